@@ -1,0 +1,34 @@
+#include "canyon/base/input_error.hpp"
+
+namespace canyon {
+namespace {
+
+std::string message(const std::string& file, int line, std::string_view problem, std::string_view cure) {
+  std::string text;
+  if (!file.empty()) {
+    text += file;
+    if (line > 0) text += ":" + std::to_string(line);
+    text += ": ";
+  }
+  text += problem;
+  if (!cure.empty()) {
+    text += "; ";
+    text += cure;
+  }
+  return text;
+}
+
+}  // namespace
+
+InputError::InputError(std::string_view problem, std::string_view cure)
+    : InputError(std::filesystem::path(), 0, problem, cure) {}
+
+InputError::InputError(const std::filesystem::path& file, int line, std::string_view problem,
+                       std::string_view cure)
+    : std::runtime_error(message(file.string(), line, problem, cure)),
+      file_(file.string()),
+      line_(line),
+      problem_(problem),
+      cure_(cure) {}
+
+}  // namespace canyon

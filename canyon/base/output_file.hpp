@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace canyon {
+
+/// A file that appears whole or not at all: bytes go to a temporary name in the same folder, commit() flushes
+/// and renames. Without commit() the destructor removes the temporary file and leaves an older file of that
+/// name as it was.
+class OutputFile {
+ public:
+  /// Opens the temporary file. Throws InputError where the folder is missing or not writable.
+  explicit OutputFile(std::filesystem::path path);
+  ~OutputFile();
+  OutputFile(OutputFile&& other) noexcept;
+  OutputFile& operator=(OutputFile&& other) = delete;
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  /// Throws InputError where the disk does not take it (full, quota, gone).
+  void write(std::string_view bytes);
+  /// Makes the file appear under its name. Throws like write(). Call once.
+  void commit();
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  /// Where the bytes are until commit(): for libraries that write to a name themselves.
+  [[nodiscard]] const std::filesystem::path& temporary_path() const { return temporary_; }
+
+ private:
+  [[noreturn]] void fail(std::string_view what) const;
+
+  std::filesystem::path path_;
+  std::filesystem::path temporary_;
+  std::FILE* file_ = nullptr;
+};
+
+/// Creates the folder (with parents) where needed and proves that files can be made in it.
+/// Throws InputError otherwise.
+void make_output_folder(const std::filesystem::path& folder);
+
+}  // namespace canyon

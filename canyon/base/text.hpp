@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace canyon {
+
+/// Without leading and trailing blanks (space, tab, CR, LF).
+[[nodiscard]] std::string_view trim(std::string_view text);
+
+/// Splits at every `separator`; "a,,b" gives three pieces, "" gives one empty piece. Pieces are not trimmed.
+[[nodiscard]] std::vector<std::string_view> split(std::string_view text, char separator);
+
+/// Pieces between runs of blanks; empty text gives no piece.
+[[nodiscard]] std::vector<std::string_view> split_blanks(std::string_view text);
+
+/// A whole decimal number, blanks around it allowed, in the C locale whatever the program's; Fortran's
+/// exponent letter D is accepted. Empty for anything else, for nan and inf, and beyond double's range.
+[[nodiscard]] std::optional<double> parse_double(std::string_view text);
+
+/// A whole decimal integer, blanks around it allowed. Empty for anything else and beyond long long.
+[[nodiscard]] std::optional<long long> parse_integer(std::string_view text);
+
+/// `text.substr(begin, length)` that yields what there is of it, possibly nothing: for fixed-column formats
+/// whose lines may be cut short.
+[[nodiscard]] std::string_view column(std::string_view text, std::size_t begin, std::size_t length);
+
+/// The candidate closest to `word` (edit distance at most a third of its length, at least 2): "did you mean"
+/// for unknown keys and names. Empty where none is close.
+[[nodiscard]] std::optional<std::string> closest(std::string_view word,
+                                                 const std::vector<std::string>& candidates);
+
+}  // namespace canyon

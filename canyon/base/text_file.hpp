@@ -1,0 +1,48 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon {
+
+/// The lines of a whole text file, plain or gzip-compressed (recognised by content, not by name), with the
+/// place of each for error messages. CR before LF is dropped.
+class TextFile {
+ public:
+  /// Reads the file. Throws InputError where it is missing, a folder, unreadable, over `max_bytes` unpacked,
+  /// or (gzip) cut short or damaged.
+  explicit TextFile(const std::filesystem::path& path, std::size_t max_bytes = std::size_t{1} << 31);
+
+  /// A file that is already in memory; `name` stands for its path in messages.
+  [[nodiscard]] static TextFile from_string(std::string text, std::filesystem::path name);
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  [[nodiscard]] std::string_view text() const { return text_; }
+
+  /// The next line without its end, or nothing at the end of the file.
+  [[nodiscard]] std::optional<std::string_view> next_line();
+  /// 1-based number of the line that next_line() gave last; 0 before the first.
+  [[nodiscard]] int line() const { return line_; }
+  /// The line that next_line() would give, without taking it.
+  [[nodiscard]] std::optional<std::string_view> peek_line() const;
+
+  /// An InputError at the current line.
+  [[nodiscard]] InputError error(std::string_view problem, std::string_view cure = {}) const {
+    return InputError(path_, line_, problem, cure);
+  }
+
+ private:
+  TextFile() = default;
+
+  std::filesystem::path path_;
+  std::string text_;
+  std::size_t position_ = 0;
+  int line_ = 0;
+};
+
+}  // namespace canyon

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "canyon/geodesy/frames.hpp"
+
+namespace canyon::city {
+
+enum class Surface : std::uint8_t { Building, Terrain, Foliage, Vehicle };
+
+/// Of facades, roofs and ground; decides reflection strength. `Unknown` counts as concrete.
+enum class Material : std::uint8_t { Unknown, Concrete, Glass, Brick, Metal, Stone, Wood, Plaster, Ground };
+
+/// A run of triangles that belong together: a building, the terrain, a tree.
+struct Object {
+  std::string name;
+  Surface surface = Surface::Building;
+  std::uint32_t first_triangle = 0;
+  std::uint32_t triangle_count = 0;
+};
+
+/// A triangle mesh in a local frame [m], z up; counter-clockwise triangles seen from their front (outside).
+struct Mesh {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<Material> materials;  ///< one per triangle
+  std::vector<Object> objects;      ///< cover all triangles, in order, without overlap
+
+  [[nodiscard]] Surface surface_of(std::uint32_t triangle) const;
+};
+
+/// Bounds of a mesh; min > max for an empty one.
+struct Box {
+  Eigen::Vector3d min = Eigen::Vector3d::Constant(1e300);
+  Eigen::Vector3d max = Eigen::Vector3d::Constant(-1e300);
+};
+
+/// A city: static surfaces in the ENU frame about an origin. Immutable once built; everything downstream shares it.
+struct City {
+  std::string name;
+  geodesy::LocalFrame frame;  ///< ENU: heading 0 (an import's heading is applied to the vertices)
+  Mesh mesh;
+  std::vector<std::string> notes;  ///< what the import dropped, guessed or repaired, one line each
+
+  [[nodiscard]] Box bounds() const;
+};
+
+/// Throws InputError where an index is out of range, a vertex is not finite or farther than 1,000 km from the
+/// origin, arrays differ in length or objects do not cover the triangles. `name` stands in the message.
+void check_mesh(const Mesh& mesh, const std::string& name);
+
+/// Adds triangles as one object. Degenerate triangles (area below 1e-8 m^2, i.e. below what rays can hit) are
+/// dropped; returns how many.
+std::size_t append_object(Mesh& mesh, std::string name, Surface surface, Material material,
+                          const std::vector<Eigen::Vector3d>& vertices,
+                          const std::vector<std::array<std::uint32_t, 3>>& triangles);
+
+/// A closed box, front sides outwards, for tests, vehicles and synthetic cities: footprint corners are
+/// [min.x, max.x] x [min.y, max.y], turned about its centre by `yaw_rad`.
+void append_box(Mesh& mesh, std::string name, Surface surface, Material material, const Eigen::Vector3d& min,
+                const Eigen::Vector3d& max, double yaw_rad = 0);
+
+struct CitySummary {
+  std::size_t buildings = 0;  ///< objects with Surface::Building
+  std::size_t triangles = 0;
+  std::size_t terrain_triangles = 0;
+  Box bounds;
+  double highest_roof_m = 0;
+  double built_area_fraction = 0;  ///< share of the bounds under building roofs, sampled
+};
+[[nodiscard]] CitySummary summarize(const City& city);
+
+}  // namespace canyon::city

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/geodesy/frames.hpp"
+
+namespace canyon::city {
+
+/// How a mesh file lies on the Earth: v_enu = Rz(heading) * scale * v_file + offset, about `origin`.
+struct MeshImportOptions {
+  geodesy::Geodetic origin;
+  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  ///< east, north, up
+  double heading_rad = 0;  ///< turns the mesh counter-clockwise seen from above
+  double scale = 1;        ///< on top of the unit that the file declares; > 0
+  std::optional<char> up_axis;  ///< 'Y' or 'Z' where the file's own word is wrong or missing (OBJ, STL, PLY: Z)
+  /// Node names (case-insensitive substrings) that mark terrain.
+  std::vector<std::string> terrain_names{"terrain", "ground", "dem"};
+  /// Throws InputError naming the field and its bound.
+  void validate() const;
+};
+
+}  // namespace canyon::city

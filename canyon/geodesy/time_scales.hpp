@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "canyon/geodesy/gps_time.hpp"
+
+namespace canyon::geodesy {
+
+/// Broken-down proleptic Gregorian date and time of day, on whatever scale the function says.
+struct CalendarTime {
+  int year = 1980;
+  int month = 1;   ///< 1 to 12
+  int day = 6;     ///< 1 to 31
+  int hour = 0;    ///< 0 to 23
+  int minute = 0;  ///< 0 to 59
+  int second = 0;  ///< 0 to 59; 60 only in UTC during a leap second
+  std::int64_t nanosecond = 0;  ///< 0 to 999,999,999
+
+  friend bool operator==(const CalendarTime&, const CalendarTime&) = default;
+};
+
+/// GPST minus UTC [s] at an instant; 18 since 2017-01-01. Before 1980 the answer is 0. The table ends with the
+/// leap second of 2016-12-31 (IERS Bulletin C announces none up to this release); later times get its value.
+[[nodiscard]] int leap_seconds(GpsTime t);
+
+/// GPST as a calendar date (the date that RINEX prints for GPS).
+[[nodiscard]] CalendarTime calendar_from_gps(GpsTime t);
+/// Throws InputError, naming the field, where a field is out of range (second 60 included).
+[[nodiscard]] GpsTime gps_from_calendar(const CalendarTime& gpst);
+
+/// UTC; a leap second comes out as second 60.
+[[nodiscard]] CalendarTime utc_from_gps(GpsTime t);
+/// Throws InputError where a field is out of range, or for second 60 where there was no leap second.
+[[nodiscard]] GpsTime gps_from_utc(const CalendarTime& utc);
+
+/// BDT runs 14 s behind GPST, its week 0 begins 2006-01-01 00:00:00 UTC, GPS week 1356 (BDS-SIS-ICD B1I 3.0, 3.3).
+inline constexpr int kBdtWeekOffset = 1356;
+inline constexpr int kBdtSecondsOffset = 14;
+/// @param bdt_week full BeiDou week; @param seconds_of_week [s]. Throws like GpsTime::from_week.
+[[nodiscard]] GpsTime gps_from_bdt(int bdt_week, double seconds_of_week);
+/// BDT as a calendar date (the date that RINEX prints for BeiDou).
+[[nodiscard]] CalendarTime bdt_calendar_from_gps(GpsTime t);
+
+/// GLONASST is UTC(SU) plus 3 h, leap seconds included (ICD GLONASS L1, L2 5.1, 3.3.3).
+[[nodiscard]] CalendarTime glonass_from_gps(GpsTime t);
+[[nodiscard]] GpsTime gps_from_glonass(const CalendarTime& glonasst);
+
+/// ISO 8601 extended date and time, fraction up to 9 digits, comma or point:
+/// "2019-04-28T12:58:03.5Z" and offsets ("+08:00") are UTC; " GPST" or "GPS" behind it marks GPS time; a bare
+/// date is its midnight. Without any mark the time is UTC. Throws InputError with what was expected.
+[[nodiscard]] GpsTime parse_time(std::string_view text);
+
+/// "2019-04-28T12:58:03.500Z" (UTC); `decimals` 0 to 9 digits of the second, cut, not rounded.
+[[nodiscard]] std::string format_utc(GpsTime t, int decimals = 3);
+/// "2019-04-28T12:58:21.500 GPST".
+[[nodiscard]] std::string format_gpst(GpsTime t, int decimals = 3);
+
+}  // namespace canyon::geodesy

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <set>
+
+#include "canyon/orbit/navigation_data.hpp"
+#include "canyon/orbit/sky.hpp"
+
+namespace canyon::orbit {
+
+/// Satellite position, velocity and clock from one ephemeris, whatever its age (IS-GPS-200 table 20-IV; Galileo
+/// OS-SIS-ICD 5.1.1; BDS-SIS-ICD B1I 5.2.4.12 with the GEO rotation). Position within 1 mm and clock within
+/// 0.1 ns of RTKLIB's.
+[[nodiscard]] SatelliteState propagate(const KeplerEphemeris& ephemeris, geodesy::GpsTime t);
+/// ICD GLONASS L1, L2 5.1, A.3.1.2: fourth-order Runge-Kutta, steps of at most 60 s. Within 1 cm of RTKLIB's.
+[[nodiscard]] SatelliteState propagate(const GlonassEphemeris& ephemeris, geodesy::GpsTime t);
+
+struct BroadcastOptions {
+  std::set<System> systems{kAllSystems.begin(), kAllSystems.end()};
+  /// Largest |t - toe| [s]: half the fit interval for GPS and QZSS (2 h where not given), Galileo 4 h,
+  /// BeiDou 6 h, GLONASS 0.5 h. With allow_stale any age is taken (and said by source()).
+  bool allow_stale = false;
+  bool allow_unhealthy = false;
+};
+
+/// Satellites from broadcast ephemerides: for each satellite and time the healthy record with the smallest
+/// |t - toe| within the validity of its system; the newer message among equals. Galileo takes I/NAV where it
+/// is there (its clock and BGD E5b/E1 belong to E1), else F/NAV.
+class BroadcastSky final : public Sky {
+ public:
+  /// Throws InputError where no record is left after `systems`.
+  explicit BroadcastSky(NavigationData data, BroadcastOptions options = {});
+  ~BroadcastSky() override;
+
+  [[nodiscard]] std::vector<SatelliteId> satellites() const override;
+  [[nodiscard]] std::optional<SatelliteState> state(SatelliteId id, geodesy::GpsTime t) const override;
+  [[nodiscard]] std::string source(SatelliteId id, geodesy::GpsTime t) const override;
+
+  [[nodiscard]] const NavigationData& data() const { return data_; }
+  /// True where some record is valid at `t` (used for "the trajectory lies outside the ephemerides").
+  [[nodiscard]] bool covers(geodesy::GpsTime t) const;
+  /// First and last toe [GPST] over all records.
+  [[nodiscard]] std::pair<geodesy::GpsTime, geodesy::GpsTime> span() const;
+
+ private:
+  struct Index;
+
+  NavigationData data_;
+  BroadcastOptions options_;
+  std::unique_ptr<Index> index_;
+};
+
+}  // namespace canyon::orbit

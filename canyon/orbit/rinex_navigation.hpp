@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "canyon/base/text_file.hpp"
+#include "canyon/orbit/navigation_data.hpp"
+
+namespace canyon::orbit {
+
+/// Reads a RINEX navigation file: 2.x (GPS "N", GLONASS "G"), 3.x, and 4.00 where the record is the same message
+/// (LNAV, INAV, FNAV, D1, D2, FDMA). Plain or gzip. GPS, Galileo, BeiDou, GLONASS, QZSS; other systems and
+/// record types are counted and reported once each in `warnings`. A damaged record is a warning with file and
+/// line and is left out alone.
+/// Throws InputError where the file is no RINEX navigation file or holds no usable record.
+[[nodiscard]] NavigationData read_rinex_navigation(const std::filesystem::path& path);
+[[nodiscard]] NavigationData read_rinex_navigation(TextFile file);
+/// Several files, merged.
+[[nodiscard]] NavigationData read_rinex_navigation(const std::vector<std::filesystem::path>& paths);
+
+/// Writes RINEX 3.04, mixed, all records in order of satellite and time. Whole or not at all.
+void write_rinex_navigation(const std::filesystem::path& path, const NavigationData& data);
+[[nodiscard]] std::string format_rinex_navigation(const NavigationData& data);
+
+}  // namespace canyon::orbit

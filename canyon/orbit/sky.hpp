@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/orbit/satellite_id.hpp"
+
+namespace canyon::orbit {
+
+/// A satellite at an instant, ECEF (WGS 84 axes of that instant).
+struct SatelliteState {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< in the rotating frame
+  double clock_bias_s = 0;   ///< satellite clock minus system time on GPST, relativity included
+  double clock_drift = 0;    ///< [s/s], relativity included
+  double group_delay_s = 0;  ///< TGD/BGD of the L1-band signal: its effective clock is bias - group delay
+  double carrier_frequency_hz = 0;  ///< of the L1-band signal
+};
+
+/// Where satellites are: the one question that everything downstream asks of orbits. Implementations are
+/// immutable after construction and thread-safe.
+class Sky {
+ public:
+  virtual ~Sky() = default;
+  Sky() = default;
+  Sky(const Sky&) = delete;
+  Sky& operator=(const Sky&) = delete;
+
+  /// Satellites that this sky may answer for, ascending, no repeats.
+  [[nodiscard]] virtual std::vector<SatelliteId> satellites() const = 0;
+
+  /// State at `t` (system time at transmission, GPST). Empty where the satellite is unknown, unhealthy, or
+  /// `t` lies outside the validity of what is known about it. Never extrapolates silently.
+  [[nodiscard]] virtual std::optional<SatelliteState> state(SatelliteId id, geodesy::GpsTime t) const = 0;
+
+  /// Where the answer for `id` at `t` comes from, for people: "hksc1180.19n, toe 2019-04-28T14:00:00 GPST";
+  /// or why there is none.
+  [[nodiscard]] virtual std::string source(SatelliteId id, geodesy::GpsTime t) const = 0;
+};
+
+/// A satellite as an antenna at rest or moving receives it at one instant.
+struct LineOfSight {
+  SatelliteId id;
+  geodesy::GpsTime transmit_time;
+  SatelliteState state;  ///< at transmit_time, in the ECEF axes of that instant
+  /// Satellite position in the ECEF axes of the reception instant (Sagnac rotation applied) [m].
+  Eigen::Vector3d position_at_reception_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_at_reception_mps = Eigen::Vector3d::Zero();  ///< turned likewise
+  double range_m = 0;            ///< geometric, |position_at_reception - receiver|
+  Eigen::Vector3d direction_ecef = Eigen::Vector3d::Zero();  ///< unit, receiver to satellite
+  double azimuth_rad = 0;        ///< at the receiver's geodetic vertical
+  double elevation_rad = 0;
+};
+
+/// Solves the light-time equation by iteration (IS-GPS-200, 20.3.3.4.3.4); converged below 0.1 ns.
+/// @param receiver_ecef antenna at reception [m]
+/// @param reception true reception instant
+/// Empty where the sky has no state.
+[[nodiscard]] std::optional<LineOfSight> line_of_sight(const Sky& sky, SatelliteId id,
+                                                       geodesy::GpsTime reception,
+                                                       const Eigen::Vector3d& receiver_ecef);
+
+/// `position` (ECEF axes at transmission) expressed in the ECEF axes `flight_time_s` later: turned by
+/// -kEarthRotationRate * flight_time about z.
+[[nodiscard]] Eigen::Vector3d rotate_earth(const Eigen::Vector3d& position, double flight_time_s);
+
+}  // namespace canyon::orbit

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "canyon/city/city.hpp"
+#include "canyon/propagation/paths.hpp"
+#include "canyon/raytrace/ray_scene.hpp"
+
+namespace canyon::propagation {
+
+enum class Model : std::uint8_t { Specular, Mirror };
+
+struct PropagationOptions {
+  Model model = Model::Specular;
+  /// Reflections considered: 0 (direct only) or 1. Specular only.
+  int reflection_order = 1;
+  /// Reach [m] of the mirror ray and of the leg from antenna to reflection point. (0, 100,000].
+  double max_range_m = 300;
+  /// Largest angle of incidence [rad] of a reflection that is kept. (0, pi/2]. Specular only.
+  double max_incidence_rad = 1.5533430342749532;  // 89 deg
+  /// Reflect from terrain as well. Specular only.
+  bool ground_reflection = false;
+  void validate() const;
+};
+
+/// Traces satellites at places in a city. Const, thread-safe; facets are prepared once.
+/// The scene must outlive the propagator; its movable instances block and (specular) reflect.
+class Propagator {
+ public:
+  Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options = {});
+  ~Propagator();
+  Propagator(Propagator&&) noexcept;
+  Propagator& operator=(Propagator&&) noexcept;
+
+  [[nodiscard]] const PropagationOptions& options() const;
+
+  /// Paths of satellites in the given directions (unit, ENU, antenna to satellite) at one antenna.
+  /// result[i] belongs to directions[i]. The antenna must be finite (InputError).
+  ///
+  /// Specular: image method on planar facets (DESIGN 4): for facet normal n, satellite direction s and antenna
+  /// height h over the facet's plane, the reflected direction is r = s - 2 (s.n) n, excess path 2 h (n.s);
+  /// kept when r hits that facet's plane first, from its front, and the reflection point sees the satellite.
+  /// Mirror: the paper's algorithm 2 and equation 1, m = d (1 + sin(pi/2 - 2 theta)), d the range of the ray
+  /// at azimuth + 180 deg and the same elevation theta, only for satellites whose direct ray is blocked.
+  void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+             std::span<SatellitePaths> result) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The paper's equation 1 [m]: additional path for a mirror ray of range `range_m` at elevation `elevation_rad`.
+[[nodiscard]] double mirror_excess_m(double range_m, double elevation_rad);
+
+}  // namespace canyon::propagation

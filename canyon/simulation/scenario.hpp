@@ -1,0 +1,87 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "canyon/city/mesh_import_options.hpp"
+#include "canyon/city/synthetic_city.hpp"
+#include "canyon/orbit/navigation_data.hpp"
+#include "canyon/orbit/satellite_id.hpp"
+#include "canyon/propagation/propagator.hpp"
+#include "canyon/receiver/receiver.hpp"
+
+namespace canyon::simulation {
+
+/// `city:` of a scenario. Exactly one of mesh, synthetic, open is set.
+struct CityConfig {
+  std::optional<std::filesystem::path> mesh;
+  city::MeshImportOptions import;                 ///< with mesh
+  std::optional<city::SyntheticCityOptions> synthetic;
+  bool open = false;                              ///< no buildings: open sky about `import.origin`
+};
+
+/// `sky:` of a scenario. Exactly one source: navigation, sp3, frozen, or (default) nominal.
+struct SkyConfig {
+  std::vector<std::filesystem::path> navigation;
+  std::optional<std::filesystem::path> sp3;
+  bool nominal = false;
+  std::vector<double> frozen_azimuth_rad;
+  std::vector<double> frozen_elevation_rad;
+  std::set<orbit::System> systems{orbit::kAllSystems.begin(), orbit::kAllSystems.end()};
+  bool allow_stale = false;
+};
+
+struct TrajectoryConfig {
+  std::optional<std::filesystem::path> file;
+  std::string format = "csv";                     ///< csv, urbannav, nmea
+  std::vector<geodesy::Geodetic> waypoints;       ///< instead of a file
+  double speed_mps = 10;
+  double hold_s = 0;
+  std::optional<double> height_above_terrain_m;   ///< clamps; empty: heights as given
+};
+
+struct ReceiverConfig {
+  receiver::ReceiverOptions options;
+  propagation::PropagationOptions propagation;    ///< preset, then scenario, then receiver
+  Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the reference point
+};
+
+struct OutputConfig {
+  bool epochs_csv = true, satellites_csv = true, nmea = true, rinex_observation = true,
+       rinex_navigation = true, kml = true, geojson = true, pictures = true;
+};
+
+/// A whole scenario, checked. Paths are absolute or relative to the working folder (already resolved against
+/// the scenario's own).
+struct Scenario {
+  std::filesystem::path file;
+  CityConfig city;
+  SkyConfig sky;
+  TrajectoryConfig trajectory;
+  std::optional<geodesy::GpsTime> start;   ///< where empty: the trajectory file's first time
+  std::optional<double> duration_s;        ///< empty: the whole trajectory
+  std::optional<double> rate_hz;           ///< empty: the trajectory file's own rate (1 Hz for waypoints)
+  std::vector<ReceiverConfig> receivers;   ///< at least one
+  std::uint64_t seed = 1;
+  OutputConfig outputs;
+};
+
+/// Reads a scenario. Throws InputError with file and line for syntax, unknown keys (with the closest known one),
+/// wrong types, values out of range, and missing files.
+[[nodiscard]] Scenario read_scenario(const std::filesystem::path& path);
+[[nodiscard]] Scenario parse_scenario(const std::string& text, const std::filesystem::path& name);
+
+/// Every key with its unit, default and meaning, in the order of docs/scenario.md: one table for help text,
+/// documentation test and unknown-key check.
+struct ScenarioKey {
+  std::string path;  ///< "receivers[].elevation_mask_deg"
+  std::string unit;
+  std::string default_value;
+  std::string meaning;
+};
+[[nodiscard]] const std::vector<ScenarioKey>& scenario_keys();
+
+}  // namespace canyon::simulation

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/trajectory.hpp"
+
+namespace canyon::simulation {
+
+/// One receiver at one instant: truth, what it saw, what it believes.
+struct Epoch {
+  std::size_t receiver = 0;  ///< index into Simulation::scenario().receivers
+  Pose truth;                ///< of the antenna (lever arm and clamp applied)
+  Eigen::Vector3d truth_ecef = Eigen::Vector3d::Zero();
+  raytrace::Placement placement = raytrace::Placement::Free;
+  receiver::ReceiverEpoch observed;
+  /// Fix minus truth in ENU at the truth [m]; NaN without fix.
+  Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+};
+
+/// Takes epochs in order: by time, then by receiver.
+class EpochSink {
+ public:
+  virtual ~EpochSink() = default;
+  virtual void write(const Epoch& epoch) = 0;
+  /// After the last epoch, also after an interruption: what was written becomes whole files.
+  virtual void finish() = 0;
+};
+
+struct RunOptions {
+  int threads = 0;  ///< 0: as many as cores
+  const std::atomic<bool>* stop = nullptr;  ///< set to end after the epochs in flight
+  /// Called now and then from the calling thread: epochs done, epochs in all.
+  std::function<void(std::size_t, std::size_t)> progress;
+};
+
+struct RunResult {
+  std::size_t epochs = 0;   ///< instants finished (not times receivers)
+  std::size_t planned = 0;
+  bool interrupted = false;
+  double wall_s = 0;
+  double simulated_s = 0;
+};
+
+/// A scenario made ready: city loaded, sky chosen, trajectory checked against both.
+class Simulation {
+ public:
+  /// Builds sky and trajectory from `scenario`; the city comes loaded (canyon::io reads files, see
+  /// simulation/load_city.hpp). Throws InputError where the trajectory lies outside the ephemerides, or more than
+  /// 10 km from the city.
+  Simulation(Scenario scenario, city::City city);
+  ~Simulation();
+
+  [[nodiscard]] const Scenario& scenario() const;
+  [[nodiscard]] const Environment& environment() const;
+  [[nodiscard]] const Trajectory& trajectory() const;
+  /// Broadcast records of the sky, for the RINEX navigation output; empty for SP3 and frozen skies.
+  [[nodiscard]] const orbit::NavigationData& navigation() const;
+  [[nodiscard]] const std::vector<std::string>& warnings() const;
+  [[nodiscard]] geodesy::GpsTime begin() const;
+  [[nodiscard]] double interval_s() const;
+  [[nodiscard]] std::size_t epoch_count() const;
+
+  /// The pure part runs on `threads`, receivers in order on the caller: same seed, same bytes.
+  RunResult run(const std::vector<EpochSink*>& sinks, const RunOptions& options = {}) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Builds the sky that `config` asks for, valid over [begin, end], seen from `place` (frozen skies).
+struct BuiltSky {
+  std::shared_ptr<const orbit::Sky> sky;
+  orbit::NavigationData navigation;
+  std::vector<std::string> warnings;
+};
+[[nodiscard]] BuiltSky build_sky(const SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
+                                 const geodesy::Geodetic& place);
+
+}  // namespace canyon::simulation

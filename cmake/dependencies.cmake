@@ -1,0 +1,34 @@
+# What Canyon builds on. Everything is a package of Debian 11, Debian 12 and Ubuntu 24.04; `./run` installs it.
+find_package(Eigen3 3.3 REQUIRED NO_MODULE)
+find_package(fmt REQUIRED)
+find_package(TBB REQUIRED)
+find_package(yaml-cpp REQUIRED)
+find_package(ZLIB REQUIRED)
+find_package(Threads REQUIRED)
+
+# Debian packages GeographicLib's find module, not its CMake package, and Embree's package does not define a
+# target in every version; both are therefore plain targets made here and in canyonConfig.cmake alike.
+include(${CMAKE_CURRENT_LIST_DIR}/CanyonDependencies.cmake)
+
+find_package(nlohmann_json 3.9 REQUIRED)
+
+add_library(canyon_io_needs INTERFACE)
+if(CANYON_BUILD_IO)
+  find_package(PkgConfig REQUIRED)
+  pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
+  pkg_check_modules(cairo REQUIRED IMPORTED_TARGET cairo)
+  target_link_libraries(canyon_io_needs INTERFACE PkgConfig::assimp PkgConfig::cairo)
+endif()
+if(CANYON_BUILD_CLI)
+  find_package(CLI11 REQUIRED)
+endif()
+if(CANYON_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+  if(CANYON_BUILD_BENCHMARKS)
+    find_package(benchmark REQUIRED)
+  endif()
+  add_library(canyon_test_support INTERFACE)
+  target_include_directories(canyon_test_support INTERFACE ${CMAKE_CURRENT_SOURCE_DIR})
+  target_compile_definitions(canyon_test_support INTERFACE
+                             CANYON_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
+endif()

@@ -1,0 +1,19 @@
+# The installed package: find_package(canyon) gives canyon::canyon and, where built, canyon::io.
+include(CMakePackageConfigHelpers)
+set(targets canyon)
+if(CANYON_BUILD_IO)
+  list(APPEND targets canyon_io)
+endif()
+install(TARGETS ${targets} EXPORT canyonTargets
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+        RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY canyon DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
+install(EXPORT canyonTargets NAMESPACE canyon:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/canyon)
+configure_package_config_file(cmake/canyonConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/canyonConfig.cmake
+                              INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/canyon)
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/canyonConfigVersion.cmake
+                                 COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/canyonConfig.cmake
+              ${CMAKE_CURRENT_BINARY_DIR}/canyonConfigVersion.cmake cmake/CanyonDependencies.cmake
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/canyon)

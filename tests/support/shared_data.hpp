@@ -1,0 +1,23 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+namespace canyon::test {
+
+/// The folder of real recordings beside the checkout.
+inline std::filesystem::path shared_data(const std::string& name) {
+  return std::filesystem::path(CANYON_SOURCE_DIR) / ".." / "shared" / "data" / name;
+}
+
+}  // namespace canyon::test
+
+/// Defines `variable` as the path of a shared file, or skips the test, saying so, where it is absent.
+#define CANYON_SHARED_DATA(variable, name)                                      \
+  const std::filesystem::path variable = ::canyon::test::shared_data(name);     \
+  if (!std::filesystem::exists(variable)) {                                     \
+    GTEST_SKIP() << "SKIPPED: real data " << variable << " is not here";        \
+  }                                                                             \
+  static_assert(true, "needs a semicolon")
