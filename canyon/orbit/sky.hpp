@@ -49,16 +49,31 @@ struct LineOfSight {
   /// Satellite position in the ECEF axes of the reception instant (Sagnac rotation applied) [m].
   Eigen::Vector3d position_at_reception_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_at_reception_mps = Eigen::Vector3d::Zero();  ///< turned likewise
-  double range_m = 0;            ///< geometric, |position_at_reception - receiver|
+  double range_m = 0;  ///< geometric, |position_at_reception - receiver|
   Eigen::Vector3d direction_ecef = Eigen::Vector3d::Zero();  ///< unit, receiver to satellite
-  double azimuth_rad = 0;        ///< at the receiver's geodetic vertical
+  double azimuth_rad = 0;                                    ///< at the receiver's geodetic vertical
   double elevation_rad = 0;
 };
 
-/// Solves the light-time equation by iteration (IS-GPS-200, 20.3.3.4.3.4); converged below 0.1 ns.
-/// @param receiver_ecef antenna at reception [m]
+/// An antenna's place with what depends on it alone: make it once for all satellites of an epoch.
+struct Observer {
+  /// @param ecef antenna [m], on or above the Earth's surface
+  explicit Observer(const Eigen::Vector3d& ecef);
+
+  Eigen::Vector3d position_ecef;
+  Eigen::Matrix3d enu_from_ecef;  ///< at the geodetic vertical
+};
+
+/// Solves the light-time equation by iteration (IS-GPS-200, 20.3.3.4.3.4); converged below 0.1 ns. Two
+/// evaluations of the sky; one for satellites more than 5 deg below the horizon, whose state is carried from
+/// the first guess to the transmit time by its own velocity (position within 1 mm, velocity within 5 cm/s).
+/// @param observer antenna at reception
 /// @param reception true reception instant
-/// Empty where the sky has no state.
+/// Empty where the sky has no state at the transmit time or 0.075 s before reception (the first guess; it
+/// matters only in the outermost tenth of a second of an ephemeris's validity).
+[[nodiscard]] std::optional<LineOfSight> line_of_sight(const Sky& sky, SatelliteId id,
+                                                       geodesy::GpsTime reception, const Observer& observer);
+/// The same for one satellite. @param receiver_ecef antenna at reception [m]
 [[nodiscard]] std::optional<LineOfSight> line_of_sight(const Sky& sky, SatelliteId id,
                                                        geodesy::GpsTime reception,
                                                        const Eigen::Vector3d& receiver_ecef);
