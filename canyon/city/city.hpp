@@ -39,7 +39,8 @@ struct Box {
   Eigen::Vector3d max = Eigen::Vector3d::Constant(-1e300);
 };
 
-/// A city: static surfaces in the ENU frame about an origin. Immutable once built; everything downstream shares it.
+/// A city: static surfaces in the ENU frame about an origin. Immutable once built; everything downstream
+/// shares it.
 struct City {
   std::string name;
   geodesy::LocalFrame frame;  ///< ENU: heading 0 (an import's heading is applied to the vertices)
@@ -54,7 +55,8 @@ struct City {
 void check_mesh(const Mesh& mesh, const std::string& name);
 
 /// Adds triangles as one object. Degenerate triangles (area below 1e-8 m^2, i.e. below what rays can hit) are
-/// dropped; returns how many.
+/// dropped with the vertices that only they use; returns how many. No object is added where none is left.
+/// Throws InputError for an index out of range.
 std::size_t append_object(Mesh& mesh, std::string name, Surface surface, Material material,
                           const std::vector<Eigen::Vector3d>& vertices,
                           const std::vector<std::array<std::uint32_t, 3>>& triangles);
@@ -70,7 +72,7 @@ struct CitySummary {
   std::size_t terrain_triangles = 0;
   Box bounds;
   double highest_roof_m = 0;
-  double built_area_fraction = 0;  ///< share of the bounds under building roofs, sampled
+  double built_area_fraction = 0;  ///< share of the buildings' bounds (seen from above) under roofs, sampled
 };
 [[nodiscard]] CitySummary summarize(const City& city);
 

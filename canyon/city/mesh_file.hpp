@@ -9,9 +9,9 @@ namespace canyon::city {
 
 /// Reads DAE, OBJ, STL, glTF/GLB or PLY through Assimp; the file's unit and up axis are honoured. A node is
 /// terrain by its name, or, where no name says so, when it is a sheet: no front faces that look sideways.
-/// Connected parts of a building node become objects of their own. Degenerate triangles are dropped and counted
-/// in notes. Part of canyon::io.
-/// Throws InputError for a missing or damaged file, an unknown format, or no triangle at all.
+/// Connected parts of a building node become objects of their own. Degenerate triangles are dropped and
+/// counted in notes. Part of canyon::io. Throws InputError for a missing or damaged file, an unknown format,
+/// or no triangle at all.
 [[nodiscard]] City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& options);
 
 }  // namespace canyon::city

@@ -13,9 +13,10 @@ namespace canyon::city {
 struct MeshImportOptions {
   geodesy::Geodetic origin;
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  ///< east, north, up
-  double heading_rad = 0;  ///< turns the mesh counter-clockwise seen from above
-  double scale = 1;        ///< on top of the unit that the file declares; > 0
-  std::optional<char> up_axis;  ///< 'Y' or 'Z' where the file's own word is wrong or missing (OBJ, STL, PLY: Z)
+  double heading_rad = 0;                              ///< turns the mesh counter-clockwise seen from above
+  double scale = 1;                                    ///< on top of the unit that the file declares; > 0
+  std::optional<char>
+      up_axis;  ///< 'Y' or 'Z' where the file's own word is wrong or missing (OBJ, STL, PLY: Z)
   /// Node names (case-insensitive substrings) that mark terrain.
   std::vector<std::string> terrain_names{"terrain", "ground", "dem"};
   /// Throws InputError naming the field and its bound.

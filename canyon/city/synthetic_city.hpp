@@ -6,15 +6,16 @@
 
 namespace canyon::city {
 
-/// A made-up downtown: a grid of streets with one block of buildings between them, seeded heights, flat ground.
+/// A made-up downtown: a grid of streets with one block of buildings between them, seeded heights, flat
+/// ground.
 struct SyntheticCityOptions {
   geodesy::Geodetic origin = geodesy::Geodetic::from_degrees(22.3, 114.17, 0);
-  int blocks_east = 8;              ///< 1 to 200
-  int blocks_north = 8;             ///< 1 to 200
-  double block_size_m = 60;         ///< 10 to 500
-  double street_width_m = 16;       ///< 4 to 100
-  double min_height_m = 12;         ///< 1 to 1000
-  double max_height_m = 120;        ///< at least min_height_m; heights are skewed to low values, tall in the middle
+  int blocks_east = 8;         ///< 1 to 200
+  int blocks_north = 8;        ///< 1 to 200
+  double block_size_m = 60;    ///< 10 to 500
+  double street_width_m = 16;  ///< 4 to 100
+  double min_height_m = 12;    ///< 1 to 1000
+  double max_height_m = 120;  ///< at least min_height_m; heights are skewed to low values, tall in the middle
   std::uint64_t seed = 1;
   /// Throws InputError naming the field and its bound.
   void validate() const;

@@ -1,0 +1,244 @@
+#include "canyon/city/city.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::city {
+namespace {
+
+constexpr double kSmallestArea_m2 = 1e-8;
+constexpr double kFarthestVertex_m = 1e6;
+/// Cells of summarize()'s sampling along the longer side.
+constexpr int kSummaryCells = 2048;
+
+double twice_area(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  return (b - a).cross(c - a).norm();
+}
+
+/// Marks the cells of a grid whose centres lie under upward-facing triangles.
+class RoofSampler {
+ public:
+  explicit RoofSampler(const Box& bounds) : origin_(bounds.min.head<2>()) {
+    const Eigen::Vector2d size = (bounds.max - bounds.min).head<2>();
+    cell_ = size.maxCoeff() / kSummaryCells;
+    if (!(cell_ > 0)) return;
+    columns_ = std::max(1, static_cast<int>(std::ceil(size.x() / cell_)));
+    rows_ = std::max(1, static_cast<int>(std::ceil(size.y() / cell_)));
+    covered_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), false);
+  }
+
+  void add(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+    const double twice = cross(b - a, c - a);
+    if (covered_.empty() || !(twice > 0)) return;  // walls and undersides cover nothing
+    const int first_row = row(std::min({a.y(), b.y(), c.y()}));
+    const int last_row = row(std::max({a.y(), b.y(), c.y()}));
+    const int first_column = column(std::min({a.x(), b.x(), c.x()}));
+    const int last_column = column(std::max({a.x(), b.x(), c.x()}));
+    for (int j = first_row; j <= last_row; ++j) {
+      for (int i = first_column; i <= last_column; ++i) {
+        const Eigen::Vector3d p(origin_.x() + (i + 0.5) * cell_, origin_.y() + (j + 0.5) * cell_, 0);
+        if (cross(b - a, p - a) >= 0 && cross(c - b, p - b) >= 0 && cross(a - c, p - c) >= 0) {
+          covered_[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_) +
+                   static_cast<std::size_t>(i)] = true;
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] double share() const {
+    if (covered_.empty()) return 0;
+    return static_cast<double>(std::count(covered_.begin(), covered_.end(), true)) /
+           static_cast<double>(covered_.size());
+  }
+
+ private:
+  static double cross(const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
+    return u.x() * v.y() - u.y() * v.x();
+  }
+  [[nodiscard]] int row(double y) const {
+    return std::clamp(static_cast<int>((y - origin_.y()) / cell_), 0, rows_ - 1);
+  }
+  [[nodiscard]] int column(double x) const {
+    return std::clamp(static_cast<int>((x - origin_.x()) / cell_), 0, columns_ - 1);
+  }
+
+  Eigen::Vector2d origin_;
+  double cell_ = 0;
+  int columns_ = 0;
+  int rows_ = 0;
+  std::vector<bool> covered_;
+};
+
+void extend(Box& box, const Eigen::Vector3d& point) {
+  box.min = box.min.cwiseMin(point);
+  box.max = box.max.cwiseMax(point);
+}
+
+}  // namespace
+
+Surface Mesh::surface_of(std::uint32_t triangle) const {
+  assert(triangle < triangles.size());
+  const auto after =
+      std::upper_bound(objects.begin(), objects.end(), triangle,
+                       [](std::uint32_t t, const Object& object) { return t < object.first_triangle; });
+  assert(after != objects.begin());
+  return std::prev(after)->surface;
+}
+
+Box City::bounds() const {
+  Box box;
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t index : triangle) extend(box, mesh.vertices[index]);
+  }
+  return box;
+}
+
+void check_mesh(const Mesh& mesh, const std::string& name) {
+  constexpr std::size_t kMost = std::numeric_limits<std::uint32_t>::max();
+  if (mesh.vertices.size() > kMost || mesh.triangles.size() > kMost) {
+    throw InputError(fmt::format("mesh '{}' has more than {} vertices or triangles", name, kMost));
+  }
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Eigen::Vector3d& v = mesh.vertices[i];
+    if (!v.allFinite()) {
+      throw InputError(fmt::format("mesh '{}': vertex {} is not finite", name, i));
+    }
+    if (v.norm() > kFarthestVertex_m) {
+      throw InputError(
+          fmt::format("mesh '{}': vertex {} is {:.0f} km from the origin", name, i, v.norm() / 1e3),
+          "give coordinates in metres about the city's origin (at most 1,000 km away)");
+    }
+  }
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (const std::uint32_t index : mesh.triangles[i]) {
+      if (index >= mesh.vertices.size()) {
+        throw InputError(fmt::format("mesh '{}': triangle {} names vertex {} of {}", name, i, index,
+                                     mesh.vertices.size()));
+      }
+    }
+  }
+  if (mesh.materials.size() != mesh.triangles.size()) {
+    throw InputError(fmt::format("mesh '{}' has {} materials for {} triangles", name, mesh.materials.size(),
+                                 mesh.triangles.size()),
+                     "give one material for each triangle");
+  }
+  std::size_t next = 0;
+  for (const Object& object : mesh.objects) {
+    if (object.first_triangle != next) {
+      throw InputError(fmt::format("mesh '{}': object '{}' begins at triangle {}, not {}", name, object.name,
+                                   object.first_triangle, next),
+                       "let objects cover the triangles in order, without gap or overlap");
+    }
+    next += object.triangle_count;
+  }
+  if (next != mesh.triangles.size()) {
+    throw InputError(
+        fmt::format("mesh '{}': objects cover {} of {} triangles", name, next, mesh.triangles.size()),
+        "let objects cover the triangles in order, without gap or overlap");
+  }
+}
+
+std::size_t append_object(Mesh& mesh, std::string name, Surface surface, Material material,
+                          const std::vector<Eigen::Vector3d>& vertices,
+                          const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+  for (const auto& triangle : triangles) {
+    for (const std::uint32_t index : triangle) {
+      if (index >= vertices.size()) {
+        throw InputError(
+            fmt::format("object '{}': a triangle names vertex {} of {}", name, index, vertices.size()));
+      }
+    }
+  }
+  if (mesh.vertices.size() + vertices.size() >= kUnused ||
+      mesh.triangles.size() + triangles.size() >= kUnused) {
+    throw InputError(fmt::format("object '{}' makes the mesh larger than {} triangles", name, kUnused));
+  }
+  std::vector<std::uint32_t> place(vertices.size(), kUnused);
+  const auto first = static_cast<std::uint32_t>(mesh.triangles.size());
+  std::size_t dropped = 0;
+  for (const auto& triangle : triangles) {
+    // Written so that an area of NaN is dropped as well: check_mesh() reports such vertices where they
+    // matter.
+    if (!(twice_area(vertices[triangle[0]], vertices[triangle[1]], vertices[triangle[2]]) >=
+          2 * kSmallestArea_m2)) {
+      ++dropped;
+      continue;
+    }
+    std::array<std::uint32_t, 3> placed{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& to = place[triangle[k]];
+      if (to == kUnused) {
+        to = static_cast<std::uint32_t>(mesh.vertices.size());
+        mesh.vertices.push_back(vertices[triangle[k]]);
+      }
+      placed[k] = to;
+    }
+    mesh.triangles.push_back(placed);
+    mesh.materials.push_back(material);
+  }
+  const auto count = static_cast<std::uint32_t>(mesh.triangles.size()) - first;
+  if (count > 0) mesh.objects.push_back({std::move(name), surface, first, count});
+  return dropped;
+}
+
+void append_box(Mesh& mesh, std::string name, Surface surface, Material material, const Eigen::Vector3d& min,
+                const Eigen::Vector3d& max, double yaw_rad) {
+  const Eigen::Vector3d centre = 0.5 * (min + max);
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  std::vector<Eigen::Vector3d> corners;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d corner((i & 1) != 0 ? max.x() : min.x(), (i & 2) != 0 ? max.y() : min.y(),
+                                 (i & 4) != 0 ? max.z() : min.z());
+    // Exact corners without yaw: boxes that share a wall then share its vertices.
+    corners.push_back(yaw_rad == 0 ? corner : Eigen::Vector3d(centre + turn * (corner - centre)));
+  }
+  // Corner index: bit 0 east, bit 1 north, bit 2 top. Two triangles a side, counter-clockwise from outside.
+  static const std::vector<std::array<std::uint32_t, 3>> kSides = {{0, 2, 3}, {0, 3, 1},   // down
+                                                                   {4, 5, 7}, {4, 7, 6},   // up
+                                                                   {0, 1, 5}, {0, 5, 4},   // south
+                                                                   {2, 6, 7}, {2, 7, 3},   // north
+                                                                   {0, 4, 6}, {0, 6, 2},   // west
+                                                                   {1, 3, 7}, {1, 7, 5}};  // east
+  append_object(mesh, std::move(name), surface, material, corners, kSides);
+}
+
+CitySummary summarize(const City& city) {
+  CitySummary summary;
+  const Mesh& mesh = city.mesh;
+  summary.triangles = mesh.triangles.size();
+  summary.bounds = city.bounds();
+  Box built;
+  for (const Object& object : mesh.objects) {
+    if (object.surface == Surface::Terrain) summary.terrain_triangles += object.triangle_count;
+    if (object.surface != Surface::Building) continue;
+    ++summary.buildings;
+    for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
+      for (const std::uint32_t index : mesh.triangles[object.first_triangle + t]) {
+        extend(built, mesh.vertices[index]);
+      }
+    }
+  }
+  if (summary.buildings == 0) return summary;
+  summary.highest_roof_m = built.max.z();
+  RoofSampler sampler(built);
+  for (const Object& object : mesh.objects) {
+    if (object.surface != Surface::Building) continue;
+    for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
+      const auto& triangle = mesh.triangles[object.first_triangle + t];
+      sampler.add(mesh.vertices[triangle[0]], mesh.vertices[triangle[1]], mesh.vertices[triangle[2]]);
+    }
+  }
+  summary.built_area_fraction = sampler.share();
+  return summary;
+}
+
+}  // namespace canyon::city
