@@ -1,0 +1,97 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "cli/commands.hpp"
+
+namespace canyon::cli {
+namespace {
+
+struct Arguments {
+  std::string input;
+  std::string origin;
+  bool json = false;
+};
+
+bool is_scenario(const std::filesystem::path& path) {
+  return path.extension() == ".yaml" || path.extension() == ".yml";
+}
+
+int run(const Arguments& arguments) {
+  simulation::CityConfig config;
+  if (is_scenario(arguments.input)) {
+    if (!arguments.origin.empty()) {
+      throw InputError("--origin belongs to a mesh file", "a scenario says its own origin under city:");
+    }
+    config = simulation::read_scenario(arguments.input).city;
+  } else {
+    config.mesh = arguments.input;
+    if (!arguments.origin.empty()) config.import.origin = parse_place(arguments.origin, "--origin");
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const city::City city = simulation::load_city(config);
+  const double load_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const city::CitySummary summary = city::summarize(city);
+  const geodesy::Geodetic& origin = city.frame.origin();
+  const bool empty = summary.triangles == 0;
+  const Eigen::Vector3d low = empty ? Eigen::Vector3d::Zero().eval() : summary.bounds.min;
+  const Eigen::Vector3d high = empty ? Eigen::Vector3d::Zero().eval() : summary.bounds.max;
+
+  if (arguments.json) {
+    const nlohmann::json out{
+        {"name", city.name},
+        {"origin",
+         {{"latitude_deg", geodesy::degrees(origin.latitude_rad)},
+          {"longitude_deg", geodesy::degrees(origin.longitude_rad)},
+          {"height_m", origin.height_m}}},
+        {"buildings", summary.buildings},
+        {"triangles", summary.triangles},
+        {"terrain_triangles", summary.terrain_triangles},
+        {"bounds_min_m", {low.x(), low.y(), low.z()}},
+        {"bounds_max_m", {high.x(), high.y(), high.z()}},
+        {"highest_roof_m", summary.highest_roof_m},
+        {"built_area_fraction", summary.built_area_fraction},
+        {"notes", city.notes},
+        {"load_s", load_s}};
+    fmt::print("{}\n", out.dump(2));
+    return kOk;
+  }
+  fmt::print("{}\n", city.name);
+  fmt::print("  origin        {:.6f}, {:.6f}, {:.1f} m\n", geodesy::degrees(origin.latitude_rad),
+             geodesy::degrees(origin.longitude_rad), origin.height_m);
+  fmt::print("  buildings     {}\n", summary.buildings);
+  fmt::print("  triangles     {} ({} terrain)\n", summary.triangles, summary.terrain_triangles);
+  fmt::print("  extent        {:.0f} m east-west, {:.0f} m north-south, {:.1f} to {:.1f} m high\n", high.x() - low.x(),
+             high.y() - low.y(), low.z(), high.z());
+  fmt::print("  east, north   {:.1f} to {:.1f} m, {:.1f} to {:.1f} m from the origin\n", low.x(), high.x(), low.y(),
+             high.y());
+  fmt::print("  highest roof  {:.1f} m\n", summary.highest_roof_m);
+  fmt::print("  built area    {:.0f} %\n", summary.built_area_fraction * 100);
+  fmt::print("  loaded in     {:.2f} s\n", load_s);
+  for (const std::string& note : city.notes) fmt::print("  note          {}\n", note);
+  return kOk;
+}
+
+}  // namespace
+
+void add_city(CLI::App& app, Action& action) {
+  CLI::App* command = app.add_subcommand("city", "look into city models");
+  command->require_subcommand(1);
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* info = command->add_subcommand("info", "size, buildings, georeference and defects of a city");
+  info->add_option("input", arguments->input, "mesh file (.dae .obj .stl .gltf .glb .ply), or a scenario: its city")
+      ->type_name("FILE")
+      ->required();
+  info->add_option("--origin", arguments->origin, "where a mesh file's zero lies (degrees, metres)")
+      ->type_name("LAT,LON,HEIGHT");
+  info->add_flag("--json", arguments->json, "print JSON");
+  info->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+}
+
+}  // namespace canyon::cli

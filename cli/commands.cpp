@@ -1,0 +1,69 @@
+#include "cli/commands.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+
+namespace canyon::cli {
+namespace {
+
+/// Columns of a UTF-8 text on a terminal: continuation bytes take none.
+std::size_t width(const std::string& text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
+  }));
+}
+
+}  // namespace
+
+geodesy::Geodetic parse_place(const std::string& text, const std::string& option) {
+  const std::vector<std::string_view> pieces = split(text, ',');
+  std::vector<double> values;
+  for (std::string_view piece : pieces) {
+    const std::optional<double> value = parse_double(piece);
+    if (value) values.push_back(*value);
+  }
+  if (values.size() != pieces.size() || values.size() < 2 || values.size() > 3) {
+    throw InputError(fmt::format("{} '{}' is not a place", option, text),
+                     "give LATITUDE,LONGITUDE,HEIGHT in degrees and metres, e.g. 22.3,114.17,10");
+  }
+  const geodesy::Geodetic place =
+      geodesy::Geodetic::from_degrees(values[0], values[1], values.size() == 3 ? values[2] : 0);
+  geodesy::check_geodetic(place, option.c_str());
+  return place;
+}
+
+std::set<orbit::System> parse_systems(const std::string& text) {
+  std::set<orbit::System> systems;
+  for (std::string_view piece : split(text, ',')) systems.insert(orbit::system_from_name(trim(piece)));
+  return systems;
+}
+
+void print_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths;
+  for (const std::string& cell : header) widths.push_back(width(cell));
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width(row[i]));
+  }
+  const auto print = [&widths](const std::vector<std::string>& row) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::string padding(widths[i] - width(row[i]), ' ');
+      line += i == 0 ? row[i] + padding : "  " + padding + row[i];
+    }
+    while (!line.empty() && line.back() == ' ') line.pop_back();
+    fmt::print("{}\n", line);
+  };
+  print(header);
+  for (const auto& row : rows) print(row);
+}
+
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+}
+
+}  // namespace canyon::cli

@@ -1,0 +1,146 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <memory>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/pictures.hpp"
+#include "canyon/output/sinks.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "cli/commands.hpp"
+#include "cli/progress.hpp"
+
+namespace canyon::cli {
+namespace {
+
+struct Arguments {
+  std::string scenario;
+  std::string out;
+  std::optional<std::uint64_t> seed;
+  std::optional<double> duration_s;
+  std::optional<double> rate_hz;
+  int threads = 0;
+  bool quiet = false;
+};
+
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
+
+extern "C" void request_stop(int signal) {
+  stop_requested = true;
+  // A second Ctrl-C ends the program at once.
+  std::signal(signal, SIG_DFL);
+}
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// How many satellites of which system: "GPS 9, BeiDou 14".
+std::string count_systems(const std::vector<orbit::SatelliteId>& satellites) {
+  std::string text;
+  for (const orbit::System system : orbit::kAllSystems) {
+    const auto n = std::count_if(satellites.begin(), satellites.end(),
+                                 [system](orbit::SatelliteId id) { return id.system == system; });
+    if (n > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", orbit::name(system), n);
+  }
+  return text;
+}
+
+simulation::Scenario read(const Arguments& arguments) {
+  simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
+  if (arguments.seed) scenario.seed = *arguments.seed;
+  if (arguments.duration_s) {
+    if (!(*arguments.duration_s >= 0)) throw InputError("--duration is negative", "give seconds");
+    scenario.duration_s = arguments.duration_s;
+  }
+  if (arguments.rate_hz) {
+    if (!(*arguments.rate_hz > 0 && *arguments.rate_hz <= 1000)) {
+      throw InputError(fmt::format("--rate {} is out of range", *arguments.rate_hz), "it runs from above 0 to 1000 Hz");
+    }
+    scenario.rate_hz = arguments.rate_hz;
+  }
+  return scenario;
+}
+
+int run(const Arguments& arguments) {
+  const auto note = [&arguments](const std::string& text) {
+    if (!arguments.quiet) fmt::print(stderr, "{}\n", text);
+  };
+  const simulation::Scenario scenario = read(arguments);
+  make_output_folder(arguments.out);
+
+  const auto load_begin = std::chrono::steady_clock::now();
+  city::City city = simulation::load_city(scenario.city);
+  const city::CitySummary summary = city::summarize(city);
+  note(fmt::format("city        {}: {} buildings, {} triangles, {:.0f} m x {:.0f} m ({:.2f} s)", city.name,
+                   summary.buildings, summary.triangles,
+                   summary.triangles > 0 ? summary.bounds.max.x() - summary.bounds.min.x() : 0,
+                   summary.triangles > 0 ? summary.bounds.max.y() - summary.bounds.min.y() : 0,
+                   seconds_since(load_begin)));
+  const simulation::Simulation simulation(scenario, std::move(city));
+  note(fmt::format("sky         {}", count_systems(simulation.environment().sky().satellites())));
+  note(fmt::format("trajectory  {:.0f} m, {} epochs every {} s from {}", simulation.trajectory().length_m(),
+                   simulation.epoch_count(), simulation.interval_s(), geodesy::format_gpst(simulation.begin(), 0)));
+  if (!arguments.quiet) print_warnings(simulation.warnings());
+
+  std::vector<std::unique_ptr<simulation::EpochSink>> sinks = output::make_file_sinks(simulation, arguments.out);
+  if (scenario.outputs.pictures) {
+    for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
+      sinks.push_back(output::make_pictures(simulation, output::receiver_folder(simulation, arguments.out, i), i));
+    }
+  }
+  std::vector<std::string> names;
+  for (const simulation::ReceiverConfig& receiver : scenario.receivers) names.push_back(receiver.options.name);
+  output::SummarySink figures(names);
+  std::vector<simulation::EpochSink*> all{&figures};
+  for (const auto& sink : sinks) all.push_back(sink.get());
+
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
+  simulation::RunResult result;
+  {
+    Progress progress("simulating", arguments.quiet);
+    simulation::RunOptions options;
+    options.threads = arguments.threads;
+    options.stop = &stop_requested;
+    options.progress = [&progress](std::size_t done, std::size_t total) { progress.update(done, total); };
+    result = simulation.run(all, options);
+  }
+  if (!arguments.quiet) print_warnings(result.warnings);
+  if (!arguments.quiet) fmt::print("\n{}\n", output::format_summary_table(figures.summaries()));
+  if (result.interrupted) {
+    fmt::print(stderr, "canyon: interrupted: {} of {} epochs finished and written to {}\n", result.epochs, result.planned,
+               arguments.out);
+    return kInterrupted;
+  }
+  note(fmt::format("{} epochs in {:.2f} s, {:.0f} times real time; results in {}", result.epochs, result.wall_s,
+                   result.simulated_s / std::max(result.wall_s, 1e-9), arguments.out));
+  return kOk;
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("simulate", "run a scenario and write what its receivers see");
+  command->add_option("scenario", arguments->scenario, "scenario file (YAML)")->type_name("SCENARIO")->required();
+  command->add_option("--out", arguments->out, "folder for the results, made where needed")->type_name("DIR")->required();
+  command->add_option("--seed", arguments->seed, "instead of the scenario's seed")->type_name("N");
+  command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")->type_name("S");
+  command->add_option("--rate", arguments->rate_hz, "instead of the scenario's rate_hz")->type_name("HZ");
+  command->add_option("--threads", arguments->threads, "0: one for each core (0)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--quiet", arguments->quiet, "print errors only");
+  command->footer("Keys of a scenario (docs/scenario.md explains them):\n\n" + simulation::format_scenario_keys());
+  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+}
+
+}  // namespace canyon::cli

@@ -1,0 +1,138 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "cli/commands.hpp"
+
+namespace canyon::cli {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> navigation;
+  std::string sp3;
+  std::string place;
+  std::string time;
+  std::string systems;
+  double mask_deg = 0;
+  bool allow_stale = false;
+  bool all = false;
+  bool json = false;
+};
+
+struct Row {
+  orbit::SatelliteId id;
+  std::optional<orbit::LineOfSight> line;
+  std::string source;
+};
+
+int run(const Arguments& arguments) {
+  const geodesy::Geodetic place = parse_place(arguments.place, "--at");
+  const geodesy::GpsTime time = geodesy::parse_time(arguments.time);
+  if (!(arguments.mask_deg >= -90 && arguments.mask_deg < 90)) {
+    throw InputError(fmt::format("--mask {} is not an elevation", arguments.mask_deg),
+                     "it runs from -90 to 90 degrees");
+  }
+  simulation::SkyConfig config;
+  config.navigation.assign(arguments.navigation.begin(), arguments.navigation.end());
+  if (!arguments.sp3.empty()) config.sp3 = arguments.sp3;
+  config.nominal = config.navigation.empty() && !config.sp3;
+  config.allow_stale = arguments.allow_stale;
+  if (!arguments.systems.empty()) config.systems = parse_systems(arguments.systems);
+  const simulation::BuiltSky sky = simulation::build_sky(config, time, time, place);
+
+  const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(place);
+  std::vector<Row> up;
+  std::vector<Row> down;
+  std::vector<Row> absent;
+  for (const orbit::SatelliteId id : sky.sky->satellites()) {
+    Row row{id, orbit::line_of_sight(*sky.sky, id, time, antenna), sky.sky->source(id, time)};
+    if (!row.line) {
+      absent.push_back(std::move(row));
+    } else if (geodesy::degrees(row.line->elevation_rad) >= arguments.mask_deg) {
+      up.push_back(std::move(row));
+    } else {
+      down.push_back(std::move(row));
+    }
+  }
+
+  if (arguments.json) {
+    nlohmann::json out;
+    out["time_gpst"] = geodesy::format_gpst(time);
+    out["time_utc"] = geodesy::format_utc(time);
+    out["latitude_deg"] = geodesy::degrees(place.latitude_rad);
+    out["longitude_deg"] = geodesy::degrees(place.longitude_rad);
+    out["height_m"] = place.height_m;
+    out["satellites"] = nlohmann::json::array();
+    const auto add = [&out](const Row& row, bool visible) {
+      nlohmann::json entry{{"sat", orbit::to_string(row.id)}, {"above_mask", visible}, {"source", row.source}};
+      if (row.line) {
+        entry["azimuth_deg"] = geodesy::degrees(row.line->azimuth_rad);
+        entry["elevation_deg"] = geodesy::degrees(row.line->elevation_rad);
+        entry["range_m"] = row.line->range_m;
+        const Eigen::Vector3d& p = row.line->state.position_m;
+        entry["position_ecef_m"] = {p.x(), p.y(), p.z()};
+        entry["clock_bias_s"] = row.line->state.clock_bias_s;
+      }
+      out["satellites"].push_back(std::move(entry));
+    };
+    for (const Row& row : up) add(row, true);
+    if (arguments.all) {
+      for (const Row& row : down) add(row, false);
+      for (const Row& row : absent) add(row, false);
+    }
+    out["warnings"] = sky.warnings;
+    fmt::print("{}\n", out.dump(2));
+    return kOk;
+  }
+
+  print_warnings(sky.warnings);
+  fmt::print("{} ({}) at {:.6f}, {:.6f}, {:.1f} m\n\n", geodesy::format_gpst(time, 0), geodesy::format_utc(time, 0),
+             geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad), place.height_m);
+  std::vector<std::vector<std::string>> rows;
+  const auto add = [&rows](const Row& row) {
+    rows.push_back({orbit::to_string(row.id),
+                    row.line ? fmt::format("{:.1f}", geodesy::degrees(row.line->azimuth_rad)) : "-",
+                    row.line ? fmt::format("{:.1f}", geodesy::degrees(row.line->elevation_rad)) : "-",
+                    row.line ? fmt::format("{:.1f}", row.line->range_m / 1e3) : "-", row.source});
+  };
+  for (const Row& row : up) add(row);
+  if (arguments.all) {
+    for (const Row& row : down) add(row);
+    for (const Row& row : absent) add(row);
+  }
+  print_table({"sat", "azimuth [deg]", "elevation [deg]", "range [km]", "source"}, rows);
+  fmt::print("\n{} satellites above {} deg, {} below, {} without a valid ephemeris{}\n", up.size(),
+             arguments.mask_deg, down.size(), absent.size(),
+             arguments.all || down.size() + absent.size() == 0 ? "" : " (--all lists them)");
+  return kOk;
+}
+
+}  // namespace
+
+void add_sky(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("sky", "who is up, where, and from which file");
+  command->add_option("--nav", arguments->navigation,
+                      "RINEX navigation files (2, 3 or 4; .gz too); without them the nominal constellations")
+      ->type_name("FILE");
+  command->add_option("--sp3", arguments->sp3, "SP3-c/d precise orbits instead")->type_name("FILE")->excludes("--nav");
+  command->add_option("--at", arguments->place, "where: latitude and longitude in degrees, ellipsoidal height in metres")
+      ->type_name("LAT,LON,HEIGHT")
+      ->required();
+  command->add_option("--time", arguments->time, "when: 2019-04-28T12:58:03Z (UTC), or with ' GPST' behind it")
+      ->type_name("T")
+      ->required();
+  command->add_option("--systems", arguments->systems, "only these: GPS,GLONASS,Galileo,BeiDou,QZSS")->type_name("LIST");
+  command->add_option("--mask", arguments->mask_deg, "lowest elevation shown [deg] (0)")->type_name("DEG");
+  command->add_flag("--allow-stale", arguments->allow_stale, "take ephemerides older than their system allows");
+  command->add_flag("--all", arguments->all, "list the satellites below the mask and without ephemeris too");
+  command->add_flag("--json", arguments->json, "print JSON");
+  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+}
+
+}  // namespace canyon::cli

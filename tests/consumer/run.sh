@@ -1,0 +1,16 @@
+#!/usr/bin/env bash
+# Installs Canyon into an empty prefix and builds and runs a project of its own against it.
+# usage: tests/consumer/run.sh BUILD_FOLDER WORK_FOLDER
+set -euo pipefail
+source=$(cd "$(dirname "$0")" && pwd)
+build=$1 work=$2
+rm -rf "$work"
+mkdir -p "$work"
+cmake --install "$build" --prefix "$work/prefix" >"$work/log"
+cmake -S "$source" -B "$work/build" -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix" >>"$work/log" ||
+  { tail -n 30 "$work/log"; exit 1; }
+cmake --build "$work/build" >>"$work/log" || { tail -n 40 "$work/log"; exit 1; }
+"$work/build/engine_consumer"
+printf 'v 0 0 0\nv 10 0 0\nv 10 0 10\nv 0 0 10\nf 1 2 3 4\n' >"$work/wall.obj"
+"$work/build/io_consumer" "$work/wall.obj"
+"$work/prefix/bin/canyon" --version
