@@ -50,6 +50,13 @@ void OutputFile::write(std::string_view bytes) {
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) fail("cannot be written");
 }
 
+void OutputFile::overwrite(std::size_t offset, std::string_view bytes) {
+  errno = 0;
+  if (std::fseek(file_, static_cast<long>(offset), SEEK_SET) != 0) fail("cannot be written");
+  write(bytes);
+  if (std::fseek(file_, 0, SEEK_END) != 0) fail("cannot be written");
+}
+
 void OutputFile::commit() {
   errno = 0;
   const bool flushed = std::fflush(file_) == 0;

@@ -22,6 +22,10 @@ class OutputFile {
 
   /// Throws InputError where the disk does not take it (full, quota, gone).
   void write(std::string_view bytes);
+  /// Replaces bytes that were written before, from byte `offset`; later write()s go on at the end. For
+  /// headers that name what is only known at the end. Throws like write(). Precondition: offset + size within
+  /// the file.
+  void overwrite(std::size_t offset, std::string_view bytes);
   /// Makes the file appear under its name. Throws like write(). Call once.
   void commit();
 

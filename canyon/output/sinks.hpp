@@ -18,27 +18,37 @@ namespace canyon::output {
                                                                      std::size_t receiver);
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_satellites_csv(const std::filesystem::path& path,
                                                                          std::size_t receiver);
-/// NMEA 0183 v4.11: GGA, RMC, GSA, GSV, GST each epoch.
+/// NMEA 0183 v4.11: RMC, GGA, GSA, GST, GSV each epoch.
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_nmea(const std::filesystem::path& path,
                                                                std::size_t receiver);
-/// RINEX 3.04 observation file; codes C1C D1C S1C (BeiDou C2I D2I S2I).
+/// RINEX 3.04 observation file; codes C1C D1C (BeiDou C2I D2I). Epoch tags are the receiver's clock, rounded
+/// to 100 ns, and pseudoranges follow the rounded tag. Epochs without any measurement are left out.
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_rinex_observation(
     const std::filesystem::path& path, std::size_t receiver, const simulation::Simulation& simulation);
+/// KML 2.2 and GeoJSON (RFC 7946): true track, fixes by horizontal error, places without fix. `name` is
+/// UTF-8. They hold the track in memory, about 200 bytes an epoch.
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_kml(const std::filesystem::path& path,
                                                               std::size_t receiver, const std::string& name);
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_geojson(const std::filesystem::path& path,
-                                                                  std::size_t receiver, const std::string& name);
+                                                                  std::size_t receiver,
+                                                                  const std::string& name);
 
-/// Figures over a run, for the summary table.
+/// Figures over a run, for the summary table. Percentiles interpolate linearly between order statistics (rank
+/// p (n - 1) from 0, as NumPy does); vertical errors count without their sign. What has nothing to be made
+/// from (errors without a fix, means without an epoch, shares without a satellite) is NaN.
 struct RunSummary {
   std::string receiver;
   std::size_t epochs = 0;
   std::size_t fixes = 0;
   double horizontal_p50_m = 0, horizontal_p95_m = 0, horizontal_max_m = 0;  ///< NaN without fix
   double vertical_p50_m = 0, vertical_p95_m = 0;
-  double mean_visible = 0, mean_blocked = 0, mean_used = 0;
-  double los_share = 0, los_multipath_share = 0, nlos_share = 0, blocked_share = 0;  ///< of satellites above mask
+  double mean_visible = 0, mean_blocked = 0,
+         mean_used = 0;  ///< per epoch, epochs without fix included (0 used)
+  double los_share = 0, los_multipath_share = 0, nlos_share = 0,
+         blocked_share = 0;  ///< of satellites above mask
   double median_hdop = 0;
+  /// From the first epoch without fix to the next fix; at the end of the run to one interval behind the last
+  /// epoch.
   double longest_outage_s = 0;
 };
 
@@ -56,9 +66,22 @@ class SummarySink final : public simulation::EpochSink {
   std::unique_ptr<State> state_;
 };
 
-/// All the files that the scenario's `outputs:` asks for, into `folder`. With one receiver the names are plain
-/// (epochs.csv, satellites.csv, receiver.nmea, receiver.obs, sky.nav, track.kml, track.geojson); with several
-/// each receiver has a folder of its name (sky.nav stays in `folder`). Pictures are canyon::io's (pictures.hpp).
+/// The figures as a table for terminals, one column for each receiver (four side by side), "-" for NaN.
+/// Ends with a newline; empty for no receivers. Plain text but for the receivers' names.
+[[nodiscard]] std::string format_summary_table(const std::vector<RunSummary>& summaries);
+
+/// Folder names for receivers: letters, digits, '.', '-' and '_' stay, anything else becomes '_'; names that
+/// would fall together (upper and lower case count as one) get "-2", "-3", ... behind.
+[[nodiscard]] std::vector<std::string> receiver_folder_names(const std::vector<std::string>& receiver_names);
+/// Where each receiver's files lie: `folder` itself with one receiver, else a folder of its own in it.
+[[nodiscard]] std::vector<std::filesystem::path> receiver_folders(const simulation::Simulation& simulation,
+                                                                  const std::filesystem::path& folder);
+
+/// All the files that the scenario's `outputs:` asks for, into `folder`. With one receiver the names are
+/// plain (epochs.csv, satellites.csv, receiver.nmea, receiver.obs, sky.nav, track.kml, track.geojson); with
+/// several each receiver has a folder of its name (sky.nav stays in `folder`; it is left out for skies
+/// without broadcast records). Pictures are canyon::io's (pictures.hpp). `simulation` must outlive the sinks.
+/// Throws InputError where a folder or file cannot be made.
 [[nodiscard]] std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(
     const simulation::Simulation& simulation, const std::filesystem::path& folder);
 

@@ -1,0 +1,179 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/output/file_sink.hpp"
+#include "canyon/output/number.hpp"
+#include "canyon/output/sinks.hpp"
+#include "canyon/output/words.hpp"
+
+namespace canyon::output {
+namespace {
+
+using geodesy::degrees;
+
+/// One line of cells; a cell that is not known stays empty.
+class Row {
+ public:
+  Row& add(std::string_view text) {
+    if (started_) text_ += ',';
+    started_ = true;
+    text_ += text;
+    return *this;
+  }
+  Row& add(double value, int decimals) { return add(fixed(value, decimals)); }
+  Row& add(std::int64_t value) { return add(fmt::format_int(value).c_str()); }
+  Row& add_vector(const Eigen::Vector3d& v, int decimals) {
+    for (int i = 0; i < 3; ++i) add(v[i], decimals);
+    return *this;
+  }
+  Row& add_nothing(int cells) {
+    for (int i = 0; i < cells; ++i) add("");
+    return *this;
+  }
+  /// Degrees with 10 decimals (0.01 mm), height with 4.
+  Row& add_position(const geodesy::Geodetic& p) {
+    return add(degrees(p.latitude_rad), 10).add(degrees(p.longitude_rad), 10).add(p.height_m, 4);
+  }
+  [[nodiscard]] std::string line() && { return std::move(text_ += '\n'); }
+
+ private:
+  std::string text_;
+  bool started_ = false;
+};
+
+std::string header(const std::vector<std::string>& columns) {
+  Row row;
+  for (const auto& column : columns) row.add(column);
+  return std::move(row).line();
+}
+
+class EpochsCsv final : public FileSink {
+ public:
+  EpochsCsv(const std::filesystem::path& path, std::size_t receiver) : FileSink(path, receiver) {
+    put(header(epochs_csv_columns()));
+  }
+
+ private:
+  void write_epoch(const simulation::Epoch& epoch) override {
+    const receiver::ReceiverEpoch& seen = epoch.observed;
+    const receiver::Fix& fix = seen.fix;
+    Row row;
+    row.add(seen.time.week()).add(seconds_of_week(seen.time)).add_position(epoch.truth.position);
+    row.add(status_word(fix));
+    if (fix.solved()) {
+      row.add_position(fix.position).add_vector(epoch.error_enu_m, 4);
+    } else {
+      row.add_nothing(6);
+    }
+    if (fix.solved() && fix.dop) {
+      const receiver::Dop& d = *fix.dop;
+      for (const double dop : {d.gdop, d.pdop, d.hdop, d.vdop, d.tdop}) row.add(dop, 4);
+      row.add(receiver::name(receiver::rate_dop(d.pdop)));
+    } else {
+      row.add_nothing(6);
+    }
+    row.add(seen.visible).add(seen.blocked).add(static_cast<std::int64_t>(used_count(fix)));
+
+    row.add(fix.solved() ? std::string_view() : receiver::reason(fix.status));
+    row.add(placement_word(epoch.placement)).add_vector(epoch.truth.velocity_enu_mps, 4);
+    if (fix.solved() && fix.velocity_enu_mps) {
+      row.add_vector(*fix.velocity_enu_mps, 4);
+    } else {
+      row.add_nothing(3);
+    }
+    if (fix.solved()) {
+      row.add_vector(fix.covariance_enu.diagonal().cwiseSqrt(), 4);
+      row.add(fix.covariance_enu(0, 1), 6).add(fix.covariance_enu(0, 2), 6).add(fix.covariance_enu(1, 2), 6);
+    } else {
+      row.add_nothing(6);
+    }
+    for (const orbit::System system : orbit::kAllSystems) {
+      const auto bias = fix.clock_bias_s.find(system);
+      const bool known = fix.solved() && bias != fix.clock_bias_s.end();
+      row.add(known ? fixed(bias->second, 13) : std::string());
+    }
+    put(std::move(row).line());
+  }
+};
+
+class SatellitesCsv final : public FileSink {
+ public:
+  SatellitesCsv(const std::filesystem::path& path, std::size_t receiver) : FileSink(path, receiver) {
+    put(header(satellites_csv_columns()));
+  }
+
+ private:
+  void write_epoch(const simulation::Epoch& epoch) override {
+    const receiver::ReceiverEpoch& seen = epoch.observed;
+    const receiver::Fix& fix = seen.fix;
+    const std::string tow = seconds_of_week(seen.time);
+    for (const receiver::SatelliteObservation& satellite : seen.satellites) {
+      Row row;
+      row.add(seen.time.week()).add(tow).add(orbit::to_string(satellite.id));
+      row.add(wrapped_azimuth_deg(satellite.azimuth_rad, 6), 6).add(degrees(satellite.elevation_rad), 6);
+      row.add(propagation::name(satellite.visibility));
+      const bool received = satellite.visibility != propagation::Visibility::Blocked;
+      row.add(received ? fixed(satellite.excess_m, 4) : std::string());
+      if (satellite.measurement) {
+        row.add(satellite.measurement->pseudorange_m, 4);
+        row.add(satellite.pseudorange_error_m, 4).add(satellite.noise_m, 4);
+      } else {
+        row.add_nothing(3);
+      }
+      row.add(satellite.used ? "1" : "0").add(satellite.above_mask ? "1" : "0");
+      if (satellite.measurement) {
+        const receiver::Measurement& m = *satellite.measurement;
+        row.add(m.doppler_hz ? fixed(*m.doppler_hz, 4) : std::string());
+        row.add(m.carrier_frequency_hz, 0).add(m.sigma_m, 4);
+      } else {
+        row.add_nothing(3);
+      }
+      const auto used = std::lower_bound(fix.used.begin(), fix.used.end(), satellite.id);
+      const auto index = static_cast<std::size_t>(used - fix.used.begin());
+      const bool known =
+          fix.solved() && used != fix.used.end() && *used == satellite.id && index < fix.residuals_m.size();
+      row.add(known ? fixed(fix.residuals_m[index], 4) : std::string());
+      put(std::move(row).line());
+    }
+  }
+};
+
+}  // namespace
+
+const std::vector<std::string>& epochs_csv_columns() {
+  static const std::vector<std::string> columns{
+      "gps_week", "gps_tow", "true_latitude_deg", "true_longitude_deg", "true_height_m", "status",
+      "fix_latitude_deg", "fix_longitude_deg", "fix_height_m", "error_east_m", "error_north_m", "error_up_m",
+      "gdop", "pdop", "hdop", "vdop", "tdop", "rating", "visible", "blocked", "used",
+      // Behind the agreed ones.
+      "reason", "placement", "true_velocity_east_mps", "true_velocity_north_mps", "true_velocity_up_mps",
+      "fix_velocity_east_mps", "fix_velocity_north_mps", "fix_velocity_up_mps", "sigma_east_m",
+      "sigma_north_m", "sigma_up_m", "covariance_east_north_m2", "covariance_east_up_m2",
+      "covariance_north_up_m2", "clock_gps_s", "clock_glonass_s", "clock_galileo_s", "clock_beidou_s",
+      "clock_qzss_s"};
+  return columns;
+}
+
+const std::vector<std::string>& satellites_csv_columns() {
+  static const std::vector<std::string> columns{
+      "gps_week", "gps_tow", "sat", "azimuth_deg", "elevation_deg", "visibility", "excess_path_m",
+      "pseudorange_m", "pseudorange_error_m", "noise_m", "used",
+      // Behind the agreed ones.
+      "above_mask", "doppler_hz", "carrier_frequency_hz", "sigma_m", "residual_m"};
+  return columns;
+}
+
+std::unique_ptr<simulation::EpochSink> make_epochs_csv(const std::filesystem::path& path,
+                                                       std::size_t receiver) {
+  return std::make_unique<EpochsCsv>(path, receiver);
+}
+
+std::unique_ptr<simulation::EpochSink> make_satellites_csv(const std::filesystem::path& path,
+                                                           std::size_t receiver) {
+  return std::make_unique<SatellitesCsv>(path, receiver);
+}
+
+}  // namespace canyon::output

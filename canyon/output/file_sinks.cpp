@@ -1,0 +1,91 @@
+#include <cctype>
+#include <set>
+#include <utility>
+
+#include "canyon/base/output_file.hpp"
+#include "canyon/orbit/rinex_navigation.hpp"
+#include "canyon/output/sinks.hpp"
+
+namespace canyon::output {
+namespace {
+
+/// The simulated sky, written once at the end.
+class NavigationFile final : public simulation::EpochSink {
+ public:
+  NavigationFile(std::filesystem::path path, const orbit::NavigationData& data)
+      : path_(std::move(path)), data_(data) {}
+  void write(const simulation::Epoch&) override {}
+  void finish() override {
+    if (!std::exchange(finished_, true)) orbit::write_rinex_navigation(path_, data_);
+  }
+
+ private:
+  std::filesystem::path path_;
+  const orbit::NavigationData& data_;
+  bool finished_ = false;
+};
+
+std::string lower_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+std::string safe_name(const std::string& name) {
+  std::string safe;
+  for (const char c : name.substr(0, 64)) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '-' || c == '_' || (c == '.' && !safe.empty());
+    safe += plain ? c : '_';
+  }
+  return safe.empty() ? "receiver" : safe;
+}
+
+}  // namespace
+
+std::vector<std::string> receiver_folder_names(const std::vector<std::string>& receiver_names) {
+  // Letters of either case count as one name: not every file system tells them apart.
+  std::set<std::string> taken{"sky.nav"};
+  std::vector<std::string> folders;
+  for (const std::string& name : receiver_names) {
+    const std::string safe = safe_name(name);
+    std::string folder = safe;
+    for (int i = 2; !taken.insert(lower_case(folder)).second; ++i) folder = safe + '-' + std::to_string(i);
+    folders.push_back(std::move(folder));
+  }
+  return folders;
+}
+
+std::vector<std::filesystem::path> receiver_folders(const simulation::Simulation& simulation,
+                                                    const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& receiver : simulation.scenario().receivers) names.push_back(receiver.options.name);
+  if (names.size() == 1) return {folder};
+  std::vector<std::filesystem::path> folders;
+  for (const std::string& name : receiver_folder_names(names)) folders.push_back(folder / name);
+  return folders;
+}
+
+std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simulation::Simulation& simulation,
+                                                                    const std::filesystem::path& folder) {
+  const simulation::OutputConfig& wanted = simulation.scenario().outputs;
+  std::vector<std::unique_ptr<simulation::EpochSink>> sinks;
+  make_output_folder(folder);
+  const auto folders = receiver_folders(simulation, folder);
+  for (std::size_t i = 0; i < folders.size(); ++i) {
+    const std::filesystem::path& at = folders[i];
+    if (at != folder) make_output_folder(at);
+    const std::string& name = simulation.scenario().receivers[i].options.name;
+    if (wanted.epochs_csv) sinks.push_back(make_epochs_csv(at / "epochs.csv", i));
+    if (wanted.satellites_csv) sinks.push_back(make_satellites_csv(at / "satellites.csv", i));
+    if (wanted.nmea) sinks.push_back(make_nmea(at / "receiver.nmea", i));
+    if (wanted.rinex_observation) sinks.push_back(make_rinex_observation(at / "receiver.obs", i, simulation));
+    if (wanted.kml) sinks.push_back(make_kml(at / "track.kml", i, name));
+    if (wanted.geojson) sinks.push_back(make_geojson(at / "track.geojson", i, name));
+  }
+  if (wanted.rinex_navigation && !simulation.navigation().empty()) {
+    sinks.push_back(std::make_unique<NavigationFile>(folder / "sky.nav", simulation.navigation()));
+  }
+  return sinks;
+}
+
+}  // namespace canyon::output

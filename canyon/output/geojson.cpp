@@ -1,0 +1,95 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/file_sink.hpp"
+#include "canyon/output/sinks.hpp"
+#include "canyon/output/words.hpp"
+
+// RFC 7946.
+
+namespace canyon::output {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The shortest number within half a unit of the last of `decimals` digits; null where it is not finite.
+Json rounded(double value, int decimals) {
+  if (!std::isfinite(value)) return nullptr;
+  const double scale = std::pow(10.0, decimals);
+  const double result = std::round(value * scale) / scale;
+  return result == 0 ? 0.0 : result;
+}
+
+/// Longitude, latitude [deg, 9 decimals: 0.1 mm], ellipsoidal height [m] (RFC 7946, 3.1.1 and 4).
+Json coordinates(const geodesy::Geodetic& point) {
+  return Json::array({rounded(geodesy::degrees(point.longitude_rad), 9),
+                      rounded(geodesy::degrees(point.latitude_rad), 9), rounded(point.height_m, 3)});
+}
+
+Json feature(Json properties, std::string_view type, Json coordinates) {
+  return {{"type", "Feature"},
+          {"properties", std::move(properties)},
+          {"geometry", {{"type", type}, {"coordinates", std::move(coordinates)}}}};
+}
+
+class GeoJson final : public FileSink {
+ public:
+  GeoJson(const std::filesystem::path& path, std::size_t receiver, std::string name)
+      : FileSink(path, receiver), name_(std::move(name)) {
+    put("{\"type\":\"FeatureCollection\",\"features\":[");
+  }
+
+ private:
+  void write_epoch(const simulation::Epoch& epoch) override {
+    const receiver::ReceiverEpoch& seen = epoch.observed;
+    truth_.push_back(coordinates(epoch.truth.position));
+    Json properties{{"kind", seen.fix.solved() ? "fix" : "outage"},
+                    {"name", name_},
+                    {"time", geodesy::format_utc(seen.time)},
+                    {"status", status_word(seen.fix)}};
+    if (seen.fix.solved()) {
+      properties["error_horizontal_m"] = rounded(horizontal_m(epoch.error_enu_m), 3);
+      properties["error_up_m"] = rounded(epoch.error_enu_m.z(), 3);
+      properties["hdop"] = seen.fix.dop ? rounded(seen.fix.dop->hdop, 3) : Json(nullptr);
+      properties["used"] = used_count(seen.fix);
+    } else {
+      properties["reason"] = receiver::reason(seen.fix.status);
+    }
+    properties["visible"] = seen.visible;
+    properties["blocked"] = seen.blocked;
+    // Without a fix there is only the true place to show.
+    put_feature(feature(std::move(properties), "Point",
+                        coordinates(seen.fix.solved() ? seen.fix.position : epoch.truth.position)));
+  }
+
+  void write_end() override {
+    if (!truth_.empty()) {
+      const bool line = truth_.size() > 1;  // a LineString needs two positions (RFC 7946, 3.1.4)
+      Json place = line ? std::move(truth_) : std::move(truth_.front());
+      put_feature(
+          feature({{"kind", "truth"}, {"name", name_}}, line ? "LineString" : "Point", std::move(place)));
+    }
+    put("\n]}\n");
+  }
+
+  void put_feature(const Json& feature) {
+    put(first_ ? "\n" : ",\n");
+    first_ = false;
+    put(feature.dump(-1, ' ', false, Json::error_handler_t::replace));
+  }
+
+  std::string name_;
+  Json truth_ = Json::array();
+  bool first_ = true;
+};
+
+}  // namespace
+
+std::unique_ptr<simulation::EpochSink> make_geojson(const std::filesystem::path& path, std::size_t receiver,
+                                                    const std::string& name) {
+  return std::make_unique<GeoJson>(path, receiver, name);
+}
+
+}  // namespace canyon::output

@@ -1,0 +1,126 @@
+#include <fmt/format.h>
+
+#include <array>
+
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/file_sink.hpp"
+#include "canyon/output/sinks.hpp"
+#include "canyon/output/track.hpp"
+#include "canyon/output/words.hpp"
+
+namespace canyon::output {
+namespace {
+
+constexpr std::string_view kTruthRgb = "0072B2", kFixRgb = "999999", kOutageRgb = "000000";
+
+/// KML writes colours as alpha, blue, green, red.
+std::string kml_colour(std::string_view rgb, std::string_view alpha = "ff") {
+  return fmt::format("{}{}{}{}", alpha, rgb.substr(4, 2), rgb.substr(2, 2), rgb.substr(0, 2));
+}
+
+std::string line_style(std::string_view id, std::string_view rgb, double width) {
+  return fmt::format(
+      "  <Style id=\"{}\"><LineStyle><color>{}</color><width>{:.1f}</width></LineStyle><IconStyle>"
+      "<color>{}</color><scale>0.5</scale><Icon><href>http://maps.google.com/mapfiles/kml/shapes/"
+      "placemark_circle.png</href></Icon></IconStyle></Style>\n",
+      id, kml_colour(rgb), width, kml_colour(rgb));
+}
+
+/// Connected stretches of a track; a stretch of one epoch is a point.
+class Stretches {
+ public:
+  void add(const geodesy::Geodetic& point) {
+    if (!open_) stretches_.emplace_back();
+    open_ = true;
+    stretches_.back() += kml_coordinates(point) + '\n';
+  }
+  void interrupt() { open_ = false; }
+  [[nodiscard]] bool empty() const { return stretches_.empty(); }
+  [[nodiscard]] std::string geometry() const {
+    std::string text = "<MultiGeometry>\n";
+    for (const std::string& stretch : stretches_) {
+      const bool single = stretch.find('\n') + 1 == stretch.size();
+      const std::string_view kind = single ? "Point" : "LineString";
+      // The heights are ellipsoidal. KML's absolute mode counts from the geoid, which would bury or lift the
+      // track by tens of metres; clamped to the ground it is always seen.
+      text += fmt::format(
+          "<{}>{}<altitudeMode>clampToGround</altitudeMode><coordinates>\n{}</coordinates></{}>\n", kind,
+          single ? "" : "<tessellate>1</tessellate>", stretch, kind);
+    }
+    return text + "</MultiGeometry>";
+  }
+
+ private:
+  std::vector<std::string> stretches_;
+  bool open_ = false;
+};
+
+class Kml final : public FileSink {
+ public:
+  Kml(const std::filesystem::path& path, std::size_t receiver, std::string name)
+      : FileSink(path, receiver), name_(std::move(name)) {}
+
+ private:
+  void write_epoch(const simulation::Epoch& epoch) override {
+    const receiver::Fix& fix = epoch.observed.fix;
+    if (epochs_++ == 0) begin_ = epoch.observed.time;
+    end_ = epoch.observed.time;
+    truth_.add(epoch.truth.position);
+    if (fix.solved()) {
+      ++fixes_;
+      fix_line_.add(fix.position);
+      outages_.interrupt();
+      Stretches& points = points_[error_class(horizontal_m(epoch.error_enu_m))];
+      points.interrupt();
+      points.add(fix.position);
+    } else {
+      fix_line_.interrupt();
+      outages_.add(epoch.truth.position);
+    }
+  }
+
+  void write_end() override {
+    put("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml "
+        "xmlns=\"http://www.opengis.net/kml/2.2\">\n<Document>\n");
+    put(fmt::format("  <name>{}</name>\n", xml_escaped(name_)));
+    if (epochs_ > 0) {
+      put(fmt::format("  <description>{} to {}: {} epochs, {} with fix, {} without</description>\n",
+                      geodesy::format_utc(begin_), geodesy::format_utc(end_), epochs_, fixes_,
+                      epochs_ - fixes_));
+    }
+    put(line_style("truth", kTruthRgb, 4));
+    put(line_style("fix", kFixRgb, 1.5));
+    put(line_style("outage", kOutageRgb, 6));
+    for (const ErrorClass& c : error_classes()) put(line_style(c.id, c.rgb, 2));
+    placemark("True track", "truth", truth_);
+    placemark("Without fix (true place)", "outage", outages_);
+    placemark("Fixes, connected", "fix", fix_line_);
+    put("  <Folder>\n  <name>Fixes by horizontal error</name>\n");
+    for (std::size_t i = 0; i < kErrorClassCount; ++i) {
+      const ErrorClass& c = error_classes()[i];
+      placemark(fmt::format("Error {}", c.label), c.id, points_[i]);
+    }
+    put("  </Folder>\n</Document>\n</kml>\n");
+  }
+
+  void placemark(std::string_view title, std::string_view style, const Stretches& stretches) {
+    if (stretches.empty()) return;
+    put(fmt::format("  <Placemark><name>{}</name><styleUrl>#{}</styleUrl>\n{}\n  </Placemark>\n", title,
+                    style, stretches.geometry()));
+  }
+
+  std::string name_;
+  std::size_t epochs_ = 0, fixes_ = 0;
+  geodesy::GpsTime begin_, end_;
+  Stretches truth_, fix_line_, outages_;
+  std::array<Stretches, kErrorClassCount> points_;
+};
+
+}  // namespace
+
+std::unique_ptr<simulation::EpochSink> make_kml(const std::filesystem::path& path, std::size_t receiver,
+                                                const std::string& name) {
+  return std::make_unique<Kml>(path, receiver, name);
+}
+
+}  // namespace canyon::output

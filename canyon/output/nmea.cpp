@@ -1,0 +1,246 @@
+#include "canyon/output/nmea.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/file_sink.hpp"
+#include "canyon/output/number.hpp"
+#include "canyon/output/sinks.hpp"
+#include "canyon/output/words.hpp"
+
+// NMEA 0183 v4.11. The standard is not free; the sentences, talkers, system and signal identifiers are as in
+// u-blox F9 HPG 1.32 Interface Description (UBX-22008968), chapter 2, and gpsd's "NMEA Revealed".
+
+namespace canyon::output {
+namespace {
+
+using geodesy::degrees;
+using orbit::System;
+
+constexpr double kKnotsPerMps = 3600.0 / 1852.0;
+
+struct SystemCodes {
+  std::string_view talker;
+  char system_id;
+  char signal_id;  ///< L1 C/A, G1 C/A, E1, B1I, L1 C/A
+};
+
+SystemCodes codes(System system) {
+  switch (system) {
+    case System::GPS:
+      return {"GP", '1', '1'};
+    case System::GLONASS:
+      return {"GL", '2', '1'};
+    case System::Galileo:
+      return {"GA", '3', '7'};
+    case System::BeiDou:
+      return {"GB", '4', '1'};
+    case System::QZSS:
+      return {"GQ", '5', '1'};
+  }
+  return {"GN", '0', '0'};
+}
+
+/// Talker of the sentences about the solution: the system's own where there is one system, else GN.
+std::string_view solution_talker(const receiver::ReceiverEpoch& seen) {
+  std::set<System> systems;
+  if (seen.fix.solved()) {
+    for (const auto id : seen.fix.used) systems.insert(id.system);
+  } else {
+    for (const auto& satellite : seen.satellites) systems.insert(satellite.id.system);
+  }
+  return systems.size() == 1 ? codes(*systems.begin()).talker : std::string_view("GN");
+}
+
+/// Date and time of day, UTC: hundredths where they are exact, else milliseconds.
+struct Clock {
+  std::string time, date;
+};
+Clock utc_clock(geodesy::GpsTime t) {
+  constexpr std::int64_t kMillisecond = 1'000'000;
+  const geodesy::CalendarTime utc = geodesy::utc_from_gps(round_to(t, kMillisecond));
+  const auto ms = static_cast<int>(utc.nanosecond / kMillisecond);
+  const std::string fraction = ms % 10 == 0 ? fmt::format("{:02d}", ms / 10) : fmt::format("{:03d}", ms);
+  return {fmt::format("{:02d}{:02d}{:02d}.{}", utc.hour, utc.minute, utc.second, fraction),
+          fmt::format("{:02d}{:02d}{:02d}", utc.day, utc.month, utc.year % 100)};
+}
+
+/// Whole degrees and minutes with 6 decimals (rounding below 1 mm), and the hemisphere.
+std::string angle_field(double angle_rad, int degree_digits, char positive, char negative) {
+  constexpr std::int64_t kSteps = 1'000'000;  // of a minute
+  const std::int64_t total = std::llround(std::abs(degrees(angle_rad)) * 60.0 * kSteps);
+  const std::int64_t whole = total / (60 * kSteps);
+  const std::int64_t rest = total % (60 * kSteps);
+  return fmt::format("{:0{}d}{:02d}.{:06d},{}", whole, degree_digits, rest / kSteps, rest % kSteps,
+                     angle_rad < 0 && total != 0 ? negative : positive);
+}
+
+std::string position_fields(const receiver::Fix& fix) {
+  if (!fix.solved()) return ",,,";
+  return angle_field(fix.position.latitude_rad, 2, 'N', 'S') + ',' +
+         angle_field(fix.position.longitude_rad, 3, 'E', 'W');
+}
+
+std::string dop_field(const receiver::Fix& fix, double receiver::Dop::*member) {
+  if (!fix.solved() || !fix.dop) return {};
+  return fixed((*fix.dop).*member, 2);
+}
+
+std::string rmc(const receiver::ReceiverEpoch& seen, std::string_view talker, const Clock& clock) {
+  const receiver::Fix& fix = seen.fix;
+  std::string speed, course;
+  if (fix.solved() && fix.velocity_enu_mps) {
+    const double east = fix.velocity_enu_mps->x(), north = fix.velocity_enu_mps->y();
+    speed = fixed(std::hypot(east, north) * kKnotsPerMps, 3);
+    if (east != 0 || north != 0) course = fixed(wrapped_azimuth_deg(std::atan2(east, north), 2), 2);
+  }
+  // Navigational status V: Canyon gives no integrity statement.
+  return nmea_sentence(fmt::format("{}RMC,{},{},{},{},{},{},,,{},V", talker, clock.time,
+                                   fix.solved() ? 'A' : 'V', position_fields(fix), speed, course, clock.date,
+                                   fix.solved() ? 'A' : 'N'));
+}
+
+std::string gga(const receiver::ReceiverEpoch& seen, std::string_view talker, const Clock& clock) {
+  const receiver::Fix& fix = seen.fix;
+  // No geoid model: the height is ellipsoidal and the separation 0, so that their sum is right.
+  const std::string height = fix.solved() ? fixed(fix.position.height_m, 3) + ",M,0.0,M" : ",M,,M";
+  return nmea_sentence(fmt::format("{}GGA,{},{},{},{:02d},{},{},,", talker, clock.time, position_fields(fix),
+                                   fix.solved() ? 1 : 0, used_count(fix),
+                                   dop_field(fix, &receiver::Dop::hdop), height));
+}
+
+std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
+  const receiver::Fix& fix = seen.fix;
+  constexpr std::size_t kSlots = 12;
+  const std::string dops = dop_field(fix, &receiver::Dop::pdop) + ',' + dop_field(fix, &receiver::Dop::hdop) +
+                           ',' + dop_field(fix, &receiver::Dop::vdop);
+  if (!fix.solved()) return nmea_sentence(fmt::format("{}GSA,A,1,,,,,,,,,,,,,{},", talker, dops));
+  std::map<System, std::vector<int>> used;
+  for (const auto id : fix.used) {
+    std::vector<int>& numbers = used[id.system];
+    if (const auto number = nmea_satellite_number(id)) numbers.push_back(*number);
+  }
+  std::string text;
+  for (const auto& [system, numbers] : used) {
+    std::size_t first = 0;
+    do {
+      std::string slots;
+      for (std::size_t i = first; i < first + kSlots; ++i) {
+        slots += i < numbers.size() ? fmt::format("{:02d},", numbers[i]) : ",";
+      }
+      text += nmea_sentence(fmt::format("{}GSA,A,3,{}{},{}", talker, slots, dops, codes(system).system_id));
+      first += kSlots;
+    } while (first < numbers.size());
+  }
+  return text;
+}
+
+std::string gst(const receiver::ReceiverEpoch& seen, std::string_view talker, const Clock& clock) {
+  const receiver::Fix& fix = seen.fix;
+  if (!fix.solved()) return nmea_sentence(fmt::format("{}GST,{},,,,,,,", talker, clock.time));
+  double variance = 0;
+  std::size_t count = 0;
+  for (const auto& satellite : seen.satellites) {
+    if (!satellite.used || !satellite.measurement) continue;
+    variance += satellite.measurement->sigma_m * satellite.measurement->sigma_m;
+    ++count;
+  }
+  const std::string rms = count > 0 ? fixed(std::sqrt(variance / static_cast<double>(count)), 3) : "";
+  // Error ellipse: eigenvalues of the horizontal covariance; its major axis from north, clockwise.
+  const Eigen::Matrix3d& p = fix.covariance_enu;
+  const double mean = 0.5 * (p(0, 0) + p(1, 1));
+  const double spread = std::hypot(0.5 * (p(0, 0) - p(1, 1)), p(0, 1));
+  double orientation = degrees(0.5 * std::atan2(2 * p(0, 1), p(1, 1) - p(0, 0)));
+  if (orientation < 0) orientation += 180.0;
+  return nmea_sentence(fmt::format(
+      "{}GST,{},{},{},{},{},{},{},{}", talker, clock.time, rms, fixed(std::sqrt(mean + spread), 3),
+      fixed(std::sqrt(std::max(0.0, mean - spread)), 3), fixed(orientation, 2), fixed(std::sqrt(p(1, 1)), 3),
+      fixed(std::sqrt(p(0, 0)), 3), fixed(std::sqrt(p(2, 2)), 3)));
+}
+
+std::string gsv(const receiver::ReceiverEpoch& seen) {
+  constexpr std::size_t kPerSentence = 4;
+  std::map<System, std::vector<std::string>> in_view;
+  for (const auto& satellite : seen.satellites) {
+    const auto number = nmea_satellite_number(satellite.id);
+    if (!number) continue;
+    const auto elevation = std::clamp(std::lround(degrees(satellite.elevation_rad)), 0L, 90L);
+    // Signal strength stays empty: C/N0 is not modelled.
+    in_view[satellite.id.system].push_back(
+        fmt::format(",{:02d},{:02d},{:03d},", *number, elevation,
+                    std::lround(wrapped_azimuth_deg(satellite.azimuth_rad, 0))));
+  }
+  std::string text;
+  for (const auto& [system, satellites] : in_view) {
+    const std::size_t sentences = (satellites.size() + kPerSentence - 1) / kPerSentence;
+    for (std::size_t i = 0; i < sentences; ++i) {
+      std::string body =
+          fmt::format("{}GSV,{},{},{:02d}", codes(system).talker, sentences, i + 1, satellites.size());
+      const std::size_t end = std::min(satellites.size(), (i + 1) * kPerSentence);
+      for (std::size_t k = i * kPerSentence; k < end; ++k) body += satellites[k];
+      text += nmea_sentence(fmt::format("{},{}", body, codes(system).signal_id));
+    }
+  }
+  return text.empty() ? nmea_sentence("GPGSV,1,1,00,1") : text;
+}
+
+class Nmea final : public FileSink {
+ public:
+  using FileSink::FileSink;
+
+ private:
+  void write_epoch(const simulation::Epoch& epoch) override { put(nmea_epoch(epoch)); }
+};
+
+}  // namespace
+
+std::string nmea_sentence(std::string_view body) {
+  unsigned checksum = 0;
+  for (const char c : body) checksum ^= static_cast<unsigned char>(c);
+  return fmt::format("${}*{:02X}\r\n", body, checksum);
+}
+
+std::optional<int> nmea_satellite_number(orbit::SatelliteId id) {
+  const int n = id.number;
+  int last = 0, offset = 0;
+  switch (id.system) {
+    case System::GPS:
+      last = 32;
+      break;
+    case System::GLONASS:
+      last = 32;
+      offset = 64;
+      break;
+    case System::Galileo:
+      last = 36;
+      break;
+    case System::BeiDou:
+      last = 63;
+      break;
+    case System::QZSS:
+      last = 10;
+      break;
+  }
+  if (n < 1 || n > last) return std::nullopt;
+  return n + offset;
+}
+
+std::string nmea_epoch(const simulation::Epoch& epoch) {
+  const receiver::ReceiverEpoch& seen = epoch.observed;
+  const std::string_view talker = solution_talker(seen);
+  const Clock clock = utc_clock(seen.time);
+  return rmc(seen, talker, clock) + gga(seen, talker, clock) + gsa(seen, talker) + gst(seen, talker, clock) +
+         gsv(seen);
+}
+
+std::unique_ptr<simulation::EpochSink> make_nmea(const std::filesystem::path& path, std::size_t receiver) {
+  return std::make_unique<Nmea>(path, receiver);
+}
+
+}  // namespace canyon::output

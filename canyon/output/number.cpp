@@ -1,0 +1,33 @@
+#include "canyon/output/number.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace canyon::output {
+
+std::string fixed(double value, int decimals) {
+  if (!std::isfinite(value)) return {};
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  if (text.front() == '-' && text.find_first_not_of("-0.") == std::string::npos) text.erase(0, 1);
+  return text;
+}
+
+std::string seconds_of_week(geodesy::GpsTime t, int min_decimals) {
+  const std::int64_t ns = t.nanosecond_of_week();
+  std::string text = fmt::format("{}.{:09d}", ns / geodesy::GpsTime::kNanosecondsPerSecond,
+                                 ns % geodesy::GpsTime::kNanosecondsPerSecond);
+  const std::size_t shortest = text.size() - 9 + static_cast<std::size_t>(std::clamp(min_decimals, 0, 9));
+  while (text.size() > shortest && text.back() == '0') text.pop_back();
+  if (text.back() == '.') text.pop_back();
+  return text;
+}
+
+geodesy::GpsTime round_to(geodesy::GpsTime t, std::int64_t step_ns) {
+  const std::int64_t ns = t.nanoseconds();
+  const std::int64_t half = ns < 0 ? -(step_ns / 2) : step_ns / 2;
+  return geodesy::GpsTime::from_nanoseconds((ns + half) / step_ns * step_ns);
+}
+
+}  // namespace canyon::output

@@ -1,0 +1,186 @@
+#include "canyon/output/rinex_observation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/file_sink.hpp"
+#include "canyon/output/number.hpp"
+#include "canyon/output/sinks.hpp"
+
+// RINEX, The Receiver Independent Exchange Format, version 3.04 (IGS/RTCM, 2018): header records table A2,
+// epochs table A3.
+
+namespace canyon::output {
+namespace {
+
+/// Epoch lines carry seven decimals of the second.
+constexpr std::int64_t kTagStep_ns = 100;
+
+/// Pseudorange and Doppler on the L1-band civil signal: L1 C/A, G1 C/A, E1 C, B1I, L1 C/A.
+std::string_view observation_types(orbit::System system) {
+  return system == orbit::System::BeiDou ? "C2I D2I" : "C1C D1C";
+}
+
+std::string header_line(std::string_view content, std::string_view label) {
+  std::string text(content.substr(0, 60));
+  text.append(60 - text.size(), ' ');
+  text += label;
+  text.append(80 - text.size(), ' ');
+  return text + '\n';
+}
+
+/// RINEX is ASCII: other bytes become '?'.
+std::string ascii(std::string text) {
+  for (char& c : text) {
+    if (c < 0x20 || c > 0x7E) c = '?';
+  }
+  return text;
+}
+
+std::string time_record(geodesy::GpsTime t, std::string_view label) {
+  const geodesy::CalendarTime c = geodesy::calendar_from_gps(t);
+  return header_line(fmt::format("{:6d}{:6d}{:6d}{:6d}{:6d}{:5d}.{:07d}     GPS", c.year, c.month, c.day,
+                                 c.hour, c.minute, c.second, c.nanosecond / kTagStep_ns),
+                     label);
+}
+
+/// F14.3, loss-of-lock indicator and signal strength left blank.
+std::string observation(double value) {
+  return fmt::format("{:14.3f}  ", value);
+}
+
+class RinexObservation final : public FileSink {
+ public:
+  RinexObservation(const std::filesystem::path& path, std::size_t receiver, RinexObservationHeader header)
+      : FileSink(path, receiver), header_(std::move(header)) {}
+
+ private:
+  void write_epoch(const simulation::Epoch& epoch) override {
+    if (!position_) position_ = epoch.truth_ecef;
+    const receiver::ReceiverEpoch& seen = epoch.observed;
+    const auto count = std::count_if(seen.satellites.begin(), seen.satellites.end(),
+                                     [](const auto& s) { return s.measurement.has_value(); });
+    if (count == 0) return;
+    const geodesy::GpsTime tag = round_to(seen.receiver_time, kTagStep_ns);
+    if (!started_) write_header(tag);
+    last_ = tag;
+    const geodesy::CalendarTime c = geodesy::calendar_from_gps(tag);
+    std::string text =
+        fmt::format("> {:04d} {:02d} {:02d} {:02d} {:02d} {:2d}.{:07d}  0{:3d}\n", c.year, c.month, c.day,
+                    c.hour, c.minute, c.second, c.nanosecond / kTagStep_ns, count);
+    // The tag is the clock reading rounded; the pseudorange follows it, or the two would disagree by up to
+    // c times 50 ns.
+    const double shift_m = geodesy::kSpeedOfLight * (tag - seen.receiver_time);
+    for (const auto& satellite : seen.satellites) {
+      if (!satellite.measurement) continue;
+      text += orbit::to_string(satellite.id);
+      text += observation(satellite.measurement->pseudorange_m + shift_m);
+      if (satellite.measurement->doppler_hz) text += observation(*satellite.measurement->doppler_hz);
+      text.erase(text.find_last_not_of(' ') + 1);
+      text += '\n';
+    }
+    put(text);
+  }
+
+  void write_end() override {
+    if (!started_) write_header(header_.begin);
+    file().overwrite(last_position_, time_record(last_, "TIME OF LAST OBS"));
+  }
+
+  void write_header(geodesy::GpsTime first) {
+    started_ = true;
+    last_ = first;
+    std::string text;
+    const auto line = [&](std::string_view content, std::string_view label) {
+      text += header_line(content, label);
+    };
+    line("     3.04           OBSERVATION DATA    M: MIXED", "RINEX VERSION / TYPE");
+    // The date stays empty so that equal runs give equal files.
+    line("Canyon", "PGM / RUN BY / DATE");
+    line("Simulated; no signal was received", "COMMENT");
+    line(ascii(header_.marker), "MARKER NAME");
+    line("NON_PHYSICAL", "MARKER TYPE");
+    line("", "OBSERVER / AGENCY");
+    line(fmt::format("{:<20}{:<20}{:<20}", "", "Canyon", ""), "REC # / TYPE / VERS");
+    line("", "ANT # / TYPE");
+    const Eigen::Vector3d p = position_.value_or(Eigen::Vector3d::Zero());
+    line(fmt::format("{:14.4f}{:14.4f}{:14.4f}", p.x(), p.y(), p.z()), "APPROX POSITION XYZ");
+    line(fmt::format("{:14.4f}{:14.4f}{:14.4f}", 0.0, 0.0, 0.0), "ANTENNA: DELTA H/E/N");
+    for (const orbit::System system : header_.systems) {
+      line(fmt::format("{}    2 {}", orbit::letter(system), observation_types(system)),
+           "SYS / # / OBS TYPES");
+    }
+    line(fmt::format("{:10.3f}", header_.interval_s), "INTERVAL");
+    text += time_record(first, "TIME OF FIRST OBS");
+    last_position_ = text.size();
+    text += time_record(first, "TIME OF LAST OBS");  // overwritten at the end
+    for (const orbit::System system : header_.systems) {
+      line(fmt::format("{}", orbit::letter(system)), "SYS / PHASE SHIFT");  // no carrier phases
+    }
+    if (header_.systems.count(orbit::System::GLONASS) > 0) {
+      std::string slots = fmt::format("{:3d} ", header_.glonass_channels.size());
+      for (const auto& [id, channel] : header_.glonass_channels) {
+        if (slots.size() == 60) {  // the count and eight satellites
+          line(slots, "GLONASS SLOT / FRQ #");
+          slots = "    ";
+        }
+        slots += fmt::format("{} {:2d} ", orbit::to_string(id), channel);
+      }
+      line(slots, "GLONASS SLOT / FRQ #");
+      line(" C1C    0.000", "GLONASS COD/PHS/BIS");
+    }
+    line(fmt::format("{:6d}", geodesy::leap_seconds(first)), "LEAP SECONDS");
+    line("", "END OF HEADER");
+    put(text);
+  }
+
+  RinexObservationHeader header_;
+  std::optional<Eigen::Vector3d> position_;
+  bool started_ = false;
+  std::size_t last_position_ = 0;  ///< byte of the TIME OF LAST OBS record
+  geodesy::GpsTime last_;
+};
+
+}  // namespace
+
+std::unique_ptr<simulation::EpochSink> make_rinex_observation(const std::filesystem::path& path,
+                                                              std::size_t receiver,
+                                                              RinexObservationHeader header) {
+  return std::make_unique<RinexObservation>(path, receiver, std::move(header));
+}
+
+RinexObservationHeader rinex_observation_header(const simulation::Simulation& simulation,
+                                                std::size_t receiver) {
+  RinexObservationHeader header;
+  header.marker = simulation.scenario().receivers.at(receiver).options.name;
+  header.interval_s = simulation.interval_s();
+  header.begin = simulation.begin();
+  const orbit::Sky& sky = simulation.environment().sky();
+  for (const auto& record : simulation.navigation().glonass) {
+    header.glonass_channels[record.id] = record.channel;
+  }
+  const double step_hz =
+      orbit::l1_frequency_hz(orbit::System::GLONASS, 1) - orbit::l1_frequency_hz(orbit::System::GLONASS, 0);
+  for (const orbit::SatelliteId id : sky.satellites()) {
+    header.systems.insert(id.system);
+    if (id.system != orbit::System::GLONASS || header.glonass_channels.count(id) > 0) continue;
+    if (const auto state = sky.state(id, simulation.begin())) {
+      const double channel =
+          (state->carrier_frequency_hz - orbit::l1_frequency_hz(orbit::System::GLONASS, 0)) / step_hz;
+      header.glonass_channels[id] = static_cast<int>(std::lround(channel));
+    }
+  }
+  return header;
+}
+
+std::unique_ptr<simulation::EpochSink> make_rinex_observation(const std::filesystem::path& path,
+                                                              std::size_t receiver,
+                                                              const simulation::Simulation& simulation) {
+  return make_rinex_observation(path, receiver, rinex_observation_header(simulation, receiver));
+}
+
+}  // namespace canyon::output

@@ -1,0 +1,179 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <optional>
+
+#include "canyon/output/sinks.hpp"
+#include "canyon/output/statistics.hpp"
+#include "canyon/output/words.hpp"
+
+namespace canyon::output {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// What is kept of one receiver's epochs.
+struct Tally {
+  std::size_t epochs = 0, fixes = 0;
+  std::vector<double> horizontal_m, vertical_m, hdop;
+  double visible = 0, blocked = 0, used = 0;
+  std::array<std::size_t, 4> by_visibility{};
+  double longest_outage_s = 0;
+  std::optional<geodesy::GpsTime> outage_began;
+  std::optional<geodesy::GpsTime> last, last_but_one;
+
+  void close_outage(geodesy::GpsTime end) {
+    if (!outage_began) return;
+    longest_outage_s = std::max(longest_outage_s, end - *outage_began);
+    outage_began.reset();
+  }
+};
+
+}  // namespace
+
+struct SummarySink::State {
+  std::vector<std::string> names;
+  std::vector<Tally> tallies;
+};
+
+SummarySink::SummarySink(std::vector<std::string> receiver_names) : state_(std::make_unique<State>()) {
+  state_->tallies.resize(receiver_names.size());
+  state_->names = std::move(receiver_names);
+}
+SummarySink::~SummarySink() = default;
+
+void SummarySink::write(const simulation::Epoch& epoch) {
+  Tally& tally = state_->tallies.at(epoch.receiver);
+  const receiver::ReceiverEpoch& seen = epoch.observed;
+  ++tally.epochs;
+  if (seen.fix.solved()) {
+    ++tally.fixes;
+    tally.horizontal_m.push_back(output::horizontal_m(epoch.error_enu_m));
+    tally.vertical_m.push_back(std::abs(epoch.error_enu_m.z()));
+    if (seen.fix.dop) tally.hdop.push_back(seen.fix.dop->hdop);
+    tally.close_outage(seen.time);
+  } else if (!tally.outage_began) {
+    tally.outage_began = seen.time;
+  }
+  tally.visible += seen.visible;
+  tally.blocked += seen.blocked;
+  tally.used += static_cast<double>(used_count(seen.fix));
+  for (const receiver::SatelliteObservation& satellite : seen.satellites) {
+    if (satellite.above_mask) ++tally.by_visibility[static_cast<std::size_t>(satellite.visibility)];
+  }
+  tally.last_but_one = tally.last;
+  tally.last = seen.time;
+}
+
+void SummarySink::finish() {}
+
+std::vector<RunSummary> SummarySink::summaries() const {
+  std::vector<RunSummary> result;
+  for (std::size_t i = 0; i < state_->tallies.size(); ++i) {
+    Tally tally = state_->tallies[i];
+    if (tally.last) {
+      // An outage that lasts to the end counts its last epoch as long as the one before it.
+      const double step = tally.last_but_one ? *tally.last - *tally.last_but_one : 0.0;
+      tally.close_outage(*tally.last + step);
+    }
+    RunSummary s;
+    s.receiver = state_->names[i];
+    s.epochs = tally.epochs;
+    s.fixes = tally.fixes;
+    s.horizontal_p50_m = percentile(tally.horizontal_m, 0.50);
+    s.horizontal_p95_m = percentile(tally.horizontal_m, 0.95);
+    s.horizontal_max_m = percentile(tally.horizontal_m, 1.0);
+    s.vertical_p50_m = percentile(tally.vertical_m, 0.50);
+    s.vertical_p95_m = percentile(tally.vertical_m, 0.95);
+    const double epochs = tally.epochs > 0 ? static_cast<double>(tally.epochs) : kNan;
+    s.mean_visible = tally.visible / epochs;
+    s.mean_blocked = tally.blocked / epochs;
+    s.mean_used = tally.used / epochs;
+    std::size_t satellites = 0;
+    for (const std::size_t n : tally.by_visibility) satellites += n;
+    const auto share = [&](propagation::Visibility visibility) {
+      const auto n = static_cast<double>(tally.by_visibility[static_cast<std::size_t>(visibility)]);
+      return satellites > 0 ? n / static_cast<double>(satellites) : kNan;
+    };
+    s.los_share = share(propagation::Visibility::LOS);
+    s.los_multipath_share = share(propagation::Visibility::LOSMultipath);
+    s.nlos_share = share(propagation::Visibility::NLOS);
+    s.blocked_share = share(propagation::Visibility::Blocked);
+    s.median_hdop = percentile(tally.hdop, 0.50);
+    s.longest_outage_s = tally.longest_outage_s;
+    result.push_back(std::move(s));
+  }
+  return result;
+}
+
+std::string format_summary_table(const std::vector<RunSummary>& summaries) {
+  struct Line {
+    std::string label;
+    std::function<std::string(const RunSummary&)> cell;
+  };
+  const auto number = [](double RunSummary::*member, int decimals, double scale = 1) {
+    return [=](const RunSummary& s) {
+      const double value = s.*member * scale;
+      return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : std::string("-");
+    };
+  };
+  const std::vector<Line> lines{
+      {"epochs", [](const RunSummary& s) { return fmt::format("{}", s.epochs); }},
+      {"with fix",
+       [](const RunSummary& s) {
+         if (s.epochs == 0) return std::string("-");
+         const double percent = 100.0 * static_cast<double>(s.fixes) / static_cast<double>(s.epochs);
+         return fmt::format("{} ({:.1f} %)", s.fixes, percent);
+       }},
+      {"longest outage [s]", number(&RunSummary::longest_outage_s, 1)},
+      {"horizontal error, median [m]", number(&RunSummary::horizontal_p50_m, 3)},
+      {"horizontal error, 95 % [m]", number(&RunSummary::horizontal_p95_m, 3)},
+      {"horizontal error, largest [m]", number(&RunSummary::horizontal_max_m, 3)},
+      {"vertical error, median [m]", number(&RunSummary::vertical_p50_m, 3)},
+      {"vertical error, 95 % [m]", number(&RunSummary::vertical_p95_m, 3)},
+      {"HDOP, median", number(&RunSummary::median_hdop, 2)},
+      {"satellites received, mean", number(&RunSummary::mean_visible, 1)},
+      {"satellites blocked, mean", number(&RunSummary::mean_blocked, 1)},
+      {"satellites used, mean", number(&RunSummary::mean_used, 1)},
+      {"LOS [%]", number(&RunSummary::los_share, 1, 100)},
+      {"LOS+multipath [%]", number(&RunSummary::los_multipath_share, 1, 100)},
+      {"NLOS [%]", number(&RunSummary::nlos_share, 1, 100)},
+      {"blocked [%]", number(&RunSummary::blocked_share, 1, 100)},
+  };
+  constexpr std::size_t kPerBlock = 4;  // receivers side by side on 80 to 100 columns
+  std::size_t label_width = 0;
+  for (const Line& line : lines) label_width = std::max(label_width, line.label.size());
+
+  std::string text;
+  for (std::size_t first = 0; first < summaries.size(); first += kPerBlock) {
+    const std::size_t end = std::min(first + kPerBlock, summaries.size());
+    if (first > 0) text += '\n';
+    std::vector<std::size_t> widths;
+    for (std::size_t i = first; i < end; ++i) {
+      std::size_t width = display_width(summaries[i].receiver);
+      for (const Line& line : lines) width = std::max(width, line.cell(summaries[i]).size());
+      widths.push_back(width);
+    }
+    const auto row = [&](std::string_view label, const std::function<std::string(const RunSummary&)>& cell) {
+      text += fmt::format("{:<{}}", label, label_width);
+      for (std::size_t i = first; i < end; ++i) {
+        const std::string value = cell(summaries[i]);
+        text.append(2 + widths[i - first] - display_width(value), ' ');
+        text += value;
+      }
+      text += '\n';
+    };
+    row("", [](const RunSummary& s) { return s.receiver; });
+    std::size_t rule = label_width;
+    for (const std::size_t width : widths) rule += 2 + width;
+    text.append(rule, '-');
+    text += '\n';
+    for (const Line& line : lines) row(line.label, line.cell);
+  }
+  return text;
+}
+
+}  // namespace canyon::output

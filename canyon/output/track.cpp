@@ -1,0 +1,59 @@
+#include "canyon/output/track.hpp"
+
+#include <limits>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/output/number.hpp"
+
+namespace canyon::output {
+
+const std::array<ErrorClass, kErrorClassCount>& error_classes() {
+  static constexpr std::array<ErrorClass, kErrorClassCount> classes{{
+      {2, "error_0_2", "below 2 m", "56B4E9"},
+      {5, "error_2_5", "2 m to 5 m", "009E73"},
+      {10, "error_5_10", "5 m to 10 m", "F0E442"},
+      {30, "error_10_30", "10 m to 30 m", "E69F00"},
+      {std::numeric_limits<double>::infinity(), "error_30", "30 m and more", "D55E00"},
+  }};
+  return classes;
+}
+
+std::size_t error_class(double horizontal_m) {
+  for (std::size_t i = 0; i < kErrorClassCount; ++i) {
+    if (horizontal_m < error_classes()[i].below_m) return i;
+  }
+  return kErrorClassCount - 1;
+}
+
+std::string xml_escaped(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      case '\'':
+        escaped += "&apos;";
+        break;
+      default:
+        if (static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n') escaped += c;
+    }
+  }
+  return escaped;
+}
+
+std::string kml_coordinates(const geodesy::Geodetic& point) {
+  return fixed(geodesy::degrees(point.longitude_rad), 9) + ',' +
+         fixed(geodesy::degrees(point.latitude_rad), 9) + ',' + fixed(point.height_m, 3);
+}
+
+}  // namespace canyon::output

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "canyon/geodesy/frames.hpp"
+
+namespace canyon::output {
+
+/// Classes of horizontal error that maps colour fixes by: Okabe and Ito's palette, told apart by colour-blind
+/// readers too.
+struct ErrorClass {
+  double below_m;          ///< errors below this and not below the class before
+  std::string_view id;     ///< "error_0_2"
+  std::string_view label;  ///< "below 2 m"
+  std::string_view rgb;    ///< "56B4E9"
+};
+inline constexpr std::size_t kErrorClassCount = 5;
+[[nodiscard]] const std::array<ErrorClass, kErrorClassCount>& error_classes();
+/// Index of the class of an error [m]; the last one for NaN.
+[[nodiscard]] std::size_t error_class(double horizontal_m);
+
+/// Escapes &, <, >, " and ' for XML text and attributes, and drops bytes that XML 1.0 forbids.
+[[nodiscard]] std::string xml_escaped(std::string_view text);
+
+/// "longitude,latitude,height", degrees with 9 decimals (0.1 mm), metres with 3.
+[[nodiscard]] std::string kml_coordinates(const geodesy::Geodetic& point);
+
+}  // namespace canyon::output
