@@ -1,10 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -12,52 +12,45 @@
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/orbit/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
+#include "canyon/receiver/dop.hpp"
 
 namespace canyon::receiver {
 
 /// What a receiver measures of one satellite on its L1-band signal.
 struct Measurement {
   orbit::SatelliteId id;
-  double pseudorange_m = 0;  ///< c (receiver clock reading at reception - satellite clock reading at transmission)
-  std::optional<double> doppler_hz;  ///< positive when approaching; includes both clocks' drifts
+  double pseudorange_m =
+      0;  ///< c (receiver clock reading at reception - satellite clock reading at transmission)
+  /// Positive when approaching; includes both clocks' drifts: -(f / c) dP/dT, P the pseudorange [m] and T the
+  /// receiver's own clock.
+  std::optional<double> doppler_hz;
   double carrier_frequency_hz = 0;
-  double sigma_m = 1;  ///< standard deviation that the solver weights and states covariances by
+  double sigma_m = 1;  ///< standard deviation that the solver weights and states covariances by; > 0
+  double doppler_sigma_hz = 0.1;  ///< likewise, of the Doppler; > 0
 };
 
 enum class FixStatus : std::uint8_t {
-  NotSolved,          ///< as constructed
+  NotSolved,  ///< as constructed
   Fix,
   TooFewSatellites,
-  Singular,           ///< the satellites' geometry does not determine position and clocks
-  NotConverged,
-  NoSignal,           ///< the antenna is inside a building or under the terrain
+  Singular,      ///< the satellites' geometry does not determine position and clocks
+  NotConverged,  ///< did not settle, or settled at no place near the ground (height -10 km to 100 km)
+  NoSignal,      ///< the antenna is inside a building or under the terrain
 };
 /// "fix" or "no fix": the words of every output.
 [[nodiscard]] std::string_view name(FixStatus status);
 /// Reason for people: "too few satellites".
 [[nodiscard]] std::string_view reason(FixStatus status);
 
-/// Dilutions of precision: square roots of traces of the cofactor matrix (unit variance) in local ENU.
-/// GDOP^2 = PDOP^2 + TDOP^2 where TDOP takes all clocks of the solution. (The paper prints squares of D's
-/// diagonal; the root of the diagonal is meant, see Langley 1999.)
-struct Dop {
-  double gdop = 0, pdop = 0, hdop = 0, vdop = 0, tdop = 0;
-};
-/// The paper's table of DOP ratings.
-enum class DopRating : std::uint8_t { Ideal, Excellent, Good, Moderate, Fair, Poor };
-[[nodiscard]] std::string_view name(DopRating rating);
-/// < 1 Ideal, 1 to 2 Excellent, 2 to 5 Good, 5 to 10 Moderate, 10 to 20 Fair, above Poor; a bound belongs to the
-/// worse class. Rates PDOP everywhere in Canyon.
-[[nodiscard]] DopRating rate_dop(double dop);
-
 struct FixOptions {
   double elevation_mask_rad = 0.17453292519943295;  ///< 10 deg; [0, pi/2)
   /// Satellites needed, on top of one for each constellation clock beyond the first. >= 4 (the paper: 5).
   int min_satellites = 4;
-  int max_iterations = 20;
-  double convergence_m = 1e-6;  ///< the paper's epsilon, on |dx|
+  int max_iterations = 20;           ///< 5 to 1000; from the Earth's centre 6 to 8 are needed
+  double convergence_m = 1e-6;       ///< the paper's epsilon, on |dx| (position and clocks); (0, 1]
   bool correct_ionosphere = false;   ///< by the sky's Klobuchar coefficients
   bool correct_troposphere = false;  ///< by Saastamoinen
+  /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
 
@@ -69,31 +62,48 @@ struct [[nodiscard]] Fix {
   geodesy::Geodetic position{std::numeric_limits<double>::quiet_NaN(),
                              std::numeric_limits<double>::quiet_NaN(),
                              std::numeric_limits<double>::quiet_NaN()};
-  Eigen::Matrix3d covariance_enu = Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< [m^2]
-  /// Empty without Doppler of at least as many satellites as unknowns.
+  Eigen::Matrix3d covariance_enu =
+      Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< [m^2]
+  /// Empty without Doppler of at least four of the satellites used, or where these do not determine it.
   std::optional<Eigen::Vector3d> velocity_enu_mps;
   std::optional<Eigen::Matrix3d> velocity_covariance_enu;  ///< [m^2/s^2]
-  std::map<orbit::System, double> clock_bias_s;  ///< receiver clock minus each system's time
+  std::map<orbit::System, double> clock_bias_s;  ///< receiver clock minus each system's time, of those used
   std::optional<double> clock_drift;             ///< [s/s]
   std::optional<Dop> dop;
-  std::vector<orbit::SatelliteId> used;          ///< ascending
-  std::vector<double> residuals_m;               ///< measured minus computed, one per used
+  std::vector<orbit::SatelliteId> used;  ///< ascending; empty unless solved
+  std::vector<double> residuals_m;       ///< measured minus computed, one per used
+  /// Satellites that were measured, have a state in the sky and, as far as a position was known, lie above
+  /// the mask; those left out as the only one of their constellation included. Known without a solution, too.
+  int available = 0;
   int iterations = 0;
-  int rank = 0;      ///< of the last design matrix
+  int rank = 0;      ///< of the last design matrix; 0 where there was none
   int unknowns = 0;  ///< 3 + constellation clocks
 
   [[nodiscard]] bool solved() const { return status == FixStatus::Fix; }
 };
 
 /// Iterated weighted least squares on pseudoranges, one clock per constellation; velocity from Doppler.
-/// @param receiver_time the receiver's own clock reading at reception (its bias included)
+///
+/// Satellites are evaluated at T - P/c - (satellite clock - group delay), the receiver's clock cancels there;
+/// the Earth's rotation during the flight and the mask follow the iterated position. A constellation with a
+/// single satellite is left out: it would add its own clock and say nothing of the position. The rank is that
+/// of the weighted design matrix by QR with column pivoting, pivots above 1e-6 of the largest (a PDOP of
+/// about 1e6). Noise-free measurements give the position within 0.1 mm for GDOP below 100.
+///
+/// @param receiver_time T, the receiver's own clock reading at reception (its bias included)
+/// @param measurements any order, each satellite once; satellites that the sky does not know are left out
 /// @param sky answers for the satellites at transmission, as the receiver's decoded navigation messages do
 /// @param klobuchar per system, GPS's as fallback; needed with correct_ionosphere
-/// @param start initial guess, ECEF [m]; the Earth's centre works. The mask is applied at the iterated position.
-/// The result starts as NotSolved and says why it failed.
+/// @param start initial guess, ECEF [m]; the Earth's centre works. The mask is applied at the iterated
+/// position. The result starts as NotSolved and says why it failed. Throws InputError for a measurement that
+/// is not a number, a satellite measured twice, bad options and missing Klobuchar coefficients.
 [[nodiscard]] Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements,
                             const orbit::Sky& sky, const FixOptions& options,
                             const std::map<orbit::System, orbit::Klobuchar>& klobuchar = {},
                             const Eigen::Vector3d& start = Eigen::Vector3d::Zero());
+
+/// Klobuchar coefficients of a system: its own, else GPS's. Throws InputError where there are neither.
+[[nodiscard]] const orbit::Klobuchar& klobuchar_of(const std::map<orbit::System, orbit::Klobuchar>& klobuchar,
+                                                   orbit::System system);
 
 }  // namespace canyon::receiver

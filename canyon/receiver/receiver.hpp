@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -9,6 +10,7 @@
 
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
+#include "canyon/receiver/clock.hpp"
 #include "canyon/receiver/fix.hpp"
 #include "canyon/receiver/noise.hpp"
 
@@ -20,20 +22,13 @@ struct NoiseOptions {
   OuOptions ou;
   double doppler_sigma_hz = 0.1;  ///< white, per measurement; >= 0
   /// The paper's mu drift mode: while the antenna is slower than drift_below_speed_mps or fewer than
-  /// drift_below_los satellites are in line of sight, each satellite's mean moves to a value drawn once per
-  /// satellite from N(0, drift_mu_sigma_m).
+  /// drift_below_los satellites above the mask are in line of sight, each satellite's mean moves by a value
+  /// drawn once per satellite from N(0, drift_mu_sigma_m), with the process's own time constant 1 / theta.
   bool drift_enabled = false;
-  double drift_below_speed_mps = 0.5;
-  int drift_below_los = 5;
-  double drift_mu_sigma_m = 2;
-  void validate() const;
-};
-
-/// Receiver clock: bias' = drift, drift a random walk.
-struct ClockOptions {
-  double bias_s = 0;             ///< at the first epoch; |bias| <= 0.1 s
-  double drift = 0;              ///< at the first epoch [s/s]; |drift| <= 1e-4
-  double drift_walk = 0;         ///< [s/s/sqrt(s)], >= 0
+  double drift_below_speed_mps = 0.5;  ///< >= 0
+  int drift_below_los = 5;             ///< >= 0
+  double drift_mu_sigma_m = 2;         ///< >= 0
+  /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
 
@@ -42,8 +37,9 @@ struct ReceiverOptions {
   FixOptions fix;
   NoiseOptions noise;
   ClockOptions clock;
-  bool ionosphere = false;   ///< delays are in the signal (the fix corrects them where FixOptions says so)
+  bool ionosphere = false;  ///< delays are in the signal (the fix corrects them where FixOptions says so)
   bool troposphere = false;
+  /// Throws InputError naming receiver and field that are out of range.
   void validate() const;
 };
 
@@ -53,28 +49,38 @@ struct SatelliteObservation {
   double azimuth_rad = 0;    ///< true
   double elevation_rad = 0;  ///< true
   propagation::Visibility visibility = propagation::Visibility::Blocked;
-  double excess_m = 0;       ///< of the tracked signal; 0 when blocked
+  double excess_m = 0;  ///< of the tracked signal; 0 when blocked
   bool above_mask = false;
   /// Empty where nothing is received or the satellite lies below the mask.
   std::optional<Measurement> measurement;
-  double noise_m = 0;              ///< OU value in the pseudorange; 0 without measurement
-  double pseudorange_error_m = 0;  ///< excess + noise + atmosphere left uncorrected; 0 without measurement
-  bool used = false;               ///< in the fix
+  double noise_m = 0;  ///< OU value in the pseudorange; 0 without measurement
+  /// Excess + noise + atmosphere left uncorrected (in the signal less what the fix takes off; negative where
+  /// it corrects what is not there); 0 without measurement.
+  double pseudorange_error_m = 0;
+  bool used = false;  ///< in the fix
 };
 
 struct ReceiverEpoch {
-  geodesy::GpsTime time;           ///< true reception instant
-  geodesy::GpsTime receiver_time;  ///< what the receiver's clock showed
+  geodesy::GpsTime time;  ///< true reception instant
+  /// What the receiver's clock showed, to the nearest nanosecond; pseudoranges hold the exact reading (a
+  /// satellite moves 2 micrometres in the difference).
+  geodesy::GpsTime receiver_time;
+  double clock_bias_s = 0;                       ///< of the receiver, true
+  double clock_drift = 0;                        ///< of the receiver, true [s/s]
   std::vector<SatelliteObservation> satellites;  ///< above the horizon, ascending
   Fix fix;
-  int visible = 0;  ///< received, above the mask
+  int visible = 0;  ///< received, above the mask (at the true place)
   int blocked = 0;  ///< above the mask, nothing received
 };
 
 /// The part with memory: clock and noise of one antenna. Same options and seed, same numbers, whatever runs
 /// beside it. Epochs must be given in order of time.
+///
+/// P = r + excess + c (bias - (satellite clock - group delay)) + ionosphere + troposphere + noise, with r the
+/// geometric range to the satellite at transmission, turned with the Earth (docs/receiver.md has every sign).
 class Receiver {
  public:
+  /// Throws InputError where options.validate() does.
   Receiver(ReceiverOptions options, std::uint64_t seed);
   ~Receiver();
   Receiver(Receiver&&) noexcept;
@@ -82,9 +88,15 @@ class Receiver {
 
   [[nodiscard]] const ReceiverOptions& options() const;
 
+  /// @param time true reception instant, not before the last call's
+  /// @param antenna_ecef [m], @param antenna_velocity_ecef [m/s], in the rotating frame
   /// @param views satellites above the horizon at `time`, as the environment answers
   /// @param ecef_from_enu rotation of the frame that the views' paths are given in
+  /// @param placement anything but Free: nothing is received, status NoSignal
   /// @param sky used for the fix
+  /// @param klobuchar needed where options().ionosphere or FixOptions::correct_ionosphere is on
+  /// Throws InputError, naming the receiver, for a pose that is not finite, time running backwards, and
+  /// missing Klobuchar coefficients.
   [[nodiscard]] ReceiverEpoch observe(geodesy::GpsTime time, const Eigen::Vector3d& antenna_ecef,
                                       const Eigen::Vector3d& antenna_velocity_ecef,
                                       std::span<const propagation::SatelliteView> views,
