@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "canyon/city/city.hpp"
 
@@ -26,7 +27,7 @@ using InstanceId = std::uint32_t;
 struct Hit {
   double range_m = 0;
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, of the triangle's front side, ENU
-  bool front = true;           ///< the ray came from the front side
+  bool front = true;                                  ///< the ray came from the front side
   InstanceId instance = 0;
   std::uint32_t triangle = 0;  ///< index into that instance's mesh
 };
@@ -34,39 +35,68 @@ struct Hit {
 /// Why no signal can be simulated at a place.
 enum class Placement : std::uint8_t { Free, InsideBuilding, UnderTerrain };
 
+/// A movable mesh where it stands since the last commit.
+struct PlacedInstance {
+  InstanceId id = 0;
+  const city::Mesh* mesh = nullptr;  ///< in its own frame; valid until the instance is removed
+  Eigen::Isometry3d enu_from_instance = Eigen::Isometry3d::Identity();
+};
+
 /// Rays through a static city and movable instances. All const members are thread-safe; the non-const ones
 /// must not run beside them. Ranges are within 1e-6 relative + 0.1 mm of exact for coordinates within
-/// 10 km of the city's centre (Embree works in floats about that centre, watertight "robust" mode).
+/// 10 km of the city's centre. Embree finds the triangle in floats about that centre (watertight "robust"
+/// mode, so that what lies within surface_offset_m() of an outer edge may be met or missed); the range to its
+/// plane is then computed in doubles. No ray passes between triangles that share an edge; of rays aimed at a
+/// vertex to the last bit about 1 in 5,000 does. Rays must be finite with a unit direction (asserted).
 class RayScene {
  public:
-  /// Builds the static part once. An empty mesh is an open field: every ray is free.
+  /// Builds the static part once. An empty mesh is an open field: every ray is free. Throws InputError as
+  /// city::check_mesh does.
   explicit RayScene(const city::Mesh& city);
   ~RayScene();
   RayScene(RayScene&&) noexcept;
   RayScene& operator=(RayScene&&) noexcept;
 
-  /// A movable mesh, given in its own frame; hidden until its first set_pose().
+  /// A movable mesh, given in its own frame; hidden until its first set_pose(). The mesh is copied. Ids are
+  /// never used again. Throws InputError as city::check_mesh does, or for a mesh without triangles.
   InstanceId add_instance(const city::Mesh& mesh);
-  /// Throws InputError for a non-finite pose (names the instance).
+  /// Throws InputError for a non-finite or non-rigid pose, or an unknown or removed instance (names it).
   void set_pose(InstanceId instance, const Eigen::Isometry3d& enu_from_instance);
+  /// Instances are visible unless hidden here. Throws InputError for an unknown or removed instance.
   void set_visible(InstanceId instance, bool visible);
+  /// Throws InputError for an unknown or removed instance.
   void remove_instance(InstanceId instance);
   /// Makes changes since the last commit visible to queries; the city is not rebuilt.
   void commit();
+  /// The instances that rays meet since the last commit, by id.
+  [[nodiscard]] const std::vector<PlacedInstance>& placed_instances() const;
 
   /// First hit farther than `min_range_m`, or nothing within ray.max_range_m. Hits from behind count too.
   [[nodiscard]] std::optional<Hit> cast(const Ray& ray, double min_range_m = 0) const;
   /// Whether anything lies between min_range_m and ray.max_range_m.
   [[nodiscard]] bool occluded(const Ray& ray, double min_range_m = 0) const;
-  /// result[i] = occluded(rays[i]); spans of one length. Fastest for coherent rays.
-  void occluded(std::span<const Ray> rays, std::span<bool> result) const;
+  /// result[i] = occluded(rays[i], min_range_m); spans of one length. Fastest for coherent rays.
+  void occluded(std::span<const Ray> rays, std::span<bool> result, double min_range_m = 0) const;
 
-  /// Free, inside a closed building, or below the terrain. Judged by which sides of the surfaces rays from the
-  /// point meet first.
+  /// Free, inside a building, or below the terrain, judged by the static city. Throws InputError for a
+  /// non-finite point.
+  ///
+  /// Inside a building: a roof stands above the point, and on most of seven level rays the walls met from
+  /// behind outnumber those met from the front (or the other way round, where a building is inside out).
+  /// Counting every wall on the ray bears walls shared by two buildings, overlapping parts, missing floors
+  /// and single missing walls; the roof keeps streets, courtyards and doubtful walls from being called
+  /// inside. Under the terrain: a terrain sheet more than 1 mm above the point, and none below it met from
+  /// above.
   [[nodiscard]] Placement placement(const Eigen::Vector3d& point) const;
 
-  /// Height (ENU z) of the terrain under or above (x, y); empty where there is none.
+  /// Height (ENU z) of the terrain under or above (x, y), of the highest sheet where there are several; empty
+  /// where there is none.
   [[nodiscard]] std::optional<double> terrain_height(double x, double y) const;
+
+  /// How far [m] a point on a surface must be lifted along its normal so that no ray from there or to there
+  /// meets that surface: 0.5 mm plus 4e-7 of the distances from the city's centre involved (six roundings to
+  /// float of the point and of the farthest vertex).
+  [[nodiscard]] double surface_offset_m(const Eigen::Vector3d& point) const;
 
  private:
   struct Impl;

@@ -1,0 +1,443 @@
+#include "canyon/raytrace/ray_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/raytrace/embree.hpp"
+
+namespace canyon::raytrace {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// Vectors shorter than this many rays are not worth a packet of eight.
+constexpr std::size_t kPacket = 8;
+
+std::runtime_error embree_failure(RTCDevice device, const char* what) {
+  return std::runtime_error(
+      fmt::format("Embree: {} (error {})", what, static_cast<int>(rtcGetDeviceError(device))));
+}
+
+[[maybe_unused]] bool is_ray(const Ray& ray) {
+  return ray.origin.allFinite() && std::abs(ray.direction.squaredNorm() - 1) < 1e-6 && !(ray.max_range_m < 0);
+}
+
+/// A mesh in Embree and what is needed to compute exact ranges.
+struct BuiltMesh {
+  city::Mesh mesh;
+  Vector3d centre = Vector3d::Zero();
+  double radius = 0;  ///< of the vertices about the centre
+  embree::Scene scene;
+
+  BuiltMesh() = default;
+  BuiltMesh(RTCDevice device, const city::Mesh& from, const std::string& name, bool filtered) : mesh(from) {
+    city::check_mesh(mesh, name);
+    Vector3d low = Vector3d::Constant(1e300), high = Vector3d::Constant(-1e300);
+    for (const Vector3d& v : mesh.vertices) {
+      low = low.cwiseMin(v);
+      high = high.cwiseMax(v);
+    }
+    if (!mesh.vertices.empty()) {
+      centre = 0.5 * (low + high);
+      radius = 0.5 * (high - low).norm();
+    }
+    scene.reset(rtcNewScene(device));
+    if (!scene) throw embree_failure(device, "no scene");
+    int flags = RTC_SCENE_FLAG_ROBUST;
+    if (filtered) flags |= embree::kFilterSceneFlag;
+    rtcSetSceneFlags(scene.get(), static_cast<RTCSceneFlags>(flags));
+    rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_MEDIUM);
+    if (!mesh.triangles.empty()) attach_triangles(device);
+    rtcCommitScene(scene.get());
+    if (rtcGetDeviceError(device) != RTC_ERROR_NONE) throw embree_failure(device, "scene not built");
+  }
+
+  [[nodiscard]] const Vector3d& vertex(std::uint32_t triangle, int corner) const {
+    return mesh.vertices[mesh.triangles[triangle][static_cast<std::size_t>(corner)]];
+  }
+  /// Not unit length: twice the area.
+  [[nodiscard]] Vector3d area_normal(std::uint32_t triangle) const {
+    const Vector3d& a = vertex(triangle, 0);
+    return (vertex(triangle, 1) - a).cross(vertex(triangle, 2) - a);
+  }
+
+ private:
+  void attach_triangles(RTCDevice device) {
+    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
+    auto* corners = static_cast<std::uint32_t*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                3 * sizeof(std::uint32_t), mesh.triangles.size()));
+    if (points == nullptr || corners == nullptr) {
+      rtcReleaseGeometry(geometry);
+      throw embree_failure(device, "no memory for the triangles");
+    }
+    for (const Vector3d& v : mesh.vertices) {
+      for (int k = 0; k < 3; ++k) *points++ = static_cast<float>(v[k] - centre[k]);
+    }
+    for (const auto& t : mesh.triangles) corners = std::copy(t.begin(), t.end(), corners);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene.get(), geometry, 0);
+    rtcReleaseGeometry(geometry);
+  }
+};
+
+struct Instance {
+  BuiltMesh built;
+  RTCGeometry geometry = nullptr;  ///< owned by the scene of instances
+  Isometry3d pose = Isometry3d::Identity();
+  bool posed = false;
+  bool visible = true;
+};
+
+}  // namespace
+
+struct RayScene::Impl {
+  embree::Device device{rtcNewDevice("ignore_config_files=1")};
+  BuiltMesh city;
+  std::vector<city::Surface> surfaces;  ///< one per triangle of the city
+  embree::Scene movers;
+  std::vector<std::unique_ptr<Instance>> instances;  ///< [id - 1]; null once removed
+  std::vector<PlacedInstance> placed;
+  double movers_radius = 0;  ///< of the placed instances about the city's centre
+
+  explicit Impl(const city::Mesh& mesh) {
+    if (!device) throw std::runtime_error("Embree: no device");
+    city = BuiltMesh(device.get(), mesh, "city", true);
+    surfaces.resize(mesh.triangles.size());
+    for (const city::Object& object : mesh.objects) {
+      std::fill_n(surfaces.begin() + object.first_triangle, object.triangle_count, object.surface);
+    }
+    movers.reset(rtcNewScene(device.get()));
+    if (!movers) throw embree_failure(device.get(), "no scene");
+    rtcSetSceneFlags(movers.get(),
+                     static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC));
+    rtcSetSceneBuildQuality(movers.get(), RTC_BUILD_QUALITY_LOW);
+    rtcCommitScene(movers.get());
+  }
+
+  Instance& instance(InstanceId id) {
+    if (id == 0 || id > instances.size() || !instances[id - 1]) {
+      throw InputError(fmt::format("there is no movable instance {}", id),
+                       "use an id that add_instance() returned and that was not removed");
+    }
+    return *instances[id - 1];
+  }
+
+  /// Fills Embree's ray. A template because a packet of eight stores the same numbers elsewhere.
+  void fill(RTCRay& out, const Ray& ray, double min_range_m) const {
+    assert(is_ray(ray));
+    const Eigen::Vector3f origin = (ray.origin - city.centre).cast<float>();
+    out.org_x = origin.x();
+    out.org_y = origin.y();
+    out.org_z = origin.z();
+    out.dir_x = static_cast<float>(ray.direction.x());
+    out.dir_y = static_cast<float>(ray.direction.y());
+    out.dir_z = static_cast<float>(ray.direction.z());
+    out.tnear = static_cast<float>(min_range_m);
+    out.tfar = static_cast<float>(ray.max_range_m);
+    out.time = 0;
+    out.mask = 0xFFFFFFFFu;
+    out.id = 0;
+    out.flags = 0;
+  }
+
+  /// Occlusion of up to eight rays; returns a bit per ray.
+  unsigned occluded8(const Ray* rays, std::size_t count, double min_range_m) const {
+    alignas(32) RTCRay8 packet;
+    alignas(32) std::array<int, kPacket> valid{};
+    for (std::size_t i = 0; i < count; ++i) {
+      const Ray& ray = rays[i];
+      assert(is_ray(ray));
+      valid[i] = -1;
+      packet.org_x[i] = static_cast<float>(ray.origin.x() - city.centre.x());
+      packet.org_y[i] = static_cast<float>(ray.origin.y() - city.centre.y());
+      packet.org_z[i] = static_cast<float>(ray.origin.z() - city.centre.z());
+      packet.dir_x[i] = static_cast<float>(ray.direction.x());
+      packet.dir_y[i] = static_cast<float>(ray.direction.y());
+      packet.dir_z[i] = static_cast<float>(ray.direction.z());
+      packet.tnear[i] = static_cast<float>(min_range_m);
+      packet.tfar[i] = static_cast<float>(ray.max_range_m);
+      packet.time[i] = 0;
+      packet.mask[i] = 0xFFFFFFFFu;
+      packet.id[i] = 0;
+      packet.flags[i] = 0;
+    }
+    embree::Query query(true);
+    query.occluded8(valid.data(), city.scene.get(), &packet);
+    unsigned bits = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (packet.tfar[i] < 0) {
+        bits |= 1u << i;
+        valid[i] = 0;
+      }
+    }
+    if (!placed.empty() && bits != (1u << count) - 1) {
+      query.occluded8(valid.data(), movers.get(), &packet);
+      for (std::size_t i = 0; i < count; ++i) {
+        if (packet.tfar[i] < 0) bits |= 1u << i;
+      }
+    }
+    return bits;
+  }
+
+  /// Range from the ray's origin to the triangle's plane in doubles; `fallback` where the ray is too nearly
+  /// in the plane for that to be better.
+  static double exact_range(const Ray& ray, const Vector3d& corner, const Vector3d& unit_normal,
+                            double fallback) {
+    const double approach = ray.direction.dot(unit_normal);
+    if (std::abs(approach) < 1e-4) return fallback;
+    return (corner - ray.origin).dot(unit_normal) / approach;
+  }
+
+  struct Crossing {
+    std::uint32_t triangle;
+    double range;
+  };
+  /// Every triangle of the city on the ray, each once, in no particular order.
+  void crossings(const Ray& ray, std::vector<Crossing>& found) const {
+    found.clear();
+    if (city.mesh.triangles.empty()) return;
+    embree::Query query(
+        false,
+        [](const RTCFilterFunctionNArguments* arguments) {
+          assert(arguments->N == 1);
+          auto& list = *static_cast<std::vector<Crossing>*>(embree::Query::user(arguments));
+          list.push_back({RTCHitN_primID(arguments->hit, 1, 0),
+                          static_cast<double>(RTCRayN_tfar(arguments->ray, 1, 0))});
+          arguments->valid[0] = 0;  // go on
+        },
+        &found);
+    RTCRayHit hit;
+    fill(hit.ray, ray, 0);
+    hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.intersect1(city.scene.get(), &hit);
+    // Embree may offer a triangle that it has split more than once.
+    std::sort(found.begin(), found.end(),
+              [](const Crossing& a, const Crossing& b) { return a.triangle < b.triangle; });
+    found.erase(std::unique(found.begin(), found.end(),
+                            [](const Crossing& a, const Crossing& b) { return a.triangle == b.triangle; }),
+                found.end());
+    for (Crossing& c : found) {
+      c.range =
+          exact_range(ray, city.vertex(c.triangle, 0), city.area_normal(c.triangle).normalized(), c.range);
+    }
+  }
+};
+
+RayScene::RayScene(const city::Mesh& city) : impl_(std::make_unique<Impl>(city)) {}
+RayScene::~RayScene() = default;
+RayScene::RayScene(RayScene&&) noexcept = default;
+RayScene& RayScene::operator=(RayScene&&) noexcept = default;
+
+InstanceId RayScene::add_instance(const city::Mesh& mesh) {
+  const auto id = static_cast<InstanceId>(impl_->instances.size() + 1);
+  const std::string name = fmt::format("movable instance {}", id);
+  if (mesh.triangles.empty()) throw InputError(name + " has no triangles", "give it a mesh");
+  auto instance = std::make_unique<Instance>();
+  instance->built = BuiltMesh(impl_->device.get(), mesh, name, false);
+  const RTCGeometry geometry = rtcNewGeometry(impl_->device.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+  if (geometry == nullptr) throw embree_failure(impl_->device.get(), "no instance");
+  rtcSetGeometryInstancedScene(geometry, instance->built.scene.get());
+  rtcSetGeometryTimeStepCount(geometry, 1);
+  rtcCommitGeometry(geometry);
+  rtcDisableGeometry(geometry);
+  rtcAttachGeometryByID(impl_->movers.get(), geometry, id - 1);
+  instance->geometry = geometry;
+  rtcReleaseGeometry(geometry);
+  impl_->instances.push_back(std::move(instance));
+  return id;
+}
+
+void RayScene::set_pose(InstanceId id, const Isometry3d& enu_from_instance) {
+  Instance& instance = impl_->instance(id);
+  const Eigen::Matrix3d rotation = enu_from_instance.linear();
+  if (!enu_from_instance.matrix().allFinite()) {
+    throw InputError(fmt::format("the pose of movable instance {} is not finite", id), "check what moves it");
+  }
+  if (!(rotation * rotation.transpose()).isIdentity(1e-6) || rotation.determinant() < 0) {
+    throw InputError(fmt::format("the pose of movable instance {} is not a rotation and a translation", id),
+                     "normalise its quaternion");
+  }
+  instance.pose = enu_from_instance;
+  instance.posed = true;
+}
+
+void RayScene::set_visible(InstanceId id, bool visible) {
+  impl_->instance(id).visible = visible;
+}
+
+void RayScene::remove_instance(InstanceId id) {
+  impl_->instance(id);
+  rtcDetachGeometry(impl_->movers.get(), id - 1);
+  impl_->instances[id - 1].reset();
+}
+
+void RayScene::commit() {
+  impl_->placed.clear();
+  impl_->movers_radius = 0;
+  for (std::size_t i = 0; i < impl_->instances.size(); ++i) {
+    Instance* instance = impl_->instances[i].get();
+    if (instance == nullptr) continue;
+    if (!instance->posed || !instance->visible) {
+      rtcDisableGeometry(instance->geometry);
+      continue;
+    }
+    // Both centres are taken out in doubles, so that floats carry only small numbers.
+    const Vector3d offset = instance->pose * instance->built.centre - impl_->city.centre;
+    const Eigen::Matrix3f rotation = instance->pose.linear().cast<float>();
+    std::array<float, 12> transform;
+    Eigen::Map<Eigen::Matrix3f>(transform.data()) = rotation;
+    Eigen::Map<Eigen::Vector3f>(transform.data() + 9) = offset.cast<float>();
+    rtcSetGeometryTransform(instance->geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, transform.data());
+    rtcEnableGeometry(instance->geometry);
+    rtcCommitGeometry(instance->geometry);
+    impl_->placed.push_back({static_cast<InstanceId>(i + 1), &instance->built.mesh, instance->pose});
+    impl_->movers_radius = std::max(impl_->movers_radius, offset.norm() + instance->built.radius);
+  }
+  rtcCommitScene(impl_->movers.get());
+  if (rtcGetDeviceError(impl_->device.get()) != RTC_ERROR_NONE) {
+    throw embree_failure(impl_->device.get(), "instances not built");
+  }
+}
+
+const std::vector<PlacedInstance>& RayScene::placed_instances() const {
+  return impl_->placed;
+}
+
+std::optional<Hit> RayScene::cast(const Ray& ray, double min_range_m) const {
+  embree::Query query(false);
+  RTCRayHit found;
+  impl_->fill(found.ray, ray, min_range_m);
+  found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  query.intersect1(impl_->city.scene.get(), &found);
+  const bool city_hit = found.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+  bool mover_hit = false;
+  if (!impl_->placed.empty()) {
+    const float city_range = found.ray.tfar;
+    query.intersect1(impl_->movers.get(), &found);  // only what is nearer changes it
+    mover_hit = found.hit.instID[0] != RTC_INVALID_GEOMETRY_ID && (!city_hit || found.ray.tfar < city_range);
+  }
+  if (!city_hit && !mover_hit) return std::nullopt;
+
+  Hit hit;
+  hit.triangle = found.hit.primID;
+  Vector3d corner;
+  if (mover_hit) {
+    const std::uint32_t slot = found.hit.instID[0];
+    const Instance& instance = *impl_->instances[slot];
+    const auto placed =
+        std::find_if(impl_->placed.begin(), impl_->placed.end(),
+                     [slot](const PlacedInstance& p) { return p.id == static_cast<InstanceId>(slot + 1); });
+    assert(placed != impl_->placed.end());
+    hit.instance = slot + 1;
+    hit.normal = (placed->enu_from_instance.linear() * instance.built.area_normal(hit.triangle)).normalized();
+    corner = placed->enu_from_instance * instance.built.vertex(hit.triangle, 0);
+  } else {
+    hit.normal = impl_->city.area_normal(hit.triangle).normalized();
+    corner = impl_->city.vertex(hit.triangle, 0);
+  }
+  hit.front = ray.direction.dot(hit.normal) < 0;
+  hit.range_m =
+      std::max(min_range_m, Impl::exact_range(ray, corner, hit.normal, static_cast<double>(found.ray.tfar)));
+  return hit;
+}
+
+bool RayScene::occluded(const Ray& ray, double min_range_m) const {
+  embree::Query query(false);
+  RTCRay shadow;
+  impl_->fill(shadow, ray, min_range_m);
+  query.occluded1(impl_->city.scene.get(), &shadow);
+  if (shadow.tfar < 0) return true;
+  if (impl_->placed.empty()) return false;
+  query.occluded1(impl_->movers.get(), &shadow);
+  return shadow.tfar < 0;
+}
+
+void RayScene::occluded(std::span<const Ray> rays, std::span<bool> result, double min_range_m) const {
+  assert(rays.size() == result.size());
+  for (std::size_t i = 0; i < rays.size(); i += kPacket) {
+    const std::size_t count = std::min(kPacket, rays.size() - i);
+    const unsigned bits = impl_->occluded8(&rays[i], count, min_range_m);
+    for (std::size_t k = 0; k < count; ++k) result[i + k] = ((bits >> k) & 1u) != 0;
+  }
+}
+
+double RayScene::surface_offset_m(const Vector3d& point) const {
+  const double reach = std::max(impl_->city.radius, impl_->movers_radius);
+  return 0.5e-3 + 4e-7 * (reach + (point - impl_->city.centre).norm());
+}
+
+Placement RayScene::placement(const Vector3d& point) const {
+  if (!point.allFinite()) {
+    throw InputError(fmt::format("the place ({}, {}, {}) is not finite", point.x(), point.y(), point.z()),
+                     "check what made it");
+  }
+  std::vector<Impl::Crossing> found;
+  constexpr double kSkin = 1e-3;
+
+  // Straight up: terrain and roofs.
+  impl_->crossings({point, Vector3d::UnitZ()}, found);
+  bool terrain_above = false, roof_above = false;
+  for (const Impl::Crossing& c : found) {
+    if (c.range < kSkin) continue;
+    terrain_above |= impl_->surfaces[c.triangle] == city::Surface::Terrain;
+    roof_above |= impl_->surfaces[c.triangle] == city::Surface::Building;
+  }
+  if (terrain_above) {
+    impl_->crossings({point, -Vector3d::UnitZ()}, found);
+    double nearest = std::numeric_limits<double>::infinity();
+    bool stands_on_terrain = false;
+    for (const Impl::Crossing& c : found) {
+      if (impl_->surfaces[c.triangle] != city::Surface::Terrain || c.range >= nearest) continue;
+      nearest = c.range;
+      stands_on_terrain = impl_->city.area_normal(c.triangle).z() > 0;
+    }
+    if (!stands_on_terrain) return Placement::UnderTerrain;
+  }
+  if (!roof_above) return Placement::Free;
+
+  // Level rays at odd azimuths, so that none runs along the walls of a street grid.
+  constexpr int kRays = 7;
+  int inside = 0, inside_out = 0;
+  for (int i = 0; i < kRays; ++i) {
+    const double azimuth = 0.2137 + i * (2 * EIGEN_PI / kRays);
+    const Vector3d direction(std::sin(azimuth), std::cos(azimuth), 0);
+    impl_->crossings({point, direction}, found);
+    int leaves = 0;
+    for (const Impl::Crossing& c : found) {
+      if (impl_->surfaces[c.triangle] != city::Surface::Building) continue;
+      leaves += impl_->city.area_normal(c.triangle).dot(direction) > 0 ? 1 : -1;
+    }
+    inside += leaves > 0 ? 1 : 0;
+    inside_out += leaves < 0 ? 1 : 0;
+  }
+  return std::max(inside, inside_out) > kRays / 2 ? Placement::InsideBuilding : Placement::Free;
+}
+
+std::optional<double> RayScene::terrain_height(double x, double y) const {
+  const double top = impl_->city.centre.z() + impl_->city.radius + 1;
+  const Vector3d origin(x, y, top);
+  if (!origin.allFinite()) return std::nullopt;
+  std::vector<Impl::Crossing> found;
+  impl_->crossings({origin, -Vector3d::UnitZ()}, found);
+  std::optional<double> height;
+  for (const Impl::Crossing& c : found) {
+    if (impl_->surfaces[c.triangle] != city::Surface::Terrain) continue;
+    height = std::max(height.value_or(-1e300), top - c.range);
+  }
+  return height;
+}
+
+}  // namespace canyon::raytrace
