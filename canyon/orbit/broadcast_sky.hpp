@@ -7,9 +7,9 @@
 
 namespace canyon::orbit {
 
-/// Satellite position, velocity and clock from one ephemeris, whatever its age (IS-GPS-200 table 20-IV; Galileo
-/// OS-SIS-ICD 5.1.1; BDS-SIS-ICD B1I 5.2.4.12 with the GEO rotation). Position within 1 mm and clock within
-/// 0.1 ns of RTKLIB's.
+/// Satellite position, velocity and clock from one ephemeris, whatever its age (IS-GPS-200 table 20-IV;
+/// Galileo OS-SIS-ICD 5.1.1; BDS-SIS-ICD B1I 5.2.4.12 with the GEO rotation). Position within 1 mm and clock
+/// within 0.1 ns of RTKLIB's.
 [[nodiscard]] SatelliteState propagate(const KeplerEphemeris& ephemeris, geodesy::GpsTime t);
 /// ICD GLONASS L1, L2 5.1, A.3.1.2: fourth-order Runge-Kutta, steps of at most 60 s. Within 1 cm of RTKLIB's.
 [[nodiscard]] SatelliteState propagate(const GlonassEphemeris& ephemeris, geodesy::GpsTime t);
@@ -22,9 +22,11 @@ struct BroadcastOptions {
   bool allow_unhealthy = false;
 };
 
-/// Satellites from broadcast ephemerides: for each satellite and time the healthy record with the smallest
-/// |t - toe| within the validity of its system; the newer message among equals. Galileo takes I/NAV where it
-/// is there (its clock and BGD E5b/E1 belong to E1), else F/NAV.
+/// Satellites from broadcast ephemerides: for each satellite and time the record with the smallest |t - toe|
+/// within the validity of its system; the newer message among equals. Where that one says unhealthy the
+/// satellite is out: an older healthy one would only hide it. Galileo takes I/NAV where it is there (its
+/// clock and BGD E5b/E1 belong to E1), else F/NAV. What healthy means for each system:
+/// broadcast_messages.hpp.
 class BroadcastSky final : public Sky {
  public:
   /// Throws InputError where no record is left after `systems`.

@@ -1,0 +1,64 @@
+#include <cmath>
+
+#include "canyon/orbit/broadcast_sky.hpp"
+
+namespace canyon::orbit {
+namespace {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+// PZ-90, ICD GLONASS L1, L2 5.1, table 3.2 and A.3.1.2.
+constexpr double kMu = 3.986004418e14;         // [m^3/s^2]
+constexpr double kEquatorialRadius = 6378136;  // [m]
+constexpr double kJ2 = 1.08262575e-3;
+constexpr double kOmega = 7.2921150e-5;  // [rad/s]
+constexpr double kLargestStep = 60;      // [s]
+
+// Equations of motion in the rotating frame, ICD GLONASS L1, L2 5.1, A.3.1.2.
+Vector6d derivative(const Vector6d& x, const Eigen::Vector3d& luni_solar) {
+  const double r2 = x.head<3>().squaredNorm();
+  const double r = std::sqrt(r2);
+  const double flattening = 1.5 * kJ2 * kMu * kEquatorialRadius * kEquatorialRadius / (r2 * r2 * r);
+  const double z2 = 5 * x[2] * x[2] / r2;
+  const double central = -kMu / (r2 * r);
+  Vector6d d;
+  d.head<3>() = x.tail<3>();
+  const double in_plane = central - flattening * (1 - z2);
+  d[3] = (in_plane + kOmega * kOmega) * x[0] + 2 * kOmega * x[4] + luni_solar[0];
+  d[4] = (in_plane + kOmega * kOmega) * x[1] - 2 * kOmega * x[3] + luni_solar[1];
+  d[5] = (central - flattening * (3 - z2)) * x[2] + luni_solar[2];
+  return d;
+}
+
+}  // namespace
+
+SatelliteState propagate(const GlonassEphemeris& e, geodesy::GpsTime t) {
+  Vector6d x;
+  x << e.position_m[0], e.position_m[1], e.position_m[2], e.velocity_mps[0], e.velocity_mps[1],
+      e.velocity_mps[2];
+  const Eigen::Vector3d luni_solar(e.acceleration_mps2[0], e.acceleration_mps2[1], e.acceleration_mps2[2]);
+
+  const double dt = t - e.toe;
+  // Whole steps, then the rest: the answer is continuous in t. The local error of a 60 s step is below 1 um.
+  double left = dt;
+  while (left != 0) {
+    const double h = std::abs(left) > kLargestStep ? std::copysign(kLargestStep, left) : left;
+    const Vector6d k1 = derivative(x, luni_solar);
+    const Vector6d k2 = derivative(x + h / 2 * k1, luni_solar);
+    const Vector6d k3 = derivative(x + h / 2 * k2, luni_solar);
+    const Vector6d k4 = derivative(x + h * k3, luni_solar);
+    x += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    left -= h;
+  }
+
+  SatelliteState state;
+  state.position_m = x.head<3>();
+  state.velocity_mps = x.tail<3>();
+  // ICD GLONASS 4.4: tau_n and gamma_n contain relativity.
+  state.clock_bias_s = e.clock_bias_s + e.frequency_bias * dt;
+  state.clock_drift = e.frequency_bias;
+  state.carrier_frequency_hz = l1_frequency_hz(System::GLONASS, e.channel);
+  return state;
+}
+
+}  // namespace canyon::orbit

@@ -1,0 +1,127 @@
+#include <cmath>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/orbit/broadcast_messages.hpp"
+#include "canyon/orbit/broadcast_sky.hpp"
+
+namespace canyon::orbit {
+namespace {
+
+struct EarthModel {
+  double mu;     ///< gravitational constant [m^3/s^2]
+  double omega;  ///< rotation rate [rad/s]
+};
+
+// The constants that each system's control segment fits with: they belong to the message, not to nature.
+EarthModel earth_model(System system) {
+  switch (system) {
+    case System::Galileo:
+      return {3.986004418e14, 7.2921151467e-5};  // OS-SIS-ICD 2.0, table 62
+    case System::BeiDou:
+      return {3.986004418e14, 7.2921150e-5};  // BDS-SIS-ICD B1I 3.0, 3.2
+    case System::GPS:
+    case System::QZSS:
+    case System::GLONASS:
+      break;
+  }
+  return {3.986005e14, 7.2921151467e-5};  // IS-GPS-200 table 20-IV; IS-QZSS-PNT takes them over
+}
+
+// Newton's iteration from E = M + e sin M; quadratic, so that the last step proves the one before it.
+// Broadcast eccentricities (below 0.5) need three or four steps.
+double eccentric_anomaly(double mean_anomaly, double e) {
+  double anomaly = mean_anomaly + e * std::sin(mean_anomaly);
+  for (int i = 0; i < 12; ++i) {
+    const double step = (anomaly - e * std::sin(anomaly) - mean_anomaly) / (1 - e * std::cos(anomaly));
+    anomaly -= step;
+    if (std::abs(step) < 1e-9) break;  // the error left is of the order of its square
+  }
+  return anomaly;
+}
+
+// Turns position and velocity about z by `angle`, the frame itself turning by `rate` [rad/s].
+void turn_z(double angle, double rate, Eigen::Vector3d& p, Eigen::Vector3d& v) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  const Eigen::Vector3d q(c * p.x() + s * p.y(), -s * p.x() + c * p.y(), p.z());
+  const Eigen::Vector3d w(c * v.x() + s * v.y(), -s * v.x() + c * v.y(), v.z());
+  p = q;
+  v = w + rate * Eigen::Vector3d(q.y(), -q.x(), 0);
+}
+
+void turn_x_minus_5_deg(Eigen::Vector3d& a) {
+  static const double c = std::cos(geodesy::radians(-5)), s = std::sin(geodesy::radians(-5));
+  a = Eigen::Vector3d(a.x(), c * a.y() + s * a.z(), -s * a.y() + c * a.z());
+}
+
+double group_delay(const KeplerEphemeris& e) {
+  // Galileo: BGD(E1,E5b) belongs to the I/NAV clock, BGD(E1,E5a) to F/NAV's (OS-SIS-ICD 5.1.5). Elsewhere the
+  // first is that of the L1 band: TGD for L1 C/A, TGD1 for B1I.
+  return e.id.system == System::Galileo && !is_galileo_fnav(e) ? e.group_delay[1] : e.group_delay[0];
+}
+
+}  // namespace
+
+SatelliteState propagate(const KeplerEphemeris& e, geodesy::GpsTime t) {
+  const EarthModel earth = earth_model(e.id.system);
+  const double tk = t - e.toe;
+  const double a = e.sqrt_a * e.sqrt_a;
+
+  // IS-GPS-200 table 20-IV, and its derivatives (table 30-II notes; Remondi 2004).
+  const double n = std::sqrt(earth.mu / (a * a * a)) + e.mean_motion_difference;
+  const double anomaly = eccentric_anomaly(e.mean_anomaly + n * tk, e.eccentricity);
+  const double sin_e = std::sin(anomaly), cos_e = std::cos(anomaly);
+  const double root = std::sqrt(1 - e.eccentricity * e.eccentricity);
+  const double anomaly_rate = n / (1 - e.eccentricity * cos_e);
+
+  const double phi = std::atan2(root * sin_e, cos_e - e.eccentricity) + e.argument_of_perigee;
+  const double phi_rate = root * anomaly_rate / (1 - e.eccentricity * cos_e);
+  const double sin_2phi = std::sin(2 * phi), cos_2phi = std::cos(2 * phi);
+
+  const double u = phi + e.cus * sin_2phi + e.cuc * cos_2phi;
+  const double r = a * (1 - e.eccentricity * cos_e) + e.crs * sin_2phi + e.crc * cos_2phi;
+  const double i = e.inclination + e.inclination_rate * tk + e.cis * sin_2phi + e.cic * cos_2phi;
+  const double u_rate = phi_rate * (1 + 2 * (e.cus * cos_2phi - e.cuc * sin_2phi));
+  const double r_rate =
+      a * e.eccentricity * sin_e * anomaly_rate + 2 * phi_rate * (e.crs * cos_2phi - e.crc * sin_2phi);
+  const double i_rate = e.inclination_rate + 2 * phi_rate * (e.cis * cos_2phi - e.cic * sin_2phi);
+
+  const bool geo = is_beidou_geo(e.id);
+  const geodesy::GpsTime toe_of_system =
+      e.id.system == System::BeiDou ? e.toe - std::chrono::seconds(geodesy::kBdtSecondsOffset) : e.toe;
+  // A BeiDou GEO is computed in a frame that does not turn with the Earth and is turned afterwards.
+  const double node_rate = geo ? e.right_ascension_rate : e.right_ascension_rate - earth.omega;
+  const double node = e.right_ascension + node_rate * tk - earth.omega * toe_of_system.seconds_of_week();
+
+  const double cos_u = std::cos(u), sin_u = std::sin(u);
+  const double cos_i = std::cos(i), sin_i = std::sin(i);
+  const double cos_node = std::cos(node), sin_node = std::sin(node);
+  const double x = r * cos_u, y = r * sin_u;
+  const double x_rate = r_rate * cos_u - y * u_rate, y_rate = r_rate * sin_u + x * u_rate;
+  const double across = y * cos_i, across_rate = y_rate * cos_i - y * sin_i * i_rate;
+
+  SatelliteState state;
+  Eigen::Vector3d& p = state.position_m;
+  Eigen::Vector3d& v = state.velocity_mps;
+  p = {x * cos_node - across * sin_node, x * sin_node + across * cos_node, y * sin_i};
+  v = {x_rate * cos_node - across_rate * sin_node - p.y() * node_rate,
+       x_rate * sin_node + across_rate * cos_node + p.x() * node_rate, y_rate * sin_i + y * cos_i * i_rate};
+  if (geo) {
+    // BDS-SIS-ICD B1I 5.2.4.12: R_z(omega tk) R_x(-5 deg).
+    turn_x_minus_5_deg(p);
+    turn_x_minus_5_deg(v);
+    turn_z(earth.omega * tk, earth.omega, p, v);
+  }
+
+  // IS-GPS-200, 20.3.3.3.3.1: polynomial and relativity of the eccentric orbit.
+  const double dt = t - e.toc;
+  const double relativity = -2 * std::sqrt(earth.mu) * e.eccentricity * e.sqrt_a /
+                            (geodesy::kSpeedOfLight * geodesy::kSpeedOfLight);
+  state.clock_bias_s = e.af0 + dt * (e.af1 + dt * e.af2) + relativity * sin_e;
+  state.clock_drift = e.af1 + 2 * e.af2 * dt + relativity * cos_e * anomaly_rate;
+  state.group_delay_s = group_delay(e);
+  state.carrier_frequency_hz = l1_frequency_hz(e.id.system);
+  return state;
+}
+
+}  // namespace canyon::orbit
