@@ -35,11 +35,13 @@ class Environment {
   /// For hosts that move things between steps; not beside queries.
   [[nodiscard]] raytrace::RayScene& mutable_scene();
 
-  /// A propagator over this city; keep it as long as needed, it is thread-safe. The environment must outlive it.
+  /// A propagator over this city; keep it as long as needed, it is thread-safe. The environment must outlive
+  /// it.
   [[nodiscard]] propagation::Propagator make_propagator(const propagation::PropagationOptions& options) const;
 
-  /// Everything above the horizon (elevation > 0) at a place and time. Antenna in the city's ENU frame, finite
-  /// (InputError). Inside a building or under terrain nothing is traced and every satellite is blocked.
+  /// Everything above the horizon (elevation > 0) at a place and time. Antenna in the city's ENU frame,
+  /// finite (InputError). Inside a building or under terrain nothing is traced and every satellite is
+  /// blocked.
   [[nodiscard]] Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                                 const propagation::Propagator& propagator) const;
 

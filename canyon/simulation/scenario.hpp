@@ -18,9 +18,9 @@ namespace canyon::simulation {
 /// `city:` of a scenario. Exactly one of mesh, synthetic, open is set.
 struct CityConfig {
   std::optional<std::filesystem::path> mesh;
-  city::MeshImportOptions import;                 ///< with mesh
+  city::MeshImportOptions import;  ///< with mesh
   std::optional<city::SyntheticCityOptions> synthetic;
-  bool open = false;                              ///< no buildings: open sky about `import.origin`
+  bool open = false;  ///< no buildings: open sky about `import.origin`
 };
 
 /// `sky:` of a scenario. Exactly one source: navigation, sp3, frozen, or (default) nominal.
@@ -36,16 +36,16 @@ struct SkyConfig {
 
 struct TrajectoryConfig {
   std::optional<std::filesystem::path> file;
-  std::string format = "csv";                     ///< csv, urbannav, nmea
-  std::vector<geodesy::Geodetic> waypoints;       ///< instead of a file
+  std::string format = "csv";                ///< csv, urbannav, nmea
+  std::vector<geodesy::Geodetic> waypoints;  ///< instead of a file
   double speed_mps = 10;
   double hold_s = 0;
-  std::optional<double> height_above_terrain_m;   ///< clamps; empty: heights as given
+  std::optional<double> height_above_terrain_m;  ///< clamps; empty: heights as given
 };
 
 struct ReceiverConfig {
   receiver::ReceiverOptions options;
-  propagation::PropagationOptions propagation;    ///< preset, then scenario, then receiver
+  propagation::PropagationOptions propagation;            ///< preset, then scenario, then receiver
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the reference point
 };
 
@@ -61,16 +61,16 @@ struct Scenario {
   CityConfig city;
   SkyConfig sky;
   TrajectoryConfig trajectory;
-  std::optional<geodesy::GpsTime> start;   ///< where empty: the trajectory file's first time
-  std::optional<double> duration_s;        ///< empty: the whole trajectory
-  std::optional<double> rate_hz;           ///< empty: the trajectory file's own rate (1 Hz for waypoints)
-  std::vector<ReceiverConfig> receivers;   ///< at least one
+  std::optional<geodesy::GpsTime> start;  ///< where empty: the trajectory file's first time
+  std::optional<double> duration_s;       ///< empty: the whole trajectory
+  std::optional<double> rate_hz;          ///< empty: the trajectory file's own rate (1 Hz for waypoints)
+  std::vector<ReceiverConfig> receivers;  ///< at least one
   std::uint64_t seed = 1;
   OutputConfig outputs;
 };
 
-/// Reads a scenario. Throws InputError with file and line for syntax, unknown keys (with the closest known one),
-/// wrong types, values out of range, and missing files.
+/// Reads a scenario. Throws InputError with file and line for syntax, unknown keys (with the closest known
+/// one), wrong types, values out of range, and missing files.
 [[nodiscard]] Scenario read_scenario(const std::filesystem::path& path);
 [[nodiscard]] Scenario parse_scenario(const std::string& text, const std::filesystem::path& name);
 
@@ -83,5 +83,7 @@ struct ScenarioKey {
   std::string meaning;
 };
 [[nodiscard]] const std::vector<ScenarioKey>& scenario_keys();
+/// The table as text for a terminal, a line or two per key.
+[[nodiscard]] std::string format_scenario_keys();
 
 }  // namespace canyon::simulation

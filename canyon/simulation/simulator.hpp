@@ -33,14 +33,14 @@ class EpochSink {
 };
 
 struct RunOptions {
-  int threads = 0;  ///< 0: as many as cores
+  int threads = 0;                          ///< 0: as many as cores
   const std::atomic<bool>* stop = nullptr;  ///< set to end after the epochs in flight
   /// Called now and then from the calling thread: epochs done, epochs in all.
   std::function<void(std::size_t, std::size_t)> progress;
 };
 
 struct RunResult {
-  std::size_t epochs = 0;   ///< instants finished (not times receivers)
+  std::size_t epochs = 0;  ///< instants finished (not times receivers)
   std::size_t planned = 0;
   bool interrupted = false;
   double wall_s = 0;
@@ -51,8 +51,8 @@ struct RunResult {
 class Simulation {
  public:
   /// Builds sky and trajectory from `scenario`; the city comes loaded (canyon::io reads files, see
-  /// simulation/load_city.hpp). Throws InputError where the trajectory lies outside the ephemerides, or more than
-  /// 10 km from the city.
+  /// simulation/load_city.hpp). Throws InputError where the trajectory lies outside the ephemerides, or more
+  /// than 10 km from the city.
   Simulation(Scenario scenario, city::City city);
   ~Simulation();
 

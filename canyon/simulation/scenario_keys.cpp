@@ -1,0 +1,213 @@
+// The table of every key of a scenario file. Defaults come from the structs that the keys fill.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/trajectory.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+std::string show(bool value) {
+  return value ? "true" : "false";
+}
+std::string show(int value) {
+  return fmt::format("{}", value);
+}
+std::string show(double value) {
+  return fmt::format("{:.9g}", value);
+}
+std::string show_deg(double radians) {
+  return fmt::format("{:.9g}", geodesy::degrees(radians));
+}
+
+void add_propagation(std::vector<ScenarioKey>& keys, const std::string& at) {
+  const propagation::PropagationOptions o;
+  keys.insert(keys.end(),
+              {{at + "model", "", "specular",
+                "specular: image method on planar facets; mirror: the paper's algorithm 2 (one mirror ray)"},
+               {at + "reflection_order", "", show(o.reflection_order),
+                "reflections considered: 0 (direct signal only) or 1; specular only"},
+               {at + "max_range_m", "m", show(o.max_range_m),
+                "reach of the mirror ray, and of the way from antenna to reflection point"},
+               {at + "max_incidence_deg", "deg", show_deg(o.max_incidence_rad),
+                "largest angle of incidence of a reflection, from the facade's normal; specular only"},
+               {at + "ground_reflection", "", show(o.ground_reflection),
+                "reflect from terrain as well; specular only"}});
+}
+
+void add_noise(std::vector<ScenarioKey>& keys, const std::string& at) {
+  const receiver::NoiseOptions o;
+  keys.insert(
+      keys.end(),
+      {{at + "enabled", "", show(o.enabled), "noise on pseudoranges and Doppler"},
+       {at + "theta_per_s", "1/s", show(o.ou.theta_per_s),
+        "mean reversion of each satellite's Ornstein-Uhlenbeck process"},
+       {at + "mu_m", "m", show(o.ou.mu_m), "its mean"},
+       {at + "sigma_m_per_sqrt_s", "m/sqrt(s)", show(o.ou.sigma_m_per_sqrt_s),
+        "its diffusion; the standard deviation is sigma / sqrt(2 theta)"},
+       {at + "doppler_sigma_hz", "Hz", show(o.doppler_sigma_hz),
+        "standard deviation of white noise on Doppler"},
+       {at + "drift.enabled", "", show(o.drift_enabled),
+        "the paper's drift mode: while slow or with few satellites in sight, means move away from mu"},
+       {at + "drift.below_speed_mps", "m/s", show(o.drift_below_speed_mps), "drift while slower than this"},
+       {at + "drift.below_los", "satellites", show(o.drift_below_los),
+        "drift while fewer satellites are in line of sight"},
+       {at + "drift.mu_sigma_m", "m", show(o.drift_mu_sigma_m),
+        "standard deviation of the drifted means, drawn once per satellite"}});
+}
+
+void add_place(std::vector<ScenarioKey>& keys, const std::string& at, const std::string& what) {
+  keys.insert(
+      keys.end(),
+      {{at + "latitude_deg", "deg", "", what + ": geodetic latitude (WGS 84)"},
+       {at + "longitude_deg", "deg", "", "longitude, east positive"},
+       {at + "height_m", "m", "", "ellipsoidal height; may be left out with height_above_terrain_m"},
+       {at + "east_m", "m", "", "instead: east of the city's origin, with north_m and up_m"},
+       {at + "north_m", "m", "", "north of the city's origin"},
+       {at + "up_m", "m", "", "above the city's origin; may be left out with height_above_terrain_m"}});
+}
+
+std::vector<ScenarioKey> make_keys() {
+  std::vector<ScenarioKey> keys;
+  const auto add = [&keys](const char* path, const char* unit, std::string value, const char* meaning) {
+    keys.push_back({path, unit, std::move(value), meaning});
+  };
+  const Scenario scenario;
+  const CityConfig city;
+  const city::SyntheticCityOptions synthetic;
+  const TrajectoryConfig trajectory;
+  const receiver::ReceiverOptions receiver;
+  const OutputConfig outputs;
+
+  add("city.mesh", "", "", "mesh file: DAE, OBJ, STL, glTF, PLY (one of mesh, synthetic, open)");
+  add("city.origin.latitude_deg", "deg", "", "where the mesh's zero lies: geodetic latitude (WGS 84)");
+  add("city.origin.longitude_deg", "deg", "", "longitude, east positive");
+  add("city.origin.height_m", "m", show(city.import.origin.height_m), "ellipsoidal height");
+  add("city.offset.east_m", "m", show(city.import.offset_m.x()), "moves the mesh in its ENU frame");
+  add("city.offset.north_m", "m", show(city.import.offset_m.y()), "");
+  add("city.offset.up_m", "m", show(city.import.offset_m.z()), "");
+  add("city.heading_deg", "deg", show_deg(city.import.heading_rad),
+      "turns the mesh counter-clockwise seen from above");
+  add("city.scale", "", show(city.import.scale), "on top of the unit that the file declares");
+  add("city.up_axis", "", "the file's", "Y or Z, where the file is wrong or says nothing");
+  add("city.terrain_names", "", fmt::format("[{}]", fmt::join(city.import.terrain_names, ", ")),
+      "words in node names that mark terrain");
+  add("city.synthetic.blocks_east", "blocks", show(synthetic.blocks_east),
+      "a made-up downtown about the origin (default 22.3, 114.17): blocks from west to east; 'synthetic: {}' "
+      "takes all defaults");
+  add("city.synthetic.blocks_north", "blocks", show(synthetic.blocks_north), "blocks from south to north");
+  add("city.synthetic.block_size_m", "m", show(synthetic.block_size_m), "side of a block");
+  add("city.synthetic.street_width_m", "m", show(synthetic.street_width_m), "between blocks");
+  add("city.synthetic.min_height_m", "m", show(synthetic.min_height_m), "lowest building");
+  add("city.synthetic.max_height_m", "m", show(synthetic.max_height_m), "highest building");
+  add("city.synthetic.seed", "", fmt::format("{}", synthetic.seed), "of the building heights");
+  add("city.open", "", show(city.open), "true: no buildings at all, open sky about the origin");
+
+  add("sky.navigation", "", "",
+      "RINEX navigation files, one or a list, plain or gzip (one of navigation, sp3, nominal, frozen)");
+  add("sky.sp3", "", "", "precise orbits, SP3-c or SP3-d, plain or gzip");
+  add("sky.nominal", "", "true without another source",
+      "the nominal constellations of GPS, GLONASS, Galileo and BeiDou at any date; needs no file");
+  add("sky.frozen.satNum", "satellites", "the lists' length",
+      "the paper's virtual satellites that never move");
+  add("sky.frozen.satAzimuth", "rad", "", "their azimuths from north, clockwise");
+  add("sky.frozen.satElevation", "rad", "", "their elevations");
+  add("sky.systems", "", "all", "GPS, GLONASS, Galileo, BeiDou, QZSS: one or a list");
+  add("sky.allow_stale", "", show(SkyConfig().allow_stale),
+      "use ephemerides older than their system allows (and say so)");
+
+  add("start", "UTC or GPST", "the trajectory's first time",
+      "2019-04-28T12:58:03Z, or with ' GPST' behind it; a later one skips the trajectory's beginning. Needed "
+      "where "
+      "the trajectory has no times of its own");
+  add("start.week", "weeks", "", "instead: full GPS week, as in 'start: {week: 2051, tow: 46701}'");
+  add("start.tow", "s", "", "and seconds of that week");
+  add("duration_s", "s", "the whole trajectory", "epochs from start to start + duration, both ends included");
+  add("rate_hz", "Hz", "the trajectory's own, 1 for waypoints", "epochs per second");
+
+  add("trajectory.file", "", "", "recorded positions (one of file, waypoints, position)");
+  add("trajectory.format", "", trajectory.format.c_str(),
+      "csv: time (ISO 8601, or seconds from start), latitude, longitude [deg], height [m]; urbannav: GPS "
+      "week, time "
+      "of week, latitude, longitude, height; nmea: GGA with RMC or ZDA");
+  add("trajectory.height_above_terrain_m", "m", "heights as given",
+      "puts the vehicle this high above the terrain");
+  add_place(keys, "trajectory.waypoints[].", "corners of a drive in straight legs");
+  add("trajectory.speed_mps", "m/s", show(trajectory.speed_mps), "along the legs between waypoints");
+  add("trajectory.hold_s", "s", show(trajectory.hold_s), "standstill at each waypoint");
+  add_place(keys, "trajectory.position.", "one place, for duration_s");
+
+  add("receivers[].name", "", "rover", "names its outputs and its noise; needed with several receivers");
+  add("receivers[].preset", "", "default",
+      "default; or paper: mask 15 deg, mirror model, more than four satellites, OU noise. Anything below "
+      "overrides it");
+  add("receivers[].elevation_mask_deg", "deg", show_deg(receiver.fix.elevation_mask_rad),
+      "satellites below are neither measured nor used");
+  add("receivers[].min_satellites", "satellites", show(receiver.fix.min_satellites),
+      "needed for a fix, on top of one for each constellation beyond the first");
+  add("receivers[].max_iterations", "", show(receiver.fix.max_iterations), "of the least squares");
+  add("receivers[].convergence_m", "m", show(receiver.fix.convergence_m), "the step that ends them");
+  add("receivers[].ionosphere", "", show(receiver.ionosphere),
+      "put the broadcast ionosphere (Klobuchar) into the signals; needs its coefficients in the navigation "
+      "files");
+  add("receivers[].troposphere", "", show(receiver.troposphere),
+      "put Saastamoinen's troposphere into the signals");
+  add("receivers[].correct_ionosphere", "", show(receiver.fix.correct_ionosphere), "correct it in the fix");
+  add("receivers[].correct_troposphere", "", show(receiver.fix.correct_troposphere), "correct it in the fix");
+  add("receivers[].lever_arm.forward_m", "m", "0",
+      "antenna from the trajectory's point: ahead, turned by its yaw");
+  add("receivers[].lever_arm.left_m", "m", "0", "to the left");
+  add("receivers[].lever_arm.up_m", "m", "0", "up");
+  add("receivers[].clock.bias_s", "s", show(receiver.clock.bias_s),
+      "receiver clock minus GPST at the first epoch");
+  add("receivers[].clock.drift", "s/s", show(receiver.clock.drift), "its rate at the first epoch");
+  add("receivers[].clock.drift_walk", "s/s/sqrt(s)", show(receiver.clock.drift_walk),
+      "random walk of the drift");
+  add_noise(keys, "receivers[].noise.");
+  add_propagation(keys, "receivers[].propagation.");
+
+  add_propagation(keys, "propagation.");
+  add_noise(keys, "noise.");
+  add("seed", "", fmt::format("{}", scenario.seed), "of all noise: same seed, same bytes");
+
+  add("outputs.epochs_csv", "", show(outputs.epochs_csv), "epochs.csv");
+  add("outputs.satellites_csv", "", show(outputs.satellites_csv), "satellites.csv");
+  add("outputs.nmea", "", show(outputs.nmea), "NMEA 0183");
+  add("outputs.rinex_observation", "", show(outputs.rinex_observation), "RINEX 3.04 observations");
+  add("outputs.rinex_navigation", "", show(outputs.rinex_navigation),
+      "RINEX 3.04 navigation of the simulated sky");
+  add("outputs.kml", "", show(outputs.kml), "track for Google Earth");
+  add("outputs.geojson", "", show(outputs.geojson), "track for GIS programs");
+  add("outputs.pictures", "", show(outputs.pictures), "track, sky plot and timeline as PNG and SVG");
+  return keys;
+}
+
+}  // namespace
+
+const std::vector<ScenarioKey>& scenario_keys() {
+  static const std::vector<ScenarioKey> keys = make_keys();
+  return keys;
+}
+
+std::string format_scenario_keys() {
+  std::size_t width = 0;
+  for (const ScenarioKey& key : scenario_keys()) width = std::max(width, key.path.size());
+  std::string text;
+  std::string group;
+  for (const ScenarioKey& key : scenario_keys()) {
+    const std::string section = key.path.substr(0, key.path.find_first_of(".["));
+    if (section != group && !text.empty() && key.path.size() > section.size()) text += '\n';
+    group = section;
+    std::string facts = key.unit;
+    if (!key.default_value.empty())
+      facts += fmt::format("{}default {}", facts.empty() ? "" : ", ", key.default_value);
+    text += fmt::format("  {:<{}}  {}{}\n", key.path, width, key.meaning,
+                        facts.empty() ? "" : " [" + facts + "]");
+  }
+  return text;
+}
+
+}  // namespace canyon::simulation

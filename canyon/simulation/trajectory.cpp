@@ -1,0 +1,264 @@
+#include "canyon/simulation/trajectory.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+
+namespace canyon::simulation {
+
+using geodesy::Geodetic;
+using geodesy::GpsTime;
+
+struct Trajectory::Track {
+  std::vector<GpsTime> times;
+  std::vector<Geodetic> places;
+  geodesy::LocalFrame frame;                // about the first place
+  std::vector<Eigen::Vector3d> positions;   // in `frame`
+  std::vector<Eigen::Vector3d> velocities;  // in `frame`, at the samples; cubic segments only
+  std::vector<double> held_yaw;             // per sample: yaw while standing from there on
+  double sample_interval_s = 1;
+  bool all_straight = false;
+
+  Track(std::vector<std::pair<GpsTime, Geodetic>> samples, bool straight);
+
+  [[nodiscard]] double spacing(std::size_t i) const { return times[i + 1] - times[i]; }
+  [[nodiscard]] bool is_straight(std::size_t segment) const {
+    return all_straight || spacing(segment) > kMaxCubicGap_s;
+  }
+  [[nodiscard]] Eigen::Vector3d chord_velocity(std::size_t segment) const {
+    return (positions[segment + 1] - positions[segment]) / spacing(segment);
+  }
+  void set_velocities();
+  void set_held_yaws();
+  [[nodiscard]] Pose at(GpsTime t) const;
+  [[nodiscard]] Pose in_segment(std::size_t segment, GpsTime t) const;
+};
+
+Trajectory::Track::Track(std::vector<std::pair<GpsTime, Geodetic>> samples, bool straight)
+    : all_straight(straight) {
+  if (samples.empty()) throw InputError("the trajectory is empty", "it needs at least one position");
+  times.reserve(samples.size());
+  places.reserve(samples.size());
+  for (const auto& [time, place] : samples) {
+    geodesy::check_geodetic(place, "trajectory");
+    if (!times.empty() && time <= times.back()) {
+      throw InputError(fmt::format("trajectory: the time {} does not follow {}", format_gpst(time, 3),
+                                   format_gpst(times.back(), 3)),
+                       "times must increase strictly");
+    }
+    times.push_back(time);
+    places.push_back(place);
+  }
+  frame = geodesy::LocalFrame(places.front());
+  positions.reserve(places.size());
+  for (const Geodetic& place : places) positions.push_back(frame.local_from_geodetic(place));
+  set_velocities();
+  set_held_yaws();
+}
+
+// Derivative at each sample of the parabola through it and its neighbours; one-sided next to a straight gap
+// and at the ends.
+void Trajectory::Track::set_velocities() {
+  const std::size_t n = positions.size();
+  if (all_straight || n < 2) return;
+  velocities.assign(n, Eigen::Vector3d::Zero());
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool before = i > 0 && !is_straight(i - 1);
+    const bool after = i + 1 < n && !is_straight(i);
+    if (before && after) {
+      const double h0 = spacing(i - 1);
+      const double h1 = spacing(i);
+      velocities[i] = (h1 * chord_velocity(i - 1) + h0 * chord_velocity(i)) / (h0 + h1);
+    } else if (before) {
+      // The parabola through the last three samples, where there are three.
+      velocities[i] = chord_velocity(i - 1);
+      if (i >= 2 && !is_straight(i - 2)) {
+        const double h0 = spacing(i - 2);
+        const double h1 = spacing(i - 1);
+        velocities[i] += (chord_velocity(i - 1) - chord_velocity(i - 2)) * h1 / (h0 + h1);
+      }
+    } else if (after) {
+      velocities[i] = chord_velocity(i);
+      if (i + 2 < n && !is_straight(i + 1)) {
+        const double h0 = spacing(i);
+        const double h1 = spacing(i + 1);
+        velocities[i] -= (chord_velocity(i + 1) - chord_velocity(i)) * h0 / (h0 + h1);
+      }
+    }
+  }
+}
+
+void Trajectory::Track::set_held_yaws() {
+  const std::size_t n = positions.size();
+  held_yaw.assign(n, 0);
+  const auto velocity = [this](std::size_t i) -> Eigen::Vector3d {
+    if (positions.size() < 2) return Eigen::Vector3d::Zero();
+    const std::size_t segment = std::min(i, positions.size() - 2);
+    const Eigen::Vector3d local = is_straight(segment) ? chord_velocity(segment) : velocities[i];
+    return geodesy::enu_from_ecef_rotation(places[i]) * (frame.ecef_from_local_rotation() * local);
+  };
+  std::size_t first_moving = n;
+  double yaw = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector3d v = velocity(i);
+    if (v.head<2>().norm() >= kStandstill_mps) {
+      yaw = std::atan2(v.y(), v.x());
+      first_moving = std::min(first_moving, i);
+    }
+    held_yaw[i] = yaw;
+  }
+  // Before its first movement a vehicle already looks where it will go.
+  if (first_moving < n) std::fill_n(held_yaw.begin(), first_moving, held_yaw[first_moving]);
+}
+
+Pose Trajectory::Track::in_segment(std::size_t i, GpsTime t) const {
+  const double h = spacing(i);
+  const double s = (t - times[i]) / h;
+  const Eigen::Vector3d& p0 = positions[i];
+  const Eigen::Vector3d& p1 = positions[i + 1];
+  Eigen::Vector3d position;
+  Eigen::Vector3d velocity;
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+  const bool straight = is_straight(i);
+  if (straight) {
+    position = p0 + s * (p1 - p0);
+    velocity = (p1 - p0) / h;
+  } else {
+    const Eigen::Vector3d m0 = h * velocities[i];
+    const Eigen::Vector3d m1 = h * velocities[i + 1];
+    // Hermite's cubic as p0 + s m0 + s^2 c2 + s^3 c3.
+    const Eigen::Vector3d c2 = 3 * (p1 - p0) - 2 * m0 - m1;
+    const Eigen::Vector3d c3 = 2 * (p0 - p1) + m0 + m1;
+    position = p0 + s * (m0 + s * (c2 + s * c3));
+    velocity = (m0 + s * (2 * c2 + 3 * s * c3)) / h;
+    acceleration = (2 * c2 + 6 * s * c3) / (h * h);
+  }
+
+  Pose pose;
+  pose.time = t;
+  if (t == times[i]) {
+    pose.position = places[i];
+  } else if (t == times[i + 1]) {
+    pose.position = places[i + 1];
+  } else {
+    pose.position = frame.geodetic_from_local(position);
+    // A chord of many kilometres would dip below the ellipsoid's curve.
+    if (straight)
+      pose.position.height_m = places[i].height_m + s * (places[i + 1].height_m - places[i].height_m);
+  }
+  const Eigen::Matrix3d enu_from_frame =
+      geodesy::enu_from_ecef_rotation(pose.position) * frame.ecef_from_local_rotation();
+  pose.velocity_enu_mps = enu_from_frame * velocity;
+  if (straight) pose.velocity_enu_mps.z() = (places[i + 1].height_m - places[i].height_m) / h;
+
+  const Eigen::Vector3d& v = pose.velocity_enu_mps;
+  const double speed_squared = v.head<2>().squaredNorm();
+  if (speed_squared >= kStandstill_mps * kStandstill_mps) {
+    const Eigen::Vector3d a = enu_from_frame * acceleration;
+    pose.yaw_rad = std::atan2(v.y(), v.x());
+    pose.yaw_rate_radps = (v.x() * a.y() - v.y() * a.x()) / speed_squared;
+  } else {
+    pose.yaw_rad = held_yaw[i];
+  }
+  return pose;
+}
+
+Pose Trajectory::Track::at(GpsTime t) const {
+  t = std::clamp(t, times.front(), times.back());
+  if (times.size() == 1) {
+    Pose pose;
+    pose.time = t;
+    pose.position = places.front();
+    return pose;
+  }
+  const auto after = std::upper_bound(times.begin(), times.end(), t);
+  const auto index = static_cast<std::size_t>(after - times.begin());
+  return in_segment(std::min(index, times.size() - 1) - 1, t);
+}
+
+Trajectory::Trajectory(std::vector<std::pair<GpsTime, Geodetic>> samples) {
+  auto track = std::make_shared<Track>(std::move(samples), false);
+  std::vector<double> spacings;
+  for (std::size_t i = 0; i + 1 < track->times.size(); ++i) spacings.push_back(track->spacing(i));
+  if (!spacings.empty()) {
+    const auto middle = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
+    std::nth_element(spacings.begin(), middle, spacings.end());
+    track->sample_interval_s = *middle;
+  }
+  track_ = std::move(track);
+}
+
+Trajectory Trajectory::from_waypoints(GpsTime start, const std::vector<Geodetic>& waypoints, double speed_mps,
+                                      double hold_s) {
+  if (waypoints.empty()) throw InputError("the list of waypoints is empty", "give at least one");
+  if (!(speed_mps > 0) || !(speed_mps <= 1e5)) {
+    throw InputError(fmt::format("speed_mps: {} m/s is out of range", speed_mps),
+                     "it is above 0 and at most 100000 m/s");
+  }
+  if (!(hold_s >= 0) || !(hold_s <= 1e8)) {
+    throw InputError(fmt::format("hold_s: {} s is out of range", hold_s), "it runs from 0 to 1e8 s");
+  }
+  std::vector<std::pair<GpsTime, Geodetic>> samples;
+  GpsTime t = start;
+  Eigen::Vector3d previous = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < waypoints.size(); ++i) {
+    geodesy::check_geodetic(waypoints[i], fmt::format("waypoint {}", i + 1).c_str());
+    const Eigen::Vector3d ecef = geodesy::ecef_from_geodetic(waypoints[i]);
+    if (i > 0) {
+      const double duration_s = (ecef - previous).norm() / speed_mps;
+      if (!(duration_s < 1e8)) {
+        throw InputError(fmt::format("the leg to waypoint {} takes {:.0f} s", i + 1, duration_s),
+                         "check the waypoint and speed_mps");
+      }
+      t = t + duration_s;
+    }
+    // Two waypoints at one place are one, with the holds of both.
+    if (samples.empty() || t > samples.back().first) samples.emplace_back(t, waypoints[i]);
+    t = t + hold_s;
+    if (t > samples.back().first) samples.emplace_back(t, waypoints[i]);
+    previous = ecef;
+  }
+  Trajectory trajectory(std::vector<std::pair<GpsTime, Geodetic>>{samples.front()});
+  trajectory.track_ = std::make_shared<Track>(std::move(samples), true);
+  return trajectory;
+}
+
+Trajectory Trajectory::fixed(GpsTime start, const Geodetic& place, double duration_s) {
+  if (!(duration_s >= 0) || !(duration_s <= 1e9)) {
+    throw InputError(fmt::format("duration_s: {} s is out of range", duration_s), "it runs from 0 to 1e9 s");
+  }
+  std::vector<std::pair<GpsTime, Geodetic>> samples{{start, place}};
+  if (start + duration_s > start) samples.emplace_back(start + duration_s, place);
+  Trajectory trajectory(std::vector<std::pair<GpsTime, Geodetic>>{samples.front()});
+  trajectory.track_ = std::make_shared<Track>(std::move(samples), true);
+  return trajectory;
+}
+
+GpsTime Trajectory::begin() const {
+  return track_->times.front();
+}
+GpsTime Trajectory::end() const {
+  return track_->times.back();
+}
+double Trajectory::sample_interval_s() const {
+  return track_->sample_interval_s;
+}
+Pose Trajectory::at(GpsTime t) const {
+  return track_->at(t);
+}
+
+double Trajectory::length_m() const {
+  double length = 0;
+  for (std::size_t i = 0; i + 1 < track_->positions.size(); ++i) {
+    length += (track_->positions[i + 1] - track_->positions[i]).norm();
+  }
+  return length;
+}
+
+}  // namespace canyon::simulation
