@@ -7,8 +7,8 @@
 namespace canyon::orbit {
 
 /// Broadcast ephemerides of the nominal constellations, made for any date from the published slot tables:
-/// GPS 24 expandable slots (SPS Performance Standard 5th ed., table 3.2-1; unexpanded), GLONASS 24/3/1, Galileo
-/// 24/3/1, BeiDou-3 24/3/1 MEO, 3 IGSO, 3 GEO. Clocks are perfect, group delays zero, all healthy.
+/// GPS 24 expandable slots (SPS Performance Standard 5th ed., table 3.2-1; unexpanded), GLONASS 24/3/1,
+/// Galileo 24/3/1, BeiDou-3 24/3/1 MEO, 3 IGSO, 3 GEO. Clocks are perfect, group delays zero, all healthy.
 /// Records lie at each system's usual spacing so that every instant of [begin, end] is within validity, and
 /// successive records describe one continuous orbit (jumps below 1 mm).
 /// `systems` without QZSS's slots: QZSS has none here and is ignored.

@@ -66,7 +66,7 @@ struct Observer {
 
 /// Solves the light-time equation by iteration (IS-GPS-200, 20.3.3.4.3.4); converged below 0.1 ns. Two
 /// evaluations of the sky; one for satellites more than 5 deg below the horizon, whose state is carried from
-/// the first guess to the transmit time by its own velocity (position within 1 mm, velocity within 5 cm/s).
+/// the first guess to the transmit time by its own velocity (position within 2 mm, velocity within 5 cm/s).
 /// @param observer antenna at reception
 /// @param reception true reception instant
 /// Empty where the sky has no state at the transmit time or 0.075 s before reception (the first guess; it
