@@ -44,7 +44,10 @@ struct RunResult {
   std::size_t planned = 0;
   bool interrupted = false;
   double wall_s = 0;
-  double simulated_s = 0;
+  double simulated_s = 0;  ///< epochs times their interval
+  /// What is worth saying about the run, one line each: "rover: 12 epochs with the antenna inside a
+  /// building".
+  std::vector<std::string> warnings;
 };
 
 /// A scenario made ready: city loaded, sky chosen, trajectory checked against both.
@@ -66,7 +69,13 @@ class Simulation {
   [[nodiscard]] double interval_s() const;
   [[nodiscard]] std::size_t epoch_count() const;
 
-  /// The pure part runs on `threads`, receivers in order on the caller: same seed, same bytes.
+  /// Where a receiver's antenna is at `t` (clamp and lever arm applied), and how it moves. Throws InputError
+  /// where the height above terrain is asked for and no terrain lies there.
+  [[nodiscard]] Pose antenna_pose(std::size_t receiver, geodesy::GpsTime t) const;
+
+  /// The pure part runs on `threads`, receivers in order on the caller: same seed, same bytes. Every call
+  /// begins anew. Where a sink or the pure part throws, epochs before it have been written, every other sink
+  /// is finished, and the exception goes on to the caller.
   RunResult run(const std::vector<EpochSink*>& sinks, const RunOptions& options = {}) const;
 
  private:
@@ -74,7 +83,9 @@ class Simulation {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Builds the sky that `config` asks for, valid over [begin, end], seen from `place` (frozen skies).
+/// Builds the sky that `config` asks for, valid over [begin, end], seen from `place` (frozen skies). Throws
+/// InputError, with both spans and the cure, where no satellite at all has an ephemeris at `begin`; warns
+/// where the ephemerides end before `end`, or are older than their system allows (allow_stale).
 struct BuiltSky {
   std::shared_ptr<const orbit::Sky> sky;
   orbit::NavigationData navigation;

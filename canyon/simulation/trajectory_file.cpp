@@ -378,7 +378,13 @@ TrajectoryFile read_nmea(TextFile& file, GpsTime start) {
       throw file.error("no RMC or ZDA sentence says the date, and the scenario has no start",
                        "add 'start: 2026-01-01T12:00:00Z' to the scenario");
     }
-    now = closest_day(nmea_time_of_day(file, fields[1]), now);
+    const std::int64_t time_of_day = nmea_time_of_day(file, fields[1]);
+    if (!anchor && samples.empty()) {
+      const geodesy::CalendarTime date = geodesy::utc_from_gps(start);
+      now = on_day(date.year, date.month, date.day, time_of_day);
+    } else {
+      now = closest_day(time_of_day, now);
+    }
     double height_m = to_number(file, fields[9], "altitude");
     if (trim(fields[11]).empty()) {
       ++without_separation;

@@ -1,0 +1,435 @@
+#include "canyon/simulation/simulator.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/ordered_blocks.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using geodesy::format_gpst;
+using geodesy::Geodetic;
+using geodesy::GpsTime;
+
+// A city stands for its surroundings: rays are exact within this of it, and farther away a trajectory has the
+// wrong origin.
+constexpr double kFarFromCity_m = 10e3;
+constexpr std::size_t kMaxEpochs = 1'000'000'000;
+
+struct Plan {
+  Trajectory trajectory;
+  GpsTime begin;
+  std::int64_t interval_ns = 0;
+  std::size_t epochs = 0;
+  std::vector<std::string> warnings;
+
+  [[nodiscard]] GpsTime end() const { return at(epochs - 1); }
+  [[nodiscard]] GpsTime at(std::size_t k) const {
+    return begin + std::chrono::nanoseconds(static_cast<std::int64_t>(k) * interval_ns);
+  }
+};
+
+InputError scenario_error(const Scenario& scenario, std::string_view problem, std::string_view cure) {
+  return {scenario.file, 0, problem, cure};
+}
+
+TrajectoryFile make_trajectory(const Scenario& scenario) {
+  const TrajectoryConfig& config = scenario.trajectory;
+  if (config.file)
+    return read_trajectory_file(*config.file, config.format, scenario.start.value_or(GpsTime{}));
+  if (!scenario.start) {
+    throw scenario_error(scenario, "'start' is missing, and the trajectory has no times of its own",
+                         "add start: 2026-01-01T12:00:00Z");
+  }
+  if (config.waypoints.size() == 1) {
+    if (!scenario.duration_s) {
+      throw scenario_error(scenario, "'duration_s' is missing",
+                           "say how long the receiver stays at its position");
+    }
+    return {Trajectory::fixed(*scenario.start, config.waypoints.front(), *scenario.duration_s), false, {}};
+  }
+  return {Trajectory::from_waypoints(*scenario.start, config.waypoints, config.speed_mps, config.hold_s),
+          false,
+          {}};
+}
+
+Plan make_plan(const Scenario& scenario) {
+  if (scenario.receivers.empty())
+    throw scenario_error(scenario, "the scenario has no receiver", "give at least one");
+  TrajectoryFile file = make_trajectory(scenario);
+  Plan plan{std::move(file.trajectory), {}, 0, 0, std::move(file.warnings)};
+  const GpsTime first = plan.trajectory.begin();
+  const GpsTime last = plan.trajectory.end();
+  plan.begin = first;
+  if (scenario.start) {
+    // A start before the trajectory is a mistake where both name a date, and the clock of its times
+    // elsewhere.
+    if (*scenario.start > last || (*scenario.start < first && file.has_own_dates)) {
+      throw scenario_error(
+          scenario,
+          fmt::format("the start {} lies outside the trajectory ({} to {})", format_gpst(*scenario.start, 3),
+                      format_gpst(first, 3), format_gpst(last, 3)),
+          "choose a start within it, or leave it out");
+    }
+    plan.begin = std::max(*scenario.start, first);
+  }
+  const double interval_s = scenario.rate_hz ? 1 / *scenario.rate_hz : plan.trajectory.sample_interval_s();
+  if (!(interval_s >= 1e-6) || !(interval_s <= 1e6)) {
+    throw scenario_error(scenario, fmt::format("an epoch every {} s cannot be simulated", interval_s),
+                         "give a rate_hz from 1e-6 to 1e6");
+  }
+  plan.interval_ns = std::llround(interval_s * 1e9);
+  double duration_s = last - plan.begin;
+  if (scenario.duration_s) {
+    if (!(*scenario.duration_s >= 0)) {
+      throw scenario_error(scenario, fmt::format("duration_s: {} s is out of range", *scenario.duration_s),
+                           "it is 0 or more");
+    }
+    if (*scenario.duration_s > duration_s + 1e-9) {
+      plan.warnings.push_back(
+          fmt::format("the trajectory ends {} s after the start, before the duration of {} s", duration_s,
+                      *scenario.duration_s));
+    }
+    duration_s = std::min(duration_s, *scenario.duration_s);
+  }
+  // In nanoseconds, with half of one for the rounding of duration_s.
+  const double steps = std::floor((duration_s * 1e9 + 0.5) / static_cast<double>(plan.interval_ns));
+  if (steps >= static_cast<double>(kMaxEpochs)) {
+    throw scenario_error(scenario, fmt::format("{:.0f} epochs are too many", steps + 1),
+                         fmt::format("lower rate_hz or duration_s: at most {} epochs", kMaxEpochs));
+  }
+  plan.epochs = static_cast<std::size_t>(steps) + 1;
+  return plan;
+}
+
+// Horizontal distance [m] from a point to the city's bounds; 0 inside.
+double distance_to(const city::Box& box, const Eigen::Vector3d& point) {
+  const Eigen::Vector2d p = point.head<2>();
+  const Eigen::Vector2d nearest = p.cwiseMax(box.min.head<2>()).cwiseMin(box.max.head<2>());
+  return (p - nearest).norm();
+}
+
+void check_city(const Scenario& scenario, const city::City& city) {
+  if (!scenario.city.open && city.mesh.triangles.empty()) {
+    throw scenario_error(scenario, fmt::format("the city '{}' is empty: it has no triangle", city.name),
+                         "give another mesh, or city: {open: true} for an open field");
+  }
+}
+
+void check_ionosphere(const Scenario& scenario, const BuiltSky& sky) {
+  const auto& klobuchar = sky.navigation.klobuchar;
+  const bool needed =
+      std::any_of(scenario.receivers.begin(), scenario.receivers.end(), [](const ReceiverConfig& receiver) {
+        return receiver.options.ionosphere || receiver.options.fix.correct_ionosphere;
+      });
+  if (!needed || klobuchar.count(orbit::System::GPS) != 0) return;
+  for (const orbit::SatelliteId id : sky.sky->satellites()) {
+    if (klobuchar.count(id.system) != 0) continue;
+    throw scenario_error(
+        scenario, fmt::format("the sky has no ionosphere coefficients for {}", orbit::name(id.system)),
+        "give a navigation file whose header has GPSA and GPSB, or switch the receivers' ionosphere "
+        "and correct_ionosphere off");
+  }
+}
+
+bool same(const propagation::PropagationOptions& a, const propagation::PropagationOptions& b) {
+  return a.model == b.model && a.reflection_order == b.reflection_order && a.max_range_m == b.max_range_m &&
+         a.max_incidence_rad == b.max_incidence_rad && a.ground_reflection == b.ground_reflection;
+}
+
+// The answer of the pure part for one receiver at one instant.
+struct PureEpoch {
+  Pose truth;
+  Eigen::Vector3d ecef;
+  Eigen::Vector3d velocity_ecef;
+  Arrival arrival;
+};
+
+// Calls `progress` at most ten times a second, and once at the end.
+class Progress {
+ public:
+  Progress(const std::function<void(std::size_t, std::size_t)>& callback, std::size_t total)
+      : callback_(callback), total_(total) {}
+  void tell(std::size_t done) {
+    const auto now = Clock::now();
+    if (!callback_ || now - last_ < std::chrono::milliseconds(100)) return;
+    last_ = now;
+    callback_(done, total_);
+  }
+  void finish(std::size_t done) {
+    if (callback_) callback_(done, total_);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const std::function<void(std::size_t, std::size_t)>& callback_;
+  std::size_t total_;
+  Clock::time_point last_ = Clock::now();
+};
+
+}  // namespace
+
+struct Simulation::Impl {
+  Impl(Scenario s, city::City city, Plan p)
+      : scenario(std::move(s)),
+        plan(std::move(p)),
+        sky(build_sky(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position)),
+        environment(std::move(city), sky.sky, sky.navigation.klobuchar) {
+    warnings = plan.warnings;
+    warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
+    check_ionosphere(scenario, sky);
+    check_places();
+    make_propagators();
+  }
+
+  void check_places() const;
+  void make_propagators();
+  [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
+  void clamp_to_terrain(Pose& pose) const;
+  [[nodiscard]] PureEpoch pure_epoch(std::size_t receiver, GpsTime t) const;
+  [[nodiscard]] std::vector<std::string> placement_warnings(
+      const std::vector<std::array<std::size_t, 3>>& counts) const;
+
+  Scenario scenario;
+  Plan plan;
+  BuiltSky sky;
+  std::vector<std::string> warnings;
+  Environment environment;
+  std::vector<propagation::Propagator> propagators;  // one for each distinct set of options
+  std::vector<std::size_t> propagator_of;            // receiver -> propagators
+};
+
+// Looks at up to two thousand epochs: the trajectory lies in the city, on its terrain where that is asked
+// for.
+void Simulation::Impl::check_places() const {
+  const city::City& city = environment.city();
+  const city::Box bounds = city.bounds();
+  const std::size_t step = std::max<std::size_t>(1, plan.epochs / 2000);
+  for (std::size_t k = 0; k < plan.epochs; k += step) {
+    const Geodetic place = plan.trajectory.at(plan.at(k)).position;
+    if (!city.mesh.triangles.empty()) {
+      const double distance = distance_to(bounds, city.frame.local_from_geodetic(place));
+      if (!(distance <= kFarFromCity_m)) {
+        throw scenario_error(
+            scenario,
+            fmt::format("the trajectory is {:.1f} km away from the city '{}' (at latitude {:.6f}, longitude "
+                        "{:.6f}, {})",
+                        distance / 1e3, city.name, geodesy::degrees(place.latitude_rad),
+                        geodesy::degrees(place.longitude_rad), format_gpst(plan.at(k), 0)),
+            fmt::format(
+                "check city.origin (now latitude {:.6f}, longitude {:.6f}), and that the trajectory's angles "
+                "are degrees in the order of its format",
+                geodesy::degrees(city.frame.origin().latitude_rad),
+                geodesy::degrees(city.frame.origin().longitude_rad)));
+      }
+    }
+    if (scenario.trajectory.height_above_terrain_m) (void)antenna_pose(0, plan.at(k));
+  }
+}
+
+void Simulation::Impl::make_propagators() {
+  for (const ReceiverConfig& receiver : scenario.receivers) {
+    std::size_t index = 0;
+    while (index < propagators.size() && !same(propagators[index].options(), receiver.propagation)) ++index;
+    if (index == propagators.size()) propagators.push_back(environment.make_propagator(receiver.propagation));
+    propagator_of.push_back(index);
+  }
+}
+
+void Simulation::Impl::clamp_to_terrain(Pose& pose) const {
+  const geodesy::LocalFrame& frame = environment.city().frame;
+  const raytrace::RayScene& scene = environment.scene();
+  Eigen::Vector3d at = frame.local_from_geodetic(pose.position);
+  const std::optional<double> terrain = scene.terrain_height(at.x(), at.y());
+  if (!terrain) {
+    throw scenario_error(
+        scenario,
+        fmt::format("height_above_terrain_m: no terrain lies at latitude {:.6f}, longitude {:.6f} ({})",
+                    geodesy::degrees(pose.position.latitude_rad),
+                    geodesy::degrees(pose.position.longitude_rad), format_gpst(pose.time, 3)),
+        "use a mesh with terrain there (see city.terrain_names), or leave the key out");
+  }
+  const Eigen::Matrix3d city_from_enu = frame.ecef_from_local_rotation().transpose() *
+                                        geodesy::enu_from_ecef_rotation(pose.position).transpose();
+  Eigen::Vector3d velocity = city_from_enu * pose.velocity_enu_mps;
+  // The vehicle follows the slope: its climb is that of the terrain a twentieth of a second around.
+  constexpr double kAround_s = 0.05;
+  const Eigen::Vector3d way = velocity * kAround_s;
+  const double ahead = scene.terrain_height(at.x() + way.x(), at.y() + way.y()).value_or(*terrain);
+  const double behind = scene.terrain_height(at.x() - way.x(), at.y() - way.y()).value_or(*terrain);
+  velocity.z() = (ahead - behind) / (2 * kAround_s);
+  at.z() = *terrain + *scenario.trajectory.height_above_terrain_m;
+  pose.position = frame.geodetic_from_local(at);
+  pose.velocity_enu_mps = city_from_enu.transpose() * velocity;
+}
+
+Pose Simulation::Impl::antenna_pose(std::size_t receiver, GpsTime t) const {
+  Pose pose = plan.trajectory.at(t);
+  if (scenario.trajectory.height_above_terrain_m) clamp_to_terrain(pose);
+  const Eigen::Vector3d& lever = scenario.receivers[receiver].lever_arm_m;
+  if (lever.isZero(0)) return pose;
+  const double c = std::cos(pose.yaw_rad);
+  const double s = std::sin(pose.yaw_rad);
+  const Eigen::Vector3d enu(c * lever.x() - s * lever.y(), s * lever.x() + c * lever.y(), lever.z());
+  pose.velocity_enu_mps += pose.yaw_rate_radps * Eigen::Vector3d(-enu.y(), enu.x(), 0);
+  pose.position =
+      geodesy::geodetic_from_ecef(geodesy::ecef_from_geodetic(pose.position) +
+                                  geodesy::enu_from_ecef_rotation(pose.position).transpose() * enu);
+  return pose;
+}
+
+PureEpoch Simulation::Impl::pure_epoch(std::size_t receiver, GpsTime t) const {
+  PureEpoch pure;
+  pure.truth = antenna_pose(receiver, t);
+  pure.ecef = geodesy::ecef_from_geodetic(pure.truth.position);
+  pure.velocity_ecef =
+      geodesy::enu_from_ecef_rotation(pure.truth.position).transpose() * pure.truth.velocity_enu_mps;
+  pure.arrival = environment.arrival(t, environment.city().frame.local_from_ecef(pure.ecef),
+                                     propagators[propagator_of[receiver]]);
+  return pure;
+}
+
+std::vector<std::string> Simulation::Impl::placement_warnings(
+    const std::vector<std::array<std::size_t, 3>>& counts) const {
+  std::vector<std::string> lines;
+  for (std::size_t r = 0; r < counts.size(); ++r) {
+    const auto say = [&](raytrace::Placement placement, const char* where) {
+      const std::size_t n = counts[r][static_cast<std::size_t>(placement)];
+      if (n == 0) return;
+      lines.push_back(fmt::format("{}: {} {} with the antenna {}: no signal there",
+                                  scenario.receivers[r].options.name, n, n == 1 ? "epoch" : "epochs", where));
+    };
+    say(raytrace::Placement::InsideBuilding, "inside a building");
+    say(raytrace::Placement::UnderTerrain, "under the terrain");
+  }
+  return lines;
+}
+
+Simulation::Simulation(Scenario scenario, city::City city) {
+  Plan plan = make_plan(scenario);
+  check_city(scenario, city);
+  impl_ = std::make_unique<Impl>(std::move(scenario), std::move(city), std::move(plan));
+}
+Simulation::~Simulation() = default;
+
+const Scenario& Simulation::scenario() const {
+  return impl_->scenario;
+}
+const Environment& Simulation::environment() const {
+  return impl_->environment;
+}
+const Trajectory& Simulation::trajectory() const {
+  return impl_->plan.trajectory;
+}
+const orbit::NavigationData& Simulation::navigation() const {
+  return impl_->sky.navigation;
+}
+const std::vector<std::string>& Simulation::warnings() const {
+  return impl_->warnings;
+}
+GpsTime Simulation::begin() const {
+  return impl_->plan.begin;
+}
+double Simulation::interval_s() const {
+  return static_cast<double>(impl_->plan.interval_ns) * 1e-9;
+}
+std::size_t Simulation::epoch_count() const {
+  return impl_->plan.epochs;
+}
+
+Pose Simulation::antenna_pose(std::size_t receiver, GpsTime t) const {
+  if (receiver >= impl_->scenario.receivers.size()) {
+    throw InputError(fmt::format("the scenario has no receiver {}", receiver));
+  }
+  return impl_->antenna_pose(receiver, t);
+}
+
+RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions& options) const {
+  const Impl& impl = *impl_;
+  const auto started = std::chrono::steady_clock::now();
+  const std::size_t receiver_count = impl.scenario.receivers.size();
+  RunResult result;
+  result.planned = impl.plan.epochs;
+
+  std::vector<receiver::Receiver> receivers;
+  for (const ReceiverConfig& config : impl.scenario.receivers) {
+    receivers.emplace_back(config.options, impl.scenario.seed);
+  }
+  std::vector<std::array<std::size_t, 3>> placements(receiver_count);
+  const Eigen::Matrix3d& ecef_from_enu = impl.environment.city().frame.ecef_from_local_rotation();
+  Progress progress(options.progress, result.planned);
+  const EpochSink* broken = nullptr;
+  std::exception_ptr failure;
+
+  const auto running = [&options] { return options.stop == nullptr || !options.stop->load(); };
+  const auto pure = [&](std::size_t instant) {
+    std::vector<PureEpoch> epochs;
+    epochs.reserve(receiver_count);
+    for (std::size_t r = 0; r < receiver_count; ++r)
+      epochs.push_back(impl.pure_epoch(r, impl.plan.at(instant)));
+    return epochs;
+  };
+  const auto observe = [&](std::size_t instant, std::vector<PureEpoch>& epochs) {
+    const GpsTime t = impl.plan.at(instant);
+    for (std::size_t r = 0; r < receiver_count; ++r) {
+      const PureEpoch& from = epochs[r];
+      Epoch epoch;
+      epoch.receiver = r;
+      epoch.truth = from.truth;
+      epoch.truth_ecef = from.ecef;
+      epoch.placement = from.arrival.placement;
+      epoch.observed =
+          receivers[r].observe(t, from.ecef, from.velocity_ecef, from.arrival.views, ecef_from_enu,
+                               from.arrival.placement, impl.environment.sky(), impl.environment.klobuchar());
+      if (epoch.observed.fix.solved()) {
+        epoch.error_enu_m = geodesy::enu_from_ecef_rotation(from.truth.position) *
+                            (epoch.observed.fix.position_ecef - from.ecef);
+      }
+      ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
+      for (EpochSink* sink : sinks) {
+        broken = sink;
+        sink->write(epoch);
+        broken = nullptr;
+      }
+    }
+    result.epochs = instant + 1;
+    progress.tell(result.epochs);
+  };
+
+  try {
+    // Memory is bounded by the epochs of two blocks.
+    const std::size_t block = std::max<std::size_t>(8, 256 / receiver_count);
+    for_each_in_order<std::vector<PureEpoch>>(result.planned, block, options.threads, running, pure, observe);
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  // What is done is kept. A sink that failed is left alone: its file stays absent.
+  for (EpochSink* sink : sinks) {
+    if (sink == broken) continue;
+    try {
+      sink->finish();
+    } catch (...) {
+      if (!failure) failure = std::current_exception();
+    }
+  }
+  if (failure) std::rethrow_exception(failure);
+
+  progress.finish(result.epochs);
+  result.interrupted = result.epochs < result.planned;
+  result.simulated_s = static_cast<double>(result.epochs) * interval_s();
+  result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  result.warnings = impl.placement_warnings(placements);
+  return result;
+}
+
+}  // namespace canyon::simulation

@@ -1,0 +1,159 @@
+// From a scenario's `sky:` to a Sky, with what there is to say about how well it fits the run.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/orbit/broadcast_sky.hpp"
+#include "canyon/orbit/frozen_sky.hpp"
+#include "canyon/orbit/nominal_constellation.hpp"
+#include "canyon/orbit/precise_sky.hpp"
+#include "canyon/orbit/rinex_navigation.hpp"
+#include "canyon/simulation/simulator.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using geodesy::format_gpst;
+using geodesy::GpsTime;
+
+std::string span_text(GpsTime begin, GpsTime end) {
+  return begin == end ? format_gpst(begin, 0)
+                      : fmt::format("{} to {}", format_gpst(begin, 0), format_gpst(end, 0));
+}
+
+std::string list_text(const std::vector<orbit::SatelliteId>& ids) {
+  constexpr std::size_t kMost = 8;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(ids.size(), kMost); ++i)
+    text += (i == 0 ? "" : " ") + to_string(ids[i]);
+  if (ids.size() > kMost) text += fmt::format(" and {} more", ids.size() - kMost);
+  return text;
+}
+
+// Instants that stand for the run: both ends, and between them every ten minutes (an ephemeris is valid for
+// longer) but at most a thousand.
+std::vector<GpsTime> probes(GpsTime begin, GpsTime end) {
+  const double span = end - begin;
+  const int steps = static_cast<int>(std::clamp(span / 600, 1.0, 1000.0));
+  std::vector<GpsTime> times;
+  for (int i = 0; i < steps; ++i) times.push_back(begin + span * i / steps);
+  times.push_back(end);
+  return times;
+}
+
+std::size_t count_states(const orbit::Sky& sky, const std::vector<orbit::SatelliteId>& ids, GpsTime t) {
+  return static_cast<std::size_t>(std::count_if(
+      ids.begin(), ids.end(), [&](orbit::SatelliteId id) { return sky.state(id, t).has_value(); }));
+}
+
+// Satellites without an answer anywhere in the run, and the end of the answers as a whole.
+void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::string_view what,
+                    const std::pair<GpsTime, GpsTime>& span, std::string_view cure,
+                    std::vector<std::string>& warnings) {
+  const std::vector<orbit::SatelliteId> ids = sky.satellites();
+  if (count_states(sky, ids, begin) == 0) {
+    throw InputError(fmt::format("the trajectory ({}) lies outside the {} ({})", span_text(begin, end), what,
+                                 span_text(span.first, span.second)),
+                     cure);
+  }
+  const std::vector<GpsTime> times = probes(begin, end);
+  for (const GpsTime t : times) {
+    if (count_states(sky, ids, t) > 0) continue;
+    warnings.push_back(fmt::format("the {} ({}) do not reach over the whole run: none is valid at {}", what,
+                                   span_text(span.first, span.second), format_gpst(t, 0)));
+    break;
+  }
+  std::vector<orbit::SatelliteId> silent;
+  for (const orbit::SatelliteId id : ids) {
+    if (std::none_of(times.begin(), times.end(), [&](GpsTime t) { return sky.state(id, t).has_value(); })) {
+      silent.push_back(id);
+    }
+  }
+  if (!silent.empty()) {
+    warnings.push_back(
+        fmt::format("{} of {} satellites are unhealthy or have no valid ephemeris during the run: {}",
+                    silent.size(), ids.size(), list_text(silent)));
+  }
+}
+
+void check_systems(const orbit::Sky& sky, const std::set<orbit::System>& wanted,
+                   std::vector<std::string>& warnings) {
+  if (wanted.size() == orbit::kSystemCount) return;  // not chosen one by one
+  const std::vector<orbit::SatelliteId> ids = sky.satellites();
+  for (const orbit::System system : wanted) {
+    if (std::any_of(ids.begin(), ids.end(), [system](orbit::SatelliteId id) { return id.system == system; }))
+      continue;
+    warnings.push_back(fmt::format("the sky has no {} satellite", orbit::name(system)));
+  }
+}
+
+// What stale ephemerides a sky would not have without allow_stale.
+void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTime begin, GpsTime end,
+                  std::vector<std::string>& warnings) {
+  const orbit::BroadcastSky strict(sky.data(), {config.systems, false});
+  std::vector<orbit::SatelliteId> stale;
+  std::string example;
+  for (const orbit::SatelliteId id : sky.satellites()) {
+    for (const GpsTime t : probes(begin, end)) {
+      if (!sky.state(id, t) || strict.state(id, t)) continue;
+      if (stale.empty()) example = sky.source(id, t);
+      stale.push_back(id);
+      break;
+    }
+  }
+  if (stale.empty()) return;
+  warnings.push_back(
+      fmt::format("allow_stale: {} satellites use ephemerides older than their system allows: {} ({}: {})",
+                  stale.size(), list_text(stale), to_string(stale.front()), example));
+}
+
+BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end) {
+  BuiltSky built;
+  built.navigation = orbit::read_rinex_navigation(config.navigation);
+  built.warnings = built.navigation.warnings;
+  auto sky = std::make_shared<orbit::BroadcastSky>(
+      built.navigation, orbit::BroadcastOptions{config.systems, config.allow_stale});
+  check_systems(*sky, config.systems, built.warnings);
+  check_coverage(*sky, begin, end, "ephemerides", sky->span(),
+                 config.allow_stale
+                     ? "give the navigation files of that day; all in these are unhealthy"
+                     : "give the navigation files of that day, another start, or sky.allow_stale: true",
+                 built.warnings);
+  if (config.allow_stale) report_stale(*sky, config, begin, end, built.warnings);
+  built.sky = std::move(sky);
+  return built;
+}
+
+BuiltSky from_sp3(const SkyConfig& config, GpsTime begin, GpsTime end) {
+  BuiltSky built;
+  auto sky = std::make_shared<orbit::PreciseSky>(*config.sp3, config.systems);
+  check_systems(*sky, config.systems, built.warnings);
+  check_coverage(*sky, begin, end, "precise orbits", sky->span(),
+                 "give the orbits of that day or another start", built.warnings);
+  built.sky = std::move(sky);
+  return built;
+}
+
+}  // namespace
+
+BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& place) {
+  if (!config.navigation.empty()) return from_navigation(config, begin, end);
+  if (config.sp3) return from_sp3(config, begin, end);
+  BuiltSky built;
+  if (!config.frozen_azimuth_rad.empty()) {
+    built.sky =
+        std::make_shared<orbit::FrozenSky>(place, config.frozen_azimuth_rad, config.frozen_elevation_rad);
+    return built;
+  }
+  // Signals leave their satellites before they arrive: the records begin a little earlier than the run.
+  built.navigation = orbit::nominal_constellation(begin - 1.0, end + 1.0, config.systems);
+  auto sky = std::make_shared<orbit::BroadcastSky>(built.navigation, orbit::BroadcastOptions{config.systems});
+  check_systems(*sky, config.systems, built.warnings);
+  built.sky = std::move(sky);
+  return built;
+}
+
+}  // namespace canyon::simulation
