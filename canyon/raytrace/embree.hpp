@@ -49,10 +49,6 @@ class Query {
     RTCOccludedArguments arguments = occluded_arguments();
     rtcOccluded1(scene, ray, &arguments);
   }
-  void occluded8(const int* valid, RTCScene scene, RTCRay8* rays) {
-    RTCOccludedArguments arguments = occluded_arguments();
-    rtcOccluded8(valid, scene, rays, &arguments);
-  }
   [[nodiscard]] static void* user(const RTCFilterFunctionNArguments* arguments) {
     return reinterpret_cast<const Context*>(arguments->context)->user;
   }
@@ -90,9 +86,6 @@ class Query {
   }
   void intersect1(RTCScene scene, RTCRayHit* ray) { rtcIntersect1(scene, &context_.base, ray); }
   void occluded1(RTCScene scene, RTCRay* ray) { rtcOccluded1(scene, &context_.base, ray); }
-  void occluded8(const int* valid, RTCScene scene, RTCRay8* rays) {
-    rtcOccluded8(valid, scene, &context_.base, rays);
-  }
   [[nodiscard]] static void* user(const RTCFilterFunctionNArguments* arguments) {
     return reinterpret_cast<const Context*>(arguments->context)->user;
   }
