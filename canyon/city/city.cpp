@@ -10,18 +10,14 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/mesh_topology.hpp"
 
 namespace canyon::city {
 namespace {
 
-constexpr double kSmallestArea_m2 = 1e-8;
 constexpr double kFarthestVertex_m = 1e6;
 /// Cells of summarize()'s sampling along the longer side.
 constexpr int kSummaryCells = 2048;
-
-double twice_area(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  return (b - a).cross(c - a).norm();
-}
 
 /// Marks the cells of a grid whose centres lie under upward-facing triangles.
 class RoofSampler {
@@ -166,10 +162,7 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface, Materia
   const auto first = static_cast<std::uint32_t>(mesh.triangles.size());
   std::size_t dropped = 0;
   for (const auto& triangle : triangles) {
-    // Written so that an area of NaN is dropped as well: check_mesh() reports such vertices where they
-    // matter.
-    if (!(twice_area(vertices[triangle[0]], vertices[triangle[1]], vertices[triangle[2]]) >=
-          2 * kSmallestArea_m2)) {
+    if (is_degenerate(vertices[triangle[0]], vertices[triangle[1]], vertices[triangle[2]])) {
       ++dropped;
       continue;
     }

@@ -17,7 +17,8 @@ struct MeshImportOptions {
   double scale = 1;                                    ///< on top of the unit that the file declares; > 0
   std::optional<char>
       up_axis;  ///< 'Y' or 'Z' where the file's own word is wrong or missing (OBJ, STL, PLY: Z)
-  /// Node names (case-insensitive substrings) that mark terrain.
+  /// Words that mark terrain in the name of a node or of one above it, upper or lower case: "Terrain_02",
+  /// "cityGround" and "dem.001" do, "Underground" and "academy" do not.
   std::vector<std::string> terrain_names{"terrain", "ground", "dem"};
   /// Throws InputError naming the field and its bound.
   void validate() const;

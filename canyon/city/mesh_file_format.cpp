@@ -1,0 +1,165 @@
+#include "canyon/city/mesh_file_format.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+
+namespace canyon::city {
+namespace {
+
+constexpr std::string_view kCutShort = "export or copy it again: it is cut short";
+
+std::string read_head(const std::filesystem::path& path, std::size_t bytes) {
+  std::ifstream in(path, std::ios::binary);
+  std::string head(bytes, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(bytes));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  return head;
+}
+
+std::uintmax_t ply_type_size(std::string_view type) {
+  if (type == "char" || type == "uchar" || type == "int8" || type == "uint8") return 1;
+  if (type == "short" || type == "ushort" || type == "int16" || type == "uint16") return 2;
+  if (type == "double" || type == "float64") return 8;
+  return 4;
+}
+
+struct PlyHeader {
+  bool ascii = false;
+  std::uintmax_t elements = 0;       ///< one line each in an ASCII file
+  std::uintmax_t smallest_size = 0;  ///< of a binary file's data
+};
+
+}  // namespace
+
+FileFrame collada_frame(const std::filesystem::path& path) {
+  FileFrame frame{1, UpAxis::Y};
+  const std::string head = read_head(path, std::size_t{1} << 20);
+  const std::size_t begin = head.find("<asset");
+  const std::size_t end = head.find("</asset>");
+  if (begin == std::string::npos || end == std::string::npos || end < begin) return frame;
+  const std::string_view asset = std::string_view(head).substr(begin, end - begin);
+  const auto line_of = [&](std::size_t at) {
+    return 1 + static_cast<int>(std::count(head.begin(), head.begin() + static_cast<long>(begin + at), '\n'));
+  };
+
+  if (const std::size_t unit = asset.find("<unit"); unit != std::string_view::npos) {
+    const std::string_view tag = asset.substr(unit, asset.find('>', unit) - unit);
+    if (const std::size_t at = tag.find("meter="); at != std::string_view::npos && at + 7 < tag.size()) {
+      const std::size_t from = at + 7;
+      const std::string_view value = tag.substr(from, tag.find(tag[at + 6], from) - from);
+      const std::optional<double> metres = parse_double(value);
+      if (!metres || !(*metres > 0)) {
+        throw InputError(path, line_of(unit), fmt::format("unit of '{}' metres", value),
+                         "give the unit's length in metres, like meter=\"0.01\"");
+      }
+      frame.metres_per_unit = *metres;
+    }
+  }
+  if (const std::size_t axis = asset.find("<up_axis>"); axis != std::string_view::npos) {
+    const std::size_t from = axis + 9;
+    const std::string_view value = trim(asset.substr(from, asset.find('<', from) - from));
+    if (value == "X_UP") {
+      frame.up = UpAxis::X;
+    } else if (value == "Y_UP") {
+      frame.up = UpAxis::Y;
+    } else if (value == "Z_UP") {
+      frame.up = UpAxis::Z;
+    } else {
+      throw InputError(path, line_of(axis), fmt::format("up axis '{}'", value), "use X_UP, Y_UP or Z_UP");
+    }
+  }
+  return frame;
+}
+
+Eigen::Matrix3d z_up_from(UpAxis up) {
+  Eigen::Matrix3d r = Eigen::Matrix3d::Identity();
+  if (up == UpAxis::Y) r << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  if (up == UpAxis::X) r << 0, -1, 0, 0, 0, -1, 1, 0, 0;
+  return r;
+}
+
+void check_ply_complete(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  PlyHeader header;
+  std::uintmax_t count = 0;
+  bool faces = false;
+  bool ended = false;
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    const auto words = split_blanks(line);
+    if (number == 1 && trim(line) != "ply") return;  // Assimp says what it is not
+    if (words.empty()) continue;
+    if (words[0] == "format" && words.size() > 1) header.ascii = words[1] == "ascii";
+    if (words[0] == "element" && words.size() > 2) {
+      const std::optional<long long> value = parse_integer(words[2]);
+      if (!value || *value < 0) {
+        throw InputError(path, number, fmt::format("'{}' {} elements", words[2], words[1]),
+                         "export it again");
+      }
+      count = static_cast<std::uintmax_t>(*value);
+      faces = words[1] == "face";
+      header.elements += count;
+    }
+    if (words[0] == "property" && words.size() > 2) {
+      const bool list = words[1] == "list" && words.size() > 4;
+      const std::uintmax_t size = list ? ply_type_size(words[2]) + (faces ? 3 * ply_type_size(words[3]) : 0)
+                                       : ply_type_size(words[1]);
+      header.smallest_size += count * size;
+    }
+    if (words[0] == "end_header") {
+      ended = true;
+      break;
+    }
+  }
+  if (!ended) throw InputError(path, 0, "has no end_header", kCutShort);
+  if (header.ascii) {
+    std::uintmax_t lines = 0;
+    while (lines < header.elements && std::getline(in, line)) lines += trim(line).empty() ? 0U : 1U;
+    if (lines < header.elements) {
+      throw InputError(path, 0, fmt::format("has {} of {} lines of data", lines, header.elements), kCutShort);
+    }
+    return;
+  }
+  const auto data_begins = static_cast<std::uintmax_t>(in.tellg());
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (!error && size - data_begins < header.smallest_size) {
+    throw InputError(
+        path, 0, fmt::format("has {} of at least {} bytes of data", size - data_begins, header.smallest_size),
+        kCutShort);
+  }
+}
+
+void check_stl_complete(const std::filesystem::path& path) {
+  constexpr std::uintmax_t kBinaryHeader = 84;
+  constexpr std::uintmax_t kBinaryTriangle = 50;
+  const std::string head = read_head(path, kBinaryHeader);
+  if (head.size() < 5 || head.compare(0, 5, "solid") != 0) return;
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) return;
+  if (head.size() == kBinaryHeader) {  // binary files may begin with "solid" as well
+    std::uintmax_t triangles = 0;
+    for (std::size_t byte = 4; byte-- > 0;) {
+      triangles = (triangles << 8) | static_cast<unsigned char>(head[80 + byte]);
+    }
+    if (size == kBinaryHeader + triangles * kBinaryTriangle) return;
+  }
+  std::ifstream in(path, std::ios::binary);
+  const std::uintmax_t tail = std::min<std::uintmax_t>(size, 4096);
+  in.seekg(static_cast<std::streamoff>(size - tail));
+  std::string text(static_cast<std::size_t>(tail), '\0');
+  in.read(text.data(), static_cast<std::streamsize>(tail));
+  if (text.find("endsolid") == std::string::npos) throw InputError(path, 0, "has no endsolid", kCutShort);
+}
+
+}  // namespace canyon::city

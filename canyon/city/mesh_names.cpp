@@ -1,0 +1,66 @@
+#include "canyon/city/mesh_names.hpp"
+
+#include <array>
+#include <cctype>
+#include <utility>
+
+namespace canyon::city {
+namespace {
+
+bool is_letter(char c) {
+  return std::isalpha(static_cast<unsigned char>(c)) != 0;
+}
+bool is_upper(char c) {
+  return std::isupper(static_cast<unsigned char>(c)) != 0;
+}
+
+}  // namespace
+
+std::string lower_case(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return result;
+}
+
+bool has_word(std::string_view text, std::string_view word) {
+  if (word.empty()) return false;
+  const std::string haystack = lower_case(text);
+  const std::string needle = lower_case(word);
+  for (std::size_t at = haystack.find(needle); at != std::string::npos; at = haystack.find(needle, at + 1)) {
+    const std::size_t end = at + needle.size();
+    const bool begins =
+        at == 0 || !is_letter(text[at - 1]) || (is_upper(text[at]) && !is_upper(text[at - 1]));
+    const bool ends =
+        end == text.size() || !is_letter(text[end]) || (is_upper(text[end]) && !is_upper(text[end - 1]));
+    if (begins && ends) return true;
+  }
+  return false;
+}
+
+Material material_from_name(std::string_view name) {
+  static constexpr std::array<std::pair<std::string_view, Material>, 15> kWords{
+      {{"concrete", Material::Concrete},
+       {"cement", Material::Concrete},
+       {"glass", Material::Glass},
+       {"window", Material::Glass},
+       {"brick", Material::Brick},
+       {"tiles", Material::Brick},
+       {"metal", Material::Metal},
+       {"steel", Material::Metal},
+       {"aluminium", Material::Metal},
+       {"stone", Material::Stone},
+       {"granite", Material::Stone},
+       {"marble", Material::Stone},
+       {"wood", Material::Wood},
+       {"plaster", Material::Plaster},
+       {"stucco", Material::Plaster}}};
+  const std::string text = lower_case(name);
+  for (const auto& [word, material] : kWords) {
+    if (text.find(word) != std::string::npos) return material;
+  }
+  return Material::Unknown;
+}
+
+}  // namespace canyon::city

@@ -1,0 +1,252 @@
+#include "canyon/city/mesh_topology.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <unordered_map>
+#include <utility>
+
+namespace canyon::city {
+namespace {
+
+constexpr double kSmallestArea_m2 = 1e-8;
+constexpr double kBasePlaneTolerance_m = 1e-3;
+
+std::uint64_t mix(std::uint64_t h) {
+  h ^= h >> 33;
+  h *= 0xFF51AFD7ED558CCDULL;
+  h ^= h >> 33;
+  return h;
+}
+
+struct PositionHash {
+  std::size_t operator()(const std::array<double, 3>& p) const {
+    std::uint64_t h = 0;
+    for (const double x : p) {
+      std::uint64_t bits = 0;
+      std::memcpy(&bits, &x, sizeof bits);
+      h = mix(h ^ bits) + 0x9E3779B97F4A7C15ULL;
+    }
+    return static_cast<std::size_t>(h);
+  }
+};
+
+/// One side of a triangle, lower vertex first.
+struct Side {
+  std::uint64_t edge = 0;
+  std::uint32_t triangle = 0;
+  bool forward = true;  ///< the triangle runs from the lower to the higher vertex
+};
+
+std::vector<Side> sorted_sides(const TriangleIndices& triangles) {
+  std::vector<Side> sides;
+  sides.reserve(triangles.size() * 3);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint64_t a = triangles[t][k];
+      const std::uint64_t b = triangles[t][(k + 1) % 3];
+      sides.push_back({(std::min(a, b) << 32) | std::max(a, b), static_cast<std::uint32_t>(t), a < b});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
+    return x.edge != y.edge ? x.edge < y.edge : x.triangle < y.triangle;
+  });
+  return sides;
+}
+
+/// Two triangles at one edge, and whether they run along it in opposite directions as neighbours should.
+struct Neighbour {
+  std::uint32_t triangle = 0;
+  bool agrees = true;
+};
+
+/// A component on its base plane.
+class Surroundings {
+ public:
+  Surroundings(const std::vector<Eigen::Vector3d>& vertices, const TriangleIndices& triangles)
+      : vertices_(vertices), lowest_z_(vertices[triangles.front()[0]].z()) {
+    for (const auto& triangle : triangles) {
+      for (const std::uint32_t v : triangle) lowest_z_ = std::min(lowest_z_, vertices[v].z());
+    }
+  }
+  [[nodiscard]] double lowest_z() const { return lowest_z_; }
+  [[nodiscard]] bool at_base(std::uint64_t edge) const { return low(edge >> 32) && low(edge & 0xFFFFFFFFU); }
+  [[nodiscard]] bool is_floor(const std::array<std::uint32_t, 3>& t) const {
+    return low(t[0]) && low(t[1]) && low(t[2]);
+  }
+
+ private:
+  [[nodiscard]] bool low(std::uint64_t v) const {
+    return vertices_[static_cast<std::size_t>(v)].z() - lowest_z_ <= kBasePlaneTolerance_m;
+  }
+  const std::vector<Eigen::Vector3d>& vertices_;
+  double lowest_z_;
+};
+
+/// For each triangle those across edges of exactly two. Two walls that stand on one edge of the base plane
+/// are no neighbours: they are of two extrusions without floors, like a podium and its tower, or two houses.
+std::vector<std::vector<Neighbour>> neighbours_of(const std::vector<Side>& sides,
+                                                  const TriangleIndices& triangles,
+                                                  const Surroundings& around, bool& manifold) {
+  std::vector<std::vector<Neighbour>> result(triangles.size());
+  for (std::size_t begin = 0; begin < sides.size();) {
+    std::size_t end = begin + 1;
+    while (end < sides.size() && sides[end].edge == sides[begin].edge) ++end;
+    if (end - begin == 2) {
+      const Side& a = sides[begin];
+      const Side& b = sides[begin + 1];
+      const bool agrees = a.forward != b.forward;
+      const bool two_walls = around.at_base(a.edge) && !around.is_floor(triangles[a.triangle]) &&
+                             !around.is_floor(triangles[b.triangle]);
+      if (!two_walls) {
+        result[a.triangle].push_back({b.triangle, agrees});
+        result[b.triangle].push_back({a.triangle, agrees});
+      }
+    }
+    manifold = manifold && end - begin <= 2;
+    begin = end;
+  }
+  return result;
+}
+
+/// Triangles joined through neighbours, and which of them must turn so that all agree.
+struct Patch {
+  std::vector<std::uint32_t> triangles;
+  std::vector<std::uint32_t> turn;  ///< the minority
+  bool orientable = true;           ///< where not, `turn` is empty
+};
+
+std::vector<Patch> patches_of(const std::vector<std::vector<Neighbour>>& neighbours) {
+  std::vector<Patch> patches;
+  std::vector<bool> turn(neighbours.size(), false);
+  std::vector<bool> seen(neighbours.size(), false);
+  for (std::uint32_t seed = 0; seed < neighbours.size(); ++seed) {
+    if (seen[seed]) continue;
+    seen[seed] = true;
+    Patch patch;
+    patch.triangles.push_back(seed);
+    for (std::size_t next = 0; next < patch.triangles.size(); ++next) {
+      const std::uint32_t t = patch.triangles[next];
+      for (const Neighbour& n : neighbours[t]) {
+        const bool wanted = n.agrees ? turn[t] : !turn[t];
+        if (!seen[n.triangle]) {
+          seen[n.triangle] = true;
+          turn[n.triangle] = wanted;
+          patch.triangles.push_back(n.triangle);
+        } else if (turn[n.triangle] != wanted) {
+          patch.orientable = false;
+        }
+      }
+    }
+    std::vector<std::uint32_t> kept;
+    for (const std::uint32_t t : patch.triangles) (turn[t] ? patch.turn : kept).push_back(t);
+    if (patch.turn.size() > kept.size()) patch.turn.swap(kept);
+    if (!patch.orientable) patch.turn.clear();
+    patches.push_back(std::move(patch));
+  }
+  return patches;
+}
+
+/// Whether the triangles have no boundary but in the base plane: elsewhere every edge is run along as often
+/// in the one direction as in the other.
+bool encloses(const TriangleIndices& triangles, const Surroundings& around) {
+  const std::vector<Side> sides = sorted_sides(triangles);
+  for (std::size_t begin = 0; begin < sides.size();) {
+    int balance = 0;
+    std::size_t end = begin;
+    for (; end < sides.size() && sides[end].edge == sides[begin].edge; ++end) {
+      balance += sides[end].forward ? 1 : -1;
+    }
+    if (balance != 0 && !around.at_base(sides[begin].edge)) return false;
+    begin = end;
+  }
+  return true;
+}
+
+void turn_over(std::array<std::uint32_t, 3>& triangle) {
+  std::swap(triangle[1], triangle[2]);
+}
+
+/// Volume [m^3] by the divergence theorem, seen from a point in the plane of the lowest vertex: a missing
+/// floor in that plane adds nothing.
+double enclosed_volume(const std::vector<Eigen::Vector3d>& vertices, const TriangleIndices& triangles,
+                       double lowest_z) {
+  Eigen::Vector3d origin = vertices[triangles.front()[0]];
+  origin.z() = lowest_z;
+  double six_volumes = 0;
+  for (const auto& t : triangles) {
+    const Eigen::Vector3d a = vertices[t[0]] - origin;
+    const Eigen::Vector3d b = vertices[t[1]] - origin;
+    const Eigen::Vector3d c = vertices[t[2]] - origin;
+    six_volumes += a.dot(b.cross(c));
+  }
+  return six_volumes / 6;
+}
+
+}  // namespace
+
+bool is_degenerate(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  return !((b - a).cross(c - a).norm() >= 2 * kSmallestArea_m2);
+}
+
+void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles) {
+  std::unordered_map<std::array<double, 3>, std::uint32_t, PositionHash> first_at;
+  first_at.reserve(vertices.size());
+  std::vector<std::uint32_t> first(vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    // + 0.0 makes one zero of both.
+    const std::array<double, 3> key{vertices[i].x() + 0.0, vertices[i].y() + 0.0, vertices[i].z() + 0.0};
+    first[i] = first_at.emplace(key, static_cast<std::uint32_t>(i)).first->second;
+  }
+  for (auto& triangle : triangles) {
+    for (std::uint32_t& index : triangle) index = first[index];
+  }
+}
+
+std::vector<std::vector<std::uint32_t>> connected_components(const TriangleIndices& triangles,
+                                                             std::size_t vertex_count) {
+  std::vector<std::uint32_t> parent(vertex_count);
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&parent](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const auto& triangle : triangles) {
+    parent[root(triangle[1])] = root(triangle[0]);
+    parent[root(triangle[2])] = root(triangle[0]);
+  }
+  std::unordered_map<std::uint32_t, std::size_t> number;
+  std::vector<std::vector<std::uint32_t>> components;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const auto [found, is_new] = number.emplace(root(triangles[t][0]), components.size());
+    if (is_new) components.emplace_back();
+    components[found->second].push_back(static_cast<std::uint32_t>(t));
+  }
+  return components;
+}
+
+Orientation orient_outwards(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles) {
+  Orientation result;
+  if (triangles.empty()) return result;
+  const Surroundings around(vertices, triangles);
+  const std::vector<Patch> patches =
+      patches_of(neighbours_of(sorted_sides(triangles), triangles, around, result.manifold));
+  for (const Patch& patch : patches) {
+    result.orientable = result.orientable && patch.orientable;
+    for (const std::uint32_t t : patch.turn) turn_over(triangles[t]);
+    std::size_t turned = patch.turn.size();
+    TriangleIndices own;
+    for (const std::uint32_t t : patch.triangles) own.push_back(triangles[t]);
+    if (patch.orientable && encloses(own, around) && enclosed_volume(vertices, own, around.lowest_z()) < 0) {
+      for (const std::uint32_t t : patch.triangles) turn_over(triangles[t]);
+      turned = patch.triangles.size() - turned;
+    }
+    result.turned += turned;
+  }
+  result.closed = encloses(triangles, around);
+  result.volume_m3 = enclosed_volume(vertices, triangles, around.lowest_z());
+  return result;
+}
+
+}  // namespace canyon::city

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace canyon::city {
+
+/// Triangles as vertex indices; how they hang together is asked by the functions below.
+using TriangleIndices = std::vector<std::array<std::uint32_t, 3>>;
+
+/// Area below 1e-8 m^2, or not a number: nothing that a ray can hit. Vertices in metres.
+[[nodiscard]] bool is_degenerate(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                 const Eigen::Vector3d& c);
+
+/// Gives vertices of exactly equal position one index (the first one's), in `triangles`; vertices stay.
+void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);
+
+/// Triangles that share vertices, directly or through others, by index: each component's numbers ascend,
+/// components are in order of their first triangle. Every index must be below `vertex_count`.
+[[nodiscard]] std::vector<std::vector<std::uint32_t>> connected_components(const TriangleIndices& triangles,
+                                                                           std::size_t vertex_count);
+
+/// What orient_outwards() found and did to one connected component.
+struct Orientation {
+  bool closed = false;     ///< no boundary but in the horizontal plane of its lowest vertex (a missing floor)
+  bool manifold = true;    ///< no edge has more than two triangles
+  bool orientable = true;  ///< its sides can be told apart; parts where they cannot are left as they were
+  std::size_t turned = 0;  ///< triangles turned
+  double volume_m3 = 0;    ///< enclosed, after turning; meaningful when closed
+};
+
+/// Turns triangles of one welded, connected component so that front sides (counter-clockwise) look outwards.
+/// Patches are triangles joined by edges of two; in each the minority is turned to agree with the rest, then
+/// the whole patch where it encloses a negative volume. An extrusion without a floor counts as enclosing: its
+/// boundary lies in the horizontal plane of the component's lowest vertex, within 1 mm. Patches that enclose
+/// nothing keep the majority's orientation. z is up; metres.
+Orientation orient_outwards(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);
+
+}  // namespace canyon::city
