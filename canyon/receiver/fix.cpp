@@ -21,9 +21,9 @@ using orbit::System;
 /// Mask and atmosphere wait until the last step was below this: Newton's next error is then about 5 m, 1e-6
 /// rad of elevation.
 constexpr double kPlaceKnown_m = 1e4;
-/// From this step on a satellite below the mask is gone for good, so that one at the mask's edge cannot keep
-/// the iteration from settling.
-constexpr double kMaskSettled_m = 1;
+/// After so many looks a satellite below the mask is gone for good, so that one at the mask's edge, which
+/// moves the position when it comes or goes, cannot keep the iteration from settling.
+constexpr int kMaskLooks = 3;
 /// Where receivers may be: check_geodetic()'s lower bound, and the edge of space, below every mirrored root.
 constexpr double kLowest_m = -1e4;
 constexpr double kHighest_m = 1e5;
@@ -60,9 +60,10 @@ class Solver {
     Fix fix;
     double step = std::numeric_limits<double>::infinity();
     bool place_known = false;
+    int looks = 0;
     while (fix.iterations < options_.max_iterations) {
       place_known = place_known || step < kPlaceKnown_m;
-      if (place_known) look_up(step < kMaskSettled_m);
+      if (place_known) look_up(looks++ >= kMaskLooks);
       if (!choose(fix)) return fix;
       ++fix.iterations;
       step = iterate(fix);
