@@ -15,10 +15,10 @@ enum class PathKind : std::uint8_t { Direct, Reflected };
 struct Path {
   PathKind kind = PathKind::Direct;
   double excess_m = 0;  ///< longer than the straight line by this much; 0 for Direct
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();      ///< reflection point (Reflected)
-  Eigen::Vector3d arrival = Eigen::Vector3d::Zero();    ///< unit, from the antenna towards where it comes from
-  double incidence_rad = 0;      ///< between ray and facet normal, [0, pi/2)
-  std::uint32_t triangle = 0;    ///< that reflects, of `instance`
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< reflection point (Reflected)
+  Eigen::Vector3d arrival = Eigen::Vector3d::Zero();  ///< unit, from the antenna towards where it comes from
+  double incidence_rad = 0;                           ///< between ray and facet normal, [0, pi/2)
+  std::uint32_t triangle = 0;                         ///< that reflects, of `instance`
   std::uint32_t instance = 0;
 };
 

@@ -1,0 +1,28 @@
+#include "canyon/propagation/paths.hpp"
+
+#include <algorithm>
+
+namespace canyon::propagation {
+
+std::string_view name(Visibility visibility) {
+  switch (visibility) {
+    case Visibility::LOS:
+      return "LOS";
+    case Visibility::LOSMultipath:
+      return "LOS+multipath";
+    case Visibility::NLOS:
+      return "NLOS";
+    case Visibility::Blocked:
+      break;
+  }
+  return "blocked";
+}
+
+double SatellitePaths::tracked_excess_m() const {
+  if (paths.empty()) return 0;
+  return std::min_element(paths.begin(), paths.end(),
+                          [](const Path& a, const Path& b) { return a.excess_m < b.excess_m; })
+      ->excess_m;
+}
+
+}  // namespace canyon::propagation

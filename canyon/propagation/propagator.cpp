@@ -1,0 +1,317 @@
+#include "canyon/propagation/propagator.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+#include <shared_mutex>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/propagation/facets.hpp"
+
+namespace canyon::propagation {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using raytrace::Ray;
+
+/// Below this cosine of incidence the reflection point runs away along the plane.
+constexpr double kMinCosine = 1e-6;
+/// Reflections of one satellite closer than this, from planes less than 1 deg apart, are one.
+constexpr double kSamePlace = 2e-3;
+const double kSameNormal = std::cos(geodesy::radians(1));
+
+/// A reflection by the geometry of one facet, before anything that may stand in the way.
+struct Candidate {
+  std::uint32_t satellite = 0;
+  double lift_m = 0;  ///< along the normal, so that rays do not meet the facet itself
+  Vector3d normal;
+  Path path;
+};
+
+/// Answers of batched rays. std::vector<bool> cannot be a span of bool.
+class Flags {
+ public:
+  std::span<bool> resize(std::size_t size) {
+    if (size > capacity_) {
+      capacity_ = std::max(size, 2 * capacity_);
+      flags_ = std::make_unique<bool[]>(capacity_);
+    }
+    return {flags_.get(), size};
+  }
+
+ private:
+  std::unique_ptr<bool[]> flags_;
+  std::size_t capacity_ = 0;
+};
+
+/// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
+struct Scratch {
+  FacingFacets facing;
+  std::vector<std::uint8_t> marks;
+  std::vector<Candidate> candidates;
+  std::vector<Ray> rays;
+  std::vector<std::uint32_t> ray_of;  ///< candidate of each ray
+  Flags direct, blocked;
+};
+
+Scratch& scratch() {
+  static thread_local Scratch scratch;
+  return scratch;
+}
+
+void check(bool good, const char* field, const char* bound, double value) {
+  if (!good)
+    throw InputError(fmt::format("propagation.{} is {}", field, value), fmt::format("give {}", bound));
+}
+
+}  // namespace
+
+void PropagationOptions::validate() const {
+  check(model == Model::Specular || model == Model::Mirror, "model", "specular or mirror",
+        static_cast<double>(model));
+  check(reflection_order == 0 || reflection_order == 1, "reflection_order", "0 or 1", reflection_order);
+  check(max_range_m > 0 && max_range_m <= 100'000, "max_range_m", "a number above 0 and up to 100,000",
+        max_range_m);
+  check(max_incidence_rad > 0 && max_incidence_rad <= geodesy::kPi / 2, "max_incidence_rad",
+        "an angle above 0 and up to pi/2", max_incidence_rad);
+}
+
+double mirror_excess_m(double range_m, double elevation_rad) {
+  return range_m * (1 + std::sin(geodesy::kPi / 2 - 2 * elevation_rad));
+}
+
+struct Propagator::Impl {
+  const raytrace::RayScene* scene;
+  PropagationOptions options;
+  FacetSet city;
+
+  // Facets of movable instances, made when first seen. Ids are never used again, so an entry stays true.
+  mutable std::shared_mutex instances_mutex;
+  mutable std::unordered_map<raytrace::InstanceId, std::unique_ptr<const FacetSet>> instances;
+
+  Impl(const city::Mesh& mesh, const raytrace::RayScene& from, PropagationOptions o)
+      : scene(&from), options(o), city(reflects(o) ? mesh : city::Mesh{}, o.ground_reflection) {}
+
+  static bool reflects(const PropagationOptions& o) {
+    return o.model == Model::Specular && o.reflection_order > 0;
+  }
+
+  const FacetSet& facets_of(const raytrace::PlacedInstance& placed) const {
+    {
+      const std::shared_lock lock(instances_mutex);
+      const auto found = instances.find(placed.id);
+      if (found != instances.end()) return *found->second;
+    }
+    const std::unique_lock lock(instances_mutex);
+    auto& facets = instances[placed.id];
+    if (!facets) facets = std::make_unique<const FacetSet>(*placed.mesh, options.ground_reflection);
+    return *facets;
+  }
+
+  void find_reflections(const FacetSet& set, raytrace::InstanceId instance, const Isometry3d* enu_from_set,
+                        const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s) const;
+  static void drop_doubles(std::vector<Candidate>& candidates);
+  void keep_clear(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s) const;
+  void trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
+                    std::span<const bool> blocked, std::span<SatellitePaths> result) const;
+};
+
+/// Appends what the image construction gives for every facet of one set. `enu_from_set` is null for the city.
+void Propagator::Impl::find_reflections(const FacetSet& set, raytrace::InstanceId instance,
+                                        const Isometry3d* enu_from_set, const Vector3d& antenna,
+                                        std::span<const Vector3d> directions, Scratch& s) const {
+  const Vector3d here = enu_from_set != nullptr ? enu_from_set->inverse() * antenna : antenna;
+  const double min_cosine = std::max(kMinCosine, std::cos(options.max_incidence_rad));
+  const double lift = scene->surface_offset_m(antenna);
+  set.gather(here, options.max_range_m, 2 * lift, s.facing);
+  if (s.facing.facet.empty()) return;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    const Vector3d towards = enu_from_set != nullptr
+                                 ? Vector3d(enu_from_set->linear().transpose() * directions[i])
+                                 : directions[i];
+    mark_reflecting(s.facing, towards, min_cosine, options.max_range_m, s.marks);
+    for (std::size_t word = 0; word < s.marks.size(); word += 8) {
+      std::uint64_t eight;
+      std::memcpy(&eight, s.marks.data() + word, 8);
+      if (eight == 0) continue;
+      for (std::size_t k = word; k < word + 8; ++k) {
+        if (s.marks[k] == 0) continue;
+        // The same again in doubles, with the facet's true outline.
+        const Facet& facet = set.facets()[s.facing.facet[k]];
+        const double cosine = facet.normal.dot(towards);
+        if (cosine < min_cosine) continue;
+        const double height = facet.normal.dot(here) - facet.offset;
+        const double leg = height / cosine;
+        if (leg > options.max_range_m) continue;
+        const Vector3d point = here - 2 * height * facet.normal + leg * towards;
+        const auto triangle = set.triangle_at(facet, point);
+        if (!triangle) continue;
+
+        Candidate& c = s.candidates.emplace_back();
+        c.satellite = static_cast<std::uint32_t>(i);
+        c.normal = enu_from_set != nullptr ? Vector3d(enu_from_set->linear() * facet.normal) : facet.normal;
+        c.path.kind = PathKind::Reflected;
+        c.path.excess_m = 2 * height * cosine;
+        c.path.point = enu_from_set != nullptr ? Vector3d(*enu_from_set * point) : point;
+        c.path.arrival = directions[i] - 2 * cosine * c.normal;
+        c.path.incidence_rad = std::acos(std::min(1.0, cosine));
+        c.path.triangle = *triangle;
+        c.path.instance = instance;
+        c.lift_m = scene->surface_offset_m(c.path.point) + facet.deviation;
+      }
+    }
+  }
+}
+
+/// Sorts by satellite and excess path, and keeps one of several reflections at the same place of the same
+/// plane: walls that two buildings share, facets that meet where the signal is reflected.
+void Propagator::Impl::drop_doubles(std::vector<Candidate>& candidates) {
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return std::tie(a.satellite, a.path.excess_m, a.path.instance, a.path.triangle) <
+           std::tie(b.satellite, b.path.excess_m, b.path.instance, b.path.triangle);
+  });
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    bool seen = false;
+    for (std::size_t k = kept; k-- > 0 && !seen;) {
+      const Candidate& other = candidates[k];
+      if (other.satellite != candidates[i].satellite ||
+          candidates[i].path.excess_m - other.path.excess_m > 2 * kSamePlace) {
+        break;
+      }
+      seen = (other.path.point - candidates[i].path.point).squaredNorm() < kSamePlace * kSamePlace &&
+             other.normal.dot(candidates[i].normal) > kSameNormal;
+    }
+    if (seen) continue;
+    if (kept != i) candidates[kept] = candidates[i];
+    ++kept;
+  }
+  candidates.resize(kept);
+}
+
+/// Keeps the candidates whose two legs are clear. Points are lifted off their facet, so that the facet does
+/// not hide itself; anything else nearer than that is not seen.
+void Propagator::Impl::keep_clear(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                  Scratch& s) const {
+  const auto keep = [&s](std::span<const bool> blocked) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < s.candidates.size(); ++i) {
+      if (blocked[i]) continue;
+      if (kept != i) s.candidates[kept] = s.candidates[i];
+      ++kept;
+    }
+    s.candidates.resize(kept);
+  };
+  s.rays.clear();
+  for (const Candidate& c : s.candidates) {
+    const Vector3d leg = c.path.point + c.lift_m * c.normal - antenna;
+    const double range = leg.norm();
+    s.rays.push_back({antenna, leg / range, range});
+  }
+  std::span<bool> blocked = s.blocked.resize(s.rays.size());
+  scene->occluded(s.rays, blocked, scene->surface_offset_m(antenna));
+  keep(blocked);
+
+  s.rays.clear();
+  for (const Candidate& c : s.candidates) {
+    s.rays.push_back({c.path.point + c.lift_m * c.normal, directions[c.satellite]});
+  }
+  blocked = s.blocked.resize(s.rays.size());
+  scene->occluded(s.rays, blocked);
+  keep(blocked);
+}
+
+/// The paper's algorithm 2 for satellites whose line of sight is blocked.
+void Propagator::Impl::trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                    std::span<const bool> blocked, std::span<SatellitePaths> result) const {
+  const double min_range = scene->surface_offset_m(antenna);
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    if (!blocked[i]) continue;
+    const Vector3d& towards = directions[i];
+    const Vector3d mirrored(-towards.x(), -towards.y(), towards.z());
+    const auto hit = scene->cast({antenna, mirrored, options.max_range_m}, min_range);
+    if (!hit) continue;
+    Path path;
+    path.kind = PathKind::Reflected;
+    path.excess_m = mirror_excess_m(hit->range_m, std::asin(std::clamp(towards.z(), -1.0, 1.0)));
+    path.point = antenna + hit->range_m * mirrored;
+    path.arrival = mirrored;
+    path.incidence_rad = std::acos(std::min(1.0, std::abs(mirrored.dot(hit->normal))));
+    path.triangle = hit->triangle;
+    path.instance = hit->instance;
+    result[i].paths.push_back(path);
+  }
+}
+
+Propagator::Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options) {
+  options.validate();
+  impl_ = std::make_unique<Impl>(city, scene, options);
+}
+Propagator::~Propagator() = default;
+Propagator::Propagator(Propagator&&) noexcept = default;
+Propagator& Propagator::operator=(Propagator&&) noexcept = default;
+
+const PropagationOptions& Propagator::options() const {
+  return impl_->options;
+}
+
+void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> directions,
+                       std::span<SatellitePaths> result) const {
+  assert(directions.size() == result.size());
+  if (!antenna.allFinite()) {
+    throw InputError(
+        fmt::format("the antenna's place ({}, {}, {}) is not finite", antenna.x(), antenna.y(), antenna.z()),
+        "check the trajectory");
+  }
+  const Impl& impl = *impl_;
+  Scratch& s = scratch();
+
+  s.rays.clear();
+  for (const Vector3d& direction : directions) {
+    assert(std::abs(direction.squaredNorm() - 1) < 1e-6);
+    s.rays.push_back({antenna, direction});
+  }
+  const std::span<bool> blocked = s.direct.resize(directions.size());
+  impl.scene->occluded(s.rays, blocked, impl.scene->surface_offset_m(antenna));
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    result[i].paths.clear();
+    if (blocked[i]) continue;
+    Path& direct = result[i].paths.emplace_back();
+    direct.arrival = directions[i];
+  }
+
+  if (impl.options.model == Model::Mirror) {
+    impl.trace_mirror(antenna, directions, blocked, result);
+  } else if (impl.options.reflection_order > 0) {
+    s.candidates.clear();
+    impl.find_reflections(impl.city, 0, nullptr, antenna, directions, s);
+    for (const raytrace::PlacedInstance& placed : impl.scene->placed_instances()) {
+      impl.find_reflections(impl.facets_of(placed), placed.id, &placed.enu_from_instance, antenna, directions,
+                            s);
+    }
+    Impl::drop_doubles(s.candidates);
+    impl.keep_clear(antenna, directions, s);
+    for (const Candidate& c : s.candidates) result[c.satellite].paths.push_back(c.path);
+  }
+
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    SatellitePaths& satellite = result[i];
+    if (blocked[i]) {
+      satellite.visibility = satellite.paths.empty() ? Visibility::Blocked : Visibility::NLOS;
+    } else {
+      satellite.visibility = satellite.paths.size() > 1 ? Visibility::LOSMultipath : Visibility::LOS;
+    }
+  }
+}
+
+}  // namespace canyon::propagation

@@ -1,0 +1,98 @@
+// One epoch of fifty satellites over the sky, averaged over the places of the recorded drive through the Hong
+// Kong mesh where the shared data are, else along two streets of the synthetic city. One iteration is one
+// epoch.
+
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <vector>
+
+#include "canyon/propagation/propagator.hpp"
+#include "tests/support/bench_city.hpp"
+
+namespace {
+
+using canyon::propagation::Model;
+using canyon::propagation::PropagationOptions;
+using canyon::propagation::Propagator;
+using canyon::propagation::SatellitePaths;
+using canyon::propagation::Visibility;
+
+struct Fixture {
+  canyon::bench::BenchCity city = canyon::bench::bench_city();
+  std::vector<Eigen::Vector3d> sky = canyon::bench::spread_sky(50);
+  canyon::raytrace::RayScene scene{city.city.mesh};
+};
+
+const Fixture& fixture() {
+  static const Fixture fixture;
+  return fixture;
+}
+
+void epoch(benchmark::State& state, const PropagationOptions& options) {
+  const Fixture& f = fixture();
+  const Propagator propagator(f.city.city.mesh, f.scene, options);
+  std::vector<SatellitePaths> paths(f.sky.size());
+  std::size_t place = 0;
+  for (auto _ : state) {
+    propagator.trace(f.city.places[place], f.sky, paths);
+    benchmark::DoNotOptimize(paths.data());
+    place = (place + 1) % f.city.places.size();
+  }
+  std::size_t nlos = 0, reflections = 0;
+  for (const Eigen::Vector3d& antenna : f.city.places) {
+    propagator.trace(antenna, f.sky, paths);
+    for (const SatellitePaths& p : paths) {
+      nlos += p.visibility == Visibility::NLOS ? 1 : 0;
+      for (const auto& path : p.paths)
+        reflections += path.kind == canyon::propagation::PathKind::Reflected ? 1 : 0;
+    }
+  }
+  state.counters["reflections_per_epoch"] =
+      static_cast<double>(reflections) / static_cast<double>(f.city.places.size());
+  state.counters["nlos_per_epoch"] = static_cast<double>(nlos) / static_cast<double>(f.city.places.size());
+}
+
+void DirectOnly(benchmark::State& state) {
+  PropagationOptions options;
+  options.reflection_order = 0;
+  epoch(state, options);
+}
+BENCHMARK(DirectOnly)->Unit(benchmark::kMicrosecond);
+
+void Mirror(benchmark::State& state) {
+  PropagationOptions options;
+  options.model = Model::Mirror;
+  epoch(state, options);
+}
+BENCHMARK(Mirror)->Unit(benchmark::kMicrosecond);
+
+void SpecularFirstOrder(benchmark::State& state) {
+  epoch(state, {});
+}
+BENCHMARK(SpecularFirstOrder)->Unit(benchmark::kMicrosecond);
+
+void SpecularWithGround(benchmark::State& state) {
+  PropagationOptions options;
+  options.ground_reflection = true;
+  epoch(state, options);
+}
+BENCHMARK(SpecularWithGround)->Unit(benchmark::kMicrosecond);
+
+void PrepareFacets(benchmark::State& state) {
+  const Fixture& f = fixture();
+  for (auto _ : state) benchmark::DoNotOptimize(Propagator(f.city.city.mesh, f.scene));
+}
+BENCHMARK(PrepareFacets)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  fmt::print("{}, {} triangles, {} places, {} satellites\n", fixture().city.city.name,
+             fixture().city.city.mesh.triangles.size(), fixture().city.places.size(), fixture().sky.size());
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}
