@@ -55,14 +55,11 @@ std::vector<std::string> receiver_folder_names(const std::vector<std::string>& r
   return folders;
 }
 
-std::vector<std::filesystem::path> receiver_folders(const simulation::Simulation& simulation,
-                                                    const std::filesystem::path& folder) {
+std::filesystem::path receiver_folder(const simulation::Simulation& simulation,
+                                      const std::filesystem::path& folder, std::size_t receiver) {
   std::vector<std::string> names;
-  for (const auto& receiver : simulation.scenario().receivers) names.push_back(receiver.options.name);
-  if (names.size() == 1) return {folder};
-  std::vector<std::filesystem::path> folders;
-  for (const std::string& name : receiver_folder_names(names)) folders.push_back(folder / name);
-  return folders;
+  for (const auto& config : simulation.scenario().receivers) names.push_back(config.options.name);
+  return names.size() == 1 ? folder : folder / receiver_folder_names(names).at(receiver);
 }
 
 std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simulation::Simulation& simulation,
@@ -70,9 +67,8 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simula
   const simulation::OutputConfig& wanted = simulation.scenario().outputs;
   std::vector<std::unique_ptr<simulation::EpochSink>> sinks;
   make_output_folder(folder);
-  const auto folders = receiver_folders(simulation, folder);
-  for (std::size_t i = 0; i < folders.size(); ++i) {
-    const std::filesystem::path& at = folders[i];
+  for (std::size_t i = 0; i < simulation.scenario().receivers.size(); ++i) {
+    const std::filesystem::path at = receiver_folder(simulation, folder, i);
     if (at != folder) make_output_folder(at);
     const std::string& name = simulation.scenario().receivers[i].options.name;
     if (wanted.epochs_csv) sinks.push_back(make_epochs_csv(at / "epochs.csv", i));

@@ -5,14 +5,19 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/file_sink.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/output/track.hpp"
 #include "canyon/output/words.hpp"
 
-// RFC 7946.
+// RFC 7946; colours by the simplestyle specification 1.1.0, which common viewers follow.
 
 namespace canyon::output {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+std::string colour(std::string_view rgb) {
+  return '#' + std::string(rgb);
+}
 
 /// The shortest number within half a unit of the last of `decimals` digits; null where it is not finite.
 Json rounded(double value, int decimals) {
@@ -54,8 +59,10 @@ class GeoJson final : public FileSink {
       properties["error_up_m"] = rounded(epoch.error_enu_m.z(), 3);
       properties["hdop"] = seen.fix.dop ? rounded(seen.fix.dop->hdop, 3) : Json(nullptr);
       properties["used"] = used_count(seen.fix);
+      properties["marker-color"] = colour(error_classes()[error_class(horizontal_m(epoch.error_enu_m))].rgb);
     } else {
       properties["reason"] = receiver::reason(seen.fix.status);
+      properties["marker-color"] = colour(kOutageRgb);
     }
     properties["visible"] = seen.visible;
     properties["blocked"] = seen.blocked;
@@ -68,8 +75,8 @@ class GeoJson final : public FileSink {
     if (!truth_.empty()) {
       const bool line = truth_.size() > 1;  // a LineString needs two positions (RFC 7946, 3.1.4)
       Json place = line ? std::move(truth_) : std::move(truth_.front());
-      put_feature(
-          feature({{"kind", "truth"}, {"name", name_}}, line ? "LineString" : "Point", std::move(place)));
+      put_feature(feature({{"kind", "truth"}, {"name", name_}, {"stroke", colour(kTruthRgb)}},
+                          line ? "LineString" : "Point", std::move(place)));
     }
     put("\n]}\n");
   }

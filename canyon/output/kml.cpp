@@ -11,19 +11,27 @@
 namespace canyon::output {
 namespace {
 
-constexpr std::string_view kTruthRgb = "0072B2", kFixRgb = "999999", kOutageRgb = "000000";
+constexpr std::string_view kFixRgb = "999999";
 
 /// KML writes colours as alpha, blue, green, red.
-std::string kml_colour(std::string_view rgb, std::string_view alpha = "ff") {
-  return fmt::format("{}{}{}{}", alpha, rgb.substr(4, 2), rgb.substr(2, 2), rgb.substr(0, 2));
+std::string kml_colour(std::string_view rgb) {
+  return fmt::format("ff{}{}{}", rgb.substr(4, 2), rgb.substr(2, 2), rgb.substr(0, 2));
 }
 
-std::string line_style(std::string_view id, std::string_view rgb, double width) {
+std::string style(std::string_view id, std::string_view rgb, double width) {
+  const std::string colour = kml_colour(rgb);
   return fmt::format(
-      "  <Style id=\"{}\"><LineStyle><color>{}</color><width>{:.1f}</width></LineStyle><IconStyle>"
-      "<color>{}</color><scale>0.5</scale><Icon><href>http://maps.google.com/mapfiles/kml/shapes/"
-      "placemark_circle.png</href></Icon></IconStyle></Style>\n",
-      id, kml_colour(rgb), width, kml_colour(rgb));
+      R"(  <Style id="{}">
+    <IconStyle>
+      <color>{}</color>
+      <scale>0.5</scale>
+      <Icon><href>http://maps.google.com/mapfiles/kml/shapes/placemark_circle.png</href></Icon>
+    </IconStyle>
+    <LabelStyle><scale>0</scale></LabelStyle>
+    <LineStyle><color>{}</color><width>{:.1f}</width></LineStyle>
+  </Style>
+)",
+      id, colour, colour, width);
 }
 
 /// Connected stretches of a track; a stretch of one epoch is a point.
@@ -88,10 +96,10 @@ class Kml final : public FileSink {
                       geodesy::format_utc(begin_), geodesy::format_utc(end_), epochs_, fixes_,
                       epochs_ - fixes_));
     }
-    put(line_style("truth", kTruthRgb, 4));
-    put(line_style("fix", kFixRgb, 1.5));
-    put(line_style("outage", kOutageRgb, 6));
-    for (const ErrorClass& c : error_classes()) put(line_style(c.id, c.rgb, 2));
+    put(style("truth", kTruthRgb, 4));
+    put(style("fix", kFixRgb, 1.5));
+    put(style("outage", kOutageRgb, 6));
+    for (const ErrorClass& c : error_classes()) put(style(c.id, c.rgb, 2));
     placemark("True track", "truth", truth_);
     placemark("Without fix (true place)", "outage", outages_);
     placemark("Fixes, connected", "fix", fix_line_);
@@ -103,10 +111,10 @@ class Kml final : public FileSink {
     put("  </Folder>\n</Document>\n</kml>\n");
   }
 
-  void placemark(std::string_view title, std::string_view style, const Stretches& stretches) {
+  void placemark(std::string_view title, std::string_view style_id, const Stretches& stretches) {
     if (stretches.empty()) return;
     put(fmt::format("  <Placemark><name>{}</name><styleUrl>#{}</styleUrl>\n{}\n  </Placemark>\n", title,
-                    style, stretches.geometry()));
+                    style_id, stretches.geometry()));
   }
 
   std::string name_;

@@ -126,7 +126,7 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
     std::vector<int>& numbers = used[id.system];
     if (const auto number = nmea_satellite_number(id)) numbers.push_back(*number);
   }
-  std::string text;
+  std::vector<std::string> bodies;
   for (const auto& [system, numbers] : used) {
     std::size_t first = 0;
     do {
@@ -134,10 +134,14 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
       for (std::size_t i = first; i < first + kSlots; ++i) {
         slots += i < numbers.size() ? fmt::format("{:02d},", numbers[i]) : ",";
       }
-      text += nmea_sentence(fmt::format("{}GSA,A,3,{}{},{}", talker, slots, dops, codes(system).system_id));
+      bodies.push_back(fmt::format("GSA,A,3,{}{},{}", slots, dops, codes(system).system_id));
       first += kSlots;
     } while (first < numbers.size());
   }
+  // Readers add up the satellites of successive GN sentences, but of one system's own take the last only.
+  if (bodies.size() > 1) talker = "GN";
+  std::string text;
+  for (const std::string& body : bodies) text += nmea_sentence(std::string(talker) + body);
   return text;
 }
 

@@ -73,9 +73,11 @@ class SummarySink final : public simulation::EpochSink {
 /// Folder names for receivers: letters, digits, '.', '-' and '_' stay, anything else becomes '_'; names that
 /// would fall together (upper and lower case count as one) get "-2", "-3", ... behind.
 [[nodiscard]] std::vector<std::string> receiver_folder_names(const std::vector<std::string>& receiver_names);
-/// Where each receiver's files lie: `folder` itself with one receiver, else a folder of its own in it.
-[[nodiscard]] std::vector<std::filesystem::path> receiver_folders(const simulation::Simulation& simulation,
-                                                                  const std::filesystem::path& folder);
+/// Where a receiver's files lie: `folder` itself with one receiver, else a folder of its own in it.
+/// Precondition: `receiver` is an index into simulation.scenario().receivers.
+[[nodiscard]] std::filesystem::path receiver_folder(const simulation::Simulation& simulation,
+                                                    const std::filesystem::path& folder,
+                                                    std::size_t receiver);
 
 /// All the files that the scenario's `outputs:` asks for, into `folder`. With one receiver the names are
 /// plain (epochs.csv, satellites.csv, receiver.nmea, receiver.obs, sky.nav, track.kml, track.geojson); with

@@ -9,11 +9,11 @@ namespace canyon::output {
 
 const std::array<ErrorClass, kErrorClassCount>& error_classes() {
   static constexpr std::array<ErrorClass, kErrorClassCount> classes{{
-      {2, "error_0_2", "below 2 m", "56B4E9"},
-      {5, "error_2_5", "2 m to 5 m", "009E73"},
-      {10, "error_5_10", "5 m to 10 m", "F0E442"},
-      {30, "error_10_30", "10 m to 30 m", "E69F00"},
-      {std::numeric_limits<double>::infinity(), "error_30", "30 m and more", "D55E00"},
+      {2, "error_0_2", "below 2 m", "56b4e9"},
+      {5, "error_2_5", "2 m to 5 m", "009e73"},
+      {10, "error_5_10", "5 m to 10 m", "f0e442"},
+      {30, "error_10_30", "10 m to 30 m", "e69f00"},
+      {std::numeric_limits<double>::infinity(), "error_30", "30 m and more", "d55e00"},
   }};
   return classes;
 }

@@ -15,9 +15,10 @@ struct ErrorClass {
   double below_m;          ///< errors below this and not below the class before
   std::string_view id;     ///< "error_0_2"
   std::string_view label;  ///< "below 2 m"
-  std::string_view rgb;    ///< "56B4E9"
+  std::string_view rgb;    ///< "56b4e9"
 };
 inline constexpr std::size_t kErrorClassCount = 5;
+inline constexpr std::string_view kTruthRgb = "0072b2", kOutageRgb = "000000";
 [[nodiscard]] const std::array<ErrorClass, kErrorClassCount>& error_classes();
 /// Index of the class of an error [m]; the last one for NaN.
 [[nodiscard]] std::size_t error_class(double horizontal_m);

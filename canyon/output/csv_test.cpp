@@ -1,0 +1,214 @@
+#include <gtest/gtest.h>
+
+#include <map>
+#include <regex>
+
+#include "canyon/base/text.hpp"
+#include "canyon/base/text_file.hpp"
+#include "canyon/output/sinks.hpp"
+#include "tests/support/sample_epochs.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon::output {
+namespace {
+
+using Record = std::map<std::string, std::string>;
+
+/// Records of a CSV file by column name; every line must have as many cells as the header.
+std::vector<Record> read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns) {
+  TextFile file(path);
+  std::vector<Record> records;
+  bool header = true;
+  while (const auto line = file.next_line()) {
+    const auto cells = split(*line, ',');
+    EXPECT_EQ(cells.size(), columns.size()) << *line;
+    Record record;
+    for (std::size_t i = 0; i < std::min(cells.size(), columns.size()); ++i) {
+      if (header) {
+        EXPECT_EQ(cells[i], columns[i]);
+      }
+      record[columns[i]] = std::string(cells[i]);
+    }
+    if (!header) records.push_back(std::move(record));
+    header = false;
+  }
+  return records;
+}
+
+double number(const Record& record, const std::string& column) {
+  const auto value = parse_double(record.at(column));
+  EXPECT_TRUE(value) << column << " is '" << record.at(column) << "'";
+  return value.value_or(0);
+}
+
+TEST(EpochsCsv, KeepsEveryNumberOfAFix) {
+  const test::TemporaryFolder folder;
+  const auto sink = make_epochs_csv(folder / "epochs.csv", 0);
+  const simulation::Epoch epoch =
+      test::sample_epoch(test::sample_time() + 0.05, test::sample_place(), {1.23456, -2.34567, 3.45678});
+  simulation::Epoch other = epoch;
+  other.receiver = 1;
+  sink->write(other);  // of another receiver: not in this file
+  sink->write(epoch);
+  EXPECT_FALSE(std::filesystem::exists(folder / "epochs.csv")) << "the file must appear whole";
+  sink->finish();
+  sink->finish();
+
+  const auto records = read_csv(folder / "epochs.csv", epochs_csv_columns());
+  ASSERT_EQ(records.size(), 1U);
+  const Record& r = records.front();
+  EXPECT_EQ(r.at("gps_week"), "2051");
+  EXPECT_EQ(r.at("gps_tow"), "46701.050");
+  EXPECT_NEAR(number(r, "true_latitude_deg"), 22.298251, 1e-10);
+  EXPECT_NEAR(number(r, "true_longitude_deg"), 114.178761, 1e-10);
+  EXPECT_NEAR(number(r, "true_height_m"), 12.345, 1e-4);
+  EXPECT_EQ(r.at("status"), "fix");
+  EXPECT_EQ(r.at("reason"), "");
+  // The fix cells reproduce the ECEF position within 0.1 mm.
+  const Eigen::Vector3d fix = geodesy::ecef_from_geodetic(geodesy::Geodetic::from_degrees(
+      number(r, "fix_latitude_deg"), number(r, "fix_longitude_deg"), number(r, "fix_height_m")));
+  EXPECT_LT((fix - epoch.observed.fix.position_ecef).norm(), 1e-4);
+  EXPECT_NEAR(number(r, "error_east_m"), 1.23456, 5.1e-5);
+  EXPECT_NEAR(number(r, "error_north_m"), -2.34567, 5.1e-5);
+  EXPECT_NEAR(number(r, "error_up_m"), 3.45678, 5.1e-5);
+  EXPECT_EQ(number(r, "gdop"), 2.5);
+  EXPECT_EQ(number(r, "pdop"), 2.1);
+  EXPECT_EQ(number(r, "hdop"), 1.25);
+  EXPECT_EQ(number(r, "vdop"), 1.6875);
+  EXPECT_EQ(number(r, "tdop"), 1.356);
+  EXPECT_EQ(r.at("rating"), "Good");
+  EXPECT_EQ(r.at("visible"), "10");
+  EXPECT_EQ(r.at("blocked"), "1");
+  EXPECT_EQ(r.at("used"), "9");
+  EXPECT_EQ(r.at("placement"), "free");
+  EXPECT_EQ(number(r, "sigma_north_m"), 1.5);
+  EXPECT_EQ(number(r, "covariance_east_north_m2"), 1.5);
+  EXPECT_EQ(number(r, "true_velocity_north_mps"), -4);
+  EXPECT_EQ(number(r, "fix_velocity_up_mps"), 0.4);
+  EXPECT_EQ(number(r, "clock_gps_s"), 1.2345e-4);
+}
+
+TEST(EpochsCsv, NoFixLeavesEmptyCells) {
+  const test::TemporaryFolder folder;
+  const auto sink = make_epochs_csv(folder / "epochs.csv", 0);
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {}, false);
+  epoch.placement = raytrace::Placement::InsideBuilding;
+  // Left-overs of an unsolved fix must not look like a solution.
+  epoch.observed.fix.dop = receiver::Dop{1, 1, 1, 1, 1};
+  epoch.observed.fix.position = {};
+  epoch.observed.fix.used = {*orbit::parse_satellite("G05")};
+  sink->write(epoch);
+  sink->finish();
+  const auto records = read_csv(folder / "epochs.csv", epochs_csv_columns());
+  ASSERT_EQ(records.size(), 1U);
+  const Record& r = records.front();
+  EXPECT_EQ(r.at("status"), "no fix");
+  EXPECT_EQ(r.at("reason"), "too few satellites");
+  EXPECT_EQ(r.at("placement"), "inside building");
+  EXPECT_EQ(r.at("used"), "0");
+  EXPECT_EQ(r.at("visible"), "10");
+  for (const char* column : {"fix_latitude_deg", "fix_longitude_deg", "fix_height_m", "error_east_m",
+                             "error_north_m", "error_up_m", "gdop", "pdop", "hdop", "vdop", "tdop", "rating",
+                             "fix_velocity_east_mps", "sigma_up_m", "clock_gps_s"}) {
+    EXPECT_EQ(r.at(column), "") << column;
+  }
+}
+
+TEST(SatellitesCsv, OneLineForEachSatelliteAboveTheHorizon) {
+  const test::TemporaryFolder folder;
+  const auto sink = make_satellites_csv(folder / "satellites.csv", 0);
+  sink->write(test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3}));
+  sink->finish();
+  const auto records = read_csv(folder / "satellites.csv", satellites_csv_columns());
+  ASSERT_EQ(records.size(), 12U);
+  const Record& los = records[0];
+  EXPECT_EQ(los.at("sat"), "G05");
+  EXPECT_EQ(los.at("gps_week"), "2051");
+  EXPECT_EQ(los.at("gps_tow"), "46701.000");
+  EXPECT_NEAR(number(los, "azimuth_deg"), 45.5, 1e-6);
+  EXPECT_NEAR(number(los, "elevation_deg"), 60.2, 1e-6);
+  EXPECT_EQ(los.at("visibility"), "LOS");
+  EXPECT_EQ(number(los, "excess_path_m"), 0);
+  EXPECT_NEAR(number(los, "pseudorange_m"), 2.1e7 + 5 * 1000.12345, 5.1e-5);
+  EXPECT_EQ(los.at("used"), "1");
+  EXPECT_EQ(los.at("above_mask"), "1");
+  EXPECT_NEAR(number(los, "doppler_hz"), -1229.5678, 5.1e-5);
+  EXPECT_EQ(number(los, "carrier_frequency_hz"), 1575.42e6);
+  EXPECT_EQ(number(los, "residual_m"), 0.5);
+  EXPECT_EQ(records[1].at("visibility"), "LOS+multipath");
+  const Record& nlos = records[2];
+  EXPECT_EQ(nlos.at("visibility"), "NLOS");
+  EXPECT_EQ(number(nlos, "excess_path_m"), 35.25);
+  EXPECT_EQ(number(nlos, "pseudorange_error_m"), 35.5);
+  EXPECT_EQ(number(nlos, "noise_m"), 0.25);
+  const Record& low = records[3];
+  EXPECT_EQ(low.at("sat"), "G24");
+  EXPECT_EQ(low.at("above_mask"), "0");
+  EXPECT_EQ(low.at("pseudorange_m"), "");
+  const Record& blocked = records[4];
+  EXPECT_EQ(blocked.at("visibility"), "blocked");
+  for (const char* column :
+       {"excess_path_m", "pseudorange_m", "pseudorange_error_m", "noise_m", "residual_m"}) {
+    EXPECT_EQ(blocked.at(column), "") << column;
+  }
+  EXPECT_EQ(blocked.at("used"), "0");
+  EXPECT_EQ(records[8].at("sat"), "E36");
+  EXPECT_EQ(records[8].at("used"), "0");
+  EXPECT_EQ(records[8].at("residual_m"), "");
+}
+
+/// First cells of the table under a heading of docs/outputs.md.
+std::vector<std::string> documented(const std::string& heading) {
+  TextFile file(std::filesystem::path(CANYON_SOURCE_DIR) / "docs" / "outputs.md");
+  std::vector<std::string> columns;
+  const std::regex row("\\| `([^`]+)` \\|.*");
+  bool here = false;
+  while (const auto line = file.next_line()) {
+    if (!line->empty() && line->front() == '#') here = *line == heading;
+    std::smatch match;
+    const std::string text(*line);
+    if (here && std::regex_match(text, match, row)) columns.push_back(match[1]);
+  }
+  return columns;
+}
+
+TEST(Documentation, ListsEveryColumn) {
+  EXPECT_EQ(documented("## epochs.csv"), epochs_csv_columns());
+  EXPECT_EQ(documented("## satellites.csv"), satellites_csv_columns());
+}
+
+// The columns that other programs rely on, in this order.
+TEST(Documentation, AgreedColumnsComeFirst) {
+  const std::vector<std::string> epochs{"gps_week",
+                                        "gps_tow",
+                                        "true_latitude_deg",
+                                        "true_longitude_deg",
+                                        "true_height_m",
+                                        "status",
+                                        "fix_latitude_deg",
+                                        "fix_longitude_deg",
+                                        "fix_height_m",
+                                        "error_east_m",
+                                        "error_north_m",
+                                        "error_up_m",
+                                        "gdop",
+                                        "pdop",
+                                        "hdop",
+                                        "vdop",
+                                        "tdop",
+                                        "rating",
+                                        "visible",
+                                        "blocked",
+                                        "used"};
+  const std::vector<std::string> satellites{"gps_week",      "gps_tow",       "sat",
+                                            "azimuth_deg",   "elevation_deg", "visibility",
+                                            "excess_path_m", "pseudorange_m", "pseudorange_error_m",
+                                            "noise_m",       "used"};
+  ASSERT_GE(epochs_csv_columns().size(), epochs.size());
+  EXPECT_TRUE(std::equal(epochs.begin(), epochs.end(), epochs_csv_columns().begin()));
+  ASSERT_GE(satellites_csv_columns().size(), satellites.size());
+  EXPECT_TRUE(std::equal(satellites.begin(), satellites.end(), satellites_csv_columns().begin()));
+}
+
+}  // namespace
+}  // namespace canyon::output

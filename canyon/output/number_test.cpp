@@ -1,0 +1,79 @@
+#include "canyon/output/number.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/output/statistics.hpp"
+#include "canyon/output/track.hpp"
+#include "canyon/output/words.hpp"
+
+namespace canyon::output {
+namespace {
+
+using geodesy::GpsTime;
+
+TEST(Number, FixedIsEmptyWhereNotKnown) {
+  EXPECT_EQ(fixed(1.25, 1), "1.2");  // exactly half: to even, as printf
+  EXPECT_EQ(fixed(-0.00004, 4), "0.0000");
+  EXPECT_EQ(fixed(-0.00006, 4), "-0.0001");
+  EXPECT_EQ(fixed(-0.0, 0), "0");
+  EXPECT_EQ(fixed(std::numeric_limits<double>::quiet_NaN(), 3), "");
+  EXPECT_EQ(fixed(-std::numeric_limits<double>::infinity(), 3), "");
+}
+
+TEST(Number, SecondsOfWeekAreExact) {
+  EXPECT_EQ(seconds_of_week(GpsTime::from_week(2051, 46701)), "46701.000");
+  EXPECT_EQ(seconds_of_week(GpsTime::from_week(2051, 46701), 0), "46701");
+  EXPECT_EQ(seconds_of_week(GpsTime::from_week(2051, 46701.05)), "46701.050");
+  const GpsTime last = GpsTime::from_nanoseconds(2052 * GpsTime::kNanosecondsPerWeek - 1);
+  EXPECT_EQ(seconds_of_week(last), "604799.999999999");
+  EXPECT_EQ(seconds_of_week(GpsTime::from_nanoseconds(100'000)), "0.0001");
+}
+
+TEST(Number, RoundsTimesToTheNearestStep) {
+  EXPECT_EQ(round_to(GpsTime::from_nanoseconds(149), 100).nanoseconds(), 100);
+  EXPECT_EQ(round_to(GpsTime::from_nanoseconds(150), 100).nanoseconds(), 200);
+  EXPECT_EQ(round_to(GpsTime::from_nanoseconds(-149), 100).nanoseconds(), -100);
+  EXPECT_EQ(round_to(GpsTime::from_nanoseconds(-151), 100).nanoseconds(), -200);
+}
+
+TEST(Words, AzimuthStaysBelow360AfterRounding) {
+  EXPECT_EQ(wrapped_azimuth_deg(geodesy::radians(359.6), 0), 0.0);
+  EXPECT_NEAR(wrapped_azimuth_deg(geodesy::radians(359.4), 0), 359.4, 1e-9);
+  EXPECT_NEAR(wrapped_azimuth_deg(geodesy::radians(-90.0), 0), 270.0, 1e-9);
+}
+
+// numpy.percentile([15, 20, 35, 40, 50], [0, 40, 50, 95, 100]) = 15, 29, 35, 48, 50.
+TEST(Statistics, PercentileAsNumpy) {
+  const std::vector<double> values{40, 15, 50, 35, 20};
+  EXPECT_DOUBLE_EQ(percentile(values, 0.00), 15);
+  EXPECT_NEAR(percentile(values, 0.40), 29, 1e-12);
+  EXPECT_DOUBLE_EQ(percentile(values, 0.50), 35);
+  EXPECT_NEAR(percentile(values, 0.95), 48, 1e-12);
+  EXPECT_DOUBLE_EQ(percentile(values, 1.00), 50);
+  EXPECT_DOUBLE_EQ(percentile({7}, 0.95), 7);
+  EXPECT_TRUE(std::isnan(percentile({}, 0.5)));
+}
+
+TEST(Statistics, WidthCountsCharacters) {
+  EXPECT_EQ(display_width("rover"), 5U);
+  EXPECT_EQ(display_width("r\xC3\xB6ver"), 5U);
+}
+
+TEST(Track, ErrorClassesAreHalfOpen) {
+  EXPECT_EQ(error_class(0), 0U);
+  EXPECT_EQ(error_class(1.999), 0U);
+  EXPECT_EQ(error_class(2), 1U);
+  EXPECT_EQ(error_class(30), 4U);
+  EXPECT_EQ(error_class(1e9), 4U);
+  EXPECT_EQ(error_class(std::numeric_limits<double>::quiet_NaN()), 4U);
+}
+
+TEST(Track, XmlEscapes) {
+  EXPECT_EQ(xml_escaped("a<b>&\"c'\x01"), "a&lt;b&gt;&amp;&quot;c&apos;");
+}
+
+}  // namespace
+}  // namespace canyon::output

@@ -1,0 +1,100 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "canyon/output/sinks.hpp"
+#include "tests/support/sample_epochs.hpp"
+
+namespace canyon::output {
+namespace {
+
+using testing::HasSubstr;
+
+/// `fix[i]` at second i, horizontal error i metres (north), vertical error -2 i.
+std::vector<RunSummary> run(const std::vector<bool>& fix) {
+  SummarySink sink({"rover"});
+  for (std::size_t i = 0; i < fix.size(); ++i) {
+    const auto n = static_cast<double>(i);
+    sink.write(test::sample_epoch(test::sample_time() + n, test::sample_place(), {0, n, -2 * n}, fix[i]));
+  }
+  sink.finish();
+  return sink.summaries();
+}
+
+TEST(Summary, FiguresOfARunWithAnOutage) {
+  const auto summaries = run({true, true, false, false, false, true, true, false});
+  ASSERT_EQ(summaries.size(), 1U);
+  const RunSummary& s = summaries.front();
+  EXPECT_EQ(s.receiver, "rover");
+  EXPECT_EQ(s.epochs, 8U);
+  EXPECT_EQ(s.fixes, 4U);
+  // Horizontal errors 0, 1, 5, 6: numpy.percentile(..., [50, 95]) = 3, 5.85.
+  EXPECT_NEAR(s.horizontal_p50_m, 3, 1e-12);
+  EXPECT_NEAR(s.horizontal_p95_m, 5.85, 1e-12);
+  EXPECT_NEAR(s.horizontal_max_m, 6, 1e-12);
+  EXPECT_NEAR(s.vertical_p50_m, 6, 1e-12);
+  EXPECT_NEAR(s.vertical_p95_m, 11.7, 1e-12);
+  EXPECT_EQ(s.mean_visible, 10);
+  EXPECT_EQ(s.mean_blocked, 1);
+  EXPECT_EQ(s.mean_used, 4.5);  // 9 in half of the epochs
+  // Of 11 satellites above the mask: 7 LOS, 1 LOS+multipath, 2 NLOS, 1 blocked.
+  EXPECT_NEAR(s.los_share, 7.0 / 11, 1e-12);
+  EXPECT_NEAR(s.los_multipath_share, 1.0 / 11, 1e-12);
+  EXPECT_NEAR(s.nlos_share, 2.0 / 11, 1e-12);
+  EXPECT_NEAR(s.blocked_share, 1.0 / 11, 1e-12);
+  EXPECT_EQ(s.median_hdop, 1.25);
+  EXPECT_EQ(s.longest_outage_s, 3);  // from second 2 to the fix at second 5
+}
+
+TEST(Summary, OutageAtTheEndLastsOneIntervalBeyondItsLastEpoch) {
+  EXPECT_EQ(run({true, false, false}).front().longest_outage_s, 2);
+  EXPECT_EQ(run({true, true}).front().longest_outage_s, 0);
+}
+
+TEST(Summary, WithoutAFixErrorsAreNotANumber) {
+  const RunSummary s = run({false, false}).front();
+  EXPECT_EQ(s.fixes, 0U);
+  EXPECT_TRUE(std::isnan(s.horizontal_p50_m));
+  EXPECT_TRUE(std::isnan(s.vertical_p95_m));
+  EXPECT_TRUE(std::isnan(s.median_hdop));
+  EXPECT_EQ(s.mean_used, 0);
+  EXPECT_EQ(s.longest_outage_s, 2);
+  const std::string table = format_summary_table({s});
+  EXPECT_THAT(table, HasSubstr("0 (0.0 %)"));
+  EXPECT_EQ(table.find("nan"), std::string::npos);
+}
+
+TEST(Summary, EmptyRun) {
+  const auto summaries = SummarySink({"a", "b"}).summaries();
+  ASSERT_EQ(summaries.size(), 2U);
+  EXPECT_EQ(summaries[1].receiver, "b");
+  EXPECT_TRUE(std::isnan(summaries[1].mean_visible));
+  EXPECT_THAT(format_summary_table(summaries), HasSubstr("-"));
+  EXPECT_EQ(format_summary_table({}), "");
+}
+
+TEST(Summary, TableIsAlignedAndNamesUnits) {
+  auto summaries = run({true, true, false, true});
+  summaries.push_back(summaries.front());
+  summaries.back().receiver = "antenne arri\xC3\xA8re";  // UTF-8: one column for two bytes
+  const std::string table = format_summary_table(summaries);
+  EXPECT_THAT(table, HasSubstr("horizontal error, 95 % [m]"));
+  EXPECT_THAT(table, HasSubstr("3 (75.0 %)"));
+  EXPECT_THAT(table, HasSubstr("longest outage [s]"));
+  std::size_t width = 0;
+  std::size_t begin = 0;
+  while (begin < table.size()) {
+    const std::size_t end = table.find('\n', begin);
+    ASSERT_NE(end, std::string::npos);
+    std::size_t columns = 0;
+    for (std::size_t i = begin; i < end; ++i)
+      columns += (static_cast<unsigned char>(table[i]) & 0xC0U) != 0x80U;
+    if (width == 0) width = columns;
+    EXPECT_EQ(columns, width) << table.substr(begin, end - begin);
+    begin = end + 1;
+  }
+}
+
+}  // namespace
+}  // namespace canyon::output

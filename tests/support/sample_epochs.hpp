@@ -1,0 +1,102 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/simulator.hpp"
+
+namespace canyon::test {
+
+/// A satellite as a receiver observed it, built by hand.
+inline receiver::SatelliteObservation sample_satellite(const std::string& id, double azimuth_deg,
+                                                       double elevation_deg,
+                                                       propagation::Visibility visibility,
+                                                       double excess_m = 0, bool used = true) {
+  receiver::SatelliteObservation satellite;
+  satellite.id = *orbit::parse_satellite(id);
+  satellite.azimuth_rad = geodesy::radians(azimuth_deg);
+  satellite.elevation_rad = geodesy::radians(elevation_deg);
+  satellite.visibility = visibility;
+  satellite.excess_m = excess_m;
+  satellite.above_mask = elevation_deg >= 10;
+  if (visibility != propagation::Visibility::Blocked && satellite.above_mask) {
+    receiver::Measurement measurement;
+    measurement.id = satellite.id;
+    measurement.pseudorange_m = 2.1e7 + 1000.12345 * satellite.id.number + excess_m;
+    measurement.doppler_hz = -1234.5678 + satellite.id.number;
+    measurement.carrier_frequency_hz = orbit::l1_frequency_hz(satellite.id.system, 1);
+    measurement.sigma_m = 1.5;
+    satellite.measurement = measurement;
+    satellite.noise_m = 0.25;
+    satellite.pseudorange_error_m = excess_m + 0.25;
+    satellite.used = used;
+  }
+  return satellite;
+}
+
+/// An epoch of receiver 0: five systems, LOS, multipath, NLOS, blocked and low satellites. Without `fix`: as
+/// many satellites, but no solution.
+inline simulation::Epoch sample_epoch(geodesy::GpsTime time, const geodesy::Geodetic& truth,
+                                      const Eigen::Vector3d& error_enu_m, bool fix = true) {
+  using propagation::Visibility;
+  simulation::Epoch epoch;
+  epoch.truth.time = time;
+  epoch.truth.position = truth;
+  epoch.truth.velocity_enu_mps = {3.0, -4.0, 0.5};
+  epoch.truth_ecef = geodesy::ecef_from_geodetic(truth);
+  receiver::ReceiverEpoch& seen = epoch.observed;
+  seen.time = time;
+  seen.receiver_time = time + 0.00012345678;  // 123456.78 ns: not a multiple of 100
+  seen.satellites = {
+      sample_satellite("G05", 45.5, 60.2, Visibility::LOS),
+      sample_satellite("G12", 359.7, 30.0, Visibility::LOSMultipath),
+      sample_satellite("G17", 200.0, 15.5, Visibility::NLOS, 35.25),
+      sample_satellite("G24", 90.0, 5.0, Visibility::LOS),
+      sample_satellite("G31", 120.0, 25.0, Visibility::Blocked),
+      sample_satellite("R01", 10.0, 40.0, Visibility::LOS),
+      sample_satellite("R24", 310.0, 55.0, Visibility::LOS),
+      sample_satellite("E11", 250.0, 70.0, Visibility::LOS),
+      sample_satellite("E36", 180.0, 33.0, Visibility::NLOS, 12.5, false),
+      sample_satellite("C03", 220.0, 48.0, Visibility::LOS),
+      sample_satellite("C30", 80.0, 20.0, Visibility::LOS),
+      sample_satellite("J02", 60.0, 80.0, Visibility::LOS),
+  };
+  for (auto& satellite : seen.satellites) {
+    if (!fix) satellite.used = false;
+    if (!satellite.above_mask) continue;
+    ++(satellite.measurement ? seen.visible : seen.blocked);
+  }
+  if (!fix) {
+    seen.fix.status = receiver::FixStatus::TooFewSatellites;
+    return epoch;
+  }
+  epoch.error_enu_m = error_enu_m;
+  seen.fix.status = receiver::FixStatus::Fix;
+  seen.fix.position_ecef =
+      epoch.truth_ecef + geodesy::enu_from_ecef_rotation(truth).transpose() * error_enu_m;
+  seen.fix.position = geodesy::geodetic_from_ecef(seen.fix.position_ecef);
+  seen.fix.covariance_enu << 4.0, 1.5, 0.2, 1.5, 2.25, 0.1, 0.2, 0.1, 9.0;
+  seen.fix.velocity_enu_mps = Eigen::Vector3d(3.1, -4.2, 0.4);
+  seen.fix.dop = receiver::Dop{2.5, 2.1, 1.25, 1.6875, 1.356};
+  for (const auto& satellite : seen.satellites) {
+    if (!satellite.used) continue;
+    seen.fix.used.push_back(satellite.id);
+    seen.fix.residuals_m.push_back(0.5);
+    seen.fix.clock_bias_s[satellite.id.system] = 1.2345e-4;
+  }
+  return epoch;
+}
+
+inline geodesy::Geodetic sample_place() {
+  return geodesy::Geodetic::from_degrees(22.298251, 114.178761, 12.345);
+}
+
+/// 2019-04-28 12:58:21 GPST, 12:58:03 UTC.
+inline geodesy::GpsTime sample_time() {
+  return geodesy::GpsTime::from_week(2051, 46701);
+}
+
+}  // namespace canyon::test
