@@ -32,6 +32,24 @@ constexpr double kRankThreshold = 1e-6;
 /// While still far from the place only an exactly degenerate geometry stops the iteration.
 constexpr double kWorkingThreshold = 1e-13;
 
+/// Largest error of a satellite's clock over which its state is carried. GPS lets them grow to 1 ms.
+constexpr double kCarried_s = 1.2e-3;
+
+/// The state `dt_s` later, |dt_s| <= kCarried_s, where asking the sky again would cost half of a fix.
+/// Two-body acceleration in the rotating frame; what it leaves out (J2, 1e-4 of it) is below 1e-9 m and 1e-6
+/// m/s.
+void carry(orbit::SatelliteState& state, double dt_s) {
+  constexpr double kGravity = 3.986005e14;  // [m^3/s^2], IS-GPS-200 table 20-IV
+  const Eigen::Vector3d omega(0, 0, geodesy::kEarthRotationRate);
+  const double radius = state.position_m.norm();
+  const Eigen::Vector3d acceleration = -kGravity / (radius * radius * radius) * state.position_m -
+                                       2 * omega.cross(state.velocity_mps) -
+                                       omega.cross(omega.cross(state.position_m));
+  state.position_m += (state.velocity_mps + acceleration * (dt_s / 2)) * dt_s;
+  state.velocity_mps += acceleration * dt_s;
+  state.clock_bias_s += state.clock_drift * dt_s;
+}
+
 /// A measured satellite with its state at transmission; what depends on the receiver's place is renewed in
 /// each iteration.
 struct Candidate {
@@ -90,14 +108,15 @@ class Solver {
     candidates_.reserve(measurements.size());
     for (const Measurement& m : measurements) {
       check(m);
-      // Signal time of the satellite's own clock; its error is below 1 ms, during which the clock itself
-      // drifts by less than 1e-13 s.
       const geodesy::GpsTime shown = receiver_time_ - m.pseudorange_m / kSpeedOfLight;
       std::optional<orbit::SatelliteState> state = sky.state(m.id, shown);
       if (!state) continue;
       const double clock_s = state->clock_bias_s - state->group_delay_s;
-      state = sky.state(m.id, shown - clock_s);
-      if (!state) continue;
+      if (std::abs(clock_s) <= kCarried_s) {
+        carry(*state, -clock_s);
+      } else if (!(state = sky.state(m.id, shown - clock_s))) {
+        continue;
+      }
       Candidate candidate;
       candidate.measured = &m;
       candidate.state = *state;

@@ -125,10 +125,10 @@ void expect_truth_over(const orbit::Sky& sky, GpsTime begin, double hours, int l
       worst_clock = std::max(worst_clock, std::abs(bias - epoch.clock_bias_s));
     }
   }
-  EXPECT_LT(worst_position, 1e-3);
-  EXPECT_LT(worst_velocity, 1e-3);
-  EXPECT_LT(worst_clock * kSpeedOfLight, 1e-3);
-  EXPECT_LT(worst_drift * kSpeedOfLight, 1e-3);
+  EXPECT_LT(worst_position, 1e-5);
+  EXPECT_LT(worst_velocity, 1e-5);
+  EXPECT_LT(worst_clock * kSpeedOfLight, 1e-5);
+  EXPECT_LT(worst_drift * kSpeedOfLight, 1e-5);
   std::printf(
       "open sky, noise off: position within %.1e m, velocity %.1e m/s, clock %.1e m, drift %.1e m/s\n",
       worst_position, worst_velocity, worst_clock * kSpeedOfLight, worst_drift * kSpeedOfLight);
