@@ -1,0 +1,265 @@
+#include "canyon/orbit/precise_sky.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/orbit/reference_orbit.hpp"
+#include "canyon/orbit/slot_tables.hpp"
+#include "canyon/orbit/sp3_file.hpp"
+
+namespace canyon::orbit {
+namespace {
+
+using geodesy::GpsTime;
+using geodesy::kEarthRotationRate;
+using geodesy::kSpeedOfLight;
+
+constexpr double kMu = 3.986004418e14;
+constexpr std::size_t kPoints = 11;
+
+/// A record ready for interpolation.
+struct Node {
+  double anomaly = 0;    ///< true anomaly of the reference orbit
+  Eigen::Vector3d rest;  ///< position in the axes of Table::origin, less the reference orbit
+};
+
+struct Series {
+  std::vector<Sp3Record> records;
+  std::vector<Node> nodes;  ///< one for each record
+  ReferenceOrbit reference;
+  double carrier_frequency_hz = 0;
+};
+
+/// Position and velocity, in the axes of Table::origin, of the polynomial through 11 nodes plus the reference
+/// orbit. The variable is the true anomaly: in it the equations of an eccentric orbit have no poles near the
+/// real axis, so that the polynomials converge fast at perigee too.
+std::pair<Eigen::Vector3d, Eigen::Vector3d> interpolate(const Series& series, std::size_t first, GpsTime t) {
+  const ReferenceOrbit::State reference = series.reference.at(t);
+  const Node* const nodes = &series.nodes[first];
+  std::array<double, kPoints> x{};
+  for (std::size_t i = 0; i < kPoints; ++i) x[i] = nodes[i].anomaly - reference.true_anomaly_rad;
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  Eigen::Vector3d slope = Eigen::Vector3d::Zero();
+  for (std::size_t j = 0; j < kPoints; ++j) {
+    double weight = 1;
+    double derivative = 0;  // product rule, factor by factor
+    for (std::size_t k = 0; k < kPoints; ++k) {
+      if (k == j) continue;
+      const double scale = 1 / (x[j] - x[k]);
+      derivative = (weight - derivative * x[k]) * scale;
+      weight *= -x[k] * scale;
+    }
+    value += weight * nodes[j].rest;
+    slope += derivative * nodes[j].rest;
+  }
+  return {reference.position_m + value, reference.velocity_mps + slope * reference.true_anomaly_rate};
+}
+
+double carrier_frequency(SatelliteId id) {
+  int channel = 0;
+  for (const Slot& slot : nominal_slots(id.system)) {
+    if (slot.id == id) channel = slot.glonass_channel;
+  }
+  return l1_frequency_hz(id.system, channel);
+}
+
+}  // namespace
+
+struct PreciseSky::Table {
+  std::filesystem::path path;
+  GpsTime origin;  ///< first epoch; its axes are the common ones
+  GpsTime last;
+  double spacing_s = 0;
+  std::map<SatelliteId, Series> series;
+
+  Table(TextFile file, const std::set<System>& systems) : path(file.path()) {
+    Sp3File sp3 = read_sp3(file, systems);
+    origin = sp3.epochs.front();
+    last = sp3.epochs.back();
+    spacing_s = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 1; i < sp3.epochs.size(); ++i) {
+      spacing_s = std::min(spacing_s, sp3.epochs[i] - sp3.epochs[i - 1]);
+    }
+    for (auto& [id, records] : sp3.records) {
+      Series& s = series[id];
+      s.carrier_frequency_hz = carrier_frequency(id);
+      s.records = std::move(records);
+      for (Sp3Record& r : s.records) r.position_m = rotate_earth(r.position_m, origin - r.t);
+      make_nodes(s);
+      fit_reference(s);
+    }
+  }
+
+  static void make_nodes(Series& s) {
+    s.nodes.clear();
+    for (const Sp3Record& r : s.records) {
+      const ReferenceOrbit::State reference = s.reference.at(r.t);
+      s.nodes.push_back({reference.true_anomaly_rad, r.position_m - reference.position_m});
+    }
+  }
+
+  void fit_reference(Series& s) const {
+    // At the middle of the file, where the window lies within good records.
+    const std::size_t middle = s.records.size() / 2;
+    const GpsTime epoch = s.records[middle].t;
+    const std::optional<std::size_t> first = window({&s, middle, middle, {}}, epoch);
+    if (!first) return;
+    const auto good = [](const Sp3Record& r) { return r.good_position; };
+    const auto begin = std::find_if(s.records.begin(), s.records.end(), good);
+    const auto end = std::find_if(s.records.rbegin(), s.records.rend(), good);
+    for (int round = 0; round < 2; ++round) {
+      // The second velocity, taken with the first reference, is free of the polynomial's error.
+      const auto [position, velocity] = interpolate(s, *first, epoch);
+      s.reference = ReferenceOrbit(epoch, position, velocity);
+      // The elements of one instant carry short periods, which put the mean motion off by 1e-4: let the
+      // reference keep pace from the first to the last record.
+      const auto lag_s = [&s](const Sp3Record& r) {
+        const ReferenceOrbit::State at = s.reference.at(r.t);
+        const double v2 = at.velocity_mps.squaredNorm();
+        return v2 > 0 ? (at.position_m - r.position_m).dot(at.velocity_mps) / v2 : 0;
+      };
+      for (int i = 0; i < 3 && begin->t < end->t; ++i) {
+        s.reference.scale_mean_motion(1 - (lag_s(*end) - lag_s(*begin)) / (end->t - begin->t));
+      }
+      make_nodes(s);
+    }
+  }
+
+  /// The records around `t`, one of them twice where `t` is its epoch; or why there are none.
+  struct Bracket {
+    const Series* series = nullptr;
+    std::size_t low = 0;
+    std::size_t high = 0;
+    std::string missing;
+  };
+
+  [[nodiscard]] Bracket bracket(SatelliteId id, GpsTime t) const {
+    Bracket b;
+    const auto found = series.find(id);
+    if (found == series.end()) {
+      b.missing = "is not in the file";
+      return b;
+    }
+    const std::vector<Sp3Record>& records = found->second.records;
+    const auto high = std::lower_bound(records.begin(), records.end(), t,
+                                       [](const Sp3Record& r, GpsTime when) { return r.t < when; });
+    if (high == records.end() || (high == records.begin() && high->t != t)) {
+      b.missing = "has no records around that time";
+      return b;
+    }
+    b.high = static_cast<std::size_t>(high - records.begin());
+    b.low = high->t == t ? b.high : b.high - 1;
+    for (const std::size_t i : {b.low, b.high}) {
+      if (!records[i].good_position) b.missing = "has a position marked as bad next to that time";
+      if (!records[i].good_clock) b.missing = "has a clock marked as bad next to that time";
+    }
+    if (b.missing.empty() && !joined(records[b.low], records[b.high])) b.missing = "has a gap at that time";
+    if (b.missing.empty()) b.series = &found->second;
+    return b;
+  }
+
+  /// True where nothing but a short gap lies between neighbours.
+  [[nodiscard]] bool joined(const Sp3Record& a, const Sp3Record& b) const {
+    return b.t - a.t <= kMaxGap * spacing_s * (1 + 1e-9);
+  }
+
+  /// First of the 11 records of the polynomial; empty where too few follow one another.
+  [[nodiscard]] std::optional<std::size_t> window(const Bracket& b, GpsTime t) const {
+    const std::vector<Sp3Record>& records = b.series->records;
+    // The unbroken run around the bracket, as far as a window reaches.
+    std::size_t begin = b.low;
+    while (begin > 0 && b.low - begin < kPoints && records[begin - 1].good_position &&
+           joined(records[begin - 1], records[begin])) {
+      --begin;
+    }
+    std::size_t end = b.high + 1;
+    while (end < records.size() && end - b.high <= kPoints && records[end].good_position &&
+           joined(records[end - 1], records[end])) {
+      ++end;
+    }
+    if (end - begin < kPoints) return std::nullopt;
+    const std::size_t nearest = t - records[b.low].t <= records[b.high].t - t ? b.low : b.high;
+    const std::size_t first = nearest - std::min(nearest - begin, kPoints / 2);
+    return std::min(first, end - kPoints);
+  }
+};
+
+PreciseSky::PreciseSky(const std::filesystem::path& path, std::set<System> systems)
+    : PreciseSky(TextFile(path), std::move(systems)) {}
+
+PreciseSky::PreciseSky(TextFile file, std::set<System> systems)
+    : table_(std::make_unique<Table>(std::move(file), systems)) {}
+
+PreciseSky::~PreciseSky() = default;
+
+std::vector<SatelliteId> PreciseSky::satellites() const {
+  std::vector<SatelliteId> ids;
+  for (const auto& [id, series] : table_->series) ids.push_back(id);
+  return ids;
+}
+
+std::optional<SatelliteState> PreciseSky::state(SatelliteId id, GpsTime t) const {
+  const Table::Bracket b = table_->bracket(id, t);
+  if (b.series == nullptr) return std::nullopt;
+  const std::optional<std::size_t> first = table_->window(b, t);
+  if (!first) return std::nullopt;
+  const std::vector<Sp3Record>& records = b.series->records;
+  const auto [position, velocity] = interpolate(*b.series, *first, t);
+
+  SatelliteState state;
+  const double since_origin = t - table_->origin;
+  state.position_m = rotate_earth(position, since_origin);
+  state.velocity_mps = rotate_earth(velocity, since_origin) -
+                       Eigen::Vector3d(0, 0, kEarthRotationRate).cross(state.position_m);
+
+  const Sp3Record& low = records[b.low];
+  const Sp3Record& high = records[b.high];
+  // On an epoch the slope is that of the interval ahead, else of the one behind; without a neighbour it is
+  // the clock's own that is unknown: 0 then.
+  const Sp3Record* from = &low;
+  const Sp3Record* to = &high;
+  if (b.low == b.high) {
+    const auto usable = [&](std::size_t i) { return i < records.size() && records[i].good_clock; };
+    if (usable(b.high + 1) && table_->joined(high, records[b.high + 1])) {
+      to = &records[b.high + 1];
+    } else if (b.low > 0 && usable(b.low - 1) && table_->joined(records[b.low - 1], low)) {
+      from = &records[b.low - 1];
+    }
+  }
+  const double interval = to->t - from->t;
+  const double slope = interval > 0 ? (to->clock_bias_s - from->clock_bias_s) / interval : 0;
+  // IS-GPS-200, 20.3.3.3.3.1, and its time derivative on a Kepler orbit.
+  constexpr double kC2 = kSpeedOfLight * kSpeedOfLight;
+  const double relativity = -2 * position.dot(velocity) / kC2;
+  const double relativity_rate = -2 * (velocity.squaredNorm() - kMu / position.norm()) / kC2;
+  state.clock_bias_s = low.clock_bias_s + slope * (t - low.t) + relativity;
+  state.clock_drift = slope + relativity_rate;
+  state.carrier_frequency_hz = b.series->carrier_frequency_hz;
+  return state;
+}
+
+std::string PreciseSky::source(SatelliteId id, GpsTime t) const {
+  const std::string file = table_->path.filename().string();
+  const Table::Bracket b = table_->bracket(id, t);
+  if (b.series == nullptr) return fmt::format("{}: {} {}", file, to_string(id), b.missing);
+  if (!table_->window(b, t)) {
+    return fmt::format("{}: {} has fewer than {} records in a row around that time", file, to_string(id),
+                       kPoints);
+  }
+  return fmt::format("{}, record {}", file, geodesy::format_gpst(b.series->records[b.low].t, 0));
+}
+
+std::pair<GpsTime, GpsTime> PreciseSky::span() const {
+  return {table_->origin, table_->last};
+}
+
+}  // namespace canyon::orbit

@@ -1,0 +1,295 @@
+#include "canyon/orbit/precise_sky.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/orbit/broadcast_sky.hpp"
+#include "canyon/orbit/rinex_navigation.hpp"
+#include "tests/support/shared_data.hpp"
+
+namespace canyon::orbit {
+namespace {
+
+using geodesy::GpsTime;
+using geodesy::kSpeedOfLight;
+using geodesy::parse_time;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr const char* kPrecise = "orbits/GRG0MGXFIN_20201770000_01D_15M_ORB.SP3.gz";
+
+// A made-up file: a circular Kepler orbit of GPS's size about a turning Earth, closed form.
+constexpr double kRadius = 26'560e3;
+const double kRate = std::sqrt(3.986004418e14 / (kRadius * kRadius * kRadius));
+const GpsTime kFirst = geodesy::gps_from_calendar({2024, 2, 29, 0, 0, 0, 0});
+
+Eigen::Vector3d circle(double dt) {
+  const double u = kRate * dt;
+  const double i = geodesy::radians(55);
+  const Eigen::Vector3d p(std::cos(u), std::sin(u) * std::cos(i), std::sin(u) * std::sin(i));
+  return rotate_earth(kRadius * p, dt);
+}
+
+struct MadeUp {
+  std::string time_system = "GPS";
+  int records = 40;
+  std::map<int, std::string> clock;  ///< by record, instead of the line
+  std::map<int, bool> bad_position;
+  std::map<int, bool> missing;
+  std::string satellite = "G07";
+
+  [[nodiscard]] std::string text() const {
+    std::string text = "#dP2024  2 29  0  0  0.00000000      40 ORBIT IGS20 FIT  XXX\n";
+    text += "## 2303 345600.00000000   900.00000000 60369 0.0000000000000\n";
+    text += "+    1   " + satellite + "\n++         2\n";
+    text += fmt::format("%c M  cc {} ccc cccc cccc cccc cccc ccccc ccccc ccccc ccccc\n", time_system);
+    text += "%c cc cc ccc ccc cccc cccc cccc cccc ccccc ccccc ccccc ccccc\n/* comment\n";
+    for (int k = 0; k < records; ++k) {
+      const int minutes = 15 * k;
+      text += fmt::format("*  2024  2 29 {:2} {:2}  0.00000000\n", minutes / 60, minutes % 60);
+      if (missing.count(k) != 0) continue;
+      Eigen::Vector3d p = circle(900.0 * k) / 1e3;
+      if (bad_position.count(k) != 0) p.setZero();
+      const auto c = clock.find(k);
+      text += fmt::format("P{}{:14.6f}{:14.6f}{:14.6f}{}\n", satellite, p.x(), p.y(), p.z(),
+                          c != clock.end() ? c->second : fmt::format("{:14.6f}", 100 + 0.9 * k));
+      text += fmt::format("EP  55   55   55     222  1234567\nV{}{:14.6f}{:14.6f}{:14.6f}{:14.6f}\n",
+                          satellite, 1.0, 2.0, 3.0, 4.0);
+    }
+    return text + "EOF\n";
+  }
+  [[nodiscard]] PreciseSky sky() const { return PreciseSky(TextFile::from_string(text(), "made-up.sp3")); }
+};
+
+const SatelliteId kG07{System::GPS, 7};
+
+std::string message(const std::string& text) {
+  try {
+    const PreciseSky sky(TextFile::from_string(text, "made-up.sp3"));
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(PreciseSky, ReproducesAClosedFormOrbit) {
+  const PreciseSky sky = MadeUp().sky();
+  EXPECT_EQ(sky.satellites(), std::vector<SatelliteId>{kG07});
+  EXPECT_EQ(sky.span().first, kFirst);
+  EXPECT_EQ(sky.span().second, kFirst + 39 * 900.0);
+  for (double dt = 5 * 900.0; dt <= 34 * 900.0; dt += 123.4) {
+    const auto s = sky.state(kG07, kFirst + dt);
+    ASSERT_TRUE(s);
+    // Records are rounded to half a millimetre.
+    EXPECT_LT((s->position_m - circle(dt)).norm(), 2e-3);
+    const Eigen::Vector3d velocity = (circle(dt + 0.5) - circle(dt - 0.5));
+    EXPECT_LT((s->velocity_mps - velocity).norm(), 1e-4);
+    // Circular: no relativity; clock 100 us + 0.9 us each 900 s.
+    EXPECT_NEAR(s->clock_bias_s, 100e-6 + 1e-9 * dt, 1e-13);
+    EXPECT_NEAR(s->clock_drift, 1e-9, 1e-15);
+    EXPECT_DOUBLE_EQ(s->carrier_frequency_hz, 1575.42e6);
+  }
+  // One-sided near the ends.
+  for (double dt : {0.0, 100.0, 450.0, 38.5 * 900, 39.0 * 900}) {
+    const auto s = sky.state(kG07, kFirst + dt);
+    ASSERT_TRUE(s);
+    EXPECT_LT((s->position_m - circle(dt)).norm(), 0.1);
+  }
+}
+
+TEST(PreciseSky, DoesNotAnswerBeyondItsSpan) {
+  const PreciseSky sky = MadeUp().sky();
+  EXPECT_FALSE(sky.state(kG07, kFirst - 1e-9));
+  EXPECT_FALSE(sky.state(kG07, kFirst + (39 * 900.0 + 1e-9)));
+  EXPECT_THAT(sky.source(kG07, kFirst - 1.0), HasSubstr("no records around"));
+  EXPECT_FALSE(sky.state({System::GPS, 8}, kFirst + 3600.0));
+  EXPECT_THAT(sky.source({System::GPS, 8}, kFirst), HasSubstr("G08 is not in the file"));
+  EXPECT_EQ(sky.source(kG07, kFirst + 1000.0), "made-up.sp3, record 2024-02-29T00:15:00 GPST");
+}
+
+TEST(PreciseSky, DoesNotAnswerNextToBadRecords) {
+  MadeUp file;
+  file.clock[20] = " 999999.999999";
+  file.bad_position[5] = true;
+  const PreciseSky sky = file.sky();
+  EXPECT_FALSE(sky.state(kG07, kFirst + 20 * 900.0));
+  EXPECT_FALSE(sky.state(kG07, kFirst + 19.1 * 900));
+  EXPECT_TRUE(sky.state(kG07, kFirst + 19 * 900.0));
+  EXPECT_TRUE(sky.state(kG07, kFirst + 21 * 900.0));
+  EXPECT_THAT(sky.source(kG07, kFirst + 19.1 * 900), HasSubstr("clock marked as bad"));
+  // Five good records before the bad position are too few for a polynomial, which does not reach across.
+  EXPECT_FALSE(sky.state(kG07, kFirst + 4.5 * 900));
+  EXPECT_THAT(sky.source(kG07, kFirst + 4.5 * 900), HasSubstr("position marked as bad"));
+  EXPECT_FALSE(sky.state(kG07, kFirst + 2.5 * 900));
+  EXPECT_THAT(sky.source(kG07, kFirst + 2.5 * 900), HasSubstr("fewer than 11 records"));
+  EXPECT_LT((sky.state(kG07, kFirst + 6.5 * 900)->position_m - circle(6.5 * 900)).norm(), 0.1);
+}
+
+TEST(PreciseSky, BridgesOneMissingRecordButNotTwo) {
+  MadeUp file;
+  file.missing[12] = true;
+  file.missing[24] = file.missing[25] = true;
+  const PreciseSky sky = file.sky();
+  const auto s = sky.state(kG07, kFirst + 12 * 900.0);
+  ASSERT_TRUE(s);
+  EXPECT_LT((s->position_m - circle(12 * 900.0)).norm(), 5e-3);
+  EXPECT_FALSE(sky.state(kG07, kFirst + 24.5 * 900));
+  EXPECT_THAT(sky.source(kG07, kFirst + 24.5 * 900), HasSubstr("gap"));
+}
+
+TEST(PreciseSky, ReadsEveryTimeSystem) {
+  const GpsTime noon = geodesy::gps_from_calendar({2024, 2, 29, 0, 0, 0, 0});
+  const std::map<std::string, double> gpst_minus{{"GPS", 0},  {"GAL", 0},   {"QZS", 0},  {"IRN", 0},
+                                                 {"BDT", 14}, {"TAI", -19}, {"UTC", 18}, {"GLO", 18}};
+  for (const auto& [system, offset] : gpst_minus) {
+    MadeUp file;
+    file.time_system = system;
+    EXPECT_EQ(file.sky().span().first, noon + offset) << system;
+  }
+  MadeUp file;
+  file.time_system = "XYZ";
+  EXPECT_THAT(message(file.text()), StartsWith("made-up.sp3:5: time system 'XYZ' is not known"));
+}
+
+TEST(PreciseSky, NamesFileAndLineOfBadInput) {
+  const std::string good = MadeUp().text();
+  EXPECT_THAT(message(""), HasSubstr("is not an SP3 file"));
+  EXPECT_THAT(message("RINEX\n"), StartsWith("made-up.sp3:1: is not an SP3 file"));
+  EXPECT_THAT(message(replaced(good, "#dP", "#aP")), StartsWith("made-up.sp3:1: SP3-a is not read"));
+  EXPECT_THAT(message(good.substr(0, good.size() - 4)), HasSubstr("cut short"));
+  EXPECT_THAT(message(good.substr(0, good.size() / 2)), HasSubstr("made-up.sp3:"));
+  EXPECT_THAT(message(replaced(good, "*  2024  2 29  0  0", "*  2024  2 30  0  0")),
+              StartsWith("made-up.sp3:8: day 30 is out of range"));
+  EXPECT_THAT(message(replaced(good, "*  2024  2 29  0 15", "*  2024  2 29  0 x5")),
+              StartsWith("made-up.sp3:12: '*  2024  2 29  0 x5"));
+  EXPECT_THAT(message(replaced(good, "*  2024  2 29  0 15", "*  2024  2 29  0  0")),
+              HasSubstr("after the one before"));
+  EXPECT_THAT(message(replaced(good, " 26560.000000", " 2656O.000000")),
+              StartsWith("made-up.sp3:9: coordinate '2656O.000000' is not a number"));
+  EXPECT_THAT(message(replaced(good, "PG07", "PG7x")), StartsWith("made-up.sp3:9: 'G7x' is not a satellite"));
+  EXPECT_THAT(message(replaced(good, "*  2024  2 29  0  0  0.00000000\n", "")),
+              StartsWith("made-up.sp3:8: a position before the first epoch"));
+  EXPECT_THAT(message(replaced(good, "PG07", "PS07")), "no error");
+  MadeUp sbas;
+  sbas.satellite = "S07";
+  EXPECT_THAT(message(sbas.text()), HasSubstr("no satellite of the chosen systems"));
+  MadeUp none;
+  none.records = 0;
+  EXPECT_THAT(message(none.text()), HasSubstr("holds no epoch"));
+  for (std::size_t cut = 0; cut < good.size(); cut += 97) (void)message(good.substr(0, cut));
+}
+
+TEST(PreciseSky, TakesTheChosenSystemsOnly) {
+  CANYON_SHARED_DATA(path, kPrecise);
+  const PreciseSky all(path);
+  EXPECT_EQ(all.satellites().size(), 75U);  // "+   75" in the header
+  const PreciseSky galileo(path, {System::Galileo});
+  for (const SatelliteId id : galileo.satellites()) EXPECT_EQ(id.system, System::Galileo);
+  EXPECT_EQ(galileo.satellites().size(), 24U);
+  // R03 has frequency channel 5: 1602 + 5 * 0.5625 MHz.
+  EXPECT_DOUBLE_EQ(
+      all.state({System::GLONASS, 3}, parse_time("2020-06-25T12:00:00 GPST"))->carrier_frequency_hz,
+      1602e6 + 5 * 562.5e3);
+}
+
+/// The text of a file without every second epoch.
+std::string thinned(TextFile file) {
+  std::string text;
+  int epoch = -1;
+  while (const auto line = file.next_line()) {
+    if (!line->empty() && line->front() == '*') ++epoch;
+    const bool record = !line->empty() && (line->front() == '*' || line->front() == 'P');
+    if (record && epoch % 2 == 1) continue;
+    text.append(*line).append("\n");
+  }
+  return text;
+}
+
+TEST(PreciseSky, GivesBackLeftOutRecordsWithin5cm) {
+  CANYON_SHARED_DATA(path, kPrecise);
+  const PreciseSky whole(path);
+  const PreciseSky half(TextFile::from_string(thinned(TextFile(path)), "half.sp3"));
+  // Five records of the thinned file (2.5 h) from the ends the polynomial is centred.
+  double worst = 0;
+  std::string where;
+  std::map<System, double> worst_of;
+  int compared = 0;
+  double worst_at_ends = 0;
+  for (int k = 1; k < 96 - 1; k += 2) {
+    const GpsTime t = whole.span().first + 900.0 * k;
+    for (const SatelliteId id : whole.satellites()) {
+      const auto a = whole.state(id, t);
+      const auto b = half.state(id, t);
+      if (!a || !b) continue;
+      ++compared;
+      const double error = (a->position_m - b->position_m).norm();
+      if (k < 11 || k > 96 - 12) {
+        worst_at_ends = std::max(worst_at_ends, error);
+        continue;
+      }
+      worst_of[id.system] = std::max(worst_of[id.system], error);
+      EXPECT_LT((a->velocity_mps - b->velocity_mps).norm(), 1e-3) << to_string(id);
+      if (error > worst) {
+        worst = error;
+        where = to_string(id) + " " + geodesy::format_gpst(t, 0);
+      }
+    }
+  }
+  for (const auto& [system, error] : worst_of) {
+    RecordProperty(std::string(name(system)) + "_max_m", std::to_string(error));
+  }
+  RecordProperty("ends_max_m", std::to_string(worst_at_ends));
+  EXPECT_LT(worst, 0.05) << where;  // observed 0.011
+  EXPECT_LT(worst_at_ends, 0.5);
+  EXPECT_GT(compared, 2000);
+}
+
+TEST(PreciseSky, BroadcastClocksAndOrbitsAgreeWithinMetres) {
+  CANYON_SHARED_DATA(precise_path, kPrecise);
+  CANYON_SHARED_DATA(broadcast_path, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
+  const PreciseSky precise(precise_path);
+  const BroadcastSky broadcast(read_rinex_navigation(broadcast_path));
+  std::map<System, std::vector<double>> orbit;
+  std::map<System, std::vector<double>> clock_rate;
+  for (int minute = 300; minute < 1200; minute += 7) {
+    const GpsTime t = precise.span().first + 60.0 * minute;
+    for (const SatelliteId id : precise.satellites()) {
+      const auto p = precise.state(id, t);
+      const auto b = broadcast.state(id, t);
+      if (!p || !b) continue;
+      orbit[id.system].push_back((p->position_m - b->position_m).norm());
+      EXPECT_LT((p->velocity_mps - b->velocity_mps).norm(), 0.05) << to_string(id);
+      // The two clocks have different origins, but the eccentric satellites' relativity (up to 40 ns, 6e-12
+      // s/s) would show in the rate.
+      clock_rate[id.system].push_back(std::abs(p->clock_drift - b->clock_drift));
+    }
+  }
+  ASSERT_EQ(orbit.size(), 3U);
+  for (auto& [system, errors] : orbit) {
+    ASSERT_GT(errors.size(), 500U);
+    std::nth_element(errors.begin(), errors.begin() + static_cast<long>(errors.size() / 2), errors.end());
+    EXPECT_LT(errors[errors.size() / 2], system == System::GLONASS ? 6 : 3) << name(system);
+    RecordProperty(std::string(name(system)) + "_median_m", std::to_string(errors[errors.size() / 2]));
+    std::vector<double>& rates = clock_rate[system];
+    std::nth_element(rates.begin(), rates.begin() + static_cast<long>(rates.size() / 2), rates.end());
+    EXPECT_LT(rates[rates.size() / 2], 2e-12) << name(system);
+  }
+}
+
+}  // namespace
+}  // namespace canyon::orbit

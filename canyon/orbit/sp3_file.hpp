@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "canyon/base/text_file.hpp"
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/orbit/satellite_id.hpp"
+
+namespace canyon::orbit {
+
+/// One position-and-clock record.
+struct Sp3Record {
+  geodesy::GpsTime t;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< ECEF of the instant
+  double clock_bias_s = 0;                               ///< without the periodic relativity
+  bool good_position = true;
+  bool good_clock = true;
+};
+
+/// An SP3-c or SP3-d file ("The Extended Standard Product 3 Orbit Format", IGS 2016) as it is written.
+struct Sp3File {
+  std::vector<geodesy::GpsTime> epochs;                   ///< ascending
+  std::map<SatelliteId, std::vector<Sp3Record>> records;  ///< ascending in time
+};
+
+/// Reads the P records of `systems`. Throws InputError as PreciseSky says.
+[[nodiscard]] Sp3File read_sp3(TextFile& file, const std::set<System>& systems);
+
+}  // namespace canyon::orbit
