@@ -91,7 +91,7 @@ TEST(EpochsCsv, KeepsEveryNumberOfAFix) {
 TEST(EpochsCsv, NoFixLeavesEmptyCells) {
   const test::TemporaryFolder folder;
   const auto sink = make_epochs_csv(folder / "epochs.csv", 0);
-  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {}, false);
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
   epoch.placement = raytrace::Placement::InsideBuilding;
   // Left-overs of an unsolved fix must not look like a solution.
   epoch.observed.fix.dop = receiver::Dop{1, 1, 1, 1, 1};

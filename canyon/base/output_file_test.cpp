@@ -1,0 +1,72 @@
+#include "canyon/base/output_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include "canyon/base/input_error.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon {
+namespace {
+
+TEST(OutputFile, AppearsAtCommitOnly) {
+  const test::TemporaryFolder folder;
+  OutputFile file(folder / "a.txt");
+  file.write("one ");
+  file.write("two");
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.txt"));
+  EXPECT_TRUE(std::filesystem::exists(file.temporary_path()));
+  file.commit();
+  EXPECT_EQ(test::read_bytes(folder / "a.txt"), "one two");
+  EXPECT_TRUE(std::filesystem::equivalent(file.path(), folder / "a.txt"));
+}
+
+TEST(OutputFile, WithoutCommitTheOlderFileStays) {
+  const test::TemporaryFolder folder;
+  {
+    OutputFile file(folder / "a.txt");
+    file.write("old");
+    file.commit();
+  }
+  std::filesystem::path temporary;
+  {
+    OutputFile file(folder / "a.txt");
+    temporary = file.temporary_path();
+    file.write("new");
+  }
+  EXPECT_EQ(test::read_bytes(folder / "a.txt"), "old");
+  EXPECT_FALSE(std::filesystem::exists(temporary));
+}
+
+TEST(OutputFile, OverwriteReplacesBytesAndGoesOnAtTheEnd) {
+  const test::TemporaryFolder folder;
+  OutputFile file(folder / "a.txt");
+  file.write("last: ???? ");
+  file.write("body ");
+  file.overwrite(6, "2026");
+  file.write("end");
+  file.commit();
+  EXPECT_EQ(test::read_bytes(folder / "a.txt"), "last: 2026 body end");
+}
+
+TEST(OutputFile, FolderThatIsNotThere) {
+  try {
+    OutputFile file("/nowhere/at/all/a.txt");
+    FAIL() << "no InputError";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.file(), "/nowhere/at/all/a.txt");
+    EXPECT_NE(std::string(error.what()).find("choose a folder"), std::string::npos) << error.what();
+  }
+}
+
+TEST(OutputFile, MakesFoldersWithParents) {
+  const test::TemporaryFolder folder;
+  make_output_folder(folder / "a/b/c");
+  EXPECT_TRUE(std::filesystem::is_directory(folder / "a/b/c"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "a/b/c")) << "the probe is removed";
+  OutputFile file(folder / "a/file");
+  file.commit();
+  EXPECT_THROW(make_output_folder(folder / "a/file/d"), InputError);
+}
+
+}  // namespace
+}  // namespace canyon
