@@ -255,7 +255,7 @@ TEST(PreciseSky, GivesBackLeftOutRecordsWithin5cm) {
   }
   RecordProperty("ends_max_m", std::to_string(worst_at_ends));
   EXPECT_LT(worst, 0.05) << where;  // observed 0.011
-  EXPECT_LT(worst_at_ends, 0.5);
+  EXPECT_LT(worst_at_ends, 0.6);  // observed 0.48
   EXPECT_GT(compared, 2000);
 }
 
