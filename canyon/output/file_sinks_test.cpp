@@ -1,12 +1,16 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <atomic>
 #include <csignal>
 #include <set>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/orbit/rinex_navigation.hpp"
 #include "canyon/output/rinex_observation.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/simulation/load_city.hpp"
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -108,6 +112,123 @@ TEST(OutputFiles, AnOlderFileStaysWhereTheRunFails) {
   const std::string before = test::read_bytes(folder / "epochs.csv");
   { make_epochs_csv(folder / "epochs.csv", 0)->write(epoch); }
   EXPECT_EQ(test::read_bytes(folder / "epochs.csv"), before);
+}
+
+/// Fifty metres through a small made-up downtown.
+simulation::Simulation prepare(const std::string& sky, const std::string& receivers) {
+  simulation::Scenario scenario = simulation::parse_scenario(
+      "city: {synthetic: {blocks_east: 2, blocks_north: 2}}\n" + sky +
+          "start: 2026-03-01T10:00:00Z\n"
+          "trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 0, north_m: 50, up_m: 2}]}\n"
+          "rate_hz: 4\n" +
+          receivers,
+      "test.yaml");
+  city::City city = simulation::load_city(scenario.city);
+  return simulation::Simulation(std::move(scenario), std::move(city));
+}
+
+simulation::RunResult run_into(const simulation::Simulation& simulation, const std::filesystem::path& folder,
+                               const simulation::RunOptions& options = {},
+                               simulation::EpochSink* more = nullptr) {
+  const auto files = make_file_sinks(simulation, folder);
+  std::vector<simulation::EpochSink*> sinks;
+  for (const auto& file : files) sinks.push_back(file.get());
+  if (more != nullptr) sinks.push_back(more);
+  return simulation.run(sinks, options);
+}
+
+const std::string kNominal = "sky: {nominal: true}\n";
+
+TEST(FileSinks, OneReceiverHasPlainNames) {
+  const test::TemporaryFolder folder;
+  const auto simulation = prepare(kNominal, "receivers: [{name: rover}]\n");
+  const auto result = run_into(simulation, folder / "deep/out");
+  EXPECT_EQ(files_in(folder / "deep/out"),
+            (std::set<std::string>{"epochs.csv", "satellites.csv", "receiver.nmea", "receiver.obs", "sky.nav",
+                                   "track.kml", "track.geojson"}));
+  const std::string epochs = test::read_bytes(folder / "deep/out/epochs.csv");
+  EXPECT_EQ(static_cast<std::size_t>(std::count(epochs.begin(), epochs.end(), '\n')), result.epochs + 1);
+  // sky.nav reads back as the sky that was simulated.
+  const orbit::NavigationData sky = orbit::read_rinex_navigation(folder / "deep/out/sky.nav");
+  EXPECT_EQ(sky.kepler.size(), simulation.navigation().kepler.size());
+  EXPECT_EQ(sky.glonass.size(), simulation.navigation().glonass.size());
+}
+
+TEST(FileSinks, SeveralReceiversHaveFolders) {
+  const test::TemporaryFolder folder;
+  const auto simulation =
+      prepare(kNominal,
+              "receivers: [{name: left}, {name: right}]\n"
+              "outputs: {kml: false, geojson: false, nmea: false, satellites_csv: false}\n");
+  (void)run_into(simulation, folder.path());
+  EXPECT_EQ(files_in(folder.path()), (std::set<std::string>{"sky.nav", "left/epochs.csv", "left/receiver.obs",
+                                                            "right/epochs.csv", "right/receiver.obs"}));
+  EXPECT_EQ(receiver_folder(simulation, "out", 1), std::filesystem::path("out") / "right");
+  // Noise differs by receiver, so each file is of its own one.
+  EXPECT_NE(test::read_bytes(folder / "left/epochs.csv"), test::read_bytes(folder / "right/epochs.csv"));
+  EXPECT_NE(test::read_bytes(folder / "left/receiver.obs").find("left   "), std::string::npos);
+}
+
+TEST(FileSinks, FrozenSkyHasNoNavigationFile) {
+  const test::TemporaryFolder folder;
+  const auto simulation =
+      prepare("sky: {frozen: {satAzimuth: [0, 1, 2, 3, 4, 5], satElevation: [1, 0.8, 1.2, 0.9, 0.7, 1.4]}}\n",
+              "receivers: [{name: rover}]\n");
+  (void)run_into(simulation, folder.path());
+  EXPECT_EQ(files_in(folder.path()).count("sky.nav"), 0U);
+  EXPECT_EQ(files_in(folder.path()).count("receiver.obs"), 1U);
+}
+
+/// Stops the run after some epochs, as Ctrl-C does.
+class Interrupter final : public simulation::EpochSink {
+ public:
+  Interrupter(std::size_t after, std::atomic<bool>& stop) : after_(after), stop_(stop) {}
+  void write(const simulation::Epoch&) override {
+    if (++seen_ == after_) stop_ = true;
+  }
+  void finish() override {}
+
+ private:
+  std::size_t after_, seen_ = 0;
+  std::atomic<bool>& stop_;
+};
+
+TEST(FileSinks, AnInterruptedRunKeepsItsEpochs) {
+  const test::TemporaryFolder folder;
+  std::atomic<bool> stop{false};
+  Interrupter interrupter(3, stop);
+  simulation::RunOptions options;
+  options.threads = 1;
+  options.stop = &stop;
+  const auto simulation = prepare(kNominal, "receivers: [{name: rover}]\nduration_s: 3000\n");
+  const auto result = run_into(simulation, folder.path(), options, &interrupter);
+  ASSERT_GE(result.epochs, 3U);
+  for (const char* file : {"epochs.csv", "receiver.obs", "track.geojson", "sky.nav"}) {
+    EXPECT_EQ(files_in(folder.path()).count(file), 1U) << file;
+  }
+  const std::string epochs = test::read_bytes(folder / "epochs.csv");
+  EXPECT_EQ(static_cast<std::size_t>(std::count(epochs.begin(), epochs.end(), '\n')), result.epochs + 1);
+}
+
+TEST(FileSinks, SameSeedSameBytesOnOneAndTwoThreads) {
+  const test::TemporaryFolder folder;
+  for (const int threads : {1, 2}) {
+    simulation::RunOptions options;
+    options.threads = threads;
+    (void)run_into(prepare(kNominal, "receivers: [{name: rover}]\n"), folder / std::to_string(threads),
+                   options);
+  }
+  const auto files = files_in(folder / "1");
+  ASSERT_EQ(files.size(), 7U);
+  EXPECT_EQ(files, files_in(folder / "2"));
+  for (const std::string& file : files) {
+    EXPECT_EQ(test::read_bytes(folder / ("1/" + file)), test::read_bytes(folder / ("2/" + file))) << file;
+  }
+}
+
+TEST(FileSinks, UnwritableFolderIsAnInputError) {
+  const auto simulation = prepare(kNominal, "receivers: [{name: rover}]\n");
+  EXPECT_THROW((void)make_file_sinks(simulation, "/proc/canyon/out"), InputError);
 }
 
 }  // namespace
