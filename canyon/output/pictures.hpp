@@ -10,9 +10,9 @@ namespace canyon::output {
 /// Pictures of a run, drawn with Cairo, readable by colour-blind people. Part of canyon::io.
 /// `track.png`/`track.svg`: the city from above (buildings shaded by height), true track, fixes coloured by
 /// horizontal error with colour bar, places without fix, scale bar, north arrow.
-/// `skyplot.png`/`.svg`: satellites at the run's middle epoch, tracks over the run, coloured and shaped by visibility,
-/// with the building silhouette (sky mask) at that place.
-/// `timeline.png`/`.svg`: horizontal error, satellites visible/blocked/used and HDOP over time.
+/// `skyplot.png`/`.svg`: satellites at the run's middle epoch, tracks over the run, coloured and shaped by
+/// visibility, with the building silhouette (sky mask) at that place. `timeline.png`/`.svg`: horizontal
+/// error, satellites visible/blocked/used and HDOP over time.
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_pictures(const simulation::Simulation& simulation,
                                                                    const std::filesystem::path& folder,
                                                                    std::size_t receiver);

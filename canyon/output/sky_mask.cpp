@@ -1,0 +1,59 @@
+#include "canyon/output/sky_mask.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/frames.hpp"
+
+namespace canyon::output {
+namespace {
+
+constexpr int kElevationSteps = 180;
+constexpr double kElevationStep_rad = 0.5 * geodesy::kPi / kElevationSteps;
+
+}  // namespace
+
+bool SkyMask::hidden(double azimuth_rad, double elevation_rad) const {
+  if (azimuths.empty()) return false;
+  const double turns = azimuth_rad / (2 * geodesy::kPi);
+  const double sector = (turns - std::floor(turns)) * static_cast<double>(azimuths.size());
+  const auto& stretches = azimuths[std::min(static_cast<std::size_t>(sector), azimuths.size() - 1)];
+  return std::any_of(stretches.begin(), stretches.end(), [elevation_rad](const Stretch& s) {
+    return elevation_rad >= s.low_rad && elevation_rad <= s.high_rad;
+  });
+}
+
+double SkyMask::hidden_share() const {
+  if (azimuths.empty()) return 0;
+  double hidden = 0;  // a band of the sphere has the area of its height: sin(high) - sin(low)
+  for (const auto& stretches : azimuths) {
+    for (const Stretch& s : stretches) hidden += std::sin(s.high_rad) - std::sin(s.low_rad);
+  }
+  return hidden / static_cast<double>(azimuths.size());
+}
+
+SkyMask make_sky_mask(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu, int sectors) {
+  SkyMask mask;
+  mask.azimuths.resize(static_cast<std::size_t>(sectors));
+  for (int a = 0; a < sectors; ++a) {
+    auto& stretches = mask.azimuths[static_cast<std::size_t>(a)];
+    const double azimuth = (a + 0.5) * 2 * geodesy::kPi / sectors;
+    bool open = true;
+    for (int e = 0; e < kElevationSteps; ++e) {
+      raytrace::Ray ray;
+      ray.origin = antenna_enu;
+      ray.direction = geodesy::enu_from_azimuth_elevation(azimuth, (e + 0.5) * kElevationStep_rad);
+      if (!scene.occluded(ray)) {
+        open = true;
+        continue;
+      }
+      if (open) stretches.push_back({e * kElevationStep_rad, 0});
+      stretches.back().high_rad = (e + 1) * kElevationStep_rad;
+      open = false;
+    }
+  }
+  return mask;
+}
+
+}  // namespace canyon::output

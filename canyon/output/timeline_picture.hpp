@@ -1,0 +1,33 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/output/canvas.hpp"
+
+namespace canyon::output {
+
+/// One epoch of a run.
+struct TimelinePoint {
+  geodesy::GpsTime time;
+  double error_m = std::numeric_limits<double>::quiet_NaN();  ///< horizontal; NaN: no fix
+  double hdop = std::numeric_limits<double>::quiet_NaN();     ///< NaN: no fix
+  int used = 0;                                               ///< in the fix
+  int visible = 0;                                            ///< received, above the mask
+  int blocked = 0;                                            ///< above the mask, nothing received
+};
+
+struct TimelineDrawing {
+  std::string title;
+  std::string subtitle;
+  std::vector<TimelinePoint> points;  ///< ascending in time; not empty
+};
+
+/// Horizontal error, satellites (used, received but unused, blocked; stacked) and HDOP over UTC. Stretches
+/// without a fix are shaded. Runs of more epochs than fit are drawn column by column, from smallest to
+/// largest value.
+[[nodiscard]] Picture draw_timeline(const TimelineDrawing& drawing);
+
+}  // namespace canyon::output
