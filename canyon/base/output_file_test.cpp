@@ -1,6 +1,10 @@
 #include "canyon/base/output_file.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -56,6 +60,53 @@ TEST(OutputFile, FolderThatIsNotThere) {
     EXPECT_EQ(error.file(), "/nowhere/at/all/a.txt");
     EXPECT_NE(std::string(error.what()).find("choose a folder"), std::string::npos) << error.what();
   }
+}
+
+TEST(OutputFile, DiskThatIsFullLeavesTheOlderFile) {
+  const test::TemporaryFolder folder;
+  {
+    OutputFile file(folder / "a.txt");
+    file.write("old");
+    file.commit();
+  }
+  // A limit on the size of files stands for a full disk: both fail in write(2).
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit small = before;
+  small.rlim_cur = 1 << 16;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  std::string message;
+  try {
+    OutputFile file(folder / "a.txt");
+    for (int i = 0; i < 100; ++i) file.write(std::string(1000, 'x'));
+    file.commit();
+  } catch (const InputError& error) {
+    message = error.what();
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_NE(message.find("a.txt: cannot be written"), std::string::npos) << message;
+  EXPECT_EQ(test::read_bytes(folder / "a.txt"), "old");
+}
+
+TEST(OutputFile, NameOfAFolderFailsAtCommit) {
+  const test::TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "taken");
+  OutputFile file(folder / "taken");
+  EXPECT_THROW(file.commit(), InputError);
+}
+
+TEST(OutputFile, MovesWithItsDuty) {
+  const test::TemporaryFolder folder;
+  {
+    OutputFile first(folder / "a.txt");
+    first.write("one");
+    OutputFile second(std::move(first));
+    second.write(" two");
+    second.commit();
+  }
+  EXPECT_EQ(test::read_bytes(folder / "a.txt"), "one two");
 }
 
 TEST(OutputFile, MakesFoldersWithParents) {

@@ -10,7 +10,9 @@
 namespace canyon {
 namespace {
 
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+bool is_blank(char c) {
+  return c == ' ' || c == '\t' || c == '\r' || c == '\n';
+}
 
 // GCC 10 has no std::from_chars for double; strtod follows the program's locale, strtod_l does not.
 locale_t c_locale() {
@@ -86,7 +88,8 @@ std::optional<double> parse_double(std::string_view text) {
 
 std::optional<long long> parse_integer(std::string_view text) {
   text = trim(text);
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  // from_chars knows no plus; what follows one must be a digit ("+-5" is no number).
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   long long value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;

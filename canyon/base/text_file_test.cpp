@@ -1,0 +1,118 @@
+#include "canyon/base/text_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+void write(const std::filesystem::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+void write_gzip(const std::filesystem::path& path, const std::string& bytes) {
+  gzFile file = gzopen(path.c_str(), "wb");
+  ASSERT_NE(file, nullptr);
+  ASSERT_EQ(gzwrite(file, bytes.data(), static_cast<unsigned>(bytes.size())), static_cast<int>(bytes.size()));
+  ASSERT_EQ(gzclose(file), Z_OK);
+}
+
+std::string message(const std::filesystem::path& path, std::size_t max_bytes = 1 << 20) {
+  try {
+    const TextFile file(path, max_bytes);
+  } catch (const InputError& e) {
+    EXPECT_EQ(e.file(), path.string());
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(TextFile, GivesLinesWithTheirNumbers) {
+  TextFile file = TextFile::from_string("one\r\ntwo\n\nfour", "a.txt");
+  EXPECT_EQ(file.line(), 0);
+  EXPECT_EQ(file.peek_line(), "one");
+  EXPECT_EQ(file.line(), 0);
+  EXPECT_EQ(file.next_line(), "one");
+  EXPECT_EQ(file.line(), 1);
+  EXPECT_EQ(file.next_line(), "two");
+  EXPECT_EQ(file.next_line(), "");
+  EXPECT_EQ(file.next_line(), "four");
+  EXPECT_EQ(file.line(), 4);
+  EXPECT_EQ(file.next_line(), std::nullopt);
+  EXPECT_EQ(file.peek_line(), std::nullopt);
+  EXPECT_EQ(file.line(), 4);
+  EXPECT_STREQ(file.error("bad", "mend it").what(), "a.txt:4: bad; mend it");
+}
+
+TEST(TextFile, ALastLineEndMakesNoEmptyLine) {
+  TextFile file = TextFile::from_string("one\n", "a.txt");
+  EXPECT_EQ(file.next_line(), "one");
+  EXPECT_EQ(file.next_line(), std::nullopt);
+  EXPECT_EQ(TextFile::from_string("", "a.txt").next_line(), std::nullopt);
+}
+
+TEST(TextFile, ReadsPlainAndGzipWhateverTheName) {
+  const test::TemporaryFolder folder;
+  std::string text;
+  for (int i = 0; i < 30'000; ++i) text += "line " + std::to_string(i) + "\n";
+  write(folder / "plain.gz", text);
+  write_gzip(folder / "packed.txt", text);
+  EXPECT_EQ(TextFile(folder / "plain.gz").text(), text);
+  EXPECT_EQ(TextFile(folder / "packed.txt").text(), text);
+  write(folder / "empty", "");
+  EXPECT_EQ(TextFile(folder / "empty").text(), "");
+}
+
+TEST(TextFile, SurvivesAMove) {
+  TextFile file = TextFile::from_string("one\ntwo\n", "a.txt");
+  (void)file.next_line();
+  TextFile moved = std::move(file);
+  EXPECT_EQ(moved.next_line(), "two");
+  EXPECT_EQ(moved.line(), 2);
+}
+
+TEST(TextFile, NamesWhatIsWrongWithAFile) {
+  const test::TemporaryFolder folder;
+  EXPECT_THAT(message(folder / "none"), HasSubstr("no such file; check the path"));
+  EXPECT_THAT(message(folder.path()), HasSubstr("is a folder, not a file"));
+  write(folder / "big", std::string(3 << 20, 'x'));
+  EXPECT_THAT(message(folder / "big", 1 << 20), HasSubstr("more than 1 MiB"));
+  // A small file that unpacks to a large one.
+  write_gzip(folder / "bomb", std::string(64 << 20, 'x'));
+  EXPECT_LT(std::filesystem::file_size(folder / "bomb"), 100'000U);
+  EXPECT_THAT(message(folder / "bomb", 1 << 20), HasSubstr("more than 1 MiB"));
+}
+
+TEST(TextFile, RefusesGzipThatIsCutShortOrDamaged) {
+  const test::TemporaryFolder folder;
+  std::string text;
+  for (int i = 0; i < 20'000; ++i) text += std::to_string(i * 7919 % 10'007) + "\n";
+  write_gzip(folder / "good.gz", text);
+  const std::string packed = test::read_bytes(folder / "good.gz");
+  for (const double part : {0.001, 0.3, 0.9, 0.9999}) {
+    write(folder / "cut.gz",
+          packed.substr(0, 4 + static_cast<std::size_t>(part * static_cast<double>(packed.size() - 4))));
+    EXPECT_THAT(message(folder / "cut.gz"), HasSubstr("damaged or cut short")) << part;
+  }
+  std::string damaged = packed;
+  damaged[damaged.size() / 2] = static_cast<char>(~damaged[damaged.size() / 2]);
+  write(folder / "damaged.gz", damaged);
+  EXPECT_THAT(message(folder / "damaged.gz"), AllOf(HasSubstr("damaged"), HasSubstr("fetch the file again")));
+  // The last eight bytes are checksum and length.
+  damaged = packed;
+  damaged[damaged.size() - 6] = static_cast<char>(~damaged[damaged.size() - 6]);
+  write(folder / "checksum.gz", damaged);
+  EXPECT_THAT(message(folder / "checksum.gz"), HasSubstr("damaged"));
+}
+
+}  // namespace
+}  // namespace canyon

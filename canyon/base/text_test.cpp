@@ -1,0 +1,94 @@
+#include "canyon/base/text.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <clocale>
+#include <limits>
+
+namespace canyon {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+TEST(Text, TrimTakesBlanksOfEveryKindAtBothEnds) {
+  EXPECT_EQ(trim(" \t a b\r\n"), "a b");
+  EXPECT_EQ(trim(" \t "), "");
+  EXPECT_EQ(trim(""), "");
+}
+
+TEST(Text, SplitKeepsEmptyPieces) {
+  EXPECT_THAT(split("a,,b", ','), ElementsAre("a", "", "b"));
+  EXPECT_THAT(split("", ','), ElementsAre(""));
+  EXPECT_THAT(split(",", ','), ElementsAre("", ""));
+  EXPECT_THAT(split(" a , b", ','), ElementsAre(" a ", " b"));
+}
+
+TEST(Text, SplitBlanksDropsThem) {
+  EXPECT_THAT(split_blanks("  a \t bc  d\r\n"), ElementsAre("a", "bc", "d"));
+  EXPECT_THAT(split_blanks(" \t "), IsEmpty());
+  EXPECT_THAT(split_blanks(""), IsEmpty());
+}
+
+TEST(Text, ParseDoubleReadsNumbersAsFilesWriteThem) {
+  EXPECT_EQ(parse_double("1.5"), 1.5);
+  EXPECT_EQ(parse_double("  -2.5e-3 "), -2.5e-3);
+  EXPECT_EQ(parse_double("+.5"), 0.5);
+  EXPECT_EQ(parse_double("7."), 7);
+  EXPECT_EQ(parse_double("-3.328546881676D-06"), -3.328546881676e-06);  // RINEX
+  EXPECT_EQ(parse_double("0.1d2"), 10);
+  EXPECT_EQ(parse_double("1e-999"), 0);  // too small for a double
+}
+
+TEST(Text, ParseDoubleRefusesEverythingElse) {
+  for (const char* text :
+       {"",    " ",   "abc", "1.5x",     "1 2",  "--1",   "1e",    "e5",     "D5",    "1.2.3", "1,5",
+        "nan", "NaN", "inf", "infinity", "0x10", "0x1p3", "1e999", "-1e999", "1_000", "$",     "."}) {
+    EXPECT_EQ(parse_double(text), std::nullopt) << '"' << text << '"';
+  }
+  EXPECT_EQ(parse_double(std::string(80, '1')), std::nullopt);
+  EXPECT_EQ(parse_double(std::string_view("1\0002", 3)), std::nullopt);
+}
+
+TEST(Text, ParseDoubleIgnoresTheProgramsLocale) {
+  const std::string before = std::setlocale(LC_NUMERIC, nullptr);
+  const bool comma = std::setlocale(LC_NUMERIC, "de_DE.UTF-8") != nullptr;
+  EXPECT_EQ(parse_double("1.5"), 1.5);
+  EXPECT_EQ(parse_double("1,5"), std::nullopt);
+  std::setlocale(LC_NUMERIC, before.c_str());
+  if (!comma)
+    GTEST_SKIP() << "SKIPPED: no locale with a decimal comma is installed; tried in the C locale only";
+}
+
+TEST(Text, ParseIntegerReadsWholeIntegersOnly) {
+  EXPECT_EQ(parse_integer("42"), 42);
+  EXPECT_EQ(parse_integer(" -7 "), -7);
+  EXPECT_EQ(parse_integer("+7"), 7);
+  EXPECT_EQ(parse_integer("007"), 7);
+  EXPECT_EQ(parse_integer("9223372036854775807"), std::numeric_limits<long long>::max());
+  EXPECT_EQ(parse_integer("-9223372036854775808"), std::numeric_limits<long long>::min());
+  for (const char* text :
+       {"", " ", "+", "-", "+-5", "-+5", "++5", "1.0", "1e3", "0x10", "12a", "1 2", "9223372036854775808"}) {
+    EXPECT_EQ(parse_integer(text), std::nullopt) << '"' << text << '"';
+  }
+}
+
+TEST(Text, ColumnGivesWhatThereIs) {
+  EXPECT_EQ(column("abcdef", 2, 3), "cde");
+  EXPECT_EQ(column("abcdef", 4, 10), "ef");
+  EXPECT_EQ(column("abcdef", 6, 1), "");
+  EXPECT_EQ(column("abcdef", 99, 1), "");
+}
+
+TEST(Text, ClosestFindsSlipsOfThePen) {
+  const std::vector<std::string> keys{"elevation_mask_deg", "seed", "systems"};
+  EXPECT_EQ(closest("elevation_mask", keys), "elevation_mask_deg");
+  EXPECT_EQ(closest("sede", keys), "seed");
+  EXPECT_EQ(closest("system", keys), "systems");
+  EXPECT_EQ(closest("trajectory", keys), std::nullopt);
+  EXPECT_EQ(closest("seed", {}), std::nullopt);
+}
+
+}  // namespace
+}  // namespace canyon
