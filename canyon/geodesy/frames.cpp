@@ -50,8 +50,8 @@ Eigen::Matrix3d enu_from_ecef_rotation(const Geodetic& at) {
   const double sin_lon = std::sin(at.longitude_rad);
   const double cos_lon = std::cos(at.longitude_rad);
   Eigen::Matrix3d r;
-  r << -sin_lon, cos_lon, 0,                                //
-      -sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat,      //
+  r << -sin_lon, cos_lon, 0,                            //
+      -sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat,  //
       cos_lat * cos_lon, cos_lat * sin_lon, sin_lat;
   return r;
 }
@@ -105,10 +105,9 @@ UtmPosition utm_from_geodetic(const Geodetic& point, int zone) {
   UtmPosition result;
   double convergence_deg = 0;
   try {
-    GeographicLib::UTMUPS::Forward(latitude_deg, degrees(point.longitude_rad), result.utm.zone,
-                                   result.utm.north, result.utm.easting_m, result.utm.northing_m,
-                                   convergence_deg, result.scale,
-                                   zone == 0 ? GeographicLib::UTMUPS::UTM : zone);
+    GeographicLib::UTMUPS::Forward(
+        latitude_deg, degrees(point.longitude_rad), result.utm.zone, result.utm.north, result.utm.easting_m,
+        result.utm.northing_m, convergence_deg, result.scale, zone == 0 ? GeographicLib::UTMUPS::UTM : zone);
   } catch (const std::exception& e) {
     throw InputError(fmt::format("no UTM coordinates in zone {}: {}", zone, e.what()));
   }
@@ -119,6 +118,11 @@ UtmPosition utm_from_geodetic(const Geodetic& point, int zone) {
 Geodetic geodetic_from_utm(const Utm& utm, double height_m) {
   if (utm.zone < 1 || utm.zone > 60) {
     throw InputError(fmt::format("UTM zone {} does not exist", utm.zone), "zones run from 1 to 60");
+  }
+  // GeographicLib passes NaN through.
+  if (!std::isfinite(utm.easting_m) || !std::isfinite(utm.northing_m)) {
+    throw InputError(fmt::format("UTM {} {} is not a place", utm.easting_m, utm.northing_m),
+                     "give finite easting and northing in metres");
   }
   double latitude_deg = 0;
   double longitude_deg = 0;

@@ -14,8 +14,9 @@ struct Geodetic {
   [[nodiscard]] static Geodetic from_degrees(double latitude_deg, double longitude_deg, double height_m);
 };
 
-/// Throws InputError, naming field and bound, unless latitude is within +-90 deg, longitude within +-180 deg and
-/// height within -10 km to 100,000 km (a value in the wrong unit or a NaN falls out). `what` names the point.
+/// Throws InputError, naming field and bound, unless latitude is within +-90 deg, longitude within +-180 deg
+/// and height within -10 km to 100,000 km (a value in the wrong unit or a NaN falls out). `what` names the
+/// point.
 void check_geodetic(const Geodetic& point, const char* what);
 
 /// ECEF [m] on WGS 84. GeographicLib::Geocentric; error below 10 nm.
@@ -27,8 +28,8 @@ void check_geodetic(const Geodetic& point, const char* what);
 [[nodiscard]] Eigen::Matrix3d enu_from_ecef_rotation(const Geodetic& at);
 
 /// A local cartesian frame: x east, y north, z up, metres, at an origin on WGS 84; the world of cities and
-/// poses (REP-103). With a heading its x axis is turned from east by `heading_rad` counter-clockwise seen from
-/// above (yaw, as Gazebo's `heading_deg`); z stays up.
+/// poses (REP-103). With a heading its x axis is turned from east by `heading_rad` counter-clockwise seen
+/// from above (yaw, as Gazebo's `heading_deg`); z stays up.
 class LocalFrame {
  public:
   LocalFrame() : LocalFrame(Geodetic{}) {}
@@ -91,7 +92,8 @@ struct UtmPosition {
 };
 
 /// Latitude within [-80, 84] deg, else InputError. `zone` 0 takes the standard zone (Norway and Svalbard
-/// exceptions included); a neighbouring zone may be forced. GeographicLib::UTMUPS; error below 5 nm in the zone.
+/// exceptions included); a neighbouring zone may be forced. GeographicLib::UTMUPS; error below 5 nm in the
+/// zone.
 [[nodiscard]] UtmPosition utm_from_geodetic(const Geodetic& point, int zone = 0);
 /// Inverse; throws InputError outside the zone's legal range. The height is `height_m`.
 [[nodiscard]] Geodetic geodetic_from_utm(const Utm& utm, double height_m = 0);

@@ -10,9 +10,9 @@ namespace canyon::geodesy {
 GpsTime GpsTime::from_week(int week, double seconds_of_week) {
   // About +-280 years around 1980, so that later arithmetic by decades cannot overflow.
   constexpr int kMaxWeek = 14'600;
-  constexpr double kMaxSeconds = 1e9;
-  if (!std::isfinite(seconds_of_week) || std::abs(seconds_of_week) > kMaxSeconds || week > kMaxWeek ||
-      week < -kMaxWeek) {
+  // Negated so that NaN falls out.
+  const double weeks = week + seconds_of_week / kSecondsPerWeek;
+  if (!(std::abs(weeks) <= kMaxWeek) || std::abs(static_cast<double>(week)) > 2 * kMaxWeek) {
     throw InputError("GPS time of week " + std::to_string(week) + ", " + std::to_string(seconds_of_week) +
                          " s is not a time",
                      "weeks count from 1980-01-06, seconds of the week run from 0 to 604800");
@@ -20,8 +20,9 @@ GpsTime GpsTime::from_week(int week, double seconds_of_week) {
   // Whole seconds and the fraction apart: 604799.123456789 as one double would lose tenths of nanoseconds.
   const double whole = std::floor(seconds_of_week);
   const double fraction = seconds_of_week - whole;
-  return from_nanoseconds(week * kNanosecondsPerWeek +
-                          static_cast<std::int64_t>(whole) * kNanosecondsPerSecond +
+  // Summed in seconds first: week and seconds may be large with opposite signs.
+  return from_nanoseconds((week * kSecondsPerWeek + static_cast<std::int64_t>(whole)) *
+                              kNanosecondsPerSecond +
                           std::llround(fraction * 1e9));
 }
 
@@ -36,8 +37,8 @@ GpsTime operator+(GpsTime t, double seconds) {
 
 int resolve_week_rollover(int truncated, int modulus, int reference_week) {
   assert(modulus > 0);
-  const int cycles = static_cast<int>(std::floor(
-      (static_cast<double>(reference_week) - truncated) / modulus + 0.5));
+  const int cycles =
+      static_cast<int>(std::floor((static_cast<double>(reference_week) - truncated) / modulus + 0.5));
   return truncated + cycles * modulus;
 }
 

@@ -43,14 +43,15 @@ class GpsTime {
   }
   /// [0, 604800) s; a double resolves 0.12 ns there.
   [[nodiscard]] constexpr double seconds_of_week() const {
-    return static_cast<double>(nanosecond_of_week()) * 1e-9;
+    return static_cast<double>(nanosecond_of_week()) / 1e9;
   }
 
   friend constexpr auto operator<=>(GpsTime, GpsTime) = default;
 
-  /// Seconds from b to a; exact for whole nanoseconds up to 104 days apart, then rounded to double.
+  /// Seconds from b to a: the double closest to it up to 104 days apart (whole seconds are exact), within two
+  /// roundings beyond. Precondition: less than 292 years apart.
   friend constexpr double operator-(GpsTime a, GpsTime b) {
-    return static_cast<double>(a.nanoseconds_ - b.nanoseconds_) * 1e-9;
+    return static_cast<double>(a.nanoseconds_ - b.nanoseconds_) / 1e9;
   }
   /// `seconds` rounded to the nearest nanosecond. Precondition: finite, within +-292 years.
   friend GpsTime operator+(GpsTime t, double seconds);

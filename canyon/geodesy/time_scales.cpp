@@ -44,11 +44,24 @@ struct LeapEntry {
   int year, month;
   int gpst_minus_utc;
 };
-constexpr std::array<LeapEntry, 18> kLeapTable{{{1981, 7, 1},  {1982, 7, 2},  {1983, 7, 3},  {1985, 7, 4},
-                                                {1988, 1, 5},  {1990, 1, 6},  {1991, 1, 7},  {1992, 7, 8},
-                                                {1993, 7, 9},  {1994, 7, 10}, {1996, 1, 11}, {1997, 7, 12},
-                                                {1999, 1, 13}, {2006, 1, 14}, {2009, 1, 15}, {2012, 7, 16},
-                                                {2015, 7, 17}, {2017, 1, 18}}};
+constexpr std::array<LeapEntry, 18> kLeapTable{{{1981, 7, 1},
+                                                {1982, 7, 2},
+                                                {1983, 7, 3},
+                                                {1985, 7, 4},
+                                                {1988, 1, 5},
+                                                {1990, 1, 6},
+                                                {1991, 1, 7},
+                                                {1992, 7, 8},
+                                                {1993, 7, 9},
+                                                {1994, 7, 10},
+                                                {1996, 1, 11},
+                                                {1997, 7, 12},
+                                                {1999, 1, 13},
+                                                {2006, 1, 14},
+                                                {2009, 1, 15},
+                                                {2012, 7, 16},
+                                                {2015, 7, 17},
+                                                {2017, 1, 18}}};
 
 /// GPST second at which the entry's UTC day begins, i.e. just after the leap second.
 constexpr std::int64_t gps_second_of(const LeapEntry& entry) {
@@ -100,9 +113,19 @@ std::int64_t linear_seconds(const CalendarTime& c) {
          c.minute * 60 + c.second;
 }
 
+/// The date and time of a clock that shows `offset` (whole minutes) more; second 60 stays second 60.
+CalendarTime shifted(const CalendarTime& c, std::chrono::minutes offset) {
+  check_calendar(c, 60);
+  CalendarTime plain = c;
+  if (c.second == 60) plain.second = 59;
+  CalendarTime result = calendar_from_gps(gps_from_calendar(plain) + offset);
+  result.second = c.second;
+  return result;
+}
+
 std::string format(const CalendarTime& c, int decimals, std::string_view mark) {
-  std::string text = fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}", c.year, c.month, c.day, c.hour,
-                                 c.minute, c.second);
+  std::string text =
+      fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}", c.year, c.month, c.day, c.hour, c.minute, c.second);
   if (decimals > 0) {
     text += "." + fmt::format("{:09}", c.nanosecond).substr(0, static_cast<std::size_t>(decimals));
   }
@@ -193,7 +216,9 @@ GpsTime gps_from_bdt(int bdt_week, double seconds_of_week) {
   return GpsTime::from_week(bdt_week + kBdtWeekOffset, seconds_of_week) + seconds(kBdtSecondsOffset);
 }
 
-CalendarTime bdt_calendar_from_gps(GpsTime t) { return calendar_from_gps(t - seconds(kBdtSecondsOffset)); }
+CalendarTime bdt_calendar_from_gps(GpsTime t) {
+  return calendar_from_gps(t - seconds(kBdtSecondsOffset));
+}
 
 CalendarTime glonass_from_gps(GpsTime t) {
   if (in_leap_second(t)) {
@@ -205,12 +230,7 @@ CalendarTime glonass_from_gps(GpsTime t) {
 }
 
 GpsTime gps_from_glonass(const CalendarTime& glonasst) {
-  check_calendar(glonasst, 60);
-  CalendarTime plain = glonasst;
-  if (glonasst.second == 60) plain.second = 59;
-  CalendarTime utc = calendar_from_gps(gps_from_calendar(plain) - std::chrono::hours(3));
-  if (glonasst.second == 60) utc.second = 60;
-  return gps_from_utc(utc);
+  return gps_from_utc(shifted(glonasst, std::chrono::hours(-3)));
 }
 
 GpsTime parse_time(std::string_view whole) {
@@ -231,8 +251,8 @@ GpsTime parse_time(std::string_view whole) {
   c.month = number(2);
   expect("-");
   c.day = number(2);
-  if (!rest.empty() && (rest.front() == 'T' || (rest.front() == ' ' && rest.size() > 1 && rest[1] >= '0' &&
-                                                rest[1] <= '9'))) {
+  if (!rest.empty() &&
+      (rest.front() == 'T' || (rest.front() == ' ' && rest.size() > 1 && rest[1] >= '0' && rest[1] <= '9'))) {
     rest.remove_prefix(1);
     c.hour = number(2);
     expect(":");
@@ -261,12 +281,18 @@ GpsTime parse_time(std::string_view whole) {
   const bool colon = take(rest, ":");
   const int minutes = colon || !rest.empty() ? number(2) : 0;
   if (!rest.empty() || hours > 14 || minutes > 59) throw wrong;
+  // Shifted as a calendar, before leap seconds come in: half an hour after a UTC midnight with a leap second
+  // the offset of the day before must not be used, and "07:59:60+08:00" is one.
   const auto offset = std::chrono::minutes(hours * 60 + minutes);
-  return gps_from_utc(c) - (east ? offset : -offset);
+  return gps_from_utc(shifted(c, east ? -offset : offset));
 }
 
-std::string format_utc(GpsTime t, int decimals) { return format(utc_from_gps(t), decimals, "Z"); }
+std::string format_utc(GpsTime t, int decimals) {
+  return format(utc_from_gps(t), decimals, "Z");
+}
 
-std::string format_gpst(GpsTime t, int decimals) { return format(calendar_from_gps(t), decimals, " GPST"); }
+std::string format_gpst(GpsTime t, int decimals) {
+  return format(calendar_from_gps(t), decimals, " GPST");
+}
 
 }  // namespace canyon::geodesy

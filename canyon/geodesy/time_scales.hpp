@@ -11,18 +11,19 @@ namespace canyon::geodesy {
 /// Broken-down proleptic Gregorian date and time of day, on whatever scale the function says.
 struct CalendarTime {
   int year = 1980;
-  int month = 1;   ///< 1 to 12
-  int day = 6;     ///< 1 to 31
-  int hour = 0;    ///< 0 to 23
-  int minute = 0;  ///< 0 to 59
-  int second = 0;  ///< 0 to 59; 60 only in UTC during a leap second
+  int month = 1;                ///< 1 to 12
+  int day = 6;                  ///< 1 to 31
+  int hour = 0;                 ///< 0 to 23
+  int minute = 0;               ///< 0 to 59
+  int second = 0;               ///< 0 to 59; 60 only in UTC during a leap second
   std::int64_t nanosecond = 0;  ///< 0 to 999,999,999
 
   friend bool operator==(const CalendarTime&, const CalendarTime&) = default;
 };
 
-/// GPST minus UTC [s] at an instant; 18 since 2017-01-01. Before 1980 the answer is 0. The table ends with the
-/// leap second of 2016-12-31 (IERS Bulletin C announces none up to this release); later times get its value.
+/// GPST minus UTC [s] at an instant; 18 since 2017-01-01. Before 1980 the answer is 0. The table ends with
+/// the leap second of 2016-12-31 (IERS Bulletin C announces none up to this release); later times get its
+/// value.
 [[nodiscard]] int leap_seconds(GpsTime t);
 
 /// GPST as a calendar date (the date that RINEX prints for GPS).
@@ -35,7 +36,8 @@ struct CalendarTime {
 /// Throws InputError where a field is out of range, or for second 60 where there was no leap second.
 [[nodiscard]] GpsTime gps_from_utc(const CalendarTime& utc);
 
-/// BDT runs 14 s behind GPST, its week 0 begins 2006-01-01 00:00:00 UTC, GPS week 1356 (BDS-SIS-ICD B1I 3.0, 3.3).
+/// BDT runs 14 s behind GPST, its week 0 begins 2006-01-01 00:00:00 UTC, GPS week 1356 (BDS-SIS-ICD
+/// B1I 3.0, 3.3).
 inline constexpr int kBdtWeekOffset = 1356;
 inline constexpr int kBdtSecondsOffset = 14;
 /// @param bdt_week full BeiDou week; @param seconds_of_week [s]. Throws like GpsTime::from_week.
