@@ -26,7 +26,9 @@ using raytrace::Ray;
 
 /// Below this cosine of incidence the reflection point runs away along the plane.
 constexpr double kMinCosine = 1e-6;
-/// Reflections of one satellite closer than this, from planes less than 1 deg apart, are one.
+/// Reflections of one satellite are one where their planes are less than this and 1 deg apart: walls that two
+/// buildings share are not drawn at quite the same place. Points along the planes then differ by this over
+/// the cosine of incidence.
 constexpr double kSamePlace = 2e-3;
 const double kSameNormal = std::cos(geodesy::radians(1));
 
@@ -34,6 +36,7 @@ const double kSameNormal = std::cos(geodesy::radians(1));
 struct Candidate {
   std::uint32_t satellite = 0;
   double lift_m = 0;  ///< along the normal, so that rays do not meet the facet itself
+  double cosine = 1;  ///< of incidence
   Vector3d normal;
   Path path;
 };
@@ -159,6 +162,7 @@ void Propagator::Impl::find_reflections(const FacetSet& set, raytrace::InstanceI
 
         Candidate& c = s.candidates.emplace_back();
         c.satellite = static_cast<std::uint32_t>(i);
+        c.cosine = cosine;
         c.normal = enu_from_set != nullptr ? Vector3d(enu_from_set->linear() * facet.normal) : facet.normal;
         c.path.kind = PathKind::Reflected;
         c.path.excess_m = 2 * height * cosine;
@@ -189,7 +193,9 @@ void Propagator::Impl::drop_doubles(std::vector<Candidate>& candidates) {
           candidates[i].path.excess_m - other.path.excess_m > 2 * kSamePlace) {
         break;
       }
-      seen = (other.path.point - candidates[i].path.point).squaredNorm() < kSamePlace * kSamePlace &&
+      const Vector3d apart = candidates[i].path.point - other.path.point;
+      const double along = kSamePlace / std::min(other.cosine, candidates[i].cosine);
+      seen = apart.squaredNorm() < along * along && std::abs(apart.dot(other.normal)) < kSamePlace &&
              other.normal.dot(candidates[i].normal) > kSameNormal;
     }
     if (seen) continue;
