@@ -34,25 +34,26 @@ bool is_healthy(const GlonassEphemeris& e) {
   return e.health == 0;
 }
 
-double validity_s(const KeplerEphemeris& e) {
+Validity validity(const KeplerEphemeris& e) {
   constexpr double kHour = 3600;
   // IS-GPS-200 table 20-XII: the longest fit interval is 146 h.
   constexpr double kLongestFit = 146;
   switch (e.id.system) {
     case System::Galileo:
-      return 4 * kHour;
+      return {0.5 * kHour, 4 * kHour};
     case System::BeiDou:
-      return 6 * kHour;
+      return {1 * kHour, 3 * kHour};
     case System::GPS:
     case System::QZSS:
     case System::GLONASS:
       break;
   }
-  return std::clamp(e.fit_interval_h / 2, 2.0, kLongestFit / 2) * kHour;
+  const double half_fit = std::clamp(e.fit_interval_h / 2, 2.0, kLongestFit / 2) * kHour;
+  return {half_fit, half_fit};
 }
 
-double validity_s(const GlonassEphemeris&) {
-  return 1800;
+Validity validity(const GlonassEphemeris&) {
+  return {1800, 1800};
 }
 
 }  // namespace canyon::orbit

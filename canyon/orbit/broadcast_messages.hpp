@@ -25,13 +25,29 @@ namespace canyon::orbit {
 /// Bn (RINEX: 0 healthy) and, from RINEX 3.05 on, l(3).
 [[nodiscard]] bool is_healthy(const GlonassEphemeris& ephemeris);
 
-/// Largest |t - toe| [s] at which the message may be used.
-///  - GPS, QZSS: half the fit interval, at least 2 h (IS-GPS-200 table 20-XII has none shorter; files that
-///  hold
-///    the one-bit flag instead of hours fall there too).
-///  - Galileo 4 h (OS-SDD: a receiver shall not use older ones), BeiDou 6 h, GLONASS 0.5 h (records lie
-///    30 min apart).
-[[nodiscard]] double validity_s(const KeplerEphemeris& ephemeris);
-[[nodiscard]] double validity_s(const GlonassEphemeris& ephemeris);
+/// How far from toe the message may be used [s].
+struct Validity {
+  double before_s = 0;  ///< t earlier than toe
+  double after_s = 0;
+
+  /// @param age_s t - toe
+  [[nodiscard]] bool contains(double age_s) const { return age_s >= -before_s && age_s <= after_s; }
+};
+
+/// The span that the control segment fits the orbit to; the error grows with the fourth power beyond it.
+///  - GPS, QZSS: half the fit interval on either side, at least 2 h (IS-GPS-200 table 20-XII has none
+///  shorter;
+///    files that hold the one-bit flag instead of hours fall there too).
+///  - Galileo: 0.5 h before, 4 h after (OS-SDD: a receiver shall not use older ones). Messages are sent from
+///  toe on:
+///    against precise orbits they are 0.9 m off from -0.5 to 3 h, 4 m at 4 h, but 10 m at -2 h and 70 m at -4
+///    h.
+///  - BeiDou: 1 h before, 3 h after. Sent from toe on as well, renewed every hour: against the record of the
+///  hour
+///    they are 4 m off at 3 h in medium orbits, 20 m at 4 h, 100 m at 6 h, and 4 m at -2 h.
+///  - GLONASS: 0.5 h on either side (records lie 30 min apart).
+/// docs/validation.md shows the figures.
+[[nodiscard]] Validity validity(const KeplerEphemeris& ephemeris);
+[[nodiscard]] Validity validity(const GlonassEphemeris& ephemeris);
 
 }  // namespace canyon::orbit

@@ -23,7 +23,7 @@ constexpr std::size_t kNumbers = 256;  // SatelliteId::number is a byte
 struct Entry {
   GpsTime toe;
   GpsTime transmission;
-  double validity_s = 0;
+  Validity validity;
   int record = 0;  ///< into NavigationData::kepler or ::glonass
   bool healthy = false;
 };
@@ -31,12 +31,12 @@ struct Entry {
 // The records of a satellite by ascending toe, one for each toe.
 struct Series {
   std::vector<Entry> entries;
-  double longest_validity_s = 0;
+  double reach_s = 0;  ///< of the longest validity
 
   template <typename Ephemeris>
   void add(const Ephemeris& e, int record) {
-    const Entry entry{e.toe, e.transmission, orbit::validity_s(e), record, is_healthy(e)};
-    longest_validity_s = std::max(longest_validity_s, entry.validity_s);
+    const Entry entry{e.toe, e.transmission, validity(e), record, is_healthy(e)};
+    reach_s = std::max({reach_s, entry.validity.before_s, entry.validity.after_s});
     entries.push_back(entry);
   }
 
@@ -66,9 +66,9 @@ struct Series {
   [[nodiscard]] const Entry* closest_valid(GpsTime t) const {
     const Entry* best = nullptr;
     walk(t, [&](const Entry& entry) {
-      const double age = std::abs(t - entry.toe);
-      if (age <= entry.validity_s) best = &entry;
-      return best != nullptr || age > longest_validity_s;
+      const double age = t - entry.toe;
+      if (entry.validity.contains(age)) best = &entry;
+      return best != nullptr || std::abs(age) > reach_s;
     });
     return best;
   }
@@ -220,15 +220,14 @@ std::string BroadcastSky::source(SatelliteId id, GpsTime t) const {
   if (id.system == System::Galileo) text += is_galileo_fnav(data_.kepler[record]) ? "F/NAV, " : "I/NAV, ";
   text += "toe " + geodesy::format_gpst(entry.toe, 0);
 
+  const double age = t - entry.toe;
+  const std::string limit =
+      fmt::format("{} {} toe, {} allows {}", hours(age), age < 0 ? "before" : "after", name(id.system),
+                  hours(age < 0 ? entry.validity.before_s : entry.validity.after_s));
   if (choice.entry == nullptr) {
-    return fmt::format(
-        "none: the closest ephemeris ({}) is {} from this time, {} allows {}; allow_stale: true takes it",
-        text, hours(t - entry.toe), name(id.system), hours(entry.validity_s));
+    return fmt::format("none: the closest ephemeris is {}; allow_stale: true takes it ({})", limit, text);
   }
-  if (choice.stale) {
-    text += fmt::format(", stale: {} from this time, {} allows {}", hours(t - entry.toe), name(id.system),
-                        hours(entry.validity_s));
-  }
+  if (choice.stale) text += ", stale: " + limit;
   if (!entry.healthy) {
     const int health = glonass ? data_.glonass[record].health : data_.kepler[record].health;
     text +=

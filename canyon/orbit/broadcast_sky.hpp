@@ -16,8 +16,9 @@ namespace canyon::orbit {
 
 struct BroadcastOptions {
   std::set<System> systems{kAllSystems.begin(), kAllSystems.end()};
-  /// Largest |t - toe| [s]: half the fit interval for GPS and QZSS (2 h where not given), Galileo 4 h,
-  /// BeiDou 6 h, GLONASS 0.5 h. With allow_stale any age is taken (and said by source()).
+  /// A record is used from toe - before to toe + after: half the fit interval on either side for GPS and QZSS
+  /// (2 h where not given), Galileo 0.5 h and 4 h, BeiDou 1 h and 3 h, GLONASS 0.5 h and 0.5 h; validity() in
+  /// broadcast_messages.hpp says why. With allow_stale any age is taken (and said by source()).
   bool allow_stale = false;
   bool allow_unhealthy = false;
 };

@@ -151,7 +151,7 @@ template <typename Ephemeris>
 const Ephemeris* best_record(const std::vector<Ephemeris>& records, SatelliteId id, GpsTime t, bool fnav) {
   const Ephemeris* best = nullptr;
   for (const Ephemeris& e : records) {
-    if (e.id != id || std::abs(t - e.toe) > validity_s(e)) continue;
+    if (e.id != id || !validity(e).contains(t - e.toe)) continue;
     if constexpr (std::is_same_v<Ephemeris, KeplerEphemeris>) {
       if (is_galileo_fnav(e) != fnav) continue;
     }

@@ -62,8 +62,8 @@ void expect_derivatives(const Ephemeris& e, double reach_s, double& worst_veloci
 
 void expect_derivatives(const NavigationData& data) {
   double kepler = 0, glonass = 0, drift = 0;
-  for (const KeplerEphemeris& e : data.kepler) expect_derivatives(e, validity_s(e), kepler, drift);
-  for (const GlonassEphemeris& e : data.glonass) expect_derivatives(e, validity_s(e), glonass, drift);
+  for (const KeplerEphemeris& e : data.kepler) expect_derivatives(e, validity(e).after_s, kepler, drift);
+  for (const GlonassEphemeris& e : data.glonass) expect_derivatives(e, validity(e).after_s, glonass, drift);
   std::printf(
       "  velocity within %.1e m/s (GLONASS %.1e), clock drift within %.1e s/s of numeric differentiation\n",
       kepler, glonass, drift);
@@ -194,24 +194,28 @@ TEST(BroadcastSky, ListsSatellitesAndSpan) {
 TEST(BroadcastSky, ValidityOfEachSystem) {
   const struct {
     SatelliteId id;
-    double limit_s;
-  } cases[] = {{kG05, 7200}, {kJ02, 7200}, {kE11, 14400}, {kC21, 21600}, {kR07, 1800}};
-  for (const auto& [id, limit_s] : cases) {
+    double before_s, after_s;
+  } cases[] = {
+      {kG05, 7200, 7200}, {kJ02, 7200, 7200}, {kE11, 1800, 14400}, {kC21, 3600, 10800}, {kR07, 1800, 1800}};
+  for (const auto& [id, before_s, after_s] : cases) {
     const NavigationData data = only(id);
     const GpsTime toe = data.kepler.empty() ? data.glonass.front().toe : data.kepler.front().toe;
     const BroadcastSky sky(data), stale(data, {{System(id.system)}, true, false});
-    EXPECT_TRUE(sky.state(id, toe - limit_s));
-    EXPECT_TRUE(sky.state(id, toe + limit_s));
-    EXPECT_TRUE(sky.covers(toe + limit_s));
-    EXPECT_FALSE(sky.state(id, toe - (limit_s + 1)));
-    EXPECT_FALSE(sky.state(id, toe + (limit_s + 1)));
-    EXPECT_FALSE(sky.covers(toe + (limit_s + 1)));
-    EXPECT_THAT(sky.source(id, toe + limit_s), AllOf(HasSubstr("sample.rnx"), Not(HasSubstr("none"))));
-    EXPECT_THAT(sky.source(id, toe + 5 * limit_s),
-                AllOf(HasSubstr("none: "), HasSubstr("allow_stale: true")));
-    EXPECT_TRUE(stale.state(id, toe + 5 * limit_s));
-    EXPECT_TRUE(stale.covers(toe + 5 * limit_s));
-    EXPECT_THAT(stale.source(id, toe + 5 * limit_s), HasSubstr("stale"));
+    for (const double inside : {-before_s, 0.0, after_s}) {
+      EXPECT_TRUE(sky.state(id, toe + inside));
+      EXPECT_TRUE(sky.covers(toe + inside));
+      EXPECT_THAT(sky.source(id, toe + inside), AllOf(HasSubstr("sample.rnx"), Not(HasSubstr("none"))));
+    }
+    for (const double outside : {-before_s - 1, after_s + 1}) {
+      EXPECT_FALSE(sky.state(id, toe + outside));
+      EXPECT_FALSE(sky.covers(toe + outside));
+      EXPECT_TRUE(stale.state(id, toe + outside));
+      EXPECT_TRUE(stale.covers(toe + outside));
+      EXPECT_THAT(stale.source(id, toe + outside), HasSubstr("stale"));
+    }
+    EXPECT_THAT(sky.source(id, toe + 5 * after_s),
+                AllOf(HasSubstr("none: "), HasSubstr("after toe"), HasSubstr("allow_stale: true")));
+    EXPECT_THAT(sky.source(id, toe - 5 * before_s), HasSubstr("before toe"));
   }
 }
 
