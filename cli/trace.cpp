@@ -73,7 +73,7 @@ int run(const Arguments& arguments) {
   const Eigen::Vector3d antenna =
       !arguments.enu.empty()     ? parse_enu(arguments.enu)
       : !arguments.place.empty() ? frame.local_from_geodetic(parse_place(arguments.place, "--at"))
-                                 : simulation.antenna_enu(time, receiver);
+                                 : frame.local_from_geodetic(simulation.antenna_pose(receiver, time).position);
   const propagation::Propagator propagator =
       environment.make_propagator(simulation.scenario().receivers[receiver].propagation);
   const simulation::Arrival arrival = environment.arrival(time, antenna, propagator);

@@ -1,0 +1,177 @@
+#!/usr/bin/env bash
+# Runs the installed-looking program as a user does and checks exit status, messages and files.
+# usage: tests/cli/cli_test.sh CANYON_PROGRAM CASE
+set -u
+canyon=$1 case=$2
+root=$(cd "$(dirname "$0")/../.." && pwd)
+data=$root/../shared/data
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+
+failed=0
+fail() { echo "FAILED: $*"; failed=1; }
+# runs STATUS COMMAND...: the command must exit with STATUS; its output goes to files out and err.
+runs() {
+  local want=$1 status; shift
+  timeout 120 "$@" >out 2>err; status=$?
+  [ "$status" -eq "$want" ] || { fail "exit status $status instead of $want: $*"; cat err; }
+}
+# says FILE TEXT...: every text stands in the file.
+says() {
+  local file=$1 text; shift
+  for text in "$@"; do grep -qF -- "$text" "$file" || { fail "$file does not say '$text':"; cat "$file"; }; done
+}
+# one_line: exactly one line on standard error, no output files.
+one_line() { [ "$(wc -l <err)" -eq 1 ] || { fail "not one line of error:"; cat err; }; }
+needs_data() { [ -e "$data/$1" ] || { echo "SKIPPED: real data ../shared/data/$1 is not here"; exit 77; }; }
+
+cat >small.yaml <<'Y'
+city: {synthetic: {blocks_east: 3, blocks_north: 3, seed: 2}}
+sky: {nominal: true}
+start: 2026-03-01T10:00:00Z
+trajectory:
+  waypoints: [{east_m: -60, north_m: 0, up_m: 2}, {east_m: 60, north_m: 0, up_m: 2}]
+  speed_mps: 6
+rate_hz: 1
+outputs: {pictures: false}
+Y
+
+case $case in
+help)
+  runs 0 "$canyon" --help; says out simulate sky trace city
+  runs 0 "$canyon" --version; says out canyon
+  runs 0 "$canyon" simulate --help
+  says out --out --seed --duration --rate --threads --quiet receivers elevation_mask_deg height_above_terrain_m
+  runs 2 "$canyon"
+  runs 2 "$canyon" simulat
+  runs 2 "$canyon" simulate small.yaml ;;
+simulate)
+  runs 0 "$canyon" simulate small.yaml --out res
+  for file in epochs.csv satellites.csv receiver.nmea receiver.obs sky.nav track.kml track.geojson; do
+    [ -s "res/$file" ] || fail "no res/$file"
+  done
+  [ "$(wc -l <res/epochs.csv)" -eq 22 ] || fail "$(wc -l <res/epochs.csv) lines in epochs.csv instead of 21 epochs and a header"
+  ls -A res | grep -E 'part|probe' && fail "temporary files left"
+  says err city sky trajectory "times real time"
+  runs 0 "$canyon" simulate small.yaml --out res2 --quiet
+  [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
+  cmp res/epochs.csv res2/epochs.csv || fail "same seed, other bytes"
+  runs 0 "$canyon" simulate small.yaml --out res3 --quiet --seed 9 --duration 5 --rate 2 --threads 1
+  [ "$(wc -l <res3/epochs.csv)" -eq 12 ] || fail "--duration 5 --rate 2 is not 11 epochs" ;;
+pictures)
+  sed -i 's/outputs:.*/outputs: {pictures: true}/' small.yaml
+  runs 0 "$canyon" simulate small.yaml --out res
+  for file in track skyplot timeline; do
+    [ "$(head -c 4 "res/$file.png" | tail -c 3)" = PNG ] || fail "res/$file.png is no PNG"
+    grep -q '<svg' "res/$file.svg" || fail "res/$file.svg is no SVG"
+  done ;;
+sky)
+  runs 0 "$canyon" sky --at 22.3,114.17,10 --time 2026-03-01T10:00:00Z; says out azimuth G0 E R C "satellites above"
+  runs 0 "$canyon" sky --at 22.3,114.17,10 --time 2026-03-01T10:00:00Z --systems GPS --json
+  says out '"satellites"' '"azimuth_deg"'; grep -q '"E' out && fail "Galileo although --systems GPS"
+  runs 2 "$canyon" sky --at 2230,114.17,10 --time 2026-03-01T10:00:00Z; one_line; says err latitude -90
+  runs 2 "$canyon" sky --at 22.3 --time 2026-03-01T10:00:00Z; one_line; says err LATITUDE
+  runs 2 "$canyon" sky --at 22.3,114.17,10 --time yesterday; one_line; says err yesterday 2019-04-28
+  runs 2 "$canyon" sky --at 22.3,114.17,10 --time 2026-03-01T10:00:00Z --systems GSP; one_line; says err GSP
+  runs 2 "$canyon" sky --nav absent.20n --at 22.3,114.17,10 --time 2026-03-01T10:00:00Z; one_line; says err absent.20n ;;
+sky_real)
+  needs_data urbannav-tst-20190428/hksc1180.19n
+  runs 0 "$canyon" sky --nav "$data/urbannav-tst-20190428/hksc1180.19n" "$data/urbannav-tst-20190428/hksc1180.19b" \
+    --at 22.30115538,114.17900033,6.6 --time 2019-04-28T12:58:03Z
+  says out G C hksc1180.19n hksc1180.19b
+  runs 2 "$canyon" sky --nav "$data/urbannav-tst-20190428/groundTruth_TST.csv" --at 22.3,114.2,6 --time 2019-04-28T12:58:03Z
+  one_line; says err groundTruth_TST.csv ;;
+trace)
+  runs 0 "$canyon" trace small.yaml --enu 0,0,2; says out azimuth visibility direct
+  runs 0 "$canyon" trace small.yaml --json; says out '"paths"' '"excess_path_m"'
+  runs 2 "$canyon" trace small.yaml --receiver nobody; one_line; says err nobody rover
+  runs 2 "$canyon" trace small.yaml --enu 1,2; one_line; says err EAST,NORTH,UP
+  runs 2 "$canyon" trace small.yaml --enu nan,0,2; one_line ;;
+city)
+  printf 'v 0 0 0\nv 10 0 0\nv 10 0 10\nv 0 0 10\nf 1 2 3 4\n' >wall.obj
+  runs 0 "$canyon" city info wall.obj; says out triangles "2 (0 terrain)"
+  runs 0 "$canyon" city info small.yaml --json; says out '"buildings"' '"highest_roof_m"'
+  runs 2 "$canyon" city info absent.dae; one_line; says err absent.dae
+  printf 'v 0 0 0\n' >empty.obj
+  runs 2 "$canyon" city info empty.obj; one_line; says err empty.obj
+  printf 'garbage' >bad.xyz
+  runs 2 "$canyon" city info bad.xyz; one_line; says err bad.xyz .obj ;;
+bad_scenario)
+  sed 's/speed_mps/sped_mps/' small.yaml >bad.yaml
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err bad.yaml:6: sped_mps speed_mps
+  sed 's/up_m: 2/up_m: 2 m/' small.yaml >bad.yaml
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err bad.yaml:5:
+  sed 's/up_m: 2}/up_m: .nan}/' small.yaml >bad.yaml
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err bad.yaml:5:
+  printf 'city: {synthetic: {}\n' >bad.yaml
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err bad.yaml:
+  sed 's/^city.*/city: {mesh: absent.dae, origin: {latitude_deg: 22, longitude_deg: 114, height_m: 0}}/' small.yaml >bad.yaml
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err bad.yaml:1: absent.dae
+  printf 'v 0 0 0\n' >empty.obj
+  sed 's/^city.*/city: {mesh: empty.obj, origin: {latitude_deg: 22, longitude_deg: 114, height_m: 0}}/' small.yaml >bad.yaml
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err empty.obj
+  runs 2 "$canyon" simulate absent.yaml --out res; one_line; says err absent.yaml
+  [ ! -e res/epochs.csv ] || fail "bad input left results" ;;
+bad_trajectory)
+  sed '/waypoints/,/speed/d' small.yaml >base.yaml
+  with_file() { { cat base.yaml; } | sed "s/^trajectory:.*/trajectory: {file: $1}/" >bad.yaml; }
+  printf 'time,latitude,longitude,height\n0,22.3,114.17,nan\n1,22.3,114.17,2\n' >t.csv; with_file t.csv
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err t.csv:2:
+  printf 'time,latitude,longitude,height\n0,2230.1,114.17,2\n1,2230.2,114.17,2\n' >t.csv; with_file t.csv
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err t.csv:2: latitude
+  printf 'time,latitude,longitude,height\n0,22.3,114.17,2\n5,22.3,114.17,2\n4,22.3,114.17,2\n' >t.csv; with_file t.csv
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err t.csv:4:
+  printf 'time,latitude,longitude,height\n0,48.1,11.6,2\n5,48.1,11.6,2\n' >t.csv; with_file t.csv
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err km
+  : >t.csv; with_file t.csv
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err t.csv
+  [ ! -e res/epochs.csv ] || fail "bad input left results" ;;
+bad_sky)
+  head -c 3000 /dev/urandom >garbage.nav
+  sed 's/^sky.*/sky: {navigation: [garbage.nav]}/' small.yaml >bad.yaml
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err garbage.nav
+  : >empty.nav
+  sed 's/^sky.*/sky: {navigation: [empty.nav]}/' small.yaml >bad.yaml
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err empty.nav
+  runs 0 "$canyon" simulate small.yaml --out good --quiet
+  head -c 4000 good/sky.nav >cut.nav
+  sed 's/^sky.*/sky: {navigation: [cut.nav]}/' small.yaml >bad.yaml
+  runs 0 "$canyon" simulate bad.yaml --out res; says err warning: cut.nav:
+  sed 's/^sky.*/sky: {navigation: [good\/sky.nav]}/; s/^start.*/start: 2026-04-01T10:00:00Z/' small.yaml >bad.yaml
+  runs 2 "$canyon" simulate bad.yaml --out res2; one_line; says err 2026-04-01 allow_stale
+  [ ! -e res2/epochs.csv ] || fail "bad input left results" ;;
+bad_output)
+  : >file
+  runs 2 "$canyon" simulate small.yaml --out file; one_line; says err file
+  if [ "$(id -u)" -ne 0 ]; then
+    mkdir locked; chmod 500 locked
+    runs 2 "$canyon" simulate small.yaml --out locked/res; one_line; says err locked
+  else
+    runs 2 "$canyon" simulate small.yaml --out /proc/res; one_line; says err /proc/res
+  fi
+  # A disk that takes no more (here: a limit on the size of files): one clear error, and what an earlier run left
+  # stays as it was.
+  runs 0 "$canyon" simulate small.yaml --out res --quiet
+  cp res/satellites.csv before.csv
+  runs 2 bash -c 'trap "" XFSZ; ulimit -f 8; exec "$0" simulate small.yaml --out res --quiet --seed 2' "$canyon"
+  one_line; says err res/ "cannot be written"
+  cmp before.csv res/satellites.csv || fail "a failed run spoilt an older file"
+  ls -A res | grep part && fail "temporary files left" ;;
+interrupt)
+  # Long enough to be interrupted for certain: a day at 10 Hz.
+  sed 's/rate_hz.*/rate_hz: 10/; s/speed_mps.*/speed_mps: 0.001/' small.yaml >long.yaml
+  "$canyon" simulate long.yaml --out res >out 2>err &
+  program=$!
+  # Wait until epochs flow, with a deadline.
+  for _ in $(seq 200); do ls res/*.part* >/dev/null 2>&1 && [ "$(cat res/epochs.csv.part* | wc -l)" -gt 10 ] && break; sleep 0.1; done
+  kill -INT "$program"; wait "$program"; status=$?
+  [ "$status" -eq 130 ] || { fail "exit status $status instead of 130"; cat err; }
+  says err interrupted "epochs finished"
+  for file in epochs.csv satellites.csv receiver.nmea receiver.obs sky.nav; do [ -s "res/$file" ] || fail "no res/$file"; done
+  finished=$(sed -n 's/.*interrupted: \([0-9]*\) of.*/\1/p' err)
+  [ "$(wc -l <res/epochs.csv)" -eq $((finished + 1)) ] || fail "said $finished epochs, wrote $(wc -l <res/epochs.csv) lines"
+  ls -A res | grep part && fail "temporary files left" ;;
+*) echo "no case '$case'"; exit 2 ;;
+esac
+exit "$failed"

@@ -1,0 +1,178 @@
+// RTKLIB's rnx2rtkp as independent judge of the emitted RINEX files and of the fix: the real program reads
+// receiver.obs and sky.nav and solves them in single-point mode, atmosphere off.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+
+#include "canyon/geodesy/constants.hpp"
+#include "tests/integration/run_scenario.hpp"
+#include "tests/support/shared_data.hpp"
+
+namespace canyon {
+namespace {
+
+constexpr const char* kProgram = "/usr/bin/rnx2rtkp";
+
+// The error constants are made so large that RTKLIB's elevation and ephemeris terms do not count: equal weights,
+// as our solver has. Its navsys bits: GPS 1, GLONASS 4, Galileo 8, QZSS 16, BeiDou 32.
+std::string config(double mask_deg, int systems) {
+  return "pos1-posmode=single\npos1-frequency=l1\npos1-elmask=" + std::to_string(mask_deg) +
+         "\npos1-ionoopt=off\npos1-tropopt=off\npos1-sateph=brdc\npos1-navsys=" + std::to_string(systems) +
+         "\npos1-posopt5=off\npos2-rejgdop=10000\nstats-eratio1=10000\nstats-errphase=10\nstats-errphaseel=0\n"
+         "out-solformat=xyz\nout-outhead=off\nout-timesys=gpst\nout-timeform=tow\nout-timendec=3\nout-solstatic=all\n";
+}
+
+struct Solution {
+  Eigen::Vector3d ecef;
+  int satellites = 0;
+};
+
+/// Runs rnx2rtkp over the files in `folder`; solutions by nanosecond of week, rounded to the millisecond.
+std::map<std::int64_t, Solution> solve_with_rtklib(const std::filesystem::path& folder, double mask_deg,
+                                                   int systems) {
+  std::ofstream(folder / "rtk.conf") << config(mask_deg, systems);
+  const std::string command = std::string("timeout 120 ") + kProgram + " -k '" + (folder / "rtk.conf").string() +
+                              "' -o '" + (folder / "rtk.pos").string() + "' '" +
+                              (folder / "receiver.obs").string() + "' '" + (folder / "sky.nav").string() +
+                              "' >'" + (folder / "rtk.log").string() + "' 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << command;
+  std::map<std::int64_t, Solution> solutions;
+  std::istringstream lines(test::read_whole(folder / "rtk.pos"));
+  for (std::string line; std::getline(lines, line);) {
+    const std::vector<std::string_view> cells = split_blanks(line);
+    if (line.rfind('%', 0) == 0 || cells.size() < 7) continue;
+    Solution solution;
+    for (int i = 0; i < 3; ++i) solution.ecef[i] = *parse_double(cells[static_cast<std::size_t>(2 + i)]);
+    solution.satellites = static_cast<int>(*parse_integer(cells[6]));
+    solutions[std::llround(*parse_double(cells[1]) * 1e3)] = solution;
+  }
+  return solutions;
+}
+
+std::int64_t key(geodesy::GpsTime t) { return std::llround(t.seconds_of_week() * 1e3); }
+
+#define NEEDS_RNX2RTKP()                                                                     \
+  if (!std::filesystem::exists(kProgram)) {                                                  \
+    GTEST_SKIP() << "SKIPPED: " << kProgram << " is not installed (Debian package rtklib)";  \
+  }                                                                                          \
+  static_assert(true, "needs a semicolon")
+
+// Bit sum for the systems that Debian's build of RTKLIB knows.
+constexpr int kGps = 1;
+constexpr int kGlonass = 4;
+constexpr int kGalileo = 8;
+constexpr int kBeiDou = 32;
+
+void expect_open_sky(const std::string& sky, int systems, const std::filesystem::path& data = {}) {
+  const test::TemporaryFolder folder;
+  const std::string yaml =
+      "city: {open: true, origin: {latitude_deg: 22.298, longitude_deg: 114.178, height_m: 10}}\n" + sky +
+      "trajectory:\n"
+      "  waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 3000, north_m: 2000, up_m: 100}]\n"
+      "  speed_mps: 12\n"
+      "receivers: [{name: rover, elevation_mask_deg: 10, clock: {bias_s: 2.0e-4, drift: 1.0e-7}}]\n"
+      "noise: {enabled: false}\n"
+      "rate_hz: 1\nduration_s: 120\n"
+      "outputs: {pictures: false}\n";
+  const simulation::Simulation simulation = test::prepare(yaml, data.empty() ? folder.path() : data);
+  const auto epochs = test::run_and_write(simulation, folder.path());
+  ASSERT_EQ(epochs.size(), 121U);
+  const auto solutions = solve_with_rtklib(folder.path(), 10, systems);
+  double worst_own = 0;
+  double worst_rtklib = 0;
+  for (const simulation::Epoch& epoch : epochs) {
+    ASSERT_TRUE(epoch.observed.fix.solved());
+    worst_own = std::max(worst_own, epoch.error_enu_m.norm());
+    const auto found = solutions.find(key(epoch.observed.receiver_time));
+    ASSERT_NE(found, solutions.end()) << test::read_whole(folder.path() / "rtk.log");
+    EXPECT_EQ(found->second.satellites, static_cast<int>(epoch.observed.fix.used.size()));
+    worst_rtklib = std::max(worst_rtklib, (found->second.ecef - epoch.truth_ecef).norm());
+  }
+  std::cout << "open sky, 121 epochs: fix within " << worst_own * 1e3 << " mm of the truth, rnx2rtkp within "
+            << worst_rtklib * 1e3 << " mm\n";
+  EXPECT_LT(worst_own, 1e-3);
+  EXPECT_LT(worst_rtklib, 0.1);
+}
+
+TEST(Rnx2Rtkp, OpenSkyNominalGpsIsWithinTenCentimetres) {
+  NEEDS_RNX2RTKP();
+  expect_open_sky("sky: {nominal: true, systems: [GPS]}\nstart: 2026-03-01T10:00:00Z\n", kGps);
+}
+
+TEST(Rnx2Rtkp, OpenSkyNominalFourSystemsIsWithinTenCentimetres) {
+  NEEDS_RNX2RTKP();
+  expect_open_sky("sky: {nominal: true, systems: [GPS, GLONASS, Galileo, BeiDou]}\nstart: 2026-03-01T10:00:00Z\n",
+                  kGps + kGlonass + kGalileo + kBeiDou);
+}
+
+TEST(Rnx2Rtkp, OpenSkyRecordedEphemeridesIsWithinTenCentimetres) {
+  NEEDS_RNX2RTKP();
+  CANYON_SHARED_DATA(nav, "urbannav-tst-20190428/hksc1180.19n");
+  expect_open_sky(
+      "sky: {navigation: [hksc1180.19n, hksc1180.19b], systems: [GPS, BeiDou]}\nstart: 2019-04-28T12:58:03Z\n",
+      kGps + kBeiDou, nav.parent_path());
+}
+
+/// Buildings and noise on: rnx2rtkp against our own fix wherever both used the same satellites.
+void expect_same_fix(const simulation::Simulation& simulation, double mask_deg, int systems,
+                     std::size_t least_compared) {
+  const test::TemporaryFolder folder;
+  const auto epochs = test::run_and_write(simulation, folder.path());
+  const auto solutions = solve_with_rtklib(folder.path(), mask_deg, systems);
+  std::size_t compared = 0;
+  std::size_t other_satellites = 0;
+  std::size_t absent = 0;
+  double worst = 0;
+  for (const simulation::Epoch& epoch : epochs) {
+    if (!epoch.observed.fix.solved()) continue;
+    const auto found = solutions.find(key(epoch.observed.receiver_time));
+    if (found == solutions.end()) {
+      ++absent;
+    } else if (found->second.satellites != static_cast<int>(epoch.observed.fix.used.size())) {
+      ++other_satellites;
+    } else {
+      ++compared;
+      const double distance = (found->second.ecef - epoch.observed.fix.position_ecef).norm();
+      worst = std::max(worst, distance);
+      EXPECT_LT(distance, 0.1) << "tow " << epoch.observed.receiver_time.seconds_of_week();
+    }
+  }
+  std::cout << "with buildings and noise: " << compared << " of " << epochs.size()
+            << " epochs with the same satellites, worst distance " << worst * 1e3 << " mm; " << other_satellites
+            << " with other satellites, " << absent << " without an RTKLIB solution\n";
+  EXPECT_GE(compared, least_compared);
+}
+
+TEST(Rnx2Rtkp, AgreesWithOurFixInTheSyntheticCity) {
+  NEEDS_RNX2RTKP();
+  const std::string yaml =
+      "city: {synthetic: {seed: 3}}\nsky: {nominal: true, systems: [GPS, Galileo]}\n"
+      "start: 2026-03-01T10:00:00Z\n"
+      "trajectory: {waypoints: [{east_m: -200, north_m: 0, up_m: 2}, {east_m: 200, north_m: 0, up_m: 2}], speed_mps: 4}\n"
+      "receivers: [{name: rover, elevation_mask_deg: 10}]\n"
+      "seed: 5\noutputs: {pictures: false}\n";
+  const test::TemporaryFolder folder;
+  expect_same_fix(test::prepare(yaml, folder.path()), 10, kGps + kGalileo, 60);
+}
+
+TEST(Rnx2Rtkp, AgreesWithOurFixInHongKong) {
+  NEEDS_RNX2RTKP();
+  CANYON_SHARED_DATA(mesh, "hongkong/buildings.dae");
+  const std::string yaml =
+      "city:\n  mesh: hongkong/buildings.dae\n"
+      "  origin: {latitude_deg: 22.298251, longitude_deg: 114.178761, height_m: 0}\n"
+      "  offset: {east_m: 0, north_m: 8, up_m: 0}\n"
+      "sky:\n  navigation: [urbannav-tst-20190428/hksc1180.19n, urbannav-tst-20190428/hksc1180.19b]\n"
+      "  systems: [GPS, BeiDou]\n"
+      "trajectory:\n  file: urbannav-tst-20190428/groundTruth_TST.csv\n  format: urbannav\n"
+      "  height_above_terrain_m: 2.0\n"
+      "receivers: [{name: rover, preset: paper, elevation_mask_deg: 10}]\n"
+      "propagation: {model: specular}\nseed: 1\noutputs: {pictures: false}\n";
+  expect_same_fix(test::prepare(yaml, mesh.parent_path().parent_path()), 10, kGps + kBeiDou, 200);
+}
+
+}  // namespace
+}  // namespace canyon

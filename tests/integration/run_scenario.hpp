@@ -1,0 +1,71 @@
+#pragma once
+
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "canyon/base/text.hpp"
+#include "canyon/output/sinks.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/simulator.hpp"
+
+namespace canyon::test {
+
+/// A folder of its own under the system's temporary one, removed at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "canyon-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Keeps every epoch.
+class Recorder final : public simulation::EpochSink {
+ public:
+  void write(const simulation::Epoch& epoch) override { epochs.push_back(epoch); }
+  void finish() override { ++finished; }
+  std::vector<simulation::Epoch> epochs;
+  int finished = 0;
+};
+
+inline simulation::Simulation prepare(const std::string& yaml, const std::filesystem::path& folder) {
+  simulation::Scenario scenario = simulation::parse_scenario(yaml, folder / "scenario.yaml");
+  city::City city = simulation::load_city(scenario.city);
+  return simulation::Simulation(std::move(scenario), std::move(city));
+}
+
+/// Runs a scenario, writes its files to `out` and returns all epochs.
+inline std::vector<simulation::Epoch> run_and_write(const simulation::Simulation& simulation,
+                                                    const std::filesystem::path& out, int threads = 0) {
+  Recorder recorder;
+  const auto files = output::make_file_sinks(simulation, out);
+  std::vector<simulation::EpochSink*> sinks{&recorder};
+  for (const auto& file : files) sinks.push_back(file.get());
+  simulation::RunOptions options;
+  options.threads = threads;
+  simulation.run(sinks, options);
+  return std::move(recorder.epochs);
+}
+
+inline std::string read_whole(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+}  // namespace canyon::test
