@@ -73,10 +73,10 @@ std::vector<Slot> gps_slots() {
   return slots;
 }
 
-// ICD GLONASS L1, L2 (5.1), annex on the orbital group: 8 slots in each of 3 planes, 64.8 deg; absolute
-// longitudes of the nodes and arguments of latitude at 1983-01-01 00:00 Moscow time, and the rate of the
-// nodes; the ground track repeats after 17 revolutions in 8 nodal days (40,544 s each). Frequency channels as
-// in use since 2010.
+// ICD GLONASS L1, L2 (5.1), nominal orbital group: 8 slots in each of 3 planes, 64.8 deg; absolute longitudes
+// of the nodes and arguments of latitude at 1983-01-01 00:00 Moscow time, and the rate of the nodes; the
+// ground track repeats after 17 revolutions in 8 nodal days (40,544 s each). Frequency channels as in use. A
+// test holds all of it against the satellites of 2020: 2 deg off after 37 years.
 std::vector<Slot> glonass_slots() {
   constexpr std::array<int, 24> kChannel{1,  -4, 5, 6,  1, -4, 5, 6, -2, -7, 0, -1,
                                          -2, -7, 0, -1, 4, -3, 3, 2, 4,  -3, 3, 2};
