@@ -27,6 +27,9 @@ constexpr int kMaskLooks = 3;
 /// Where receivers may be: check_geodetic()'s lower bound, and the edge of space, below every mirrored root.
 constexpr double kLowest_m = -1e4;
 constexpr double kHighest_m = 1e5;
+constexpr double kEarthRadius_m = 6.371e6;
+/// Beyond every orbit: an iteration that got there does not come back.
+constexpr double kAstray_m = 1e9;
 /// Pivots below this part of the largest count as zero.
 constexpr double kRankThreshold = 1e-6;
 /// While still far from the place only an exactly degenerate geometry stops the iteration.
@@ -75,6 +78,26 @@ class Solver {
   }
 
   Fix solve() {
+    const Fix fix = attempt();
+    if (fix.solved() || fix.iterations == 0) return fix;
+    // With few satellites Newton may run to the mirrored solution or away; the ground below the satellites is
+    // a safer place to begin. (2000 sets of four satellites: the Earth's centre led 9 astray, both together
+    // 1, with a GDOP of 744.)
+    position_.setZero();
+    for (const Candidate& candidate : candidates_) position_ += candidate.state.position_m.normalized();
+    if (!(position_.norm() > 0)) return fix;
+    position_ *= kEarthRadius_m / position_.norm();
+    clock_m_.fill(0);
+    for (Candidate& candidate : candidates_) {
+      candidate.above_mask = true;
+      candidate.atmosphere_m = 0;
+    }
+    const Fix again = attempt();
+    return !again.solved() && fix.status == FixStatus::Singular ? fix : again;
+  }
+
+ private:
+  Fix attempt() {
     Fix fix;
     double step = std::numeric_limits<double>::infinity();
     bool place_known = false;
@@ -86,7 +109,10 @@ class Solver {
       ++fix.iterations;
       step = iterate(fix);
       if (fix.status == FixStatus::Singular) return fix;
-      if (!std::isfinite(step)) break;
+      if (!(position_.norm() < kAstray_m)) {
+        fix.status = FixStatus::NotConverged;
+        return fix;
+      }
       // Mask and atmosphere were looked up where this step began, less than convergence_m away.
       if (place_known && step < options_.convergence_m) {
         fix.status = FixStatus::Fix;
@@ -103,7 +129,6 @@ class Solver {
     return fix;
   }
 
- private:
   void collect(const std::vector<Measurement>& measurements, const orbit::Sky& sky) {
     candidates_.reserve(measurements.size());
     for (const Measurement& m : measurements) {

@@ -94,9 +94,11 @@ struct [[nodiscard]] Fix {
 /// @param measurements any order, each satellite once; satellites that the sky does not know are left out
 /// @param sky answers for the satellites at transmission, as the receiver's decoded navigation messages do
 /// @param klobuchar per system, GPS's as fallback; needed with correct_ionosphere
-/// @param start initial guess, ECEF [m]; the Earth's centre works. The mask is applied at the iterated
-/// position. The result starts as NotSolved and says why it failed. Throws InputError for a measurement that
-/// is not a number, a satellite measured twice, bad options and missing Klobuchar coefficients.
+/// @param start initial guess, ECEF [m]; the Earth's centre works. Where it leads nowhere the ground below
+/// the satellites is tried. The mask is applied at the iterated position.
+///
+/// The result starts as NotSolved and says why it failed. Throws InputError for a measurement that is not a
+/// number, a satellite measured twice, bad options and missing Klobuchar coefficients.
 [[nodiscard]] Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements,
                             const orbit::Sky& sky, const FixOptions& options,
                             const std::map<orbit::System, orbit::Klobuchar>& klobuchar = {},

@@ -316,20 +316,43 @@ TEST(SolveFix, AllSatellitesInOneDirectionIsSingular) {
   EXPECT_EQ(fix.status, FixStatus::Singular);
 }
 
-// Four pseudoranges have two exact solutions; from a start in deep space Newton may find the other one.
-TEST(SolveFix, MirroredRootIsNoFix) {
-  const std::vector<Measurement> four = only(measure(four_systems()), System::GPS, 4);
-  int mirrored = 0;
-  for (double scale = 2; scale < 40; scale *= 1.3) {
-    const Fix fix = solve_fix(kTime, four, four_systems(), FixOptions{}, {}, kTruth * scale);
-    if (fix.solved()) {
-      EXPECT_LT((fix.position_ecef - kTruth).norm(), 1e-3);
-    } else {
-      ++mirrored;
-      expect_unsolved(fix);
+// Four pseudoranges have two exact solutions, and Newton's method from the Earth's centre or from deep space
+// runs to the other one, or away, now and then.
+TEST(SolveFix, FourSatellitesLeadToTheTruthFromAnywhere) {
+  RandomStream random(5, "start");
+  for (int epoch = 0; epoch < 500; ++epoch) {
+    const GpsTime time = kTime + 600.0 * epoch;
+    std::vector<Measurement> four = measure(four_systems(), time);
+    four.resize(4);  // GPS: the first of the sky
+    ASSERT_EQ(four.back().id.system, System::GPS);
+    std::vector<Eigen::Vector3d> directions;
+    for (const Measurement& m : four) {
+      directions.push_back(orbit::line_of_sight(four_systems(), m.id, time, kTruth)->direction_ecef);
+    }
+    const auto dop = dop_of_directions(directions);
+    if (!dop || dop->gdop > 200) continue;
+    const Eigen::Vector3d space = 6e7 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+    for (const Eigen::Vector3d& start : {Eigen::Vector3d(0, 0, 0), space}) {
+      const Fix fix = solve_fix(time, four, four_systems(), FixOptions{}, {}, start);
+      ASSERT_TRUE(fix.solved()) << reason(fix.status) << ", GDOP " << dop->gdop << ", epoch " << epoch;
+      EXPECT_LT((fix.position_ecef - kTruth).norm(), 1e-6 * dop->gdop);
     }
   }
-  RecordProperty("not_converged", mirrored);
+}
+
+// Pseudoranges as an antenna 2000 km up would have them.
+TEST(SolveFix, PlaceFarFromTheGroundIsNoFix) {
+  const Eigen::Vector3d high = kTruth * (1 + 2e6 / kTruth.norm());
+  std::vector<Measurement> measurements = measure(four_systems(), kTime, 30);
+  for (Measurement& m : measurements) {
+    const auto line = orbit::line_of_sight(four_systems(), m.id, kTime, high);
+    m.pseudorange_m = line->range_m - kSpeedOfLight * (line->state.clock_bias_s - line->state.group_delay_s);
+  }
+  const Fix fix = solve_fix(kTime, measurements, four_systems(), FixOptions{});
+  expect_unsolved(fix);
+  EXPECT_EQ(fix.status, FixStatus::NotConverged);
+  EXPECT_GT(fix.iterations, 0);
+  EXPECT_EQ(fix.rank, fix.unknowns);
 }
 
 TEST(SolveFix, AbsurdMeasurementsDoNotPretendAFix) {
