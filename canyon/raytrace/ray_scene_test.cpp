@@ -14,6 +14,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "tests/support/bench_city.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::raytrace {
@@ -350,15 +351,22 @@ TEST(RayScene, TerrainHeightIsThatOfTheHighestSheetAndSkipsBuildings) {
 
 TEST(RayScene, HongKongDriveIsInTheOpen) {
   CANYON_SHARED_DATA(path, "hongkong/buildings.dae");
+  CANYON_SHARED_DATA(track, "urbannav-tst-20190428/groundTruth_TST.csv");
   city::MeshImportOptions options;
   options.origin = geodesy::Geodetic::from_degrees(22.298251, 114.178761, 0);
   options.offset_m = {0, 8, 0};
   const city::City hong_kong = city::read_mesh_city(path, options);
   const RayScene scene(hong_kong.mesh);
-  // Middle of Nathan Road's side of the block grid, from the drive's first epoch: east 24.5, north 322.
+  // A crossing of the drive; every place of the drive itself, as the benchmarks use it, is in the open.
   EXPECT_NEAR(scene.terrain_height(24.5, 322).value(), 0, 1e-3);
   EXPECT_EQ(scene.placement({24.5, 322, 2}), Placement::Free);
   EXPECT_EQ(scene.placement({24.5, 322, -1}), Placement::UnderTerrain);
+  const bench::BenchCity drive = bench::bench_city();
+  ASSERT_EQ(drive.places.size(), 485u);
+  for (const Vector3d& place : drive.places) {
+    EXPECT_EQ(scene.placement(place), Placement::Free) << place.transpose();
+    EXPECT_NEAR(scene.terrain_height(place.x(), place.y()).value(), 0, 1e-3);
+  }
   // Shares of the map inside buildings: seeded points agree with the share under roofs within a few per cent
   // (courtyards and arcades have a roof or none).
   std::mt19937_64 random(16);
@@ -375,7 +383,7 @@ TEST(RayScene, HongKongDriveIsInTheOpen) {
     inside_not_roofed += in && !roof ? 1 : 0;
   }
   EXPECT_EQ(inside_not_roofed, 0);
-  EXPECT_GT(inside, 0.9 * roofed) << inside << " of " << roofed;
+  EXPECT_GT(inside, 0.98 * roofed) << inside << " of " << roofed << "; the rest are roofs without walls";
   RecordProperty("inside", inside);
   RecordProperty("roofed", roofed);
 }
