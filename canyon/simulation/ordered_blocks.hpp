@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <exception>
 #include <memory>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -64,10 +63,10 @@ class OrderedBlock {
   std::atomic<std::size_t> failed_;
 };
 
-/// make(i) for i in [0, count) on `threads` (0: as many as cores), take(i, item) in ascending order on the
-/// calling thread, while the next block is being made. At most two blocks of items exist at a time. Ends
-/// early, between items, once running() is false; what was made in order before that may be dropped. An
-/// exception of make(i) comes out after take() of all items before i; one of take() at once.
+/// make(i) for i in [0, count) on `threads` (0: as many as cores; at most that), take(i, item) in ascending
+/// order on the calling thread, while the next block is being made. At most two blocks of items exist at a
+/// time. Ends early, between items, once running() is false; what was made in order before that may be
+/// dropped. An exception of make(i) comes out after take() of all items before i; one of take() at once.
 template <typename Item, typename Running, typename Make, typename Take>
 void for_each_in_order(std::size_t count, std::size_t block_size, int threads, const Running& running,
                        const Make& make, const Take& take) {
@@ -75,7 +74,9 @@ void for_each_in_order(std::size_t count, std::size_t block_size, int threads, c
     throw InputError(fmt::format("{} threads are out of range", threads),
                      "give 0 (as many as cores) to 4096");
   }
-  if (threads == 0) threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  // More threads than cores bring nothing, and TBB complains about them on stderr.
+  const int cores = tbb::this_task_arena::max_concurrency();
+  threads = threads == 0 ? cores : std::min(threads, cores);
   const auto size_at = [&](std::size_t first) { return std::min(block_size, count - first); };
 
   if (threads == 1) {

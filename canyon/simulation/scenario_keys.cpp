@@ -87,8 +87,8 @@ std::vector<ScenarioKey> make_keys() {
   add("city.origin.longitude_deg", "deg", "", "longitude, east positive");
   add("city.origin.height_m", "m", show(city.import.origin.height_m), "ellipsoidal height");
   add("city.offset.east_m", "m", show(city.import.offset_m.x()), "moves the mesh in its ENU frame");
-  add("city.offset.north_m", "m", show(city.import.offset_m.y()), "");
-  add("city.offset.up_m", "m", show(city.import.offset_m.z()), "");
+  add("city.offset.north_m", "m", show(city.import.offset_m.y()), "the same, northwards");
+  add("city.offset.up_m", "m", show(city.import.offset_m.z()), "the same, upwards");
   add("city.heading_deg", "deg", show_deg(city.import.heading_rad),
       "turns the mesh counter-clockwise seen from above");
   add("city.scale", "", show(city.import.scale), "on top of the unit that the file declares");

@@ -33,7 +33,7 @@ class EpochSink {
 };
 
 struct RunOptions {
-  int threads = 0;                          ///< 0: as many as cores
+  int threads = 0;                          ///< 0: as many as cores; never more than those
   const std::atomic<bool>* stop = nullptr;  ///< set to end after the epochs in flight
   /// Called now and then from the calling thread: epochs done, epochs in all.
   std::function<void(std::size_t, std::size_t)> progress;

@@ -1,0 +1,478 @@
+#include "canyon/simulation/scenario.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/receiver/preset.hpp"
+#include "canyon/simulation/test_support.hpp"
+#include "tests/support/shared_data.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using geodesy::degrees;
+using geodesy::GpsTime;
+using geodesy::radians;
+using test::error_of;
+using test::TemporaryFolder;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+const std::filesystem::path kSource = CANYON_SOURCE_DIR;
+
+std::string read_text(const std::filesystem::path& path) {
+  std::stringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+// What is said about a scenario of this text, from its name on.
+std::string fault(const std::string& text) {
+  const std::string what = error_of([&] { (void)parse_scenario(text, "s.yaml"); }).what();
+  EXPECT_THAT(what, StartsWith("s.yaml"));
+  return what;
+}
+
+const std::string kCity = "city: {synthetic: {}}\n";
+const std::string kPlace =
+    "start: 2026-06-01T12:00:00Z\ntrajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n";
+const std::string kMinimal = kCity + kPlace;
+
+// The issue's example, word for word.
+const std::string kIssueExample = R"(city:
+  mesh: hongkong/buildings.dae
+  origin: {latitude_deg: 22.298251, longitude_deg: 114.178761, height_m: 0}
+  offset: {east_m: 0, north_m: 8, up_m: 0}      # moves the city in its ENU frame
+sky:
+  navigation: [urbannav-tst-20190428/hksc1180.19n, urbannav-tst-20190428/hksc1180.19b]
+  systems: [GPS, BeiDou]                        # also GLONASS, Galileo, QZSS
+  # allow_stale: true                           # older ephemerides than their system allows
+trajectory:
+  file: urbannav-tst-20190428/groundTruth_TST.csv
+  format: urbannav                              # week, tow, latitude, longitude, height
+  height_above_terrain_m: 2.0                   # clamps; left out: the file's ellipsoidal heights
+receivers:
+  - name: rover
+    preset: paper                               # anything below overrides it
+    elevation_mask_deg: 10
+propagation: {model: specular}                  # or mirror
+noise: {enabled: true}
+seed: 1
+)";
+
+// A folder with the files that kIssueExample names, all empty.
+struct IssueFolder {
+  IssueFolder() {
+    std::filesystem::create_directories(folder / "hongkong");
+    std::filesystem::create_directories(folder / "urbannav-tst-20190428");
+    (void)folder.write("hongkong/buildings.dae", "");
+    for (const char* name : {"hksc1180.19n", "hksc1180.19b", "groundTruth_TST.csv"}) {
+      (void)folder.write(std::string("urbannav-tst-20190428/") + name, "");
+    }
+  }
+  TemporaryFolder folder;
+};
+
+TEST(Scenario, ReadsTheExampleAsItStands) {
+  const IssueFolder data;
+  const Scenario s = read_scenario(data.folder.write("scenario.yaml", kIssueExample));
+  EXPECT_EQ(s.city.mesh, data.folder / "hongkong/buildings.dae");
+  EXPECT_NEAR(degrees(s.city.import.origin.latitude_rad), 22.298251, 1e-12);
+  EXPECT_NEAR(degrees(s.city.import.origin.longitude_rad), 114.178761, 1e-12);
+  EXPECT_EQ(s.city.import.offset_m, Eigen::Vector3d(0, 8, 0));
+  EXPECT_THAT(s.sky.navigation, ElementsAre(data.folder / "urbannav-tst-20190428/hksc1180.19n",
+                                            data.folder / "urbannav-tst-20190428/hksc1180.19b"));
+  EXPECT_EQ(s.sky.systems, (std::set<orbit::System>{orbit::System::GPS, orbit::System::BeiDou}));
+  EXPECT_FALSE(s.sky.allow_stale);
+  EXPECT_FALSE(s.sky.nominal);
+  EXPECT_EQ(s.trajectory.file, data.folder / "urbannav-tst-20190428/groundTruth_TST.csv");
+  EXPECT_EQ(s.trajectory.format, "urbannav");
+  EXPECT_EQ(s.trajectory.height_above_terrain_m, 2.0);
+  EXPECT_FALSE(s.start || s.duration_s || s.rate_hz);
+  ASSERT_EQ(s.receivers.size(), 1U);
+  const ReceiverConfig& rover = s.receivers[0];
+  EXPECT_EQ(rover.options.name, "rover");
+  EXPECT_NEAR(degrees(rover.options.fix.elevation_mask_rad), 10, 1e-12) << "the key overrides the preset";
+  EXPECT_EQ(rover.options.fix.min_satellites, receiver::receiver_preset("paper").fix.min_satellites);
+  EXPECT_EQ(rover.propagation.model, propagation::Model::Specular) << "the scenario overrides the preset";
+  EXPECT_TRUE(rover.options.noise.enabled);
+  EXPECT_EQ(s.seed, 1U);
+}
+
+TEST(Scenario, ExamplesOfTheRepositoryParse) {
+  EXPECT_EQ(read_scenario(kSource / "examples/synthetic_drive.yaml").trajectory.waypoints.size(), 12U);
+  const Scenario frozen = read_scenario(kSource / "examples/frozen_sky.yaml");
+  EXPECT_EQ(frozen.sky.frozen_azimuth_rad.size(), 8U);
+  EXPECT_EQ(frozen.sky.frozen_elevation_rad[2], 1.02);
+  EXPECT_EQ(frozen.receivers[0].propagation.model, propagation::Model::Mirror);
+  const IssueFolder data;
+  const std::string drive = read_text(kSource / "examples/urbannav_tst.yaml");
+  (void)read_scenario(data.folder.write("urbannav_tst.yaml", drive));
+  EXPECT_THAT(drive, EndsWith(kIssueExample)) << "the example and the one in the documentation are one";
+}
+
+TEST(Scenario, LeftOutKeysAreTheStructsDefaults) {
+  const Scenario s = parse_scenario(kMinimal, "s.yaml");
+  EXPECT_TRUE(s.sky.nominal);
+  EXPECT_EQ(s.sky.systems.size(), orbit::kSystemCount);
+  ASSERT_EQ(s.receivers.size(), 1U);
+  const receiver::ReceiverOptions defaults;
+  const receiver::ReceiverOptions& rover = s.receivers[0].options;
+  EXPECT_EQ(rover.name, "rover");
+  EXPECT_EQ(rover.fix.elevation_mask_rad, defaults.fix.elevation_mask_rad);
+  EXPECT_EQ(rover.noise.ou.sigma_m_per_sqrt_s, defaults.noise.ou.sigma_m_per_sqrt_s);
+  EXPECT_EQ(s.receivers[0].propagation.max_range_m, propagation::PropagationOptions().max_range_m);
+  EXPECT_TRUE(s.outputs.epochs_csv && s.outputs.pictures);
+  EXPECT_EQ(s.city.import.origin.latitude_rad, city::SyntheticCityOptions().origin.latitude_rad);
+}
+
+TEST(Scenario, LaterLayersOverrideKeyByKey) {
+  const Scenario s = parse_scenario(kMinimal + R"(
+propagation: {max_range_m: 500, reflection_order: 0}
+noise: {theta_per_s: 0.5, mu_m: 2, drift: {enabled: true}}
+receivers:
+  - {name: a}
+  - {name: b, preset: paper}
+  - name: c
+    preset: paper
+    min_satellites: 4
+    propagation: {max_range_m: 100, model: specular}
+    noise: {mu_m: 3, drift: {below_los: 7}}
+)",
+                                    "s.yaml");
+  const auto& a = s.receivers[0];
+  const auto& b = s.receivers[1];
+  const auto& c = s.receivers[2];
+  EXPECT_EQ(a.propagation.model, propagation::Model::Specular);
+  EXPECT_EQ(b.propagation.model, propagation::Model::Mirror);
+  EXPECT_EQ(c.propagation.model, propagation::Model::Specular);
+  EXPECT_EQ(b.propagation.max_range_m, 500);
+  EXPECT_EQ(c.propagation.max_range_m, 100);
+  EXPECT_EQ(c.propagation.reflection_order, 0);
+  EXPECT_EQ(c.options.noise.ou.theta_per_s, 0.5);
+  EXPECT_EQ(b.options.noise.ou.mu_m, 2);
+  EXPECT_EQ(c.options.noise.ou.mu_m, 3);
+  EXPECT_TRUE(c.options.noise.drift_enabled);
+  EXPECT_EQ(c.options.noise.drift_below_los, 7);
+  EXPECT_EQ(b.options.fix.min_satellites, 5);
+  EXPECT_EQ(c.options.fix.min_satellites, 4);
+  EXPECT_NEAR(degrees(c.options.fix.elevation_mask_rad), 15, 1e-12);
+}
+
+TEST(Scenario, StartIsUtcOrGpst) {
+  const auto start = [](const std::string& text) {
+    return *parse_scenario(
+                kCity + "start: " + text + "\ntrajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n",
+                "s.yaml")
+                .start;
+  };
+  const GpsTime expected = GpsTime::from_week(2051, 46701);
+  EXPECT_EQ(start("{week: 2051, tow: 46701}"), expected);
+  EXPECT_EQ(start("2019-04-28T12:58:21 GPST"), expected);
+  EXPECT_EQ(start("2019-04-28T12:58:03Z"), expected);
+  EXPECT_EQ(start("2019-04-28T20:58:03+08:00"), expected);
+}
+
+TEST(Scenario, LocalWaypointsLieInTheCitysFrame) {
+  const Scenario s = parse_scenario(
+      "city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\n"
+      "trajectory:\n  waypoints:\n  - {east_m: 100, north_m: 0, up_m: 2}\n"
+      "  - {latitude_deg: 48.001, longitude_deg: 11.001, height_m: 510}\n  hold_s: 3\n",
+      "s.yaml");
+  const geodesy::LocalFrame frame(geodesy::Geodetic::from_degrees(48, 11, 500));
+  EXPECT_LT((frame.local_from_geodetic(s.trajectory.waypoints[0]) - Eigen::Vector3d(100, 0, 2)).norm(), 1e-6);
+  EXPECT_EQ(s.trajectory.waypoints[1].height_m, 510);
+  EXPECT_EQ(s.trajectory.hold_s, 3);
+}
+
+TEST(Scenario, NamesUnknownKeysWithTheClosest) {
+  EXPECT_EQ(fault(kMinimal + "receivers:\n- name: a\n  elevation_mask: 10\n"),
+            "s.yaml:6: unknown key 'elevation_mask' in 'receivers[]'; did you mean 'elevation_mask_deg'?");
+  EXPECT_THAT(fault(kMinimal + "receivers:\n- name: a\n  elevation_mask_rad: 0.1\n"),
+              HasSubstr("did you mean 'elevation_mask_deg'?"));
+  EXPECT_THAT(fault(kMinimal + "rate: 10\n"),
+              HasSubstr("s.yaml:4: unknown key 'rate'; did you mean 'rate_hz'?"));
+  EXPECT_THAT(fault(kMinimal + "duration_min: 10\n"), HasSubstr("did you mean 'duration_s'?"));
+  EXPECT_THAT(fault(kMinimal + "propagation: {max_range_km: 10}\n"),
+              HasSubstr("did you mean 'max_range_m'?"));
+  EXPECT_THAT(fault(kMinimal + "recievers: []\n"), HasSubstr("did you mean 'receivers'?"));
+  EXPECT_THAT(fault(kMinimal + "xyzzyplugh: 1\n"), HasSubstr("known here: city, sky, start"));
+}
+
+TEST(Scenario, NamesRepeatedKeys) {
+  EXPECT_EQ(fault(kMinimal + "seed: 1\nseed: 2\n"),
+            "s.yaml:5: 'seed' comes twice, first in line 4; remove one of them");
+  EXPECT_THAT(fault(kMinimal + "noise: {mu_m: 1, mu_m: 2}\n"), HasSubstr("'mu_m' comes twice"));
+}
+
+TEST(Scenario, NamesWrongTypesUnitsAndRanges) {
+  const auto receiver = [](const std::string& key) {
+    return fault(kMinimal + "receivers:\n- " + key + "\n");
+  };
+  EXPECT_EQ(receiver("elevation_mask_deg: ten"), "s.yaml:5: elevation_mask_deg: 'ten' is not a number");
+  EXPECT_EQ(receiver("elevation_mask_deg: 10 deg"),
+            "s.yaml:5: elevation_mask_deg: '10 deg' is not a number; give the number alone, the unit is in "
+            "the key's name");
+  EXPECT_THAT(receiver("lever_arm: {up_m: 2m}"), HasSubstr("the unit is in the key's name"));
+  EXPECT_THAT(receiver("elevation_mask_deg: 90"),
+              HasSubstr("90 is out of range; it is at least 0 and below 90"));
+  EXPECT_THAT(receiver("elevation_mask_deg: .nan"), HasSubstr("'.nan' is not a number"));
+  EXPECT_THAT(receiver("elevation_mask_deg: [1, 2]"), HasSubstr("is a list where one value belongs"));
+  EXPECT_THAT(receiver("elevation_mask_deg:"), HasSubstr("has no value"));
+  EXPECT_THAT(receiver("min_satellites: 4.5"), HasSubstr("'4.5' is not a whole number"));
+  EXPECT_THAT(receiver("min_satellites: 3"), HasSubstr("runs from 4"));
+  EXPECT_THAT(receiver("ionosphere: perhaps"), HasSubstr("'perhaps' is neither true nor false"));
+  EXPECT_THAT(receiver("preset: papper"), HasSubstr("did you mean 'paper'?"));
+  EXPECT_THAT(receiver("clock: {bias_s: 5}"), HasSubstr("bias_s: 5 is out of range"));
+  EXPECT_THAT(receiver("clock: 5"), HasSubstr("'receivers[].clock' is not a mapping"));
+  EXPECT_THAT(fault(kMinimal + "receivers: {name: a}\n"), HasSubstr("receivers: is not a list"));
+  EXPECT_THAT(fault(kMinimal + "receivers: []\n"), HasSubstr("the list is empty"));
+  EXPECT_THAT(fault(kMinimal + "seed: -1\n"), HasSubstr("seed: -1 is out of range"));
+  EXPECT_THAT(fault(kMinimal + "rate_hz: 0\n"), HasSubstr("rate_hz: 0 is out of range; it is above 0"));
+  EXPECT_THAT(fault(kMinimal + "noise: {theta_per_s: 0}\n"), HasSubstr("theta_per_s: 0 is out of range"));
+  EXPECT_THAT(fault(kMinimal + "propagation: {model: mirrow}\n"), HasSubstr("did you mean 'mirror'?"));
+  EXPECT_THAT(fault(kMinimal + "propagation: {max_incidence_deg: 91}\n"), HasSubstr("at most 90"));
+  EXPECT_THAT(fault("city: {open: true, origin: {latitude_deg: 1278, longitude_deg: 4}}\n" + kPlace),
+              HasSubstr("s.yaml:1: latitude_deg: 1278 is out of range; it is at least -90 and at most 90"));
+}
+
+TEST(Scenario, NamesWhatIsMissingOrContradicts) {
+  EXPECT_THAT(fault(kPlace), HasSubstr("'city' is missing"));
+  EXPECT_THAT(fault(kCity), HasSubstr("'trajectory' is missing"));
+  EXPECT_THAT(fault("city: {origin: {latitude_deg: 1, longitude_deg: 1}}\n" + kPlace),
+              HasSubstr("city has no content"));
+  EXPECT_THAT(fault("city: {open: true}\n" + kPlace), HasSubstr("city has no origin"));
+  EXPECT_THAT(fault("city: {open: true, synthetic: {}}\n" + kPlace),
+              HasSubstr("open: stands beside 'synthetic'; keep one of mesh, synthetic or open"));
+  EXPECT_THAT(fault("city: {synthetic: {}, scale: 2}\n" + kPlace), HasSubstr("scale: has no effect"));
+  EXPECT_THAT(fault("city: {synthetic: {min_height_m: 50, max_height_m: 20}}\n" + kPlace),
+              HasSubstr("height"));
+  EXPECT_THAT(fault(kMinimal + "sky: {nominal: false}\n"), HasSubstr("no other source"));
+  EXPECT_THAT(fault(kMinimal + "sky: {systems: [GPS, Galilei]}\n"),
+              AllOf(HasSubstr("systems: "), HasSubstr("Galile")));
+  EXPECT_THAT(fault(kMinimal + "sky: {systems: []}\n"), HasSubstr("the list is empty"));
+  EXPECT_THAT(fault(kCity + "trajectory: {speed_mps: 3}\n"), HasSubstr("trajectory has no content"));
+  EXPECT_THAT(fault(kCity + "trajectory: {position: {east_m: 1, north_m: 2}}\n"),
+              HasSubstr("'up_m' is missing; give it, or trajectory.height_above_terrain_m"));
+  EXPECT_THAT(fault(kCity + "trajectory: {position: {east_m: 1, latitude_deg: 2}}\n"),
+              HasSubstr("'north_m' is missing"));
+  EXPECT_THAT(fault(kCity + "trajectory: {position: {east_m: 1, north_m: 2, up_m: 0}, hold_s: 4}\n"),
+              HasSubstr("hold_s: has no effect"));
+  EXPECT_THAT(fault(kMinimal + "receivers:\n- {name: a}\n- {name: a}\n"),
+              HasSubstr("s.yaml:6: name: 'a' names two receivers"));
+  EXPECT_THAT(fault(kMinimal + "receivers:\n- {name: a}\n- {preset: paper}\n"), HasSubstr("has no name"));
+  EXPECT_THAT(fault(kMinimal + "receivers:\n- {name: ../a}\n"), HasSubstr("cannot name a folder"));
+  EXPECT_THAT(fault(kCity + "start: noon\ntrajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n"),
+              HasSubstr("s.yaml:2: start: "));
+  EXPECT_THAT(
+      fault(kCity + "start: {week: 2051}\ntrajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n"),
+      HasSubstr("'tow' is missing"));
+}
+
+TEST(Scenario, FrozenSkyTakesThePapersWordsInRadians) {
+  const auto frozen = [](const std::string& keys) { return kMinimal + "sky: {frozen: {" + keys + "}}\n"; };
+  const Scenario s =
+      parse_scenario(frozen("satNum: 2, satAzimuth: 2.93 3.39, satElevation: [0.78, 0.32]"), "s.yaml");
+  EXPECT_THAT(s.sky.frozen_azimuth_rad, ElementsAre(2.93, 3.39));
+  EXPECT_THAT(s.sky.frozen_elevation_rad, ElementsAre(0.78, 0.32));
+  EXPECT_THAT(fault(frozen("satAzimuth: 2.93, satElevation: 45")),
+              HasSubstr("it is in radians, from 0 to 1.5708; 45 deg is 0.785398"));
+  EXPECT_THAT(fault(frozen("satAzimuth: 270, satElevation: 1")),
+              HasSubstr("satAzimuth: 270 is out of range"));
+  EXPECT_THAT(fault(frozen("satNum: 3, satAzimuth: 1 2, satElevation: 1 1")),
+              HasSubstr("2 azimuths and 2 elevations for 3"));
+  EXPECT_THAT(fault(frozen("satAzimuth: 1 2, satElevation: 1")), HasSubstr("2 azimuths and 1 elevations"));
+  EXPECT_THAT(fault(frozen("satAzimuth: 1 two, satElevation: 1 1")), HasSubstr("'two' is not a number"));
+  EXPECT_THAT(fault(frozen("satAzimuth: 1")), HasSubstr("needs satAzimuth and satElevation"));
+}
+
+TEST(Scenario, FilesMustExist) {
+  EXPECT_THAT(fault(kMinimal + "sky:\n  navigation:\n  - nowhere.19n\n"),
+              HasSubstr("s.yaml:5: navigation: there is no file 'nowhere.19n'; paths are relative to the "
+                        "scenario's folder"));
+  EXPECT_THAT(fault("city: {mesh: nowhere.dae, origin: {latitude_deg: 1, longitude_deg: 1}}\n" + kPlace),
+              HasSubstr("s.yaml:1: mesh: there is no file"));
+  EXPECT_THAT(fault(kCity + "trajectory:\n  file: t.csv\n"),
+              HasSubstr("s.yaml:3: file: there is no file 't.csv'"));
+  EXPECT_THAT(fault(kMinimal + "sky: {sp3: .}\n"), HasSubstr("is a folder"));
+  EXPECT_THAT(error_of([] { (void)read_scenario("/nowhere/s.yaml"); }).what(), HasSubstr("/nowhere/s.yaml"));
+}
+
+TEST(Scenario, BrokenYamlNamesTheLine) {
+  EXPECT_THAT(fault("city: {synthetic: {}\nsky: }\n"), StartsWith("s.yaml:"));
+  EXPECT_THAT(fault(kMinimal + "\tseed: 1\n"), AllOf(StartsWith("s.yaml:"), HasSubstr("not YAML")));
+  EXPECT_THAT(fault(""), HasSubstr("the file is empty"));
+  EXPECT_THAT(fault("# nothing\n"), HasSubstr("the file is empty"));
+  EXPECT_THAT(fault("hello\n"), HasSubstr("the scenario is not a mapping"));
+  EXPECT_THAT(fault("[1, 2]\n"), HasSubstr("not a mapping"));
+  EXPECT_THAT(fault(kMinimal + "---\n" + kMinimal), HasSubstr("second YAML document"));
+  EXPECT_THAT(fault("? [a, b]\n: 1\n"), HasSubstr("not a plain word"));
+  EXPECT_THAT(fault(std::string("\0\1\2\xff", 4)), StartsWith("s.yaml"));
+}
+
+// --- the table of keys
+// -----------------------------------------------------------------------------------------
+
+// Key paths of a YAML text, lists of mappings as "[]".
+void collect(const YAML::Node& node, const std::string& path, std::set<std::string>& paths) {
+  if (node.IsMap() && node.size() > 0) {
+    for (const auto& pair : node) {
+      collect(pair.second, (path.empty() ? "" : path + ".") + pair.first.Scalar(), paths);
+    }
+  } else if (node.IsSequence() && node.size() > 0 && node[0].IsMap()) {
+    for (const YAML::Node& item : node) collect(item, path + "[]", paths);
+  } else {
+    paths.insert(path);
+  }
+}
+
+// Scenarios that together hold every key.
+std::vector<std::string> scenarios_with_every_key() {
+  const std::string propagation =
+      "{model: specular, reflection_order: 1, max_range_m: 300, max_incidence_deg: 89, ground_reflection: "
+      "false}";
+  const std::string noise =
+      "{enabled: true, theta_per_s: 0.02, mu_m: 0, sigma_m_per_sqrt_s: 0.2, doppler_sigma_hz: 0.1, "
+      "drift: {enabled: false, below_speed_mps: 0.5, below_los: 5, mu_sigma_m: 2}}";
+  return {
+      "city: {mesh: f, origin: {latitude_deg: 1, longitude_deg: 2, height_m: 3}, "
+      "offset: {east_m: 1, north_m: 2, up_m: 3}, heading_deg: 4, scale: 1, up_axis: Z, terrain_names: [a, "
+      "b]}\n"
+      "sky: {navigation: [f], systems: [GPS], allow_stale: true}\n"
+      "start: {week: 2051, tow: 1}\n"
+      "duration_s: 10\nrate_hz: 5\nseed: 3\n"
+      "trajectory: {file: f, format: nmea, height_above_terrain_m: 2}\n"
+      "outputs: {epochs_csv: true, satellites_csv: true, nmea: true, rinex_observation: true, "
+      "rinex_navigation: true, kml: true, geojson: true, pictures: true}\n"
+      "propagation: " +
+          propagation + "\nnoise: " + noise + "\n",
+      "city: {synthetic: {blocks_east: 2, blocks_north: 2, block_size_m: 50, street_width_m: 20, "
+      "min_height_m: 10, "
+      "max_height_m: 30, seed: 2}}\n"
+      "sky: {nominal: true}\nstart: 2026-06-01T12:00:00Z\n"
+      "trajectory: {waypoints: [{latitude_deg: 1, longitude_deg: 2, height_m: 3}, {east_m: 1, north_m: 2, "
+      "up_m: 3}], "
+      "speed_mps: 3, hold_s: 1}\n"
+      "receivers: [{name: a, preset: paper, elevation_mask_deg: 5, min_satellites: 4, max_iterations: 20, "
+      "convergence_m: 1e-6, ionosphere: true, troposphere: true, correct_ionosphere: true, "
+      "correct_troposphere: true, lever_arm: {forward_m: 1, left_m: 2, up_m: 3}, "
+      "clock: {bias_s: 1e-3, drift: 1e-7, drift_walk: 1e-9}, propagation: " +
+          propagation + ", noise: " + noise + "}]\n",
+      "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\nsky: {sp3: f}\n"
+      "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
+      "city: {synthetic: {}}\nsky: {frozen: {satNum: 1, satAzimuth: 1, satElevation: 1}}\n"
+      "trajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n"};
+}
+
+TEST(ScenarioKeys, TheReaderAcceptsEveryKeyOfTheTableAndNoOther) {
+  const TemporaryFolder folder;
+  (void)folder.write("f", "");
+  std::set<std::string> used;
+  for (const std::string& text : scenarios_with_every_key()) {
+    EXPECT_NO_THROW((void)parse_scenario(text, folder / "s.yaml")) << text;
+    collect(YAML::Load(text), "", used);
+  }
+  used.erase("city.synthetic");  // "{}" in the last one; its keys stand for themselves
+  std::set<std::string> table;
+  for (const ScenarioKey& key : scenario_keys()) {
+    EXPECT_TRUE(table.insert(key.path).second) << key.path << " stands twice in the table";
+    EXPECT_FALSE(key.meaning.empty()) << key.path;
+  }
+  EXPECT_EQ(used, table);
+}
+
+TEST(ScenarioKeys, DefaultsOfTheTableAreThoseOfTheStructs) {
+  // Every default that is a plain number or word is written out into a scenario and read back: nothing
+  // changes.
+  const Scenario plain = parse_scenario(kMinimal + "receivers: [{name: rover}]\n", "s.yaml");
+  const auto value = [](const std::string& path) {
+    for (const ScenarioKey& key : scenario_keys()) {
+      if (key.path == path) return key.default_value;
+    }
+    ADD_FAILURE() << path;
+    return std::string();
+  };
+  std::string propagation;
+  std::string noise;
+  std::string drift;
+  for (const ScenarioKey& key : scenario_keys()) {
+    const auto rest = [&](const std::string& prefix) {
+      return key.path.substr(prefix.size()) + ": " + key.default_value + ", ";
+    };
+    if (key.path.rfind("propagation.", 0) == 0) propagation += rest("propagation.");
+    if (key.path.rfind("noise.drift.", 0) == 0) {
+      drift += rest("noise.drift.");
+    } else if (key.path.rfind("noise.", 0) == 0) {
+      noise += rest("noise.");
+    }
+  }
+  std::string receiver;
+  for (const char* key : {"elevation_mask_deg", "min_satellites", "max_iterations", "convergence_m",
+                          "ionosphere", "troposphere", "correct_ionosphere", "correct_troposphere"}) {
+    receiver += std::string(key) + ": " + value(std::string("receivers[].") + key) + ", ";
+  }
+  const Scenario written = parse_scenario(
+      kMinimal + "propagation: {" + propagation + "}\nnoise: {" + noise + "drift: {" + drift +
+          "}}\nseed: " + value("seed") +
+          "\nreceivers: [{name: rover, preset: " + value("receivers[].preset") + ", " + receiver + "}]\n",
+      "s.yaml");
+  const ReceiverConfig& a = plain.receivers[0];
+  const ReceiverConfig& b = written.receivers[0];
+  EXPECT_DOUBLE_EQ(a.options.fix.elevation_mask_rad, b.options.fix.elevation_mask_rad);
+  EXPECT_EQ(a.options.fix.min_satellites, b.options.fix.min_satellites);
+  EXPECT_EQ(a.options.fix.max_iterations, b.options.fix.max_iterations);
+  EXPECT_EQ(a.options.fix.convergence_m, b.options.fix.convergence_m);
+  EXPECT_EQ(a.options.ionosphere, b.options.ionosphere);
+  EXPECT_EQ(a.options.fix.correct_troposphere, b.options.fix.correct_troposphere);
+  EXPECT_EQ(a.options.noise.enabled, b.options.noise.enabled);
+  EXPECT_EQ(a.options.noise.ou.theta_per_s, b.options.noise.ou.theta_per_s);
+  EXPECT_EQ(a.options.noise.ou.sigma_m_per_sqrt_s, b.options.noise.ou.sigma_m_per_sqrt_s);
+  EXPECT_EQ(a.options.noise.doppler_sigma_hz, b.options.noise.doppler_sigma_hz);
+  EXPECT_EQ(a.options.noise.drift_below_los, b.options.noise.drift_below_los);
+  EXPECT_EQ(a.options.noise.drift_mu_sigma_m, b.options.noise.drift_mu_sigma_m);
+  EXPECT_EQ(a.propagation.model, b.propagation.model);
+  EXPECT_EQ(a.propagation.max_range_m, b.propagation.max_range_m);
+  EXPECT_NEAR(a.propagation.max_incidence_rad, b.propagation.max_incidence_rad, 1e-9);
+  EXPECT_EQ(plain.seed, written.seed);
+}
+
+TEST(ScenarioKeys, DocumentationHasTheSameTable) {
+  std::vector<std::string> rows;
+  std::istringstream page(read_text(kSource / "docs/scenario.md"));
+  for (std::string line; std::getline(page, line);) {
+    if (line.rfind("| `", 0) == 0) rows.push_back(line);
+  }
+  ASSERT_EQ(rows.size(), scenario_keys().size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const ScenarioKey& key = scenario_keys()[i];
+    EXPECT_EQ(rows[i],
+              "| `" + key.path + "` | " + key.unit + " | " + key.default_value + " | " + key.meaning + " |");
+  }
+}
+
+TEST(ScenarioKeys, TheExampleOfTheDocumentationIsTheTestedOne) {
+  EXPECT_THAT(read_text(kSource / "docs/scenario.md"), HasSubstr("```yaml\n" + kIssueExample + "```"));
+}
+
+TEST(ScenarioKeys, HelpTextNamesEveryKeyUnitAndDefault) {
+  const std::string help = format_scenario_keys();
+  for (const ScenarioKey& key : scenario_keys()) {
+    EXPECT_THAT(help, HasSubstr(key.path));
+    EXPECT_THAT(help, HasSubstr(key.meaning));
+  }
+  EXPECT_THAT(help, HasSubstr("[deg, default 10]"));
+}
+
+}  // namespace
+}  // namespace canyon::simulation

@@ -1,0 +1,196 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/test_support.hpp"
+#include "canyon/simulation/trajectory.hpp"
+#include "tests/support/shared_data.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using geodesy::degrees;
+using geodesy::GpsTime;
+using geodesy::parse_time;
+using test::error_of;
+using test::TemporaryFolder;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+const GpsTime kStart = parse_time("2019-04-28T12:58:03Z");
+
+TrajectoryFile read(const std::string& text, const std::string& format, GpsTime start = kStart) {
+  const TemporaryFolder folder;
+  return read_trajectory_file(folder.write("track.txt", text), format, start);
+}
+
+// what() without the folder.
+std::string fault(const std::string& text, const std::string& format, GpsTime start = kStart) {
+  const TemporaryFolder folder;
+  const auto path = folder.write("track.txt", text);
+  const std::string what = error_of([&] { (void)read_trajectory(path, format, start); }).what();
+  const std::size_t at = what.find("track.txt");
+  return at == std::string::npos ? what : what.substr(at);
+}
+
+TEST(TrajectoryCsv, ReadsIsoTimesWithAndWithoutHeader) {
+  const std::string lines =
+      "2019-04-28T12:58:03Z,22.30,114.17,5.5\n"
+      "2019-04-28T12:58:04.5Z, 22.31 ,114.18,6\r\n"
+      "\n# a comment\n"
+      "2019-04-28T12:58:24 GPST,22.32,114.19,7\n";
+  for (const std::string& header : {std::string(), std::string("time,latitude,longitude,height\n")}) {
+    const TrajectoryFile file = read(header + lines, "csv", GpsTime{});
+    EXPECT_TRUE(file.has_own_dates);
+    EXPECT_EQ(file.trajectory.begin(), parse_time("2019-04-28T12:58:03Z"));
+    EXPECT_EQ(file.trajectory.end(), parse_time("2019-04-28T12:58:06Z"));
+    const Pose pose = file.trajectory.at(parse_time("2019-04-28T12:58:04.5Z"));
+    EXPECT_NEAR(degrees(pose.position.latitude_rad), 22.31, 1e-12);
+    EXPECT_NEAR(degrees(pose.position.longitude_rad), 114.18, 1e-12);
+    EXPECT_EQ(pose.position.height_m, 6);
+  }
+}
+
+TEST(TrajectoryCsv, ReadsSecondsFromTheStartAndColumnsByName) {
+  const TrajectoryFile file = read(
+      "speed,lon_deg,Lat_deg,alt_m,time_s\n"
+      "3,114.17,22.3,5,0\n"
+      "3,114.18,22.4,6,0.1\n",
+      "csv");
+  EXPECT_FALSE(file.has_own_dates);
+  EXPECT_EQ(file.trajectory.begin(), kStart);
+  EXPECT_EQ(file.trajectory.end(), kStart + 0.1);
+  EXPECT_EQ(file.trajectory.sample_interval_s(), 0.1);
+  EXPECT_NEAR(degrees(file.trajectory.at(kStart).position.latitude_rad), 22.3, 1e-12);
+}
+
+TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
+  EXPECT_THAT(fault("0,22.3,114.17,nan\n", "csv"),
+              HasSubstr("track.txt:1: the height 'nan' is not a number"));
+  EXPECT_THAT(fault("0,22.3,114.17,1\n1,2218.5,114.17,1\n", "csv"),
+              testing::AllOf(HasSubstr("track.txt:2: the latitude 2218.5 deg is out of range"),
+                             HasSubstr("ddmm.mm"), HasSubstr("22.3083333")));
+  EXPECT_THAT(fault("0,223000000,114.17,1\n", "csv"), HasSubstr("1e7"));
+  EXPECT_THAT(fault("0,114.17,22.3,1\n", "csv"), HasSubstr("out of range"));
+  EXPECT_THAT(fault("0,22.3,11410.2,1\n", "csv"), HasSubstr("ddmm.mm"));
+  EXPECT_THAT(fault("0,22.3,114.17\n", "csv"), HasSubstr("3 columns where 4 are needed"));
+  EXPECT_THAT(fault("0,22.3,114.17,1\n2,22.3,114.17,1\n1,22.3,114.17,1\n", "csv"),
+              HasSubstr("track.txt:3: the time 2019-04-28T12:58:22.000 GPST lies before the line above"));
+  EXPECT_THAT(fault("0,22.3,114.17,1\n0,22.3,114.17,1\n", "csv"),
+              HasSubstr("track.txt:2: the time 2019-04-28T12:58:21.000 GPST comes twice"));
+  EXPECT_THAT(fault("0,22.3,114.17,1\n2019-04-28T12:58:05Z,22.3,114.17,1\n", "csv"),
+              HasSubstr("another way"));
+  EXPECT_THAT(fault("yesterday,22.3,114.17,1\n", "csv"), HasSubstr("ISO 8601"));
+  EXPECT_THAT(fault("0,22.3,114.17,1\n", "csv", GpsTime{}), HasSubstr("no start"));
+  EXPECT_THAT(fault("1556456283,22.3,114.17,1\n", "csv"), HasSubstr("Unix time"));
+  EXPECT_THAT(fault("", "csv"), HasSubstr("no position"));
+  EXPECT_THAT(fault("time,latitude,longitude,height\n", "csv"), HasSubstr("no position"));
+  EXPECT_THAT(fault("time,latitude,height\n1,2,3\n", "csv"), HasSubstr("no column 'longitude'"));
+  EXPECT_THAT(fault("time,lat_rad,lon_rad,height\n1,0.2,1,3\n", "csv"), HasSubstr("radians"));
+  EXPECT_THAT(fault("0,22.3,114.17,1\n", "gpx"), HasSubstr("'gpx' is unknown"));
+  EXPECT_THAT(error_of([] { (void)read_trajectory("/nowhere/track.csv", "csv", kStart); }).what(),
+              HasSubstr("/nowhere/track.csv"));
+}
+
+TEST(TrajectoryCsv, ReadsLargeFiles) {
+  std::string text = "time,latitude,longitude,height\n";
+  for (int i = 0; i < 200'000; ++i) {
+    text += std::to_string(i) + "." + std::to_string(i % 10) + ",22." + std::to_string(300'000 + i % 7) +
+            ",114.17,5\n";
+  }
+  const TrajectoryFile file = read(text, "csv");
+  EXPECT_EQ(file.trajectory.end(), kStart + 199'999.9);
+}
+
+TEST(TrajectoryUrbanNav, ReadsAndChecks) {
+  const Trajectory t =
+      read("2051,46701,22.30115538,114.17900033,6.59589290\n2051,46702,22.3011,114.179,6.5\n", "urbannav",
+           GpsTime{})
+          .trajectory;
+  EXPECT_EQ(t.begin(), GpsTime::from_week(2051, 46701));
+  EXPECT_NEAR(degrees(t.at(t.begin()).position.longitude_rad), 114.17900033, 1e-12);
+  EXPECT_THAT(fault("2051.5,46701,22.3,114.1,6\n", "urbannav"), HasSubstr("GPS week '2051.5'"));
+  EXPECT_THAT(fault("2051,646701,22.3,114.1,6\n", "urbannav"), HasSubstr("time of week 646701 s"));
+  EXPECT_THAT(fault("2051,46701,22.3,114.1\n", "urbannav"), HasSubstr("5 are needed"));
+  EXPECT_THAT(fault("2051,46701,0,22.3,x\n", "urbannav"), HasSubstr("the height 'x'"));
+}
+
+// Facts of the file: 485 epochs, tow 46701 to 47185 of week 2051 (head and tail of it).
+TEST(TrajectoryUrbanNav, ReadsTheRealDrive) {
+  CANYON_SHARED_DATA(path, "urbannav-tst-20190428/groundTruth_TST.csv");
+  const Trajectory t = read_trajectory(path, "urbannav", GpsTime{});
+  EXPECT_EQ(t.begin(), GpsTime::from_week(2051, 46701));
+  EXPECT_EQ(t.end(), GpsTime::from_week(2051, 47185));
+  EXPECT_EQ(t.sample_interval_s(), 1);
+  EXPECT_NEAR(degrees(t.at(t.end()).position.latitude_rad), 22.29993245, 1e-12);
+  EXPECT_NEAR(degrees(t.at(t.end()).position.longitude_rad), 114.17981121, 1e-12);
+  EXPECT_EQ(t.at(t.end()).position.height_m, 6.77868981);
+}
+
+// $GPGGA,123519,... is the textbook sentence; its checksum 47 is printed with it everywhere.
+constexpr const char* kGga = "$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47\n";
+
+std::string sentence(const std::string& body) {
+  unsigned sum = 0;
+  for (const char c : body) sum ^= static_cast<unsigned char>(c);
+  const char* digits = "0123456789ABCDEF";
+  return "$" + body + "*" + digits[sum / 16] + digits[sum % 16] + "\r\n";
+}
+std::string gga(const std::string& time, const std::string& quality = "1") {
+  return sentence("GNGGA," + time + ",2218.06932,N,11410.74002,E," + quality + ",08,0.9,9.5,M,-2.9,M,,");
+}
+
+TEST(TrajectoryNmea, ReadsPositionAndEllipsoidalHeight) {
+  const TrajectoryFile file = read(kGga, "nmea", parse_time("2019-04-28T00:00:00Z"));
+  EXPECT_FALSE(file.has_own_dates);
+  const Pose pose = file.trajectory.at(file.trajectory.begin());
+  EXPECT_EQ(pose.time, parse_time("2019-04-28T12:35:19Z"));
+  EXPECT_NEAR(degrees(pose.position.latitude_rad), 48 + 7.038 / 60, 1e-12);
+  EXPECT_NEAR(degrees(pose.position.longitude_rad), 11 + 31.0 / 60, 1e-12);
+  EXPECT_NEAR(pose.position.height_m, 545.4 + 46.9, 1e-9);
+}
+
+TEST(TrajectoryNmea, TakesTheDateFromRmcOrZdaAndCrossesMidnight) {
+  const std::string rmc = sentence("GNRMC,235959.00,A,2218.06932,N,11410.74002,E,0.0,,280419,,,A");
+  for (const std::string& text :
+       {gga("235958.50") + rmc + gga("235959.50") + gga("000000.50") + gga("000001.50"),
+        sentence("GPZDA,235958.00,28,04,2019,00,00") + gga("235958.50") + gga("235959.50") +
+            gga("000000.50") + gga("000001.50")}) {
+    const TrajectoryFile file = read(text, "nmea", GpsTime{});
+    EXPECT_TRUE(file.has_own_dates);
+    EXPECT_EQ(file.trajectory.begin(), parse_time("2019-04-28T23:59:58.5Z"));
+    EXPECT_EQ(file.trajectory.end(), parse_time("2019-04-29T00:00:01.5Z"));
+  }
+}
+
+TEST(TrajectoryNmea, SkipsAndCountsLinesWithoutUse) {
+  std::string broken = gga("120001");
+  broken[10] = '9';
+  const TrajectoryFile file =
+      read(gga("120000") + broken + gga("120002", "0") + "$GNGGA,120003,22\nnoise\n" + gga("120004"), "nmea");
+  EXPECT_EQ(file.trajectory.end() - file.trajectory.begin(), 4);
+  ASSERT_EQ(file.warnings.size(), 2U);
+  EXPECT_THAT(file.warnings[0], HasSubstr("2 damaged lines"));
+  EXPECT_THAT(file.warnings[1], HasSubstr("1 GGA lines without a fix"));
+  const TrajectoryFile flat = read(sentence("GPGGA,120000,2218.0,N,11410.7,E,1,08,0.9,9.5,M,,,,") +
+                                       sentence("GPGGA,120001,2218.0,N,11410.7,E,1,08,0.9,9.5,M,,,,"),
+                                   "nmea");
+  EXPECT_THAT(flat.warnings, ElementsAre(HasSubstr("2 GGA lines have no geoid separation")));
+}
+
+TEST(TrajectoryNmea, SaysWhatIsWrong) {
+  EXPECT_THAT(fault(kGga, "nmea", GpsTime{}), HasSubstr("no RMC or ZDA"));
+  EXPECT_THAT(fault("hello\n", "nmea"), HasSubstr("no usable GGA"));
+  EXPECT_THAT(fault(gga("120000", "0"), "nmea"), HasSubstr("1 without fix"));
+  EXPECT_THAT(fault(gga("250000"), "nmea"), HasSubstr("'250000' is not hhmmss.ss"));
+  EXPECT_THAT(fault(gga("120000") + gga("120000"), "nmea"),
+              HasSubstr("track.txt:2: the time 2019-04-28T12:00:18.000 GPST comes twice"));
+  EXPECT_THAT(fault(sentence("GPGGA,120000,2278.0,N,11410.7,E,1,08,0.9,9.5,M,0,M,,"), "nmea"),
+              HasSubstr("ddmm.mmmm"));
+  EXPECT_THAT(fault(sentence("GPGGA,120000,2218.0,X,11410.7,E,1,08,0.9,9.5,M,0,M,,"), "nmea"),
+              HasSubstr("neither N nor S"));
+}
+
+}  // namespace
+}  // namespace canyon::simulation
