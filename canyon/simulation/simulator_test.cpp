@@ -13,6 +13,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/rinex_navigation.hpp"
 #include "canyon/simulation/test_support.hpp"
@@ -458,6 +459,38 @@ TEST(BuildSky, EphemeridesThatEndOnTheWayAreAWarning) {
   const std::vector<Epoch> epochs = run(partial);
   EXPECT_TRUE(epochs.front().observed.fix.solved());
   EXPECT_FALSE(epochs.back().observed.fix.solved());
+}
+
+TEST(BuildSky, UnhealthySatellitesInTheSkyAreSaid) {
+  const GpsTime begin = geodesy::parse_time("2026-06-01T08:00:00Z");
+  const Geodetic place = Geodetic::from_degrees(22.3, 114.17, 2);
+  orbit::NavigationData data = orbit::nominal_constellation(begin, begin + 7200.0, {orbit::System::GPS});
+  const orbit::BroadcastSky sky(data);
+  std::size_t above = 0;
+  for (const orbit::SatelliteId id : sky.satellites()) {
+    const auto line = orbit::line_of_sight(sky, id, begin, geodesy::ecef_from_geodetic(place));
+    above += line && line->elevation_rad > geodesy::radians(5) ? 1U : 0U;
+  }
+  // All but G01 .. G03 ill: those of the rest that stand in the sky are named, the others are nobody's
+  // concern.
+  std::size_t healthy_above = 0;
+  for (auto& e : data.kepler) {
+    if (e.id.number > 3) e.health = 1;
+  }
+  for (const orbit::SatelliteId id : sky.satellites()) {
+    if (id.number > 3) continue;
+    const auto line = orbit::line_of_sight(sky, id, begin, geodesy::ecef_from_geodetic(place));
+    healthy_above += line && line->elevation_rad > geodesy::radians(5) ? 1U : 0U;
+  }
+  const TemporaryFolder folder;
+  write_rinex_navigation(folder / "sky.nav", data);
+  SkyConfig config;
+  config.navigation = {folder / "sky.nav"};
+  const BuiltSky built = build_sky(config, begin, begin + 60.0, place);
+  EXPECT_THAT(
+      built.warnings,
+      Contains(AllOf(HasSubstr(std::to_string(above - healthy_above) + " satellites above the horizon"),
+                     HasSubstr("unhealthy"))));
 }
 
 TEST(BuildSky, MissingSystemsAreSaid) {

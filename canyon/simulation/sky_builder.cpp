@@ -49,7 +49,7 @@ std::size_t count_states(const orbit::Sky& sky, const std::vector<orbit::Satelli
       ids.begin(), ids.end(), [&](orbit::SatelliteId id) { return sky.state(id, t).has_value(); }));
 }
 
-// Satellites without an answer anywhere in the run, and the end of the answers as a whole.
+// The answers as a whole: none at the start is an error, none later on a warning.
 void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::string_view what,
                     const std::pair<GpsTime, GpsTime>& span, std::string_view cure,
                     std::vector<std::string>& warnings) {
@@ -66,17 +66,26 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
                                    span_text(span.first, span.second), format_gpst(t, 0)));
     break;
   }
+}
+
+// Satellites that stand in the sky of `place` and cannot be used: unhealthy, or without an ephemeris that is
+// valid at any time of the run. Where they stand is told well enough by stale ephemerides.
+void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTime begin, GpsTime end,
+                     const geodesy::Geodetic& place, std::vector<std::string>& warnings) {
+  constexpr double kWellAboveHorizon_rad = 0.0873;  // 5 deg
+  const orbit::BroadcastSky any(sky.data(), {config.systems, true, true});
+  const Eigen::Vector3d ecef = geodesy::ecef_from_geodetic(place);
+  const std::vector<GpsTime> times = probes(begin, end);
   std::vector<orbit::SatelliteId> silent;
-  for (const orbit::SatelliteId id : ids) {
-    if (std::none_of(times.begin(), times.end(), [&](GpsTime t) { return sky.state(id, t).has_value(); })) {
-      silent.push_back(id);
-    }
+  for (const orbit::SatelliteId id : sky.satellites()) {
+    if (std::any_of(times.begin(), times.end(), [&](GpsTime t) { return sky.state(id, t).has_value(); }))
+      continue;
+    const auto line = orbit::line_of_sight(any, id, begin, ecef);
+    if (line && line->elevation_rad > kWellAboveHorizon_rad) silent.push_back(id);
   }
-  if (!silent.empty()) {
-    warnings.push_back(
-        fmt::format("{} of {} satellites are unhealthy or have no valid ephemeris during the run: {}",
-                    silent.size(), ids.size(), list_text(silent)));
-  }
+  if (silent.empty()) return;
+  warnings.push_back(fmt::format("{} satellites above the horizon at the start are left out ({}: {})",
+                                 silent.size(), list_text(silent), sky.source(silent.front(), begin)));
 }
 
 void check_systems(const orbit::Sky& sky, const std::set<orbit::System>& wanted,
@@ -110,7 +119,8 @@ void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTi
                   stale.size(), list_text(stale), to_string(stale.front()), example));
 }
 
-BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end) {
+BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
+                         const geodesy::Geodetic& place) {
   BuiltSky built;
   built.navigation = orbit::read_rinex_navigation(config.navigation);
   built.warnings = built.navigation.warnings;
@@ -122,6 +132,7 @@ BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end) {
                      ? "give the navigation files of that day; all in these are unhealthy"
                      : "give the navigation files of that day, another start, or sky.allow_stale: true",
                  built.warnings);
+  report_unusable(*sky, config, begin, end, place, built.warnings);
   if (config.allow_stale) report_stale(*sky, config, begin, end, built.warnings);
   built.sky = std::move(sky);
   return built;
@@ -140,7 +151,7 @@ BuiltSky from_sp3(const SkyConfig& config, GpsTime begin, GpsTime end) {
 }  // namespace
 
 BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& place) {
-  if (!config.navigation.empty()) return from_navigation(config, begin, end);
+  if (!config.navigation.empty()) return from_navigation(config, begin, end, place);
   if (config.sp3) return from_sp3(config, begin, end);
   BuiltSky built;
   if (!config.frozen_azimuth_rad.empty()) {

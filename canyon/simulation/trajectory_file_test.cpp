@@ -192,5 +192,44 @@ TEST(TrajectoryNmea, SaysWhatIsWrong) {
               HasSubstr("neither N nor S"));
 }
 
+TEST(TrajectoryFile, DamagedFilesAreReadOrRefused) {
+  const TemporaryFolder folder;
+  const std::string csv =
+      "time,latitude,longitude,height\n2019-04-28T12:58:03Z,22.30,114.17,5.5\n"
+      "2019-04-28T12:58:04Z,22.31,114.17,5.5\n2019-04-28T12:58:05Z,22.32,114.17,5.5\n";
+  const std::string urbannav = "2051,46701,22.30115538,114.17900033,6.59\n2051,46702,22.3,114.17,6.58\n";
+  const std::string nmea = sentence("GNRMC,235959.00,A,2218.06932,N,11410.74002,E,0.0,,280419,,,A") +
+                           gga("235959.50") + gga("000000.50") +
+                           "$GPGGA,000001,2218.0,N,11410.7,E,1,08,0.9,9.5,M,1,M,,\n";
+  const std::string alphabet = ",.-:*$NSEWMTZ0123456789 \n\r\"e\xff";
+  std::uint32_t state = 7;
+  const auto random = [&state](std::size_t n) {
+    state = state * 1664525U + 1013904223U;
+    return static_cast<std::size_t>(state >> 8) % n;
+  };
+  const std::pair<std::string, std::string> files[] = {{"csv", csv}, {"urbannav", urbannav}, {"nmea", nmea}};
+  for (const auto& [format, original] : files) {
+    for (int round = 0; round < 700; ++round) {
+      std::string text = original;
+      for (std::size_t k = 0; k <= random(3); ++k) {
+        const std::size_t at = random(text.size());
+        if (random(3) == 0) {
+          text.erase(at, 1 + random(15));
+        } else {
+          text[at] = alphabet[random(alphabet.size())];
+        }
+        if (text.empty()) break;
+      }
+      const auto path = folder.write("t", text);
+      try {
+        const Trajectory t = read_trajectory(path, format, kStart);
+        EXPECT_LE(t.begin(), t.end());
+      } catch (const InputError& e) {
+        EXPECT_FALSE(e.problem().empty());
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace canyon::simulation
