@@ -47,6 +47,8 @@ void mark_reflecting(const FacingFacets& facing, const Eigen::Vector3d& s, doubl
 /// thread-safe.
 class FacetSet {
  public:
+  /// No facets.
+  FacetSet() = default;
   /// Triangles belong to one facet when they share an edge (same two positions), their normals differ by less
   /// than 0.5 deg and no vertex is farther than 0.5 mm from the plane of the group's largest triangle: the
   /// roundings of meshes stored in floats are smaller.

@@ -103,7 +103,7 @@ struct Propagator::Impl {
   mutable std::unordered_map<raytrace::InstanceId, std::unique_ptr<const FacetSet>> instances;
 
   Impl(const city::Mesh& mesh, const raytrace::RayScene& from, PropagationOptions o)
-      : scene(&from), options(o), city(reflects(o) ? mesh : city::Mesh{}, o.ground_reflection) {}
+      : scene(&from), options(o), city(reflects(o) ? FacetSet(mesh, o.ground_reflection) : FacetSet()) {}
 
   static bool reflects(const PropagationOptions& o) {
     return o.model == Model::Specular && o.reflection_order > 0;

@@ -89,12 +89,15 @@ struct BuiltMesh {
   }
 };
 
+/// Nothing of this reaches Embree before commit(), so that queries see the last commit until then.
 struct Instance {
   BuiltMesh built;
-  RTCGeometry geometry = nullptr;  ///< owned by the scene of instances
+  embree::Geometry geometry;
   Isometry3d pose = Isometry3d::Identity();
+  bool attached = false;  ///< to the scene of instances
   bool posed = false;
   bool visible = true;
+  bool removed = false;
 };
 
 }  // namespace
@@ -124,7 +127,7 @@ struct RayScene::Impl {
   }
 
   Instance& instance(InstanceId id) {
-    if (id == 0 || id > instances.size() || !instances[id - 1]) {
+    if (id == 0 || id > instances.size() || !instances[id - 1] || instances[id - 1]->removed) {
       throw InputError(fmt::format("there is no movable instance {}", id),
                        "use an id that add_instance() returned and that was not removed");
     }
@@ -202,15 +205,12 @@ InstanceId RayScene::add_instance(const city::Mesh& mesh) {
   if (mesh.triangles.empty()) throw InputError(name + " has no triangles", "give it a mesh");
   auto instance = std::make_unique<Instance>();
   instance->built = BuiltMesh(impl_->device.get(), mesh, name, false);
-  const RTCGeometry geometry = rtcNewGeometry(impl_->device.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+  instance->geometry.reset(rtcNewGeometry(impl_->device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+  const RTCGeometry geometry = instance->geometry.get();
   if (geometry == nullptr) throw embree_failure(impl_->device.get(), "no instance");
   rtcSetGeometryInstancedScene(geometry, instance->built.scene.get());
   rtcSetGeometryTimeStepCount(geometry, 1);
   rtcCommitGeometry(geometry);
-  rtcDisableGeometry(geometry);
-  rtcAttachGeometryByID(impl_->movers.get(), geometry, id - 1);
-  instance->geometry = geometry;
-  rtcReleaseGeometry(geometry);
   impl_->instances.push_back(std::move(instance));
   return id;
 }
@@ -234,9 +234,7 @@ void RayScene::set_visible(InstanceId id, bool visible) {
 }
 
 void RayScene::remove_instance(InstanceId id) {
-  impl_->instance(id);
-  rtcDetachGeometry(impl_->movers.get(), id - 1);
-  impl_->instances[id - 1].reset();
+  impl_->instance(id).removed = true;
 }
 
 void RayScene::commit() {
@@ -245,8 +243,11 @@ void RayScene::commit() {
   for (std::size_t i = 0; i < impl_->instances.size(); ++i) {
     Instance* instance = impl_->instances[i].get();
     if (instance == nullptr) continue;
-    if (!instance->posed || !instance->visible) {
-      rtcDisableGeometry(instance->geometry);
+    const auto slot = static_cast<unsigned>(i);
+    if (instance->removed || !instance->posed || !instance->visible) {
+      if (instance->attached) rtcDetachGeometry(impl_->movers.get(), slot);
+      instance->attached = false;
+      if (instance->removed) impl_->instances[i].reset();
       continue;
     }
     // Both centres are taken out in doubles, so that floats carry only small numbers.
@@ -255,10 +256,11 @@ void RayScene::commit() {
     std::array<float, 12> transform;
     Eigen::Map<Eigen::Matrix3f>(transform.data()) = rotation;
     Eigen::Map<Eigen::Vector3f>(transform.data() + 9) = offset.cast<float>();
-    rtcSetGeometryTransform(instance->geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, transform.data());
-    rtcEnableGeometry(instance->geometry);
-    rtcCommitGeometry(instance->geometry);
-    impl_->placed.push_back({static_cast<InstanceId>(i + 1), &instance->built.mesh, instance->pose});
+    rtcSetGeometryTransform(instance->geometry.get(), 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, transform.data());
+    rtcCommitGeometry(instance->geometry.get());
+    if (!instance->attached) rtcAttachGeometryByID(impl_->movers.get(), instance->geometry.get(), slot);
+    instance->attached = true;
+    impl_->placed.push_back({slot + 1, &instance->built.mesh, instance->pose});
     impl_->movers_radius = std::max(impl_->movers_radius, offset.norm() + instance->built.radius);
   }
   rtcCommitScene(impl_->movers.get());

@@ -38,7 +38,7 @@ enum class Placement : std::uint8_t { Free, InsideBuilding, UnderTerrain };
 /// A movable mesh where it stands since the last commit.
 struct PlacedInstance {
   InstanceId id = 0;
-  const city::Mesh* mesh = nullptr;  ///< in its own frame; valid until the instance is removed
+  const city::Mesh* mesh = nullptr;  ///< in its own frame; valid until the next commit()
   Eigen::Isometry3d enu_from_instance = Eigen::Isometry3d::Identity();
 };
 

@@ -435,6 +435,8 @@ TEST(RayScene, AMovingBoxBlocksAndFrees) {
   scene.commit();
   EXPECT_TRUE(scene.occluded(north));
   scene.remove_instance(truck);
+  EXPECT_TRUE(scene.occluded(north)) << "until commit()";
+  EXPECT_EQ(scene.cast(north).value().instance, truck);
   scene.commit();
   EXPECT_FALSE(scene.occluded(north));
   EXPECT_THROW(scene.set_pose(truck, turned), InputError);
