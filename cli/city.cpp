@@ -44,21 +44,20 @@ int run(const Arguments& arguments) {
   const Eigen::Vector3d high = empty ? Eigen::Vector3d::Zero().eval() : summary.bounds.max;
 
   if (arguments.json) {
-    const nlohmann::json out{
-        {"name", city.name},
-        {"origin",
-         {{"latitude_deg", geodesy::degrees(origin.latitude_rad)},
-          {"longitude_deg", geodesy::degrees(origin.longitude_rad)},
-          {"height_m", origin.height_m}}},
-        {"buildings", summary.buildings},
-        {"triangles", summary.triangles},
-        {"terrain_triangles", summary.terrain_triangles},
-        {"bounds_min_m", {low.x(), low.y(), low.z()}},
-        {"bounds_max_m", {high.x(), high.y(), high.z()}},
-        {"highest_roof_m", summary.highest_roof_m},
-        {"built_area_fraction", summary.built_area_fraction},
-        {"notes", city.notes},
-        {"load_s", load_s}};
+    const nlohmann::json out{{"name", city.name},
+                             {"origin",
+                              {{"latitude_deg", geodesy::degrees(origin.latitude_rad)},
+                               {"longitude_deg", geodesy::degrees(origin.longitude_rad)},
+                               {"height_m", origin.height_m}}},
+                             {"buildings", summary.buildings},
+                             {"triangles", summary.triangles},
+                             {"terrain_triangles", summary.terrain_triangles},
+                             {"bounds_min_m", {low.x(), low.y(), low.z()}},
+                             {"bounds_max_m", {high.x(), high.y(), high.z()}},
+                             {"highest_roof_m", summary.highest_roof_m},
+                             {"built_area_fraction", summary.built_area_fraction},
+                             {"notes", city.notes},
+                             {"load_s", load_s}};
     fmt::print("{}\n", out.dump(2));
     return kOk;
   }
@@ -67,10 +66,10 @@ int run(const Arguments& arguments) {
              geodesy::degrees(origin.longitude_rad), origin.height_m);
   fmt::print("  buildings     {}\n", summary.buildings);
   fmt::print("  triangles     {} ({} terrain)\n", summary.triangles, summary.terrain_triangles);
-  fmt::print("  extent        {:.0f} m east-west, {:.0f} m north-south, {:.1f} to {:.1f} m high\n", high.x() - low.x(),
-             high.y() - low.y(), low.z(), high.z());
-  fmt::print("  east, north   {:.1f} to {:.1f} m, {:.1f} to {:.1f} m from the origin\n", low.x(), high.x(), low.y(),
-             high.y());
+  fmt::print("  extent        {:.0f} m east-west, {:.0f} m north-south, {:.1f} to {:.1f} m high\n",
+             high.x() - low.x(), high.y() - low.y(), low.z(), high.z());
+  fmt::print("  east, north   {:.1f} to {:.1f} m, {:.1f} to {:.1f} m from the origin\n", low.x(), high.x(),
+             low.y(), high.y());
   fmt::print("  highest roof  {:.1f} m\n", summary.highest_roof_m);
   fmt::print("  built area    {:.0f} %\n", summary.built_area_fraction * 100);
   fmt::print("  loaded in     {:.2f} s\n", load_s);
@@ -85,7 +84,8 @@ void add_city(CLI::App& app, Action& action) {
   command->require_subcommand(1);
   auto arguments = std::make_shared<Arguments>();
   CLI::App* info = command->add_subcommand("info", "size, buildings, georeference and defects of a city");
-  info->add_option("input", arguments->input, "mesh file (.dae .obj .stl .gltf .glb .ply), or a scenario: its city")
+  info->add_option("input", arguments->input,
+                   "mesh file (.dae .obj .stl .gltf .glb .ply), or a scenario: its city")
       ->type_name("FILE")
       ->required();
   info->add_option("--origin", arguments->origin, "where a mesh file's zero lies (degrees, metres)")

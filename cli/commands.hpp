@@ -14,20 +14,22 @@ namespace canyon::cli {
 /// Exit codes of every command.
 enum ExitCode : int { kOk = 0, kFailure = 1, kBadInput = 2, kInterrupted = 130 };
 
-/// Each adds its subcommand to `app`; the chosen one leaves what to run in `action`, which returns an ExitCode.
+/// Each adds its subcommand to `app`; the chosen one leaves what to run in `action`, which returns an
+/// ExitCode.
 using Action = std::function<int()>;
 void add_simulate(CLI::App& app, Action& action);
 void add_sky(CLI::App& app, Action& action);
 void add_trace(CLI::App& app, Action& action);
 void add_city(CLI::App& app, Action& action);
 
-/// "22.3,114.17,10" -> position (degrees, degrees, metres; the height may be left out). Throws InputError naming
-/// the option.
+/// "22.3,114.17,10" -> position (degrees, degrees, metres; the height may be left out). Throws InputError
+/// naming the option.
 [[nodiscard]] geodesy::Geodetic parse_place(const std::string& text, const std::string& option);
 /// "GPS,Galileo" -> set; throws InputError naming the known systems.
 [[nodiscard]] std::set<orbit::System> parse_systems(const std::string& text);
 
-/// Prints rows under a header, columns aligned (the first to the left, the others to the right), to standard output.
+/// Prints rows under a header, columns aligned (the first to the left, the others to the right), to standard
+/// output.
 void print_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
 
 /// Writes "warning: ..." lines to standard error.

@@ -11,7 +11,8 @@ int main(int argc, char** argv) {
   CLI::App app("Canyon: what a GNSS receiver sees in a city", "canyon");
   app.set_version_flag("--version", "canyon " CANYON_VERSION);
   app.require_subcommand(1);
-  app.footer("Each command has its own --help. Exit status: 0 done, 2 bad input, 130 interrupted, 1 anything else.");
+  app.footer(
+      "Each command has its own --help. Exit status: 0 done, 2 bad input, 130 interrupted, 1 anything else.");
   Action action;
   add_simulate(app, action);
   add_sky(app, action);

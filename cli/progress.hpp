@@ -6,8 +6,8 @@
 
 namespace canyon::cli {
 
-/// A progress line on standard error: a bar that redraws itself on a terminal, otherwise a plain line every few
-/// seconds, and nothing for work that ends sooner.
+/// A progress line on standard error: a bar that redraws itself on a terminal, otherwise a plain line every
+/// few seconds, and nothing for work that ends sooner.
 class Progress {
  public:
   Progress(std::string what, bool quiet);

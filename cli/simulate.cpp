@@ -62,7 +62,8 @@ simulation::Scenario read(const Arguments& arguments) {
   }
   if (arguments.rate_hz) {
     if (!(*arguments.rate_hz > 0 && *arguments.rate_hz <= 1000)) {
-      throw InputError(fmt::format("--rate {} is out of range", *arguments.rate_hz), "it runs from above 0 to 1000 Hz");
+      throw InputError(fmt::format("--rate {} is out of range", *arguments.rate_hz),
+                       "it runs from above 0 to 1000 Hz");
     }
     scenario.rate_hz = arguments.rate_hz;
   }
@@ -87,17 +88,21 @@ int run(const Arguments& arguments) {
   const simulation::Simulation simulation(scenario, std::move(city));
   note(fmt::format("sky         {}", count_systems(simulation.environment().sky().satellites())));
   note(fmt::format("trajectory  {:.0f} m, {} epochs every {} s from {}", simulation.trajectory().length_m(),
-                   simulation.epoch_count(), simulation.interval_s(), geodesy::format_gpst(simulation.begin(), 0)));
+                   simulation.epoch_count(), simulation.interval_s(),
+                   geodesy::format_gpst(simulation.begin(), 0)));
   if (!arguments.quiet) print_warnings(simulation.warnings());
 
-  std::vector<std::unique_ptr<simulation::EpochSink>> sinks = output::make_file_sinks(simulation, arguments.out);
+  std::vector<std::unique_ptr<simulation::EpochSink>> sinks =
+      output::make_file_sinks(simulation, arguments.out);
   if (scenario.outputs.pictures) {
     for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
-      sinks.push_back(output::make_pictures(simulation, output::receiver_folder(simulation, arguments.out, i), i));
+      sinks.push_back(
+          output::make_pictures(simulation, output::receiver_folder(simulation, arguments.out, i), i));
     }
   }
   std::vector<std::string> names;
-  for (const simulation::ReceiverConfig& receiver : scenario.receivers) names.push_back(receiver.options.name);
+  for (const simulation::ReceiverConfig& receiver : scenario.receivers)
+    names.push_back(receiver.options.name);
   output::SummarySink figures(names);
   std::vector<simulation::EpochSink*> all{&figures};
   for (const auto& sink : sinks) all.push_back(sink.get());
@@ -116,12 +121,12 @@ int run(const Arguments& arguments) {
   if (!arguments.quiet) print_warnings(result.warnings);
   if (!arguments.quiet) fmt::print("\n{}\n", output::format_summary_table(figures.summaries()));
   if (result.interrupted) {
-    fmt::print(stderr, "canyon: interrupted: {} of {} epochs finished and written to {}\n", result.epochs, result.planned,
-               arguments.out);
+    fmt::print(stderr, "canyon: interrupted: {} of {} epochs finished and written to {}\n", result.epochs,
+               result.planned, arguments.out);
     return kInterrupted;
   }
-  note(fmt::format("{} epochs in {:.2f} s, {:.0f} times real time; results in {}", result.epochs, result.wall_s,
-                   result.simulated_s / std::max(result.wall_s, 1e-9), arguments.out));
+  note(fmt::format("{} epochs in {:.2f} s, {:.0f} times real time; results in {}", result.epochs,
+                   result.wall_s, result.simulated_s / std::max(result.wall_s, 1e-9), arguments.out));
   return kOk;
 }
 
@@ -130,16 +135,22 @@ int run(const Arguments& arguments) {
 void add_simulate(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("simulate", "run a scenario and write what its receivers see");
-  command->add_option("scenario", arguments->scenario, "scenario file (YAML)")->type_name("SCENARIO")->required();
-  command->add_option("--out", arguments->out, "folder for the results, made where needed")->type_name("DIR")->required();
+  command->add_option("scenario", arguments->scenario, "scenario file (YAML)")
+      ->type_name("SCENARIO")
+      ->required();
+  command->add_option("--out", arguments->out, "folder for the results, made where needed")
+      ->type_name("DIR")
+      ->required();
   command->add_option("--seed", arguments->seed, "instead of the scenario's seed")->type_name("N");
-  command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")->type_name("S");
+  command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")
+      ->type_name("S");
   command->add_option("--rate", arguments->rate_hz, "instead of the scenario's rate_hz")->type_name("HZ");
   command->add_option("--threads", arguments->threads, "0: one for each core (0)")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
   command->add_flag("--quiet", arguments->quiet, "print errors only");
-  command->footer("Keys of a scenario (docs/scenario.md explains them):\n\n" + simulation::format_scenario_keys());
+  command->footer("Keys of a scenario (docs/scenario.md explains them):\n\n" +
+                  simulation::format_scenario_keys());
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
 }
 

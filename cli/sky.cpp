@@ -69,7 +69,8 @@ int run(const Arguments& arguments) {
     out["height_m"] = place.height_m;
     out["satellites"] = nlohmann::json::array();
     const auto add = [&out](const Row& row, bool visible) {
-      nlohmann::json entry{{"sat", orbit::to_string(row.id)}, {"above_mask", visible}, {"source", row.source}};
+      nlohmann::json entry{
+          {"sat", orbit::to_string(row.id)}, {"above_mask", visible}, {"source", row.source}};
       if (row.line) {
         entry["azimuth_deg"] = geodesy::degrees(row.line->azimuth_rad);
         entry["elevation_deg"] = geodesy::degrees(row.line->elevation_rad);
@@ -91,8 +92,9 @@ int run(const Arguments& arguments) {
   }
 
   print_warnings(sky.warnings);
-  fmt::print("{} ({}) at {:.6f}, {:.6f}, {:.1f} m\n\n", geodesy::format_gpst(time, 0), geodesy::format_utc(time, 0),
-             geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad), place.height_m);
+  fmt::print("{} ({}) at {:.6f}, {:.6f}, {:.1f} m\n\n", geodesy::format_gpst(time, 0),
+             geodesy::format_utc(time, 0), geodesy::degrees(place.latitude_rad),
+             geodesy::degrees(place.longitude_rad), place.height_m);
   std::vector<std::vector<std::string>> rows;
   const auto add = [&rows](const Row& row) {
     rows.push_back({orbit::to_string(row.id),
@@ -117,19 +119,27 @@ int run(const Arguments& arguments) {
 void add_sky(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("sky", "who is up, where, and from which file");
-  command->add_option("--nav", arguments->navigation,
-                      "RINEX navigation files (2, 3 or 4; .gz too); without them the nominal constellations")
+  command
+      ->add_option("--nav", arguments->navigation,
+                   "RINEX navigation files (2, 3 or 4; .gz too); without them the nominal constellations")
       ->type_name("FILE");
-  command->add_option("--sp3", arguments->sp3, "SP3-c/d precise orbits instead")->type_name("FILE")->excludes("--nav");
-  command->add_option("--at", arguments->place, "where: latitude and longitude in degrees, ellipsoidal height in metres")
+  command->add_option("--sp3", arguments->sp3, "SP3-c/d precise orbits instead")
+      ->type_name("FILE")
+      ->excludes("--nav");
+  command
+      ->add_option("--at", arguments->place,
+                   "where: latitude and longitude in degrees, ellipsoidal height in metres")
       ->type_name("LAT,LON,HEIGHT")
       ->required();
-  command->add_option("--time", arguments->time, "when: 2019-04-28T12:58:03Z (UTC), or with ' GPST' behind it")
+  command
+      ->add_option("--time", arguments->time, "when: 2019-04-28T12:58:03Z (UTC), or with ' GPST' behind it")
       ->type_name("T")
       ->required();
-  command->add_option("--systems", arguments->systems, "only these: GPS,GLONASS,Galileo,BeiDou,QZSS")->type_name("LIST");
+  command->add_option("--systems", arguments->systems, "only these: GPS,GLONASS,Galileo,BeiDou,QZSS")
+      ->type_name("LIST");
   command->add_option("--mask", arguments->mask_deg, "lowest elevation shown [deg] (0)")->type_name("DEG");
-  command->add_flag("--allow-stale", arguments->allow_stale, "take ephemerides older than their system allows");
+  command->add_flag("--allow-stale", arguments->allow_stale,
+                    "take ephemerides older than their system allows");
   command->add_flag("--all", arguments->all, "list the satellites below the mask and without ephemeris too");
   command->add_flag("--json", arguments->json, "print JSON");
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });

@@ -25,9 +25,12 @@ struct Arguments {
 
 std::string_view word(raytrace::Placement placement) {
   switch (placement) {
-    case raytrace::Placement::Free: return "free";
-    case raytrace::Placement::InsideBuilding: return "inside a building";
-    case raytrace::Placement::UnderTerrain: return "under the terrain";
+    case raytrace::Placement::Free:
+      return "free";
+    case raytrace::Placement::InsideBuilding:
+      return "inside a building";
+    case raytrace::Placement::UnderTerrain:
+      return "under the terrain";
   }
   return "?";
 }
@@ -57,7 +60,8 @@ Eigen::Vector3d parse_enu(const std::string& text) {
     if (good) enu[static_cast<Eigen::Index>(i)] = *value;
   }
   if (!good) {
-    throw InputError(fmt::format("--enu '{}' is not a place", text), "give EAST,NORTH,UP in metres, e.g. 10,-5,2");
+    throw InputError(fmt::format("--enu '{}' is not a place", text),
+                     "give EAST,NORTH,UP in metres, e.g. 10,-5,2");
   }
   return enu;
 }
@@ -68,12 +72,14 @@ int run(const Arguments& arguments) {
   const simulation::Simulation simulation(scenario, simulation::load_city(scenario.city));
   print_warnings(simulation.warnings());
   const simulation::Environment& environment = simulation.environment();
-  const geodesy::GpsTime time = arguments.time.empty() ? simulation.begin() : geodesy::parse_time(arguments.time);
+  const geodesy::GpsTime time =
+      arguments.time.empty() ? simulation.begin() : geodesy::parse_time(arguments.time);
   const geodesy::LocalFrame& frame = environment.city().frame;
   const Eigen::Vector3d antenna =
-      !arguments.enu.empty()     ? parse_enu(arguments.enu)
-      : !arguments.place.empty() ? frame.local_from_geodetic(parse_place(arguments.place, "--at"))
-                                 : frame.local_from_geodetic(simulation.antenna_pose(receiver, time).position);
+      !arguments.enu.empty() ? parse_enu(arguments.enu)
+      : !arguments.place.empty()
+          ? frame.local_from_geodetic(parse_place(arguments.place, "--at"))
+          : frame.local_from_geodetic(simulation.antenna_pose(receiver, time).position);
   const propagation::Propagator propagator =
       environment.make_propagator(simulation.scenario().receivers[receiver].propagation);
   const simulation::Arrival arrival = environment.arrival(time, antenna, propagator);
@@ -130,15 +136,16 @@ int run(const Arguments& arguments) {
       line.push_back(std::string(word(path.kind)));
       line.push_back(fmt::format("{:.2f}", path.excess_m));
       const bool direct = path.kind == propagation::PathKind::Direct;
-      line.push_back(direct ? "-"
-                            : fmt::format("{:.1f}, {:.1f}, {:.1f}", path.point.x(), path.point.y(), path.point.z()));
+      line.push_back(
+          direct ? "-"
+                 : fmt::format("{:.1f}, {:.1f}, {:.1f}", path.point.x(), path.point.y(), path.point.z()));
       line.push_back(direct ? "-" : fmt::format("{:.1f}", geodesy::degrees(path.incidence_rad)));
       rows.push_back(std::move(line));
       row = {"", "", "", ""};
     }
   }
-  print_table({"sat", "azimuth [deg]", "elevation [deg]", "visibility", "path", "excess [m]", "point (ENU) [m]",
-               "incidence [deg]"},
+  print_table({"sat", "azimuth [deg]", "elevation [deg]", "visibility", "path", "excess [m]",
+               "point (ENU) [m]", "incidence [deg]"},
               rows);
   return kOk;
 }
@@ -153,12 +160,18 @@ void add_trace(CLI::App& app, Action& action) {
       ->required();
   CLI::Option* at = command->add_option("--at", arguments->place, "antenna (degrees, ellipsoidal metres)");
   at->type_name("LAT,LON,HEIGHT");
-  command->add_option("--enu", arguments->enu, "antenna in the city's frame [m]")->type_name("E,N,U")->excludes(at);
-  command->add_option("--time", arguments->time, "when (the scenario's first epoch); UTC, or with ' GPST' behind it")
+  command->add_option("--enu", arguments->enu, "antenna in the city's frame [m]")
+      ->type_name("E,N,U")
+      ->excludes(at);
+  command
+      ->add_option("--time", arguments->time,
+                   "when (the scenario's first epoch); UTC, or with ' GPST' behind it")
       ->type_name("T");
-  command->add_option("--receiver", arguments->receiver, "whose propagation and antenna (the first)")->type_name("NAME");
+  command->add_option("--receiver", arguments->receiver, "whose propagation and antenna (the first)")
+      ->type_name("NAME");
   command->add_flag("--json", arguments->json, "print JSON");
-  command->footer("Without --at or --enu the antenna is where the scenario's trajectory has it at that time.");
+  command->footer(
+      "Without --at or --enu the antenna is where the scenario's trajectory has it at that time.");
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <iostream>
 #include <numeric>
 
 #include "canyon/geodesy/constants.hpp"
@@ -77,20 +78,26 @@ void expect_trouble_beside_tall_buildings(const std::string& model) {
     if (error <= median) skyline_good.push_back(skyline);
     if (error >= large) skyline_bad.push_back(skyline);
   }
-  std::cout << model << ": " << errors.size() << " fixes, " << without_fix << " epochs without; horizontal error median "
-            << median << " m, 90 % " << large << " m; mean skyline " << mean(skyline_good)
-            << " deg at the better half of the fixes, " << mean(skyline_bad)
-            << " deg at lost and the worst tenth of the fixes\n";
+  std::cout << model << ": " << errors.size() << " fixes, " << without_fix
+            << " epochs without; horizontal error median " << median << " m, 90 % " << large
+            << " m; mean skyline " << mean(skyline_good) << " deg at the better half of the fixes, "
+            << mean(skyline_bad) << " deg at lost and the worst tenth of the fixes\n";
   EXPECT_GT(mean(skyline_bad), mean(skyline_good));
 }
 
-TEST(Drive, SpecularTroubleFallsBesideTallBuildings) { expect_trouble_beside_tall_buildings("specular"); }
-TEST(Drive, MirrorTroubleFallsBesideTallBuildings) { expect_trouble_beside_tall_buildings("mirror"); }
+TEST(Drive, SpecularTroubleFallsBesideTallBuildings) {
+  expect_trouble_beside_tall_buildings("specular");
+}
+TEST(Drive, MirrorTroubleFallsBesideTallBuildings) {
+  expect_trouble_beside_tall_buildings("mirror");
+}
 
 const char* const kSyntheticYaml =
     "city: {synthetic: {seed: 7}}\nsky: {nominal: true}\nstart: 2026-03-01T10:00:00Z\n"
-    "trajectory: {waypoints: [{east_m: -150, north_m: 0, up_m: 2}, {east_m: 150, north_m: 0, up_m: 2}], speed_mps: 5}\n"
-    "receivers: [{name: a, preset: paper}, {name: b, elevation_mask_deg: 5, lever_arm: {forward_m: 1, left_m: 0.5, up_m: 0.2}}]\n"
+    "trajectory: {waypoints: [{east_m: -150, north_m: 0, up_m: 2}, {east_m: 150, north_m: 0, up_m: 2}], "
+    "speed_mps: 5}\n"
+    "receivers: [{name: a, preset: paper}, {name: b, elevation_mask_deg: 5, lever_arm: {forward_m: 1, "
+    "left_m: 0.5, up_m: 0.2}}]\n"
     "rate_hz: 5\nseed: 42\noutputs: {pictures: false}\n";
 
 TEST(Drive, SameSeedGivesTheSameBytesOnOneAndTwoThreads) {
@@ -105,9 +112,9 @@ TEST(Drive, SameSeedGivesTheSameBytesOnOneAndTwoThreads) {
     if (!entry.is_regular_file()) continue;
     ++files;
     const auto other = two.path() / std::filesystem::relative(entry.path(), one.path());
-    const std::string bytes = test::read_whole(entry.path());
+    const std::string bytes = test::read_bytes(entry.path());
     EXPECT_GT(bytes.size(), 100U) << entry.path();
-    EXPECT_TRUE(bytes == test::read_whole(other)) << entry.path() << " differs";
+    EXPECT_TRUE(bytes == test::read_bytes(other)) << entry.path() << " differs";
   }
   // Two receivers with epochs, satellites, NMEA, RINEX, KML and GeoJSON each, and one navigation file.
   EXPECT_EQ(files, 13U);

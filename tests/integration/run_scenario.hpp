@@ -1,8 +1,5 @@
 #pragma once
 
-#include <fstream>
-#include <memory>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -10,28 +7,9 @@
 #include "canyon/output/sinks.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace canyon::test {
-
-/// A folder of its own under the system's temporary one, removed at the end.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "canyon-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// Keeps every epoch.
 class Recorder final : public simulation::EpochSink {
@@ -59,13 +37,6 @@ inline std::vector<simulation::Epoch> run_and_write(const simulation::Simulation
   options.threads = threads;
   simulation.run(sinks, options);
   return std::move(recorder.epochs);
-}
-
-inline std::string read_whole(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
 }
 
 }  // namespace canyon::test
