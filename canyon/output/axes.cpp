@@ -87,13 +87,18 @@ Scale make_scale(std::vector<double> values, double tail) {
   if (!values.empty()) {
     const double high = percentile(values, 1 - tail);
     const double low = percentile(values, std::max(tail, 0.02));
-    if (high > 0) scale.high = nice_ceil(high);
     if (low > 0 && high / low > kLogarithmicFrom) {
       scale.logarithmic = true;
+      scale.high = nice_ceil(high);
       // Not more than four decades: what is smaller is as good as perfect.
       scale.low = std::max(nice_floor(low), scale.high * 1e-4);
       scale.ticks = log_ticks(scale.low, scale.high);
       return scale;
+    }
+    if (high > 0) {
+      // A little above the largest value, so that it does not lie on the frame.
+      const double step = nice_ceil(high / 5);
+      scale.high = step * std::ceil(1.03 * high / step - kSlack);
     }
   }
   scale.ticks = linear_ticks(scale.low, scale.high, 5);

@@ -147,19 +147,6 @@ void Canvas::circle(const Point& centre, double radius, const std::optional<Colo
   paint(fill, stroke);
 }
 
-void Canvas::sectors(const Point& centre, const std::vector<Sector>& sectors, const Colour& fill) {
-  for (const Sector& s : sectors) {
-    // Cairo counts angles from the x axis, clockwise as y goes down.
-    const double from = s.from_rad - 0.5 * geodesy::kPi;
-    const double to = s.to_rad - 0.5 * geodesy::kPi;
-    cairo_new_sub_path(cairo_);
-    cairo_arc(cairo_, centre.x, centre.y, s.outer, from, to);
-    cairo_arc_negative(cairo_, centre.x, centre.y, s.inner, to, from);
-    cairo_close_path(cairo_);
-  }
-  paint(fill, {});
-}
-
 void Canvas::select_font(const TextStyle& style) {
   cairo_select_font_face(cairo_, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
                          style.bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
@@ -211,6 +198,9 @@ void Canvas::clipped(const Rect& r, const std::function<void()>& draw) {
 }
 
 Picture render(double width, double height, const std::function<void(Canvas&)>& draw, double png_scale) {
+  // Whole units: a row of pixels that is covered in part would show as a line.
+  width = std::ceil(width);
+  height = std::ceil(height);
   Picture picture;
   {
     const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24,
@@ -229,8 +219,14 @@ Picture render(double width, double height, const std::function<void(Canvas&)>& 
 }
 
 double draw_title(Canvas& canvas, double x, const std::string& title, const std::string& subtitle) {
-  canvas.text({x, 36}, title, {.size = 20, .bold = true});
-  canvas.text({x, 58}, subtitle, {.size = 12.5, .colour = kFaintInk});
+  const auto fitting = [&](const std::string& text, TextStyle style) {
+    const double room = canvas.width() - x - 16;
+    const double width = canvas.text_width(text, style);
+    if (width > room) style.size *= room / width;
+    return style;
+  };
+  canvas.text({x, 36}, title, fitting(title, {.size = 20, .bold = true}));
+  canvas.text({x, 58}, subtitle, fitting(subtitle, {.size = 12.5, .colour = kFaintInk}));
   return 74;
 }
 

@@ -71,11 +71,6 @@ class Canvas {
   void segments(const std::vector<std::pair<Point, Point>>& pieces, const Stroke& stroke);
   void circle(const Point& centre, double radius, const std::optional<Colour>& fill,
               const std::optional<Stroke>& stroke = {});
-  /// Ring sectors between radii and between angles (from up, clockwise), filled as one shape.
-  struct Sector {
-    double inner = 0, outer = 0, from_rad = 0, to_rad = 0;
-  };
-  void sectors(const Point& centre, const std::vector<Sector>& sectors, const Colour& fill);
   void text(const Point& at, const std::string& text, const TextStyle& style = {});
   [[nodiscard]] double text_width(const std::string& text, const TextStyle& style = {});
 
@@ -97,12 +92,13 @@ struct Picture {
   std::string svg;
 };
 
-/// Draws a picture of width x height units twice: as SVG, and as PNG with `png_scale` pixels to the unit.
-/// Throws std::runtime_error where Cairo fails (memory).
+/// Draws a picture of width x height units (rounded up) twice: as SVG, and as PNG with `png_scale` pixels to
+/// the unit. Throws std::runtime_error where Cairo fails (memory).
 [[nodiscard]] Picture render(double width, double height, const std::function<void(Canvas&)>& draw,
                              double png_scale = 2);
 
-/// Title, and under it a fainter line, at the top left; returns the y below them.
+/// Title, and under it a fainter line, at the top left, smaller where they would not fit; returns the y below
+/// them.
 double draw_title(Canvas& canvas, double x, const std::string& title, const std::string& subtitle);
 
 }  // namespace canyon::output

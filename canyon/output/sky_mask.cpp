@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kElevationSteps = 180;
 constexpr double kElevationStep_rad = 0.5 * geodesy::kPi / kElevationSteps;
+constexpr int kBisections = 5;
 
 }  // namespace
 
@@ -39,18 +40,31 @@ SkyMask make_sky_mask(const raytrace::RayScene& scene, const Eigen::Vector3d& an
   for (int a = 0; a < sectors; ++a) {
     auto& stretches = mask.azimuths[static_cast<std::size_t>(a)];
     const double azimuth = (a + 0.5) * 2 * geodesy::kPi / sectors;
-    bool open = true;
-    for (int e = 0; e < kElevationSteps; ++e) {
+    const auto hidden = [&](double elevation_rad) {
       raytrace::Ray ray;
       ray.origin = antenna_enu;
-      ray.direction = geodesy::enu_from_azimuth_elevation(azimuth, (e + 0.5) * kElevationStep_rad);
-      if (!scene.occluded(ray)) {
-        open = true;
-        continue;
+      ray.direction = geodesy::enu_from_azimuth_elevation(azimuth, elevation_rad);
+      return scene.occluded(ray);
+    };
+    // Where hidden turns to open between two elevations, by bisection.
+    const auto border = [&](double low, double high, bool hidden_at_low) {
+      for (int i = 0; i < kBisections; ++i) {
+        const double middle = 0.5 * (low + high);
+        (hidden(middle) == hidden_at_low ? low : high) = middle;
       }
-      if (open) stretches.push_back({e * kElevationStep_rad, 0});
-      stretches.back().high_rad = (e + 1) * kElevationStep_rad;
-      open = false;
+      return 0.5 * (low + high);
+    };
+    bool before = false;
+    for (int e = 0; e < kElevationSteps; ++e) {
+      const double elevation = (e + 0.5) * kElevationStep_rad;
+      const bool now = hidden(elevation);
+      if (now && !before) {
+        stretches.push_back(
+            {e == 0 ? 0 : border(elevation - kElevationStep_rad, elevation, false), 0.5 * geodesy::kPi});
+      } else if (!now && before) {
+        stretches.back().high_rad = border(elevation - kElevationStep_rad, elevation, true);
+      }
+      before = now;
     }
   }
   return mask;

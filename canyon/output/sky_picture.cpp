@@ -16,9 +16,9 @@ using propagation::Visibility;
 constexpr std::array kVisibilities{Visibility::LOS, Visibility::LOSMultipath, Visibility::NLOS,
                                    Visibility::Blocked};
 constexpr double kRadius = 340;
-constexpr Point kCentre{410, 466};
+constexpr Point kCentre{410, 456};
 constexpr double kWidth = 990;
-constexpr double kHeight = 850;
+constexpr double kHeight = 836;
 constexpr Colour kSilhouette = rgb(0xC9CCD1);
 constexpr double kMarkSize = 6.5;
 
@@ -58,19 +58,18 @@ void draw_mark(Canvas& canvas, const Point& at, Visibility visibility) {
 }
 
 void draw_mask(Canvas& canvas, const SkyMask& mask) {
-  std::vector<Canvas::Sector> sectors;
+  std::vector<std::vector<Point>> rings;
   const double step = 2 * geodesy::kPi / static_cast<double>(std::max<std::size_t>(1, mask.azimuths.size()));
-  const auto radius = [](double elevation_rad) {
-    return kRadius * (1 - elevation_rad / (0.5 * geodesy::kPi));
-  };
   for (std::size_t a = 0; a < mask.azimuths.size(); ++a) {
-    const double from = static_cast<double>(a) * step;
+    // A hair wider than the sector, so that neighbours leave no seam.
+    const double from = (static_cast<double>(a) - 0.02) * step;
+    const double to = (static_cast<double>(a) + 1.02) * step;
     for (const SkyMask::Stretch& s : mask.azimuths[a]) {
-      // A hair wider than the sector, so that neighbours leave no seam.
-      sectors.push_back({radius(s.high_rad), radius(s.low_rad), from - 0.02 * step, from + 1.02 * step});
+      rings.push_back({sky_point(from, s.low_rad), sky_point(from, s.high_rad), sky_point(to, s.high_rad),
+                       sky_point(to, s.low_rad)});
     }
   }
-  canvas.sectors(kCentre, sectors, kSilhouette);
+  canvas.polygons(rings, kSilhouette);
 }
 
 void draw_grid(Canvas& canvas, double elevation_mask_rad) {
@@ -193,7 +192,7 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing) {
   const auto used = std::count_if(drawing.satellites.begin(), drawing.satellites.end(),
                                   [](const SkySatellite& s) { return s.used; });
   canvas.text({x, y}, "G05", {.size = 12, .bold = true, .level = Level::Middle});
-  canvas.text({x + 30, y}, "used in the fix", {.size = 12, .level = Level::Middle});
+  canvas.text({x + 36, y}, "used in the fix", {.size = 12, .level = Level::Middle});
   canvas.text({x + 172, y}, fmt::format("{}", used),
               {.size = 12, .align = Align::Right, .level = Level::Middle});
   y += 44;

@@ -18,8 +18,8 @@ constexpr double kHeight = 800;
 constexpr double kLeft = 84;
 constexpr double kPlotWidth = 950;
 constexpr Colour kShade = rgb(0xF4DDCF);
-constexpr Colour kUsed = kBlue;
-constexpr Colour kUnused = rgb(0x9FD0EE);
+constexpr Colour kUsed = kGreen;
+constexpr Colour kUnused = rgb(0x9BD9C4);
 constexpr Colour kHidden = rgb(0xC4C7CC);
 
 class Timeline {
@@ -36,7 +36,7 @@ class Timeline {
     const Rect error{kLeft, 92, kPlotWidth, 260};
     const Rect satellites{kLeft, 392, kPlotWidth, 170};
     const Rect hdop{kLeft, 602, kPlotWidth, 130};
-    draw_values(canvas, error, "Horizontal error [m]", kVermilion,
+    draw_values(canvas, error, "Horizontal error [m]", kBlue,
                 [](const TimelinePoint& p) { return p.error_m; });
     draw_satellites(canvas, satellites);
     draw_values(canvas, hdop, "HDOP", kPurple, [](const TimelinePoint& p) { return p.hdop; });
@@ -95,12 +95,8 @@ class Timeline {
     canvas.rectangle(area, kGround);
     draw_outages(canvas, area);
     std::vector<double> values;
-    double largest = 0;
-    for (const TimelinePoint& p : points_) {
-      values.push_back(value_of(p));
-      if (std::isfinite(values.back())) largest = std::max(largest, values.back());
-    }
-    Scale scale = make_scale(values, 0.002);
+    for (const TimelinePoint& p : points_) values.push_back(value_of(p));
+    const Scale scale = make_scale(values, 0);
     draw_grid(canvas, area, scale);
     const auto y_at = [&](double value) { return area.bottom() - area.height * scale.at(value); };
 
@@ -126,10 +122,6 @@ class Timeline {
       }
     });
     canvas.rectangle(area, {}, Stroke{kFaintInk, 0.9});
-    if (largest > scale.high * 1.0001) {
-      canvas.text({area.right() - 6, area.y + 6}, fmt::format("largest {:.4g}", largest),
-                  {.size = 11, .colour = kFaintInk, .align = Align::Right, .level = Level::Top, .halo = 2});
-    }
     draw_label(canvas, area, label);
   }
 
@@ -227,7 +219,7 @@ class Timeline {
       swatch(error.y + 12, kShade, "no fix");
     }
     swatch(satellites.y + 12, kHidden, "blocked");
-    swatch(satellites.y + 36, kUnused, "received");
+    swatch(satellites.y + 36, kUnused, "received, unused");
     swatch(satellites.y + 60, kUsed, "in the fix");
   }
 

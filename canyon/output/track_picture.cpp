@@ -21,9 +21,10 @@ constexpr double kMargin = 0.1;
 constexpr double kSmallestExtent_m = 60;
 constexpr double kSlimmest = 0.5;
 constexpr double kOffMapTail = 0.02;
+constexpr double kLeastReach_m = 100;
 constexpr double kLargestMapWidth = 1000;
 constexpr double kLargestMapHeight = 860;
-constexpr double kLegendWidth = 190;
+constexpr double kLegendWidth = 206;
 constexpr double kDotRadius = 3.2;
 /// More dots than this are thinned to one for each cell of 1.5 units, the worst first.
 constexpr std::size_t kManyDots = 5000;
@@ -32,54 +33,63 @@ constexpr std::size_t kManyDots = 5000;
 struct Roof {
   double height_m = 0;
   std::vector<std::array<Eigen::Vector2d, 3>> triangles;
+  std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> outline;
 };
 
-/// Upward-facing triangles in the extent, by building and height, lowest first.
+bool overlaps(const city::Box& extent, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  return low.x() <= extent.max.x() && high.x() >= extent.min.x() && low.y() <= extent.max.y() &&
+         high.y() >= extent.min.y();
+}
+
+/// An edge of a roof in space, whichever way it is run along.
+using RoofEdge = std::array<double, 6>;
+
+RoofEdge edge_between(const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
+  const RoofEdge one{p.x(), p.y(), p.z(), q.x(), q.y(), q.z()};
+  const RoofEdge other{q.x(), q.y(), q.z(), p.x(), p.y(), p.z()};
+  return std::min(one, other);
+}
+
+/// Upward-facing triangles of one building, by height in whole metres: flat roofs stay together. Outlines are
+/// the edges in space that only one of the triangles has: eaves and steps, but not the ridges of a slanted
+/// roof.
+std::vector<Roof> roofs_of(const city::Mesh& mesh, const city::Object& object, const city::Box& extent) {
+  std::map<long, Roof> levels;
+  std::map<RoofEdge, std::pair<int, long>> edges;  // uses, level
+  for (std::uint32_t k = 0; k < object.triangle_count; ++k) {
+    const auto& t = mesh.triangles[object.first_triangle + k];
+    const std::array<Eigen::Vector3d, 3> p{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+    if ((p[1] - p[0]).cross(p[2] - p[0]).z() <= 0) continue;
+    if (!overlaps(extent, p[0].cwiseMin(p[1]).cwiseMin(p[2]), p[0].cwiseMax(p[1]).cwiseMax(p[2]))) continue;
+    const double height = (p[0].z() + p[1].z() + p[2].z()) / 3;
+    const long level = std::lround(height);
+    Roof& roof = levels[level];
+    roof.height_m = roof.triangles.empty() ? height : std::max(roof.height_m, height);
+    roof.triangles.push_back({p[0].head<2>(), p[1].head<2>(), p[2].head<2>()});
+    for (std::size_t i = 0; i < 3; ++i) {
+      auto& [uses, at] = edges[edge_between(p[i], p[(i + 1) % 3])];
+      ++uses;
+      at = level;
+    }
+  }
+  for (const auto& [edge, use] : edges) {
+    if (use.first == 1) levels[use.second].outline.push_back({{edge[0], edge[1]}, {edge[3], edge[4]}});
+  }
+  std::vector<Roof> roofs;
+  for (auto& level : levels) roofs.push_back(std::move(level.second));
+  return roofs;
+}
+
+/// All roofs in the extent, lowest first.
 std::vector<Roof> roofs_of(const city::Mesh& mesh, const city::Box& extent) {
   std::vector<Roof> roofs;
   for (const city::Object& object : mesh.objects) {
     if (object.surface != city::Surface::Building) continue;
-    std::map<long, Roof> levels;  // by whole metres: facets of a slanted roof stay apart, flat ones together
-    for (std::uint32_t k = 0; k < object.triangle_count; ++k) {
-      const auto& t = mesh.triangles[object.first_triangle + k];
-      const Eigen::Vector3d& a = mesh.vertices[t[0]];
-      const Eigen::Vector3d& b = mesh.vertices[t[1]];
-      const Eigen::Vector3d& c = mesh.vertices[t[2]];
-      if ((b - a).cross(c - a).z() <= 0) continue;
-      const Eigen::Vector3d low = a.cwiseMin(b).cwiseMin(c);
-      const Eigen::Vector3d high = a.cwiseMax(b).cwiseMax(c);
-      if (low.x() > extent.max.x() || high.x() < extent.min.x() || low.y() > extent.max.y() ||
-          high.y() < extent.min.y()) {
-        continue;
-      }
-      const double height = (a.z() + b.z() + c.z()) / 3;
-      Roof& roof = levels[std::lround(height)];
-      roof.height_m = std::max(roof.height_m, height);
-      roof.triangles.push_back({a.head<2>(), b.head<2>(), c.head<2>()});
-    }
-    for (auto& level : levels) roofs.push_back(std::move(level.second));
+    for (Roof& roof : roofs_of(mesh, object, extent)) roofs.push_back(std::move(roof));
   }
   std::stable_sort(roofs.begin(), roofs.end(),
                    [](const Roof& a, const Roof& b) { return a.height_m < b.height_m; });
   return roofs;
-}
-
-/// Edges that only one triangle of the roof has.
-std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> outline_of(const Roof& roof) {
-  using Key = std::array<double, 4>;
-  std::map<Key, int> uses;
-  const auto key = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q) {
-    const bool swap = std::make_pair(q.x(), q.y()) < std::make_pair(p.x(), p.y());
-    return swap ? Key{q.x(), q.y(), p.x(), p.y()} : Key{p.x(), p.y(), q.x(), q.y()};
-  };
-  for (const auto& t : roof.triangles) {
-    for (std::size_t k = 0; k < 3; ++k) ++uses[key(t[k], t[(k + 1) % 3])];
-  }
-  std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> outline;
-  for (const auto& [edge, count] : uses) {
-    if (count == 1) outline.push_back({{edge[0], edge[1]}, {edge[2], edge[3]}});
-  }
-  return outline;
 }
 
 /// Roof colours: the difference between 10 m and 50 m says more than that between 210 m and 250 m.
@@ -171,7 +181,7 @@ void draw_off_map_arrow(Canvas& canvas, const Rect& area, const Point& target, c
 /// A label beside the track's end that tells where the run begins or ends.
 void draw_end_label(Canvas& canvas, const Rect& area, const Point& at, const std::string& word) {
   canvas.circle(at, 4.5, kInk, Stroke{kPaper, 1.5});
-  const bool left = at.x > area.right() - 70;
+  const bool left = at.x > area.right() - 120;
   canvas.text({at.x + (left ? -9 : 9), at.y}, word,
               {.size = 12.5,
                .bold = true,
@@ -211,9 +221,7 @@ class TrackMap {
       draw_truth(canvas);
       draw_places_without_fix(canvas);
       draw_fixes(canvas);
-      draw_end_label(canvas, area_, place(drawing_.points.front().truth), "start");
-      if (drawing_.points.size() > 1)
-        draw_end_label(canvas, area_, place(drawing_.points.back().truth), "end");
+      draw_ends(canvas);
       draw_scale_bar(canvas, area_, extent_);
       draw_north_arrow(canvas, area_);
     });
@@ -234,6 +242,17 @@ class TrackMap {
     }
     canvas.polyline(line, {kPaper.with_alpha(0.9), 4.5});
     canvas.polyline(line, {kInk, 1.6});
+  }
+
+  void draw_ends(Canvas& canvas) {
+    const Point start = place(drawing_.points.front().truth);
+    const Point end = place(drawing_.points.back().truth);
+    if (std::hypot(end.x - start.x, end.y - start.y) < 18) {  // a round trip, or standstill
+      draw_end_label(canvas, area_, start, drawing_.points.size() > 1 ? "start and end" : "start");
+      return;
+    }
+    draw_end_label(canvas, area_, start, "start");
+    draw_end_label(canvas, area_, end, "end");
   }
 
   void draw_places_without_fix(Canvas& canvas) {
@@ -369,7 +388,9 @@ city::Box map_extent(const std::vector<TrackPoint>& points) {
     if (p.fix && std::isfinite(p.error_m)) errors.push_back(p.error_m);
   }
   if (!errors.empty()) {
-    const double farthest = percentile(errors, 1 - kOffMapTail);
+    // Wild fixes must not shrink the track to a dot.
+    const double farthest = std::min(percentile(errors, 1 - kOffMapTail),
+                                     std::max(kLeastReach_m, (box.max - box.min).head<2>().norm()));
     for (const TrackPoint& p : points) {
       if (p.fix && p.error_m <= farthest) extend(*p.fix);
     }
@@ -393,7 +414,7 @@ double draw_buildings(Canvas& canvas, const Rect& area, const city::Mesh& mesh, 
     const Colour fill = roof_colour(roof.height_m, highest);
     canvas.polygons(rings, fill);
     std::vector<std::pair<Point, Point>> outline;
-    for (const auto& [from, to] : outline_of(roof)) {
+    for (const auto& [from, to] : roof.outline) {
       outline.emplace_back(map_point(area, extent, from), map_point(area, extent, to));
     }
     canvas.segments(outline, {mix(fill, kInk, 0.28), 0.7});

@@ -25,8 +25,9 @@ struct TrackDrawing {
   std::vector<TrackPoint> points;    ///< in order of time; not empty
 };
 
-/// The part of a city that a map shows [m, ENU]: the true track and all but the farthest 2 % of the fixes,
-/// with a margin of a tenth, at least 60 m wide and high and not slimmer than 1 to 2.
+/// The part of a city that a map shows [m, ENU]: the true track and all but the farthest 2 % of the fixes
+/// (none that is off by more than the track is long across, or 100 m), with a margin of a tenth, at least 60
+/// m wide and high and not slimmer than 1 to 2. z is 0.
 [[nodiscard]] city::Box map_extent(const std::vector<TrackPoint>& points);
 
 /// Buildings shaded by the height of their roofs, the true track, fixes coloured by horizontal error, hollow
@@ -34,8 +35,8 @@ struct TrackDrawing {
 /// arrow.
 [[nodiscard]] Picture draw_track(const TrackDrawing& drawing);
 
-/// Buildings as filled roofs, higher ones on top, in whatever part of the plane `to_page` maps onto `area`.
-/// Returns the highest roof seen [m]; 0 where there is none.
+/// Buildings as filled roofs, higher ones on top; `area` of the canvas shows `extent`. What reaches beyond is
+/// not cut off. Returns the highest roof seen [m]; 0 where there is none.
 double draw_buildings(Canvas& canvas, const Rect& area, const city::Mesh& mesh, const city::Box& extent);
 
 /// Where a point of the plane lies on `area`, which shows `extent`, north up. Scales of both axes are equal
