@@ -107,18 +107,28 @@ struct PreciseSky::Table {
     }
   }
 
+  /// The record closest to the middle that a polynomial goes through.
+  [[nodiscard]] std::optional<std::size_t> centre_of_good_records(const Series& s) const {
+    const std::size_t count = s.records.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      // Middle, one before, one after, two before, ...
+      const std::size_t k = i % 2 == 0 ? count / 2 + i / 2 : count / 2 - (i + 1) / 2;
+      if (k < count && s.records[k].good_position && window({&s, k, k, {}}, s.records[k].t)) return k;
+    }
+    return std::nullopt;
+  }
+
   void fit_reference(Series& s) const {
-    // At the middle of the file, where the window lies within good records.
-    const std::size_t middle = s.records.size() / 2;
-    const GpsTime epoch = s.records[middle].t;
-    const std::optional<std::size_t> first = window({&s, middle, middle, {}}, epoch);
-    if (!first) return;
+    const std::optional<std::size_t> centre = centre_of_good_records(s);
+    if (!centre) return;
+    const GpsTime epoch = s.records[*centre].t;
+    const std::size_t first = *window({&s, *centre, *centre, {}}, epoch);
     const auto good = [](const Sp3Record& r) { return r.good_position; };
     const auto begin = std::find_if(s.records.begin(), s.records.end(), good);
     const auto end = std::find_if(s.records.rbegin(), s.records.rend(), good);
     for (int round = 0; round < 2; ++round) {
       // The second velocity, taken with the first reference, is free of the polynomial's error.
-      const auto [position, velocity] = interpolate(s, *first, epoch);
+      const auto [position, velocity] = interpolate(s, first, epoch);
       s.reference = ReferenceOrbit(epoch, position, velocity);
       // The elements of one instant carry short periods, which put the mean motion off by 1e-4: let the
       // reference keep pace from the first to the last record.
