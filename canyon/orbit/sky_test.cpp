@@ -106,7 +106,7 @@ TEST(LineOfSight, AgreesWithBisectionInTheInertialFrame) {
   }
 }
 
-// Textbook form (Kaplan and Hegarty, 3rd ed., 5.?; RTKLIB manual E.3.8): the rotation adds omega/c (x_s y_r -
+// Textbook form (RTKLIB manual 2.4.2, E.3): the rotation adds omega/c (x_s y_r -
 // y_s x_r) to the range between the two ECEF positions.
 TEST(LineOfSight, SagnacCorrectionAgreesWithTheTextbook) {
   const Eigen::Vector3d r = geodesy::ecef_from_geodetic(kHongKong);
