@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 
 #include <fstream>
 #include <map>
@@ -111,12 +112,22 @@ RtklibGlonassEphemeris rtklib_ephemeris(const GlonassEphemeris& e) {
   return r;
 }
 
+struct FreeNavigation {
+  void operator()(RtklibNavigation* navigation) const {
+    std::free(navigation->eph);  // RTKLIB's are from malloc
+    std::free(navigation->geph);
+    std::free(navigation->seph);
+    delete navigation;
+  }
+};
+using NavigationPointer = std::unique_ptr<RtklibNavigation, FreeNavigation>;
+
 /// What RTKLIB's own reader makes of a file.
-std::unique_ptr<RtklibNavigation> rtklib_read(std::string_view text) {
+NavigationPointer rtklib_read(std::string_view text) {
   const test::TemporaryFolder folder;
   const std::filesystem::path file = folder / "brdc.rnx";
   std::ofstream(file, std::ios::binary) << text;
-  auto navigation = std::make_unique<RtklibNavigation>();
+  NavigationPointer navigation(new RtklibNavigation{});
   EXPECT_EQ(readrnx(file.c_str(), 1, "", nullptr, navigation.get(), nullptr), 1);
   return navigation;
 }

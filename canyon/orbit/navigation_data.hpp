@@ -67,7 +67,8 @@ struct Klobuchar {
 };
 
 /// What navigation files say, merged over files. Records of one satellite are ordered by toe; a record that
-/// repeats one already there (same satellite, toe, issue of data and, for Galileo, message type) is dropped.
+/// repeats one already there (same satellite, toe, issue of data, health and, for Galileo, message type) is
+/// dropped.
 struct NavigationData {
   std::vector<KeplerEphemeris> kepler;
   std::vector<GlonassEphemeris> glonass;

@@ -40,6 +40,7 @@ struct RtklibNavigation {
   int n, nmax, ng, ngmax, ns, nsmax, ne, nemax, nc, ncmax, na, namax, nt, ntmax;
   RtklibEphemeris* eph;
   RtklibGlonassEphemeris* geph;
+  void* seph;
   char rest[32 << 20];
 };
 
