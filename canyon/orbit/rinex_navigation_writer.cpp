@@ -10,7 +10,7 @@
 #include "canyon/orbit/rinex_navigation.hpp"
 
 // RINEX 3.04, tables A5 to A14. Values carry 13 significant digits: what was read from RINEX comes back
-// exactly, a computed orbit (nominal constellations) within 1 um and 1e-15 s of the original.
+// exactly, a computed orbit (nominal constellations) within 0.1 mm and 1e-15 s of the original.
 namespace canyon::orbit {
 namespace {
 

@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <random>
 #include <sstream>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/rinex_navigation.hpp"
 #include "tests/support/rinex_sample.hpp"
 #include "tests/support/shared_data.hpp"
@@ -138,6 +140,29 @@ TEST(RinexNavigationWriter, MessageOfTheWeekBefore) {
   data.kepler[0].toe = data.kepler[0].toc = geodesy::GpsTime::from_week(2051, 0);
   data.kepler[0].transmission = geodesy::GpsTime::from_week(2050, 600'000);
   expect_round_trip(data);
+}
+
+TEST(RinexNavigationWriter, ComputedOrbitsLoseLessThanATenthOfAMillimetre) {
+  NavigationData data = read(test::kRinex3Sample);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> last_digits(1 - 1e-9, 1 + 1e-9);  // beyond what RINEX holds
+  for (KeplerEphemeris& e : data.kepler) {
+    for (double* value :
+         {&e.af0, &e.sqrt_a, &e.eccentricity, &e.inclination, &e.right_ascension, &e.mean_anomaly,
+          &e.argument_of_perigee, &e.mean_motion_difference, &e.crs, &e.cuc}) {
+      *value *= last_digits(random);
+    }
+  }
+  const NavigationData back = read(format_rinex_navigation(data));
+  ASSERT_EQ(back.kepler.size(), data.kepler.size());
+  for (std::size_t i = 0; i < data.kepler.size(); ++i) {
+    const KeplerEphemeris& e = data.kepler[i];
+    const SatelliteState before = propagate(e, e.toe + 7200.0),
+                         after = propagate(back.kepler[i], e.toe + 7200.0);
+    EXPECT_GT((before.position_m - after.position_m).norm(), 0);
+    EXPECT_LT((before.position_m - after.position_m).norm(), 1e-4);
+    EXPECT_NEAR(before.clock_bias_s, after.clock_bias_s, 1e-15);
+  }
 }
 
 TEST(RinexNavigationWriter, WhatRinexCannotHoldIsRefused) {
