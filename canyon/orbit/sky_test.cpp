@@ -106,8 +106,8 @@ TEST(LineOfSight, AgreesWithBisectionInTheInertialFrame) {
   }
 }
 
-// Textbook form (RTKLIB manual 2.4.2, E.3): the rotation adds omega/c (x_s y_r -
-// y_s x_r) to the range between the two ECEF positions.
+// Textbook form (RTKLIB manual 2.4.2, E.3): the rotation adds omega/c (x_s y_r - y_s x_r) to the
+// range between the two ECEF positions.
 TEST(LineOfSight, SagnacCorrectionAgreesWithTheTextbook) {
   const Eigen::Vector3d r = geodesy::ecef_from_geodetic(kHongKong);
   int seen = 0;
