@@ -15,6 +15,11 @@
 namespace canyon::orbit {
 namespace {
 
+/// Two records count as equally close within this: signals received together left their satellites 0.07 to
+/// 0.14 s before, and an epoch midway between two records shall take the newer one for all, as if chosen at
+/// reception.
+constexpr double kTie_s = 0.3;
+
 using geodesy::GpsTime;
 
 constexpr std::size_t kNumbers = 256;  // SatelliteId::number is a byte
@@ -81,8 +86,8 @@ struct Series {
                                   [](const Entry& entry, GpsTime at) { return entry.toe < at; });
     auto left = right;
     while (left != entries.begin() || right != entries.end()) {
-      const bool take_right =
-          left == entries.begin() || (right != entries.end() && right->toe - t <= t - std::prev(left)->toe);
+      const bool take_right = left == entries.begin() ||
+                              (right != entries.end() && right->toe - t <= t - std::prev(left)->toe + kTie_s);
       if (done(take_right ? *right++ : *--left)) return;
     }
   }
