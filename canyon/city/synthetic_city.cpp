@@ -96,11 +96,18 @@ class TerraceMesher {
  private:
   /// Four corners, counter-clockwise from above; returns the first one's index.
   std::uint32_t add_outline(const Rectangle& r, double z) {
+    // Whole millimetres: fused multiply-adds, which some compilers make, leave no trace.
+    const auto snapped = [](double x) { return std::round(x * 1e3) / 1e3; };
     const auto first = static_cast<std::uint32_t>(vertices_.size());
-    vertices_.emplace_back(r.min.x(), r.min.y(), z);
-    vertices_.emplace_back(r.max.x(), r.min.y(), z);
-    vertices_.emplace_back(r.max.x(), r.max.y(), z);
-    vertices_.emplace_back(r.min.x(), r.max.y(), z);
+    const double west = snapped(r.min.x());
+    const double east = snapped(r.max.x());
+    const double south = snapped(r.min.y());
+    const double north = snapped(r.max.y());
+    const double up = snapped(z);
+    vertices_.emplace_back(west, south, up);
+    vertices_.emplace_back(east, south, up);
+    vertices_.emplace_back(east, north, up);
+    vertices_.emplace_back(west, north, up);
     return first;
   }
   void quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {

@@ -57,6 +57,11 @@ class Snapshots {
   std::size_t stride_ = 1;
 };
 
+/// Rounded to 0.1, never "-0.0".
+double tenths(double value) {
+  return std::round(value * 10) / 10 + 0.0;
+}
+
 class Pictures final : public simulation::EpochSink {
  public:
   Pictures(const simulation::Simulation& simulation, const std::filesystem::path& folder,
@@ -150,8 +155,8 @@ class Pictures final : public simulation::EpochSink {
     drawing.title = fmt::format("{}: sky in the middle of the run", options().name);
     drawing.subtitle =
         fmt::format("{} {} UTC  \u00B7  {:.1f} m east, {:.1f} m north, {:.1f} m above the city's origin",
-                    time.substr(0, 10), time.substr(11, 8), middle.antenna_enu.x(), middle.antenna_enu.y(),
-                    middle.antenna_enu.z());
+                    time.substr(0, 10), time.substr(11, 8), tenths(middle.antenna_enu.x()),
+                    tenths(middle.antenna_enu.y()), tenths(middle.antenna_enu.z()));
     if (middle.placement == raytrace::Placement::InsideBuilding)
       drawing.subtitle += "  \u00B7  inside a building";
     if (middle.placement == raytrace::Placement::UnderTerrain)
@@ -160,12 +165,21 @@ class Pictures final : public simulation::EpochSink {
     if (!simulation_.environment().city().mesh.triangles.empty()) {
       drawing.mask = make_sky_mask(simulation_.environment().scene(), middle.antenna_enu);
     }
-    std::map<orbit::SatelliteId, std::vector<SkyPoint>> trails;
-    for (const Snapshot& snapshot : all) {
-      for (const Snapshot::Satellite& s : snapshot.satellites) trails[s.id].push_back(s.point);
+    struct Trail {
+      std::size_t last = 0;  // snapshot
+      std::vector<std::vector<SkyPoint>> pieces;
+    };
+    std::map<orbit::SatelliteId, Trail> trails;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      for (const Snapshot::Satellite& s : all[i].satellites) {
+        Trail& trail = trails[s.id];
+        if (trail.pieces.empty() || i > trail.last + 1) trail.pieces.emplace_back();
+        trail.pieces.back().push_back(s.point);
+        trail.last = i;
+      }
     }
     for (const Snapshot::Satellite& s : middle.satellites) {
-      drawing.satellites.push_back({orbit::to_string(s.id), s.point, s.used, std::move(trails[s.id])});
+      drawing.satellites.push_back({orbit::to_string(s.id), s.point, s.used, std::move(trails[s.id].pieces)});
     }
     return drawing;
   }

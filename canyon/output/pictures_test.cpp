@@ -257,7 +257,7 @@ std::vector<TimelinePoint> minutes(std::size_t count, double step_s) {
   return points;
 }
 
-// The plots begin at x = 84 and are 950 wide; the error's spans y 92 to 352, the satellites' 392 to 562.
+// The plots begin at x = 84 and are 940 wide; the error's spans y 92 to 352, the satellites' 392 to 562.
 TEST(TimelinePicture, OutagesAreShadedAndCountsStacked) {
   const Picture picture = draw_timeline({"t", "s", minutes(120, 1)});
   const Pixels pixels(picture.png);

@@ -214,7 +214,7 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing) {
     y += 25;
   }
   if (std::any_of(drawing.satellites.begin(), drawing.satellites.end(),
-                  [](const SkySatellite& s) { return s.trail.size() > 1; })) {
+                  [](const SkySatellite& s) { return !s.trails.empty(); })) {
     canvas.polyline({{x, y}, {x + 20, y}}, {colour_of(Visibility::LOS), 2.6});
     canvas.text({x + 30, y}, "way over the run", {.size = 12, .level = Level::Middle});
   }
@@ -228,7 +228,9 @@ Picture draw_sky(const SkyDrawing& drawing) {
     canvas.circle(kCentre, kRadius, kGround);
     draw_mask(canvas, drawing.mask);
     draw_grid(canvas, drawing.elevation_mask_rad);
-    for (const SkySatellite& s : drawing.satellites) draw_trail(canvas, s.trail);
+    for (const SkySatellite& s : drawing.satellites) {
+      for (const auto& trail : s.trails) draw_trail(canvas, trail);
+    }
     for (const SkySatellite& s : drawing.satellites) {
       draw_mark(canvas, sky_point(s.now.azimuth_rad, s.now.elevation_rad), s.now.visibility);
     }

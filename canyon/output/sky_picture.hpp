@@ -19,8 +19,9 @@ struct SkyPoint {
 struct SkySatellite {
   std::string name;  ///< "G05"
   SkyPoint now;
-  bool used = false;            ///< in the fix
-  std::vector<SkyPoint> trail;  ///< over the run, in order of time; may be empty
+  bool used = false;  ///< in the fix
+  /// Over the run, in order of time: one piece for each stretch above the horizon; may be empty.
+  std::vector<std::vector<SkyPoint>> trails;
 };
 
 struct SkyDrawing {

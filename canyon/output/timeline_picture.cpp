@@ -16,7 +16,7 @@ namespace {
 constexpr double kWidth = 1200;
 constexpr double kHeight = 800;
 constexpr double kLeft = 84;
-constexpr double kPlotWidth = 950;
+constexpr double kPlotWidth = 940;
 constexpr Colour kShade = rgb(0xF4DDCF);
 constexpr Colour kUsed = kGreen;
 constexpr Colour kUnused = rgb(0x9BD9C4);

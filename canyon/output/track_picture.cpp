@@ -332,8 +332,9 @@ class TrackMap {
       heights.ticks = linear_ticks(0, highest_roof_m, 3);
       y = draw_colour_bar(canvas, {x, y + 26, 16, 70}, "Roof height [m]", heights,
                           [&](double t) { return roof_colour(t * highest_roof_m, highest_roof_m); }) +
-          34;
+          22;
     }
+    y += 12;
     const auto line = [&](const std::string& name, const std::string& value) {
       canvas.text({x, y}, name, {.size = 11.5, .colour = kFaintInk});
       canvas.text({x + 142, y}, value, {.size = 11.5, .align = Align::Right});
@@ -343,17 +344,17 @@ class TrackMap {
     line("epochs", fmt::format("{}", all));
     line("with fix", fmt::format("{:.1f} %", 100.0 * static_cast<double>(fixes_) / static_cast<double>(all)));
     if (fixes_ > 0) {
-      line("median error", fmt::format("{} m", tick_label(rounded(median_))));
-      line("95 % below", fmt::format("{} m", tick_label(rounded(p95_))));
-      line("largest", fmt::format("{} m", tick_label(rounded(worst_))));
+      line("median error", length_label(median_));
+      line("95 % below", length_label(p95_));
+      line("largest", length_label(worst_));
     }
   }
 
-  /// Three digits are plenty on a picture.
-  static double rounded(double value) {
-    if (!(value > 0)) return value;
-    const double unit = std::pow(10, std::floor(std::log10(value)) - 2);
-    return std::round(value / unit) * unit;
+  /// Three digits are plenty on a picture, and nothing below a millimetre means anything.
+  static std::string length_label(double metres) {
+    if (metres < 1e-3) return "below 1 mm";
+    const double unit = std::pow(10, std::floor(std::log10(metres)) - 2);
+    return fmt::format("{:g} m", std::round(metres / unit) * unit);
   }
 
   const TrackDrawing& drawing_;
