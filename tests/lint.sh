@@ -20,7 +20,7 @@ mapfile -t order < <(sed -n 's/^canyon_folder(\([a-z_]*\).*/\1/p' CMakeLists.txt
 declare -A rank
 for i in "${!order[@]}"; do rank[${order[$i]}]=$i; done
 while IFS=: read -r file line included; do
-  folder=$(cut -d/ -f2 <<<"$file")
+  folder=${file#canyon/} folder=${folder%%/*}
   if [ -z "${rank[$folder]:-}" ] || [ -z "${rank[$included]:-}" ]; then
     breach "$file:$line: folder canyon/$folder or canyon/$included is not in CMakeLists.txt's pipeline"
   elif [ "${rank[$included]}" -gt "${rank[$folder]}" ]; then
@@ -36,18 +36,16 @@ grep_each "the engine includes a host's header" \
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/raytrace/')
 grep_each "only canyon/raytrace may include Embree" '#include [<"]embree' "${outside[@]}"
 io=$(grep -oE 'IO( [a-z_]+\.cpp)+' CMakeLists.txt | tr ' ' '\n' | grep cpp)
-for file in "${sources[@]}"; do
-  grep -qE '#include [<"](assimp|cairo)' "$file" || continue
-  grep -qxF "$(basename "${file%_test.cpp}" .cpp).cpp" <<<"$io" || [[ $file == *.hpp ]] ||
-    grep -qxF "$(basename "${file%_test.cpp}").cpp" <<<"$io" ||
+while IFS= read -r file; do
+  name=$(basename "$file" .cpp)
+  [[ $file == *.hpp ]] || grep -qxF "${name%_test}.cpp" <<<"$io" ||
     breach "$file: includes Assimp or Cairo but is not named after IO in CMakeLists.txt"
-done
+done < <(grep -lE '#include [<"](assimp|cairo)' "${sources[@]}")
 
 # 4. Habits.
 grep_each "no 'using namespace' in a header" '^ *using namespace' $(printf '%s\n' "${sources[@]}" | grep hpp$)
-for file in "${sources[@]}"; do
-  [[ $file != *.hpp ]] || grep -q '^#pragma once' "$file" || breach "$file: no '#pragma once'"
-done
+while IFS= read -r file; do breach "$file: no '#pragma once'"; done \
+  < <(printf '%s\n' "${sources[@]}" | grep 'hpp$' | xargs grep -L '^#pragma once')
 grep_each "not ASCII" '[^ -~	]' $(printf '%s\n' "${sources[@]}")
 grep_each "a test may not sleep" 'sleep_for|usleep\(|[^_a-z]sleep\(' "${sources[@]}"
 

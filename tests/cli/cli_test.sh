@@ -22,8 +22,10 @@ says() {
   local file=$1 text; shift
   for text in "$@"; do grep -qF -- "$text" "$file" || { fail "$file does not say '$text':"; cat "$file"; }; done
 }
-# one_line: exactly one line on standard error, no output files.
-one_line() { [ "$(wc -l <err)" -eq 1 ] || { fail "not one line of error:"; cat err; }; }
+# one_line: the error is one line, and the last one.
+one_line() {
+  [ "$(grep -c '^canyon: ' err)" -eq 1 ] && tail -n 1 err | grep -q '^canyon: ' || { fail "not one line of error:"; cat err; }
+}
 needs_data() { [ -e "$data/$1" ] || { echo "SKIPPED: real data ../shared/data/$1 is not here"; exit 77; }; }
 
 cat >small.yaml <<'Y'
