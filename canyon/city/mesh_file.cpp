@@ -29,7 +29,7 @@ namespace {
 constexpr std::array<std::string_view, 6> kExtensions{".dae", ".obj", ".stl", ".gltf", ".glb", ".ply"};
 constexpr double kLargestCity_m = 200e3;
 constexpr double kSmallestCity_m = 1;
-/// Assimp keeps coordinates as floats: beyond this one they resolve less than 1 mm.
+/// Assimp keeps coordinates as floats: beyond this one they come in steps of 2^-10 units and more.
 constexpr double kFinestCoordinate = 8192;
 /// A sheet has no face steeper than this: |n_z| at least cos(80 deg).
 constexpr double kSheetNormalZ = 0.17364817766693041;

@@ -13,6 +13,10 @@ namespace canyon::output {
 /// `skyplot.png`/`.svg`: satellites at the run's middle epoch, tracks over the run, coloured and shaped by
 /// visibility, with the building silhouette (sky mask) at that place. `timeline.png`/`.svg`: horizontal
 /// error, satellites visible/blocked/used and HDOP over time.
+///
+/// Epochs of other receivers are passed over. The files appear together at finish(), none where there was no
+/// epoch. Throws InputError where `folder` is missing or cannot be written to (found here, before the run).
+/// `simulation` must outlive the sink. `receiver` is an index into its scenario's receivers.
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_pictures(const simulation::Simulation& simulation,
                                                                    const std::filesystem::path& folder,
                                                                    std::size_t receiver);
