@@ -10,7 +10,7 @@
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/frozen_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
-#include "canyon/simulation/test_support.hpp"
+#include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation {
 namespace {

@@ -12,8 +12,8 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/receiver/preset.hpp"
-#include "canyon/simulation/test_support.hpp"
 #include "tests/support/shared_data.hpp"
+#include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation {
 namespace {

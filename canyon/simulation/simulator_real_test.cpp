@@ -8,8 +8,8 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
-#include "canyon/simulation/test_support.hpp"
 #include "tests/support/shared_data.hpp"
+#include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation {
 namespace {

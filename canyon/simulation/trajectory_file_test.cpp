@@ -3,9 +3,9 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/test_support.hpp"
 #include "canyon/simulation/trajectory.hpp"
 #include "tests/support/shared_data.hpp"
+#include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -209,7 +209,7 @@ TEST(TrajectoryFile, DamagedFilesAreReadOrRefused) {
   };
   const std::pair<std::string, std::string> files[] = {{"csv", csv}, {"urbannav", urbannav}, {"nmea", nmea}};
   for (const auto& [format, original] : files) {
-    for (int round = 0; round < 700; ++round) {
+    for (int round = 0; round < 150; ++round) {
       std::string text = original;
       for (std::size_t k = 0; k <= random(3); ++k) {
         const std::size_t at = random(text.size());

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/test_support.hpp"
+#include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation {
 namespace {
