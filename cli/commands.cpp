@@ -48,11 +48,19 @@ void print_table(const std::vector<std::string>& header, const std::vector<std::
   for (const auto& row : rows) {
     for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width(row[i]));
   }
-  const auto print = [&widths](const std::vector<std::string>& row) {
+  // Numbers to the right, words to the left.
+  std::vector<bool> right(header.size(), true);
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      right[i] = right[i] && (row[i].empty() || row[i] == "-" || parse_double(row[i]));
+    }
+  }
+  const auto print = [&widths, &right](const std::vector<std::string>& row) {
     std::string line;
     for (std::size_t i = 0; i < row.size(); ++i) {
       const std::string padding(widths[i] - width(row[i]), ' ');
-      line += i == 0 ? row[i] + padding : "  " + padding + row[i];
+      if (i > 0) line += "  ";
+      line += right[i] ? padding + row[i] : row[i] + padding;
     }
     while (!line.empty() && line.back() == ' ') line.pop_back();
     fmt::print("{}\n", line);

@@ -28,8 +28,7 @@ void add_city(CLI::App& app, Action& action);
 /// "GPS,Galileo" -> set; throws InputError naming the known systems.
 [[nodiscard]] std::set<orbit::System> parse_systems(const std::string& text);
 
-/// Prints rows under a header, columns aligned (the first to the left, the others to the right), to standard
-/// output.
+/// Prints rows under a header to standard output, columns aligned: numbers to the right, words to the left.
 void print_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
 
 /// Writes "warning: ..." lines to standard error.
