@@ -7,6 +7,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/words.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
@@ -22,18 +23,6 @@ struct Arguments {
   std::string receiver;
   bool json = false;
 };
-
-std::string_view word(raytrace::Placement placement) {
-  switch (placement) {
-    case raytrace::Placement::Free:
-      return "free";
-    case raytrace::Placement::InsideBuilding:
-      return "inside a building";
-    case raytrace::Placement::UnderTerrain:
-      return "under the terrain";
-  }
-  return "?";
-}
 
 std::string_view word(propagation::PathKind kind) {
   return kind == propagation::PathKind::Direct ? "direct" : "reflected";
@@ -92,7 +81,7 @@ int run(const Arguments& arguments) {
     out["longitude_deg"] = geodesy::degrees(place.longitude_rad);
     out["height_m"] = place.height_m;
     out["enu_m"] = {antenna.x(), antenna.y(), antenna.z()};
-    out["placement"] = std::string(word(arrival.placement));
+    out["placement"] = std::string(output::placement_word(arrival.placement));
     out["satellites"] = nlohmann::json::array();
     for (const propagation::SatelliteView& view : arrival.views) {
       nlohmann::json entry{{"sat", orbit::to_string(view.line.id)},
@@ -120,7 +109,7 @@ int run(const Arguments& arguments) {
   fmt::print("{} at {:.7f}, {:.7f}, {:.2f} m (east {:.2f}, north {:.2f}, up {:.2f} m), {}\n\n",
              geodesy::format_gpst(time), geodesy::degrees(place.latitude_rad),
              geodesy::degrees(place.longitude_rad), place.height_m, antenna.x(), antenna.y(), antenna.z(),
-             word(arrival.placement));
+             output::placement_word(arrival.placement));
   std::vector<std::vector<std::string>> rows;
   for (const propagation::SatelliteView& view : arrival.views) {
     std::vector<std::string> row{orbit::to_string(view.line.id),

@@ -16,4 +16,5 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/canyonConfigVersion
                                  COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/canyonConfig.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/canyonConfigVersion.cmake cmake/CanyonDependencies.cmake
+              cmake/CanyonIoDependencies.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/canyon)

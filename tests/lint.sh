@@ -16,7 +16,7 @@ mapfile -t sources < <(find canyon -name '*.hpp' -o -name '*.cpp' | sort)
 [ "${#sources[@]}" -gt 0 ] || { echo "lint: no sources under $PWD/canyon"; exit 2; }
 
 # 1. A folder includes only itself and folders above it; the order is CMakeLists.txt's.
-mapfile -t order < <(sed -n 's/^canyon_folder(\([a-z_]*\).*/\1/p' CMakeLists.txt)
+mapfile -t order < <(sed -n 's/^ *canyon_folder(\([a-z_]*\).*/\1/p' CMakeLists.txt)
 declare -A rank
 for i in "${!order[@]}"; do rank[${order[$i]}]=$i; done
 while IFS=: read -r file line included; do
@@ -35,6 +35,9 @@ grep_each "the engine includes a host's header" \
 # 3. Only raytrace knows Embree; only canyon::io's files know Assimp and Cairo.
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/raytrace/')
 grep_each "only canyon/raytrace may include Embree" '#include [<"]embree' "${outside[@]}"
+mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/buildings/')
+grep_each "only canyon/buildings may include map and raster libraries" \
+  '#include [<"](osmium|protozero|geos|gdal|ogr|curl)' "${outside[@]}"
 io=$(grep -oE 'IO( [a-z_]+\.cpp)+' CMakeLists.txt | tr ' ' '\n' | grep cpp)
 while IFS= read -r file; do
   name=$(basename "$file" .cpp)

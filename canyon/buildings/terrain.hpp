@@ -1,0 +1,46 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "canyon/buildings/map_data.hpp"
+#include "canyon/city/city.hpp"
+
+namespace canyon::buildings {
+
+struct TerrainOptions {
+  /// Added to the raster's heights to make them ellipsoidal: empty takes the geoid from the raster's vertical
+  /// datum where it names one and PROJ has its grid; a number [m] is used as it is.
+  std::optional<double> geoid_undulation_m;
+  void validate() const;
+};
+
+/// A height raster over the Earth, read through GDAL (GeoTIFF, SRTM HGT, anything GDAL opens), in any
+/// projection. Heights are ellipsoidal [m] after the geoid.
+class Terrain {
+ public:
+  /// Opens rasters; the first that covers a place answers. Throws InputError: missing, not a raster, no
+  /// georeference, no height band.
+  explicit Terrain(const std::vector<std::filesystem::path>& rasters, TerrainOptions options = {});
+  ~Terrain();
+  Terrain(Terrain&&) noexcept;
+
+  /// Bilinear; empty outside the rasters and on no-data.
+  [[nodiscard]] std::optional<double> height_m(const LonLat& place) const;
+  /// Lines for people: which geoid was added and why, or that heights were taken as ellipsoidal.
+  [[nodiscard]] const std::vector<std::string>& notes() const;
+
+  /// Appends a triangulated sheet over [min, max] (east, north [m]) of `frame`, posts at most `spacing_m`
+  /// apart, as one object named "terrain". Throws InputError, with the share that is covered, where the
+  /// rasters do not cover the box.
+  void append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Eigen::Vector2d& min,
+              const Eigen::Vector2d& max, double spacing_m) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace canyon::buildings

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+
+#include "canyon/city/city.hpp"
+
+namespace canyon::city {
+
+/// Canyon's own compact city file (.canyon): little-endian, versioned, zlib-compressed blocks with CRC-32,
+/// vertices as float64, everything of City. Loads in well under a second for a district. Throws InputError
+/// where the file cannot be written.
+void write_city_file(const std::filesystem::path& path, const City& city);
+/// Throws InputError: missing, not a Canyon city, a newer version, damaged or cut short (says which block).
+[[nodiscard]] City read_city_file(const std::filesystem::path& path);
+
+}  // namespace canyon::city
