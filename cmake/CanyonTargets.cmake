@@ -4,6 +4,9 @@
 #   test_NAME          its *_test.cpp, linked with this folder and those above it
 #   bench_NAME_FILE    one program for each *_bench.cpp
 
+# Here and not in a function: its variables must reach tests/ as well.
+include(GoogleTest)
+
 set(CANYON_FOLDERS "" CACHE INTERNAL "")
 add_library(canyon_options INTERFACE)
 target_compile_features(canyon_options INTERFACE cxx_std_20)
@@ -93,7 +96,6 @@ function(canyon_io_library target)
 endfunction()
 
 function(canyon_tests)
-  include(GoogleTest)
   set(objects "")
   set(above "")
   foreach(name IN LISTS CANYON_FOLDERS)

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Installs Canyon into an empty prefix and builds and runs a project of its own against it.
-# usage: tests/consumer/run.sh BUILD_FOLDER WORK_FOLDER
+# usage: tests/consumer/run.sh BUILD_FOLDER WORK_FOLDER GENERATOR
 set -euo pipefail
 source=$(cd "$(dirname "$0")" && pwd)
-build=$1 work=$2
+build=$1 work=$2 generator=$3
 rm -rf "$work"
 mkdir -p "$work"
 cmake --install "$build" --prefix "$work/prefix" >"$work/log"
-cmake -S "$source" -B "$work/build" -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix" >>"$work/log" ||
+cmake -S "$source" -B "$work/build" -G "$generator" -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix" >>"$work/log" ||
   { tail -n 30 "$work/log"; exit 1; }
 cmake --build "$work/build" >>"$work/log" || { tail -n 40 "$work/log"; exit 1; }
 "$work/build/engine_consumer"
