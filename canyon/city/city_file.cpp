@@ -1,0 +1,373 @@
+#include "canyon/city/city_file.hpp"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+
+// Layout, everything little-endian:
+//   magic     8 bytes, 0x89 "CANYON" 0x0A (a copy in text mode breaks it visibly, as in PNG)
+//   version   u32
+//   blocks    "INFO", "VERT", "TRIS", "MATS", each: tag 4 bytes, u64 bytes unpacked, u64 bytes packed, u32
+//   CRC-32
+//             (zlib's, of the 20 bytes before it and of the packed bytes), the packed bytes (zlib stream)
+// INFO  u64 vertices, u64 triangles, f64 latitude, longitude [rad], height [m], heading [rad], name,
+//       u32 notes and each note, u32 objects and of each: name, u8 surface, u32 triangles.
+//       A text is u32 bytes and its bytes.
+// VERT  f64 x y z of each vertex [m]; byte planes: all first bytes of the 3 n numbers, all second bytes, ...
+// TRIS  u32 a b c of each triangle, each number less the one before it (modulo 2^32); byte planes
+// MATS  u8 material of each triangle
+// Planes and differences cost nothing to undo and let zlib find what repeats.
+
+namespace canyon::city {
+namespace {
+
+constexpr std::string_view kMagic{
+    "\x89"
+    "CANYON\n",
+    8};
+constexpr std::uint32_t kVersion = 1;
+constexpr std::size_t kBlockHeader = 24;
+/// No zlib stream unpacks to more than this many bytes for one of its own (zlib's documentation: 1032).
+constexpr std::uint64_t kMostUnpacked = 1040;
+constexpr std::string_view kCopyAgain = "copy it again, or build the city again";
+
+constexpr auto kLastSurface = static_cast<std::uint8_t>(Surface::Vehicle);
+constexpr auto kLastMaterial = static_cast<std::uint8_t>(Material::Ground);
+
+template <typename Number>
+void put(std::string& out, Number value) {
+  std::uint64_t bits = 0;
+  static_assert(sizeof(Number) <= sizeof bits);
+  if constexpr (std::is_floating_point_v<Number>) {
+    std::memcpy(&bits, &value, sizeof value);
+  } else {
+    bits = static_cast<std::uint64_t>(value);
+  }
+  for (std::size_t byte = 0; byte < sizeof value; ++byte) out += static_cast<char>(bits >> (8 * byte) & 0xFF);
+}
+
+template <typename Number>
+Number get(std::string_view in) {
+  std::uint64_t bits = 0;
+  for (std::size_t byte = 0; byte < sizeof(Number); ++byte) {
+    bits |= static_cast<std::uint64_t>(static_cast<unsigned char>(in[byte])) << (8 * byte);
+  }
+  Number value{};
+  if constexpr (std::is_floating_point_v<Number>) {
+    std::memcpy(&value, &bits, sizeof value);
+  } else {
+    value = static_cast<Number>(bits);
+  }
+  return value;
+}
+
+void put_text(std::string& out, const std::string& text) {
+  put(out, static_cast<std::uint32_t>(text.size()));
+  out += text;
+}
+
+std::uint32_t crc_of(std::string_view head, std::string_view body) {
+  const auto bytes = [](std::string_view s) { return reinterpret_cast<const Bytef*>(s.data()); };
+  return static_cast<std::uint32_t>(crc32_z(crc32_z(0, bytes(head), head.size()), bytes(body), body.size()));
+}
+
+/// Numbers of `Number`, count of them given by number(i), as byte planes.
+template <typename Number, typename At>
+std::string planes_of(std::size_t count, const At& number) {
+  std::string planes(count * sizeof(Number), '\0');
+  for (std::size_t i = 0; i < count; ++i) {
+    const Number value = number(i);
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &value, sizeof value);
+    for (std::size_t byte = 0; byte < sizeof(Number); ++byte) {
+      planes[byte * count + i] = static_cast<char>(bits >> (8 * byte) & 0xFF);
+    }
+  }
+  return planes;
+}
+
+template <typename Number>
+Number from_planes(std::string_view planes, std::size_t count, std::size_t i) {
+  std::array<char, sizeof(Number)> bytes{};
+  for (std::size_t byte = 0; byte < sizeof(Number); ++byte) bytes[byte] = planes[byte * count + i];
+  return get<Number>(std::string_view(bytes.data(), bytes.size()));
+}
+
+void write_block(OutputFile& file, std::string_view tag, const std::string& raw) {
+  uLongf size = compressBound(static_cast<uLong>(raw.size()));
+  std::string packed(size, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(raw.data()),
+                static_cast<uLong>(raw.size()), Z_DEFAULT_COMPRESSION) != Z_OK) {
+    throw InputError(file.path(), 0, "not enough memory to pack the city", "split it");
+  }
+  packed.resize(size);
+  std::string header(tag);
+  put(header, static_cast<std::uint64_t>(raw.size()));
+  put(header, static_cast<std::uint64_t>(packed.size()));
+  put(header, crc_of(header, packed));
+  file.write(header);
+  file.write(packed);
+}
+
+std::string info_block(const City& city) {
+  std::string info;
+  put(info, static_cast<std::uint64_t>(city.mesh.vertices.size()));
+  put(info, static_cast<std::uint64_t>(city.mesh.triangles.size()));
+  put(info, city.frame.origin().latitude_rad);
+  put(info, city.frame.origin().longitude_rad);
+  put(info, city.frame.origin().height_m);
+  put(info, city.frame.heading_rad());
+  put_text(info, city.name);
+  put(info, static_cast<std::uint32_t>(city.notes.size()));
+  for (const std::string& note : city.notes) put_text(info, note);
+  put(info, static_cast<std::uint32_t>(city.mesh.objects.size()));
+  for (const Object& object : city.mesh.objects) {
+    put_text(info, object.name);
+    put(info, static_cast<std::uint8_t>(object.surface));
+    put(info, object.triangle_count);
+  }
+  return info;
+}
+
+class CityFileReader {
+ public:
+  explicit CityFileReader(const std::filesystem::path& path) : path_(path) {}
+
+  City read() {
+    load();
+    read_header();
+    City city = read_info(block("INFO", "header"));
+    read_vertices(city.mesh, block("VERT", "vertices"));
+    read_triangles(city.mesh, block("TRIS", "triangles"));
+    read_materials(city.mesh, block("MATS", "materials"));
+    if (!rest_.empty()) {
+      throw InputError(path_, 0, fmt::format("has {} bytes after its last block", rest_.size()), kCopyAgain);
+    }
+    try {
+      check_mesh(city.mesh, city.name);
+    } catch (const InputError& error) {
+      throw InputError(path_, 0, error.problem(), kCopyAgain);
+    }
+    return city;
+  }
+
+ private:
+  [[noreturn]] void damaged(std::string_view block, std::string_view how) const {
+    throw InputError(path_, 0, fmt::format("block '{}' is damaged: {}", block, how), kCopyAgain);
+  }
+
+  void load() {
+    std::error_code error;
+    if (!std::filesystem::exists(path_, error)) throw InputError(path_, 0, "no such file");
+    if (!std::filesystem::is_regular_file(path_, error)) throw InputError(path_, 0, "is not a file");
+    const std::uintmax_t size = std::filesystem::file_size(path_, error);
+    std::ifstream in(path_, std::ios::binary);
+    if (error || !in) throw InputError(path_, 0, "cannot be read");
+    bytes_.resize(static_cast<std::size_t>(size));
+    in.read(bytes_.data(), static_cast<std::streamsize>(bytes_.size()));
+    if (in.gcount() != static_cast<std::streamsize>(bytes_.size())) {
+      throw InputError(path_, 0, "cannot be read to its end");
+    }
+    rest_ = bytes_;
+  }
+
+  void read_header() {
+    if (rest_.substr(0, kMagic.size()) != kMagic) {
+      throw InputError(path_, 0, "is not a Canyon city",
+                       "mesh files keep their own ending (.dae, .obj, .stl, .gltf, .glb, .ply)");
+    }
+    rest_.remove_prefix(kMagic.size());
+    if (rest_.size() < 4) throw InputError(path_, 0, "is cut short before its version", kCopyAgain);
+    const auto version = get<std::uint32_t>(rest_);
+    rest_.remove_prefix(4);
+    if (version > kVersion) {
+      throw InputError(path_, 0,
+                       fmt::format("is of version {}, this Canyon reads up to {}", version, kVersion),
+                       "update Canyon, or build the city again with this one");
+    }
+    if (version == 0) throw InputError(path_, 0, "is of version 0, which never was", kCopyAgain);
+  }
+
+  std::string block(std::string_view tag, std::string_view name) {
+    if (rest_.size() < kBlockHeader) {
+      throw InputError(path_, 0, fmt::format("is cut short before its block '{}'", name), kCopyAgain);
+    }
+    if (rest_.substr(0, 4) != tag) damaged(name, "another block stands in its place");
+    const auto unpacked = get<std::uint64_t>(rest_.substr(4));
+    const auto packed = get<std::uint64_t>(rest_.substr(12));
+    const auto crc = get<std::uint32_t>(rest_.substr(20));
+    const std::string_view head = rest_.substr(0, 20);
+    rest_.remove_prefix(kBlockHeader);
+    if (packed > rest_.size()) {
+      throw InputError(path_, 0,
+                       fmt::format("is cut short in block '{}': {} of {} bytes", name, rest_.size(), packed),
+                       kCopyAgain);
+    }
+    const std::string_view body = rest_.substr(0, static_cast<std::size_t>(packed));
+    rest_.remove_prefix(body.size());
+    if (crc_of(head, body) != crc) damaged(name, "its checksum differs");
+    if (unpacked / kMostUnpacked > packed) damaged(name, "its size is impossible");
+    std::string raw(static_cast<std::size_t>(unpacked), '\0');
+    auto size = static_cast<uLongf>(raw.size());
+    // zlib wants room to write to even where there is nothing to write.
+    std::array<Bytef, 1> nothing{};
+    Bytef* to = raw.empty() ? nothing.data() : reinterpret_cast<Bytef*>(raw.data());
+    if (uncompress(to, &size, reinterpret_cast<const Bytef*>(body.data()), static_cast<uLong>(body.size())) !=
+            Z_OK ||
+        size != raw.size()) {
+      damaged(name, "it does not unpack");
+    }
+    return raw;
+  }
+
+  template <typename Number>
+  Number take(std::string_view& from) const {
+    if (from.size() < sizeof(Number)) damaged("header", "it ends early");
+    const auto value = get<Number>(from);
+    from.remove_prefix(sizeof(Number));
+    return value;
+  }
+
+  std::string take_text(std::string_view& from) const {
+    const auto size = take<std::uint32_t>(from);
+    if (size > from.size()) damaged("header", "a text is longer than what is left");
+    std::string text(from.substr(0, size));
+    from.remove_prefix(size);
+    return text;
+  }
+
+  /// A count of things that take at least `smallest` bytes each: safe to allocate.
+  std::uint32_t take_count(std::string_view& from, std::size_t smallest) const {
+    const auto count = take<std::uint32_t>(from);
+    if (count > from.size() / smallest) damaged("header", "it counts more than it can hold");
+    return count;
+  }
+
+  City read_info(const std::string& block) {
+    std::string_view from = block;
+    City city;
+    vertices_ = take<std::uint64_t>(from);
+    triangles_ = take<std::uint64_t>(from);
+    geodesy::Geodetic origin;
+    origin.latitude_rad = take<double>(from);
+    origin.longitude_rad = take<double>(from);
+    origin.height_m = take<double>(from);
+    const auto heading_rad = take<double>(from);
+    try {
+      city.frame = geodesy::LocalFrame(origin, heading_rad);
+    } catch (const InputError& error) {
+      damaged("header", error.problem());
+    }
+    city.name = take_text(from);
+    const std::uint32_t notes = take_count(from, 4);
+    city.notes.reserve(notes);
+    for (std::uint32_t i = 0; i < notes; ++i) city.notes.push_back(take_text(from));
+    const std::uint32_t objects = take_count(from, 9);
+    city.mesh.objects.reserve(objects);
+    std::uint64_t next = 0;
+    for (std::uint32_t i = 0; i < objects; ++i) {
+      Object object;
+      object.name = take_text(from);
+      const auto surface = take<std::uint8_t>(from);
+      if (surface > kLastSurface) damaged("header", fmt::format("object {} has surface {}", i, surface));
+      object.surface = static_cast<Surface>(surface);
+      object.triangle_count = take<std::uint32_t>(from);
+      object.first_triangle = static_cast<std::uint32_t>(next);
+      next += object.triangle_count;
+      if (next > triangles_) damaged("header", "its objects have more triangles than the city");
+      city.mesh.objects.push_back(std::move(object));
+    }
+    if (next != triangles_) damaged("header", "its objects do not cover the city's triangles");
+    if (!from.empty()) damaged("header", "it goes on after its end");
+    return city;
+  }
+
+  void check_size(std::string_view name, const std::string& raw, std::uint64_t count,
+                  std::size_t bytes_each) const {
+    if (raw.size() / bytes_each != count || raw.size() % bytes_each != 0) {
+      damaged(name, fmt::format("{} bytes for {} {}", raw.size(), count, name));
+    }
+  }
+
+  void read_vertices(Mesh& mesh, const std::string& raw) const {
+    check_size("vertices", raw, vertices_, 24);
+    const std::size_t numbers = 3 * static_cast<std::size_t>(vertices_);
+    mesh.vertices.resize(static_cast<std::size_t>(vertices_));
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        mesh.vertices[i][static_cast<Eigen::Index>(axis)] = from_planes<double>(raw, numbers, 3 * i + axis);
+      }
+    }
+  }
+
+  void read_triangles(Mesh& mesh, const std::string& raw) const {
+    check_size("triangles", raw, triangles_, 12);
+    const std::size_t numbers = 3 * static_cast<std::size_t>(triangles_);
+    mesh.triangles.resize(static_cast<std::size_t>(triangles_));
+    std::uint32_t last = 0;
+    for (std::size_t i = 0; i < numbers; ++i) {
+      last += from_planes<std::uint32_t>(raw, numbers, i);
+      mesh.triangles[i / 3][i % 3] = last;
+    }
+  }
+
+  void read_materials(Mesh& mesh, const std::string& raw) const {
+    check_size("materials", raw, triangles_, 1);
+    mesh.materials.reserve(raw.size());
+    for (const char c : raw) {
+      const auto material = static_cast<std::uint8_t>(c);
+      if (material > kLastMaterial) damaged("materials", fmt::format("a triangle has material {}", material));
+      mesh.materials.push_back(static_cast<Material>(material));
+    }
+  }
+
+  std::filesystem::path path_;
+  std::string bytes_;
+  std::string_view rest_;
+  std::uint64_t vertices_ = 0;
+  std::uint64_t triangles_ = 0;
+};
+
+}  // namespace
+
+void write_city_file(const std::filesystem::path& path, const City& city) {
+  const Mesh& mesh = city.mesh;
+  check_mesh(mesh, city.name);
+  OutputFile file(path);
+  std::string header(kMagic);
+  put(header, kVersion);
+  file.write(header);
+  write_block(file, "INFO", info_block(city));
+  write_block(file, "VERT", planes_of<double>(3 * mesh.vertices.size(), [&](std::size_t i) {
+                return mesh.vertices[i / 3][static_cast<Eigen::Index>(i % 3)];
+              }));
+  write_block(file, "TRIS", planes_of<std::uint32_t>(3 * mesh.triangles.size(), [&](std::size_t i) {
+                const std::uint32_t before = i == 0 ? 0 : mesh.triangles[(i - 1) / 3][(i - 1) % 3];
+                return mesh.triangles[i / 3][i % 3] - before;
+              }));
+  std::string materials;
+  materials.reserve(mesh.materials.size());
+  for (const Material material : mesh.materials) materials += static_cast<char>(material);
+  write_block(file, "MATS", materials);
+  file.commit();
+}
+
+City read_city_file(const std::filesystem::path& path) {
+  return CityFileReader(path).read();
+}
+
+}  // namespace canyon::city
