@@ -25,13 +25,16 @@ struct Polygon2 {
 /// why it is empty.
 [[nodiscard]] std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::string>& notes);
 
-/// a without b, repaired; a and b from repair().
+/// a without b, a and b, or all of a: on the grid and clean as from repair(). Polygons must come from
+/// repair(). Of subtract and intersect, pieces narrower than 2 cm on average (twice the area over the
+/// perimeter) are left out: seams between outlines that were meant to share an edge.
 [[nodiscard]] std::vector<Polygon2> subtract(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b);
 [[nodiscard]] std::vector<Polygon2> intersect(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b);
 [[nodiscard]] std::vector<Polygon2> unite(const std::vector<Polygon2>& a);
 
 /// Constrained triangulation: indices into outer followed by the holes in order; counter-clockwise; covers
-/// the polygon exactly, adds no points, uses every edge of the rings.
+/// the polygon exactly, adds no points, uses every edge of the rings (checked). Where rings touch at a point,
+/// the first of its indices stands for all. Empty for rings that cross.
 [[nodiscard]] std::vector<std::array<std::uint32_t, 3>> triangulate(const Polygon2& polygon);
 
 }  // namespace canyon::buildings
