@@ -4,6 +4,7 @@
 #include <cairo.h>
 
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -189,6 +190,25 @@ void Canvas::text(const Point& at, const std::string& text, const TextStyle& sty
   cairo_restore(cairo_);
 }
 
+void Canvas::image(const Rect& r, int columns, int rows, const std::vector<std::uint32_t>& pixels) {
+  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, columns, rows));
+  check(cairo_surface_status(surface.get()));
+  cairo_surface_flush(surface.get());
+  unsigned char* bytes = cairo_image_surface_get_data(surface.get());
+  const auto stride = static_cast<std::size_t>(cairo_image_surface_get_stride(surface.get()));
+  const auto row_bytes = 4 * static_cast<std::size_t>(columns);
+  for (std::size_t row = 0; row < static_cast<std::size_t>(rows); ++row) {
+    std::memcpy(bytes + row * stride, pixels.data() + row * static_cast<std::size_t>(columns), row_bytes);
+  }
+  cairo_surface_mark_dirty(surface.get());
+  cairo_save(cairo_);
+  cairo_translate(cairo_, r.x, r.y);
+  cairo_scale(cairo_, r.width / columns, r.height / rows);
+  cairo_set_source_surface(cairo_, surface.get(), 0, 0);
+  cairo_paint(cairo_);
+  cairo_restore(cairo_);
+}
+
 void Canvas::clipped(const Rect& r, const std::function<void()>& draw) {
   cairo_save(cairo_);
   cairo_rectangle(cairo_, r.x, r.y, r.width, r.height);
@@ -197,18 +217,21 @@ void Canvas::clipped(const Rect& r, const std::function<void()>& draw) {
   cairo_restore(cairo_);
 }
 
+std::string render_png(int width_px, int height_px, double scale, const std::function<void(Canvas&)>& draw) {
+  std::string png;
+  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_px, height_px));
+  draw_on(surface.get(), scale, width_px / scale, height_px / scale, draw);
+  check(cairo_surface_write_to_png_stream(surface.get(), append, &png));
+  return png;
+}
+
 Picture render(double width, double height, const std::function<void(Canvas&)>& draw, double png_scale) {
   // Whole units: a row of pixels that is covered in part would show as a line.
   width = std::ceil(width);
   height = std::ceil(height);
   Picture picture;
-  {
-    const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24,
-                                                     static_cast<int>(std::lround(width * png_scale)),
-                                                     static_cast<int>(std::lround(height * png_scale))));
-    draw_on(surface.get(), png_scale, width, height, draw);
-    check(cairo_surface_write_to_png_stream(surface.get(), append, &picture.png));
-  }
+  picture.png = render_png(static_cast<int>(std::lround(width * png_scale)),
+                           static_cast<int>(std::lround(height * png_scale)), png_scale, draw);
   {
     const Surface surface(cairo_svg_surface_create_for_stream(append, &picture.svg, width, height));
     draw_on(surface.get(), 1, width, height, draw);

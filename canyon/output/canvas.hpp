@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -74,6 +75,10 @@ class Canvas {
   void text(const Point& at, const std::string& text, const TextStyle& style = {});
   [[nodiscard]] double text_width(const std::string& text, const TextStyle& style = {});
 
+  /// Draws pixels (0xRRGGBB, rows from the top, `columns` * `rows` of them) over `r`, unchanged where `r` has
+  /// as many pixels of the picture.
+  void image(const Rect& r, int columns, int rows, const std::vector<std::uint32_t>& pixels);
+
   /// Runs `draw` with everything outside `r` cut off.
   void clipped(const Rect& r, const std::function<void()>& draw);
 
@@ -96,6 +101,11 @@ struct Picture {
 /// the unit. Throws std::runtime_error where Cairo fails (memory).
 [[nodiscard]] Picture render(double width, double height, const std::function<void(Canvas&)>& draw,
                              double png_scale = 2);
+
+/// Draws a PNG of exactly width_px x height_px pixels, `scale` of them to the unit; bytes of the file. Throws
+/// std::runtime_error where Cairo fails (memory).
+[[nodiscard]] std::string render_png(int width_px, int height_px, double scale,
+                                     const std::function<void(Canvas&)>& draw);
 
 /// Title, and under it a fainter line, at the top left, smaller where they would not fit; returns the y below
 /// them.

@@ -1,6 +1,5 @@
 #include "canyon/output/pictures.hpp"
 
-#include <cairo.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,6 +16,7 @@
 #include "canyon/output/timeline_picture.hpp"
 #include "canyon/output/track_picture.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "tests/support/png_pixels.hpp"
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -26,24 +26,16 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-/// A decoded PNG.
-class Pixels {
+/// A decoded picture of two pixels to the unit.
+class Pixels : public test::PngPixels {
  public:
-  explicit Pixels(const std::string& png) : source_(png) {
-    surface_ = cairo_image_surface_create_from_png_stream(read, this);
-    EXPECT_EQ(cairo_surface_status(surface_), CAIRO_STATUS_SUCCESS);
-  }
-  ~Pixels() { cairo_surface_destroy(surface_); }
-  Pixels(const Pixels&) = delete;
-  Pixels& operator=(const Pixels&) = delete;
+  using PngPixels::PngPixels;
 
-  [[nodiscard]] int width() const { return cairo_image_surface_get_width(surface_); }
-  [[nodiscard]] int height() const { return cairo_image_surface_get_height(surface_); }
-  /// 0xRRGGBB at a place in the picture's units (two pixels each).
+  /// 0xRRGGBB at a place in the picture's units.
   [[nodiscard]] std::uint32_t at(const Point& p) const {
     return pixel(static_cast<int>(2 * p.x), static_cast<int>(2 * p.y));
   }
-  /// Whether a colour, within 2 of 255 in each channel, lies within `reach` units of a place.
+  /// Whether a colour lies within `reach` units of a place.
   [[nodiscard]] bool has_near(const Point& p, double reach, const Colour& colour) const {
     const int r = static_cast<int>(2 * reach);
     for (int y = -r; y <= r; ++y) {
@@ -53,40 +45,6 @@ class Pixels {
     }
     return false;
   }
-  [[nodiscard]] std::size_t count(const Colour& colour) const {
-    std::size_t n = 0;
-    for (int y = 0; y < height(); ++y) {
-      for (int x = 0; x < width(); ++x) n += is(pixel(x, y), colour) ? 1U : 0U;
-    }
-    return n;
-  }
-  static bool is(std::uint32_t pixel, const Colour& c) {
-    const auto near = [](std::uint32_t byte, double wanted) {
-      return std::abs(static_cast<double>(byte) - 255 * wanted) <= 2;
-    };
-    return near(pixel >> 16 & 0xFFU, c.r) && near(pixel >> 8 & 0xFFU, c.g) && near(pixel & 0xFFU, c.b);
-  }
-
- private:
-  [[nodiscard]] std::uint32_t pixel(int x, int y) const {
-    if (x < 0 || y < 0 || x >= width() || y >= height()) return 0x01000000;
-    std::uint32_t value = 0;
-    std::memcpy(&value,
-                cairo_image_surface_get_data(surface_) + y * cairo_image_surface_get_stride(surface_) + 4 * x,
-                4);
-    return value & 0xFFFFFFU;
-  }
-  static cairo_status_t read(void* self, unsigned char* data, unsigned length) {
-    auto& pixels = *static_cast<Pixels*>(self);
-    if (pixels.read_ + length > pixels.source_.size()) return CAIRO_STATUS_READ_ERROR;
-    std::memcpy(data, pixels.source_.data() + pixels.read_, length);
-    pixels.read_ += length;
-    return CAIRO_STATUS_SUCCESS;
-  }
-
-  const std::string& source_;
-  std::size_t read_ = 0;
-  cairo_surface_t* surface_ = nullptr;
 };
 
 constexpr const char* kPngSignature = "\x89PNG\r\n\x1a\n";
