@@ -194,17 +194,20 @@ Shape shape_from_tags(const std::map<std::string, std::string>& raw, const Heigh
   const bool pitched = shape.roof != RoofShape::Flat;
 
   std::optional<double> height = tags.length_m({"height", "building:height", "est_height"}, kThinnest_m);
-  std::optional<double> min_height = tags.length_m({"min_height", "building:min_height"}, 0);
+  const std::optional<double> min_tag = tags.length_m({"min_height", "building:min_height"}, 0);
+  double min_height = min_tag.value_or(0);
+  bool min_said = min_tag.has_value();
   std::optional<double> levels = tags.levels("building:levels");
   const std::optional<double> min_level = tags.levels("building:min_level");
-  std::optional<double> roof_levels = tags.levels("roof:levels");
+  double roof_levels = tags.levels("roof:levels").value_or(0);
   std::optional<double> roof_height;
   if (pitched) roof_height = tags.length_m({"roof:height"}, 0);
-  if (!pitched && !tags.text("roof:shape").empty()) roof_levels.reset();
-  if (height && min_height && *min_height > *height - kThinnest_m) {
+  if (!pitched && !tags.text("roof:shape").empty()) roof_levels = 0;
+  if (height && min_height > *height - kThinnest_m) {
     tags.warn(fmt::format("min_height={} reaches height={}; min_height left out",
                           Tags::shown(tags.text("min_height")), Tags::shown(tags.text("height"))));
-    min_height.reset();
+    min_height = 0;
+    min_said = false;
   }
   // building:levels counts from the ground, those below building:min_level included; some count otherwise.
   if (levels && min_level && *levels > 0 && *levels <= *min_level) {
@@ -218,24 +221,25 @@ Shape shape_from_tags(const std::map<std::string, std::string>& raw, const Heigh
   double level_m = defaults.level_m;
   if (height && levels && *levels > 0) {
     const double walls_m = *height - roof_height.value_or(0);
-    const double implied_m = walls_m / (*levels + (roof_height ? 0 : roof_levels.value_or(0)));
+    const double implied_m = walls_m / (*levels + (roof_height ? 0 : roof_levels));
     if (implied_m >= kLowestTaggedLevel_m && implied_m <= kHighestTaggedLevel_m) level_m = implied_m;
   }
-  const bool min_by_level = !min_height && min_level && *min_level > 0;
-  if (min_by_level) min_height = *min_level * level_m;
+  if (!min_said && min_level && *min_level > 0) {
+    min_height = *min_level * level_m;
+    min_said = true;
+  }
 
   // Height of the roof as far as tags say it, before the height is known.
-  const double tagged_roof_m =
-      roof_height ? *roof_height : (roof_levels ? *roof_levels * defaults.level_m : 0);
-  const bool roof_tagged = roof_height.has_value() || (roof_levels && *roof_levels > 0);
+  const double tagged_roof_m = roof_height ? *roof_height : roof_levels * defaults.level_m;
+  const bool roof_tagged = roof_height.has_value() || roof_levels > 0;
 
   if (height) {
     shape.height_m = *height;
     shape.height_source = HeightSource::Tag;
-  } else if (levels && *levels + roof_levels.value_or(0) > 0) {
+  } else if (levels && *levels + roof_levels > 0) {
     const double walls_m = *levels * defaults.level_m;
     // An unsaid roof stands on the storeys: one storey high, at most half of what is below it.
-    const double below_m = walls_m - std::min(walls_m, min_height.value_or(0));
+    const double below_m = walls_m - std::min(walls_m, min_height);
     const double roof_m = roof_tagged || !pitched ? tagged_roof_m : std::min(defaults.level_m, below_m / 2);
     shape.height_m = walls_m + roof_m;
     shape.height_source = HeightSource::Levels;
@@ -244,17 +248,18 @@ Shape shape_from_tags(const std::map<std::string, std::string>& raw, const Heigh
     shape.height_m = by_type != defaults.by_type.end() ? by_type->second : defaults.building_m;
     shape.height_source = HeightSource::Default;
   }
-  if (min_height && *min_height > shape.height_m - kThinnest_m) {
+  if (min_height > shape.height_m - kThinnest_m) {
     if (height) {  // by building:min_level: the height is the surer one
-      tags.warn(fmt::format("building:min_level={} reaches height={}; left out", *min_level,
+      tags.warn(fmt::format("building:min_level={} reaches height={}; left out", min_level.value_or(0),
                             Tags::shown(tags.text("height"))));
-      min_height.reset();
+      min_height = 0;
+      min_said = false;
     } else {  // what is known is that something stands above min_height
-      shape.height_m = *min_height + std::max(defaults.level_m, kThinnest_m);
+      shape.height_m = min_height + std::max(defaults.level_m, kThinnest_m);
       shape.height_source = HeightSource::Default;
     }
   }
-  shape.min_height_m = min_height.value_or(0);
+  shape.min_height_m = min_height;
 
   if (pitched) {
     const double most_m = shape.height_m - shape.min_height_m;
@@ -268,11 +273,11 @@ Shape shape_from_tags(const std::map<std::string, std::string>& raw, const Heigh
     if (roof_height && *roof_height > 0) {
       roof_m = roof_height;
       shape.roof_source = HeightSource::Tag;
-    } else if (!roof_height && roof_levels && *roof_levels > 0) {
-      const double wanted_m = *roof_levels * (height ? level_m : defaults.level_m);
+    } else if (!roof_height && roof_levels > 0) {
+      const double wanted_m = roof_levels * (height ? level_m : defaults.level_m);
       if (wanted_m > most_m * (1 + 1e-9)) {
-        tags.warn(fmt::format("roof:levels={} are higher than the building's {} m; left out", *roof_levels,
-                              most_m));
+        tags.warn(
+            fmt::format("roof:levels={} are higher than the building's {} m; left out", roof_levels, most_m));
       } else {
         roof_m = wanted_m;
         shape.roof_source = HeightSource::Levels;
@@ -299,7 +304,7 @@ Shape shape_from_tags(const std::map<std::string, std::string>& raw, const Heigh
   }
 
   // On pillars: free below. A bridge between buildings has one storey.
-  if (!min_height && (type == "roof" || type == "carport" || type == "bridge")) {
+  if (!min_said && (type == "roof" || type == "carport" || type == "bridge")) {
     const double thickness_m = type == "bridge" ? defaults.level_m : kSlab_m;
     shape.min_height_m = std::max(0.0, shape.height_m - shape.roof_height_m - thickness_m);
   }
