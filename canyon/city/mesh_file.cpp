@@ -12,6 +12,7 @@
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <fstream>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -20,6 +21,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/mesh_file_format.hpp"
+#include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_names.hpp"
 #include "canyon/city/mesh_topology.hpp"
 
@@ -46,6 +48,7 @@ Eigen::Affine3d affine_from(const aiMatrix4x4& m) {
 struct Node {
   std::string name;
   bool named_terrain = false;
+  Surface surface = Surface::Building;  ///< where it is not terrain
   std::vector<Eigen::Vector3d> vertices;
   TriangleIndices triangles;
   std::vector<Material> materials;
@@ -78,14 +81,15 @@ double footprint_area(const Box& box) {
 
 class MeshImport {
  public:
-  MeshImport(const std::filesystem::path& path, const MeshImportOptions& options)
-      : path_(path), options_(options) {}
+  MeshImport(const std::filesystem::path& path, const MeshImportOptions& options, bool whole_city)
+      : path_(path), options_(options), whole_city_(whole_city) {}
 
   City read() {
     options_.validate();
     const std::string extension = check_path();
     if (extension == ".ply") check_ply_complete(path_);
     if (extension == ".stl") check_stl_complete(path_);
+    marked_ = has_mesh_mark(path_);
     const aiScene& scene = load();
     FileFrame frame;
     if (extension == ".dae") frame = collada_frame(path_);
@@ -98,7 +102,8 @@ class MeshImport {
     enu_from_file.scale(options_.scale * frame.metres_per_unit);
     enu_from_file.rotate(z_up_from(frame.up));
     for (unsigned m = 0; m < scene.mNumMaterials; ++m) {
-      materials_.push_back(material_from_name(scene.mMaterials[m]->GetName().C_Str()));
+      const std::string name = scene.mMaterials[m]->GetName().C_Str();
+      materials_.push_back(marked_ ? material_by_name(name) : material_from_name(name));
     }
     // COLLADA's root transform is Assimp's own doing, see collada_frame().
     const Eigen::Affine3d root =
@@ -121,7 +126,11 @@ class MeshImport {
           largest_coordinate_,
           std::ldexp(1.0, std::ilogb(largest_coordinate_) - 23) * frame.metres_per_unit * options_.scale));
     }
-    build(city.mesh);
+    if (marked_) {
+      build_as_written(city.mesh);
+    } else {
+      build(city.mesh);
+    }
     check_mesh(city.mesh, city.name);
     city.notes = std::move(notes_);
     return city;
@@ -150,6 +159,8 @@ class MeshImport {
                                      aiComponent_COLORS | aiComponent_TEXCOORDS | aiComponent_BONEWEIGHTS |
                                      aiComponent_ANIMATIONS | aiComponent_TEXTURES | aiComponent_LIGHTS |
                                      aiComponent_CAMERAS);
+    // Only Canyon's own: other programs' names may be empty or repeat where their ids do not.
+    if (marked_) importer_.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);
     const aiScene* scene = importer_.ReadFile(
         path_.string(), aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_SortByPType);
     if (scene == nullptr) {
@@ -190,7 +201,15 @@ class MeshImport {
     if (node.mNumMeshes > 0) {
       Node collected;
       collected.name = name_of(scene, node);
-      collected.named_terrain = under_terrain || names_terrain(collected.name);
+      bool said = false;
+      NodeName named = marked_ ? read_node_name(collected.name) : split_surface(collected.name, &said);
+      said = said || marked_;
+      collected.named_terrain =
+          said ? named.surface == Surface::Terrain : under_terrain || names_terrain(collected.name);
+      if (said) {
+        collected.name = std::move(named.name);
+        collected.surface = named.surface;
+      }
       for (unsigned m = 0; m < node.mNumMeshes; ++m) {
         add_triangles(*scene.mMeshes[node.mMeshes[m]], enu_from_node, collected);
       }
@@ -256,14 +275,24 @@ class MeshImport {
                        "set the city's scale if its unit is wrong");
     }
     const double size = (bounds_.max - bounds_.min).maxCoeff();
-    if (size > kLargestCity_m || size < kSmallestCity_m) {
+    if (size > kLargestCity_m || (size < kSmallestCity_m && whole_city_ && !marked_)) {
       throw InputError(path_, 0, fmt::format("the city would be {:.4g} m large, outside 1 m to 200 km", size),
                        "set the city's scale: the unit that the file declares seems wrong");
     }
     const double distance = (0.5 * (bounds_.min + bounds_.max)).norm();
-    if (distance > kLargestCity_m) {
+    if (distance > kLargestCity_m && whole_city_) {
       throw InputError(path_, 0, fmt::format("the city would lie {:.0f} km from its origin", distance / 1e3),
                        "export it about a local origin, or bring it there with the city's offset");
+    }
+  }
+
+  /// Canyon's own files: nodes as they are.
+  void build_as_written(Mesh& mesh) {
+    for (Node& node : nodes_) {
+      weld(node.vertices, node.triangles);
+      std::vector<std::uint32_t> all(node.triangles.size());
+      std::iota(all.begin(), all.end(), 0U);
+      append(mesh, node.name, node.surface, node, all, node.triangles);
     }
   }
 
@@ -298,7 +327,8 @@ class MeshImport {
           open += orientation.closed ? 0U : 1U;
         }
         std::string name = several ? fmt::format("{}_{}", node.name, ++number) : node.name;
-        append(mesh, std::move(name), terrain[c], node, components[c], triangles);
+        append(mesh, std::move(name), terrain[c] ? Surface::Terrain : node.surface, node, components[c],
+               triangles);
       }
     }
     if (turned > 0)
@@ -356,8 +386,8 @@ class MeshImport {
     return true;
   }
 
-  static void append(Mesh& mesh, std::string name, bool terrain, const Node& node,
-                     const std::vector<std::uint32_t>& component, const TriangleIndices& triangles) {
+  void append(Mesh& mesh, std::string name, Surface surface, const Node& node,
+              const std::vector<std::uint32_t>& component, const TriangleIndices& triangles) const {
     // Only this component's vertices: append_object() looks at all that it is given.
     std::vector<std::uint32_t> used;
     for (const auto& triangle : triangles) used.insert(used.end(), triangle.begin(), triangle.end());
@@ -373,9 +403,9 @@ class MeshImport {
       }
     }
     const std::size_t first = mesh.materials.size();
-    append_object(mesh, std::move(name), terrain ? Surface::Terrain : Surface::Building,
-                  terrain ? Material::Ground : Material::Unknown, vertices, local);
-    if (terrain) return;
+    append_object(mesh, std::move(name), surface,
+                  surface == Surface::Terrain ? Material::Ground : Material::Unknown, vertices, local);
+    if (surface == Surface::Terrain && !marked_) return;
     for (std::size_t t = 0; t < component.size(); ++t) {
       mesh.materials[first + t] = node.materials[component[t]];
     }
@@ -383,6 +413,8 @@ class MeshImport {
 
   std::filesystem::path path_;
   MeshImportOptions options_;
+  bool whole_city_ = true;
+  bool marked_ = false;  ///< written by Canyon, see mesh_marks.hpp
   Assimp::Importer importer_;
   std::vector<Material> materials_;
   std::vector<Node> nodes_;
@@ -396,7 +428,11 @@ class MeshImport {
 }  // namespace
 
 City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& options) {
-  return MeshImport(path, options).read();
+  return MeshImport(path, options, true).read();
+}
+
+City read_mesh_part(const std::filesystem::path& path, const MeshImportOptions& options) {
+  return MeshImport(path, options, false).read();
 }
 
 }  // namespace canyon::city

@@ -12,6 +12,13 @@ namespace canyon::city {
 /// Connected parts of a building node become objects of their own. Degenerate triangles are dropped and
 /// counted in notes. Part of canyon::io. Throws InputError for a missing or damaged file, an unknown format,
 /// or no triangle at all.
+///
+/// Files that Canyon wrote (write_mesh(), by the mark in them) are taken at their word: each node is one
+/// object, surfaces and materials are those that were written and no side is turned. In other files a node
+/// whose name begins with "building:", "terrain:", "foliage:" or "vehicle:" is of that surface.
 [[nodiscard]] City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& options);
+
+/// The same for a part of a scene: of any size up to 200 km, and anywhere within 1,000 km.
+[[nodiscard]] City read_mesh_part(const std::filesystem::path& path, const MeshImportOptions& options);
 
 }  // namespace canyon::city

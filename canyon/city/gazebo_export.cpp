@@ -1,0 +1,1 @@
+#include "canyon/city/gazebo_export.hpp"

@@ -1,0 +1,139 @@
+#include "canyon/city/mesh_export.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <iterator>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/city/collada_writer.hpp"
+#include "canyon/city/gltf_writer.hpp"
+#include "canyon/city/mesh_marks.hpp"
+#include "canyon/city/mesh_names.hpp"
+#include "canyon/city/mesh_parts.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+// Written by hand and not by Assimp's exporters: those (5.2) give a second object of the same name another
+// one or merge the two, drop blanks from names, keep single precision about one origin, have no place for
+// comments, and name an OBJ file's library after the file they are told to write.
+
+namespace canyon::city {
+namespace {
+
+constexpr std::size_t kFlushBytes = std::size_t{1} << 20;
+
+std::string origin_line(const City& city) {
+  const geodesy::Geodetic& origin = city.frame.origin();
+  return fmt::format("east-north-up about latitude {:.9f} deg, longitude {:.9f} deg, height {:.4f} m",
+                     geodesy::degrees(origin.latitude_rad), geodesy::degrees(origin.longitude_rad),
+                     origin.height_m);
+}
+
+/// For a comment of one line.
+std::string one_line(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, ' ');
+  return text;
+}
+
+void write_mtl(OutputFile& file, const City& city) {
+  std::string text = "# Materials of a Canyon city\n";
+  for (const Material material : materials_of(city.mesh)) {
+    const auto [r, g, b] = material_colour(material);
+    text += fmt::format("\nnewmtl {0}\nKa {1} {2} {3}\nKd {1} {2} {3}\nKs 0 0 0\nd 1\nillum 1\n",
+                        material_name(material), r, g, b);
+  }
+  file.write(text);
+}
+
+void write_obj(OutputFile& file, const City& city, const std::string& library) {
+  const std::vector<Object> objects = objects_with_triangles(city.mesh);
+  const std::vector<std::string> names = node_names(objects, NameCharacters::Word);
+  fmt::memory_buffer out;
+  const auto to = [&out] { return std::back_inserter(out); };
+  fmt::format_to(to(), "# {}\n# {}\n# {}; z up, metres\nmtllib {}\n", kMeshMark, one_line(city.name),
+                 origin_line(city), library);
+  std::size_t first = 1;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const MeshPart part = mesh_part(city.mesh, objects[i]);
+    fmt::format_to(to(), "o {}\n", names[i]);
+    for (const Eigen::Vector3d& v : part.vertices) {
+      out.push_back('v');
+      for (int axis = 0; axis < 3; ++axis) {
+        out.push_back(' ');
+        append_metres(out, v[axis]);
+      }
+      out.push_back('\n');
+    }
+    for (const MaterialGroup& group : part.groups) {
+      fmt::format_to(to(), "usemtl {}\n", material_name(group.material));
+      for (const auto& [a, b, c] : group.triangles) {
+        fmt::format_to(to(), "f {} {} {}\n", first + a, first + b, first + c);
+      }
+    }
+    first += part.vertices.size();
+    if (out.size() > kFlushBytes) {
+      file.write({out.data(), out.size()});
+      out.clear();
+    }
+  }
+  file.write({out.data(), out.size()});
+}
+
+void write_obj_and_mtl(OutputFile& obj, const City& city) {
+  std::filesystem::path library = obj.path();
+  library.replace_extension(".mtl");
+  const std::string name = library.filename().string();
+  if (one_line(name) != name) {
+    throw InputError(obj.path(), 0, "its name has a line break or other control character",
+                     "OBJ names its materials' file: choose a plain name");
+  }
+  OutputFile mtl(library);
+  write_mtl(mtl, city);
+  write_obj(obj, city, name);
+  std::error_code error;
+  const bool had_library = std::filesystem::exists(library, error);
+  mtl.commit();
+  try {
+    obj.commit();
+  } catch (const InputError&) {
+    if (!had_library) std::filesystem::remove(library, error);
+    throw;
+  }
+}
+
+}  // namespace
+
+void write_mesh(const std::filesystem::path& path, const City& city) {
+  const std::string extension = lower_case(path.extension().string());
+  if (extension != ".glb" && extension != ".obj" && extension != ".dae") {
+    throw InputError(path, 0, fmt::format("unknown mesh format '{}'", extension), "use .glb, .obj or .dae");
+  }
+  check_mesh(city.mesh, city.name);
+  if (city.mesh.triangles.empty()) throw InputError(path, 0, "the city has no triangle to write");
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) throw InputError(path, 0, "is a folder");
+  OutputFile file(path);
+  if (extension == ".obj") {
+    write_obj_and_mtl(file, city);
+    return;
+  }
+  if (extension == ".glb") {
+    write_glb(file, city);
+  } else {
+    const std::vector<Object> objects = objects_with_triangles(city.mesh);
+    const std::vector<std::string> names = node_names(objects, NameCharacters::XmlName);
+    std::vector<ColladaNode> nodes;
+    nodes.reserve(objects.size());
+    for (std::size_t i = 0; i < objects.size(); ++i) nodes.push_back({names[i], {objects[i]}});
+    write_collada(file, city.mesh, nodes, city.name, origin_line(city), true);
+  }
+  file.commit();
+}
+
+}  // namespace canyon::city

@@ -1,0 +1,206 @@
+#include "canyon/city/mesh_marks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <fstream>
+#include <optional>
+#include <unordered_map>
+
+#include "canyon/city/mesh_import_options.hpp"
+#include "canyon/city/mesh_names.hpp"
+
+namespace canyon::city {
+namespace {
+
+constexpr std::size_t kLongestName = 120;
+constexpr unsigned kRepeatMark = 0xFFFE;
+
+constexpr std::array<std::string_view, 4> kSurfaceWords{"building", "terrain", "foliage", "vehicle"};
+
+struct MaterialLook {
+  std::string_view name;
+  std::array<double, 3> colour;
+};
+constexpr std::array<MaterialLook, 9> kMaterials{{{"unknown", {0.65, 0.65, 0.65}},
+                                                  {"concrete", {0.60, 0.60, 0.57}},
+                                                  {"glass", {0.35, 0.55, 0.70}},
+                                                  {"brick", {0.60, 0.30, 0.22}},
+                                                  {"metal", {0.55, 0.57, 0.60}},
+                                                  {"stone", {0.70, 0.66, 0.58}},
+                                                  {"wood", {0.45, 0.36, 0.20}},
+                                                  {"plaster", {0.85, 0.82, 0.74}},
+                                                  {"ground", {0.36, 0.40, 0.31}}}};
+
+unsigned char byte_at(std::string_view text, std::size_t at) {
+  return at < text.size() ? static_cast<unsigned char>(text[at]) : static_cast<unsigned char>(0);
+}
+
+bool is_alphanumeric(unsigned char c) {
+  return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+}
+
+/// Value of an escape "_x1F00_" at `at`.
+std::optional<unsigned> escape_at(std::string_view text, std::size_t at) {
+  if (at + 7 > text.size() || text[at] != '_' || text[at + 1] != 'x' || text[at + 6] != '_')
+    return std::nullopt;
+  unsigned value = 0;
+  for (std::size_t i = at + 2; i < at + 6; ++i) {
+    const char c = text[i];
+    if (c >= '0' && c <= '9') {
+      value = value * 16 + static_cast<unsigned>(c - '0');
+    } else if (c >= 'A' && c <= 'F') {
+      value = value * 16 + static_cast<unsigned>(c - 'A' + 10);
+    } else {
+      return std::nullopt;
+    }
+  }
+  return value;
+}
+
+bool holds(NameCharacters characters, unsigned char c, bool first) {
+  switch (characters) {
+    case NameCharacters::Utf8:
+      // Assimp makes up names with these.
+      return c >= 0x20 && c != 0x7F && !(first && (c == '<' || c == '$'));
+    case NameCharacters::Word:
+      return c > 0x20 && c != 0x7F && c != '\\' && c != '#' && !(first && (c == '<' || c == '$'));
+    case NameCharacters::XmlName:
+      if (first && (c < 'A' || c == '_')) return c == '_';
+      return is_alphanumeric(c) || c == '_' || c == '-' || c == '.';
+  }
+  return false;
+}
+
+std::string escaped(std::string_view text, NameCharacters characters) {
+  std::string result;
+  for (std::size_t at = 0; at < text.size();) {
+    const unsigned char c = byte_at(text, at);
+    const std::size_t length = utf8_length(text, at);
+    if (length > 1) {
+      result += text.substr(at, length);
+      at += length;
+      continue;
+    }
+    if (length == 0 || !holds(characters, c, at == 0) || escape_at(text, at)) {
+      result += fmt::format("_x{:04X}_", c);
+    } else {
+      result += static_cast<char>(c);
+    }
+    ++at;
+  }
+  return result;
+}
+
+std::string cut(std::string_view name) {
+  if (name.size() <= kLongestName) return std::string(name);
+  std::size_t end = 0;
+  for (std::size_t at = 0; at <= kLongestName; at += std::max<std::size_t>(1, utf8_length(name, at)))
+    end = at;
+  return std::string(name.substr(0, end));
+}
+
+Surface surface_by_words(std::string_view name) {
+  const MeshImportOptions options;
+  const bool terrain = std::any_of(options.terrain_names.begin(), options.terrain_names.end(),
+                                   [&](const std::string& word) { return has_word(name, word); });
+  return terrain ? Surface::Terrain : Surface::Building;
+}
+
+}  // namespace
+
+std::size_t utf8_length(std::string_view text, std::size_t at) {
+  const unsigned char first = byte_at(text, at);
+  const auto follows = [&](std::size_t offset, unsigned low = 0x80, unsigned high = 0xBF) {
+    const unsigned byte = byte_at(text, at + offset);
+    return byte >= low && byte <= high;
+  };
+  if (first < 0x80) return 1;
+  if (first >= 0xC2 && first <= 0xDF) return follows(1) ? 2 : 0;
+  if (first >= 0xE0 && first <= 0xEF) {
+    const unsigned low = first == 0xE0 ? 0xA0 : 0x80;
+    const unsigned high = first == 0xED ? 0x9F : 0xBF;
+    return follows(1, low, high) && follows(2) ? 3 : 0;
+  }
+  if (first >= 0xF0 && first <= 0xF4) {
+    const unsigned low = first == 0xF0 ? 0x90 : 0x80;
+    const unsigned high = first == 0xF4 ? 0x8F : 0xBF;
+    return follows(1, low, high) && follows(2) && follows(3) ? 4 : 0;
+  }
+  return 0;
+}
+
+bool has_mesh_mark(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string head(std::size_t{1} << 16, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in.gcount())));
+  return head.find(kMeshMark) != std::string::npos;
+}
+
+NodeName split_surface(std::string_view name, bool* marked) {
+  if (marked != nullptr) *marked = false;
+  for (std::size_t i = 0; i < kSurfaceWords.size(); ++i) {
+    const std::string_view word = kSurfaceWords[i];
+    if (name.size() > word.size() && name.substr(0, word.size()) == word && name[word.size()] == ':') {
+      if (marked != nullptr) *marked = true;
+      return {std::string(name.substr(word.size() + 1)), static_cast<Surface>(i)};
+    }
+  }
+  return {std::string(name), surface_by_words(name)};
+}
+
+std::vector<std::string> node_names(const std::vector<Object>& objects, NameCharacters characters) {
+  std::vector<std::string> names;
+  names.reserve(objects.size());
+  std::unordered_map<std::string, std::size_t> seen;
+  for (const Object& object : objects) {
+    std::string name = cut(object.name);
+    const NodeName plain = split_surface(name);
+    // An unnamed node would get a name of Assimp's.
+    if (name.empty() || plain.surface != object.surface || plain.name != name) {
+      name = std::string(kSurfaceWords.at(static_cast<std::size_t>(object.surface))) + ':' + name;
+    }
+    name = escaped(name, characters);
+    if (characters != NameCharacters::Utf8) {
+      const std::size_t number = ++seen[name];
+      if (number > 1) name += fmt::format("_x{:04X}_{}", kRepeatMark, number);
+    }
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+NodeName read_node_name(std::string_view node_name) {
+  std::string name;
+  for (std::size_t at = 0; at < node_name.size();) {
+    const std::optional<unsigned> value = escape_at(node_name, at);
+    if (value == kRepeatMark) break;
+    if (value && *value < 0x100) {
+      name += static_cast<char>(*value);
+      at += 7;
+    } else {
+      name += node_name[at++];
+    }
+  }
+  return split_surface(name);
+}
+
+std::string_view material_name(Material material) {
+  return kMaterials.at(static_cast<std::size_t>(material)).name;
+}
+
+Material material_by_name(std::string_view name) {
+  for (std::size_t i = 0; i < kMaterials.size(); ++i) {
+    if (kMaterials[i].name == name) return static_cast<Material>(i);
+  }
+  return Material::Unknown;
+}
+
+std::array<double, 3> material_colour(Material material) {
+  return kMaterials.at(static_cast<std::size_t>(material)).colour;
+}
+
+}  // namespace canyon::city

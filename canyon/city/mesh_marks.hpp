@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/city/city.hpp"
+
+// How Canyon's own mesh files say what a mesh format has no word for, so that read_mesh_city() gives back the
+// same objects, surfaces and materials. Another program that writes the file anew drops kMeshMark, and the
+// file is read like any other; its surfaces' words are still understood.
+
+namespace canyon::city {
+
+/// Stands near the beginning of every mesh file that Canyon writes: each node is one object as it stands.
+inline constexpr std::string_view kMeshMark = "Canyon city, one object in each node";
+
+/// Whether kMeshMark stands in the first 64 KiB. False for a file that cannot be read.
+[[nodiscard]] bool has_mesh_mark(const std::filesystem::path& path);
+
+/// What a format's names may hold.
+enum class NameCharacters : std::uint8_t {
+  Utf8,    ///< any text (glTF)
+  Word,    ///< no blanks, unique (OBJ ends names at a blank and merges those that are equal)
+  XmlName  ///< an XML NCName's ASCII characters, letters beyond ASCII (COLLADA's xs:NCName)
+};
+
+/// One node name for each object. The surface goes before the name, "foliage:Oak 7", where the name alone
+/// would be read as another: names with a word of MeshImportOptions::terrain_names are terrain, all others
+/// buildings. A byte that the format cannot hold becomes "_x0020_" (its value in hexadecimal); the second,
+/// third ... object of a name gets "_xFFFE_2", "_xFFFE_3" at its end where the format wants names unique.
+/// Names are cut after 120 bytes.
+[[nodiscard]] std::vector<std::string> node_names(const std::vector<Object>& objects,
+                                                  NameCharacters characters);
+
+struct NodeName {
+  std::string name;
+  Surface surface = Surface::Building;
+};
+/// What node_names() wrote, undone.
+[[nodiscard]] NodeName read_node_name(std::string_view node_name);
+
+/// The surface that stands before a name, like "foliage:Oak 7", and what follows; a name without one is
+/// terrain by its words or a building. `marked` says whether a surface stood there.
+[[nodiscard]] NodeName split_surface(std::string_view name, bool* marked = nullptr);
+
+/// Bytes of the well-formed UTF-8 sequence at `at` (Unicode 15, table 3-7), 1 to 4; 0 where there is none.
+[[nodiscard]] std::size_t utf8_length(std::string_view text, std::size_t at);
+
+/// "glass", "unknown" ...: lower case, one for each material.
+[[nodiscard]] std::string_view material_name(Material material);
+/// By material_name(); Unknown for any other name.
+[[nodiscard]] Material material_by_name(std::string_view name);
+/// Red, green, blue in [0, 1] for pictures of the city.
+[[nodiscard]] std::array<double, 3> material_colour(Material material);
+
+}  // namespace canyon::city

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "canyon/city/city.hpp"
+
+namespace canyon::test {
+
+struct PlacedTriangle {
+  std::array<Eigen::Vector3d, 3> corners;
+  city::Material material = city::Material::Unknown;
+};
+
+/// What differs first between two cities of the same objects in the same order, corners compared to
+/// `tolerance_m`; "" where nothing does. Indices may differ, and the order of an object's triangles of
+/// different materials.
+inline std::string difference_of(const city::City& a, const city::City& b, double tolerance_m) {
+  using city::Mesh;
+  const auto count = [](const char* what, std::size_t x, std::size_t y) {
+    return std::to_string(x) + " and " + std::to_string(y) + " " + what;
+  };
+  if (a.mesh.objects.size() != b.mesh.objects.size()) {
+    return count("objects", a.mesh.objects.size(), b.mesh.objects.size());
+  }
+  const auto triangles_of = [](const Mesh& mesh, const city::Object& object) {
+    std::vector<PlacedTriangle> triangles;
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+      PlacedTriangle triangle;
+      for (std::size_t i = 0; i < 3; ++i) triangle.corners[i] = mesh.vertices[mesh.triangles[t][i]];
+      triangle.material = mesh.materials[t];
+      triangles.push_back(triangle);
+    }
+    std::stable_sort(triangles.begin(), triangles.end(),
+                     [](const auto& x, const auto& y) { return x.material < y.material; });
+    return triangles;
+  };
+  for (std::size_t i = 0; i < a.mesh.objects.size(); ++i) {
+    const city::Object& x = a.mesh.objects[i];
+    const city::Object& y = b.mesh.objects[i];
+    const std::string where = "object " + std::to_string(i) + " '" + x.name + "': ";
+    if (x.name != y.name) return where + "is named '" + y.name + "'";
+    if (x.surface != y.surface) return where + "surface differs";
+    const auto s = triangles_of(a.mesh, x);
+    const auto t = triangles_of(b.mesh, y);
+    if (s.size() != t.size()) return where + count("triangles", s.size(), t.size());
+    for (std::size_t k = 0; k < s.size(); ++k) {
+      if (s[k].material != t[k].material) return where + "material differs";
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const double distance = (s[k].corners[corner] - t[k].corners[corner]).norm();
+        if (!(distance <= tolerance_m)) return where + "corner moved by " + std::to_string(distance) + " m";
+      }
+    }
+  }
+  return "";
+}
+
+}  // namespace canyon::test
