@@ -1,0 +1,146 @@
+#include "canyon/buildings/footprints_geojson.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "canyon/base/output_file.hpp"
+#include "canyon/city/mesh_marks.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The shortest number within half a unit of the last of `decimals` digits; null where it is not finite.
+Json rounded(double value, int decimals) {
+  if (!std::isfinite(value)) return nullptr;
+  const double scale = std::pow(10.0, decimals);
+  const double result = std::round(value * scale) / scale;
+  return result == 0 ? 0.0 : result;
+}
+
+/// Twice the signed area [deg^2], about the first corner so that small rings keep their digits; positive when
+/// counter-clockwise.
+double turning(const MapRing& ring) {
+  double sum = 0;
+  for (std::size_t i = 2; i < ring.size(); ++i) {
+    const LonLat a = ring[i - 1] - ring[0], b = ring[i] - ring[0];
+    sum += a.x() * b.y() - a.y() * b.x();
+  }
+  return sum;
+}
+
+/// RFC 7946, 3.1.6: closed, the outer ring counter-clockwise, inner ones clockwise.
+Json ring_coordinates(const MapRing& ring, bool outer) {
+  MapRing turned = ring;
+  if ((turning(ring) > 0) != outer) std::reverse(turned.begin(), turned.end());
+  turned.push_back(turned.front());
+  Json coordinates = Json::array();
+  for (const LonLat& p : turned) coordinates.push_back({rounded(p.x(), 9), rounded(p.y(), 9)});
+  return coordinates;
+}
+
+Json geometry_of(const std::vector<MapPolygon>& polygons) {
+  Json parts = Json::array();
+  for (const MapPolygon& polygon : polygons) {
+    if (polygon.outer.size() < 3) continue;
+    Json rings = Json::array({ring_coordinates(polygon.outer, true)});
+    for (const MapRing& inner : polygon.inners) {
+      if (inner.size() >= 3) rings.push_back(ring_coordinates(inner, false));
+    }
+    parts.push_back(std::move(rings));
+  }
+  if (parts.empty()) return nullptr;  // "unlocated": RFC 7946, 3.2
+  if (parts.size() == 1) return {{"type", "Polygon"}, {"coordinates", std::move(parts.front())}};
+  return {{"type", "MultiPolygon"}, {"coordinates", std::move(parts)}};
+}
+
+bool is_foliage(const city::Mesh& mesh, const BuiltFeature& feature) {
+  return feature.object_count > 0 && mesh.objects.at(feature.first_object).surface == city::Surface::Foliage;
+}
+
+/// From the lowest to the highest vertex of a feature's objects.
+std::optional<double> measured_height_m(const city::Mesh& mesh, const BuiltFeature& feature) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (std::uint32_t k = 0; k < feature.object_count; ++k) {
+    const city::Object& object = mesh.objects.at(feature.first_object + k);
+    for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
+      for (const std::uint32_t v : mesh.triangles[object.first_triangle + t]) {
+        low = std::min(low, mesh.vertices[v].z());
+        high = std::max(high, mesh.vertices[v].z());
+      }
+    }
+  }
+  if (!(low <= high)) return std::nullopt;
+  return high - low;
+}
+
+Json properties_of(const city::Mesh& mesh, const BuiltFeature& feature) {
+  Json p{{"id", feature.id},
+         {"kind", is_foliage(mesh, feature) ? "foliage"
+                  : feature.part            ? "part"
+                                            : "building"},
+         {"built", feature.built},
+         {"reason", feature.reason.empty() ? Json(nullptr) : Json(feature.reason)}};
+  for (const char* key : {"height_m", "min_height_m", "height_source", "roof_shape", "roof_height_m",
+                          "roof_source", "ground_m", "facade", "roof"}) {
+    p[key] = nullptr;
+  }
+  if (feature.footprint.empty()) {  // no tags were read: skipped early, or built from ready-made surfaces
+    if (const auto height = measured_height_m(mesh, feature)) {
+      p["height_m"] = rounded(*height, 3);
+      p["height_source"] = "surfaces";
+    }
+    return p;
+  }
+  const Shape& shape = feature.shape;
+  p["height_m"] = rounded(shape.height_m, 3);
+  p["min_height_m"] = rounded(shape.min_height_m, 3);
+  p["height_source"] = name(shape.height_source);
+  p["roof_shape"] = name(shape.roof);
+  p["roof_height_m"] = rounded(shape.roof_height_m, 3);
+  // A flat roof's height is no guess.
+  if (shape.roof != RoofShape::Flat) p["roof_source"] = name(shape.roof_source);
+  p["ground_m"] = rounded(feature.ground_m, 3);
+  p["facade"] = city::material_name(shape.facade);
+  p["roof"] = city::material_name(shape.roof_material);
+  return p;
+}
+
+/// Buildings are ways and relations; a lone node is a tree.
+bool is_tree(const city::Mesh& mesh, const BuiltFeature& feature) {
+  return feature.footprint.empty() && (is_foliage(mesh, feature) || feature.id.rfind("node/", 0) == 0);
+}
+
+}  // namespace
+
+std::string format_footprints_geojson(const BuiltCity& built) {
+  const city::Mesh& mesh = built.city.mesh;
+  const auto dump = [](const Json& json) {
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  };
+  std::string text = "{\"type\":\"FeatureCollection\",\"name\":" + dump(built.city.name) + ",\"features\":[";
+  bool first = true;
+  for (const BuiltFeature& feature : built.features) {
+    if (is_tree(mesh, feature)) continue;
+    text += first ? "\n" : ",\n";
+    first = false;
+    text += dump({{"type", "Feature"},
+                  {"id", feature.id},
+                  {"properties", properties_of(mesh, feature)},
+                  {"geometry", geometry_of(feature.footprint)}});
+  }
+  text += "\n]}\n";
+  return text;
+}
+
+void write_footprints_geojson(const std::filesystem::path& path, const BuiltCity& built) {
+  OutputFile file(path);
+  file.write(format_footprints_geojson(built));
+  file.commit();
+}
+
+}  // namespace canyon::buildings
