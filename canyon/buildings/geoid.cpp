@@ -120,6 +120,15 @@ Geoid::Geoid(const Heights& heights) {
     note_ = fmt::format("{}: heights above {}; geoid added by PROJ's grid", file, why);
   } else {
     grid->geographiclib = geographiclib_geoid(vertical_epsg(reference.get()));
+    if (!grid->geographiclib && !heights.required) {
+      missing_ = true;
+      note_ = fmt::format(
+          "{}: heights above {} are taken as ellipsoidal (tens of metres off in many places), since no geoid "
+          "grid "
+          "for it is installed; {}",
+          file, why, heights.cure);
+      return;
+    }
     if (!grid->geographiclib) {
       throw InputError(heights.file, 0,
                        fmt::format("heights are above {}, and no geoid grid for it is installed", why),

@@ -24,9 +24,13 @@ class Geoid {
     std::string prescribed;
     std::optional<double> undulation_m;  ///< the user's
     std::string cure;                    ///< how the user gives one
+    /// Whether a named datum without a grid is an error; if not, heights are taken as ellipsoidal and the
+    /// note says so.
+    bool required = true;
   };
 
-  /// Throws InputError where a vertical datum is named and no grid for it is at hand, and for depths.
+  /// Throws InputError where a vertical datum is named and no grid for it is at hand (unless not required),
+  /// and for depths.
   explicit Geoid(const Heights& heights);
   ~Geoid();
   Geoid(Geoid&&) noexcept;
@@ -37,6 +41,8 @@ class Geoid {
 
   /// One line for people: which geoid was added and why, or that heights were taken as ellipsoidal.
   [[nodiscard]] const std::string& note() const { return note_; }
+  /// Whether the heights' datum is named but its geoid is not at hand.
+  [[nodiscard]] bool missing() const { return missing_; }
   /// Metres in one unit of the vertical datum's heights; 1 where it names none.
   [[nodiscard]] double metres_per_unit() const { return metres_per_unit_; }
 
@@ -45,6 +51,7 @@ class Geoid {
   std::unique_ptr<Grid> grid_;
   double constant_m_ = 0;
   double metres_per_unit_ = 1;
+  bool missing_ = false;
   std::string note_;
 };
 
