@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace canyon::buildings {
+
+/// Gathers what is to be said of single features: of each kind one line with the first few ids and how many
+/// more there are.
+class Complaints {
+ public:
+  static constexpr std::size_t kIdsOfAKind = 5;
+  static constexpr std::size_t kKinds = 50;  ///< further kinds are only counted
+
+  void add(const std::string& kind, const std::string& id);
+  /// "self-crossing outline: way/1, way/2 and 17 more", in the order in which kinds came up.
+  [[nodiscard]] std::vector<std::string> lines() const;
+
+ private:
+  struct Kind {
+    std::string text;
+    std::vector<std::string> ids;
+    std::size_t count = 0;
+  };
+  std::vector<Kind> kinds_;
+  std::map<std::string, std::size_t> index_;
+  std::size_t further_ = 0;
+};
+
+}  // namespace canyon::buildings

@@ -1,0 +1,556 @@
+// Map features to a city, in four steps: place outlines in the frame and repair them, find out which part
+// belongs to which building, lay the ground, raise the solids.
+#include "canyon/buildings/city_builder.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/buildings/build_report.hpp"
+#include "canyon/buildings/cityjson_solid.hpp"
+#include "canyon/buildings/ground.hpp"
+#include "canyon/buildings/outlines.hpp"
+#include "canyon/buildings/part_assignment.hpp"
+#include "canyon/buildings/placement.hpp"
+#include "canyon/buildings/solid.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+using city::Surface;
+using geodesy::Geodetic;
+
+constexpr double kBelowTerrain_m = 1;  // walls on a terrain reach further down
+constexpr double kOnGround_m = 0.5;    // parts whose bottom is lower stand on the ground
+constexpr double kThinnest_m = 0.1;    // solids lower than this are not built
+constexpr double kBeyond_m2 = 4;       // parts beyond their outline by less are how maps are drawn
+
+void check_range(const char* field, double value, double low, double high) {
+  if (!(value >= low && value <= high)) {
+    throw InputError(fmt::format("{} is {}", field, value),
+                     fmt::format("it must lie within [{}, {}] m", low, high));
+  }
+}
+
+/// What step one makes of a feature.
+struct Placed {
+  std::vector<Polygon2> polygons;
+  std::optional<Ground> ground;
+  std::vector<std::size_t> parts;       // of a building, by feature index
+  std::optional<std::size_t> building;  // of a part
+};
+
+bool is_area(const MapFeature& feature) {
+  return feature.kind == FeatureKind::Building || feature.kind == FeatureKind::Part ||
+         feature.kind == FeatureKind::Wood;
+}
+
+bool has_any(const std::map<std::string, std::string>& tags, std::initializer_list<const char*> keys) {
+  return std::any_of(keys.begin(), keys.end(), [&tags](const char* key) { return tags.count(key) > 0; });
+}
+
+void inherit(std::map<std::string, std::string>& tags, const std::map<std::string, std::string>& from,
+             std::initializer_list<const char*> keys) {
+  if (has_any(tags, keys)) return;
+  for (const char* key : keys) {
+    const auto found = from.find(key);
+    if (found != from.end()) tags.insert(*found);
+  }
+}
+
+constexpr auto kHeightKeys = {"height", "building:height", "est_height", "building:levels"};
+constexpr auto kFacadeKeys = {"building:facade:material", "facade:material", "building:material",
+                              "building:cladding"};
+constexpr auto kRoofKeys = {"roof:material", "building:roof:material"};
+
+class Builder {
+ public:
+  Builder(const MapData& map, const Terrain* terrain, const BuildOptions& options,
+          const std::function<void(std::size_t, std::size_t)>& progress)
+      : map_(map),
+        terrain_(terrain),
+        options_(options),
+        progress_(progress),
+        placement_(choose_origin(map, terrain, options.origin), options.grid, terrain),
+        placed_(map.features.size()) {}
+
+  BuiltCity run() {
+    result_.city.name = map_.source;
+    result_.city.frame = placement_.frame();
+    result_.features.resize(map_.features.size());
+    for (std::size_t i = 0; i < map_.features.size(); ++i) {
+      place(i);
+      if (i % 256 == 0) report_progress(i / 2);
+    }
+    drop_duplicates();
+    assign();
+    lay_ground();
+    const std::size_t ground_objects = mesh().objects.size();
+    for (std::size_t i = 0; i < map_.features.size(); ++i) {
+      raise(i);
+      if (i % 256 == 0) report_progress((map_.features.size() + i) / 2);
+    }
+    report_progress(map_.features.size());
+    if (mesh().objects.size() == ground_objects) {
+      throw InputError(
+          fmt::format("{}: none of its {} features could be built", map_.source, map_.features.size()),
+          complaints_.lines().empty() ? "" : complaints_.lines().front());
+    }
+    finish();
+    return std::move(result_);
+  }
+
+ private:
+  city::Mesh& mesh() { return result_.city.mesh; }
+  BuildReport& report() { return result_.report; }
+
+  void report_progress(std::size_t done) const {
+    if (progress_) progress_(done, map_.features.size());
+  }
+
+  // --- placing and repairing -------------------------------------------------------------------------
+
+  [[nodiscard]] std::vector<Point2> place_ring(const MapRing& ring) {
+    std::vector<Point2> points;
+    points.reserve(ring.size());
+    for (const LonLat& place : ring) {
+      const double height = placement_.ground_height_m(place).value_or(placement_.frame().origin().height_m);
+      points.push_back(placement_.mesh_from_map(place, height).head<2>());
+      extend_bounds(place, height, points.back());
+    }
+    return points;
+  }
+
+  void extend_bounds(const LonLat& place, double height, const Point2& in_mesh) {
+    if (placement_.grid() == Grid::Enu) {
+      enu_bounds_.extend(in_mesh);
+    } else {
+      enu_bounds_.extend(Point2(placement_.frame()
+                                    .local_from_geodetic(Geodetic::from_degrees(place.y(), place.x(), height))
+                                    .head<2>()));
+    }
+  }
+
+  void skip(std::size_t i, const std::string& why) {
+    ++report().skipped;
+    complaints_.add("skipped, " + why, map_.features[i].id);
+    result_.features[i].reason = why;
+  }
+
+  void place(std::size_t i) {
+    const MapFeature& feature = map_.features[i];
+    BuiltFeature& built = result_.features[i];
+    Placed& placed = placed_[i];
+    built.id = feature.id;
+    built.part = feature.kind == FeatureKind::Part;
+    if (!feature.surfaces.empty()) {
+      for (const MapSurface& surface : feature.surfaces) {
+        for (const Eigen::Vector3d& corner : surface.outer) {
+          enu_bounds_.extend(
+              Point2(placement_.frame()
+                         .local_from_geodetic(Geodetic::from_degrees(corner.y(), corner.x(), corner.z()))
+                         .head<2>()));
+        }
+      }
+      return;
+    }
+    if (!is_area(feature)) {
+      (void)place_ring(feature.line);
+      return;
+    }
+    std::vector<Polygon2> raw;
+    raw.reserve(feature.polygons.size());
+    for (const MapPolygon& polygon : feature.polygons) {
+      Polygon2 next;
+      next.outer = place_ring(polygon.outer);
+      for (const MapRing& inner : polygon.inners) next.holes.push_back(place_ring(inner));
+      raw.push_back(std::move(next));
+    }
+    std::vector<std::string> notes;
+    placed.polygons = repair(raw, notes);
+    const std::string said = fmt::format("{}", fmt::join(notes, "; "));
+    if (placed.polygons.empty()) {
+      skip(i, said.empty() ? "no area" : said);
+      return;
+    }
+    if (!notes.empty()) {
+      ++report().repaired;
+      built.reason = said;
+      for (const std::string& note : notes) complaints_.add("repaired, " + note, feature.id);
+    }
+    placed.ground = ground_along(feature.polygons, placement_, terrain_ != nullptr);
+    if (!placed.ground) {
+      placed.polygons.clear();
+      skip(i, "no terrain height below it");
+    }
+  }
+
+  // --- who belongs to whom ---------------------------------------------------------------------------
+
+  [[nodiscard]] bool stands_by_tags(std::size_t i) const {
+    return map_.features[i].surfaces.empty() && !placed_[i].polygons.empty();
+  }
+
+  [[nodiscard]] Shape shape_of(std::size_t i) const {
+    std::vector<std::string> ignored;
+    return shape_from_tags(map_.features[i].tags, options_.heights, map_.features[i].id, ignored);
+  }
+
+  // Some buildings are mapped twice (a way and a relation, or two uploads). Those at different heights stay.
+  void drop_duplicates() {
+    SameOutlines seen;
+    for (std::size_t i = 0; i < placed_.size(); ++i) {
+      if (map_.features[i].kind != FeatureKind::Building || !stands_by_tags(i)) continue;
+      const auto same = seen.add(i, placed_[i].polygons, shape_of(i).min_height_m);
+      if (!same) continue;
+      placed_[i].polygons.clear();
+      skip(i, "the same outline as another building");
+      result_.features[i].reason += " (" + map_.features[*same].id + ")";
+    }
+  }
+
+  void assign() {
+    std::vector<std::size_t> building_index, part_index;
+    std::vector<Outline> buildings, parts;
+    for (std::size_t i = 0; i < placed_.size(); ++i) {
+      if (!stands_by_tags(i)) continue;
+      const MapFeature& feature = map_.features[i];
+      const Outline outline{&feature.id, &feature.belongs_to, &placed_[i].polygons};
+      if (feature.kind == FeatureKind::Building) {
+        building_index.push_back(i);
+        buildings.push_back(outline);
+      } else if (feature.kind == FeatureKind::Part) {
+        part_index.push_back(i);
+        parts.push_back(outline);
+      }
+    }
+    const auto assigned = assign_parts(buildings, parts);
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      if (!assigned[p]) continue;
+      placed_[part_index[p]].building = building_index[*assigned[p]];
+      placed_[building_index[*assigned[p]]].parts.push_back(part_index[p]);
+    }
+  }
+
+  // --- ground and solids -----------------------------------------------------------------------------
+
+  void lay_ground() {
+    const Eigen::Vector2d margin = Eigen::Vector2d::Constant(std::max(options_.terrain_margin_m, 1.0));
+    const Eigen::AlignedBox2d area(Point2(enu_bounds_.min() - margin), Point2(enu_bounds_.max() + margin));
+    append_ground(mesh(), placement_, terrain_, area, options_.terrain_spacing_m);
+  }
+
+  void raise(std::size_t i) {
+    const MapFeature& feature = map_.features[i];
+    BuiltFeature& built = result_.features[i];
+    built.first_object = static_cast<std::uint32_t>(mesh().objects.size());
+    if (!feature.surfaces.empty()) {
+      raise_surfaces(i);
+    } else if (feature.kind == FeatureKind::Tree || feature.kind == FeatureKind::TreeRow) {
+      if (options_.foliage) raise_trees(i);
+    } else if (!placed_[i].polygons.empty()) {
+      if (feature.kind == FeatureKind::Wood) {
+        if (options_.foliage) raise_wood(i);
+      } else if (feature.kind == FeatureKind::Part) {
+        raise_part(i);
+      } else {
+        raise_building(i);
+      }
+    }
+    built.object_count = static_cast<std::uint32_t>(mesh().objects.size()) - built.first_object;
+    built.built = built.object_count > 0;
+  }
+
+  // Tags of a part, with what it takes from its building.
+  [[nodiscard]] std::map<std::string, std::string> part_tags(std::size_t i, bool& inherited) const {
+    std::map<std::string, std::string> tags = map_.features[i].tags;
+    inherited = false;
+    if (!placed_[i].building) return tags;
+    const auto& from = map_.features[*placed_[i].building].tags;
+    if (!has_any(tags, kHeightKeys)) {
+      inherit(tags, from, kHeightKeys);
+      inherited = has_any(tags, kHeightKeys);
+    }
+    inherit(tags, from, kFacadeKeys);
+    inherit(tags, from, kRoofKeys);
+    return tags;
+  }
+
+  [[nodiscard]] Shape part_shape(std::size_t i) const {
+    bool inherited = false;
+    std::vector<std::string> ignored;
+    return shape_from_tags(part_tags(i, inherited), options_.heights, map_.features[i].id, ignored);
+  }
+
+  [[nodiscard]] Shape read_shape(const std::map<std::string, std::string>& tags, const std::string& id) {
+    std::vector<std::string> said;
+    Shape shape = shape_from_tags(tags, options_.heights, id, said);
+    for (const std::string& line : said) {
+      const std::size_t colon = line.find(": ");
+      complaints_.add(colon == std::string::npos ? line : line.substr(colon + 2), id);
+    }
+    return shape;
+  }
+
+  void count_guesses(const Shape& shape, const std::map<std::string, std::string>& tags) {
+    switch (shape.height_source) {
+      case HeightSource::Tag:
+        ++report().heights_tagged;
+        break;
+      case HeightSource::Levels:
+        ++report().heights_from_levels;
+        break;
+      case HeightSource::Default:
+        ++report().heights_default;
+        break;
+    }
+    if (shape.roof != RoofShape::Flat && shape.roof_source == HeightSource::Default) ++report().roofs_default;
+    const bool known = std::any_of(kFacadeKeys.begin(), kFacadeKeys.end(), [&tags](const char* key) {
+      const auto found = tags.find(key);
+      return found != tags.end() && material_from_tag(found->second) != city::Material::Unknown;
+    });
+    if (!known) ++report().materials_default;
+  }
+
+  [[nodiscard]] std::vector<MapPolygon> to_map(const std::vector<Polygon2>& polygons, double z) const {
+    const auto ring = [&](const std::vector<Point2>& points) {
+      MapRing out;
+      out.reserve(points.size());
+      for (const Point2& p : points) out.push_back(placement_.map_from_mesh({p.x(), p.y(), z}).head<2>());
+      return out;
+    };
+    std::vector<MapPolygon> out;
+    for (const Polygon2& polygon : polygons) {
+      MapPolygon next;
+      next.outer = ring(polygon.outer);
+      for (const auto& hole : polygon.holes) next.inners.push_back(ring(hole));
+      out.push_back(std::move(next));
+    }
+    return out;
+  }
+
+  // Solids of one shape over polygons, and the feature's record. False where the shape has no height.
+  bool raise_solids(std::size_t i, Surface surface, const std::vector<Polygon2>& polygons, const Shape& shape,
+                    const Ground& ground, double base_z) {
+    BuiltFeature& built = result_.features[i];
+    built.shape = shape;
+    built.ground_m = ground.lowest_height_m;
+    built.footprint = to_map(polygons, base_z);
+    if (!(shape.height_m >= shape.min_height_m + kThinnest_m)) return false;
+    double bottom_z = std::min(base_z, ground.lowest_z);
+    if (terrain_ != nullptr) bottom_z -= kBelowTerrain_m;
+    std::vector<std::string> notes;
+    for (std::size_t k = 0; k < polygons.size(); ++k) {
+      const std::string name = k == 0 ? built.id : fmt::format("{}#{}", built.id, k + 1);
+      append_solid(mesh(), name, surface, polygons[k], shape, base_z, bottom_z, notes);
+    }
+    for (const std::string& note : notes) {
+      complaints_.add(note, built.id);
+      if (built.reason.find(note) == std::string::npos)
+        built.reason += (built.reason.empty() ? "" : "; ") + note;
+    }
+    return true;
+  }
+
+  void raise_building(std::size_t i) {
+    const MapFeature& feature = map_.features[i];
+    const Placed& placed = placed_[i];
+    Shape shape = read_shape(feature.tags, feature.id);
+    std::vector<Polygon2> polygons = placed.polygons;
+    bool cut = false;
+    if (!placed.parts.empty()) {
+      double lowest_top = std::numeric_limits<double>::infinity();
+      double lowest_bottom = std::numeric_limits<double>::infinity();
+      bool on_ground = false;
+      std::vector<Polygon2> covered;
+      for (const std::size_t p : placed.parts) {
+        const Shape part = part_shape(p);
+        covered.insert(covered.end(), placed_[p].polygons.begin(), placed_[p].polygons.end());
+        lowest_bottom = std::min(lowest_bottom, part.min_height_m);
+        if (part.min_height_m < kOnGround_m) {
+          on_ground = true;
+          lowest_top = std::min(lowest_top, part.height_m);
+        }
+      }
+      if (on_ground) polygons = uncovered(polygons, unite(covered));
+      const double eaves = shape.height_m - shape.roof_height_m;
+      const double top = on_ground ? std::min(lowest_top, eaves) : lowest_bottom;
+      if (on_ground || top < shape.height_m) {
+        shape.roof = RoofShape::Flat;
+        shape.roof_height_m = 0;
+        shape.height_m = std::min(eaves, top);
+      }
+      if (polygons.empty() || shape.height_m < shape.min_height_m + kThinnest_m) {
+        ++report().outlines_replaced;
+        result_.features[i].reason = fmt::format("replaced by {} parts", placed.parts.size());
+        result_.features[i].shape = shape;
+        result_.features[i].ground_m = placed.ground->lowest_height_m;
+        return;
+      }
+      cut = true;
+    }
+    if (!raise_solids(i, Surface::Building, polygons, shape, *placed.ground, placed.ground->lowest_z)) {
+      skip(i, "no height");
+      return;
+    }
+    ++report().buildings;
+    if (cut) {
+      ++report().outlines_cut;
+      std::string& reason = result_.features[i].reason;
+      reason += fmt::format("{}beside or below {} parts", reason.empty() ? "" : "; ", placed.parts.size());
+    }
+    count_guesses(shape, feature.tags);
+  }
+
+  void raise_part(std::size_t i) {
+    const MapFeature& feature = map_.features[i];
+    const Placed& placed = placed_[i];
+    bool inherited = false;
+    const std::map<std::string, std::string> tags = part_tags(i, inherited);
+    const Shape shape = read_shape(tags, feature.id);
+    // All parts of a building stand on its base, so that they stack.
+    const double base_z =
+        placed.building ? placed_[*placed.building].ground->lowest_z : placed.ground->lowest_z;
+    if (!raise_solids(i, Surface::Building, placed.polygons, shape, *placed.ground, base_z)) {
+      skip(i, "no height");
+      return;
+    }
+    ++report().parts;
+    if (!placed.building) {
+      ++report().parts_alone;
+      complaints_.add("part without a building outline", feature.id);
+    } else if (total_area(subtract(placed.polygons, placed_[*placed.building].polygons)) > kBeyond_m2) {
+      ++report().parts_beyond;
+      complaints_.add("part reaches beyond its outline", feature.id);
+    }
+    if (inherited) ++report().heights_inherited;
+    count_guesses(shape, tags);
+  }
+
+  void raise_surfaces(std::size_t i) {
+    const MapFeature& feature = map_.features[i];
+    std::vector<std::string> notes;
+    const std::size_t first_vertex = mesh().vertices.size();
+    const bool added = append_surfaces(mesh(), feature.id, feature.surfaces, placement_.frame(), notes);
+    if (placement_.grid() == Grid::Utm) {
+      for (std::size_t v = first_vertex; v < mesh().vertices.size(); ++v) {
+        mesh().vertices[v] = placement_.mesh_from_enu(mesh().vertices[v]);
+      }
+    }
+    for (std::string& note : notes) {
+      if (note.rfind(feature.id + ": ", 0) == 0) note.erase(0, feature.id.size() + 2);
+      complaints_.add(note, feature.id);
+    }
+    BuiltFeature& built = result_.features[i];
+    if (!added) {
+      skip(i, "no surface that can be built");
+      return;
+    }
+    built.reason = fmt::format("{}", fmt::join(notes, "; "));
+    ++report().surveyed;
+    ++(feature.kind == FeatureKind::Part ? report().parts : report().buildings);
+  }
+
+  // --- foliage ---------------------------------------------------------------------------------------
+
+  [[nodiscard]] double length_tag(const MapFeature& feature, const char* key, double low, double high,
+                                  double otherwise) const {
+    const auto found = feature.tags.find(key);
+    if (found == feature.tags.end()) return otherwise;
+    const std::optional<double> value = parse_length_m(found->second);
+    return value && *value >= low && *value <= high ? *value : otherwise;
+  }
+
+  void raise_trees(std::size_t i) {
+    const MapFeature& feature = map_.features[i];
+    const double height = length_tag(feature, "height", 1, 150, options_.tree_height_m);
+    const double crown = length_tag(feature, "diameter_crown", 0.5, 50, options_.tree_crown_m);
+    const std::vector<LonLat> places = tree_places(feature);
+    std::size_t planted = 0;
+    for (const LonLat& place : places) {
+      const std::optional<Eigen::Vector3d> ground = placement_.ground(place);
+      if (!ground) continue;
+      const std::string name = planted == 0 ? feature.id : fmt::format("{}#{}", feature.id, planted + 1);
+      append_tree(mesh(), name, ground->head<2>(), ground->z(), height, crown);
+      if (planted++ == 0) {
+        result_.features[i].ground_m = placement_.ground_height_m(place).value_or(0);
+        result_.features[i].shape.height_m = height;
+      }
+    }
+    report().trees += planted;
+    if (planted == 0) skip(i, "no terrain height below it");
+  }
+
+  void raise_wood(std::size_t i) {
+    const MapFeature& feature = map_.features[i];
+    Shape shape;
+    shape.height_m = length_tag(feature, "height", 1, 150, options_.wood_height_m);
+    shape.height_source = feature.tags.count("height") > 0 ? HeightSource::Tag : HeightSource::Default;
+    shape.facade = shape.roof_material = city::Material::Wood;
+    const Placed& placed = placed_[i];
+    if (raise_solids(i, Surface::Foliage, placed.polygons, shape, *placed.ground, placed.ground->mean_z)) {
+      ++report().woods;
+    }
+  }
+
+  // --- the end ---------------------------------------------------------------------------------------
+
+  void finish() {
+    check_mesh(mesh(), map_.source);
+    std::vector<std::string>& warnings = report().warnings;
+    warnings = map_.warnings;
+    const std::vector<std::string> own = complaints_.lines();
+    warnings.insert(warnings.end(), own.begin(), own.end());
+    std::vector<std::string>& notes = result_.city.notes;
+    const std::string text = format_report(report());
+    for (std::size_t begin = 0; begin < text.size();) {
+      const std::size_t end = text.find('\n', begin);
+      notes.push_back(text.substr(begin, end - begin));
+      begin = end + 1;
+    }
+    if (options_.grid == Grid::Utm) {
+      notes.emplace_back(
+          "coordinates are UTM grid offsets from the origin: turned by the grid's convergence and scaled "
+          "against east and north on the ground");
+    }
+    if (terrain_ != nullptr) {
+      notes.insert(notes.end(), terrain_->notes().begin(), terrain_->notes().end());
+    }
+    notes.insert(notes.end(), warnings.begin(), warnings.end());
+  }
+
+  const MapData& map_;
+  const Terrain* terrain_;
+  const BuildOptions& options_;
+  const std::function<void(std::size_t, std::size_t)>& progress_;
+  Placement placement_;
+  std::vector<Placed> placed_;
+  Eigen::AlignedBox2d enu_bounds_;
+  Complaints complaints_;
+  BuiltCity result_;
+};
+
+}  // namespace
+
+void BuildOptions::validate() const {
+  if (origin) geodesy::check_geodetic(*origin, "origin");
+  heights.validate();
+  check_range("terrain_margin_m", terrain_margin_m, 0, 100e3);
+  check_range("terrain_spacing_m", terrain_spacing_m, 1, 1000);
+  check_range("tree_height_m", tree_height_m, 1, 150);
+  check_range("tree_crown_m", tree_crown_m, 0.5, 50);
+  check_range("wood_height_m", wood_height_m, 1, 150);
+}
+
+BuiltCity build_city(const MapData& map, const Terrain* terrain, const BuildOptions& options,
+                     const std::function<void(std::size_t, std::size_t)>& progress) {
+  options.validate();
+  return Builder(map, terrain, options, progress).run();
+}
+
+}  // namespace canyon::buildings
