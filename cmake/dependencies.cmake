@@ -32,6 +32,19 @@ if(CANYON_BUILD_TESTS)
     message(WARNING "libRTKLib is not installed (Debian: librtklib-dev): the tests that judge orbits by RTKLIB "
                     "are LEFT OUT of this build")
   endif()
+  # SDFormat judges the Gazebo worlds and models (*_sdformat_test.cpp). By pkg-config: its CMake package brings
+  # Gazebo's whole build system along.
+  set(CANYON_SDFORMAT "")
+  find_package(PkgConfig)
+  if(PKG_CONFIG_FOUND)
+    pkg_search_module(sdformat QUIET IMPORTED_TARGET sdformat14 sdformat13 sdformat12)
+  endif()
+  if(sdformat_FOUND)
+    set(CANYON_SDFORMAT PkgConfig::sdformat)
+  else()
+    message(WARNING "libsdformat 12 to 14 is not installed (Debian 12: libsdformat-dev): the tests that judge "
+                    "Gazebo worlds by SDFormat are LEFT OUT of this build")
+  endif()
   add_library(canyon_test_support INTERFACE)
   target_include_directories(canyon_test_support INTERFACE ${CMAKE_CURRENT_SOURCE_DIR})
   target_compile_definitions(canyon_test_support INTERFACE

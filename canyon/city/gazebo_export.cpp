@@ -1,1 +1,357 @@
 #include "canyon/city/gazebo_export.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <numeric>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/city/collada_writer.hpp"
+#include "canyon/city/gazebo_names.hpp"
+#include "canyon/city/mesh_marks.hpp"
+#include "canyon/city/mesh_names.hpp"
+#include "canyon/city/mesh_parts.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::city {
+namespace {
+
+constexpr std::string_view kModelMark = "A city written by Canyon.";
+constexpr std::size_t kMostTriangles = 100'000'000;
+
+/// Objects that make one link.
+struct Link {
+  std::string name;
+  std::vector<Object> objects;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();  ///< whole metres
+};
+
+Box bounds_of(const Mesh& mesh, const std::vector<Object>& objects) {
+  Box box;
+  for (const Object& object : objects) {
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+      for (const std::uint32_t v : mesh.triangles[t]) {
+        box.min = box.min.cwiseMin(mesh.vertices[v]);
+        box.max = box.max.cwiseMax(mesh.vertices[v]);
+      }
+    }
+  }
+  return box;
+}
+
+Eigen::Vector3d middle_of(const Box& box) {
+  return 0.5 * (box.min + box.max);
+}
+
+std::size_t triangles_of(const std::vector<Object>& objects) {
+  return std::accumulate(objects.begin(), objects.end(), std::size_t{0},
+                         [](std::size_t sum, const Object& object) { return sum + object.triangle_count; });
+}
+
+/// Halves the objects across their longer side until each group is small enough.
+void split_by_place(const Mesh& mesh, std::vector<Object> objects, std::size_t most,
+                    std::vector<std::vector<Object>>& groups) {
+  if (objects.size() < 2 || triangles_of(objects) <= most) {
+    if (!objects.empty()) groups.push_back(std::move(objects));
+    return;
+  }
+  std::vector<std::pair<Eigen::Vector3d, Object>> placed;
+  Box box;
+  for (Object& object : objects) {
+    const Eigen::Vector3d middle = middle_of(bounds_of(mesh, {object}));
+    box.min = box.min.cwiseMin(middle);
+    box.max = box.max.cwiseMax(middle);
+    placed.emplace_back(middle, std::move(object));
+  }
+  const Eigen::Vector3d size = box.max - box.min;
+  const int axis = size.x() >= size.y() ? 0 : 1;
+  const auto half = placed.begin() + static_cast<std::ptrdiff_t>(placed.size() / 2);
+  std::stable_sort(placed.begin(), placed.end(),
+                   [axis](const auto& a, const auto& b) { return a.first[axis] < b.first[axis]; });
+  std::vector<Object> low;
+  std::vector<Object> high;
+  for (auto it = placed.begin(); it != placed.end(); ++it) {
+    (it < half ? low : high).push_back(std::move(it->second));
+  }
+  split_by_place(mesh, std::move(low), most, groups);
+  split_by_place(mesh, std::move(high), most, groups);
+}
+
+std::vector<Link> links_of(const Mesh& mesh, std::size_t triangles_per_mesh) {
+  std::vector<Object> terrain;
+  std::vector<Object> others;
+  for (Object& object : objects_with_triangles(mesh)) {
+    (object.surface == Surface::Terrain ? terrain : others).push_back(std::move(object));
+  }
+  std::vector<std::vector<Object>> groups;
+  split_by_place(mesh, std::move(others), triangles_per_mesh, groups);
+  std::vector<Link> links;
+  for (auto& group : groups) {
+    links.push_back({fmt::format("buildings_{:03}", links.size() + 1), std::move(group), {}});
+  }
+  if (!terrain.empty()) links.push_back({"terrain", std::move(terrain), {}});
+  for (Link& link : links) link.middle = middle_of(bounds_of(mesh, link.objects)).array().round();
+  return links;
+}
+
+/// A folder that appears whole or not at all, as OutputFile does.
+class OutputFolder {
+ public:
+  explicit OutputFolder(std::filesystem::path path) : path_(std::move(path)) {
+    const std::string own = ".part" + std::to_string(getpid());
+    temporary_ = path_.string() + own;
+    old_ = path_.string() + own + "old";
+    std::error_code error;
+    if (std::filesystem::exists(path_, error)) check_replaceable();
+    std::filesystem::create_directory(temporary_, error);
+    if (!error) std::filesystem::create_directory(temporary_ / "meshes", error);
+    if (error) {
+      throw InputError(path_, 0, "folder cannot be made: " + error.message(),
+                       "choose a folder that exists and that you may write to");
+    }
+  }
+  ~OutputFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(temporary_, ignored);
+  }
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& temporary_path() const { return temporary_; }
+
+  void commit() {
+    std::error_code error;
+    std::error_code ignored;
+    const bool replace = std::filesystem::exists(path_, ignored);
+    if (replace) std::filesystem::rename(path_, old_, error);
+    if (!error) {
+      std::filesystem::rename(temporary_, path_, error);
+      if (error && replace) std::filesystem::rename(old_, path_, ignored);
+    }
+    if (error) throw InputError(path_, 0, "cannot be put in place: " + error.message());
+    std::filesystem::remove_all(old_, ignored);
+  }
+
+ private:
+  void check_replaceable() const {
+    std::error_code error;
+    if (!std::filesystem::is_directory(path_, error)) {
+      throw InputError(path_, 0, "is a file", "name a folder for the model");
+    }
+    if (std::filesystem::is_empty(path_, error)) return;
+    std::ifstream in(path_ / "model.config");
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    if (text.find(kModelMark) == std::string::npos) {
+      throw InputError(path_, 0, "holds something else than a city of Canyon's",
+                       "choose another folder, or remove it first");
+    }
+  }
+
+  std::filesystem::path path_;
+  std::filesystem::path temporary_;
+  std::filesystem::path old_;
+};
+
+void write_text(const std::filesystem::path& path, std::string_view text) {
+  OutputFile file(path);
+  file.write(text);
+  file.commit();
+}
+
+void write_meshes(const std::filesystem::path& folder, const City& city, const std::vector<Link>& links) {
+  for (const Link& link : links) {
+    const std::vector<std::string> names = node_names(link.objects, NameCharacters::XmlName);
+    std::vector<ColladaNode> nodes;
+    nodes.reserve(names.size());
+    for (std::size_t i = 0; i < names.size(); ++i) nodes.push_back({names[i], {link.objects[i]}});
+    OutputFile collision(folder / (link.name + ".dae"));
+    write_collada(collision, city.mesh, nodes, city.name, "collision mesh", true, link.middle);
+    collision.commit();
+    OutputFile visual(folder / (link.name + "_visual.dae"));
+    write_collada(visual, city.mesh, {{link.name, link.objects}}, city.name,
+                  "visual mesh, merged by material", false, link.middle);
+    visual.commit();
+  }
+}
+
+/// The <model> element; mesh files lie in the folder that `meshes` names.
+std::string model_element(const std::string& name, const std::vector<Link>& links, const std::string& meshes,
+                          std::string_view indent) {
+  std::string text = fmt::format("{0}<model name=\"{1}\">\n{0}  <static>true</static>\n", indent, name);
+  const std::string folder = xml_text(meshes);
+  for (const Link& link : links) {
+    const auto geometry = [&](const char* element, const char* suffix) {
+      return fmt::format(
+          "{0}    <{1} name=\"{1}\">\n{0}      <geometry><mesh><uri>{2}/{3}{4}.dae</uri></mesh></geometry>\n"
+          "{0}    </{1}>\n",
+          indent, element, folder, link.name, suffix);
+    };
+    text += fmt::format("{0}  <link name=\"{1}\">\n{0}    <pose>{2} {3} {4} 0 0 0</pose>\n", indent,
+                        link.name, link.middle.x(), link.middle.y(), link.middle.z());
+    text += geometry("collision", "");
+    text += geometry("visual", "_visual");
+    text += fmt::format("{}  </link>\n", indent);
+  }
+  return text + fmt::format("{}</model>\n", indent);
+}
+
+std::string time_comment(const GazeboOptions& options) {
+  return options.gps_time.empty() ? "" : fmt::format("<!-- GPS time: {} -->\n", options.gps_time);
+}
+
+/// Fills a model folder's temporary place; `folder_name` is what it will be called.
+void fill_model(const std::filesystem::path& temporary, const std::string& folder_name, const City& city,
+                const std::vector<Link>& links, const GazeboOptions& options) {
+  write_text(temporary / "model.config",
+             fmt::format("<?xml version=\"1.0\"?>\n<model>\n  <name>{}</name>\n  <version>1.0</version>\n"
+                         "  <sdf version=\"1.6\">model.sdf</sdf>\n"
+                         "  <author><name>Canyon</name></author>\n"
+                         "  <description>{} {}: {} triangles, east-north-up about latitude {} deg, longitude "
+                         "{} deg, height {} m.</description>\n</model>\n",
+                         options.name, kModelMark, xml_text(city.name), city.mesh.triangles.size(),
+                         geodesy::degrees(city.frame.origin().latitude_rad),
+                         geodesy::degrees(city.frame.origin().longitude_rad), city.frame.origin().height_m));
+  write_text(temporary / "model.sdf",
+             "<?xml version=\"1.0\"?>\n"
+             "<!-- Gazebo finds the meshes when the folder that holds this model's folder is in\n"
+             "     GAZEBO_MODEL_PATH (Classic) or GZ_SIM_RESOURCE_PATH (Sim). -->\n" +
+                 time_comment(options) + "<sdf version=\"1.6\">\n" +
+                 model_element(options.name, links, "model://" + folder_name + "/meshes", "  ") + "</sdf>\n");
+  write_meshes(temporary / "meshes", city, links);
+}
+
+void check_city(const std::filesystem::path& path, const City& city) {
+  check_mesh(city.mesh, city.name);
+  if (city.mesh.triangles.empty()) throw InputError(path, 0, "the city has no triangle to write");
+}
+
+/// Faults inside the temporary folder are told of the folder that was asked for.
+template <typename Call>
+void in_name_of(const std::filesystem::path& folder, const Call& call) {
+  try {
+    call();
+  } catch (const InputError& error) {
+    throw InputError(folder, 0, error.problem(), error.cure());
+  }
+}
+
+std::string ground_plane(const Box& bounds) {
+  const Eigen::Vector3d middle = middle_of(bounds);
+  const Eigen::Vector3d size = (bounds.max - bounds.min).cwiseMax(50.0) * 2;
+  const std::string plane =
+      fmt::format("<geometry><plane><normal>0 0 1</normal><size>{:.0f} {:.0f}</size></plane></geometry>",
+                  size.x(), size.y());
+  const auto [r, g, b] = material_colour(Material::Ground);
+  return fmt::format(
+      "    <!-- The city has no terrain of its own. -->\n"
+      "    <model name=\"{0}\">\n      <static>true</static>\n      <pose>{1:.0f} {2:.0f} {3:.6f} 0 0 "
+      "0</pose>\n"
+      "      <link name=\"link\">\n        <collision name=\"collision\">{4}</collision>\n"
+      "        <visual name=\"visual\">\n          {4}\n"
+      "          <material><ambient>{5} {6} {7} 1</ambient><diffuse>{5} {6} {7} 1</diffuse></material>\n"
+      "        </visual>\n      </link>\n    </model>\n",
+      kGroundPlaneModel, middle.x(), middle.y(), bounds.min.z(), plane, r, g, b);
+}
+
+std::string world_text(const City& city, const std::vector<Link>& links, const std::string& meshes,
+                       const GazeboOptions& options) {
+  const geodesy::Geodetic& origin = city.frame.origin();
+  std::string text = "<?xml version=\"1.0\"?>\n" + time_comment(options);
+  text += fmt::format(
+      "<sdf version=\"1.6\">\n  <world name=\"{}\">\n"
+      "    <physics name=\"default\" default=\"true\" type=\"ode\">\n"
+      "      <max_step_size>0.001</max_step_size>\n      <real_time_factor>1</real_time_factor>\n"
+      "      <real_time_update_rate>1000</real_time_update_rate>\n    </physics>\n"
+      "    <gravity>0 0 -9.8</gravity>\n"
+      "    <spherical_coordinates>\n      <surface_model>EARTH_WGS84</surface_model>\n"
+      "      <world_frame_orientation>ENU</world_frame_orientation>\n"
+      "      <latitude_deg>{}</latitude_deg>\n      <longitude_deg>{}</longitude_deg>\n"
+      "      <elevation>{}</elevation>\n      <heading_deg>{}</heading_deg>\n    </spherical_coordinates>\n"
+      "    <scene>\n      <ambient>0.4 0.4 0.4 1</ambient>\n      <background>0.7 0.8 0.9 1</background>\n"
+      "      <shadows>true</shadows>\n    </scene>\n"
+      "    <light name=\"sun\" type=\"directional\">\n      <cast_shadows>true</cast_shadows>\n"
+      "      <pose>0 0 1000 0 0 0</pose>\n      <diffuse>0.8 0.8 0.8 1</diffuse>\n"
+      "      <specular>0.2 0.2 0.2 1</specular>\n      <direction>-0.5 0.3 -0.8</direction>\n    </light>\n",
+      options.name, geodesy::degrees(origin.latitude_rad), geodesy::degrees(origin.longitude_rad),
+      origin.height_m, geodesy::degrees(city.frame.heading_rad()));
+  const bool has_terrain = !links.empty() && links.back().name == "terrain";
+  if (!has_terrain) text += ground_plane(city.bounds());
+  text +=
+      "    <!-- Mesh files lie beside this file, named relative to it. Gazebo Classic before 11.2: start it "
+      "in\n"
+      "         this folder, or put this folder in GAZEBO_RESOURCE_PATH. -->\n";
+  text += model_element(options.name, links, meshes, "    ");
+  return text + "  </world>\n</sdf>\n";
+}
+
+/// Letters, digits, '_', '-' and '.' stay.
+std::string plain_name(std::string name) {
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return !is_gazebo_name_character(c); }, '_');
+  return name;
+}
+
+}  // namespace
+
+void GazeboOptions::validate() const {
+  const bool plain = std::all_of(name.begin(), name.end(), is_gazebo_name_character);
+  if (name.empty() || name.size() > 100 || !plain || name.substr(0, 2) == "__") {
+    throw InputError(fmt::format("Gazebo name '{}'", name),
+                     "use 1 to 100 letters, digits, '_', '-' and '.', not beginning with '__'");
+  }
+  if (triangles_per_mesh < 1 || triangles_per_mesh > kMostTriangles) {
+    throw InputError(
+        fmt::format("triangles_per_mesh {} lies outside 1 to {}", triangles_per_mesh, kMostTriangles));
+  }
+  const bool time = gps_time.find_first_not_of("0123456789T:.Z+- ") == std::string::npos;
+  if (!time || gps_time.find("--") != std::string::npos || gps_time.size() > 40) {
+    throw InputError(fmt::format("GPS time '{}'", gps_time), "give ISO 8601, like 2019-04-28T12:45:00");
+  }
+}
+
+void write_gazebo_model(const std::filesystem::path& folder, const City& city, const GazeboOptions& options) {
+  options.validate();
+  check_city(folder, city);
+  std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
+  if (path.filename().empty()) path = path.parent_path();
+  const std::vector<Link> links = links_of(city.mesh, options.triangles_per_mesh);
+  OutputFolder output(path);
+  in_name_of(folder,
+             [&] { fill_model(output.temporary_path(), path.filename().string(), city, links, options); });
+  output.commit();
+}
+
+void write_gazebo_world(const std::filesystem::path& path, const City& city, const GazeboOptions& options) {
+  options.validate();
+  const std::string extension = lower_case(path.extension().string());
+  if (extension != ".world" && extension != ".sdf") {
+    throw InputError(path, 0, fmt::format("unknown ending '{}' of a Gazebo world", extension),
+                     "use .world or .sdf");
+  }
+  check_city(path, city);
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) throw InputError(path, 0, "is a folder");
+  const std::string name = plain_name(path.stem().string()) + "_model";
+  const std::filesystem::path folder = path.parent_path() / name;
+  const std::vector<Link> links = links_of(city.mesh, options.triangles_per_mesh);
+  OutputFile world(path);
+  world.write(world_text(city, links, name + "/meshes", options));
+  OutputFolder output(folder);
+  in_name_of(folder, [&] { fill_model(output.temporary_path(), name, city, links, options); });
+  // The folder first: a world without meshes would be worse than meshes without a world.
+  output.commit();
+  world.commit();
+}
+
+}  // namespace canyon::city

@@ -5,30 +5,50 @@
 
 #include "canyon/city/city.hpp"
 
+// Part of canyon::io.
+
 namespace canyon::city {
 
 struct GazeboOptions {
+  /// Of the model and the world: letters, digits, '_', '-' and '.', 1 to 100 of them.
   std::string name = "canyon_city";
   /// Largest number of triangles in one collision mesh: buildings are grouped by place into links of about
-  /// this size.
+  /// this size. A single larger object stays whole. At least 1.
   std::size_t triangles_per_mesh = 20'000;
   std::string gps_time;  ///< ISO 8601, kept as a comment where given
+  /// Throws InputError naming the field and its bound.
   void validate() const;
 };
 
 /// A Gazebo model folder: model.config, model.sdf (SDF 1.6, static), meshes/*.dae split by place, materials
-/// coloured. The folder appears whole or not at all.
+/// coloured. Each link stands about a whole metre near its own middle, so that single precision holds there;
+/// its collision mesh has a node for each object, its visual mesh one piece for each material, which Gazebo
+/// draws quickly. Meshes are named model://FOLDER/meshes/..., which every Gazebo finds when the folder that
+/// holds FOLDER is in GAZEBO_MODEL_PATH (Classic) or GZ_SIM_RESOURCE_PATH (Sim). The folder appears whole or
+/// not at all; an older model written by Canyon is replaced. Throws InputError for a city without a triangle,
+/// a folder that holds something else, or where nothing can be written.
 void write_gazebo_model(const std::filesystem::path& folder, const City& city,
                         const GazeboOptions& options = {});
 
 /// A world (.world or .sdf) with spherical_coordinates at the city's origin, sun, terrain or ground plane and
-/// the model beside it in a folder NAME_model; valid for Gazebo Classic 11 and for Gazebo Sim.
+/// the city's model; valid for Gazebo Classic 11 and for Gazebo Sim, without network or environment
+/// variables: the model is part of the world and names its meshes by paths relative to it, which Gazebo Sim
+/// and Classic since 11.2 resolve (Classic before 11.2: start it in the world's folder, or put that in
+/// GAZEBO_RESOURCE_PATH). The meshes lie in a model folder STEM_model beside the world, as
+/// write_gazebo_model() writes it, for use in other worlds; move both together. Throws as that does.
 void write_gazebo_world(const std::filesystem::path& path, const City& city,
                         const GazeboOptions& options = {});
 
-/// Reads such a world or model back (mesh and primitive geometries: box, cylinder, sphere, plane, mesh;
-/// poses; includes by relative or model:// path beside it; spherical_coordinates as origin). Part of
-/// canyon::io.
+/// Reads a world or model (.world, .sdf, or a model's folder): models, also nested and included from beside
+/// the file (relative paths, model:// and file://), links and their poses; of each link the collisions, or
+/// the visuals where it has none: box, cylinder, sphere (32 sides, inscribed: 0.5 % of the radius), plane (of
+/// its size), mesh with scale. Static or not, everything stands where the file puts it. spherical_coordinates
+/// become the origin and a heading turns the city to ENU; without them the origin is latitude 0, longitude 0,
+/// height 0, and a note says so. Objects are named MODEL::LINK::GEOMETRY, surfaces follow from these names as
+/// in read_mesh_city(); meshes that Canyon wrote keep their own objects, surfaces and materials. The ground
+/// plane of write_gazebo_world(), a sun or ground plane from Gazebo's own collection, and geometries of other
+/// kinds are left out with a note. Throws InputError with the line for malformed XML, values that make no
+/// sense, poses relative to frames, models and meshes that are not there, or no triangle at all.
 [[nodiscard]] City read_gazebo_world(const std::filesystem::path& path);
 
 }  // namespace canyon::city

@@ -1,1 +1,477 @@
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/gazebo_names.hpp"
+#include "canyon/city/mesh_file.hpp"
+#include "canyon/city/mesh_import_options.hpp"
+#include "canyon/city/mesh_marks.hpp"
+#include "canyon/city/mesh_names.hpp"
+#include "canyon/city/primitive_meshes.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::city {
+namespace {
+
+using Element = tinyxml2::XMLElement;
+
+constexpr int kDeepestNesting = 16;
+constexpr double kLargestPose_m = 1e6;
+constexpr double kLargestSize_m = 1e6;
+
+/// One SDF file; elements stay valid as long as it lives.
+struct Source {
+  std::filesystem::path path;
+  tinyxml2::XMLDocument document;
+
+  [[nodiscard]] InputError error(const Element& at, std::string_view problem,
+                                 std::string_view cure = {}) const {
+    return InputError(path, at.GetLineNum(), problem, cure);
+  }
+};
+
+std::string attribute(const Element& element, const char* name) {
+  const char* value = element.Attribute(name);
+  return value == nullptr ? "" : value;
+}
+
+std::string text_of(const Element& element) {
+  const char* text = element.GetText();
+  return text == nullptr ? "" : std::string(trim(text));
+}
+
+std::string child_text(const Element& element, const char* child) {
+  const Element* found = element.FirstChildElement(child);
+  return found == nullptr ? "" : text_of(*found);
+}
+
+/// Exactly `count` numbers, each at most `largest`.
+std::vector<double> numbers(const Source& source, const Element& element, std::size_t count, double largest) {
+  const std::string text = text_of(element);
+  std::vector<double> values;
+  for (const std::string_view word : split_blanks(text)) {
+    const std::optional<double> value = parse_double(word);
+    if (!value || std::abs(*value) > largest) {
+      throw source.error(element, fmt::format("<{}> has '{}'", element.Name(), word),
+                         fmt::format("give numbers within +-{}", largest));
+    }
+    values.push_back(*value);
+  }
+  if (values.size() != count) {
+    throw source.error(
+        element, fmt::format("<{}> has {} numbers instead of {}", element.Name(), values.size(), count));
+  }
+  return values;
+}
+
+double positive(const Source& source, const Element& parent, const char* child) {
+  const Element* element = parent.FirstChildElement(child);
+  if (element == nullptr) throw source.error(parent, fmt::format("<{}> without <{}>", parent.Name(), child));
+  const double value = numbers(source, *element, 1, kLargestSize_m)[0];
+  if (!(value > 0))
+    throw source.error(*element, fmt::format("<{}> of {}", child, value), "give a positive length");
+  return value;
+}
+
+class GazeboImport {
+ public:
+  explicit GazeboImport(const std::filesystem::path& path) : path_(path) {}
+
+  City read() {
+    const std::filesystem::path file = model_file(path_);
+    const Source& source = open(file);
+    const Element& sdf = *source.document.RootElement();
+    city_.name = path_.filename().string();
+    if (city_.name.empty()) city_.name = path_.parent_path().filename().string();
+    const Element* world = sdf.FirstChildElement("world");
+    if (world != nullptr) {
+      if (world->NextSiblingElement("world") != nullptr) note("only the first of several worlds is read");
+      read_origin(source, *world);
+      read_models(source, *world, Eigen::Affine3d::Identity(), "", 0);
+    } else {
+      note("no spherical_coordinates: the origin is latitude 0, longitude 0, height 0");
+      read_models(source, sdf, Eigen::Affine3d::Identity(), "", 0);
+    }
+    if (city_.mesh.triangles.empty()) {
+      throw InputError(path_, 0, "holds no triangle", "give its links collisions or visuals");
+    }
+    const Eigen::Matrix3d enu_from_world =
+        Eigen::AngleAxisd(heading_rad_, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    if (heading_rad_ != 0) {
+      for (Eigen::Vector3d& v : city_.mesh.vertices) v = enu_from_world * v;
+    }
+    if (degenerate_ > 0)
+      note(fmt::format("{} degenerate triangles (area below 1e-8 m^2) dropped", degenerate_));
+    for (const auto& [what, count] : left_out_) note(fmt::format("{} {} left out", count, what));
+    check_mesh(city_.mesh, city_.name);
+    return std::move(city_);
+  }
+
+ private:
+  void note(std::string line) { city_.notes.push_back(std::move(line)); }
+
+  /// A model's folder stands for the file that its model.config names.
+  std::filesystem::path model_file(const std::filesystem::path& path) {
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) throw InputError(path, 0, "no such file");
+    if (!std::filesystem::is_directory(path, error)) return path;
+    const std::filesystem::path config = path / "model.config";
+    if (!std::filesystem::exists(config, error)) {
+      if (std::filesystem::exists(path / "model.sdf", error)) return path / "model.sdf";
+      throw InputError(path, 0, "is a folder without model.config",
+                       "name a world, or a Gazebo model's folder");
+    }
+    tinyxml2::XMLDocument document;
+    load(config, document);
+    // Of several the one of the newest SDF version.
+    std::string best = "model.sdf";
+    double newest = -1;
+    for (const Element* e = document.RootElement()->FirstChildElement("sdf"); e != nullptr;
+         e = e->NextSiblingElement("sdf")) {
+      const double version = parse_double(attribute(*e, "version")).value_or(0);
+      if (version > newest && !text_of(*e).empty()) {
+        newest = version;
+        best = text_of(*e);
+      }
+    }
+    if (!std::filesystem::exists(path / best, error)) {
+      throw InputError(config, 0, fmt::format("names '{}', which is not there", best));
+    }
+    return path / best;
+  }
+
+  static void load(const std::filesystem::path& path, tinyxml2::XMLDocument& document) {
+    const tinyxml2::XMLError code = document.LoadFile(path.c_str());
+    if (code == tinyxml2::XML_ERROR_FILE_NOT_FOUND) throw InputError(path, 0, "no such file");
+    if (code == tinyxml2::XML_ERROR_FILE_COULD_NOT_BE_OPENED || code == tinyxml2::XML_ERROR_FILE_READ_ERROR) {
+      throw InputError(path, 0, "cannot be read");
+    }
+    if (code != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr) {
+      throw InputError(path, std::max(0, document.ErrorLineNum()),
+                       fmt::format("is not well-formed XML ({})", document.ErrorName()),
+                       "check it with xmllint --noout");
+    }
+  }
+
+  const Source& open(const std::filesystem::path& path) {
+    Source& source = sources_[std::filesystem::absolute(path).lexically_normal().string()];
+    if (!source.path.empty()) return source;
+    source.path = path;
+    load(path, source.document);
+    const Element& root = *source.document.RootElement();
+    if (std::string_view(root.Name()) != "sdf") {
+      throw source.error(root, fmt::format("begins with <{}>, not with <sdf>", root.Name()),
+                         "name an SDF world or model (URDF: convert it with gz sdf -p)");
+    }
+    return source;
+  }
+
+  void read_origin(const Source& source, const Element& world) {
+    const Element* coordinates = world.FirstChildElement("spherical_coordinates");
+    if (coordinates == nullptr) {
+      note("no spherical_coordinates: the origin is latitude 0, longitude 0, height 0");
+      return;
+    }
+    const auto word = [&](const char* name, std::string_view only) {
+      const std::string text = child_text(*coordinates, name);
+      if (!text.empty() && text != only) {
+        throw source.error(*coordinates->FirstChildElement(name), fmt::format("<{}> '{}'", name, text),
+                           fmt::format("Canyon reads {}", only));
+      }
+    };
+    word("surface_model", "EARTH_WGS84");
+    word("world_frame_orientation", "ENU");
+    const auto number = [&](const char* name, double largest) {
+      const Element* element = coordinates->FirstChildElement(name);
+      return element == nullptr ? 0.0 : numbers(source, *element, 1, largest)[0];
+    };
+    heading_rad_ = geodesy::radians(number("heading_deg", 360));
+    city_.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(
+        number("latitude_deg", 90), number("longitude_deg", 180), number("elevation", 1e4)));
+  }
+
+  static Eigen::Affine3d pose_of(const Source& source, const Element& parent) {
+    const Element* pose = parent.FirstChildElement("pose");
+    if (pose == nullptr) return Eigen::Affine3d::Identity();
+    for (const char* name : {"relative_to", "frame"}) {
+      const std::string frame = attribute(*pose, name);
+      if (!frame.empty() && frame != "__model__" && frame != "world") {
+        throw source.error(*pose, fmt::format("pose relative to '{}'", frame),
+                           "give poses relative to the parent (gz sdf -p writes them so)");
+      }
+    }
+    const std::string format = attribute(*pose, "rotation_format");
+    Eigen::Affine3d result = Eigen::Affine3d::Identity();
+    if (format == "quat_xyzw") {
+      const std::vector<double> v = numbers(source, *pose, 7, kLargestPose_m);
+      const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
+      if (!(q.norm() > 1e-6)) throw source.error(*pose, "quaternion of length 0");
+      result.translate(Eigen::Vector3d(v[0], v[1], v[2]));
+      result.rotate(q.normalized());
+      return result;
+    }
+    if (text_of(*pose).empty()) return result;
+    const std::vector<double> v = numbers(source, *pose, 6, kLargestPose_m);
+    const std::string degrees = attribute(*pose, "degrees");
+    const double unit = degrees == "true" || degrees == "1" ? geodesy::radians(1) : 1;
+    result.translate(Eigen::Vector3d(v[0], v[1], v[2]));
+    // SDF: roll about x, then pitch about y, then yaw about z, all of fixed axes.
+    result.rotate(Eigen::AngleAxisd(v[5] * unit, Eigen::Vector3d::UnitZ()) *
+                  Eigen::AngleAxisd(v[4] * unit, Eigen::Vector3d::UnitY()) *
+                  Eigen::AngleAxisd(v[3] * unit, Eigen::Vector3d::UnitX()));
+    return result;
+  }
+
+  /// <model> and <include> children of a world, a model or <sdf>.
+  void read_models(const Source& source, const Element& parent, const Eigen::Affine3d& world_from_parent,
+                   const std::string& scope, int depth) {
+    if (depth > kDeepestNesting) {
+      throw source.error(parent,
+                         fmt::format("models are nested or included more than {} deep", kDeepestNesting),
+                         "look for a model that includes itself");
+    }
+    for (const Element* e = parent.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      const std::string_view kind = e->Name();
+      if (kind == "model") {
+        read_model(source, *e, world_from_parent * pose_of(source, *e), scope, attribute(*e, "name"), depth);
+      } else if (kind == "include") {
+        read_include(source, *e, world_from_parent, scope, depth);
+      } else if (kind == "actor" || kind == "population" || kind == "road") {
+        ++left_out_[fmt::format("<{}>", kind)];
+      }
+    }
+  }
+
+  void read_model(const Source& source, const Element& model, const Eigen::Affine3d& world_from_model,
+                  const std::string& scope, const std::string& name, int depth) {
+    if (name == kGroundPlaneModel) {
+      note("the ground plane under a city without terrain is not part of it");
+      return;
+    }
+    if (!attribute(model, "placement_frame").empty()) {
+      throw source.error(model, "placement_frame", "give the model's pose instead");
+    }
+    const std::string inner = scope.empty() ? name : scope + "::" + name;
+    for (const Element* link = model.FirstChildElement("link"); link != nullptr;
+         link = link->NextSiblingElement("link")) {
+      const Eigen::Affine3d world_from_link = world_from_model * pose_of(source, *link);
+      const char* kind = link->FirstChildElement("collision") != nullptr ? "collision" : "visual";
+      for (const Element* e = link->FirstChildElement(kind); e != nullptr; e = e->NextSiblingElement(kind)) {
+        const Element* geometry = e->FirstChildElement("geometry");
+        if (geometry == nullptr) throw source.error(*e, fmt::format("<{}> without <geometry>", kind));
+        read_geometry(source, *geometry, world_from_link * pose_of(source, *e),
+                      fmt::format("{}::{}::{}", inner, attribute(*link, "name"), attribute(*e, "name")));
+      }
+    }
+    read_models(source, model, world_from_model, inner, depth + 1);
+  }
+
+  void read_include(const Source& source, const Element& include, const Eigen::Affine3d& world_from_parent,
+                    const std::string& scope, int depth) {
+    const std::string uri = child_text(include, "uri");
+    if (uri.empty()) throw source.error(include, "<include> without <uri>");
+    const std::optional<std::filesystem::path> found = resolve(source, uri);
+    if (!found) {
+      const std::string last = lower_case(uri.substr(uri.find_last_of('/') + 1));
+      if (last == "sun" || last == "ground_plane" || last == "ground plane") {
+        note(fmt::format("'{}' of Gazebo's own collection left out", uri));
+        return;
+      }
+      throw source.error(include, fmt::format("'{}' is not beside the file", uri),
+                         "put the model's folder beside the world and name it model://FOLDER");
+    }
+    const Source& included = open(model_file(*found));
+    const Element* model = included.document.RootElement()->FirstChildElement("model");
+    if (model == nullptr) {
+      ++left_out_["includes without a model (lights)"];
+      return;
+    }
+    if (!child_text(include, "placement_frame").empty()) {
+      throw source.error(include, "placement_frame", "give the pose instead");
+    }
+    // A pose of the include takes the place of the model's own.
+    const bool placed = include.FirstChildElement("pose") != nullptr;
+    const Eigen::Affine3d pose = placed ? pose_of(source, include) : pose_of(included, *model);
+    std::string name = child_text(include, "name");
+    if (name.empty()) name = attribute(*model, "name");
+    if (depth >= kDeepestNesting) {
+      throw source.error(include,
+                         fmt::format("models are nested or included more than {} deep", kDeepestNesting),
+                         "look for a model that includes itself");
+    }
+    read_model(included, *model, world_from_parent * pose, scope, name, depth + 1);
+  }
+
+  /// Where a URI's file or folder lies, if it does.
+  std::optional<std::filesystem::path> resolve(const Source& source, const std::string& uri) const {
+    const std::size_t scheme_end = uri.find("://");
+    const std::string scheme = scheme_end == std::string::npos ? "" : uri.substr(0, scheme_end);
+    const std::string rest = scheme_end == std::string::npos ? uri : uri.substr(scheme_end + 3);
+    const std::filesystem::path here =
+        std::filesystem::absolute(source.path).lexically_normal().parent_path();
+    std::vector<std::filesystem::path> candidates;
+    if (scheme.empty() || scheme == "file") {
+      candidates = {here / rest};
+    } else if (scheme == "model" || scheme == "package") {
+      const std::filesystem::path top = std::filesystem::absolute(path_).lexically_normal();
+      candidates = {here / rest, here / "models" / rest, here.parent_path() / rest};
+      candidates.push_back(top.parent_path() / rest);
+      candidates.push_back(top.parent_path() / "models" / rest);
+    }
+    std::error_code error;
+    for (const auto& candidate : candidates) {
+      if (std::filesystem::exists(candidate, error)) return candidate;
+    }
+    return std::nullopt;
+  }
+
+  void read_geometry(const Source& source, const Element& geometry,
+                     const Eigen::Affine3d& world_from_geometry, const std::string& name) {
+    const Element* shape = geometry.FirstChildElement();
+    if (shape == nullptr) return;
+    const std::string_view kind = shape->Name();
+    const auto add = [&](const TriangleSet& set) { add_primitive(set, world_from_geometry, name); };
+    if (kind == "box") {
+      const Element* size = shape->FirstChildElement("size");
+      if (size == nullptr) throw source.error(*shape, "<box> without <size>");
+      const std::vector<double> s = numbers(source, *size, 3, kLargestSize_m);
+      if (!(s[0] > 0 && s[1] > 0 && s[2] > 0)) throw source.error(*size, "box without extent");
+      add(box_mesh({s[0], s[1], s[2]}));
+    } else if (kind == "cylinder") {
+      add(cylinder_mesh(positive(source, *shape, "radius"), positive(source, *shape, "length")));
+    } else if (kind == "sphere") {
+      add(sphere_mesh(positive(source, *shape, "radius")));
+    } else if (kind == "plane") {
+      Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+      Eigen::Vector2d size = Eigen::Vector2d::Ones();  // SDF's defaults
+      if (const Element* e = shape->FirstChildElement("normal")) {
+        const std::vector<double> n = numbers(source, *e, 3, kLargestSize_m);
+        normal = {n[0], n[1], n[2]};
+        if (!(normal.norm() > 1e-6)) throw source.error(*e, "normal of length 0");
+      }
+      if (const Element* e = shape->FirstChildElement("size")) {
+        const std::vector<double> s = numbers(source, *e, 2, kLargestSize_m);
+        if (!(s[0] > 0 && s[1] > 0)) throw source.error(*e, "plane without extent");
+        size = {s[0], s[1]};
+      }
+      add(plane_mesh(normal.normalized(), size));
+    } else if (kind == "mesh") {
+      read_mesh(source, *shape, world_from_geometry, name);
+    } else if (kind != "empty") {
+      ++left_out_[fmt::format("<{}> geometries", kind)];
+    }
+  }
+
+  void read_mesh(const Source& source, const Element& shape, Eigen::Affine3d world_from_mesh,
+                 const std::string& name) {
+    const std::string uri = child_text(shape, "uri");
+    if (uri.empty()) throw source.error(shape, "<mesh> without <uri>");
+    if (shape.FirstChildElement("submesh") != nullptr) ++left_out_["<submesh> choices (whole mesh read)"];
+    if (const Element* e = shape.FirstChildElement("scale")) {
+      const std::vector<double> s = numbers(source, *e, 3, 1e6);
+      const Eigen::Vector3d scale(s[0], s[1], s[2]);
+      if (!(scale.cwiseAbs().minCoeff() > 0)) throw source.error(*e, "scale of 0");
+      world_from_mesh.scale(scale);
+    }
+    const std::optional<std::filesystem::path> path = resolve(source, uri);
+    if (!path)
+      throw source.error(shape, fmt::format("mesh '{}' is not beside the file", uri),
+                         "put it there, or name it by a path relative to the file");
+    const std::string key = path->lexically_normal().string();
+    auto found = meshes_.find(key);
+    if (found == meshes_.end()) {
+      found = meshes_.emplace(key, PartFile{read_mesh_part(*path, {}).mesh, has_mesh_mark(*path)}).first;
+    }
+    const PartFile& part = found->second;
+    for (const Object& object : part.mesh.objects) {
+      std::vector<std::array<std::uint32_t, 3>> triangles(
+          part.mesh.triangles.begin() + object.first_triangle,
+          part.mesh.triangles.begin() + object.first_triangle + object.triangle_count);
+      std::vector<Material> materials(
+          part.mesh.materials.begin() + object.first_triangle,
+          part.mesh.materials.begin() + object.first_triangle + object.triangle_count);
+      const bool terrain = !part.marked && names_terrain(name);
+      if (terrain) materials.assign(materials.size(), Material::Ground);
+      append(part.marked ? object.name : fmt::format("{}::{}", name, object.name),
+             terrain ? Surface::Terrain : object.surface, part.mesh.vertices, std::move(triangles),
+             std::move(materials), world_from_mesh);
+    }
+  }
+
+  static bool names_terrain(const std::string& name) {
+    return split_surface(name).surface == Surface::Terrain;
+  }
+
+  void add_primitive(const TriangleSet& set, const Eigen::Affine3d& world_from_set, const std::string& name) {
+    const bool terrain = names_terrain(name);
+    append(name, terrain ? Surface::Terrain : Surface::Building, set.vertices, set.triangles,
+           std::vector<Material>(set.triangles.size(), terrain ? Material::Ground : Material::Unknown),
+           world_from_set);
+  }
+
+  void append(std::string name, Surface surface, const std::vector<Eigen::Vector3d>& vertices,
+              TriangleIndices triangles, std::vector<Material> materials,
+              const Eigen::Affine3d& world_from_vertices) {
+    // Only what these triangles use, in order of first use.
+    std::vector<Eigen::Vector3d> used;
+    std::map<std::uint32_t, std::uint32_t> index_of;
+    const bool mirrored = world_from_vertices.linear().determinant() < 0;
+    TriangleIndices kept;
+    std::vector<Material> kept_materials;
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      std::array<std::uint32_t, 3> triangle{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto [found, added] =
+            index_of.try_emplace(triangles[t][i], static_cast<std::uint32_t>(used.size()));
+        if (added) used.emplace_back(world_from_vertices * vertices[triangles[t][i]]);
+        triangle[i] = found->second;
+      }
+      if (mirrored) std::swap(triangle[1], triangle[2]);
+      if (is_degenerate(used[triangle[0]], used[triangle[1]], used[triangle[2]])) {
+        ++degenerate_;
+        continue;
+      }
+      kept.push_back(triangle);
+      kept_materials.push_back(materials[t]);
+    }
+    const std::size_t first = city_.mesh.materials.size();
+    append_object(city_.mesh, std::move(name), surface, Material::Unknown, used, kept);
+    std::copy(kept_materials.begin(), kept_materials.end(),
+              city_.mesh.materials.begin() + static_cast<std::ptrdiff_t>(first));
+  }
+
+  struct PartFile {
+    Mesh mesh;
+    bool marked = false;
+  };
+
+  std::filesystem::path path_;
+  City city_;
+  double heading_rad_ = 0;
+  std::map<std::string, Source> sources_;
+  std::map<std::string, PartFile> meshes_;
+  std::map<std::string, std::size_t> left_out_;
+  std::size_t degenerate_ = 0;
+};
+
+}  // namespace
+
+City read_gazebo_world(const std::filesystem::path& path) {
+  return GazeboImport(path).read();
+}
+
+}  // namespace canyon::city

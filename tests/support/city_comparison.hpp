@@ -59,4 +59,39 @@ inline std::string difference_of(const city::City& a, const city::City& b, doubl
   return "";
 }
 
+/// The city with its objects in the order of their names (equal names: of their lowest corner, x then y then
+/// z).
+inline city::City by_name(const city::City& city) {
+  const city::Mesh& mesh = city.mesh;
+  std::vector<std::pair<std::array<double, 3>, city::Object>> objects;
+  for (const city::Object& object : mesh.objects) {
+    std::array<double, 3> lowest{1e300, 0, 0};
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+      for (const std::uint32_t v : mesh.triangles[t]) {
+        // To a decimetre, so that rounding does not change the order.
+        const Eigen::Vector3d p = (10 * mesh.vertices[v]).array().round();
+        lowest = std::min(lowest, {p.x(), p.y(), p.z()});
+      }
+    }
+    objects.emplace_back(lowest, object);
+  }
+  std::sort(objects.begin(), objects.end(), [](const auto& a, const auto& b) {
+    return a.second.name != b.second.name ? a.second.name < b.second.name : a.first < b.first;
+  });
+  city::City sorted = city;
+  sorted.mesh.triangles.clear();
+  sorted.mesh.materials.clear();
+  sorted.mesh.objects.clear();
+  for (auto& [lowest, object] : objects) {
+    const std::uint32_t first = object.first_triangle;
+    object.first_triangle = static_cast<std::uint32_t>(sorted.mesh.triangles.size());
+    for (std::uint32_t t = first; t < first + object.triangle_count; ++t) {
+      sorted.mesh.triangles.push_back(mesh.triangles[t]);
+      sorted.mesh.materials.push_back(mesh.materials[t]);
+    }
+    sorted.mesh.objects.push_back(object);
+  }
+  return sorted;
+}
+
 }  // namespace canyon::test

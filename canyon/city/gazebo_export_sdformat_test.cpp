@@ -1,0 +1,89 @@
+// What Canyon writes for Gazebo, judged by SDFormat's own parser.
+
+#include <gtest/gtest.h>
+
+#include <sdf/sdf.hh>
+
+#include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/synthetic_city.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon::city {
+namespace {
+
+using canyon::test::TemporaryFolder;
+
+/// Loads a file; fails the test at every error and warning that SDFormat reports.
+sdf::Root load(const std::filesystem::path& path) {
+  sdf::Root root;
+  for (const sdf::Error& error : root.Load(path.string())) {
+    ADD_FAILURE() << path << ": " << error.Message();
+  }
+  return root;
+}
+
+/// Every mesh of a model is there, given the place of what its URIs begin with; returns how many.
+int check_meshes(const sdf::Model& model, const std::filesystem::path& base, const std::string& prefix) {
+  int meshes = 0;
+  for (std::uint64_t l = 0; l < model.LinkCount(); ++l) {
+    const sdf::Link& link = *model.LinkByIndex(l);
+    EXPECT_EQ(link.CollisionCount(), 1U);
+    EXPECT_EQ(link.VisualCount(), 1U);
+    for (const sdf::Geometry* geometry : {link.CollisionByIndex(0)->Geom(), link.VisualByIndex(0)->Geom()}) {
+      if (geometry->Type() != sdf::GeometryType::MESH) continue;
+      const std::string uri = geometry->MeshShape()->Uri();
+      EXPECT_EQ(uri.substr(0, prefix.size()), prefix);
+      EXPECT_TRUE(std::filesystem::is_regular_file(base / uri.substr(prefix.size()))) << uri;
+      ++meshes;
+    }
+  }
+  return meshes;
+}
+
+TEST(GazeboSdformat, WorldLoadsWithoutError) {
+  const TemporaryFolder folder;
+  City city = synthetic_city({});
+  GazeboOptions options;
+  options.triangles_per_mesh = 200;
+  options.gps_time = "2019-04-28T12:45:00";
+  write_gazebo_world(folder / "town.world", city, options);
+  const sdf::Root root = load(folder / "town.world");
+  ASSERT_EQ(root.WorldCount(), 1U);
+  const sdf::World& world = *root.WorldByIndex(0);
+  EXPECT_EQ(world.Name(), "canyon_city");
+  EXPECT_EQ(world.LightCount(), 1U);
+  ASSERT_NE(world.SphericalCoordinates(), nullptr);
+  EXPECT_NEAR(world.SphericalCoordinates()->LatitudeReference().Radian(), city.frame.origin().latitude_rad,
+              1e-15);
+  EXPECT_NEAR(world.SphericalCoordinates()->LongitudeReference().Radian(), city.frame.origin().longitude_rad,
+              1e-15);
+  ASSERT_EQ(world.ModelCount(), 1U);
+  const sdf::Model& model = *world.ModelByIndex(0);
+  EXPECT_TRUE(model.Static());
+  EXPECT_GT(check_meshes(model, folder.path(), ""), 4);
+}
+
+TEST(GazeboSdformat, WorldWithoutTerrainStandsOnAPlane) {
+  const TemporaryFolder folder;
+  City city;
+  append_box(city.mesh, "a", Surface::Building, Material::Brick, {0, 0, -3}, {9, 9, 9});
+  write_gazebo_world(folder / "town.sdf", city);
+  const sdf::Root root = load(folder / "town.sdf");
+  ASSERT_EQ(root.WorldCount(), 1U);
+  const sdf::World& world = *root.WorldByIndex(0);
+  ASSERT_EQ(world.ModelCount(), 2U);
+  EXPECT_EQ(world.ModelByIndex(0)->RawPose().Z(), -3);
+  EXPECT_EQ(check_meshes(*world.ModelByIndex(1), folder.path(), ""), 2);
+}
+
+TEST(GazeboSdformat, ModelLoadsWithoutError) {
+  const TemporaryFolder folder;
+  write_gazebo_model(folder / "my town", synthetic_city({}));
+  const sdf::Root root = load(folder / "my town" / "model.sdf");
+  ASSERT_NE(root.Model(), nullptr);
+  EXPECT_TRUE(root.Model()->Static());
+  EXPECT_GE(check_meshes(*root.Model(), folder.path(), "model://"), 2);
+}
+
+}  // namespace
+}  // namespace canyon::city

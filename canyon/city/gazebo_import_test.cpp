@@ -1,0 +1,273 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/mesh_topology.hpp"
+#include "canyon/city/primitive_meshes.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon::city {
+namespace {
+
+using geodesy::kPi;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+class GazeboImport : public ::testing::Test {
+ protected:
+  std::filesystem::path write(const std::string& name, const std::string& text) {
+    std::filesystem::create_directories((folder_ / name).parent_path());
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return folder_ / name;
+  }
+  City world(const std::string& body) {
+    return read_gazebo_world(
+        write("w.world",
+              "<?xml version='1.0'?>\n<sdf version='1.6'>\n<world name='w'>\n" + body + "\n</world></sdf>"));
+  }
+  std::string error(const std::string& body) {
+    try {
+      (void)world(body);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  }
+
+  canyon::test::TemporaryFolder folder_;
+};
+
+std::string model(const std::string& name, const std::string& pose, const std::string& geometry,
+                  const std::string& kind = "collision") {
+  return "<model name='" + name + "'><pose>" + pose + "</pose><link name='link'><" + kind +
+         " name='c'><geometry>" + geometry + "</geometry></" + kind + "></link></model>\n";
+}
+
+constexpr const char* kBox = "<box><size>2 4 6</size></box>";
+
+double volume_of(const TriangleSet& set) {
+  double volume = 0;
+  for (const auto& [a, b, c] : set.triangles) {
+    volume += set.vertices[a].dot(set.vertices[b].cross(set.vertices[c])) / 6;
+  }
+  return volume;
+}
+
+/// Closed, front sides out: every edge stands once in each direction.
+bool watertight(TriangleSet set) {
+  const Orientation orientation = orient_outwards(set.vertices, set.triangles);
+  return orientation.closed && orientation.manifold && orientation.turned == 0 && orientation.volume_m3 > 0;
+}
+
+TEST(PrimitiveMeshes, VolumesFollowClosedForms) {
+  EXPECT_NEAR(volume_of(box_mesh({2, 3, 5})), 30, 1e-12);
+  // A prism over a regular polygon of n sides: n/2 r^2 sin(2 pi / n) h.
+  EXPECT_NEAR(volume_of(cylinder_mesh(2, 5)), 16 * 4 * std::sin(2 * kPi / 32) * 5, 1e-12);
+  const double sphere = 4.0 / 3 * kPi * 27;
+  EXPECT_LT(volume_of(sphere_mesh(3)), sphere);
+  EXPECT_GT(volume_of(sphere_mesh(3)), 0.97 * sphere);
+  EXPECT_TRUE(watertight(box_mesh({2, 3, 5})));
+  EXPECT_TRUE(watertight(cylinder_mesh(2, 5)));
+  EXPECT_TRUE(watertight(sphere_mesh(3)));
+  for (const Eigen::Vector3d& v : sphere_mesh(3).vertices) EXPECT_NEAR(v.norm(), 3, 1e-12);
+}
+
+TEST(PrimitiveMeshes, PlaneFacesItsNormal) {
+  const Eigen::Vector3d normal = Eigen::Vector3d(1, -2, 0.5).normalized();
+  const TriangleSet set = plane_mesh(normal, {3, 4});
+  for (const auto& [a, b, c] : set.triangles) {
+    const Eigen::Vector3d n = (set.vertices[b] - set.vertices[a]).cross(set.vertices[c] - set.vertices[a]);
+    EXPECT_LT((n - 12 * normal).norm(), 1e-12);
+  }
+}
+
+TEST_F(GazeboImport, PosesCompose) {
+  // Model at (10, 20, 0) turned 90 deg to the left, link 3 m along its x, box 1 m along that link's x.
+  const City city = world(
+      "<model name='m'><pose>10 20 0 0 0 1.5707963267948966</pose><link name='l'><pose>3 0 0 0 0 0"
+      "</pose><collision name='c'><pose>1 0 3 0 0 0</pose><geometry>" +
+      std::string(kBox) + "</geometry></collision></link></model>");
+  // The box's 2 m lie along north now: middle at (10, 24), 4 m wide to the east.
+  EXPECT_LT((city.bounds().min - Eigen::Vector3d(8, 23, 0)).norm(), 1e-9);
+  EXPECT_LT((city.bounds().max - Eigen::Vector3d(12, 25, 6)).norm(), 1e-9);
+  ASSERT_EQ(city.mesh.objects.size(), 1U);
+  EXPECT_EQ(city.mesh.objects[0].name, "m::l::c");
+  EXPECT_EQ(city.mesh.objects[0].surface, Surface::Building);
+}
+
+TEST_F(GazeboImport, RollPitchYawFollowSdf) {
+  // R = Rz(yaw) Ry(pitch) Rx(roll) (SDF specification, pose): a corner of the box by hand.
+  const double roll = 0.1;
+  const double pitch = 0.2;
+  const double yaw = 0.3;
+  const City city = world(model("m", "1 2 3 0.1 0.2 0.3", kBox));
+  const Eigen::Matrix3d r =
+      (Eigen::Matrix3d() << std::cos(yaw) * std::cos(pitch),
+       std::cos(yaw) * std::sin(pitch) * std::sin(roll) - std::sin(yaw) * std::cos(roll),
+       std::cos(yaw) * std::sin(pitch) * std::cos(roll) + std::sin(yaw) * std::sin(roll),
+       std::sin(yaw) * std::cos(pitch),
+       std::sin(yaw) * std::sin(pitch) * std::sin(roll) + std::cos(yaw) * std::cos(roll),
+       std::sin(yaw) * std::sin(pitch) * std::cos(roll) - std::cos(yaw) * std::sin(roll), -std::sin(pitch),
+       std::cos(pitch) * std::sin(roll), std::cos(pitch) * std::cos(roll))
+          .finished();
+  const Eigen::Vector3d corner = Eigen::Vector3d(1, 2, 3) + r * Eigen::Vector3d(1, 2, 3);
+  double nearest = 1e9;
+  for (const Eigen::Vector3d& v : city.mesh.vertices) nearest = std::min(nearest, (v - corner).norm());
+  EXPECT_LT(nearest, 1e-12);
+  const City degrees = world(
+      "<model name='m'><pose degrees='true'>0 0 0 0 0 90</pose><link name='l'><collision "
+      "name='c'><geometry>" +
+      std::string(kBox) + "</geometry></collision></link></model>");
+  EXPECT_NEAR(degrees.bounds().max.x(), 2, 1e-12);
+}
+
+TEST_F(GazeboImport, ReadsPrimitivesNestedModelsAndSurfaces) {
+  const City city = world(
+      model("tower", "0 0 50 0 0 0", "<cylinder><radius>5</radius><length>100</length></cylinder>") +
+      model("ball", "50 0 10 0 0 0", "<sphere><radius>10</radius></sphere>") +
+      model("terrain", "0 0 0 0 0 0", "<plane><normal>0 0 1</normal><size>500 400</size></plane>") +
+      "<model name='outer'><pose>100 0 0 0 0 0</pose>" + model("inner", "0 7 3 0 0 0", kBox) + "</model>");
+  ASSERT_EQ(city.mesh.objects.size(), 4U);
+  EXPECT_EQ(city.mesh.objects[2].surface, Surface::Terrain);
+  EXPECT_EQ(city.mesh.objects[3].name, "outer::inner::link::c");
+  const CitySummary summary = summarize(city);
+  EXPECT_EQ(summary.buildings, 3U);
+  EXPECT_EQ(summary.terrain_triangles, 2U);
+  EXPECT_NEAR(summary.highest_roof_m, 100, 1e-12);
+  EXPECT_NEAR(summary.bounds.max.x(), 250, 1e-9);
+}
+
+TEST_F(GazeboImport, PrefersCollisionsToVisuals) {
+  const std::string box_visual =
+      "<visual name='v'><geometry><box><size>90 90 90</size></box></geometry></visual>";
+  const City both = world("<model name='m'><link name='l'>" + box_visual + "<collision name='c'><geometry>" +
+                          kBox + "</geometry></collision></link></model>");
+  EXPECT_NEAR(both.bounds().max.x(), 1, 1e-12);
+  const City visual = world("<model name='m'><link name='l'>" + box_visual + "</link></model>");
+  EXPECT_NEAR(visual.bounds().max.x(), 45, 1e-12);
+}
+
+TEST_F(GazeboImport, ReadsMeshesWithScaleAndMirror) {
+  write("meshes/corner.obj",
+        "o wing\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const City city =
+      world(model("m", "0 0 0 0 0 0", "<mesh><uri>meshes/corner.obj</uri><scale>-2 3 4</scale></mesh>"));
+  EXPECT_LT((city.bounds().min - Eigen::Vector3d(-2, 0, 0)).norm(), 1e-6);
+  EXPECT_LT((city.bounds().max - Eigen::Vector3d(0, 3, 4)).norm(), 1e-6);
+  double volume = 0;
+  for (const auto& [a, b, c] : city.mesh.triangles) {
+    volume += city.mesh.vertices[a].dot(city.mesh.vertices[b].cross(city.mesh.vertices[c])) / 6;
+  }
+  EXPECT_NEAR(volume, 4, 1e-6);  // 24 / 6, positive: front sides still look out
+  EXPECT_EQ(city.mesh.objects[0].name, "m::link::c::wing");
+}
+
+TEST_F(GazeboImport, IncludesModelsFromBesideTheWorld) {
+  write("house/model.config",
+        "<?xml version='1.0'?><model><name>house</name><sdf version='1.4'>old.sdf</sdf>"
+        "<sdf version='1.6'>model.sdf</sdf></model>");
+  write("house/model.sdf", "<sdf version='1.6'>" + model("house", "0 0 3 0 0 0", kBox) + "</sdf>");
+  write("plain.sdf", "<sdf version='1.6'>" + model("plain", "0 0 3 0 0 0", kBox) + "</sdf>");
+  const City city = world(
+      "<include><uri>model://house</uri></include>"
+      "<include><uri>house</uri><name>second</name><pose>20 0 3 0 0 0</pose></include>"
+      "<include><uri>plain.sdf</uri><pose>40 0 103 0 0 0</pose></include>"
+      "<include><uri>model://sun</uri></include>"
+      "<include><uri>model://ground_plane</uri></include>");
+  ASSERT_EQ(city.mesh.objects.size(), 3U);
+  EXPECT_EQ(city.mesh.objects[0].name, "house::link::c");
+  EXPECT_EQ(city.mesh.objects[1].name, "second::link::c");
+  EXPECT_NEAR(city.bounds().max.x(), 41, 1e-12);
+  EXPECT_NEAR(city.bounds().max.z(), 106, 1e-12);
+  EXPECT_NEAR(city.bounds().min.z(), 0, 1e-12);
+  EXPECT_THAT(city.notes, Contains(HasSubstr("model://sun")));
+}
+
+TEST_F(GazeboImport, TakesOriginAndHeading) {
+  const City city = world(
+      "<spherical_coordinates><surface_model>EARTH_WGS84</surface_model><latitude_deg>22.3</latitude_deg>"
+      "<longitude_deg>114.2</longitude_deg><elevation>5</elevation><heading_deg>90</heading_deg>"
+      "</spherical_coordinates>" +
+      model("m", "100 0 3 0 0 0", kBox));
+  EXPECT_NEAR(city.frame.origin().latitude_rad, 22.3 * kPi / 180, 1e-15);
+  EXPECT_EQ(city.frame.origin().height_m, 5);
+  EXPECT_EQ(city.frame.heading_rad(), 0);
+  // The world's x axis points north.
+  EXPECT_NEAR(city.bounds().max.y(), 101, 1e-9);
+  EXPECT_NEAR(city.bounds().max.x(), 2, 1e-9);
+  EXPECT_THAT(world(model("m", "0 0 0 0 0 0", kBox)).notes, Contains(HasSubstr("no spherical_coordinates")));
+}
+
+TEST_F(GazeboImport, SaysWhatItLeavesOut) {
+  const City city = world("<actor name='walker'/>" + model("m", "0 0 0 0 0 0", kBox) +
+                          model("h", "0 0 0 0 0 0", "<heightmap><uri>file://x.png</uri></heightmap>"));
+  EXPECT_THAT(city.notes, Contains(HasSubstr("1 <heightmap> geometries left out")));
+  EXPECT_THAT(city.notes, Contains(HasSubstr("1 <actor> left out")));
+}
+
+TEST_F(GazeboImport, NamesTheLineOfBadInput) {
+  EXPECT_THAT(error("<model name='m'><link>"), HasSubstr("w.world:4"));
+  EXPECT_THAT(error("<model name='m'><link>"), HasSubstr("not well-formed XML"));
+  EXPECT_THAT(error(""), HasSubstr("holds no triangle"));
+  EXPECT_THAT(error("\n\n" + model("m", "0 0 x 0 0 0", kBox)), HasSubstr("w.world:6: <pose> has 'x'"));
+  EXPECT_THAT(error(model("m", "0 0 0", kBox)), HasSubstr("<pose> has 3 numbers instead of 6"));
+  EXPECT_THAT(error(model("m", "0 0 1e9 0 0 0", kBox)), HasSubstr("<pose> has '1e9'"));
+  EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<box/>")), HasSubstr("<box> without <size>"));
+  EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<box><size>1 0 1</size></box>")), HasSubstr("without extent"));
+  EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<sphere><radius>-1</radius></sphere>")),
+              HasSubstr("positive length"));
+  EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<mesh><uri>none.dae</uri></mesh>")),
+              HasSubstr("mesh 'none.dae' is not beside the file"));
+  EXPECT_THAT(error("<include><uri>model://none</uri></include>"), HasSubstr("'model://none' is not beside"));
+  EXPECT_THAT(error("<include><uri>https://example.org/House</uri></include>"), HasSubstr("is not beside"));
+  EXPECT_THAT(error("<model name='m'><pose relative_to='other'>0 0 0 0 0 0</pose></model>"),
+              HasSubstr("pose relative to 'other'"));
+  EXPECT_THAT(error("<spherical_coordinates><latitude_deg>91</latitude_deg></spherical_coordinates>"),
+              HasSubstr("latitude_deg"));
+  EXPECT_THAT(error("<spherical_coordinates><world_frame_orientation>NED</world_frame_orientation>"
+                    "</spherical_coordinates>"),
+              HasSubstr("'NED'; Canyon reads ENU"));
+  EXPECT_THROW((void)read_gazebo_world(folder_ / "missing.world"), InputError);
+  EXPECT_THROW((void)read_gazebo_world(folder_.path()), InputError);
+  try {
+    (void)read_gazebo_world(write("r.urdf", "<robot name='r'/>"));
+    ADD_FAILURE();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("begins with <robot>, not with <sdf>"));
+  }
+}
+
+TEST_F(GazeboImport, AModelThatIncludesItselfEnds) {
+  write("loop/model.sdf",
+        "<sdf version='1.6'><model name='loop'><include><uri>model://loop</uri></include></model></sdf>");
+  EXPECT_THAT(error("<include><uri>model://loop</uri></include>"), HasSubstr("includes itself"));
+}
+
+TEST_F(GazeboImport, MutatedWorldsNeverCrash) {
+  const std::string whole =
+      "<?xml version='1.0'?><sdf version='1.6'><world "
+      "name='w'><spherical_coordinates><latitude_deg>1</latitude_deg>"
+      "<heading_deg>3</heading_deg></spherical_coordinates>" +
+      model("a", "1 2 3 0.1 0.2 0.3", kBox) +
+      model("b", "1 2 3 0 0 0", "<sphere><radius>2</radius></sphere>", "visual") + "</world></sdf>";
+  std::mt19937_64 random(7);
+  for (int round = 0; round < 400; ++round) {
+    std::string bad = whole;
+    for (std::uint64_t n = 1 + random() % 3; n > 0; --n)
+      bad[random() % bad.size()] = static_cast<char>(random());
+    if (random() % 3 == 0) bad.resize(random() % bad.size());
+    try {
+      check_mesh(read_gazebo_world(write("f.world", bad)).mesh, "fuzzed");
+    } catch (const InputError&) {
+    }
+  }
+}
+
+}  // namespace
+}  // namespace canyon::city
