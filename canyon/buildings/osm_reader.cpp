@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -19,6 +19,15 @@ namespace {
 
 constexpr std::size_t kIdsShown = 20;
 
+std::string join(const std::vector<std::string>& pieces, std::size_t count, std::string_view separator) {
+  std::string out;
+  for (std::size_t i = 0; i < std::min(count, pieces.size()); ++i) {
+    if (i > 0) out += separator;
+    out += pieces[i];
+  }
+  return out;
+}
+
 /// What became of objects that are no feature as they are, by reason.
 class Tally {
  public:
@@ -27,11 +36,8 @@ class Tally {
   [[nodiscard]] std::vector<std::string> lines() const {
     std::vector<std::string> out;
     for (const auto& [reason, ids] : ids_) {
-      const std::size_t shown = std::min(ids.size(), kIdsShown);
-      std::string line =
-          fmt::format("{} {}: {}", ids.size(), reason,
-                      fmt::join(ids.begin(), ids.begin() + static_cast<std::ptrdiff_t>(shown), ", "));
-      if (shown < ids.size()) line += fmt::format(" and {} more", ids.size() - shown);
+      std::string line = fmt::format("{} {}: {}", ids.size(), reason, join(ids, kIdsShown, ", "));
+      if (ids.size() > kIdsShown) line += fmt::format(" and {} more", ids.size() - kIdsShown);
       out.push_back(std::move(line));
     }
     return out;
@@ -149,7 +155,7 @@ class FeatureMaker {
       }
       if (any && !missing.empty()) {
         tally_.add("building relations with members that are not in the map, built of the others",
-                   fmt::format("{} (without {})", relation_name(id), fmt::join(missing, " ")));
+                   fmt::format("{} (without {})", relation_name(id), join(missing, kIdsShown, " ")));
       }
     }
   }
@@ -350,13 +356,13 @@ MapData read_osm(const std::vector<std::filesystem::path>& paths, const OsmReadO
   MapData map = FeatureMaker(read_osm_objects(paths, options), options).make();
   std::vector<std::string> names;
   for (const auto& path : paths) names.push_back(path.filename().string());
-  map.source = fmt::format("{}", fmt::join(names, ", "));
+  map.source = join(names, names.size(), ", ");
   const bool building = std::any_of(map.features.begin(), map.features.end(), [](const MapFeature& feature) {
     return feature.kind == FeatureKind::Building || feature.kind == FeatureKind::Part;
   });
   if (!building) {
     std::string problem = options.box ? "holds no building in the box" : "holds no building";
-    if (!map.warnings.empty()) problem += fmt::format(" ({})", fmt::join(map.warnings, "; "));
+    if (!map.warnings.empty()) problem += fmt::format(" ({})", join(map.warnings, map.warnings.size(), "; "));
     throw InputError(map.source, 0, problem,
                      options.box ? "widen the box, or check the order west,south,east,north"
                                  : "give an extract with closed ways tagged building");

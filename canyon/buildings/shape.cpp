@@ -243,7 +243,12 @@ Shape shape_from_tags(const std::map<std::string, std::string>& raw, const Heigh
     const double roof_m = roof_tagged || !pitched ? tagged_roof_m : std::min(defaults.level_m, below_m / 2);
     shape.height_m = walls_m + roof_m;
     shape.height_source = HeightSource::Levels;
-  } else {
+  }
+  if (shape.height_source == HeightSource::Levels && shape.height_m > kHighest_m) {
+    tags.warn(fmt::format("storeys and roof add up to {} m; left out", shape.height_m));
+    shape.height_source = HeightSource::Default;
+  }
+  if (shape.height_source == HeightSource::Default) {
     const auto by_type = defaults.by_type.find(type);
     shape.height_m = by_type != defaults.by_type.end() ? by_type->second : defaults.building_m;
     shape.height_source = HeightSource::Default;
