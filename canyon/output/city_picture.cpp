@@ -11,6 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/city/mesh_marks.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/city_render.hpp"
 #include "canyon/output/map_marks.hpp"
@@ -67,30 +68,6 @@ void draw_swatch(Canvas& canvas, const Point& at, const Colour& colour, const st
   canvas.text({at.x + 24, at.y}, label, {.size = 11.5, .level = Level::Middle});
 }
 
-std::string_view word(city::Material material) {
-  switch (material) {
-    case city::Material::Concrete:
-      return "concrete";
-    case city::Material::Glass:
-      return "glass";
-    case city::Material::Brick:
-      return "brick";
-    case city::Material::Metal:
-      return "metal";
-    case city::Material::Stone:
-      return "stone";
-    case city::Material::Wood:
-      return "wood";
-    case city::Material::Plaster:
-      return "plaster";
-    case city::Material::Ground:
-      return "ground";
-    case city::Material::Unknown:
-      break;
-  }
-  return "unknown";
-}
-
 class CityPicture {
  public:
   CityPicture(const city::City& city, const CityPictureOptions& options)
@@ -105,6 +82,7 @@ class CityPicture {
       }
       foliage_ = foliage_ || object.surface == city::Surface::Foliage;
     }
+    shown_ = options.focus ? points_in(*options.focus) : renderer_.essential_points();
   }
 
   [[nodiscard]] std::string png() {
@@ -118,9 +96,25 @@ class CityPicture {
   }
 
  private:
+  /// Vertices in a focus, and its rim on the ground.
+  [[nodiscard]] std::vector<Vector3d> points_in(const PictureFocus& focus) const {
+    const Eigen::Vector2d middle(focus.east_m, focus.north_m);
+    std::vector<Vector3d> points;
+    for (const Vector3d& p : renderer_.essential_points()) {
+      if ((p.head<2>() - middle).norm() <= focus.radius_m) points.push_back(p);
+    }
+    for (int k = 0; k < 36; ++k) {
+      const double turn = geodesy::radians(10.0 * k);
+      const double x = focus.east_m + focus.radius_m * std::sin(turn);
+      const double y = focus.north_m + focus.radius_m * std::cos(turn);
+      points.emplace_back(x, y, renderer_.ground_height(x, y));
+    }
+    return points;
+  }
+
   void draw_map(Canvas& canvas) {
     city::Box box;
-    for (const Vector3d& p : renderer_.essential_points()) {
+    for (const Vector3d& p : shown_) {
       box.min = box.min.cwiseMin(p);
       box.max = box.max.cwiseMax(p);
     }
@@ -164,7 +158,7 @@ class CityPicture {
     const Rect inner{kMargin * scale_, (kTitleHeight + 6) * scale_,
                      (canvas.width() - kMargin - kLegendWidth) * scale_,
                      (canvas.height() - kTitleHeight - 6 - kMargin) * scale_};
-    const CityCamera camera(renderer_.essential_points(), inner, options_.width_px,
+    const CityCamera camera(shown_, inner, options_.width_px,
                             {geodesy::radians(options_.elevation_deg), geodesy::radians(options_.azimuth_deg),
                              geodesy::radians(options_.field_deg)});
     const CityImage image =
@@ -211,7 +205,7 @@ class CityPicture {
         canvas.text({at.x, y - 10}, "Material", {.size = 12, .bold = true});
         y += 8;
         for (const city::Material material : materials_) {
-          draw_swatch(canvas, {at.x, y}, colour_of(material), std::string(word(material)));
+          draw_swatch(canvas, {at.x, y}, colour_of(material), std::string(city::material_name(material)));
           y += 21;
         }
       }
@@ -286,6 +280,7 @@ class CityPicture {
   const CityPictureOptions& options_;
   CityRenderer renderer_;
   bool map_;
+  std::vector<Vector3d> shown_;  ///< what must lie within the frame
   double scale_ = 1;
   std::size_t buildings_ = 0;
   std::set<city::Material> materials_;
@@ -302,6 +297,11 @@ void CityPictureOptions::validate() const {
   check_range(field_deg, 0, 90, "field [deg]");
   check_range(sun_azimuth_deg.value_or(0), -360, 360, "sun azimuth [deg]");
   check_range(sun_elevation_deg, 5, 90, "sun elevation [deg]");
+  if (focus) {
+    check_range(focus->east_m, -1e6, 1e6, "focus east [m]");
+    check_range(focus->north_m, -1e6, 1e6, "focus north [m]");
+    check_range(focus->radius_m, 1, 1e6, "focus radius [m]");
+  }
 }
 
 std::string city_png(const city::City& city, const CityPictureOptions& options) {

@@ -8,6 +8,13 @@
 
 namespace canyon::output {
 
+/// A round part of a city, in its ENU frame.
+struct PictureFocus {
+  double east_m = 0;      ///< of its middle; [-1e6, 1e6]
+  double north_m = 0;     ///< likewise
+  double radius_m = 250;  ///< [1, 1e6]
+};
+
 struct CityPictureOptions {
   int width_px = 1600;   ///< [320, 16384]
   int height_px = 1000;  ///< [240, 16384]
@@ -18,6 +25,9 @@ struct CityPictureOptions {
   /// Opening angle across the whole picture, [0, 90]; 0 draws with parallel rays, as maps are whatever this
   /// says.
   double field_deg = 28;
+  /// What fills the frame: everything here, to its full height; what lies beyond is drawn as far as it
+  /// is in sight. Empty: the whole city.
+  std::optional<PictureFocus> focus;
   bool colour_by_height = true;  ///< above the ground, by viridis; else by material
   bool mark_back_faces = true;   ///< surfaces seen from behind in magenta: something faces the wrong way
   std::string title;             ///< empty: the city's name
@@ -31,7 +41,7 @@ struct CityPictureOptions {
 };
 
 /// A picture of a city as the bytes of a PNG: cast shadows, a little sky light, heights above the ground in
-/// colours with a legend in metres. Everything that is no terrain lies within the frame. The same bytes on
+/// colours with a legend in metres. All buildings (of the focus) lie within the frame. The same bytes on
 /// any number of threads. A city without terrain gets a flat ground. Throws InputError as
 /// CityPictureOptions::validate() and city::check_mesh() do, and for a city without triangles.
 [[nodiscard]] std::string city_png(const city::City& city, const CityPictureOptions& options = {});

@@ -293,6 +293,31 @@ TEST(CityPicture, MapHasNorthUpAndEastRight) {
   EXPECT_LT(y / n, low_y / low_n - 200);
 }
 
+TEST(CityPicture, FocusFillsTheFrameWithItsBuildings) {
+  // A mast of 540 m, 4 m across, far from a low house: alone in the frame it stands high and wide.
+  const city::City city = city_of({{{-150, -150, 0}, {-110, -110, 20}}, {{110, 110, 0}, {114, 114, 540}}});
+  const auto mast = [&city](const std::optional<PictureFocus>& focus, double elevation_deg) {
+    CityPictureOptions options;
+    options.width_px = 800;
+    options.height_px = 500;
+    options.focus = focus;
+    options.elevation_deg = elevation_deg;
+    const PngPixels picture(city_png(city, options));
+    std::size_t top = 0;  // the mast's upper part is yellow; so is the legend's end, in both
+    for (int y = 0; y < picture.height(); ++y) {
+      for (int x = 0; x < picture.width() - 100; ++x) {
+        const std::uint32_t p = picture.pixel(x, y);
+        top += (p >> 16U) > (p & 0xFFU) + 60 && (p >> 8U & 0xFFU) > (p & 0xFFU) + 60 ? 1U : 0U;
+      }
+    }
+    return top;
+  };
+  const PictureFocus focus{112, 112, 10};
+  EXPECT_GT(mast(std::nullopt, 20), 100U);
+  EXPECT_GT(mast(focus, 20), mast(std::nullopt, 20));
+  EXPECT_GT(mast(focus, 90), 10 * mast(std::nullopt, 90));
+}
+
 TEST(CityPicture, SameBytesOnOneThread) {
   const city::City city = city::synthetic_city({});
   CityPictureOptions options;
@@ -354,6 +379,8 @@ TEST(CityPicture, BadOptionsAreNamed) {
   EXPECT_THAT(with([](auto& o) { o.field_deg = -1; }), HasSubstr("field"));
   EXPECT_THAT(with([](auto& o) { o.sun_elevation_deg = 4; }), HasSubstr("sun elevation"));
   EXPECT_THAT(with([nan](auto& o) { o.sun_azimuth_deg = nan; }), HasSubstr("sun azimuth"));
+  EXPECT_THAT(with([](auto& o) { o.focus = PictureFocus{0, 0, 0.5}; }), HasSubstr("focus radius"));
+  EXPECT_THAT(with([nan](auto& o) { o.focus = PictureFocus{nan, 0, 9}; }), HasSubstr("focus east"));
 }
 
 TEST(CityPicture, EmptyCityIsRefusedAndLeavesOlderFilesAlone) {

@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 
+#include "canyon/city/mesh_marks.hpp"
 #include "canyon/geodesy/frames.hpp"
 
 namespace canyon::output {
@@ -401,6 +402,10 @@ const std::vector<Vector3d>& CityRenderer::essential_points() const {
   return impl_->essential;
 }
 
+double CityRenderer::ground_height(double x, double y) const {
+  return impl_->ground.at(x, y);
+}
+
 CityImage CityRenderer::render(const CityCamera& camera, int width, int height, const Style& style) const {
   const Vector3d to_sun = geodesy::enu_from_azimuth_elevation(style.sun.azimuth_rad, style.sun.elevation_rad);
   const auto w = static_cast<std::size_t>(width);
@@ -439,27 +444,8 @@ CityImage CityRenderer::render(const CityCamera& camera, int width, int height, 
 }
 
 Colour colour_of(city::Material material) {
-  switch (material) {
-    case city::Material::Glass:
-      return rgb(0x9CC3D5);
-    case city::Material::Brick:
-      return rgb(0xBC7A62);
-    case city::Material::Metal:
-      return rgb(0x9BA5AE);
-    case city::Material::Stone:
-      return rgb(0xC8BB98);
-    case city::Material::Wood:
-      return rgb(0xA67C52);
-    case city::Material::Plaster:
-      return rgb(0xEADFC8);
-    case city::Material::Ground:
-      return kBareGround;
-    case city::Material::Concrete:
-      return rgb(0xCFCBC4);
-    case city::Material::Unknown:
-      break;
-  }
-  return rgb(0xDDD9D2);
+  const auto [r, g, b] = city::material_colour(material);
+  return {r, g, b};
 }
 
 }  // namespace canyon::output

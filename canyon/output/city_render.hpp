@@ -48,6 +48,9 @@ class CityRenderer {
   /// What a picture must show: vertices of buildings, of everything where there is none.
   [[nodiscard]] const std::vector<Eigen::Vector3d>& essential_points() const;
 
+  /// z of the ground, on a grid; that of the nearest place surveyed where there is none.
+  [[nodiscard]] double ground_height(double x, double y) const;
+
   struct Style {
     Sun sun;
     bool colour_by_height = true;  ///< else by material
