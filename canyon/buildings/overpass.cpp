@@ -246,6 +246,11 @@ std::vector<Found> places_of(const std::string& body, const OverpassOptions& opt
     };
     Found found;
     found.box = {number("minlon"), number("minlat"), number("maxlon"), number("maxlat")};
+    if (found.box.west == found.box.east || found.box.south == found.box.north) {
+      point = true;
+      continue;
+    }
+    found.box.validate();
     const auto text = [&](const char* key) {
       return element.contains(key) && element[key].is_string() ? element[key].get<std::string>()
                                                                : std::string("?");
@@ -345,7 +350,6 @@ LonLatBox find_place(const std::string& name, const OverpassOptions& options) {
                                  place.name, places.size()),
                      "add the region or country after a comma, or give a box");
   }
-  largest->box.validate();
   if (!kept) keep(file, body);
   return largest->box;
 }

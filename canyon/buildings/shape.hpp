@@ -43,6 +43,7 @@ struct HeightDefaults {
                                         {"church", 15},    {"cathedral", 25},  {"hospital", 15},
                                         {"school", 9},     {"university", 12}, {"train_station", 10},
                                         {"parking", 9}};
+  /// Throws InputError naming the field and its bound.
   void validate() const;
 };
 
@@ -60,20 +61,33 @@ struct Shape {
   HeightSource roof_source = HeightSource::Default;  ///< of roof_height_m
 };
 
-/// A length as OSM writes it, in metres: "12", "12 m", "12.5m", "10,5", "40 ft", "3'6\"", "1 km". Empty
-/// otherwise.
+/// A length as OSM writes it, in metres: "12", "12 m", "12.5m", "10,5", "40 ft", "3'6\"", "1 km"; may be
+/// negative. Empty otherwise, also for "1,500", which some read as fifteen hundred.
 [[nodiscard]] std::optional<double> parse_length_m(std::string_view text);
-/// A direction in degrees ("135", "SW", "nnw") as azimuth [rad]. Empty otherwise.
+/// A direction ("135" in degrees, "SW", "nnw", "south-east") as azimuth [0, 2 pi). Empty otherwise.
 [[nodiscard]] std::optional<double> parse_direction_rad(std::string_view text);
 
-/// Reads a feature's tags. Wrong or absurd values (negative, above 2,000 m, roof higher than the building)
-/// are left out as if absent, with a line in `warnings` that begins with `id`.
+/// Reads a feature's tags (OSM wiki, Simple 3D Buildings). Wrong or absurd values (negative, above 2,000 m,
+/// roof higher than the building) are left out as if absent, with a line in `warnings` that begins with `id`.
+///
+/// height: `height` (or building:height, est_height), the top with the roof; else (building:levels + roof
+/// levels) x level_m, building:levels counting from the ground; else the default of the building's type, or
+/// for what hangs in the air without a height one storey above min_height. min_height: `min_height`, else
+/// building:min_level x storey height (of height and levels where both are tagged); else for building=roof
+/// and carport 0.3 m below the roof's eaves, for building=bridge one storey. roof: unknown shapes are Flat
+/// with a warning, and kin are taken for each other (half-hipped: Hipped; saltbox and crosspitched: Gabled;
+/// conical: Pyramidal; barrel: Round). Its height is roof:height, else roof:levels x storey height, else what
+/// building:levels leave of `height`, else one storey but at most a third of the building. roof:angle is not
+/// read: the footprint is not known here. materials: of the facade building:facade:material, facade:material,
+/// building:material, building:cladding, the first that is known; of the roof roof:material; else Concrete.
+///
+/// The result always has 0 <= min_height_m <= height_m - roof_height_m and min_height_m < height_m.
 [[nodiscard]] Shape shape_from_tags(const std::map<std::string, std::string>& tags,
                                     const HeightDefaults& defaults, const std::string& id,
                                     std::vector<std::string>& warnings);
 
-/// building:material, building:facade:material, roof:material and facade colours' common words to a material;
-/// Unknown for what is not listed.
+/// A value of building:material, building:facade:material or roof:material as a material: the last known word
+/// of its first item ("red_brick", "cement_block", "glass;steel": Glass); Unknown for what is not listed.
 [[nodiscard]] city::Material material_from_tag(std::string_view value);
 
 }  // namespace canyon::buildings
