@@ -6,6 +6,7 @@
 
 #include "canyon/buildings/cityjson_reader.hpp"
 #include "canyon/city/mesh_topology.hpp"
+#include "canyon/geodesy/constants.hpp"
 #include "tests/support/cityjson_house.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -28,7 +29,7 @@ MapSurface surface(const std::vector<Eigen::Vector3d>& outer,
     std::vector<Eigen::Vector3d> result;
     for (const auto& p : ring) {
       const Geodetic g = frame().geodetic_from_local(p);
-      result.emplace_back(g.longitude_rad * 180 / M_PI, g.latitude_rad * 180 / M_PI, g.height_m);
+      result.emplace_back(geodesy::degrees(g.longitude_rad), geodesy::degrees(g.latitude_rad), g.height_m);
     }
     return result;
   };
