@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::buildings {
@@ -165,6 +166,7 @@ void expect_sound(const Built& built, const Polygon2& polygon, const Shape& shap
     const auto& corners = built.mesh.triangles[t];
     const Eigen::Vector3d &a = built.mesh.vertices[corners[0]], &b = built.mesh.vertices[corners[1]],
                           &c = built.mesh.vertices[corners[2]];
+    EXPECT_FALSE(city::is_degenerate(a, b, c));
     const double up = 0.5 * (b - a).cross(c - a).z();
     for (const double z : {a.z(), b.z(), c.z()}) {
       EXPECT_GE(z, bottom_m - 1e-9);
@@ -319,6 +321,16 @@ TEST(Solid, EveryRoofOverRandomFootprintsIsClosed) {
       }
     }
   }
+}
+
+TEST(Solid, CutsGoThroughCornersThatTheyWouldMissByAHair) {
+  // The ridge runs at y = 4.9995, a corner of the gable lies at 5.
+  const Polygon2 polygon{{{0, 0}, {20, 0}, {20, 5}, {20, 9.999}, {0, 9.999}}, {}};
+  const Shape shape = shape_with(RoofShape::Gabled, 8, 3);
+  const Built built = build(polygon, shape);
+  expect_sound(built, polygon, shape, 0, 8);
+  EXPECT_THAT(built.mesh.vertices, SizeIs(5 + 5 + 1));  // the ridge's other end only
+  EXPECT_NEAR(built.check.volume_m3, 20 * 9.999 * 6.5, 1e-3 * 20 * 9.999);
 }
 
 /// Height of the roof above a place.
