@@ -5,10 +5,13 @@
 #include <nlohmann/json.hpp>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
+#include "cli/progress.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -24,18 +27,13 @@ bool is_scenario(const std::filesystem::path& path) {
 }
 
 int run(const Arguments& arguments) {
-  simulation::CityConfig config;
-  if (is_scenario(arguments.input)) {
-    if (!arguments.origin.empty()) {
-      throw InputError("--origin belongs to a mesh file", "a scenario says its own origin under city:");
-    }
-    config = simulation::read_scenario(arguments.input).city;
-  } else {
-    config.mesh = arguments.input;
-    if (!arguments.origin.empty()) config.import.origin = parse_place(arguments.origin, "--origin");
-  }
+  const simulation::CityConfig config = city_config(arguments.input, arguments.origin);
   const auto begin = std::chrono::steady_clock::now();
-  const city::City city = simulation::load_city(config);
+  Progress progress("building the city", arguments.json);
+  const city::City city =
+      simulation::load_city_with_report(config, [&progress](std::size_t done, std::size_t total) {
+        progress.update(done, total);
+      }).city;
   const double load_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const city::CitySummary summary = city::summarize(city);
   const geodesy::Geodetic& origin = city.frame.origin();
@@ -79,19 +77,68 @@ int run(const Arguments& arguments) {
 
 }  // namespace
 
+simulation::CityConfig city_config(const std::string& input, const std::string& origin) {
+  if (is_scenario(input)) {
+    if (!origin.empty()) {
+      throw InputError("--origin belongs to a mesh or map file",
+                       "a scenario says its own origin under city:");
+    }
+    return simulation::read_scenario(input).city;
+  }
+  simulation::CityConfig config;
+  switch (simulation::city_file_kind(input).value_or(simulation::CityFileKind::Mesh)) {
+    case simulation::CityFileKind::Map:
+      config.map.emplace();
+      config.map->files = {input};
+      if (!origin.empty()) config.map->origin = parse_place(origin, "--origin");
+      break;
+    case simulation::CityFileKind::Canyon:
+    case simulation::CityFileKind::Gazebo:
+      if (!origin.empty()) throw InputError("--origin: " + input + " says its own origin", "leave it out");
+      config.file = input;
+      break;
+    case simulation::CityFileKind::Mesh:
+      config.mesh = input;
+      if (!origin.empty()) config.import.origin = parse_place(origin, "--origin");
+      break;
+  }
+  return config;
+}
+
+std::array<double, 4> parse_bbox(const std::string& text, const std::string& option) {
+  std::array<double, 4> box{};
+  const std::vector<std::string_view> pieces = split(text, ',');
+  bool good = pieces.size() == box.size();
+  for (std::size_t i = 0; good && i < box.size(); ++i) {
+    const std::optional<double> value = parse_double(pieces[i]);
+    good = value.has_value();
+    box[i] = value.value_or(0);
+  }
+  if (!good) {
+    throw InputError(fmt::format("{} '{}' is not a box", option, text),
+                     "give WEST,SOUTH,EAST,NORTH in degrees, e.g. 114.16,22.29,114.18,22.31");
+  }
+  return box;
+}
+
 void add_city(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("city", "look into city models");
+  CLI::App* command = app.add_subcommand("city", "build, convert and look into city models");
   command->require_subcommand(1);
   auto arguments = std::make_shared<Arguments>();
   CLI::App* info = command->add_subcommand("info", "size, buildings, georeference and defects of a city");
-  info->add_option("input", arguments->input,
-                   "mesh file (.dae .obj .stl .gltf .glb .ply), or a scenario: its city")
+  info->add_option(
+          "input", arguments->input,
+          "city: .canyon, map (.osm .osm.gz .osm.bz2 .osm.pbf, CityJSON .json), mesh (.dae .obj .stl "
+          ".gltf .glb .ply), Gazebo world or model (.world .sdf, folder), or a scenario: its city")
       ->type_name("FILE")
       ->required();
-  info->add_option("--origin", arguments->origin, "where a mesh file's zero lies (degrees, metres)")
+  info->add_option("--origin", arguments->origin,
+                   "where a mesh's zero lies, or a map's shall (degrees, metres)")
       ->type_name("LAT,LON,HEIGHT");
   info->add_flag("--json", arguments->json, "print JSON");
   info->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+  add_city_build(*command, action);
+  add_city_view(*command, action);
 }
 
 }  // namespace canyon::cli

@@ -1,18 +1,113 @@
 #include "canyon/simulation/load_city.hpp"
 
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/buildings/cityjson_reader.hpp"
+#include "canyon/buildings/osm_reader.hpp"
+#include "canyon/city/city_file.hpp"
+#include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
 
 namespace canyon::simulation {
+namespace {
+
+bool is_cityjson(const std::filesystem::path& path) {
+  const std::string ending = path.extension().string();
+  return ending == ".json" || ending == ".JSON";
+}
+
+bool touches(const buildings::MapFeature& feature, const buildings::LonLatBox& box) {
+  buildings::LonLat low = buildings::LonLat::Constant(1e9), high = -low;
+  for (const buildings::MapSurface& surface : feature.surfaces) {
+    for (const Eigen::Vector3d& corner : surface.outer) {
+      low = low.cwiseMin(corner.head<2>());
+      high = high.cwiseMax(corner.head<2>());
+    }
+  }
+  return low.x() <= box.east && high.x() >= box.west && low.y() <= box.north && high.y() >= box.south;
+}
+
+buildings::MapData read_maps(const MapCityConfig& config) {
+  std::optional<buildings::LonLatBox> box;
+  if (config.bbox_deg) {
+    const auto& [west, south, east, north] = *config.bbox_deg;
+    box = buildings::LonLatBox{west, south, east, north};
+    box->validate();
+  }
+  std::vector<std::filesystem::path> osm;
+  for (const auto& path : config.files) {
+    if (!is_cityjson(path)) osm.push_back(path);
+  }
+  buildings::MapData map;
+  if (!osm.empty()) {
+    buildings::OsmReadOptions options;
+    options.box = box;
+    options.foliage = config.foliage;
+    map = buildings::read_osm(osm, options);
+  }
+  for (const auto& path : config.files) {
+    if (!is_cityjson(path)) continue;
+    buildings::MapData next = buildings::read_cityjson(path);
+    map.source += (map.source.empty() ? "" : ", ") + next.source;
+    map.min = map.min.cwiseMin(next.min);
+    map.max = map.max.cwiseMax(next.max);
+    map.warnings.insert(map.warnings.end(), next.warnings.begin(), next.warnings.end());
+    for (buildings::MapFeature& feature : next.features) {
+      if (!box || touches(feature, *box)) map.features.push_back(std::move(feature));
+    }
+  }
+  if (map.features.empty()) {
+    throw InputError(map.source + ": no building" + (box ? " in the box" : ""),
+                     box ? "give a box west,south,east,north that holds some" : "give a map with buildings");
+  }
+  return map;
+}
+
+buildings::BuiltCity build(const MapCityConfig& config,
+                           const std::function<void(std::size_t, std::size_t)>& progress) {
+  // The rasters first: a wrong one is found before minutes of reading.
+  std::optional<buildings::Terrain> terrain;
+  if (!config.terrain.empty()) {
+    buildings::TerrainOptions options;
+    options.geoid_undulation_m = config.geoid_undulation_m;
+    terrain.emplace(config.terrain, options);
+  }
+  buildings::BuildOptions options;
+  options.origin = config.origin;
+  options.grid = config.utm ? buildings::Grid::Utm : buildings::Grid::Enu;
+  options.foliage = config.foliage;
+  options.heights.level_m = config.level_height_m.value_or(options.heights.level_m);
+  options.heights.building_m = config.default_height_m.value_or(options.heights.building_m);
+  for (const auto& [type, height] : config.heights_m) options.heights.by_type[type] = height;
+  options.validate();
+  return buildings::build_city(read_maps(config), terrain ? &*terrain : nullptr, options, progress);
+}
+
+}  // namespace
+
+buildings::BuiltCity load_city_with_report(const CityConfig& config,
+                                           const std::function<void(std::size_t, std::size_t)>& progress) {
+  if (config.map) return build(*config.map, progress);
+  buildings::BuiltCity loaded;
+  if (config.file) {
+    loaded.city = city_file_kind(*config.file) == CityFileKind::Gazebo ? city::read_gazebo_world(*config.file)
+                                                                       : city::read_city_file(*config.file);
+  } else if (config.mesh) {
+    loaded.city = city::read_mesh_city(*config.mesh, config.import);
+  } else if (config.synthetic) {
+    loaded.city = city::synthetic_city(*config.synthetic);
+  } else {
+    loaded.city.name = "open field";
+    config.import.validate();
+    loaded.city.frame = geodesy::LocalFrame(config.import.origin);
+  }
+  return loaded;
+}
 
 city::City load_city(const CityConfig& config) {
-  if (config.mesh) return city::read_mesh_city(*config.mesh, config.import);
-  if (config.synthetic) return city::synthetic_city(*config.synthetic);
-  city::City field;
-  field.name = "open field";
-  config.import.validate();
-  field.frame = geodesy::LocalFrame(config.import.origin);
-  return field;
+  return load_city_with_report(config).city;
 }
 
 }  // namespace canyon::simulation

@@ -105,11 +105,89 @@ city::SyntheticCityOptions read_synthetic(YamlSection& section, const std::optio
   return options;
 }
 
+void read_mesh_keys(YamlSection& section, city::MeshImportOptions& import) {
+  if (auto offset = section.section("offset")) {
+    set(import.offset_m.x(), offset->number("east_m", kLocal_m));
+    set(import.offset_m.y(), offset->number("north_m", kLocal_m));
+    set(import.offset_m.z(), offset->number("up_m", kLocal_m));
+    offset->finish();
+  }
+  set_deg(import.heading_rad, section.number("heading_deg", {-360, 360}));
+  set(import.scale, section.number("scale", {0, 1e6, true}));
+  if (const auto axis = section.choice("up_axis", {"Y", "Z"})) import.up_axis = axis->front();
+  if (auto names = section.texts("terrain_names")) import.terrain_names = *std::move(names);
+}
+
+void read_map_keys(YamlSection& section, MapCityConfig& map) {
+  if (auto rasters = section.existing_files("terrain")) map.terrain = *std::move(rasters);
+  if (section.has("geoid_undulation_m") && map.terrain.empty()) {
+    throw section.error("geoid_undulation_m", "there is no terrain to add it to", "give terrain as well");
+  }
+  map.geoid_undulation_m = section.number("geoid_undulation_m", {-150, 150});
+  if (const auto box = section.numbers("bbox", {-180, 180})) {
+    if (box->size() != 4 || !((*box)[0] < (*box)[2]) || !((*box)[1] < (*box)[3]) || (*box)[1] < -90 ||
+        (*box)[3] > 90) {
+      throw section.error(
+          "bbox", "is not a box",
+          "give [west, south, east, north] in degrees, west below east and south below north");
+    }
+    map.bbox_deg = {(*box)[0], (*box)[1], (*box)[2], (*box)[3]};
+  }
+  map.level_height_m = section.number("level_height_m", {0, 20, true});
+  map.default_height_m = section.number("default_height_m", {0.1, 1000});
+  if (const auto heights = section.texts("heights")) {
+    for (const std::string& text : *heights) {
+      const std::size_t equals = text.find('=');
+      const auto value = equals == std::string::npos
+                             ? std::nullopt
+                             : parse_double(std::string_view(text).substr(equals + 1));
+      if (equals == 0 || !value || !(*value >= 0.1 && *value <= 1000)) {
+        throw section.error("heights", fmt::format("'{}' is not TYPE=METRES", text),
+                            "write heights: [house=7, office=20]; 0.1 to 1000 m");
+      }
+      map.heights_m[text.substr(0, equals)] = *value;
+    }
+  }
+  set(map.foliage, section.boolean("foliage"));
+}
+
 CityConfig read_city(YamlSection& section) {
   CityConfig config;
   std::optional<Geodetic> origin;
+  const auto kind = only_one(section, {"mesh", "file", "osm", "synthetic", "open"});
+  if (kind == "mesh" || kind == "file") {
+    const std::filesystem::path path = *section.existing_file(*kind);
+    const auto file_kind = city_file_kind(path);
+    if (file_kind == CityFileKind::Map) {
+      config.map.emplace();
+      config.map->files = {path};
+    } else if (file_kind == CityFileKind::Canyon || file_kind == CityFileKind::Gazebo) {
+      config.file = path;
+    } else if (file_kind == CityFileKind::Mesh || kind == "mesh") {
+      config.mesh = path;
+    } else {
+      throw section.error(*kind, fmt::format("'{}' has no ending of a city", path.string()),
+                          city_file_endings());
+    }
+  } else if (kind == "osm") {
+    config.map.emplace();
+    config.map->files = *section.existing_files("osm");
+  }
+  if (config.file) {
+    if (section.has("origin")) {
+      throw section.error("origin", "the file says its own origin", "remove it");
+    }
+    section.finish();
+    return config;
+  }
   if (auto s = section.section("origin")) origin = read_origin(*s);
-  const auto kind = only_one(section, {"mesh", "synthetic", "open"});
+  if (config.map) {
+    config.map->origin = origin;
+    if (origin) config.import.origin = *origin;
+    read_map_keys(section, *config.map);
+    section.finish();
+    return config;
+  }
   if (kind == "synthetic") {
     auto synthetic = section.section("synthetic");
     config.synthetic = read_synthetic(*synthetic, origin);
@@ -117,23 +195,14 @@ CityConfig read_city(YamlSection& section) {
     section.finish();
     return config;
   }
-  if (kind == "mesh") {
-    config.mesh = section.existing_file("mesh");
-    if (auto offset = section.section("offset")) {
-      set(config.import.offset_m.x(), offset->number("east_m", kLocal_m));
-      set(config.import.offset_m.y(), offset->number("north_m", kLocal_m));
-      set(config.import.offset_m.z(), offset->number("up_m", kLocal_m));
-      offset->finish();
-    }
-    set_deg(config.import.heading_rad, section.number("heading_deg", {-360, 360}));
-    set(config.import.scale, section.number("scale", {0, 1e6, true}));
-    if (const auto axis = section.choice("up_axis", {"Y", "Z"})) config.import.up_axis = axis->front();
-    if (auto names = section.texts("terrain_names")) config.import.terrain_names = *std::move(names);
+  if (config.mesh) {
+    read_mesh_keys(section, config.import);
   } else if (kind == "open") {
     config.open = *section.boolean("open");
   }
   if (!kind || (kind == "open" && !config.open)) {
-    throw section.section_error("city has no content", "give one of mesh, synthetic: {} or open: true");
+    throw section.section_error("city has no content",
+                                "give one of osm, file, mesh, synthetic: {} or open: true");
   }
   section.finish();
   if (!origin) {
@@ -233,7 +302,9 @@ std::optional<GpsTime> read_start(YamlSection& root) {
   }
 }
 
-Geodetic read_place(YamlSection& section, const geodesy::LocalFrame& frame, bool height_needed) {
+// A place as the next waypoint. `frame` is the city's, or nothing where only its file knows.
+void read_place(YamlSection& section, const std::optional<geodesy::LocalFrame>& frame, bool height_needed,
+                TrajectoryConfig& config) {
   const bool local = section.has("east_m") || section.has("north_m") || section.has("up_m");
   const auto height = [&](std::string_view key, const Range& range) {
     const auto value = section.number(key, range);
@@ -247,17 +318,23 @@ Geodetic read_place(YamlSection& section, const geodesy::LocalFrame& frame, bool
   if (local) {
     const double east = required(section, "east_m", kLocal_m);
     const double north = required(section, "north_m", kLocal_m);
-    place = frame.geodetic_from_local({east, north, height("up_m", kLocal_m)});
+    const Eigen::Vector3d enu(east, north, height("up_m", kLocal_m));
+    if (frame) {
+      place = frame->geodetic_from_local(enu);
+    } else {
+      config.local_waypoints.emplace_back(config.waypoints.size(), enu);
+    }
   } else {
     const double latitude = required(section, "latitude_deg", kLatitude_deg);
     const double longitude = required(section, "longitude_deg", kLongitude_deg);
     place = Geodetic::from_degrees(latitude, longitude, height("height_m", kHeight_m));
   }
   section.finish();
-  return place;
+  config.waypoints.push_back(place);
 }
 
-TrajectoryConfig read_trajectory_section(YamlSection& section, const geodesy::LocalFrame& frame) {
+TrajectoryConfig read_trajectory_section(YamlSection& section,
+                                         const std::optional<geodesy::LocalFrame>& frame) {
   TrajectoryConfig config;
   config.height_above_terrain_m = section.number("height_above_terrain_m", {-100, 10e3});
   const bool height_needed = !config.height_above_terrain_m;
@@ -270,13 +347,13 @@ TrajectoryConfig read_trajectory_section(YamlSection& section, const geodesy::Lo
   } else if (kind == "waypoints") {
     auto waypoints = section.sections("waypoints");
     for (YamlSection& waypoint : *waypoints) {
-      config.waypoints.push_back(read_place(waypoint, frame, height_needed));
+      read_place(waypoint, frame, height_needed, config);
     }
     set(config.speed_mps, section.number("speed_mps", {0, 1e4, true}));
     set(config.hold_s, section.number("hold_s", {0, 1e6}));
   } else {
     auto position = section.section("position");
-    config.waypoints.push_back(read_place(*position, frame, height_needed));
+    read_place(*position, frame, height_needed, config);
   }
   section.finish();
   return config;
@@ -420,7 +497,34 @@ YamlSection required_section(YamlSection& root, const char* key, const char* cur
   return *std::move(section);
 }
 
+bool ends_with(const std::string& text, std::string_view end) {
+  return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
 }  // namespace
+
+std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path) {
+  std::string name = path.filename().string();
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  const auto any = [&name](std::initializer_list<const char*> endings) {
+    return std::any_of(endings.begin(), endings.end(),
+                       [&name](const char* ending) { return ends_with(name, ending); });
+  };
+  if (any({".osm", ".osm.gz", ".osm.bz2", ".pbf", ".json"})) return CityFileKind::Map;
+  if (any({".canyon"})) return CityFileKind::Canyon;
+  if (any({".dae", ".obj", ".stl", ".gltf", ".glb", ".ply"})) return CityFileKind::Mesh;
+  std::error_code ignored;
+  if (any({".world", ".sdf"}) || std::filesystem::exists(path / "model.sdf", ignored)) {
+    return CityFileKind::Gazebo;
+  }
+  return std::nullopt;
+}
+
+const char* city_file_endings() {
+  return "known are .osm, .osm.gz, .osm.bz2, .osm.pbf, .json (CityJSON), .canyon, .world, .sdf, .dae, .obj, "
+         ".stl, .gltf, .glb, .ply";
+}
 
 Scenario parse_scenario(const std::string& text, const std::filesystem::path& name) {
   std::vector<std::string> known;
@@ -429,8 +533,8 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& na
 
   Scenario scenario;
   scenario.file = name;
-  YamlSection city =
-      required_section(root, "city", "add city: {mesh: ..., origin: ...}, or city: {synthetic: {}}");
+  YamlSection city = required_section(
+      root, "city", "add city: {osm: ...}, city: {mesh: ..., origin: ...}, or city: {synthetic: {}}");
   scenario.city = read_city(city);
   if (auto sky = root.section("sky")) {
     scenario.sky = read_sky(*sky);
@@ -442,7 +546,9 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& na
   scenario.rate_hz = root.number("rate_hz", {0, 1000, true});
   YamlSection trajectory =
       required_section(root, "trajectory", "add trajectory: {file: ...}, waypoints or position");
-  scenario.trajectory = read_trajectory_section(trajectory, geodesy::LocalFrame(scenario.city.import.origin));
+  std::optional<geodesy::LocalFrame> frame;
+  if (scenario.city.origin_known()) frame.emplace(scenario.city.import.origin);
+  scenario.trajectory = read_trajectory_section(trajectory, frame);
   scenario.receivers = read_receivers(root);
   if (const auto seed = root.integer("seed", 0, std::numeric_limits<std::int64_t>::max())) {
     scenario.seed = static_cast<std::uint64_t>(*seed);

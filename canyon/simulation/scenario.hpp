@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -15,12 +17,44 @@
 
 namespace canyon::simulation {
 
-/// `city:` of a scenario. Exactly one of mesh, synthetic, open is set.
+/// What a city file is, by its name.
+enum class CityFileKind : std::uint8_t {
+  Mesh,    ///< .dae .obj .stl .gltf .glb .ply: needs an origin
+  Canyon,  ///< .canyon
+  Gazebo,  ///< .world .sdf, or a model's folder
+  Map,     ///< .osm, .osm.gz, .osm.bz2, .osm.pbf; CityJSON: .json (.city.json), .jsonl is refused
+};
+/// Empty for a name that ends in none of these.
+[[nodiscard]] std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path);
+/// For messages: the endings of city_file_kind().
+[[nodiscard]] const char* city_file_endings();
+
+/// Map files and what to make of them; the numbers are checked and explained by buildings::BuildOptions,
+/// HeightDefaults and TerrainOptions.
+struct MapCityConfig {
+  std::vector<std::filesystem::path> files;  ///< OpenStreetMap and CityJSON
+  std::vector<std::filesystem::path> terrain;
+  std::optional<double> geoid_undulation_m;
+  std::optional<std::array<double, 4>> bbox_deg;  ///< west, south, east, north
+  std::optional<geodesy::Geodetic> origin;        ///< empty: the middle of the features
+  std::optional<double> level_height_m;
+  std::optional<double> default_height_m;
+  std::map<std::string, double> heights_m;  ///< default by value of `building`
+  bool foliage = false;
+  bool utm = false;  ///< UTM grid offsets instead of ENU: for files of other tools, not for simulation
+};
+
+/// `city:` of a scenario. Exactly one of mesh, file, map, synthetic, open is set.
 struct CityConfig {
   std::optional<std::filesystem::path> mesh;
-  city::MeshImportOptions import;  ///< with mesh
+  city::MeshImportOptions import;             ///< with mesh
+  std::optional<std::filesystem::path> file;  ///< Canyon's city file or a Gazebo world: has its own origin
+  std::optional<MapCityConfig> map;
   std::optional<city::SyntheticCityOptions> synthetic;
   bool open = false;  ///< no buildings: open sky about `import.origin`
+
+  /// The origin where it is known before anything is read; then it is `import.origin`.
+  [[nodiscard]] bool origin_known() const { return !file && (!map || map->origin); }
 };
 
 /// `sky:` of a scenario. Exactly one source: navigation, sp3, frozen, or (default) nominal.
@@ -38,6 +72,9 @@ struct TrajectoryConfig {
   std::optional<std::filesystem::path> file;
   std::string format = "csv";                ///< csv, urbannav, nmea
   std::vector<geodesy::Geodetic> waypoints;  ///< instead of a file
+  /// Waypoints by east, north, up [m] of a city whose origin is not known before its file is read, with their
+  /// numbers in `waypoints`, where they stand as {}: Simulation puts them in place.
+  std::vector<std::pair<std::size_t, Eigen::Vector3d>> local_waypoints;
   double speed_mps = 10;
   double hold_s = 0;
   std::optional<double> height_above_terrain_m;  ///< clamps; empty: heights as given

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "canyon/buildings/shape.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/trajectory.hpp"
@@ -82,8 +83,30 @@ std::vector<ScenarioKey> make_keys() {
   const receiver::ReceiverOptions receiver;
   const OutputConfig outputs;
 
-  add("city.mesh", "", "", "mesh file: DAE, OBJ, STL, glTF, PLY (one of mesh, synthetic, open)");
-  add("city.origin.latitude_deg", "deg", "", "where the mesh's zero lies: geodetic latitude (WGS 84)");
+  const MapCityConfig map;
+  const buildings::HeightDefaults heights;
+
+  add("city.osm", "", "",
+      "map files, one or a list: .osm, .osm.gz, .osm.bz2, .osm.pbf, CityJSON .json (one of osm, file, mesh, "
+      "synthetic, open)");
+  add("city.file", "", "",
+      "a city by its name's ending: .canyon and Gazebo's .world or .sdf (with an origin of their own), a map "
+      "as "
+      "under osm, or a mesh");
+  add("city.mesh", "", "", "mesh file: DAE, OBJ, STL, glTF, PLY");
+  add("city.terrain", "", "",
+      "height rasters under a map, one or a list: GeoTIFF, SRTM HGT, anything GDAL reads");
+  add("city.geoid_undulation_m", "m", "by the raster's vertical datum",
+      "added to the terrain's heights to make them ellipsoidal");
+  add("city.bbox", "deg", "the whole map", "[west, south, east, north]: only what touches this box of a map");
+  add("city.level_height_m", "m", show(heights.level_m),
+      "storey height of a map's buildings with levels and no height");
+  add("city.default_height_m", "m", show(heights.building_m),
+      "height where a map says neither height, levels nor a known type");
+  add("city.heights", "m", "docs/city.md", "heights by building type: [house=7, office=20]");
+  add("city.foliage", "", show(map.foliage), "trees, tree rows and woods of a map as well");
+  add("city.origin.latitude_deg", "deg", "",
+      "where the mesh's zero lies, or a map's shall (left out: its middle): geodetic latitude (WGS 84)");
   add("city.origin.longitude_deg", "deg", "", "longitude, east positive");
   add("city.origin.height_m", "m", show(city.import.origin.height_m), "ellipsoidal height");
   add("city.offset.east_m", "m", show(city.import.offset_m.x()), "moves the mesh in its ENU frame");

@@ -371,6 +371,10 @@ std::vector<std::string> scenarios_with_every_key() {
           propagation + ", noise: " + noise + "}]\n",
       "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\nsky: {sp3: f}\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
+      "city: {osm: [f, f], terrain: f, geoid_undulation_m: 2, bbox: [1, 2, 3, 4], level_height_m: 3, "
+      "default_height_m: 9, heights: [house=7], foliage: true}\n"
+      "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
+      "city: {file: c.canyon}\ntrajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {synthetic: {}}\nsky: {frozen: {satNum: 1, satAzimuth: 1, satElevation: 1}}\n"
       "trajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n"};
 }
@@ -378,6 +382,7 @@ std::vector<std::string> scenarios_with_every_key() {
 TEST(ScenarioKeys, TheReaderAcceptsEveryKeyOfTheTableAndNoOther) {
   const TemporaryFolder folder;
   (void)folder.write("f", "");
+  (void)folder.write("c.canyon", "");
   std::set<std::string> used;
   for (const std::string& text : scenarios_with_every_key()) {
     EXPECT_NO_THROW((void)parse_scenario(text, folder / "s.yaml")) << text;

@@ -316,6 +316,10 @@ std::vector<std::string> Simulation::Impl::placement_warnings(
 }
 
 Simulation::Simulation(Scenario scenario, city::City city) {
+  for (const auto& [index, enu] : scenario.trajectory.local_waypoints) {
+    scenario.trajectory.waypoints.at(index) = city.frame.geodetic_from_local(enu);
+  }
+  scenario.trajectory.local_waypoints.clear();
   Plan plan = make_plan(scenario);
   check_city(scenario, city);
   impl_ = std::make_unique<Impl>(std::move(scenario), std::move(city), std::move(plan));

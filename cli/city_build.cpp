@@ -1,0 +1,329 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/buildings/city_builder.hpp"
+#include "canyon/buildings/footprints_geojson.hpp"
+#include "canyon/buildings/overpass.hpp"
+#include "canyon/city/city_file.hpp"
+#include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/mesh_export.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "cli/city_commands.hpp"
+#include "cli/progress.hpp"
+
+namespace canyon::cli {
+namespace {
+
+using simulation::CityFileKind;
+
+struct Arguments {
+  std::vector<std::string> inputs;
+  std::vector<std::string> outputs;
+  std::string bbox;
+  std::string origin;
+  std::vector<std::string> terrain;
+  std::optional<double> geoid_undulation_m;
+  std::optional<double> level_height_m;
+  std::optional<double> default_height_m;
+  std::vector<std::string> heights;
+  bool foliage = false;
+  bool utm = false;
+  std::string overpass;
+  std::string place;
+  std::string cache;
+  std::string name;
+  bool quiet = false;
+  bool json = false;
+};
+
+enum class Format { Canyon, Mesh, GeoJson, World, Model };
+
+struct Output {
+  std::filesystem::path path;
+  Format format = Format::Canyon;
+};
+
+// Before anything is read: minutes of work should not end at a slip in a name.
+Output parse_output(const std::string& text, bool from_map) {
+  Output out;
+  const bool folder = !text.empty() && text.back() == '/';
+  out.path = folder ? std::filesystem::path(text.substr(0, text.find_last_not_of('/') + 1))
+                    : std::filesystem::path(text);
+  const std::string ending = out.path.extension().string();
+  if (folder || ending.empty()) {
+    out.format = Format::Model;
+  } else if (ending == ".canyon") {
+    out.format = Format::Canyon;
+  } else if (ending == ".glb" || ending == ".obj" || ending == ".dae") {
+    out.format = Format::Mesh;
+  } else if (ending == ".geojson") {
+    out.format = Format::GeoJson;
+    if (!from_map) {
+      throw InputError(fmt::format("-o {}: footprints come from a map only", text),
+                       "give OpenStreetMap or CityJSON input, or another format");
+    }
+  } else if (ending == ".world" || ending == ".sdf") {
+    out.format = Format::World;
+  } else {
+    throw InputError(fmt::format("-o {}: no format ends in {}", text, ending),
+                     "use .canyon, .glb, .obj, .dae, .geojson, .world, .sdf, or a folder for a Gazebo model");
+  }
+  if (out.path.filename().empty()) throw InputError(fmt::format("-o '{}' names no file or folder", text));
+  const std::filesystem::path parent = out.path.parent_path();
+  std::error_code ignored;
+  if (!parent.empty() && !std::filesystem::is_directory(parent, ignored)) {
+    throw InputError(fmt::format("-o {}: there is no folder {}", text, parent.string()), "make it first");
+  }
+  return out;
+}
+
+std::map<std::string, double> parse_heights(const std::vector<std::string>& texts) {
+  std::map<std::string, double> heights;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    const auto value =
+        equals == std::string::npos ? std::nullopt : parse_double(std::string_view(text).substr(equals + 1));
+    if (equals == 0 || !value) {
+      throw InputError(fmt::format("--height '{}' is not TYPE=METRES", text), "e.g. --height house=7");
+    }
+    heights[text.substr(0, equals)] = *value;
+  }
+  return heights;
+}
+
+std::vector<std::filesystem::path> download(const Arguments& arguments, simulation::MapCityConfig& map) {
+  buildings::OverpassOptions options;
+  if (!arguments.overpass.empty()) options.url = arguments.overpass;
+  options.cache = arguments.cache;
+  options.foliage = arguments.foliage;
+  options.validate();
+  buildings::LonLatBox box;
+  if (map.bbox_deg) {
+    const auto& [west, south, east, north] = *map.bbox_deg;
+    box = {west, south, east, north};
+  } else {
+    box = buildings::find_place(arguments.place, options);
+    map.bbox_deg = {box.west, box.south, box.east, box.north};
+  }
+  box.validate();
+  Progress progress("downloading", arguments.quiet);
+  return buildings::download_osm(
+      box, options, [&progress](std::size_t done, std::size_t total) { progress.update(done, total); });
+}
+
+bool is_map(const std::string& input) {
+  return simulation::city_file_kind(input) == CityFileKind::Map;
+}
+
+simulation::CityConfig make_config(const Arguments& arguments) {
+  const bool online = !arguments.overpass.empty() || !arguments.place.empty();
+  if (arguments.inputs.empty() && !online) {
+    throw InputError("nothing to build from",
+                     "give map or city files, or --place NAME, or --overpass URL with --bbox");
+  }
+  if (!arguments.inputs.empty() && online) {
+    throw InputError("input files stand beside --overpass or --place",
+                     "build from files or download, one at a time");
+  }
+  if (!arguments.place.empty() && !arguments.bbox.empty()) {
+    throw InputError("--place stands beside --bbox", "give one of them");
+  }
+  if (online && arguments.place.empty() && arguments.bbox.empty()) {
+    throw InputError("--overpass without --place or --bbox", "say what to download");
+  }
+  if (!arguments.inputs.empty() && !is_map(arguments.inputs.front())) {
+    const std::string& input = arguments.inputs.front();
+    if (arguments.inputs.size() > 1) {
+      throw InputError(fmt::format("{} is no map, and stands beside other input", input),
+                       "several inputs are for maps; convert other cities one by one");
+    }
+    for (const auto& [given, option] : std::initializer_list<std::pair<bool, const char*>>{
+             {!arguments.bbox.empty(), "--bbox"},
+             {!arguments.terrain.empty(), "--terrain"},
+             {arguments.level_height_m.has_value(), "--level-height"},
+             {arguments.default_height_m.has_value(), "--default-height"},
+             {!arguments.heights.empty(), "--height"},
+             {arguments.foliage, "--foliage"},
+             {arguments.utm, "--utm"}}) {
+      if (given) {
+        throw InputError(fmt::format("{} has no effect on {}, which is no map", option, input),
+                         "leave it out");
+      }
+    }
+    return city_config(input, arguments.origin);
+  }
+  simulation::CityConfig config;
+  simulation::MapCityConfig& map = config.map.emplace();
+  for (const std::string& input : arguments.inputs) {
+    if (!is_map(input)) {
+      throw InputError(fmt::format("{} is no map, and stands beside maps", input),
+                       simulation::city_file_endings());
+    }
+    map.files.emplace_back(input);
+  }
+  map.terrain.assign(arguments.terrain.begin(), arguments.terrain.end());
+  map.geoid_undulation_m = arguments.geoid_undulation_m;
+  if (map.geoid_undulation_m && map.terrain.empty()) {
+    throw InputError("--geoid-undulation without --terrain", "it is added to the terrain's heights");
+  }
+  if (!arguments.bbox.empty()) map.bbox_deg = parse_bbox(arguments.bbox, "--bbox");
+  if (!arguments.origin.empty()) map.origin = parse_place(arguments.origin, "--origin");
+  map.level_height_m = arguments.level_height_m;
+  map.default_height_m = arguments.default_height_m;
+  map.heights_m = parse_heights(arguments.heights);
+  map.foliage = arguments.foliage;
+  map.utm = arguments.utm;
+  if (online) map.files = download(arguments, map);
+  return config;
+}
+
+// A name that SDF and file names can hold, of a path's stem.
+std::string model_name(const std::filesystem::path& path) {
+  std::string name = path.stem().string();
+  std::replace_if(
+      name.begin(), name.end(),
+      [](char c) {
+        return !((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+                 c == '_');
+      },
+      '_');
+  return name;
+}
+
+void write(const Output& out, const buildings::BuiltCity& loaded, const Arguments& arguments) {
+  city::GazeboOptions gazebo;
+  gazebo.name = arguments.name.empty() ? model_name(out.path) : arguments.name;
+  switch (out.format) {
+    case Format::Canyon:
+      city::write_city_file(out.path, loaded.city);
+      break;
+    case Format::Mesh:
+      city::write_mesh(out.path, loaded.city);
+      break;
+    case Format::GeoJson:
+      buildings::write_footprints_geojson(out.path, loaded);
+      break;
+    case Format::World:
+      city::write_gazebo_world(out.path, loaded.city, gazebo);
+      break;
+    case Format::Model:
+      city::write_gazebo_model(out.path, loaded.city, gazebo);
+      break;
+  }
+}
+
+nlohmann::json to_json(const buildings::BuildReport& r) {
+  return {{"buildings", r.buildings},
+          {"parts", r.parts},
+          {"trees", r.trees},
+          {"woods", r.woods},
+          {"outlines_replaced", r.outlines_replaced},
+          {"outlines_cut", r.outlines_cut},
+          {"parts_alone", r.parts_alone},
+          {"parts_beyond", r.parts_beyond},
+          {"surveyed", r.surveyed},
+          {"heights_tagged", r.heights_tagged},
+          {"heights_from_levels", r.heights_from_levels},
+          {"heights_default", r.heights_default},
+          {"heights_inherited", r.heights_inherited},
+          {"roofs_default", r.roofs_default},
+          {"materials_default", r.materials_default},
+          {"repaired", r.repaired},
+          {"skipped", r.skipped},
+          {"warnings", r.warnings}};
+}
+
+int run(const Arguments& arguments) {
+  const bool from_map = arguments.inputs.empty() || is_map(arguments.inputs.front());
+  std::vector<Output> outputs;
+  for (const std::string& text : arguments.outputs) outputs.push_back(parse_output(text, from_map));
+
+  const auto begin = std::chrono::steady_clock::now();
+  const simulation::CityConfig config = make_config(arguments);
+  buildings::BuiltCity loaded;
+  {
+    Progress progress("building", arguments.quiet);
+    loaded = simulation::load_city_with_report(
+        config, [&progress](std::size_t done, std::size_t total) { progress.update(done, total); });
+  }
+  if (!arguments.name.empty()) loaded.city.name = arguments.name;
+  const double build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  for (const Output& out : outputs) write(out, loaded, arguments);
+  const double all_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+
+  const city::CitySummary summary = city::summarize(loaded.city);
+  if (arguments.json) {
+    nlohmann::json out{{"name", loaded.city.name},
+                       {"triangles", summary.triangles},
+                       {"highest_roof_m", summary.highest_roof_m},
+                       {"build_s", build_s},
+                       {"write_s", all_s - build_s},
+                       {"outputs", arguments.outputs}};
+    if (from_map) out["report"] = to_json(loaded.report);
+    fmt::print("{}\n", out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    return kOk;
+  }
+  if (arguments.quiet) return kOk;
+  if (from_map) {
+    print_warnings(loaded.report.warnings);
+    fmt::print("{}", buildings::format_report(loaded.report));
+  }
+  fmt::print("mesh        {} triangles, highest roof {:.1f} m\n", summary.triangles, summary.highest_roof_m);
+  fmt::print("built in {:.2f} s, written in {:.2f} s:", build_s, all_s - build_s);
+  for (const Output& out : outputs) fmt::print(" {}", out.path.string());
+  fmt::print("\n");
+  return kOk;
+}
+
+}  // namespace
+
+void add_city_build(CLI::App& city, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* build = city.add_subcommand("build", "make a city of maps, or convert one");
+  build
+      ->add_option(
+          "input", arguments->inputs,
+          "maps (.osm .osm.gz .osm.bz2 .osm.pbf, CityJSON .json), or one city (.canyon, mesh, Gazebo "
+          "world or model)")
+      ->type_name("INPUT");
+  build
+      ->add_option("-o,--out", arguments->outputs,
+                   "what to write, by its name: .canyon .glb .obj .dae .geojson .world .sdf, or a folder "
+                   "(ends in / or has no ending): a Gazebo model; may be repeated")
+      ->type_name("OUT")
+      ->required()
+      ->allow_extra_args(false);
+  build->add_option("--bbox", arguments->bbox, "only what touches this box (degrees)")->type_name("W,S,E,N");
+  build->add_option("--origin", arguments->origin, "where the city's zero lies (the middle of the map)")
+      ->type_name("LAT,LON,HEIGHT");
+  build->add_option("--terrain", arguments->terrain, "height rasters (GeoTIFF, SRTM HGT, ...)")
+      ->type_name("FILE");
+  build
+      ->add_option("--geoid-undulation", arguments->geoid_undulation_m,
+                   "added to the terrain's heights (by the raster's vertical datum)")
+      ->type_name("M");
+  build->add_option("--level-height", arguments->level_height_m, "of a storey (3)")->type_name("M");
+  build->add_option("--default-height", arguments->default_height_m, "where the map says nothing (9)")
+      ->type_name("M");
+  build->add_option("--height", arguments->heights, "default of a building type, e.g. house=7")
+      ->type_name("TYPE=M")
+      ->allow_extra_args(false);
+  build->add_flag("--foliage", arguments->foliage, "trees, tree rows and woods as well");
+  build->add_flag("--utm", arguments->utm, "UTM grid offsets from the origin instead of east-north-up");
+  build->add_option("--overpass", arguments->overpass, "download from this Overpass endpoint")
+      ->type_name("URL");
+  build->add_option("--place", arguments->place, "download a place by its name")->type_name("NAME");
+  build->add_option("--cache", arguments->cache, "folder for downloads (~/.cache/canyon)")->type_name("DIR");
+  build->add_option("--name", arguments->name, "of the city and of Gazebo's model")->type_name("NAME");
+  build->add_flag("--quiet", arguments->quiet, "print errors only");
+  build->add_flag("--json", arguments->json, "print the report as JSON");
+  build->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+}
+
+}  // namespace canyon::cli

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "canyon/simulation/scenario.hpp"
+#include "cli/commands.hpp"
+
+namespace canyon::cli {
+
+/// The subcommands of `canyon city`, one file each.
+void add_city_build(CLI::App& city, Action& action);
+void add_city_view(CLI::App& city, Action& action);
+
+/// What `canyon city` takes as a city: a file of any kind, a Gazebo model's folder, or a scenario, whose city
+/// is meant. `origin` ("LAT,LON,HEIGHT" or empty) is for meshes and maps. Throws InputError where it stands
+/// beside a file that says its own.
+[[nodiscard]] simulation::CityConfig city_config(const std::string& input, const std::string& origin);
+
+/// "W,S,E,N" in degrees; throws InputError naming the option.
+[[nodiscard]] std::array<double, 4> parse_bbox(const std::string& text, const std::string& option);
+
+}  // namespace canyon::cli
