@@ -39,6 +39,25 @@ rate_hz: 1
 outputs: {pictures: false}
 Y
 
+# Two buildings at 48 N, 11 E: one of 30 m, one that says only that it is a house, 80 m east of it.
+block_osm() {
+  cat <<'X'
+<?xml version="1.0" encoding="UTF-8"?>
+<osm version="0.6">
+ <node id="1" version="1" lat="48.0" lon="11.0"/>
+ <node id="2" version="1" lat="48.0" lon="11.0004"/>
+ <node id="3" version="1" lat="48.0002" lon="11.0004"/>
+ <node id="4" version="1" lat="48.0002" lon="11.0"/>
+ <node id="5" version="1" lat="48.0" lon="11.0011"/>
+ <node id="6" version="1" lat="48.0" lon="11.0014"/>
+ <node id="7" version="1" lat="48.0002" lon="11.0014"/>
+ <node id="8" version="1" lat="48.0002" lon="11.0011"/>
+ <way id="10" version="1"><nd ref="1"/><nd ref="2"/><nd ref="3"/><nd ref="4"/><nd ref="1"/><tag k="building" v="yes"/><tag k="height" v="30"/></way>
+ <way id="11" version="1"><nd ref="5"/><nd ref="6"/><nd ref="7"/><nd ref="8"/><nd ref="5"/><tag k="building" v="house"/></way>
+</osm>
+X
+}
+
 case $case in
 help)
   runs 0 "$canyon" --help; says out simulate sky trace city
@@ -99,6 +118,83 @@ city)
   runs 2 "$canyon" city info empty.obj; one_line; says err empty.obj
   printf 'garbage' >bad.xyz
   runs 2 "$canyon" city info bad.xyz; one_line; says err bad.xyz .obj ;;
+city_build)
+  block_osm >block.osm
+  runs 0 "$canyon" city build block.osm -o city.canyon -o city.glb -o city.obj -o city.dae -o map.geojson -o town.world -o model/
+  says out "buildings   2" "1 tagged, 0 from levels, 1 by default" "triangles"
+  grep -q '"height_source":"default"' map.geojson || fail "map.geojson does not say where heights come from"
+  grep -q spherical_coordinates town.world || fail "town.world has no spherical_coordinates"
+  [ -s model/model.sdf ] && [ -s model/model.config ] || fail "no Gazebo model"
+  for file in city.canyon city.glb city.obj city.dae town.world model block.osm; do
+    runs 0 "$canyon" city info "$file"; says out "buildings     2" "highest roof  30.0 m"
+  done
+  runs 0 "$canyon" city build city.canyon -o again.glb --quiet
+  [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
+  runs 0 "$canyon" city build block.osm -o half.canyon --bbox 11.0009,47.999,11.003,48.003 --height house=7 --json
+  says out '"buildings": 1' '"heights_default": 1' '"highest_roof_m": 6.9999'
+  runs 0 "$canyon" city build block.osm -o utm.obj --utm --origin 48,11,0; says out triangles
+  runs 0 "$canyon" city info utm.obj --json; says out '"buildings": 2'
+  runs 0 "$canyon" city view city.canyon -o city.png --size 640x400 --angle 90
+  [ "$(head -c 4 city.png | tail -c 3)" = PNG ] || fail "city.png is no PNG"
+  ls -A | grep -E 'part|probe' && fail "temporary files left" ;;
+city_simulate)
+  block_osm >block.osm
+  sed 's/^city.*/city: {osm: block.osm, origin: {latitude_deg: 48, longitude_deg: 11}}/' small.yaml >map.yaml
+  runs 0 "$canyon" simulate map.yaml --out map --quiet
+  runs 0 "$canyon" city build block.osm -o block.canyon --origin 48,11,0 --quiet
+  for city in 'file: block.canyon' 'mesh: block.canyon' 'file: block.osm, origin: {latitude_deg: 48, longitude_deg: 11}'; do
+    sed "s/^city.*/city: {$city}/" small.yaml >file.yaml
+    runs 0 "$canyon" simulate file.yaml --out file --quiet
+    cmp map/satellites.csv file/satellites.csv || fail "city: {$city} gives other satellites than the map"
+  done
+  grep -q blocked map/satellites.csv || fail "no building blocks anything" ;;
+city_real)
+  needs_data osm/moscow.osm.gz
+  runs 0 "$canyon" city build "$data/osm/moscow.osm.gz" -o moscow.canyon
+  says out "buildings   628" "parts       42" "highest roof 540.0 m" ;;
+bad_city)
+  block_osm >block.osm
+  printf 'garbage' >bad.osm
+  runs 2 "$canyon" city build bad.osm -o c.canyon; one_line; says err bad.osm
+  printf '<?xml version="1.0"?><gpx></gpx>' >gpx.osm
+  runs 2 "$canyon" city build gpx.osm -o c.canyon; one_line; says err gpx.osm
+  head -c 600 block.osm >cut.osm
+  runs 2 "$canyon" city build cut.osm -o c.canyon; one_line; says err cut.osm
+  gzip -c block.osm | head -c 200 >cut.osm.gz
+  runs 2 "$canyon" city build cut.osm.gz -o c.canyon; one_line; says err cut.osm.gz
+  head -c 500 /dev/urandom >cut.osm.pbf
+  runs 2 "$canyon" city build cut.osm.pbf -o c.canyon; one_line; says err cut.osm.pbf
+  printf '<osm version="0.6"><node id="1" lat="48" lon="11"/></osm>' >none.osm
+  runs 2 "$canyon" city build none.osm -o c.canyon; one_line; says err none.osm building
+  sed 's/lat="48.0"/lat="98.0"/' block.osm >pole.osm
+  runs 2 "$canyon" city build pole.osm -o c.canyon; one_line; says err pole.osm
+  printf '{"type": "FeatureCollection"}' >x.json
+  runs 2 "$canyon" city build x.json -o c.canyon; one_line; says err x.json CityJSON
+  printf 'no raster' >t.tif
+  runs 2 "$canyon" city build block.osm -o c.canyon --terrain t.tif; one_line; says err t.tif raster
+  runs 2 "$canyon" city build block.osm -o c.xyz; one_line; says err c.xyz .canyon
+  runs 2 "$canyon" city build block.osm -o no/c.glb; one_line; says err no/c.glb
+  runs 2 "$canyon" city build block.osm wall.obj -o c.glb; one_line; says err wall.obj
+  runs 2 "$canyon" city build block.osm -o c.glb --bbox 1,2,3; one_line; says err WEST
+  runs 2 "$canyon" city build block.osm -o c.glb --bbox 179,1,-179,2; one_line; says err antimeridian
+  runs 2 "$canyon" city build block.osm -o c.glb --bbox 1,2,3,4; one_line; says err "in the box"
+  runs 2 "$canyon" city build block.osm -o c.glb --origin 0,0,0; one_line; says err km bbox
+  runs 2 "$canyon" city build block.osm -o c.glb --height house; one_line; says err TYPE=METRES
+  runs 2 "$canyon" city build block.osm -o c.glb --level-height 0; one_line; says err level_m
+  runs 2 "$canyon" city build -o c.glb; one_line; says err nothing
+  runs 2 "$canyon" city build -o c.glb --overpass http://127.0.0.1:9/ --bbox 11,48,11.01,48.01 --cache cache; one_line
+  printf 'canyon?' >bad.canyon
+  runs 2 "$canyon" city info bad.canyon; one_line; says err bad.canyon
+  runs 2 "$canyon" city view block.osm -o c.jpg; one_line; says err c.jpg
+  runs 2 "$canyon" city view block.osm -o c.png --size 10; one_line; says err --size
+  runs 0 "$canyon" city build block.osm -o block.canyon --quiet
+  sed 's/^city.*/city: {file: block.canyon, origin: {latitude_deg: 48, longitude_deg: 11}}/' small.yaml >bad.yaml
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err bad.yaml:1: origin
+  sed 's/^city.*/city: {osm: block.osm, heading_deg: 3}/' small.yaml >bad.yaml
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err bad.yaml:1: heading_deg
+  sed 's/^city.*/city: {osm: block.osm, bbox: [1, 2, 3]}/' small.yaml >bad.yaml
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err bad.yaml:1: bbox
+  ls c.* 2>/dev/null && fail "bad input left results" ;;
 bad_scenario)
   sed 's/speed_mps/sped_mps/' small.yaml >bad.yaml
   runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err bad.yaml:6: sped_mps speed_mps
