@@ -95,8 +95,8 @@ void append_solid(Mesh& mesh, const std::string& name, city::Surface surface, co
   double eaves = top - rise;
   std::optional<RoofSurface> roof = rise > 0 ? roof_surface(polygon, plan, shape, rise) : flat_surface(plan);
   if (!roof) {
-    notes.push_back(
-        fmt::format("outline does not bear a {} roof: flat at half its height", buildings::name(shape.roof)));
+    notes.push_back(fmt::format("outline cannot bear roof:shape={}: flat at half the roof's height",
+                                buildings::name(shape.roof)));
     eaves = top - 0.5 * rise;
     roof = flat_surface(plan);
   }
