@@ -21,8 +21,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The canvas is about this many units across, whatever the pixels: letters grow with the picture.
-constexpr double kUnits = 1200;
+/// A unit of the canvas is a pixel of pictures between these sizes; letters grow with larger pictures, and
+/// shrink with smaller ones.
+constexpr double kLargeUnits = 1200, kSmallUnits = 800;
 constexpr double kTitleHeight = 74, kLegendWidth = 132, kMargin = 26, kAxisRoom = 66, kAxisFoot = 58;
 
 void check_range(double value, double low, double high, std::string_view field) {
@@ -41,7 +42,7 @@ std::string metres(double length_m) {
   return length_m >= 9.95 ? fmt::format("{:.0f} m", length_m) : fmt::format("{:.1f} m", length_m);
 }
 
-/// Ticks of the height scale that do not crowd: the ends and round numbers between.
+/// Ticks of the height scale that do not crowd: the ends and round numbers between, from the top.
 std::vector<double> height_ticks(const HeightColours& heights, double bar_height) {
   static constexpr std::array kRound{1.0, 2.0, 5.0};
   std::vector<double> ticks;
@@ -55,10 +56,13 @@ std::vector<double> height_ticks(const HeightColours& heights, double bar_height
       }
     }
   }
-  std::vector<double> kept;
+  // The highest roof has its own tick; the foot keeps its zero.
   const double room = 16 / bar_height;
+  std::vector<double> kept{heights.highest_m};
   for (auto tick = ticks.rbegin(); tick != ticks.rend(); ++tick) {
-    if (kept.empty() || heights.at(kept.back()) - heights.at(*tick) > room) kept.push_back(*tick);
+    const bool crowded = heights.at(kept.back()) - heights.at(*tick) < room;
+    if (*tick == 0 && crowded && kept.size() > 1) kept.pop_back();
+    if (*tick == 0 || !crowded) kept.push_back(*tick);
   }
   return kept;
 }
@@ -72,7 +76,8 @@ class CityPicture {
  public:
   CityPicture(const city::City& city, const CityPictureOptions& options)
       : city_(city), options_(options), renderer_(city.mesh), map_(options.elevation_deg >= 90) {
-    scale_ = std::max(options.width_px, options.height_px) / kUnits;
+    const double pixels = std::max(options.width_px, options.height_px);
+    scale_ = std::max(pixels / kLargeUnits, std::min(1.0, pixels / kSmallUnits));
     for (const city::Object& object : city.mesh.objects) {
       if (object.surface == city::Surface::Building) {
         ++buildings_;
@@ -225,7 +230,8 @@ class CityPicture {
     for (const double tick : height_ticks(heights, bar.height)) {
       const double y = bar.bottom() - bar.height * heights.at(tick);
       canvas.segments({{{bar.right(), y}, {bar.right() + 4, y}}}, {kFaintInk, 0.8});
-      canvas.text({bar.right() + 8, y}, tick_label(tick), {.size = 11, .level = Level::Middle});
+      canvas.text({bar.right() + 8, y}, tick_label(tick < 10 ? tick : std::round(tick)),
+                  {.size = 11, .level = Level::Middle});
     }
     return bar.bottom();
   }

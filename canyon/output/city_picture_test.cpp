@@ -303,6 +303,7 @@ TEST(CityPicture, FocusFillsTheFrameWithItsBuildings) {
     options.focus = focus;
     options.elevation_deg = elevation_deg;
     const PngPixels picture(city_png(city, options));
+    if (elevation_deg == 90) return picture.count(viridis(1));  // its roof
     std::size_t top = 0;  // the mast's upper part is yellow; so is the legend's end, in both
     for (int y = 0; y < picture.height(); ++y) {
       for (int x = 0; x < picture.width() - 100; ++x) {
