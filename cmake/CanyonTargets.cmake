@@ -17,8 +17,13 @@ add_library(canyon_warnings INTERFACE)
 target_compile_options(canyon_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                        -Woverloaded-virtual -Wcast-qual)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # False alarms: overlaps in std::string's own operator+ (GCC bug 105651), members of empty std::optionals.
-  target_compile_options(canyon_warnings INTERFACE -Wno-restrict -Wno-maybe-uninitialized)
+  # False alarms: overlaps in std::string's own operator+ (GCC bug 105651, GCC 12), and from GCC 13 on members of
+  # empty std::optionals.
+  if(CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+    target_compile_options(canyon_warnings INTERFACE -Wno-restrict)
+  else()
+    target_compile_options(canyon_warnings INTERFACE -Wno-maybe-uninitialized)
+  endif()
 endif()
 if(CANYON_WARNINGS_AS_ERRORS)
   target_compile_options(canyon_warnings INTERFACE -Werror)
