@@ -154,7 +154,7 @@ void read_map_keys(YamlSection& section, MapCityConfig& map) {
 CityConfig read_city(YamlSection& section) {
   CityConfig config;
   std::optional<Geodetic> origin;
-  const auto kind = only_one(section, {"mesh", "file", "osm", "synthetic", "open"});
+  const auto kind = only_one(section, {"osm", "file", "mesh", "synthetic", "open"});
   if (kind == "mesh" || kind == "file") {
     const std::filesystem::path path = *section.existing_file(*kind);
     const auto file_kind = city_file_kind(path);

@@ -254,7 +254,7 @@ TEST(Scenario, NamesWhatIsMissingOrContradicts) {
               HasSubstr("city has no content"));
   EXPECT_THAT(fault("city: {open: true}\n" + kPlace), HasSubstr("city has no origin"));
   EXPECT_THAT(fault("city: {open: true, synthetic: {}}\n" + kPlace),
-              HasSubstr("open: stands beside 'synthetic'; keep one of mesh, synthetic or open"));
+              HasSubstr("open: stands beside 'synthetic'; keep one of osm, file, mesh, synthetic or open"));
   EXPECT_THAT(fault("city: {synthetic: {}, scale: 2}\n" + kPlace), HasSubstr("scale: has no effect"));
   EXPECT_THAT(fault("city: {synthetic: {min_height_m: 50, max_height_m: 20}}\n" + kPlace),
               HasSubstr("height"));
@@ -319,6 +319,55 @@ TEST(Scenario, BrokenYamlNamesTheLine) {
   EXPECT_THAT(fault(kMinimal + "---\n" + kMinimal), HasSubstr("second YAML document"));
   EXPECT_THAT(fault("? [a, b]\n: 1\n"), HasSubstr("not a plain word"));
   EXPECT_THAT(fault(std::string("\0\1\2\xff", 4)), StartsWith("s.yaml"));
+}
+
+TEST(Scenario, CitiesOfMapsAndFiles) {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.osm.pbf", "b.JSON", "c.canyon", "d.world", "e.glb", "f.txt"}) {
+    (void)folder.write(name, "");
+  }
+  const auto read = [&](const std::string& city) {
+    return parse_scenario("city: {" + city + "}\n" + kPlace, folder / "s.yaml").city;
+  };
+  const CityConfig map =
+      read("osm: [a.osm.pbf, b.JSON], bbox: [10.5, -20, 11, 20.5], default_height_m: 11, heights: [house=7]");
+  ASSERT_TRUE(map.map);
+  EXPECT_EQ(map.map->files.size(), 2U);
+  EXPECT_EQ((*map.map->bbox_deg)[1], -20);
+  EXPECT_EQ(map.map->default_height_m, 11);
+  EXPECT_EQ(map.map->heights_m.at("house"), 7);
+  EXPECT_FALSE(map.origin_known());
+  EXPECT_TRUE(read("osm: a.osm.pbf, origin: {latitude_deg: 1, longitude_deg: 2}").origin_known());
+  EXPECT_TRUE(read("file: a.osm.pbf").map);
+  EXPECT_TRUE(read("file: c.canyon").file);
+  EXPECT_TRUE(read("mesh: c.canyon").file);
+  EXPECT_TRUE(read("file: d.world").file);
+  EXPECT_TRUE(read("file: e.glb, origin: {latitude_deg: 1, longitude_deg: 2}, scale: 2").mesh);
+  const auto wrong = [&](const std::string& city) {
+    return std::string(error_of([&] { (void)read(city); }).what());
+  };
+  EXPECT_THAT(wrong("file: f.txt"), HasSubstr("known are .osm"));
+  EXPECT_THAT(wrong("file: c.canyon, origin: {latitude_deg: 1, longitude_deg: 2}"),
+              HasSubstr("its own origin"));
+  EXPECT_THAT(wrong("file: c.canyon, scale: 2"), HasSubstr("scale"));
+  EXPECT_THAT(wrong("osm: a.osm.pbf, bbox: [2, 1, 1, 2]"), HasSubstr("is not a box"));
+  EXPECT_THAT(wrong("osm: a.osm.pbf, heights: [house]"), HasSubstr("TYPE=METRES"));
+  EXPECT_THAT(wrong("osm: a.osm.pbf, geoid_undulation_m: 3"), HasSubstr("no terrain"));
+  EXPECT_THAT(wrong("osm: a.osm.pbf, level_height_m: 0"), HasSubstr("level_height_m"));
+  EXPECT_THAT(wrong("osm: absent.osm"), HasSubstr("there is no file"));
+}
+
+TEST(Scenario, PlacesInACityWhoseOriginOnlyItsFileKnowsWaitForIt) {
+  const TemporaryFolder folder;
+  (void)folder.write("c.canyon", "");
+  const Scenario scenario = parse_scenario(
+      "city: {file: c.canyon}\nstart: 2026-06-01T12:00:00Z\ntrajectory: {waypoints: ["
+      "{latitude_deg: 48, longitude_deg: 11, height_m: 3}, {east_m: 100, north_m: 50, up_m: 2}]}\n",
+      folder / "s.yaml");
+  ASSERT_EQ(scenario.trajectory.waypoints.size(), 2U);
+  ASSERT_EQ(scenario.trajectory.local_waypoints.size(), 1U);
+  EXPECT_EQ(scenario.trajectory.local_waypoints[0].first, 1U);
+  EXPECT_EQ(scenario.trajectory.local_waypoints[0].second, Eigen::Vector3d(100, 50, 2));
 }
 
 // --- the table of keys
