@@ -21,7 +21,8 @@ namespace canyon::buildings {
 enum class Grid : std::uint8_t { Enu, Utm };
 
 struct BuildOptions {
-  /// Empty: the middle of the features' bounds at ground level: the terrain's there; without terrain the
+  /// Empty: the middle of the bounds of buildings and parts (foliage counts only where there are none) at
+  /// ground level: the terrain's there; without terrain the
   /// median of the lowest heights of features with surfaces of their own; where there are none either, 0.
   std::optional<geodesy::Geodetic> origin;
   Grid grid = Grid::Enu;

@@ -17,9 +17,10 @@ using geodesy::Geodetic;
 
 constexpr std::size_t kMostTreesOfARow = 10'000;
 
-Eigen::AlignedBox2d bounds_of(const MapData& map) {
+Eigen::AlignedBox2d bounds_of(const MapData& map, bool foliage) {
   Eigen::AlignedBox2d bounds;
   for (const MapFeature& feature : map.features) {
+    if (!foliage && feature.kind != FeatureKind::Building && feature.kind != FeatureKind::Part) continue;
     for (const MapPolygon& polygon : feature.polygons) {
       for (const LonLat& place : polygon.outer) bounds.extend(place);
     }
@@ -50,7 +51,7 @@ std::optional<double> surveyed_ground_m(const MapData& map) {
 }  // namespace
 
 Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::optional<Geodetic>& wanted) {
-  const Eigen::AlignedBox2d bounds = bounds_of(map);
+  const Eigen::AlignedBox2d bounds = bounds_of(map, true);
   if (bounds.isEmpty()) {
     throw InputError(fmt::format("{}: there is nothing to build", map.source), "give a map with buildings");
   }
@@ -60,7 +61,9 @@ Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::op
                     map.source, bounds.min().x(), bounds.max().x()),
         "build the two sides apart, each with its --bbox");
   }
-  const LonLat middle = bounds.center();
+  // Trees and woods do not move the origin: with and without them a city stays in place.
+  const Eigen::AlignedBox2d built = bounds_of(map, false);
+  const LonLat middle = (built.isEmpty() ? bounds : built).center();
   Geodetic origin;
   if (wanted) {
     origin = *wanted;
