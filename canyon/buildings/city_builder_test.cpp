@@ -8,9 +8,12 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/buildings/osm_reader.hpp"
 #include "canyon/buildings/solid.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -578,6 +581,97 @@ TEST(CityBuilderMoscow, GdalsOsmDriverSeesTheSameBuildings) {
     }
   }
   EXPECT_EQ(missing, 0U);
+}
+
+/// Area of a ring in square degrees.
+double shoelace(const MapRing& ring) {
+  double twice = 0;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const LonLat a = ring[i] - ring[0];
+    const LonLat b = ring[(i + 1) % ring.size()] - ring[0];
+    twice += a.x() * b.y() - b.x() * a.y();
+  }
+  return std::abs(twice) / 2;
+}
+
+/// Value of a tag in GDAL's other_tags ("key"=>"value",...) as it prints it; empty where it is not there.
+std::string other_tag(const std::string& tags, const std::string& key) {
+  const std::string head = "\"" + key + "\"=>\"";
+  const std::size_t at = tags.find(head);
+  if (at == std::string::npos) return {};
+  const std::size_t begin = at + head.size();
+  return tags.substr(begin, tags.find('"', begin) - begin);
+}
+
+// Heights by GDAL's reading of the tags and nothing of Canyon's: height as it is, else levels of 3 m; areas
+// of GDAL's rings against those of the built footprints.
+TEST(CityBuilderMoscow, GdalsOsmDriverSeesTheSameHeightsAndFootprints) {
+  CANYON_SHARED_DATA(path, "osm/moscow.osm.gz");
+  CANYON_NEEDS_PROGRAM("ogr2ogr");
+  const BuiltCity built = build_city(read_osm({path}), nullptr, {});
+  std::map<std::string, const BuiltFeature*> ours;
+  for (const BuiltFeature& feature : built.features) ours[feature.id] = &feature;
+  const test::ProgramResult result = test::run_program(
+      "OSM_USE_CUSTOM_INDEXING=NO ogr2ogr -f GeoJSONSeq /vsistdout/ /vsigzip/" + path.string() +
+      " multipolygons -where \"building IS NOT NULL AND building <> 'no'\" -lco COORDINATE_PRECISION=9 "
+      "2>/dev/null");
+  ASSERT_EQ(result.status, 0);
+  std::size_t areas = 0, tagged = 0, levels = 0;
+  double worst = 0;
+  for (const std::string_view line : split(result.output, '\n')) {
+    if (line.empty()) continue;
+    const nlohmann::json feature = nlohmann::json::parse(line);
+    const nlohmann::json& properties = feature.at("properties");
+    const bool way = properties.contains("osm_way_id") && properties.at("osm_way_id").is_string();
+    const std::string id = way ? "way/" + properties.at("osm_way_id").get<std::string>()
+                               : "relation/" + properties.at("osm_id").get<std::string>();
+    ASSERT_EQ(ours.count(id), 1U) << id;
+    const BuiltFeature& mine = *ours.at(id);
+    if (!mine.built) continue;
+
+    double theirs_deg2 = 0;
+    for (const nlohmann::json& polygon : feature.at("geometry").at("coordinates")) {
+      for (std::size_t ring = 0; ring < polygon.size(); ++ring) {
+        double twice = 0;
+        const nlohmann::json& points = polygon[ring];
+        const double x0 = points[0][0], y0 = points[0][1];
+        for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+          twice += (points[i][0].get<double>() - x0) * (points[i + 1][1].get<double>() - y0) -
+                   (points[i + 1][0].get<double>() - x0) * (points[i][1].get<double>() - y0);
+        }
+        theirs_deg2 += (ring == 0 ? 1 : -1) * std::abs(twice) / 2;
+      }
+    }
+    double mine_deg2 = 0;
+    for (const MapPolygon& polygon : mine.footprint) {
+      mine_deg2 += shoelace(polygon.outer);
+      for (const MapRing& inner : polygon.inners) mine_deg2 -= shoelace(inner);
+    }
+    // Footprints are put on a grid of 1 mm: a sheet of 10 m2 may change by a thousandth.
+    const double change = std::abs(mine_deg2 / theirs_deg2 - 1);
+    worst = std::max(worst, change);
+    EXPECT_LT(change, 2e-3) << id;
+    ++areas;
+
+    const std::string tags = properties.contains("other_tags") && properties.at("other_tags").is_string()
+                                 ? properties.at("other_tags").get<std::string>()
+                                 : "";
+    if (const std::string height = other_tag(tags, "height"); !height.empty()) {
+      EXPECT_NEAR(mine.shape.height_m, std::stod(height), 1e-9) << id;
+      EXPECT_EQ(mine.shape.height_source, HeightSource::Tag) << id;
+      ++tagged;
+    } else if (const std::string storeys = other_tag(tags, "building:levels"); !storeys.empty()) {
+      const std::string roof = other_tag(tags, "roof:levels");
+      EXPECT_NEAR(mine.shape.height_m, 3 * (std::stod(storeys) + (roof.empty() ? 0 : std::stod(roof))), 1e-9)
+          << id;
+      EXPECT_EQ(mine.shape.height_source, HeightSource::Levels) << id;
+      ++levels;
+    }
+  }
+  std::printf("GDAL: %zu footprints compared, areas within %.1e; %zu heights tagged, %zu from levels agree\n",
+              areas, worst, tagged, levels);
+  EXPECT_GT(areas, 600U);
+  EXPECT_GT(tagged + levels, 100U);
 }
 
 }  // namespace
