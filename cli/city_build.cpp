@@ -169,8 +169,9 @@ simulation::CityConfig make_config(const Arguments& arguments) {
   }
   map.terrain.assign(arguments.terrain.begin(), arguments.terrain.end());
   map.geoid_undulation_m = arguments.geoid_undulation_m;
-  if (map.geoid_undulation_m && map.terrain.empty()) {
-    throw InputError("--geoid-undulation without --terrain", "it is added to the terrain's heights");
+  if (map.geoid_undulation_m && !map.has_surveyed_heights()) {
+    throw InputError("--geoid-undulation without --terrain",
+                     "it is added to the heights of terrain and CityJSON");
   }
   if (!arguments.bbox.empty()) map.bbox_deg = parse_bbox(arguments.bbox, "--bbox");
   if (!arguments.origin.empty()) map.origin = parse_place(arguments.origin, "--origin");
@@ -242,7 +243,14 @@ nlohmann::json to_json(const buildings::BuildReport& r) {
 int run(const Arguments& arguments) {
   const bool from_map = arguments.inputs.empty() || is_map(arguments.inputs.front());
   std::vector<Output> outputs;
-  for (const std::string& text : arguments.outputs) outputs.push_back(parse_output(text, from_map));
+  for (const std::string& text : arguments.outputs) {
+    outputs.push_back(parse_output(text, from_map));
+    const Format format = outputs.back().format;
+    if (arguments.utm && (format == Format::Canyon || format == Format::World || format == Format::Model)) {
+      throw InputError(fmt::format("-o {}: this format holds east-north-up about its origin, not UTM", text),
+                       "use --utm with .glb, .obj or .dae, or leave it out");
+    }
+  }
 
   const auto begin = std::chrono::steady_clock::now();
   const simulation::CityConfig config = make_config(arguments);

@@ -13,10 +13,7 @@
 namespace canyon::simulation {
 namespace {
 
-bool is_cityjson(const std::filesystem::path& path) {
-  const std::string ending = path.extension().string();
-  return ending == ".json" || ending == ".JSON";
-}
+constexpr double kMaxLod = 2.3;
 
 bool touches(const buildings::MapFeature& feature, const buildings::LonLatBox& box) {
   buildings::LonLat low = buildings::LonLat::Constant(1e9), high = -low;
@@ -49,7 +46,7 @@ buildings::MapData read_maps(const MapCityConfig& config) {
   }
   for (const auto& path : config.files) {
     if (!is_cityjson(path)) continue;
-    buildings::MapData next = buildings::read_cityjson(path);
+    buildings::MapData next = buildings::read_cityjson(path, kMaxLod, config.geoid_undulation_m);
     map.source += (map.source.empty() ? "" : ", ") + next.source;
     map.min = map.min.cwiseMin(next.min);
     map.max = map.max.cwiseMax(next.max);

@@ -120,8 +120,9 @@ void read_mesh_keys(YamlSection& section, city::MeshImportOptions& import) {
 
 void read_map_keys(YamlSection& section, MapCityConfig& map) {
   if (auto rasters = section.existing_files("terrain")) map.terrain = *std::move(rasters);
-  if (section.has("geoid_undulation_m") && map.terrain.empty()) {
-    throw section.error("geoid_undulation_m", "there is no terrain to add it to", "give terrain as well");
+  if (section.has("geoid_undulation_m") && !map.has_surveyed_heights()) {
+    throw section.error("geoid_undulation_m", "there is no terrain to add it to",
+                        "give terrain, or CityJSON, as well");
   }
   map.geoid_undulation_m = section.number("geoid_undulation_m", {-150, 150});
   if (const auto box = section.numbers("bbox", {-180, 180})) {
@@ -562,6 +563,15 @@ Scenario read_scenario(const std::filesystem::path& path) {
   constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
   const TextFile file(path, kMaxBytes);
   return parse_scenario(std::string(file.text()), path);
+}
+
+bool is_cityjson(const std::filesystem::path& path) {
+  const std::string ending = path.extension().string();
+  return ending == ".json" || ending == ".JSON";
+}
+
+bool MapCityConfig::has_surveyed_heights() const {
+  return !terrain.empty() || std::any_of(files.begin(), files.end(), is_cityjson);
 }
 
 }  // namespace canyon::simulation

@@ -34,7 +34,7 @@ enum class CityFileKind : std::uint8_t {
 struct MapCityConfig {
   std::vector<std::filesystem::path> files;  ///< OpenStreetMap and CityJSON
   std::vector<std::filesystem::path> terrain;
-  std::optional<double> geoid_undulation_m;
+  std::optional<double> geoid_undulation_m;       ///< added to heights of terrain and CityJSON
   std::optional<std::array<double, 4>> bbox_deg;  ///< west, south, east, north
   std::optional<geodesy::Geodetic> origin;        ///< empty: the middle of the features
   std::optional<double> level_height_m;
@@ -42,7 +42,13 @@ struct MapCityConfig {
   std::map<std::string, double> heights_m;  ///< default by value of `building`
   bool foliage = false;
   bool utm = false;  ///< UTM grid offsets instead of ENU: for files of other tools, not for simulation
+
+  /// Whether anything here brings heights above a geoid: rasters, or CityJSON among the files.
+  [[nodiscard]] bool has_surveyed_heights() const;
 };
+
+/// By its name: CityJSON ends in .json.
+[[nodiscard]] bool is_cityjson(const std::filesystem::path& path);
 
 /// `city:` of a scenario. Exactly one of mesh, file, map, synthetic, open is set.
 struct CityConfig {

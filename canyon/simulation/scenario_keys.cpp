@@ -97,7 +97,7 @@ std::vector<ScenarioKey> make_keys() {
   add("city.terrain", "", "",
       "height rasters under a map, one or a list: GeoTIFF, SRTM HGT, anything GDAL reads");
   add("city.geoid_undulation_m", "m", "by the raster's vertical datum",
-      "added to the terrain's heights to make them ellipsoidal");
+      "added to the heights of terrain and CityJSON to make them ellipsoidal");
   add("city.bbox", "deg", "the whole map", "[west, south, east, north]: only what touches this box of a map");
   add("city.level_height_m", "m", show(heights.level_m),
       "storey height of a map's buildings with levels and no height");

@@ -134,6 +134,7 @@ city_build)
   says out '"buildings": 1' '"heights_default": 1' '"highest_roof_m": 6.9999'
   runs 0 "$canyon" city build block.osm -o utm.obj --utm --origin 48,11,0; says out triangles
   runs 0 "$canyon" city info utm.obj --json; says out '"buildings": 2'
+  runs 2 "$canyon" city build block.osm -o utm.canyon --utm; one_line; says err utm.canyon --utm
   runs 0 "$canyon" city view city.canyon -o city.png --size 640x400 --angle 90
   [ "$(head -c 4 city.png | tail -c 3)" = PNG ] || fail "city.png is no PNG"
   ls -A | grep -E 'part|probe' && fail "temporary files left" ;;
