@@ -60,8 +60,13 @@ int run(const Arguments& arguments) {
     return kOk;
   }
   fmt::print("{}\n", city.name);
-  fmt::print("  origin        {:.6f}, {:.6f}, {:.1f} m\n", geodesy::degrees(origin.latitude_rad),
-             geodesy::degrees(origin.longitude_rad), origin.height_m);
+  const bool placed = !config.mesh || !arguments.origin.empty() || is_scenario(arguments.input);
+  if (placed) {
+    fmt::print("  origin        {:.6f}, {:.6f}, {:.1f} m\n", geodesy::degrees(origin.latitude_rad),
+               geodesy::degrees(origin.longitude_rad), origin.height_m);
+  } else {
+    fmt::print("  origin        not known (a mesh does not say; --origin, or city.origin in a scenario)\n");
+  }
   fmt::print("  buildings     {}\n", summary.buildings);
   fmt::print("  triangles     {} ({} terrain)\n", summary.triangles, summary.terrain_triangles);
   fmt::print("  extent        {:.0f} m east-west, {:.0f} m north-south, {:.1f} to {:.1f} m high\n",
@@ -86,7 +91,11 @@ simulation::CityConfig city_config(const std::string& input, const std::string& 
     return simulation::read_scenario(input).city;
   }
   simulation::CityConfig config;
-  switch (simulation::city_file_kind(input).value_or(simulation::CityFileKind::Mesh)) {
+  const std::optional<simulation::CityFileKind> kind = simulation::city_file_kind(input);
+  if (!kind) {
+    throw InputError(fmt::format("{}: no kind of city ends so", input), simulation::city_file_endings());
+  }
+  switch (*kind) {
     case simulation::CityFileKind::Map:
       config.map.emplace();
       config.map->files = {input};

@@ -117,6 +117,10 @@ std::vector<std::filesystem::path> download(const Arguments& arguments, simulati
       box, options, [&progress](std::size_t done, std::size_t total) { progress.update(done, total); });
 }
 
+bool is_mesh(const std::string& input) {
+  return simulation::city_file_kind(input) == CityFileKind::Mesh;
+}
+
 bool is_map(const std::string& input) {
   return simulation::city_file_kind(input) == CityFileKind::Map;
 }
@@ -249,6 +253,13 @@ int run(const Arguments& arguments) {
     if (arguments.utm && (format == Format::Canyon || format == Format::World || format == Format::Model)) {
       throw InputError(fmt::format("-o {}: this format holds east-north-up about its origin, not UTM", text),
                        "use --utm with .glb, .obj or .dae, or leave it out");
+    }
+    // A mesh alone knows no place on the Earth; these formats would claim one.
+    if (!arguments.inputs.empty() && arguments.origin.empty() && is_mesh(arguments.inputs.front()) &&
+        (format == Format::Canyon || format == Format::World || format == Format::Model)) {
+      throw InputError(
+          fmt::format("-o {}: {} does not say where on the Earth it lies", text, arguments.inputs.front()),
+          "give --origin LAT,LON,HEIGHT of the mesh's zero");
     }
   }
 

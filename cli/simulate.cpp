@@ -85,6 +85,10 @@ int run(const Arguments& arguments) {
                    summary.triangles > 0 ? summary.bounds.max.x() - summary.bounds.min.x() : 0,
                    summary.triangles > 0 ? summary.bounds.max.y() - summary.bounds.min.y() : 0,
                    seconds_since(load_begin)));
+  // What was guessed decides the result: a map says how many of its heights are defaults.
+  if (scenario.city.map) {
+    for (const std::string& line : city.notes) note("            " + line);
+  }
   const simulation::Simulation simulation(scenario, std::move(city));
   note(fmt::format("sky         {}", count_systems(simulation.environment().sky().satellites())));
   note(fmt::format("trajectory  {:.0f} m, {} epochs every {} s from {}", simulation.trajectory().length_m(),
@@ -138,7 +142,7 @@ void add_simulate(CLI::App& app, Action& action) {
   command->add_option("scenario", arguments->scenario, "scenario file (YAML)")
       ->type_name("SCENARIO")
       ->required();
-  command->add_option("--out", arguments->out, "folder for the results, made where needed")
+  command->add_option("-o,--out", arguments->out, "folder for the results, made where needed")
       ->type_name("DIR")
       ->required();
   command->add_option("--seed", arguments->seed, "instead of the scenario's seed")->type_name("N");

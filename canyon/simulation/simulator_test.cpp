@@ -535,7 +535,7 @@ TEST(Examples, TheSyntheticDriveIsHardButNotHopeless) {
   city::City city = city_of(scenario);
   const Simulation simulation(std::move(scenario), std::move(city));
   EXPECT_THAT(simulation.warnings(), IsEmpty());
-  EXPECT_EQ(simulation.epoch_count(), 601U);
+  EXPECT_EQ(simulation.epoch_count(), 609U);
   std::size_t fixes = 0;
   std::size_t nlos = 0;
   std::vector<double> horizontal_m;
@@ -548,7 +548,7 @@ TEST(Examples, TheSyntheticDriveIsHardButNotHopeless) {
   ASSERT_FALSE(horizontal_m.empty());
   std::sort(horizontal_m.begin(), horizontal_m.end());
   std::printf(
-      "synthetic drive: %zu of 601 epochs with a fix, %zu NLOS observations, horizontal error %.1f m "
+      "synthetic drive: %zu of 609 epochs with a fix, %zu NLOS observations, horizontal error %.1f m "
       "(median), "
       "%.1f m (95 %%)\n",
       fixes, nlos, horizontal_m[horizontal_m.size() / 2], horizontal_m[horizontal_m.size() * 95 / 100]);
