@@ -491,7 +491,7 @@ class Builder {
     Shape shape;
     shape.height_m = length_tag(feature, "height", 1, 150, options_.wood_height_m);
     shape.height_source = feature.tags.count("height") > 0 ? HeightSource::Tag : HeightSource::Default;
-    shape.facade = shape.roof_material = city::Material::Wood;
+    shape.facade = shape.roof_material = city::Material::Foliage;
     const Placed& placed = placed_[i];
     if (raise_solids(i, Surface::Foliage, placed.polygons, shape, *placed.ground, placed.ground->mean_z)) {
       ++report().woods;

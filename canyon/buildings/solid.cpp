@@ -179,12 +179,12 @@ void append_tree(Mesh& mesh, const std::string& name, const Point2& place, doubl
   const std::uint32_t north = object.vertex(place.x(), place.y(), crown_top);
   for (std::uint32_t m = 0; m < kMeridians; ++m) {
     const std::uint32_t n = (m + 1) % kMeridians;
-    object.triangle(south, rings[0][n], rings[0][m], Material::Wood);
+    object.triangle(south, rings[0][n], rings[0][m], Material::Foliage);
     for (std::uint32_t p = 0; p + 1 < kParallels; ++p) {
-      object.triangle(rings[p][m], rings[p][n], rings[p + 1][n], Material::Wood);
-      object.triangle(rings[p][m], rings[p + 1][n], rings[p + 1][m], Material::Wood);
+      object.triangle(rings[p][m], rings[p][n], rings[p + 1][n], Material::Foliage);
+      object.triangle(rings[p][m], rings[p + 1][n], rings[p + 1][m], Material::Foliage);
     }
-    object.triangle(rings[kParallels - 1][m], rings[kParallels - 1][n], north, Material::Wood);
+    object.triangle(rings[kParallels - 1][m], rings[kParallels - 1][n], north, Material::Foliage);
   }
   object.close(name, city::Surface::Foliage);
 }

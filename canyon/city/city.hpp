@@ -13,7 +13,18 @@ namespace canyon::city {
 enum class Surface : std::uint8_t { Building, Terrain, Foliage, Vehicle };
 
 /// Of facades, roofs and ground; decides reflection strength. `Unknown` counts as concrete.
-enum class Material : std::uint8_t { Unknown, Concrete, Glass, Brick, Metal, Stone, Wood, Plaster, Ground };
+enum class Material : std::uint8_t {
+  Unknown,
+  Concrete,
+  Glass,
+  Brick,
+  Metal,
+  Stone,
+  Wood,
+  Plaster,
+  Ground,
+  Foliage
+};
 
 /// A run of triangles that belong together: a building, the terrain, a tree.
 struct Object {

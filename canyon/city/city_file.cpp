@@ -46,7 +46,7 @@ constexpr std::uint64_t kMostUnpacked = 1040;
 constexpr std::string_view kCopyAgain = "copy it again, or build the city again";
 
 constexpr auto kLastSurface = static_cast<std::uint8_t>(Surface::Vehicle);
-constexpr auto kLastMaterial = static_cast<std::uint8_t>(Material::Ground);
+constexpr auto kLastMaterial = static_cast<std::uint8_t>(Material::Foliage);
 
 template <typename Number>
 void put(std::string& out, Number value) {

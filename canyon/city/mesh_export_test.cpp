@@ -295,7 +295,7 @@ TEST(MeshMarks, NodeNamesComeBack) {
 }
 
 TEST(MeshMarks, MaterialsHaveNamesOfTheirOwn) {
-  for (int i = 0; i <= static_cast<int>(Material::Ground); ++i) {
+  for (int i = 0; i <= static_cast<int>(Material::Foliage); ++i) {
     EXPECT_EQ(material_by_name(material_name(static_cast<Material>(i))), static_cast<Material>(i));
   }
   EXPECT_EQ(material_by_name("chocolate"), Material::Unknown);

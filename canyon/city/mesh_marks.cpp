@@ -24,15 +24,16 @@ struct MaterialLook {
   std::string_view name;
   std::array<double, 3> colour;
 };
-constexpr std::array<MaterialLook, 9> kMaterials{{{"unknown", {0.65, 0.65, 0.65}},
-                                                  {"concrete", {0.60, 0.60, 0.57}},
-                                                  {"glass", {0.35, 0.55, 0.70}},
-                                                  {"brick", {0.60, 0.30, 0.22}},
-                                                  {"metal", {0.55, 0.57, 0.60}},
-                                                  {"stone", {0.70, 0.66, 0.58}},
-                                                  {"wood", {0.45, 0.36, 0.20}},
-                                                  {"plaster", {0.85, 0.82, 0.74}},
-                                                  {"ground", {0.36, 0.40, 0.31}}}};
+constexpr std::array<MaterialLook, 10> kMaterials{{{"unknown", {0.65, 0.65, 0.65}},
+                                                   {"concrete", {0.60, 0.60, 0.57}},
+                                                   {"glass", {0.35, 0.55, 0.70}},
+                                                   {"brick", {0.60, 0.30, 0.22}},
+                                                   {"metal", {0.55, 0.57, 0.60}},
+                                                   {"stone", {0.70, 0.66, 0.58}},
+                                                   {"wood", {0.45, 0.36, 0.20}},
+                                                   {"plaster", {0.85, 0.82, 0.74}},
+                                                   {"ground", {0.36, 0.40, 0.31}},
+                                                   {"foliage", {0.24, 0.42, 0.18}}}};
 
 unsigned char byte_at(std::string_view text, std::size_t at) {
   return at < text.size() ? static_cast<unsigned char>(text[at]) : static_cast<unsigned char>(0);

@@ -40,7 +40,7 @@ bool has_word(std::string_view text, std::string_view word) {
 }
 
 Material material_from_name(std::string_view name) {
-  static constexpr std::array<std::pair<std::string_view, Material>, 15> kWords{
+  static constexpr std::array<std::pair<std::string_view, Material>, 16> kWords{
       {{"concrete", Material::Concrete},
        {"cement", Material::Concrete},
        {"glass", Material::Glass},
@@ -55,7 +55,8 @@ Material material_from_name(std::string_view name) {
        {"marble", Material::Stone},
        {"wood", Material::Wood},
        {"plaster", Material::Plaster},
-       {"stucco", Material::Plaster}}};
+       {"stucco", Material::Plaster},
+       {"foliage", Material::Foliage}}};
   const std::string text = lower_case(name);
   for (const auto& [word, material] : kWords) {
     if (text.find(word) != std::string::npos) return material;
