@@ -583,17 +583,6 @@ TEST(CityBuilderMoscow, GdalsOsmDriverSeesTheSameBuildings) {
   EXPECT_EQ(missing, 0U);
 }
 
-/// Area of a ring in square degrees.
-double shoelace(const MapRing& ring) {
-  double twice = 0;
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    const LonLat a = ring[i] - ring[0];
-    const LonLat b = ring[(i + 1) % ring.size()] - ring[0];
-    twice += a.x() * b.y() - b.x() * a.y();
-  }
-  return std::abs(twice) / 2;
-}
-
 /// Value of a tag in GDAL's other_tags ("key"=>"value",...) as it prints it; empty where it is not there.
 std::string other_tag(const std::string& tags, const std::string& key) {
   const std::string head = "\"" + key + "\"=>\"";
@@ -644,8 +633,8 @@ TEST(CityBuilderMoscow, GdalsOsmDriverSeesTheSameHeightsAndFootprints) {
     }
     double mine_deg2 = 0;
     for (const MapPolygon& polygon : mine.footprint) {
-      mine_deg2 += shoelace(polygon.outer);
-      for (const MapRing& inner : polygon.inners) mine_deg2 -= shoelace(inner);
+      mine_deg2 += std::abs(twice_area(polygon.outer)) / 2;
+      for (const MapRing& inner : polygon.inners) mine_deg2 -= std::abs(twice_area(inner)) / 2;
     }
     // Footprints are put on a grid of 1 mm: a sheet of 10 m2 may change by a thousandth.
     const double change = std::abs(mine_deg2 / theirs_deg2 - 1);

@@ -23,15 +23,6 @@ constexpr double kSpike_m = 2e-3;
 /// As check_mesh() has it; on the grid such coordinates are integers of 30 bits.
 constexpr double kFarthest_m = 1e6;
 
-double twice_area(const std::vector<Point2>& ring) {
-  double sum = 0;
-  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
-    const Point2 a = ring[i] - ring[0], b = ring[i + 1] - ring[0];
-    sum += a.x() * b.y() - a.y() * b.x();
-  }
-  return sum;
-}
-
 double perimeter(const std::vector<Point2>& ring) {
   double sum = 0;
   for (std::size_t i = 0; i < ring.size(); ++i) sum += (ring[(i + 1) % ring.size()] - ring[i]).norm();
@@ -155,6 +146,15 @@ geos::Geometry from_repaired(const std::vector<Polygon2>& polygons) {
 }
 
 }  // namespace
+
+double twice_area(const std::vector<Point2>& ring) {
+  double sum = 0;
+  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
+    const Point2 a = ring[i] - ring[0], b = ring[i + 1] - ring[0];
+    sum += a.x() * b.y() - a.y() * b.x();
+  }
+  return sum;
+}
 
 double area(const Polygon2& polygon) {
   double twice = std::abs(twice_area(polygon.outer));

@@ -16,6 +16,9 @@ struct Polygon2 {
   std::vector<Point2> outer;
   std::vector<std::vector<Point2>> holes;
 };
+/// Twice the signed area of a ring, positive when counter-clockwise; taken about its first point, so that far
+/// coordinates cost no digits.
+[[nodiscard]] double twice_area(const std::vector<Point2>& ring);
 [[nodiscard]] double area(const Polygon2& polygon);  ///< [m^2], holes taken out
 
 /// Makes valid polygons of rings as maps have them, with GEOS: orientation, repeated points, spikes,

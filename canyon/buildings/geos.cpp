@@ -6,16 +6,6 @@
 namespace canyon::buildings::geos {
 namespace {
 
-/// Twice the signed area; about the first point, so that far coordinates cost no digits.
-double twice_area(const std::vector<Point2>& ring) {
-  double sum = 0;
-  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
-    const Point2 a = ring[i] - ring[0], b = ring[i + 1] - ring[0];
-    sum += a.x() * b.y() - a.y() * b.x();
-  }
-  return sum;
-}
-
 Geometry linear_ring(const std::vector<Point2>& ring) {
   if (ring.size() < 3) return nullptr;
   std::vector<double> buffer;

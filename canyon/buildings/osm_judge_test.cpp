@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "canyon/base/text.hpp"
+#include "canyon/buildings/footprint.hpp"
 #include "canyon/buildings/osm_reader.hpp"
 #include "canyon/buildings/shape.hpp"
 #include "tests/support/program.hpp"
@@ -17,13 +18,7 @@ namespace canyon::buildings {
 namespace {
 
 double area(const MapRing& ring) {
-  double twice = 0;
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    const LonLat a = ring[i] - ring[0];
-    const LonLat b = ring[(i + 1) % ring.size()] - ring[0];
-    twice += a.x() * b.y() - b.x() * a.y();
-  }
-  return std::abs(twice) / 2;
+  return std::abs(twice_area(ring)) / 2;
 }
 
 double area(const MapFeature& feature) {

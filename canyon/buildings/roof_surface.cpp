@@ -21,15 +21,6 @@ Edge opposite(Edge e) {
   return (e << 32) | (e >> 32);
 }
 
-double twice_area(const std::vector<Point2>& ring) {
-  double sum = 0;
-  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
-    const Point2 a = ring[i] - ring[0], b = ring[i + 1] - ring[0];
-    sum += a.x() * b.y() - a.y() * b.x();
-  }
-  return sum;
-}
-
 /// The lower envelope of planes over a plan. Planes are laid one after another over what is there: vertices
 /// know by how much the new plane is higher, edges on which that changes its sign get a vertex (one,
 /// whichever triangle asks), triangles are split there and those under which the plane is lower take its
