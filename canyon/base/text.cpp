@@ -96,6 +96,23 @@ std::optional<long long> parse_integer(std::string_view text) {
   return value;
 }
 
+std::string lower_case(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return result;
+}
+
+std::uint64_t fnv1a(std::string_view text) {
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  for (const char c : text) {
+    hash ^= static_cast<unsigned char>(c);
+    hash *= 0x100000001b3U;
+  }
+  return hash;
+}
+
 std::string_view column(std::string_view text, std::size_t begin, std::size_t length) {
   return begin >= text.size() ? std::string_view() : text.substr(begin, length);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -22,6 +23,12 @@ namespace canyon {
 
 /// A whole decimal integer, blanks around it allowed. Empty for anything else and beyond long long.
 [[nodiscard]] std::optional<long long> parse_integer(std::string_view text);
+
+/// ASCII letters in lower case; other bytes, UTF-8 among them, stay.
+[[nodiscard]] std::string lower_case(std::string_view text);
+
+/// FNV-1a hash, 64 bits: the same on every machine (Fowler, Noll, Vo).
+[[nodiscard]] std::uint64_t fnv1a(std::string_view text);
 
 /// `text.substr(begin, length)` that yields what there is of it, possibly nothing: for fixed-column formats
 /// whose lines may be cut short.

@@ -90,5 +90,17 @@ TEST(Text, ClosestFindsSlipsOfThePen) {
   EXPECT_EQ(closest("seed", {}), std::nullopt);
 }
 
+TEST(Text, LowerCaseTouchesAsciiLettersOnly) {
+  EXPECT_EQ(lower_case("AZaz09.OSM"), "azaz09.osm");
+  EXPECT_EQ(lower_case("\xC3\x84"), "\xC3\x84");  // a UTF-8 letter
+}
+
+// The published vectors of the hash: offset basis for nothing, then "a" and "foobar" (FNV test suite).
+TEST(Text, Fnv1aOfPublishedVectors) {
+  EXPECT_EQ(fnv1a(""), 0xcbf29ce484222325U);
+  EXPECT_EQ(fnv1a("a"), 0xaf63dc4c8601ec8cU);
+  EXPECT_EQ(fnv1a("foobar"), 0x85944171f73967e8U);
+}
+
 }  // namespace
 }  // namespace canyon

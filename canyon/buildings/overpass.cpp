@@ -37,16 +37,6 @@ std::filesystem::path cache_folder(const OverpassOptions& options) {
                    "set HOME or XDG_CACHE_HOME, or name a cache folder");
 }
 
-/// FNV-1a, 64 bit: names a request in the cache.
-std::uint64_t fingerprint(std::string_view text) {
-  std::uint64_t hash = 14695981039346656037ULL;
-  for (const char c : text) {
-    hash ^= static_cast<unsigned char>(c);
-    hash *= 1099511628211ULL;
-  }
-  return hash;
-}
-
 /// A piece of a server's answer for a message: one line, tags taken out.
 std::string excerpt(std::string_view body) {
   std::string out;
@@ -297,7 +287,7 @@ std::vector<std::filesystem::path> download_osm(
   for (const LonLatBox& tile : tiles) {
     OverpassOptions untimed = options;  // the time allowed does not change the answer
     untimed.timeout_s = 0;
-    const std::uint64_t hash = fingerprint(options.url + '\n' + map_query(tile, untimed));
+    const std::uint64_t hash = fnv1a(options.url + '\n' + map_query(tile, untimed));
     const std::filesystem::path file =
         folder / fmt::format("osm_{:.5f}_{:.5f}_{:016x}.osm", tile.south, tile.west, hash);
     if (!is_kept(file)) {
@@ -326,7 +316,7 @@ LonLatBox find_place(const std::string& name, const OverpassOptions& options) {
   }
   const std::filesystem::path folder = cache_folder(options);
   make_output_folder(folder);
-  const std::uint64_t hash = fingerprint(options.url + '\n' + place_query(pieces, 0));
+  const std::uint64_t hash = fnv1a(options.url + '\n' + place_query(pieces, 0));
   const std::filesystem::path file = folder / fmt::format("place_{:016x}.json", hash);
   const bool kept = is_kept(file);
   const std::string body =

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/buildings/gdal.hpp"
 #include "canyon/buildings/geoid.hpp"
 
@@ -40,9 +41,7 @@ class ConfigOption {
 /// Metres of one unit of a band (GDALRasterBand::GetUnitType); empty where the band names none.
 std::optional<double> metres_of_unit(const std::string& unit, const std::filesystem::path& path) {
   if (unit.empty()) return std::nullopt;
-  std::string lower(unit);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string lower = lower_case(unit);
   struct Unit {
     std::string_view name;
     double metres;

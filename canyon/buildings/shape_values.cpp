@@ -18,12 +18,6 @@ namespace {
 constexpr double kMetresPerFoot = 0.3048;  // international foot and inch, exact
 constexpr double kMetresPerInch = 0.0254;
 
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
 void replace_all(std::string& text, std::string_view from, std::string_view to) {
   for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
     text.replace(at, from.size(), to);
@@ -61,7 +55,7 @@ std::optional<double> take_number(std::string_view& text) {
 
 std::optional<double> parse_length_m(std::string_view text) {
   if (text.size() > 64) return {};
-  std::string words = lower(trim(text));
+  std::string words = lower_case(trim(text));
   replace_all(words, "\xE2\x80\xB2", "'");   // prime
   replace_all(words, "\xE2\x80\x99", "'");   // right single quotation mark
   replace_all(words, "\xE2\x80\xB3", "\"");  // double prime
@@ -108,7 +102,7 @@ std::optional<double> parse_length_m(std::string_view text) {
 
 std::optional<double> parse_direction_rad(std::string_view text) {
   if (text.size() > 64) return {};
-  std::string word = lower(trim(text));
+  std::string word = lower_case(trim(text));
   replace_all(word, "\xC2\xB0", "");  // degree sign
   static constexpr std::array<std::string_view, 16> kWinds{"n", "nne", "ne", "ene", "e", "ese", "se", "sse",
                                                            "s", "ssw", "sw", "wsw", "w", "wnw", "nw", "nnw"};
@@ -198,7 +192,7 @@ city::Material material_from_tag(std::string_view value) {
                                                            {"pebbledash", Material::Plaster}};
   if (value.size() > 255) return Material::Unknown;
   // The first of "glass;steel"; the last known word of "red_brick", "cement_block", "wood frame".
-  std::string first = lower(trim(split(value, ';').front()));
+  std::string first = lower_case(trim(split(value, ';').front()));
   std::replace_if(
       first.begin(), first.end(), [](char c) { return c == '_' || c == '-' || c == '/' || c == ','; }, ' ');
   Material material = Material::Unknown;

@@ -16,14 +16,6 @@ bool is_upper(char c) {
 
 }  // namespace
 
-std::string lower_case(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return result;
-}
-
 bool has_word(std::string_view text, std::string_view word) {
   if (word.empty()) return false;
   const std::string haystack = lower_case(text);

@@ -3,12 +3,10 @@
 #include <string>
 #include <string_view>
 
+#include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
 
 namespace canyon::city {
-
-/// ASCII letters in lower case.
-[[nodiscard]] std::string lower_case(std::string_view text);
 
 /// Whether `word` stands in `text` as a word of its own or as one of a CamelCase name, in upper or lower
 /// case: "terrain" in "City_TERRAIN.01" and "flatTerrain2", not in "subterrain". False for an empty word.

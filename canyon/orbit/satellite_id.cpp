@@ -9,16 +9,6 @@
 #include "canyon/base/text.hpp"
 
 namespace canyon::orbit {
-namespace {
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return result;
-}
-
-}  // namespace
-
 char letter(System system) {
   switch (system) {
     case System::GPS:
@@ -59,12 +49,12 @@ std::optional<System> system_from_letter(char c) {
 }
 
 System system_from_name(std::string_view text) {
-  const std::string wanted = lower(trim(text));
+  const std::string wanted = lower_case(trim(text));
   std::vector<std::string> names;
   std::string list;
   for (const System system : kAllSystems) {
     const std::string candidate(name(system));
-    if (lower(candidate) == wanted) return system;
+    if (lower_case(candidate) == wanted) return system;
     names.push_back(candidate);
     list += (list.empty() ? "" : ", ") + candidate;
   }

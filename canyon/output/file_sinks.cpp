@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/orbit/rinex_navigation.hpp"
 #include "canyon/output/sinks.hpp"
 
@@ -24,11 +25,6 @@ class NavigationFile final : public simulation::EpochSink {
   const orbit::NavigationData& data_;
   bool finished_ = false;
 };
-
-std::string lower_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 std::string safe_name(const std::string& name) {
   std::string safe;

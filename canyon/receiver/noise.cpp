@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -23,21 +24,11 @@ std::uint64_t split_mix(std::uint64_t& state) {
   return z ^ (z >> 31);
 }
 
-/// FNV-1a, 64 bits.
-std::uint64_t hash(std::string_view key) {
-  std::uint64_t h = 0xcbf29ce484222325U;
-  for (const char c : key) {
-    h ^= static_cast<unsigned char>(c);
-    h *= 0x100000001b3U;
-  }
-  return h;
-}
-
 }  // namespace
 
 RandomStream::RandomStream(std::uint64_t seed, std::string_view key) {
   // Neighbouring seeds are spread over all bits before the key comes in.
-  std::uint64_t mixer = split_mix(seed) ^ hash(key);
+  std::uint64_t mixer = split_mix(seed) ^ fnv1a(key);
   for (std::uint64_t& word : state_) word = split_mix(mixer);
 }
 

@@ -505,9 +505,7 @@ bool ends_with(const std::string& text, std::string_view end) {
 }  // namespace
 
 std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path) {
-  std::string name = path.filename().string();
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  const std::string name = lower_case(path.filename().string());
   const auto any = [&name](std::initializer_list<const char*> endings) {
     return std::any_of(endings.begin(), endings.end(),
                        [&name](const char* ending) { return ends_with(name, ending); });

@@ -106,12 +106,6 @@ bool is_csv_header(const std::vector<std::string_view>& fields) {
          std::isalpha(static_cast<unsigned char>(trim(fields.front()).front()));
 }
 
-std::string lower_case(std::string_view text) {
-  std::string lower(trim(text));
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return lower;
-}
-
 CsvColumns read_csv_header(const TextFile& file, const std::vector<std::string_view>& fields) {
   const std::array<std::vector<std::string>, 4> words{
       {{"time", "timestamp", "t", "time_s", "utc", "gpst"},
@@ -123,7 +117,7 @@ CsvColumns read_csv_header(const TextFile& file, const std::vector<std::string_v
   for (std::size_t k = 0; k < 4; ++k) {
     bool found = false;
     for (std::size_t i = 0; i < fields.size() && !found; ++i) {
-      std::string field = lower_case(fields[i]);
+      std::string field = lower_case(trim(fields[i]));
       for (const std::string_view unit : {"_deg", "_m", "(deg)", "(m)", "[deg]", "[m]"}) {
         if (field.size() > unit.size() && field.compare(field.size() - unit.size(), unit.size(), unit) == 0) {
           field = std::string(trim(std::string_view(field).substr(0, field.size() - unit.size())));
