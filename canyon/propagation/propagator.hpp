@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -64,5 +65,17 @@ class Propagator {
 /// The paper's equation 1 [m]: additional path for a mirror ray of range `range_m` at elevation
 /// `elevation_rad`, d (1 + sin(pi/2 - 2 theta)) = 2 d cos^2(theta).
 [[nodiscard]] double mirror_excess_m(double range_m, double elevation_rad);
+
+/// The paper's algorithm 2 on ranges that another ray caster measured: LOS where the direct ray is free, else
+/// NLOS by the mirror ray, else blocked.
+/// @param direction unit, ENU, antenna to satellite
+/// @param mirror_range_m of the ray at azimuth + 180 deg and the same elevation; empty: it met nothing in
+/// reach
+[[nodiscard]] SatellitePaths mirror_paths(const Eigen::Vector3d& antenna, const Eigen::Vector3d& direction,
+                                          bool direct_blocked, std::optional<double> mirror_range_m);
+/// Direction of the mirror ray of a satellite in `direction`.
+[[nodiscard]] inline Eigen::Vector3d mirror_direction(const Eigen::Vector3d& direction) {
+  return {-direction.x(), -direction.y(), direction.z()};
+}
 
 }  // namespace canyon::propagation

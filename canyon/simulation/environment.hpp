@@ -1,8 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "canyon/city/city.hpp"
@@ -19,9 +22,28 @@ struct Arrival {
   std::vector<propagation::SatelliteView> views;  ///< satellites above the horizon, ascending by id
 };
 
+/// A city and the rays through it. Hosts that move things hold one and share it between environments.
+struct CityScene {
+  explicit CityScene(city::City c) : city(std::move(c)), scene(city.mesh) {}
+  CityScene(const CityScene&) = delete;
+  CityScene& operator=(const CityScene&) = delete;
+
+  city::City city;
+  raytrace::RayScene scene;
+};
+
+/// Fills result[i] with the paths of the satellite in directions[i] (unit, ENU) at an antenna: what
+/// Propagator::trace() does, or a host with rays of its own.
+using Tracer =
+    std::function<void(const Eigen::Vector3d& antenna_enu, std::span<const Eigen::Vector3d> directions,
+                       std::span<propagation::SatellitePaths> result)>;
+
 /// City and sky: const, thread-safe, shared by every receiver and every worker.
 class Environment {
  public:
+  /// Over a scene that others may hold as well; neither may be null (InputError).
+  Environment(std::shared_ptr<CityScene> scene, std::shared_ptr<const orbit::Sky> sky,
+              std::map<orbit::System, orbit::Klobuchar> klobuchar = {});
   /// `sky` may be shared with others. Klobuchar coefficients ride along for receivers.
   Environment(city::City city, std::shared_ptr<const orbit::Sky> sky,
               std::map<orbit::System, orbit::Klobuchar> klobuchar = {});
@@ -44,6 +66,9 @@ class Environment {
   /// blocked.
   [[nodiscard]] Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                                 const propagation::Propagator& propagator) const;
+  /// The same with other rays; `trace` is called once, unless the placement is not Free.
+  [[nodiscard]] Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                const Tracer& trace) const;
 
  private:
   struct Impl;

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <sdf/sdf.hh>
+#include <string>
+#include <vector>
+
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/simulation/live_receiver.hpp"
+
+namespace canyon::gazebo_classic {
+
+enum class RayEngine : std::uint8_t { Physics, Embree };
+
+/// Everything that a plugin element says. docs/gazebo.md has the table.
+struct PluginSettings {
+  /// Keys of the scenario: sky, start, rate_hz, seed, and those of a receiver. The paper's satNum,
+  /// satAzimuth, satElevation become sky.frozen, disableNoise becomes noise.enabled.
+  simulation::LiveConfig live;
+
+  /// origin_latitude [deg], origin_longitude [deg], origin_altitude [m]; empty: the world's
+  /// spherical_coordinates.
+  std::optional<geodesy::Geodetic> origin;
+
+  RayEngine ray_engine = RayEngine::Embree;  ///< ray_engine: physics or embree
+  bool visual_geometry = false;              ///< geometry: collision or visual
+  bool vehicle_blocks = false;               ///< vehicle_blocks: rays meet the receiver's own model
+
+  std::string ros_namespace;  ///< ros/namespace; empty: the model's name
+  /// ros/remapping, each "from:=to" with ROS's meaning of "~/"; topics without one keep their names.
+  std::vector<std::pair<std::string, std::string>> remappings;
+  std::string frame_id;       ///< frame_id (or frameName); empty: the link's name
+  bool publish_scan = false;  ///< output_type sensor_msgs/LaserScan
+
+  std::string pose_topic;       ///< pose_topic: truth from outside instead of Gazebo's
+  double pose_timeout_s = 0.5;  ///< pose_timeout_s, of simulated time; > 0
+
+  bool publish_gazebo = true;  ///< publishers/gazebo
+  bool publish_ros = true;     ///< publishers/ros
+  bool publish_px4 = false;    ///< publishers/px4
+  std::string px4_topic;       ///< topic; empty: the name of the model right above the link
+  int nmea_port = 0;           ///< publishers/nmea_port; 0: none
+
+  bool show_rays = false;     ///< visuals/rays
+  bool show_bubble = false;   ///< visuals/bubble
+  double bubble_scale = 1;    ///< visuals/bubble_scale: metres of radius for a metre of error
+  double ray_length_m = 100;  ///< visuals/ray_length_m, of rays that meet nothing
+
+  std::vector<std::string> warnings;  ///< unknown elements, by name, with the closest known one
+};
+
+/// Where a plugin is attached; decides defaults.
+struct PluginPlace {
+  bool on_ray_sensor = false;
+  std::string name;  ///< for messages: "plugin 'gnss' of model 'car'"
+  std::filesystem::path
+      folder;  ///< relative paths belong to it: the world file's; then Gazebo's resource paths
+};
+
+/// Reads a plugin element. Defaults are the paper's where its satAzimuth is given: mirror model, and on a ray
+/// sensor the physics engine. Throws InputError, whose text names the element and the cure, for a wrong
+/// value.
+[[nodiscard]] PluginSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place);
+
+/// One row per element for docs and tests: name with dots, unit, default, meaning.
+[[nodiscard]] const std::vector<simulation::ScenarioKey>& plugin_keys();
+
+}  // namespace canyon::gazebo_classic

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <gazebo/common/Time.hh>
+#include <gazebo/physics/PhysicsTypes.hh>
+#include <gazebo/transport/TransportTypes.hh>
+#include <ignition/math/Pose3.hh>
+#include <ignition/math/Vector3.hh>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "adapters/gazebo_classic/plugin_settings.hpp"
+
+namespace canyon::gazebo_classic {
+
+/// A body's true motion in Gazebo's world frame.
+struct TruePose {
+  ignition::math::Pose3d pose;
+  ignition::math::Vector3d linear_velocity;   ///< of the pose's origin [m/s]
+  ignition::math::Vector3d angular_velocity;  ///< [rad/s]
+};
+
+/// Where a receiver learns its truth.
+class PoseSource {
+ public:
+  virtual ~PoseSource() = default;
+  /// At `now` of simulated time; empty, with `reason`, where there is none.
+  [[nodiscard]] virtual std::optional<TruePose> at(const gazebo::common::Time& now, std::string& reason) = 0;
+  virtual void reset() {}
+};
+
+/// A link's, with the pose of a sensor on it.
+[[nodiscard]] std::unique_ptr<PoseSource> make_link_pose_source(const gazebo::physics::LinkPtr& link,
+                                                                const ignition::math::Pose3d& sensor_on_link);
+/// From settings.pose_topic, by geometry_msgs/PoseStamped on ROS where that is built in, and by
+/// gazebo.msgs.PoseStamped on Gazebo transport; poses of either are in Gazebo's world frame. Velocities are
+/// differences of the last two messages. Too old after settings.pose_timeout_s of simulated time since
+/// arrival.
+[[nodiscard]] std::unique_ptr<PoseSource> make_topic_pose_source(const gazebo::transport::NodePtr& node,
+                                                                 const PluginSettings& settings);
+
+}  // namespace canyon::gazebo_classic

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <gazebo/transport/TransportTypes.hh>
+#include <memory>
+
+#include "adapters/gazebo_classic/epoch_publisher.hpp"
+#include "adapters/gazebo_classic/plugin_settings.hpp"
+
+// The ways out of the plugin. Each is made once per receiver; InputError where it cannot be.
+
+namespace canyon::gazebo_classic {
+
+/// canyon.msgs.GnssReceiver (adapters/gazebo_classic/msgs) on ~/MODEL/gnss, or ~/MODEL/SENSOR/gnss with a
+/// sensor.
+[[nodiscard]] std::unique_ptr<EpochPublisher> make_gazebo_publisher(const gazebo::transport::NodePtr& node,
+                                                                    const ReceiverIdentity& identity);
+
+/// sensor_msgs.msgs.SITLGps on ~/MODEL/link/TOPIC, as PX4's bridge expects. Without a fix nothing is sent, as
+/// PX4 takes every message for a 3D fix.
+[[nodiscard]] std::unique_ptr<EpochPublisher> make_px4_publisher(const gazebo::transport::NodePtr& node,
+                                                                 const ReceiverIdentity& identity,
+                                                                 const PluginSettings& settings);
+
+/// NMEA 0183 to whoever connects to 127.0.0.1:settings.nmea_port.
+[[nodiscard]] std::unique_ptr<EpochPublisher> make_nmea_publisher(const ReceiverIdentity& identity,
+                                                                  const PluginSettings& settings);
+
+/// Rays and bubble in the world's scene.
+[[nodiscard]] std::unique_ptr<EpochPublisher> make_visuals(const gazebo::transport::NodePtr& node,
+                                                           const ReceiverIdentity& identity,
+                                                           const PluginSettings& settings);
+
+/// ROS 1 topics, with the first master that answers; never blocks. Null where built without ROS.
+[[nodiscard]] std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
+                                                                 const PluginSettings& settings);
+
+}  // namespace canyon::gazebo_classic

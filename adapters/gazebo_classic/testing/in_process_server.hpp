@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <gazebo/gazebo.hh>
+#include <gazebo/physics/physics.hh>
+#include <gazebo/sensors/sensors.hh>
+#include <stdexcept>
+#include <string>
+
+#include "tests/support/free_port.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon::gazebo_classic::test {
+
+/// gzserver inside the test's own process, stepped by hand: worlds stand still until step(). One per process.
+class InProcessServer {
+ public:
+  static InProcessServer& get() {
+    static InProcessServer server;
+    return server;
+  }
+  InProcessServer(const InProcessServer&) = delete;
+  InProcessServer& operator=(const InProcessServer&) = delete;
+
+  /// Loads a world from SDF text in place of the one before.
+  gazebo::physics::WorldPtr load(const std::string& sdf) {
+    const std::filesystem::path file = folder_ / "test.world";
+    std::ofstream(file) << sdf;
+    return load_file(file);
+  }
+  gazebo::physics::WorldPtr load_file(const std::filesystem::path& file) {
+    unload();
+    world_ = gazebo::loadWorld(file.string());
+    if (!world_) throw std::runtime_error("the world does not load");
+    world_->SetPaused(true);
+    gazebo::sensors::run_once(true);  // makes the sensors that the world asked for
+    gazebo::physics::run_world(world_);
+    return world_;
+  }
+  /// Ends the world: plugins are unloaded.
+  void unload() {
+    if (!world_) return;
+    gazebo::sensors::SensorManager::Instance()->RemoveSensors();
+    gazebo::physics::stop_world(world_);
+    world_.reset();
+    gazebo::physics::remove_worlds();
+  }
+  /// `iterations` of physics, and everything that hangs on them, done when it returns. Sensors are updated
+  /// once afterwards.
+  void step(unsigned iterations = 1) {
+    world_->Step(iterations);
+    gazebo::sensors::run_once();
+  }
+
+ private:
+  InProcessServer() {
+    const std::string master = "http://127.0.0.1:" + std::to_string(canyon::test::free_port());
+    setenv("GAZEBO_MASTER_URI", master.c_str(), 1);
+    setenv("GAZEBO_IP", "127.0.0.1", 1);
+    setenv("GAZEBO_MODEL_DATABASE_URI", "", 1);
+    setenv("GAZEBO_PLUGIN_PATH", CANYON_PLUGIN_DIR, 1);
+    gazebo::common::Console::SetQuiet(false);
+    if (!gazebo::setupServer(std::vector<std::string>{})) throw std::runtime_error("no Gazebo server");
+  }
+  ~InProcessServer() {
+    unload();
+    gazebo::shutdown();
+  }
+  canyon::test::TemporaryFolder folder_;
+  gazebo::physics::WorldPtr world_;
+};
+
+}  // namespace canyon::gazebo_classic::test

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
+
+namespace canyon::simulation {
+
+/// An antenna at an instant, in the city's ENU frame.
+struct AntennaState {
+  Eigen::Vector3d position_enu_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_enu_mps = Eigen::Vector3d::Zero();
+  double yaw_rad = 0;         ///< ENU yaw of the vehicle
+  double yaw_rate_radps = 0;  ///< counter-clockwise
+};
+
+/// The epoch that a receiver makes of what arrives at a known place: truth, measurements, fix, and its error.
+/// What Simulation::run() and hosts with a clock of their own share. `truth.time` is the instant.
+[[nodiscard]] Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, const Arrival& arrival,
+                                  const Environment& environment);
+
+/// What a host says of a receiver in a world that it brings itself: a scenario without city and trajectory.
+struct LiveConfig {
+  SkyConfig sky;
+  std::optional<geodesy::GpsTime> start;  ///< of the host's time 0; empty: the host knows
+  std::optional<double> rate_hz;          ///< empty: the host's own
+  ReceiverConfig receiver;
+  std::uint64_t seed = 1;
+};
+
+/// Reads YAML with the scenario's keys `sky`, `start`, `rate_hz`, `seed` and, beside them, those of one
+/// receiver (`receivers[]` in docs/scenario.md) without its brackets. `name` stands in messages. Relative
+/// paths belong to the folder of `name`. Throws InputError as parse_scenario() does.
+[[nodiscard]] LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name);
+/// The keys that parse_live_config() knows, with dots: "noise.sigma_m_per_sqrt_s".
+[[nodiscard]] const std::vector<ScenarioKey>& live_keys();
+
+/// One receiver driven step by step by a host that brings time, motion and surroundings. Same seed and same
+/// steps, same numbers. Not thread-safe.
+class LiveReceiver {
+ public:
+  /// @param scene shared by the receivers of one world; the host moves its instances between steps.
+  /// `propagation` as config.receiver says.
+  /// @param start GPS time of the host's time 0
+  /// Throws InputError where the sky has no satellite at `start` (see build_sky()), or coefficients are
+  /// missing.
+  LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start);
+  ~LiveReceiver();
+  LiveReceiver(LiveReceiver&&) noexcept;
+
+  [[nodiscard]] const LiveConfig& config() const;
+  [[nodiscard]] geodesy::GpsTime start() const;
+
+  /// The host rebuilt its world: rays go through this one from now on.
+  void set_scene(std::shared_ptr<CityScene> scene);
+  /// Rays of the host's own instead of the scene's; empty: back to the scene's.
+  void set_tracer(Tracer tracer);
+
+  struct Step {
+    Epoch epoch;      ///< receiver 0
+    Arrival arrival;  ///< the paths behind it, in the scene's ENU frame
+  };
+  /// One epoch `seconds` of host time after `start`. A time before the last step's begins anew, as
+  /// constructed: a world that was reset gives the same numbers again. Throws InputError for a state that is
+  /// not finite.
+  [[nodiscard]] Step observe(double seconds, const AntennaState& antenna);
+
+  /// As constructed.
+  void restart();
+
+  /// What there is to say since the last call, one line each: stale ephemerides, the end of the orbits.
+  [[nodiscard]] std::vector<std::string> take_warnings();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace canyon::simulation
