@@ -93,6 +93,34 @@ double mirror_excess_m(double range_m, double elevation_rad) {
   return range_m * (1 + std::sin(geodesy::kPi / 2 - 2 * elevation_rad));
 }
 
+namespace {
+
+Path mirror_path(const Vector3d& antenna, const Vector3d& direction, double range_m) {
+  Path path;
+  path.kind = PathKind::Reflected;
+  path.arrival = mirror_direction(direction);
+  path.excess_m = mirror_excess_m(range_m, std::asin(std::clamp(direction.z(), -1.0, 1.0)));
+  path.point = antenna + range_m * path.arrival;
+  return path;
+}
+
+}  // namespace
+
+SatellitePaths mirror_paths(const Vector3d& antenna, const Vector3d& direction, bool direct_blocked,
+                            std::optional<double> mirror_range_m) {
+  SatellitePaths paths;
+  if (!direct_blocked) {
+    Path direct;
+    direct.arrival = direction;
+    paths.visibility = Visibility::LOS;
+    paths.paths.push_back(direct);
+  } else if (mirror_range_m) {
+    paths.visibility = Visibility::NLOS;
+    paths.paths.push_back(mirror_path(antenna, direction, *mirror_range_m));
+  }
+  return paths;
+}
+
 struct Propagator::Impl {
   const raytrace::RayScene* scene;
   PropagationOptions options;
@@ -243,15 +271,10 @@ void Propagator::Impl::trace_mirror(const Vector3d& antenna, std::span<const Vec
   const double min_range = scene->surface_offset_m(antenna);
   for (std::size_t i = 0; i < directions.size(); ++i) {
     if (!blocked[i]) continue;
-    const Vector3d& towards = directions[i];
-    const Vector3d mirrored(-towards.x(), -towards.y(), towards.z());
+    const Vector3d mirrored = mirror_direction(directions[i]);
     const auto hit = scene->cast({antenna, mirrored, options.max_range_m}, min_range);
     if (!hit) continue;
-    Path path;
-    path.kind = PathKind::Reflected;
-    path.excess_m = mirror_excess_m(hit->range_m, std::asin(std::clamp(towards.z(), -1.0, 1.0)));
-    path.point = antenna + hit->range_m * mirrored;
-    path.arrival = mirrored;
+    Path path = mirror_path(antenna, directions[i], hit->range_m);
     path.incidence_rad = std::acos(std::min(1.0, std::abs(mirrored.dot(hit->normal))));
     path.triangle = hit->triangle;
     path.instance = hit->instance;

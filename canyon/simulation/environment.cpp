@@ -1,5 +1,6 @@
 #include "canyon/simulation/environment.hpp"
 
+#include <string>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -7,40 +8,40 @@
 
 namespace canyon::simulation {
 
-// On the heap, so that scene and mesh keep their addresses (propagators refer to them) when the environment
-// moves.
 struct Environment::Impl {
-  Impl(city::City c, std::shared_ptr<const orbit::Sky> s, std::map<orbit::System, orbit::Klobuchar> k)
-      : city(std::move(c)),
-        sky(std::move(s)),
-        klobuchar(std::move(k)),
-        satellites(sky->satellites()),
-        scene(city.mesh) {}
-
-  city::City city;
+  std::shared_ptr<CityScene> city_scene;  // propagators refer to it; it keeps its address
   std::shared_ptr<const orbit::Sky> sky;
   std::map<orbit::System, orbit::Klobuchar> klobuchar;
   std::vector<orbit::SatelliteId> satellites;
-  raytrace::RayScene scene;
 };
 
 namespace {
 
-std::shared_ptr<const orbit::Sky> checked(std::shared_ptr<const orbit::Sky> sky) {
-  if (!sky) throw InputError("an environment needs a sky");
-  return sky;
+template <typename T>
+std::shared_ptr<T> checked(std::shared_ptr<T> part, const char* what) {
+  if (!part) throw InputError(std::string("an environment needs a ") + what);
+  return part;
 }
 
 }  // namespace
 
 Environment::Environment(city::City city, std::shared_ptr<const orbit::Sky> sky,
                          std::map<orbit::System, orbit::Klobuchar> klobuchar)
-    : impl_(std::make_unique<Impl>(std::move(city), checked(std::move(sky)), std::move(klobuchar))) {}
+    : Environment(std::make_shared<CityScene>(std::move(city)), std::move(sky), std::move(klobuchar)) {}
+
+Environment::Environment(std::shared_ptr<CityScene> scene, std::shared_ptr<const orbit::Sky> sky,
+                         std::map<orbit::System, orbit::Klobuchar> klobuchar)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->city_scene = checked(std::move(scene), "city");
+  impl_->sky = checked(std::move(sky), "sky");
+  impl_->klobuchar = std::move(klobuchar);
+  impl_->satellites = impl_->sky->satellites();
+}
 Environment::~Environment() = default;
 Environment::Environment(Environment&&) noexcept = default;
 
 const city::City& Environment::city() const {
-  return impl_->city;
+  return impl_->city_scene->city;
 }
 const orbit::Sky& Environment::sky() const {
   return *impl_->sky;
@@ -49,26 +50,35 @@ const std::map<orbit::System, orbit::Klobuchar>& Environment::klobuchar() const 
   return impl_->klobuchar;
 }
 const raytrace::RayScene& Environment::scene() const {
-  return impl_->scene;
+  return impl_->city_scene->scene;
 }
 raytrace::RayScene& Environment::mutable_scene() {
-  return impl_->scene;
+  return impl_->city_scene->scene;
 }
 
 propagation::Propagator Environment::make_propagator(const propagation::PropagationOptions& options) const {
-  return {impl_->city.mesh, impl_->scene, options};
+  return {city().mesh, scene(), options};
 }
 
 Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                              const propagation::Propagator& propagator) const {
+  return arrival(time, antenna_enu,
+                 [&propagator](const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+                               std::span<propagation::SatellitePaths> result) {
+                   propagator.trace(antenna, directions, result);
+                 });
+}
+
+Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                             const Tracer& trace) const {
   if (!antenna_enu.allFinite()) {
     throw InputError("NaN pose: the antenna's position is not finite", "give east, north and up in metres");
   }
-  const geodesy::LocalFrame& frame = impl_->city.frame;
+  const geodesy::LocalFrame& frame = city().frame;
   const Eigen::Vector3d antenna_ecef = frame.ecef_from_local(antenna_enu);
 
   Arrival arrival;
-  arrival.placement = impl_->scene.placement(antenna_enu);
+  arrival.placement = scene().placement(antenna_enu);
   arrival.views.reserve(impl_->satellites.size());
   std::vector<Eigen::Vector3d> directions;
   directions.reserve(impl_->satellites.size());
@@ -83,7 +93,7 @@ Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& anten
   if (arrival.placement != raytrace::Placement::Free) return arrival;
 
   std::vector<propagation::SatellitePaths> paths(directions.size());
-  propagator.trace(antenna_enu, directions, paths);
+  trace(antenna_enu, directions, paths);
   for (std::size_t i = 0; i < paths.size(); ++i) arrival.views[i].paths = std::move(paths[i]);
   return arrival;
 }

@@ -22,11 +22,6 @@ struct AntennaState {
   double yaw_rate_radps = 0;  ///< counter-clockwise
 };
 
-/// The epoch that a receiver makes of what arrives at a known place: truth, measurements, fix, and its error.
-/// What Simulation::run() and hosts with a clock of their own share. `truth.time` is the instant.
-[[nodiscard]] Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, const Arrival& arrival,
-                                  const Environment& environment);
-
 /// What a host says of a receiver in a world that it brings itself: a scenario without city and trajectory.
 struct LiveConfig {
   SkyConfig sky;

@@ -127,18 +127,15 @@ void check_city(const Scenario& scenario, const city::City& city) {
 }
 
 void check_ionosphere(const Scenario& scenario, const BuiltSky& sky) {
-  const auto& klobuchar = sky.navigation.klobuchar;
   const bool needed =
       std::any_of(scenario.receivers.begin(), scenario.receivers.end(), [](const ReceiverConfig& receiver) {
         return receiver.options.ionosphere || receiver.options.fix.correct_ionosphere;
       });
-  if (!needed || klobuchar.count(orbit::System::GPS) != 0) return;
-  for (const orbit::SatelliteId id : sky.sky->satellites()) {
-    if (klobuchar.count(id.system) != 0) continue;
-    throw scenario_error(
-        scenario, fmt::format("the sky has no ionosphere coefficients for {}", orbit::name(id.system)),
-        "give a navigation file whose header has GPSA and GPSB, or switch the receivers' ionosphere "
-        "and correct_ionosphere off");
+  if (!needed) return;
+  try {
+    require_ionosphere(sky);
+  } catch (const InputError& e) {
+    throw scenario_error(scenario, e.problem(), e.cure());
   }
 }
 
@@ -150,8 +147,6 @@ bool same(const propagation::PropagationOptions& a, const propagation::Propagati
 // The answer of the pure part for one receiver at one instant.
 struct PureEpoch {
   Pose truth;
-  Eigen::Vector3d ecef;
-  Eigen::Vector3d velocity_ecef;
   Arrival arrival;
 };
 
@@ -291,10 +286,7 @@ Pose Simulation::Impl::antenna_pose(std::size_t receiver, GpsTime t) const {
 PureEpoch Simulation::Impl::pure_epoch(std::size_t receiver, GpsTime t) const {
   PureEpoch pure;
   pure.truth = antenna_pose(receiver, t);
-  pure.ecef = geodesy::ecef_from_geodetic(pure.truth.position);
-  pure.velocity_ecef =
-      geodesy::enu_from_ecef_rotation(pure.truth.position).transpose() * pure.truth.velocity_enu_mps;
-  pure.arrival = environment.arrival(t, environment.city().frame.local_from_ecef(pure.ecef),
+  pure.arrival = environment.arrival(t, environment.city().frame.local_from_geodetic(pure.truth.position),
                                      propagators[propagator_of[receiver]]);
   return pure;
 }
@@ -313,6 +305,23 @@ std::vector<std::string> Simulation::Impl::placement_warnings(
     say(raytrace::Placement::UnderTerrain, "under the terrain");
   }
   return lines;
+}
+
+Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, const Arrival& arrival,
+                    const Environment& environment) {
+  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth.position);
+  Epoch epoch;
+  epoch.truth = truth;
+  epoch.truth_ecef = geodesy::ecef_from_geodetic(truth.position);
+  epoch.placement = arrival.placement;
+  epoch.observed =
+      receiver.observe(truth.time, epoch.truth_ecef, enu_from_ecef.transpose() * truth.velocity_enu_mps,
+                       arrival.views, environment.city().frame.ecef_from_local_rotation(), arrival.placement,
+                       environment.sky(), environment.klobuchar());
+  if (epoch.observed.fix.solved()) {
+    epoch.error_enu_m = enu_from_ecef * (epoch.observed.fix.position_ecef - epoch.truth_ecef);
+  }
+  return epoch;
 }
 
 Simulation::Simulation(Scenario scenario, city::City city) {
@@ -370,7 +379,6 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
     receivers.emplace_back(config.options, impl.scenario.seed);
   }
   std::vector<std::array<std::size_t, 3>> placements(receiver_count);
-  const Eigen::Matrix3d& ecef_from_enu = impl.environment.city().frame.ecef_from_local_rotation();
   Progress progress(options.progress, result.planned);
   const EpochSink* broken = nullptr;
   std::exception_ptr failure;
@@ -384,21 +392,10 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
     return epochs;
   };
   const auto observe = [&](std::size_t instant, std::vector<PureEpoch>& epochs) {
-    const GpsTime t = impl.plan.at(instant);
     for (std::size_t r = 0; r < receiver_count; ++r) {
       const PureEpoch& from = epochs[r];
-      Epoch epoch;
+      Epoch epoch = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment);
       epoch.receiver = r;
-      epoch.truth = from.truth;
-      epoch.truth_ecef = from.ecef;
-      epoch.placement = from.arrival.placement;
-      epoch.observed =
-          receivers[r].observe(t, from.ecef, from.velocity_ecef, from.arrival.views, ecef_from_enu,
-                               from.arrival.placement, impl.environment.sky(), impl.environment.klobuchar());
-      if (epoch.observed.fix.solved()) {
-        epoch.error_enu_m = geodesy::enu_from_ecef_rotation(from.truth.position) *
-                            (epoch.observed.fix.position_ecef - from.ecef);
-      }
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
       for (EpochSink* sink : sinks) {
         broken = sink;

@@ -23,6 +23,11 @@ struct Epoch {
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 };
 
+/// The epoch that a receiver makes of what arrives at a known place: measurements, fix, and its error.
+/// Simulation and hosts with a clock of their own share it. Throws as Receiver::observe() does.
+[[nodiscard]] Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, const Arrival& arrival,
+                                  const Environment& environment);
+
 /// Takes epochs in order: by time, then by receiver.
 class EpochSink {
  public:
@@ -93,5 +98,8 @@ struct BuiltSky {
 };
 [[nodiscard]] BuiltSky build_sky(const SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
                                  const geodesy::Geodetic& place);
+
+/// Throws InputError where a sky has satellites without ionosphere coefficients of their system or of GPS.
+void require_ionosphere(const BuiltSky& sky);
 
 }  // namespace canyon::simulation

@@ -167,4 +167,15 @@ BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const ge
   return built;
 }
 
+void require_ionosphere(const BuiltSky& sky) {
+  const auto& klobuchar = sky.navigation.klobuchar;
+  if (klobuchar.count(orbit::System::GPS) != 0) return;
+  for (const orbit::SatelliteId id : sky.sky->satellites()) {
+    if (klobuchar.count(id.system) != 0) continue;
+    throw InputError(fmt::format("the sky has no ionosphere coefficients for {}", orbit::name(id.system)),
+                     "give a navigation file whose header has GPSA and GPSB, or switch the receivers' "
+                     "ionosphere and correct_ionosphere off");
+  }
+}
+
 }  // namespace canyon::simulation

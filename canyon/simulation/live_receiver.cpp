@@ -1,0 +1,149 @@
+#include "canyon/simulation/live_receiver.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using geodesy::GpsTime;
+
+// Nominal orbits are written for so long, and again when that has passed.
+constexpr double kSkySpan_s = 86400;
+
+std::shared_ptr<CityScene> checked(std::shared_ptr<CityScene> scene) {
+  if (!scene) throw InputError("a live receiver needs a scene");
+  return scene;
+}
+
+}  // namespace
+
+struct LiveReceiver::Impl {
+  Impl(LiveConfig c, std::shared_ptr<CityScene> s, GpsTime t)
+      : config(std::move(c)),
+        scene(checked(std::move(s))),
+        start(t),
+        receiver(config.receiver.options, config.seed) {
+    config.receiver.propagation.validate();
+    make_sky(start);
+  }
+
+  void make_sky(GpsTime from);
+  void make_environment();
+  void bring_sky_to(GpsTime t);
+
+  LiveConfig config;
+  std::shared_ptr<CityScene> scene;
+  GpsTime start;
+  receiver::Receiver receiver;
+  Tracer tracer;
+  BuiltSky sky;
+  GpsTime sky_begin;
+  std::optional<Environment> environment;
+  std::optional<propagation::Propagator> propagator;
+  double last_s = -std::numeric_limits<double>::infinity();
+  bool said_empty = false;
+  std::vector<std::string> warnings;
+};
+
+void LiveReceiver::Impl::make_sky(GpsTime from) {
+  const bool first = !sky.sky;
+  const GpsTime to = config.sky.nominal ? from + kSkySpan_s : from;
+  sky = build_sky(config.sky, from, to, scene->city.frame.origin());
+  sky_begin = from;
+  if (first) {
+    warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
+    const receiver::ReceiverOptions& o = config.receiver.options;
+    if (o.ionosphere || o.fix.correct_ionosphere) require_ionosphere(sky);
+  }
+  make_environment();
+}
+
+void LiveReceiver::Impl::make_environment() {
+  propagator.reset();
+  environment.emplace(scene, sky.sky, sky.navigation.klobuchar);
+  propagator.emplace(environment->make_propagator(config.receiver.propagation));
+}
+
+// Only nominal orbits can be made for any time; files say what they say.
+void LiveReceiver::Impl::bring_sky_to(GpsTime t) {
+  if (!config.sky.nominal) return;
+  if (t - sky_begin < 0 || t - sky_begin > kSkySpan_s) make_sky(t);
+}
+
+LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start)) {}
+LiveReceiver::~LiveReceiver() = default;
+LiveReceiver::LiveReceiver(LiveReceiver&&) noexcept = default;
+
+const LiveConfig& LiveReceiver::config() const {
+  return impl_->config;
+}
+GpsTime LiveReceiver::start() const {
+  return impl_->start;
+}
+
+void LiveReceiver::set_scene(std::shared_ptr<CityScene> scene) {
+  if (scene == impl_->scene) return;
+  impl_->scene = checked(std::move(scene));
+  impl_->make_environment();
+}
+
+void LiveReceiver::set_tracer(Tracer tracer) {
+  impl_->tracer = std::move(tracer);
+}
+
+LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& antenna) {
+  Impl& impl = *impl_;
+  if (!std::isfinite(seconds) || std::abs(seconds) > 1e9) {
+    throw InputError(fmt::format("the host's time {} s is out of range", seconds));
+  }
+  if (!antenna.position_enu_m.allFinite() || !antenna.velocity_enu_mps.allFinite() ||
+      !std::isfinite(antenna.yaw_rad) || !std::isfinite(antenna.yaw_rate_radps)) {
+    throw InputError("NaN pose: the antenna's position, velocity or yaw is not finite",
+                     "check what moves the vehicle");
+  }
+  if (seconds < impl.last_s) restart();
+  const GpsTime t = impl.start + seconds;
+  impl.bring_sky_to(t);
+  impl.last_s = seconds;
+
+  const geodesy::LocalFrame& frame = impl.scene->city.frame;
+  Step step;
+  step.arrival = impl.tracer ? impl.environment->arrival(t, antenna.position_enu_m, impl.tracer)
+                             : impl.environment->arrival(t, antenna.position_enu_m, *impl.propagator);
+  Pose truth;
+  truth.time = t;
+  truth.position = frame.geodetic_from_local(antenna.position_enu_m);
+  // A pose's velocity is in the east-north-up of its own place.
+  truth.velocity_enu_mps = geodesy::enu_from_ecef_rotation(truth.position) *
+                           (frame.ecef_from_local_rotation() * antenna.velocity_enu_mps);
+  truth.yaw_rad = antenna.yaw_rad;
+  truth.yaw_rate_radps = antenna.yaw_rate_radps;
+  step.epoch = observe_epoch(impl.receiver, truth, step.arrival, *impl.environment);
+
+  if (step.arrival.views.empty() && !impl.said_empty) {
+    impl.said_empty = true;
+    impl.warnings.push_back(fmt::format("no satellite has an orbit at {}: there is no fix from here on",
+                                        geodesy::format_gpst(t, 0)));
+  }
+  return step;
+}
+
+void LiveReceiver::restart() {
+  impl_->receiver = receiver::Receiver(impl_->config.receiver.options, impl_->config.seed);
+  impl_->last_s = -std::numeric_limits<double>::infinity();
+  impl_->said_empty = false;
+}
+
+std::vector<std::string> LiveReceiver::take_warnings() {
+  return std::exchange(impl_->warnings, {});
+}
+
+}  // namespace canyon::simulation
