@@ -1,0 +1,230 @@
+#include "canyon/simulation/live_receiver.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "canyon/city/synthetic_city.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "tests/support/simulation_support.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using geodesy::GpsTime;
+using ::testing::HasSubstr;
+
+class Collector final : public EpochSink {
+ public:
+  void write(const Epoch& epoch) override { epochs.push_back(epoch); }
+  void finish() override {}
+  std::vector<Epoch> epochs;
+};
+
+constexpr const char* kLive = R"(
+sky: {nominal: true, systems: [GPS, Galileo]}
+start: 2026-06-01T08:00:00Z
+name: car
+seed: 9
+)";
+
+template <typename Call>
+std::string error_text(const Call& call) {
+  return test::error_of(call).what();
+}
+
+LiveConfig live_config() {
+  return parse_live_config(kLive, "plugin");
+}
+
+std::shared_ptr<CityScene> downtown() {
+  return std::make_shared<CityScene>(city::synthetic_city({}));
+}
+
+/// A wall 20 m east of the origin, 100 m high and 400 m long.
+std::shared_ptr<CityScene> wall() {
+  city::City city;
+  city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(22.3, 114.17, 0));
+  city::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete, {20, -200, 0},
+                   {25, 200, 100});
+  return std::make_shared<CityScene>(std::move(city));
+}
+
+void expect_same(const Epoch& a, const Epoch& b) {
+  EXPECT_EQ(a.truth.time, b.truth.time);
+  EXPECT_EQ(a.placement, b.placement);
+  EXPECT_EQ(a.observed.fix.status, b.observed.fix.status);
+  if (a.observed.fix.solved()) {
+    EXPECT_LT((a.observed.fix.position_ecef - b.observed.fix.position_ecef).norm(), 1e-6);
+  }
+  ASSERT_EQ(a.observed.satellites.size(), b.observed.satellites.size());
+  for (std::size_t i = 0; i < a.observed.satellites.size(); ++i) {
+    EXPECT_EQ(a.observed.satellites[i].id, b.observed.satellites[i].id);
+    EXPECT_EQ(a.observed.satellites[i].visibility, b.observed.satellites[i].visibility);
+    EXPECT_NEAR(a.observed.satellites[i].excess_m, b.observed.satellites[i].excess_m, 1e-6);
+    EXPECT_NEAR(a.observed.satellites[i].pseudorange_error_m, b.observed.satellites[i].pseudorange_error_m,
+                1e-6);
+  }
+}
+
+// The batch run and the stepped receiver are one model: same drive, same numbers.
+TEST(LiveReceiver, GivesWhatTheSimulationGives) {
+  Scenario scenario = parse_scenario(R"(
+city: {synthetic: {}}
+sky: {nominal: true, systems: [GPS, Galileo]}
+start: 2026-06-01T08:00:00Z
+trajectory:
+  waypoints: [{east_m: -60, north_m: 0, up_m: 1.5}, {east_m: 60, north_m: 0, up_m: 1.5}]
+  speed_mps: 6
+rate_hz: 2
+receivers: [{name: car}]
+seed: 9
+)",
+                                     "scenario.yaml");
+  const Simulation simulation(scenario, city::synthetic_city({}));
+  Collector batch;
+  (void)simulation.run({&batch});
+
+  LiveReceiver live(live_config(), downtown(), *live_config().start);
+  const geodesy::LocalFrame& frame = simulation.environment().city().frame;
+  ASSERT_EQ(batch.epochs.size(), 41U);  // 120 m at 6 m/s, twice a second, both ends
+  for (const Epoch& expected : batch.epochs) {
+    const Pose pose = simulation.antenna_pose(0, expected.truth.time);
+    AntennaState antenna;
+    antenna.position_enu_m = frame.local_from_geodetic(pose.position);
+    antenna.velocity_enu_mps =
+        frame.ecef_from_local_rotation().transpose() *
+        (geodesy::enu_from_ecef_rotation(pose.position).transpose() * pose.velocity_enu_mps);
+    antenna.yaw_rad = pose.yaw_rad;
+    const auto step = live.observe(expected.truth.time - *live_config().start, antenna);
+    expect_same(expected, step.epoch);
+    EXPECT_EQ(step.arrival.views.size(), step.epoch.observed.satellites.size());
+    EXPECT_LT((step.epoch.truth.velocity_enu_mps - pose.velocity_enu_mps).norm(), 1e-9);
+  }
+}
+
+TEST(LiveReceiver, BeginsAnewWhenTimeJumpsBack) {
+  LiveReceiver live(live_config(), downtown(), *live_config().start);
+  const AntennaState antenna{{0, 0, 1.5}, Eigen::Vector3d::Zero()};
+  std::vector<Epoch> first;
+  for (int k = 0; k < 5; ++k) first.push_back(live.observe(0.1 * k, antenna).epoch);
+  for (int k = 0; k < 5; ++k)
+    expect_same(first[static_cast<std::size_t>(k)], live.observe(0.1 * k, antenna).epoch);
+}
+
+TEST(LiveReceiver, HasNominalOrbitsAnyTimeOn) {
+  LiveReceiver live(live_config(), wall(), *live_config().start);
+  const AntennaState antenna{{-500, 0, 150}, Eigen::Vector3d::Zero()};
+  for (const double day : {0.0, 0.5, 3.0, 400.0}) {
+    EXPECT_GT(live.observe(day * 86400, antenna).arrival.views.size(), 10U) << day;
+  }
+  EXPECT_TRUE(live.take_warnings().empty());
+}
+
+// 30 deg high in the east, behind the wall; the mirror ray of range 12 m gives 2 * 12 * cos^2(30 deg) = 18 m.
+TEST(LiveReceiver, TakesTheHostsRays) {
+  LiveConfig config = parse_live_config(R"(
+sky: {frozen: {satAzimuth: [1.5707963, 4.7123890], satElevation: [0.5235988, 0.5235988]}}
+noise: {enabled: false}
+)",
+                                        "plugin");
+  LiveReceiver live(config, wall(), GpsTime::from_week(2300, 0));
+  live.set_tracer([](const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+                     std::span<propagation::SatellitePaths> result) {
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      const bool east = directions[i].x() > 0;
+      result[i] =
+          propagation::mirror_paths(antenna, directions[i], east, east ? std::optional(12.0) : std::nullopt);
+    }
+  });
+  const auto step = live.observe(0, {{0, 0, 1}, Eigen::Vector3d::Zero()});
+  const auto& satellites = step.epoch.observed.satellites;
+  ASSERT_EQ(satellites.size(), 2U);
+  EXPECT_EQ(satellites[0].visibility, propagation::Visibility::NLOS);
+  EXPECT_NEAR(satellites[0].excess_m, 18, 1e-4);
+  EXPECT_EQ(satellites[1].visibility, propagation::Visibility::LOS);
+  // The reflection point: 12 m towards the west, 30 deg up.
+  const Eigen::Vector3d point = step.arrival.views[0].paths.paths[0].point;
+  EXPECT_LT((point - Eigen::Vector3d(-12 * std::cos(geodesy::kPi / 6), 0, 1 + 6)).norm(), 1e-4);
+}
+
+TEST(LiveReceiver, FollowsMovedInstancesAndNewScenes) {
+  LiveConfig config = parse_live_config(
+      "sky: {frozen: {satAzimuth: [1.5707963], satElevation: [0.5235988]}}\nnoise: {enabled: false}\n",
+      "plugin");
+  auto empty = std::make_shared<CityScene>(city::City{});
+  city::Mesh box;
+  city::append_box(box, "bus", city::Surface::Vehicle, city::Material::Metal, {-1, -5, 0}, {1, 5, 30});
+  const auto bus = empty->scene.add_instance(box);
+  LiveReceiver live(config, empty, GpsTime::from_week(2300, 0));
+  const AntennaState antenna{{0, 0, 1}, Eigen::Vector3d::Zero()};
+  const auto visibility = [&](double t) {
+    return live.observe(t, antenna).epoch.observed.satellites.at(0).visibility;
+  };
+  EXPECT_EQ(visibility(0), propagation::Visibility::LOS);
+  empty->scene.set_pose(bus, Eigen::Isometry3d(Eigen::Translation3d(10, 0, 0)));
+  empty->scene.commit();
+  EXPECT_EQ(visibility(0.1), propagation::Visibility::Blocked);
+  live.set_scene(std::make_shared<CityScene>(city::City{}));
+  EXPECT_EQ(visibility(0.2), propagation::Visibility::LOS);
+}
+
+TEST(LiveReceiver, RefusesWhatIsNoPlaceOrTime) {
+  LiveReceiver live(live_config(), wall(), *live_config().start);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(error_text([&] {
+                (void)live.observe(0, {{nan, 0, 0}, Eigen::Vector3d::Zero()});
+              }),
+              HasSubstr("NaN pose"));
+  EXPECT_THAT(error_text([&] { (void)live.observe(nan, {}); }), HasSubstr("out of range"));
+  // What was refused leaves no trace.
+  EXPECT_TRUE(live.observe(0, {{-500, 0, 150}, Eigen::Vector3d::Zero()}).epoch.observed.fix.solved());
+}
+
+TEST(LiveReceiver, NeedsIonosphereCoefficientsWhereAskedFor) {
+  LiveConfig config = live_config();
+  config.receiver.options.ionosphere = true;
+  EXPECT_THAT(error_text([&] { LiveReceiver(config, wall(), *config.start); }),
+              HasSubstr("ionosphere coefficients"));
+}
+
+TEST(LiveConfig, HasAReceiversKeysAtTheTop) {
+  const LiveConfig config = parse_live_config(R"(
+sky: {nominal: true, systems: [BeiDou]}
+start: {week: 2051, tow: 46701}
+rate_hz: 5
+seed: 42
+name: left
+preset: paper
+elevation_mask_deg: 12
+lever_arm: {forward_m: 0.1, left_m: 0.2, up_m: 0.3}
+propagation: {model: specular, max_range_m: 99}
+noise: {sigma_m_per_sqrt_s: 0.7}
+)",
+                                              "plugin");
+  EXPECT_EQ(config.sky.systems, std::set<orbit::System>{orbit::System::BeiDou});
+  EXPECT_EQ(config.start, GpsTime::from_week(2051, 46701));
+  EXPECT_EQ(config.rate_hz, 5.0);
+  EXPECT_EQ(config.seed, 42U);
+  EXPECT_EQ(config.receiver.options.name, "left");
+  EXPECT_NEAR(config.receiver.options.fix.elevation_mask_rad, geodesy::radians(12), 1e-12);
+  EXPECT_EQ(config.receiver.options.fix.min_satellites, 5);  // the paper's
+  EXPECT_EQ(config.receiver.lever_arm_m, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_EQ(config.receiver.propagation.model, propagation::Model::Specular);
+  EXPECT_EQ(config.receiver.propagation.max_range_m, 99);
+  EXPECT_EQ(config.receiver.options.noise.ou.sigma_m_per_sqrt_s, 0.7);
+}
+
+TEST(LiveConfig, TakesNothingOfCityAndTrajectory) {
+  EXPECT_THAT(error_text([] { (void)parse_live_config("city: {open: true}\n", "plugin"); }),
+              HasSubstr("city"));
+  EXPECT_THAT(error_text([] { (void)parse_live_config("noise: {sigma: 1}\n", "plugin"); }),
+              HasSubstr("sigma"));
+  for (const ScenarioKey& key : live_keys()) EXPECT_EQ(key.path.find("[]"), std::string::npos) << key.path;
+}
+
+}  // namespace
+}  // namespace canyon::simulation
