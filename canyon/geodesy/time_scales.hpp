@@ -36,6 +36,10 @@ struct CalendarTime {
 /// Throws InputError where a field is out of range, or for second 60 where there was no leap second.
 [[nodiscard]] GpsTime gps_from_utc(const CalendarTime& utc);
 
+/// From POSIX time, whole nanoseconds since 1970-01-01 00:00:00 UTC without leap seconds; the instant of a
+/// repeated second is its second one.
+[[nodiscard]] GpsTime gps_from_unix(std::int64_t nanoseconds_since_1970);
+
 /// BDT runs 14 s behind GPST, its week 0 begins 2006-01-01 00:00:00 UTC, GPS week 1356 (BDS-SIS-ICD
 /// B1I 3.0, 3.3).
 inline constexpr int kBdtWeekOffset = 1356;

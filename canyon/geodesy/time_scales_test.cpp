@@ -259,5 +259,14 @@ TEST(CalendarTime, FieldsAreChecked) {
   EXPECT_THROW((void)gps_from_glonass({2019, 4, 30, 2, 59, 60, 0}), InputError);
 }
 
+// date -u -d @1556456283.25: 2019-04-28 12:58:03; @1483228799: 2016-12-31 23:59:59, a second before the last
+// leap second, @1483228800: 2017-01-01.
+TEST(TimeScales, FromPosixTime) {
+  EXPECT_EQ(gps_from_unix(1556456283'250'000'000), parse_time("2019-04-28T12:58:03.25Z"));
+  EXPECT_EQ(gps_from_unix(1483228799'000'000'000), parse_time("2016-12-31T23:59:59Z"));
+  EXPECT_EQ(gps_from_unix(1483228800'000'000'000), parse_time("2017-01-01T00:00:00Z"));
+  EXPECT_EQ(gps_from_unix(315964800'000'000'000), GpsTime());
+}
+
 }  // namespace
 }  // namespace canyon::geodesy

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <gazebo/common/Time.hh>
+#include <gazebo/physics/PhysicsTypes.hh>
+#include <gazebo/sensors/SensorTypes.hh>
+#include <memory>
+#include <sdf/sdf.hh>
+#include <string>
+
+namespace canyon::gazebo_classic {
+
+/// Where a receiver's plugin hangs in a world.
+struct Attachment {
+  gazebo::physics::WorldPtr world;
+  gazebo::physics::LinkPtr link;
+  gazebo::sensors::SensorPtr sensor;  ///< null for a model's plugin
+  sdf::ElementPtr sdf;                ///< the plugin's element
+};
+
+/// One GNSS receiver in a running Gazebo world: takes truth and surroundings from the world, an epoch from
+/// the engine, and hands it to the publishers. It follows the world by itself (end of every update) until it
+/// is destroyed. All work is done in the simulation's thread.
+class GnssSensor {
+ public:
+  /// Throws InputError for a wrong value in the plugin's element. Says warnings on Gazebo's console.
+  explicit GnssSensor(const Attachment& attachment);
+  ~GnssSensor();
+  GnssSensor(const GnssSensor&) = delete;
+  GnssSensor& operator=(const GnssSensor&) = delete;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Makes a receiver for a plugin's Load(): what is wrong is said in one message on Gazebo's console, and the
+/// simulation goes on without it. Null then.
+[[nodiscard]] std::unique_ptr<GnssSensor> load_gnss_sensor(const Attachment& attachment) noexcept;
+
+}  // namespace canyon::gazebo_classic
