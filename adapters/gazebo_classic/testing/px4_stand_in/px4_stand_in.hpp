@@ -1,0 +1,20 @@
+#pragma once
+
+namespace canyon::gazebo_classic::test {
+
+/// What PX4's bridge does, in a library with a generated class of its own for sensor_msgs.msgs.SITLGps: it
+/// subscribes by that class. For dlopen() and dlsym("px4_stand_in"), so that the class comes into the process
+/// when a test wants it.
+struct Px4StandIn {
+  void (*subscribe)(const char* topic);
+  void (*unsubscribe)();
+  /// Messages that came as objects of the class, and those that did not (PX4's bridge would have crashed).
+  int (*received)();
+  int (*foreign)();
+  /// Writes the last message as protobuf's text format; returns its length, cut at `size` - 1.
+  int (*last)(char* text, int size);
+};
+
+}  // namespace canyon::gazebo_classic::test
+
+extern "C" const canyon::gazebo_classic::test::Px4StandIn px4_stand_in;
