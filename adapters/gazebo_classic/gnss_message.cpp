@@ -1,0 +1,223 @@
+#include "adapters/gazebo_classic/gnss_message.hpp"
+
+#include <Eigen/Geometry>
+
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::gazebo_classic {
+namespace {
+
+using geodesy::degrees;
+
+msgs::GnssSystem system_of(orbit::System system) {
+  switch (system) {
+    case orbit::System::GPS:
+      break;
+    case orbit::System::GLONASS:
+      return msgs::GLONASS;
+    case orbit::System::Galileo:
+      return msgs::GALILEO;
+    case orbit::System::BeiDou:
+      return msgs::BEIDOU;
+    case orbit::System::QZSS:
+      return msgs::QZSS;
+  }
+  return msgs::GPS;
+}
+
+msgs::GnssSatellite::Visibility visibility_of(propagation::Visibility visibility) {
+  switch (visibility) {
+    case propagation::Visibility::LOS:
+      return msgs::GnssSatellite::LOS;
+    case propagation::Visibility::LOSMultipath:
+      return msgs::GnssSatellite::LOS_MULTIPATH;
+    case propagation::Visibility::NLOS:
+      return msgs::GnssSatellite::NLOS;
+    case propagation::Visibility::Blocked:
+      break;
+  }
+  return msgs::GnssSatellite::BLOCKED;
+}
+
+msgs::GnssFix::Status status_of(receiver::FixStatus status) {
+  switch (status) {
+    case receiver::FixStatus::NotSolved:
+      break;
+    case receiver::FixStatus::Fix:
+      return msgs::GnssFix::FIX;
+    case receiver::FixStatus::TooFewSatellites:
+      return msgs::GnssFix::TOO_FEW_SATELLITES;
+    case receiver::FixStatus::Singular:
+      return msgs::GnssFix::SINGULAR;
+    case receiver::FixStatus::NotConverged:
+      return msgs::GnssFix::NOT_CONVERGED;
+    case receiver::FixStatus::NoSignal:
+      return msgs::GnssFix::NO_SIGNAL;
+  }
+  return msgs::GnssFix::NOT_SOLVED;
+}
+
+msgs::GnssReceiver::Placement placement_of(raytrace::Placement placement) {
+  switch (placement) {
+    case raytrace::Placement::Free:
+      break;
+    case raytrace::Placement::InsideBuilding:
+      return msgs::GnssReceiver::INSIDE_BUILDING;
+    case raytrace::Placement::UnderTerrain:
+      return msgs::GnssReceiver::UNDER_TERRAIN;
+  }
+  return msgs::GnssReceiver::FREE;
+}
+
+void fill_geodetic(const geodesy::Geodetic& point, msgs::GnssGeodetic& message) {
+  message.set_latitude_deg(degrees(point.latitude_rad));
+  message.set_longitude_deg(degrees(point.longitude_rad));
+  message.set_height_m(point.height_m);
+}
+
+void fill_enu(const Eigen::Vector3d& enu, msgs::GnssEnu& message) {
+  message.set_east(enu.x());
+  message.set_north(enu.y());
+  message.set_up(enu.z());
+}
+
+template <typename Field>
+void fill_rows(const Eigen::Matrix3d& matrix, Field& field) {
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) field.Add(matrix(row, column));
+  }
+}
+
+void fill_path(const propagation::Path& path, const Eigen::Matrix3d& world_from_enu,
+               msgs::GnssPath& message) {
+  message.set_excess_m(path.excess_m);
+  const auto arrival = geodesy::azimuth_elevation_from_enu(path.arrival);
+  message.set_arrival_azimuth_rad(arrival.azimuth_rad);
+  message.set_arrival_elevation_rad(arrival.elevation_rad);
+  if (path.kind == propagation::PathKind::Direct) {
+    message.set_kind(msgs::GnssPath::DIRECT);
+    return;
+  }
+  message.set_kind(msgs::GnssPath::REFLECTED);
+  message.set_incidence_rad(path.incidence_rad);
+  const Eigen::Vector3d point = world_from_enu * path.point;
+  auto& point_message = *message.mutable_reflection_point_world_m();
+  point_message.set_x(point.x());
+  point_message.set_y(point.y());
+  point_message.set_z(point.z());
+}
+
+void fill_satellite(const receiver::SatelliteObservation& seen, msgs::GnssSatellite& message) {
+  message.set_id(orbit::to_string(seen.id));
+  message.set_system(system_of(seen.id.system));
+  message.set_number(seen.id.number);
+  message.set_azimuth_rad(seen.azimuth_rad);
+  message.set_elevation_rad(seen.elevation_rad);
+  message.set_visibility(visibility_of(seen.visibility));
+  message.set_above_mask(seen.above_mask);
+  message.set_excess_m(seen.excess_m);
+  message.set_used(seen.used);
+  if (!seen.measurement) return;
+  message.set_pseudorange_m(seen.measurement->pseudorange_m);
+  if (seen.measurement->doppler_hz) message.set_doppler_hz(*seen.measurement->doppler_hz);
+  message.set_carrier_frequency_hz(seen.measurement->carrier_frequency_hz);
+  message.set_sigma_m(seen.measurement->sigma_m);
+  message.set_noise_m(seen.noise_m);
+  message.set_pseudorange_error_m(seen.pseudorange_error_m);
+}
+
+void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
+  const receiver::Fix& fix = epoch.observed.fix;
+  message.set_status(status_of(fix.status));
+  message.set_reason(std::string(receiver::reason(fix.status)));
+  message.set_available(static_cast<std::uint32_t>(fix.available));
+  if (!fix.solved()) return;
+  fill_geodetic(fix.position, *message.mutable_position());
+  fill_rows(fix.covariance_enu, *message.mutable_covariance_enu_m2());
+  if (fix.velocity_enu_mps) fill_enu(*fix.velocity_enu_mps, *message.mutable_velocity_enu_mps());
+  if (fix.velocity_covariance_enu) {
+    fill_rows(*fix.velocity_covariance_enu, *message.mutable_velocity_covariance_enu_m2ps2());
+  }
+  if (fix.dop) {
+    msgs::GnssDop& dop = *message.mutable_dop();
+    dop.set_gdop(fix.dop->gdop);
+    dop.set_pdop(fix.dop->pdop);
+    dop.set_hdop(fix.dop->hdop);
+    dop.set_vdop(fix.dop->vdop);
+    dop.set_tdop(fix.dop->tdop);
+  }
+  for (const auto& [system, bias_s] : fix.clock_bias_s) {
+    msgs::GnssClockBias& bias = *message.add_clock_biases();
+    bias.set_system(system_of(system));
+    bias.set_bias_s(bias_s);
+  }
+  if (fix.clock_drift) message.set_clock_drift(*fix.clock_drift);
+  for (const auto id : fix.used) message.add_used(orbit::to_string(id));
+  for (const double residual : fix.residuals_m) message.add_residuals_m(residual);
+  fill_enu(epoch.error_enu_m, *message.mutable_error_enu_m());
+}
+
+}  // namespace
+
+void fill_gnss_message(const ReceiverIdentity& identity, const ReceiverReport& report,
+                       msgs::GnssReceiver& message) {
+  message.Clear();
+  constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+  message.set_sim_time_ns(report.sim_time.sec * kNanosecondsPerSecond + report.sim_time.nsec);
+  message.set_model(identity.model);
+  message.set_link(identity.link);
+  message.set_sensor(identity.sensor);
+  if (report.step == nullptr) {
+    message.set_state(msgs::GnssReceiver::NO_TRUTH);
+    message.set_reason(report.reason);
+    return;
+  }
+  const simulation::Epoch& epoch = report.step->epoch;
+  const receiver::ReceiverEpoch& seen = epoch.observed;
+  const bool solved = seen.fix.solved();
+  message.set_state(solved ? msgs::GnssReceiver::FIX : msgs::GnssReceiver::NO_FIX);
+  if (!solved) message.set_reason(std::string(receiver::reason(seen.fix.status)));
+  message.set_gps_week(seen.time.week());
+  message.set_gps_time_of_week_ns(seen.time.nanosecond_of_week());
+
+  fill_geodetic(epoch.truth.position, *message.mutable_antenna());
+  fill_enu(epoch.truth.velocity_enu_mps, *message.mutable_antenna_velocity_enu_mps());
+  const auto& position = report.antenna_world.Pos();
+  auto& point = *message.mutable_antenna_world_m();
+  point.set_x(position.X());
+  point.set_y(position.Y());
+  point.set_z(position.Z());
+  const auto& rotation = report.antenna_world.Rot();
+  auto& attitude = *message.mutable_link_attitude_world();
+  attitude.set_w(rotation.W());
+  attitude.set_x(rotation.X());
+  attitude.set_y(rotation.Y());
+  attitude.set_z(rotation.Z());
+  message.set_placement(placement_of(epoch.placement));
+  message.set_clock_bias_s(seen.clock_bias_s);
+  message.set_clock_drift(seen.clock_drift);
+
+  fill_fix(epoch, *message.mutable_fix());
+  message.set_visible(static_cast<std::uint32_t>(seen.visible));
+  message.set_blocked(static_cast<std::uint32_t>(seen.blocked));
+  const Eigen::Matrix3d world_from_enu =
+      Eigen::AngleAxisd(report.world_yaw_from_enu_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  // Both lists ascend by id.
+  auto view = report.step->arrival.views.begin();
+  const auto views_end = report.step->arrival.views.end();
+  for (const auto& satellite : seen.satellites) {
+    msgs::GnssSatellite& satellite_message = *message.add_satellites();
+    fill_satellite(satellite, satellite_message);
+    while (view != views_end && view->line.id < satellite.id) ++view;
+    if (view == views_end || view->line.id != satellite.id) continue;
+    for (const auto& path : view->paths.paths) {
+      fill_path(path, world_from_enu, *satellite_message.add_paths());
+    }
+  }
+
+  if (report.scan_ranges_m.empty()) return;
+  for (const double range : report.scan_ranges_m) message.add_scan_ranges_m(range);
+  message.set_scan_max_range_m(report.scan_max_range_m);
+}
+
+}  // namespace canyon::gazebo_classic

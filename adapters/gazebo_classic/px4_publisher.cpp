@@ -1,0 +1,49 @@
+#include <gazebo/common/Console.hh>
+#include <gazebo/transport/transport.hh>
+
+#include "adapters/gazebo_classic/publishers.hpp"
+#include "adapters/gazebo_classic/sitl_gps.hpp"
+
+namespace canyon::gazebo_classic {
+namespace {
+
+class Px4Publisher final : public EpochPublisher {
+ public:
+  Px4Publisher(const gazebo::transport::NodePtr& node, const ReceiverIdentity& identity,
+               const PluginSettings& settings)
+      : plugin_(identity.plugin) {
+    const std::string& name = settings.px4_topic.empty() ? identity.parent : settings.px4_topic;
+    publisher_ = node->Advertise("~/" + identity.model + "/link/" + name, kSitlGpsType, kQueue);
+  }
+
+  void publish(const ReceiverReport& report) override {
+    if (!publisher_->HasConnections()) return;
+    const auto gps = sitl_gps_of(report);
+    if (!gps) return;
+    if (const auto* message = message_.fill(*gps)) {
+      publisher_->Publish(*message);
+    } else if (!warned_) {
+      gzwarn << plugin_ << ": the " << kSitlGpsType << " of this process needs " << message_.problem()
+             << ", which Canyon does not have: PX4 gets no position\n";
+      warned_ = true;
+    }
+  }
+
+ private:
+  static constexpr unsigned kQueue = 10;  ///< messages, as PX4's own plugin has it
+
+  std::string plugin_;
+  gazebo::transport::PublisherPtr publisher_;
+  SitlGpsMessage message_;
+  bool warned_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<EpochPublisher> make_px4_publisher(const gazebo::transport::NodePtr& node,
+                                                   const ReceiverIdentity& identity,
+                                                   const PluginSettings& settings) {
+  return std::make_unique<Px4Publisher>(node, identity, settings);
+}
+
+}  // namespace canyon::gazebo_classic

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "adapters/gazebo_classic/epoch_publisher.hpp"
+
+namespace google::protobuf {
+class Descriptor;
+class Message;
+}  // namespace google::protobuf
+
+namespace canyon::gazebo_classic {
+
+/// What PX4's bridge for Gazebo Classic takes of a GPS: the fields of its sensor_msgs.msgs.SITLGps.
+struct SitlGps {
+  std::uint64_t time_usec = 0;      ///< simulated time [us]
+  std::uint64_t time_utc_usec = 0;  ///< of reception, UTC, since 1970-01-01 [us]
+  double latitude_deg = 0;
+  double longitude_deg = 0;
+  double altitude_m = 0;    ///< above the WGS 84 ellipsoid; PX4 takes it for one above mean sea level
+  double eph_m = 0;         ///< horizontal: root of the summed variances of east and north
+  double epv_m = 0;         ///< vertical: root of the variance
+  double velocity_mps = 0;  ///< over ground
+  double velocity_east_mps = 0;
+  double velocity_north_mps = 0;
+  double velocity_up_mps = 0;
+};
+
+/// Empty without truth, fix or velocity: the bridge passes every message on as a 3D fix with velocity, and
+/// the message has no word for less.
+[[nodiscard]] std::optional<SitlGps> sitl_gps_of(const ReceiverReport& report);
+
+/// "sensor_msgs.msgs.SITLGps".
+inline constexpr const char* kSitlGpsType = "sensor_msgs.msgs.SITLGps";
+
+/// Makes messages of type kSitlGpsType without bringing a class for it. PX4's plugins in the same process
+/// bring theirs, a second one under that name would end the process, and subscribers in the process are
+/// handed the object itself, which has to be of their class. So the class is PX4's where the process has it,
+/// loaded before or after, and else one made at run time. Not thread-safe.
+class SitlGpsMessage {
+ public:
+  SitlGpsMessage();
+  ~SitlGpsMessage();
+
+  /// The message, valid until the next call; null where the process's own class needs a field that Canyon
+  /// does not have: problem() names it.
+  [[nodiscard]] const google::protobuf::Message* fill(const SitlGps& gps);
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  /// Whether the process's own class is in use.
+  [[nodiscard]] bool generated() const { return generated_; }
+
+ private:
+  void choose_class();
+
+  std::unique_ptr<google::protobuf::Message> message_;
+  bool generated_ = false;
+  std::string problem_;
+};
+
+}  // namespace canyon::gazebo_classic
