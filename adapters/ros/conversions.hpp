@@ -1,0 +1,306 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/orbit/satellite_id.hpp"
+#include "canyon/simulation/simulator.hpp"
+
+// Epochs as ROS messages. Templates over the message types, so that ROS 1 and ROS 2 share them and tests need
+// neither; the two differ in the name of a stamp's nanoseconds and in their fixed arrays' type only.
+// docs/ros.md has every field.
+
+namespace canyon::ros_messages {
+
+/// A message's time since the simulation began, as its clock shows it.
+struct Stamp {
+  std::int32_t sec = 0;       ///< >= 0
+  std::uint32_t nanosec = 0;  ///< [0, 1e9)
+};
+
+/// What goes into a header.
+struct Head {
+  Stamp stamp;
+  std::string frame_id;  ///< of the antenna
+};
+
+/// Number of a satellite, distinct over all constellations, as extended NMEA 0183 numbering has them: GPS
+/// PRN, GLONASS slot + 64, Galileo PRN + 300, BeiDou PRN + 400, QZSS PRN (193 and up).
+[[nodiscard]] inline std::int32_t prn_number(orbit::SatelliteId id) {
+  switch (id.system) {
+    case orbit::System::GPS:
+      return id.number;
+    case orbit::System::GLONASS:
+      return id.number + 64;
+    case orbit::System::Galileo:
+      return id.number + 300;
+    case orbit::System::BeiDou:
+      return id.number + 400;
+    case orbit::System::QZSS:
+      return id.number + 192;
+  }
+  return 0;
+}
+
+namespace detail {
+
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+template <class Header>
+void set_header(Header& header, const Head& head) {
+  if constexpr (requires { header.stamp.nanosec; }) {  // ROS 2
+    header.stamp.sec = head.stamp.sec;
+    header.stamp.nanosec = head.stamp.nanosec;
+  } else {
+    header.stamp.sec = static_cast<std::uint32_t>(std::max(head.stamp.sec, 0));
+    header.stamp.nsec = head.stamp.nanosec;
+  }
+  header.frame_id = head.frame_id;
+}
+
+[[nodiscard]] inline bool has_fix(const simulation::Epoch* epoch) {
+  return epoch != nullptr && epoch->observed.fix.solved();
+}
+
+/// Whether the antenna could be asked for a signal of it that then did not come.
+[[nodiscard]] inline bool is_blocked(const receiver::SatelliteObservation& satellite) {
+  return satellite.above_mask && !satellite.measurement;
+}
+
+/// Constants of a message are members of its type: enumerators in ROS 1, static members in ROS 2.
+template <class Satellite>
+[[nodiscard]] std::uint8_t system_code(orbit::System system) {
+  switch (system) {
+    case orbit::System::GPS:
+      return Satellite::GPS;
+    case orbit::System::GLONASS:
+      return Satellite::GLONASS;
+    case orbit::System::Galileo:
+      return Satellite::GALILEO;
+    case orbit::System::BeiDou:
+      return Satellite::BEIDOU;
+    case orbit::System::QZSS:
+      return Satellite::QZSS;
+  }
+  return 255;
+}
+
+template <class Satellite>
+[[nodiscard]] std::uint8_t visibility_code(propagation::Visibility visibility) {
+  switch (visibility) {
+    case propagation::Visibility::LOS:
+      return Satellite::LOS;
+    case propagation::Visibility::LOSMultipath:
+      return Satellite::LOS_MULTIPATH;
+    case propagation::Visibility::NLOS:
+      return Satellite::NLOS;
+    case propagation::Visibility::Blocked:
+      return Satellite::BLOCKED;
+  }
+  return 255;
+}
+
+template <class GnssSatellites>
+[[nodiscard]] std::uint8_t status_code(receiver::FixStatus status) {
+  switch (status) {
+    case receiver::FixStatus::NotSolved:
+      return GnssSatellites::NOT_SOLVED;
+    case receiver::FixStatus::Fix:
+      return GnssSatellites::FIX;
+    case receiver::FixStatus::TooFewSatellites:
+      return GnssSatellites::TOO_FEW_SATELLITES;
+    case receiver::FixStatus::Singular:
+      return GnssSatellites::SINGULAR;
+    case receiver::FixStatus::NotConverged:
+      return GnssSatellites::NOT_CONVERGED;
+    case receiver::FixStatus::NoSignal:
+      return GnssSatellites::NO_SIGNAL;
+  }
+  return 255;
+}
+
+template <class Satellite>
+[[nodiscard]] Satellite satellite_message(const receiver::SatelliteObservation& seen,
+                                          const receiver::Fix& fix) {
+  Satellite message;
+  message.id = orbit::to_string(seen.id);
+  message.system = system_code<Satellite>(seen.id.system);
+  message.prn = prn_number(seen.id);
+  message.azimuth = seen.azimuth_rad;
+  message.elevation = seen.elevation_rad;
+  message.above_mask = seen.above_mask;
+  message.visibility = visibility_code<Satellite>(seen.visibility);
+  message.cn0 = static_cast<float>(kNaN);
+  const auto& measured = seen.measurement;
+  message.pseudorange = measured ? measured->pseudorange_m : kNaN;
+  message.doppler = measured ? measured->doppler_hz.value_or(kNaN) : kNaN;
+  message.carrier_frequency = measured ? measured->carrier_frequency_hz : kNaN;
+  message.excess_path =
+      static_cast<float>(seen.visibility == propagation::Visibility::Blocked ? kNaN : seen.excess_m);
+  message.noise = static_cast<float>(measured ? seen.noise_m : kNaN);
+  message.pseudorange_error = static_cast<float>(measured ? seen.pseudorange_error_m : kNaN);
+  message.used = seen.used;
+  message.residual = static_cast<float>(kNaN);
+  const auto found = std::find(fix.used.begin(), fix.used.end(), seen.id);
+  const auto index = static_cast<std::size_t>(found - fix.used.begin());
+  if (index < fix.residuals_m.size()) message.residual = static_cast<float>(fix.residuals_m[index]);
+  return message;
+}
+
+}  // namespace detail
+
+/// sensor_msgs/NavSatFix: degrees, metres above the ellipsoid, covariance in ENU [m^2], known. A QZSS signal
+/// has no bit of its own in `service`. Without a fix: status NO_FIX, service 0, NaN position and covariance,
+/// covariance of unknown type. @param epoch null where the truth has not come: no fix.
+template <class NavSatFix>
+[[nodiscard]] NavSatFix fix_message(const Head& head, const simulation::Epoch* epoch) {
+  using Status = std::remove_reference_t<decltype(std::declval<NavSatFix&>().status)>;
+  NavSatFix message;
+  detail::set_header(message.header, head);
+  if (!detail::has_fix(epoch)) {
+    message.status.status = Status::STATUS_NO_FIX;
+    message.status.service = 0;
+    message.latitude = message.longitude = message.altitude = detail::kNaN;
+    std::fill(message.position_covariance.begin(), message.position_covariance.end(), detail::kNaN);
+    message.position_covariance_type = NavSatFix::COVARIANCE_TYPE_UNKNOWN;
+    return message;
+  }
+  const receiver::Fix& fix = epoch->observed.fix;
+  message.status.status = Status::STATUS_FIX;
+  int service = 0;
+  for (const orbit::SatelliteId id : fix.used) {
+    if (id.system == orbit::System::GPS) service |= Status::SERVICE_GPS;
+    if (id.system == orbit::System::GLONASS) service |= Status::SERVICE_GLONASS;
+    if (id.system == orbit::System::BeiDou) service |= Status::SERVICE_COMPASS;
+    if (id.system == orbit::System::Galileo) service |= Status::SERVICE_GALILEO;
+  }
+  message.status.service = static_cast<std::uint16_t>(service);
+  message.latitude = geodesy::degrees(fix.position.latitude_rad);
+  message.longitude = geodesy::degrees(fix.position.longitude_rad);
+  message.altitude = fix.position.height_m;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      message.position_covariance[static_cast<std::size_t>(3 * row + column)] =
+          fix.covariance_enu(row, column);
+    }
+  }
+  message.position_covariance_type = NavSatFix::COVARIANCE_TYPE_KNOWN;
+  return message;
+}
+
+/// geometry_msgs/TwistWithCovarianceStamped: velocity over ground, east, north, up [m/s], whatever way
+/// frame_id's axes point. The angular part is NaN, covariance[21] -1: not measured. Without a velocity the
+/// linear part is NaN too; where its covariance is not known covariance[0] is -1.
+template <class TwistWithCovarianceStamped>
+[[nodiscard]] TwistWithCovarianceStamped velocity_message(const Head& head, const simulation::Epoch* epoch) {
+  constexpr std::size_t kRow = 6;  // linear x, y, z, angular x, y, z
+  TwistWithCovarianceStamped message;
+  detail::set_header(message.header, head);
+  auto& twist = message.twist.twist;
+  auto& covariance = message.twist.covariance;
+  twist.linear.x = twist.linear.y = twist.linear.z = detail::kNaN;
+  twist.angular.x = twist.angular.y = twist.angular.z = detail::kNaN;
+  std::fill(covariance.begin(), covariance.end(), 0.0);
+  covariance[0] = -1;
+  covariance[3 * kRow + 3] = -1;
+  if (!detail::has_fix(epoch)) return message;
+  const receiver::Fix& fix = epoch->observed.fix;
+  if (fix.velocity_enu_mps) {
+    twist.linear.x = fix.velocity_enu_mps->x();
+    twist.linear.y = fix.velocity_enu_mps->y();
+    twist.linear.z = fix.velocity_enu_mps->z();
+    if (fix.velocity_covariance_enu) {
+      for (std::size_t row = 0; row < 3; ++row) {
+        for (std::size_t column = 0; column < 3; ++column) {
+          covariance[kRow * row + column] = (*fix.velocity_covariance_enu)(static_cast<Eigen::Index>(row),
+                                                                           static_cast<Eigen::Index>(column));
+        }
+      }
+    }
+  }
+  return message;
+}
+
+/// canyon_msgs/GnssMultipath, the paper's message; GnssMultipath.msg has the order of the arrays. Without
+/// truth: no satellites at all.
+template <class GnssMultipath>
+[[nodiscard]] GnssMultipath multipath_message(const Head& head, const simulation::Epoch* epoch) {
+  GnssMultipath message;
+  detail::set_header(message.header, head);
+  using NavSatFix = std::remove_reference_t<decltype(message.rec_pos)>;
+  message.rec_pos = fix_message<NavSatFix>(head, epoch);
+  message.num_vis_sat = message.num_block_sat = 0;
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  message.dop.assign(5, kNaN);
+  if (epoch == nullptr) return message;
+  const receiver::ReceiverEpoch& observed = epoch->observed;
+  if (observed.fix.solved() && observed.fix.dop) {
+    const receiver::Dop& dop = *observed.fix.dop;
+    message.dop = {static_cast<float>(dop.pdop), static_cast<float>(dop.hdop), static_cast<float>(dop.vdop),
+                   static_cast<float>(dop.tdop), static_cast<float>(dop.gdop)};
+  }
+  for (const receiver::SatelliteObservation& satellite : observed.satellites) {
+    if (!satellite.above_mask) continue;
+    const bool blocked = detail::is_blocked(satellite);
+    if (blocked) message.sats_blocked.push_back(prn_number(satellite.id));
+    message.range_offset.push_back(blocked ? kNaN : static_cast<float>(satellite.excess_m));
+    message.noise.push_back(blocked ? kNaN : static_cast<float>(satellite.noise_m));
+    ++(blocked ? message.num_block_sat : message.num_vis_sat);
+  }
+  return message;
+}
+
+/// canyon_msgs/GnssSatellites. @param epoch null where the truth has not come: status NO_TRUTH, no
+/// satellites.
+template <class GnssSatellites>
+[[nodiscard]] GnssSatellites satellites_message(const Head& head, const simulation::Epoch* epoch) {
+  GnssSatellites message;
+  detail::set_header(message.header, head);
+  if (epoch == nullptr) {
+    message.fix_status = GnssSatellites::NO_TRUTH;
+    message.gps_week = -1;
+    message.gps_tow = message.clock_bias = message.clock_drift = detail::kNaN;
+    return message;
+  }
+  using Satellite = typename std::remove_reference_t<decltype(message.satellites)>::value_type;
+  const receiver::ReceiverEpoch& observed = epoch->observed;
+  message.fix_status = detail::status_code<GnssSatellites>(observed.fix.status);
+  message.gps_week = observed.time.week();
+  message.gps_tow = observed.time.seconds_of_week();
+  message.clock_bias = observed.clock_bias_s;
+  message.clock_drift = observed.clock_drift;
+  message.satellites.reserve(observed.satellites.size());
+  for (const receiver::SatelliteObservation& satellite : observed.satellites) {
+    message.satellites.push_back(detail::satellite_message<Satellite>(satellite, observed.fix));
+  }
+  return message;
+}
+
+/// sensor_msgs/LaserScan of the rays to the satellites: one range per ray, infinite where it meets nothing
+/// (REP 117). Rays of a sky have no common plane: "angles" are ray numbers, 0, 1, 2, ..., two for each
+/// satellite above the horizon, direct and mirror ray, in the order of GnssSatellites.
+/// @param ranges_m [m]; @param max_range_m how far the rays reach [m]
+template <class LaserScan>
+[[nodiscard]] LaserScan scan_message(const Head& head, std::span<const double> ranges_m, double max_range_m) {
+  LaserScan message;
+  detail::set_header(message.header, head);
+  message.angle_min = 0;
+  message.angle_max = ranges_m.empty() ? 0.0F : static_cast<float>(ranges_m.size() - 1);
+  message.angle_increment = 1;
+  message.time_increment = 0;  // all rays at once
+  message.scan_time = 0;       // not known
+  message.range_min = 0;
+  message.range_max = static_cast<float>(max_range_m);
+  message.ranges.reserve(ranges_m.size());
+  for (const double range : ranges_m) message.ranges.push_back(static_cast<float>(range));
+  return message;
+}
+
+}  // namespace canyon::ros_messages

@@ -1,0 +1,422 @@
+#include "adapters/ros/conversions.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <limits>
+
+#include "tests/support/sample_epochs.hpp"
+
+#ifdef CANYON_WITH_ROS
+#include <canyon_msgs/GnssMultipath.h>
+#include <canyon_msgs/GnssSatellites.h>
+#include <geometry_msgs/TwistWithCovarianceStamped.h>
+#include <sensor_msgs/LaserScan.h>
+#include <sensor_msgs/NavSatFix.h>
+#endif
+
+// Every conversion against three sets of types: stand-ins as ROS 1's generator writes messages, stand-ins as
+// ROS 2's does, and, in builds with ROS 1, the messages themselves.
+
+namespace canyon::ros_messages {
+namespace {
+
+using testing::ElementsAre;
+using testing::NanSensitiveFloatEq;
+
+/// ROS 1: unsigned seconds, `nsec`, constants as enumerators.
+struct Ros1Kind {
+  struct Time {
+    std::uint32_t sec = 7, nsec = 7;  // not zero, so that what is left unset shows
+  };
+  static std::uint32_t nanoseconds(const Time& time) { return time.nsec; }
+};
+/// ROS 2: signed seconds, `nanosec`.
+struct Ros2Kind {
+  struct Time {
+    std::int32_t sec = 7;
+    std::uint32_t nanosec = 7;
+  };
+  static std::uint32_t nanoseconds(const Time& time) { return time.nanosec; }
+};
+
+template <class Kind>
+struct StandIns : Kind {
+  struct Header {
+    typename Kind::Time stamp;
+    std::string frame_id = "unset";
+  };
+  struct NavSatStatus {
+    // Values of sensor_msgs/NavSatStatus.msg.
+    enum { STATUS_NO_FIX = -1, STATUS_FIX = 0 };
+    enum { SERVICE_GPS = 1, SERVICE_GLONASS = 2, SERVICE_COMPASS = 4, SERVICE_GALILEO = 8 };
+    std::int8_t status = 7;
+    std::uint16_t service = 7;
+  };
+  struct NavSatFix {
+    static constexpr std::uint8_t COVARIANCE_TYPE_UNKNOWN = 0, COVARIANCE_TYPE_KNOWN = 3;
+    Header header;
+    NavSatStatus status;
+    double latitude = 7, longitude = 7, altitude = 7;
+    std::array<double, 9> position_covariance{7, 7, 7, 7, 7, 7, 7, 7, 7};
+    std::uint8_t position_covariance_type = 7;
+  };
+  struct Vector3 {
+    double x = 7, y = 7, z = 7;
+  };
+  struct Twist {
+    Vector3 linear, angular;
+  };
+  struct TwistWithCovariance {
+    Twist twist;
+    std::array<double, 36> covariance = [] {
+      std::array<double, 36> sevens{};
+      sevens.fill(7);
+      return sevens;
+    }();
+  };
+  struct TwistWithCovarianceStamped {
+    Header header;
+    TwistWithCovariance twist;
+  };
+  struct LaserScan {
+    Header header;
+    float angle_min = 7, angle_max = 7, angle_increment = 7, time_increment = 7, scan_time = 7, range_min = 7,
+          range_max = 7;
+    std::vector<float> ranges, intensities;
+  };
+  struct GnssMultipath {
+    Header header;
+    NavSatFix rec_pos;
+    std::vector<float> dop, range_offset;
+    std::vector<std::int32_t> sats_blocked;
+    std::int32_t num_vis_sat = 7, num_block_sat = 7;
+    std::vector<float> noise;
+  };
+  struct GnssSatellite {
+    static constexpr std::uint8_t GPS = 0, GLONASS = 1, GALILEO = 2, BEIDOU = 3, QZSS = 4;
+    static constexpr std::uint8_t LOS = 0, LOS_MULTIPATH = 1, NLOS = 2, BLOCKED = 3;
+    std::string id;
+    std::uint8_t system = 7;
+    std::int32_t prn = 7;
+    double azimuth = 7, elevation = 7;
+    std::uint8_t above_mask = 7;
+    std::uint8_t visibility = 7;
+    float cn0 = 7;
+    double pseudorange = 7, doppler = 7, carrier_frequency = 7;
+    float excess_path = 7, noise = 7, pseudorange_error = 7;
+    std::uint8_t used = 7;
+    float residual = 7;
+  };
+  struct GnssSatellites {
+    static constexpr std::uint8_t NOT_SOLVED = 0, FIX = 1, TOO_FEW_SATELLITES = 2, SINGULAR = 3,
+                                  NOT_CONVERGED = 4, NO_SIGNAL = 5, NO_TRUTH = 6;
+    Header header;
+    std::uint8_t fix_status = 7;
+    std::int32_t gps_week = 7;
+    double gps_tow = 7, clock_bias = 7, clock_drift = 7;
+    std::vector<GnssSatellite> satellites;
+  };
+};
+
+#ifdef CANYON_WITH_ROS
+struct RosMessages {
+  using NavSatFix = sensor_msgs::NavSatFix;
+  using TwistWithCovarianceStamped = geometry_msgs::TwistWithCovarianceStamped;
+  using LaserScan = sensor_msgs::LaserScan;
+  using GnssMultipath = canyon_msgs::GnssMultipath;
+  using GnssSatellite = canyon_msgs::GnssSatellite;
+  using GnssSatellites = canyon_msgs::GnssSatellites;
+  static std::uint32_t nanoseconds(const ros::Time& time) { return time.nsec; }
+};
+using AllTypes = testing::Types<StandIns<Ros1Kind>, StandIns<Ros2Kind>, RosMessages>;
+#else
+using AllTypes = testing::Types<StandIns<Ros1Kind>, StandIns<Ros2Kind>>;
+#endif
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+Head sample_head() {
+  return {{1234, 567'000'089}, "antenna"};
+}
+
+/// The sample with a number of its own in every field.
+simulation::Epoch distinct_epoch() {
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0});
+  receiver::Fix& fix = epoch.observed.fix;
+  fix.position = geodesy::Geodetic::from_degrees(22.25, -114.5, 33.75);
+  fix.covariance_enu << 11, 12, 13, 21, 22, 23, 31, 32, 33;
+  fix.velocity_enu_mps = Eigen::Vector3d(3.5, -4.25, 0.125);
+  fix.velocity_covariance_enu = Eigen::Matrix3d::Zero();
+  *fix.velocity_covariance_enu << 0.11, 0.12, 0.13, 0.21, 0.22, 0.23, 0.31, 0.32, 0.33;
+  fix.dop = receiver::Dop{5.5, 1.5, 2.5, 3.5, 4.5};  // GDOP, PDOP, HDOP, VDOP, TDOP
+  for (std::size_t i = 0; i < fix.residuals_m.size(); ++i) fix.residuals_m[i] = 0.5 + static_cast<double>(i);
+  epoch.observed.clock_bias_s = 1.25e-4;
+  epoch.observed.clock_drift = -3e-9;
+  for (std::size_t i = 0; i < epoch.observed.satellites.size(); ++i) {
+    auto& satellite = epoch.observed.satellites[i];
+    if (!satellite.measurement) continue;
+    satellite.noise_m = 0.125 * static_cast<double>(i + 1);
+    satellite.pseudorange_error_m = satellite.excess_m + satellite.noise_m + 64;
+  }
+  return epoch;
+}
+
+template <class Kind>
+class Conversions : public testing::Test {
+ protected:
+  template <class Header>
+  static void expect_head(const Header& header) {
+    EXPECT_EQ(header.stamp.sec, 1234);
+    EXPECT_EQ(Kind::nanoseconds(header.stamp), 567'000'089U);
+    EXPECT_EQ(header.frame_id, "antenna");
+  }
+  template <class Fix>
+  static void expect_fix(const Fix& fix) {
+    expect_head(fix.header);
+    EXPECT_EQ(static_cast<int>(fix.status.status), 0);
+    EXPECT_EQ(fix.status.service, 1 + 2 + 4 + 8);
+    EXPECT_NEAR(fix.latitude, 22.25, 1e-12);
+    EXPECT_NEAR(fix.longitude, -114.5, 1e-12);
+    EXPECT_EQ(fix.altitude, 33.75);
+    const std::vector<double> covariance(fix.position_covariance.begin(), fix.position_covariance.end());
+    EXPECT_THAT(covariance, ElementsAre(11, 12, 13, 21, 22, 23, 31, 32, 33));
+    EXPECT_EQ(static_cast<int>(fix.position_covariance_type), 3);
+  }
+  template <class Fix>
+  static void expect_no_fix(const Fix& fix) {
+    expect_head(fix.header);
+    EXPECT_EQ(static_cast<int>(fix.status.status), -1);
+    EXPECT_EQ(fix.status.service, 0);
+    EXPECT_TRUE(std::isnan(fix.latitude) && std::isnan(fix.longitude) && std::isnan(fix.altitude));
+    for (const double element : fix.position_covariance) EXPECT_TRUE(std::isnan(element));
+    EXPECT_EQ(static_cast<int>(fix.position_covariance_type), 0);
+  }
+};
+TYPED_TEST_SUITE(Conversions, AllTypes);
+
+TYPED_TEST(Conversions, FixHasPositionCovarianceAndSystems) {
+  using Fix = typename TypeParam::NavSatFix;
+  simulation::Epoch epoch = distinct_epoch();
+  this->expect_fix(fix_message<Fix>(sample_head(), &epoch));
+  // One system at a time: each has its own bit, QZSS none.
+  for (const auto& [id, bit] : {std::pair{"G01", 1}, {"R01", 2}, {"C01", 4}, {"E01", 8}, {"J01", 0}}) {
+    epoch.observed.fix.used = {*orbit::parse_satellite(id)};
+    EXPECT_EQ(fix_message<Fix>(sample_head(), &epoch).status.service, bit) << id;
+  }
+}
+
+TYPED_TEST(Conversions, FixWithoutSolutionSaysSo) {
+  using Fix = typename TypeParam::NavSatFix;
+  const auto epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
+  this->expect_no_fix(fix_message<Fix>(sample_head(), &epoch));
+  this->expect_no_fix(fix_message<Fix>(sample_head(), nullptr));
+}
+
+TYPED_TEST(Conversions, VelocityIsEastNorthUp) {
+  using Twist = typename TypeParam::TwistWithCovarianceStamped;
+  const auto epoch = distinct_epoch();
+  const auto message = velocity_message<Twist>(sample_head(), &epoch);
+  this->expect_head(message.header);
+  EXPECT_EQ(message.twist.twist.linear.x, 3.5);
+  EXPECT_EQ(message.twist.twist.linear.y, -4.25);
+  EXPECT_EQ(message.twist.twist.linear.z, 0.125);
+  EXPECT_TRUE(std::isnan(message.twist.twist.angular.x));
+  EXPECT_TRUE(std::isnan(message.twist.twist.angular.y));
+  EXPECT_TRUE(std::isnan(message.twist.twist.angular.z));
+  const std::vector<double> covariance(message.twist.covariance.begin(), message.twist.covariance.end());
+  EXPECT_THAT(covariance, ElementsAre(0.11, 0.12, 0.13, 0, 0, 0,  //
+                                      0.21, 0.22, 0.23, 0, 0, 0,  //
+                                      0.31, 0.32, 0.33, 0, 0, 0,  //
+                                      0, 0, 0, -1, 0, 0,          //
+                                      0, 0, 0, 0, 0, 0,           //
+                                      0, 0, 0, 0, 0, 0));
+}
+
+TYPED_TEST(Conversions, VelocityThatIsNotKnownIsMarked) {
+  using Twist = typename TypeParam::TwistWithCovarianceStamped;
+  auto without_velocity = distinct_epoch();
+  without_velocity.observed.fix.velocity_enu_mps.reset();
+  const auto without_fix = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
+  for (const simulation::Epoch* epoch : {static_cast<const simulation::Epoch*>(&without_velocity),
+                                         &without_fix, static_cast<const simulation::Epoch*>(nullptr)}) {
+    const auto message = velocity_message<Twist>(sample_head(), epoch);
+    this->expect_head(message.header);
+    EXPECT_TRUE(std::isnan(message.twist.twist.linear.x));
+    EXPECT_TRUE(std::isnan(message.twist.twist.linear.y));
+    EXPECT_TRUE(std::isnan(message.twist.twist.linear.z));
+    EXPECT_EQ(message.twist.covariance[0], -1);
+    EXPECT_EQ(message.twist.covariance[7], 0);
+    EXPECT_EQ(message.twist.covariance[21], -1);
+  }
+  auto without_covariance = distinct_epoch();
+  without_covariance.observed.fix.velocity_covariance_enu.reset();
+  const auto message = velocity_message<Twist>(sample_head(), &without_covariance);
+  EXPECT_EQ(message.twist.twist.linear.y, -4.25);
+  EXPECT_EQ(message.twist.covariance[0], -1);
+}
+
+TYPED_TEST(Conversions, MultipathHasOneOffsetPerSatelliteAboveTheMask) {
+  using Multipath = typename TypeParam::GnssMultipath;
+  const auto epoch = distinct_epoch();
+  const auto message = multipath_message<Multipath>(sample_head(), &epoch);
+  this->expect_head(message.header);
+  this->expect_fix(message.rec_pos);
+  EXPECT_THAT(message.dop, ElementsAre(1.5F, 2.5F, 3.5F, 4.5F, 5.5F));  // P, H, V, T, G
+  // G05 G12 G17 G31 R01 R24 E11 E36 C03 C30 J02; G24 lies below the mask, G31 is blocked.
+  EXPECT_THAT(message.range_offset,
+              ElementsAre(0, 0, 35.25F, NanSensitiveFloatEq(kNaN), 0, 0, 0, 12.5F, 0, 0, 0));
+  EXPECT_THAT(message.noise, ElementsAre(0.125F, 0.25F, 0.375F, NanSensitiveFloatEq(kNaN), 0.75F, 0.875F,
+                                         1.0F, 1.125F, 1.25F, 1.375F, 1.5F));
+  EXPECT_THAT(message.sats_blocked, ElementsAre(31));
+  EXPECT_EQ(message.num_vis_sat, 10);
+  EXPECT_EQ(message.num_block_sat, 1);
+  EXPECT_EQ(message.num_vis_sat, epoch.observed.visible);
+  EXPECT_EQ(message.num_block_sat, epoch.observed.blocked);
+}
+
+TYPED_TEST(Conversions, MultipathWithoutFixKeepsItsSatellites) {
+  using Multipath = typename TypeParam::GnssMultipath;
+  const auto epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
+  const auto message = multipath_message<Multipath>(sample_head(), &epoch);
+  this->expect_no_fix(message.rec_pos);
+  ASSERT_EQ(message.dop.size(), 5U);
+  for (const float value : message.dop) EXPECT_TRUE(std::isnan(value));
+  EXPECT_EQ(message.range_offset.size(), 11U);
+  EXPECT_EQ(message.range_offset[2], 35.25F);
+  EXPECT_EQ(message.num_vis_sat, 10);
+}
+
+TYPED_TEST(Conversions, MultipathWithoutTruthIsEmpty) {
+  using Multipath = typename TypeParam::GnssMultipath;
+  const auto message = multipath_message<Multipath>(sample_head(), nullptr);
+  this->expect_head(message.header);
+  this->expect_no_fix(message.rec_pos);
+  EXPECT_EQ(message.dop.size(), 5U);
+  EXPECT_TRUE(message.range_offset.empty() && message.noise.empty() && message.sats_blocked.empty());
+  EXPECT_EQ(message.num_vis_sat, 0);
+  EXPECT_EQ(message.num_block_sat, 0);
+}
+
+TYPED_TEST(Conversions, SatellitesCarryEverything) {
+  using Satellites = typename TypeParam::GnssSatellites;
+  using Satellite = typename TypeParam::GnssSatellite;
+  const auto epoch = distinct_epoch();
+  const auto message = satellites_message<Satellites>(sample_head(), &epoch);
+  this->expect_head(message.header);
+  EXPECT_EQ(static_cast<int>(message.fix_status), static_cast<int>(Satellites::FIX));
+  EXPECT_EQ(message.gps_week, 2051);
+  EXPECT_EQ(message.gps_tow, 46701);
+  EXPECT_EQ(message.clock_bias, 1.25e-4);
+  EXPECT_EQ(message.clock_drift, -3e-9);
+  ASSERT_EQ(message.satellites.size(), 12U);
+
+  std::vector<std::string> ids;
+  std::vector<int> prns, systems;
+  for (const auto& satellite : message.satellites) {
+    ids.push_back(satellite.id);
+    prns.push_back(satellite.prn);
+    systems.push_back(satellite.system);
+    EXPECT_TRUE(std::isnan(satellite.cn0));
+  }
+  EXPECT_THAT(
+      ids, ElementsAre("G05", "G12", "G17", "G24", "G31", "R01", "R24", "E11", "E36", "C03", "C30", "J02"));
+  EXPECT_THAT(prns, ElementsAre(5, 12, 17, 24, 31, 65, 88, 311, 336, 403, 430, 194));
+  EXPECT_THAT(systems, ElementsAre(0, 0, 0, 0, 0, 1, 1, 2, 2, 3, 3, 4));
+
+  const Satellite& nlos = message.satellites[2];            // G17
+  EXPECT_NEAR(nlos.azimuth, 3.4906585039886591, 1e-15);     // 200 deg: 200 * pi / 180
+  EXPECT_NEAR(nlos.elevation, 0.27052603405912107, 1e-15);  // 15.5 deg
+  EXPECT_TRUE(nlos.above_mask);
+  EXPECT_EQ(static_cast<int>(nlos.visibility), static_cast<int>(Satellite::NLOS));
+  EXPECT_NEAR(nlos.pseudorange, 2.1e7 + 17002.09865 + 35.25, 1e-6);  // as sample_satellite() has it
+  EXPECT_NEAR(nlos.doppler, -1217.5678, 1e-9);
+  EXPECT_EQ(nlos.carrier_frequency, 1575.42e6);
+  EXPECT_EQ(nlos.excess_path, 35.25F);
+  EXPECT_EQ(nlos.noise, 0.375F);
+  EXPECT_EQ(nlos.pseudorange_error, 99.625F);
+  EXPECT_TRUE(nlos.used);
+  EXPECT_EQ(nlos.residual, 2.5F);  // the third used
+
+  EXPECT_EQ(static_cast<int>(message.satellites[0].visibility), static_cast<int>(Satellite::LOS));
+  EXPECT_EQ(static_cast<int>(message.satellites[1].visibility), static_cast<int>(Satellite::LOS_MULTIPATH));
+
+  const Satellite& low = message.satellites[3];  // G24
+  EXPECT_FALSE(low.above_mask);
+  EXPECT_FALSE(low.used);
+  EXPECT_EQ(low.excess_path, 0);
+  EXPECT_TRUE(std::isnan(low.pseudorange) && std::isnan(low.noise) && std::isnan(low.residual));
+
+  const Satellite& blocked = message.satellites[4];  // G31
+  EXPECT_EQ(static_cast<int>(blocked.visibility), static_cast<int>(Satellite::BLOCKED));
+  EXPECT_TRUE(blocked.above_mask);
+  EXPECT_TRUE(std::isnan(blocked.excess_path) && std::isnan(blocked.pseudorange) &&
+              std::isnan(blocked.doppler) && std::isnan(blocked.carrier_frequency) &&
+              std::isnan(blocked.noise) && std::isnan(blocked.pseudorange_error) &&
+              std::isnan(blocked.residual));
+
+  const Satellite& unused = message.satellites[8];  // E36
+  EXPECT_FALSE(unused.used);
+  EXPECT_EQ(unused.noise, 1.125F);
+  EXPECT_TRUE(std::isnan(unused.residual));
+  EXPECT_EQ(message.satellites[11].residual, 8.5F);  // J02, the ninth used
+}
+
+TYPED_TEST(Conversions, SatellitesSayHowTheFixEnded) {
+  using Satellites = typename TypeParam::GnssSatellites;
+  using receiver::FixStatus;
+  auto epoch = distinct_epoch();
+  for (const auto& [status, code] : {std::pair{FixStatus::NotSolved, 0},
+                                     {FixStatus::Fix, 1},
+                                     {FixStatus::TooFewSatellites, 2},
+                                     {FixStatus::Singular, 3},
+                                     {FixStatus::NotConverged, 4},
+                                     {FixStatus::NoSignal, 5}}) {
+    epoch.observed.fix.status = status;
+    EXPECT_EQ(static_cast<int>(satellites_message<Satellites>(sample_head(), &epoch).fix_status), code);
+  }
+  const auto message = satellites_message<Satellites>(sample_head(), nullptr);
+  this->expect_head(message.header);
+  EXPECT_EQ(static_cast<int>(message.fix_status), 6);
+  EXPECT_EQ(message.gps_week, -1);
+  EXPECT_TRUE(std::isnan(message.gps_tow) && std::isnan(message.clock_bias) &&
+              std::isnan(message.clock_drift));
+  EXPECT_TRUE(message.satellites.empty());
+}
+
+TYPED_TEST(Conversions, ScanHasOneRangePerRay) {
+  using Scan = typename TypeParam::LaserScan;
+  const std::vector<double> ranges{12.5, 99.25, std::numeric_limits<double>::infinity(), 4.75};
+  const auto message = scan_message<Scan>(sample_head(), ranges, 250.5);
+  this->expect_head(message.header);
+  EXPECT_THAT(message.ranges, ElementsAre(12.5F, 99.25F, std::numeric_limits<float>::infinity(), 4.75F));
+  EXPECT_EQ(message.angle_min, 0);
+  EXPECT_EQ(message.angle_max, 3);
+  EXPECT_EQ(message.angle_increment, 1);
+  EXPECT_EQ(message.time_increment, 0);
+  EXPECT_EQ(message.scan_time, 0);
+  EXPECT_EQ(message.range_min, 0);
+  EXPECT_EQ(message.range_max, 250.5F);
+  EXPECT_TRUE(message.intensities.empty());
+  EXPECT_EQ(scan_message<Scan>(sample_head(), {}, 1).angle_max, 0);
+}
+
+TEST(PrnNumber, IsDistinctOverAllConstellations) {
+  // Extended NMEA 0183 numbering: the first and last satellite of each constellation.
+  for (const auto& [id, number] : {std::pair{"G01", 1},
+                                   {"G63", 63},
+                                   {"R01", 65},
+                                   {"R32", 96},
+                                   {"E01", 301},
+                                   {"E36", 336},
+                                   {"C01", 401},
+                                   {"C63", 463},
+                                   {"J01", 193},
+                                   {"J10", 202}}) {
+    EXPECT_EQ(prn_number(*orbit::parse_satellite(id)), number) << id;
+  }
+}
+
+}  // namespace
+}  // namespace canyon::ros_messages
