@@ -11,7 +11,7 @@
 set -euo pipefail
 
 checkout=$(cd "$(dirname "$0")/../.." && pwd -P)
-roots=${CANYON_ROOTS:-${XDG_CACHE_HOME:-$HOME/.cache}/canyon}
+roots=${CANYON_ROOTS:-${XDG_CACHE_HOME:-${HOME-}/.cache}/canyon}
 root=$roots/bullseye
 
 # What the plugin and its tests need. The stamp holds this list's hash.
