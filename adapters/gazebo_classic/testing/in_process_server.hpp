@@ -6,6 +6,7 @@
 #include <gazebo/gazebo.hh>
 #include <gazebo/physics/physics.hh>
 #include <gazebo/sensors/sensors.hh>
+#include <gazebo/util/Diagnostics.hh>
 #include <stdexcept>
 #include <string>
 
@@ -62,6 +63,8 @@ class InProcessServer {
     setenv("GAZEBO_MODEL_DATABASE_URI", "", 1);
     setenv("GAZEBO_PLUGIN_PATH", CANYON_PLUGIN_DIR, 1);
     gazebo::common::Console::SetQuiet(false);
+    // Worlds use it while they end, the last one in this object's destructor: it must have been made before.
+    gazebo::util::DiagnosticManager::Instance();
     if (!gazebo::setupServer(std::vector<std::string>{})) throw std::runtime_error("no Gazebo server");
   }
   ~InProcessServer() {

@@ -1,0 +1,149 @@
+#include "adapters/gazebo_classic/ray_visuals.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "canyon/geodesy/frames.hpp"
+
+namespace canyon::gazebo_classic {
+namespace {
+
+using ignition::math::Vector3d;
+using propagation::Visibility;
+
+// In proportion to the length of a ray: what is seen from far away must be thick.
+constexpr double kLineRadius = 8e-4, kThinLineRadius = 4e-4, kReflectionRadius = 4e-3,
+                 kSatelliteRadius = 1.2e-2;
+constexpr double kLineAlpha = 0.9, kThinLineAlpha = 0.45, kBubbleAlpha = 0.4;
+
+class RayDrawing {
+ public:
+  RayDrawing(const ReceiverReport& report, double ray_length)
+      : antenna_(report.antenna_world.Pos()),
+        cosine_(std::cos(report.world_yaw_from_enu_rad)),
+        sine_(std::sin(report.world_yaw_from_enu_rad)),
+        length_(ray_length) {}
+
+  /// @param range of the direct ray [m], infinite where it is not known
+  void add(const propagation::SatelliteView& view, double range) {
+    satellite_ = to_string(view.line.id);
+    const Visibility visibility = view.paths.visibility;
+    const output::Colour colour = output::colour_of(visibility);
+    const Vector3d towards = world(direction_enu(view.line.azimuth_rad, view.line.elevation_rad));
+    if (visibility == Visibility::LOS || visibility == Visibility::LOSMultipath) {
+      const Vector3d end = antenna_ + length_ * towards;
+      line("direct", antenna_, end, kLineRadius, colour.with_alpha(kLineAlpha));
+      ball("satellite", end, kSatelliteRadius, colour);
+    } else if (visibility == Visibility::Blocked) {
+      line("direct", antenna_, antenna_ + std::min(range, length_) * towards, kThinLineRadius,
+           colour.with_alpha(kThinLineAlpha));
+    }
+    const bool tracked = visibility == Visibility::NLOS;  // the reflected signal, and not the direct one
+    std::size_t drawn = 0;
+    for (const propagation::Path& path : view.paths.paths) {
+      if (path.kind != propagation::PathKind::Reflected) continue;
+      if (drawn == kMaxDrawnPaths) break;
+      const std::string name = "path" + std::to_string(drawn++);
+      const Vector3d point = world({path.point.x(), path.point.y(), path.point.z()});
+      const double radius = tracked ? kLineRadius : kThinLineRadius;
+      line(name + ".in", antenna_, point, radius, colour.with_alpha(kLineAlpha));
+      ball(name + ".point", point, kReflectionRadius, colour);
+      line(name + ".out", point, point + length_ * towards, radius,
+           colour.with_alpha(tracked ? kLineAlpha : kThinLineAlpha));
+    }
+  }
+
+  [[nodiscard]] std::vector<VisualShape> take() { return std::move(shapes_); }
+
+ private:
+  [[nodiscard]] static Vector3d direction_enu(double azimuth, double elevation) {
+    return {std::cos(elevation) * std::sin(azimuth), std::cos(elevation) * std::cos(azimuth),
+            std::sin(elevation)};
+  }
+  /// World and ENU differ by a rotation about the vertical and share their origin.
+  [[nodiscard]] Vector3d world(const Vector3d& enu) const {
+    return {cosine_ * enu.X() - sine_ * enu.Y(), sine_ * enu.X() + cosine_ * enu.Y(), enu.Z()};
+  }
+  void line(const std::string& name, const Vector3d& from, const Vector3d& to, double radius,
+            output::Colour colour) {
+    const double length = (to - from).Length();
+    if (!std::isfinite(length) || length <= 0) return;  // an antenna that touches a wall
+    VisualShape shape;
+    shape.name = satellite_ + "." + name;
+    shape.kind = VisualShape::Kind::Cylinder;
+    shape.centre = (from + to) / 2;
+    shape.axis = (to - from) / length;
+    shape.length = length;
+    shape.radius = radius * length_;
+    shape.colour = colour;
+    shapes_.push_back(std::move(shape));
+  }
+  void ball(const std::string& name, const Vector3d& centre, double radius, output::Colour colour) {
+    if (!centre.IsFinite()) return;
+    VisualShape shape;
+    shape.name = satellite_ + "." + name;
+    shape.centre = centre;
+    shape.radius = radius * length_;
+    shape.colour = colour;
+    shapes_.push_back(std::move(shape));
+  }
+
+  Vector3d antenna_;
+  double cosine_, sine_;
+  double length_;
+  std::string satellite_;
+  std::vector<VisualShape> shapes_;
+};
+
+}  // namespace
+
+bool operator==(const VisualShape& a, const VisualShape& b) {
+  // Vector3d's own == allows for 1e-6 m, below what can be seen.
+  return same_look(a, b) && a.centre == b.centre && a.axis == b.axis && a.length == b.length &&
+         a.radius == b.radius;
+}
+
+bool same_look(const VisualShape& a, const VisualShape& b) {
+  return a.name == b.name && a.kind == b.kind && a.lit == b.lit && a.colour.r == b.colour.r &&
+         a.colour.g == b.colour.g && a.colour.b == b.colour.b && a.colour.a == b.colour.a;
+}
+
+std::vector<VisualShape> ray_shapes(const ReceiverReport& report, double ray_length_m) {
+  if (report.step == nullptr || !report.antenna_world.IsFinite()) return {};
+  const auto& views = report.step->arrival.views;
+  std::map<orbit::SatelliteId, bool> above_mask;
+  for (const receiver::SatelliteObservation& s : report.step->epoch.observed.satellites) {
+    above_mask[s.id] = s.above_mask;
+  }
+  // Direct and mirror ray of each satellite in turn.
+  const bool has_ranges = report.scan_ranges_m.size() == 2 * views.size();
+  RayDrawing drawing(report, ray_length_m);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const auto found = above_mask.find(views[i].line.id);
+    if (found == above_mask.end() || !found->second) continue;
+    drawing.add(views[i], has_ranges ? report.scan_ranges_m[2 * i] : std::numeric_limits<double>::infinity());
+  }
+  return drawing.take();
+}
+
+std::vector<VisualShape> bubble_shapes(const ReceiverReport& report, double scale) {
+  if (report.step == nullptr || !report.antenna_world.IsFinite()) return {};
+  const simulation::Epoch& epoch = report.step->epoch;
+  const double error = std::hypot(epoch.error_enu_m.x(), epoch.error_enu_m.y());
+  VisualShape bubble;
+  bubble.name = "bubble";
+  bubble.centre = report.antenna_world.Pos();
+  bubble.lit = true;
+  if (epoch.observed.fix.status == receiver::FixStatus::Fix && std::isfinite(error)) {
+    bubble.radius = std::clamp(scale * error, kBubbleSmallest_m, kBubbleLargest_m);
+    bubble.colour = output::viridis(error / kBubbleWorst_m).with_alpha(kBubbleAlpha);
+  } else {
+    bubble.radius = kBubbleNoFix_m;
+    bubble.colour = output::colour_of(Visibility::Blocked).with_alpha(kBubbleAlpha);
+  }
+  return {bubble};
+}
+
+}  // namespace canyon::gazebo_classic

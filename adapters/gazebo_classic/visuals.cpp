@@ -1,0 +1,179 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <gazebo/common/Console.hh>
+#include <gazebo/msgs/msgs.hh>
+#include <gazebo/physics/PhysicsIface.hh>
+#include <gazebo/transport/Node.hh>
+#include <gazebo/transport/Publisher.hh>
+#include <ignition/math/Pose3.hh>
+#include <ignition/math/Quaternion.hh>
+#include <memory>
+#include <string>
+
+#include "adapters/gazebo_classic/publishers.hpp"
+#include "adapters/gazebo_classic/ray_visuals.hpp"
+#include "adapters/gazebo_classic/visual_ledger.hpp"
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::gazebo_classic {
+namespace {
+
+constexpr double kUpdateInterval_s = 0.1;  // of wall time: what an eye can follow
+/// Clients cannot ask for what was told before they came; to those whose arrival goes unnoticed it is told
+/// again.
+constexpr double kRepeatInterval_s = 5;
+
+[[nodiscard]] double steady_now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+void set_colour(gazebo::msgs::Color* to, const output::Colour& colour, double strength) {
+  to->set_r(static_cast<float>(strength * colour.r));
+  to->set_g(static_cast<float>(strength * colour.g));
+  to->set_b(static_cast<float>(strength * colour.b));
+  to->set_a(static_cast<float>(colour.a));
+}
+
+void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
+  const VisualShape& shape = change.shape;
+  ignition::math::Quaterniond turn;
+  gazebo::msgs::Geometry* geometry = message.mutable_geometry();
+  if (shape.kind == VisualShape::Kind::Cylinder) {
+    turn.From2Axes(ignition::math::Vector3d::UnitZ, shape.axis);
+    geometry->set_type(gazebo::msgs::Geometry::CYLINDER);
+    geometry->mutable_cylinder()->set_radius(shape.radius);
+    geometry->mutable_cylinder()->set_length(shape.length);
+  } else {
+    geometry->set_type(gazebo::msgs::Geometry::SPHERE);
+    geometry->mutable_sphere()->set_radius(shape.radius);
+  }
+  gazebo::msgs::Set(message.mutable_pose(), ignition::math::Pose3d(shape.centre, turn));
+  message.set_visible(true);
+  // Costly to clients, who compile their shaders anew for each colour.
+  if (!change.whole) return;
+  message.set_cast_shadows(false);
+  message.set_transparency(1 - shape.colour.a);
+  gazebo::msgs::Material* material = message.mutable_material();
+  set_colour(material->mutable_ambient(), shape.colour, shape.lit ? 0.7 : 0);
+  set_colour(material->mutable_diffuse(), shape.colour, shape.lit ? 0.7 : 0);
+  set_colour(material->mutable_specular(), {0, 0, 0, shape.colour.a}, 0);
+  set_colour(material->mutable_emissive(), shape.colour, shape.lit ? 0.3 : 1);
+  material->set_lighting(true);
+}
+
+/// Draws by messages on ~/visual, which every scene listens to, in clients as well as behind camera sensors.
+/// (Markers reach only one of them: they are a service, and the first to answer takes them.) Shapes hang on
+/// the world and not on the vehicle, so that its visuals, frames and selection stay its own.
+class SceneVisuals final : public EpochPublisher {
+ public:
+  SceneVisuals(const gazebo::transport::NodePtr& node, const ReceiverIdentity& identity,
+               const PluginSettings& settings)
+      : node_(node),
+        world_(identity.world),
+        // Numbered: one that comes in the place of another must not inherit what is being removed.
+        prefix_("gnss_" + identity.model + "_" + std::to_string(gazebo::physics::getUniqueId()) + "_"),
+        rays_(settings.show_rays),
+        bubble_(settings.show_bubble),
+        bubble_scale_(settings.bubble_scale),
+        ray_length_m_(settings.ray_length_m),
+        ledger_([] { return gazebo::physics::getUniqueId(); }),
+        visuals_(node->Advertise<gazebo::msgs::Visual>("~/visual", kQueueLimit)),
+        requests_(node->Advertise<gazebo::msgs::Request>("~/request", kQueueLimit)) {}
+
+  ~SceneVisuals() override {
+    try {
+      remove();
+    } catch (const std::exception& e) {
+      gzwarn << "rays and bubble stay in the scene: " << e.what() << "\n";
+    }
+  }
+  SceneVisuals(const SceneVisuals&) = delete;
+  SceneVisuals& operator=(const SceneVisuals&) = delete;
+
+  void publish(const ReceiverReport& report) override {
+    const double now = steady_now_s();
+    if (!updates_.due(now)) return;
+    std::vector<VisualShape> shapes;
+    if (rays_) shapes = ray_shapes(report, ray_length_m_);
+    if (bubble_) {
+      for (VisualShape& shape : bubble_shapes(report, bubble_scale_)) shapes.push_back(std::move(shape));
+    }
+    tell(shapes, somebody_came() || repeats_.due(now));
+  }
+
+  void reset() override {
+    tell({}, false);
+    updates_.reset();
+  }
+
+ private:
+  static constexpr unsigned kQueueLimit = 5000;  // a few updates of every shape
+
+  [[nodiscard]] bool somebody_came() {
+    const unsigned clients = visuals_->GetRemoteSubscriptionCount();
+    const bool more = clients > clients_;
+    clients_ = clients;
+    return more;
+  }
+
+  void tell(const std::vector<VisualShape>& shapes, bool everything) {
+    for (const VisualLedger::Change& change : ledger_.update(shapes, everything)) {
+      gazebo::msgs::Visual message = message_for(change.name, change.id);
+      if (change.visible) {
+        fill(message, change);
+      } else {
+        message.set_visible(false);
+      }
+      visuals_->Publish(message);
+    }
+  }
+
+  [[nodiscard]] gazebo::msgs::Visual message_for(const std::string& name, std::uint32_t id) const {
+    gazebo::msgs::Visual message;
+    message.set_name(prefix_ + name);
+    message.set_id(id);
+    message.set_parent_name(world_);  // a scene has its world's name
+    return message;
+  }
+
+  /// Hidden first, since scenes take a request to remove only with their next picture.
+  void remove() {
+    tell({}, false);
+    for (const std::string& name : ledger_.clear()) {
+      const std::unique_ptr<gazebo::msgs::Request> request(
+          gazebo::msgs::CreateRequest("entity_delete", prefix_ + name));
+      requests_->Publish(*request, true);
+    }
+  }
+
+  gazebo::transport::NodePtr node_;
+  std::string world_;
+  std::string prefix_;
+  bool rays_, bubble_;
+  double bubble_scale_, ray_length_m_;
+  VisualLedger ledger_;
+  RateLimit updates_{kUpdateInterval_s};
+  RateLimit repeats_{kRepeatInterval_s};
+  unsigned clients_ = 0;
+  gazebo::transport::PublisherPtr visuals_, requests_;
+};
+
+}  // namespace
+
+std::unique_ptr<EpochPublisher> make_visuals(const gazebo::transport::NodePtr& node,
+                                             const ReceiverIdentity& identity,
+                                             const PluginSettings& settings) {
+  if (!(settings.bubble_scale > 0) || !std::isfinite(settings.bubble_scale)) {
+    throw InputError("visuals/bubble_scale is " + std::to_string(settings.bubble_scale),
+                     "give metres of radius for a metre of error, above 0");
+  }
+  if (!(settings.ray_length_m > 0) || !std::isfinite(settings.ray_length_m)) {
+    throw InputError("visuals/ray_length_m is " + std::to_string(settings.ray_length_m),
+                     "give a length in metres, above 0");
+  }
+  return std::make_unique<SceneVisuals>(node, identity, settings);
+}
+
+}  // namespace canyon::gazebo_classic
