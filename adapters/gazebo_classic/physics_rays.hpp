@@ -9,27 +9,40 @@
 
 namespace canyon::gazebo_classic {
 
-/// A ray in Gazebo's world frame. `direction` is unit length.
+/// A ray in Gazebo's world frame. `direction` is unit length to 1e-6.
 struct PhysicsRay {
   Eigen::Vector3d origin;
   Eigen::Vector3d direction;
-  double max_range_m = 1e4;  ///< finite: the physics engine's rays have an end
+  double max_range_m = 1e4;  ///< > 0 and finite: the physics engine's rays have an end
 };
 
-/// Rays of Gazebo's physics engine, aimed anew at every call and cast before it returns: ranges always belong
-/// to the rays just given, also when their number changes. For the simulation's thread only.
+/// Rays of Gazebo's physics engine (ODE), aimed anew at every call and cast before it returns: ranges always
+/// belong to the rays just given, also when their number changes. They meet what the rays of a `ray` sensor
+/// meet: collision geometry, from inside too, whatever its collide_bitmask. The rays stand outside the
+/// world's collision space: they have no mass, no contacts, and no entity. For the simulation's thread only.
 class PhysicsRays {
  public:
-  /// Takes over the rays of `sensor` (its own updates stop aiming them), or makes a set of rays on `link`
-  /// where `sensor` is null. Throws InputError where the physics engine has no rays.
+  /// Casts in the world of `link`. The sensor's own thread aims and casts the rays of a ray sensor without a
+  /// lock, so that these are never read for a result: `sensor` (null: none) is set inactive, and its rays
+  /// show what was cast, see cast(). `name` stands in messages. Throws InputError where the physics engine is
+  /// not ODE.
   PhysicsRays(const gazebo::physics::LinkPtr& link, const gazebo::sensors::RaySensorPtr& sensor,
               const std::string& name);
+  /// Makes the sensor active again if it was so before.
   ~PhysicsRays();
   PhysicsRays(const PhysicsRays&) = delete;
   PhysicsRays& operator=(const PhysicsRays&) = delete;
 
-  /// ranges[i] of rays[i] [m], infinite where it meets nothing; spans of one length. `left_out` (null: none):
-  /// a topmost model through which rays go.
+  /// ranges[i] of rays[i] [m], infinite where it meets nothing within its max_range_m; spans of one length.
+  /// Error below 1e-6 m for primitive shapes; triangles of meshes and heightmaps are in single precision,
+  /// about 1e-7 of their coordinates. `left_out` (null: none): a model through which rays go, with those
+  /// inside it.
+  ///
+  /// The first rays of the sensor are laid along the rays just cast, each with the length found, unless
+  /// someone listens to the sensor's Gazebo topic: then its own thread uses them.
+  ///
+  /// Throws InputError for spans of different lengths or a ray that is not finite, not unit, or has no
+  /// length; then nothing was cast.
   void cast(std::span<const PhysicsRay> rays, const gazebo::physics::ModelPtr& left_out,
             std::span<double> ranges);
 
