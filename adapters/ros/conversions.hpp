@@ -53,6 +53,12 @@ namespace detail {
 
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+/// Strings of messages may have an allocator of their own.
+template <class String>
+void assign(String& to, const std::string& from) {
+  to.assign(from.data(), from.size());
+}
+
 template <class Header>
 void set_header(Header& header, const Head& head) {
   if constexpr (requires { header.stamp.nanosec; }) {  // ROS 2
@@ -62,7 +68,7 @@ void set_header(Header& header, const Head& head) {
     header.stamp.sec = static_cast<std::uint32_t>(std::max(head.stamp.sec, 0));
     header.stamp.nsec = head.stamp.nanosec;
   }
-  header.frame_id = head.frame_id;
+  assign(header.frame_id, head.frame_id);
 }
 
 [[nodiscard]] inline bool has_fix(const simulation::Epoch* epoch) {
@@ -130,7 +136,7 @@ template <class Satellite>
 [[nodiscard]] Satellite satellite_message(const receiver::SatelliteObservation& seen,
                                           const receiver::Fix& fix) {
   Satellite message;
-  message.id = orbit::to_string(seen.id);
+  assign(message.id, orbit::to_string(seen.id));
   message.system = system_code<Satellite>(seen.id.system);
   message.prn = prn_number(seen.id);
   message.azimuth = seen.azimuth_rad;

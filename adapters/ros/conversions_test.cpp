@@ -9,11 +9,7 @@
 #include "tests/support/sample_epochs.hpp"
 
 #ifdef CANYON_WITH_ROS
-#include <canyon_msgs/GnssMultipath.h>
-#include <canyon_msgs/GnssSatellites.h>
-#include <geometry_msgs/TwistWithCovarianceStamped.h>
-#include <sensor_msgs/LaserScan.h>
-#include <sensor_msgs/NavSatFix.h>
+#include "adapters/ros/ros1_types.hpp"
 #endif
 
 // Every conversion against three sets of types: stand-ins as ROS 1's generator writes messages, stand-ins as
@@ -122,12 +118,12 @@ struct StandIns : Kind {
 
 #ifdef CANYON_WITH_ROS
 struct RosMessages {
-  using NavSatFix = sensor_msgs::NavSatFix;
-  using TwistWithCovarianceStamped = geometry_msgs::TwistWithCovarianceStamped;
-  using LaserScan = sensor_msgs::LaserScan;
-  using GnssMultipath = canyon_msgs::GnssMultipath;
-  using GnssSatellite = canyon_msgs::GnssSatellite;
-  using GnssSatellites = canyon_msgs::GnssSatellites;
+  using NavSatFix = ros1::NavSatFix;
+  using TwistWithCovarianceStamped = ros1::TwistWithCovarianceStamped;
+  using LaserScan = ros1::LaserScan;
+  using GnssMultipath = ros1::GnssMultipath;
+  using GnssSatellite = ros1::GnssSatellite;
+  using GnssSatellites = ros1::GnssSatellites;
   static std::uint32_t nanoseconds(const ros::Time& time) { return time.nsec; }
 };
 using AllTypes = testing::Types<StandIns<Ros1Kind>, StandIns<Ros2Kind>, RosMessages>;
@@ -315,7 +311,7 @@ TYPED_TEST(Conversions, SatellitesCarryEverything) {
   std::vector<std::string> ids;
   std::vector<int> prns, systems;
   for (const auto& satellite : message.satellites) {
-    ids.push_back(satellite.id);
+    ids.emplace_back(satellite.id.data(), satellite.id.size());
     prns.push_back(satellite.prn);
     systems.push_back(satellite.system);
     EXPECT_TRUE(std::isnan(satellite.cn0));
