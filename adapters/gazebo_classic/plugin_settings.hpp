@@ -5,6 +5,7 @@
 #include <optional>
 #include <sdf/sdf.hh>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "canyon/geodesy/frames.hpp"
@@ -19,6 +20,7 @@ struct PluginSettings {
   /// Keys of the scenario: sky, start, rate_hz, seed, and those of a receiver. The paper's satNum,
   /// satAzimuth, satElevation become sky.frozen, disableNoise becomes noise.enabled.
   simulation::LiveConfig live;
+  bool named = false;  ///< `name` stands; where not, live.receiver.options.name is not the user's
 
   /// origin_latitude [deg], origin_longitude [deg], origin_altitude [m]; empty: the world's
   /// spherical_coordinates.
@@ -39,7 +41,7 @@ struct PluginSettings {
 
   bool publish_gazebo = true;  ///< publishers/gazebo
   bool publish_ros = true;     ///< publishers/ros
-  bool publish_px4 = false;    ///< publishers/px4
+  bool publish_px4 = false;    ///< publishers/px4; on where elements of PX4's own gps plugin stand
   std::string px4_topic;       ///< topic; empty: the name of the model right above the link
   int nmea_port = 0;           ///< publishers/nmea_port; 0: none
 
@@ -48,20 +50,24 @@ struct PluginSettings {
   double bubble_scale = 1;    ///< visuals/bubble_scale: metres of radius for a metre of error
   double ray_length_m = 100;  ///< visuals/ray_length_m, of rays that meet nothing
 
-  std::vector<std::string> warnings;  ///< unknown elements, by name, with the closest known one
+  /// One line each: unknown elements, with the closest known one, and elements of other plugins that have no
+  /// effect, with what to use instead.
+  std::vector<std::string> warnings;
 };
 
 /// Where a plugin is attached; decides defaults.
 struct PluginPlace {
   bool on_ray_sensor = false;
   std::string name;  ///< for messages: "plugin 'gnss' of model 'car'"
-  std::filesystem::path
-      folder;  ///< relative paths belong to it: the world file's; then Gazebo's resource paths
+  /// Relative paths belong to it: the world file's. Then to the folder of the model's own file, then to
+  /// Gazebo's resource paths.
+  std::filesystem::path folder;
 };
 
 /// Reads a plugin element. Defaults are the paper's where its satAzimuth is given: mirror model, and on a ray
-/// sensor the physics engine. Throws InputError, whose text names the element and the cure, for a wrong
-/// value.
+/// sensor the physics engine. Throws InputError, whose text names place.name, the element as it was written
+/// ("<noise><enabled>") and the cure, for a wrong value, an element that stands twice, a file that is not
+/// there, and ray_engine physics with the specular model. A null element has nothing but defaults.
 [[nodiscard]] PluginSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place);
 
 /// One row per element for docs and tests: name with dots, unit, default, meaning.
