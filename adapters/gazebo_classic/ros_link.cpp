@@ -1,0 +1,278 @@
+#include "adapters/gazebo_classic/ros_link.hpp"
+
+#include <fmt/format.h>
+#include <ros/init.h>
+#include <ros/master.h>
+#include <ros/this_node.h>
+#include <ros/xmlrpc_manager.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <cstdlib>
+#include <gazebo/common/Console.hh>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <thread>
+
+#include "adapters/gazebo_classic/ros_master.hpp"
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::gazebo_classic {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kLookEvery = 2s;
+constexpr auto kAnswerWithin = 1000ms;
+constexpr auto kLeaveWithin = 2s;
+
+/// A node that is shut down and one that starts in its place must not overlap. Never destroyed: a thread that
+/// hangs on its master may outlive static objects.
+std::timed_mutex& ros_in_use() {
+  static auto* mutex = new std::timed_mutex;
+  return *mutex;
+}
+
+MasterAddress master_of_environment() {
+  const char* uri = std::getenv("ROS_MASTER_URI");
+  if (uri == nullptr || *uri == '\0') return {"localhost", 11311};  // where roscore listens by itself
+  if (auto address = parse_master_uri(uri)) return *address;
+  throw InputError(
+      fmt::format("ROS_MASTER_URI is '{}', which is no address of a ROS master", uri),
+      "set it as http://HOST:PORT, or switch ROS off by <publishers><ros>false</ros></publishers>");
+}
+
+void say(const std::string& message) {
+  gzmsg << "[canyon] " << message << std::endl;
+}
+
+}  // namespace
+
+struct RosLink::State {
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool stop = false;                                // the following by `mutex`
+  bool news = false;                                // somebody joins or leaves
+  bool ended = false;                               // the thread has left ROS
+  std::vector<std::shared_ptr<RosClient>> joining;  // not connected yet
+  std::vector<std::shared_ptr<RosClient>> leaving;
+  std::set<std::string> claimed;
+
+  MasterAddress master;
+  int stop_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+
+  // Of the thread alone.
+  std::optional<ros::NodeHandle> node;
+  std::vector<std::shared_ptr<RosClient>> connected;
+  bool said_missing = false;
+  bool lost = false;
+  bool shut_down = false;
+
+  State() = default;
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() {
+    if (stop_fd >= 0) close(stop_fd);
+  }
+
+  void run();
+  void look();
+  void found(MasterAnswer answer);
+  void connect_joining();
+  void drop_leaving();
+  void tell_new_master();
+  void leave();
+};
+
+void RosLink::State::run() {
+  bool in_use = false;
+  for (;;) {
+    in_use = in_use || ros_in_use().try_lock_for(100ms);
+    if (in_use) look();
+    std::unique_lock lock(mutex);
+    if (in_use) changed.wait_for(lock, kLookEvery, [this] { return stop || news; });
+    if (stop) break;
+  }
+  if (in_use) {
+    leave();
+    ros_in_use().unlock();
+  }
+  const std::lock_guard lock(mutex);
+  ended = true;
+  changed.notify_all();
+}
+
+void RosLink::State::look() {
+  drop_leaving();
+  if (shut_down) return;
+  if (node && !ros::ok()) {  // rosnode kill, or gazebo_ros ended
+    say("ROS was shut down; nothing more is published on it");
+    shut_down = true;
+    return;
+  }
+  const std::string name = node ? ros::this_node::getName() : "/gazebo_canyon";
+  const MasterAnswer answer = ask_master(master, name, kAnswerWithin, stop_fd);
+  {
+    const std::lock_guard lock(mutex);
+    if (stop) return;
+  }
+  if (answer != MasterAnswer::None) {
+    found(answer);
+  } else if (!node && !said_missing) {
+    say("no ROS master at " + master.uri() + "; topics come once there is one");
+    said_missing = true;
+  } else if (node && !lost) {
+    say("the ROS master at " + master.uri() + " is gone; topics come back with it");
+    lost = true;
+  }
+}
+
+void RosLink::State::found(MasterAnswer answer) {
+  if (!node) {
+    node.emplace();
+    say("publishing on ROS, master " + master.uri() + ", as node " + ros::this_node::getName());
+  } else if (answer == MasterAnswer::Unknown && !connected.empty()) {
+    tell_new_master();
+  }
+  lost = false;
+  connect_joining();
+}
+
+void RosLink::State::connect_joining() {
+  std::vector<std::shared_ptr<RosClient>> clients;
+  {
+    const std::lock_guard lock(mutex);
+    clients.swap(joining);
+  }
+  for (const std::shared_ptr<RosClient>& client : clients) {
+    bool is_connected = false;
+    try {
+      is_connected = client->connect(*node);
+    } catch (const std::exception& e) {  // two types on one topic, for example
+      gzerr << "[canyon] ROS: " << e.what() << std::endl;
+      continue;
+    }
+    if (is_connected) {
+      connected.push_back(client);
+    } else {
+      const std::lock_guard lock(mutex);
+      joining.push_back(client);  // until the next look
+    }
+  }
+}
+
+void RosLink::State::drop_leaving() {
+  std::vector<std::shared_ptr<RosClient>> clients;
+  {
+    const std::lock_guard lock(mutex);
+    news = false;
+    clients.swap(leaving);
+    for (const auto& client : clients)
+      joining.erase(std::remove(joining.begin(), joining.end(), client), joining.end());
+  }
+  for (const auto& client : clients) {
+    connected.erase(std::remove(connected.begin(), connected.end(), client), connected.end());
+    client->disconnect();
+  }
+}
+
+void RosLink::State::tell_new_master() {
+  for (const std::shared_ptr<RosClient>& client : connected) {
+    for (const auto& [topic, type] : client->advertised()) {
+      XmlRpc::XmlRpcValue request, answer, payload;
+      request[0] = ros::this_node::getName();
+      request[1] = topic;
+      request[2] = type;
+      request[3] = ros::XMLRPCManager::instance()->getServerURI();
+      if (!ros::master::execute("registerPublisher", request, answer, payload, false)) return;
+    }
+    client->renew(*node);
+  }
+  say("the ROS master began anew and has the topics again");
+}
+
+void RosLink::State::leave() {
+  drop_leaving();
+  for (const auto& client : connected) client->disconnect();
+  connected.clear();
+  node.reset();  // the last handle of a node shuts it down
+}
+
+RosLink::RosLink(std::shared_ptr<State> state) : state_(std::move(state)) {
+  std::thread([s = state_] {
+    try {
+      s->run();
+    } catch (const std::exception& e) {
+      gzerr << "[canyon] ROS ended: " << e.what() << std::endl;
+      const std::lock_guard lock(s->mutex);
+      s->ended = true;
+      s->changed.notify_all();
+    }
+  }).detach();
+}
+
+RosLink::~RosLink() {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->stop = true;
+    state_->changed.notify_all();
+  }
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const auto written = write(state_->stop_fd, &one, sizeof one);
+  std::unique_lock lock(state_->mutex);
+  state_->changed.wait_for(lock, kLeaveWithin, [this] { return state_->ended; });
+}
+
+std::shared_ptr<RosLink> RosLink::get() {
+  static std::mutex mutex;
+  static std::weak_ptr<RosLink> existing;
+  const std::lock_guard lock(mutex);
+  if (auto link = existing.lock()) return link;
+  auto state = std::make_shared<State>();
+  if (ros::isInitialized()) {
+    state->master = {ros::master::getHost(), static_cast<std::uint16_t>(ros::master::getPort())};
+  } else {
+    state->master = master_of_environment();
+    // roscpp ends the process where it finds no address. Nothing here goes over the network.
+    ros::init(ros::M_string{{"__master", state->master.uri()}}, "gazebo_canyon",
+              ros::init_options::NoSigintHandler | ros::init_options::AnonymousName);
+    ros::master::setRetryTimeout(ros::WallDuration(2));  // a master lost between question and registration
+  }
+  const std::shared_ptr<RosLink> link(new RosLink(std::move(state)));
+  existing = link;
+  return link;
+}
+
+void RosLink::add(std::shared_ptr<RosClient> client) {
+  const std::lock_guard lock(state_->mutex);
+  state_->joining.push_back(std::move(client));
+  state_->news = true;
+  state_->changed.notify_all();
+}
+
+void RosLink::remove(const std::shared_ptr<RosClient>& client) {
+  const std::lock_guard lock(state_->mutex);
+  state_->leaving.push_back(client);
+  state_->news = true;
+  state_->changed.notify_all();
+}
+
+std::string RosLink::claim(const std::vector<std::string>& topics) {
+  const std::lock_guard lock(state_->mutex);
+  for (const std::string& topic : topics) {
+    if (state_->claimed.count(topic) != 0) return topic;
+  }
+  state_->claimed.insert(topics.begin(), topics.end());
+  return {};
+}
+
+void RosLink::release(const std::vector<std::string>& topics) {
+  const std::lock_guard lock(state_->mutex);
+  for (const std::string& topic : topics) state_->claimed.erase(topic);
+}
+
+}  // namespace canyon::gazebo_classic

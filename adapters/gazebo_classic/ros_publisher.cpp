@@ -1,0 +1,173 @@
+#include <fmt/format.h>
+#include <ros/publisher.h>
+
+#include <exception>
+#include <gazebo/common/Console.hh>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "adapters/gazebo_classic/publishers.hpp"
+#include "adapters/gazebo_classic/ros_link.hpp"
+#include "adapters/gazebo_classic/ros_names.hpp"
+#include "adapters/ros/conversions.hpp"
+#include "adapters/ros/ros1_types.hpp"
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::gazebo_classic {
+namespace {
+
+namespace ros1 = ros_messages::ros1;
+
+constexpr std::uint32_t kQueue = 10;  // a second of a 10 Hz receiver, for a subscriber that is slow
+
+/// The topics of one receiver. The link's thread makes and ends them, the simulation's publishes.
+class ReceiverTopics final : public RosClient {
+ public:
+  ReceiverTopics(RosTopics names, std::string frame_id)
+      : names_(std::move(names)), frame_id_(std::move(frame_id)) {}
+
+  bool connect(ros::NodeHandle& node) override {
+    Publishers made;
+    made.fix = node.advertise<ros1::NavSatFix>(names_.fix, kQueue);
+    made.fix_velocity = node.advertise<ros1::TwistWithCovarianceStamped>(names_.fix_velocity, kQueue);
+    made.gnss_multipath = node.advertise<ros1::GnssMultipath>(names_.gnss_multipath, kQueue);
+    made.satellites = node.advertise<ros1::GnssSatellites>(names_.satellites, kQueue);
+    if (!names_.scan.empty()) made.scan = node.advertise<ros1::LaserScan>(names_.scan, kQueue);
+    if (!made.fix || !made.fix_velocity || !made.gnss_multipath || !made.satellites ||
+        (!names_.scan.empty() && !made.scan)) {
+      return false;  // the master went away; what was advertised ends with `made`
+    }
+    const std::lock_guard lock(mutex_);
+    publishers_ = std::move(made);
+    return true;
+  }
+
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> advertised() const override {
+    namespace traits = ros::message_traits;
+    // The names that ROS gave them: remapped on gzserver's command line, perhaps.
+    const std::lock_guard lock(mutex_);
+    if (!publishers_) return {};
+    std::vector<std::pair<std::string, std::string>> topics{
+        {publishers_->fix.getTopic(), traits::DataType<ros1::NavSatFix>::value()},
+        {publishers_->fix_velocity.getTopic(), traits::DataType<ros1::TwistWithCovarianceStamped>::value()},
+        {publishers_->gnss_multipath.getTopic(), traits::DataType<ros1::GnssMultipath>::value()},
+        {publishers_->satellites.getTopic(), traits::DataType<ros1::GnssSatellites>::value()}};
+    if (publishers_->scan) {
+      topics.emplace_back(publishers_->scan.getTopic(), traits::DataType<ros1::LaserScan>::value());
+    }
+    return topics;
+  }
+
+  void disconnect() override {
+    std::optional<Publishers> ended;  // unadvertised outside of the lock: that may wait for the master
+    const std::lock_guard lock(mutex_);
+    ended.swap(publishers_);
+  }
+
+  void publish(const ReceiverReport& report) {
+    const std::lock_guard lock(mutex_);
+    if (!publishers_) return;
+    const ros_messages::Head head{{report.sim_time.sec, static_cast<std::uint32_t>(report.sim_time.nsec)},
+                                  frame_id_};
+    const simulation::Epoch* epoch = report.step != nullptr ? &report.step->epoch : nullptr;
+    // Only what somebody listens to is made.
+    if (publishers_->fix.getNumSubscribers() > 0) {
+      publishers_->fix.publish(ros_messages::fix_message<ros1::NavSatFix>(head, epoch));
+    }
+    if (publishers_->fix_velocity.getNumSubscribers() > 0) {
+      publishers_->fix_velocity.publish(
+          ros_messages::velocity_message<ros1::TwistWithCovarianceStamped>(head, epoch));
+    }
+    if (publishers_->gnss_multipath.getNumSubscribers() > 0) {
+      publishers_->gnss_multipath.publish(ros_messages::multipath_message<ros1::GnssMultipath>(head, epoch));
+    }
+    if (publishers_->satellites.getNumSubscribers() > 0) {
+      publishers_->satellites.publish(ros_messages::satellites_message<ros1::GnssSatellites>(head, epoch));
+    }
+    if (publishers_->scan && epoch != nullptr && publishers_->scan.getNumSubscribers() > 0) {
+      publishers_->scan.publish(
+          ros_messages::scan_message<ros1::LaserScan>(head, report.scan_ranges_m, report.scan_max_range_m));
+    }
+  }
+
+ private:
+  struct Publishers {
+    ros::Publisher fix, fix_velocity, gnss_multipath, satellites, scan;
+  };
+  const RosTopics names_;
+  const std::string frame_id_;
+  mutable std::mutex mutex_;
+  std::optional<Publishers> publishers_;
+};
+
+class RosPublisher final : public EpochPublisher {
+ public:
+  RosPublisher(std::shared_ptr<RosLink> link, const RosTopics& names, std::string frame_id)
+      : link_(std::move(link)),
+        names_(names.all()),
+        topics_(std::make_shared<ReceiverTopics>(names, std::move(frame_id))) {
+    link_->add(topics_);
+  }
+  ~RosPublisher() override {
+    link_->remove(topics_);
+    link_->release(names_);
+  }
+  RosPublisher(const RosPublisher&) = delete;
+  RosPublisher& operator=(const RosPublisher&) = delete;
+
+  void publish(const ReceiverReport& report) override {
+    try {
+      topics_->publish(report);
+    } catch (const std::exception& e) {
+      if (!std::exchange(said_, true)) gzerr << "[canyon] cannot publish on ROS: " << e.what() << std::endl;
+    }
+  }
+
+ private:
+  std::shared_ptr<RosLink> link_;
+  std::vector<std::string> names_;
+  std::shared_ptr<ReceiverTopics> topics_;
+  bool said_ = false;
+};
+
+/// Link and sensor, or plugin, as a namespace: what makes the topics of several receivers on a model differ.
+std::string own_namespace(const ReceiverIdentity& identity) {
+  std::string base;
+  std::string_view rest = identity.link;
+  while (!rest.empty()) {
+    const std::size_t end = rest.find("::");
+    base += '/' + ros_name_part(rest.substr(0, end));
+    rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 2);
+  }
+  return base + '/' + ros_name_part(identity.sensor.empty() ? identity.plugin : identity.sensor);
+}
+
+}  // namespace
+
+std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
+                                                   const PluginSettings& settings) {
+  std::vector<std::string> notes;
+  RosTopics topics = ros_topics(ros_namespace(identity, settings), identity, settings, notes);
+  const std::shared_ptr<RosLink> link = RosLink::get();
+  std::string taken = link->claim(topics.all());
+  if (!taken.empty() && settings.ros_namespace.empty()) {
+    notes.clear();
+    const std::string base = own_namespace(identity);
+    topics = ros_topics(base, identity, settings, notes);
+    const std::string other = std::exchange(taken, link->claim(topics.all()));
+    notes.push_back(
+        fmt::format("another receiver has the ROS topic {}; those of this one are in {}", other, base));
+  }
+  if (!taken.empty()) {
+    throw InputError(fmt::format("another receiver has the ROS topic {} already", taken),
+                     "give each receiver a <ros><namespace> of its own");
+  }
+  for (const std::string& note : notes) {
+    gzwarn << "[canyon] plugin '" << identity.plugin << "' of model '" << identity.model << "': " << note
+           << std::endl;
+  }
+  return std::make_unique<RosPublisher>(link, topics, ros_frame_id(identity, settings));
+}
+
+}  // namespace canyon::gazebo_classic
