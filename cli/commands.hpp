@@ -20,6 +20,7 @@ using Action = std::function<int()>;
 void add_simulate(CLI::App& app, Action& action);
 void add_sky(CLI::App& app, Action& action);
 void add_trace(CLI::App& app, Action& action);
+void add_skyplot(CLI::App& app, Action& action);
 void add_city(CLI::App& app, Action& action);
 
 /// "22.3,114.17,10" -> position (degrees, degrees, metres; the height may be left out). Throws InputError

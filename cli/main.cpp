@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
   add_simulate(app, action);
   add_sky(app, action);
   add_trace(app, action);
+  add_skyplot(app, action);
   add_city(app, action);
   try {
     app.parse(argc, argv);

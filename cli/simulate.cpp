@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <csignal>
 #include <memory>
 
 #include "canyon/base/input_error.hpp"
@@ -14,6 +13,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
+#include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 
 namespace canyon::cli {
@@ -28,15 +28,6 @@ struct Arguments {
   int threads = 0;
   bool quiet = false;
 };
-
-std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
-
-extern "C" void request_stop(int signal) {
-  stop_requested = true;
-  // A second Ctrl-C ends the program at once.
-  std::signal(signal, SIG_DFL);
-}
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -111,8 +102,7 @@ int run(const Arguments& arguments) {
   std::vector<simulation::EpochSink*> all{&figures};
   for (const auto& sink : sinks) all.push_back(sink.get());
 
-  std::signal(SIGINT, request_stop);
-  std::signal(SIGTERM, request_stop);
+  const std::atomic<bool>& stop_requested = catch_interrupts();
   simulation::RunResult result;
   {
     Progress progress("simulating", arguments.quiet);

@@ -3,24 +3,17 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/words.hpp"
-#include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
+#include "cli/site.hpp"
 
 namespace canyon::cli {
 namespace {
 
 struct Arguments {
-  std::string scenario;
-  std::string place;
-  std::string enu;
-  std::string time;
-  std::string receiver;
+  SiteArguments site;
   bool json = false;
 };
 
@@ -28,51 +21,14 @@ std::string_view word(propagation::PathKind kind) {
   return kind == propagation::PathKind::Direct ? "direct" : "reflected";
 }
 
-std::size_t find_receiver(const simulation::Scenario& scenario, const std::string& name) {
-  if (name.empty()) return 0;
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
-    names.push_back(scenario.receivers[i].options.name);
-    if (names.back() == name) return i;
-  }
-  throw InputError(fmt::format("--receiver: the scenario has no receiver '{}'", name),
-                   fmt::format("it has {}", fmt::join(names, ", ")));
-}
-
-Eigen::Vector3d parse_enu(const std::string& text) {
-  const std::vector<std::string_view> pieces = split(text, ',');
-  Eigen::Vector3d enu = Eigen::Vector3d::Zero();
-  bool good = pieces.size() == 3;
-  for (std::size_t i = 0; good && i < 3; ++i) {
-    const std::optional<double> value = parse_double(pieces[i]);
-    good = value.has_value();
-    if (good) enu[static_cast<Eigen::Index>(i)] = *value;
-  }
-  if (!good) {
-    throw InputError(fmt::format("--enu '{}' is not a place", text),
-                     "give EAST,NORTH,UP in metres, e.g. 10,-5,2");
-  }
-  return enu;
-}
-
 int run(const Arguments& arguments) {
-  simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
-  const std::size_t receiver = find_receiver(scenario, arguments.receiver);
-  const simulation::Simulation simulation(scenario, simulation::load_city(scenario.city));
-  print_warnings(simulation.warnings());
-  const simulation::Environment& environment = simulation.environment();
-  const geodesy::GpsTime time =
-      arguments.time.empty() ? simulation.begin() : geodesy::parse_time(arguments.time);
-  const geodesy::LocalFrame& frame = environment.city().frame;
-  const Eigen::Vector3d antenna =
-      !arguments.enu.empty() ? parse_enu(arguments.enu)
-      : !arguments.place.empty()
-          ? frame.local_from_geodetic(parse_place(arguments.place, "--at"))
-          : frame.local_from_geodetic(simulation.antenna_pose(receiver, time).position);
-  const propagation::Propagator propagator =
-      environment.make_propagator(simulation.scenario().receivers[receiver].propagation);
+  const Site site(arguments.site);
+  const simulation::Environment& environment = site.environment();
+  const geodesy::GpsTime time = site.time();
+  const Eigen::Vector3d antenna = site.antenna(time);
+  const propagation::Propagator propagator = site.make_propagator();
   const simulation::Arrival arrival = environment.arrival(time, antenna, propagator);
-  const geodesy::Geodetic place = frame.geodetic_from_local(antenna);
+  const geodesy::Geodetic place = environment.city().frame.geodetic_from_local(antenna);
 
   if (arguments.json) {
     nlohmann::json out;
@@ -144,20 +100,7 @@ int run(const Arguments& arguments) {
 void add_trace(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("trace", "every path of every satellite at one place and time");
-  command->add_option("scenario", arguments->scenario, "scenario file: its city, sky and propagation")
-      ->type_name("SCENARIO")
-      ->required();
-  CLI::Option* at = command->add_option("--at", arguments->place, "antenna (degrees, ellipsoidal metres)");
-  at->type_name("LAT,LON,HEIGHT");
-  command->add_option("--enu", arguments->enu, "antenna in the city's frame [m]")
-      ->type_name("E,N,U")
-      ->excludes(at);
-  command
-      ->add_option("--time", arguments->time,
-                   "when (the scenario's first epoch); UTC, or with ' GPST' behind it")
-      ->type_name("T");
-  command->add_option("--receiver", arguments->receiver, "whose propagation and antenna (the first)")
-      ->type_name("NAME");
+  add_site_options(*command, arguments->site);
   command->add_flag("--json", arguments->json, "print JSON");
   command->footer(
       "Without --at or --enu the antenna is where the scenario's trajectory has it at that time.");

@@ -225,20 +225,22 @@ std::string render_png(int width_px, int height_px, double scale, const std::fun
   return png;
 }
 
+std::string render_svg(double width, double height, const std::function<void(Canvas&)>& draw) {
+  std::string svg;
+  const Surface surface(cairo_svg_surface_create_for_stream(append, &svg, width, height));
+  draw_on(surface.get(), 1, width, height, draw);
+  cairo_surface_finish(surface.get());
+  check(cairo_surface_status(surface.get()));
+  return svg;
+}
+
 Picture render(double width, double height, const std::function<void(Canvas&)>& draw, double png_scale) {
   // Whole units: a row of pixels that is covered in part would show as a line.
   width = std::ceil(width);
   height = std::ceil(height);
-  Picture picture;
-  picture.png = render_png(static_cast<int>(std::lround(width * png_scale)),
-                           static_cast<int>(std::lround(height * png_scale)), png_scale, draw);
-  {
-    const Surface surface(cairo_svg_surface_create_for_stream(append, &picture.svg, width, height));
-    draw_on(surface.get(), 1, width, height, draw);
-    cairo_surface_finish(surface.get());
-    check(cairo_surface_status(surface.get()));
-  }
-  return picture;
+  return {render_png(static_cast<int>(std::lround(width * png_scale)),
+                     static_cast<int>(std::lround(height * png_scale)), png_scale, draw),
+          render_svg(width, height, draw)};
 }
 
 double draw_title(Canvas& canvas, double x, const std::string& title, const std::string& subtitle) {

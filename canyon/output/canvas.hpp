@@ -107,6 +107,10 @@ struct Picture {
 [[nodiscard]] std::string render_png(int width_px, int height_px, double scale,
                                      const std::function<void(Canvas&)>& draw);
 
+/// Draws an SVG of width x height units; bytes of the file. Throws std::runtime_error where Cairo fails
+/// (memory).
+[[nodiscard]] std::string render_svg(double width, double height, const std::function<void(Canvas&)>& draw);
+
 /// Title, and under it a fainter line, at the top left, smaller where they would not fit; returns the y below
 /// them.
 double draw_title(Canvas& canvas, double x, const std::string& title, const std::string& subtitle);

@@ -12,6 +12,7 @@
 
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/output/light.hpp"
 
 namespace canyon::output {
 namespace {
@@ -32,51 +33,6 @@ constexpr double kNear_m = 7, kFar_m = 30;
 constexpr double kFadeBegin = 0.06, kFadeEnd = 0.5;
 /// How much darker a pixel on the edge of a surface is: neighbours of one colour stay apart.
 constexpr double kEdgeInk = 0.10;
-
-/// Sub-pixel places, one in each row and column of an 8 x 8 lattice (n-rooks): near-level edges come out as
-/// smooth as near-upright ones.
-constexpr std::array<std::array<double, 2>, 8> kRooks{{{0.0625, 0.4375},
-                                                       {0.1875, 0.8125},
-                                                       {0.3125, 0.1875},
-                                                       {0.4375, 0.6875},
-                                                       {0.5625, 0.0625},
-                                                       {0.6875, 0.5625},
-                                                       {0.8125, 0.9375},
-                                                       {0.9375, 0.3125}}};
-
-struct Light {
-  float r = 0, g = 0, b = 0;  ///< linear
-
-  Light& operator+=(const Light& o) {
-    r += o.r;
-    g += o.g;
-    b += o.b;
-    return *this;
-  }
-};
-
-Light operator*(const Light& l, double s) {
-  const auto f = static_cast<float>(s);
-  return {l.r * f, l.g * f, l.b * f};
-}
-
-/// sRGB (IEC 61966-2-1) to linear light and back.
-Light linear(const Colour& c) {
-  const auto decode = [](double v) {
-    return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-  };
-  return {decode(c.r), decode(c.g), decode(c.b)};
-}
-
-std::uint32_t encode(float v) {
-  const float x = std::clamp(v, 0.0F, 1.0F);
-  const float s = x <= 0.0031308F ? 12.92F * x : 1.055F * std::pow(x, 1 / 2.4F) - 0.055F;
-  return static_cast<std::uint32_t>(std::lround(255 * s));
-}
-
-std::uint32_t pixel_of(const Light& l) {
-  return encode(l.r) << 16U | encode(l.g) << 8U | encode(l.b);
-}
 
 /// Numbers on a regular grid over the plane, read bilinearly; beyond the rim the rim's value holds.
 class Grid {

@@ -1,5 +1,8 @@
 #include "canyon/output/sky_mask.hpp"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -37,7 +40,7 @@ double SkyMask::hidden_share() const {
 SkyMask make_sky_mask(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu, int sectors) {
   SkyMask mask;
   mask.azimuths.resize(static_cast<std::size_t>(sectors));
-  for (int a = 0; a < sectors; ++a) {
+  const auto look = [&](int a) {
     auto& stretches = mask.azimuths[static_cast<std::size_t>(a)];
     const double azimuth = (a + 0.5) * 2 * geodesy::kPi / sectors;
     const auto hidden = [&](double elevation_rad) {
@@ -66,7 +69,10 @@ SkyMask make_sky_mask(const raytrace::RayScene& scene, const Eigen::Vector3d& an
       }
       before = now;
     }
-  }
+  };
+  tbb::parallel_for(tbb::blocked_range<int>(0, sectors, 16), [&look](const tbb::blocked_range<int>& range) {
+    for (int a = range.begin(); a != range.end(); ++a) look(a);
+  });
   return mask;
 }
 

@@ -23,7 +23,8 @@ struct SkyMask {
 
 /// Casts `sectors` x 180 rays, at the middles of the sectors and of half degrees of elevation, from a place
 /// in the city's ENU frame, and finds each border between by bisection to 0.01 deg. Gaps and obstacles lower
-/// than half a degree may be missed; across, the silhouette steps by sectors.
+/// than half a degree may be missed; across, the silhouette steps by sectors. Sectors in parallel; the same
+/// mask on any number of threads.
 [[nodiscard]] SkyMask make_sky_mask(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu,
                                     int sectors = 720);
 

@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/output/sky_marks.hpp"
+#include "canyon/output/sky_render.hpp"
 
 namespace canyon::output {
 namespace {
@@ -15,49 +19,12 @@ using propagation::Visibility;
 
 constexpr std::array kVisibilities{Visibility::LOS, Visibility::LOSMultipath, Visibility::NLOS,
                                    Visibility::Blocked};
-constexpr double kRadius = 340;
+constexpr double kRadius = 340;  // of the horizon
 constexpr Point kCentre{410, 456};
 constexpr double kWidth = 990;
 constexpr double kHeight = 836;
 constexpr Colour kSilhouette = rgb(0xC9CCD1);
-constexpr double kMarkSize = 6.5;
-
-Point sky_point(double azimuth_rad, double elevation_rad) {
-  const double r = kRadius * (1 - elevation_rad / (0.5 * geodesy::kPi));
-  return {kCentre.x + r * std::sin(azimuth_rad), kCentre.y - r * std::cos(azimuth_rad)};
-}
-
-void draw_mark(Canvas& canvas, const Point& at, Visibility visibility) {
-  const Colour colour = colour_of(visibility);
-  const Stroke rim{kPaper, 1.2};
-  switch (visibility) {
-    case Visibility::LOS:
-      canvas.circle(at, kMarkSize, colour, rim);
-      break;
-    case Visibility::LOSMultipath:
-      canvas.circle(at, kMarkSize + 3, kPaper);
-      canvas.circle(at, kMarkSize + 2.2, {}, Stroke{colour, 1.8});
-      canvas.circle(at, kMarkSize - 1.8, colour);
-      break;
-    case Visibility::NLOS: {
-      const double s = kMarkSize * 1.25;
-      canvas.polygons(
-          {{{at.x, at.y - s}, {at.x + 0.9 * s, at.y + 0.65 * s}, {at.x - 0.9 * s, at.y + 0.65 * s}}}, colour,
-          Stroke{kInk, 1});
-      break;
-    }
-    case Visibility::Blocked: {
-      const double s = kMarkSize * 0.85;
-      const std::vector<std::pair<Point, Point>> cross{{{at.x - s, at.y - s}, {at.x + s, at.y + s}},
-                                                       {{at.x - s, at.y + s}, {at.x + s, at.y - s}}};
-      canvas.segments(cross, {kPaper, 5});
-      canvas.segments(cross, {kInk, 2.4});
-      break;
-    }
-  }
-}
-
-void draw_mask(Canvas& canvas, const SkyMask& mask) {
+void draw_mask(Canvas& canvas, const SkyLens& lens, const SkyMask& mask) {
   std::vector<std::vector<Point>> rings;
   const double step = 2 * geodesy::kPi / static_cast<double>(std::max<std::size_t>(1, mask.azimuths.size()));
   for (std::size_t a = 0; a < mask.azimuths.size(); ++a) {
@@ -65,27 +32,35 @@ void draw_mask(Canvas& canvas, const SkyMask& mask) {
     const double from = (static_cast<double>(a) - 0.02) * step;
     const double to = (static_cast<double>(a) + 1.02) * step;
     for (const SkyMask::Stretch& s : mask.azimuths[a]) {
-      rings.push_back({sky_point(from, s.low_rad), sky_point(from, s.high_rad), sky_point(to, s.high_rad),
-                       sky_point(to, s.low_rad)});
+      rings.push_back({lens.point(from, s.low_rad), lens.point(from, s.high_rad), lens.point(to, s.high_rad),
+                       lens.point(to, s.low_rad)});
     }
   }
   canvas.polygons(rings, kSilhouette);
 }
 
-void draw_grid(Canvas& canvas, double elevation_mask_rad) {
+/// Middle of the letters or figures beyond the rim, where that azimuth is.
+Point rim_label(const SkyLens& lens, int azimuth_deg) {
+  SkyLens wider = lens;
+  wider.radius += azimuth_deg % 90 == 0 ? 17 : 15;
+  return wider.point(geodesy::radians(azimuth_deg), 0);
+}
+
+void draw_grid(Canvas& canvas, const SkyLens& lens, double elevation_mask_rad) {
   for (const int elevation_deg : {30, 60}) {
-    canvas.circle(kCentre, kRadius * (1 - elevation_deg / 90.0), {}, Stroke{kInk.with_alpha(0.22), 0.8});
+    canvas.circle(kCentre, kRadius * lens.reach(geodesy::radians(elevation_deg)), {},
+                  Stroke{kInk.with_alpha(0.22), 0.8});
   }
   for (int azimuth_deg = 0; azimuth_deg < 360; azimuth_deg += 30) {
     const double azimuth = geodesy::radians(azimuth_deg);
-    canvas.segments({{sky_point(azimuth, azimuth_deg % 90 == 0 ? geodesy::radians(90) : geodesy::radians(60)),
-                      sky_point(azimuth, 0)}},
-                    {kInk.with_alpha(0.16), 0.8});
-    const double r = kRadius + (azimuth_deg % 90 == 0 ? 17 : 15);
+    canvas.segments(
+        {{lens.point(azimuth, azimuth_deg % 90 == 0 ? geodesy::radians(90) : geodesy::radians(60)),
+          lens.point(azimuth, 0)}},
+        {kInk.with_alpha(0.16), 0.8});
     static constexpr std::array kNames{"N", "E", "S", "W"};
     const bool cardinal = azimuth_deg % 90 == 0;
     canvas.text(
-        {kCentre.x + r * std::sin(azimuth), kCentre.y - r * std::cos(azimuth)},
+        rim_label(lens, azimuth_deg),
         cardinal ? kNames[static_cast<std::size_t>(azimuth_deg / 90)] : fmt::format("{}\u00B0", azimuth_deg),
         {.size = cardinal ? 17.0 : 10.5,
          .colour = cardinal ? kInk : kFaintInk,
@@ -95,7 +70,7 @@ void draw_grid(Canvas& canvas, double elevation_mask_rad) {
   }
   canvas.circle(kCentre, kRadius, {}, Stroke{kInk, 1.4});
   for (const int elevation_deg : {30, 60}) {
-    canvas.text(sky_point(geodesy::radians(15), geodesy::radians(elevation_deg)),
+    canvas.text(lens.point(geodesy::radians(15), geodesy::radians(elevation_deg)),
                 fmt::format("{}\u00B0", elevation_deg),
                 {.size = 10.5,
                  .colour = kFaintInk,
@@ -105,76 +80,36 @@ void draw_grid(Canvas& canvas, double elevation_mask_rad) {
                  .halo_colour = kPaper.with_alpha(0.7)});
   }
   if (elevation_mask_rad > 0) {
-    canvas.circle(kCentre, kRadius * (1 - elevation_mask_rad / (0.5 * geodesy::kPi)), {},
-                  Stroke{kVermilion, 1.1, {5, 4}});
+    canvas.circle(kCentre, kRadius * lens.reach(elevation_mask_rad), {}, Stroke{kVermilion, 1.1, {5, 4}});
   }
 }
 
-/// Pieces of one visibility each.
-void draw_trail(Canvas& canvas, const std::vector<SkyPoint>& trail) {
-  for (std::size_t begin = 0; begin + 1 < trail.size();) {
-    std::vector<Point> piece{sky_point(trail[begin].azimuth_rad, trail[begin].elevation_rad)};
-    std::size_t end = begin;
-    do {
-      ++end;
-      piece.push_back(sky_point(trail[end].azimuth_rad, trail[end].elevation_rad));
-    } while (end + 1 < trail.size() && trail[end].visibility == trail[begin].visibility);
-    const bool blocked = trail[begin].visibility == Visibility::Blocked;
-    canvas.polyline(piece, {colour_of(trail[begin].visibility).with_alpha(0.8), blocked ? 1.4 : 2.6});
-    begin = end;
-  }
+/// What differs from a map, said where nobody overlooks it.
+void draw_fisheye_notes(Canvas& canvas, const Point& at) {
+  canvas.text(at, fmt::format("lines on walls: every {:g} m", kWallLines_m),
+              {.size = 12, .level = Level::Middle});
+  canvas.text({at.x, at.y + 18}, "of height above the antenna",
+              {.size = 10.5, .colour = kFaintInk, .level = Level::Middle});
+  canvas.text({at.x, at.y + 56}, "Looking up", {.size = 13, .bold = true});
+  canvas.text({at.x, at.y + 78}, "north up: east is LEFT,", {.size = 12, .level = Level::Middle});
+  canvas.text({at.x, at.y + 96}, "west is RIGHT", {.size = 12, .level = Level::Middle});
 }
 
-/// Where a name stands clear of marks and of names placed before: right, left, above or below its mark.
-class Labels {
- public:
-  explicit Labels(const std::vector<SkySatellite>& satellites) {
-    for (const SkySatellite& s : satellites) {
-      const Point p = sky_point(s.now.azimuth_rad, s.now.elevation_rad);
-      taken_.push_back({p.x - 8, p.y - 8, 16, 16});
-    }
-  }
+/// Why nothing is received, across the disc.
+void draw_placement(Canvas& canvas, raytrace::Placement placement) {
+  if (placement == raytrace::Placement::Free) return;
+  const std::string text = fmt::format(
+      "antenna {}: no signal",
+      placement == raytrace::Placement::InsideBuilding ? "inside a building" : "under the terrain");
+  const TextStyle style{
+      .size = 15, .colour = kVermilion, .bold = true, .align = Align::Centre, .level = Level::Middle};
+  const double width = canvas.text_width(text, style) + 36;
+  const Point at{kCentre.x, kCentre.y + 0.45 * kRadius};
+  canvas.rectangle({at.x - 0.5 * width, at.y - 17, width, 34}, kPaper, Stroke{kVermilion, 1.6});
+  canvas.text(at, text, style);
+}
 
-  void draw(Canvas& canvas, const SkySatellite& satellite, std::size_t own) {
-    const Point at = sky_point(satellite.now.azimuth_rad, satellite.now.elevation_rad);
-    TextStyle style{.size = 12.5,
-                    .bold = satellite.used,
-                    .align = Align::Centre,
-                    .level = Level::Middle,
-                    .halo = 2.2,
-                    .halo_colour = kPaper.with_alpha(0.85)};
-    if (satellite.now.visibility == Visibility::Blocked) style.colour = kFaintInk;
-    const double width = canvas.text_width(satellite.name, style);
-    const double side = 0.5 * width + 13;
-    const std::array<Point, 6> offsets{
-        {{side, 0}, {-side, 0}, {0, -18}, {0, 18}, {0.8 * side, -15}, {-0.8 * side, 15}}};
-    Rect best{};
-    double least = 1e300;
-    for (const Point& offset : offsets) {
-      const Rect box{at.x + offset.x - 0.5 * width, at.y + offset.y - 7, width, 14};
-      double overlap = 0;
-      for (std::size_t i = 0; i < taken_.size(); ++i) {
-        if (i != own) overlap += overlap_of(box, taken_[i]);
-      }
-      if (overlap < least) {
-        least = overlap;
-        best = box;
-      }
-    }
-    taken_.push_back(best);
-    canvas.text(best.centre(), satellite.name, style);
-  }
-
- private:
-  static double overlap_of(const Rect& a, const Rect& b) {
-    const double w = std::min(a.right(), b.right()) - std::max(a.x, b.x);
-    const double h = std::min(a.bottom(), b.bottom()) - std::max(a.y, b.y);
-    return w > 0 && h > 0 ? w * h : 0;
-  }
-  std::vector<Rect> taken_;
-};
-
-void draw_legend(Canvas& canvas, const SkyDrawing& drawing) {
+void draw_legend(Canvas& canvas, const SkyDrawing& drawing, bool fisheye) {
   const double x = kCentre.x + kRadius + 62;
   double y = kCentre.y - kRadius + 10;
   canvas.text({x, y}, "Satellites", {.size = 13, .bold = true});
@@ -182,25 +117,36 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing) {
   for (const Visibility visibility : kVisibilities) {
     const auto count = std::count_if(drawing.satellites.begin(), drawing.satellites.end(),
                                      [&](const SkySatellite& s) { return s.now.visibility == visibility; });
-    draw_mark(canvas, {x + 10, y}, visibility);
+    draw_satellite_mark(canvas, {x + 10, y}, visibility);
     canvas.text({x + 30, y}, std::string(propagation::name(visibility)),
                 {.size = 12, .level = Level::Middle});
     canvas.text({x + 172, y}, fmt::format("{}", count),
                 {.size = 12, .align = Align::Right, .level = Level::Middle});
     y += 25;
   }
-  const auto used = std::count_if(drawing.satellites.begin(), drawing.satellites.end(),
-                                  [](const SkySatellite& s) { return s.used; });
-  canvas.text({x, y}, "G05", {.size = 12, .bold = true, .level = Level::Middle});
-  canvas.text({x + 36, y}, "used in the fix", {.size = 12, .level = Level::Middle});
-  canvas.text({x + 172, y}, fmt::format("{}", used),
-              {.size = 12, .align = Align::Right, .level = Level::Middle});
-  y += 44;
+  if (drawing.has_fix) {
+    const auto used = std::count_if(drawing.satellites.begin(), drawing.satellites.end(),
+                                    [](const SkySatellite& s) { return s.used; });
+    canvas.text({x, y}, "G05", {.size = 12, .bold = true, .level = Level::Middle});
+    canvas.text({x + 36, y}, "used in the fix", {.size = 12, .level = Level::Middle});
+    canvas.text({x + 172, y}, fmt::format("{}", used),
+                {.size = 12, .align = Align::Right, .level = Level::Middle});
+    y += 25;
+  }
+  if (fisheye) {
+    draw_reflection_mark(canvas, {x + 10, y}, Visibility::NLOS);
+    canvas.text({x + 30, y}, "arrives by reflection", {.size = 12, .level = Level::Middle});
+    y += 18;
+    canvas.text({x + 30, y}, "+34 m: longer by this",
+                {.size = 10.5, .colour = kFaintInk, .level = Level::Middle});
+    y += 25;
+  }
+  y += 19;
 
   canvas.text({x, y}, "Sky", {.size = 13, .bold = true});
   y += 24;
   if (!drawing.mask.azimuths.empty()) {
-    canvas.rectangle({x, y - 8, 20, 15}, kSilhouette, Stroke{kFaintInk, 0.6});
+    canvas.rectangle({x, y - 8, 20, 15}, fisheye ? kSkyWall : kSilhouette, Stroke{kFaintInk, 0.6});
     canvas.text({x + 30, y}, fmt::format("hidden ({:.0f} %)", 100 * drawing.mask.hidden_share()),
                 {.size = 12, .level = Level::Middle});
     y += 25;
@@ -216,27 +162,129 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing) {
   if (std::any_of(drawing.satellites.begin(), drawing.satellites.end(),
                   [](const SkySatellite& s) { return !s.trails.empty(); })) {
     canvas.polyline({{x, y}, {x + 20, y}}, {colour_of(Visibility::LOS), 2.6});
-    canvas.text({x + 30, y}, "way over the run", {.size = 12, .level = Level::Middle});
+    canvas.text({x + 30, y}, drawing.trail_meaning, {.size = 12, .level = Level::Middle});
+    y += 25;
   }
+  if (fisheye) draw_fisheye_notes(canvas, {x, y});
+}
+
+void draw_reflections(Canvas& canvas, const SkyLens& lens, const SkyDrawing& drawing, SkyLabels& labels) {
+  struct Mark {
+    Point at;
+    std::size_t number = 0;
+    double excess_m = 0;
+  };
+  std::vector<Mark> marks;
+  // Lines first, so that no line crosses a mark.
+  for (const bool lines : {true, false}) {
+    for (const SkySatellite& s : drawing.satellites) {
+      const Point from = lens.point(s.now.azimuth_rad, s.now.elevation_rad);
+      for (const SkyReflection& r : s.reflections) {
+        if (!(r.elevation_rad >= 0)) continue;
+        const Point at = lens.point(r.azimuth_rad, r.elevation_rad);
+        if (lines) {
+          canvas.polyline({from, at}, {kPaper.with_alpha(0.5), 2.6});
+          canvas.polyline({from, at}, {colour_of(s.now.visibility), 1.2, {5, 3}});
+        } else {
+          draw_reflection_mark(canvas, at, s.now.visibility);
+          marks.push_back({at, labels.add_mark(at, 7), r.excess_m});
+        }
+      }
+    }
+  }
+  for (const Mark& mark : marks) {
+    labels.draw(canvas, mark.at, mark.number, fmt::format("+{:.0f} m", mark.excess_m),
+                {.size = 10.5, .halo = 2, .halo_colour = kPaper.with_alpha(0.85)});
+  }
+}
+
+/// All but the background, which `draw_background` puts on the disc.
+void draw_sheet(Canvas& canvas, const SkyDrawing& drawing, const SkyLens& lens,
+                const std::function<void(Canvas&)>& draw_background) {
+  const bool fisheye = lens.looking_up;
+  draw_title(canvas, kCentre.x - kRadius - 30, drawing.title, drawing.subtitle);
+  draw_background(canvas);
+  draw_grid(canvas, lens, drawing.elevation_mask_rad);
+  for (const SkySatellite& s : drawing.satellites) {
+    for (const auto& trail : s.trails) draw_trail(canvas, lens, trail, fisheye);
+  }
+  SkyLabels labels;
+  for (const SkySatellite& s : drawing.satellites) {
+    labels.add_mark(lens.point(s.now.azimuth_rad, s.now.elevation_rad), 8);
+  }
+  for (int azimuth_deg = 0; azimuth_deg < 360; azimuth_deg += 30)
+    labels.add_mark(rim_label(lens, azimuth_deg), 9);
+  if (fisheye) draw_reflections(canvas, lens, drawing, labels);
+  for (const SkySatellite& s : drawing.satellites) {
+    draw_satellite_mark(canvas, lens.point(s.now.azimuth_rad, s.now.elevation_rad), s.now.visibility);
+  }
+  for (std::size_t i = 0; i < drawing.satellites.size(); ++i) {
+    const SkySatellite& s = drawing.satellites[i];
+    labels.draw(canvas, lens.point(s.now.azimuth_rad, s.now.elevation_rad), i, s.name,
+                {.size = 12.5,
+                 .colour = s.now.visibility == Visibility::Blocked ? kFaintInk : kInk,
+                 .bold = drawing.has_fix && s.used,
+                 .halo = 2.2,
+                 .halo_colour = kPaper.with_alpha(0.85)});
+  }
+  draw_placement(canvas, drawing.placement);
+  draw_legend(canvas, drawing, fisheye);
+}
+
+std::string render_sheet(const SkySheet& sheet, const std::function<void(Canvas&)>& draw) {
+  if (sheet.format == PictureFormat::Svg) return render_svg(kWidth, kHeight, draw);
+  return render_png(sheet.width_px, static_cast<int>(std::lround(sheet.width_px * kSkySheetAspect)),
+                    sheet.width_px / kWidth, draw);
+}
+
+std::function<void(Canvas&)> chart(const SkyDrawing& drawing) {
+  return [&drawing](Canvas& canvas) {
+    const SkyLens lens = sky_sheet_lens(drawing.projection, false);
+    draw_sheet(canvas, drawing, lens, [&](Canvas& c) {
+      c.circle(kCentre, kRadius, kGround);
+      draw_mask(c, lens, drawing.mask);
+    });
+  };
 }
 
 }  // namespace
 
+void SkySheet::validate() const {
+  if (width_px < 200 || width_px > 8000) {
+    throw InputError(fmt::format("a sky picture cannot be {} pixels wide", width_px), "give 200 to 8000");
+  }
+}
+
+SkyLens sky_sheet_lens(SkyProjection projection, bool looking_up) {
+  return {kCentre, kRadius, projection, looking_up};
+}
+
 Picture draw_sky(const SkyDrawing& drawing) {
-  return render(kWidth, kHeight, [&drawing](Canvas& canvas) {
-    draw_title(canvas, kCentre.x - kRadius - 30, drawing.title, drawing.subtitle);
-    canvas.circle(kCentre, kRadius, kGround);
-    draw_mask(canvas, drawing.mask);
-    draw_grid(canvas, drawing.elevation_mask_rad);
-    for (const SkySatellite& s : drawing.satellites) {
-      for (const auto& trail : s.trails) draw_trail(canvas, trail);
-    }
-    for (const SkySatellite& s : drawing.satellites) {
-      draw_mark(canvas, sky_point(s.now.azimuth_rad, s.now.elevation_rad), s.now.visibility);
-    }
-    Labels labels(drawing.satellites);
-    for (std::size_t i = 0; i < drawing.satellites.size(); ++i) labels.draw(canvas, drawing.satellites[i], i);
-    draw_legend(canvas, drawing);
+  return render(kWidth, kHeight, chart(drawing));
+}
+
+std::string draw_sky(const SkyDrawing& drawing, const SkySheet& sheet) {
+  sheet.validate();
+  return render_sheet(sheet, chart(drawing));
+}
+
+std::string draw_fisheye(const SkyDrawing& drawing, const SkySurroundings& surroundings,
+                         const SkySheet& sheet) {
+  sheet.validate();
+  // The image covers whole pixels, so that it goes into the picture as it is.
+  const double scale = sheet.width_px / kWidth;
+  const double left = std::floor((kCentre.x - kRadius) * scale),
+               top = std::floor((kCentre.y - kRadius) * scale);
+  const int width = static_cast<int>(std::ceil((kCentre.x + kRadius) * scale) - left);
+  const int height = static_cast<int>(std::ceil((kCentre.y + kRadius) * scale) - top);
+  const SkyLens pixels{
+      {kCentre.x * scale - left, kCentre.y * scale - top}, kRadius * scale, drawing.projection, true};
+  const CityImage image =
+      render_sky(*surroundings.scene, *surroundings.mesh, surroundings.antenna_enu, pixels, width, height);
+  return render_sheet(sheet, [&](Canvas& canvas) {
+    draw_sheet(canvas, drawing, sky_sheet_lens(drawing.projection, true), [&](Canvas& c) {
+      c.image({left / scale, top / scale, width / scale, height / scale}, width, height, image.pixels);
+    });
   });
 }
 

@@ -109,6 +109,60 @@ trace)
   runs 2 "$canyon" trace small.yaml --receiver nobody; one_line; says err nobody rover
   runs 2 "$canyon" trace small.yaml --enu 1,2; one_line; says err EAST,NORTH,UP
   runs 2 "$canyon" trace small.yaml --enu nan,0,2; one_line ;;
+skyplot)
+  runs 0 "$canyon" skyplot --help
+  says out --out --frames --at --enu --time --receiver --style --projection --trails --width --every --first --last --threads "east to the LEFT"
+  # One picture: files, sizes, and nothing left behind.
+  runs 0 "$canyon" skyplot small.yaml -o sky.png --trails 30; says err sky.png
+  runs 0 "$canyon" skyplot small.yaml -o up.svg --style fisheye --projection stereographic --enu 0,0,2 --quiet
+  [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
+  # size PNG: width and height as the header (IHDR) has them.
+  size() { od -An -tu1 -j16 -N8 "$1" | awk '{print ($3 * 256 + $4) "x" ($7 * 256 + $8)}'; }
+  [ "$(size sky.png)" = 1980x1672 ] || fail "sky.png is $(size sky.png)"
+  python3 -c 'import sys, xml.dom.minidom as m; assert m.parse(sys.argv[1]).documentElement.tagName == "svg"' up.svg || fail "up.svg is not well-formed"
+  runs 0 "$canyon" skyplot small.yaml -o small.png --width 400 --time 2026-03-09T10:00:00Z
+  [ "$(size small.png)" = 400x338 ] || fail "small.png is $(size small.png)"
+  # Frames: 20 s of drive every 4 s are six; the same bytes on any number of threads.
+  runs 0 "$canyon" skyplot small.yaml --frames film --style fisheye --width 300 --every 4 --threads 1; says err "6 frames"
+  [ "$(cd film && echo *)" = "$(printf 'frame_%06d.png ' 1 2 3 4 5 6 | sed 's/ $//')" ] || fail "film holds $(ls film)"
+  [ "$(size film/frame_000006.png)" = 300x253 ] || fail "a frame is $(size film/frame_000006.png)"
+  runs 0 "$canyon" skyplot small.yaml --frames film2 --style fisheye --width 300 --every 4 --quiet
+  diff -r film film2 || fail "other bytes on another number of threads"
+  cmp -s film/frame_000001.png film/frame_000006.png && fail "the drive does not move"
+  runs 0 "$canyon" skyplot small.yaml --frames film --style fisheye --width 300 --every 4 --first 4 --last 2026-03-01T10:00:12Z
+  says err "3 frames" "frame_000004.png and what follows it"
+  cmp film/frame_000003.png film2/frame_000004.png || fail "12 s after the start looks otherwise when it comes third"
+  # Inside a building.
+  runs 0 "$canyon" skyplot small.yaml -o in.png --width 300 --enu 30,30,1; says err warning: "inside a building"
+  # Bad input: one line each, and no file.
+  runs 2 "$canyon" skyplot small.yaml; one_line; says err --frames
+  runs 2 "$canyon" skyplot small.yaml -o bad.jpg; one_line; says err bad.jpg .png .svg
+  runs 2 "$canyon" skyplot small.yaml -o absent/bad.png; one_line; says err absent
+  runs 2 "$canyon" skyplot small.yaml -o bad.png --enu 1,2; one_line; says err EAST,NORTH,UP
+  runs 2 "$canyon" skyplot small.yaml -o bad.png --at 48,11,500; one_line; says err --at km
+  runs 2 "$canyon" skyplot small.yaml -o bad.png --width 100; one_line; says err 200
+  runs 2 "$canyon" skyplot small.yaml -o bad.png --trails 2000; one_line; says err 1440
+  runs 2 "$canyon" skyplot small.yaml -o bad.png --receiver nobody; one_line; says err nobody
+  runs 2 "$canyon" skyplot small.yaml -o bad.png --time soon; one_line; says err soon
+  runs 2 "$canyon" skyplot small.yaml --frames none --first 9 --last 3; one_line; says err --last
+  runs 2 "$canyon" skyplot small.yaml --frames none --every 0; one_line; says err --every
+  runs 2 "$canyon" skyplot small.yaml --frames film -o bad.png
+  runs 2 "$canyon" skyplot small.yaml -o bad.png --style round; says err sky fisheye
+  runs 0 "$canyon" simulate small.yaml --out good --quiet
+  sed 's/^sky.*/sky: {navigation: [good\/sky.nav]}/' small.yaml >files.yaml
+  runs 0 "$canyon" skyplot files.yaml -o files.png --width 300 --quiet
+  runs 2 "$canyon" skyplot files.yaml -o bad.png --time 2026-03-09T10:00:00Z; one_line; says err --time 2026-03-09 2026-03-01
+  [ ! -e bad.png ] || fail "bad input left a picture"
+  ls -A . film | grep part && fail "temporary files left"
+  # Ctrl-C: whole frames without a gap.
+  "$canyon" skyplot small.yaml --frames long --style fisheye --every 0.001 >out 2>err &
+  program=$!
+  for _ in $(seq 600); do [ -e long/frame_000003.png ] && break; sleep 0.1; done
+  kill -INT "$program"; wait "$program"; status=$?
+  [ "$status" -eq 130 ] || { fail "exit status $status instead of 130"; cat err; }
+  finished=$(sed -n 's/.*interrupted: \([0-9]*\) of 20001 frames.*/\1/p' err)
+  [ "$(ls -A long | wc -l)" -eq "${finished:-0}" ] || fail "said $finished frames, wrote $(ls -A long | wc -l)"
+  [ "$(ls long | tail -n 1)" = "$(printf 'frame_%06d.png' "${finished:-0}")" ] || fail "the frames have a gap" ;;
 city)
   printf 'v 0 0 0\nv 10 0 0\nv 10 0 10\nv 0 0 10\nf 1 2 3 4\n' >wall.obj
   runs 0 "$canyon" city info wall.obj; says out triangles "2 (0 terrain)"

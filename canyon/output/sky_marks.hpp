@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "canyon/output/canvas.hpp"
+#include "canyon/output/sky_lens.hpp"
+#include "canyon/output/sky_picture.hpp"
+
+// What stands on a picture of the sky: marks, names, tracks. Sizes in units of a sheet 990 wide.
+
+namespace canyon::output {
+
+/// LOS disc, LOS with multipath ringed disc, NLOS triangle, blocked cross.
+void draw_satellite_mark(Canvas& canvas, const Point& at, propagation::Visibility visibility);
+/// A diamond in the colour of the satellite's visibility.
+void draw_reflection_mark(Canvas& canvas, const Point& at, propagation::Visibility visibility);
+/// Pieces of one visibility each. `cased`: with a pale rim, for ground that is not plain.
+void draw_trail(Canvas& canvas, const SkyLens& lens, const std::vector<SkyPoint>& trail, bool cased);
+
+/// Where a text stands clear of marks and of texts placed before: right, left, above or below its mark.
+class SkyLabels {
+ public:
+  /// Keeps the surroundings of a mark free. Returns its number.
+  std::size_t add_mark(const Point& at, double half_size);
+  /// Draws `text` beside the mark `own` at `at`.
+  void draw(Canvas& canvas, const Point& at, std::size_t own, const std::string& text, TextStyle style);
+
+ private:
+  std::vector<Rect> taken_;
+};
+
+}  // namespace canyon::output

@@ -1,0 +1,139 @@
+#include "cli/site.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "cli/commands.hpp"
+
+namespace canyon::cli {
+namespace {
+
+/// Rays are exact within this distance of a city (RayScene).
+constexpr double kFarFromCity_m = 10'000;
+
+std::size_t find_receiver(const simulation::Scenario& scenario, const std::string& name) {
+  if (name.empty()) return 0;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
+    names.push_back(scenario.receivers[i].options.name);
+    if (names.back() == name) return i;
+  }
+  throw InputError(fmt::format("--receiver: the scenario has no receiver '{}'", name),
+                   fmt::format("it has {}", fmt::join(names, ", ")));
+}
+
+Eigen::Vector3d parse_enu(const std::string& text) {
+  const std::vector<std::string_view> pieces = split(text, ',');
+  Eigen::Vector3d enu = Eigen::Vector3d::Zero();
+  bool good = pieces.size() == 3;
+  for (std::size_t i = 0; good && i < 3; ++i) {
+    const std::optional<double> value = parse_double(pieces[i]);
+    good = value.has_value();
+    if (good) enu[static_cast<Eigen::Index>(i)] = *value;
+  }
+  if (!good || !enu.allFinite()) {
+    throw InputError(fmt::format("--enu '{}' is not a place", text),
+                     "give EAST,NORTH,UP in metres, e.g. 10,-5,2");
+  }
+  return enu;
+}
+
+/// A place given in the wrong order or for another city would show an empty field.
+void check_near_city(const Eigen::Vector3d& enu, const city::City& city, const char* option) {
+  if (city.mesh.triangles.empty()) return;
+  const city::Box box = city.bounds();
+  const double away = (box.min - enu).cwiseMax(enu - box.max).cwiseMax(0.0).norm();
+  if (!(away <= kFarFromCity_m)) {
+    throw InputError(fmt::format("{} is {:.1f} km away from the city '{}'", option, away / 1e3, city.name),
+                     fmt::format("its origin is latitude {:.6f}, longitude {:.6f}",
+                                 geodesy::degrees(city.frame.origin().latitude_rad),
+                                 geodesy::degrees(city.frame.origin().longitude_rad)));
+  }
+}
+
+}  // namespace
+
+CLI::Option* add_site_options(CLI::App& command, SiteArguments& arguments) {
+  command.add_option("scenario", arguments.scenario, "scenario file: its city, sky and propagation")
+      ->type_name("SCENARIO")
+      ->required();
+  CLI::Option* at = command.add_option("--at", arguments.place, "antenna (degrees, ellipsoidal metres)");
+  at->type_name("LAT,LON,HEIGHT");
+  command.add_option("--enu", arguments.enu, "antenna in the city's frame [m]")
+      ->type_name("E,N,U")
+      ->excludes(at);
+  CLI::Option* time = command.add_option("--time", arguments.time,
+                                         "when (the scenario's first epoch); UTC, or with ' GPST' behind it");
+  time->type_name("T");
+  command.add_option("--receiver", arguments.receiver, "whose propagation and antenna (the first)")
+      ->type_name("NAME");
+  return time;
+}
+
+Site::Site(const SiteArguments& arguments) {
+  if (!arguments.enu.empty()) enu_ = parse_enu(arguments.enu);
+  if (!arguments.place.empty()) place_ = parse_place(arguments.place, "--at");
+  std::optional<geodesy::GpsTime> time;
+  if (!arguments.time.empty()) time = geodesy::parse_time(arguments.time);
+  const simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
+  receiver_ = find_receiver(scenario, arguments.receiver);
+  simulation_ = std::make_unique<simulation::Simulation>(scenario, simulation::load_city(scenario.city));
+  print_warnings(simulation_->warnings());
+  time_ = time.value_or(simulation_->begin());
+  if (place_given()) check_near_city(antenna(time_), environment().city(), enu_ ? "--enu" : "--at");
+  if (!time) return;
+  cover(time_, time_);
+  check_time(time_, "--time");
+}
+
+geodesy::GpsTime Site::end() const {
+  return begin() + simulation_->interval_s() * static_cast<double>(simulation_->epoch_count() - 1);
+}
+
+void Site::cover(geodesy::GpsTime from, geodesy::GpsTime to) {
+  const simulation::SkyConfig& sky = simulation_->scenario().sky;
+  const bool nominal = sky.navigation.empty() && !sky.sp3 && sky.frozen_azimuth_rad.empty();
+  if (!nominal || (begin() <= from && to <= end())) return;
+  const city::City& city = simulation_->environment().city();
+  simulation::BuiltSky built = simulation::build_sky(sky, from, to, city.frame.origin());
+  wider_ = std::make_unique<simulation::Environment>(city, std::move(built.sky));
+}
+
+const simulation::ReceiverConfig& Site::receiver_config() const {
+  return simulation_->scenario().receivers[receiver_];
+}
+
+Eigen::Vector3d Site::antenna(geodesy::GpsTime t) const {
+  if (enu_) return *enu_;
+  return environment().city().frame.local_from_geodetic(
+      place_ ? *place_ : simulation_->antenna_pose(receiver_, t).position);
+}
+
+propagation::Propagator Site::make_propagator() const {
+  return environment().make_propagator(receiver_config().propagation);
+}
+
+void Site::check_time(geodesy::GpsTime t, const std::string& option) const {
+  const orbit::Sky& sky = environment().sky();
+  const std::vector<orbit::SatelliteId> ids = sky.satellites();
+  if (std::none_of(ids.begin(), ids.end(), [&](orbit::SatelliteId id) { return sky.state(id, t); })) {
+    throw InputError(
+        fmt::format("{}: no satellite has an ephemeris at {}", option, geodesy::format_gpst(t, 0)),
+        fmt::format("the scenario's sky is known about {}; give a time near that, or ephemerides of that day",
+                    geodesy::format_gpst(simulation_->begin(), 0)));
+  }
+  const simulation::Trajectory& drive = simulation_->trajectory();
+  if (!place_given() && drive.length_m() > 0 && (t < drive.begin() || t > drive.end())) {
+    print_warnings({fmt::format("{}: the drive lasts from {} to {}; the antenna stands at its {}", option,
+                                geodesy::format_gpst(drive.begin(), 0), geodesy::format_gpst(drive.end(), 0),
+                                t < drive.begin() ? "beginning" : "end")});
+  }
+}
+
+}  // namespace canyon::cli

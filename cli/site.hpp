@@ -1,0 +1,69 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "canyon/simulation/simulator.hpp"
+
+namespace canyon::cli {
+
+/// Arguments of commands that look at one place and time of a scenario.
+struct SiteArguments {
+  std::string scenario;
+  std::string place;     ///< --at
+  std::string enu;       ///< --enu
+  std::string time;      ///< --time
+  std::string receiver;  ///< --receiver
+};
+
+/// Adds SCENARIO, --at, --enu, --time and --receiver. Returns the option --time.
+CLI::Option* add_site_options(CLI::App& command, SiteArguments& arguments);
+
+/// A scenario with its city and sky, and where to look from. Where --at and --enu are missing the antenna is
+/// where the scenario's trajectory has it; where --time is missing it is the scenario's first epoch.
+class Site {
+ public:
+  /// Throws InputError, naming the option, for what is no place, no time or no receiver; arguments are looked
+  /// at before the city is loaded. Prints the simulation's warnings.
+  explicit Site(const SiteArguments& arguments);
+  Site(const Site&) = delete;
+  Site& operator=(const Site&) = delete;
+
+  [[nodiscard]] const simulation::Simulation& simulation() const { return *simulation_; }
+  [[nodiscard]] const simulation::Environment& environment() const {
+    return wider_ ? *wider_ : simulation_->environment();
+  }
+  [[nodiscard]] std::size_t receiver() const { return receiver_; }
+  [[nodiscard]] const simulation::ReceiverConfig& receiver_config() const;
+  /// --time, or the first epoch.
+  [[nodiscard]] geodesy::GpsTime time() const { return time_; }
+  /// ENU of the city [m]: the place given, or the trajectory's antenna at `t`.
+  [[nodiscard]] Eigen::Vector3d antenna(geodesy::GpsTime t) const;
+  [[nodiscard]] bool place_given() const { return enu_.has_value() || place_.has_value(); }
+  [[nodiscard]] propagation::Propagator make_propagator() const;
+
+  /// First and last epoch of the scenario.
+  [[nodiscard]] geodesy::GpsTime begin() const { return simulation_->begin(); }
+  [[nodiscard]] geodesy::GpsTime end() const;
+
+  /// Nominal constellations are made for the scenario's own time: makes them for [from, to] as well, and with
+  /// them a new environment(). Other skies know what their files say; then this does nothing. Throws
+  /// InputError where the span is longer than 60 days.
+  void cover(geodesy::GpsTime from, geodesy::GpsTime to);
+  /// Throws InputError, naming `option`, where no satellite at all has an ephemeris at `t`; warns where the
+  /// trajectory ends before `t` or begins after it and no place was given.
+  void check_time(geodesy::GpsTime t, const std::string& option) const;
+
+ private:
+  std::optional<Eigen::Vector3d> enu_;
+  std::optional<geodesy::Geodetic> place_;
+  std::size_t receiver_ = 0;
+  geodesy::GpsTime time_;
+  std::unique_ptr<simulation::Simulation> simulation_;
+  std::unique_ptr<simulation::Environment> wider_;  ///< after cover(), where that was needed
+};
+
+}  // namespace canyon::cli

@@ -1,0 +1,249 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/frames.hpp"
+#include "canyon/output/skyplot.hpp"
+#include "cli/commands.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "cli/site.hpp"
+
+namespace canyon::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  SiteArguments site;
+  std::string out;
+  std::string frames;
+  output::SkyplotOptions options;
+  double trail_min = 0;
+  std::optional<int> width_px;
+  double every_s = 1;
+  std::string first;
+  std::string last;
+  int threads = 0;
+  bool quiet = false;
+};
+
+constexpr int kPictureWidth_px = 1980, kFrameWidth_px = 990;
+
+output::PictureFormat format_of(const std::string& file) {
+  const std::string ending = lower_case(fs::path(file).extension().string());
+  if (ending == ".png") return output::PictureFormat::Png;
+  if (ending == ".svg") return output::PictureFormat::Svg;
+  throw InputError(fmt::format("-o '{}': a sky plot is a .png or a .svg", file),
+                   "name the file so; --frames DIR writes a picture for each second of the drive");
+}
+
+/// An instant, or seconds from the beginning of the drive; `otherwise` where nothing is given.
+geodesy::GpsTime moment(const std::string& text, geodesy::GpsTime begin, geodesy::GpsTime otherwise) {
+  if (text.empty()) return otherwise;
+  const std::optional<double> seconds = parse_double(text);
+  if (!seconds) return geodesy::parse_time(text);
+  if (!(std::abs(*seconds) <= 1e8)) throw InputError(fmt::format("'{}' is no time", text), "give seconds");
+  return begin + *seconds;
+}
+
+std::string where(const Site& site, geodesy::GpsTime t) {
+  const Eigen::Vector3d at = site.antenna(t);
+  return fmt::format("east {:.1f}, north {:.1f}, up {:.1f} m at {}", at.x(), at.y(), at.z(),
+                     geodesy::format_gpst(t, 0));
+}
+
+std::string no_signal_in(raytrace::Placement placement) {
+  return placement == raytrace::Placement::InsideBuilding ? "inside a building: no signal there"
+                                                          : "under the terrain: no signal there";
+}
+
+int draw_one(const Arguments& arguments, Site& site) {
+  const geodesy::GpsTime time = site.time();
+  site.cover(time - arguments.options.trail_s, time);
+  const Eigen::Vector3d antenna = site.antenna(time);
+  const raytrace::Placement placement = site.environment().scene().placement(antenna);
+  if (placement != raytrace::Placement::Free) {
+    print_warnings({fmt::format("the antenna ({}) is {}", where(site, time), no_signal_in(placement))});
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const std::string bytes =
+      output::draw_skyplot(site.environment(), site.make_propagator(), time, antenna, arguments.options);
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  OutputFile file(arguments.out);
+  file.write(bytes);
+  file.commit();
+  if (!arguments.quiet) {
+    fmt::print(stderr, "sky at {}: {} ({:.2f} s)\n", where(site, time), arguments.out, wall_s);
+  }
+  return kOk;
+}
+
+/// Pictures of an earlier, longer run would end up in the same film.
+void warn_about_left_frames(const fs::path& folder, std::size_t count) {
+  const fs::path next = folder / output::frame_name(count);
+  if (fs::exists(next)) {
+    print_warnings({fmt::format("{} and what follows it are of an earlier run", next.string())});
+  }
+}
+
+int draw_frames(const Arguments& arguments, Site& site) {
+  const geodesy::GpsTime begin = site.begin(), end = site.end();
+  const geodesy::GpsTime first = moment(arguments.first, begin, begin);
+  const geodesy::GpsTime last = moment(arguments.last, begin, end);
+  if (last < first) {
+    throw InputError(fmt::format("--last {} lies before --first {}", geodesy::format_gpst(last, 0),
+                                 geodesy::format_gpst(first, 0)),
+                     fmt::format("the drive lasts from {} to {}", geodesy::format_gpst(begin, 0),
+                                 geodesy::format_gpst(end, 0)));
+  }
+  site.cover(first - arguments.options.trail_s, last);
+  site.check_time(first, "--first");
+  site.check_time(last, "--last");
+  // A frame at `last` too, where the step falls on it to a nanosecond or so.
+  const double steps = std::floor((last - first) / arguments.every_s + 1e-6);
+  if (steps >= static_cast<double>(output::kMostFrames)) {
+    throw InputError(fmt::format("--every {:g} makes {:.0f} frames", arguments.every_s, steps + 1),
+                     fmt::format("at most {} are numbered: take a longer step", output::kMostFrames));
+  }
+  const auto count = static_cast<std::size_t>(steps) + 1;
+  const auto time_of = [&](std::size_t i) { return first + arguments.every_s * static_cast<double>(i); };
+  const propagation::Propagator propagator = site.make_propagator();
+  output::FrameOptions options;
+  options.threads = arguments.threads;
+  options.stop = &catch_interrupts();
+  const auto wall_begin = std::chrono::steady_clock::now();
+  std::size_t written = 0;
+  {
+    Progress progress("drawing", arguments.quiet);
+    options.progress = [&progress](std::size_t done, std::size_t total) { progress.update(done, total); };
+    written = output::write_frames(
+        arguments.frames, count,
+        [&](std::size_t i) {
+          return output::draw_skyplot(site.environment(), propagator, time_of(i), site.antenna(time_of(i)),
+                                      arguments.options);
+        },
+        options);
+  }
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_begin).count();
+  std::map<raytrace::Placement, std::size_t> placements;
+  for (std::size_t i = 0; i < written; ++i) {
+    ++placements[site.environment().scene().placement(site.antenna(time_of(i)))];
+  }
+  for (const auto& [placement, frames] : placements) {
+    if (placement == raytrace::Placement::Free) continue;
+    print_warnings(
+        {fmt::format("{} of {} frames have the antenna {}", frames, written, no_signal_in(placement))});
+  }
+  if (written < count) {
+    fmt::print(stderr, "canyon: interrupted: {} of {} frames finished and written to {}\n", written, count,
+               arguments.frames);
+    return kInterrupted;
+  }
+  warn_about_left_frames(arguments.frames, count);
+  if (!arguments.quiet) {
+    fmt::print(stderr, "{} frames in {:.2f} s ({:.3f} s each) in {}\n", written, wall_s,
+               wall_s / static_cast<double>(written), arguments.frames);
+  }
+  return kOk;
+}
+
+int run(Arguments arguments) {
+  if (arguments.out.empty() == arguments.frames.empty()) {
+    throw InputError("where should the sky be drawn?", "give -o FILE.png, -o FILE.svg or --frames DIR");
+  }
+  const bool frames = !arguments.frames.empty();
+  if (!frames) arguments.options.sheet.format = format_of(arguments.out);
+  arguments.options.sheet.width_px = arguments.width_px.value_or(frames ? kFrameWidth_px : kPictureWidth_px);
+  arguments.options.trail_s = 60 * arguments.trail_min;
+  arguments.options.validate();
+  if (!(arguments.every_s >= 0.001 && arguments.every_s <= 86'400)) {
+    throw InputError(fmt::format("--every {:g} is out of range", arguments.every_s),
+                     "it runs from 0.001 to 86400 seconds");
+  }
+  // A folder that cannot be written to is found before the city is loaded.
+  if (frames) {
+    make_output_folder(arguments.frames);
+  } else {
+    const OutputFile probe(arguments.out);
+  }
+  Site site(arguments.site);
+  const receiver::ReceiverOptions& receiver = site.receiver_config().options;
+  arguments.options.receiver = receiver.name;
+  arguments.options.elevation_mask_rad = std::max(0.0, receiver.fix.elevation_mask_rad);
+  return frames ? draw_frames(arguments, site) : draw_one(arguments, site);
+}
+
+constexpr const char* kFooter =
+    R"(Without --at or --enu the antenna is where the scenario's trajectory has it at that time.
+
+Satellites: LOS green disc, LOS+multipath ringed blue disc, NLOS orange triangle, blocked cross.
+--style sky      a map of the sky: zenith in the middle, north up, east to the RIGHT, silhouette in grey
+--style fisheye  what an upward camera sees: north up, east to the LEFT; diamonds are the directions from
+                 which reflected signals arrive, with what they are longer by
+
+Examples:
+  canyon skyplot examples/synthetic_drive.yaml -o sky.png --time 2026-06-01T08:01:00Z --trails 60
+  canyon skyplot examples/synthetic_drive.yaml -o up.svg --style fisheye --enu 0,20,1.5
+  canyon skyplot examples/synthetic_drive.yaml --frames out/film --style fisheye --every 0.5
+  ffmpeg -framerate 25 -i out/film/frame_%06d.png -pix_fmt yuv420p film.mp4)";
+
+}  // namespace
+
+void add_skyplot(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "skyplot", "draw the sky over a place: satellites by visibility, buildings; or frames along the drive");
+  CLI::Option* time = add_site_options(*command, arguments->site);
+  CLI::Option* out = command->add_option("-o,--out", arguments->out, "the picture: FILE.png or FILE.svg");
+  out->type_name("FILE");
+  CLI::Option* frames = command->add_option("--frames", arguments->frames,
+                                            "instead: frame_000001.png and so on along the drive");
+  frames->type_name("DIR")->excludes(out)->excludes(time);
+  command->add_option("--style", arguments->options.style, "sky (a map) or fisheye (a camera) (sky)")
+      ->type_name("STYLE")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, output::SkyStyle>{
+          {"sky", output::SkyStyle::Chart}, {"fisheye", output::SkyStyle::Fisheye}}));
+  command
+      ->add_option("--projection", arguments->options.projection,
+                   "equidistant (even elevations) or stereographic (true shapes) (equidistant)")
+      ->type_name("NAME")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, output::SkyProjection>{
+          {"equidistant", output::SkyProjection::Equidistant},
+          {"stereographic", output::SkyProjection::Stereographic}}));
+  command
+      ->add_option("--trails", arguments->trail_min,
+                   "tracks of the last so many minutes, as received at this place [0, 1440] (0)")
+      ->type_name("MINUTES");
+  command
+      ->add_option("--width", arguments->width_px,
+                   fmt::format("of a PNG [200, 8000] ({}; {} for frames); the height is 836/990 of it",
+                               kPictureWidth_px, kFrameWidth_px))
+      ->type_name("PX");
+  command->add_option("--every", arguments->every_s, "from frame to frame [0.001, 86400] (1)")
+      ->type_name("SECONDS")
+      ->needs(frames);
+  command
+      ->add_option("--first", arguments->first,
+                   "of the frames: a time, or seconds from the drive's beginning (its beginning)")
+      ->type_name("T")
+      ->needs(frames);
+  command->add_option("--last", arguments->last, "likewise (its end)")->type_name("T")->needs(frames);
+  command->add_option("--threads", arguments->threads, "for frames; 0: one for each core (0)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
+  command->footer(kFooter);
+  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+}
+
+}  // namespace canyon::cli
