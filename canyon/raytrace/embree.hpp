@@ -19,12 +19,8 @@ struct ReleaseDevice {
 struct ReleaseScene {
   void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
 };
-struct ReleaseGeometry {
-  void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
-};
 using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, ReleaseDevice>;
 using Scene = std::unique_ptr<std::remove_pointer_t<RTCScene>, ReleaseScene>;
-using Geometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, ReleaseGeometry>;
 
 #if RTC_VERSION_MAJOR >= 4
 

@@ -89,15 +89,32 @@ struct BuiltMesh {
   }
 };
 
-/// Nothing of this reaches Embree before commit(), so that queries see the last commit until then.
+/// Nothing of this reaches queries before commit(), so that they see the last commit until then.
 struct Instance {
   BuiltMesh built;
-  embree::Geometry geometry;
   Isometry3d pose = Isometry3d::Identity();
-  bool attached = false;  ///< to the scene of instances
   bool posed = false;
   bool visible = true;
   bool removed = false;
+};
+
+/// A placed instance as rays need it. Embree's own instances would have a tree over all of them built at each
+/// commit: 0.3 ms for a hundred, where hosts move and hide things many times a second. A look at the sphere of
+/// each costs a ray about 1 ns.
+struct Mover {
+  Vector3d centre;  ///< of its bounds, ENU
+  double radius = 0;
+  Eigen::Matrix3d instance_from_enu;
+  const BuiltMesh* built = nullptr;
+
+  /// Whether the ray comes into the sphere between its ends. Decides nothing that floats could see: the
+  /// sphere is larger than the mesh.
+  [[nodiscard]] bool near(const Ray& ray, double min_range_m, double max_range_m) const {
+    const Vector3d to_centre = centre - ray.origin;
+    const double along = to_centre.dot(ray.direction);
+    return to_centre.squaredNorm() - along * along <= radius * radius && along + radius >= min_range_m &&
+           along - radius <= max_range_m;
+  }
 };
 
 }  // namespace
@@ -105,8 +122,8 @@ struct Instance {
 struct RayScene::Impl {
   embree::Device device{rtcNewDevice("ignore_config_files=1")};
   BuiltMesh city;
-  std::vector<city::Surface> surfaces;  ///< one per triangle of the city
-  embree::Scene movers;
+  std::vector<city::Surface> surfaces;               ///< one per triangle of the city
+  std::vector<Mover> movers;                         ///< of `placed`, in its order
   std::vector<std::unique_ptr<Instance>> instances;  ///< [id - 1]; null once removed
   std::vector<PlacedInstance> placed;
   double movers_radius = 0;  ///< of the placed instances about the city's centre
@@ -118,12 +135,6 @@ struct RayScene::Impl {
     for (const city::Object& object : mesh.objects) {
       std::fill_n(surfaces.begin() + object.first_triangle, object.triangle_count, object.surface);
     }
-    movers.reset(rtcNewScene(device.get()));
-    if (!movers) throw embree_failure(device.get(), "no scene");
-    rtcSetSceneFlags(movers.get(),
-                     static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC));
-    rtcSetSceneBuildQuality(movers.get(), RTC_BUILD_QUALITY_LOW);
-    rtcCommitScene(movers.get());
   }
 
   Instance& instance(InstanceId id) {
@@ -134,20 +145,41 @@ struct RayScene::Impl {
     return *instances[id - 1];
   }
 
-  void fill(RTCRay& out, const Ray& ray, double min_range_m) const {
-    assert(is_ray(ray));
-    out.org_x = static_cast<float>(ray.origin.x() - city.centre.x());
-    out.org_y = static_cast<float>(ray.origin.y() - city.centre.y());
-    out.org_z = static_cast<float>(ray.origin.z() - city.centre.z());
+  static void fill(RTCRay& out, const Vector3d& origin, const Vector3d& direction, double min_range_m,
+                   float max_range_m) {
+    out.org_x = static_cast<float>(origin.x());
+    out.org_y = static_cast<float>(origin.y());
+    out.org_z = static_cast<float>(origin.z());
     out.tnear = static_cast<float>(min_range_m);
-    out.dir_x = static_cast<float>(ray.direction.x());
-    out.dir_y = static_cast<float>(ray.direction.y());
-    out.dir_z = static_cast<float>(ray.direction.z());
+    out.dir_x = static_cast<float>(direction.x());
+    out.dir_y = static_cast<float>(direction.y());
+    out.dir_z = static_cast<float>(direction.z());
     out.time = 0;
-    out.tfar = static_cast<float>(ray.max_range_m);
+    out.tfar = max_range_m;
     out.mask = 0xFFFFFFFFu;
     out.id = 0;
     out.flags = 0;
+  }
+  void fill(RTCRay& out, const Ray& ray, double min_range_m) const {
+    assert(is_ray(ray));
+    fill(out, ray.origin - city.centre, ray.direction, min_range_m, static_cast<float>(ray.max_range_m));
+  }
+  /// In the mover's frame; it has the same ranges. Both centres are taken out in doubles, so that floats
+  /// carry only small numbers.
+  static void fill(RTCRay& out, const Ray& ray, double min_range_m, float max_range_m, const Mover& mover) {
+    fill(out, mover.instance_from_enu * (ray.origin - mover.centre), mover.instance_from_enu * ray.direction,
+         min_range_m, max_range_m);
+  }
+
+  [[nodiscard]] bool occluded_by_movers(const Ray& ray, double min_range_m, embree::Query& query) const {
+    for (const Mover& mover : movers) {
+      if (!mover.near(ray, min_range_m, ray.max_range_m)) continue;
+      RTCRay shadow;
+      fill(shadow, ray, min_range_m, static_cast<float>(ray.max_range_m), mover);
+      query.occluded1(mover.built->scene.get(), &shadow);
+      if (shadow.tfar < 0) return true;
+    }
+    return false;
   }
 
   /// Range from the ray's origin to the triangle's plane in doubles; `fallback` where the ray is too nearly
@@ -205,12 +237,6 @@ InstanceId RayScene::add_instance(const city::Mesh& mesh) {
   if (mesh.triangles.empty()) throw InputError(name + " has no triangles", "give it a mesh");
   auto instance = std::make_unique<Instance>();
   instance->built = BuiltMesh(impl_->device.get(), mesh, name, false);
-  instance->geometry.reset(rtcNewGeometry(impl_->device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
-  const RTCGeometry geometry = instance->geometry.get();
-  if (geometry == nullptr) throw embree_failure(impl_->device.get(), "no instance");
-  rtcSetGeometryInstancedScene(geometry, instance->built.scene.get());
-  rtcSetGeometryTimeStepCount(geometry, 1);
-  rtcCommitGeometry(geometry);
   impl_->instances.push_back(std::move(instance));
   return id;
 }
@@ -239,33 +265,24 @@ void RayScene::remove_instance(InstanceId id) {
 
 void RayScene::commit() {
   impl_->placed.clear();
+  impl_->movers.clear();
   impl_->movers_radius = 0;
   for (std::size_t i = 0; i < impl_->instances.size(); ++i) {
     Instance* instance = impl_->instances[i].get();
     if (instance == nullptr) continue;
-    const auto slot = static_cast<unsigned>(i);
-    if (instance->removed || !instance->posed || !instance->visible) {
-      if (instance->attached) rtcDetachGeometry(impl_->movers.get(), slot);
-      instance->attached = false;
-      if (instance->removed) impl_->instances[i].reset();
+    if (instance->removed) {
+      impl_->instances[i].reset();
       continue;
     }
-    // Both centres are taken out in doubles, so that floats carry only small numbers.
-    const Vector3d offset = instance->pose * instance->built.centre - impl_->city.centre;
-    const Eigen::Matrix3f rotation = instance->pose.linear().cast<float>();
-    std::array<float, 12> transform;
-    Eigen::Map<Eigen::Matrix3f>(transform.data()) = rotation;
-    Eigen::Map<Eigen::Vector3f>(transform.data() + 9) = offset.cast<float>();
-    rtcSetGeometryTransform(instance->geometry.get(), 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, transform.data());
-    rtcCommitGeometry(instance->geometry.get());
-    if (!instance->attached) rtcAttachGeometryByID(impl_->movers.get(), instance->geometry.get(), slot);
-    instance->attached = true;
-    impl_->placed.push_back({slot + 1, &instance->built.mesh, instance->pose});
-    impl_->movers_radius = std::max(impl_->movers_radius, offset.norm() + instance->built.radius);
-  }
-  rtcCommitScene(impl_->movers.get());
-  if (rtcGetDeviceError(impl_->device.get()) != RTC_ERROR_NONE) {
-    throw embree_failure(impl_->device.get(), "instances not built");
+    if (!instance->posed || !instance->visible) continue;
+    const BuiltMesh& built = instance->built;
+    const Vector3d centre = instance->pose * built.centre;
+    // A millionth and a millimetre more than the mesh, for what floats make of it.
+    impl_->movers.push_back(
+        {centre, built.radius * (1 + 1e-6) + 1e-3, instance->pose.linear().transpose(), &built});
+    impl_->placed.push_back({static_cast<InstanceId>(i + 1), &built.mesh, instance->pose});
+    impl_->movers_radius =
+        std::max(impl_->movers_radius, (centre - impl_->city.centre).norm() + built.radius);
   }
 }
 
@@ -278,30 +295,34 @@ std::optional<Hit> RayScene::cast(const Ray& ray, double min_range_m) const {
   RTCRayHit found;
   impl_->fill(found.ray, ray, min_range_m);
   found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   query.intersect1(impl_->city.scene.get(), &found);
-  const bool city_hit = found.hit.geomID != RTC_INVALID_GEOMETRY_ID;
-  bool mover_hit = false;
-  if (!impl_->placed.empty()) {
-    const float city_range = found.ray.tfar;
-    query.intersect1(impl_->movers.get(), &found);  // only what is nearer changes it
-    mover_hit = found.hit.instID[0] != RTC_INVALID_GEOMETRY_ID && (!city_hit || found.ray.tfar < city_range);
+  bool any = found.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+  std::optional<std::size_t> mover_hit;
+  for (std::size_t i = 0; i < impl_->movers.size(); ++i) {
+    const Mover& mover = impl_->movers[i];
+    if (!mover.near(ray, min_range_m, static_cast<double>(found.ray.tfar))) continue;
+    RTCRayHit nearer;
+    Impl::fill(nearer.ray, ray, min_range_m, found.ray.tfar, mover);
+    nearer.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.intersect1(mover.built->scene.get(), &nearer);
+    if (nearer.hit.geomID == RTC_INVALID_GEOMETRY_ID || (any && !(nearer.ray.tfar < found.ray.tfar)))
+      continue;
+    any = true;
+    mover_hit = i;
+    found.ray.tfar = nearer.ray.tfar;
+    found.hit.primID = nearer.hit.primID;
   }
-  if (!city_hit && !mover_hit) return std::nullopt;
+  if (!any) return std::nullopt;
 
   Hit hit;
   hit.triangle = found.hit.primID;
   Vector3d corner;
   if (mover_hit) {
-    const std::uint32_t slot = found.hit.instID[0];
-    const Instance& instance = *impl_->instances[slot];
-    const auto placed =
-        std::find_if(impl_->placed.begin(), impl_->placed.end(),
-                     [slot](const PlacedInstance& p) { return p.id == static_cast<InstanceId>(slot + 1); });
-    assert(placed != impl_->placed.end());
-    hit.instance = slot + 1;
-    hit.normal = (placed->enu_from_instance.linear() * instance.built.area_normal(hit.triangle)).normalized();
-    corner = placed->enu_from_instance * instance.built.vertex(hit.triangle, 0);
+    const BuiltMesh& built = *impl_->movers[*mover_hit].built;
+    const PlacedInstance& placed = impl_->placed[*mover_hit];
+    hit.instance = placed.id;
+    hit.normal = (placed.enu_from_instance.linear() * built.area_normal(hit.triangle)).normalized();
+    corner = placed.enu_from_instance * built.vertex(hit.triangle, 0);
   } else {
     hit.normal = impl_->city.area_normal(hit.triangle).normalized();
     corner = impl_->city.vertex(hit.triangle, 0);
@@ -325,19 +346,15 @@ bool RayScene::occluded(const Ray& ray, double min_range_m) const {
 void RayScene::occluded(std::span<const Ray> rays, std::span<bool> result, double min_range_m) const {
   assert(rays.size() == result.size());
   const RTCScene city = impl_->city.scene.get();
-  const RTCScene movers = impl_->placed.empty() ? nullptr : impl_->movers.get();
   embree::Query query(false);
   std::array<RTCRay, 16> shadows;
   for (std::size_t i = 0; i < rays.size(); i += shadows.size()) {
     const std::size_t count = std::min(shadows.size(), rays.size() - i);
     for (std::size_t k = 0; k < count; ++k) impl_->fill(shadows[k], rays[i + k], min_range_m);
     for (std::size_t k = 0; k < count; ++k) query.occluded1(city, &shadows[k]);
-    if (movers != nullptr) {
-      for (std::size_t k = 0; k < count; ++k) {
-        if (!(shadows[k].tfar < 0)) query.occluded1(movers, &shadows[k]);
-      }
+    for (std::size_t k = 0; k < count; ++k) {
+      result[i + k] = shadows[k].tfar < 0 || impl_->occluded_by_movers(rays[i + k], min_range_m, query);
     }
-    for (std::size_t k = 0; k < count; ++k) result[i + k] = shadows[k].tfar < 0;
   }
 }
 

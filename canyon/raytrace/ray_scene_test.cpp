@@ -443,6 +443,53 @@ TEST(RayScene, AMovingBoxBlocksAndFrees) {
   EXPECT_EQ(scene.add_instance(box({0, 0, 0}, {1, 1, 1})), 2u) << "ids are not used again";
 }
 
+TEST(RayScene, ManyInstancesAnswerAsTheSameMeshesStandingStill) {
+  // Boxes of all shapes and turns, once as instances, once as one static mesh: the static answer is the
+  // judge.
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> place(-60, 60), size(0.3, 12), turn(-3, 3);
+  RayScene moving(box({-5, -5, -5}, {5, 5, 5}));
+  Mesh all = box({-5, -5, -5}, {5, 5, 5});
+  for (int i = 0; i < 150; ++i) {
+    const Vector3d corner(size(random), size(random), size(random));
+    const Mesh mesh = box(-0.2 * corner, corner);  // not about its own origin
+    const Isometry3d pose = Eigen::Translation3d(place(random), place(random), place(random)) *
+                            Eigen::AngleAxisd(turn(random), random_direction(random));
+    const InstanceId id = moving.add_instance(mesh);
+    moving.set_pose(id, pose);
+    std::vector<Vector3d> vertices;
+    for (const Vector3d& v : mesh.vertices) vertices.emplace_back(pose * v);
+    city::append_object(all, "box", Surface::Building, Material::Concrete, vertices, mesh.triangles);
+  }
+  moving.commit();
+  const RayScene still(all);
+  int hits = 0, disagreements = 0;
+  std::vector<Ray> rays;
+  for (int i = 0; i < 20'000; ++i) {
+    Ray ray{{place(random), place(random), place(random)}, random_direction(random)};
+    if (i % 3 == 0) ray.max_range_m = size(random);
+    const double min_range = i % 5 == 0 ? 4.0 : 0.0;
+    rays.push_back(ray);
+    const auto expected = still.cast(ray, min_range);
+    const auto found = moving.cast(ray, min_range);
+    hits += expected ? 1 : 0;
+    // A ray along an edge may fall to either side.
+    if (expected.has_value() != found.has_value() ||
+        (expected && (std::abs(expected->range_m - found->range_m) > 1e-4 ||
+                      expected->front != found->front || !expected->normal.isApprox(found->normal, 1e-6)))) {
+      ++disagreements;
+    }
+    EXPECT_EQ(moving.occluded(ray, min_range), found.has_value()) << i;
+  }
+  const auto blocked = std::make_unique<bool[]>(rays.size());
+  moving.occluded(rays, {blocked.get(), rays.size()});
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    EXPECT_EQ(blocked[i], moving.cast(rays[i]).has_value()) << i;
+  }
+  EXPECT_GT(hits, 4'000);
+  EXPECT_LE(disagreements, 2);
+}
+
 TEST(RayScene, BadInstancesAndPosesAreRefused) {
   RayScene scene{Mesh{}};
   EXPECT_THROW(scene.add_instance(Mesh{}), InputError);
