@@ -218,7 +218,7 @@ TEST_F(SkyplotTest, InsideABuildingThePictureSaysSo) {
 }
 
 TEST_F(SkyplotTest, BadInput) {
-  const auto refused = [this] { EXPECT_THROW(draw(), InputError); };
+  const auto refused = [this] { EXPECT_THROW((void)draw(), InputError); };
   options_.sheet.width_px = 199;
   refused();
   options_.sheet.width_px = 8001;
@@ -234,7 +234,7 @@ TEST_F(SkyplotTest, BadInput) {
   options_.elevation_mask_rad = radians(90);
   refused();
   options_.elevation_mask_rad = 0;
-  EXPECT_THROW(draw({std::numeric_limits<double>::quiet_NaN(), 0, 2}), InputError);
+  EXPECT_THROW((void)draw({std::numeric_limits<double>::quiet_NaN(), 0, 2}), InputError);
   EXPECT_THROW((void)draw_sky(SkyDrawing{}, SkySheet{PictureFormat::Png, 0}), InputError);
 }
 
