@@ -27,7 +27,9 @@ struct Arguments {
   SiteArguments site;
   std::string out;
   std::string frames;
-  output::SkyplotOptions options;
+  std::string style = "sky";
+  std::string projection = "equidistant";
+  output::SkyplotOptions options;  ///< made of the others
   double trail_min = 0;
   std::optional<int> width_px;
   double every_s = 1;
@@ -162,6 +164,10 @@ int run(Arguments arguments) {
     throw InputError("where should the sky be drawn?", "give -o FILE.png, -o FILE.svg or --frames DIR");
   }
   const bool frames = !arguments.frames.empty();
+  if (arguments.style == "fisheye") arguments.options.style = output::SkyStyle::Fisheye;
+  if (arguments.projection == "stereographic") {
+    arguments.options.projection = output::SkyProjection::Stereographic;
+  }
   if (!frames) arguments.options.sheet.format = format_of(arguments.out);
   arguments.options.sheet.width_px = arguments.width_px.value_or(frames ? kFrameWidth_px : kPictureWidth_px);
   arguments.options.trail_s = 60 * arguments.trail_min;
@@ -209,17 +215,14 @@ void add_skyplot(CLI::App& app, Action& action) {
   CLI::Option* frames = command->add_option("--frames", arguments->frames,
                                             "instead: frame_000001.png and so on along the drive");
   frames->type_name("DIR")->excludes(out)->excludes(time);
-  command->add_option("--style", arguments->options.style, "sky (a map) or fisheye (a camera) (sky)")
+  command->add_option("--style", arguments->style, "sky (a map) or fisheye (a camera) (sky)")
       ->type_name("STYLE")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, output::SkyStyle>{
-          {"sky", output::SkyStyle::Chart}, {"fisheye", output::SkyStyle::Fisheye}}));
+      ->check(CLI::IsMember({"sky", "fisheye"}));
   command
-      ->add_option("--projection", arguments->options.projection,
+      ->add_option("--projection", arguments->projection,
                    "equidistant (even elevations) or stereographic (true shapes) (equidistant)")
       ->type_name("NAME")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, output::SkyProjection>{
-          {"equidistant", output::SkyProjection::Equidistant},
-          {"stereographic", output::SkyProjection::Stereographic}}));
+      ->check(CLI::IsMember({"equidistant", "stereographic"}));
   command
       ->add_option("--trails", arguments->trail_min,
                    "tracks of the last so many minutes, as received at this place [0, 1440] (0)")

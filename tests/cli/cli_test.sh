@@ -120,7 +120,7 @@ skyplot)
   size() { od -An -tu1 -j16 -N8 "$1" | awk '{print ($3 * 256 + $4) "x" ($7 * 256 + $8)}'; }
   [ "$(size sky.png)" = 1980x1672 ] || fail "sky.png is $(size sky.png)"
   python3 -c 'import sys, xml.dom.minidom as m; assert m.parse(sys.argv[1]).documentElement.tagName == "svg"' up.svg || fail "up.svg is not well-formed"
-  runs 0 "$canyon" skyplot small.yaml -o small.png --width 400 --time 2026-03-09T10:00:00Z
+  runs 0 "$canyon" skyplot small.yaml -o small.png --width 400 --time 2026-03-09T10:00:00Z; says err warning: "stands at its end"
   [ "$(size small.png)" = 400x338 ] || fail "small.png is $(size small.png)"
   # Frames: 20 s of drive every 4 s are six; the same bytes on any number of threads.
   runs 0 "$canyon" skyplot small.yaml --frames film --style fisheye --width 300 --every 4 --threads 1; says err "6 frames"
@@ -134,6 +134,7 @@ skyplot)
   cmp film/frame_000003.png film2/frame_000004.png || fail "12 s after the start looks otherwise when it comes third"
   # Inside a building.
   runs 0 "$canyon" skyplot small.yaml -o in.png --width 300 --enu 30,30,1; says err warning: "inside a building"
+  runs 0 "$canyon" skyplot small.yaml --frames indoors --width 300 --enu 30,30,1 --last 1 --quiet; says err warning: "2 of 2 frames"
   # Bad input: one line each, and no file.
   runs 2 "$canyon" skyplot small.yaml; one_line; says err --frames
   runs 2 "$canyon" skyplot small.yaml -o bad.jpg; one_line; says err bad.jpg .png .svg
