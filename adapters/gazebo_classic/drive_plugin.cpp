@@ -1,0 +1,99 @@
+// Moves its model along a path of simulated time, whatever the physics would do with it: a vehicle on rails.
+#include <Eigen/Geometry>
+#include <exception>
+#include <filesystem>
+#include <gazebo/common/Console.hh>
+#include <gazebo/common/Events.hh>
+#include <gazebo/common/Plugin.hh>
+#include <gazebo/common/SphericalCoordinates.hh>
+#include <gazebo/physics/physics.hh>
+#include <optional>
+#include <string>
+
+#include "adapters/gazebo_classic/drive_settings.hpp"
+
+namespace canyon::gazebo_classic {
+namespace {
+
+using ignition::math::Pose3d;
+using ignition::math::Quaterniond;
+using Vector = ignition::math::Vector3d;
+
+Vector ignition_from(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+geodesy::LocalFrame frame_of(const gazebo::physics::World& world) {
+  const auto coordinates = world.SphericalCoords();
+  if (!coordinates) return geodesy::LocalFrame();
+  return geodesy::LocalFrame(
+      {coordinates->LatitudeReference().Radian(), coordinates->LongitudeReference().Radian(),
+       coordinates->GetElevationReference()},
+      coordinates->HeadingOffset().Radian());
+}
+
+}  // namespace
+
+class DrivePlugin final : public gazebo::ModelPlugin {
+ public:
+  void Load(gazebo::physics::ModelPtr model, sdf::ElementPtr sdf) override {
+    const std::string name =
+        "plugin '" + sdf->Get<std::string>("name") + "' of model '" + model->GetName() + "'";
+    try {
+      const auto folder = std::filesystem::path(sdf->FilePath()).parent_path();
+      settings_ = read_drive_settings(sdf, name, folder, frame_of(*model->GetWorld()));
+    } catch (const std::exception& error) {
+      gzerr << "[canyon] " << error.what() << "\n[canyon] the model stays where it is\n";
+      return;
+    }
+    for (const std::string& warning : settings_->warnings)
+      gzwarn << "[canyon] " << name << ": " << warning << "\n";
+    if (model->IsStatic()) {
+      gzwarn << "[canyon] " << name
+             << ": a static model has no velocity that others could see; write <static>false</static>\n";
+    }
+    model_ = model.get();
+    given_attitude_ = model->WorldPose().Rot();
+    place(model->GetWorld()->SimTime());
+    begin_ = gazebo::event::Events::ConnectWorldUpdateBegin(
+        [this](const gazebo::common::UpdateInfo& info) { place(info.simTime); });
+    // What physics did in between is undone before anyone asks for the truth: sensors connect later.
+    end_ = gazebo::event::Events::ConnectWorldUpdateEnd([this] {
+      if (model_->WorldPose() != pose_) place(model_->GetWorld()->SimTime());
+    });
+  }
+
+ private:
+  void place(const gazebo::common::Time& now) {
+    const DrivePose at = settings_->drive.at(now.Double());
+    const Quaterniond attitude = settings_->heading ? Quaterniond(0, 0, at.yaw_rad) : given_attitude_;
+    const Vector turning(0, 0, settings_->heading ? at.yaw_rate_radps : 0);
+    const Vector offset = attitude * ignition_from(settings_->offset_m);
+    pose_ = Pose3d(ignition_from(at.position_m) + offset, attitude);
+    model_->SetWorldPose(pose_);
+    move_links(*model_, ignition_from(at.velocity_mps) + turning.Cross(offset), turning);
+  }
+
+  // As one rigid body with the model's origin.
+  void move_links(const gazebo::physics::Model& model, const Vector& velocity, const Vector& turning) {
+    for (const auto& link : model.GetLinks()) {
+      const Vector arm = link->WorldPose().Pos() - pose_.Pos();
+      link->SetLinearVel(velocity + turning.Cross(arm));
+      link->SetAngularVel(turning);
+      // Physics leaves what is disabled where it is, with the velocity it was given.
+      link->SetEnabled(false);
+    }
+    for (const auto& nested : model.NestedModels()) move_links(*nested, velocity, turning);
+  }
+
+  std::optional<DriveSettings> settings_;
+  gazebo::physics::Model* model_ = nullptr;  // owns this plugin
+  Quaterniond given_attitude_;
+  Pose3d pose_;
+  gazebo::event::ConnectionPtr begin_;
+  gazebo::event::ConnectionPtr end_;
+};
+
+GZ_REGISTER_MODEL_PLUGIN(DrivePlugin)
+
+}  // namespace canyon::gazebo_classic
