@@ -26,7 +26,7 @@ free_port() {
 in_gazebo() {
   if native; then
     env GAZEBO_MASTER_URI="http://127.0.0.1:$(free_port 11345)" ROS_MASTER_URI="http://127.0.0.1:$(free_port 11311)" \
-      GAZEBO_IP=127.0.0.1 ROS_IP=127.0.0.1 GAZEBO_MODEL_DATABASE_URI= LC_ALL=C.UTF-8 "$@"
+      GAZEBO_IP=127.0.0.1 ROS_IP=127.0.0.1 IGN_IP=127.0.0.1 GAZEBO_MODEL_DATABASE_URI= LC_ALL=C.UTF-8 "$@"
   else
     "$here/root.sh" enter "$@"
   fi
@@ -48,7 +48,7 @@ build_plugin() {
     -DCANYON_WARNINGS_AS_ERRORS="${CANYON_WARNINGS_AS_ERRORS:-OFF}")
   in_gazebo cmake -S "$checkout" -B "$build" -G Ninja "${flags[@]}" >"$log" 2>&1 || { tail -n 30 "$log" >&2; return 1; }
   in_gazebo cmake --build "$build" --target "$@" >>"$log" 2>&1 ||
-    { grep -A20 -E 'FAILED|error:' "$log" | head -n 60 >&2; return 1; }
+    { grep -A3 -E '^FAILED|error:|CMake Error|undefined reference' "$log" | cut -c-240 | head -n 60 >&2; return 1; }
   "$checkout/tests/gazebo/prepare.sh" "$host_build/bin/canyon" "$CANYON_GAZEBO_DATA"
 }
 

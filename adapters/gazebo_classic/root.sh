@@ -19,7 +19,8 @@ packages=(g++ cmake ninja-build pkg-config ccache libeigen3-dev libgeographic-de
   libyaml-cpp-dev nlohmann-json3-dev zlib1g-dev libgtest-dev libgmock-dev iproute2 valgrind
   gazebo gazebo-plugin-base libgazebo-dev
   libroscpp-dev libsensor-msgs-dev libgeometry-msgs-dev python3-sensor-msgs python3-geometry-msgs
-  ros-message-generation catkin python3-roslaunch python3-rostopic python3-rosbag)
+  ros-std-msgs ros-geometry-msgs ros-sensor-msgs ros-message-generation catkin python3-roslaunch python3-rostopic
+  python3-rosbag librosbag-dev gpsd gpsd-clients xvfb xauth)
 
 refuse() { echo "root.sh: $*" >&2; exit 3; }
 say() { printf '\033[1m==> %s\033[0m\n' "$*" >&2; }
@@ -102,7 +103,7 @@ inside() {
   chroot --userspec="$owner" "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp LC_ALL=C.UTF-8 \
     TERM="${TERM:-dumb}" CCACHE_DIR=/var/cache/ccache CCACHE_BASEDIR="$checkout" CCACHE_NOHASHDIR=1 CCACHE_UMASK=000 \
     GAZEBO_MASTER_URI=http://127.0.0.1:11345 GAZEBO_IP=127.0.0.1 GAZEBO_MODEL_DATABASE_URI= \
-    ROS_MASTER_URI=http://127.0.0.1:11311 ROS_IP=127.0.0.1 ${CANYON_GAZEBO_DATA:+CANYON_GAZEBO_DATA="$CANYON_GAZEBO_DATA"} \
+    ROS_MASTER_URI=http://127.0.0.1:11311 ROS_IP=127.0.0.1 IGN_IP=127.0.0.1 ${CANYON_GAZEBO_DATA:+CANYON_GAZEBO_DATA="$CANYON_GAZEBO_DATA"} \
     /bin/sh -c 'cd "$1" && shift && exec "$@"' sh "$folder" "$@" </dev/null &
   { wait $!; } 2>/dev/null    # without the shell's note on how it ended
 }
