@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <gazebo/common/Console.hh>
 #include <gazebo/common/Events.hh>
@@ -32,7 +33,7 @@ double seconds(std::int64_t ns) {
 class TopicPoseSource final : public PoseSource {
  public:
   TopicPoseSource(const gazebo::transport::NodePtr& node, const PluginSettings& settings)
-      : topic_(settings.pose_topic), timeout_s_(settings.pose_timeout_s) {
+      : topic_(settings.pose_topic), timeout_ns_(std::llround(settings.pose_timeout_s * 1e9)) {
     // Age counts in simulated time, which messages of another program's clock do not carry. The event may be
     // in progress in the world's thread while this object ends in another, so it holds what it touches.
     connection_ = gazebo::event::Events::ConnectWorldUpdateBegin(
@@ -61,9 +62,9 @@ class TopicPoseSource final : public PoseSource {
       reason = fmt::format("no pose has come on {} yet", topic_);
       return std::nullopt;
     }
-    const double age_s = seconds(nanoseconds(now) - last_->arrival_ns);
-    if (age_s > timeout_s_) {
-      reason = fmt::format("the last pose on {} is {:.1f} s old", topic_, age_s);
+    const std::int64_t age_ns = nanoseconds(now) - last_->arrival_ns;
+    if (age_ns > timeout_ns_) {
+      reason = fmt::format("the last pose on {} is {:.1f} s old", topic_, seconds(age_ns));
       return std::nullopt;
     }
     return last_->motion;
@@ -111,12 +112,12 @@ class TopicPoseSource final : public PoseSource {
                              std::int64_t arrival_ns) const {
     Sample sample{arrival_ns, stamp_s, {pose, {}, {}}};
     if (!before) return sample;
-    const double arrival_step_s = seconds(arrival_ns - before->arrival_ns);
+    const std::int64_t arrival_step_ns = arrival_ns - before->arrival_ns;
     // A difference across a time without truth, or from before a jump back, is no velocity.
-    if (arrival_step_s < 0 || arrival_step_s > timeout_s_) return sample;
+    if (arrival_step_ns < 0 || arrival_step_ns > timeout_ns_) return sample;
     // The sender's clock, if it runs; several messages may come within one step of simulated time.
     const double stamp_step_s = stamp_s - before->stamp_s;
-    const double step_s = stamp_step_s > 0 ? stamp_step_s : arrival_step_s;
+    const double step_s = stamp_step_s > 0 ? stamp_step_s : seconds(arrival_step_ns);
     if (step_s > 0) {
       sample.motion = motion_between(before->motion.pose, pose, step_s);
     } else if (pose == before->motion.pose) {
@@ -126,7 +127,7 @@ class TopicPoseSource final : public PoseSource {
   }
 
   const std::string topic_;
-  const double timeout_s_;
+  const std::int64_t timeout_ns_;  // whole, so that an age of exactly the time-out is not too old
   const std::shared_ptr<std::atomic<std::int64_t>> clock_ = std::make_shared<std::atomic<std::int64_t>>(0);
   std::mutex mutex_;
   std::optional<Sample> last_;
