@@ -1,0 +1,54 @@
+#include <gtest/gtest.h>
+#include <ros/init.h>
+#include <ros/node_handle.h>
+#include <ros/this_node.h>
+
+#include "adapters/gazebo_classic/publishers.hpp"
+#include "adapters/gazebo_classic/testing/ros_core.hpp"
+#include "adapters/gazebo_classic/testing/sample_report.hpp"
+#include "tests/support/program.hpp"
+
+// A process where somebody else set ROS up, as gazebo_ros does.
+
+namespace canyon::gazebo_classic {
+namespace {
+
+using canyon::test::run_program;
+using test::eventually;
+
+TEST(RosSharedNode, IsUsedAndLeftRunning) {
+  CANYON_NEEDS_PROGRAM("roscore");
+  test::RosEnvironment::get();
+  const test::RosCore core;
+  ros::init(ros::M_string{}, "gazebo", ros::init_options::NoSigintHandler);
+  ros::NodeHandle theirs;
+  auto publisher = make_ros_publisher(test::sample_identity(), {});
+  EXPECT_TRUE(eventually([] {
+    return run_program("rostopic info /iris/fix 2>&1").output.find(" * /gazebo (") != std::string::npos;
+  }));
+  publisher.reset();
+  EXPECT_TRUE(ros::ok());
+  EXPECT_TRUE(eventually(
+      [] { return run_program("rostopic list 2>&1").output.find("/iris/fix\n") == std::string::npos; }));
+  EXPECT_TRUE(run_program("rosnode list 2>&1").output.find("/gazebo\n") != std::string::npos);
+}
+
+TEST(RosSharedNode, MayEndFirst) {
+  CANYON_NEEDS_PROGRAM("roscore");
+  test::RosEnvironment::get();
+  const test::RosCore core;
+  ros::init(ros::M_string{}, "gazebo", ros::init_options::NoSigintHandler);
+  auto theirs = std::make_unique<ros::NodeHandle>();
+  auto publisher = make_ros_publisher(test::sample_identity(), {});
+  EXPECT_TRUE(eventually(
+      [] { return run_program("rostopic list 2>&1").output.find("/iris/fix\n") != std::string::npos; }));
+  ros::shutdown();
+  const test::SampleReport sample;
+  for (int i = 0; i < 100; ++i) publisher->publish(sample.report);
+  const auto begin = std::chrono::steady_clock::now();
+  publisher.reset();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(1900));
+}
+
+}  // namespace
+}  // namespace canyon::gazebo_classic
