@@ -38,33 +38,35 @@ void on_gps(const boost::shared_ptr<const SITLGps>& message) {
   }
 }
 
+void subscribe(const char* topic) {
+  node.reset(new gazebo::transport::Node);
+  node->Init();
+  subscriber = node->Subscribe<SITLGps>(topic, on_gps);
+}
+void unsubscribe() {
+  subscriber.reset();
+  if (node) node->Fini();
+  node.reset();
+  const std::lock_guard lock(mutex);
+  received = foreign = 0;
+}
+int count_received() {
+  const std::lock_guard lock(mutex);
+  return received;
+}
+int count_foreign() {
+  const std::lock_guard lock(mutex);
+  return foreign;
+}
+int print_last(char* text, int size) {
+  const std::lock_guard lock(mutex);
+  std::string out;
+  google::protobuf::TextFormat::PrintToString(last, &out);
+  return std::snprintf(text, static_cast<std::size_t>(size), "%s", out.c_str());
+}
+
 }  // namespace
 
-extern "C" const canyon::gazebo_classic::test::Px4StandIn px4_stand_in{
-    [](const char* topic) {
-      node.reset(new gazebo::transport::Node);
-      node->Init();
-      subscriber = node->Subscribe<SITLGps>(topic, on_gps);
-    },
-    [] {
-      subscriber.reset();
-      if (node) node->Fini();
-      node.reset();
-      const std::lock_guard lock(mutex);
-      received = foreign = 0;
-    },
-    [] {
-      const std::lock_guard lock(mutex);
-      return received;
-    },
-    [] {
-      const std::lock_guard lock(mutex);
-      return foreign;
-    },
-    [](char* text, int size) {
-      const std::lock_guard lock(mutex);
-      std::string out;
-      google::protobuf::TextFormat::PrintToString(last, &out);
-      return std::snprintf(text, static_cast<std::size_t>(size), "%s", out.c_str());
-    },
-};
+extern "C" const canyon::gazebo_classic::test::Px4StandIn px4_stand_in;
+const canyon::gazebo_classic::test::Px4StandIn px4_stand_in{subscribe, unsubscribe, count_received,
+                                                            count_foreign, print_last};

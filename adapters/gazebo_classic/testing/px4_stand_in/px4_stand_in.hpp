@@ -16,5 +16,3 @@ struct Px4StandIn {
 };
 
 }  // namespace canyon::gazebo_classic::test
-
-extern "C" const canyon::gazebo_classic::test::Px4StandIn px4_stand_in;
