@@ -229,7 +229,7 @@ void add_skyplot(CLI::App& app, Action& action) {
       ->type_name("MINUTES");
   command
       ->add_option("--width", arguments->width_px,
-                   fmt::format("of a PNG [200, 8000] ({}; {} for frames); the height is 836/990 of it",
+                   fmt::format("of a PNG [200, 4000] ({}; {} for frames); the height is 836/990 of it",
                                kPictureWidth_px, kFrameWidth_px))
       ->type_name("PX");
   command->add_option("--every", arguments->every_s, "from frame to frame [0.001, 86400] (1)")

@@ -250,8 +250,8 @@ std::function<void(Canvas&)> chart(const SkyDrawing& drawing) {
 }  // namespace
 
 void SkySheet::validate() const {
-  if (width_px < 200 || width_px > 8000) {
-    throw InputError(fmt::format("a sky picture cannot be {} pixels wide", width_px), "give 200 to 8000");
+  if (width_px < 200 || width_px > 4000) {
+    throw InputError(fmt::format("a sky picture cannot be {} pixels wide", width_px), "give 200 to 4000");
   }
 }
 

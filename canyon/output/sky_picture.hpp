@@ -61,7 +61,7 @@ enum class PictureFormat : std::uint8_t { Png, Svg };
 /// What file a sky picture becomes.
 struct SkySheet {
   PictureFormat format = PictureFormat::Png;
-  /// Pixels across a PNG, [200, 8000]; kSkySheetAspect of it high. An SVG is always of the same size, and its
+  /// Pixels across a PNG, [200, 4000]; kSkySheetAspect of it high. An SVG is always of the same size, and its
   /// pixels (draw_fisheye) are as fine as those of a PNG of this width.
   int width_px = 1980;
   /// Throws InputError naming the field and its bound.

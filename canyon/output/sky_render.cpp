@@ -33,11 +33,11 @@ struct Palette {
   Light ground = linear(rgb(0xA9A48F)), foliage = linear(kFoliage), vehicle = linear(rgb(0x5B6672));
 };
 
-/// What a ray met, enough to tell neighbours apart.
+/// What a ray met, enough to tell neighbours apart; in floats, as there is one for each pixel.
 struct Sample {
   Light light;
-  Vector3d normal = Vector3d::Zero();
-  double height_m = 0;  ///< above the antenna
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+  float height_m = 0;  ///< above the antenna
   std::uint32_t object = kNothing;
 };
 
@@ -70,13 +70,15 @@ class Renderer {
       sample.light = mix(palette_.zenith, palette_.horizon, low * (2 - low));
       return sample;
     }
-    sample.normal = hit->front ? hit->normal : -hit->normal;
-    sample.height_m = hit->range_m * ray.direction.z();
+    const Vector3d normal = hit->front ? hit->normal : -hit->normal;
+    const double height_m = hit->range_m * ray.direction.z();
+    sample.normal = normal.cast<float>();
+    sample.height_m = static_cast<float>(height_m);
     sample.object = hit->instance == 0 ? object_of_[hit->triangle]
                                        : static_cast<std::uint32_t>(mesh_.objects.size()) + hit->instance;
     // Wrapped: faces turned away from the light still differ by how far they are turned.
-    const double lit = std::pow(0.5 + 0.5 * sample.normal.dot(to_light_), 1.3);
-    const double depth = 0.64 + 0.36 * (1 - std::exp(-std::max(0.0, sample.height_m) / kStreetDepth_m));
+    const double lit = std::pow(0.5 + 0.5 * normal.dot(to_light_), 1.3);
+    const double depth = 0.64 + 0.36 * (1 - std::exp(-std::max(0.0, height_m) / kStreetDepth_m));
     const double haze = kMostHaze * (1 - std::exp(-hit->range_m / kHaze_m));
     Light surface = mix(palette_.shadow, palette_.wall, std::clamp(lit, 0.0, 1.0));
     switch (surface_of(*hit)) {
@@ -123,7 +125,7 @@ class Renderer {
 
 bool differ(const Sample& a, const Sample& b) {
   if (a.object != b.object) return true;
-  return a.object != kNothing && a.normal.dot(b.normal) < 0.97;
+  return a.object != kNothing && a.normal.dot(b.normal) < 0.97F;
 }
 
 bool crease(const Sample& a, const Sample& b) {
@@ -185,8 +187,9 @@ CityImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh, co
         // Each edge once: by the pixel above it or to its left.
         if (crease(here, right) || crease(here, below)) light = light * (1 - kEdgeInk);
       } else if (here.object != kNothing) {
-        const double span = 0.5 * std::hypot(right.height_m - left.height_m, below.height_m - above.height_m);
-        light = light * (1 - kLineInk * line_share(here.height_m, span));
+        const auto span = static_cast<double>(
+            0.5F * std::hypot(right.height_m - left.height_m, below.height_m - above.height_m));
+        light = light * (1 - kLineInk * line_share(static_cast<double>(here.height_m), span));
       }
       image.pixels[i] = pixel_of(mix(renderer.palette().paper, light, coverage));
     }

@@ -221,7 +221,7 @@ TEST_F(SkyplotTest, BadInput) {
   const auto refused = [this] { EXPECT_THROW((void)draw(), InputError); };
   options_.sheet.width_px = 199;
   refused();
-  options_.sheet.width_px = 8001;
+  options_.sheet.width_px = 4001;
   refused();
   options_.sheet.width_px = 990;
   options_.trail_s = -1;
