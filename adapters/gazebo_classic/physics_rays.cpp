@@ -4,6 +4,7 @@
 
 #include <gazebo/physics/ode/ode_inc.h>
 #include <algorithm>
+#include <array>
 #include <boost/thread/recursive_mutex.hpp>
 #include <cmath>
 #include <functional>
@@ -33,6 +34,8 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kUnitTolerance = 1e-6;
+// Triangles that one ray may cross.
+constexpr int kHeightmapContacts = 256;
 
 void check(std::span<const PhysicsRay> rays, std::span<double> ranges, const std::string& name) {
   if (rays.size() != ranges.size()) {
@@ -82,7 +85,8 @@ struct PhysicsRays::Impl {
   bool sensor_was_active = false;
   std::thread::id prepared_thread;
   std::vector<const Collision*> left_out;  // sorted
-  dGeomID ray = nullptr;                   // in no space, aimed at one ray after the other
+  std::array<dContactGeom, kHeightmapContacts> contacts{};
+  dGeomID ray = nullptr;  // in no space, aimed at one ray after the other
 
   Impl() = default;
   Impl(const Impl&) = delete;
@@ -105,14 +109,16 @@ void PhysicsRays::Impl::meet(void* data, dGeomID a, dGeomID b) {
     dSpaceCollide2(a, b, data, &Impl::meet);
     return;
   }
-  const Impl& self = *static_cast<const Impl*>(data);
+  Impl& self = *static_cast<Impl*>(data);
   const dGeomID other = a == self.ray ? b : a;
   const Collision* collision = collision_of(other);
   if (collision == nullptr || self.is_left_out(collision)) return;
-  dContactGeom contact;
-  if (dCollide(self.ray, other, 1, &contact, sizeof(contact)) > 0 &&
-      contact.depth < dGeomRayGetLength(self.ray)) {
-    dGeomRaySetLength(self.ray, contact.depth);
+  // A heightmap gives its triangles in no order: of these the nearest is wanted. Others give their nearest.
+  const int wanted = dGeomGetClass(other) == dHeightfieldClass ? kHeightmapContacts : 1;
+  const int found = dCollide(self.ray, other, wanted, self.contacts.data(), sizeof(dContactGeom));
+  for (int i = 0; i < found; ++i) {
+    const double depth = self.contacts[static_cast<std::size_t>(i)].depth;
+    if (depth < dGeomRayGetLength(self.ray)) dGeomRaySetLength(self.ray, depth);
   }
 }
 

@@ -34,7 +34,7 @@ class PhysicsRays {
   PhysicsRays& operator=(const PhysicsRays&) = delete;
 
   /// ranges[i] of rays[i] [m], infinite where it meets nothing within its max_range_m; spans of one length.
-  /// Error below 1e-6 m for primitive shapes; triangles of meshes and heightmaps are in single precision,
+  /// Error below 1e-6 m for primitive shapes and heightmaps; meshes are in single precision,
   /// about 1e-7 of their coordinates. `left_out` (null: none): a model through which rays go, with those
   /// inside it.
   ///
