@@ -1,12 +1,13 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <gazebo/gazebo.hh>
 #include <gazebo/physics/physics.hh>
 #include <gazebo/sensors/sensors.hh>
-#include <gazebo/util/Diagnostics.hh>
 #include <stdexcept>
 #include <string>
 
@@ -43,10 +44,12 @@ class InProcessServer {
   /// Ends the world: plugins are unloaded.
   void unload() {
     if (!world_) return;
-    gazebo::sensors::SensorManager::Instance()->RemoveSensors();
+    // It holds the world, and sees to the sensors of the first one that it meets only: begin anew.
+    gazebo::sensors::SensorManager::Instance()->Fini();
     gazebo::physics::stop_world(world_);
     world_.reset();
     gazebo::physics::remove_worlds();
+    gazebo::sensors::SensorManager::Instance()->Init();
   }
   /// `iterations` of physics, and everything that hangs on them, done when it returns. Sensors are updated
   /// once afterwards.
@@ -63,14 +66,25 @@ class InProcessServer {
     setenv("GAZEBO_MODEL_DATABASE_URI", "", 1);
     setenv("GAZEBO_PLUGIN_PATH", CANYON_PLUGIN_DIR, 1);
     gazebo::common::Console::SetQuiet(false);
-    // Worlds use it while they end, the last one in this object's destructor: it must have been made before.
-    gazebo::util::DiagnosticManager::Instance();
     if (!gazebo::setupServer(std::vector<std::string>{})) throw std::runtime_error("no Gazebo server");
+    // A world that stops tells everything to stop, the thread that delivers messages as well; here others
+    // follow.
+    for (int listener = 0; listener < 100; ++listener) gazebo::event::Events::stop.Disconnect(listener);
+    is_up_ = true;
   }
-  ~InProcessServer() {
-    unload();
-    gazebo::shutdown();
-  }
+  ~InProcessServer() = default;
+
+  /// Ends it while all that Gazebo and plugins use is still there; statics' destructors are too late.
+  struct End : testing::Environment {
+    void TearDown() override {
+      if (!is_up_) return;
+      get().unload();
+      gazebo::shutdown();
+    }
+  };
+  static inline bool is_up_ = false;
+  static inline testing::Environment* const end_ = testing::AddGlobalTestEnvironment(new End);
+
   canyon::test::TemporaryFolder folder_;
   gazebo::physics::WorldPtr world_;
 };
