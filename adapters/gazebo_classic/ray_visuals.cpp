@@ -15,7 +15,7 @@ using propagation::Visibility;
 
 // In proportion to the length of a ray: what is seen from far away must be thick.
 constexpr double kLineRadius = 8e-4, kThinLineRadius = 4e-4, kReflectionRadius = 4e-3,
-                 kSatelliteRadius = 1.2e-2;
+                 kSatelliteRadius = 2.4e-2;
 constexpr double kLineAlpha = 0.9, kThinLineAlpha = 0.45, kBubbleAlpha = 0.4;
 
 class RayDrawing {

@@ -1,8 +1,8 @@
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <exception>
 #include <gazebo/common/Console.hh>
+#include <gazebo/common/Exception.hh>
 #include <gazebo/msgs/msgs.hh>
 #include <gazebo/physics/PhysicsIface.hh>
 #include <gazebo/transport/Node.hh>
@@ -11,6 +11,7 @@
 #include <ignition/math/Quaternion.hh>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/ray_visuals.hpp"
@@ -83,33 +84,49 @@ class SceneVisuals final : public EpochPublisher {
         requests_(node->Advertise<gazebo::msgs::Request>("~/request", kQueueLimit)) {}
 
   ~SceneVisuals() override {
-    try {
-      remove();
-    } catch (const std::exception& e) {
-      gzwarn << "rays and bubble stay in the scene: " << e.what() << "\n";
-    }
+    safely([this] { remove(); });
   }
   SceneVisuals(const SceneVisuals&) = delete;
   SceneVisuals& operator=(const SceneVisuals&) = delete;
 
   void publish(const ReceiverReport& report) override {
-    const double now = steady_now_s();
-    if (!updates_.due(now)) return;
-    std::vector<VisualShape> shapes;
-    if (rays_) shapes = ray_shapes(report, ray_length_m_);
-    if (bubble_) {
-      for (VisualShape& shape : bubble_shapes(report, bubble_scale_)) shapes.push_back(std::move(shape));
-    }
-    tell(shapes, somebody_came() || repeats_.due(now));
+    safely([&] {
+      const double now = steady_now_s();
+      if (!updates_.due(now)) return;
+      std::vector<VisualShape> shapes;
+      if (rays_) shapes = ray_shapes(report, ray_length_m_);
+      if (bubble_) {
+        for (VisualShape& shape : bubble_shapes(report, bubble_scale_)) shapes.push_back(std::move(shape));
+      }
+      const bool somebody_new = somebody_came();
+      tell(shapes, repeats_.due(now) || somebody_new);
+    });
   }
 
   void reset() override {
-    tell({}, false);
-    updates_.reset();
+    safely([this] {
+      tell({}, false);
+      updates_.reset();
+    });
   }
 
  private:
   static constexpr unsigned kQueueLimit = 5000;  // a few updates of every shape
+
+  /// A picture that fails must not end the simulation.
+  template <typename Action>
+  void safely(Action action) noexcept {
+    try {
+      action();
+    } catch (const std::exception& e) {
+      if (!std::exchange(said_, true))
+        gzwarn << "[canyon] rays and bubble are not drawn: " << e.what() << "\n";
+    } catch (const gazebo::common::Exception& e) {  // no std::exception
+      if (!std::exchange(said_, true)) {
+        gzwarn << "[canyon] rays and bubble are not drawn: " << e.GetErrorStr() << "\n";
+      }
+    }
+  }
 
   [[nodiscard]] bool somebody_came() {
     const unsigned clients = visuals_->GetRemoteSubscriptionCount();
@@ -157,6 +174,7 @@ class SceneVisuals final : public EpochPublisher {
   RateLimit updates_{kUpdateInterval_s};
   RateLimit repeats_{kRepeatInterval_s};
   unsigned clients_ = 0;
+  bool said_ = false;
   gazebo::transport::PublisherPtr visuals_, requests_;
 };
 
