@@ -2,6 +2,7 @@
 #include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
@@ -330,6 +331,33 @@ TEST_F(GazeboPublisher, SendsNothingWhileNobodyListens) {
   const auto heard = late.hear_from(*publisher, sample.report);
   ASSERT_TRUE(heard);
   EXPECT_EQ(heard->sim_time_ns(), 99'000'000'000);
+}
+
+TEST_F(GazeboPublisher, LeavesNothingBehindWhenItsNodeHasEnded) {
+  ReceiverIdentity identity = sample_identity();
+  identity.model = "rover";
+  gazebo::transport::NodePtr own(new gazebo::transport::Node);
+  own->Init("city");
+  const boost::weak_ptr<gazebo::transport::Node> left = own;
+  auto publisher = make_gazebo_publisher(own, identity);
+  const auto advertised = [] {
+    const auto topics = gazebo::transport::getAdvertisedTopics("canyon.msgs.GnssReceiver");
+    return std::find(topics.begin(), topics.end(), "/gazebo/city/rover/gps/gnss") != topics.end();
+  };
+  const auto becomes = [&](bool wanted) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (advertised() != wanted && std::chrono::steady_clock::now() < deadline) {
+      std::unique_lock lock(mutex);
+      tick.wait_for(lock, std::chrono::milliseconds(10));
+    }
+    return advertised() == wanted;
+  };
+  EXPECT_TRUE(becomes(true));
+  publisher.reset();
+  own->Fini();
+  own.reset();
+  EXPECT_TRUE(left.expired());
+  EXPECT_TRUE(becomes(false));
 }
 
 }  // namespace
