@@ -12,6 +12,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/frames.hpp"
+#include "canyon/output/number.hpp"
 #include "canyon/output/skyplot.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
@@ -60,8 +61,8 @@ geodesy::GpsTime moment(const std::string& text, geodesy::GpsTime begin, geodesy
 
 std::string where(const Site& site, geodesy::GpsTime t) {
   const Eigen::Vector3d at = site.antenna(t);
-  return fmt::format("east {:.1f}, north {:.1f}, up {:.1f} m at {}", at.x(), at.y(), at.z(),
-                     geodesy::format_gpst(t, 0));
+  return fmt::format("east {}, north {}, up {} m at {}", output::fixed(at.x(), 1), output::fixed(at.y(), 1),
+                     output::fixed(at.z(), 1), geodesy::format_gpst(t, 0));
 }
 
 std::string no_signal_in(raytrace::Placement placement) {

@@ -10,6 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/number.hpp"
 
 namespace canyon::output {
 namespace {
@@ -89,10 +90,11 @@ SkyDrawing make_sky_drawing(const simulation::Environment& environment,
   SkyDrawing drawing;
   drawing.title = fmt::format("{}{} at {}", options.receiver, options.receiver.empty() ? "Sky" : ": sky",
                               time_text(time));
-  drawing.subtitle = fmt::format(
-      "{:.6f}\u00B0, {:.6f}\u00B0, {:.1f} m  \u00B7  {:.1f} m east, {:.1f} m north, {:.1f} m up in {}",
-      geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad), place.height_m + 0.0,
-      antenna_enu.x() + 0.0, antenna_enu.y() + 0.0, antenna_enu.z() + 0.0, environment.city().name);
+  drawing.subtitle = fmt::format("{}\u00B0, {}\u00B0, {} m  \u00B7  {} m east, {} m north, {} m up in {}",
+                                 fixed(geodesy::degrees(place.latitude_rad), 6),
+                                 fixed(geodesy::degrees(place.longitude_rad), 6), fixed(place.height_m, 1),
+                                 fixed(antenna_enu.x(), 1), fixed(antenna_enu.y(), 1),
+                                 fixed(antenna_enu.z(), 1), environment.city().name);
   drawing.projection = options.projection;
   drawing.elevation_mask_rad = options.elevation_mask_rad;
   drawing.has_fix = false;

@@ -107,6 +107,8 @@ TEST_F(SkyplotTest, DrawingHoldsWhatArrives) {
   EXPECT_NEAR(drawing.satellites[1].reflections[0].excess_m, 20 * std::cos(radians(40)), 1e-6);
   EXPECT_FALSE(drawing.has_fix);
   EXPECT_EQ(drawing.mask.azimuths.size(), 1440U);
+  EXPECT_THAT(make_sky_drawing(*environment_, *propagator_, time_, {-1e-9, -0.04, 2}, options_).subtitle,
+              HasSubstr(" 0.0 m east, 0.0 m north"));
   time_ = geodesy::parse_time("2026-06-01T08:02:30.250Z");
   EXPECT_THAT(make_sky_drawing(*environment_, *propagator_, time_, kAntenna, options_).title,
               HasSubstr("08:02:30.25 UTC"));
