@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
 #include <cmath>
 #include <gazebo/common/Console.hh>
 #include <gazebo/common/Events.hh>
@@ -143,7 +144,8 @@ struct GnssSensor::Impl {
   gazebo::physics::ModelPtr left_out;
   gazebo::common::Time last;
   std::set<std::string> said;
-  gazebo::event::ConnectionPtr connection;
+  std::atomic<bool> gone{false};  // the model was removed; the plugin is, some time later
+  std::vector<gazebo::event::ConnectionPtr> connections;
 };
 
 GnssSensor::Impl::Impl(const Attachment& attachment)
@@ -188,12 +190,20 @@ GnssSensor::Impl::Impl(const Attachment& attachment)
   if (settings.show_rays || settings.show_bubble)
     publishers.push_back(make_visuals(node, identity, settings));
   if (settings.publish_ros) {
-    if (auto ros = make_ros_publisher(identity, settings)) publishers.push_back(std::move(ros));
+    try {
+      if (auto ros = make_ros_publisher(identity, settings)) publishers.push_back(std::move(ros));
+    } catch (const InputError& e) {  // the other ways out are still good
+      fail(fmt::format("{}; nothing of this receiver goes to ROS", e.what()));
+    }
   }
 
   for (const std::string& line : warnings) warn(line);
   last = at.world->SimTime();
-  connection = gazebo::event::Events::ConnectWorldUpdateEnd([this] { update(); });
+  const std::string model = at.link->GetParentModel()->GetScopedName();
+  connections.push_back(gazebo::event::Events::ConnectDeleteEntity([this, model](const std::string& entity) {
+    if (entity == model || entity == identity.model) gone = true;
+  }));
+  connections.push_back(gazebo::event::Events::ConnectWorldUpdateEnd([this] { update(); }));
 }
 
 void GnssSensor::Impl::warn(const std::string& message) {
@@ -212,6 +222,7 @@ void GnssSensor::Impl::reset() {
 
 // Callbacks of Gazebo's events must not throw.
 void GnssSensor::Impl::update() {
+  if (gone) return;
   const gazebo::common::Time now = at.world->SimTime();
   if (now < last) reset();
   last = now;

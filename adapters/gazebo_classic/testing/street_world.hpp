@@ -98,8 +98,9 @@ inline std::string street_car(const std::string& plugin_elements, const std::str
 }
 
 /// The paper's elements for the street's satellites.
-inline std::string paper_elements() {
-  return "<ros><namespace>/multipath</namespace><remapping>~/out:=scan</remapping></ros>"
+inline std::string paper_elements(const std::string& ros_namespace = "/multipath") {
+  return "<ros><namespace>" + ros_namespace +
+         "</namespace><remapping>~/out:=scan</remapping></ros>"
          "<output_type>sensor_msgs/LaserScan</output_type><disableNoise>1</disableNoise><satNum>" +
          std::to_string(street_satellites().size()) + "</satNum><satAzimuth>" +
          street_angles(&StreetSatellite::azimuth_deg) + "</satAzimuth><satElevation>" +
