@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <atomic>
 #include <cmath>
 #include <gazebo/common/Console.hh>
 #include <gazebo/common/Events.hh>
@@ -144,8 +143,7 @@ struct GnssSensor::Impl {
   gazebo::physics::ModelPtr left_out;
   gazebo::common::Time last;
   std::set<std::string> said;
-  std::atomic<bool> gone{false};  // the model was removed; the plugin is, some time later
-  std::vector<gazebo::event::ConnectionPtr> connections;
+  gazebo::event::ConnectionPtr connection;
 };
 
 GnssSensor::Impl::Impl(const Attachment& attachment)
@@ -199,11 +197,7 @@ GnssSensor::Impl::Impl(const Attachment& attachment)
 
   for (const std::string& line : warnings) warn(line);
   last = at.world->SimTime();
-  const std::string model = at.link->GetParentModel()->GetScopedName();
-  connections.push_back(gazebo::event::Events::ConnectDeleteEntity([this, model](const std::string& entity) {
-    if (entity == model || entity == identity.model) gone = true;
-  }));
-  connections.push_back(gazebo::event::Events::ConnectWorldUpdateEnd([this] { update(); }));
+  connection = gazebo::event::Events::ConnectWorldUpdateEnd([this] { update(); });
 }
 
 void GnssSensor::Impl::warn(const std::string& message) {
@@ -222,7 +216,8 @@ void GnssSensor::Impl::reset() {
 
 // Callbacks of Gazebo's events must not throw.
 void GnssSensor::Impl::update() {
-  if (gone) return;
+  // The model was removed; a sensor's plugin is some time later.
+  if (!at.link->GetParent()) return;
   const gazebo::common::Time now = at.world->SimTime();
   if (now < last) reset();
   last = now;
