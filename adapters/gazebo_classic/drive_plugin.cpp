@@ -57,10 +57,16 @@ class DrivePlugin final : public gazebo::ModelPlugin {
     place(model->GetWorld()->SimTime());
     begin_ = gazebo::event::Events::ConnectWorldUpdateBegin(
         [this](const gazebo::common::UpdateInfo& info) { place(info.simTime); });
-    // What physics did in between is undone before anyone asks for the truth: sensors connect later.
+    // Physics moves it only in a step in which it strikes something loose; that is undone at once. Plugins of
+    // sensors are loaded before those of models and have seen that step's end already.
     end_ = gazebo::event::Events::ConnectWorldUpdateEnd([this] {
       if (model_->WorldPose() != pose_) place(model_->GetWorld()->SimTime());
     });
+  }
+
+  // A world that stands still after a reset shows the path's begin.
+  void Reset() override {
+    if (model_ != nullptr) place(model_->GetWorld()->SimTime());
   }
 
  private:
