@@ -21,18 +21,21 @@ LocalServer open_server(int port) {
 class NmeaPublisher final : public EpochPublisher {
  public:
   NmeaPublisher(const ReceiverIdentity& identity, const PluginSettings& settings)
-      : name_(fmt::format("{} (nmea_port {})", identity.plugin, settings.nmea_port)),
+      : name_(fmt::format("plugin '{}' of '{}', nmea_port {}", identity.plugin, identity.link,
+                          settings.nmea_port)),
         server_(open_server(settings.nmea_port)) {}
 
   void publish(const ReceiverReport& report) override {
     server_.serve();
     // Without truth there is no epoch, and a receiver that says nothing is what readers take for a lost one.
     if (report.step != nullptr && server_.clients() > 0) server_.send(output::nmea_epoch(report.step->epoch));
-    for (const std::string& note : server_.take_notes()) gzwarn << name_ << ": " << note << "\n";
+    for (const std::string& note : server_.take_notes()) {
+      gzwarn << "[canyon] " << name_ << ": " << note << "\n";
+    }
   }
 
  private:
-  std::string name_;
+  std::string name_;  ///< for messages
   LocalServer server_;
 };
 

@@ -11,7 +11,7 @@ class Px4Publisher final : public EpochPublisher {
  public:
   Px4Publisher(const gazebo::transport::NodePtr& node, const ReceiverIdentity& identity,
                const PluginSettings& settings)
-      : plugin_(identity.plugin) {
+      : name_("plugin '" + identity.plugin + "' of '" + identity.link + "'") {
     const std::string& name = settings.px4_topic.empty() ? identity.parent : settings.px4_topic;
     publisher_ = node->Advertise("~/" + identity.model + "/link/" + name, kSitlGpsType, kQueue);
   }
@@ -23,8 +23,8 @@ class Px4Publisher final : public EpochPublisher {
     if (const auto* message = message_.fill(*gps)) {
       publisher_->Publish(*message);
     } else if (!warned_) {
-      gzwarn << plugin_ << ": the " << kSitlGpsType << " of this process needs " << message_.problem()
-             << ", which Canyon does not have: PX4 gets no position\n";
+      gzwarn << "[canyon] " << name_ << ": the " << kSitlGpsType << " of this process needs "
+             << message_.problem() << ", which Canyon does not have: PX4 gets no position\n";
       warned_ = true;
     }
   }
@@ -32,7 +32,7 @@ class Px4Publisher final : public EpochPublisher {
  private:
   static constexpr unsigned kQueue = 10;  ///< messages, as PX4's own plugin has it
 
-  std::string plugin_;
+  std::string name_;  ///< for messages
   gazebo::transport::PublisherPtr publisher_;
   SitlGpsMessage message_;
   bool warned_ = false;
