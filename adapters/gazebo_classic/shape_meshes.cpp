@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <boost/pointer_cast.hpp>
 #include <cmath>
+#include <fstream>
 #include <gazebo/common/CommonIface.hh>
+#include <gazebo/common/Exception.hh>
 #include <gazebo/common/Material.hh>
 #include <gazebo/common/Mesh.hh>
 #include <gazebo/common/MeshManager.hh>
@@ -20,6 +22,7 @@
 #include <string_view>
 #include <utility>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_names.hpp"
@@ -155,6 +158,34 @@ bool is_thing(const gazebo::physics::Collision& collision) {
          !shape->HasType(Base::MULTIRAY_SHAPE);
 }
 
+/// Gazebo scales a visual in its SDF; the message stays as it was loaded.
+Geometry geometry_of(const gazebo::physics::Link& link, const gazebo::msgs::Visual& visual) {
+  // GetSDF() is not const, but changes nothing.
+  const sdf::ElementPtr sdf = const_cast<gazebo::physics::Link&>(link).GetSDF();
+  const std::string scope = link.GetScopedName() + "::";
+  for (sdf::ElementPtr e = sdf->HasElement("visual") ? sdf->GetElement("visual") : nullptr; e;
+       e = e->GetNextElement("visual")) {
+    if (scope + e->Get<std::string>("name") == visual.name() && e->HasElement("geometry")) {
+      return gazebo::msgs::GeometryFromSDF(e->GetElement("geometry"));
+    }
+  }
+  return visual.geometry();
+}
+
+/// Whether Gazebo may be given a mesh file to read: its reader of COLLADA crashes on what is none or was cut
+/// off, and a server has not looked at visuals before.
+bool is_safe(const std::string& file) {
+  if (!lower_case(file).ends_with(".dae")) return true;
+  std::ifstream in(file, std::ios::binary);
+  std::string head(4096, '\0'), tail(256, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  in.clear();
+  in.seekg(0, std::ios::end);
+  in.seekg(-std::min<std::streamoff>(in.tellg(), static_cast<std::streamoff>(tail.size())), std::ios::end);
+  in.read(tail.data(), static_cast<std::streamsize>(tail.size()));
+  return head.find("<COLLADA") != std::string::npos && tail.find("</COLLADA>") != std::string::npos;
+}
+
 const char* kind_of(const Geometry& geometry) {
   switch (geometry.type()) {
     case Geometry::IMAGE:
@@ -225,42 +256,51 @@ ShapeMeshes::ShapeMeshes(bool visual, std::string physics_engine)
 
 city::Mesh ShapeMeshes::link_mesh(const gazebo::physics::Link& link, std::vector<std::string>& notes) {
   city::Mesh mesh;
-  if (!visual_) {
-    for (const gazebo::physics::CollisionPtr& collision : link.GetCollisions()) {
-      if (!is_thing(*collision)) continue;
-      Target target{mesh, notes, collision->GetScopedName(), eigen(collision->RelativePose())};
-      if (const auto heightmap = heightmap_of(*collision)) {
-        add_heightmap(target, *heightmap);
-        continue;
+  if (visual_) {
+    for (const auto& [id, visual] : link.Visuals()) {
+      if (!visual.has_geometry()) continue;
+      Target target{mesh, notes, visual.name(),
+                    visual.has_pose() ? Affine3d(eigen(gazebo::msgs::ConvertIgn(visual.pose())))
+                                      : Affine3d::Identity()};
+      target.material = city::material_from_name(visual.material().script().name());
+      const Geometry geometry = geometry_of(link, visual);
+      // A server keeps heights only for collisions; the two are one terrain as a rule.
+      boost::shared_ptr<HeightmapShape> heightmap;
+      if (geometry.type() == Geometry::HEIGHTMAP) {
+        for (const gazebo::physics::CollisionPtr& collision : link.GetCollisions()) {
+          if (!heightmap) heightmap = heightmap_of(*collision);
+        }
+        if (!heightmap) {
+          target.note(
+              "is left out: a heightmap has heights in a server only as a collision of the same link");
+          continue;
+        }
       }
-      Geometry geometry;
-      collision->GetShape()->FillMsg(geometry);
-      add(target, geometry);
+      take(target, geometry, heightmap.get());
     }
     return mesh;
   }
-  for (const auto& [id, visual] : link.Visuals()) {
-    if (!visual.has_geometry()) continue;
-    Target target{
-        mesh, notes, visual.name(),
-        visual.has_pose() ? Affine3d(eigen(gazebo::msgs::ConvertIgn(visual.pose()))) : Affine3d::Identity()};
-    target.material = city::material_from_name(visual.material().script().name());
-    if (visual.geometry().type() != Geometry::HEIGHTMAP) {
-      add(target, visual.geometry());
-      continue;
-    }
-    // A server keeps heights only for collisions; the two are one terrain as a rule.
-    boost::shared_ptr<HeightmapShape> heightmap;
-    for (const gazebo::physics::CollisionPtr& collision : link.GetCollisions()) {
-      if (!heightmap) heightmap = heightmap_of(*collision);
-    }
-    if (heightmap) {
-      add_heightmap(target, *heightmap);
-    } else {
-      target.note("is left out: a heightmap without a collision of the same link has no heights in a server");
-    }
+  for (const gazebo::physics::CollisionPtr& collision : link.GetCollisions()) {
+    if (!is_thing(*collision)) continue;
+    Target target{mesh, notes, collision->GetScopedName(), eigen(collision->RelativePose())};
+    const auto heightmap = heightmap_of(*collision);
+    Geometry geometry;
+    if (!heightmap) collision->GetShape()->FillMsg(geometry);
+    take(target, geometry, heightmap.get());
   }
   return mesh;
+}
+
+void ShapeMeshes::take(Target& target, const Geometry& geometry, const HeightmapShape* heightmap) {
+  // Gazebo's readers of files throw.
+  try {
+    if (heightmap != nullptr) return add_heightmap(target, *heightmap);
+    add(target, geometry);
+  } catch (const gazebo::common::Exception& e) {
+    target.note(fmt::format("is left out: {}", e.GetErrorStr()));
+  } catch (const InputError& e) {
+    target.note(fmt::format("is left out: {}", e.what()));
+  }
 }
 
 void ShapeMeshes::add(Target& target, const Geometry& geometry) {
@@ -312,7 +352,9 @@ void ShapeMeshes::add_mesh_file(Target& target, const Geometry& geometry) {
   auto& manager = *gazebo::common::MeshManager::Instance();
   const std::string file = gazebo::common::find_file(uri);
   const gazebo::common::Mesh* mesh = manager.GetMesh(uri);
-  if (mesh == nullptr && !file.empty() && manager.IsValidFilename(file)) mesh = manager.Load(file);
+  if (mesh == nullptr && !file.empty() && manager.IsValidFilename(file) && is_safe(file)) {
+    mesh = manager.Load(file);
+  }
   if (mesh == nullptr) {
     return target.note(fmt::format("is left out: its mesh '{}' is not found or cannot be read", uri));
   }

@@ -51,6 +51,9 @@ class ShapeMeshes {
 
  private:
   struct Target;
+  /// `heightmap` (null: none) instead of `geometry`.
+  void take(Target& target, const gazebo::msgs::Geometry& geometry,
+            const gazebo::physics::HeightmapShape* heightmap);
   void add(Target& target, const gazebo::msgs::Geometry& geometry);
   void add_mesh_file(Target& target, const gazebo::msgs::Geometry& geometry);
   void add_polyline(Target& target, const gazebo::msgs::Geometry& geometry);

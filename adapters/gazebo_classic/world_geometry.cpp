@@ -37,7 +37,7 @@ constexpr double kReach_m = 10'000;
 /// Static links farther than this from the world's origin are left out.
 constexpr double kLargestWorld_m = 100'000;
 /// Unmoved static models whose shapes are looked at in each step, in turn.
-constexpr std::size_t kStaticChecks = 4;
+constexpr std::size_t kStaticChecks = 16;
 
 using PoseNumbers = std::array<double, 7>;
 
@@ -51,6 +51,18 @@ PoseNumbers numbers_of(const ignition::math::Pose3d& pose) {
 bool is_finite(const PoseNumbers& pose) {
   return std::all_of(pose.begin(), pose.end(), [](double v) { return std::isfinite(v); }) &&
          std::hypot(std::hypot(pose[3], pose[4]), std::hypot(pose[5], pose[6])) > 1e-6;
+}
+
+/// Within what a reset of the world rounds, 10 micrometres and 2e-8 rad. A quaternion and its negative are
+/// one rotation.
+bool is_same_place(const PoseNumbers& a, const PoseNumbers& b) {
+  double dot = 0;
+  for (std::size_t i = 3; i < 7; ++i) dot += a[i] * b[i];
+  const double sign = dot < 0 ? -1 : 1;
+  for (std::size_t i = 0; i < 7; ++i) {
+    if (!(std::abs(a[i] - (i < 3 ? b[i] : sign * b[i])) < (i < 3 ? 1e-3 : 1e-5))) return false;
+  }
+  return true;
 }
 
 struct TrackedLink {
@@ -291,7 +303,7 @@ struct WorldGeometry::Impl {
       const boost::shared_ptr<Link> link = part.link.lock();
       if (!link) continue;  // with its model, or with the next look at the model's shapes
       const PoseNumbers pose = numbers_of(link->WorldPose());
-      if (pose == part.pose) continue;
+      if (tracked.movable ? pose == part.pose : is_same_place(pose, part.pose)) continue;
       part.pose = pose;
       if (!tracked.movable) {
         tracked.movable = true;

@@ -99,8 +99,8 @@ struct Instance {
 };
 
 /// A placed instance as rays need it. Embree's own instances would have a tree over all of them built at each
-/// commit: 0.3 ms for a hundred, where hosts move and hide things many times a second. A look at the sphere of
-/// each costs a ray about 1 ns.
+/// commit: 0.3 ms for a hundred, where hosts move and hide things many times a second. A look at the sphere
+/// of each costs a ray about 1 ns.
 struct Mover {
   Vector3d centre;  ///< of its bounds, ENU
   double radius = 0;
