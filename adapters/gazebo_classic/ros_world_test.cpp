@@ -1,0 +1,138 @@
+// Receivers in a running gzserver as ROS sees them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <future>
+#include <map>
+#include <sstream>
+
+#include "adapters/gazebo_classic/testing/in_process_server.hpp"
+#include "adapters/gazebo_classic/testing/ros_core.hpp"
+#include "adapters/gazebo_classic/testing/street_world.hpp"
+#include "canyon/base/text.hpp"
+#include "tests/support/program.hpp"
+
+namespace canyon::gazebo_classic {
+namespace {
+
+using canyon::test::run_program;
+using test::ChildProgram;
+using test::eventually;
+using test::InProcessServer;
+using test::RosCore;
+using test::RosEnvironment;
+using test::street_car;
+using test::street_excess_m;
+using test::street_world;
+using ::testing::HasSubstr;
+using namespace std::chrono_literals;
+
+class RosWorld : public testing::Test {
+ protected:
+  void SetUp() override {
+    CANYON_NEEDS_PROGRAM("roscore");
+    RosEnvironment::get();
+  }
+
+  /// One message as `rostopic echo -p` prints it, while the world goes on.
+  std::map<std::string, std::string> echo(const std::string& topic) {
+    auto result = std::async(std::launch::async, [&] {
+      return run_program("timeout 60 rostopic echo -n 1 -p " + topic + " 2>&1");
+    });
+    while (result.wait_for(5ms) != std::future_status::ready) InProcessServer::get().step(10);
+    std::istringstream lines(result.get().output);
+    std::string names, values;
+    std::getline(lines, names);
+    std::getline(lines, values);
+    std::map<std::string, std::string> fields;
+    const auto keys = split(names, ','), texts = split(values, ',');
+    for (std::size_t i = 0; i < std::min(keys.size(), texts.size()); ++i) {
+      fields[std::string(keys[i])] = texts[i];
+    }
+    return fields;
+  }
+  static double number(std::map<std::string, std::string>& fields, const std::string& field) {
+    EXPECT_EQ(fields.count(field), 1U) << field;
+    return fields.count(field) != 0 ? std::stod(fields[field]) : NAN;
+  }
+};
+
+// The street's satellites have closed forms: street_world.hpp.
+TEST_F(RosWorld, ThePapersSnippetSpeaksRos) {
+  const RosCore core;
+  InProcessServer& server = InProcessServer::get();
+  const auto world = server.load(street_world(street_car(test::paper_elements())));
+  auto multipath = echo("/multipath/gnss_multipath");
+  EXPECT_EQ(number(multipath, "field.num_vis_sat"), 8);
+  EXPECT_EQ(number(multipath, "field.num_block_sat"), 0);
+  EXPECT_NEAR(number(multipath, "field.range_offset0"), street_excess_m(13, 45), 1e-3);
+  EXPECT_NEAR(number(multipath, "field.range_offset1"), street_excess_m(7, 50), 1e-3);
+  EXPECT_EQ(number(multipath, "field.range_offset2"), 0);
+  EXPECT_EQ(number(multipath, "field.noise0"), 0);  // disableNoise
+  EXPECT_EQ(number(multipath, "field.rec_pos.status.status"), 0);
+  EXPECT_EQ(multipath["field.header.frame_id"], "body");
+  // Simulated time: updates at 10 Hz of it, not after now.
+  const double stamp_s = number(multipath, "field.header.stamp") * 1e-9;
+  EXPECT_GT(stamp_s, 0);
+  EXPECT_LE(stamp_s, world->SimTime().Double());
+  EXPECT_NEAR(std::remainder(stamp_s, 0.1), 0, 1e-6);
+
+  auto scan = echo("/multipath/scan");
+  EXPECT_NEAR(number(scan, "field.ranges0"), 7 * std::sqrt(2), 1e-3);
+  EXPECT_NEAR(number(scan, "field.ranges1"), 13 * std::sqrt(2), 1e-3);
+  EXPECT_EQ(scan["field.ranges4"], "inf");
+  EXPECT_EQ(scan.count("field.ranges15"), 1U);
+  EXPECT_EQ(scan.count("field.ranges16"), 0U);
+
+  server.unload();
+  EXPECT_TRUE(eventually(
+      [] { return run_program("rostopic list 2>&1").output.find("/multipath/") == std::string::npos; }));
+}
+
+TEST_F(RosWorld, TruthComesFromRos) {
+  const RosCore core;
+  InProcessServer& server = InProcessServer::get();
+  // Not the name of the world before: a message to that one may still be under way.
+  std::string world =
+      street_world(street_car(test::paper_elements() + "<pose_topic>/mocap/car</pose_topic>"));
+  const std::string name = "<world name='street'>";
+  ASSERT_NE(world.find(name), std::string::npos);
+  server.load(world.replace(world.find(name), name.size(), "<world name='mocap'>"));
+  EXPECT_EQ(echo("/multipath/satellites")["field.fix_status"], "6");  // no truth yet
+  // 3 m west of the middle: now 13 m to the eastern wall and 7 m to the western.
+  const ChildProgram mocap({"rostopic", "pub", "-r", "50", "/mocap/car", "geometry_msgs/PoseStamped",
+                            "{pose: {position: {x: -3, y: 0, z: 2}, orientation: {w: 1}}}"},
+                           RosEnvironment::get().folder() / "mocap.log");
+  std::map<std::string, std::string> satellites;
+  ASSERT_TRUE(
+      eventually([&] { return (satellites = echo("/multipath/satellites"))["field.fix_status"] == "1"; }));
+  EXPECT_NEAR(number(satellites, "field.satellites0.excess_path"), street_excess_m(7, 45), 1e-3);
+  EXPECT_NEAR(number(satellites, "field.satellites1.excess_path"), street_excess_m(13, 50), 1e-3);
+  server.unload();
+}
+
+TEST_F(RosWorld, AServerWhoseRoscoreIsGoneEndsByItself) {
+  CANYON_NEEDS_PROGRAM("gzserver");
+  const std::filesystem::path file = RosEnvironment::get().folder() / "street.world";
+  std::ofstream(file) << street_world(street_car(test::paper_elements()));
+  const std::filesystem::path log = RosEnvironment::get().folder() / "gzserver.log";
+  setenv("GAZEBO_PLUGIN_PATH", CANYON_PLUGIN_DIR, 1);
+  setenv("GAZEBO_IP", "127.0.0.1", 1);
+  setenv("GAZEBO_MODEL_DATABASE_URI", "", 1);
+  setenv("GAZEBO_MASTER_URI", ("http://127.0.0.1:" + std::to_string(canyon::test::free_port())).c_str(), 1);
+  auto core = std::make_unique<RosCore>();
+  ChildProgram server({"gzserver", "--verbose", file.string()}, log);
+  EXPECT_TRUE(eventually([] {
+    return run_program("rostopic list 2>&1").output.find("/multipath/fix\n") != std::string::npos;
+  })) << canyon::test::read_bytes(log);
+  core.reset();
+  const auto begin = std::chrono::steady_clock::now();
+  server.interrupt();
+  EXPECT_EQ(server.exit_status(), 0) << canyon::test::read_bytes(log);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 15s);
+  EXPECT_THAT(canyon::test::read_bytes(log), HasSubstr("publishing on ROS, master "));
+}
+
+}  // namespace
+}  // namespace canyon::gazebo_classic
