@@ -202,12 +202,12 @@ void find_files(PluginElements& elements, const PluginPlace& place, const std::s
       if (!file) {
         std::string places;
         for (const auto& candidate : looked) places += (places.empty() ? "" : ", ") + candidate.string();
-        throw elements.error(
-            *element,
-            fmt::format("there is no file '{}'; looked for {}", value,
-                        places.empty() ? "it nowhere" : places),
-            "give a path from the world's folder, an absolute one, or add its folder to GAZEBO_RESOURCE_PATH "
-            "(model://: GAZEBO_MODEL_PATH, package://: ROS_PACKAGE_PATH)");
+        throw elements.error(*element,
+                             fmt::format("there is no file '{}'; looked for {}", value,
+                                         places.empty() ? "it nowhere" : places),
+                             "give a path from the folder of the file that the plugin stands in, an absolute "
+                             "one, or add its folder to GAZEBO_RESOURCE_PATH "
+                             "(model://: GAZEBO_MODEL_PATH, package://: ROS_PACKAGE_PATH)");
       }
       value = file->string();
     }

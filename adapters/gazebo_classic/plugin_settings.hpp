@@ -59,8 +59,8 @@ struct PluginSettings {
 struct PluginPlace {
   bool on_ray_sensor = false;
   std::string name;  ///< for messages: "plugin 'gnss' of model 'car'"
-  /// Relative paths belong to it: the world file's. Then to the folder of the model's own file, then to
-  /// Gazebo's resource paths.
+  /// Relative paths belong to it; then to the folder of the file that the element was read from (the world's,
+  /// or an included model's), then to Gazebo's resource paths. May be empty.
   std::filesystem::path folder;
 };
 
