@@ -110,6 +110,7 @@ std::shared_ptr<simulation::CityScene> open_field(const WorldFrame& frame) {
 
 struct GnssSensor::Impl {
   explicit Impl(const Attachment& attachment);
+  ~Impl();
 
   void update();
   void observe(const gazebo::common::Time& now, const TruePose& truth, ReceiverReport& report);
@@ -155,6 +156,11 @@ GnssSensor::Impl::Impl(const Attachment& attachment)
   place.folder = std::filesystem::path(at.sdf->FilePath()).parent_path();
   settings = read_plugin_settings(at.sdf, place);
   std::vector<std::string> warnings = std::exchange(settings.warnings, {});
+  // Receivers of one seed have noise of their own by their names.
+  if (!settings.named) {
+    settings.live.receiver.options.name =
+        fmt::format("{}/{}/{}", identity.link, identity.sensor, identity.plugin);
+  }
 
   frame = world_frame(*at.world, settings, warnings);
   enu_from_world = frame.enu_from_world();
@@ -198,6 +204,13 @@ GnssSensor::Impl::Impl(const Attachment& attachment)
   for (const std::string& line : warnings) warn(line);
   last = at.world->SimTime();
   connection = gazebo::event::Events::ConnectWorldUpdateEnd([this] { update(); });
+}
+
+GnssSensor::Impl::~Impl() {
+  connection.reset();
+  publishers.clear();
+  pose_source.reset();
+  node->Fini();  // takes its topics back
 }
 
 void GnssSensor::Impl::warn(const std::string& message) {

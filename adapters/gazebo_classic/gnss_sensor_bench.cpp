@@ -1,0 +1,101 @@
+// What one update of a receiver costs in the prepared Hong Kong world (or the one that is named): the world's
+// steps with the receiver less those without, 62 rays' worth of satellites, by each engine. And Gazebo's
+// speed with and without it. Run by hand: CANYON_GAZEBO_DATA=... gazebo_gnss_sensor_bench [CITY]
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include "adapters/gazebo_classic/testing/city_world.hpp"
+#include "adapters/gazebo_classic/testing/in_process_server.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::gazebo_classic {
+namespace {
+
+constexpr int kSatellites = 31;
+
+// 31 directions spread over the sky above 10 deg.
+std::string frozen_sky() {
+  std::string azimuth, elevation;
+  for (int i = 0; i < kSatellites; ++i) {
+    azimuth += fmt::format("{:.6f} ", std::fmod(2.399963 * i, 2 * geodesy::kPi));  // the golden angle
+    elevation += fmt::format("{:.6f} ", std::asin(0.18 + 0.8 * (i + 0.5) / kSatellites));
+  }
+  return "<sky><frozen><satAzimuth>" + azimuth + "</satAzimuth><satElevation>" + elevation +
+         "</satElevation></frozen></sky><publishers><ros>0</ros></publishers>";
+}
+
+double seconds_of(unsigned steps) {
+  const auto begin = std::chrono::steady_clock::now();
+  test::InProcessServer::get().step(steps);
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// Median over rounds [s] of `steps` steps of each world in turn.
+double measure(const std::string& world, unsigned steps) {
+  test::InProcessServer::get().load(world);
+  seconds_of(20);
+  std::vector<double> rounds;
+  for (int i = 0; i < 5; ++i) rounds.push_back(seconds_of(steps));
+  std::sort(rounds.begin(), rounds.end());
+  return rounds[rounds.size() / 2];
+}
+
+int run(const std::string& city) {
+  const std::filesystem::path folder = test::prepared_city(city);
+  if (folder.empty()) {
+    fmt::print(stderr, "no {} in CANYON_GAZEBO_DATA; tests/gazebo/prepare.sh writes it\n", city);
+    return 2;
+  }
+  const auto car = [&](const std::string& engine, const std::string& model, double rate_hz) {
+    std::string model_car = test::city_car(
+        folder, frozen_sky() + test::city_sky(folder).substr(test::city_sky(folder).find("<start>")) +
+                    fmt::format("<rate_hz>{}</rate_hz>", rate_hz) + "<ray_engine>" + engine +
+                    "</ray_engine><propagation><model>" + model + "</model></propagation>");
+    return model_car;
+  };
+  const std::string bare = [&] {
+    std::string model = test::city_car(folder, "");
+    const std::size_t begin = model.find("<sensor"), end = model.find("</sensor>") + 9;
+    return model.erase(begin, end - begin);
+  }();
+
+  // Every step is an update: 0.1 s, 10 Hz.
+  constexpr unsigned kSteps = 400;
+  const double without = measure(test::city_world(folder, 0.1, bare), kSteps);
+  fmt::print("{}, {} satellites ({} rays), one update of a receiver:\n", city, kSatellites, 2 * kSatellites);
+  double physics = 0;
+  for (const auto& [engine, model] :
+       {std::pair("physics", "mirror"), std::pair("embree", "mirror"), std::pair("embree", "specular")}) {
+    const double with = measure(test::city_world(folder, 0.1, car(engine, model, 10)), kSteps);
+    const double update_s = (with - without) / kSteps;
+    if (physics == 0) physics = update_s;
+    fmt::print(
+        "  {:8} {:9} {:9.1f} us   {:6.1f} times cheaper than physics   {:.3f} % of real time at 10 Hz\n",
+        engine, model, update_s * 1e6, physics / update_s, update_s * 10 * 100);
+  }
+  // Gazebo as it runs: physics at 1 kHz, as fast as it can.
+  constexpr unsigned kFine = 5000;
+  const double plain = measure(test::city_world(folder, 0.001, bare), kFine);
+  const double busy = measure(test::city_world(folder, 0.001, car("embree", "specular", 10)), kFine);
+  fmt::print(
+      "real-time factor, steps of 1 ms: {:.2f} without a receiver, {:.2f} with one (embree, specular, 10 "
+      "Hz)\n",
+      kFine * 1e-3 / plain, kFine * 1e-3 / busy);
+  test::InProcessServer::get().unload();
+  return 0;
+}
+
+}  // namespace
+}  // namespace canyon::gazebo_classic
+
+int main(int argc, char** argv) {
+  const int status = canyon::gazebo_classic::run(argc > 1 ? argv[1] : "hongkong");
+  std::fflush(nullptr);
+  std::_Exit(status);  // Gazebo's statics do not end in a good order
+}
