@@ -60,9 +60,7 @@ TEST(Worlds, SkyCameraHasSatellitesOfEveryKind) {
   for (const GnssSatellite& s : message->satellites()) {
     if (s.above_mask()) ++count.at(static_cast<std::size_t>(s.visibility()));
   }
-  EXPECT_GT(count[GnssSatellite::LOS], 0);
-  EXPECT_GT(count[GnssSatellite::NLOS], 0);
-  EXPECT_GT(count[GnssSatellite::BLOCKED], 0);
+  EXPECT_THAT(count, testing::Each(testing::Gt(0))) << "LOS, LOS+multipath, NLOS, blocked";
 }
 
 }  // namespace
