@@ -13,11 +13,13 @@ import csv
 import glob
 import math
 import os
+import re
 import shutil
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import urllib.parse
 
@@ -25,6 +27,10 @@ import yaml
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 WGS84_A, WGS84_E2 = 6378137.0, 6.69437999014e-3
+
+
+if not hasattr(threading.Thread, "isAlive"):    # Debian 11's rospy still asks so; Python 3.9 has no such name
+    threading.Thread.isAlive = threading.Thread.is_alive
 
 
 def say(text):
@@ -186,13 +192,14 @@ def print_ros(children, gzserver, truth, seconds):
     wait_until(lambda: fixes and multipath, "the first messages on /car/fix and /car/gnss_multipath", 90, gzserver)
 
     headline("rostopic list")
-    say(subprocess.run(["rostopic", "list"], stdout=subprocess.PIPE, timeout=30, universal_newlines=True).stdout.strip())
+    say(subprocess.run(["rostopic", "list"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=30,
+                       universal_newlines=True).stdout.strip())
     rates = children.start("rostopic_hz", "rostopic", "hz", "-w", "50", "/car/fix")
 
     headline("/car/fix, once a second (errors: fix minus truth)")
     say(f"{'time [s]':>8}  {'latitude':>11}  {'longitude':>11}  {'height [m]':>10}  {'received':>8}  {'blocked':>7}"
         f"  {'sigma [m]':>9}  {'east [m]':>8}  {'north [m]':>9}  {'up [m]':>8}")
-    begin_wall, begin_sim, shown = time.monotonic(), min(fixes) * 1e-9, -1
+    begin_wall, begin_sim, shown = time.monotonic(), max(fixes) * 1e-9, -1
     while shown < math.floor(begin_sim + seconds):
         def due():
             return sorted(t for t in set(fixes) & set(multipath) if math.floor(t * 1e-9) > shown)
@@ -212,14 +219,26 @@ def print_ros(children, gzserver, truth, seconds):
     factor = (max(fixes) * 1e-9 - begin_sim) / (time.monotonic() - begin_wall)
 
     headline("rostopic echo -n1 /car/gnss_multipath")
-    say(subprocess.run(["rostopic", "echo", "-n1", "/car/gnss_multipath"], stdout=subprocess.PIPE, timeout=60,
-                       universal_newlines=True).stdout.strip())
+    say(subprocess.run(["rostopic", "echo", "-n1", "/car/gnss_multipath"], stdout=subprocess.PIPE,
+                       stderr=subprocess.DEVNULL, timeout=60, universal_newlines=True).stdout.strip())
     headline("rostopic hz /car/fix")
     children.stop(rates)
     with open(rates.log) as file:
         measured = [line.strip() for line in file if "rate" in line or "min:" in line]
     say("\n".join(measured[-2:]) or "no rate measured")
-    say(f"\n{len(fixes)} fixes in {max(fixes) * 1e-9 - begin_sim:.1f} s of simulated time, {factor:.2f} times real time")
+    rospy.signal_shutdown("the drive has ended")
+    say(f"\n{len(fixes)} messages in {max(fixes) * 1e-9 - min(fixes) * 1e-9:.1f} s of simulated time, "
+        f"{factor:.2f} times real time")
+
+
+def print_notes(gzserver):
+    """What the plugins had to say on Gazebo's console, without its colours."""
+    with open(gzserver.log, errors="replace") as file:
+        lines = [re.sub(r"\x1b\[[0-9;]*m", "", line) for line in file]
+    notes = [line[line.index("[canyon]") + 9:].strip() for line in lines if "[canyon]" in line]
+    if notes:
+        headline("The plugins' notes")
+        say("\n".join(notes))
 
 
 def print_nmea(gzserver, port, seconds):
@@ -265,6 +284,7 @@ def main():
             print_ros(children, gzserver, truth, arguments.seconds)
         else:
             print_nmea(gzserver, port, arguments.seconds)
+        print_notes(gzserver)
         if gzserver.poll() is not None:
             raise SystemExit(f"drive: gzserver ended (status {gzserver.returncode}); see {gzserver.log}")
         if children.stop(gzserver) != 0:
