@@ -22,6 +22,7 @@ namespace {
 
 using canyon::test::ProgramResult;
 using canyon::test::run_program;
+using test::ChildProgram;
 using test::eventually;
 using test::RosCore;
 using test::RosEnvironment;
@@ -244,10 +245,24 @@ TEST_F(RosPublisher, ABagGivesBackTheSameBytes) {
 TEST_F(RosPublisher, OutlivesAMasterAndFindsTheNext) {
   const SampleReport sample;
   std::unique_ptr<EpochPublisher> publisher;
+  // A subscriber that lives through it all.
+  std::unique_ptr<ChildProgram> listener;
+  const std::filesystem::path heard = RosEnvironment::get().folder() / "heard.csv";
+  std::ofstream(heard).flush();
+  const auto hears_more = [&] {
+    const std::uintmax_t size = std::filesystem::file_size(heard);
+    return eventually([&] {
+      publisher->publish(sample.report);
+      return std::filesystem::file_size(heard) > size;
+    });
+  };
   {
     const RosCore first;
     publisher = make_ros_publisher(sample_identity(), settings_in("/again"));
     EXPECT_EQ(echo("/again/fix", *publisher, sample.report)["field.status.status"], "0");
+    listener = std::make_unique<ChildProgram>(
+        std::vector<std::string>{"rostopic", "echo", "-p", "/again/satellites/gps_week"}, heard);
+    EXPECT_TRUE(hears_more());
   }
   const auto begin = Clock::now();
   for (int i = 0; i < 1000; ++i) publisher->publish(sample.report);
@@ -257,11 +272,37 @@ TEST_F(RosPublisher, OutlivesAMasterAndFindsTheNext) {
     EXPECT_TRUE(eventually(
         [] { return run_program("rostopic list 2>&1").output.find("/again/scan\n") != std::string::npos; }));
     EXPECT_EQ(echo("/again/fix", *publisher, sample.report)["field.status.status"], "0");
+    EXPECT_TRUE(hears_more());
+    listener.reset();
   }
   const auto end = Clock::now();
   publisher.reset();
   EXPECT_LT(Clock::now() - end, 1900ms);  // roscore is gone, and nothing was left behind
   EXPECT_FALSE(ros::ok());
+}
+
+TEST_F(RosPublisher, LeavesAMasterThatHangsBehind) {
+  ChildProgram master({"rosmaster", "--core", "-p", std::to_string(RosEnvironment::get().master().port)},
+                      RosEnvironment::get().folder() / "rosmaster.log");
+  const SampleReport sample;
+  auto publisher = make_ros_publisher(sample_identity(), settings_in("/hangs"));
+  EXPECT_TRUE(eventually(
+      [] { return run_program("rostopic list 2>&1").output.find("/hangs/fix\n") != std::string::npos; }));
+  master.signal(SIGSTOP);
+  auto begin = Clock::now();
+  for (int i = 0; i < 1000; ++i) publisher->publish(sample.report);
+  EXPECT_LT(Clock::now() - begin, 1s);
+  begin = Clock::now();
+  publisher.reset();
+  EXPECT_LT(Clock::now() - begin, 3s);
+  // The next receiver does not wait either, and comes when the master does.
+  begin = Clock::now();
+  publisher = make_ros_publisher(sample_identity(), settings_in("/next"));
+  publisher->publish(sample.report);
+  EXPECT_LT(Clock::now() - begin, 1s);
+  master.signal(SIGCONT);
+  EXPECT_TRUE(eventually(
+      [] { return run_program("rostopic list 2>&1").output.find("/next/fix\n") != std::string::npos; }));
 }
 
 TEST_F(RosPublisher, TakesItsTopicsAwayWithIt) {

@@ -59,6 +59,9 @@ class ChildProgram {
     if (pid_ > 0 && waitpid(pid_, &status_, WNOHANG) == pid_) pid_ = -1;
     return pid_ <= 0;
   }
+  void signal(int number) const {
+    if (pid_ > 0) kill(pid_, number);
+  }
   /// Ctrl-C, and by force after 20 s.
   void interrupt() {
     if (ended()) return;
