@@ -53,14 +53,14 @@ bool is_finite(const PoseNumbers& pose) {
          std::hypot(std::hypot(pose[3], pose[4]), std::hypot(pose[5], pose[6])) > 1e-6;
 }
 
-/// Within what a reset of the world rounds, 10 micrometres and 2e-8 rad. A quaternion and its negative are
-/// one rotation.
+/// Within 10 micrometres and 2e-7 rad, more than a reset of the world rounds. A quaternion and its negative
+/// are one rotation.
 bool is_same_place(const PoseNumbers& a, const PoseNumbers& b) {
   double dot = 0;
   for (std::size_t i = 3; i < 7; ++i) dot += a[i] * b[i];
   const double sign = dot < 0 ? -1 : 1;
   for (std::size_t i = 0; i < 7; ++i) {
-    if (!(std::abs(a[i] - (i < 3 ? b[i] : sign * b[i])) < (i < 3 ? 1e-3 : 1e-5))) return false;
+    if (!(std::abs(a[i] - (i < 3 ? b[i] : sign * b[i])) < (i < 3 ? 1e-5 : 1e-7))) return false;
   }
   return true;
 }
