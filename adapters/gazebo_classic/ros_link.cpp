@@ -89,21 +89,14 @@ struct RosLink::State {
 };
 
 void RosLink::State::run() {
-  bool in_use = false;
+  std::unique_lock in_use(ros_in_use(), std::defer_lock);
   for (;;) {
-    in_use = in_use || ros_in_use().try_lock_for(100ms);
-    if (in_use) look();
+    if (in_use.owns_lock() || in_use.try_lock_for(100ms)) look();
     std::unique_lock lock(mutex);
-    if (in_use) changed.wait_for(lock, kLookEvery, [this] { return stop || news; });
+    if (in_use.owns_lock()) changed.wait_for(lock, kLookEvery, [this] { return stop || news; });
     if (stop) break;
   }
-  if (in_use) {
-    leave();
-    ros_in_use().unlock();
-  }
-  const std::lock_guard lock(mutex);
-  ended = true;
-  changed.notify_all();
+  if (in_use.owns_lock()) leave();
 }
 
 void RosLink::State::look() {
@@ -208,10 +201,10 @@ RosLink::RosLink(std::shared_ptr<State> state) : state_(std::move(state)) {
       s->run();
     } catch (const std::exception& e) {
       gzerr << "[canyon] ROS ended: " << e.what() << std::endl;
-      const std::lock_guard lock(s->mutex);
-      s->ended = true;
-      s->changed.notify_all();
     }
+    const std::lock_guard lock(s->mutex);
+    s->ended = true;
+    s->changed.notify_all();
   }).detach();
 }
 
