@@ -1,0 +1,98 @@
+#include "canyon/propagation/path_strength.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/propagation/knife_edge.hpp"
+#include "canyon/propagation/radio_materials.hpp"
+
+namespace canyon::propagation {
+namespace {
+
+using Complex = std::complex<double>;
+
+CircularReflection reflection_of(const Incidence& incidence, double frequency_hz, double wavelength,
+                                 const StrengthOptions& options) {
+  const RadioMaterial material = radio_material(incidence.material);
+  const Complex eta = complex_permittivity(material, frequency_hz);
+  const double thickness = incidence.thickness_m.value_or(material.default_thickness_m);
+  const bool half_space = !options.slabs || material.default_thickness_m == 0;
+  const LinearReflection linear = half_space
+                                      ? reflect_half_space(eta, incidence.incidence_rad)
+                                      : slab(eta, incidence.incidence_rad, thickness, wavelength).reflected;
+  const double kept = roughness_factor(options.roughness_m, incidence.incidence_rad, wavelength);
+  CircularReflection result = circular(linear);
+  result.co *= kept;
+  result.cross *= kept;
+  return result;
+}
+
+}  // namespace
+
+void StrengthOptions::validate() const {
+  if (!(roughness_m >= 0 && roughness_m <= 1))
+    throw InputError(fmt::format("roughness_m is {}", roughness_m), "give a standard deviation of 0 to 1 m");
+}
+
+CircularWave arriving_wave(const PathGeometry& path, double frequency_hz, const StrengthOptions& options) {
+  options.validate();
+  if (path.incidence_count < 0 || path.incidence_count > static_cast<int>(path.incidences.size()))
+    throw InputError(fmt::format("path of {} reflections", path.incidence_count), "give 0 to 2");
+  if (!(path.excess_m >= 0) || !std::isfinite(path.excess_m))
+    throw InputError(fmt::format("excess path of {} m", path.excess_m), "give 0 m or more");
+  const double wavelength = wavelength_m(frequency_hz);
+  CircularWave wave;
+  for (int i = 0; i < path.incidence_count; ++i) {
+    const Incidence& incidence = path.incidences[static_cast<std::size_t>(i)];
+    wave =
+        reflect(wave, reflection_of(incidence, frequency_hz, wavelength, options), incidence.plane_turn_rad);
+  }
+  double turns = path.excess_m / wavelength;
+  Complex factor = 1;
+  if (path.edge_nu) {
+    if (!std::isfinite(*path.edge_nu))
+      throw InputError(fmt::format("edge with nu {}", *path.edge_nu), "give a finite nu");
+    factor = edge_wave(*path.edge_nu);
+    turns -= *path.edge_nu * *path.edge_nu / 4;
+  }
+  factor *= std::polar(1.0, -2 * geodesy::kPi * std::fmod(turns, 1.0));
+  if (path.foliage_depth_m != 0)
+    factor *= std::pow(10.0, -foliage_loss_db(options.foliage, path.foliage_depth_m, frequency_hz,
+                                              path.arrival_elevation_rad) /
+                                 20);
+  return {wave.rhcp * factor, wave.lhcp * factor};
+}
+
+Complex antenna_output(const CircularWave& wave, const AntennaGain& gain) {
+  const Complex r = wave.rhcp * std::pow(10.0, gain.rhcp_dbic / 20);
+  const Complex l = wave.lhcp * std::pow(10.0, gain.lhcp_dbic / 20);
+  return std::polar(std::sqrt(std::norm(r) + std::norm(l)), std::arg(r + l));
+}
+
+Complex path_amplitude(const PathGeometry& path, double satellite_elevation_rad, double frequency_hz,
+                       const AntennaPattern& antenna, const StrengthOptions& options) {
+  const Complex output =
+      antenna_output(arriving_wave(path, frequency_hz, options), antenna.gain(path.arrival_elevation_rad));
+  return output * std::pow(10.0, -antenna.gain(satellite_elevation_rad).rhcp_dbic / 20);
+}
+
+double summed_power(std::span<const Complex> amplitudes, PathSum sum) {
+  double power = 0;
+  Complex total = 0;
+  for (const Complex& amplitude : amplitudes) {
+    power += std::norm(amplitude);
+    total += amplitude;
+  }
+  return sum == PathSum::Power ? power : std::norm(total);
+}
+
+std::optional<double> summed_cn0_dbhz(double los_cn0_dbhz, std::span<const Complex> amplitudes, PathSum sum) {
+  const double power = summed_power(amplitudes, sum);
+  if (!(power > 0)) return std::nullopt;
+  return los_cn0_dbhz + 10 * std::log10(power);
+}
+
+}  // namespace canyon::propagation
