@@ -1,0 +1,248 @@
+#include "canyon/propagation/diffraction.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+#include <shared_mutex>
+#include <tuple>
+#include <unordered_map>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::propagation {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// Below this nu the approximation loses nothing (ITU-R P.526-15, 4.1).
+constexpr double kLeastNu = -0.78;
+/// Paths of one satellite nearer than this are one.
+constexpr double kSamePlace = 2e-3;  // m
+/// A point is lifted by at most this many times the offset, where the faces enclose next to nothing.
+constexpr double kMostLift = 4;
+
+/// A path by the geometry of one edge, before anything that may stand in the way.
+struct Candidate {
+  std::uint32_t satellite = 0;
+  DiffractedPath path;
+  Vector3d lifted;      ///< the point, off the edge
+  double beyond_m = 0;  ///< that the leg to the antenna must be clear past the point
+};
+
+/// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
+struct Scratch {
+  NearEdges near;
+  std::vector<std::uint8_t> marks;
+  std::vector<Candidate> candidates;
+};
+
+Scratch& scratch() {
+  static thread_local Scratch scratch;
+  return scratch;
+}
+
+void check(bool good, const char* field, const char* bound, double value) {
+  if (!good)
+    throw InputError(fmt::format("diffraction.{} is {}", field, value), fmt::format("give {}", bound));
+}
+
+double wavelength_m(const DiffractionOptions& options) {
+  return geodesy::kSpeedOfLight / options.frequency_hz;
+}
+
+/// Off the edge into the air, so that the point lies `offset_m` above both faces.
+Vector3d lift(const Edge& edge, double offset_m) {
+  const double above = std::max(edge.outward.dot(edge.normal[0]), 1 / kMostLift);
+  return offset_m / above * edge.outward;
+}
+
+}  // namespace
+
+double diffraction_loss_db(double nu) {
+  if (!(nu > kLeastNu)) return 0;
+  const double x = nu - 0.1;
+  return std::max(0.0, 6.9 + 20 * std::log10(std::sqrt(x * x + 1) + x));
+}
+
+double diffraction_nu_of_loss(double loss_db) {
+  assert(loss_db > 0.01);
+  // sqrt(x^2 + 1) + x = y has the root x = (y - 1 / y) / 2.
+  const double y = std::pow(10, (loss_db - 6.9) / 20);
+  return 0.1 + 0.5 * (y - 1 / y);
+}
+
+double diffraction_nu(double excess_m, double wavelength_m) {
+  assert(excess_m >= 0 && wavelength_m > 0);
+  return 2 * std::sqrt(excess_m / wavelength_m);
+}
+
+double DiffractionOptions::max_excess_m() const {
+  const double nu = diffraction_nu_of_loss(max_loss_db);
+  return wavelength_m(*this) * nu * nu / 4;
+}
+
+void DiffractionOptions::validate() const {
+  check(frequency_hz >= 1e8 && frequency_hz <= 1e11, "frequency_hz", "a number from 1e8 to 1e11",
+        frequency_hz);
+  check(max_range_m > 0 && max_range_m <= 100'000, "max_range_m", "a number above 0 and up to 100,000",
+        max_range_m);
+  check(max_bending_rad > 0 && max_bending_rad <= geodesy::kPi, "max_bending_rad",
+        "an angle above 0 and up to pi", max_bending_rad);
+  check(max_loss_db >= 7 && max_loss_db <= 100, "max_loss_db", "a number from 7 to 100", max_loss_db);
+  check(max_paths >= 1 && max_paths <= 100, "max_paths", "a number from 1 to 100", max_paths);
+  edges.validate();
+}
+
+struct EdgeDiffraction::Impl {
+  const raytrace::RayScene* scene;
+  DiffractionOptions options;
+  double wavelength;
+  double shadow_excess, lit_excess;  ///< largest ones with the straight line blocked, and clear
+  EdgeSet city;
+
+  // Edges of movable instances, made when first seen. Ids are never used again, so an entry stays true.
+  mutable std::shared_mutex instances_mutex;
+  mutable std::unordered_map<raytrace::InstanceId, std::unique_ptr<const EdgeSet>> instances;
+
+  Impl(const city::Mesh& mesh, const raytrace::RayScene& from, const DiffractionOptions& o)
+      : scene(&from),
+        options(o),
+        wavelength(wavelength_m(o)),
+        shadow_excess(o.max_excess_m()),
+        lit_excess(wavelength * kLeastNu * kLeastNu / 4),
+        city(mesh, o.edges) {}
+
+  const EdgeSet& edges_of(const raytrace::PlacedInstance& placed) const {
+    {
+      const std::shared_lock lock(instances_mutex);
+      const auto found = instances.find(placed.id);
+      if (found != instances.end()) return *found->second;
+    }
+    const std::unique_lock lock(instances_mutex);
+    auto& edges = instances[placed.id];
+    if (!edges) edges = std::make_unique<const EdgeSet>(*placed.mesh, options.edges);
+    return *edges;
+  }
+
+  void find(const EdgeSet& set, raytrace::InstanceId instance, const Isometry3d* enu_from_set,
+            const Vector3d& antenna, std::span<const Vector3d> directions, std::span<const bool> blocked,
+            Scratch& s) const;
+  [[nodiscard]] bool is_clear(const Vector3d& antenna, const Vector3d& direction, const Candidate& c) const;
+};
+
+/// Appends what the geometry gives for every edge of one set. `enu_from_set` is null for the city.
+void EdgeDiffraction::Impl::find(const EdgeSet& set, raytrace::InstanceId instance,
+                                 const Isometry3d* enu_from_set, const Vector3d& antenna,
+                                 std::span<const Vector3d> directions, std::span<const bool> blocked,
+                                 Scratch& s) const {
+  const Vector3d here = enu_from_set != nullptr ? enu_from_set->inverse() * antenna : antenna;
+  const double clearance = 2 * scene->surface_offset_m(antenna);
+  set.gather(here, options.max_range_m, clearance, s.near);
+  if (s.near.edge.empty()) return;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    const Vector3d towards = enu_from_set != nullptr
+                                 ? Vector3d(enu_from_set->linear().transpose() * directions[i])
+                                 : directions[i];
+    const double max_excess = blocked[i] ? shadow_excess : lit_excess;
+    mark_diffracting(s.near, towards, max_excess, s.marks);
+    for (std::size_t word = 0; word < s.marks.size(); word += 8) {
+      std::uint64_t eight;
+      std::memcpy(&eight, s.marks.data() + word, 8);
+      if (eight == 0) continue;
+      for (std::size_t k = word; k < word + 8; ++k) {
+        if (s.marks[k] == 0) continue;
+        // The same again in doubles.
+        const Edge& edge = set.edges()[s.near.edge[k]];
+        const auto at = diffraction_point(edge, here, towards);
+        if (!at || at->excess_m > max_excess || at->leg_m > options.max_range_m ||
+            at->bending_rad > options.max_bending_rad) {
+          continue;
+        }
+        const double nu = diffraction_nu(at->excess_m, wavelength);
+
+        Candidate& c = s.candidates.emplace_back();
+        c.satellite = static_cast<std::uint32_t>(i);
+        c.path.point = enu_from_set != nullptr ? Vector3d(*enu_from_set * at->point) : at->point;
+        c.path.arrival = (c.path.point - antenna) / at->leg_m;
+        c.path.excess_m = at->excess_m;
+        c.path.bending_rad = at->bending_rad;
+        c.path.nu = at->shadowed ? nu : -nu;
+        c.path.loss_db = diffraction_loss_db(blocked[i] ? nu : -nu);
+        c.path.edge = s.near.edge[k];
+        c.path.instance = instance;
+        const double offset = scene->surface_offset_m(c.path.point) + edge.deviation_m;
+        const Vector3d off = lift(edge, offset);
+        c.lifted = c.path.point + (enu_from_set != nullptr ? Vector3d(enu_from_set->linear() * off) : off);
+        // Where a mesh has cut a wall without sharing vertices, the cut looks like a free edge of each part;
+        // rays that end there or begin there might pass. Going on for a bit they meet the other part.
+        c.beyond_m = edge.is_free() ? 2 * offset : 0;
+      }
+    }
+  }
+}
+
+bool EdgeDiffraction::Impl::is_clear(const Vector3d& antenna, const Vector3d& direction,
+                                     const Candidate& c) const {
+  const Vector3d leg = c.lifted - antenna;
+  const double range = leg.norm();
+  return !scene->occluded({antenna, leg / range, range + c.beyond_m}, scene->surface_offset_m(antenna)) &&
+         !scene->occluded({c.lifted, direction});
+}
+
+EdgeDiffraction::EdgeDiffraction(const city::Mesh& city, const raytrace::RayScene& scene,
+                                 DiffractionOptions options) {
+  options.validate();
+  impl_ = std::make_unique<Impl>(city, scene, options);
+}
+EdgeDiffraction::~EdgeDiffraction() = default;
+EdgeDiffraction::EdgeDiffraction(EdgeDiffraction&&) noexcept = default;
+EdgeDiffraction& EdgeDiffraction::operator=(EdgeDiffraction&&) noexcept = default;
+
+const DiffractionOptions& EdgeDiffraction::options() const {
+  return impl_->options;
+}
+
+const EdgeSet& EdgeDiffraction::edges() const {
+  return impl_->city;
+}
+
+void EdgeDiffraction::trace(const Vector3d& antenna, std::span<const Vector3d> directions,
+                            std::span<const bool> blocked,
+                            std::span<std::vector<DiffractedPath>> result) const {
+  assert(directions.size() == blocked.size() && directions.size() == result.size());
+  if (!antenna.allFinite()) {
+    throw InputError(
+        fmt::format("the antenna's place ({}, {}, {}) is not finite", antenna.x(), antenna.y(), antenna.z()),
+        "check the trajectory");
+  }
+  const Impl& impl = *impl_;
+  Scratch& s = scratch();
+  s.candidates.clear();
+  impl.find(impl.city, 0, nullptr, antenna, directions, blocked, s);
+  for (const raytrace::PlacedInstance& placed : impl.scene->placed_instances()) {
+    impl.find(impl.edges_of(placed), placed.id, &placed.enu_from_instance, antenna, directions, blocked, s);
+  }
+  // Weakest last; the rest are not even looked at once a satellite has its paths.
+  std::sort(s.candidates.begin(), s.candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return std::tie(a.satellite, a.path.excess_m, a.path.instance, a.path.edge) <
+           std::tie(b.satellite, b.path.excess_m, b.path.instance, b.path.edge);
+  });
+  for (auto& paths : result) paths.clear();
+  for (const Candidate& c : s.candidates) {
+    std::vector<DiffractedPath>& paths = result[c.satellite];
+    if (paths.size() >= static_cast<std::size_t>(impl.options.max_paths)) continue;
+    const bool seen = std::any_of(paths.begin(), paths.end(), [&](const DiffractedPath& path) {
+      return (path.point - c.path.point).squaredNorm() < kSamePlace * kSamePlace;
+    });
+    if (!seen && impl.is_clear(antenna, directions[c.satellite], c)) paths.push_back(c.path);
+  }
+}
+
+}  // namespace canyon::propagation
