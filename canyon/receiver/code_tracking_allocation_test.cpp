@@ -1,0 +1,64 @@
+// Locking onto many paths, epoch after epoch, allocates nothing.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+#include "canyon/receiver/code_tracking.hpp"
+
+// Sanitizers bring their own operator new.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+// GCC cannot see that new and delete below match.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+#endif
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept {
+  std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept {
+  std::free(p);
+}
+
+namespace canyon::receiver {
+namespace {
+
+TEST(CodeTracker, AllocatesNothing) {
+  for (const double bandwidth : {std::numeric_limits<double>::infinity(), 8e6}) {
+    CorrelationOptions signal;
+    signal.bandwidth_hz = bandwidth;
+    const CodeTracker tracker(signal, {});
+    std::vector<SignalPath> paths(64);
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      paths[i] = {10.0 * static_cast<double>(i), std::polar(0.3, 1.7 * static_cast<double>(i)), 0.1};
+    }
+    paths[0].amplitude = 3;
+    const long before = allocations;
+    double sum = 0;
+    for (int k = 0; k < 100; ++k) {
+      paths[1].delay_m = k;
+      if (const auto lock = tracker.lock(paths, 0.0)) sum += lock->delay_m;
+      if (const auto lock = tracker.lock(paths)) sum += lock->delay_m;
+    }
+    EXPECT_EQ(allocations - before, 0);
+    EXPECT_NE(sum, 0);
+  }
+}
+
+}  // namespace
+}  // namespace canyon::receiver
+
+#endif
