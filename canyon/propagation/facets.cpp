@@ -8,16 +8,7 @@
 #include <utility>
 
 #include "canyon/geodesy/constants.hpp"
-
-// The hot loop for the registers that the machine has (needs glibc's indirect functions). Sanitizers
-// instrument the resolver that picks a clone before they are ready for it. Without it an epoch takes half as
-// much time again; the results are the same.
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__) && \
-    !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)
-#define CANYON_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define CANYON_CLONES
-#endif
+#include "canyon/propagation/clones.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -357,6 +348,48 @@ std::optional<std::uint32_t> FacetSet::triangle_at(const Facet& facet, const Vec
     }
   }
   return found;
+}
+
+std::vector<Vector3d> FacetSet::convex_part(const Facet& facet) const {
+  const auto area = [this](std::uint32_t i) {
+    const auto& [a, b, c] = flat_[i].corner;
+    return side(a, b, c);
+  };
+  std::uint32_t largest = facet.first;
+  for (std::uint32_t i = facet.first; i < facet.first + facet.count; ++i) {
+    if (area(i) > area(largest)) largest = i;
+  }
+  const auto& corner = flat_[largest].corner;
+  std::vector<Vector2d> outline(corner.begin(), corner.end());
+  double best = 0;
+  for (std::uint32_t i = facet.first; i < facet.first + facet.count; ++i) {
+    if (i == largest || area(i) <= best) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector2d &a = corner[k], &b = corner[(k + 1) % 3], &c = corner[(k + 2) % 3];
+      for (std::size_t j = 0; j < 3; ++j) {
+        // The neighbour has the edge a -> b the other way round; its third corner comes between a and b.
+        const auto& other = flat_[i].corner;
+        if (other[j] != b || other[(j + 1) % 3] != a) continue;
+        const Vector2d& tip = other[(j + 2) % 3];
+        if (side(c, a, tip) < 0 || side(tip, b, c) < 0) continue;
+        best = area(i);
+        outline = {a, tip, b, c};
+      }
+    }
+  }
+  const int u = (facet.axis + 1) % 3, v = (facet.axis + 2) % 3;
+  std::vector<Vector3d> corners;
+  for (const Vector2d& p : outline) {
+    Vector3d at;
+    at[u] = p.x();
+    at[v] = p.y();
+    at[facet.axis] =
+        (facet.offset - facet.normal[u] * p.x() - facet.normal[v] * p.y()) / facet.normal[facet.axis];
+    corners.push_back(at);
+  }
+  // Seen along the axis the facet is turned over where its normal points the other way.
+  if (facet.normal[facet.axis] < 0) std::reverse(corners.begin(), corners.end());
+  return corners;
 }
 
 }  // namespace canyon::propagation

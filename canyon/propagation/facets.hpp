@@ -47,6 +47,9 @@ void mark_reflecting(const FacingFacets& facing, const Eigen::Vector3d& s, doubl
 /// thread-safe.
 class FacetSet {
  public:
+  /// Facets [i * kBlock, (i + 1) * kBlock) lie close together; the last block may be shorter.
+  static constexpr std::size_t kBlock = 32;
+
   /// No facets.
   FacetSet() = default;
   /// Triangles belong to one facet when they share an edge (same two positions), their normals differ by less
@@ -65,6 +68,11 @@ class FacetSet {
   [[nodiscard]] std::optional<std::uint32_t> triangle_at(const Facet& facet,
                                                          const Eigen::Vector3d& point) const;
 
+  /// Corners [m, frame of the mesh] of a convex polygon that the facet's triangles cover without a gap, on
+  /// the facet's plane, in turn about its normal: the facet's largest triangle, or that and the neighbour
+  /// with which it makes the largest convex quadrilateral. A wall of two triangles is covered whole.
+  [[nodiscard]] std::vector<Eigen::Vector3d> convex_part(const Facet& facet) const;
+
  private:
   /// A triangle on two of the three axes, counter-clockwise there.
   struct FlatTriangle {
@@ -74,17 +82,16 @@ class FacetSet {
   struct Bounds {
     Eigen::Vector3d min = Eigen::Vector3d::Constant(1e300), max = Eigen::Vector3d::Constant(-1e300);
   };
-  static constexpr std::size_t kBlock = 32;        ///< facets in a block, blocks in a super-block
   static constexpr std::uint32_t kFlatBlock = 16;  ///< flat triangles in a block
 
   void add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& group);
   void order_in_blocks();
 
-  std::vector<Facet> facets_;  ///< so ordered that runs of kBlock lie together
+  std::vector<Facet> facets_;
   std::vector<FlatTriangle> flat_;
   /// Bounds of each kFlatBlock of a facet's flat triangles, from Facet::first_bounds.
   std::vector<std::array<double, 4>> flat_bounds_;  ///< min u, min v, max u, max v
-  std::vector<Bounds> blocks_, super_blocks_;
+  std::vector<Bounds> blocks_, super_blocks_;       ///< a super-block is kBlock blocks
 };
 
 }  // namespace canyon::propagation

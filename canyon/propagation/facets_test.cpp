@@ -177,5 +177,74 @@ TEST(FacetSet, HongKongFacetsAreWalls) {
   EXPECT_GT(walls, set.facets().size() / 2);
 }
 
+double polygon_area(const std::vector<Vector3d>& corners, const Vector3d& normal) {
+  Vector3d twice = Vector3d::Zero();
+  for (std::size_t k = 0; k < corners.size(); ++k)
+    twice += corners[k].cross(corners[(k + 1) % corners.size()]);
+  return 0.5 * twice.dot(normal);
+}
+
+TEST(FacetSet, ConvexPartsCoverWallsOfTwoTrianglesWhole) {
+  Mesh mesh;
+  city::append_box(mesh, "box", Surface::Building, Material::Glass, {-10, -5, 0}, {10, 5, 30}, 0.4);
+  const FacetSet set(mesh, false);
+  for (const Facet& facet : set.facets()) {
+    const std::vector<Vector3d> corners = set.convex_part(facet);
+    ASSERT_EQ(corners.size(), 4u);
+    for (const Vector3d& c : corners) {
+      EXPECT_NEAR(facet.normal.dot(c), facet.offset, 1e-9);
+      EXPECT_TRUE(std::any_of(mesh.vertices.begin(), mesh.vertices.end(),
+                              [&c](const Vector3d& v) { return (v - c).norm() < 1e-9; }));
+    }
+    const double length = std::abs(facet.normal.z()) > 0.5 ? 20 * 10.0
+                          : std::abs(facet.normal.dot(Vector3d(std::cos(0.4), std::sin(0.4), 0))) > 0.5
+                              ? 10 * 30.0
+                              : 20 * 30.0;
+    EXPECT_NEAR(polygon_area(corners, facet.normal), length, 1e-9) << "anticlockwise about the normal";
+  }
+}
+
+TEST(FacetSet, ConvexPartsAreConvexAndCovered) {
+  // An L of four triangles, a dart (two triangles that make a concave quadrilateral) and fans at random.
+  Mesh mesh;
+  city::append_object(mesh, "L", Surface::Building, Material::Glass,
+                      {{0, 0, 0}, {10, 0, 0}, {10, 4, 0}, {4, 4, 0}, {4, 12, 0}, {0, 12, 0}},
+                      {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}});
+  city::append_object(mesh, "dart", Surface::Building, Material::Glass,
+                      {{0, 0, 20}, {10, 2, 20}, {4, 4, 20}, {2, 10, 20}}, {{0, 1, 2}, {0, 2, 3}});
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> radius(2, 10), unit(0, 1);
+  for (int fan = 0; fan < 20; ++fan) {
+    std::vector<Vector3d> vertices{{0, 50.0 + 30 * fan, 0}};
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    for (std::uint32_t k = 0; k < 9; ++k) {
+      const double angle = 2 * EIGEN_PI * k / 9;
+      vertices.push_back(vertices[0] + radius(random) * Vector3d(std::cos(angle), 0, std::sin(angle)));
+      triangles.push_back({0, 1 + (k + 1) % 9, 1 + k});
+    }
+    city::append_object(mesh, "fan", Surface::Building, Material::Glass, vertices, triangles);
+  }
+  const FacetSet set(mesh, false);
+  ASSERT_EQ(set.facets().size(), 22u);
+  int quadrilaterals = 0;
+  for (const Facet& facet : set.facets()) {
+    const std::vector<Vector3d> corners = set.convex_part(facet);
+    quadrilaterals += corners.size() == 4 ? 1 : 0;
+    Vector3d centre = Vector3d::Zero();
+    for (const Vector3d& c : corners) centre += c / static_cast<double>(corners.size());
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      const Vector3d &a = corners[k], &b = corners[(k + 1) % corners.size()],
+                     &c = corners[(k + 2) % corners.size()];
+      EXPECT_GE((b - a).cross(c - b).dot(facet.normal), -1e-9) << "convex";
+      for (int sample = 0; sample < 50; ++sample) {
+        const Vector3d edge = a + unit(random) * (b - a);
+        EXPECT_TRUE(set.triangle_at(facet, centre + unit(random) * (1 - 1e-9) * (edge - centre)));
+      }
+    }
+  }
+  EXPECT_GT(quadrilaterals, 10);
+  EXPECT_LT(quadrilaterals, 22) << "the dart is one triangle";
+}
+
 }  // namespace
 }  // namespace canyon::propagation

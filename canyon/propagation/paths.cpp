@@ -18,6 +18,13 @@ std::string_view name(Visibility visibility) {
   return "blocked";
 }
 
+Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna, const Eigen::Vector3d& s) {
+  if (path.kind == PathKind::Direct) return antenna;
+  const double leg = (path.point - antenna).norm();
+  if (path.order < 2) return path.point - leg * s;
+  return path.far_point - (leg + (path.far_point - path.point).norm()) * s;
+}
+
 double SatellitePaths::tracked_excess_m() const {
   if (paths.empty()) return 0;
   return std::min_element(paths.begin(), paths.end(),

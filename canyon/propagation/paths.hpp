@@ -11,16 +11,31 @@ namespace canyon::propagation {
 
 enum class PathKind : std::uint8_t { Direct, Reflected };
 
-/// One way from satellite to antenna. Directions and points are in the city's ENU frame.
+/// One way from satellite to antenna. Directions and points are in the city's ENU frame. `point` and what
+/// belongs to it are of the interaction next to the antenna, `far_point` and its like of the one next to the
+/// satellite, where there are two.
 struct Path {
   PathKind kind = PathKind::Direct;
-  double excess_m = 0;  ///< longer than the straight line by this much; 0 for Direct
+  std::uint8_t order = 0;  ///< reflections on the way: 0 for Direct, 1 or 2 for Reflected
+  double excess_m = 0;     ///< longer than the straight line by this much; 0 for Direct
   Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< reflection point (Reflected)
   Eigen::Vector3d arrival = Eigen::Vector3d::Zero();  ///< unit, from the antenna towards where it comes from
   double incidence_rad = 0;                           ///< between ray and facet normal, [0, pi/2)
   std::uint32_t triangle = 0;                         ///< that reflects, of `instance`
   std::uint32_t instance = 0;
+
+  Eigen::Vector3d far_point = Eigen::Vector3d::Zero();  ///< reflection point next to the satellite (order 2)
+  double far_incidence_rad = 0;                         ///< there
+  std::uint32_t far_triangle = 0;                       ///< that reflects there, of `far_instance`
+  std::uint32_t far_instance = 0;
 };
+
+/// The antenna as the satellite in direction `s` (unit, ENU) sees it in the mirrors of `path`: the antenna
+/// itself for Direct, else on the line through the reflection point next to the satellite, as far behind it
+/// as the way is long from there to the antenna. excess_m = s . (antenna - image) for planes, and while they
+/// stand still d(excess)/dt = s' . (antenna - image) + (s - arrival) . antenna'.
+[[nodiscard]] Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna,
+                                            const Eigen::Vector3d& s);
 
 enum class Visibility : std::uint8_t {
   LOS,           ///< direct path clear, nothing else arrives

@@ -16,6 +16,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/facets.hpp"
+#include "canyon/propagation/second_order.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -41,22 +42,6 @@ struct Candidate {
   Path path;
 };
 
-/// Answers of batched rays. std::vector<bool> cannot be a span of bool.
-class Flags {
- public:
-  std::span<bool> resize(std::size_t size) {
-    if (size > capacity_) {
-      capacity_ = std::max(size, 2 * capacity_);
-      flags_ = std::make_unique<bool[]>(capacity_);
-    }
-    return {flags_.get(), size};
-  }
-
- private:
-  std::unique_ptr<bool[]> flags_;
-  std::size_t capacity_ = 0;
-};
-
 /// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
 struct Scratch {
   FacingFacets facing;
@@ -65,6 +50,8 @@ struct Scratch {
   std::vector<Ray> rays;
   std::vector<std::uint32_t> ray_of;  ///< candidate of each ray
   Flags direct, blocked;
+  std::vector<PlacedFacets> placed;
+  SecondOrderSearch second_order;
 };
 
 Scratch& scratch() {
@@ -82,7 +69,7 @@ void check(bool good, const char* field, const char* bound, double value) {
 void PropagationOptions::validate() const {
   check(model == Model::Specular || model == Model::Mirror, "model", "specular or mirror",
         static_cast<double>(model));
-  check(reflection_order == 0 || reflection_order == 1, "reflection_order", "0 or 1", reflection_order);
+  check(reflection_order >= 0 && reflection_order <= 2, "reflection_order", "0, 1 or 2", reflection_order);
   check(max_range_m > 0 && max_range_m <= 100'000, "max_range_m", "a number above 0 and up to 100,000",
         max_range_m);
   check(max_incidence_rad > 0 && max_incidence_rad <= geodesy::kPi / 2, "max_incidence_rad",
@@ -98,6 +85,7 @@ namespace {
 Path mirror_path(const Vector3d& antenna, const Vector3d& direction, double range_m) {
   Path path;
   path.kind = PathKind::Reflected;
+  path.order = 1;
   path.arrival = mirror_direction(direction);
   path.excess_m = mirror_excess_m(range_m, std::asin(std::clamp(direction.z(), -1.0, 1.0)));
   path.point = antenna + range_m * path.arrival;
@@ -121,23 +109,37 @@ SatellitePaths mirror_paths(const Vector3d& antenna, const Vector3d& direction, 
   return paths;
 }
 
+/// The facets of a mesh and, where the second order is asked for, what its search needs.
+struct PreparedFacets {
+  FacetSet facets;
+  BeamIndex beams;
+  Occluders occluders;
+
+  PreparedFacets(const city::Mesh& mesh, const PropagationOptions& options)
+      : facets(mesh, options.ground_reflection) {
+    if (options.reflection_order < 2) return;
+    beams = BeamIndex(facets);
+    occluders = Occluders(facets);
+  }
+};
+
 struct Propagator::Impl {
   const raytrace::RayScene* scene;
   PropagationOptions options;
-  FacetSet city;
+  PreparedFacets city;
 
   // Facets of movable instances, made when first seen. Ids are never used again, so an entry stays true.
   mutable std::shared_mutex instances_mutex;
-  mutable std::unordered_map<raytrace::InstanceId, std::unique_ptr<const FacetSet>> instances;
+  mutable std::unordered_map<raytrace::InstanceId, std::unique_ptr<const PreparedFacets>> instances;
 
   Impl(const city::Mesh& mesh, const raytrace::RayScene& from, PropagationOptions o)
-      : scene(&from), options(o), city(reflects(o) ? FacetSet(mesh, o.ground_reflection) : FacetSet()) {}
+      : scene(&from), options(o), city(reflects(o) ? mesh : city::Mesh{}, o) {}
 
   static bool reflects(const PropagationOptions& o) {
     return o.model == Model::Specular && o.reflection_order > 0;
   }
 
-  const FacetSet& facets_of(const raytrace::PlacedInstance& placed) const {
+  const PreparedFacets& facets_of(const raytrace::PlacedInstance& placed) const {
     {
       const std::shared_lock lock(instances_mutex);
       const auto found = instances.find(placed.id);
@@ -145,7 +147,7 @@ struct Propagator::Impl {
     }
     const std::unique_lock lock(instances_mutex);
     auto& facets = instances[placed.id];
-    if (!facets) facets = std::make_unique<const FacetSet>(*placed.mesh, options.ground_reflection);
+    if (!facets) facets = std::make_unique<const PreparedFacets>(*placed.mesh, options);
     return *facets;
   }
 
@@ -153,6 +155,8 @@ struct Propagator::Impl {
                         const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s) const;
   static void drop_doubles(std::vector<Candidate>& candidates);
   void keep_clear(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s) const;
+  void add_second_order(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
+                        std::span<SatellitePaths> result) const;
   void trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
                     std::span<const bool> blocked, std::span<SatellitePaths> result) const;
 };
@@ -193,6 +197,7 @@ void Propagator::Impl::find_reflections(const FacetSet& set, raytrace::InstanceI
         c.cosine = cosine;
         c.normal = enu_from_set != nullptr ? Vector3d(enu_from_set->linear() * facet.normal) : facet.normal;
         c.path.kind = PathKind::Reflected;
+        c.path.order = 1;
         c.path.excess_m = 2 * height * cosine;
         c.path.point = enu_from_set != nullptr ? Vector3d(*enu_from_set * point) : point;
         c.path.arrival = directions[i] - 2 * cosine * c.normal;
@@ -265,6 +270,32 @@ void Propagator::Impl::keep_clear(const Vector3d& antenna, std::span<const Vecto
   keep(blocked);
 }
 
+/// Adds the paths by two facets and puts all of a satellite's in order.
+void Propagator::Impl::add_second_order(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                        Scratch& s, std::span<SatellitePaths> result) const {
+  const auto place = [&s](const PreparedFacets& of, raytrace::InstanceId id, const Isometry3d* pose) {
+    s.placed.push_back({&of.facets, &of.beams, &of.occluders, id, pose});
+  };
+  s.placed.clear();
+  place(city, 0, nullptr);
+  for (const raytrace::PlacedInstance& placed : scene->placed_instances()) {
+    place(facets_of(placed), placed.id, &placed.enu_from_instance);
+  }
+  const SecondOrderLimits limits{options.max_range_m,
+                                 std::max(kMinCosine, std::cos(options.max_incidence_rad)),
+                                 2 * scene->surface_offset_m(antenna)};
+  for (const auto& found : s.second_order.trace(*scene, s.placed, antenna, directions, limits)) {
+    result[found.satellite].paths.push_back(found.path);
+  }
+  // Both orders are sorted; of equal lengths the lower order comes first.
+  for (SatellitePaths& satellite : result) {
+    std::sort(satellite.paths.begin(), satellite.paths.end(), [](const Path& a, const Path& b) {
+      return std::tie(a.excess_m, a.order, a.instance, a.triangle, a.far_instance, a.far_triangle) <
+             std::tie(b.excess_m, b.order, b.instance, b.triangle, b.far_instance, b.far_triangle);
+    });
+  }
+}
+
 /// The paper's algorithm 2 for satellites whose line of sight is blocked.
 void Propagator::Impl::trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
                                     std::span<const bool> blocked, std::span<SatellitePaths> result) const {
@@ -323,14 +354,15 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
     impl.trace_mirror(antenna, directions, blocked, result);
   } else if (impl.options.reflection_order > 0) {
     s.candidates.clear();
-    impl.find_reflections(impl.city, 0, nullptr, antenna, directions, s);
+    impl.find_reflections(impl.city.facets, 0, nullptr, antenna, directions, s);
     for (const raytrace::PlacedInstance& placed : impl.scene->placed_instances()) {
-      impl.find_reflections(impl.facets_of(placed), placed.id, &placed.enu_from_instance, antenna, directions,
-                            s);
+      impl.find_reflections(impl.facets_of(placed).facets, placed.id, &placed.enu_from_instance, antenna,
+                            directions, s);
     }
     Impl::drop_doubles(s.candidates);
     impl.keep_clear(antenna, directions, s);
     for (const Candidate& c : s.candidates) result[c.satellite].paths.push_back(c.path);
+    if (impl.options.reflection_order > 1) impl.add_second_order(antenna, directions, s, result);
   }
 
   for (std::size_t i = 0; i < directions.size(); ++i) {

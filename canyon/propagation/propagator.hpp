@@ -15,9 +15,10 @@ enum class Model : std::uint8_t { Specular, Mirror };
 
 struct PropagationOptions {
   Model model = Model::Specular;
-  /// Reflections considered: 0 (direct only) or 1. Specular only.
+  /// Reflections on a path at most: 0 (direct only), 1 or 2. Specular only.
   int reflection_order = 1;
-  /// Reach [m] of the mirror ray and of the leg from antenna to reflection point. (0, 100,000].
+  /// Reach [m] of the mirror ray, and of the way along a path from the antenna to its last reflection point
+  /// (of the second order: the sum of two legs). (0, 100,000].
   double max_range_m = 300;
   /// Largest angle of incidence [rad] of a reflection that is kept. (0, pi/2]. Specular only.
   double max_incidence_rad = 1.5533430342749532;  // 89 deg
@@ -50,10 +51,19 @@ class Propagator {
   /// vehicles reflect, foliage only blocks. Facets in one plane that touch or coincide give one path. The
   /// reflection point and the excess path are exact to the facet's plane (1e-9 m in a city of 10 km); paths
   /// whose reflection point lies within RayScene::surface_offset_m() of an outer edge may be kept or missed,
-  /// and an antenna within twice that of a facet's plane gets none from it. Mirror: the paper's algorithm 2
-  /// and equation 1, m = d (1 + sin(pi/2 - 2 theta)), d the range of the ray at azimuth + 180 deg and the
-  /// same elevation theta, only for satellites whose direct ray is blocked. The direct ray has no limit:
-  /// walls farther than max_range_m block too.
+  /// and an antenna within twice that of a facet's plane gets none from it.
+  ///
+  /// Specular, second order (reflection_order 2; see SecondOrderSearch): satellite -> facet A -> facet B ->
+  /// antenna by double images, excess = 2 h_B (n_B.s) + 2 h_A (n_A.s), h_B the antenna's height over B's
+  /// plane and h_A that of its image in B over A's. A and B may be of the city or of instances, both limits
+  /// hold for both reflections, all three legs are clear; reflection points within twice surface_offset_m()
+  /// of the other facet's plane (deep in a corner) give no path. Excess paths are exact to 1e-9 m and points
+  /// to 1e-6 m for the facets' planes; facets within 0.5 mm of their triangles make the points of a real city
+  /// exact to some millimetres. Paths of the lower orders are the same as without it.
+  ///
+  /// Mirror: the paper's algorithm 2 and equation 1, m = d (1 + sin(pi/2 - 2 theta)), d the range of the ray
+  /// at azimuth + 180 deg and the same elevation theta, only for satellites whose direct ray is blocked. The
+  /// direct ray has no limit: walls farther than max_range_m block too.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<SatellitePaths> result) const;
 

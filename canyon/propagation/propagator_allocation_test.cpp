@@ -50,6 +50,7 @@ TEST(Propagator, AllocatesNothingInTheSteadyState) {
   for (const Model model : {Model::Specular, Model::Mirror}) {
     PropagationOptions options;
     options.model = model;
+    options.reflection_order = 2;
     const Propagator propagator(city.mesh, scene, options);
     std::vector<SatellitePaths> result(sky.size());
     std::size_t paths = 0;

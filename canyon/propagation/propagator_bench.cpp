@@ -73,6 +73,21 @@ void SpecularFirstOrder(benchmark::State& state) {
 }
 BENCHMARK(SpecularFirstOrder)->Unit(benchmark::kMicrosecond);
 
+void SpecularSecondOrder(benchmark::State& state) {
+  PropagationOptions options;
+  options.reflection_order = 2;
+  epoch(state, options);
+}
+BENCHMARK(SpecularSecondOrder)->Unit(benchmark::kMicrosecond);
+
+void SpecularSecondOrderWithGround(benchmark::State& state) {
+  PropagationOptions options;
+  options.reflection_order = 2;
+  options.ground_reflection = true;
+  epoch(state, options);
+}
+BENCHMARK(SpecularSecondOrderWithGround)->Unit(benchmark::kMicrosecond);
+
 void SpecularWithGround(benchmark::State& state) {
   PropagationOptions options;
   options.ground_reflection = true;

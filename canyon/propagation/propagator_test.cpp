@@ -100,6 +100,16 @@ TEST(Paths, TheTrackedPathIsTheShortest) {
   EXPECT_EQ(satellite.tracked_excess_m(), 0);
 }
 
+TEST(Paths, TheImageIsWhereTheMirrorsShowTheAntenna) {
+  const Vector3d antenna(1, 2, 3), s = direction(190, 30);
+  EXPECT_EQ(antenna_image(Path{}, antenna, s), antenna);
+  Mesh mesh;
+  append(mesh, {-100, 20, 0}, {100, 30, 100});
+  const SatellitePaths paths = World(mesh).trace(antenna, s);
+  ASSERT_EQ(paths.paths.size(), 2u);
+  EXPECT_TRUE(antenna_image(paths.paths[1], antenna, s).isApprox(Vector3d(1, 38, 3), 1e-12));
+}
+
 TEST(PropagationOptions, NameTheFieldThatIsWrong) {
   const auto message = [](auto&& change) -> std::string {
     PropagationOptions options;
@@ -113,9 +123,9 @@ TEST(PropagationOptions, NameTheFieldThatIsWrong) {
   };
   using testing::HasSubstr;
   EXPECT_EQ(message([](PropagationOptions&) {}), "");
-  EXPECT_THAT(message([](PropagationOptions& o) { o.reflection_order = 2; }),
-              HasSubstr("reflection_order is 2"));
-  EXPECT_THAT(message([](PropagationOptions& o) { o.reflection_order = -1; }), HasSubstr("give 0 or 1"));
+  EXPECT_THAT(message([](PropagationOptions& o) { o.reflection_order = 3; }),
+              HasSubstr("reflection_order is 3"));
+  EXPECT_THAT(message([](PropagationOptions& o) { o.reflection_order = -1; }), HasSubstr("give 0, 1 or 2"));
   for (const double bad : {0.0, -1.0, 100'001.0, std::nan("")}) {
     EXPECT_THAT(message([bad](PropagationOptions& o) { o.max_range_m = bad; }), HasSubstr("max_range_m"));
   }

@@ -1,0 +1,134 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "canyon/propagation/beam_index.hpp"
+#include "canyon/propagation/facets.hpp"
+#include "canyon/propagation/occluders.hpp"
+#include "canyon/propagation/paths.hpp"
+#include "canyon/raytrace/ray_scene.hpp"
+
+namespace canyon::propagation {
+
+/// Answers of batched rays. std::vector<bool> cannot be a span of bool.
+class Flags {
+ public:
+  std::span<bool> resize(std::size_t size);
+
+ private:
+  std::unique_ptr<bool[]> flags_;
+  std::size_t capacity_ = 0;
+};
+
+/// Facets as the second order needs them, and where they stand: null for the frame of the city.
+struct PlacedFacets {
+  const FacetSet* facets;
+  const BeamIndex* beams;
+  const Occluders* occluders;
+  raytrace::InstanceId instance;
+  const Eigen::Isometry3d* enu_from_set;
+};
+
+struct SecondOrderLimits {
+  double reach_m;      ///< from the antenna along the path to its last reflection point
+  double min_cosine;   ///< of both angles of incidence
+  double clearance_m;  ///< of the antenna and of either reflection point over the other's plane, more than
+};
+
+/// Directions sorted into 64 slices along each axis, so that those in a box are found without looking at all
+/// of them.
+class DirectionBins {
+ public:
+  void build(std::span<const Eigen::Vector3d> directions);
+  /// Number of groups of 64 directions.
+  [[nodiscard]] std::size_t groups() const { return groups_.size(); }
+  /// A bit for each direction of the group whose coordinates are all within `reach` of `centre`'s (and maybe
+  /// for some that are a slice farther).
+  [[nodiscard]] std::uint64_t within(std::size_t group, const Eigen::Vector3d& centre, double reach) const;
+
+ private:
+  /// below[axis][k]: the directions in slices under k.
+  struct Group {
+    std::array<std::array<std::uint64_t, 65>, 3> below;
+  };
+  std::vector<Group> groups_;
+};
+
+/// Paths satellite -> facet A -> facet B -> antenna. Holds what a search needs for a while: one for each
+/// thread; nothing is allocated once it has grown.
+///
+/// Image method (McKown and Hamilton, "Ray tracing as a design tool for radio networks", IEEE Network 5(6),
+/// 1991, pp. 27-30; for rooms Allen and Berkley, J. Acoust. Soc. Am. 65(4), 1979, pp. 943-950). With planes
+/// n . x = d, the antenna p and the satellite's direction s:
+///   p_B = p - 2 h_B n_B, h_B = n_B . p - d_B, is the antenna in the mirror B,
+///   p_BA = p_B - 2 h_A n_A, h_A = n_A . p_B - d_A, is that in the mirror A.
+/// The straight ray p_BA -> s unfolds the path, so the path is as much longer than the direct one as p_BA is
+/// farther from the satellite's wave front: excess = s . (p - p_BA) = 2 h_B (n_B . s) + 2 h_A (n_A . s).
+/// With s' = s - 2 (s . n_A) n_A, the ray that leaves p_B along s' meets B in q_B after h_B / (n_B . s') and
+/// A in q_A after h_A / (n_A . s); those are lengths along the path from the antenna. It is a path where q_B
+/// and q_A are on their facets, the second behind the first, both cosines positive (fronts), and the three
+/// legs are clear.
+///
+/// The search: facets B that the antenna may see (those in the shadow of a large facet are left out); facets
+/// A in the beam from p_B through B; for each such pair the satellites that lie, mirrored in A, in the
+/// narrower of the beam and A's cone. All of that never misses a path; what remains is computed in doubles.
+class SecondOrderSearch {
+ public:
+  struct Found {
+    std::uint32_t satellite = 0;
+    double lift_m = 0, far_lift_m = 0;  ///< along the normals, so that rays do not meet the facets themselves
+    double cosine = 1, far_cosine = 1;  ///< of the incidences
+    Eigen::Vector3d normal, far_normal;
+    Path path;
+  };
+
+  /// All second-order paths to `directions`, by satellite and excess path; valid until the next call.
+  std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
+                               const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+                               const SecondOrderLimits& limits);
+
+ private:
+  struct Near;
+
+  void prepare(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
+               const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+               const SecondOrderLimits& limits);
+  void find_pairs(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets, std::size_t near_set,
+                  const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+                  const SecondOrderLimits& limits);
+  void find_far(const raytrace::RayScene& scene, const Near& near, std::span<const PlacedFacets> sets,
+                std::size_t far_set, std::span<const Eigen::Vector3d> directions,
+                const SecondOrderLimits& limits);
+  void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,
+                  std::span<const Eigen::Vector3d> directions);
+  void sort_and_drop_doubles(const Eigen::Vector3d& antenna);
+  template <typename MakeRay>
+  void keep_where_free(const raytrace::RayScene& scene, double min_range_m, const MakeRay& make_ray);
+
+  /// A set as it stands about the antenna.
+  struct Around {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< ENU, of a sphere about all its facets
+    bool in_reach = false;
+    bool hidden = false;
+    BeamIndex::Blocks blocks;
+  };
+
+  DirectionBins bins_;
+  FacingFacets facing_;
+  std::vector<Occluders::Shadow> shadows_;
+  Occluders::Scratch occluders_;
+  std::vector<std::uint8_t> hidden_;
+  std::vector<Around> around_;
+  std::vector<std::uint32_t> far_facets_;
+  std::vector<Found> found_;
+  std::vector<raytrace::Ray> rays_;
+  Flags blocked_;
+};
+
+}  // namespace canyon::propagation
