@@ -134,7 +134,7 @@ void read_propagation(YamlSection& section, propagation::PropagationOptions& opt
   if (const auto model = section.choice("model", {"specular", "mirror"})) {
     options.model = *model == "mirror" ? propagation::Model::Mirror : propagation::Model::Specular;
   }
-  set(options.reflection_order, section.integer("reflection_order", 0, 1));
+  set(options.reflection_order, section.integer("reflection_order", 0, 2));
   set(options.max_range_m, section.number("max_range_m", {0, 100e3, true}));
   set_deg(options.max_incidence_rad, section.number("max_incidence_deg", {0, 90, true}));
   set(options.ground_reflection, section.boolean("ground_reflection"));

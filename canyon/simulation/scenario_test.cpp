@@ -386,6 +386,15 @@ void collect(const YAML::Node& node, const std::string& path, std::set<std::stri
   }
 }
 
+TEST(Scenario, TakesReflectionsUpToTheSecondOrder) {
+  const auto with = [](const std::string& order) {
+    return kMinimal + "propagation: {reflection_order: " + order + "}\n";
+  };
+  EXPECT_EQ(parse_scenario(with("2"), "s.yaml").receivers[0].propagation.reflection_order, 2);
+  EXPECT_EQ(parse_scenario(kMinimal, "s.yaml").receivers[0].propagation.reflection_order, 1);
+  for (const char* bad : {"3", "-1", "1.5"}) EXPECT_THAT(fault(with(bad)), HasSubstr("reflection_order"));
+}
+
 // Scenarios that together hold every key.
 std::vector<std::string> scenarios_with_every_key() {
   const std::string propagation =
