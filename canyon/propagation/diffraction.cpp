@@ -14,6 +14,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/propagation/knife_edge.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -21,10 +22,10 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Below this nu the approximation loses nothing (ITU-R P.526-15, 4.1).
-constexpr double kLeastNu = -0.78;
 /// Paths of one satellite nearer than this are one.
 constexpr double kSamePlace = 2e-3;  // m
+/// Faces must be free from the edge for this far; a quarter of the wavelength of L1.
+constexpr double kStep = 0.05;  // m
 /// A point is lifted by at most this many times the offset, where the faces enclose next to nothing.
 constexpr double kMostLift = 4;
 
@@ -32,8 +33,10 @@ constexpr double kMostLift = 4;
 struct Candidate {
   std::uint32_t satellite = 0;
   DiffractedPath path;
-  Vector3d lifted;      ///< the point, off the edge
-  double beyond_m = 0;  ///< that the leg to the antenna must be clear past the point
+  Vector3d lifted;  ///< the point, off the edge
+  double offset_m = 0;
+  const Edge* edge = nullptr;
+  const Isometry3d* enu_from_set = nullptr;  ///< null for the city
 };
 
 /// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
@@ -65,26 +68,10 @@ Vector3d lift(const Edge& edge, double offset_m) {
 
 }  // namespace
 
-double diffraction_loss_db(double nu) {
-  if (!(nu > kLeastNu)) return 0;
-  const double x = nu - 0.1;
-  return std::max(0.0, 6.9 + 20 * std::log10(std::sqrt(x * x + 1) + x));
-}
-
-double diffraction_nu_of_loss(double loss_db) {
-  assert(loss_db > 0.01);
-  // sqrt(x^2 + 1) + x = y has the root x = (y - 1 / y) / 2.
-  const double y = std::pow(10, (loss_db - 6.9) / 20);
-  return 0.1 + 0.5 * (y - 1 / y);
-}
-
-double diffraction_nu(double excess_m, double wavelength_m) {
-  assert(excess_m >= 0 && wavelength_m > 0);
-  return 2 * std::sqrt(excess_m / wavelength_m);
-}
-
 double DiffractionOptions::max_excess_m() const {
-  const double nu = diffraction_nu_of_loss(max_loss_db);
+  // J(nu) = 6.9 + 20 log10(y) with y = sqrt(x^2 + 1) + x, x = nu - 0.1, whose root is x = (y - 1 / y) / 2.
+  const double y = std::pow(10, (max_loss_db - 6.9) / 20);
+  const double nu = 0.1 + 0.5 * (y - 1 / y);
   return wavelength_m(*this) * nu * nu / 4;
 }
 
@@ -96,6 +83,7 @@ void DiffractionOptions::validate() const {
   check(max_bending_rad > 0 && max_bending_rad <= geodesy::kPi, "max_bending_rad",
         "an angle above 0 and up to pi", max_bending_rad);
   check(max_loss_db >= 7 && max_loss_db <= 100, "max_loss_db", "a number from 7 to 100", max_loss_db);
+  check(max_clear_nu >= 0 && max_clear_nu <= 100, "max_clear_nu", "a number from 0 to 100", max_clear_nu);
   check(max_paths >= 1 && max_paths <= 100, "max_paths", "a number from 1 to 100", max_paths);
   edges.validate();
 }
@@ -116,7 +104,7 @@ struct EdgeDiffraction::Impl {
         options(o),
         wavelength(wavelength_m(o)),
         shadow_excess(o.max_excess_m()),
-        lit_excess(wavelength * kLeastNu * kLeastNu / 4),
+        lit_excess(wavelength * o.max_clear_nu * o.max_clear_nu / 4),
         city(mesh, o.edges) {}
 
   const EdgeSet& edges_of(const raytrace::PlacedInstance& placed) const {
@@ -165,7 +153,7 @@ void EdgeDiffraction::Impl::find(const EdgeSet& set, raytrace::InstanceId instan
             at->bending_rad > options.max_bending_rad) {
           continue;
         }
-        const double nu = diffraction_nu(at->excess_m, wavelength);
+        const double nu = signed_knife_edge_nu(at->excess_m, wavelength, true);
 
         Candidate& c = s.candidates.emplace_back();
         c.satellite = static_cast<std::uint32_t>(i);
@@ -173,27 +161,43 @@ void EdgeDiffraction::Impl::find(const EdgeSet& set, raytrace::InstanceId instan
         c.path.arrival = (c.path.point - antenna) / at->leg_m;
         c.path.excess_m = at->excess_m;
         c.path.bending_rad = at->bending_rad;
-        c.path.nu = at->shadowed ? nu : -nu;
-        c.path.loss_db = diffraction_loss_db(blocked[i] ? nu : -nu);
+        c.path.nu = blocked[i] && at->shadowed ? nu : -nu;
+        c.path.loss_db = approximate_knife_edge_loss_db(blocked[i] ? nu : -nu);
         c.path.edge = s.near.edge[k];
         c.path.instance = instance;
         const double offset = scene->surface_offset_m(c.path.point) + edge.deviation_m;
         const Vector3d off = lift(edge, offset);
         c.lifted = c.path.point + (enu_from_set != nullptr ? Vector3d(enu_from_set->linear() * off) : off);
-        // Where a mesh has cut a wall without sharing vertices, the cut looks like a free edge of each part;
-        // rays that end there or begin there might pass. Going on for a bit they meet the other part.
-        c.beyond_m = edge.is_free() ? 2 * offset : 0;
+        c.offset_m = offset;
+        c.edge = &edge;
+        c.enu_from_set = enu_from_set;
       }
     }
   }
 }
 
+/// Both legs, and the air on the edge's faces: where another body goes on from there there is no edge. A seam
+/// of coplanar walls of two buildings looks like one of each, and a wall drawn as sheets that share no
+/// vertices like the free edges of its pieces.
 bool EdgeDiffraction::Impl::is_clear(const Vector3d& antenna, const Vector3d& direction,
                                      const Candidate& c) const {
   const Vector3d leg = c.lifted - antenna;
   const double range = leg.norm();
-  return !scene->occluded({antenna, leg / range, range + c.beyond_m}, scene->surface_offset_m(antenna)) &&
-         !scene->occluded({c.lifted, direction});
+  if (scene->occluded({antenna, leg / range, range}, scene->surface_offset_m(antenna)) ||
+      scene->occluded({c.lifted, direction})) {
+    return false;
+  }
+  const Edge& edge = *c.edge;
+  const auto turned = [&](const Vector3d& v) -> Vector3d {
+    return c.enu_from_set != nullptr ? Vector3d(c.enu_from_set->linear() * v) : v;
+  };
+  if (edge.is_free()) {
+    // Across the plane of the sheet, just beyond its rim.
+    const Vector3d across = turned(edge.normal[0]);
+    return !scene->occluded({c.lifted - 2 * c.offset_m * across, across, 4 * c.offset_m});
+  }
+  return !scene->occluded({c.lifted, turned(edge.normal[0].cross(edge.direction)), kStep}) &&
+         !scene->occluded({c.lifted, turned(edge.direction.cross(edge.normal[1])), kStep});
 }
 
 EdgeDiffraction::EdgeDiffraction(const city::Mesh& city, const raytrace::RayScene& scene,

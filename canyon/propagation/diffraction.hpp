@@ -12,25 +12,6 @@
 
 namespace canyon::propagation {
 
-/// Loss [dB] of a knife edge against free space: J(nu) = 6.9 + 20 log10(sqrt((nu - 0.1)^2 + 1) + nu - 0.1),
-/// 0 up to nu = -0.78 (ITU-R P.526-15, equation 31). 6.03 dB at grazing, nu = 0. Within 0.31 dB of the
-/// Fresnel integral (equation 30) from nu = -0.78 on; ripples of the lit side beyond that, up to 1.4 dB, are
-/// left out.
-[[nodiscard]] double diffraction_loss_db(double nu);
-
-/// The nu [-] whose diffraction_loss_db() is `loss_db`, in closed form. `loss_db` above 0.01 (asserted).
-[[nodiscard]] double diffraction_nu_of_loss(double loss_db);
-
-/// Fresnel-Kirchhoff parameter [-] without its sign: nu = 2 sqrt(excess / wavelength), for an excess path
-/// [m] >= 0 and a wavelength [m] > 0.
-///
-/// The phase of the way around the edge, 2 pi excess / wavelength, is the Fresnel integral's pi nu^2 / 2. For
-/// small angles that is P.526-15's equation 27, nu = theta sqrt(2 d / wavelength), the satellite at infinity;
-/// at any angle and on any cone it is the argument of Sommerfeld's half-plane (R. G. Kouyoumjian and
-/// P. H. Pathak, Proc. IEEE 62 (1974), 1448-1461, k L a with L = d sin^2(beta), a = 2 cos^2), which this
-/// therefore continues without P.526's limit of 12 deg.
-[[nodiscard]] double diffraction_nu(double excess_m, double wavelength_m);
-
 struct DiffractionOptions {
   /// Carrier [Hz], for nu and the loss; excess paths do not depend on it. [1e8, 1e11].
   double frequency_hz = 1575.42e6;  // L1, E1, B1C: IS-GPS-200, 3.3.1.1
@@ -42,13 +23,16 @@ struct DiffractionOptions {
   double max_bending_rad = 1.0471975511965976;  // 60 deg
   /// Largest loss [dB] of a path that is kept. GPS L1 C/A arrives with at least -128.5 dBm (IS-GPS-200,
   /// 3.3.1.6), and the most sensitive receivers track down to -160 to -167 dBm by their data sheets. At L1
-  /// 35 dB are an excess path of 7.9 m. [7, 100].
+  /// 35 dB are an excess path of 7.8 m. [7, 100].
   double max_loss_db = 35;
+  /// With the straight line clear, edges up to this |nu| [-] from it are given. Beyond 0.78 P.526-15 (4.1)
+  /// has no loss; up to 2, say, where edge_wave() is added to the direct signal (0.11 of it there). [0, 100].
+  double max_clear_nu = 0.78;
   /// Paths of one satellite that are kept, the strongest ones. [1, 100].
   int max_paths = 3;
   EdgeOptions edges;
 
-  /// Largest excess path [m] within max_loss_db: wavelength nu^2 / 4.
+  /// Largest excess path [m] within max_loss_db: wavelength nu^2 / 4 of the nu that loses so much.
   [[nodiscard]] double max_excess_m() const;
   /// Throws InputError naming the field and its bound.
   void validate() const;
@@ -60,7 +44,9 @@ struct DiffractedPath {
   Eigen::Vector3d arrival = Eigen::Vector3d::Zero();  ///< unit, from the antenna towards the point
   double excess_m = 0;                                ///< longer than the straight line by this much
   double bending_rad = 0;                             ///< between arrival and the direction to the satellite
-  double nu = 0;           ///< of the sign of EdgePoint::shadowed: positive in the edge's own shadow
+  /// Fresnel-Kirchhoff parameter (P.526-15, 4.1): positive where the edge's own faces stand in the blocked
+  /// straight line, else negative. PathGeometry::edge_nu.
+  double nu = 0;
   double loss_db = 0;      ///< see EdgeDiffraction::trace
   std::uint32_t edge = 0;  ///< of the instance's EdgeSet
   std::uint32_t instance = 0;
@@ -85,16 +71,20 @@ class EdgeDiffraction {
   /// path, at most options().max_paths each; result[i] belongs to directions[i]. `blocked[i]`: the straight
   /// line is, as RayScene::occluded() says. The antenna must be finite (InputError).
   ///
-  /// Where the straight line is blocked, a path is what arrives around the edge instead, weaker than free
-  /// space by J(|nu|): also around an edge that is not in the way itself (nu < 0), while something else is;
-  /// what an edge scatters depends on the distance from its shadow boundary, not on the side. Where it is
-  /// not blocked, paths are the edges within |nu| < 0.78 of it, and `loss_db` = J(-|nu|), from 0 to 6 dB, is
-  /// that of direct signal and edge together: it weakens the direct signal and is no signal of its own.
+  /// `loss_db` is the knife edge's J (approximate_knife_edge_loss_db()) at |nu| = 2 sqrt(excess / wavelength)
+  /// (signed_knife_edge_nu()): within 0.13 dB of the copolar part behind a thin, perfectly conducting
+  /// half-plane at any angle.
+  /// - Straight line blocked: J(|nu|), what arrives around the edge over free space. That holds for the edge
+  ///   that is in the way (nu > 0) and for one that is not, while something else is (nu < 0): what an edge
+  ///   scatters depends on the distance from its shadow boundary, not on the side.
+  /// - Straight line clear: J(-|nu|), 6 to 0 dB, of direct signal and edge together. It weakens the direct
+  ///   signal and is no signal of its own; that would be edge_wave(nu).
   ///
   /// Legs to the antenna and to the satellite are clear, cast from a point lifted off both faces by
   /// RayScene::surface_offset_m(); an antenna within twice that of a face's plane does not see that face.
-  /// Paths nearer to an edge's ends than that may be kept or missed. Paths at the same place (2 mm) of edges
-  /// drawn twice are one. Not modelled: ends of edges (corners) as scatterers, two edges in a row, edges and
+  /// Nothing else begins on the faces within 5 cm of the point: seams between coplanar walls are no edges,
+  /// and paths nearer to an edge's end than that may be missed. Paths at the same place (2 mm) of edges drawn
+  /// twice are one. Not modelled: ends of edges (corners) as scatterers, two edges in a row, edges and
   /// reflections.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<const bool> blocked, std::span<std::vector<DiffractedPath>> result) const;

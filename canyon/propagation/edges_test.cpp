@@ -15,6 +15,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/propagation/knife_edge.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -327,6 +328,12 @@ TEST(DiffractionPoint, IsWhereThePathIsShortest) {
     EXPECT_NEAR((at->point - start).cross(u).norm(), 0, 1e-9);
     EXPECT_NEAR(at->excess_m, length(least), 1e-9);
     EXPECT_NEAR(at->leg_m, (at->point - antenna).norm(), 1e-9);
+    // The same construction in other words.
+    const auto other = ray_around_edge(antenna, s, start, stop);
+    ASSERT_TRUE(other);
+    EXPECT_NEAR((other->point - at->point).norm(), 0, 1e-9);
+    EXPECT_NEAR(other->excess_m, at->excess_m, 1e-9);
+    EXPECT_NEAR(other->bend_rad, at->bending_rad, 1e-7);
     // Keller's cone: the leg and the way on make the same angle with the edge.
     const Vector3d leg = (at->point - antenna).normalized();
     EXPECT_NEAR(leg.dot(u), s.dot(u), 1e-12);
