@@ -1,0 +1,171 @@
+#include "canyon/validation/pseudorange_errors.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/receiver/atmosphere.hpp"
+#include "canyon/receiver/fix.hpp"
+#include "canyon/validation/statistics.hpp"
+
+namespace canyon::validation {
+namespace {
+
+using geodesy::GpsTime;
+using geodesy::kSpeedOfLight;
+using orbit::System;
+
+/// Beyond this no receiver's pseudorange lies, whatever its clock does [m].
+constexpr double kLongest_m = 1e12;
+
+void check_range(const char* field, double value, double low, double high, const char* unit) {
+  if (value >= low && value <= high) return;
+  throw InputError(fmt::format("{}: {} is out of range", field, value),
+                   fmt::format("it runs from {} to {}{}", low, high, unit));
+}
+
+/// A satellite when its signal left.
+struct Sent {
+  const ObservedSignal* signal = nullptr;
+  orbit::SatelliteState state;
+};
+
+Eigen::Vector3d antenna_ecef(const simulation::Pose& pose, const Eigen::Vector3d& lever_arm) {
+  const Eigen::Vector3d place = geodesy::ecef_from_geodetic(pose.position);
+  if (lever_arm.isZero(0)) return place;
+  const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
+  const Eigen::Vector3d enu(c * lever_arm.x() - s * lever_arm.y(), s * lever_arm.x() + c * lever_arm.y(),
+                            lever_arm.z());
+  return place + geodesy::enu_from_ecef_rotation(pose.position).transpose() * enu;
+}
+
+}  // namespace
+
+void ResidualOptions::validate() const {
+  check_range("elevation_mask_rad", elevation_mask_rad, 0, 1.5707, " rad");
+  if (!lever_arm_m.allFinite() || lever_arm_m.norm() > 100) {
+    throw InputError("lever_arm_m: is not finite or longer than 100 m", "give forward, left, up in metres");
+  }
+}
+
+std::vector<std::string> PseudorangeResiduals::warnings() const {
+  std::vector<std::string> lines;
+  const auto count = [&lines](std::size_t n, const char* what) {
+    if (n > 0) lines.push_back(fmt::format("{} {}", n, what));
+  };
+  count(epochs_outside_truth, "epochs outside the truth's span left out");
+  count(without_pseudorange, "signals without a pseudorange left out");
+  count(below_mask, "pseudoranges of satellites below the mask left out");
+  for (const auto& [id, n] : without_ephemeris) {
+    lines.push_back(
+        fmt::format("{} pseudoranges of {} left out: no valid ephemeris", n, orbit::to_string(id)));
+  }
+  return lines;
+}
+
+PseudorangeResiduals pseudorange_residuals(std::span<const ObservationEpoch> epochs,
+                                           const simulation::Trajectory& truth, const orbit::Sky& sky,
+                                           const std::map<System, orbit::Klobuchar>& klobuchar,
+                                           const ResidualOptions& options) {
+  options.validate();
+  PseudorangeResiduals result;
+  std::vector<Sent> sent;
+  std::vector<PseudorangeResidual> row;
+  std::vector<double> values;
+  for (std::size_t index = 0; index < epochs.size(); ++index) {
+    const ObservationEpoch& recorded = epochs[index];
+    sent.clear();
+    std::size_t missing = 0;
+    std::vector<orbit::SatelliteId> unknown;
+    for (const ObservedSignal& signal : recorded.signals) {
+      if (!signal.pseudorange_m || !(std::abs(*signal.pseudorange_m) < kLongest_m)) {
+        ++missing;
+        continue;
+      }
+      // The satellite's own clock showed tag - P / c when the signal left (docs/receiver.md, Fix).
+      const GpsTime shown = recorded.receiver_time - *signal.pseudorange_m / kSpeedOfLight;
+      std::optional<orbit::SatelliteState> state = sky.state(signal.id, shown);
+      if (state) state = sky.state(signal.id, shown - (state->clock_bias_s - state->group_delay_s));
+      if (state) {
+        sent.push_back({&signal, *state});
+      } else {
+        unknown.push_back(signal.id);
+      }
+    }
+
+    ResidualEpoch epoch;
+    epoch.recorded = index;
+    epoch.receiver_time = recorded.receiver_time;
+    epoch.reception = recorded.receiver_time;
+    epoch.first = result.observations.size();
+    // The first pass finds the clock, and with it when the antenna was where; a metre of either is nothing to
+    // the other, so that two passes settle it.
+    std::size_t low = 0;
+    for (int pass = 0; pass < 3; ++pass) {
+      const simulation::Pose pose = truth.at(epoch.reception);
+      epoch.antenna_ecef = antenna_ecef(pose, options.lever_arm_m);
+      epoch.antenna = geodesy::geodetic_from_ecef(epoch.antenna_ecef);
+      const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(epoch.antenna);
+      row.clear();
+      values.clear();
+      low = 0;
+      for (const Sent& s : sent) {
+        Eigen::Vector3d line = s.state.position_m - epoch.antenna_ecef;
+        for (int i = 0; i < 3; ++i) {
+          line = orbit::rotate_earth(s.state.position_m, line.norm() / kSpeedOfLight) - epoch.antenna_ecef;
+        }
+        const double range = line.norm();
+        PseudorangeResidual o;
+        o.epoch = result.epochs.size();
+        o.id = s.signal->id;
+        o.code = s.signal->code;
+        o.pseudorange_m = *s.signal->pseudorange_m;
+        o.cn0_dbhz = s.signal->cn0_dbhz;
+        o.cn0_from_indicator = s.signal->cn0_from_indicator;
+        o.direction_ecef = line / range;
+        const auto look = geodesy::azimuth_elevation_from_enu(enu_from_ecef * o.direction_ecef);
+        o.azimuth_rad = look.azimuth_rad;
+        o.elevation_rad = look.elevation_rad;
+        if (o.elevation_rad <= 0 || o.elevation_rad < options.elevation_mask_rad) {
+          ++low;
+          continue;
+        }
+        double delay = 0;
+        if (options.ionosphere) {
+          delay += receiver::klobuchar_delay_m(receiver::klobuchar_of(klobuchar, o.id.system),
+                                               recorded.receiver_time, epoch.antenna, o.azimuth_rad,
+                                               o.elevation_rad, s.state.carrier_frequency_hz);
+        }
+        if (options.troposphere) delay += receiver::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);
+        const double clock_s = s.state.clock_bias_s - s.state.group_delay_s;
+        // Ranges first: they are alike, and their difference keeps its digits.
+        o.residual_m = (o.pseudorange_m - range) + kSpeedOfLight * clock_s - delay;
+        row.push_back(o);
+        values.push_back(o.residual_m);
+      }
+      if (row.empty()) break;
+      const GpsTime reception = recorded.receiver_time - *median(values) / kSpeedOfLight;
+      const bool settled = std::abs(reception - epoch.reception) < 1e-6;
+      epoch.reception = reception;
+      if (settled) break;
+    }
+    if (epoch.reception < truth.begin() || epoch.reception > truth.end()) {
+      ++result.epochs_outside_truth;
+      continue;
+    }
+    result.without_pseudorange += missing;
+    result.below_mask += low;
+    for (const orbit::SatelliteId id : unknown) ++result.without_ephemeris[id];
+    if (row.empty()) continue;
+    epoch.count = row.size();
+    result.observations.insert(result.observations.end(), row.begin(), row.end());
+    result.epochs.push_back(epoch);
+  }
+  return result;
+}
+
+}  // namespace canyon::validation
