@@ -165,23 +165,23 @@ Correlation::Correlation(const CorrelationOptions& options) : options_(options) 
 }
 
 double Correlation::filtered(double delay_chips) const {
-  const int last = static_cast<int>(knot_values_.size()) - 1;
+  double knot = -1;
   double sum = 0;
-  for (int k = -last; k <= last; ++k) {
-    const double x = delay_chips - k * knot_spacing_;
+  for (const double jump : jumps_) {
+    const double x = delay_chips - knot;
     const double phase = kPi * bandwidth_ * x;
-    sum += jumps_[static_cast<std::size_t>(k + last)] *
-           (x * sine_integral(phase) / kPi + std::cos(phase) / (kPi * kPi * bandwidth_));
+    sum += jump * (x * sine_integral(phase) / kPi + std::cos(phase) / (kPi * kPi * bandwidth_));
+    knot += knot_spacing_;
   }
   return sum;
 }
 
 double Correlation::filtered_slope(double delay_chips) const {
-  const int last = static_cast<int>(knot_values_.size()) - 1;
+  double knot = -1;
   double sum = 0;
-  for (int k = -last; k <= last; ++k) {
-    sum += jumps_[static_cast<std::size_t>(k + last)] *
-           sine_integral(kPi * bandwidth_ * (delay_chips - k * knot_spacing_)) / kPi;
+  for (const double jump : jumps_) {
+    sum += jump * sine_integral(kPi * bandwidth_ * (delay_chips - knot)) / kPi;
+    knot += knot_spacing_;
   }
   return sum;
 }
@@ -196,8 +196,8 @@ double Correlation::value(double delay_chips) const {
     return knot_values_[i] + t * (knot_values_[i + 1] - knot_values_[i]);
   }
   const double position = a / step_;
-  const auto last = static_cast<double>(table_.size() / 2 - 1);
-  if (!(position < last)) return filtered(a);
+  const std::size_t last = table_.size() / 2 - 1;
+  if (!(position < static_cast<double>(last))) return filtered(a);
   const auto i = static_cast<std::size_t>(position);
   const double t = position - static_cast<double>(i);
   const double* p = table_.data() + 2 * i;
@@ -219,8 +219,8 @@ double Correlation::slope(double delay_chips) const {
     return sign * rise(i);
   }
   const double position = a / step_;
-  const auto last = static_cast<double>(table_.size() / 2 - 1);
-  if (!(position < last)) return sign * filtered_slope(a);
+  const std::size_t last = table_.size() / 2 - 1;
+  if (!(position < static_cast<double>(last))) return sign * filtered_slope(a);
   const auto i = static_cast<std::size_t>(position);
   const double t = position - static_cast<double>(i);
   const double* p = table_.data() + 2 * i;

@@ -14,8 +14,8 @@ struct SignalLockOptions {
   /// -148 dBm (data sheet UBX-15031506), over -174 dBm/Hz of thermal noise.
   double acquisition_threshold_dbhz = 26;
   /// A tracked signal is kept at this C/N0 or above [dB-Hz]; at most the acquisition threshold: the
-  /// difference is the hysteresis. Default: where the noise of a 2 Hz loop with 1 chip spacing and 20 ms
-  /// reaches a third of its pull-in range (Kaplan & Hegarty, 2nd ed. 2006, figure 5.28 c).
+  /// difference is the hysteresis. Default: where three sigma of the noise of a 2 Hz loop with 1 chip spacing
+  /// and 20 ms reach half the spacing (Kaplan & Hegarty, 2nd ed. 2006, equation 5.21 and figure 5.28 c).
   double tracking_threshold_dbhz = 18;
   /// From a signal's appearance to its first measurement where nothing is known of it [s], >= 0: search and
   /// ephemeris. Default: cold start of the same data sheet.
