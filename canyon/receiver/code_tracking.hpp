@@ -31,8 +31,8 @@ struct DllOptions {
   /// From early to late [chips], (0, 1]; of the inner pair for DoubleDelta, (0, 0.5]. 1 is the standard, 0.1
   /// the narrow correlator (van Dierendonck, Fenton & Ford, Navigation 39(3), 1992).
   double spacing_chips = 0.5;
-  /// One-sided noise bandwidth Bn [Hz], (0, 50]. A carrier-aided code loop has 0.1 to some Hz (Kaplan &
-  /// Hegarty, 2nd ed. 2006, section 5.5).
+  /// One-sided noise bandwidth Bn [Hz], (0, 50]. Carrier-aided code loops are narrow: Kaplan & Hegarty (2nd
+  /// ed. 2006, figure 5.28) show 0.2 and 2 Hz.
   double loop_bandwidth_hz = 1;
   /// Coherent integration T [s], (0, 10]; Bn T below 0.5. A bit of GPS L1 C/A takes 20 ms.
   double integration_s = 0.02;

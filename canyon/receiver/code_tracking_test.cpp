@@ -45,8 +45,7 @@ double error_chips(const CodeTracker& tracker, double alpha, double delay) {
 
 /// Envelope of early minus late, infinite bandwidth, BPSK: with R = 1 - |tau| the discriminator of one path
 /// is 2 tau to half the spacing d, d to 1 - d/2, and falls to 0 at 1 + d/2. Its zero with two paths, piece by
-/// piece (the textbook envelope, e.g. van Dierendonck, Fenton & Ford 1992, figures 8 and 9; Misra & Enge,
-/// Global Positioning System, section on code multipath):
+/// piece (the trapezoid of the textbooks, its height alpha d / 2):
 ///   alpha delay / (1 + alpha)                        to delay = (1 + alpha) d / 2
 ///   alpha d / 2                                      to delay = 1 - d / 2 + alpha d / 2
 ///   alpha (1 + d / 2 - delay) / (2 - alpha)          to delay = 1 + d / 2; then 0
@@ -100,6 +99,19 @@ TEST(CodeTracker, MaximaInMetres) {
       largest = std::max(largest, error_chips(loop, 0.5, delay) * loop.correlation().chip_m());
     }
     EXPECT_NEAR(largest, expected, 1e-3);
+  }
+}
+
+TEST(CodeTracker, FasterChipsErrLess) {
+  // alpha d / 2 chips of c / 10.23e6 = 29.305 m: 7.326 m with d = 1; B1I: 36.63 m.
+  for (const auto& [rate, expected] :
+       std::vector<std::pair<double, double>>{{10.23e6, 7.3263}, {2.046e6, 36.632}}) {
+    CorrelationOptions signal;
+    signal.chip_rate_hz = rate;
+    DllOptions loop;
+    loop.spacing_chips = 1;
+    EXPECT_NEAR(error_chips(CodeTracker(signal, loop), 0.5, 0.75) * Correlation(signal).chip_m(), expected,
+                1e-3);
   }
 }
 

@@ -26,9 +26,9 @@ Correlation correlation(Modulation modulation, double bandwidth_chips = kInfinit
   return Correlation(options);
 }
 
-/// Power spectral density of unit area over frequency in chip rates, textbook forms: sinc^2, and sinc^2(f)
-/// tan^2(pi f / 2m) for BOC(m,1) (Betz, Navigation 48(4), 2001, equation 2, as an even number 2m of half
-/// periods); CBOC adds the cross spectrum of both pulses, each the transform of its square wave.
+/// Power spectral density of unit area over frequency in chip rates: sinc^2(f) for BPSK and sinc^2(f)
+/// tan^2(pi f / 2) for sine-phased BOC(1,1), the textbook forms; for the others the square of the sum of both
+/// subcarriers' transforms, of `half_periods` rectangles each.
 std::complex<double> boc_transform(int half_periods, double f) {
   std::complex<double> sum;
   const double width = 1.0 / half_periods;
