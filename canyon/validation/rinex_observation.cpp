@@ -8,6 +8,7 @@
 
 #include "canyon/base/text.hpp"
 #include "canyon/validation/line_stream.hpp"
+#include "canyon/validation/rinex_observation_fields.hpp"
 #include "canyon/validation/rinex_observation_header.hpp"
 
 namespace canyon::validation {
@@ -15,7 +16,14 @@ namespace {
 
 using orbit::SatelliteId;
 using orbit::System;
+using rinex::epoch_line2;
+using rinex::epoch_line3;
+using rinex::EpochLine;
+using rinex::Field;
 using rinex::HeaderRecords;
+using rinex::is_blank;
+using rinex::is_digit;
+using rinex::parse_field;
 
 // A file that is damaged throughout says so in so many lines and a count.
 constexpr std::size_t kListedDamages = 20;
@@ -23,50 +31,6 @@ constexpr std::size_t kListedDamages = 20;
 constexpr std::size_t kField = 16;
 constexpr std::size_t kFieldsPerLine2 = 5;
 constexpr std::size_t kSatellitesPerLine2 = 12;
-
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
-
-bool is_blank(std::string_view text) {
-  return text.find_first_not_of(' ') == std::string_view::npos;
-}
-
-enum class Field : std::uint8_t { Blank, Number, Bad };
-
-/// Digits with one point, as RINEX writes numbers: exact to the last bit up to 15 digits, being the quotient
-/// of two integers that doubles hold. Anything else is parse_double()'s.
-Field parse_field(std::string_view text, double& value) {
-  static constexpr double kPowers[] = {1,   1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                       1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
-  std::size_t i = 0;
-  while (i < text.size() && text[i] == ' ') ++i;
-  if (i == text.size()) return Field::Blank;
-  const std::size_t begin = i;
-  const bool negative = text[i] == '-';
-  if (negative) ++i;
-  std::int64_t mantissa = 0;
-  int digits = 0, decimals = -1;
-  for (; i < text.size() && digits <= 15; ++i) {
-    if (is_digit(text[i])) {
-      mantissa = 10 * mantissa + (text[i] - '0');
-      ++digits;
-      if (decimals >= 0) ++decimals;
-    } else if (text[i] == '.' && decimals < 0) {
-      decimals = 0;
-    } else {
-      break;
-    }
-  }
-  if (digits > 0 && digits <= 15 && is_blank(text.substr(i))) {
-    value = static_cast<double>(negative ? -mantissa : mantissa) / kPowers[std::max(decimals, 0)];
-    return Field::Number;
-  }
-  const auto parsed = parse_double(text.substr(begin));
-  if (!parsed) return Field::Bad;
-  value = *parsed;
-  return Field::Number;
-}
 
 /// "G05" as orbit::parse_satellite() reads it, in capitals only.
 std::optional<SatelliteId> satellite(std::string_view text) {
@@ -85,13 +49,6 @@ struct Columns {
   std::array<char, 3> code{};
   std::array<int, 4> at{-1, -1, -1, -1};  ///< pseudorange, phase, Doppler, C/N0
   std::array<double, 4> factor{1, 1, 1, 1};
-};
-
-struct EpochLine {
-  int flag = 0;
-  std::size_t count = 0;  ///< satellites, or records of an event
-  std::optional<geodesy::GpsTime> time;
-  std::optional<double> clock_offset_s;
 };
 
 }  // namespace
@@ -155,6 +112,8 @@ struct RinexObservationReader::Impl {
   }
 
   [[nodiscard]] bool version2() const { return records.major() == 2; }
+
+  [[nodiscard]] const std::string& time_system() const { return records.header().time_system; }
 
   void damaged(int line, std::string_view what) {
     ++report.damaged;
@@ -244,7 +203,8 @@ struct RinexObservationReader::Impl {
     bool lost = false;  // behind a damaged epoch line: what follows belongs to it
     while (const auto line = lines.next()) {
       if (is_blank(*line)) continue;
-      const std::optional<EpochLine> parsed = version2() ? epoch_line2(*line) : epoch_line3(*line);
+      const std::optional<EpochLine> parsed =
+          version2() ? epoch_line2(*line, time_system()) : epoch_line3(*line, time_system());
       if (!parsed) {
         if (!lost || (!version2() && line->front() == '>')) {
           damaged(lines.line(), "no epoch line, with all that follows to the next one");
@@ -289,63 +249,12 @@ struct RinexObservationReader::Impl {
     return later;
   }
 
-  /// Flag and count; the time too, unless an event leaves it out.
-  [[nodiscard]] std::optional<EpochLine> epoch_fields(std::string_view line, std::size_t date,
-                                                      std::size_t year_width, std::size_t seconds_at,
-                                                      std::size_t flag_at, std::size_t clock_at,
-                                                      std::size_t clock_width) const {
-    EpochLine result;
-    const std::string_view flag = column(line, flag_at, 1);
-    const auto count = parse_integer(column(line, flag_at + 1, 3));
-    if (flag.empty() || flag[0] < '0' || flag[0] > '6' || !count || *count < 0) return std::nullopt;
-    result.flag = flag[0] - '0';
-    result.count = static_cast<std::size_t>(*count);
-    const std::string_view stamp = column(line, date, flag_at - date);
-    const bool event = result.flag >= 2 && result.flag <= 5;
-    if (is_blank(stamp)) return event ? std::optional(result) : std::nullopt;
-    long long fields[5];
-    std::size_t at = date;
-    for (std::size_t i = 0; i < 5; ++i) {
-      const std::size_t width = i == 0 ? year_width : 3;
-      const auto value = parse_integer(column(line, at, width));
-      if (!value || *value < 0 || *value > 9999) return std::nullopt;
-      fields[i] = *value;
-      at += width;
-    }
-    double seconds = 0;
-    if (parse_field(column(line, seconds_at, 11), seconds) != Field::Number) return std::nullopt;
-    result.time = rinex::gps_time(rinex::full_year(static_cast<int>(fields[0])), static_cast<int>(fields[1]),
-                                  static_cast<int>(fields[2]), static_cast<int>(fields[3]),
-                                  static_cast<int>(fields[4]), seconds, records.header().time_system);
-    if (!result.time) return std::nullopt;
-    double offset = 0;
-    if (!event && parse_field(column(line, clock_at, clock_width), offset) == Field::Number) {
-      result.clock_offset_s = offset;
-    }
-    return result;
-  }
-
-  /// 1X,I2.2,4(1X,I2),F11.7,2X,I1,I3,12(A1,I2),F12.9
-  [[nodiscard]] std::optional<EpochLine> epoch_line2(std::string_view line) const {
-    // The point of a satellite's first observation stands where an epoch line has a digit of the hour.
-    if (line.size() < 29 || line[0] != ' ' || line[3] != ' ' || line[6] != ' ' || line[9] != ' ' ||
-        line[12] != ' ' || !is_blank(line.substr(26, 2))) {
-      return std::nullopt;
-    }
-    return epoch_fields(line, 1, 2, 15, 28, 68, 12);
-  }
-
-  /// '>',1X,I4,4(1X,I2.2),F11.7,2X,I1,I3,6X,F15.12
-  [[nodiscard]] std::optional<EpochLine> epoch_line3(std::string_view line) const {
-    if (line.empty() || line[0] != '>') return std::nullopt;
-    return epoch_fields(line, 2, 4, 18, 31, 41, 15);
-  }
-
   void read_event(std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       const auto line = lines.next();
       if (!line) return damaged(lines.line(), "the file ends within an event");
-      if (version2() ? epoch_line2(*line).has_value() : !line->empty() && line->front() == '>') {
+      if (version2() ? epoch_line2(*line, time_system()).has_value()
+                     : !line->empty() && line->front() == '>') {
         damaged(lines.line(), "an event has fewer records than it says");
         lines.unread();
         break;
@@ -422,7 +331,7 @@ struct RinexObservationReader::Impl {
     for (std::size_t i = 0; i < needed; ++i) {
       const auto line = lines.next();
       if (!line) return false;
-      if (epoch_line2(*line)) {
+      if (epoch_line2(*line, time_system())) {
         lines.unread();
         return false;
       }

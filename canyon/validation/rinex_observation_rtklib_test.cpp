@@ -9,7 +9,7 @@
 
 #include "canyon/validation/rinex_observation.hpp"
 #include "tests/support/observation_text.hpp"
-#include "tests/support/rtklib.hpp"
+#include "tests/support/rtklib_observations.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 
@@ -20,73 +20,31 @@ int showmsg(const char*, ...) {
 }
 void settspan(RtklibTime, RtklibTime) {}
 void settime(RtklibTime) {}
-
-/// obsd_t of Debian's build, which keeps eight frequencies. The test would not agree with a wrong layout.
-struct RtklibObservation {
-  RtklibTime time;
-  unsigned char sat, rcv;
-  std::uint16_t snr[8];  ///< [0.001 dB-Hz]
-  unsigned char lli[8], code[8];
-  double phase[8], range[8];
-  float doppler[8];
-};
-struct RtklibObservations {
-  int n, nmax;
-  RtklibObservation* data;
-};
 }
 
 namespace canyon::validation {
 namespace {
 
-using geodesy::GpsTime;
-using orbit::SatelliteId;
-using orbit::System;
-
-static_assert(sizeof(RtklibObservation) == 216);
-
-int rtklib_satellite(SatelliteId id) {
-  switch (id.system) {
-    case System::GPS:
-      return satno(0x01, id.number);
-    case System::GLONASS:
-      return satno(0x04, id.number);
-    case System::Galileo:
-      return satno(0x08, id.number);
-    case System::QZSS:
-      return satno(0x10, id.number + 192);
-    case System::BeiDou:
-      return satno(0x20, id.number);
-  }
-  return 0;
-}
-
-GpsTime gps_time(RtklibTime t) {
-  constexpr std::int64_t kUnixOfGpsEpoch = 315'964'800;  // `date -u -d 1980-01-06 +%s`
-  return GpsTime::from_nanoseconds((t.time - kUnixOfGpsEpoch) * GpsTime::kNanosecondsPerSecond +
-                                   std::llround(t.sec * 1e9));
-}
-
 /// Compares all observations of a file; the number compared.
 std::size_t compare(const std::filesystem::path& path) {
-  RtklibObservations theirs{};
+  test::RtklibObservations theirs{};
   EXPECT_EQ(readrnx(path.c_str(), 1, "", &theirs, nullptr, nullptr), 1);
-  std::map<std::pair<std::int64_t, int>, const RtklibObservation*> index;
+  std::map<std::pair<std::int64_t, int>, const test::RtklibObservation*> index;
   for (int i = 0; i < theirs.n; ++i) {
-    const RtklibObservation& o = theirs.data[i];
-    index[{gps_time(o.time).nanoseconds(), o.sat}] = &o;
+    const test::RtklibObservation& o = theirs.data[i];
+    index[{test::gps_time(o.time).nanoseconds(), o.sat}] = &o;
   }
   const auto ours = read_rinex_observations(path);
   EXPECT_EQ(ours.report.damaged, 0U);
   std::size_t compared = 0;
   for (const ObservationEpoch& epoch : ours.epochs) {
     for (const ObservedSignal& s : epoch.signals) {
-      const auto at = index.find({epoch.receiver_time.nanoseconds(), rtklib_satellite(s.id)});
+      const auto at = index.find({epoch.receiver_time.nanoseconds(), test::rtklib_satellite(s.id)});
       if (at == index.end()) {
         ADD_FAILURE() << orbit::to_string(s.id) << " of line " << epoch.line << " is not RTKLIB's";
         continue;
       }
-      const RtklibObservation& o = *at->second;
+      const test::RtklibObservation& o = *at->second;
       EXPECT_EQ(s.pseudorange_m.value_or(0), o.range[0]);
       EXPECT_EQ(s.carrier_phase_cycles.value_or(0), o.phase[0]);
       EXPECT_EQ(static_cast<float>(s.doppler_hz.value_or(0)), o.doppler[0]);
