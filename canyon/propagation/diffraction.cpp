@@ -33,7 +33,7 @@ constexpr double kMostLift = 4;
 struct Candidate {
   std::uint32_t satellite = 0;
   DiffractedPath path;
-  Vector3d lifted;  ///< the point, off the edge
+  Vector3d lifted = Vector3d::Zero();  ///< the point, off the edge
   double offset_m = 0;
   const Edge* edge = nullptr;
   const Isometry3d* enu_from_set = nullptr;  ///< null for the city

@@ -18,7 +18,7 @@ struct DiffractionOptions {
   /// Reach [m] of the leg from the antenna to the edge. (0, 100,000].
   double max_range_m = 300;
   /// Largest angle [rad] between the leg and the direction to the satellite. Deeper in the shadow of a
-  /// right-angled wedge the knife edge loses over 2.4 dB more than the wedge does (docs/diffraction.md).
+  /// right-angled wedge the knife edge loses over 2.3 dB more than the wedge does (docs/diffraction.md).
   /// (0, pi].
   double max_bending_rad = 1.0471975511965976;  // 60 deg
   /// Largest loss [dB] of a path that is kept. GPS L1 C/A arrives with at least -128.5 dBm (IS-GPS-200,

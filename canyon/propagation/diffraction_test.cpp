@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <random>
 #include <thread>
@@ -328,25 +329,74 @@ TEST(EdgeDiffraction, LegsOfRandomPathsAreClear) {
   EXPECT_GT(paths_found, 100u);
 }
 
-TEST(EdgeDiffraction, ACutThroughAWallIsNoEdge) {
-  // A wall drawn as sheets that share no vertices: its cuts look like free edges, and let nothing through.
+/// Turns by an angle that leaves no coordinate a round number.
+Vector3d askew(const Vector3d& v) {
+  return Eigen::AngleAxisd(0.5432, Vector3d::UnitZ()) * v;
+}
+
+/// A wall of 200 m and 40 m height at y = 10, all askew, whose sheets share no edges: their cuts look like
+/// free edges.
+void append_wall_in_pieces(Mesh& mesh) {
+  for (int i = 0; i < 20; ++i) {
+    append_sheet(mesh, askew({-100.0 + 10 * i, 10, -1.0 - i % 2}), askew({10, 0, 0}), {0, 0, 16.0 + i % 2});
+  }
+  append_sheet(mesh, askew({-100, 10, 15}), askew({200, 0, 0}), {0, 0, 25});
+}
+
+/// Whether a path goes through or along append_wall_in_pieces() other than around its outline.
+bool at_a_cut(const DiffractedPath& path) {
+  const Vector3d point = Eigen::AngleAxisd(-0.5432, Vector3d::UnitZ()) * path.point;
+  return std::abs(point.y() - 10) < 1e-6 && point.z() < 40 - 1e-6 && std::abs(point.x()) < 100 - 1e-6;
+}
+
+TEST(EdgeDiffraction, ACutThroughAWallLetsNothingThrough) {
   Mesh mesh;
-  for (int i = 0; i < 20; ++i) append_sheet(mesh, {-100.0 + 10 * i, 10, 0}, {10, 0, 0}, {0, 0, 15});
-  append_sheet(mesh, {-100, 10, 15}, {200, 0, 0}, {0, 0, 25});
+  append_wall_in_pieces(mesh);
   const World world(mesh);
   std::mt19937 random(2);
   std::uniform_real_distribution<double> place(-50, 50), azimuth(-70, 70), elevation(2, 60);
   std::size_t hidden = 0;
   for (int i = 0; i < 2000; ++i) {
-    const Vector3d antenna(place(random), 0, 2), s = direction(azimuth(random), elevation(random));
+    const Vector3d antenna = askew({place(random), 0, 2}),
+                   s = askew(direction(azimuth(random), elevation(random)));
     if (!world.blocked(antenna, s)) continue;
     ++hidden;
     for (const DiffractedPath& path : world.trace(antenna, s)) {
-      EXPECT_TRUE(path.point.z() > 40 - 1e-6 || std::abs(path.point.x()) > 100 - 1e-6)
-          << path.point.transpose();
+      EXPECT_FALSE(at_a_cut(path)) << path.point.transpose();
     }
   }
   EXPECT_GT(hidden, 500u);
+}
+
+TEST(EdgeDiffraction, ACutThroughAWallScattersNothing) {
+  // The same wall seen along, satellites in front of it hidden by a sign: legs to the cuts are clear.
+  Mesh mesh;
+  append_wall_in_pieces(mesh);
+  append_sheet(mesh, askew({1, -1, 0}), askew({0, 2, 0}), {0, 0, 30});
+  const World world(mesh);
+  for (double elevation_deg = 2; elevation_deg < 60; elevation_deg += 0.3) {
+    const Vector3d antenna = askew({0.3, 0, 2}), s = askew(direction(95, elevation_deg));
+    ASSERT_TRUE(world.blocked(antenna, s));
+    for (const DiffractedPath& path : world.trace(antenna, s)) {
+      EXPECT_FALSE(at_a_cut(path)) << path.point.transpose();
+    }
+  }
+}
+
+TEST(EdgeDiffraction, AnEdgeDrawnTwiceGivesOnePath) {
+  // A wall in pieces below a roof in one: no vertices in common but the ends, two free edges at one place.
+  Mesh mesh;
+  for (int i = 0; i < 3; ++i) append_sheet(mesh, {-30.0 + 20 * i, 10, 0}, {20, 0, 0}, {0, 0, 22});
+  append_sheet(mesh, {-30, 10, 22}, {60, 0, 0}, {0, 20, 0});
+  const World world(mesh);
+  const Vector3d antenna(3, 0, 2);
+  const auto paths = world.trace(antenna, direction(0, 40));
+  EXPECT_EQ(std::count_if(paths.begin(), paths.end(),
+                          [](const DiffractedPath& p) { return std::abs(p.point.z() - 22) < 1e-6; }),
+            1);
+  const double e = radians(40);
+  ASSERT_GE(paths.size(), 1u);
+  EXPECT_NEAR(paths[0].excess_m, std::hypot(10, 20) - (10 * std::cos(e) + 20 * std::sin(e)), 1e-9);
 }
 
 TEST(EdgeDiffraction, ASeamOfCoplanarWallsIsNoEdge) {

@@ -50,12 +50,12 @@ struct Face {
   double angle = 0;       ///< of its plane about the edge
   bool ascending = true;  ///< its front is where angles grow
   std::uint32_t triangle = 0;
-  Vector3d normal;  ///< unit, front
+  Vector3d normal = Vector3d::UnitZ();  ///< unit, front
 };
 
 /// An edge between two vertices, before merging.
 struct Piece {
-  std::uint32_t from, to;  ///< welded vertices
+  std::uint32_t from = 0, to = 0;  ///< welded vertices
   Edge edge;
 
   [[nodiscard]] Piece reversed() const {

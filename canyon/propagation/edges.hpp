@@ -21,8 +21,9 @@ struct Edge {
   Eigen::Vector3d start = Eigen::Vector3d::Zero();       ///< [m]
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< unit
   double length_m = 0;
-  double exterior_rad = 0;                             ///< of air between the faces, (pi, 2 pi]
-  std::array<Eigen::Vector3d, 2> normal;               ///< unit, of the faces, into the air
+  double exterior_rad = 0;  ///< of air between the faces, (pi, 2 pi]
+  std::array<Eigen::Vector3d, 2> normal{Eigen::Vector3d::UnitZ(),
+                                        Eigen::Vector3d::UnitZ()};  ///< unit, of the faces, into the air
   Eigen::Vector3d outward = Eigen::Vector3d::UnitZ();  ///< unit, halves the air between the faces
   std::array<std::uint32_t, 2> triangle{};  ///< one of each face's at the edge; equal for a free edge
   double deviation_m = 0;                   ///< of the farthest vertex from the straight line
@@ -33,9 +34,9 @@ struct Edge {
 
 /// The way of a plane wave around an edge.
 struct EdgePoint {
-  Eigen::Vector3d point;   ///< on the edge
-  double leg_m = 0;        ///< from the antenna to the point, above 0
-  double excess_m = 0;     ///< longer than the straight line, at least 0
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< on the edge
+  double leg_m = 0;                                 ///< from the antenna to the point, above 0
+  double excess_m = 0;                              ///< longer than the straight line, at least 0
   double bending_rad = 0;  ///< between the leg and the direction to the satellite, [0, pi]
   bool shadowed = false;   ///< the edge's own faces, were they endless, stand in the straight line
 };

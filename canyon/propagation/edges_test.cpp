@@ -6,16 +6,19 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <random>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/mesh_file.hpp"
 #include "canyon/city/primitive_meshes.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/propagation/knife_edge.hpp"
+#include "tests/support/shared_data.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -253,6 +256,20 @@ TEST(EdgeSet, EveryEdgeOfASphereTurnsAsItsNormalsDo) {
   for (const Edge& e : set.edges()) {
     EXPECT_NEAR(e.exterior_rad - kPi, std::acos(std::clamp(e.normal[0].dot(e.normal[1]), -1.0, 1.0)), 1e-9);
   }
+}
+
+TEST(EdgeSet, OfARealCityHangsTogether) {
+  CANYON_SHARED_DATA(file, "hongkong/buildings.dae");
+  const city::City city = city::read_mesh_city(file, {});
+  const EdgeSet set(city.mesh);
+  expect_consistent(set);
+  EXPECT_GT(set.edges().size(), 5000u);
+  // Nearly all of its edges have two faces.
+  const auto free =
+      std::count_if(set.edges().begin(), set.edges().end(), [](const Edge& e) { return e.is_free(); });
+  std::printf("%zu edges, %ld of them free, %.0f m\n", set.edges().size(), static_cast<long>(free),
+              total_length(set));
+  EXPECT_LT(static_cast<double>(free), 0.05 * static_cast<double>(set.edges().size()));
 }
 
 TEST(EdgeOptions, NameTheFieldThatIsWrong) {
