@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <vector>
 
+#include "canyon/propagation/direction_bins.hpp"
 #include "canyon/propagation/facets.hpp"
 
 namespace canyon::propagation {
@@ -44,9 +46,21 @@ class BeamIndex {
   /// The blocks that begin within `reach_m` of the antenna.
   void gather(const Eigen::Vector3d& antenna, double reach_m, Blocks& out) const;
 
-  /// Indices of the facets in `blocks` whose sphere meets the beam beyond its window and within its reach,
-  /// and whose front the apex sees. Never misses one; those that only come close may be among them.
-  void find(const Beam& beam, Blocks& blocks, std::vector<std::uint32_t>& out) const;
+  /// A facet and the directions (of one group of the bins) from which it may reflect into a beam.
+  struct Match {
+    std::uint32_t facet;
+    std::uint32_t group;
+    std::uint64_t directions;  ///< a bit each, never 0
+  };
+
+  /// Facets in `blocks` that may reflect from one of the directions, against the rays of the beam: their
+  /// sphere meets the beam beyond its window and within its reach, the apex sees their front, and the
+  /// direction lies, mirrored in the facet, in the narrower of the beam's cone and that about their sphere.
+  /// Never misses one; those that only come close may be among them.
+  /// @param bins directions in the outer frame
+  /// @param outer_from_set turns this set's frame into that; null: they are the same
+  void find(const Beam& beam, Blocks& blocks, const DirectionBins& bins,
+            const Eigen::Isometry3d* outer_from_set, std::vector<Match>& out) const;
 
  private:
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();

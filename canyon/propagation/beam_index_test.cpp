@@ -38,28 +38,38 @@ TEST(BeamIndex, OfNothingFindsNothing) {
   const BeamIndex index{FacetSet{}};
   BeamIndex::Blocks blocks;
   index.gather(Vector3d::Zero(), 100, blocks);
-  std::vector<std::uint32_t> found(1, 7);
-  index.find({Vector3d::Zero(), Vector3d::UnitX(), 0, 1, Vector3d::UnitX(), 1, 100}, blocks, found);
+  std::vector<BeamIndex::Match> found(1);
+  DirectionBins bins;
+  const Vector3d up = Vector3d::UnitZ();
+  bins.build({&up, 1});
+  index.find({Vector3d::Zero(), Vector3d::UnitX(), 0, 1, Vector3d::UnitX(), 1, 100}, blocks, bins, nullptr,
+             found);
   EXPECT_TRUE(found.empty());
   EXPECT_EQ(index.radius(), 0);
 }
 
 // Rays of the beam at random: every facet that one passes from its front, in reach and beyond the window, is
-// found, far from the origin too; and much is left out.
-TEST(BeamIndex, FindsEveryFacetThatARayOfTheBeamPasses) {
+// found with the direction into which it turns the ray, far from the origin too and where the directions are
+// in another frame; and much is left out.
+TEST(BeamIndex, FindsEveryFacetThatReflectsIntoTheBeam) {
   city::SyntheticCityOptions options;
   options.blocks_east = options.blocks_north = 6;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.rotate(Eigen::AngleAxisd(1.1, Vector3d(0.3, 0.5, -0.8).normalized()));
+  pose.pretranslate(Vector3d(5, 6, 7));
   for (const double away : {0.0, 8'000.0}) {
     Mesh mesh = city::synthetic_city(options).mesh;
     for (Vector3d& v : mesh.vertices) v += Vector3d(away, -away, 0);
     const FacetSet set(mesh, false);
     const BeamIndex index(set);
+    const Eigen::Isometry3d* outer_from_set = away > 0 ? &pose : nullptr;
     std::mt19937_64 random(81);
-    std::uniform_real_distribution<double> at(-150, 150), unit(-1, 1), part(0, 1);
+    std::uniform_real_distribution<double> at(-150, 150), part(0, 1);
     std::uniform_int_distribution<std::size_t> any(0, set.facets().size() - 1);
-    std::size_t found_in_all = 0, passed = 0, beams = 0;
+    std::size_t found_in_all = 0, possible = 0, passed = 0, beams = 0;
     BeamIndex::Blocks blocks;
-    std::vector<std::uint32_t> found;
+    std::vector<BeamIndex::Match> found;
+    DirectionBins bins;
     while (beams < 400) {
       const Vector3d antenna = Vector3d(at(random), at(random), 2) + Vector3d(away, -away, 0);
       const Facet& window = set.facets()[any(random)];
@@ -68,10 +78,8 @@ TEST(BeamIndex, FindsEveryFacetThatARayOfTheBeamPasses) {
       ++beams;
       constexpr double kReach = 200;
       const Beam beam = make_beam(window, antenna - 2 * height * window.normal, height, kReach);
-      index.gather(antenna, kReach, blocks);
-      index.find(beam, blocks, found);
-      EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));
-      found_in_all += found.size();
+      std::vector<std::uint32_t> facets;
+      std::vector<Vector3d> directions;
       for (int ray = 0; ray < 20; ++ray) {
         const Vector3d through =
             window.min +
@@ -84,16 +92,32 @@ TEST(BeamIndex, FindsEveryFacetThatARayOfTheBeamPasses) {
           if (approach < 1e-6 || over <= 0) continue;
           const double range = over / approach;
           const Vector3d point = beam.apex + range * d;
-          if (range > kReach || (point - antenna).norm() > kReach || window.normal.dot(point) < window.offset)
+          if (range > kReach || (point - antenna).norm() > kReach ||
+              window.normal.dot(point) < window.offset || !set.triangle_at(facet, point)) {
             continue;
-          if (!set.triangle_at(facet, point)) continue;
-          ++passed;
-          EXPECT_TRUE(std::binary_search(found.begin(), found.end(), i));
+          }
+          const Vector3d s = d + 2 * approach * facet.normal;
+          facets.push_back(i);
+          directions.push_back(outer_from_set != nullptr ? Vector3d(pose.linear() * s) : s);
         }
+      }
+      bins.build(directions);
+      index.gather(antenna, kReach, blocks);
+      index.find(beam, blocks, bins, outer_from_set, found);
+      for (std::size_t k = 0; k < facets.size(); ++k) {
+        EXPECT_TRUE(std::any_of(found.begin(), found.end(), [&](const BeamIndex::Match& match) {
+          return match.facet == facets[k] && match.group == k / 64 && (match.directions >> (k % 64) & 1) != 0;
+        }));
+      }
+      passed += facets.size();
+      possible += set.facets().size() * directions.size();
+      for (const BeamIndex::Match& match : found) {
+        EXPECT_NE(match.directions, 0u);
+        found_in_all += static_cast<std::size_t>(__builtin_popcountll(match.directions));
       }
     }
     EXPECT_GT(passed, 1'000u);
-    EXPECT_LT(found_in_all, beams * set.facets().size() / 4);
+    EXPECT_LT(found_in_all, possible / 20);
   }
 }
 

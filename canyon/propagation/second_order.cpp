@@ -23,7 +23,6 @@ constexpr double kSamePlace = 2e-3;
 const double kSameNormal = std::cos(geodesy::radians(1));
 /// Outlines are asked only for points that are within this of the facet's bounds.
 constexpr double kBoundsSlack = 1e-3;
-constexpr std::size_t kSlices = 64;
 
 bool within_bounds(const Facet& facet, const Vector3d& point) {
   return ((point - facet.min).array() >= -kBoundsSlack).all() &&
@@ -55,16 +54,6 @@ bool meets(const Beam& beam, const Vector3d& centre, double radius) {
   return (squared - along * along) * beam.cosine * beam.cosine <= room * room + 1e-9 * squared;
 }
 
-/// At least the chord 2 sin(angle / 2) of an angle up to 90 deg with the given sine: sin + (sqrt(2) - 1)
-/// sin^3 is exact at 0 and at 90 deg and larger between.
-double chord_bound(double sine) {
-  return sine * (1 + 0.41422 * sine * sine);
-}
-
-std::size_t slice(double coordinate) {
-  return static_cast<std::size_t>(std::clamp((coordinate + 1) * (kSlices / 2.0), 0.0, kSlices - 1.0));
-}
-
 }  // namespace
 
 std::span<bool> Flags::resize(std::size_t size) {
@@ -73,33 +62,6 @@ std::span<bool> Flags::resize(std::size_t size) {
     flags_ = std::make_unique<bool[]>(capacity_);
   }
   return {flags_.get(), size};
-}
-
-void DirectionBins::build(std::span<const Vector3d> directions) {
-  groups_.resize((directions.size() + 63) / 64);
-  for (Group& group : groups_) {
-    for (auto& below : group.below) below.fill(0);
-  }
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    for (int axis = 0; axis < 3; ++axis) {
-      auto& below = groups_[i / 64].below[static_cast<std::size_t>(axis)];
-      below[slice(directions[i][axis]) + 1] |= std::uint64_t{1} << (i % 64);
-    }
-  }
-  for (Group& group : groups_) {
-    for (auto& below : group.below) {
-      for (std::size_t k = 1; k <= kSlices; ++k) below[k] |= below[k - 1];
-    }
-  }
-}
-
-std::uint64_t DirectionBins::within(std::size_t group, const Vector3d& centre, double reach) const {
-  std::uint64_t found = ~std::uint64_t{0};
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto& below = groups_[group].below[static_cast<std::size_t>(axis)];
-    found &= below[slice(centre[axis] + reach) + 1] & ~below[slice(centre[axis] - reach)];
-  }
-  return found;
 }
 
 /// A facet next to the antenna, with the image of the antenna in it. In ENU but for `facet`.
@@ -141,7 +103,7 @@ void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const
     around.hidden = false;
     if (!around.in_reach) continue;
     set.beams->gather(moved_back(set.enu_from_set, antenna), limits.reach_m, around.blocks);
-    if (set.enu_from_set == nullptr) {
+    if (i == 0) {
       // Rays may pass a hair inside an outer edge: four times what a point is lifted from surfaces.
       set.facets->gather(antenna, limits.reach_m, limits.clearance_m, facing_);
       set.occluders->shadows(*set.facets, facing_, antenna, kOccluders, 4 * scene.surface_offset_m(antenna),
@@ -159,10 +121,10 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
   const PlacedFacets& set = sets[near_set];
   if (!around_[near_set].in_reach || around_[near_set].hidden) return;
   const Vector3d here = moved_back(set.enu_from_set, antenna);
-  set.facets->gather(here, limits.reach_m, limits.clearance_m, facing_);
-  if (set.enu_from_set == nullptr) {
-    mark_hidden(facing_, shadows_, hidden_);
+  if (near_set == 0) {
+    mark_hidden(facing_, shadows_, hidden_);  // prepare() has gathered them
   } else {
+    set.facets->gather(here, limits.reach_m, limits.clearance_m, facing_);
     hidden_.assign(facing_.facet.size(), 0);  // shadows are in the frame of the city
   }
   for (std::size_t k = 0; k < facing_.facet.size(); ++k) {
@@ -193,67 +155,57 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
   beam.apex = moved_back(pose, beam.apex);
   beam.axis = turned_back(pose, beam.axis);
   beam.window = turned_back(pose, beam.window);
-  set.beams->find(beam, around.blocks, far_facets_);
-  for (const std::uint32_t index : far_facets_) {
-    const Facet& facet = set.facets->facets()[index];
+  set.beams->find(beam, around.blocks, bins_, pose, matches_);
+  for (const BeamIndex::Match& match : matches_) {
+    const Facet& facet = set.facets->facets()[match.facet];
     const double height = facet.normal.dot(beam.apex) - facet.offset;
     if (height <= 0) continue;
-    // Rays of the pair lie in the beam and in the cone about the facet: mirrored, in the cone about `axis`.
-    const Vector3d to_centre = 0.5 * (facet.min + facet.max) - beam.apex;
-    const double distance = to_centre.norm(), radius = 0.5 * (facet.max - facet.min).norm();
-    const bool narrow = radius < beam.sine * distance;
-    const double sine = narrow ? radius / distance : beam.sine;
-    Vector3d axis = narrow ? Vector3d(to_centre / distance) : beam.axis;
-    axis -= 2 * axis.dot(facet.normal) * facet.normal;
-    axis = turned(pose, axis);
-    const double reach = chord_bound(sine) + 1e-6;
-    for (std::size_t group = 0; group < bins_.groups(); ++group) {
-      for (std::uint64_t bits = bins_.within(group, axis, reach); bits != 0; bits &= bits - 1) {
-        const auto satellite = 64 * group + static_cast<std::size_t>(__builtin_ctzll(bits));
-        const Vector3d& s = directions[satellite];
-        const Vector3d towards = turned_back(pose, s);
-        const double far_cosine = facet.normal.dot(towards);
-        if (far_cosine < limits.min_cosine) continue;
-        const Vector3d between = towards - 2 * far_cosine * facet.normal;  // the class comment's s'
-        const Vector3d onward = turned(pose, between);
-        const double cosine = near.normal.dot(onward);
-        if (cosine < limits.min_cosine) continue;
-        const double leg = near.height / cosine, total = height / far_cosine;
-        if (total > limits.reach_m) continue;
-        // The heights of the points over each other's planes.
-        if ((total - leg) * far_cosine <= limits.clearance_m + 2 * facet.deviation) continue;
-        if ((total - leg) * cosine <= limits.clearance_m + 2 * near.facet->deviation) continue;
-        const Vector3d far_there = beam.apex + total * between;
-        if (!within_bounds(facet, far_there)) continue;
-        const Vector3d point = near.beam.apex + leg * onward;
-        const Vector3d there = moved_back(near.set->enu_from_set, point);
-        if (!within_bounds(*near.facet, there)) continue;
-        const auto triangle = near.set->facets->triangle_at(*near.facet, there);
-        if (!triangle) continue;
-        const auto far_triangle = set.facets->triangle_at(facet, far_there);
-        if (!far_triangle) continue;
+    for (std::uint64_t bits = match.directions; bits != 0; bits &= bits - 1) {
+      const auto satellite = static_cast<std::size_t>(DirectionBins::kGroup) * match.group +
+                             static_cast<std::size_t>(__builtin_ctzll(bits));
+      const Vector3d& s = directions[satellite];
+      const Vector3d towards = turned_back(pose, s);
+      const double far_cosine = facet.normal.dot(towards);
+      if (far_cosine < limits.min_cosine) continue;
+      const Vector3d between = towards - 2 * far_cosine * facet.normal;  // the class comment's s'
+      const Vector3d onward = turned(pose, between);
+      const double cosine = near.normal.dot(onward);
+      if (cosine < limits.min_cosine) continue;
+      const double leg = near.height / cosine, total = height / far_cosine;
+      if (total > limits.reach_m) continue;
+      // The heights of the points over each other's planes.
+      if ((total - leg) * far_cosine <= limits.clearance_m + 2 * facet.deviation) continue;
+      if ((total - leg) * cosine <= limits.clearance_m + 2 * near.facet->deviation) continue;
+      const Vector3d far_there = beam.apex + total * between;
+      if (!within_bounds(facet, far_there)) continue;
+      const Vector3d point = near.beam.apex + leg * onward;
+      const Vector3d there = moved_back(near.set->enu_from_set, point);
+      if (!within_bounds(*near.facet, there)) continue;
+      const auto triangle = near.set->facets->triangle_at(*near.facet, there);
+      if (!triangle) continue;
+      const auto far_triangle = set.facets->triangle_at(facet, far_there);
+      if (!far_triangle) continue;
 
-        Found& f = found_.emplace_back();
-        f.satellite = static_cast<std::uint32_t>(satellite);
-        f.cosine = cosine;
-        f.far_cosine = far_cosine;
-        f.normal = near.normal;
-        f.far_normal = turned(pose, facet.normal);
-        f.path.kind = PathKind::Reflected;
-        f.path.order = 2;
-        f.path.excess_m = 2 * near.height * near.normal.dot(s) + 2 * height * far_cosine;
-        f.path.point = point;
-        f.path.arrival = onward - 2 * cosine * near.normal;
-        f.path.incidence_rad = std::acos(std::min(1.0, cosine));
-        f.path.triangle = *triangle;
-        f.path.instance = near.set->instance;
-        f.path.far_point = moved(pose, far_there);
-        f.path.far_incidence_rad = std::acos(std::min(1.0, far_cosine));
-        f.path.far_triangle = *far_triangle;
-        f.path.far_instance = set.instance;
-        f.lift_m = scene.surface_offset_m(f.path.point) + near.facet->deviation;
-        f.far_lift_m = scene.surface_offset_m(f.path.far_point) + facet.deviation;
-      }
+      Found& f = found_.emplace_back();
+      f.satellite = static_cast<std::uint32_t>(satellite);
+      f.cosine = cosine;
+      f.far_cosine = far_cosine;
+      f.normal = near.normal;
+      f.far_normal = turned(pose, facet.normal);
+      f.path.kind = PathKind::Reflected;
+      f.path.order = 2;
+      f.path.excess_m = 2 * near.height * near.normal.dot(s) + 2 * height * far_cosine;
+      f.path.point = point;
+      f.path.arrival = onward - 2 * cosine * near.normal;
+      f.path.incidence_rad = std::acos(std::min(1.0, cosine));
+      f.path.triangle = *triangle;
+      f.path.instance = near.set->instance;
+      f.path.far_point = moved(pose, far_there);
+      f.path.far_incidence_rad = std::acos(std::min(1.0, far_cosine));
+      f.path.far_triangle = *far_triangle;
+      f.path.far_instance = set.instance;
+      f.lift_m = scene.surface_offset_m(f.path.point) + near.facet->deviation;
+      f.far_lift_m = scene.surface_offset_m(f.path.far_point) + facet.deviation;
     }
   }
 }

@@ -2,13 +2,13 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "canyon/propagation/beam_index.hpp"
+#include "canyon/propagation/direction_bins.hpp"
 #include "canyon/propagation/facets.hpp"
 #include "canyon/propagation/occluders.hpp"
 #include "canyon/propagation/paths.hpp"
@@ -41,25 +41,6 @@ struct SecondOrderLimits {
   double clearance_m;  ///< of the antenna and of either reflection point over the other's plane, more than
 };
 
-/// Directions sorted into 64 slices along each axis, so that those in a box are found without looking at all
-/// of them.
-class DirectionBins {
- public:
-  void build(std::span<const Eigen::Vector3d> directions);
-  /// Number of groups of 64 directions.
-  [[nodiscard]] std::size_t groups() const { return groups_.size(); }
-  /// A bit for each direction of the group whose coordinates are all within `reach` of `centre`'s (and maybe
-  /// for some that are a slice farther).
-  [[nodiscard]] std::uint64_t within(std::size_t group, const Eigen::Vector3d& centre, double reach) const;
-
- private:
-  /// below[axis][k]: the directions in slices under k.
-  struct Group {
-    std::array<std::array<std::uint64_t, 65>, 3> below;
-  };
-  std::vector<Group> groups_;
-};
-
 /// Paths satellite -> facet A -> facet B -> antenna. Holds what a search needs for a while: one for each
 /// thread; nothing is allocated once it has grown.
 ///
@@ -88,7 +69,8 @@ class SecondOrderSearch {
     Path path;
   };
 
-  /// All second-order paths to `directions`, by satellite and excess path; valid until the next call.
+  /// All second-order paths to `directions`, by satellite and excess path; valid until the next call. The
+  /// first of `sets` is the city, in its own frame; the others stand in it.
   std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                                const SecondOrderLimits& limits);
@@ -125,7 +107,7 @@ class SecondOrderSearch {
   Occluders::Scratch occluders_;
   std::vector<std::uint8_t> hidden_;
   std::vector<Around> around_;
-  std::vector<std::uint32_t> far_facets_;
+  std::vector<BeamIndex::Match> matches_;
   std::vector<Found> found_;
   std::vector<raytrace::Ray> rays_;
   Flags blocked_;

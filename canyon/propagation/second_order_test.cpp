@@ -516,39 +516,5 @@ TEST(SecondOrder, AnswersAlikeForOneAndForManyAndOnThreads) {
   EXPECT_THAT(wrong, testing::Each(0));
 }
 
-TEST(DirectionBins, FindEveryDirectionInABox) {
-  std::mt19937_64 random(64);
-  std::uniform_real_distribution<double> azimuth(0, 360), elevation(-90, 90), reach(0, 0.6);
-  std::vector<Vector3d> sky;
-  for (int i = 0; i < 150; ++i) sky.push_back(direction(azimuth(random), elevation(random)));
-  sky.insert(sky.end(), {{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, 0, 0}});
-  DirectionBins bins;
-  bins.build(sky);
-  ASSERT_EQ(bins.groups(), 3u);
-  int in = 0, found = 0;
-  for (int i = 0; i < 2'000; ++i) {
-    const Vector3d centre = direction(azimuth(random), elevation(random));
-    const double radius = reach(random);
-    for (std::size_t k = 0; k < 64 * bins.groups(); ++k) {
-      const bool bit = (bins.within(k / 64, centre, radius) >> (k % 64) & 1) != 0;
-      if (k >= sky.size()) {
-        EXPECT_FALSE(bit);
-        continue;
-      }
-      const double apart = (sky[k] - centre).cwiseAbs().maxCoeff();
-      in += apart <= radius ? 1 : 0;
-      found += bit ? 1 : 0;
-      if (apart <= radius) {
-        EXPECT_TRUE(bit);
-      }
-      if (bit) {
-        EXPECT_LE(apart, radius + 2.0 / 64 + 1e-12);
-      }
-    }
-  }
-  EXPECT_GT(in, 10'000);
-  EXPECT_LT(found, 2 * in);
-}
-
 }  // namespace
 }  // namespace canyon::propagation

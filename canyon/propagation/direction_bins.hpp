@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace canyon::propagation {
+
+/// Directions sorted into slices along each axis, so that those in a box are found without looking at all of
+/// them.
+class DirectionBins {
+ public:
+  static constexpr int kSlices = 64;
+  static constexpr int kGroup = 64;  ///< directions in a group
+
+  /// @param directions unit
+  void build(std::span<const Eigen::Vector3d> directions);
+  [[nodiscard]] std::size_t groups() const { return groups_.size(); }
+  /// The slice [0, kSlices) that holds a coordinate; what is beyond -1 or 1 is in the outermost one.
+  [[nodiscard]] static int slice(float coordinate) {
+    const float k = (coordinate + 1) * (kSlices / 2);
+    return static_cast<int>(k < 0 ? 0 : k > kSlices - 1 ? kSlices - 1 : k);
+  }
+  /// A bit for each direction of the group whose coordinates are in slices low[axis] to high[axis].
+  [[nodiscard]] std::uint64_t within(std::size_t group, const std::array<int, 3>& low,
+                                     const std::array<int, 3>& high) const {
+    const Group& g = groups_[group];
+    std::uint64_t found = ~std::uint64_t{0};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      found &= g.below[axis][static_cast<std::size_t>(high[axis]) + 1] &
+               ~g.below[axis][static_cast<std::size_t>(low[axis])];
+    }
+    return found;
+  }
+
+ private:
+  /// below[axis][k]: the directions in slices under k.
+  struct Group {
+    std::array<std::array<std::uint64_t, kSlices + 1>, 3> below;
+  };
+  std::vector<Group> groups_;
+};
+
+}  // namespace canyon::propagation
