@@ -267,6 +267,13 @@ TEST(CodeTracker, TracksReflectionsWithoutADirectPath) {
   const std::vector<SignalPath> two{{100, {0.3, 0}, 0}, {700, {0, 0.5}, 0}};
   EXPECT_NEAR(loop.lock(two)->delay_m, 700, 1e-6);
   EXPECT_NEAR(loop.lock(two, 110.0)->delay_m, 100, 1e-6);
+  // A thousandth of the strongest one's power is the least that is kept: amplitudes 0.0316 of it.
+  const auto weak = [&](double amplitude) {
+    const std::vector<SignalPath> paths{{0, {1, 0}, 0}, {1500, {amplitude, 0}, 0}};
+    return loop.lock(paths, 1500.0)->delay_m;
+  };
+  EXPECT_NEAR(weak(0.032), 1500, 1e-6);
+  EXPECT_NEAR(weak(0.031), 0, 1e-6);
   // Of equals the first.
   const std::vector<SignalPath> equals{{700, {0.5, 0}, 0}, {100, {0, 0.5}, 0}};
   EXPECT_NEAR(loop.lock(equals)->delay_m, 100, 1e-6);
