@@ -53,14 +53,29 @@ class DriveRays {
   }
 
   /// The truth's place, two metres above the mesh's flat ground.
-  [[nodiscard]] propagation::SatellitePaths paths(propagation::Model model, const ResidualEpoch& epoch,
-                                                  const Eigen::Vector3d& direction_ecef) const {
+  [[nodiscard]] Eigen::Vector3d antenna(const ResidualEpoch& epoch) const {
     Eigen::Vector3d antenna = city_.frame.local_from_ecef(epoch.antenna_ecef);
     antenna.z() = 2;
+    return antenna;
+  }
+
+  /// Whether buildings would block the direction from some of eight places `radius_m` about the antenna.
+  [[nodiscard]] bool near_edge(const ResidualEpoch& epoch, const Eigen::Vector3d& direction_ecef,
+                               double radius_m) const {
+    const Eigen::Vector3d direction = city_.frame.ecef_from_local_rotation().transpose() * direction_ecef;
+    for (int k = 0; k < 8; ++k) {
+      const Eigen::Vector3d aside = radius_m * geodesy::enu_from_azimuth_elevation(geodesy::kPi / 4 * k, 0);
+      if (scene_->occluded({antenna(epoch) + aside, direction})) return true;
+    }
+    return false;
+  }
+
+  [[nodiscard]] propagation::SatellitePaths paths(propagation::Model model, const ResidualEpoch& epoch,
+                                                  const Eigen::Vector3d& direction_ecef) const {
     const Eigen::Vector3d direction = city_.frame.ecef_from_local_rotation().transpose() * direction_ecef;
     std::array<Eigen::Vector3d, 1> directions{direction};
     std::array<propagation::SatellitePaths, 1> result;
-    propagators_[model == propagation::Model::Specular ? 0 : 1].trace(antenna, directions, result);
+    propagators_[model == propagation::Model::Specular ? 0 : 1].trace(antenna(epoch), directions, result);
     return result[0];
   }
 
@@ -325,6 +340,31 @@ TEST(RecordedDrive, ClocksOfTwoSystemsAgree) {
   const auto q = quantiles(difference, std::array{0.05, 0.25, 0.75, 0.95});
   EXPECT_LT(q[2] - q[1], 2.5);
   EXPECT_LT(q[3] - q[0], 8);
+}
+
+// Pseudoranges that are late although the city says clear: are they beside an edge?
+TEST(RecordedDrive, LateSatellitesInClearViewStandBesideEdges) {
+  CANYON_SHARED_DATA(mesh, "hongkong/buildings.dae");
+  CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
+  const DriveRays rays(mesh);
+  const Drive drive = read_drive(folder, {System::GPS, System::BeiDou});
+  const PseudorangeErrors errors = remove_receiver_clock(drive.residuals, rays.clear_view());
+  for (const double radius_m : {3.0, 5.0, 10.0}) {
+    std::array<double, 2> near{}, all{};  // in time, late
+    for (std::size_t i = 0; i < errors.observations.size(); ++i) {
+      const PseudorangeResidual& o = drive.residuals.observations[i];
+      const PseudorangeError& e = errors.observations[i];
+      if (!e.clear || e.gross || o.elevation_rad < radians(10)) continue;
+      if (e.error_m > 5 && e.error_m < 10) continue;
+      const std::size_t late = e.error_m >= 10 ? 1 : 0;
+      ++all[late];
+      near[late] += rays.near_edge(drive.residuals.epochs[o.epoch], o.direction_ecef, radius_m) ? 1 : 0;
+    }
+    std::printf(
+        "  within %4.1f m of an edge: %4.1f %% of %.0f late by 10 m and more, %4.1f %% of %.0f below 5 m\n",
+        radius_m, 100 * near[1] / all[1], all[1], 100 * near[0] / all[0], all[0]);
+    EXPECT_GT(near[1] / all[1], near[0] / all[0]);
+  }
 }
 
 }  // namespace
