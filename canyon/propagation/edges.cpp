@@ -14,14 +14,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
-
-// The hot loop for the registers that the machine has; see facets.cpp.
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__) && \
-    !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)
-#define CANYON_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define CANYON_CLONES
-#endif
+#include "canyon/propagation/clones.hpp"
 
 namespace canyon::propagation {
 namespace {
