@@ -184,10 +184,22 @@ struct RinexObservationReader::Impl {
     for (std::size_t kind = 0; kind < 4; ++kind) {
       std::string type = kKinds[kind] + code;
       if (version2()) {
-        // C1 is the open code, P1 the P code; phase, Doppler and strength are those of the band.
+        // C1 is the open code, P1 the P code; phase, Doppler and strength are those of the band. Version 2.12
+        // has CA for C/A codes, and B1 of BeiDou under 2.
         const bool open = code == "1C" || code == "2I";
         if (!open && code != "1P") return result;
-        type = kind == 0 && !open ? "P1" : std::string(1, kKinds[kind]) + '1';
+        const auto listed = [&](const char* t) {
+          return std::find(found->second.begin(), found->second.end(), t) != found->second.end();
+        };
+        char band = '1';
+        if (records.header().version > 2.115 && open) {
+          if (system == System::BeiDou) {
+            band = '2';
+          } else if (system != System::Galileo && listed("CA")) {
+            band = 'A';
+          }
+        }
+        type = kind == 0 && !open ? "P1" : std::string(1, kKinds[kind]) + band;
       }
       const auto at = std::find(found->second.begin(), found->second.end(), type);
       if (at == found->second.end()) continue;

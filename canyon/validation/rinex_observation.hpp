@@ -100,8 +100,9 @@ struct ObservationReport {
 /// (observation types, scale factors, positions); 6 (cycle slips) is passed over, as its values repeat
 /// others. Damaged records are counted in report(), with file and line, and left out alone: a satellite's
 /// line with a field that is no number, a satellite twice, an epoch line that cannot be read with all that
-/// hangs on it. An epoch whose time does not follow that of the epoch line before is left out. RINEX 2 has no
-/// system for BeiDou and QZSS; files that write them all the same are read with their C1 as "2I" and "1C".
+/// hangs on it. An epoch whose time does not follow that of the epoch line before is left out. Version 2's C1
+/// and P1 are given as "1C" and "1P", 2.12's CA as "1C". BeiDou, which 2.12 alone knows, is C2 there, given
+/// as "2I"; older files that have it all the same are read with their C1.
 class RinexObservationReader {
  public:
   /// Reads the header. Throws InputError where the file is missing, no RINEX observation file (Hatanaka

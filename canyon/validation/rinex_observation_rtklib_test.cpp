@@ -9,6 +9,7 @@
 
 #include "canyon/validation/rinex_observation.hpp"
 #include "tests/support/observation_text.hpp"
+#include "tests/support/program.hpp"
 #include "tests/support/rtklib_observations.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
@@ -90,6 +91,52 @@ TEST(RinexObservationBesideRtklib, Version2) {
       }
     }
     EXPECT_EQ(compare(folder.write("two.19o", text)), 4 * n);
+  }
+}
+
+// RTKLIB's converter writes the recorded drive in other versions: the values come back. 2.11 has no
+// BeiDou, 2.12 names types anew, 3.02 calls BeiDou's band 1.
+TEST(RinexObservationBesideRtklib, VersionsThatConvbinWrites) {
+  CANYON_SHARED_DATA(path, "urbannav-tst-20190428/COM3_190428_124409.obs");
+  CANYON_NEEDS_PROGRAM("convbin");
+  using Key = std::pair<geodesy::GpsTime, orbit::SatelliteId>;
+  const auto by_key = [](const RinexObservations& file) {
+    std::map<Key, ObservedSignal> result;
+    for (const ObservationEpoch& e : file.epochs) {
+      for (const ObservedSignal& s : e.signals) result[{e.receiver_time, s.id}] = s;
+    }
+    return result;
+  };
+  const auto original = by_key(read_rinex_observations(path));
+  const simulation::test::TemporaryFolder folder;
+  struct Expected {
+    std::string version;
+    std::size_t count;
+    std::string gps_code, beidou_code;
+  };
+  for (const Expected& expected :
+       {Expected{"2.11", 11811, "1C", ""}, Expected{"2.12", 26146, "1C", "2I"},
+        Expected{"3.02", 26146, "1C", "1I"}, Expected{"3.04", 26146, "1C", "2I"}}) {
+    const auto converted = folder.path() / ("converted." + expected.version);
+    ASSERT_EQ(test::run_program("convbin -r rinex -od -os -v " + expected.version + " -o '" +
+                                converted.string() + "' '" + path.string() + "' 2>/dev/null")
+                  .status,
+              0);
+    const auto file = read_rinex_observations(converted);
+    EXPECT_EQ(file.report.damaged, 0U) << expected.version;
+    const auto values = by_key(file);
+    EXPECT_EQ(values.size(), expected.count) << expected.version;
+    for (const auto& [key, signal] : values) {
+      const auto at = original.find(key);
+      ASSERT_NE(at, original.end()) << expected.version;
+      const ObservedSignal& o = at->second;
+      ASSERT_EQ(signal.pseudorange_m, o.pseudorange_m) << expected.version;
+      ASSERT_EQ(signal.carrier_phase_cycles, o.carrier_phase_cycles) << expected.version;
+      ASSERT_EQ(signal.doppler_hz, o.doppler_hz) << expected.version;
+      ASSERT_EQ(signal.cn0_dbhz, o.cn0_dbhz) << expected.version;
+      const bool gps = key.second.system == orbit::System::GPS;
+      ASSERT_EQ(std::string(signal.code.data()), gps ? expected.gps_code : expected.beidou_code);
+    }
   }
 }
 
