@@ -284,6 +284,16 @@ TEST(PseudorangeErrors, WhatIsLeftOutIsCounted) {
   EXPECT_EQ(residuals.warnings().back(), "1 pseudoranges of J01 left out: no valid ephemeris");
 }
 
+TEST(PseudorangeErrors, NothingGivesNothing) {
+  const test::CircularSky sky({System::GPS});
+  const auto residuals = pseudorange_residuals({}, truth(), sky, kKlobuchar);
+  EXPECT_THAT(residuals.epochs, SizeIs(0));
+  EXPECT_THAT(residuals.warnings(), SizeIs(0));
+  const auto errors = remove_receiver_clock(residuals, kAllClear);
+  EXPECT_THAT(errors.clocks, SizeIs(0));
+  EXPECT_TRUE(errors.inter_system_bias_m.empty());
+}
+
 TEST(PseudorangeErrors, OptionsAreChecked) {
   ClockOptions clock;
   clock.huber = 0.1;

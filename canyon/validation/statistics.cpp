@@ -207,7 +207,7 @@ std::optional<KolmogorovSmirnov> kolmogorov_smirnov(std::span<const double> a, s
     ties = ties || i + j > before + 1;
     result.d = std::max(result.d, std::abs(static_cast<double>(i) / nx - static_cast<double>(j) / ny));
   }
-  if (!ties && nx * ny <= 10'000) {
+  if (!ties && nx * ny <= 1e6) {
     result.exact = true;
     result.p_value = exact_tail(x.size(), y.size(), result.d);
   } else {

@@ -63,10 +63,12 @@ struct KolmogorovSmirnov {
   double p_value = 1;  ///< two-sided, of one common distribution
   bool exact = false;
 };
-/// Two samples. The p-value is exact where n1 n2 <= 10,000 and no two values are equal (paths on a lattice:
-/// Kim and Jennrich, Selected Tables in Mathematical Statistics 1, 1970), else Kolmogorov's limit with
-/// Stephens' correction, lambda = (sqrt(ne) + 0.12 + 0.11 / sqrt(ne)) D, ne = n1 n2 / (n1 + n2) (Journal of
-/// the Royal Statistical Society B 32, 1970; within 0.01 from ne = 4 on). Empty where a sample has none.
+/// Two samples. The p-value is exact where n1 n2 <= 1,000,000 and no two values are equal (paths on a
+/// lattice: Kim and Jennrich, Selected Tables in Mathematical Statistics 1, 1970), else Kolmogorov's limit
+/// with Stephens' correction, lambda = (sqrt(ne) + 0.12 + 0.11 / sqrt(ne)) D, ne = n1 n2 / (n1 + n2) (Journal
+/// of the Royal Statistical Society B 32, 1970). The limit is within 0.012 of exact values beyond 1,000,000,
+/// and, for samples with equal values, within 0.04 from 100 by 100 on and 0.15 from 8 by 8 on, at its worst
+/// where p is about a half (beside scipy.stats.ks_2samp). Empty where a sample has none.
 [[nodiscard]] std::optional<KolmogorovSmirnov> kolmogorov_smirnov(std::span<const double> a,
                                                                   std::span<const double> b);
 

@@ -119,8 +119,13 @@ TEST(Statistics, KolmogorovSmirnov) {
   const auto large = kolmogorov_smirnov(u, v);
   ASSERT_TRUE(large);
   EXPECT_NEAR(large->d, 0.09, 1e-14);
-  EXPECT_NEAR(large->p_value, 0.2740590678125853, 0.01);
-  EXPECT_FALSE(large->exact);
+  EXPECT_NEAR(large->p_value, 0.2740590678125853, 1e-10);
+  EXPECT_TRUE(large->exact);
+  // With its last value twice: the limit (ks_2samp: D 0.09172757, p 0.2448 exact, 0.2492 in the limit).
+  u.push_back(u.back());
+  EXPECT_NEAR(kolmogorov_smirnov(u, v)->d, 0.09172757475083057, 1e-14);
+  EXPECT_NEAR(kolmogorov_smirnov(u, v)->p_value, 0.24484757009465213, 0.01);
+  EXPECT_FALSE(kolmogorov_smirnov(u, v)->exact);
 
   // Normal samples of 25 and 20 with ties (scipy.stats.ks_2samp: D 0.23, exact p 0.529).
   const std::vector<double> a{0.61, 0.29, 0.06,  0.59,  -1.73, -0.74, 0.51, -0.56, 0.39,
