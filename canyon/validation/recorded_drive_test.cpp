@@ -1,6 +1,7 @@
 // The recorded drive through Tsim Sha Tsui against the city's rays: the first figures of the judge.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -59,13 +60,16 @@ class DriveRays {
     return antenna;
   }
 
+  [[nodiscard]] bool clear_from(const Eigen::Vector3d& antenna, const Eigen::Vector3d& direction_ecef) const {
+    return !scene_->occluded({antenna, city_.frame.ecef_from_local_rotation().transpose() * direction_ecef});
+  }
+
   /// Whether buildings would block the direction from some of eight places `radius_m` about the antenna.
   [[nodiscard]] bool near_edge(const ResidualEpoch& epoch, const Eigen::Vector3d& direction_ecef,
                                double radius_m) const {
-    const Eigen::Vector3d direction = city_.frame.ecef_from_local_rotation().transpose() * direction_ecef;
     for (int k = 0; k < 8; ++k) {
       const Eigen::Vector3d aside = radius_m * geodesy::enu_from_azimuth_elevation(geodesy::kPi / 4 * k, 0);
-      if (scene_->occluded({antenna(epoch) + aside, direction})) return true;
+      if (!clear_from(antenna(epoch) + aside, direction_ecef)) return true;
     }
     return false;
   }
@@ -364,6 +368,48 @@ TEST(RecordedDrive, LateSatellitesInClearViewStandBesideEdges) {
         "  within %4.1f m of an edge: %4.1f %% of %.0f late by 10 m and more, %4.1f %% of %.0f below 5 m\n",
         radius_m, 100 * near[1] / all[1], all[1], 100 * near[0] / all[0], all[0]);
     EXPECT_GT(near[1] / all[1], near[0] / all[0]);
+  }
+}
+
+// Where the city fits best: what C/N0 and error say about LOS and NLOS, over offsets of the city.
+TEST(RecordedDrive, OffsetOfTheCityIsWhereFiguresAreBest) {
+  CANYON_SHARED_DATA(mesh, "hongkong/buildings.dae");
+  CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
+  const DriveRays rays(mesh);
+  const Drive drive = read_drive(folder, {System::GPS, System::BeiDou});
+  std::map<std::pair<int, int>, std::array<double, 2>> auc;  // by C/N0, by error
+  std::printf("  AUC by C/N0, by error; columns: city moved east, rows: north [m]\n        ");
+  const std::array<int, 5> east{-8, -4, 0, 4, 8};
+  for (const int e : east) std::printf("%14d", e);
+  for (const int north : {20, 16, 12, 8, 4, 0, -4}) {
+    std::printf("\n  %6d", north);
+    for (const int e : east) {
+      // The city stands 8 m north already: the antenna moves the other way.
+      const Eigen::Vector3d aside(-e, 8 - north, 0);
+      const PseudorangeErrors errors = remove_receiver_clock(
+          drive.residuals, [&](const PseudorangeResidual& o, const ResidualEpoch& epoch) {
+            return rays.clear_from(rays.antenna(epoch) + aside, o.direction_ecef);
+          });
+      std::vector<double> weak[2], error[2];
+      for (std::size_t i = 0; i < errors.observations.size(); ++i) {
+        const PseudorangeError& judged = errors.observations[i];
+        if (judged.gross || drive.residuals.observations[i].elevation_rad < radians(10)) continue;
+        const std::size_t nlos = judged.clear ? 0 : 1;
+        weak[nlos].push_back(-drive.residuals.observations[i].cn0_dbhz.value());
+        error[nlos].push_back(judged.error_m);
+      }
+      auto& figures_here = auc[{e, north}];
+      figures_here = {separation(weak[1], weak[0])->auc, separation(error[1], error[0])->auc};
+      std::printf("  %.3f, %.3f", figures_here[0], figures_here[1]);
+    }
+  }
+  std::printf("\n");
+  for (std::size_t figure = 0; figure < 2; ++figure) {
+    const auto best = std::max_element(auc.begin(), auc.end(), [figure](const auto& a, const auto& b) {
+      return a.second[figure] < b.second[figure];
+    });
+    EXPECT_LE(std::abs(best->first.first), 4);
+    EXPECT_NEAR(best->first.second, 8, 4);
   }
 }
 
