@@ -20,6 +20,12 @@ struct Arguments {
 std::string_view word(propagation::PathKind kind) {
   return kind == propagation::PathKind::Direct ? "direct" : "reflected";
 }
+std::string triple(const Eigen::Vector3d& point) {
+  return fmt::format("{:.1f}, {:.1f}, {:.1f}", point.x(), point.y(), point.z());
+}
+std::string angle(double rad) {
+  return fmt::format("{:.1f}", geodesy::degrees(rad));
+}
 
 int run(const Arguments& arguments) {
   const Site site(arguments.site);
@@ -47,12 +53,19 @@ int run(const Arguments& arguments) {
                            {"visibility", std::string(propagation::name(view.paths.visibility))},
                            {"paths", nlohmann::json::array()}};
       for (const propagation::Path& path : view.paths.paths) {
-        nlohmann::json one{{"kind", std::string(word(path.kind))}, {"excess_path_m", path.excess_m}};
+        nlohmann::json one{
+            {"kind", std::string(word(path.kind))}, {"order", path.order}, {"excess_path_m", path.excess_m}};
         if (path.kind != propagation::PathKind::Direct) {
           one["point_enu_m"] = {path.point.x(), path.point.y(), path.point.z()};
           one["incidence_deg"] = geodesy::degrees(path.incidence_rad);
           one["instance"] = path.instance;
           one["triangle"] = path.triangle;
+        }
+        if (path.order == 2) {
+          one["far_point_enu_m"] = {path.far_point.x(), path.far_point.y(), path.far_point.z()};
+          one["far_incidence_deg"] = geodesy::degrees(path.far_incidence_rad);
+          one["far_instance"] = path.far_instance;
+          one["far_triangle"] = path.far_triangle;
         }
         entry["paths"].push_back(std::move(one));
       }
@@ -78,15 +91,17 @@ int run(const Arguments& arguments) {
     }
     for (const propagation::Path& path : view.paths.paths) {
       std::vector<std::string> line = row;
-      line.push_back(std::string(word(path.kind)));
+      line.push_back(path.order == 2 ? "reflected twice" : std::string(word(path.kind)));
       line.push_back(fmt::format("{:.2f}", path.excess_m));
       const bool direct = path.kind == propagation::PathKind::Direct;
-      line.push_back(
-          direct ? "-"
-                 : fmt::format("{:.1f}, {:.1f}, {:.1f}", path.point.x(), path.point.y(), path.point.z()));
-      line.push_back(direct ? "-" : fmt::format("{:.1f}", geodesy::degrees(path.incidence_rad)));
+      line.push_back(direct ? "-" : triple(path.point));
+      line.push_back(direct ? "-" : angle(path.incidence_rad));
       rows.push_back(std::move(line));
       row = {"", "", "", ""};
+      if (path.order == 2) {
+        rows.push_back(
+            {"", "", "", "", "  before that", "", triple(path.far_point), angle(path.far_incidence_rad)});
+      }
     }
   }
   print_table({"sat", "azimuth [deg]", "elevation [deg]", "visibility", "path", "excess [m]",

@@ -101,6 +101,14 @@ void PrepareFacets(benchmark::State& state) {
 }
 BENCHMARK(PrepareFacets)->Unit(benchmark::kMillisecond);
 
+void PrepareSecondOrder(benchmark::State& state) {
+  const Fixture& f = fixture();
+  PropagationOptions options;
+  options.reflection_order = 2;
+  for (auto _ : state) benchmark::DoNotOptimize(Propagator(f.city.city.mesh, f.scene, options));
+}
+BENCHMARK(PrepareSecondOrder)->Unit(benchmark::kMillisecond);
+
 }  // namespace
 
 int main(int argc, char** argv) {

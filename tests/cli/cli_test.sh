@@ -106,6 +106,9 @@ sky_real)
 trace)
   runs 0 "$canyon" trace small.yaml --enu 0,0,2; says out azimuth visibility direct
   runs 0 "$canyon" trace small.yaml --json; says out '"paths"' '"excess_path_m"'
+  { cat small.yaml; echo 'propagation: {reflection_order: 2}'; } >twice.yaml
+  runs 0 "$canyon" trace twice.yaml --enu 0,0,2; says out 'reflected twice' 'before that'
+  runs 0 "$canyon" trace twice.yaml --enu 0,0,2 --json; says out '"order": 2' '"far_point_enu_m"' '"far_incidence_deg"'
   runs 2 "$canyon" trace small.yaml --receiver nobody; one_line; says err nobody rover
   runs 2 "$canyon" trace small.yaml --enu 1,2; one_line; says err EAST,NORTH,UP
   runs 2 "$canyon" trace small.yaml --enu nan,0,2; one_line ;;
