@@ -112,7 +112,10 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
   // RTKLIB's directions leave out the Earth's rotation during the flight: up to 1e-5 rad, more in azimuth up
   // high.
   EXPECT_LT(largest_angle, 5e-5);
-  std::free(theirs.data);
+  for (void* rtklibs : {static_cast<void*>(theirs.data), static_cast<void*>(navigation->eph),
+                        static_cast<void*>(navigation->geph), navigation->seph}) {
+    std::free(rtklibs);
+  }
 }
 
 }  // namespace
