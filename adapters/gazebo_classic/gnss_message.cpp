@@ -100,11 +100,16 @@ void fill_path(const propagation::Path& path, const Eigen::Matrix3d& world_from_
   }
   message.set_kind(msgs::GnssPath::REFLECTED);
   message.set_incidence_rad(path.incidence_rad);
-  const Eigen::Vector3d point = world_from_enu * path.point;
-  auto& point_message = *message.mutable_reflection_point_world_m();
-  point_message.set_x(point.x());
-  point_message.set_y(point.y());
-  point_message.set_z(point.z());
+  const auto set_point = [&](const Eigen::Vector3d& enu, msgs::GnssWorldPoint& to) {
+    const Eigen::Vector3d point = world_from_enu * enu;
+    to.set_x(point.x());
+    to.set_y(point.y());
+    to.set_z(point.z());
+  };
+  set_point(path.point, *message.mutable_reflection_point_world_m());
+  if (path.order < 2) return;
+  set_point(path.far_point, *message.mutable_far_reflection_point_world_m());
+  message.set_far_incidence_rad(path.far_incidence_rad);
 }
 
 void fill_satellite(const receiver::SatelliteObservation& seen, msgs::GnssSatellite& message) {

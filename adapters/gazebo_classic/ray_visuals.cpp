@@ -50,7 +50,13 @@ class RayDrawing {
       const double radius = tracked ? kLineRadius : kThinLineRadius;
       line(name + ".in", antenna_, point, radius, colour.with_alpha(kLineAlpha));
       ball(name + ".point", point, kReflectionRadius, colour);
-      line(name + ".out", point, point + length_ * towards, radius,
+      Vector3d last = point;  // the reflection next to the satellite
+      if (path.order == 2) {
+        last = world({path.far_point.x(), path.far_point.y(), path.far_point.z()});
+        line(name + ".between", point, last, radius, colour.with_alpha(kLineAlpha));
+        ball(name + ".far_point", last, kReflectionRadius, colour);
+      }
+      line(name + ".out", last, last + length_ * towards, radius,
            colour.with_alpha(tracked ? kLineAlpha : kThinLineAlpha));
     }
   }

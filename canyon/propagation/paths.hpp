@@ -28,6 +28,7 @@ struct Path {
   double far_incidence_rad = 0;                         ///< there
   std::uint32_t far_triangle = 0;                       ///< that reflects there, of `far_instance`
   std::uint32_t far_instance = 0;
+  double leg_m = 0;  ///< from the antenna to `point` (order 2)
 };
 
 /// The antenna as the satellite in direction `s` (unit, ENU) sees it in the mirrors of `path`: the antenna

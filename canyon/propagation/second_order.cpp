@@ -200,6 +200,7 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
       f.path.incidence_rad = std::acos(std::min(1.0, cosine));
       f.path.triangle = *triangle;
       f.path.instance = near.set->instance;
+      f.path.leg_m = leg;
       f.path.far_point = moved(pose, far_there);
       f.path.far_incidence_rad = std::acos(std::min(1.0, far_cosine));
       f.path.far_triangle = *far_triangle;

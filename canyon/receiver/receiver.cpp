@@ -35,7 +35,8 @@ bool in_line_of_sight(Visibility visibility) {
 /// The light-time equation r = |S(t - r/c) - x(t)| derived: r' = e.(V - v) / (1 + e.(V + omega x S)/c), S and
 /// V turned to the axes of reception. A reflection at a plane at rest sees the antenna's velocity along the
 /// direction of arrival `a` in place of e; its excess 2 h (n.e), n along e - a, also changes with e while the
-/// satellite moves on: 2 h n.e' = 2 excess (e - a).e' / |e - a|^2 (centimetres per second).
+/// satellite moves on: 2 h n.e' = 2 excess (e - a).e' / |e - a|^2 (centimetres per second). Two planes have
+/// e' times the way from the antenna's image in both to the antenna (propagation::antenna_image()).
 double path_rate(const orbit::LineOfSight& line, const Eigen::Vector3d& antenna_velocity,
                  const propagation::Path& path, const Eigen::Matrix3d& ecef_from_enu) {
   const Eigen::Vector3d& e = line.direction_ecef;
@@ -46,12 +47,14 @@ double path_rate(const orbit::LineOfSight& line, const Eigen::Vector3d& antenna_
   } else {
     const Eigen::Vector3d arrival = ecef_from_enu * path.arrival;
     rate -= arrival.dot(antenna_velocity);
+    const Eigen::Vector3d relative = satellite - antenna_velocity;
+    const Eigen::Vector3d turning = (relative - e * e.dot(relative)) / line.range_m;
     const Eigen::Vector3d normal = e - arrival;
     const double squared = normal.squaredNorm();
-    // At grazing incidence e and a agree and the excess is zero.
-    if (squared > 1e-8) {
-      const Eigen::Vector3d relative = satellite - antenna_velocity;
-      const Eigen::Vector3d turning = (relative - e * e.dot(relative)) / line.range_m;
+    if (path.order == 2) {
+      const Eigen::Vector3d between = path.point - path.far_point;
+      rate += turning.dot(ecef_from_enu * between - path.leg_m * arrival + (path.leg_m + between.norm()) * e);
+    } else if (squared > 1e-8) {  // at grazing incidence e and a agree and the excess is zero
       rate += 2 * path.excess_m * normal.dot(turning) / squared;
     }
   }
