@@ -7,14 +7,12 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
-#include <mutex>
-#include <shared_mutex>
 #include <tuple>
-#include <unordered_map>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/knife_edge.hpp"
+#include "canyon/propagation/per_instance.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -95,9 +93,7 @@ struct EdgeDiffraction::Impl {
   double shadow_excess, lit_excess;  ///< largest ones with the straight line blocked, and clear
   EdgeSet city;
 
-  // Edges of movable instances, made when first seen. Ids are never used again, so an entry stays true.
-  mutable std::shared_mutex instances_mutex;
-  mutable std::unordered_map<raytrace::InstanceId, std::unique_ptr<const EdgeSet>> instances;
+  PerInstance<EdgeSet> instances;
 
   Impl(const city::Mesh& mesh, const raytrace::RayScene& from, const DiffractionOptions& o)
       : scene(&from),
@@ -108,15 +104,9 @@ struct EdgeDiffraction::Impl {
         city(mesh, o.edges) {}
 
   const EdgeSet& edges_of(const raytrace::PlacedInstance& placed) const {
-    {
-      const std::shared_lock lock(instances_mutex);
-      const auto found = instances.find(placed.id);
-      if (found != instances.end()) return *found->second;
-    }
-    const std::unique_lock lock(instances_mutex);
-    auto& edges = instances[placed.id];
-    if (!edges) edges = std::make_unique<const EdgeSet>(*placed.mesh, options.edges);
-    return *edges;
+    return instances.of(placed, [this](const city::Mesh& mesh) {
+      return std::make_unique<const EdgeSet>(mesh, options.edges);
+    });
   }
 
   void find(const EdgeSet& set, raytrace::InstanceId instance, const Isometry3d* enu_from_set,

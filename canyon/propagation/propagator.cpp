@@ -6,16 +6,14 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
-#include <mutex>
-#include <shared_mutex>
 #include <tuple>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/facets.hpp"
+#include "canyon/propagation/per_instance.hpp"
 #include "canyon/propagation/second_order.hpp"
 
 namespace canyon::propagation {
@@ -128,9 +126,7 @@ struct Propagator::Impl {
   PropagationOptions options;
   PreparedFacets city;
 
-  // Facets of movable instances, made when first seen. Ids are never used again, so an entry stays true.
-  mutable std::shared_mutex instances_mutex;
-  mutable std::unordered_map<raytrace::InstanceId, std::unique_ptr<const PreparedFacets>> instances;
+  PerInstance<PreparedFacets> instances;
 
   Impl(const city::Mesh& mesh, const raytrace::RayScene& from, PropagationOptions o)
       : scene(&from), options(o), city(reflects(o) ? mesh : city::Mesh{}, o) {}
@@ -140,15 +136,9 @@ struct Propagator::Impl {
   }
 
   const PreparedFacets& facets_of(const raytrace::PlacedInstance& placed) const {
-    {
-      const std::shared_lock lock(instances_mutex);
-      const auto found = instances.find(placed.id);
-      if (found != instances.end()) return *found->second;
-    }
-    const std::unique_lock lock(instances_mutex);
-    auto& facets = instances[placed.id];
-    if (!facets) facets = std::make_unique<const PreparedFacets>(*placed.mesh, options);
-    return *facets;
+    return instances.of(placed, [this](const city::Mesh& mesh) {
+      return std::make_unique<const PreparedFacets>(mesh, options);
+    });
   }
 
   void find_reflections(const FacetSet& set, raytrace::InstanceId instance, const Isometry3d* enu_from_set,

@@ -2,41 +2,19 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
 #include <vector>
 
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/propagation/propagator.hpp"
+#include "tests/support/count_allocations.hpp"
 
-// Sanitizers bring their own operator new.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-// GCC cannot see that new and delete below match.
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-#endif
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
+#ifdef CANYON_COUNTS_ALLOCATIONS
 
 namespace canyon::propagation {
 namespace {
+
+using test::allocations;
 
 TEST(Propagator, AllocatesNothingInTheSteadyState) {
   const city::City city = city::synthetic_city({});

@@ -2,40 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
 #include <limits>
-#include <new>
 #include <vector>
 
 #include "canyon/receiver/code_tracking.hpp"
+#include "tests/support/count_allocations.hpp"
 
-// Sanitizers bring their own operator new.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-// GCC cannot see that new and delete below match.
-#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 11
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-#endif
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
+#ifdef CANYON_COUNTS_ALLOCATIONS
 
 namespace canyon::receiver {
 namespace {
+
+using test::allocations;
 
 TEST(CodeTracker, AllocatesNothing) {
   for (const double bandwidth : {std::numeric_limits<double>::infinity(), 8e6}) {
