@@ -72,7 +72,7 @@ drive() {
   if [[ " $* " == *" --gui "* ]] && ! { native && [ -n "${DISPLAY:-}" ]; }; then
     echo "gazebo: --gui needs Gazebo 11 installed on this machine, and a display" >&2; exit 2
   fi
-  build_plugin "$([ -e "$build/bin/gazebo_server_test" ] && echo ON || echo OFF)" MultipathSensorPlugin CanyonDrivePlugin || exit
+  build_plugin "$([ -e "$build/bin/gazebo_server_test" ] && echo ON || echo OFF)" MultipathSensorPlugin GNSSMultipathSensorPlugin GNSSMultipathModelPlugin CanyonDrivePlugin || exit
   [ -e "$CANYON_GAZEBO_DATA/$city" ] || { echo "gazebo: no $city world: ../shared/data/hongkong is not here" >&2; exit 2; }
   say "driving through $city"
   in_gazebo env GAZEBO_PLUGIN_PATH="$build/lib" python3 "$here/example/drive.py" "$CANYON_GAZEBO_DATA/$city" "$build" "$@"

@@ -39,7 +39,7 @@ const std::map<std::string, Difference>& differences() {
       {"rate_hz", {"the sensor's update_rate, 10 without one", "epochs per second of simulated time"}},
       {"name", {"by model, link and plugin", "names the receiver and its noise"}},
       {"lever_arm.forward_m",
-       {nullptr, "antenna from the sensor's, or the link's, origin: ahead, turned by its yaw"}},
+       {nullptr, "antenna from the sensor's, or the link's, origin: ahead, turned with its attitude"}},
       {"propagation.model", {"specular; mirror with satAzimuth", nullptr}},
   };
   return table;
@@ -72,12 +72,14 @@ std::vector<simulation::ScenarioKey> make_keys() {
 
   add("ray_engine", "", "embree; physics on a ray sensor with satAzimuth",
       "embree: the engine's own rays; physics: those of Gazebo's physics engine, for the mirror model only");
+  add("link", "", "the model's first",
+      "libGNSSMultipathModelPlugin.so only: the link that carries the antenna");
   add("geometry", "", "collision", "collision or visual: what embree rays meet");
   add("vehicle_blocks", "", show(d.vehicle_blocks), "rays meet the receiver's own model");
 
   add("pose_topic", "", "Gazebo's own truth",
-      "poses from outside: geometry_msgs/PoseStamped on ROS, gazebo.msgs.PoseStamped on Gazebo transport, in "
-      "the world's frame");
+      "poses of the antenna, less lever_arm, from outside (the sensor's own pose is not added): "
+      "geometry_msgs/PoseStamped on ROS, gazebo.msgs.PoseStamped on Gazebo transport, in the world's frame");
   add("pose_timeout_s", "s", show(d.pose_timeout_s),
       "of simulated time since the last pose came; without truth there is no epoch");
 

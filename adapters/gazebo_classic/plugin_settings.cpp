@@ -240,6 +240,7 @@ PluginSettings read_plugin_settings(const sdf::ElementPtr& element, const Plugin
   read_ros(elements, settings);
   read_origin(elements, settings);
   read_outputs(elements, settings);
+  (void)elements.text("link");  // the model's plugin reads it
   settings.visual_geometry = elements.choice("geometry", {"collision", "visual"}) == "visual";
   set(settings.vehicle_blocks, elements.boolean("vehicle_blocks"));
   const std::optional<std::string> engine = elements.choice("ray_engine", {"physics", "embree"});

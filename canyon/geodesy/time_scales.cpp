@@ -216,8 +216,9 @@ GpsTime gps_from_unix(std::int64_t nanoseconds_since_1970) {
   // 1980-01-06 is day 3657 of POSIX time, which counts no leap seconds.
   const GpsTime without_leaps = GpsTime::from_nanoseconds(
       nanoseconds_since_1970 - std::int64_t{3657} * 86400 * GpsTime::kNanosecondsPerSecond);
-  GpsTime t = without_leaps + std::chrono::seconds(leap_seconds(without_leaps));
-  return without_leaps + std::chrono::seconds(leap_seconds(t));
+  // A second on, so that a leap second is over where its repetition is asked for.
+  const GpsTime about = without_leaps + std::chrono::seconds(leap_seconds(without_leaps) + 1);
+  return without_leaps + std::chrono::seconds(leap_seconds(about));
 }
 
 GpsTime gps_from_bdt(int bdt_week, double seconds_of_week) {

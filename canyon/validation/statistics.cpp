@@ -69,7 +69,7 @@ double exact_tail(std::size_t n, std::size_t m, double d) {
 
 /// The continued fraction of DLMF 8.17.22 by Lentz's method (Numerical Recipes, 3rd edition, 5.2).
 double beta_fraction(double a, double b, double x) {
-  constexpr double kTiny = 1e-300;
+  static constexpr double kTiny = 1e-300;  // static: GCC 10 wants others captured
   const auto guarded = [](double v) { return std::abs(v) < kTiny ? kTiny : v; };
   double c = 1;
   double d = 1 / guarded(1 - (a + b) * x / (a + 1));
