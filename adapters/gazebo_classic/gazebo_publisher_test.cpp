@@ -170,6 +170,11 @@ TEST(GnssMessage, CarriesSatellitesAndTheirPaths) {
   EXPECT_NEAR(path.reflection_point_world_m().x(), 12 * std::cos(0.5) + 34 * std::sin(0.5), 1e-12);
   EXPECT_NEAR(path.reflection_point_world_m().y(), 12 * std::sin(0.5) - 34 * std::cos(0.5), 1e-12);
   EXPECT_EQ(path.reflection_point_world_m().z(), 5.6);
+  // (-7.5, 21), likewise.
+  EXPECT_NEAR(path.far_reflection_point_world_m().x(), -7.5 * std::cos(0.5) - 21 * std::sin(0.5), 1e-12);
+  EXPECT_NEAR(path.far_reflection_point_world_m().y(), -7.5 * std::sin(0.5) + 21 * std::cos(0.5), 1e-12);
+  EXPECT_EQ(path.far_reflection_point_world_m().z(), 9.25);
+  EXPECT_EQ(path.far_incidence_rad(), 0.375);
 
   const auto& los = satellite(message, "G05");
   EXPECT_EQ(los.visibility(), msgs::GnssSatellite::LOS);

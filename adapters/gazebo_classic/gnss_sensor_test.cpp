@@ -299,7 +299,8 @@ TEST(GnssSensor, LeavesWithItsModel) {
   world->RemoveModel("car");
   server.step(40);
   EXPECT_TRUE(other.at(0.6));
-  for (const GnssReceiver& message : listener.all()) EXPECT_LE(message.sim_time_ns(), 200000000) << message.ShortDebugString();
+  for (const GnssReceiver& message : listener.all())
+    EXPECT_LE(message.sim_time_ns(), 200000000) << message.ShortDebugString();
   world->RemoveModel("other");
   server.step(20);
   EXPECT_DOUBLE_EQ(world->SimTime().Double(), 0.8);

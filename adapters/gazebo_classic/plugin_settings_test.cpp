@@ -537,8 +537,9 @@ TEST(PluginKeys, HoldEveryKeyOfALiveReceiver) {
 TEST(PluginKeys, EveryElementOfTheTableIsRead) {
   // An element that is known but that nothing reads would end in an error of the scenario's reader. A value
   // that no element takes shows that each is judged by somebody; those that take any word are named.
-  const std::vector<std::string> any_word{"frame_id",      "pose_topic",     "topic",     "frameName",
-                                          "ros.namespace", "robotNamespace", "topicName", "name"};
+  const std::vector<std::string> any_word{"frame_id",  "pose_topic",    "topic",
+                                          "frameName", "ros.namespace", "robotNamespace",
+                                          "topicName", "name",          "link"};
   for (const simulation::ScenarioKey& key : plugin_keys()) {
     std::string open;
     std::string close;

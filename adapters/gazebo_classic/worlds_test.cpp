@@ -22,7 +22,7 @@ using test::InProcessServer;
 constexpr double kDeg = std::numbers::pi / 180;
 
 [[nodiscard]] std::filesystem::path world_file(const char* name) {
-  return std::filesystem::path(__FILE__).parent_path() / "worlds" / name;
+  return std::filesystem::path(CANYON_SOURCE_DIR) / "adapters/gazebo_classic/worlds" / name;
 }
 
 [[nodiscard]] std::optional<GnssReceiver> observe(const char* world) {

@@ -9,6 +9,8 @@
 #include <gazebo/gazebo.hh>
 #include <gazebo/physics/physics.hh>
 #include <gazebo/sensors/sensors.hh>
+#include <map>
+#include <regex>
 #include <stdexcept>
 #include <string>
 
@@ -27,8 +29,14 @@ class InProcessServer {
   InProcessServer(const InProcessServer&) = delete;
   InProcessServer& operator=(const InProcessServer&) = delete;
 
-  /// Loads a world from SDF text in place of the one before.
-  gazebo::physics::WorldPtr load(const std::string& sdf) {
+  /// Loads a world from SDF text in place of the one before. Where that had its name it gets another:
+  /// messages of the end of a world may arrive late, and name models that are here as well.
+  gazebo::physics::WorldPtr load(std::string sdf) {
+    const std::regex named("(<world name=['\"])([^'\"]*)");
+    if (std::smatch name; std::regex_search(sdf, name, named) && used_[name[2]]++ > 0) {
+      const std::string another = name[2].str() + "_" + std::to_string(used_[name[2]]);
+      sdf = name.prefix().str() + name[1].str() + another + name.suffix().str();
+    }
     const std::filesystem::path file = folder_ / "test.world";
     std::ofstream(file) << sdf;
     return load_file(file);
@@ -94,6 +102,7 @@ class InProcessServer {
   static inline testing::Environment* const end_ = testing::AddGlobalTestEnvironment(new End);
 
   canyon::test::TemporaryFolder folder_;
+  std::map<std::string, int> used_;  // names of worlds
   gazebo::physics::WorldPtr world_;
 };
 

@@ -49,6 +49,9 @@ struct SampleReport {
         path.point = reflection_enu();
         path.arrival = geodesy::enu_from_azimuth_elevation(0.75, 0.5);
         path.incidence_rad = 0.625;
+        path.order = 2;
+        path.far_point = {-7.5, 21, 9.25};
+        path.far_incidence_rad = 0.375;
         view.paths.paths.push_back(path);
       }
       step.arrival.views.push_back(std::move(view));
