@@ -10,8 +10,10 @@
 #include <cstdlib>
 #include <vector>
 
+#include "adapters/gazebo_classic/physics_rays.hpp"
 #include "adapters/gazebo_classic/testing/city_world.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
+#include "adapters/gazebo_classic/world_geometry.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::gazebo_classic {
@@ -44,6 +46,48 @@ double measure(const std::string& world, unsigned steps) {
   for (int i = 0; i < 5; ++i) rounds.push_back(seconds_of(steps));
   std::sort(rounds.begin(), rounds.end());
   return rounds[rounds.size() / 2];
+}
+
+// The 62 rays alone, time after time from where the car stands in the world that is loaded.
+void compare_rays() {
+  const gazebo::physics::WorldPtr world = gazebo::physics::get_world();
+  const gazebo::physics::LinkPtr link = world->ModelByName("car")->GetLink("base");
+  const ignition::math::Vector3d at = link->WorldPose().Pos();
+  std::vector<PhysicsRay> rays;
+  for (int i = 0; i < kSatellites; ++i) {
+    const Eigen::Vector3d s = geodesy::enu_from_azimuth_elevation(
+        std::fmod(2.399963 * i, 2 * geodesy::kPi), std::asin(0.18 + 0.8 * (i + 0.5) / kSatellites));
+    rays.push_back({{at.X(), at.Y(), at.Z()}, s, 5000});
+    rays.push_back({{at.X(), at.Y(), at.Z()}, {-s.x(), -s.y(), s.z()}, 300});
+  }
+  const auto time = [](const auto& cast) {
+    constexpr int kTimes = 1000;
+    cast();
+    const auto begin = std::chrono::steady_clock::now();
+    for (int i = 0; i < kTimes; ++i) cast();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() / kTimes;
+  };
+  PhysicsRays physics(link, nullptr, "bench");
+  std::vector<double> ranges(rays.size());
+  const double physics_s = time([&] { physics.cast(rays, nullptr, ranges); });
+  const auto geometry = WorldGeometry::of(world, {false, {}});
+  geometry->update(nullptr);
+  const raytrace::RayScene& scene = geometry->scene()->scene;
+  std::size_t met = 0, agree = 0;
+  const double embree_s = time([&] {
+    met = agree = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const bool hit = scene.cast({rays[i].origin, rays[i].direction, rays[i].max_range_m}).has_value();
+      met += hit ? 1 : 0;
+      agree += hit == std::isfinite(ranges[i]) ? 1 : 0;
+    }
+  });
+  const double update_s = time([&] { geometry->update(nullptr); });
+  fmt::print(
+      "the {} rays alone ({} meet something, {} agree): physics {:.1f} us, embree {:.1f} us, {:.1f} times "
+      "cheaper; "
+      "the geometry's update {:.1f} us\n",
+      rays.size(), met, agree, physics_s * 1e6, embree_s * 1e6, physics_s / embree_s, update_s * 1e6);
 }
 
 int run(const std::string& city) {
@@ -101,6 +145,8 @@ int run(const std::string& city) {
         "  {:8} {:9} {:9.1f} us   {:6.1f} times cheaper than physics   {:.3f} % of real time at 10 Hz\n",
         engine, model, update_s * 1e6, physics / update_s, update_s * 10 * 100);
   }
+  compare_rays();
+
   // Gazebo as it runs: physics at 1 kHz, as fast as it can.
   constexpr unsigned kFine = 5000;
   const double plain = measure(test::city_world(folder, 0.001, bare), kFine);
