@@ -15,6 +15,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/propagation/propagator.hpp"
+#include "tests/support/plain_triangles.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::propagation {
@@ -23,49 +24,15 @@ namespace {
 using city::Mesh;
 using Eigen::Vector3d;
 
-struct Triangle {
-  Vector3d a, b, c, normal;
-  bool reflects;
-};
-
-/// Range of the ray to the triangle, negative where it misses.
-double range_to(const Triangle& t, const Vector3d& origin, const Vector3d& direction) {
-  const Vector3d ab = t.b - t.a, ac = t.c - t.a, p = direction.cross(ac);
-  const double determinant = ab.dot(p);
-  if (std::abs(determinant) < 1e-15) return -1;
-  const Vector3d to_origin = origin - t.a;
-  const double u = to_origin.dot(p) / determinant;
-  if (u < -1e-12 || u > 1 + 1e-12) return -1;
-  const Vector3d q = to_origin.cross(ab);
-  const double v = direction.dot(q) / determinant;
-  if (v < -1e-12 || u + v > 1 + 1e-12) return -1;
-  return ac.dot(q) / determinant;
-}
+using test::PlainTriangles;
+using Triangle = PlainTriangles::Triangle;
 
 Vector3d mirrored(const Vector3d& point, const Triangle& t) {
   return point - 2 * t.normal.dot(point - t.a) * t.normal;
 }
 
-struct Reference {
-  std::vector<Triangle> triangles;
-
-  explicit Reference(const Mesh& mesh) {
-    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-      const auto& t = mesh.triangles[i];
-      Triangle triangle{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]], {}, false};
-      triangle.normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a).normalized();
-      triangle.reflects = mesh.surface_of(i) == city::Surface::Building;
-      triangles.push_back(triangle);
-    }
-  }
-
-  /// Anything between 1 mm from the origin and 1 mm before the end.
-  [[nodiscard]] bool hidden(const Vector3d& origin, const Vector3d& direction, double length) const {
-    return std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
-      const double range = range_to(t, origin, direction);
-      return range > 1e-3 && range < length - 1e-3;
-    });
-  }
+struct Reference : PlainTriangles {
+  using PlainTriangles::PlainTriangles;
   [[nodiscard]] bool hidden_between(const Vector3d& from, const Vector3d& to) const {
     return hidden(from, (to - from).normalized(), (to - from).norm());
   }
