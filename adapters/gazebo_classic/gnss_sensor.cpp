@@ -23,6 +23,7 @@
 #include "adapters/gazebo_classic/plugin_settings.hpp"
 #include "adapters/gazebo_classic/pose_source.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
+#include "adapters/gazebo_classic/shape_meshes.hpp"
 #include "adapters/gazebo_classic/update_schedule.hpp"
 #include "adapters/gazebo_classic/world_geometry.hpp"
 #include "canyon/base/input_error.hpp"
@@ -37,10 +38,6 @@ using geodesy::GpsTime;
 constexpr double kDefaultRate_hz = 10;
 // Rays of a physics engine have an end. A roof that hides a satellite 10 deg high from here is 870 m high.
 constexpr double kPhysicsReach_m = 5000;
-
-Vector3d eigen(const ignition::math::Vector3d& v) {
-  return {v.X(), v.Y(), v.Z()};
-}
 
 std::int64_t nanoseconds(const gazebo::common::Time& t) {
   return static_cast<std::int64_t>(t.sec) * 1'000'000'000 + t.nsec;

@@ -31,7 +31,8 @@ class RayDrawing {
     satellite_ = to_string(view.line.id);
     const Visibility visibility = view.paths.visibility;
     const output::Colour colour = output::colour_of(visibility);
-    const Vector3d towards = world(direction_enu(view.line.azimuth_rad, view.line.elevation_rad));
+    const Vector3d towards =
+        world(geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad));
     if (visibility == Visibility::LOS || visibility == Visibility::LOSMultipath) {
       const Vector3d end = antenna_ + length_ * towards;
       line("direct", antenna_, end, kLineRadius, colour.with_alpha(kLineAlpha));
@@ -46,13 +47,13 @@ class RayDrawing {
       if (path.kind != propagation::PathKind::Reflected) continue;
       if (drawn == kMaxDrawnPaths) break;
       const std::string name = "path" + std::to_string(drawn++);
-      const Vector3d point = world({path.point.x(), path.point.y(), path.point.z()});
+      const Vector3d point = world(path.point);
       const double radius = tracked ? kLineRadius : kThinLineRadius;
       line(name + ".in", antenna_, point, radius, colour.with_alpha(kLineAlpha));
       ball(name + ".point", point, kReflectionRadius, colour);
       Vector3d last = point;  // the reflection next to the satellite
       if (path.order == 2) {
-        last = world({path.far_point.x(), path.far_point.y(), path.far_point.z()});
+        last = world(path.far_point);
         line(name + ".between", point, last, radius, colour.with_alpha(kLineAlpha));
         ball(name + ".far_point", last, kReflectionRadius, colour);
       }
@@ -64,13 +65,9 @@ class RayDrawing {
   [[nodiscard]] std::vector<VisualShape> take() { return std::move(shapes_); }
 
  private:
-  [[nodiscard]] static Vector3d direction_enu(double azimuth, double elevation) {
-    return {std::cos(elevation) * std::sin(azimuth), std::cos(elevation) * std::cos(azimuth),
-            std::sin(elevation)};
-  }
   /// World and ENU differ by a rotation about the vertical and share their origin.
-  [[nodiscard]] Vector3d world(const Vector3d& enu) const {
-    return {cosine_ * enu.X() - sine_ * enu.Y(), sine_ * enu.X() + cosine_ * enu.Y(), enu.Z()};
+  [[nodiscard]] Vector3d world(const Eigen::Vector3d& enu) const {
+    return {cosine_ * enu.x() - sine_ * enu.y(), sine_ * enu.x() + cosine_ * enu.y(), enu.z()};
   }
   void line(const std::string& name, const Vector3d& from, const Vector3d& to, double radius,
             output::Colour colour) {
