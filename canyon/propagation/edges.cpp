@@ -258,10 +258,6 @@ std::vector<Edge> merge(std::vector<Piece> pieces) {
   return edges;
 }
 
-double squared_distance(const Vector3d& point, const Vector3d& min, const Vector3d& max) {
-  return (min - point).cwiseMax(point - max).cwiseMax(0).squaredNorm();
-}
-
 double squared_distance(const Vector3d& point, const Edge& edge) {
   const double along = std::clamp((point - edge.start).dot(edge.direction), 0.0, edge.length_m);
   return (edge.start + along * edge.direction - point).squaredNorm();
@@ -397,16 +393,16 @@ EdgeSet::EdgeSet(const city::Mesh& mesh, EdgeOptions options) {
 
 /// Along a Z-curve through cubes of 1/1024 of the bounds.
 void EdgeSet::order_in_blocks() {
-  Bounds all;
+  Vector3d low = Vector3d::Constant(1e300), high = -low;
   const auto stop = [](const Edge& e) -> Vector3d { return e.start + e.length_m * e.direction; };
   const auto middle = [](const Edge& e) -> Vector3d { return e.start + 0.5 * e.length_m * e.direction; };
   for (const Edge& edge : edges_) {
-    all.min = all.min.cwiseMin(middle(edge));
-    all.max = all.max.cwiseMax(middle(edge));
+    low = low.cwiseMin(middle(edge));
+    high = high.cwiseMax(middle(edge));
   }
-  const double cell = std::max(1e-3, (all.max - all.min).maxCoeff() / 1023);
+  const double cell = std::max(1e-3, (high - low).maxCoeff() / 1023);
   const auto code = [&](const Edge& edge) {
-    const Vector3d at = (middle(edge) - all.min) / cell;
+    const Vector3d at = (middle(edge) - low) / cell;
     std::uint32_t bits = 0;
     for (std::uint32_t bit = 0; bit < 10; ++bit) {
       for (std::uint32_t k = 0; k < 3; ++k) {
@@ -422,32 +418,21 @@ void EdgeSet::order_in_blocks() {
   ordered.reserve(edges_.size());
   for (const auto& [place, i] : order) ordered.push_back(edges_[i]);
   edges_ = std::move(ordered);
-  for (std::size_t i = 0; i < edges_.size(); ++i) {
-    if (i % kBlock == 0) blocks_.emplace_back();
-    if (i % (kBlock * kBlock) == 0) super_blocks_.emplace_back();
-    for (Bounds* bounds : {&blocks_.back(), &super_blocks_.back()}) {
-      bounds->min = bounds->min.cwiseMin(edges_[i].start).cwiseMin(stop(edges_[i]));
-      bounds->max = bounds->max.cwiseMax(edges_[i].start).cwiseMax(stop(edges_[i]));
-    }
+  for (const Edge& edge : edges_) {
+    blocks_.append(edge.start.cwiseMin(stop(edge)), edge.start.cwiseMax(stop(edge)));
   }
 }
 
 void EdgeSet::gather(const Vector3d& antenna, double reach_m, double clearance_m, NearEdges& out) const {
   out.clear();
   const double reach2 = reach_m * reach_m;
-  for (std::size_t s = 0; s < super_blocks_.size(); ++s) {
-    if (squared_distance(antenna, super_blocks_[s].min, super_blocks_[s].max) > reach2) continue;
-    for (std::size_t b = s * kBlock; b < std::min((s + 1) * kBlock, blocks_.size()); ++b) {
-      if (squared_distance(antenna, blocks_[b].min, blocks_[b].max) > reach2) continue;
-      for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, edges_.size()); ++i) {
-        const Edge& edge = edges_[i];
-        const Vector3d from = antenna - edge.start;
-        const double above = std::max(edge.normal[0].dot(from), edge.normal[1].dot(from));
-        if (above <= clearance_m + 2 * edge.deviation_m || squared_distance(antenna, edge) > reach2) continue;
-        out.append(static_cast<std::uint32_t>(i), edge, antenna);
-      }
-    }
-  }
+  blocks_.for_each_near(antenna, reach2, [&](std::size_t i) {
+    const Edge& edge = edges_[i];
+    const Vector3d from = antenna - edge.start;
+    const double above = std::max(edge.normal[0].dot(from), edge.normal[1].dot(from));
+    if (above <= clearance_m + 2 * edge.deviation_m || squared_distance(antenna, edge) > reach2) return;
+    out.append(static_cast<std::uint32_t>(i), edge, antenna);
+  });
   out.pad();
 }
 

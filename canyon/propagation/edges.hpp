@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "canyon/city/city.hpp"
+#include "canyon/propagation/bounds_blocks.hpp"
 
 namespace canyon::propagation {
 
@@ -113,15 +114,10 @@ class EdgeSet {
   void gather(const Eigen::Vector3d& antenna, double reach_m, double clearance_m, NearEdges& out) const;
 
  private:
-  struct Bounds {
-    Eigen::Vector3d min = Eigen::Vector3d::Constant(1e300), max = Eigen::Vector3d::Constant(-1e300);
-  };
-  static constexpr std::size_t kBlock = 32;  ///< edges in a block, blocks in a super-block
-
   void order_in_blocks();
 
-  std::vector<Edge> edges_;  ///< so ordered that runs of kBlock lie together
-  std::vector<Bounds> blocks_, super_blocks_;
+  std::vector<Edge> edges_;  ///< so ordered that neighbours lie together
+  BoundsBlocks blocks_;
 };
 
 }  // namespace canyon::propagation

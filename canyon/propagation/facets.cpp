@@ -109,10 +109,6 @@ Vector3d area_normal(const city::Mesh& mesh, std::uint32_t triangle) {
   return (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
 }
 
-double squared_distance(const Vector3d& point, const Vector3d& min, const Vector3d& max) {
-  return (min - point).cwiseMax(point - max).cwiseMax(0).squaredNorm();
-}
-
 /// Twice the area of (a, b, p): positive where p is left of a -> b.
 double side(const Vector2d& a, const Vector2d& b, const Vector2d& p) {
   return (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
@@ -298,32 +294,19 @@ void FacetSet::order_in_blocks() {
   ordered.reserve(facets_.size());
   for (const std::uint32_t i : order) ordered.push_back(facets_[i]);
   facets_ = std::move(ordered);
-  for (std::size_t i = 0; i < facets_.size(); ++i) {
-    if (i % kBlock == 0) blocks_.emplace_back();
-    if (i % (kBlock * kBlock) == 0) super_blocks_.emplace_back();
-    for (Bounds* bounds : {&blocks_.back(), &super_blocks_.back()}) {
-      bounds->min = bounds->min.cwiseMin(facets_[i].min);
-      bounds->max = bounds->max.cwiseMax(facets_[i].max);
-    }
-  }
+  for (const Facet& facet : facets_) blocks_.append(facet.min, facet.max);
 }
 
 void FacetSet::gather(const Vector3d& antenna, double reach_m, double clearance_m, FacingFacets& out) const {
   out.clear();
   const double reach2 = reach_m * reach_m;
-  for (std::size_t s = 0; s < super_blocks_.size(); ++s) {
-    if (squared_distance(antenna, super_blocks_[s].min, super_blocks_[s].max) > reach2) continue;
-    for (std::size_t b = s * kBlock; b < std::min((s + 1) * kBlock, blocks_.size()); ++b) {
-      if (squared_distance(antenna, blocks_[b].min, blocks_[b].max) > reach2) continue;
-      for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, facets_.size()); ++i) {
-        const Facet& facet = facets_[i];
-        const double height = facet.normal.dot(antenna) - facet.offset;
-        if (height <= clearance_m + 2 * facet.deviation) continue;
-        if (squared_distance(antenna, facet.min, facet.max) > reach2) continue;
-        out.append(static_cast<std::uint32_t>(i), facet, antenna, height);
-      }
-    }
-  }
+  blocks_.for_each_near(antenna, reach2, [&](std::size_t i) {
+    const Facet& facet = facets_[i];
+    const double height = facet.normal.dot(antenna) - facet.offset;
+    if (height <= clearance_m + 2 * facet.deviation) return;
+    if (BoundsBlocks::squared_distance(antenna, facet.min, facet.max) > reach2) return;
+    out.append(static_cast<std::uint32_t>(i), facet, antenna, height);
+  });
   out.pad();
 }
 

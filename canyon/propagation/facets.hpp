@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "canyon/city/city.hpp"
+#include "canyon/propagation/bounds_blocks.hpp"
 
 namespace canyon::propagation {
 
@@ -48,7 +49,7 @@ void mark_reflecting(const FacingFacets& facing, const Eigen::Vector3d& s, doubl
 class FacetSet {
  public:
   /// Facets [i * kBlock, (i + 1) * kBlock) lie close together; the last block may be shorter.
-  static constexpr std::size_t kBlock = 32;
+  static constexpr std::size_t kBlock = BoundsBlocks::kBlock;
 
   /// No facets.
   FacetSet() = default;
@@ -79,9 +80,6 @@ class FacetSet {
     std::array<Eigen::Vector2d, 3> corner;
     std::uint32_t triangle = 0;
   };
-  struct Bounds {
-    Eigen::Vector3d min = Eigen::Vector3d::Constant(1e300), max = Eigen::Vector3d::Constant(-1e300);
-  };
   static constexpr std::uint32_t kFlatBlock = 16;  ///< flat triangles in a block
 
   void add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& group);
@@ -91,7 +89,7 @@ class FacetSet {
   std::vector<FlatTriangle> flat_;
   /// Bounds of each kFlatBlock of a facet's flat triangles, from Facet::first_bounds.
   std::vector<std::array<double, 4>> flat_bounds_;  ///< min u, min v, max u, max v
-  std::vector<Bounds> blocks_, super_blocks_;       ///< a super-block is kBlock blocks
+  BoundsBlocks blocks_;                             ///< of the facets
 };
 
 }  // namespace canyon::propagation
