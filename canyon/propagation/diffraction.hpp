@@ -34,6 +34,7 @@ struct DiffractionOptions {
 
   /// Largest excess path [m] within max_loss_db: wavelength nu^2 / 4 of the nu that loses so much.
   [[nodiscard]] double max_excess_m() const;
+  [[nodiscard]] bool operator==(const DiffractionOptions&) const = default;
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };

@@ -91,6 +91,7 @@ struct EdgeOptions {
   /// Least angle [rad] by which the faces turn away from one plane. Seams of rounded walls stay below it.
   /// [0.001, pi/2].
   double min_turn_rad = 0.087266462599716477;  // 5 deg
+  [[nodiscard]] bool operator==(const EdgeOptions&) const = default;
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };

@@ -10,6 +10,8 @@
 #include "canyon/propagation/antenna_pattern.hpp"
 #include "canyon/propagation/foliage.hpp"
 #include "canyon/propagation/fresnel.hpp"
+#include "canyon/propagation/path_geometry.hpp"
+#include "canyon/propagation/paths.hpp"
 
 namespace canyon::propagation {
 
@@ -24,27 +26,6 @@ struct StrengthOptions {
   FoliageModel foliage = FoliageModel::Woodland;
   /// Throws InputError naming the field and its bound.
   void validate() const;
-};
-
-/// One reflection on the way.
-struct Incidence {
-  double incidence_rad = 0;  ///< between ray and normal, [0, pi/2]
-  city::Material material = city::Material::Unknown;
-  std::optional<double> thickness_m;  ///< of the slab; empty: the material's default
-  double plane_turn_rad = 0;  ///< of the plane of incidence since the reflection before; 0 for the first
-};
-
-/// What the strength of a path depends on: any sequence of reflections, one edge, foliage. All empty: the
-/// direct path.
-struct PathGeometry {
-  std::array<Incidence, 2> incidences;  ///< in the order from the satellite
-  int incidence_count = 0;              ///< 0 to 2
-  /// Of the edge that the ray bends around (signed_knife_edge_nu()): > 0 where it blocks; < 0: the wave that
-  /// an edge beside a clear path adds to it (edge_wave()).
-  std::optional<double> edge_nu;
-  double excess_m = 0;  ///< longer than the straight line by this much, all detours together, >= 0
-  double arrival_elevation_rad = 0;  ///< of the direction that the ray comes from, [-pi/2, pi/2]
-  double foliage_depth_m = 0;        ///< of vegetation along the ray, >= 0
 };
 
 /// The wave at the antenna over the RHCP wave that arrives on a clear direct path: what reflections, edge and
@@ -65,6 +46,13 @@ struct PathGeometry {
 /// Amplitude [1] of a path at the antenna's output over that of the unobstructed line of sight to the same
 /// satellite at `satellite_elevation_rad`: what multiplies a correlator. 1 for the direct path.
 [[nodiscard]] std::complex<double> path_amplitude(const PathGeometry& path, double satellite_elevation_rad,
+                                                  double frequency_hz, const AntennaPattern& antenna,
+                                                  const StrengthOptions& options = {});
+
+/// The same for a path as Propagator::trace() gives it. Diffuse: sqrt(scattered_power) times the antenna's
+/// response to an unpolarised wave over that to the line of sight, sqrt((G_R + G_L) / 2 / G_R(satellite)),
+/// with the phase of its excess; its phase is random at the reflector (receiver::PathPhases).
+[[nodiscard]] std::complex<double> path_amplitude(const Path& path, double satellite_elevation_rad,
                                                   double frequency_hz, const AntennaPattern& antenna,
                                                   const StrengthOptions& options = {});
 

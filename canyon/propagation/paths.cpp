@@ -18,6 +18,20 @@ std::string_view name(Visibility visibility) {
   return "blocked";
 }
 
+std::string_view name(PathKind kind) {
+  switch (kind) {
+    case PathKind::Direct:
+      break;
+    case PathKind::Reflected:
+      return "reflected";
+    case PathKind::Diffracted:
+      return "diffracted";
+    case PathKind::Diffuse:
+      return "diffuse";
+  }
+  return "direct";
+}
+
 Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna, const Eigen::Vector3d& s) {
   if (path.kind == PathKind::Direct) return antenna;
   const double leg = (path.point - antenna).norm();

@@ -6,10 +6,18 @@
 #include <vector>
 
 #include "canyon/orbit/sky.hpp"
+#include "canyon/propagation/path_geometry.hpp"
 
 namespace canyon::propagation {
 
-enum class PathKind : std::uint8_t { Direct, Reflected };
+enum class PathKind : std::uint8_t {
+  Direct,
+  Reflected,   ///< by one or two facets, as by mirrors
+  Diffracted,  ///< around one edge
+  Diffuse,     ///< scattered by a rough or structured facade: a bundle of ways with one mean detour
+};
+/// "direct", "reflected", "diffracted", "diffuse": the words of every output.
+[[nodiscard]] std::string_view name(PathKind kind);
 
 /// One way from satellite to antenna. Directions and points are in the city's ENU frame. `point` and what
 /// belongs to it are of the interaction next to the antenna, `far_point` and its like of the one next to the
@@ -18,10 +26,10 @@ struct Path {
   PathKind kind = PathKind::Direct;
   std::uint8_t order = 0;  ///< reflections on the way: 0 for Direct, 1 or 2 for Reflected
   double excess_m = 0;     ///< longer than the straight line by this much; 0 for Direct
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< reflection point (Reflected)
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< of reflection, on the edge, on the facade
   Eigen::Vector3d arrival = Eigen::Vector3d::Zero();  ///< unit, from the antenna towards where it comes from
   double incidence_rad = 0;                           ///< between ray and facet normal, [0, pi/2)
-  std::uint32_t triangle = 0;                         ///< that reflects, of `instance`
+  std::uint32_t triangle = 0;                         ///< that reflects or scatters, of `instance`
   std::uint32_t instance = 0;
 
   Eigen::Vector3d far_point = Eigen::Vector3d::Zero();  ///< reflection point next to the satellite (order 2)
@@ -29,6 +37,16 @@ struct Path {
   std::uint32_t far_triangle = 0;                       ///< that reflects there, of `far_instance`
   std::uint32_t far_instance = 0;
   double leg_m = 0;  ///< from the antenna to `point` (order 2)
+
+  /// What strength depends on; of Diffuse only the excess and the arrival. A Direct path with
+  /// geometry.foliage_depth_m > 0 comes through vegetation.
+  PathGeometry geometry;
+  /// Stays the same while the signal comes over the same surfaces or edge: what random phases hang on
+  /// (receiver::PathPhases). 0 for Direct.
+  std::uint64_t reflector = 0;
+  /// Mean power [1] over the unobstructed line of sight's at isotropic antennas (Diffuse only); the
+  /// instantaneous one is Rayleigh fading about it.
+  double scattered_power = 0;
 };
 
 /// The antenna as the satellite in direction `s` (unit, ENU) sees it in the mirrors of `path`: the antenna
@@ -40,7 +58,7 @@ struct Path {
 
 enum class Visibility : std::uint8_t {
   LOS,           ///< direct path clear, nothing else arrives
-  LOSMultipath,  ///< direct path clear, reflections arrive as well
+  LOSMultipath,  ///< direct path clear, reflections arrive as well (an edge beside the path does not count)
   NLOS,          ///< direct path blocked, at least one other path arrives
   Blocked,       ///< nothing arrives
 };

@@ -6,6 +6,8 @@
 #include <string_view>
 
 #include "canyon/city/city.hpp"
+#include "canyon/propagation/diffraction.hpp"
+#include "canyon/propagation/diffuse.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
@@ -24,6 +26,18 @@ struct PropagationOptions {
   double max_incidence_rad = 1.5533430342749532;  // 89 deg
   /// Reflect from terrain as well. Specular only.
   bool ground_reflection = false;
+  /// Paths around edges (EdgeDiffraction with `edges`), of blocked satellites and, as the wave that an edge
+  /// adds to a clear signal, of others. Specular only.
+  bool diffraction = false;
+  DiffractionOptions edges;
+  /// Diffuse paths of satellites whose direct path is blocked (DiffuseScattering with `scattering`). Specular
+  /// only.
+  bool diffuse = false;
+  DiffuseOptions scattering;
+  /// Vegetation weakens the direct path (PathGeometry::foliage_depth_m) instead of blocking it. Specular
+  /// only.
+  bool through_foliage = false;
+  [[nodiscard]] bool operator==(const PropagationOptions&) const = default;
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };

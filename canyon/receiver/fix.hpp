@@ -27,6 +27,13 @@ struct Measurement {
   double carrier_frequency_hz = 0;
   double sigma_m = 1;  ///< standard deviation that the solver weights and states covariances by; > 0
   double doppler_sigma_hz = 0.1;  ///< likewise, of the Doppler; > 0
+  std::optional<double> cn0_dbhz;
+  /// Accumulated since the channel's lock [cycles], growing with the pseudorange (RINEX's sign); empty while
+  /// no phase is tracked.
+  std::optional<double> carrier_phase_cycles;
+  double carrier_phase_sigma_cycles = 0;  ///< standard deviation
+  /// Since when the phase is continuous; a later instant than at the epoch before is a cycle slip.
+  std::optional<geodesy::GpsTime> phase_since;
 };
 
 enum class FixStatus : std::uint8_t {
@@ -35,12 +42,49 @@ enum class FixStatus : std::uint8_t {
   TooFewSatellites,
   Singular,      ///< the satellites' geometry does not determine position and clocks
   NotConverged,  ///< did not settle, or settled at no place near the ground (height -10 km to 100 km)
+  WeakGeometry,  ///< PDOP beyond FixOptions::max_pdop
   NoSignal,      ///< the antenna is inside a building or under the terrain
 };
 /// "fix" or "no fix": the words of every output.
 [[nodiscard]] std::string_view name(FixStatus status);
 /// Reason for people: "too few satellites".
 [[nodiscard]] std::string_view reason(FixStatus status);
+
+/// How a solver weighs pseudoranges against each other.
+enum class Weighting : std::uint8_t {
+  Sigma,      ///< 1 / sigma^2 of Measurement::sigma_m
+  Equal,      ///< all alike, at the rms of the sigmas
+  Elevation,  ///< sigma^2 = a^2 + b^2 / sin(elevation)^2
+  Cn0,        ///< sigma^2 = c + d 10^(-C/N0 / 10); a signal without C/N0 counts as 30 dB-Hz
+};
+/// "sigma", "equal", "elevation", "cn0": the words of scenarios.
+[[nodiscard]] std::string_view name(Weighting weighting);
+
+struct WeightOptions {
+  Weighting weighting = Weighting::Sigma;
+  double elevation_a_m = 0.3, elevation_b_m = 0.3;  ///< RTKLIB's defaults at code level scale: see .cpp; > 0
+  /// As validation::ClockOptions (Kuusniemi 2005): > 0, >= 0.
+  double cn0_floor_m2 = 10;
+  double cn0_scale_m2_hz = 22'500;
+  [[nodiscard]] double sigma_m(const Measurement& measurement, double elevation_rad) const;
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+
+/// Receiver autonomous integrity monitoring: fault detection and exclusion on the residuals of one fix.
+struct RaimOptions {
+  bool enabled = false;
+  /// Probability of a false alarm of one fix, (0, 0.5]: 1/15000 is 3.33e-7/sample's order in aviation; for
+  /// positioning in cities thousandths are usual (Kuusniemi 2005).
+  double false_alarm = 1e-3;
+  /// Satellites that may be excluded from one fix at most. [1, 30].
+  int max_exclusions = 3;
+  /// Standard deviation of a pseudorange that residuals are tested against is that of the weights times
+  /// this; > 0.
+  double sigma_scale = 1;
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
 
 struct FixOptions {
   double elevation_mask_rad = 0.17453292519943295;  ///< 10 deg; [0, pi/2)
@@ -50,6 +94,12 @@ struct FixOptions {
   double convergence_m = 1e-6;       ///< the paper's epsilon, on |dx| (position and clocks); (0, 1]
   bool correct_ionosphere = false;   ///< by the sky's Klobuchar coefficients
   bool correct_troposphere = false;  ///< by Saastamoinen
+  /// Satellites weaker than this are not used [dB-Hz]; those without C/N0 are. 0: no mask. [0, 60].
+  double cn0_mask_dbhz = 0;
+  WeightOptions weights;
+  RaimOptions raim;
+  /// A solution of larger PDOP is none [1]; > 0, infinite: any.
+  double max_pdop = std::numeric_limits<double>::infinity();
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
@@ -70,8 +120,11 @@ struct [[nodiscard]] Fix {
   std::map<orbit::System, double> clock_bias_s;  ///< receiver clock minus each system's time, of those used
   std::optional<double> clock_drift;             ///< [s/s]
   std::optional<Dop> dop;
-  std::vector<orbit::SatelliteId> used;  ///< ascending; empty unless solved
-  std::vector<double> residuals_m;       ///< measured minus computed, one per used
+  std::vector<orbit::SatelliteId> used;      ///< ascending; empty unless solved
+  std::vector<double> residuals_m;           ///< measured minus computed, one per used
+  std::vector<orbit::SatelliteId> excluded;  ///< by RAIM, in the order of exclusion
+  /// RAIM's test passed on what is used; empty where it was off or had no redundancy to test.
+  std::optional<bool> consistent;
   /// Satellites that were measured, have a state in the sky and, as far as a position was known, lie above
   /// the mask; those left out as the only one of their constellation included. Known without a solution, too.
   int available = 0;

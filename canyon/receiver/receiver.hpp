@@ -13,6 +13,9 @@
 #include "canyon/receiver/clock.hpp"
 #include "canyon/receiver/fix.hpp"
 #include "canyon/receiver/noise.hpp"
+#include "canyon/receiver/position_filter.hpp"
+#include "canyon/receiver/signal_lock.hpp"
+#include "canyon/receiver/signal_options.hpp"
 
 namespace canyon::receiver {
 
@@ -37,6 +40,9 @@ struct ReceiverOptions {
   FixOptions fix;
   NoiseOptions noise;
   ClockOptions clock;
+  SignalOptions signal;
+  /// Position filter behind the fix; off: each epoch's fix stands alone, as in the paper.
+  PositionFilterOptions filter;
   bool ionosphere = false;  ///< delays are in the signal (the fix corrects them where FixOptions says so)
   bool troposphere = false;
   /// Throws InputError naming receiver and field that are out of range.
@@ -49,11 +55,19 @@ struct SatelliteObservation {
   double azimuth_rad = 0;    ///< true
   double elevation_rad = 0;  ///< true
   propagation::Visibility visibility = propagation::Visibility::Blocked;
-  double excess_m = 0;  ///< of the tracked signal; 0 when blocked
+  /// Code delay by paths of the tracked signal [m]: with SignalOptions::enabled where the code loop rests
+  /// (multipath error of a direct signal, either sign; detour of an NLOS one), else the shortest path's
+  /// excess; 0 when blocked or not tracked.
+  double excess_m = 0;
+  /// C/N0 at the correlator [dB-Hz], tracked or not; empty where nothing arrives or signals have no strength
+  /// (SignalOptions::enabled off).
+  std::optional<double> cn0_dbhz;
+  /// Of the channel; Tracking for everything received where signals have no strength.
+  LockState lock = LockState::Searching;
   bool above_mask = false;
   /// Empty where nothing is received or the satellite lies below the mask.
   std::optional<Measurement> measurement;
-  double noise_m = 0;  ///< OU value in the pseudorange; 0 without measurement
+  double noise_m = 0;  ///< OU value and code loop noise in the pseudorange; 0 without measurement
   /// Excess + noise + atmosphere left uncorrected (in the signal less what the fix takes off; negative where
   /// it corrects what is not there); 0 without measurement.
   double pseudorange_error_m = 0;
@@ -68,9 +82,9 @@ struct ReceiverEpoch {
   double clock_bias_s = 0;                       ///< of the receiver, true
   double clock_drift = 0;                        ///< of the receiver, true [s/s]
   std::vector<SatelliteObservation> satellites;  ///< above the horizon, ascending
-  Fix fix;
-  int visible = 0;  ///< received, above the mask (at the true place)
-  int blocked = 0;  ///< above the mask, nothing received
+  Fix fix;          ///< of this epoch's measurements; with a position filter the filter's answer
+  int visible = 0;  ///< tracked, above the mask (at the true place)
+  int blocked = 0;  ///< above the mask, not tracked
 };
 
 /// The part with memory: clock and noise of one antenna. Same options and seed, same numbers, whatever runs

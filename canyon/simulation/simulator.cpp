@@ -139,11 +139,6 @@ void check_ionosphere(const Scenario& scenario, const BuiltSky& sky) {
   }
 }
 
-bool same(const propagation::PropagationOptions& a, const propagation::PropagationOptions& b) {
-  return a.model == b.model && a.reflection_order == b.reflection_order && a.max_range_m == b.max_range_m &&
-         a.max_incidence_rad == b.max_incidence_rad && a.ground_reflection == b.ground_reflection;
-}
-
 // The answer of the pure part for one receiver at one instant.
 struct PureEpoch {
   Pose truth;
@@ -235,7 +230,7 @@ void Simulation::Impl::check_places() const {
 void Simulation::Impl::make_propagators() {
   for (const ReceiverConfig& receiver : scenario.receivers) {
     std::size_t index = 0;
-    while (index < propagators.size() && !same(propagators[index].options(), receiver.propagation)) ++index;
+    while (index < propagators.size() && !(propagators[index].options() == receiver.propagation)) ++index;
     if (index == propagators.size()) propagators.push_back(environment.make_propagator(receiver.propagation));
     propagator_of.push_back(index);
   }

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "canyon/city/city.hpp"
+
+namespace canyon::propagation {
+
+/// One reflection on the way.
+struct Incidence {
+  double incidence_rad = 0;  ///< between ray and normal, [0, pi/2]
+  city::Material material = city::Material::Unknown;
+  std::optional<double> thickness_m;  ///< of the slab; empty: the material's default
+  double plane_turn_rad = 0;  ///< of the plane of incidence since the reflection before; 0 for the first
+};
+
+/// What the strength of a path depends on: any sequence of reflections, one edge, foliage. All empty: the
+/// direct path.
+struct PathGeometry {
+  std::array<Incidence, 2> incidences;  ///< in the order from the satellite
+  int incidence_count = 0;              ///< 0 to 2
+  /// Of the edge that the ray bends around (signed_knife_edge_nu()): > 0 where it blocks; < 0: the wave that
+  /// an edge beside a clear path adds to it (edge_wave()).
+  std::optional<double> edge_nu;
+  double excess_m = 0;  ///< longer than the straight line by this much, all detours together, >= 0
+  double arrival_elevation_rad = 0;  ///< of the direction that the ray comes from, [-pi/2, pi/2]
+  double foliage_depth_m = 0;        ///< of vegetation along the ray, >= 0
+};
+
+}  // namespace canyon::propagation

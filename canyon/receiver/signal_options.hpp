@@ -1,0 +1,52 @@
+#pragma once
+
+#include <limits>
+#include <map>
+
+#include "canyon/orbit/satellite_id.hpp"
+#include "canyon/propagation/antenna_pattern.hpp"
+#include "canyon/propagation/link_budget.hpp"
+#include "canyon/propagation/path_strength.hpp"
+#include "canyon/receiver/code_tracking.hpp"
+#include "canyon/receiver/loop_noise.hpp"
+#include "canyon/receiver/signal_lock.hpp"
+
+namespace canyon::receiver {
+
+/// Strength and tracking of signals. Off: whatever arrives is tracked at once, at the shortest path's excess,
+/// and has no C/N0 (the paper's receiver).
+struct SignalOptions {
+  bool enabled = false;
+  propagation::AntennaPattern antenna = propagation::patch_antenna();
+  propagation::LinkBudgetOptions link;
+  /// Added to the link budget's C/N0 of one system [dB], [-20, 20]: satellites differ from the minimum that
+  /// their interface documents promise.
+  std::map<orbit::System, double> system_offset_db;
+  /// Standard deviation [dB] of a constant of each satellite, drawn by seed: transmit powers differ by block
+  /// and age. [0, 10].
+  double satellite_sigma_db = 0;
+  propagation::StrengthOptions strength;
+  /// Two-sided bandwidth [Hz] of the front end, an ideal filter; infinite: none.
+  double front_end_bandwidth_hz = std::numeric_limits<double>::infinity();
+  DllOptions dll;
+  PllOptions pll;
+  FllOptions fll;
+  SignalLockOptions lock;
+  /// Phase is tracked at this C/N0 or above [dB-Hz].
+  double phase_threshold_dbhz = 25;
+  /// Standard deviation of the receiver's own C/N0 estimate [dB], [0, 10].
+  double cn0_sigma_db = 0;
+  /// C/N0 is stated in steps of this [dB], >= 0; u-blox: 1. 0: as it is.
+  double cn0_step_db = 0;
+  /// Thermal noise of code, phase and Doppler from C/N0 (loop_noise.hpp).
+  bool loop_noise = true;
+
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+
+/// Signal that orbit::l1_frequency_hz() speaks of, through the front end: C/A BPSK(1), Galileo E1 CBOC pilot,
+/// BeiDou B1I BPSK(2), GLONASS L1OF BPSK(0.5).
+[[nodiscard]] CorrelationOptions open_signal(orbit::System system, double front_end_bandwidth_hz);
+
+}  // namespace canyon::receiver

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/validation/comparison.hpp"
+#include "canyon/validation/statistics.hpp"
+
+namespace canyon::validation {
+
+/// p5, p25, p50, p75, p95.
+inline constexpr std::array<double, 5> kQuantiles{0.05, 0.25, 0.5, 0.75, 0.95};
+
+/// One quantity, measured and simulated.
+struct DistributionPair {
+  std::size_t measured_n = 0, simulated_n = 0;
+  std::array<double, 5> measured{}, simulated{};  ///< at kQuantiles; 0 where n is 0
+  std::optional<double> ks;                       ///< Kolmogorov-Smirnov distance
+};
+
+/// Of LOS and NLOS satellites (the city's word) above the mask.
+struct TrackedShare {
+  std::size_t satellites = 0, measured = 0, simulated = 0;
+  [[nodiscard]] double measured_ratio() const;   ///< 0 without satellites
+  [[nodiscard]] double simulated_ratio() const;  ///< likewise
+};
+
+/// NLOS observations explained by paths of one kind and order ("all": of any).
+struct Explained {
+  std::string kind;  ///< "reflected 1", "reflected 2", "diffracted", "diffuse", "all"
+  std::size_t n = 0;
+  double share = 0;                           ///< of all tracked (measured) NLOS observations
+  std::optional<double> median_difference_m;  ///< |measured error - predicted code delay|
+  std::optional<Correlation> correlation;     ///< Spearman
+};
+
+struct Band {
+  double low_deg = 0, high_deg = 90;
+  std::size_t los = 0, nlos = 0;
+  std::optional<Separation> by_cn0, by_error;
+};
+
+struct PositionFigures {
+  std::size_t epochs = 0, fixes = 0;
+  double mean_used = 0;                                ///< satellites, over epochs with a fix; 0 without
+  std::array<double, 5> horizontal_m{}, vertical_m{};  ///< at kQuantiles; vertical without sign
+};
+
+struct SegmentFigures {
+  Segment segment;
+  PositionFigures measured, simulated;
+};
+
+/// Everything that `canyon validate` states of one model on one part of a recording.
+struct Figures {
+  std::string model;
+  std::string part;  ///< "second half: 12:52:00 to 12:56:24 GPST, 243 epochs"
+  std::size_t epochs = 0;
+  std::size_t los = 0, nlos = 0;                               ///< measured observations by the city's word
+  std::optional<Separation> by_cn0, by_error;                  ///< NLOS: weak, late
+  std::optional<Interval> by_cn0_interval, by_error_interval;  ///< 95 %, blocks of time
+  std::vector<Band> bands;                                     ///< 10-30, 30-50, 50-90 deg
+  TrackedShare tracked_los, tracked_nlos;
+  std::vector<Explained> explained;  ///< the last one is "all"
+  DistributionPair error_los_m, error_nlos_m, cn0_los_dbhz, cn0_nlos_dbhz, used;
+  PositionFigures measured, simulated;
+  std::vector<SegmentFigures> segments;  ///< of at least 10 epochs
+};
+
+struct FigureOptions {
+  /// Blocks of the bootstrap [s]: errors hang together as long as a building does. [1, 600].
+  double block_s = 60;
+  int resamples = 500;  ///< [100, 100,000]; 0: no intervals
+  std::uint64_t seed = 1;
+};
+/// Of epochs [first, first + count) of a comparison.
+[[nodiscard]] Figures figures(const Comparison& comparison, std::size_t first, std::size_t count,
+                              const std::string& part, const FigureOptions& options = {});
+
+/// The figures as JSON: an object with SI units in the names.
+[[nodiscard]] std::string to_json(const std::vector<Figures>& models,
+                                  const std::optional<std::string>& alignment_json);
+/// A table for terminals, one model.
+[[nodiscard]] std::string to_text(const Figures& figures);
+/// A Markdown table, one row for each model, of the figures that docs/validation.md states.
+[[nodiscard]] std::string to_markdown(const std::vector<Figures>& models);
+
+}  // namespace canyon::validation

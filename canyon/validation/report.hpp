@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "canyon/validation/alignment.hpp"
+#include "canyon/validation/figures.hpp"
+
+namespace canyon::validation {
+
+/// What a report shows.
+struct ReportInput {
+  std::string title;                                     ///< the scenario's name
+  const city::City* city = nullptr;                      ///< not null
+  const simulation::Environment* environment = nullptr;  ///< not null: rays for the mask of the sky plot
+  const Comparison* comparison = nullptr;  ///< not null: the scenario's own model, whole recording
+  std::size_t first = 0, count = 0;        ///< epochs that the figures are of
+  std::vector<Figures> models;             ///< the first is `comparison`'s
+  std::optional<Alignment> alignment;
+  std::vector<std::string> notes;  ///< warnings, versions, files: one line each
+};
+
+/// Writes report.html (self-contained: pictures inside, nothing loaded from elsewhere) and its pictures as
+/// PNG and SVG files beside it: `track` (measured and simulated fixes over the city), `errors` (horizontal
+/// error along the drive), `error_cdf` (LOS and NLOS pseudorange errors, horizontal error), `prediction`
+/// (measured NLOS error against predicted delay by path kind), `cn0` (C/N0 by elevation, LOS and NLOS,
+/// measured and simulated), `sky` (one epoch's satellites by measured C/N0 over the city's mask). All files
+/// appear together, whole, or none. Throws InputError where `folder` cannot be written to. Part of
+/// canyon::io.
+void write_report(const std::filesystem::path& folder, const ReportInput& input);
+
+}  // namespace canyon::validation
