@@ -13,6 +13,11 @@ struct Incidence {
   city::Material material = city::Material::Unknown;
   std::optional<double> thickness_m;  ///< of the slab; empty: the material's default
   double plane_turn_rad = 0;  ///< of the plane of incidence since the reflection before; 0 for the first
+  /// Share [0, 1] of the smooth surface's amplitude that goes on in the mirror direction: sqrt(1 - S^2) of a
+  /// wall that scatters with the coefficient S (DiffuseOptions), by the energy balance of the effective
+  /// roughness model (V. Degli-Esposti, IEEE Trans. AP 49(7), 2001, pp. 1111-1113). An alternative to
+  /// StrengthOptions::roughness_m; both multiply.
+  double specular_factor = 1;
 };
 
 /// What the strength of a path depends on: any sequence of reflections, one edge, foliage. All empty: the

@@ -14,6 +14,11 @@ namespace {
 
 using Complex = std::complex<double>;
 
+void check_excess(double excess_m) {
+  if (!(excess_m >= 0) || !std::isfinite(excess_m))
+    throw InputError(fmt::format("excess path of {} m", excess_m), "give 0 m or more");
+}
+
 CircularReflection reflection_of(const Incidence& incidence, double frequency_hz, double wavelength,
                                  const StrengthOptions& options) {
   const RadioMaterial material = radio_material(incidence.material);
@@ -23,7 +28,12 @@ CircularReflection reflection_of(const Incidence& incidence, double frequency_hz
   const LinearReflection linear = half_space
                                       ? reflect_half_space(eta, incidence.incidence_rad)
                                       : slab(eta, incidence.incidence_rad, thickness, wavelength).reflected;
-  const double kept = roughness_factor(options.roughness_m, incidence.incidence_rad, wavelength);
+  const double kept =
+      incidence.specular_factor * roughness_factor(options.roughness_m, incidence.incidence_rad, wavelength);
+  if (!(incidence.specular_factor >= 0 && incidence.specular_factor <= 1)) {
+    throw InputError(fmt::format("specular factor of {}", incidence.specular_factor),
+                     "give a share from 0 to 1");
+  }
   CircularReflection result = circular(linear);
   result.co *= kept;
   result.cross *= kept;
@@ -41,8 +51,7 @@ CircularWave arriving_wave(const PathGeometry& path, double frequency_hz, const 
   options.validate();
   if (path.incidence_count < 0 || path.incidence_count > static_cast<int>(path.incidences.size()))
     throw InputError(fmt::format("path of {} reflections", path.incidence_count), "give 0 to 2");
-  if (!(path.excess_m >= 0) || !std::isfinite(path.excess_m))
-    throw InputError(fmt::format("excess path of {} m", path.excess_m), "give 0 m or more");
+  check_excess(path.excess_m);
   const double wavelength = wavelength_m(frequency_hz);
   CircularWave wave;
   for (int i = 0; i < path.incidence_count; ++i) {
@@ -77,6 +86,23 @@ Complex path_amplitude(const PathGeometry& path, double satellite_elevation_rad,
   const Complex output =
       antenna_output(arriving_wave(path, frequency_hz, options), antenna.gain(path.arrival_elevation_rad));
   return output * std::pow(10.0, -antenna.gain(satellite_elevation_rad).rhcp_dbic / 20);
+}
+
+Complex path_amplitude(const Path& path, double satellite_elevation_rad, double frequency_hz,
+                       const AntennaPattern& antenna, const StrengthOptions& options) {
+  if (path.kind != PathKind::Diffuse)
+    return path_amplitude(path.geometry, satellite_elevation_rad, frequency_hz, antenna, options);
+  options.validate();
+  if (!(path.scattered_power >= 0) || !std::isfinite(path.scattered_power))
+    throw InputError(fmt::format("diffuse path of power {}", path.scattered_power), "give 0 or more");
+  check_excess(path.geometry.excess_m);
+  const AntennaGain gain = antenna.gain(path.geometry.arrival_elevation_rad);
+  // Half of an unpolarised wave's power is in each hand.
+  const double heard = (std::pow(10.0, gain.rhcp_dbic / 10) + std::pow(10.0, gain.lhcp_dbic / 10)) / 2;
+  const double direct = std::pow(10.0, antenna.gain(satellite_elevation_rad).rhcp_dbic / 10);
+  const double turns = path.geometry.excess_m / wavelength_m(frequency_hz);
+  return std::polar(std::sqrt(path.scattered_power * heard / direct),
+                    -2 * geodesy::kPi * std::fmod(turns, 1.0));
 }
 
 double summed_power(std::span<const Complex> amplitudes, PathSum sum) {

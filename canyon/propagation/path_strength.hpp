@@ -50,8 +50,10 @@ struct StrengthOptions {
                                                   const StrengthOptions& options = {});
 
 /// The same for a path as Propagator::trace() gives it. Diffuse: sqrt(scattered_power) times the antenna's
-/// response to an unpolarised wave over that to the line of sight, sqrt((G_R + G_L) / 2 / G_R(satellite)),
-/// with the phase of its excess; its phase is random at the reflector (receiver::PathPhases).
+/// response to an unpolarised wave (half of its power in each hand) over that to the line of sight,
+/// sqrt((G_R + G_L) / 2 / G_R(satellite)), with the phase of its excess; the phase of the way itself is
+/// random (receiver::PathPhases). `options` but for their validity do not matter there. InputError also for a
+/// negative scattered power.
 [[nodiscard]] std::complex<double> path_amplitude(const Path& path, double satellite_elevation_rad,
                                                   double frequency_hz, const AntennaPattern& antenna,
                                                   const StrengthOptions& options = {});

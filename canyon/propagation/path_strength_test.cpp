@@ -177,7 +177,67 @@ TEST(PathStrength, FacadesAreWeakerThanTheLineOfSight) {
     }
 }
 
+// A traced path is as strong as its geometry, whatever its kind; a diffuse one by its power alone.
+TEST(PathStrength, TracedPathsByKind) {
+  const AntennaPattern patch = patch_antenna();
+  Path path;
+  path.kind = PathKind::Reflected;
+  path.order = 1;
+  path.geometry = reflected(50, Material::Glass, 21, 15);
+  EXPECT_EQ(path_amplitude(path, radians(40), kL1, patch),
+            path_amplitude(path.geometry, radians(40), kL1, patch));
+  path.kind = PathKind::Diffracted;
+  path.geometry = direct(22);
+  path.geometry.excess_m = 0.4;
+  path.geometry.edge_nu = signed_knife_edge_nu(0.4, wavelength_m(kL1), true);
+  const Complex over_roof = path_amplitude(path, radians(22), kL1, patch);
+  EXPECT_LT(std::abs(over_roof - knife_edge_field(*path.geometry.edge_nu)), 1e-12);
+}
+
+TEST(PathStrength, DiffusePathIsUnpolarised) {
+  Path path;
+  path.kind = PathKind::Diffuse;
+  path.scattered_power = 0.01;
+  path.geometry.excess_m = 30.2;
+  path.geometry.arrival_elevation_rad = radians(15);
+  // An antenna deaf to one hand hears half the power; the phone, equally good in both hands, all of it.
+  EXPECT_NEAR(db(path_amplitude(path, radians(60), kL1, isotropic_antenna())), -20 - 3.0103, 1e-4);
+  const AntennaGain phone = phone_antenna().gain(0);
+  ASSERT_EQ(phone.rhcp_dbic, phone.lhcp_dbic);
+  const Complex amplitude = path_amplitude(path, radians(60), kL1, phone_antenna());
+  EXPECT_NEAR(db(amplitude), -20, 1e-9);
+  // Phase -2 pi 30.2 m / 0.190293673 m = -2 pi 158.7020 turns.
+  EXPECT_NEAR(std::arg(amplitude), 2 * kPi * (1 - 0.7020), 2 * kPi * 1e-4);
+  // Mean over all states of polarisation, two opposite ones suffice: what antenna_output() makes of each.
+  const AntennaPattern patch = patch_antenna();
+  const AntennaGain gain = patch.gain(radians(15));
+  const double mean =
+      (std::norm(antenna_output({0.1, 0}, gain)) + std::norm(antenna_output({0, 0.1}, gain))) / 2;
+  const double direct = std::norm(antenna_output({1, 0}, patch.gain(radians(60))));
+  EXPECT_NEAR(std::norm(path_amplitude(path, radians(60), kL1, patch)) / (mean / direct), 1, 1e-12);
+}
+
+// What is scattered is missing in the mirror direction: P_specular = (1 - S^2) of the smooth wall's.
+TEST(PathStrength, ScatteringWallsReflectLess) {
+  PathGeometry path = reflected(40, Material::Concrete, 12, 20);
+  const double smooth = std::norm(arriving_wave(path, kL1).lhcp);
+  const double scattering = 0.4;
+  path.incidences[0].specular_factor = std::sqrt(1 - scattering * scattering);
+  EXPECT_NEAR(std::norm(arriving_wave(path, kL1).lhcp) / smooth, 1 - 0.16, 1e-12);
+  path.incidences[0].specular_factor = 1.1;
+  EXPECT_THROW(static_cast<void>(arriving_wave(path, kL1)), InputError);
+  path.incidences[0].specular_factor = -0.1;
+  EXPECT_THROW(static_cast<void>(arriving_wave(path, kL1)), InputError);
+}
+
 TEST(PathStrength, RefusesWhatIsOutOfRange) {
+  Path diffuse;
+  diffuse.kind = PathKind::Diffuse;
+  diffuse.scattered_power = -0.1;
+  EXPECT_THROW(static_cast<void>(path_amplitude(diffuse, 0, kL1, isotropic_antenna())), InputError);
+  diffuse.scattered_power = 0.1;
+  diffuse.geometry.excess_m = std::nan("");
+  EXPECT_THROW(static_cast<void>(path_amplitude(diffuse, 0, kL1, isotropic_antenna())), InputError);
   PathGeometry path = direct(10);
   path.excess_m = -1;
   EXPECT_THROW(static_cast<void>(arriving_wave(path, kL1)), InputError);
