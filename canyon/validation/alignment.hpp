@@ -10,13 +10,17 @@
 namespace canyon::validation {
 
 struct AlignOptions {
-  double reach_m = 16;   ///< offsets searched: [-reach, reach] about the scenario's own, east and north
-  bool heading = false;  ///< estimate the city's heading as well
-  double heading_reach_rad = 0.05235987755982988;  ///< 3 deg
-  int resamples = 200;                             ///< of the bootstrap behind the uncertainty
-  double block_s = 30;
+  /// Offsets searched [m]: [-reach, reach] about the scenario's own, east and north, every 2 m and about the
+  /// best every 0.25 m. [4, 200].
+  double reach_m = 16;
+  bool heading = false;  ///< estimate the city's heading as well, about the middle of the drive
+  double heading_reach_rad = 0.05235987755982988;  ///< 3 deg; headings are searched by 0.125 deg. (0, pi/4]
+  int resamples = 200;                             ///< of the bootstrap behind the uncertainty, [20, 10,000]
+  double block_s = 30;                             ///< of time, drawn together [s]; [1, 600]
   std::uint64_t seed = 1;
-  int threads = 0;
+  int threads = 0;  ///< 0: as many as cores
+  /// Moves tried, in all (about; the number grows with what is found). What it throws ends the work and comes
+  /// out.
   std::function<void(std::size_t, std::size_t)> progress;
   /// Throws InputError naming the field and its bound.
   void validate() const;
@@ -27,16 +31,20 @@ struct AlignOptions {
 struct Alignment {
   Registration registration;
   double sigma_east_m = 0, sigma_north_m = 0, sigma_heading_rad = 0;  ///< from blocks of time drawn anew
-  double score = 0, score_before = 0;                                 ///< mean of both AUCs, here and unmoved
-  std::size_t first = 0, count = 0;                                   ///< epochs used
-  bool at_border = false;  ///< the best offset lies at the end of the search: give more reach
+  /// Mean of both AUCs, here and unmoved; of the one there is where the recording has no C/N0.
+  double score = 0, score_before = 0;
+  std::size_t first = 0, count = 0;  ///< epochs used
+  bool at_border = false;            ///< the best offset lies at the end of the search: give more reach
 };
 
-/// Estimated on epochs [first, first + count) of the recording.
+/// Estimated on epochs [first, first + count) of the recording, from satellites above the mask. The clock is
+/// estimated anew for each move, from what is clear there. Throws InputError for options that do not
+/// validate() and where the city tells no LOS from NLOS in these epochs under any move.
 [[nodiscard]] Alignment align(const Recording& recording, const simulation::Environment& environment,
                               double elevation_mask_rad, std::size_t first, std::size_t count,
                               const AlignOptions& options = {});
 
+/// An object with SI units in the names (angles in degrees).
 [[nodiscard]] std::string to_json(const Alignment& alignment);
 
 }  // namespace canyon::validation

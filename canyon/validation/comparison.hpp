@@ -3,7 +3,9 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -27,22 +29,29 @@ struct Registration {
   double heading_rad = 0;                           ///< counter-clockwise about the pivot, as yaw
   Eigen::Vector2d pivot = Eigen::Vector2d::Zero();  ///< east, north of the city's frame
 
-  /// Where an antenna or a direction of the true world stands in the unmoved city.
+  /// Where an antenna or a direction of the true world (the city's frame, city in place) stands in the
+  /// unmoved map, that rays are cast in: turn^-1(p - pivot - offset) + pivot, turn^-1(d). Heights stay.
   [[nodiscard]] Eigen::Vector3d place_in_city(const Eigen::Vector3d& enu) const;
   [[nodiscard]] Eigen::Vector3d direction_in_city(const Eigen::Vector3d& enu) const;
 };
 
 /// What all comparisons of one recording share: built once.
 struct Recording {
-  PseudorangeResiduals residuals;  ///< by epoch
-  /// Antenna of residuals.epochs in the city's ENU frame, height as the scenario says (clamped to terrain or
-  /// as recorded), and its velocity and yaw.
+  PseudorangeResiduals residuals;  ///< by epoch, all satellites above the horizon
+  /// Antenna of residuals.epochs in the city's ENU frame and its velocity, height as the scenario says: above
+  /// the terrain of the unmoved city, or as recorded. Rays start from there; ranges to satellites always
+  /// belong to the true place, residuals.epochs[].antenna_ecef.
   struct Place {
     Eigen::Vector3d enu_m = Eigen::Vector3d::Zero();
     Eigen::Vector3d velocity_enu_mps = Eigen::Vector3d::Zero();
   };
   std::vector<Place> places;
-  /// Measured fixes are solved from these: all recorded L1 signals of systems with ephemerides.
+  /// The scenario's height above terrain plus the lever arm's [m]: places are put there again where the city
+  /// moves. Empty: heights as recorded.
+  std::optional<double> antenna_above_terrain_m;
+  bool ionosphere = true, troposphere = true;  ///< in the recorded pseudoranges: measured fixes correct them
+  /// Measured fixes are solved from these: all recorded L1 signals of satellites with ephemerides and above
+  /// the horizon, sigma 1 m.
   std::vector<std::vector<receiver::Measurement>> measurements;  ///< one list for each of residuals.epochs
   std::vector<std::string> warnings;
 };
@@ -51,7 +60,7 @@ struct Recording {
 struct ComparedSatellite {
   orbit::SatelliteId id;
   double azimuth_rad = 0, elevation_rad = 0;
-  bool clear = false;  ///< the city says that the direct path is (LOS)
+  bool clear = false;  ///< the city says that the direct path is (Visibility LOS or LOSMultipath)
 
   bool measured = false;                   ///< a pseudorange was recorded that is not gross
   std::optional<double> measured_error_m;  ///< pseudorange error
@@ -81,18 +90,22 @@ struct ComparedFix {
 
 struct ComparedEpoch {
   geodesy::GpsTime time;
-  Eigen::Vector3d place_enu_m = Eigen::Vector3d::Zero();  ///< true, in the (moved) city
-  std::size_t first = 0, count = 0;                       ///< of Comparison::satellites
+  /// The antenna where it truly stands in the moved city, in the unmoved map's frame: what
+  /// Registration::place_in_city() gives, right over the map as it is drawn. ENU vectors of fixes belong
+  /// beside it after Registration::direction_in_city().
+  Eigen::Vector3d place_enu_m = Eigen::Vector3d::Zero();
+  std::size_t first = 0, count = 0;  ///< of Comparison::satellites
   ComparedFix measured, simulated;
   ClockSource clock = ClockSource::None;
   std::size_t segment = 0;  ///< of the street: Comparison::segments
 };
 
-/// A stretch of the drive along one street: heading within 30 degrees, at least 50 m or standing.
+/// A stretch of the drive along one street: it ends where the way turns by more than 30 degrees from its mean
+/// heading; pieces shorter than 50 m (the curves between) belong to the neighbour of the nearer heading.
 struct Segment {
   std::size_t first = 0, count = 0;  ///< of Comparison::epochs
   double length_m = 0;
-  double heading_deg = 0;  ///< from north, clockwise, [0, 360)
+  double heading_deg = 0;  ///< from north, clockwise, [0, 360), from first to last; 0 where nothing moves
 };
 
 struct Comparison {
@@ -103,21 +116,37 @@ struct Comparison {
   std::vector<Segment> segments;
 };
 
+struct RecordingOptions {
+  /// The recorded pseudoranges hold these delays, as those of real receivers do; both are then corrected
+  /// (ResidualOptions). Simulated recordings may be without.
+  bool ionosphere = true, troposphere = true;
+};
 /// Reads recording and truth and brings them to the scenario's sky and city. `obs` RINEX, `truth` of
-/// `truth_format` (simulation::read_trajectory). The scenario's first receiver gives mask, corrections,
-/// lever arm. Throws InputError where files are unreadable, or nothing of the recording lies in the truth.
+/// `truth_format` (simulation::read_trajectory; dates that the file leaves open are those of the scenario's
+/// `start`, in NMEA else of the recording). The scenario gives systems and height above terrain, its first
+/// receiver the lever arm. `environment` has the scenario's city, and a sky of the recording's day. Throws
+/// InputError where files are unreadable, nothing of the recording lies in the truth, no recorded satellite
+/// has an ephemeris, or the ionosphere's coefficients are missing.
 [[nodiscard]] Recording read_recording(const simulation::Scenario& scenario,
                                        const simulation::Environment& environment,
                                        const std::filesystem::path& obs, const std::filesystem::path& truth,
-                                       const std::string& truth_format);
+                                       const std::string& truth_format, const RecordingOptions& options = {});
 
 struct CompareOptions {
-  int threads = 0;
-  std::function<void(std::size_t, std::size_t)> progress;  ///< epochs done, in all
+  std::string name;  ///< of the model, Comparison::name
+  int threads = 0;   ///< 0: as many as cores
+  /// Epochs done, in all; on the calling thread. What it throws ends the work and comes out.
+  std::function<void(std::size_t, std::size_t)> progress;
 };
-/// Simulates the scenario's first receiver (its propagation options included) at the recorded epochs, in the
-/// city moved by `registration`, and solves both fixes with the receiver's FixOptions (no position filter).
-/// Clocks of the measured errors come from satellites that the moved city says are clear.
+/// Simulates a receiver (its propagation options included) at the recorded epochs, in the city moved by
+/// `registration`, and solves both fixes with the receiver's FixOptions; no position filter. Satellites are
+/// those of the sky above the receiver's elevation mask, of systems that the recording has.
+///
+/// Clocks of the measured errors come from satellites that the moved city says are clear. Lines of sight,
+/// ranges and errors belong to the true place, only rays start where that lies in the moved city. The
+/// simulated receiver is on since long before (warm start). Recorded pseudoranges have no sigmas: weights by
+/// sigma count as equal ones, for both fixes. Gross pseudoranges (ClockOptions::gross_m) count as not
+/// measured. Same seed, same comparison, on any number of threads.
 [[nodiscard]] Comparison compare(const Recording& recording, const simulation::ReceiverConfig& receiver,
                                  const simulation::Environment& environment, const Registration& registration,
                                  std::uint64_t seed, const CompareOptions& options = {});

@@ -54,7 +54,8 @@ struct SegmentFigures {
   PositionFigures measured, simulated;
 };
 
-/// Everything that `canyon validate` states of one model on one part of a recording.
+/// Everything that `canyon validate` states of one model on one part of a recording. Measured observations
+/// are those with an error: not gross, at an epoch with a clock.
 struct Figures {
   std::string model;
   std::string part;  ///< "second half: 12:52:00 to 12:56:24 GPST, 243 epochs"
@@ -75,12 +76,20 @@ struct FigureOptions {
   double block_s = 60;
   int resamples = 500;  ///< [100, 100,000]; 0: no intervals
   std::uint64_t seed = 1;
+  /// Throws InputError naming the field and its bound.
+  void validate() const;
 };
-/// Of epochs [first, first + count) of a comparison.
+/// What part of a comparison figures are of: "second half: 12:52:00 to 12:56:24 GPST, 243 epochs".
+[[nodiscard]] std::string describe_part(const Comparison& comparison, std::size_t first, std::size_t count,
+                                        const std::string& name);
+
+/// Of epochs [first, first + count) of a comparison (asserted to lie in it). Measured errors count in epochs
+/// that have a clock. Bands' upper ends are open but for the zenith.
 [[nodiscard]] Figures figures(const Comparison& comparison, std::size_t first, std::size_t count,
                               const std::string& part, const FigureOptions& options = {});
 
-/// The figures as JSON: an object with SI units in the names.
+/// The figures as JSON: an object with SI units in the names; null where a figure has nothing to be made
+/// from. `alignment_json`, an object by itself, goes under "alignment".
 [[nodiscard]] std::string to_json(const std::vector<Figures>& models,
                                   const std::optional<std::string>& alignment_json);
 /// A table for terminals, one model.
