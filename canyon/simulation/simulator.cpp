@@ -12,6 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/antenna_pose.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 
 namespace canyon::simulation {
@@ -185,7 +186,6 @@ struct Simulation::Impl {
   void check_places() const;
   void make_propagators();
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
-  void clamp_to_terrain(Pose& pose) const;
   [[nodiscard]] PureEpoch pure_epoch(std::size_t receiver, GpsTime t) const;
   [[nodiscard]] std::vector<std::string> placement_warnings(
       const std::vector<std::array<std::size_t, 3>>& counts) const;
@@ -236,12 +236,10 @@ void Simulation::Impl::make_propagators() {
   }
 }
 
-void Simulation::Impl::clamp_to_terrain(Pose& pose) const {
-  const geodesy::LocalFrame& frame = environment.city().frame;
-  const raytrace::RayScene& scene = environment.scene();
-  Eigen::Vector3d at = frame.local_from_geodetic(pose.position);
-  const std::optional<double> terrain = scene.terrain_height(at.x(), at.y());
-  if (!terrain) {
+Pose Simulation::Impl::antenna_pose(std::size_t receiver, GpsTime t) const {
+  Pose pose = plan.trajectory.at(t);
+  const std::optional<double>& height_m = scenario.trajectory.height_above_terrain_m;
+  if (height_m && !clamp_to_terrain(pose, environment.city().frame, environment.scene(), *height_m)) {
     throw scenario_error(
         scenario,
         fmt::format("height_above_terrain_m: no terrain lies at latitude {:.6f}, longitude {:.6f} ({})",
@@ -249,33 +247,7 @@ void Simulation::Impl::clamp_to_terrain(Pose& pose) const {
                     geodesy::degrees(pose.position.longitude_rad), format_gpst(pose.time, 3)),
         "use a mesh with terrain there (see city.terrain_names), or leave the key out");
   }
-  const Eigen::Matrix3d city_from_enu = frame.ecef_from_local_rotation().transpose() *
-                                        geodesy::enu_from_ecef_rotation(pose.position).transpose();
-  Eigen::Vector3d velocity = city_from_enu * pose.velocity_enu_mps;
-  // The vehicle follows the slope: its climb is that of the terrain a twentieth of a second around.
-  constexpr double kAround_s = 0.05;
-  const Eigen::Vector3d way = velocity * kAround_s;
-  const double ahead = scene.terrain_height(at.x() + way.x(), at.y() + way.y()).value_or(*terrain);
-  const double behind = scene.terrain_height(at.x() - way.x(), at.y() - way.y()).value_or(*terrain);
-  velocity.z() = (ahead - behind) / (2 * kAround_s);
-  at.z() = *terrain + *scenario.trajectory.height_above_terrain_m;
-  pose.position = frame.geodetic_from_local(at);
-  pose.velocity_enu_mps = city_from_enu.transpose() * velocity;
-}
-
-Pose Simulation::Impl::antenna_pose(std::size_t receiver, GpsTime t) const {
-  Pose pose = plan.trajectory.at(t);
-  if (scenario.trajectory.height_above_terrain_m) clamp_to_terrain(pose);
-  const Eigen::Vector3d& lever = scenario.receivers[receiver].lever_arm_m;
-  if (lever.isZero(0)) return pose;
-  const double c = std::cos(pose.yaw_rad);
-  const double s = std::sin(pose.yaw_rad);
-  const Eigen::Vector3d enu(c * lever.x() - s * lever.y(), s * lever.x() + c * lever.y(), lever.z());
-  pose.velocity_enu_mps += pose.yaw_rate_radps * Eigen::Vector3d(-enu.y(), enu.x(), 0);
-  pose.position =
-      geodesy::geodetic_from_ecef(geodesy::ecef_from_geodetic(pose.position) +
-                                  geodesy::enu_from_ecef_rotation(pose.position).transpose() * enu);
-  return pose;
+  return mounted_antenna(pose, scenario.receivers[receiver].lever_arm_m);
 }
 
 PureEpoch Simulation::Impl::pure_epoch(std::size_t receiver, GpsTime t) const {

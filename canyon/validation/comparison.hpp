@@ -51,7 +51,7 @@ struct Recording {
   std::optional<double> antenna_above_terrain_m;
   bool ionosphere = true, troposphere = true;  ///< in the recorded pseudoranges: measured fixes correct them
   /// Measured fixes are solved from these: all recorded L1 signals of satellites with ephemerides and above
-  /// the horizon, sigma 1 m.
+  /// the horizon, sigma 1 m, one for each of the epoch's residuals and in their order.
   std::vector<std::vector<receiver::Measurement>> measurements;  ///< one list for each of residuals.epochs
   std::vector<std::string> warnings;
 };

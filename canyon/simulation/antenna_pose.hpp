@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/raytrace/ray_scene.hpp"
+#include "canyon/simulation/trajectory.hpp"
+
+namespace canyon::simulation {
+
+/// Puts a vehicle on the terrain: its reference point `height_m` above the highest sheet there, its climb
+/// that of the terrain along its way. Horizontal place and velocity stay (in the city's frame). False, and
+/// the pose as it was, where no terrain lies.
+/// @param frame of the city that `scene` was built from
+[[nodiscard]] bool clamp_to_terrain(Pose& pose, const geodesy::LocalFrame& frame,
+                                    const raytrace::RayScene& scene, double height_m);
+
+/// The pose of an antenna that is mounted at `lever_arm_m` (forward, left, up) from the vehicle's reference
+/// point, roll and pitch 0.
+[[nodiscard]] Pose mounted_antenna(Pose vehicle, const Eigen::Vector3d& lever_arm_m);
+
+}  // namespace canyon::simulation

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/validation/statistics.hpp"
+
+// Private to canyon/validation.
+
+namespace canyon::validation {
+
+/// Epochs in a block of `seconds`, by the median interval of the times; at least 1.
+[[nodiscard]] inline std::size_t epochs_in(double seconds, std::span<const geodesy::GpsTime> times) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
+  const double interval_s = median(steps).value_or(1);
+  return static_cast<std::size_t>(std::max(1.0, std::round(seconds / std::max(interval_s, 1e-3))));
+}
+
+}  // namespace canyon::validation

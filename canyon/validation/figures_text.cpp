@@ -1,0 +1,283 @@
+// Figures as JSON, for terminals and for documents.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/validation/alignment.hpp"
+#include "canyon/validation/figures.hpp"
+
+namespace canyon::validation {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// NaN and infinity have no place in JSON.
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json quantiles_json(const std::array<double, 5>& values, bool any) {
+  Json json = Json::object();
+  constexpr std::array<const char*, 5> kNames{"p5", "p25", "p50", "p75", "p95"};
+  for (std::size_t i = 0; i < values.size(); ++i) json[kNames[i]] = any ? number(values[i]) : Json(nullptr);
+  return json;
+}
+
+Json json_of(const std::optional<Separation>& s, const char* threshold_name, double sign,
+             const std::optional<Interval>& interval) {
+  if (!s) return nullptr;
+  Json json{{"auc", number(s->auc)}};
+  if (interval) json["auc_interval_95"] = {number(interval->low), number(interval->high)};
+  json["balanced_accuracy"] = number(s->balanced_accuracy);
+  json[threshold_name] = number(sign * s->threshold);
+  return json;
+}
+
+Json json_of(const DistributionPair& pair) {
+  return {{"measured_n", pair.measured_n},
+          {"simulated_n", pair.simulated_n},
+          {"measured", quantiles_json(pair.measured, pair.measured_n > 0)},
+          {"simulated", quantiles_json(pair.simulated, pair.simulated_n > 0)},
+          {"ks", pair.ks ? number(*pair.ks) : Json(nullptr)}};
+}
+
+Json json_of(const TrackedShare& share) {
+  const bool any = share.satellites > 0;
+  return {{"satellites", share.satellites},
+          {"measured", share.measured},
+          {"simulated", share.simulated},
+          {"measured_ratio", any ? number(share.measured_ratio()) : Json(nullptr)},
+          {"simulated_ratio", any ? number(share.simulated_ratio()) : Json(nullptr)}};
+}
+
+Json json_of(const Explained& e) {
+  Json json{{"kind", e.kind}, {"n", e.n}, {"share", number(e.share)}};
+  json["median_difference_m"] = e.median_difference_m ? number(*e.median_difference_m) : Json(nullptr);
+  if (e.correlation) {
+    json["spearman"] = {{"rho", number(e.correlation->rho)},
+                        {"low_95", number(e.correlation->low)},
+                        {"high_95", number(e.correlation->high)},
+                        {"n", e.correlation->n}};
+  } else {
+    json["spearman"] = nullptr;
+  }
+  return json;
+}
+
+Json json_of(const PositionFigures& p) {
+  const bool any = p.fixes > 0;
+  return {{"epochs", p.epochs},
+          {"fixes", p.fixes},
+          {"availability", p.epochs > 0 ? number(static_cast<double>(p.fixes) / static_cast<double>(p.epochs))
+                                        : Json(nullptr)},
+          {"mean_satellites_used", any ? number(p.mean_used) : Json(nullptr)},
+          {"horizontal_error_m", quantiles_json(p.horizontal_m, any)},
+          {"vertical_error_m", quantiles_json(p.vertical_m, any)}};
+}
+
+Json json_of(const Figures& f) {
+  Json json{{"model", f.model}, {"part", f.part}, {"epochs", f.epochs}, {"los", f.los}, {"nlos", f.nlos}};
+  json["separation_by_cn0"] = json_of(f.by_cn0, "threshold_dbhz", -1, f.by_cn0_interval);
+  json["separation_by_error"] = json_of(f.by_error, "threshold_m", 1, f.by_error_interval);
+  json["elevation_bands"] = Json::array();
+  for (const Band& band : f.bands) {
+    json["elevation_bands"].push_back({{"low_deg", number(band.low_deg)},
+                                       {"high_deg", number(band.high_deg)},
+                                       {"los", band.los},
+                                       {"nlos", band.nlos},
+                                       {"by_cn0", json_of(band.by_cn0, "threshold_dbhz", -1, {})},
+                                       {"by_error", json_of(band.by_error, "threshold_m", 1, {})}});
+  }
+  json["tracked"] = {{"los", json_of(f.tracked_los)}, {"nlos", json_of(f.tracked_nlos)}};
+  json["explained"] = Json::array();
+  for (const Explained& e : f.explained) json["explained"].push_back(json_of(e));
+  json["distributions"] = {{"los_error_m", json_of(f.error_los_m)},
+                           {"nlos_error_m", json_of(f.error_nlos_m)},
+                           {"los_cn0_dbhz", json_of(f.cn0_los_dbhz)},
+                           {"nlos_cn0_dbhz", json_of(f.cn0_nlos_dbhz)},
+                           {"satellites_used", json_of(f.used)}};
+  json["position"] = {{"measured", json_of(f.measured)}, {"simulated", json_of(f.simulated)}};
+  json["segments"] = Json::array();
+  for (const SegmentFigures& s : f.segments) {
+    json["segments"].push_back({{"first_epoch", s.segment.first},
+                                {"epochs", s.segment.count},
+                                {"length_m", number(s.segment.length_m)},
+                                {"heading_deg", number(s.segment.heading_deg)},
+                                {"measured", json_of(s.measured)},
+                                {"simulated", json_of(s.simulated)}});
+  }
+  return json;
+}
+
+/// "-" where there is nothing.
+std::string shown(const std::optional<double>& value, int decimals) {
+  return value && std::isfinite(*value) ? fmt::format("{:.{}f}", *value, decimals) : "-";
+}
+
+std::optional<double> auc_of(const std::optional<Separation>& s) {
+  return s ? std::optional(s->auc) : std::nullopt;
+}
+
+std::string interval_text(const std::optional<Interval>& interval) {
+  return interval ? fmt::format(" [{:.3f}, {:.3f}]", interval->low, interval->high) : "";
+}
+
+std::string separation_line(const char* what, const std::optional<Separation>& s,
+                            const std::optional<Interval>& interval, double sign, const char* rule,
+                            const char* unit) {
+  if (!s) return fmt::format("  {:<22}-\n", what);
+  return fmt::format(
+      "  {:<22}AUC {:.3f}{}, balanced accuracy {:.3f}{}\n", what, s->auc, interval_text(interval),
+      s->balanced_accuracy,
+      std::isfinite(s->threshold) ? fmt::format(" {} {:.1f} {}", rule, sign * s->threshold, unit) : "");
+}
+
+std::string distribution_line(const char* what, const DistributionPair& pair) {
+  const auto five = [](const std::array<double, 5>& values, std::size_t n) {
+    std::string text = fmt::format("{:>6}", n);
+    for (const double v : values) text += n > 0 ? fmt::format(" {:>7.1f}", v) : fmt::format(" {:>7}", "-");
+    return text;
+  };
+  return fmt::format("  {:<22}{:<10}{}\n  {:<22}{:<10}{}   KS {}\n", what, "measured",
+                     five(pair.measured, pair.measured_n), "", "simulated",
+                     five(pair.simulated, pair.simulated_n), shown(pair.ks, 3));
+}
+
+std::string position_line(const char* what, const PositionFigures& p) {
+  const double share =
+      p.epochs > 0 ? 100.0 * static_cast<double>(p.fixes) / static_cast<double>(p.epochs) : 0;
+  if (p.fixes == 0) return fmt::format("  {:<22}no fix in {} epochs\n", what, p.epochs);
+  return fmt::format(
+      "  {:<22}{:.1f} % of {} epochs, {:.1f} satellites; horizontal p50 {:.1f} p95 {:.1f} m, vertical p50 "
+      "{:.1f} p95 {:.1f} m\n",
+      what, share, p.epochs, p.mean_used, p.horizontal_m[2], p.horizontal_m[4], p.vertical_m[2],
+      p.vertical_m[4]);
+}
+
+/// Simulated over measured.
+std::optional<double> error_ratio(const Figures& f, std::size_t quantile) {
+  if (f.measured.fixes == 0 || f.simulated.fixes == 0 || !(f.measured.horizontal_m[quantile] > 0)) return {};
+  return f.simulated.horizontal_m[quantile] / f.measured.horizontal_m[quantile];
+}
+
+/// Bars would end a cell.
+std::string cell(const std::string& text) {
+  std::string safe;
+  for (const char c : text) safe += c == '|' ? std::string("\\|") : std::string(1, c);
+  return safe;
+}
+
+}  // namespace
+
+std::string to_json(const std::vector<Figures>& models, const std::optional<std::string>& alignment_json) {
+  Json json = Json::object();
+  if (alignment_json) json["alignment"] = Json::parse(*alignment_json);
+  json["models"] = Json::array();
+  for (const Figures& f : models) json["models"].push_back(json_of(f));
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string to_json(const Alignment& a) {
+  const Json json{{"east_m", number(a.registration.east_m)},
+                  {"north_m", number(a.registration.north_m)},
+                  {"heading_deg", number(geodesy::degrees(a.registration.heading_rad))},
+                  {"pivot_east_m", number(a.registration.pivot.x())},
+                  {"pivot_north_m", number(a.registration.pivot.y())},
+                  {"sigma_east_m", number(a.sigma_east_m)},
+                  {"sigma_north_m", number(a.sigma_north_m)},
+                  {"sigma_heading_deg", number(geodesy::degrees(a.sigma_heading_rad))},
+                  {"score", number(a.score)},
+                  {"score_before", number(a.score_before)},
+                  {"first_epoch", a.first},
+                  {"epochs", a.count},
+                  {"at_border", a.at_border}};
+  return json.dump(2) + "\n";
+}
+
+std::string to_text(const Figures& f) {
+  std::string text = fmt::format("{}\n{}\n\n", f.model, f.part);
+  const std::size_t all = f.los + f.nlos;
+  text += fmt::format("LOS and NLOS by the city: {} observations, {:.1f} % NLOS\n", all,
+                      all > 0 ? 100.0 * static_cast<double>(f.nlos) / static_cast<double>(all) : 0);
+  text += separation_line("by C/N0", f.by_cn0, f.by_cn0_interval, -1, "below", "dB-Hz");
+  text += separation_line("by pseudorange error", f.by_error, f.by_error_interval, 1, "above", "m");
+  for (const Band& band : f.bands) {
+    text += fmt::format("  {:>2.0f} to {:.0f} deg           AUC by C/N0 {}, by error {} ({} LOS, {} NLOS)\n",
+                        band.low_deg, band.high_deg, shown(auc_of(band.by_cn0), 3),
+                        shown(auc_of(band.by_error), 3), band.los, band.nlos);
+  }
+  text += "\nTracked satellites, measured and simulated\n";
+  for (const auto& [what, share] : {std::pair("LOS", f.tracked_los), std::pair("NLOS", f.tracked_nlos)}) {
+    text += fmt::format("  {:<22}{:.3f} and {:.3f} of {}\n", what, share.measured_ratio(),
+                        share.simulated_ratio(), share.satellites);
+  }
+  text += "\nMeasured NLOS errors explained by the model's paths\n";
+  for (const Explained& e : f.explained) {
+    if (e.n == 0 && e.kind != "all") continue;
+    text += fmt::format("  {:<22}{:>5} ({:>4.1f} %), |error - delay| median {} m, Spearman {}\n", e.kind, e.n,
+                        100 * e.share, shown(e.median_difference_m, 1),
+                        e.correlation ? fmt::format("{:.2f}", e.correlation->rho) : "-");
+  }
+  text += fmt::format("\n{:<34}{:>6} {:>7} {:>7} {:>7} {:>7} {:>7}\n", "Distributions", "n", "p5", "p25",
+                      "p50", "p75", "p95");
+  text += distribution_line("LOS error [m]", f.error_los_m);
+  text += distribution_line("NLOS error [m]", f.error_nlos_m);
+  text += distribution_line("LOS C/N0 [dB-Hz]", f.cn0_los_dbhz);
+  text += distribution_line("NLOS C/N0 [dB-Hz]", f.cn0_nlos_dbhz);
+  text += distribution_line("satellites used", f.used);
+  text += "\nFixes by the same solver\n";
+  text += position_line("measured", f.measured);
+  text += position_line("simulated", f.simulated);
+  text += fmt::format("  {:<22}p50 {}, p95 {}\n", "simulated / measured", shown(error_ratio(f, 2), 2),
+                      shown(error_ratio(f, 4), 2));
+  if (!f.segments.empty()) text += "\nStreet segments (horizontal error p50, p95)\n";
+  for (const SegmentFigures& s : f.segments) {
+    const auto fifty = [](const PositionFigures& p) {
+      return p.fixes > 0
+                 ? fmt::format("{:>5.1f} {:>6.1f} m, {:>3.0f} %", p.horizontal_m[2], p.horizontal_m[4],
+                               100.0 * static_cast<double>(p.fixes) / static_cast<double>(p.epochs))
+                 : std::string("no fix");
+    };
+    text +=
+        fmt::format("  epochs {:>5} to {:>5}, {:>4.0f} m towards {:>3.0f} deg: measured {}; simulated {}\n",
+                    s.segment.first, s.segment.first + s.segment.count - 1, s.segment.length_m,
+                    s.segment.heading_deg, fifty(s.measured), fifty(s.simulated));
+  }
+  return text;
+}
+
+std::string to_markdown(const std::vector<Figures>& models) {
+  std::string text =
+      "| model | AUC C/N0 | AUC error | NLOS explained | median difference [m] | Spearman | KS error LOS, "
+      "NLOS "
+      "| KS C/N0 LOS, NLOS | tracked LOS | tracked NLOS | satellites used | horizontal p50 [m] | p95 [m] |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  const auto versus = [](bool both, double simulated, double measured, int decimals) {
+    return both ? fmt::format("{:.{}f} ({:.{}f})", simulated, decimals, measured, decimals)
+                : std::string("-");
+  };
+  for (const Figures& f : models) {
+    const Explained none;
+    const Explained& all = f.explained.empty() ? none : f.explained.back();
+    const bool fixes = f.simulated.fixes > 0 && f.measured.fixes > 0;
+    text += fmt::format(
+        "| {} | {} | {} | {} | {} | {} | {}, {} | {}, {} | {} | {} | {} | {} | {} |\n", cell(f.model),
+        shown(auc_of(f.by_cn0), 3), shown(auc_of(f.by_error), 3),
+        f.nlos > 0 ? fmt::format("{:.1f} %", 100 * all.share) : "-", shown(all.median_difference_m, 1),
+        all.correlation ? fmt::format("{:.2f}", all.correlation->rho) : "-", shown(f.error_los_m.ks, 2),
+        shown(f.error_nlos_m.ks, 2), shown(f.cn0_los_dbhz.ks, 2), shown(f.cn0_nlos_dbhz.ks, 2),
+        versus(f.tracked_los.satellites > 0, f.tracked_los.simulated_ratio(), f.tracked_los.measured_ratio(),
+               2),
+        versus(f.tracked_nlos.satellites > 0, f.tracked_nlos.simulated_ratio(),
+               f.tracked_nlos.measured_ratio(), 2),
+        versus(fixes, f.simulated.mean_used, f.measured.mean_used, 1),
+        versus(fixes, f.simulated.horizontal_m[2], f.measured.horizontal_m[2], 1),
+        versus(fixes, f.simulated.horizontal_m[4], f.measured.horizontal_m[4], 1));
+  }
+  return text + "\nSimulated, with measured in brackets, where both are given.\n";
+}
+
+}  // namespace canyon::validation

@@ -1,0 +1,131 @@
+// A recording and its truth, brought to a scenario's sky and city.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/antenna_pose.hpp"
+#include "canyon/simulation/trajectory.hpp"
+#include "canyon/validation/comparison.hpp"
+#include "canyon/validation/rinex_observation.hpp"
+
+namespace canyon::validation {
+namespace {
+
+using geodesy::format_gpst;
+using geodesy::GpsTime;
+
+std::set<orbit::System> systems_of(const orbit::Sky& sky) {
+  std::set<orbit::System> systems;
+  for (const orbit::SatelliteId id : sky.satellites()) systems.insert(id.system);
+  return systems;
+}
+
+/// What to say where no observation is left.
+InputError nothing_left(const std::filesystem::path& obs, const std::filesystem::path& truth,
+                        const RinexObservations& recorded, const simulation::Trajectory& path,
+                        const PseudorangeResiduals& residuals) {
+  const GpsTime first = recorded.epochs.front().receiver_time;
+  const GpsTime last = recorded.epochs.back().receiver_time;
+  if (residuals.epochs_outside_truth > 0) {
+    return {obs, 0,
+            fmt::format("none of its epochs ({} to {}) lies in the truth {} ({} to {})",
+                        format_gpst(first, 0), format_gpst(last, 0), truth.filename().string(),
+                        format_gpst(path.begin(), 0), format_gpst(path.end(), 0)),
+            "give the truth of the same drive; times of CSV files are UTC unless they say GPST"};
+  }
+  if (!residuals.without_ephemeris.empty()) {
+    return {obs, 0,
+            fmt::format("none of its {} satellites has an ephemeris between {} and {}",
+                        residuals.without_ephemeris.size(), format_gpst(first, 0), format_gpst(last, 0)),
+            "give navigation files of that day and of the recorded systems in the scenario's sky"};
+  }
+  return {obs, 0, "it holds no pseudorange of a satellite above the horizon",
+          "check that truth and navigation files belong to the recording"};
+}
+
+/// The recorded signals behind an epoch's residuals, one for each, as a solver takes them.
+std::vector<receiver::Measurement> measurements_of(const PseudorangeResiduals& residuals,
+                                                   const ResidualEpoch& epoch,
+                                                   const ObservationEpoch& recorded, const orbit::Sky& sky) {
+  std::vector<receiver::Measurement> measurements;
+  measurements.reserve(epoch.count);
+  for (const PseudorangeResidual& o : residuals.of(epoch)) {
+    receiver::Measurement m;
+    m.id = o.id;
+    m.pseudorange_m = o.pseudorange_m;
+    m.cn0_dbhz = o.cn0_dbhz;
+    // The state knows a GLONASS satellite's channel.
+    const auto state = sky.state(o.id, epoch.reception);
+    m.carrier_frequency_hz = state ? state->carrier_frequency_hz : orbit::l1_frequency_hz(o.id.system);
+    const auto signal = std::find_if(recorded.signals.begin(), recorded.signals.end(),
+                                     [&o](const ObservedSignal& s) { return s.id == o.id; });
+    if (signal != recorded.signals.end()) m.doppler_hz = signal->doppler_hz;
+    measurements.push_back(m);
+  }
+  return measurements;
+}
+
+}  // namespace
+
+Recording read_recording(const simulation::Scenario& scenario, const simulation::Environment& environment,
+                         const std::filesystem::path& obs, const std::filesystem::path& truth,
+                         const std::string& truth_format, const RecordingOptions& options) {
+  if (scenario.receivers.empty()) throw InputError(scenario.file, 0, "the scenario has no receiver");
+  Recording recording;
+  recording.ionosphere = options.ionosphere;
+  recording.troposphere = options.troposphere;
+
+  ObservationOptions wanted;
+  wanted.systems = systems_of(environment.sky());
+  const RinexObservations recorded = read_rinex_observations(obs, wanted);
+  recording.warnings = recorded.report.warnings();
+
+  // NMEA tells times of day: the recording knows the day.
+  const GpsTime first = recorded.epochs.front().receiver_time;
+  const GpsTime start = scenario.start.value_or(truth_format == "nmea" ? first : GpsTime{});
+  simulation::TrajectoryFile path = simulation::read_trajectory_file(truth, truth_format, start);
+  recording.warnings.insert(recording.warnings.end(), path.warnings.begin(), path.warnings.end());
+
+  const Eigen::Vector3d& lever_arm_m = scenario.receivers.front().lever_arm_m;
+  ResidualOptions residual_options;
+  residual_options.ionosphere = options.ionosphere;
+  residual_options.troposphere = options.troposphere;
+  residual_options.lever_arm_m = lever_arm_m;
+  recording.residuals = pseudorange_residuals(recorded.epochs, path.trajectory, environment.sky(),
+                                              environment.klobuchar(), residual_options);
+  const PseudorangeResiduals& residuals = recording.residuals;
+  if (residuals.epochs.empty()) throw nothing_left(obs, truth, recorded, path.trajectory, residuals);
+  const std::vector<std::string> left_out = residuals.warnings();
+  recording.warnings.insert(recording.warnings.end(), left_out.begin(), left_out.end());
+
+  const geodesy::LocalFrame& frame = environment.city().frame;
+  const std::optional<double>& height_m = scenario.trajectory.height_above_terrain_m;
+  if (height_m) recording.antenna_above_terrain_m = *height_m + lever_arm_m.z();
+  for (const ResidualEpoch& epoch : residuals.epochs) {
+    simulation::Pose pose = path.trajectory.at(epoch.reception);
+    if (height_m && !simulation::clamp_to_terrain(pose, frame, environment.scene(), *height_m)) {
+      throw InputError(
+          scenario.file, 0,
+          fmt::format("height_above_terrain_m: no terrain lies at latitude {:.6f}, longitude {:.6f} ({})",
+                      geodesy::degrees(pose.position.latitude_rad),
+                      geodesy::degrees(pose.position.longitude_rad), format_gpst(pose.time, 3)),
+          "use a city with terrain there, or leave the key out");
+    }
+    pose = simulation::mounted_antenna(pose, lever_arm_m);
+    Recording::Place place;
+    place.enu_m = frame.local_from_geodetic(pose.position);
+    place.velocity_enu_mps =
+        frame.ecef_from_local_rotation().transpose() *
+        (geodesy::enu_from_ecef_rotation(pose.position).transpose() * pose.velocity_enu_mps);
+    recording.places.push_back(place);
+    recording.measurements.push_back(
+        measurements_of(residuals, epoch, recorded.epochs[epoch.recorded], environment.sky()));
+  }
+  return recording;
+}
+
+}  // namespace canyon::validation
