@@ -1,0 +1,339 @@
+#include "canyon/propagation/diffuse.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/propagation/per_instance.hpp"
+
+namespace canyon::propagation {
+namespace {
+
+using Eigen::Vector3d;
+using geodesy::kPi;
+
+constexpr int kMostExponent = 20;
+/// Patches seen more grazingly than this (0.06 deg) weigh no more in the directive lobe, whose share of a ray
+/// grows as 1 / cos(theta_s).
+constexpr double kLeastCosine = 1e-3;
+
+void check(bool good, const char* field, const char* bound, double value) {
+  if (!good) throw InputError(fmt::format("diffuse.{} is {}", field, value), fmt::format("give {}", bound));
+}
+
+double power(double base, int exponent) {
+  double result = 1;
+  for (; exponent > 0; exponent >>= 1, base *= base)
+    if ((exponent & 1) != 0) result *= base;
+  return result;
+}
+
+/// lobe_integral() as constant + cos(theta) * (polynomial in sin^2(theta)).
+struct LobeIntegral {
+  double constant = 0;
+  std::array<double, kMostExponent / 2> coefficient{};
+  int terms = 0;
+
+  explicit LobeIntegral(int exponent) : terms((exponent + 1) / 2) {
+    double binomial = std::ldexp(1, -exponent);  // C(exponent, j) / 2^exponent
+    for (int j = 0; j <= exponent; ++j) {
+      const double share = binomial * 2 * kPi / (j + 1);
+      if (j % 2 == 0) {
+        constant += share;
+      } else {
+        double central = 1;  // C(2w, w) / 4^w
+        for (int w = 0; w <= (j - 1) / 2; ++w) {
+          coefficient[static_cast<std::size_t>(w)] += share * central;
+          central *= (2 * w + 1.0) / (2 * w + 2.0);
+        }
+      }
+      binomial *= static_cast<double>(exponent - j) / (j + 1);
+    }
+  }
+  [[nodiscard]] double at(double cosine) const {
+    const double sin2 = std::max(0.0, 1 - cosine * cosine);
+    double sum = 0;
+    for (int w = terms - 1; w >= 0; --w) sum = sum * sin2 + coefficient[static_cast<std::size_t>(w)];
+    return constant + cosine * sum;
+  }
+};
+
+/// What a ray of the antenna met that scatters.
+struct Patch {
+  Vector3d towards;  ///< unit, from the antenna
+  Vector3d normal;   ///< unit, to the antenna's side
+  Vector3d lifted;   ///< the point, off the surface
+  double range_m = 0;
+  double cos_seen = 0;  ///< between the normal and the way to the antenna
+  std::uint32_t triangle = 0;
+  std::uint32_t instance = 0;
+};
+
+/// From a satellite over a patch to the antenna.
+struct Way {
+  std::uint32_t bin = 0;
+  std::uint32_t patch = 0;
+  double excess_m = 0;
+  double power = 0;
+};
+
+/// Ways [first, last) of one bin.
+struct Class {
+  std::uint32_t first = 0, last = 0;
+  double power = 0;  ///< if all of them were clear
+};
+
+/// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
+struct Scratch {
+  std::vector<Patch> patches;
+  std::vector<Way> ways;
+  std::vector<Class> classes;
+  std::vector<raytrace::Ray> rays;
+  std::unique_ptr<bool[]> blocked;
+  std::size_t blocked_size = 0;
+
+  std::span<bool> blocked_of(std::size_t count) {
+    if (count > blocked_size) {
+      blocked = std::make_unique<bool[]>(count);
+      blocked_size = count;
+    }
+    return {blocked.get(), count};
+  }
+};
+
+Scratch& scratch() {
+  static thread_local Scratch scratch;
+  return scratch;
+}
+
+/// For each triangle whether it scatters.
+std::vector<std::uint8_t> scattering_triangles(const city::Mesh& mesh) {
+  std::vector<std::uint8_t> scatters(mesh.triangles.size(), 0);
+  for (const city::Object& object : mesh.objects) {
+    const bool does = object.surface == city::Surface::Building || object.surface == city::Surface::Vehicle;
+    std::fill_n(scatters.begin() + object.first_triangle, object.triangle_count, does ? 1 : 0);
+  }
+  return scatters;
+}
+
+}  // namespace
+
+void DiffuseOptions::validate() const {
+  check(rays >= 8 && rays <= 4096, "rays", "a number from 8 to 4096", rays);
+  check(scattering_coefficient >= 0 && scattering_coefficient <= 1, "scattering_coefficient",
+        "a number from 0 to 1", scattering_coefficient);
+  check(wall_reflectance >= 0 && wall_reflectance <= 1, "wall_reflectance", "a number from 0 to 1",
+        wall_reflectance);
+  check(lobe_exponent >= 0 && lobe_exponent <= kMostExponent, "lobe_exponent", "a number from 0 to 20",
+        lobe_exponent);
+  check(lowest_elevation_rad >= -kPi / 2 && lowest_elevation_rad < kPi / 2, "lowest_elevation_rad",
+        "an angle from -pi/2 to below pi/2", lowest_elevation_rad);
+  check(max_range_m > 0 && max_range_m <= 100'000, "max_range_m", "a number above 0 and up to 100,000",
+        max_range_m);
+  check(min_power_db >= -100 && min_power_db <= 0, "min_power_db", "a number from -100 to 0", min_power_db);
+  check(class_m >= 0.1 && class_m <= 100'000, "class_m", "a number from 0.1 to 100,000", class_m);
+  check(max_paths >= 1 && max_paths <= 64, "max_paths", "a number from 1 to 64", max_paths);
+}
+
+double lobe_integral(int exponent, double cos_incidence) {
+  if (!(exponent >= 0 && exponent <= kMostExponent && cos_incidence >= 0 && cos_incidence <= 1))
+    throw InputError(fmt::format("a lobe of exponent {} at cos(incidence) {}", exponent, cos_incidence),
+                     "give an exponent from 0 to 20 and a cosine from 0 to 1");
+  return LobeIntegral(exponent).at(cos_incidence);
+}
+
+struct DiffuseScattering::Impl {
+  const raytrace::RayScene* scene;
+  DiffuseOptions options;
+  std::vector<Vector3d> sphere;  ///< directions of the rays
+  double share;                  ///< of one ray: S^2 rho d(Omega), over pi for Lambert's lobe
+  double min_power;
+  LobeIntegral lobe;
+  std::vector<std::uint8_t> city;  ///< scattering_triangles()
+  PerInstance<std::vector<std::uint8_t>> instances;
+
+  Impl(const city::Mesh& mesh, const raytrace::RayScene& from, const DiffuseOptions& o)
+      : scene(&from),
+        options(o),
+        min_power(std::pow(10, o.min_power_db / 10)),
+        lobe(o.lobe_exponent),
+        city(scattering_triangles(mesh)) {
+    const double low = std::sin(o.lowest_elevation_rad);
+    const double golden = kPi * (3 - std::sqrt(5.0));
+    for (int i = 0; i < o.rays; ++i) {
+      const double z = low + (1 - low) * (i + 0.5) / o.rays, across = std::sqrt(1 - z * z);
+      const double turn = std::fmod(i * golden, 2 * kPi);
+      sphere.emplace_back(across * std::cos(turn), across * std::sin(turn), z);
+      sphere.back().normalize();
+    }
+    share = o.scattering_coefficient * o.scattering_coefficient * o.wall_reflectance *
+            (2 * kPi * (1 - low) / o.rays) / (o.lobe_exponent == 0 ? kPi : 1);
+  }
+
+  [[nodiscard]] bool scatters(const raytrace::Hit& hit) const {
+    if (hit.instance == 0) return city[hit.triangle] != 0;
+    const std::vector<raytrace::PlacedInstance>& placed = scene->placed_instances();
+    const auto it =
+        std::lower_bound(placed.begin(), placed.end(), hit.instance,
+                         [](const raytrace::PlacedInstance& p, std::uint32_t id) { return p.id < id; });
+    assert(it != placed.end() && it->id == hit.instance);
+    return instances.of(*it, [](const city::Mesh& mesh) {
+      return std::make_unique<const std::vector<std::uint8_t>>(scattering_triangles(mesh));
+    })[hit.triangle] != 0;
+  }
+
+  void look_around(const Vector3d& antenna, std::vector<Patch>& patches) const;
+  void scatter(const Vector3d& antenna, const Vector3d& direction, Scratch& s,
+               std::vector<DiffusePath>& result) const;
+  [[nodiscard]] DiffusePath sum_up(const Vector3d& antenna, const Vector3d& direction, const Class& ways,
+                                   Scratch& s) const;
+};
+
+/// Every scattering patch that rays from the antenna meet.
+void DiffuseScattering::Impl::look_around(const Vector3d& antenna, std::vector<Patch>& patches) const {
+  patches.clear();
+  const double clearance = scene->surface_offset_m(antenna);
+  for (const Vector3d& towards : sphere) {
+    const auto hit = scene->cast({antenna, towards, options.max_range_m}, clearance);
+    if (!hit || !scatters(*hit)) continue;
+    Patch& patch = patches.emplace_back();
+    patch.towards = towards;
+    patch.normal = hit->front ? hit->normal : Vector3d(-hit->normal);
+    patch.range_m = hit->range_m;
+    const Vector3d point = antenna + hit->range_m * towards;
+    patch.lifted = point + scene->surface_offset_m(point) * patch.normal;
+    patch.cos_seen = std::max(-patch.normal.dot(towards), kLeastCosine);
+    patch.triangle = hit->triangle;
+    patch.instance = hit->instance;
+  }
+}
+
+/// A class as it arrives: power 0 where nothing of it is lit.
+DiffusePath DiffuseScattering::Impl::sum_up(const Vector3d& antenna, const Vector3d& direction,
+                                            const Class& ways, Scratch& s) const {
+  s.rays.clear();
+  for (std::uint32_t k = ways.first; k < ways.last; ++k)
+    s.rays.push_back({s.patches[s.ways[k].patch].lifted, direction});
+  const std::span<bool> blocked = s.blocked_of(s.rays.size());
+  scene->occluded(s.rays, blocked);
+
+  DiffusePath path;
+  const Way* strongest = nullptr;
+  for (std::uint32_t k = ways.first; k < ways.last; ++k) {
+    if (blocked[k - ways.first]) continue;
+    const Way& way = s.ways[k];
+    path.power += way.power;
+    path.excess_m += way.power * way.excess_m;
+    if (strongest == nullptr || way.power > strongest->power) strongest = &way;
+  }
+  if (strongest == nullptr) return path;
+  path.excess_m /= path.power;
+  const Patch& patch = s.patches[strongest->patch];
+  path.point = antenna + patch.range_m * patch.towards;
+  path.arrival = patch.towards;
+  path.triangle = patch.triangle;
+  path.instance = patch.instance;
+  path.bin = strongest->bin;
+  return path;
+}
+
+void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& direction, Scratch& s,
+                                      std::vector<DiffusePath>& result) const {
+  s.ways.clear();
+  for (std::uint32_t k = 0; k < s.patches.size(); ++k) {
+    const Patch& patch = s.patches[k];
+    const double cos_lit = patch.normal.dot(direction);
+    if (cos_lit <= 0) continue;
+    Way way;
+    way.patch = k;
+    way.power = share * cos_lit;
+    if (options.lobe_exponent != 0) {
+      const double cos_psi = 2 * cos_lit * patch.cos_seen + patch.towards.dot(direction);
+      way.power *= power(std::max(0.0, 0.5 + 0.5 * cos_psi), options.lobe_exponent) /
+                   (lobe.at(std::min(1.0, cos_lit)) * patch.cos_seen);
+    }
+    // range (1 - towards . direction), without the loss of digits near 1.
+    way.excess_m = 0.5 * patch.range_m * (patch.towards - direction).squaredNorm();
+    way.bin = static_cast<std::uint32_t>(way.excess_m / options.class_m);
+    s.ways.push_back(way);
+  }
+  std::sort(s.ways.begin(), s.ways.end(),
+            [](const Way& a, const Way& b) { return a.bin != b.bin ? a.bin < b.bin : a.patch < b.patch; });
+
+  s.classes.clear();
+  for (std::uint32_t k = 0; k < s.ways.size();) {
+    Class ways;
+    ways.first = k;
+    for (; k < s.ways.size() && s.ways[k].bin == s.ways[ways.first].bin; ++k) ways.power += s.ways[k].power;
+    ways.last = k;
+    if (ways.power >= min_power) s.classes.push_back(ways);
+  }
+  // Strongest first, so that rays are cast only for classes that may still be among the strongest.
+  std::sort(s.classes.begin(), s.classes.end(), [](const Class& a, const Class& b) {
+    return a.power != b.power ? a.power > b.power : a.first < b.first;
+  });
+  const auto stronger = [](const DiffusePath& a, const DiffusePath& b) {
+    return a.power != b.power ? a.power > b.power : a.bin < b.bin;
+  };
+  const auto most = static_cast<std::size_t>(options.max_paths);
+  for (const Class& ways : s.classes) {
+    if (result.size() == most && ways.power < result.back().power) break;
+    const DiffusePath path = sum_up(antenna, direction, ways, s);
+    if (!(path.power > 0 && path.power >= min_power)) continue;
+    if (result.size() == most) {
+      if (!stronger(path, result.back())) continue;
+      result.pop_back();
+    }
+    result.insert(std::upper_bound(result.begin(), result.end(), path, stronger), path);
+  }
+  std::sort(result.begin(), result.end(),
+            [](const DiffusePath& a, const DiffusePath& b) { return a.bin < b.bin; });
+}
+
+DiffuseScattering::DiffuseScattering(const city::Mesh& city, const raytrace::RayScene& scene,
+                                     DiffuseOptions options) {
+  options.validate();
+  impl_ = std::make_unique<Impl>(city, scene, options);
+}
+DiffuseScattering::~DiffuseScattering() = default;
+DiffuseScattering::DiffuseScattering(DiffuseScattering&&) noexcept = default;
+DiffuseScattering& DiffuseScattering::operator=(DiffuseScattering&&) noexcept = default;
+
+const DiffuseOptions& DiffuseScattering::options() const {
+  return impl_->options;
+}
+
+void DiffuseScattering::trace(const Vector3d& antenna, std::span<const Vector3d> directions,
+                              std::span<const bool> wanted,
+                              std::span<std::vector<DiffusePath>> result) const {
+  assert(directions.size() == wanted.size() && directions.size() == result.size());
+  if (!antenna.allFinite()) {
+    throw InputError(
+        fmt::format("the antenna's place ({}, {}, {}) is not finite", antenna.x(), antenna.y(), antenna.z()),
+        "check the trajectory");
+  }
+  bool any = false;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    result[i].clear();
+    if (!wanted[i]) continue;
+    if (!(std::abs(directions[i].squaredNorm() - 1) <= 2e-6)) {
+      throw InputError(fmt::format("the direction ({}, {}, {}) to satellite {} is not of length 1",
+                                   directions[i].x(), directions[i].y(), directions[i].z(), i),
+                       "normalise it");
+    }
+    any = true;
+  }
+  if (!any || impl_->share == 0) return;
+  Scratch& s = scratch();
+  impl_->look_around(antenna, s.patches);
+  if (s.patches.empty()) return;
+  for (std::size_t i = 0; i < directions.size(); ++i)
+    if (wanted[i]) impl_->scatter(antenna, directions[i], s, result[i]);
+}
+
+}  // namespace canyon::propagation
