@@ -90,6 +90,13 @@ Complex path_amplitude(const PathGeometry& path, double satellite_elevation_rad,
 
 Complex path_amplitude(const Path& path, double satellite_elevation_rad, double frequency_hz,
                        const AntennaPattern& antenna, const StrengthOptions& options) {
+  if (path.kind == PathKind::Diffracted && path.geometry.edge_nu) {
+    // trace() gives nu of its own carrier.
+    PathGeometry here = path.geometry;
+    here.edge_nu =
+        signed_knife_edge_nu(here.excess_m, wavelength_m(frequency_hz), !std::signbit(*here.edge_nu));
+    return path_amplitude(here, satellite_elevation_rad, frequency_hz, antenna, options);
+  }
   if (path.kind != PathKind::Diffuse)
     return path_amplitude(path.geometry, satellite_elevation_rad, frequency_hz, antenna, options);
   options.validate();

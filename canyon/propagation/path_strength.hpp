@@ -49,7 +49,9 @@ struct StrengthOptions {
                                                   double frequency_hz, const AntennaPattern& antenna,
                                                   const StrengthOptions& options = {});
 
-/// The same for a path as Propagator::trace() gives it. Diffuse: sqrt(scattered_power) times the antenna's
+/// The same for a path as Propagator::trace() gives it. Diffracted: with the edge's nu at `frequency_hz`,
+/// from its excess path, whatever carrier edges were searched for; only the sign of geometry.edge_nu counts.
+/// Diffuse: sqrt(scattered_power) times the antenna's
 /// response to an unpolarised wave (half of its power in each hand) over that to the line of sight,
 /// sqrt((G_R + G_L) / 2 / G_R(satellite)), with the phase of its excess; the phase of the way itself is
 /// random (receiver::PathPhases). `options` but for their validity do not matter there. InputError also for a

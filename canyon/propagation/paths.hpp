@@ -29,7 +29,7 @@ struct Path {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< of reflection, on the edge, on the facade
   Eigen::Vector3d arrival = Eigen::Vector3d::Zero();  ///< unit, from the antenna towards where it comes from
   double incidence_rad = 0;                           ///< between ray and facet normal, [0, pi/2)
-  std::uint32_t triangle = 0;                         ///< that reflects or scatters, of `instance`
+  std::uint32_t triangle = 0;  ///< that reflects or scatters, of `instance`; 0 for Diffracted
   std::uint32_t instance = 0;
 
   Eigen::Vector3d far_point = Eigen::Vector3d::Zero();  ///< reflection point next to the satellite (order 2)
@@ -51,8 +51,11 @@ struct Path {
 
 /// The antenna as the satellite in direction `s` (unit, ENU) sees it in the mirrors of `path`: the antenna
 /// itself for Direct, else on the line through the reflection point next to the satellite, as far behind it
-/// as the way is long from there to the antenna. excess_m = s . (antenna - image) for planes, and while they
-/// stand still d(excess)/dt = s' . (antenna - image) + (s - arrival) . antenna'.
+/// as the way is long from there to the antenna. excess_m = s . (antenna - image), and while what the path
+/// comes over stands still d(excess)/dt = s' . (antenna - image) + (s - arrival) . antenna'. For planes and,
+/// because the point on the edge is where the way is stationary, for Diffracted as well (Keller's point moves
+/// along, but that changes nothing in first order). Diffuse: of the strongest way of the class, over a point
+/// that stays where it is; the class's mean detour may differ from that way's by the width of a class.
 [[nodiscard]] Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna,
                                             const Eigen::Vector3d& s);
 
@@ -71,8 +74,10 @@ struct SatellitePaths {
   std::vector<Path> paths;
 
   [[nodiscard]] bool received() const { return visibility != Visibility::Blocked; }
-  /// Excess path [m] of the signal that a receiver tracks: 0 with a direct path (the code error of LOS plus
-  /// multipath is modelled in the receiver, later), else that of the shortest path; 0 when blocked.
+  /// Excess path [m] of the signal that an ideal receiver tracks, one that hears every path and follows the
+  /// first: 0 with a direct path (through leaves too), else that of the shortest path of any kind, around an
+  /// edge or diffuse, however weak; 0 when blocked. What a real correlator makes of all paths and their
+  /// strengths is the receiver's signal model.
   [[nodiscard]] double tracked_excess_m() const;
 };
 

@@ -5,15 +5,18 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstring>
+#include <map>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/propagation/facets.hpp"
+#include "canyon/propagation/first_order.hpp"
+#include "canyon/propagation/foliage_volumes.hpp"
+#include "canyon/propagation/fresnel.hpp"
 #include "canyon/propagation/per_instance.hpp"
+#include "canyon/propagation/reflector.hpp"
 #include "canyon/propagation/second_order.hpp"
 
 namespace canyon::propagation {
@@ -25,36 +28,120 @@ using raytrace::Ray;
 
 /// Below this cosine of incidence the reflection point runs away along the plane.
 constexpr double kMinCosine = 1e-6;
-/// Reflections of one satellite are one where their planes are less than this and 1 deg apart: walls that two
-/// buildings share are not drawn at quite the same place. Points along the planes then differ by this over
-/// the cosine of incidence.
-constexpr double kSamePlace = 2e-3;
-const double kSameNormal = std::cos(geodesy::radians(1));
 
-/// A reflection by the geometry of one facet, before anything that may stand in the way.
-struct Candidate {
-  std::uint32_t satellite = 0;
-  double lift_m = 0;  ///< along the normal, so that rays do not meet the facet itself
-  double cosine = 1;  ///< of incidence
-  Vector3d normal;
-  Path path;
+/// What paths tell of the triangle that they come over.
+struct Skin {
+  city::Material material = city::Material::Unknown;
+  city::Surface surface = city::Surface::Building;
+};
+
+std::vector<Skin> skins_of(const city::Mesh& mesh) {
+  std::vector<Skin> skins(mesh.triangles.size());
+  for (const city::Object& object : mesh.objects) {
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+      skins[t] = {mesh.materials[t], object.surface};
+    }
+  }
+  return skins;
+}
+
+/// For the mirror model, which needs no facets: a number for each triangle that triangles of one object in
+/// about one plane (half a degree, a decimetre) mostly have in common.
+std::vector<std::uint32_t> planes_of(const city::Mesh& mesh) {
+  std::map<std::tuple<std::size_t, long, long, long, long>, std::uint32_t> numbers;
+  std::vector<std::uint32_t> planes(mesh.triangles.size());
+  for (std::size_t o = 0; o < mesh.objects.size(); ++o) {
+    const city::Object& object = mesh.objects[o];
+    if (object.triangle_count == 0) continue;
+    const Vector3d origin = mesh.vertices[mesh.triangles[object.first_triangle][0]];
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+      const auto& corner = mesh.triangles[t];
+      const Vector3d a = mesh.vertices[corner[0]];
+      const Vector3d n =
+          (mesh.vertices[corner[1]] - a).cross(mesh.vertices[corner[2]] - a).stableNormalized();
+      const auto rounded = [](double value, double step) { return std::lround(value / step); };
+      const auto key = std::make_tuple(o, rounded(n.x(), 0.01), rounded(n.y(), 0.01), rounded(n.z(), 0.01),
+                                       rounded(n.dot(a - origin), 0.1));
+      planes[t] = numbers.emplace(key, static_cast<std::uint32_t>(numbers.size())).first->second;
+    }
+  }
+  return planes;
+}
+
+/// What is made once of a mesh, as far as the options ask for it.
+struct Prepared {
+  std::vector<Skin> skins;
+  std::vector<std::uint32_t> planes;
+  FacetSet facets;
+  BeamIndex beams;
+  Occluders occluders;
+  FoliageVolumes foliage;
+
+  Prepared(const city::Mesh& mesh, const PropagationOptions& options) : skins(skins_of(mesh)) {
+    if (options.model == Model::Mirror) {
+      planes = planes_of(mesh);
+      return;
+    }
+    if (options.reflection_order > 0) facets = FacetSet(mesh, options.ground_reflection);
+    if (options.reflection_order > 1) {
+      beams = BeamIndex(facets);
+      occluders = Occluders(facets);
+    }
+    if (options.through_foliage) foliage = FoliageVolumes(mesh);
+  }
+};
+
+/// A prepared mesh where it stands; the pose is null for the city.
+struct PlacedSet {
+  const Prepared* prepared;
+  raytrace::InstanceId instance;
+  const Isometry3d* enu_from_set;
 };
 
 /// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
 struct Scratch {
-  FacingFacets facing;
-  std::vector<std::uint8_t> marks;
-  std::vector<Candidate> candidates;
   std::vector<Ray> rays;
-  std::vector<std::uint32_t> ray_of;  ///< candidate of each ray
-  Flags direct, blocked;
+  Flags blocked;
+  std::vector<double> foliage_m;
+  std::vector<RangeInterval> inside;
+  std::vector<PlacedSet> sets;
   std::vector<PlacedFacets> placed;
+  FirstOrderSearch first_order;
   SecondOrderSearch second_order;
+  std::vector<std::vector<DiffractedPath>> diffracted;
+  std::vector<std::vector<DiffusePath>> diffuse;
+
+  const Prepared& prepared(raytrace::InstanceId instance) const {
+    const auto found =
+        std::lower_bound(sets.begin(), sets.end(), instance,
+                         [](const PlacedSet& set, raytrace::InstanceId id) { return set.instance < id; });
+    assert(found != sets.end() && found->instance == instance);
+    return *found->prepared;
+  }
 };
 
 Scratch& scratch() {
   static thread_local Scratch scratch;
   return scratch;
+}
+
+/// One list for each of `count` satellites. Never shrinks, so that the lists keep their memory.
+template <typename List>
+std::span<List> lists(std::vector<List>& of, std::size_t count) {
+  if (of.size() < count) of.resize(count);
+  return std::span(of).first(count);
+}
+
+double elevation_rad(const Vector3d& direction) {
+  return std::asin(std::clamp(direction.z(), -1.0, 1.0));
+}
+
+Path direct_path(const Vector3d& direction, double foliage_depth_m = 0) {
+  Path path;
+  path.arrival = direction;
+  path.geometry.arrival_elevation_rad = elevation_rad(direction);
+  path.geometry.foliage_depth_m = foliage_depth_m;
+  return path;
 }
 
 void check(bool good, const char* field, const char* bound, double value) {
@@ -72,6 +159,14 @@ void PropagationOptions::validate() const {
         max_range_m);
   check(max_incidence_rad > 0 && max_incidence_rad <= geodesy::kPi / 2, "max_incidence_rad",
         "an angle above 0 and up to pi/2", max_incidence_rad);
+  edges.validate();
+  scattering.validate();
+}
+
+DiffractionOptions PropagationOptions::default_edges() {
+  DiffractionOptions options;
+  options.max_clear_nu = 2;
+  return options;
 }
 
 double mirror_excess_m(double range_m, double elevation_rad) {
@@ -80,13 +175,22 @@ double mirror_excess_m(double range_m, double elevation_rad) {
 
 namespace {
 
+/// Of a wall of concrete that faces the arrival, until more is known.
 Path mirror_path(const Vector3d& antenna, const Vector3d& direction, double range_m) {
   Path path;
   path.kind = PathKind::Reflected;
   path.order = 1;
   path.arrival = mirror_direction(direction);
-  path.excess_m = mirror_excess_m(range_m, std::asin(std::clamp(direction.z(), -1.0, 1.0)));
+  // Never negative but for rounding, at the zenith.
+  path.excess_m = std::max(0.0, mirror_excess_m(range_m, elevation_rad(direction)));
   path.point = antenna + range_m * path.arrival;
+  path.incidence_rad = std::abs(elevation_rad(path.arrival));
+  path.reflector = reflector_id(PathKind::Reflected, {});
+  path.geometry.excess_m = path.excess_m;
+  path.geometry.arrival_elevation_rad = elevation_rad(path.arrival);
+  path.geometry.incidence_count = 1;
+  path.geometry.incidences[0].incidence_rad = path.incidence_rad;
+  path.geometry.incidences[0].material = city::Material::Concrete;
   return path;
 }
 
@@ -96,10 +200,8 @@ SatellitePaths mirror_paths(const Vector3d& antenna, const Vector3d& direction, 
                             std::optional<double> mirror_range_m) {
   SatellitePaths paths;
   if (!direct_blocked) {
-    Path direct;
-    direct.arrival = direction;
     paths.visibility = Visibility::LOS;
-    paths.paths.push_back(direct);
+    paths.paths.push_back(direct_path(direction));
   } else if (mirror_range_m) {
     paths.visibility = Visibility::NLOS;
     paths.paths.push_back(mirror_path(antenna, direction, *mirror_range_m));
@@ -107,198 +209,199 @@ SatellitePaths mirror_paths(const Vector3d& antenna, const Vector3d& direction, 
   return paths;
 }
 
-/// The facets of a mesh and, where the second order is asked for, what its search needs.
-struct PreparedFacets {
-  FacetSet facets;
-  BeamIndex beams;
-  Occluders occluders;
-
-  PreparedFacets(const city::Mesh& mesh, const PropagationOptions& options)
-      : facets(mesh, options.ground_reflection) {
-    if (options.reflection_order < 2) return;
-    beams = BeamIndex(facets);
-    occluders = Occluders(facets);
-  }
-};
-
 struct Propagator::Impl {
   const raytrace::RayScene* scene;
   PropagationOptions options;
-  PreparedFacets city;
+  /// Of the smooth wall's amplitude, what goes on in the mirror direction where walls scatter.
+  double specular_factor;
+  Prepared city;
+  std::optional<EdgeDiffraction> diffraction;
+  std::optional<DiffuseScattering> diffuse;
 
-  PerInstance<PreparedFacets> instances;
+  PerInstance<Prepared> instances;
 
-  Impl(const city::Mesh& mesh, const raytrace::RayScene& from, PropagationOptions o)
-      : scene(&from), options(o), city(reflects(o) ? mesh : city::Mesh{}, o) {}
-
-  static bool reflects(const PropagationOptions& o) {
-    return o.model == Model::Specular && o.reflection_order > 0;
+  Impl(const city::Mesh& mesh, const raytrace::RayScene& from, const PropagationOptions& o)
+      : scene(&from),
+        options(o),
+        specular_factor(o.diffuse ? std::sqrt(1 - o.scattering.scattering_coefficient *
+                                                      o.scattering.scattering_coefficient)
+                                  : 1),
+        city(mesh, o) {
+    if (o.model != Model::Specular) return;
+    if (o.diffraction) diffraction.emplace(mesh, from, o.edges);
+    if (o.diffuse) diffuse.emplace(mesh, from, o.scattering);
   }
 
-  const PreparedFacets& facets_of(const raytrace::PlacedInstance& placed) const {
-    return instances.of(placed, [this](const city::Mesh& mesh) {
-      return std::make_unique<const PreparedFacets>(mesh, options);
-    });
-  }
-
-  void find_reflections(const FacetSet& set, raytrace::InstanceId instance, const Isometry3d* enu_from_set,
-                        const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s) const;
-  static void drop_doubles(std::vector<Candidate>& candidates);
-  void keep_clear(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s) const;
-  void add_second_order(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
-                        std::span<SatellitePaths> result) const;
+  void place(Scratch& s) const;
+  [[nodiscard]] std::optional<double> foliage_depth(const Vector3d& antenna, const Vector3d& direction,
+                                                    Scratch& s) const;
+  void look_through_foliage(const Vector3d& antenna, std::span<const Vector3d> directions,
+                            std::span<bool> blocked, Scratch& s) const;
+  [[nodiscard]] Incidence incidence(const Scratch& s, double incidence_rad, raytrace::InstanceId instance,
+                                    std::uint32_t triangle) const;
+  void add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
+                       std::span<SatellitePaths> result) const;
+  void add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
+                       std::span<const bool> blocked, Scratch& s, std::span<SatellitePaths> result) const;
+  void add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions,
+                   std::span<const bool> blocked, Scratch& s, std::span<SatellitePaths> result) const;
   void trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
-                    std::span<const bool> blocked, std::span<SatellitePaths> result) const;
+                    std::span<const bool> blocked, Scratch& s, std::span<SatellitePaths> result) const;
 };
 
-/// Appends what the image construction gives for every facet of one set. `enu_from_set` is null for the city.
-void Propagator::Impl::find_reflections(const FacetSet& set, raytrace::InstanceId instance,
-                                        const Isometry3d* enu_from_set, const Vector3d& antenna,
-                                        std::span<const Vector3d> directions, Scratch& s) const {
-  const Vector3d here = enu_from_set != nullptr ? enu_from_set->inverse() * antenna : antenna;
-  const double min_cosine = std::max(kMinCosine, std::cos(options.max_incidence_rad));
-  const double lift = scene->surface_offset_m(antenna);
-  set.gather(here, options.max_range_m, 2 * lift, s.facing);
-  if (s.facing.facet.empty()) return;
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    const Vector3d towards = enu_from_set != nullptr
-                                 ? Vector3d(enu_from_set->linear().transpose() * directions[i])
-                                 : directions[i];
-    mark_reflecting(s.facing, towards, min_cosine, options.max_range_m, s.marks);
-    for (std::size_t word = 0; word < s.marks.size(); word += 8) {
-      std::uint64_t eight;
-      std::memcpy(&eight, s.marks.data() + word, 8);
-      if (eight == 0) continue;
-      for (std::size_t k = word; k < word + 8; ++k) {
-        if (s.marks[k] == 0) continue;
-        // The same again in doubles, with the facet's true outline.
-        const Facet& facet = set.facets()[s.facing.facet[k]];
-        const double cosine = facet.normal.dot(towards);
-        if (cosine < min_cosine) continue;
-        const double height = facet.normal.dot(here) - facet.offset;
-        const double leg = height / cosine;
-        if (leg > options.max_range_m) continue;
-        const Vector3d point = here - 2 * height * facet.normal + leg * towards;
-        const auto triangle = set.triangle_at(facet, point);
-        if (!triangle) continue;
-
-        Candidate& c = s.candidates.emplace_back();
-        c.satellite = static_cast<std::uint32_t>(i);
-        c.cosine = cosine;
-        c.normal = enu_from_set != nullptr ? Vector3d(enu_from_set->linear() * facet.normal) : facet.normal;
-        c.path.kind = PathKind::Reflected;
-        c.path.order = 1;
-        c.path.excess_m = 2 * height * cosine;
-        c.path.point = enu_from_set != nullptr ? Vector3d(*enu_from_set * point) : point;
-        c.path.arrival = directions[i] - 2 * cosine * c.normal;
-        c.path.incidence_rad = std::acos(std::min(1.0, cosine));
-        c.path.triangle = *triangle;
-        c.path.instance = instance;
-        c.lift_m = scene->surface_offset_m(c.path.point) + facet.deviation;
-      }
-    }
-  }
-}
-
-/// Sorts by satellite and excess path, and keeps one of several reflections at the same place of the same
-/// plane: walls that two buildings share, facets that meet where the signal is reflected.
-void Propagator::Impl::drop_doubles(std::vector<Candidate>& candidates) {
-  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-    return std::tie(a.satellite, a.path.excess_m, a.path.instance, a.path.triangle) <
-           std::tie(b.satellite, b.path.excess_m, b.path.instance, b.path.triangle);
-  });
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    bool seen = false;
-    for (std::size_t k = kept; k-- > 0 && !seen;) {
-      const Candidate& other = candidates[k];
-      if (other.satellite != candidates[i].satellite ||
-          candidates[i].path.excess_m - other.path.excess_m > 2 * kSamePlace) {
-        break;
-      }
-      const Vector3d apart = candidates[i].path.point - other.path.point;
-      const double along = kSamePlace / std::min(other.cosine, candidates[i].cosine);
-      seen = apart.squaredNorm() < along * along && std::abs(apart.dot(other.normal)) < kSamePlace &&
-             other.normal.dot(candidates[i].normal) > kSameNormal;
-    }
-    if (seen) continue;
-    if (kept != i) candidates[kept] = candidates[i];
-    ++kept;
-  }
-  candidates.resize(kept);
-}
-
-/// Keeps the candidates whose two legs are clear. Points are lifted off their facet, so that the facet does
-/// not hide itself; anything else nearer than that is not seen.
-void Propagator::Impl::keep_clear(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                  Scratch& s) const {
-  const auto keep = [&s](std::span<const bool> blocked) {
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < s.candidates.size(); ++i) {
-      if (blocked[i]) continue;
-      if (kept != i) s.candidates[kept] = s.candidates[i];
-      ++kept;
-    }
-    s.candidates.resize(kept);
-  };
-  s.rays.clear();
-  for (const Candidate& c : s.candidates) {
-    const Vector3d leg = c.path.point + c.lift_m * c.normal - antenna;
-    const double range = leg.norm();
-    s.rays.push_back({antenna, leg / range, range});
-  }
-  std::span<bool> blocked = s.blocked.resize(s.rays.size());
-  scene->occluded(s.rays, blocked, scene->surface_offset_m(antenna));
-  keep(blocked);
-
-  s.rays.clear();
-  for (const Candidate& c : s.candidates) {
-    s.rays.push_back({c.path.point + c.lift_m * c.normal, directions[c.satellite]});
-  }
-  blocked = s.blocked.resize(s.rays.size());
-  scene->occluded(s.rays, blocked);
-  keep(blocked);
-}
-
-/// Adds the paths by two facets and puts all of a satellite's in order.
-void Propagator::Impl::add_second_order(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                        Scratch& s, std::span<SatellitePaths> result) const {
-  const auto place = [&s](const PreparedFacets& of, raytrace::InstanceId id, const Isometry3d* pose) {
-    s.placed.push_back({&of.facets, &of.beams, &of.occluders, id, pose});
-  };
-  s.placed.clear();
-  place(city, 0, nullptr);
+/// Lists the city and the instances as they stand, by id.
+void Propagator::Impl::place(Scratch& s) const {
+  s.sets.clear();
+  s.sets.push_back({&city, 0, nullptr});
   for (const raytrace::PlacedInstance& placed : scene->placed_instances()) {
-    place(facets_of(placed), placed.id, &placed.enu_from_instance);
+    const Prepared& prepared = instances.of(
+        placed, [this](const city::Mesh& mesh) { return std::make_unique<const Prepared>(mesh, options); });
+    s.sets.push_back({&prepared, placed.id, &placed.enu_from_instance});
   }
-  const SecondOrderLimits limits{options.max_range_m,
-                                 std::max(kMinCosine, std::cos(options.max_incidence_rad)),
-                                 2 * scene->surface_offset_m(antenna)};
+}
+
+/// Of vegetation on the direct ray; empty where something else stands in it.
+std::optional<double> Propagator::Impl::foliage_depth(const Vector3d& antenna, const Vector3d& direction,
+                                                      Scratch& s) const {
+  const double step = scene->surface_offset_m(antenna);
+  double from = step;
+  while (const auto hit = scene->cast({antenna, direction}, from)) {
+    if (s.prepared(hit->instance).skins[hit->triangle].surface != city::Surface::Foliage) return std::nullopt;
+    // The next one may be at the same place, but a second time there is no going on from it.
+    from = hit->range_m > from ? hit->range_m
+                               : from + std::max(step, scene->surface_offset_m(antenna + from * direction));
+  }
+  s.inside.clear();
+  for (const PlacedSet& set : s.sets) {
+    if (set.prepared->foliage.empty()) continue;
+    const Isometry3d* pose = set.enu_from_set;
+    if (pose == nullptr) {
+      set.prepared->foliage.append_inside(antenna, direction, s.inside);
+    } else {
+      const Vector3d here = pose->linear().transpose() * (antenna - pose->translation());
+      set.prepared->foliage.append_inside(here, pose->linear().transpose() * direction, s.inside);
+    }
+  }
+  return covered_length_m(s.inside);
+}
+
+/// Unblocks the satellites that only vegetation hides, and notes how much of it.
+void Propagator::Impl::look_through_foliage(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                            std::span<bool> blocked, Scratch& s) const {
+  const bool any = std::any_of(s.sets.begin(), s.sets.end(),
+                               [](const PlacedSet& set) { return !set.prepared->foliage.empty(); });
+  if (!any) return;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    if (!blocked[i]) continue;
+    if (const auto depth = foliage_depth(antenna, directions[i], s)) {
+      blocked[i] = false;
+      s.foliage_m[i] = *depth;
+    }
+  }
+}
+
+Incidence Propagator::Impl::incidence(const Scratch& s, double incidence_rad, raytrace::InstanceId instance,
+                                      std::uint32_t triangle) const {
+  const Skin& skin = s.prepared(instance).skins[triangle];
+  Incidence result;
+  result.incidence_rad = incidence_rad;
+  result.material = skin.material;
+  // The ground does not scatter (DiffuseScattering).
+  if (skin.surface != city::Surface::Terrain) result.specular_factor = specular_factor;
+  return result;
+}
+
+void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                       Scratch& s, std::span<SatellitePaths> result) const {
+  s.placed.clear();
+  for (const PlacedSet& set : s.sets) {
+    const Prepared& of = *set.prepared;
+    s.placed.push_back({&of.facets, &of.beams, &of.occluders, set.instance, set.enu_from_set});
+  }
+  const double min_cosine = std::max(kMinCosine, std::cos(options.max_incidence_rad));
+  for (const auto& found :
+       s.first_order.trace(*scene, s.placed, antenna, directions, {options.max_range_m, min_cosine})) {
+    Path& path = result[found.satellite].paths.emplace_back(found.path);
+    path.geometry.excess_m = path.excess_m;
+    path.geometry.arrival_elevation_rad = elevation_rad(path.arrival);
+    path.geometry.incidence_count = 1;
+    path.geometry.incidences[0] = incidence(s, path.incidence_rad, path.instance, path.triangle);
+  }
+  if (options.reflection_order < 2) return;
+  const SecondOrderLimits limits{options.max_range_m, min_cosine, 2 * scene->surface_offset_m(antenna)};
   for (const auto& found : s.second_order.trace(*scene, s.placed, antenna, directions, limits)) {
-    result[found.satellite].paths.push_back(found.path);
+    Path& path = result[found.satellite].paths.emplace_back(found.path);
+    path.geometry.excess_m = path.excess_m;
+    path.geometry.arrival_elevation_rad = elevation_rad(path.arrival);
+    path.geometry.incidence_count = 2;
+    path.geometry.incidences[0] = incidence(s, path.far_incidence_rad, path.far_instance, path.far_triangle);
+    path.geometry.incidences[1] = incidence(s, path.incidence_rad, path.instance, path.triangle);
+    path.geometry.incidences[1].plane_turn_rad =
+        plane_turn_rad((path.point - path.far_point).normalized(), found.far_normal, found.normal);
   }
-  // Both orders are sorted; of equal lengths the lower order comes first.
-  for (SatellitePaths& satellite : result) {
-    std::sort(satellite.paths.begin(), satellite.paths.end(), [](const Path& a, const Path& b) {
-      return std::tie(a.excess_m, a.order, a.instance, a.triangle, a.far_instance, a.far_triangle) <
-             std::tie(b.excess_m, b.order, b.instance, b.triangle, b.far_instance, b.far_triangle);
-    });
+}
+
+void Propagator::Impl::add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                       std::span<const bool> blocked, Scratch& s,
+                                       std::span<SatellitePaths> result) const {
+  const auto found = lists(s.diffracted, directions.size());
+  diffraction->trace(antenna, directions, blocked, found);
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    for (const DiffractedPath& around : found[i]) {
+      Path& path = result[i].paths.emplace_back();
+      path.kind = PathKind::Diffracted;
+      path.excess_m = around.excess_m;
+      path.point = around.point;
+      path.arrival = around.arrival;
+      path.instance = around.instance;
+      path.reflector = reflector_id(PathKind::Diffracted, {around.instance, around.edge});
+      path.geometry.excess_m = around.excess_m;
+      path.geometry.edge_nu = around.nu;
+      path.geometry.arrival_elevation_rad = elevation_rad(around.arrival);
+    }
+  }
+}
+
+void Propagator::Impl::add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                   std::span<const bool> blocked, Scratch& s,
+                                   std::span<SatellitePaths> result) const {
+  const auto found = lists(s.diffuse, directions.size());
+  diffuse->trace(antenna, directions, blocked, found);
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    for (const DiffusePath& scattered : found[i]) {
+      Path& path = result[i].paths.emplace_back();
+      path.kind = PathKind::Diffuse;
+      path.excess_m = scattered.excess_m;
+      path.point = scattered.point;
+      path.arrival = scattered.arrival;
+      path.triangle = scattered.triangle;
+      path.instance = scattered.instance;
+      path.scattered_power = scattered.power;
+      path.reflector = reflector_id(PathKind::Diffuse, {scattered.instance, scattered.bin});
+      path.geometry.excess_m = scattered.excess_m;
+      path.geometry.arrival_elevation_rad = elevation_rad(scattered.arrival);
+    }
   }
 }
 
 /// The paper's algorithm 2 for satellites whose line of sight is blocked.
 void Propagator::Impl::trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                    std::span<const bool> blocked, std::span<SatellitePaths> result) const {
+                                    std::span<const bool> blocked, Scratch& s,
+                                    std::span<SatellitePaths> result) const {
   const double min_range = scene->surface_offset_m(antenna);
   for (std::size_t i = 0; i < directions.size(); ++i) {
     if (!blocked[i]) continue;
     const Vector3d mirrored = mirror_direction(directions[i]);
     const auto hit = scene->cast({antenna, mirrored, options.max_range_m}, min_range);
     if (!hit) continue;
+    const Prepared& of = s.prepared(hit->instance);
     Path path = mirror_path(antenna, directions[i], hit->range_m);
     path.incidence_rad = std::acos(std::min(1.0, std::abs(mirrored.dot(hit->normal))));
     path.triangle = hit->triangle;
     path.instance = hit->instance;
+    path.reflector = reflector_id(PathKind::Reflected, {hit->instance, of.planes[hit->triangle]});
+    path.geometry.incidences[0].incidence_rad = path.incidence_rad;
+    path.geometry.incidences[0].material = of.skins[hit->triangle].material;
     result[i].paths.push_back(path);
   }
 }
@@ -331,36 +434,42 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
     assert(std::abs(direction.squaredNorm() - 1) < 1e-6);
     s.rays.push_back({antenna, direction});
   }
-  const std::span<bool> blocked = s.direct.resize(directions.size());
+  const std::span<bool> blocked = s.blocked.resize(directions.size());
   impl.scene->occluded(s.rays, blocked, impl.scene->surface_offset_m(antenna));
+  s.foliage_m.assign(directions.size(), 0);
+  impl.place(s);
+  const bool specular = impl.options.model == Model::Specular;
+  if (specular && impl.options.through_foliage) impl.look_through_foliage(antenna, directions, blocked, s);
   for (std::size_t i = 0; i < directions.size(); ++i) {
     result[i].paths.clear();
-    if (blocked[i]) continue;
-    Path& direct = result[i].paths.emplace_back();
-    direct.arrival = directions[i];
+    if (!blocked[i]) result[i].paths.push_back(direct_path(directions[i], s.foliage_m[i]));
   }
 
-  if (impl.options.model == Model::Mirror) {
-    impl.trace_mirror(antenna, directions, blocked, result);
-  } else if (impl.options.reflection_order > 0) {
-    s.candidates.clear();
-    impl.find_reflections(impl.city.facets, 0, nullptr, antenna, directions, s);
-    for (const raytrace::PlacedInstance& placed : impl.scene->placed_instances()) {
-      impl.find_reflections(impl.facets_of(placed).facets, placed.id, &placed.enu_from_instance, antenna,
-                            directions, s);
-    }
-    Impl::drop_doubles(s.candidates);
-    impl.keep_clear(antenna, directions, s);
-    for (const Candidate& c : s.candidates) result[c.satellite].paths.push_back(c.path);
-    if (impl.options.reflection_order > 1) impl.add_second_order(antenna, directions, s, result);
+  if (!specular) {
+    impl.trace_mirror(antenna, directions, blocked, s, result);
+  } else {
+    if (impl.options.reflection_order > 0) impl.add_reflections(antenna, directions, s, result);
+    if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, result);
+    if (impl.diffuse) impl.add_diffuse(antenna, directions, blocked, s, result);
   }
 
   for (std::size_t i = 0; i < directions.size(); ++i) {
     SatellitePaths& satellite = result[i];
+    // Of equal lengths the lower order comes first.
+    std::sort(satellite.paths.begin(), satellite.paths.end(), [](const Path& a, const Path& b) {
+      const auto key = [](const Path& p) {
+        return std::tie(p.excess_m, p.order, p.kind, p.instance, p.triangle, p.far_instance, p.far_triangle,
+                        p.reflector);
+      };
+      const bool a_direct = a.kind == PathKind::Direct, b_direct = b.kind == PathKind::Direct;
+      return a_direct != b_direct ? a_direct : key(a) < key(b);
+    });
     if (blocked[i]) {
       satellite.visibility = satellite.paths.empty() ? Visibility::Blocked : Visibility::NLOS;
     } else {
-      satellite.visibility = satellite.paths.size() > 1 ? Visibility::LOSMultipath : Visibility::LOS;
+      const bool reflected = std::any_of(satellite.paths.begin(), satellite.paths.end(),
+                                         [](const Path& path) { return path.kind == PathKind::Reflected; });
+      satellite.visibility = reflected ? Visibility::LOSMultipath : Visibility::LOS;
     }
   }
 }

@@ -29,17 +29,23 @@ struct PropagationOptions {
   /// Paths around edges (EdgeDiffraction with `edges`), of blocked satellites and, as the wave that an edge
   /// adds to a clear signal, of others. Specular only.
   bool diffraction = false;
-  DiffractionOptions edges;
-  /// Diffuse paths of satellites whose direct path is blocked (DiffuseScattering with `scattering`). Specular
-  /// only.
+  /// Beside clear signals out to |nu| = 2, not 0.78: what is missing beyond is an edge wave of 0.11 (-19 dB,
+  /// edge_wave()), where 0.78 would cut one of 0.24. Its frequency is for the search alone.
+  DiffractionOptions edges = default_edges();
+  /// Diffuse paths of satellites whose direct path is blocked (DiffuseScattering with `scattering`), and
+  /// Incidence::specular_factor sqrt(1 - S^2) of everything that is reflected by buildings and vehicles.
+  /// Specular only.
   bool diffuse = false;
   DiffuseOptions scattering;
-  /// Vegetation weakens the direct path (PathGeometry::foliage_depth_m) instead of blocking it. Specular
-  /// only.
+  /// Vegetation weakens the direct path (PathGeometry::foliage_depth_m; FoliageVolumes) instead of blocking
+  /// it; all other paths it blocks as ever. Specular only.
   bool through_foliage = false;
   [[nodiscard]] bool operator==(const PropagationOptions&) const = default;
-  /// Throws InputError naming the field and its bound.
+  /// Throws InputError naming the field and its bound, of `edges` and `scattering` too, in use or not.
   void validate() const;
+
+ private:
+  static DiffractionOptions default_edges();
 };
 
 /// Traces satellites at places in a city. Const, thread-safe; facets are prepared once.
@@ -75,9 +81,21 @@ class Propagator {
   /// to 1e-6 m for the facets' planes; facets within 0.5 mm of their triangles make the points of a real city
   /// exact to some millimetres. Paths of the lower orders are the same as without it.
   ///
+  /// Diffraction: EdgeDiffraction::trace(), excess_m the edge's own detour and geometry.edge_nu its nu (both
+  /// are set; arriving_wave() counts them once). A blocked satellite with nothing else is NLOS; beside a
+  /// direct path the edge's wave is a path, but the satellite stays LOS. Edges drawn beside a path through
+  /// vegetation count as beside a clear one.
+  ///
+  /// Diffuse: DiffuseScattering::trace(), for satellites without a direct path. point and arrival are of the
+  /// strongest way of a class.
+  ///
+  /// All: Direct comes first, then by excess path, of equal ones the lower order first. The lists are the
+  /// caller's; where they have grown, and for what each thread keeps, nothing is allocated.
+  ///
   /// Mirror: the paper's algorithm 2 and equation 1, m = d (1 + sin(pi/2 - 2 theta)), d the range of the ray
   /// at azimuth + 180 deg and the same elevation theta, only for satellites whose direct ray is blocked. The
-  /// direct ray has no limit: walls farther than max_range_m block too.
+  /// direct ray has no limit: walls farther than max_range_m block too. Material and incidence are those of
+  /// the facet that the mirror ray meets.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<SatellitePaths> result) const;
 
@@ -91,7 +109,9 @@ class Propagator {
 [[nodiscard]] double mirror_excess_m(double range_m, double elevation_rad);
 
 /// The paper's algorithm 2 on ranges that another ray caster measured: LOS where the direct ray is free, else
-/// NLOS by the mirror ray, else blocked.
+/// NLOS by the mirror ray, else blocked. What the ray met is not known: the path is as strong as one by
+/// concrete at the incidence of a vertical wall that faces the arrival, its elevation, and all reflectors
+/// have the same name.
 /// @param direction unit, ENU, antenna to satellite
 /// @param mirror_range_m of the ray at azimuth + 180 deg and the same elevation; empty: it met nothing in
 /// reach

@@ -17,7 +17,9 @@ namespace {
 using test::allocations;
 
 TEST(Propagator, AllocatesNothingInTheSteadyState) {
-  const city::City city = city::synthetic_city({});
+  city::City city = city::synthetic_city({});
+  city::append_box(city.mesh, "hedge", city::Surface::Foliage, city::Material::Foliage, {-50, -3, 0},
+                   {50, -2, 4});
   raytrace::RayScene scene(city.mesh);
   city::Mesh bus;
   city::append_box(bus, "bus", city::Surface::Vehicle, city::Material::Metal, {-6, -1, 0}, {6, 1, 4});
@@ -29,6 +31,7 @@ TEST(Propagator, AllocatesNothingInTheSteadyState) {
     PropagationOptions options;
     options.model = model;
     options.reflection_order = 2;
+    options.diffraction = options.diffuse = options.through_foliage = true;
     const Propagator propagator(city.mesh, scene, options);
     std::vector<SatellitePaths> result(sky.size());
     std::size_t paths = 0;

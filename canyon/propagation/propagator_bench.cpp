@@ -5,14 +5,18 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include <cmath>
+#include <complex>
 #include <cstddef>
 #include <vector>
 
+#include "canyon/propagation/path_strength.hpp"
 #include "canyon/propagation/propagator.hpp"
 #include "tests/support/bench_city.hpp"
 
 namespace {
 
+using canyon::propagation::AntennaPattern;
 using canyon::propagation::Model;
 using canyon::propagation::PropagationOptions;
 using canyon::propagation::Propagator;
@@ -52,6 +56,38 @@ void epoch(benchmark::State& state, const PropagationOptions& options) {
   state.counters["reflections_per_epoch"] =
       static_cast<double>(reflections) / static_cast<double>(f.city.places.size());
   state.counters["nlos_per_epoch"] = static_cast<double>(nlos) / static_cast<double>(f.city.places.size());
+}
+
+PropagationOptions with(bool second_order, bool diffraction, bool diffuse) {
+  PropagationOptions options;
+  options.reflection_order = second_order ? 2 : 1;
+  options.diffraction = diffraction;
+  options.diffuse = diffuse;
+  return options;
+}
+
+/// Everything on, and the amplitudes of all paths at a patch antenna.
+void everything(benchmark::State& state, bool amplitudes) {
+  const Fixture& f = fixture();
+  PropagationOptions options = with(true, true, true);
+  options.ground_reflection = options.through_foliage = true;
+  const Propagator propagator(f.city.city.mesh, f.scene, options);
+  const AntennaPattern antenna = canyon::propagation::patch_antenna();
+  std::vector<SatellitePaths> paths(f.sky.size());
+  std::size_t place = 0, count = 0;
+  for (auto _ : state) {
+    propagator.trace(f.city.places[place], f.sky, paths);
+    std::complex<double> sum = 0;
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      count += paths[i].paths.size();
+      if (!amplitudes) continue;
+      const double elevation = std::asin(f.sky[i].z());
+      for (const auto& path : paths[i].paths) sum += path_amplitude(path, elevation, 1575.42e6, antenna);
+    }
+    benchmark::DoNotOptimize(sum);
+    place = (place + 1) % f.city.places.size();
+  }
+  state.counters["paths_per_epoch"] = static_cast<double>(count) / static_cast<double>(state.iterations());
 }
 
 void DirectOnly(benchmark::State& state) {
@@ -94,6 +130,36 @@ void SpecularWithGround(benchmark::State& state) {
   epoch(state, options);
 }
 BENCHMARK(SpecularWithGround)->Unit(benchmark::kMicrosecond);
+
+void SpecularDiffraction(benchmark::State& state) {
+  epoch(state, with(false, true, false));
+}
+BENCHMARK(SpecularDiffraction)->Unit(benchmark::kMicrosecond);
+
+void SpecularDiffuse(benchmark::State& state) {
+  epoch(state, with(false, false, true));
+}
+BENCHMARK(SpecularDiffuse)->Unit(benchmark::kMicrosecond);
+
+void SpecularSecondOrderDiffraction(benchmark::State& state) {
+  epoch(state, with(true, true, false));
+}
+BENCHMARK(SpecularSecondOrderDiffraction)->Unit(benchmark::kMicrosecond);
+
+void SpecularSecondOrderDiffractionDiffuse(benchmark::State& state) {
+  epoch(state, with(true, true, true));
+}
+BENCHMARK(SpecularSecondOrderDiffractionDiffuse)->Unit(benchmark::kMicrosecond);
+
+void Everything(benchmark::State& state) {
+  everything(state, false);
+}
+BENCHMARK(Everything)->Unit(benchmark::kMicrosecond);
+
+void EverythingWithAmplitudes(benchmark::State& state) {
+  everything(state, true);
+}
+BENCHMARK(EverythingWithAmplitudes)->Unit(benchmark::kMicrosecond);
 
 void PrepareFacets(benchmark::State& state) {
   const Fixture& f = fixture();

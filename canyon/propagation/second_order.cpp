@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/propagation/reflector.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -205,6 +206,9 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
       f.path.far_incidence_rad = std::acos(std::min(1.0, far_cosine));
       f.path.far_triangle = *far_triangle;
       f.path.far_instance = set.instance;
+      const auto near_facet = static_cast<std::uint32_t>(near.facet - near.set->facets->facets().data());
+      f.path.reflector =
+          reflector_id(PathKind::Reflected, {set.instance, match.facet, near.set->instance, near_facet});
       f.lift_m = scene.surface_offset_m(f.path.point) + near.facet->deviation;
       f.far_lift_m = scene.surface_offset_m(f.path.far_point) + facet.deviation;
     }
@@ -275,6 +279,8 @@ void SecondOrderSearch::sort_and_drop_doubles(const Vector3d& antenna) {
         break;
       }
       seen = same(found_[k], found_[i]);
+      // Which of the two comes first may be a matter of rounding; the reflector's name must not be.
+      if (seen) found_[k].path.reflector = std::min(found_[k].path.reflector, found_[i].path.reflector);
     }
     if (seen) continue;
     if (kept != i) found_[kept] = found_[i];

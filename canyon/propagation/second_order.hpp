@@ -66,7 +66,7 @@ class SecondOrderSearch {
     double lift_m = 0, far_lift_m = 0;  ///< along the normals, so that rays do not meet the facets themselves
     double cosine = 1, far_cosine = 1;  ///< of the incidences
     Eigen::Vector3d normal, far_normal;
-    Path path;
+    Path path;  ///< without its geometry
   };
 
   /// All second-order paths to `directions`, by satellite and excess path; valid until the next call. The

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "canyon/propagation/facets.hpp"
+#include "canyon/propagation/paths.hpp"
+#include "canyon/propagation/second_order.hpp"
+#include "canyon/raytrace/ray_scene.hpp"
+
+namespace canyon::propagation {
+
+struct FirstOrderLimits {
+  double reach_m;     ///< from the antenna to the reflection point
+  double min_cosine;  ///< of the angle of incidence
+};
+
+/// Paths satellite -> facet -> antenna by the image method (Propagator::trace()). Holds what a search needs
+/// for a while: one for each thread; nothing is allocated once it has grown.
+class FirstOrderSearch {
+ public:
+  struct Found {
+    std::uint32_t satellite = 0;
+    double lift_m = 0;  ///< along the normal, so that rays do not meet the facet itself
+    double cosine = 1;  ///< of incidence
+    Eigen::Vector3d normal;
+    Path path;  ///< without its geometry
+  };
+
+  /// All first-order paths to `directions`, by satellite and excess path; valid until the next call. Of
+  /// `sets` only facets, instances and poses are used.
+  std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
+                               const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+                               const FirstOrderLimits& limits);
+
+ private:
+  void find(const raytrace::RayScene& scene, const PlacedFacets& set, const Eigen::Vector3d& antenna,
+            std::span<const Eigen::Vector3d> directions, const FirstOrderLimits& limits);
+  void drop_doubles();
+  void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,
+                  std::span<const Eigen::Vector3d> directions);
+
+  FacingFacets facing_;
+  std::vector<std::uint8_t> marks_;
+  std::vector<Found> found_;
+  std::vector<raytrace::Ray> rays_;
+  Flags blocked_;
+};
+
+}  // namespace canyon::propagation

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "canyon/city/city.hpp"
+
+namespace canyon::propagation {
+
+/// Part of a ray, ranges [m] from its origin.
+struct RangeInterval {
+  double from_m = 0;
+  double to_m = 0;
+};
+
+/// Length [m] that the intervals cover together, overlaps counted once. Sorts them.
+[[nodiscard]] double covered_length_m(std::vector<RangeInterval>& intervals);
+
+/// The vegetation of a mesh (Surface::Foliage) as volumes: one for each group of triangles of one object
+/// that are connected by the positions of their vertices. Made once; const members are thread-safe.
+class FoliageVolumes {
+ public:
+  /// None.
+  FoliageVolumes() = default;
+  /// The mesh must pass city::check_mesh().
+  explicit FoliageVolumes(const city::Mesh& mesh);
+
+  [[nodiscard]] bool empty() const { return volumes_.empty(); }
+
+  /// Appends where a ray (frame of the mesh, unit direction) is inside a volume, an interval for each time
+  /// that it passes one: from a front to the next back of the same surface. A closed surface that the ray
+  /// only leaves holds its origin and counts from there; a closed surface whose fronts look inwards is turned
+  /// round. An open sheet, a card of leaves, has no thickness that a mesh would tell: it gives no interval
+  /// unless the ray enters by a front and leaves by a back of the same one (a crown without a floor).
+  /// Triangles are met in doubles; crossings within 1 um of each other count as one place, so that rays
+  /// through edges and vertices count once and grazing ones not at all.
+  void append_inside(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                     std::vector<RangeInterval>& intervals) const;
+
+ private:
+  struct Bounds {
+    Eigen::Vector3d min = Eigen::Vector3d::Constant(1e300), max = Eigen::Vector3d::Constant(-1e300);
+    void add(const Bounds& other);
+    [[nodiscard]] bool met_by(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+  };
+  struct Volume {
+    Bounds bounds;
+    std::size_t first = 0, count = 0;  ///< of triangles_
+    bool closed = false;
+  };
+  static constexpr std::size_t kBlock = 16;  ///< triangles, and volumes, that share bounds
+
+  std::vector<std::array<Eigen::Vector3d, 3>> triangles_;  ///< by volume
+  std::vector<Bounds> triangle_blocks_;                    ///< kBlock each, over volumes' borders
+  std::vector<Volume> volumes_;
+  std::vector<Bounds> volume_blocks_;
+};
+
+}  // namespace canyon::propagation
