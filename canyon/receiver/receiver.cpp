@@ -11,6 +11,8 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/receiver/atmosphere.hpp"
+#include "canyon/receiver/channel.hpp"
+#include "canyon/receiver/channel_rate.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -18,49 +20,22 @@ namespace {
 using geodesy::kSpeedOfLight;
 using propagation::Visibility;
 
-/// Noise of one satellite's signal.
-struct Channel {
+/// Noise of one satellite's pseudorange and Doppler that does not come from its strength.
+struct SignalNoise {
   OuProcess code;
   RandomStream doppler;
   double drifted_mean_m;  ///< added to the mean in drift mode
   geodesy::GpsTime last;
 };
 
+/// A satellite's channel after an epoch.
+struct Tracked {
+  Channel* channel = nullptr;
+  Reception reception;
+};
+
 bool in_line_of_sight(Visibility visibility) {
   return visibility == Visibility::LOS || visibility == Visibility::LOSMultipath;
-}
-
-/// d/dt [m/s] of geometric range plus excess path along the tracked path, per second of true time.
-///
-/// The light-time equation r = |S(t - r/c) - x(t)| derived: r' = e.(V - v) / (1 + e.(V + omega x S)/c), S and
-/// V turned to the axes of reception. A reflection at a plane at rest sees the antenna's velocity along the
-/// direction of arrival `a` in place of e; its excess 2 h (n.e), n along e - a, also changes with e while the
-/// satellite moves on: 2 h n.e' = 2 excess (e - a).e' / |e - a|^2 (centimetres per second). Two planes have
-/// e' times the way from the antenna's image in both to the antenna (propagation::antenna_image()).
-double path_rate(const orbit::LineOfSight& line, const Eigen::Vector3d& antenna_velocity,
-                 const propagation::Path& path, const Eigen::Matrix3d& ecef_from_enu) {
-  const Eigen::Vector3d& e = line.direction_ecef;
-  const Eigen::Vector3d& satellite = line.velocity_at_reception_mps;
-  double rate = e.dot(satellite);
-  if (path.kind == propagation::PathKind::Direct) {
-    rate -= e.dot(antenna_velocity);
-  } else {
-    const Eigen::Vector3d arrival = ecef_from_enu * path.arrival;
-    rate -= arrival.dot(antenna_velocity);
-    const Eigen::Vector3d relative = satellite - antenna_velocity;
-    const Eigen::Vector3d turning = (relative - e * e.dot(relative)) / line.range_m;
-    const Eigen::Vector3d normal = e - arrival;
-    const double squared = normal.squaredNorm();
-    if (path.order == 2) {
-      const Eigen::Vector3d between = path.point - path.far_point;
-      rate += turning.dot(ecef_from_enu * between - path.leg_m * arrival + (path.leg_m + between.norm()) * e);
-    } else if (squared > 1e-8) {  // at grazing incidence e and a agree and the excess is zero
-      rate += 2 * path.excess_m * normal.dot(turning) / squared;
-    }
-  }
-  const Eigen::Vector3d omega(0, 0, geodesy::kEarthRotationRate);
-  const Eigen::Vector3d inertial = satellite + omega.cross(line.position_at_reception_m);
-  return rate / (1 + e.dot(inertial) / kSpeedOfLight);
 }
 
 }  // namespace
@@ -85,6 +60,7 @@ void ReceiverOptions::validate() const {
     fix.validate();
     noise.validate();
     clock.validate();
+    signal.validate();
   } catch (const InputError& error) {
     throw InputError(fmt::format("receiver '{}': {}", name, error.problem()), error.cure());
   }
@@ -98,10 +74,10 @@ struct Receiver::State {
     options.validate();
     if (options.noise.enabled) {
       const double drift = options.noise.drift_enabled ? options.noise.drift_mu_sigma_m : 0;
-      const double code = std::hypot(options.noise.ou.standard_deviation_m(), drift);
-      if (code > 0) sigma_m = code;
-      if (options.noise.doppler_sigma_hz > 0) doppler_sigma_hz = options.noise.doppler_sigma_hz;
+      noise_sigma_m = std::hypot(options.noise.ou.standard_deviation_m(), drift);
+      noise_doppler_sigma_hz = options.noise.doppler_sigma_hz;
     }
+    if (options.signal.enabled) signals.emplace(options.signal, seed, options.name);
   }
 
   [[nodiscard]] InputError error(const std::string& problem, const char* cure) const {
@@ -109,44 +85,96 @@ struct Receiver::State {
         fmt::format("receiver '{}' at {}: {}", options.name, geodesy::format_gpst(now), problem), cure);
   }
 
-  void go_to(geodesy::GpsTime time) {
+  void go_to(geodesy::GpsTime time, const Eigen::Vector3d& antenna, const Eigen::Vector3d& velocity,
+             const Eigen::Matrix3d& ecef_from_enu) {
     now = time;
     if (last) {
       if (time < *last) throw error("time runs backwards", "give epochs in order of time");
       clock.advance(time - *last);
+    } else {
+      motion.first_epoch = time;
+      last_antenna = antenna;
     }
+    motion.time = time;
+    motion.epoch_before = last;
+    motion.step_m = (antenna - last_antenna).norm();
+    motion.velocity_ecef = velocity;
+    motion.ecef_from_enu = ecef_from_enu;
     last = time;
+    last_antenna = antenna;
   }
 
-  Channel& channel(orbit::SatelliteId id) {
-    const auto found = channels.find(id);
-    if (found != channels.end()) return found->second;
+  SignalNoise& noise_of(orbit::SatelliteId id) {
+    const auto found = noises.find(id);
+    if (found != noises.end()) return found->second;
     const std::string key = options.name + "/" + orbit::to_string(id);
     const double mean = options.noise.drift_mu_sigma_m * RandomStream(seed, key + "/mean").normal();
-    return channels
-        .emplace(id, Channel{OuProcess(options.noise.ou, RandomStream(seed, key + "/code")),
-                             RandomStream(seed, key + "/doppler"), mean, now})
+    return noises
+        .emplace(id, SignalNoise{OuProcess(options.noise.ou, RandomStream(seed, key + "/code")),
+                                 RandomStream(seed, key + "/doppler"), mean, now})
         .first->second;
   }
 
-  Measurement measure(const propagation::SatelliteView& view, const Eigen::Vector3d& velocity,
-                      const Eigen::Matrix3d& ecef_from_enu, bool drifting,
+  /// What arrives of one satellite, through its channel where signals have a strength; empty where they have
+  /// none. Sets the observation's lock, C/N0 and excess.
+  std::optional<Tracked> track(const propagation::SatelliteView& view, bool free,
+                               SatelliteObservation& observation) {
+    if (!signals) {
+      if (observation.visibility != Visibility::Blocked) {
+        observation.lock = LockState::Tracking;
+        observation.excess_m = view.paths.tracked_excess_m();
+      }
+      return std::nullopt;
+    }
+    auto found = channels.find(view.line.id);
+    if (found == channels.end()) {
+      found = channels.emplace(view.line.id, Channel(*signals, view.line.id, motion)).first;
+    }
+    Tracked tracked{&found->second, {}};
+    tracked.reception = free ? found->second.receive(*signals, motion, view) : found->second.miss(now);
+    observation.lock = tracked.reception.lock;
+    observation.cn0_dbhz = tracked.reception.cn0_dbhz;
+    if (observation.lock == LockState::Tracking) observation.excess_m = tracked.reception.code_delay_m;
+    return tracked;
+  }
+
+  /// Channels of satellites that are below the horizon. `satellites` ascending.
+  void miss_all_but(const std::vector<SatelliteObservation>& satellites) {
+    auto seen = satellites.begin();
+    for (auto& [id, channel] : channels) {
+      while (seen != satellites.end() && seen->id < id) ++seen;
+      if (seen == satellites.end() || seen->id != id) channel.miss(now);
+    }
+  }
+
+  Measurement measure(const propagation::SatelliteView& view, const Tracked* tracked, bool drifting,
                       SatelliteObservation& observation) {
     const orbit::LineOfSight& line = view.line;
     Measurement m;
     m.id = line.id;
     m.carrier_frequency_hz = line.state.carrier_frequency_hz;
-    m.sigma_m = sigma_m;
-    m.doppler_sigma_hz = doppler_sigma_hz;
 
     double doppler_noise_hz = 0;
     if (options.noise.enabled) {
-      Channel& noise = channel(line.id);
+      SignalNoise& noise = noise_of(line.id);
       const double mean = options.noise.ou.mu_m + (drifting ? noise.drifted_mean_m : 0);
       observation.noise_m = noise.code.advance(now - noise.last, mean);
       noise.last = now;
       doppler_noise_hz = options.noise.doppler_sigma_hz * noise.doppler.normal();
     }
+    LoopErrors loops;
+    if (tracked != nullptr) {
+      loops = tracked->channel->sample(*signals, now, *tracked->reception.cn0_dbhz);
+      m.cn0_dbhz = loops.stated_cn0_dbhz;
+      observation.noise_m += loops.code_m;
+      doppler_noise_hz += loops.doppler_hz;
+    }
+    // Where there is no noise to state, covariances are per metre and per 0.1 Hz of it.
+    m.sigma_m = std::hypot(noise_sigma_m, loops.code_sigma_m);
+    if (m.sigma_m == 0) m.sigma_m = 1;
+    m.doppler_sigma_hz = std::hypot(noise_doppler_sigma_hz, loops.doppler_sigma_hz);
+    if (m.doppler_sigma_hz == 0) m.doppler_sigma_hz = 0.1;
+
     const double atmosphere = atmosphere_m(options.ionosphere, options.troposphere, line);
     const double corrected =
         atmosphere_m(options.fix.correct_ionosphere, options.fix.correct_troposphere, line);
@@ -158,9 +186,21 @@ struct Receiver::State {
 
     // -(f/c) dP/dT, T the receiver's clock: dT = (1 + drift) dt.
     assert(!view.paths.paths.empty());
-    const double rate = path_rate(line, velocity, view.paths.paths.front(), ecef_from_enu) +
+    const propagation::Path& path = view.paths.paths[tracked != nullptr ? tracked->reception.tracked : 0];
+    const double rate = path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu) +
                         kSpeedOfLight * (clock.drift() - line.state.clock_drift);
     m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * rate / (1 + clock.drift()) + doppler_noise_hz;
+    if (tracked != nullptr && tracked->reception.phase) {
+      const TrackedPhase& phase = *tracked->reception.phase;
+      // The ionosphere advances a phase by what it delays a code.
+      const double metres =
+          line.range_m + phase.excess_m + kSpeedOfLight * (clock.bias_s() - line.state.clock_bias_s) +
+          atmosphere_m(false, options.troposphere, line) - atmosphere_m(options.ionosphere, false, line);
+      m.carrier_phase_cycles =
+          metres * (m.carrier_frequency_hz / kSpeedOfLight) + phase.ambiguity + loops.phase_cycles;
+      m.carrier_phase_sigma_cycles = loops.phase_sigma_cycles;
+      m.phase_since = phase.since;
+    }
     return m;
   }
 
@@ -177,14 +217,17 @@ struct Receiver::State {
   ReceiverOptions options;
   std::uint64_t seed;
   ReceiverClock clock;
+  std::map<orbit::SatelliteId, SignalNoise> noises;
+  std::optional<ChannelModel> signals;
   std::map<orbit::SatelliteId, Channel> channels;
   std::optional<geodesy::GpsTime> last;
-  /// Where there is no noise to state, covariances are per metre and per 0.1 Hz of it.
-  double sigma_m = 1;
-  double doppler_sigma_hz = 0.1;
+  Eigen::Vector3d last_antenna;
+  double noise_sigma_m = 0;
+  double noise_doppler_sigma_hz = 0;
 
   // Of the epoch in hand.
   geodesy::GpsTime now;
+  AntennaMotion motion;
   geodesy::Geodetic place;
   const std::map<orbit::System, orbit::Klobuchar>* klobuchar = nullptr;
 };
@@ -214,7 +257,7 @@ ReceiverEpoch Receiver::observe(geodesy::GpsTime time, const Eigen::Vector3d& an
   if (!antenna_velocity_ecef.allFinite()) {
     throw state.error("the antenna's velocity is not finite", "check the trajectory");
   }
-  state.go_to(time);
+  state.go_to(time, antenna_ecef, antenna_velocity_ecef, ecef_from_enu);
   state.place = geodesy::geodetic_from_ecef(antenna_ecef);
   state.klobuchar = &klobuchar;
 
@@ -226,19 +269,19 @@ ReceiverEpoch Receiver::observe(geodesy::GpsTime time, const Eigen::Vector3d& an
   epoch.satellites.reserve(views.size());
 
   const bool free = placement == raytrace::Placement::Free;
+  std::vector<std::optional<Tracked>> tracked(views.size());
   int los = 0;
-  for (const propagation::SatelliteView& view : views) {
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const propagation::SatelliteView& view = views[i];
     SatelliteObservation observation;
     observation.id = view.line.id;
     observation.azimuth_rad = view.line.azimuth_rad;
     observation.elevation_rad = view.line.elevation_rad;
     observation.above_mask = view.line.elevation_rad >= options.fix.elevation_mask_rad;
-    if (free) {
-      observation.visibility = view.paths.visibility;
-      observation.excess_m = view.paths.tracked_excess_m();
-    }
+    if (free) observation.visibility = view.paths.visibility;
+    tracked[i] = state.track(view, free, observation);
     if (observation.above_mask) {
-      ++(observation.visibility == Visibility::Blocked ? epoch.blocked : epoch.visible);
+      ++(observation.lock == LockState::Tracking ? epoch.visible : epoch.blocked);
       if (in_line_of_sight(observation.visibility)) ++los;
     }
     epoch.satellites.push_back(observation);
@@ -251,13 +294,14 @@ ReceiverEpoch Receiver::observe(geodesy::GpsTime time, const Eigen::Vector3d& an
   measurements.reserve(views.size());
   for (std::size_t i = 0; i < views.size(); ++i) {
     SatelliteObservation& observation = epoch.satellites[i];
-    if (!observation.above_mask || observation.visibility == Visibility::Blocked) continue;
+    if (!observation.above_mask || observation.lock != LockState::Tracking) continue;
     observation.measurement =
-        state.measure(views[i], antenna_velocity_ecef, ecef_from_enu, drifting, observation);
+        state.measure(views[i], tracked[i] ? &*tracked[i] : nullptr, drifting, observation);
     measurements.push_back(*observation.measurement);
   }
   std::sort(epoch.satellites.begin(), epoch.satellites.end(),
             [](const SatelliteObservation& a, const SatelliteObservation& b) { return a.id < b.id; });
+  state.miss_all_but(epoch.satellites);
 
   if (!free) {
     epoch.fix.status = FixStatus::NoSignal;

@@ -1,0 +1,137 @@
+// When a receiver whose signals have a strength tracks them, and from where.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "canyon/receiver/receiver.hpp"
+#include "tests/support/signal_scene.hpp"
+
+namespace canyon::receiver {
+namespace {
+
+using namespace canyon::test;
+using geodesy::kPi;
+using raytrace::Placement;
+
+/// States every `step_s` for 12 s; the wall is there from 5 s until before 8 s.
+std::vector<LockState> states_behind_a_wall(double step_s) {
+  ReceiverOptions options = plain();
+  options.signal.lock.hold_s = 0.6;
+  options.signal.lock.reacquisition_s = 1.5;
+  Receiver receiver(options, 1);
+  std::vector<LockState> states;
+  for (int i = 0; i * step_s <= 12; ++i) {
+    const bool blocked = i * step_s > 4.99 && i * step_s < 7.99;
+    const SatelliteObservation seen = observe_one(receiver, i * step_s, blocked ? nothing : clear);
+    EXPECT_EQ(seen.measurement.has_value(), seen.lock == LockState::Tracking);
+    EXPECT_EQ(seen.cn0_dbhz.has_value(), !blocked);
+    states.push_back(seen.lock);
+  }
+  return states;
+}
+
+// What an update says has stood since the one before: the signal goes at 4.9 s and comes at 7.9 s.
+TEST(ReceiverLock, LossAndReacquisitionTakeTheirTimes) {
+  const std::vector<LockState> states = states_behind_a_wall(0.1);
+  for (int i = 0; i <= 120; ++i) {
+    const LockState expected = i < 50   ? LockState::Tracking
+                               : i < 55 ? LockState::Holding
+                               : i < 94 ? LockState::Searching
+                                        : LockState::Tracking;
+    EXPECT_EQ(states[static_cast<std::size_t>(i)], expected) << i;
+  }
+  // 4 s to 4.6 s it holds, 7 s + 1.5 s it is found.
+  const std::vector<LockState> coarse = states_behind_a_wall(1);
+  for (int i = 0; i <= 12; ++i) {
+    EXPECT_EQ(coarse[static_cast<std::size_t>(i)],
+              i < 5 || i >= 9 ? LockState::Tracking : LockState::Searching)
+        << i;
+  }
+}
+
+TEST(ReceiverLock, ColdReceiversSearchAndRisingSatellitesAreFound) {
+  ReceiverOptions options = plain();
+  options.signal.lock.warm_start = false;
+  options.signal.lock.cold_acquisition_s = 20;
+  Receiver cold(options, 1);
+  for (int t = 0; t <= 25; ++t) {
+    EXPECT_EQ(observe_one(cold, t, clear).lock, t < 20 ? LockState::Searching : LockState::Tracking) << t;
+  }
+  // Rising at 100 s (seen since 99 s), into a receiver that runs since 0 s.
+  options.signal.lock.warm_start = true;
+  options.signal.lock.reacquisition_s = 3;
+  Receiver warm(options, 1);
+  for (int t = 0; t < 120; ++t) {
+    std::vector<SatelliteView> views;
+    if (t >= 100) views = open_sky(one_satellite(), kTime + 1.0 * t, kAntenna);
+    const ReceiverEpoch epoch = observe(warm, one_satellite(), kTime + 1.0 * t, views);
+    if (t >= 100) {
+      EXPECT_EQ(epoch.satellites.front().lock, t < 102 ? LockState::Searching : LockState::Tracking) << t;
+      EXPECT_EQ(epoch.visible, t < 102 ? 0 : 1);
+      EXPECT_EQ(epoch.blocked, t < 102 ? 1 : 0);
+    }
+  }
+  // A satellite that sets is lost, though nobody asks for it meanwhile.
+  const ReceiverEpoch gone = observe(warm, one_satellite(), kTime + 130.0, {});
+  EXPECT_TRUE(gone.satellites.empty());
+  EXPECT_EQ(observe_one(warm, 131, clear).lock, LockState::Searching);
+}
+
+TEST(ReceiverLock, InsideABuildingTheLockIsLost) {
+  Receiver receiver(plain(), 1);
+  EXPECT_EQ(observe_one(receiver, 0, clear).lock, LockState::Tracking);
+  const std::vector<SatelliteView> views = open_sky(one_satellite(), kTime + 10.0, kAntenna);
+  const ReceiverEpoch inside = receiver.observe(kTime + 10.0, kAntenna, kAtRest, views, kEcefFromEnu,
+                                                Placement::InsideBuilding, one_satellite());
+  EXPECT_EQ(inside.fix.status, FixStatus::NoSignal);
+  EXPECT_EQ(inside.satellites.front().lock, LockState::Searching);
+  EXPECT_EQ(inside.satellites.front().visibility, Visibility::Blocked);
+  EXPECT_FALSE(inside.satellites.front().cn0_dbhz || inside.satellites.front().measurement);
+  EXPECT_EQ(inside.satellites.front().excess_m, 0);
+  EXPECT_EQ(inside.blocked, 1);
+}
+
+// Nothing arrives at the very instant of the epoch before: the lock stands, a measurement is none.
+TEST(ReceiverLock, SameInstantWithoutSignalIsNotMeasured) {
+  Receiver receiver(plain(), 1);
+  EXPECT_EQ(observe_one(receiver, 0, clear).lock, LockState::Tracking);
+  const SatelliteObservation seen = observe_one(receiver, 0, nothing);
+  EXPECT_NE(seen.lock, LockState::Tracking);
+  EXPECT_FALSE(seen.measurement);
+  EXPECT_EQ(observe_one(receiver, 0, clear).lock, LockState::Tracking);
+}
+
+// An echo 1.37 chips behind: the loop that stood on it stays there when the direct path comes back, and runs
+// to the direct path where the antenna was put elsewhere or the signal was lost.
+TEST(ReceiverLock, TheLoopRemembersItsDelay) {
+  const auto echo = [](const orbit::LineOfSight&) -> std::vector<Path> {
+    return {mirror_path({0, -1, 0}, 400, 0.5)};
+  };
+  const auto both = [](const orbit::LineOfSight& line) -> std::vector<Path> {
+    return {direct_path(line), mirror_path({0, -1, 0}, 400, 0.5)};
+  };
+  Receiver staying(plain(), 1);
+  EXPECT_NEAR(observe_one(staying, 0, echo).excess_m, 400, 1e-6);
+  const SatelliteObservation kept = observe_one(staying, 1, both);
+  EXPECT_NEAR(kept.excess_m, 400, 1e-6);
+  EXPECT_NEAR(*kept.cn0_dbhz, clear_cn0_dbhz() - 6, 0.05);
+  // The north is where the satellite stands: 500 m that way shorten the range by 383 m.
+  const Eigen::Vector3d elsewhere = kFrame.ecef_from_local({0, 500, 0});
+  EXPECT_NEAR(observe_one(staying, 2, both, elsewhere).excess_m, 0, 1e-6);
+
+  Receiver driven(plain(), 1);
+  EXPECT_NEAR(observe_one(driven, 0, echo).excess_m, 400, 1e-6);
+  const Eigen::Vector3d velocity = kEcefFromEnu * Eigen::Vector3d(0, 250, 0);
+  EXPECT_NEAR(observe_one(driven, 2, echo, kAntenna, velocity).excess_m, 400, 1e-6);
+  EXPECT_NEAR(observe_one(driven, 4, both, elsewhere, velocity).excess_m, 400, 1e-6);
+
+  Receiver losing(plain(), 1);
+  EXPECT_NEAR(observe_one(losing, 0, echo).excess_m, 400, 1e-6);
+  EXPECT_EQ(observe_one(losing, 5, nothing).lock, LockState::Searching);
+  EXPECT_EQ(observe_one(losing, 6, both).lock, LockState::Tracking);
+  EXPECT_NEAR(observe_one(losing, 7, both).excess_m, 0, 1e-6);
+}
+
+}  // namespace
+}  // namespace canyon::receiver
