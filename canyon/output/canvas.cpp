@@ -3,11 +3,14 @@
 #include <cairo-svg.h>
 #include <cairo.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <new>
 #include <stdexcept>
+#include <string_view>
 
 #include "canyon/geodesy/constants.hpp"
 
@@ -82,6 +85,25 @@ void draw_on(cairo_surface_t* surface, double scale, double width, double height
   canvas.rectangle({0, 0, width, height}, kPaper);
   draw(canvas);
   check(cairo_status(context.get()));
+}
+
+/// Cairo names groups "surfaceN" by a count that runs through the whole process; here they are counted within
+/// the picture, so that the same picture has the same bytes.
+std::string with_own_numbers(const std::string& svg) {
+  static constexpr std::string_view kStem = "surface";
+  std::map<std::string, std::size_t> numbers;
+  std::string result;
+  result.reserve(svg.size());
+  std::size_t copied = 0;
+  for (std::size_t at = svg.find(kStem); at != std::string::npos; at = svg.find(kStem, at)) {
+    at += kStem.size();
+    const std::size_t end = std::min(svg.find_first_not_of("0123456789", at), svg.size());
+    if (end == at) continue;
+    const auto number = numbers.emplace(svg.substr(at, end - at), numbers.size() + 1).first->second;
+    result.append(svg, copied, at - copied).append(std::to_string(number));
+    copied = at = end;
+  }
+  return result.append(svg, copied, std::string::npos);
 }
 
 }  // namespace
@@ -231,7 +253,7 @@ std::string render_svg(double width, double height, const std::function<void(Can
   draw_on(surface.get(), 1, width, height, draw);
   cairo_surface_finish(surface.get());
   check(cairo_surface_status(surface.get()));
-  return svg;
+  return with_own_numbers(svg);
 }
 
 Picture render(double width, double height, const std::function<void(Canvas&)>& draw, double png_scale) {

@@ -107,8 +107,8 @@ struct Picture {
 [[nodiscard]] std::string render_png(int width_px, int height_px, double scale,
                                      const std::function<void(Canvas&)>& draw);
 
-/// Draws an SVG of width x height units; bytes of the file. Throws std::runtime_error where Cairo fails
-/// (memory).
+/// Draws an SVG of width x height units; bytes of the file, the same for the same drawing. Throws
+/// std::runtime_error where Cairo fails (memory).
 [[nodiscard]] std::string render_svg(double width, double height, const std::function<void(Canvas&)>& draw);
 
 /// Title, and under it a fainter line, at the top left, smaller where they would not fit; returns the y below

@@ -297,7 +297,8 @@ TEST(Pictures, SameRunSameBytes) {
     town.run({pictures.get()});
     pictures->finish();
   }
-  for (const char* name : {"track.png", "skyplot.png", "timeline.png"}) {
+  for (const char* name :
+       {"track.png", "skyplot.png", "timeline.png", "track.svg", "skyplot.svg", "timeline.svg"}) {
     EXPECT_EQ(test::read_bytes(one / name), test::read_bytes(other / name)) << name;
   }
 }

@@ -1,7 +1,11 @@
 #include "canyon/output/sky_marks.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+
+#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::output {
 namespace {
@@ -17,6 +21,66 @@ double overlap_of(const Rect& a, const Rect& b) {
 }
 
 }  // namespace
+
+void draw_sky_mask(Canvas& canvas, const SkyLens& lens, const SkyMask& mask, double turn_rad) {
+  std::vector<std::vector<Point>> rings;
+  const double step = 2 * geodesy::kPi / static_cast<double>(std::max<std::size_t>(1, mask.azimuths.size()));
+  for (std::size_t a = 0; a < mask.azimuths.size(); ++a) {
+    // A hair wider than the sector, so that neighbours leave no seam.
+    const double from = (static_cast<double>(a) - 0.02) * step + turn_rad;
+    const double to = (static_cast<double>(a) + 1.02) * step + turn_rad;
+    for (const SkyMask::Stretch& s : mask.azimuths[a]) {
+      rings.push_back({lens.point(from, s.low_rad), lens.point(from, s.high_rad), lens.point(to, s.high_rad),
+                       lens.point(to, s.low_rad)});
+    }
+  }
+  canvas.polygons(rings, kSkySilhouette);
+}
+
+Point sky_rim_label(const SkyLens& lens, int azimuth_deg) {
+  SkyLens wider = lens;
+  wider.radius += azimuth_deg % 90 == 0 ? 17 : 15;
+  return wider.point(geodesy::radians(azimuth_deg), 0);
+}
+
+void draw_sky_grid(Canvas& canvas, const SkyLens& lens, double elevation_mask_rad) {
+  for (const int elevation_deg : {30, 60}) {
+    canvas.circle(lens.centre, lens.radius * lens.reach(geodesy::radians(elevation_deg)), {},
+                  Stroke{kInk.with_alpha(0.22), 0.8});
+  }
+  for (int azimuth_deg = 0; azimuth_deg < 360; azimuth_deg += 30) {
+    const double azimuth = geodesy::radians(azimuth_deg);
+    canvas.segments(
+        {{lens.point(azimuth, azimuth_deg % 90 == 0 ? geodesy::radians(90) : geodesy::radians(60)),
+          lens.point(azimuth, 0)}},
+        {kInk.with_alpha(0.16), 0.8});
+    static constexpr std::array kNames{"N", "E", "S", "W"};
+    const bool cardinal = azimuth_deg % 90 == 0;
+    canvas.text(
+        sky_rim_label(lens, azimuth_deg),
+        cardinal ? kNames[static_cast<std::size_t>(azimuth_deg / 90)] : fmt::format("{}\u00B0", azimuth_deg),
+        {.size = cardinal ? 17.0 : 10.5,
+         .colour = cardinal ? kInk : kFaintInk,
+         .bold = cardinal,
+         .align = Align::Centre,
+         .level = Level::Middle});
+  }
+  canvas.circle(lens.centre, lens.radius, {}, Stroke{kInk, 1.4});
+  for (const int elevation_deg : {30, 60}) {
+    canvas.text(lens.point(geodesy::radians(15), geodesy::radians(elevation_deg)),
+                fmt::format("{}\u00B0", elevation_deg),
+                {.size = 10.5,
+                 .colour = kFaintInk,
+                 .align = Align::Centre,
+                 .level = Level::Middle,
+                 .halo = 2,
+                 .halo_colour = kPaper.with_alpha(0.7)});
+  }
+  if (elevation_mask_rad > 0) {
+    canvas.circle(lens.centre, lens.radius * lens.reach(elevation_mask_rad), {},
+                  Stroke{kVermilion, 1.1, {5, 4}});
+  }
+}
 
 void draw_satellite_mark(Canvas& canvas, const Point& at, Visibility visibility) {
   const Colour colour = colour_of(visibility);

@@ -11,6 +11,16 @@
 
 namespace canyon::output {
 
+inline constexpr Colour kSkySilhouette = rgb(0xC9CCD1);
+
+/// What surroundings hide, filled. @param turn_rad added to the mask's azimuths
+void draw_sky_mask(Canvas& canvas, const SkyLens& lens, const SkyMask& mask, double turn_rad = 0);
+/// Horizon, circles of elevation, lines of azimuth with their names beyond the rim; the elevation mask [rad]
+/// as a dashed circle unless 0.
+void draw_sky_grid(Canvas& canvas, const SkyLens& lens, double elevation_mask_rad);
+/// Middle of the letters or figures beyond the rim, where that azimuth is.
+[[nodiscard]] Point sky_rim_label(const SkyLens& lens, int azimuth_deg);
+
 /// LOS disc, LOS with multipath ringed disc, NLOS triangle, blocked cross.
 void draw_satellite_mark(Canvas& canvas, const Point& at, propagation::Visibility visibility);
 /// A diamond in the colour of the satellite's visibility.

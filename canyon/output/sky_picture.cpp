@@ -23,66 +23,6 @@ constexpr double kRadius = 340;  // of the horizon
 constexpr Point kCentre{410, 456};
 constexpr double kWidth = 990;
 constexpr double kHeight = 836;
-constexpr Colour kSilhouette = rgb(0xC9CCD1);
-void draw_mask(Canvas& canvas, const SkyLens& lens, const SkyMask& mask) {
-  std::vector<std::vector<Point>> rings;
-  const double step = 2 * geodesy::kPi / static_cast<double>(std::max<std::size_t>(1, mask.azimuths.size()));
-  for (std::size_t a = 0; a < mask.azimuths.size(); ++a) {
-    // A hair wider than the sector, so that neighbours leave no seam.
-    const double from = (static_cast<double>(a) - 0.02) * step;
-    const double to = (static_cast<double>(a) + 1.02) * step;
-    for (const SkyMask::Stretch& s : mask.azimuths[a]) {
-      rings.push_back({lens.point(from, s.low_rad), lens.point(from, s.high_rad), lens.point(to, s.high_rad),
-                       lens.point(to, s.low_rad)});
-    }
-  }
-  canvas.polygons(rings, kSilhouette);
-}
-
-/// Middle of the letters or figures beyond the rim, where that azimuth is.
-Point rim_label(const SkyLens& lens, int azimuth_deg) {
-  SkyLens wider = lens;
-  wider.radius += azimuth_deg % 90 == 0 ? 17 : 15;
-  return wider.point(geodesy::radians(azimuth_deg), 0);
-}
-
-void draw_grid(Canvas& canvas, const SkyLens& lens, double elevation_mask_rad) {
-  for (const int elevation_deg : {30, 60}) {
-    canvas.circle(kCentre, kRadius * lens.reach(geodesy::radians(elevation_deg)), {},
-                  Stroke{kInk.with_alpha(0.22), 0.8});
-  }
-  for (int azimuth_deg = 0; azimuth_deg < 360; azimuth_deg += 30) {
-    const double azimuth = geodesy::radians(azimuth_deg);
-    canvas.segments(
-        {{lens.point(azimuth, azimuth_deg % 90 == 0 ? geodesy::radians(90) : geodesy::radians(60)),
-          lens.point(azimuth, 0)}},
-        {kInk.with_alpha(0.16), 0.8});
-    static constexpr std::array kNames{"N", "E", "S", "W"};
-    const bool cardinal = azimuth_deg % 90 == 0;
-    canvas.text(
-        rim_label(lens, azimuth_deg),
-        cardinal ? kNames[static_cast<std::size_t>(azimuth_deg / 90)] : fmt::format("{}\u00B0", azimuth_deg),
-        {.size = cardinal ? 17.0 : 10.5,
-         .colour = cardinal ? kInk : kFaintInk,
-         .bold = cardinal,
-         .align = Align::Centre,
-         .level = Level::Middle});
-  }
-  canvas.circle(kCentre, kRadius, {}, Stroke{kInk, 1.4});
-  for (const int elevation_deg : {30, 60}) {
-    canvas.text(lens.point(geodesy::radians(15), geodesy::radians(elevation_deg)),
-                fmt::format("{}\u00B0", elevation_deg),
-                {.size = 10.5,
-                 .colour = kFaintInk,
-                 .align = Align::Centre,
-                 .level = Level::Middle,
-                 .halo = 2,
-                 .halo_colour = kPaper.with_alpha(0.7)});
-  }
-  if (elevation_mask_rad > 0) {
-    canvas.circle(kCentre, kRadius * lens.reach(elevation_mask_rad), {}, Stroke{kVermilion, 1.1, {5, 4}});
-  }
-}
 
 /// What differs from a map, said where nobody overlooks it.
 void draw_fisheye_notes(Canvas& canvas, const Point& at) {
@@ -146,7 +86,7 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing, bool fisheye) {
   canvas.text({x, y}, "Sky", {.size = 13, .bold = true});
   y += 24;
   if (!drawing.mask.azimuths.empty()) {
-    canvas.rectangle({x, y - 8, 20, 15}, fisheye ? kSkyWall : kSilhouette, Stroke{kFaintInk, 0.6});
+    canvas.rectangle({x, y - 8, 20, 15}, fisheye ? kSkyWall : kSkySilhouette, Stroke{kFaintInk, 0.6});
     canvas.text({x + 30, y}, fmt::format("hidden ({:.0f} %)", 100 * drawing.mask.hidden_share()),
                 {.size = 12, .level = Level::Middle});
     y += 25;
@@ -204,7 +144,7 @@ void draw_sheet(Canvas& canvas, const SkyDrawing& drawing, const SkyLens& lens,
   const bool fisheye = lens.looking_up;
   draw_title(canvas, kCentre.x - kRadius - 30, drawing.title, drawing.subtitle);
   draw_background(canvas);
-  draw_grid(canvas, lens, drawing.elevation_mask_rad);
+  draw_sky_grid(canvas, lens, drawing.elevation_mask_rad);
   for (const SkySatellite& s : drawing.satellites) {
     for (const auto& trail : s.trails) draw_trail(canvas, lens, trail, fisheye);
   }
@@ -213,7 +153,7 @@ void draw_sheet(Canvas& canvas, const SkyDrawing& drawing, const SkyLens& lens,
     labels.add_mark(lens.point(s.now.azimuth_rad, s.now.elevation_rad), 8);
   }
   for (int azimuth_deg = 0; azimuth_deg < 360; azimuth_deg += 30)
-    labels.add_mark(rim_label(lens, azimuth_deg), 9);
+    labels.add_mark(sky_rim_label(lens, azimuth_deg), 9);
   if (fisheye) draw_reflections(canvas, lens, drawing, labels);
   for (const SkySatellite& s : drawing.satellites) {
     draw_satellite_mark(canvas, lens.point(s.now.azimuth_rad, s.now.elevation_rad), s.now.visibility);
@@ -242,7 +182,7 @@ std::function<void(Canvas&)> chart(const SkyDrawing& drawing) {
     const SkyLens lens = sky_sheet_lens(drawing.projection, false);
     draw_sheet(canvas, drawing, lens, [&](Canvas& c) {
       c.circle(kCentre, kRadius, kGround);
-      draw_mask(c, lens, drawing.mask);
+      draw_sky_mask(c, lens, drawing.mask);
     });
   };
 }
