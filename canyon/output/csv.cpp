@@ -6,6 +6,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/file_sink.hpp"
 #include "canyon/output/number.hpp"
+#include "canyon/output/phase_arcs.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/words.hpp"
 
@@ -25,6 +26,9 @@ class Row {
   }
   Row& add(double value, int decimals) { return add(fixed(value, decimals)); }
   Row& add(std::int64_t value) { return add(fmt::format_int(value).c_str()); }
+  Row& add(const std::optional<double>& value, int decimals) {
+    return add(value ? fixed(*value, decimals) : std::string());
+  }
   Row& add_vector(const Eigen::Vector3d& v, int decimals) {
     for (int i = 0; i < 3; ++i) add(v[i], decimals);
     return *this;
@@ -95,6 +99,8 @@ class EpochsCsv final : public FileSink {
       const bool known = fix.solved() && bias != fix.clock_bias_s.end();
       row.add(known ? fixed(bias->second, 13) : std::string());
     }
+    row.add(static_cast<std::int64_t>(fix.excluded.size()));
+    row.add(!fix.consistent ? "" : *fix.consistent ? "1" : "0");
     put(std::move(row).line());
   }
 };
@@ -115,8 +121,7 @@ class SatellitesCsv final : public FileSink {
       row.add(seen.time.week()).add(tow).add(orbit::to_string(satellite.id));
       row.add(wrapped_azimuth_deg(satellite.azimuth_rad, 6), 6).add(degrees(satellite.elevation_rad), 6);
       row.add(propagation::name(satellite.visibility));
-      const bool received = satellite.visibility != propagation::Visibility::Blocked;
-      row.add(received ? fixed(satellite.excess_m, 4) : std::string());
+      row.add(has_tracked_excess(satellite) ? fixed(satellite.excess_m, 4) : std::string());
       if (satellite.measurement) {
         row.add(satellite.measurement->pseudorange_m, 4);
         row.add(satellite.pseudorange_error_m, 4).add(satellite.noise_m, 4);
@@ -126,7 +131,7 @@ class SatellitesCsv final : public FileSink {
       row.add(satellite.used ? "1" : "0").add(satellite.above_mask ? "1" : "0");
       if (satellite.measurement) {
         const receiver::Measurement& m = *satellite.measurement;
-        row.add(m.doppler_hz ? fixed(*m.doppler_hz, 4) : std::string());
+        row.add(m.doppler_hz, 4);
         row.add(m.carrier_frequency_hz, 0).add(m.sigma_m, 4);
       } else {
         row.add_nothing(3);
@@ -136,9 +141,28 @@ class SatellitesCsv final : public FileSink {
       const bool known =
           fix.solved() && used != fix.used.end() && *used == satellite.id && index < fix.residuals_m.size();
       row.add(known ? fixed(fix.residuals_m[index], 4) : std::string());
+      add_signal(row, satellite, seen.time);
+      const bool excluded =
+          std::find(fix.excluded.begin(), fix.excluded.end(), satellite.id) != fix.excluded.end();
+      row.add(excluded ? "1" : "0");
       put(std::move(row).line());
     }
   }
+
+  /// Strength, lock and phase.
+  void add_signal(Row& row, const receiver::SatelliteObservation& satellite, geodesy::GpsTime time) {
+    const auto& m = satellite.measurement;
+    row.add(m ? m->cn0_dbhz : std::nullopt, 2).add(satellite.cn0_dbhz, 2);
+    row.add(receiver::name(satellite.lock));
+    const auto link = m ? arcs_.next(*m) : std::nullopt;
+    if (!link) {
+      row.add_nothing(3);
+      return;
+    }
+    row.add(m->carrier_phase_cycles, 4).add(time - *m->phase_since, 3).add(link->slip ? "1" : "0");
+  }
+
+  PhaseArcs arcs_;
 };
 
 }  // namespace
@@ -153,7 +177,7 @@ const std::vector<std::string>& epochs_csv_columns() {
       "fix_velocity_east_mps", "fix_velocity_north_mps", "fix_velocity_up_mps", "sigma_east_m",
       "sigma_north_m", "sigma_up_m", "covariance_east_north_m2", "covariance_east_up_m2",
       "covariance_north_up_m2", "clock_gps_s", "clock_glonass_s", "clock_galileo_s", "clock_beidou_s",
-      "clock_qzss_s"};
+      "clock_qzss_s", "excluded", "consistent"};
   return columns;
 }
 
@@ -162,7 +186,8 @@ const std::vector<std::string>& satellites_csv_columns() {
       "gps_week", "gps_tow", "sat", "azimuth_deg", "elevation_deg", "visibility", "excess_path_m",
       "pseudorange_m", "pseudorange_error_m", "noise_m", "used",
       // Behind the agreed ones.
-      "above_mask", "doppler_hz", "carrier_frequency_hz", "sigma_m", "residual_m"};
+      "above_mask", "doppler_hz", "carrier_frequency_hz", "sigma_m", "residual_m", "cn0_dbhz",
+      "true_cn0_dbhz", "lock", "carrier_phase_cycles", "phase_lock_s", "cycle_slip", "excluded"};
   return columns;
 }
 

@@ -5,7 +5,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/output/sinks.hpp"
-#include "tests/support/sample_epochs.hpp"
+#include "tests/support/sample_signals.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::output {
@@ -154,6 +154,75 @@ TEST(SatellitesCsv, OneLineForEachSatelliteAboveTheHorizon) {
   EXPECT_EQ(records[8].at("sat"), "E36");
   EXPECT_EQ(records[8].at("used"), "0");
   EXPECT_EQ(records[8].at("residual_m"), "");
+}
+
+TEST(SatellitesCsv, StrengthLockAndPhase) {
+  const test::TemporaryFolder folder;
+  const auto sink = make_satellites_csv(folder / "satellites.csv", 0);
+  const geodesy::GpsTime begin = test::sample_time();
+  auto first = test::sample_signal_epoch(begin, begin - 12.5);
+  auto second = test::sample_signal_epoch(begin + 1, begin - 12.5);
+  auto& g05 = second.observed.satellites[0];
+  g05.measurement->phase_since = begin + 0.75;  // lost and found again
+  auto& g17 = second.observed.satellites[2];
+  g17.lock = receiver::LockState::Holding;  // arrives, too weak to be measured
+  g17.cn0_dbhz = 12.5;
+  g17.measurement.reset();
+  sink->write(first);
+  sink->write(second);
+  sink->finish();
+  const auto records = read_csv(folder / "satellites.csv", satellites_csv_columns());
+  ASSERT_EQ(records.size(), 24U);
+  const Record& tracked = records[0];
+  EXPECT_EQ(number(tracked, "cn0_dbhz"), 46.3);
+  EXPECT_EQ(number(tracked, "true_cn0_dbhz"), 46.55);
+  EXPECT_EQ(tracked.at("lock"), "tracking");
+  EXPECT_EQ(number(tracked, "carrier_phase_cycles"), 1239.5678);
+  EXPECT_EQ(number(tracked, "phase_lock_s"), 12.5);
+  EXPECT_EQ(tracked.at("cycle_slip"), "0") << "a first phase has nothing before it";
+  EXPECT_EQ(tracked.at("excluded"), "0");
+  const Record& no_phase = records[1];
+  EXPECT_EQ(number(no_phase, "cn0_dbhz"), 45.3);
+  for (const char* column : {"carrier_phase_cycles", "phase_lock_s", "cycle_slip"}) {
+    EXPECT_EQ(no_phase.at(column), "") << column;
+  }
+  const Record& searched = records[4];  // G31
+  EXPECT_EQ(searched.at("lock"), "searching");
+  EXPECT_EQ(searched.at("cn0_dbhz"), "");
+  EXPECT_EQ(searched.at("true_cn0_dbhz"), "");
+  const Record& excluded = records[8];  // E36
+  EXPECT_EQ(excluded.at("excluded"), "1");
+  EXPECT_EQ(excluded.at("used"), "0");
+
+  EXPECT_EQ(records[12].at("cycle_slip"), "1");
+  EXPECT_EQ(number(records[12], "phase_lock_s"), 0.25);
+  EXPECT_EQ(records[17].at("cycle_slip"), "0");
+  EXPECT_EQ(number(records[17], "phase_lock_s"), 13.5);
+  const Record& held = records[14];
+  EXPECT_EQ(held.at("visibility"), "NLOS");
+  EXPECT_EQ(held.at("lock"), "holding");
+  EXPECT_EQ(number(held, "true_cn0_dbhz"), 12.5);
+  for (const char* column : {"cn0_dbhz", "excess_path_m", "pseudorange_m", "carrier_phase_cycles"}) {
+    EXPECT_EQ(held.at(column), "") << column;
+  }
+}
+
+TEST(EpochsCsv, StatementOfRaim) {
+  const test::TemporaryFolder folder;
+  const auto sink = make_epochs_csv(folder / "epochs.csv", 0);
+  auto epoch = test::sample_signal_epoch(test::sample_time(), test::sample_time());
+  sink->write(epoch);
+  epoch.observed.fix.consistent = false;
+  sink->write(epoch);
+  sink->write(test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3}));
+  sink->finish();
+  const auto records = read_csv(folder / "epochs.csv", epochs_csv_columns());
+  ASSERT_EQ(records.size(), 3U);
+  EXPECT_EQ(records[0].at("excluded"), "1");
+  EXPECT_EQ(records[0].at("consistent"), "1");
+  EXPECT_EQ(records[1].at("consistent"), "0");
+  EXPECT_EQ(records[2].at("excluded"), "0");
+  EXPECT_EQ(records[2].at("consistent"), "") << "no test was made";
 }
 
 /// First cells of the table under a heading of docs/outputs.md.

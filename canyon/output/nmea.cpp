@@ -175,10 +175,14 @@ std::string gsv(const receiver::ReceiverEpoch& seen) {
     const auto number = nmea_satellite_number(satellite.id);
     if (!number) continue;
     const auto elevation = std::clamp(std::lround(degrees(satellite.elevation_rad)), 0L, 90L);
-    // Signal strength stays empty: C/N0 is not modelled.
+    // Empty where nothing is tracked, and where signals have no strength.
+    std::string strength;
+    if (satellite.measurement && satellite.measurement->cn0_dbhz) {
+      strength = fmt::format("{:02d}", std::clamp(std::lround(*satellite.measurement->cn0_dbhz), 0L, 99L));
+    }
     in_view[satellite.id.system].push_back(
-        fmt::format(",{:02d},{:02d},{:03d},", *number, elevation,
-                    std::lround(wrapped_azimuth_deg(satellite.azimuth_rad, 0))));
+        fmt::format(",{:02d},{:02d},{:03d},{}", *number, elevation,
+                    std::lround(wrapped_azimuth_deg(satellite.azimuth_rad, 0)), strength));
   }
   std::string text;
   for (const auto& [system, satellites] : in_view) {

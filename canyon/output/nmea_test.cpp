@@ -12,7 +12,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/sinks.hpp"
 #include "tests/support/program.hpp"
-#include "tests/support/sample_epochs.hpp"
+#include "tests/support/sample_signals.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::output {
@@ -152,24 +152,20 @@ TEST(Nmea, SentencesKeepTo82Characters) {
   for (const std::string_view line : split(text, '\n')) EXPECT_LE(line.size() + 1, 82U) << line;
 }
 
-/// gpsd reads satellites as used only where they have a signal strength, which Canyon does not model: the
-/// judge gets a copy with 40 dBHz everywhere to see that GSA and GSV name the same satellites.
-std::string with_signal_strength(const std::string& text) {
-  std::string copy;
-  for (const std::string& body : bodies(text)) {
-    if (body.substr(2, 3) != "GSV") {
-      copy += nmea_sentence(body);
-      continue;
-    }
-    std::string filled;
-    const auto fields = split(body, ',');
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      if (i > 0) filled += ',';
-      filled += i > 4 && i + 1 < fields.size() && i % 4 == 3 ? std::string("40") : std::string(fields[i]);
-    }
-    copy += nmea_sentence(filled);
-  }
-  return copy;
+TEST(Nmea, SignalStrengthOfWhatIsTracked) {
+  simulation::Epoch epoch = test::sample_signal_epoch(test::sample_time(), test::sample_time());
+  auto& seen = epoch.observed;
+  seen.satellites[0].measurement->cn0_dbhz = 46.5;  // to the nearest dB
+  seen.satellites[1].measurement->cn0_dbhz = -3;    // two digits hold 00 to 99
+  seen.satellites[2].measurement->cn0_dbhz = 120.0;
+  // G24 lies below the mask, G31 is blocked.
+  EXPECT_THAT(bodies(nmea_epoch(epoch), "GSV"),
+              ElementsAre("GPGSV,2,1,05,05,60,046,47,12,30,000,00,17,16,200,99,24,05,090,,1",
+                          "GPGSV,2,2,05,31,25,120,,1", "GLGSV,1,1,02,65,40,010,42,88,55,310,41,1",
+                          "GAGSV,1,1,02,11,70,250,40,36,33,180,22,7",
+                          "GBGSV,1,1,02,03,48,220,38,30,20,080,37,1", "GQGSV,1,1,01,02,80,060,36,1"));
+  EXPECT_THAT(bodies(nmea_epoch(epoch), "GSA")[2], "GNGSA,A,3,11,,,,,,,,,,,,2.10,1.25,1.69,3")
+      << "E36, which RAIM has excluded, is not in the fix";
 }
 
 class GpsdDecode : public testing::Test {
@@ -252,7 +248,8 @@ TEST_F(GpsdDecode, ReadsTheSameSatellites) {
     std::ofstream out(path, std::ios::binary);
     for (int i = 0; i < 4; ++i) {
       // gpsd 3.22 ignores the system identifier of GSA and talker GQ, so GPS and GLONASS are judged.
-      simulation::Epoch epoch = epoch_at(i);
+      simulation::Epoch epoch =
+          test::sample_signal_epoch(test::sample_time() + static_cast<double>(i), test::sample_time());
       auto& seen = epoch.observed;
       const auto foreign = [](orbit::SatelliteId id) { return id.system > orbit::System::GLONASS; };
       seen.satellites.erase(std::remove_if(seen.satellites.begin(), seen.satellites.end(),
@@ -260,7 +257,7 @@ TEST_F(GpsdDecode, ReadsTheSameSatellites) {
                             seen.satellites.end());
       seen.fix.used.erase(std::remove_if(seen.fix.used.begin(), seen.fix.used.end(), foreign),
                           seen.fix.used.end());
-      out << with_signal_strength(nmea_epoch(epoch));
+      out << nmea_epoch(epoch);
     }
   }
   nlohmann::json sky;
@@ -277,6 +274,10 @@ TEST_F(GpsdDecode, ReadsTheSameSatellites) {
   for (const auto& satellite : sky.at("satellites")) by_prn[satellite.at("PRN")] = satellite;
   for (const int prn : {5, 12, 17, 65, 88}) EXPECT_EQ(by_prn[prn].value("used", false), true) << prn;
   for (const int prn : {24, 31}) EXPECT_EQ(by_prn[prn].value("used", true), false) << prn;
+  // C/N0 of G05 46.3, G12 45.3, R24 41.3 - 1.
+  EXPECT_EQ(by_prn[5].value("ss", -1.0), 46);
+  EXPECT_EQ(by_prn[12].value("ss", -1.0), 45);
+  EXPECT_EQ(by_prn[88].value("ss", -1.0), 41);
   EXPECT_EQ(by_prn[65].value("gnssid", -1), 6);
   EXPECT_EQ(by_prn[65].value("svid", -1), 1);
   EXPECT_EQ(by_prn[88].value("el", 0.0), 55);

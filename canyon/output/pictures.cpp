@@ -62,6 +62,22 @@ double tenths(double value) {
   return std::round(value * 10) / 10 + 0.0;
 }
 
+/// Mean C/N0 of an epoch's measurements; NaN where there are none.
+struct Strength {
+  double los_dbhz = 0, nlos_dbhz = 0;
+};
+Strength mean_strength(const receiver::ReceiverEpoch& observed) {
+  std::array<double, 2> sum{};
+  std::array<int, 2> count{};
+  for (const receiver::SatelliteObservation& s : observed.satellites) {
+    if (!s.measurement || !s.measurement->cn0_dbhz) continue;
+    const std::size_t i = s.visibility == propagation::Visibility::NLOS ? 1 : 0;
+    sum[i] += *s.measurement->cn0_dbhz;
+    ++count[i];
+  }
+  return {sum[0] / count[0], sum[1] / count[1]};
+}
+
 class Pictures final : public simulation::EpochSink {
  public:
   Pictures(const simulation::Simulation& simulation, const std::filesystem::path& folder,
@@ -94,6 +110,9 @@ class Pictures final : public simulation::EpochSink {
       if (observed.fix.dop) moment.hdop = observed.fix.dop->hdop;
     }
     track_.push_back(track);
+    const Strength strength = mean_strength(observed);
+    moment.cn0_los_dbhz = strength.los_dbhz;
+    moment.cn0_nlos_dbhz = strength.nlos_dbhz;
     timeline_.push_back(moment);
 
     if (!snapshots_.wanted()) {

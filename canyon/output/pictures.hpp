@@ -12,7 +12,7 @@ namespace canyon::output {
 /// horizontal error with colour bar, places without fix, scale bar, north arrow.
 /// `skyplot.png`/`.svg`: satellites at the run's middle epoch, tracks over the run, coloured and shaped by
 /// visibility, with the building silhouette (sky mask) at that place. `timeline.png`/`.svg`: horizontal
-/// error, satellites visible/blocked/used and HDOP over time.
+/// error, satellites (used, tracked, not tracked), HDOP and, where signals have strength, C/N0 over time.
 ///
 /// Epochs of other receivers are passed over. The files appear together at finish(), none where there was no
 /// epoch. Throws InputError where `folder` is missing or cannot be written to (found here, before the run).

@@ -231,6 +231,26 @@ TEST(TimelinePicture, OutagesAreShadedAndCountsStacked) {
   EXPECT_TRUE(Pixels::is(pixels.at({84 + 230, y(11.6)}), kGround));
 }
 
+// Below the HDOP's plot, which ends at y = 732, the strength's spans y 772 to 902 from 20 to 50 dB-Hz.
+TEST(TimelinePicture, StrengthHasAPlotOfItsOwn) {
+  auto points = minutes(120, 1);
+  const Pixels plain(draw_timeline({"t", "s", points}).png);
+  for (TimelinePoint& p : points) p.cn0_los_dbhz = 45;
+  for (std::size_t i = 0; i < 60; ++i) points[i].cn0_nlos_dbhz = 25;
+  const Pixels pixels(draw_timeline({"t", "s", points}).png);
+  EXPECT_EQ(plain.height(), 2 * 800);
+  EXPECT_EQ(pixels.height(), 2 * 970);
+  const auto y = [](double cn0_dbhz) { return 902 - 130 * (cn0_dbhz - 20) / 30; };
+  // The first epoch of 120.
+  const double first = 84 + 940 * 0.5 / 120;
+  const Colour los = colour_of(propagation::Visibility::LOS), nlos = colour_of(propagation::Visibility::NLOS);
+  EXPECT_TRUE(Pixels::is(pixels.at({first, y(45)}), los));
+  EXPECT_TRUE(Pixels::is(pixels.at({first, y(25)}), nlos));
+  const double late = 84 + 940 * 100.5 / 120;
+  EXPECT_TRUE(Pixels::is(pixels.at({late, y(45)}), los));
+  EXPECT_FALSE(Pixels::is(pixels.at({late, y(25)}), nlos));
+}
+
 TEST(TimelinePicture, OneEpochAndManyEpochs) {
   EXPECT_THAT(draw_timeline({"t", "s", minutes(1, 1)}).png, StartsWith(kPngSignature));
   const Picture many = draw_timeline({"t", "s", minutes(200'000, 0.1)});

@@ -9,6 +9,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/file_sink.hpp"
 #include "canyon/output/number.hpp"
+#include "canyon/output/phase_arcs.hpp"
 #include "canyon/output/sinks.hpp"
 
 // RINEX, The Receiver Independent Exchange Format, version 3.04 (IGS/RTCM, 2018): header records table A2,
@@ -20,9 +21,16 @@ namespace {
 /// Epoch lines carry seven decimals of the second.
 constexpr std::int64_t kTagStep_ns = 100;
 
-/// Pseudorange and Doppler on the L1-band civil signal: L1 C/A, G1 C/A, E1 C, B1I, L1 C/A.
-std::string_view observation_types(orbit::System system) {
-  return system == orbit::System::BeiDou ? "C2I D2I" : "C1C D1C";
+/// Band and attribute of the L1-band civil signal: L1 C/A, G1 C/A, E1 C, B1I, L1 C/A.
+std::string_view signal_code(orbit::System system) {
+  return system == orbit::System::BeiDou ? "2I" : "1C";
+}
+
+/// Pseudorange and Doppler; with `signals` carrier phase and strength as well.
+std::string observation_types(orbit::System system, bool signals) {
+  const std::string_view code = signal_code(system);
+  return signals ? fmt::format("{}    4 C{} L{} D{} S{}", orbit::letter(system), code, code, code, code)
+                 : fmt::format("{}    2 C{} D{}", orbit::letter(system), code, code);
 }
 
 std::string header_line(std::string_view content, std::string_view label) {
@@ -48,10 +56,11 @@ std::string time_record(geodesy::GpsTime t, std::string_view label) {
                      label);
 }
 
-/// F14.3, loss-of-lock indicator and signal strength left blank.
-std::string observation(double value) {
-  return fmt::format("{:14.3f}  ", value);
+/// F14.3, loss-of-lock indicator (blank: no loss), signal strength indicator (blank: not known).
+std::string observation(double value, bool lost_lock = false, char strength = ' ') {
+  return fmt::format("{:14.3f}{}{}", value, lost_lock ? '1' : ' ', strength);
 }
+constexpr std::string_view kNoObservation = "                ";
 
 class RinexObservation final : public FileSink {
  public:
@@ -74,16 +83,36 @@ class RinexObservation final : public FileSink {
                     c.hour, c.minute, c.second, c.nanosecond / kTagStep_ns, count);
     // The tag is the clock reading rounded; the pseudorange follows it, or the two would disagree by up to
     // c times 50 ns.
-    const double shift_m = geodesy::kSpeedOfLight * (tag - seen.receiver_time);
+    const double shift_s = tag - seen.receiver_time;
     for (const auto& satellite : seen.satellites) {
       if (!satellite.measurement) continue;
       text += orbit::to_string(satellite.id);
-      text += observation(satellite.measurement->pseudorange_m + shift_m);
-      if (satellite.measurement->doppler_hz) text += observation(*satellite.measurement->doppler_hz);
+      text += observations(*satellite.measurement, shift_s);
       text.erase(text.find_last_not_of(' ') + 1);
       text += '\n';
     }
     put(text);
+  }
+
+  /// In the order of observation_types(), for a tag that is `shift_s` later than the clock's reading.
+  std::string observations(const receiver::Measurement& m, double shift_s) {
+    const double pseudorange_m = m.pseudorange_m + geodesy::kSpeedOfLight * shift_s;
+    const std::string doppler = m.doppler_hz ? observation(*m.doppler_hz) : std::string(kNoObservation);
+    if (!header_.signals) return observation(pseudorange_m) + doppler;
+    const char strength = m.cn0_dbhz ? static_cast<char>('0' + signal_strength_indicator(*m.cn0_dbhz)) : ' ';
+    std::string text = observation(pseudorange_m, false, strength);
+    if (const auto link = arcs_.next(m)) {
+      // Time, range and phase are moved together (RINEX 3.04, 3.3 and table 1). An arc's ambiguity is
+      // arbitrary: it begins at the pseudorange, as receivers have it, and never at 0, which readers take for
+      // a missing value.
+      text += observation(*m.carrier_phase_cycles + link->alignment_cycles + m.carrier_frequency_hz * shift_s,
+                          link->slip, strength);
+    } else {
+      text += kNoObservation;
+    }
+    text += doppler;
+    if (m.cn0_dbhz) text += observation(*m.cn0_dbhz);
+    return text;
   }
 
   void write_end() override {
@@ -111,15 +140,18 @@ class RinexObservation final : public FileSink {
     line(fmt::format("{:14.4f}{:14.4f}{:14.4f}", p.x(), p.y(), p.z()), "APPROX POSITION XYZ");
     line(fmt::format("{:14.4f}{:14.4f}{:14.4f}", 0.0, 0.0, 0.0), "ANTENNA: DELTA H/E/N");
     for (const orbit::System system : header_.systems) {
-      line(fmt::format("{}    2 {}", orbit::letter(system), observation_types(system)),
-           "SYS / # / OBS TYPES");
+      line(observation_types(system, header_.signals), "SYS / # / OBS TYPES");
     }
+    if (header_.signals) line("DBHZ", "SIGNAL STRENGTH UNIT");
     line(fmt::format("{:10.3f}", header_.interval_s), "INTERVAL");
     text += time_record(first, "TIME OF FIRST OBS");
     last_position_ = text.size();
     text += time_record(first, "TIME OF LAST OBS");  // overwritten at the end
     for (const orbit::System system : header_.systems) {
-      line(fmt::format("{}", orbit::letter(system)), "SYS / PHASE SHIFT");  // no carrier phases
+      // Each system has one signal, which its phases are aligned to: no shift. Without phases: not known.
+      line(header_.signals ? fmt::format("{} L{}  0.00000", orbit::letter(system), signal_code(system))
+                           : fmt::format("{}", orbit::letter(system)),
+           "SYS / PHASE SHIFT");
     }
     if (header_.systems.count(orbit::System::GLONASS) > 0) {
       std::string slots = fmt::format("{:3d} ", header_.glonass_channels.size());
@@ -140,12 +172,17 @@ class RinexObservation final : public FileSink {
 
   RinexObservationHeader header_;
   std::optional<Eigen::Vector3d> position_;
+  PhaseArcs arcs_;
   bool started_ = false;
   std::size_t last_position_ = 0;  ///< byte of the TIME OF LAST OBS record
   geodesy::GpsTime last_;
 };
 
 }  // namespace
+
+int signal_strength_indicator(double cn0_dbhz) {
+  return static_cast<int>(std::clamp(cn0_dbhz / 6, 1.0, 9.0));
+}
 
 std::unique_ptr<simulation::EpochSink> make_rinex_observation(const std::filesystem::path& path,
                                                               std::size_t receiver,
@@ -156,7 +193,9 @@ std::unique_ptr<simulation::EpochSink> make_rinex_observation(const std::filesys
 RinexObservationHeader rinex_observation_header(const simulation::Simulation& simulation,
                                                 std::size_t receiver) {
   RinexObservationHeader header;
-  header.marker = simulation.scenario().receivers.at(receiver).options.name;
+  const receiver::ReceiverOptions& options = simulation.scenario().receivers.at(receiver).options;
+  header.marker = options.name;
+  header.signals = options.signal.enabled;
   header.interval_s = simulation.interval_s();
   header.begin = simulation.begin();
   const orbit::Sky& sky = simulation.environment().sky();

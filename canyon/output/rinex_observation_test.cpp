@@ -4,13 +4,14 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "tests/support/program.hpp"
-#include "tests/support/sample_epochs.hpp"
+#include "tests/support/sample_signals.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::output {
@@ -101,8 +102,11 @@ std::vector<simulation::Epoch> sample_run() {
   return epochs;
 }
 
-void write(const std::filesystem::path& path, const std::vector<simulation::Epoch>& epochs) {
-  const auto sink = make_rinex_observation(path, 0, sample_header());
+void write(const std::filesystem::path& path, const std::vector<simulation::Epoch>& epochs,
+           bool signals = false) {
+  RinexObservationHeader header = sample_header();
+  header.signals = signals;
+  const auto sink = make_rinex_observation(path, 0, header);
   for (const auto& epoch : epochs) sink->write(epoch);
   sink->finish();
 }
@@ -207,25 +211,146 @@ TEST(RinexObservation, EqualRunsGiveEqualBytes) {
   EXPECT_EQ(test::read_bytes(folder / "a.obs"), test::read_bytes(folder / "b.obs"));
 }
 
+/// Four epochs of 0.5 s with strengths and phases, which grow with the Doppler. G05 slips before the third;
+/// R01 is away at the second and third and comes back with its phase unbroken; C03 begins anew at the fourth,
+/// after a gap of one.
+std::vector<simulation::Epoch> signal_run() {
+  std::vector<simulation::Epoch> epochs;
+  const geodesy::GpsTime begin = test::sample_time();
+  for (int i = 0; i < 4; ++i) {
+    epochs.push_back(test::sample_signal_epoch(begin + 0.5 * i, begin - 2));
+    auto& satellites = epochs.back().observed.satellites;
+    for (auto& s : satellites) {
+      if (!s.measurement) continue;
+      const double cycles = -*s.measurement->doppler_hz * 0.5 * i;
+      if (s.measurement->carrier_phase_cycles) *s.measurement->carrier_phase_cycles += cycles;
+      s.measurement->pseudorange_m += cycles * geodesy::kSpeedOfLight / s.measurement->carrier_frequency_hz;
+    }
+    if (i >= 2) {
+      satellites[0].measurement->phase_since = begin + 0.75;  // G05
+      *satellites[0].measurement->carrier_phase_cycles += 7;
+    }
+    if (i == 1 || i == 2) satellites[5].measurement.reset();              // R01
+    if (i == 2) satellites[9].measurement->carrier_phase_cycles.reset();  // C03
+    if (i == 3) satellites[9].measurement->phase_since = begin + 1.25;
+  }
+  return epochs;
+}
+
+/// The 16 characters of a satellite's observation `n` at epoch `e` (both from 0).
+std::string observation_field(const std::string& text, int e, const std::string& satellite, int n) {
+  std::size_t at = text.find("END OF HEADER");
+  for (int i = 0; i <= e; ++i) at = text.find("\n> ", at) + 1;
+  const std::size_t end = std::min(text.find("\n> ", at), text.size());
+  const std::size_t line = text.find("\n" + satellite, at);
+  if (line >= end) return "absent";
+  std::string fields = text.substr(line + 4, text.find('\n', line + 1) - line - 4);
+  fields.resize(16 * 4, ' ');
+  return fields.substr(static_cast<std::size_t>(16 * n), 16);
+}
+
+TEST(RinexObservation, PhasesAndStrengths) {
+  const test::TemporaryFolder folder;
+  const auto epochs = signal_run();
+  write(folder / "receiver.obs", epochs, true);
+  const std::string text = test::read_bytes(folder / "receiver.obs");
+  for (const char* line : {"G    4 C1C L1C D1C S1C", "R    4 C1C L1C D1C S1C", "E    4 C1C L1C D1C S1C",
+                           "C    4 C2I L2I D2I S2I", "J    4 C1C L1C D1C S1C"}) {
+    EXPECT_NE(text.find(std::string("\n") + line + " "), std::string::npos) << line;
+  }
+  EXPECT_NE(text.find("\nDBHZ" + std::string(56, ' ') + "SIGNAL STRENGTH UNIT"), std::string::npos);
+  // A1,1X,A3,1X,F8.5
+  EXPECT_NE(text.find("\nC L2I  0.00000" + std::string(46, ' ') + "SYS / PHASE SHIFT"), std::string::npos);
+
+  // 46.3 dB-Hz: 42-47 is class 7 of table 12.
+  EXPECT_EQ(observation_field(text, 0, "G05", 0).substr(14), " 7");
+  EXPECT_EQ(observation_field(text, 0, "G05", 1).substr(14), " 7");
+  EXPECT_EQ(observation_field(text, 0, "G05", 3), "        46.300  ");
+  EXPECT_EQ(trim(observation_field(text, 0, "G12", 1)), "") << "has no phase";
+  EXPECT_EQ(observation_field(text, 0, "E36", 1).substr(14), " 3");
+
+  // Range and phase move with the tag alike (table 1): what is left of their sum are whole cycles, the same
+  // along an arc, fewer than one of difference at its beginning.
+  std::map<std::string, double> arcs;
+  for (int i = 0; i < 4; ++i) {
+    const auto& seen = epochs[static_cast<std::size_t>(i)].observed;
+    const std::int64_t clock_ns = seen.receiver_time.nanoseconds();
+    const double shift_s = static_cast<double>((clock_ns + 50) / 100 * 100 - clock_ns) * 1e-9;
+    ASSERT_GT(std::abs(shift_s), 1e-8);
+    for (const auto& s : seen.satellites) {
+      const std::string id = orbit::to_string(s.id);
+      if (!s.measurement || !s.measurement->carrier_phase_cycles) continue;
+      const double cycles_per_m = s.measurement->carrier_frequency_hz / geodesy::kSpeedOfLight;
+      const auto range = parse_double(trim(observation_field(text, i, id, 0).substr(0, 14)));
+      const auto phase = parse_double(trim(observation_field(text, i, id, 1).substr(0, 14)));
+      ASSERT_TRUE(range && phase) << id << " at " << i;
+      const double whole =
+          *phase - *s.measurement->carrier_phase_cycles - shift_s * s.measurement->carrier_frequency_hz;
+      EXPECT_NEAR(whole, std::round(whole), 0.6e-3) << id;
+      // Three decimals of a metre are 2.6e-3 cycles.
+      EXPECT_LE(std::abs(*phase - *range * cycles_per_m), 0.51) << id << " at " << i;
+      const bool slipped = (id == "G05" && i == 2) || (id == "C03" && i == 3);
+      EXPECT_EQ(observation_field(text, i, id, 1)[14], slipped ? '1' : ' ') << id << " at " << i;
+      if (arcs.count(id) > 0 && !slipped) {
+        EXPECT_NEAR(arcs[id], whole, 2e-3) << id << " at " << i;
+      }
+      arcs[id] = whole;
+    }
+  }
+  EXPECT_EQ(observation_field(text, 1, "R01", 1), "absent");
+  EXPECT_EQ(trim(observation_field(text, 2, "C03", 1)), "");
+}
+
+// RINEX 3.04, table 12.
+TEST(RinexObservation, StrengthIndicator) {
+  for (const auto& [cn0_dbhz, indicator] : {std::pair{-10.0, 1},
+                                            {0.0, 1},
+                                            {11.99, 1},
+                                            {12.0, 2},
+                                            {17.99, 2},
+                                            {18.0, 3},
+                                            {24.0, 4},
+                                            {30.0, 5},
+                                            {35.9, 5},
+                                            {36.0, 6},
+                                            {42.0, 7},
+                                            {48.0, 8},
+                                            {53.9, 8},
+                                            {54.0, 9},
+                                            {99.0, 9}}) {
+    EXPECT_EQ(signal_strength_indicator(cn0_dbhz), indicator) << cn0_dbhz;
+  }
+}
+
 // RTKLIB reads the file with its own readrnx and writes what it understood.
-TEST(RinexObservation, RtklibReadsTheSame) {
+class RinexObservationJudged : public testing::TestWithParam<bool> {};
+TEST_P(RinexObservationJudged, RtklibReadsTheSame) {
   CANYON_NEEDS_PROGRAM("convbin");
   const test::TemporaryFolder folder;
-  write(folder / "receiver.obs", sample_run());
+  write(folder / "receiver.obs", GetParam() ? signal_run() : sample_run(), GetParam());
   const auto result =
-      test::run_program("cd '" + folder.path().string() +
-                        "' && convbin -r rinex -v 3.04 -od -o judged.obs receiver.obs 2>/dev/null");
+      test::run_program("cd '" + folder.path().string() + "' && convbin -r rinex -v 3.04 -od " +
+                        (GetParam() ? "-os" : "") + " -o judged.obs receiver.obs 2>/dev/null");
   ASSERT_EQ(result.status, 0);
   const auto epochs_and_header = [](const std::filesystem::path& path, std::string& slots) {
     std::map<std::string, std::map<std::string, std::string>> epochs;  // by tag, by satellite: text
     TextFile file(path);
     std::string tag;
+    std::set<std::string> phase_seen;
     while (const auto line = file.next_line()) {
       if (line->find("GLONASS SLOT / FRQ #") != std::string_view::npos) slots += *line;
       if (line->front() == '>') {
         tag = std::string(trim(*line));
       } else if (!tag.empty()) {
-        epochs[tag][std::string(line->substr(0, 3))] = std::string(trim(line->substr(3)));
+        const std::string satellite(line->substr(0, 3));
+        std::string fields(line->substr(3));
+        if (GetParam()) {
+          // convbin writes no strength indicators, and calls each satellite's first phase a loss of lock.
+          fields.resize(16 * 4, ' ');
+          for (std::size_t i = 15; i < fields.size(); i += 16) fields[i] = ' ';
+          if (trim(fields.substr(16, 14)).size() > 0 && phase_seen.insert(satellite).second) fields[30] = ' ';
+        }
+        epochs[tag][satellite] = std::string(trim(fields));
       }
     }
     return epochs;
@@ -237,6 +362,8 @@ TEST(RinexObservation, RtklibReadsTheSame) {
   EXPECT_EQ(ours, theirs);
   EXPECT_EQ(ours_slots, theirs_slots);
 }
+INSTANTIATE_TEST_SUITE_P(WithoutAndWithSignals, RinexObservationJudged, testing::Bool(),
+                         [](const auto& each) { return each.param ? "Signals" : "Pseudoranges"; });
 
 }  // namespace
 }  // namespace canyon::output

@@ -21,8 +21,9 @@ namespace canyon::output {
 /// NMEA 0183 v4.11: RMC, GGA, GSA, GST, GSV each epoch.
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_nmea(const std::filesystem::path& path,
                                                                std::size_t receiver);
-/// RINEX 3.04 observation file; codes C1C D1C (BeiDou C2I D2I). Epoch tags are the receiver's clock, rounded
-/// to 100 ns, and pseudoranges follow the rounded tag. Epochs without any measurement are left out.
+/// RINEX 3.04 observation file; codes C1C D1C (BeiDou C2I D2I), with the receiver's signal model C1C L1C D1C
+/// S1C (C2I L2I D2I S2I). Epoch tags are the receiver's clock, rounded to 100 ns; pseudoranges and phases
+/// follow the rounded tag. Epochs without any measurement are left out.
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_rinex_observation(
     const std::filesystem::path& path, std::size_t receiver, const simulation::Simulation& simulation);
 /// KML 2.2 and GeoJSON (RFC 7946): true track, fixes by horizontal error, places without fix. `name` is
@@ -47,6 +48,12 @@ struct RunSummary {
   double los_share = 0, los_multipath_share = 0, nlos_share = 0,
          blocked_share = 0;  ///< of satellites above mask
   double median_hdop = 0;
+  /// Of measurements above the mask, as the receiver states it; NaN where signals have no strength. LOS with
+  /// multipath counts as LOS.
+  double mean_cn0_los_dbhz = 0, mean_cn0_nlos_dbhz = 0;
+  std::size_t exclusions = 0;    ///< of satellites from fixes, by RAIM, over all epochs
+  std::size_t raim_tested = 0;   ///< epochs with a statement of RAIM
+  std::size_t inconsistent = 0;  ///< of those, epochs where RAIM's test failed on what was left
   /// From the first epoch without fix to the next fix; at the end of the run to one interval behind the last
   /// epoch.
   double longest_outage_s = 0;

@@ -15,12 +15,27 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
+class MeanOf {
+ public:
+  void add(double value) {
+    sum_ += value;
+    ++count_;
+  }
+  [[nodiscard]] double mean() const { return count_ > 0 ? sum_ / static_cast<double>(count_) : kNan; }
+
+ private:
+  double sum_ = 0;
+  std::size_t count_ = 0;
+};
+
 /// What is kept of one receiver's epochs.
 struct Tally {
   std::size_t epochs = 0, fixes = 0;
   std::vector<double> horizontal_m, vertical_m, hdop;
   double visible = 0, blocked = 0, used = 0;
   std::array<std::size_t, 4> by_visibility{};
+  MeanOf cn0_los_dbhz, cn0_nlos_dbhz;
+  std::size_t exclusions = 0, raim_tested = 0, inconsistent = 0;
   double longest_outage_s = 0;
   std::optional<geodesy::GpsTime> outage_began;
   std::optional<geodesy::GpsTime> last, last_but_one;
@@ -62,7 +77,18 @@ void SummarySink::write(const simulation::Epoch& epoch) {
   tally.blocked += seen.blocked;
   tally.used += static_cast<double>(used_count(seen.fix));
   for (const receiver::SatelliteObservation& satellite : seen.satellites) {
-    if (satellite.above_mask) ++tally.by_visibility[static_cast<std::size_t>(satellite.visibility)];
+    if (!satellite.above_mask) continue;
+    ++tally.by_visibility[static_cast<std::size_t>(satellite.visibility)];
+    if (satellite.measurement && satellite.measurement->cn0_dbhz) {
+      MeanOf& strength =
+          satellite.visibility == propagation::Visibility::NLOS ? tally.cn0_nlos_dbhz : tally.cn0_los_dbhz;
+      strength.add(*satellite.measurement->cn0_dbhz);
+    }
+  }
+  tally.exclusions += seen.fix.excluded.size();
+  if (seen.fix.consistent) {
+    ++tally.raim_tested;
+    if (!*seen.fix.consistent) ++tally.inconsistent;
   }
   tally.last_but_one = tally.last;
   tally.last = seen.time;
@@ -103,6 +129,11 @@ std::vector<RunSummary> SummarySink::summaries() const {
     s.nlos_share = share(propagation::Visibility::NLOS);
     s.blocked_share = share(propagation::Visibility::Blocked);
     s.median_hdop = percentile(tally.hdop, 0.50);
+    s.mean_cn0_los_dbhz = tally.cn0_los_dbhz.mean();
+    s.mean_cn0_nlos_dbhz = tally.cn0_nlos_dbhz.mean();
+    s.exclusions = tally.exclusions;
+    s.raim_tested = tally.raim_tested;
+    s.inconsistent = tally.inconsistent;
     s.longest_outage_s = tally.longest_outage_s;
     result.push_back(std::move(s));
   }
@@ -120,7 +151,7 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
       return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : std::string("-");
     };
   };
-  const std::vector<Line> lines{
+  std::vector<Line> lines{
       {"epochs", [](const RunSummary& s) { return fmt::format("{}", s.epochs); }},
       {"with fix",
        [](const RunSummary& s) {
@@ -135,14 +166,32 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
       {"vertical error, median [m]", number(&RunSummary::vertical_p50_m, 3)},
       {"vertical error, 95 % [m]", number(&RunSummary::vertical_p95_m, 3)},
       {"HDOP, median", number(&RunSummary::median_hdop, 2)},
-      {"satellites received, mean", number(&RunSummary::mean_visible, 1)},
-      {"satellites blocked, mean", number(&RunSummary::mean_blocked, 1)},
+      {"satellites tracked, mean", number(&RunSummary::mean_visible, 1)},
+      {"satellites not tracked, mean", number(&RunSummary::mean_blocked, 1)},
       {"satellites used, mean", number(&RunSummary::mean_used, 1)},
       {"LOS [%]", number(&RunSummary::los_share, 1, 100)},
       {"LOS+multipath [%]", number(&RunSummary::los_multipath_share, 1, 100)},
       {"NLOS [%]", number(&RunSummary::nlos_share, 1, 100)},
       {"blocked [%]", number(&RunSummary::blocked_share, 1, 100)},
   };
+  // What only some receivers have.
+  const auto any = [&](auto has) { return std::any_of(summaries.begin(), summaries.end(), has); };
+  if (any([](const RunSummary& s) {
+        return std::isfinite(s.mean_cn0_los_dbhz) || std::isfinite(s.mean_cn0_nlos_dbhz);
+      })) {
+    lines.push_back({"C/N0 of LOS, mean [dB-Hz]", number(&RunSummary::mean_cn0_los_dbhz, 1)});
+    lines.push_back({"C/N0 of NLOS, mean [dB-Hz]", number(&RunSummary::mean_cn0_nlos_dbhz, 1)});
+  }
+  if (any([](const RunSummary& s) { return s.raim_tested > 0 || s.exclusions > 0; })) {
+    const auto count = [](std::size_t RunSummary::*member) {
+      return [=](const RunSummary& s) {
+        const bool asked = s.raim_tested > 0 || s.exclusions > 0;
+        return asked ? fmt::format("{}", s.*member) : std::string("-");
+      };
+    };
+    lines.push_back({"excluded by RAIM, in all", count(&RunSummary::exclusions)});
+    lines.push_back({"epochs that failed RAIM", count(&RunSummary::inconsistent)});
+  }
   constexpr std::size_t kPerBlock = 4;  // receivers side by side on 80 to 100 columns
   std::size_t label_width = 0;
   for (const Line& line : lines) label_width = std::max(label_width, line.label.size());

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "canyon/output/sinks.hpp"
-#include "tests/support/sample_epochs.hpp"
+#include "tests/support/sample_signals.hpp"
 
 namespace canyon::output {
 namespace {
@@ -63,6 +63,39 @@ TEST(Summary, WithoutAFixErrorsAreNotANumber) {
   const std::string table = format_summary_table({s});
   EXPECT_THAT(table, HasSubstr("0 (0.0 %)"));
   EXPECT_EQ(table.find("nan"), std::string::npos);
+}
+
+TEST(Summary, StrengthAndIntegrity) {
+  SummarySink sink({"strong", "plain"});
+  auto epoch = test::sample_signal_epoch(test::sample_time(), test::sample_time());
+  sink.write(epoch);
+  epoch.observed.fix.consistent = false;
+  epoch.observed.fix.excluded.push_back(*orbit::parse_satellite("G17"));
+  sink.write(epoch);
+  epoch.observed.fix.consistent.reset();
+  epoch.observed.fix.excluded.clear();
+  sink.write(epoch);
+  epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  epoch.receiver = 1;
+  sink.write(epoch);
+  const auto summaries = sink.summaries();
+  // LOS 46.3, 45.3 (with multipath), 42.3, 41.3, 40.3, 38.3, 37.3, 36.3; below the mask 43.3: not measured.
+  EXPECT_NEAR(summaries[0].mean_cn0_los_dbhz, 327.4 / 8, 1e-9);
+  EXPECT_NEAR(summaries[0].mean_cn0_nlos_dbhz, (44.3 + 22.4) / 2, 1e-9);
+  EXPECT_EQ(summaries[0].exclusions, 3U);
+  EXPECT_EQ(summaries[0].raim_tested, 2U);
+  EXPECT_EQ(summaries[0].inconsistent, 1U);
+  EXPECT_TRUE(std::isnan(summaries[1].mean_cn0_los_dbhz));
+  const std::string table = format_summary_table(summaries);
+  EXPECT_THAT(table, testing::ContainsRegex("C/N0 of LOS, mean .dB-Hz. +40.9 +-\n"));
+  EXPECT_THAT(table, testing::ContainsRegex("C/N0 of NLOS, mean .dB-Hz. +33.4 +-\n"));
+  EXPECT_THAT(table, testing::ContainsRegex("excluded by RAIM, in all +3 +-\n"));
+  EXPECT_THAT(table, testing::ContainsRegex("epochs that failed RAIM +1 +-\n"));
+  // A run that has neither shows neither.
+  const std::string plain = format_summary_table({summaries[1]});
+  EXPECT_EQ(plain.find("C/N0"), std::string::npos);
+  EXPECT_EQ(plain.find("RAIM"), std::string::npos);
+  EXPECT_THAT(plain, HasSubstr("satellites tracked, mean"));
 }
 
 TEST(Summary, EmptyRun) {

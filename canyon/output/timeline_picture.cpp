@@ -9,12 +9,14 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/axes.hpp"
+#include "canyon/output/palette.hpp"
 
 namespace canyon::output {
 namespace {
 
 constexpr double kWidth = 1200;
 constexpr double kHeight = 800;
+constexpr double kStrengthHeight = 170;  // more, with C/N0
 constexpr double kLeft = 84;
 constexpr double kPlotWidth = 940;
 constexpr Colour kShade = rgb(0xF4DDCF);
@@ -40,8 +42,20 @@ class Timeline {
                 [](const TimelinePoint& p) { return p.error_m; });
     draw_satellites(canvas, satellites);
     draw_values(canvas, hdop, "HDOP", kPurple, [](const TimelinePoint& p) { return p.hdop; });
-    draw_times(canvas, hdop, {error, satellites, hdop});
+    if (!has_strength(drawing_)) {
+      draw_times(canvas, hdop, {error, satellites, hdop});
+    } else {
+      const Rect strength{kLeft, hdop.bottom() + 40, kPlotWidth, kStrengthHeight - 40};
+      draw_strength(canvas, strength);
+      draw_times(canvas, strength, {error, satellites, hdop, strength});
+    }
     draw_legend(canvas, error, satellites);
+  }
+
+  [[nodiscard]] static bool has_strength(const TimelineDrawing& drawing) {
+    return std::any_of(drawing.points.begin(), drawing.points.end(), [](const TimelinePoint& p) {
+      return std::isfinite(p.cn0_los_dbhz) || std::isfinite(p.cn0_nlos_dbhz);
+    });
   }
 
  private:
@@ -94,10 +108,52 @@ class Timeline {
                    const std::function<double(const TimelinePoint&)>& value_of) const {
     canvas.rectangle(area, kGround);
     draw_outages(canvas, area);
-    std::vector<double> values;
-    for (const TimelinePoint& p : points_) values.push_back(value_of(p));
+    const std::vector<double> values = all_values(value_of);
     const Scale scale = make_scale(values, 0);
     draw_grid(canvas, area, scale);
+    draw_series(canvas, area, scale, values, colour);
+    canvas.rectangle(area, {}, Stroke{kFaintInk, 0.9});
+    draw_label(canvas, area, label);
+  }
+
+  void draw_strength(Canvas& canvas, const Rect& area) const {
+    canvas.rectangle(area, kGround);
+    draw_outages(canvas, area);
+    const auto los = all_values([](const TimelinePoint& p) { return p.cn0_los_dbhz; });
+    const auto nlos = all_values([](const TimelinePoint& p) { return p.cn0_nlos_dbhz; });
+    constexpr double kStep_db = 10;
+    Scale scale;
+    scale.low = std::numeric_limits<double>::infinity();
+    scale.high = -scale.low;
+    for (const auto* values : {&los, &nlos}) {
+      for (const double value : *values) {
+        if (!std::isfinite(value)) continue;
+        scale.low = std::min(scale.low, kStep_db * std::floor(value / kStep_db));
+        scale.high = std::max(scale.high, kStep_db * (std::floor(value / kStep_db) + 1));
+      }
+    }
+    scale.ticks.clear();
+    for (double tick = scale.low; tick <= scale.high; tick += kStep_db) scale.ticks.push_back(tick);
+    draw_grid(canvas, area, scale);
+    const Colour los_colour = colour_of(propagation::Visibility::LOS);
+    const Colour nlos_colour = colour_of(propagation::Visibility::NLOS);
+    draw_series(canvas, area, scale, nlos, nlos_colour);
+    draw_series(canvas, area, scale, los, los_colour);
+    canvas.rectangle(area, {}, Stroke{kFaintInk, 0.9});
+    draw_label(canvas, area, "C/N0 [dB-Hz]");
+    draw_swatch(canvas, area, 12, los_colour, "LOS, mean");
+    draw_swatch(canvas, area, 36, nlos_colour, "NLOS, mean");
+  }
+
+  [[nodiscard]] std::vector<double> all_values(
+      const std::function<double(const TimelinePoint&)>& value_of) const {
+    std::vector<double> values;
+    for (const TimelinePoint& p : points_) values.push_back(value_of(p));
+    return values;
+  }
+
+  void draw_series(Canvas& canvas, const Rect& area, const Scale& scale, const std::vector<double>& values,
+                   const Colour& colour) const {
     const auto y_at = [&](double value) { return area.bottom() - area.height * scale.at(value); };
 
     canvas.clipped({area.x, area.y - 2, area.width, area.height + 4}, [&] {
@@ -121,8 +177,6 @@ class Timeline {
         canvas.circle({x_at(area, seconds(points_[i])), y_at(values[i])}, dot, colour);
       }
     });
-    canvas.rectangle(area, {}, Stroke{kFaintInk, 0.9});
-    draw_label(canvas, area, label);
   }
 
   /// Smallest to largest value of each column of one unit.
@@ -208,19 +262,22 @@ class Timeline {
                 {.size = 12, .align = Align::Centre, .level = Level::Top});
   }
 
+  /// Beside an area, so far below its upper edge.
+  static void draw_swatch(Canvas& canvas, const Rect& area, double below, const Colour& colour,
+                          const std::string& label) {
+    const double x = area.right() + 22, y = area.y + below;
+    canvas.rectangle({x, y - 7, 18, 14}, colour, Stroke{kFaintInk, 0.6});
+    canvas.text({x + 26, y}, label, {.size = 12, .level = Level::Middle});
+  }
+
   void draw_legend(Canvas& canvas, const Rect& error, const Rect& satellites) const {
-    const double x = error.right() + 22;
-    const auto swatch = [&](double y, const Colour& colour, const std::string& label) {
-      canvas.rectangle({x, y - 7, 18, 14}, colour, Stroke{kFaintInk, 0.6});
-      canvas.text({x + 26, y}, label, {.size = 12, .level = Level::Middle});
-    };
     if (std::any_of(points_.begin(), points_.end(),
                     [](const TimelinePoint& p) { return std::isnan(p.error_m); })) {
-      swatch(error.y + 12, kShade, "no fix");
+      draw_swatch(canvas, error, 12, kShade, "no fix");
     }
-    swatch(satellites.y + 12, kHidden, "blocked");
-    swatch(satellites.y + 36, kUnused, "received, unused");
-    swatch(satellites.y + 60, kUsed, "in the fix");
+    draw_swatch(canvas, satellites, 12, kHidden, "not tracked");
+    draw_swatch(canvas, satellites, 36, kUnused, "tracked, unused");
+    draw_swatch(canvas, satellites, 60, kUsed, "in the fix");
   }
 
   const TimelineDrawing& drawing_;
@@ -233,7 +290,8 @@ class Timeline {
 }  // namespace
 
 Picture draw_timeline(const TimelineDrawing& drawing) {
-  return render(kWidth, kHeight, [&drawing](Canvas& canvas) { Timeline(drawing).draw(canvas); });
+  const double height = kHeight + (Timeline::has_strength(drawing) ? kStrengthHeight : 0);
+  return render(kWidth, height, [&drawing](Canvas& canvas) { Timeline(drawing).draw(canvas); });
 }
 
 }  // namespace canyon::output

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "canyon/raytrace/ray_scene.hpp"
-#include "canyon/receiver/fix.hpp"
+#include "canyon/receiver/receiver.hpp"
 
 namespace canyon::output {
 
@@ -19,6 +19,13 @@ namespace canyon::output {
 /// Satellites in the position: 0 without one.
 [[nodiscard]] inline std::size_t used_count(const receiver::Fix& fix) {
   return fix.solved() ? fix.used.size() : 0;
+}
+
+/// Whether a satellite's `excess_m` says something: its signal arrives, and where signals have strength the
+/// receiver has locked on to it.
+[[nodiscard]] inline bool has_tracked_excess(const receiver::SatelliteObservation& satellite) {
+  return satellite.visibility != propagation::Visibility::Blocked &&
+         !(satellite.cn0_dbhz && satellite.lock != receiver::LockState::Tracking);
 }
 
 /// Degrees of an azimuth [rad], in [0, 360) also after rounding to `decimals`.

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/receiver/fix.hpp"
+
+namespace canyon::output {
+
+/// Where one receiver's carrier phases are continuous, followed from epoch to epoch.
+class PhaseArcs {
+ public:
+  /// What a phase is to the ones before it.
+  struct Link {
+    /// Not continuous with the satellite's phase before: cycles were lost in between. False for the
+    /// satellite's first phase, which has nothing before it.
+    bool slip = false;
+    /// Whole cycles that bring the arc's first phase nearest to its pseudorange over the wavelength, the same
+    /// along the arc.
+    double alignment_cycles = 0;
+  };
+
+  /// Of a measurement with a phase, and the instant since which that is continuous; else empty. Measurements
+  /// of a satellite must come in order of time.
+  std::optional<Link> next(const receiver::Measurement& measurement) {
+    if (!measurement.carrier_phase_cycles || !measurement.phase_since) return std::nullopt;
+    const auto [at, first] = arcs_.try_emplace(measurement.id);
+    Arc& arc = at->second;
+    const bool begins = first || arc.since != *measurement.phase_since;
+    if (begins) {
+      const double range_cycles =
+          measurement.pseudorange_m * measurement.carrier_frequency_hz / geodesy::kSpeedOfLight;
+      arc = {*measurement.phase_since, std::round(range_cycles - *measurement.carrier_phase_cycles)};
+    }
+    return Link{begins && !first, arc.alignment_cycles};
+  }
+
+ private:
+  struct Arc {
+    geodesy::GpsTime since;
+    double alignment_cycles = 0;
+  };
+  std::map<orbit::SatelliteId, Arc> arcs_;
+};
+
+}  // namespace canyon::output
