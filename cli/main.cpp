@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   add_trace(app, action);
   add_skyplot(app, action);
   add_city(app, action);
+  add_profiles(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

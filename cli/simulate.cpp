@@ -4,6 +4,9 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
@@ -69,7 +72,8 @@ int run(const Arguments& arguments) {
   make_output_folder(arguments.out);
 
   const auto load_begin = std::chrono::steady_clock::now();
-  city::City city = simulation::load_city(scenario.city);
+  std::vector<std::string> warnings;
+  city::City city = simulation::load_city(scenario, warnings);
   const city::CitySummary summary = city::summarize(city);
   note(fmt::format("city        {}: {} buildings, {} triangles, {:.0f} m x {:.0f} m ({:.2f} s)", city.name,
                    summary.buildings, summary.triangles,
@@ -85,7 +89,10 @@ int run(const Arguments& arguments) {
   note(fmt::format("trajectory  {:.0f} m, {} epochs every {} s from {}", simulation.trajectory().length_m(),
                    simulation.epoch_count(), simulation.interval_s(),
                    geodesy::format_gpst(simulation.begin(), 0)));
-  if (!arguments.quiet) print_warnings(simulation.warnings());
+  if (!arguments.quiet) {
+    print_warnings(warnings);
+    print_warnings(simulation.warnings());
+  }
 
   std::vector<std::unique_ptr<simulation::EpochSink>> sinks =
       output::make_file_sinks(simulation, arguments.out);

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
@@ -83,7 +85,10 @@ Site::Site(const SiteArguments& arguments) {
   if (!arguments.time.empty()) time = geodesy::parse_time(arguments.time);
   const simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
   receiver_ = find_receiver(scenario, arguments.receiver);
-  simulation_ = std::make_unique<simulation::Simulation>(scenario, simulation::load_city(scenario.city));
+  std::vector<std::string> warnings;
+  city::City city = simulation::load_city(scenario, warnings);
+  print_warnings(warnings);
+  simulation_ = std::make_unique<simulation::Simulation>(scenario, std::move(city));
   print_warnings(simulation_->warnings());
   time_ = time.value_or(simulation_->begin());
   if (place_given()) check_near_city(antenna(time_), environment().city(), enu_ ? "--enu" : "--at");

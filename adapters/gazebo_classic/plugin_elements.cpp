@@ -368,9 +368,12 @@ simulation::LiveConfig PluginElements::take_live_config() {
     text.add(element, is_list(element.path));
   }
   const std::string yaml = text.write();
+  constexpr const char* kName = "plugin";
   try {
-    return simulation::parse_live_config(yaml, "plugin");
+    return simulation::parse_live_config(yaml, kName);
   } catch (const InputError& e) {
+    // A fault of a file that an element names has that file's lines.
+    if (!e.file().empty() && e.file() != kName) throw;
     std::string problem = e.problem();
     std::string tag;
     if (const auto* line = text.at(e.line())) {

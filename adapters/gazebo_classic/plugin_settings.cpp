@@ -11,6 +11,7 @@
 #include "adapters/gazebo_classic/resource_files.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/propagation/propagator.hpp"
+#include "canyon/simulation/profile.hpp"
 
 namespace canyon::gazebo_classic {
 namespace {
@@ -193,9 +194,13 @@ void find_files(PluginElements& elements, const PluginPlace& place, const std::s
   // A model may bring its files along. What was not read from a file has no path, or a name in its place.
   const std::filesystem::path own(sdf_file);
   if (own.is_absolute()) folders.push_back(own.parent_path());
-  for (const char* path : {"sky.navigation", "sky.sp3"}) {
+  for (const std::string_view path : {"sky.navigation", "sky.sp3", "profile"}) {
     auto element = elements.take(path);
     if (!element) continue;
+    if (path == "profile" && !simulation::is_profile_path(element->values.front())) {
+      elements.put(*std::move(element));
+      continue;
+    }
     for (std::string& value : element->values) {
       std::vector<std::filesystem::path> looked;
       const auto file = find_resource(value, folders, looked);

@@ -229,7 +229,7 @@ TEST(PluginSettings, EveryElementOfTheScenario) {
     <rate_hz>8</rate_hz>
     <seed>77</seed>
     <name>roof</name>
-    <preset>paper</preset>
+    <profile>paper</profile>
     <elevation_mask_deg>12.5</elevation_mask_deg>
     <min_satellites>6</min_satellites>
     <max_iterations>31</max_iterations>
@@ -282,7 +282,7 @@ TEST(PluginSettings, EveryElementOfTheScenario) {
   EXPECT_EQ(o.noise.drift_below_los, 9);
   EXPECT_EQ(o.noise.drift_mu_sigma_m, 2.5);
   const propagation::PropagationOptions& p = live.receiver.propagation;
-  EXPECT_EQ(p.model, propagation::Model::Specular);  // beats the preset's
+  EXPECT_EQ(p.model, propagation::Model::Specular);  // beats the profile's
   EXPECT_EQ(p.reflection_order, 0);
   EXPECT_EQ(p.max_range_m, 450);
   EXPECT_NEAR(degrees(p.max_incidence_rad), 80, 1e-12);
@@ -320,6 +320,20 @@ TEST(PluginSettings, FilesLieBesideTheWorldOrOnGazebosPaths) {
               ElementsAre(folder / "ros/nav_data/a.rnx"));
   EXPECT_TRUE(sky(navigation("far.rnx") + "<allow_stale>1</allow_stale>").allow_stale);
   EXPECT_EQ(sky("<sp3>model://site/orbits.sp3</sp3>").sp3, folder / "models/site/orbits.sp3");
+  std::ofstream(folder / "world/mine.yaml") << "description: d\nmin_satellites: 7\n";
+  std::ofstream(folder / "resources/bad.yaml") << "description: d\nmin_satellites: x\n";
+  const auto satellites = [&](const std::string& profile) {
+    return read("<profile>" + profile + "</profile>", false, folder / "world")
+        .live.receiver.options.fix.min_satellites;
+  };
+  EXPECT_EQ(satellites("mine.yaml"), 7);
+  EXPECT_EQ(satellites("./mine.yaml"), 7);
+  try {
+    (void)satellites("bad.yaml");
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr((folder / "resources/bad.yaml").string() + ":2: min_satellites: 'x'"));
+  }
   try {
     (void)sky(navigation("nav/b.rnx"));
     FAIL();
@@ -428,7 +442,7 @@ TEST(PluginSettings, WrongValuesNamePluginElementAndCure) {
        "the unit is in the element's name"},
       {"<propagation><model>miror</model></propagation>", "<propagation><model>", "'miror' is unknown",
        "did you mean 'mirror'?"},
-      {"<preset>papre</preset>", "<preset>", "'papre' is unknown", "did you mean 'paper'?"},
+      {"<profile>papre</profile>", "<profile>", "'papre' is unknown", "did you mean 'paper'?"},
       {"<name>a/b</name>", "<name>", "'a/b' cannot name a folder", "letters"},
       {"<rate_hz>0</rate_hz>", "<rate_hz>", "0 is out of range", "above 0"},
       {"<update_rate>0</update_rate>", "<update_rate>", "0 is out of range", "above 0"},

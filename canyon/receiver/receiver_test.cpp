@@ -16,7 +16,6 @@
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/rinex_navigation.hpp"
 #include "canyon/receiver/atmosphere.hpp"
-#include "canyon/receiver/preset.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -664,25 +663,6 @@ TEST(ReceiverOptionsTest, NamesReceiverAndField) {
   EXPECT_THAT(message([](Options& o) { o.noise.ou.theta_per_s = 0; }), testing::HasSubstr("theta_per_s"));
   EXPECT_THAT(message([](Options& o) { o.clock.bias_s = 1; }), testing::HasSubstr("bias_s"));
   EXPECT_THAT(message([](Options& o) { o.fix.min_satellites = 1; }), testing::HasSubstr("min_satellites"));
-}
-
-TEST(ReceiverPreset, PaperIsThePapersReceiver) {
-  const ReceiverOptions paper = receiver_preset("paper");
-  EXPECT_NEAR(geodesy::degrees(paper.fix.elevation_mask_rad), 15, 1e-12);
-  EXPECT_EQ(paper.fix.min_satellites, 5);  // "more than 4"
-  EXPECT_TRUE(paper.noise.enabled);
-  EXPECT_FALSE(paper.ionosphere || paper.troposphere);
-  EXPECT_FALSE(paper.fix.correct_ionosphere || paper.fix.correct_troposphere);
-  EXPECT_NO_THROW(paper.validate());
-}
-
-TEST(ReceiverPreset, NamesAreKnown) {
-  for (const std::string& name : receiver_preset_names())
-    EXPECT_NO_THROW(receiver_preset(name).validate()) << name;
-  EXPECT_THAT(refusal([] { static_cast<void>(receiver_preset("papr")); }),
-              testing::AllOf(testing::HasSubstr("papr"), testing::HasSubstr("did you mean 'paper'"),
-                             testing::HasSubstr("default")));
-  EXPECT_THAT(refusal([] { static_cast<void>(receiver_preset("")); }), testing::HasSubstr("default, paper"));
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "canyon/receiver/preset.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario_sections.hpp"
 
@@ -50,8 +49,7 @@ LiveConfig parse_live_config(const std::string& text, const std::filesystem::pat
   config.seed = read_seed(root);
   const auto receiver_name = root.text("name");
   if (receiver_name) check_name(root, *receiver_name);
-  config.receiver =
-      receiver_config_of_preset(root.choice("preset", receiver::receiver_preset_names()).value_or("default"));
+  config.receiver = read_profile_key(root);
   config.receiver.options.name = receiver_name.value_or("rover");
   read_receiver_keys(root, config.receiver);
   root.finish();

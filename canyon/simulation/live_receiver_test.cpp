@@ -250,7 +250,7 @@ start: {week: 2051, tow: 46701}
 rate_hz: 5
 seed: 42
 name: left
-preset: paper
+profile: paper
 elevation_mask_deg: 12
 lever_arm: {forward_m: 0.1, left_m: 0.2, up_m: 0.3}
 propagation: {model: specular, max_range_m: 99}

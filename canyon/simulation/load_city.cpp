@@ -9,6 +9,7 @@
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/simulation/georeference.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -105,6 +106,15 @@ buildings::BuiltCity load_city_with_report(const CityConfig& config,
 
 city::City load_city(const CityConfig& config) {
   return load_city_with_report(config).city;
+}
+
+city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings) {
+  city::City city = load_city(scenario.city);
+  if (const auto shift = draw_city_shift(scenario.city.georeference, scenario.seed)) {
+    move_city(city, *shift);
+    warnings.push_back(describe(*shift));
+  }
+  return city;
 }
 
 }  // namespace canyon::simulation

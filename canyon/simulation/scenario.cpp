@@ -11,7 +11,6 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/receiver/preset.hpp"
 #include "canyon/simulation/scenario_sections.hpp"
 #include "canyon/simulation/trajectory.hpp"
 #include "canyon/simulation/yaml_section.hpp"
@@ -106,6 +105,11 @@ void read_map_keys(YamlSection& section, MapCityConfig& map) {
 
 CityConfig read_city(YamlSection& section) {
   CityConfig config;
+  if (auto georeference = section.section("georeference")) {
+    set(config.georeference.sigma_m, georeference->number("sigma_m", {0, 1000}));
+    set_deg(config.georeference.heading_sigma_rad, georeference->number("heading_sigma_deg", {0, 45}));
+    georeference->finish();
+  }
   std::optional<Geodetic> origin;
   const auto kind = only_one(section, {"osm", "file", "mesh", "synthetic", "open"});
   if (kind == "mesh" || kind == "file") {
@@ -233,16 +237,15 @@ std::vector<ReceiverConfig> read_receivers(YamlSection& root) {
   auto sections = root.sections("receivers");
   const auto propagation = root.section("propagation");
   const auto noise = root.section("noise");
-  // Defaults, then the preset, then the scenario's own sections, then the receiver's keys.
-  const auto make = [&](const std::string& preset_name) {
-    ReceiverConfig config = receiver_config_of_preset(preset_name);
+  // Defaults, then the profile, then the scenario's own sections, then the receiver's keys.
+  const auto make = [&](ReceiverConfig config) {
     if (auto section = propagation) read_propagation(*section, config.propagation);
     if (auto section = noise) read_noise(*section, config.options.noise);
     return config;
   };
   std::vector<ReceiverConfig> receivers;
   if (!sections) {
-    receivers.push_back(make("default"));
+    receivers.push_back(make({}));
     receivers.back().options.name = "rover";
     return receivers;
   }
@@ -252,8 +255,7 @@ std::vector<ReceiverConfig> read_receivers(YamlSection& root) {
       throw section.section_error("a receiver has no name", "name each of several receivers");
     }
     if (name) check_name(section, *name);
-    ReceiverConfig config =
-        make(section.choice("preset", receiver::receiver_preset_names()).value_or("default"));
+    ReceiverConfig config = make(read_profile_key(section));
     config.options.name = name.value_or("rover");
     for (const ReceiverConfig& other : receivers) {
       if (other.options.name == config.options.name) {
@@ -315,7 +317,8 @@ const char* city_file_endings() {
          ".stl, .gltf, .glb, .ply";
 }
 
-Scenario parse_scenario(const std::string& text, const std::filesystem::path& name) {
+Scenario parse_scenario(const std::string& text, const std::filesystem::path& name,
+                        const ScenarioReadOptions& options) {
   std::vector<std::string> known;
   for (const ScenarioKey& key : scenario_keys()) known.push_back(key.path);
   YamlSection root = YamlSection::parse(text, name, std::move(known));
@@ -333,11 +336,13 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& na
   scenario.start = read_start(root);
   scenario.duration_s = root.number("duration_s", {0, 1e8});
   scenario.rate_hz = root.number("rate_hz", {0, 1000, true});
-  YamlSection trajectory =
-      required_section(root, "trajectory", "add trajectory: {file: ...}, waypoints or position");
-  std::optional<geodesy::LocalFrame> frame;
-  if (scenario.city.origin_known()) frame.emplace(scenario.city.import.origin);
-  scenario.trajectory = read_trajectory_section(trajectory, frame);
+  if (options.trajectory_needed || root.has("trajectory")) {
+    YamlSection trajectory =
+        required_section(root, "trajectory", "add trajectory: {file: ...}, waypoints or position");
+    std::optional<geodesy::LocalFrame> frame;
+    if (scenario.city.origin_known()) frame.emplace(scenario.city.import.origin);
+    scenario.trajectory = read_trajectory_section(trajectory, frame);
+  }
   scenario.receivers = read_receivers(root);
   scenario.seed = read_seed(root);
   if (auto outputs = root.section("outputs")) scenario.outputs = read_outputs(*outputs);
@@ -345,10 +350,10 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& na
   return scenario;
 }
 
-Scenario read_scenario(const std::filesystem::path& path) {
+Scenario read_scenario(const std::filesystem::path& path, const ScenarioReadOptions& options) {
   constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
   const TextFile file(path, kMaxBytes);
-  return parse_scenario(std::string(file.text()), path);
+  return parse_scenario(std::string(file.text()), path, options);
 }
 
 bool is_cityjson(const std::filesystem::path& path) {

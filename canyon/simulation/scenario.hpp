@@ -50,6 +50,12 @@ struct MapCityConfig {
 /// By its name: CityJSON ends in .json.
 [[nodiscard]] bool is_cityjson(const std::filesystem::path& path);
 
+/// How well the place of a city is known. A run draws its own offset and heading by its seed (load_city()).
+struct Georeference {
+  double sigma_m = 0;            ///< standard deviation, eastwards and northwards each [m]; [0, 1000]
+  double heading_sigma_rad = 0;  ///< standard deviation [rad], about the middle of the bounds; [0, pi/4]
+};
+
 /// `city:` of a scenario. Exactly one of mesh, file, map, synthetic, open is set.
 struct CityConfig {
   std::optional<std::filesystem::path> mesh;
@@ -58,6 +64,7 @@ struct CityConfig {
   std::optional<MapCityConfig> map;
   std::optional<city::SyntheticCityOptions> synthetic;
   bool open = false;  ///< no buildings: open sky about `import.origin`
+  Georeference georeference;
 
   /// The origin where it is known before anything is read; then it is `import.origin`.
   [[nodiscard]] bool origin_known() const { return !file && (!map || map->origin); }
@@ -88,7 +95,7 @@ struct TrajectoryConfig {
 
 struct ReceiverConfig {
   receiver::ReceiverOptions options;
-  propagation::PropagationOptions propagation;            ///< preset, then scenario, then receiver
+  propagation::PropagationOptions propagation;            ///< profile, then scenario, then receiver
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the reference point
 };
 
@@ -112,10 +119,18 @@ struct Scenario {
   OutputConfig outputs;
 };
 
+struct ScenarioReadOptions {
+  /// `trajectory` must be there. False: where it is absent, Scenario::trajectory has neither file nor
+  /// waypoints (the caller brings a truth of its own).
+  bool trajectory_needed = true;
+};
+
 /// Reads a scenario. Throws InputError with file and line for syntax, unknown keys (with the closest known
 /// one), wrong types, values out of range, and missing files.
-[[nodiscard]] Scenario read_scenario(const std::filesystem::path& path);
-[[nodiscard]] Scenario parse_scenario(const std::string& text, const std::filesystem::path& name);
+[[nodiscard]] Scenario read_scenario(const std::filesystem::path& path,
+                                     const ScenarioReadOptions& options = {});
+[[nodiscard]] Scenario parse_scenario(const std::string& text, const std::filesystem::path& name,
+                                      const ScenarioReadOptions& options = {});
 
 /// Every key with its unit, default and meaning, in the order of docs/scenario.md: one table for help text,
 /// documentation test and unknown-key check.

@@ -4,61 +4,12 @@
 #include <algorithm>
 
 #include "canyon/buildings/shape.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario_keys.hpp"
 #include "canyon/simulation/trajectory.hpp"
 
 namespace canyon::simulation {
 namespace {
-
-std::string show(bool value) {
-  return value ? "true" : "false";
-}
-std::string show(int value) {
-  return fmt::format("{}", value);
-}
-std::string show(double value) {
-  return fmt::format("{:.9g}", value);
-}
-std::string show_deg(double radians) {
-  return fmt::format("{:.9g}", geodesy::degrees(radians));
-}
-
-void add_propagation(std::vector<ScenarioKey>& keys, const std::string& at) {
-  const propagation::PropagationOptions o;
-  keys.insert(keys.end(),
-              {{at + "model", "", "specular",
-                "specular: image method on planar facets; mirror: the paper's algorithm 2 (one mirror ray)"},
-               {at + "reflection_order", "", show(o.reflection_order),
-                "reflections on a path at most: 0 (direct signal only), 1 or 2; specular only"},
-               {at + "max_range_m", "m", show(o.max_range_m),
-                "reach of the mirror ray, and of the way from antenna to the (last) reflection point"},
-               {at + "max_incidence_deg", "deg", show_deg(o.max_incidence_rad),
-                "largest angle of incidence of a reflection, from the facade's normal; specular only"},
-               {at + "ground_reflection", "", show(o.ground_reflection),
-                "reflect from terrain as well; specular only"}});
-}
-
-void add_noise(std::vector<ScenarioKey>& keys, const std::string& at) {
-  const receiver::NoiseOptions o;
-  keys.insert(
-      keys.end(),
-      {{at + "enabled", "", show(o.enabled), "noise on pseudoranges and Doppler"},
-       {at + "theta_per_s", "1/s", show(o.ou.theta_per_s),
-        "mean reversion of each satellite's Ornstein-Uhlenbeck process"},
-       {at + "mu_m", "m", show(o.ou.mu_m), "its mean"},
-       {at + "sigma_m_per_sqrt_s", "m/sqrt(s)", show(o.ou.sigma_m_per_sqrt_s),
-        "its diffusion; the standard deviation is sigma / sqrt(2 theta)"},
-       {at + "doppler_sigma_hz", "Hz", show(o.doppler_sigma_hz),
-        "standard deviation of white noise on Doppler"},
-       {at + "drift.enabled", "", show(o.drift_enabled),
-        "the paper's drift mode: while slow or with few satellites in sight, means move away from mu"},
-       {at + "drift.below_speed_mps", "m/s", show(o.drift_below_speed_mps), "drift while slower than this"},
-       {at + "drift.below_los", "satellites", show(o.drift_below_los),
-        "drift while fewer satellites are in line of sight"},
-       {at + "drift.mu_sigma_m", "m", show(o.drift_mu_sigma_m),
-        "standard deviation of the drifted means, drawn once per satellite"}});
-}
 
 void add_place(std::vector<ScenarioKey>& keys, const std::string& at, const std::string& what) {
   keys.insert(
@@ -80,7 +31,6 @@ std::vector<ScenarioKey> make_keys() {
   const CityConfig city;
   const city::SyntheticCityOptions synthetic;
   const TrajectoryConfig trajectory;
-  const receiver::ReceiverOptions receiver;
   const OutputConfig outputs;
 
   const MapCityConfig map;
@@ -118,6 +68,11 @@ std::vector<ScenarioKey> make_keys() {
   add("city.up_axis", "", "the file's", "Y or Z, where the file is wrong or says nothing");
   add("city.terrain_names", "", fmt::format("[{}]", fmt::join(city.import.terrain_names, ", ")),
       "words in node names that mark terrain");
+  add("city.georeference.sigma_m", "m", show(city.georeference.sigma_m),
+      "standard deviation of the city's place, eastwards and northwards: the whole city is moved once per "
+      "run, drawn by the seed");
+  add("city.georeference.heading_sigma_deg", "deg", show_deg(city.georeference.heading_sigma_rad),
+      "standard deviation of its heading, about the middle of its bounds; likewise");
   add("city.synthetic.blocks_east", "blocks", show(synthetic.blocks_east),
       "a made-up downtown about the origin (default 22.3, 114.17): blocks from west to east; 'synthetic: {}' "
       "takes all defaults");
@@ -164,36 +119,12 @@ std::vector<ScenarioKey> make_keys() {
   add_place(keys, "trajectory.position.", "one place, for duration_s");
 
   add("receivers[].name", "", "rover", "names its outputs and its noise; needed with several receivers");
-  add("receivers[].preset", "", "default",
-      "default; or paper: mask 15 deg, mirror model, more than four satellites, OU noise. Anything below "
-      "overrides it");
-  add("receivers[].elevation_mask_deg", "deg", show_deg(receiver.fix.elevation_mask_rad),
-      "satellites below are neither measured nor used");
-  add("receivers[].min_satellites", "satellites", show(receiver.fix.min_satellites),
-      "needed for a fix, on top of one for each constellation beyond the first");
-  add("receivers[].max_iterations", "", show(receiver.fix.max_iterations), "of the least squares");
-  add("receivers[].convergence_m", "m", show(receiver.fix.convergence_m), "the step that ends them");
-  add("receivers[].ionosphere", "", show(receiver.ionosphere),
-      "put the broadcast ionosphere (Klobuchar) into the signals; needs its coefficients in the navigation "
-      "files");
-  add("receivers[].troposphere", "", show(receiver.troposphere),
-      "put Saastamoinen's troposphere into the signals");
-  add("receivers[].correct_ionosphere", "", show(receiver.fix.correct_ionosphere), "correct it in the fix");
-  add("receivers[].correct_troposphere", "", show(receiver.fix.correct_troposphere), "correct it in the fix");
-  add("receivers[].lever_arm.forward_m", "m", "0",
-      "antenna from the trajectory's point: ahead, turned by its yaw");
-  add("receivers[].lever_arm.left_m", "m", "0", "to the left");
-  add("receivers[].lever_arm.up_m", "m", "0", "up");
-  add("receivers[].clock.bias_s", "s", show(receiver.clock.bias_s),
-      "receiver clock minus GPST at the first epoch");
-  add("receivers[].clock.drift", "s/s", show(receiver.clock.drift), "its rate at the first epoch");
-  add("receivers[].clock.drift_walk", "s/s/sqrt(s)", show(receiver.clock.drift_walk),
-      "random walk of the drift");
-  add_noise(keys, "receivers[].noise.");
-  add_propagation(keys, "receivers[].propagation.");
+  add("receivers[].profile", "", "the defaults below",
+      "one of 'canyon profiles', or a profile file; anything below overrides it");
+  add_receiver_keys(keys, "receivers[].");
 
-  add_propagation(keys, "propagation.");
-  add_noise(keys, "noise.");
+  add_propagation_keys(keys, "propagation.");
+  add_noise_keys(keys, "noise.");
   add("seed", "", fmt::format("{}", scenario.seed), "of all noise: same seed, same bytes");
 
   add("outputs.epochs_csv", "", show(outputs.epochs_csv), "epochs.csv");

@@ -7,7 +7,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/receiver/preset.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -128,70 +127,6 @@ std::optional<GpsTime> read_start(YamlSection& root) {
 std::uint64_t read_seed(YamlSection& root) {
   const auto seed = root.integer("seed", 0, std::numeric_limits<std::int64_t>::max());
   return seed ? static_cast<std::uint64_t>(*seed) : 1;
-}
-
-void read_propagation(YamlSection& section, propagation::PropagationOptions& options) {
-  if (const auto model = section.choice("model", {"specular", "mirror"})) {
-    options.model = *model == "mirror" ? propagation::Model::Mirror : propagation::Model::Specular;
-  }
-  set(options.reflection_order, section.integer("reflection_order", 0, 2));
-  set(options.max_range_m, section.number("max_range_m", {0, 100e3, true}));
-  set_deg(options.max_incidence_rad, section.number("max_incidence_deg", {0, 90, true}));
-  set(options.ground_reflection, section.boolean("ground_reflection"));
-  section.finish();
-  validate(options, section);
-}
-
-void read_noise(YamlSection& section, receiver::NoiseOptions& options) {
-  set(options.enabled, section.boolean("enabled"));
-  set(options.ou.theta_per_s, section.number("theta_per_s", {0, 1e6, true}));
-  set(options.ou.mu_m, section.number("mu_m", {-1e6, 1e6}));
-  set(options.ou.sigma_m_per_sqrt_s, section.number("sigma_m_per_sqrt_s", {0, 1e6}));
-  set(options.doppler_sigma_hz, section.number("doppler_sigma_hz", {0, 1e6}));
-  if (auto drift = section.section("drift")) {
-    set(options.drift_enabled, drift->boolean("enabled"));
-    set(options.drift_below_speed_mps, drift->number("below_speed_mps", {0, 1e4}));
-    set(options.drift_below_los, drift->integer("below_los", 0, 1000));
-    set(options.drift_mu_sigma_m, drift->number("mu_sigma_m", {0, 1e6}));
-    drift->finish();
-  }
-  section.finish();
-  validate(options, section);
-}
-
-ReceiverConfig receiver_config_of_preset(const std::string& name) {
-  ReceiverConfig config;
-  config.options = receiver::receiver_preset(name);
-  // The paper's receiver hears the paper's mirror model.
-  if (name == "paper") config.propagation.model = propagation::Model::Mirror;
-  return config;
-}
-
-void read_receiver_keys(YamlSection& section, ReceiverConfig& config) {
-  receiver::ReceiverOptions& o = config.options;
-  set_deg(o.fix.elevation_mask_rad, section.number("elevation_mask_deg", {0, 90, false, true}));
-  set(o.fix.min_satellites, section.integer("min_satellites", 4, 1000));
-  set(o.fix.max_iterations, section.integer("max_iterations", 5, 1000));
-  set(o.fix.convergence_m, section.number("convergence_m", {0, 1, true}));
-  set(o.ionosphere, section.boolean("ionosphere"));
-  set(o.troposphere, section.boolean("troposphere"));
-  set(o.fix.correct_ionosphere, section.boolean("correct_ionosphere"));
-  set(o.fix.correct_troposphere, section.boolean("correct_troposphere"));
-  if (auto lever = section.section("lever_arm")) {
-    set(config.lever_arm_m.x(), lever->number("forward_m", {-1000, 1000}));
-    set(config.lever_arm_m.y(), lever->number("left_m", {-1000, 1000}));
-    set(config.lever_arm_m.z(), lever->number("up_m", {-1000, 1000}));
-    lever->finish();
-  }
-  if (auto clock = section.section("clock")) {
-    set(o.clock.bias_s, clock->number("bias_s", {-0.1, 0.1}));
-    set(o.clock.drift, clock->number("drift", {-1e-4, 1e-4}));
-    set(o.clock.drift_walk, clock->number("drift_walk", {0, 1e-4}));
-    clock->finish();
-  }
-  if (auto noise = section.section("noise")) read_noise(*noise, o.noise);
-  if (auto propagation = section.section("propagation")) read_propagation(*propagation, config.propagation);
-  validate(o, section);
 }
 
 // Names become folder names and NMEA has no quotes: letters, digits, '-', '_', '.', not first a dot.

@@ -51,9 +51,15 @@ void validate(const Options& options, const YamlSection& section) {
 void read_propagation(YamlSection& section, propagation::PropagationOptions& options);
 void read_noise(YamlSection& section, receiver::NoiseOptions& options);
 
-[[nodiscard]] ReceiverConfig receiver_config_of_preset(const std::string& name);
-/// Everything of a receiver but name and preset; does not finish the section.
+/// What the key `profile` of a section says, or the defaults where it is absent.
+[[nodiscard]] ReceiverConfig read_profile_key(YamlSection& section);
+/// Everything of a receiver but name and profile; does not finish the section.
 void read_receiver_keys(YamlSection& section, ReceiverConfig& config);
+
+/// Words of scenarios for values of options.
+[[nodiscard]] const char* word(receiver::Weighting weighting);
+[[nodiscard]] const char* word(receiver::Discriminator discriminator);
+[[nodiscard]] const char* word(propagation::FoliageModel model);
 /// A receiver's name names folders; throws where it cannot.
 void check_name(const YamlSection& section, const std::string& name);
 

@@ -11,7 +11,6 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/receiver/preset.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 
@@ -64,7 +63,7 @@ trajectory:
   height_above_terrain_m: 2.0                   # clamps; left out: the file's ellipsoidal heights
 receivers:
   - name: rover
-    preset: paper                               # anything below overrides it
+    profile: paper                              # anything below overrides it
     elevation_mask_deg: 10
 propagation: {model: specular}                  # or mirror
 noise: {enabled: true}
@@ -103,9 +102,9 @@ TEST(Scenario, ReadsTheExampleAsItStands) {
   ASSERT_EQ(s.receivers.size(), 1U);
   const ReceiverConfig& rover = s.receivers[0];
   EXPECT_EQ(rover.options.name, "rover");
-  EXPECT_NEAR(degrees(rover.options.fix.elevation_mask_rad), 10, 1e-12) << "the key overrides the preset";
-  EXPECT_EQ(rover.options.fix.min_satellites, receiver::receiver_preset("paper").fix.min_satellites);
-  EXPECT_EQ(rover.propagation.model, propagation::Model::Specular) << "the scenario overrides the preset";
+  EXPECT_NEAR(degrees(rover.options.fix.elevation_mask_rad), 10, 1e-12) << "the key overrides the profile";
+  EXPECT_EQ(rover.options.fix.min_satellites, 5);
+  EXPECT_EQ(rover.propagation.model, propagation::Model::Specular) << "the scenario overrides the profile";
   EXPECT_TRUE(rover.options.noise.enabled);
   EXPECT_EQ(s.seed, 1U);
 }
@@ -120,6 +119,10 @@ TEST(Scenario, ExamplesOfTheRepositoryParse) {
   const std::string drive = read_text(kSource / "examples/urbannav_tst.yaml");
   (void)read_scenario(data.folder.write("urbannav_tst.yaml", drive));
   EXPECT_THAT(drive, EndsWith(kIssueExample)) << "the example and the one in the documentation are one";
+}
+
+TEST(Scenario, TheExampleOfTheDocumentationIsTheTestedOne) {
+  EXPECT_THAT(read_text(kSource / "docs/scenario.md"), HasSubstr("```yaml\n" + kIssueExample + "```"));
 }
 
 TEST(Scenario, LeftOutKeysAreTheStructsDefaults) {
@@ -143,9 +146,9 @@ propagation: {max_range_m: 500, reflection_order: 0}
 noise: {theta_per_s: 0.5, mu_m: 2, drift: {enabled: true}}
 receivers:
   - {name: a}
-  - {name: b, preset: paper}
+  - {name: b, profile: paper}
   - name: c
-    preset: paper
+    profile: paper
     min_satellites: 4
     propagation: {max_range_m: 100, model: specular}
     noise: {mu_m: 3, drift: {below_los: 7}}
@@ -233,7 +236,11 @@ TEST(Scenario, NamesWrongTypesUnitsAndRanges) {
   EXPECT_THAT(receiver("min_satellites: 4.5"), HasSubstr("'4.5' is not a whole number"));
   EXPECT_THAT(receiver("min_satellites: 3"), HasSubstr("runs from 4"));
   EXPECT_THAT(receiver("ionosphere: perhaps"), HasSubstr("'perhaps' is neither true nor false"));
-  EXPECT_THAT(receiver("preset: papper"), HasSubstr("did you mean 'paper'?"));
+  EXPECT_THAT(receiver("profile: papper"),
+              AllOf(HasSubstr("s.yaml:5: profile: 'papper' is unknown; did you mean 'paper'?"),
+                    HasSubstr("ublox-m8t"), HasSubstr("./my.yaml")));
+  EXPECT_EQ(receiver("preset: paper"),
+            "s.yaml:5: unknown key 'preset' in 'receivers[]'; did you mean 'profile'?");
   EXPECT_THAT(receiver("clock: {bias_s: 5}"), HasSubstr("bias_s: 5 is out of range"));
   EXPECT_THAT(receiver("clock: 5"), HasSubstr("'receivers[].clock' is not a mapping"));
   EXPECT_THAT(fault(kMinimal + "receivers: {name: a}\n"), HasSubstr("receivers: is not a list"));
@@ -271,7 +278,7 @@ TEST(Scenario, NamesWhatIsMissingOrContradicts) {
               HasSubstr("hold_s: has no effect"));
   EXPECT_THAT(fault(kMinimal + "receivers:\n- {name: a}\n- {name: a}\n"),
               HasSubstr("s.yaml:6: name: 'a' names two receivers"));
-  EXPECT_THAT(fault(kMinimal + "receivers:\n- {name: a}\n- {preset: paper}\n"), HasSubstr("has no name"));
+  EXPECT_THAT(fault(kMinimal + "receivers:\n- {name: a}\n- {profile: paper}\n"), HasSubstr("has no name"));
   EXPECT_THAT(fault(kMinimal + "receivers:\n- {name: ../a}\n"), HasSubstr("cannot name a folder"));
   EXPECT_THAT(fault(kCity + "start: noon\ntrajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n"),
               HasSubstr("s.yaml:2: start: "));
@@ -370,20 +377,15 @@ TEST(Scenario, PlacesInACityWhoseOriginOnlyItsFileKnowsWaitForIt) {
   EXPECT_EQ(scenario.trajectory.local_waypoints[0].second, Eigen::Vector3d(100, 50, 2));
 }
 
-// --- the table of keys
-// -----------------------------------------------------------------------------------------
-
-// Key paths of a YAML text, lists of mappings as "[]".
-void collect(const YAML::Node& node, const std::string& path, std::set<std::string>& paths) {
-  if (node.IsMap() && node.size() > 0) {
-    for (const auto& pair : node) {
-      collect(pair.second, (path.empty() ? "" : path + ".") + pair.first.Scalar(), paths);
-    }
-  } else if (node.IsSequence() && node.size() > 0 && node[0].IsMap()) {
-    for (const YAML::Node& item : node) collect(item, path + "[]", paths);
-  } else {
-    paths.insert(path);
-  }
+TEST(Scenario, TrajectoryMayBeAbsentWhereItIsNotNeeded) {
+  ScenarioReadOptions options;
+  options.trajectory_needed = false;
+  const Scenario s = parse_scenario(kCity, "s.yaml", options);
+  EXPECT_FALSE(s.trajectory.file);
+  EXPECT_TRUE(s.trajectory.waypoints.empty());
+  EXPECT_EQ(parse_scenario(kMinimal, "s.yaml", options).trajectory.waypoints.size(), 1U);
+  // What is there is judged as ever.
+  EXPECT_THROW((void)parse_scenario(kCity + "trajectory: {speed_mps: 3}\n", "s.yaml", options), InputError);
 }
 
 TEST(Scenario, TakesReflectionsUpToTheSecondOrder) {
@@ -393,148 +395,6 @@ TEST(Scenario, TakesReflectionsUpToTheSecondOrder) {
   EXPECT_EQ(parse_scenario(with("2"), "s.yaml").receivers[0].propagation.reflection_order, 2);
   EXPECT_EQ(parse_scenario(kMinimal, "s.yaml").receivers[0].propagation.reflection_order, 1);
   for (const char* bad : {"3", "-1", "1.5"}) EXPECT_THAT(fault(with(bad)), HasSubstr("reflection_order"));
-}
-
-// Scenarios that together hold every key.
-std::vector<std::string> scenarios_with_every_key() {
-  const std::string propagation =
-      "{model: specular, reflection_order: 1, max_range_m: 300, max_incidence_deg: 89, ground_reflection: "
-      "false}";
-  const std::string noise =
-      "{enabled: true, theta_per_s: 0.02, mu_m: 0, sigma_m_per_sqrt_s: 0.2, doppler_sigma_hz: 0.1, "
-      "drift: {enabled: false, below_speed_mps: 0.5, below_los: 5, mu_sigma_m: 2}}";
-  return {
-      "city: {mesh: f, origin: {latitude_deg: 1, longitude_deg: 2, height_m: 3}, "
-      "offset: {east_m: 1, north_m: 2, up_m: 3}, heading_deg: 4, scale: 1, up_axis: Z, terrain_names: [a, "
-      "b]}\n"
-      "sky: {navigation: [f], systems: [GPS], allow_stale: true}\n"
-      "start: {week: 2051, tow: 1}\n"
-      "duration_s: 10\nrate_hz: 5\nseed: 3\n"
-      "trajectory: {file: f, format: nmea, height_above_terrain_m: 2}\n"
-      "outputs: {epochs_csv: true, satellites_csv: true, nmea: true, rinex_observation: true, "
-      "rinex_navigation: true, kml: true, geojson: true, pictures: true}\n"
-      "propagation: " +
-          propagation + "\nnoise: " + noise + "\n",
-      "city: {synthetic: {blocks_east: 2, blocks_north: 2, block_size_m: 50, street_width_m: 20, "
-      "min_height_m: 10, "
-      "max_height_m: 30, seed: 2}}\n"
-      "sky: {nominal: true}\nstart: 2026-06-01T12:00:00Z\n"
-      "trajectory: {waypoints: [{latitude_deg: 1, longitude_deg: 2, height_m: 3}, {east_m: 1, north_m: 2, "
-      "up_m: 3}], "
-      "speed_mps: 3, hold_s: 1}\n"
-      "receivers: [{name: a, preset: paper, elevation_mask_deg: 5, min_satellites: 4, max_iterations: 20, "
-      "convergence_m: 1e-6, ionosphere: true, troposphere: true, correct_ionosphere: true, "
-      "correct_troposphere: true, lever_arm: {forward_m: 1, left_m: 2, up_m: 3}, "
-      "clock: {bias_s: 1e-3, drift: 1e-7, drift_walk: 1e-9}, propagation: " +
-          propagation + ", noise: " + noise + "}]\n",
-      "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\nsky: {sp3: f}\n"
-      "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
-      "city: {osm: [f, f], terrain: f, geoid_undulation_m: 2, bbox: [1, 2, 3, 4], level_height_m: 3, "
-      "default_height_m: 9, heights: [house=7], foliage: true}\n"
-      "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
-      "city: {file: c.canyon}\ntrajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
-      "city: {synthetic: {}}\nsky: {frozen: {satNum: 1, satAzimuth: 1, satElevation: 1}}\n"
-      "trajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n"};
-}
-
-TEST(ScenarioKeys, TheReaderAcceptsEveryKeyOfTheTableAndNoOther) {
-  const TemporaryFolder folder;
-  (void)folder.write("f", "");
-  (void)folder.write("c.canyon", "");
-  std::set<std::string> used;
-  for (const std::string& text : scenarios_with_every_key()) {
-    EXPECT_NO_THROW((void)parse_scenario(text, folder / "s.yaml")) << text;
-    collect(YAML::Load(text), "", used);
-  }
-  used.erase("city.synthetic");  // "{}" in the last one; its keys stand for themselves
-  std::set<std::string> table;
-  for (const ScenarioKey& key : scenario_keys()) {
-    EXPECT_TRUE(table.insert(key.path).second) << key.path << " stands twice in the table";
-    EXPECT_FALSE(key.meaning.empty()) << key.path;
-  }
-  EXPECT_EQ(used, table);
-}
-
-TEST(ScenarioKeys, DefaultsOfTheTableAreThoseOfTheStructs) {
-  // Every default that is a plain number or word is written out into a scenario and read back: nothing
-  // changes.
-  const Scenario plain = parse_scenario(kMinimal + "receivers: [{name: rover}]\n", "s.yaml");
-  const auto value = [](const std::string& path) {
-    for (const ScenarioKey& key : scenario_keys()) {
-      if (key.path == path) return key.default_value;
-    }
-    ADD_FAILURE() << path;
-    return std::string();
-  };
-  std::string propagation;
-  std::string noise;
-  std::string drift;
-  for (const ScenarioKey& key : scenario_keys()) {
-    const auto rest = [&](const std::string& prefix) {
-      return key.path.substr(prefix.size()) + ": " + key.default_value + ", ";
-    };
-    if (key.path.rfind("propagation.", 0) == 0) propagation += rest("propagation.");
-    if (key.path.rfind("noise.drift.", 0) == 0) {
-      drift += rest("noise.drift.");
-    } else if (key.path.rfind("noise.", 0) == 0) {
-      noise += rest("noise.");
-    }
-  }
-  std::string receiver;
-  for (const char* key : {"elevation_mask_deg", "min_satellites", "max_iterations", "convergence_m",
-                          "ionosphere", "troposphere", "correct_ionosphere", "correct_troposphere"}) {
-    receiver += std::string(key) + ": " + value(std::string("receivers[].") + key) + ", ";
-  }
-  const Scenario written = parse_scenario(
-      kMinimal + "propagation: {" + propagation + "}\nnoise: {" + noise + "drift: {" + drift +
-          "}}\nseed: " + value("seed") +
-          "\nreceivers: [{name: rover, preset: " + value("receivers[].preset") + ", " + receiver + "}]\n",
-      "s.yaml");
-  const ReceiverConfig& a = plain.receivers[0];
-  const ReceiverConfig& b = written.receivers[0];
-  EXPECT_DOUBLE_EQ(a.options.fix.elevation_mask_rad, b.options.fix.elevation_mask_rad);
-  EXPECT_EQ(a.options.fix.min_satellites, b.options.fix.min_satellites);
-  EXPECT_EQ(a.options.fix.max_iterations, b.options.fix.max_iterations);
-  EXPECT_EQ(a.options.fix.convergence_m, b.options.fix.convergence_m);
-  EXPECT_EQ(a.options.ionosphere, b.options.ionosphere);
-  EXPECT_EQ(a.options.fix.correct_troposphere, b.options.fix.correct_troposphere);
-  EXPECT_EQ(a.options.noise.enabled, b.options.noise.enabled);
-  EXPECT_EQ(a.options.noise.ou.theta_per_s, b.options.noise.ou.theta_per_s);
-  EXPECT_EQ(a.options.noise.ou.sigma_m_per_sqrt_s, b.options.noise.ou.sigma_m_per_sqrt_s);
-  EXPECT_EQ(a.options.noise.doppler_sigma_hz, b.options.noise.doppler_sigma_hz);
-  EXPECT_EQ(a.options.noise.drift_below_los, b.options.noise.drift_below_los);
-  EXPECT_EQ(a.options.noise.drift_mu_sigma_m, b.options.noise.drift_mu_sigma_m);
-  EXPECT_EQ(a.propagation.model, b.propagation.model);
-  EXPECT_EQ(a.propagation.max_range_m, b.propagation.max_range_m);
-  EXPECT_NEAR(a.propagation.max_incidence_rad, b.propagation.max_incidence_rad, 1e-9);
-  EXPECT_EQ(plain.seed, written.seed);
-}
-
-TEST(ScenarioKeys, DocumentationHasTheSameTable) {
-  std::vector<std::string> rows;
-  std::istringstream page(read_text(kSource / "docs/scenario.md"));
-  for (std::string line; std::getline(page, line);) {
-    if (line.rfind("| `", 0) == 0) rows.push_back(line);
-  }
-  ASSERT_EQ(rows.size(), scenario_keys().size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const ScenarioKey& key = scenario_keys()[i];
-    EXPECT_EQ(rows[i],
-              "| `" + key.path + "` | " + key.unit + " | " + key.default_value + " | " + key.meaning + " |");
-  }
-}
-
-TEST(ScenarioKeys, TheExampleOfTheDocumentationIsTheTestedOne) {
-  EXPECT_THAT(read_text(kSource / "docs/scenario.md"), HasSubstr("```yaml\n" + kIssueExample + "```"));
-}
-
-TEST(ScenarioKeys, HelpTextNamesEveryKeyUnitAndDefault) {
-  const std::string help = format_scenario_keys();
-  for (const ScenarioKey& key : scenario_keys()) {
-    EXPECT_THAT(help, HasSubstr(key.path));
-    EXPECT_THAT(help, HasSubstr(key.meaning));
-  }
-  EXPECT_THAT(help, HasSubstr("[deg, default 10]"));
 }
 
 }  // namespace

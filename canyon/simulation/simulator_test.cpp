@@ -145,7 +145,7 @@ TEST(Simulation, OpenSkyWithoutNoiseFindsTheTruthWithinAMillimetre) {
 
 TEST(Simulation, SameBytesOnAnyNumberOfThreadsAndTwice) {
   const Simulation simulation =
-      simulation_of(kDrive + "rate_hz: 10\nreceivers: [{name: a}, {name: b, preset: paper}]\n");
+      simulation_of(kDrive + "rate_hz: 10\nreceivers: [{name: a}, {name: b, profile: paper}]\n");
   ASSERT_GT(simulation.epoch_count(), 300U) << "more than two blocks";
   RunOptions one;
   one.threads = 1;
@@ -167,7 +167,7 @@ TEST(Simulation, AnotherSeedAnotherNoise) {
 TEST(Simulation, ReceiversAreIndependentOfEachOther) {
   const auto alone = run(simulation_of(kDrive + "duration_s: 5\nreceivers: [{name: b}]\n"));
   const auto both =
-      run(simulation_of(kDrive + "duration_s: 5\nreceivers: [{name: a, preset: paper}, {name: b}]\n"));
+      run(simulation_of(kDrive + "duration_s: 5\nreceivers: [{name: a, profile: paper}, {name: b}]\n"));
   ASSERT_EQ(both.size(), 2 * alone.size());
   for (std::size_t i = 0; i < alone.size(); ++i) {
     EXPECT_EQ(both[2 * i].receiver, 0U);

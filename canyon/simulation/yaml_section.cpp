@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "canyon/base/text.hpp"
 
@@ -30,6 +31,11 @@ std::string without_unit(const std::string& key) {
 }
 
 std::optional<std::string> suggestion(const std::string& key, const std::vector<std::string>& known) {
+  // A word for the same thing that no spelling leads from.
+  static const std::vector<std::pair<std::string, std::string>> kMeant{{"preset", "profile"}};
+  for (const auto& [word, meant] : kMeant) {
+    if (key == word && std::find(known.begin(), known.end(), meant) != known.end()) return meant;
+  }
   for (const std::string& candidate : known) {
     if (without_unit(candidate) == without_unit(key)) return candidate;
   }
@@ -45,9 +51,11 @@ std::string join(const std::vector<std::string>& words) {
 }  // namespace
 
 YamlSection YamlSection::parse(const std::string& text, const std::filesystem::path& file,
-                               std::vector<std::string> known) {
+                               std::vector<std::string> known, std::string_view kind,
+                               std::string_view needs) {
   auto document = std::make_shared<YamlDocument>();
   document->file = file;
+  document->kind = kind;
   document->known = std::move(known);
   std::vector<YAML::Node> documents;
   try {
@@ -57,11 +65,11 @@ YamlSection YamlSection::parse(const std::string& text, const std::filesystem::p
                      "check indentation, quotes and brackets there");
   }
   if (documents.empty() || documents.front().IsNull()) {
-    throw InputError(file, 0, "the file is empty", "it needs at least city, sky and trajectory");
+    throw InputError(file, 0, "the file is empty", needs);
   }
   if (documents.size() > 1) {
     throw InputError(file, line_of(documents[1], 0), "a second YAML document begins here",
-                     "keep one scenario per file");
+                     fmt::format("keep one {} per file", kind));
   }
   return {std::move(document), "", documents.front(), line_of(documents.front(), 1)};
 }
@@ -72,7 +80,7 @@ YamlSection::YamlSection(std::shared_ptr<const YamlDocument> document, std::stri
   if (node.IsNull()) return;
   if (!node.IsMap()) {
     throw section_error(
-        fmt::format("{} is not a mapping", path_.empty() ? "the scenario" : "'" + path_ + "'"),
+        fmt::format("{} is not a mapping", path_.empty() ? "the " + document_->kind : "'" + path_ + "'"),
         "write 'key: value' lines below it");
   }
   const std::vector<std::string> known = known_keys();
@@ -192,6 +200,14 @@ std::optional<double> YamlSection::number(std::string_view key, const Range& ran
   return to_number(*entry, scalar(*entry), range);
 }
 
+std::optional<double> YamlSection::number_or_none(std::string_view key, const Range& range) {
+  const Entry* entry = take(key);
+  if (entry == nullptr) return std::nullopt;
+  const std::string text = scalar(*entry);
+  if (text == "none") return std::numeric_limits<double>::infinity();
+  return to_number(*entry, text, range);
+}
+
 std::optional<std::int64_t> YamlSection::integer(std::string_view key, std::int64_t low, std::int64_t high) {
   const Entry* entry = take(key);
   if (entry == nullptr) return std::nullopt;
@@ -267,12 +283,42 @@ std::optional<std::vector<double>> YamlSection::numbers(std::string_view key, co
   return values;
 }
 
+std::optional<std::vector<std::vector<double>>> YamlSection::rows(std::string_view key, std::size_t columns,
+                                                                  const Range& range) {
+  const Entry* entry = take(key);
+  if (entry == nullptr) return std::nullopt;
+  std::vector<std::vector<double>> rows;
+  if (entry->value.IsSequence() && entry->value.size() > 0 && entry->value[0].IsSequence()) {
+    for (const YAML::Node& row : entry->value) {
+      std::vector<double> values;
+      for (std::size_t i = 0; row.IsSequence() && i < row.size(); ++i) {
+        values.push_back(to_number(*entry, row[i].IsScalar() ? row[i].Scalar() : "?", range));
+      }
+      if (values.size() != columns) {
+        throw InputError(document_->file, line_of(row, entry->line),
+                         fmt::format("{}: row {} has not {} numbers", key, rows.size() + 1, columns));
+      }
+      rows.push_back(std::move(values));
+    }
+    return rows;
+  }
+  const auto flat = numbers(key, range);
+  if (flat->size() % columns != 0) {
+    throw error(key, fmt::format("{} numbers make no rows of {}", flat->size(), columns));
+  }
+  for (std::size_t i = 0; i < flat->size(); i += columns) {
+    const auto begin = flat->begin() + static_cast<std::ptrdiff_t>(i);
+    rows.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(columns));
+  }
+  return rows;
+}
+
 std::filesystem::path YamlSection::to_file(const Entry& entry, const std::string& text) const {
   const std::filesystem::path path = document_->file.parent_path() / text;
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) {
     throw error(entry.key, fmt::format("there is no file '{}'", path.string()),
-                "paths are relative to the scenario's folder");
+                fmt::format("paths are relative to the {}'s folder", document_->kind));
   }
   if (std::filesystem::is_directory(path, ignored)) {
     throw error(entry.key, fmt::format("'{}' is a folder, not a file", path.string()));

@@ -27,6 +27,7 @@ struct Range {
 struct YamlDocument {
   std::filesystem::path file;
   std::vector<std::string> known;  ///< key paths, "receivers[].clock.bias_s"
+  std::string kind;                ///< what the file is, for messages: "scenario"
 };
 
 /// One mapping of a YAML document, read key by key. Knows which keys may stand in it (from the document's
@@ -36,9 +37,12 @@ struct YamlDocument {
 class YamlSection {
  public:
   /// The whole document. Throws InputError for broken syntax, more than one document, or anything but a
-  /// mapping. `known` lists every key path.
-  [[nodiscard]] static YamlSection parse(const std::string& text, const std::filesystem::path& file,
-                                         std::vector<std::string> known);
+  /// mapping. `known` lists every key path; `kind` says in messages what the file is, `needs` what an empty
+  /// one lacks.
+  [[nodiscard]] static YamlSection parse(
+      const std::string& text, const std::filesystem::path& file, std::vector<std::string> known,
+      std::string_view kind = "scenario",
+      std::string_view needs = "it needs at least city, sky and trajectory");
 
   /// 1-based line of a key, or of the section itself.
   [[nodiscard]] int line(std::string_view key) const;
@@ -50,6 +54,8 @@ class YamlSection {
   [[nodiscard]] bool is_list(std::string_view key) const;
 
   [[nodiscard]] std::optional<double> number(std::string_view key, const Range& range);
+  /// A number, or the word "none" for infinity: no limit.
+  [[nodiscard]] std::optional<double> number_or_none(std::string_view key, const Range& range);
   [[nodiscard]] std::optional<std::int64_t> integer(std::string_view key, std::int64_t low,
                                                     std::int64_t high);
   [[nodiscard]] std::optional<bool> boolean(std::string_view key);
@@ -61,6 +67,9 @@ class YamlSection {
   [[nodiscard]] std::optional<std::vector<std::string>> texts(std::string_view key);
   /// A list of numbers, or one text with blanks between them.
   [[nodiscard]] std::optional<std::vector<double>> numbers(std::string_view key, const Range& range);
+  /// Rows of `columns` numbers: a list of lists, or all numbers in one list or text, row by row.
+  [[nodiscard]] std::optional<std::vector<std::vector<double>>> rows(std::string_view key,
+                                                                     std::size_t columns, const Range& range);
   /// An existing file; relative names belong to the document's folder.
   [[nodiscard]] std::optional<std::filesystem::path> existing_file(std::string_view key);
   [[nodiscard]] std::optional<std::vector<std::filesystem::path>> existing_files(std::string_view key);

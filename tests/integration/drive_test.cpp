@@ -25,7 +25,7 @@ std::string drive_yaml(const std::string& model, const std::string& systems, int
          "]\n"
          "trajectory:\n  file: urbannav-tst-20190428/groundTruth_TST.csv\n  format: urbannav\n"
          "  height_above_terrain_m: 2.0\n"
-         "receivers:\n  - name: rover\n    preset: paper\n    elevation_mask_deg: " +
+         "receivers:\n  - name: rover\n    profile: paper\n    elevation_mask_deg: " +
          std::to_string(mask_deg) + "\npropagation: {model: " + model +
          "}\nnoise: {enabled: true}\nseed: 1\noutputs: {pictures: false}\n";
 }
@@ -113,7 +113,7 @@ const char* const kSyntheticYaml =
     "city: {synthetic: {seed: 7}}\nsky: {nominal: true}\nstart: 2026-03-01T10:00:00Z\n"
     "trajectory: {waypoints: [{east_m: -150, north_m: 0, up_m: 2}, {east_m: 150, north_m: 0, up_m: 2}], "
     "speed_mps: 5}\n"
-    "receivers: [{name: a, preset: paper}, {name: b, elevation_mask_deg: 5, lever_arm: {forward_m: 1, "
+    "receivers: [{name: a, profile: paper}, {name: b, elevation_mask_deg: 5, lever_arm: {forward_m: 1, "
     "left_m: 0.5, up_m: 0.2}}]\n"
     "rate_hz: 5\nseed: 42\noutputs: {pictures: false}\n";
 

@@ -174,7 +174,7 @@ TEST(Rnx2Rtkp, AgreesWithOurFixInHongKong) {
       "  systems: [GPS, BeiDou]\n"
       "trajectory:\n  file: urbannav-tst-20190428/groundTruth_TST.csv\n  format: urbannav\n"
       "  height_above_terrain_m: 2.0\n"
-      "receivers: [{name: rover, preset: paper, elevation_mask_deg: 10}]\n"
+      "receivers: [{name: rover, profile: paper, elevation_mask_deg: 10}]\n"
       "propagation: {model: specular}\nseed: 1\noutputs: {pictures: false}\n";
   expect_same_fix(test::prepare(yaml, mesh.parent_path().parent_path()), 10, kGps + kBeiDou, 200);
 }

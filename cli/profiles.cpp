@@ -1,0 +1,41 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/simulation/profile.hpp"
+#include "cli/commands.hpp"
+
+namespace canyon::cli {
+namespace {
+
+int run(const std::string& name) {
+  if (!name.empty()) {
+    fmt::print("{}", simulation::built_in_profile(name).text);
+    return kOk;
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const simulation::BuiltInProfile& profile : simulation::built_in_profiles()) {
+    const std::string profile_name(profile.name);
+    rows.push_back(
+        {profile_name, simulation::parse_profile(std::string(profile.text), profile_name).description});
+  }
+  print_table({"profile", "receiver"}, rows);
+  return kOk;
+}
+
+}  // namespace
+
+void add_profiles(CLI::App& app, Action& action) {
+  const auto name = std::make_shared<std::string>();
+  CLI::App* command =
+      app.add_subcommand("profiles", "list the receivers that come with Canyon, or print one");
+  command->add_option("profile", *name, "print the file of this one")->type_name("NAME");
+  command->footer(
+      "A scenario takes one as 'receivers: [{profile: NAME}]', or a file of your own as 'profile: "
+      "./FILE.yaml'.");
+  command->callback([&action, name] { action = [name] { return run(*name); }; });
+}
+
+}  // namespace canyon::cli
