@@ -53,8 +53,8 @@ enum class FixStatus : std::uint8_t {
 /// How a solver weighs pseudoranges against each other.
 enum class Weighting : std::uint8_t {
   Sigma,      ///< 1 / sigma^2 of Measurement::sigma_m
-  Equal,      ///< all alike, at the rms of the sigmas
-  Elevation,  ///< sigma^2 = a^2 + b^2 / sin(elevation)^2
+  Equal,      ///< all alike, at the rms of Measurement::sigma_m of the satellites used
+  Elevation,  ///< sigma^2 = a^2 + b^2 / sin(elevation)^2, satellites below 5 deg as at 5 deg
   Cn0,        ///< sigma^2 = c + d 10^(-C/N0 / 10); a signal without C/N0 counts as 30 dB-Hz
 };
 /// "sigma", "equal", "elevation", "cn0": the words of scenarios.
@@ -62,10 +62,18 @@ enum class Weighting : std::uint8_t {
 
 struct WeightOptions {
   Weighting weighting = Weighting::Sigma;
-  double elevation_a_m = 0.3, elevation_b_m = 0.3;  ///< RTKLIB's defaults at code level scale: see .cpp; > 0
-  /// As validation::ClockOptions (Kuusniemi 2005): > 0, >= 0.
+  /// a and b [m], (0, 1e6]. Defaults: RTKLIB 2.4.3's stats-errphase and stats-errphaseel, 0.003 m each, times
+  /// stats-eratio1, 100. The square of the sine is that of its relative positioning (varerr() of rtkpos.c);
+  /// its single point positioning (pntpos.c) has b^2 / sin(elevation), and adds orbit and atmosphere.
+  double elevation_a_m = 0.3, elevation_b_m = 0.3;
+  /// c [m^2], (0, 1e6], and d [m^2 Hz], [0, 1e12], as validation::ClockOptions (Kuusniemi, User-level
+  /// reliability and quality monitoring in satellite-based personal navigation, Tampere University of
+  /// Technology 2005: 10 m^2 and 150^2 m^2 Hz where signals are lightly degraded).
   double cn0_floor_m2 = 10;
   double cn0_scale_m2_hz = 22'500;
+  /// Standard deviation that a pseudorange is weighted by [m]. For Equal the measurement's own: whoever
+  /// solves takes the rms over what is used.
+  /// @param elevation_rad of the satellite; only Elevation looks at it
   [[nodiscard]] double sigma_m(const Measurement& measurement, double elevation_rad) const;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
@@ -74,13 +82,13 @@ struct WeightOptions {
 /// Receiver autonomous integrity monitoring: fault detection and exclusion on the residuals of one fix.
 struct RaimOptions {
   bool enabled = false;
-  /// Probability of a false alarm of one fix, (0, 0.5]: 1/15000 is 3.33e-7/sample's order in aviation; for
-  /// positioning in cities thousandths are usual (Kuusniemi 2005).
+  /// Probability that a fix without faults is taken for a faulty one, (0, 0.5]: the level of the chi-square
+  /// test. 0.001 is what RTKLIB tests its single point positions at (chisqr[], pntpos.c).
   double false_alarm = 1e-3;
   /// Satellites that may be excluded from one fix at most. [1, 30].
   int max_exclusions = 3;
   /// Standard deviation of a pseudorange that residuals are tested against is that of the weights times
-  /// this; > 0.
+  /// this; (0, 1e6].
   double sigma_scale = 1;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
@@ -120,13 +128,15 @@ struct [[nodiscard]] Fix {
   std::map<orbit::System, double> clock_bias_s;  ///< receiver clock minus each system's time, of those used
   std::optional<double> clock_drift;             ///< [s/s]
   std::optional<Dop> dop;
-  std::vector<orbit::SatelliteId> used;      ///< ascending; empty unless solved
-  std::vector<double> residuals_m;           ///< measured minus computed, one per used
-  std::vector<orbit::SatelliteId> excluded;  ///< by RAIM, in the order of exclusion
+  std::vector<orbit::SatelliteId> used;  ///< ascending; empty unless solved
+  std::vector<double> residuals_m;       ///< measured minus computed, one per used
+  /// By RAIM, in the order of exclusion; of a position filter, those that failed its gate, ascending.
+  std::vector<orbit::SatelliteId> excluded;
   /// RAIM's test passed on what is used; empty where it was off or had no redundancy to test.
   std::optional<bool> consistent;
-  /// Satellites that were measured, have a state in the sky and, as far as a position was known, lie above
-  /// the mask; those left out as the only one of their constellation included. Known without a solution, too.
+  /// Satellites that were measured, have a state in the sky, are not below the C/N0 mask and, as far as a
+  /// position was known, lie above the mask; those left out as the only one of their constellation or by RAIM
+  /// included. Known without a solution, too.
   int available = 0;
   int iterations = 0;
   int rank = 0;      ///< of the last design matrix; 0 where there was none
@@ -149,6 +159,13 @@ struct [[nodiscard]] Fix {
 /// @param klobuchar per system, GPS's as fallback; needed with correct_ionosphere
 /// @param start initial guess, ECEF [m]; the Earth's centre works. Where it leads nowhere the ground below
 /// the satellites is tried. The mask is applied at the iterated position.
+///
+/// With RAIM, sum (r_i / (sigma_i sigma_scale))^2 is tested against the chi-square quantile of 1 -
+/// false_alarm with (satellites used - unknowns) degrees of freedom. While it fails, the satellite with the
+/// largest normalised residual is excluded; once it passes, all exclusions but the last are tried again in
+/// turn. Where fewer than two measurements are redundant (with one, all normalised residuals are alike), or
+/// the rest has no solution, exclusions are taken back: the fix of all satellites with Fix::consistent false.
+/// Where max_exclusions stops it, the last fix stays, with Fix::consistent false.
 ///
 /// The result starts as NotSolved and says why it failed. Throws InputError for a measurement that is not a
 /// number, a satellite measured twice, bad options and missing Klobuchar coefficients.
