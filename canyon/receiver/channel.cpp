@@ -37,12 +37,12 @@ SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<d
   const double turn = geodesy::kPi * frequency * loop.integration_s;
   const double sinc = turn > 1e-8 ? std::sin(turn) / turn : 1;
   // What fades within the loop's memory counts by its mean power, the rest by its present one.
-  const double fading = coherent * std::norm(factor) + (1 - coherent);
+  const double present = std::norm(factor);
+  const double fading = coherent * present + (1 - coherent);
   const double power = integrated_power(s_per_s, loop.integration_s) * fading;
   SignalPath path;
   path.delay_m = delay_m;
-  path.amplitude = std::polar(std::abs(amplitude) * std::sqrt(std::max(0.0, power)) / sinc,
-                              std::arg(amplitude) + std::arg(factor));
+  if (present > 0) path.amplitude = amplitude * factor * (std::sqrt(std::max(0.0, power / present)) / sinc);
   path.fading_hz = frequency;
   return path;
 }
@@ -140,7 +140,7 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
         propagation::path_amplitude(path, line.elevation_rad, frequency, options.antenna, options.strength),
         0};
     rates_mps_[i] = path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu);
-    const double amplitude = std::abs(paths_[i].amplitude);
+    const double amplitude = std::sqrt(std::norm(paths_[i].amplitude));
     if (amplitude > strongest_anywhere) {
       strongest_anywhere = amplitude;
       anywhere = i;

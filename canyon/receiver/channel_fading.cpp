@@ -10,12 +10,13 @@ double integrated_power(std::complex<double> s_per_s, double integration_s) {
   const std::complex<double> x = s_per_s * integration_s;
   // The series where the differences lose digits; the next term is x^3 / 60.
   if (std::abs(x) < 1e-3) return (1.0 - x / 3.0 + x * x / 12.0).real();
-  return 2 * (1.0 / x - (1.0 - std::exp(-x)) / (x * x)).real();
+  const std::complex<double> inverse = std::conj(x) / std::norm(x);
+  return 2 * (inverse - (1.0 - std::exp(-x)) * inverse * inverse).real();
 }
 
 double filtered_share(std::complex<double> s_per_s, double loop_bandwidth_hz) {
   const double k = 4 * loop_bandwidth_hz;
-  return (k / (k + s_per_s)).real();
+  return k * (k + s_per_s.real()) / std::norm(k + s_per_s);
 }
 
 PathFades::PathFades(std::string satellite, RandomStream stream)

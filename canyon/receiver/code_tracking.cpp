@@ -247,20 +247,11 @@ std::optional<CodeLock> CodeTracker::lock(std::span<const SignalPath> paths,
   const double r0 = correlation_.value(0);
   double earliest = std::numeric_limits<double>::infinity();
   double latest = -earliest;
-  double peak = 0;
-  double peak_power = -1;
   for (const Averaged& path : all) {
     // Without power a path has no place either.
     if (std::norm(path.coherent) + path.incoherent <= 0) continue;
     earliest = std::min(earliest, path.delay);
     latest = std::max(latest, path.delay);
-    const double power = prompt(path.delay, all).prompt_power;
-    // Of equals the first: acquisition takes the earlier of two peaks.
-    if (power > peak_power * (1 + 1e-12) ||
-        (power >= peak_power * (1 - 1e-12) && path.delay < peak && peak_power >= 0)) {
-      peak_power = power;
-      peak = path.delay;
-    }
   }
   const double window_low = earliest - 1;
   const double window_high = latest + 1;
@@ -318,6 +309,18 @@ std::optional<CodeLock> CodeTracker::lock(std::span<const SignalPath> paths,
     const double prior = *prior_m / correlation_.chip_m();
     if (inside(prior)) {
       if (std::optional<CodeLock> lock = follow(prior)) return lock;
+    }
+  }
+  double peak = 0;
+  double peak_power = -1;
+  for (const Averaged& path : all) {
+    if (std::norm(path.coherent) + path.incoherent <= 0) continue;
+    const double power = prompt(path.delay, all).prompt_power;
+    // Of equals the first: acquisition takes the earlier of two peaks.
+    if (power > peak_power * (1 + 1e-12) ||
+        (power >= peak_power * (1 - 1e-12) && path.delay < peak && peak_power >= 0)) {
+      peak_power = power;
+      peak = path.delay;
     }
   }
   if (std::optional<CodeLock> lock = follow(peak)) return lock;

@@ -61,6 +61,7 @@ void ReceiverOptions::validate() const {
     noise.validate();
     clock.validate();
     signal.validate();
+    filter.validate();
   } catch (const InputError& error) {
     throw InputError(fmt::format("receiver '{}': {}", name, error.problem()), error.cure());
   }
@@ -78,6 +79,7 @@ struct Receiver::State {
       noise_doppler_sigma_hz = options.noise.doppler_sigma_hz;
     }
     if (options.signal.enabled) signals.emplace(options.signal, seed, options.name);
+    if (options.filter.enabled) filter.emplace(options.filter, options.fix);
   }
 
   [[nodiscard]] InputError error(const std::string& problem, const char* cure) const {
@@ -220,6 +222,7 @@ struct Receiver::State {
   std::map<orbit::SatelliteId, SignalNoise> noises;
   std::optional<ChannelModel> signals;
   std::map<orbit::SatelliteId, Channel> channels;
+  std::optional<PositionFilter> filter;
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
   double noise_sigma_m = 0;
@@ -308,6 +311,9 @@ ReceiverEpoch Receiver::observe(geodesy::GpsTime time, const Eigen::Vector3d& an
     return epoch;
   }
   epoch.fix = solve_fix(epoch.receiver_time, measurements, sky, options.fix, klobuchar);
+  if (state.filter) {
+    epoch.fix = state.filter->update(epoch.receiver_time, measurements, sky, epoch.fix, klobuchar);
+  }
   for (SatelliteObservation& observation : epoch.satellites) {
     observation.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), observation.id);
   }

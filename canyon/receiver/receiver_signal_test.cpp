@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -409,6 +410,66 @@ TEST(ReceiverSignal, ElevationMaskHidesMeasurementsOnly) {
   EXPECT_TRUE(seen.cn0_dbhz);
 }
 
+// A mask in C/N0 is the fix's: weaker signals are measured and not used.
+TEST(ReceiverSignal, StrengthMaskKeepsWeakSignalsOutOfTheFix) {
+  ReceiverOptions options = plain();
+  options.fix.elevation_mask_rad = 0;
+  options.fix.cn0_mask_dbhz = 40;
+  options.signal.lock.acquisition_threshold_dbhz = options.signal.lock.tracking_threshold_dbhz = 10;
+  Receiver receiver(options, 1);
+  std::vector<SatelliteView> views = open_sky(four_systems(), kTime, kAntenna);
+  for (std::size_t k = 0; k < views.size(); k += 4) {
+    arrive(views[k], {mirror_path({0, -1, 0}, 30, 0.1)});
+  }
+  const ReceiverEpoch epoch = observe(receiver, four_systems(), kTime, views);
+  ASSERT_TRUE(epoch.fix.solved());
+  int weak = 0;
+  for (const SatelliteObservation& seen : epoch.satellites) {
+    ASSERT_TRUE(seen.measurement);
+    EXPECT_EQ(seen.used, *seen.cn0_dbhz >= 40) << orbit::to_string(seen.id);
+    weak += *seen.cn0_dbhz < 40;
+  }
+  EXPECT_GT(weak, 5);
+  EXPECT_LT((epoch.fix.position_ecef - kAntenna).norm(), 1e-4);
+}
+
+// The filter's answer takes the place of the fix; with four satellites left of one system it goes on where a
+// fix of five needed has none.
+TEST(ReceiverSignal, PositionFilterAnswersForTheFix) {
+  ReceiverOptions options = plain();
+  options.signal.loop_noise = true;
+  options.fix.min_satellites = 5;
+  ReceiverOptions filtered = options;
+  filtered.filter.enabled = true;
+  Receiver bare(options, 1), smooth(filtered, 1);
+  PositionFilter filter(filtered.filter, filtered.fix);
+  for (int i = 0; i < 20; ++i) {
+    const GpsTime time = kTime + 1.0 * i;
+    std::vector<SatelliteView> views = open_sky(six_satellites(), time, kAntenna);
+    if (i == 15) {
+      arrive(views[0], {});
+      arrive(views[1], {});
+    }
+    const ReceiverEpoch epoch = observe(bare, six_satellites(), time, views);
+    const ReceiverEpoch answer = observe(smooth, six_satellites(), time, views);
+    std::vector<Measurement> measurements;
+    for (const SatelliteObservation& seen : answer.satellites) {
+      if (seen.measurement) measurements.push_back(*seen.measurement);
+    }
+    const Fix expected = filter.update(answer.receiver_time, measurements, six_satellites(), epoch.fix);
+    EXPECT_EQ(epoch.fix.solved(), i != 15) << i;
+    ASSERT_TRUE(answer.fix.solved()) << i;
+    EXPECT_EQ(answer.fix.position_ecef, expected.position_ecef) << i;
+    if (i > 0) {
+      EXPECT_NE(answer.fix.position_ecef, epoch.fix.position_ecef) << i;
+    }
+    for (const SatelliteObservation& seen : answer.satellites) {
+      EXPECT_EQ(seen.used,
+                std::find(expected.used.begin(), expected.used.end(), seen.id) != expected.used.end());
+    }
+  }
+}
+
 // The measurement equation with the documented stream of noise, bit for bit, whatever the signals' options.
 TEST(ReceiverSignal, SwitchedOffNothingOfItShows) {
   ReceiverOptions options;
@@ -472,6 +533,10 @@ TEST(ReceiverSignal, BadOptionsNameTheReceiver) {
   options.signal.cn0_step_db = -1;
   EXPECT_THAT(refusal([&] { Receiver receiver(options, 1); }),
               testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("cn0_step_db")));
+  options.signal.cn0_step_db = 0;
+  options.filter.gate_sigmas = 0;
+  EXPECT_THAT(refusal([&] { Receiver receiver(options, 1); }),
+              testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("gate_sigmas")));
   // A BOC's side peaks are half a chip away: GPS takes correlators a chip apart, Galileo does not.
   options = plain();
   options.name = "rover";
