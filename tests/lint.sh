@@ -32,18 +32,23 @@ done < <(grep -nHE '^#include "canyon/' "${sources[@]}" | sed -E 's|^([^:]*:[0-9
 grep_each "the engine includes a host's header" \
   '#include [<"](gazebo|gz|ignition|ros|rclcpp|mavlink|sensor_msgs|std_msgs|geometry_msgs|adapters|cli)/' "${sources[@]}"
 
-# 3. Only raytrace knows Embree; only canyon::io's files know Assimp and Cairo.
+# 3. Only raytrace knows Embree; only canyon::io's files know Assimp, Cairo and rasters.
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/raytrace/')
 grep_each "only canyon/raytrace may include Embree" '#include [<"]embree' "${outside[@]}"
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/buildings/')
-grep_each "only canyon/buildings may include map and raster libraries" \
-  '#include [<"](osmium|protozero|geos|gdal|ogr|curl)' "${outside[@]}"
+grep_each "only canyon/buildings may include map libraries" \
+  '#include [<"](osmium|protozero|geos|curl)' "${outside[@]}"
+mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/(buildings|heatmap)/')
+grep_each "only canyon/buildings and canyon/heatmap may include raster libraries" \
+  '#include [<"](gdal|ogr|netcdf)' "${outside[@]}"
 io=$(grep -oE 'IO( [a-z_]+\.cpp)+' CMakeLists.txt | tr ' ' '\n' | grep cpp)
 while IFS= read -r file; do
   name=$(basename "$file" .cpp)
   [[ $file == *.hpp ]] || grep -qxF "${name%_test}.cpp" <<<"$io" ||
-    breach "$file: includes Assimp or Cairo but is not named after IO in CMakeLists.txt"
-done < <(grep -lE '#include [<"](assimp|cairo)' "${sources[@]}")
+    breach "$file: includes Assimp, Cairo, GDAL or NetCDF but is not named after IO in CMakeLists.txt"
+done < <({ grep -lE '#include [<"](assimp|cairo)' "${sources[@]}"
+           printf '%s\n' "${sources[@]}" | grep '^canyon/heatmap/' |
+             xargs grep -lE '#include [<"](gdal|ogr|netcdf)'; } | sort -u)
 
 # 4. Habits.
 grep_each "no 'using namespace' in a header" '^ *using namespace' $(printf '%s\n' "${sources[@]}" | grep hpp$)
