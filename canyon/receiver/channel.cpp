@@ -163,14 +163,14 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
   fades_.next_epoch();
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const Path& path = paths[i];
-    if (path.kind == PathKind::Direct) {
-      paths_[i].fading_hz = fading_rate_hz(rates_mps_[i] - rates_mps_[tracked_], wavelength);
-      continue;
-    }
     const double fading_hz = fading_rate_hz(rates_mps_[i] - rates_mps_[tracked_], wavelength);
     if (path.kind != PathKind::Diffuse) {
-      paths_[i].amplitude *= fades_.fixed(model.phases(), path.reflector);
       paths_[i].fading_hz = fading_hz;
+      // An edge's wave keeps its phase against the direct one: together they are the field at the boundary of
+      // a shadow, which a random phase would tear.
+      if (path.kind == PathKind::Reflected) {
+        paths_[i].amplitude *= fades_.fixed(model.phases(), path.reflector);
+      }
       continue;
     }
     // The satellite's motion changes the detours of a bundle as much as moving the antenna by excess times

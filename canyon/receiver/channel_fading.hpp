@@ -25,7 +25,7 @@ inline constexpr double kCoherenceWavelengths = 0.27884;
 /// k = 4 Bn; for tau_c infinite it is that of docs/tracking.md, 1 / (1 + (2 pi f / 4 Bn)^2).
 [[nodiscard]] double filtered_share(std::complex<double> s_per_s, double loop_bandwidth_hz);
 
-/// Random factors of one satellite's paths, kept while a path is there: of a mirror or an edge e^(j phi0)
+/// Random factors of one satellite's paths, kept while a path is there: of a mirror e^(j phi0)
 /// (PathPhases), of a diffuse bundle a complex Gaussian of mean power 1 (its amplitude is Rayleigh's), a
 /// Gauss-Markov process over the antenna's way.
 class PathFades {

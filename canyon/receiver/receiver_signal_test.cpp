@@ -216,6 +216,34 @@ TEST(ReceiverSignal, EchoAloneIsMeasuredAtItsDetour) {
   }
 }
 
+// An edge beside the direct path: the field at the boundary of a shadow is half (-6.02 dB), the first Fresnel
+// maximum in the light has 1.3704 of the intensity at nu = -1.2172 (Cornu's spiral), whatever the seed. In
+// the shadow at nu = 1 ITU-R P.526-15 figure 8 has 13.9 dB: 6.9 + 20 log10(sqrt(0.9^2 + 1) + 0.9) by its
+// equation 31, within 0.05 dB of Fresnel's integral there.
+TEST(ReceiverSignal, EdgesMakeTheBoundaryOfAShadow) {
+  const auto level_db = [](double nu, std::uint64_t seed) {
+    Receiver receiver(plain(), seed);
+    const SatelliteObservation seen = observe_one(receiver, 0, [&](const orbit::LineOfSight& line) {
+      std::vector<Path> paths;
+      if (nu <= 0) paths.push_back(direct_path(line));
+      Path edge = direct_path(line);
+      edge.kind = PathKind::Diffracted;
+      edge.excess_m = edge.geometry.excess_m = kWavelength_m * nu * nu / 4;
+      edge.geometry.edge_nu = nu;
+      edge.reflector = 8;
+      paths.push_back(edge);
+      return paths;
+    });
+    return *seen.cn0_dbhz - clear_cn0_dbhz();
+  };
+  for (std::uint64_t seed = 1; seed < 6; ++seed) {
+    EXPECT_NEAR(level_db(-1e-4, seed), -6.02, 0.01);
+    EXPECT_NEAR(level_db(1e-4, seed), -6.02, 0.01);
+    EXPECT_NEAR(level_db(-1.2172, seed), 10 * std::log10(1.3704), 0.01);
+    EXPECT_NEAR(level_db(1, seed), -6.9 - 20 * std::log10(std::sqrt(0.81 + 1) + 0.9), 0.1);
+  }
+}
+
 TEST(ReceiverSignal, AntennasHearEchoesDifferently) {
   const auto echo_db = [](const AntennaPattern& antenna) {
     ReceiverOptions options = plain();
