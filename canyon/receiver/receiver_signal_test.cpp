@@ -218,8 +218,7 @@ TEST(ReceiverSignal, EchoAloneIsMeasuredAtItsDetour) {
 
 // An edge beside the direct path: the field at the boundary of a shadow is half (-6.02 dB), the first Fresnel
 // maximum in the light has 1.3704 of the intensity at nu = -1.2172 (Cornu's spiral), whatever the seed. In
-// the shadow at nu = 1 ITU-R P.526-15 figure 8 has 13.9 dB: 6.9 + 20 log10(sqrt(0.9^2 + 1) + 0.9) by its
-// equation 31, within 0.05 dB of Fresnel's integral there.
+// the shadow at nu = 1: 6.9 + 20 log10(sqrt(0.9^2 + 1) + 0.9) = 13.9 dB (ITU-R P.526-15, equation 31).
 TEST(ReceiverSignal, EdgesMakeTheBoundaryOfAShadow) {
   const auto level_db = [](double nu, std::uint64_t seed) {
     Receiver receiver(plain(), seed);
