@@ -196,7 +196,8 @@ constexpr const char* kFooter =
 Satellites: LOS green disc, LOS+multipath ringed blue disc, NLOS orange triangle, blocked cross.
 --style sky      a map of the sky: zenith in the middle, north up, east to the RIGHT, silhouette in grey
 --style fisheye  what an upward camera sees: north up, east to the LEFT; diamonds are the directions from
-                 which reflected signals arrive, with what they are longer by
+                 which reflected signals arrive, with what they are longer by; squares those of
+                 signals bent around edges, pale dots those of scattered ones
 
 Examples:
   canyon skyplot examples/synthetic_drive.yaml -o sky.png --time 2026-06-01T08:01:00Z --trails 60

@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/words.hpp"
+#include "canyon/propagation/path_strength.hpp"
 #include "cli/commands.hpp"
 #include "cli/site.hpp"
 
@@ -17,8 +20,20 @@ struct Arguments {
   bool json = false;
 };
 
-std::string_view word(propagation::PathKind kind) {
-  return kind == propagation::PathKind::Direct ? "direct" : "reflected";
+std::string kind_text(const propagation::Path& path) {
+  if (path.order == 2) return "reflected twice";
+  if (path.kind == propagation::PathKind::Direct && path.geometry.foliage_depth_m > 0) {
+    return "direct through leaves";
+  }
+  return std::string(propagation::name(path.kind));
+}
+/// How much weaker a path leaves the antenna than the unobstructed line of sight would; infinite where
+/// nothing is left of it.
+double loss_db(const propagation::Path& path, const orbit::LineOfSight& line,
+               const receiver::SignalOptions& signal) {
+  const std::complex<double> amplitude = propagation::path_amplitude(
+      path, line.elevation_rad, line.state.carrier_frequency_hz, signal.antenna, signal.strength);
+  return -20 * std::log10(std::abs(amplitude)) + 0.0;
 }
 std::string triple(const Eigen::Vector3d& point) {
   return fmt::format("{:.1f}, {:.1f}, {:.1f}", point.x(), point.y(), point.z());
@@ -35,6 +50,7 @@ int run(const Arguments& arguments) {
   const propagation::Propagator propagator = site.make_propagator();
   const simulation::Arrival arrival = environment.arrival(time, antenna, propagator);
   const geodesy::Geodetic place = environment.city().frame.geodetic_from_local(antenna);
+  const receiver::SignalOptions& signal = site.receiver_config().options.signal;
 
   if (arguments.json) {
     nlohmann::json out;
@@ -53,14 +69,28 @@ int run(const Arguments& arguments) {
                            {"visibility", std::string(propagation::name(view.paths.visibility))},
                            {"paths", nlohmann::json::array()}};
       for (const propagation::Path& path : view.paths.paths) {
-        nlohmann::json one{
-            {"kind", std::string(word(path.kind))}, {"order", path.order}, {"excess_path_m", path.excess_m}};
+        nlohmann::json one{{"kind", std::string(propagation::name(path.kind))},
+                           {"order", path.order},
+                           {"excess_path_m", path.excess_m}};
+        if (signal.enabled) {
+          const double loss = loss_db(path, view.line, signal);
+          one["loss_db"] = std::isfinite(loss) ? nlohmann::json(loss) : nlohmann::json(nullptr);
+        }
+        if (path.geometry.foliage_depth_m > 0) one["foliage_depth_m"] = path.geometry.foliage_depth_m;
         if (path.kind != propagation::PathKind::Direct) {
           one["point_enu_m"] = {path.point.x(), path.point.y(), path.point.z()};
+        }
+        if (path.kind == propagation::PathKind::Reflected) {
           one["incidence_deg"] = geodesy::degrees(path.incidence_rad);
+        }
+        if (path.kind == propagation::PathKind::Reflected || path.kind == propagation::PathKind::Diffuse) {
           one["instance"] = path.instance;
           one["triangle"] = path.triangle;
         }
+        if (path.kind == propagation::PathKind::Diffracted && path.geometry.edge_nu) {
+          one["edge_nu"] = *path.geometry.edge_nu;
+        }
+        if (path.kind == propagation::PathKind::Diffuse) one["scattered_power"] = path.scattered_power;
         if (path.order == 2) {
           one["far_point_enu_m"] = {path.far_point.x(), path.far_point.y(), path.far_point.z()};
           one["far_incidence_deg"] = geodesy::degrees(path.far_incidence_rad);
@@ -86,27 +116,32 @@ int run(const Arguments& arguments) {
                                  fmt::format("{:.1f}", geodesy::degrees(view.line.elevation_rad)),
                                  std::string(propagation::name(view.paths.visibility))};
     if (view.paths.paths.empty()) {
-      row.insert(row.end(), {"-", "-", "-", "-"});
+      row.insert(row.end(), signal.enabled ? 5 : 4, "-");
       rows.push_back(row);
     }
     for (const propagation::Path& path : view.paths.paths) {
       std::vector<std::string> line = row;
-      line.push_back(path.order == 2 ? "reflected twice" : std::string(word(path.kind)));
+      line.push_back(kind_text(path));
       line.push_back(fmt::format("{:.2f}", path.excess_m));
-      const bool direct = path.kind == propagation::PathKind::Direct;
-      line.push_back(direct ? "-" : triple(path.point));
-      line.push_back(direct ? "-" : angle(path.incidence_rad));
+      if (signal.enabled) line.push_back(fmt::format("{:.1f}", loss_db(path, view.line, signal)));
+      line.push_back(path.kind == propagation::PathKind::Direct ? "-" : triple(path.point));
+      line.push_back(path.kind == propagation::PathKind::Reflected ? angle(path.incidence_rad) : "-");
       rows.push_back(std::move(line));
       row = {"", "", "", ""};
       if (path.order == 2) {
-        rows.push_back(
-            {"", "", "", "", "  before that", "", triple(path.far_point), angle(path.far_incidence_rad)});
+        std::vector<std::string> before{"", "", "", "", "  before that", ""};
+        if (signal.enabled) before.emplace_back();
+        before.push_back(triple(path.far_point));
+        before.push_back(angle(path.far_incidence_rad));
+        rows.push_back(std::move(before));
       }
     }
   }
-  print_table({"sat", "azimuth [deg]", "elevation [deg]", "visibility", "path", "excess [m]",
-               "point (ENU) [m]", "incidence [deg]"},
-              rows);
+  std::vector<std::string> head{"sat",        "azimuth [deg]", "elevation [deg]",
+                                "visibility", "path",          "excess [m]"};
+  if (signal.enabled) head.push_back("loss [dB]");
+  head.insert(head.end(), {"point (ENU) [m]", "incidence [deg]"});
+  print_table(head, rows);
   return kOk;
 }
 
@@ -118,7 +153,10 @@ void add_trace(CLI::App& app, Action& action) {
   add_site_options(*command, arguments->site);
   command->add_flag("--json", arguments->json, "print JSON");
   command->footer(
-      "Without --at or --enu the antenna is where the scenario's trajectory has it at that time.");
+      "Without --at or --enu the antenna is where the scenario's trajectory has it at that time.\n"
+      "Where the receiver has a signal model (signal.enabled), `loss` is how much weaker than the "
+      "unobstructed\n"
+      "line of sight each path leaves its antenna.");
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
 }
 

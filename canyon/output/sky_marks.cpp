@@ -112,12 +112,23 @@ void draw_satellite_mark(Canvas& canvas, const Point& at, Visibility visibility)
   }
 }
 
-void draw_reflection_mark(Canvas& canvas, const Point& at, Visibility visibility) {
-  const double s = 5.2;
-  canvas.polygons({{{at.x, at.y - s}, {at.x + s, at.y}, {at.x, at.y + s}, {at.x - s, at.y}}}, kPaper,
-                  Stroke{kPaper, 3.4});
-  canvas.polygons({{{at.x, at.y - s}, {at.x + s, at.y}, {at.x, at.y + s}, {at.x - s, at.y}}},
-                  colour_of(visibility), Stroke{kInk, 1});
+void draw_reflection_mark(Canvas& canvas, const Point& at, Visibility visibility,
+                          propagation::PathKind kind) {
+  const Colour colour = colour_of(visibility);
+  if (kind == propagation::PathKind::Diffuse) {
+    canvas.circle(at, 3.2, colour.with_alpha(0.6), Stroke{kInk.with_alpha(0.5), 0.7});
+    return;
+  }
+  const double s = 5.2, h = 4.2;
+  const std::vector<Point> outline =
+      kind == propagation::PathKind::Diffracted
+          ? std::vector<Point>{{at.x - h, at.y - h},
+                               {at.x + h, at.y - h},
+                               {at.x + h, at.y + h},
+                               {at.x - h, at.y + h}}
+          : std::vector<Point>{{at.x, at.y - s}, {at.x + s, at.y}, {at.x, at.y + s}, {at.x - s, at.y}};
+  canvas.polygons({outline}, kPaper, Stroke{kPaper, 3.4});
+  canvas.polygons({outline}, colour, Stroke{kInk, 1});
 }
 
 void draw_trail(Canvas& canvas, const SkyLens& lens, const std::vector<SkyPoint>& trail, bool cased) {

@@ -15,6 +15,7 @@
 namespace canyon::output {
 namespace {
 
+using propagation::PathKind;
 using propagation::Visibility;
 
 constexpr std::array kVisibilities{Visibility::LOS, Visibility::LOSMultipath, Visibility::NLOS,
@@ -74,9 +75,21 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing, bool fisheye) {
     y += 25;
   }
   if (fisheye) {
-    draw_reflection_mark(canvas, {x + 10, y}, Visibility::NLOS);
-    canvas.text({x + 30, y}, "arrives by reflection", {.size = 12, .level = Level::Middle});
-    y += 18;
+    // Reflections always stand in the legend, other ways where there are any.
+    for (const auto& [kind, text] : {std::pair{PathKind::Diffuse, "scattered by a facade"},
+                                     {PathKind::Diffracted, "bent around an edge"},
+                                     {PathKind::Reflected, "arrives by reflection"}}) {
+      const auto is_of_kind = [wanted = kind](const SkyReflection& r) { return r.kind == wanted; };
+      if (kind != PathKind::Reflected &&
+          std::none_of(drawing.satellites.begin(), drawing.satellites.end(), [&](const SkySatellite& s) {
+            return std::any_of(s.reflections.begin(), s.reflections.end(), is_of_kind);
+          })) {
+        continue;
+      }
+      draw_reflection_mark(canvas, {x + 10, y}, Visibility::NLOS, kind);
+      canvas.text({x + 30, y}, text, {.size = 12, .level = Level::Middle});
+      y += 18;
+    }
     canvas.text({x + 30, y}, "+34 m: longer by this",
                 {.size = 10.5, .colour = kFaintInk, .level = Level::Middle});
     y += 25;
@@ -122,12 +135,15 @@ void draw_reflections(Canvas& canvas, const SkyLens& lens, const SkyDrawing& dra
       for (const SkyReflection& r : s.reflections) {
         if (!(r.elevation_rad >= 0)) continue;
         const Point at = lens.point(r.azimuth_rad, r.elevation_rad);
+        const bool diffuse = r.kind == PathKind::Diffuse;  // one of many ways: paler, and not named
         if (lines) {
-          canvas.polyline({from, at}, {kPaper.with_alpha(0.5), 2.6});
-          canvas.polyline({from, at}, {colour_of(s.now.visibility), 1.2, {5, 3}});
+          canvas.polyline({from, at}, {kPaper.with_alpha(diffuse ? 0.2 : 0.5), 2.6});
+          canvas.polyline({from, at},
+                          {colour_of(s.now.visibility).with_alpha(diffuse ? 0.4 : 1), 1.2, {5, 3}});
         } else {
-          draw_reflection_mark(canvas, at, s.now.visibility);
-          marks.push_back({at, labels.add_mark(at, 7), r.excess_m});
+          draw_reflection_mark(canvas, at, s.now.visibility, r.kind);
+          const std::size_t number = labels.add_mark(at, diffuse ? 4 : 7);
+          if (!diffuse) marks.push_back({at, number, r.excess_m});
         }
       }
     }

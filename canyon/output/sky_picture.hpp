@@ -21,11 +21,12 @@ struct SkyPoint {
   propagation::Visibility visibility = propagation::Visibility::Blocked;
 };
 
-/// Where a reflected signal arrives from.
+/// Where a signal arrives from that does not come straight.
 struct SkyReflection {
   double azimuth_rad = 0;    ///< from north, clockwise
   double elevation_rad = 0;  ///< below 0 (off the ground) it is not drawn
   double excess_m = 0;       ///< longer than the straight line by this much
+  propagation::PathKind kind = propagation::PathKind::Reflected;  ///< any but Direct
 };
 
 struct SkySatellite {
@@ -81,8 +82,9 @@ struct SkySurroundings {
 };
 
 /// The same sky as an upward fish-eye camera sees it (render_sky()): north up and east to the LEFT, which the
-/// legend says. Beside the satellites the directions from which reflected signals arrive are marked by
-/// diamonds, joined to their satellite and labelled with the excess path. Bytes of the file. Throws
+/// legend says. Beside the satellites the directions from which other signals than the direct one arrive are
+/// marked, joined to their satellite: diamonds for reflected ones, squares for those bent around edges, both
+/// with the excess path beside them; small pale discs for scattered ones. Bytes of the file. Throws
 /// InputError for a sheet that does not validate().
 [[nodiscard]] std::string draw_fisheye(const SkyDrawing& drawing, const SkySurroundings& surroundings,
                                        const SkySheet& sheet);

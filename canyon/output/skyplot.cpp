@@ -114,8 +114,11 @@ SkyDrawing make_sky_drawing(const simulation::Environment& environment,
     }
     for (const propagation::Path& path : view.paths.paths) {
       if (path.kind == propagation::PathKind::Direct) continue;
+      // The wave of an edge beside a clear path comes from where that does.
+      const bool clear = view.paths.visibility != propagation::Visibility::NLOS;
+      if (path.kind == propagation::PathKind::Diffracted && clear) continue;
       const geodesy::AzimuthElevation from = geodesy::azimuth_elevation_from_enu(path.arrival);
-      satellite.reflections.push_back({from.azimuth_rad, from.elevation_rad, path.excess_m});
+      satellite.reflections.push_back({from.azimuth_rad, from.elevation_rad, path.excess_m, path.kind});
     }
     drawing.satellites.push_back(std::move(satellite));
   }

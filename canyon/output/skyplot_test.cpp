@@ -171,6 +171,31 @@ TEST_F(SkyplotTest, MarksStandWhereTheClosedFormSays) {
   EXPECT_TRUE(stereographic.has_near({410 - 340 * (std::sqrt(2) - 1), 456}, 1, kInk));
 }
 
+// Where a signal arrives from has its own mark for each kind of way; scattered ones have no label.
+TEST_F(SkyplotTest, MarksOfEveryKindOfPath) {
+  using propagation::PathKind;
+  SkyDrawing drawing;
+  drawing.satellites.push_back({"G01", {radians(90), radians(20), Visibility::NLOS}, false, {}, {}});
+  drawing.satellites[0].reflections = {{radians(0), radians(45), 11, PathKind::Reflected},
+                                       {radians(270), radians(45), 22, PathKind::Diffracted},
+                                       {radians(180), radians(45), 33, PathKind::Diffuse}};
+  const SkySurroundings surroundings{&environment_->scene(), &environment_->city().mesh, {-100, 0, 2}};
+  const SkySheet png{PictureFormat::Png, 990}, svg{PictureFormat::Svg, 990};
+  const Pixels up(draw_fisheye(drawing, surroundings, png));
+  const Colour nlos = colour_of(Visibility::NLOS);
+  const Point reflected{410, 456 - 170}, bent{410 + 170, 456}, scattered{410, 456 + 170};
+  EXPECT_TRUE(up.has_near(reflected, 1, nlos));
+  EXPECT_TRUE(up.has_near(bent, 1, nlos));
+  EXPECT_FALSE(up.has_near(scattered, 1, nlos)) << "pale: mixed with what lies below";
+  // The corner of a square of half the side 4.2 lies outside a diamond of half the diagonal 5.2.
+  EXPECT_TRUE(Pixels::is(up.at({bent.x - 3, bent.y - 3}), nlos));
+  EXPECT_FALSE(Pixels::is(up.at({reflected.x - 3.5, reflected.y - 3.5}), nlos));
+  const std::string text = draw_fisheye(drawing, surroundings, svg);
+  drawing.satellites[0].reflections.resize(1);
+  const std::string plain = draw_fisheye(drawing, surroundings, svg);
+  EXPECT_GT(text.size(), plain.size() + 200);
+}
+
 TEST_F(SkyplotTest, SvgIsWellFormedAndNamesEverySatellite) {
   options_.sheet.format = PictureFormat::Svg;
   for (const SkyStyle style : {SkyStyle::Chart, SkyStyle::Fisheye}) {
