@@ -14,6 +14,17 @@ namespace {
 
 using Complex = std::complex<double>;
 
+/// sqrt(10^(db / 10)), in half of std::pow's time.
+double amplitude_of_db(double db) {
+  constexpr double kNepersPerDb = 0.11512925464970228;  // ln(10) / 20
+  return std::exp(kNepersPerDb * db);
+}
+
+/// e^(-2 pi j turns)
+Complex phasor(double turns) {
+  return std::polar(1.0, -2 * geodesy::kPi * (turns - std::trunc(turns)));
+}
+
 void check_excess(double excess_m) {
   if (!(excess_m >= 0) || !std::isfinite(excess_m))
     throw InputError(fmt::format("excess path of {} m", excess_m), "give 0 m or more");
@@ -67,25 +78,28 @@ CircularWave arriving_wave(const PathGeometry& path, double frequency_hz, const 
     factor = edge_wave(*path.edge_nu);
     turns -= *path.edge_nu * *path.edge_nu / 4;
   }
-  factor *= std::polar(1.0, -2 * geodesy::kPi * std::fmod(turns, 1.0));
+  factor *= phasor(turns);
   if (path.foliage_depth_m != 0)
-    factor *= std::pow(10.0, -foliage_loss_db(options.foliage, path.foliage_depth_m, frequency_hz,
-                                              path.arrival_elevation_rad) /
-                                 20);
+    factor *= amplitude_of_db(
+        -foliage_loss_db(options.foliage, path.foliage_depth_m, frequency_hz, path.arrival_elevation_rad));
   return {wave.rhcp * factor, wave.lhcp * factor};
 }
 
 Complex antenna_output(const CircularWave& wave, const AntennaGain& gain) {
-  const Complex r = wave.rhcp * std::pow(10.0, gain.rhcp_dbic / 20);
-  const Complex l = wave.lhcp * std::pow(10.0, gain.lhcp_dbic / 20);
-  return std::polar(std::sqrt(std::norm(r) + std::norm(l)), std::arg(r + l));
+  const Complex r = wave.rhcp * amplitude_of_db(gain.rhcp_dbic);
+  const Complex l = wave.lhcp * amplitude_of_db(gain.lhcp_dbic);
+  const Complex sum = r + l;
+  const double power = std::norm(r) + std::norm(l), sum_power = std::norm(sum);
+  // Where both hands cancel there is no phase.
+  if (!(sum_power > 0)) return std::sqrt(power);
+  return sum * std::sqrt(power / sum_power);
 }
 
 Complex path_amplitude(const PathGeometry& path, double satellite_elevation_rad, double frequency_hz,
                        const AntennaPattern& antenna, const StrengthOptions& options) {
   const Complex output =
       antenna_output(arriving_wave(path, frequency_hz, options), antenna.gain(path.arrival_elevation_rad));
-  return output * std::pow(10.0, -antenna.gain(satellite_elevation_rad).rhcp_dbic / 20);
+  return output * amplitude_of_db(-antenna.gain(satellite_elevation_rad).rhcp_dbic);
 }
 
 Complex path_amplitude(const Path& path, double satellite_elevation_rad, double frequency_hz,
@@ -104,12 +118,11 @@ Complex path_amplitude(const Path& path, double satellite_elevation_rad, double 
     throw InputError(fmt::format("diffuse path of power {}", path.scattered_power), "give 0 or more");
   check_excess(path.geometry.excess_m);
   const AntennaGain gain = antenna.gain(path.geometry.arrival_elevation_rad);
+  const double right = amplitude_of_db(gain.rhcp_dbic), left = amplitude_of_db(gain.lhcp_dbic);
   // Half of an unpolarised wave's power is in each hand.
-  const double heard = (std::pow(10.0, gain.rhcp_dbic / 10) + std::pow(10.0, gain.lhcp_dbic / 10)) / 2;
-  const double direct = std::pow(10.0, antenna.gain(satellite_elevation_rad).rhcp_dbic / 10);
-  const double turns = path.geometry.excess_m / wavelength_m(frequency_hz);
-  return std::polar(std::sqrt(path.scattered_power * heard / direct),
-                    -2 * geodesy::kPi * std::fmod(turns, 1.0));
+  const double heard = std::sqrt(path.scattered_power * (right * right + left * left) / 2);
+  const double direct = amplitude_of_db(antenna.gain(satellite_elevation_rad).rhcp_dbic);
+  return heard / direct * phasor(path.geometry.excess_m / wavelength_m(frequency_hz));
 }
 
 double summed_power(std::span<const Complex> amplitudes, PathSum sum) {
