@@ -11,6 +11,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/satellite_id.hpp"
+#include "canyon/output/words.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 // Epochs as ROS messages. Templates over the message types, so that ROS 1 and ROS 2 share them and tests need
@@ -113,6 +114,19 @@ template <class Satellite>
   return 255;
 }
 
+template <class Satellite>
+[[nodiscard]] std::uint8_t lock_code(receiver::LockState lock) {
+  switch (lock) {
+    case receiver::LockState::Searching:
+      return Satellite::SEARCHING;
+    case receiver::LockState::Tracking:
+      return Satellite::TRACKING;
+    case receiver::LockState::Holding:
+      return Satellite::HOLDING;
+  }
+  return 255;
+}
+
 template <class GnssSatellites>
 [[nodiscard]] std::uint8_t status_code(receiver::FixStatus status) {
   switch (status) {
@@ -126,6 +140,8 @@ template <class GnssSatellites>
       return GnssSatellites::SINGULAR;
     case receiver::FixStatus::NotConverged:
       return GnssSatellites::NOT_CONVERGED;
+    case receiver::FixStatus::WeakGeometry:
+      return GnssSatellites::WEAK_GEOMETRY;
     case receiver::FixStatus::NoSignal:
       return GnssSatellites::NO_SIGNAL;
   }
@@ -134,7 +150,8 @@ template <class GnssSatellites>
 
 template <class Satellite>
 [[nodiscard]] Satellite satellite_message(const receiver::SatelliteObservation& seen,
-                                          const receiver::Fix& fix) {
+                                          const receiver::ReceiverEpoch& epoch) {
+  const receiver::Fix& fix = epoch.fix;
   Satellite message;
   assign(message.id, orbit::to_string(seen.id));
   message.system = system_code<Satellite>(seen.id.system);
@@ -143,13 +160,12 @@ template <class Satellite>
   message.elevation = seen.elevation_rad;
   message.above_mask = seen.above_mask;
   message.visibility = visibility_code<Satellite>(seen.visibility);
-  message.cn0 = static_cast<float>(kNaN);
   const auto& measured = seen.measurement;
+  message.cn0 = static_cast<float>(measured ? measured->cn0_dbhz.value_or(kNaN) : kNaN);
   message.pseudorange = measured ? measured->pseudorange_m : kNaN;
   message.doppler = measured ? measured->doppler_hz.value_or(kNaN) : kNaN;
   message.carrier_frequency = measured ? measured->carrier_frequency_hz : kNaN;
-  message.excess_path =
-      static_cast<float>(seen.visibility == propagation::Visibility::Blocked ? kNaN : seen.excess_m);
+  message.excess_path = static_cast<float>(output::has_tracked_excess(seen) ? seen.excess_m : kNaN);
   message.noise = static_cast<float>(measured ? seen.noise_m : kNaN);
   message.pseudorange_error = static_cast<float>(measured ? seen.pseudorange_error_m : kNaN);
   message.used = seen.used;
@@ -157,6 +173,12 @@ template <class Satellite>
   const auto found = std::find(fix.used.begin(), fix.used.end(), seen.id);
   const auto index = static_cast<std::size_t>(found - fix.used.begin());
   if (index < fix.residuals_m.size()) message.residual = static_cast<float>(fix.residuals_m[index]);
+  message.lock = lock_code<Satellite>(seen.lock);
+  message.true_cn0 = static_cast<float>(seen.cn0_dbhz.value_or(kNaN));
+  const bool phase = measured && measured->carrier_phase_cycles;
+  message.carrier_phase = phase ? *measured->carrier_phase_cycles : kNaN;
+  message.phase_lock = phase && measured->phase_since ? epoch.time - *measured->phase_since : kNaN;
+  message.excluded = std::find(fix.excluded.begin(), fix.excluded.end(), seen.id) != fix.excluded.end();
   return message;
 }
 
@@ -284,7 +306,7 @@ template <class GnssSatellites>
   message.clock_drift = observed.clock_drift;
   message.satellites.reserve(observed.satellites.size());
   for (const receiver::SatelliteObservation& satellite : observed.satellites) {
-    message.satellites.push_back(detail::satellite_message<Satellite>(satellite, observed.fix));
+    message.satellites.push_back(detail::satellite_message<Satellite>(satellite, observed));
   }
   return message;
 }

@@ -6,7 +6,7 @@
 #include <array>
 #include <limits>
 
-#include "tests/support/sample_epochs.hpp"
+#include "tests/support/sample_signals.hpp"
 
 #ifdef CANYON_WITH_ROS
 #include "adapters/ros/ros1_types.hpp"
@@ -93,6 +93,7 @@ struct StandIns : Kind {
   struct GnssSatellite {
     static constexpr std::uint8_t GPS = 0, GLONASS = 1, GALILEO = 2, BEIDOU = 3, QZSS = 4;
     static constexpr std::uint8_t LOS = 0, LOS_MULTIPATH = 1, NLOS = 2, BLOCKED = 3;
+    static constexpr std::uint8_t SEARCHING = 0, TRACKING = 1, HOLDING = 2;
     std::string id;
     std::uint8_t system = 7;
     std::int32_t prn = 7;
@@ -104,10 +105,14 @@ struct StandIns : Kind {
     float excess_path = 7, noise = 7, pseudorange_error = 7;
     std::uint8_t used = 7;
     float residual = 7;
+    std::uint8_t lock = 7;
+    float true_cn0 = 7;
+    double carrier_phase = 7, phase_lock = 7;
+    std::uint8_t excluded = 7;
   };
   struct GnssSatellites {
     static constexpr std::uint8_t NOT_SOLVED = 0, FIX = 1, TOO_FEW_SATELLITES = 2, SINGULAR = 3,
-                                  NOT_CONVERGED = 4, NO_SIGNAL = 5, NO_TRUTH = 6;
+                                  NOT_CONVERGED = 4, NO_SIGNAL = 5, NO_TRUTH = 6, WEAK_GEOMETRY = 7;
     Header header;
     std::uint8_t fix_status = 7;
     std::int32_t gps_week = 7;
@@ -314,7 +319,9 @@ TYPED_TEST(Conversions, SatellitesCarryEverything) {
     ids.emplace_back(satellite.id.data(), satellite.id.size());
     prns.push_back(satellite.prn);
     systems.push_back(satellite.system);
-    EXPECT_TRUE(std::isnan(satellite.cn0));
+    EXPECT_TRUE(std::isnan(satellite.cn0) && std::isnan(satellite.true_cn0) &&
+                std::isnan(satellite.carrier_phase) && std::isnan(satellite.phase_lock));
+    EXPECT_FALSE(satellite.excluded);
   }
   EXPECT_THAT(
       ids, ElementsAre("G05", "G12", "G17", "G24", "G31", "R01", "R24", "E11", "E36", "C03", "C30", "J02"));
@@ -368,7 +375,8 @@ TYPED_TEST(Conversions, SatellitesSayHowTheFixEnded) {
                                      {FixStatus::TooFewSatellites, 2},
                                      {FixStatus::Singular, 3},
                                      {FixStatus::NotConverged, 4},
-                                     {FixStatus::NoSignal, 5}}) {
+                                     {FixStatus::NoSignal, 5},
+                                     {FixStatus::WeakGeometry, 7}}) {
     epoch.observed.fix.status = status;
     EXPECT_EQ(static_cast<int>(satellites_message<Satellites>(sample_head(), &epoch).fix_status), code);
   }
@@ -379,6 +387,37 @@ TYPED_TEST(Conversions, SatellitesSayHowTheFixEnded) {
   EXPECT_TRUE(std::isnan(message.gps_tow) && std::isnan(message.clock_bias) &&
               std::isnan(message.clock_drift));
   EXPECT_TRUE(message.satellites.empty());
+}
+
+// Numbers are those of sample_signal_epoch().
+TYPED_TEST(Conversions, SatellitesCarryStrengthLockAndPhase) {
+  using Satellites = typename TypeParam::GnssSatellites;
+  using Satellite = typename TypeParam::GnssSatellite;
+  auto epoch = test::sample_signal_epoch(test::sample_time(), test::sample_time() - 12.5);
+  auto& held = epoch.observed.satellites[5];  // R01
+  held.lock = receiver::LockState::Holding;
+  held.measurement.reset();
+  held.cn0_dbhz = 14.5;
+  const auto message = satellites_message<Satellites>(sample_head(), &epoch);
+  const Satellite& g05 = message.satellites[0];
+  EXPECT_EQ(g05.cn0, 46.3F);
+  EXPECT_EQ(g05.true_cn0, 46.55F);
+  EXPECT_EQ(static_cast<int>(g05.lock), static_cast<int>(Satellite::TRACKING));
+  EXPECT_NEAR(g05.carrier_phase, 1239.5678, 1e-9);
+  EXPECT_EQ(g05.phase_lock, 12.5);
+  EXPECT_FALSE(g05.excluded);
+  const Satellite& g12 = message.satellites[1];  // no phase
+  EXPECT_EQ(g12.cn0, 45.3F);
+  EXPECT_TRUE(std::isnan(g12.carrier_phase) && std::isnan(g12.phase_lock));
+  const Satellite& g31 = message.satellites[4];  // blocked
+  EXPECT_EQ(static_cast<int>(g31.lock), static_cast<int>(Satellite::SEARCHING));
+  EXPECT_TRUE(std::isnan(g31.cn0) && std::isnan(g31.true_cn0));
+  const Satellite& r01 = message.satellites[5];
+  EXPECT_EQ(static_cast<int>(r01.visibility), static_cast<int>(Satellite::LOS));
+  EXPECT_EQ(static_cast<int>(r01.lock), static_cast<int>(Satellite::HOLDING));
+  EXPECT_EQ(r01.true_cn0, 14.5F);
+  EXPECT_TRUE(std::isnan(r01.cn0) && std::isnan(r01.excess_path) && std::isnan(r01.carrier_phase));
+  EXPECT_TRUE(message.satellites[8].excluded);  // E36
 }
 
 TYPED_TEST(Conversions, ScanHasOneRangePerRay) {
