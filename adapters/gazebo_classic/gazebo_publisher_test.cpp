@@ -60,8 +60,7 @@ TEST(GnssMessage, FillsEveryFieldButTheDocumentedOnes) {
   std::set<std::string> all, seen;
   note_fields(message, all, seen);
   for (const auto& name : seen) all.erase(name);
-  EXPECT_THAT(all, ElementsAre("canyon.msgs.GnssReceiver.reason", "canyon.msgs.GnssSatellite.cn0_dbhz"));
-  EXPECT_TRUE(std::isnan(message.satellites(0).cn0_dbhz()));
+  EXPECT_THAT(all, ElementsAre("canyon.msgs.GnssReceiver.reason"));
 }
 
 // Numbers are those of SampleReport and tests/support/sample_epochs.hpp.
@@ -195,6 +194,64 @@ TEST(GnssMessage, CarriesSatellitesAndTheirPaths) {
   EXPECT_EQ(satellite(message, "E11").system(), msgs::GALILEO);
   EXPECT_EQ(satellite(message, "C30").system(), msgs::BEIDOU);
   EXPECT_EQ(satellite(message, "J02").number(), 2U);
+}
+
+// Numbers are those of sample_signal_epoch().
+TEST(GnssMessage, CarriesStrengthLockAndPhase) {
+  SampleReport sample;
+  auto& held = sample.step.epoch.observed.satellites[5];  // R01
+  held.lock = receiver::LockState::Holding;
+  held.measurement.reset();
+  msgs::GnssReceiver message;
+  fill_gnss_message(sample_identity(), sample.report, message);
+  const auto& g05 = satellite(message, "G05");
+  EXPECT_EQ(g05.cn0_dbhz(), 46.3);
+  EXPECT_EQ(g05.true_cn0_dbhz(), 46.55);
+  EXPECT_EQ(g05.lock(), msgs::GnssSatellite::TRACKING);
+  EXPECT_NEAR(g05.carrier_phase_cycles(), 1239.5678, 1e-9);
+  EXPECT_EQ(g05.phase_lock_s(), 12.5);
+  EXPECT_FALSE(g05.excluded());
+  EXPECT_EQ(satellite(message, "G12").cn0_dbhz(), 45.3);
+  EXPECT_FALSE(satellite(message, "G12").has_carrier_phase_cycles());
+  EXPECT_FALSE(satellite(message, "G12").has_phase_lock_s());
+  const auto& searched = satellite(message, "G31");
+  EXPECT_EQ(searched.lock(), msgs::GnssSatellite::SEARCHING);
+  EXPECT_FALSE(searched.has_cn0_dbhz() || searched.has_true_cn0_dbhz());
+  const auto& weak = satellite(message, "R01");
+  EXPECT_EQ(weak.lock(), msgs::GnssSatellite::HOLDING);
+  EXPECT_TRUE(weak.has_true_cn0_dbhz());
+  EXPECT_FALSE(weak.has_cn0_dbhz());
+  EXPECT_TRUE(satellite(message, "E36").excluded());
+  EXPECT_THAT(message.fix().excluded(), ElementsAre("E36"));
+  EXPECT_TRUE(message.fix().consistent());
+
+  // Signals without strength: the fields are absent.
+  const SampleReport plain(false);
+  fill_gnss_message(sample_identity(), plain.report, message);
+  EXPECT_TRUE(std::isnan(satellite(message, "G05").cn0_dbhz()));
+  EXPECT_FALSE(satellite(message, "G05").has_carrier_phase_cycles());
+  EXPECT_FALSE(message.fix().has_consistent());
+}
+
+TEST(GnssMessage, NamesEveryKindOfPathAndStatus) {
+  SampleReport sample;
+  propagation::Path& path = sample.step.arrival.views[2].paths.paths[0];  // G17
+  path.order = 0;
+  msgs::GnssReceiver message;
+  for (const auto& [kind, code] : {std::pair{propagation::PathKind::Diffracted, msgs::GnssPath::DIFFRACTED},
+                                   {propagation::PathKind::Diffuse, msgs::GnssPath::DIFFUSE}}) {
+    path.kind = kind;
+    fill_gnss_message(sample_identity(), sample.report, message);
+    const auto& told = satellite(message, "G17").paths(0);
+    EXPECT_EQ(told.kind(), code);
+    EXPECT_EQ(told.reflection_point_world_m().z(), 5.6);
+    EXPECT_FALSE(told.has_incidence_rad());
+    EXPECT_FALSE(told.has_far_reflection_point_world_m());
+  }
+  sample.step.epoch.observed.fix.status = receiver::FixStatus::WeakGeometry;
+  fill_gnss_message(sample_identity(), sample.report, message);
+  EXPECT_EQ(message.state(), msgs::GnssReceiver::NO_FIX);
+  EXPECT_EQ(message.fix().status(), msgs::GnssFix::WEAK_GEOMETRY);
 }
 
 TEST(GnssMessage, MatchesPathsToSatellitesByName) {

@@ -1,6 +1,7 @@
 #include "adapters/gazebo_classic/gnss_message.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 #include "canyon/geodesy/constants.hpp"
 
@@ -39,6 +40,32 @@ msgs::GnssSatellite::Visibility visibility_of(propagation::Visibility visibility
   return msgs::GnssSatellite::BLOCKED;
 }
 
+msgs::GnssSatellite::Lock lock_of(receiver::LockState lock) {
+  switch (lock) {
+    case receiver::LockState::Searching:
+      break;
+    case receiver::LockState::Tracking:
+      return msgs::GnssSatellite::TRACKING;
+    case receiver::LockState::Holding:
+      return msgs::GnssSatellite::HOLDING;
+  }
+  return msgs::GnssSatellite::SEARCHING;
+}
+
+msgs::GnssPath::Kind kind_of(propagation::PathKind kind) {
+  switch (kind) {
+    case propagation::PathKind::Direct:
+      break;
+    case propagation::PathKind::Reflected:
+      return msgs::GnssPath::REFLECTED;
+    case propagation::PathKind::Diffracted:
+      return msgs::GnssPath::DIFFRACTED;
+    case propagation::PathKind::Diffuse:
+      return msgs::GnssPath::DIFFUSE;
+  }
+  return msgs::GnssPath::DIRECT;
+}
+
 msgs::GnssFix::Status status_of(receiver::FixStatus status) {
   switch (status) {
     case receiver::FixStatus::NotSolved:
@@ -51,6 +78,8 @@ msgs::GnssFix::Status status_of(receiver::FixStatus status) {
       return msgs::GnssFix::SINGULAR;
     case receiver::FixStatus::NotConverged:
       return msgs::GnssFix::NOT_CONVERGED;
+    case receiver::FixStatus::WeakGeometry:
+      return msgs::GnssFix::WEAK_GEOMETRY;
     case receiver::FixStatus::NoSignal:
       return msgs::GnssFix::NO_SIGNAL;
   }
@@ -94,12 +123,9 @@ void fill_path(const propagation::Path& path, const Eigen::Matrix3d& world_from_
   const auto arrival = geodesy::azimuth_elevation_from_enu(path.arrival);
   message.set_arrival_azimuth_rad(arrival.azimuth_rad);
   message.set_arrival_elevation_rad(arrival.elevation_rad);
-  if (path.kind == propagation::PathKind::Direct) {
-    message.set_kind(msgs::GnssPath::DIRECT);
-    return;
-  }
-  message.set_kind(msgs::GnssPath::REFLECTED);
-  message.set_incidence_rad(path.incidence_rad);
+  message.set_kind(kind_of(path.kind));
+  if (path.kind == propagation::PathKind::Direct) return;
+  if (path.kind == propagation::PathKind::Reflected) message.set_incidence_rad(path.incidence_rad);
   const auto set_point = [&](const Eigen::Vector3d& enu, msgs::GnssWorldPoint& to) {
     const Eigen::Vector3d point = world_from_enu * enu;
     to.set_x(point.x());
@@ -112,7 +138,8 @@ void fill_path(const propagation::Path& path, const Eigen::Matrix3d& world_from_
   message.set_far_incidence_rad(path.far_incidence_rad);
 }
 
-void fill_satellite(const receiver::SatelliteObservation& seen, msgs::GnssSatellite& message) {
+void fill_satellite(const receiver::SatelliteObservation& seen, const receiver::ReceiverEpoch& epoch,
+                    msgs::GnssSatellite& message) {
   message.set_id(orbit::to_string(seen.id));
   message.set_system(system_of(seen.id.system));
   message.set_number(seen.id.number);
@@ -122,6 +149,10 @@ void fill_satellite(const receiver::SatelliteObservation& seen, msgs::GnssSatell
   message.set_above_mask(seen.above_mask);
   message.set_excess_m(seen.excess_m);
   message.set_used(seen.used);
+  message.set_lock(lock_of(seen.lock));
+  if (seen.cn0_dbhz) message.set_true_cn0_dbhz(*seen.cn0_dbhz);
+  const auto& excluded = epoch.fix.excluded;
+  message.set_excluded(std::find(excluded.begin(), excluded.end(), seen.id) != excluded.end());
   if (!seen.measurement) return;
   message.set_pseudorange_m(seen.measurement->pseudorange_m);
   if (seen.measurement->doppler_hz) message.set_doppler_hz(*seen.measurement->doppler_hz);
@@ -129,6 +160,10 @@ void fill_satellite(const receiver::SatelliteObservation& seen, msgs::GnssSatell
   message.set_sigma_m(seen.measurement->sigma_m);
   message.set_noise_m(seen.noise_m);
   message.set_pseudorange_error_m(seen.pseudorange_error_m);
+  if (seen.measurement->cn0_dbhz) message.set_cn0_dbhz(*seen.measurement->cn0_dbhz);
+  if (!seen.measurement->carrier_phase_cycles) return;
+  message.set_carrier_phase_cycles(*seen.measurement->carrier_phase_cycles);
+  if (seen.measurement->phase_since) message.set_phase_lock_s(epoch.time - *seen.measurement->phase_since);
 }
 
 void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
@@ -136,6 +171,8 @@ void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
   message.set_status(status_of(fix.status));
   message.set_reason(std::string(receiver::reason(fix.status)));
   message.set_available(static_cast<std::uint32_t>(fix.available));
+  for (const auto id : fix.excluded) message.add_excluded(orbit::to_string(id));
+  if (fix.consistent) message.set_consistent(*fix.consistent);
   if (!fix.solved()) return;
   fill_geodetic(fix.position, *message.mutable_position());
   fill_rows(fix.covariance_enu, *message.mutable_covariance_enu_m2());
@@ -212,7 +249,7 @@ void fill_gnss_message(const ReceiverIdentity& identity, const ReceiverReport& r
   const auto views_end = report.step->arrival.views.end();
   for (const auto& satellite : seen.satellites) {
     msgs::GnssSatellite& satellite_message = *message.add_satellites();
-    fill_satellite(satellite, satellite_message);
+    fill_satellite(satellite, seen, satellite_message);
     while (view != views_end && view->line.id < satellite.id) ++view;
     if (view == views_end || view->line.id != satellite.id) continue;
     for (const auto& path : view->paths.paths) {

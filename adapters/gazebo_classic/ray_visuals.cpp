@@ -16,7 +16,7 @@ using propagation::Visibility;
 // In proportion to the length of a ray: what is seen from far away must be thick.
 constexpr double kLineRadius = 8e-4, kThinLineRadius = 4e-4, kReflectionRadius = 4e-3,
                  kSatelliteRadius = 2.4e-2;
-constexpr double kLineAlpha = 0.9, kThinLineAlpha = 0.45, kBubbleAlpha = 0.4;
+constexpr double kLineAlpha = 0.9, kThinLineAlpha = 0.45, kFaintLineAlpha = 0.25, kBubbleAlpha = 0.4;
 
 class RayDrawing {
  public:
@@ -44,10 +44,19 @@ class RayDrawing {
     const bool tracked = visibility == Visibility::NLOS;  // the reflected signal, and not the direct one
     std::size_t drawn = 0;
     for (const propagation::Path& path : view.paths.paths) {
-      if (path.kind != propagation::PathKind::Reflected) continue;
+      if (path.kind == propagation::PathKind::Direct) continue;
+      // The wave of an edge beside a clear path runs beside it.
+      if (path.kind == propagation::PathKind::Diffracted && !tracked) continue;
       if (drawn == kMaxDrawnPaths) break;
       const std::string name = "path" + std::to_string(drawn++);
       const Vector3d point = world(path.point);
+      if (path.kind == propagation::PathKind::Diffuse) {
+        // One of many ways: faint, and without a mark of its own.
+        line(name + ".in", antenna_, point, kThinLineRadius, colour.with_alpha(kFaintLineAlpha));
+        line(name + ".out", point, point + length_ * towards, kThinLineRadius,
+             colour.with_alpha(kFaintLineAlpha));
+        continue;
+      }
       const double radius = tracked ? kLineRadius : kThinLineRadius;
       line(name + ".in", antenna_, point, radius, colour.with_alpha(kLineAlpha));
       ball(name + ".point", point, kReflectionRadius, colour);

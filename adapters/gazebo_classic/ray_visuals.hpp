@@ -39,7 +39,8 @@ inline constexpr double kBubbleSmallest_m = 1, kBubbleLargest_m = 30, kBubbleNoF
 /// of Canyon's pictures (output::colour_of), named by satellite ("G05.direct", "G05.path0.point"):
 ///  - LOS: a line from the antenna towards the satellite, with a ball at its end
 ///  - LOS+multipath: the same, and thinner lines by way of the reflection points
-///  - NLOS: lines antenna - reflection point - towards the satellite, with a ball at the reflection point
+///  - NLOS: lines antenna - reflection point or edge - towards the satellite, with a ball at that point; what
+///  a facade scatters thin and faint, without a ball
 ///  - blocked: a thin faint line towards the satellite, which ends at what it hits where the report has
 ///  ranges
 /// Nothing where the report has no epoch. `ray_length_m` > 0: length of lines that meet nothing; radii are in

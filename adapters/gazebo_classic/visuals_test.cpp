@@ -182,6 +182,31 @@ TEST(RayShapes, DrawTheShortestPathsOnly) {
   EXPECT_EQ(shapes.at("G09.path2.point").centre.X(), 3);
 }
 
+TEST(RayShapes, BendAtEdgesAndAreFaintWhereScattered) {
+  Sky sky({0, 0, 2});
+  sky.add(3, 90, 30, Visibility::NLOS, {{4, 0, 12}, {-6, 0, 8}}).add(4, 0, 60, Visibility::LOS, {{0, 3, 9}});
+  auto& views = sky.step.arrival.views;
+  views[0].paths.paths[0].kind = PathKind::Diffracted;
+  views[0].paths.paths[1].kind = PathKind::Diffuse;
+  views[1].paths.paths[1].kind = PathKind::Diffracted;  // beside a clear path
+  const auto shapes = by_name(ray_shapes(sky.report, 100));
+  EXPECT_EQ(shapes.count("G04.path0.in"), 0U);
+  EXPECT_EQ(shapes.size(), 2U + 3 + 2);
+  const VisualShape& bend = shapes.at("G03.path0.in");
+  expect_near(begin_of(bend), {0, 0, 2});
+  expect_near(end_of(bend), {4, 0, 12});
+  expect_near(shapes.at("G03.path0.point").centre, {4, 0, 12});
+  const VisualShape& beyond = shapes.at("G03.path0.out");
+  expect_near(begin_of(beyond), {4, 0, 12});
+  expect_near(beyond.axis, {std::cos(30 * kDeg), 0, std::sin(30 * kDeg)});
+  EXPECT_EQ(shapes.count("G03.path1.point"), 0U);
+  const VisualShape& scattered = shapes.at("G03.path1.in");
+  expect_near(end_of(scattered), {-6, 0, 8});
+  expect_colour(scattered, output::rgb(0xE69F00));
+  EXPECT_LT(scattered.colour.a, bend.colour.a / 2);
+  EXPECT_LT(scattered.radius, bend.radius);
+}
+
 TEST(RayShapes, AreNotDrawnWithoutAPlace) {
   Sky sky;
   sky.add(1, 0, 45, Visibility::LOS).add(3, 200, 42, Visibility::NLOS, {{NAN, 1, 5}});

@@ -5,12 +5,13 @@
 
 #include "adapters/gazebo_classic/epoch_publisher.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "tests/support/sample_epochs.hpp"
+#include "tests/support/sample_signals.hpp"
 
 namespace canyon::gazebo_classic::test {
 
 /// A report with distinct non-zero values in every field, which owns its step. Satellites and fix are those
-/// of tests/support/sample_epochs.hpp; G05 (LOS) has a direct path, G17 (NLOS) one reflection.
+/// of tests/support/sample_epochs.hpp, with a fix also strengths, phases since 12.5 s ago and RAIM of
+/// sample_signals.hpp; G05 (LOS) has a direct path, G17 (NLOS) one reflection.
 struct SampleReport {
   simulation::LiveReceiver::Step step;
   ReceiverReport report;
@@ -20,8 +21,9 @@ struct SampleReport {
 
   explicit SampleReport(bool fix = true) {
     simulation::Epoch& epoch = step.epoch;
-    epoch = canyon::test::sample_epoch(canyon::test::sample_time(), canyon::test::sample_place(),
-                                       {1.25, -2.5, 3.75}, fix);
+    const geodesy::GpsTime time = canyon::test::sample_time();
+    epoch = fix ? canyon::test::sample_signal_epoch(time, time - 12.5, {1.25, -2.5, 3.75})
+                : canyon::test::sample_epoch(time, canyon::test::sample_place(), {1.25, -2.5, 3.75}, false);
     epoch.observed.clock_bias_s = 1.5e-4;
     epoch.observed.clock_drift = 2.5e-8;
     epoch.observed.fix.available = 11;
