@@ -157,6 +157,8 @@ Correlation::Correlation(const CorrelationOptions& options) : options_(options) 
   }
   step_ = 1 / (kStepsPerCycle * std::max(bandwidth_, 1.0));
   const int steps = static_cast<int>(std::ceil(kTableChips / step_));
+  steps_per_chip_ = 1 / step_;
+  table_steps_ = steps;
   table_.reserve(2 * static_cast<std::size_t>(steps + 1));
   for (int i = 0; i <= steps; ++i) {
     table_.push_back(filtered(i * step_));
@@ -186,23 +188,14 @@ double Correlation::filtered_slope(double delay_chips) const {
   return sum;
 }
 
-double Correlation::value(double delay_chips) const {
+double Correlation::beyond_table(double delay_chips) const {
   const double a = std::abs(delay_chips);
-  if (bandwidth_ == 0) {
-    if (!(a < 1)) return 0;
-    const double position = a / knot_spacing_;
-    const auto i = std::min(static_cast<std::size_t>(position), knot_values_.size() - 2);
-    const double t = position - static_cast<double>(i);
-    return knot_values_[i] + t * (knot_values_[i + 1] - knot_values_[i]);
-  }
-  const double position = a / step_;
-  const std::size_t last = table_.size() / 2 - 1;
-  if (!(position < static_cast<double>(last))) return filtered(a);
-  const auto i = static_cast<std::size_t>(position);
+  if (bandwidth_ != 0) return filtered(a);
+  if (!(a < 1)) return 0;
+  const double position = a / knot_spacing_;
+  const auto i = std::min(static_cast<std::size_t>(position), knot_values_.size() - 2);
   const double t = position - static_cast<double>(i);
-  const double* p = table_.data() + 2 * i;
-  const double rise = p[2] - p[0];
-  return p[0] + t * (p[1] + t * ((3 * rise - 2 * p[1] - p[3]) + t * (p[1] + p[3] - 2 * rise)));
+  return knot_values_[i] + t * (knot_values_[i + 1] - knot_values_[i]);
 }
 
 double Correlation::slope(double delay_chips) const {

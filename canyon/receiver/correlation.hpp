@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string_view>
@@ -51,7 +53,16 @@ class Correlation {
 
   [[nodiscard]] const CorrelationOptions& options() const { return options_; }
   /// R at a delay in chips, any finite value.
-  [[nodiscard]] double value(double delay_chips) const;
+  [[nodiscard]] double value(double delay_chips) const {
+    const double position = std::abs(delay_chips) * steps_per_chip_;
+    // Without a table there are 0 steps.
+    if (!(position < table_steps_)) return beyond_table(delay_chips);
+    const auto i = static_cast<std::size_t>(position);
+    const double t = position - static_cast<double>(i);
+    const double* p = table_.data() + 2 * i;
+    const double rise = p[2] - p[0];
+    return p[0] + t * (p[1] + t * ((3 * rise - 2 * p[1] - p[3]) + t * (p[1] + p[3] - 2 * rise)));
+  }
   /// dR/dtau [1/chip]; at a knot of the infinite-bandwidth form the mean of both sides (0 at the peak).
   [[nodiscard]] double slope(double delay_chips) const;
   /// Metres of light in one chip: 293.05 m for 1.023 Mchip/s.
@@ -60,6 +71,7 @@ class Correlation {
   [[nodiscard]] double knot_spacing_chips() const { return knot_spacing_; }
 
  private:
+  [[nodiscard]] double beyond_table(double delay_chips) const;
   [[nodiscard]] double filtered(double delay_chips) const;
   [[nodiscard]] double filtered_slope(double delay_chips) const;
 
@@ -70,7 +82,9 @@ class Correlation {
   std::vector<double> knot_values_;  // R at 0, knot_spacing_, ... 1 chip
   std::vector<double> jumps_;        // w_k at -1 ... 1 chip
   double step_ = 0;                  // of the table
-  std::vector<double> table_;        // value and slope * step_, alternating
+  double steps_per_chip_ = 0;        // 1 / step_; 0 without a table
+  double table_steps_ = 0;
+  std::vector<double> table_;  // value and slope * step_, alternating
 };
 
 /// Si(x), the integral of sin(t) / t from 0 to x; error below 1e-14. Series to |x| = 4 (Abramowitz & Stegun

@@ -59,13 +59,13 @@ struct SatelliteObservation {
   /// (multipath error of a direct signal, either sign; detour of an NLOS one), else the shortest path's
   /// excess; 0 when blocked or not tracked.
   double excess_m = 0;
-  /// C/N0 at the correlator [dB-Hz], tracked or not; empty where nothing arrives or signals have no strength
-  /// (SignalOptions::enabled off).
+  /// True C/N0 at the correlator [dB-Hz], tracked or not; empty where nothing arrives or signals have no
+  /// strength (SignalOptions::enabled off). What the receiver states of it is Measurement::cn0_dbhz.
   std::optional<double> cn0_dbhz;
   /// Of the channel; Tracking for everything received where signals have no strength.
   LockState lock = LockState::Searching;
   bool above_mask = false;
-  /// Empty where nothing is received or the satellite lies below the mask.
+  /// Empty where the satellite is not tracked or lies below the elevation mask.
   std::optional<Measurement> measurement;
   double noise_m = 0;  ///< OU value and code loop noise in the pseudorange; 0 without measurement
   /// Excess + noise + atmosphere left uncorrected (in the signal less what the fix takes off; negative where
@@ -87,8 +87,8 @@ struct ReceiverEpoch {
   int blocked = 0;  ///< above the mask, not tracked
 };
 
-/// The part with memory: clock and noise of one antenna. Same options and seed, same numbers, whatever runs
-/// beside it. Epochs must be given in order of time.
+/// The part with memory: clock, noise and channels of one antenna, and its position filter. Same options and
+/// seed, same numbers, whatever runs beside it. Epochs must be given in order of time.
 ///
 /// P = r + excess + c (bias - (satellite clock - group delay)) + ionosphere + troposphere + noise, with r the
 /// geometric range to the satellite at transmission, turned with the Earth (docs/receiver.md has every sign).
@@ -109,8 +109,9 @@ class Receiver {
   /// @param placement anything but Free: nothing is received, status NoSignal
   /// @param sky used for the fix
   /// @param klobuchar needed where options().ionosphere or FixOptions::correct_ionosphere is on
-  /// Throws InputError, naming the receiver, for a pose that is not finite, time running backwards, and
-  /// missing Klobuchar coefficients.
+  /// Throws InputError, naming the receiver, for a pose that is not finite, time running backwards, missing
+  /// Klobuchar coefficients, and, with strength, code correlators too far apart for a satellite's signal.
+  /// Paths then need what their strength depends on (Path::geometry, Path::reflector, Path::scattered_power).
   [[nodiscard]] ReceiverEpoch observe(geodesy::GpsTime time, const Eigen::Vector3d& antenna_ecef,
                                       const Eigen::Vector3d& antenna_velocity_ecef,
                                       std::span<const propagation::SatelliteView> views,
