@@ -39,13 +39,13 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets&
                             std::span<const Vector3d> directions, const FirstOrderLimits& limits) {
   const Isometry3d* pose = set.enu_from_set;
   const Vector3d here = pose != nullptr ? pose->inverse() * antenna : antenna;
-  const double lift = scene.surface_offset_m(antenna);
-  set.facets->gather(here, limits.reach_m, 2 * lift, facing_);
-  if (facing_.facet.empty()) return;
+  FacingFacets& facing = pose != nullptr ? facing_of_instance_ : facing_of_city_;
+  set.facets->gather(here, limits.reach_m, limits.clearance_m, facing);
+  if (facing.facet.empty()) return;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const Vector3d towards =
         pose != nullptr ? Vector3d(pose->linear().transpose() * directions[i]) : directions[i];
-    mark_reflecting(facing_, towards, limits.min_cosine, limits.reach_m, marks_);
+    mark_reflecting(facing, towards, limits.min_cosine, limits.reach_m, marks_);
     for (std::size_t word = 0; word < marks_.size(); word += 8) {
       std::uint64_t eight;
       std::memcpy(&eight, marks_.data() + word, 8);
@@ -53,7 +53,7 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets&
       for (std::size_t k = word; k < word + 8; ++k) {
         if (marks_[k] == 0) continue;
         // The same again in doubles, with the facet's true outline.
-        const Facet& facet = set.facets->facets()[facing_.facet[k]];
+        const Facet& facet = set.facets->facets()[facing.facet[k]];
         const double cosine = facet.normal.dot(towards);
         if (cosine < limits.min_cosine) continue;
         const double height = facet.normal.dot(here) - facet.offset;
@@ -75,7 +75,7 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets&
         f.path.incidence_rad = std::acos(std::min(1.0, cosine));
         f.path.triangle = *triangle;
         f.path.instance = set.instance;
-        f.path.reflector = reflector_id(PathKind::Reflected, {set.instance, facing_.facet[k]});
+        f.path.reflector = reflector_id(PathKind::Reflected, {set.instance, facing.facet[k]});
         f.lift_m = scene.surface_offset_m(f.path.point) + facet.deviation;
       }
     }

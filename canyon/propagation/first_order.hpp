@@ -14,8 +14,9 @@
 namespace canyon::propagation {
 
 struct FirstOrderLimits {
-  double reach_m;     ///< from the antenna to the reflection point
-  double min_cosine;  ///< of the angle of incidence
+  double reach_m;      ///< from the antenna to the reflection point
+  double min_cosine;   ///< of the angle of incidence
+  double clearance_m;  ///< of the antenna over the facet's plane, more than
 };
 
 /// Paths satellite -> facet -> antenna by the image method (Propagator::trace()). Holds what a search needs
@@ -30,11 +31,14 @@ class FirstOrderSearch {
     Path path;  ///< without its geometry
   };
 
-  /// All first-order paths to `directions`, by satellite and excess path; valid until the next call. Of
-  /// `sets` only facets, instances and poses are used.
+  /// All first-order paths to `directions`, by satellite and excess path; valid until the next call. The
+  /// first of `sets` is the city, in its own frame; only facets, instances and poses are used.
   std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                                const FirstOrderLimits& limits);
+
+  /// The city's facets that the last search gathered about its antenna.
+  [[nodiscard]] const FacingFacets& facing_of_city() const { return facing_of_city_; }
 
  private:
   void find(const raytrace::RayScene& scene, const PlacedFacets& set, const Eigen::Vector3d& antenna,
@@ -43,7 +47,7 @@ class FirstOrderSearch {
   void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,
                   std::span<const Eigen::Vector3d> directions);
 
-  FacingFacets facing_;
+  FacingFacets facing_of_city_, facing_of_instance_;
   std::vector<std::uint8_t> marks_;
   std::vector<Found> found_;
   std::vector<raytrace::Ray> rays_;

@@ -319,8 +319,9 @@ void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const 
     s.placed.push_back({&of.facets, &of.beams, &of.occluders, set.instance, set.enu_from_set});
   }
   const double min_cosine = std::max(kMinCosine, std::cos(options.max_incidence_rad));
-  for (const auto& found :
-       s.first_order.trace(*scene, s.placed, antenna, directions, {options.max_range_m, min_cosine})) {
+  const double clearance = 2 * scene->surface_offset_m(antenna);
+  for (const auto& found : s.first_order.trace(*scene, s.placed, antenna, directions,
+                                               {options.max_range_m, min_cosine, clearance})) {
     Path& path = result[found.satellite].paths.emplace_back(found.path);
     path.geometry.excess_m = path.excess_m;
     path.geometry.arrival_elevation_rad = elevation_rad(path.arrival);
@@ -328,8 +329,9 @@ void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const 
     path.geometry.incidences[0] = incidence(s, path.incidence_rad, path.instance, path.triangle);
   }
   if (options.reflection_order < 2) return;
-  const SecondOrderLimits limits{options.max_range_m, min_cosine, 2 * scene->surface_offset_m(antenna)};
-  for (const auto& found : s.second_order.trace(*scene, s.placed, antenna, directions, limits)) {
+  for (const auto& found :
+       s.second_order.trace(*scene, s.placed, antenna, directions,
+                            {options.max_range_m, min_cosine, clearance}, s.first_order.facing_of_city())) {
     Path& path = result[found.satellite].paths.emplace_back(found.path);
     path.geometry.excess_m = path.excess_m;
     path.geometry.arrival_elevation_rad = elevation_rad(path.arrival);

@@ -26,8 +26,11 @@ const double kSameNormal = std::cos(geodesy::radians(1));
 constexpr double kBoundsSlack = 1e-3;
 
 bool within_bounds(const Facet& facet, const Vector3d& point) {
-  return ((point - facet.min).array() >= -kBoundsSlack).all() &&
-         ((facet.max - point).array() >= -kBoundsSlack).all();
+  for (int axis = 0; axis < 3; ++axis) {  // most points fail at the first one
+    if (point[axis] < facet.min[axis] - kBoundsSlack || point[axis] > facet.max[axis] + kBoundsSlack)
+      return false;
+  }
+  return true;
 }
 
 Vector3d turned(const Isometry3d* enu_from_set, const Vector3d& v) {
@@ -80,8 +83,10 @@ std::span<const SecondOrderSearch::Found> SecondOrderSearch::trace(const raytrac
                                                                    std::span<const PlacedFacets> sets,
                                                                    const Vector3d& antenna,
                                                                    std::span<const Vector3d> directions,
-                                                                   const SecondOrderLimits& limits) {
+                                                                   const SecondOrderLimits& limits,
+                                                                   const FacingFacets& facing_of_city) {
   found_.clear();
+  facing_of_city_ = &facing_of_city;
   prepare(scene, sets, antenna, directions, limits);
   for (std::size_t i = 0; i < sets.size(); ++i) find_pairs(scene, sets, i, antenna, directions, limits);
   keep_clear(scene, antenna, directions);
@@ -106,9 +111,8 @@ void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const
     set.beams->gather(moved_back(set.enu_from_set, antenna), limits.reach_m, around.blocks);
     if (i == 0) {
       // Rays may pass a hair inside an outer edge: four times what a point is lifted from surfaces.
-      set.facets->gather(antenna, limits.reach_m, limits.clearance_m, facing_);
-      set.occluders->shadows(*set.facets, facing_, antenna, kOccluders, 4 * scene.surface_offset_m(antenna),
-                             occluders_, shadows_);
+      set.occluders->shadows(*set.facets, *facing_of_city_, antenna, kOccluders,
+                             4 * scene.surface_offset_m(antenna), occluders_, shadows_);
     } else {
       around.hidden = is_hidden(around.centre - antenna, radius, shadows_);
     }
@@ -123,14 +127,15 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
   if (!around_[near_set].in_reach || around_[near_set].hidden) return;
   const Vector3d here = moved_back(set.enu_from_set, antenna);
   if (near_set == 0) {
-    mark_hidden(facing_, shadows_, hidden_);  // prepare() has gathered them
+    mark_hidden(*facing_of_city_, shadows_, hidden_);
   } else {
     set.facets->gather(here, limits.reach_m, limits.clearance_m, facing_);
     hidden_.assign(facing_.facet.size(), 0);  // shadows are in the frame of the city
   }
-  for (std::size_t k = 0; k < facing_.facet.size(); ++k) {
+  const FacingFacets& facing = near_set == 0 ? *facing_of_city_ : facing_;
+  for (std::size_t k = 0; k < facing.facet.size(); ++k) {
     if (hidden_[k] != 0) continue;
-    Near near{&set, near_set, &set.facets->facets()[facing_.facet[k]], {}, 0, antenna, {}};
+    Near near{&set, near_set, &set.facets->facets()[facing.facet[k]], {}, 0, antenna, {}};
     const Facet& facet = *near.facet;
     near.height = facet.normal.dot(here) - facet.offset;
     near.beam = make_beam(facet, here - 2 * near.height * facet.normal, near.height, limits.reach_m);
@@ -166,19 +171,21 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
                              static_cast<std::size_t>(__builtin_ctzll(bits));
       const Vector3d& s = directions[satellite];
       const Vector3d towards = turned_back(pose, s);
+      // What most pairs fail at comes first.
       const double far_cosine = facet.normal.dot(towards);
       if (far_cosine < limits.min_cosine) continue;
+      const double total = height / far_cosine;
+      if (total > limits.reach_m) continue;
       const Vector3d between = towards - 2 * far_cosine * facet.normal;  // the class comment's s'
+      const Vector3d far_there = beam.apex + total * between;
+      if (!within_bounds(facet, far_there)) continue;
       const Vector3d onward = turned(pose, between);
       const double cosine = near.normal.dot(onward);
       if (cosine < limits.min_cosine) continue;
-      const double leg = near.height / cosine, total = height / far_cosine;
-      if (total > limits.reach_m) continue;
+      const double leg = near.height / cosine;
       // The heights of the points over each other's planes.
       if ((total - leg) * far_cosine <= limits.clearance_m + 2 * facet.deviation) continue;
       if ((total - leg) * cosine <= limits.clearance_m + 2 * near.facet->deviation) continue;
-      const Vector3d far_there = beam.apex + total * between;
-      if (!within_bounds(facet, far_there)) continue;
       const Vector3d point = near.beam.apex + leg * onward;
       const Vector3d there = moved_back(near.set->enu_from_set, point);
       if (!within_bounds(*near.facet, there)) continue;

@@ -70,10 +70,11 @@ class SecondOrderSearch {
   };
 
   /// All second-order paths to `directions`, by satellite and excess path; valid until the next call. The
-  /// first of `sets` is the city, in its own frame; the others stand in it.
+  /// first of `sets` is the city, in its own frame; the others stand in it. `facing_of_city` are its facets
+  /// by FacetSet::gather(antenna, limits.reach_m, limits.clearance_m), as the first order has gathered them.
   std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-                               const SecondOrderLimits& limits);
+                               const SecondOrderLimits& limits, const FacingFacets& facing_of_city);
 
  private:
   struct Near;
@@ -102,7 +103,8 @@ class SecondOrderSearch {
   };
 
   DirectionBins bins_;
-  FacingFacets facing_;
+  const FacingFacets* facing_of_city_ = nullptr;  ///< during a search
+  FacingFacets facing_;                           ///< of instances
   std::vector<Occluders::Shadow> shadows_;
   Occluders::Scratch occluders_;
   std::vector<std::uint8_t> hidden_;
