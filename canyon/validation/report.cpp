@@ -25,9 +25,8 @@ constexpr ReportPicture kPictures[] = {
      "higher."},
     {"errors", draw_report_errors,
      "Horizontal error and number of satellites over time, measured and simulated",
-     "Horizontal error and satellites in the fix over the whole recording. The numbers above are those of "
-     "the "
-     "streets in the table below."},
+     "Horizontal error and satellites in the fix over the whole recording; errors below the axis lie on its "
+     "lower end. The numbers above are those of the streets in the table below."},
     {"error_cdf", draw_report_error_cdf,
      "Cumulative distributions of LOS and NLOS pseudorange errors and of horizontal errors, measured and "
      "simulated",

@@ -9,7 +9,8 @@
 
 namespace canyon::validation {
 
-/// What a report shows.
+/// What a report shows. There is at least one model, and the comparison has epochs [first, first + count)
+/// (asserted); everything may be empty otherwise, and the report then says so.
 struct ReportInput {
   std::string title;                                     ///< the scenario's name
   const city::City* city = nullptr;                      ///< not null
@@ -25,9 +26,10 @@ struct ReportInput {
 /// PNG and SVG files beside it: `track` (measured and simulated fixes over the city), `errors` (horizontal
 /// error along the drive), `error_cdf` (LOS and NLOS pseudorange errors, horizontal error), `prediction`
 /// (measured NLOS error against predicted delay by path kind), `cn0` (C/N0 by elevation, LOS and NLOS,
-/// measured and simulated), `sky` (one epoch's satellites by measured C/N0 over the city's mask). All files
-/// appear together, whole, or none. Throws InputError where `folder` cannot be written to. Part of
-/// canyon::io.
+/// measured and simulated), `sky` (one epoch's satellites by measured C/N0 over the city's mask). The page
+/// is well-formed XML as well, and judges the figures by the goals of targets() (report_targets.hpp). All
+/// files appear together, whole, or none; the same bytes for the same input. Throws InputError where `folder`
+/// cannot be written to. Part of canyon::io.
 void write_report(const std::filesystem::path& folder, const ReportInput& input);
 
 }  // namespace canyon::validation

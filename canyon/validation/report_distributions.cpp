@@ -46,12 +46,12 @@ std::vector<Point> step_curve(std::vector<double> values, const output::Plot& pl
   return curve;
 }
 
-/// Holds the middle 98 % of both samples.
+/// Holds the middle 96 % of both samples: tails would press the rest into a line.
 output::Scale signed_scale(const SamplePair& pair) {
   double low = 0, high = 0;
   for (const auto* values : {&pair.measured, &pair.simulated}) {
-    low = std::min(low, quantile(*values, 0.01).value_or(0));
-    high = std::max(high, quantile(*values, 0.99).value_or(0));
+    low = std::min(low, quantile(*values, 0.02).value_or(0));
+    high = std::max(high, quantile(*values, 0.98).value_or(0));
   }
   return output::linear_scale(low, high, 6);
 }

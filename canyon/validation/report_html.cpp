@@ -99,11 +99,11 @@ std::string summary(const ReportInput& input) {
   const std::vector<Target> all = targets(own);
   const auto reached = std::count_if(all.begin(), all.end(), [](const Target& t) { return t.reached(); });
   std::string html = fmt::format(
-      "<h1>{}</h1>\n<p class=\"lead\">A recorded receiver beside the simulated one: "
-      "model \u201C{}\u201D reaches {} of {} targets.</p>\n",
+      "<h1>{}: recorded and simulated receiver</h1>\n<p class=\"lead\">The model "
+      "\u201C{}\u201D reaches {} of {} targets.</p>\n",
       html_escaped(input.title), html_escaped(own.model), reached, all.size());
-  html += paragraph(fmt::format("Figures of {} ({} epochs; {} LOS and {} NLOS observations recorded).",
-                                own.part, own.epochs, own.los, own.nlos));
+  html += paragraph(fmt::format("Figures of the {}: {} LOS and {} NLOS observations recorded.", own.part,
+                                own.los, own.nlos));
   html += paragraph(
       "LOS: the city leaves the straight line between satellite and antenna free. NLOS: it does not. The "
       "pseudorange error is what remains of a pseudorange when true distance, clocks and atmosphere are "

@@ -19,7 +19,7 @@ namespace {
 using output::Canvas;
 using output::Point;
 
-constexpr double kSide = 560, kStrip = 62, kLeft = 88, kTop = 100;
+constexpr double kSide = 560, kStrip = 88, kLeft = 88, kTop = 100;
 
 /// Observations that paths of one kind explain.
 struct Kind {
@@ -133,7 +133,7 @@ class Prediction {
     if (x < plot.x.low || x > plot.x.high || y < plot.y.low || y > plot.y.high) ++beyond_;
     output::Colour colour = look.colour;
     if (look.mark != output::Mark::Ring) colour = colour.with_alpha(0.75);
-    output::draw_mark(canvas, plot.at(x, y), look.mark, 3.4, colour);
+    output::draw_mark(canvas, plot.at(x, y), look.mark, look.mark == output::Mark::Ring ? 2.4 : 3.4, colour);
   }
 
   void draw_table(Canvas& canvas, Point at) const {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <random>
 #include <string>
@@ -126,6 +127,40 @@ Figures sample_figures(const std::string& model) {
   f.simulated = {60, 58, 9.3, {2, 4, 9, 15, 24}, {1, 4, 10, 20, 50}};
   f.segments = {{{60, 20, 60, 90}, f.measured, f.simulated}};
   return f;
+}
+
+/// Report and judge must not tell two stories: pictures count as the figures do.
+TEST(ReportSamples, AreThoseOfTheFigures) {
+  const Comparison c = drive();
+  FigureOptions options;
+  options.resamples = 0;
+  const Figures f = figures(c, 40, 70, "part", options);
+  const ReportSamples samples = report_samples(c, 40, 70);
+  const auto same = [](const SamplePair& pair, const DistributionPair& figure) {
+    EXPECT_EQ(pair.measured.size(), figure.measured_n);
+    EXPECT_EQ(pair.simulated.size(), figure.simulated_n);
+    EXPECT_NEAR(*median(pair.measured), figure.measured[2], 1e-12);
+    EXPECT_NEAR(kolmogorov_smirnov(pair.measured, pair.simulated)->d, *figure.ks, 1e-12);
+  };
+  same(samples.error_los_m, f.error_los_m);
+  same(samples.error_nlos_m, f.error_nlos_m);
+  EXPECT_EQ(samples.horizontal_m.measured.size(), f.measured.fixes);
+  EXPECT_NEAR(*median(samples.horizontal_m.simulated), f.simulated.horizontal_m[2], 1e-12);
+  // Kinds of paths have the same words.
+  std::map<std::string, std::size_t> kinds;
+  for (std::size_t e = 40; e < 110; ++e) {
+    for (const ComparedSatellite& s : satellites_of(c, c.epochs[e])) {
+      if (!s.clear && s.measured && s.prediction) ++kinds[path_words(*s.prediction)];
+    }
+  }
+  std::size_t all = 0;
+  for (const Explained& e : f.explained) {
+    if (e.kind == "all") continue;
+    EXPECT_EQ(e.n, kinds[e.kind]) << e.kind;
+    all += kinds[e.kind];
+  }
+  EXPECT_EQ(f.explained.back().n, all);
+  EXPECT_EQ(kinds.size(), 4U);
 }
 
 class ReportTest : public ::testing::Test {

@@ -178,7 +178,14 @@ class TrackMaps {
           canvas.polyline({{p.x - 10, p.y}, {p.x + 10, p.y}}, {output::kFaintInk, 0.9});
         },
         "error, from the true place to the fix");
-    entry([&](Point p) { output::draw_mark(canvas, p, output::Mark::Cross, 4, output::kInk); }, "no fix");
+    if (somewhere_no_fix()) {
+      entry([&](Point p) { output::draw_mark(canvas, p, output::Mark::Cross, 4, output::kInk); }, "no fix");
+    }
+  }
+  [[nodiscard]] bool somewhere_no_fix() const {
+    const auto begin = input_.comparison->epochs.begin() + static_cast<std::ptrdiff_t>(input_.first);
+    return std::any_of(begin, begin + static_cast<std::ptrdiff_t>(input_.count),
+                       [](const ComparedEpoch& e) { return !e.measured.solved || !e.simulated.solved; });
   }
 
   const ReportInput& input_;
