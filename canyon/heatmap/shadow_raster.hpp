@@ -1,0 +1,133 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace canyon::heatmap {
+
+/// A corner in the coordinates of a tile's cells: cell (c, r) has its centre at (u, v) = (c, r).
+struct RasterPoint {
+  double u = 0, v = 0;
+  double range = 0;  ///< from the plane along the direction to the corner [m]
+};
+
+/// Cells [first_column, last_column] x [first_row, last_row]; empty where a last is below its first.
+struct Window {
+  int first_column = 0, last_column = -1;
+  int first_row = 0, last_row = -1;
+};
+
+/// Spans are this much longer on either side [cells], so that rounding leaves no cell between triangles that
+/// share a side: it moves an end by some 1e-12 for tiles about a city's centre.
+constexpr double kSpanMargin = 1e-9;
+
+/// Whole numbers without a call into libm (SSE2 has no rounding); x in [-2, 2^30].
+[[nodiscard]] inline int floor_of(double x) {
+  return static_cast<int>(x + 2) - 2;
+}
+[[nodiscard]] inline int ceil_of(double x) {
+  const int below = floor_of(x);
+  return below + (below < x ? 1 : 0);
+}
+
+/// Calls span(row, first, last) for the cells of a window whose centres lie in the closed triangle, row by
+/// row. A side gives the same ends to both triangles that share it, since it is always followed from its
+/// lower to its higher corner.
+template <class Span>
+void scan_triangle(RasterPoint a, RasterPoint b, RasterPoint c, const Window& window, Span&& span) {
+  if (b.v < a.v) std::swap(a, b);
+  if (c.v < b.v) std::swap(b, c);
+  if (b.v < a.v) std::swap(a, b);
+  const double first_row = window.first_row, last_row = window.last_row;
+  if (!(a.v <= last_row && c.v >= first_row)) return;
+  const int begin = ceil_of(std::max(a.v, first_row));
+  const int end = floor_of(std::min(c.v, last_row));
+  if (begin > end) return;
+  const double low = window.first_column - kSpanMargin, high = window.last_column + kSpanMargin;
+  if (std::max(std::max(a.u, b.u), c.u) < low || std::min(std::min(a.u, b.u), c.u) > high) return;
+
+  const double height = c.v - a.v;
+  if (!(height > 0)) {  // flat, on a row
+    const double left = std::max(std::min(std::min(a.u, b.u), c.u) - kSpanMargin, low);
+    const double right = std::min(std::max(std::max(a.u, b.u), c.u) + kSpanMargin, high);
+    const int first = ceil_of(left), last = floor_of(right);
+    if (first <= last) span(begin, first, last);
+    return;
+  }
+  const double long_slope = (c.u - a.u) / height;
+  const bool bend_right = (b.u - a.u) * height > (c.u - a.u) * (b.v - a.v);
+  // Below `bend` the short side from a to b bounds a row, from there on the one from b to c.
+  const int bend = b.v < c.v ? ceil_of(std::clamp(b.v, static_cast<double>(begin), end + 1.0)) : end + 1;
+  for (int half = 0; half < 2; ++half) {
+    const RasterPoint& from = half == 0 ? a : b;
+    const RasterPoint& to = half == 0 ? b : c;
+    const int half_begin = half == 0 ? begin : bend, half_end = half == 0 ? bend : end + 1;
+    if (half_begin >= half_end) continue;
+    const double rise = to.v - from.v;
+    const double slope = rise > 0 ? (to.u - from.u) / rise : 0;
+    const double anchor = rise > 0 ? from.u : to.u;
+    for (int row = half_begin; row < half_end; ++row) {
+      const double on_long = a.u + (row - a.v) * long_slope;
+      const double on_short = anchor + (row - from.v) * slope;
+      const double left = (bend_right ? on_long : on_short) - kSpanMargin;
+      const double right = (bend_right ? on_short : on_long) + kSpanMargin;
+      const int first = ceil_of(left > low ? (left < high + 1 ? left : high + 1) : low);
+      const int last = floor_of(right < high ? (right > low - 1 ? right : low - 1) : high);
+      if (first <= last) span(row, first, last);
+    }
+  }
+}
+
+/// One bit for each cell.
+class BitRaster {
+ public:
+  /// Clears it for a size; keeps its memory.
+  void reset(std::uint32_t columns, std::uint32_t rows) {
+    columns_ = columns;
+    rows_ = rows;
+    stride_ = (columns + 63) / 64;
+    bits_.assign(stride_ * rows, 0);
+  }
+  void add(const RasterPoint& a, const RasterPoint& b, const RasterPoint& c, const Window& window) {
+    scan_triangle(a, b, c, window, [this](int row, int first, int last) { mark(row, first, last); });
+  }
+  /// Sets the bits [first, last] of a row.
+  void mark(int row, int first, int last) {
+    std::uint64_t* words = bits_.data() + static_cast<std::size_t>(row) * stride_;
+    const int from = first >> 6, to = last >> 6;
+    const std::uint64_t head = ~std::uint64_t{0} << (first & 63);
+    const std::uint64_t tail = ~std::uint64_t{0} >> (63 - (last & 63));
+    if (from == to) {
+      words[from] |= head & tail;
+      return;
+    }
+    words[from] |= head;
+    for (int i = from + 1; i < to; ++i) words[i] = ~std::uint64_t{0};
+    words[to] |= tail;
+  }
+  /// One byte for each cell, row by row: 1 where marked, else 0.
+  void expand(std::span<std::uint8_t> bytes) const;
+
+ private:
+  std::uint32_t columns_ = 0, rows_ = 0;
+  std::size_t stride_ = 0;
+  std::vector<std::uint64_t> bits_;
+};
+
+/// The nearest range of each cell.
+class RangeRaster {
+ public:
+  /// Ranges row by row, infinite at first.
+  RangeRaster(std::span<float> ranges, std::uint32_t columns);
+  void add(const RasterPoint& a, const RasterPoint& b, const RasterPoint& c, const Window& window);
+
+ private:
+  std::span<float> ranges_;
+  std::size_t columns_;
+};
+
+}  // namespace canyon::heatmap
