@@ -106,19 +106,21 @@ TEST(Profile, PaperIsThePapersReceiver) {
 TEST(Profile, ThresholdsAreWithinTheDataSheets) {
   struct Sheet {
     const char* profile;
-    double tracking_dbm, reacquisition_dbm;
+    double tracking_dbm, reacquisition_dbm, cold_start_dbm;
   };
   constexpr double kThermalNoise_dbm_hz = -173.98;  // 10 log10(1.380649e-23 * 290 / 1e-3)
-  for (const Sheet& sheet : {Sheet{"ublox-m8t", -167, -160}, {"ublox-f9p", -167, -160}}) {
+  for (const Sheet& sheet : {Sheet{"ublox-m8t", -167, -160, -148}, {"ublox-f9p", -167, -160, -148}}) {
     const receiver::SignalLockOptions lock = built_in(sheet.profile).receiver.options.signal.lock;
     EXPECT_GE(lock.tracking_threshold_dbhz, sheet.tracking_dbm - kThermalNoise_dbm_hz - 0.05);
     EXPECT_LE(lock.tracking_threshold_dbhz, sheet.tracking_dbm - kThermalNoise_dbm_hz + 8);
-    EXPECT_NEAR(lock.acquisition_threshold_dbhz, sheet.reacquisition_dbm - kThermalNoise_dbm_hz, 0.05);
+    EXPECT_GE(lock.acquisition_threshold_dbhz, sheet.reacquisition_dbm - kThermalNoise_dbm_hz);
+    EXPECT_LE(lock.acquisition_threshold_dbhz, sheet.cold_start_dbm - kThermalNoise_dbm_hz);
   }
 }
 
-// docs/propagation.md: in the recorded drive the highest GPS C/N0 of the M8T is 46 to 48 dB-Hz; what phones
-// hear is some 10 dB below what survey antennas do (Pesyna et al. 2014: 5 to 15 dB).
+// docs/propagation.md: in the recorded drive the GPS C/N0 of the M8T reaches 42 to 44 dB-Hz at the 90th
+// percentile and 48 at most; what phones hear is some 10 dB below what survey antennas do (Pesyna et al.
+// 2014: 5 to 15 dB).
 TEST(Profile, LinkBudgetsGiveTheC_N0OfTheirKind) {
   const auto cn0 = [](std::string_view name, double elevation_deg, orbit::System system) {
     const receiver::SignalOptions s = built_in(name).receiver.options.signal;
@@ -128,7 +130,7 @@ TEST(Profile, LinkBudgetsGiveTheC_N0OfTheirKind) {
   };
   using orbit::System;
   const double m8t = cn0("ublox-m8t", 50, System::GPS);
-  EXPECT_GT(m8t, 45);
+  EXPECT_GT(m8t, 44);
   EXPECT_LT(m8t, 48);
   EXPECT_LE(m8t - cn0("ublox-m8t", 50, System::BeiDou), 4);
   EXPECT_GE(m8t - cn0("ublox-m8t", 50, System::BeiDou), 2);
