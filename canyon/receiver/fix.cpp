@@ -22,9 +22,6 @@ using orbit::System;
 /// Mask and atmosphere wait until the last step was below this: Newton's next error is then about 5 m, 1e-6
 /// rad of elevation.
 constexpr double kPlaceKnown_m = 1e4;
-/// After so many looks a satellite below the mask is gone for good, so that one at the mask's edge, which
-/// moves the position when it comes or goes, cannot keep the iteration from settling.
-constexpr int kMaskLooks = 3;
 constexpr double kEarthRadius_m = 6.371e6;
 /// Beyond every orbit: an iteration that got there does not come back.
 constexpr double kAstray_m = 1e9;
@@ -79,7 +76,7 @@ class Solver {
     while (fix.iterations < options_.max_iterations) {
       place_known = place_known || step < kPlaceKnown_m;
       if (place_known) {
-        look_up(satellites_, position_, receiver_time_, options_, klobuchar_, looks++ >= kMaskLooks);
+        look_up(satellites_, position_, receiver_time_, options_, klobuchar_, looks++);
       }
       if (!choose(fix)) return fix;
       ++fix.iterations;

@@ -18,6 +18,11 @@ using geodesy::kSpeedOfLight;
 /// Largest error of a satellite's clock over which its state is carried. GPS lets them grow to 1 ms.
 constexpr double kCarried_s = 1.2e-3;
 
+/// A satellite or place at an edge moves the position when it comes or goes, and with it the edge. Places
+/// come to rest within five looks, so that the second number only meets those that never would.
+constexpr int kMaskLooks = 3;
+constexpr int kTroposphereLooks = 8;
+
 /// The state `dt_s` later, |dt_s| <= kCarried_s, where asking the sky again would cost half of a fix.
 /// Two-body acceleration in the rotating frame; what it leaves out (J2, 1e-4 of it) is below 1e-9 m and 1e-6
 /// m/s.
@@ -99,9 +104,11 @@ void place_satellite(RangedSatellite& satellite, const Eigen::Vector3d& receiver
 
 void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& receiver_ecef,
              geodesy::GpsTime receiver_time, const FixOptions& options,
-             const std::map<orbit::System, orbit::Klobuchar>& klobuchar, bool keep_masked) {
+             const std::map<orbit::System, orbit::Klobuchar>& klobuchar, int looks) {
   const geodesy::Geodetic place = geodesy::geodetic_from_ecef(receiver_ecef);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
+  geodesy::Geodetic weather = place;
+  if (looks >= kTroposphereLooks) weather.height_m = std::clamp(place.height_m, -100.0, 1e4);
   const double sine_of_mask = std::sin(options.elevation_mask_rad);
   const bool corrects = options.correct_ionosphere || options.correct_troposphere;
   const bool weighs = options.weights.weighting == Weighting::Elevation;
@@ -109,7 +116,7 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
     satellite.direction = (satellite.position - receiver_ecef).normalized();
     const Eigen::Vector3d enu = enu_from_ecef * satellite.direction;
     const bool above = enu.z() >= sine_of_mask;
-    satellite.above_mask = above && (satellite.above_mask || !keep_masked);
+    satellite.above_mask = above && (satellite.above_mask || looks < kMaskLooks);
     if (!above || !(corrects || weighs)) continue;
     const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(enu);
     const Measurement& m = *satellite.measured;
@@ -121,7 +128,7 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
                             look.elevation_rad, satellite.state.carrier_frequency_hz);
     }
     if (options.correct_troposphere) {
-      satellite.atmosphere_m += saastamoinen_delay_m(place, look.elevation_rad);
+      satellite.atmosphere_m += saastamoinen_delay_m(weather, look.elevation_rad);
     }
   }
 }

@@ -43,11 +43,14 @@ struct RangedSatellite {
 void place_satellite(RangedSatellite& satellite, const Eigen::Vector3d& receiver_ecef);
 
 /// Mask, atmosphere and elevation weights at `receiver_ecef`, of satellites that have been placed.
-/// @param keep_masked a satellite that was below the mask before stays out
+/// @param looks how often the iteration has looked before. So that no edge keeps it from settling, after
+/// three a satellite that was below the mask stays out, and after eight the troposphere beyond the heights
+/// that saastamoinen_delay_m() knows (-100 m to 10 km, 0 elsewhere) is that of the nearest.
+///
 /// Throws InputError where options.correct_ionosphere finds no coefficients.
 void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& receiver_ecef,
              geodesy::GpsTime receiver_time, const FixOptions& options,
-             const std::map<orbit::System, orbit::Klobuchar>& klobuchar, bool keep_masked = false);
+             const std::map<orbit::System, orbit::Klobuchar>& klobuchar, int looks = 0);
 
 /// Doppler as an equation. With T' = 1 + d, d the receiver clock's drift, and the light-time equation derived
 /// once, the range rate is r' = e.(V - v) / g, g = 1 + e.(V + omega x S) / c, and

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/receiver/atmosphere.hpp"
 #include "canyon/receiver/fix.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/test_drive.hpp"
@@ -187,6 +188,27 @@ TEST(SolveFix, PdopBeyondTheLimitIsNoFix) {
   EXPECT_FALSE(weak.dop || weak.velocity_enu_mps || weak.clock_drift);
   EXPECT_EQ(weak.available, any.available);
   EXPECT_EQ(weak.rank, any.rank);
+}
+
+// The troposphere's model ends at -100 m. Corrected, these pseudoranges lead below it; not corrected, above.
+// Errors of detours lead there: three epochs of a recorded drive did not settle.
+TEST(SolveFix, SettlesWhereTheTroposphereEnds) {
+  const geodesy::Geodetic below = geodesy::Geodetic::from_degrees(22.3, 114.18, -101);
+  const geodesy::Geodetic edge = geodesy::Geodetic::from_degrees(22.3, 114.18, -100);
+  TestDrive drive(sky(), kTime, below, 7);
+  drive.sigma_m = 0;
+  std::vector<Measurement> measurements = drive.measure();
+  for (Measurement& m : measurements) {
+    m.sigma_m = 1;
+    m.pseudorange_m += saastamoinen_delay_m(edge, drive.elevation_rad(m.id));
+  }
+  FixOptions options;
+  EXPECT_GT(solve_fix(kTime, measurements, sky(), options).position.height_m, -99);
+  options.correct_troposphere = true;
+  const Fix fix = solve_fix(kTime, measurements, sky(), options);
+  ASSERT_TRUE(fix.solved()) << reason(fix.status);
+  EXPECT_NEAR(fix.position.height_m, -101, 1e-3);
+  EXPECT_LE(fix.iterations, 20);
 }
 
 TEST(SolveFix, RefusesACn0ThatIsNoNumber) {

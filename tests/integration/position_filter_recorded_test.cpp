@@ -1,0 +1,140 @@
+// Weights, RAIM and position filter on a recorded drive through Tsim Sha Tsui (u-blox M8T, GPS and BeiDou).
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/orbit/broadcast_sky.hpp"
+#include "canyon/orbit/rinex_navigation.hpp"
+#include "canyon/receiver/position_filter.hpp"
+#include "canyon/validation/rinex_observation.hpp"
+#include "tests/support/shared_data.hpp"
+
+namespace canyon {
+namespace {
+
+using orbit::System;
+
+struct Errors {
+  std::vector<double> horizontal, vertical;
+  int epochs = 0;
+  int clock_jumps = 0;
+
+  static double quantile(std::vector<double> values, double q) {
+    std::sort(values.begin(), values.end());
+    return values.at(static_cast<std::size_t>(q * static_cast<double>(values.size() - 1)));
+  }
+  void print(const char* what) const {
+    std::printf("%-28s %zu of %d epochs, horizontal p50 %.1f p95 %.1f m, vertical p50 %.1f p95 %.1f m\n",
+                what, horizontal.size(), epochs, quantile(horizontal, 0.5), quantile(horizontal, 0.95),
+                quantile(vertical, 0.5), quantile(vertical, 0.95));
+  }
+};
+
+struct Drive {
+  validation::RinexObservations recorded;
+  orbit::NavigationData navigation;
+  std::map<long, geodesy::Geodetic> truth;  ///< by whole seconds of the week
+};
+
+Drive read(const std::filesystem::path& folder) {
+  validation::ObservationOptions options;
+  options.systems = {System::GPS, System::BeiDou};
+  Drive drive{validation::read_rinex_observations(folder / "COM3_190428_124409.obs", options),
+              orbit::read_rinex_navigation({folder / "hksc1180.19n", folder / "hksc1180.19b"}),
+              {}};
+  std::ifstream file(folder / "groundTruth_TST.csv");
+  for (std::string line; std::getline(file, line);) {
+    int week = 0;
+    long second = 0;
+    double latitude = 0, longitude = 0, height = 0;
+    if (std::sscanf(line.c_str(), "%d,%ld,%lf,%lf,%lf", &week, &second, &latitude, &longitude, &height) ==
+        5) {
+      drive.truth[second] = geodesy::Geodetic::from_degrees(latitude, longitude, height);
+    }
+  }
+  return drive;
+}
+
+Errors errors(const Drive& drive, const orbit::Sky& sky, const receiver::FixOptions& options, bool filtered) {
+  Errors errors;
+  receiver::PositionFilter filter({}, options);
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();
+  double last_clock_s = 0;
+  for (const validation::ObservationEpoch& epoch : drive.recorded.epochs) {
+    const auto truth = drive.truth.find(std::lround(epoch.receiver_time.seconds_of_week()));
+    if (truth == drive.truth.end()) continue;
+    ++errors.epochs;
+    std::vector<receiver::Measurement> measurements;
+    for (const validation::ObservedSignal& signal : epoch.signals) {
+      if (!signal.pseudorange_m) continue;
+      receiver::Measurement m;
+      m.id = signal.id;
+      m.pseudorange_m = *signal.pseudorange_m;
+      m.sigma_m = 5;
+      m.cn0_dbhz = signal.cn0_dbhz;
+      m.carrier_frequency_hz = orbit::l1_frequency_hz(signal.id.system);
+      m.doppler_hz = signal.doppler_hz;
+      m.doppler_sigma_hz = 1;
+      measurements.push_back(m);
+    }
+    receiver::Fix fix =
+        solve_fix(epoch.receiver_time, measurements, sky, options, drive.navigation.klobuchar, start);
+    if (fix.solved()) {
+      start = fix.position_ecef;
+      const double clock_s = fix.clock_bias_s.begin()->second;
+      if (last_clock_s != 0 && std::abs(clock_s - last_clock_s) > 5e-4) ++errors.clock_jumps;
+      last_clock_s = clock_s;
+    }
+    if (filtered) {
+      fix = filter.update(epoch.receiver_time, measurements, sky, fix, drive.navigation.klobuchar);
+    }
+    if (!fix.solved()) continue;
+    const Eigen::Vector3d enu = geodesy::enu_from_ecef_rotation(truth->second) *
+                                (fix.position_ecef - geodesy::ecef_from_geodetic(truth->second));
+    errors.horizontal.push_back(enu.head<2>().norm());
+    errors.vertical.push_back(std::abs(enu.z()));
+  }
+  return errors;
+}
+
+TEST(RecordedDrive, FilterThroughClockJumpsAndDetours) {
+  CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
+  const Drive drive = read(folder);
+  const orbit::BroadcastSky sky(drive.navigation);
+  receiver::FixOptions options;
+  options.correct_ionosphere = options.correct_troposphere = true;
+  options.weights.weighting = receiver::Weighting::Equal;
+  const Errors equal = errors(drive, sky, options, false);
+  equal.print("equal weights");
+  options.weights.weighting = receiver::Weighting::Elevation;
+  errors(drive, sky, options, false).print("elevation weights");
+  options.weights.weighting = receiver::Weighting::Cn0;
+  const Errors cn0 = errors(drive, sky, options, false);
+  cn0.print("C/N0 weights");
+  const Errors filtered = errors(drive, sky, options, true);
+  filtered.print("C/N0 weights, filter");
+  options.raim.enabled = true;
+  const Errors raim = errors(drive, sky, options, false);
+  raim.print("C/N0 weights, RAIM");
+  errors(drive, sky, options, true).print("C/N0 weights, RAIM, filter");
+
+  EXPECT_EQ(equal.epochs, 485);
+  EXPECT_GT(equal.clock_jumps, 5);  // the receiver steers its clock by milliseconds
+  for (const Errors* each : {&equal, &cn0, &filtered, &raim}) EXPECT_EQ(each->horizontal.size(), 485U);
+  EXPECT_LT(Errors::quantile(cn0.horizontal, 0.5), Errors::quantile(equal.horizontal, 0.5));
+  EXPECT_LT(Errors::quantile(raim.horizontal, 0.5), Errors::quantile(cn0.horizontal, 0.5));
+  EXPECT_LT(Errors::quantile(filtered.horizontal, 0.5), 0.75 * Errors::quantile(cn0.horizontal, 0.5));
+  EXPECT_LT(Errors::quantile(filtered.horizontal, 0.95), 0.5 * Errors::quantile(cn0.horizontal, 0.95));
+  EXPECT_LT(Errors::quantile(filtered.vertical, 0.95), 0.5 * Errors::quantile(cn0.vertical, 0.95));
+}
+
+}  // namespace
+}  // namespace canyon
