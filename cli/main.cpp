@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   add_skyplot(app, action);
   add_city(app, action);
   add_profiles(app, action);
+  add_validate(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

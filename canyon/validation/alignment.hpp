@@ -17,7 +17,7 @@ struct AlignOptions {
   double heading_reach_rad =
       0.05235987755982988;  ///< 3 deg; headings are searched by 0.125 deg. [0.125 deg, pi/4]
   int resamples = 200;      ///< of the bootstrap behind the uncertainty, [20, 10,000]
-  double block_s = 30;      ///< of time, drawn together [s]; [1, 600]
+  double block_s = 30;      ///< of time, drawn together [s]; [1, 600]; at most a fifth of the part
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: as many as cores
   /// Moves tried, in all (about; the number grows with what is found). What it throws ends the work and comes

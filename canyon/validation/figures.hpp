@@ -72,7 +72,8 @@ struct Figures {
 };
 
 struct FigureOptions {
-  /// Blocks of the bootstrap [s]: errors hang together as long as a building does. [1, 600].
+  /// Blocks of the bootstrap [s]: errors hang together as long as a building does. [1, 600]; at most a fifth
+  /// of the part.
   double block_s = 60;
   int resamples = 500;  ///< [100, 100,000]; 0: no intervals
   std::uint64_t seed = 1;

@@ -60,7 +60,7 @@ X
 
 case $case in
 help)
-  runs 0 "$canyon" --help; says out simulate sky trace city
+  runs 0 "$canyon" --help; says out simulate sky trace city validate
   runs 0 "$canyon" --version; says out canyon
   runs 0 "$canyon" simulate --help
   says out --out --seed --duration --rate --threads --quiet receivers elevation_mask_deg height_above_terrain_m
@@ -112,6 +112,65 @@ trace)
   runs 2 "$canyon" trace small.yaml --receiver nobody; one_line; says err nobody rover
   runs 2 "$canyon" trace small.yaml --enu 1,2; one_line; says err EAST,NORTH,UP
   runs 2 "$canyon" trace small.yaml --enu nan,0,2; one_line ;;
+validate)
+  # Canyon's own receiver as the recorded one: made, then judged by the same scenario.
+  sed -i 's/speed_mps: 6/speed_mps: 3/' small.yaml; echo 'noise: {enabled: false}' >>small.yaml
+  runs 0 "$canyon" simulate small.yaml --out res --quiet
+  awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' res/epochs.csv >truth.csv
+  sed 's/^sky:.*/sky: {navigation: [res\/sky.nav]}/' small.yaml >judge.yaml
+  judge=("$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --truth-format urbannav --no-atmosphere)
+  runs 0 "${judge[@]}" --json figures.json --markdown table.md --report rep
+  says out "whole recording" "epochs" AUC "Tracked satellites" "Fixes by the same solver"
+  python3 - <<'P' || fail "figures.json is not what was simulated"
+import json
+f = json.load(open("figures.json"))["models"][0]
+assert 39 <= f["epochs"] <= 41 and f["position"]["measured"]["fixes"] == f["epochs"]
+# The recorded receiver is the simulated one.
+for view in "los", "nlos":
+    t = f["tracked"][view]
+    assert t["measured"] == t["simulated"], t
+p = f["position"]
+assert abs(p["measured"]["horizontal_error_m"]["p95"] - p["simulated"]["horizontal_error_m"]["p95"]) < 0.1, p
+P
+  [ -s rep/report.html ] && [ -s table.md ] || fail "no report or no table"
+  grep -qE '\b(nan|inf)\b' out figures.json table.md && fail "a number that is none"
+  runs 0 "${judge[@]}" --align --reach 4 --models mirror,specular --json - --quiet
+  python3 -c 'import json; f = json.load(open("out")); assert len(f["models"]) == 3 and 19 <= f["alignment"]["epochs"] <= 21, f' || fail "--json - is not what was asked for"
+  [ ! -s err ] || fail "--quiet printed something"
+  runs 0 "${judge[@]}" --align --align-heading --split 0.6 --ladder
+  says out "city moved by east" "turned by" "last 40 %" "+ ground reflection" "| mirror"
+  runs 2 "${judge[@]}" --split 0.5; one_line; says err --align
+  runs 2 "${judge[@]}" --align --split 1.5; one_line; says err --split
+  runs 2 "${judge[@]}" --align --split 0.1; one_line; says err epochs
+  runs 2 "${judge[@]}" --align --reach 1; one_line; says err reach
+  runs 2 "${judge[@]}" --models miror; one_line; says err miror "'mirror'"
+  runs 2 "${judge[@]}" --models mirror --ladder
+  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --truth-format gpx; one_line; says err gpx urbannav
+  runs 2 "${judge[@]}" --report judge.yaml; one_line; says err judge.yaml
+  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs; one_line; says err --truth
+  runs 2 "$canyon" validate judge.yaml --obs none.obs --truth truth.csv; one_line; says err none.obs
+  runs 2 "$canyon" validate judge.yaml --obs truth.csv --truth truth.csv; one_line; says err truth.csv
+  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --truth-format urbannav; one_line; says err Klobuchar
+  sed 's/^[0-9]*,/2000,/' truth.csv >other.csv
+  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth other.csv --truth-format urbannav --no-atmosphere
+  one_line; says err other.csv truth
+  ls -A . rep | grep -E 'part|probe' && fail "temporary files left" ;;
+validate_real)
+  needs_data urbannav-tst-20190428/COM3_190428_124409.obs
+  drive=$data/urbannav-tst-20190428
+  sed -e "s#hongkong/#$data/hongkong/#; s#urbannav-tst-20190428/#$drive/#g" "$root/examples/urbannav_tst.yaml" >tst.yaml
+  runs 0 "$canyon" validate tst.yaml --obs "$drive/COM3_190428_124409.obs" --align --models mirror,specular --report rep --json figures.json
+  says out "city moved by" "first half" "second half" "242 epochs" reflected
+  python3 - <<'P' || fail "the drive's figures are not those of docs/validate.md"
+import json
+f = json.load(open("figures.json"))
+assert abs(f["alignment"]["east_m"] + 2) < 2 and abs(f["alignment"]["north_m"]) < 2, f["alignment"]
+mirror, specular = f["models"][1], f["models"][2]
+assert abs(specular["separation_by_error"]["auc"] - 0.907) < 0.03
+assert abs(specular["separation_by_cn0"]["auc"] - 0.861) < 0.03
+assert specular["explained"][-1]["spearman"]["rho"] > mirror["explained"][-1]["spearman"]["rho"] + 0.2
+P
+  [ -s rep/report.html ] || fail "no report" ;;
 skyplot)
   runs 0 "$canyon" skyplot --help
   says out --out --frames --at --enu --time --receiver --style --projection --trails --width --every --first --last --threads "east to the LEFT"

@@ -1,0 +1,285 @@
+#include "canyon/validation/comparison.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <map>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/validation/models.hpp"
+#include "canyon/validation/segments.hpp"
+#include "canyon/validation/statistics.hpp"
+#include "tests/support/simulated_recording.hpp"
+#include "tests/support/simulation_support.hpp"
+
+namespace canyon::validation {
+namespace {
+
+using canyon::test::SimulatedRecording;
+using simulation::test::error_of;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+Registration moved_by(double east_m, double north_m) {
+  Registration r;
+  r.east_m = east_m;
+  r.north_m = north_m;
+  return r;
+}
+
+// By hand: the map's (12, 0) turns by 90 degrees about (10, 0) to (10, 2) and moves by (3, -2) to (13, 0).
+TEST(Registration, PlacesByHand) {
+  Registration r = moved_by(3, -2);
+  r.heading_rad = geodesy::kPi / 2;
+  r.pivot = {10, 0};
+  EXPECT_LT((r.place_in_city({13, 0, 5}) - Eigen::Vector3d(12, 0, 5)).norm(), 1e-12);
+  // What runs east in the map runs north in the world.
+  EXPECT_LT((r.direction_in_city({0, 1, 0}) - Eigen::Vector3d(1, 0, 0)).norm(), 1e-15);
+  EXPECT_EQ(r.direction_in_city({0, 0, 1}), Eigen::Vector3d(0, 0, 1));
+  // A direction is the difference of two places.
+  const Eigen::Vector3d a(1, 2, 3), b(-4, 7, 9);
+  EXPECT_LT((r.place_in_city(b) - r.place_in_city(a) - r.direction_in_city(b - a)).norm(), 1e-12);
+  EXPECT_EQ(Registration{}.place_in_city(a), a);
+}
+
+TEST(Segments, FollowTheStreets) {
+  EXPECT_TRUE(street_segments({}).empty());
+  std::vector<Eigen::Vector3d> places;
+  const auto go = [&places](double east, double north, int steps) {
+    for (int i = 0; i < steps; ++i) places.push_back(places.back() + Eigen::Vector3d(east, north, 0));
+  };
+  places.push_back(Eigen::Vector3d::Zero());
+  go(5, 0, 20);                                                  // 100 m east
+  for (int i = 0; i < 30; ++i) places.push_back(places.back());  // standing
+  go(3.5, 3.5, 4);                                               // a curve of 20 m
+  go(0, 5, 20);                                                  // 100 m north
+  go(-0.5, 5, 20);                                               // bent by 6 degrees: the same street
+  go(-5, 0, 4);  // 20 m west, then the drive ends: no street of its own
+  const std::vector<Segment> segments = street_segments(places);
+  ASSERT_EQ(segments.size(), 2U);
+  EXPECT_EQ(segments[0].first, 0U);
+  EXPECT_EQ(segments[1].first, segments[0].count);
+  EXPECT_EQ(segments[0].count + segments[1].count, places.size());
+  // The curve at 45 degrees belongs to either; with it the street still leads mostly one way.
+  EXPECT_NEAR(segments[0].heading_deg, 90, 10);
+  EXPECT_NEAR(segments[1].heading_deg, 355, 10);
+  EXPECT_NEAR(segments[0].length_m + segments[1].length_m,
+              100 + 4 * std::hypot(3.5, 3.5) + 100 + 20 * std::hypot(5, 0.5) + 20, 1e-9);
+
+  const std::vector<Eigen::Vector3d> standing(7, Eigen::Vector3d(1, 2, 3));
+  const auto one = street_segments(standing);
+  ASSERT_EQ(one.size(), 1U);
+  EXPECT_EQ(one[0].count, 7U);
+  EXPECT_EQ(one[0].length_m, 0);
+}
+
+/// Differences of measured and simulated, of what both have.
+struct Agreement {
+  std::size_t both = 0, only_one = 0, predictions = 0, nlos_measured = 0;
+  std::vector<double> error_m, cn0_db, fix_m;
+};
+Agreement agreement(const Comparison& comparison) {
+  Agreement a;
+  for (const ComparedEpoch& epoch : comparison.epochs) {
+    EXPECT_EQ(epoch.measured.used, epoch.simulated.used);
+    if (epoch.measured.solved && epoch.simulated.solved) {
+      a.fix_m.push_back((epoch.measured.error_enu_m - epoch.simulated.error_enu_m).norm());
+    }
+    for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
+      const ComparedSatellite& s = comparison.satellites[i];
+      if (s.measured != s.simulated) ++a.only_one;
+      EXPECT_EQ(s.used_measured, s.used_simulated);
+      if (!s.clear && s.measured) {
+        ++a.nlos_measured;
+        a.predictions += s.prediction ? 1 : 0;
+      }
+      if (!s.measured || !s.simulated || epoch.clock != ClockSource::Clear) continue;
+      ++a.both;
+      a.error_m.push_back(std::abs(*s.measured_error_m - *s.simulated_error_m));
+      if (s.measured_cn0_dbhz) a.cn0_db.push_back(std::abs(*s.measured_cn0_dbhz - *s.simulated_cn0_dbhz));
+    }
+  }
+  return a;
+}
+
+// Canyon's own receiver, recorded in a city that stands 3 m east and 2 m south of its map and is turned by a
+// degree: simulated in the map moved likewise, the same comes out.
+TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
+  Registration moved = moved_by(3, -2);
+  moved.heading_rad = geodesy::radians(1);
+  moved.pivot = {20, 30};
+  const SimulatedRecording recorded(moved);
+  const Recording recording = recorded.read();
+  // Reception times come back within a microsecond: the first or the last may fall out of the truth's span.
+  EXPECT_GE(recording.residuals.epochs.size() + 2, recorded.epochs().size());
+  const simulation::ReceiverConfig& receiver = recorded.scenario().receivers.front();
+  CompareOptions options;
+  options.name = "itself";
+  std::size_t told = 0;
+  options.progress = [&told](std::size_t done, std::size_t) { told = done; };
+  const Comparison comparison = compare(recording, receiver, recorded.environment(), moved, 1, options);
+  EXPECT_EQ(comparison.name, "itself");
+  EXPECT_EQ(told, comparison.epochs.size());
+  const Agreement a = agreement(comparison);
+  std::printf("%zu observations of both, %zu of one; errors differ by %.2g m at most, fixes by %.2g m\n",
+              a.both, a.only_one, quantile(a.error_m, 1).value(), quantile(a.fix_m, 1).value());
+  EXPECT_GT(a.both, 1500U);
+  EXPECT_LE(a.only_one, 3U);  // rays within micrometres of an edge
+  EXPECT_GT(a.nlos_measured, 100U);
+  EXPECT_EQ(a.predictions, a.nlos_measured);
+  // RINEX keeps millimetres, and one satellite may tell the clock; fixes carry that times their DOP.
+  EXPECT_LT(quantile(a.error_m, 0.99).value(), 3e-3);
+  EXPECT_LT(quantile(a.fix_m, 0.99).value(), 0.02);
+
+  // Predictions without strength: the shortest path, which is the whole error of an NLOS signal.
+  std::vector<double> off;
+  for (const ComparedSatellite& s : comparison.satellites) {
+    if (s.prediction && s.measured_error_m)
+      off.push_back(std::abs(*s.measured_error_m - s.prediction->excess_m));
+  }
+  EXPECT_LT(quantile(off, 0.99).value(), 3e-3);
+
+  // In the unmoved map it is another city.
+  const Comparison unmoved = compare(recording, receiver, recorded.environment(), {}, 1);
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < unmoved.satellites.size(); ++i) {
+    different += unmoved.satellites[i].clear != comparison.satellites[i].clear ? 1 : 0;
+  }
+  EXPECT_GT(different, 50U);
+
+  // Segments cover the drive.
+  std::size_t covered = 0;
+  for (const Segment& s : comparison.segments) covered += s.count;
+  EXPECT_EQ(covered, comparison.epochs.size());
+  EXPECT_EQ(comparison.segments.size(), 7U);  // seven legs of 76 m and more
+
+  // The same on one thread.
+  options.threads = 1;
+  const Comparison again = compare(recording, receiver, recorded.environment(), moved, 1, options);
+  ASSERT_EQ(again.satellites.size(), comparison.satellites.size());
+  for (std::size_t i = 0; i < again.satellites.size(); ++i) {
+    ASSERT_EQ(again.satellites[i].simulated_error_m, comparison.satellites[i].simulated_error_m);
+  }
+}
+
+TEST(Comparison, SignalsWithStrengthComeBackToo) {
+  const SimulatedRecording recorded({}, canyon::test::with_strength);
+  const Recording recording = recorded.read();
+  const Comparison comparison =
+      compare(recording, recorded.scenario().receivers.front(), recorded.environment(), {}, 1);
+  std::size_t differ = 0, all = 0, predicted = 0, blocked_tracked = 0;
+  std::vector<double> fix_m, cn0_db;
+  for (const ComparedEpoch& epoch : comparison.epochs) {
+    if (epoch.measured.solved && epoch.simulated.solved) {
+      fix_m.push_back((epoch.measured.error_enu_m - epoch.simulated.error_enu_m).norm());
+    }
+  }
+  for (const ComparedSatellite& s : comparison.satellites) {
+    ++all;
+    differ += s.measured != s.simulated ? 1 : 0;
+    if (s.measured_cn0_dbhz && s.simulated_cn0_dbhz) {
+      cn0_db.push_back(std::abs(*s.measured_cn0_dbhz - *s.simulated_cn0_dbhz));
+    }
+    if (s.clear || !s.simulated) continue;
+    ++blocked_tracked;
+    predicted += s.prediction ? 1 : 0;
+  }
+  std::printf("%zu of %zu tracked by one only; C/N0 differs by %.2g dB in the median, fixes by %.2g m\n",
+              differ, all, median(cn0_db).value_or(0), median(fix_m).value());
+  EXPECT_LT(static_cast<double>(differ), 0.01 * static_cast<double>(all));
+  EXPECT_GT(blocked_tracked, 100U);
+  EXPECT_EQ(predicted, blocked_tracked);
+  EXPECT_LT(median(fix_m).value(), 0.02);
+  EXPECT_LT(median(cn0_db).value_or(0), 0.01);  // RINEX has three decimals
+}
+
+TEST(Recording, SaysWhatIsWrong) {
+  const SimulatedRecording recorded;
+  const simulation::test::TemporaryFolder folder;
+  const auto read = [&](const std::filesystem::path& obs, const std::filesystem::path& truth,
+                        const std::string& format, const simulation::Environment& environment) {
+    RecordingOptions options;
+    options.ionosphere = options.troposphere = false;
+    return read_recording(recorded.scenario(), environment, obs, truth, format, options);
+  };
+  const simulation::Environment& environment = recorded.environment();
+
+  // Truth of another day.
+  const auto other_day =
+      folder.write("other.csv", "2025-01-01T00:00:00Z,22.3,114.17,5\n2025-01-01T00:01:00Z,22.3,114.17,5\n");
+  const InputError outside = error_of([&] { (void)read(recorded.obs, other_day, "csv", environment); });
+  EXPECT_THAT(outside.what(), AllOf(HasSubstr("car.obs"), HasSubstr("other.csv"), HasSubstr("2026-06-01"),
+                                    HasSubstr("2025-01-01")));
+
+  // A header without epochs.
+  std::ifstream in(recorded.obs);
+  std::string header, line;
+  while (std::getline(in, line)) {
+    header += line + "\n";
+    if (line.find("END OF HEADER") != std::string::npos) break;
+  }
+  const auto empty = folder.write("empty.obs", header);
+  EXPECT_THAT(error_of([&] { (void)read(empty, recorded.truth_csv, "csv", environment); }).what(),
+              HasSubstr("empty.obs"));
+
+  // No file, no RINEX, wrong format of the truth.
+  EXPECT_THAT(error_of([&] {
+                (void)read(folder.path() / "none.obs", recorded.truth_csv, "csv", environment);
+              }).what(),
+              HasSubstr("none.obs"));
+  EXPECT_THAT(
+      error_of([&] { (void)read(recorded.truth_csv, recorded.truth_csv, "csv", environment); }).what(),
+      HasSubstr("truth.csv"));
+  EXPECT_THAT(error_of([&] { (void)read(recorded.obs, recorded.truth_csv, "urbannav", environment); }).what(),
+              HasSubstr("truth.csv"));
+
+  // A sky without the recorded systems, and one of another day.
+  simulation::SkyConfig glonass;
+  glonass.nominal = true;
+  glonass.systems = {orbit::System::GLONASS};
+  const geodesy::GpsTime begin = recorded.epochs().front().observed.time;
+  const simulation::Environment other(
+      environment.city(),
+      simulation::build_sky(glonass, begin, begin + 300, environment.city().frame.origin()).sky);
+  EXPECT_THAT(error_of([&] { (void)read(recorded.obs, recorded.truth_csv, "csv", other); }).what(),
+              HasSubstr("car.obs"));
+  simulation::SkyConfig gps = recorded.scenario().sky;
+  const geodesy::GpsTime later = begin + 30 * 86400.0;
+  const simulation::Environment late(
+      environment.city(),
+      simulation::build_sky(gps, later, later + 300, environment.city().frame.origin()).sky);
+  EXPECT_THAT(error_of([&] { (void)read(recorded.obs, recorded.truth_csv, "csv", late); }).what(),
+              AllOf(HasSubstr("car.obs"), HasSubstr("ephemeris")));
+
+  // Real recordings hold the ionosphere; the nominal sky has no coefficients for it.
+  EXPECT_THROW(
+      (void)read_recording(recorded.scenario(), environment, recorded.obs, recorded.truth_csv, "csv"),
+      InputError);
+}
+
+TEST(Models, EachAddsToTheOneBefore) {
+  const simulation::ReceiverConfig receiver;
+  std::vector<std::string> keys;
+  for (const Model& m : model_ladder(receiver)) keys.push_back(m.key);
+  EXPECT_THAT(keys,
+              ElementsAre("mirror", "specular", "second", "diffraction", "tracking", "diffuse", "ground"));
+  for (const Model& m : model_ladder(receiver)) EXPECT_NO_THROW(m.receiver.propagation.validate());
+  const auto two = models_of(receiver, {"diffuse", "mirror"});
+  ASSERT_EQ(two.size(), 2U);
+  EXPECT_EQ(two[0].key, "mirror");
+  EXPECT_EQ(two[0].receiver.propagation.model, propagation::Model::Mirror);
+  EXPECT_TRUE(two[1].receiver.propagation.diffuse && two[1].receiver.propagation.diffraction);
+  EXPECT_FALSE(two[1].receiver.propagation.ground_reflection);
+  EXPECT_TRUE(two[1].receiver.options.signal.enabled);
+  EXPECT_THAT(error_of([&] { (void)models_of(receiver, {"difuse"}); }).what(),
+              AllOf(HasSubstr("difuse"), HasSubstr("'diffuse'")));
+}
+
+}  // namespace
+}  // namespace canyon::validation

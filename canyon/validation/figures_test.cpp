@@ -1,0 +1,334 @@
+#include "canyon/validation/figures.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <random>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/validation/alignment.hpp"
+#include "canyon/validation/ranked_sample.hpp"
+
+namespace canyon::validation {
+namespace {
+
+using nlohmann::json;
+using propagation::PathKind;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// A comparison, epoch by epoch.
+class Hand {
+ public:
+  Hand() { comparison.name = "by hand"; }
+  ComparedEpoch& epoch() {
+    ComparedEpoch e;
+    e.time = geodesy::parse_time("2019-04-28T12:52:00 GPST") + static_cast<double>(comparison.epochs.size());
+    e.place_enu_m = {static_cast<double>(comparison.epochs.size()), 0, 0};
+    e.first = comparison.satellites.size();
+    e.clock = ClockSource::Clear;
+    return comparison.epochs.emplace_back(e);
+  }
+  ComparedSatellite& satellite(bool clear, double elevation_deg = 60) {
+    ComparedSatellite s;
+    s.id = {orbit::System::GPS, static_cast<std::uint8_t>(++comparison.epochs.back().count)};
+    s.clear = clear;
+    s.elevation_rad = geodesy::radians(elevation_deg);
+    return comparison.satellites.emplace_back(s);
+  }
+  ComparedSatellite& measured(bool clear, double error_m, double cn0_dbhz, double elevation_deg = 60) {
+    ComparedSatellite& s = satellite(clear, elevation_deg);
+    s.measured = true;
+    s.measured_error_m = error_m;
+    s.measured_cn0_dbhz = cn0_dbhz;
+    return s;
+  }
+  [[nodiscard]] Figures figures(const FigureOptions& options = no_intervals()) const {
+    return validation::figures(comparison, 0, comparison.epochs.size(), "all", options);
+  }
+  static FigureOptions no_intervals() {
+    FigureOptions options;
+    options.resamples = 0;
+    return options;
+  }
+  Comparison comparison;
+};
+
+// Of 3 times 2 pairs NLOS is later and weaker in 5: AUC 5/6.
+TEST(Figures, SeparationByHand) {
+  Hand hand;
+  hand.epoch();
+  hand.measured(true, 0, 40);
+  hand.measured(true, 1, 45);
+  hand.measured(true, 2, 38);
+  hand.epoch();
+  hand.measured(false, 1.5, 39, 20);
+  hand.measured(false, 10, 30, 20);
+  const Figures f = hand.figures();
+  EXPECT_EQ(f.model, "by hand");
+  EXPECT_EQ(f.epochs, 2U);
+  EXPECT_EQ(f.los, 3U);
+  EXPECT_EQ(f.nlos, 2U);
+  EXPECT_DOUBLE_EQ(f.by_error->auc, 5.0 / 6);
+  EXPECT_DOUBLE_EQ(f.by_cn0->auc, 5.0 / 6);
+  // Above 1.25 m: both NLOS, and one LOS of three.
+  EXPECT_DOUBLE_EQ(f.by_error->balanced_accuracy, (1 + 2.0 / 3) / 2);
+  EXPECT_DOUBLE_EQ(f.by_error->threshold, 1.25);
+  // LOS stands in one band, NLOS in another: neither separates.
+  ASSERT_EQ(f.bands.size(), 3U);
+  EXPECT_EQ(f.bands[0].nlos, 2U);
+  EXPECT_EQ(f.bands[2].los, 3U);
+  for (const Band& band : f.bands) EXPECT_FALSE(band.by_error || band.by_cn0);
+  EXPECT_FALSE(f.by_error_interval);
+}
+
+TEST(Figures, BandsMeetWithoutOverlap) {
+  Hand hand;
+  hand.epoch();
+  for (const double elevation_deg : {5.0, 10.0, 29.999, 30.001, 49.999, 50.001, 90.0})
+    hand.measured(true, 0, 40, elevation_deg);
+  const Figures f = hand.figures();
+  EXPECT_EQ(f.bands[0].los, 2U);
+  EXPECT_EQ(f.bands[1].los, 2U);
+  EXPECT_EQ(f.bands[2].los, 2U);
+  EXPECT_EQ(f.los, 7U);
+}
+
+TEST(Figures, TrackedExplainedAndDistributions) {
+  Hand hand;
+  hand.epoch();
+  // LOS: 4 satellites, 3 measured, 2 simulated.
+  for (int i = 0; i < 4; ++i) {
+    ComparedSatellite& s = hand.satellite(true);
+    s.measured = i < 3;
+    if (s.measured) s.measured_error_m = i;  // 0, 1, 2
+    s.simulated = i < 2;
+    if (s.simulated) s.simulated_error_m = 5 + i;  // 5, 6: beyond all measured
+    if (s.simulated) s.simulated_cn0_dbhz = 44;
+  }
+  // NLOS: 5, 4 measured, of which one without a path.
+  const double errors[] = {10, 22, 33, 40};
+  const double delays[] = {11, 20, 30};
+  for (int i = 0; i < 5; ++i) {
+    ComparedSatellite& s = hand.satellite(false);
+    s.measured = i < 4;
+    if (s.measured) s.measured_error_m = errors[i];
+    if (i < 2) s.prediction = {PathKind::Reflected, 1, delays[i]};
+    if (i == 2) s.prediction = {PathKind::Diffracted, 0, delays[i]};
+    if (i == 4) s.prediction = {PathKind::Diffuse, 0, 99};  // not measured: explains nothing
+  }
+  const Figures f = hand.figures();
+  EXPECT_EQ(f.tracked_los.satellites, 4U);
+  EXPECT_DOUBLE_EQ(f.tracked_los.measured_ratio(), 0.75);
+  EXPECT_DOUBLE_EQ(f.tracked_los.simulated_ratio(), 0.5);
+  EXPECT_DOUBLE_EQ(f.tracked_nlos.measured_ratio(), 0.8);
+  EXPECT_DOUBLE_EQ(f.tracked_nlos.simulated_ratio(), 0);
+  EXPECT_DOUBLE_EQ(TrackedShare{}.measured_ratio(), 0);
+
+  ASSERT_EQ(f.explained.size(), 5U);
+  EXPECT_EQ(f.explained[0].kind, "reflected 1");
+  EXPECT_EQ(f.explained[0].n, 2U);
+  EXPECT_DOUBLE_EQ(f.explained[0].share, 0.5);
+  EXPECT_DOUBLE_EQ(*f.explained[0].median_difference_m, 1.5);  // 1 and 2
+  EXPECT_FALSE(f.explained[0].correlation);                    // two pairs
+  EXPECT_EQ(f.explained[1].n, 0U);
+  EXPECT_EQ(f.explained[2].kind, "diffracted");
+  EXPECT_EQ(f.explained[3].n, 0U);
+  EXPECT_EQ(f.explained[4].kind, "all");
+  EXPECT_EQ(f.explained[4].n, 3U);
+  EXPECT_DOUBLE_EQ(f.explained[4].share, 0.75);
+  EXPECT_DOUBLE_EQ(*f.explained[4].median_difference_m, 2);  // 1, 2, 3
+  EXPECT_DOUBLE_EQ(f.explained[4].correlation->rho, 1);
+
+  EXPECT_DOUBLE_EQ(*f.error_los_m.ks, 1);
+  EXPECT_EQ(f.error_los_m.measured_n, 3U);
+  EXPECT_DOUBLE_EQ(f.error_los_m.measured[2], 1);
+  EXPECT_DOUBLE_EQ(f.error_los_m.simulated[2], 5.5);
+  EXPECT_FALSE(f.error_nlos_m.ks);
+  EXPECT_EQ(f.cn0_los_dbhz.simulated_n, 2U);
+  EXPECT_EQ(f.cn0_los_dbhz.measured_n, 0U);
+}
+
+TEST(Figures, PositionsAndSegments) {
+  Hand hand;
+  for (int i = 0; i < 40; ++i) {
+    ComparedEpoch& e = hand.epoch();
+    e.segment = i < 25 ? 0 : 1;
+    e.measured.solved = i % 2 == 0;
+    if (e.measured.solved) e.measured.error_enu_m = {3, 4, -7};
+    if (e.measured.solved) e.measured.used = 6;
+    e.simulated.solved = true;
+    e.simulated.error_enu_m = {0, static_cast<double>(i), 1};
+    e.simulated.used = 8;
+  }
+  hand.comparison.segments = {{0, 25, 25, 90}, {25, 15, 15, 180}};
+  const Figures f = hand.figures();
+  EXPECT_EQ(f.measured.epochs, 40U);
+  EXPECT_EQ(f.measured.fixes, 20U);
+  EXPECT_DOUBLE_EQ(f.measured.mean_used, 6);
+  EXPECT_DOUBLE_EQ(f.measured.horizontal_m[4], 5);
+  EXPECT_DOUBLE_EQ(f.measured.vertical_m[0], 7);  // without sign
+  EXPECT_DOUBLE_EQ(f.simulated.horizontal_m[2], 19.5);
+  EXPECT_DOUBLE_EQ(*f.used.ks, 1);
+  ASSERT_EQ(f.segments.size(), 2U);
+  EXPECT_EQ(f.segments[1].simulated.epochs, 15U);
+  EXPECT_DOUBLE_EQ(f.segments[1].simulated.horizontal_m[2], 32);  // of 25 to 39
+
+  // A part: segments are cut to it, and those of fewer than ten epochs left out.
+  const Figures part = figures(hand.comparison, 18, 20, "middle", Hand::no_intervals());
+  ASSERT_EQ(part.segments.size(), 1U);
+  EXPECT_EQ(part.segments[0].segment.first, 25U);
+  EXPECT_EQ(part.segments[0].segment.count, 13U);
+  EXPECT_DOUBLE_EQ(part.segments[0].segment.length_m, 12);
+  EXPECT_EQ(part.epochs, 20U);
+  EXPECT_EQ(part.measured.fixes, 10U);
+  EXPECT_EQ(describe_part(hand.comparison, 18, 20, "middle"), "middle: 12:52:18 to 12:52:37 GPST, 20 epochs");
+  EXPECT_EQ(describe_part(hand.comparison, 0, 0, "none"), "none: no epoch");
+}
+
+Hand random_comparison() {
+  Hand hand;
+  std::mt19937 random(5);
+  const auto uniform = [&random] { return static_cast<double>(random() % 1000) / 1000; };
+  for (int e = 0; e < 300; ++e) {
+    hand.epoch();
+    for (int s = 0; s < 6; ++s) {
+      const bool clear = (e / 20 + s) % 3 != 0;
+      hand.measured(clear, std::floor(8 * uniform()) + (clear ? 0 : 3),
+                    std::floor(20 * uniform()) + (clear ? 25 : 20));
+    }
+  }
+  return hand;
+}
+
+// statistics.hpp's separation() and bootstrap_interval(), which SciPy judged, do the same the long way.
+TEST(Figures, IntervalsAreThoseOfTheBootstrap) {
+  const Hand hand = random_comparison();
+  FigureOptions options;
+  options.block_s = 20;
+  options.resamples = 200;
+  options.seed = 3;
+  const Figures f = hand.figures(options);
+  BootstrapOptions long_way;
+  long_way.block = 20;
+  long_way.resamples = 200;
+  long_way.seed = 3;
+  const auto interval = bootstrap_interval(
+      hand.comparison.epochs.size(),
+      [&](std::span<const std::size_t> drawn) -> std::optional<double> {
+        std::vector<double> los, nlos;
+        for (const std::size_t e : drawn) {
+          const ComparedEpoch& epoch = hand.comparison.epochs[e];
+          for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
+            const ComparedSatellite& s = hand.comparison.satellites[i];
+            (s.clear ? los : nlos).push_back(*s.measured_error_m);
+          }
+        }
+        const auto found = separation(nlos, los);
+        return found ? std::optional(found->auc) : std::nullopt;
+      },
+      long_way);
+  ASSERT_TRUE(f.by_error_interval && interval);
+  EXPECT_NEAR(f.by_error_interval->low, interval->low, 1e-12);
+  EXPECT_NEAR(f.by_error_interval->high, interval->high, 1e-12);
+  EXPECT_LT(f.by_error_interval->low, f.by_error->auc);
+  EXPECT_GT(f.by_error_interval->high, f.by_error->auc);
+  EXPECT_TRUE(f.by_cn0_interval);
+}
+
+TEST(Figures, NothingGivesNothing) {
+  Hand hand;
+  const Figures none = hand.figures();
+  EXPECT_EQ(none.epochs, 0U);
+  EXPECT_FALSE(none.by_cn0);
+  // An epoch whose errors have no clock, and a measured satellite without C/N0.
+  hand.epoch().clock = ClockSource::None;
+  hand.satellite(true).measured = true;
+  const Figures f = hand.figures();
+  EXPECT_EQ(f.los, 0U);
+  EXPECT_EQ(f.tracked_los.measured, 1U);
+  EXPECT_FALSE(f.explained.back().median_difference_m);
+}
+
+TEST(Figures, OptionsAreChecked) {
+  FigureOptions options;
+  options.block_s = 0;
+  EXPECT_THROW(options.validate(), InputError);
+  options = {};
+  options.resamples = 5;
+  EXPECT_THROW(options.validate(), InputError);
+  options.resamples = 0;
+  EXPECT_NO_THROW(options.validate());
+}
+
+/// Whether a value that is no number was printed.
+void expect_no_nan(const std::string& text) {
+  for (const char* word : {"nan", "NaN", "inf", "-inf"}) {
+    const std::size_t at = text.find(word);
+    // "inf" stands in no word that is used.
+    EXPECT_EQ(at, std::string::npos) << text.substr(at == std::string::npos ? 0 : at, 40);
+  }
+}
+
+TEST(Figures, TextsOfFullAndEmpty) {
+  Hand hand = random_comparison();
+  hand.comparison.name = "a \"quoted\" | name";
+  hand.comparison.segments = {{0, 300, 300, 90}};
+  const Figures full = hand.figures();
+  const Figures empty = Hand().figures();
+
+  Alignment alignment;
+  alignment.registration.east_m = 1.25;
+  alignment.registration.heading_rad = geodesy::radians(2);
+  alignment.score = kNan;  // never printed as such
+  const std::string text = to_json({full, empty}, to_json(alignment));
+  expect_no_nan(text);
+  const json parsed = json::parse(text);
+  EXPECT_EQ(parsed.at("alignment").at("east_m"), 1.25);
+  EXPECT_NEAR(parsed.at("alignment").at("heading_deg").get<double>(), 2, 1e-12);
+  EXPECT_TRUE(parsed.at("alignment").at("score").is_null());
+  ASSERT_EQ(parsed.at("models").size(), 2U);
+  const json& first = parsed.at("models")[0];
+  EXPECT_EQ(first.at("model"), hand.comparison.name);
+  EXPECT_EQ(first.at("separation_by_error").at("auc"), full.by_error->auc);
+  EXPECT_EQ(first.at("separation_by_cn0").at("threshold_dbhz"), -full.by_cn0->threshold);
+  EXPECT_EQ(first.at("distributions").at("los_error_m").at("measured").at("p50"),
+            full.error_los_m.measured[2]);
+  EXPECT_TRUE(first.at("distributions").at("los_error_m").at("simulated").at("p50").is_null());
+  EXPECT_EQ(first.at("tracked").at("nlos").at("measured_ratio"), 1);
+  EXPECT_EQ(first.at("segments").size(), 1U);
+  const json& second = parsed.at("models")[1];
+  EXPECT_TRUE(second.at("separation_by_cn0").is_null());
+  EXPECT_TRUE(second.at("tracked").at("los").at("measured_ratio").is_null());
+  EXPECT_TRUE(second.at("position").at("measured").at("horizontal_error_m").at("p95").is_null());
+  EXPECT_FALSE(json::parse(to_json({full}, {})).contains("alignment"));
+
+  for (const Figures& f : {full, empty}) expect_no_nan(to_text(f));
+  EXPECT_THAT(to_text(full), HasSubstr("AUC"));
+
+  // Rows have as many cells as the header, whatever stands in a name.
+  const std::string markdown = to_markdown({full, empty});
+  expect_no_nan(markdown);
+  std::size_t bars = 0, rows = 0, at = 0;
+  for (std::size_t end; (end = markdown.find('\n', at)) != std::string::npos; at = end + 1) {
+    const std::string line = markdown.substr(at, end - at);
+    if (line.empty() || line[0] != '|') continue;
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < line.size(); ++i)
+      n += line[i] == '|' && (i == 0 || line[i - 1] != '\\') ? 1 : 0;
+    if (rows++ == 0) bars = n;
+    EXPECT_EQ(n, bars) << line;
+  }
+  EXPECT_EQ(rows, 4U);
+}
+
+}  // namespace
+}  // namespace canyon::validation

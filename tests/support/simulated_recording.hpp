@@ -1,0 +1,115 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "canyon/city/synthetic_city.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/sinks.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "canyon/validation/comparison.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon::test {
+
+/// Four minutes through a made-up city that truly stands elsewhere than its map says, as a receiver would
+/// have recorded them: RINEX observations and true positions as files.
+class SimulatedRecording {
+ public:
+  using Change = std::function<void(simulation::ReceiverConfig&)>;
+
+  /// @param moved where the city truly stands, from its map; @param change of the recording receiver
+  explicit SimulatedRecording(const validation::Registration& moved = {}, const Change& change = {}) {
+    simulation::Scenario scenario = simulation::parse_scenario(R"(
+city: {synthetic: {blocks_east: 6, blocks_north: 6, min_height_m: 12, max_height_m: 90, seed: 7},
+       origin: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 0}}
+sky: {nominal: true, systems: [GPS, Galileo]}
+start: 2026-06-01T08:00:00Z
+rate_hz: 1
+trajectory:
+  waypoints: [{east_m: -152, north_m: -152}, {east_m: -152, north_m: 76}, {east_m: 76, north_m: 76},
+              {east_m: 76, north_m: -152}, {east_m: 0, north_m: -152}, {east_m: 0, north_m: 152},
+              {east_m: 152, north_m: 152}, {east_m: 152, north_m: 0}]
+  speed_mps: 6
+  height_above_terrain_m: 1.5
+receivers: [{name: car, elevation_mask_deg: 10}]
+noise: {enabled: false}
+)",
+                                                               folder_ / "scenario.yaml");
+    if (change) change(scenario.receivers.front());
+    const city::City map = city::synthetic_city(*scenario.city.synthetic);
+    city::City truth = map;
+    const Eigen::Rotation2Dd turn(moved.heading_rad);
+    for (Eigen::Vector3d& v : truth.mesh.vertices) {
+      v.head<2>() =
+          (turn * (v.head<2>() - moved.pivot) + moved.pivot + Eigen::Vector2d(moved.east_m, moved.north_m))
+              .eval();
+    }
+    const simulation::Simulation simulation(scenario, std::move(truth));
+    const auto rinex = output::make_rinex_observation(obs, 0, simulation);
+    TruthFile truth_file(truth_csv);
+    simulation.run({rinex.get(), &truth_file, &epochs_});
+    scenario_ = scenario;
+    environment_ = std::make_unique<simulation::Environment>(
+        map,
+        simulation::build_sky(scenario.sky, simulation.begin(), simulation.begin() + 300, map.frame.origin())
+            .sky);
+  }
+
+  [[nodiscard]] validation::Recording read() const {
+    validation::RecordingOptions options;
+    options.ionosphere = options.troposphere = false;
+    return validation::read_recording(scenario_, *environment_, obs, truth_csv, "csv", options);
+  }
+  [[nodiscard]] const simulation::Scenario& scenario() const { return scenario_; }
+  /// With the map's city, where it is drawn.
+  [[nodiscard]] const simulation::Environment& environment() const { return *environment_; }
+  [[nodiscard]] const std::vector<simulation::Epoch>& epochs() const { return epochs_.all; }
+
+ private:
+  TemporaryFolder folder_;
+
+ public:
+  const std::filesystem::path obs = folder_ / "car.obs", truth_csv = folder_ / "truth.csv";
+
+ private:
+  struct TruthFile final : simulation::EpochSink {
+    explicit TruthFile(const std::filesystem::path& path) : out(path) {
+      out << "time,latitude_deg,longitude_deg,height_m\n";
+    }
+    void write(const simulation::Epoch& e) override {
+      out << fmt::format("{} GPST,{:.11f},{:.11f},{:.5f}\n",
+                         geodesy::format_gpst(e.observed.time, 9).substr(0, 29),
+                         geodesy::degrees(e.truth.position.latitude_rad),
+                         geodesy::degrees(e.truth.position.longitude_rad), e.truth.position.height_m);
+    }
+    void finish() override { out.close(); }
+    std::ofstream out;
+  };
+  struct Kept final : simulation::EpochSink {
+    void write(const simulation::Epoch& e) override { all.push_back(e); }
+    void finish() override {}
+    std::vector<simulation::Epoch> all;
+  };
+
+  Kept epochs_;
+  simulation::Scenario scenario_;
+  std::unique_ptr<simulation::Environment> environment_;
+};
+
+/// A receiver whose signals have strength, without noise: what every later test may say of C/N0.
+inline void with_strength(simulation::ReceiverConfig& receiver) {
+  receiver.options.signal.enabled = true;
+  receiver.options.signal.loop_noise = false;
+  receiver.options.signal.lock.warm_start = true;
+  receiver.propagation.diffraction = true;
+}
+
+}  // namespace canyon::test
