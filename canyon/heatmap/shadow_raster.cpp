@@ -6,6 +6,8 @@
 #include <cstring>
 #include <limits>
 
+#include "canyon/propagation/clones.hpp"
+
 namespace canyon::heatmap {
 namespace {
 
@@ -23,6 +25,26 @@ constexpr ByteOfBits make_bytes() {
 constexpr ByteOfBits kBytes = make_bytes();
 
 }  // namespace
+
+// Both spans of doubles and their way to whole numbers, four rows at a time. A cell is at least the first
+// when it is not below u: the whole part of u + 1 is that but where u is whole to the last bit, which is the
+// margin's affair.
+CANYON_CLONES
+void row_spans(const RowBounds& bounds, int row, int count, int* first, int* last) {
+  const RowBounds b = bounds;
+  const double below = b.low - 1, beyond = b.high + 1;
+  for (int i = 0; i < count; ++i) {
+    const double v = row + i;
+    double left = b.left_anchor + (v - b.left_base) * b.left_slope - kSpanMargin;
+    double right = b.right_anchor + (v - b.right_base) * b.right_slope + kSpanMargin;
+    left = left > b.low ? left : b.low;
+    left = left < beyond ? left : beyond;
+    right = right < b.high ? right : b.high;
+    right = right > below ? right : below;
+    first[i] = static_cast<int>(left + 3) - 2;
+    last[i] = static_cast<int>(right + 2) - 2;
+  }
+}
 
 void BitRaster::expand(std::span<std::uint8_t> bytes) const {
   assert(bytes.size() == std::size_t{columns_} * rows_);

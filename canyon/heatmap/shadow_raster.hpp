@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -33,6 +34,16 @@ constexpr double kSpanMargin = 1e-9;
   const int below = floor_of(x);
   return below + (below < x ? 1 : 0);
 }
+
+/// The two sides that bound the rows of a triangle's half: at row v, u = anchor + (v - base) slope.
+struct RowBounds {
+  double left_anchor = 0, left_base = 0, left_slope = 0;
+  double right_anchor = 0, right_base = 0, right_slope = 0;
+  double low = 0, high = 0;  ///< of u, in the window
+};
+constexpr int kRowsAtOnce = 64;
+/// First and last cells of `count` rows from `row` on (at most kRowsAtOnce); last below first: none.
+void row_spans(const RowBounds& bounds, int row, int count, int* first, int* last);
 
 /// Calls span(row, first, last) for the cells of a window whose centres lie in the closed triangle, row by
 /// row. A side gives the same ends to both triangles that share it, since it is always followed from its
@@ -70,14 +81,16 @@ void scan_triangle(RasterPoint a, RasterPoint b, RasterPoint c, const Window& wi
     const double rise = to.v - from.v;
     const double slope = rise > 0 ? (to.u - from.u) / rise : 0;
     const double anchor = rise > 0 ? from.u : to.u;
-    for (int row = half_begin; row < half_end; ++row) {
-      const double on_long = a.u + (row - a.v) * long_slope;
-      const double on_short = anchor + (row - from.v) * slope;
-      const double left = (bend_right ? on_long : on_short) - kSpanMargin;
-      const double right = (bend_right ? on_short : on_long) + kSpanMargin;
-      const int first = ceil_of(left > low ? (left < high + 1 ? left : high + 1) : low);
-      const int last = floor_of(right < high ? (right > low - 1 ? right : low - 1) : high);
-      if (first <= last) span(row, first, last);
+    const RowBounds bounds = bend_right ? RowBounds{a.u, a.v, long_slope, anchor, from.v, slope, low, high}
+                                        : RowBounds{anchor, from.v, slope, a.u, a.v, long_slope, low, high};
+    std::array<int, kRowsAtOnce> first, last;
+    for (int row = half_begin; row < half_end; row += kRowsAtOnce) {
+      const int count = std::min(half_end - row, kRowsAtOnce);
+      row_spans(bounds, row, count, first.data(), last.data());
+      for (int i = 0; i < count; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        if (first[k] <= last[k]) span(row + i, first[k], last[k]);
+      }
     }
   }
 }

@@ -144,12 +144,15 @@ class Part {
     const Vector2d shear(0.01234567, 0.02718282);
     struct Flat {
       std::array<Vector2d, 3> at;
+      Vector2d min, max;  ///< with a little around
       double twice_area;
     };
     std::vector<Flat> flat;
     for (const Corners& c : corners_) {
       Flat f;
       for (std::size_t k = 0; k < 3; ++k) f.at[k] = c.at[k].head<2>() - c.at[k].z() * shear;
+      f.min = f.at[0].cwiseMin(f.at[1]).cwiseMin(f.at[2]) - Vector2d::Constant(kDoubt_m);
+      f.max = f.at[0].cwiseMax(f.at[1]).cwiseMax(f.at[2]) + Vector2d::Constant(kDoubt_m);
       f.twice_area = cross(f.at[1] - f.at[0], f.at[2] - f.at[0]);
       flat.push_back(f);
     }
@@ -162,6 +165,10 @@ class Part {
       for (std::size_t k = 0; k < corners_.size(); ++k) {
         if (k == t || corners_[k].flat) continue;
         const Flat& f = flat[k];
+        if (start.x() < f.min.x() || start.x() > f.max.x() || start.y() < f.min.y() ||
+            start.y() > f.max.y()) {
+          continue;
+        }
         const double sense = f.twice_area > 0 ? 1 : -1;
         std::array<double, 3> weight;
         double smallest = 1e300;
