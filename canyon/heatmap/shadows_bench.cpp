@@ -19,6 +19,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <thread>
 #include <vector>
 
@@ -345,44 +346,58 @@ void print_ratios() {
       different, beyond_1_mm, 1e3 * farthest);
 }
 
-/// Tiles shared out to threads. Beside the wall time, which other programs lengthen, the CPU time that all
-/// threads took together: what grows with their number is what they cost each other.
+/// Tiles shared out to threads: the wall time of short runs with one and two in turns. Runs during which
+/// another program took a core (a thread's CPU time is less than 0.97 of its wall time) do not count.
 void print_threads() {
   const Fixture& f = fixture();
-  const auto run = [&](int threads, double& cpu) {
+  struct Run {
+    double wall_s = 0, cpu_s = 0;  ///< CPU time of all threads
+    bool undisturbed = true;
+  };
+  const auto now = [] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  };
+  const auto run = [&](int threads) {
     std::atomic<std::size_t> next{0};
-    std::vector<double> cpu_of(static_cast<std::size_t>(threads));
-    const auto start = std::chrono::steady_clock::now();
+    std::atomic<bool> disturbed{false};
+    std::vector<double> cpu(static_cast<std::size_t>(threads));
+    const double start = now();
     std::vector<std::thread> workers;
     for (int i = 0; i < threads; ++i) {
       workers.emplace_back([&, i] {
-        const double cpu_start = cpu_seconds();
+        const double own_start = now(), cpu_start = cpu_seconds();
         std::vector<std::uint8_t> blocked(kMostCells);
         for (std::size_t t = next++; t < f.tiles.size(); t = next++) {
           const CellPlane& tile = f.tiles[t];
-          for (int repeat = 0; repeat < 4; ++repeat) {
-            for (const Vector3d& direction : f.sky) {
-              f.caster.shadows(tile, direction, {blocked.data(), std::size_t{tile.columns} * tile.rows});
-            }
+          for (const Vector3d& direction : f.sky) {
+            f.caster.shadows(tile, direction, {blocked.data(), std::size_t{tile.columns} * tile.rows});
           }
         }
-        cpu_of[static_cast<std::size_t>(i)] = cpu_seconds() - cpu_start;
+        const double own_cpu = cpu_seconds() - cpu_start;
+        if (own_cpu < 0.97 * (now() - own_start)) disturbed = true;
+        cpu[static_cast<std::size_t>(i)] = own_cpu;
       });
     }
     for (std::thread& worker : workers) worker.join();
-    cpu = 0;
-    for (const double c : cpu_of) cpu += c;
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return Run{now() - start, std::accumulate(cpu.begin(), cpu.end(), 0.0), !disturbed};
   };
-  std::vector<double> wall_ratio, cpu_ratio;
-  for (int round = 0; round < 9; ++round) {
-    double cpu1 = 0, cpu2 = 0;
-    const double wall1 = run(1, cpu1), wall2 = run(2, cpu2);
-    wall_ratio.push_back(wall1 / wall2);
-    cpu_ratio.push_back(2 * cpu1 / cpu2);
+  constexpr int kTries = 400;
+  std::vector<double> one, two, by_cpu;
+  for (int i = 0; i < kTries; ++i) {
+    const Run alone = run(1), together = run(2);
+    by_cpu.push_back(2 * alone.cpu_s / together.cpu_s);
+    if (alone.undisturbed) one.push_back(alone.wall_s);
+    if (together.undisturbed) two.push_back(together.wall_s);
   }
-  fmt::print("two threads over tiles: {:.2f} times the speed of one (wall), {:.2f} by their CPU time\n",
-             median(wall_ratio), median(cpu_ratio));
+  fmt::print(
+      "two threads over tiles: {:.2f} times the speed of one by the CPU time that both take together\n",
+      median(by_cpu));
+  if (one.empty() || two.empty()) {
+    fmt::print("  by wall time not measured, the machine is busy\n");
+  } else {
+    fmt::print("  {:.2f} by wall time, medians of {} and {} runs that no other program disturbed\n",
+               median(one) / median(two), one.size(), two.size());
+  }
 }
 
 }  // namespace

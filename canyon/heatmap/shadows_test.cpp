@@ -351,8 +351,14 @@ TEST(ShadowCaster, AgreesWithEveryTriangleTestedByItself) {
       triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
     }
     city::append_object(mesh, "soup", Surface::Building, Material::Concrete, vertices, triangles);
+    CellPlane plane{{-60 + unit(random), -55 + unit(random)}, 2.3, 50, 45, 10 * unit(random) - 5};
+    if (round % 2 == 1) {  // 12 km from the origin
+      const Vector3d away(8000, -9000, 100);
+      for (Vector3d& v : mesh.vertices) v += away;
+      plane.first += away.head<2>();
+      plane.z += away.z();
+    }
     const ShadowCaster caster(mesh);
-    const CellPlane plane{{-60 + unit(random), -55 + unit(random)}, 2.3, 50, 45, 10 * unit(random) - 5};
     // From 3 degrees to the zenith.
     const Vector3d direction = direction_deg(360 * unit(random), 3 + 87 * std::pow(unit(random), 2));
     const auto ours = shadows(caster, plane, direction);
