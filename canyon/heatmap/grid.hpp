@@ -6,11 +6,16 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "canyon/geodesy/frames.hpp"
 
 namespace canyon::heatmap {
+
+/// Tiles that Grid::covering() makes are no wider, as long as they have more than 16 cells across. The
+/// satellites' directions of a whole tile are those of its centre: 2.5e-5 rad from a corner's at this width.
+inline constexpr double kWidestTile_m = 1024;
 
 /// A part of a grid: columns [first_column, first_column + columns), rows likewise.
 struct Tile {
@@ -25,7 +30,7 @@ struct Grid {
   double west_m = 0, south_m = 0;  ///< outer edges, ENU of the city
   double spacing_m = 2;
   std::uint32_t columns = 0, rows = 0;
-  std::uint32_t tile_size = 256;
+  std::uint32_t tile_size = 256;  ///< cells across, [1, 4096]
 
   [[nodiscard]] Eigen::Vector2d centre(std::uint32_t column, std::uint32_t row) const {
     return {west_m + (column + 0.5) * spacing_m, south_m + (row + 0.5) * spacing_m};
@@ -39,18 +44,29 @@ struct Grid {
   [[nodiscard]] bool operator==(const Grid&) const = default;
 
   /// The grid that covers [west, east] x [south, north] with whole cells. Throws InputError for a box that is
-  /// empty or not finite, a spacing not in [0.01, 10,000] m, and more than 2^31 columns or rows.
+  /// empty or not finite, a spacing not in [0.01, 10,000] m, and more than 2^31 columns or rows. Tiles are of
+  /// 256 cells across, fewer (down to 16) where they would be wider than kWidestTile_m.
   [[nodiscard]] static Grid covering(double west_m, double south_m, double east_m, double north_m,
                                      double spacing_m);
+  /// Throws InputError for a corner that is not finite, a spacing not in [0.01, 10,000] m, no or more than
+  /// 2^31 columns or rows, and a tile size out of range.
+  void validate() const;
 };
 
 /// Polygons that cells must lie in (centres, even-odd rule, holes as further rings), ENU of the city [m].
+/// Rings close by themselves; a last corner that repeats the first does no harm. Points on an edge are on
+/// either side of it, the same one for all questions.
 struct Area {
   std::vector<std::vector<Eigen::Vector2d>> rings;
 
   [[nodiscard]] bool contains(const Eigen::Vector2d& point) const;
+  /// 1 for cells of a tile whose centre contains() has, else 0: row by row, each edge once.
+  [[nodiscard]] std::vector<std::uint8_t> mask(const Grid& grid, const Tile& tile) const;
   /// Bounds: min and max corner. The area must have a ring.
   [[nodiscard]] std::pair<Eigen::Vector2d, Eigen::Vector2d> bounds() const;
+  /// Throws InputError where there is no ring, for one of fewer than three corners, and for a corner that is
+  /// not finite.
+  void validate() const;
 };
 /// Polygon and MultiPolygon features of a GeoJSON file (longitude, latitude). Throws InputError with file and
 /// cure. Part of canyon::io.

@@ -38,12 +38,15 @@ struct LayerInfo {
   std::string_view name;       ///< "horizontal_error_p95": of options, NetCDF variables and files
   std::string_view long_name;  ///< for people
   std::string_view unit;       ///< UDUNITS: "m", "1"
-  bool error = false;          ///< needs pseudorange errors (rays beyond the line of sight) and a fix
+  bool error = false;          ///< needs a fix (its errors, geometry or satellites)
   bool draws = false;          ///< needs noise draws
+  /// Needs to know what arrives beyond the line of sight: all but SatellitesLos and SkyView.
+  bool received = true;
 };
+/// In the order of Layer.
 [[nodiscard]] std::span<const LayerInfo> all_layers();
 [[nodiscard]] const LayerInfo& info(Layer layer);
-/// By its name; InputError, with the closest one, for another. "all" is not one.
+/// By its name, upper or lower case; InputError, with the closest one, for another. "all" is not one.
 [[nodiscard]] Layer layer_by_name(std::string_view name);
 /// HorizontalError, SatellitesVisible, Hdop: the paper's panels.
 [[nodiscard]] std::vector<Layer> default_layers();
