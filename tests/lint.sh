@@ -41,7 +41,7 @@ grep_each "only canyon/buildings may include map libraries" \
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/(buildings|heatmap)/')
 grep_each "only canyon/buildings and canyon/heatmap may include raster libraries" \
   '#include [<"](gdal|ogr|netcdf)' "${outside[@]}"
-io=$(grep -oE 'IO( [a-z_]+\.cpp)+' CMakeLists.txt | tr ' ' '\n' | grep cpp)
+io=$(tr -s '\n ' ' ' <CMakeLists.txt | grep -oE 'IO( [a-z0-9_]+\.cpp)+' | tr ' ' '\n' | grep cpp)
 while IFS= read -r file; do
   name=$(basename "$file" .cpp)
   [[ $file == *.hpp ]] || grep -qxF "${name%_test}.cpp" <<<"$io" ||
