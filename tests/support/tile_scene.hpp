@@ -1,0 +1,131 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/heatmap/signals.hpp"
+#include "canyon/orbit/sky.hpp"
+#include "canyon/receiver/atmosphere.hpp"
+#include "canyon/receiver/receiver.hpp"
+#include "tests/support/circular_sky.hpp"
+
+namespace canyon::test {
+
+/// Cells of a tile and what arrives at them, by random numbers; and the fix of a receiver at a cell, from
+/// measurements written out again.
+struct TileScene {
+  CircularSky sky;
+  geodesy::LocalFrame frame;
+  geodesy::GpsTime time = CircularSky::kEpoch + std::chrono::hours(5);
+  std::map<orbit::System, orbit::Klobuchar> klobuchar;
+  heatmap::TileCells cells;
+  heatmap::TileSignals signals;
+
+  TileScene(const std::vector<orbit::System>& systems, const geodesy::Geodetic& origin,
+            double heading_rad = 0)
+      : sky(systems), frame(origin, heading_rad) {}
+
+  /// @param z of all cells; uneven: up to that much above it
+  void lay(const Eigen::Vector2d& first, double spacing_m, std::uint32_t columns, std::uint32_t rows,
+           double z, double uneven_m = 0) {
+    cells.tile = {0, 0, columns, rows};
+    cells.plane = {first, spacing_m, columns, rows, z};
+    cells.state.assign(cells.tile.cells(), heatmap::CellState::Computed);
+    cells.z.clear();
+    for (std::size_t i = 0; uneven_m > 0 && i < cells.tile.cells(); ++i) {
+      cells.z.push_back(
+          static_cast<float>(z + uneven_m * (0.5 + 0.5 * std::sin(1.7 * static_cast<double>(i)))));
+    }
+  }
+  [[nodiscard]] Eigen::Vector3d place(std::size_t cell) const {
+    const heatmap::CellPlane& p = cells.plane;
+    return {p.first.x() + static_cast<double>(cell % p.columns) * p.spacing_m,
+            p.first.y() + static_cast<double>(cell / p.columns) * p.spacing_m,
+            cells.z.empty() ? p.z : static_cast<double>(cells.z[cell])};
+  }
+  /// Satellites above the mask at the tile's centre, nothing received.
+  void look(double mask_rad) {
+    const heatmap::CellPlane& p = cells.plane;
+    const Eigen::Vector3d centre(p.first.x() + 0.5 * (p.columns - 1) * p.spacing_m,
+                                 p.first.y() + 0.5 * (p.rows - 1) * p.spacing_m, p.z);
+    signals = {};
+    for (const orbit::SatelliteId id : sky.satellites()) {
+      const auto line = orbit::line_of_sight(sky, id, time, frame.ecef_from_local(centre));
+      if (!line || line->elevation_rad < mask_rad) continue;
+      signals.satellites.push_back(*line);
+      signals.directions.push_back(frame.ecef_from_local_rotation().transpose() * line->direction_ecef);
+    }
+    signals.reception.assign(signals.satellites.size(), std::vector<heatmap::Reception>(
+                                                            cells.tile.cells(), heatmap::Reception::Blocked));
+    signals.excess_m.assign(signals.satellites.size(), std::vector<float>(cells.tile.cells(), 0));
+  }
+  /// Shares of all that are in line of sight, and that only a reflection brings (excess to most_m).
+  void receive(double los, double nlos, double most_m, std::uint64_t seed) {
+    receiver::RandomStream random(seed, "signals");
+    for (std::size_t k = 0; k < signals.satellites.size(); ++k) {
+      for (std::size_t i = 0; i < cells.tile.cells(); ++i) {
+        const double x = random.uniform();
+        signals.reception[k][i] = x < los          ? heatmap::Reception::LOS
+                                  : x < los + nlos ? heatmap::Reception::NLOS
+                                                   : heatmap::Reception::Blocked;
+        const bool only_reflected = signals.reception[k][i] == heatmap::Reception::NLOS;
+        signals.excess_m[k][i] = only_reflected ? static_cast<float>(most_m * random.uniform()) : 0;
+      }
+    }
+  }
+
+  struct Answer {
+    receiver::Fix fix;
+    double horizontal_m = NAN, vertical_m = NAN;
+    double solving_s = 0;  ///< in solve_fix()
+  };
+  /// Of receiver::solve_fix() at a cell. @param noise_m per satellite of the tile, or empty
+  [[nodiscard]] Answer judge(std::size_t cell, const receiver::ReceiverOptions& options,
+                             const std::vector<double>& noise_m = {}) const {
+    using geodesy::kSpeedOfLight;
+    const Eigen::Vector3d antenna = frame.ecef_from_local(place(cell));
+    const geodesy::Geodetic at = geodesy::geodetic_from_ecef(antenna);
+    const double bias_s = 1.234567e-4;
+    std::vector<receiver::Measurement> measurements;
+    for (std::size_t k = 0; k < signals.satellites.size(); ++k) {
+      if (signals.reception[k][cell] == heatmap::Reception::Blocked) continue;
+      const auto line = orbit::line_of_sight(sky, signals.satellites[k].id, time, antenna);
+      receiver::Measurement m;
+      m.id = line->id;
+      m.carrier_frequency_hz = line->state.carrier_frequency_hz;
+      m.sigma_m = 1;
+      m.pseudorange_m = line->range_m + static_cast<double>(signals.excess_m[k][cell]) +
+                        kSpeedOfLight * (bias_s - line->state.clock_bias_s + line->state.group_delay_s) +
+                        (noise_m.empty() ? 0 : noise_m[k]);
+      if (options.noise.enabled) m.pseudorange_m += options.noise.ou.mu_m;
+      if (options.ionosphere) {
+        m.pseudorange_m +=
+            receiver::klobuchar_delay_m(receiver::klobuchar_of(klobuchar, m.id.system), time, at,
+                                        line->azimuth_rad, line->elevation_rad, m.carrier_frequency_hz);
+      }
+      if (options.troposphere) m.pseudorange_m += receiver::saastamoinen_delay_m(at, line->elevation_rad);
+      measurements.push_back(m);
+    }
+    Answer answer;
+    const auto start = std::chrono::steady_clock::now();
+    answer.fix = receiver::solve_fix(time + bias_s, measurements, sky, options.fix, klobuchar);
+    answer.solving_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (answer.fix.solved()) {
+      const Eigen::Vector3d error =
+          geodesy::enu_from_ecef_rotation(at) * (answer.fix.position_ecef - antenna);
+      answer.horizontal_m = error.head<2>().norm();
+      answer.vertical_m = error.z();
+    }
+    return answer;
+  }
+};
+
+}  // namespace canyon::test
