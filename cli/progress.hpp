@@ -2,15 +2,23 @@
 
 #include <chrono>
 #include <cstddef>
+#include <optional>
 #include <string>
 
 namespace canyon::cli {
+
+/// "950", "12.3 k", "1.77 M": three digits of a count.
+[[nodiscard]] std::string short_count(double count);
+/// "12 s", "3 min 20 s", "2 h 5 min", "4 d 3 h".
+[[nodiscard]] std::string duration_text(double seconds);
 
 /// A progress line on standard error: a bar that redraws itself on a terminal, otherwise a plain line every
 /// few seconds, and nothing for work that ends sooner.
 class Progress {
  public:
-  Progress(std::string what, bool quiet);
+  /// @param unit of what is counted, "cells": counts are then short, and the rate is told. What was done
+  /// before the first update counts as found, not as work.
+  Progress(std::string what, bool quiet, std::string unit = {});
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -21,11 +29,14 @@ class Progress {
   using Clock = std::chrono::steady_clock;
 
   std::string what_;
+  std::string unit_;
   bool quiet_;
   bool terminal_;
   bool drawn_ = false;
+  std::optional<std::size_t> found_;  ///< with a unit: done at the first update
   Clock::time_point begin_ = Clock::now();
   Clock::time_point last_line_ = Clock::now();
+  Clock::time_point last_bar_;
 };
 
 }  // namespace canyon::cli
