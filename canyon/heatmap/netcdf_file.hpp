@@ -1,0 +1,76 @@
+#pragma once
+
+#include <netcdf.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace canyon::heatmap {
+
+/// An open NetCDF file. The library is not thread-safe: every call of all files goes through one lock. What
+/// fails is an InputError that names the file. Part of canyon::io.
+class NetcdfFile {
+ public:
+  /// Makes `at`, anew; `shown` is its name in messages.
+  [[nodiscard]] static NetcdfFile create(const std::filesystem::path& at, const std::filesystem::path& shown);
+  /// For reading.
+  [[nodiscard]] static NetcdfFile open(const std::filesystem::path& path);
+  /// Without close(), writing is given up in silence.
+  ~NetcdfFile();
+  NetcdfFile(NetcdfFile&& other) noexcept;
+  NetcdfFile& operator=(NetcdfFile&&) = delete;
+  NetcdfFile(const NetcdfFile&) = delete;
+  NetcdfFile& operator=(const NetcdfFile&) = delete;
+
+  // Defining; NC_GLOBAL is the variable of global attributes.
+  int define_dimension(const std::string& name, std::size_t size);
+  int define_variable(const std::string& name, nc_type type, const std::vector<int>& dimensions);
+  /// Chunks, shuffled, deflated and with a checksum. @param cache_bytes of chunks kept in memory while
+  /// writing
+  void set_storage(int variable, const std::vector<std::size_t>& chunk, int deflate_level,
+                   std::size_t cache_bytes);
+  void put_text(int variable, const std::string& name, std::string_view text);
+  void put_number(int variable, const std::string& name, double value);
+  void put_integer(int variable, const std::string& name, int value);
+  void put_float(int variable, const std::string& name, float value);
+  void put_bytes(int variable, const std::string& name, const std::vector<signed char>& values);
+  void end_definitions();
+
+  // Values of a box [start, start + count).
+  using Index = std::vector<std::size_t>;
+  void write(int variable, const Index& start, const Index& count, const float* values);
+  void write(int variable, const Index& start, const Index& count, const double* values);
+  void write(int variable, const Index& start, const Index& count, const signed char* values);
+  void write(int variable, const Index& start, const Index& count, const std::int64_t* values);
+  void close();
+
+  // Reading; empty where there is no such thing (of that type).
+  [[nodiscard]] std::optional<std::size_t> dimension(const std::string& name) const;
+  [[nodiscard]] std::optional<int> variable(const std::string& name) const;
+  [[nodiscard]] std::vector<std::string> variable_names() const;
+  [[nodiscard]] std::vector<std::string> dimensions_of(int variable) const;
+  [[nodiscard]] std::optional<double> number(int variable, const std::string& name) const;
+  [[nodiscard]] std::optional<std::string> text(int variable, const std::string& name) const;
+  void set_cache(int variable, std::size_t bytes) const;
+  void read(int variable, const Index& start, const Index& count, float* values) const;
+  void read(int variable, const Index& start, const Index& count, double* values) const;
+  void read(int variable, const Index& start, const Index& count, signed char* values) const;
+  void read(int variable, const Index& start, const Index& count, std::int64_t* values) const;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return shown_; }
+
+ private:
+  explicit NetcdfFile(std::filesystem::path shown) : shown_(std::move(shown)) {}
+  void check_written(int status) const;
+  void check_read(int status) const;
+
+  std::filesystem::path shown_;
+  int id_ = -1;
+};
+
+}  // namespace canyon::heatmap

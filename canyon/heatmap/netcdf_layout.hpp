@@ -1,0 +1,30 @@
+#pragma once
+
+/// Names that write_netcdf() and StoredMap share.
+namespace canyon::heatmap::layout {
+
+inline constexpr int kVersion = 1;  ///< of `canyon_map`; a reader refuses later ones
+inline constexpr const char* kMapVersion = "canyon_map";
+// The grid exactly; x and y hold centres.
+inline constexpr const char* kWest = "canyon_grid_west_m";
+inline constexpr const char* kSouth = "canyon_grid_south_m";
+inline constexpr const char* kSpacing = "canyon_grid_spacing_m";
+inline constexpr const char* kTileSize = "canyon_grid_tile_size";
+// The city's frame.
+inline constexpr const char* kLatitude = "canyon_origin_latitude_deg";
+inline constexpr const char* kLongitude = "canyon_origin_longitude_deg";
+inline constexpr const char* kHeight = "canyon_origin_height_m";
+inline constexpr const char* kHeading = "canyon_origin_heading_deg";
+inline constexpr const char* kAltitudeKind = "canyon_altitude_kind";
+inline constexpr const char* kAboveTerrain = "above_terrain";
+inline constexpr const char* kEllipsoid = "ellipsoid";
+
+inline constexpr const char* kTime = "time";
+inline constexpr const char* kGpsTime = "gps_time";
+inline constexpr const char* kAltitude = "altitude";
+inline constexpr const char* kY = "y";
+inline constexpr const char* kX = "x";
+inline constexpr const char* kState = "cell_state";
+inline constexpr signed char kNotComputed = -1;
+
+}  // namespace canyon::heatmap::layout
