@@ -1,6 +1,7 @@
 #include "canyon/heatmap/netcdf_file.hpp"
 
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <cerrno>
 #include <cstring>
@@ -109,6 +110,13 @@ void NetcdfFile::put_integer(int variable, const std::string& name, int value) {
 
 void NetcdfFile::put_float(int variable, const std::string& name, float value) {
   check_written(locked([&] { return nc_put_att_float(id_, variable, name.c_str(), NC_FLOAT, 1, &value); }));
+}
+
+void NetcdfFile::put_long(int variable, const std::string& name, std::int64_t value) {
+  check_written(locked([&] {
+    const long long number = value;
+    return nc_put_att_longlong(id_, variable, name.c_str(), NC_INT64, 1, &number);
+  }));
 }
 
 void NetcdfFile::put_bytes(int variable, const std::string& name, const std::vector<signed char>& values) {
@@ -240,6 +248,23 @@ void NetcdfFile::read(int variable, const Index& start, const Index& count, std:
     return nc_get_vara_longlong(id_, variable, start.data(), count.data(),
                                 reinterpret_cast<long long*>(values));
   }));
+}
+
+namespace {
+
+std::int64_t crc(const void* data, std::size_t bytes, std::int64_t before) {
+  return static_cast<std::int64_t>(
+      crc32_z(static_cast<uLong>(before), static_cast<const Bytef*>(data), bytes));
+}
+
+}  // namespace
+
+std::int64_t NetcdfFile::checksum(std::span<const float> values, std::int64_t before) {
+  return crc(values.data(), values.size_bytes(), before);
+}
+
+std::int64_t NetcdfFile::checksum(std::span<const signed char> values, std::int64_t before) {
+  return crc(values.data(), values.size_bytes(), before);
 }
 
 }  // namespace canyon::heatmap

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,6 +39,7 @@ class NetcdfFile {
   void put_number(int variable, const std::string& name, double value);
   void put_integer(int variable, const std::string& name, int value);
   void put_float(int variable, const std::string& name, float value);
+  void put_long(int variable, const std::string& name, std::int64_t value);
   void put_bytes(int variable, const std::string& name, const std::vector<signed char>& values);
   void end_definitions();
 
@@ -61,6 +63,10 @@ class NetcdfFile {
   void read(int variable, const Index& start, const Index& count, double* values) const;
   void read(int variable, const Index& start, const Index& count, signed char* values) const;
   void read(int variable, const Index& start, const Index& count, std::int64_t* values) const;
+
+  /// CRC-32 (zlib's) of values as they lie in memory, those of `before` continued.
+  [[nodiscard]] static std::int64_t checksum(std::span<const float> values, std::int64_t before = 0);
+  [[nodiscard]] static std::int64_t checksum(std::span<const signed char> values, std::int64_t before = 0);
 
   [[nodiscard]] const std::filesystem::path& path() const { return shown_; }
 

@@ -26,5 +26,7 @@ inline constexpr const char* kY = "y";
 inline constexpr const char* kX = "x";
 inline constexpr const char* kState = "cell_state";
 inline constexpr signed char kNotComputed = -1;
+inline constexpr const char* kTile = "tile";
+inline constexpr const char* kChecksum = "tile_crc32";  ///< (tile, time, altitude); negative: not computed
 
 }  // namespace canyon::heatmap::layout

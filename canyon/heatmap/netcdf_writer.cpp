@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,7 @@ class Writer {
   void write_coordinates();
   void write_axis(int variable, int bounds, double first, std::size_t count);
   void write_latitudes(const Tile& tile);
+  void define_checksums();
   void write_tile(std::size_t i);
   void step() {
     if (source_.progress) source_.progress(++done_, steps_);
@@ -84,7 +86,7 @@ class Writer {
   std::size_t done_ = 0, steps_ = 0;
   int time_dim_ = 0, altitude_dim_ = 0, y_dim_ = 0, x_dim_ = 0;
   int time_ = 0, gps_time_ = 0, altitude_ = 0, y_ = 0, x_ = 0, y_bounds_ = 0, x_bounds_ = 0;
-  int latitude_ = 0, longitude_ = 0, state_ = 0;
+  int latitude_ = 0, longitude_ = 0, state_ = 0, checksum_ = 0;
   std::vector<int> layers_;
 };
 
@@ -97,6 +99,7 @@ void Writer::define() {
   define_coordinates();
   define_plane();
   define_layers();
+  define_checksums();
   file_.end_definitions();
 }
 
@@ -247,6 +250,20 @@ void Writer::define_layers() {
   }
 }
 
+/// Chunks have checksums of their own; the index that finds them has none, and a chunk that it has lost reads
+/// as missing values.
+void Writer::define_checksums() {
+  const int tile_dim = file_.define_dimension(layout::kTile, grid_.tile_count());
+  checksum_ = file_.define_variable(layout::kChecksum, NC_INT64, {tile_dim, time_dim_, altitude_dim_});
+  file_.put_long(checksum_, "_FillValue", -1);
+  file_.put_text(
+      checksum_, "long_name",
+      "CRC-32 of a tile's values, layer by layer, and cell states; tiles by rows from the south-west");
+  const std::size_t times = request_.times.size(), altitudes = request_.altitudes_m.size();
+  file_.set_storage(checksum_, {1, times, altitudes}, kDeflateLevel,
+                    times * altitudes * sizeof(std::int64_t));
+}
+
 void Writer::write_axis(int variable, int bounds, double first, std::size_t count) {
   constexpr std::size_t kBatch = 65536;
   std::vector<double> centres, sides;
@@ -302,28 +319,34 @@ void Writer::write_tile(std::size_t i) {
   const Tile tile = grid_.tile(i);
   const std::size_t cells = tile.cells(), altitudes = request_.altitudes_m.size();
   if (with_latitude_) write_latitudes(tile);
-  bool state_written = false;
-  std::vector<signed char> state;
+  std::vector<signed char> state;  // [altitude][cell]; empty before the first slice
+  std::vector<std::int64_t> checksums(request_.times.size() * altitudes, -1);
   // Times within tiles: a store keeps a tile's times together.
   for (std::size_t time = 0; time < request_.times.size(); ++time, step()) {
     const std::optional<MapSource::Slice> slice = source_.slice(i, time);
     if (!slice) continue;
     assert(slice->values.size() == layers_.size() * altitudes * cells);
     assert(slice->state.size() == altitudes * cells);
-    for (std::size_t a = 0; a < altitudes; ++a) {
-      for (std::size_t k = 0; k < layers_.size(); ++k) {
-        file_.write(layers_[k], {time, a, tile.first_row, tile.first_column}, {1, 1, tile.rows, tile.columns},
-                    slice->values.data() + (k * altitudes + a) * cells);
+    if (state.empty()) {
+      for (const CellState s : slice->state) state.push_back(static_cast<signed char>(s));
+      for (std::size_t a = 0; a < altitudes; ++a) {
+        file_.write(state_, {a, tile.first_row, tile.first_column}, {1, tile.rows, tile.columns},
+                    state.data() + a * cells);
       }
-      if (state_written) continue;
-      state.clear();
-      for (std::size_t cell = 0; cell < cells; ++cell) {
-        state.push_back(static_cast<signed char>(slice->state[a * cells + cell]));
-      }
-      file_.write(state_, {a, tile.first_row, tile.first_column}, {1, tile.rows, tile.columns}, state.data());
     }
-    state_written = true;
+    for (std::size_t a = 0; a < altitudes; ++a) {
+      std::int64_t checksum = 0;
+      for (std::size_t k = 0; k < layers_.size(); ++k) {
+        const std::span<const float> values(slice->values.data() + (k * altitudes + a) * cells, cells);
+        file_.write(layers_[k], {time, a, tile.first_row, tile.first_column}, {1, 1, tile.rows, tile.columns},
+                    values.data());
+        checksum = NetcdfFile::checksum(values, checksum);
+      }
+      checksums[time * altitudes + a] =
+          NetcdfFile::checksum(std::span<const signed char>(state.data() + a * cells, cells), checksum);
+    }
   }
+  file_.write(checksum_, {i, 0, 0}, {1, request_.times.size(), altitudes}, checksums.data());
 }
 
 }  // namespace

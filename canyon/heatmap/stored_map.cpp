@@ -60,6 +60,7 @@ struct StoredMap::Impl {
   void read_grid();
   void read_axes();
   void find_layers();
+  void check(const Piece& piece) const;
   const Piece& piece(std::size_t tile, std::size_t time, std::size_t altitude);
 
   NetcdfFile file;
@@ -70,7 +71,7 @@ struct StoredMap::Impl {
   AltitudeKind altitude_kind = AltitudeKind::AboveTerrain;
   std::vector<Layer> layers;
   std::vector<int> variables;  ///< of the layers
-  int state = 0;
+  int state = 0, checksum = 0;
   std::mutex mutex;         ///< over `pieces`
   std::list<Piece> pieces;  ///< the last asked for first
 };
@@ -144,11 +145,25 @@ void StoredMap::Impl::find_layers() {
     }
   }
   if (layers.empty()) refuse("it has no layer");
+  checksum = over(layout::kChecksum, {layout::kTile, layout::kTime, layout::kAltitude});
+  if (size_of(layout::kTile) != grid.tile_count()) refuse("its tiles do not follow its grid");
   // Pieces are kept here, decoded; the library need not keep them too.
   const std::size_t chunk =
       std::size_t{std::min(grid.tile_size, grid.rows)} * std::min(grid.tile_size, grid.columns);
   file.set_cache(state, chunk);
   for (const int variable : variables) file.set_cache(variable, chunk * sizeof(float));
+}
+
+void StoredMap::Impl::check(const Piece& piece) const {
+  std::int64_t wanted = 0;
+  file.read(checksum, {piece.tile, piece.time, piece.altitude}, {1, 1, 1}, &wanted);
+  const bool none =
+      std::all_of(piece.values.begin(), piece.values.end(), [](float v) { return std::isnan(v); });
+  const std::int64_t found = NetcdfFile::checksum(piece.state, NetcdfFile::checksum(piece.values));
+  if (wanted < 0 ? !none : wanted != found) {
+    throw InputError(file.path(), 0, fmt::format("tile {} is damaged", piece.tile),
+                     "write the map again with canyon heatmap");
+  }
 }
 
 /// The caller holds the mutex.
@@ -174,6 +189,7 @@ const Piece& StoredMap::Impl::piece(std::size_t tile, std::size_t time, std::siz
   }
   file.read(state, {altitude, box.first_row, box.first_column}, {1, box.rows, box.columns},
             fresh.state.data());
+  check(fresh);
   pieces.push_front(std::move(fresh));
   const std::size_t bytes = (layers.size() * sizeof(float) + 1) * grid.tile_size * grid.tile_size;
   const std::size_t most = std::max<std::size_t>(1, kCacheBytes / bytes);
