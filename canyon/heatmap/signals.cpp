@@ -159,6 +159,10 @@ TileTracer::TileTracer(const simulation::Environment& environment,
 TileTracer::~TileTracer() = default;
 TileTracer::TileTracer(TileTracer&&) noexcept = default;
 
+const propagation::Propagator& TileTracer::propagator() const {
+  return impl_->propagator;
+}
+
 /// Heights of the cells' places, and of the terrain below them (NaN: none), which is left empty where no
 /// place can lie under it.
 void TileTracer::Impl::set_heights(const Grid& grid, double altitude_m, AltitudeKind kind, TileCells& cells,

@@ -58,6 +58,8 @@ class TileTracer {
   ~TileTracer();
   TileTracer(TileTracer&&) noexcept;
 
+  [[nodiscard]] const propagation::Propagator& propagator() const;
+
   /// Places and states of a tile's cells at one altitude [m, finite]. State, in this order: outside the area
   /// (null: everywhere); no terrain below the cell where the city has some (AboveTerrain); else what
   /// RayScene::placement() says of the place. A tile is flat where its cells' heights agree within 1 mm; its
