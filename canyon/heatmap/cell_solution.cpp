@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/receiver/atmosphere.hpp"
 #include "canyon/receiver/dop.hpp"
 #include "canyon/receiver/noise.hpp"
-#include "canyon/receiver/pseudorange_model.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -23,25 +23,12 @@ using Eigen::Vector3d;
 using geodesy::kSpeedOfLight;
 
 constexpr double kPivotThreshold = 1e-6;  ///< as receiver::solve_fix()
-/// After so many looks at mask and atmosphere receiver::solve_fix() keeps satellites out that were below the
-/// mask, and the troposphere within its heights.
-constexpr int kFreeLooks = 3;
-constexpr int kMostLooks = 12;  ///< 20 iterations, of which 7 or 8 lead from the Earth's centre to the place
-/// A change of the place that counts as none [m].
-constexpr double kSettled_m = 1e-6;
-constexpr int kMostPasses = 30;
 constexpr std::size_t kMostSets = 4096;
 
 /// Of WGS 84.
 constexpr double kSemiMajor_m = 6'378'137, kFlattening = 1 / 298.257223563;
 
-constexpr double kHeightStep_m = 10, kLowestWeather_m = -100, kHighestWeather_m = 10'000;
-
-Eigen::Matrix<double, 6, 1> monomials(const Vector3d& p) {
-  Eigen::Matrix<double, 6, 1> m;
-  m << p.x() * p.x(), p.y() * p.y(), p.z() * p.z(), p.x() * p.y(), p.x() * p.z(), p.y() * p.z();
-  return m;
-}
+constexpr double kHeightStep_m = 10;  ///< of ZenithDelay
 
 /// Rotation that takes the vectors b to the vectors a (Kabsch, Acta Crystallographica A 32, 1976).
 Matrix3d rotation_between(const Matrix3d& sum_of_a_bt) {
@@ -62,18 +49,18 @@ std::size_t hash(const SatelliteSet& set) {
 }  // namespace
 
 ZenithDelay::ZenithDelay(const geodesy::Geodetic& place) {
-  const auto steps = static_cast<std::size_t>((kHighestWeather_m - kLowestWeather_m) / kHeightStep_m);
+  const auto steps = static_cast<std::size_t>((kHighest_m - kLowest_m) / kHeightStep_m);
   geodesy::Geodetic at = place;
   for (std::size_t i = 0; i <= steps; ++i) {
-    at.height_m = kLowestWeather_m + kHeightStep_m * static_cast<double>(i);
+    at.height_m = kLowest_m + kHeightStep_m * static_cast<double>(i);
     delay_m_.push_back(receiver::saastamoinen_delay_m(at, geodesy::kPi / 2));
   }
 }
 
 double ZenithDelay::operator()(double height_m, bool clamped) const {
-  const double inside = std::clamp(height_m, kLowestWeather_m, kHighestWeather_m);
+  const double inside = std::clamp(height_m, kLowest_m, kHighest_m);
   if (inside != height_m && !clamped) return 0;
-  const double step = (inside - kLowestWeather_m) / kHeightStep_m;
+  const double step = (inside - kLowest_m) / kHeightStep_m;
   const auto i = std::min(static_cast<std::size_t>(step), delay_m_.size() - 2);
   const double part = step - static_cast<double>(i);
   return delay_m_[i] + part * (delay_m_[i + 1] - delay_m_[i]);
@@ -94,6 +81,7 @@ TileSolutions::TileSolutions(const receiver::ReceiverOptions& options,
   }
   assert(signals.directions.size() == signals.satellites.size());
   slots_.assign(64, 0);
+  drawn_m_.resize(3 * static_cast<std::size_t>(draws));
   if (signals.satellites.empty()) return;
   place_satellites(signals);
   // To the microsecond: flight times are rounded to nanoseconds, and no tile's centre may tell in the key.
@@ -187,12 +175,6 @@ void TileSolutions::draw_noise(const TileSignals& signals, geodesy::GpsTime time
   }
 }
 
-double TileSolutions::sine(const TileSatellite& satellite, const Vector3d& place) const {
-  const Vector3d towards = satellite.range_m * satellite.direction - place;
-  const Vector3d up(place.x() * curvature_east_, place.y() * curvature_north_, 1);
-  return towards.dot(up) / std::sqrt(towards.squaredNorm() * up.squaredNorm());
-}
-
 void TileSolutions::solve(SetSolution& solution, const SatelliteSet& set) const {
   using Matrix = Eigen::MatrixXd;
   const receiver::FixOptions& fix = options_.fix;
@@ -277,8 +259,8 @@ void TileSolutions::solve(SetSolution& solution, const SatelliteSet& set) const 
   solution.columns.assign(satellites_.size(), SetSolution::Column::Zero());
   solution.constant.setZero();
   const double mean = options_.noise.enabled ? options_.noise.ou.mu_m : 0;
-  solution.noise.assign(static_cast<std::size_t>(draws_), Vector3d::Zero());
   const auto draws = static_cast<std::size_t>(draws_);
+  solution.noise.assign(3 * draws, 0);
   for (Index row = 0; row < rows; ++row) {
     const std::size_t i = used[static_cast<std::size_t>(row)];
     SetSolution::Column& c = solution.columns[i];
@@ -289,7 +271,9 @@ void TileSolutions::solve(SetSolution& solution, const SatelliteSet& set) const 
     const double* drift = noise_m_.data() + (satellites_.size() + i) * draws;
     for (std::size_t draw = 0; draw < draws; ++draw) {
       const double error = noise_m_[i * draws + draw] + (set.drifting ? drift[draw] : 0);
-      solution.noise[draw] += error * c.head<3>();
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        solution.noise[axis * draws + draw] += error * c(static_cast<Index>(axis));
+      }
     }
   }
   solution.constant.tail<9>() += bend_of_error * atmosphere;
@@ -327,104 +311,6 @@ void TileSolutions::trim() {
   keys_.clear();
   sets_.clear();
   last_ = 0;
-}
-
-SetSolution::Column TileSolutions::sum(const SetSolution& set, const CellErrors& cell) const {
-  SetSolution::Column sums = set.constant;
-  for (int i = 0; i < cell.excesses; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    sums += cell.excess_m[k] * set.columns[cell.satellite[k]];
-  }
-  return sums;
-}
-
-Vector3d TileSolutions::atmosphere_in_signal(const SetSolution& set, const Vector3d& place) const {
-  Vector3d error = Vector3d::Zero();
-  if (options_.ionosphere) error += set.ionosphere + set.ionosphere_slope * place;
-  if (options_.troposphere) {
-    error += (*zenith_)(height_m(place), false) * (set.troposphere + set.troposphere_slope * place);
-  }
-  return error;
-}
-
-std::optional<Vector3d> TileSolutions::settle(const SetSolution& set, const Vector3d& error,
-                                              const SetSolution::Column& sums, const Vector3d& place,
-                                              std::optional<double> zenith_m) const {
-  Vector3d fixed = error + set.curvature * monomials(place);
-  Matrix3d linear = Eigen::Map<const Matrix3d>(sums.data() + 3);
-  if (zenith_m) {
-    if (options_.fix.correct_ionosphere) {
-      fixed -= set.ionosphere;
-      linear -= set.ionosphere_slope;
-    }
-    if (options_.fix.correct_troposphere) {
-      fixed -= *zenith_m * set.troposphere;
-      linear -= *zenith_m * set.troposphere_slope;
-    }
-  }
-  Vector3d x = fixed;
-  double before = std::numeric_limits<double>::infinity();
-  for (int pass = 0; pass < kMostPasses; ++pass) {
-    const Vector3d y = place + x;
-    const Vector3d next = fixed + linear * y - set.curvature * monomials(y) - set.turning * x;
-    const double change = (next - x).norm();
-    const double length = next.norm();
-    x = next;
-    // What is left shrinks by the same part each time.
-    if (change * change <= kSettled_m * length || change <= kSettled_m) {
-      const double height = height_m(place + x);
-      if (!(height >= receiver::kLowest_m && height <= receiver::kHighest_m)) return std::nullopt;
-      return x;
-    }
-    if (!(change < before) && pass > 2) return std::nullopt;
-    before = change;
-  }
-  return std::nullopt;
-}
-
-std::optional<CellFix> TileSolutions::locate(const CellErrors& cell) {
-  return locate(cell, kNoDraw);
-}
-
-std::optional<CellFix> TileSolutions::locate(const CellErrors& cell, int draw) {
-  const SetSolution* set = &solution(cell.received);
-  if (!set->solved) return std::nullopt;
-  SetSolution::Column sums;
-  Vector3d error;
-  const auto renew = [&] {
-    sums = sum(*set, cell);
-    error = sums.head<3>() + atmosphere_in_signal(*set, cell.place);
-    if (draw != kNoDraw) error += set->noise[static_cast<std::size_t>(draw)];
-  };
-  renew();
-  std::optional<Vector3d> x = settle(*set, error, sums, cell.place, std::nullopt);
-  if (!x) return std::nullopt;
-  if (!corrects_ && clear_of_mask(*set, cell.place + *x)) return CellFix{set, *x};
-
-  // As receiver::solve_fix() from where it first knows the place.
-  SatelliteSet above = cell.received;
-  for (int look = 0; look < kMostLooks; ++look) {
-    const Vector3d y = cell.place + *x;
-    SatelliteSet now;
-    now.drifting = above.drifting;
-    cell.received.for_each([&](std::size_t i) {
-      if (sine(satellites_[i], y) >= sine_of_mask_ && (look < kFreeLooks || above.contains(i))) now.insert(i);
-    });
-    const bool same = now == above;
-    if (!same) {
-      above = now;
-      set = &solution(above);
-      if (!set->solved) return std::nullopt;
-      renew();
-    }
-    const double zenith = options_.fix.correct_troposphere ? (*zenith_)(height_m(y), look >= kFreeLooks) : 0;
-    const std::optional<Vector3d> next = settle(*set, error, sums, cell.place, zenith);
-    if (!next) return std::nullopt;
-    const double step = (*next - *x).norm();
-    x = next;
-    if (same && step < kSettled_m) return CellFix{set, *x};
-  }
-  return std::nullopt;
 }
 
 }  // namespace canyon::heatmap

@@ -62,6 +62,8 @@ struct TileSatellite {
 /// Saastamoinen's zenith delay over the height. Error below 1e-6 m (linear between steps of 10 m).
 class ZenithDelay {
  public:
+  static constexpr double kLowest_m = -100, kHighest_m = 10'000;  ///< heights that the model knows
+
   explicit ZenithDelay(const geodesy::Geodetic& place);
   /// @param clamped beyond the model's heights that of the nearest; else 0, as receiver::look_up()
   [[nodiscard]] double operator()(double height_m, bool clamped) const;
@@ -90,7 +92,7 @@ struct SetSolution {
   Matrix3 ionosphere_slope;
   Eigen::Vector3d troposphere;  ///< per metre of zenith delay
   Matrix3 troposphere_slope;
-  std::vector<Eigen::Vector3d> noise;  ///< [draw]
+  std::vector<double> noise;  ///< [axis][draw]
 };
 
 /// Pseudorange errors at a cell.
@@ -128,26 +130,10 @@ class TileSolutions {
 
   /// Empty without a fix.
   [[nodiscard]] std::optional<CellFix> locate(const CellErrors& cell);
-  /// Of each draw, in order; f(fix) is called for those that have a fix.
+  /// Horizontal errors and sizes of vertical ones over the draws that have a fix, in order.
   /// @param undisturbed locate()'s answer
-  template <class F>
-  void locate_draws(const CellErrors& cell, F&& f) {
-    const SetSolution& set = solution(cell.received);
-    if (!set.solved) return;
-    const SetSolution::Column sums = sum(set, cell);
-    const Eigen::Vector3d fixed = sums.head<3>() + atmosphere_in_signal(set, cell.place);
-    for (int draw = 0; draw < draws_; ++draw) {
-      std::optional<CellFix> fix;
-      if (!corrects_) {
-        const Eigen::Vector3d error = fixed + set.noise[static_cast<std::size_t>(draw)];
-        if (const auto settled = settle(set, error, sums, cell.place, std::nullopt)) {
-          if (clear_of_mask(set, cell.place + *settled)) fix = CellFix{&set, *settled};
-        }
-      }
-      if (!fix) fix = locate(cell, draw);
-      if (fix) f(*fix);
-    }
-  }
+  void locate_draws(const CellErrors& cell, const CellFix& undisturbed, std::vector<double>& horizontal_m,
+                    std::vector<double>& vertical_m);
 
   /// Forgets solutions where they have become many, so that memory stays bounded.
   void trim();
@@ -163,13 +149,28 @@ class TileSolutions {
   [[nodiscard]] SetSolution::Column sum(const SetSolution& set, const CellErrors& cell) const;
   [[nodiscard]] Eigen::Vector3d atmosphere_in_signal(const SetSolution& set,
                                                      const Eigen::Vector3d& place) const;
-  /// The error of a place once curvature and the like agree with it.
-  /// @param error linear @param zenith_m of the troposphere's correction; empty: nothing is corrected
-  /// Empty where it does not settle near the ground.
-  [[nodiscard]] std::optional<Eigen::Vector3d> settle(const SetSolution& set, const Eigen::Vector3d& error,
-                                                      const SetSolution::Column& sums,
-                                                      const Eigen::Vector3d& place,
-                                                      std::optional<double> zenith_m) const;
+  /// The error x of a place solves x = constant + linear x - curvature(x), less the troposphere's correction.
+  struct Terms {
+    Eigen::Vector3d constant;
+    Eigen::Matrix3d linear;
+  };
+  /// @param error by pseudorange errors alone @param corrected the ionosphere, where it is to be
+  [[nodiscard]] Terms terms(const SetSolution& set, const Eigen::Vector3d& error,
+                            const SetSolution::Column& sums, const Eigen::Vector3d& place,
+                            bool corrected) const;
+  /// Solves it from x on. @param zenith_m of the troposphere's correction, at the place: called for each
+  /// pass; empty: there is no solution. Empty where it does not settle near the ground.
+  template <class Zenith>
+  [[nodiscard]] std::optional<Eigen::Vector3d> settle(const SetSolution& set, const Terms& terms,
+                                                      const Eigen::Vector3d& place, Eigen::Vector3d x,
+                                                      Zenith&& zenith_m) const;
+  /// With the troposphere as it is at the place found; empty beyond its heights, too.
+  [[nodiscard]] std::optional<Eigen::Vector3d> settle_within(const SetSolution& set, const Terms& terms,
+                                                             const Eigen::Vector3d& place,
+                                                             const Eigen::Vector3d& x) const;
+  /// All draws together where no edge is near; else false.
+  bool settle_draws(const SetSolution& set, const Terms& terms, const CellErrors& cell,
+                    const CellFix& undisturbed);
   [[nodiscard]] double height_m(const Eigen::Vector3d& place) const {
     return height_m_ + place.z() +
            0.5 * (place.x() * place.x() * curvature_east_ + place.y() * place.y() * curvature_north_);
@@ -177,6 +178,10 @@ class TileSolutions {
   /// Surely no received satellite is below the mask there.
   [[nodiscard]] bool clear_of_mask(const SetSolution& set, const Eigen::Vector3d& place) const {
     return place.lpNorm<1>() * sine_change_per_m_ < set.margin;
+  }
+  [[nodiscard]] Eigen::Vector3d noise(const SetSolution& set, int draw) const {
+    const auto d = static_cast<std::size_t>(draw), n = static_cast<std::size_t>(draws_);
+    return {set.noise[d], set.noise[n + d], set.noise[2 * n + d]};
   }
   [[nodiscard]] double sine(const TileSatellite& satellite, const Eigen::Vector3d& place) const;
   void place_satellites(const TileSignals& signals);
@@ -195,6 +200,7 @@ class TileSolutions {
   double sine_change_per_m_ = 0;
   std::optional<ZenithDelay> zenith_;
   std::vector<double> noise_m_;  ///< [satellite][draw], and then what drift adds
+  std::vector<double> drawn_m_;  ///< errors, [axis][draw]
 
   std::vector<std::uint32_t> slots_;  ///< open addressing: 1 + index into sets_, or 0
   std::vector<SatelliteSet> keys_;

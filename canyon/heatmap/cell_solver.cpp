@@ -37,38 +37,36 @@ float& at(Values& values, Layer layer) {
   return values[static_cast<std::size_t>(layer)];
 }
 
-/// Rank p (n - 1) of the ordered values, linear between them. Reorders them.
-double quantile(std::vector<double>& values, double p) {
+/// Value at rank p (n - 1) of the ordered values, linear between them. Reorders them. @param low an index
+/// whose value, and all before it, are at their rank as far as values below and above it are concerned, at
+/// most the rank; moves on
+double quantile(std::vector<double>& values, double p, std::size_t& low) {
   const double rank = p * static_cast<double>(values.size() - 1);
-  const auto low = values.begin() + static_cast<std::ptrdiff_t>(rank);
-  std::nth_element(values.begin(), low, values.end());
+  const auto begin = values.begin() + static_cast<std::ptrdiff_t>(low);
+  low = static_cast<std::size_t>(rank);
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(low);
+  std::nth_element(begin, at, values.end());
   const double part = rank - std::floor(rank);
-  if (part == 0) return *low;
-  return *low + part * (*std::min_element(low + 1, values.end()) - *low);
+  if (part == 0) return *at;
+  return *at + part * (*std::min_element(at + 1, values.end()) - *at);
 }
 
-/// Errors over the draws of a cell.
-struct Sample {
-  std::vector<double> horizontal, vertical;
-
-  void clear() {
-    horizontal.clear();
-    vertical.clear();
+/// Mean, RMS, p50 and p95, which follow one another in Layer.
+void describe(std::vector<double>& errors, Layer mean, bool quantiles, Values& values) {
+  double sum = 0, squares = 0;
+  for (const double error : errors) {
+    sum += error;
+    squares += error * error;
   }
-  static void describe(std::vector<double>& errors, Layer mean, Values& values) {
-    double sum = 0, squares = 0;
-    for (const double error : errors) {
-      sum += error;
-      squares += error * error;
-    }
-    const auto n = static_cast<double>(errors.size());
-    const auto first = static_cast<std::size_t>(mean);
-    values[first] = static_cast<float>(sum / n);
-    values[first + 1] = static_cast<float>(std::sqrt(squares / n));
-    values[first + 2] = static_cast<float>(quantile(errors, 0.5));
-    values[first + 3] = static_cast<float>(quantile(errors, 0.95));
-  }
-};
+  const auto n = static_cast<double>(errors.size());
+  const auto first = static_cast<std::size_t>(mean);
+  values[first] = static_cast<float>(sum / n);
+  values[first + 1] = static_cast<float>(std::sqrt(squares / n));
+  if (!quantiles) return;
+  std::size_t low = 0;
+  values[first + 2] = static_cast<float>(quantile(errors, 0.5, low));
+  values[first + 3] = static_cast<float>(quantile(errors, 0.95, low));
+}
 
 /// Who is received and who is in line of sight, of a block of cells: two words each.
 struct Block {
@@ -139,6 +137,12 @@ void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::
   assert(wanted.size() == layers.size());
   const auto any = [&](bool (*kind)(Layer)) { return std::any_of(wanted.begin(), wanted.end(), kind); };
   const bool fixes = any(of_fix), draws = any(over_draws);
+  const auto is_wanted = [&](Layer layer) {
+    return std::find(wanted.begin(), wanted.end(), layer) != wanted.end();
+  };
+  const bool horizontal_quantiles =
+      is_wanted(Layer::HorizontalErrorP50) || is_wanted(Layer::HorizontalErrorP95);
+  const bool vertical_quantiles = is_wanted(Layer::VerticalErrorP50) || is_wanted(Layer::VerticalErrorP95);
   [[maybe_unused]] const bool excess = signals.excess_m.size() == signals.satellites.size();
   assert(excess || !any(of_error));
   const bool excesses = !signals.excess_m.empty();
@@ -151,9 +155,7 @@ void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::
 
   Block block;
   CellErrors cell;
-  Sample sample;
-  sample.horizontal.reserve(static_cast<std::size_t>(impl_->draws.draws));
-  sample.vertical.reserve(static_cast<std::size_t>(impl_->draws.draws));
+  std::vector<double> horizontal, vertical;
   Values values;
   const std::size_t count = cells.state.size();
   for (std::size_t first = 0; first < count; first += kBlock) {
@@ -209,15 +211,10 @@ void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::
             at(values, Layer::Vdop) = static_cast<float>(fix->set->vdop);
           }
           if (fix && draws) {
-            sample.clear();
-            solutions.locate_draws(cell, [&](const CellFix& drawn) {
-              const Eigen::Vector3d error = solutions.at_vertical(cell.place, drawn.error);
-              sample.horizontal.push_back(error.head<2>().norm());
-              sample.vertical.push_back(std::abs(error.z()));
-            });
-            if (!sample.horizontal.empty()) {
-              Sample::describe(sample.horizontal, Layer::HorizontalErrorMean, values);
-              Sample::describe(sample.vertical, Layer::VerticalErrorMean, values);
+            solutions.locate_draws(cell, *fix, horizontal, vertical);
+            if (!horizontal.empty()) {
+              describe(horizontal, Layer::HorizontalErrorMean, horizontal_quantiles, values);
+              describe(vertical, Layer::VerticalErrorMean, vertical_quantiles, values);
             }
           }
         }

@@ -54,9 +54,9 @@ class CellSolver {
 
   /// layers[k] has one float for each cell, of wanted[k] (SkyView: left alone); NaN in cells that are not
   /// Computed.
-  /// @param signals of at most 128 satellites, else InputError. Excess is needed for errors and LargestExcess
-  /// (asserted); without it DOPs, counts and availability are those of a receiver that finds itself at the
-  /// cell (which matters for a satellite at the very mask alone).
+  /// @param signals of at most 128 satellites, else InputError. Excess is needed for errors (asserted);
+  /// without it LargestExcess is NaN, and DOPs, counts and availability are those of a receiver that finds
+  /// itself at the cell (which matters for a satellite at the very mask alone).
   void solve(const TileCells& cells, const TileSignals& signals, std::span<const Layer> wanted,
              std::span<const std::span<float>> layers) const;
 

@@ -4,13 +4,16 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <ctime>
 #include <map>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/heatmap/cell_solver.hpp"
 #include "canyon/heatmap/signals.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/receiver/atmosphere.hpp"
@@ -85,7 +88,7 @@ struct TileScene {
   struct Answer {
     receiver::Fix fix;
     double horizontal_m = NAN, vertical_m = NAN;
-    double solving_s = 0;  ///< in solve_fix()
+    double solving_s = 0;  ///< of the processor, in solve_fix()
   };
   /// Of receiver::solve_fix() at a cell. @param noise_m per satellite of the tile, or empty
   [[nodiscard]] Answer judge(std::size_t cell, const receiver::ReceiverOptions& options,
@@ -115,9 +118,9 @@ struct TileScene {
       measurements.push_back(m);
     }
     Answer answer;
-    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t start = std::clock();
     answer.fix = receiver::solve_fix(time + bias_s, measurements, sky, options.fix, klobuchar);
-    answer.solving_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    answer.solving_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     if (answer.fix.solved()) {
       const Eigen::Vector3d error =
           geodesy::enu_from_ecef_rotation(at) * (answer.fix.position_ecef - antenna);
@@ -127,5 +130,15 @@ struct TileScene {
     return answer;
   }
 };
+
+using Maps = std::vector<std::vector<float>>;
+/// -77 where nothing was written.
+inline Maps solve(const heatmap::CellSolver& solver, const heatmap::TileCells& cells,
+                  const heatmap::TileSignals& signals, const std::vector<heatmap::Layer>& wanted) {
+  Maps maps(wanted.size(), std::vector<float>(cells.state.size(), -77));
+  const std::vector<std::span<float>> spans(maps.begin(), maps.end());
+  solver.solve(cells, signals, wanted, spans);
+  return maps;
+}
 
 }  // namespace canyon::test
