@@ -92,11 +92,16 @@ Channel::Channel(const ChannelModel& model, orbit::SatelliteId id, const Antenna
       satellite_constant_db_(model.satellite_constant_db(id)),
       lock_(model.options().lock),
       fades_(orbit::to_string(id), model.stream(id, "diffuse")),
+      obstacle_distance_m_(model.options().shadowing.obstacle_distance_m),
       ambiguity_(model.stream(id, "ambiguity")),
       cn0_noise_(model.stream(id, "cn0")),
       code_noise_(model.options().dll.loop_bandwidth_hz, model.stream(id, "dll")),
       doppler_noise_(model.options().fll.loop_bandwidth_hz, model.stream(id, "fll")),
       phase_noise_(model.options().pll.loop_bandwidth_hz, model.stream(id, "pll")) {
+  if (model.options().shadowing.enabled) {
+    shadowing_.emplace(model.options().shadowing, model.stream(id, "shadow"),
+                       model.stream(id, "shadow level"));
+  }
   if (motion.epoch_before) {
     lock_.update(motion.first_epoch, std::nullopt);
     lock_.update(*motion.epoch_before, std::nullopt);
@@ -116,6 +121,13 @@ bool Channel::jumped(const AntennaMotion& motion, const orbit::LineOfSight& line
   return result;
 }
 
+double Channel::shadow(const AntennaMotion& motion, const orbit::LineOfSight& line, double turning_rad_s) {
+  if (!shadowing_) return 1;
+  if (swept_until_) swept_m_ += obstacle_distance_m_ * turning_rad_s * (motion.time - *swept_until_);
+  swept_until_ = motion.time;
+  return std::pow(10, shadowing_->level_db(motion.way_m + swept_m_, line.elevation_rad) / 20);
+}
+
 void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
                      const propagation::SatelliteView& view, const CodeTracker& tracker) {
   const SignalOptions& options = model.options();
@@ -124,6 +136,8 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
   const double frequency = line.state.carrier_frequency_hz;
   const double wavelength = geodesy::kSpeedOfLight / frequency;
   const Correlation& correlation = tracker.correlation();
+  const double turning = line.direction_ecef.cross(line.velocity_at_reception_mps).norm() / line.range_m;
+  const double direct_factor = shadow(motion, line, turning);
 
   // Amplitudes, and the strongest of the paths where the replica stands. Bundles count by their mean, or the
   // carrier would follow their fading.
@@ -139,6 +153,7 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
         path.excess_m,
         propagation::path_amplitude(path, line.elevation_rad, frequency, options.antenna, options.strength),
         0};
+    if (path.kind == PathKind::Direct) paths_[i].amplitude *= direct_factor;
     rates_mps_[i] = path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu);
     const double amplitude = std::sqrt(std::norm(paths_[i].amplitude));
     if (amplitude > strongest_anywhere) {
@@ -157,7 +172,6 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
   constexpr double kLeastHere = 0.03;
   if (strongest < kLeastHere * strongest_anywhere) tracked_ = anywhere;
 
-  const double turning = line.direction_ecef.cross(line.velocity_at_reception_mps).norm() / line.range_m;
   const double elapsed = motion.epoch_before ? motion.time - *motion.epoch_before : 0;
   const double coherence_m = kCoherenceWavelengths * wavelength;
   fades_.next_epoch();

@@ -100,6 +100,7 @@ struct Receiver::State {
     motion.time = time;
     motion.epoch_before = last;
     motion.step_m = (antenna - last_antenna).norm();
+    motion.way_m += motion.step_m;
     motion.velocity_ecef = velocity;
     motion.ecef_from_enu = ecef_from_enu;
     last = time;

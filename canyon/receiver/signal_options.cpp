@@ -29,6 +29,7 @@ void SignalOptions::validate() const {
   }
   check_range("satellite_sigma_db", satellite_sigma_db, 0, 10, "dB");
   strength.validate();
+  shadowing.validate();
   for (const orbit::System system : orbit::kAllSystems) {
     try {
       open_signal(system, front_end_bandwidth_hz).validate();

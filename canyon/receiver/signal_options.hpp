@@ -9,6 +9,7 @@
 #include "canyon/propagation/path_strength.hpp"
 #include "canyon/receiver/code_tracking.hpp"
 #include "canyon/receiver/loop_noise.hpp"
+#include "canyon/receiver/shadowing.hpp"
 #include "canyon/receiver/signal_lock.hpp"
 
 namespace canyon::receiver {
@@ -26,6 +27,8 @@ struct SignalOptions {
   /// and age. [0, 10].
   double satellite_sigma_db = 0;
   propagation::StrengthOptions strength;
+  /// Of the direct path, by what the map lacks; reflections and bent paths keep their strength.
+  ShadowingOptions shadowing;
   /// Two-sided bandwidth [Hz] of the front end, an ideal filter, [1.023e6, 511e6]; infinite: none.
   double front_end_bandwidth_hz = std::numeric_limits<double>::infinity();
   DllOptions dll;
