@@ -13,4 +13,4 @@ if(NOT CANYON_GEOS_LIBRARY)
   message(FATAL_ERROR "GEOS not found: install libgeos-dev")
 endif()
 set(CANYON_IO_LIBRARIES PkgConfig::assimp PkgConfig::cairo PkgConfig::gdal PkgConfig::netcdf PkgConfig::tinyxml2
-    CURL::libcurl EXPAT::EXPAT BZip2::BZip2 ${CANYON_GEOS_LIBRARY})
+    CURL::libcurl EXPAT::EXPAT BZip2::BZip2 ${CANYON_GEOS_LIBRARY} ${CMAKE_DL_LIBS})

@@ -133,7 +133,7 @@ class Writer {
         request_(*source.request),
         grid_(request_.grid),
         work_(folder),
-        wkt_(projection_wkt(source.frame, "WKT2_2019")),
+        wkt_(projection_wkt(source.frame, "WKT2")),
         decimals_(second_decimals(request_.times)) {
     static std::once_flag registered;
     std::call_once(registered, GDALAllRegister);

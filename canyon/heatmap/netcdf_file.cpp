@@ -1,5 +1,6 @@
 #include "canyon/heatmap/netcdf_file.hpp"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -47,6 +48,15 @@ void NetcdfFile::check_read(int status) const {
 }
 
 NetcdfFile NetcdfFile::create(const std::filesystem::path& at, const std::filesystem::path& shown) {
+  // A file that a full disk keeps HDF5 (1.10) from closing stays in its tables half released, and when the
+  // program ends HDF5 falls over it. So HDF5 shall do nothing then: all files here are closed by hand. No
+  // effect where the program has used HDF5 before. Looked up by name, since only libnetcdf links HDF5.
+  static const bool left_alone = [] {
+    using Function = int (*)();
+    const auto leave = reinterpret_cast<Function>(dlsym(RTLD_DEFAULT, "H5dont_atexit"));
+    return leave != nullptr && leave() >= 0;
+  }();
+  static_cast<void>(left_alone);
   NetcdfFile file(shown);
   file.check_written(locked([&] { return nc_create(at.c_str(), NC_CLOBBER | NC_NETCDF4, &file.id_); }));
   return file;

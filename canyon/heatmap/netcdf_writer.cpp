@@ -212,7 +212,7 @@ void Writer::define_plane() {
   file_.put_text(crs, "horizontal_datum_name", "World Geodetic System 1984");
   file_.put_text(crs, "geographic_crs_name", "WGS 84");
   file_.put_text(crs, "projected_crs_name", "Canyon city plane");
-  file_.put_text(crs, "crs_wkt", projection_wkt(source_.frame, "WKT2_2019"));
+  file_.put_text(crs, "crs_wkt", projection_wkt(source_.frame, "WKT2"));
   // For readers older than WKT 2 (GDAL's own attribute).
   file_.put_text(crs, "spatial_ref", projection_wkt(source_.frame, "WKT1_GDAL"));
 }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -248,6 +249,25 @@ TEST(NetcdfWriter, FullDiskLeavesTheOlderFile) {
       << "nothing half written";
   write_netcdf(path, map.source());
   EXPECT_TRUE(test::read_bytes(path) == whole) << "the library is as before";
+}
+
+TEST(NetcdfWriterDeathTest, ProgramEndsWellAfterAFullDisk) {
+  ::testing::FLAGS_gtest_death_test_style = "threadsafe";
+  const test::TemporaryFolder folder;
+  EXPECT_EXIT(
+      {
+        const test::SampleMap map(60, 60);
+        for (std::size_t limit = 0; limit < 50'000; limit += 7001) {
+          const test::SmallDisk disk(limit);
+          try {
+            write_netcdf(folder / "map.nc", map.source());
+            std::exit(1);
+          } catch (const InputError&) {
+          }
+        }
+        std::exit(42);
+      },
+      ::testing::ExitedWithCode(42), "");
 }
 
 TEST(NetcdfWriter, FolderThatIsNotThere) {

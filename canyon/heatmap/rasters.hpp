@@ -25,7 +25,8 @@ struct MapSource {
     std::vector<float> values;
     std::vector<CellState> state;
   };
-  /// Must be set; asked once for each pair and writer. What it throws passes through the writer.
+  /// Must be set. Each writer asks once for each pair, in the writer's own thread: write_netcdf() tile by
+  /// tile with all its times, write_geotiffs() time by time. What it throws passes through the writer.
   std::function<std::optional<Slice>(std::size_t tile, std::size_t time)> slice;
   /// May be empty. Steps done and in all: rises from the first step on, ends with both equal. From the
   /// writer's own thread.
