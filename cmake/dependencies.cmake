@@ -5,6 +5,11 @@ find_package(TBB REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(Threads REQUIRED)
+set(CANYON_MPI "")
+if(CANYON_BUILD_MPI)
+  find_package(MPI REQUIRED COMPONENTS CXX)
+  set(CANYON_MPI MPI::MPI_CXX)
+endif()
 
 # Debian packages GeographicLib's find module, not its CMake package, and Embree's package does not define a
 # target in every version; both are therefore plain targets made here and in canyonConfig.cmake alike.

@@ -75,6 +75,14 @@ void add(Lines& add, const receiver::SignalOptions& o) {
   add("satellite_sigma_db", o.satellite_sigma_db);
   add("strength.slabs", o.strength.slabs)("strength.roughness_m", o.strength.roughness_m);
   add("strength.foliage", o.strength.foliage);
+  const receiver::ShadowingOptions& w = o.shadowing;
+  add("shadowing.enabled", w.enabled)("shadowing.environment", w.environment)("shadowing.frame_m", w.frame_m);
+  add("shadowing.transition_m", w.transition_m)("shadowing.correlation_m", w.correlation_m);
+  add("shadowing.obstacle_distance_m", w.obstacle_distance_m);
+  add("custom.clear_mean_db", w.custom.clear_mean_db)("custom.clear_sigma_db", w.custom.clear_sigma_db);
+  add("custom.shadowed_mean_db", w.custom.shadowed_mean_db);
+  add("custom.shadowed_sigma_db", w.custom.shadowed_sigma_db);
+  add("custom.enter", w.custom.enter)("custom.leave", w.custom.leave);
   add("front_end_bandwidth_hz", o.front_end_bandwidth_hz);
   add("dll.discriminator", o.dll.discriminator)("dll.spacing_chips", o.dll.spacing_chips);
   add("dll.loop_bandwidth_hz", o.dll.loop_bandwidth_hz)("dll.integration_s", o.dll.integration_s);

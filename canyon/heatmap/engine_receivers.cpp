@@ -82,6 +82,7 @@ void CellReceivers::solve_without_noise(geodesy::GpsTime time, const Vector3d& p
   receiver::ReceiverOptions quiet = options_;
   quiet.signal.cn0_sigma_db = 0;
   quiet.signal.satellite_sigma_db = 0;
+  quiet.signal.shadowing.enabled = false;
   receiver::Receiver receiver(quiet, seed_of(draws_, time, 0));
   const geodesy::LocalFrame& frame = environment_->city().frame;
   const Vector3d truth = frame.ecef_from_local(place);

@@ -16,9 +16,10 @@ namespace canyon::heatmap {
 ///
 /// Receivers have run for long (SignalLockOptions::warm_start) and are at rest. Draw d at a time has the same
 /// seed at every cell, so that maps are smooth and do not depend on tiles. Values without noise are those of
-/// draw 0 of a receiver that states C/N0 without noise, whose satellites have no constant of their own, with
-/// the noise taken out of its pseudoranges (its mean stays) and solved by receiver::solve_fix(): weights are
-/// what the receiver believes. Availability of signals with strength is the share of draws that have a fix.
+/// draw 0 of a receiver that states C/N0 without noise, whose satellites have no constant of their own and no
+/// shadow by what the map lacks, with the noise taken out of its pseudoranges (its mean stays) and solved by
+/// receiver::solve_fix(): weights are what the receiver believes. Availability of signals with strength is
+/// the share of draws that have a fix.
 class CellReceivers {
  public:
   /// The environment and the propagator must outlive it. Throws InputError for options that do not

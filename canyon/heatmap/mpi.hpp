@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace canyon::heatmap {
+
+/// The processes that compute one map together, started by mpirun or a scheduler: a thin wrapper of MPI, so
+/// that nothing else knows it. Without CANYON_BUILD_MPI, or where nothing started the process as one of
+/// several, it is alone: rank 0 of 1.
+///
+/// Ranks share nothing but the folder of a TileStore (rank 0 opens it, then a barrier, then the others) and
+/// take the units of their number (RunOptions::rank). All calls are collective: every rank makes the same
+/// ones in the same order, from the thread that made the object (MPI_THREAD_FUNNELED).
+class MpiProcesses {
+ public:
+  /// Whether this build knows MPI.
+  [[nodiscard]] static bool built_in();
+
+  /// Joins the others. One in the life of a process. Throws InputError where the MPI library cannot bear
+  /// threads beside it.
+  /// @param argc, @param argv of main(), for what launchers add to them; null: unknown
+  MpiProcesses(int* argc, char*** argv);
+  /// Leaves, once all ranks do. Behind an exception, the others would wait for this one for ever: the whole
+  /// job is ended, as by abort(1); whoever wants to say why catches it before.
+  ~MpiProcesses();
+  MpiProcesses(const MpiProcesses&) = delete;
+  MpiProcesses& operator=(const MpiProcesses&) = delete;
+
+  [[nodiscard]] int rank() const { return rank_; }    ///< [0, ranks())
+  [[nodiscard]] int ranks() const { return ranks_; }  ///< 1 where alone
+
+  /// Returns once every rank is here.
+  void barrier() const;
+  /// `value` of each rank, by rank; at rank 0 only, empty elsewhere.
+  [[nodiscard]] std::vector<std::uint64_t> gather(std::uint64_t value) const;
+  /// Sum over the ranks, at each of them.
+  [[nodiscard]] std::uint64_t sum(std::uint64_t value) const;
+  /// Ends the processes of all ranks at once, this one included. Not collective.
+  [[noreturn]] void abort(int status) const;
+
+ private:
+  int rank_ = 0, ranks_ = 1;
+  bool joined_ = false;
+  int exceptions_ = 0;  ///< in flight when it was made
+};
+
+}  // namespace canyon::heatmap
