@@ -198,10 +198,12 @@ class Writer {
     lines[0] = readable_place(source_) + kDot + readable_utc(request_.times[time], decimals_) + kDot +
                fmt::format("{:g} m {}", request_.altitudes_m[altitude], above) + kDot +
                fmt::format("cells of {:g} m", request_.grid.spacing_m);
-    for (const char* key : {"model", "receiver", "systems"}) {
+    using Word = std::pair<const char*, const char*>;  // an attribute, and what people call it
+    for (const auto& [key, word] : {Word{"model", "model"}, Word{"propagation_model", "model"},
+                                    Word{"receiver", "receiver"}, Word{"systems", "systems"}}) {
       const auto found = source_.attributes.find(key);
       if (found == source_.attributes.end() || found->second.empty()) continue;
-      lines[1] += fmt::format("{}{}: {}", lines[1].empty() ? "" : kDot, key, found->second);
+      lines[1] += fmt::format("{}{}: {}", lines[1].empty() ? "" : kDot, word, found->second);
     }
     return lines;
   }

@@ -119,6 +119,31 @@ void draw_heading(Canvas& canvas, const Rect& map, const std::string& text) {
   }
 }
 
+/// Below a bar: within its place, the ends first, and then those that do not touch others.
+void draw_labels(Canvas& canvas, const Rect& place, const Rect& bar, const ColourScale& scale) {
+  constexpr double kOverhang = 3, kApart = 5;
+  const output::TextStyle style{.size = 11, .align = Align::Centre, .level = Level::Top};
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < scale.ticks.size(); ++i) order.push_back(i);
+  if (order.size() > 1) std::rotate(order.begin() + 1, order.end() - 1, order.end());
+  std::vector<std::pair<double, double>> taken;
+  for (const std::size_t i : order) {
+    std::string label = scale.ticks[i].second;
+    if (i + 1 == scale.ticks.size() && scale.above) label = "> " + label;
+    if (i == 0 && scale.below) label = "< " + label;
+    const double half = 0.5 * canvas.text_width(label, style);
+    const double x = std::clamp(bar.x + bar.width * scale.ticks[i].first,
+                                std::min(place.x - kOverhang + half, place.centre().x),
+                                std::max(place.right() + kOverhang - half, place.centre().x));
+    const bool free = std::all_of(taken.begin(), taken.end(), [&](const auto& other) {
+      return x - half > other.second + kApart || x + half < other.first - kApart;
+    });
+    if (!free) continue;
+    taken.emplace_back(x - half, x + half);
+    canvas.text({x, bar.bottom() + 6}, label, style);
+  }
+}
+
 void draw_bar(Canvas& canvas, const Rect& place, const ColourScale& scale) {
   Rect bar = place;
   if (scale.below) bar.x += kBarPoint, bar.width -= kBarPoint;
@@ -138,16 +163,11 @@ void draw_bar(Canvas& canvas, const Rect& place, const ColourScale& scale) {
     canvas.rectangle({x, bar.y, width, bar.height}, scale.colour_at((i + 0.5) / steps));
   }
   canvas.polygons({rim}, {}, Stroke{kFaintInk, 0.8});
-  const output::TextStyle style{.size = 11, .align = Align::Centre, .level = Level::Top};
-  for (std::size_t i = 0; i < scale.ticks.size(); ++i) {
-    const auto& [position, text] = scale.ticks[i];
-    const double x = bar.x + bar.width * position;
+  for (const auto& tick : scale.ticks) {
+    const double x = bar.x + bar.width * tick.first;
     canvas.segments({{{x, bar.bottom()}, {x, bar.bottom() + 3}}}, {kFaintInk, 0.8});
-    std::string label = text;
-    if (i + 1 == scale.ticks.size() && scale.above) label = "> " + label;
-    if (i == 0 && scale.below) label = "< " + label;
-    canvas.text({x, bar.bottom() + 6}, label, style);
   }
+  draw_labels(canvas, place, bar, scale);
 }
 
 /// Edges with their direction forgotten, so that both triangles of an edge spell it alike.

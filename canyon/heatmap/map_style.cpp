@@ -78,7 +78,9 @@ void scale_lengths(ColourScale& scale, const ValueHistogram& values) {
   scale.progression = ColourScale::Progression::SquareRoot;
   if (!both && least > kNearZero * scale.high) {
     scale.progression = ColourScale::Progression::Logarithm;
-    scale.low = output::nice_floor(least);
+    // To one digit: a rounder end would leave the bright colours to nothing.
+    const double unit = std::pow(10, std::floor(std::log10(least)));
+    scale.low = unit * std::floor(least / unit);
   }
   label_unevenly(scale);
 }
