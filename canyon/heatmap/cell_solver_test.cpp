@@ -356,8 +356,12 @@ TEST(CellSolver, SolvesForMoreThan64Satellites) {
   EXPECT_GT(fixes, 30);
   for (int i = 0; i < 2; ++i) {
     const TileSignals more = scene.signals;
-    for (const auto& line : more.satellites) scene.signals.satellites.push_back(line);
-    for (const auto& direction : more.directions) scene.signals.directions.push_back(direction);
+    for (std::size_t k = 0; k < more.satellites.size(); ++k) {
+      scene.signals.satellites.push_back(more.satellites[k]);
+      scene.signals.directions.push_back(more.directions[k]);
+      scene.signals.reception.push_back(more.reception[k]);
+      scene.signals.excess_m.push_back(more.excess_m[k]);
+    }
   }
   EXPECT_THROW(solve(CellSolver(options, {}), scene.cells, scene.signals, kFixLayers), InputError);
 }
