@@ -94,6 +94,29 @@ void add_signal(const Rows& add) {
       "standard deviation of the heights of reflecting surfaces; 0: mirrors");
   add("signal.strength.foliage", "", word(o.strength.foliage),
       "loss through vegetation by ITU-R P.833: woodland (2.1) or slant_path (2.2)");
+  add("signal.shadowing.enabled", "", show(o.shadowing.enabled),
+      "shadow on the direct signal by what no map has: vehicles, trees, signs");
+  add("signal.shadowing.environment", "", word(o.shadowing.environment),
+      "whose numbers: urban, suburban or custom");
+  add("signal.shadowing.custom.clear_mean_db", "dB", show(o.shadowing.custom.clear_mean_db),
+      "custom: mean level in the clear");
+  add("signal.shadowing.custom.clear_sigma_db", "dB", show(o.shadowing.custom.clear_sigma_db),
+      "its standard deviation");
+  add("signal.shadowing.custom.shadowed_mean_db", "dB", show(o.shadowing.custom.shadowed_mean_db),
+      "mean level in shadow");
+  add("signal.shadowing.custom.shadowed_sigma_db", "dB", show(o.shadowing.custom.shadowed_sigma_db),
+      "its standard deviation");
+  add("signal.shadowing.custom.enter", "", show(o.shadowing.custom.enter),
+      "probability that shadow follows a clear frame");
+  add("signal.shadowing.custom.leave", "", show(o.shadowing.custom.leave),
+      "probability that a clear frame follows shadow");
+  add("signal.shadowing.frame_m", "m", show(o.shadowing.frame_m), "states last whole frames of this length");
+  add("signal.shadowing.transition_m", "m", show(o.shadowing.transition_m),
+      "way over which one state passes into the other");
+  add("signal.shadowing.correlation_m", "m", show(o.shadowing.correlation_m),
+      "way over which levels correlate by 1/e");
+  add("signal.shadowing.obstacle_distance_m", "m", show(o.shadowing.obstacle_distance_m),
+      "to what casts the shadow, which moves as the satellite does");
   add("signal.front_end_bandwidth_hz", "Hz", show(o.front_end_bandwidth_hz),
       "two-sided, of an ideal filter; none: no filter");
   add("signal.dll.discriminator", "", word(o.dll.discriminator),

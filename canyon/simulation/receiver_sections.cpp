@@ -14,6 +14,7 @@ namespace {
 
 using propagation::FoliageModel;
 using receiver::Discriminator;
+using receiver::ShadowingEnvironment;
 using receiver::Weighting;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -134,6 +135,29 @@ void read_lock(YamlSection& section, receiver::SignalLockOptions& o) {
   validate(o, section);
 }
 
+void read_shadowing(YamlSection& section, receiver::ShadowingOptions& o) {
+  set(o.enabled, section.boolean("enabled"));
+  set_word(o.environment, section, "environment",
+           {ShadowingEnvironment::Urban, ShadowingEnvironment::Suburban, ShadowingEnvironment::Custom});
+  if (auto custom = section.section("custom")) {
+    constexpr Range kMean{-40, 10};
+    constexpr Range kSigma{0, 20};
+    set(o.custom.clear_mean_db, custom->number("clear_mean_db", kMean));
+    set(o.custom.clear_sigma_db, custom->number("clear_sigma_db", kSigma));
+    set(o.custom.shadowed_mean_db, custom->number("shadowed_mean_db", kMean));
+    set(o.custom.shadowed_sigma_db, custom->number("shadowed_sigma_db", kSigma));
+    set(o.custom.enter, custom->number("enter", {0, 1}));
+    set(o.custom.leave, custom->number("leave", {0, 1, true}));
+    custom->finish();
+  }
+  set(o.frame_m, section.number("frame_m", {0.1, 1000}));
+  set(o.transition_m, section.number("transition_m", {0, 1000}));
+  set(o.correlation_m, section.number("correlation_m", {0, 1000, true}));
+  set(o.obstacle_distance_m, section.number("obstacle_distance_m", {0, 1000}));
+  section.finish();
+  validate(o, section);
+}
+
 // Bandwidth and integration: what all three loops have.
 template <typename Loop>
 void read_loop(YamlSection& section, Loop& o, double max_bandwidth_hz) {
@@ -184,6 +208,7 @@ void read_signal(YamlSection& section, receiver::SignalOptions& o) {
     strength->finish();
     validate(o.strength, *strength);
   }
+  if (auto shadowing = section.section("shadowing")) read_shadowing(*shadowing, o.shadowing);
   set(o.front_end_bandwidth_hz, section.number_or_none("front_end_bandwidth_hz", {1.023e6, 511e6}));
   read_loops(section, o);
   if (auto lock = section.section("lock")) read_lock(*lock, o.lock);
@@ -232,6 +257,19 @@ const char* word(FoliageModel model) {
       return "woodland";
     case FoliageModel::SlantPath:
       return "slant_path";
+  }
+  assert(false);
+  return "";
+}
+
+const char* word(ShadowingEnvironment environment) {
+  switch (environment) {
+    case ShadowingEnvironment::Urban:
+      return "urban";
+    case ShadowingEnvironment::Suburban:
+      return "suburban";
+    case ShadowingEnvironment::Custom:
+      return "custom";
   }
   assert(false);
   return "";

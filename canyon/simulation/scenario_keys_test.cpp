@@ -81,7 +81,10 @@ std::vector<std::string> scenarios_with_every_key() {
       "antenna_temperature_k: 200, noise_figure_db: 3, implementation_loss_db: 2}, system_offset_db: {GPS: "
       "1, "
       "GLONASS: 2, Galileo: 3, BeiDou: 4, QZSS: 5}, satellite_sigma_db: 1, strength: {slabs: false, "
-      "roughness_m: 0.1, foliage: slant_path}, front_end_bandwidth_hz: 4e6, dll: {discriminator: "
+      "roughness_m: 0.1, foliage: slant_path}, shadowing: {enabled: true, environment: custom, custom: {"
+      "clear_mean_db: -1, clear_sigma_db: 1, shadowed_mean_db: -7, shadowed_sigma_db: 3, enter: 0.1, leave: "
+      "0.2}, frame_m: 4, transition_m: 2, correlation_m: 2, obstacle_distance_m: 5}, front_end_bandwidth_hz: "
+      "4e6, dll: {discriminator: "
       "dot_product, "
       "spacing_chips: 0.2, loop_bandwidth_hz: 0.5, integration_s: 0.01}, pll: {loop_bandwidth_hz: 10, "
       "integration_s: 0.01}, fll: {loop_bandwidth_hz: 4, integration_s: 0.01, noise_factor: 2}, lock: "
@@ -167,6 +170,10 @@ std::vector<std::string> fields(const ReceiverConfig& config) {
   all({s.lock.acquisition_threshold_dbhz, s.lock.tracking_threshold_dbhz, s.lock.cold_acquisition_s,
        s.lock.reacquisition_s, s.lock.hold_s, s.lock.memory_s, double(s.lock.warm_start),
        s.phase_threshold_dbhz, s.cn0_sigma_db, s.cn0_step_db, double(s.loop_noise)});
+  const receiver::ShadowingOptions& h = s.shadowing;
+  all({double(h.enabled), double(h.environment), h.custom.clear_mean_db, h.custom.clear_sigma_db,
+       h.custom.shadowed_mean_db, h.custom.shadowed_sigma_db, h.custom.enter, h.custom.leave, h.frame_m,
+       h.transition_m, h.correlation_m, h.obstacle_distance_m});
   all({double(p.model), double(p.reflection_order), p.max_range_m, p.max_incidence_rad,
        double(p.ground_reflection), double(p.diffraction), double(p.diffuse), double(p.through_foliage)});
   all({p.edges.max_range_m, p.edges.max_bending_rad, p.edges.max_loss_db, p.edges.max_clear_nu,
@@ -212,6 +219,7 @@ std::string another(const ScenarioKey& key) {
                                                          {"sigma", "cn0"},
                                                          {"patch", "phone"},
                                                          {"woodland", "slant_path"},
+                                                         {"urban", "suburban"},
                                                          {"early_late_power", "coherent"},
                                                          {"specular", "mirror"},
                                                          {"", "[[0, -5, -5], [90, 3, -10]]"},

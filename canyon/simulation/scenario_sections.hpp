@@ -60,6 +60,7 @@ void read_receiver_keys(YamlSection& section, ReceiverConfig& config);
 [[nodiscard]] const char* word(receiver::Weighting weighting);
 [[nodiscard]] const char* word(receiver::Discriminator discriminator);
 [[nodiscard]] const char* word(propagation::FoliageModel model);
+[[nodiscard]] const char* word(receiver::ShadowingEnvironment environment);
 /// A receiver's name names folders; throws where it cannot.
 void check_name(const YamlSection& section, const std::string& name);
 
