@@ -1,9 +1,6 @@
 #include "canyon/heatmap/engine.hpp"
 
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/partitioner.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -20,6 +17,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine_key.hpp"
 #include "canyon/heatmap/engine_receivers.hpp"
+#include "canyon/heatmap/signals_spread.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -315,7 +313,7 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
   std::mutex failing;
   std::exception_ptr failure;
   const auto one = [&] {
-    // In order, whichever task comes first.
+    // Units are begun in order, whichever task comes first.
     const std::size_t k = next.fetch_add(1);
     if (failed.load() || (options.stop != nullptr && options.stop->load())) return;
     try {
@@ -333,14 +331,7 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
   };
   tbb::task_arena arena(options.threads == 0 ? static_cast<int>(tbb::task_arena::automatic)
                                              : options.threads);
-  arena.execute([&] {
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, missing.size(), 1),
-        [&](const tbb::blocked_range<std::size_t>& range) {
-          for (std::size_t i = range.begin(); i != range.end(); ++i) one();
-        },
-        tbb::simple_partitioner());
-  });
+  arena.execute([&] { spread(missing.size(), [&](std::size_t) { one(); }); });
   if (failure) std::rethrow_exception(failure);
 
   progress.tell();

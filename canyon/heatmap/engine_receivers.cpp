@@ -1,8 +1,6 @@
 #include "canyon/heatmap/engine_receivers.hpp"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/heatmap/signals_spread.hpp"
 #include "canyon/receiver/fix.hpp"
 #include "canyon/receiver/noise.hpp"
 
@@ -157,21 +156,19 @@ void CellReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::sp
   const bool draws =
       statistics || (options_.signal.enabled &&
                      std::find(wanted.begin(), wanted.end(), Layer::Availability) != wanted.end());
-  tbb::this_task_arena::isolate([&] {
-    tbb::parallel_for(std::size_t{0}, std::size_t{cells.tile.rows}, [&](std::size_t row) {
-      for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
-        CellValues values;
-        if (cells.state[i] == CellState::Computed) {
-          const Vector3d place = cells.place(i);
-          const simulation::Arrival arrival = environment_->arrival(time, place, *propagator_);
-          solve_without_noise(time, place, arrival, values);
-          if (draws) draw(time, place, arrival, statistics, values);
-        }
-        for (std::size_t k = 0; k < wanted.size(); ++k) {
-          if (wanted[k] != Layer::SkyView) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];
-        }
+  spread(cells.tile.rows, [&](std::size_t row) {
+    for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
+      CellValues values;
+      if (cells.state[i] == CellState::Computed) {
+        const Vector3d place = cells.place(i);
+        const simulation::Arrival arrival = environment_->arrival(time, place, *propagator_);
+        solve_without_noise(time, place, arrival, values);
+        if (draws) draw(time, place, arrival, statistics, values);
       }
-    });
+      for (std::size_t k = 0; k < wanted.size(); ++k) {
+        if (wanted[k] != Layer::SkyView) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];
+      }
+    }
   });
 }
 

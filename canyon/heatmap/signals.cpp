@@ -1,9 +1,6 @@
 #include "canyon/heatmap/signals.hpp"
 
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cassert>
@@ -16,6 +13,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/heatmap/signals_interior.hpp"
+#include "canyon/heatmap/signals_spread.hpp"
 #include "canyon/heatmap/signals_terrain.hpp"
 
 namespace canyon::heatmap {
@@ -46,13 +44,6 @@ CellState state_of(Placement placement) {
   }
   assert(false);
   return CellState::Computed;
-}
-
-/// call(i) for i in [0, count) on the arena's threads. Isolated: a thread that waits here takes no other unit
-/// of work in hand, so that memory stays that of one unit a thread, and thread-local lists are not shared.
-template <class Call>
-void spread(std::size_t count, const Call& call) {
-  tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::size_t{0}, count, call); });
 }
 
 /// Surfaces of a mesh that matter for how it is computed.
