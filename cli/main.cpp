@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
   add_city(app, action);
   add_profiles(app, action);
   add_validate(app, action);
+  add_heatmap(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -60,7 +60,7 @@ X
 
 case $case in
 help)
-  runs 0 "$canyon" --help; says out simulate sky trace city validate
+  runs 0 "$canyon" --help; says out simulate sky trace city validate heatmap
   runs 0 "$canyon" --version; says out canyon
   runs 0 "$canyon" simulate --help
   says out --out --seed --duration --rate --threads --quiet receivers elevation_mask_deg height_above_terrain_m
@@ -388,6 +388,235 @@ interrupt)
   finished=$(sed -n 's/.*interrupted: \([0-9]*\) of.*/\1/p' err)
   [ "$(wc -l <res/epochs.csv)" -eq $((finished + 1)) ] || fail "said $finished epochs, wrote $(wc -l <res/epochs.csv) lines"
   ls -A res | grep part && fail "temporary files left" ;;
+heatmap)
+  runs 0 "$canyon" heatmap --help
+  says out --out --bbox --enu-box --area --spacing --altitude --altitude-kind --times --layers --format --model \
+    --receiver --draws --seed --threads --tile --keep-tiles --large horizontal_error_p95 sky_view query mpirun
+  # The whole city in all formats: files, table, nothing left behind.
+  runs 0 "$canyon" heatmap small.yaml --out map --spacing 4 --threads 1
+  says out "inside buildings" "availability of a fix" "cells/s" horizontal_error satellites_visible hdop median "95 %"
+  says err "city " "grid " map.nc
+  for file in map.nc horizontal_error.tif satellites_visible.tif hdop.tif map.png; do
+    [ -s "map/$file" ] || fail "no map/$file, but $(ls map)"
+  done
+  [ ! -e map/tiles ] || fail "the tiles were left"
+  ls -A map | grep -E 'part|probe' && fail "temporary files left"
+  # Another number of threads, and quiet: the same bytes.
+  runs 0 "$canyon" heatmap small.yaml --out map2 --spacing 4 --threads 2 --quiet
+  [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
+  diff -r map map2 || fail "other bytes on another number of threads"
+  # The map's cells are what trace and simulate say of their centres.
+  runs 0 "$canyon" heatmap small.yaml --out box --enu-box=-40,-8,40,8 --spacing 4 --altitude 2,20 --format netcdf \
+    --layers horizontal_error,satellites_visible,satellites_blocked,availability --times 0,600 --keep-tiles --quiet
+  [ -e box/tiles/manifest.json ] && [ ! -e box/map.png ] || fail "box holds $(ls box)"
+  python3 - "$canyon" <<'P' || fail "the map is not what trace says of its cells"
+import json, subprocess, sys
+canyon = sys.argv[1]
+run = lambda *a: json.loads(subprocess.run([canyon, *a], check=True, capture_output=True, text=True).stdout)
+alike = 0
+for time, altitude in ("2026-03-01T10:00:00Z", 2), ("2026-03-01T10:10:00Z", 20):
+    for east in range(-38, 40, 4):
+        t = run("trace", "small.yaml", "--enu", f"{east},2,{altitude}", "--time", time, "--json")
+        above = [s for s in t["satellites"] if s["elevation_deg"] >= 10]
+        q = run("heatmap", "query", "box/map.nc", "--at", f"{t['latitude_deg']:.9f},{t['longitude_deg']:.9f}",
+                "--altitude", str(altitude), "--time", time, "--json")
+        assert abs(q["enu_m"][0] - east) < 0.01 and q["altitude_m"] == altitude, q
+        if t["placement"] != "free":
+            assert q["state"] == "inside a building", (t["placement"], q)
+            continue
+        blocked = sum(s["visibility"] == "blocked" for s in above)
+        v = q["values"]
+        alike += v["satellites_blocked"] == blocked and v["satellites_visible"] == len(above) - blocked
+print(alike)
+assert alike >= 38, alike
+P
+  # The same command again finds its tiles; another one does not take them for its own.
+  box=("$canyon" heatmap small.yaml --out box --enu-box=-40,-8,40,8 --spacing 4 --altitude 2,20 --format netcdf
+    --layers horizontal_error,satellites_visible,satellites_blocked,availability --times 0,600 --keep-tiles)
+  cp box/map.nc first.nc
+  runs 0 "${box[@]}"; says err "resumed"; cmp first.nc box/map.nc || fail "other bytes from kept tiles"
+  runs 2 "${box[@]}" --seed 5; one_line; says err box/tiles "another map"
+  runs 2 "${box[@]}" --model mirror; one_line; says err box/tiles
+  # A damaged tile is named.
+  tile=$(ls box/tiles/*.tile | head -n 1); printf 'x' | dd of="$tile" bs=1 seek=200 conv=notrunc 2>/dev/null
+  runs 2 "${box[@]}"; one_line; says err "$tile" damaged
+  # Times, areas, models, layers.
+  runs 0 "$canyon" heatmap small.yaml --out day --enu-box=-20,-6,20,6 --spacing 8 --times day/8h --format netcdf --quiet
+  runs 0 "$canyon" heatmap query day/map.nc --at 22.3,114.17 --time 2026-03-02T01:00:00Z; says out 2026-03-02T02:00:00Z
+  at=$(sed -n 's/^\([0-9.-]*\), \([0-9.-]*\) (east.*/\1,\2/p' out)
+  [ -n "$at" ] || fail "no place in the answer"
+  cat >area.geojson <<'G'
+{"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates":
+ [[[114.1698, 22.2998], [114.1702, 22.2998], [114.1702, 22.3002], [114.1698, 22.2998]]]}}
+G
+  runs 0 "$canyon" heatmap small.yaml --out area --area area.geojson --spacing 2 --model mirror --format png \
+    --layers horizontal_error_p95,sky_view --draws 8
+  says out "outside the area" sky_view
+  runs 0 "$canyon" heatmap small.yaml --out all --enu-box=-8,-8,8,8 --spacing 4 --layers all --draws 4 --format netcdf,geotiff
+  says out largest_excess vertical_error_rms
+  [ "$(ls all/*.tif | wc -l)" -eq 21 ] || fail "$(ls all)"
+  # No trajectory is needed, nor a city where a box is given.
+  printf 'city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\nsky: {nominal: true}\nstart: 2026-03-01T10:00:00Z\n' >open.yaml
+  runs 0 "$canyon" heatmap open.yaml --out open --bbox 10.9999,47.9999,11.0001,48.0001 --format geotiff
+  says out "100.0 %"
+  command -v gdalinfo >/dev/null || { echo "SKIPPED: gdalinfo is not installed"; exit "$failed"; }
+  gdalinfo -json open/hdop.tif >info.json && python3 - <<'P' || fail "GDAL does not see the box where it is"
+import json
+ring = json.load(open("info.json"))["wgs84Extent"]["coordinates"][0]
+east, north = [p[0] for p in ring], [p[1] for p in ring]
+# A cell is 2 m: 2.7e-5 deg of longitude at most.
+assert abs(min(east) - 10.9999) < 3e-5 and abs(max(east) - 11.0001) < 3e-5, ring
+assert abs(min(north) - 47.9999) < 3e-5 and abs(max(north) - 48.0001) < 3e-5, ring
+P
+  ;;
+heatmap_query)
+  runs 0 "$canyon" heatmap query --help; says out --at --path --format --speed --altitude --time --stretch --json
+  runs 0 "$canyon" heatmap small.yaml --out map --enu-box=-70,-8,70,8 --spacing 2 --altitude 2,15 --times 0/600/300 \
+    --layers horizontal_error_mean,availability,hdop --draws 16 --format netcdf --quiet
+  runs 0 "$canyon" simulate small.yaml --out drive --quiet
+  awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' drive/epochs.csv >truth.csv
+  runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav
+  says out "along the way" horizontal_error_mean "worst stretch" "m expected" "a fix on" "120 m in 20 s"
+  runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --speed 2 --altitude 15 --stretch 20 --json
+  python3 - <<'P' || fail "the route's JSON is not what was asked for"
+import json
+r = json.load(open("out"))
+assert abs(r["length_m"] - 120) < 0.5 and abs(r["duration_s"] - 60) < 0.3, r["length_m"]
+assert abs(len(r["stations"]) - 120) <= 1 and r["stations_outside"] == 0
+known = [s for s in r["stations"] if s["state"] == "computed"]
+e = [s["horizontal_error_mean"] for s in known if s["horizontal_error_mean"] is not None]
+assert r["expected_error_layer"] == "horizontal_error_mean" and abs(sum(e) / len(e) - r["expected_error_m"]) < 1e-6
+assert abs(sum(s["availability"] for s in known) / len(known) - r["availability"]) < 1e-9
+assert abs(r["worst_stretch"]["to_m"] - r["worst_stretch"]["from_m"] - 20) < 1.1
+P
+  runs 0 "$canyon" heatmap query map/map.nc --at 22.3,114.17; says out hdop 2026-03-01T10:00:00Z "2 m above the terrain" computed
+  runs 2 "$canyon" heatmap query map/map.nc; one_line; says err --at --path
+  runs 2 "$canyon" heatmap query map/map.nc --at 22.3; one_line; says err LATITUDE,LONGITUDE
+  runs 2 "$canyon" heatmap query map/map.nc --at 48,11; one_line; says err --at outside
+  runs 2 "$canyon" heatmap query map/map.nc --at 22.3,114.17 --time 2026-04-01T10:00:00Z; one_line; says err --time 2026-04-01
+  runs 2 "$canyon" heatmap query map/map.nc --path truth.csv --format gpx; one_line; says err gpx urbannav
+  runs 2 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --speed 0; one_line; says err --speed
+  runs 2 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --time 2027-01-01T00:00:00Z
+  one_line; says err truth.csv outside
+  runs 2 "$canyon" heatmap query absent.nc --at 22.3,114.17; one_line; says err absent.nc
+  runs 2 "$canyon" heatmap query small.yaml --at 22.3,114.17; one_line; says err small.yaml
+  head -c 3000 map/map.nc >cut.nc
+  runs 2 "$canyon" heatmap query cut.nc --at 22.3,114.17; one_line; says err cut.nc ;;
+heatmap_bad)
+  bad() { runs 2 "$canyon" heatmap small.yaml --out res "$@"; one_line; }
+  runs 2 "$canyon" heatmap; one_line; says err SCENARIO
+  runs 2 "$canyon" heatmap small.yaml; one_line; says err --out
+  bad --layers hdpo; says err --layers hdpo "mean hdop"
+  bad --format tiff; says err --format geotiff
+  bad --bbox 114.2,22.3,114.1,22.4; says err --bbox reversed
+  bad --bbox 11,48,11.1,48.1; says err --bbox outside "the city reaches"
+  bad --bbox 1,2,3; says err --bbox WEST
+  bad --enu-box 0,0,-5,5; says err --enu-box reversed
+  bad --enu-box 0,0,5; says err --enu-box WEST
+  bad --enu-box=-20000,-9,9,9; says err --enu-box beyond
+  bad --area absent.geojson; says err absent.geojson
+  bad --spacing 0; says err spacing
+  bad --spacing 0.011 --layers all --times day/1min; says err values --large
+  bad --altitude=-3; says err --altitude terrain
+  bad --altitude=-300 --altitude-kind ellipsoid; says err --altitude "lowest point"
+  bad --altitude high; says err --altitude high
+  bad --altitude-kind sea; says err sea ellipsoid
+  bad --times soon; says err soon
+  bad --times 0/60; says err --times day/
+  bad --times 60/0/10; says err --times before
+  bad --times 0/60/fast; says err --times fast
+  bad --times day/0.1; says err --times 861640 "longer step"
+  bad --model miror; says err --model miror "'mirror'"
+  bad --receiver nobody; says err nobody rover
+  bad --draws 0; says err draws
+  bad --tile 5000; says err --tile
+  runs 2 "$canyon" heatmap small.yaml --out res --bbox 1,2,3,4 --enu-box 1,2,3,4
+  runs 0 "$canyon" simulate small.yaml --out good --quiet
+  sed 's/^sky.*/sky: {navigation: [good\/sky.nav]}/' small.yaml >files.yaml
+  runs 2 "$canyon" heatmap files.yaml --out res --times 2026-03-09T10:00:00Z; one_line; says err 2026-03-09
+  runs 2 "$canyon" heatmap files.yaml --out res --times 2026-03-01T10:00:00Z,2026-03-09T10:00:00Z --enu-box 0,0,9,9
+  one_line; says err --times 2026-03-09
+  sed '/^start/d' small.yaml >nostart.yaml
+  runs 2 "$canyon" heatmap nostart.yaml --out res; one_line; says err start
+  : >file
+  runs 2 "$canyon" heatmap small.yaml --out file; one_line; says err file
+  ls res/map* res/*.tif 2>/dev/null && fail "bad input left results"
+  # A disk that takes no more (here: a limit on the size of files): one clear error, finished tiles intact.
+  full=(heatmap small.yaml --out full --spacing 1 --tile 32 --format netcdf --keep-tiles --quiet --threads 1)
+  runs 2 bash -c 'trap "" XFSZ; ulimit -f 12; exec "$0" "$@"' "$canyon" "${full[@]}"
+  one_line; says err full/tiles/unit- "cannot be written"
+  ls -A full/tiles | grep part && fail "temporary files left"
+  [ ! -e full/map.nc ] || fail "a map that the disk did not take"
+  runs 0 "$canyon" "${full[@]}"
+  runs 0 "$canyon" heatmap small.yaml --out whole --spacing 1 --tile 32 --format netcdf --quiet
+  cmp full/map.nc whole/map.nc || fail "other bytes after a full disk" ;;
+heatmap_resume)
+  # Long enough to be ended in the middle: hundreds of tiles.
+  map=(heatmap small.yaml --spacing 0.5 --tile 16 --format netcdf,png --layers horizontal_error_p95,hdop --draws 32)
+  runs 0 "$canyon" "${map[@]}" --out whole --threads 1 --quiet
+  # started OUT: a run in the background that has some tiles done; its process is $program.
+  started() {
+    "$canyon" "${map[@]}" --out "$1" --threads 1 >out 2>err &
+    program=$!
+    for _ in $(seq 3000); do
+      [ "$(ls "$1/tiles" 2>/dev/null | grep -c '\.tile$')" -ge "$2" ] && break
+      kill -0 "$program" 2>/dev/null || break
+      sleep 0.01
+    done
+  }
+  tiles() { ls "$1/tiles" | grep -c '\.tile$'; }
+  started killed 5; kill -KILL "$program"; wait "$program" 2>/dev/null
+  [ ! -e killed/map.nc ] || fail "the run was over before it was killed"
+  n=$(tiles killed); [ "$n" -ge 5 ] || fail "$n tiles"
+  runs 0 "$canyon" "${map[@]}" --out killed; says err "resumed     $n of "
+  diff -rq whole killed || fail "other bytes after kill -9"
+  # Ctrl-C: says what is kept, and how to go on.
+  started stopped 5; kill -INT "$program"; wait "$program"; status=$?
+  [ "$status" -eq 130 ] || { fail "exit status $status instead of 130"; cat err; }
+  says err interrupted "the same command goes on from there"
+  n=$(tiles stopped)
+  [ "$(sed -n 's/.*interrupted: \([0-9]*\) of .*/\1/p' err)" -eq "$n" ] || fail "said something else than $n tiles"
+  ls -A stopped/tiles | grep part && fail "temporary files left"
+  runs 0 "$canyon" "${map[@]}" --out stopped --threads 2
+  diff -rq whole stopped || fail "other bytes after Ctrl-C"
+  # Tiles that vanish are computed again.
+  runs 0 "$canyon" "${map[@]}" --out kept --keep-tiles --quiet
+  rm kept/tiles/unit-000000003.tile kept/map.nc
+  runs 0 "$canyon" "${map[@]}" --out kept; diff -rq whole kept || fail "other bytes after a lost tile" ;;
+heatmap_ranks)
+  map=(heatmap small.yaml --spacing 2 --tile 16 --format netcdf,geotiff --threads 1 --quiet)
+  OMPI_COMM_WORLD_SIZE=2 OMPI_COMM_WORLD_RANK=0 runs 2 "$canyon" "${map[@]}" --out none
+  if grep -q CANYON_BUILD_MPI err; then
+    one_line; [ "$failed" -eq 0 ] || exit 1
+    echo "SKIPPED: this build has no MPI (CANYON_BUILD_MPI)"; exit 77
+  fi
+  command -v mpirun >/dev/null || { echo "SKIPPED: mpirun is not installed"; exit 77; }
+  # As root (containers) and on machines of one core as well.
+  export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
+  export PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
+  ranks=(mpirun -n 2)
+  runs 0 "$canyon" "${map[@]}" --out one
+  runs 0 "${ranks[@]}" "$canyon" "${map[@]}" --out two
+  [ ! -s out ] || { fail "--quiet printed something"; cat out; }
+  diff -rq one two || fail "other bytes on two ranks"
+  # A rank that is lost ends the others; its tiles are computed by the next run, on any number of ranks.
+  map=(heatmap small.yaml --spacing 0.5 --tile 16 --format netcdf --layers horizontal_error_p95 --draws 32 --threads 1)
+  runs 0 "$canyon" "${map[@]}" --out whole --quiet
+  "${ranks[@]}" "$canyon" "${map[@]}" --out lost >out 2>err &
+  program=$!
+  for _ in $(seq 3000); do
+    [ "$(ls lost/tiles 2>/dev/null | grep -c '\.tile$')" -ge 5 ] && break
+    kill -0 "$program" 2>/dev/null || break
+    sleep 0.01
+  done
+  victim=$(pgrep -P "$program" -x "$(basename "$canyon")" | tail -n 1)
+  [ -n "$victim" ] && kill -KILL "$victim" || fail "no rank to kill"
+  wait "$program" && fail "a lost rank went unnoticed"
+  [ ! -e lost/map.nc ] || fail "the run was over before a rank was lost"
+  runs 0 "$canyon" "${map[@]}" --out lost; says err "resumed"
+  diff -rq whole lost || fail "other bytes after a lost rank"
+  # Bad input ends all of them, with one cause.
+  runs 2 "${ranks[@]}" "$canyon" heatmap small.yaml --out bad --layers hdpo; says err "canyon: --layers" "mean hdop" ;;
 *) echo "no case '$case'"; exit 2 ;;
 esac
 exit "$failed"

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "cli/commands.hpp"
+
+namespace canyon::cli {
+
+/// `canyon heatmap query`.
+CLI::App* add_heatmap_query(CLI::App& heatmap, Action& action);
+
+}  // namespace canyon::cli

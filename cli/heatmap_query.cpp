@@ -1,0 +1,342 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/heatmap/map_summary.hpp"
+#include "canyon/heatmap/rasters.hpp"
+#include "canyon/heatmap/route_report.hpp"
+#include "canyon/simulation/trajectory.hpp"
+#include "cli/commands.hpp"
+#include "cli/heatmap_commands.hpp"
+#include "cli/progress.hpp"
+
+namespace canyon::cli {
+namespace {
+
+using Eigen::Vector2d;
+using geodesy::GpsTime;
+using heatmap::CellState;
+using heatmap::RouteReport;
+using heatmap::StoredMap;
+
+struct Arguments {
+  std::string map, place, path, format = "csv", time;
+  std::optional<double> altitude_m, speed_mps, stretch_m, step_m;
+  bool json = false;
+};
+
+std::string state_word(CellState state) {
+  switch (state) {
+    case CellState::Computed:
+      return "computed";
+    case CellState::InsideBuilding:
+      return "inside a building";
+    case CellState::UnderTerrain:
+      return "under the terrain";
+    case CellState::OutsideArea:
+      return "outside the map's area";
+    case CellState::NoTerrain:
+      return "without terrain";
+  }
+  return "";
+}
+
+/// Three significant digits below a thousand: "7.38", "0.953", "1234".
+std::string figure(double value) {
+  if (std::isnan(value)) return "-";
+  const double size = std::abs(value);
+  return fmt::format("{:.{}f}", value, size >= 999.5 ? 0 : size >= 99.95 ? 1 : size >= 0.9995 ? 2 : 3);
+}
+nlohmann::json json_number(double value) {
+  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+std::string altitude_text(const StoredMap& map, double altitude_m) {
+  return fmt::format("{:g} m above the {}", altitude_m,
+                     map.altitude_kind() == heatmap::AltitudeKind::Ellipsoid ? "ellipsoid" : "terrain");
+}
+std::string times_text(const StoredMap& map) {
+  const std::vector<GpsTime>& times = map.times();
+  if (times.size() == 1) return "of " + geodesy::format_utc(times.front(), 0);
+  return fmt::format("from {} to {}", geodesy::format_utc(times.front(), 0),
+                     geodesy::format_utc(times.back(), 0));
+}
+std::string bounds_text(const StoredMap& map) {
+  const heatmap::Grid& grid = map.grid();
+  const auto corner = [&](double east, double north) {
+    const geodesy::Geodetic place = map.frame().geodetic_from_local({east, north, 0});
+    return fmt::format("{:.6f},{:.6f}", geodesy::degrees(place.latitude_rad),
+                       geodesy::degrees(place.longitude_rad));
+  };
+  return fmt::format("{} to {}", corner(grid.west_m, grid.south_m), corner(grid.east_m(), grid.north_m()));
+}
+
+/// The map counts altitudes; without one asked for, its lowest is meant.
+double altitude_of(const Arguments& arguments, const StoredMap& map) {
+  if (!arguments.altitude_m) return map.altitudes_m().front();
+  if (!std::isfinite(*arguments.altitude_m)) throw InputError("--altitude is not finite", "give metres");
+  return *arguments.altitude_m;
+}
+
+int query_place(const Arguments& arguments, const StoredMap& map) {
+  if (split(arguments.place, ',').size() != 2) {
+    throw InputError(fmt::format("--at '{}' is not a place on a map", arguments.place),
+                     "give LATITUDE,LONGITUDE in degrees, and --altitude where the map has several");
+  }
+  geodesy::Geodetic place = parse_place(arguments.place, "--at");
+  place.height_m = map.frame().origin().height_m;
+  const Vector2d enu = map.frame().local_from_geodetic(place).head<2>();
+  const GpsTime time = arguments.time.empty() ? map.times().front() : geodesy::parse_time(arguments.time);
+  const std::optional<StoredMap::Answer> answer = map.at(enu, altitude_of(arguments, map), time);
+  if (!answer) {
+    if (map.at({map.grid().centre(0, 0)}, map.altitudes_m().front(), time)) {
+      throw InputError(fmt::format("--at {} lies outside the map", arguments.place),
+                       "it reaches from " + bounds_text(map));
+    }
+    throw InputError(fmt::format("--time {} lies outside the map's times", geodesy::format_utc(time, 0)),
+                     "the map is " + times_text(map));
+  }
+  if (arguments.json) {
+    nlohmann::json out{{"latitude_deg", geodesy::degrees(place.latitude_rad)},
+                       {"longitude_deg", geodesy::degrees(place.longitude_rad)},
+                       {"enu_m", {enu.x(), enu.y()}},
+                       {"altitude_m", answer->altitude_m},
+                       {"time_utc", geodesy::format_utc(answer->time)},
+                       {"state", state_word(answer->state)},
+                       {"values", nlohmann::json::object()}};
+    for (std::size_t k = 0; k < map.layers().size(); ++k) {
+      out["values"][std::string(heatmap::info(map.layers()[k]).name)] = json_number(answer->values[k]);
+    }
+    fmt::print("{}\n", out.dump(2));
+    return kOk;
+  }
+  fmt::print("{:.7f}, {:.7f} (east {:.2f}, north {:.2f} m), {}, {}: {}\n\n",
+             geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad), enu.x(), enu.y(),
+             altitude_text(map, answer->altitude_m), geodesy::format_utc(answer->time, 0),
+             state_word(answer->state));
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t k = 0; k < map.layers().size(); ++k) {
+    const heatmap::LayerInfo& about = heatmap::info(map.layers()[k]);
+    rows.push_back({std::string(about.name), figure(answer->values[k]), std::string(about.unit)});
+  }
+  print_table({"layer", "value", "unit"}, rows);
+  return kOk;
+}
+
+RouteReport judge(const Arguments& arguments, const StoredMap& map) {
+  // Times that count from a start count from the map's.
+  const simulation::Trajectory route =
+      simulation::read_trajectory(arguments.path, arguments.format, map.times().front());
+  heatmap::RouteOptions options;
+  options.step_m = arguments.step_m.value_or(0.5 * map.grid().spacing_m);
+  if (arguments.stretch_m) options.stretch_m = *arguments.stretch_m;
+  options.speed_mps = arguments.speed_mps;
+  if (!arguments.time.empty()) options.start = geodesy::parse_time(arguments.time);
+  // A map above terrain knows nothing of a route's heights above the ellipsoid.
+  if (arguments.altitude_m || map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain) {
+    options.altitude_m = altitude_of(arguments, map);
+  }
+  try {
+    options.validate();
+  } catch (const InputError& error) {
+    // The options' fields are named as the command line's, but for units.
+    const std::string field = error.problem().substr(0, error.problem().find('_'));
+    throw InputError(fmt::format("--{}{}", field, error.problem().substr(error.problem().find(' '))),
+                     error.cure());
+  }
+  return heatmap::judge_route(
+      [&map](const Vector2d& enu, double altitude_m, GpsTime time) { return map.at(enu, altitude_m, time); },
+      map.frame(), map.layers(), route, options);
+}
+
+std::string stretch_text(const heatmap::RouteStretch& stretch, const RouteReport& report,
+                         const StoredMap& map) {
+  const heatmap::RouteStation& middle = report.stations[stretch.first + stretch.count / 2];
+  const geodesy::Geodetic place = map.frame().geodetic_from_local({middle.enu.x(), middle.enu.y(), 0});
+  return fmt::format("{:.0f} to {:.0f} m, about {:.6f}, {:.6f}", stretch.from_m, stretch.to_m,
+                     geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad));
+}
+
+/// "1234 m in 3 min 5 s: 7.4 m expected, a fix on 97.2 % of it, worst 31.0 m at 410 to 460 m".
+std::string one_line(const RouteReport& report) {
+  std::string text = fmt::format("{:.0f} m in {}:", report.length_m, duration_text(report.duration_s));
+  if (report.known == 0) return text + " nothing is known of it";
+  const char* comma = " ";
+  if (report.error && report.layers[*report.error].values > 0) {
+    text += fmt::format("{}{} m expected", comma, figure(report.layers[*report.error].mean));
+    comma = ", ";
+  }
+  if (report.availability) {
+    text += fmt::format("{}a fix on {:.1f} %", comma, 100 * *report.availability);
+    comma = ", ";
+  }
+  if (report.worst) {
+    text += fmt::format("{}worst {} m at {:.0f} to {:.0f} m", comma, figure(*report.worst_error_m),
+                        report.worst->from_m, report.worst->to_m);
+    comma = ", ";
+  }
+  if (report.known < report.stations.size()) {
+    text += fmt::format(
+        "{}{:.1f} % of it not known", comma,
+        100 * (1 - static_cast<double>(report.known) / static_cast<double>(report.stations.size())));
+  }
+  return text;
+}
+
+nlohmann::json stretch_json(const std::optional<heatmap::RouteStretch>& stretch) {
+  if (!stretch) return nullptr;
+  return {{"from_m", stretch->from_m}, {"to_m", stretch->to_m}};
+}
+
+void print_json(const RouteReport& report, const StoredMap& map) {
+  nlohmann::json out{{"length_m", report.length_m},
+                     {"duration_s", report.duration_s},
+                     {"summary", one_line(report)},
+                     {"stations_known", report.known},
+                     {"stations_outside", report.outside},
+                     {"stations_without_answer", report.no_answer},
+                     {"availability", report.availability ? json_number(*report.availability) : nullptr},
+                     {"expected_error_layer", nullptr},
+                     {"expected_error_m", nullptr},
+                     {"worst_stretch", stretch_json(report.worst)},
+                     {"longest_without_fix", stretch_json(report.no_fix)},
+                     {"layers", nlohmann::json::object()},
+                     {"stations", nlohmann::json::array()}};
+  if (report.worst) out["worst_stretch"]["error_m"] = json_number(*report.worst_error_m);
+  if (report.error) {
+    const heatmap::RouteLayer& error = report.layers[*report.error];
+    out["expected_error_layer"] = std::string(heatmap::info(error.layer).name);
+    out["expected_error_m"] = json_number(error.mean);
+  }
+  for (const heatmap::RouteLayer& layer : report.layers) {
+    out["layers"][std::string(heatmap::info(layer.layer).name)] = {{"stations", layer.values},
+                                                                   {"mean", json_number(layer.mean)},
+                                                                   {"median", json_number(layer.median)},
+                                                                   {"p95", json_number(layer.p95)},
+                                                                   {"least", json_number(layer.least)},
+                                                                   {"greatest", json_number(layer.greatest)}};
+  }
+  for (const heatmap::RouteStation& station : report.stations) {
+    const geodesy::Geodetic place = map.frame().geodetic_from_local({station.enu.x(), station.enu.y(), 0});
+    nlohmann::json entry{{"way_m", station.way_m},
+                         {"latitude_deg", geodesy::degrees(place.latitude_rad)},
+                         {"longitude_deg", geodesy::degrees(place.longitude_rad)},
+                         {"time_utc", geodesy::format_utc(station.time)},
+                         {"state", station.answer ? state_word(station.answer->state) : "outside the map"}};
+    if (station.answer) {
+      for (std::size_t k = 0; k < map.layers().size(); ++k) {
+        entry[std::string(heatmap::info(map.layers()[k]).name)] = json_number(station.answer->values[k]);
+      }
+    }
+    out["stations"].push_back(std::move(entry));
+  }
+  fmt::print("{}\n", out.dump(2));
+}
+
+int query_path(const Arguments& arguments, const StoredMap& map) {
+  const RouteReport report = judge(arguments, map);
+  if (report.outside == report.stations.size()) {
+    throw InputError(fmt::format("{} lies wholly outside the map or its times", arguments.path),
+                     fmt::format("the map reaches from {} and is {}; --time moves the route's beginning",
+                                 bounds_text(map), times_text(map)));
+  }
+  if (arguments.json) {
+    print_json(report, map);
+    return kOk;
+  }
+  const auto share = [&](std::size_t count) {
+    return fmt::format("{:.1f} %",
+                       100 * static_cast<double>(count) / static_cast<double>(report.stations.size()));
+  };
+  std::vector<std::vector<std::string>> rows;
+  for (const heatmap::RouteLayer& layer : report.layers) {
+    const heatmap::LayerInfo& about = heatmap::info(layer.layer);
+    rows.push_back({std::string(about.name), std::string(about.unit), figure(layer.mean),
+                    figure(layer.median), figure(layer.p95), figure(layer.greatest)});
+  }
+  print_table({"along the way", "unit", "mean", "median", "95 %", "greatest"}, rows);
+  fmt::print("\n");
+  if (report.worst) {
+    fmt::print("worst stretch        {} m at {}\n", figure(*report.worst_error_m),
+               stretch_text(*report.worst, report, map));
+  }
+  if (report.no_fix) fmt::print("longest without fix  {}\n", stretch_text(*report.no_fix, report, map));
+  if (report.no_answer > 0) {
+    fmt::print("not computed         {} (inside buildings, under terrain, outside the area)\n",
+               share(report.no_answer));
+  }
+  if (report.outside > 0) fmt::print("outside the map      {}\n", share(report.outside));
+  fmt::print("{}\n", one_line(report));
+  return kOk;
+}
+
+int run(const Arguments& arguments) {
+  if (arguments.place.empty() == arguments.path.empty()) {
+    throw InputError("what should be looked up?", "give --at LAT,LON or --path FILE");
+  }
+  const std::vector<std::string>& formats = simulation::trajectory_formats();
+  if (std::find(formats.begin(), formats.end(), arguments.format) == formats.end()) {
+    throw InputError(fmt::format("--format '{}' is not known", arguments.format),
+                     fmt::format("give {}", fmt::join(formats, ", ")));
+  }
+  const StoredMap map(arguments.map);
+  return arguments.place.empty() ? query_path(arguments, map) : query_place(arguments, map);
+}
+
+constexpr const char* kFooter =
+    R"(Expected error: the map's horizontal_error_mean where it has it, else _rms, _p50 or horizontal_error, averaged
+over the way. Values are those of the cell, and of the altitude and time nearest to what is asked for.
+
+Examples:
+  canyon heatmap query out/map/map.nc --at 22.3012,114.1745
+  canyon heatmap query out/day/map.nc --path route.csv --speed 12 --time 2026-06-01T08:30:00Z
+  canyon heatmap query out/day/map.nc --path drive.nmea --format nmea --json)";
+
+}  // namespace
+
+CLI::App* add_heatmap_query(CLI::App& heatmap, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = heatmap.add_subcommand("query", "what a finished map says of a place, or along a path");
+  command->add_option("map", arguments->map, "the map's NetCDF file")->type_name("MAP.nc")->required();
+  CLI::Option* at = command->add_option("--at", arguments->place, "a place [deg]");
+  at->type_name("LAT,LON");
+  CLI::Option* path = command->add_option("--path", arguments->path, "a route with times and positions");
+  path->type_name("FILE")->excludes(at);
+  command->add_option("--format", arguments->format, "of the route: csv, urbannav or nmea (csv)")
+      ->type_name("FORMAT")
+      ->needs(path);
+  command
+      ->add_option("--altitude", arguments->altitude_m,
+                   "as the map counts it [m] (the map's lowest; a route's own, where the map counts from the "
+                   "ellipsoid)")
+      ->type_name("M");
+  command
+      ->add_option("--time", arguments->time,
+                   "when (UTC, or with ' GPST' behind it); with --path when it begins (the map's first; the "
+                   "route's own)")
+      ->type_name("T");
+  command->add_option("--speed", arguments->speed_mps, "along the route, instead of its own [m/s]")
+      ->type_name("M/S")
+      ->needs(path);
+  command->add_option("--stretch", arguments->stretch_m, "length of the worst stretch [m] (50)")
+      ->type_name("M")
+      ->needs(path);
+  command->add_option("--step", arguments->step_m, "from station to station [m] (half a cell)")
+      ->type_name("M")
+      ->needs(path);
+  command->add_flag("--json", arguments->json, "print JSON, with all stations");
+  command->footer(kFooter);
+  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+  return command;
+}
+
+}  // namespace canyon::cli
