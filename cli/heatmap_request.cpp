@@ -28,6 +28,8 @@ using geodesy::GpsTime;
 constexpr std::size_t kMostTimes = 100'000;
 /// Rays are exact within this distance of a city (RayScene).
 constexpr double kFarFromCity_m = 10'000;
+/// Bare terrain about a city that is of its map.
+constexpr double kRim_m = 150;
 
 template <class T>
 void sort_once(std::vector<T>& values) {
@@ -132,21 +134,23 @@ EnuBox parse_enu_box(const std::string& text) {
   return {{values[0], values[1]}, {values[2], values[3]}};
 }
 
-/// Around all but the terrain, which may reach far beyond; around everything where there is nothing else.
-EnuBox built_bounds(const city::City& city) {
-  EnuBox box{Vector2d::Constant(1e300), Vector2d::Constant(-1e300)};
+/// Around everything, but no farther than kRim_m beyond all that is not terrain, which may reach far.
+EnuBox whole_city(const city::City& city) {
+  const city::Box bounds = city.bounds();
+  const EnuBox all{bounds.min.head<2>(), bounds.max.head<2>()};
+  EnuBox built{Vector2d::Constant(1e300), Vector2d::Constant(-1e300)};
   for (const city::Object& object : city.mesh.objects) {
     if (object.surface == city::Surface::Terrain) continue;
     for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
       for (const std::uint32_t corner : city.mesh.triangles[t]) {
-        box.min = box.min.cwiseMin(city.mesh.vertices[corner].head<2>());
-        box.max = box.max.cwiseMax(city.mesh.vertices[corner].head<2>());
+        built.min = built.min.cwiseMin(city.mesh.vertices[corner].head<2>());
+        built.max = built.max.cwiseMax(city.mesh.vertices[corner].head<2>());
       }
     }
   }
-  if (box.min.x() < box.max.x() && box.min.y() < box.max.y()) return box;
-  const city::Box bounds = city.bounds();
-  return {bounds.min.head<2>(), bounds.max.head<2>()};
+  if (!(built.min.x() <= built.max.x())) return all;
+  return {all.min.cwiseMax(built.min - Vector2d::Constant(kRim_m)),
+          all.max.cwiseMin(built.max + Vector2d::Constant(kRim_m))};
 }
 
 void check_near_city(const EnuBox& box, const city::City& city, const std::string& option) {
@@ -329,7 +333,7 @@ void choose_area(const HeatmapArguments& arguments, const city::City& city, heat
     box = parse_enu_box(arguments.enu_box);
     option = "--enu-box";
   } else if (!city.mesh.triangles.empty()) {
-    box = built_bounds(city);
+    box = whole_city(city);
   } else {
     throw InputError(fmt::format("the city '{}' is an open field without bounds", city.name),
                      "give --bbox, --enu-box or --area");
