@@ -10,6 +10,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/alignment.hpp"
@@ -33,6 +34,7 @@ struct Arguments {
   bool align = false, align_heading = false, ladder = false, no_atmosphere = false, quiet = false;
   std::optional<double> reach_m, split;
   std::optional<std::uint64_t> seed;
+  std::optional<int> runs;
   int threads = 0;
 };
 
@@ -112,7 +114,14 @@ class Command {
     align_options_.validate();
 
     const simulation::ReceiverConfig& receiver = scenario_.receivers.front();
-    models_.push_back({"", fmt::format("{} (the scenario's)", receiver.options.name), receiver});
+    const simulation::Georeference& georeference = scenario_.city.georeference;
+    const bool uncertain = georeference.sigma_m > 0 || georeference.heading_sigma_rad > 0;
+    if (arguments_.runs && !uncertain) {
+      throw InputError("--runs without an uncertainty of the city's place: every run would be the same",
+                       "add city: {georeference: {sigma_m: 3}} to the scenario");
+    }
+    runs_ = arguments_.runs.value_or(10);
+    models_.push_back({"", fmt::format("{} (the scenario's)", receiver.options.name), receiver, uncertain});
     std::vector<validation::Model> more;
     if (arguments_.ladder) {
       more = validation::model_ladder(receiver);
@@ -188,13 +197,25 @@ class Command {
       validation::CompareOptions options;
       options.name = model.name;
       options.threads = arguments_.threads;
-      options.progress = progress_of(progress);
+      const int moved = model.moved_city ? runs_ : 0;
+      int done_runs = 0;
+      const auto told = progress_of(progress);
+      options.progress = [&](std::size_t done, std::size_t total) {
+        told(static_cast<std::size_t>(done_runs) * total + done, static_cast<std::size_t>(moved + 1) * total);
+      };
       validation::Comparison comparison = validation::compare(recording_, model.receiver, *environment_,
                                                               registration, scenario_.seed, options);
+      std::vector<validation::Comparison> runs;
+      for (int run = 0; run < moved; ++run) {
+        ++done_runs;
+        const std::uint64_t seed = scenario_.seed + static_cast<std::uint64_t>(run);
+        runs.push_back(validation::compare(recording_, model.receiver, *environment_,
+                                           moved_by_chance(registration, seed), seed, options));
+      }
       const std::string part =
           alignment_ ? (share == 0.5 ? "second half" : "last " + share_name(1 - share)) : "whole recording";
-      figures_.push_back(validation::figures(comparison, first_, count_,
-                                             validation::describe_part(comparison, first_, count_, part)));
+      figures_.push_back(validation::figures(
+          comparison, first_, count_, validation::describe_part(comparison, first_, count_, part), {}, runs));
       if (figures_.size() == 1) {
         if (alignment_) {
           aligned_by_ = validation::describe_part(comparison, 0, first_,
@@ -203,6 +224,16 @@ class Command {
         own_ = std::move(comparison);
       }
     }
+  }
+
+  /// Where one run's city stands, as the scenario's georeference draws it.
+  [[nodiscard]] validation::Registration moved_by_chance(const validation::Registration& registration,
+                                                         std::uint64_t seed) const {
+    const auto shift = simulation::draw_city_shift(scenario_.city.georeference, seed);
+    if (!shift) return registration;
+    const city::Box bounds = environment_->city().bounds();
+    return registration.then(shift->east_m, shift->north_m, shift->heading_rad,
+                             0.5 * (bounds.min + bounds.max).head<2>());
   }
 
   [[nodiscard]] std::string alignment_text() const {
@@ -264,6 +295,7 @@ class Command {
   std::string format_, aligned_by_;
   validation::AlignOptions align_options_;
   std::vector<validation::Model> models_;
+  int runs_ = 1;  ///< of models with a moved city
   std::unique_ptr<simulation::Environment> environment_;
   validation::Recording recording_;
   std::size_t first_ = 0, count_ = 0;  ///< epochs that figures are of
@@ -307,9 +339,9 @@ void add_validate(CLI::App& app, Action& action) {
       ->type_name("M")
       ->needs(align);
   command->add_option("--split", arguments->split, "share of epochs to align by (0.5)")->type_name("SHARE");
-  CLI::Option* models = command->add_option(
-      "--models", arguments->models,
-      "beside the scenario's own: mirror, specular, second, diffraction, tracking, diffuse, ground");
+  CLI::Option* models = command->add_option("--models", arguments->models,
+                                            "beside the scenario's own: mirror, specular, second, tracking, "
+                                            "diffuse, ground, shadowing, diffraction");
   models->type_name("LIST");
   command->add_flag("--ladder", arguments->ladder, "all of these, each an addition to the one before")
       ->excludes(models);
@@ -324,6 +356,12 @@ void add_validate(CLI::App& app, Action& action) {
   command->add_flag("--no-atmosphere", arguments->no_atmosphere,
                     "the recording is a simulated one without ionosphere and troposphere");
   command->add_option("--seed", arguments->seed, "instead of the scenario's seed")->type_name("N");
+  command
+      ->add_option(
+          "--runs", arguments->runs,
+          "cities drawn by the scenario's city.georeference, whose simulated values are taken together (10)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000));
   command->add_option("--threads", arguments->threads, "0: one for each core (0)")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));

@@ -225,7 +225,7 @@ receivers:
   const ReceiverConfig& b = s.receivers[1];
   EXPECT_EQ(a.options.name, "a");
   EXPECT_EQ(a.propagation.edges.max_paths, 7);
-  EXPECT_TRUE(a.propagation.diffraction) << "of the profile";
+  EXPECT_TRUE(a.propagation.through_foliage) << "of the profile";
   EXPECT_EQ(a.propagation.reflection_order, 1);
   EXPECT_EQ(b.propagation.reflection_order, 0);
   EXPECT_TRUE(a.propagation.diffuse);

@@ -201,6 +201,8 @@ void add_propagation_keys(std::vector<ScenarioKey>& keys, const std::string& at)
       "amplitude scattered over amplitude that a smooth wall would reflect");
   add("diffuse.wall_reflectance", "", show(o.scattering.wall_reflectance),
       "power that a smooth wall would reflect");
+  add("diffuse.lobe_exponent", "", show(o.scattering.lobe_exponent),
+      "0: Lambert's lobe; more: about the mirror's direction, 3 to 4 by measurements");
   add("diffuse.lowest_elevation_deg", "deg", show_deg(o.scattering.lowest_elevation_rad),
       "nothing is looked for below");
   add("diffuse.max_range_m", "m", show(o.scattering.max_range_m), "reach of these rays");

@@ -53,6 +53,7 @@ void read_diffuse(YamlSection& section, propagation::PropagationOptions& options
   set(o.rays, section.integer("rays", 8, 4096));
   set(o.scattering_coefficient, section.number("scattering_coefficient", {0, 1}));
   set(o.wall_reflectance, section.number("wall_reflectance", {0, 1}));
+  set(o.lobe_exponent, section.integer("lobe_exponent", 0, 20));
   set_deg(o.lowest_elevation_rad, section.number("lowest_elevation_deg", {-90, 90, false, true}));
   set(o.max_range_m, section.number("max_range_m", {0, 100e3, true}));
   set(o.min_power_db, section.number("min_power_db", {-100, 0}));

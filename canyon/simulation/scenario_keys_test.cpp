@@ -47,7 +47,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "{model: specular, reflection_order: 1, max_range_m: 300, max_incidence_deg: 89, ground_reflection: "
       "false, diffraction: {enabled: true, max_range_m: 200, max_bending_deg: 45, max_loss_db: 30, "
       "max_clear_nu: 1, max_paths: 2, terrain: true, free_edges: false, min_turn_deg: 6}, diffuse: {enabled: "
-      "true, rays: 64, scattering_coefficient: 0.3, wall_reflectance: 0.2, lowest_elevation_deg: -5, "
+      "true, rays: 64, scattering_coefficient: 0.3, wall_reflectance: 0.2, lobe_exponent: 3, "
+      "lowest_elevation_deg: -5, "
       "max_range_m: 200, min_power_db: -30, class_m: 5, max_paths: 4}, through_foliage: true}";
   const std::string noise =
       "{enabled: true, theta_per_s: 0.02, mu_m: 0, sigma_m_per_sqrt_s: 0.2, doppler_sigma_hz: 0.1, "
@@ -180,8 +181,8 @@ std::vector<std::string> fields(const ReceiverConfig& config) {
        double(p.edges.max_paths), double(p.edges.edges.terrain), double(p.edges.edges.free_edges),
        p.edges.edges.min_turn_rad});
   const propagation::DiffuseOptions& d = p.scattering;
-  all({double(d.rays), d.scattering_coefficient, d.wall_reflectance, d.lowest_elevation_rad, d.max_range_m,
-       d.min_power_db, d.class_m, double(d.max_paths)});
+  all({double(d.rays), d.scattering_coefficient, d.wall_reflectance, double(d.lobe_exponent), d.lowest_elevation_rad,
+       d.max_range_m, d.min_power_db, d.class_m, double(d.max_paths)});
   return texts;
 }
 

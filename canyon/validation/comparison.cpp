@@ -232,7 +232,7 @@ class Comparer {
   receiver::Receiver receiver_;
   Eigen::Matrix3d ecef_from_map_;  ///< rotation, of the moved map
   std::vector<orbit::SatelliteId> satellites_;
-  std::vector<std::uint8_t> clear_;  ///< by residual observation
+  std::vector<std::uint8_t> clear_;                                  ///< by residual observation
   Comparison result_;
 };
 
@@ -247,6 +247,14 @@ Eigen::Vector3d Registration::place_in_city(const Eigen::Vector3d& enu) const {
 Eigen::Vector3d Registration::direction_in_city(const Eigen::Vector3d& enu) const {
   const Eigen::Vector2d turned = Eigen::Rotation2Dd(-heading_rad) * enu.head<2>();
   return {turned.x(), turned.y(), enu.z()};
+}
+
+Registration Registration::then(double more_east_m, double more_north_m, double more_heading_rad,
+                                const Eigen::Vector2d& about) const {
+  const Eigen::Vector2d offset =
+      Eigen::Rotation2Dd(more_heading_rad) * (pivot + Eigen::Vector2d(east_m, north_m) - about) + about +
+      Eigen::Vector2d(more_east_m, more_north_m) - pivot;
+  return {offset.x(), offset.y(), heading_rad + more_heading_rad, pivot};
 }
 
 Eigen::Vector3d place_in_moved_city(const Recording& recording, const raytrace::RayScene& scene,

@@ -33,6 +33,9 @@ struct Registration {
   /// unmoved map, that rays are cast in: turn^-1(p - pivot - offset) + pivot, turn^-1(d). Heights stay.
   [[nodiscard]] Eigen::Vector3d place_in_city(const Eigen::Vector3d& enu) const;
   [[nodiscard]] Eigen::Vector3d direction_in_city(const Eigen::Vector3d& enu) const;
+  /// The map moved once more: turned by `heading_rad` about `pivot` and shifted by (east, north).
+  [[nodiscard]] Registration then(double east_m, double north_m, double heading_rad,
+                                  const Eigen::Vector2d& pivot) const;
 };
 
 /// What all comparisons of one recording share: built once.

@@ -48,6 +48,23 @@ TEST(Registration, PlacesByHand) {
   EXPECT_EQ(Registration{}.place_in_city(a), a);
 }
 
+// Moving the map twice: a place goes back through both moves, the second one first.
+TEST(Registration, OneMoveAfterAnother) {
+  Registration first = moved_by(3, -2);
+  first.heading_rad = 0.3;
+  first.pivot = {10, 4};
+  Registration second = moved_by(-1, 5);
+  second.heading_rad = -0.8;
+  second.pivot = {-7, 20};
+  const Registration both = first.then(-1, 5, -0.8, {-7, 20});
+  for (const Eigen::Vector3d& p : {Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(35, -12, 7)}) {
+    EXPECT_LT((both.place_in_city(p) - first.place_in_city(second.place_in_city(p))).norm(), 1e-12);
+  }
+  EXPECT_LT((both.direction_in_city({1, 2, 3}) - first.direction_in_city(second.direction_in_city({1, 2, 3})))
+                .norm(),
+            1e-12);
+}
+
 TEST(Segments, FollowTheStreets) {
   EXPECT_TRUE(street_segments({}).empty());
   std::vector<Eigen::Vector3d> places;
@@ -267,14 +284,15 @@ TEST(Models, EachAddsToTheOneBefore) {
   const simulation::ReceiverConfig receiver;
   std::vector<std::string> keys;
   for (const Model& m : model_ladder(receiver)) keys.push_back(m.key);
-  EXPECT_THAT(keys,
-              ElementsAre("mirror", "specular", "second", "diffraction", "tracking", "diffuse", "ground"));
+  EXPECT_THAT(keys, ElementsAre("mirror", "specular", "second", "tracking", "diffuse", "ground", "shadowing",
+                                "diffraction"));
   for (const Model& m : model_ladder(receiver)) EXPECT_NO_THROW(m.receiver.propagation.validate());
   const auto two = models_of(receiver, {"diffuse", "mirror"});
   ASSERT_EQ(two.size(), 2U);
   EXPECT_EQ(two[0].key, "mirror");
   EXPECT_EQ(two[0].receiver.propagation.model, propagation::Model::Mirror);
-  EXPECT_TRUE(two[1].receiver.propagation.diffuse && two[1].receiver.propagation.diffraction);
+  EXPECT_TRUE(two[1].receiver.propagation.diffuse);
+  EXPECT_FALSE(two[1].receiver.propagation.diffraction || two[1].receiver.options.signal.shadowing.enabled);
   EXPECT_FALSE(two[1].receiver.propagation.ground_reflection);
   EXPECT_TRUE(two[1].receiver.options.signal.enabled);
   EXPECT_THAT(error_of([&] { (void)models_of(receiver, {"difuse"}); }).what(),

@@ -68,13 +68,12 @@ struct ExplainedSample {
   }
 };
 
-PositionFigures position_figures(std::span<const ComparedEpoch> epochs, ComparedFix ComparedEpoch::*fix) {
+PositionFigures position_figures(std::span<const ComparedFix> fixes) {
   PositionFigures p;
-  p.epochs = epochs.size();
+  p.epochs = fixes.size();
   std::vector<double> horizontal, vertical;
   double used = 0;
-  for (const ComparedEpoch& epoch : epochs) {
-    const ComparedFix& f = epoch.*fix;
+  for (const ComparedFix& f : fixes) {
     if (!f.solved) continue;
     ++p.fixes;
     used += f.used;
@@ -90,17 +89,29 @@ PositionFigures position_figures(std::span<const ComparedEpoch> epochs, Compared
 /// Observations of a part of a comparison, by the questions asked of them.
 class Collector {
  public:
-  Collector(const Comparison& comparison, std::size_t first, std::size_t count)
+  Collector(const Comparison& comparison, std::size_t first, std::size_t count,
+            std::span<const Comparison> runs)
       : comparison_(comparison),
         epochs_(std::span<const ComparedEpoch>(comparison.epochs).subspan(first, count)),
-        first_(first) {
+        first_(first),
+        runs_(runs.empty() ? std::span<const Comparison>(&comparison, 1) : runs) {
+    assert(std::all_of(runs_.begin(), runs_.end(), [&comparison](const Comparison& run) {
+      return run.epochs.size() == comparison.epochs.size() &&
+             run.satellites.size() == comparison.satellites.size();
+    }));
     for (std::size_t e = 0; e < epochs_.size(); ++e) {
-      for (const ComparedSatellite& s : std::span<const ComparedSatellite>(comparison.satellites)
-                                            .subspan(epochs_[e].first, epochs_[e].count)) {
-        add(s, static_cast<std::uint32_t>(e));
+      for (std::size_t i = epochs_[e].first; i < epochs_[e].first + epochs_[e].count; ++i) {
+        add_measured(comparison.satellites[i], static_cast<std::uint32_t>(e));
+        for (const Comparison& run : runs_) add_simulated(!comparison.satellites[i].clear, run.satellites[i]);
       }
       if (epochs_[e].measured.solved) used_measured_.push_back(epochs_[e].measured.used);
-      if (epochs_[e].simulated.solved) used_simulated_.push_back(epochs_[e].simulated.used);
+    }
+    for (const ComparedFix& fix : simulated_fixes(first, count)) {
+      if (fix.solved) used_simulated_.push_back(fix.used);
+    }
+    for (TrackedShare& share : tracked_) {
+      share.simulated = static_cast<std::size_t>(
+          std::lround(static_cast<double>(share.simulated) / static_cast<double>(runs_.size())));
     }
   }
 
@@ -126,22 +137,26 @@ class Collector {
     f.cn0_los_dbhz = pair_of(cn0_.los(), simulated_cn0_.los());
     f.cn0_nlos_dbhz = pair_of(cn0_.nlos(), simulated_cn0_.nlos());
     f.used = pair_of(used_measured_, used_simulated_);
-    f.measured = position_figures(epochs_, &ComparedEpoch::measured);
-    f.simulated = position_figures(epochs_, &ComparedEpoch::simulated);
+    f.runs = runs_.size();
+    f.measured = position_figures(measured_fixes(first_, epochs_.size()));
+    f.simulated = position_figures(simulated_fixes(first_, epochs_.size()));
     add_segments(f);
     if (options.resamples > 0) add_intervals(f, options);
     return f;
   }
 
  private:
-  void add(const ComparedSatellite& s, std::uint32_t epoch) {
+  void add_simulated(bool nlos, const ComparedSatellite& s) {
+    if (s.simulated) ++tracked_[nlos ? 1 : 0].simulated;
+    if (s.simulated_error_m) simulated_error_.add(nlos, *s.simulated_error_m);
+    if (s.simulated && s.simulated_cn0_dbhz) simulated_cn0_.add(nlos, *s.simulated_cn0_dbhz);
+  }
+
+  void add_measured(const ComparedSatellite& s, std::uint32_t epoch) {
     const bool nlos = !s.clear;
     TrackedShare& share = tracked_[nlos ? 1 : 0];
     ++share.satellites;
     if (s.measured) ++share.measured;
-    if (s.simulated) ++share.simulated;
-    if (s.simulated_error_m) simulated_error_.add(nlos, *s.simulated_error_m);
-    if (s.simulated && s.simulated_cn0_dbhz) simulated_cn0_.add(nlos, *s.simulated_cn0_dbhz);
     if (!s.measured_error_m) return;
 
     const double error_m = *s.measured_error_m;
@@ -190,10 +205,22 @@ class Collector {
         segment.length_m +=
             (comparison_.epochs[e].place_enu_m - comparison_.epochs[e - 1].place_enu_m).head<2>().norm();
       }
-      const auto epochs = epochs_.subspan(segment.first - first_, segment.count);
-      f.segments.push_back({segment, position_figures(epochs, &ComparedEpoch::measured),
-                            position_figures(epochs, &ComparedEpoch::simulated)});
+      f.segments.push_back({segment, position_figures(measured_fixes(segment.first, segment.count)),
+                            position_figures(simulated_fixes(segment.first, segment.count))});
     }
+  }
+
+  [[nodiscard]] std::vector<ComparedFix> measured_fixes(std::size_t first, std::size_t count) const {
+    std::vector<ComparedFix> fixes;
+    for (std::size_t e = first; e < first + count; ++e) fixes.push_back(comparison_.epochs[e].measured);
+    return fixes;
+  }
+  [[nodiscard]] std::vector<ComparedFix> simulated_fixes(std::size_t first, std::size_t count) const {
+    std::vector<ComparedFix> fixes;
+    for (const Comparison& run : runs_) {
+      for (std::size_t e = first; e < first + count; ++e) fixes.push_back(run.epochs[e].simulated);
+    }
+    return fixes;
   }
 
   void add_intervals(Figures& f, const FigureOptions& options) const {
@@ -218,6 +245,7 @@ class Collector {
   const Comparison& comparison_;
   std::span<const ComparedEpoch> epochs_;
   std::size_t first_;
+  std::span<const Comparison> runs_;  ///< that simulated values are of
   const std::array<std::string, 5> kinds_{"reflected 1", "reflected 2", "diffracted", "diffuse", "all"};
   std::array<ExplainedSample, 5> explained_;
   std::vector<Band> bands_{{10, 30, 0, 0, {}, {}}, {30, 50, 0, 0, {}, {}}, {50, 90, 0, 0, {}, {}}};
@@ -265,10 +293,10 @@ std::string describe_part(const Comparison& comparison, std::size_t first, std::
 }
 
 Figures figures(const Comparison& comparison, std::size_t first, std::size_t count, const std::string& part,
-                const FigureOptions& options) {
+                const FigureOptions& options, std::span<const Comparison> runs) {
   options.validate();
   assert(first + count <= comparison.epochs.size());
-  Figures f = Collector(comparison, first, count).figures(options);
+  Figures f = Collector(comparison, first, count, runs).figures(options);
   f.model = comparison.name;
   f.part = part;
   return f;

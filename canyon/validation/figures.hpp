@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,7 @@ struct Figures {
   std::string model;
   std::string part;  ///< "second half: 12:52:00 to 12:56:24 GPST, 243 epochs"
   std::size_t epochs = 0;
+  std::size_t runs = 1;                                        ///< that simulated values are of
   std::size_t los = 0, nlos = 0;                               ///< measured observations by the city's word
   std::optional<Separation> by_cn0, by_error;                  ///< NLOS: weak, late
   std::optional<Interval> by_cn0_interval, by_error_interval;  ///< 95 %, blocks of time
@@ -86,8 +88,13 @@ struct FigureOptions {
 
 /// Of epochs [first, first + count) of a comparison (asserted to lie in it). Measured errors count in epochs
 /// that have a clock. Bands' upper ends are open but for the zenith.
+/// @param runs of the same recording and satellites, say in
+/// cities moved within what is known of their place: where there are any, the simulated values are those of
+/// all of them together, while measured values, LOS and NLOS, and what explains an observation stay
+/// `comparison`'s.
 [[nodiscard]] Figures figures(const Comparison& comparison, std::size_t first, std::size_t count,
-                              const std::string& part, const FigureOptions& options = {});
+                              const std::string& part, const FigureOptions& options = {},
+                              std::span<const Comparison> runs = {});
 
 /// The figures as JSON: an object with SI units in the names; null where a figure has nothing to be made
 /// from. `alignment_json`, an object by itself, goes under "alignment".

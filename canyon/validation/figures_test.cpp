@@ -210,6 +210,45 @@ Hand random_comparison() {
 }
 
 // statistics.hpp's separation() and bootstrap_interval(), which SciPy judged, do the same the long way.
+// Two runs beside one recording: what is simulated is theirs, what is measured and what is LOS the
+// comparison's.
+TEST(Figures, SimulatedValuesOfSeveralRuns) {
+  Hand hand;
+  hand.epoch();
+  hand.measured(true, 0, 40);
+  ComparedSatellite& late = hand.measured(false, 20, 25);
+  late.prediction = ComparedSatellite::Prediction{PathKind::Reflected, 1, 18};
+  hand.comparison.epochs[0].measured = {true, Eigen::Vector3d(3, 4, 0), 5};
+  std::vector<Comparison> runs{hand.comparison, hand.comparison};
+  for (std::size_t r = 0; r < 2; ++r) {
+    // In the runs' cities the satellites change places.
+    runs[r].satellites[0].clear = false;
+    runs[r].satellites[1].clear = true;
+    runs[r].satellites[0].prediction = ComparedSatellite::Prediction{PathKind::Diffuse, 0, 1};
+    runs[r].satellites[0].simulated = true;
+    runs[r].satellites[0].simulated_error_m = 1.0 + static_cast<double>(r);
+    runs[r].satellites[0].simulated_cn0_dbhz = 30;
+    runs[r].epochs[0].simulated = {true, Eigen::Vector3d(r == 0 ? 6 : 12, 0, 0), 6};
+  }
+  runs[1].satellites[1].simulated = true;
+  runs[1].satellites[1].simulated_error_m = 9;
+  const Figures f = figures(hand.comparison, 0, 1, "all", Hand::no_intervals(), runs);
+  EXPECT_EQ(f.runs, 2U);
+  EXPECT_EQ(f.error_los_m.simulated_n, 2U);
+  EXPECT_DOUBLE_EQ(f.error_los_m.simulated[2], 1.5);
+  EXPECT_EQ(f.error_nlos_m.simulated_n, 1U);
+  EXPECT_EQ(f.error_los_m.measured_n, 1U);
+  EXPECT_EQ(f.tracked_los.simulated, 1U);
+  EXPECT_EQ(f.tracked_los.satellites, 1U);
+  EXPECT_EQ(f.tracked_nlos.simulated, 1U);  // half of two runs, rounded
+  EXPECT_EQ(f.explained.back().n, 1U);
+  EXPECT_DOUBLE_EQ(*f.explained.back().median_difference_m, 2);
+  EXPECT_EQ(f.simulated.epochs, 2U);
+  EXPECT_DOUBLE_EQ(f.simulated.horizontal_m[2], 9);
+  EXPECT_DOUBLE_EQ(f.simulated.mean_used, 6);
+  EXPECT_DOUBLE_EQ(f.measured.horizontal_m[2], 5);
+}
+
 TEST(Figures, IntervalsAreThoseOfTheBootstrap) {
   const Hand hand = random_comparison();
   FigureOptions options;

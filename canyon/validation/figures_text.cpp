@@ -79,7 +79,8 @@ Json json_of(const PositionFigures& p) {
 }
 
 Json json_of(const Figures& f) {
-  Json json{{"model", f.model}, {"part", f.part}, {"epochs", f.epochs}, {"los", f.los}, {"nlos", f.nlos}};
+  Json json{{"model", f.model}, {"part", f.part}, {"epochs", f.epochs},
+            {"runs", f.runs},   {"los", f.los},   {"nlos", f.nlos}};
   json["separation_by_cn0"] = json_of(f.by_cn0, "threshold_dbhz", -1, f.by_cn0_interval);
   json["separation_by_error"] = json_of(f.by_error, "threshold_m", 1, f.by_error_interval);
   json["elevation_bands"] = Json::array();

@@ -16,6 +16,7 @@ std::vector<Model> model_ladder(const simulation::ReceiverConfig& receiver) {
   paths.reflection_order = 1;
   paths.ground_reflection = paths.diffraction = paths.diffuse = false;
   step.options.signal.enabled = false;
+  const bool shadowing = step.options.signal.shadowing.enabled;
 
   std::vector<Model> models;
   const auto add = [&](const char* key, const char* name) { models.push_back({key, name, step}); };
@@ -24,14 +25,18 @@ std::vector<Model> model_ladder(const simulation::ReceiverConfig& receiver) {
   add("specular", "specular, first order");
   paths.reflection_order = 2;
   add("second", "+ second order");
-  paths.diffraction = true;
-  add("diffraction", "+ diffraction");
   step.options.signal.enabled = true;
+  step.options.signal.shadowing.enabled = false;
   add("tracking", "+ strength and tracking");
   paths.diffuse = true;
   add("diffuse", "+ diffuse scattering");
   paths.ground_reflection = true;
   add("ground", "+ ground reflection");
+  step.options.signal.shadowing.enabled = true;
+  add("shadowing", "+ shadowing");
+  step.options.signal.shadowing.enabled = shadowing;
+  paths.diffraction = true;
+  add("diffraction", "+ diffraction");
   return models;
 }
 

@@ -12,12 +12,13 @@ struct Model {
   std::string key;   ///< one word, for command lines: "specular"
   std::string name;  ///< for people; "+ ..." adds to the step before
   simulation::ReceiverConfig receiver;
+  bool moved_city = false;  ///< the map's place drawn anew for each run, by the scenario's georeference
 };
 
 /// The steps, each with what the one before has: mirror (the paper's model), specular (reflections of first
-/// order), second (and of second), diffraction, tracking (strength of signals and the receiver's tracking,
-/// with `receiver`'s own SignalOptions), diffuse, ground. Numbers that a step does not switch are
-/// `receiver`'s.
+/// order), second (and of second), tracking (strength of signals and the receiver's tracking, with
+/// `receiver`'s own SignalOptions), diffuse, ground, shadowing (by what no map has), diffraction. The last
+/// one has shadowing where `receiver` has. Numbers that a step does not switch are `receiver`'s.
 [[nodiscard]] std::vector<Model> model_ladder(const simulation::ReceiverConfig& receiver);
 
 /// Those of the ladder with these keys, in the ladder's order. Throws InputError for a key it does not have,
