@@ -558,7 +558,10 @@ heatmap_bad)
   runs 2 bash -c 'trap "" XFSZ; ulimit -f 12; exec "$0" "$@"' "$canyon" "${full[@]}"
   one_line; says err full/tiles/unit- "cannot be written"
   ls -A full/tiles | grep part && fail "temporary files left"
-  [ ! -e full/map.nc ] || fail "a map that the disk did not take"
+  # Likewise where the tiles fit, and the map does not.
+  runs 2 bash -c 'trap "" XFSZ; ulimit -f 24; exec "$0" "$@"' "$canyon" "${full[@]}"
+  one_line; says err full/map.nc "cannot be written"
+  [ ! -e full/map.nc ] && [ -e full/tiles/unit-000000048.tile ] || fail "full holds $(ls full full/tiles)"
   runs 0 "$canyon" "${full[@]}"
   runs 0 "$canyon" heatmap small.yaml --out whole --enu-box=-110,-110,110,110 --spacing 1 --tile 32 --format netcdf --quiet
   cmp full/map.nc whole/map.nc || fail "other bytes after a full disk" ;;
