@@ -19,6 +19,7 @@
 #include "canyon/heatmap/store_slices.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "canyon/validation/models.hpp"
 #include "cli/commands.hpp"
 #include "cli/heatmap_commands.hpp"
 #include "cli/heatmap_request.hpp"
@@ -311,6 +312,14 @@ std::string layer_list() {
   return text;
 }
 
+std::string model_list() {
+  std::string text;
+  for (const validation::Model& model : validation::model_ladder({})) {
+    text += (text.empty() ? "" : ", ") + model.key;
+  }
+  return text;
+}
+
 constexpr const char* kFooter = R"(
 
 Cells inside buildings are marked, not computed. Finished tiles stand in DIR/tiles until the map is
@@ -368,8 +377,8 @@ void add_heatmap(CLI::App& app, Action& action) {
   command->add_option("--format", arguments->formats, "netcdf,geotiff,png or all (all)")->type_name("LIST");
   command
       ->add_option("--model", arguments->model,
-                   "instead of the scenario's propagation: mirror, specular, second, diffraction, tracking, "
-                   "diffuse, ground (each an addition to the one before, but for the first)")
+                   "instead of the scenario's propagation, one of the steps of `canyon validate --ladder`: " +
+                       model_list())
       ->type_name("MODEL");
   command->add_option("--receiver", arguments->receiver, "which of the scenario's (the first)")
       ->type_name("NAME");
