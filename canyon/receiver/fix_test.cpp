@@ -14,6 +14,7 @@
 #include "canyon/orbit/frozen_sky.hpp"
 #include "canyon/receiver/noise.hpp"
 #include "tests/support/circular_sky.hpp"
+#include "tests/support/spoiled_options.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -411,16 +412,7 @@ TEST(SolveFix, RefusesWhatIsNoMeasurement) {
 }
 
 TEST(FixOptions, NamesTheFieldThatIsOutOfRange) {
-  const auto message = [](auto&& spoil) {
-    FixOptions options;
-    spoil(options);
-    try {
-      options.validate();
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  };
+  const test::SpoiledOptions<FixOptions> message;
   EXPECT_EQ(message([](FixOptions&) {}), "");
   EXPECT_EQ(message([](FixOptions& o) { o.elevation_mask_rad = 0; }), "");
   EXPECT_THAT(message([](FixOptions& o) { o.elevation_mask_rad = 15; }),

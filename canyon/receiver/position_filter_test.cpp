@@ -10,6 +10,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "tests/support/circular_sky.hpp"
+#include "tests/support/spoiled_options.hpp"
 #include "tests/support/test_drive.hpp"
 
 namespace canyon::receiver {
@@ -476,16 +477,7 @@ TEST(PositionFilter, RefusesTimeRunningBackwardsAndStaysAsItWas) {
 }
 
 TEST(PositionFilterOptions, NamesTheFieldThatIsOutOfRange) {
-  const auto message = [](auto&& spoil) {
-    PositionFilterOptions options;
-    spoil(options);
-    try {
-      options.validate();
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  };
+  const test::SpoiledOptions<PositionFilterOptions> message;
   using Options = PositionFilterOptions;
   EXPECT_EQ(message([](Options&) {}), "");
   EXPECT_EQ(message([](Options& o) { o.gate_sigmas = std::numeric_limits<double>::infinity(); }), "");

@@ -13,6 +13,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/spoiled_options.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -245,16 +246,7 @@ TEST(Shadowing, FollowsItsSeed) {
 }
 
 TEST(ShadowingOptions, NamesTheFieldThatIsOutOfRange) {
-  const auto message = [](const std::function<void(ShadowingOptions&)>& spoil) -> std::string {
-    ShadowingOptions options;
-    spoil(options);
-    try {
-      options.validate();
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  };
+  const test::SpoiledOptions<ShadowingOptions> message;
   using O = ShadowingOptions;
   using testing::HasSubstr;
   EXPECT_EQ(message([](O&) {}), "");

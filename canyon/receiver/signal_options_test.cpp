@@ -9,6 +9,7 @@
 #include <string>
 
 #include "canyon/base/input_error.hpp"
+#include "tests/support/spoiled_options.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -31,16 +32,7 @@ TEST(OpenSignal, IsThatOfTheInterfaceDocuments) {
 }
 
 TEST(SignalOptions, NamesTheFieldThatIsOutOfRange) {
-  const auto message = [](const std::function<void(SignalOptions&)>& spoil) -> std::string {
-    SignalOptions options;
-    spoil(options);
-    try {
-      options.validate();
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  };
+  const test::SpoiledOptions<SignalOptions> message;
   using Options = SignalOptions;
   using testing::HasSubstr;
   EXPECT_EQ(message([](Options&) {}), "");

@@ -13,6 +13,7 @@
 #include "canyon/receiver/atmosphere.hpp"
 #include "canyon/receiver/fix.hpp"
 #include "tests/support/circular_sky.hpp"
+#include "tests/support/spoiled_options.hpp"
 #include "tests/support/test_drive.hpp"
 
 namespace canyon::receiver {
@@ -224,16 +225,7 @@ TEST(SolveFix, RefusesACn0ThatIsNoNumber) {
 }
 
 TEST(FixOptions, NamesTheNewFieldThatIsOutOfRange) {
-  const auto message = [](auto&& spoil) {
-    FixOptions options;
-    spoil(options);
-    try {
-      options.validate();
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  };
+  const test::SpoiledOptions<FixOptions> message;
   using Options = FixOptions;
   EXPECT_EQ(message([](Options& o) { o.weights.cn0_scale_m2_hz = 0; }), "");
   EXPECT_THAT(message([](Options& o) { o.cn0_mask_dbhz = -1; }), testing::HasSubstr("cn0_mask_dbhz"));

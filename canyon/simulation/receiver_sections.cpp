@@ -223,18 +223,7 @@ void read_signal(YamlSection& section, receiver::SignalOptions& o) {
 }  // namespace
 
 const char* word(Weighting weighting) {
-  switch (weighting) {
-    case Weighting::Sigma:
-      return "sigma";
-    case Weighting::Equal:
-      return "equal";
-    case Weighting::Elevation:
-      return "elevation";
-    case Weighting::Cn0:
-      return "cn0";
-  }
-  assert(false);
-  return "";
+  return receiver::name(weighting).data();  // a literal
 }
 
 const char* word(Discriminator discriminator) {

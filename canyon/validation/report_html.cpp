@@ -12,11 +12,14 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/number.hpp"
+#include "canyon/output/track.hpp"
 #include "canyon/validation/report_samples.hpp"
 #include "canyon/validation/report_targets.hpp"
 
 namespace canyon::validation {
 namespace {
+
+using output::xml_escaped;
 
 using Row = std::vector<std::string>;  // cells, escaped; the first one is the row's head
 
@@ -81,10 +84,10 @@ std::string table(const Row& head, const std::vector<Row>& rows) {
 }
 
 std::string heading(int level, const std::string& text) {
-  return fmt::format("<h{0}>{1}</h{0}>\n", level, html_escaped(text));
+  return fmt::format("<h{0}>{1}</h{0}>\n", level, xml_escaped(text));
 }
 std::string paragraph(const std::string& text) {
-  return fmt::format("<p>{}</p>\n", html_escaped(text));
+  return fmt::format("<p>{}</p>\n", xml_escaped(text));
 }
 
 /// Symbol and word: colour alone tells nothing to some.
@@ -101,7 +104,7 @@ std::string summary(const ReportInput& input) {
   std::string html = fmt::format(
       "<h1>{}: recorded and simulated receiver</h1>\n<p class=\"lead\">The model "
       "\u201C{}\u201D reaches {} of {} targets.</p>\n",
-      html_escaped(input.title), html_escaped(own.model), reached, all.size());
+      xml_escaped(input.title), xml_escaped(own.model), reached, all.size());
   html += paragraph(fmt::format("Figures of the {}: {} LOS and {} NLOS observations recorded.", own.part,
                                 own.los, own.nlos));
   html += paragraph(
@@ -115,7 +118,7 @@ std::string summary(const ReportInput& input) {
 std::string targets_table(const ReportInput& input) {
   std::vector<Row> rows;
   for (const Target& t : targets(input.models.front())) {
-    rows.push_back({html_escaped(t.name), html_escaped(t.wanted), html_escaped(t.value_text()), verdict(t)});
+    rows.push_back({xml_escaped(t.name), xml_escaped(t.wanted), xml_escaped(t.value_text()), verdict(t)});
   }
   return heading(2, "Targets") + table({"Figure", "Target", "Reached", "Verdict"}, rows);
 }
@@ -123,15 +126,15 @@ std::string targets_table(const ReportInput& input) {
 std::string models_table(const ReportInput& input) {
   if (input.models.size() < 2) return "";
   Row head{"Figure", "Target"};
-  for (const Figures& f : input.models) head.push_back(html_escaped(f.model));
+  for (const Figures& f : input.models) head.push_back(xml_escaped(f.model));
   std::vector<std::vector<Target>> all;
   for (const Figures& f : input.models) all.push_back(targets(f));
   std::vector<Row> rows;
   for (std::size_t k = 0; k < all.front().size(); ++k) {
-    Row row{html_escaped(all.front()[k].name), html_escaped(all.front()[k].wanted)};
+    Row row{xml_escaped(all.front()[k].name), xml_escaped(all.front()[k].wanted)};
     for (const auto& model : all) {
       const char* symbol = !model[k].value ? "" : model[k].reached() ? "\u2713 " : "\u2717 ";
-      row.push_back(symbol + html_escaped(model[k].value ? model[k].value_text() : kNone));
+      row.push_back(symbol + xml_escaped(model[k].value ? model[k].value_text() : kNone));
     }
     rows.push_back(row);
   }
@@ -226,7 +229,7 @@ std::string pictures(const std::vector<ReportFigure>& figures) {
     html += fmt::format(
         "<figure id=\"{0}\">\n<img alt=\"{1}\" src=\"data:image/png;base64,{2}\" />\n"
         "<figcaption>{3} Files: {0}.png, {0}.svg.</figcaption>\n</figure>\n",
-        html_escaped(f.name), html_escaped(f.alt), base64(f.png), html_escaped(f.caption));
+        xml_escaped(f.name), xml_escaped(f.alt), base64(f.png), xml_escaped(f.caption));
   }
   return html;
 }
@@ -270,7 +273,7 @@ std::string tracked_table(const Figures& f) {
 std::string explained_table(const Figures& f) {
   std::vector<Row> rows;
   for (const Explained& e : f.explained) {
-    rows.push_back({html_escaped(e.kind), count(e.n), percent(e.share), number(e.median_difference_m, 1),
+    rows.push_back({xml_escaped(e.kind), count(e.n), percent(e.share), number(e.median_difference_m, 1),
                     e.correlation ? number(e.correlation->rho, 2) : kNone,
                     e.correlation ? fmt::format("{} to {}", number(e.correlation->low, 2),
                                                 number(e.correlation->high, 2))
@@ -357,38 +360,11 @@ std::string segments_table(const ReportInput& input) {
 std::string notes(const ReportInput& input) {
   if (input.notes.empty()) return "";
   std::string html = heading(2, "Notes") + "<ul>\n";
-  for (const std::string& note : input.notes) html += fmt::format("<li>{}</li>\n", html_escaped(note));
+  for (const std::string& note : input.notes) html += fmt::format("<li>{}</li>\n", xml_escaped(note));
   return html + "</ul>\n";
 }
 
 }  // namespace
-
-std::string html_escaped(std::string_view text) {
-  std::string escaped;
-  escaped.reserve(text.size());
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      case '\'':
-        escaped += "&#39;";
-        break;
-      default:
-        escaped += static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\n' ? ' ' : c;
-    }
-  }
-  return escaped;
-}
 
 std::string base64(std::string_view bytes) {
   static constexpr std::string_view kDigits =
@@ -411,7 +387,7 @@ std::string report_html(const ReportInput& input, const std::vector<ReportFigure
   std::string html =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\" />\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\" />\n";
-  html += fmt::format("<title>{}: recorded and simulated receiver</title>\n", html_escaped(input.title));
+  html += fmt::format("<title>{}: recorded and simulated receiver</title>\n", xml_escaped(input.title));
   html += std::string("<style>") + kStyle + "</style>\n</head>\n<body>\n<main>\n";
   html += summary(input) + targets_table(input) + models_table(input) + alignment_section(input) +
           pictures(figures);

@@ -16,10 +16,6 @@ struct ReportFigure {
   std::string caption;
 };
 
-/// Text for element content and attributes in double quotes: &, <, >, " and ' as entities; control characters
-/// that XML does not allow become blanks.
-[[nodiscard]] std::string html_escaped(std::string_view text);
-
 /// RFC 4648, section 4, padded.
 [[nodiscard]] std::string base64(std::string_view bytes);
 

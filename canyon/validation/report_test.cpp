@@ -465,12 +465,5 @@ TEST(Base64, Rfc4648Vectors) {
   EXPECT_EQ(base64("\xFB\xFF\xFE"), "+//+");
 }
 
-TEST(HtmlEscaped, SpecialAndControlCharacters) {
-  EXPECT_EQ(html_escaped("<a href=\"x\">'&'"), "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;");
-  EXPECT_EQ(html_escaped("a\x01"
-                         "b\nc"),
-            "a b\nc");
-}
-
 }  // namespace
 }  // namespace canyon::validation
