@@ -1,10 +1,10 @@
 #include "canyon/heatmap/map_summary.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 
 namespace canyon::heatmap {
@@ -17,14 +17,17 @@ constexpr std::uint32_t kMagnitude = 0x7fff'ffff, kInfinite = 0x7f80'0000;
 constexpr std::size_t kZero = kInfinite >> kDropped;
 
 std::size_t bin_of(float value) {
-  const auto bits = std::bit_cast<std::uint32_t>(value);
+  std::uint32_t bits;  // std::bit_cast is not in GCC 10
+  std::memcpy(&bits, &value, sizeof bits);
   const std::size_t size = ((bits & kMagnitude) + (1U << (kDropped - 1))) >> kDropped;
   return (bits & ~kMagnitude) != 0 ? kZero - size : kZero + size;
 }
 
 double value_of(std::size_t bin) {
   const std::size_t size = bin < kZero ? kZero - bin : bin - kZero;
-  const double value = std::bit_cast<float>(static_cast<std::uint32_t>(size << kDropped));
+  const auto bits = static_cast<std::uint32_t>(size << kDropped);
+  float value;
+  std::memcpy(&value, &bits, sizeof value);
   return bin < kZero ? -value : value;
 }
 
