@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -90,7 +91,9 @@ class Command {
 
   [[nodiscard]] bool quiet() const { return arguments_.quiet || ranks_.rank() > 0; }
   void note(const std::string& text) const {
-    if (!quiet()) fmt::print(stderr, "{}\n", text);
+    if (quiet()) return;
+    std::fflush(stdout);  // what was printed before it stands before it in a log, too
+    fmt::print(stderr, "{}\n", text);
   }
   void warn(const std::vector<std::string>& lines) const {
     if (ranks_.rank() == 0) print_warnings(lines);

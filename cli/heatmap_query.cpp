@@ -64,6 +64,12 @@ std::string altitude_text(const StoredMap& map, double altitude_m) {
   return fmt::format("{:g} m above the {}", altitude_m,
                      map.altitude_kind() == heatmap::AltitudeKind::Ellipsoid ? "ellipsoid" : "terrain");
 }
+std::string altitudes_text(const StoredMap& map) {
+  const std::vector<double>& altitudes = map.altitudes_m();
+  return altitudes.size() == 1
+             ? altitude_text(map, altitudes.front())
+             : fmt::format("{:g} to {}", altitudes.front(), altitude_text(map, altitudes.back()));
+}
 std::string times_text(const StoredMap& map) {
   const std::vector<GpsTime>& times = map.times();
   if (times.size() == 1) return "of " + geodesy::format_utc(times.front(), 0);
@@ -80,11 +86,26 @@ std::string bounds_text(const StoredMap& map) {
   return fmt::format("{} to {}", corner(grid.west_m, grid.south_m), corner(grid.east_m(), grid.north_m()));
 }
 
+/// Beyond its lowest and highest altitudes a map speaks for this much [m].
+constexpr double kAltitudeReach_m = 5;
+
 /// The map counts altitudes; without one asked for, its lowest is meant.
 double altitude_of(const Arguments& arguments, const StoredMap& map) {
   if (!arguments.altitude_m) return map.altitudes_m().front();
-  if (!std::isfinite(*arguments.altitude_m)) throw InputError("--altitude is not finite", "give metres");
-  return *arguments.altitude_m;
+  const double asked_m = *arguments.altitude_m;
+  if (!std::isfinite(asked_m)) throw InputError("--altitude is not finite", "give metres");
+  const std::vector<double>& known = map.altitudes_m();
+  const auto nearest = std::min_element(known.begin(), known.end(), [asked_m](double a, double b) {
+    return std::abs(a - asked_m) < std::abs(b - asked_m);
+  });
+  // Between altitudes the nearest one answers; beyond them, only close by.
+  const bool between = asked_m >= known.front() && asked_m <= known.back();
+  if (!between && std::abs(*nearest - asked_m) > kAltitudeReach_m) {
+    throw InputError(
+        fmt::format("--altitude {:g}: the map's nearest is {}", asked_m, altitude_text(map, *nearest)),
+        fmt::format("compute one there: canyon heatmap ... --altitude {:g}", asked_m));
+  }
+  return asked_m;
 }
 
 int query_place(const Arguments& arguments, const StoredMap& map) {
@@ -264,7 +285,7 @@ int query_path(const Arguments& arguments, const StoredMap& map) {
                     figure(layer.median), figure(layer.p95), figure(layer.greatest)});
   }
   print_table({"along the way", "unit", "mean", "median", "95 %", "greatest"}, rows);
-  fmt::print("\n");
+  fmt::print("\nmap                  {}, {}\n", altitudes_text(map), times_text(map));
   if (report.worst) {
     fmt::print("worst stretch        {} m at {}\n", figure(*report.worst_error_m),
                stretch_text(*report.worst, report, map));
@@ -294,7 +315,8 @@ int run(const Arguments& arguments) {
 
 constexpr const char* kFooter =
     R"(Expected error: the map's horizontal_error_mean where it has it, else _rms, _p50 or horizontal_error, averaged
-over the way. Values are those of the cell, and of the altitude and time nearest to what is asked for.
+over the way. Values are those of the cell, and of the altitude and time nearest to what is asked for;
+a route is judged at the map's altitude, whatever its own, where the map counts from the terrain.
 
 Examples:
   canyon heatmap query out/map/map.nc --at 22.3012,114.1745

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <memory>
 #include <string>
 #include <utility>
@@ -66,7 +67,9 @@ simulation::Scenario read(const Arguments& arguments) {
 
 int run(const Arguments& arguments) {
   const auto note = [&arguments](const std::string& text) {
-    if (!arguments.quiet) fmt::print(stderr, "{}\n", text);
+    if (arguments.quiet) return;
+    std::fflush(stdout);  // what was printed before it stands before it in a log, too
+    fmt::print(stderr, "{}\n", text);
   };
   const simulation::Scenario scenario = read(arguments);
   make_output_folder(arguments.out);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <optional>
 
@@ -28,6 +29,9 @@ namespace {
 
 /// A part needs this many epochs to be aligned by or judged.
 constexpr std::size_t kFewestEpochs = 10;
+/// Below this mean AUC the city and the recording have little to do with each other: 0.5 is chance, 0.88 what
+/// a city of OpenStreetMap outlines reached (docs/validation.md).
+constexpr double kTellingScore = 0.7;
 
 struct Arguments {
   std::string scenario, obs, truth, truth_format, report, models, json, markdown;
@@ -69,7 +73,9 @@ class Command {
   }
 
   void note(const std::string& text) const {
-    if (!arguments_.quiet) fmt::print(stderr, "{}\n", text);
+    if (arguments_.quiet) return;
+    std::fflush(stdout);
+    fmt::print(stderr, "{}\n", text);
   }
   void warn(const std::vector<std::string>& lines) {
     if (!arguments_.quiet) print_warnings(lines);
@@ -121,7 +127,10 @@ class Command {
                        "add city: {georeference: {sigma_m: 3}} to the scenario");
     }
     runs_ = arguments_.runs.value_or(10);
-    models_.push_back({"", fmt::format("{} (the scenario's)", receiver.options.name), receiver, uncertain});
+    const std::string drawn =
+        uncertain ? fmt::format(", {} cities drawn within {:g} m", runs_, georeference.sigma_m) : "";
+    models_.push_back(
+        {"", fmt::format("{} (the scenario's{})", receiver.options.name, drawn), receiver, uncertain});
     std::vector<validation::Model> more;
     if (arguments_.ladder) {
       more = validation::model_ladder(receiver);
@@ -185,6 +194,13 @@ class Command {
     if (alignment_->at_border) {
       warn({fmt::format("the best place of the city lies at the end of the search: give more than --reach {}",
                         align_options_.reach_m)});
+    }
+    const double sigma_m = std::max(alignment_->sigma_east_m, alignment_->sigma_north_m);
+    if (alignment_->score < kTellingScore || sigma_m > align_options_.reach_m / 4) {
+      warn({fmt::format(
+          "the recording does not tell where the city stands (mean AUC {:.2f}, +- {:.1f} m): check the "
+          "scenario's origin and offset, or search farther with --reach {:g}",
+          alignment_->score, sigma_m, std::min(200.0, 4 * align_options_.reach_m))});
     }
   }
 

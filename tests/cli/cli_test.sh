@@ -182,7 +182,10 @@ assert m8t["distributions"]["nlos_error_m"]["ks"] < 0.15 and m8t["distributions"
 n = m8t["tracked"]["nlos"]
 assert abs(n["measured"] - n["simulated"]) < 0.1 * n["satellites"], n
 P
-  [ -s rep/report.html ] || fail "no report" ;;
+  [ -s rep/report.html ] || fail "no report"
+  sed 's/east_m: 0, north_m: 8/east_m: 60, north_m: 68/' tst.yaml >off.yaml
+  runs 0 "$canyon" validate off.yaml --obs "$drive/COM3_190428_124409.obs" --align --json figures.json
+  says err "does not tell where the city stands" --reach ;;
 skyplot)
   runs 0 "$canyon" skyplot --help
   says out --out --frames --at --enu --time --receiver --style --projection --trails --width --every --first --last --threads "east to the LEFT"
@@ -502,6 +505,8 @@ assert abs(sum(s["availability"] for s in known) / len(known) - r["availability"
 assert abs(r["worst_stretch"]["to_m"] - r["worst_stretch"]["from_m"] - 20) < 1.1
 P
   runs 0 "$canyon" heatmap query map/map.nc --at 22.3,114.17; says out hdop 2026-03-01T10:00:00Z "2 m above the terrain" computed
+  runs 0 "$canyon" heatmap query map/map.nc --at 22.3,114.17 --altitude 19; says out "15 m above the terrain"
+  runs 2 "$canyon" heatmap query map/map.nc --at 22.3,114.17 --altitude 60; one_line; says err --altitude 60 "15 m above"
   runs 2 "$canyon" heatmap query map/map.nc; one_line; says err --at --path
   runs 2 "$canyon" heatmap query map/map.nc --at 22.3; one_line; says err LATITUDE,LONGITUDE
   runs 2 "$canyon" heatmap query map/map.nc --at 48,11; one_line; says err --at outside
