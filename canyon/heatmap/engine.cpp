@@ -140,6 +140,7 @@ struct Heatmap::Impl {
 
   void cut();
   [[nodiscard]] Unit unit(std::size_t i) const;
+  [[nodiscard]] std::size_t turn(std::size_t i) const;
   [[nodiscard]] std::size_t slices(const Unit& unit) const {
     return unit.tile.cells() * request.altitudes_m.size() * unit.times;
   }
@@ -207,6 +208,14 @@ Heatmap::Unit Heatmap::unit(std::size_t i) const {
 std::size_t Heatmap::unit_of(std::size_t tile, std::size_t time) const {
   assert(tile < impl_->tiles && time < impl_->request.times.size());
   return tile * impl_->chunks + time / impl_->times_per_unit;
+}
+
+/// Row by row, every other one backwards, so that neighbours, whose work is much alike, are of different
+/// ranks.
+std::size_t Heatmap::Impl::turn(std::size_t i) const {
+  const std::size_t across = request.grid.tiles_across();
+  const std::size_t tile = i / chunks, row = tile / across, column = tile % across;
+  return (row * across + (row % 2 == 0 ? column : across - 1 - column)) * chunks + i % chunks;
 }
 
 std::string Heatmap::key() const {
@@ -292,8 +301,9 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
   RunResult result;
   std::vector<std::size_t> missing;
   std::size_t cells_total = 0, cells_resumed = 0;
-  for (auto i = static_cast<std::size_t>(options.rank); i < unit_count();
-       i += static_cast<std::size_t>(options.ranks)) {
+  for (std::size_t i = 0; i < unit_count(); ++i) {
+    if (impl.turn(i) % static_cast<std::size_t>(options.ranks) != static_cast<std::size_t>(options.rank))
+      continue;
     ++result.units;
     const std::size_t cells = impl.slices(impl.unit(i));
     cells_total += cells;

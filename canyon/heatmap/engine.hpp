@@ -73,7 +73,7 @@ struct RunOptions {
   /// share. From any thread, but one call at a time; in order; at the beginning, at the end, and at most ten
   /// times a second between.
   std::function<void(std::size_t, std::size_t)> progress;
-  int rank = 0, ranks = 1;  ///< units of work i with i % ranks == rank are this process's
+  int rank = 0, ranks = 1;  ///< of the units, dealt out in turn along a snake through the tiles
 };
 
 struct RunResult {

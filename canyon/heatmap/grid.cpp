@@ -28,13 +28,17 @@ std::optional<double> crossing(const Vector2d& a, const Vector2d& b, double y) {
 
 }  // namespace
 
+std::size_t Grid::tiles_across() const {
+  return tiles_along(columns, tile_size);
+}
+
 std::size_t Grid::tile_count() const {
-  return tiles_along(columns, tile_size) * tiles_along(rows, tile_size);
+  return tiles_across() * tiles_along(rows, tile_size);
 }
 
 Tile Grid::tile(std::size_t i) const {
   assert(i < tile_count());
-  const std::size_t across = tiles_along(columns, tile_size);
+  const std::size_t across = tiles_across();
   Tile tile;
   tile.first_column = static_cast<std::uint32_t>(i % across) * tile_size;
   tile.first_row = static_cast<std::uint32_t>(i / across) * tile_size;

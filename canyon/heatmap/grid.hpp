@@ -39,6 +39,7 @@ struct Grid {
   [[nodiscard]] double north_m() const { return south_m + rows * spacing_m; }
   [[nodiscard]] std::size_t cells() const { return std::size_t{columns} * rows; }
   [[nodiscard]] std::size_t tile_count() const;
+  [[nodiscard]] std::size_t tiles_across() const;  ///< in one row of tiles
   /// Tiles by rows of tiles from the south-west corner on. @param i below tile_count() (asserted)
   [[nodiscard]] Tile tile(std::size_t i) const;
   [[nodiscard]] bool operator==(const Grid&) const = default;
