@@ -18,6 +18,7 @@
 #include "canyon/heatmap/map_summary.hpp"
 #include "canyon/heatmap/rasters.hpp"
 #include "canyon/heatmap/store_slices.hpp"
+#include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/models.hpp"
@@ -209,6 +210,13 @@ class Command {
       systems += fmt::format("{}{}", systems.empty() ? "" : ", ", orbit::name(system));
     }
     source.attributes["systems"] = systems;
+    if (receiver_.options.signal.enabled) {
+      source.attributes["propagation_model"] +=
+          receiver_.options.signal.shadowing.enabled ? ", strength, shadowing" : ", strength";
+    }
+    if (const auto shift = simulation::draw_city_shift(scenario_.city.georeference, scenario_.seed)) {
+      source.attributes["georeference"] = simulation::describe(*shift);
+    }
     source.attributes["seed"] = std::to_string(request_.draws.seed);
     source.slice = [this, slices = heatmap::store_slices(heatmap, store)](std::size_t tile,
                                                                           std::size_t time) {
