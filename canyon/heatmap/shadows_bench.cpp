@@ -26,6 +26,7 @@
 #include "canyon/heatmap/shadows.hpp"
 #include "canyon/raytrace/embree.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
+#include "tests/support/bare_embree.hpp"
 #include "tests/support/bench_city.hpp"
 #include "tests/support/shadow_judge.hpp"
 
@@ -46,23 +47,7 @@ constexpr int kRounds = 5;
 /// What one would write with Embree alone: a robust scene and floats prepared beforehand.
 class BareEmbree {
  public:
-  explicit BareEmbree(const Mesh& mesh) {
-    device_.reset(rtcNewDevice(nullptr));
-    scene_.reset(rtcNewScene(device_.get()));
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
-    const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                               RTC_FORMAT_FLOAT3, 12, mesh.vertices.size()));
-    auto* corners = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh.triangles.size()));
-    for (const Vector3d& v : mesh.vertices) {
-      for (int k = 0; k < 3; ++k) *points++ = static_cast<float>(v[k]);
-    }
-    for (const auto& t : mesh.triangles) corners = std::copy(t.begin(), t.end(), corners);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_.get(), geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_.get());
+  explicit BareEmbree(const Mesh& mesh) : bare_(mesh) {
     single_.resize(kMostCells);
     packets8_.resize(kMostCells / 8);
     packets16_.resize(kMostCells / 16);
@@ -93,7 +78,7 @@ class BareEmbree {
     canyon::raytrace::embree::Query query(coherent);
     for (std::size_t i = 0; i < count_; ++i) {
       RTCRay ray = single_[i];
-      query.occluded1(scene_.get(), &ray);
+      query.occluded1(bare_.scene.get(), &ray);
       blocked[i] = ray.tfar < 0 ? 1 : 0;
     }
   }
@@ -155,15 +140,14 @@ class BareEmbree {
     Arguments context = arguments();
     for (std::size_t i = 0; i < count_; i += kWidth) {
       Packet rays = packets[i / kWidth];
-      trace(valid.data(), scene_.get(), context, rays);
+      trace(valid.data(), bare_.scene.get(), context, rays);
       for (std::size_t k = 0; k < std::min(kWidth, count_ - i); ++k) {
         blocked[i + k] = rays.tfar[k] < 0 ? 1 : 0;
       }
     }
   }
 
-  canyon::raytrace::embree::Device device_;
-  canyon::raytrace::embree::Scene scene_;
+  canyon::bench::BareScene bare_;
   std::size_t count_ = 0;
   std::vector<RTCRay> single_;
   std::vector<RTCRay8> packets8_;

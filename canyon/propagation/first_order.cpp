@@ -116,32 +116,15 @@ void FirstOrderSearch::drop_doubles() {
 /// anything else nearer than that is not seen.
 void FirstOrderSearch::keep_clear(const raytrace::RayScene& scene, const Vector3d& antenna,
                                   std::span<const Vector3d> directions) {
-  const auto keep = [this](std::span<const bool> blocked) {
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < found_.size(); ++i) {
-      if (blocked[i]) continue;
-      if (kept != i) found_[kept] = found_[i];
-      ++kept;
-    }
-    found_.resize(kept);
-  };
-  rays_.clear();
-  for (const Found& f : found_) {
-    const Vector3d leg = f.path.point + f.lift_m * f.normal - antenna;
+  const auto point = [](const Found& f) -> Vector3d { return f.path.point + f.lift_m * f.normal; };
+  clear_rays_.keep(scene, found_, scene.surface_offset_m(antenna), [&](const Found& f) {
+    const Vector3d leg = point(f) - antenna;
     const double range = leg.norm();
-    rays_.push_back({antenna, leg / range, range});
-  }
-  std::span<bool> blocked = blocked_.resize(rays_.size());
-  scene.occluded(rays_, blocked, scene.surface_offset_m(antenna));
-  keep(blocked);
-
-  rays_.clear();
-  for (const Found& f : found_) {
-    rays_.push_back({f.path.point + f.lift_m * f.normal, directions[f.satellite]});
-  }
-  blocked = blocked_.resize(rays_.size());
-  scene.occluded(rays_, blocked);
-  keep(blocked);
+    return raytrace::Ray{antenna, leg / range, range};
+  });
+  clear_rays_.keep(scene, found_, 0, [&](const Found& f) {
+    return raytrace::Ray{point(f), directions[f.satellite]};
+  });
 }
 
 }  // namespace canyon::propagation

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "canyon/propagation/clear_rays.hpp"
 #include "canyon/propagation/facets.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/propagation/second_order.hpp"
@@ -50,8 +51,7 @@ class FirstOrderSearch {
   FacingFacets facing_of_city_, facing_of_instance_;
   std::vector<std::uint8_t> marks_;
   std::vector<Found> found_;
-  std::vector<raytrace::Ray> rays_;
-  Flags blocked_;
+  ClearRays clear_rays_;
 };
 
 }  // namespace canyon::propagation

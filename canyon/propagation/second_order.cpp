@@ -60,14 +60,6 @@ bool meets(const Beam& beam, const Vector3d& centre, double radius) {
 
 }  // namespace
 
-std::span<bool> Flags::resize(std::size_t size) {
-  if (size > capacity_) {
-    capacity_ = std::max(size, 2 * capacity_);
-    flags_ = std::make_unique<bool[]>(capacity_);
-  }
-  return {flags_.get(), size};
-}
-
 /// A facet next to the antenna, with the image of the antenna in it. In ENU but for `facet`.
 struct SecondOrderSearch::Near {
   const PlacedFacets* set;
@@ -222,22 +214,6 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
   }
 }
 
-template <typename MakeRay>
-void SecondOrderSearch::keep_where_free(const raytrace::RayScene& scene, double min_range_m,
-                                        const MakeRay& make_ray) {
-  rays_.clear();
-  for (const Found& f : found_) rays_.push_back(make_ray(f));
-  const std::span<bool> blocked = blocked_.resize(rays_.size());
-  scene.occluded(rays_, blocked, min_range_m);
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < found_.size(); ++i) {
-    if (blocked[i]) continue;
-    if (kept != i) found_[kept] = found_[i];
-    ++kept;
-  }
-  found_.resize(kept);
-}
-
 /// Keeps the paths whose three legs are clear. Points are lifted off their facets, so that these do not hide
 /// themselves.
 void SecondOrderSearch::keep_clear(const raytrace::RayScene& scene, const Vector3d& antenna,
@@ -248,10 +224,12 @@ void SecondOrderSearch::keep_clear(const raytrace::RayScene& scene, const Vector
   };
   const auto near = [](const Found& f) -> Vector3d { return f.path.point + f.lift_m * f.normal; };
   const auto far = [](const Found& f) -> Vector3d { return f.path.far_point + f.far_lift_m * f.far_normal; };
-  keep_where_free(scene, scene.surface_offset_m(antenna),
-                  [&](const Found& f) { return between(antenna, near(f)); });
-  keep_where_free(scene, 0, [&](const Found& f) { return between(near(f), far(f)); });
-  keep_where_free(scene, 0, [&](const Found& f) { return raytrace::Ray{far(f), directions[f.satellite]}; });
+  clear_rays_.keep(scene, found_, scene.surface_offset_m(antenna),
+                   [&](const Found& f) { return between(antenna, near(f)); });
+  clear_rays_.keep(scene, found_, 0, [&](const Found& f) { return between(near(f), far(f)); });
+  clear_rays_.keep(scene, found_, 0, [&](const Found& f) {
+    return raytrace::Ray{far(f), directions[f.satellite]};
+  });
 }
 
 /// Sorts by satellite and excess path, and keeps one of several paths by the same places of the same planes.

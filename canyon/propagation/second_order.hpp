@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "canyon/propagation/beam_index.hpp"
+#include "canyon/propagation/clear_rays.hpp"
 #include "canyon/propagation/direction_bins.hpp"
 #include "canyon/propagation/facets.hpp"
 #include "canyon/propagation/occluders.hpp"
@@ -15,16 +16,6 @@
 #include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::propagation {
-
-/// Answers of batched rays. std::vector<bool> cannot be a span of bool.
-class Flags {
- public:
-  std::span<bool> resize(std::size_t size);
-
- private:
-  std::unique_ptr<bool[]> flags_;
-  std::size_t capacity_ = 0;
-};
 
 /// Facets as the second order needs them, and where they stand: null for the frame of the city.
 struct PlacedFacets {
@@ -91,8 +82,6 @@ class SecondOrderSearch {
   void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,
                   std::span<const Eigen::Vector3d> directions);
   void sort_and_drop_doubles(const Eigen::Vector3d& antenna);
-  template <typename MakeRay>
-  void keep_where_free(const raytrace::RayScene& scene, double min_range_m, const MakeRay& make_ray);
 
   /// A set as it stands about the antenna.
   struct Around {
@@ -111,8 +100,7 @@ class SecondOrderSearch {
   std::vector<Around> around_;
   std::vector<BeamIndex::Match> matches_;
   std::vector<Found> found_;
-  std::vector<raytrace::Ray> rays_;
-  Flags blocked_;
+  ClearRays clear_rays_;
 };
 
 }  // namespace canyon::propagation

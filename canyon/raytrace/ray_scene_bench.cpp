@@ -15,6 +15,7 @@
 
 #include "canyon/raytrace/embree.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
+#include "tests/support/bare_embree.hpp"
 #include "tests/support/bench_city.hpp"
 
 namespace {
@@ -27,23 +28,7 @@ using Eigen::Vector3d;
 /// What one would write with Embree alone: single occlusion rays, floats prepared beforehand.
 class BareEmbree {
  public:
-  BareEmbree(const Mesh& mesh, const std::vector<Ray>& rays) {
-    device_.reset(rtcNewDevice(nullptr));
-    scene_.reset(rtcNewScene(device_.get()));
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
-    const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                               RTC_FORMAT_FLOAT3, 12, mesh.vertices.size()));
-    auto* corners = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh.triangles.size()));
-    for (const Vector3d& v : mesh.vertices) {
-      for (int k = 0; k < 3; ++k) *points++ = static_cast<float>(v[k]);
-    }
-    for (const auto& t : mesh.triangles) corners = std::copy(t.begin(), t.end(), corners);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_.get(), geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_.get());
+  BareEmbree(const Mesh& mesh, const std::vector<Ray>& rays) : bare_(mesh) {
     for (const Ray& ray : rays) {
       RTCRay r{};
       r.org_x = static_cast<float>(ray.origin.x());
@@ -61,15 +46,14 @@ class BareEmbree {
     std::size_t count = 0;
     canyon::raytrace::embree::Query query(coherent);
     for (RTCRay ray : rays_) {
-      query.occluded1(scene_.get(), &ray);
+      query.occluded1(bare_.scene.get(), &ray);
       count += ray.tfar < 0 ? 1 : 0;
     }
     return count;
   }
 
  private:
-  canyon::raytrace::embree::Device device_;
-  canyon::raytrace::embree::Scene scene_;
+  canyon::bench::BareScene bare_;
   std::vector<RTCRay> rays_;
 };
 
