@@ -9,7 +9,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/city_builder.hpp"
 #include "canyon/buildings/footprints_geojson.hpp"
-#include "canyon/buildings/overpass.hpp"
+#include "canyon/buildings/sources/overpass.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/mesh_export.hpp"

@@ -4,7 +4,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/output/city_picture.hpp"
+#include "canyon/drawing/views/city_picture.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/progress.hpp"
@@ -18,11 +18,11 @@ struct Arguments {
   std::string size;
   bool materials = false;
   bool quiet = false;
-  output::CityPictureOptions picture;
+  drawing::CityPictureOptions picture;
 };
 
 int run(const Arguments& arguments) {
-  output::CityPictureOptions picture = arguments.picture;
+  drawing::CityPictureOptions picture = arguments.picture;
   if (!arguments.size.empty()) {
     const std::vector<std::string_view> pieces = split(arguments.size, 'x');
     const auto width = parse_integer(pieces.front()), height = parse_integer(pieces.back());
@@ -43,7 +43,7 @@ int run(const Arguments& arguments) {
   const buildings::BuiltCity loaded = simulation::load_city_with_report(
       city_config(arguments.input, ""),
       [&progress](std::size_t done, std::size_t total) { progress.update(done, total); });
-  output::draw_city(loaded.city, arguments.out, picture);
+  drawing::draw_city(loaded.city, arguments.out, picture);
   return kOk;
 }
 

@@ -36,9 +36,9 @@ geodesy::Geodetic parse_place(const std::string& text, const std::string& option
   return place;
 }
 
-std::set<orbit::System> parse_systems(const std::string& text) {
-  std::set<orbit::System> systems;
-  for (std::string_view piece : split(text, ',')) systems.insert(orbit::system_from_name(trim(piece)));
+std::set<gnss::System> parse_systems(const std::string& text) {
+  std::set<gnss::System> systems;
+  for (std::string_view piece : split(text, ',')) systems.insert(gnss::system_from_name(trim(piece)));
   return systems;
 }
 

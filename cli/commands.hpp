@@ -7,7 +7,7 @@
 
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
-#include "canyon/orbit/satellite_id.hpp"
+#include "canyon/gnss/satellite_id.hpp"
 
 namespace canyon::cli {
 
@@ -30,7 +30,7 @@ void add_heatmap(CLI::App& app, Action& action);
 /// naming the option.
 [[nodiscard]] geodesy::Geodetic parse_place(const std::string& text, const std::string& option);
 /// "GPS,Galileo" -> set; throws InputError naming the known systems.
-[[nodiscard]] std::set<orbit::System> parse_systems(const std::string& text);
+[[nodiscard]] std::set<gnss::System> parse_systems(const std::string& text);
 
 /// Prints rows under a header to standard output, columns aligned: numbers to the right, words to the left.
 void print_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);

@@ -14,10 +14,10 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/heatmap/engine.hpp"
-#include "canyon/heatmap/map_summary.hpp"
-#include "canyon/heatmap/rasters.hpp"
-#include "canyon/heatmap/store_slices.hpp"
+#include "canyon/heatmap/engine/engine.hpp"
+#include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/heatmap/engine/map_summary.hpp"
+#include "canyon/heatmap/engine/store_slices.hpp"
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -152,9 +152,9 @@ class Command {
   }
 
   void check_times(const orbit::Sky& sky) const {
-    const std::vector<orbit::SatelliteId> ids = sky.satellites();
+    const std::vector<gnss::SatelliteId> ids = sky.satellites();
     for (const GpsTime t : request_.times) {
-      if (std::any_of(ids.begin(), ids.end(), [&](orbit::SatelliteId id) { return sky.state(id, t); }))
+      if (std::any_of(ids.begin(), ids.end(), [&](gnss::SatelliteId id) { return sky.state(id, t); }))
         continue;
       throw InputError(
           fmt::format("--times: no satellite has an ephemeris at {}", geodesy::format_utc(t, 0)),
@@ -206,8 +206,8 @@ class Command {
             : fmt::format("specular, order {}{}{}", paths.reflection_order,
                           paths.diffraction ? ", diffraction" : "", paths.diffuse ? ", diffuse" : "");
     std::string systems;
-    for (const orbit::System system : scenario_.sky.systems) {
-      systems += fmt::format("{}{}", systems.empty() ? "" : ", ", orbit::name(system));
+    for (const gnss::System system : scenario_.sky.systems) {
+      systems += fmt::format("{}{}", systems.empty() ? "" : ", ", gnss::name(system));
     }
     source.attributes["systems"] = systems;
     if (receiver_.options.signal.enabled) {

@@ -453,10 +453,10 @@ std::string input_key(const simulation::Environment& environment, const std::vec
     sky.add(klobuchar.beta.data(), klobuchar.beta.size());
   }
   for (const GpsTime time : times) {
-    for (const orbit::SatelliteId id : environment.sky().satellites()) {
+    for (const gnss::SatelliteId id : environment.sky().satellites()) {
       const auto state = environment.sky().state(id, time);
       if (!state) continue;
-      const std::string name = orbit::to_string(id);
+      const std::string name = gnss::to_string(id);
       sky.add(name.data(), name.size());
       sky.add(state->position_m.data(), 3);
       sky.add(state->velocity_mps.data(), 3);

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/heatmap/engine.hpp"
+#include "canyon/heatmap/engine/engine.hpp"
 #include "canyon/simulation/scenario.hpp"
 
 namespace canyon::cli {

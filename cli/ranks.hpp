@@ -3,7 +3,7 @@
 #include <functional>
 #include <memory>
 
-#include "canyon/heatmap/mpi.hpp"
+#include "canyon/heatmap/engine/mpi.hpp"
 
 namespace canyon::cli {
 

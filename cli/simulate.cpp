@@ -11,8 +11,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/drawing/views/pictures.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/pictures.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -38,12 +38,12 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 }
 
 /// How many satellites of which system: "GPS 9, BeiDou 14".
-std::string count_systems(const std::vector<orbit::SatelliteId>& satellites) {
+std::string count_systems(const std::vector<gnss::SatelliteId>& satellites) {
   std::string text;
-  for (const orbit::System system : orbit::kAllSystems) {
+  for (const gnss::System system : gnss::kAllSystems) {
     const auto n = std::count_if(satellites.begin(), satellites.end(),
-                                 [system](orbit::SatelliteId id) { return id.system == system; });
-    if (n > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", orbit::name(system), n);
+                                 [system](gnss::SatelliteId id) { return id.system == system; });
+    if (n > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", gnss::name(system), n);
   }
   return text;
 }
@@ -102,7 +102,7 @@ int run(const Arguments& arguments) {
   if (scenario.outputs.pictures) {
     for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
       sinks.push_back(
-          output::make_pictures(simulation, output::receiver_folder(simulation, arguments.out, i), i));
+          drawing::make_pictures(simulation, output::receiver_folder(simulation, arguments.out, i), i));
     }
   }
   std::vector<std::string> names;

@@ -126,8 +126,8 @@ propagation::Propagator Site::make_propagator() const {
 
 void Site::check_time(geodesy::GpsTime t, const std::string& option) const {
   const orbit::Sky& sky = environment().sky();
-  const std::vector<orbit::SatelliteId> ids = sky.satellites();
-  if (std::none_of(ids.begin(), ids.end(), [&](orbit::SatelliteId id) { return sky.state(id, t); })) {
+  const std::vector<gnss::SatelliteId> ids = sky.satellites();
+  if (std::none_of(ids.begin(), ids.end(), [&](gnss::SatelliteId id) { return sky.state(id, t); })) {
     throw InputError(
         fmt::format("{}: no satellite has an ephemeris at {}", option, geodesy::format_gpst(t, 0)),
         fmt::format("the scenario's sky is known about {}; give a time near that, or ephemerides of that day",

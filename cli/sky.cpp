@@ -25,7 +25,7 @@ struct Arguments {
 };
 
 struct Row {
-  orbit::SatelliteId id;
+  gnss::SatelliteId id;
   std::optional<orbit::LineOfSight> line;
   std::string source;
 };
@@ -49,7 +49,7 @@ int run(const Arguments& arguments) {
   std::vector<Row> up;
   std::vector<Row> down;
   std::vector<Row> absent;
-  for (const orbit::SatelliteId id : sky.sky->satellites()) {
+  for (const gnss::SatelliteId id : sky.sky->satellites()) {
     Row row{id, orbit::line_of_sight(*sky.sky, id, time, antenna), sky.sky->source(id, time)};
     if (!row.line) {
       absent.push_back(std::move(row));
@@ -69,8 +69,7 @@ int run(const Arguments& arguments) {
     out["height_m"] = place.height_m;
     out["satellites"] = nlohmann::json::array();
     const auto add = [&out](const Row& row, bool visible) {
-      nlohmann::json entry{
-          {"sat", orbit::to_string(row.id)}, {"above_mask", visible}, {"source", row.source}};
+      nlohmann::json entry{{"sat", gnss::to_string(row.id)}, {"above_mask", visible}, {"source", row.source}};
       if (row.line) {
         entry["azimuth_deg"] = geodesy::degrees(row.line->azimuth_rad);
         entry["elevation_deg"] = geodesy::degrees(row.line->elevation_rad);
@@ -97,7 +96,7 @@ int run(const Arguments& arguments) {
              geodesy::degrees(place.longitude_rad), place.height_m);
   std::vector<std::vector<std::string>> rows;
   const auto add = [&rows](const Row& row) {
-    rows.push_back({orbit::to_string(row.id),
+    rows.push_back({gnss::to_string(row.id),
                     row.line ? fmt::format("{:.1f}", geodesy::degrees(row.line->azimuth_rad)) : "-",
                     row.line ? fmt::format("{:.1f}", geodesy::degrees(row.line->elevation_rad)) : "-",
                     row.line ? fmt::format("{:.1f}", row.line->range_m / 1e3) : "-", row.source});

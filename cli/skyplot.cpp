@@ -10,10 +10,10 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/drawing/frame_files.hpp"
+#include "canyon/drawing/views/skyplot.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/frames.hpp"
 #include "canyon/output/number.hpp"
-#include "canyon/output/skyplot.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
@@ -30,7 +30,7 @@ struct Arguments {
   std::string frames;
   std::string style = "sky";
   std::string projection = "equidistant";
-  output::SkyplotOptions options;  ///< made of the others
+  drawing::SkyplotOptions options;  ///< made of the others
   double trail_min = 0;
   std::optional<int> width_px;
   double every_s = 1;
@@ -42,10 +42,10 @@ struct Arguments {
 
 constexpr int kPictureWidth_px = 1980, kFrameWidth_px = 990;
 
-output::PictureFormat format_of(const std::string& file) {
+drawing::PictureFormat format_of(const std::string& file) {
   const std::string ending = lower_case(fs::path(file).extension().string());
-  if (ending == ".png") return output::PictureFormat::Png;
-  if (ending == ".svg") return output::PictureFormat::Svg;
+  if (ending == ".png") return drawing::PictureFormat::Png;
+  if (ending == ".svg") return drawing::PictureFormat::Svg;
   throw InputError(fmt::format("-o '{}': a sky plot is a .png or a .svg", file),
                    "name the file so; --frames DIR writes a picture for each second of the drive");
 }
@@ -80,7 +80,7 @@ int draw_one(const Arguments& arguments, Site& site) {
   }
   const auto begin = std::chrono::steady_clock::now();
   const std::string bytes =
-      output::draw_skyplot(site.environment(), site.make_propagator(), time, antenna, arguments.options);
+      drawing::draw_skyplot(site.environment(), site.make_propagator(), time, antenna, arguments.options);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   OutputFile file(arguments.out);
   file.write(bytes);
@@ -93,7 +93,7 @@ int draw_one(const Arguments& arguments, Site& site) {
 
 /// Pictures of an earlier, longer run would end up in the same film.
 void warn_about_left_frames(const fs::path& folder, std::size_t count) {
-  const fs::path next = folder / output::frame_name(count);
+  const fs::path next = folder / drawing::frame_name(count);
   if (fs::exists(next)) {
     print_warnings({fmt::format("{} and what follows it are of an earlier run", next.string())});
   }
@@ -114,14 +114,14 @@ int draw_frames(const Arguments& arguments, Site& site) {
   site.check_time(last, "--last");
   // A frame at `last` too, where the step falls on it to a nanosecond or so.
   const double steps = std::floor((last - first) / arguments.every_s + 1e-6);
-  if (steps >= static_cast<double>(output::kMostFrames)) {
+  if (steps >= static_cast<double>(drawing::kMostFrames)) {
     throw InputError(fmt::format("--every {:g} makes {:.0f} frames", arguments.every_s, steps + 1),
-                     fmt::format("at most {} are numbered: take a longer step", output::kMostFrames));
+                     fmt::format("at most {} are numbered: take a longer step", drawing::kMostFrames));
   }
   const auto count = static_cast<std::size_t>(steps) + 1;
   const auto time_of = [&](std::size_t i) { return first + arguments.every_s * static_cast<double>(i); };
   const propagation::Propagator propagator = site.make_propagator();
-  output::FrameOptions options;
+  drawing::FrameOptions options;
   options.threads = arguments.threads;
   options.stop = &catch_interrupts();
   const auto wall_begin = std::chrono::steady_clock::now();
@@ -129,11 +129,11 @@ int draw_frames(const Arguments& arguments, Site& site) {
   {
     Progress progress("drawing", arguments.quiet);
     options.progress = [&progress](std::size_t done, std::size_t total) { progress.update(done, total); };
-    written = output::write_frames(
+    written = drawing::write_frames(
         arguments.frames, count,
         [&](std::size_t i) {
-          return output::draw_skyplot(site.environment(), propagator, time_of(i), site.antenna(time_of(i)),
-                                      arguments.options);
+          return drawing::draw_skyplot(site.environment(), propagator, time_of(i), site.antenna(time_of(i)),
+                                       arguments.options);
         },
         options);
   }
@@ -165,9 +165,9 @@ int run(Arguments arguments) {
     throw InputError("where should the sky be drawn?", "give -o FILE.png, -o FILE.svg or --frames DIR");
   }
   const bool frames = !arguments.frames.empty();
-  if (arguments.style == "fisheye") arguments.options.style = output::SkyStyle::Fisheye;
+  if (arguments.style == "fisheye") arguments.options.style = drawing::SkyStyle::Fisheye;
   if (arguments.projection == "stereographic") {
-    arguments.options.projection = output::SkyProjection::Stereographic;
+    arguments.options.projection = drawing::SkyProjection::Stereographic;
   }
   if (!frames) arguments.options.sheet.format = format_of(arguments.out);
   arguments.options.sheet.width_px = arguments.width_px.value_or(frames ? kFrameWidth_px : kPictureWidth_px);

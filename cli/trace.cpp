@@ -7,8 +7,8 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/words.hpp"
-#include "canyon/propagation/path_strength.hpp"
+#include "canyon/output/epoch_values.hpp"
+#include "canyon/signal/path_strength.hpp"
 #include "cli/commands.hpp"
 #include "cli/site.hpp"
 
@@ -30,8 +30,8 @@ std::string kind_text(const propagation::Path& path) {
 /// How much weaker a path leaves the antenna than the unobstructed line of sight would; infinite where
 /// nothing is left of it.
 double loss_db(const propagation::Path& path, const orbit::LineOfSight& line,
-               const receiver::SignalOptions& signal) {
-  const std::complex<double> amplitude = propagation::path_amplitude(
+               const tracking::SignalOptions& signal) {
+  const std::complex<double> amplitude = signal::path_amplitude(
       path, line.elevation_rad, line.state.carrier_frequency_hz, signal.antenna, signal.strength);
   return -20 * std::log10(std::abs(amplitude)) + 0.0;
 }
@@ -50,7 +50,7 @@ int run(const Arguments& arguments) {
   const propagation::Propagator propagator = site.make_propagator();
   const simulation::Arrival arrival = environment.arrival(time, antenna, propagator);
   const geodesy::Geodetic place = environment.city().frame.geodetic_from_local(antenna);
-  const receiver::SignalOptions& signal = site.receiver_config().options.signal;
+  const tracking::SignalOptions& signal = site.receiver_config().options.signal;
 
   if (arguments.json) {
     nlohmann::json out;
@@ -62,7 +62,7 @@ int run(const Arguments& arguments) {
     out["placement"] = std::string(output::placement_word(arrival.placement));
     out["satellites"] = nlohmann::json::array();
     for (const propagation::SatelliteView& view : arrival.views) {
-      nlohmann::json entry{{"sat", orbit::to_string(view.line.id)},
+      nlohmann::json entry{{"sat", gnss::to_string(view.line.id)},
                            {"azimuth_deg", geodesy::degrees(view.line.azimuth_rad)},
                            {"elevation_deg", geodesy::degrees(view.line.elevation_rad)},
                            {"range_m", view.line.range_m},
@@ -111,7 +111,7 @@ int run(const Arguments& arguments) {
              output::placement_word(arrival.placement));
   std::vector<std::vector<std::string>> rows;
   for (const propagation::SatelliteView& view : arrival.views) {
-    std::vector<std::string> row{orbit::to_string(view.line.id),
+    std::vector<std::string> row{gnss::to_string(view.line.id),
                                  fmt::format("{:.1f}", geodesy::degrees(view.line.azimuth_rad)),
                                  fmt::format("{:.1f}", geodesy::degrees(view.line.elevation_rad)),
                                  std::string(propagation::name(view.paths.visibility))};

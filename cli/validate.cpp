@@ -11,6 +11,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -18,8 +19,7 @@
 #include "canyon/validation/comparison.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/models.hpp"
-#include "canyon/validation/report.hpp"
-#include "canyon/validation/rinex_observation.hpp"
+#include "canyon/validation/report/report.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
@@ -145,9 +145,9 @@ class Command {
 
   void load() {
     // The sky is built for the recording's time: the scenario's own trajectory is not simulated.
-    validation::ObservationOptions wanted;
+    rinex::ObservationOptions wanted;
     wanted.systems = scenario_.sky.systems;
-    const auto recorded = validation::read_rinex_observations(arguments_.obs, wanted);
+    const auto recorded = rinex::read_rinex_observations(arguments_.obs, wanted);
     const geodesy::GpsTime first = recorded.epochs.front().receiver_time;
     const geodesy::GpsTime last = recorded.epochs.back().receiver_time;
 

@@ -52,6 +52,8 @@ if(CANYON_BUILD_TESTS)
   endif()
   add_library(canyon_test_support INTERFACE)
   target_include_directories(canyon_test_support INTERFACE ${CMAKE_CURRENT_SOURCE_DIR})
-  target_compile_definitions(canyon_test_support INTERFACE
-                             CANYON_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
+  file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/generated/source_dir.cpp CONTENT
+       "extern const char* const canyon_source_dir;\nconst char* const canyon_source_dir = \"${CMAKE_CURRENT_SOURCE_DIR}\";\n")
+  add_library(canyon_source_dir STATIC ${CMAKE_BINARY_DIR}/generated/source_dir.cpp)
+  target_link_libraries(canyon_test_support INTERFACE canyon_source_dir)
 endif()

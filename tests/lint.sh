@@ -16,17 +16,17 @@ mapfile -t sources < <(find canyon -name '*.hpp' -o -name '*.cpp' | sort)
 [ "${#sources[@]}" -gt 0 ] || { echo "lint: no sources under $PWD/canyon"; exit 2; }
 
 # 1. A folder includes only itself and folders above it; the order is CMakeLists.txt's.
-mapfile -t order < <(sed -n 's/^ *canyon_folder(\([a-z_]*\).*/\1/p' CMakeLists.txt)
+mapfile -t order < <(sed -n 's/^ *canyon_folder(\([a-z_/]*\).*/\1/p' CMakeLists.txt)
 declare -A rank
 for i in "${!order[@]}"; do rank[${order[$i]}]=$i; done
 while IFS=: read -r file line included; do
-  folder=${file#canyon/} folder=${folder%%/*}
+  folder=${file#canyon/} folder=${folder%/*}
   if [ -z "${rank[$folder]:-}" ] || [ -z "${rank[$included]:-}" ]; then
     breach "$file:$line: folder canyon/$folder or canyon/$included is not in CMakeLists.txt's pipeline"
   elif [ "${rank[$included]}" -gt "${rank[$folder]}" ]; then
     breach "$file:$line: canyon/$folder includes canyon/$included, which lies further down the pipeline"
   fi
-done < <(grep -nHE '^#include "canyon/' "${sources[@]}" | sed -E 's|^([^:]*:[0-9]+):#include "canyon/([a-z_]+)/.*|\1:\2|')
+done < <(grep -nHE '^#include "canyon/' "${sources[@]}" | sed -E 's|^([^:]*:[0-9]+):#include "canyon/([a-z_/]+)/[a-z0-9_]+.hpp".*|\1:\2|')
 
 # 2. The engine knows no host.
 grep_each "the engine includes a host's header" \

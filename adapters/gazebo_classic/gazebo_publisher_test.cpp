@@ -200,7 +200,7 @@ TEST(GnssMessage, CarriesSatellitesAndTheirPaths) {
 TEST(GnssMessage, CarriesStrengthLockAndPhase) {
   SampleReport sample;
   auto& held = sample.step.epoch.observed.satellites[5];  // R01
-  held.lock = receiver::LockState::Holding;
+  held.lock = tracking::LockState::Holding;
   held.measurement.reset();
   msgs::GnssReceiver message;
   fill_gnss_message(sample_identity(), sample.report, message);
@@ -248,7 +248,7 @@ TEST(GnssMessage, NamesEveryKindOfPathAndStatus) {
     EXPECT_FALSE(told.has_incidence_rad());
     EXPECT_FALSE(told.has_far_reflection_point_world_m());
   }
-  sample.step.epoch.observed.fix.status = receiver::FixStatus::WeakGeometry;
+  sample.step.epoch.observed.fix.status = positioning::FixStatus::WeakGeometry;
   fill_gnss_message(sample_identity(), sample.report, message);
   EXPECT_EQ(message.state(), msgs::GnssReceiver::NO_FIX);
   EXPECT_EQ(message.fix().status(), msgs::GnssFix::WEAK_GEOMETRY);

@@ -10,17 +10,17 @@ namespace {
 
 using geodesy::degrees;
 
-msgs::GnssSystem system_of(orbit::System system) {
+msgs::GnssSystem system_of(gnss::System system) {
   switch (system) {
-    case orbit::System::GPS:
+    case gnss::System::GPS:
       break;
-    case orbit::System::GLONASS:
+    case gnss::System::GLONASS:
       return msgs::GLONASS;
-    case orbit::System::Galileo:
+    case gnss::System::Galileo:
       return msgs::GALILEO;
-    case orbit::System::BeiDou:
+    case gnss::System::BeiDou:
       return msgs::BEIDOU;
-    case orbit::System::QZSS:
+    case gnss::System::QZSS:
       return msgs::QZSS;
   }
   return msgs::GPS;
@@ -40,13 +40,13 @@ msgs::GnssSatellite::Visibility visibility_of(propagation::Visibility visibility
   return msgs::GnssSatellite::BLOCKED;
 }
 
-msgs::GnssSatellite::Lock lock_of(receiver::LockState lock) {
+msgs::GnssSatellite::Lock lock_of(tracking::LockState lock) {
   switch (lock) {
-    case receiver::LockState::Searching:
+    case tracking::LockState::Searching:
       break;
-    case receiver::LockState::Tracking:
+    case tracking::LockState::Tracking:
       return msgs::GnssSatellite::TRACKING;
-    case receiver::LockState::Holding:
+    case tracking::LockState::Holding:
       return msgs::GnssSatellite::HOLDING;
   }
   return msgs::GnssSatellite::SEARCHING;
@@ -66,21 +66,21 @@ msgs::GnssPath::Kind kind_of(propagation::PathKind kind) {
   return msgs::GnssPath::DIRECT;
 }
 
-msgs::GnssFix::Status status_of(receiver::FixStatus status) {
+msgs::GnssFix::Status status_of(positioning::FixStatus status) {
   switch (status) {
-    case receiver::FixStatus::NotSolved:
+    case positioning::FixStatus::NotSolved:
       break;
-    case receiver::FixStatus::Fix:
+    case positioning::FixStatus::Fix:
       return msgs::GnssFix::FIX;
-    case receiver::FixStatus::TooFewSatellites:
+    case positioning::FixStatus::TooFewSatellites:
       return msgs::GnssFix::TOO_FEW_SATELLITES;
-    case receiver::FixStatus::Singular:
+    case positioning::FixStatus::Singular:
       return msgs::GnssFix::SINGULAR;
-    case receiver::FixStatus::NotConverged:
+    case positioning::FixStatus::NotConverged:
       return msgs::GnssFix::NOT_CONVERGED;
-    case receiver::FixStatus::WeakGeometry:
+    case positioning::FixStatus::WeakGeometry:
       return msgs::GnssFix::WEAK_GEOMETRY;
-    case receiver::FixStatus::NoSignal:
+    case positioning::FixStatus::NoSignal:
       return msgs::GnssFix::NO_SIGNAL;
   }
   return msgs::GnssFix::NOT_SOLVED;
@@ -140,7 +140,7 @@ void fill_path(const propagation::Path& path, const Eigen::Matrix3d& world_from_
 
 void fill_satellite(const receiver::SatelliteObservation& seen, const receiver::ReceiverEpoch& epoch,
                     msgs::GnssSatellite& message) {
-  message.set_id(orbit::to_string(seen.id));
+  message.set_id(gnss::to_string(seen.id));
   message.set_system(system_of(seen.id.system));
   message.set_number(seen.id.number);
   message.set_azimuth_rad(seen.azimuth_rad);
@@ -167,11 +167,11 @@ void fill_satellite(const receiver::SatelliteObservation& seen, const receiver::
 }
 
 void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
-  const receiver::Fix& fix = epoch.observed.fix;
+  const positioning::Fix& fix = epoch.observed.fix;
   message.set_status(status_of(fix.status));
-  message.set_reason(std::string(receiver::reason(fix.status)));
+  message.set_reason(std::string(positioning::reason(fix.status)));
   message.set_available(static_cast<std::uint32_t>(fix.available));
-  for (const auto id : fix.excluded) message.add_excluded(orbit::to_string(id));
+  for (const auto id : fix.excluded) message.add_excluded(gnss::to_string(id));
   if (fix.consistent) message.set_consistent(*fix.consistent);
   if (!fix.solved()) return;
   fill_geodetic(fix.position, *message.mutable_position());
@@ -194,7 +194,7 @@ void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
     bias.set_bias_s(bias_s);
   }
   if (fix.clock_drift) message.set_clock_drift(*fix.clock_drift);
-  for (const auto id : fix.used) message.add_used(orbit::to_string(id));
+  for (const auto id : fix.used) message.add_used(gnss::to_string(id));
   for (const double residual : fix.residuals_m) message.add_residuals_m(residual);
   fill_enu(epoch.error_enu_m, *message.mutable_error_enu_m());
 }
@@ -218,7 +218,7 @@ void fill_gnss_message(const ReceiverIdentity& identity, const ReceiverReport& r
   const receiver::ReceiverEpoch& seen = epoch.observed;
   const bool solved = seen.fix.solved();
   message.set_state(solved ? msgs::GnssReceiver::FIX : msgs::GnssReceiver::NO_FIX);
-  if (!solved) message.set_reason(std::string(receiver::reason(seen.fix.status)));
+  if (!solved) message.set_reason(std::string(positioning::reason(seen.fix.status)));
   message.set_gps_week(seen.time.week());
   message.set_gps_time_of_week_ns(seen.time.nanosecond_of_week());
 

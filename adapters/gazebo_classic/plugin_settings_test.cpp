@@ -11,6 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::gazebo_classic {
@@ -25,7 +26,7 @@ using testing::IsEmpty;
 using testing::Pair;
 using testing::Property;
 
-const std::filesystem::path kSource = CANYON_SOURCE_DIR;
+const std::filesystem::path kSource = canyon_source_dir;
 
 // The paper's listing, its children of the plugin element as they are printed there.
 const std::string kPaper = R"(
@@ -252,8 +253,7 @@ TEST(PluginSettings, EveryElementOfTheScenario) {
     </propagation>)");
   const simulation::LiveConfig& live = s.live;
   EXPECT_TRUE(live.sky.nominal);
-  EXPECT_THAT(live.sky.systems,
-              ElementsAre(orbit::System::GPS, orbit::System::Galileo, orbit::System::BeiDou));
+  EXPECT_THAT(live.sky.systems, ElementsAre(gnss::System::GPS, gnss::System::Galileo, gnss::System::BeiDou));
   EXPECT_EQ(*live.start, geodesy::parse_time("2019-04-28T12:58:03Z"));
   EXPECT_EQ(live.rate_hz, 8);
   EXPECT_EQ(live.seed, 77U);

@@ -30,7 +30,7 @@ class RayDrawing {
   void add(const propagation::SatelliteView& view, double range) {
     satellite_ = to_string(view.line.id);
     const Visibility visibility = view.paths.visibility;
-    const output::Colour colour = output::colour_of(visibility);
+    const drawing::Colour colour = drawing::colour_of(visibility);
     const Vector3d towards =
         world(geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad));
     if (visibility == Visibility::LOS || visibility == Visibility::LOSMultipath) {
@@ -79,7 +79,7 @@ class RayDrawing {
     return {cosine_ * enu.x() - sine_ * enu.y(), sine_ * enu.x() + cosine_ * enu.y(), enu.z()};
   }
   void line(const std::string& name, const Vector3d& from, const Vector3d& to, double radius,
-            output::Colour colour) {
+            drawing::Colour colour) {
     const double length = (to - from).Length();
     if (!std::isfinite(length) || length <= 0) return;  // an antenna that touches a wall
     VisualShape shape;
@@ -92,7 +92,7 @@ class RayDrawing {
     shape.colour = colour;
     shapes_.push_back(std::move(shape));
   }
-  void ball(const std::string& name, const Vector3d& centre, double radius, output::Colour colour) {
+  void ball(const std::string& name, const Vector3d& centre, double radius, drawing::Colour colour) {
     if (!centre.IsFinite()) return;
     VisualShape shape;
     shape.name = satellite_ + "." + name;
@@ -125,7 +125,7 @@ bool same_look(const VisualShape& a, const VisualShape& b) {
 std::vector<VisualShape> ray_shapes(const ReceiverReport& report, double ray_length_m) {
   if (report.step == nullptr || !report.antenna_world.IsFinite()) return {};
   const auto& views = report.step->arrival.views;
-  std::map<orbit::SatelliteId, bool> above_mask;
+  std::map<gnss::SatelliteId, bool> above_mask;
   for (const receiver::SatelliteObservation& s : report.step->epoch.observed.satellites) {
     above_mask[s.id] = s.above_mask;
   }
@@ -148,12 +148,12 @@ std::vector<VisualShape> bubble_shapes(const ReceiverReport& report, double scal
   bubble.name = "bubble";
   bubble.centre = report.antenna_world.Pos();
   bubble.lit = true;
-  if (epoch.observed.fix.status == receiver::FixStatus::Fix && std::isfinite(error)) {
+  if (epoch.observed.fix.status == positioning::FixStatus::Fix && std::isfinite(error)) {
     bubble.radius = std::clamp(scale * error, kBubbleSmallest_m, kBubbleLargest_m);
-    bubble.colour = output::viridis(error / kBubbleWorst_m).with_alpha(kBubbleAlpha);
+    bubble.colour = drawing::viridis(error / kBubbleWorst_m).with_alpha(kBubbleAlpha);
   } else {
     bubble.radius = kBubbleNoFix_m;
-    bubble.colour = output::colour_of(Visibility::Blocked).with_alpha(kBubbleAlpha);
+    bubble.colour = drawing::colour_of(Visibility::Blocked).with_alpha(kBubbleAlpha);
   }
   return {bubble};
 }

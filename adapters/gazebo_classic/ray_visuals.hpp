@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "adapters/gazebo_classic/epoch_publisher.hpp"
-#include "canyon/output/palette.hpp"
+#include "canyon/drawing/palette.hpp"
 
 // What a person sees of a receiver in Gazebo, as plain shapes: needs no server.
 
@@ -21,7 +21,7 @@ struct VisualShape {
   ignition::math::Vector3d axis = ignition::math::Vector3d::UnitZ;  ///< of a cylinder: unit
   double length = 0;                                                ///< of a cylinder: > 0
   double radius = 0;                                                ///< > 0
-  output::Colour colour;                                            ///< alpha 1 is opaque
+  drawing::Colour colour;                                           ///< alpha 1 is opaque
   bool lit = false;  ///< shaded by the scene's lights; otherwise the colour is seen as it is
 
   friend bool operator==(const VisualShape& a, const VisualShape& b);
@@ -36,7 +36,7 @@ inline constexpr double kBubbleWorst_m = 20;
 inline constexpr double kBubbleSmallest_m = 1, kBubbleLargest_m = 30, kBubbleNoFix_m = 2;
 
 /// Rays of the satellites above the receiver's elevation mask, in the colours that visibilities have in all
-/// of Canyon's pictures (output::colour_of), named by satellite ("G05.direct", "G05.path0.point"):
+/// of Canyon's pictures (drawing::colour_of), named by satellite ("G05.direct", "G05.path0.point"):
 ///  - LOS: a line from the antenna towards the satellite, with a ball at its end
 ///  - LOS+multipath: the same, and thinner lines by way of the reflection points
 ///  - NLOS: lines antenna - reflection point or edge - towards the satellite, with a ball at that point; what
@@ -48,7 +48,7 @@ inline constexpr double kBubbleSmallest_m = 1, kBubbleLargest_m = 30, kBubbleNoF
 [[nodiscard]] std::vector<VisualShape> ray_shapes(const ReceiverReport& report, double ray_length_m);
 
 /// The paper's translucent bubble about the antenna: its radius is `scale` (> 0) times the horizontal error,
-/// kept between kBubbleSmallest_m and kBubbleLargest_m; its colour goes by output::viridis (as in Canyon's
+/// kept between kBubbleSmallest_m and kBubbleLargest_m; its colour goes by drawing::viridis (as in Canyon's
 /// picture of a drive) from dark at no error to yellow at kBubbleWorst_m and above. Without a fix it is grey,
 /// of radius kBubbleNoFix_m. Nothing (an empty vector) where the report has no epoch.
 [[nodiscard]] std::vector<VisualShape> bubble_shapes(const ReceiverReport& report, double scale);

@@ -106,7 +106,7 @@ TEST_F(RosPublisher, ComesWithAMasterThatComesLater) {
 TEST_F(RosPublisher, EchoesWhatWasPublished) {
   const RosCore core;
   const SampleReport sample;
-  const receiver::Fix& fix = sample.step.epoch.observed.fix;
+  const positioning::Fix& fix = sample.step.epoch.observed.fix;
   const auto publisher = make_ros_publisher(sample_identity(), settings_in("/echo"));
 
   auto navsat = echo("/echo/fix", *publisher, sample.report);

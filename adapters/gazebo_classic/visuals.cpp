@@ -30,7 +30,7 @@ constexpr double kRepeatInterval_s = 5;
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-void set_colour(gazebo::msgs::Color* to, const output::Colour& colour, double strength) {
+void set_colour(gazebo::msgs::Color* to, const drawing::Colour& colour, double strength) {
   to->set_r(static_cast<float>(strength * colour.r));
   to->set_g(static_cast<float>(strength * colour.g));
   to->set_b(static_cast<float>(strength * colour.b));

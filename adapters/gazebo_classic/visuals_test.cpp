@@ -50,7 +50,7 @@ struct Sky {
 
   Sky& add(int prn, double azimuth_deg, double elevation_deg, Visibility visibility,
            const std::vector<Eigen::Vector3d>& reflection_points_enu = {}, bool above_mask = true) {
-    const orbit::SatelliteId id{orbit::System::GPS, static_cast<std::uint8_t>(prn)};
+    const gnss::SatelliteId id{gnss::System::GPS, static_cast<std::uint8_t>(prn)};
     propagation::SatelliteView view;
     view.line.id = id;
     view.line.azimuth_rad = azimuth_deg * kDeg;
@@ -69,7 +69,7 @@ struct Sky {
     return *this;
   }
   Sky& fix(double east_m, double north_m, double up_m) {
-    step.epoch.observed.fix.status = receiver::FixStatus::Fix;
+    step.epoch.observed.fix.status = positioning::FixStatus::Fix;
     step.epoch.error_enu_m = {east_m, north_m, up_m};
     return *this;
   }
@@ -98,7 +98,7 @@ struct Sky {
 void expect_near(const Vector3d& is, const Vector3d& should, double tolerance = 1e-9) {
   EXPECT_LT((is - should).Length(), tolerance) << is << " should be " << should;
 }
-void expect_colour(const VisualShape& shape, const output::Colour& colour) {
+void expect_colour(const VisualShape& shape, const drawing::Colour& colour) {
   EXPECT_EQ(std::make_tuple(shape.colour.r, shape.colour.g, shape.colour.b),
             std::make_tuple(colour.r, colour.g, colour.b))
       << shape.name;
@@ -147,11 +147,11 @@ TEST(RayShapes, AreColouredAsInAllPictures) {
       .add(4, 300, 43, Visibility::Blocked);
   const auto shapes = by_name(ray_shapes(sky.report, 100));
   // Okabe and Ito's green, blue, orange; grey.
-  expect_colour(shapes.at("G01.direct"), output::rgb(0x009E73));
-  expect_colour(shapes.at("G02.direct"), output::rgb(0x0072B2));
-  expect_colour(shapes.at("G02.path0.in"), output::rgb(0x0072B2));
-  expect_colour(shapes.at("G03.path0.out"), output::rgb(0xE69F00));
-  expect_colour(shapes.at("G04.direct"), output::rgb(0x7A7A7A));
+  expect_colour(shapes.at("G01.direct"), drawing::rgb(0x009E73));
+  expect_colour(shapes.at("G02.direct"), drawing::rgb(0x0072B2));
+  expect_colour(shapes.at("G02.path0.in"), drawing::rgb(0x0072B2));
+  expect_colour(shapes.at("G03.path0.out"), drawing::rgb(0xE69F00));
+  expect_colour(shapes.at("G04.direct"), drawing::rgb(0x7A7A7A));
   EXPECT_EQ(shapes.count("G03.direct"), 0U) << "nothing comes that way";
   EXPECT_EQ(shapes.count("G04.satellite"), 0U) << "it is not seen";
 }
@@ -202,7 +202,7 @@ TEST(RayShapes, BendAtEdgesAndAreFaintWhereScattered) {
   EXPECT_EQ(shapes.count("G03.path1.point"), 0U);
   const VisualShape& scattered = shapes.at("G03.path1.in");
   expect_near(end_of(scattered), {-6, 0, 8});
-  expect_colour(scattered, output::rgb(0xE69F00));
+  expect_colour(scattered, drawing::rgb(0xE69F00));
   EXPECT_LT(scattered.colour.a, bend.colour.a / 2);
   EXPECT_LT(scattered.radius, bend.radius);
 }
@@ -229,9 +229,9 @@ TEST(BubbleShapes, GrowAndBrightenWithTheHorizontalError) {
   EXPECT_DOUBLE_EQ(bubble(0.3, 0.4, 1).radius, kBubbleSmallest_m);
   EXPECT_DOUBLE_EQ(bubble(300, 400, 1).radius, kBubbleLargest_m);
   expect_near(bubble(3, 4, 1).centre, {1, 2, 3});
-  expect_colour(bubble(0, 0, 1), output::viridis(0));
-  expect_colour(bubble(6, 8, 3), output::viridis(0.5));  // 10 of 20 m, whatever the size
-  expect_colour(bubble(60, 80, 1), output::viridis(1));
+  expect_colour(bubble(0, 0, 1), drawing::viridis(0));
+  expect_colour(bubble(6, 8, 3), drawing::viridis(0.5));  // 10 of 20 m, whatever the size
+  expect_colour(bubble(60, 80, 1), drawing::viridis(1));
   EXPECT_LT(bubble(3, 4, 1).colour.a, 1) << "translucent";
 }
 
@@ -240,7 +240,7 @@ TEST(BubbleShapes, AreGreyWithoutAFix) {
   const auto shapes = bubble_shapes(sky.report, 10);
   ASSERT_EQ(shapes.size(), 1U);
   EXPECT_DOUBLE_EQ(shapes[0].radius, kBubbleNoFix_m);
-  expect_colour(shapes[0], output::rgb(0x7A7A7A));
+  expect_colour(shapes[0], drawing::rgb(0x7A7A7A));
   sky.report.step = nullptr;
   EXPECT_THAT(bubble_shapes(sky.report, 10), IsEmpty());
 }

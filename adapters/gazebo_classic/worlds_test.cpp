@@ -10,6 +10,7 @@
 
 #include "adapters/gazebo_classic/testing/gnss_listener.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
+#include "tests/support/source_dir.hpp"
 
 namespace canyon::gazebo_classic {
 namespace {
@@ -22,7 +23,7 @@ using test::InProcessServer;
 constexpr double kDeg = std::numbers::pi / 180;
 
 [[nodiscard]] std::filesystem::path world_file(const char* name) {
-  return std::filesystem::path(CANYON_SOURCE_DIR) / "adapters/gazebo_classic/worlds" / name;
+  return std::filesystem::path(canyon_source_dir) / "adapters/gazebo_classic/worlds" / name;
 }
 
 [[nodiscard]] std::optional<GnssReceiver> observe(const char* world) {

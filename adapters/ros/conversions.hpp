@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/satellite_id.hpp"
-#include "canyon/output/words.hpp"
+#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/output/epoch_values.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 // Epochs as ROS messages. Templates over the message types, so that ROS 1 and ROS 2 share them and tests need
@@ -34,17 +34,17 @@ struct Head {
 
 /// Number of a satellite, distinct over all constellations, as extended NMEA 0183 numbering has them: GPS
 /// PRN, GLONASS slot + 64, Galileo PRN + 300, BeiDou PRN + 400, QZSS PRN (193 and up).
-[[nodiscard]] inline std::int32_t prn_number(orbit::SatelliteId id) {
+[[nodiscard]] inline std::int32_t prn_number(gnss::SatelliteId id) {
   switch (id.system) {
-    case orbit::System::GPS:
+    case gnss::System::GPS:
       return id.number;
-    case orbit::System::GLONASS:
+    case gnss::System::GLONASS:
       return id.number + 64;
-    case orbit::System::Galileo:
+    case gnss::System::Galileo:
       return id.number + 300;
-    case orbit::System::BeiDou:
+    case gnss::System::BeiDou:
       return id.number + 400;
-    case orbit::System::QZSS:
+    case gnss::System::QZSS:
       return id.number + 192;
   }
   return 0;
@@ -83,17 +83,17 @@ void set_header(Header& header, const Head& head) {
 
 /// Constants of a message are members of its type: enumerators in ROS 1, static members in ROS 2.
 template <class Satellite>
-[[nodiscard]] std::uint8_t system_code(orbit::System system) {
+[[nodiscard]] std::uint8_t system_code(gnss::System system) {
   switch (system) {
-    case orbit::System::GPS:
+    case gnss::System::GPS:
       return Satellite::GPS;
-    case orbit::System::GLONASS:
+    case gnss::System::GLONASS:
       return Satellite::GLONASS;
-    case orbit::System::Galileo:
+    case gnss::System::Galileo:
       return Satellite::GALILEO;
-    case orbit::System::BeiDou:
+    case gnss::System::BeiDou:
       return Satellite::BEIDOU;
-    case orbit::System::QZSS:
+    case gnss::System::QZSS:
       return Satellite::QZSS;
   }
   return 255;
@@ -115,34 +115,34 @@ template <class Satellite>
 }
 
 template <class Satellite>
-[[nodiscard]] std::uint8_t lock_code(receiver::LockState lock) {
+[[nodiscard]] std::uint8_t lock_code(tracking::LockState lock) {
   switch (lock) {
-    case receiver::LockState::Searching:
+    case tracking::LockState::Searching:
       return Satellite::SEARCHING;
-    case receiver::LockState::Tracking:
+    case tracking::LockState::Tracking:
       return Satellite::TRACKING;
-    case receiver::LockState::Holding:
+    case tracking::LockState::Holding:
       return Satellite::HOLDING;
   }
   return 255;
 }
 
 template <class GnssSatellites>
-[[nodiscard]] std::uint8_t status_code(receiver::FixStatus status) {
+[[nodiscard]] std::uint8_t status_code(positioning::FixStatus status) {
   switch (status) {
-    case receiver::FixStatus::NotSolved:
+    case positioning::FixStatus::NotSolved:
       return GnssSatellites::NOT_SOLVED;
-    case receiver::FixStatus::Fix:
+    case positioning::FixStatus::Fix:
       return GnssSatellites::FIX;
-    case receiver::FixStatus::TooFewSatellites:
+    case positioning::FixStatus::TooFewSatellites:
       return GnssSatellites::TOO_FEW_SATELLITES;
-    case receiver::FixStatus::Singular:
+    case positioning::FixStatus::Singular:
       return GnssSatellites::SINGULAR;
-    case receiver::FixStatus::NotConverged:
+    case positioning::FixStatus::NotConverged:
       return GnssSatellites::NOT_CONVERGED;
-    case receiver::FixStatus::WeakGeometry:
+    case positioning::FixStatus::WeakGeometry:
       return GnssSatellites::WEAK_GEOMETRY;
-    case receiver::FixStatus::NoSignal:
+    case positioning::FixStatus::NoSignal:
       return GnssSatellites::NO_SIGNAL;
   }
   return 255;
@@ -151,9 +151,9 @@ template <class GnssSatellites>
 template <class Satellite>
 [[nodiscard]] Satellite satellite_message(const receiver::SatelliteObservation& seen,
                                           const receiver::ReceiverEpoch& epoch) {
-  const receiver::Fix& fix = epoch.fix;
+  const positioning::Fix& fix = epoch.fix;
   Satellite message;
-  assign(message.id, orbit::to_string(seen.id));
+  assign(message.id, gnss::to_string(seen.id));
   message.system = system_code<Satellite>(seen.id.system);
   message.prn = prn_number(seen.id);
   message.azimuth = seen.azimuth_rad;
@@ -200,14 +200,14 @@ template <class NavSatFix>
     message.position_covariance_type = NavSatFix::COVARIANCE_TYPE_UNKNOWN;
     return message;
   }
-  const receiver::Fix& fix = epoch->observed.fix;
+  const positioning::Fix& fix = epoch->observed.fix;
   message.status.status = Status::STATUS_FIX;
   int service = 0;
-  for (const orbit::SatelliteId id : fix.used) {
-    if (id.system == orbit::System::GPS) service |= Status::SERVICE_GPS;
-    if (id.system == orbit::System::GLONASS) service |= Status::SERVICE_GLONASS;
-    if (id.system == orbit::System::BeiDou) service |= Status::SERVICE_COMPASS;
-    if (id.system == orbit::System::Galileo) service |= Status::SERVICE_GALILEO;
+  for (const gnss::SatelliteId id : fix.used) {
+    if (id.system == gnss::System::GPS) service |= Status::SERVICE_GPS;
+    if (id.system == gnss::System::GLONASS) service |= Status::SERVICE_GLONASS;
+    if (id.system == gnss::System::BeiDou) service |= Status::SERVICE_COMPASS;
+    if (id.system == gnss::System::Galileo) service |= Status::SERVICE_GALILEO;
   }
   message.status.service = static_cast<std::uint16_t>(service);
   message.latitude = geodesy::degrees(fix.position.latitude_rad);
@@ -239,7 +239,7 @@ template <class TwistWithCovarianceStamped>
   covariance[0] = -1;
   covariance[3 * kRow + 3] = -1;
   if (!detail::has_fix(epoch)) return message;
-  const receiver::Fix& fix = epoch->observed.fix;
+  const positioning::Fix& fix = epoch->observed.fix;
   if (fix.velocity_enu_mps) {
     twist.linear.x = fix.velocity_enu_mps->x();
     twist.linear.y = fix.velocity_enu_mps->y();
@@ -270,7 +270,7 @@ template <class GnssMultipath>
   if (epoch == nullptr) return message;
   const receiver::ReceiverEpoch& observed = epoch->observed;
   if (observed.fix.solved() && observed.fix.dop) {
-    const receiver::Dop& dop = *observed.fix.dop;
+    const positioning::Dop& dop = *observed.fix.dop;
     message.dop = {static_cast<float>(dop.pdop), static_cast<float>(dop.hdop), static_cast<float>(dop.vdop),
                    static_cast<float>(dop.tdop), static_cast<float>(dop.gdop)};
   }

@@ -145,13 +145,13 @@ Head sample_head() {
 /// The sample with a number of its own in every field.
 simulation::Epoch distinct_epoch() {
   simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0});
-  receiver::Fix& fix = epoch.observed.fix;
+  positioning::Fix& fix = epoch.observed.fix;
   fix.position = geodesy::Geodetic::from_degrees(22.25, -114.5, 33.75);
   fix.covariance_enu << 11, 12, 13, 21, 22, 23, 31, 32, 33;
   fix.velocity_enu_mps = Eigen::Vector3d(3.5, -4.25, 0.125);
   fix.velocity_covariance_enu = Eigen::Matrix3d::Zero();
   *fix.velocity_covariance_enu << 0.11, 0.12, 0.13, 0.21, 0.22, 0.23, 0.31, 0.32, 0.33;
-  fix.dop = receiver::Dop{5.5, 1.5, 2.5, 3.5, 4.5};  // GDOP, PDOP, HDOP, VDOP, TDOP
+  fix.dop = positioning::Dop{5.5, 1.5, 2.5, 3.5, 4.5};  // GDOP, PDOP, HDOP, VDOP, TDOP
   for (std::size_t i = 0; i < fix.residuals_m.size(); ++i) fix.residuals_m[i] = 0.5 + static_cast<double>(i);
   epoch.observed.clock_bias_s = 1.25e-4;
   epoch.observed.clock_drift = -3e-9;
@@ -203,7 +203,7 @@ TYPED_TEST(Conversions, FixHasPositionCovarianceAndSystems) {
   this->expect_fix(fix_message<Fix>(sample_head(), &epoch));
   // One system at a time: each has its own bit, QZSS none.
   for (const auto& [id, bit] : {std::pair{"G01", 1}, {"R01", 2}, {"C01", 4}, {"E01", 8}, {"J01", 0}}) {
-    epoch.observed.fix.used = {*orbit::parse_satellite(id)};
+    epoch.observed.fix.used = {*gnss::parse_satellite(id)};
     EXPECT_EQ(fix_message<Fix>(sample_head(), &epoch).status.service, bit) << id;
   }
 }
@@ -368,7 +368,7 @@ TYPED_TEST(Conversions, SatellitesCarryEverything) {
 
 TYPED_TEST(Conversions, SatellitesSayHowTheFixEnded) {
   using Satellites = typename TypeParam::GnssSatellites;
-  using receiver::FixStatus;
+  using positioning::FixStatus;
   auto epoch = distinct_epoch();
   for (const auto& [status, code] : {std::pair{FixStatus::NotSolved, 0},
                                      {FixStatus::Fix, 1},
@@ -395,7 +395,7 @@ TYPED_TEST(Conversions, SatellitesCarryStrengthLockAndPhase) {
   using Satellite = typename TypeParam::GnssSatellite;
   auto epoch = test::sample_signal_epoch(test::sample_time(), test::sample_time() - 12.5);
   auto& held = epoch.observed.satellites[5];  // R01
-  held.lock = receiver::LockState::Holding;
+  held.lock = tracking::LockState::Holding;
   held.measurement.reset();
   held.cn0_dbhz = 14.5;
   const auto message = satellites_message<Satellites>(sample_head(), &epoch);
@@ -449,7 +449,7 @@ TEST(PrnNumber, IsDistinctOverAllConstellations) {
                                    {"C63", 463},
                                    {"J01", 193},
                                    {"J10", 202}}) {
-    EXPECT_EQ(prn_number(*orbit::parse_satellite(id)), number) << id;
+    EXPECT_EQ(prn_number(*gnss::parse_satellite(id)), number) << id;
   }
 }
 

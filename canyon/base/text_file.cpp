@@ -17,8 +17,10 @@ TextFile::TextFile(const std::filesystem::path& path, std::size_t max_bytes) : p
   errno = 0;
   const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(gzopen(path.c_str(), "rb"), &gzclose);
   if (!file) {
-    throw InputError(path, 0, errno == ENOENT ? "no such file" : std::string("cannot be opened: ") +
-                                                                    std::strerror(errno != 0 ? errno : EIO),
+    throw InputError(path, 0,
+                     errno == ENOENT
+                         ? "no such file"
+                         : std::string("cannot be opened: ") + std::strerror(errno != 0 ? errno : EIO),
                      errno == ENOENT ? "check the path (relative paths start at the scenario's folder)" : "");
   }
   char buffer[1 << 16];

@@ -11,12 +11,12 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/buildings/build_report.hpp"
-#include "canyon/buildings/cityjson_solid.hpp"
 #include "canyon/buildings/ground.hpp"
-#include "canyon/buildings/outlines.hpp"
-#include "canyon/buildings/part_assignment.hpp"
 #include "canyon/buildings/placement.hpp"
-#include "canyon/buildings/solid.hpp"
+#include "canyon/buildings/shapes/cityjson_solid.hpp"
+#include "canyon/buildings/shapes/outlines.hpp"
+#include "canyon/buildings/shapes/part_assignment.hpp"
+#include "canyon/buildings/shapes/solid.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::buildings {

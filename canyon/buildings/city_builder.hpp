@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "canyon/buildings/footprint.hpp"
-#include "canyon/buildings/map_data.hpp"
-#include "canyon/buildings/shape.hpp"
-#include "canyon/buildings/terrain.hpp"
+#include "canyon/buildings/shapes/footprint.hpp"
+#include "canyon/buildings/sources/map_data.hpp"
+#include "canyon/buildings/sources/shape.hpp"
+#include "canyon/buildings/sources/terrain.hpp"
 #include "canyon/city/city.hpp"
 
 namespace canyon::buildings {

@@ -12,7 +12,7 @@
 #include <fstream>
 
 #include "canyon/buildings/city_builder.hpp"
-#include "canyon/buildings/osm_reader.hpp"
+#include "canyon/buildings/sources/osm_reader.hpp"
 
 namespace canyon::buildings {
 namespace {

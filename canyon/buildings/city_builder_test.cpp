@@ -14,8 +14,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/buildings/osm_reader.hpp"
-#include "canyon/buildings/solid.hpp"
+#include "canyon/buildings/shapes/solid.hpp"
+#include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/shared_data.hpp"

@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <optional>
 
-#include "canyon/buildings/map_data.hpp"
 #include "canyon/buildings/placement.hpp"
+#include "canyon/buildings/sources/map_data.hpp"
 #include "canyon/city/city.hpp"
 
 namespace canyon::buildings {

@@ -8,9 +8,9 @@
 #include <sstream>
 
 #include "canyon/base/text.hpp"
-#include "canyon/buildings/footprint.hpp"
-#include "canyon/buildings/osm_reader.hpp"
-#include "canyon/buildings/shape.hpp"
+#include "canyon/buildings/shapes/footprint.hpp"
+#include "canyon/buildings/sources/osm_reader.hpp"
+#include "canyon/buildings/sources/shape.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/shared_data.hpp"
 

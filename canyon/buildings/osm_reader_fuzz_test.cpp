@@ -6,8 +6,8 @@
 #include <string>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/buildings/osm_reader.hpp"
-#include "canyon/buildings/shape.hpp"
+#include "canyon/buildings/sources/osm_reader.hpp"
+#include "canyon/buildings/sources/shape.hpp"
 #include "tests/support/osm_text.hpp"
 #include "tests/support/temporary_folder.hpp"
 

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "canyon/buildings/city_builder.hpp"
-#include "canyon/buildings/map_data.hpp"
-#include "canyon/buildings/terrain.hpp"
+#include "canyon/buildings/sources/map_data.hpp"
+#include "canyon/buildings/sources/terrain.hpp"
 #include "canyon/geodesy/frames.hpp"
 
 namespace canyon::buildings {

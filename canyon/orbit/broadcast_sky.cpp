@@ -10,7 +10,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/orbit/broadcast_messages.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
 
 namespace canyon::orbit {
 namespace {
@@ -28,7 +28,7 @@ constexpr std::size_t kNumbers = 256;  // SatelliteId::number is a byte
 struct Entry {
   GpsTime toe;
   GpsTime transmission;
-  Validity validity;
+  gnss::Validity validity;
   int record = 0;  ///< into NavigationData::kepler or ::glonass
   bool healthy = false;
 };
@@ -107,8 +107,8 @@ struct BroadcastSky::Index {
     Series main;      ///< GPS, QZSS, BeiDou, GLONASS; Galileo I/NAV
     Series fallback;  ///< Galileo F/NAV
   };
-  std::vector<SatelliteId> ids;
-  std::array<std::array<std::int16_t, kNumbers>, kSystemCount> slot;  ///< into satellites; -1: none
+  std::vector<gnss::SatelliteId> ids;
+  std::array<std::array<std::int16_t, kNumbers>, gnss::kSystemCount> slot;  ///< into satellites; -1: none
   std::vector<Satellite> satellites;
   GpsTime first, last;
 
@@ -117,9 +117,9 @@ struct BroadcastSky::Index {
     bool stale = false;
   };
 
-  [[nodiscard]] const Satellite* find(SatelliteId id) const {
+  [[nodiscard]] const Satellite* find(gnss::SatelliteId id) const {
     const auto system = static_cast<std::size_t>(id.system);
-    if (system >= kSystemCount) return nullptr;
+    if (system >= gnss::kSystemCount) return nullptr;
     const std::int16_t s = slot[system][id.number];
     return s < 0 ? nullptr : &satellites[static_cast<std::size_t>(s)];
   }
@@ -140,7 +140,7 @@ struct BroadcastSky::Index {
     return std::abs(t - b->toe) < std::abs(t - a->toe) ? b : a;
   }
 
-  [[nodiscard]] Satellite& at(SatelliteId id) {
+  [[nodiscard]] Satellite& at(gnss::SatelliteId id) {
     std::int16_t& s = slot[static_cast<std::size_t>(id.system)][id.number];
     if (s < 0) {
       s = static_cast<std::int16_t>(satellites.size());
@@ -150,16 +150,16 @@ struct BroadcastSky::Index {
     return satellites[static_cast<std::size_t>(s)];
   }
 
-  Index(const NavigationData& data, const std::set<System>& systems) {
+  Index(const gnss::NavigationData& data, const std::set<gnss::System>& systems) {
     for (auto& row : slot) row.fill(-1);
     for (std::size_t i = 0; i < data.kepler.size(); ++i) {
-      const KeplerEphemeris& e = data.kepler[i];
+      const gnss::KeplerEphemeris& e = data.kepler[i];
       if (systems.count(e.id.system) == 0) continue;
       Satellite& satellite = at(e.id);
       (is_galileo_fnav(e) ? satellite.fallback : satellite.main).add(e, static_cast<int>(i));
     }
     for (std::size_t i = 0; i < data.glonass.size(); ++i) {
-      if (systems.count(System::GLONASS) != 0)
+      if (systems.count(gnss::System::GLONASS) != 0)
         at(data.glonass[i].id).main.add(data.glonass[i], static_cast<int>(i));
     }
     std::sort(ids.begin(), ids.end());
@@ -177,13 +177,13 @@ struct BroadcastSky::Index {
   }
 };
 
-BroadcastSky::BroadcastSky(NavigationData data, BroadcastOptions options)
+BroadcastSky::BroadcastSky(gnss::NavigationData data, BroadcastOptions options)
     : data_(std::move(data)),
       options_(std::move(options)),
       index_(std::make_unique<Index>(data_, options_.systems)) {
   if (index_->ids.empty()) {
     std::string wanted;
-    for (const System system : options_.systems) {
+    for (const gnss::System system : options_.systems) {
       wanted += wanted.empty() ? "" : ", ";
       wanted += name(system);
     }
@@ -197,32 +197,33 @@ BroadcastSky::BroadcastSky(NavigationData data, BroadcastOptions options)
 
 BroadcastSky::~BroadcastSky() = default;
 
-std::vector<SatelliteId> BroadcastSky::satellites() const {
+std::vector<gnss::SatelliteId> BroadcastSky::satellites() const {
   return index_->ids;
 }
 
-std::optional<SatelliteState> BroadcastSky::state(SatelliteId id, GpsTime t) const {
+std::optional<SatelliteState> BroadcastSky::state(gnss::SatelliteId id, GpsTime t) const {
   const Index::Satellite* satellite = index_->find(id);
   if (satellite == nullptr) return std::nullopt;
   const Entry* entry = Index::choose(*satellite, t, options_.allow_stale).entry;
   if (entry == nullptr || (!entry->healthy && !options_.allow_unhealthy)) return std::nullopt;
   const auto record = static_cast<std::size_t>(entry->record);
-  return id.system == System::GLONASS ? propagate(data_.glonass[record], t)
-                                      : propagate(data_.kepler[record], t);
+  return id.system == gnss::System::GLONASS ? propagate(data_.glonass[record], t)
+                                            : propagate(data_.kepler[record], t);
 }
 
-std::string BroadcastSky::source(SatelliteId id, GpsTime t) const {
+std::string BroadcastSky::source(gnss::SatelliteId id, GpsTime t) const {
   const Index::Satellite* satellite = index_->find(id);
   if (satellite == nullptr) return fmt::format("no ephemeris of {} in the navigation data", to_string(id));
   const Index::Choice choice = Index::choose(*satellite, t, options_.allow_stale);
   const Entry& entry = choice.entry != nullptr ? *choice.entry : *Index::closest(*satellite, t);
 
   const auto record = static_cast<std::size_t>(entry.record);
-  const bool glonass = id.system == System::GLONASS;
+  const bool glonass = id.system == gnss::System::GLONASS;
   const auto file =
       static_cast<std::size_t>(glonass ? data_.glonass[record].source : data_.kepler[record].source);
   std::string text = file < data_.sources.size() ? data_.sources[file] + ", " : std::string();
-  if (id.system == System::Galileo) text += is_galileo_fnav(data_.kepler[record]) ? "F/NAV, " : "I/NAV, ";
+  if (id.system == gnss::System::Galileo)
+    text += is_galileo_fnav(data_.kepler[record]) ? "F/NAV, " : "I/NAV, ";
   text += "toe " + geodesy::format_gpst(entry.toe, 0);
 
   const double age = t - entry.toe;

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "canyon/orbit/navigation_data.hpp"
+#include "canyon/gnss/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
 
 namespace canyon::orbit {
@@ -10,12 +10,12 @@ namespace canyon::orbit {
 /// Satellite position, velocity and clock from one ephemeris, whatever its age (IS-GPS-200 table 20-IV;
 /// Galileo OS-SIS-ICD 5.1.1; BDS-SIS-ICD B1I 5.2.4.12 with the GEO rotation). Position within 1 mm and clock
 /// within 0.1 ns of RTKLIB's.
-[[nodiscard]] SatelliteState propagate(const KeplerEphemeris& ephemeris, geodesy::GpsTime t);
+[[nodiscard]] SatelliteState propagate(const gnss::KeplerEphemeris& ephemeris, geodesy::GpsTime t);
 /// ICD GLONASS L1, L2 5.1, A.3.1.2: fourth-order Runge-Kutta, steps of at most 60 s. Within 1 cm of RTKLIB's.
-[[nodiscard]] SatelliteState propagate(const GlonassEphemeris& ephemeris, geodesy::GpsTime t);
+[[nodiscard]] SatelliteState propagate(const gnss::GlonassEphemeris& ephemeris, geodesy::GpsTime t);
 
 struct BroadcastOptions {
-  std::set<System> systems{kAllSystems.begin(), kAllSystems.end()};
+  std::set<gnss::System> systems{gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   /// A record is used from toe - before to toe + after: half the fit interval on either side for GPS and QZSS
   /// (2 h where not given), Galileo 0.5 h and 4 h, BeiDou 1 h and 3 h, GLONASS 0.5 h and 0.5 h; validity() in
   /// broadcast_messages.hpp says why. With allow_stale any age is taken (and said by source()).
@@ -31,14 +31,14 @@ struct BroadcastOptions {
 class BroadcastSky final : public Sky {
  public:
   /// Throws InputError where no record is left after `systems`.
-  explicit BroadcastSky(NavigationData data, BroadcastOptions options = {});
+  explicit BroadcastSky(gnss::NavigationData data, BroadcastOptions options = {});
   ~BroadcastSky() override;
 
-  [[nodiscard]] std::vector<SatelliteId> satellites() const override;
-  [[nodiscard]] std::optional<SatelliteState> state(SatelliteId id, geodesy::GpsTime t) const override;
-  [[nodiscard]] std::string source(SatelliteId id, geodesy::GpsTime t) const override;
+  [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override;
+  [[nodiscard]] std::optional<SatelliteState> state(gnss::SatelliteId id, geodesy::GpsTime t) const override;
+  [[nodiscard]] std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const override;
 
-  [[nodiscard]] const NavigationData& data() const { return data_; }
+  [[nodiscard]] const gnss::NavigationData& data() const { return data_; }
   /// True where some record is valid at `t` (used for "the trajectory lies outside the ephemerides").
   [[nodiscard]] bool covers(geodesy::GpsTime t) const;
   /// First and last toe [GPST] over all records.
@@ -47,7 +47,7 @@ class BroadcastSky final : public Sky {
  private:
   struct Index;
 
-  NavigationData data_;
+  gnss::NavigationData data_;
   BroadcastOptions options_;
   std::unique_ptr<Index> index_;
 };

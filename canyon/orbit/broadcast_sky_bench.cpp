@@ -2,18 +2,18 @@
 
 #include <benchmark/benchmark.h>
 
-#include "canyon/orbit/rinex_navigation.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/rinex_sample.hpp"
 
 namespace canyon::orbit {
 namespace {
 
-NavigationData sample() {
+gnss::NavigationData sample() {
   return read_rinex_navigation(TextFile::from_string(test::kRinex3Sample, "sample.rnx"));
 }
 
 void propagate_kepler(benchmark::State& bench) {
-  const KeplerEphemeris e = sample().kepler.front();
+  const gnss::KeplerEphemeris e = sample().kepler.front();
   geodesy::GpsTime t = e.toe;
   for (auto _ : bench) {
     benchmark::DoNotOptimize(propagate(e, t));
@@ -23,15 +23,15 @@ void propagate_kepler(benchmark::State& bench) {
 BENCHMARK(propagate_kepler);
 
 void propagate_glonass(benchmark::State& bench) {
-  const GlonassEphemeris e = sample().glonass.front();
+  const gnss::GlonassEphemeris e = sample().glonass.front();
   const geodesy::GpsTime t = e.toe + 850.3;  // close to the usual 15 min
   for (auto _ : bench) benchmark::DoNotOptimize(propagate(e, t));
 }
 BENCHMARK(propagate_glonass);
 
 void sky_state(benchmark::State& bench) {
-  NavigationData data = sample();
-  const KeplerEphemeris first = data.kepler.front();
+  gnss::NavigationData data = sample();
+  const gnss::KeplerEphemeris first = data.kepler.front();
   for (int i = 1; i < 100; ++i) {  // a long file
     data.kepler.push_back(first);
     data.kepler.back().toe = first.toe + 3600.0 * i;

@@ -12,10 +12,10 @@
 #include <set>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/broadcast_messages.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/precise_sky.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::orbit {
@@ -23,11 +23,11 @@ namespace {
 
 struct Sums {
   int count = 0, clock_count = 0;
-  std::set<SatelliteId> satellites;
+  std::set<gnss::SatelliteId> satellites;
   Eigen::Vector3d squares = Eigen::Vector3d::Zero();  ///< radial, along, cross
   double radial = 0;
   double clock_squares = 0, worst = 0;
-  SatelliteId worst_id;
+  gnss::SatelliteId worst_id;
 
   [[nodiscard]] Eigen::Vector3d rms() const { return (squares / count).cwiseSqrt(); }
   [[nodiscard]] double rms_3d() const { return std::sqrt(squares.sum() / count); }
@@ -49,12 +49,12 @@ TEST(BroadcastAgainstPrecise, ADayOf2020) {
   const BroadcastSky broadcast(read_rinex_navigation(broadcast_path));
   const PreciseSky precise(precise_path);
 
-  std::map<System, Sums> sums;
+  std::map<gnss::System, Sums> sums;
   const auto [first, last] = precise.span();
   for (geodesy::GpsTime t = first; t <= last; t = t + 900.0) {
     // The common part of the clocks is a difference of time scales: a receiver's clock absorbs it.
-    std::map<System, std::vector<double>> clocks_m;
-    for (const SatelliteId id : broadcast.satellites()) {
+    std::map<gnss::System, std::vector<double>> clocks_m;
+    for (const gnss::SatelliteId id : broadcast.satellites()) {
       const auto b = broadcast.state(id, t), p = precise.state(id, t);
       if (!b || !p) continue;
       Sums& s = sums[id.system];
@@ -90,12 +90,15 @@ TEST(BroadcastAgainstPrecise, ADayOf2020) {
   }
 
   ASSERT_EQ(sums.size(), 3u);  // the precise file has GPS, GLONASS and Galileo
-  EXPECT_GT(sums[System::GPS].count, 800);
-  EXPECT_GT(sums[System::GLONASS].count, 500);
-  EXPECT_GT(sums[System::Galileo].count, 800);
-  const std::map<System, double> bound_3d{{System::GPS, 2.5}, {System::GLONASS, 5}, {System::Galileo, 1.5}};
-  const std::map<System, double> bound_clock{{System::GPS, 1.5}, {System::GLONASS, 5}, {System::Galileo, 1}};
-  const std::map<System, double> bound_worst{{System::GPS, 6}, {System::GLONASS, 12}, {System::Galileo, 10}};
+  EXPECT_GT(sums[gnss::System::GPS].count, 800);
+  EXPECT_GT(sums[gnss::System::GLONASS].count, 500);
+  EXPECT_GT(sums[gnss::System::Galileo].count, 800);
+  const std::map<gnss::System, double> bound_3d{
+      {gnss::System::GPS, 2.5}, {gnss::System::GLONASS, 5}, {gnss::System::Galileo, 1.5}};
+  const std::map<gnss::System, double> bound_clock{
+      {gnss::System::GPS, 1.5}, {gnss::System::GLONASS, 5}, {gnss::System::Galileo, 1}};
+  const std::map<gnss::System, double> bound_worst{
+      {gnss::System::GPS, 6}, {gnss::System::GLONASS, 12}, {gnss::System::Galileo, 10}};
   for (const auto& [system, s] : sums) {
     EXPECT_LT(s.rms_3d(), bound_3d.at(system)) << name(system);
     EXPECT_LT(s.clock_rms_m(), bound_clock.at(system)) << name(system);
@@ -140,7 +143,7 @@ struct Ageing {
 TEST(BroadcastAgainstPrecise, RecordsAgeAsTheirValiditySays) {
   CANYON_SHARED_DATA(broadcast_path, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
   CANYON_SHARED_DATA(precise_path, "orbits/GRG0MGXFIN_20201770000_01D_15M_ORB.SP3.gz");
-  const NavigationData data = read_rinex_navigation(broadcast_path);
+  const gnss::NavigationData data = read_rinex_navigation(broadcast_path);
   const PreciseSky precise(precise_path);
   Ageing ageing;
   const auto add = [&](const auto& e) {
@@ -151,16 +154,17 @@ TEST(BroadcastAgainstPrecise, RecordsAgeAsTheirValiditySays) {
       if (p) ageing.add(std::string(name(e.id.system)), i, propagate(e, t).position_m - p->position_m);
     }
   };
-  for (const KeplerEphemeris& e : data.kepler) add(e);
-  for (const GlonassEphemeris& e : data.glonass) add(e);
+  for (const gnss::KeplerEphemeris& e : data.kepler) add(e);
+  for (const gnss::GlonassEphemeris& e : data.glonass) add(e);
   // No precise orbits here: BeiDou and QZSS against the record that has its toe at that instant.
-  for (const KeplerEphemeris& e : data.kepler) {
-    if ((e.id.system != System::BeiDou && e.id.system != System::QZSS) || !is_healthy(e)) continue;
-    const std::string row = e.id.system == System::QZSS ? "QZSS (own records)"
-                            : is_beidou_geo(e.id)       ? "BeiDou GEO (own records)"
-                            : e.sqrt_a > 6000           ? "BeiDou IGSO (own records)"
-                                                        : "BeiDou MEO (own records)";
-    for (const KeplerEphemeris& other : data.kepler) {
+  for (const gnss::KeplerEphemeris& e : data.kepler) {
+    if ((e.id.system != gnss::System::BeiDou && e.id.system != gnss::System::QZSS) || !is_healthy(e))
+      continue;
+    const std::string row = e.id.system == gnss::System::QZSS ? "QZSS (own records)"
+                            : is_beidou_geo(e.id)             ? "BeiDou GEO (own records)"
+                            : e.sqrt_a > 6000                 ? "BeiDou IGSO (own records)"
+                                                              : "BeiDou MEO (own records)";
+    for (const gnss::KeplerEphemeris& other : data.kepler) {
       if (other.id != e.id || !is_healthy(other)) continue;
       for (std::size_t i = 0; i < Ageing::kAges_min.size(); ++i) {
         if (other.toe - e.toe != 60.0 * Ageing::kAges_min[i]) continue;

@@ -10,9 +10,9 @@
 #include <map>
 #include <memory>
 
-#include "canyon/orbit/broadcast_messages.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/rinex_sample.hpp"
 #include "tests/support/rtklib.hpp"
 #include "tests/support/shared_data.hpp"
@@ -45,23 +45,23 @@ GpsTime gps_time(RtklibTime t) {
                                    std::llround(t.sec * 1e9));
 }
 
-int rtklib_satellite(SatelliteId id) {
+int rtklib_satellite(gnss::SatelliteId id) {
   switch (id.system) {
-    case System::GPS:
+    case gnss::System::GPS:
       return satno(0x01, id.number);
-    case System::GLONASS:
+    case gnss::System::GLONASS:
       return satno(0x04, id.number);
-    case System::Galileo:
+    case gnss::System::Galileo:
       return satno(0x08, id.number);
-    case System::QZSS:
+    case gnss::System::QZSS:
       return satno(0x10, id.number + 192);
-    case System::BeiDou:
+    case gnss::System::BeiDou:
       return satno(0x20, id.number);
   }
   return 0;
 }
 
-RtklibEphemeris rtklib_ephemeris(const KeplerEphemeris& e) {
+RtklibEphemeris rtklib_ephemeris(const gnss::KeplerEphemeris& e) {
   RtklibEphemeris r{};
   r.sat = rtklib_satellite(e.id);
   r.iode = e.iode;
@@ -86,7 +86,7 @@ RtklibEphemeris rtklib_ephemeris(const KeplerEphemeris& e) {
   r.cus = e.cus;
   r.cic = e.cic;
   r.cis = e.cis;
-  r.toes = (e.id.system == System::BeiDou ? e.toe - 14.0 : e.toe).seconds_of_week();
+  r.toes = (e.id.system == gnss::System::BeiDou ? e.toe - 14.0 : e.toe).seconds_of_week();
   r.f0 = e.af0;
   r.f1 = e.af1;
   r.f2 = e.af2;
@@ -95,7 +95,7 @@ RtklibEphemeris rtklib_ephemeris(const KeplerEphemeris& e) {
   return r;
 }
 
-RtklibGlonassEphemeris rtklib_ephemeris(const GlonassEphemeris& e) {
+RtklibGlonassEphemeris rtklib_ephemeris(const gnss::GlonassEphemeris& e) {
   RtklibGlonassEphemeris r{};
   r.sat = rtklib_satellite(e.id);
   r.frq = e.channel;
@@ -159,11 +159,12 @@ struct Worst {
 
 // The record that the sky has to take at t, found the slow way.
 template <typename Ephemeris>
-const Ephemeris* best_record(const std::vector<Ephemeris>& records, SatelliteId id, GpsTime t, bool fnav) {
+const Ephemeris* best_record(const std::vector<Ephemeris>& records, gnss::SatelliteId id, GpsTime t,
+                             bool fnav) {
   const Ephemeris* best = nullptr;
   for (const Ephemeris& e : records) {
     if (e.id != id || !validity(e).contains(t - e.toe)) continue;
-    if constexpr (std::is_same_v<Ephemeris, KeplerEphemeris>) {
+    if constexpr (std::is_same_v<Ephemeris, gnss::KeplerEphemeris>) {
       if (is_galileo_fnav(e) != fnav) continue;
     }
     const bool better = best == nullptr || std::abs(t - e.toe) < std::abs(t - best->toe) ||
@@ -173,26 +174,26 @@ const Ephemeris* best_record(const std::vector<Ephemeris>& records, SatelliteId 
   return best;
 }
 
-std::map<System, Worst> compare_with_rtklib(const NavigationData& data) {
+std::map<gnss::System, Worst> compare_with_rtklib(const gnss::NavigationData& data) {
   BroadcastOptions options;
   options.allow_unhealthy = true;
   const BroadcastSky sky(data, options);
-  std::map<System, Worst> worst;
+  std::map<gnss::System, Worst> worst;
   const auto [first, last] = sky.span();
-  for (const SatelliteId id : sky.satellites()) {
+  for (const gnss::SatelliteId id : sky.satellites()) {
     EXPECT_NE(rtklib_satellite(id), 0) << to_string(id) << " is not in this build of RTKLIB";
     for (GpsTime t = first - 7200.0; t <= last + 7200.0; t = t + 600.0) {
       const auto state = sky.state(id, t);
       double position[3] = {}, clock = 0, variance = 0;
-      if (id.system == System::GLONASS) {
-        const GlonassEphemeris* e = best_record(data.glonass, id, t, false);
+      if (id.system == gnss::System::GLONASS) {
+        const gnss::GlonassEphemeris* e = best_record(data.glonass, id, t, false);
         EXPECT_EQ(state.has_value(), e != nullptr);
         if (!state || e == nullptr) continue;
         const RtklibGlonassEphemeris r = rtklib_ephemeris(*e);
         geph2pos(rtklib_time(t), &r, position, &clock, &variance);
         worst[id.system].add(*state, position, clock, t - e->toe);
       } else {
-        const KeplerEphemeris* e = best_record(data.kepler, id, t, false);
+        const gnss::KeplerEphemeris* e = best_record(data.kepler, id, t, false);
         if (e == nullptr) e = best_record(data.kepler, id, t, true);
         EXPECT_EQ(state.has_value(), e != nullptr);
         if (!state || e == nullptr) continue;
@@ -205,11 +206,11 @@ std::map<System, Worst> compare_with_rtklib(const NavigationData& data) {
   return worst;
 }
 
-void expect_within_bounds(const std::map<System, Worst>& worst) {
+void expect_within_bounds(const std::map<gnss::System, Worst>& worst) {
   for (const auto& [system, w] : worst) {
     std::printf("  %-8s %6d states, position within %.2e m, clock within %.2e s, ages to %.0f s\n",
                 std::string(name(system)).c_str(), w.compared, w.position_m, w.clock_s, w.age_s);
-    EXPECT_LT(w.position_m, system == System::GLONASS ? 1e-2 : 1e-3) << name(system);
+    EXPECT_LT(w.position_m, system == gnss::System::GLONASS ? 1e-2 : 1e-3) << name(system);
     EXPECT_LT(w.clock_s, 1e-10) << name(system);
   }
 }
@@ -218,19 +219,19 @@ TEST_F(RtklibJudge, MixedDayOf2020) {
   CANYON_SHARED_DATA(path, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
   const auto worst = compare_with_rtklib(read_rinex_navigation(path));
   expect_within_bounds(worst);
-  ASSERT_EQ(worst.size(), kSystemCount);
-  EXPECT_GT(worst.at(System::GPS).compared, 2000);
-  EXPECT_GT(worst.at(System::GLONASS).compared, 1000);
-  EXPECT_GT(worst.at(System::Galileo).compared, 2000);
-  EXPECT_GT(worst.at(System::BeiDou).compared, 3000);
-  EXPECT_GT(worst.at(System::QZSS).compared, 50);
+  ASSERT_EQ(worst.size(), gnss::kSystemCount);
+  EXPECT_GT(worst.at(gnss::System::GPS).compared, 2000);
+  EXPECT_GT(worst.at(gnss::System::GLONASS).compared, 1000);
+  EXPECT_GT(worst.at(gnss::System::Galileo).compared, 2000);
+  EXPECT_GT(worst.at(gnss::System::BeiDou).compared, 3000);
+  EXPECT_GT(worst.at(gnss::System::QZSS).compared, 50);
 }
 
 TEST_F(RtklibJudge, GpsDayOf2012) {
   CANYON_SHARED_DATA(path, "orbits/brdc3050.12n");
   const auto worst = compare_with_rtklib(read_rinex_navigation(path));
   expect_within_bounds(worst);
-  EXPECT_GT(worst.at(System::GPS).compared, 4000);
+  EXPECT_GT(worst.at(gnss::System::GPS).compared, 4000);
 }
 
 TEST_F(RtklibJudge, HongKongGpsAndBeidouOf2019) {
@@ -238,8 +239,8 @@ TEST_F(RtklibJudge, HongKongGpsAndBeidouOf2019) {
   CANYON_SHARED_DATA(beidou, "urbannav-tst-20190428/hksc1180.19b");
   const auto worst = compare_with_rtklib(read_rinex_navigation({gps, beidou}));
   expect_within_bounds(worst);
-  EXPECT_GT(worst.at(System::GPS).compared, 2000);
-  EXPECT_GT(worst.at(System::BeiDou).compared, 2000);
+  EXPECT_GT(worst.at(gnss::System::GPS).compared, 2000);
+  EXPECT_GT(worst.at(gnss::System::BeiDou).compared, 2000);
 }
 
 TEST_F(RtklibJudge, Rinex4Hour) {
@@ -247,9 +248,9 @@ TEST_F(RtklibJudge, Rinex4Hour) {
   expect_within_bounds(compare_with_rtklib(read_rinex_navigation(path)));
 }
 
-void expect_same_records(const NavigationData& data, const RtklibNavigation& rtklib) {
+void expect_same_records(const gnss::NavigationData& data, const RtklibNavigation& rtklib) {
   int missing = 0;
-  for (const KeplerEphemeris& ours : data.kepler) {
+  for (const gnss::KeplerEphemeris& ours : data.kepler) {
     const RtklibEphemeris want = rtklib_ephemeris(ours);
     const RtklibEphemeris* found = nullptr;
     for (int i = 0; i < rtklib.n && found == nullptr; ++i) {
@@ -281,7 +282,7 @@ void expect_same_records(const NavigationData& data, const RtklibNavigation& rtk
       EXPECT_NEAR(mine[i], theirs[i], 4e-15 * std::abs(mine[i])) << to_string(ours.id) << " field " << i;
     }
   }
-  for (const GlonassEphemeris& ours : data.glonass) {
+  for (const gnss::GlonassEphemeris& ours : data.glonass) {
     const RtklibGlonassEphemeris want = rtklib_ephemeris(ours);
     const RtklibGlonassEphemeris* found = nullptr;
     for (int i = 0; i < rtklib.ng && found == nullptr; ++i) {
@@ -311,7 +312,7 @@ TEST_F(RtklibJudge, ReaderFindsTheSameRecords) {
                            "urbannav-tst-20190428/hksc1180.19n", "urbannav-tst-20190428/hksc1180.19b"}) {
     CANYON_SHARED_DATA(path, name);
     SCOPED_TRACE(name);
-    const NavigationData data = read_rinex_navigation(path);
+    const gnss::NavigationData data = read_rinex_navigation(path);
     const auto rtklib = rtklib_read(TextFile(path).text());
     EXPECT_EQ(static_cast<std::size_t>(rtklib->n), data.kepler.size());
     EXPECT_EQ(static_cast<std::size_t>(rtklib->ng), data.glonass.size());
@@ -321,7 +322,7 @@ TEST_F(RtklibJudge, ReaderFindsTheSameRecords) {
 
 TEST_F(RtklibJudge, WrittenFileIsRead) {
   CANYON_SHARED_DATA(path, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
-  const NavigationData data = read_rinex_navigation(path);
+  const gnss::NavigationData data = read_rinex_navigation(path);
   const auto rtklib = rtklib_read(format_rinex_navigation(data));
   EXPECT_EQ(static_cast<std::size_t>(rtklib->n), data.kepler.size());
   EXPECT_EQ(static_cast<std::size_t>(rtklib->ng), data.glonass.size());

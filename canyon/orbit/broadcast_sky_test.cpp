@@ -10,8 +10,8 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/orbit/broadcast_messages.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/rinex_sample.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -24,15 +24,15 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-const SatelliteId kG05{System::GPS, 5}, kE11{System::Galileo, 11}, kC21{System::BeiDou, 21},
-    kR07{System::GLONASS, 7}, kJ02{System::QZSS, 2};
+const gnss::SatelliteId kG05{gnss::System::GPS, 5}, kE11{gnss::System::Galileo, 11},
+    kC21{gnss::System::BeiDou, 21}, kR07{gnss::System::GLONASS, 7}, kJ02{gnss::System::QZSS, 2};
 
-NavigationData sample() {
+gnss::NavigationData sample() {
   return read_rinex_navigation(TextFile::from_string(test::kRinex3Sample, "sample.rnx"));
 }
 
-NavigationData only(SatelliteId id) {
-  NavigationData data = sample();
+gnss::NavigationData only(gnss::SatelliteId id) {
+  gnss::NavigationData data = sample();
   const auto other = [id](const auto& e) { return e.id != id; };
   data.kepler.erase(std::remove_if(data.kepler.begin(), data.kepler.end(), other), data.kepler.end());
   data.glonass.erase(std::remove_if(data.glonass.begin(), data.glonass.end(), other), data.glonass.end());
@@ -60,10 +60,12 @@ void expect_derivatives(const Ephemeris& e, double reach_s, double& worst_veloci
   }
 }
 
-void expect_derivatives(const NavigationData& data) {
+void expect_derivatives(const gnss::NavigationData& data) {
   double kepler = 0, glonass = 0, drift = 0;
-  for (const KeplerEphemeris& e : data.kepler) expect_derivatives(e, validity(e).after_s, kepler, drift);
-  for (const GlonassEphemeris& e : data.glonass) expect_derivatives(e, validity(e).after_s, glonass, drift);
+  for (const gnss::KeplerEphemeris& e : data.kepler)
+    expect_derivatives(e, validity(e).after_s, kepler, drift);
+  for (const gnss::GlonassEphemeris& e : data.glonass)
+    expect_derivatives(e, validity(e).after_s, glonass, drift);
   std::printf(
       "  velocity within %.1e m/s (GLONASS %.1e), clock drift within %.1e s/s of numeric differentiation\n",
       kepler, glonass, drift);
@@ -82,9 +84,9 @@ TEST(Propagate, VelocityAndDriftAreTheDerivativesOnARealDay) {
 }
 
 TEST(Propagate, GlonassIntegrationErrorIsMillimetres) {
-  const GlonassEphemeris start = only(kR07).glonass.front();
+  const gnss::GlonassEphemeris start = only(kR07).glonass.front();
   for (const double direction : {-1.0, 1.0}) {
-    GlonassEphemeris e = start;  // integrated in steps of 1 s
+    gnss::GlonassEphemeris e = start;  // integrated in steps of 1 s
     for (int i = 0; i < 1800; ++i) {
       const SatelliteState state = propagate(e, e.toe + direction);
       e.toe = e.toe + direction;
@@ -103,7 +105,7 @@ TEST(Propagate, GlonassIntegrationErrorIsMillimetres) {
 }
 
 TEST(Propagate, CircularEquatorialOrbitInClosedForm) {
-  KeplerEphemeris e;
+  gnss::KeplerEphemeris e;
   e.id = kG05;
   e.toe = e.toc = GpsTime::from_week(2051, 43200);
   e.sqrt_a = 5153.6;
@@ -121,8 +123,8 @@ TEST(Propagate, CircularEquatorialOrbitInClosedForm) {
 }
 
 TEST(Propagate, RelativityOfAnEccentricOrbit) {
-  NavigationData data = only(kG05);
-  KeplerEphemeris e = data.kepler.front();
+  gnss::NavigationData data = only(kG05);
+  gnss::KeplerEphemeris e = data.kepler.front();
   // IS-GPS-200, 20.3.3.3.3.1: -2 (R . V) / c^2 with the inertial velocity equals F e sqrt(A) sin E for an
   // orbit without perturbations.
   e.cuc = e.cus = e.crc = e.crs = e.cic = e.cis = 0;
@@ -136,9 +138,9 @@ TEST(Propagate, RelativityOfAnEccentricOrbit) {
 }
 
 TEST(Propagate, GroupDelayBelongsToTheL1Signal) {
-  const NavigationData data = sample();
-  const auto delay = [&data](SatelliteId id) {
-    for (const KeplerEphemeris& e : data.kepler) {
+  const gnss::NavigationData data = sample();
+  const auto delay = [&data](gnss::SatelliteId id) {
+    for (const gnss::KeplerEphemeris& e : data.kepler) {
       if (e.id == id) return propagate(e, e.toe).group_delay_s;
     }
     return propagate(data.glonass.front(), data.glonass.front().toe).group_delay_s;
@@ -148,7 +150,7 @@ TEST(Propagate, GroupDelayBelongsToTheL1Signal) {
   EXPECT_EQ(delay(kC21), 1.600000021362e-09);   // TGD1
   EXPECT_EQ(delay(kJ02), -5.587935447693e-09);
   EXPECT_EQ(delay(kR07), 0);
-  KeplerEphemeris fnav = only(kE11).kepler.front();
+  gnss::KeplerEphemeris fnav = only(kE11).kepler.front();
   fnav.data_sources = 258;
   EXPECT_EQ(propagate(fnav, fnav.toe).group_delay_s, -1.862645149231e-09);  // BGD E5a/E1
   EXPECT_EQ(propagate(data.glonass.front(), data.glonass.front().toe).carrier_frequency_hz,
@@ -160,7 +162,7 @@ TEST(Propagate, BeidouGeostationariesStandInTheirPlaces) {
   // BDS-SIS-ICD B1I 3.0, 2.1: geostationary longitudes of C04, C01, C03, C02, C05.
   const std::map<int, double> longitude_deg{{1, 140}, {2, 80}, {3, 110.5}, {4, 160}, {5, 58.75}};
   int seen = 0;
-  for (const KeplerEphemeris& e : read_rinex_navigation(path).kepler) {
+  for (const gnss::KeplerEphemeris& e : read_rinex_navigation(path).kepler) {
     if (!is_beidou_geo(e.id)) continue;
     ++seen;
     for (double age = -3600; age <= 3600; age += 1800) {
@@ -181,11 +183,11 @@ TEST(Propagate, BeidouGeostationariesStandInTheirPlaces) {
 TEST(BroadcastSky, ListsSatellitesAndSpan) {
   const BroadcastSky sky(sample());
   std::string list;
-  for (const SatelliteId id : sky.satellites()) list += to_string(id);
+  for (const gnss::SatelliteId id : sky.satellites()) list += to_string(id);
   EXPECT_EQ(list, "G05R07E11C03C21J02");
   EXPECT_EQ(sky.span().first, parse_time("2019-04-28T11:45:18 GPST"));
   EXPECT_EQ(sky.span().second, parse_time("2019-04-28T12:00:14 GPST"));
-  const BroadcastSky two(sample(), {{System::GPS, System::BeiDou}, false, false});
+  const BroadcastSky two(sample(), {{gnss::System::GPS, gnss::System::BeiDou}, false, false});
   EXPECT_EQ(two.satellites().size(), 3u);
   EXPECT_FALSE(two.state(kE11, parse_time("2019-04-28T12:00:00 GPST")));
   EXPECT_THAT(two.source(kE11, {}), HasSubstr("no ephemeris of E11"));
@@ -193,14 +195,14 @@ TEST(BroadcastSky, ListsSatellitesAndSpan) {
 
 TEST(BroadcastSky, ValidityOfEachSystem) {
   const struct {
-    SatelliteId id;
+    gnss::SatelliteId id;
     double before_s, after_s;
   } cases[] = {
       {kG05, 7200, 7200}, {kJ02, 7200, 7200}, {kE11, 1800, 14400}, {kC21, 3600, 10800}, {kR07, 1800, 1800}};
   for (const auto& [id, before_s, after_s] : cases) {
-    const NavigationData data = only(id);
+    const gnss::NavigationData data = only(id);
     const GpsTime toe = data.kepler.empty() ? data.glonass.front().toe : data.kepler.front().toe;
-    const BroadcastSky sky(data), stale(data, {{System(id.system)}, true, false});
+    const BroadcastSky sky(data), stale(data, {{gnss::System(id.system)}, true, false});
     for (const double inside : {-before_s, 0.0, after_s}) {
       EXPECT_TRUE(sky.state(id, toe + inside));
       EXPECT_TRUE(sky.covers(toe + inside));
@@ -220,7 +222,7 @@ TEST(BroadcastSky, ValidityOfEachSystem) {
 }
 
 TEST(BroadcastSky, FitIntervalWidensTheValidity) {
-  NavigationData data = only(kG05);
+  gnss::NavigationData data = only(kG05);
   data.kepler.front().fit_interval_h = 8;
   const GpsTime toe = data.kepler.front().toe;
   const BroadcastSky sky(data);
@@ -234,8 +236,8 @@ TEST(BroadcastSky, FitIntervalWidensTheValidity) {
 }
 
 TEST(BroadcastSky, ALongFitReachesBeyondACloserShortOne) {
-  NavigationData data = only(kG05);
-  KeplerEphemeris far = data.kepler.front();
+  gnss::NavigationData data = only(kG05);
+  gnss::KeplerEphemeris far = data.kepler.front();
   far.fit_interval_h = 26;
   far.toe = far.toe - 7200.0;
   far.af0 = 1;
@@ -247,10 +249,10 @@ TEST(BroadcastSky, ALongFitReachesBeyondACloserShortOne) {
 }
 
 TEST(BroadcastSky, ClosestToeThenNewestMessage) {
-  NavigationData data = only(kG05);
-  const KeplerEphemeris first = data.kepler.front();
+  gnss::NavigationData data = only(kG05);
+  const gnss::KeplerEphemeris first = data.kepler.front();
   const auto add = [&](double toe_after, double sent_after, double af0) {
-    KeplerEphemeris e = first;
+    gnss::KeplerEphemeris e = first;
     e.toe = first.toe + toe_after;
     e.toc = e.toe;
     e.transmission = first.toe + sent_after;
@@ -272,8 +274,8 @@ TEST(BroadcastSky, ClosestToeThenNewestMessage) {
 }
 
 TEST(BroadcastSky, GalileoTakesInavBeforeFnav) {
-  NavigationData data = only(kE11);
-  KeplerEphemeris fnav = data.kepler.front();
+  gnss::NavigationData data = only(kE11);
+  gnss::KeplerEphemeris fnav = data.kepler.front();
   fnav.data_sources = 258;
   fnav.toe = fnav.toe + 3 * 3600.0;
   data.kepler.push_back(fnav);
@@ -285,12 +287,12 @@ TEST(BroadcastSky, GalileoTakesInavBeforeFnav) {
 }
 
 TEST(BroadcastSky, UnhealthyIsOut) {
-  NavigationData data = only(kG05);
-  KeplerEphemeris sick = data.kepler.front();
+  gnss::NavigationData data = only(kG05);
+  gnss::KeplerEphemeris sick = data.kepler.front();
   sick.toe = sick.toe + 7200.0;
   sick.health = 63;
   data.kepler.push_back(sick);
-  const BroadcastSky sky(data), all(data, {{System::GPS}, false, true});
+  const BroadcastSky sky(data), all(data, {{gnss::System::GPS}, false, true});
   const GpsTime toe = data.kepler.front().toe;
   EXPECT_TRUE(sky.state(kG05, toe + 3500.0));
   EXPECT_FALSE(sky.state(kG05, toe + 3700.0));
@@ -301,8 +303,8 @@ TEST(BroadcastSky, UnhealthyIsOut) {
 }
 
 TEST(BroadcastSky, HealthRulesOfEachSystem) {
-  const auto healthy = [](SatelliteId id, int health, double accuracy = 2, int sources = 517) {
-    KeplerEphemeris e;
+  const auto healthy = [](gnss::SatelliteId id, int health, double accuracy = 2, int sources = 517) {
+    gnss::KeplerEphemeris e;
     e.id = id;
     e.health = health;
     e.accuracy_m = accuracy;
@@ -330,16 +332,16 @@ TEST(BroadcastSky, HealthRulesOfEachSystem) {
 }
 
 TEST(BroadcastSky, NothingToAnswerFrom) {
-  EXPECT_THROW(BroadcastSky(NavigationData{}), InputError);
+  EXPECT_THROW(BroadcastSky(gnss::NavigationData{}), InputError);
   try {
-    const BroadcastSky sky(only(kG05), {{System::Galileo}, false, false});
+    const BroadcastSky sky(only(kG05), {{gnss::System::Galileo}, false, false});
     FAIL();
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr("no ephemeris of Galileo"), HasSubstr("sample.rnx")));
   }
   const BroadcastSky sky(only(kG05));
-  EXPECT_FALSE(sky.state({System::GPS, 200}, sky.span().first));
-  EXPECT_FALSE(sky.state({static_cast<System>(9), 1}, sky.span().first));
+  EXPECT_FALSE(sky.state({gnss::System::GPS, 200}, sky.span().first));
+  EXPECT_FALSE(sky.state({static_cast<gnss::System>(9), 1}, sky.span().first));
 }
 
 }  // namespace

@@ -57,27 +57,27 @@ FrozenSky::FrozenSky(const geodesy::Geodetic& place, const std::vector<double>& 
   }
 }
 
-bool FrozenSky::has(SatelliteId id) const {
-  return id.system == System::GPS && id.number >= 1 && id.number <= positions_.size();
+bool FrozenSky::has(gnss::SatelliteId id) const {
+  return id.system == gnss::System::GPS && id.number >= 1 && id.number <= positions_.size();
 }
 
-std::vector<SatelliteId> FrozenSky::satellites() const {
-  std::vector<SatelliteId> ids;
+std::vector<gnss::SatelliteId> FrozenSky::satellites() const {
+  std::vector<gnss::SatelliteId> ids;
   for (std::size_t i = 1; i <= positions_.size(); ++i) {
-    ids.push_back({System::GPS, static_cast<std::uint8_t>(i)});
+    ids.push_back({gnss::System::GPS, static_cast<std::uint8_t>(i)});
   }
   return ids;
 }
 
-std::optional<SatelliteState> FrozenSky::state(SatelliteId id, geodesy::GpsTime) const {
+std::optional<SatelliteState> FrozenSky::state(gnss::SatelliteId id, geodesy::GpsTime) const {
   if (!has(id)) return std::nullopt;
   SatelliteState state;
   state.position_m = positions_[id.number - 1U];
-  state.carrier_frequency_hz = l1_frequency_hz(System::GPS);
+  state.carrier_frequency_hz = l1_frequency_hz(gnss::System::GPS);
   return state;
 }
 
-std::string FrozenSky::source(SatelliteId id, geodesy::GpsTime) const {
+std::string FrozenSky::source(gnss::SatelliteId id, geodesy::GpsTime) const {
   if (!has(id)) return to_string(id) + " is not in the frozen sky";
   const geodesy::AzimuthElevation& direction = directions_[id.number - 1U];
   return fmt::format("frozen sky, azimuth {:.2f} deg, elevation {:.2f} deg",

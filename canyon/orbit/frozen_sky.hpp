@@ -17,12 +17,12 @@ class FrozenSky final : public Sky {
   FrozenSky(const geodesy::Geodetic& place, const std::vector<double>& azimuth_rad,
             const std::vector<double>& elevation_rad);
 
-  [[nodiscard]] std::vector<SatelliteId> satellites() const override;
-  [[nodiscard]] std::optional<SatelliteState> state(SatelliteId id, geodesy::GpsTime t) const override;
-  [[nodiscard]] std::string source(SatelliteId id, geodesy::GpsTime t) const override;
+  [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override;
+  [[nodiscard]] std::optional<SatelliteState> state(gnss::SatelliteId id, geodesy::GpsTime t) const override;
+  [[nodiscard]] std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const override;
 
  private:
-  [[nodiscard]] bool has(SatelliteId id) const;
+  [[nodiscard]] bool has(gnss::SatelliteId id) const;
 
   std::vector<Eigen::Vector3d> positions_;             ///< ECEF, at transmission
   std::vector<geodesy::AzimuthElevation> directions_;  ///< as given, azimuth wrapped

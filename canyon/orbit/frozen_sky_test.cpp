@@ -30,11 +30,11 @@ std::string message(const std::vector<double>& azimuth, const std::vector<double
 
 TEST(FrozenSky, GivesBackTheAnglesAtAnyTime) {
   const FrozenSky sky(kPlace, kAzimuth, kElevation);
-  const std::vector<SatelliteId> ids = sky.satellites();
+  const std::vector<gnss::SatelliteId> ids = sky.satellites();
   ASSERT_EQ(ids.size(), 5U);
   for (const double hours : {0.0, 1.7, 2000.0}) {
     for (std::size_t i = 0; i < ids.size(); ++i) {
-      EXPECT_EQ(ids[i], (SatelliteId{System::GPS, static_cast<std::uint8_t>(i + 1)}));
+      EXPECT_EQ(ids[i], (gnss::SatelliteId{gnss::System::GPS, static_cast<std::uint8_t>(i + 1)}));
       const auto los = line_of_sight(sky, ids[i], GpsTime::from_week(2051, hours * 3600 + 0.123456789),
                                      geodesy::ecef_from_geodetic(kPlace));
       ASSERT_TRUE(los);
@@ -64,11 +64,12 @@ TEST(FrozenSky, HardlyTurnsAcrossACity) {
 
 TEST(FrozenSky, KnowsOnlyItsSatellites) {
   const FrozenSky sky(kPlace, {1}, {1});
-  EXPECT_FALSE(sky.state({System::GPS, 2}, GpsTime()));
-  EXPECT_FALSE(sky.state({System::GPS, 0}, GpsTime()));
-  EXPECT_FALSE(sky.state({System::Galileo, 1}, GpsTime()));
-  EXPECT_THAT(sky.source({System::GPS, 2}, GpsTime()), HasSubstr("G02 is not"));
-  EXPECT_THAT(sky.source({System::GPS, 1}, GpsTime()), HasSubstr("azimuth 57.30 deg, elevation 57.30 deg"));
+  EXPECT_FALSE(sky.state({gnss::System::GPS, 2}, GpsTime()));
+  EXPECT_FALSE(sky.state({gnss::System::GPS, 0}, GpsTime()));
+  EXPECT_FALSE(sky.state({gnss::System::Galileo, 1}, GpsTime()));
+  EXPECT_THAT(sky.source({gnss::System::GPS, 2}, GpsTime()), HasSubstr("G02 is not"));
+  EXPECT_THAT(sky.source({gnss::System::GPS, 1}, GpsTime()),
+              HasSubstr("azimuth 57.30 deg, elevation 57.30 deg"));
 }
 
 TEST(FrozenSky, NamesWhatIsWrong) {

@@ -32,7 +32,7 @@ Vector6d derivative(const Vector6d& x, const Eigen::Vector3d& luni_solar) {
 
 }  // namespace
 
-SatelliteState propagate(const GlonassEphemeris& e, geodesy::GpsTime t) {
+SatelliteState propagate(const gnss::GlonassEphemeris& e, geodesy::GpsTime t) {
   Vector6d x;
   x << e.position_m[0], e.position_m[1], e.position_m[2], e.velocity_mps[0], e.velocity_mps[1],
       e.velocity_mps[2];
@@ -57,7 +57,7 @@ SatelliteState propagate(const GlonassEphemeris& e, geodesy::GpsTime t) {
   // ICD GLONASS 4.4: tau_n and gamma_n contain relativity.
   state.clock_bias_s = e.clock_bias_s + e.frequency_bias * dt;
   state.clock_drift = e.frequency_bias;
-  state.carrier_frequency_hz = l1_frequency_hz(System::GLONASS, e.channel);
+  state.carrier_frequency_hz = l1_frequency_hz(gnss::System::GLONASS, e.channel);
   return state;
 }
 

@@ -2,7 +2,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/orbit/broadcast_messages.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 
 namespace canyon::orbit {
@@ -14,15 +14,15 @@ struct EarthModel {
 };
 
 // The constants that each system's control segment fits with: they belong to the message, not to nature.
-EarthModel earth_model(System system) {
+EarthModel earth_model(gnss::System system) {
   switch (system) {
-    case System::Galileo:
+    case gnss::System::Galileo:
       return {3.986004418e14, 7.2921151467e-5};  // OS-SIS-ICD 2.0, table 62
-    case System::BeiDou:
+    case gnss::System::BeiDou:
       return {3.986004418e14, 7.2921150e-5};  // BDS-SIS-ICD B1I 3.0, 3.2
-    case System::GPS:
-    case System::QZSS:
-    case System::GLONASS:
+    case gnss::System::GPS:
+    case gnss::System::QZSS:
+    case gnss::System::GLONASS:
       break;
   }
   return {3.986005e14, 7.2921151467e-5};  // IS-GPS-200 table 20-IV; IS-QZSS-PNT takes them over
@@ -54,15 +54,15 @@ void turn_x_minus_5_deg(Eigen::Vector3d& a) {
   a = Eigen::Vector3d(a.x(), c * a.y() + s * a.z(), -s * a.y() + c * a.z());
 }
 
-double group_delay(const KeplerEphemeris& e) {
+double group_delay(const gnss::KeplerEphemeris& e) {
   // Galileo: BGD(E1,E5b) belongs to the I/NAV clock, BGD(E1,E5a) to F/NAV's (OS-SIS-ICD 5.1.5). Elsewhere the
   // first is that of the L1 band: TGD for L1 C/A, TGD1 for B1I.
-  return e.id.system == System::Galileo && !is_galileo_fnav(e) ? e.group_delay[1] : e.group_delay[0];
+  return e.id.system == gnss::System::Galileo && !is_galileo_fnav(e) ? e.group_delay[1] : e.group_delay[0];
 }
 
 }  // namespace
 
-SatelliteState propagate(const KeplerEphemeris& e, geodesy::GpsTime t) {
+SatelliteState propagate(const gnss::KeplerEphemeris& e, geodesy::GpsTime t) {
   const EarthModel earth = earth_model(e.id.system);
   const double tk = t - e.toe;
   const double a = e.sqrt_a * e.sqrt_a;
@@ -88,7 +88,7 @@ SatelliteState propagate(const KeplerEphemeris& e, geodesy::GpsTime t) {
 
   const bool geo = is_beidou_geo(e.id);
   const geodesy::GpsTime toe_of_system =
-      e.id.system == System::BeiDou ? e.toe - std::chrono::seconds(geodesy::kBdtSecondsOffset) : e.toe;
+      e.id.system == gnss::System::BeiDou ? e.toe - std::chrono::seconds(geodesy::kBdtSecondsOffset) : e.toe;
   // A BeiDou GEO is computed in a frame that does not turn with the Earth and is turned afterwards.
   const double node_rate = geo ? e.right_ascension_rate : e.right_ascension_rate - earth.omega;
   const double node = e.right_ascension + node_rate * tk - earth.omega * toe_of_system.seconds_of_week();

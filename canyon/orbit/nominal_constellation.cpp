@@ -46,11 +46,11 @@ struct Issue {
   double accuracy_m = 2;
 };
 
-Issue issue_of(System system) {
+Issue issue_of(gnss::System system) {
   switch (system) {
-    case System::GPS:
+    case gnss::System::GPS:
       return {7200, GpsTime(), 2.0};
-    case System::Galileo:
+    case gnss::System::Galileo:
       return {3600, GpsTime(), 3.12};
     default:
       return {3600, geodesy::gps_from_bdt(0, 0), 2.0};
@@ -66,17 +66,17 @@ GpsTime floor_to(const Issue& issue, GpsTime t) {
   return GpsTime::from_nanoseconds(t.nanoseconds() - remainder);
 }
 
-KeplerEphemeris kepler_record(const Slot& slot, const Issue& issue, GpsTime toe) {
-  const System system = slot.id.system;
-  KeplerEphemeris e;
+gnss::KeplerEphemeris kepler_record(const Slot& slot, const Issue& issue, GpsTime toe) {
+  const gnss::System system = slot.id.system;
+  gnss::KeplerEphemeris e;
   e.id = slot.id;
   e.toc = e.toe = toe;
   e.transmission = toe - seconds(issue.spacing_s);
   e.accuracy_m = issue.accuracy_m;
   e.sqrt_a = std::sqrt(slot.semi_major_axis_m);
 
-  const double mu = system == System::GPS ? kMuGps : kMuOthers;
-  const bool beidou = system == System::BeiDou;
+  const double mu = system == gnss::System::GPS ? kMuGps : kMuOthers;
+  const bool beidou = system == gnss::System::BeiDou;
   const double second_of_week = (beidou ? toe - seconds(geodesy::kBdtSecondsOffset) : toe).seconds_of_week();
   double node = 0;
   double rate = 0;
@@ -103,12 +103,12 @@ KeplerEphemeris kepler_record(const Slot& slot, const Issue& issue, GpsTime toe)
   // Issues count records, so that each differs from its neighbours.
   const auto count = static_cast<int>(second_of_week / issue.spacing_s);
   switch (system) {
-    case System::GPS:
+    case gnss::System::GPS:
       e.iode = e.iodc = count;
       e.fit_interval_h = 4;
       e.data_sources = 1;
       break;
-    case System::Galileo:
+    case gnss::System::Galileo:
       e.iode = count;
       e.data_sources = 1 << 0 | 1 << 2 | 1 << 9;  // I/NAV on E1-B and E5b, clock for E5b/E1
       break;
@@ -173,7 +173,7 @@ double circular_axis(double rate, double inclination) {
 
 /// State in the ECEF axes of `t` on the near-circular J2 orbit that passes the slot at `t` and comes back to
 /// the same argument of latitude after exactly the slot's draconic period.
-GlonassEphemeris glonass_start(const Slot& slot, GpsTime t) {
+gnss::GlonassEphemeris glonass_start(const Slot& slot, GpsTime t) {
   const double node = advance(slot.node_longitude_rad,
                               static_cast<long double>(slot.node_rate) - slot.earth_rate, slot.epoch, t);
   const double u = advance(slot.argument_of_latitude_rad, slot.argument_of_latitude_rate, slot.epoch, t);
@@ -195,7 +195,7 @@ GlonassEphemeris glonass_start(const Slot& slot, GpsTime t) {
 
   const Eigen::Vector3d position = state.head<3>();
   const Eigen::Vector3d velocity = state.tail<3>() - Eigen::Vector3d(0, 0, kGlonassEarthRate).cross(position);
-  GlonassEphemeris e;
+  gnss::GlonassEphemeris e;
   e.id = slot.id;
   e.toe = e.transmission = t;
   e.channel = slot.glonass_channel;
@@ -215,11 +215,11 @@ GpsTime utc_midnight(GpsTime t, int days) {
   return geodesy::gps_from_utc(geodesy::calendar_from_gps(linear));
 }
 
-void add_glonass(GpsTime begin, GpsTime end, NavigationData& data) {
+void add_glonass(GpsTime begin, GpsTime end, gnss::NavigationData& data) {
   // tb lies in the middle of each half hour of Moscow time, hence of UTC (ICD 4.4).
   constexpr int kSpacing_s = 1800;
-  for (const Slot& slot : nominal_slots(System::GLONASS)) {
-    GlonassEphemeris e = glonass_start(slot, utc_midnight(begin, 0));
+  for (const Slot& slot : nominal_slots(gnss::System::GLONASS)) {
+    gnss::GlonassEphemeris e = glonass_start(slot, utc_midnight(begin, 0));
     for (int record = 0;; ++record) {
       const GpsTime tb =
           utc_midnight(begin, record / 48) + seconds(kSpacing_s / 2 + kSpacing_s * (record % 48));
@@ -237,7 +237,7 @@ void add_glonass(GpsTime begin, GpsTime end, NavigationData& data) {
   }
 }
 
-void add_kepler(System system, GpsTime begin, GpsTime end, NavigationData& data) {
+void add_kepler(gnss::System system, GpsTime begin, GpsTime end, gnss::NavigationData& data) {
   const Issue issue = issue_of(system);
   for (const Slot& slot : nominal_slots(system)) {
     for (GpsTime toe = floor_to(issue, begin);; toe = toe + seconds(issue.spacing_s)) {
@@ -249,7 +249,8 @@ void add_kepler(System system, GpsTime begin, GpsTime end, NavigationData& data)
 
 }  // namespace
 
-NavigationData nominal_constellation(GpsTime begin, GpsTime end, const std::set<System>& systems) {
+gnss::NavigationData nominal_constellation(GpsTime begin, GpsTime end,
+                                           const std::set<gnss::System>& systems) {
   if (end < begin) {
     throw InputError(fmt::format("nominal constellation: the span ends at {} before it begins at {}",
                                  geodesy::format_gpst(end, 0), geodesy::format_gpst(begin, 0)));
@@ -259,11 +260,11 @@ NavigationData nominal_constellation(GpsTime begin, GpsTime end, const std::set<
         fmt::format("nominal constellation: a span of {:.1f} days is too long", (end - begin) / 86'400),
         "give at most 60 days");
   }
-  NavigationData data;
+  gnss::NavigationData data;
   data.sources = {"nominal constellation"};
   data.leap_seconds = geodesy::leap_seconds(begin);
-  for (const System system : systems) {
-    if (system == System::GLONASS) {
+  for (const gnss::System system : systems) {
+    if (system == gnss::System::GLONASS) {
       add_glonass(begin, end, data);
     } else {
       add_kepler(system, begin, end, data);

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "canyon/orbit/navigation_data.hpp"
+#include "canyon/gnss/navigation_data.hpp"
 
 namespace canyon::orbit {
 
@@ -13,7 +13,7 @@ namespace canyon::orbit {
 /// successive records describe one continuous orbit (jumps below 1 mm).
 /// `systems` without QZSS's slots: QZSS has none here and is ignored.
 /// Throws InputError where end < begin, the span exceeds 60 days, or no system is left.
-[[nodiscard]] NavigationData nominal_constellation(geodesy::GpsTime begin, geodesy::GpsTime end,
-                                                   const std::set<System>& systems);
+[[nodiscard]] gnss::NavigationData nominal_constellation(geodesy::GpsTime begin, geodesy::GpsTime end,
+                                                         const std::set<gnss::System>& systems);
 
 }  // namespace canyon::orbit

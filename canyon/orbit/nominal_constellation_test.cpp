@@ -14,8 +14,8 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
 #include "canyon/orbit/slot_tables.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::orbit {
@@ -27,10 +27,11 @@ using geodesy::parse_time;
 using geodesy::radians;
 using ::testing::HasSubstr;
 
-const std::set<System> kFour{System::GPS, System::GLONASS, System::Galileo, System::BeiDou};
+const std::set<gnss::System> kFour{gnss::System::GPS, gnss::System::GLONASS, gnss::System::Galileo,
+                                   gnss::System::BeiDou};
 constexpr double kDay = 86'400;
 
-BroadcastSky sky_of(GpsTime begin, double duration_s, std::set<System> systems = kFour) {
+BroadcastSky sky_of(GpsTime begin, double duration_s, std::set<gnss::System> systems = kFour) {
   return BroadcastSky(nominal_constellation(begin, begin + duration_s, systems));
 }
 
@@ -58,9 +59,9 @@ double wrapped_deg(double rad) {
 TEST(NominalConstellation, OrbitsHaveThePublishedShape) {
   const GpsTime t = parse_time("2024-03-15T10:20:30Z");
   const BroadcastSky sky = sky_of(t, 0);
-  std::map<System, int> count;
+  std::map<gnss::System, int> count;
   int geo = 0;
-  for (const SatelliteId id : sky.satellites()) {
+  for (const gnss::SatelliteId id : sky.satellites()) {
     const auto s = sky.state(id, t);
     ASSERT_TRUE(s) << to_string(id);
     const Elements o = elements(*s);
@@ -68,16 +69,16 @@ TEST(NominalConstellation, OrbitsHaveThePublishedShape) {
     EXPECT_EQ(s->clock_bias_s, 0);
     EXPECT_EQ(s->group_delay_s, 0);
     switch (id.system) {
-      case System::GPS:
+      case gnss::System::GPS:
         EXPECT_NEAR(s->position_m.norm(), 26'559.7e3, 1);
         EXPECT_NEAR(degrees(o.inclination), 55, 0.01);
         break;
-      case System::GLONASS:
+      case gnss::System::GLONASS:
         EXPECT_NEAR(o.a, 25'508e3, 5e3);
         EXPECT_LT(o.e, 5e-4);
         EXPECT_NEAR(degrees(o.inclination), 64.8, 0.01);
         break;
-      case System::Galileo:
+      case gnss::System::Galileo:
         EXPECT_NEAR(s->position_m.norm(), 29'599.8e3, 1);
         EXPECT_NEAR(degrees(o.inclination), 56, 0.01);
         break;
@@ -96,43 +97,45 @@ TEST(NominalConstellation, OrbitsHaveThePublishedShape) {
         }
     }
   }
-  EXPECT_EQ(count,
-            (std::map<System, int>{
-                {System::GPS, 24}, {System::GLONASS, 24}, {System::Galileo, 24}, {System::BeiDou, 30}}));
+  EXPECT_EQ(count, (std::map<gnss::System, int>{{gnss::System::GPS, 24},
+                                                {gnss::System::GLONASS, 24},
+                                                {gnss::System::Galileo, 24},
+                                                {gnss::System::BeiDou, 30}}));
   EXPECT_EQ(geo, 3);
 }
 
 TEST(NominalConstellation, PlanesAndPhasesAreSpacedAsAWalkerPattern) {
   const GpsTime t = parse_time("2031-11-02T23:59:59Z");
   const BroadcastSky sky = sky_of(t, 0);
-  const auto at = [&](System system, int number) {
+  const auto at = [&](gnss::System system, int number) {
     return elements(*sky.state({system, static_cast<std::uint8_t>(number)}, t));
   };
   for (int n = 1; n <= 16; ++n) {
-    const Elements galileo = at(System::Galileo, n);
-    const Elements galileo_next = at(System::Galileo, n + 8);
+    const Elements galileo = at(gnss::System::Galileo, n);
+    const Elements galileo_next = at(gnss::System::Galileo, n + 8);
     EXPECT_NEAR(wrapped_deg(galileo_next.node - galileo.node), 120, 1e-3);
     EXPECT_NEAR(wrapped_deg(galileo_next.latitude - galileo.latitude), 15, 1e-3);
     // GLONASS is under J2, whose short periods are hundreds of metres: 0.01 deg.
-    const Elements glonass = at(System::GLONASS, n);
-    const Elements glonass_next = at(System::GLONASS, n + 8);
+    const Elements glonass = at(gnss::System::GLONASS, n);
+    const Elements glonass_next = at(gnss::System::GLONASS, n + 8);
     EXPECT_NEAR(wrapped_deg(glonass_next.node - glonass.node), 120, 0.01);
     EXPECT_NEAR(wrapped_deg(glonass_next.latitude - glonass.latitude), 15, 0.01);
   }
   for (int plane = 0; plane < 5; ++plane) {
-    EXPECT_NEAR(wrapped_deg(at(System::GPS, 4 * plane + 5).node - at(System::GPS, 4 * plane + 1).node), 60,
-                2e-3);
+    EXPECT_NEAR(
+        wrapped_deg(at(gnss::System::GPS, 4 * plane + 5).node - at(gnss::System::GPS, 4 * plane + 1).node),
+        60, 2e-3);
   }
   // SPS PS table 3.2-1: slots A1 and A2 lie 268.126 - 161.786 deg apart.
-  EXPECT_NEAR(wrapped_deg(at(System::GPS, 1).latitude - at(System::GPS, 2).latitude), 268.126 - 161.786,
-              2e-3);
+  EXPECT_NEAR(wrapped_deg(at(gnss::System::GPS, 1).latitude - at(gnss::System::GPS, 2).latitude),
+              268.126 - 161.786, 2e-3);
 }
 
 // SPS PS table 3.2-1 at its own epoch: slot A1, right ascension of the node 272.847 deg, Greenwich
 // 18:36:14.4.
 TEST(NominalConstellation, GpsSlotA1StandsAtThePublishedPlaceAtItsEpoch) {
   const GpsTime t = parse_time("1993-07-01T00:00:00Z");
-  const Elements o = elements(*sky_of(t, 0, {System::GPS}).state({System::GPS, 1}, t));
+  const Elements o = elements(*sky_of(t, 0, {gnss::System::GPS}).state({gnss::System::GPS, 1}, t));
   EXPECT_NEAR(wrapped_deg(o.node - radians(272.847 - (18 + 36 / 60.0 + 14.4 / 3600) * 15)), 0, 1e-3);
   EXPECT_NEAR(wrapped_deg(o.latitude - radians(268.126)), 0, 1e-3);
 }
@@ -140,15 +143,16 @@ TEST(NominalConstellation, GpsSlotA1StandsAtThePublishedPlaceAtItsEpoch) {
 // Ground tracks close after the published number of revolutions and nodal days.
 TEST(NominalConstellation, GroundTracksRepeat) {
   struct Repeat {
-    SatelliteId id;
+    gnss::SatelliteId id;
     double days;       ///< sidereal, about 4 min shorter than solar
     double tolerance;  ///< [m]; the nodal day is 8 s shorter than the sidereal one for GPS
   };
   const GpsTime begin = parse_time("2025-01-01T00:00:00Z");
   const BroadcastSky sky = sky_of(begin, 11 * kDay);
-  for (const Repeat& r : {Repeat{{System::GPS, 7}, 1, 1}, Repeat{{System::GLONASS, 3}, 8, 5000},
-                          Repeat{{System::Galileo, 5}, 10, 20}, Repeat{{System::BeiDou, 24}, 7, 1},
-                          Repeat{{System::BeiDou, 39}, 1, 1}}) {
+  for (const Repeat& r :
+       {Repeat{{gnss::System::GPS, 7}, 1, 1}, Repeat{{gnss::System::GLONASS, 3}, 8, 5000},
+        Repeat{{gnss::System::Galileo, 5}, 10, 20}, Repeat{{gnss::System::BeiDou, 24}, 7, 1},
+        Repeat{{gnss::System::BeiDou, 39}, 1, 1}}) {
     const auto first = sky.state(r.id, begin + 3600.0);
     ASSERT_TRUE(first);
     const std::vector<Slot> slots = nominal_slots(r.id.system);
@@ -162,7 +166,7 @@ TEST(NominalConstellation, GroundTracksRepeat) {
 }
 
 TEST(NominalConstellation, SuccessiveRecordsDescribeOneOrbit) {
-  const NavigationData data =
+  const gnss::NavigationData data =
       nominal_constellation(parse_time("2026-12-31T20:00:00Z"), parse_time("2027-01-02T03:00:00Z"), kFour);
   double worst = 0;
   int borders = 0;
@@ -196,7 +200,7 @@ TEST(NominalConstellation, EveryInstantOfTheSpanHasEverySatellite) {
     std::vector<double> instants{-0.14, 0, duration};
     for (int i = 0; i < 100; ++i) instants.push_back(offset(random));
     for (const double dt : instants) {
-      for (const SatelliteId id : sky.satellites()) {
+      for (const gnss::SatelliteId id : sky.satellites()) {
         ASSERT_TRUE(sky.state(id, begin + dt)) << to_string(id) << " at " << text << " + " << dt;
       }
     }
@@ -208,11 +212,11 @@ TEST(NominalConstellation, TheSameInstantGivesTheSameSatellites) {
   const BroadcastSky a = sky_of(t, 60);
   const BroadcastSky b = sky_of(parse_time("2023-08-09T02:00:00Z"), kDay);
   const BroadcastSky earlier = sky_of(parse_time("2023-08-05T23:59:00Z"), 6 * kDay);
-  for (const SatelliteId id : a.satellites()) {
+  for (const gnss::SatelliteId id : a.satellites()) {
     const Eigen::Vector3d p = a.state(id, t)->position_m;
     EXPECT_LT((p - b.state(id, t)->position_m).norm(), 1e-3) << to_string(id);
     // GLONASS starts anew from the slot table on the day of the begin: about a kilometre for each day.
-    const double tolerance = id.system == System::GLONASS ? 8e3 : 1e-3;
+    const double tolerance = id.system == gnss::System::GLONASS ? 8e3 : 1e-3;
     EXPECT_LT((p - earlier.state(id, t)->position_m).norm(), tolerance) << to_string(id);
   }
 }
@@ -220,19 +224,19 @@ TEST(NominalConstellation, TheSameInstantGivesTheSameSatellites) {
 TEST(NominalConstellation, APlausibleNumberOfSatellitesIsUpEverywhere) {
   const GpsTime t = parse_time("2026-06-01T00:00:00Z");
   const BroadcastSky sky = sky_of(t, kDay);
-  std::map<System, std::pair<int, int>> range;
+  std::map<gnss::System, std::pair<int, int>> range;
   for (int hour = 0; hour < 24; hour += 3) {
     for (int latitude = -80; latitude <= 80; latitude += 20) {
       for (int longitude = -180; longitude < 180; longitude += 45) {
         const Observer observer(
             geodesy::ecef_from_geodetic(geodesy::Geodetic::from_degrees(latitude, longitude, 0)));
-        std::map<System, int> up;
-        for (const SatelliteId id : sky.satellites()) {
+        std::map<gnss::System, int> up;
+        for (const gnss::SatelliteId id : sky.satellites()) {
           const auto los = line_of_sight(sky, id, t + hour * 3600.0, observer);
           ASSERT_TRUE(los);
           if (los->elevation_rad > radians(5)) ++up[id.system];
         }
-        for (const System system : kFour) {
+        for (const gnss::System system : kFour) {
           auto [it, first] = range.try_emplace(system, up[system], up[system]);
           it->second.first = std::min(it->second.first, up[system]);
           it->second.second = std::max(it->second.second, up[system]);
@@ -241,14 +245,14 @@ TEST(NominalConstellation, APlausibleNumberOfSatellitesIsUpEverywhere) {
     }
   }
   // SPS PS, 3.2: four or more above 5 deg is met with ease by 24 slots; observed 5 to 11.
-  EXPECT_GE(range[System::GPS].first, 5);
-  EXPECT_LE(range[System::GPS].second, 12);
-  EXPECT_GE(range[System::Galileo].first, 5);
-  EXPECT_LE(range[System::Galileo].second, 12);
-  EXPECT_GE(range[System::GLONASS].first, 4);
-  EXPECT_LE(range[System::GLONASS].second, 12);
-  EXPECT_GE(range[System::BeiDou].first, 4);
-  EXPECT_LE(range[System::BeiDou].second, 18);
+  EXPECT_GE(range[gnss::System::GPS].first, 5);
+  EXPECT_LE(range[gnss::System::GPS].second, 12);
+  EXPECT_GE(range[gnss::System::Galileo].first, 5);
+  EXPECT_LE(range[gnss::System::Galileo].second, 12);
+  EXPECT_GE(range[gnss::System::GLONASS].first, 4);
+  EXPECT_LE(range[gnss::System::GLONASS].second, 12);
+  EXPECT_GE(range[gnss::System::BeiDou].first, 4);
+  EXPECT_LE(range[gnss::System::BeiDou].second, 18);
   for (const auto& [system, r] : range) {
     RecordProperty(std::string(name(system)), std::to_string(r.first) + " to " + std::to_string(r.second));
   }
@@ -264,17 +268,17 @@ TEST(NominalConstellation, RealSatellitesStandNearTheirSlots) {
   options.allow_stale = true;  // satellites beyond the station's horizon at that time
   options.allow_unhealthy = true;
   const BroadcastSky real(read_rinex_navigation(path), options);
-  std::map<System, std::vector<double>> distance_deg;
-  for (const SatelliteId id : real.satellites()) {
-    const bool extended = id.system == System::Galileo && (id.number == 14 || id.number == 18);
-    const bool bds2 = id.system == System::BeiDou && id.number < 19;
-    if (id.system == System::QZSS || id.system == System::GPS || extended || bds2) continue;
+  std::map<gnss::System, std::vector<double>> distance_deg;
+  for (const gnss::SatelliteId id : real.satellites()) {
+    const bool extended = id.system == gnss::System::Galileo && (id.number == 14 || id.number == 18);
+    const bool bds2 = id.system == gnss::System::BeiDou && id.number < 19;
+    if (id.system == gnss::System::QZSS || id.system == gnss::System::GPS || extended || bds2) continue;
     const auto s = real.state(id, t);
     ASSERT_TRUE(s);
     double best = 180;
-    for (const SatelliteId slot : nominal.satellites()) {
+    for (const gnss::SatelliteId slot : nominal.satellites()) {
       if (slot.system != id.system) continue;
-      if (id.system != System::Galileo && slot != id) continue;  // Galileo numbers are not slots
+      if (id.system != gnss::System::Galileo && slot != id) continue;  // Galileo numbers are not slots
       const Eigen::Vector3d n = nominal.state(slot, t)->position_m.normalized();
       best = std::min(best, degrees(std::acos(std::min(1.0, n.dot(s->position_m.normalized())))));
     }
@@ -284,21 +288,21 @@ TEST(NominalConstellation, RealSatellitesStandNearTheirSlots) {
     ASSERT_GE(values.size(), 16U) << name(system);
     std::sort(values.begin(), values.end());
     RecordProperty(std::string(name(system)) + "_median_deg", std::to_string(values[values.size() / 2]));
-    EXPECT_LT(values[values.size() / 2], system == System::GLONASS ? 3.0 : 1.5) << name(system);
+    EXPECT_LT(values[values.size() / 2], system == gnss::System::GLONASS ? 3.0 : 1.5) << name(system);
   }
 }
 
 TEST(NominalConstellation, SurvivesRinex) {
   const GpsTime begin = parse_time("2024-12-31T22:00:00Z");
-  const NavigationData data = nominal_constellation(begin, begin + 7200.0, kFour);
-  const NavigationData back =
+  const gnss::NavigationData data = nominal_constellation(begin, begin + 7200.0, kFour);
+  const gnss::NavigationData back =
       read_rinex_navigation(TextFile::from_string(format_rinex_navigation(data), "nominal.rnx"));
   EXPECT_TRUE(back.warnings.empty());
   ASSERT_EQ(back.kepler.size(), data.kepler.size());
   ASSERT_EQ(back.glonass.size(), data.glonass.size());
   const BroadcastSky a{data};
   const BroadcastSky b{back};
-  for (const SatelliteId id : a.satellites()) {
+  for (const gnss::SatelliteId id : a.satellites()) {
     for (const double dt : {0.0, 1234.5, 7200.0}) {
       const auto from_tables = a.state(id, begin + dt);
       const auto from_file = b.state(id, begin + dt);
@@ -311,7 +315,7 @@ TEST(NominalConstellation, SurvivesRinex) {
 
 TEST(NominalConstellation, RefusesWhatItCannotMake) {
   const GpsTime t = parse_time("2024-12-31T22:00:00Z");
-  const auto message = [](GpsTime begin, GpsTime end, const std::set<System>& systems) -> std::string {
+  const auto message = [](GpsTime begin, GpsTime end, const std::set<gnss::System>& systems) -> std::string {
     try {
       (void)nominal_constellation(begin, end, systems);
     } catch (const InputError& e) {
@@ -322,8 +326,8 @@ TEST(NominalConstellation, RefusesWhatItCannotMake) {
   EXPECT_THAT(message(t, t - 1.0, kFour), HasSubstr("before it begins"));
   EXPECT_THAT(message(t, t + 61 * kDay, kFour), HasSubstr("at most 60 days"));
   EXPECT_THAT(message(t, t, {}), HasSubstr("no system"));
-  EXPECT_THAT(message(t, t, {System::QZSS}), HasSubstr("no system"));
-  EXPECT_EQ(message(t, t, {System::QZSS, System::GPS}), "no error");
+  EXPECT_THAT(message(t, t, {gnss::System::QZSS}), HasSubstr("no system"));
+  EXPECT_EQ(message(t, t, {gnss::System::QZSS, gnss::System::GPS}), "no error");
 }
 
 }  // namespace

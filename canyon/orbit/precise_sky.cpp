@@ -64,7 +64,7 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> interpolate(const Series& series, st
   return {reference.position_m + value, reference.velocity_mps + slope * reference.true_anomaly_rate};
 }
 
-double carrier_frequency(SatelliteId id) {
+double carrier_frequency(gnss::SatelliteId id) {
   int channel = 0;
   for (const Slot& slot : nominal_slots(id.system)) {
     if (slot.id == id) channel = slot.glonass_channel;
@@ -79,9 +79,9 @@ struct PreciseSky::Table {
   GpsTime origin;  ///< first epoch; its axes are the common ones
   GpsTime last;
   double spacing_s = 0;
-  std::map<SatelliteId, Series> series;
+  std::map<gnss::SatelliteId, Series> series;
 
-  Table(TextFile file, const std::set<System>& systems) : path(file.path()) {
+  Table(TextFile file, const std::set<gnss::System>& systems) : path(file.path()) {
     Sp3File sp3 = read_sp3(file, systems);
     origin = sp3.epochs.front();
     last = sp3.epochs.back();
@@ -152,7 +152,7 @@ struct PreciseSky::Table {
     std::string missing;
   };
 
-  [[nodiscard]] Bracket bracket(SatelliteId id, GpsTime t) const {
+  [[nodiscard]] Bracket bracket(gnss::SatelliteId id, GpsTime t) const {
     Bracket b;
     const auto found = series.find(id);
     if (found == series.end()) {
@@ -203,21 +203,21 @@ struct PreciseSky::Table {
   }
 };
 
-PreciseSky::PreciseSky(const std::filesystem::path& path, std::set<System> systems)
+PreciseSky::PreciseSky(const std::filesystem::path& path, std::set<gnss::System> systems)
     : PreciseSky(TextFile(path), std::move(systems)) {}
 
-PreciseSky::PreciseSky(TextFile file, std::set<System> systems)
+PreciseSky::PreciseSky(TextFile file, std::set<gnss::System> systems)
     : table_(std::make_unique<Table>(std::move(file), systems)) {}
 
 PreciseSky::~PreciseSky() = default;
 
-std::vector<SatelliteId> PreciseSky::satellites() const {
-  std::vector<SatelliteId> ids;
+std::vector<gnss::SatelliteId> PreciseSky::satellites() const {
+  std::vector<gnss::SatelliteId> ids;
   for (const auto& [id, series] : table_->series) ids.push_back(id);
   return ids;
 }
 
-std::optional<SatelliteState> PreciseSky::state(SatelliteId id, GpsTime t) const {
+std::optional<SatelliteState> PreciseSky::state(gnss::SatelliteId id, GpsTime t) const {
   const Table::Bracket b = table_->bracket(id, t);
   if (b.series == nullptr) return std::nullopt;
   const std::optional<std::size_t> first = table_->window(b, t);
@@ -257,7 +257,7 @@ std::optional<SatelliteState> PreciseSky::state(SatelliteId id, GpsTime t) const
   return state;
 }
 
-std::string PreciseSky::source(SatelliteId id, GpsTime t) const {
+std::string PreciseSky::source(gnss::SatelliteId id, GpsTime t) const {
   const std::string file = table_->path.filename().string();
   const Table::Bracket b = table_->bracket(id, t);
   if (b.series == nullptr) return fmt::format("{}: {} {}", file, to_string(id), b.missing);

@@ -28,13 +28,14 @@ class PreciseSky final : public Sky {
   /// Throws InputError with file and line for anything that is not SP3-c/d, for a file that is cut short, and
   /// where no satellite of `systems` is in it.
   explicit PreciseSky(const std::filesystem::path& path,
-                      std::set<System> systems = {kAllSystems.begin(), kAllSystems.end()});
-  explicit PreciseSky(TextFile file, std::set<System> systems = {kAllSystems.begin(), kAllSystems.end()});
+                      std::set<gnss::System> systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()});
+  explicit PreciseSky(TextFile file,
+                      std::set<gnss::System> systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()});
   ~PreciseSky() override;
 
-  [[nodiscard]] std::vector<SatelliteId> satellites() const override;
-  [[nodiscard]] std::optional<SatelliteState> state(SatelliteId id, geodesy::GpsTime t) const override;
-  [[nodiscard]] std::string source(SatelliteId id, geodesy::GpsTime t) const override;
+  [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override;
+  [[nodiscard]] std::optional<SatelliteState> state(gnss::SatelliteId id, geodesy::GpsTime t) const override;
+  [[nodiscard]] std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const override;
 
   /// First and last epoch [GPST].
   [[nodiscard]] std::pair<geodesy::GpsTime, geodesy::GpsTime> span() const;

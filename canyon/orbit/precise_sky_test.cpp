@@ -13,7 +13,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::orbit {
@@ -70,7 +70,7 @@ struct MadeUp {
   [[nodiscard]] PreciseSky sky() const { return PreciseSky(TextFile::from_string(text(), "made-up.sp3")); }
 };
 
-const SatelliteId kG07{System::GPS, 7};
+const gnss::SatelliteId kG07{gnss::System::GPS, 7};
 
 std::string message(const std::string& text) {
   try {
@@ -89,7 +89,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 TEST(PreciseSky, ReproducesAClosedFormOrbit) {
   const PreciseSky sky = MadeUp().sky();
-  EXPECT_EQ(sky.satellites(), std::vector<SatelliteId>{kG07});
+  EXPECT_EQ(sky.satellites(), std::vector<gnss::SatelliteId>{kG07});
   EXPECT_EQ(sky.span().first, kFirst);
   EXPECT_EQ(sky.span().second, kFirst + 39 * 900.0);
   for (double dt = 5 * 900.0; dt <= 34 * 900.0; dt += 123.4) {
@@ -117,8 +117,8 @@ TEST(PreciseSky, DoesNotAnswerBeyondItsSpan) {
   EXPECT_FALSE(sky.state(kG07, kFirst - 1e-9));
   EXPECT_FALSE(sky.state(kG07, kFirst + (39 * 900.0 + 1e-9)));
   EXPECT_THAT(sky.source(kG07, kFirst - 1.0), HasSubstr("no records around"));
-  EXPECT_FALSE(sky.state({System::GPS, 8}, kFirst + 3600.0));
-  EXPECT_THAT(sky.source({System::GPS, 8}, kFirst), HasSubstr("G08 is not in the file"));
+  EXPECT_FALSE(sky.state({gnss::System::GPS, 8}, kFirst + 3600.0));
+  EXPECT_THAT(sky.source({gnss::System::GPS, 8}, kFirst), HasSubstr("G08 is not in the file"));
   EXPECT_EQ(sky.source(kG07, kFirst + 1000.0), "made-up.sp3, record 2024-02-29T00:15:00 GPST");
 }
 
@@ -198,12 +198,12 @@ TEST(PreciseSky, TakesTheChosenSystemsOnly) {
   CANYON_SHARED_DATA(path, kPrecise);
   const PreciseSky all(path);
   EXPECT_EQ(all.satellites().size(), 75U);  // "+   75" in the header
-  const PreciseSky galileo(path, {System::Galileo});
-  for (const SatelliteId id : galileo.satellites()) EXPECT_EQ(id.system, System::Galileo);
+  const PreciseSky galileo(path, {gnss::System::Galileo});
+  for (const gnss::SatelliteId id : galileo.satellites()) EXPECT_EQ(id.system, gnss::System::Galileo);
   EXPECT_EQ(galileo.satellites().size(), 24U);
   // R03 has frequency channel 5: 1602 + 5 * 0.5625 MHz.
   EXPECT_DOUBLE_EQ(
-      all.state({System::GLONASS, 3}, parse_time("2020-06-25T12:00:00 GPST"))->carrier_frequency_hz,
+      all.state({gnss::System::GLONASS, 3}, parse_time("2020-06-25T12:00:00 GPST"))->carrier_frequency_hz,
       1602e6 + 5 * 562.5e3);
 }
 
@@ -227,12 +227,12 @@ TEST(PreciseSky, GivesBackLeftOutRecordsWithin5cm) {
   // Five records of the thinned file (2.5 h) from the ends the polynomial is centred.
   double worst = 0;
   std::string where;
-  std::map<System, double> worst_of;
+  std::map<gnss::System, double> worst_of;
   int compared = 0;
   double worst_at_ends = 0;
   for (int k = 1; k < 96 - 1; k += 2) {
     const GpsTime t = whole.span().first + 900.0 * k;
-    for (const SatelliteId id : whole.satellites()) {
+    for (const gnss::SatelliteId id : whole.satellites()) {
       const auto a = whole.state(id, t);
       const auto b = half.state(id, t);
       if (!a || !b) continue;
@@ -255,7 +255,7 @@ TEST(PreciseSky, GivesBackLeftOutRecordsWithin5cm) {
   }
   RecordProperty("ends_max_m", std::to_string(worst_at_ends));
   EXPECT_LT(worst, 0.05) << where;  // observed 0.011
-  EXPECT_LT(worst_at_ends, 0.6);  // observed 0.48
+  EXPECT_LT(worst_at_ends, 0.6);    // observed 0.48
   EXPECT_GT(compared, 2000);
 }
 
@@ -264,11 +264,11 @@ TEST(PreciseSky, BroadcastClocksAndOrbitsAgreeWithinMetres) {
   CANYON_SHARED_DATA(broadcast_path, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
   const PreciseSky precise(precise_path);
   const BroadcastSky broadcast(read_rinex_navigation(broadcast_path));
-  std::map<System, std::vector<double>> orbit;
-  std::map<System, std::vector<double>> clock_rate;
+  std::map<gnss::System, std::vector<double>> orbit;
+  std::map<gnss::System, std::vector<double>> clock_rate;
   for (int minute = 300; minute < 1200; minute += 7) {
     const GpsTime t = precise.span().first + 60.0 * minute;
-    for (const SatelliteId id : precise.satellites()) {
+    for (const gnss::SatelliteId id : precise.satellites()) {
       const auto p = precise.state(id, t);
       const auto b = broadcast.state(id, t);
       if (!p || !b) continue;
@@ -283,7 +283,7 @@ TEST(PreciseSky, BroadcastClocksAndOrbitsAgreeWithinMetres) {
   for (auto& [system, errors] : orbit) {
     ASSERT_GT(errors.size(), 500U);
     std::nth_element(errors.begin(), errors.begin() + static_cast<long>(errors.size() / 2), errors.end());
-    EXPECT_LT(errors[errors.size() / 2], system == System::GLONASS ? 6 : 3) << name(system);
+    EXPECT_LT(errors[errors.size() / 2], system == gnss::System::GLONASS ? 6 : 3) << name(system);
     RecordProperty(std::string(name(system)) + "_median_m", std::to_string(errors[errors.size() / 2]));
     std::vector<double>& rates = clock_rate[system];
     std::nth_element(rates.begin(), rates.begin() + static_cast<long>(rates.size() / 2), rates.end());

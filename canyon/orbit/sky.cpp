@@ -39,7 +39,7 @@ Observer::Observer(const Eigen::Vector3d& ecef)
     : position_ecef(ecef),
       enu_from_ecef(geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(ecef))) {}
 
-std::optional<LineOfSight> line_of_sight(const Sky& sky, SatelliteId id, geodesy::GpsTime reception,
+std::optional<LineOfSight> line_of_sight(const Sky& sky, gnss::SatelliteId id, geodesy::GpsTime reception,
                                          const Observer& observer) {
   const Eigen::Vector3d& receiver = observer.position_ecef;
   LineOfSight los;
@@ -87,7 +87,7 @@ std::optional<LineOfSight> line_of_sight(const Sky& sky, SatelliteId id, geodesy
   return los;
 }
 
-std::optional<LineOfSight> line_of_sight(const Sky& sky, SatelliteId id, geodesy::GpsTime reception,
+std::optional<LineOfSight> line_of_sight(const Sky& sky, gnss::SatelliteId id, geodesy::GpsTime reception,
                                          const Eigen::Vector3d& receiver_ecef) {
   return line_of_sight(sky, id, reception, Observer(receiver_ecef));
 }

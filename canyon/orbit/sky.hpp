@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "canyon/geodesy/gps_time.hpp"
-#include "canyon/orbit/satellite_id.hpp"
+#include "canyon/gnss/satellite_id.hpp"
 
 namespace canyon::orbit {
 
@@ -30,20 +30,21 @@ class Sky {
   Sky& operator=(const Sky&) = delete;
 
   /// Satellites that this sky may answer for, ascending, no repeats.
-  [[nodiscard]] virtual std::vector<SatelliteId> satellites() const = 0;
+  [[nodiscard]] virtual std::vector<gnss::SatelliteId> satellites() const = 0;
 
   /// State at `t` (system time at transmission, GPST). Empty where the satellite is unknown, unhealthy, or
   /// `t` lies outside the validity of what is known about it. Never extrapolates silently.
-  [[nodiscard]] virtual std::optional<SatelliteState> state(SatelliteId id, geodesy::GpsTime t) const = 0;
+  [[nodiscard]] virtual std::optional<SatelliteState> state(gnss::SatelliteId id,
+                                                            geodesy::GpsTime t) const = 0;
 
   /// Where the answer for `id` at `t` comes from, for people: "hksc1180.19n, toe 2019-04-28T14:00:00 GPST";
   /// or why there is none.
-  [[nodiscard]] virtual std::string source(SatelliteId id, geodesy::GpsTime t) const = 0;
+  [[nodiscard]] virtual std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const = 0;
 };
 
 /// A satellite as an antenna at rest or moving receives it at one instant.
 struct LineOfSight {
-  SatelliteId id;
+  gnss::SatelliteId id;
   geodesy::GpsTime transmit_time;
   SatelliteState state;  ///< at transmit_time, in the ECEF axes of that instant
   /// Satellite position in the ECEF axes of the reception instant (Sagnac rotation applied) [m].
@@ -71,10 +72,10 @@ struct Observer {
 /// @param reception true reception instant
 /// Empty where the sky has no state at the transmit time or 0.075 s before reception (the first guess; it
 /// matters only in the outermost tenth of a second of an ephemeris's validity).
-[[nodiscard]] std::optional<LineOfSight> line_of_sight(const Sky& sky, SatelliteId id,
+[[nodiscard]] std::optional<LineOfSight> line_of_sight(const Sky& sky, gnss::SatelliteId id,
                                                        geodesy::GpsTime reception, const Observer& observer);
 /// The same for one satellite. @param receiver_ecef antenna at reception [m]
-[[nodiscard]] std::optional<LineOfSight> line_of_sight(const Sky& sky, SatelliteId id,
+[[nodiscard]] std::optional<LineOfSight> line_of_sight(const Sky& sky, gnss::SatelliteId id,
                                                        geodesy::GpsTime reception,
                                                        const Eigen::Vector3d& receiver_ecef);
 

@@ -27,8 +27,8 @@ class CircularSky final : public Sky {
   CircularSky(double radius, double inertial_rate, double inclination, double phase)
       : radius_(radius), rate_(inertial_rate), inclination_(inclination), phase_(phase) {}
 
-  std::vector<SatelliteId> satellites() const override { return {{System::GPS, 1}}; }
-  std::optional<SatelliteState> state(SatelliteId, GpsTime t) const override {
+  std::vector<gnss::SatelliteId> satellites() const override { return {{gnss::System::GPS, 1}}; }
+  std::optional<SatelliteState> state(gnss::SatelliteId, GpsTime t) const override {
     ++questions;
     if (t < valid_from) return std::nullopt;
     const double dt = t - kReception;
@@ -46,7 +46,7 @@ class CircularSky final : public Sky {
     state.clock_drift = 1e-9;
     return state;
   }
-  std::string source(SatelliteId, GpsTime) const override { return "circle"; }
+  std::string source(gnss::SatelliteId, GpsTime) const override { return "circle"; }
 
   GpsTime valid_from = GpsTime::from_week(0, 0);
   mutable int questions = 0;
@@ -74,7 +74,7 @@ TEST(LineOfSight, AgreesWithBisectionInTheInertialFrame) {
       const double phase = angle(random);
       const double inclination = angle(random) / 4;
       const CircularSky sky(radius, rate, inclination, phase);
-      const auto los = line_of_sight(sky, {System::GPS, 1}, kReception, observer);
+      const auto los = line_of_sight(sky, {gnss::System::GPS, 1}, kReception, observer);
       ASSERT_TRUE(los);
       const auto inertial = [&](double tau) {
         const double u = phase - rate * tau;
@@ -113,7 +113,7 @@ TEST(LineOfSight, SagnacCorrectionAgreesWithTheTextbook) {
   int seen = 0;
   for (int i = 0; i < 36; ++i) {
     const CircularSky sky(26'560e3, 1.4586e-4, geodesy::radians(55), geodesy::radians(10 * i));
-    const auto los = line_of_sight(sky, {System::GPS, 1}, kReception, r);
+    const auto los = line_of_sight(sky, {gnss::System::GPS, 1}, kReception, r);
     ASSERT_TRUE(los);
     const Eigen::Vector3d s = los->state.position_m;
     const double textbook = kEarthRotationRate / kSpeedOfLight * (s.x() * r.y() - s.y() * r.x());
@@ -126,7 +126,7 @@ TEST(LineOfSight, SagnacCorrectionAgreesWithTheTextbook) {
 TEST(LineOfSight, DirectionAnglesAndVectorAreOne) {
   const Eigen::Vector3d r = geodesy::ecef_from_geodetic(kHongKong);
   const CircularSky sky(26'560e3, 1.4586e-4, geodesy::radians(55), geodesy::radians(80));
-  const auto los = line_of_sight(sky, {System::GPS, 1}, kReception, r);
+  const auto los = line_of_sight(sky, {gnss::System::GPS, 1}, kReception, r);
   ASSERT_TRUE(los);
   const Eigen::Vector3d expected = geodesy::enu_from_ecef_rotation(kHongKong).transpose() *
                                    geodesy::enu_from_azimuth_elevation(los->azimuth_rad, los->elevation_rad);
@@ -138,15 +138,16 @@ TEST(LineOfSight, DirectionAnglesAndVectorAreOne) {
 TEST(LineOfSight, IsEmptyWhereTheSkyHasNoState) {
   CircularSky sky(26'560e3, 1.4586e-4, 1, geodesy::radians(80));
   sky.valid_from = kReception;  // transmission lies 70 ms before
-  EXPECT_FALSE(line_of_sight(sky, {System::GPS, 1}, kReception, geodesy::ecef_from_geodetic(kHongKong)));
+  EXPECT_FALSE(
+      line_of_sight(sky, {gnss::System::GPS, 1}, kReception, geodesy::ecef_from_geodetic(kHongKong)));
 }
 
 TEST(LineOfSight, VelocityIsTheDerivativeOfThePosition) {
   const Eigen::Vector3d r = geodesy::ecef_from_geodetic(kHongKong);
-  const BroadcastSky sky(nominal_constellation(kReception, kReception, {System::GPS}));
+  const BroadcastSky sky(nominal_constellation(kReception, kReception, {gnss::System::GPS}));
   const Observer observer(r);
   int seen = 0;
-  for (const SatelliteId id : sky.satellites()) {
+  for (const gnss::SatelliteId id : sky.satellites()) {
     const auto before = line_of_sight(sky, id, kReception - 0.5, observer);
     const auto at = line_of_sight(sky, id, kReception, observer);
     const auto after = line_of_sight(sky, id, kReception + 0.5, observer);

@@ -59,7 +59,7 @@ std::vector<Slot> gps_slots() {
   for (std::size_t plane = 0; plane < kGpsNode_deg.size(); ++plane) {
     for (const double latitude_deg : kGpsLatitude_deg[plane]) {
       Slot s;
-      s.id = {System::GPS, ++number};
+      s.id = {gnss::System::GPS, ++number};
       s.epoch = geodesy::gps_from_utc({1993, 7, 1, 0, 0, 0, 0});
       s.semi_major_axis_m = 26'559.7e3;
       s.inclination_rad = radians(55);
@@ -86,7 +86,7 @@ std::vector<Slot> glonass_slots() {
   for (int j = 1; j <= 24; ++j) {
     const int plane = (j - 1) / 8;
     Slot s;
-    s.id = {System::GLONASS, static_cast<std::uint8_t>(j)};
+    s.id = {gnss::System::GLONASS, static_cast<std::uint8_t>(j)};
     s.epoch = geodesy::gps_from_utc(epoch);
     s.semi_major_axis_m = 25'508e3;
     s.inclination_rad = radians(64.8);
@@ -111,7 +111,7 @@ std::vector<Slot> galileo_slots() {
   for (int i = 0; i < 24; ++i) {
     const int plane = i / 8;
     Slot s;
-    s.id = {System::Galileo, static_cast<std::uint8_t>(i + 1)};
+    s.id = {gnss::System::Galileo, static_cast<std::uint8_t>(i + 1)};
     s.epoch = geodesy::gps_from_utc(epoch);
     s.semi_major_axis_m = 29'599.8e3;
     s.inclination_rad = radians(56);
@@ -140,7 +140,7 @@ std::vector<Slot> beidou_slots() {
   for (std::size_t plane = 0; plane < 3; ++plane) {
     for (std::size_t k = 0; k < 8; ++k) {
       Slot s;
-      s.id = {System::BeiDou, kMeo[plane][k]};
+      s.id = {gnss::System::BeiDou, kMeo[plane][k]};
       s.epoch = epoch;
       s.earth_rate = kEarthRateBeiDou;
       s.semi_major_axis_m = kRadius + 21'528e3;
@@ -152,7 +152,7 @@ std::vector<Slot> beidou_slots() {
       slots.push_back(s);
     }
     Slot igso;
-    igso.id = {System::BeiDou, static_cast<std::uint8_t>(38 + plane)};
+    igso.id = {gnss::System::BeiDou, static_cast<std::uint8_t>(38 + plane)};
     igso.epoch = epoch;
     igso.earth_rate = kEarthRateBeiDou;
     igso.semi_major_axis_m = kRadius + 35'786e3;
@@ -168,7 +168,7 @@ std::vector<Slot> beidou_slots() {
   constexpr std::array<double, 3> kGeo_deg{140, 80, 110.5};
   for (std::size_t k = 0; k < 3; ++k) {
     Slot s;
-    s.id = {System::BeiDou, static_cast<std::uint8_t>(59 + k)};
+    s.id = {gnss::System::BeiDou, static_cast<std::uint8_t>(59 + k)};
     s.epoch = epoch;
     s.earth_rate = kEarthRateBeiDou;
     s.semi_major_axis_m = kRadius + 35'786e3;
@@ -182,17 +182,17 @@ std::vector<Slot> beidou_slots() {
 
 }  // namespace
 
-std::vector<Slot> nominal_slots(System system) {
+std::vector<Slot> nominal_slots(gnss::System system) {
   switch (system) {
-    case System::GPS:
+    case gnss::System::GPS:
       return gps_slots();
-    case System::GLONASS:
+    case gnss::System::GLONASS:
       return glonass_slots();
-    case System::Galileo:
+    case gnss::System::Galileo:
       return galileo_slots();
-    case System::BeiDou:
+    case gnss::System::BeiDou:
       return beidou_slots();
-    case System::QZSS:
+    case gnss::System::QZSS:
       break;
   }
   return {};

@@ -4,14 +4,14 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/gps_time.hpp"
-#include "canyon/orbit/satellite_id.hpp"
+#include "canyon/gnss/satellite_id.hpp"
 
 namespace canyon::orbit {
 
 /// One slot of a nominal constellation: a circular orbit described in the rotating Earth, so that the repeat
 /// of its ground track does not depend on the difference of UT1 and GPST or on precession.
 struct Slot {
-  SatelliteId id;
+  gnss::SatelliteId id;
   geodesy::GpsTime epoch;        ///< of the two angles
   double semi_major_axis_m = 0;  ///< as published; the rate below is what the phase follows
   double inclination_rad = 0;
@@ -26,6 +26,6 @@ struct Slot {
 
 /// Slots of a system in ascending order of satellite: GPS 24, GLONASS 24, Galileo 24, BeiDou 30, QZSS none.
 /// Sources of each table stand in slot_tables.cpp and in docs/sky.md.
-[[nodiscard]] std::vector<Slot> nominal_slots(System system);
+[[nodiscard]] std::vector<Slot> nominal_slots(gnss::System system);
 
 }  // namespace canyon::orbit

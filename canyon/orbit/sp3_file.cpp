@@ -20,7 +20,7 @@ constexpr double kBadClock_us = 999'999;
 
 class Reader {
  public:
-  Reader(TextFile& file, const std::set<System>& systems) : file_(file), systems_(systems) {}
+  Reader(TextFile& file, const std::set<gnss::System>& systems) : file_(file), systems_(systems) {}
 
   Sp3File read() {
     read_first_line();
@@ -105,12 +105,12 @@ class Reader {
   void read_position(std::string_view line) {
     if (!t_) throw file_.error("a position before the first epoch");
     const std::string_view name = column(line, 1, 3);
-    const std::optional<SatelliteId> id = parse_satellite(name);
+    const std::optional<gnss::SatelliteId> id = gnss::parse_satellite(name);
     if (!id) {
       // SBAS, low orbiters and systems to come are passed over.
       const bool other =
           name.size() == 3 && name[0] >= 'A' && name[0] <= 'Z' && parse_integer(name.substr(1));
-      if (other && !system_from_letter(name[0])) return;
+      if (other && !gnss::system_from_letter(name[0])) return;
       throw file_.error(fmt::format("'{}' is not a satellite", name));
     }
     if (systems_.count(id->system) == 0) return;
@@ -144,7 +144,7 @@ class Reader {
   }
 
   TextFile& file_;
-  const std::set<System>& systems_;
+  const std::set<gnss::System>& systems_;
   std::string time_system_;
   std::optional<GpsTime> t_;
   Sp3File result_;
@@ -152,7 +152,7 @@ class Reader {
 
 }  // namespace
 
-Sp3File read_sp3(TextFile& file, const std::set<System>& systems) {
+Sp3File read_sp3(TextFile& file, const std::set<gnss::System>& systems) {
   return Reader(file, systems).read();
 }
 

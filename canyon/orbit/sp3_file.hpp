@@ -7,7 +7,7 @@
 
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/gps_time.hpp"
-#include "canyon/orbit/satellite_id.hpp"
+#include "canyon/gnss/satellite_id.hpp"
 
 namespace canyon::orbit {
 
@@ -22,11 +22,11 @@ struct Sp3Record {
 
 /// An SP3-c or SP3-d file ("The Extended Standard Product 3 Orbit Format", IGS 2016) as it is written.
 struct Sp3File {
-  std::vector<geodesy::GpsTime> epochs;                   ///< ascending
-  std::map<SatelliteId, std::vector<Sp3Record>> records;  ///< ascending in time
+  std::vector<geodesy::GpsTime> epochs;                         ///< ascending
+  std::map<gnss::SatelliteId, std::vector<Sp3Record>> records;  ///< ascending in time
 };
 
 /// Reads the P records of `systems`. Throws InputError as PreciseSky says.
-[[nodiscard]] Sp3File read_sp3(TextFile& file, const std::set<System>& systems);
+[[nodiscard]] Sp3File read_sp3(TextFile& file, const std::set<gnss::System>& systems);
 
 }  // namespace canyon::orbit

@@ -4,11 +4,11 @@
 #include <iterator>
 
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/output/epoch_values.hpp"
 #include "canyon/output/file_sink.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/phase_arcs.hpp"
 #include "canyon/output/sinks.hpp"
-#include "canyon/output/words.hpp"
 
 namespace canyon::output {
 namespace {
@@ -63,7 +63,7 @@ class EpochsCsv final : public FileSink {
  private:
   void write_epoch(const simulation::Epoch& epoch) override {
     const receiver::ReceiverEpoch& seen = epoch.observed;
-    const receiver::Fix& fix = seen.fix;
+    const positioning::Fix& fix = seen.fix;
     Row row;
     row.add(seen.time.week()).add(seconds_of_week(seen.time)).add_position(epoch.truth.position);
     row.add(status_word(fix));
@@ -73,15 +73,15 @@ class EpochsCsv final : public FileSink {
       row.add_nothing(6);
     }
     if (fix.solved() && fix.dop) {
-      const receiver::Dop& d = *fix.dop;
+      const positioning::Dop& d = *fix.dop;
       for (const double dop : {d.gdop, d.pdop, d.hdop, d.vdop, d.tdop}) row.add(dop, 4);
-      row.add(receiver::name(receiver::rate_dop(d.pdop)));
+      row.add(positioning::name(positioning::rate_dop(d.pdop)));
     } else {
       row.add_nothing(6);
     }
     row.add(seen.visible).add(seen.blocked).add(static_cast<std::int64_t>(used_count(fix)));
 
-    row.add(fix.solved() ? std::string_view() : receiver::reason(fix.status));
+    row.add(fix.solved() ? std::string_view() : positioning::reason(fix.status));
     row.add(placement_word(epoch.placement)).add_vector(epoch.truth.velocity_enu_mps, 4);
     if (fix.solved() && fix.velocity_enu_mps) {
       row.add_vector(*fix.velocity_enu_mps, 4);
@@ -94,7 +94,7 @@ class EpochsCsv final : public FileSink {
     } else {
       row.add_nothing(6);
     }
-    for (const orbit::System system : orbit::kAllSystems) {
+    for (const gnss::System system : gnss::kAllSystems) {
       const auto bias = fix.clock_bias_s.find(system);
       const bool known = fix.solved() && bias != fix.clock_bias_s.end();
       row.add(known ? fixed(bias->second, 13) : std::string());
@@ -114,11 +114,11 @@ class SatellitesCsv final : public FileSink {
  private:
   void write_epoch(const simulation::Epoch& epoch) override {
     const receiver::ReceiverEpoch& seen = epoch.observed;
-    const receiver::Fix& fix = seen.fix;
+    const positioning::Fix& fix = seen.fix;
     const std::string tow = seconds_of_week(seen.time);
     for (const receiver::SatelliteObservation& satellite : seen.satellites) {
       Row row;
-      row.add(seen.time.week()).add(tow).add(orbit::to_string(satellite.id));
+      row.add(seen.time.week()).add(tow).add(gnss::to_string(satellite.id));
       row.add(wrapped_azimuth_deg(satellite.azimuth_rad, 6), 6).add(degrees(satellite.elevation_rad), 6);
       row.add(propagation::name(satellite.visibility));
       row.add(has_tracked_excess(satellite) ? fixed(satellite.excess_m, 4) : std::string());
@@ -130,7 +130,7 @@ class SatellitesCsv final : public FileSink {
       }
       row.add(satellite.used ? "1" : "0").add(satellite.above_mask ? "1" : "0");
       if (satellite.measurement) {
-        const receiver::Measurement& m = *satellite.measurement;
+        const positioning::Measurement& m = *satellite.measurement;
         row.add(m.doppler_hz, 4);
         row.add(m.carrier_frequency_hz, 0).add(m.sigma_m, 4);
       } else {
@@ -153,7 +153,7 @@ class SatellitesCsv final : public FileSink {
   void add_signal(Row& row, const receiver::SatelliteObservation& satellite, geodesy::GpsTime time) {
     const auto& m = satellite.measurement;
     row.add(m ? m->cn0_dbhz : std::nullopt, 2).add(satellite.cn0_dbhz, 2);
-    row.add(receiver::name(satellite.lock));
+    row.add(tracking::name(satellite.lock));
     const auto link = m ? arcs_.next(*m) : std::nullopt;
     if (!link) {
       row.add_nothing(3);

@@ -6,6 +6,7 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/output/sinks.hpp"
 #include "tests/support/sample_signals.hpp"
+#include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::output {
@@ -93,9 +94,9 @@ TEST(EpochsCsv, NoFixLeavesEmptyCells) {
   simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
   epoch.placement = raytrace::Placement::InsideBuilding;
   // Left-overs of an unsolved fix must not look like a solution.
-  epoch.observed.fix.dop = receiver::Dop{1, 1, 1, 1, 1};
+  epoch.observed.fix.dop = positioning::Dop{1, 1, 1, 1, 1};
   epoch.observed.fix.position = {};
-  epoch.observed.fix.used = {*orbit::parse_satellite("G05")};
+  epoch.observed.fix.used = {*gnss::parse_satellite("G05")};
   sink->write(epoch);
   sink->finish();
   const auto records = read_csv(folder / "epochs.csv", epochs_csv_columns());
@@ -165,7 +166,7 @@ TEST(SatellitesCsv, StrengthLockAndPhase) {
   auto& g05 = second.observed.satellites[0];
   g05.measurement->phase_since = begin + 0.75;  // lost and found again
   auto& g17 = second.observed.satellites[2];
-  g17.lock = receiver::LockState::Holding;  // arrives, too weak to be measured
+  g17.lock = tracking::LockState::Holding;  // arrives, too weak to be measured
   g17.cn0_dbhz = 12.5;
   g17.measurement.reset();
   sink->write(first);
@@ -227,7 +228,7 @@ TEST(EpochsCsv, StatementOfRaim) {
 
 /// First cells of the table under a heading of docs/outputs.md.
 std::vector<std::string> documented(const std::string& heading) {
-  TextFile file(std::filesystem::path(CANYON_SOURCE_DIR) / "docs" / "outputs.md");
+  TextFile file(std::filesystem::path(canyon_source_dir) / "docs" / "outputs.md");
   std::vector<std::string> columns;
   bool here = false;
   while (const auto line = file.next_line()) {

@@ -4,8 +4,8 @@
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 
 namespace canyon::output {
 namespace {
@@ -13,16 +13,16 @@ namespace {
 /// The simulated sky, written once at the end.
 class NavigationFile final : public simulation::EpochSink {
  public:
-  NavigationFile(std::filesystem::path path, const orbit::NavigationData& data)
+  NavigationFile(std::filesystem::path path, const gnss::NavigationData& data)
       : path_(std::move(path)), data_(data) {}
   void write(const simulation::Epoch&) override {}
   void finish() override {
-    if (!std::exchange(finished_, true)) orbit::write_rinex_navigation(path_, data_);
+    if (!std::exchange(finished_, true)) rinex::write_rinex_navigation(path_, data_);
   }
 
  private:
   std::filesystem::path path_;
-  const orbit::NavigationData& data_;
+  const gnss::NavigationData& data_;
   bool finished_ = false;
 };
 

@@ -7,9 +7,9 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
 #include "canyon/output/rinex_observation.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -75,7 +75,7 @@ TEST(OutputFiles, DiskThatFillsUpIsAnErrorAndLeavesNothing) {
   const test::TemporaryFolder folder;
   const auto epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
   RinexObservationHeader header;
-  header.systems = {orbit::kAllSystems.begin(), orbit::kAllSystems.end()};
+  header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   std::vector<std::unique_ptr<simulation::EpochSink>> sinks;
   sinks.push_back(make_epochs_csv(folder / "epochs.csv", 0));
   sinks.push_back(make_satellites_csv(folder / "satellites.csv", 0));
@@ -149,7 +149,7 @@ TEST(FileSinks, OneReceiverHasPlainNames) {
   const std::string epochs = test::read_bytes(folder / "deep/out/epochs.csv");
   EXPECT_EQ(static_cast<std::size_t>(std::count(epochs.begin(), epochs.end(), '\n')), result.epochs + 1);
   // sky.nav reads back as the sky that was simulated.
-  const orbit::NavigationData sky = orbit::read_rinex_navigation(folder / "deep/out/sky.nav");
+  const gnss::NavigationData sky = rinex::read_rinex_navigation(folder / "deep/out/sky.nav");
   EXPECT_EQ(sky.kepler.size(), simulation.navigation().kepler.size());
   EXPECT_EQ(sky.glonass.size(), simulation.navigation().glonass.size());
 }

@@ -3,10 +3,10 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/epoch_values.hpp"
 #include "canyon/output/file_sink.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/track.hpp"
-#include "canyon/output/words.hpp"
 
 // RFC 7946; colours by the simplestyle specification 1.1.0, which common viewers follow.
 
@@ -61,7 +61,7 @@ class GeoJson final : public FileSink {
       properties["used"] = used_count(seen.fix);
       properties["marker-color"] = colour(error_classes()[error_class(horizontal_m(epoch.error_enu_m))].rgb);
     } else {
-      properties["reason"] = receiver::reason(seen.fix.status);
+      properties["reason"] = positioning::reason(seen.fix.status);
       properties["marker-color"] = colour(kOutageRgb);
     }
     properties["visible"] = seen.visible;

@@ -3,10 +3,10 @@
 #include <array>
 
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/epoch_values.hpp"
 #include "canyon/output/file_sink.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/track.hpp"
-#include "canyon/output/words.hpp"
 
 namespace canyon::output {
 namespace {
@@ -70,7 +70,7 @@ class Kml final : public FileSink {
 
  private:
   void write_epoch(const simulation::Epoch& epoch) override {
-    const receiver::Fix& fix = epoch.observed.fix;
+    const positioning::Fix& fix = epoch.observed.fix;
     if (epochs_++ == 0) begin_ = epoch.observed.time;
     end_ = epoch.observed.time;
     truth_.add(epoch.truth.position);

@@ -9,10 +9,10 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/epoch_values.hpp"
 #include "canyon/output/file_sink.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/sinks.hpp"
-#include "canyon/output/words.hpp"
 
 // NMEA 0183 v4.11. The standard is not free; the sentences, talkers, system and signal identifiers are as in
 // u-blox F9 HPG 1.32 Interface Description (UBX-22008968), chapter 2, and gpsd's "NMEA Revealed".
@@ -21,7 +21,7 @@ namespace canyon::output {
 namespace {
 
 using geodesy::degrees;
-using orbit::System;
+using gnss::System;
 
 constexpr double kKnotsPerMps = 3600.0 / 1852.0;
 
@@ -81,19 +81,19 @@ std::string angle_field(double angle_rad, int degree_digits, char positive, char
                      angle_rad < 0 && total != 0 ? negative : positive);
 }
 
-std::string position_fields(const receiver::Fix& fix) {
+std::string position_fields(const positioning::Fix& fix) {
   if (!fix.solved()) return ",,,";
   return angle_field(fix.position.latitude_rad, 2, 'N', 'S') + ',' +
          angle_field(fix.position.longitude_rad, 3, 'E', 'W');
 }
 
-std::string dop_field(const receiver::Fix& fix, double receiver::Dop::*member) {
+std::string dop_field(const positioning::Fix& fix, double positioning::Dop::*member) {
   if (!fix.solved() || !fix.dop) return {};
   return fixed((*fix.dop).*member, 2);
 }
 
 std::string rmc(const receiver::ReceiverEpoch& seen, std::string_view talker, const Clock& clock) {
-  const receiver::Fix& fix = seen.fix;
+  const positioning::Fix& fix = seen.fix;
   std::string speed, course;
   if (fix.solved() && fix.velocity_enu_mps) {
     const double east = fix.velocity_enu_mps->x(), north = fix.velocity_enu_mps->y();
@@ -107,19 +107,20 @@ std::string rmc(const receiver::ReceiverEpoch& seen, std::string_view talker, co
 }
 
 std::string gga(const receiver::ReceiverEpoch& seen, std::string_view talker, const Clock& clock) {
-  const receiver::Fix& fix = seen.fix;
+  const positioning::Fix& fix = seen.fix;
   // No geoid model: the height is ellipsoidal and the separation 0, so that their sum is right.
   const std::string height = fix.solved() ? fixed(fix.position.height_m, 3) + ",M,0.0,M" : ",M,,M";
   return nmea_sentence(fmt::format("{}GGA,{},{},{},{:02d},{},{},,", talker, clock.time, position_fields(fix),
                                    fix.solved() ? 1 : 0, used_count(fix),
-                                   dop_field(fix, &receiver::Dop::hdop), height));
+                                   dop_field(fix, &positioning::Dop::hdop), height));
 }
 
 std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
-  const receiver::Fix& fix = seen.fix;
+  const positioning::Fix& fix = seen.fix;
   constexpr std::size_t kSlots = 12;
-  const std::string dops = dop_field(fix, &receiver::Dop::pdop) + ',' + dop_field(fix, &receiver::Dop::hdop) +
-                           ',' + dop_field(fix, &receiver::Dop::vdop);
+  const std::string dops = dop_field(fix, &positioning::Dop::pdop) + ',' +
+                           dop_field(fix, &positioning::Dop::hdop) + ',' +
+                           dop_field(fix, &positioning::Dop::vdop);
   if (!fix.solved()) return nmea_sentence(fmt::format("{}GSA,A,1,,,,,,,,,,,,,{},", talker, dops));
   std::map<System, std::vector<int>> used;
   for (const auto id : fix.used) {
@@ -146,7 +147,7 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
 }
 
 std::string gst(const receiver::ReceiverEpoch& seen, std::string_view talker, const Clock& clock) {
-  const receiver::Fix& fix = seen.fix;
+  const positioning::Fix& fix = seen.fix;
   if (!fix.solved()) return nmea_sentence(fmt::format("{}GST,{},,,,,,,", talker, clock.time));
   double variance = 0;
   std::size_t count = 0;
@@ -214,7 +215,7 @@ std::string nmea_sentence(std::string_view body) {
   return fmt::format("${}*{:02X}\r\n", body, checksum);
 }
 
-std::optional<int> nmea_satellite_number(orbit::SatelliteId id) {
+std::optional<int> nmea_satellite_number(gnss::SatelliteId id) {
   const int n = id.number;
   int last = 0, offset = 0;
   switch (id.system) {

@@ -81,7 +81,7 @@ TEST(Nmea, SouthWestAndRoundingToAWholeDegree) {
 TEST(Nmea, WithoutAFixNothingLooksLikeAPosition) {
   simulation::Epoch epoch = epoch_at(0, false);
   epoch.observed.fix.position = {};  // 0, 0: must not come out
-  epoch.observed.fix.dop = receiver::Dop{1, 1, 1, 1, 1};
+  epoch.observed.fix.dop = positioning::Dop{1, 1, 1, 1, 1};
   epoch.observed.fix.velocity_enu_mps = Eigen::Vector3d::Zero();
   const std::string text = nmea_epoch(epoch);
   EXPECT_THAT(bodies(text, "RMC"), ElementsAre("GNRMC,125803.00,V,,,,,,,280419,,,N,V"));
@@ -115,14 +115,14 @@ TEST(Nmea, OneSystemSpeaksForItself) {
 TEST(Nmea, MoreThanTwelveSatellitesTakeASecondGsa) {
   simulation::Epoch epoch = epoch_at(0);
   epoch.observed.fix.used.clear();
-  for (std::uint8_t i = 1; i <= 14; ++i) epoch.observed.fix.used.push_back({orbit::System::GPS, i});
+  for (std::uint8_t i = 1; i <= 14; ++i) epoch.observed.fix.used.push_back({gnss::System::GPS, i});
   EXPECT_THAT(bodies(nmea_epoch(epoch), "GSA"),
               ElementsAre("GNGSA,A,3,01,02,03,04,05,06,07,08,09,10,11,12,2.10,1.25,1.69,1",
                           "GNGSA,A,3,13,14,,,,,,,,,,,2.10,1.25,1.69,1"));
 }
 
 TEST(Nmea, SatelliteNumbers) {
-  const auto number = [](const char* id) { return nmea_satellite_number(*orbit::parse_satellite(id)); };
+  const auto number = [](const char* id) { return nmea_satellite_number(*gnss::parse_satellite(id)); };
   EXPECT_EQ(number("G32"), 32);
   EXPECT_FALSE(number("G33")) << "33 is an SBAS satellite in NMEA";
   EXPECT_EQ(number("R24"), 88);
@@ -146,7 +146,7 @@ TEST(Nmea, TimeIsUtcWithLeapSecondsAndRoundedOnce) {
 TEST(Nmea, SentencesKeepTo82Characters) {
   simulation::Epoch epoch = epoch_at(0.125);
   epoch.observed.fix.position = geodesy::Geodetic::from_degrees(-22.123456789, -114.123456789, -123.456);
-  epoch.observed.fix.dop = receiver::Dop{99, 99.99, 99.99, 99.99, 99};
+  epoch.observed.fix.dop = positioning::Dop{99, 99.99, 99.99, 99.99, 99};
   epoch.observed.fix.covariance_enu *= 1e4;
   const std::string text = nmea_epoch(epoch);
   for (const std::string_view line : split(text, '\n')) EXPECT_LE(line.size() + 1, 82U) << line;
@@ -251,7 +251,7 @@ TEST_F(GpsdDecode, ReadsTheSameSatellites) {
       simulation::Epoch epoch =
           test::sample_signal_epoch(test::sample_time() + static_cast<double>(i), test::sample_time());
       auto& seen = epoch.observed;
-      const auto foreign = [](orbit::SatelliteId id) { return id.system > orbit::System::GLONASS; };
+      const auto foreign = [](gnss::SatelliteId id) { return id.system > gnss::System::GLONASS; };
       seen.satellites.erase(std::remove_if(seen.satellites.begin(), seen.satellites.end(),
                                            [&](const auto& s) { return foreign(s.id); }),
                             seen.satellites.end());

@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/output/epoch_values.hpp"
 #include "canyon/output/statistics.hpp"
 #include "canyon/output/track.hpp"
-#include "canyon/output/words.hpp"
 
 namespace canyon::output {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/receiver/fix.hpp"
+#include "canyon/positioning/fix.hpp"
 
 namespace canyon::output {
 
@@ -24,7 +24,7 @@ class PhaseArcs {
 
   /// Of a measurement with a phase, and the instant since which that is continuous; else empty. Measurements
   /// of a satellite must come in order of time.
-  std::optional<Link> next(const receiver::Measurement& measurement) {
+  std::optional<Link> next(const positioning::Measurement& measurement) {
     if (!measurement.carrier_phase_cycles || !measurement.phase_since) return std::nullopt;
     const auto [at, first] = arcs_.try_emplace(measurement.id);
     Arc& arc = at->second;
@@ -42,7 +42,7 @@ class PhaseArcs {
     geodesy::GpsTime since;
     double alignment_cycles = 0;
   };
-  std::map<orbit::SatelliteId, Arc> arcs_;
+  std::map<gnss::SatelliteId, Arc> arcs_;
 };
 
 }  // namespace canyon::output

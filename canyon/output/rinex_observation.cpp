@@ -22,15 +22,15 @@ namespace {
 constexpr std::int64_t kTagStep_ns = 100;
 
 /// Band and attribute of the L1-band civil signal: L1 C/A, G1 C/A, E1 C, B1I, L1 C/A.
-std::string_view signal_code(orbit::System system) {
-  return system == orbit::System::BeiDou ? "2I" : "1C";
+std::string_view signal_code(gnss::System system) {
+  return system == gnss::System::BeiDou ? "2I" : "1C";
 }
 
 /// Pseudorange and Doppler; with `signals` carrier phase and strength as well.
-std::string observation_types(orbit::System system, bool signals) {
+std::string observation_types(gnss::System system, bool signals) {
   const std::string_view code = signal_code(system);
-  return signals ? fmt::format("{}    4 C{} L{} D{} S{}", orbit::letter(system), code, code, code, code)
-                 : fmt::format("{}    2 C{} D{}", orbit::letter(system), code, code);
+  return signals ? fmt::format("{}    4 C{} L{} D{} S{}", gnss::letter(system), code, code, code, code)
+                 : fmt::format("{}    2 C{} D{}", gnss::letter(system), code, code);
 }
 
 std::string header_line(std::string_view content, std::string_view label) {
@@ -86,7 +86,7 @@ class RinexObservation final : public FileSink {
     const double shift_s = tag - seen.receiver_time;
     for (const auto& satellite : seen.satellites) {
       if (!satellite.measurement) continue;
-      text += orbit::to_string(satellite.id);
+      text += gnss::to_string(satellite.id);
       text += observations(*satellite.measurement, shift_s);
       text.erase(text.find_last_not_of(' ') + 1);
       text += '\n';
@@ -95,7 +95,7 @@ class RinexObservation final : public FileSink {
   }
 
   /// In the order of observation_types(), for a tag that is `shift_s` later than the clock's reading.
-  std::string observations(const receiver::Measurement& m, double shift_s) {
+  std::string observations(const positioning::Measurement& m, double shift_s) {
     const double pseudorange_m = m.pseudorange_m + geodesy::kSpeedOfLight * shift_s;
     const std::string doppler = m.doppler_hz ? observation(*m.doppler_hz) : std::string(kNoObservation);
     if (!header_.signals) return observation(pseudorange_m) + doppler;
@@ -139,7 +139,7 @@ class RinexObservation final : public FileSink {
     const Eigen::Vector3d p = position_.value_or(Eigen::Vector3d::Zero());
     line(fmt::format("{:14.4f}{:14.4f}{:14.4f}", p.x(), p.y(), p.z()), "APPROX POSITION XYZ");
     line(fmt::format("{:14.4f}{:14.4f}{:14.4f}", 0.0, 0.0, 0.0), "ANTENNA: DELTA H/E/N");
-    for (const orbit::System system : header_.systems) {
+    for (const gnss::System system : header_.systems) {
       line(observation_types(system, header_.signals), "SYS / # / OBS TYPES");
     }
     if (header_.signals) line("DBHZ", "SIGNAL STRENGTH UNIT");
@@ -147,20 +147,20 @@ class RinexObservation final : public FileSink {
     text += time_record(first, "TIME OF FIRST OBS");
     last_position_ = text.size();
     text += time_record(first, "TIME OF LAST OBS");  // overwritten at the end
-    for (const orbit::System system : header_.systems) {
+    for (const gnss::System system : header_.systems) {
       // Each system has one signal, which its phases are aligned to: no shift. Without phases: not known.
-      line(header_.signals ? fmt::format("{} L{}  0.00000", orbit::letter(system), signal_code(system))
-                           : fmt::format("{}", orbit::letter(system)),
+      line(header_.signals ? fmt::format("{} L{}  0.00000", gnss::letter(system), signal_code(system))
+                           : fmt::format("{}", gnss::letter(system)),
            "SYS / PHASE SHIFT");
     }
-    if (header_.systems.count(orbit::System::GLONASS) > 0) {
+    if (header_.systems.count(gnss::System::GLONASS) > 0) {
       std::string slots = fmt::format("{:3d} ", header_.glonass_channels.size());
       for (const auto& [id, channel] : header_.glonass_channels) {
         if (slots.size() == 60) {  // the count and eight satellites
           line(slots, "GLONASS SLOT / FRQ #");
           slots = "    ";
         }
-        slots += fmt::format("{} {:2d} ", orbit::to_string(id), channel);
+        slots += fmt::format("{} {:2d} ", gnss::to_string(id), channel);
       }
       line(slots, "GLONASS SLOT / FRQ #");
       line(" C1C    0.000", "GLONASS COD/PHS/BIS");
@@ -203,13 +203,13 @@ RinexObservationHeader rinex_observation_header(const simulation::Simulation& si
     header.glonass_channels[record.id] = record.channel;
   }
   const double step_hz =
-      orbit::l1_frequency_hz(orbit::System::GLONASS, 1) - orbit::l1_frequency_hz(orbit::System::GLONASS, 0);
-  for (const orbit::SatelliteId id : sky.satellites()) {
+      gnss::l1_frequency_hz(gnss::System::GLONASS, 1) - gnss::l1_frequency_hz(gnss::System::GLONASS, 0);
+  for (const gnss::SatelliteId id : sky.satellites()) {
     header.systems.insert(id.system);
-    if (id.system != orbit::System::GLONASS || header.glonass_channels.count(id) > 0) continue;
+    if (id.system != gnss::System::GLONASS || header.glonass_channels.count(id) > 0) continue;
     if (const auto state = sky.state(id, simulation.begin())) {
       const double channel =
-          (state->carrier_frequency_hz - orbit::l1_frequency_hz(orbit::System::GLONASS, 0)) / step_hz;
+          (state->carrier_frequency_hz - gnss::l1_frequency_hz(gnss::System::GLONASS, 0)) / step_hz;
       header.glonass_channels[id] = static_cast<int>(std::lround(channel));
     }
   }

@@ -12,11 +12,11 @@ namespace canyon::output {
 
 /// What the header of a RINEX observation file says beyond its epochs.
 struct RinexObservationHeader {
-  std::string marker;                                  ///< MARKER NAME, up to 60 characters
-  std::set<orbit::System> systems;                     ///< that may occur; at least those of the epochs
-  std::map<orbit::SatelliteId, int> glonass_channels;  ///< frequency numbers, GLONASS SLOT / FRQ #
+  std::string marker;                                 ///< MARKER NAME, up to 60 characters
+  std::set<gnss::System> systems;                     ///< that may occur; at least those of the epochs
+  std::map<gnss::SatelliteId, int> glonass_channels;  ///< frequency numbers, GLONASS SLOT / FRQ #
   double interval_s = 1;
-  bool signals = false;    ///< carrier phases and signal strengths as well (receiver::SignalOptions::enabled)
+  bool signals = false;    ///< carrier phases and signal strengths as well (tracking::SignalOptions::enabled)
   geodesy::GpsTime begin;  ///< TIME OF FIRST OBS where no satellite is ever received
 };
 

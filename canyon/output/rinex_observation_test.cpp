@@ -20,9 +20,9 @@ namespace {
 RinexObservationHeader sample_header() {
   RinexObservationHeader header;
   header.marker = "rover \xC3\xA4";
-  header.systems = {orbit::kAllSystems.begin(), orbit::kAllSystems.end()};
+  header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   for (std::uint8_t slot = 1; slot <= 24; ++slot) {
-    header.glonass_channels[{orbit::System::GLONASS, slot}] = slot % 14 - 7;
+    header.glonass_channels[{gnss::System::GLONASS, slot}] = slot % 14 - 7;
   }
   header.interval_s = 0.5;
   header.begin = test::sample_time();
@@ -149,8 +149,8 @@ TEST(RinexObservation, HeaderIsComplete) {
   EXPECT_EQ(file.header.find("GLONASS SLOT / FRQ #")->second.substr(0, 4), " 24 ");
   ASSERT_EQ(channels.size(), 24U);
   for (int slot = 1; slot <= 24; ++slot) {
-    const orbit::SatelliteId id{orbit::System::GLONASS, static_cast<std::uint8_t>(slot)};
-    EXPECT_EQ(channels[orbit::to_string(id)], slot % 14 - 7);
+    const gnss::SatelliteId id{gnss::System::GLONASS, static_cast<std::uint8_t>(slot)};
+    EXPECT_EQ(channels[gnss::to_string(id)], slot % 14 - 7);
   }
 }
 
@@ -168,7 +168,7 @@ TEST(RinexObservation, PseudorangeFollowsTheRoundedTag) {
     EXPECT_EQ(read.tag.nanoseconds() % 100, 0);
     EXPECT_EQ(read.observations.size(), 10U);
     for (const auto& satellite : written.satellites) {
-      const auto found = read.observations.find(orbit::to_string(satellite.id));
+      const auto found = read.observations.find(gnss::to_string(satellite.id));
       ASSERT_EQ(found != read.observations.end(), satellite.measurement.has_value());
       if (!satellite.measurement) continue;
       // Transmission time, tag minus pseudorange over c, is what positions rest on: kept within 1 mm.
@@ -278,7 +278,7 @@ TEST(RinexObservation, PhasesAndStrengths) {
     const double shift_s = static_cast<double>((clock_ns + 50) / 100 * 100 - clock_ns) * 1e-9;
     ASSERT_GT(std::abs(shift_s), 1e-8);
     for (const auto& s : seen.satellites) {
-      const std::string id = orbit::to_string(s.id);
+      const std::string id = gnss::to_string(s.id);
       if (!s.measurement || !s.measurement->carrier_phase_cycles) continue;
       const double cycles_per_m = s.measurement->carrier_frequency_hz / geodesy::kSpeedOfLight;
       const auto range = parse_double(trim(observation_field(text, i, id, 0).substr(0, 14)));

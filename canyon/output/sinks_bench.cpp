@@ -32,7 +32,7 @@ void write_epochs(benchmark::State& state, const MakeSink& make) {
 
 RinexObservationHeader rinex_header() {
   RinexObservationHeader header;
-  header.systems = {orbit::kAllSystems.begin(), orbit::kAllSystems.end()};
+  header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   return header;
 }
 

@@ -6,9 +6,9 @@
 #include <functional>
 #include <optional>
 
+#include "canyon/output/epoch_values.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/statistics.hpp"
-#include "canyon/output/words.hpp"
 
 namespace canyon::output {
 namespace {

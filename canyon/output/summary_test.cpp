@@ -70,7 +70,7 @@ TEST(Summary, StrengthAndIntegrity) {
   auto epoch = test::sample_signal_epoch(test::sample_time(), test::sample_time());
   sink.write(epoch);
   epoch.observed.fix.consistent = false;
-  epoch.observed.fix.excluded.push_back(*orbit::parse_satellite("G17"));
+  epoch.observed.fix.excluded.push_back(*gnss::parse_satellite("G17"));
   sink.write(epoch);
   epoch.observed.fix.consistent.reset();
   epoch.observed.fix.excluded.clear();

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "canyon/city/city.hpp"
-#include "canyon/propagation/edges.hpp"
+#include "canyon/propagation/index/edges.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::propagation {

@@ -16,7 +16,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/propagation/knife_edge.hpp"
+#include "canyon/propagation/index/knife_edge.hpp"
 
 namespace canyon::propagation {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/propagation/per_instance.hpp"
+#include "canyon/propagation/index/per_instance.hpp"
 
 namespace canyon::propagation {
 namespace {

@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/propagation/reflector.hpp"
+#include "canyon/propagation/reflector_id.hpp"
 
 namespace canyon::propagation {
 namespace {

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "canyon/propagation/clear_rays.hpp"
-#include "canyon/propagation/facets.hpp"
+#include "canyon/propagation/index/clear_rays.hpp"
+#include "canyon/propagation/index/facets.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/propagation/second_order.hpp"
 #include "canyon/raytrace/ray_scene.hpp"

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <optional>
 
@@ -32,5 +33,12 @@ struct PathGeometry {
   double arrival_elevation_rad = 0;  ///< of the direction that the ray comes from, [-pi/2, pi/2]
   double foliage_depth_m = 0;        ///< of vegetation along the ray, >= 0
 };
+
+/// Angle (-pi, pi] by which the plane of incidence turns between two reflections.
+/// @param direction of propagation between the two, unit
+/// @param first_normal, second_normal unit normals of the surfaces, to the side that reflects
+/// 0 where a plane of incidence is undefined (normal incidence).
+[[nodiscard]] double plane_turn_rad(const Eigen::Vector3d& direction, const Eigen::Vector3d& first_normal,
+                                    const Eigen::Vector3d& second_normal);
 
 }  // namespace canyon::propagation

@@ -46,4 +46,13 @@ double SatellitePaths::tracked_excess_m() const {
       ->excess_m;
 }
 
+double plane_turn_rad(const Eigen::Vector3d& direction, const Eigen::Vector3d& first_normal,
+                      const Eigen::Vector3d& second_normal) {
+  const Eigen::Vector3d s1 = direction.cross(first_normal), s2 = direction.cross(second_normal);
+  // Closer to the normal than this the plane of incidence is rounding.
+  constexpr double kUndefined = 1e-9;
+  if (s1.norm() < kUndefined || s2.norm() < kUndefined) return 0;
+  return std::atan2(s1.cross(s2).dot(direction), s1.dot(s2));
+}
+
 }  // namespace canyon::propagation

@@ -42,7 +42,7 @@ struct Path {
   /// geometry.foliage_depth_m > 0 comes through vegetation.
   PathGeometry geometry;
   /// Stays the same while the signal comes over the same surfaces or edge: what random phases hang on
-  /// (receiver::PathPhases). 0 for Direct.
+  /// (tracking::PathPhases). 0 for Direct.
   std::uint64_t reflector = 0;
   /// Mean power [1] over the unobstructed line of sight's at isotropic antennas (Diffuse only); the
   /// instantaneous one is Rayleigh fading about it.

@@ -13,10 +13,9 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/first_order.hpp"
-#include "canyon/propagation/foliage_volumes.hpp"
-#include "canyon/propagation/fresnel.hpp"
-#include "canyon/propagation/per_instance.hpp"
-#include "canyon/propagation/reflector.hpp"
+#include "canyon/propagation/index/foliage_volumes.hpp"
+#include "canyon/propagation/index/per_instance.hpp"
+#include "canyon/propagation/reflector_id.hpp"
 #include "canyon/propagation/second_order.hpp"
 
 namespace canyon::propagation {

@@ -7,11 +7,11 @@
 #include <span>
 #include <vector>
 
-#include "canyon/propagation/beam_index.hpp"
-#include "canyon/propagation/clear_rays.hpp"
-#include "canyon/propagation/direction_bins.hpp"
-#include "canyon/propagation/facets.hpp"
-#include "canyon/propagation/occluders.hpp"
+#include "canyon/propagation/index/beam_index.hpp"
+#include "canyon/propagation/index/clear_rays.hpp"
+#include "canyon/propagation/index/direction_bins.hpp"
+#include "canyon/propagation/index/facets.hpp"
+#include "canyon/propagation/index/occluders.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 

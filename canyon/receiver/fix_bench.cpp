@@ -1,5 +1,5 @@
 // Time of one position fix, velocity included, and of one whole epoch of a receiver under an open sky.
-#include "canyon/receiver/fix.hpp"
+#include "canyon/positioning/fix.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -11,7 +11,7 @@
 namespace canyon::receiver {
 namespace {
 
-using orbit::System;
+using gnss::System;
 
 const geodesy::GpsTime kTime = geodesy::GpsTime::from_week(2100, 43'200);
 const geodesy::LocalFrame kFrame(geodesy::Geodetic::from_degrees(22.3, 114.18, 30));
@@ -25,7 +25,7 @@ const orbit::BroadcastSky& sky() {
 std::vector<propagation::SatelliteView> views(std::size_t most) {
   std::vector<propagation::SatelliteView> views;
   const Eigen::Vector3d antenna = kFrame.ecef_from_local({0, 0, 0});
-  for (const orbit::SatelliteId id : sky().satellites()) {
+  for (const gnss::SatelliteId id : sky().satellites()) {
     const auto line = orbit::line_of_sight(sky(), id, kTime, antenna);
     if (!line || line->elevation_rad < geodesy::radians(5) || views.size() == most) continue;
     propagation::SatelliteView view;
@@ -52,13 +52,13 @@ ReceiverOptions options() {
 void solve_fix_of_satellites(benchmark::State& state) {
   Receiver receiver(options(), 1);
   const ReceiverEpoch seen = epoch(receiver, views(static_cast<std::size_t>(state.range(0))));
-  std::vector<Measurement> measurements;
+  std::vector<positioning::Measurement> measurements;
   for (const SatelliteObservation& each : seen.satellites) {
     if (each.measurement) measurements.push_back(*each.measurement);
   }
   const Eigen::Vector3d start =
       state.range(1) != 0 ? kFrame.ecef_from_local({60, 60, -40}) : Eigen::Vector3d::Zero();
-  Fix fix;
+  positioning::Fix fix;
   for (auto _ : state) {
     fix = solve_fix(seen.receiver_time, measurements, sky(), options().fix, {}, start);
     benchmark::DoNotOptimize(fix.position_ecef);

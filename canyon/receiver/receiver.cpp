@@ -10,9 +10,9 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/receiver/atmosphere.hpp"
-#include "canyon/receiver/channel.hpp"
-#include "canyon/receiver/channel_rate.hpp"
+#include "canyon/propagation/atmosphere.hpp"
+#include "canyon/tracking/channel.hpp"
+#include "canyon/tracking/channel_rate.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -22,7 +22,7 @@ using propagation::Visibility;
 
 /// Noise of one satellite's pseudorange and Doppler that does not come from its strength.
 struct SignalNoise {
-  OuProcess code;
+  tracking::OuProcess code;
   RandomStream doppler;
   double drifted_mean_m;  ///< added to the mean in drift mode
   geodesy::GpsTime last;
@@ -30,8 +30,8 @@ struct SignalNoise {
 
 /// A satellite's channel after an epoch.
 struct Tracked {
-  Channel* channel = nullptr;
-  Reception reception;
+  tracking::Channel* channel = nullptr;
+  tracking::Reception reception;
 };
 
 bool in_line_of_sight(Visibility visibility) {
@@ -107,13 +107,13 @@ struct Receiver::State {
     last_antenna = antenna;
   }
 
-  SignalNoise& noise_of(orbit::SatelliteId id) {
+  SignalNoise& noise_of(gnss::SatelliteId id) {
     const auto found = noises.find(id);
     if (found != noises.end()) return found->second;
-    const std::string key = options.name + "/" + orbit::to_string(id);
+    const std::string key = options.name + "/" + gnss::to_string(id);
     const double mean = options.noise.drift_mu_sigma_m * RandomStream(seed, key + "/mean").normal();
     return noises
-        .emplace(id, SignalNoise{OuProcess(options.noise.ou, RandomStream(seed, key + "/code")),
+        .emplace(id, SignalNoise{tracking::OuProcess(options.noise.ou, RandomStream(seed, key + "/code")),
                                  RandomStream(seed, key + "/doppler"), mean, now})
         .first->second;
   }
@@ -124,20 +124,21 @@ struct Receiver::State {
                                SatelliteObservation& observation) {
     if (!signals) {
       if (observation.visibility != Visibility::Blocked) {
-        observation.lock = LockState::Tracking;
+        observation.lock = tracking::LockState::Tracking;
         observation.excess_m = view.paths.tracked_excess_m();
       }
       return std::nullopt;
     }
     auto found = channels.find(view.line.id);
     if (found == channels.end()) {
-      found = channels.emplace(view.line.id, Channel(*signals, view.line.id, motion)).first;
+      found = channels.emplace(view.line.id, tracking::Channel(*signals, view.line.id, motion)).first;
     }
     Tracked tracked{&found->second, {}};
     tracked.reception = free ? found->second.receive(*signals, motion, view) : found->second.miss(now);
     observation.lock = tracked.reception.lock;
     observation.cn0_dbhz = tracked.reception.cn0_dbhz;
-    if (observation.lock == LockState::Tracking) observation.excess_m = tracked.reception.code_delay_m;
+    if (observation.lock == tracking::LockState::Tracking)
+      observation.excess_m = tracked.reception.code_delay_m;
     return tracked;
   }
 
@@ -150,10 +151,10 @@ struct Receiver::State {
     }
   }
 
-  Measurement measure(const propagation::SatelliteView& view, const Tracked* tracked, bool drifting,
-                      SatelliteObservation& observation) {
+  positioning::Measurement measure(const propagation::SatelliteView& view, const Tracked* tracked,
+                                   bool drifting, SatelliteObservation& observation) {
     const orbit::LineOfSight& line = view.line;
-    Measurement m;
+    positioning::Measurement m;
     m.id = line.id;
     m.carrier_frequency_hz = line.state.carrier_frequency_hz;
 
@@ -165,7 +166,7 @@ struct Receiver::State {
       noise.last = now;
       doppler_noise_hz = options.noise.doppler_sigma_hz * noise.doppler.normal();
     }
-    LoopErrors loops;
+    tracking::LoopErrors loops;
     if (tracked != nullptr) {
       loops = tracked->channel->sample(*signals, now, *tracked->reception.cn0_dbhz);
       m.cn0_dbhz = loops.stated_cn0_dbhz;
@@ -190,11 +191,11 @@ struct Receiver::State {
     // -(f/c) dP/dT, T the receiver's clock: dT = (1 + drift) dt.
     assert(!view.paths.paths.empty());
     const propagation::Path& path = view.paths.paths[tracked != nullptr ? tracked->reception.tracked : 0];
-    const double rate = path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu) +
+    const double rate = tracking::path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu) +
                         kSpeedOfLight * (clock.drift() - line.state.clock_drift);
     m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * rate / (1 + clock.drift()) + doppler_noise_hz;
     if (tracked != nullptr && tracked->reception.phase) {
-      const TrackedPhase& phase = *tracked->reception.phase;
+      const tracking::TrackedPhase& phase = *tracked->reception.phase;
       // The ionosphere advances a phase by what it delays a code.
       const double metres =
           line.range_m + phase.excess_m + kSpeedOfLight * (clock.bias_s() - line.state.clock_bias_s) +
@@ -210,20 +211,21 @@ struct Receiver::State {
   [[nodiscard]] double atmosphere_m(bool ionosphere, bool troposphere, const orbit::LineOfSight& line) const {
     double delay = 0;
     if (ionosphere) {
-      delay += klobuchar_delay_m(klobuchar_of(*klobuchar, line.id.system), now, place, line.azimuth_rad,
-                                 line.elevation_rad, line.state.carrier_frequency_hz);
+      delay += propagation::klobuchar_delay_m(positioning::klobuchar_of(*klobuchar, line.id.system), now,
+                                              place, line.azimuth_rad, line.elevation_rad,
+                                              line.state.carrier_frequency_hz);
     }
-    if (troposphere) delay += saastamoinen_delay_m(place, line.elevation_rad);
+    if (troposphere) delay += propagation::saastamoinen_delay_m(place, line.elevation_rad);
     return delay;
   }
 
   ReceiverOptions options;
   std::uint64_t seed;
-  ReceiverClock clock;
-  std::map<orbit::SatelliteId, SignalNoise> noises;
-  std::optional<ChannelModel> signals;
-  std::map<orbit::SatelliteId, Channel> channels;
-  std::optional<PositionFilter> filter;
+  tracking::ReceiverClock clock;
+  std::map<gnss::SatelliteId, SignalNoise> noises;
+  std::optional<tracking::ChannelModel> signals;
+  std::map<gnss::SatelliteId, tracking::Channel> channels;
+  std::optional<positioning::PositionFilter> filter;
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
   double noise_sigma_m = 0;
@@ -231,9 +233,9 @@ struct Receiver::State {
 
   // Of the epoch in hand.
   geodesy::GpsTime now;
-  AntennaMotion motion;
+  tracking::AntennaMotion motion;
   geodesy::Geodetic place;
-  const std::map<orbit::System, orbit::Klobuchar>* klobuchar = nullptr;
+  const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
 };
 
 Receiver::Receiver(ReceiverOptions options, std::uint64_t seed)
@@ -251,7 +253,7 @@ ReceiverEpoch Receiver::observe(geodesy::GpsTime time, const Eigen::Vector3d& an
                                 std::span<const propagation::SatelliteView> views,
                                 const Eigen::Matrix3d& ecef_from_enu, raytrace::Placement placement,
                                 const orbit::Sky& sky,
-                                const std::map<orbit::System, orbit::Klobuchar>& klobuchar) {
+                                const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
   State& state = *state_;
   const ReceiverOptions& options = state.options;
   state.now = time;
@@ -285,7 +287,7 @@ ReceiverEpoch Receiver::observe(geodesy::GpsTime time, const Eigen::Vector3d& an
     if (free) observation.visibility = view.paths.visibility;
     tracked[i] = state.track(view, free, observation);
     if (observation.above_mask) {
-      ++(observation.lock == LockState::Tracking ? epoch.visible : epoch.blocked);
+      ++(observation.lock == tracking::LockState::Tracking ? epoch.visible : epoch.blocked);
       if (in_line_of_sight(observation.visibility)) ++los;
     }
     epoch.satellites.push_back(observation);
@@ -294,11 +296,11 @@ ReceiverEpoch Receiver::observe(geodesy::GpsTime time, const Eigen::Vector3d& an
   const bool drifting =
       options.noise.drift_enabled && (antenna_velocity_ecef.norm() < options.noise.drift_below_speed_mps ||
                                       los < options.noise.drift_below_los);
-  std::vector<Measurement> measurements;
+  std::vector<positioning::Measurement> measurements;
   measurements.reserve(views.size());
   for (std::size_t i = 0; i < views.size(); ++i) {
     SatelliteObservation& observation = epoch.satellites[i];
-    if (!observation.above_mask || observation.lock != LockState::Tracking) continue;
+    if (!observation.above_mask || observation.lock != tracking::LockState::Tracking) continue;
     observation.measurement =
         state.measure(views[i], tracked[i] ? &*tracked[i] : nullptr, drifting, observation);
     measurements.push_back(*observation.measurement);
@@ -308,7 +310,7 @@ ReceiverEpoch Receiver::observe(geodesy::GpsTime time, const Eigen::Vector3d& an
   state.miss_all_but(epoch.satellites);
 
   if (!free) {
-    epoch.fix.status = FixStatus::NoSignal;
+    epoch.fix.status = positioning::FixStatus::NoSignal;
     return epoch;
   }
   epoch.fix = solve_fix(epoch.receiver_time, measurements, sky, options.fix, klobuchar);

@@ -8,21 +8,21 @@
 #include <string>
 #include <vector>
 
+#include "canyon/positioning/fix.hpp"
+#include "canyon/positioning/position_filter.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
-#include "canyon/receiver/clock.hpp"
-#include "canyon/receiver/fix.hpp"
-#include "canyon/receiver/noise.hpp"
-#include "canyon/receiver/position_filter.hpp"
-#include "canyon/receiver/signal_lock.hpp"
-#include "canyon/receiver/signal_options.hpp"
+#include "canyon/tracking/clock.hpp"
+#include "canyon/tracking/noise.hpp"
+#include "canyon/tracking/signal_lock.hpp"
+#include "canyon/tracking/signal_options.hpp"
 
 namespace canyon::receiver {
 
 /// Pseudorange noise, one OU process per satellite; and the paper's drifting mean.
 struct NoiseOptions {
   bool enabled = true;
-  OuOptions ou;
+  tracking::OuOptions ou;
   double doppler_sigma_hz = 0.1;  ///< white, per measurement; >= 0
   /// The paper's mu drift mode: while the antenna is slower than drift_below_speed_mps or fewer than
   /// drift_below_los satellites above the mask are in line of sight, each satellite's mean moves by a value
@@ -37,12 +37,12 @@ struct NoiseOptions {
 
 struct ReceiverOptions {
   std::string name = "receiver";
-  FixOptions fix;
+  positioning::FixOptions fix;
   NoiseOptions noise;
-  ClockOptions clock;
-  SignalOptions signal;
+  tracking::ClockOptions clock;
+  tracking::SignalOptions signal;
   /// Position filter behind the fix; off: each epoch's fix stands alone, as in the paper.
-  PositionFilterOptions filter;
+  positioning::PositionFilterOptions filter;
   bool ionosphere = false;  ///< delays are in the signal (the fix corrects them where FixOptions says so)
   bool troposphere = false;
   /// Throws InputError naming receiver and field that are out of range.
@@ -51,7 +51,7 @@ struct ReceiverOptions {
 
 /// One satellite at one epoch as the receiver saw it, with the truth behind it.
 struct SatelliteObservation {
-  orbit::SatelliteId id;
+  gnss::SatelliteId id;
   double azimuth_rad = 0;    ///< true
   double elevation_rad = 0;  ///< true
   propagation::Visibility visibility = propagation::Visibility::Blocked;
@@ -63,10 +63,10 @@ struct SatelliteObservation {
   /// strength (SignalOptions::enabled off). What the receiver states of it is Measurement::cn0_dbhz.
   std::optional<double> cn0_dbhz;
   /// Of the channel; Tracking for everything received where signals have no strength.
-  LockState lock = LockState::Searching;
+  tracking::LockState lock = tracking::LockState::Searching;
   bool above_mask = false;
   /// Empty where the satellite is not tracked or lies below the elevation mask.
-  std::optional<Measurement> measurement;
+  std::optional<positioning::Measurement> measurement;
   double noise_m = 0;  ///< OU value and code loop noise in the pseudorange; 0 without measurement
   /// Excess + noise + atmosphere left uncorrected (in the signal less what the fix takes off; negative where
   /// it corrects what is not there); 0 without measurement.
@@ -82,9 +82,9 @@ struct ReceiverEpoch {
   double clock_bias_s = 0;                       ///< of the receiver, true
   double clock_drift = 0;                        ///< of the receiver, true [s/s]
   std::vector<SatelliteObservation> satellites;  ///< above the horizon, ascending
-  Fix fix;          ///< of this epoch's measurements; with a position filter the filter's answer
-  int visible = 0;  ///< tracked, above the mask (at the true place)
-  int blocked = 0;  ///< above the mask, not tracked
+  positioning::Fix fix;  ///< of this epoch's measurements; with a position filter the filter's answer
+  int visible = 0;       ///< tracked, above the mask (at the true place)
+  int blocked = 0;       ///< above the mask, not tracked
 };
 
 /// The part with memory: clock, noise and channels of one antenna, and its position filter. Same options and
@@ -117,7 +117,7 @@ class Receiver {
                                       std::span<const propagation::SatelliteView> views,
                                       const Eigen::Matrix3d& ecef_from_enu, raytrace::Placement placement,
                                       const orbit::Sky& sky,
-                                      const std::map<orbit::System, orbit::Klobuchar>& klobuchar = {});
+                                      const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {});
 
  private:
   struct State;

@@ -8,7 +8,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/frozen_sky.hpp"
-#include "canyon/receiver/channel.hpp"
+#include "canyon/tracking/channel.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -56,7 +56,7 @@ Path path_of(int i, double elevation_rad, double excess_m) {
 /// Views of epoch `k`, a second after the one before: detours change with a drive of 10 m/s.
 std::vector<SatelliteView> street(int paths, int k) {
   std::vector<SatelliteView> views;
-  for (const orbit::SatelliteId id : sky().satellites()) {
+  for (const gnss::SatelliteId id : sky().satellites()) {
     SatelliteView view;
     view.line = *orbit::line_of_sight(sky(), id, kTime + 1.0 * k, geodesy::ecef_from_geodetic(kPlace));
     const bool direct = id.number % 2 == 0;
@@ -111,11 +111,11 @@ BENCHMARK(epoch_of_50_satellites)
 /// Amplitudes alone of ten paths.
 void amplitudes_of_ten_paths(benchmark::State& state) {
   const std::vector<SatelliteView> views = street(10, 0);
-  const SignalOptions options;
+  const tracking::SignalOptions options;
   for (auto _ : state) {
     for (const Path& path : views[21].paths.paths) {
-      benchmark::DoNotOptimize(propagation::path_amplitude(path, views[21].line.elevation_rad, 1575.42e6,
-                                                           options.antenna, options.strength));
+      benchmark::DoNotOptimize(signal::path_amplitude(path, views[21].line.elevation_rad, 1575.42e6,
+                                                      options.antenna, options.strength));
     }
   }
 }

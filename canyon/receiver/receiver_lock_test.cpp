@@ -15,16 +15,16 @@ using geodesy::kPi;
 using raytrace::Placement;
 
 /// States every `step_s` for 12 s; the wall is there from 5 s until before 8 s.
-std::vector<LockState> states_behind_a_wall(double step_s) {
+std::vector<tracking::LockState> states_behind_a_wall(double step_s) {
   ReceiverOptions options = plain();
   options.signal.lock.hold_s = 0.6;
   options.signal.lock.reacquisition_s = 1.5;
   Receiver receiver(options, 1);
-  std::vector<LockState> states;
+  std::vector<tracking::LockState> states;
   for (int i = 0; i * step_s <= 12; ++i) {
     const bool blocked = i * step_s > 4.99 && i * step_s < 7.99;
     const SatelliteObservation seen = observe_one(receiver, i * step_s, blocked ? nothing : clear);
-    EXPECT_EQ(seen.measurement.has_value(), seen.lock == LockState::Tracking);
+    EXPECT_EQ(seen.measurement.has_value(), seen.lock == tracking::LockState::Tracking);
     EXPECT_EQ(seen.cn0_dbhz.has_value(), !blocked);
     states.push_back(seen.lock);
   }
@@ -33,19 +33,19 @@ std::vector<LockState> states_behind_a_wall(double step_s) {
 
 // What an update says has stood since the one before: the signal goes at 4.9 s and comes at 7.9 s.
 TEST(ReceiverLock, LossAndReacquisitionTakeTheirTimes) {
-  const std::vector<LockState> states = states_behind_a_wall(0.1);
+  const std::vector<tracking::LockState> states = states_behind_a_wall(0.1);
   for (int i = 0; i <= 120; ++i) {
-    const LockState expected = i < 50   ? LockState::Tracking
-                               : i < 55 ? LockState::Holding
-                               : i < 94 ? LockState::Searching
-                                        : LockState::Tracking;
+    const tracking::LockState expected = i < 50   ? tracking::LockState::Tracking
+                                         : i < 55 ? tracking::LockState::Holding
+                                         : i < 94 ? tracking::LockState::Searching
+                                                  : tracking::LockState::Tracking;
     EXPECT_EQ(states[static_cast<std::size_t>(i)], expected) << i;
   }
   // 4 s to 4.6 s it holds, 7 s + 1.5 s it is found.
-  const std::vector<LockState> coarse = states_behind_a_wall(1);
+  const std::vector<tracking::LockState> coarse = states_behind_a_wall(1);
   for (int i = 0; i <= 12; ++i) {
     EXPECT_EQ(coarse[static_cast<std::size_t>(i)],
-              i < 5 || i >= 9 ? LockState::Tracking : LockState::Searching)
+              i < 5 || i >= 9 ? tracking::LockState::Tracking : tracking::LockState::Searching)
         << i;
   }
 }
@@ -56,7 +56,9 @@ TEST(ReceiverLock, ColdReceiversSearchAndRisingSatellitesAreFound) {
   options.signal.lock.cold_acquisition_s = 20;
   Receiver cold(options, 1);
   for (int t = 0; t <= 25; ++t) {
-    EXPECT_EQ(observe_one(cold, t, clear).lock, t < 20 ? LockState::Searching : LockState::Tracking) << t;
+    EXPECT_EQ(observe_one(cold, t, clear).lock,
+              t < 20 ? tracking::LockState::Searching : tracking::LockState::Tracking)
+        << t;
   }
   // Rising at 100 s (seen since 99 s), into a receiver that runs since 0 s.
   options.signal.lock.warm_start = true;
@@ -67,7 +69,9 @@ TEST(ReceiverLock, ColdReceiversSearchAndRisingSatellitesAreFound) {
     if (t >= 100) views = open_sky(one_satellite(), kTime + 1.0 * t, kAntenna);
     const ReceiverEpoch epoch = observe(warm, one_satellite(), kTime + 1.0 * t, views);
     if (t >= 100) {
-      EXPECT_EQ(epoch.satellites.front().lock, t < 102 ? LockState::Searching : LockState::Tracking) << t;
+      EXPECT_EQ(epoch.satellites.front().lock,
+                t < 102 ? tracking::LockState::Searching : tracking::LockState::Tracking)
+          << t;
       EXPECT_EQ(epoch.visible, t < 102 ? 0 : 1);
       EXPECT_EQ(epoch.blocked, t < 102 ? 1 : 0);
     }
@@ -75,17 +79,17 @@ TEST(ReceiverLock, ColdReceiversSearchAndRisingSatellitesAreFound) {
   // A satellite that sets is lost, though nobody asks for it meanwhile.
   const ReceiverEpoch gone = observe(warm, one_satellite(), kTime + 130.0, {});
   EXPECT_TRUE(gone.satellites.empty());
-  EXPECT_EQ(observe_one(warm, 131, clear).lock, LockState::Searching);
+  EXPECT_EQ(observe_one(warm, 131, clear).lock, tracking::LockState::Searching);
 }
 
 TEST(ReceiverLock, InsideABuildingTheLockIsLost) {
   Receiver receiver(plain(), 1);
-  EXPECT_EQ(observe_one(receiver, 0, clear).lock, LockState::Tracking);
+  EXPECT_EQ(observe_one(receiver, 0, clear).lock, tracking::LockState::Tracking);
   const std::vector<SatelliteView> views = open_sky(one_satellite(), kTime + 10.0, kAntenna);
   const ReceiverEpoch inside = receiver.observe(kTime + 10.0, kAntenna, kAtRest, views, kEcefFromEnu,
                                                 Placement::InsideBuilding, one_satellite());
-  EXPECT_EQ(inside.fix.status, FixStatus::NoSignal);
-  EXPECT_EQ(inside.satellites.front().lock, LockState::Searching);
+  EXPECT_EQ(inside.fix.status, positioning::FixStatus::NoSignal);
+  EXPECT_EQ(inside.satellites.front().lock, tracking::LockState::Searching);
   EXPECT_EQ(inside.satellites.front().visibility, Visibility::Blocked);
   EXPECT_FALSE(inside.satellites.front().cn0_dbhz || inside.satellites.front().measurement);
   EXPECT_EQ(inside.satellites.front().excess_m, 0);
@@ -95,11 +99,11 @@ TEST(ReceiverLock, InsideABuildingTheLockIsLost) {
 // Nothing arrives at the very instant of the epoch before: the lock stands, a measurement is none.
 TEST(ReceiverLock, SameInstantWithoutSignalIsNotMeasured) {
   Receiver receiver(plain(), 1);
-  EXPECT_EQ(observe_one(receiver, 0, clear).lock, LockState::Tracking);
+  EXPECT_EQ(observe_one(receiver, 0, clear).lock, tracking::LockState::Tracking);
   const SatelliteObservation seen = observe_one(receiver, 0, nothing);
-  EXPECT_NE(seen.lock, LockState::Tracking);
+  EXPECT_NE(seen.lock, tracking::LockState::Tracking);
   EXPECT_FALSE(seen.measurement);
-  EXPECT_EQ(observe_one(receiver, 0, clear).lock, LockState::Tracking);
+  EXPECT_EQ(observe_one(receiver, 0, clear).lock, tracking::LockState::Tracking);
 }
 
 // An echo 1.37 chips behind: the loop that stood on it stays there when the direct path comes back, and runs
@@ -128,8 +132,8 @@ TEST(ReceiverLock, TheLoopRemembersItsDelay) {
 
   Receiver losing(plain(), 1);
   EXPECT_NEAR(observe_one(losing, 0, echo).excess_m, 400, 1e-6);
-  EXPECT_EQ(observe_one(losing, 5, nothing).lock, LockState::Searching);
-  EXPECT_EQ(observe_one(losing, 6, both).lock, LockState::Tracking);
+  EXPECT_EQ(observe_one(losing, 5, nothing).lock, tracking::LockState::Searching);
+  EXPECT_EQ(observe_one(losing, 6, both).lock, tracking::LockState::Tracking);
   EXPECT_NEAR(observe_one(losing, 7, both).excess_m, 0, 1e-6);
 }
 

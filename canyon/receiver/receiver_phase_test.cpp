@@ -22,9 +22,9 @@ TEST(ReceiverPhase, PhaseIsTheRangeWhileLocked) {
   ReceiverOptions options = plain();
   options.clock.bias_s = 1e-4;
   options.clock.drift = 1e-7;
-  options.signal.antenna = propagation::isotropic_antenna();
+  options.signal.antenna = signal::isotropic_antenna();
   Receiver receiver(options, 1);
-  std::map<orbit::SatelliteId, double> ambiguities;
+  std::map<gnss::SatelliteId, double> ambiguities;
   int compared = 0;
   for (int i = 0; i < 50; ++i) {
     const double t = 0.2 * i;
@@ -54,7 +54,7 @@ TEST(ReceiverPhase, PhaseIsTheRangeWhileLocked) {
 }
 
 TEST(ReceiverPhase, IonosphereAdvancesThePhase) {
-  const std::map<System, orbit::Klobuchar> klobuchar{
+  const std::map<System, gnss::Klobuchar> klobuchar{
       {System::GPS,
        {{8.3819e-9, 1.4901e-8, -5.9605e-8, -5.9605e-8}, {8.8064e4, 3.2768e4, -1.9661e5, -1.9661e5}}}};
   const std::vector<SatelliteView> views = open_sky(one_satellite(), kTime, kAntenna);
@@ -69,9 +69,9 @@ TEST(ReceiverPhase, IonosphereAdvancesThePhase) {
                 .satellites.front()
                 .measurement;
   };
-  const Measurement none = measure(false, false);
-  const Measurement ionosphere = measure(true, false);
-  const Measurement troposphere = measure(false, true);
+  const positioning::Measurement none = measure(false, false);
+  const positioning::Measurement ionosphere = measure(true, false);
+  const positioning::Measurement troposphere = measure(false, true);
   const double i = ionosphere.pseudorange_m - none.pseudorange_m;
   const double s = troposphere.pseudorange_m - none.pseudorange_m;
   EXPECT_GT(i, 1);
@@ -125,19 +125,19 @@ TEST(ReceiverPhase, PhaseSlipsWhereTheSignalWas) {
       return {mirror_path({0, -1, 0}, 30, 0.5, reflector)};
     };
   };
-  const Measurement first = *at(0, clear).measurement;
-  const Measurement second = *at(1, clear).measurement;
+  const positioning::Measurement first = *at(0, clear).measurement;
+  const positioning::Measurement second = *at(1, clear).measurement;
   EXPECT_EQ(*first.phase_since, *second.phase_since);
   EXPECT_NEAR(*first.carrier_phase_cycles, *second.carrier_phase_cycles, 1e-6);
   // A short gap is bridged by the hold, with a new phase.
-  EXPECT_EQ(at(1.5, nothing).lock, LockState::Holding);
-  const Measurement third = *at(1.8, clear).measurement;
+  EXPECT_EQ(at(1.5, nothing).lock, tracking::LockState::Holding);
+  const positioning::Measurement third = *at(1.8, clear).measurement;
   EXPECT_GT(*third.phase_since, *second.phase_since);
   const double slip = *third.carrier_phase_cycles - *second.carrier_phase_cycles;
   EXPECT_NEAR(slip, std::round(slip), 1e-5);
   EXPECT_GT(std::abs(slip), 0.5);
   // From the direct path to an echo, and from one mirror to another.
-  const Measurement fourth = *at(2, echo(1)).measurement;
+  const positioning::Measurement fourth = *at(2, echo(1)).measurement;
   EXPECT_EQ(*fourth.phase_since, kTime + 2.0);
   EXPECT_EQ(*at(3, echo(1)).measurement->phase_since, kTime + 2.0);
   EXPECT_EQ(*at(4, echo(2)).measurement->phase_since, kTime + 4.0);
@@ -153,8 +153,8 @@ TEST(ReceiverPhase, WeakSignalsHaveNoPhase) {
             }).measurement;
   };
   EXPECT_EQ(*at(0, 1).phase_since, kTime);
-  EXPECT_EQ(*at(1, 0.5).phase_since, kTime);  // 42 dB-Hz
-  const Measurement weak = at(2, 0.3);        // 38 dB-Hz
+  EXPECT_EQ(*at(1, 0.5).phase_since, kTime);         // 42 dB-Hz
+  const positioning::Measurement weak = at(2, 0.3);  // 38 dB-Hz
   EXPECT_FALSE(weak.carrier_phase_cycles || weak.phase_since);
   EXPECT_TRUE(weak.doppler_hz);
   EXPECT_EQ(*at(3, 1).phase_since, kTime + 3.0);

@@ -17,7 +17,7 @@ using namespace canyon::test;
 ReceiverOptions shadowed(double clear_db, double shadow_db, double enter, double leave) {
   ReceiverOptions options = plain();
   options.signal.shadowing.enabled = true;
-  options.signal.shadowing.environment = ShadowingEnvironment::Custom;
+  options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Custom;
   options.signal.shadowing.transition_m = 0;
   options.signal.shadowing.custom = {clear_db, 0, shadow_db, 0, enter, leave};
   return options;

@@ -27,7 +27,7 @@ TEST(ReceiverSignal, ClearSkyHasTheLinkBudgetsStrengthAndNoError) {
   EXPECT_NEAR(*seen.cn0_dbhz, clear_cn0_dbhz(), 1e-6);
   EXPECT_NEAR(*seen.cn0_dbhz, 48.3, 0.05);
   EXPECT_EQ(*seen.measurement->cn0_dbhz, *seen.cn0_dbhz);
-  EXPECT_EQ(seen.lock, LockState::Tracking);
+  EXPECT_EQ(seen.lock, tracking::LockState::Tracking);
   EXPECT_EQ(seen.visibility, Visibility::LOS);
   EXPECT_NEAR(seen.pseudorange_error_m, 0, 1e-6);
   EXPECT_EQ(seen.noise_m, 0);
@@ -91,7 +91,7 @@ TEST(ReceiverSignal, NoiseIsTheLoopsFormulas) {
     ReceiverOptions quiet = options;
     quiet.signal.loop_noise = false;
     Receiver silent(quiet, 4);
-    const Measurement m = *observe_one(silent, 0, clear).measurement;
+    const positioning::Measurement m = *observe_one(silent, 0, clear).measurement;
     quiet_phase = *m.carrier_phase_cycles;
     quiet_doppler = *m.doppler_hz;
   }
@@ -126,7 +126,7 @@ TEST(ReceiverSignal, DeviationsOfAllNoisesAddAsSquares) {
   options.noise.ou.sigma_m_per_sqrt_s = 2;  // 2 m
   options.noise.doppler_sigma_hz = 0.4;
   Receiver receiver(options, 4);
-  const Measurement m = *observe_one(receiver, 0, clear).measurement;
+  const positioning::Measurement m = *observe_one(receiver, 0, clear).measurement;
   EXPECT_NEAR(m.sigma_m, std::hypot(2, code_sigma_m(clear_cn0_dbhz())), 1e-9);
   const double cn0 = std::pow(10, clear_cn0_dbhz() / 10);
   EXPECT_NEAR(m.doppler_sigma_hz,
@@ -254,15 +254,15 @@ TEST(ReceiverSignal, AntennasHearEchoesDifferently) {
     return *observe_one(one, 0, mirror).cn0_dbhz - *observe_one(other, 0, clear).cn0_dbhz;
   };
   // A mirror turns the wave's hand: an antenna's LHCP gain at 30 over its RHCP gain at 40 degrees.
-  EXPECT_LT(echo_db(propagation::isotropic_antenna()), -60);
+  EXPECT_LT(echo_db(signal::isotropic_antenna()), -60);
   EXPECT_NEAR(echo_db(both_hands()), 0, 0.02);
   for (const AntennaPattern& antenna :
-       {propagation::patch_antenna(), propagation::survey_antenna(), propagation::phone_antenna()}) {
+       {signal::patch_antenna(), signal::survey_antenna(), signal::phone_antenna()}) {
     const double expected =
         antenna.gain(geodesy::radians(30)).lhcp_dbic - antenna.gain(geodesy::radians(40)).rhcp_dbic;
     EXPECT_NEAR(echo_db(antenna), expected, 0.05) << antenna.name();
   }
-  EXPECT_GT(echo_db(propagation::phone_antenna()), echo_db(propagation::survey_antenna()) + 10);
+  EXPECT_GT(echo_db(signal::phone_antenna()), echo_db(signal::survey_antenna()) + 10);
 }
 
 TEST(ReceiverSignal, StatedStrengthIsNoisyAndInSteps) {
@@ -379,8 +379,8 @@ TEST(ReceiverSignal, SameSeedSameNumbersWhateverRunsBeside) {
     int compared = 0;
     for (std::size_t k = 0; k < ea.satellites.size(); ++k) {
       if (!ea.satellites[k].measurement) continue;
-      const Measurement& ma = *ea.satellites[k].measurement;
-      const Measurement& mb = *eb.satellites[k].measurement;
+      const positioning::Measurement& ma = *ea.satellites[k].measurement;
+      const positioning::Measurement& mb = *eb.satellites[k].measurement;
       EXPECT_EQ(ma.pseudorange_m, mb.pseudorange_m);
       EXPECT_EQ(*ma.doppler_hz, *mb.doppler_hz);
       EXPECT_EQ(*ma.carrier_phase_cycles, *mb.carrier_phase_cycles);
@@ -433,7 +433,7 @@ TEST(ReceiverSignal, ElevationMaskHidesMeasurementsOnly) {
   Receiver receiver(options, 1);
   const SatelliteObservation seen = observe_one(receiver, 0, clear);
   EXPECT_FALSE(seen.above_mask || seen.measurement);
-  EXPECT_EQ(seen.lock, LockState::Tracking);
+  EXPECT_EQ(seen.lock, tracking::LockState::Tracking);
   EXPECT_TRUE(seen.cn0_dbhz);
 }
 
@@ -453,7 +453,7 @@ TEST(ReceiverSignal, StrengthMaskKeepsWeakSignalsOutOfTheFix) {
   int weak = 0;
   for (const SatelliteObservation& seen : epoch.satellites) {
     ASSERT_TRUE(seen.measurement);
-    EXPECT_EQ(seen.used, *seen.cn0_dbhz >= 40) << orbit::to_string(seen.id);
+    EXPECT_EQ(seen.used, *seen.cn0_dbhz >= 40) << gnss::to_string(seen.id);
     weak += *seen.cn0_dbhz < 40;
   }
   EXPECT_GT(weak, 5);
@@ -469,7 +469,7 @@ TEST(ReceiverSignal, PositionFilterAnswersForTheFix) {
   ReceiverOptions filtered = options;
   filtered.filter.enabled = true;
   Receiver bare(options, 1), smooth(filtered, 1);
-  PositionFilter filter(filtered.filter, filtered.fix);
+  positioning::PositionFilter filter(filtered.filter, filtered.fix);
   for (int i = 0; i < 20; ++i) {
     const GpsTime time = kTime + 1.0 * i;
     std::vector<SatelliteView> views = open_sky(six_satellites(), time, kAntenna);
@@ -479,11 +479,12 @@ TEST(ReceiverSignal, PositionFilterAnswersForTheFix) {
     }
     const ReceiverEpoch epoch = observe(bare, six_satellites(), time, views);
     const ReceiverEpoch answer = observe(smooth, six_satellites(), time, views);
-    std::vector<Measurement> measurements;
+    std::vector<positioning::Measurement> measurements;
     for (const SatelliteObservation& seen : answer.satellites) {
       if (seen.measurement) measurements.push_back(*seen.measurement);
     }
-    const Fix expected = filter.update(answer.receiver_time, measurements, six_satellites(), epoch.fix);
+    const positioning::Fix expected =
+        filter.update(answer.receiver_time, measurements, six_satellites(), epoch.fix);
     EXPECT_EQ(epoch.fix.solved(), i != 15) << i;
     ASSERT_TRUE(answer.fix.solved()) << i;
     EXPECT_EQ(answer.fix.position_ecef, expected.position_ecef) << i;
@@ -507,7 +508,7 @@ TEST(ReceiverSignal, SwitchedOffNothingOfItShows) {
   odd.signal.lock.cold_acquisition_s = 1e6;
   odd.signal.phase_threshold_dbhz = 0;
   Receiver receiver(options, 9), other(odd, 9);
-  std::map<orbit::SatelliteId, OuProcess> noises;
+  std::map<gnss::SatelliteId, tracking::OuProcess> noises;
   for (int i = 0; i < 5; ++i) {
     const GpsTime time = kTime + 1.0 * i;
     std::vector<SatelliteView> views = open_sky(four_systems(), time, kAntenna);
@@ -519,15 +520,17 @@ TEST(ReceiverSignal, SwitchedOffNothingOfItShows) {
     for (const SatelliteView& view : views) {
       const SatelliteObservation& seen = *find(epoch, view.line.id);
       const SatelliteObservation& twin = *find(same, view.line.id);
-      EXPECT_EQ(seen.lock, view.paths.received() ? LockState::Tracking : LockState::Searching);
+      EXPECT_EQ(seen.lock,
+                view.paths.received() ? tracking::LockState::Tracking : tracking::LockState::Searching);
       EXPECT_EQ(seen.excess_m, view.paths.tracked_excess_m());
       EXPECT_FALSE(seen.cn0_dbhz || twin.cn0_dbhz);
       ASSERT_EQ(seen.measurement.has_value(), view.paths.received() && seen.above_mask);
       if (!seen.measurement) continue;
-      OuProcess& noise =
+      tracking::OuProcess& noise =
           noises
               .emplace(view.line.id,
-                       OuProcess({}, RandomStream(9, "receiver/" + orbit::to_string(view.line.id) + "/code")))
+                       tracking::OuProcess(
+                           {}, RandomStream(9, "receiver/" + gnss::to_string(view.line.id) + "/code")))
               .first->second;
       const double error = noise.advance(1);
       EXPECT_EQ(seen.noise_m, error);
@@ -538,7 +541,7 @@ TEST(ReceiverSignal, SwitchedOffNothingOfItShows) {
                     0.0 + error);
       EXPECT_EQ(seen.measurement->pseudorange_m, twin.measurement->pseudorange_m);
       EXPECT_EQ(*seen.measurement->doppler_hz, *twin.measurement->doppler_hz);
-      EXPECT_EQ(seen.measurement->sigma_m, OuOptions().standard_deviation_m());
+      EXPECT_EQ(seen.measurement->sigma_m, tracking::OuOptions().standard_deviation_m());
       EXPECT_FALSE(seen.measurement->cn0_dbhz || seen.measurement->carrier_phase_cycles ||
                    seen.measurement->phase_since);
     }

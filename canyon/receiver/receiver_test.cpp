@@ -14,8 +14,8 @@
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/frozen_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
-#include "canyon/receiver/atmosphere.hpp"
+#include "canyon/propagation/atmosphere.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -24,7 +24,7 @@ namespace {
 
 using geodesy::GpsTime;
 using geodesy::kSpeedOfLight;
-using orbit::System;
+using gnss::System;
 using propagation::Path;
 using propagation::PathKind;
 using propagation::SatelliteView;
@@ -41,7 +41,7 @@ const Eigen::Vector3d kAtRest = Eigen::Vector3d::Zero();
 /// Satellites above the horizon, every one in clear line of sight.
 std::vector<SatelliteView> open_sky(const orbit::Sky& sky, GpsTime time, const Eigen::Vector3d& antenna) {
   std::vector<SatelliteView> views;
-  for (const orbit::SatelliteId id : sky.satellites()) {
+  for (const gnss::SatelliteId id : sky.satellites()) {
     const auto line = orbit::line_of_sight(sky, id, time, antenna);
     if (!line || line->elevation_rad < 0) continue;
     SatelliteView view;
@@ -79,7 +79,7 @@ ReceiverOptions quiet() {
   return options;
 }
 
-const SatelliteObservation* find(const ReceiverEpoch& epoch, orbit::SatelliteId id) {
+const SatelliteObservation* find(const ReceiverEpoch& epoch, gnss::SatelliteId id) {
   for (const SatelliteObservation& each : epoch.satellites) {
     if (each.id == id) return &each;
   }
@@ -146,7 +146,7 @@ TEST(ReceiverOpenSky, NoiseOffIsTheTruthUnderTheNominalConstellations) {
 
 TEST(ReceiverOpenSky, NoiseOffIsTheTruthUnderRealEphemerides) {
   CANYON_SHARED_DATA(file, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
-  const orbit::BroadcastSky sky(orbit::read_rinex_navigation(file));
+  const orbit::BroadcastSky sky(rinex::read_rinex_navigation(file));
   // 2020-06-25: week 2111, day 4.
   expect_truth_over(sky, GpsTime::from_week(2111, 4 * 86'400 + 2 * 3600), 20, 6);
 }
@@ -343,7 +343,7 @@ TEST(Receiver, InsideABuildingNothingIsReceived) {
     Receiver receiver(ReceiverOptions{}, 1);
     const ReceiverEpoch epoch =
         receiver.observe(kTime, ecef, kAtRest, views, kEcefFromEnu, placement, four_systems());
-    EXPECT_EQ(epoch.fix.status, FixStatus::NoSignal);
+    EXPECT_EQ(epoch.fix.status, positioning::FixStatus::NoSignal);
     EXPECT_EQ(name(epoch.fix.status), "no fix");
     EXPECT_TRUE(std::isnan(epoch.fix.position.latitude_rad));
     EXPECT_EQ(epoch.visible, 0);
@@ -364,7 +364,7 @@ TEST(Receiver, BlockedSkyIsNoFix) {
   Receiver receiver(ReceiverOptions{}, 1);
   const ReceiverEpoch epoch =
       receiver.observe(kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
-  EXPECT_EQ(epoch.fix.status, FixStatus::TooFewSatellites);
+  EXPECT_EQ(epoch.fix.status, positioning::FixStatus::TooFewSatellites);
   EXPECT_TRUE(epoch.fix.position_ecef.array().isNaN().all());
   EXPECT_EQ(epoch.visible, 0);
 }
@@ -555,7 +555,7 @@ TEST(Receiver, CovarianceStatesTheNoise) {
 }
 
 // alpha and beta: the header of a GPS navigation file of 2019 (the values only set the size of the delay).
-const std::map<System, orbit::Klobuchar> kKlobuchar{
+const std::map<System, gnss::Klobuchar> kKlobuchar{
     {System::GPS,
      {{8.3819e-9, 1.4901e-8, -5.9605e-8, -5.9605e-8}, {8.8064e4, 3.2768e4, -1.9661e5, -1.9661e5}}}};
 

@@ -11,8 +11,8 @@ namespace canyon::simulation {
 struct Environment::Impl {
   std::shared_ptr<CityScene> city_scene;  // propagators refer to it; it keeps its address
   std::shared_ptr<const orbit::Sky> sky;
-  std::map<orbit::System, orbit::Klobuchar> klobuchar;
-  std::vector<orbit::SatelliteId> satellites;
+  std::map<gnss::System, gnss::Klobuchar> klobuchar;
+  std::vector<gnss::SatelliteId> satellites;
 };
 
 namespace {
@@ -26,11 +26,11 @@ std::shared_ptr<T> checked(std::shared_ptr<T> part, const char* what) {
 }  // namespace
 
 Environment::Environment(city::City city, std::shared_ptr<const orbit::Sky> sky,
-                         std::map<orbit::System, orbit::Klobuchar> klobuchar)
+                         std::map<gnss::System, gnss::Klobuchar> klobuchar)
     : Environment(std::make_shared<CityScene>(std::move(city)), std::move(sky), std::move(klobuchar)) {}
 
 Environment::Environment(std::shared_ptr<CityScene> scene, std::shared_ptr<const orbit::Sky> sky,
-                         std::map<orbit::System, orbit::Klobuchar> klobuchar)
+                         std::map<gnss::System, gnss::Klobuchar> klobuchar)
     : impl_(std::make_unique<Impl>()) {
   impl_->city_scene = checked(std::move(scene), "city");
   impl_->sky = checked(std::move(sky), "sky");
@@ -46,7 +46,7 @@ const city::City& Environment::city() const {
 const orbit::Sky& Environment::sky() const {
   return *impl_->sky;
 }
-const std::map<orbit::System, orbit::Klobuchar>& Environment::klobuchar() const {
+const std::map<gnss::System, gnss::Klobuchar>& Environment::klobuchar() const {
   return impl_->klobuchar;
 }
 const raytrace::RayScene& Environment::scene() const {
@@ -82,7 +82,7 @@ Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& anten
   arrival.views.reserve(impl_->satellites.size());
   std::vector<Eigen::Vector3d> directions;
   directions.reserve(impl_->satellites.size());
-  for (const orbit::SatelliteId id : impl_->satellites) {
+  for (const gnss::SatelliteId id : impl_->satellites) {
     std::optional<orbit::LineOfSight> line = orbit::line_of_sight(*impl_->sky, id, time, antenna_ecef);
     // The horizon is the antenna's own; rays are cast in the city's frame, whose vertical differs from the
     // antenna's by 1e-4 rad some 600 m from the origin.

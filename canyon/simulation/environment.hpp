@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "canyon/city/city.hpp"
-#include "canyon/orbit/navigation_data.hpp"
+#include "canyon/gnss/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/propagation/propagator.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
@@ -43,16 +43,16 @@ class Environment {
  public:
   /// Over a scene that others may hold as well; neither may be null (InputError).
   Environment(std::shared_ptr<CityScene> scene, std::shared_ptr<const orbit::Sky> sky,
-              std::map<orbit::System, orbit::Klobuchar> klobuchar = {});
+              std::map<gnss::System, gnss::Klobuchar> klobuchar = {});
   /// `sky` may be shared with others. Klobuchar coefficients ride along for receivers.
   Environment(city::City city, std::shared_ptr<const orbit::Sky> sky,
-              std::map<orbit::System, orbit::Klobuchar> klobuchar = {});
+              std::map<gnss::System, gnss::Klobuchar> klobuchar = {});
   ~Environment();
   Environment(Environment&&) noexcept;
 
   [[nodiscard]] const city::City& city() const;
   [[nodiscard]] const orbit::Sky& sky() const;
-  [[nodiscard]] const std::map<orbit::System, orbit::Klobuchar>& klobuchar() const;
+  [[nodiscard]] const std::map<gnss::System, gnss::Klobuchar>& klobuchar() const;
   [[nodiscard]] const raytrace::RayScene& scene() const;
   /// For hosts that move things between steps; not beside queries.
   [[nodiscard]] raytrace::RayScene& mutable_scene();

@@ -108,7 +108,7 @@ TEST(Environment, PropagatorsSurviveItsMove) {
 // verticals are 1.26 mrad apart, and the direction rotated through ECEF tells them apart.
 TEST(Environment, DirectionsAreInTheCitysFrameFarFromItsOrigin) {
   auto nominal = std::make_shared<orbit::BroadcastSky>(
-      orbit::nominal_constellation(kTime - 10.0, kTime + 10.0, {orbit::System::GPS}));
+      orbit::nominal_constellation(kTime - 10.0, kTime + 10.0, {gnss::System::GPS}));
   city::City city;
   city.frame = geodesy::LocalFrame(kOrigin);
   const Environment environment(std::move(city), nominal);
@@ -133,14 +133,14 @@ TEST(Environment, DirectionsAreInTheCitysFrameFarFromItsOrigin) {
 
 TEST(Environment, SatellitesAreAscendingAndAboveTheHorizon) {
   auto nominal = std::make_shared<orbit::BroadcastSky>(orbit::nominal_constellation(
-      kTime - 10.0, kTime + 10.0, {orbit::System::GPS, orbit::System::Galileo, orbit::System::BeiDou}));
+      kTime - 10.0, kTime + 10.0, {gnss::System::GPS, gnss::System::Galileo, gnss::System::BeiDou}));
   city::City city;
   city.frame = geodesy::LocalFrame(kOrigin);
   const Environment environment(std::move(city), nominal);
   const auto propagator = environment.make_propagator({});
   const Arrival arrival = environment.arrival(kTime, {0, 0, 2}, propagator);
   std::size_t expected = 0;
-  for (const orbit::SatelliteId id : nominal->satellites()) {
+  for (const gnss::SatelliteId id : nominal->satellites()) {
     const auto line =
         orbit::line_of_sight(*nominal, id, kTime, environment.city().frame.ecef_from_local({0, 0, 2}));
     expected += line && line->elevation_rad > 0;

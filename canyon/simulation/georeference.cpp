@@ -5,13 +5,13 @@
 #include <Eigen/Geometry>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/receiver/noise.hpp"
+#include "canyon/tracking/noise.hpp"
 
 namespace canyon::simulation {
 
 std::optional<CityShift> draw_city_shift(const Georeference& georeference, std::uint64_t seed) {
   if (georeference.sigma_m == 0 && georeference.heading_sigma_rad == 0) return std::nullopt;
-  receiver::RandomStream stream(seed, "georeference");
+  RandomStream stream(seed, "georeference");
   CityShift shift;
   shift.east_m = georeference.sigma_m * stream.normal();
   shift.north_m = georeference.sigma_m * stream.normal();

@@ -257,7 +257,7 @@ propagation: {model: specular, max_range_m: 99}
 noise: {sigma_m_per_sqrt_s: 0.7}
 )",
                                               "plugin");
-  EXPECT_EQ(config.sky.systems, std::set<orbit::System>{orbit::System::BeiDou});
+  EXPECT_EQ(config.sky.systems, std::set<gnss::System>{gnss::System::BeiDou});
   EXPECT_EQ(config.start, GpsTime::from_week(2051, 46701));
   EXPECT_EQ(config.rate_hz, 5.0);
   EXPECT_EQ(config.seed, 42U);

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/buildings/cityjson_reader.hpp"
-#include "canyon/buildings/osm_reader.hpp"
+#include "canyon/buildings/sources/cityjson_reader.hpp"
+#include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/mesh_file.hpp"

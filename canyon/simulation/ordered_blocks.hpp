@@ -43,7 +43,8 @@ class OrderedBlock {
   /// end.
   template <typename Running, typename Take>
   bool take(const Running& running, const Take& take_item) {
-    // The group's wait orders the threads already; this says so to ThreadSanitizer, which cannot see into TBB.
+    // The group's wait orders the threads already; this says so to ThreadSanitizer, which cannot see into
+    // TBB.
     (void)made_.load(std::memory_order_acquire);
     for (std::size_t i = 0; i < slots_.size(); ++i) {
       if (slots_[i].error) std::rethrow_exception(slots_[i].error);

@@ -11,6 +11,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "tests/support/simulation_support.hpp"
+#include "tests/support/source_dir.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -24,7 +25,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-const std::filesystem::path kSource = CANYON_SOURCE_DIR;
+const std::filesystem::path kSource = canyon_source_dir;
 const std::string kScene =
     "city: {synthetic: {}}\nstart: 2026-06-01T12:00:00Z\n"
     "trajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n";
@@ -110,7 +111,7 @@ TEST(Profile, ThresholdsAreWithinTheDataSheets) {
   };
   constexpr double kThermalNoise_dbm_hz = -173.98;  // 10 log10(1.380649e-23 * 290 / 1e-3)
   for (const Sheet& sheet : {Sheet{"ublox-m8t", -167, -160, -148}, {"ublox-f9p", -167, -160, -148}}) {
-    const receiver::SignalLockOptions lock = built_in(sheet.profile).receiver.options.signal.lock;
+    const tracking::SignalLockOptions lock = built_in(sheet.profile).receiver.options.signal.lock;
     EXPECT_GE(lock.tracking_threshold_dbhz, sheet.tracking_dbm - kThermalNoise_dbm_hz - 0.05);
     EXPECT_LE(lock.tracking_threshold_dbhz, sheet.tracking_dbm - kThermalNoise_dbm_hz + 8);
     EXPECT_GE(lock.acquisition_threshold_dbhz, sheet.reacquisition_dbm - kThermalNoise_dbm_hz);
@@ -122,13 +123,13 @@ TEST(Profile, ThresholdsAreWithinTheDataSheets) {
 // percentile and 48 at most; what phones hear is some 10 dB below what survey antennas do (Pesyna et al.
 // 2014: 5 to 15 dB).
 TEST(Profile, LinkBudgetsGiveTheC_N0OfTheirKind) {
-  const auto cn0 = [](std::string_view name, double elevation_deg, orbit::System system) {
-    const receiver::SignalOptions s = built_in(name).receiver.options.signal;
+  const auto cn0 = [](std::string_view name, double elevation_deg, gnss::System system) {
+    const tracking::SignalOptions s = built_in(name).receiver.options.signal;
     const auto offset = s.system_offset_db.find(system);
-    return propagation::los_cn0_dbhz(system, geodesy::radians(elevation_deg), s.antenna, s.link) +
+    return signal::los_cn0_dbhz(system, geodesy::radians(elevation_deg), s.antenna, s.link) +
            (offset == s.system_offset_db.end() ? 0 : offset->second);
   };
-  using orbit::System;
+  using gnss::System;
   const double m8t = cn0("ublox-m8t", 50, System::GPS);
   EXPECT_GT(m8t, 44);
   EXPECT_LT(m8t, 48);
@@ -165,7 +166,7 @@ TEST(Profile, AntennasByNameOrByRows) {
   EXPECT_EQ(antenna("antenna: survey").name(), "survey");
   for (const char* rows : {"antenna_rows: [[-90, -20, -12], [90, 4, -9]]",
                            "antenna_rows: [-90, -20, -12, 90, 4, -9]", "antenna_rows: -90 -20 -12 90 4 -9"}) {
-    const propagation::AntennaPattern pattern = antenna(rows);
+    const signal::AntennaPattern pattern = antenna(rows);
     ASSERT_EQ(pattern.points().size(), 2U) << rows;
     // Halfway in elevation, halfway in dB.
     EXPECT_NEAR(pattern.gain(0).rhcp_dbic, -8, 1e-12) << rows;

@@ -25,7 +25,7 @@ class Rows {
 };
 
 void add_fix(const Rows& add) {
-  const receiver::FixOptions o;
+  const positioning::FixOptions o;
   add("elevation_mask_deg", "deg", show_deg(o.elevation_mask_rad),
       "satellites below are neither measured nor used");
   add("cn0_mask_dbhz", "dB-Hz", show(o.cn0_mask_dbhz), "satellites weaker than this are not used in the fix");
@@ -51,7 +51,7 @@ void add_fix(const Rows& add) {
 }
 
 void add_filter(const Rows& add) {
-  const receiver::PositionFilterOptions o;
+  const positioning::PositionFilterOptions o;
   add("position_filter.enabled", "", show(o.enabled),
       "extended Kalman filter behind the fix; false: each epoch's fix stands alone");
   add("position_filter.acceleration_horizontal", "m/s^2/sqrt(Hz)", show(o.acceleration_horizontal),
@@ -68,7 +68,7 @@ void add_filter(const Rows& add) {
 }
 
 void add_signal(const Rows& add) {
-  const receiver::SignalOptions o;
+  const tracking::SignalOptions o;
   add("signal.enabled", "", show(o.enabled),
       "strength and tracking of signals; false: whatever arrives is measured, at its shortest path");
   add("signal.antenna", "", o.antenna.name(), "isotropic, patch, survey or phone");
@@ -82,9 +82,9 @@ void add_signal(const Rows& add) {
       "of the receiver with its amplifier");
   add("signal.link.implementation_loss_db", "dB", show(o.link.implementation_loss_db),
       "of filter, quantisation and correlation");
-  for (const orbit::System system : orbit::kAllSystems) {
-    add(fmt::format("signal.system_offset_db.{}", orbit::name(system)), "dB", "0",
-        fmt::format("added to the C/N0 of {}", orbit::name(system)));
+  for (const gnss::System system : gnss::kAllSystems) {
+    add(fmt::format("signal.system_offset_db.{}", gnss::name(system)), "dB", "0",
+        fmt::format("added to the C/N0 of {}", gnss::name(system)));
   }
   add("signal.satellite_sigma_db", "dB", show(o.satellite_sigma_db),
       "standard deviation of a constant of each satellite's power");

@@ -12,10 +12,10 @@
 namespace canyon::simulation {
 namespace {
 
-using propagation::FoliageModel;
-using receiver::Discriminator;
-using receiver::ShadowingEnvironment;
-using receiver::Weighting;
+using disturbance::ShadowingEnvironment;
+using positioning::Weighting;
+using signal::FoliageModel;
+using tracking::Discriminator;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -63,7 +63,7 @@ void read_diffuse(YamlSection& section, propagation::PropagationOptions& options
   validate(o, section);
 }
 
-void read_weights(YamlSection& section, receiver::WeightOptions& o) {
+void read_weights(YamlSection& section, positioning::WeightOptions& o) {
   set_word(o.weighting, section, "weighting",
            {Weighting::Sigma, Weighting::Equal, Weighting::Elevation, Weighting::Cn0});
   set(o.elevation_a_m, section.number("elevation_a_m", {0, 1e6, true}));
@@ -73,7 +73,7 @@ void read_weights(YamlSection& section, receiver::WeightOptions& o) {
   section.finish();
 }
 
-void read_raim(YamlSection& section, receiver::RaimOptions& o) {
+void read_raim(YamlSection& section, positioning::RaimOptions& o) {
   set(o.enabled, section.boolean("enabled"));
   set(o.false_alarm, section.number("false_alarm", {0, 0.5, true}));
   set(o.max_exclusions, section.integer("max_exclusions", 1, 30));
@@ -81,7 +81,7 @@ void read_raim(YamlSection& section, receiver::RaimOptions& o) {
   section.finish();
 }
 
-void read_filter(YamlSection& section, receiver::PositionFilterOptions& o) {
+void read_filter(YamlSection& section, positioning::PositionFilterOptions& o) {
   set(o.enabled, section.boolean("enabled"));
   set(o.acceleration_horizontal, section.number("acceleration_horizontal", {0, 100, true}));
   set(o.acceleration_vertical, section.number("acceleration_vertical", {0, 100, true}));
@@ -92,28 +92,26 @@ void read_filter(YamlSection& section, receiver::PositionFilterOptions& o) {
   section.finish();
 }
 
-propagation::AntennaPattern read_antenna_rows(YamlSection& section,
-                                              const std::vector<std::vector<double>>& rows) {
-  std::vector<propagation::PatternPoint> points;
+signal::AntennaPattern read_antenna_rows(YamlSection& section, const std::vector<std::vector<double>>& rows) {
+  std::vector<signal::PatternPoint> points;
   for (const std::vector<double>& row : rows) points.push_back({row[0], row[1], row[2]});
   try {
-    return propagation::AntennaPattern("rows", std::move(points));
+    return signal::AntennaPattern("rows", std::move(points));
   } catch (const InputError& e) {
     throw section.error("antenna_rows", e.problem(), e.cure());
   }
 }
 
-void read_antenna(YamlSection& section, propagation::AntennaPattern& antenna) {
+void read_antenna(YamlSection& section, signal::AntennaPattern& antenna) {
   const auto kind = only_one(section, {"antenna", "antenna_rows"});
   if (kind == "antenna") {
-    antenna =
-        propagation::antenna_by_name(*section.choice("antenna", {"isotropic", "patch", "survey", "phone"}));
+    antenna = signal::antenna_by_name(*section.choice("antenna", {"isotropic", "patch", "survey", "phone"}));
   } else if (kind == "antenna_rows") {
     antenna = read_antenna_rows(section, *section.rows("antenna_rows", 3, {-1000, 1000}));
   }
 }
 
-void read_link(YamlSection& section, propagation::LinkBudgetOptions& o) {
+void read_link(YamlSection& section, signal::LinkBudgetOptions& o) {
   set(o.above_minimum_db, section.number("above_minimum_db", {-10, 20}));
   set(o.antenna_temperature_k, section.number("antenna_temperature_k", {2, 1000}));
   set(o.noise_figure_db, section.number("noise_figure_db", {0, 20}));
@@ -122,7 +120,7 @@ void read_link(YamlSection& section, propagation::LinkBudgetOptions& o) {
   validate(o, section);
 }
 
-void read_lock(YamlSection& section, receiver::SignalLockOptions& o) {
+void read_lock(YamlSection& section, tracking::SignalLockOptions& o) {
   constexpr Range kCn0{-100, 100};
   constexpr Range kSeconds{0, 1e8};
   set(o.acquisition_threshold_dbhz, section.number("acquisition_threshold_dbhz", kCn0));
@@ -136,7 +134,7 @@ void read_lock(YamlSection& section, receiver::SignalLockOptions& o) {
   validate(o, section);
 }
 
-void read_shadowing(YamlSection& section, receiver::ShadowingOptions& o) {
+void read_shadowing(YamlSection& section, disturbance::ShadowingOptions& o) {
   set(o.enabled, section.boolean("enabled"));
   set_word(o.environment, section, "environment",
            {ShadowingEnvironment::Urban, ShadowingEnvironment::Suburban, ShadowingEnvironment::Custom});
@@ -166,7 +164,7 @@ void read_loop(YamlSection& section, Loop& o, double max_bandwidth_hz) {
   set(o.integration_s, section.number("integration_s", {0, 10, true}));
 }
 
-void read_loops(YamlSection& section, receiver::SignalOptions& o) {
+void read_loops(YamlSection& section, tracking::SignalOptions& o) {
   if (auto dll = section.section("dll")) {
     set_word(o.dll.discriminator, *dll, "discriminator",
              {Discriminator::Coherent, Discriminator::EarlyLatePower, Discriminator::DotProduct,
@@ -189,13 +187,13 @@ void read_loops(YamlSection& section, receiver::SignalOptions& o) {
   }
 }
 
-void read_signal(YamlSection& section, receiver::SignalOptions& o) {
+void read_signal(YamlSection& section, tracking::SignalOptions& o) {
   set(o.enabled, section.boolean("enabled"));
   read_antenna(section, o.antenna);
   if (auto link = section.section("link")) read_link(*link, o.link);
   if (auto offsets = section.section("system_offset_db")) {
-    for (const orbit::System system : orbit::kAllSystems) {
-      if (const auto offset = offsets->number(orbit::name(system), {-20, 20})) {
+    for (const gnss::System system : gnss::kAllSystems) {
+      if (const auto offset = offsets->number(gnss::name(system), {-20, 20})) {
         o.system_offset_db[system] = *offset;
       }
     }
@@ -223,7 +221,7 @@ void read_signal(YamlSection& section, receiver::SignalOptions& o) {
 }  // namespace
 
 const char* word(Weighting weighting) {
-  return receiver::name(weighting).data();  // a literal
+  return positioning::name(weighting).data();  // a literal
 }
 
 const char* word(Discriminator discriminator) {

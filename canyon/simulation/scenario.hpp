@@ -10,8 +10,8 @@
 
 #include "canyon/city/mesh_import_options.hpp"
 #include "canyon/city/synthetic_city.hpp"
-#include "canyon/orbit/navigation_data.hpp"
-#include "canyon/orbit/satellite_id.hpp"
+#include "canyon/gnss/navigation_data.hpp"
+#include "canyon/gnss/satellite_id.hpp"
 #include "canyon/propagation/propagator.hpp"
 #include "canyon/receiver/receiver.hpp"
 
@@ -77,7 +77,7 @@ struct SkyConfig {
   bool nominal = false;
   std::vector<double> frozen_azimuth_rad;
   std::vector<double> frozen_elevation_rad;
-  std::set<orbit::System> systems{orbit::kAllSystems.begin(), orbit::kAllSystems.end()};
+  std::set<gnss::System> systems{gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   bool allow_stale = false;
 };
 

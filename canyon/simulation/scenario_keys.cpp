@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "canyon/buildings/shape.hpp"
+#include "canyon/buildings/sources/shape.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/scenario_keys.hpp"
 #include "canyon/simulation/trajectory.hpp"

@@ -13,6 +13,7 @@
 #include "canyon/simulation/profile.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
+#include "tests/support/source_dir.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -20,7 +21,7 @@ namespace {
 using test::TemporaryFolder;
 using ::testing::HasSubstr;
 
-const std::filesystem::path kSource = CANYON_SOURCE_DIR;
+const std::filesystem::path kSource = canyon_source_dir;
 
 std::string read_text(const std::filesystem::path& path) {
   std::stringstream text;
@@ -131,7 +132,7 @@ TEST(ScenarioKeys, TheReaderAcceptsEveryKeyOfTheTableAndNoOther) {
 // Every field of a receiver's configuration, one text each.
 std::vector<std::string> fields(const ReceiverConfig& config) {
   const receiver::ReceiverOptions& o = config.options;
-  const receiver::SignalOptions& s = o.signal;
+  const tracking::SignalOptions& s = o.signal;
   const propagation::PropagationOptions& p = config.propagation;
   std::vector<std::string> texts;
   const auto number = [&texts](double value) { texts.push_back(fmt::format("{:.9g}", value)); };
@@ -141,11 +142,11 @@ std::vector<std::string> fields(const ReceiverConfig& config) {
   all({o.fix.elevation_mask_rad, o.fix.cn0_mask_dbhz, double(o.fix.min_satellites), o.fix.max_pdop,
        double(o.fix.max_iterations), o.fix.convergence_m, double(o.fix.correct_ionosphere),
        double(o.fix.correct_troposphere), double(o.ionosphere), double(o.troposphere)});
-  const receiver::WeightOptions& w = o.fix.weights;
+  const positioning::WeightOptions& w = o.fix.weights;
   all({double(w.weighting), w.elevation_a_m, w.elevation_b_m, w.cn0_floor_m2, w.cn0_scale_m2_hz});
-  const receiver::RaimOptions& r = o.fix.raim;
+  const positioning::RaimOptions& r = o.fix.raim;
   all({double(r.enabled), r.false_alarm, double(r.max_exclusions), r.sigma_scale});
-  const receiver::PositionFilterOptions& f = o.filter;
+  const positioning::PositionFilterOptions& f = o.filter;
   all({double(f.enabled), f.acceleration_horizontal, f.acceleration_vertical, f.clock_frequency_density,
        f.clock_drift_density, f.gate_sigmas, f.coast_s});
   all({config.lever_arm_m.x(), config.lever_arm_m.y(), config.lever_arm_m.z(), o.clock.bias_s, o.clock.drift,
@@ -154,14 +155,14 @@ std::vector<std::string> fields(const ReceiverConfig& config) {
   all({double(n.enabled), n.ou.theta_per_s, n.ou.mu_m, n.ou.sigma_m_per_sqrt_s, n.doppler_sigma_hz,
        double(n.drift_enabled), n.drift_below_speed_mps, double(n.drift_below_los), n.drift_mu_sigma_m});
   std::string antenna = s.antenna.name();
-  for (const propagation::PatternPoint& point : s.antenna.points()) {
+  for (const signal::PatternPoint& point : s.antenna.points()) {
     antenna += fmt::format(" {} {} {}", point.elevation_deg, point.rhcp_dbic, point.lhcp_dbic);
   }
   texts.push_back(antenna);
   all({double(s.enabled), s.link.above_minimum_db, s.link.antenna_temperature_k, s.link.noise_figure_db,
        s.link.implementation_loss_db, s.satellite_sigma_db, double(s.strength.slabs), s.strength.roughness_m,
        double(s.strength.foliage), s.front_end_bandwidth_hz});
-  for (const orbit::System system : orbit::kAllSystems) {
+  for (const gnss::System system : gnss::kAllSystems) {
     const auto at = s.system_offset_db.find(system);
     number(at == s.system_offset_db.end() ? 0 : at->second);
   }
@@ -171,7 +172,7 @@ std::vector<std::string> fields(const ReceiverConfig& config) {
   all({s.lock.acquisition_threshold_dbhz, s.lock.tracking_threshold_dbhz, s.lock.cold_acquisition_s,
        s.lock.reacquisition_s, s.lock.hold_s, s.lock.memory_s, double(s.lock.warm_start),
        s.phase_threshold_dbhz, s.cn0_sigma_db, s.cn0_step_db, double(s.loop_noise)});
-  const receiver::ShadowingOptions& h = s.shadowing;
+  const disturbance::ShadowingOptions& h = s.shadowing;
   all({double(h.enabled), double(h.environment), h.custom.clear_mean_db, h.custom.clear_sigma_db,
        h.custom.shadowed_mean_db, h.custom.shadowed_sigma_db, h.custom.enter, h.custom.leave, h.frame_m,
        h.transition_m, h.correlation_m, h.obstacle_distance_m});
@@ -181,8 +182,8 @@ std::vector<std::string> fields(const ReceiverConfig& config) {
        double(p.edges.max_paths), double(p.edges.edges.terrain), double(p.edges.edges.free_edges),
        p.edges.edges.min_turn_rad});
   const propagation::DiffuseOptions& d = p.scattering;
-  all({double(d.rays), d.scattering_coefficient, d.wall_reflectance, double(d.lobe_exponent), d.lowest_elevation_rad,
-       d.max_range_m, d.min_power_db, d.class_m, double(d.max_paths)});
+  all({double(d.rays), d.scattering_coefficient, d.wall_reflectance, double(d.lobe_exponent),
+       d.lowest_elevation_rad, d.max_range_m, d.min_power_db, d.class_m, double(d.max_paths)});
   return texts;
 }
 

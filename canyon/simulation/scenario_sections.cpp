@@ -94,7 +94,7 @@ SkyConfig read_sky(YamlSection& section) {
       config.systems.clear();
       for (const std::string& name : *names) {
         try {
-          config.systems.insert(orbit::system_from_name(name));
+          config.systems.insert(gnss::system_from_name(name));
         } catch (const InputError& e) {
           throw section.error("systems", e.problem(), e.cure());
         }

@@ -57,10 +57,10 @@ void read_noise(YamlSection& section, receiver::NoiseOptions& options);
 void read_receiver_keys(YamlSection& section, ReceiverConfig& config);
 
 /// Words of scenarios for values of options.
-[[nodiscard]] const char* word(receiver::Weighting weighting);
-[[nodiscard]] const char* word(receiver::Discriminator discriminator);
-[[nodiscard]] const char* word(propagation::FoliageModel model);
-[[nodiscard]] const char* word(receiver::ShadowingEnvironment environment);
+[[nodiscard]] const char* word(positioning::Weighting weighting);
+[[nodiscard]] const char* word(tracking::Discriminator discriminator);
+[[nodiscard]] const char* word(signal::FoliageModel model);
+[[nodiscard]] const char* word(disturbance::ShadowingEnvironment environment);
 /// A receiver's name names folders; throws where it cannot.
 void check_name(const YamlSection& section, const std::string& name);
 

@@ -13,6 +13,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
+#include "tests/support/source_dir.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -28,7 +29,7 @@ using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-const std::filesystem::path kSource = CANYON_SOURCE_DIR;
+const std::filesystem::path kSource = canyon_source_dir;
 
 std::string read_text(const std::filesystem::path& path) {
   std::stringstream text;
@@ -92,7 +93,7 @@ TEST(Scenario, ReadsTheExampleAsItStands) {
   EXPECT_EQ(s.city.import.offset_m, Eigen::Vector3d(0, 8, 0));
   EXPECT_THAT(s.sky.navigation, ElementsAre(data.folder / "urbannav-tst-20190428/hksc1180.19n",
                                             data.folder / "urbannav-tst-20190428/hksc1180.19b"));
-  EXPECT_EQ(s.sky.systems, (std::set<orbit::System>{orbit::System::GPS, orbit::System::BeiDou}));
+  EXPECT_EQ(s.sky.systems, (std::set<gnss::System>{gnss::System::GPS, gnss::System::BeiDou}));
   EXPECT_FALSE(s.sky.allow_stale);
   EXPECT_FALSE(s.sky.nominal);
   EXPECT_EQ(s.trajectory.file, data.folder / "urbannav-tst-20190428/groundTruth_TST.csv");
@@ -131,7 +132,7 @@ TEST(Scenario, TheExampleOfTheDocumentationIsTheTestedOne) {
 TEST(Scenario, LeftOutKeysAreTheStructsDefaults) {
   const Scenario s = parse_scenario(kMinimal, "s.yaml");
   EXPECT_TRUE(s.sky.nominal);
-  EXPECT_EQ(s.sky.systems.size(), orbit::kSystemCount);
+  EXPECT_EQ(s.sky.systems.size(), gnss::kSystemCount);
   ASSERT_EQ(s.receivers.size(), 1U);
   const receiver::ReceiverOptions defaults;
   const receiver::ReceiverOptions& rover = s.receivers[0].options;

@@ -311,7 +311,7 @@ const Environment& Simulation::environment() const {
 const Trajectory& Simulation::trajectory() const {
   return impl_->plan.trajectory;
 }
-const orbit::NavigationData& Simulation::navigation() const {
+const gnss::NavigationData& Simulation::navigation() const {
   return impl_->sky.navigation;
 }
 const std::vector<std::string>& Simulation::warnings() const {

@@ -68,7 +68,7 @@ class Simulation {
   [[nodiscard]] const Environment& environment() const;
   [[nodiscard]] const Trajectory& trajectory() const;
   /// Broadcast records of the sky, for the RINEX navigation output; empty for SP3 and frozen skies.
-  [[nodiscard]] const orbit::NavigationData& navigation() const;
+  [[nodiscard]] const gnss::NavigationData& navigation() const;
   [[nodiscard]] const std::vector<std::string>& warnings() const;
   [[nodiscard]] geodesy::GpsTime begin() const;
   [[nodiscard]] double interval_s() const;
@@ -93,7 +93,7 @@ class Simulation {
 /// where the ephemerides end before `end`, or are older than their system allows (allow_stale).
 struct BuiltSky {
   std::shared_ptr<const orbit::Sky> sky;
-  orbit::NavigationData navigation;
+  gnss::NavigationData navigation;
   std::vector<std::string> warnings;
 };
 [[nodiscard]] BuiltSky build_sky(const SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,

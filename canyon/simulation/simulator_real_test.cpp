@@ -10,6 +10,7 @@
 #include "canyon/simulation/simulator.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
+#include "tests/support/source_dir.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -27,7 +28,7 @@ const char* const kExample = "examples/urbannav_tst.yaml";
 
 // The example as if it lay beside the data that it names.
 Scenario example(const std::string& keys = {}) {
-  const TextFile file(std::filesystem::path(CANYON_SOURCE_DIR) / kExample);
+  const TextFile file(std::filesystem::path(canyon_source_dir) / kExample);
   return parse_scenario(std::string(file.text()) + keys, canyon::test::shared_data("urbannav_tst.yaml"));
 }
 
@@ -61,7 +62,7 @@ TEST(UrbanNavDrive, RunsEndToEnd) {
     EXPECT_NEAR(frame.local_from_ecef(e.truth_ecef).z(), 2, 1e-3);
     for (const auto& s : e.observed.satellites) {
       if (s.above_mask) ++visibilities[static_cast<int>(s.visibility)];
-      EXPECT_TRUE(s.id.system == orbit::System::GPS || s.id.system == orbit::System::BeiDou);
+      EXPECT_TRUE(s.id.system == gnss::System::GPS || s.id.system == gnss::System::BeiDou);
     }
     if (!e.observed.fix.solved()) continue;
     ++fixes;

@@ -15,8 +15,9 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/simulation_support.hpp"
+#include "tests/support/source_dir.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -31,7 +32,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-const std::filesystem::path kSource = CANYON_SOURCE_DIR;
+const std::filesystem::path kSource = canyon_source_dir;
 
 class Collector final : public EpochSink {
  public:
@@ -356,7 +357,7 @@ TEST(Simulation, SaysHowManyEpochsWereInsideABuilding) {
               testing::ElementsAre("rover: 12 epochs with the antenna inside a building: no signal there"));
   for (const Epoch& e : collector.epochs) {
     EXPECT_EQ(e.placement, raytrace::Placement::InsideBuilding);
-    EXPECT_EQ(e.observed.fix.status, receiver::FixStatus::NoSignal);
+    EXPECT_EQ(e.observed.fix.status, positioning::FixStatus::NoSignal);
     EXPECT_TRUE(std::isnan(e.error_enu_m.x()));
   }
 }
@@ -415,7 +416,7 @@ struct NavigationFile {
   NavigationFile() {
     const GpsTime begin = geodesy::parse_time("2026-06-01T08:00:00Z");
     path = folder / "sky.nav";
-    write_rinex_navigation(path, orbit::nominal_constellation(begin, begin + 7200.0, {orbit::System::GPS}));
+    write_rinex_navigation(path, orbit::nominal_constellation(begin, begin + 7200.0, {gnss::System::GPS}));
   }
   [[nodiscard]] Simulation simulate(const std::string& keys) const {
     Scenario scenario = parse_scenario(
@@ -464,10 +465,10 @@ TEST(BuildSky, EphemeridesThatEndOnTheWayAreAWarning) {
 TEST(BuildSky, UnhealthySatellitesInTheSkyAreSaid) {
   const GpsTime begin = geodesy::parse_time("2026-06-01T08:00:00Z");
   const Geodetic place = Geodetic::from_degrees(22.3, 114.17, 2);
-  orbit::NavigationData data = orbit::nominal_constellation(begin, begin + 7200.0, {orbit::System::GPS});
+  gnss::NavigationData data = orbit::nominal_constellation(begin, begin + 7200.0, {gnss::System::GPS});
   const orbit::BroadcastSky sky(data);
   std::size_t above = 0;
-  for (const orbit::SatelliteId id : sky.satellites()) {
+  for (const gnss::SatelliteId id : sky.satellites()) {
     const auto line = orbit::line_of_sight(sky, id, begin, geodesy::ecef_from_geodetic(place));
     above += line && line->elevation_rad > geodesy::radians(5) ? 1U : 0U;
   }
@@ -477,7 +478,7 @@ TEST(BuildSky, UnhealthySatellitesInTheSkyAreSaid) {
   for (auto& e : data.kepler) {
     if (e.id.number > 3) e.health = 1;
   }
-  for (const orbit::SatelliteId id : sky.satellites()) {
+  for (const gnss::SatelliteId id : sky.satellites()) {
     if (id.number > 3) continue;
     const auto line = orbit::line_of_sight(sky, id, begin, geodesy::ecef_from_geodetic(place));
     healthy_above += line && line->elevation_rad > geodesy::radians(5) ? 1U : 0U;

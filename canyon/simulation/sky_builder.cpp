@@ -10,7 +10,7 @@
 #include "canyon/orbit/frozen_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/precise_sky.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 namespace canyon::simulation {
@@ -24,7 +24,7 @@ std::string span_text(GpsTime begin, GpsTime end) {
                       : fmt::format("{} to {}", format_gpst(begin, 0), format_gpst(end, 0));
 }
 
-std::string list_text(const std::vector<orbit::SatelliteId>& ids) {
+std::string list_text(const std::vector<gnss::SatelliteId>& ids) {
   constexpr std::size_t kMost = 8;
   std::string text;
   for (std::size_t i = 0; i < std::min(ids.size(), kMost); ++i)
@@ -44,16 +44,16 @@ std::vector<GpsTime> probes(GpsTime begin, GpsTime end) {
   return times;
 }
 
-std::size_t count_states(const orbit::Sky& sky, const std::vector<orbit::SatelliteId>& ids, GpsTime t) {
+std::size_t count_states(const orbit::Sky& sky, const std::vector<gnss::SatelliteId>& ids, GpsTime t) {
   return static_cast<std::size_t>(std::count_if(
-      ids.begin(), ids.end(), [&](orbit::SatelliteId id) { return sky.state(id, t).has_value(); }));
+      ids.begin(), ids.end(), [&](gnss::SatelliteId id) { return sky.state(id, t).has_value(); }));
 }
 
 // The answers as a whole: none at the start is an error, none later on a warning.
 void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::string_view what,
                     const std::pair<GpsTime, GpsTime>& span, std::string_view cure,
                     std::vector<std::string>& warnings) {
-  const std::vector<orbit::SatelliteId> ids = sky.satellites();
+  const std::vector<gnss::SatelliteId> ids = sky.satellites();
   if (count_states(sky, ids, begin) == 0) {
     throw InputError(fmt::format("the time asked for ({}) lies outside the {} ({})", span_text(begin, end),
                                  what, span_text(span.first, span.second)),
@@ -76,8 +76,8 @@ void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, Gp
   const orbit::BroadcastSky any(sky.data(), {config.systems, true, true});
   const Eigen::Vector3d ecef = geodesy::ecef_from_geodetic(place);
   const std::vector<GpsTime> times = probes(begin, end);
-  std::vector<orbit::SatelliteId> silent;
-  for (const orbit::SatelliteId id : sky.satellites()) {
+  std::vector<gnss::SatelliteId> silent;
+  for (const gnss::SatelliteId id : sky.satellites()) {
     if (std::any_of(times.begin(), times.end(), [&](GpsTime t) { return sky.state(id, t).has_value(); }))
       continue;
     const auto line = orbit::line_of_sight(any, id, begin, ecef);
@@ -88,14 +88,14 @@ void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, Gp
                                  silent.size(), list_text(silent), sky.source(silent.front(), begin)));
 }
 
-void check_systems(const orbit::Sky& sky, const std::set<orbit::System>& wanted,
+void check_systems(const orbit::Sky& sky, const std::set<gnss::System>& wanted,
                    std::vector<std::string>& warnings) {
-  if (wanted.size() == orbit::kSystemCount) return;  // not chosen one by one
-  const std::vector<orbit::SatelliteId> ids = sky.satellites();
-  for (const orbit::System system : wanted) {
-    if (std::any_of(ids.begin(), ids.end(), [system](orbit::SatelliteId id) { return id.system == system; }))
+  if (wanted.size() == gnss::kSystemCount) return;  // not chosen one by one
+  const std::vector<gnss::SatelliteId> ids = sky.satellites();
+  for (const gnss::System system : wanted) {
+    if (std::any_of(ids.begin(), ids.end(), [system](gnss::SatelliteId id) { return id.system == system; }))
       continue;
-    warnings.push_back(fmt::format("the sky has no {} satellite", orbit::name(system)));
+    warnings.push_back(fmt::format("the sky has no {} satellite", gnss::name(system)));
   }
 }
 
@@ -103,9 +103,9 @@ void check_systems(const orbit::Sky& sky, const std::set<orbit::System>& wanted,
 void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTime begin, GpsTime end,
                   std::vector<std::string>& warnings) {
   const orbit::BroadcastSky strict(sky.data(), {config.systems, false});
-  std::vector<orbit::SatelliteId> stale;
+  std::vector<gnss::SatelliteId> stale;
   std::string example;
-  for (const orbit::SatelliteId id : sky.satellites()) {
+  for (const gnss::SatelliteId id : sky.satellites()) {
     for (const GpsTime t : probes(begin, end)) {
       if (!sky.state(id, t) || strict.state(id, t)) continue;
       if (stale.empty()) example = sky.source(id, t);
@@ -122,7 +122,7 @@ void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTi
 BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
                          const geodesy::Geodetic& place) {
   BuiltSky built;
-  built.navigation = orbit::read_rinex_navigation(config.navigation);
+  built.navigation = rinex::read_rinex_navigation(config.navigation);
   built.warnings = built.navigation.warnings;
   auto sky = std::make_shared<orbit::BroadcastSky>(
       built.navigation, orbit::BroadcastOptions{config.systems, config.allow_stale});
@@ -169,10 +169,10 @@ BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const ge
 
 void require_ionosphere(const BuiltSky& sky) {
   const auto& klobuchar = sky.navigation.klobuchar;
-  if (klobuchar.count(orbit::System::GPS) != 0) return;
-  for (const orbit::SatelliteId id : sky.sky->satellites()) {
+  if (klobuchar.count(gnss::System::GPS) != 0) return;
+  for (const gnss::SatelliteId id : sky.sky->satellites()) {
     if (klobuchar.count(id.system) != 0) continue;
-    throw InputError(fmt::format("the sky has no ionosphere coefficients for {}", orbit::name(id.system)),
+    throw InputError(fmt::format("the sky has no ionosphere coefficients for {}", gnss::name(id.system)),
                      "give a navigation file whose header has GPSA and GPSB, or switch the receivers' "
                      "ionosphere and correct_ionosphere off");
   }

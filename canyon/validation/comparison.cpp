@@ -8,8 +8,8 @@
 #include <span>
 #include <utility>
 
-#include "canyon/propagation/path_strength.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/signal/path_strength.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/validation/moved_city.hpp"
 #include "canyon/validation/segments.hpp"
@@ -45,9 +45,9 @@ class Comparer {
         clear_(recording.residuals.observations.size(), 0) {
     assert(recording.places.size() == recording.residuals.epochs.size());
     assert(recording.measurements.size() == recording.residuals.epochs.size());
-    std::set<orbit::System> observed;
+    std::set<gnss::System> observed;
     for (const PseudorangeResidual& o : recording.residuals.observations) observed.insert(o.id.system);
-    for (const orbit::SatelliteId id : environment.sky().satellites()) {
+    for (const gnss::SatelliteId id : environment.sky().satellites()) {
       if (observed.count(id.system) != 0) satellites_.push_back(id);
     }
   }
@@ -58,7 +58,7 @@ class Comparer {
     const orbit::Observer observer(epoch.antenna_ecef);
     Views views;
     std::vector<Eigen::Vector3d> directions;
-    for (const orbit::SatelliteId id : satellites_) {
+    for (const gnss::SatelliteId id : satellites_) {
       auto line = orbit::line_of_sight(environment_.sky(), id, epoch.reception, observer);
       if (!line || !(line->elevation_rad > 0)) continue;
       directions.emplace_back((ecef_from_map_.transpose() * line->direction_ecef).normalized());
@@ -95,10 +95,10 @@ class Comparer {
     compared.count = result_.satellites.size() - compared.first;
 
     for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
-      const orbit::SatelliteId id = recording_.residuals.observations[i].id;
+      const gnss::SatelliteId id = recording_.residuals.observations[i].id;
       const auto view = std::lower_bound(
           views.satellites.begin(), views.satellites.end(), id,
-          [](const propagation::SatelliteView& v, orbit::SatelliteId wanted) { return v.line.id < wanted; });
+          [](const propagation::SatelliteView& v, gnss::SatelliteId wanted) { return v.line.id < wanted; });
       clear_[i] = view != views.satellites.end() && view->line.id == id && is_clear(view->paths.visibility);
     }
   }
@@ -128,8 +128,8 @@ class Comparer {
     options.signal.lock.warm_start = true;
     options.filter.enabled = false;
     // A recording states no sigmas.
-    if (options.fix.weights.weighting == receiver::Weighting::Sigma) {
-      options.fix.weights.weighting = receiver::Weighting::Equal;
+    if (options.fix.weights.weighting == positioning::Weighting::Sigma) {
+      options.fix.weights.weighting = positioning::Weighting::Equal;
     }
     return options;
   }
@@ -138,7 +138,7 @@ class Comparer {
     return place_in_moved_city(recording_, environment_.scene(), registration_, e);
   }
 
-  [[nodiscard]] static ComparedFix fix_error(const receiver::Fix& fix, const ResidualEpoch& epoch) {
+  [[nodiscard]] static ComparedFix fix_error(const positioning::Fix& fix, const ResidualEpoch& epoch) {
     ComparedFix compared;
     compared.solved = fix.solved();
     if (!compared.solved) return compared;
@@ -175,13 +175,13 @@ class Comparer {
     const propagation::Path* main = &*std::min_element(
         paths.begin(), paths.end(),
         [](const propagation::Path& a, const propagation::Path& b) { return a.excess_m < b.excess_m; });
-    const receiver::SignalOptions& signal = options_.signal;
+    const tracking::SignalOptions& signal = options_.signal;
     if (!signal.enabled) return {main->kind, main->order, main->excess_m};
     double strongest = -1;
     for (const propagation::Path& path : paths) {
-      const double amplitude = std::abs(propagation::path_amplitude(path, view.line.elevation_rad,
-                                                                    view.line.state.carrier_frequency_hz,
-                                                                    signal.antenna, signal.strength));
+      const double amplitude =
+          std::abs(signal::path_amplitude(path, view.line.elevation_rad, view.line.state.carrier_frequency_hz,
+                                          signal.antenna, signal.strength));
       if (!(amplitude > strongest)) continue;
       strongest = amplitude;
       main = &path;
@@ -194,12 +194,12 @@ class Comparer {
     ComparedEpoch& compared = result_.epochs[e];
     compared.clock = errors.clocks[e].source;
 
-    std::vector<receiver::Measurement> measurements;
+    std::vector<positioning::Measurement> measurements;
     const std::span<ComparedSatellite> satellites(result_.satellites.data() + compared.first, compared.count);
-    const auto satellite = [&satellites](orbit::SatelliteId id) -> ComparedSatellite* {
+    const auto satellite = [&satellites](gnss::SatelliteId id) -> ComparedSatellite* {
       const auto at = std::lower_bound(
           satellites.begin(), satellites.end(), id,
-          [](const ComparedSatellite& s, orbit::SatelliteId wanted) { return s.id < wanted; });
+          [](const ComparedSatellite& s, gnss::SatelliteId wanted) { return s.id < wanted; });
       return at != satellites.end() && at->id == id ? &*at : nullptr;
     };
     for (std::size_t i = 0; i < epoch.count; ++i) {
@@ -213,13 +213,13 @@ class Comparer {
       if (compared.clock != ClockSource::None) s->measured_error_m = error.error_m;
       s->measured_cn0_dbhz = o.cn0_dbhz;
     }
-    receiver::FixOptions fix_options = options_.fix;
+    positioning::FixOptions fix_options = options_.fix;
     fix_options.correct_ionosphere = recording_.ionosphere;
     fix_options.correct_troposphere = recording_.troposphere;
-    const receiver::Fix fix = receiver::solve_fix(epoch.receiver_time, measurements, environment_.sky(),
-                                                  fix_options, environment_.klobuchar());
+    const positioning::Fix fix = positioning::solve_fix(epoch.receiver_time, measurements, environment_.sky(),
+                                                        fix_options, environment_.klobuchar());
     compared.measured = fix_error(fix, epoch);
-    for (const orbit::SatelliteId id : fix.used) {
+    for (const gnss::SatelliteId id : fix.used) {
       if (ComparedSatellite* s = satellite(id)) s->used_measured = true;
     }
   }
@@ -231,8 +231,8 @@ class Comparer {
   propagation::Propagator propagator_;
   receiver::Receiver receiver_;
   Eigen::Matrix3d ecef_from_map_;  ///< rotation, of the moved map
-  std::vector<orbit::SatelliteId> satellites_;
-  std::vector<std::uint8_t> clear_;                                  ///< by residual observation
+  std::vector<gnss::SatelliteId> satellites_;
+  std::vector<std::uint8_t> clear_;  ///< by residual observation
   Comparison result_;
 };
 

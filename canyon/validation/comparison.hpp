@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "canyon/orbit/satellite_id.hpp"
+#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/positioning/fix.hpp"
 #include "canyon/propagation/paths.hpp"
-#include "canyon/receiver/fix.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
@@ -55,13 +55,13 @@ struct Recording {
   bool ionosphere = true, troposphere = true;  ///< in the recorded pseudoranges: measured fixes correct them
   /// Measured fixes are solved from these: all recorded L1 signals of satellites with ephemerides and above
   /// the horizon, sigma 1 m, one for each of the epoch's residuals and in their order.
-  std::vector<std::vector<receiver::Measurement>> measurements;  ///< one list for each of residuals.epochs
+  std::vector<std::vector<positioning::Measurement>> measurements;  ///< one list for each of residuals.epochs
   std::vector<std::string> warnings;
 };
 
 /// One satellite at one epoch, above the scenario's elevation mask: measured, simulated or both.
 struct ComparedSatellite {
-  orbit::SatelliteId id;
+  gnss::SatelliteId id;
   double azimuth_rad = 0, elevation_rad = 0;
   bool clear = false;  ///< the city says that the direct path is (Visibility LOS or LOSMultipath)
 

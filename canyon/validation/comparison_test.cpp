@@ -259,7 +259,7 @@ TEST(Recording, SaysWhatIsWrong) {
   // A sky without the recorded systems, and one of another day.
   simulation::SkyConfig glonass;
   glonass.nominal = true;
-  glonass.systems = {orbit::System::GLONASS};
+  glonass.systems = {gnss::System::GLONASS};
   const geodesy::GpsTime begin = recorded.epochs().front().observed.time;
   const simulation::Environment other(
       environment.city(),

@@ -39,7 +39,7 @@ class Hand {
   }
   ComparedSatellite& satellite(bool clear, double elevation_deg = 60) {
     ComparedSatellite s;
-    s.id = {orbit::System::GPS, static_cast<std::uint8_t>(++comparison.epochs.back().count)};
+    s.id = {gnss::System::GPS, static_cast<std::uint8_t>(++comparison.epochs.back().count)};
     s.clear = clear;
     s.elevation_rad = geodesy::radians(elevation_deg);
     return comparison.satellites.emplace_back(s);

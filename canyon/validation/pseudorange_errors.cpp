@@ -8,8 +8,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/receiver/atmosphere.hpp"
-#include "canyon/receiver/fix.hpp"
+#include "canyon/positioning/fix.hpp"
+#include "canyon/propagation/atmosphere.hpp"
 #include "canyon/validation/statistics.hpp"
 
 namespace canyon::validation {
@@ -17,7 +17,7 @@ namespace {
 
 using geodesy::GpsTime;
 using geodesy::kSpeedOfLight;
-using orbit::System;
+using gnss::System;
 
 /// Beyond this no receiver's pseudorange lies, whatever its clock does [m].
 constexpr double kLongest_m = 1e12;
@@ -30,7 +30,7 @@ void check_range(const char* field, double value, double low, double high, const
 
 /// A satellite when its signal left.
 struct Sent {
-  const ObservedSignal* signal = nullptr;
+  const rinex::ObservedSignal* signal = nullptr;
   orbit::SatelliteState state;
 };
 
@@ -62,14 +62,14 @@ std::vector<std::string> PseudorangeResiduals::warnings() const {
   count(below_mask, "pseudoranges of satellites below the mask left out");
   for (const auto& [id, n] : without_ephemeris) {
     lines.push_back(
-        fmt::format("{} pseudoranges of {} left out: no valid ephemeris", n, orbit::to_string(id)));
+        fmt::format("{} pseudoranges of {} left out: no valid ephemeris", n, gnss::to_string(id)));
   }
   return lines;
 }
 
-PseudorangeResiduals pseudorange_residuals(std::span<const ObservationEpoch> epochs,
+PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpoch> epochs,
                                            const simulation::Trajectory& truth, const orbit::Sky& sky,
-                                           const std::map<System, orbit::Klobuchar>& klobuchar,
+                                           const std::map<System, gnss::Klobuchar>& klobuchar,
                                            const ResidualOptions& options) {
   options.validate();
   PseudorangeResiduals result;
@@ -77,11 +77,11 @@ PseudorangeResiduals pseudorange_residuals(std::span<const ObservationEpoch> epo
   std::vector<PseudorangeResidual> row;
   std::vector<double> values;
   for (std::size_t index = 0; index < epochs.size(); ++index) {
-    const ObservationEpoch& recorded = epochs[index];
+    const rinex::ObservationEpoch& recorded = epochs[index];
     sent.clear();
     std::size_t missing = 0;
-    std::vector<orbit::SatelliteId> unknown;
-    for (const ObservedSignal& signal : recorded.signals) {
+    std::vector<gnss::SatelliteId> unknown;
+    for (const rinex::ObservedSignal& signal : recorded.signals) {
       if (!signal.pseudorange_m || !(std::abs(*signal.pseudorange_m) < kLongest_m)) {
         ++missing;
         continue;
@@ -136,11 +136,11 @@ PseudorangeResiduals pseudorange_residuals(std::span<const ObservationEpoch> epo
         }
         double delay = 0;
         if (options.ionosphere) {
-          delay += receiver::klobuchar_delay_m(receiver::klobuchar_of(klobuchar, o.id.system),
-                                               recorded.receiver_time, epoch.antenna, o.azimuth_rad,
-                                               o.elevation_rad, s.state.carrier_frequency_hz);
+          delay += propagation::klobuchar_delay_m(positioning::klobuchar_of(klobuchar, o.id.system),
+                                                  recorded.receiver_time, epoch.antenna, o.azimuth_rad,
+                                                  o.elevation_rad, s.state.carrier_frequency_hz);
         }
-        if (options.troposphere) delay += receiver::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);
+        if (options.troposphere) delay += propagation::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);
         const double clock_s = s.state.clock_bias_s - s.state.group_delay_s;
         // Ranges first: they are alike, and their difference keeps its digits.
         o.residual_m = (o.pseudorange_m - range) + kSpeedOfLight * clock_s - delay;
@@ -159,7 +159,7 @@ PseudorangeResiduals pseudorange_residuals(std::span<const ObservationEpoch> epo
     }
     result.without_pseudorange += missing;
     result.below_mask += low;
-    for (const orbit::SatelliteId id : unknown) ++result.without_ephemeris[id];
+    for (const gnss::SatelliteId id : unknown) ++result.without_ephemeris[id];
     if (row.empty()) continue;
     epoch.count = row.size();
     result.observations.insert(result.observations.end(), row.begin(), row.end());

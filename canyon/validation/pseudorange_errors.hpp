@@ -14,10 +14,10 @@
 
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
-#include "canyon/orbit/navigation_data.hpp"
+#include "canyon/gnss/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
+#include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/trajectory.hpp"
-#include "canyon/validation/rinex_observation.hpp"
 
 // How wrong each recorded pseudorange was, the receiver's place being known. With docs/receiver.md's equation
 //
@@ -32,7 +32,7 @@ namespace canyon::validation {
 /// A measured pseudorange without what geometry, satellite and atmosphere put into it.
 struct PseudorangeResidual {
   std::size_t epoch = 0;  ///< index into PseudorangeResiduals::epochs
-  orbit::SatelliteId id;
+  gnss::SatelliteId id;
   std::array<char, 3> code{};  ///< as ObservedSignal has it
   double pseudorange_m = 0;    ///< as recorded
   double residual_m = 0;       ///< c b + isb + error
@@ -60,7 +60,7 @@ struct PseudorangeResiduals {
   std::size_t epochs_outside_truth = 0;
   std::size_t without_pseudorange = 0;
   std::size_t below_mask = 0;
-  std::map<orbit::SatelliteId, std::size_t> without_ephemeris;
+  std::map<gnss::SatelliteId, std::size_t> without_ephemeris;
 
   [[nodiscard]] std::span<const PseudorangeResidual> of(const ResidualEpoch& epoch) const {
     return std::span<const PseudorangeResidual>(observations).subspan(epoch.first, epoch.count);
@@ -70,8 +70,8 @@ struct PseudorangeResiduals {
 };
 
 struct ResidualOptions {
-  bool ionosphere = true;   ///< corrects by the broadcast model (receiver::klobuchar_delay_m)
-  bool troposphere = true;  ///< corrects by receiver::saastamoinen_delay_m
+  bool ionosphere = true;   ///< corrects by the broadcast model (propagation::klobuchar_delay_m)
+  bool troposphere = true;  ///< corrects by propagation::saastamoinen_delay_m
   /// Satellites below are left out [rad]. [0, pi/2).
   double elevation_mask_rad = 0;
   /// The antenna's phase centre from the point whose truth is given: forward, left, up [m], by the truth's
@@ -83,14 +83,15 @@ struct ResidualOptions {
 
 /// Step one. Satellites are taken at the transmit time that tag and pseudorange give, so that clock bias,
 /// steering and millisecond jumps of the receiver do not matter; truth is taken at the true reception time,
-/// the tag less the epoch's median clock. Against the fix of `receiver::solve_fix` on Canyon's own
+/// the tag less the epoch's median clock. Against the fix of `positioning::solve_fix` on Canyon's own
 /// pseudoranges: within 0.01 mm. Epochs whose reception lies outside the truth's span are left out, as are
 /// pseudoranges that are missing, below the mask, or without a valid ephemeris.
 /// @param klobuchar of the navigation files; a system without its own takes GPS's. Throws InputError where
 /// ionosphere is asked for and neither is there.
 [[nodiscard]] PseudorangeResiduals pseudorange_residuals(
-    std::span<const ObservationEpoch> epochs, const simulation::Trajectory& truth, const orbit::Sky& sky,
-    const std::map<orbit::System, orbit::Klobuchar>& klobuchar, const ResidualOptions& options = {});
+    std::span<const rinex::ObservationEpoch> epochs, const simulation::Trajectory& truth,
+    const orbit::Sky& sky, const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
+    const ResidualOptions& options = {});
 
 /// Whether the city says that a satellite stands in clear view of the antenna. Called once for each
 /// observation in order.
@@ -146,12 +147,12 @@ struct EpochClock {
 struct PseudorangeErrors {
   std::vector<PseudorangeError> observations;  ///< one for each of PseudorangeResiduals::observations
   std::vector<EpochClock> clocks;              ///< one for each of PseudorangeResiduals::epochs
-  orbit::System reference =
-      orbit::System::GPS;  ///< whose bias is 0: the one with most satellites in clear view
-  std::map<orbit::System, double> inter_system_bias_m;  ///< of all systems observed
+  gnss::System reference =
+      gnss::System::GPS;  ///< whose bias is 0: the one with most satellites in clear view
+  std::map<gnss::System, double> inter_system_bias_m;  ///< of all systems observed
   /// Systems whose bias comes from satellites that are not in clear view, never having been in clear view
   /// beside another's.
-  std::set<orbit::System> weak_bias;
+  std::set<gnss::System> weak_bias;
   double drift_mps = 0;  ///< median rate of the clock, times c [m/s]
   double scatter = 0;  ///< robust deviation of clear errors over what the weights' variance says (1.4826 MAD)
 };

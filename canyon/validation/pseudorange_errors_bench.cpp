@@ -3,7 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/receiver/noise.hpp"
+#include "canyon/tracking/noise.hpp"
 #include "tests/support/circular_sky.hpp"
 
 namespace canyon::validation {
@@ -14,21 +14,21 @@ const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.17, 5
 
 /// Eight minutes at 1 Hz of some 20 satellites of two systems with noise of 3 m.
 struct Recording {
-  test::CircularSky sky{{orbit::System::GPS, orbit::System::BeiDou}};
+  test::CircularSky sky{{gnss::System::GPS, gnss::System::BeiDou}};
   simulation::Trajectory truth = simulation::Trajectory::fixed(kStart, kPlace, 600);
-  std::vector<ObservationEpoch> epochs;
+  std::vector<rinex::ObservationEpoch> epochs;
   std::size_t observations = 0;
 
   Recording() {
-    receiver::RandomStream random(1, "noise");
+    RandomStream random(1, "noise");
     const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(kPlace);
     for (int s = 0; s < 480; ++s) {
-      ObservationEpoch epoch;
+      rinex::ObservationEpoch epoch;
       epoch.receiver_time = kStart + 10.0 + static_cast<double>(s);
-      for (const orbit::SatelliteId id : sky.satellites()) {
+      for (const gnss::SatelliteId id : sky.satellites()) {
         const auto line = orbit::line_of_sight(sky, id, epoch.receiver_time, antenna);
         if (!line || line->elevation_rad < 0.1) continue;
-        ObservedSignal signal;
+        rinex::ObservedSignal signal;
         signal.id = id;
         signal.pseudorange_m =
             line->range_m - geodesy::kSpeedOfLight * (line->state.clock_bias_s - line->state.group_delay_s) +

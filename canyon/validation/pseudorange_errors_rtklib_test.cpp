@@ -11,7 +11,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
 #include "tests/support/rtklib_observations.hpp"
 #include "tests/support/shared_data.hpp"
@@ -32,7 +32,7 @@ namespace canyon::validation {
 namespace {
 
 using geodesy::kSpeedOfLight;
-using orbit::System;
+using gnss::System;
 
 /// TGD or TGD1 of the record whose toe is closest [s].
 double group_delay(const RtklibNavigation& navigation, int satellite, RtklibTime time) {
@@ -52,12 +52,12 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
   CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
   const auto observation_file = folder / "COM3_190428_124409.obs";
   const std::vector<std::filesystem::path> navigation_files{folder / "hksc1180.19n", folder / "hksc1180.19b"};
-  const auto data = orbit::read_rinex_navigation(navigation_files);
+  const auto data = rinex::read_rinex_navigation(navigation_files);
   const orbit::BroadcastSky sky(data);
   const auto truth = simulation::read_trajectory(folder / "groundTruth_TST.csv", "urbannav", {});
   const auto recorded = read_rinex_observations(observation_file);
   // RTKLIB takes GPS's coefficients for every system.
-  const orbit::Klobuchar gps = data.klobuchar.at(System::GPS);
+  const gnss::Klobuchar gps = data.klobuchar.at(System::GPS);
   const auto ours = pseudorange_residuals(recorded.epochs, truth, sky, {{System::GPS, gps}});
   ASSERT_GT(ours.observations.size(), 7000U);
 
@@ -93,7 +93,7 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
       const double range = geodist(state, antenna, direction);
       ASSERT_GT(range, 0);
       satazel(place, direction, azel);
-      const double ratio = orbit::l1_frequency_hz(System::GPS) / orbit::l1_frequency_hz(o.id.system);
+      const double ratio = gnss::l1_frequency_hz(System::GPS) / gnss::l1_frequency_hz(o.id.system);
       const double residual =
           raw.range[0] - range + kSpeedOfLight * (clock[0] - group_delay(*navigation, satellite, raw.time)) -
           ratio * ratio * ionmodel(raw.time, alpha_beta, place, azel) - tropmodel(raw.time, place, azel, 0.7);

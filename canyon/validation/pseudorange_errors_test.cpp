@@ -8,8 +8,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/receiver/atmosphere.hpp"
-#include "canyon/receiver/noise.hpp"
+#include "canyon/propagation/atmosphere.hpp"
+#include "canyon/tracking/noise.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/simulation_support.hpp"
@@ -20,16 +20,15 @@ namespace {
 using geodesy::GpsTime;
 using geodesy::kSpeedOfLight;
 using geodesy::radians;
-using orbit::SatelliteId;
-using orbit::System;
+using gnss::SatelliteId;
+using gnss::System;
 using simulation::test::error_of;
 using testing::HasSubstr;
 using testing::SizeIs;
 
 const GpsTime kStart = GpsTime::from_week(2051, 46701);
-const orbit::Klobuchar kModel{{9.3132e-9, 1.4901e-8, -5.9605e-8, -1.1921e-7},
-                              {88064, 49152, -131070, -32768}};
-const std::map<System, orbit::Klobuchar> kKlobuchar{{System::GPS, kModel}};
+const gnss::Klobuchar kModel{{9.3132e-9, 1.4901e-8, -5.9605e-8, -1.1921e-7}, {88064, 49152, -131070, -32768}};
+const std::map<System, gnss::Klobuchar> kKlobuchar{{System::GPS, kModel}};
 
 /// North-east through Hong Kong at 12.5 m/s.
 simulation::Trajectory truth(double seconds = 300) {
@@ -49,7 +48,7 @@ struct Recorder {
   std::map<System, double> bias_m{};                    ///< inter-system
   std::function<double(SatelliteId, std::size_t)> error_m = [](SatelliteId, std::size_t) { return 0.0; };
 
-  [[nodiscard]] ObservationEpoch at(GpsTime reception, double clock_s, std::size_t epoch) const {
+  [[nodiscard]] rinex::ObservationEpoch at(GpsTime reception, double clock_s, std::size_t epoch) const {
     const auto pose = path.at(reception);
     const Eigen::Vector3d forward(std::cos(pose.yaw_rad), std::sin(pose.yaw_rad), 0);
     const Eigen::Vector3d left(-forward.y(), forward.x(), 0);
@@ -58,19 +57,19 @@ struct Recorder {
     const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(pose.position) +
                                     geodesy::enu_from_ecef_rotation(pose.position).transpose() * enu;
     const auto place = geodesy::geodetic_from_ecef(antenna);
-    ObservationEpoch result;
+    rinex::ObservationEpoch result;
     result.receiver_time = reception + clock_s;
     for (const SatelliteId id : sky.satellites()) {
       const auto line = orbit::line_of_sight(sky, id, reception, antenna);
       if (!line || line->elevation_rad < radians(5)) continue;
       double range = line->range_m;
       range += kSpeedOfLight * (clock_s - (line->state.clock_bias_s - line->state.group_delay_s));
-      range += receiver::klobuchar_delay_m(kModel, reception, place, line->azimuth_rad, line->elevation_rad,
-                                           line->state.carrier_frequency_hz);
-      range += receiver::saastamoinen_delay_m(place, line->elevation_rad);
+      range += propagation::klobuchar_delay_m(kModel, reception, place, line->azimuth_rad,
+                                              line->elevation_rad, line->state.carrier_frequency_hz);
+      range += propagation::saastamoinen_delay_m(place, line->elevation_rad);
       const auto bias = bias_m.find(id.system);
       if (bias != bias_m.end()) range += bias->second;
-      ObservedSignal signal;
+      rinex::ObservedSignal signal;
       signal.id = id;
       signal.code = {'1', 'C', 0};
       signal.pseudorange_m = range + error_m(id, epoch);
@@ -92,7 +91,7 @@ TEST(PseudorangeErrors, ClosedLoopIsExact) {
     return id.number % 6 == 0 ? 40.0 + static_cast<double>(e % 7) : 0.0;
   };
   // A clock that drifts and is set back by a millisecond now and then.
-  std::vector<ObservationEpoch> epochs;
+  std::vector<rinex::ObservationEpoch> epochs;
   std::vector<double> clock;
   for (std::size_t e = 0; e < 100; ++e) {
     clock.push_back(0.4e-3 + 3e-5 * static_cast<double>(e) - 1e-3 * static_cast<double>(e / 33));
@@ -125,7 +124,7 @@ TEST(PseudorangeErrors, ClosedLoopIsExact) {
   EXPECT_LT(largest, 2e-3);
   EXPECT_LT(largest_clock, 0.16);
   for (const auto& [system, bias] : errors.inter_system_bias_m) {
-    EXPECT_NEAR(bias, recorder.bias_m[system] - reference, 1e-3) << orbit::name(system);
+    EXPECT_NEAR(bias, recorder.bias_m[system] - reference, 1e-3) << gnss::name(system);
   }
   EXPECT_TRUE(errors.weak_bias.empty());
 }
@@ -134,7 +133,7 @@ TEST(PseudorangeErrors, SingleClearSatelliteOfAnySystemGivesTheClock) {
   const test::CircularSky sky({System::GPS, System::BeiDou});
   Recorder recorder{sky};
   recorder.bias_m = {{System::BeiDou, 12}};
-  std::vector<ObservationEpoch> epochs;
+  std::vector<rinex::ObservationEpoch> epochs;
   for (std::size_t e = 0; e < 60; ++e) {
     epochs.push_back(recorder.at(kStart + 1.0 + static_cast<double>(e), 1e-6 * static_cast<double>(e), e));
   }
@@ -164,7 +163,7 @@ TEST(PseudorangeErrors, SingleClearSatelliteOfAnySystemGivesTheClock) {
   for (std::size_t i = 0; i < errors.observations.size(); ++i) {
     const auto& o = residuals.observations[i];
     ASSERT_NEAR(errors.observations[i].error_m, recorder.error_m(o.id, o.epoch), 2e-3)
-        << orbit::to_string(o.id) << " " << o.epoch;
+        << gnss::to_string(o.id) << " " << o.epoch;
   }
   // With two wanted, these epochs fall back to all satellites and hide what is common, and say so.
   ClockOptions two;
@@ -181,13 +180,13 @@ TEST(PseudorangeErrors, OutliersInClearViewHardlyMoveTheClock) {
   const test::CircularSky sky({System::GPS, System::Galileo});
   Recorder recorder{sky};
   std::map<std::pair<SatelliteId, std::size_t>, double> given;
-  receiver::RandomStream random(1, "noise");
+  RandomStream random(1, "noise");
   recorder.error_m = [&](SatelliteId id, std::size_t e) {
     const auto [at, fresh] = given.try_emplace({id, e}, 0);
     if (fresh) at->second = 2 * random.normal() + (id.number % 24 == e % 24 ? 80 : 0);
     return at->second;
   };
-  std::vector<ObservationEpoch> epochs;
+  std::vector<rinex::ObservationEpoch> epochs;
   for (std::size_t e = 0; e < 240; ++e) {
     epochs.push_back(recorder.at(kStart + 1.0 + static_cast<double>(e), 2e-4, e));
   }
@@ -214,7 +213,7 @@ TEST(PseudorangeErrors, WrongMillisecondsAreGross) {
   const test::CircularSky sky({System::GPS});
   Recorder recorder{sky};
   recorder.error_m = [](SatelliteId id, std::size_t) { return id.number == 3 ? kSpeedOfLight * 1e-3 : 0.0; };
-  std::vector<ObservationEpoch> epochs;
+  std::vector<rinex::ObservationEpoch> epochs;
   for (std::size_t e = 0; e < 10; ++e)
     epochs.push_back(recorder.at(kStart + 1.0 + static_cast<double>(e), 0, e));
   // A satellite that stands above the horizon all the while takes the part of number 3.
@@ -243,7 +242,7 @@ TEST(PseudorangeErrors, WeakSystemsAreNamed) {
   const test::CircularSky sky({System::GPS, System::Galileo});
   Recorder recorder{sky};
   recorder.bias_m = {{System::Galileo, 5}};
-  std::vector<ObservationEpoch> epochs;
+  std::vector<rinex::ObservationEpoch> epochs;
   for (std::size_t e = 0; e < 20; ++e)
     epochs.push_back(recorder.at(kStart + 1.0 + static_cast<double>(e), 0, e));
   const auto residuals = pseudorange_residuals(epochs, recorder.path, sky, kKlobuchar);
@@ -264,8 +263,9 @@ TEST(PseudorangeErrors, WeakSystemsAreNamed) {
 TEST(PseudorangeErrors, WhatIsLeftOutIsCounted) {
   const test::CircularSky sky({System::GPS});
   const Recorder recorder{sky};
-  std::vector<ObservationEpoch> epochs{recorder.at(kStart + 1.0, 0, 0), recorder.at(kStart + 2.0, 0, 1)};
-  ObservationEpoch outside = recorder.at(kStart + 1.0, 0, 0);
+  std::vector<rinex::ObservationEpoch> epochs{recorder.at(kStart + 1.0, 0, 0),
+                                              recorder.at(kStart + 2.0, 0, 1)};
+  rinex::ObservationEpoch outside = recorder.at(kStart + 1.0, 0, 0);
   outside.receiver_time = outside.receiver_time + 3600.0;
   epochs.push_back(outside);
   epochs[1].signals[0].pseudorange_m.reset();
@@ -308,7 +308,7 @@ TEST(PseudorangeErrors, OptionsAreChecked) {
   residual = {};
   const test::CircularSky sky({System::GPS});
   const Recorder recorder{sky};
-  const std::vector<ObservationEpoch> epochs{recorder.at(kStart + 1.0, 0, 0)};
+  const std::vector<rinex::ObservationEpoch> epochs{recorder.at(kStart + 1.0, 0, 0)};
   EXPECT_THAT(error_of([&] { (void)pseudorange_residuals(epochs, recorder.path, sky, {}, residual); }).what(),
               HasSubstr("no Klobuchar coefficients for GPS"));
 }

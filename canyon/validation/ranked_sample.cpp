@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-#include "canyon/receiver/noise.hpp"
+#include "canyon/tracking/noise.hpp"
 
 namespace canyon::validation {
 
@@ -34,7 +34,7 @@ std::vector<std::vector<std::uint16_t>> block_draws(std::size_t epochs, std::siz
                                                     std::uint64_t seed) {
   assert(block >= 1);
   block = std::min(block, std::max<std::size_t>(epochs, 1));
-  receiver::RandomStream random(seed, "bootstrap");
+  RandomStream random(seed, "bootstrap");
   std::vector<std::vector<std::uint16_t>> draws(static_cast<std::size_t>(resamples),
                                                 std::vector<std::uint16_t>(epochs, 0));
   if (epochs == 0) return draws;

@@ -30,7 +30,8 @@ class RankedSample {
 };
 
 /// Blocks of epochs, drawn with replacement in circles (as BootstrapOptions): for each of `resamples` how
-/// often each of `epochs` was drawn. The draws of bootstrap_interval() with that seed and block. @param block at least 1
+/// often each of `epochs` was drawn. The draws of bootstrap_interval() with that seed and block. @param block
+/// at least 1
 [[nodiscard]] std::vector<std::vector<std::uint16_t>> block_draws(std::size_t epochs, std::size_t block,
                                                                   int resamples, std::uint64_t seed);
 

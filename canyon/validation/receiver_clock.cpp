@@ -20,8 +20,8 @@ namespace canyon::validation {
 namespace {
 
 using geodesy::kSpeedOfLight;
-using orbit::kSystemCount;
-using orbit::System;
+using gnss::kSystemCount;
+using gnss::System;
 
 constexpr double kUnknownCn0_dbhz = 30;
 constexpr int kMostIterations = 100;

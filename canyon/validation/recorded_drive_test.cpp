@@ -14,12 +14,12 @@
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
 #include "canyon/propagation/propagator.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/trajectory.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
-#include "canyon/validation/rinex_observation.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -27,7 +27,7 @@ namespace canyon::validation {
 namespace {
 
 using geodesy::radians;
-using orbit::System;
+using gnss::System;
 
 /// Satellites seen from where the antenna was, by rays.
 class DriveRays {
@@ -90,15 +90,15 @@ class DriveRays {
 };
 
 struct Drive {
-  RinexObservations recorded;
+  rinex::RinexObservations recorded;
   PseudorangeResiduals residuals;
 };
 
 Drive read_drive(const std::filesystem::path& folder, const std::set<System>& systems) {
-  ObservationOptions options;
+  rinex::ObservationOptions options;
   options.systems = systems;
   Drive drive{read_rinex_observations(folder / "COM3_190428_124409.obs", options), {}};
-  const auto navigation = orbit::read_rinex_navigation({folder / "hksc1180.19n", folder / "hksc1180.19b"});
+  const auto navigation = rinex::read_rinex_navigation({folder / "hksc1180.19n", folder / "hksc1180.19b"});
   const auto truth = simulation::read_trajectory(folder / "groundTruth_TST.csv", "urbannav", {});
   const orbit::BroadcastSky sky(navigation);
   drive.residuals = pseudorange_residuals(drive.recorded.epochs, truth, sky, navigation.klobuchar);
@@ -108,7 +108,7 @@ Drive read_drive(const std::filesystem::path& folder, const std::set<System>& sy
 /// An observation with what rays say of it.
 struct Judged {
   std::size_t epoch = 0;
-  orbit::SatelliteId id;
+  gnss::SatelliteId id;
   double error_m = 0;
   std::optional<double> cn0_dbhz;
   bool clear = false;
@@ -221,8 +221,8 @@ Figures report(const char* name, const Drive& drive, const DriveRays& rays,
       1.4826 * median(bends).value() / std::sqrt(6.0), errors.scatter);
   for (const auto& [system, bias] : errors.inter_system_bias_m) {
     if (system != errors.reference)
-      std::printf("  %s less %s: %.2f m\n", std::string(orbit::name(system)).c_str(),
-                  std::string(orbit::name(errors.reference)).c_str(), bias);
+      std::printf("  %s less %s: %.2f m\n", std::string(gnss::name(system)).c_str(),
+                  std::string(gnss::name(errors.reference)).c_str(), bias);
   }
   const auto cn0 = by_minutes(all, [](const Figures& g) -> std::optional<double> {
     return g.by_cn0 ? std::optional(g.by_cn0->auc) : std::nullopt;
@@ -300,14 +300,14 @@ TEST(RecordedDrive, GpsAndBeiDou) {
 
   // What the ephemerides, group delays and atmosphere leave: the LOS median of each satellite is small.
   const auto errors = remove_receiver_clock(drive.residuals, rays.clear_view());
-  std::map<orbit::SatelliteId, std::vector<double>> los;
+  std::map<gnss::SatelliteId, std::vector<double>> los;
   for (const Judged& j : judge(drive, rays, errors)) {
     if (j.clear) los[j.id].push_back(j.error_m);
   }
   std::vector<double> medians;
   for (const auto& [id, values] : los) {
     medians.push_back(median(values).value());
-    EXPECT_LT(std::abs(medians.back()), 4) << orbit::to_string(id);
+    EXPECT_LT(std::abs(medians.back()), 4) << gnss::to_string(id);
   }
   EXPECT_GE(medians.size(), 18U);
   print("LOS medians of satellites [m]", medians);

@@ -7,10 +7,10 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/antenna_pose.hpp"
 #include "canyon/simulation/trajectory.hpp"
 #include "canyon/validation/comparison.hpp"
-#include "canyon/validation/rinex_observation.hpp"
 
 namespace canyon::validation {
 namespace {
@@ -18,15 +18,15 @@ namespace {
 using geodesy::format_gpst;
 using geodesy::GpsTime;
 
-std::set<orbit::System> systems_of(const orbit::Sky& sky) {
-  std::set<orbit::System> systems;
-  for (const orbit::SatelliteId id : sky.satellites()) systems.insert(id.system);
+std::set<gnss::System> systems_of(const orbit::Sky& sky) {
+  std::set<gnss::System> systems;
+  for (const gnss::SatelliteId id : sky.satellites()) systems.insert(id.system);
   return systems;
 }
 
 /// What to say where no observation is left.
 InputError nothing_left(const std::filesystem::path& obs, const std::filesystem::path& truth,
-                        const RinexObservations& recorded, const simulation::Trajectory& path,
+                        const rinex::RinexObservations& recorded, const simulation::Trajectory& path,
                         const PseudorangeResiduals& residuals) {
   const GpsTime first = recorded.epochs.front().receiver_time;
   const GpsTime last = recorded.epochs.back().receiver_time;
@@ -48,21 +48,22 @@ InputError nothing_left(const std::filesystem::path& obs, const std::filesystem:
 }
 
 /// The recorded signals behind an epoch's residuals, one for each, as a solver takes them.
-std::vector<receiver::Measurement> measurements_of(const PseudorangeResiduals& residuals,
-                                                   const ResidualEpoch& epoch,
-                                                   const ObservationEpoch& recorded, const orbit::Sky& sky) {
-  std::vector<receiver::Measurement> measurements;
+std::vector<positioning::Measurement> measurements_of(const PseudorangeResiduals& residuals,
+                                                      const ResidualEpoch& epoch,
+                                                      const rinex::ObservationEpoch& recorded,
+                                                      const orbit::Sky& sky) {
+  std::vector<positioning::Measurement> measurements;
   measurements.reserve(epoch.count);
   for (const PseudorangeResidual& o : residuals.of(epoch)) {
-    receiver::Measurement m;
+    positioning::Measurement m;
     m.id = o.id;
     m.pseudorange_m = o.pseudorange_m;
     m.cn0_dbhz = o.cn0_dbhz;
     // The state knows a GLONASS satellite's channel.
     const auto state = sky.state(o.id, epoch.reception);
-    m.carrier_frequency_hz = state ? state->carrier_frequency_hz : orbit::l1_frequency_hz(o.id.system);
+    m.carrier_frequency_hz = state ? state->carrier_frequency_hz : gnss::l1_frequency_hz(o.id.system);
     const auto signal = std::find_if(recorded.signals.begin(), recorded.signals.end(),
-                                     [&o](const ObservedSignal& s) { return s.id == o.id; });
+                                     [&o](const rinex::ObservedSignal& s) { return s.id == o.id; });
     if (signal != recorded.signals.end()) m.doppler_hz = signal->doppler_hz;
     measurements.push_back(m);
   }
@@ -79,9 +80,9 @@ Recording read_recording(const simulation::Scenario& scenario, const simulation:
   recording.ionosphere = options.ionosphere;
   recording.troposphere = options.troposphere;
 
-  ObservationOptions wanted;
+  rinex::ObservationOptions wanted;
   wanted.systems = systems_of(environment.sky());
-  const RinexObservations recorded = read_rinex_observations(obs, wanted);
+  const rinex::RinexObservations recorded = read_rinex_observations(obs, wanted);
   recording.warnings = recorded.report.warnings();
 
   // NMEA tells times of day: the recording knows the day.

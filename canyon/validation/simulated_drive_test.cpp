@@ -7,10 +7,11 @@
 
 #include "canyon/base/text_file.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/rinex/observation_reader.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
-#include "canyon/validation/rinex_observation.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/integration/run_scenario.hpp"
+#include "tests/support/source_dir.hpp"
 
 namespace canyon::validation {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 TEST(SimulatedDrive, ErrorsComeBackThroughRinex) {
   // The example without noise: what is wrong with a pseudorange is its excess path.
   std::string yaml(
-      TextFile(std::filesystem::path(CANYON_SOURCE_DIR) / "examples/synthetic_drive.yaml").text());
+      TextFile(std::filesystem::path(canyon_source_dir) / "examples/synthetic_drive.yaml").text());
   const std::string noise = "noise: {enabled: true}";
   ASSERT_NE(yaml.find(noise), std::string::npos);
   yaml.replace(yaml.find(noise), noise.size(), "noise: {enabled: false}");
@@ -29,7 +30,7 @@ TEST(SimulatedDrive, ErrorsComeBackThroughRinex) {
   const auto rinex = output::make_rinex_observation(path, 0, simulation);
   simulation.run({&recorder, rinex.get()});
 
-  using Key = std::pair<geodesy::GpsTime, orbit::SatelliteId>;
+  using Key = std::pair<geodesy::GpsTime, gnss::SatelliteId>;
   std::map<Key, const receiver::SatelliteObservation*> simulated;
   std::vector<std::pair<geodesy::GpsTime, geodesy::Geodetic>> truth;
   for (const simulation::Epoch& e : recorder.epochs) {

@@ -10,7 +10,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/receiver/noise.hpp"
+#include "canyon/tracking/noise.hpp"
 
 namespace canyon::validation {
 namespace {
@@ -233,7 +233,7 @@ std::optional<Interval> bootstrap_interval(
   options.validate();
   if (n == 0) return std::nullopt;
   const std::size_t block = std::min(options.block, n);
-  receiver::RandomStream random(options.seed, "bootstrap");
+  RandomStream random(options.seed, "bootstrap");
   std::vector<std::size_t> drawn(n);
   std::vector<double> values;
   for (int r = 0; r < options.resamples; ++r) {

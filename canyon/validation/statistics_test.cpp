@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/receiver/noise.hpp"
+#include "canyon/tracking/noise.hpp"
 #include "tests/support/simulation_support.hpp"
 
 namespace canyon::validation {
@@ -171,7 +171,7 @@ TEST(Statistics, Distributions) {
 TEST(Statistics, BootstrapCoversTheMean) {
   // 400 independent samples of 60 exponential values of mean 1: 90 % intervals hold 1 in 90 % of the samples,
   // a few per cent less for the skew; two standard deviations of that count are 3 %.
-  receiver::RandomStream random(3, "exponential");
+  RandomStream random(3, "exponential");
   BootstrapOptions options;
   options.resamples = 300;
   options.confidence = 0.9;
@@ -196,7 +196,7 @@ TEST(Statistics, BootstrapCoversTheMean) {
 TEST(Statistics, BootstrapBlocksFollowTheSeries) {
   // 40 runs of 25 equal values: the mean's deviation is that of 40 values, five times as wide as that of
   // 1000.
-  receiver::RandomStream random(4, "runs");
+  RandomStream random(4, "runs");
   std::vector<double> values;
   for (int run = 0; run < 40; ++run) values.insert(values.end(), 25, random.normal());
   const auto mean = [&](std::span<const std::size_t> drawn) -> std::optional<double> {

@@ -16,7 +16,7 @@ int main() {
   const simulation::Arrival arrival =
       environment.arrival(geodesy::parse_time("2019-04-28T12:58:03Z"), {0, 0, 2}, propagator);
   for (const propagation::SatelliteView& view : arrival.views) {
-    std::printf("%s %s\n", orbit::to_string(view.line.id).c_str(),
+    std::printf("%s %s\n", gnss::to_string(view.line.id).c_str(),
                 std::string(propagation::name(view.paths.visibility)).c_str());
   }
   return arrival.views.size() == 3 ? 0 : 1;

@@ -11,10 +11,10 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/heatmap/engine.hpp"
-#include "canyon/heatmap/map_summary.hpp"
-#include "canyon/heatmap/rasters.hpp"
-#include "canyon/heatmap/store_slices.hpp"
+#include "canyon/heatmap/engine/engine.hpp"
+#include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/heatmap/engine/map_summary.hpp"
+#include "canyon/heatmap/engine/store_slices.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -85,7 +85,7 @@ TEST_P(HeatmapBesideReceivers, CellsAreWhatAReceiverThereFinds) {
       }
       EXPECT_EQ(answer->state, CellState::Computed) << centre.transpose();
       ++places;
-      const receiver::Fix& fix = epoch.observed.fix;
+      const positioning::Fix& fix = epoch.observed.fix;
       const bool counts = answer->values[3] == static_cast<float>(epoch.observed.visible) &&
                           answer->values[4] == static_cast<float>(fix.used.size());
       if (!counts) continue;

@@ -12,15 +12,15 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/rinex_navigation.hpp"
-#include "canyon/receiver/position_filter.hpp"
-#include "canyon/validation/rinex_observation.hpp"
+#include "canyon/positioning/position_filter.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/rinex/observation_reader.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon {
 namespace {
 
-using orbit::System;
+using gnss::System;
 
 struct Errors {
   std::vector<double> horizontal, vertical;
@@ -39,16 +39,16 @@ struct Errors {
 };
 
 struct Drive {
-  validation::RinexObservations recorded;
-  orbit::NavigationData navigation;
+  rinex::RinexObservations recorded;
+  gnss::NavigationData navigation;
   std::map<long, geodesy::Geodetic> truth;  ///< by whole seconds of the week
 };
 
 Drive read(const std::filesystem::path& folder) {
-  validation::ObservationOptions options;
+  rinex::ObservationOptions options;
   options.systems = {System::GPS, System::BeiDou};
-  Drive drive{validation::read_rinex_observations(folder / "COM3_190428_124409.obs", options),
-              orbit::read_rinex_navigation({folder / "hksc1180.19n", folder / "hksc1180.19b"}),
+  Drive drive{rinex::read_rinex_observations(folder / "COM3_190428_124409.obs", options),
+              rinex::read_rinex_navigation({folder / "hksc1180.19n", folder / "hksc1180.19b"}),
               {}};
   std::ifstream file(folder / "groundTruth_TST.csv");
   for (std::string line; std::getline(file, line);) {
@@ -63,29 +63,30 @@ Drive read(const std::filesystem::path& folder) {
   return drive;
 }
 
-Errors errors(const Drive& drive, const orbit::Sky& sky, const receiver::FixOptions& options, bool filtered) {
+Errors errors(const Drive& drive, const orbit::Sky& sky, const positioning::FixOptions& options,
+              bool filtered) {
   Errors errors;
-  receiver::PositionFilter filter({}, options);
+  positioning::PositionFilter filter({}, options);
   Eigen::Vector3d start = Eigen::Vector3d::Zero();
   double last_clock_s = 0;
-  for (const validation::ObservationEpoch& epoch : drive.recorded.epochs) {
+  for (const rinex::ObservationEpoch& epoch : drive.recorded.epochs) {
     const auto truth = drive.truth.find(std::lround(epoch.receiver_time.seconds_of_week()));
     if (truth == drive.truth.end()) continue;
     ++errors.epochs;
-    std::vector<receiver::Measurement> measurements;
-    for (const validation::ObservedSignal& signal : epoch.signals) {
+    std::vector<positioning::Measurement> measurements;
+    for (const rinex::ObservedSignal& signal : epoch.signals) {
       if (!signal.pseudorange_m) continue;
-      receiver::Measurement m;
+      positioning::Measurement m;
       m.id = signal.id;
       m.pseudorange_m = *signal.pseudorange_m;
       m.sigma_m = 5;
       m.cn0_dbhz = signal.cn0_dbhz;
-      m.carrier_frequency_hz = orbit::l1_frequency_hz(signal.id.system);
+      m.carrier_frequency_hz = gnss::l1_frequency_hz(signal.id.system);
       m.doppler_hz = signal.doppler_hz;
       m.doppler_sigma_hz = 1;
       measurements.push_back(m);
     }
-    receiver::Fix fix =
+    positioning::Fix fix =
         solve_fix(epoch.receiver_time, measurements, sky, options, drive.navigation.klobuchar, start);
     if (fix.solved()) {
       start = fix.position_ecef;
@@ -109,14 +110,14 @@ TEST(RecordedDrive, FilterThroughClockJumpsAndDetours) {
   CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
   const Drive drive = read(folder);
   const orbit::BroadcastSky sky(drive.navigation);
-  receiver::FixOptions options;
+  positioning::FixOptions options;
   options.correct_ionosphere = options.correct_troposphere = true;
-  options.weights.weighting = receiver::Weighting::Equal;
+  options.weights.weighting = positioning::Weighting::Equal;
   const Errors equal = errors(drive, sky, options, false);
   equal.print("equal weights");
-  options.weights.weighting = receiver::Weighting::Elevation;
+  options.weights.weighting = positioning::Weighting::Elevation;
   errors(drive, sky, options, false).print("elevation weights");
-  options.weights.weighting = receiver::Weighting::Cn0;
+  options.weights.weighting = positioning::Weighting::Cn0;
   const Errors cn0 = errors(drive, sky, options, false);
   cn0.print("C/N0 weights");
   const Errors filtered = errors(drive, sky, options, true);

@@ -8,10 +8,11 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/rinex_observation.hpp"
-#include "canyon/validation/rinex_observation.hpp"
+#include "canyon/rinex/observation_reader.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/sample_signals.hpp"
+#include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon {
@@ -21,7 +22,7 @@ TEST(SignalFiles, ObservationsComeBack) {
   const test::TemporaryFolder folder;
   output::RinexObservationHeader header;
   header.marker = "rover";
-  header.systems = {orbit::kAllSystems.begin(), orbit::kAllSystems.end()};
+  header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   header.signals = true;
   const geodesy::GpsTime begin = test::sample_time();
   std::vector<simulation::Epoch> epochs;
@@ -34,28 +35,28 @@ TEST(SignalFiles, ObservationsComeBack) {
   for (const auto& epoch : epochs) sink->write(epoch);
   sink->finish();
 
-  const auto file = validation::read_rinex_observations(folder / "rover.obs");
+  const auto file = rinex::read_rinex_observations(folder / "rover.obs");
   EXPECT_EQ(file.report.damaged, 0U);
   ASSERT_EQ(file.epochs.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
     const receiver::ReceiverEpoch& seen = epochs[i].observed;
     const double shift_s = file.epochs[i].receiver_time - seen.receiver_time;
-    std::map<orbit::SatelliteId, validation::ObservedSignal> read;
+    std::map<gnss::SatelliteId, rinex::ObservedSignal> read;
     for (const auto& signal : file.epochs[i].signals) read[signal.id] = signal;
     EXPECT_EQ(read.size(), 10U);
     for (const auto& satellite : seen.satellites) {
       ASSERT_EQ(read.count(satellite.id), satellite.measurement ? 1U : 0U);
       if (!satellite.measurement) continue;
-      const receiver::Measurement& m = *satellite.measurement;
-      const validation::ObservedSignal& s = read[satellite.id];
-      EXPECT_STREQ(s.code.data(), satellite.id.system == orbit::System::BeiDou ? "2I" : "1C");
+      const positioning::Measurement& m = *satellite.measurement;
+      const rinex::ObservedSignal& s = read[satellite.id];
+      EXPECT_STREQ(s.code.data(), satellite.id.system == gnss::System::BeiDou ? "2I" : "1C");
       EXPECT_NEAR(s.pseudorange_m.value(), m.pseudorange_m + geodesy::kSpeedOfLight * shift_s, 0.6e-3);
       EXPECT_NEAR(s.doppler_hz.value(), *m.doppler_hz, 0.6e-3);
       EXPECT_NEAR(s.cn0_dbhz.value(), *m.cn0_dbhz, 0.6e-3);
       EXPECT_FALSE(s.cn0_from_indicator);
       ASSERT_EQ(s.carrier_phase_cycles.has_value(), m.carrier_phase_cycles.has_value());
-      const bool slipped = orbit::to_string(satellite.id) == "R24" && i == 2;
-      EXPECT_EQ(s.loss_of_lock, slipped ? 1 : 0) << orbit::to_string(satellite.id) << " at " << i;
+      const bool slipped = gnss::to_string(satellite.id) == "R24" && i == 2;
+      EXPECT_EQ(s.loss_of_lock, slipped ? 1 : 0) << gnss::to_string(satellite.id) << " at " << i;
       if (!s.carrier_phase_cycles) continue;
       // The phase stands for the pseudorange, to half a cycle where an arc begins; the sample's stand still.
       EXPECT_NEAR(*s.carrier_phase_cycles, *s.pseudorange_m * m.carrier_frequency_hz / geodesy::kSpeedOfLight,
@@ -67,7 +68,7 @@ TEST(SignalFiles, ObservationsComeBack) {
 /// A drive among buildings with the receiver's signal model and no noise, two epochs a second.
 simulation::Simulation strong_and_weak_drive() {
   const std::filesystem::path path =
-      std::filesystem::path(CANYON_SOURCE_DIR) / "examples/synthetic_drive.yaml";
+      std::filesystem::path(canyon_source_dir) / "examples/synthetic_drive.yaml";
   simulation::Scenario scenario = simulation::parse_scenario(std::string(TextFile(path).text()), path);
   scenario.duration_s = 60;
   scenario.rate_hz = 2;
@@ -87,21 +88,21 @@ TEST(SignalFiles, PhaseOfADriveFollowsItsDoppler) {
   const simulation::Simulation simulation = strong_and_weak_drive();
   const test::TemporaryFolder folder;
   const auto epochs = test::run_and_write(simulation, folder.path());
-  const auto file = validation::read_rinex_observations(folder / "receiver.obs");
+  const auto file = rinex::read_rinex_observations(folder / "receiver.obs");
   EXPECT_EQ(file.report.damaged, 0U);
   ASSERT_EQ(file.epochs.size(), epochs.size());
   struct Last {
     geodesy::GpsTime tag;
-    validation::ObservedSignal signal;
+    rinex::ObservedSignal signal;
   };
-  std::map<orbit::SatelliteId, Last> last;
+  std::map<gnss::SatelliteId, Last> last;
   std::size_t slips = 0;
   std::vector<double> apart;  // of the phase's and the Doppler's steps [cycles]
   std::vector<double> los_cn0, nlos_cn0;
   for (std::size_t i = 0; i < epochs.size(); ++i) {
-    std::map<orbit::SatelliteId, const receiver::SatelliteObservation*> truth;
+    std::map<gnss::SatelliteId, const receiver::SatelliteObservation*> truth;
     for (const auto& s : epochs[i].observed.satellites) truth[s.id] = &s;
-    for (const validation::ObservedSignal& s : file.epochs[i].signals) {
+    for (const rinex::ObservedSignal& s : file.epochs[i].signals) {
       ASSERT_EQ(truth.count(s.id), 1U);
       const bool nlos = truth[s.id]->visibility == propagation::Visibility::NLOS;
       (nlos ? nlos_cn0 : los_cn0).push_back(s.cn0_dbhz.value());

@@ -12,6 +12,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
+#include "tests/support/source_dir.hpp"
 
 namespace canyon::bench {
 
@@ -24,7 +25,7 @@ struct BenchCity {
 /// Tsim Sha Tsui and the recorded drive through it (every epoch) where the shared data are; else the
 /// synthetic city and places along its two middle streets.
 inline BenchCity bench_city() {
-  const std::filesystem::path data = std::filesystem::path(CANYON_SOURCE_DIR) / ".." / "shared" / "data";
+  const std::filesystem::path data = std::filesystem::path(canyon_source_dir) / ".." / "shared" / "data";
   const std::filesystem::path mesh = data / "hongkong/buildings.dae";
   const std::filesystem::path drive = data / "urbannav-tst-20190428/groundTruth_TST.csv";
   BenchCity bench;

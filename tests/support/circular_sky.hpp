@@ -15,8 +15,8 @@ namespace canyon::test {
 /// code with the orbit folder's ephemerides. `per_system` satellites of each system in six planes.
 class CircularSky final : public orbit::Sky {
  public:
-  explicit CircularSky(std::vector<orbit::System> systems, int per_system = 24) {
-    for (const orbit::System system : systems) {
+  explicit CircularSky(std::vector<gnss::System> systems, int per_system = 24) {
+    for (const gnss::System system : systems) {
       const int index = static_cast<int>(system);
       for (int k = 0; k < per_system; ++k) {
         Satellite s;
@@ -27,19 +27,19 @@ class CircularSky final : public orbit::Sky {
         s.clock_s = 4e-4 * std::sin(1 + k + 10 * index);
         s.clock_drift = 1e-11 * std::cos(k);
         s.group_delay_s = 5e-9 * std::cos(2 + k + index);
-        s.frequency_hz = orbit::l1_frequency_hz(system, k % 14 - 7);
-        satellites_[orbit::SatelliteId{system, static_cast<std::uint8_t>(k + 1)}] = s;
+        s.frequency_hz = gnss::l1_frequency_hz(system, k % 14 - 7);
+        satellites_[gnss::SatelliteId{system, static_cast<std::uint8_t>(k + 1)}] = s;
       }
     }
   }
 
-  [[nodiscard]] std::vector<orbit::SatelliteId> satellites() const override {
-    std::vector<orbit::SatelliteId> ids;
+  [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override {
+    std::vector<gnss::SatelliteId> ids;
     for (const auto& [id, satellite] : satellites_) ids.push_back(id);
     return ids;
   }
 
-  [[nodiscard]] std::optional<orbit::SatelliteState> state(orbit::SatelliteId id,
+  [[nodiscard]] std::optional<orbit::SatelliteState> state(gnss::SatelliteId id,
                                                            geodesy::GpsTime t) const override {
     const auto found = satellites_.find(id);
     if (found == satellites_.end()) return std::nullopt;
@@ -63,7 +63,7 @@ class CircularSky final : public orbit::Sky {
     return state;
   }
 
-  [[nodiscard]] std::string source(orbit::SatelliteId, geodesy::GpsTime) const override {
+  [[nodiscard]] std::string source(gnss::SatelliteId, geodesy::GpsTime) const override {
     return "circular test sky";
   }
 
@@ -75,7 +75,7 @@ class CircularSky final : public orbit::Sky {
     double radius_m = 0, node_rad = 0, phase_rad = 0, inclination_rad = 0;
     double clock_s = 0, clock_drift = 0, group_delay_s = 0, frequency_hz = 0;
   };
-  std::map<orbit::SatelliteId, Satellite> satellites_;
+  std::map<gnss::SatelliteId, Satellite> satellites_;
 };
 
 }  // namespace canyon::test

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <string>
 
-#include "canyon/output/palette.hpp"
+#include "canyon/drawing/palette.hpp"
 
 namespace canyon::test {
 
@@ -36,7 +36,7 @@ class PngPixels {
                 4);
     return value & 0xFFFFFFU;
   }
-  [[nodiscard]] std::size_t count(const output::Colour& colour) const {
+  [[nodiscard]] std::size_t count(const drawing::Colour& colour) const {
     std::size_t n = 0;
     for (int y = 0; y < height(); ++y) {
       for (int x = 0; x < width(); ++x) n += is(pixel(x, y), colour) ? 1U : 0U;
@@ -44,7 +44,7 @@ class PngPixels {
     return n;
   }
   /// Within `tolerance` of 255 in each channel.
-  static bool is(std::uint32_t pixel, const output::Colour& c, double tolerance = 2) {
+  static bool is(std::uint32_t pixel, const drawing::Colour& c, double tolerance = 2) {
     const auto near = [tolerance](std::uint32_t byte, double wanted) {
       return std::abs(static_cast<double>(byte) - 255 * wanted) <= tolerance;
     };

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "canyon/geodesy/gps_time.hpp"
-#include "canyon/orbit/satellite_id.hpp"
+#include "canyon/gnss/satellite_id.hpp"
 #include "tests/support/rtklib.hpp"
 
 namespace canyon::test {
@@ -35,17 +35,17 @@ inline geodesy::GpsTime gps_time(RtklibTime t) {
 }
 
 /// RTKLIB's number of a satellite; 0 where its build leaves the system out.
-inline int rtklib_satellite(orbit::SatelliteId id) {
+inline int rtklib_satellite(gnss::SatelliteId id) {
   switch (id.system) {
-    case orbit::System::GPS:
+    case gnss::System::GPS:
       return satno(0x01, id.number);
-    case orbit::System::GLONASS:
+    case gnss::System::GLONASS:
       return satno(0x04, id.number);
-    case orbit::System::Galileo:
+    case gnss::System::Galileo:
       return satno(0x08, id.number);
-    case orbit::System::QZSS:
+    case gnss::System::QZSS:
       return satno(0x10, id.number + 192);
-    case orbit::System::BeiDou:
+    case gnss::System::BeiDou:
       return satno(0x20, id.number);
   }
   return 0;

@@ -16,18 +16,18 @@ inline receiver::SatelliteObservation sample_satellite(const std::string& id, do
                                                        propagation::Visibility visibility,
                                                        double excess_m = 0, bool used = true) {
   receiver::SatelliteObservation satellite;
-  satellite.id = *orbit::parse_satellite(id);
+  satellite.id = *gnss::parse_satellite(id);
   satellite.azimuth_rad = geodesy::radians(azimuth_deg);
   satellite.elevation_rad = geodesy::radians(elevation_deg);
   satellite.visibility = visibility;
   satellite.excess_m = excess_m;
   satellite.above_mask = elevation_deg >= 10;
   if (visibility != propagation::Visibility::Blocked && satellite.above_mask) {
-    receiver::Measurement measurement;
+    positioning::Measurement measurement;
     measurement.id = satellite.id;
     measurement.pseudorange_m = 2.1e7 + 1000.12345 * satellite.id.number + excess_m;
     measurement.doppler_hz = -1234.5678 + satellite.id.number;
-    measurement.carrier_frequency_hz = orbit::l1_frequency_hz(satellite.id.system, 1);
+    measurement.carrier_frequency_hz = gnss::l1_frequency_hz(satellite.id.system, 1);
     measurement.sigma_m = 1.5;
     satellite.measurement = measurement;
     satellite.noise_m = 0.25;
@@ -70,17 +70,17 @@ inline simulation::Epoch sample_epoch(geodesy::GpsTime time, const geodesy::Geod
     ++(satellite.measurement ? seen.visible : seen.blocked);
   }
   if (!fix) {
-    seen.fix.status = receiver::FixStatus::TooFewSatellites;
+    seen.fix.status = positioning::FixStatus::TooFewSatellites;
     return epoch;
   }
   epoch.error_enu_m = error_enu_m;
-  seen.fix.status = receiver::FixStatus::Fix;
+  seen.fix.status = positioning::FixStatus::Fix;
   seen.fix.position_ecef =
       epoch.truth_ecef + geodesy::enu_from_ecef_rotation(truth).transpose() * error_enu_m;
   seen.fix.position = geodesy::geodetic_from_ecef(seen.fix.position_ecef);
   seen.fix.covariance_enu << 4.0, 1.5, 0.2, 1.5, 2.25, 0.1, 0.2, 0.1, 9.0;
   seen.fix.velocity_enu_mps = Eigen::Vector3d(3.1, -4.2, 0.4);
-  seen.fix.dop = receiver::Dop{2.5, 2.1, 1.25, 1.6875, 1.356};
+  seen.fix.dop = positioning::Dop{2.5, 2.1, 1.25, 1.6875, 1.356};
   for (const auto& satellite : seen.satellites) {
     if (!satellite.used) continue;
     seen.fix.used.push_back(satellite.id);

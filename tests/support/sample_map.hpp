@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/heatmap/rasters.hpp"
+#include "canyon/heatmap/engine/map_source.hpp"
 
 namespace canyon::test {
 

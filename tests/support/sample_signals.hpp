@@ -14,18 +14,18 @@ inline simulation::Epoch sample_signal_epoch(geodesy::GpsTime time, geodesy::Gps
   double cn0_dbhz = 46.3;
   for (receiver::SatelliteObservation& s : epoch.observed.satellites) {
     if (s.visibility == propagation::Visibility::Blocked) continue;
-    s.lock = receiver::LockState::Tracking;
-    const double stated = orbit::to_string(s.id) == "E36" ? 22.4 : cn0_dbhz;
+    s.lock = tracking::LockState::Tracking;
+    const double stated = gnss::to_string(s.id) == "E36" ? 22.4 : cn0_dbhz;
     s.cn0_dbhz = stated + 0.25;
     cn0_dbhz -= 1;
     if (!s.measurement) continue;
     s.measurement->cn0_dbhz = stated;
-    if (orbit::to_string(s.id) == "G12") continue;
+    if (gnss::to_string(s.id) == "G12") continue;
     s.measurement->carrier_phase_cycles = 1234.5678 + s.id.number;
     s.measurement->carrier_phase_sigma_cycles = 0.01;
     s.measurement->phase_since = phase_since;
   }
-  epoch.observed.fix.excluded = {*orbit::parse_satellite("E36")};
+  epoch.observed.fix.excluded = {*gnss::parse_satellite("E36")};
   epoch.observed.fix.consistent = true;
   return epoch;
 }

@@ -5,19 +5,21 @@
 #include <filesystem>
 #include <string>
 
+#include "tests/support/source_dir.hpp"
+
 namespace canyon::test {
 
 /// The folder of real recordings beside the checkout.
 inline std::filesystem::path shared_data(const std::string& name) {
-  return std::filesystem::path(CANYON_SOURCE_DIR) / ".." / "shared" / "data" / name;
+  return std::filesystem::path(canyon_source_dir) / ".." / "shared" / "data" / name;
 }
 
 }  // namespace canyon::test
 
 /// Defines `variable` as the path of a shared file, or skips the test, saying so, where it is absent.
-#define CANYON_SHARED_DATA(variable, name)                                      \
-  const std::filesystem::path variable = ::canyon::test::shared_data(name);     \
-  if (!std::filesystem::exists(variable)) {                                     \
-    GTEST_SKIP() << "SKIPPED: real data " << variable << " is not here";        \
-  }                                                                             \
+#define CANYON_SHARED_DATA(variable, name)                                  \
+  const std::filesystem::path variable = ::canyon::test::shared_data(name); \
+  if (!std::filesystem::exists(variable)) {                                 \
+    GTEST_SKIP() << "SKIPPED: real data " << variable << " is not here";    \
+  }                                                                         \
   static_assert(true, "needs a semicolon")

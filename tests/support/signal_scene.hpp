@@ -15,8 +15,7 @@ namespace canyon::test {
 
 using geodesy::GpsTime;
 using geodesy::kSpeedOfLight;
-using orbit::System;
-using propagation::AntennaPattern;
+using gnss::System;
 using propagation::Path;
 using propagation::PathKind;
 using propagation::SatelliteView;
@@ -25,6 +24,7 @@ using receiver::Receiver;
 using receiver::ReceiverEpoch;
 using receiver::ReceiverOptions;
 using receiver::SatelliteObservation;
+using signal::AntennaPattern;
 
 inline const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
 inline const geodesy::LocalFrame kFrame(kPlace);
@@ -101,7 +101,7 @@ inline void arrive(SatelliteView& view, std::vector<Path> paths) {
 inline std::vector<SatelliteView> open_sky(const orbit::Sky& sky, GpsTime time,
                                            const Eigen::Vector3d& antenna) {
   std::vector<SatelliteView> views;
-  for (const orbit::SatelliteId id : sky.satellites()) {
+  for (const gnss::SatelliteId id : sky.satellites()) {
     const auto line = orbit::line_of_sight(sky, id, time, antenna);
     if (!line || line->elevation_rad < 0) continue;
     SatelliteView view;
@@ -149,7 +149,7 @@ inline std::vector<Path> nothing(const orbit::LineOfSight& /*line*/) {
   return {};
 }
 
-inline const SatelliteObservation* find(const ReceiverEpoch& epoch, orbit::SatelliteId id) {
+inline const SatelliteObservation* find(const ReceiverEpoch& epoch, gnss::SatelliteId id) {
   for (const SatelliteObservation& each : epoch.satellites) {
     if (each.id == id) return &each;
   }

@@ -8,8 +8,8 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/orbit/sky.hpp"
-#include "canyon/receiver/fix.hpp"
-#include "canyon/receiver/noise.hpp"
+#include "canyon/positioning/fix.hpp"
+#include "canyon/tracking/noise.hpp"
 
 namespace canyon::test {
 
@@ -30,7 +30,7 @@ class TestDrive {
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
   double clock_frequency_density = 0, clock_drift_density = 0;
   double bias_s = 0, drift = 0;
-  std::map<orbit::System, double> system_bias_m;
+  std::map<gnss::System, double> system_bias_m;
   double sigma_m = 2;
   double doppler_sigma_hz = 0.2;
   bool doppler = true;
@@ -53,16 +53,16 @@ class TestDrive {
   }
 
   /// Of every satellite above the mask, white noise of sigma_m and doppler_sigma_hz included.
-  [[nodiscard]] std::vector<receiver::Measurement> measure() {
+  [[nodiscard]] std::vector<positioning::Measurement> measure() {
     using geodesy::kSpeedOfLight;
-    std::vector<receiver::Measurement> measurements;
+    std::vector<positioning::Measurement> measurements;
     const orbit::Observer observer(position_);
     const Eigen::Vector3d velocity = ecef_from_enu_ * velocity_enu;
     const Eigen::Vector3d omega(0, 0, geodesy::kEarthRotationRate);
-    for (const orbit::SatelliteId id : sky_.satellites()) {
+    for (const gnss::SatelliteId id : sky_.satellites()) {
       const auto line = orbit::line_of_sight(sky_, id, time_, observer);
       if (!line || line->elevation_rad < mask_rad) continue;
-      receiver::Measurement m;
+      positioning::Measurement m;
       m.id = id;
       m.carrier_frequency_hz = line->state.carrier_frequency_hz;
       m.sigma_m = sigma_m;
@@ -89,20 +89,20 @@ class TestDrive {
 
   [[nodiscard]] geodesy::GpsTime receiver_time() const { return time_ + bias_s; }
   [[nodiscard]] const Eigen::Vector3d& position() const { return position_; }
-  [[nodiscard]] Eigen::Vector3d error_enu(const receiver::Fix& fix) const {
+  [[nodiscard]] Eigen::Vector3d error_enu(const positioning::Fix& fix) const {
     return ecef_from_enu_.transpose() * (fix.position_ecef - position_);
   }
-  [[nodiscard]] double elevation_rad(orbit::SatelliteId id) const {
+  [[nodiscard]] double elevation_rad(gnss::SatelliteId id) const {
     return orbit::line_of_sight(sky_, id, time_, position_)->elevation_rad;
   }
-  [[nodiscard]] double azimuth_rad(orbit::SatelliteId id) const {
+  [[nodiscard]] double azimuth_rad(gnss::SatelliteId id) const {
     return orbit::line_of_sight(sky_, id, time_, position_)->azimuth_rad;
   }
-  [[nodiscard]] receiver::RandomStream& random() { return random_; }
+  [[nodiscard]] RandomStream& random() { return random_; }
 
  private:
   const orbit::Sky& sky_;
-  receiver::RandomStream random_;
+  RandomStream random_;
   geodesy::GpsTime time_;
   Eigen::Vector3d position_;
   Eigen::Matrix3d ecef_from_enu_;

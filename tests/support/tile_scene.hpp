@@ -13,10 +13,10 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/heatmap/cell_solver.hpp"
-#include "canyon/heatmap/signals.hpp"
+#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/orbit/sky.hpp"
-#include "canyon/receiver/atmosphere.hpp"
+#include "canyon/propagation/atmosphere.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "tests/support/circular_sky.hpp"
 
@@ -28,12 +28,11 @@ struct TileScene {
   CircularSky sky;
   geodesy::LocalFrame frame;
   geodesy::GpsTime time = CircularSky::kEpoch + std::chrono::hours(5);
-  std::map<orbit::System, orbit::Klobuchar> klobuchar;
+  std::map<gnss::System, gnss::Klobuchar> klobuchar;
   heatmap::TileCells cells;
   heatmap::TileSignals signals;
 
-  TileScene(const std::vector<orbit::System>& systems, const geodesy::Geodetic& origin,
-            double heading_rad = 0)
+  TileScene(const std::vector<gnss::System>& systems, const geodesy::Geodetic& origin, double heading_rad = 0)
       : sky(systems), frame(origin, heading_rad) {}
 
   /// @param z of all cells; uneven: up to that much above it
@@ -60,7 +59,7 @@ struct TileScene {
     const Eigen::Vector3d centre(p.first.x() + 0.5 * (p.columns - 1) * p.spacing_m,
                                  p.first.y() + 0.5 * (p.rows - 1) * p.spacing_m, p.z);
     signals = {};
-    for (const orbit::SatelliteId id : sky.satellites()) {
+    for (const gnss::SatelliteId id : sky.satellites()) {
       const auto line = orbit::line_of_sight(sky, id, time, frame.ecef_from_local(centre));
       if (!line || line->elevation_rad < mask_rad) continue;
       signals.satellites.push_back(*line);
@@ -72,7 +71,7 @@ struct TileScene {
   }
   /// Shares of all that are in line of sight, and that only a reflection brings (excess to most_m).
   void receive(double los, double nlos, double most_m, std::uint64_t seed) {
-    receiver::RandomStream random(seed, "signals");
+    RandomStream random(seed, "signals");
     for (std::size_t k = 0; k < signals.satellites.size(); ++k) {
       for (std::size_t i = 0; i < cells.tile.cells(); ++i) {
         const double x = random.uniform();
@@ -86,22 +85,22 @@ struct TileScene {
   }
 
   struct Answer {
-    receiver::Fix fix;
+    positioning::Fix fix;
     double horizontal_m = NAN, vertical_m = NAN;
     double solving_s = 0;  ///< of the processor, in solve_fix()
   };
-  /// Of receiver::solve_fix() at a cell. @param noise_m per satellite of the tile, or empty
+  /// Of positioning::solve_fix() at a cell. @param noise_m per satellite of the tile, or empty
   [[nodiscard]] Answer judge(std::size_t cell, const receiver::ReceiverOptions& options,
                              const std::vector<double>& noise_m = {}) const {
     using geodesy::kSpeedOfLight;
     const Eigen::Vector3d antenna = frame.ecef_from_local(place(cell));
     const geodesy::Geodetic at = geodesy::geodetic_from_ecef(antenna);
     const double bias_s = 1.234567e-4;
-    std::vector<receiver::Measurement> measurements;
+    std::vector<positioning::Measurement> measurements;
     for (std::size_t k = 0; k < signals.satellites.size(); ++k) {
       if (signals.reception[k][cell] == heatmap::Reception::Blocked) continue;
       const auto line = orbit::line_of_sight(sky, signals.satellites[k].id, time, antenna);
-      receiver::Measurement m;
+      positioning::Measurement m;
       m.id = line->id;
       m.carrier_frequency_hz = line->state.carrier_frequency_hz;
       m.sigma_m = 1;
@@ -111,15 +110,15 @@ struct TileScene {
       if (options.noise.enabled) m.pseudorange_m += options.noise.ou.mu_m;
       if (options.ionosphere) {
         m.pseudorange_m +=
-            receiver::klobuchar_delay_m(receiver::klobuchar_of(klobuchar, m.id.system), time, at,
-                                        line->azimuth_rad, line->elevation_rad, m.carrier_frequency_hz);
+            propagation::klobuchar_delay_m(positioning::klobuchar_of(klobuchar, m.id.system), time, at,
+                                           line->azimuth_rad, line->elevation_rad, m.carrier_frequency_hz);
       }
-      if (options.troposphere) m.pseudorange_m += receiver::saastamoinen_delay_m(at, line->elevation_rad);
+      if (options.troposphere) m.pseudorange_m += propagation::saastamoinen_delay_m(at, line->elevation_rad);
       measurements.push_back(m);
     }
     Answer answer;
     const std::clock_t start = std::clock();
-    answer.fix = receiver::solve_fix(time + bias_s, measurements, sky, options.fix, klobuchar);
+    answer.fix = positioning::solve_fix(time + bias_s, measurements, sky, options.fix, klobuchar);
     answer.solving_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     if (answer.fix.solved()) {
       const Eigen::Vector3d error =

@@ -41,7 +41,7 @@ inline std::string city_sky(const std::filesystem::path& folder) {
   for (const auto& file : scenario.sky.navigation)
     elements += "<navigation>" + file.string() + "</navigation>";
   elements += "<systems>";
-  for (const orbit::System system : scenario.sky.systems) elements += std::string(orbit::name(system)) + " ";
+  for (const gnss::System system : scenario.sky.systems) elements += std::string(gnss::name(system)) + " ";
   elements += "</systems></sky>";
   const simulation::TrajectoryFile truth =
       simulation::read_trajectory_file(folder / "truth.csv", "urbannav", geodesy::GpsTime{});

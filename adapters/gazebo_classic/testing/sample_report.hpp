@@ -32,7 +32,7 @@ struct SampleReport {
       *epoch.observed.fix.velocity_covariance_enu << 0.01, 0.001, 0.002, 0.001, 0.02, 0.003, 0.002, 0.003,
           0.03;
       epoch.observed.fix.clock_drift = 2.625e-8;
-      epoch.observed.fix.clock_bias_s[orbit::System::GLONASS] = 1.25e-4;
+      epoch.observed.fix.clock_bias_s[gnss::System::GLONASS] = 1.25e-4;
     }
     for (const auto& satellite : epoch.observed.satellites) {
       propagation::SatelliteView view;

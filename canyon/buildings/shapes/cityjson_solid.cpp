@@ -1,0 +1,193 @@
+#include "canyon/buildings/shapes/cityjson_solid.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <unordered_map>
+#include <utility>
+
+#include "canyon/buildings/shapes/footprint.hpp"
+#include "canyon/city/mesh_topology.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
+using Ring = std::vector<std::uint32_t>;
+
+constexpr double kWeld_m = 1e-3;
+constexpr double kSmallest_m2 = 1e-6;
+
+/// Points, those within 1 mm as one (the first).
+class Welder {
+ public:
+  std::uint32_t add(const Eigen::Vector3d& point) {
+    const std::array<std::int64_t, 3> cell = cell_of(point);
+    for (std::int64_t dx = -1; dx <= 1; ++dx) {
+      for (std::int64_t dy = -1; dy <= 1; ++dy) {
+        for (std::int64_t dz = -1; dz <= 1; ++dz) {
+          const auto found = cells_.find({cell[0] + dx, cell[1] + dy, cell[2] + dz});
+          if (found != cells_.end() && (points_[found->second] - point).norm() <= kWeld_m)
+            return found->second;
+        }
+      }
+    }
+    const auto index = static_cast<std::uint32_t>(points_.size());
+    points_.push_back(point);
+    cells_.emplace(cell, index);  // a cell (1.7 mm across) keeps its first point only
+    return index;
+  }
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& points() const { return points_; }
+
+ private:
+  static std::array<std::int64_t, 3> cell_of(const Eigen::Vector3d& point) {
+    return {std::llround(std::floor(point.x() / kWeld_m)), std::llround(std::floor(point.y() / kWeld_m)),
+            std::llround(std::floor(point.z() / kWeld_m))};
+  }
+  std::vector<Eigen::Vector3d> points_;
+  std::map<std::array<std::int64_t, 3>, std::uint32_t> cells_;
+};
+
+/// Twice the vector area of a ring, to the side from which it is seen counter-clockwise (Newell's method).
+Eigen::Vector3d twice_area(const Ring& ring, const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
+    sum += (points[ring[i]] - points[ring[0]]).cross(points[ring[i + 1]] - points[ring[0]]);
+  }
+  return sum;
+}
+
+/// Without repeated points and without spikes (a, b, a).
+Ring tidy(Ring ring) {
+  bool again = true;
+  while (again && ring.size() >= 3) {
+    again = false;
+    for (std::size_t i = 0; i < ring.size() && ring.size() >= 3; ++i) {
+      const std::size_t next = (i + 1) % ring.size();
+      const std::size_t after = (i + 2) % ring.size();
+      if (ring[i] == ring[next] || ring[i] == ring[after]) {
+        ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(next));
+        again = true;
+        break;
+      }
+    }
+  }
+  return ring;
+}
+
+/// Triangles of a polygon in space with its front; empty where it is none.
+std::vector<Triangle> triangles_of(const Ring& outer, const std::vector<Ring>& inners,
+                                   const std::vector<Eigen::Vector3d>& points) {
+  if (outer.size() < 3) return {};
+  const Eigen::Vector3d front = twice_area(outer, points);
+  if (!(0.5 * front.norm() > kSmallest_m2)) return {};
+  if (outer.size() == 3 && inners.empty()) return {{outer[0], outer[1], outer[2]}};
+  // Seen along the axis closest to its normal, from its front side: a linear map, so that the triangulation
+  // is one of the polygon itself.
+  Eigen::Index axis = 0;
+  front.cwiseAbs().maxCoeff(&axis);
+  Eigen::Index u = (axis + 1) % 3;
+  Eigen::Index v = (axis + 2) % 3;
+  if (front[axis] < 0) std::swap(u, v);
+  const Eigen::Vector3d& origin = points[outer[0]];
+  Polygon2 flat;
+  std::vector<std::uint32_t> index;
+  const auto flatten = [&](const Ring& ring) {
+    std::vector<Point2> result;
+    for (const std::uint32_t i : ring) {
+      result.emplace_back(points[i][u] - origin[u], points[i][v] - origin[v]);
+      index.push_back(i);
+    }
+    return result;
+  };
+  flat.outer = flatten(outer);
+  for (Ring inner : inners) {
+    if (inner.size() < 3) continue;
+    if (twice_area(inner, points)[axis] * front[axis] > 0) std::reverse(inner.begin(), inner.end());
+    flat.holes.push_back(flatten(inner));
+  }
+  std::vector<Triangle> triangles = triangulate(flat);
+  for (Triangle& triangle : triangles) {
+    for (std::uint32_t& corner : triangle) corner = index[corner];
+  }
+  return triangles;
+}
+
+/// Whether every directed edge has exactly one opposite.
+bool watertight(const std::vector<Triangle>& triangles) {
+  std::unordered_map<std::uint64_t, int> edges;
+  const auto key = [](std::uint32_t from, std::uint32_t to) { return (std::uint64_t{from} << 32) | to; };
+  for (const Triangle& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) ++edges[key(t[k], t[(k + 1) % 3])];
+  }
+  return std::all_of(edges.begin(), edges.end(), [&](const auto& edge) {
+    const auto opposite = edges.find((edge.first << 32) | (edge.first >> 32));
+    return edge.second == 1 && opposite != edges.end() && opposite->second == 1;
+  });
+}
+
+}  // namespace
+
+bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vector<MapSurface>& surfaces,
+                     const geodesy::LocalFrame& frame, std::vector<std::string>& notes, city::Material facade,
+                     city::Material roof) {
+  Welder welder;
+  const auto ring_of = [&](const std::vector<Eigen::Vector3d>& points) {
+    Ring ring;
+    for (const Eigen::Vector3d& p : points) {
+      ring.push_back(
+          welder.add(frame.local_from_geodetic(geodesy::Geodetic::from_degrees(p.y(), p.x(), p.z()))));
+    }
+    return tidy(std::move(ring));
+  };
+  std::vector<Triangle> triangles;
+  std::vector<city::Material> materials;
+  std::size_t left_out = 0;
+  for (const MapSurface& surface : surfaces) {
+    const Ring outer = ring_of(surface.outer);
+    std::vector<Ring> inners;
+    for (const auto& inner : surface.inners) inners.push_back(ring_of(inner));
+    const std::vector<Triangle> made = triangles_of(outer, inners, welder.points());
+    if (made.empty()) ++left_out;
+    triangles.insert(triangles.end(), made.begin(), made.end());
+    const city::Material material = surface.semantic == "RoofSurface" ? roof
+                                    : surface.semantic == "Window"    ? city::Material::Glass
+                                                                      : facade;
+    materials.insert(materials.end(), made.size(), material);
+  }
+  if (left_out > 0) {
+    notes.push_back(
+        fmt::format("{}: left out {} of {} surfaces that are no polygons", name, left_out, surfaces.size()));
+  }
+  const std::vector<Eigen::Vector3d>& points = welder.points();
+  for (const auto& component : city::connected_components(triangles, points.size())) {
+    city::TriangleIndices own;
+    for (const std::uint32_t t : component) own.push_back(triangles[t]);
+    city::orient_outwards(points, own);
+    for (std::size_t i = 0; i < own.size(); ++i) triangles[component[i]] = own[i];
+  }
+  const bool closed = watertight(triangles);
+  // What no ray can hit goes last, after it has told that the surfaces meet.
+  std::vector<Triangle> kept;
+  std::vector<city::Material> kept_materials;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const auto& [a, b, c] = triangles[t];
+    if (city::is_degenerate(points[a], points[b], points[c])) continue;
+    kept.push_back(triangles[t]);
+    kept_materials.push_back(materials[t]);
+  }
+  if (kept.empty()) return false;
+  if (!closed) notes.push_back(fmt::format("{}: its surfaces do not close", name));
+  const std::size_t first = mesh.triangles.size();
+  city::append_object(mesh, name, city::Surface::Building, facade, points, kept);
+  std::copy(kept_materials.begin(), kept_materials.end(),
+            mesh.materials.begin() + static_cast<std::ptrdiff_t>(first));
+  return true;
+}
+
+}  // namespace canyon::buildings

@@ -1,0 +1,99 @@
+#include "canyon/buildings/shapes/geos.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace canyon::buildings::geos {
+namespace {
+
+Geometry linear_ring(const std::vector<Point2>& ring) {
+  if (ring.size() < 3) return nullptr;
+  std::vector<double> buffer;
+  buffer.reserve(2 * ring.size() + 2);
+  for (const Point2& p : ring) buffer.insert(buffer.end(), {p.x(), p.y()});
+  buffer.insert(buffer.end(), {ring[0].x(), ring[0].y()});
+  GEOSCoordSequence* sequence = GEOSCoordSeq_copyFromBuffer_r(
+      context(), buffer.data(), static_cast<unsigned>(ring.size() + 1), /*hasZ=*/0, /*hasM=*/0);
+  if (sequence == nullptr) return nullptr;
+  return Geometry(GEOSGeom_createLinearRing_r(context(), sequence));  // takes the sequence
+}
+
+std::vector<Point2> open_ring(const GEOSGeometry* ring, bool counter_clockwise) {
+  std::vector<Point2> open = points(ring);
+  if (!open.empty()) open.pop_back();
+  if ((twice_area(open) > 0) != counter_clockwise) std::reverse(open.begin(), open.end());
+  return open;
+}
+
+}  // namespace
+
+GEOSContextHandle_t context() {
+  struct Context {
+    GEOSContextHandle_t handle = GEOS_init_r();
+    Context() = default;
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+    ~Context() { GEOS_finish_r(handle); }
+  };
+  thread_local const Context context;
+  return context.handle;
+}
+
+Geometry polygon(const std::vector<Point2>& outer, const std::vector<std::vector<Point2>>& holes) {
+  Geometry shell = linear_ring(outer);
+  if (!shell) return nullptr;
+  std::vector<Geometry> rings;
+  for (const auto& hole : holes) {
+    rings.push_back(linear_ring(hole));
+    if (!rings.back()) return nullptr;
+  }
+  std::vector<GEOSGeometry*> raw;
+  for (Geometry& ring : rings) raw.push_back(ring.release());
+  return Geometry(
+      GEOSGeom_createPolygon_r(context(), shell.release(), raw.data(), static_cast<unsigned>(raw.size())));
+}
+
+Geometry collection(std::vector<Geometry> polygons) {
+  std::vector<GEOSGeometry*> raw;
+  for (Geometry& geometry : polygons) {
+    if (geometry) raw.push_back(geometry.release());
+  }
+  return Geometry(GEOSGeom_createCollection_r(context(), GEOS_GEOMETRYCOLLECTION, raw.data(),
+                                              static_cast<unsigned>(raw.size())));
+}
+
+std::vector<Point2> points(const GEOSGeometry* line) {
+  const GEOSCoordSequence* sequence = GEOSGeom_getCoordSeq_r(context(), line);
+  unsigned size = 0;
+  if (sequence == nullptr || GEOSCoordSeq_getSize_r(context(), sequence, &size) == 0) return {};
+  std::vector<double> buffer(2 * static_cast<std::size_t>(size));
+  if (GEOSCoordSeq_copyToBuffer_r(context(), sequence, buffer.data(), 0, 0) == 0) return {};
+  std::vector<Point2> result(size);
+  for (std::size_t i = 0; i < size; ++i) result[i] = {buffer[2 * i], buffer[2 * i + 1]};
+  return result;
+}
+
+std::vector<Polygon2> polygons(const GEOSGeometry* geometry) {
+  std::vector<Polygon2> result;
+  if (geometry == nullptr || GEOSisEmpty_r(context(), geometry) != 0) return result;
+  const int type = GEOSGeomTypeId_r(context(), geometry);
+  if (type == GEOS_POLYGON) {
+    Polygon2 polygon;
+    polygon.outer = open_ring(GEOSGetExteriorRing_r(context(), geometry), true);
+    const int holes = GEOSGetNumInteriorRings_r(context(), geometry);
+    for (int i = 0; i < holes; ++i) {
+      polygon.holes.push_back(open_ring(GEOSGetInteriorRingN_r(context(), geometry, i), false));
+    }
+    result.push_back(std::move(polygon));
+  } else if (type == GEOS_MULTIPOLYGON || type == GEOS_GEOMETRYCOLLECTION) {
+    const int parts = GEOSGetNumGeometries_r(context(), geometry);
+    for (int i = 0; i < parts; ++i) {
+      for (Polygon2& part : polygons(GEOSGetGeometryN_r(context(), geometry, i))) {
+        result.push_back(std::move(part));
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace canyon::buildings::geos

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <geos_c.h>
+
+#include <memory>
+#include <vector>
+
+#include "canyon/buildings/shapes/footprint.hpp"
+
+namespace canyon::buildings::geos {
+
+/// The calling thread's context of GEOS's reentrant functions; made at its first use, freed with the thread.
+/// Messages of GEOS are dropped: callers look at what comes back.
+[[nodiscard]] GEOSContextHandle_t context();
+
+struct Destroy {
+  void operator()(GEOSGeometry* geometry) const { GEOSGeom_destroy_r(context(), geometry); }
+  void operator()(GEOSCoordSequence* sequence) const { GEOSCoordSeq_destroy_r(context(), sequence); }
+  void operator()(GEOSMakeValidParams* params) const { GEOSMakeValidParams_destroy_r(context(), params); }
+};
+/// Owned geometry; null stands for an operation that GEOS gave up. Must die on the thread that made it.
+using Geometry = std::unique_ptr<GEOSGeometry, Destroy>;
+
+/// A polygon of rings (at least 3 points each, not closed), valid or not. Null for fewer points.
+[[nodiscard]] Geometry polygon(const std::vector<Point2>& outer,
+                               const std::vector<std::vector<Point2>>& holes = {});
+/// A collection of polygons, valid or not.
+[[nodiscard]] Geometry collection(std::vector<Geometry> polygons);
+/// The polygons within a geometry of any type, rings oriented as Polygon2 says and not closed; empty for
+/// null.
+[[nodiscard]] std::vector<Polygon2> polygons(const GEOSGeometry* geometry);
+/// Points of a ring or line string, in order.
+[[nodiscard]] std::vector<Point2> points(const GEOSGeometry* line);
+
+}  // namespace canyon::buildings::geos

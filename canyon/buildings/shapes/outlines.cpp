@@ -1,0 +1,145 @@
+#include "canyon/buildings/shapes/outlines.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/buildings/shapes/part_assignment.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+using geodesy::Geodetic;
+
+constexpr std::size_t kMostTreesOfARow = 10'000;
+
+Eigen::AlignedBox2d bounds_of(const MapData& map, bool foliage) {
+  Eigen::AlignedBox2d bounds;
+  for (const MapFeature& feature : map.features) {
+    if (!foliage && feature.kind != FeatureKind::Building && feature.kind != FeatureKind::Part) continue;
+    for (const MapPolygon& polygon : feature.polygons) {
+      for (const LonLat& place : polygon.outer) bounds.extend(place);
+    }
+    for (const LonLat& place : feature.line) bounds.extend(place);
+    for (const MapSurface& surface : feature.surfaces) {
+      for (const Eigen::Vector3d& corner : surface.outer) bounds.extend(LonLat(corner.head<2>()));
+    }
+  }
+  return bounds;
+}
+
+// Half of the features with surfaces of their own reach below it: single cellars do not pull it down.
+std::optional<double> surveyed_ground_m(const MapData& map) {
+  std::vector<double> lowest;
+  for (const MapFeature& feature : map.features) {
+    double low = std::numeric_limits<double>::infinity();
+    for (const MapSurface& surface : feature.surfaces) {
+      for (const Eigen::Vector3d& corner : surface.outer) low = std::min(low, corner.z());
+    }
+    if (std::isfinite(low)) lowest.push_back(low);
+  }
+  if (lowest.empty()) return std::nullopt;
+  const auto middle = lowest.begin() + static_cast<std::ptrdiff_t>(lowest.size() / 2);
+  std::nth_element(lowest.begin(), middle, lowest.end());
+  return *middle;
+}
+
+}  // namespace
+
+Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::optional<Geodetic>& wanted) {
+  const Eigen::AlignedBox2d bounds = bounds_of(map, true);
+  if (bounds.isEmpty()) {
+    throw InputError(fmt::format("{}: there is nothing to build", map.source), "give a map with buildings");
+  }
+  if (bounds.sizes().x() > 180) {
+    throw InputError(
+        fmt::format("{}: the features lie on both sides of the antimeridian (longitudes {:.3f} to {:.3f})",
+                    map.source, bounds.min().x(), bounds.max().x()),
+        "build the two sides apart, each with its --bbox");
+  }
+  // Trees and woods do not move the origin: with and without them a city stays in place.
+  const Eigen::AlignedBox2d built = bounds_of(map, false);
+  const LonLat middle = (built.isEmpty() ? bounds : built).center();
+  Geodetic origin;
+  if (wanted) {
+    origin = *wanted;
+  } else {
+    origin = Geodetic::from_degrees(middle.y(), middle.x(), 0);
+    if (terrain == nullptr) {
+      origin.height_m = surveyed_ground_m(map).value_or(0);
+    } else if (const std::optional<double> height = terrain->height_m(middle)) {
+      origin.height_m = *height;
+    } else {
+      throw InputError(fmt::format("the terrain has no height at the middle of the map ({:.6f}, {:.6f})",
+                                   middle.y(), middle.x()),
+                       "give rasters that cover the buildings, or an origin with its height");
+    }
+  }
+  const geodesy::LocalFrame frame(origin);
+  for (int corner = 0; corner < 4; ++corner) {
+    const LonLat place((corner & 1) != 0 ? bounds.max().x() : bounds.min().x(),
+                       (corner & 2) != 0 ? bounds.max().y() : bounds.min().y());
+    const double away =
+        frame.local_from_geodetic(Geodetic::from_degrees(place.y(), place.x(), origin.height_m)).norm();
+    if (away > kFarthest_m) {
+      throw InputError(
+          fmt::format("{}: a corner of the map lies {:.0f} km from the origin", map.source, away / 1e3),
+          "a city reaches at most 200 km: choose a part of the map with --bbox, or another origin");
+    }
+  }
+  return origin;
+}
+
+std::optional<std::size_t> SameOutlines::add(std::size_t item, const std::vector<Polygon2>& polygons,
+                                             double min_height_m) {
+  Seen next{item, total_area(polygons), min_height_m, {}};
+  const auto collect = [&next](const std::vector<Point2>& ring) {
+    for (const Point2& p : ring) {
+      next.corners.emplace_back(std::llround(p.x() * 1e3), std::llround(p.y() * 1e3));
+    }
+  };
+  for (const Polygon2& polygon : polygons) {
+    collect(polygon.outer);
+    for (const auto& hole : polygon.holes) collect(hole);
+  }
+  std::sort(next.corners.begin(), next.corners.end());
+  std::uint64_t hash = next.corners.size();
+  for (const auto& [x, y] : next.corners) {
+    hash =
+        (hash ^ static_cast<std::uint64_t>(x) * 73'856'093U ^ static_cast<std::uint64_t>(y) * 19'349'663U) *
+        0x9E3779B97F4A7C15ULL;
+  }
+  std::vector<Seen>& alike = by_hash_[static_cast<std::size_t>(hash)];
+  for (const Seen& seen : alike) {
+    if (seen.corners == next.corners && std::abs(seen.area_m2 - next.area_m2) < 0.1 &&
+        seen.min_height_m == min_height_m) {
+      return seen.item;
+    }
+  }
+  alike.push_back(std::move(next));
+  return std::nullopt;
+}
+
+std::vector<LonLat> tree_places(const MapFeature& feature) {
+  std::vector<LonLat> places;
+  if (feature.line.empty()) return places;
+  if (feature.kind == FeatureKind::Tree || feature.line.size() < 2) return {feature.line.front()};
+  double left_m = 0;  // along the line to the next tree
+  for (std::size_t k = 0; k + 1 < feature.line.size(); ++k) {
+    const LonLat &a = feature.line[k], &b = feature.line[k + 1];
+    const double length_m = (geodesy::ecef_from_geodetic(Geodetic::from_degrees(b.y(), b.x(), 0)) -
+                             geodesy::ecef_from_geodetic(Geodetic::from_degrees(a.y(), a.x(), 0)))
+                                .norm();
+    for (; left_m <= length_m && places.size() < kMostTreesOfARow; left_m += kTreeSpacing_m) {
+      places.push_back(length_m > 0 ? LonLat(a + (b - a) * (left_m / length_m)) : a);
+    }
+    left_m -= length_m;
+  }
+  return places;
+}
+
+}  // namespace canyon::buildings

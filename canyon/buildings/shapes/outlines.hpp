@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "canyon/buildings/shapes/footprint.hpp"
+#include "canyon/buildings/sources/map_data.hpp"
+#include "canyon/buildings/sources/terrain.hpp"
+#include "canyon/geodesy/frames.hpp"
+
+namespace canyon::buildings {
+
+/// A city reaches at most this far from its origin; beyond it there is a mistake.
+inline constexpr double kFarthest_m = 200e3;
+
+/// `wanted`, or the place that BuildOptions::origin describes. Throws InputError for a map without any place,
+/// features on both sides of the antimeridian or beyond kFarthest_m, and a terrain without a height there.
+[[nodiscard]] geodesy::Geodetic choose_origin(const MapData& map, const Terrain* terrain,
+                                              const std::optional<geodesy::Geodetic>& wanted);
+
+/// Finds outlines that were seen before: the same corners (to a millimetre), area (to 0.1 m^2) and bottom.
+class SameOutlines {
+ public:
+  /// The first item with this outline, or nothing, and then the item is kept.
+  [[nodiscard]] std::optional<std::size_t> add(std::size_t item, const std::vector<Polygon2>& polygons,
+                                               double min_height_m);
+
+ private:
+  using Corners = std::vector<std::pair<std::int64_t, std::int64_t>>;
+  struct Seen {
+    std::size_t item = 0;
+    double area_m2 = 0, min_height_m = 0;
+    Corners corners;
+  };
+  std::unordered_map<std::size_t, std::vector<Seen>> by_hash_;
+};
+
+/// Trees of a row stand this far apart, the first at its beginning; at most 10,000 of a row.
+inline constexpr double kTreeSpacing_m = 8;
+/// Where the trees of a Tree or TreeRow stand.
+[[nodiscard]] std::vector<LonLat> tree_places(const MapFeature& feature);
+
+}  // namespace canyon::buildings

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "canyon/buildings/sources/gdal.hpp"
+#include "canyon/buildings/sources/map_data.hpp"
+
+namespace canyon::buildings {
+
+/// What turns heights of a file into ellipsoidal ones (WGS 84): h = H + N. N comes, in this order, from the
+/// user's number, from the vertical datum that the file's reference system names (or its format prescribes)
+/// by PROJ's grids, and by GeographicLib's geoid files (EGM84, EGM96, EGM2008; $GEOGRAPHICLIB_GEOID_PATH).
+/// Reference systems with ellipsoidal heights, and those that say nothing of heights, add nothing.
+class Geoid {
+ public:
+  struct Heights {
+    std::filesystem::path file;                ///< for messages
+    OGRSpatialReferenceH reference = nullptr;  ///< the file's, may have no vertical part
+    /// A compound system ("EPSG:4326+5773") that the file's format prescribes where `reference` has no
+    /// vertical part.
+    std::string prescribed;
+    std::optional<double> undulation_m;  ///< the user's
+    std::string cure;                    ///< how the user gives one
+    /// Whether a named datum without a grid is an error; if not, heights are taken as ellipsoidal and the
+    /// note says so.
+    bool required = true;
+  };
+
+  /// Throws InputError where a vertical datum is named and no grid for it is at hand (unless not required),
+  /// and for depths.
+  explicit Geoid(const Heights& heights);
+  ~Geoid();
+  Geoid(Geoid&&) noexcept;
+
+  /// N [m], to be added; as exact as the grid that is installed (EGM96 grids of 15' and 5' differ by
+  /// decimetres in mountains). Throws InputError where the grid does not reach. Any thread.
+  [[nodiscard]] double undulation_m(const LonLat& place) const;
+
+  /// One line for people: which geoid was added and why, or that heights were taken as ellipsoidal.
+  [[nodiscard]] const std::string& note() const { return note_; }
+  /// Whether the heights' datum is named but its geoid is not at hand.
+  [[nodiscard]] bool missing() const { return missing_; }
+  /// Metres in one unit of the vertical datum's heights; 1 where it names none.
+  [[nodiscard]] double metres_per_unit() const { return metres_per_unit_; }
+
+ private:
+  struct Grid;
+  std::unique_ptr<Grid> grid_;
+  double constant_m_ = 0;
+  double metres_per_unit_ = 1;
+  bool missing_ = false;
+  std::string note_;
+};
+
+}  // namespace canyon::buildings

@@ -1,0 +1,327 @@
+// The only file that reads OSM formats: libosmium's readers, and their errors turned into InputError.
+#include "canyon/buildings/sources/osm_objects.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <new>
+#include <osmium/io/any_compression.hpp>
+#include <osmium/io/file.hpp>
+#include <osmium/io/pbf_input.hpp>
+#include <osmium/io/reader.hpp>
+#include <osmium/io/xml_input.hpp>
+#include <osmium/osm.hpp>
+#include <string_view>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+/// No wall is longer than this: who touches the box has a node in the widened one.
+constexpr double kBoxMargin_deg = 0.02;
+
+/// libosmium's name of the format, by content, since downloads lose their suffix.
+std::string sniff_format(const std::filesystem::path& path) {
+  std::error_code code;
+  const auto status = std::filesystem::status(path, code);
+  if (!std::filesystem::exists(status)) throw InputError(path, 0, "does not exist");
+  if (std::filesystem::is_directory(status)) throw InputError(path, 0, "is a folder, not a map file");
+  std::ifstream in(path, std::ios::binary);
+  std::string head(512, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  if (in.bad() || (!in.is_open())) throw InputError(path, 0, "cannot be read");
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  if (head.empty()) throw InputError(path, 0, "is empty", "fetch the map again");
+  const std::string_view view(head);
+  if (view.substr(0, 2) == "\x1f\x8b") return "osm.gz";
+  if (view.substr(0, 3) == "BZh") return "osm.bz2";
+  // A PBF file begins with the length of a BlobHeader whose type is "OSMHeader".
+  if (view[0] == '\0' && view.substr(0, 64).find("OSMHeader") != std::string_view::npos) return "pbf";
+  std::size_t start = view.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0;
+  start = view.find_first_not_of(" \t\r\n", start);
+  if (start != std::string_view::npos && view[start] == '<') return "osm";
+  throw InputError(path, 0, "is no OpenStreetMap file",
+                   "give an extract as .osm, .osm.gz, .osm.bz2 or .osm.pbf");
+}
+
+/// Calls `use` with each object of the kinds `bits` in each file.
+template <typename Use>
+void for_each_object(const std::vector<std::filesystem::path>& paths, osmium::osm_entity_bits::type bits,
+                     const Use& use) {
+  for (const auto& path : paths) {
+    const std::string format = sniff_format(path);
+    try {
+      // An absolute path, since libosmium reads "-" and "http:" as something else.
+      osmium::io::Reader reader{osmium::io::File{std::filesystem::absolute(path).string(), format}, bits};
+      while (const osmium::memory::Buffer buffer = reader.read()) {
+        for (const auto& object : buffer.select<osmium::OSMObject>()) {
+          if (object.visible()) use(path, object);
+        }
+      }
+      reader.close();
+    } catch (const InputError&) {
+      throw;
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const osmium::xml_error& error) {
+      const std::string_view what = error.what();
+      if (what.find("top-level") != std::string_view::npos) {
+        throw InputError(path, static_cast<int>(error.line), "is XML, but no OpenStreetMap data",
+                         "give an extract whose first element is <osm>");
+      }
+      throw InputError(path, static_cast<int>(error.line), fmt::format("is cut short or damaged ({})", what),
+                       "fetch it again");
+    } catch (const osmium::invalid_location& error) {
+      throw InputError(
+          path, 0,
+          fmt::format("holds a coordinate that is no number or beyond the Earth ({})", error.what()));
+    } catch (const std::exception& error) {
+      throw InputError(path, 0, fmt::format("is cut short or damaged ({})", error.what()), "fetch it again");
+    }
+  }
+}
+
+TagMap tag_map(const osmium::TagList& list) {
+  TagMap tags;
+  for (const osmium::Tag& tag : list) tags.emplace(tag.key(), tag.value());
+  return tags;
+}
+
+bool tags_matter(const osmium::TagList& list, bool foliage) {
+  return std::any_of(list.begin(), list.end(),
+                     [&](const osmium::Tag& tag) { return key_matters(tag.key(), foliage); });
+}
+
+void make_set(std::vector<OsmId>& ids) {
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+}
+
+bool contains(const std::vector<OsmId>& set, OsmId id) {
+  return std::binary_search(set.begin(), set.end(), id);
+}
+
+/// The place in `objects` for a new version of an object; nullptr where a newer one is already there.
+template <typename Object>
+Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t version) {
+  const auto [at, fresh] = objects.try_emplace(id);
+  if (!fresh && at->second.version >= version) return nullptr;
+  at->second = Object{};
+  at->second.version = version;
+  return &at->second;
+}
+
+class ObjectReader {
+ public:
+  ObjectReader(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& options)
+      : paths_(paths), options_(options) {
+    if (options.box) {
+      wide_ = *options.box;
+      wide_.west -= kBoxMargin_deg;
+      wide_.south -= kBoxMargin_deg;
+      wide_.east += kBoxMargin_deg;
+      wide_.north += kBoxMargin_deg;
+    }
+  }
+
+  OsmObjects read() {
+    read_relations();
+    if (options_.box) read_nodes_in_box();
+    read_ways();
+    if (options_.box) drop_what_is_far();
+    read_nodes();
+    resolve();
+    return std::move(objects_);
+  }
+
+ private:
+  void read_relations() {
+    for_each_object(paths_, osmium::osm_entity_bits::relation,
+                    [&](const std::filesystem::path&, const osmium::OSMObject& object) {
+                      add_relation(static_cast<const osmium::Relation&>(object));
+                    });
+    for (const auto& [id, relation] : objects_.relations) {
+      for (const OsmMember& member : relation.members) {
+        if (member.type == 'w') member_ways_.push_back(member.ref);
+      }
+    }
+    make_set(member_ways_);
+  }
+
+  void add_relation(const osmium::Relation& relation) {
+    const char* type = relation.tags()["type"];
+    if (type == nullptr) return;
+    const bool multipolygon = std::string_view(type) == "multipolygon";
+    if (!multipolygon && std::string_view(type) != "building") return;
+    TagMap tags = tag_map(relation.tags());
+    OsmClass kind = classify(tags, options_.foliage);
+    if (multipolygon && !kind.kind && !says_nothing(tags)) return;
+    OsmRelation* place = place_for(objects_.relations, relation.id(), relation.version());
+    if (place == nullptr) return;
+    place->tags = std::move(tags);
+    place->kind = std::move(kind);
+    place->multipolygon = multipolygon;
+    for (const osmium::RelationMember& member : relation.members()) {
+      place->members.push_back({osmium::item_type_to_char(member.type()), member.ref(), member.role()});
+    }
+  }
+
+  [[nodiscard]] bool in_wide_box(const osmium::Location& location) const {
+    const double lon = location.lon_without_check();
+    const double lat = location.lat_without_check();
+    return lon >= wide_.west && lon <= wide_.east && lat >= wide_.south && lat <= wide_.north;
+  }
+
+  void read_nodes_in_box() {
+    for_each_object(paths_, osmium::osm_entity_bits::node,
+                    [&](const std::filesystem::path&, const osmium::OSMObject& object) {
+                      const auto& node = static_cast<const osmium::Node&>(object);
+                      if (node.location().valid() && in_wide_box(node.location())) {
+                        nodes_in_box_.push_back(node.id());
+                      }
+                    });
+    make_set(nodes_in_box_);
+  }
+
+  void read_ways() {
+    for_each_object(paths_, osmium::osm_entity_bits::way,
+                    [&](const std::filesystem::path&, const osmium::OSMObject& object) {
+                      add_way(static_cast<const osmium::Way&>(object));
+                    });
+  }
+
+  void add_way(const osmium::Way& way) {
+    const bool member = contains(member_ways_, way.id());
+    if (!member && !tags_matter(way.tags(), options_.foliage)) return;
+    OsmWay fresh;
+    fresh.version = way.version();
+    fresh.tags = tag_map(way.tags());
+    fresh.kind = classify(fresh.tags, options_.foliage);
+    if (!member && !fresh.kind.kind) return;
+    for (const osmium::NodeRef& node : way.nodes()) {
+      fresh.nodes.push_back(node.ref());
+      // "out geom" of Overpass and osmium's add-locations-to-ways put the places here.
+      const bool placed = node.location().valid();
+      if (placed) places_in_ways_.emplace(node.ref(), node.location());
+      fresh.near_box =
+          fresh.near_box || contains(nodes_in_box_, node.ref()) || (placed && in_wide_box(node.location()));
+    }
+    if (options_.box && !member && !fresh.near_box) return;
+    OsmWay* place = place_for(objects_.ways, way.id(), way.version());
+    if (place != nullptr) *place = std::move(fresh);
+  }
+
+  /// Members of relations were kept wherever they are.
+  void drop_what_is_far() {
+    std::vector<OsmId> keep;
+    for (auto at = objects_.relations.begin(); at != objects_.relations.end();) {
+      const auto& members = at->second.members;
+      const bool close = std::any_of(members.begin(), members.end(), [&](const OsmMember& member) {
+        if (member.type == 'r') return true;  // of a type=building relation; few
+        const auto way = objects_.ways.find(member.ref);
+        return member.type == 'w' && way != objects_.ways.end() && way->second.near_box;
+      });
+      if (!close) {
+        at = objects_.relations.erase(at);
+        continue;
+      }
+      for (const OsmMember& member : members) {
+        if (member.type == 'w') keep.push_back(member.ref);
+      }
+      ++at;
+    }
+    make_set(keep);
+    for (auto at = objects_.ways.begin(); at != objects_.ways.end();) {
+      at = contains(keep, at->first) || at->second.near_box ? std::next(at) : objects_.ways.erase(at);
+    }
+    nodes_in_box_ = {};
+  }
+
+  void read_nodes() {
+    for (const auto& [id, way] : objects_.ways) {
+      wanted_.insert(wanted_.end(), way.nodes.begin(), way.nodes.end());
+    }
+    make_set(wanted_);
+    places_.resize(wanted_.size());
+    versions_.resize(wanted_.size());
+    for_each_object(paths_, osmium::osm_entity_bits::node,
+                    [&](const std::filesystem::path& path, const osmium::OSMObject& object) {
+                      add_node(path, static_cast<const osmium::Node&>(object));
+                    });
+  }
+
+  void add_node(const std::filesystem::path& path, const osmium::Node& node) {
+    const auto found = std::lower_bound(wanted_.begin(), wanted_.end(), node.id());
+    const bool wanted = found != wanted_.end() && *found == node.id();
+    const bool tagged = !node.tags().empty() && tags_matter(node.tags(), options_.foliage);
+    if ((!wanted && !tagged) || node.location().is_undefined()) return;
+    if (!node.location().valid()) {
+      throw InputError(
+          path, 0,
+          fmt::format("node {} lies beyond the poles or the antimeridian: latitude {:.7f}, "
+                      "longitude {:.7f} deg",
+                      node.id(), node.location().lat_without_check(), node.location().lon_without_check()),
+          "latitude must lie within +-90, longitude within +-180");
+    }
+    if (wanted) {
+      const auto at = static_cast<std::size_t>(found - wanted_.begin());
+      if (places_[at].is_undefined() || node.version() > versions_[at]) {
+        places_[at] = node.location();
+        versions_[at] = node.version();
+      }
+    }
+    if (!tagged || (options_.box && !in_wide_box(node.location()))) return;
+    TagMap tags = tag_map(node.tags());
+    const OsmClass kind = classify(tags, options_.foliage);
+    if (!kind.kind) return;
+    if (*kind.kind == FeatureKind::Tree) {
+      OsmTree* place = place_for(objects_.trees, node.id(), node.version());
+      if (place == nullptr) return;
+      place->tags = std::move(tags);
+      place->place = LonLat(node.location().lon(), node.location().lat());
+    } else if (*kind.kind == FeatureKind::Building && kind.left_out.empty()) {
+      objects_.building_nodes.push_back(fmt::format("node/{}", node.id()));
+    }
+  }
+
+  [[nodiscard]] osmium::Location location_of(OsmId node) const {
+    const auto at =
+        static_cast<std::size_t>(std::lower_bound(wanted_.begin(), wanted_.end(), node) - wanted_.begin());
+    if (places_[at].is_defined()) return places_[at];
+    const auto found = places_in_ways_.find(node);
+    return found != places_in_ways_.end() && found->second.valid() ? found->second : osmium::Location();
+  }
+
+  void resolve() {
+    for (auto& [id, way] : objects_.ways) {
+      way.places.reserve(way.nodes.size());
+      for (const OsmId node : way.nodes) {
+        const osmium::Location location = location_of(node);
+        if (location.is_undefined()) break;
+        way.places.emplace_back(location.lon(), location.lat());
+      }
+      if (way.places.size() != way.nodes.size()) way.places.clear();
+    }
+  }
+
+  const std::vector<std::filesystem::path>& paths_;
+  const OsmReadOptions& options_;
+  LonLatBox wide_;
+  OsmObjects objects_;
+  std::vector<OsmId> member_ways_;   ///< sorted
+  std::vector<OsmId> nodes_in_box_;  ///< sorted
+  std::vector<OsmId> wanted_;        ///< sorted; the two below go with it
+  std::vector<osmium::Location> places_;
+  std::vector<std::uint32_t> versions_;
+  std::unordered_map<OsmId, osmium::Location> places_in_ways_;
+};
+
+}  // namespace
+
+OsmObjects read_osm_objects(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& options) {
+  return ObjectReader(paths, options).read();
+}
+
+}  // namespace canyon::buildings

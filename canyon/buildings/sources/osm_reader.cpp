@@ -1,0 +1,373 @@
+// OSM objects to map features: outlines, multipolygons, building relations, foliage.
+#include "canyon/buildings/sources/osm_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/buildings/sources/osm_objects.hpp"
+#include "canyon/buildings/sources/osm_rings.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+constexpr std::size_t kIdsShown = 20;
+
+std::string join(const std::vector<std::string>& pieces, std::size_t count, std::string_view separator) {
+  std::string out;
+  for (std::size_t i = 0; i < std::min(count, pieces.size()); ++i) {
+    if (i > 0) out += separator;
+    out += pieces[i];
+  }
+  return out;
+}
+
+/// What became of objects that are no feature as they are, by reason.
+class Tally {
+ public:
+  void add(const std::string& reason, const std::string& id) { ids_[reason].push_back(id); }
+
+  [[nodiscard]] std::vector<std::string> lines() const {
+    std::vector<std::string> out;
+    for (const auto& [reason, ids] : ids_) {
+      std::string line = fmt::format("{} {}: {}", ids.size(), reason, join(ids, kIdsShown, ", "));
+      if (ids.size() > kIdsShown) line += fmt::format(" and {} more", ids.size() - kIdsShown);
+      out.push_back(std::move(line));
+    }
+    return out;
+  }
+
+ private:
+  std::map<std::string, std::vector<std::string>> ids_;
+};
+
+std::string way_name(OsmId id) {
+  return fmt::format("way/{}", id);
+}
+std::string relation_name(OsmId id) {
+  return fmt::format("relation/{}", id);
+}
+
+/// A feature, or something of a feature's kind that is counted but not built.
+struct Candidate {
+  MapFeature feature;
+  std::string left_out;
+};
+
+struct Bounds {
+  LonLat min = LonLat::Constant(1e9);
+  LonLat max = LonLat::Constant(-1e9);
+  void add(const LonLat& point) {
+    min = min.cwiseMin(point);
+    max = max.cwiseMax(point);
+  }
+  [[nodiscard]] bool meets(const Bounds& other) const {
+    return (min.array() <= other.max.array()).all() && (other.min.array() <= max.array()).all();
+  }
+};
+
+Bounds bounds_of(const MapFeature& feature) {
+  Bounds bounds;
+  for (const MapPolygon& polygon : feature.polygons) {
+    for (const LonLat& point : polygon.outer) bounds.add(point);
+  }
+  for (const LonLat& point : feature.line) bounds.add(point);
+  return bounds;
+}
+
+class FeatureMaker {
+ public:
+  FeatureMaker(OsmObjects objects, const OsmReadOptions& options)
+      : objects_(std::move(objects)), options_(options) {}
+
+  /// Nodes, ways, relations, each by id.
+  MapData make() {
+    read_building_relations();
+    make_multipolygons();  // before ways, since they take some over
+    make_ways();
+    std::vector<Candidate> all;
+    for (auto& [id, tree] : objects_.trees) {
+      Candidate candidate;
+      candidate.feature.id = fmt::format("node/{}", id);
+      candidate.feature.kind = FeatureKind::Tree;
+      candidate.feature.tags = std::move(tree.tags);
+      candidate.feature.line = {tree.place};
+      all.push_back(std::move(candidate));
+    }
+    std::move(ways_.begin(), ways_.end(), std::back_inserter(all));
+    std::move(multipolygons_.begin(), multipolygons_.end(), std::back_inserter(all));
+    drop_across_antimeridian(all);
+    if (options_.box) keep_in_box(all);
+
+    MapData map;
+    Bounds bounds;
+    for (Candidate& candidate : all) {
+      if (!candidate.left_out.empty()) {
+        tally_.add("left out, " + candidate.left_out, candidate.feature.id);
+        continue;
+      }
+      const Bounds own = bounds_of(candidate.feature);
+      bounds.add(own.min);
+      bounds.add(own.max);
+      map.features.push_back(std::move(candidate.feature));
+    }
+    for (const std::string& node : objects_.building_nodes) {
+      tally_.add("points tagged building, left out since they have no outline", node);
+    }
+    map.min = bounds.min;
+    map.max = bounds.max;
+    map.warnings = tally_.lines();
+    return map;
+  }
+
+ private:
+  /// What type=building relations say of their members.
+  struct Membership {
+    OsmId relation = 0;
+    bool outline = false, part = false;
+  };
+
+  void read_building_relations() {
+    for (const auto& [id, relation] : objects_.relations) {
+      if (relation.multipolygon) continue;
+      std::vector<std::string> missing;
+      bool any = false;
+      for (const OsmMember& member : relation.members) {
+        const bool outline = member.role == "outline" || member.role == "outer";
+        const bool part = member.role == "part";
+        if (member.type == 'n' || (!outline && !part && !member.role.empty())) continue;
+        const bool way = member.type == 'w';
+        const bool present =
+            way ? objects_.ways.count(member.ref) > 0 : objects_.relations.count(member.ref) > 0;
+        if (!present) {
+          missing.push_back(way ? way_name(member.ref) : relation_name(member.ref));
+          continue;
+        }
+        any = true;
+        auto& memberships = way ? way_memberships_ : relation_memberships_;
+        memberships.emplace(member.ref, Membership{id, outline, part});
+      }
+      if (any && !missing.empty()) {
+        tally_.add("building relations with members that are not in the map, built of the others",
+                   fmt::format("{} (without {})", relation_name(id), join(missing, kIdsShown, " ")));
+      }
+    }
+  }
+
+  /// Kind and tags of a member of a type=building relation: its role counts where its tags say nothing.
+  void apply_membership(const std::map<OsmId, Membership>& memberships, OsmId id, OsmClass& kind,
+                        TagMap& tags, std::string& belongs_to) const {
+    const auto found = memberships.find(id);
+    if (found == memberships.end()) return;
+    const Membership& membership = found->second;
+    if (!kind.kind && membership.outline) kind.kind = FeatureKind::Building;
+    if (membership.part && (!kind.kind || *kind.kind == FeatureKind::Building)) kind.kind = FeatureKind::Part;
+    if (!kind.kind || (*kind.kind != FeatureKind::Building && *kind.kind != FeatureKind::Part)) return;
+    belongs_to = relation_name(membership.relation);
+    const OsmRelation& relation = objects_.relations.at(membership.relation);
+    if (*kind.kind == FeatureKind::Building) {
+      for (const auto& [key, value] : relation.tags) {
+        if (key != "type") tags.emplace(key, value);
+      }
+    }
+    if (kind.left_out.empty()) kind.left_out = relation.kind.left_out;
+  }
+
+  void make_multipolygons() {
+    for (const auto& [id, relation] : objects_.relations) {
+      if (relation.multipolygon) make_multipolygon(id, relation);
+    }
+  }
+
+  void make_multipolygon(OsmId id, const OsmRelation& relation) {
+    Candidate candidate;
+    MapFeature& feature = candidate.feature;
+    feature.id = relation_name(id);
+    feature.tags = relation.tags;
+    feature.tags.erase("type");
+    OsmClass kind = relation.kind;
+    std::vector<std::pair<OsmId, const OsmMember*>> members;
+    bool complete = true;
+    for (const OsmMember& member : relation.members) {
+      const bool rings = member.role.empty() || member.role == "outer" || member.role == "inner";
+      if (member.type != 'w' || !rings) continue;
+      const auto way = objects_.ways.find(member.ref);
+      complete = complete && way != objects_.ways.end() && !way->second.places.empty();
+      if (way == objects_.ways.end()) continue;
+      members.emplace_back(member.ref, &member);
+      // Old style: the outer ways carry the tags.
+      if (member.role != "inner" && says_nothing(relation.tags) && !kind.kind && way->second.kind.kind) {
+        kind = way->second.kind;
+        feature.tags.insert(way->second.tags.begin(), way->second.tags.end());
+      }
+    }
+    apply_membership(relation_memberships_, id, kind, feature.tags, feature.belongs_to);
+    if (!kind.kind) return;
+    feature.kind = *kind.kind;
+    candidate.left_out = kind.left_out;
+    if (feature.kind == FeatureKind::TreeRow || feature.kind == FeatureKind::Tree) return;
+    if (!complete || members.empty()) {
+      if (kind.left_out.empty())
+        tally_.add("multipolygons that the map holds in part only, left out", feature.id);
+      return;
+    }
+    // Several whole buildings under one relation: each way says more of itself than the relation does.
+    const auto stands_alone = [&](const std::pair<OsmId, const OsmMember*>& member) {
+      const OsmWay& way = objects_.ways.at(member.first);
+      std::string ignored;
+      return member.second->role != "inner" && way.kind.kind == feature.kind &&
+             !ring_of(way, ignored).empty();
+    };
+    if (members.size() > 1 && std::all_of(members.begin(), members.end(), stands_alone)) {
+      for (const auto& [way, member] : members) {
+        objects_.ways.at(way).tags.insert(feature.tags.begin(), feature.tags.end());
+      }
+      tally_.add("multipolygons of whole buildings, read as these", feature.id);
+      return;
+    }
+    RingMembers rings;
+    for (const auto& [way, member] : members) rings.emplace_back(&objects_.ways.at(way), member->role);
+    std::string note;
+    feature.polygons = assemble(id, rings, note);
+    if (!note.empty() && kind.left_out.empty()) {
+      tally_.add("multipolygons of " + note + (feature.polygons.empty() ? ", left out" : ""), feature.id);
+    }
+    if (feature.polygons.empty()) return;
+    const bool one_outer = feature.polygons.size() == 1;
+    for (const auto& [way_id, member] : members) {
+      const OsmWay& way = objects_.ways.at(way_id);
+      if (member->role == "inner" || way.kind.kind != feature.kind) continue;
+      // A ring without a role may be an inner one, and another building.
+      std::string ignored;
+      const MapRing ring = ring_of(way, ignored);
+      if (member->role.empty() && !ring.empty() && is_inner(ring, feature.polygons)) continue;
+      taken_over_.insert(way_id);
+      if (one_outer) feature.tags.insert(way.tags.begin(), way.tags.end());
+    }
+    multipolygons_.push_back(std::move(candidate));
+  }
+
+  static bool is_inner(const MapRing& ring, const std::vector<MapPolygon>& polygons) {
+    for (const MapPolygon& polygon : polygons) {
+      for (const MapRing& inner : polygon.inners) {
+        if (std::find(inner.begin(), inner.end(), ring.front()) != inner.end() &&
+            std::find(inner.begin(), inner.end(), ring[1]) != inner.end()) {
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  void make_ways() {
+    for (auto& [id, way] : objects_.ways) {
+      if (taken_over_.count(id) > 0) continue;
+      Candidate candidate;
+      MapFeature& feature = candidate.feature;
+      feature.id = way_name(id);
+      OsmClass kind = way.kind;
+      apply_membership(way_memberships_, id, kind, way.tags, feature.belongs_to);
+      if (!kind.kind || *kind.kind == FeatureKind::Tree) continue;
+      feature.kind = *kind.kind;
+      candidate.left_out = kind.left_out;
+      std::string problem;
+      if (way.nodes.empty()) {
+        problem = "without nodes";
+      } else if (way.places.empty()) {
+        problem = "with nodes that are not in the map";
+      } else if (feature.kind == FeatureKind::TreeRow) {
+        for (const LonLat& place : way.places) {
+          if (feature.line.empty() || place != feature.line.back()) feature.line.push_back(place);
+        }
+        if (feature.line.size() < 2) problem = "of one point";
+      } else {
+        MapRing ring = ring_of(way, problem);
+        if (problem.empty()) feature.polygons.push_back({std::move(ring), {}});
+      }
+      if (!problem.empty()) {
+        if (kind.left_out.empty()) tally_.add("ways, " + problem + ", left out", feature.id);
+        continue;
+      }
+      feature.tags = std::move(way.tags);
+      ways_.push_back(std::move(candidate));
+    }
+  }
+
+  void drop_across_antimeridian(std::vector<Candidate>& all) {
+    all.erase(std::remove_if(all.begin(), all.end(),
+                             [&](const Candidate& candidate) {
+                               const Bounds bounds = bounds_of(candidate.feature);
+                               if (bounds.max.x() - bounds.min.x() <= 180) return false;
+                               tally_.add("features across the antimeridian, left out", candidate.feature.id);
+                               return true;
+                             }),
+              all.end());
+  }
+
+  /// Keeps what touches the box, and the parts of buildings that do, so that no building is cut.
+  void keep_in_box(std::vector<Candidate>& all) const {
+    std::set<std::string> relations;
+    std::vector<Bounds> on_the_edge;
+    std::vector<char> keep(all.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const MapFeature& feature = all[i].feature;
+      keep[i] = touches(feature, *options_.box) ? 1 : 0;
+      if (keep[i] == 0 || feature.kind != FeatureKind::Building) continue;
+      if (!feature.belongs_to.empty()) relations.insert(feature.belongs_to);
+      const Bounds bounds = bounds_of(feature);
+      if (bounds.min.x() < options_.box->west || bounds.max.x() > options_.box->east ||
+          bounds.min.y() < options_.box->south || bounds.max.y() > options_.box->north) {
+        on_the_edge.push_back(bounds);
+      }
+    }
+    std::vector<Candidate> kept;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const MapFeature& feature = all[i].feature;
+      if (keep[i] == 0 && feature.kind == FeatureKind::Part) {
+        const Bounds bounds = bounds_of(feature);
+        keep[i] = relations.count(feature.belongs_to) > 0 ||
+                  std::any_of(on_the_edge.begin(), on_the_edge.end(),
+                              [&](const Bounds& building) { return building.meets(bounds); });
+      }
+      if (keep[i] != 0) kept.push_back(std::move(all[i]));
+    }
+    all = std::move(kept);
+  }
+
+  OsmObjects objects_;
+  const OsmReadOptions& options_;
+  Tally tally_;
+  std::map<OsmId, Membership> way_memberships_, relation_memberships_;
+  std::set<OsmId> taken_over_;  ///< ways that a multipolygon stands for
+  std::vector<Candidate> ways_, multipolygons_;
+};
+
+}  // namespace
+
+MapData read_osm(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& options) {
+  if (paths.empty()) throw InputError("no map file is given");
+  if (options.box) options.box->validate();
+  MapData map = FeatureMaker(read_osm_objects(paths, options), options).make();
+  std::vector<std::string> names;
+  for (const auto& path : paths) names.push_back(path.filename().string());
+  map.source = join(names, names.size(), ", ");
+  const bool building = std::any_of(map.features.begin(), map.features.end(), [](const MapFeature& feature) {
+    return feature.kind == FeatureKind::Building || feature.kind == FeatureKind::Part;
+  });
+  if (!building) {
+    std::string problem = options.box ? "holds no building in the box" : "holds no building";
+    if (!map.warnings.empty()) problem += fmt::format(" ({})", join(map.warnings, map.warnings.size(), "; "));
+    throw InputError(map.source, 0, problem,
+                     options.box ? "widen the box, or check the order west,south,east,north"
+                                 : "give an extract with closed ways tagged building");
+  }
+  return map;
+}
+
+}  // namespace canyon::buildings

@@ -1,0 +1,102 @@
+#include "canyon/buildings/sources/osm_tags.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "canyon/base/text.hpp"
+#include "canyon/buildings/sources/shape.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+// OSM wiki, "Lifecycle prefix": what is gone, or not there yet.
+constexpr std::array<std::string_view, 12> kLifecyclePrefixes{
+    "demolished", "razed",    "removed", "destroyed",    "abandoned", "was",
+    "dismantled", "proposed", "planned", "construction", "historic",  "ruined"};
+constexpr std::array<std::string_view, 9> kGoneValues{
+    "demolished", "razed", "removed", "destroyed", "dismantled", "collapsed", "proposed", "planned", "was"};
+
+std::string_view get(const TagMap& tags, const char* key) {
+  const auto found = tags.find(key);
+  return found == tags.end() ? std::string_view() : trim(found->second);
+}
+
+bool positive(const std::string_view text) {
+  const std::optional<double> value = parse_length_m(text);
+  return value && *value > 0;
+}
+
+/// "demolished" of "demolished:building" and "demolished:building:part"; empty for other keys.
+std::string_view lifecycle_prefix(std::string_view key) {
+  const std::size_t colon = key.find(':');
+  if (colon == std::string_view::npos) return {};
+  const std::string_view rest = key.substr(colon + 1);
+  if (rest != "building" && rest != "building:part") return {};
+  const std::string_view prefix = key.substr(0, colon);
+  return std::find(kLifecyclePrefixes.begin(), kLifecyclePrefixes.end(), prefix) != kLifecyclePrefixes.end()
+             ? prefix
+             : std::string_view();
+}
+
+bool underground(const TagMap& tags) {
+  if (get(tags, "location") == "underground" || get(tags, "parking") == "underground") return true;
+  const bool above = positive(get(tags, "height")) || positive(get(tags, "building:levels"));
+  if (above) return false;
+  const std::optional<double> layer = parse_double(get(tags, "layer"));
+  if (layer && *layer < 0) return true;
+  const std::optional<double> levels = parse_double(get(tags, "building:levels"));
+  return levels && *levels == 0 && positive(get(tags, "building:levels:underground")) &&
+         !positive(get(tags, "roof:levels"));
+}
+
+std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
+  if (std::find(kGoneValues.begin(), kGoneValues.end(), value) != kGoneValues.end()) {
+    return "demolished or not built";
+  }
+  for (const std::string_view gone : kGoneValues) {
+    if (get(tags, std::string(gone).c_str()) == "yes") return "demolished or not built";
+  }
+  const std::string_view indoor = get(tags, "indoor");
+  if ((!indoor.empty() && indoor != "no") || get(tags, "location") == "indoor") return "indoor";
+  if (underground(tags)) return "underground";
+  return {};
+}
+
+}  // namespace
+
+bool key_matters(std::string_view key, bool foliage) {
+  if (key == "building" || key == "building:part" || !lifecycle_prefix(key).empty()) return true;
+  return foliage && (key == "natural" || key == "landuse");
+}
+
+OsmClass classify(const TagMap& tags, bool foliage) {
+  const std::string_view building = get(tags, "building");
+  const std::string_view part = get(tags, "building:part");
+  if (!building.empty() && building != "no") {
+    return {FeatureKind::Building, reason_to_leave_out(tags, building)};
+  }
+  if (!part.empty() && part != "no") return {FeatureKind::Part, reason_to_leave_out(tags, part)};
+  for (const auto& [key, value] : tags) {
+    if (!lifecycle_prefix(key).empty() && trim(value) != "no") {
+      return {FeatureKind::Building, "demolished or not built"};
+    }
+  }
+  if (building == "no") return {FeatureKind::Building, "building=no"};
+  if (foliage) {
+    const std::string_view natural = get(tags, "natural");
+    if (natural == "wood" || get(tags, "landuse") == "forest") return {FeatureKind::Wood, {}};
+    if (natural == "tree_row") return {FeatureKind::TreeRow, {}};
+    if (natural == "tree") return {FeatureKind::Tree, {}};
+  }
+  return {};
+}
+
+bool says_nothing(const TagMap& tags) {
+  static constexpr std::array<std::string_view, 7> kSilent{"type",    "source", "created_by", "note",
+                                                           "comment", "fixme",  "FIXME"};
+  return std::all_of(tags.begin(), tags.end(), [](const auto& tag) {
+    return std::find(kSilent.begin(), kSilent.end(), tag.first) != kSilent.end();
+  });
+}
+
+}  // namespace canyon::buildings

@@ -1,0 +1,282 @@
+#include "canyon/buildings/sources/raster.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <mutex>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/buildings/sources/gdal.hpp"
+#include "canyon/buildings/sources/geoid.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+/// While it lives, an option of GDAL has this value on this thread.
+class ConfigOption {
+ public:
+  ConfigOption(const char* key, const char* value) : key_(key) {
+    const char* before = CPLGetThreadLocalConfigOption(key, nullptr);
+    had_ = before != nullptr;
+    if (had_) before_ = before;
+    CPLSetThreadLocalConfigOption(key, value);
+  }
+  ~ConfigOption() { CPLSetThreadLocalConfigOption(key_, had_ ? before_.c_str() : nullptr); }
+  ConfigOption(const ConfigOption&) = delete;
+  ConfigOption& operator=(const ConfigOption&) = delete;
+
+ private:
+  const char* key_;
+  std::string before_;
+  bool had_ = false;
+};
+
+/// Metres of one unit of a band (GDALRasterBand::GetUnitType); empty where the band names none.
+std::optional<double> metres_of_unit(const std::string& unit, const std::filesystem::path& path) {
+  if (unit.empty()) return std::nullopt;
+  const std::string lower = lower_case(unit);
+  struct Unit {
+    std::string_view name;
+    double metres;
+  };
+  // International foot: 0.3048 m exactly; US survey foot: 1200/3937 m exactly (NIST SP 811, appendix B.6).
+  constexpr std::array<Unit, 18> kUnits{{{"m", 1},
+                                         {"metre", 1},
+                                         {"metres", 1},
+                                         {"meter", 1},
+                                         {"meters", 1},
+                                         {"dm", 0.1},
+                                         {"decimetre", 0.1},
+                                         {"cm", 0.01},
+                                         {"centimetre", 0.01},
+                                         {"mm", 0.001},
+                                         {"km", 1000},
+                                         {"ft", 0.3048},
+                                         {"foot", 0.3048},
+                                         {"feet", 0.3048},
+                                         {"us-ft", 1200.0 / 3937.0},
+                                         {"ftus", 1200.0 / 3937.0},
+                                         {"us survey foot", 1200.0 / 3937.0},
+                                         {"foot_us", 1200.0 / 3937.0}}};
+  for (const Unit& known : kUnits) {
+    if (lower == known.name) return known.metres;
+  }
+  throw InputError(path, 0,
+                   fmt::format("its band 1 is in \"{}\", not a unit of length that Canyon knows", unit),
+                   "set the band's unit to metres or feet, or use a height raster");
+}
+
+}  // namespace
+
+struct Raster::Impl {
+  std::filesystem::path path;
+  gdal::Dataset dataset;
+  GDALRasterBandH band = nullptr;
+  GDALRasterBandH mask = nullptr;  ///< null where every pixel counts
+  int width = 0;
+  int height = 0;
+  bool degrees = false;                    ///< geographic: x is known but for full turns
+  std::array<double, 6> pixel_from_map{};  ///< GDAL's affine order; pixel corners are whole numbers
+  double first_x = 0, last_x = 0;          ///< bounds of x
+  double factor = 1, addend_m = 0;         ///< metres = value * factor + addend
+  gdal::Transformation map_from_wgs84;     ///< null where the raster is in longitude and latitude of WGS 84
+  std::optional<Geoid> geoid;
+  std::vector<std::string> notes;
+  mutable std::mutex mutex;  ///< over the handles of GDAL and PROJ
+
+  void open();
+  void georeference(const TerrainOptions& options);
+  void read_band();
+  /// [m], before the geoid; the caller holds the mutex.
+  std::optional<double> sample(double x, double y) const;
+};
+
+void Raster::Impl::open() {
+  static std::once_flag registered;
+  std::call_once(registered, GDALAllRegister);
+  std::error_code ignored;
+  if (path.string().rfind("/vsi", 0) != 0 && !std::filesystem::exists(path, ignored)) {
+    throw InputError(path, 0, "no such file");
+  }
+  const gdal::Quiet quiet;
+  // Else the vertical part of the reference system is dropped by some drivers.
+  const ConfigOption geotiff("GTIFF_REPORT_COMPD_CS", "YES");
+  const ConfigOption others("REPORT_COMPD_CS", "YES");
+  dataset.reset(GDALOpenEx(path.string().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
+                           nullptr, nullptr, nullptr));
+  if (!dataset) {
+    throw InputError(path, 0, fmt::format("not a raster that GDAL can read ({})", quiet.message()),
+                     "give a height raster such as GeoTIFF or SRTM .hgt");
+  }
+}
+
+void Raster::Impl::read_band() {
+  width = GDALGetRasterXSize(dataset.get());
+  height = GDALGetRasterYSize(dataset.get());
+  if (GDALGetRasterCount(dataset.get()) < 1 || width < 1 || height < 1) {
+    throw InputError(path, 0, "has no raster band", "give a height raster, heights in band 1");
+  }
+  band = GDALGetRasterBand(dataset.get(), 1);
+  const GDALColorInterp colour = GDALGetRasterColorInterpretation(band);
+  if ((colour != GCI_GrayIndex && colour != GCI_Undefined) ||
+      GDALDataTypeIsComplex(GDALGetRasterDataType(band))) {
+    throw InputError(
+        path, 0,
+        fmt::format("its band 1 is a picture ({}), not heights", GDALGetColorInterpretationName(colour)),
+        "give a height raster, heights in band 1");
+  }
+  if ((GDALGetMaskFlags(band) & GMF_ALL_VALID) == 0) mask = GDALGetMaskBand(band);
+}
+
+void Raster::Impl::georeference(const TerrainOptions& options) {
+  std::array<double, 6> map_from_pixel{};
+  if (GDALGetGeoTransform(dataset.get(), map_from_pixel.data()) != CE_None) {
+    throw InputError(path, 0, "has no georeference (no affine transform from pixels)",
+                     "warp it to a map projection first, e.g. with gdalwarp");
+  }
+  if (GDALInvGeoTransform(map_from_pixel.data(), pixel_from_map.data()) == 0) {
+    throw InputError(path, 0, "its georeference cannot be inverted", "correct its affine transform");
+  }
+  for (const double column : {0.0, static_cast<double>(width)}) {
+    for (const double row : {0.0, static_cast<double>(height)}) {
+      const double x = map_from_pixel[0] + column * map_from_pixel[1] + row * map_from_pixel[2];
+      const bool first = column == 0 && row == 0;
+      first_x = first ? x : std::min(first_x, x);
+      last_x = first ? x : std::max(last_x, x);
+    }
+  }
+  const OGRSpatialReferenceH reference = GDALGetSpatialRef(dataset.get());
+  if (reference == nullptr || OSRIsLocal(reference) != 0) {
+    throw InputError(path, 0, "names no coordinate reference system",
+                     "name it, e.g. with gdal_edit.py -a_srs EPSG:4326");
+  }
+  const gdal::SpatialReference map = gdal::horizontal_part(reference);
+  const gdal::SpatialReference wgs84 = gdal::spatial_reference("EPSG:4326");
+  degrees = OSRIsGeographic(map.get()) != 0;
+  if (OSRIsSame(map.get(), wgs84.get()) == 0) {
+    map_from_wgs84 = gdal::transformation(wgs84.get(), map.get(), false);
+    if (!map_from_wgs84) {
+      map_from_wgs84 = gdal::transformation(wgs84.get(), map.get(), true);
+      notes.push_back(
+          fmt::format("{}: PROJ knows no exact way from WGS 84 to its horizontal datum; the datums "
+                      "are taken as the same",
+                      path.filename().string()));
+    }
+    if (!map_from_wgs84) {
+      throw InputError(path, 0, "PROJ cannot transform from WGS 84 to its reference system",
+                       "warp it to EPSG:4326 first, e.g. with gdalwarp");
+    }
+  }
+
+  Geoid::Heights heights;
+  heights.file = path;
+  heights.reference = reference;
+  const std::string driver = GDALGetDriverShortName(GDALGetDatasetDriver(dataset.get()));
+  // SRTM: heights above EGM96 (USGS, SRTM collection user guide, section 3.0); DTED: above mean sea level as
+  // EGM96 gives it (MIL-PRF-89020B, 3.5).
+  if (driver == "SRTMHGT" || driver == "DTED") heights.prescribed = "EPSG:4326+5773";
+  heights.undulation_m = options.geoid_undulation_m;
+  heights.cure =
+      "give the geoid's undulation at the place in metres (--geoid-undulation), or install the grid "
+      "(Debian: proj-data for EGM96; others: geographiclib-get-geoids or projsync)";
+  geoid.emplace(heights);
+  notes.push_back(geoid->note());
+
+  const char* unit = GDALGetRasterUnitType(band);
+  const double metres = metres_of_unit(unit != nullptr ? unit : "", path).value_or(geoid->metres_per_unit());
+  int has = 0;
+  const double scale = GDALGetRasterScale(band, &has);
+  factor = (has != 0 ? scale : 1.0) * metres;
+  const double offset = GDALGetRasterOffset(band, &has);
+  addend_m = (has != 0 ? offset : 0.0) * metres;
+}
+
+std::optional<double> Raster::Impl::sample(double x, double y) const {
+  const double column = pixel_from_map[0] + x * pixel_from_map[1] + y * pixel_from_map[2];
+  const double row = pixel_from_map[3] + x * pixel_from_map[4] + y * pixel_from_map[5];
+  // Rounding of the projection must not open a gap between tiles that meet: a millionth of a pixel.
+  constexpr double kEdge = 1e-6;
+  if (!(column >= -kEdge && row >= -kEdge && column <= width + kEdge && row <= height + kEdge)) {
+    return std::nullopt;
+  }
+  const double u = std::clamp(column - 0.5, 0.0, width - 1.0);
+  const double v = std::clamp(row - 0.5, 0.0, height - 1.0);
+  const int left = std::min(static_cast<int>(u), std::max(width - 2, 0));
+  const int top = std::min(static_cast<int>(v), std::max(height - 2, 0));
+  const int columns = std::min(2, width);
+  const int rows = std::min(2, height);
+  std::array<double, 4> values{};
+  std::array<std::uint8_t, 4> valid{255, 255, 255, 255};
+  const gdal::Quiet quiet;
+  CPLErr error =
+      GDALRasterIO(band, GF_Read, left, top, columns, rows, values.data(), columns, rows, GDT_Float64, 0, 0);
+  if (error == CE_None && mask != nullptr) {
+    error =
+        GDALRasterIO(mask, GF_Read, left, top, columns, rows, valid.data(), columns, rows, GDT_Byte, 0, 0);
+  }
+  if (error != CE_None) {
+    throw InputError(path, 0, fmt::format("heights cannot be read ({})", quiet.message()),
+                     "is the file cut short? fetch it again");
+  }
+  double sum = 0;
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      const double weight_x = columns == 1 ? 1 : i == 0 ? 1 - (u - left) : u - left;
+      const double weight_y = rows == 1 ? 1 : j == 0 ? 1 - (v - top) : v - top;
+      const double weight = weight_x * weight_y;
+      if (weight < 1e-9) continue;  // on a pixel's centre, but for rounding
+      const std::size_t k = static_cast<std::size_t>(j * columns + i);
+      if (valid[k] == 0 || !std::isfinite(values[k])) return std::nullopt;
+      sum += weight * values[k];
+    }
+  }
+  return sum * factor + addend_m;
+}
+
+Raster::Raster(const std::filesystem::path& path, const TerrainOptions& options)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->path = path;
+  impl_->open();
+  const gdal::Quiet quiet;
+  impl_->read_band();
+  impl_->georeference(options);
+}
+Raster::~Raster() = default;
+Raster::Raster(Raster&&) noexcept = default;
+
+const std::vector<std::string>& Raster::notes() const {
+  return impl_->notes;
+}
+
+std::optional<double> Raster::height_m(const LonLat& place) const {
+  if (!std::isfinite(place.x()) || !std::isfinite(place.y())) return std::nullopt;
+  std::optional<double> height;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    double x = place.x();
+    double y = place.y();
+    if (impl_->map_from_wgs84) {
+      const gdal::Quiet quiet;
+      int ok = 0;
+      if (OCTTransformEx(impl_->map_from_wgs84.get(), 1, &x, &y, nullptr, &ok) == 0 || ok == 0) {
+        return std::nullopt;  // beyond the projection's reach
+      }
+    }
+    if (impl_->degrees) {
+      const double middle = 0.5 * (impl_->first_x + impl_->last_x);
+      x -= 360 * std::round((x - middle) / 360);
+    }
+    height = impl_->sample(x, y);
+  }
+  if (height) *height += impl_->geoid->undulation_m(place);
+  return height;
+}
+
+}  // namespace canyon::buildings

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "canyon/buildings/sources/map_data.hpp"
+#include "canyon/buildings/sources/terrain.hpp"
+
+namespace canyon::buildings {
+
+/// One height raster behind GDAL: band 1, in any projection. Any thread may ask; blocks are read when they
+/// are needed and kept in GDAL's block cache (GDAL_CACHEMAX bounds it).
+class Raster {
+ public:
+  /// Throws InputError as Terrain does.
+  Raster(const std::filesystem::path& path, const TerrainOptions& options);
+  ~Raster();
+  Raster(Raster&&) noexcept;
+
+  /// Ellipsoidal height [m] at longitude and latitude [deg]: bilinear between pixel centres, constant over
+  /// the outermost half pixel. Empty outside the raster and where one of the pixels that count is no-data.
+  /// Throws InputError for a damaged file.
+  [[nodiscard]] std::optional<double> height_m(const LonLat& place) const;
+  [[nodiscard]] const std::vector<std::string>& notes() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace canyon::buildings

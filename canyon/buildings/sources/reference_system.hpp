@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/buildings/sources/gdal.hpp"
+#include "canyon/buildings/sources/geoid.hpp"
+
+namespace canyon::buildings {
+
+/// What OGC's names of reference systems mean to GDAL: "https://www.opengis.net/def/crs/EPSG/0/7415",
+/// "urn:ogc:def:crs:EPSG::7415", "EPSG:7415" give "EPSG:7415"; two of them in one name (crs-compound) give
+/// "EPSG:28992+5709"; OGC's CRS84 and CRS84h are EPSG:4326 and EPSG:4979. Empty for anything else.
+[[nodiscard]] std::string reference_name(std::string_view ogc_name);
+
+/// Coordinates of a file to WGS 84. East (or longitude) comes first and north second, whatever the order of
+/// the authority's axes.
+class ReferenceSystem {
+ public:
+  /// @param name for GDAL, as reference_name() gives it
+  /// Heights: through Geoid, and as ellipsoidal where their geoid is not at hand (notes() say so); without a
+  /// vertical part they are in the unit of a projected system, else in metres. Throws InputError for a system
+  /// that PROJ does not know or that is neither projected nor geographic.
+  ReferenceSystem(const std::filesystem::path& file, const std::string& name,
+                  std::optional<double> geoid_undulation_m);
+
+  /// In place: x, y, z to longitude, latitude [deg] and ellipsoidal height [m]; NaN where PROJ has no answer
+  /// (beyond the projection's reach).
+  void to_wgs84(std::vector<Eigen::Vector3d>& points) const;
+
+  [[nodiscard]] bool geographic() const { return geographic_; }
+  [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  gdal::Transformation wgs84_from_map_;  ///< null where the coordinates are longitude and latitude already
+  std::optional<Geoid> geoid_;
+  double metres_per_unit_ = 1;
+  bool geographic_ = false;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace canyon::buildings

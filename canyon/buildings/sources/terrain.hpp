@@ -1,0 +1,54 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "canyon/buildings/sources/map_data.hpp"
+#include "canyon/city/city.hpp"
+
+namespace canyon::buildings {
+
+struct TerrainOptions {
+  /// Added to the raster's heights to make them ellipsoidal: empty takes the geoid from the raster's vertical
+  /// datum where it names one (SRTM .hgt and DTED are EGM96 by their formats); a number [m], within +-150, is
+  /// used as it is.
+  std::optional<double> geoid_undulation_m;
+  /// Throws InputError naming the bound.
+  void validate() const;
+};
+
+/// A height raster over the Earth, read through GDAL (GeoTIFF, SRTM HGT, anything GDAL opens), in any
+/// projection. Heights are ellipsoidal [m] after the geoid.
+class Terrain {
+ public:
+  /// Opens rasters; the first that covers a place answers. Throws InputError: missing, not a raster, no
+  /// georeference, no height band, a vertical datum whose grid is not installed while no undulation is given.
+  explicit Terrain(const std::vector<std::filesystem::path>& rasters, TerrainOptions options = {});
+  ~Terrain();
+  Terrain(Terrain&&) noexcept;
+
+  /// Bilinear between pixel centres; empty outside the rasters and on no-data. Any thread. Throws InputError
+  /// for a damaged raster.
+  [[nodiscard]] std::optional<double> height_m(const LonLat& place) const;
+  /// z [m] at which the vertical line of `frame` through (x, y) [m] meets the ground, to 0.1 mm; Earth's
+  /// curvature included. Empty likewise.
+  [[nodiscard]] std::optional<double> local_height_m(const geodesy::LocalFrame& frame,
+                                                     const Eigen::Vector2d& place) const;
+  /// Lines for people: which geoid was added and why, or that heights were taken as ellipsoidal.
+  [[nodiscard]] const std::vector<std::string>& notes() const;
+
+  /// Appends a triangulated sheet over [min, max] (east, north [m]) of `frame`, posts at most `spacing_m`
+  /// apart, as one object named "terrain". Throws InputError, with the share that is covered, where the
+  /// rasters do not cover the box, and for a spacing that is not positive or asks for more than 25 million
+  /// posts. Between posts the sheet is flat: Earth's curvature adds spacing^2 / (8 R), 2 cm at 1 km.
+  void append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Eigen::Vector2d& min,
+              const Eigen::Vector2d& max, double spacing_m) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace canyon::buildings

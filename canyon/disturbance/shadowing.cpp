@@ -1,0 +1,158 @@
+#include "canyon/disturbance/shadowing.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::disturbance {
+namespace {
+
+void check_range(const char* field, double value, double least, double most, const char* unit) {
+  if (!(value >= least && value <= most)) {
+    throw InputError(fmt::format("{} of the shadowing is {}", field, value),
+                     fmt::format("it must be {:g} to {:g}{}", least, most, unit));
+  }
+}
+
+/// One elevation of the tables in docs/tracking.md: states 1 (clear) and 2 (moderate shadow).
+struct Row {
+  double elevation_deg;
+  double mean1_db, sigma1_db, mean2_db, sigma2_db;
+  double p11, p12, p21, p22;
+};
+constexpr std::array<Row, 3> kUrban{{{40, -0.3, 0.73, -8.0, 4.5, 0.8628, 0.0737, 0.1247, 0.8214},
+                                     {60, -0.35, 0.26, -6.3, 1.4, 0.8681, 0.0952, 0.1300, 0.8429},
+                                     {80, -0.25, 0.87, -6.6, 2.3, 0.8870, 0.0562, 0.1489, 0.8039}}};
+constexpr std::array<Row, 3> kSuburban{{{40, -1.0, 0.5, -3.7, 0.98, 0.8177, 0.1715, 0.1544, 0.7997},
+                                        {60, -0.3, 0.91, -2.0, 0.5, 0.8177, 0.1715, 0.1544, 0.7997},
+                                        {80, -0.4, 0.58, -2.5, 0.2, 0.8177, 0.1715, 0.1544, 0.7997}}};
+
+ShadowingParameters of_row(const Row& row) {
+  return {row.mean1_db,
+          row.sigma1_db,
+          row.mean2_db,
+          row.sigma2_db,
+          row.p12 / (row.p11 + row.p12),
+          row.p21 / (row.p21 + row.p22)};
+}
+
+ShadowingParameters between(const ShadowingParameters& a, const ShadowingParameters& b, double share) {
+  const auto mix = [share](double from, double to) { return from + share * (to - from); };
+  return {mix(a.clear_mean_db, b.clear_mean_db),
+          mix(a.clear_sigma_db, b.clear_sigma_db),
+          mix(a.shadowed_mean_db, b.shadowed_mean_db),
+          mix(a.shadowed_sigma_db, b.shadowed_sigma_db),
+          mix(a.enter, b.enter),
+          mix(a.leave, b.leave)};
+}
+
+ShadowingParameters interpolated(std::span<const Row> rows, double elevation_deg) {
+  if (elevation_deg <= rows.front().elevation_deg) return of_row(rows.front());
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const double low = rows[i - 1].elevation_deg;
+    const double high = rows[i].elevation_deg;
+    if (elevation_deg <= high) {
+      return between(of_row(rows[i - 1]), of_row(rows[i]), (elevation_deg - low) / (high - low));
+    }
+  }
+  return of_row(rows.back());
+}
+
+}  // namespace
+
+void ShadowingOptions::validate() const {
+  check_range("clear_mean_db", custom.clear_mean_db, -40, 10, " dB");
+  check_range("clear_sigma_db", custom.clear_sigma_db, 0, 20, " dB");
+  check_range("shadowed_mean_db", custom.shadowed_mean_db, -40, 10, " dB");
+  check_range("shadowed_sigma_db", custom.shadowed_sigma_db, 0, 20, " dB");
+  check_range("enter", custom.enter, 0, 1, "");
+  if (!(custom.leave > 0 && custom.leave <= 1)) {
+    throw InputError(fmt::format("leave of the shadowing is {}", custom.leave),
+                     "it must be above 0 and 1 at most");
+  }
+  check_range("frame_m", frame_m, 0.1, 1000, " m");
+  if (!(transition_m >= 0 && transition_m <= frame_m)) {
+    throw InputError(fmt::format("transition_m of the shadowing is {}", transition_m),
+                     fmt::format("it must be 0 m to a frame, {:g} m", frame_m));
+  }
+  if (!(correlation_m > 0 && correlation_m <= 1000)) {
+    throw InputError(fmt::format("correlation_m of the shadowing is {}", correlation_m),
+                     "it must be above 0 and 1000 m at most");
+  }
+  check_range("obstacle_distance_m", obstacle_distance_m, 0, 1000, " m");
+}
+
+ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double elevation_rad) {
+  const double elevation_deg = geodesy::degrees(elevation_rad);
+  switch (options.environment) {
+    case ShadowingEnvironment::Urban:
+      return interpolated(kUrban, elevation_deg);
+    case ShadowingEnvironment::Suburban:
+      return interpolated(kSuburban, elevation_deg);
+    case ShadowingEnvironment::Custom:
+      return options.custom;
+  }
+  assert(false);
+  return options.custom;
+}
+
+Shadowing::Shadowing(const ShadowingOptions& options, RandomStream states, RandomStream levels)
+    : options_(options), states_(states), levels_(levels) {
+  options_.validate();
+}
+
+double Shadowing::more_frames(double change) {
+  // P(n or more) = (1 - change)^n.
+  const double u = 1 - states_.uniform();
+  if (change <= 0) return std::numeric_limits<double>::infinity();
+  if (change >= 1) return 0;
+  return std::floor(std::log(u) / std::log1p(-change));
+}
+
+void Shadowing::start(double way_m, const ShadowingParameters& parameters) {
+  // A place at random of an endless way: states by their shares, anywhere in a frame; as the chain forgets,
+  // as many frames lie behind as before, each by the law of those before.
+  shadowed_ = states_.uniform() < parameters.shadowed_share();
+  const double change = shadowed_ ? parameters.leave : parameters.enter;
+  const double within = states_.uniform();
+  changed_at_m_ = way_m - (within + more_frames(change)) * options_.frame_m;
+  changes_at_m_ = way_m + (1 - within + more_frames(change)) * options_.frame_m;
+  normal_ = levels_.normal();
+  way_m_ = way_m;
+  started_ = true;
+}
+
+double Shadowing::level_db(double way_m, double elevation_rad) {
+  const ShadowingParameters parameters = shadowing_parameters(options_, elevation_rad);
+  if (!started_) start(way_m, parameters);
+  assert(way_m >= way_m_);
+  while (way_m >= changes_at_m_) {
+    shadowed_ = !shadowed_;
+    changed_at_m_ = changes_at_m_;
+    changes_at_m_ += (1 + more_frames(shadowed_ ? parameters.leave : parameters.enter)) * options_.frame_m;
+  }
+  if (way_m > way_m_) {
+    const double steps = (way_m - way_m_) / options_.correlation_m;
+    normal_ = normal_ * std::exp(-steps) + std::sqrt(-std::expm1(-2 * steps)) * levels_.normal();
+    way_m_ = way_m;
+  }
+  // From the state before to this one.
+  double turned = 1;
+  if (options_.transition_m > 0) turned = std::min(1.0, (way_m - changed_at_m_) / options_.transition_m);
+  const double shadow = shadowed_ ? turned : 1 - turned;
+  const double mean =
+      parameters.clear_mean_db + shadow * (parameters.shadowed_mean_db - parameters.clear_mean_db);
+  const double sigma =
+      parameters.clear_sigma_db + shadow * (parameters.shadowed_sigma_db - parameters.clear_sigma_db);
+  return mean + sigma * normal_;
+}
+
+}  // namespace canyon::disturbance

@@ -1,0 +1,266 @@
+#include "canyon/disturbance/shadowing.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "tests/support/spoiled_options.hpp"
+
+namespace canyon::disturbance {
+namespace {
+
+using geodesy::radians;
+
+ShadowingOptions custom(double enter, double leave) {
+  ShadowingOptions options;
+  options.enabled = true;
+  options.environment = ShadowingEnvironment::Custom;
+  options.custom = {-1, 0.5, -9, 4, enter, leave};
+  return options;
+}
+
+Shadowing make(const ShadowingOptions& options, std::uint64_t seed = 1) {
+  return {options, RandomStream(seed, "states"), RandomStream(seed, "levels")};
+}
+
+constexpr double kElevation = 0.7;
+
+// Perez-Fontan et al. 1998 as docs/tracking.md has it; P12 / (P11 + P12) and P21 / (P21 + P22) by hand.
+TEST(ShadowingParameters, AreThePublishedOnesWithoutDeepShadow) {
+  ShadowingOptions options;
+  const auto at = [&](double deg) { return shadowing_parameters(options, radians(deg)); };
+  EXPECT_DOUBLE_EQ(at(40).clear_mean_db, -0.3);
+  EXPECT_DOUBLE_EQ(at(40).shadowed_mean_db, -8);
+  EXPECT_DOUBLE_EQ(at(40).shadowed_sigma_db, 4.5);
+  EXPECT_NEAR(at(40).enter, 0.0787, 5e-5);
+  EXPECT_NEAR(at(40).leave, 0.1318, 5e-5);
+  EXPECT_NEAR(at(40).shadowed_share(), 0.374, 5e-4);
+  EXPECT_NEAR(at(60).shadowed_share(), 0.425, 5e-4);
+  EXPECT_NEAR(at(80).shadowed_share(), 0.276, 5e-4);
+  EXPECT_NEAR(at(50).shadowed_mean_db, (-8 - 6.3) / 2, 1e-12);
+  EXPECT_NEAR(at(75).clear_sigma_db, 0.26 + 0.75 * (0.87 - 0.26), 1e-12);
+  // Held where nothing is published.
+  EXPECT_EQ(at(5).shadowed_mean_db, at(40).shadowed_mean_db);
+  EXPECT_EQ(at(90).enter, at(80).enter);
+  // The parameters that ShadowingOptions::custom begins with are those of 40 deg.
+  EXPECT_NEAR(options.custom.enter, at(40).enter, 5e-5);
+  EXPECT_NEAR(options.custom.leave, at(40).leave, 5e-5);
+  EXPECT_EQ(options.custom.shadowed_sigma_db, at(40).shadowed_sigma_db);
+  options.environment = ShadowingEnvironment::Suburban;
+  EXPECT_DOUBLE_EQ(at(40).shadowed_mean_db, -3.7);
+  EXPECT_DOUBLE_EQ(at(60).shadowed_mean_db, -2);
+  EXPECT_DOUBLE_EQ(at(80).clear_sigma_db, 0.58);
+  EXPECT_NEAR(at(40).shadowed_share(), 0.517, 5e-4);
+  options.environment = ShadowingEnvironment::Custom;
+  options.custom.enter = 0.5;
+  EXPECT_EQ(at(10).enter, 0.5);
+}
+
+// Lengths and counts of the states along one way, to `step_m`.
+struct Stretch {
+  bool shadowed;
+  double length_m;
+};
+std::vector<Stretch> stretches(Shadowing& shadowing, double way_m, double step_m) {
+  std::vector<Stretch> result;
+  double since = -1;
+  bool state = false;
+  for (long i = 0; i * step_m < way_m; ++i) {
+    (void)shadowing.level_db(i * step_m, kElevation);
+    if (i > 0 && shadowing.shadowed() != state) {
+      if (since >= 0) result.push_back({state, i * step_m - since});  // the first one has no beginning
+      since = i * step_m;
+    }
+    state = shadowing.shadowed();
+  }
+  return result;
+}
+
+TEST(Shadowing, StatesLastGeometricNumbersOfFrames) {
+  ShadowingOptions options = custom(0.2, 0.35);
+  options.frame_m = 4;
+  Shadowing shadowing = make(options);
+  constexpr double kStep = 0.25;
+  const std::vector<Stretch> found = stretches(shadowing, 400e3, kStep);
+  std::map<std::pair<bool, int>, int> counts;
+  std::map<bool, int> totals;
+  for (const Stretch& stretch : found) {
+    const double frames = stretch.length_m / 4;
+    ASSERT_NEAR(frames, std::round(frames), kStep / 4 + 1e-9);
+    ++counts[{stretch.shadowed, static_cast<int>(std::round(frames))}];
+    ++totals[stretch.shadowed];
+  }
+  ASSERT_GT(totals[true], 10000);
+  for (const bool shadowed : {false, true}) {
+    const double change = shadowed ? 0.35 : 0.2;
+    for (int n = 1; n <= 8; ++n) {
+      const double p = std::pow(1 - change, n - 1) * change;
+      const double total = totals[shadowed];
+      const int count = counts[{shadowed, n}];
+      EXPECT_NEAR(count / total, p, 4.5 * std::sqrt(p * (1 - p) / total)) << shadowed << " " << n;
+    }
+  }
+}
+
+TEST(Shadowing, BeginsAnywhereOfAnEndlessWay) {
+  // Share and time to the first change over many beginnings: (1 - change)^n beyond n frames, straight lines
+  // between.
+  const ShadowingOptions options = custom(0.1, 0.3);
+  constexpr int kCount = 20000;
+  int shadowed = 0;
+  int beyond = 0, clear = 0;
+  double level = 0;
+  for (int seed = 0; seed < kCount; ++seed) {
+    Shadowing shadowing = make(options, static_cast<std::uint64_t>(seed));
+    level += shadowing.level_db(1000, kElevation) / kCount;
+    if (shadowing.shadowed()) {
+      ++shadowed;
+      continue;
+    }
+    ++clear;
+    bool left = false;
+    for (int i = 1; i <= 10 && !left; ++i) {
+      (void)shadowing.level_db(1000 + 0.25 * options.frame_m * i, kElevation);
+      left = shadowing.shadowed();
+    }
+    if (!left) ++beyond;  // 2.5 frames
+  }
+  EXPECT_NEAR(shadowed / double{kCount}, 0.25, 4.5 * std::sqrt(0.25 * 0.75 / kCount));
+  const double stay = (std::pow(0.9, 2) + std::pow(0.9, 3)) / 2;
+  EXPECT_NEAR(beyond / static_cast<double>(clear), stay, 4.5 * std::sqrt(stay * (1 - stay) / clear));
+  // Transitions in and out cancel: the mean is that of the shares.
+  EXPECT_NEAR(level, 0.75 * -1 + 0.25 * -9, 4.5 * 5 / std::sqrt(kCount));
+}
+
+TEST(Shadowing, LevelsAreNormalInEachState) {
+  ShadowingOptions options = custom(0.1, 0.15);
+  options.transition_m = 0;
+  Shadowing shadowing = make(options, 7);
+  std::map<bool, std::vector<double>> levels;
+  // Ten correlation lengths: independent.
+  for (int i = 0; i < 40000; ++i) {
+    const double level = shadowing.level_db(17.0 * i, kElevation);
+    levels[shadowing.shadowed()].push_back(level);
+  }
+  EXPECT_NEAR(levels[true].size() / 40000.0, 0.4, 0.02);
+  for (auto& [shadowed, values] : levels) {
+    const double mean = shadowed ? -9 : -1;
+    const double sigma = shadowed ? 4 : 0.5;
+    std::sort(values.begin(), values.end());
+    const double n = static_cast<double>(values.size());
+    double ks = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double cdf = 0.5 * std::erfc(-(values[i] - mean) / sigma / std::sqrt(2));
+      ks = std::max({ks, std::abs(cdf - i / n), std::abs(cdf - (i + 1) / n)});
+    }
+    EXPECT_LT(ks, 1.95 / std::sqrt(n)) << shadowed;  // 0.1 % (Kolmogorov)
+  }
+}
+
+TEST(Shadowing, LevelsCorrelateOverTheWay) {
+  ShadowingOptions options = custom(0, 1);  // clear for ever
+  options.custom.clear_sigma_db = 2;
+  options.correlation_m = 3;
+  for (const double step : {0.1, 1.0, 2.5}) {
+    Shadowing shadowing = make(options, 3);
+    std::vector<double> values;
+    for (int i = 0; i * step < 150e3; ++i) values.push_back(shadowing.level_db(i * step, kElevation) + 1);
+    double square = 0;
+    for (const double v : values) square += v * v / static_cast<double>(values.size());
+    const double independent = 150e3 / (2 * 3);
+    EXPECT_NEAR(square, 4, 4.5 * 4 * std::sqrt(2 / independent));
+    for (const double lag : {5.0, 10.0}) {
+      const std::size_t shift = static_cast<std::size_t>(std::lround(lag / step));
+      double product = 0;
+      for (std::size_t i = shift; i < values.size(); ++i) product += values[i] * values[i - shift];
+      product /= static_cast<double>(values.size() - shift);
+      EXPECT_NEAR(product / square, std::exp(-lag / 3), 4.5 / std::sqrt(independent)) << step << " " << lag;
+    }
+  }
+}
+
+TEST(Shadowing, StatesDoNotDependOnTheStep) {
+  const ShadowingOptions options = custom(0.2, 0.3);
+  Shadowing fine = make(options, 11);
+  Shadowing coarse = make(options, 11);
+  int shadowed = 0;
+  for (int i = 0; i <= 20000; ++i) {
+    (void)fine.level_db(0.5 * i, kElevation);
+    if (i % 37 != 0) continue;
+    (void)coarse.level_db(0.5 * i, kElevation);
+    EXPECT_EQ(fine.shadowed(), coarse.shadowed()) << i;
+    shadowed += fine.shadowed();
+  }
+  EXPECT_GT(shadowed, 100);
+  EXPECT_LT(shadowed, 400);
+}
+
+TEST(Shadowing, PassesFromStateToStateInAStraightLine) {
+  ShadowingOptions options = custom(0.3, 0.3);
+  options.custom.clear_sigma_db = options.custom.shadowed_sigma_db = 0;
+  Shadowing shadowing = make(options, 2);
+  double before = shadowing.level_db(0, kElevation);
+  double least = 0, most = -100;
+  for (int i = 1; i < 4000; ++i) {
+    const double level = shadowing.level_db(0.1 * i, kElevation);
+    // 8 dB in 2.2 m.
+    EXPECT_LE(std::abs(level - before), 8 / 2.2 * 0.1 + 1e-9);
+    least = std::min(least, level);
+    most = std::max(most, level);
+    before = level;
+  }
+  EXPECT_EQ(least, -9);
+  EXPECT_EQ(most, -1);
+}
+
+TEST(Shadowing, StandsStillAtOnePlace) {
+  Shadowing shadowing = make(custom(0.2, 0.3));
+  (void)shadowing.level_db(0, kElevation);
+  const double level = shadowing.level_db(10, kElevation);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(shadowing.level_db(10, kElevation), level);
+  // Nothing was drawn on the way.
+  Shadowing other = make(custom(0.2, 0.3));
+  (void)other.level_db(0, kElevation);
+  (void)other.level_db(10, kElevation);
+  EXPECT_EQ(other.level_db(12, kElevation), shadowing.level_db(12, kElevation));
+}
+
+TEST(Shadowing, FollowsItsSeed) {
+  const auto levels = [](std::uint64_t seed) {
+    Shadowing shadowing = make(custom(0.2, 0.3), seed);
+    std::vector<double> result;
+    for (int i = 0; i < 20; ++i) result.push_back(shadowing.level_db(3.0 * i, kElevation));
+    return result;
+  };
+  EXPECT_EQ(levels(5), levels(5));
+  EXPECT_NE(levels(5), levels(6));
+}
+
+TEST(ShadowingOptions, NamesTheFieldThatIsOutOfRange) {
+  const test::SpoiledOptions<ShadowingOptions> message;
+  using O = ShadowingOptions;
+  using testing::HasSubstr;
+  EXPECT_EQ(message([](O&) {}), "");
+  EXPECT_THAT(message([](O& o) { o.custom.clear_mean_db = 11; }), HasSubstr("clear_mean_db"));
+  EXPECT_THAT(message([](O& o) { o.custom.clear_sigma_db = -1; }), HasSubstr("clear_sigma_db"));
+  EXPECT_THAT(message([](O& o) { o.custom.shadowed_mean_db = NAN; }), HasSubstr("shadowed_mean_db"));
+  EXPECT_THAT(message([](O& o) { o.custom.shadowed_sigma_db = 21; }), HasSubstr("shadowed_sigma_db"));
+  EXPECT_THAT(message([](O& o) { o.custom.enter = 1.1; }), HasSubstr("enter"));
+  EXPECT_THAT(message([](O& o) { o.custom.leave = 0; }), HasSubstr("leave"));
+  EXPECT_THAT(message([](O& o) { o.frame_m = 0; }), HasSubstr("frame_m"));
+  EXPECT_THAT(message([](O& o) { o.transition_m = 4.5; }), HasSubstr("transition_m"));
+  EXPECT_THAT(message([](O& o) { o.correlation_m = 0; }), HasSubstr("correlation_m"));
+  EXPECT_THAT(message([](O& o) { o.obstacle_distance_m = -1; }), HasSubstr("obstacle_distance_m"));
+}
+
+}  // namespace
+}  // namespace canyon::disturbance

@@ -1,0 +1,214 @@
+#include "canyon/drawing/apng.hpp"
+
+#include <cairo.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <string_view>
+
+namespace canyon::drawing {
+namespace {
+
+struct SurfaceDeleter {
+  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+};
+using Surface = std::unique_ptr<cairo_surface_t, SurfaceDeleter>;
+
+void check(cairo_status_t status) {
+  if (status != CAIRO_STATUS_SUCCESS) {
+    throw std::runtime_error(std::string("picture fails: ") + cairo_status_to_string(status));
+  }
+}
+
+struct Source {
+  const std::string* bytes;
+  std::size_t read = 0;
+};
+
+cairo_status_t take(void* from, unsigned char* bytes, unsigned length) {
+  auto& source = *static_cast<Source*>(from);
+  if (length > source.bytes->size() - source.read) return CAIRO_STATUS_READ_ERROR;
+  std::memcpy(bytes, source.bytes->data() + source.read, length);
+  source.read += length;
+  return CAIRO_STATUS_SUCCESS;
+}
+
+/// Called from C: nothing may be thrown through it.
+cairo_status_t append(void* target, const unsigned char* bytes, unsigned length) {
+  try {
+    static_cast<std::string*>(target)->append(reinterpret_cast<const char*>(bytes), length);
+  } catch (const std::bad_alloc&) {
+    return CAIRO_STATUS_NO_MEMORY;
+  }
+  return CAIRO_STATUS_SUCCESS;
+}
+
+constexpr std::string_view kSignature{"\x89PNG\r\n\x1a\n", 8};
+
+std::string big_endian(std::uint32_t value) {
+  return {static_cast<char>(value >> 24), static_cast<char>(value >> 16 & 0xFFU),
+          static_cast<char>(value >> 8 & 0xFFU), static_cast<char>(value & 0xFFU)};
+}
+
+std::uint32_t number_at(const std::string& bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
+  return value;
+}
+
+/// Calls f(type, data) for each chunk.
+void for_each_chunk(const std::string& png,
+                    const std::function<void(std::string_view, std::string_view)>& f) {
+  for (std::size_t at = kSignature.size(); at + 12 <= png.size();) {
+    const std::size_t length = number_at(png, at);
+    if (length > png.size() - at - 12) throw std::runtime_error("picture fails: a PNG's chunk is cut off");
+    f(std::string_view(png).substr(at + 4, 4), std::string_view(png).substr(at + 8, length));
+    at += 12 + length;
+  }
+}
+
+struct Region {
+  std::size_t x = 0, y = 0, width = 1, height = 1;
+};
+
+/// The smallest rectangle with all pixels that differ; one pixel where none does, since no frame may be
+/// empty.
+Region changed(const RgbImage& a, const RgbImage& b) {
+  const auto width = static_cast<std::size_t>(a.width), height = static_cast<std::size_t>(a.height);
+  std::size_t left = width, right = 0, top = height, bottom = 0;
+  for (std::size_t y = 0; y < height; ++y) {
+    const auto row = static_cast<std::ptrdiff_t>(y * width);
+    const auto from = a.pixels.begin() + row, to = from + static_cast<std::ptrdiff_t>(width);
+    const auto first = std::mismatch(from, to, b.pixels.begin() + row).first;
+    if (first == to) continue;
+    std::size_t last = width - 1;
+    while (a.pixels[y * width + last] == b.pixels[y * width + last]) --last;
+    left = std::min(left, static_cast<std::size_t>(first - from));
+    right = std::max(right, last);
+    top = std::min(top, y);
+    bottom = y;
+  }
+  if (top == height) return {};
+  return {left, top, right - left + 1, bottom - top + 1};
+}
+
+RgbImage cut(const RgbImage& image, const Region& region) {
+  RgbImage part{static_cast<int>(region.width), static_cast<int>(region.height), {}};
+  part.pixels.reserve(region.width * region.height);
+  for (std::size_t y = region.y; y < region.y + region.height; ++y) {
+    const auto from = image.pixels.begin() +
+                      static_cast<std::ptrdiff_t>(y * static_cast<std::size_t>(image.width) + region.x);
+    part.pixels.insert(part.pixels.end(), from, from + static_cast<std::ptrdiff_t>(region.width));
+  }
+  return part;
+}
+
+}  // namespace
+
+RgbImage decode_png(const std::string& png) {
+  Source source{&png};
+  const Surface surface(cairo_image_surface_create_from_png_stream(take, &source));
+  check(cairo_surface_status(surface.get()));
+  const cairo_format_t format = cairo_image_surface_get_format(surface.get());
+  if (format != CAIRO_FORMAT_RGB24 && format != CAIRO_FORMAT_ARGB32) {
+    throw std::runtime_error("picture fails: a PNG that is not of 8-bit RGB");
+  }
+  RgbImage image{
+      cairo_image_surface_get_width(surface.get()), cairo_image_surface_get_height(surface.get()), {}};
+  const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
+  const auto stride = static_cast<std::size_t>(cairo_image_surface_get_stride(surface.get()));
+  const unsigned char* bytes = cairo_image_surface_get_data(surface.get());
+  image.pixels.resize(width * height);
+  for (std::size_t y = 0; y < height; ++y) {
+    std::memcpy(image.pixels.data() + y * width, bytes + y * stride, 4 * width);
+  }
+  for (std::uint32_t& pixel : image.pixels) pixel &= 0xFFFFFFU;
+  return image;
+}
+
+std::string encode_png(const RgbImage& image) {
+  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
+  check(cairo_surface_status(surface.get()));
+  cairo_surface_flush(surface.get());
+  const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
+  assert(image.pixels.size() == width * height);
+  const auto stride = static_cast<std::size_t>(cairo_image_surface_get_stride(surface.get()));
+  unsigned char* bytes = cairo_image_surface_get_data(surface.get());
+  for (std::size_t y = 0; y < height; ++y) {
+    std::memcpy(bytes + y * stride, image.pixels.data() + y * width, 4 * width);
+  }
+  cairo_surface_mark_dirty(surface.get());
+  std::string png;
+  check(cairo_surface_write_to_png_stream(surface.get(), append, &png));
+  return png;
+}
+
+AnimatedPng::AnimatedPng(std::filesystem::path path, std::uint32_t frames, double frame_s)
+    : file_(std::move(path)), frames_(frames) {
+  assert(frames > 0);
+  assert(frame_s >= 0.001 && frame_s <= 65);
+  delay_ms_ = static_cast<std::uint16_t>(std::lround(1000 * frame_s));
+}
+
+void AnimatedPng::add(const std::string& png) {
+  assert(added_ < frames_);
+  RgbImage image = decode_png(png);
+  assert(added_ == 0 || (image.width == last_.width && image.height == last_.height));
+  Region region{0, 0, static_cast<std::size_t>(image.width), static_cast<std::size_t>(image.height)};
+  std::string part;
+  if (added_ == 0) {
+    // The same encoder for all frames, since they share one header.
+    part = encode_png(image);
+    file_.write(kSignature);
+    for_each_chunk(part, [&](std::string_view type, std::string_view data) {
+      if (type == "IHDR") chunk("IHDR", std::string(data));
+    });
+    chunk("acTL", big_endian(frames_) + big_endian(0));
+  } else {
+    region = changed(last_, image);
+    part = encode_png(cut(image, region));
+  }
+  control(static_cast<std::uint32_t>(region.width), static_cast<std::uint32_t>(region.height),
+          static_cast<std::uint32_t>(region.x), static_cast<std::uint32_t>(region.y));
+  for_each_chunk(part, [&](std::string_view type, std::string_view data) {
+    if (type != "IDAT") return;
+    if (added_ == 0) {
+      chunk("IDAT", std::string(data));
+    } else {
+      chunk("fdAT", big_endian(sequence_++) + std::string(data));
+    }
+  });
+  last_ = std::move(image);
+  ++added_;
+}
+
+void AnimatedPng::commit() {
+  assert(added_ == frames_);
+  chunk("IEND", {});
+  file_.commit();
+}
+
+void AnimatedPng::chunk(const char* type, const std::string& data) {
+  const std::string body = type + data;
+  const auto crc =
+      crc32(0, reinterpret_cast<const unsigned char*>(body.data()), static_cast<uInt>(body.size()));
+  file_.write(big_endian(static_cast<std::uint32_t>(data.size())) + body +
+              big_endian(static_cast<std::uint32_t>(crc)));
+}
+
+void AnimatedPng::control(std::uint32_t width, std::uint32_t height, std::uint32_t x, std::uint32_t y) {
+  constexpr std::uint32_t kThousandths = 1000;
+  const std::string disposal_none_blend_source(2, '\0');
+  chunk("fcTL", big_endian(sequence_++) + big_endian(width) + big_endian(height) + big_endian(x) +
+                    big_endian(y) + big_endian(std::uint32_t{delay_ms_} << 16 | kThousandths) +
+                    disposal_none_blend_source);
+}
+
+}  // namespace canyon::drawing

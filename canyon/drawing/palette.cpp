@@ -1,0 +1,38 @@
+#include "canyon/drawing/palette.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace canyon::drawing {
+
+Colour mix(const Colour& from, const Colour& to, double t) {
+  const double s = std::isnan(t) ? 0 : std::clamp(t, 0.0, 1.0);
+  return {from.r + s * (to.r - from.r), from.g + s * (to.g - from.g), from.b + s * (to.b - from.b),
+          from.a + s * (to.a - from.a)};
+}
+
+Colour viridis(double t) {
+  static constexpr std::array kStops{rgb(0x440154), rgb(0x472D7B), rgb(0x3B528B),
+                                     rgb(0x2C728E), rgb(0x21918C), rgb(0x28AE80),
+                                     rgb(0x5EC962), rgb(0xADDC30), rgb(0xFDE725)};
+  const double at = (std::isnan(t) ? 0 : std::clamp(t, 0.0, 1.0)) * (kStops.size() - 1);
+  const auto i = std::min(static_cast<std::size_t>(at), kStops.size() - 2);
+  return mix(kStops[i], kStops[i + 1], at - static_cast<double>(i));
+}
+
+Colour colour_of(propagation::Visibility visibility) {
+  switch (visibility) {
+    case propagation::Visibility::LOS:
+      return kGreen;
+    case propagation::Visibility::LOSMultipath:
+      return kBlue;
+    case propagation::Visibility::NLOS:
+      return kOrange;
+    case propagation::Visibility::Blocked:
+      break;
+  }
+  return rgb(0x7A7A7A);
+}
+
+}  // namespace canyon::drawing

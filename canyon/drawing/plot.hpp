@@ -1,0 +1,57 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "canyon/drawing/axes.hpp"
+#include "canyon/drawing/canvas.hpp"
+
+// Diagrams of values over values: axes, marks, legends.
+
+namespace canyon::drawing {
+
+/// A linear scale of whole steps that holds [low, high], about `count` of them; a range without width is
+/// widened by 1 on both sides. Finite values, low <= high (asserted).
+[[nodiscard]] Scale linear_scale(double low, double high, int count = 6);
+
+/// Two axes about an area of the canvas: x to the right, y up.
+struct Plot {
+  Rect area;
+  Scale x, y;
+  std::string x_label, y_label;  ///< with units
+  /// What stands at a tick of the x axis; tick_label() where empty.
+  std::function<std::string(double)> x_tick_label;
+
+  /// Where a value pair lies; values beyond the axes on the frame.
+  [[nodiscard]] Point at(double x_value, double y_value) const;
+  /// Ground and grid, to lie below what is drawn.
+  void draw_ground(Canvas& canvas) const;
+  /// Frame, ticks' labels and the axes' names, to lie above.
+  void draw_frame(Canvas& canvas) const;
+  /// Why the area is empty, in its middle.
+  void draw_note(Canvas& canvas, const std::string& note) const;
+};
+
+/// Marks that differ by shape, so that they are told apart in grey as well.
+enum class Mark { Disc, Ring, Square, Diamond, Triangle, Cross };
+/// @param radius of a disc of about the same weight
+void draw_mark(Canvas& canvas, const Point& at, Mark mark, double radius, const Colour& colour);
+
+struct LegendEntry {
+  std::function<void(Canvas&, const Point&)>
+      mark;  ///< drawn about this point, at most 13 to each side; or none
+  std::string label;
+};
+/// Size of a legend with these entries.
+[[nodiscard]] Rect legend_size(Canvas& canvas, const std::vector<LegendEntry>& entries,
+                               double text_size = 11.5);
+/// A box of entries, one below the other; its upper left corner at `at`. Returns where it lies.
+Rect draw_legend(Canvas& canvas, const Point& at, const std::vector<LegendEntry>& entries,
+                 double text_size = 11.5);
+
+/// A picture that holds nothing but its title and the reason.
+[[nodiscard]] Picture draw_notice(const std::string& title, const std::string& subtitle,
+                                  const std::string& notice);
+
+}  // namespace canyon::drawing

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "canyon/city/city.hpp"
+#include "canyon/drawing/axes.hpp"
+#include "canyon/drawing/canvas.hpp"
+
+// What maps carry beside the city itself. `area` of the canvas shows `extent` [m, ENU], north up.
+
+namespace canyon::drawing {
+
+/// Ticks and labels of the two axes, below and to the left of the area.
+void draw_frame_ticks(Canvas& canvas, const Rect& area, const city::Box& extent);
+
+/// A bar of a round length, at the area's lower left.
+void draw_scale_bar(Canvas& canvas, const Rect& area, const city::Box& extent);
+
+/// At the area's upper right.
+void draw_north_arrow(Canvas& canvas, const Rect& area);
+
+/// A vertical bar from `colour(0)` at its foot to `colour(1)`, `label` above it and ticks on its right;
+/// returns the y below it.
+double draw_colour_bar(Canvas& canvas, const Rect& bar, const std::string& label, const Scale& scale,
+                       const std::function<Colour(double)>& colour);
+
+}  // namespace canyon::drawing

@@ -1,0 +1,228 @@
+#include "canyon/drawing/views/pictures.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/output_file.hpp"
+#include "canyon/drawing/views/sky_mask.hpp"
+#include "canyon/drawing/views/sky_picture.hpp"
+#include "canyon/drawing/views/timeline_picture.hpp"
+#include "canyon/drawing/views/track_picture.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+
+namespace canyon::drawing {
+namespace {
+
+/// Where satellites stood at one epoch.
+struct Snapshot {
+  geodesy::GpsTime time;
+  Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();
+  raytrace::Placement placement = raytrace::Placement::Free;
+  struct Satellite {
+    gnss::SatelliteId id;
+    SkyPoint point;
+    bool used = false;
+  };
+  std::vector<Satellite> satellites;
+};
+
+/// Evenly spaced snapshots of a run of unknown length: when there are too many, every other one is dropped
+/// and from then on half as many are taken.
+class Snapshots {
+ public:
+  /// Whether the next epoch should be added.
+  [[nodiscard]] bool wanted() const { return seen_ % stride_ == 0; }
+  void skip() { ++seen_; }
+  void add(Snapshot snapshot) {
+    ++seen_;
+    kept_.push_back(std::move(snapshot));
+    if (kept_.size() < kMost) return;
+    for (std::size_t i = 0; 2 * i < kept_.size(); ++i) {
+      if (i > 0) kept_[i] = std::move(kept_[2 * i]);
+    }
+    kept_.resize((kept_.size() + 1) / 2);
+    stride_ *= 2;
+  }
+  [[nodiscard]] const std::vector<Snapshot>& all() const { return kept_; }
+
+ private:
+  static constexpr std::size_t kMost = 2000;
+  std::vector<Snapshot> kept_;
+  std::size_t seen_ = 0;
+  std::size_t stride_ = 1;
+};
+
+/// Rounded to 0.1, never "-0.0".
+double tenths(double value) {
+  return std::round(value * 10) / 10 + 0.0;
+}
+
+/// Mean C/N0 of an epoch's measurements; NaN where there are none.
+struct Strength {
+  double los_dbhz = 0, nlos_dbhz = 0;
+};
+Strength mean_strength(const receiver::ReceiverEpoch& observed) {
+  std::array<double, 2> sum{};
+  std::array<int, 2> count{};
+  for (const receiver::SatelliteObservation& s : observed.satellites) {
+    if (!s.measurement || !s.measurement->cn0_dbhz) continue;
+    const std::size_t i = s.visibility == propagation::Visibility::NLOS ? 1 : 0;
+    sum[i] += *s.measurement->cn0_dbhz;
+    ++count[i];
+  }
+  return {sum[0] / count[0], sum[1] / count[1]};
+}
+
+class Pictures final : public simulation::EpochSink {
+ public:
+  Pictures(const simulation::Simulation& simulation, const std::filesystem::path& folder,
+           std::size_t receiver)
+      : simulation_(simulation), receiver_(receiver) {
+    // All names are taken now, so that a folder that cannot be written to is found before the run.
+    for (const char* name : {"track", "skyplot", "timeline"}) {
+      files_.emplace_back(folder / fmt::format("{}.png", name));
+      files_.emplace_back(folder / fmt::format("{}.svg", name));
+    }
+  }
+
+  void write(const simulation::Epoch& epoch) override {
+    if (epoch.receiver != receiver_) return;
+    const geodesy::LocalFrame& frame = simulation_.environment().city().frame;
+    const Eigen::Vector3d antenna = frame.local_from_ecef(epoch.truth_ecef);
+    const receiver::ReceiverEpoch& observed = epoch.observed;
+
+    TrackPoint track;
+    track.truth = antenna.head<2>();
+    TimelinePoint moment;
+    moment.time = observed.time;
+    moment.visible = observed.visible;
+    moment.blocked = observed.blocked;
+    if (observed.fix.solved()) {
+      track.fix = frame.local_from_ecef(observed.fix.position_ecef).head<2>();
+      track.error_m = epoch.error_enu_m.head<2>().norm();
+      moment.error_m = track.error_m;
+      moment.used = static_cast<int>(observed.fix.used.size());
+      if (observed.fix.dop) moment.hdop = observed.fix.dop->hdop;
+    }
+    track_.push_back(track);
+    const Strength strength = mean_strength(observed);
+    moment.cn0_los_dbhz = strength.los_dbhz;
+    moment.cn0_nlos_dbhz = strength.nlos_dbhz;
+    timeline_.push_back(moment);
+
+    if (!snapshots_.wanted()) {
+      snapshots_.skip();
+      return;
+    }
+    Snapshot snapshot;
+    snapshot.time = observed.time;
+    snapshot.antenna_enu = antenna;
+    snapshot.placement = epoch.placement;
+    for (const receiver::SatelliteObservation& s : observed.satellites) {
+      snapshot.satellites.push_back({s.id, {s.azimuth_rad, s.elevation_rad, s.visibility}, s.used});
+    }
+    snapshots_.add(std::move(snapshot));
+  }
+
+  void finish() override {
+    if (std::exchange(finished_, true)) return;
+    if (!timeline_.empty()) {
+      const std::array<Picture, 3> pictures{draw_track(track_drawing()), draw_sky(sky_drawing()),
+                                            draw_timeline(timeline_drawing())};
+      for (std::size_t i = 0; i < pictures.size(); ++i) {
+        files_[2 * i].write(pictures[i].png);
+        files_[2 * i + 1].write(pictures[i].svg);
+      }
+      for (OutputFile& file : files_) file.commit();
+    }
+    files_.clear();
+  }
+
+ private:
+  [[nodiscard]] const receiver::ReceiverOptions& options() const {
+    return simulation_.scenario().receivers.at(receiver_).options;
+  }
+
+  [[nodiscard]] std::string span() const {
+    const std::string from = geodesy::format_utc(timeline_.front().time, 0);
+    const std::string to = geodesy::format_utc(timeline_.back().time, 0);
+    const bool same_day = from.substr(0, 10) == to.substr(0, 10);
+    return fmt::format("{} {} to {} UTC", from.substr(0, 10), from.substr(11, 8),
+                       same_day ? to.substr(11, 8) : to.substr(0, 10) + " " + to.substr(11, 8));
+  }
+
+  [[nodiscard]] TrackDrawing track_drawing() const {
+    TrackDrawing drawing;
+    const city::City& city = simulation_.environment().city();
+    drawing.title = fmt::format("{}: true track and fixes", options().name);
+    drawing.subtitle = fmt::format("{}  \u00B7  {}", city.name, span());
+    drawing.mesh = &city.mesh;
+    drawing.points = track_;
+    return drawing;
+  }
+
+  [[nodiscard]] SkyDrawing sky_drawing() const {
+    const std::vector<Snapshot>& all = snapshots_.all();
+    const Snapshot& middle = all[all.size() / 2];
+    SkyDrawing drawing;
+    const std::string time = geodesy::format_utc(middle.time, 0);
+    drawing.title = fmt::format("{}: sky in the middle of the run", options().name);
+    drawing.subtitle =
+        fmt::format("{} {} UTC  \u00B7  {:.1f} m east, {:.1f} m north, {:.1f} m above the city's origin",
+                    time.substr(0, 10), time.substr(11, 8), tenths(middle.antenna_enu.x()),
+                    tenths(middle.antenna_enu.y()), tenths(middle.antenna_enu.z()));
+    if (middle.placement == raytrace::Placement::InsideBuilding)
+      drawing.subtitle += "  \u00B7  inside a building";
+    if (middle.placement == raytrace::Placement::UnderTerrain)
+      drawing.subtitle += "  \u00B7  under the terrain";
+    drawing.elevation_mask_rad = options().fix.elevation_mask_rad;
+    if (!simulation_.environment().city().mesh.triangles.empty()) {
+      drawing.mask = make_sky_mask(simulation_.environment().scene(), middle.antenna_enu);
+    }
+    struct Trail {
+      std::size_t last = 0;  // snapshot
+      std::vector<std::vector<SkyPoint>> pieces;
+    };
+    std::map<gnss::SatelliteId, Trail> trails;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      for (const Snapshot::Satellite& s : all[i].satellites) {
+        Trail& trail = trails[s.id];
+        if (trail.pieces.empty() || i > trail.last + 1) trail.pieces.emplace_back();
+        trail.pieces.back().push_back(s.point);
+        trail.last = i;
+      }
+    }
+    for (const Snapshot::Satellite& s : middle.satellites) {
+      drawing.satellites.push_back({gnss::to_string(s.id), s.point, s.used, std::move(trails[s.id].pieces)});
+    }
+    return drawing;
+  }
+
+  [[nodiscard]] TimelineDrawing timeline_drawing() const {
+    return {fmt::format("{}: accuracy and satellites", options().name),
+            fmt::format("{}  \u00B7  {}", simulation_.environment().city().name, span()), timeline_};
+  }
+
+  const simulation::Simulation& simulation_;
+  std::size_t receiver_;
+  std::vector<OutputFile> files_;
+  std::vector<TrackPoint> track_;
+  std::vector<TimelinePoint> timeline_;
+  Snapshots snapshots_;
+  bool finished_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<simulation::EpochSink> make_pictures(const simulation::Simulation& simulation,
+                                                     const std::filesystem::path& folder,
+                                                     std::size_t receiver) {
+  return std::make_unique<Pictures>(simulation, folder, receiver);
+}
+
+}  // namespace canyon::drawing

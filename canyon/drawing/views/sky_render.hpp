@@ -1,0 +1,30 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "canyon/city/city.hpp"
+#include "canyon/drawing/views/city_render.hpp"
+#include "canyon/drawing/views/sky_lens.hpp"
+#include "canyon/raytrace/ray_scene.hpp"
+
+namespace canyon::drawing {
+
+/// On walls a thin line marks every so many metres of height above the antenna.
+inline constexpr double kWallLines_m = 10;
+/// Of walls in full light.
+inline constexpr Colour kSkyWall = rgb(0xCBBCA8);
+
+/// What an upward camera sees: open sky paler towards the horizon, surfaces lit from the south-west, darker
+/// towards the ground and paler with distance, with a line every kWallLines_m of height. Paper outside the
+/// lens's disc. Casts a ray for each pixel, more where neighbours differ; rows in parallel, the same pixels
+/// on any number of threads.
+/// @param scene with its movable things as of its last commit()
+/// @param mesh the static city that the scene was built from
+/// @param antenna_enu finite, in the city's frame [m]; directions are taken in that frame as well, whose
+/// vertical differs from the antenna's by 1e-4 rad some 600 m from the origin
+/// @param lens in pixels from the top left corner of the picture; the first pixel's middle is (0.5, 0.5)
+[[nodiscard]] CityImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh,
+                                   const Eigen::Vector3d& antenna_enu, const SkyLens& lens, int width,
+                                   int height);
+
+}  // namespace canyon::drawing

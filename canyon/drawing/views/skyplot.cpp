@@ -1,0 +1,137 @@
+#include "canyon/drawing/views/skyplot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/number.hpp"
+
+namespace canyon::drawing {
+namespace {
+
+using geodesy::GpsTime;
+
+/// Sectors of the silhouette: at 1440 one is 1.5 units wide on the rim.
+constexpr int kSectors = 1440;
+/// A track has a point each minute, and within these bounds.
+constexpr double kTrailStep_s = 60;
+constexpr int kFewestTrailSteps = 10, kMostTrailSteps = 240;
+constexpr double kLongestTrail_s = 86'400;
+
+/// "2026-06-01 08:02:32 UTC", with as many decimals as the instant needs, up to three.
+std::string time_text(GpsTime time) {
+  std::string text = geodesy::format_utc(time, 3);
+  text.pop_back();  // Z
+  while (text.back() == '0' && text.find('.') != std::string::npos) text.pop_back();
+  if (text.back() == '.') text.pop_back();
+  return fmt::format("{} {} UTC", text.substr(0, 10), text.substr(11));
+}
+
+/// "last 90 min" or "last 30 s".
+std::string trail_text(double trail_s) {
+  return trail_s >= 60 ? fmt::format("last {:g} min, seen here", std::round(trail_s / 6) / 10)
+                       : fmt::format("last {:g} s, seen here", trail_s);
+}
+
+SkyPoint point_of(const propagation::SatelliteView& view) {
+  return {view.line.azimuth_rad, view.line.elevation_rad, view.paths.visibility};
+}
+
+/// By satellite, one piece for each stretch above the horizon.
+std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> trails(
+    const simulation::Environment& environment, const propagation::Propagator& propagator, GpsTime time,
+    const Eigen::Vector3d& antenna_enu, double trail_s, const simulation::Arrival& now) {
+  std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> pieces;
+  const int steps =
+      std::clamp(static_cast<int>(std::ceil(trail_s / kTrailStep_s)), kFewestTrailSteps, kMostTrailSteps);
+  std::map<gnss::SatelliteId, int> last;
+  for (int k = 0; k <= steps; ++k) {
+    const simulation::Arrival past =
+        k == steps ? simulation::Arrival{}
+                   : environment.arrival(time - trail_s * (steps - k) / steps, antenna_enu, propagator);
+    for (const propagation::SatelliteView& view : k == steps ? now.views : past.views) {
+      auto& own = pieces[view.line.id];
+      const auto before = last.find(view.line.id);
+      if (before == last.end() || before->second + 1 < k) own.emplace_back();
+      own.back().push_back(point_of(view));
+      last[view.line.id] = k;
+    }
+  }
+  return pieces;
+}
+
+}  // namespace
+
+void SkyplotOptions::validate() const {
+  sheet.validate();
+  if (!(trail_s >= 0 && trail_s <= kLongestTrail_s)) {
+    throw InputError(fmt::format("tracks of {:g} minutes cannot be drawn", trail_s / 60),
+                     "give 0 to 1440 minutes");
+  }
+  if (!(elevation_mask_rad >= 0 && elevation_mask_rad < 0.5 * geodesy::kPi)) {
+    throw InputError(
+        fmt::format("an elevation mask of {:g} deg cannot be drawn", geodesy::degrees(elevation_mask_rad)),
+        "it runs from 0 to below 90 deg");
+  }
+}
+
+SkyDrawing make_sky_drawing(const simulation::Environment& environment,
+                            const propagation::Propagator& propagator, GpsTime time,
+                            const Eigen::Vector3d& antenna_enu, const SkyplotOptions& options) {
+  options.validate();
+  const simulation::Arrival now = environment.arrival(time, antenna_enu, propagator);
+  const geodesy::Geodetic place = environment.city().frame.geodetic_from_local(antenna_enu);
+  SkyDrawing drawing;
+  drawing.title = fmt::format("{}{} at {}", options.receiver, options.receiver.empty() ? "Sky" : ": sky",
+                              time_text(time));
+  drawing.subtitle =
+      fmt::format("{}\u00B0, {}\u00B0, {} m  \u00B7  {} m east, {} m north, {} m up in {}",
+                  output::fixed(geodesy::degrees(place.latitude_rad), 6),
+                  output::fixed(geodesy::degrees(place.longitude_rad), 6), output::fixed(place.height_m, 1),
+                  output::fixed(antenna_enu.x(), 1), output::fixed(antenna_enu.y(), 1),
+                  output::fixed(antenna_enu.z(), 1), environment.city().name);
+  drawing.projection = options.projection;
+  drawing.elevation_mask_rad = options.elevation_mask_rad;
+  drawing.has_fix = false;
+  drawing.placement = now.placement;
+  if (!environment.city().mesh.triangles.empty() || !environment.scene().placed_instances().empty()) {
+    drawing.mask = make_sky_mask(environment.scene(), antenna_enu, kSectors);
+  }
+  std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> tracks;
+  if (options.trail_s > 0) {
+    drawing.trail_meaning = trail_text(options.trail_s);
+    tracks = trails(environment, propagator, time, antenna_enu, options.trail_s, now);
+  }
+  for (const propagation::SatelliteView& view : now.views) {
+    SkySatellite satellite{gnss::to_string(view.line.id), point_of(view), false, {}, {}};
+    if (const auto found = tracks.find(view.line.id); found != tracks.end()) {
+      satellite.trails = std::move(found->second);
+    }
+    for (const propagation::Path& path : view.paths.paths) {
+      if (path.kind == propagation::PathKind::Direct) continue;
+      // The wave of an edge beside a clear path comes from where that does.
+      const bool clear = view.paths.visibility != propagation::Visibility::NLOS;
+      if (path.kind == propagation::PathKind::Diffracted && clear) continue;
+      const geodesy::AzimuthElevation from = geodesy::azimuth_elevation_from_enu(path.arrival);
+      satellite.reflections.push_back({from.azimuth_rad, from.elevation_rad, path.excess_m, path.kind});
+    }
+    drawing.satellites.push_back(std::move(satellite));
+  }
+  return drawing;
+}
+
+std::string draw_skyplot(const simulation::Environment& environment,
+                         const propagation::Propagator& propagator, GpsTime time,
+                         const Eigen::Vector3d& antenna_enu, const SkyplotOptions& options) {
+  const SkyDrawing drawing = make_sky_drawing(environment, propagator, time, antenna_enu, options);
+  if (options.style == SkyStyle::Chart) return draw_sky(drawing, options.sheet);
+  return draw_fisheye(drawing, {&environment.scene(), &environment.city().mesh, antenna_enu}, options.sheet);
+}
+
+}  // namespace canyon::drawing

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/city/city.hpp"
+#include "canyon/drawing/canvas.hpp"
+
+namespace canyon::drawing {
+
+/// One epoch on the map, in the city's ENU frame [m].
+struct TrackPoint {
+  Eigen::Vector2d truth = Eigen::Vector2d::Zero();
+  std::optional<Eigen::Vector2d> fix;  ///< empty: no fix
+  double error_m = 0;                  ///< horizontal, of the fix
+};
+
+/// A run from above.
+struct TrackDrawing {
+  std::string title;
+  std::string subtitle;
+  const city::Mesh* mesh = nullptr;  ///< must outlive the drawing; may be null (open field)
+  std::vector<TrackPoint> points;    ///< in order of time; not empty
+};
+
+/// The part of a city that a map shows [m, ENU]: the true track and all but the farthest 2 % of the fixes
+/// (none that is off by more than the track is long across, or 100 m), with a margin of a tenth, at least 60
+/// m wide and high and not slimmer than 1 to 2. z is 0.
+[[nodiscard]] city::Box map_extent(const std::vector<TrackPoint>& points);
+
+/// Buildings shaded by the height of their roofs, the true track, fixes coloured by horizontal error, hollow
+/// marks where there is no fix, arrows at the rim towards fixes off the map, colour bars, scale bar and north
+/// arrow.
+[[nodiscard]] Picture draw_track(const TrackDrawing& drawing);
+
+/// Buildings as filled roofs, higher ones on top; `area` of the canvas shows `extent`. What reaches beyond is
+/// not cut off. Returns the highest roof seen [m]; 0 where there is none.
+double draw_buildings(Canvas& canvas, const Rect& area, const city::Mesh& mesh, const city::Box& extent);
+
+/// Where a point of the plane lies on `area`, which shows `extent`, north up. Scales of both axes are equal
+/// when their shapes are.
+[[nodiscard]] Point map_point(const Rect& area, const city::Box& extent, const Eigen::Vector2d& east_north);
+
+}  // namespace canyon::drawing

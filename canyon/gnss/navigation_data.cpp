@@ -1,0 +1,50 @@
+#include "canyon/gnss/navigation_data.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <tuple>
+#include <utility>
+
+#include "canyon/gnss/broadcast_messages.hpp"
+
+namespace canyon::gnss {
+namespace {
+
+// What makes a record the same as another. The health is part of it: a message that only turns a satellite
+// unhealthy must not be lost.
+auto identity(const KeplerEphemeris& e) {
+  return std::make_tuple(e.id, e.toe, is_galileo_fnav(e), e.iode, e.iodc, e.health);
+}
+auto identity(const GlonassEphemeris& e) {
+  return std::make_tuple(e.id, e.toe, e.health);
+}
+
+template <typename Ephemeris>
+void merge_records(std::vector<Ephemeris>& into, std::vector<Ephemeris>&& from, int source_offset) {
+  for (Ephemeris& e : from) e.source += source_offset;
+  into.insert(into.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+  // Stable, so that the record that came first stays.
+  std::stable_sort(into.begin(), into.end(),
+                   [](const Ephemeris& a, const Ephemeris& b) { return identity(a) < identity(b); });
+  into.erase(std::unique(into.begin(), into.end(),
+                         [](const Ephemeris& a, const Ephemeris& b) { return identity(a) == identity(b); }),
+             into.end());
+  std::stable_sort(into.begin(), into.end(), [](const Ephemeris& a, const Ephemeris& b) {
+    return std::tie(a.id, a.toe, a.transmission) < std::tie(b.id, b.toe, b.transmission);
+  });
+}
+
+}  // namespace
+
+void NavigationData::merge(NavigationData other) {
+  const int source_offset = static_cast<int>(sources.size());
+  merge_records(kepler, std::move(other.kepler), source_offset);
+  merge_records(glonass, std::move(other.glonass), source_offset);
+  for (const auto& [system, coefficients] : other.klobuchar) klobuchar[system] = coefficients;
+  if (other.galileo_nequick) galileo_nequick = other.galileo_nequick;
+  if (other.leap_seconds) leap_seconds = other.leap_seconds;
+  std::move(other.sources.begin(), other.sources.end(), std::back_inserter(sources));
+  std::move(other.warnings.begin(), other.warnings.end(), std::back_inserter(warnings));
+}
+
+}  // namespace canyon::gnss

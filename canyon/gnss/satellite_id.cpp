@@ -1,0 +1,103 @@
+#include "canyon/gnss/satellite_id.hpp"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+
+namespace canyon::gnss {
+char letter(System system) {
+  switch (system) {
+    case System::GPS:
+      return 'G';
+    case System::GLONASS:
+      return 'R';
+    case System::Galileo:
+      return 'E';
+    case System::BeiDou:
+      return 'C';
+    case System::QZSS:
+      return 'J';
+  }
+  return '?';
+}
+
+std::string_view name(System system) {
+  switch (system) {
+    case System::GPS:
+      return "GPS";
+    case System::GLONASS:
+      return "GLONASS";
+    case System::Galileo:
+      return "Galileo";
+    case System::BeiDou:
+      return "BeiDou";
+    case System::QZSS:
+      return "QZSS";
+  }
+  return "?";
+}
+
+std::optional<System> system_from_letter(char c) {
+  for (const System system : kAllSystems) {
+    if (letter(system) == c) return system;
+  }
+  return std::nullopt;
+}
+
+System system_from_name(std::string_view text) {
+  const std::string wanted = lower_case(trim(text));
+  std::vector<std::string> names;
+  std::string list;
+  for (const System system : kAllSystems) {
+    const std::string candidate(name(system));
+    if (lower_case(candidate) == wanted) return system;
+    names.push_back(candidate);
+    list += (list.empty() ? "" : ", ") + candidate;
+  }
+  const auto near = closest(text, names);
+  throw InputError(fmt::format("\"{}\" is no satellite system", text),
+                   near ? fmt::format("did you mean {}? Systems are {}", *near, list)
+                        : fmt::format("systems are {}", list));
+}
+
+std::string to_string(SatelliteId id) {
+  return fmt::format("{}{:02d}", letter(id.system), static_cast<int>(id.number));
+}
+
+std::optional<SatelliteId> parse_satellite(std::string_view text) {
+  text = trim(text);
+  if (text.size() < 2 || text.size() > 3) return std::nullopt;
+  const auto system =
+      system_from_letter(static_cast<char>(std::toupper(static_cast<unsigned char>(text.front()))));
+  if (!system) return std::nullopt;
+  int number = 0;
+  bool digit_seen = false;
+  for (const char c : text.substr(1)) {
+    if (c == ' ' && !digit_seen) continue;  // "G 5"
+    if (c < '0' || c > '9') return std::nullopt;
+    digit_seen = true;
+    number = 10 * number + (c - '0');
+  }
+  if (number < 1) return std::nullopt;
+  return SatelliteId{*system, static_cast<std::uint8_t>(number)};
+}
+
+double l1_frequency_hz(System system, int glonass_channel) {
+  switch (system) {
+    case System::GPS:
+    case System::QZSS:
+    case System::Galileo:
+      return 1575.42e6;  // IS-GPS-200 3.3.1.1; IS-QZSS-PNT table 3.1.1-1; OS-SIS-ICD 2.1
+    case System::GLONASS:
+      return 1602.0e6 + 0.5625e6 * glonass_channel;  // ICD GLONASS L1, L2 3.3.1.1
+    case System::BeiDou:
+      return 1561.098e6;  // BDS-SIS-ICD B1I 4.2.1
+  }
+  return 0;
+}
+
+}  // namespace canyon::gnss

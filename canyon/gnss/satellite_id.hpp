@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace canyon::gnss {
+
+/// Satellite systems, in the order in which every output lists them.
+enum class System : std::uint8_t { GPS, GLONASS, Galileo, BeiDou, QZSS };
+
+inline constexpr std::array<System, 5> kAllSystems{System::GPS, System::GLONASS, System::Galileo,
+                                                   System::BeiDou, System::QZSS};
+inline constexpr std::size_t kSystemCount = kAllSystems.size();
+
+/// RINEX system letter: G, R, E, C, J.
+[[nodiscard]] char letter(System system);
+/// "GPS", "GLONASS", "Galileo", "BeiDou", "QZSS".
+[[nodiscard]] std::string_view name(System system);
+/// From a RINEX letter; empty for S, I and anything unknown.
+[[nodiscard]] std::optional<System> system_from_letter(char letter);
+/// From a name as name() gives it, upper or lower case. Throws InputError listing the names.
+[[nodiscard]] System system_from_name(std::string_view name);
+
+/// One satellite as RINEX 3 names it: PRN for GPS, Galileo, BeiDou; slot for GLONASS; PRN - 192 for QZSS.
+struct SatelliteId {
+  System system = System::GPS;
+  std::uint8_t number = 0;  ///< 1 to 99
+
+  friend constexpr auto operator<=>(SatelliteId, SatelliteId) = default;
+};
+
+/// "G05".
+[[nodiscard]] std::string to_string(SatelliteId id);
+/// From "G05", "G 5" or "g5"; empty for anything else.
+[[nodiscard]] std::optional<SatelliteId> parse_satellite(std::string_view text);
+
+/// Carrier frequency [Hz] of the system's open civil signal near L1: L1 C/A, G1 (channel), E1, B1I.
+/// @param glonass_channel frequency channel k, -7 to +6 (used by GLONASS only)
+[[nodiscard]] double l1_frequency_hz(System system, int glonass_channel = 0);
+
+}  // namespace canyon::gnss

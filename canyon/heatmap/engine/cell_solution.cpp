@@ -1,0 +1,317 @@
+#include "canyon/heatmap/engine/cell_solution.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/positioning/dop.hpp"
+#include "canyon/propagation/atmosphere.hpp"
+#include "canyon/tracking/noise.hpp"
+
+namespace canyon::heatmap {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using geodesy::kSpeedOfLight;
+
+constexpr double kPivotThreshold = 1e-6;  ///< as positioning::solve_fix()
+constexpr std::size_t kMostSets = 4096;
+
+/// Of WGS 84.
+constexpr double kSemiMajor_m = 6'378'137, kFlattening = 1 / 298.257223563;
+
+constexpr double kHeightStep_m = 10;  ///< of ZenithDelay
+
+/// Rotation that takes the vectors b to the vectors a (Kabsch, Acta Crystallographica A 32, 1976).
+Matrix3d rotation_between(const Matrix3d& sum_of_a_bt) {
+  const Eigen::JacobiSVD<Matrix3d> svd(sum_of_a_bt, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Vector3d sign(1, 1, 1);
+  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) sign.z() = -1;
+  return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+}
+
+std::size_t hash(const SatelliteSet& set) {
+  // SplitMix64's finaliser (Steele, Lea and Flood 2014).
+  std::uint64_t z = set.bits[0] + 0x9e3779b97f4a7c15U * (set.bits[1] + (set.drifting ? 1 : 0) + 1);
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
+  return static_cast<std::size_t>(z ^ (z >> 31));
+}
+
+}  // namespace
+
+ZenithDelay::ZenithDelay(const geodesy::Geodetic& place) {
+  const auto steps = static_cast<std::size_t>((kHighest_m - kLowest_m) / kHeightStep_m);
+  geodesy::Geodetic at = place;
+  for (std::size_t i = 0; i <= steps; ++i) {
+    at.height_m = kLowest_m + kHeightStep_m * static_cast<double>(i);
+    delay_m_.push_back(propagation::saastamoinen_delay_m(at, geodesy::kPi / 2));
+  }
+}
+
+double ZenithDelay::operator()(double height_m, bool clamped) const {
+  const double inside = std::clamp(height_m, kLowest_m, kHighest_m);
+  if (inside != height_m && !clamped) return 0;
+  const double step = (inside - kLowest_m) / kHeightStep_m;
+  const auto i = std::min(static_cast<std::size_t>(step), delay_m_.size() - 2);
+  const double part = step - static_cast<double>(i);
+  return delay_m_[i] + part * (delay_m_[i + 1] - delay_m_[i]);
+}
+
+TileSolutions::TileSolutions(const receiver::ReceiverOptions& options,
+                             const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
+                             const TileSignals& signals, int draws, std::uint64_t seed)
+    : options_(options),
+      klobuchar_(klobuchar),
+      draws_(draws),
+      corrects_(options.fix.correct_ionosphere || options.fix.correct_troposphere),
+      sine_of_mask_(std::sin(options.fix.elevation_mask_rad)) {
+  if (signals.satellites.size() > kMostSatellites) {
+    throw InputError(fmt::format("{} satellites are above the mask at once, more than a map's {}",
+                                 signals.satellites.size(), kMostSatellites),
+                     "leave satellite systems out, or raise the elevation mask");
+  }
+  assert(signals.directions.size() == signals.satellites.size());
+  slots_.assign(64, 0);
+  drawn_m_.resize(3 * static_cast<std::size_t>(draws));
+  if (signals.satellites.empty()) return;
+  place_satellites(signals);
+  // To the microsecond: flight times are rounded to nanoseconds, and no tile's centre may tell in the key.
+  const orbit::LineOfSight& first = signals.satellites.front();
+  const std::int64_t time = (first.transmit_time + first.range_m / kSpeedOfLight).nanoseconds();
+  const std::int64_t rounded = (time + (time < 0 ? -500 : 500)) / 1000 * 1000;
+  if (draws_ > 0) draw_noise(signals, geodesy::GpsTime::from_nanoseconds(rounded), seed);
+}
+
+void TileSolutions::place_satellites(const TileSignals& signals) {
+  const orbit::LineOfSight& any = signals.satellites.front();
+  const Vector3d centre_ecef = any.position_at_reception_m - any.range_m * any.direction_ecef;
+  const geodesy::Geodetic centre = geodesy::geodetic_from_ecef(centre_ecef);
+  height_m_ = centre.height_m;
+  // Radii of curvature of the ellipsoid, prime vertical and meridian (Snyder, Map Projections, USGS 1987,
+  // 4-20 and 4-18).
+  const double eccentricity2 = kFlattening * (2 - kFlattening), sine = std::sin(centre.latitude_rad);
+  const double w2 = 1 - eccentricity2 * sine * sine, prime_vertical = kSemiMajor_m / std::sqrt(w2);
+  curvature_east_ = 1 / (prime_vertical + height_m_);
+  curvature_north_ = 1 / (prime_vertical * (1 - eccentricity2) / w2 + height_m_);
+  if (options_.troposphere || options_.fix.correct_troposphere) zenith_.emplace(centre);
+
+  const Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(centre);
+  const bool ionosphere = options_.ionosphere || options_.fix.correct_ionosphere;
+  const auto ionosphere_at = [&](const orbit::LineOfSight& line, const Vector3d& enu) {
+    const Vector3d ecef = centre_ecef + enu_from_ecef.transpose() * enu;
+    const geodesy::Geodetic place = geodesy::geodetic_from_ecef(ecef);
+    const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(
+        geodesy::enu_from_ecef_rotation(place) * (line.position_at_reception_m - ecef));
+    return propagation::klobuchar_delay_m(positioning::klobuchar_of(klobuchar_, line.id.system),
+                                          line.transmit_time + line.range_m / kSpeedOfLight, place,
+                                          look.azimuth_rad, look.elevation_rad,
+                                          line.state.carrier_frequency_hz);
+  };
+  Matrix3d products = Matrix3d::Zero();
+  double nearest_m = any.range_m;
+  for (std::size_t i = 0; i < signals.satellites.size(); ++i) {
+    const orbit::LineOfSight& line = signals.satellites[i];
+    TileSatellite s;
+    s.system = line.id.system;
+    s.direction = enu_from_ecef * line.direction_ecef;
+    s.range_m = line.range_m;
+    s.sine = s.direction.z();
+    // Up leans towards the place by its distance over the Earth's radius, the satellite away from it.
+    const Vector3d& u = s.direction;
+    s.sine_slope = Vector3d(u.x() * curvature_east_, u.y() * curvature_north_, 0) -
+                   (Vector3d::UnitZ() - u.z() * u) / s.range_m;
+    const Vector3d omega(0, 0, geodesy::kEarthRotationRate);
+    s.turning =
+        1 / (1 + line.direction_ecef.dot(omega.cross(line.position_at_reception_m)) / kSpeedOfLight) - 1;
+    s.error_scale = 1 + line.direction_ecef.dot(line.velocity_at_reception_mps) / kSpeedOfLight;
+    const positioning::WeightOptions& weights = options_.fix.weights;
+    if (weights.weighting == positioning::Weighting::Elevation) {
+      const double sigma = weights.sigma_m({}, line.elevation_rad);
+      s.weight = 1 / (sigma * sigma);
+      // Below 5 deg weights no longer change.
+      if (weights.sigma_m({}, line.elevation_rad - 1e-6) != sigma) {
+        s.weight_slope =
+            2 * s.weight * s.weight * weights.elevation_b_m * weights.elevation_b_m / std::pow(s.sine, 3);
+      }
+    }
+    if (ionosphere) {
+      s.ionosphere_m = ionosphere_at(line, Vector3d::Zero());
+      constexpr double kStep_m = 500;
+      for (int axis = 0; axis < 3; ++axis) {
+        const Vector3d step = kStep_m * Vector3d::Unit(axis);
+        s.ionosphere_slope(axis) = (ionosphere_at(line, step) - ionosphere_at(line, -step)) / (2 * kStep_m);
+      }
+    }
+    products += s.direction * signals.directions[i].transpose();
+    nearest_m = std::min(nearest_m, s.range_m);
+    satellites_.push_back(s);
+  }
+  // Fewer than two directions leave a turn about them open; then there is no fix that would need it.
+  if (satellites_.size() >= 2) enu_from_city_ = rotation_between(products);
+  sine_change_per_m_ = std::max(curvature_east_, curvature_north_) + 1 / nearest_m;
+}
+
+void TileSolutions::draw_noise(const TileSignals& signals, geodesy::GpsTime time, std::uint64_t seed) {
+  const receiver::NoiseOptions& noise = options_.noise;
+  const std::size_t n = satellites_.size(), draws = static_cast<std::size_t>(draws_);
+  noise_m_.assign(2 * n * draws, 0);
+  if (!noise.enabled) return;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::string key =
+        fmt::format("heatmap/{}/{}", gnss::to_string(signals.satellites[i].id), time.nanoseconds());
+    RandomStream code(seed, key + "/code"), mean(seed, key + "/mean");
+    for (std::size_t draw = 0; draw < draws; ++draw) {
+      noise_m_[i * draws + draw] = noise.ou.standard_deviation_m() * code.normal();
+      if (noise.drift_enabled) noise_m_[(n + i) * draws + draw] = noise.drift_mu_sigma_m * mean.normal();
+    }
+  }
+}
+
+void TileSolutions::solve(SetSolution& solution, const SatelliteSet& set) const {
+  using Matrix = Eigen::MatrixXd;
+  const positioning::FixOptions& fix = options_.fix;
+  std::array<int, gnss::kSystemCount> count{}, column{};
+  solution.margin = 1;
+  set.for_each([&](std::size_t i) {
+    ++count[static_cast<std::size_t>(satellites_[i].system)];
+    solution.margin = std::min(solution.margin, satellites_[i].sine - sine_of_mask_);
+  });
+  int clocks = 0;
+  for (std::size_t system = 0; system < count.size(); ++system) {
+    column[system] = count[system] >= 2 ? 3 + clocks++ : -1;
+  }
+  std::vector<std::size_t> used;
+  set.for_each([&](std::size_t i) {
+    if (column[static_cast<std::size_t>(satellites_[i].system)] >= 0) used.push_back(i);
+  });
+  const auto rows = static_cast<Index>(used.size());
+  if (rows < fix.min_satellites + std::max(clocks, 1) - 1 || rows < 3 + clocks) return;
+
+  positioning::Design unit = positioning::Design::Zero(rows, 3 + clocks);
+  Eigen::VectorXd weight(rows);
+  for (Index row = 0; row < rows; ++row) {
+    const TileSatellite& satellite = satellites_[used[static_cast<std::size_t>(row)]];
+    unit.row(row).head<3>() = -satellite.direction.transpose();
+    unit(row, column[static_cast<std::size_t>(satellite.system)]) = 1;
+    weight(row) = satellite.weight;
+  }
+  const Eigen::VectorXd root = weight.cwiseSqrt();
+  Eigen::ColPivHouseholderQR<Matrix> qr(root.asDiagonal() * unit);
+  qr.setThreshold(kPivotThreshold);
+  if (qr.rank() < 3 + clocks) return;
+  const std::optional<positioning::Cofactor> cofactor = positioning::cofactor(unit, kPivotThreshold);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const positioning::Dop dop =
+      cofactor ? positioning::dop_from_cofactor(*cofactor) : positioning::Dop{nan, nan, nan, nan, nan};
+  if (std::isfinite(fix.max_pdop) && !(dop.pdop <= fix.max_pdop)) return;
+  solution.solved = true;
+  solution.used = static_cast<int>(rows);
+  solution.hdop = dop.hdop;
+  solution.pdop = dop.pdop;
+  solution.vdop = dop.vdop;
+
+  const Matrix k = qr.solve(Matrix(root.asDiagonal()));
+  // (H^T W H)^-1 H^T = K W^-1, and (H^T W H)^-1 = K W^-1 K^T.
+  const Matrix gain = k.topRows<3>() * weight.cwiseInverse().asDiagonal();
+  const Matrix3d covariance = gain * k.topRows<3>().transpose();
+  // The least-squares condition H(y)^T W(y) r = 0 at the place found, y from the centre: H changes by
+  // G_i = (P_i y)^T / r_i, P_i = I - u_i u_i^T, and W by its slope; both against the residuals r.
+  Matrix bend(9, rows);
+  solution.curvature.setZero();
+  solution.turning.setZero();
+  solution.ionosphere.setZero();
+  solution.ionosphere_slope.setZero();
+  solution.troposphere.setZero();
+  solution.troposphere_slope.setZero();
+  Eigen::VectorXd atmosphere = Eigen::VectorXd::Zero(rows);
+  const double zenith = zenith_ ? (*zenith_)(height_m_, true) : 0;
+  const double ionosphere_left = (options_.ionosphere ? 1 : 0) - (fix.correct_ionosphere ? 1 : 0);
+  const double troposphere_left = (options_.troposphere ? 1 : 0) - (fix.correct_troposphere ? 1 : 0);
+  for (Index row = 0; row < rows; ++row) {
+    const TileSatellite& s = satellites_[used[static_cast<std::size_t>(row)]];
+    const Vector3d& u = s.direction;
+    const Vector3d gain_of_error = k.col(row).head<3>();
+    const Matrix3d across = (Matrix3d::Identity() - u * u.transpose()) / s.range_m;
+    const Matrix3d turns = covariance * (s.weight * across) +
+                           Vector3d(gain.col(row)) * (s.weight_slope * s.sine_slope.transpose());
+    bend.col(row) = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(turns.data());
+    Eigen::Matrix<double, 1, 6> quadratic;  // |P y|^2 / (2 r)
+    quadratic << across(0, 0) / 2, across(1, 1) / 2, across(2, 2) / 2, across(0, 1), across(0, 2),
+        across(1, 2);
+    solution.curvature += gain_of_error * quadratic;
+    solution.turning -= gain_of_error * (s.turning * u.transpose());
+    solution.ionosphere += gain_of_error * s.ionosphere_m;
+    solution.ionosphere_slope += gain_of_error * s.ionosphere_slope.transpose();
+    solution.troposphere += gain_of_error / s.sine;
+    solution.troposphere_slope -= gain_of_error * s.sine_slope.transpose() / (s.sine * s.sine);
+    atmosphere(row) = ionosphere_left * s.ionosphere_m + troposphere_left * zenith / s.sine;
+  }
+  const Matrix residual = Matrix::Identity(rows, rows) - unit * k;
+  const Matrix bend_of_error = bend * residual;
+  solution.columns.assign(satellites_.size(), SetSolution::Column::Zero());
+  solution.constant.setZero();
+  const double mean = options_.noise.enabled ? options_.noise.ou.mu_m : 0;
+  const auto draws = static_cast<std::size_t>(draws_);
+  solution.noise.assign(3 * draws, 0);
+  for (Index row = 0; row < rows; ++row) {
+    const std::size_t i = used[static_cast<std::size_t>(row)];
+    SetSolution::Column& c = solution.columns[i];
+    c.head<3>() = k.col(row).head<3>();
+    c.tail<9>() = bend_of_error.col(row);
+    c *= satellites_[i].error_scale;
+    solution.constant += mean * c;
+    const double* drift = noise_m_.data() + (satellites_.size() + i) * draws;
+    for (std::size_t draw = 0; draw < draws; ++draw) {
+      const double error = noise_m_[i * draws + draw] + (set.drifting ? drift[draw] : 0);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        solution.noise[axis * draws + draw] += error * c(static_cast<Index>(axis));
+      }
+    }
+  }
+  solution.constant.tail<9>() += bend_of_error * atmosphere;
+}
+
+const SetSolution& TileSolutions::solution(const SatelliteSet& set) {
+  if (!sets_.empty() && keys_[last_] == set) return *sets_[last_];
+  std::size_t slot = hash(set) & (slots_.size() - 1);
+  while (slots_[slot] != 0 && !(keys_[slots_[slot] - 1] == set)) slot = (slot + 1) & (slots_.size() - 1);
+  if (slots_[slot] == 0) {
+    keys_.push_back(set);
+    sets_.push_back(std::make_unique<SetSolution>());
+    solve(*sets_.back(), set);
+    slots_[slot] = static_cast<std::uint32_t>(sets_.size());
+    last_ = sets_.size() - 1;
+    if (2 * sets_.size() > slots_.size()) grow();
+  } else {
+    last_ = slots_[slot] - 1;
+  }
+  return *sets_[last_];
+}
+
+void TileSolutions::grow() {
+  slots_.assign(2 * slots_.size(), 0);
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    std::size_t slot = hash(keys_[i]) & (slots_.size() - 1);
+    while (slots_[slot] != 0) slot = (slot + 1) & (slots_.size() - 1);
+    slots_[slot] = static_cast<std::uint32_t>(i + 1);
+  }
+}
+
+void TileSolutions::trim() {
+  if (sets_.size() < kMostSets) return;
+  std::fill(slots_.begin(), slots_.end(), 0);
+  keys_.clear();
+  sets_.clear();
+  last_ = 0;
+}
+
+}  // namespace canyon::heatmap

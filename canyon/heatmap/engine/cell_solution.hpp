@@ -1,0 +1,211 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "canyon/gnss/navigation_data.hpp"
+#include "canyon/heatmap/kernels/tile_tracer.hpp"
+#include "canyon/receiver/receiver.hpp"
+
+// Position solutions of a tile's cells: what CellSolver shares among them. Places and errors are ENU of the
+// tile's centre [m].
+
+namespace canyon::heatmap {
+
+inline constexpr std::size_t kMostSatellites = 128;
+
+/// Satellites of a tile by their index, below kMostSatellites.
+struct SatelliteSet {
+  std::array<std::uint64_t, 2> bits{};
+  bool drifting = false;  ///< whether the noise's mean drifts where these are received
+
+  void insert(std::size_t i) { bits[i / 64] |= std::uint64_t{1} << (i % 64); }
+  [[nodiscard]] bool contains(std::size_t i) const { return (bits[i / 64] >> (i % 64) & 1) != 0; }
+  [[nodiscard]] int size() const { return std::popcount(bits[0]) + std::popcount(bits[1]); }
+  [[nodiscard]] bool operator==(const SatelliteSet&) const = default;
+  /// Calls f(index), ascending.
+  template <class F>
+  void for_each(F&& f) const {
+    for (std::size_t word = 0; word < 2; ++word) {
+      for (std::uint64_t left = bits[word]; left != 0; left &= left - 1) {
+        f(word * 64 + static_cast<std::size_t>(std::countr_zero(left)));
+      }
+    }
+  }
+};
+
+/// A satellite as the solutions of a tile see it, linear about the centre.
+struct TileSatellite {
+  gnss::System system = gnss::System::GPS;
+  Eigen::Vector3d direction;  ///< unit
+  double range_m = 0;
+  double sine = 0;             ///< of the elevation
+  Eigen::Vector3d sine_slope;  ///< [1/m]
+  /// The range to a place dx away is less by (1 + turning) direction.dx: over a longer flight the Earth turns
+  /// further.
+  double turning = 0;
+  /// An error m of the pseudorange also shifts the instant of transmission: m (1 + range rate / c) in all.
+  double error_scale = 1;
+  double weight = 1;        ///< 1 / sigma^2, in any unit
+  double weight_slope = 0;  ///< per sine of the elevation
+  double ionosphere_m = 0;
+  Eigen::Vector3d ionosphere_slope = Eigen::Vector3d::Zero();
+};
+
+/// Saastamoinen's zenith delay over the height. Error below 1e-6 m (linear between steps of 10 m).
+class ZenithDelay {
+ public:
+  static constexpr double kLowest_m = -100, kHighest_m = 10'000;  ///< heights that the model knows
+
+  explicit ZenithDelay(const geodesy::Geodetic& place);
+  /// @param clamped beyond the model's heights that of the nearest; else 0, as positioning::look_up()
+  [[nodiscard]] double operator()(double height_m, bool clamped) const;
+
+ private:
+  std::vector<double> delay_m_;
+};
+
+/// Errors of one set of received satellites. Rows 0 to 2 of a Column are the place's error per metre of
+/// pseudorange error, K; rows 3 to 11 the bend (3 x 3, by columns): how the least-squares solution moves per
+/// metre of place, since H and W of the place found leave other residuals orthogonal.
+struct SetSolution {
+  using Column = Eigen::Matrix<double, 12, 1, Eigen::DontAlign>;
+  using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::DontAlign>;
+
+  bool solved = false;  ///< the geometry gives a fix
+  int used = 0;
+  double hdop = 0, pdop = 0, vdop = 0;
+  double margin = 0;            ///< sine of the lowest received satellite's elevation above the mask's
+  std::vector<Column> columns;  ///< [satellite]; 0 for those not used
+  Column constant;              ///< by the noise's mean; the bend's part of the atmosphere as well
+  /// Of the ranges, as quadratic forms of the place: x x, y y, z z, x y, x z, y z.
+  Eigen::Matrix<double, 3, 6, Eigen::DontAlign> curvature;
+  Matrix3 turning;
+  Eigen::Vector3d ionosphere;
+  Matrix3 ionosphere_slope;
+  Eigen::Vector3d troposphere;  ///< per metre of zenith delay
+  Matrix3 troposphere_slope;
+  std::vector<double> noise;  ///< [axis][draw]
+};
+
+/// Pseudorange errors at a cell.
+struct CellErrors {
+  SatelliteSet received;
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  int excesses = 0;  ///< that are not 0
+  std::array<std::uint8_t, kMostSatellites> satellite{};
+  std::array<double, kMostSatellites> excess_m{};
+};
+
+/// A fix: which solution made it, and how far it is off.
+struct CellFix {
+  const SetSolution* set = nullptr;  ///< until the next TileSolutions::trim()
+  Eigen::Vector3d error = Eigen::Vector3d::Zero();
+};
+
+/// Solutions of one tile at one time. Not thread-safe: every call has its own.
+class TileSolutions {
+ public:
+  /// The references must outlive it. @param draws of noise, 0: none
+  TileSolutions(const receiver::ReceiverOptions& options,
+                const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const TileSignals& signals,
+                int draws, std::uint64_t seed);
+
+  /// ENU of the tile's centre from ENU of the city.
+  [[nodiscard]] const Eigen::Matrix3d& enu_from_city() const { return enu_from_city_; }
+  /// Horizontal (east, north) and vertical error at the vertical of a place.
+  [[nodiscard]] Eigen::Vector3d at_vertical(const Eigen::Vector3d& place,
+                                            const Eigen::Vector3d& error) const {
+    const double east = place.x() * curvature_east_, north = place.y() * curvature_north_;
+    return {error.x() - east * error.z(), error.y() - north * error.z(),
+            error.z() + east * error.x() + north * error.y()};
+  }
+
+  /// Empty without a fix.
+  [[nodiscard]] std::optional<CellFix> locate(const CellErrors& cell);
+  /// Horizontal errors and sizes of vertical ones over the draws that have a fix, in order.
+  /// @param undisturbed locate()'s answer
+  void locate_draws(const CellErrors& cell, const CellFix& undisturbed, std::vector<double>& horizontal_m,
+                    std::vector<double>& vertical_m);
+
+  /// Forgets solutions where they have become many, so that memory stays bounded.
+  void trim();
+
+ private:
+  static constexpr int kNoDraw = -1;
+
+  std::optional<CellFix> locate(const CellErrors& cell, int draw);
+  /// Of a set, from the cache.
+  const SetSolution& solution(const SatelliteSet& set);
+  void solve(SetSolution& solution, const SatelliteSet& set) const;
+  void grow();
+  [[nodiscard]] SetSolution::Column sum(const SetSolution& set, const CellErrors& cell) const;
+  [[nodiscard]] Eigen::Vector3d atmosphere_in_signal(const SetSolution& set,
+                                                     const Eigen::Vector3d& place) const;
+  /// The error x of a place solves x = constant + linear x - curvature(x), less the troposphere's correction.
+  struct Terms {
+    Eigen::Vector3d constant;
+    Eigen::Matrix3d linear;
+  };
+  /// @param error by pseudorange errors alone @param corrected the ionosphere, where it is to be
+  [[nodiscard]] Terms terms(const SetSolution& set, const Eigen::Vector3d& error,
+                            const SetSolution::Column& sums, const Eigen::Vector3d& place,
+                            bool corrected) const;
+  /// Solves it from x on. @param zenith_m of the troposphere's correction, at the place: called for each
+  /// pass; empty: there is no solution. Empty where it does not settle near the ground.
+  template <class Zenith>
+  [[nodiscard]] std::optional<Eigen::Vector3d> settle(const SetSolution& set, const Terms& terms,
+                                                      const Eigen::Vector3d& place, Eigen::Vector3d x,
+                                                      Zenith&& zenith_m) const;
+  /// With the troposphere as it is at the place found; empty beyond its heights, too.
+  [[nodiscard]] std::optional<Eigen::Vector3d> settle_within(const SetSolution& set, const Terms& terms,
+                                                             const Eigen::Vector3d& place,
+                                                             const Eigen::Vector3d& x) const;
+  /// All draws together where no edge is near; else false.
+  bool settle_draws(const SetSolution& set, const Terms& terms, const CellErrors& cell,
+                    const CellFix& undisturbed);
+  [[nodiscard]] double height_m(const Eigen::Vector3d& place) const {
+    return height_m_ + place.z() +
+           0.5 * (place.x() * place.x() * curvature_east_ + place.y() * place.y() * curvature_north_);
+  }
+  /// Surely no received satellite is below the mask there.
+  [[nodiscard]] bool clear_of_mask(const SetSolution& set, const Eigen::Vector3d& place) const {
+    return place.lpNorm<1>() * sine_change_per_m_ < set.margin;
+  }
+  [[nodiscard]] Eigen::Vector3d noise(const SetSolution& set, int draw) const {
+    const auto d = static_cast<std::size_t>(draw), n = static_cast<std::size_t>(draws_);
+    return {set.noise[d], set.noise[n + d], set.noise[2 * n + d]};
+  }
+  [[nodiscard]] double sine(const TileSatellite& satellite, const Eigen::Vector3d& place) const;
+  void place_satellites(const TileSignals& signals);
+  void draw_noise(const TileSignals& signals, geodesy::GpsTime time, std::uint64_t seed);
+
+  const receiver::ReceiverOptions& options_;
+  const std::map<gnss::System, gnss::Klobuchar>& klobuchar_;
+  int draws_ = 0;
+  bool corrects_ = false;
+  double sine_of_mask_ = 0;
+
+  std::vector<TileSatellite> satellites_;
+  Eigen::Matrix3d enu_from_city_ = Eigen::Matrix3d::Identity();
+  double height_m_ = 0;
+  double curvature_east_ = 0, curvature_north_ = 0;  ///< of the ellipsoid [1/m]
+  double sine_change_per_m_ = 0;
+  std::optional<ZenithDelay> zenith_;
+  std::vector<double> noise_m_;  ///< [satellite][draw], and then what drift adds
+  std::vector<double> drawn_m_;  ///< errors, [axis][draw]
+
+  std::vector<std::uint32_t> slots_;  ///< open addressing: 1 + index into sets_, or 0
+  std::vector<SatelliteSet> keys_;
+  std::vector<std::unique_ptr<SetSolution>> sets_;
+  std::size_t last_ = 0;  ///< the set asked for last: neighbours mostly ask for the same
+};
+
+}  // namespace canyon::heatmap

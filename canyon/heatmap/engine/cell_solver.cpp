@@ -1,0 +1,229 @@
+#include "canyon/heatmap/engine/cell_solver.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/heatmap/engine/cell_solution.hpp"
+
+namespace canyon::heatmap {
+namespace {
+
+using positioning::Weighting;
+
+constexpr std::size_t kLayerCount = static_cast<std::size_t>(Layer::SkyView) + 1;
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+/// Cells whose satellites are gathered at once: their bits stay in the first cache.
+constexpr std::size_t kBlock = 512;
+
+bool over_draws(Layer layer) {
+  return layer >= Layer::HorizontalErrorMean && layer <= Layer::VerticalErrorP95;
+}
+[[maybe_unused]] bool of_error(Layer layer) {
+  return layer <= Layer::VerticalErrorP95;
+}
+bool of_fix(Layer layer) {
+  return layer <= Layer::Vdop || layer == Layer::SatellitesUsed;
+}
+
+using Values = std::array<float, kLayerCount>;
+float& at(Values& values, Layer layer) {
+  return values[static_cast<std::size_t>(layer)];
+}
+
+/// Value at rank p (n - 1) of the ordered values, linear between them. Reorders them. @param low an index
+/// whose value, and all before it, are at their rank as far as values below and above it are concerned, at
+/// most the rank; moves on
+double quantile(std::vector<double>& values, double p, std::size_t& low) {
+  const double rank = p * static_cast<double>(values.size() - 1);
+  const auto begin = values.begin() + static_cast<std::ptrdiff_t>(low);
+  low = static_cast<std::size_t>(rank);
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(low);
+  std::nth_element(begin, at, values.end());
+  const double part = rank - std::floor(rank);
+  if (part == 0) return *at;
+  return *at + part * (*std::min_element(at + 1, values.end()) - *at);
+}
+
+/// Mean, RMS, p50 and p95, which follow one another in Layer.
+void describe(std::vector<double>& errors, Layer mean, bool quantiles, Values& values) {
+  double sum = 0, squares = 0;
+  for (const double error : errors) {
+    sum += error;
+    squares += error * error;
+  }
+  const auto n = static_cast<double>(errors.size());
+  const auto first = static_cast<std::size_t>(mean);
+  values[first] = static_cast<float>(sum / n);
+  values[first + 1] = static_cast<float>(std::sqrt(squares / n));
+  if (!quantiles) return;
+  std::size_t low = 0;
+  values[first + 2] = static_cast<float>(quantile(errors, 0.5, low));
+  values[first + 3] = static_cast<float>(quantile(errors, 0.95, low));
+}
+
+/// Who is received and who is in line of sight, of a block of cells: two words each.
+struct Block {
+  std::array<std::array<std::uint64_t, kBlock>, 2> received, los;
+
+  void gather(const TileSignals& signals, std::size_t first, std::size_t count) {
+    for (auto* words : {&received, &los}) {
+      for (auto& word : *words) word.fill(0);
+    }
+    for (std::size_t i = 0; i < signals.reception.size(); ++i) {
+      const Reception* reception = signals.reception[i].data() + first;
+      std::uint64_t* any = received[i / 64].data();
+      std::uint64_t* direct = los[i / 64].data();
+      for (std::size_t cell = 0; cell < count; ++cell) {
+        any[cell] |= std::uint64_t{reception[cell] != Reception::Blocked} << (i % 64);
+        direct[cell] |= std::uint64_t{reception[cell] == Reception::LOS} << (i % 64);
+      }
+    }
+  }
+};
+
+}  // namespace
+
+void DrawOptions::validate() const {
+  if (draws < 1 || draws > 10'000) {
+    throw InputError(fmt::format("draws of a map's noise is {}", draws), "it must lie within 1 and 10000");
+  }
+}
+
+struct CellSolver::Impl {
+  receiver::ReceiverOptions receiver;
+  DrawOptions draws;
+  std::map<gnss::System, gnss::Klobuchar> klobuchar;
+
+  [[nodiscard]] bool drifts(int los) const {
+    const receiver::NoiseOptions& noise = receiver.noise;
+    return noise.enabled && noise.drift_enabled &&
+           (noise.drift_below_speed_mps > 0 || los < noise.drift_below_los);
+  }
+};
+
+CellSolver::CellSolver(const receiver::ReceiverOptions& receiver, const DrawOptions& draws,
+                       const std::map<gnss::System, gnss::Klobuchar>& klobuchar)
+    : impl_(std::make_unique<Impl>(Impl{receiver, draws, klobuchar})) {
+  receiver.validate();
+  draws.validate();
+  if (!fits(receiver)) {
+    throw InputError(
+        fmt::format("receiver '{}' has signals of some strength, C/N0 weights, RAIM or a position filter",
+                    receiver.name),
+        "switch them off for a map, or let a receiver of its own observe each cell");
+  }
+  if ((receiver.ionosphere || receiver.fix.correct_ionosphere) && klobuchar.empty()) {
+    static_cast<void>(positioning::klobuchar_of(klobuchar, gnss::System::GPS));
+  }
+}
+CellSolver::~CellSolver() = default;
+CellSolver::CellSolver(CellSolver&&) noexcept = default;
+CellSolver& CellSolver::operator=(CellSolver&&) noexcept = default;
+
+bool CellSolver::fits(const receiver::ReceiverOptions& receiver) {
+  return !receiver.signal.enabled && !receiver.filter.enabled && !receiver.fix.raim.enabled &&
+         receiver.fix.weights.weighting != Weighting::Cn0;
+}
+
+void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::span<const Layer> wanted,
+                       std::span<const std::span<float>> layers) const {
+  assert(wanted.size() == layers.size());
+  const auto any = [&](bool (*kind)(Layer)) { return std::any_of(wanted.begin(), wanted.end(), kind); };
+  const bool fixes = any(of_fix), draws = any(over_draws);
+  const auto is_wanted = [&](Layer layer) {
+    return std::find(wanted.begin(), wanted.end(), layer) != wanted.end();
+  };
+  const bool horizontal_quantiles =
+      is_wanted(Layer::HorizontalErrorP50) || is_wanted(Layer::HorizontalErrorP95);
+  const bool vertical_quantiles = is_wanted(Layer::VerticalErrorP50) || is_wanted(Layer::VerticalErrorP95);
+  [[maybe_unused]] const bool excess = signals.excess_m.size() == signals.satellites.size();
+  assert(excess || !any(of_error));
+  const bool excesses = !signals.excess_m.empty();
+
+  TileSolutions solutions(impl_->receiver, impl_->klobuchar, signals, draws ? impl_->draws.draws : 0,
+                          impl_->draws.seed);
+  const Eigen::Matrix3d& enu_from_city = solutions.enu_from_city();
+  const int satellites = static_cast<int>(signals.satellites.size());
+  const CellPlane& plane = cells.plane;
+
+  Block block;
+  CellErrors cell;
+  std::vector<double> horizontal, vertical;
+  Values values;
+  const std::size_t count = cells.state.size();
+  for (std::size_t first = 0; first < count; first += kBlock) {
+    const std::size_t in_block = std::min(kBlock, count - first);
+    block.gather(signals, first, in_block);
+    for (std::size_t b = 0; b < in_block; ++b) {
+      const std::size_t index = first + b;
+      values.fill(kNone);
+      if (cells.state[index] == CellState::Computed) {
+        SatelliteSet los;
+        cell.received.bits = {block.received[0][b], block.received[1][b]};
+        los.bits = {block.los[0][b], block.los[1][b]};
+        const int visible = cell.received.size(), direct = los.size();
+        cell.excesses = 0;
+        // In line of sight there is none.
+        double largest = direct > 0 ? 0 : -std::numeric_limits<double>::infinity();
+        if (excesses) {
+          SatelliteSet nlos;
+          for (std::size_t w = 0; w < 2; ++w) nlos.bits[w] = cell.received.bits[w] & ~los.bits[w];
+          nlos.for_each([&](std::size_t i) {
+            const double excess_m = signals.excess_m[i][index];
+            largest = std::max(largest, excess_m);
+            if (excess_m == 0) return;
+            const auto k = static_cast<std::size_t>(cell.excesses++);
+            cell.satellite[k] = static_cast<std::uint8_t>(i);
+            cell.excess_m[k] = excess_m;
+          });
+        }
+        at(values, Layer::SatellitesLos) = static_cast<float>(direct);
+        at(values, Layer::SatellitesVisible) = static_cast<float>(visible);
+        at(values, Layer::SatellitesBlocked) = static_cast<float>(satellites - visible);
+        if (visible > 0) {
+          at(values, Layer::NlosShare) = static_cast<float>(visible - direct) / static_cast<float>(visible);
+          if (excesses) at(values, Layer::LargestExcess) = static_cast<float>(largest);
+        }
+        if (fixes) {
+          solutions.trim();
+          cell.received.drifting = impl_->drifts(direct);
+          // From the tile's centre, where directions are from.
+          const double column = static_cast<double>(index % plane.columns) - 0.5 * (plane.columns - 1);
+          const double row = static_cast<double>(index / plane.columns) - 0.5 * (plane.rows - 1);
+          const double up = cells.flat() ? 0 : double{cells.z[index]} - plane.z;
+          cell.place = enu_from_city * Eigen::Vector3d(column * plane.spacing_m, row * plane.spacing_m, up);
+          const std::optional<CellFix> fix = solutions.locate(cell);
+          at(values, Layer::Availability) = fix ? 1 : 0;
+          at(values, Layer::SatellitesUsed) = fix ? static_cast<float>(fix->set->used) : 0;
+          if (fix) {
+            const Eigen::Vector3d error = solutions.at_vertical(cell.place, fix->error);
+            at(values, Layer::HorizontalError) = static_cast<float>(error.head<2>().norm());
+            at(values, Layer::VerticalError) = static_cast<float>(error.z());
+            at(values, Layer::Hdop) = static_cast<float>(fix->set->hdop);
+            at(values, Layer::Pdop) = static_cast<float>(fix->set->pdop);
+            at(values, Layer::Vdop) = static_cast<float>(fix->set->vdop);
+          }
+          if (fix && draws) {
+            solutions.locate_draws(cell, *fix, horizontal, vertical);
+            if (!horizontal.empty()) {
+              describe(horizontal, Layer::HorizontalErrorMean, horizontal_quantiles, values);
+              describe(vertical, Layer::VerticalErrorMean, vertical_quantiles, values);
+            }
+          }
+        }
+      }
+      for (std::size_t k = 0; k < wanted.size(); ++k) {
+        if (wanted[k] != Layer::SkyView) layers[k][index] = values[static_cast<std::size_t>(wanted[k])];
+      }
+    }
+  }
+}
+
+}  // namespace canyon::heatmap

@@ -1,0 +1,355 @@
+#include "canyon/heatmap/engine/engine.hpp"
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <mutex>
+#include <set>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/heatmap/engine/engine_key.hpp"
+#include "canyon/heatmap/engine/engine_receivers.hpp"
+#include "canyon/heatmap/kernels/tile_tasks.hpp"
+
+namespace canyon::heatmap {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+/// Part of the key: raised when the same request gives other values than before.
+constexpr int kValuesVersion = 1;
+/// So many units suffice to keep threads and ranks busy and to lose little when killed.
+constexpr std::size_t kManyUnits = 256;
+
+/// Cells done, told to one callback from many threads.
+class Progress {
+ public:
+  Progress(const std::function<void(std::size_t, std::size_t)>& callback, std::size_t total)
+      : callback_(callback), total_(total) {}
+
+  void add(std::size_t cells) {
+    if (!callback_) return;
+    const std::lock_guard lock(mutex_);
+    done_ += cells;
+    const Clock::time_point now = Clock::now();
+    if (now - last_ < std::chrono::milliseconds(100)) return;
+    last_ = now;
+    callback_(done_, total_);
+  }
+  /// Whatever the time is.
+  void tell() {
+    if (!callback_) return;
+    const std::lock_guard lock(mutex_);
+    callback_(done_, total_);
+  }
+
+ private:
+  const std::function<void(std::size_t, std::size_t)>& callback_;
+  std::size_t total_;
+  std::mutex mutex_;
+  std::size_t done_ = 0;
+  Clock::time_point last_ = Clock::now();
+};
+
+/// Line of sight alone needs no receiver.
+void count_los(const TileCells& cells, const TileSignals& signals, std::span<float> result) {
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    if (cells.state[i] != CellState::Computed) continue;
+    int los = 0;
+    for (const std::vector<Reception>& reception : signals.reception) los += reception[i] == Reception::LOS;
+    result[i] = static_cast<float>(los);
+  }
+}
+
+template <class Values, class Less>
+bool is_ascending(const Values& values, const Less& less) {
+  return std::adjacent_find(values.begin(), values.end(),
+                            [&](const auto& a, const auto& b) { return !less(a, b); }) == values.end();
+}
+
+}  // namespace
+
+void Request::validate() const {
+  grid.validate();
+  if (area) area->validate();
+  if (altitudes_m.empty()) throw InputError("the map has no altitude", "give at least one");
+  for (const double altitude_m : altitudes_m) {
+    if (!(std::abs(altitude_m) <= 100'000)) {
+      throw InputError(fmt::format("an altitude of {} m is out of range", altitude_m),
+                       "give -100,000 to 100,000 m");
+    }
+  }
+  if (!is_ascending(altitudes_m, std::less<>())) {
+    throw InputError("the map's altitudes do not ascend", "give each once, the lowest first");
+  }
+  if (times.empty()) throw InputError("the map has no time", "give at least one");
+  if (!is_ascending(times, std::less<>())) {
+    throw InputError("the map's times do not ascend", "give each once, the earliest first");
+  }
+  if (layers.empty()) throw InputError("the map has no layer", "give at least one");
+  std::set<Layer> once;
+  for (const Layer layer : layers) {
+    if (!once.insert(layer).second) {
+      throw InputError(fmt::format("the layer {} is given twice", info(layer).name), "give each once");
+    }
+  }
+  draws.validate();
+}
+
+struct Heatmap::Impl {
+  const simulation::Environment* environment;
+  simulation::ReceiverConfig receiver;
+  Request request;
+  std::string input_key;
+  TileTracer tracer;
+  std::optional<CellSolver> solver;
+  std::optional<CellReceivers> receivers;
+  std::size_t tiles = 0, times_per_unit = 1, chunks = 1;
+  bool received = false;  ///< some layer asks for what arrives beyond the line of sight
+  std::optional<std::size_t> los, sky_view;
+
+  Impl(const simulation::Environment& e, simulation::ReceiverConfig r, Request q, std::string k)
+      : environment(&e),
+        receiver(std::move(r)),
+        request(std::move(q)),
+        input_key(std::move(k)),
+        tracer(e, receiver.propagation, receiver.options.fix.elevation_mask_rad) {
+    for (std::size_t i = 0; i < request.layers.size(); ++i) {
+      received |= info(request.layers[i]).received;
+      if (request.layers[i] == Layer::SatellitesLos) los = i;
+      if (request.layers[i] == Layer::SkyView) sky_view = i;
+    }
+    if (received) {
+      if (CellSolver::fits(receiver.options)) {
+        solver.emplace(receiver.options, request.draws, e.klobuchar());
+      } else {
+        receivers.emplace(e, tracer.propagator(), receiver.options, request.draws);
+      }
+    }
+    cut();
+  }
+
+  void cut();
+  [[nodiscard]] Unit unit(std::size_t i) const;
+  [[nodiscard]] std::size_t turn(std::size_t i) const;
+  [[nodiscard]] std::size_t slices(const Unit& unit) const {
+    return unit.tile.cells() * request.altitudes_m.size() * unit.times;
+  }
+  [[nodiscard]] std::optional<TileValues> compute(const Unit& unit, const std::atomic<bool>* stop,
+                                                  const std::atomic<bool>* failed, Progress* progress) const;
+  void compute_altitude(const Unit& unit, std::size_t altitude, const TileCells& cells,
+                        const std::function<bool()>& go_on, TileValues& result) const;
+};
+
+void Heatmap::Impl::cut() {
+  tiles = request.grid.tile_count();
+  const std::size_t cells = std::size_t{std::min(request.grid.tile_size, request.grid.columns)} *
+                            std::min(request.grid.tile_size, request.grid.rows);
+  const std::size_t bytes = request.layers.size() * request.altitudes_m.size() * cells * sizeof(float);
+  if (bytes > kMostBytesATime) {
+    throw InputError(fmt::format("{} layers at {} altitudes are too many for tiles of {} cells",
+                                 request.layers.size(), request.altitudes_m.size(), cells),
+                     "give fewer altitudes, or compute them in several maps");
+  }
+  const std::size_t count = request.times.size();
+  const std::size_t by_memory = std::max<std::size_t>(1, kUnitBytes / bytes);
+  const std::size_t by_number = std::max<std::size_t>(1, tiles * count / kManyUnits);
+  times_per_unit = std::min({by_memory, by_number, count});
+  chunks = (count + times_per_unit - 1) / times_per_unit;
+}
+
+Heatmap::Unit Heatmap::Impl::unit(std::size_t i) const {
+  assert(i < tiles * chunks);
+  Unit unit;
+  unit.tile = request.grid.tile(i / chunks);
+  unit.first_time = i % chunks * times_per_unit;
+  unit.times = std::min(times_per_unit, request.times.size() - unit.first_time);
+  return unit;
+}
+
+namespace {
+
+/// Checked before anything is made of it.
+Request checked(Request request, const simulation::ReceiverConfig& receiver) {
+  request.validate();
+  receiver.options.validate();
+  receiver.propagation.validate();
+  return request;
+}
+
+}  // namespace
+
+Heatmap::Heatmap(const simulation::Environment& environment, simulation::ReceiverConfig receiver,
+                 Request request, std::string input_key) {
+  request = checked(std::move(request), receiver);
+  impl_ = std::make_unique<Impl>(environment, std::move(receiver), std::move(request), std::move(input_key));
+}
+Heatmap::~Heatmap() = default;
+Heatmap::Heatmap(Heatmap&&) noexcept = default;
+
+const Request& Heatmap::request() const {
+  return impl_->request;
+}
+std::size_t Heatmap::unit_count() const {
+  return impl_->tiles * impl_->chunks;
+}
+Heatmap::Unit Heatmap::unit(std::size_t i) const {
+  return impl_->unit(i);
+}
+std::size_t Heatmap::unit_of(std::size_t tile, std::size_t time) const {
+  assert(tile < impl_->tiles && time < impl_->request.times.size());
+  return tile * impl_->chunks + time / impl_->times_per_unit;
+}
+
+/// Row by row, every other one backwards, so that neighbours, whose work is much alike, are of different
+/// ranks.
+std::size_t Heatmap::Impl::turn(std::size_t i) const {
+  const std::size_t across = request.grid.tiles_across();
+  const std::size_t tile = i / chunks, row = tile / across, column = tile % across;
+  return (row * across + (row % 2 == 0 ? column : across - 1 - column)) * chunks + i % chunks;
+}
+
+std::string Heatmap::key() const {
+  return hash_text(fmt::format("values: {}\ntimes per unit: {}\ninput: {}\n", kValuesVersion,
+                               impl_->times_per_unit, impl_->input_key) +
+                   canonical_text(impl_->request, impl_->receiver, impl_->environment->klobuchar()));
+}
+
+/// All times of a unit at one altitude. Ends early where `go_on`, asked after each time, says so.
+void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, const TileCells& cells,
+                                     const std::function<bool()>& go_on, TileValues& result) const {
+  const std::size_t count = unit.tile.cells(), altitudes = request.altitudes_m.size();
+  const auto slice = [&](std::size_t layer, std::size_t time) {
+    const std::size_t first = ((layer * unit.times + time) * altitudes + altitude) * count;
+    return std::span(result.values).subspan(first, count);
+  };
+  if (sky_view) {
+    const std::span<float> first = slice(*sky_view, 0);
+    tracer.sky_view(cells, first);
+    for (std::size_t t = 1; t < unit.times; ++t) {
+      std::copy(first.begin(), first.end(), slice(*sky_view, t).begin());
+    }
+  }
+  const bool signals_wanted = solver.has_value() || (los.has_value() && !receivers);
+  TileSignals signals;
+  std::vector<std::span<float>> layers(request.layers.size());
+  for (std::size_t t = 0; t < unit.times; ++t) {
+    const geodesy::GpsTime time = request.times[unit.first_time + t];
+    for (std::size_t k = 0; k < layers.size(); ++k) layers[k] = slice(k, t);
+    if (signals_wanted) tracer.trace(cells, time, received, signals);
+    if (solver) {
+      solver->solve(cells, signals, request.layers, layers);
+    } else if (receivers) {
+      receivers->solve(cells, time, request.layers, layers);
+    } else if (los) {
+      count_los(cells, signals, layers[*los]);
+    }
+    if (!go_on()) return;
+  }
+}
+
+std::optional<TileValues> Heatmap::Impl::compute(const Unit& unit, const std::atomic<bool>* stop,
+                                                 const std::atomic<bool>* failed, Progress* progress) const {
+  const std::size_t count = unit.tile.cells(), altitudes = request.altitudes_m.size();
+  TileValues result;
+  result.first_time = unit.first_time;
+  result.times = unit.times;
+  result.values.assign(request.layers.size() * unit.times * altitudes * count, kNan);
+  result.state.resize(altitudes * count);
+  std::size_t slices_done = 0;
+  const auto go_on = [&] {
+    ++slices_done;
+    if (progress != nullptr) progress->add(count);
+    return !(stop != nullptr && stop->load()) && !(failed != nullptr && failed->load());
+  };
+  for (std::size_t a = 0; a < altitudes; ++a) {
+    const TileCells cells = tracer.cells(request.grid, unit.tile, request.area ? &*request.area : nullptr,
+                                         request.altitudes_m[a], request.altitude_kind);
+    std::copy(cells.state.begin(), cells.state.end(),
+              result.state.begin() + static_cast<std::ptrdiff_t>(a * count));
+    compute_altitude(unit, a, cells, go_on, result);
+    if (slices_done < (a + 1) * unit.times) return std::nullopt;
+  }
+  return result;
+}
+
+TileValues Heatmap::compute(std::size_t unit) const {
+  return impl_->compute(impl_->unit(unit), nullptr, nullptr, nullptr).value();
+}
+
+RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
+  const Impl& impl = *impl_;
+  const Clock::time_point started = Clock::now();
+  if (options.threads < 0 || options.threads > 4096) {
+    throw InputError(fmt::format("{} threads are out of range", options.threads),
+                     "give 0 (as many as cores) to 4096");
+  }
+  if (options.ranks < 1 || options.rank < 0 || options.rank >= options.ranks) {
+    throw InputError(fmt::format("rank {} of {} does not exist", options.rank, options.ranks),
+                     "give a rank from 0 to one less than the ranks");
+  }
+
+  RunResult result;
+  std::vector<std::size_t> missing;
+  std::size_t cells_total = 0, cells_resumed = 0;
+  for (std::size_t i = 0; i < unit_count(); ++i) {
+    if (impl.turn(i) % static_cast<std::size_t>(options.ranks) != static_cast<std::size_t>(options.rank))
+      continue;
+    ++result.units;
+    const std::size_t cells = impl.slices(impl.unit(i));
+    cells_total += cells;
+    if (store.has(i)) {
+      ++result.resumed;
+      cells_resumed += cells;
+    } else {
+      missing.push_back(i);
+    }
+  }
+  Progress progress(options.progress, cells_total);
+  progress.add(cells_resumed);
+  progress.tell();
+
+  std::atomic<std::size_t> next{0}, computed{0}, cells_computed{0};
+  std::atomic<bool> failed{false};
+  std::mutex failing;
+  std::exception_ptr failure;
+  const auto one = [&] {
+    // Units are begun in order, whichever task comes first.
+    const std::size_t k = next.fetch_add(1);
+    if (failed.load() || (options.stop != nullptr && options.stop->load())) return;
+    try {
+      const Unit unit = impl.unit(missing[k]);
+      const auto values = impl.compute(unit, options.stop, &failed, &progress);
+      if (!values) return;
+      store.save(missing[k], *values);
+      computed.fetch_add(1);
+      cells_computed.fetch_add(impl.slices(unit));
+    } catch (...) {
+      const std::lock_guard lock(failing);
+      if (!failure) failure = std::current_exception();
+      failed.store(true);
+    }
+  };
+  tbb::task_arena arena(options.threads == 0 ? static_cast<int>(tbb::task_arena::automatic)
+                                             : options.threads);
+  arena.execute([&] { spread(missing.size(), [&](std::size_t) { one(); }); });
+  if (failure) std::rethrow_exception(failure);
+
+  progress.tell();
+  result.computed = computed.load();
+  result.cells_computed = cells_computed.load();
+  result.interrupted = result.computed + result.resumed < result.units;
+  result.wall_s = std::chrono::duration<double>(Clock::now() - started).count();
+  return result;
+}
+
+}  // namespace canyon::heatmap

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/kernels/grid.hpp"
+#include "canyon/heatmap/kernels/layers.hpp"
+#include "canyon/heatmap/kernels/tile_tracer.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario.hpp"
+
+namespace canyon::heatmap {
+
+/// A map to compute, checked and complete.
+struct Request {
+  Grid grid;
+  std::optional<Area> area;
+  std::vector<double> altitudes_m{15};  ///< ascending, at least one; within 100 km
+  AltitudeKind altitude_kind = AltitudeKind::AboveTerrain;
+  std::vector<geodesy::GpsTime> times;           ///< ascending, at least one
+  std::vector<Layer> layers = default_layers();  ///< at least one, each once
+  DrawOptions draws;
+  /// Throws InputError for empty, unordered, repeated or not finite values.
+  void validate() const;
+};
+
+/// Values of one tile: all times (of a chunk) and altitudes. Layout [layer][time][altitude][cell].
+struct TileValues {
+  std::size_t first_time = 0, times = 0;
+  std::vector<float> values;
+  std::vector<CellState> state;  ///< [altitude][cell]
+};
+
+/// Finished units in a folder, each a file written whole, with a checksum. A key (hash of everything that
+/// values depend on) stands in the folder's manifest: a foreign or damaged store is refused with an
+/// InputError that names the file and says how to get rid of it. Processes may share a folder as long as no
+/// two save the same unit; the first one makes it before the others come. save() and load() of different
+/// units may run at once.
+class TileStore {
+ public:
+  /// Opens or makes `folder`, which is new, empty or a store of the same key (InputError). What killed runs
+  /// left half written is swept once it is a minute old.
+  /// @param key of the request (Heatmap::key()); @param description for people, kept beside it
+  TileStore(std::filesystem::path folder, const std::string& key, const std::string& description);
+  ~TileStore();
+
+  /// Whether a unit of work (tile and chunk of times) is there. Its head and length are checked (InputError
+  /// where they are wrong), its values' checksum only by load().
+  [[nodiscard]] bool has(std::size_t unit) const;
+  /// Writes a unit, whole or not at all. Throws InputError where the disk does not take it; others are kept.
+  void save(std::size_t unit, const TileValues& values);
+  /// Empty where it is not there; a damaged file is an InputError that names it.
+  [[nodiscard]] std::optional<TileValues> load(std::size_t unit) const;
+  /// Removes all units and the manifest, and the folder if nothing else is in it.
+  void remove();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+struct RunOptions {
+  int threads = 0;                          ///< 0: as many as cores; at most that
+  const std::atomic<bool>* stop = nullptr;  ///< looked at between the times and altitudes of a unit
+  /// Cells (times altitudes and times) done, those of resumed units included, and in all, of this process's
+  /// share. From any thread, but one call at a time; in order; at the beginning, at the end, and at most ten
+  /// times a second between.
+  std::function<void(std::size_t, std::size_t)> progress;
+  int rank = 0, ranks = 1;  ///< of the units, dealt out in turn along a snake through the tiles
+};
+
+struct RunResult {
+  std::size_t units = 0;  ///< of this process's share
+  std::size_t computed = 0, resumed = 0;
+  bool interrupted = false;  ///< computed + resumed < units
+  double wall_s = 0;
+  std::size_t cells_computed = 0;  ///< in this run, times altitudes and times, of finished units
+};
+
+/// A request over a scenario's environment. Const, thread-safe.
+class Heatmap {
+ public:
+  /// A unit's values take at most so many bytes, or those of one time where these are more (kMostBytesATime
+  /// at most: InputError).
+  static constexpr std::size_t kUnitBytes = std::size_t{32} << 20, kMostBytesATime = std::size_t{256} << 20;
+
+  /// Any propagation model and receiver: a receiver that CellSolver fits is solved by it, another by a
+  /// receiver::Receiver of its own for each cell and draw (slow; CellReceivers). Throws InputError for what
+  /// does not validate().
+  /// @param environment must outlive it, and has no movable instances
+  /// @param input_key identifies city and sky for the store's key (files and options)
+  Heatmap(const simulation::Environment& environment, simulation::ReceiverConfig receiver, Request request,
+          std::string input_key);
+  ~Heatmap();
+  Heatmap(Heatmap&&) noexcept;
+
+  [[nodiscard]] const Request& request() const;
+  /// Work is cut into units: a tile with a chunk of times, tile by tile. There are at least 256 where tiles
+  /// times times are as many.
+  [[nodiscard]] std::size_t unit_count() const;
+  struct Unit {
+    Tile tile;
+    std::size_t first_time = 0, times = 0;
+  };
+  /// @param i below unit_count() (asserted)
+  [[nodiscard]] Unit unit(std::size_t i) const;
+  /// The unit that has a time of a tile.
+  [[nodiscard]] std::size_t unit_of(std::size_t tile, std::size_t time) const;
+  /// Hash of everything that values depend on: request, receiver, propagation, `input_key`, and the cut into
+  /// units. 32 hexadecimal digits.
+  [[nodiscard]] std::string key() const;
+
+  /// Values of one unit; the same on any thread and rank, and inside any task arena.
+  [[nodiscard]] TileValues compute(std::size_t unit) const;
+  /// Computes what `store` does not have yet of this process's units, in order. Ends early, with all finished
+  /// units saved, when `stop` is set; throws InputError for options out of range, a damaged unit, and a disk
+  /// that takes no more.
+  RunResult run(TileStore& store, const RunOptions& options = {}) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace canyon::heatmap

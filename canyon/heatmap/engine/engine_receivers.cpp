@@ -1,0 +1,175 @@
+#include "canyon/heatmap/engine/engine_receivers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/heatmap/kernels/tile_tasks.hpp"
+#include "canyon/positioning/fix.hpp"
+#include "canyon/tracking/noise.hpp"
+
+namespace canyon::heatmap {
+namespace {
+
+using Eigen::Vector3d;
+using propagation::Visibility;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+/// Definition 7 of R. J. Hyndman, Y. Fan, "Sample quantiles in statistical packages", The American
+/// Statistician 50(4), 1996: linear between order statistics, rank p (n - 1). @param sorted not empty
+double quantile(const std::vector<double>& sorted, double p) {
+  const double rank = p * static_cast<double>(sorted.size() - 1);
+  const auto low = static_cast<std::size_t>(rank);
+  const std::size_t high = std::min(low + 1, sorted.size() - 1);
+  return sorted[low] + (rank - static_cast<double>(low)) * (sorted[high] - sorted[low]);
+}
+
+std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw) {
+  return RandomStream(draws.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
+}
+
+/// East, north, up [m].
+Vector3d error_of(const positioning::Fix& fix, const Vector3d& truth_ecef) {
+  return geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(truth_ecef)) *
+         (fix.position_ecef - truth_ecef);
+}
+
+}  // namespace
+
+struct CellReceivers::CellValues {
+  std::array<float, static_cast<std::size_t>(Layer::SkyView) + 1> of{};
+
+  CellValues() { of.fill(kNan); }
+  void set(Layer layer, double value) { of[static_cast<std::size_t>(layer)] = static_cast<float>(value); }
+  /// Mean, RMS, median and 95th percentile, in this order from `mean` on.
+  void describe(Layer mean, std::vector<double>& errors) {
+    if (errors.empty()) return;
+    std::sort(errors.begin(), errors.end());
+    double sum = 0, squares = 0;
+    for (const double error : errors) {
+      sum += error;
+      squares += error * error;
+    }
+    const auto count = static_cast<double>(errors.size());
+    const auto first = static_cast<std::size_t>(mean);
+    of[first] = static_cast<float>(sum / count);
+    of[first + 1] = static_cast<float>(std::sqrt(squares / count));
+    of[first + 2] = static_cast<float>(quantile(errors, 0.5));
+    of[first + 3] = static_cast<float>(quantile(errors, 0.95));
+  }
+};
+
+CellReceivers::CellReceivers(const simulation::Environment& environment,
+                             const propagation::Propagator& propagator,
+                             const receiver::ReceiverOptions& receiver, const DrawOptions& draws)
+    : environment_(&environment), propagator_(&propagator), options_(receiver), draws_(draws) {
+  options_.validate();
+  draws_.validate();
+  options_.signal.lock.warm_start = true;
+}
+
+void CellReceivers::solve_without_noise(geodesy::GpsTime time, const Vector3d& place,
+                                        const simulation::Arrival& arrival, CellValues& values) const {
+  receiver::ReceiverOptions quiet = options_;
+  quiet.signal.cn0_sigma_db = 0;
+  quiet.signal.satellite_sigma_db = 0;
+  quiet.signal.shadowing.enabled = false;
+  receiver::Receiver receiver(quiet, seed_of(draws_, time, 0));
+  const geodesy::LocalFrame& frame = environment_->city().frame;
+  const Vector3d truth = frame.ecef_from_local(place);
+  const receiver::ReceiverEpoch epoch =
+      receiver.observe(time, truth, Vector3d::Zero(), arrival.views, frame.ecef_from_local_rotation(),
+                       arrival.placement, environment_->sky(), environment_->klobuchar());
+  std::vector<positioning::Measurement> measurements;
+  int los = 0, nlos = 0;
+  double largest_excess_m = 0;
+  for (const receiver::SatelliteObservation& satellite : epoch.satellites) {
+    if (!satellite.above_mask) continue;
+    los += satellite.visibility == Visibility::LOS || satellite.visibility == Visibility::LOSMultipath;
+    if (!satellite.measurement) continue;
+    nlos += satellite.visibility == Visibility::NLOS;
+    largest_excess_m = std::max(largest_excess_m, satellite.excess_m);
+    measurements.push_back(*satellite.measurement);
+    measurements.back().pseudorange_m -=
+        satellite.noise_m - (options_.noise.enabled ? options_.noise.ou.mu_m : 0);
+  }
+  values.set(Layer::SatellitesLos, los);
+  values.set(Layer::SatellitesVisible, epoch.visible);
+  values.set(Layer::SatellitesBlocked, epoch.blocked);
+  if (epoch.visible > 0) {
+    values.set(Layer::NlosShare, static_cast<double>(nlos) / epoch.visible);
+    values.set(Layer::LargestExcess, largest_excess_m);
+  }
+  const positioning::Fix fix = positioning::solve_fix(epoch.receiver_time, measurements, environment_->sky(),
+                                                      options_.fix, environment_->klobuchar());
+  values.set(Layer::Availability, fix.solved() ? 1 : 0);
+  values.set(Layer::SatellitesUsed, static_cast<double>(fix.used.size()));
+  if (!fix.solved()) return;
+  const Vector3d error = error_of(fix, truth);
+  values.set(Layer::HorizontalError, error.head<2>().norm());
+  values.set(Layer::VerticalError, error.z());
+  if (fix.dop) {
+    values.set(Layer::Hdop, fix.dop->hdop);
+    values.set(Layer::Pdop, fix.dop->pdop);
+    values.set(Layer::Vdop, fix.dop->vdop);
+  }
+}
+
+void CellReceivers::draw(geodesy::GpsTime time, const Vector3d& place, const simulation::Arrival& arrival,
+                         bool statistics, CellValues& values) const {
+  const geodesy::LocalFrame& frame = environment_->city().frame;
+  const Vector3d truth = frame.ecef_from_local(place);
+  std::vector<double> horizontal, vertical;
+  int solved = 0;
+  for (int d = 0; d < draws_.draws; ++d) {
+    receiver::Receiver receiver(options_, seed_of(draws_, time, d));
+    const receiver::ReceiverEpoch epoch =
+        receiver.observe(time, truth, Vector3d::Zero(), arrival.views, frame.ecef_from_local_rotation(),
+                         arrival.placement, environment_->sky(), environment_->klobuchar());
+    if (!epoch.fix.solved()) continue;
+    ++solved;
+    const Vector3d error = error_of(epoch.fix, truth);
+    horizontal.push_back(error.head<2>().norm());
+    vertical.push_back(std::abs(error.z()));
+  }
+  if (options_.signal.enabled) {
+    values.set(Layer::Availability, static_cast<double>(solved) / draws_.draws);
+  }
+  if (!statistics) return;
+  values.describe(Layer::HorizontalErrorMean, horizontal);
+  values.describe(Layer::VerticalErrorMean, vertical);
+}
+
+void CellReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
+                          std::span<const std::span<float>> layers) const {
+  assert(wanted.size() == layers.size());
+  const bool statistics =
+      std::any_of(wanted.begin(), wanted.end(), [](Layer layer) { return info(layer).draws; });
+  const bool draws =
+      statistics || (options_.signal.enabled &&
+                     std::find(wanted.begin(), wanted.end(), Layer::Availability) != wanted.end());
+  spread(cells.tile.rows, [&](std::size_t row) {
+    for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
+      CellValues values;
+      if (cells.state[i] == CellState::Computed) {
+        const Vector3d place = cells.place(i);
+        const simulation::Arrival arrival = environment_->arrival(time, place, *propagator_);
+        solve_without_noise(time, place, arrival, values);
+        if (draws) draw(time, place, arrival, statistics, values);
+      }
+      for (std::size_t k = 0; k < wanted.size(); ++k) {
+        if (wanted[k] != Layer::SkyView) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];
+      }
+    }
+  });
+}
+
+}  // namespace canyon::heatmap

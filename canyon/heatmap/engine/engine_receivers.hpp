@@ -1,0 +1,47 @@
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/kernels/tile_tracer.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario.hpp"
+
+namespace canyon::heatmap {
+
+/// Layers of a tile by a receiver::Receiver for each cell and draw: for whatever CellSolver does not fit
+/// (signals with strength, weights by C/N0, RAIM, position filter). Signals are those of
+/// simulation::Environment::arrival() at each cell. Const, thread-safe.
+///
+/// Receivers have run for long (SignalLockOptions::warm_start) and are at rest. Draw d at a time has the same
+/// seed at every cell, so that maps are smooth and do not depend on tiles. Values without noise are those of
+/// draw 0 of a receiver that states C/N0 without noise, whose satellites have no constant of their own and no
+/// shadow by what the map lacks, with the noise taken out of its pseudoranges (its mean stays) and solved by
+/// positioning::solve_fix(): weights are what the receiver believes. Availability of signals with strength is
+/// the share of draws that have a fix.
+class CellReceivers {
+ public:
+  /// The environment and the propagator must outlive it. Throws InputError for options that do not
+  /// validate().
+  CellReceivers(const simulation::Environment& environment, const propagation::Propagator& propagator,
+                const receiver::ReceiverOptions& receiver, const DrawOptions& draws);
+
+  /// As CellSolver::solve(), for all layers but SkyView, which is left alone.
+  void solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
+             std::span<const std::span<float>> layers) const;
+
+ private:
+  struct CellValues;
+  void solve_without_noise(geodesy::GpsTime time, const Eigen::Vector3d& place,
+                           const simulation::Arrival& arrival, CellValues& values) const;
+  void draw(geodesy::GpsTime time, const Eigen::Vector3d& place, const simulation::Arrival& arrival,
+            bool statistics, CellValues& values) const;
+
+  const simulation::Environment* environment_;
+  const propagation::Propagator* propagator_;
+  receiver::ReceiverOptions options_;
+  DrawOptions draws_;
+};
+
+}  // namespace canyon::heatmap

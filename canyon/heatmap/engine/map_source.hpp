@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/heatmap/engine/engine.hpp"
+
+namespace canyon::heatmap {
+
+/// A finished map as writers see it: values are read back tile by tile, never all at once.
+struct MapSource {
+  const Request* request = nullptr;    ///< not null
+  geodesy::LocalFrame frame;           ///< of the city
+  std::string title, history, source;  ///< CF attributes; no date, so that equal runs give equal bytes
+  std::map<std::string, std::string> attributes;  ///< further global ones: model, receiver, systems, seed
+  /// Values of one tile at one time, layout [layer][altitude][cell], and the states [altitude][cell]. Empty:
+  /// not computed (an interrupted run): written as missing.
+  struct Slice {
+    std::vector<float> values;
+    std::vector<CellState> state;
+  };
+  /// Must be set. Each writer asks once for each pair, in the writer's own thread: write_netcdf() tile by
+  /// tile with all its times, write_geotiffs() time by time. What it throws passes through the writer.
+  std::function<std::optional<Slice>(std::size_t tile, std::size_t time)> slice;
+  /// May be empty. Steps done and in all: rises from the first step on, ends with both equal. From the
+  /// writer's own thread.
+  std::function<void(std::size_t, std::size_t)> progress;
+};
+
+/// Scale of the map's plane at the origin: 1 + h / R with h the origin's height above the ellipsoid and
+/// R = sqrt(M N) = a sqrt(1 - e^2) / (1 - e^2 sin^2 latitude), the Gaussian radius (Snyder, Map Projections,
+/// USGS Professional Paper 1395, 1987, eq. 4-18 and 4-20): the city's metres are those at its height.
+[[nodiscard]] double projection_scale(const geodesy::LocalFrame& frame);
+
+/// PROJ string of the map's plane, x and y as the city's: Transverse Mercator about the city's origin with
+/// projection_scale(), or, for a frame with a heading, the Hotine Oblique Mercator (variant B, EPSG method
+/// 9815) whose grid is turned likewise. Points at the origin's height lie within 9 mm of the city's x and y
+/// up to 10 km from the origin, and 0.6 mm more for each 100 m that the origin lies above the ellipsoid; the
+/// distance grows with its cube. A point dz above or below that plane lies another dz distance / 6371 km off:
+/// its plumb line is not the city's z. |latitude| of the origin below 89.9 deg for frames with a heading.
+[[nodiscard]] std::string projection(const geodesy::LocalFrame& frame);
+
+/// One NetCDF-4 file, CF-1.10: variables (time, altitude, y, x), `cell_state` (altitude, y, x), grid mapping,
+/// coordinates in metres and bounds, chunked by tile, compressed; up to 4 million cells latitude and
+/// longitude of each as well. Times are UTC. Equal sources give equal bytes. docs/heatmap-files.md describes
+/// it. Written whole or not at all; memory: one slice and 1 MiB for each layer. Throws InputError where the
+/// folder or the disk does not take it. Part of canyon::io.
+void write_netcdf(const std::filesystem::path& path, const MapSource& source);
+
+/// One Cloud Optimized GeoTIFF for each layer, altitude and time, `NAME[_aALTm][_tYYYYmmddTHHMMSSZ].tif` in
+/// `folder` (parts that do not vary are left out); NaN is nodata, north up, band description and unit set.
+/// Times with a fraction of a second show it, "_t20190428T125803.5Z". The folder is made where needed. All
+/// files appear at the end, or none; until then the folder holds uncompressed values of one time as well.
+/// Memory: one slice and GDAL's cache (GDAL_CACHEMAX). Returns the names, by time, altitude and layer. Throws
+/// like write_netcdf(). Part of canyon::io.
+std::vector<std::string> write_geotiffs(const std::filesystem::path& folder, const MapSource& source);
+
+/// Pictures: for each altitude and time `map[_a...][_t...].png` with a panel for each layer (at most six),
+/// city outlines, colour bars with units, scale, north; with more than one time `map[_a...].apng`-like
+/// animation as animated PNG. Readable by colour-blind people. Returns the names. Part of canyon::io.
+std::vector<std::string> write_map_pictures(const std::filesystem::path& folder, const MapSource& source,
+                                            const city::City& city);
+
+/// A map read back from write_netcdf()'s file, for questions of route planners. Tiles are read when they are
+/// asked for, the last ones kept (64 MiB). Thread-safe (one thread reads at a time). Part of canyon::io.
+class StoredMap {
+ public:
+  /// Throws InputError for a file that is missing, damaged or no map of Canyon's.
+  explicit StoredMap(const std::filesystem::path& netcdf);
+  ~StoredMap();
+  StoredMap(StoredMap&&) noexcept;
+
+  [[nodiscard]] const Grid& grid() const;
+  [[nodiscard]] const geodesy::LocalFrame& frame() const;
+  [[nodiscard]] const std::vector<geodesy::GpsTime>& times() const;
+  [[nodiscard]] const std::vector<double>& altitudes_m() const;
+  [[nodiscard]] AltitudeKind altitude_kind() const;
+  [[nodiscard]] const std::vector<Layer>& layers() const;
+  struct Answer {
+    std::vector<float> values;  ///< one for each layer; NaN: none there
+    CellState state = CellState::Computed;
+    geodesy::GpsTime time;  ///< of the map, nearest to the asked one
+    double altitude_m = 0;  ///< likewise
+  };
+  /// At the cell that a place lies in (a side belongs to the cell east or north of it, the outermost sides to
+  /// the grid), the nearest altitude and time, of two as near the earlier and the lower. Empty outside the
+  /// grid, and before the first or after the last time by more than half the step next to it (a single time:
+  /// 15 min). Cells that were not computed have NaN values. Throws InputError for a damaged tile.
+  [[nodiscard]] std::optional<Answer> at(const Eigen::Vector2d& enu, double altitude_m,
+                                         geodesy::GpsTime time) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace canyon::heatmap

@@ -1,0 +1,98 @@
+#include "canyon/heatmap/engine/mpi.hpp"
+
+#include <cstdlib>
+#include <exception>
+
+#ifdef CANYON_WITH_MPI
+// The C++ bindings of old are not used.
+#define OMPI_SKIP_MPICXX 1
+#define MPICH_SKIP_MPICXX 1
+#include <mpi.h>
+#endif
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::heatmap {
+
+#ifdef CANYON_WITH_MPI
+
+namespace {
+
+/// Launchers tell processes their number so: Open MPI, PMIx, PMI (MPICH, Intel), Slurm. Without them MPI is
+/// left alone: starting it takes a second, and fails where there is no network.
+bool is_launched() {
+  for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID"}) {
+    if (std::getenv(name) != nullptr) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool MpiProcesses::built_in() {
+  return true;
+}
+
+MpiProcesses::MpiProcesses(int* argc, char*** argv) : exceptions_(std::uncaught_exceptions()) {
+  if (!is_launched()) return;
+  // The library's own error handler stays: it ends the job, saying why.
+  int provided = MPI_THREAD_SINGLE;
+  MPI_Init_thread(argc, argv, MPI_THREAD_FUNNELED, &provided);
+  if (provided < MPI_THREAD_FUNNELED) {
+    MPI_Finalize();
+    throw InputError("the MPI library bears no threads beside it", "use one that was built with threads");
+  }
+  joined_ = true;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks_);
+}
+
+MpiProcesses::~MpiProcesses() {
+  if (!joined_) return;
+  if (std::uncaught_exceptions() > exceptions_ && ranks_ > 1) MPI_Abort(MPI_COMM_WORLD, 1);
+  MPI_Finalize();
+}
+
+void MpiProcesses::barrier() const {
+  if (joined_) MPI_Barrier(MPI_COMM_WORLD);
+}
+
+std::vector<std::uint64_t> MpiProcesses::gather(std::uint64_t value) const {
+  if (!joined_) return {value};
+  std::vector<std::uint64_t> all(rank_ == 0 ? static_cast<std::size_t>(ranks_) : 0);
+  MPI_Gather(&value, 1, MPI_UINT64_T, all.data(), 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
+  return all;
+}
+
+std::uint64_t MpiProcesses::sum(std::uint64_t value) const {
+  std::uint64_t total = value;
+  if (joined_) MPI_Allreduce(&value, &total, 1, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
+  return total;
+}
+
+void MpiProcesses::abort(int status) const {
+  if (joined_) MPI_Abort(MPI_COMM_WORLD, status);
+  std::_Exit(status);
+}
+
+#else
+
+bool MpiProcesses::built_in() {
+  return false;
+}
+MpiProcesses::MpiProcesses(int* /*argc*/, char*** /*argv*/) {}
+MpiProcesses::~MpiProcesses() = default;
+void MpiProcesses::barrier() const {}
+std::vector<std::uint64_t> MpiProcesses::gather(std::uint64_t value) const {
+  return {value};
+}
+std::uint64_t MpiProcesses::sum(std::uint64_t value) const {
+  return value;
+}
+void MpiProcesses::abort(int status) const {
+  std::_Exit(status);
+}
+
+#endif
+
+}  // namespace canyon::heatmap

@@ -1,0 +1,85 @@
+#include "canyon/heatmap/engine/store_slices.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <list>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace canyon::heatmap {
+namespace {
+
+constexpr std::size_t kCacheBytes = std::size_t{256} << 20;
+
+class Reader {
+ public:
+  Reader(const Heatmap& heatmap, const TileStore& store) : heatmap_(heatmap), store_(store) {}
+
+  std::optional<MapSource::Slice> slice(std::size_t tile, std::size_t time) {
+    const std::size_t i = heatmap_.unit_of(tile, time);
+    const Heatmap::Unit unit = heatmap_.unit(i);
+    const TileValues* values = load(i);
+    if (values == nullptr) return std::nullopt;
+    return cut(*values, unit, time - unit.first_time);
+  }
+
+ private:
+  struct Kept {
+    std::size_t unit = 0;
+    TileValues values;
+  };
+
+  static std::size_t bytes(const TileValues& values) {
+    return values.values.size() * sizeof(float) + values.state.size();
+  }
+
+  const TileValues* load(std::size_t unit) {
+    const auto found =
+        std::find_if(kept_.begin(), kept_.end(), [unit](const Kept& kept) { return kept.unit == unit; });
+    if (found != kept_.end()) {
+      kept_.splice(kept_.begin(), kept_, found);
+      return &kept_.front().values;
+    }
+    std::optional<TileValues> values = store_.load(unit);
+    if (!values) return nullptr;
+    kept_bytes_ += bytes(*values);
+    kept_.push_front({unit, std::move(*values)});
+    while (kept_bytes_ > kCacheBytes && kept_.size() > 1) {
+      kept_bytes_ -= bytes(kept_.back().values);
+      kept_.pop_back();
+    }
+    return &kept_.front().values;
+  }
+
+  /// [layer][time][altitude][cell] -> [layer][altitude][cell] of one time.
+  [[nodiscard]] MapSource::Slice cut(const TileValues& values, const Heatmap::Unit& unit,
+                                     std::size_t time) const {
+    const Request& request = heatmap_.request();
+    const std::size_t plane = request.altitudes_m.size() * unit.tile.cells();
+    assert(values.values.size() == request.layers.size() * unit.times * plane);
+    MapSource::Slice slice;
+    slice.state = values.state;
+    slice.values.reserve(request.layers.size() * plane);
+    for (std::size_t layer = 0; layer < request.layers.size(); ++layer) {
+      const float* first = values.values.data() + (layer * unit.times + time) * plane;
+      slice.values.insert(slice.values.end(), first, first + plane);
+    }
+    return slice;
+  }
+
+  const Heatmap& heatmap_;
+  const TileStore& store_;
+  std::list<Kept> kept_;  ///< the last asked for first
+  std::size_t kept_bytes_ = 0;
+};
+
+}  // namespace
+
+std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_slices(
+    const Heatmap& heatmap, const TileStore& store) {
+  auto reader = std::make_shared<Reader>(heatmap, store);
+  return [reader](std::size_t tile, std::size_t time) { return reader->slice(tile, time); };
+}
+
+}  // namespace canyon::heatmap

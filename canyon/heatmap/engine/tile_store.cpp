@@ -1,0 +1,281 @@
+// Finished units of a heat map in a folder: TileStore of engine.hpp.
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/heatmap/engine/engine.hpp"
+
+namespace canyon::heatmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kFormat = "canyon heat map tiles";
+constexpr int kVersion = 1;
+constexpr std::string_view kManifest = "manifest.json";
+constexpr std::string_view kExtension = ".tile";
+/// A temporary file that nobody has written to for so long belongs to a run that was killed.
+constexpr std::chrono::seconds kStray(60);
+
+/// Head of a unit's file, in the machine's byte order (the magic number tells another one's).
+struct Header {
+  std::array<char, 8> magic{};
+  std::uint32_t byte_order = 0;
+  std::uint32_t version = 0;
+  std::array<std::uint64_t, 2> key{};
+  std::uint64_t unit = 0;
+  std::uint64_t first_time = 0, times = 0;
+  std::uint64_t values = 0, states = 0;
+  std::uint32_t payload_crc = 0;
+  std::uint32_t header_crc = 0;  ///< of all before
+};
+static_assert(std::is_trivially_copyable_v<Header> && sizeof(Header) == 80, "no padding: bytes are written");
+static_assert(sizeof(CellState) == 1 && sizeof(float) == 4);
+
+constexpr std::array<char, 8> kMagic{'C', 'A', 'N', 'Y', 'T', 'I', 'L', 'E'};
+constexpr std::uint32_t kByteOrder = 0x01020304;
+
+std::uint32_t crc_of(const void* bytes, std::size_t size, std::uint32_t before = 0) {
+  return static_cast<std::uint32_t>(
+      crc32_z(before, static_cast<const unsigned char*>(bytes), static_cast<z_size_t>(size)));
+}
+
+std::uint32_t crc_of(const Header& header) {
+  return crc_of(&header, offsetof(Header, header_crc));
+}
+
+std::uint32_t crc_of(const std::vector<float>& values, const std::vector<CellState>& state) {
+  return crc_of(state.data(), state.size(), crc_of(values.data(), values.size() * sizeof(float)));
+}
+
+std::string_view bytes_of(const void* data, std::size_t size) {
+  return {static_cast<const char*>(data), size};
+}
+
+InputError damaged(const fs::path& file, std::string_view what) {
+  return {file, 0, fmt::format("the tile is damaged: {}", what),
+          "delete this file and run the same command again: only this tile is computed anew"};
+}
+
+/// A name of this store's own files.
+bool is_own(const std::string& name) {
+  const auto begins = [&](std::string_view word) { return name.compare(0, word.size(), word) == 0; };
+  const auto is_number = [](std::string_view text) {
+    return !text.empty() &&
+           std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+  };
+  std::string_view stem = name;
+  // OutputFile's temporary name.
+  const std::size_t part = stem.rfind(".part");
+  if (part != std::string_view::npos && is_number(stem.substr(part + 5))) stem = stem.substr(0, part);
+  if (stem == kManifest) return true;
+  if (!begins("unit-") || stem.size() <= 5 + kExtension.size()) return false;
+  return stem.substr(stem.size() - kExtension.size()) == kExtension &&
+         is_number(stem.substr(5, stem.size() - 5 - kExtension.size()));
+}
+
+bool is_temporary(const std::string& name) {
+  return is_own(name) && name.find(".part") != std::string::npos;
+}
+
+struct Close {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, Close>;
+
+/// Null where there is no such file; InputError where it cannot be opened.
+File open(const fs::path& path) {
+  errno = 0;
+  File file(std::fopen(path.c_str(), "rb"));
+  if (!file && errno != ENOENT) {
+    throw InputError(path, 0, fmt::format("cannot be read: {}", std::strerror(errno)),
+                     "check the folder's permissions");
+  }
+  return file;
+}
+
+}  // namespace
+
+struct TileStore::Impl {
+  fs::path folder;
+  std::string key;
+  std::array<std::uint64_t, 2> key_hash{};
+
+  [[nodiscard]] fs::path path(std::size_t unit) const {
+    return folder / fmt::format("unit-{:09}{}", unit, kExtension);
+  }
+  [[nodiscard]] InputError foreign(std::string_view problem) const {
+    return {folder, 0, problem,
+            "give another output folder, or remove this one if its results are no longer wanted"};
+  }
+  void check_manifest(const std::string& description) const;
+  void write_manifest(const std::string& description) const;
+  void sweep() const;
+  [[nodiscard]] Header read_header(std::FILE* file, std::size_t unit) const;
+};
+
+/// Throws where the folder's manifest is damaged or another map's.
+void TileStore::Impl::check_manifest(const std::string& description) const {
+  const fs::path path = folder / kManifest;
+  const File file = open(path);
+  if (!file) throw InputError(path, 0, "has vanished", "let nothing else clear this folder");
+  std::string text;
+  std::array<char, 4096> block{};
+  for (std::size_t got; (got = std::fread(block.data(), 1, block.size(), file.get())) > 0;) {
+    text.append(block.data(), got);
+  }
+  const nlohmann::json manifest = nlohmann::json::parse(text, nullptr, false);
+  const auto word = [&](const char* name) -> std::string {
+    if (!manifest.is_object() || !manifest.contains(name) || !manifest[name].is_string()) return {};
+    return manifest[name].get<std::string>();
+  };
+  if (word("format") != kFormat || word("key").empty() || !manifest.contains("version") ||
+      !manifest["version"].is_number_integer()) {
+    throw foreign(fmt::format("'{}' is damaged or of another program", kManifest));
+  }
+  if (manifest["version"].get<std::int64_t>() != kVersion) {
+    throw foreign(fmt::format("the tiles here are of another version ({}, this one writes {})",
+                              manifest["version"].get<std::int64_t>(), kVersion));
+  }
+  if (word("key") != key) {
+    throw foreign(fmt::format("the tiles here are of another map ({}), not of this one ({})",
+                              word("description"), description));
+  }
+}
+
+void TileStore::Impl::write_manifest(const std::string& description) const {
+  const nlohmann::ordered_json manifest{
+      {"format", kFormat}, {"version", kVersion}, {"key", key}, {"description", description}};
+  OutputFile file(folder / kManifest);
+  file.write(manifest.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  file.write("\n");
+  file.commit();
+}
+
+/// Removes what killed runs left behind, but nothing that another process may be writing.
+void TileStore::Impl::sweep() const {
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    if (!is_temporary(entry.path().filename().string())) continue;
+    const fs::file_time_type written = fs::last_write_time(entry.path(), ignored);
+    if (ignored || fs::file_time_type::clock::now() - written < kStray) continue;
+    fs::remove(entry.path(), ignored);
+  }
+}
+
+TileStore::TileStore(std::filesystem::path folder, const std::string& key, const std::string& description)
+    : impl_(std::make_unique<Impl>()) {
+  Impl& impl = *impl_;
+  impl.folder = std::move(folder);
+  impl.key = key;
+  impl.key_hash = {fnv1a(key), fnv1a("tile " + key)};
+  make_output_folder(impl.folder);
+  std::error_code error;
+  if (!fs::exists(impl.folder / kManifest, error)) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(impl.folder, error)) {
+      const std::string name = entry.path().filename().string();
+      // Another process may be making the same store.
+      if (name == kManifest || is_temporary(name) || name.rfind(".canyon-probe", 0) == 0) continue;
+      throw impl.foreign(fmt::format("the folder holds '{}' but no '{}'", name, kManifest));
+    }
+    if (!fs::exists(impl.folder / kManifest, error)) impl.write_manifest(description);
+  }
+  impl.check_manifest(description);
+  impl.sweep();
+}
+TileStore::~TileStore() = default;
+
+Header TileStore::Impl::read_header(std::FILE* file, std::size_t unit) const {
+  const fs::path name = path(unit);
+  Header header;
+  if (std::fread(&header, sizeof header, 1, file) != 1) throw damaged(name, "it is cut short");
+  if (header.magic != kMagic || header.byte_order != kByteOrder) {
+    throw damaged(name, "it is no tile of this program on this kind of machine");
+  }
+  if (header.header_crc != crc_of(header)) throw damaged(name, "the checksum of its head is wrong");
+  if (header.version != static_cast<std::uint32_t>(kVersion) || header.key != key_hash) {
+    throw damaged(name, "it belongs to another map");
+  }
+  if (header.unit != unit) throw damaged(name, fmt::format("it is unit {}", header.unit));
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(name, error);
+  if (error || size != sizeof header + header.values * sizeof(float) + header.states) {
+    throw damaged(name, "its length is wrong");
+  }
+  return header;
+}
+
+bool TileStore::has(std::size_t unit) const {
+  const File file = open(impl_->path(unit));
+  if (!file) return false;
+  (void)impl_->read_header(file.get(), unit);
+  return true;
+}
+
+void TileStore::save(std::size_t unit, const TileValues& values) {
+  Header header;
+  header.magic = kMagic;
+  header.byte_order = kByteOrder;
+  header.version = static_cast<std::uint32_t>(kVersion);
+  header.key = impl_->key_hash;
+  header.unit = unit;
+  header.first_time = values.first_time;
+  header.times = values.times;
+  header.values = values.values.size();
+  header.states = values.state.size();
+  header.payload_crc = crc_of(values.values, values.state);
+  header.header_crc = crc_of(header);
+  OutputFile file(impl_->path(unit));
+  file.write(bytes_of(&header, sizeof header));
+  file.write(bytes_of(values.values.data(), values.values.size() * sizeof(float)));
+  file.write(bytes_of(values.state.data(), values.state.size()));
+  file.commit();
+}
+
+std::optional<TileValues> TileStore::load(std::size_t unit) const {
+  const File file = open(impl_->path(unit));
+  if (!file) return std::nullopt;
+  const Header header = impl_->read_header(file.get(), unit);
+  TileValues values;
+  values.first_time = static_cast<std::size_t>(header.first_time);
+  values.times = static_cast<std::size_t>(header.times);
+  values.values.resize(static_cast<std::size_t>(header.values));
+  values.state.resize(static_cast<std::size_t>(header.states));
+  const auto read = [&](void* to, std::size_t size) {
+    if (size > 0 && std::fread(to, size, 1, file.get()) != 1) {
+      throw damaged(impl_->path(unit), "it cannot be read to its end");
+    }
+  };
+  read(values.values.data(), values.values.size() * sizeof(float));
+  read(values.state.data(), values.state.size());
+  if (crc_of(values.values, values.state) != header.payload_crc) {
+    throw damaged(impl_->path(unit), "the checksum of its values is wrong");
+  }
+  return values;
+}
+
+void TileStore::remove() {
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(impl_->folder, error)) {
+    if (is_own(entry.path().filename().string())) fs::remove(entry.path(), error);
+  }
+  fs::remove(impl_->folder, error);  // only if nothing else is in it
+}
+
+}  // namespace canyon::heatmap

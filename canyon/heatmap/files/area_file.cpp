@@ -1,0 +1,270 @@
+#include <fmt/format.h>
+#include <ogr_api.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text_file.hpp"
+#include "canyon/buildings/sources/gdal.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/heatmap/kernels/grid.hpp"
+
+// GeoJSON: RFC 7946. Read with the JSON library and not with OGR's driver, which passes over what it does not
+// understand.
+
+namespace canyon::heatmap {
+namespace {
+
+using Json = nlohmann::json;
+using Ring = std::vector<Eigen::Vector2d>;
+using Polygon = std::vector<Ring>;  ///< the outer ring, then holes
+
+struct DestroyGeometry {
+  void operator()(OGRGeometryH geometry) const { OGR_G_DestroyGeometry(geometry); }
+};
+using Geometry = std::unique_ptr<std::remove_pointer_t<OGRGeometryH>, DestroyGeometry>;
+
+/// A line of GeoJSON is straight in longitude and latitude (RFC 7946, 3.1.1), not in the plane: pieces of at
+/// most 500 m are within 500^2 / (8 R) tan(latitude) of it, 5 mm at 45 deg.
+constexpr double kPieceMetres = 500;
+constexpr double kFarthestMetres = 2e6;  ///< beyond, the tangent plane says little
+constexpr double kNearMetres = 200e3;
+
+class Reader {
+ public:
+  Reader(const std::filesystem::path& path, const geodesy::LocalFrame& frame) : path_(path), frame_(frame) {}
+
+  Area read();
+
+ private:
+  [[noreturn]] void fail(const std::string& problem, const std::string& cure = {}) const {
+    throw InputError(path_, 0, problem, cure);
+  }
+  const Json& member(const Json& object, const char* key) const;
+  std::string type_of(const Json& object) const;
+  void take_object(const Json& object);
+  void take_geometry(const Json& geometry);
+  void take_polygon(const Json& coordinates);
+  Ring take_ring(const Json& positions) const;
+  Eigen::Vector2d take_position(const Json& position) const;
+  Eigen::Vector2d plane_from_degrees(const Eigen::Vector2d& lon_lat) const;
+  void append_line(Ring& ring, const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
+  Area joined() const;
+  void check_near(const Area& area) const;
+
+  std::filesystem::path path_;
+  const geodesy::LocalFrame& frame_;
+  std::vector<Polygon> polygons_;
+};
+
+const Json& Reader::member(const Json& object, const char* key) const {
+  const auto found = object.find(key);
+  if (found == object.end()) {
+    fail(fmt::format("a GeoJSON object has no \"{}\"", key), "see RFC 7946 for what it needs");
+  }
+  return *found;
+}
+
+std::string Reader::type_of(const Json& object) const {
+  if (!object.is_object()) fail("is no GeoJSON object", "give a GeoJSON file of polygons");
+  const Json& type = member(object, "type");
+  if (!type.is_string()) fail("the \"type\" of a GeoJSON object is not a text");
+  return type.get<std::string>();
+}
+
+void Reader::take_object(const Json& object) {
+  const std::string type = type_of(object);
+  if (type == "FeatureCollection") {
+    const Json& features = member(object, "features");
+    if (!features.is_array()) fail("\"features\" is not a list");
+    for (const Json& feature : features) take_object(feature);
+  } else if (type == "Feature") {
+    const Json& geometry = member(object, "geometry");
+    if (!geometry.is_null()) take_geometry(geometry);
+  } else {
+    take_geometry(object);
+  }
+}
+
+void Reader::take_geometry(const Json& geometry) {
+  const std::string type = type_of(geometry);
+  if (type == "Polygon") {
+    take_polygon(member(geometry, "coordinates"));
+  } else if (type == "MultiPolygon") {
+    const Json& parts = member(geometry, "coordinates");
+    if (!parts.is_array()) fail("the coordinates of a MultiPolygon are not a list");
+    for (const Json& part : parts) take_polygon(part);
+  } else if (type == "GeometryCollection") {
+    const Json& parts = member(geometry, "geometries");
+    if (!parts.is_array()) fail("\"geometries\" is not a list");
+    for (const Json& part : parts) take_geometry(part);
+  } else {
+    fail(fmt::format("a {} bounds no area", type), "give Polygon and MultiPolygon features only");
+  }
+}
+
+void Reader::take_polygon(const Json& coordinates) {
+  if (!coordinates.is_array()) fail("the coordinates of a Polygon are not a list of rings");
+  Polygon polygon;
+  for (const Json& ring : coordinates) polygon.push_back(take_ring(ring));
+  if (!polygon.empty()) polygons_.push_back(std::move(polygon));
+}
+
+Ring Reader::take_ring(const Json& positions) const {
+  if (!positions.is_array()) fail("a ring of a Polygon is not a list of positions");
+  std::vector<Eigen::Vector2d> corners;
+  for (const Json& position : positions) corners.push_back(take_position(position));
+  if (corners.size() < 4 || corners.front() != corners.back()) {
+    fail(fmt::format("a ring of polygon {} has {} positions{}", polygons_.size() + 1, corners.size(),
+                     corners.size() < 4 ? "" : " and does not end where it begins"),
+         "give at least four, the last the same as the first");
+  }
+  Ring ring;
+  for (std::size_t i = 0; i + 1 < corners.size(); ++i) append_line(ring, corners[i], corners[i + 1]);
+  return ring;
+}
+
+Eigen::Vector2d Reader::take_position(const Json& position) const {
+  if (!position.is_array() || position.size() < 2 || !position[0].is_number() || !position[1].is_number()) {
+    fail("a position is not a list of longitude and latitude", "give [longitude, latitude] in degrees");
+  }
+  const Eigen::Vector2d place(position[0].get<double>(), position[1].get<double>());
+  if (!(std::abs(place.x()) <= 180) || !(std::abs(place.y()) <= 90)) {
+    fail(fmt::format("[{}, {}] is not a longitude and latitude", place.x(), place.y()),
+         "give WGS 84 degrees, the longitude first; convert other systems with ogr2ogr -t_srs EPSG:4326");
+  }
+  return place;
+}
+
+Eigen::Vector2d Reader::plane_from_degrees(const Eigen::Vector2d& lon_lat) const {
+  return frame_
+      .local_from_geodetic(
+          geodesy::Geodetic::from_degrees(lon_lat.y(), lon_lat.x(), frame_.origin().height_m))
+      .head<2>();
+}
+
+/// `from` and what lies between it and `to`.
+void Reader::append_line(Ring& ring, const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
+  for (const Eigen::Vector2d& end : {from, to}) {
+    const Eigen::Vector3d place =
+        frame_.local_from_geodetic(geodesy::Geodetic::from_degrees(end.y(), end.x(), 0));
+    if (place.norm() > kFarthestMetres) {
+      fail(fmt::format("[{}, {}] lies {:.0f} km from the city", end.x(), end.y(), place.norm() / 1000),
+           "give an area about the city, positions as [longitude, latitude]");
+    }
+  }
+  const double metres = (plane_from_degrees(to) - plane_from_degrees(from)).norm();
+  const int pieces = std::max(1, static_cast<int>(std::ceil(metres / kPieceMetres)));
+  for (int i = 0; i < pieces; ++i) {
+    ring.push_back(plane_from_degrees(from + (to - from) * (static_cast<double>(i) / pieces)));
+  }
+}
+
+void add_ring(OGRGeometryH polygon, const Ring& points) {
+  const OGRGeometryH ring = OGR_G_CreateGeometry(wkbLinearRing);
+  for (const Eigen::Vector2d& p : points) OGR_G_AddPoint_2D(ring, p.x(), p.y());
+  OGR_G_AddPoint_2D(ring, points.front().x(), points.front().y());
+  OGR_G_AddGeometryDirectly(polygon, ring);
+}
+
+void take_rings(OGRGeometryH geometry, Area& area) {
+  if (wkbFlatten(OGR_G_GetGeometryType(geometry)) != wkbPolygon) {
+    const int parts = OGR_G_GetGeometryCount(geometry);
+    for (int i = 0; i < parts; ++i) take_rings(OGR_G_GetGeometryRef(geometry, i), area);
+    return;
+  }
+  for (int i = 0; i < OGR_G_GetGeometryCount(geometry); ++i) {
+    const OGRGeometryH ring = OGR_G_GetGeometryRef(geometry, i);
+    Ring points;
+    // The last point is the first again.
+    for (int k = 0; k + 1 < OGR_G_GetPointCount(ring); ++k) {
+      points.emplace_back(OGR_G_GetX(ring, k), OGR_G_GetY(ring, k));
+    }
+    if (points.size() >= 3) area.rings.push_back(std::move(points));
+  }
+}
+
+/// Area's even-odd rule would take what two polygons share for a hole, so they become one.
+Area Reader::joined() const {
+  Area area;
+  if (polygons_.size() == 1) {
+    area.rings = polygons_.front();
+    return area;
+  }
+  const buildings::gdal::Quiet quiet;
+  const Geometry all(OGR_G_CreateGeometry(wkbMultiPolygon));
+  for (const Polygon& polygon : polygons_) {
+    Geometry part(OGR_G_CreateGeometry(wkbPolygon));
+    for (const Ring& ring : polygon) add_ring(part.get(), ring);
+    if (OGR_G_IsValid(part.get()) == 0) part.reset(OGR_G_MakeValid(part.get()));
+    if (!part) fail("a polygon crosses itself beyond repair (" + quiet.message() + ")", "repair it in QGIS");
+    if (wkbFlatten(OGR_G_GetGeometryType(part.get())) == wkbPolygon) {
+      OGR_G_AddGeometry(all.get(), part.get());
+      continue;
+    }
+    for (int i = 0; i < OGR_G_GetGeometryCount(part.get()); ++i) {
+      const OGRGeometryH piece = OGR_G_GetGeometryRef(part.get(), i);
+      if (wkbFlatten(OGR_G_GetGeometryType(piece)) == wkbPolygon) OGR_G_AddGeometry(all.get(), piece);
+    }
+  }
+  const Geometry one(OGR_G_UnionCascaded(all.get()));
+  if (!one) fail("its polygons cannot be joined (" + quiet.message() + ")", "repair them in QGIS");
+  take_rings(one.get(), area);
+  return area;
+}
+
+void Reader::check_near(const Area& area) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Ring& ring : area.rings) {
+    for (const Eigen::Vector2d& point : ring) nearest = std::min(nearest, point.norm());
+  }
+  if (nearest > kNearMetres && !area.contains(Eigen::Vector2d::Zero())) {
+    fail(fmt::format("the area lies {:.0f} km from the city", nearest / 1000),
+         "give an area about the city, positions as [longitude, latitude]");
+  }
+}
+
+Area Reader::read() {
+  const TextFile file(path_, std::size_t{1} << 28);
+  const Json json = [&] {
+    try {
+      return Json::parse(file.text());
+    } catch (const Json::parse_error& error) {
+      const std::string what = error.what();
+      // "[json.exception.parse_error.101] parse error at line 1, column 5: ...": without the library's
+      // number.
+      const std::size_t start = what.find("] ");
+      fail("is no JSON: " + (start == std::string::npos ? what : what.substr(start + 2)));
+    }
+  }();
+  if (json.is_object() && json.contains("crs") && !json["crs"].is_null()) {
+    // Withdrawn by RFC 7946, 4, yet written by many tools.
+    const std::string text = json["crs"].dump();
+    if (text.find("CRS84") == std::string::npos && text.find("4326") == std::string::npos) {
+      fail("its coordinates are not WGS 84: " + text.substr(0, 120),
+           "convert it with ogr2ogr -t_srs EPSG:4326 -lco RFC7946=YES");
+    }
+  }
+  take_object(json);
+  if (polygons_.empty()) fail("has no polygon", "give Polygon or MultiPolygon features");
+  Area area = joined();
+  if (area.rings.empty()) fail("its polygons have no area", "give polygons with an inside");
+  check_near(area);
+  return area;
+}
+
+}  // namespace
+
+Area read_area(const std::filesystem::path& geojson, const geodesy::LocalFrame& frame) {
+  return Reader(geojson, frame).read();
+}
+
+}  // namespace canyon::heatmap

@@ -1,0 +1,60 @@
+#include "canyon/heatmap/kernels/layers.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::heatmap {
+namespace {
+
+TEST(Layers, EveryLayerIsFoundByItsName) {
+  std::set<std::string_view> names;
+  for (const LayerInfo& each : all_layers()) {
+    EXPECT_EQ(&info(each.layer), &each);
+    EXPECT_EQ(layer_by_name(each.name), each.layer);
+    EXPECT_TRUE(names.insert(each.name).second) << each.name;
+    EXPECT_FALSE(each.long_name.empty());
+    EXPECT_TRUE(each.unit == "m" || each.unit == "1") << each.name;
+    EXPECT_TRUE(std::all_of(each.name.begin(), each.name.end(), [](char c) {
+      return c == '_' || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+    })) << each.name;
+  }
+  EXPECT_EQ(layer_by_name(" HDOP "), Layer::Hdop);
+}
+
+TEST(Layers, SayWhatTheyNeed) {
+  for (const LayerInfo& each : all_layers()) {
+    const bool statistics = each.name.find("error_") != std::string_view::npos;
+    EXPECT_EQ(each.draws, statistics) << each.name;
+    EXPECT_EQ(each.received, each.layer != Layer::SatellitesLos && each.layer != Layer::SkyView) << each.name;
+    if (each.draws) {
+      EXPECT_TRUE(each.error) << each.name;
+    }
+    if (each.error) {
+      EXPECT_TRUE(each.received) << each.name;
+    }
+  }
+}
+
+TEST(Layers, AnotherNameIsAnErrorThatNamesTheClosest) {
+  try {
+    (void)layer_by_name("horizontal_eror");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.problem(), "there is no layer 'horizontal_eror'");
+    EXPECT_EQ(error.cure(), "did you mean horizontal_error?");
+  }
+  EXPECT_THROW((void)layer_by_name("all"), InputError);
+  EXPECT_THROW((void)layer_by_name(""), InputError);
+}
+
+TEST(Layers, ThePaperShowsThree) {
+  EXPECT_EQ(default_layers(), (std::vector{Layer::HorizontalError, Layer::SatellitesVisible, Layer::Hdop}));
+}
+
+}  // namespace
+}  // namespace canyon::heatmap

@@ -1,0 +1,134 @@
+#include "canyon/heatmap/kernels/tile_terrain.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace canyon::heatmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+/// Share of a triangle's size by which cells beyond its edges still belong to it, so that rounding leaves no
+/// gap between neighbours.
+constexpr double kSeam = 1e-9;
+/// Below this area seen from above [m^2] a triangle stands upright.
+constexpr double kUpright_m2 = 1e-12;
+
+double cross(const Vector2d& a, const Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+struct Bounds {
+  Vector2d min, max;
+};
+template <class Triangle>
+Bounds bounds_of(const Triangle& t) {
+  return {t[0].template head<2>().cwiseMin(t[1].template head<2>()).cwiseMin(t[2].template head<2>()),
+          t[0].template head<2>().cwiseMax(t[1].template head<2>()).cwiseMax(t[2].template head<2>())};
+}
+
+}  // namespace
+
+TerrainHeights::TerrainHeights(const city::Mesh& mesh) {
+  Bounds all{Vector2d::Constant(1e300), Vector2d::Constant(-1e300)};
+  for (const city::Object& object : mesh.objects) {
+    if (object.surface != city::Surface::Terrain) continue;
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+      const auto& corner = mesh.triangles[t];
+      const Triangle triangle{mesh.vertices[corner[0]], mesh.vertices[corner[1]], mesh.vertices[corner[2]]};
+      const Vector2d a = triangle[0].head<2>();
+      if (std::abs(cross(triangle[1].head<2>() - a, triangle[2].head<2>() - a)) < kUpright_m2) continue;
+      const Bounds bounds = bounds_of(triangle);
+      all = {all.min.cwiseMin(bounds.min), all.max.cwiseMax(bounds.max)};
+      triangles_.push_back(triangle);
+    }
+  }
+  if (triangles_.empty()) return;
+
+  // About one bin for each triangle.
+  const Vector2d extent = all.max - all.min;
+  corner_ = all.min;
+  bin_size_m_ = std::max(std::sqrt(extent.x() * extent.y() / static_cast<double>(triangles_.size())),
+                         std::max(extent.maxCoeff() / 4096, 1e-3));
+  for (std::size_t k = 0; k < 2; ++k) {
+    bins_[k] = static_cast<std::uint32_t>(extent[static_cast<Eigen::Index>(k)] / bin_size_m_) + 1;
+  }
+  const auto for_each_bin = [&](const Triangle& triangle, const auto& call) {
+    const Bounds bounds = bounds_of(triangle);
+    const auto low = bin(bounds.min), high = bin(bounds.max);
+    for (std::uint32_t y = low[1]; y <= high[1]; ++y) {
+      for (std::uint32_t x = low[0]; x <= high[0]; ++x) call(std::size_t{y} * bins_[0] + x);
+    }
+  };
+  first_.assign(std::size_t{bins_[0]} * bins_[1] + 1, 0);
+  for (const Triangle& triangle : triangles_) {
+    for_each_bin(triangle, [&](std::size_t b) { ++first_[b + 1]; });
+  }
+  for (std::size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
+  in_bins_.resize(first_.back());
+  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    for_each_bin(triangles_[t], [&](std::size_t b) { in_bins_[next[b]++] = t; });
+  }
+}
+
+std::array<std::uint32_t, 2> TerrainHeights::bin(const Vector2d& point) const {
+  std::array<std::uint32_t, 2> bin{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    bin[k] = static_cast<std::uint32_t>(
+        std::clamp((point[i] - corner_[i]) / bin_size_m_, 0.0, static_cast<double>(bins_[k] - 1)));
+  }
+  return bin;
+}
+
+void TerrainHeights::heights(const Grid& grid, const Tile& tile, std::span<double> heights) const {
+  assert(heights.size() == tile.cells());
+  std::fill(heights.begin(), heights.end(), std::numeric_limits<double>::quiet_NaN());
+  if (triangles_.empty() || heights.empty()) return;
+  const auto low = bin(grid.centre(tile.first_column, tile.first_row));
+  const auto high = bin(grid.centre(tile.first_column + tile.columns - 1, tile.first_row + tile.rows - 1));
+  std::vector<std::uint32_t> near;
+  for (std::uint32_t y = low[1]; y <= high[1]; ++y) {
+    const std::size_t row = std::size_t{y} * bins_[0];
+    near.insert(near.end(), in_bins_.begin() + first_[row + low[0]],
+                in_bins_.begin() + first_[row + high[0] + 1]);
+  }
+  std::sort(near.begin(), near.end());
+  near.erase(std::unique(near.begin(), near.end()), near.end());
+  for (const std::uint32_t t : near) draw(triangles_[t], grid, tile, heights);
+}
+
+void TerrainHeights::draw(const Triangle& triangle, const Grid& grid, const Tile& tile,
+                          std::span<double> heights) const {
+  const Vector2d a = triangle[0].head<2>(), b = triangle[1].head<2>(), c = triangle[2].head<2>();
+  const Bounds bounds = bounds_of(triangle);
+  const Vector2d first = grid.centre(tile.first_column, tile.first_row);
+  const auto range = [&](Eigen::Index k, std::uint32_t count) {
+    const double low = std::ceil((bounds.min[k] - first[k]) / grid.spacing_m - 1e-6);
+    const double high = std::floor((bounds.max[k] - first[k]) / grid.spacing_m + 1e-6);
+    return std::array{static_cast<std::int64_t>(std::clamp(low, 0.0, static_cast<double>(count))),
+                      static_cast<std::int64_t>(std::clamp(high, -1.0, count - 1.0))};
+  };
+  const auto columns = range(0, tile.columns), rows = range(1, tile.rows);
+  const double per_area = 1 / cross(b - a, c - a);
+  for (std::int64_t r = rows[0]; r <= rows[1]; ++r) {
+    for (std::int64_t k = columns[0]; k <= columns[1]; ++k) {
+      const Vector2d p = grid.centre(tile.first_column + static_cast<std::uint32_t>(k),
+                                     tile.first_row + static_cast<std::uint32_t>(r));
+      // Barycentric coordinates.
+      const double of_b = cross(p - a, c - a) * per_area;
+      const double of_c = cross(b - a, p - a) * per_area;
+      if (of_b < -kSeam || of_c < -kSeam || of_b + of_c > 1 + kSeam) continue;
+      const double z = triangle[0].z() + of_b * (triangle[1].z() - triangle[0].z()) +
+                       of_c * (triangle[2].z() - triangle[0].z());
+      double& height = heights[static_cast<std::size_t>(r) * tile.columns + static_cast<std::size_t>(k)];
+      if (!(height >= z)) height = z;  // NaN as well
+    }
+  }
+}
+
+}  // namespace canyon::heatmap

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "canyon/city/city.hpp"
+#include "canyon/drawing/canvas.hpp"
+#include "canyon/heatmap/kernels/grid.hpp"
+#include "canyon/heatmap/kernels/layers.hpp"
+#include "canyon/heatmap/pictures/map_pictures_raster.hpp"
+#include "canyon/heatmap/pictures/map_style.hpp"
+
+namespace canyon::heatmap {
+
+inline constexpr std::size_t kMostPanels = 6;
+
+/// Where things lie on sheets of up to six panels, all of one size: in a row up to three, else in two. In
+/// units of the canvas, but for pixels of the stills.
+class SheetLayout {
+ public:
+  /// @param layers of the fullest sheet, [1, kMostPanels]
+  SheetLayout(const Grid& grid, const std::vector<Layer>& layers, double pixels_per_unit);
+
+  [[nodiscard]] double width() const;
+  /// @param panels of a sheet
+  [[nodiscard]] double height(std::size_t panels) const;
+  /// The map of a panel, whole units.
+  [[nodiscard]] drawing::Rect map(std::size_t panel) const;
+  [[nodiscard]] int title_lines() const { return title_lines_; }
+  [[nodiscard]] double legend_top(std::size_t panels) const;
+
+  /// What a map shows [m, ENU]: the grid, with paper around it where it is very slim. z is 0.
+  [[nodiscard]] const city::Box& extent() const { return extent_; }
+  /// Pixels of a whole map, and of the grid on it.
+  [[nodiscard]] const RasterSize& map_pixels() const { return map_pixels_; }
+  [[nodiscard]] const RasterSize& grid_pixels() const { return grid_pixels_; }
+  [[nodiscard]] const std::array<std::uint32_t, 2>& grid_corner() const { return grid_corner_; }
+  /// Of a layer: not more than cells, not more than pixels.
+  [[nodiscard]] RasterSize raster_size() const { return raster_size_; }
+
+ private:
+  std::size_t columns_ = 1;
+  double map_width_ = 0, map_height_ = 0;
+  int title_lines_ = 1;
+  city::Box extent_;
+  RasterSize map_pixels_, grid_pixels_, raster_size_;
+  std::array<std::uint32_t, 2> grid_corner_{};
+};
+
+/// Edges of roofs as seen from above, steps of roofs included, those of buildings in the extent [m, ENU].
+using Outlines = std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>>;
+[[nodiscard]] Outlines building_outlines(const city::Mesh& mesh, const city::Box& extent);
+
+/// How much of each pixel of a map outlines cover, 0 to 255.
+[[nodiscard]] std::vector<std::uint8_t> outline_coverage(const Outlines& outlines, const SheetLayout& layout,
+                                                         double pixels_per_unit);
+
+/// Which shades a sheet's legend tells of.
+using ShadesSeen = std::array<bool, kShades>;
+
+/// What a sheet shows.
+struct Sheet {
+  std::string title;
+  std::array<std::string, 2> subtitles;
+  struct Panel {
+    Layer layer = Layer::HorizontalError;
+    const PanelRaster* raster = nullptr;
+    const ColourScale* scale = nullptr;
+  };
+  std::vector<Panel> panels;
+  /// On any picture of this sheet, so that an animation's legend rests.
+  ShadesSeen seen{};
+  std::string no_value = "no fix";  ///< what NoValue means
+  const std::vector<std::uint8_t>* outlines = nullptr;
+  bool has_outlines = false;
+};
+
+/// The panels' maps as pixels, the same for every size of the picture.
+[[nodiscard]] std::vector<std::vector<std::uint32_t>> map_images(const Sheet& sheet,
+                                                                 const SheetLayout& layout);
+void draw_sheet(drawing::Canvas& canvas, const Sheet& sheet, const SheetLayout& layout,
+                const std::vector<std::vector<std::uint32_t>>& images);
+
+}  // namespace canyon::heatmap

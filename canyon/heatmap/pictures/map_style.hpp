@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "canyon/drawing/palette.hpp"
+#include "canyon/heatmap/kernels/layers.hpp"
+
+// How a layer's values become colours. Bright is good and dark is bad on every map but those of signed
+// values, in colour, to colour-blind eyes and in grey.
+
+namespace canyon::heatmap {
+
+/// Matplotlib's inferno (Smith, van der Walt 2015, CC0), from black at 0 to pale yellow at 1, within 1.5 % of
+/// it: even in lightness. `t` is clamped, NaN counts as 0.
+[[nodiscard]] drawing::Colour inferno(double t);
+/// Cividis (Nunez, Anderton, Renslow, PLoS ONE 13(7), 2018, e0199239), from dark blue at 0 to yellow at 1,
+/// within 3.5 % of Matplotlib's table: the same to people who see red and green alike.
+[[nodiscard]] drawing::Colour cividis(double t);
+/// ColorBrewer's PuOr in 11 steps (Brewer, Harrower 2003), from orange at 0 over near-white to purple at 1:
+/// for signed values. Grey tells how far from zero, not to which side.
+[[nodiscard]] drawing::Colour orange_purple(double t);
+
+/// What a layer's values are, to the eye.
+enum class ValueKind : std::uint8_t {
+  Length,  ///< [m], from 0
+  SignedLength,
+  Dop,
+  Count,  ///< of satellites: discrete steps
+  Share,  ///< shown in per cent
+};
+struct LayerStyle {
+  ValueKind kind = ValueKind::Length;
+  drawing::Colour (*colours)(double) = &inferno;
+  bool large_is_bad = false;  ///< the colour map runs from its bright end
+};
+[[nodiscard]] LayerStyle style_of(Layer layer);
+
+/// Of absolute values, to find quantiles of as many as there are in a fixed memory (23 KiB).
+class ValueHistogram {
+ public:
+  /// NaN is passed over.
+  void add(float value);
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+  /// Of the values with their signs; 0 where there is none.
+  [[nodiscard]] double least() const { return count_ > 0 ? least_ : 0; }
+  [[nodiscard]] double largest() const { return count_ > 0 ? largest_ : 0; }
+  /// Smallest bound that at least the share q, in [0, 1], of the absolute values does not exceed, at most 1.1
+  /// % above it (bins are 2^(1/64) wide) between 2^-14 and 2^30; 0 where there is none.
+  [[nodiscard]] double quantile(double q) const;
+
+ private:
+  static constexpr int kBinsPerOctave = 64, kLowestOctave = -14, kOctaves = 44;
+  std::uint64_t count_ = 0, zeros_ = 0;
+  double least_ = 0, largest_ = 0;
+  std::vector<std::uint64_t> bins_;
+};
+
+/// DOPs above are drawn as this one: a fix with them says little.
+inline constexpr double kLargestDrawnDop = 20;
+
+/// Values to colours, and what a colour bar says of it.
+struct ColourScale {
+  LayerStyle style;
+  double low = 0, high = 1;  ///< of values, in the layer's unit
+  /// What goes evenly along the bar; others than the value itself where few values are far above the others.
+  enum class Progression : std::uint8_t { Linear, SquareRoot, Logarithm };
+  Progression progression = Progression::Linear;
+  int classes = 0;                    ///< of a Count; 0: continuous
+  double class_width = 1;             ///< of a Count
+  bool below = false, above = false;  ///< values beyond the ends: drawn in the ends' colours
+  std::string unit;                   ///< "m", "%" or empty
+  /// Position 0 to 1 on the bar, and its label.
+  std::vector<std::pair<double, std::string>> ticks;
+
+  /// Position on the bar, clamped. NaN goes to 0.
+  [[nodiscard]] double at(double value) const;
+  /// Of a position on the bar: one colour for each class.
+  [[nodiscard]] drawing::Colour colour_at(double position) const;
+  [[nodiscard]] drawing::Colour colour(double value) const { return colour_at(at(value)); }
+};
+
+/// The scale for a layer's values: lengths from 0 to their 98th percentile, by the square root where it is
+/// more than six times the median, signed ones to both sides; DOPs from about the least to the 98th
+/// percentile, at most kLargestDrawnDop; counts from the least to the largest in at most ten classes of equal
+/// width; shares from 0 to 100 %. Ends are rounded outwards to round numbers. The same for the same
+/// histogram.
+[[nodiscard]] ColourScale make_colour_scale(Layer layer, const ValueHistogram& values);
+
+}  // namespace canyon::heatmap

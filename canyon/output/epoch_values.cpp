@@ -1,0 +1,32 @@
+#include "canyon/output/epoch_values.hpp"
+
+#include <cmath>
+
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::output {
+
+std::string_view placement_word(raytrace::Placement placement) {
+  switch (placement) {
+    case raytrace::Placement::Free:
+      return "free";
+    case raytrace::Placement::InsideBuilding:
+      return "inside building";
+    case raytrace::Placement::UnderTerrain:
+      return "under terrain";
+  }
+  return "free";
+}
+
+double wrapped_azimuth_deg(double azimuth_rad, int decimals) {
+  double deg = std::fmod(geodesy::degrees(azimuth_rad), 360.0);
+  if (deg < 0) deg += 360.0;
+  const double half_step = 0.5 * std::pow(10.0, -decimals);
+  return deg >= 360.0 - half_step ? 0.0 : deg;
+}
+
+double horizontal_m(const Eigen::Vector3d& error_enu_m) {
+  return std::hypot(error_enu_m.x(), error_enu_m.y());
+}
+
+}  // namespace canyon::output

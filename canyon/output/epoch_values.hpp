@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+#include "canyon/raytrace/ray_scene.hpp"
+#include "canyon/receiver/receiver.hpp"
+
+namespace canyon::output {
+
+/// "free", "inside building", "under terrain".
+[[nodiscard]] std::string_view placement_word(raytrace::Placement placement);
+
+/// "fix" or "no fix"; an unsolved fix never reads otherwise, whatever its members hold.
+[[nodiscard]] inline std::string_view status_word(const positioning::Fix& fix) {
+  return positioning::name(fix.status);
+}
+
+/// Satellites in the position: 0 without one.
+[[nodiscard]] inline std::size_t used_count(const positioning::Fix& fix) {
+  return fix.solved() ? fix.used.size() : 0;
+}
+
+/// Whether a satellite's `excess_m` says something: its signal arrives, and where signals have strength the
+/// receiver has locked on to it.
+[[nodiscard]] inline bool has_tracked_excess(const receiver::SatelliteObservation& satellite) {
+  return satellite.visibility != propagation::Visibility::Blocked &&
+         !(satellite.cn0_dbhz && satellite.lock != tracking::LockState::Tracking);
+}
+
+/// Degrees of an azimuth [rad], in [0, 360) also after rounding to `decimals`.
+[[nodiscard]] double wrapped_azimuth_deg(double azimuth_rad, int decimals);
+
+/// Horizontal error [m] of an east-north-up error; NaN stays NaN.
+[[nodiscard]] double horizontal_m(const Eigen::Vector3d& error_enu_m);
+
+}  // namespace canyon::output

@@ -1,0 +1,423 @@
+#include "canyon/positioning/fix.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/positioning/raim.hpp"
+
+namespace canyon::positioning {
+namespace {
+
+using geodesy::kSpeedOfLight;
+using gnss::System;
+
+/// Mask and atmosphere wait until the last step was below this: Newton's next error is then about 5 m, 1e-6
+/// rad of elevation.
+constexpr double kPlaceKnown_m = 1e4;
+constexpr double kEarthRadius_m = 6.371e6;
+/// Beyond every orbit: an iteration that got there does not come back.
+constexpr double kAstray_m = 1e9;
+/// Pivots below this part of the largest count as zero.
+constexpr double kRankThreshold = 1e-6;
+/// While still far from the place only an exactly degenerate geometry stops the iteration.
+constexpr double kWorkingThreshold = 1e-13;
+
+class Solver {
+ public:
+  Solver(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements, const orbit::Sky& sky,
+         const FixOptions& options, const std::map<System, gnss::Klobuchar>& klobuchar,
+         const Eigen::Vector3d& start)
+      : receiver_time_(receiver_time), options_(options), klobuchar_(klobuchar), position_(start) {
+    satellites_ = ranged_satellites(receiver_time, measurements, sky, options);
+    // A large receiver clock bias would cost digits in every residual.
+    if (!satellites_.empty()) offset_m_ = satellites_.front().pseudorange_m;
+    for (RangedSatellite& satellite : satellites_) satellite.pseudorange_m -= offset_m_;
+  }
+
+  Fix solve() {
+    Fix fix = locate();
+    if (fix.solved() && options_.raim.enabled) fix = monitor(std::move(fix));
+    return fix;
+  }
+
+ private:
+  Fix locate() {
+    const Fix fix = attempt();
+    if (fix.solved() || fix.status == FixStatus::WeakGeometry || fix.iterations == 0) return fix;
+    // With few satellites Newton may run to the mirrored solution or away; the ground below the satellites is
+    // a safer place to begin. (2000 sets of four satellites: the Earth's centre led 9 astray, both together
+    // 1, with a GDOP of 744.)
+    position_.setZero();
+    for (const RangedSatellite& satellite : satellites_) position_ += satellite.state.position_m.normalized();
+    if (!(position_.norm() > 0)) return fix;
+    position_ *= kEarthRadius_m / position_.norm();
+    clock_m_.fill(0);
+    for (RangedSatellite& satellite : satellites_) {
+      satellite.above_mask = true;
+      satellite.atmosphere_m = 0;
+    }
+    const Fix again = attempt();
+    return !again.solved() && fix.status == FixStatus::Singular ? fix : again;
+  }
+
+  Fix attempt() {
+    Fix fix;
+    double step = std::numeric_limits<double>::infinity();
+    bool place_known = false;
+    int looks = 0;
+    while (fix.iterations < options_.max_iterations) {
+      place_known = place_known || step < kPlaceKnown_m;
+      if (place_known) {
+        look_up(satellites_, position_, receiver_time_, options_, klobuchar_, looks++);
+      }
+      if (!choose(fix)) return fix;
+      ++fix.iterations;
+      step = iterate(fix);
+      if (fix.status == FixStatus::Singular) return fix;
+      if (!(position_.norm() < kAstray_m)) {
+        fix.status = FixStatus::NotConverged;
+        return fix;
+      }
+      // Mask and atmosphere were looked up where this step began, less than convergence_m away.
+      if (place_known && step < options_.convergence_m) {
+        fix.status = FixStatus::Fix;
+        break;
+      }
+    }
+    // A weak geometry magnifies the rounding of ranges (about 1e-8 m) above the criterion: settled all the
+    // same.
+    if (fix.status != FixStatus::Fix && place_known && step < 1 && fix.rank == fix.unknowns &&
+        step < 1e-8 * std::sqrt(weighted_cofactor().trace()) / smallest_sigma_m_) {
+      fix.status = FixStatus::Fix;
+    }
+    finish(fix);
+    return fix;
+  }
+
+  /// Satellites and clocks of the next step; false, with the status, where they are too few.
+  bool choose(Fix& fix) {
+    std::array<int, gnss::kSystemCount> count{};
+    fix.available = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (!satellite.above_mask) continue;
+      ++fix.available;
+      if (!satellite.excluded) ++count[static_cast<std::size_t>(satellite.measured->id.system)];
+    }
+    clocks_ = 0;
+    for (std::size_t system = 0; system < gnss::kSystemCount; ++system) {
+      column_[system] = count[system] >= 2 ? 3 + clocks_++ : -1;
+    }
+    rows_ = 0;
+    for (RangedSatellite& satellite : satellites_) {
+      satellite.active = satellite.above_mask && !satellite.excluded && column_of(satellite) >= 0;
+      if (satellite.active) ++rows_;
+    }
+    if (options_.weights.weighting == Weighting::Equal) weigh_equally();
+    fix.unknowns = 3 + std::max(clocks_, 1);
+    if (rows_ >= options_.min_satellites + std::max(clocks_, 1) - 1) return true;
+    fix.status = FixStatus::TooFewSatellites;
+    fix.rank = 0;
+    return false;
+  }
+
+  /// At the rms of the sigmas of what is used, so that the covariance stays that of the measurements.
+  void weigh_equally() {
+    double sum = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (satellite.active) sum += satellite.measured->sigma_m * satellite.measured->sigma_m;
+    }
+    for (RangedSatellite& satellite : satellites_) {
+      if (satellite.active) satellite.sigma_m = std::sqrt(sum / rows_);
+    }
+  }
+
+  [[nodiscard]] int column_of(const RangedSatellite& satellite) const {
+    return column_[static_cast<std::size_t>(satellite.measured->id.system)];
+  }
+
+  /// One Gauss-Newton step; its length [m].
+  double iterate(Fix& fix) {
+    design_.setZero(rows_, 3 + clocks_);
+    residual_.resize(rows_);
+    smallest_sigma_m_ = std::numeric_limits<double>::infinity();
+    int row = 0;
+    for (RangedSatellite& satellite : satellites_) {
+      // Flight time and position converge together: 1e-6 m of range turn the Earth by 1e-11 m.
+      place_satellite(satellite, position_);
+      if (!satellite.active) continue;
+      const double sigma = satellite.sigma_m;
+      smallest_sigma_m_ = std::min(smallest_sigma_m_, sigma);
+      const int column = column_of(satellite);
+      design_.row(row).head<3>() = -satellite.direction.transpose() / sigma;
+      design_(row, column) = 1 / sigma;
+      residual_(row) = (satellite.pseudorange_m - satellite.range_m - satellite.atmosphere_m -
+                        clock_m_[static_cast<std::size_t>(satellite.measured->id.system)]) /
+                       sigma;
+      ++row;
+    }
+    qr_.compute(design_);
+    qr_.setThreshold(kRankThreshold);
+    fix.rank = static_cast<int>(qr_.rank());
+    qr_.setThreshold(kWorkingThreshold);
+    if (qr_.rank() < fix.unknowns) {
+      fix.status = FixStatus::Singular;
+      return 0;
+    }
+    const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 8, 1> dx = qr_.solve(residual_);
+    residual_ -= design_ * dx;
+    position_ += dx.head<3>();
+    for (std::size_t system = 0; system < gnss::kSystemCount; ++system) {
+      if (column_[system] >= 0) clock_m_[system] += dx(column_[system]);
+    }
+    return dx.norm();
+  }
+
+  /// (A^T W A)^-1 of the last step [m^2].
+  [[nodiscard]] Cofactor weighted_cofactor() const {
+    const Eigen::Index unknowns = design_.cols();
+    const Cofactor r = qr_.matrixQR().topRows(unknowns);
+    Cofactor inverse = Cofactor::Identity(unknowns, unknowns);
+    r.triangularView<Eigen::Upper>().solveInPlace(inverse);
+    const Cofactor permuted = qr_.colsPermutation() * inverse;
+    return permuted * permuted.transpose();
+  }
+
+  void finish(Fix& fix) {
+    if (fix.status == FixStatus::Fix && fix.rank < fix.unknowns) fix.status = FixStatus::Singular;
+    if (fix.status == FixStatus::NotSolved) {
+      fix.status = fix.rank < fix.unknowns ? FixStatus::Singular : FixStatus::NotConverged;
+    }
+    if (!fix.solved()) return;
+    const geodesy::Geodetic place = geodesy::geodetic_from_ecef(position_);
+    if (!(place.height_m >= kLowest_m && place.height_m <= kHighest_m)) {
+      fix.status = FixStatus::NotConverged;
+      return;
+    }
+    Design unit = design_;
+    int row = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (satellite.active) unit.row(row++) *= satellite.sigma_m;
+    }
+    const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
+    if (const std::optional<Cofactor> q = cofactor(unit, kRankThreshold)) {
+      Cofactor enu = *q;
+      enu.topLeftCorner<3, 3>() = enu_from_ecef * q->topLeftCorner<3, 3>() * enu_from_ecef.transpose();
+      fix.dop = dop_from_cofactor(enu);
+    }
+    if (std::isfinite(options_.max_pdop) && !(fix.dop && fix.dop->pdop <= options_.max_pdop)) {
+      fix.dop.reset();
+      fix.status = FixStatus::WeakGeometry;
+      return;
+    }
+    fix.position_ecef = position_;
+    fix.position = place;
+    fix.covariance_enu =
+        enu_from_ecef * weighted_cofactor().topLeftCorner<3, 3>() * enu_from_ecef.transpose();
+    row = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (!satellite.active) continue;
+      fix.used.push_back(satellite.measured->id);
+      fix.residuals_m.push_back(residual_(row++) * satellite.sigma_m);
+    }
+    for (const System system : gnss::kAllSystems) {
+      const auto index = static_cast<std::size_t>(system);
+      if (column_[index] >= 0) fix.clock_bias_s[system] = (clock_m_[index] + offset_m_) / kSpeedOfLight;
+    }
+    solve_velocity(fix, enu_from_ecef);
+  }
+
+  /// RAIM's global test of the last step's residuals: their weighted squares are chi-square distributed with
+  /// as many degrees as there are measurements above the unknowns. Empty without redundancy.
+  [[nodiscard]] std::optional<bool> consistent(const Fix& fix) const {
+    const int redundancy = rows_ - fix.unknowns;
+    if (redundancy < 1) return std::nullopt;
+    const double scale = options_.raim.sigma_scale;
+    return residual_.squaredNorm() <=
+           scale * scale * chi_square_quantile(options_.raim.false_alarm, redundancy);
+  }
+
+  /// Fault detection and exclusion (Kuusniemi 2005): while the global test fails, the satellite with the
+  /// largest normalised residual goes; once it passes, what went first is tried again, since the first
+  /// exclusions are made beside other faults. With one redundant measurement all normalised residuals are
+  /// alike, and nothing can be told apart: exclusions that lead there and still do not agree have nothing to
+  /// say for themselves, and are taken back (docs/positioning.md has the measurement).
+  Fix monitor(Fix fix) {
+    fix.consistent = consistent(fix);
+    if (fix.consistent != false) return fix;
+    const Fix all_in_view = fix;
+    std::vector<RangedSatellite*> gone;
+    while (fix.consistent == false && static_cast<int>(gone.size()) < options_.raim.max_exclusions) {
+      if (rows_ - fix.unknowns < 2) return all_in_view;
+      RangedSatellite* worst = worst_satellite();
+      if (worst == nullptr) return all_in_view;
+      worst->excluded = true;
+      Fix next = attempt();
+      if (!next.solved()) return all_in_view;
+      gone.push_back(worst);
+      next.consistent = consistent(next);
+      fix = std::move(next);
+    }
+    if (fix.consistent != true && rows_ - fix.unknowns < 2) return all_in_view;
+    if (fix.consistent == true) {
+      for (std::size_t i = 0; i + 1 < gone.size(); ++i) {
+        RangedSatellite* again = gone[i];
+        again->excluded = false;
+        position_ = fix.position_ecef;
+        Fix next = attempt();
+        if (next.solved() && (next.consistent = consistent(next)) == true) {
+          fix = std::move(next);
+        } else {
+          again->excluded = true;
+        }
+      }
+    }
+    for (const RangedSatellite* satellite : gone) {
+      if (satellite->excluded) fix.excluded.push_back(satellite->measured->id);
+    }
+    return fix;
+  }
+
+  /// By normalised residual, of the last step; null where none is checked by the others.
+  [[nodiscard]] RangedSatellite* worst_satellite() {
+    const std::optional<Eigen::Index> worst = largest_normalised_residual(design_, residual_);
+    if (!worst) return nullptr;
+    Eigen::Index row = 0;
+    for (RangedSatellite& satellite : satellites_) {
+      if (satellite.active && row++ == *worst) return &satellite;
+    }
+    return nullptr;
+  }
+
+  /// By doppler_equation(), linear in velocity and clock drift.
+  void solve_velocity(Fix& fix, const Eigen::Matrix3d& enu_from_ecef) const {
+    const auto rows = std::count_if(
+        satellites_.begin(), satellites_.end(),
+        [](const RangedSatellite& satellite) { return satellite.active && satellite.measured->doppler_hz; });
+    if (rows < 4) return;
+    Eigen::Matrix<double, Eigen::Dynamic, 4> design(rows, 4);
+    Eigen::VectorXd rate(rows);
+    int row = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (!satellite.active || !satellite.measured->doppler_hz) continue;
+      const DopplerEquation doppler = doppler_equation(satellite);
+      design.row(row).head<3>() = -satellite.direction.transpose() / (doppler.g * doppler.sigma_mps);
+      design(row, 3) = (1 - doppler.measured_mps / kSpeedOfLight) / doppler.sigma_mps;
+      rate(row) = (doppler.measured_mps - satellite.direction.dot(doppler.satellite_mps) / doppler.g +
+                   kSpeedOfLight * satellite.state.clock_drift) /
+                  doppler.sigma_mps;
+      ++row;
+    }
+    Eigen::ColPivHouseholderQR<Eigen::Matrix<double, Eigen::Dynamic, 4>> qr(design);
+    qr.setThreshold(kRankThreshold);
+    if (qr.rank() < 4) return;
+    const Eigen::Vector4d x = qr.solve(rate);
+    const Eigen::Matrix4d r = qr.matrixQR().topRows<4>();
+    Eigen::Matrix4d inverse = Eigen::Matrix4d::Identity();
+    r.triangularView<Eigen::Upper>().solveInPlace(inverse);
+    const Eigen::Matrix4d permuted = qr.colsPermutation() * inverse;
+    const Eigen::Matrix4d covariance = permuted * permuted.transpose();
+    fix.velocity_enu_mps = enu_from_ecef * x.head<3>();
+    fix.velocity_covariance_enu =
+        enu_from_ecef * covariance.topLeftCorner<3, 3>() * enu_from_ecef.transpose();
+    fix.clock_drift = x(3) / kSpeedOfLight;
+  }
+
+  geodesy::GpsTime receiver_time_;
+  const FixOptions& options_;
+  const std::map<System, gnss::Klobuchar>& klobuchar_;
+  Eigen::Vector3d position_;
+  std::vector<RangedSatellite> satellites_;
+  double offset_m_ = 0;
+  std::array<double, gnss::kSystemCount> clock_m_{};  ///< receiver minus system, minus offset_m_
+  std::array<int, gnss::kSystemCount> column_{};      ///< of each system's clock; -1 without
+  int clocks_ = 0;
+  int rows_ = 0;
+  double smallest_sigma_m_ = 1;
+  Design design_;             ///< weighted
+  Eigen::VectorXd residual_;  ///< weighted; after a step what it leaves
+  Eigen::ColPivHouseholderQR<Design> qr_;
+};
+
+}  // namespace
+
+std::string_view name(FixStatus status) {
+  return status == FixStatus::Fix ? "fix" : "no fix";
+}
+
+std::string_view reason(FixStatus status) {
+  switch (status) {
+    case FixStatus::NotSolved:
+      return "not solved";
+    case FixStatus::Fix:
+      return "solved";
+    case FixStatus::TooFewSatellites:
+      return "too few satellites";
+    case FixStatus::Singular:
+      return "satellite geometry does not determine a position";
+    case FixStatus::NotConverged:
+      return "least squares found no place near the ground";
+    case FixStatus::WeakGeometry:
+      return "satellite geometry is too weak";
+    case FixStatus::NoSignal:
+      break;
+  }
+  return "antenna inside a building or under the terrain";
+}
+
+void FixOptions::validate() const {
+  if (!(elevation_mask_rad >= 0 && elevation_mask_rad < geodesy::kPi / 2)) {
+    throw InputError(fmt::format("elevation_mask_rad is {} ({} deg)", elevation_mask_rad,
+                                 geodesy::degrees(elevation_mask_rad)),
+                     "it must lie within 0 and 90 deg, 90 excluded");
+  }
+  if (min_satellites < 4) {
+    throw InputError(fmt::format("min_satellites is {}", min_satellites),
+                     "a position and a clock need at least 4");
+  }
+  if (max_iterations < 5 || max_iterations > 1000) {
+    throw InputError(fmt::format("max_iterations is {}", max_iterations), "it must lie within 5 and 1000");
+  }
+  if (!(convergence_m > 0 && convergence_m <= 1)) {
+    throw InputError(fmt::format("convergence_m is {}", convergence_m), "it must lie above 0 and up to 1 m");
+  }
+  if (!(cn0_mask_dbhz >= 0 && cn0_mask_dbhz <= 60)) {
+    throw InputError(fmt::format("cn0_mask_dbhz is {}", cn0_mask_dbhz),
+                     "it must lie within 0 (no mask) and 60 dB-Hz");
+  }
+  if (!(max_pdop > 0)) {
+    throw InputError(fmt::format("max_pdop is {}", max_pdop), "it must lie above 0");
+  }
+  weights.validate();
+  raim.validate();
+}
+
+const gnss::Klobuchar& klobuchar_of(const std::map<System, gnss::Klobuchar>& klobuchar, System system) {
+  auto found = klobuchar.find(system);
+  if (found == klobuchar.end()) found = klobuchar.find(System::GPS);
+  if (found == klobuchar.end()) {
+    throw InputError(
+        fmt::format("no Klobuchar coefficients for {}, nor GPS's, are known", gnss::name(system)),
+        "give a navigation file whose header has them (GPSA and GPSB), or switch the ionosphere off");
+  }
+  return found->second;
+}
+
+Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements,
+              const orbit::Sky& sky, const FixOptions& options,
+              const std::map<System, gnss::Klobuchar>& klobuchar, const Eigen::Vector3d& start) {
+  options.validate();
+  if (!start.allFinite()) {
+    throw InputError("the initial position of the fix is not finite", "the Earth's centre (0, 0, 0) works");
+  }
+  return Solver(receiver_time, measurements, sky, options, klobuchar, start).solve();
+}
+
+}  // namespace canyon::positioning

@@ -1,0 +1,181 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/gnss/navigation_data.hpp"
+#include "canyon/orbit/sky.hpp"
+#include "canyon/positioning/dop.hpp"
+
+namespace canyon::positioning {
+
+/// What a receiver measures of one satellite on its L1-band signal.
+struct Measurement {
+  gnss::SatelliteId id;
+  double pseudorange_m =
+      0;  ///< c (receiver clock reading at reception - satellite clock reading at transmission)
+  /// Positive when approaching; includes both clocks' drifts: -(f / c) dP/dT, P the pseudorange [m] and T the
+  /// receiver's own clock.
+  std::optional<double> doppler_hz;
+  double carrier_frequency_hz = 0;
+  double sigma_m = 1;  ///< standard deviation that the solver weights and states covariances by; > 0
+  double doppler_sigma_hz = 0.1;  ///< likewise, of the Doppler; > 0
+  std::optional<double> cn0_dbhz;
+  /// Accumulated since the channel's lock [cycles], growing with the pseudorange (RINEX's sign); empty while
+  /// no phase is tracked.
+  std::optional<double> carrier_phase_cycles;
+  double carrier_phase_sigma_cycles = 0;  ///< standard deviation
+  /// Since when the phase is continuous; a later instant than at the epoch before is a cycle slip.
+  std::optional<geodesy::GpsTime> phase_since;
+};
+
+enum class FixStatus : std::uint8_t {
+  NotSolved,  ///< as constructed
+  Fix,
+  TooFewSatellites,
+  Singular,      ///< the satellites' geometry does not determine position and clocks
+  NotConverged,  ///< did not settle, or settled at no place near the ground (height -10 km to 100 km)
+  WeakGeometry,  ///< PDOP beyond FixOptions::max_pdop
+  NoSignal,      ///< the antenna is inside a building or under the terrain
+};
+/// "fix" or "no fix": the words of every output.
+[[nodiscard]] std::string_view name(FixStatus status);
+/// Reason for people: "too few satellites".
+[[nodiscard]] std::string_view reason(FixStatus status);
+
+/// How a solver weighs pseudoranges against each other.
+enum class Weighting : std::uint8_t {
+  Sigma,      ///< 1 / sigma^2 of Measurement::sigma_m
+  Equal,      ///< all alike, at the rms of Measurement::sigma_m of the satellites used
+  Elevation,  ///< sigma^2 = a^2 + b^2 / sin(elevation)^2, satellites below 5 deg as at 5 deg
+  Cn0,        ///< sigma^2 = c + d 10^(-C/N0 / 10); a signal without C/N0 counts as 30 dB-Hz
+};
+/// "sigma", "equal", "elevation", "cn0": the words of scenarios.
+[[nodiscard]] std::string_view name(Weighting weighting);
+
+struct WeightOptions {
+  Weighting weighting = Weighting::Sigma;
+  /// a and b [m], (0, 1e6]. Defaults: RTKLIB 2.4.3's stats-errphase and stats-errphaseel, 0.003 m each, times
+  /// stats-eratio1, 100. The square of the sine is that of its relative positioning (varerr() of rtkpos.c);
+  /// its single point positioning (pntpos.c) has b^2 / sin(elevation), and adds orbit and atmosphere.
+  double elevation_a_m = 0.3, elevation_b_m = 0.3;
+  /// c [m^2], (0, 1e6], and d [m^2 Hz], [0, 1e12], as validation::ClockOptions (Kuusniemi, User-level
+  /// reliability and quality monitoring in satellite-based personal navigation, Tampere University of
+  /// Technology 2005: 10 m^2 and 150^2 m^2 Hz where signals are lightly degraded).
+  double cn0_floor_m2 = 10;
+  double cn0_scale_m2_hz = 22'500;
+  /// Standard deviation that a pseudorange is weighted by [m]. For Equal the measurement's own: whoever
+  /// solves takes the rms over what is used.
+  /// @param elevation_rad of the satellite; only Elevation looks at it
+  [[nodiscard]] double sigma_m(const Measurement& measurement, double elevation_rad) const;
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+
+/// Receiver autonomous integrity monitoring: fault detection and exclusion on the residuals of one fix.
+struct RaimOptions {
+  bool enabled = false;
+  /// Probability that a fix without faults is taken for a faulty one, (0, 0.5]: the level of the chi-square
+  /// test. 0.001 is what RTKLIB tests its single point positions at (chisqr[], pntpos.c).
+  double false_alarm = 1e-3;
+  /// Satellites that may be excluded from one fix at most. [1, 30].
+  int max_exclusions = 3;
+  /// Standard deviation of a pseudorange that residuals are tested against is that of the weights times
+  /// this; (0, 1e6].
+  double sigma_scale = 1;
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+
+struct FixOptions {
+  double elevation_mask_rad = 0.17453292519943295;  ///< 10 deg; [0, pi/2)
+  /// Satellites needed, on top of one for each constellation clock beyond the first. >= 4 (the paper: 5).
+  int min_satellites = 4;
+  int max_iterations = 20;           ///< 5 to 1000; from the Earth's centre 6 to 8 are needed
+  double convergence_m = 1e-6;       ///< the paper's epsilon, on |dx| (position and clocks); (0, 1]
+  bool correct_ionosphere = false;   ///< by the sky's Klobuchar coefficients
+  bool correct_troposphere = false;  ///< by Saastamoinen
+  /// Satellites weaker than this are not used [dB-Hz]; those without C/N0 are. 0: no mask. [0, 60].
+  double cn0_mask_dbhz = 0;
+  WeightOptions weights;
+  RaimOptions raim;
+  /// A solution of larger PDOP is none [1]; > 0, infinite: any.
+  double max_pdop = std::numeric_limits<double>::infinity();
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+
+/// A position solution. Covariance, DOP and counts all come from the system that made the position.
+struct [[nodiscard]] Fix {
+  FixStatus status = FixStatus::NotSolved;
+  /// NaN unless solved.
+  Eigen::Vector3d position_ecef = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  geodesy::Geodetic position{std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::quiet_NaN()};
+  Eigen::Matrix3d covariance_enu =
+      Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< [m^2]
+  /// Empty without Doppler of at least four of the satellites used, or where these do not determine it.
+  std::optional<Eigen::Vector3d> velocity_enu_mps;
+  std::optional<Eigen::Matrix3d> velocity_covariance_enu;  ///< [m^2/s^2]
+  std::map<gnss::System, double> clock_bias_s;  ///< receiver clock minus each system's time, of those used
+  std::optional<double> clock_drift;            ///< [s/s]
+  std::optional<Dop> dop;
+  std::vector<gnss::SatelliteId> used;  ///< ascending; empty unless solved
+  std::vector<double> residuals_m;      ///< measured minus computed, one per used
+  /// By RAIM, in the order of exclusion; of a position filter, those that failed its gate, ascending.
+  std::vector<gnss::SatelliteId> excluded;
+  /// RAIM's test passed on what is used; empty where it was off or had no redundancy to test.
+  std::optional<bool> consistent;
+  /// Satellites that were measured, have a state in the sky, are not below the C/N0 mask and, as far as a
+  /// position was known, lie above the mask; those left out as the only one of their constellation or by RAIM
+  /// included. Known without a solution, too.
+  int available = 0;
+  int iterations = 0;
+  int rank = 0;      ///< of the last design matrix; 0 where there was none
+  int unknowns = 0;  ///< 3 + constellation clocks
+
+  [[nodiscard]] bool solved() const { return status == FixStatus::Fix; }
+};
+
+/// Iterated weighted least squares on pseudoranges, one clock per constellation; velocity from Doppler.
+///
+/// Satellites are evaluated at T - P/c - (satellite clock - group delay), the receiver's clock cancels there;
+/// the Earth's rotation during the flight and the mask follow the iterated position. A constellation with a
+/// single satellite is left out: it would add its own clock and say nothing of the position. The rank is that
+/// of the weighted design matrix by QR with column pivoting, pivots above 1e-6 of the largest (a PDOP of
+/// about 1e6). Noise-free measurements give the position within 0.1 mm for GDOP below 100.
+///
+/// @param receiver_time T, the receiver's own clock reading at reception (its bias included)
+/// @param measurements any order, each satellite once; satellites that the sky does not know are left out
+/// @param sky answers for the satellites at transmission, as the receiver's decoded navigation messages do
+/// @param klobuchar per system, GPS's as fallback; needed with correct_ionosphere
+/// @param start initial guess, ECEF [m]; the Earth's centre works. Where it leads nowhere the ground below
+/// the satellites is tried. The mask is applied at the iterated position.
+///
+/// With RAIM, sum (r_i / (sigma_i sigma_scale))^2 is tested against the chi-square quantile of 1 -
+/// false_alarm with (satellites used - unknowns) degrees of freedom. While it fails, the satellite with the
+/// largest normalised residual is excluded; once it passes, all exclusions but the last are tried again in
+/// turn. Where fewer than two measurements are redundant (with one, all normalised residuals are alike), or
+/// the rest has no solution, exclusions are taken back: the fix of all satellites with Fix::consistent false.
+/// Where max_exclusions stops it, the last fix stays, with Fix::consistent false.
+///
+/// The result starts as NotSolved and says why it failed. Throws InputError for a measurement that is not a
+/// number, a satellite measured twice, bad options and missing Klobuchar coefficients.
+[[nodiscard]] Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements,
+                            const orbit::Sky& sky, const FixOptions& options,
+                            const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {},
+                            const Eigen::Vector3d& start = Eigen::Vector3d::Zero());
+
+/// Klobuchar coefficients of a system: its own, else GPS's. Throws InputError where there are neither.
+[[nodiscard]] const gnss::Klobuchar& klobuchar_of(const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
+                                                  gnss::System system);
+
+}  // namespace canyon::positioning

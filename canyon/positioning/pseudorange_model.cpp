@@ -1,0 +1,150 @@
+#include "canyon/positioning/pseudorange_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/propagation/atmosphere.hpp"
+
+namespace canyon::positioning {
+namespace {
+
+using geodesy::kSpeedOfLight;
+
+/// Largest error of a satellite's clock over which its state is carried. GPS lets them grow to 1 ms.
+constexpr double kCarried_s = 1.2e-3;
+
+/// A satellite or place at an edge moves the position when it comes or goes, and with it the edge. Places
+/// come to rest within five looks, so that the second number only meets those that never would.
+constexpr int kMaskLooks = 3;
+constexpr int kTroposphereLooks = 8;
+
+/// The state `dt_s` later, |dt_s| <= kCarried_s, where asking the sky again would cost half of a fix.
+/// Two-body acceleration in the rotating frame; what it leaves out (J2, 1e-4 of it) is below 1e-9 m and 1e-6
+/// m/s.
+void carry(orbit::SatelliteState& state, double dt_s) {
+  constexpr double kGravity = 3.986005e14;  // [m^3/s^2], IS-GPS-200 table 20-IV
+  const Eigen::Vector3d omega(0, 0, geodesy::kEarthRotationRate);
+  const double radius = state.position_m.norm();
+  const Eigen::Vector3d acceleration = -kGravity / (radius * radius * radius) * state.position_m -
+                                       2 * omega.cross(state.velocity_mps) -
+                                       omega.cross(omega.cross(state.position_m));
+  state.position_m += (state.velocity_mps + acceleration * (dt_s / 2)) * dt_s;
+  state.velocity_mps += acceleration * dt_s;
+  state.clock_bias_s += state.clock_drift * dt_s;
+}
+
+void check(const Measurement& m) {
+  const char* bad = nullptr;
+  if (!std::isfinite(m.pseudorange_m) || std::abs(m.pseudorange_m) > 1e12) bad = "pseudorange_m";
+  if (!(m.sigma_m > 0) || !std::isfinite(m.sigma_m)) bad = "sigma_m";
+  if (m.cn0_dbhz && !std::isfinite(*m.cn0_dbhz)) bad = "cn0_dbhz";
+  if (m.doppler_hz) {
+    if (!std::isfinite(*m.doppler_hz)) bad = "doppler_hz";
+    if (!(m.doppler_sigma_hz > 0) || !std::isfinite(m.doppler_sigma_hz)) bad = "doppler_sigma_hz";
+    if (!(m.carrier_frequency_hz > 0) || !std::isfinite(m.carrier_frequency_hz)) bad = "carrier_frequency_hz";
+  }
+  if (bad != nullptr) {
+    throw InputError(
+        fmt::format("{} of satellite {} is not usable", bad, gnss::to_string(m.id)),
+        "pseudoranges, C/N0 and Doppler must be finite, sigmas and frequencies finite and above 0");
+  }
+}
+
+}  // namespace
+
+std::vector<RangedSatellite> ranged_satellites(geodesy::GpsTime receiver_time,
+                                               const std::vector<Measurement>& measurements,
+                                               const orbit::Sky& sky, const FixOptions& options) {
+  std::vector<RangedSatellite> satellites;
+  satellites.reserve(measurements.size());
+  for (const Measurement& m : measurements) {
+    check(m);
+    if (m.cn0_dbhz && *m.cn0_dbhz < options.cn0_mask_dbhz) continue;
+    const geodesy::GpsTime shown = receiver_time - m.pseudorange_m / kSpeedOfLight;
+    std::optional<orbit::SatelliteState> state = sky.state(m.id, shown);
+    if (!state) continue;
+    const double clock_s = state->clock_bias_s - state->group_delay_s;
+    if (std::abs(clock_s) <= kCarried_s) {
+      carry(*state, -clock_s);
+    } else if (!(state = sky.state(m.id, shown - clock_s))) {
+      continue;
+    }
+    RangedSatellite satellite;
+    satellite.measured = &m;
+    satellite.state = *state;
+    satellite.pseudorange_m = m.pseudorange_m + kSpeedOfLight * (state->clock_bias_s - state->group_delay_s);
+    satellite.sigma_m = options.weights.sigma_m(m, geodesy::kPi / 2);
+    satellites.push_back(satellite);
+  }
+  std::sort(satellites.begin(), satellites.end(), [](const RangedSatellite& a, const RangedSatellite& b) {
+    return a.measured->id < b.measured->id;
+  });
+  for (std::size_t i = 1; i < satellites.size(); ++i) {
+    if (satellites[i].measured->id == satellites[i - 1].measured->id) {
+      throw InputError(fmt::format("satellite {} is measured twice at one epoch",
+                                   gnss::to_string(satellites[i].measured->id)),
+                       "give one L1-band pseudorange for each satellite");
+    }
+  }
+  return satellites;
+}
+
+void place_satellite(RangedSatellite& satellite, const Eigen::Vector3d& receiver_ecef) {
+  satellite.position = orbit::rotate_earth(satellite.state.position_m, satellite.flight_time_s);
+  const Eigen::Vector3d towards = satellite.position - receiver_ecef;
+  satellite.range_m = towards.norm();
+  satellite.direction = towards / satellite.range_m;
+  satellite.flight_time_s = satellite.range_m / kSpeedOfLight;
+}
+
+void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& receiver_ecef,
+             geodesy::GpsTime receiver_time, const FixOptions& options,
+             const std::map<gnss::System, gnss::Klobuchar>& klobuchar, int looks) {
+  const geodesy::Geodetic place = geodesy::geodetic_from_ecef(receiver_ecef);
+  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
+  geodesy::Geodetic weather = place;
+  if (looks >= kTroposphereLooks) weather.height_m = std::clamp(place.height_m, -100.0, 1e4);
+  const double sine_of_mask = std::sin(options.elevation_mask_rad);
+  const bool corrects = options.correct_ionosphere || options.correct_troposphere;
+  const bool weighs = options.weights.weighting == Weighting::Elevation;
+  for (RangedSatellite& satellite : satellites) {
+    satellite.direction = (satellite.position - receiver_ecef).normalized();
+    const Eigen::Vector3d enu = enu_from_ecef * satellite.direction;
+    const bool above = enu.z() >= sine_of_mask;
+    satellite.above_mask = above && (satellite.above_mask || looks < kMaskLooks);
+    if (!above || !(corrects || weighs)) continue;
+    const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(enu);
+    const Measurement& m = *satellite.measured;
+    if (weighs) satellite.sigma_m = options.weights.sigma_m(m, look.elevation_rad);
+    satellite.atmosphere_m = 0;
+    if (options.correct_ionosphere) {
+      satellite.atmosphere_m += propagation::klobuchar_delay_m(
+          klobuchar_of(klobuchar, m.id.system), receiver_time, place, look.azimuth_rad, look.elevation_rad,
+          satellite.state.carrier_frequency_hz);
+    }
+    if (options.correct_troposphere) {
+      satellite.atmosphere_m += propagation::saastamoinen_delay_m(weather, look.elevation_rad);
+    }
+  }
+}
+
+DopplerEquation doppler_equation(const RangedSatellite& satellite) {
+  const Measurement& m = *satellite.measured;
+  assert(m.doppler_hz);
+  const double wavelength = kSpeedOfLight / m.carrier_frequency_hz;
+  const Eigen::Vector3d omega(0, 0, geodesy::kEarthRotationRate);
+  DopplerEquation equation;
+  equation.sigma_mps = wavelength * m.doppler_sigma_hz;
+  equation.satellite_mps = orbit::rotate_earth(satellite.state.velocity_mps, satellite.flight_time_s);
+  equation.g =
+      1 + satellite.direction.dot(equation.satellite_mps + omega.cross(satellite.position)) / kSpeedOfLight;
+  equation.measured_mps = -wavelength * *m.doppler_hz;
+  return equation;
+}
+
+}  // namespace canyon::positioning

@@ -1,0 +1,61 @@
+#include "canyon/propagation/atmosphere.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/gnss/satellite_id.hpp"
+
+namespace canyon::propagation {
+namespace {
+
+using geodesy::kPi;
+
+double polynomial(const std::array<double, 4>& c, double x) {
+  return c[0] + x * (c[1] + x * (c[2] + x * c[3]));
+}
+
+}  // namespace
+
+// IS-GPS-200, figure 20-4. Angles there are semicircles.
+double klobuchar_delay_m(const gnss::Klobuchar& model, geodesy::GpsTime t, const geodesy::Geodetic& receiver,
+                         double azimuth_rad, double elevation_rad, double frequency_hz) {
+  if (elevation_rad <= 0) return 0;
+  const double elevation = elevation_rad / kPi;
+  const double earth_angle = 0.0137 / (elevation + 0.11) - 0.022;
+  const double latitude =
+      std::clamp(receiver.latitude_rad / kPi + earth_angle * std::cos(azimuth_rad), -0.416, 0.416);
+  const double longitude =
+      receiver.longitude_rad / kPi + earth_angle * std::sin(azimuth_rad) / std::cos(latitude * kPi);
+  const double geomagnetic = latitude + 0.064 * std::cos((longitude - 1.617) * kPi);
+
+  const double seconds = 43'200 * longitude + t.seconds_of_week();
+  const double local_time = seconds - std::floor(seconds / 86'400) * 86'400;
+  const double obliquity = 1 + 16 * std::pow(0.53 - elevation, 3);
+  const double amplitude = std::max(0.0, polynomial(model.alpha, geomagnetic));
+  const double period = std::max(72'000.0, polynomial(model.beta, geomagnetic));
+  const double x = 2 * kPi * (local_time - 50'400) / period;
+  double delay_s = 5e-9;
+  if (std::abs(x) < 1.57) delay_s += amplitude * (1 - x * x / 2 + x * x * x * x / 24);
+
+  const double ratio = gnss::l1_frequency_hz(gnss::System::GPS) / frequency_hz;
+  return geodesy::kSpeedOfLight * obliquity * delay_s * ratio * ratio;
+}
+
+// Saastamoinen (1972) with the refinements of Davis et al. (1985) in the hydrostatic part; standard
+// atmosphere of 15 deg C and 1013.25 hPa at sea level; mapping 1 / sin(elevation).
+double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_rad,
+                            double relative_humidity) {
+  if (elevation_rad <= 0 || receiver.height_m < -100 || receiver.height_m > 10e3) return 0;
+  const double height = std::max(0.0, receiver.height_m);
+  const double pressure_hpa = 1013.25 * std::pow(1 - 2.2557e-5 * height, 5.2568);
+  const double temperature_k = 15 - 6.5e-3 * height + 273.16;
+  const double vapour_hpa =
+      6.108 * relative_humidity * std::exp((17.15 * temperature_k - 4684) / (temperature_k - 38.45));
+  const double gravity = 1 - 0.00266 * std::cos(2 * receiver.latitude_rad) - 0.00028 * height / 1e3;
+  const double hydrostatic = 0.0022768 * pressure_hpa / gravity;
+  const double wet = 0.002277 * (1255 / temperature_k + 0.05) * vapour_hpa;
+  return (hydrostatic + wet) / std::sin(elevation_rad);
+}
+
+}  // namespace canyon::propagation

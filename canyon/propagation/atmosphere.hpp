@@ -1,0 +1,20 @@
+#pragma once
+
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/gnss/navigation_data.hpp"
+
+namespace canyon::propagation {
+
+/// Broadcast ionosphere delay [m] on `frequency_hz` (IS-GPS-200, 20.3.3.5.2.5; scaled from L1 by f^-2).
+/// 0 at or below the horizon.
+[[nodiscard]] double klobuchar_delay_m(const gnss::Klobuchar& model, geodesy::GpsTime t,
+                                       const geodesy::Geodetic& receiver, double azimuth_rad,
+                                       double elevation_rad, double frequency_hz);
+
+/// Saastamoinen troposphere delay [m] in the standard atmosphere with 70 % humidity at the receiver's height
+/// (as RTKLIB's tropmodel). 0 at or below the horizon and outside -100 m to 10 km.
+[[nodiscard]] double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_rad,
+                                          double relative_humidity = 0.7);
+
+}  // namespace canyon::propagation

@@ -1,0 +1,394 @@
+#include "canyon/rinex/navigation_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/rinex/navigation_record.hpp"
+
+namespace canyon::rinex {
+namespace {
+
+// A file that is damaged throughout says so in so many lines and a count.
+constexpr int kListedDamages = 20;
+
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+bool is_upper(char c) {
+  return c >= 'A' && c <= 'Z';
+}
+
+/// Lines of one record with the place of the first.
+struct RawRecord {
+  int line = 0;
+  std::string_view tag;  ///< RINEX 4: what follows '>'
+  std::vector<std::string_view> lines;
+};
+
+class Reader {
+ public:
+  explicit Reader(TextFile file) : file_(std::move(file)) {}
+
+  gnss::NavigationData read() {
+    data_.sources.push_back(file_.path().filename().string());
+    read_header();
+    read_records();
+    finish();
+    return std::move(data_);
+  }
+
+ private:
+  // --- header
+  // -----------------------------------------------------------------------------------------------
+
+  void read_header() {
+    const auto first = file_.next_line();
+    if (!first || trim(column(*first, 60, 20)) != "RINEX VERSION / TYPE") {
+      throw file_.error("is no RINEX file: the first line is not 'RINEX VERSION / TYPE'",
+                        "give a RINEX navigation file, plain or gzip");
+    }
+    const auto version = parse_double(column(*first, 0, 9));
+    if (!version || *version < 2 || *version >= 5) {
+      throw file_.error(fmt::format("RINEX version '{}' is not supported", trim(column(*first, 0, 9))),
+                        "versions 2.x, 3.x and 4.x are read");
+    }
+    version_ = static_cast<int>(*version);
+    layout_ = version_ == 2 ? Layout::kVersion2 : Layout::kVersion3;
+    const char type = first->size() > 20 ? (*first)[20] : ' ';
+    const bool known = version_ == 2 ? type == 'N' || type == 'G' : type == 'N';
+    if (!known) {
+      throw file_.error(fmt::format("is no navigation file of a system that Canyon reads (RINEX type '{}')",
+                                    trim(column(*first, 20, 20))),
+                        type == 'O' ? "this is an observation file; give the navigation file of that day"
+                                    : "types N (any version) and G (version 2, GLONASS) are read");
+    }
+    version2_system_ = type == 'G' ? gnss::System::GLONASS : gnss::System::GPS;
+    beidou_only_ = version_ == 3 && first->size() > 40 && (*first)[40] == 'C';
+
+    while (const auto line = file_.next_line()) {
+      const std::string_view label = trim(column(*line, 60, 20));
+      if (label == "END OF HEADER") return;
+      if (label == "IONOSPHERIC CORR") {
+        read_ionosphere(*line);
+      } else if (label == "ION ALPHA") {
+        read_coefficients(gnss::System::GPS, true, *line, 2);
+      } else if (label == "ION BETA") {
+        read_coefficients(gnss::System::GPS, false, *line, 2);
+      } else if (label == "LEAP SECONDS") {
+        read_leap_seconds(*line);
+      }
+    }
+    throw InputError(file_.path(), 0, "RINEX header has no END OF HEADER",
+                     "the file is cut short: fetch it again");
+  }
+
+  void read_ionosphere(std::string_view line) {
+    const std::string_view key = trim(column(line, 0, 4));
+    if (key == "GAL") {
+      std::array<double, 3> a{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto value = parse_double(column(line, 5 + 12 * i, 12));
+        if (!value) return warn("damaged GAL ionosphere line");
+        a[i] = *value;
+      }
+      data_.galileo_nequick = a;
+      return;
+    }
+    const bool alpha = !key.empty() && key.back() == 'A';
+    const std::string_view system = key.substr(0, key.empty() ? 0 : key.size() - 1);
+    if (!alpha && (key.empty() || key.back() != 'B')) return;
+    if (system == "GPS") read_coefficients(gnss::System::GPS, alpha, line, 5);
+    if (system == "BDS") read_coefficients(gnss::System::BeiDou, alpha, line, 5);
+    if (system == "QZS") read_coefficients(gnss::System::QZSS, alpha, line, 5);
+  }
+
+  void read_coefficients(gnss::System system, bool alpha, std::string_view line, std::size_t begin) {
+    std::array<double, 4> values{};
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto value = parse_double(column(line, begin + 12 * i, 12));
+      if (!value) return warn("damaged ionosphere line");
+      values[i] = *value;
+    }
+    (alpha ? alpha_ : beta_)[system] = values;
+  }
+
+  void read_leap_seconds(std::string_view line) {
+    const auto value = parse_integer(column(line, 0, 6));
+    if (!value || *value < 0 || *value > 99) return warn("damaged LEAP SECONDS line");
+    int leap = static_cast<int>(*value);
+    // BeiDou files count from 2006 (BDT minus UTC): RINEX 3.04 marks them BDS, older ones only by being
+    // BeiDou's.
+    if (trim(column(line, 24, 3)) == "BDS" || (beidou_only_ && leap < geodesy::kBdtSecondsOffset)) {
+      leap += geodesy::kBdtSecondsOffset;
+    }
+    data_.leap_seconds = leap;
+  }
+
+  // --- records
+  // ----------------------------------------------------------------------------------------------
+
+  /// Whether a line begins a record: RINEX 3 "G01", RINEX 2 a number in the first two columns, RINEX 4 also
+  /// '>'.
+  [[nodiscard]] bool begins_record(std::string_view line) const {
+    if (version_ == 4 && !line.empty() && line[0] == '>') return true;
+    return begins_satellite(line);
+  }
+  [[nodiscard]] bool begins_satellite(std::string_view line) const {
+    return layout_ == Layout::kVersion2 ? !trim(column(line, 0, 2)).empty()
+                                        : !line.empty() && line[0] != ' ' && line[0] != '>';
+  }
+
+  void read_records() {
+    while (auto line = file_.next_line()) {
+      if (trim(*line).empty()) continue;
+      RawRecord record;
+      record.line = file_.line();
+      if (!begins_record(*line)) {
+        damaged(record.line, "lines that belong to no record");
+        skip_rest();
+        continue;
+      }
+      bool tagged = false;
+      if (version_ == 4) {
+        if (line->front() == '>') {
+          tagged = true;
+          record.tag = trim(line->substr(1));
+        } else {
+          record.lines.push_back(*line);
+        }
+      } else {
+        record.lines.push_back(*line);
+      }
+      while (const auto next = file_.peek_line()) {
+        // The satellite's line right behind '>' is part of the record.
+        const bool own = tagged && record.lines.empty() && begins_satellite(*next);
+        if (begins_record(*next) && !own) break;
+        record.lines.push_back(*file_.next_line());
+      }
+      while (!record.lines.empty() && trim(record.lines.back()).empty()) record.lines.pop_back();
+      try {
+        if (version_ == 4) {
+          take_version4(record, tagged);
+        } else {
+          take_version2_or_3(record);
+        }
+      } catch (const DamagedRecord& reason) {
+        damaged(record.line, reason.reason);
+      }
+    }
+  }
+
+  void skip_rest() {
+    while (const auto next = file_.peek_line()) {
+      if (begins_record(*next)) return;
+      (void)file_.next_line();
+    }
+  }
+
+  void take_version2_or_3(const RawRecord& record) {
+    const std::string_view first = record.lines.front();
+    if (version_ == 2) {
+      const auto number = parse_integer(column(first, 0, 2));
+      if (!number || *number < 1) {
+        throw DamagedRecord{fmt::format("'{}' is no satellite number", trim(column(first, 0, 2)))};
+      }
+      take(gnss::SatelliteId{version2_system_, static_cast<std::uint8_t>(*number)}, record.lines,
+           Message::kUnnamed);
+      return;
+    }
+    if (other_system(first)) {
+      ++skipped_[fmt::format("records of system {}", first[0])];
+      return;
+    }
+    take(satellite(first), record.lines, Message::kUnnamed);
+  }
+
+  void take_version4(const RawRecord& record, bool tagged) {
+    if (!tagged) throw DamagedRecord{"record without its '>' line"};
+    const auto words = split_blanks(record.tag);
+    const std::string_view kind = words.empty() ? std::string_view() : words[0];
+    if (words.size() < 3 || (kind != "EPH" && kind != "ION" && kind != "STO" && kind != "EOP")) {
+      throw DamagedRecord{fmt::format("'> {}' is no record type", record.tag)};
+    }
+    const std::string_view type = words[2];
+    const char system = words[1].front();
+    const auto pass_over = [&] {
+      ++skipped_[fmt::format("{} records of system {}, {}", kind, system, type)];
+    };
+    if (kind == "ION") {
+      if (!take_ionosphere(record, system, type)) pass_over();
+      return;
+    }
+    if (kind != "EPH") return pass_over();
+    const bool usable = ((system == 'G' || system == 'J') && type == "LNAV") ||
+                        (system == 'E' && (type == "INAV" || type == "FNAV")) ||
+                        (system == 'C' && (type == "D1" || type == "D2" || type == "D1D2")) ||
+                        (system == 'R' && type == "FDMA");
+    if (!usable) {
+      if (!is_upper(system)) throw DamagedRecord{fmt::format("'> {}' is no record type", record.tag)};
+      return pass_over();
+    }
+    if (record.lines.empty()) throw rinex::DamagedRecord{"record has no lines"};
+    const gnss::SatelliteId id = satellite(record.lines.front());
+    if (gnss::parse_satellite(words[1]) != id) {
+      throw rinex::DamagedRecord{fmt::format("'> {}' and '{}' name different satellites", record.tag,
+                                             column(record.lines.front(), 0, 3))};
+    }
+    take(id, record.lines,
+         type == "INAV"   ? Message::kInav
+         : type == "FNAV" ? Message::kFnav
+                          : Message::kUnnamed);
+  }
+
+  /// RINEX 4 ION: Klobuchar (LNAV, D1D2) and NeQuick-G (IFNV). False for models that Canyon does not keep.
+  bool take_ionosphere(const RawRecord& record, char system_letter, std::string_view type) {
+    const auto system = gnss::system_from_letter(system_letter);
+    const bool klobuchar = type == "LNAV" || type == "D1D2" || type == "D1" || type == "D2";
+    const bool nequick = type == "IFNV" && system == gnss::System::Galileo;
+    if (!system || (!klobuchar && !nequick)) return false;
+    if (record.lines.empty()) throw DamagedRecord{"record has no lines"};
+    const Fields fields(record.lines, Layout::kVersion3);
+    const auto value = [&fields](std::size_t i) {
+      const auto coefficient = fields.at(i);
+      if (!coefficient) throw DamagedRecord{"ionosphere coefficient is missing"};
+      return *coefficient;
+    };
+    if (nequick) {
+      data_.galileo_nequick = {value(0), value(1), value(2)};
+    } else {
+      alpha_[*system] = {value(0), value(1), value(2), value(3)};
+      beta_[*system] = {value(4), value(5), value(6), value(7)};
+    }
+    return true;
+  }
+
+  /// A system that exists and that Canyon does not use (SBAS, NavIC).
+  [[nodiscard]] static bool other_system(std::string_view line) {
+    return line.size() >= 3 && (line[0] == 'S' || line[0] == 'I') && (is_digit(line[1]) || line[1] == ' ') &&
+           is_digit(line[2]);
+  }
+
+  [[nodiscard]] static gnss::SatelliteId satellite(std::string_view line) {
+    const std::string_view name = column(line, 0, 3);
+    const auto id = name.empty() || !is_upper(name.front()) ? std::nullopt : gnss::parse_satellite(name);
+    if (!id) throw DamagedRecord{fmt::format("'{}' is no satellite", name)};
+    return *id;
+  }
+
+  void take(gnss::SatelliteId id, const std::vector<std::string_view>& lines, Message message) {
+    const int largest = largest_number(id.system);
+    if (id.number > largest) {
+      throw DamagedRecord{fmt::format("there is no {}: {} numbers run from 1 to {}", to_string(id),
+                                      name(id.system), largest)};
+    }
+    const bool glonass = id.system == gnss::System::GLONASS;
+    const std::size_t needed = line_count(id.system);
+    const std::size_t allowed = glonass && version_ >= 3 ? needed + 1 : needed;
+    if (lines.size() < needed || lines.size() > allowed) {
+      throw DamagedRecord{
+          fmt::format("record of {} has {} lines where {} belong", to_string(id), lines.size(), needed)};
+    }
+    if (glonass) {
+      data_.glonass.push_back(decode_glonass(id, lines, layout_));
+    } else {
+      data_.kepler.push_back(decode_kepler(id, lines, layout_, message));
+    }
+  }
+
+  // --- end
+  // --------------------------------------------------------------------------------------------------
+
+  void warn(std::string_view what) {
+    data_.warnings.push_back(InputError(file_.path(), file_.line(), what).what());
+  }
+
+  void damaged(int line, std::string_view what) {
+    ++damages_;
+    if (damages_ > kListedDamages) return;
+    data_.warnings.push_back(InputError(file_.path(), line, what, "record left out").what());
+    if (first_damage_line_ == 0) {
+      first_damage_line_ = line;
+      first_damage_ = what;
+    }
+  }
+
+  void finish() {
+    if (damages_ > kListedDamages) {
+      data_.warnings.push_back(InputError(file_.path(), 0,
+                                          fmt::format("{} more damaged records", damages_ - kListedDamages),
+                                          "left out as well")
+                                   .what());
+    }
+    for (const auto& [what, count] : skipped_) {
+      data_.warnings.push_back(
+          InputError(file_.path(), 0, fmt::format("{} {} skipped", count, what), "Canyon does not use them")
+              .what());
+    }
+    if (data_.empty()) {
+      throw InputError(file_.path(), first_damage_line_,
+                       damages_ > 0
+                           ? fmt::format("no usable ephemeris: {}", first_damage_)
+                           : std::string("holds no ephemeris of GPS, GLONASS, Galileo, BeiDou or QZSS"),
+                       "fetch the file again or give another");
+    }
+    for (const auto& [system, alpha] : alpha_) {
+      const auto beta = beta_.find(system);
+      if (beta != beta_.end()) data_.klobuchar[system] = gnss::Klobuchar{alpha, beta->second};
+    }
+    check_leap_seconds();
+    // Orders the records and drops repeats within the file.
+    gnss::NavigationData ordered;
+    ordered.merge(std::move(data_));
+    data_ = std::move(ordered);
+  }
+
+  void check_leap_seconds() {
+    if (!data_.leap_seconds || data_.glonass.empty()) return;
+    const geodesy::GpsTime t = data_.glonass.front().toe;
+    const int table = geodesy::leap_seconds(t);
+    if (*data_.leap_seconds == table) return;
+    data_.warnings.push_back(InputError(file_.path(), 0,
+                                        fmt::format("header says {} leap seconds, the table for {} says {}",
+                                                    *data_.leap_seconds, geodesy::format_gpst(t, 0), table),
+                                        "GLONASS times follow the table")
+                                 .what());
+  }
+
+  TextFile file_;
+  gnss::NavigationData data_;
+  int version_ = 0;
+  Layout layout_ = Layout::kVersion3;
+  gnss::System version2_system_ = gnss::System::GPS;
+  bool beidou_only_ = false;
+  std::map<gnss::System, std::array<double, 4>> alpha_;
+  std::map<gnss::System, std::array<double, 4>> beta_;
+  std::map<std::string, int> skipped_;
+  int damages_ = 0;
+  int first_damage_line_ = 0;
+  std::string first_damage_;
+};
+
+}  // namespace
+
+gnss::NavigationData read_rinex_navigation(TextFile file) {
+  return Reader(std::move(file)).read();
+}
+
+gnss::NavigationData read_rinex_navigation(const std::filesystem::path& path) {
+  return read_rinex_navigation(TextFile(path));
+}
+
+gnss::NavigationData read_rinex_navigation(const std::vector<std::filesystem::path>& paths) {
+  if (paths.empty()) throw InputError("no navigation file given");
+  gnss::NavigationData all;
+  for (const std::filesystem::path& path : paths) all.merge(read_rinex_navigation(path));
+  return all;
+}
+
+}  // namespace canyon::rinex

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "canyon/base/text_file.hpp"
+#include "canyon/gnss/navigation_data.hpp"
+
+namespace canyon::rinex {
+
+/// Reads a RINEX navigation file: 2.x (GPS "N", GLONASS "G"), 3.x, and 4.00 where the record is the same
+/// message (LNAV, INAV, FNAV, D1, D2, FDMA). Plain or gzip. GPS, Galileo, BeiDou, GLONASS, QZSS; other
+/// systems and record types are counted and reported once each in `warnings`. A damaged record is a warning
+/// with file and line and is left out alone; of many the first twenty are named and the rest counted. GLONASS
+/// epochs are UTC, with the leap seconds of geodesy::leap_seconds(), not the header's. Throws InputError
+/// where the file is no RINEX navigation file or holds no usable record.
+[[nodiscard]] gnss::NavigationData read_rinex_navigation(const std::filesystem::path& path);
+[[nodiscard]] gnss::NavigationData read_rinex_navigation(TextFile file);
+/// Several files, merged.
+[[nodiscard]] gnss::NavigationData read_rinex_navigation(const std::vector<std::filesystem::path>& paths);
+
+/// Writes RINEX 3.04, mixed, all records in order of satellite and time. Whole or not at all. 13 significant
+/// digits: records that came from RINEX come back exactly, computed ones within 0.1 mm and 1e-15 s;
+/// ionosphere coefficients have 5 digits. GLONASS's L2 delay has no place in 3.04.
+/// Throws InputError for what RINEX cannot hold: not finite, reference times off the whole second.
+void write_rinex_navigation(const std::filesystem::path& path, const gnss::NavigationData& data);
+[[nodiscard]] std::string format_rinex_navigation(const gnss::NavigationData& data);
+
+}  // namespace canyon::rinex

@@ -1,0 +1,303 @@
+#include "canyon/rinex/navigation_record.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+
+namespace canyon::rinex {
+namespace {
+
+using geodesy::GpsTime;
+
+constexpr std::size_t kFieldWidth = 19;  // D19.12
+constexpr double kDay = 86'400;
+constexpr double kWeek = 604'800;
+// Both 9.999e8 and 0.9999e9 stand for "unknown" in transmission times and in RINEX 3.05's GLONASS fields.
+constexpr double kUnknown = 9e8;
+
+std::string clip(std::string_view field) {
+  return std::string(trim(field));
+}
+
+int parse_int_column(std::string_view line, std::size_t begin, std::size_t length, const char* what) {
+  const std::string_view field = column(line, begin, length);
+  const auto value = parse_integer(field);
+  if (!value || *value < 0 || *value > 9999) {
+    throw DamagedRecord{fmt::format("{} '{}' in the epoch is no number", what, clip(field))};
+  }
+  return static_cast<int>(*value);
+}
+
+/// Fields with the range that the ICD's field can hold, rounded up.
+class CheckedFields : public Fields {
+ public:
+  using Fields::Fields;
+
+  /// `otherwise` where blank.
+  [[nodiscard]] double optional(std::size_t i, double otherwise = 0) const {
+    return at(i).value_or(otherwise);
+  }
+  [[nodiscard]] double optional(std::size_t i, const char* what, double bound) const {
+    return in_range(optional(i), what, -bound, bound);
+  }
+  [[nodiscard]] double required(std::size_t i, const char* what, double bound) const {
+    return required(i, what, -bound, bound);
+  }
+  [[nodiscard]] double required(std::size_t i, const char* what, double low, double high) const {
+    const auto value = at(i);
+    if (!value) throw DamagedRecord{fmt::format("{} is missing", what)};
+    return in_range(*value, what, low, high);
+  }
+  /// A whole number within [low, high]; 0 where blank.
+  [[nodiscard]] int integer(std::size_t i, const char* what, double low, double high) const {
+    const double value = in_range(optional(i), what, low, high);
+    if (value != std::floor(value)) throw DamagedRecord{fmt::format("{} {} is no whole number", what, value)};
+    return static_cast<int>(value);
+  }
+
+ private:
+  static double in_range(double value, const char* what, double low, double high) {
+    if (value < low || value > high) {
+      throw DamagedRecord{fmt::format("{} {:g} is outside {:g} to {:g}", what, value, low, high)};
+    }
+    return value;
+  }
+};
+
+/// Fortran drops the letter of an exponent of three digits: "0.499063314480-269".
+std::optional<double> parse_fortran(std::string_view text) {
+  if (const auto value = parse_double(text)) return value;
+  text = trim(text);
+  const std::size_t sign = text.find_last_of("+-");
+  if (sign == std::string_view::npos || sign == 0 || text[sign - 1] < '0' || text[sign - 1] > '9') return {};
+  return parse_double(std::string(text.substr(0, sign)) + "e" + std::string(text.substr(sign)));
+}
+
+/// The instant closest to `near` that has `seconds` in its cycle of `period` seconds (week or day).
+GpsTime closest_in_cycle(GpsTime near, double seconds, std::int64_t period_s) {
+  const std::int64_t period = period_s * GpsTime::kNanosecondsPerSecond;
+  const std::int64_t phase = std::llround(std::fmod(seconds, static_cast<double>(period_s)) * 1e9);
+  std::int64_t difference = (phase - near.nanoseconds() % period) % period;
+  if (difference > period / 2) difference -= period;
+  if (difference < -period / 2) difference += period;
+  return near + std::chrono::nanoseconds(difference);
+}
+
+/// The week field only confirms what the clock epoch already says: files truncate it (IS-GPS-200: modulo
+/// 1024), count it from another origin, or give the week of transmission. One that fits none of these is
+/// damage.
+void check_week(const CheckedFields& f, gnss::System system, GpsTime toe_on_system_scale) {
+  if (!f.at(21)) return;
+  const int week = f.integer(21, "week number", 0, 9999);
+  const auto fits = [week](int expected) {
+    const int difference = ((week - expected) % 1024 + 1024) % 1024;
+    return difference <= 1 || difference == 1023;
+  };
+  const int gps_week = toe_on_system_scale.week();
+  if (fits(gps_week)) return;
+  if (system == gnss::System::BeiDou && fits(gps_week - geodesy::kBdtWeekOffset)) return;
+  throw DamagedRecord{
+      fmt::format("week number {} does not go with the clock epoch (GPS week {})", week, gps_week)};
+}
+
+}  // namespace
+
+GpsTime parse_epoch(std::string_view line, Layout layout) {
+  geodesy::CalendarTime c;
+  double second = 0;
+  if (layout == Layout::kVersion2) {
+    c.year = parse_int_column(line, 2, 3, "year");
+    // RINEX 2.11, table A3: 80-99 are 1980-1999, 00-79 are 2000-2079.
+    if (c.year < 100) c.year += c.year < 80 ? 2000 : 1900;
+    c.month = parse_int_column(line, 5, 3, "month");
+    c.day = parse_int_column(line, 8, 3, "day");
+    c.hour = parse_int_column(line, 11, 3, "hour");
+    c.minute = parse_int_column(line, 14, 3, "minute");
+    const auto value = parse_double(column(line, 17, 5));
+    if (!value) throw DamagedRecord{"second in the epoch is no number"};
+    second = *value;
+  } else {
+    c.year = parse_int_column(line, 4, 4, "year");
+    c.month = parse_int_column(line, 8, 3, "month");
+    c.day = parse_int_column(line, 11, 3, "day");
+    c.hour = parse_int_column(line, 14, 3, "hour");
+    c.minute = parse_int_column(line, 17, 3, "minute");
+    second = parse_int_column(line, 20, 3, "second");
+  }
+  // Some writers round 59.99 up to 60.0.
+  if (!(second >= 0 && second <= 60)) {
+    throw DamagedRecord{fmt::format("second {} in the epoch is outside 0 to 60", second)};
+  }
+  if (c.year < 1980 || c.year > 2199) {
+    throw DamagedRecord{fmt::format("year {} in the epoch is outside 1980 to 2199", c.year)};
+  }
+  try {
+    return geodesy::gps_from_calendar(c) + second;
+  } catch (const InputError& error) {
+    throw DamagedRecord{fmt::format("epoch is no date: {}", error.problem())};
+  }
+}
+
+std::optional<double> Fields::at(std::size_t i) const {
+  // The epoch takes the place of the first line's first value.
+  const std::size_t line = (i + 1) / 4, place = (i + 1) % 4;
+  if (line >= lines_.size()) return std::nullopt;
+  const std::size_t indent = layout_ == Layout::kVersion2 ? 3 : 4;
+  const std::string_view field = column(lines_[line], indent + place * kFieldWidth, kFieldWidth);
+  if (trim(field).empty()) return std::nullopt;
+  const auto value = parse_fortran(field);
+  if (!value) {
+    throw DamagedRecord{fmt::format("'{}' in line {} of the record is no number", trim(field), line + 1)};
+  }
+  return value;
+}
+
+int largest_number(gnss::System system) {
+  switch (system) {
+    case gnss::System::GPS:
+      return 32;
+    case gnss::System::GLONASS:
+      return 27;  // 24 slots and spares
+    case gnss::System::Galileo:
+      return 36;
+    case gnss::System::BeiDou:
+      return 63;
+    case gnss::System::QZSS:
+      return 10;  // PRN 193 to 202
+  }
+  return 0;
+}
+
+std::size_t line_count(gnss::System system) {
+  return system == gnss::System::GLONASS ? 4 : 8;
+}
+
+gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std::string_view>& lines,
+                                    Layout layout, Message message) {
+  const CheckedFields f(lines, layout);
+  const GpsTime toc = parse_epoch(lines.front(), layout);  // on the system's scale until the end
+  constexpr double kTurn = 2 * geodesy::kPi;
+
+  gnss::KeplerEphemeris e;
+  e.id = id;
+  e.af0 = f.required(0, "clock bias af0", 0.07);
+  e.af1 = f.required(1, "clock drift af1", 1e-7);
+  e.af2 = f.required(2, "clock drift rate af2", 1e-12);
+  e.iode = f.integer(3, "issue of data", 0, 4095);
+  e.crs = f.required(4, "Crs", 1e4);
+  e.mean_motion_difference = f.required(5, "delta n", 1e-6);
+  e.mean_anomaly = f.required(6, "M0", kTurn);
+  e.cuc = f.required(7, "Cuc", 1e-3);
+  e.eccentricity = f.required(8, "eccentricity", 0, 0.5);
+  e.cus = f.required(9, "Cus", 1e-3);
+  e.sqrt_a = f.required(10, "square root of the semi-major axis", 4500, 8192);
+  const double toes = f.required(11, "toe", 0, kWeek - 1);
+  e.cic = f.required(12, "Cic", 1e-3);
+  e.right_ascension = f.required(13, "OMEGA0", kTurn);
+  e.cis = f.required(14, "Cis", 1e-3);
+  e.inclination = f.required(15, "i0", geodesy::kPi);
+  e.crc = f.required(16, "Crc", 1e4);
+  e.argument_of_perigee = f.required(17, "omega", kTurn);
+  e.right_ascension_rate = f.required(18, "OMEGA DOT", 1e-5);
+  e.inclination_rate = f.required(19, "IDOT", 1e-6);
+  e.data_sources =
+      f.integer(20, id.system == gnss::System::Galileo ? "data sources" : "codes on L2", 0, 65535);
+  if (id.system != gnss::System::Galileo && id.system != gnss::System::BeiDou) {
+    e.l2p_flag = f.integer(22, "L2 P flag", 0, 9);
+  }
+  e.accuracy_m = f.optional(23, "accuracy", 1e5);
+  e.health = f.integer(24, "health", 0, 65535);
+  e.group_delay[0] = f.optional(25, "group delay", 1e-6);
+  const double transmission = f.optional(27, kUnknown);
+  if (id.system == gnss::System::GPS || id.system == gnss::System::QZSS) {
+    e.iodc = f.integer(26, "IODC", 0, 4095);
+    e.fit_interval_h = f.optional(28, "fit interval", 255);
+  } else {
+    e.group_delay[1] = f.optional(26, "group delay", 1e-6);
+    if (id.system == gnss::System::BeiDou) e.iodc = f.integer(28, "AODC", 0, 4095);
+  }
+
+  const GpsTime toe = closest_in_cycle(toc, toes, GpsTime::kSecondsPerWeek);
+  if (std::abs(toe - toc) > kDay) {
+    throw DamagedRecord{fmt::format("clock epoch and toe lie {:.1f} h apart", std::abs(toe - toc) / 3600)};
+  }
+  check_week(f, id.system, toe);
+  // Before 0 and beyond a week where the message was sent in the week beside that of toe.
+  GpsTime sent = toe;
+  if (std::abs(transmission) < 2 * kWeek) {
+    sent = closest_in_cycle(toe, transmission, GpsTime::kSecondsPerWeek);
+  }
+
+  if (message == Message::kInav && (e.data_sources & 0x300) == 0) e.data_sources |= 1 << 9;
+  if (message == Message::kFnav && (e.data_sources & 0x300) == 0) e.data_sources |= 1 << 8;
+
+  const std::chrono::seconds to_gpst(id.system == gnss::System::BeiDou ? geodesy::kBdtSecondsOffset : 0);
+  e.toc = toc + to_gpst;
+  e.toe = toe + to_gpst;
+  e.transmission = sent + to_gpst;
+  return e;
+}
+
+gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<std::string_view>& lines,
+                                      Layout layout) {
+  const CheckedFields f(lines, layout);
+  const GpsTime utc = parse_epoch(lines.front(), layout);  // UTC, its date taken as if GPST
+
+  gnss::GlonassEphemeris e;
+  e.id = id;
+  e.clock_bias_s = f.required(0, "clock bias -TauN", 0.01);
+  e.frequency_bias = f.required(1, "frequency bias GammaN", 1e-8);
+  constexpr std::array<const char*, 3> kAxis{"X", "Y", "Z"};
+  double r2 = 0, v2 = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t at = 3 + 4 * axis;
+    const double km = f.required(at, fmt::format("position {}", kAxis[axis]).c_str(), 3e4);
+    const double km_per_s = f.required(at + 1, fmt::format("velocity {}", kAxis[axis]).c_str(), 10);
+    const double km_per_s2 = f.required(at + 2, fmt::format("acceleration {}", kAxis[axis]).c_str(), 1e-7);
+    e.position_m[axis] = km * 1e3;
+    e.velocity_mps[axis] = km_per_s * 1e3;
+    e.acceleration_mps2[axis] = km_per_s2 * 1e3;
+    r2 += km * km;
+    v2 += km_per_s * km_per_s;
+  }
+  // Circular orbits of 25,500 km, 2.6 to 4.5 km/s in the rotating frame.
+  if (r2 < 2.4e4 * 2.4e4 || r2 > 2.7e4 * 2.7e4) {
+    throw DamagedRecord{fmt::format("radius {:.0f} km is no GLONASS orbit's", std::sqrt(r2))};
+  }
+  if (v2 < 2 * 2 || v2 > 5 * 5) {
+    throw DamagedRecord{fmt::format("speed {:.1f} km/s is no GLONASS orbit's", std::sqrt(v2))};
+  }
+  e.health = f.integer(6, "health", 0, 255);
+  e.channel = f.integer(10, "frequency number", -7, 255);
+  if (e.channel > 128) e.channel -= 256;  // some receivers write the byte unsigned
+  if (e.channel < -7 || e.channel > 13) {
+    throw DamagedRecord{fmt::format("frequency number {} is outside -7 to 13", e.channel)};
+  }
+  e.age_days = f.optional(14, "age of operation", 1000);
+  // RINEX 3.05 and later, a fifth line: status, L2 minus L1 delay, accuracy index, health flags.
+  if (std::abs(f.optional(16)) < kUnknown) e.group_delay_difference_s = f.optional(16, "group delay", 1e-6);
+  const double flags = f.optional(18);
+  if (flags >= 0 && flags < 8 && (static_cast<int>(flags) & 1) != 0 && e.health == 0) {
+    e.health = 1;  // l(3): unfit for navigation
+  }
+
+  // Message frame time: seconds of the UTC day (RINEX 2) or week (RINEX 3); the day alone tells, since a
+  // message is sent within hours of its tb.
+  GpsTime sent = utc;
+  const double frame_time = f.optional(2, kUnknown);
+  if (std::abs(frame_time) < 2 * kWeek) {
+    sent = closest_in_cycle(utc, frame_time, static_cast<std::int64_t>(kDay));
+  }
+  // Leap seconds by Canyon's own table: a header may lack them, hold BeiDou's count, or be years newer.
+  e.toe = geodesy::gps_from_utc(geodesy::calendar_from_gps(utc));
+  e.transmission = e.toe + std::chrono::nanoseconds(sent.nanoseconds() - utc.nanoseconds());
+  return e;
+}
+
+}  // namespace canyon::rinex

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "canyon/geodesy/gps_time.hpp"
+
+// Fields and epoch lines of observation files, for RinexObservationReader.
+
+namespace canyon::rinex {
+
+[[nodiscard]] constexpr bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+/// Nothing but spaces, or nothing.
+[[nodiscard]] bool is_blank(std::string_view text);
+
+enum class Field : std::uint8_t { Blank, Number, Bad };
+/// A number between spaces. Digits with one point, as RINEX writes numbers, are exact to the last bit up to
+/// 15 digits, being the quotient of two integers that doubles hold; anything else is parse_double()'s.
+/// `value` is set for Number only.
+[[nodiscard]] Field parse_field(std::string_view text, double& value);
+
+struct EpochLine {
+  int flag = 0;           ///< 0 to 6
+  std::size_t count = 0;  ///< of satellites, or records of an event
+  /// Empty only for events (flags 2 to 5) that leave it out.
+  std::optional<geodesy::GpsTime> time;
+  std::optional<double> clock_offset_s;
+};
+/// An epoch line of version 2, and of versions 3 and 4, in a file of that time system; empty for any other
+/// line and for damaged ones. The satellites that follow in version 2 are not looked at.
+[[nodiscard]] std::optional<EpochLine> epoch_line2(std::string_view line, std::string_view time_system);
+[[nodiscard]] std::optional<EpochLine> epoch_line3(std::string_view line, std::string_view time_system);
+
+}  // namespace canyon::rinex

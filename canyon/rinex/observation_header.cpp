@@ -1,0 +1,240 @@
+#include "canyon/rinex/observation_header.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+
+namespace canyon::rinex {
+namespace {
+
+using geodesy::GpsTime;
+
+constexpr std::size_t kLabel = 60;
+
+std::optional<Eigen::Vector3d> three_numbers(std::string_view line) {
+  Eigen::Vector3d v;
+  for (int i = 0; i < 3; ++i) {
+    const auto value = parse_double(column(line, static_cast<std::size_t>(14 * i), 14));
+    if (!value) return std::nullopt;
+    v[i] = *value;
+  }
+  return v;
+}
+
+bool known_time_system(std::string_view name) {
+  return name == "GPS" || name == "GLO" || name == "GAL" || name == "QZS" || name == "IRN" || name == "BDT";
+}
+
+HeaderRecords::Result damaged(std::string_view reason) {
+  return {HeaderRecords::Outcome::Damaged, std::string(reason)};
+}
+HeaderRecords::Result fatal(std::string_view reason) {
+  return {HeaderRecords::Outcome::Fatal, std::string(reason)};
+}
+
+}  // namespace
+
+int full_year(int year) {
+  if (year >= 100) return year;
+  return year < 80 ? 2000 + year : 1900 + year;
+}
+
+std::optional<GpsTime> gps_time(int year, int month, int day, int hour, int minute, double seconds,
+                                std::string_view time_system) {
+  // Converters that round print 60.0000000; a leap second of GLONASS's UTC is 60 as well.
+  if (!(seconds >= 0 && seconds < 61) || year < 1980 || year > 2200) return std::nullopt;
+  geodesy::CalendarTime c;
+  c.year = year, c.month = month, c.day = day, c.hour = hour, c.minute = minute, c.second = 0;
+  try {
+    const GpsTime minute_begin =
+        time_system == "GLO" ? geodesy::gps_from_utc(c) : geodesy::gps_from_calendar(c);
+    return minute_begin + seconds + (time_system == "BDT" ? geodesy::kBdtSecondsOffset : 0.0);
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+std::optional<HeaderRecords::Fault> HeaderRecords::begin(std::string_view line) {
+  const std::string_view label = trim(column(line, kLabel, 20));
+  if (label == "CRINEX VERS   / TYPE") {
+    return Fault{"is in Hatanaka's compressed RINEX", "expand it with crx2rnx"};
+  }
+  if (label != "RINEX VERSION / TYPE") {
+    return Fault{"is no RINEX file: the first line is not 'RINEX VERSION / TYPE'",
+                 "give a RINEX observation file, plain or gzip"};
+  }
+  const auto version = parse_double(column(line, 0, 9));
+  if (!version || *version < 2 || *version >= 5) {
+    return Fault{fmt::format("RINEX version '{}' is not supported", trim(column(line, 0, 9))),
+                 "versions 2.x, 3.x and 4.x are read"};
+  }
+  header_.version = *version;
+  const std::string_view type = column(line, 20, 1);
+  if (type != "O") {
+    return Fault{fmt::format("is no observation file (RINEX type '{}')", trim(column(line, 20, 20))),
+                 type == "N" || type == "G" ? "this is a navigation file; give the receiver's observations"
+                                            : "give a file of type O"};
+  }
+  const std::string_view system = column(line, 40, 1);
+  header_.system = system.empty() || system == " " ? 'G' : system.front();
+  // Files of one system count in its own time unless they say otherwise.
+  if (header_.system == 'R') header_.time_system = "GLO";
+  if (header_.system == 'E') header_.time_system = "GAL";
+  if (header_.system == 'C') header_.time_system = "BDT";
+  if (header_.system == 'J') header_.time_system = "QZS";
+  return std::nullopt;
+}
+
+HeaderRecords::Result HeaderRecords::apply(std::string_view line) {
+  const std::string_view label = trim(column(line, kLabel, 20));
+  if (label == "END OF HEADER") return {Outcome::End, {}};
+  if (label == "# / TYPES OF OBSERV") return types2(line);
+  if (label == "SYS / # / OBS TYPES") return types3(line);
+  if (label == "SYS / SCALE FACTOR") return scale_factor(line);
+  if (label == "GLONASS SLOT / FRQ #") return glonass_slots(line);
+  if (label == "TIME OF FIRST OBS") return time(line, true);
+  if (label == "TIME OF LAST OBS") return time(line, false);
+  if (label == "PGM / RUN BY / DATE") {
+    header_.program = trim(column(line, 0, 20));
+  } else if (label == "MARKER NAME") {
+    header_.marker = trim(column(line, 0, 60));
+  } else if (label == "REC # / TYPE / VERS") {
+    header_.receiver = trim(column(line, 20, 20));
+  } else if (label == "ANT # / TYPE") {
+    header_.antenna = trim(column(line, 20, 20));
+  } else if (label == "APPROX POSITION XYZ") {
+    const auto position = three_numbers(line);
+    if (!position) return damaged("APPROX POSITION XYZ is not three numbers");
+    header_.approximate_position_ecef.reset();
+    if (position->norm() > 0) header_.approximate_position_ecef = position;
+  } else if (label == "ANTENNA: DELTA H/E/N") {
+    const auto delta = three_numbers(line);
+    if (!delta) return damaged("ANTENNA: DELTA H/E/N is not three numbers");
+    header_.antenna_delta_hen = delta;
+  } else if (label == "INTERVAL") {
+    const auto interval = parse_double(column(line, 0, 10));
+    if (!interval || !(*interval >= 0)) return damaged("INTERVAL is no number");
+    header_.interval_s.reset();
+    if (*interval > 0) header_.interval_s = interval;
+  } else if (label == "RCV CLOCK OFFS APPL") {
+    const auto flag = parse_integer(column(line, 0, 6));
+    if (!flag || *flag < 0 || *flag > 1) return damaged("RCV CLOCK OFFS APPL is neither 0 nor 1");
+    header_.clock_offset_applied = *flag == 1;
+  } else if (label == "LEAP SECONDS") {
+    const auto leap = parse_integer(column(line, 0, 6));
+    if (!leap || *leap < 0 || *leap > 99) return damaged("LEAP SECONDS is no number from 0 to 99");
+    header_.leap_seconds = static_cast<int>(*leap);
+  } else {
+    return {Outcome::Unknown, {}};
+  }
+  return {};
+}
+
+HeaderRecords::Result HeaderRecords::types2(std::string_view line) {
+  if (const std::string_view number = trim(column(line, 0, 6)); !number.empty()) {
+    const auto count = parse_integer(number);
+    if (!count || *count < 1 || *count > 99) return fatal("number of observation types is damaged");
+    types_wanted_ = static_cast<std::size_t>(*count);
+    header_.types[' '].clear();
+  }
+  std::vector<std::string>& types = header_.types[' '];
+  for (std::size_t i = 0; i < 9 && types.size() < types_wanted_; ++i) {
+    const std::string_view type = trim(column(line, 6 + 6 * i, 6));
+    if (type.size() != 2) return fatal("a type of observation is missing or damaged");
+    types.emplace_back(type);
+  }
+  return {};
+}
+
+HeaderRecords::Result HeaderRecords::types3(std::string_view line) {
+  if (!line.empty() && line[0] != ' ') {
+    const auto count = parse_integer(column(line, 3, 3));
+    if (!count || *count < 0 || *count > 999) return fatal("number of observation types is damaged");
+    types_wanted_ = static_cast<std::size_t>(*count);
+    types_system_ = line[0];
+    header_.types[types_system_].clear();
+  } else if (types_system_ == 0) {
+    return fatal("observation types without a system");
+  }
+  std::vector<std::string>& types = header_.types[types_system_];
+  for (std::size_t i = 0; i < 13 && types.size() < types_wanted_; ++i) {
+    const std::string_view type = trim(column(line, 6 + 4 * i, 4));
+    // Two letters: the attribute of an unknown code is left blank.
+    if (type.size() < 2 || type.size() > 3) return fatal("a type of observation is missing or damaged");
+    types.emplace_back(type);
+  }
+  return {};
+}
+
+HeaderRecords::Result HeaderRecords::scale_factor(std::string_view line) {
+  if (!line.empty() && line[0] != ' ') {
+    const auto factor = parse_integer(column(line, 2, 4));
+    const std::string_view number = trim(column(line, 8, 2));
+    const auto count = number.empty() ? 0 : parse_integer(number).value_or(-1);
+    if (!factor || *factor < 1 || count < 0) return fatal("scale factor is damaged");
+    factor_system_ = line[0];
+    factor_ = static_cast<double>(*factor);
+    factor_wanted_ = static_cast<std::size_t>(count);
+    if (count == 0) {
+      factors_[factor_system_].clear();
+      factors_[factor_system_][""] = factor_;  // all types
+    }
+  }
+  for (std::size_t i = 0; i < 12 && factor_wanted_ > 0; ++i, --factor_wanted_) {
+    const std::string_view type = trim(column(line, 10 + 4 * i, 4));
+    if (type.empty()) return fatal("scale factor without its types of observation");
+    factors_[factor_system_][std::string(type)] = factor_;
+  }
+  return {};
+}
+
+double HeaderRecords::factor(char system, const std::string& type) const {
+  const auto of_system = factors_.find(system);
+  if (of_system == factors_.end()) return 1;
+  auto found = of_system->second.find(type);
+  if (found == of_system->second.end()) found = of_system->second.find("");
+  return found == of_system->second.end() ? 1 : found->second;
+}
+
+HeaderRecords::Result HeaderRecords::glonass_slots(std::string_view line) {
+  for (std::size_t i = 0; i < 8; ++i) {
+    const std::string_view slot = column(line, 4 + 7 * i, 6);
+    if (trim(slot).empty()) break;
+    const auto id = gnss::parse_satellite(column(slot, 0, 3));
+    const auto channel = parse_integer(column(slot, 3, 3));
+    if (!id || id->system != gnss::System::GLONASS || !channel || std::abs(*channel) > 13) {
+      return damaged("GLONASS SLOT / FRQ # is damaged");
+    }
+    header_.glonass_channels[*id] = static_cast<int>(*channel);
+  }
+  return {};
+}
+
+HeaderRecords::Result HeaderRecords::time(std::string_view line, bool first) {
+  const std::string_view system = trim(column(line, 48, 3));
+  if (!system.empty()) {
+    if (!known_time_system(system)) return fatal(fmt::format("time system '{}' is unknown", system));
+    if (first) header_.time_system = system;
+  }
+  long long fields[5];
+  for (std::size_t i = 0; i < 5; ++i) {
+    const auto value = parse_integer(column(line, 6 * i, 6));
+    if (!value || *value < 0 || *value > 9999) return damaged("time in the header is damaged");
+    fields[i] = *value;
+  }
+  const auto seconds = parse_double(column(line, 30, 13));
+  const auto t =
+      seconds ? gps_time(full_year(static_cast<int>(fields[0])), static_cast<int>(fields[1]),
+                         static_cast<int>(fields[2]), static_cast<int>(fields[3]),
+                         static_cast<int>(fields[4]), *seconds, system.empty() ? header_.time_system : system)
+              : std::nullopt;
+  if (!t) return damaged("time in the header is no time");
+  (first ? header_.first : header_.last) = t;
+  return {};
+}
+
+}  // namespace canyon::rinex

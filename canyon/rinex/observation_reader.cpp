@@ -1,0 +1,461 @@
+#include "canyon/rinex/observation_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "canyon/base/line_stream.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/rinex/observation_fields.hpp"
+#include "canyon/rinex/observation_header.hpp"
+
+namespace canyon::rinex {
+namespace {
+
+using gnss::SatelliteId;
+using gnss::System;
+
+// A file that is damaged throughout says so in so many lines and a count.
+constexpr std::size_t kListedDamages = 20;
+/// An observation is F14.3, I1, I1.
+constexpr std::size_t kField = 16;
+constexpr std::size_t kFieldsPerLine2 = 5;
+constexpr std::size_t kSatellitesPerLine2 = 12;
+
+/// "G05" as gnss::parse_satellite() reads it, in capitals only.
+std::optional<SatelliteId> satellite(std::string_view text) {
+  if (text.size() != 3 || text[0] < 'A' || text[0] > 'Z') return std::nullopt;
+  return gnss::parse_satellite(text);
+}
+
+/// A system that exists and that Canyon does not use (SBAS, NavIC).
+bool other_system(std::string_view text) {
+  return text.size() == 3 && (text[0] == 'S' || text[0] == 'I') && (is_digit(text[1]) || text[1] == ' ') &&
+         is_digit(text[2]);
+}
+
+/// Where the values of one code stand among the fields of a satellite; -1: nowhere.
+struct Columns {
+  std::array<char, 3> code{};
+  std::array<int, 4> at{-1, -1, -1, -1};  ///< pseudorange, phase, Doppler, C/N0
+  std::array<double, 4> factor{1, 1, 1, 1};
+};
+
+}  // namespace
+
+std::vector<std::string> default_codes(System system, double version) {
+  switch (system) {
+    case System::GPS:
+      return {"1C", "1S", "1L", "1X", "1P", "1W", "1Y"};
+    case System::GLONASS:
+      return {"1C", "1P"};
+    case System::Galileo:
+      return {"1C", "1X", "1B", "1Z"};
+    case System::BeiDou:
+      if (version > 3.015 && version < 3.025) return {"2I", "1I", "2X", "2Q", "1X", "1Q"};
+      return {"2I", "1I", "2X", "2Q"};
+    case System::QZSS:
+      return {"1C", "1S", "1L", "1X", "1Z", "1B"};
+  }
+  return {};
+}
+
+void ObservationOptions::validate() const {
+  if (systems.empty()) throw InputError("systems: none is given", "name at least one satellite system");
+  for (const auto& [system, list] : codes) {
+    for (const std::string& code : list) {
+      if (code.size() == 2 && is_digit(code[0]) && code[1] >= 'A' && code[1] <= 'Z') continue;
+      throw InputError(fmt::format("codes: '{}' of {} is no observation code", code, gnss::name(system)),
+                       "a code is a band's digit and a capital letter, such as 1C");
+    }
+    if (list.empty()) {
+      throw InputError(fmt::format("codes: none is given for {}", gnss::name(system)), "name at least one");
+    }
+  }
+}
+
+std::vector<std::string> ObservationReport::warnings() const {
+  std::vector<std::string> lines = damages;
+  if (damaged > damages.size()) {
+    lines.push_back(fmt::format("{} more damaged records, left out as well", damaged - damages.size()));
+  }
+  for (const auto& [what, count] : skipped) lines.push_back(fmt::format("{} {} skipped", count, what));
+  return lines;
+}
+
+struct RinexObservationReader::Impl {
+  LineStream lines;
+  ObservationOptions options;
+  HeaderRecords records;
+  ObservationReport report;
+  std::array<std::vector<Columns>, gnss::kSystemCount> columns;  ///< best code first
+  std::array<bool, gnss::kSystemCount> wanted{};
+  std::optional<geodesy::GpsTime> previous;
+  std::string row;                         ///< a satellite's fields without its name
+  std::vector<std::array<char, 3>> names;  ///< version 2: satellites of the epoch
+  std::array<std::array<bool, 100>, gnss::kSystemCount> seen{};
+
+  Impl(LineStream stream, ObservationOptions o) : lines(std::move(stream)), options(std::move(o)) {
+    options.validate();
+    for (const System s : options.systems) wanted[static_cast<std::size_t>(s)] = true;
+    read_header();
+  }
+
+  [[nodiscard]] bool version2() const { return records.major() == 2; }
+
+  [[nodiscard]] const std::string& time_system() const { return records.header().time_system; }
+
+  void damaged(int line, std::string_view what) {
+    ++report.damaged;
+    if (report.damages.size() >= kListedDamages) return;
+    report.damages.emplace_back(InputError(lines.path(), line, what, "left out").what());
+  }
+
+  // --- header
+
+  void read_header() {
+    const auto first = lines.next();
+    if (!first) throw InputError(lines.path(), 0, "is empty", "give a RINEX observation file");
+    if (const auto fault = records.begin(*first)) throw lines.error(fault->problem, fault->cure);
+    while (const auto line = lines.next()) {
+      const HeaderRecords::Result result = records.apply(*line);
+      if (result.outcome == HeaderRecords::Outcome::End) {
+        choose_columns();
+        return;
+      }
+      note(result);
+    }
+    throw InputError(lines.path(), 0, "RINEX header has no END OF HEADER",
+                     "the file is cut short: fetch it again");
+  }
+
+  void note(const HeaderRecords::Result& result) {
+    if (result.outcome == HeaderRecords::Outcome::Fatal) {
+      throw lines.error(result.reason, "the file is damaged: fetch it again");
+    }
+    if (result.outcome == HeaderRecords::Outcome::Damaged) damaged(lines.line(), result.reason);
+  }
+
+  void choose_columns() {
+    bool any = false;
+    std::string listed;
+    for (const auto& [letter, types] : records.header().types) {
+      for (const std::string& type : types) {
+        listed += (listed.empty() ? "" : " ") + (letter == ' ' ? type : letter + (":" + type));
+      }
+    }
+    for (const System system : gnss::kAllSystems) {
+      const auto index = static_cast<std::size_t>(system);
+      columns[index].clear();
+      if (!wanted[index]) continue;
+      const auto own = options.codes.find(system);
+      const std::vector<std::string> codes =
+          own != options.codes.end() ? own->second : default_codes(system, records.header().version);
+      for (const std::string& code : codes) {
+        const Columns found = columns_of(system, code);
+        if (found.at[0] >= 0) columns[index].push_back(found);
+        any = any || found.at[0] >= 0;
+      }
+    }
+    if (any) return;
+    throw InputError(lines.path(), 0,
+                     fmt::format("has no L1-band pseudorange of a wanted system (types of observation: {})",
+                                 listed.empty() ? "none" : listed.substr(0, 200)),
+                     "record L1-band pseudoranges, or choose other systems or codes");
+  }
+
+  [[nodiscard]] Columns columns_of(System system, const std::string& code) const {
+    Columns result;
+    result.code = {code[0], code[1], '\0'};
+    const char letter = version2() ? ' ' : gnss::letter(system);
+    const auto found = records.header().types.find(letter);
+    if (found == records.header().types.end()) return result;
+    static constexpr char kKinds[] = {'C', 'L', 'D', 'S'};
+    for (std::size_t kind = 0; kind < 4; ++kind) {
+      std::string type = kKinds[kind] + code;
+      if (version2()) {
+        // C1 is the open code, P1 the P code; phase, Doppler and strength are those of the band. Version 2.12
+        // has CA for C/A codes, and B1 of BeiDou under 2.
+        const bool open = code == "1C" || code == "2I";
+        if (!open && code != "1P") return result;
+        const auto listed = [&](const char* t) {
+          return std::find(found->second.begin(), found->second.end(), t) != found->second.end();
+        };
+        char band = '1';
+        if (records.header().version > 2.115 && open) {
+          if (system == System::BeiDou) {
+            band = '2';
+          } else if (system != System::Galileo && listed("CA")) {
+            band = 'A';
+          }
+        }
+        type = kind == 0 && !open ? "P1" : std::string(1, kKinds[kind]) + band;
+      }
+      const auto at = std::find(found->second.begin(), found->second.end(), type);
+      if (at == found->second.end()) continue;
+      result.at[kind] = static_cast<int>(at - found->second.begin());
+      result.factor[kind] = records.factor(letter, type);
+    }
+    return result;
+  }
+
+  // --- epochs
+
+  std::optional<ObservationEpoch> next() {
+    bool lost = false;  // behind a damaged epoch line: what follows belongs to it
+    while (const auto line = lines.next()) {
+      if (is_blank(*line)) continue;
+      const std::optional<EpochLine> parsed =
+          version2() ? epoch_line2(*line, time_system()) : epoch_line3(*line, time_system());
+      if (!parsed) {
+        if (!lost || (!version2() && line->front() == '>')) {
+          damaged(lines.line(), "no epoch line, with all that follows to the next one");
+        }
+        lost = true;
+        continue;
+      }
+      lost = false;
+      ++report.flags[static_cast<std::size_t>(parsed->flag)];
+      const EpochLine epoch = *parsed;
+      if (epoch.flag >= 2 && epoch.flag <= 5) {
+        read_event(epoch.count);
+        continue;
+      }
+      ObservationEpoch result;
+      result.line = lines.line();
+      // Copies what `line` holds before it is gone.
+      const bool complete = !version2() || read_names(*line, epoch.count);
+      if (!complete) {
+        damaged(result.line, "list of satellites is damaged");
+        lost = true;
+        continue;
+      }
+      const bool taken = epoch.flag != 6 && follows(*epoch.time, result.line);
+      read_satellites(epoch.count, taken, result);
+      if (!taken) continue;
+      result.receiver_time = *epoch.time;
+      result.power_failure = epoch.flag == 1;
+      result.receiver_clock_offset_s = epoch.clock_offset_s;
+      ++report.epochs;
+      report.observations += result.signals.size();
+      return result;
+    }
+    return std::nullopt;
+  }
+
+  bool follows(geodesy::GpsTime t, int line) {
+    const bool later = !previous || t > *previous;
+    // Compared with the line before, taken or not: one damaged time must not silence the rest.
+    previous = t;
+    if (!later) damaged(line, "time of the epoch does not follow the one before");
+    return later;
+  }
+
+  void read_event(std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto line = lines.next();
+      if (!line) return damaged(lines.line(), "the file ends within an event");
+      if (version2() ? epoch_line2(*line, time_system()).has_value()
+                     : !line->empty() && line->front() == '>') {
+        damaged(lines.line(), "an event has fewer records than it says");
+        lines.unread();
+        break;
+      }
+      const HeaderRecords::Result result = records.apply(*line);
+      if (result.outcome == HeaderRecords::Outcome::End) continue;
+      note(result);
+    }
+    choose_columns();
+  }
+
+  /// Version 2: the epoch's satellites, on this line and those that continue it.
+  [[nodiscard]] bool read_names(std::string_view line, std::size_t count) {
+    names.clear();
+    const int at = lines.line();
+    while (true) {
+      const std::size_t here = std::min(count - names.size(), kSatellitesPerLine2);
+      for (std::size_t i = 0; i < here; ++i) {
+        const std::string_view name = column(line, 32 + 3 * i, 3);
+        if (name.size() != 3 || !is_digit(name[2])) return false;
+        names.push_back({name[0] == ' ' ? implied_system() : name[0], name[1], name[2]});
+      }
+      if (names.size() == count) return true;
+      const auto next_line = lines.next();
+      if (!next_line || lines.line() > at + 100 || !is_blank(column(*next_line, 0, 32))) return false;
+      line = *next_line;
+    }
+  }
+  [[nodiscard]] char implied_system() const {
+    return records.header().system == 'M' ? 'G' : records.header().system;
+  }
+
+  void read_satellites(std::size_t count, bool taken, ObservationEpoch& epoch) {
+    for (auto& of_system : seen) of_system.fill(false);
+    for (std::size_t i = 0; i < count; ++i) {
+      std::array<char, 3> name{};
+      bool whole = true;
+      const int line = lines.line() + 1;
+      if (version2()) {
+        name = names[i];
+        whole = read_row2();
+      } else {
+        whole = read_row3(name);
+      }
+      if (!whole) {
+        damaged(lines.line(),
+                fmt::format("the epoch of line {} ends after {} of {} satellites", epoch.line, i, count));
+        return;
+      }
+      if (taken) take({name.data(), name.size()}, line, epoch);
+    }
+  }
+
+  /// False at the end of the file or where the next epoch begins.
+  [[nodiscard]] bool read_row3(std::array<char, 3>& name) {
+    const auto line = lines.next();
+    if (!line) return false;
+    if (!line->empty() && line->front() == '>') {
+      lines.unread();
+      return false;
+    }
+    name.fill(' ');
+    const std::string_view own = column(*line, 0, 3);
+    std::copy(own.begin(), own.end(), name.begin());
+    row.assign(column(*line, 3, std::string_view::npos));
+    return true;
+  }
+
+  [[nodiscard]] bool read_row2() {
+    row.clear();
+    const auto types = records.header().types.find(' ');
+    const std::size_t n = types == records.header().types.end() ? 0 : types->second.size();
+    const std::size_t needed = (n + kFieldsPerLine2 - 1) / kFieldsPerLine2;
+    for (std::size_t i = 0; i < needed; ++i) {
+      const auto line = lines.next();
+      if (!line) return false;
+      if (epoch_line2(*line, time_system())) {
+        lines.unread();
+        return false;
+      }
+      row += line->substr(0, kField * kFieldsPerLine2);
+      row.resize((i + 1) * kField * kFieldsPerLine2, ' ');
+    }
+    return true;
+  }
+
+  void take(std::string_view name, int line, ObservationEpoch& epoch) {
+    if (other_system(name)) {
+      ++report.skipped[fmt::format("observations of system {}", name[0])];
+      return;
+    }
+    const auto id = satellite(name);
+    if (!id || id->number >= 100) return damaged(line, fmt::format("'{}' is no satellite", printable(name)));
+    const auto system = static_cast<std::size_t>(id->system);
+    if (!wanted[system]) {
+      ++report.skipped[fmt::format("observations of {}", gnss::name(id->system))];
+      return;
+    }
+    if (std::exchange(seen[system][id->number], true)) {
+      return damaged(line, fmt::format("{} twice in one epoch", gnss::to_string(*id)));
+    }
+    std::optional<ObservedSignal> best;
+    for (const Columns& c : columns[system]) {
+      ObservedSignal signal;
+      signal.id = *id;
+      const auto measured = read_signal(c, signal);
+      if (!measured)
+        return damaged(line, fmt::format("an observation of {} is no number", gnss::to_string(*id)));
+      if (*measured && (!best || signal.pseudorange_m)) best = signal;
+      if (best && best->pseudorange_m) break;
+    }
+    if (best) {
+      epoch.signals.push_back(*best);
+    } else {
+      ++report.skipped["satellites without an L1-band observation"];
+    }
+  }
+
+  static std::string printable(std::string_view text) {
+    std::string result(text);
+    std::replace_if(
+        result.begin(), result.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+    return result;
+  }
+
+  /// Whether anything was measured; empty where a field is no number.
+  [[nodiscard]] std::optional<bool> read_signal(const Columns& c, ObservedSignal& signal) const {
+    const std::string_view text = row;
+    std::array<std::optional<double>, 4> values;
+    for (std::size_t kind = 0; kind < 4; ++kind) {
+      if (c.at[kind] < 0) continue;
+      double value = 0;
+      const Field field = parse_field(column(text, kField * static_cast<std::size_t>(c.at[kind]), 14), value);
+      if (field == Field::Bad) return std::nullopt;
+      // RINEX writes what is missing as blank or 0.0; a Doppler of 0 is a value.
+      if (field == Field::Number && (value != 0 || kind == 2)) values[kind] = value / c.factor[kind];
+    }
+    signal.code = c.code;
+    signal.pseudorange_m = values[0];
+    signal.carrier_phase_cycles = values[1];
+    signal.doppler_hz = values[2];
+    signal.cn0_dbhz = values[3];
+    if (const auto lli = indicator(c.at[1], 14)) signal.loss_of_lock = static_cast<std::uint8_t>(*lli & 7);
+    if (!signal.cn0_dbhz) {
+      auto strength = indicator(c.at[0], 15);
+      if (!strength || *strength == 0) strength = indicator(c.at[1], 15);
+      if (strength && *strength > 0) {
+        // RINEX 3.05, standardized signal strength indicator: digit n stands for 6 n to 6 n + 5 dB-Hz.
+        signal.cn0_dbhz = 6.0 * *strength + 3;
+        signal.cn0_from_indicator = true;
+      }
+    }
+    return values[0] || values[1] || values[2] || values[3];
+  }
+
+  [[nodiscard]] std::optional<int> indicator(int field, std::size_t offset) const {
+    if (field < 0) return std::nullopt;
+    const std::string_view c = column(row, kField * static_cast<std::size_t>(field) + offset, 1);
+    if (c.empty() || !is_digit(c[0])) return std::nullopt;
+    return c[0] - '0';
+  }
+};
+
+RinexObservationReader::RinexObservationReader(const std::filesystem::path& path, ObservationOptions options)
+    : impl_(std::make_unique<Impl>(LineStream(path), std::move(options))) {}
+RinexObservationReader::RinexObservationReader(std::string text, const std::filesystem::path& name,
+                                               ObservationOptions options)
+    : impl_(std::make_unique<Impl>(LineStream::from_string(std::move(text), name), std::move(options))) {}
+RinexObservationReader::~RinexObservationReader() = default;
+RinexObservationReader::RinexObservationReader(RinexObservationReader&&) noexcept = default;
+RinexObservationReader& RinexObservationReader::operator=(RinexObservationReader&&) noexcept = default;
+
+std::optional<ObservationEpoch> RinexObservationReader::next() {
+  return impl_->next();
+}
+const ObservationHeader& RinexObservationReader::header() const {
+  return impl_->records.header();
+}
+const ObservationReport& RinexObservationReader::report() const {
+  return impl_->report;
+}
+
+RinexObservations read_rinex_observations(const std::filesystem::path& path,
+                                          const ObservationOptions& options) {
+  RinexObservationReader reader(path, options);
+  RinexObservations result;
+  while (auto epoch = reader.next()) result.epochs.push_back(std::move(*epoch));
+  result.header = reader.header();
+  result.report = reader.report();
+  if (result.report.observations == 0) {
+    throw InputError(path, 0,
+                     result.report.damaged > 0
+                         ? "no observation can be read: " + result.report.damages.front()
+                         : "holds no L1-band observation of a wanted system",
+                     "fetch the file again or give another");
+  }
+  return result;
+}
+
+}  // namespace canyon::rinex

@@ -1,0 +1,140 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/gnss/satellite_id.hpp"
+
+// RINEX, The Receiver Independent Exchange Format: version 2.11 (Gurtner & Estey 2007), table A2;
+// versions 3.05 (Romero 2020), tables A2 and A3, and 4.00 (Romero 2021), whose observation files are those
+// of 3.05.
+
+namespace canyon::rinex {
+
+/// What one satellite's L1-band signal measured at one epoch: all values belong to one code.
+struct ObservedSignal {
+  gnss::SatelliteId id;
+  std::array<char, 3> code{};  ///< band and attribute as RINEX 3 writes them: "1C", "2I"; zero-terminated
+  std::optional<double> pseudorange_m;
+  std::optional<double> carrier_phase_cycles;
+  std::optional<double> doppler_hz;  ///< positive while the satellite approaches
+  std::optional<double> cn0_dbhz;
+  /// C/N0 is the middle of the class that the one-digit indicator stands for (6 dB wide), for want of an S
+  /// observation.
+  bool cn0_from_indicator = false;
+  /// Loss-of-lock indicator of the carrier phase: bit 0 lost lock since the epoch before, bit 1 half-cycle
+  /// ambiguity, bit 2 antispoofing (2.x) or BOC-tracking of an MBOC signal (3.x). It may be set where the
+  /// phase itself is missing.
+  std::uint8_t loss_of_lock = 0;
+};
+
+struct ObservationEpoch {
+  geodesy::GpsTime receiver_time;  ///< the receiver's time tag, on GPST whatever the file's time system
+  bool power_failure = false;      ///< epoch flag 1: between this epoch and the one before
+  std::optional<double> receiver_clock_offset_s;  ///< as the file gives it
+  std::vector<ObservedSignal> signals;            ///< in the file's order; no satellite twice; may be empty
+  int line = 0;                                   ///< of the epoch in its file
+};
+
+/// The header, with what header records between the epochs have changed since.
+struct ObservationHeader {
+  double version = 0;
+  char system = 'G';  ///< of the file: a system's letter, M for mixed
+  std::string program, marker, receiver, antenna;
+  /// Observation types in column order, by system letter; version 2: one list under ' '.
+  std::map<char, std::vector<std::string>> types;
+  std::string time_system = "GPS";  ///< of the file's epochs: GPS, GLO (is UTC), GAL, QZS, IRN, BDT
+  std::optional<double> interval_s;
+  std::optional<geodesy::GpsTime> first, last;               ///< TIME OF FIRST, LAST OBS
+  std::optional<Eigen::Vector3d> approximate_position_ecef;  ///< [m]; empty where the file says 0 0 0
+  /// Of the antenna reference point from the marker: height, east, north [m].
+  std::optional<Eigen::Vector3d> antenna_delta_hen;
+  bool clock_offset_applied = false;  ///< epochs, code and phase are corrected by the clock offset field
+  std::map<gnss::SatelliteId, int> glonass_channels;
+  std::optional<int> leap_seconds;
+};
+
+struct ObservationOptions {
+  /// Others are counted and left out.
+  std::set<gnss::System> systems{gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
+  /// L1-band codes, best first, for systems that shall not have default_codes(). The pseudorange of the first
+  /// one that a satellite has at an epoch is taken, and phase, Doppler and C/N0 of the same.
+  std::map<gnss::System, std::vector<std::string>> codes;
+  /// Throws InputError for no system at all and for codes that are not a digit and a capital letter.
+  void validate() const;
+};
+
+/// The open signals near L1 that gnss::l1_frequency_hz() speaks of, best first, then the encrypted ones:
+/// GPS 1C 1S 1L 1X 1P 1W 1Y, GLONASS 1C 1P, Galileo 1C 1X 1B 1Z, QZSS 1C 1S 1L 1X 1Z 1B, BeiDou's B1I: 2I 1I
+/// 2X 2Q, and 1X 1Q where the file is of version 3.02, which alone calls that band 1 (later 1X is B1C, of
+/// another frequency).
+[[nodiscard]] std::vector<std::string> default_codes(gnss::System system, double version);
+
+/// What there is to say about a file that was read, so far as it was read.
+struct ObservationReport {
+  std::size_t epochs = 0;                      ///< given (flags 0 and 1)
+  std::size_t observations = 0;                ///< signals given
+  std::array<std::size_t, 7> flags{};          ///< epoch records by flag, 0 to 6, those left out included
+  std::size_t damaged = 0;                     ///< lines or records left out
+  std::vector<std::string> damages;            ///< the first twenty: file, line and reason
+  std::map<std::string, std::size_t> skipped;  ///< "satellites of system S": records passed over
+
+  /// One line each: damages, how many more there are, what was skipped.
+  [[nodiscard]] std::vector<std::string> warnings() const;
+};
+
+/// Reads observation files of RINEX 2.00 to 2.12, 3.x and 4.x, plain or gzip, epoch by epoch in memory that
+/// does not grow with the file. Of each satellite the L1-band single-frequency set.
+///
+/// Epoch flags: 0 and 1 are given; 2 to 5 are events whose header records are applied from there on
+/// (observation types, scale factors, positions); 6 (cycle slips) is passed over, as its values repeat
+/// others. Damaged records are counted in report(), with file and line, and left out alone: a satellite's
+/// line with a field that is no number, a satellite twice, an epoch line that cannot be read with all that
+/// hangs on it. An epoch whose time does not follow that of the epoch line before is left out. Version 2's C1
+/// and P1 are given as "1C" and "1P", 2.12's CA as "1C". BeiDou, which 2.12 alone knows, is C2 there, given
+/// as "2I"; older files that have it all the same are read with their C1.
+class RinexObservationReader {
+ public:
+  /// Reads the header. Throws InputError where the file is missing, no RINEX observation file (Hatanaka
+  /// compression included), of an unknown version or time system, or has no pseudorange of a wanted system.
+  explicit RinexObservationReader(const std::filesystem::path& path, ObservationOptions options = {});
+  /// Text in memory; `name` stands for its path in messages.
+  RinexObservationReader(std::string text, const std::filesystem::path& name,
+                         ObservationOptions options = {});
+  ~RinexObservationReader();
+  RinexObservationReader(RinexObservationReader&&) noexcept;
+  RinexObservationReader& operator=(RinexObservationReader&&) noexcept;
+
+  /// The next epoch of flag 0 or 1; empty at the end. Throws InputError for gzip data that is damaged or cut
+  /// short.
+  [[nodiscard]] std::optional<ObservationEpoch> next();
+
+  [[nodiscard]] const ObservationHeader& header() const;
+  [[nodiscard]] const ObservationReport& report() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A whole file.
+struct RinexObservations {
+  ObservationHeader header;
+  std::vector<ObservationEpoch> epochs;  ///< times strictly increase unless report says what was left out
+  ObservationReport report;
+};
+/// Throws InputError as the reader does, and where the file holds no observation at all.
+[[nodiscard]] RinexObservations read_rinex_observations(const std::filesystem::path& path,
+                                                        const ObservationOptions& options = {});
+
+}  // namespace canyon::rinex

@@ -1,0 +1,445 @@
+#include "canyon/rinex/observation_reader.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <fstream>
+#include <random>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/line_stream.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "tests/support/observation_text.hpp"
+#include "tests/support/shared_data.hpp"
+#include "tests/support/simulation_support.hpp"
+
+namespace canyon::rinex {
+namespace {
+
+using geodesy::GpsTime;
+using gnss::SatelliteId;
+using gnss::System;
+using simulation::test::error_of;
+using simulation::test::TemporaryFolder;
+using test::blank_field;
+using test::field;
+using test::header_line;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+RinexObservations read(const std::string& text, const ObservationOptions& options = {}) {
+  RinexObservationReader reader(text, "some.obs", options);
+  RinexObservations result;
+  while (auto epoch = reader.next()) result.epochs.push_back(std::move(*epoch));
+  result.header = reader.header();
+  result.report = reader.report();
+  return result;
+}
+
+std::string epoch3(int second, int count, int flag = 0) {
+  return fmt::format("> 2019 04 28 12 44 {:2d}.0000000  {}{:3d}\n", second, flag, count);
+}
+
+GpsTime gps(int hour, int minute, int second, std::int64_t nanosecond = 0) {
+  return geodesy::gps_from_calendar({2019, 4, 28, hour, minute, second, nanosecond});
+}
+
+const std::string kG05 = "G05" + field(20604864.859, ' ', '7') + field(108279273.141, '1', '6') +
+                         field(1759.052) + field(29.0) + field(20604865.5) + "\n";
+
+TEST(RinexObservation, Version3) {
+  const auto file =
+      read(test::observations3() + "> 2019 04 28 12 44 33.9970000  0  7      -0.123456789012\n" + kG05 +
+           // L1 C/A lost: P(Y) takes over, with what belongs to it.
+           "G 7" + blank_field() + blank_field('3') + blank_field() + blank_field() + field(21e6) +
+           field(1.1e8) + "\n" + "R10" + field(19e6) + field(1e8) + field(-12.5) + field(41.25) + "\n" +
+           "E11" + field(38.5) + field(-250000.0) + field(123456.789, '2') + field(24123456.789) + "\n" +
+           "S20" + field(38e6) + field(40) + "\n" + "C03" + field(37139987.386) + field(193397630.185, '2') +
+           field(0.0) + "\n" + "J01" + field(36e6) + "\n");
+  const ObservationHeader& h = file.header;
+  EXPECT_EQ(h.version, 3.04);
+  EXPECT_EQ(h.system, 'M');
+  EXPECT_EQ(h.program, "Receiver tool");
+  EXPECT_EQ(h.marker, "ROOF");
+  EXPECT_EQ(h.receiver, "M8T");
+  EXPECT_EQ(h.antenna, "PATCH");
+  EXPECT_EQ(h.approximate_position_ecef, Eigen::Vector3d(-2419215.8865, 5385498.5603, 2405403.6314));
+  EXPECT_EQ(h.antenna_delta_hen, Eigen::Vector3d(1.5, 0.25, -0.125));
+  EXPECT_EQ(h.interval_s, 0.5);
+  EXPECT_EQ(h.first, gps(12, 44, 33, 997'000'000));
+  EXPECT_EQ(h.last, std::nullopt);
+  EXPECT_EQ(h.glonass_channels.at({System::GLONASS, 10}), -7);
+  EXPECT_EQ(h.leap_seconds, 18);
+  EXPECT_THAT(h.types.at('G'), SizeIs(14));
+  EXPECT_EQ(h.types.at('G').back(), "L5Q");
+  EXPECT_FALSE(h.clock_offset_applied);
+
+  ASSERT_THAT(file.epochs, SizeIs(1));
+  const ObservationEpoch& e = file.epochs[0];
+  EXPECT_EQ(e.receiver_time, gps(12, 44, 33, 997'000'000));
+  EXPECT_EQ(e.receiver_clock_offset_s, -0.123456789012);
+  EXPECT_FALSE(e.power_failure);
+  EXPECT_EQ(e.line, 21);
+  ASSERT_THAT(e.signals, SizeIs(5));
+  const auto& g05 = e.signals[0];
+  EXPECT_EQ(g05.id, (SatelliteId{System::GPS, 5}));
+  EXPECT_STREQ(g05.code.data(), "1C");
+  EXPECT_EQ(g05.pseudorange_m, 20604864.859);
+  EXPECT_EQ(g05.carrier_phase_cycles, 108279273.141);
+  EXPECT_EQ(g05.doppler_hz, 1759.052);
+  EXPECT_EQ(g05.cn0_dbhz, 29.0);
+  EXPECT_FALSE(g05.cn0_from_indicator);
+  EXPECT_EQ(g05.loss_of_lock, 1);
+  const auto& g07 = e.signals[1];
+  EXPECT_STREQ(g07.code.data(), "1W");
+  EXPECT_EQ(g07.pseudorange_m, 21e6);
+  EXPECT_EQ(g07.carrier_phase_cycles, 1.1e8);
+  EXPECT_EQ(g07.doppler_hz, std::nullopt);
+  EXPECT_EQ(g07.cn0_dbhz, std::nullopt);
+  const auto& r10 = e.signals[2];
+  EXPECT_EQ(r10.id, (SatelliteId{System::GLONASS, 10}));
+  EXPECT_EQ(r10.doppler_hz, -12.5);
+  EXPECT_EQ(r10.cn0_dbhz, 41.25);
+  const auto& e11 = e.signals[3];  // columns of its own, D1X divided by its factor
+  EXPECT_STREQ(e11.code.data(), "1X");
+  EXPECT_EQ(e11.pseudorange_m, 24123456.789);
+  EXPECT_EQ(e11.carrier_phase_cycles, 123456.789);
+  EXPECT_EQ(e11.doppler_hz, -2500.0);
+  EXPECT_EQ(e11.cn0_dbhz, 38.5);
+  EXPECT_EQ(e11.loss_of_lock, 2);
+  const auto& c03 = e.signals[4];
+  EXPECT_STREQ(c03.code.data(), "2I");
+  EXPECT_EQ(c03.doppler_hz, 0.0);  // a Doppler of 0 is a value
+  EXPECT_EQ(c03.cn0_dbhz, std::nullopt);
+  EXPECT_EQ(file.report.damaged, 0U);
+  // No types for QZSS: nothing of J01 can be read.
+  EXPECT_THAT(file.report.warnings(), ElementsAre("1 observations of system S skipped",
+                                                  "1 satellites without an L1-band observation skipped"));
+  EXPECT_EQ(file.report.epochs, 1U);
+  EXPECT_EQ(file.report.observations, 5U);
+}
+
+TEST(RinexObservation, SignalStrengthDigitStandsForTheMiddleOfItsClass) {
+  const auto file = read(test::observations3() + epoch3(35, 2) + "G05" + field(2e7, ' ', '7') + "\n" + "G06" +
+                         field(2e7) + field(1e8, ' ', '3') + "\n");
+  // 42 to 47 and 18 to 23 dB-Hz.
+  EXPECT_EQ(file.epochs.at(0).signals.at(0).cn0_dbhz, 45);
+  EXPECT_TRUE(file.epochs.at(0).signals.at(0).cn0_from_indicator);
+  EXPECT_EQ(file.epochs.at(0).signals.at(1).cn0_dbhz, 21);
+}
+
+TEST(RinexObservation, EventsChangeTheHeaderAndCycleSlipsArePassedOver) {
+  const auto file =
+      read(test::observations3() + epoch3(35, 1) + kG05 + ">                              4  2\n" +
+           header_line("G    2 S1C C1C", "SYS / # / OBS TYPES") + header_line("new antenna", "COMMENT") +
+           epoch3(36, 1, 3) + header_line("STREET", "MARKER NAME") + epoch3(36, 1, 1) + "G05" + field(33) +
+           field(2.1e7) + "\n" + epoch3(36, 1, 6) + "G05" + field(33) + field(2.1e7) + "\n" +
+           epoch3(37, 0, 5) + epoch3(37, 0));
+  ASSERT_THAT(file.epochs, SizeIs(3));
+  EXPECT_EQ(file.epochs[0].signals[0].pseudorange_m, 20604864.859);
+  EXPECT_TRUE(file.epochs[1].power_failure);
+  EXPECT_EQ(file.epochs[1].signals.at(0).pseudorange_m, 2.1e7);
+  EXPECT_EQ(file.epochs[1].signals.at(0).cn0_dbhz, 33);
+  EXPECT_THAT(file.epochs[2].signals, SizeIs(0));
+  EXPECT_EQ(file.header.marker, "STREET");
+  EXPECT_EQ(file.report.damaged, 0U);
+  EXPECT_THAT(file.report.flags, ElementsAre(2, 1, 0, 1, 1, 1, 1));
+}
+
+TEST(RinexObservation, TimeSystems) {
+  const auto time_of = [](char system, const std::string& time_system) {
+    return read(header_line(std::string("     3.04           OBSERVATION DATA    ") + system,
+                            "RINEX VERSION / TYPE") +
+                header_line(std::string(1, system) + "    1 C" + (system == 'C' ? "2I" : "1C"),
+                            "SYS / # / OBS TYPES") +
+                header_line("  2019     4    28    12    44   34.0000000     " + time_system,
+                            "TIME OF FIRST OBS") +
+                header_line("", "END OF HEADER") + epoch3(34, 1) + system + "05" + field(2e7) + "\n")
+        .epochs.at(0)
+        .receiver_time;
+  };
+  EXPECT_EQ(time_of('G', "GPS"), gps(12, 44, 34));
+  EXPECT_EQ(time_of('G', ""), gps(12, 44, 34));
+  EXPECT_EQ(time_of('R', "GLO"), gps(12, 44, 52));  // UTC: 18 leap seconds in 2019
+  EXPECT_EQ(time_of('R', ""), gps(12, 44, 52));
+  EXPECT_EQ(time_of('R', "GPS"), gps(12, 44, 34));
+  EXPECT_EQ(time_of('C', ""), gps(12, 44, 48));  // BDT is 14 s behind
+  EXPECT_EQ(time_of('C', "BDT"), gps(12, 44, 48));
+  EXPECT_EQ(time_of('E', ""), gps(12, 44, 34));
+  EXPECT_EQ(time_of('J', ""), gps(12, 44, 34));
+}
+
+TEST(RinexObservation, SixtySecondsAreTheNextMinute) {
+  const auto file = read(test::observations3() + epoch3(60, 1) + kG05);
+  EXPECT_EQ(file.epochs.at(0).receiver_time, gps(12, 45, 0));
+}
+
+TEST(RinexObservation, BeiDouCodesFollowTheVersion) {
+  const auto codes = [](const std::string& version, const std::string& types) {
+    std::string text;
+    const auto file =
+        read(header_line("     " + version + "           OBSERVATION DATA    M", "RINEX VERSION / TYPE") +
+             header_line("C    2 " + types, "SYS / # / OBS TYPES") + header_line("", "END OF HEADER") +
+             epoch3(34, 1) + "C06" + field(2.1e7) + field(2.2e7) + "\n");
+    const auto& signal = file.epochs.at(0).signals.at(0);
+    return fmt::format("{} {:.0f}", signal.code.data(), *signal.pseudorange_m);
+  };
+  EXPECT_EQ(codes("3.02", "C1I C7I"), "1I 21000000");
+  EXPECT_EQ(codes("3.02", "C7I C1X"), "1X 22000000");
+  EXPECT_EQ(codes("3.03", "C1X C2I"), "2I 22000000");  // C1X: B1C
+  EXPECT_EQ(codes("3.05", "C2I C1P"), "2I 21000000");
+  EXPECT_THAT(
+      error_of([&] { (void)codes("3.05", "C1X C1P"); }).what(),
+      HasSubstr("some.obs: has no L1-band pseudorange of a wanted system (types of observation: C:C1X "
+                "C:C1P)"));
+}
+
+TEST(RinexObservation, CodesAndSystemsCanBeChosen) {
+  ObservationOptions options;
+  options.codes[System::GPS] = {"1W"};
+  options.systems = {System::GPS};
+  const auto file = read(test::observations3() + epoch3(34, 2) + kG05 + "R10" + field(2e7) + "\n", options);
+  ASSERT_THAT(file.epochs.at(0).signals, SizeIs(1));
+  EXPECT_EQ(file.epochs[0].signals[0].pseudorange_m, 20604865.5);
+  EXPECT_EQ(file.report.skipped.at("observations of GLONASS"), 1U);
+  options.codes[System::GPS] = {"C1C"};
+  EXPECT_THAT(error_of([&] { options.validate(); }).what(),
+              HasSubstr("codes: 'C1C' of GPS is no observation code; a code is a band's digit"));
+  options.systems.clear();
+  EXPECT_THAT(error_of([&] { options.validate(); }).what(), HasSubstr("systems: none is given"));
+}
+
+TEST(RinexObservation, Version2) {
+  std::string text = test::observations2() +
+                     " 19  4 28 12 44 34.0000000  0 14G 5G 6G 7G 8G 9G10G11G12  3G14G15R16 0.000012345\n" +
+                     "                                E17S20\n";
+  const auto satellite = [&text](double range, const std::string& phase, bool p1) {
+    // L1 L2 C1 P1 P2 | D1 D2 S1 S2 C2
+    text += phase + blank_field() + (p1 ? blank_field() + field(range) : field(range)) + "\n";
+    text += field(-1000.5) + blank_field() + field(44) + "\n";
+  };
+  for (int i = 0; i < 14; ++i) satellite(2e7 + i, field(1e8 + i, i == 1 ? '1' : ' '), i == 2);
+  // An event without a date, a satellite whose lines are blank, an odd number of years.
+  text += "                            4  1\n" + header_line("tunnel", "COMMENT");
+  text += " 19  4 28 12 44 35.0000000  0  2G 5G 6\n\n\n" + field(1e8) + blank_field() + field(3e7) + "\n\n";
+  const auto file = read(text);
+  ASSERT_THAT(file.epochs, SizeIs(2));
+  const ObservationEpoch& e = file.epochs[0];
+  EXPECT_EQ(e.receiver_time, gps(12, 44, 34));
+  EXPECT_EQ(e.receiver_clock_offset_s, 0.000012345);
+  ASSERT_THAT(e.signals, SizeIs(13));
+  EXPECT_EQ(e.signals[0].pseudorange_m, 2e7);
+  EXPECT_EQ(e.signals[0].doppler_hz, -1000.5);
+  EXPECT_EQ(e.signals[0].cn0_dbhz, 44);
+  EXPECT_STREQ(e.signals[0].code.data(), "1C");
+  EXPECT_EQ(e.signals[1].loss_of_lock, 1);
+  EXPECT_STREQ(e.signals[2].code.data(), "1P");
+  EXPECT_EQ(e.signals[2].pseudorange_m, 20000002);
+  EXPECT_EQ(e.signals[8].id, (SatelliteId{System::GPS, 3}));  // a blank letter is GPS
+  EXPECT_EQ(e.signals[11].id, (SatelliteId{System::GLONASS, 16}));
+  EXPECT_EQ(e.signals[12].id, (SatelliteId{System::Galileo, 17}));
+  EXPECT_EQ(e.signals[12].pseudorange_m, 20000012);
+  ASSERT_THAT(file.epochs[1].signals, SizeIs(1));
+  EXPECT_EQ(file.epochs[1].signals[0].pseudorange_m, 3e7);
+  EXPECT_EQ(file.report.damaged, 0U);
+  EXPECT_EQ(file.header.types.at(' ').back(), "C2");
+}
+
+TEST(RinexObservation, TwoDigitYears) {
+  const std::string rest =
+      "  4 28 12 44 34.0000000  0  1G 5\n" + blank_field() + blank_field() + field(2e7) + "\n\n";
+  EXPECT_EQ(read(test::observations2() + " 98" + rest).epochs.at(0).receiver_time,
+            geodesy::gps_from_calendar({1998, 4, 28, 12, 44, 34, 0}));
+  EXPECT_EQ(read(test::observations2() + " 09" + rest).epochs.at(0).receiver_time,
+            geodesy::gps_from_calendar({2009, 4, 28, 12, 44, 34, 0}));
+}
+
+TEST(RinexObservation, DamagedLinesAreLeftOutAlone) {
+  const auto file = read(test::observations3() + epoch3(34, 5) + kG05 +                  // lines 21, 22
+                         "G06  2x604864.859\n" +                                         // 23
+                         "@12" + field(2e7) + "\n" + kG05 + "G08" + field(2e7) + "\n" +  // 24 to 26
+                         "> 2019 04 28 12 44 xx.0000000  0  1\n" + kG05 +                // 27
+                         epoch3(33, 1) + kG05 +                                          // 29: goes back
+                         epoch3(35, 3) + kG05 +                              // 31: two are missing
+                         epoch3(36, 1) + kG05 + "G09" + field(2e7) + "\n" +  // one too many: 35
+                         epoch3(37, 2) + kG05);                              // cut short
+  ASSERT_THAT(file.epochs, SizeIs(4));
+  ASSERT_THAT(file.epochs[0].signals, SizeIs(2));
+  EXPECT_EQ(file.epochs[0].signals[1].id, (SatelliteId{System::GPS, 8}));
+  EXPECT_THAT(file.report.damages,
+              ElementsAre(HasSubstr("some.obs:23: an observation of G06 is no number; left out"),
+                          HasSubstr("some.obs:24: '@12' is no satellite"),
+                          HasSubstr("some.obs:25: G05 twice in one epoch"),
+                          HasSubstr("some.obs:27: no epoch line, with all that follows"),
+                          HasSubstr("some.obs:29: time of the epoch does not follow"),
+                          HasSubstr("the epoch of line 31 ends after 1 of 3 satellites"),
+                          HasSubstr("some.obs:35: no epoch line"),
+                          HasSubstr("the epoch of line 36 ends after 1 of 2 satellites")));
+  EXPECT_EQ(file.report.damaged, 8U);
+}
+
+TEST(RinexObservation, DamagedVersion2FindsItsWayBack) {
+  const std::string satellite = field(1e8) + blank_field() + field(2e7) + "\n" + field(-10) + "\n";
+  const auto file =
+      read(test::observations2() + " 19  4 28 12 44 34.0000000  0  2G 5G 6\n" + satellite +  // one is missing
+           " 19  4 28 12 44 35.0000000  0  1G 5\n" + satellite + satellite +                 // one too many
+           " 19  4 28 12 44 36.0000000  0  1G 5\n" + satellite + " 19  4 28 12 44 37.0000000  0  1G?5\n" +
+           satellite + " 19  4 28 12 44 38.0000000  0  1G 5\n" + satellite);
+  ASSERT_THAT(file.epochs, SizeIs(5 - 0));
+  EXPECT_THAT(file.report.damages,
+              ElementsAre(HasSubstr("ends after 1 of 2"), HasSubstr(":13: no epoch line"),
+                          HasSubstr("'G?5' is no satellite")));
+}
+
+TEST(RinexObservation, ManyDamagesAreCounted) {
+  std::string text = test::observations3();
+  for (int i = 0; i < 30; ++i) text += "> damaged\n";
+  const auto file = read(text);
+  EXPECT_EQ(file.report.damaged, 30U);
+  EXPECT_THAT(file.report.warnings(), SizeIs(21));
+  EXPECT_EQ(file.report.warnings().back(), "10 more damaged records, left out as well");
+}
+
+TEST(RinexObservation, WrongFilesAreOneError) {
+  const auto what = [](const std::string& text) {
+    return std::string(error_of([&] { (void)read(text); }).what());
+  };
+  EXPECT_THAT(what(""), HasSubstr("some.obs: is empty"));
+  EXPECT_THAT(what("week,tow\n"), HasSubstr("some.obs:1: is no RINEX file: the first line is not"));
+  EXPECT_THAT(what(header_line("1.0                 COMPACT RINEX FORMAT", "CRINEX VERS   / TYPE")),
+              HasSubstr("Hatanaka's compressed RINEX; expand it with crx2rnx"));
+  EXPECT_THAT(what(header_line("     3.04           N: GNSS NAV DATA    G", "RINEX VERSION / TYPE")),
+              HasSubstr("this is a navigation file"));
+  EXPECT_THAT(what(header_line("     5.00           OBSERVATION DATA", "RINEX VERSION / TYPE")),
+              HasSubstr("RINEX version '5.00' is not supported"));
+  EXPECT_THAT(what(header_line("     3.04           OBSERVATION DATA", "RINEX VERSION / TYPE")),
+              HasSubstr("no END OF HEADER"));
+  EXPECT_THAT(what(header_line("     3.04           OBSERVATION DATA", "RINEX VERSION / TYPE") +
+                   header_line("G   xx C1C", "SYS / # / OBS TYPES")),
+              HasSubstr("some.obs:2: number of observation types is damaged"));
+  EXPECT_THAT(what(header_line("     3.04           OBSERVATION DATA", "RINEX VERSION / TYPE") +
+                   header_line("  2019     4    28    12    44   34.0000000     TAI", "TIME OF FIRST OBS")),
+              HasSubstr("time system 'TAI' is unknown"));
+}
+
+TEST(RinexObservation, FilesPlainAndGzip) {
+  const TemporaryFolder folder;
+  const std::string text = test::observations3() + epoch3(34, 1) + kG05;
+  const auto plain = folder.write("plain.obs", text);
+  EXPECT_EQ(read_rinex_observations(plain).report.observations, 1U);
+
+  const auto packed = folder.path() / "packed.obs";
+  gzFile out = gzopen(packed.c_str(), "wb");
+  ASSERT_NE(out, nullptr);
+  gzwrite(out, text.data(), static_cast<unsigned>(text.size()));
+  gzclose(out);
+  EXPECT_EQ(read_rinex_observations(packed).epochs.at(0).signals.at(0).pseudorange_m, 20604864.859);
+
+  std::filesystem::resize_file(packed, std::filesystem::file_size(packed) / 2);
+  EXPECT_THAT(error_of([&] { (void)read_rinex_observations(packed); }).what(),
+              HasSubstr("gzip data is damaged or cut short"));
+  EXPECT_THAT(error_of([&] { (void)read_rinex_observations(folder.path()); }).what(),
+              HasSubstr("is a folder"));
+  EXPECT_THAT(error_of([&] { (void)read_rinex_observations(folder.path() / "none.obs"); }).what(),
+              HasSubstr("none.obs: no such file"));
+  const auto empty = folder.write("empty.obs", test::observations3());
+  EXPECT_THAT(error_of([&] { (void)read_rinex_observations(empty); }).what(),
+              HasSubstr("holds no L1-band observation of a wanted system"));
+}
+
+// Whatever the bytes, the reader ends with epochs or one InputError.
+TEST(RinexObservation, SeededDamage) {
+  const std::string satellite2 = field(1e8) + blank_field() + field(2e7) + "\n" + field(-10) + "\n";
+  std::string three = test::observations3(), two = test::observations2();
+  for (int i = 0; i < 10; ++i) {
+    three += epoch3(10 + i, 2) + kG05 + "R10" + field(2e7) + "\n";
+    two += fmt::format(" 19  4 28 12 44 {}.0000000  0  1G 5\n", 10 + i) + satellite2;
+  }
+  std::mt19937 random(7);
+  std::size_t epochs = 0, errors = 0;
+  for (int round = 0; round < 2000; ++round) {
+    std::string text = round % 2 == 0 ? three : two;
+    for (int k = 0; k < 1 + round % 5; ++k) {
+      const std::size_t at = random() % text.size();
+      if (round % 3 == 0) {
+        text[at] = static_cast<char>(random() % 256);
+      } else if (round % 3 == 1) {
+        text.erase(at, random() % 100);
+      } else {
+        text.insert(at, text.substr(random() % text.size(), random() % 100));
+      }
+    }
+    try {
+      epochs += read(text).epochs.size();
+    } catch (const InputError&) {
+      ++errors;
+    }
+  }
+  EXPECT_GT(epochs, 10000U);
+  EXPECT_GT(errors, 50U);
+}
+
+TEST(LineStream, GivesEveryLineAcrossChunks) {
+  const TemporaryFolder folder;
+  std::string text;
+  for (int i = 0; i < 20000; ++i)
+    text += fmt::format("{}{}\r\n", i, std::string(static_cast<std::size_t>(i % 17), 'x'));
+  text += "last";
+  LineStream lines(folder.write("lines.txt", text));
+  for (int i = 0; i < 20000; ++i) {
+    const auto line = lines.next();
+    ASSERT_TRUE(line);
+    ASSERT_EQ(*line, fmt::format("{}{}", i, std::string(static_cast<std::size_t>(i % 17), 'x')));
+    ASSERT_EQ(lines.line(), i + 1);
+    if (i % 100 == 0) {
+      const std::string copy(*line);
+      lines.unread();
+      EXPECT_EQ(lines.line(), i);
+      ASSERT_EQ(lines.next(), copy);
+    }
+  }
+  EXPECT_EQ(lines.next(), "last");
+  EXPECT_EQ(lines.next(), std::nullopt);
+  LineStream binary(folder.write("binary", std::string(100'000, 'x')));
+  EXPECT_THAT(error_of([&] { (void)binary.next(); }).what(), HasSubstr("line of more than 64 KiB"));
+}
+
+// Counted with: awk '/^>/{n++} h&&/^[GC]/{s[substr($0,1,1)]++} /END OF HEADER/{h=1} END{print
+// n,s["G"],s["C"]}'
+TEST(RinexObservation, RecordedDrive) {
+  CANYON_SHARED_DATA(path, "urbannav-tst-20190428/COM3_190428_124409.obs");
+  const auto file = read_rinex_observations(path);
+  EXPECT_EQ(file.epochs.size(), 1760U);
+  EXPECT_EQ(file.report.flags[0], 1760U);
+  EXPECT_EQ(file.report.damaged, 0U);
+  std::map<System, std::size_t> count;
+  for (const auto& epoch : file.epochs) {
+    for (const auto& signal : epoch.signals) ++count[signal.id.system];
+  }
+  EXPECT_THAT(count, ElementsAre(testing::Pair(System::GPS, 11811U), testing::Pair(System::BeiDou, 14335U)));
+  EXPECT_EQ(file.header.last, gps(13, 13, 53, 1'000'000));
+  // Read off the file: its first epoch's G02, and the first of 12:52:26.003, C03.
+  const auto& g02 = file.epochs[0].signals.at(0);
+  EXPECT_EQ(file.epochs[0].receiver_time, gps(12, 44, 33, 997'000'000));
+  EXPECT_EQ(g02.id, (SatelliteId{System::GPS, 2}));
+  EXPECT_EQ(g02.pseudorange_m, 21600712.022);
+  EXPECT_EQ(g02.carrier_phase_cycles, 113512506.876);
+  EXPECT_EQ(g02.loss_of_lock, 3);
+  EXPECT_EQ(g02.doppler_hz, 445.146);
+  EXPECT_EQ(g02.cn0_dbhz, 27);
+  const auto at = std::find_if(file.epochs.begin(), file.epochs.end(), [](const ObservationEpoch& e) {
+    return e.receiver_time == gps(12, 52, 26, 3'000'000);
+  });
+  ASSERT_NE(at, file.epochs.end());
+  ASSERT_THAT(at->signals, SizeIs(16));
+  EXPECT_EQ(at->signals[0].id, (SatelliteId{System::BeiDou, 3}));
+  EXPECT_EQ(at->signals[0].pseudorange_m, 37139987.386);
+  EXPECT_EQ(at->signals[0].loss_of_lock, 2);
+  EXPECT_EQ(at->signals[1].carrier_phase_cycles, std::nullopt);
+  EXPECT_EQ(at->signals[1].loss_of_lock, 3);
+}
+
+}  // namespace
+}  // namespace canyon::rinex

@@ -1,0 +1,71 @@
+#include "canyon/signal/link_budget.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::signal {
+namespace {
+
+/// [J/K], exact by SI.
+constexpr double kBoltzmann = 1.380649e-23;
+
+void check(const char* name, double value, double low, double high) {
+  if (!(value >= low && value <= high))
+    throw InputError(fmt::format("{} is {}", name, value), fmt::format("give {} to {}", low, high));
+}
+
+}  // namespace
+
+double minimum_received_power_dbw(gnss::System system) {
+  switch (system) {
+    case gnss::System::GPS:
+    case gnss::System::QZSS:
+      return -158.5;
+    case gnss::System::GLONASS:
+      return -161;
+    case gnss::System::Galileo:
+      return -157.25;
+    case gnss::System::BeiDou:
+      return -163;
+  }
+  assert(false && "unknown system");
+  return -158.5;
+}
+
+void LinkBudgetOptions::validate() const {
+  check("above_minimum_db", above_minimum_db, -10, 20);
+  check("antenna_temperature_k", antenna_temperature_k, 2, 1000);
+  check("noise_figure_db", noise_figure_db, 0, 20);
+  check("implementation_loss_db", implementation_loss_db, 0, 20);
+}
+
+double elevation_rise_db(double elevation_rad) {
+  if (std::isnan(elevation_rad)) throw InputError("elevation of NaN rad", "give a direction");
+  constexpr double kTopDeg = 40, kTopDb = 2;
+  const double elevation = std::clamp(geodesy::degrees(elevation_rad), 0.0, 90.0);
+  const double x = elevation < kTopDeg ? (elevation - kTopDeg) / 35 : (elevation - kTopDeg) / 50;
+  return kTopDb * (1 - x * x);
+}
+
+double noise_density_dbw_per_hz(const LinkBudgetOptions& options) {
+  options.validate();
+  constexpr double kReferenceK = 290;  // IEEE definition of the noise figure
+  const double noise_factor = std::pow(10.0, options.noise_figure_db / 10);
+  return 10 * std::log10(kBoltzmann * (options.antenna_temperature_k + kReferenceK * (noise_factor - 1)));
+}
+
+double los_cn0_dbhz(gnss::System system, double elevation_rad, const AntennaPattern& antenna,
+                    const LinkBudgetOptions& options) {
+  const double power =
+      minimum_received_power_dbw(system) + options.above_minimum_db + elevation_rise_db(elevation_rad);
+  return power + antenna.gain(elevation_rad).rhcp_dbic - noise_density_dbw_per_hz(options) -
+         options.implementation_loss_db;
+}
+
+}  // namespace canyon::signal

@@ -1,0 +1,46 @@
+#pragma once
+
+#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/signal/antenna_pattern.hpp"
+
+namespace canyon::signal {
+
+/// Power [dBW] that the interface documents promise at least, of the open L1-band signal out of a 0 dBic RHCP
+/// antenna near the ground and a satellite above 5 degrees: GPS and QZSS L1 C/A -158.5 (IS-GPS-200 table
+/// 3-Va, through a 3 dBi linear antenna, which takes as much from a circular wave; IS-QZSS-PNT), Galileo E1
+/// -157.25 (OS SIS ICD 2.1, table 12, B and C together), BeiDou B1I -163 (BDS-SIS-ICD-B1I-3.0), GLONASS L1OF
+/// -161 (ICD L1, L2 5.1, as GPS). Satellites in orbit are stronger: see LinkBudgetOptions::above_minimum_db.
+[[nodiscard]] double minimum_received_power_dbw(gnss::System system);
+
+/// From satellite to C/N0 in a clear sky: C/N0 = P + G - 10 log10(k T) - losses.
+struct LinkBudgetOptions {
+  /// Of the signal over its promised minimum [dB], [-10, 20]. GPS L1 C/A may have 0 to 5.5 (at most -153 dBW,
+  /// IS-GPS-200 6.3.1).
+  double above_minimum_db = 3;
+  /// T_a [K] of sky (5), ground and losses (290), [2, 1000]; 211 in a published GPS L1 budget
+  /// (docs/propagation.md).
+  double antenna_temperature_k = 211;
+  /// Of the receiver with its amplifier [dB], [0, 20]; 1 to 4 (u-blox ZED-F9 integration manual: antenna
+  /// below 4).
+  double noise_figure_db = 2;
+  /// Of filter, quantisation and correlation [dB], [0, 20]; 0.5 to 2.
+  double implementation_loss_db = 1;
+  /// Throws InputError naming the field and its bound.
+  void validate() const;
+};
+
+/// Rise [dB] of the received power over that at 5 degrees: the satellite's shaped beam less free space. 0 at
+/// 5, 2 at 40 and 0 at 90 degrees (IS-GPS-200 figure 6-1, minimum received power of L1 C/A), parabolas
+/// between; within 1.3 dB of a link budget from published antenna gains and ranges. Taken for every system.
+/// @param elevation_rad [-pi/2, pi/2]; that of 0 degrees below the horizon
+[[nodiscard]] double elevation_rise_db(double elevation_rad);
+
+/// N0 [dBW/Hz] = 10 log10(k (T_a + T_0 (F - 1))), k of the SI, T_0 = 290 K.
+[[nodiscard]] double noise_density_dbw_per_hz(const LinkBudgetOptions& options);
+
+/// C/N0 [dB-Hz] of an unobstructed line of sight, the reference of path_amplitude().
+/// InputError for options out of range or an elevation of NaN.
+[[nodiscard]] double los_cn0_dbhz(gnss::System system, double elevation_rad, const AntennaPattern& antenna,
+                                  const LinkBudgetOptions& options = {});
+
+}  // namespace canyon::signal

@@ -1,0 +1,145 @@
+#include "canyon/signal/path_strength.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/propagation/index/knife_edge.hpp"
+#include "canyon/signal/radio_materials.hpp"
+
+namespace canyon::signal {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// sqrt(10^(db / 10)), in half of std::pow's time.
+double amplitude_of_db(double db) {
+  constexpr double kNepersPerDb = 0.11512925464970228;  // ln(10) / 20
+  return std::exp(kNepersPerDb * db);
+}
+
+/// e^(-2 pi j turns)
+Complex phasor(double turns) {
+  return std::polar(1.0, -2 * geodesy::kPi * (turns - std::trunc(turns)));
+}
+
+void check_excess(double excess_m) {
+  if (!(excess_m >= 0) || !std::isfinite(excess_m))
+    throw InputError(fmt::format("excess path of {} m", excess_m), "give 0 m or more");
+}
+
+CircularReflection reflection_of(const propagation::Incidence& incidence, double frequency_hz,
+                                 double wavelength, const StrengthOptions& options) {
+  const RadioMaterial material = radio_material(incidence.material);
+  const Complex eta = complex_permittivity(material, frequency_hz);
+  const double thickness = incidence.thickness_m.value_or(material.default_thickness_m);
+  const bool half_space = !options.slabs || material.default_thickness_m == 0;
+  const LinearReflection linear = half_space
+                                      ? reflect_half_space(eta, incidence.incidence_rad)
+                                      : slab(eta, incidence.incidence_rad, thickness, wavelength).reflected;
+  const double kept =
+      incidence.specular_factor * roughness_factor(options.roughness_m, incidence.incidence_rad, wavelength);
+  if (!(incidence.specular_factor >= 0 && incidence.specular_factor <= 1)) {
+    throw InputError(fmt::format("specular factor of {}", incidence.specular_factor),
+                     "give a share from 0 to 1");
+  }
+  CircularReflection result = circular(linear);
+  result.co *= kept;
+  result.cross *= kept;
+  return result;
+}
+
+}  // namespace
+
+void StrengthOptions::validate() const {
+  if (!(roughness_m >= 0 && roughness_m <= 1))
+    throw InputError(fmt::format("roughness_m is {}", roughness_m), "give a standard deviation of 0 to 1 m");
+}
+
+CircularWave arriving_wave(const propagation::PathGeometry& path, double frequency_hz,
+                           const StrengthOptions& options) {
+  options.validate();
+  if (path.incidence_count < 0 || path.incidence_count > static_cast<int>(path.incidences.size()))
+    throw InputError(fmt::format("path of {} reflections", path.incidence_count), "give 0 to 2");
+  check_excess(path.excess_m);
+  const double wavelength = wavelength_m(frequency_hz);
+  CircularWave wave;
+  for (int i = 0; i < path.incidence_count; ++i) {
+    const propagation::Incidence& incidence = path.incidences[static_cast<std::size_t>(i)];
+    wave =
+        reflect(wave, reflection_of(incidence, frequency_hz, wavelength, options), incidence.plane_turn_rad);
+  }
+  double turns = path.excess_m / wavelength;
+  Complex factor = 1;
+  if (path.edge_nu) {
+    if (!std::isfinite(*path.edge_nu))
+      throw InputError(fmt::format("edge with nu {}", *path.edge_nu), "give a finite nu");
+    factor = propagation::edge_wave(*path.edge_nu);
+    turns -= *path.edge_nu * *path.edge_nu / 4;
+  }
+  factor *= phasor(turns);
+  if (path.foliage_depth_m != 0)
+    factor *= amplitude_of_db(
+        -foliage_loss_db(options.foliage, path.foliage_depth_m, frequency_hz, path.arrival_elevation_rad));
+  return {wave.rhcp * factor, wave.lhcp * factor};
+}
+
+Complex antenna_output(const CircularWave& wave, const AntennaGain& gain) {
+  const Complex r = wave.rhcp * amplitude_of_db(gain.rhcp_dbic);
+  const Complex l = wave.lhcp * amplitude_of_db(gain.lhcp_dbic);
+  const Complex sum = r + l;
+  const double power = std::norm(r) + std::norm(l), sum_power = std::norm(sum);
+  // Where both hands cancel there is no phase.
+  if (!(sum_power > 0)) return std::sqrt(power);
+  return sum * std::sqrt(power / sum_power);
+}
+
+Complex path_amplitude(const propagation::PathGeometry& path, double satellite_elevation_rad,
+                       double frequency_hz, const AntennaPattern& antenna, const StrengthOptions& options) {
+  const Complex output =
+      antenna_output(arriving_wave(path, frequency_hz, options), antenna.gain(path.arrival_elevation_rad));
+  return output * amplitude_of_db(-antenna.gain(satellite_elevation_rad).rhcp_dbic);
+}
+
+Complex path_amplitude(const propagation::Path& path, double satellite_elevation_rad, double frequency_hz,
+                       const AntennaPattern& antenna, const StrengthOptions& options) {
+  if (path.kind == propagation::PathKind::Diffracted && path.geometry.edge_nu) {
+    // trace() gives nu of its own carrier.
+    propagation::PathGeometry here = path.geometry;
+    here.edge_nu = propagation::signed_knife_edge_nu(here.excess_m, wavelength_m(frequency_hz),
+                                                     !std::signbit(*here.edge_nu));
+    return path_amplitude(here, satellite_elevation_rad, frequency_hz, antenna, options);
+  }
+  if (path.kind != propagation::PathKind::Diffuse)
+    return path_amplitude(path.geometry, satellite_elevation_rad, frequency_hz, antenna, options);
+  options.validate();
+  if (!(path.scattered_power >= 0) || !std::isfinite(path.scattered_power))
+    throw InputError(fmt::format("diffuse path of power {}", path.scattered_power), "give 0 or more");
+  check_excess(path.geometry.excess_m);
+  const AntennaGain gain = antenna.gain(path.geometry.arrival_elevation_rad);
+  const double right = amplitude_of_db(gain.rhcp_dbic), left = amplitude_of_db(gain.lhcp_dbic);
+  // Half of an unpolarised wave's power is in each hand.
+  const double heard = std::sqrt(path.scattered_power * (right * right + left * left) / 2);
+  const double direct = amplitude_of_db(antenna.gain(satellite_elevation_rad).rhcp_dbic);
+  return heard / direct * phasor(path.geometry.excess_m / wavelength_m(frequency_hz));
+}
+
+double summed_power(std::span<const Complex> amplitudes, PathSum sum) {
+  double power = 0;
+  Complex total = 0;
+  for (const Complex& amplitude : amplitudes) {
+    power += std::norm(amplitude);
+    total += amplitude;
+  }
+  return sum == PathSum::Power ? power : std::norm(total);
+}
+
+std::optional<double> summed_cn0_dbhz(double los_cn0_dbhz, std::span<const Complex> amplitudes, PathSum sum) {
+  const double power = summed_power(amplitudes, sum);
+  if (!(power > 0)) return std::nullopt;
+  return los_cn0_dbhz + 10 * std::log10(power);
+}
+
+}  // namespace canyon::signal

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <complex>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "canyon/city/city.hpp"
+#include "canyon/propagation/path_geometry.hpp"
+#include "canyon/propagation/paths.hpp"
+#include "canyon/signal/antenna_pattern.hpp"
+#include "canyon/signal/foliage.hpp"
+#include "canyon/signal/fresnel.hpp"
+
+namespace canyon::signal {
+
+/// Behaviour of the strength model, for all paths.
+struct StrengthOptions {
+  /// Facades are slabs in air, of their material's default thickness or Incidence::thickness_m; false: half
+  /// spaces, as if every wall were thick. Ground and metal always are half spaces.
+  bool slabs = true;
+  /// Standard deviation [m] of the heights of every reflecting surface about its plane, for
+  /// roughness_factor(); [0, 1]. 0: mirrors.
+  double roughness_m = 0;
+  FoliageModel foliage = FoliageModel::Woodland;
+  /// Throws InputError naming the field and its bound.
+  void validate() const;
+};
+
+/// The wave at the antenna over the RHCP wave that arrives on a clear direct path: what reflections, edge and
+/// foliage leave, with the phase of the detour, e^(-2 pi j excess / lambda) (time dependence exp(+j w t)). An
+/// edge's own detour, lambda nu^2 / 4, is part of edge_wave() and not counted twice. Spreading is that of a
+/// plane wave: a detour of 300 m is 0.1 mdB at 20,000 km. Phases from the orientation of the antenna
+/// (wind-up) are left out. The satellite's own ellipticity (below 1.2 dB on L1, IS-GPS-200 3.3.1.8) too.
+/// @param frequency_hz carrier, 1 to 10 GHz
+/// InputError for options or values out of range.
+[[nodiscard]] CircularWave arriving_wave(const propagation::PathGeometry& path, double frequency_hz,
+                                         const StrengthOptions& options = {});
+
+/// Output amplitude of an antenna over that of an ideal 0 dBic antenna in a clear RHCP wave. How an antenna
+/// adds its two hands depends on azimuth and is known of none; the magnitude is the mean over azimuth, |a|^2
+/// = G_R |R|^2 + G_L |L|^2, the phase that of sqrt(G_R) R + sqrt(G_L) L.
+[[nodiscard]] std::complex<double> antenna_output(const CircularWave& wave, const AntennaGain& gain);
+
+/// Amplitude [1] of a path at the antenna's output over that of the unobstructed line of sight to the same
+/// satellite at `satellite_elevation_rad`: what multiplies a correlator. 1 for the direct path.
+[[nodiscard]] std::complex<double> path_amplitude(const propagation::PathGeometry& path,
+                                                  double satellite_elevation_rad, double frequency_hz,
+                                                  const AntennaPattern& antenna,
+                                                  const StrengthOptions& options = {});
+
+/// The same for a path as Propagator::trace() gives it. Diffracted: with the edge's nu at `frequency_hz`,
+/// from its excess path, whatever carrier edges were searched for; only the sign of geometry.edge_nu counts.
+/// Diffuse: sqrt(scattered_power) times the antenna's
+/// response to an unpolarised wave (half of its power in each hand) over that to the line of sight,
+/// sqrt((G_R + G_L) / 2 / G_R(satellite)), with the phase of its excess; the phase of the way itself is
+/// random (tracking::PathPhases). `options` but for their validity do not matter there. InputError also for a
+/// negative scattered power.
+[[nodiscard]] std::complex<double> path_amplitude(const propagation::Path& path,
+                                                  double satellite_elevation_rad, double frequency_hz,
+                                                  const AntennaPattern& antenna,
+                                                  const StrengthOptions& options = {});
+
+/// How paths add.
+enum class PathSum : std::uint8_t {
+  Power,     ///< sum of |a|^2: the mean over unknown phases
+  Coherent,  ///< |sum of a|^2: fading as it is at this place
+};
+/// Power [1] of all paths together over the line of sight's; 0 for none.
+[[nodiscard]] double summed_power(std::span<const std::complex<double>> amplitudes, PathSum sum);
+
+/// C/N0 [dB-Hz] of paths whose line of sight would have `los_cn0_dbhz`; empty where they leave no power.
+[[nodiscard]] std::optional<double> summed_cn0_dbhz(double los_cn0_dbhz,
+                                                    std::span<const std::complex<double>> amplitudes,
+                                                    PathSum sum);
+
+}  // namespace canyon::signal

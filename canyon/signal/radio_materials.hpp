@@ -1,0 +1,38 @@
+#pragma once
+
+#include <complex>
+
+#include "canyon/city/city.hpp"
+
+namespace canyon::signal {
+
+/// Electrical properties of a building material by ITU-R P.2040-3 (08/2023), 2.1.4 and table 3:
+///   eps' = a f^b,  sigma = c f^d [S/m],  f in GHz,
+/// curves through measurements of non-magnetic materials; single walls differ from them by tens of percent
+/// (moisture, composition).
+struct RadioMaterial {
+  double a = 1, b = 0, c = 0, d = 0;
+  double min_ghz = 1, max_ghz = 100;  ///< that the measurements behind the curve cover
+  /// Of the slab that a facade of this material is taken as [m]; 0: a half space. Assumptions of Canyon, not
+  /// of P.2040, each reasoned in docs/propagation.md.
+  double default_thickness_m = 0;
+};
+
+/// Rows of table 3: Concrete, Glass (0.1 to 100 GHz), Brick, Metal, Wood by their names; Stone: marble;
+/// Plaster: plasterboard; Ground: medium dry ground; Unknown: concrete. Foliage is air: it scatters and
+/// attenuates (foliage.hpp) but makes no mirror.
+[[nodiscard]] RadioMaterial radio_material(city::Material material);
+
+/// eps', the real part of the relative permittivity [1].
+/// @param frequency_hz 1 to 10 GHz, where all rows but none beyond are valid; else InputError
+[[nodiscard]] double relative_permittivity(const RadioMaterial& material, double frequency_hz);
+/// sigma [S/m], like relative_permittivity().
+[[nodiscard]] double conductivity_s_per_m(const RadioMaterial& material, double frequency_hz);
+/// eta = eps' - j sigma / (2 pi f eps0) [1] for the time dependence exp(+j w t) (P.2040-3, 2.1.2: eta''
+/// = 17.98 sigma / f_GHz), like relative_permittivity().
+[[nodiscard]] std::complex<double> complex_permittivity(const RadioMaterial& material, double frequency_hz);
+
+/// Wavelength in vacuum [m]. Throws InputError unless the frequency is finite and > 0.
+[[nodiscard]] double wavelength_m(double frequency_hz);
+
+}  // namespace canyon::signal

@@ -1,0 +1,295 @@
+#include "canyon/tracking/channel.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/tracking/channel_rate.hpp"
+
+namespace canyon::tracking {
+namespace {
+
+using propagation::Path;
+using propagation::PathKind;
+
+constexpr double kAmbiguities = 1e6;  // whole cycles, from - to +
+
+/// To [-pi, pi].
+double wrapped(double angle_rad) {
+  return std::remainder(angle_rad, 2 * geodesy::kPi);
+}
+
+/// A diffuse bundle as the code loop sees it. The integration and the loop's filter are those of a process
+/// with the bundle's Doppler spread; CodeTracker knows single waves only, so that its share of coherent power
+/// is met by an equivalent frequency, low enough for its own integration loss to be undone.
+SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<double> factor,
+                  std::complex<double> s_per_s, const DllOptions& loop) {
+  const double k = 4 * loop.loop_bandwidth_hz;
+  const double share = filtered_share(s_per_s, loop.loop_bandwidth_hz);
+  const double frequency =
+      std::min(std::sqrt(std::max(0.0, 1 / share - 1)) * k / (2 * geodesy::kPi), 0.1 / loop.integration_s);
+  const double ratio = 2 * geodesy::kPi * frequency / k;
+  const double coherent = 1 / (1 + ratio * ratio);
+  const double turn = geodesy::kPi * frequency * loop.integration_s;
+  const double sinc = turn > 1e-8 ? std::sin(turn) / turn : 1;
+  // What fades within the loop's memory counts by its mean power, the rest by its present one.
+  const double present = std::norm(factor);
+  const double fading = coherent * present + (1 - coherent);
+  const double power = integrated_power(s_per_s, loop.integration_s) * fading;
+  SignalPath path;
+  path.delay_m = delay_m;
+  if (present > 0) path.amplitude = amplitude * factor * (std::sqrt(std::max(0.0, power / present)) / sinc);
+  path.fading_hz = frequency;
+  return path;
+}
+
+}  // namespace
+
+ChannelModel::ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver)
+    : options_(std::move(options)), seed_(seed), receiver_(std::move(receiver)), phases_(seed_, receiver_) {
+  options_.validate();
+}
+
+const ChannelModel::Signal& ChannelModel::signal(gnss::System system) {
+  // One C/A code for both.
+  const gnss::System kind = system == gnss::System::QZSS ? gnss::System::GPS : system;
+  std::unique_ptr<const Signal>& signal = signals_[static_cast<std::size_t>(kind)];
+  if (signal == nullptr) {
+    try {
+      CodeTracker tracker(open_signal(kind, options_.front_end_bandwidth_hz), options_.dll);
+      const double peak = tracker.correlation().value(0);
+      signal = std::make_unique<const Signal>(Signal{std::move(tracker), peak * peak});
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("receiver '{}', {}: {}", receiver_, gnss::name(system), error.problem()),
+                       error.cure());
+    }
+  }
+  return *signal;
+}
+
+double ChannelModel::satellite_constant_db(gnss::SatelliteId id) const {
+  if (options_.satellite_sigma_db == 0) return 0;
+  return options_.satellite_sigma_db * RandomStream(seed_, gnss::to_string(id) + "/power").normal();
+}
+
+double ChannelModel::reference_cn0_dbhz(gnss::SatelliteId id, double elevation_rad,
+                                        double satellite_constant_db) const {
+  const auto offset = options_.system_offset_db.find(id.system);
+  return signal::los_cn0_dbhz(id.system, elevation_rad, options_.antenna, options_.link) +
+         (offset != options_.system_offset_db.end() ? offset->second : 0) + satellite_constant_db;
+}
+
+RandomStream ChannelModel::stream(gnss::SatelliteId id, std::string_view purpose) const {
+  return {seed_, fmt::format("{}/{}/{}", receiver_, gnss::to_string(id), purpose)};
+}
+
+Channel::Channel(const ChannelModel& model, gnss::SatelliteId id, const AntennaMotion& motion)
+    : id_(id),
+      satellite_constant_db_(model.satellite_constant_db(id)),
+      lock_(model.options().lock),
+      fades_(gnss::to_string(id), model.stream(id, "diffuse")),
+      obstacle_distance_m_(model.options().shadowing.obstacle_distance_m),
+      ambiguity_(model.stream(id, "ambiguity")),
+      cn0_noise_(model.stream(id, "cn0")),
+      code_noise_(model.options().dll.loop_bandwidth_hz, model.stream(id, "dll")),
+      doppler_noise_(model.options().fll.loop_bandwidth_hz, model.stream(id, "fll")),
+      phase_noise_(model.options().pll.loop_bandwidth_hz, model.stream(id, "pll")) {
+  if (model.options().shadowing.enabled) {
+    shadowing_.emplace(model.options().shadowing, model.stream(id, "shadow"),
+                       model.stream(id, "shadow level"));
+  }
+  if (motion.epoch_before) {
+    lock_.update(motion.first_epoch, std::nullopt);
+    lock_.update(*motion.epoch_before, std::nullopt);
+  }
+}
+
+bool Channel::jumped(const AntennaMotion& motion, const orbit::LineOfSight& line, double chip_m) {
+  static const Path direct;
+  const double rate = path_rate_mps(line, motion.velocity_ecef, direct, motion.ecef_from_enu);
+  bool result = false;
+  if (geometry_) {
+    const double elapsed = motion.time - geometry_->time;
+    const double expected = geometry_->range_m + (geometry_->rate_mps + rate) / 2 * elapsed;
+    result = std::abs(line.range_m - expected) > chip_m;
+  }
+  geometry_ = Geometry{motion.time, line.range_m, rate};
+  return result;
+}
+
+double Channel::shadow(const AntennaMotion& motion, const orbit::LineOfSight& line, double turning_rad_s) {
+  if (!shadowing_) return 1;
+  if (swept_until_) swept_m_ += obstacle_distance_m_ * turning_rad_s * (motion.time - *swept_until_);
+  swept_until_ = motion.time;
+  return std::pow(10, shadowing_->level_db(motion.way_m + swept_m_, line.elevation_rad) / 20);
+}
+
+void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
+                     const propagation::SatelliteView& view, const CodeTracker& tracker) {
+  const SignalOptions& options = model.options();
+  const orbit::LineOfSight& line = view.line;
+  const std::vector<Path>& paths = view.paths.paths;
+  const double frequency = line.state.carrier_frequency_hz;
+  const double wavelength = geodesy::kSpeedOfLight / frequency;
+  const Correlation& correlation = tracker.correlation();
+  const double turning = line.direction_ecef.cross(line.velocity_at_reception_mps).norm() / line.range_m;
+  const double direct_factor = shadow(motion, line, turning);
+
+  // Amplitudes, and the strongest of the paths where the replica stands. Bundles count by their mean, or the
+  // carrier would follow their fading.
+  paths_.resize(paths.size());
+  rates_mps_.resize(paths.size());
+  tracked_ = 0;
+  double strongest = -1;
+  double strongest_anywhere = -1;
+  std::size_t anywhere = 0;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const Path& path = paths[i];
+    paths_[i] = {
+        path.excess_m,
+        signal::path_amplitude(path, line.elevation_rad, frequency, options.antenna, options.strength), 0};
+    if (path.kind == PathKind::Direct) paths_[i].amplitude *= direct_factor;
+    rates_mps_[i] = path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu);
+    const double amplitude = std::sqrt(std::norm(paths_[i].amplitude));
+    if (amplitude > strongest_anywhere) {
+      strongest_anywhere = amplitude;
+      anywhere = i;
+    }
+    if (!code_delay_m_) continue;
+    const double here =
+        amplitude * std::abs(correlation.value((*code_delay_m_ - path.excess_m) / correlation.chip_m()));
+    if (here > strongest) {
+      strongest = here;
+      tracked_ = i;
+    }
+  }
+  // Below it the replica stands beside every path, and the loop will run to another.
+  constexpr double kLeastHere = 0.03;
+  if (strongest < kLeastHere * strongest_anywhere) tracked_ = anywhere;
+
+  const double elapsed = motion.epoch_before ? motion.time - *motion.epoch_before : 0;
+  const double coherence_m = kCoherenceWavelengths * wavelength;
+  fades_.next_epoch();
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const Path& path = paths[i];
+    const double fading_hz = fading_rate_hz(rates_mps_[i] - rates_mps_[tracked_], wavelength);
+    if (path.kind != PathKind::Diffuse) {
+      paths_[i].fading_hz = fading_hz;
+      // An edge's wave keeps its phase against the direct one: together they are the field at the boundary of
+      // a shadow, which a random phase would tear.
+      if (path.kind == PathKind::Reflected) {
+        paths_[i].amplitude *= fades_.fixed(model.phases(), path.reflector);
+      }
+      continue;
+    }
+    // The satellite's motion changes the detours of a bundle as much as moving the antenna by excess times
+    // its angle.
+    const double swept = path.excess_m * turning;
+    const std::complex<double> factor =
+        fades_.rayleigh(path.reflector, (motion.step_m + swept * elapsed) / coherence_m);
+    const std::complex<double> s((motion.velocity_ecef.norm() + swept) / coherence_m,
+                                 -2 * geodesy::kPi * fading_hz);
+    paths_[i] = bundle(path.excess_m, paths_[i].amplitude, factor, s, options.dll);
+  }
+}
+
+std::optional<TrackedPhase> Channel::follow_phase(const AntennaMotion& motion, const Path& path,
+                                                  std::complex<double> prompt, double wavelength_m) {
+  const geodesy::GpsTime lock_since = *lock_.tracking_since();
+  const double turned = wrapped(std::arg(prompt) + 2 * geodesy::kPi * path.excess_m / wavelength_m);
+  if (phase_ && phase_->kind == path.kind && phase_->reflector == path.reflector &&
+      phase_->lock_since == lock_since) {
+    phase_->turned_rad += wrapped(turned - phase_->turned_rad);
+  } else {
+    Phase fresh;
+    fresh.kind = path.kind;
+    fresh.reflector = path.reflector;
+    fresh.lock_since = lock_since;
+    fresh.turned_rad = turned;
+    fresh.tracked.ambiguity = std::floor((2 * ambiguity_.uniform() - 1) * kAmbiguities);
+    // The lock's instant where that is news, else this epoch is the first that has the phase.
+    fresh.tracked.since =
+        motion.epoch_before && lock_since <= *motion.epoch_before ? motion.time : lock_since;
+    phase_ = fresh;
+  }
+  phase_->tracked.excess_m = path.excess_m - phase_->turned_rad / (2 * geodesy::kPi) * wavelength_m;
+  return phase_->tracked;
+}
+
+Reception Channel::miss(geodesy::GpsTime time) {
+  Reception result;
+  result.lock = lock_.update(time, std::nullopt);
+  // At the same instant as before the lock still stands; there is nothing to measure, though.
+  if (result.lock == LockState::Tracking) result.lock = LockState::Holding;
+  if (result.lock == LockState::Searching) code_delay_m_.reset();
+  phase_.reset();
+  geometry_.reset();
+  fades_.clear();
+  return result;
+}
+
+Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
+                           const propagation::SatelliteView& view) {
+  assert(view.line.id == id_);
+  if (view.paths.paths.empty()) return miss(motion.time);
+  const SignalOptions& options = model.options();
+  const ChannelModel::Signal& signal = model.signal(id_.system);
+  if (jumped(motion, view.line, signal.tracker.correlation().chip_m())) {
+    code_delay_m_.reset();
+    phase_.reset();
+    fades_.clear();
+  }
+  gather(model, motion, view, signal.tracker);
+
+  Reception result;
+  result.tracked = tracked_;
+  const std::optional<CodeLock> code = signal.tracker.lock(paths_, code_delay_m_);
+  if (code && code->prompt_power > 0) {
+    result.cn0_dbhz = model.reference_cn0_dbhz(id_, view.line.elevation_rad, satellite_constant_db_) +
+                      10 * std::log10(code->prompt_power / signal.peak_power);
+    result.code_delay_m = code->delay_m;
+  }
+  result.lock = lock_.update(motion.time, result.cn0_dbhz);
+  if (result.lock == LockState::Tracking && !result.cn0_dbhz) result.lock = LockState::Holding;
+  if (result.lock == LockState::Searching) {
+    code_delay_m_.reset();
+  } else if (result.cn0_dbhz) {
+    code_delay_m_ = result.code_delay_m;
+  }
+  const Path& path = view.paths.paths[tracked_];
+  if (result.lock == LockState::Tracking && result.cn0_dbhz &&
+      *result.cn0_dbhz >= options.phase_threshold_dbhz && path.kind != PathKind::Diffuse) {
+    result.phase = follow_phase(motion, path, code->prompt,
+                                geodesy::kSpeedOfLight / view.line.state.carrier_frequency_hz);
+  } else {
+    phase_.reset();
+  }
+  return result;
+}
+
+LoopErrors Channel::sample(ChannelModel& model, geodesy::GpsTime time, double cn0_dbhz) {
+  const SignalOptions& options = model.options();
+  LoopErrors errors;
+  if (options.loop_noise) {
+    const double elapsed = sampled_ ? time - *sampled_ : 0;
+    errors.code_sigma_m = dll_jitter_m(model.signal(id_.system).tracker, cn0_dbhz);
+    errors.doppler_sigma_hz = fll_jitter_hz(options.fll, cn0_dbhz);
+    errors.phase_sigma_cycles = pll_jitter_rad(options.pll, cn0_dbhz) / (2 * geodesy::kPi);
+    errors.code_m = code_noise_.advance(elapsed, errors.code_sigma_m);
+    errors.doppler_hz = doppler_noise_.advance(elapsed, errors.doppler_sigma_hz);
+    errors.phase_cycles = phase_noise_.advance(elapsed, errors.phase_sigma_cycles);
+    sampled_ = time;
+  }
+  errors.stated_cn0_dbhz = cn0_dbhz;
+  if (options.cn0_sigma_db > 0) errors.stated_cn0_dbhz += options.cn0_sigma_db * cn0_noise_.normal();
+  if (options.cn0_step_db > 0) {
+    errors.stated_cn0_dbhz = options.cn0_step_db * std::round(errors.stated_cn0_dbhz / options.cn0_step_db);
+  }
+  return errors;
+}
+
+}  // namespace canyon::tracking

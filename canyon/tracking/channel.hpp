@@ -1,0 +1,150 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "canyon/disturbance/shadowing.hpp"
+#include "canyon/propagation/paths.hpp"
+#include "canyon/tracking/channel_fading.hpp"
+#include "canyon/tracking/loop_noise.hpp"
+#include "canyon/tracking/signal_options.hpp"
+
+namespace canyon::tracking {
+
+/// What the channels of one receiver share: options, phases of paths, a code loop for each kind of signal.
+class ChannelModel {
+ public:
+  /// One kind of signal in this receiver.
+  struct Signal {
+    CodeTracker tracker;
+    double peak_power = 1;  ///< R(0)^2: of the prompt correlator on a path of power 1
+  };
+
+  /// Throws InputError where options.validate() does.
+  ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver);
+
+  [[nodiscard]] const SignalOptions& options() const { return options_; }
+  [[nodiscard]] const PathPhases& phases() const { return phases_; }
+  /// Of open_signal(system), made when first asked for (2 ms with a front end). InputError where its
+  /// correlators are too far apart for the signal, naming the system.
+  [[nodiscard]] const Signal& signal(gnss::System system);
+  /// C/N0 [dB-Hz] of a clear line of sight to a satellite: link budget, offset of its system, and its own
+  /// constant, which is the same for every receiver of one seed.
+  [[nodiscard]] double reference_cn0_dbhz(gnss::SatelliteId id, double elevation_rad,
+                                          double satellite_constant_db) const;
+  /// N(0, satellite_sigma_db), by seed and satellite.
+  [[nodiscard]] double satellite_constant_db(gnss::SatelliteId id) const;
+  /// The random stream of one satellite in this receiver for one purpose.
+  [[nodiscard]] RandomStream stream(gnss::SatelliteId id, std::string_view purpose) const;
+
+ private:
+  SignalOptions options_;
+  std::uint64_t seed_;
+  std::string receiver_;
+  PathPhases phases_;
+  std::array<std::unique_ptr<const Signal>, gnss::kSystemCount> signals_;
+};
+
+/// The antenna at one epoch.
+struct AntennaMotion {
+  geodesy::GpsTime time;
+  geodesy::GpsTime first_epoch;                                 ///< of the receiver
+  std::optional<geodesy::GpsTime> epoch_before;                 ///< of the receiver; empty at its first
+  double step_m = 0;                                            ///< of the antenna since then [m], >= 0
+  double way_m = 0;                                             ///< sum of all steps [m]
+  Eigen::Vector3d velocity_ecef = Eigen::Vector3d::Zero();      ///< [m/s], in the rotating frame
+  Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();  ///< of the frame that paths are given in
+};
+
+/// Accumulated carrier phase of a channel, as far as it is no geometric range or clock.
+struct TrackedPhase {
+  double excess_m = 0;     ///< of the carrier over the geometric range, multipath included
+  double ambiguity = 0;    ///< a whole number [cycles]
+  geodesy::GpsTime since;  ///< continuous since then
+};
+
+/// What a channel made of one epoch's paths.
+struct Reception {
+  LockState lock = LockState::Searching;
+  std::optional<double> cn0_dbhz;  ///< true one at the correlator; empty: no signal
+  double code_delay_m = 0;         ///< of the code loop against the direct path; 0 without a signal
+  std::size_t tracked = 0;         ///< which path's carrier is followed; with a signal
+  /// While Tracking, at SignalOptions::phase_threshold_dbhz or above, and not on a diffuse bundle.
+  std::optional<TrackedPhase> phase;
+};
+
+/// Thermal noise of one measurement, with its standard deviations; and the C/N0 that is stated with it.
+struct LoopErrors {
+  double code_m = 0, doppler_hz = 0, phase_cycles = 0;
+  double code_sigma_m = 0, doppler_sigma_hz = 0, phase_sigma_cycles = 0;
+  double stated_cn0_dbhz = 0;
+};
+
+/// One channel of a receiver: the signal of one satellite from its paths to code delay, C/N0, lock and phase.
+/// Every path's amplitude is path_amplitude() times its random factor (PathFades; of the direct path
+/// Shadowing, where that is on); the carrier that is
+/// followed is that of the strongest path where the code loop stands; the code loop rests where CodeTracker
+/// says; the true C/N0 drives the lock (docs/tracking.md).
+class Channel {
+ public:
+  /// A channel whose satellite is met at motion.time; before it had no signal since the first epoch.
+  Channel(const ChannelModel& model, gnss::SatelliteId id, const AntennaMotion& motion);
+
+  /// What arrives at motion.time, after the last call. Needs the paths of this channel's satellite.
+  [[nodiscard]] Reception receive(ChannelModel& model, const AntennaMotion& motion,
+                                  const propagation::SatelliteView& view);
+  /// Nothing arrives: below the horizon, antenna inside a building.
+  Reception miss(geodesy::GpsTime time);
+  /// Noise of a measurement at that C/N0; goes on from the last call, whenever that was.
+  [[nodiscard]] LoopErrors sample(ChannelModel& model, geodesy::GpsTime time, double cn0_dbhz);
+
+ private:
+  /// Of the last epoch with a signal.
+  struct Geometry {
+    geodesy::GpsTime time;
+    double range_m = 0, rate_mps = 0;
+  };
+  struct Phase {
+    propagation::PathKind kind = propagation::PathKind::Direct;
+    std::uint64_t reflector = 0;
+    geodesy::GpsTime lock_since;
+    double turned_rad = 0;  // argument of the prompt correlator less the tracked path's detour, unwrapped
+    TrackedPhase tracked;
+  };
+  [[nodiscard]] bool jumped(const AntennaMotion& motion, const orbit::LineOfSight& line, double chip_m);
+  /// Factor of the direct path's amplitude [1].
+  [[nodiscard]] double shadow(const AntennaMotion& motion, const orbit::LineOfSight& line,
+                              double turning_rad_s);
+  void gather(const ChannelModel& model, const AntennaMotion& motion, const propagation::SatelliteView& view,
+              const CodeTracker& tracker);
+  [[nodiscard]] std::optional<TrackedPhase> follow_phase(const AntennaMotion& motion,
+                                                         const propagation::Path& path,
+                                                         std::complex<double> prompt, double wavelength_m);
+
+  gnss::SatelliteId id_;
+  double satellite_constant_db_;
+  SignalLock lock_;
+  PathFades fades_;
+  std::optional<disturbance::Shadowing> shadowing_;
+  double obstacle_distance_m_;
+  double swept_m_ = 0;  // by shadows over the antenna, as the satellite moved
+  std::optional<geodesy::GpsTime> swept_until_;
+  std::optional<double> code_delay_m_;  // prior of the code loop
+  std::optional<Geometry> geometry_;
+  std::optional<Phase> phase_;
+  RandomStream ambiguity_;
+  RandomStream cn0_noise_;
+  LoopNoise code_noise_, doppler_noise_, phase_noise_;
+  std::optional<geodesy::GpsTime> sampled_;
+  // Of the epoch in hand, kept for their memory.
+  std::vector<SignalPath> paths_;
+  std::vector<double> rates_mps_;
+  std::size_t tracked_ = 0;
+};
+
+}  // namespace canyon::tracking

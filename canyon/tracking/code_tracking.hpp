@@ -1,0 +1,118 @@
+#pragma once
+
+#include <array>
+#include <complex>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "canyon/tracking/correlation.hpp"
+
+namespace canyon::tracking {
+
+/// How a delay lock loop forms its error signal from correlators E (early), P (prompt) and L (late).
+enum class Discriminator : std::uint8_t {
+  /// Re[(E - L) P*] / |P|: a phase lock loop keeps the carrier on the prompt correlator.
+  Coherent,
+  /// |E|^2 - |L|^2, non-coherent.
+  EarlyLatePower,
+  /// Re[(E - L) P*].
+  DotProduct,
+  /// Re[(2 (E1 - L1) - (E2 - L2)) P*], E2 and L2 at twice the spacing of E1 and L1: double delta, strobe or
+  /// high resolution correlator (McGraw & Braasch, ION NTM 1999).
+  DoubleDelta,
+};
+/// "coherent", "early-late power", "dot product", "double delta".
+[[nodiscard]] std::string_view name(Discriminator discriminator);
+
+struct DllOptions {
+  Discriminator discriminator = Discriminator::EarlyLatePower;
+  /// From early to late [chips], (0, 1]; of the inner pair for DoubleDelta, (0, 0.5]. 1 is the standard, 0.1
+  /// the narrow correlator (van Dierendonck, Fenton & Ford, Navigation 39(3), 1992).
+  double spacing_chips = 0.5;
+  /// One-sided noise bandwidth Bn [Hz], (0, 50]. Carrier-aided code loops are narrow: Kaplan & Hegarty (2nd
+  /// ed. 2006, figure 5.28) show 0.2 and 2 Hz.
+  double loop_bandwidth_hz = 1;
+  /// Coherent integration T [s], (0, 10]; Bn T below 0.5. A bit of GPS L1 C/A takes 20 ms.
+  double integration_s = 0.02;
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+
+/// The correlators whose weighted sum, times P*, is the discriminator (EarlyLatePower: E - L).
+struct CorrelatorBank {
+  int count = 0;
+  std::array<double, 4> offset_chips{};  ///< of the replica, negative: early
+  std::array<double, 4> weight{};
+};
+[[nodiscard]] CorrelatorBank correlator_bank(const DllOptions& options);
+
+/// One way from satellite to antenna as a receiver's channel sees it.
+struct SignalPath {
+  double delay_m = 0;                       ///< against the direct path, >= 0 for a detour
+  std::complex<double> amplitude = {1, 0};  ///< any common unit; |.|^2 is power, arg the carrier phase
+  /// Frequency [Hz] against the carrier that the receiver tracks (either sign), see fading_rate_hz().
+  double fading_hz = 0;
+};
+
+/// Where a loop rests.
+struct CodeLock {
+  double delay_m = 0;  ///< of the replica: the code's error against the direct path
+  /// Prompt correlator: the paths' coherent sum, in their unit. Its argument is the carrier phase that a PLL
+  /// holds.
+  std::complex<double> prompt;
+  /// Mean power of the prompt correlator over the fading, |.|^2 of the paths' unit. To the power of the
+  /// direct path alone, R(0)^2 |a|^2, it is the change of C/N0 by multipath.
+  double prompt_power = 0;
+};
+
+/// Code delay that a delay lock loop settles at with any number of paths: noise-free, at rest.
+///
+/// The loop moves its replica against the sign of the discriminator D(tau) and rests where D crosses zero
+/// upwards. Each path's amplitude is first averaged as the receiver does (docs/tracking.md):
+///   over the integration time: a sinc(pi f T);
+///   over the loop, the first-order filter of noise bandwidth Bn: the part a / sqrt(1 + (2 pi f / 4 Bn)^2)
+///   adds up with its phase, the rest of the power without.
+/// So slow fading moves the code as the multipath error envelope says, and fast fading leaves the small bias
+/// of the sum of powers.
+/// Const, thread-safe.
+class CodeTracker {
+ public:
+  /// Throws InputError where options do not validate() and where the correlators are so far apart that the
+  /// discriminator does not rise through the peak (BOC signals).
+  CodeTracker(const CorrelationOptions& signal, const DllOptions& loop);
+
+  [[nodiscard]] const Correlation& correlation() const { return correlation_; }
+  [[nodiscard]] const DllOptions& options() const { return options_; }
+
+  /// D at a replica's delay [m]: power in the paths' unit (amplitude for Coherent), positive where the
+  /// replica is late. Inputs must be finite (InputError).
+  [[nodiscard]] double discriminator(double delay_m, std::span<const SignalPath> paths) const;
+
+  /// The zero that the loop runs into from `prior_m`, the delay it had before; without a prior, or where the
+  /// prior feels no pull, from the delay of the path where the prompt correlator is strongest (what
+  /// acquisition finds). Zeros are found between the earliest and the latest path, a chip to either side,
+  /// where they are at least an eighth of the spacing apart (closer pairs may be passed), and are exact to
+  /// 1e-9 chips. Empty: no paths, no power, or no zero with a prompt power above a thousandth of the
+  /// strongest path's. Inputs must be finite (InputError). Does not allocate for up to 64 paths; at most
+  /// 25,000 evaluations of D, typically some ten.
+  [[nodiscard]] std::optional<CodeLock> lock(std::span<const SignalPath> paths,
+                                             std::optional<double> prior_m = std::nullopt) const;
+
+ private:
+  struct Averaged;
+  [[nodiscard]] Averaged average(const SignalPath& path) const;
+  [[nodiscard]] double evaluate(double delay_chips, std::span<const Averaged> paths) const;
+  [[nodiscard]] CodeLock prompt(double delay_chips, std::span<const Averaged> paths) const;
+  struct Bracket;
+  struct Scan;
+  [[nodiscard]] double refine(const Bracket& bracket, std::span<const Averaged> paths) const;
+
+  Correlation correlation_;
+  DllOptions options_;
+  CorrelatorBank bank_;
+  double step_chips_ = 0;
+};
+
+}  // namespace canyon::tracking

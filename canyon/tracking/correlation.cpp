@@ -1,0 +1,224 @@
+#include "canyon/tracking/correlation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <complex>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::tracking {
+namespace {
+
+using geodesy::kPi;
+
+/// Half periods of BOC(6,1) in a chip: the finest grid that the symbols need.
+constexpr int kCells = 12;
+using Pulse = std::array<double, kCells>;
+constexpr double kTableChips = 4;
+constexpr double kStepsPerCycle = 32;
+
+/// BOC(1,1) and BOC(6,1) with the given amplitudes.
+Pulse boc_pulse(double amplitude11, double amplitude61) {
+  Pulse pulse{};
+  for (int i = 0; i < kCells; ++i) {
+    pulse[static_cast<std::size_t>(i)] =
+        (i < kCells / 2 ? amplitude11 : -amplitude11) + (i % 2 == 0 ? amplitude61 : -amplitude61);
+  }
+  return pulse;
+}
+
+/// Adds weight * R(k / 12 chip), k = 0 ... 12, of one pulse.
+void add_correlation(const Pulse& pulse, double weight, std::array<double, kCells + 1>& sum) {
+  for (std::size_t lag = 0; lag <= kCells; ++lag) {
+    double r = 0;
+    for (std::size_t i = lag; i < kCells; ++i) r += pulse[i] * pulse[i - lag];
+    sum[lag] += weight * r / kCells;
+  }
+}
+
+std::array<double, kCells + 1> correlation_of(Modulation modulation) {
+  std::array<double, kCells + 1> r{};
+  switch (modulation) {
+    case Modulation::BPSK: {
+      Pulse pulse;
+      pulse.fill(1);
+      add_correlation(pulse, 1, r);
+      break;
+    }
+    case Modulation::BOC11:
+      add_correlation(boc_pulse(1, 0), 1, r);
+      break;
+    // Galileo OS SIS ICD 2.3.3: alpha = sqrt(10/11), beta = sqrt(1/11).
+    case Modulation::CBOCData:
+      add_correlation(boc_pulse(std::sqrt(10.0 / 11), std::sqrt(1.0 / 11)), 1, r);
+      break;
+    case Modulation::CBOCPilot:
+      add_correlation(boc_pulse(std::sqrt(10.0 / 11), -std::sqrt(1.0 / 11)), 1, r);
+      break;
+    // IS-GPS-800, 3.3: 4 chips of 33 are BOC(6,1); chips of either kind meet only their own at the peak.
+    case Modulation::TMBOC:
+      add_correlation(boc_pulse(1, 0), 29.0 / 33, r);
+      add_correlation(boc_pulse(0, 1), 4.0 / 33, r);
+      break;
+  }
+  return r;
+}
+
+int cells_per_knot(Modulation modulation) {
+  if (modulation == Modulation::BPSK) return kCells;
+  return modulation == Modulation::BOC11 ? kCells / 2 : 1;
+}
+
+}  // namespace
+
+std::string_view name(Modulation modulation) {
+  switch (modulation) {
+    case Modulation::BPSK:
+      return "BPSK";
+    case Modulation::BOC11:
+      return "BOC(1,1)";
+    case Modulation::CBOCData:
+      return "CBOC+";
+    case Modulation::CBOCPilot:
+      return "CBOC-";
+    case Modulation::TMBOC:
+      return "TMBOC";
+  }
+  assert(false);
+  return "";
+}
+
+void CorrelationOptions::validate() const {
+  if (!(chip_rate_hz >= 1e5 && chip_rate_hz <= 1e8)) {
+    throw InputError(fmt::format("chip_rate_hz of a signal is {}", chip_rate_hz),
+                     "it must lie in 1e5 to 1e8 chips per second");
+  }
+  if (std::isinf(bandwidth_hz) && bandwidth_hz > 0) return;
+  if (!(bandwidth_hz >= 0.5 * chip_rate_hz && bandwidth_hz <= 1000 * chip_rate_hz)) {
+    throw InputError(fmt::format("bandwidth_hz of the front end is {} for {} chips per second", bandwidth_hz,
+                                 chip_rate_hz),
+                     "it must be 0.5 to 1000 times the chip rate, or infinite");
+  }
+}
+
+double sine_integral(double x) {
+  const double a = std::abs(x);
+  if (a <= 4) {
+    const double square = x * x;
+    double power = x;  // (-1)^n x^(2n+1) / (2n+1)!
+    double sum = x;
+    for (int n = 1; n < 40; ++n) {
+      power *= -square / ((2.0 * n) * (2.0 * n + 1));
+      const double term = power / (2.0 * n + 1);
+      sum += term;
+      if (std::abs(term) < 1e-17) break;
+    }
+    return sum;
+  }
+  // E1(z) = e^-z / (z + 1 - 1 / (z + 3 - 4 / (z + 5 - ...))), z = ia, by Lentz's method.
+  std::complex<double> b(1, a);
+  std::complex<double> c(1e300, 0);
+  std::complex<double> d = 1.0 / b;
+  std::complex<double> h = d;
+  for (int i = 1; i < 500; ++i) {
+    const double n = -static_cast<double>(i) * i;
+    b += 2.0;
+    d = 1.0 / (n * d + b);
+    c = b + n / c;
+    const std::complex<double> delta = c * d;
+    h *= delta;
+    if (std::abs(delta - 1.0) < 1e-16) break;
+  }
+  const double si = kPi / 2 + std::imag(std::polar(1.0, -a) * h);
+  return x < 0 ? -si : si;
+}
+
+Correlation::Correlation(const CorrelationOptions& options) : options_(options) {
+  options_.validate();
+  chip_m_ = geodesy::kSpeedOfLight / options_.chip_rate_hz;
+  const std::array<double, kCells + 1> r = correlation_of(options_.modulation);
+  const int stride = cells_per_knot(options_.modulation);
+  knot_spacing_ = static_cast<double>(stride) / kCells;
+  for (int i = 0; i <= kCells; i += stride) knot_values_.push_back(r[static_cast<std::size_t>(i)]);
+
+  if (std::isinf(options_.bandwidth_hz)) return;
+  bandwidth_ = options_.bandwidth_hz / options_.chip_rate_hz;
+  const int last = static_cast<int>(knot_values_.size()) - 1;
+  const auto knot = [&](int k) {
+    return std::abs(k) <= last ? knot_values_[static_cast<std::size_t>(std::abs(k))] : 0.0;
+  };
+  for (int k = -last; k <= last; ++k) {
+    jumps_.push_back((knot(k + 1) - 2 * knot(k) + knot(k - 1)) / knot_spacing_);
+  }
+  step_ = 1 / (kStepsPerCycle * std::max(bandwidth_, 1.0));
+  const int steps = static_cast<int>(std::ceil(kTableChips / step_));
+  steps_per_chip_ = 1 / step_;
+  table_steps_ = steps;
+  table_.reserve(2 * static_cast<std::size_t>(steps + 1));
+  for (int i = 0; i <= steps; ++i) {
+    table_.push_back(filtered(i * step_));
+    table_.push_back(i == 0 ? 0 : filtered_slope(i * step_) * step_);  // without rounding at the peak
+  }
+}
+
+double Correlation::filtered(double delay_chips) const {
+  double knot = -1;
+  double sum = 0;
+  for (const double jump : jumps_) {
+    const double x = delay_chips - knot;
+    const double phase = kPi * bandwidth_ * x;
+    sum += jump * (x * sine_integral(phase) / kPi + std::cos(phase) / (kPi * kPi * bandwidth_));
+    knot += knot_spacing_;
+  }
+  return sum;
+}
+
+double Correlation::filtered_slope(double delay_chips) const {
+  double knot = -1;
+  double sum = 0;
+  for (const double jump : jumps_) {
+    sum += jump * sine_integral(kPi * bandwidth_ * (delay_chips - knot)) / kPi;
+    knot += knot_spacing_;
+  }
+  return sum;
+}
+
+double Correlation::beyond_table(double delay_chips) const {
+  const double a = std::abs(delay_chips);
+  if (bandwidth_ != 0) return filtered(a);
+  if (!(a < 1)) return 0;
+  const double position = a / knot_spacing_;
+  const auto i = std::min(static_cast<std::size_t>(position), knot_values_.size() - 2);
+  const double t = position - static_cast<double>(i);
+  return knot_values_[i] + t * (knot_values_[i + 1] - knot_values_[i]);
+}
+
+double Correlation::slope(double delay_chips) const {
+  const double a = std::abs(delay_chips);
+  const double sign = delay_chips < 0 ? -1 : 1;
+  if (bandwidth_ == 0) {
+    if (a > 1 || a == 0) return 0;
+    const double position = a / knot_spacing_;
+    const auto i = std::min(static_cast<std::size_t>(position), knot_values_.size() - 1);
+    const auto rise = [&](std::size_t k) {
+      return k + 1 < knot_values_.size() ? (knot_values_[k + 1] - knot_values_[k]) / knot_spacing_ : 0.0;
+    };
+    if (position == static_cast<double>(i) && i > 0) return sign * (rise(i - 1) + rise(i)) / 2;
+    return sign * rise(i);
+  }
+  const double position = a / step_;
+  const std::size_t last = table_.size() / 2 - 1;
+  if (!(position < static_cast<double>(last))) return sign * filtered_slope(a);
+  const auto i = static_cast<std::size_t>(position);
+  const double t = position - static_cast<double>(i);
+  const double* p = table_.data() + 2 * i;
+  const double rise = p[2] - p[0];
+  return sign * (p[1] + t * (2 * (3 * rise - 2 * p[1] - p[3]) + 3 * t * (p[1] + p[3] - 2 * rise))) / step_;
+}
+
+}  // namespace canyon::tracking

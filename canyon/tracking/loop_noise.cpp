@@ -1,0 +1,124 @@
+#include "canyon/tracking/loop_noise.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::tracking {
+namespace {
+
+void check_loop(double bandwidth_hz, double integration_s, std::string_view loop) {
+  if (!(bandwidth_hz > 0 && bandwidth_hz <= 100)) {
+    throw InputError(fmt::format("loop_bandwidth_hz of the {} is {}", loop, bandwidth_hz),
+                     "it must be above 0 and at most 100 Hz");
+  }
+  if (!(integration_s > 0 && integration_s <= 10)) {
+    throw InputError(fmt::format("integration_s of the {} is {}", loop, integration_s),
+                     "it must be above 0 and at most 10 s");
+  }
+  if (!(bandwidth_hz * integration_s < 0.5)) {
+    throw InputError(
+        fmt::format("the {} has a bandwidth of {} Hz and integrates {} s", loop, bandwidth_hz, integration_s),
+        "their product must be below 0.5");
+  }
+}
+
+OuOptions unit_process(double loop_bandwidth_hz) {
+  if (!(loop_bandwidth_hz > 0) || !std::isfinite(loop_bandwidth_hz)) {
+    throw InputError(fmt::format("loop_bandwidth_hz of a noise is {}", loop_bandwidth_hz),
+                     "it must be above 0 Hz");
+  }
+  OuOptions options;
+  options.theta_per_s = 4 * loop_bandwidth_hz;
+  options.sigma_m_per_sqrt_s = std::sqrt(2 * options.theta_per_s);
+  return options;
+}
+
+}  // namespace
+
+double cn0_hz(double cn0_dbhz) {
+  if (!std::isfinite(cn0_dbhz)) {
+    throw InputError(fmt::format("a C/N0 is {} dB-Hz", cn0_dbhz), "it must be finite");
+  }
+  return std::pow(10, cn0_dbhz / 10);
+}
+
+double dll_jitter_chips(const CodeTracker& tracker, double cn0_dbhz) {
+  const double ratio = cn0_hz(cn0_dbhz);
+  const DllOptions& loop = tracker.options();
+  const Correlation& r = tracker.correlation();
+  const CorrelatorBank bank = correlator_bank(loop);
+  const auto count = static_cast<std::size_t>(bank.count);
+  double variance = 0;
+  double slope = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    slope += bank.weight[i] * r.slope(bank.offset_chips[i]);
+    for (std::size_t k = 0; k < count; ++k) {
+      variance += bank.weight[i] * bank.weight[k] * r.value(bank.offset_chips[i] - bank.offset_chips[k]);
+    }
+  }
+  const double t = loop.integration_s * ratio;
+  double squaring = 1;
+  switch (loop.discriminator) {
+    case Discriminator::Coherent:
+      break;
+    case Discriminator::EarlyLatePower: {
+      const double side = r.value(loop.spacing_chips / 2);
+      squaring += (r.value(0) + r.value(loop.spacing_chips)) / (2 * t * side * side);
+      break;
+    }
+    case Discriminator::DotProduct:
+    case Discriminator::DoubleDelta:
+      squaring += 1 / (t * r.value(0));
+      break;
+  }
+  const double bandwidth = loop.loop_bandwidth_hz;
+  return std::sqrt(bandwidth * (1 - bandwidth * loop.integration_s / 2) / ratio * variance / (slope * slope) *
+                   squaring);
+}
+
+double dll_jitter_m(const CodeTracker& tracker, double cn0_dbhz) {
+  return dll_jitter_chips(tracker, cn0_dbhz) * tracker.correlation().chip_m();
+}
+
+void PllOptions::validate() const {
+  check_loop(loop_bandwidth_hz, integration_s, "phase lock loop");
+}
+
+double pll_jitter_rad(const PllOptions& options, double cn0_dbhz) {
+  options.validate();
+  const double ratio = cn0_hz(cn0_dbhz);
+  return std::sqrt(options.loop_bandwidth_hz / ratio * (1 + 1 / (2 * options.integration_s * ratio)));
+}
+
+void FllOptions::validate() const {
+  check_loop(loop_bandwidth_hz, integration_s, "frequency lock loop");
+  if (!(noise_factor >= 1 && noise_factor <= 2)) {
+    throw InputError(fmt::format("noise_factor of the frequency lock loop is {}", noise_factor),
+                     "it must be 1 to 2");
+  }
+}
+
+double fll_jitter_hz(const FllOptions& options, double cn0_dbhz) {
+  options.validate();
+  const double ratio = cn0_hz(cn0_dbhz);
+  const double t = options.integration_s;
+  return std::sqrt(4 * options.noise_factor * options.loop_bandwidth_hz / ratio * (1 + 1 / (t * ratio))) /
+         (2 * geodesy::kPi * t);
+}
+
+LoopNoise::LoopNoise(double loop_bandwidth_hz, RandomStream stream)
+    : process_(unit_process(loop_bandwidth_hz), stream) {}
+
+double LoopNoise::advance(double dt_s, double sigma) {
+  if (!(sigma >= 0) || !std::isfinite(sigma)) {
+    throw InputError(fmt::format("the standard deviation of a noise is {}", sigma),
+                     "it must be finite and 0 or more");
+  }
+  return sigma * process_.advance(dt_s);
+}
+
+}  // namespace canyon::tracking

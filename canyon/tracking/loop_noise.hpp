@@ -1,0 +1,68 @@
+#pragma once
+
+#include "canyon/tracking/code_tracking.hpp"
+#include "canyon/tracking/noise.hpp"
+
+namespace canyon::tracking {
+
+/// C/N0 as a ratio [Hz] from dB-Hz. Throws InputError for a value that is not finite.
+[[nodiscard]] double cn0_hz(double cn0_dbhz);
+
+/// Standard deviation of a code loop's error from thermal noise [chips], one sigma.
+///
+/// sigma^2 = Bn (1 - Bn T / 2) / (C/N0) * V / S^2 * L: the variance V of the correlators' weighted sum,
+/// sum over i, k of w_i w_k R(o_i - o_k), over the square of its slope S through the peak. For early minus
+/// late it is the general expression of Kaplan & Hegarty (2nd ed. 2006, equation 5.22; Betz & Kolodziejski,
+/// IEEE Trans. AES 45(4), 2009), whose integrals over the power spectral density are values and slopes of R
+/// in the front end's bandwidth; 1 - Bn T / 2 is of the latter and near 1. For infinite bandwidth and BPSK it
+/// is Bn D / (2 C/N0), twice that for DoubleDelta. Squaring loss L:
+///   Coherent        1
+///   EarlyLatePower  1 + (R(0) + R(D)) / (2 T C/N0 R(D/2)^2)   [BPSK: 1 + 2 / ((2 - D) T C/N0)]
+///   DotProduct, DoubleDelta  1 + 1 / (T C/N0 R(0))
+/// Valid for small errors (3 sigma below half the spacing, equation 5.21); C/N0 is that before the front
+/// end's filter. Exact evaluation of these formulas to 1e-3 (the table of R).
+[[nodiscard]] double dll_jitter_chips(const CodeTracker& tracker, double cn0_dbhz);
+/// The same in metres.
+[[nodiscard]] double dll_jitter_m(const CodeTracker& tracker, double cn0_dbhz);
+
+struct PllOptions {
+  double loop_bandwidth_hz = 15;  ///< one-sided noise bandwidth Bn [Hz], (0, 100]
+  double integration_s = 0.02;    ///< T [s], (0, 10]; Bn T below 0.5
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Standard deviation of an arctangent (Costas) phase lock loop's error from thermal noise [rad]:
+/// sqrt(Bn / (C/N0) (1 + 1 / (2 T C/N0))) (Kaplan & Hegarty, 2nd ed. 2006, section 5.6.1.1). Times
+/// wavelength / 2 pi it is metres. Valid below 15 degrees, where such loops lose lock (ibid.).
+[[nodiscard]] double pll_jitter_rad(const PllOptions& options, double cn0_dbhz);
+
+struct FllOptions {
+  double loop_bandwidth_hz = 5;  ///< one-sided noise bandwidth Bn [Hz], (0, 100]
+  double integration_s = 0.02;   ///< T [s], (0, 10]; Bn T below 0.5
+  double noise_factor = 1;       ///< F, [1, 2]: 1 at high C/N0, 2 near the threshold
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Standard deviation of a frequency lock loop's error from thermal noise [Hz]:
+/// sqrt(4 F Bn / (C/N0) (1 + 1 / (T C/N0))) / (2 pi T) (Kaplan & Hegarty, 2nd ed. 2006, section 5.6.2).
+[[nodiscard]] double fll_jitter_hz(const FllOptions& options, double cn0_dbhz);
+
+/// Samples of a loop's error, right at any output rate: the exact discrete form of a first-order loop, whose
+/// closed loop w / (s + w) has the one-sided noise bandwidth Bn = integral of |H|^2 df = w / 4, so
+/// that errors tau apart correlate by e^(-4 Bn tau). Loops of higher order share Bn and sigma, and differ in
+/// the shape of the correlation only.
+class LoopNoise {
+ public:
+  /// Throws InputError for a bandwidth that is not above 0 and finite.
+  LoopNoise(double loop_bandwidth_hz, RandomStream stream);
+
+  /// Error `dt_s` >= 0 after the last call, in the unit of `sigma` >= 0, its present standard deviation. The
+  /// first call draws from the stationary distribution; 0 s gives the same multiple of sigma again. Throws
+  /// InputError for a step or sigma that is negative or not finite.
+  [[nodiscard]] double advance(double dt_s, double sigma);
+
+ private:
+  OuProcess process_;
+};
+
+}  // namespace canyon::tracking

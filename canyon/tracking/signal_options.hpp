@@ -1,0 +1,57 @@
+#pragma once
+
+#include <limits>
+#include <map>
+
+#include "canyon/disturbance/shadowing.hpp"
+#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/signal/antenna_pattern.hpp"
+#include "canyon/signal/link_budget.hpp"
+#include "canyon/signal/path_strength.hpp"
+#include "canyon/tracking/code_tracking.hpp"
+#include "canyon/tracking/loop_noise.hpp"
+#include "canyon/tracking/signal_lock.hpp"
+
+namespace canyon::tracking {
+
+/// Strength and tracking of signals. Off: whatever arrives is tracked at once, at the shortest path's excess,
+/// and has no C/N0 (the paper's receiver).
+struct SignalOptions {
+  bool enabled = false;
+  signal::AntennaPattern antenna = signal::patch_antenna();
+  signal::LinkBudgetOptions link;
+  /// Added to the link budget's C/N0 of one system [dB], [-20, 20]: satellites differ from the minimum that
+  /// their interface documents promise.
+  std::map<gnss::System, double> system_offset_db;
+  /// Standard deviation [dB] of a constant of each satellite, drawn by seed: transmit powers differ by block
+  /// and age. [0, 10].
+  double satellite_sigma_db = 0;
+  signal::StrengthOptions strength;
+  /// Of the direct path, by what the map lacks; reflections and bent paths keep their strength.
+  disturbance::ShadowingOptions shadowing;
+  /// Two-sided bandwidth [Hz] of the front end, an ideal filter, [1.023e6, 511e6]; infinite: none.
+  double front_end_bandwidth_hz = std::numeric_limits<double>::infinity();
+  DllOptions dll;
+  PllOptions pll;
+  FllOptions fll;
+  SignalLockOptions lock;  ///< driven by the true C/N0
+  /// Phase is tracked at this C/N0 or above [dB-Hz], [0, 100]. Default: a loop of 15 Hz and 20 ms has 13 deg
+  /// of noise there, and loses lock at 15 (Kaplan & Hegarty, 2nd ed. 2006, section 5.6.1.1).
+  double phase_threshold_dbhz = 25;
+  /// Standard deviation of the receiver's own C/N0 estimate [dB], white, [0, 10]. Lock and noise follow the
+  /// true C/N0.
+  double cn0_sigma_db = 0;
+  /// C/N0 is stated in steps of this [dB], [0, 10]; u-blox: 1. 0: as it is.
+  double cn0_step_db = 0;
+  /// Thermal noise of code, phase and Doppler from C/N0 (loop_noise.hpp).
+  bool loop_noise = true;
+
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+
+/// Signal that gnss::l1_frequency_hz() speaks of, through the front end: C/A BPSK(1), Galileo E1 CBOC pilot,
+/// BeiDou B1I BPSK(2), GLONASS L1OF BPSK(0.5).
+[[nodiscard]] CorrelationOptions open_signal(gnss::System system, double front_end_bandwidth_hz);
+
+}  // namespace canyon::tracking

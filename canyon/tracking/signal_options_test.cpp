@@ -1,0 +1,61 @@
+#include "canyon/tracking/signal_options.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "canyon/base/input_error.hpp"
+#include "tests/support/spoiled_options.hpp"
+
+namespace canyon::tracking {
+namespace {
+
+using gnss::System;
+
+// Chip rates: IS-GPS-200 3.3.2.1, GLONASS ICD 3.3.1.2, Galileo OS SIS ICD 2.3.3, BDS-SIS-ICD-B1I 5.2.1.
+TEST(OpenSignal, IsThatOfTheInterfaceDocuments) {
+  EXPECT_EQ(open_signal(System::GPS, 8e6).chip_rate_hz, 1.023e6);
+  EXPECT_EQ(open_signal(System::QZSS, 8e6).chip_rate_hz, 1.023e6);
+  EXPECT_EQ(open_signal(System::GLONASS, 8e6).chip_rate_hz, 0.511e6);
+  EXPECT_EQ(open_signal(System::Galileo, 8e6).chip_rate_hz, 1.023e6);
+  EXPECT_EQ(open_signal(System::BeiDou, 8e6).chip_rate_hz, 2.046e6);
+  for (const System system : gnss::kAllSystems) {
+    const CorrelationOptions signal = open_signal(system, 8e6);
+    EXPECT_EQ(signal.modulation, system == System::Galileo ? Modulation::CBOCPilot : Modulation::BPSK);
+    EXPECT_EQ(signal.bandwidth_hz, 8e6);
+    EXPECT_NO_THROW(signal.validate());
+  }
+}
+
+TEST(SignalOptions, NamesTheFieldThatIsOutOfRange) {
+  const test::SpoiledOptions<SignalOptions> message;
+  using Options = SignalOptions;
+  using testing::HasSubstr;
+  EXPECT_EQ(message([](Options&) {}), "");
+  EXPECT_EQ(message([](Options& o) { o.system_offset_db[System::BeiDou] = -20; }), "");
+  EXPECT_THAT(message([](Options& o) { o.system_offset_db[System::BeiDou] = 21; }), HasSubstr("BeiDou"));
+  EXPECT_THAT(message([](Options& o) { o.satellite_sigma_db = -1; }), HasSubstr("satellite_sigma_db"));
+  EXPECT_THAT(message([](Options& o) { o.satellite_sigma_db = NAN; }), HasSubstr("satellite_sigma_db"));
+  for (const double bandwidth : {0.0, 1.0e6, 6e8, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THAT(message([&](Options& o) { o.front_end_bandwidth_hz = bandwidth; }),
+                HasSubstr("front_end_bandwidth_hz"));
+  }
+  EXPECT_EQ(message([](Options& o) { o.front_end_bandwidth_hz = 1.023e6; }), "");
+  EXPECT_EQ(message([](Options& o) { o.front_end_bandwidth_hz = 511e6; }), "");
+  EXPECT_THAT(message([](Options& o) { o.phase_threshold_dbhz = -1; }), HasSubstr("phase_threshold_dbhz"));
+  EXPECT_THAT(message([](Options& o) { o.cn0_sigma_db = 11; }), HasSubstr("cn0_sigma_db"));
+  EXPECT_THAT(message([](Options& o) { o.cn0_step_db = -0.1; }), HasSubstr("cn0_step_db"));
+  EXPECT_THAT(message([](Options& o) { o.link.noise_figure_db = 30; }), HasSubstr("noise_figure_db"));
+  EXPECT_THAT(message([](Options& o) { o.strength.roughness_m = 2; }), HasSubstr("roughness_m"));
+  EXPECT_THAT(message([](Options& o) { o.dll.spacing_chips = 0; }), HasSubstr("spacing_chips"));
+  EXPECT_THAT(message([](Options& o) { o.pll.loop_bandwidth_hz = 0; }), HasSubstr("phase lock loop"));
+  EXPECT_THAT(message([](Options& o) { o.fll.noise_factor = 3; }), HasSubstr("noise_factor"));
+  EXPECT_THAT(message([](Options& o) { o.lock.hold_s = -1; }), HasSubstr("hold_s"));
+}
+
+}  // namespace
+}  // namespace canyon::tracking

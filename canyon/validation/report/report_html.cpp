@@ -1,0 +1,400 @@
+#include "canyon/validation/report/report_html.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/number.hpp"
+#include "canyon/output/track.hpp"
+#include "canyon/validation/report/report_samples.hpp"
+#include "canyon/validation/report/report_targets.hpp"
+
+namespace canyon::validation {
+namespace {
+
+using output::xml_escaped;
+
+using Row = std::vector<std::string>;  // cells, escaped; the first one is the row's head
+
+constexpr const char* kNone = "\u2013";
+
+constexpr const char* kStyle = R"(
+:root { color-scheme: light; }
+body { font: 16px/1.5 system-ui, -apple-system, "Segoe UI", "Liberation Sans", "DejaVu Sans", sans-serif;
+  color: #222; background: #fff; margin: 0 auto; padding: 1rem; max-width: 64rem; }
+h1 { font-size: 1.7rem; line-height: 1.2; margin: 0.5rem 0 0.2rem; }
+h2 { font-size: 1.25rem; margin: 2.2rem 0 0.6rem; border-bottom: 1px solid #d9d9d9; padding-bottom: 0.2rem; }
+h3 { font-size: 1.05rem; margin: 1.6rem 0 0.4rem; }
+p { max-width: 46rem; margin: 0.5rem 0; }
+.lead { font-size: 1.1rem; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; margin: 0.6rem 0; font-size: 0.9rem; font-variant-numeric: tabular-nums; }
+th, td { padding: 0.25rem 0.7rem; text-align: right; border-bottom: 1px solid #e3e3e3; vertical-align: top; }
+thead th { border-bottom: 2px solid #6b6b6b; vertical-align: bottom; }
+th:first-child { text-align: left; font-weight: normal; padding-left: 0; }
+thead th:first-child { font-weight: bold; }
+td.mark { white-space: nowrap; }
+.reached { color: #00563f; }
+.missed { color: #8a3a00; font-weight: bold; }
+figure { margin: 1.5rem 0; break-inside: avoid; }
+figure img { max-width: 100%; height: auto; display: block; }
+figcaption { font-size: 0.92rem; color: #444; max-width: 46rem; margin-top: 0.3rem; }
+li { max-width: 46rem; overflow-wrap: anywhere; }
+@media (max-width: 40rem) { body { font-size: 15px; padding: 0.6rem; } th, td { padding: 0.25rem 0.4rem; } }
+@media print { body { max-width: none; padding: 0; font-size: 10pt; } .scroll { overflow: visible; }
+  h2, h3 { break-after: avoid; } tr { break-inside: avoid; } table { font-size: 8.5pt; } }
+)";
+
+std::string number(double value, int decimals) {
+  const std::string text = output::fixed(value, decimals);
+  return text.empty() ? kNone : text;
+}
+std::string number(const std::optional<double>& value, int decimals) {
+  return value ? number(*value, decimals) : kNone;
+}
+std::string count(std::size_t n) {
+  return fmt::format("{}", n);
+}
+std::string percent(double share) {
+  return number(100 * share, 1);
+}
+std::string share_of(std::size_t part, std::size_t all) {
+  return all > 0 ? percent(static_cast<double>(part) / static_cast<double>(all)) : kNone;
+}
+
+std::string table(const Row& head, const std::vector<Row>& rows) {
+  std::string html = "<div class=\"scroll\"><table>\n<thead><tr>";
+  for (const std::string& cell : head) html += fmt::format("<th scope=\"col\">{}</th>", cell);
+  html += "</tr></thead>\n<tbody>\n";
+  for (const Row& row : rows) {
+    html += "<tr>";
+    for (std::size_t k = 0; k < row.size(); ++k) {
+      html += k == 0 ? fmt::format("<th scope=\"row\">{}</th>", row[k]) : fmt::format("<td>{}</td>", row[k]);
+    }
+    html += "</tr>\n";
+  }
+  return html + "</tbody>\n</table></div>\n";
+}
+
+std::string heading(int level, const std::string& text) {
+  return fmt::format("<h{0}>{1}</h{0}>\n", level, xml_escaped(text));
+}
+std::string paragraph(const std::string& text) {
+  return fmt::format("<p>{}</p>\n", xml_escaped(text));
+}
+
+/// Symbol and word: colour alone tells nothing to some.
+std::string verdict(const Target& target) {
+  if (!target.value) return kNone;
+  return target.reached() ? "<span class=\"reached\">\u2713 reached</span>"
+                          : "<span class=\"missed\">\u2717 not reached</span>";
+}
+
+std::string summary(const ReportInput& input) {
+  const Figures& own = input.models.front();
+  const std::vector<Target> all = targets(own);
+  const auto reached = std::count_if(all.begin(), all.end(), [](const Target& t) { return t.reached(); });
+  std::string html = fmt::format(
+      "<h1>{}: recorded and simulated receiver</h1>\n<p class=\"lead\">The model "
+      "\u201C{}\u201D reaches {} of {} targets.</p>\n",
+      xml_escaped(input.title), xml_escaped(own.model), reached, all.size());
+  html += paragraph(fmt::format("Figures of the {}: {} LOS and {} NLOS observations recorded.", own.part,
+                                own.los, own.nlos));
+  html += paragraph(
+      "LOS: the city leaves the straight line between satellite and antenna free. NLOS: it does not. The "
+      "pseudorange error is what remains of a pseudorange when true distance, clocks and atmosphere are "
+      "taken "
+      "away; positive ones are too long.");
+  return html;
+}
+
+std::string targets_table(const ReportInput& input) {
+  std::vector<Row> rows;
+  for (const Target& t : targets(input.models.front())) {
+    rows.push_back({xml_escaped(t.name), xml_escaped(t.wanted), xml_escaped(t.value_text()), verdict(t)});
+  }
+  return heading(2, "Targets") + table({"Figure", "Target", "Reached", "Verdict"}, rows);
+}
+
+std::string models_table(const ReportInput& input) {
+  if (input.models.size() < 2) return "";
+  Row head{"Figure", "Target"};
+  for (const Figures& f : input.models) head.push_back(xml_escaped(f.model));
+  std::vector<std::vector<Target>> all;
+  for (const Figures& f : input.models) all.push_back(targets(f));
+  std::vector<Row> rows;
+  for (std::size_t k = 0; k < all.front().size(); ++k) {
+    Row row{xml_escaped(all.front()[k].name), xml_escaped(all.front()[k].wanted)};
+    for (const auto& model : all) {
+      const char* symbol = !model[k].value ? "" : model[k].reached() ? "\u2713 " : "\u2717 ";
+      row.push_back(symbol + xml_escaped(model[k].value ? model[k].value_text() : kNone));
+    }
+    rows.push_back(row);
+  }
+  const auto figure = [&](const std::string& name,
+                          const std::function<std::string(const Figures&)>& value_of) {
+    Row row{name, ""};
+    for (const Figures& f : input.models) row.push_back(value_of(f));
+    rows.push_back(row);
+  };
+  figure("Targets reached", [](const Figures& f) {
+    const auto list = targets(f);
+    return fmt::format("{} of {}",
+                       std::count_if(list.begin(), list.end(), [](const Target& t) { return t.reached(); }),
+                       list.size());
+  });
+  const auto pair = [](const PositionFigures& m, const PositionFigures& s, std::size_t q) {
+    return (m.fixes > 0 ? number(m.horizontal_m[q], 1) : kNone) + std::string(" / ") +
+           (s.fixes > 0 ? number(s.horizontal_m[q], 1) : kNone);
+  };
+  figure("Horizontal error p50, measured / simulated [m]",
+         [&](const Figures& f) { return pair(f.measured, f.simulated, 2); });
+  figure("Horizontal error p95, measured / simulated [m]",
+         [&](const Figures& f) { return pair(f.measured, f.simulated, 4); });
+  figure("Epochs with a fix, measured / simulated [%]", [](const Figures& f) {
+    return share_of(f.measured.fixes, f.measured.epochs) + " / " +
+           share_of(f.simulated.fixes, f.simulated.epochs);
+  });
+  return heading(2, "All models") + paragraph("\u2713 target reached, \u2717 not reached.") +
+         table(head, rows);
+}
+
+std::string time_range(const Comparison& comparison, std::size_t first, std::size_t epochs) {
+  if (epochs == 0 || first + epochs > comparison.epochs.size()) return "no epoch";
+  return fmt::format("{} to {} GPST, {} epochs", clock_gpst(comparison.epochs[first].time),
+                     clock_gpst(comparison.epochs[first + epochs - 1].time), epochs);
+}
+
+/// Metres towards a side: "3.2 m east".
+std::string towards(double metres, const char* positive, const char* negative) {
+  return fmt::format("{} m {}", number(std::abs(metres), 2), metres < 0 ? negative : positive);
+}
+
+std::string alignment_section(const ReportInput& input) {
+  std::string html = heading(2, "Alignment of the city, and parts of the recording");
+  const Comparison& comparison = *input.comparison;
+  if (!input.alignment) {
+    const Registration& r = comparison.registration;
+    const bool moved = r.east_m != 0 || r.north_m != 0 || r.heading_rad != 0;
+    html += paragraph(
+        moved ? fmt::format(
+                    "The city was moved by {} and {} and turned by {}\u00B0 as given; nothing was estimated.",
+                    towards(r.east_m, "east", "west"), towards(r.north_m, "north", "south"),
+                    number(geodesy::degrees(r.heading_rad), 2))
+              : "The city stands where the scenario puts it; no alignment was estimated.");
+    html += paragraph(
+        fmt::format("The figures are of epochs {}.", time_range(comparison, input.first, input.count)));
+    return html;
+  }
+  const Alignment& a = *input.alignment;
+  html += paragraph(
+      "The city's horizontal place was estimated from one part of the recording, by telling LOS and NLOS "
+      "apart; the "
+      "figures are of another part. Uncertainties are one standard deviation, from blocks of time drawn "
+      "anew.");
+  std::vector<Row> rows{
+      {"City moved east [m]", number(a.registration.east_m, 2), number(a.sigma_east_m, 2)},
+      {"City moved north [m]", number(a.registration.north_m, 2), number(a.sigma_north_m, 2)},
+  };
+  if (a.registration.heading_rad != 0 || a.sigma_heading_rad != 0) {
+    rows.push_back({"City turned counter-clockwise [\u00B0]",
+                    number(geodesy::degrees(a.registration.heading_rad), 2),
+                    number(geodesy::degrees(a.sigma_heading_rad), 2)});
+  }
+  html += table({"Estimate", "Value", "Uncertainty"}, rows);
+  html += table({"Part", "Epochs"}, {{"Alignment", time_range(comparison, a.first, a.count)},
+                                     {"Figures", time_range(comparison, input.first, input.count)}});
+  html += paragraph(
+      fmt::format("Mean of both AUC on the alignment's part: {} as aligned, {} as the scenario has it.",
+                  number(a.score, 3), number(a.score_before, 3)));
+  if (a.at_border) {
+    html += paragraph("Caution: the best place lies at the border of the search; search farther.");
+  }
+  const bool overlap = a.first < input.first + input.count && input.first < a.first + a.count;
+  if (overlap)
+    html += paragraph("Caution: both parts share epochs, so that the figures flatter the alignment.");
+  return html;
+}
+
+std::string pictures(const std::vector<ReportFigure>& figures) {
+  std::string html = heading(2, "Pictures");
+  for (const ReportFigure& f : figures) {
+    html += fmt::format(
+        "<figure id=\"{0}\">\n<img alt=\"{1}\" src=\"data:image/png;base64,{2}\" />\n"
+        "<figcaption>{3} Files: {0}.png, {0}.svg.</figcaption>\n</figure>\n",
+        xml_escaped(f.name), xml_escaped(f.alt), base64(f.png), xml_escaped(f.caption));
+  }
+  return html;
+}
+
+std::string separation_tables(const Figures& f) {
+  std::string html = heading(3, "LOS and NLOS told apart");
+  const auto interval = [](const std::optional<Interval>& i) {
+    return i ? fmt::format("{} to {}", number(i->low, 3), number(i->high, 3)) : std::string(kNone);
+  };
+  const auto row = [&](const std::string& name, const std::optional<Separation>& s,
+                       const std::optional<Interval>& i, const std::string& unit) {
+    if (!s) return Row{name, kNone, kNone, kNone, kNone};
+    const std::string threshold =
+        std::isfinite(s->threshold) ? number(std::abs(s->threshold), 1) + " " + unit : std::string(kNone);
+    return Row{name, number(s->auc, 3), interval(i), number(s->balanced_accuracy, 3), threshold};
+  };
+  html += table({"By", "AUC", "95 % interval", "Balanced accuracy", "at a threshold of"},
+                {row("C/N0 (NLOS is weaker)", f.by_cn0, f.by_cn0_interval, "dB-Hz"),
+                 row("Pseudorange error (NLOS is later)", f.by_error, f.by_error_interval, "m")});
+  std::vector<Row> bands;
+  for (const Band& b : f.bands) {
+    bands.push_back({fmt::format("{:.0f}\u00B0 to {:.0f}\u00B0", b.low_deg, b.high_deg), count(b.los),
+                     count(b.nlos), b.by_cn0 ? number(b.by_cn0->auc, 3) : kNone,
+                     b.by_error ? number(b.by_error->auc, 3) : kNone});
+  }
+  if (!bands.empty()) html += table({"Elevation", "LOS", "NLOS", "AUC by C/N0", "AUC by error"}, bands);
+  return html;
+}
+
+std::string tracked_table(const Figures& f) {
+  const auto row = [](const std::string& name, const TrackedShare& t) {
+    const bool any = t.satellites > 0;
+    return Row{name, count(t.satellites), any ? percent(t.measured_ratio()) : kNone,
+               any ? percent(t.simulated_ratio()) : kNone};
+  };
+  return heading(3, "Tracked satellites above the mask") +
+         table({"The city says", "Satellites", "Recorded [%]", "Simulated [%]"},
+               {row("LOS", f.tracked_los), row("NLOS", f.tracked_nlos)});
+}
+
+std::string explained_table(const Figures& f) {
+  std::vector<Row> rows;
+  for (const Explained& e : f.explained) {
+    rows.push_back({xml_escaped(e.kind), count(e.n), percent(e.share), number(e.median_difference_m, 1),
+                    e.correlation ? number(e.correlation->rho, 2) : kNone,
+                    e.correlation ? fmt::format("{} to {}", number(e.correlation->low, 2),
+                                                number(e.correlation->high, 2))
+                                  : kNone});
+  }
+  return heading(3, "NLOS observations that a modelled path explains") +
+         table({"Path", "n", "Share [%]", "Median |difference| [m]", "Spearman", "95 % interval"}, rows);
+}
+
+std::string distributions_table(const Figures& f) {
+  std::vector<Row> rows;
+  const auto add = [&](const std::string& name, const DistributionPair& d, int decimals) {
+    const auto row = [&](const std::string& who, std::size_t n, const std::array<double, 5>& q,
+                         const std::string& ks) {
+      Row cells{who, count(n)};
+      for (const double value : q) cells.push_back(n > 0 ? number(value, decimals) : kNone);
+      cells.push_back(ks);
+      rows.push_back(cells);
+    };
+    row(name + ", measured", d.measured_n, d.measured, "");
+    row(name + ", simulated", d.simulated_n, d.simulated, number(d.ks, 3));
+  };
+  add("LOS pseudorange error [m]", f.error_los_m, 1);
+  add("NLOS pseudorange error [m]", f.error_nlos_m, 1);
+  add("LOS C/N0 [dB-Hz]", f.cn0_los_dbhz, 1);
+  add("NLOS C/N0 [dB-Hz]", f.cn0_nlos_dbhz, 1);
+  add("Satellites used", f.used, 1);
+  return heading(3, "Distributions") + table({"Quantity", "n", "p5", "p25", "p50", "p75", "p95", "KS"}, rows);
+}
+
+std::string position_table(const Figures& f) {
+  std::vector<Row> rows;
+  const auto row = [&](const std::string& name, const PositionFigures& p, const std::array<double, 5>& q) {
+    Row cells{name};
+    for (const double value : q) cells.push_back(p.fixes > 0 ? number(value, 1) : kNone);
+    rows.push_back(cells);
+  };
+  row("Horizontal, measured", f.measured, f.measured.horizontal_m);
+  row("Horizontal, simulated", f.simulated, f.simulated.horizontal_m);
+  row("Vertical, measured", f.measured, f.measured.vertical_m);
+  row("Vertical, simulated", f.simulated, f.simulated.vertical_m);
+  const auto availability = [](const std::string& name, const PositionFigures& p) {
+    return Row{name, count(p.epochs), count(p.fixes), share_of(p.fixes, p.epochs),
+               p.fixes > 0 ? number(p.mean_used, 1) : kNone};
+  };
+  return heading(3, "Position, by the same solver on both") +
+         table({"Error [m]", "p5", "p25", "p50", "p75", "p95"}, rows) +
+         table({"Fixes", "Epochs", "With a fix", "[%]", "Mean satellites used"},
+               {availability("Measured", f.measured), availability("Simulated", f.simulated)});
+}
+
+std::string segments_table(const ReportInput& input) {
+  const Figures& f = input.models.front();
+  std::string html = heading(3, "By street");
+  if (f.segments.empty()) return html + paragraph("No stretch of one street has enough epochs.");
+  const auto& all = input.comparison->segments;
+  std::vector<Row> rows;
+  for (const SegmentFigures& s : f.segments) {
+    // Numbered as in the picture of errors: by the whole drive's segments.
+    const auto of = std::find_if(all.begin(), all.end(), [&](const Segment& whole) {
+      return s.segment.first >= whole.first && s.segment.first < whole.first + whole.count;
+    });
+    const auto quantile_of = [](const PositionFigures& p, std::size_t q) {
+      return p.fixes > 0 ? number(p.horizontal_m[q], 1) : kNone;
+    };
+    const auto both = [](const std::string& m, const std::string& simulated) {
+      return m + " / " + simulated;
+    };
+    rows.push_back(
+        {of == all.end() ? kNone : fmt::format("{}", of - all.begin() + 1),
+         number(s.segment.heading_deg, 0) + "\u00B0", number(s.segment.length_m, 0), count(s.measured.epochs),
+         both(share_of(s.measured.fixes, s.measured.epochs), share_of(s.simulated.fixes, s.simulated.epochs)),
+         both(quantile_of(s.measured, 2), quantile_of(s.simulated, 2)),
+         both(quantile_of(s.measured, 4), quantile_of(s.simulated, 4)),
+         both(s.measured.fixes > 0 ? number(s.measured.mean_used, 1) : kNone,
+              s.simulated.fixes > 0 ? number(s.simulated.mean_used, 1) : kNone)});
+  }
+  html += paragraph("Pairs are measured / simulated; errors are horizontal.");
+  return html + table({"Street", "Heading", "Length [m]", "Epochs", "Fixes [%]", "p50 [m]", "p95 [m]",
+                       "Satellites used"},
+                      rows);
+}
+
+std::string notes(const ReportInput& input) {
+  if (input.notes.empty()) return "";
+  std::string html = heading(2, "Notes") + "<ul>\n";
+  for (const std::string& note : input.notes) html += fmt::format("<li>{}</li>\n", xml_escaped(note));
+  return html + "</ul>\n";
+}
+
+}  // namespace
+
+std::string base64(std::string_view bytes) {
+  static constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t n = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      word = word << 8 | (k < n ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) text += k <= n ? kDigits[word >> (18 - 6 * k) & 63U] : '=';
+  }
+  return text;
+}
+
+std::string report_html(const ReportInput& input, const std::vector<ReportFigure>& figures) {
+  const Figures& own = input.models.front();
+  std::string html =
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\" />\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\" />\n";
+  html += fmt::format("<title>{}: recorded and simulated receiver</title>\n", xml_escaped(input.title));
+  html += std::string("<style>") + kStyle + "</style>\n</head>\n<body>\n<main>\n";
+  html += summary(input) + targets_table(input) + models_table(input) + alignment_section(input) +
+          pictures(figures);
+  html += heading(2, fmt::format("All figures of \u201C{}\u201D", own.model));
+  html += separation_tables(own) + tracked_table(own) + explained_table(own) + distributions_table(own) +
+          position_table(own) + segments_table(input) + notes(input);
+  return html + "</main>\n</body>\n</html>\n";
+}
+
+}  // namespace canyon::validation

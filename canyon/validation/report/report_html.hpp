@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/validation/report/report.hpp"
+
+namespace canyon::validation {
+
+/// A picture of the report with its words.
+struct ReportFigure {
+  std::string name;  ///< of its files, without ending
+  std::string png;   ///< bytes
+  std::string alt;   ///< what it shows, for those who do not see it
+  std::string caption;
+};
+
+/// RFC 4648, section 4, padded.
+[[nodiscard]] std::string base64(std::string_view bytes);
+
+/// The report as one HTML page that is well-formed XML too, its pictures as data: URIs; loads nothing.
+[[nodiscard]] std::string report_html(const ReportInput& input, const std::vector<ReportFigure>& figures);
+
+}  // namespace canyon::validation
