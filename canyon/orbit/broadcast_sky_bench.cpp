@@ -9,7 +9,7 @@ namespace canyon::orbit {
 namespace {
 
 gnss::NavigationData sample() {
-  return read_rinex_navigation(TextFile::from_string(test::kRinex3Sample, "sample.rnx"));
+  return rinex::read_rinex_navigation(TextFile::from_string(test::kRinex3Sample, "sample.rnx"));
 }
 
 void propagate_kepler(benchmark::State& bench) {

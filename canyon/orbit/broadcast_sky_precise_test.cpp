@@ -46,7 +46,7 @@ Eigen::Vector3d radial_along_cross(const SatelliteState& orbit, const Eigen::Vec
 TEST(BroadcastAgainstPrecise, ADayOf2020) {
   CANYON_SHARED_DATA(broadcast_path, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
   CANYON_SHARED_DATA(precise_path, "orbits/GRG0MGXFIN_20201770000_01D_15M_ORB.SP3.gz");
-  const BroadcastSky broadcast(read_rinex_navigation(broadcast_path));
+  const BroadcastSky broadcast(rinex::read_rinex_navigation(broadcast_path));
   const PreciseSky precise(precise_path);
 
   std::map<gnss::System, Sums> sums;
@@ -143,7 +143,7 @@ struct Ageing {
 TEST(BroadcastAgainstPrecise, RecordsAgeAsTheirValiditySays) {
   CANYON_SHARED_DATA(broadcast_path, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
   CANYON_SHARED_DATA(precise_path, "orbits/GRG0MGXFIN_20201770000_01D_15M_ORB.SP3.gz");
-  const gnss::NavigationData data = read_rinex_navigation(broadcast_path);
+  const gnss::NavigationData data = rinex::read_rinex_navigation(broadcast_path);
   const PreciseSky precise(precise_path);
   Ageing ageing;
   const auto add = [&](const auto& e) {

@@ -18,15 +18,6 @@
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-// RTKLIB leaves these to the program that it is linked into.
-extern "C" {
-int showmsg(const char*, ...) {
-  return 0;
-}
-void settspan(RtklibTime, RtklibTime) {}
-void settime(RtklibTime) {}
-}
-
 namespace canyon::orbit {
 namespace {
 
@@ -217,7 +208,7 @@ void expect_within_bounds(const std::map<gnss::System, Worst>& worst) {
 
 TEST_F(RtklibJudge, MixedDayOf2020) {
   CANYON_SHARED_DATA(path, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
-  const auto worst = compare_with_rtklib(read_rinex_navigation(path));
+  const auto worst = compare_with_rtklib(rinex::read_rinex_navigation(path));
   expect_within_bounds(worst);
   ASSERT_EQ(worst.size(), gnss::kSystemCount);
   EXPECT_GT(worst.at(gnss::System::GPS).compared, 2000);
@@ -229,7 +220,7 @@ TEST_F(RtklibJudge, MixedDayOf2020) {
 
 TEST_F(RtklibJudge, GpsDayOf2012) {
   CANYON_SHARED_DATA(path, "orbits/brdc3050.12n");
-  const auto worst = compare_with_rtklib(read_rinex_navigation(path));
+  const auto worst = compare_with_rtklib(rinex::read_rinex_navigation(path));
   expect_within_bounds(worst);
   EXPECT_GT(worst.at(gnss::System::GPS).compared, 4000);
 }
@@ -237,7 +228,7 @@ TEST_F(RtklibJudge, GpsDayOf2012) {
 TEST_F(RtklibJudge, HongKongGpsAndBeidouOf2019) {
   CANYON_SHARED_DATA(gps, "urbannav-tst-20190428/hksc1180.19n");
   CANYON_SHARED_DATA(beidou, "urbannav-tst-20190428/hksc1180.19b");
-  const auto worst = compare_with_rtklib(read_rinex_navigation({gps, beidou}));
+  const auto worst = compare_with_rtklib(rinex::read_rinex_navigation({gps, beidou}));
   expect_within_bounds(worst);
   EXPECT_GT(worst.at(gnss::System::GPS).compared, 2000);
   EXPECT_GT(worst.at(gnss::System::BeiDou).compared, 2000);
@@ -245,7 +236,7 @@ TEST_F(RtklibJudge, HongKongGpsAndBeidouOf2019) {
 
 TEST_F(RtklibJudge, Rinex4Hour) {
   CANYON_SHARED_DATA(path, "orbits/KMS300DNK_R_20221591000_01H_MN.rnx.gz");
-  expect_within_bounds(compare_with_rtklib(read_rinex_navigation(path)));
+  expect_within_bounds(compare_with_rtklib(rinex::read_rinex_navigation(path)));
 }
 
 void expect_same_records(const gnss::NavigationData& data, const RtklibNavigation& rtklib) {
@@ -312,7 +303,7 @@ TEST_F(RtklibJudge, ReaderFindsTheSameRecords) {
                            "urbannav-tst-20190428/hksc1180.19n", "urbannav-tst-20190428/hksc1180.19b"}) {
     CANYON_SHARED_DATA(path, name);
     SCOPED_TRACE(name);
-    const gnss::NavigationData data = read_rinex_navigation(path);
+    const gnss::NavigationData data = rinex::read_rinex_navigation(path);
     const auto rtklib = rtklib_read(TextFile(path).text());
     EXPECT_EQ(static_cast<std::size_t>(rtklib->n), data.kepler.size());
     EXPECT_EQ(static_cast<std::size_t>(rtklib->ng), data.glonass.size());
@@ -322,8 +313,8 @@ TEST_F(RtklibJudge, ReaderFindsTheSameRecords) {
 
 TEST_F(RtklibJudge, WrittenFileIsRead) {
   CANYON_SHARED_DATA(path, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
-  const gnss::NavigationData data = read_rinex_navigation(path);
-  const auto rtklib = rtklib_read(format_rinex_navigation(data));
+  const gnss::NavigationData data = rinex::read_rinex_navigation(path);
+  const auto rtklib = rtklib_read(rinex::format_rinex_navigation(data));
   EXPECT_EQ(static_cast<std::size_t>(rtklib->n), data.kepler.size());
   EXPECT_EQ(static_cast<std::size_t>(rtklib->ng), data.glonass.size());
   expect_same_records(data, *rtklib);

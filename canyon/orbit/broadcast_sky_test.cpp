@@ -28,7 +28,7 @@ const gnss::SatelliteId kG05{gnss::System::GPS, 5}, kE11{gnss::System::Galileo, 
     kC21{gnss::System::BeiDou, 21}, kR07{gnss::System::GLONASS, 7}, kJ02{gnss::System::QZSS, 2};
 
 gnss::NavigationData sample() {
-  return read_rinex_navigation(TextFile::from_string(test::kRinex3Sample, "sample.rnx"));
+  return rinex::read_rinex_navigation(TextFile::from_string(test::kRinex3Sample, "sample.rnx"));
 }
 
 gnss::NavigationData only(gnss::SatelliteId id) {
@@ -80,7 +80,7 @@ TEST(Propagate, VelocityAndDriftAreTheDerivatives) {
 
 TEST(Propagate, VelocityAndDriftAreTheDerivativesOnARealDay) {
   CANYON_SHARED_DATA(path, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
-  expect_derivatives(read_rinex_navigation(path));
+  expect_derivatives(rinex::read_rinex_navigation(path));
 }
 
 TEST(Propagate, GlonassIntegrationErrorIsMillimetres) {
@@ -162,7 +162,7 @@ TEST(Propagate, BeidouGeostationariesStandInTheirPlaces) {
   // BDS-SIS-ICD B1I 3.0, 2.1: geostationary longitudes of C04, C01, C03, C02, C05.
   const std::map<int, double> longitude_deg{{1, 140}, {2, 80}, {3, 110.5}, {4, 160}, {5, 58.75}};
   int seen = 0;
-  for (const gnss::KeplerEphemeris& e : read_rinex_navigation(path).kepler) {
+  for (const gnss::KeplerEphemeris& e : rinex::read_rinex_navigation(path).kepler) {
     if (!is_beidou_geo(e.id)) continue;
     ++seen;
     for (double age = -3600; age <= 3600; age += 1800) {

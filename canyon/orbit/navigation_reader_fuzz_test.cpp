@@ -105,7 +105,7 @@ TEST(RinexNavigationFuzz, DamagedFilesEndInRecordsOrOneError) {
   for (unsigned seed = 0; seed < 6000; ++seed) {
     const std::string text = Mutator(seed)(seeds[seed % 3]);
     try {
-      const gnss::NavigationData data = read_rinex_navigation(TextFile::from_string(text, "fuzz.rnx"));
+      const gnss::NavigationData data = rinex::read_rinex_navigation(TextFile::from_string(text, "fuzz.rnx"));
       ++read;
       warned += data.warnings.empty() ? 0 : 1;
       ASSERT_FALSE(data.empty());
@@ -119,11 +119,12 @@ TEST(RinexNavigationFuzz, DamagedFilesEndInRecordsOrOneError) {
             << "seed " << seed;
         ASSERT_FALSE(sky.source(id, sky.span().first).empty());
       }
-      const std::string written = format_rinex_navigation(data);
-      const gnss::NavigationData back = read_rinex_navigation(TextFile::from_string(written, "again.rnx"));
+      const std::string written = rinex::format_rinex_navigation(data);
+      const gnss::NavigationData back =
+          rinex::read_rinex_navigation(TextFile::from_string(written, "again.rnx"));
       ASSERT_EQ(back.kepler.size(), data.kepler.size()) << "seed " << seed;
       ASSERT_EQ(back.glonass.size(), data.glonass.size()) << "seed " << seed;
-      ASSERT_EQ(format_rinex_navigation(back), written) << "seed " << seed;
+      ASSERT_EQ(rinex::format_rinex_navigation(back), written) << "seed " << seed;
     } catch (const InputError& error) {
       ++refused;
       ASSERT_FALSE(std::string(error.what()).empty());

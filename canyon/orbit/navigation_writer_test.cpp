@@ -16,7 +16,7 @@ namespace canyon::orbit {
 namespace {
 
 gnss::NavigationData read(const std::string& text) {
-  return read_rinex_navigation(TextFile::from_string(text, "sky.rnx"));
+  return rinex::read_rinex_navigation(TextFile::from_string(text, "sky.rnx"));
 }
 
 // Every number of a record but `source`.
@@ -77,7 +77,7 @@ void expect_same(const gnss::GlonassEphemeris& a, const gnss::GlonassEphemeris& 
 }
 
 void expect_round_trip(const gnss::NavigationData& data) {
-  const gnss::NavigationData back = read(format_rinex_navigation(data));
+  const gnss::NavigationData back = read(rinex::format_rinex_navigation(data));
   EXPECT_TRUE(back.warnings.empty());
   ASSERT_EQ(back.kepler.size(), data.kepler.size());
   for (std::size_t i = 0; i < data.kepler.size(); ++i) expect_same(data.kepler[i], back.kepler[i]);
@@ -91,7 +91,7 @@ void expect_round_trip(const gnss::NavigationData& data) {
 TEST(RinexNavigationWriter, SampleComesBackExactly) {
   const gnss::NavigationData data = read(test::kRinex3Sample);
   expect_round_trip(data);
-  const gnss::NavigationData back = read(format_rinex_navigation(data));
+  const gnss::NavigationData back = read(rinex::format_rinex_navigation(data));
   for (const auto& [system, k] : data.klobuchar) {
     EXPECT_EQ(back.klobuchar.at(system).alpha, k.alpha);
     EXPECT_EQ(back.klobuchar.at(system).beta, k.beta);
@@ -104,12 +104,12 @@ TEST(RinexNavigationWriter, RealDaysComeBackExactly) {
                            "urbannav-tst-20190428/hksc1180.19n", "urbannav-tst-20190428/hksc1180.19b"}) {
     CANYON_SHARED_DATA(path, name);
     SCOPED_TRACE(name);
-    expect_round_trip(read_rinex_navigation(path));
+    expect_round_trip(rinex::read_rinex_navigation(path));
   }
 }
 
 TEST(RinexNavigationWriter, LayoutIsRinex304) {
-  const std::string text = format_rinex_navigation(read(test::kRinex3Sample));
+  const std::string text = rinex::format_rinex_navigation(read(test::kRinex3Sample));
   std::istringstream lines(text);
   std::string line;
   bool header = true;
@@ -153,7 +153,7 @@ TEST(RinexNavigationWriter, ComputedOrbitsLoseLessThanATenthOfAMillimetre) {
       *value *= last_digits(random);
     }
   }
-  const gnss::NavigationData back = read(format_rinex_navigation(data));
+  const gnss::NavigationData back = read(rinex::format_rinex_navigation(data));
   ASSERT_EQ(back.kepler.size(), data.kepler.size());
   for (std::size_t i = 0; i < data.kepler.size(); ++i) {
     const gnss::KeplerEphemeris& e = data.kepler[i];
@@ -168,21 +168,21 @@ TEST(RinexNavigationWriter, ComputedOrbitsLoseLessThanATenthOfAMillimetre) {
 TEST(RinexNavigationWriter, WhatRinexCannotHoldIsRefused) {
   gnss::NavigationData data = read(test::kRinex3Sample);
   data.kepler[0].crs = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW((void)format_rinex_navigation(data), InputError);
+  EXPECT_THROW((void)rinex::format_rinex_navigation(data), InputError);
   data = read(test::kRinex3Sample);
   data.kepler[0].toc = data.kepler[0].toc + 0.5;
-  EXPECT_THROW((void)format_rinex_navigation(data), InputError);
+  EXPECT_THROW((void)rinex::format_rinex_navigation(data), InputError);
   data = read(test::kRinex3Sample);
   data.kepler[0].af2 = -1e-120;  // three exponent digits would not fit
-  EXPECT_EQ(read(format_rinex_navigation(data)).kepler[0].af2, 0);
+  EXPECT_EQ(read(rinex::format_rinex_navigation(data)).kepler[0].af2, 0);
 }
 
 TEST(RinexNavigationWriter, FileIsWholeOrAbsent) {
   const test::TemporaryFolder folder;
   const gnss::NavigationData data = read(test::kRinex3Sample);
-  write_rinex_navigation(folder / "brdc.rnx", data);
-  EXPECT_EQ(test::read_bytes(folder / "brdc.rnx"), format_rinex_navigation(data));
-  EXPECT_THROW(write_rinex_navigation(folder / "none/brdc.rnx", data), InputError);
+  rinex::write_rinex_navigation(folder / "brdc.rnx", data);
+  EXPECT_EQ(test::read_bytes(folder / "brdc.rnx"), rinex::format_rinex_navigation(data));
+  EXPECT_THROW(rinex::write_rinex_navigation(folder / "none/brdc.rnx", data), InputError);
 }
 
 }  // namespace

@@ -267,7 +267,7 @@ TEST(NominalConstellation, RealSatellitesStandNearTheirSlots) {
   BroadcastOptions options;
   options.allow_stale = true;  // satellites beyond the station's horizon at that time
   options.allow_unhealthy = true;
-  const BroadcastSky real(read_rinex_navigation(path), options);
+  const BroadcastSky real(rinex::read_rinex_navigation(path), options);
   std::map<gnss::System, std::vector<double>> distance_deg;
   for (const gnss::SatelliteId id : real.satellites()) {
     const bool extended = id.system == gnss::System::Galileo && (id.number == 14 || id.number == 18);
@@ -295,8 +295,8 @@ TEST(NominalConstellation, RealSatellitesStandNearTheirSlots) {
 TEST(NominalConstellation, SurvivesRinex) {
   const GpsTime begin = parse_time("2024-12-31T22:00:00Z");
   const gnss::NavigationData data = nominal_constellation(begin, begin + 7200.0, kFour);
-  const gnss::NavigationData back =
-      read_rinex_navigation(TextFile::from_string(format_rinex_navigation(data), "nominal.rnx"));
+  const gnss::NavigationData back = rinex::read_rinex_navigation(
+      TextFile::from_string(rinex::format_rinex_navigation(data), "nominal.rnx"));
   EXPECT_TRUE(back.warnings.empty());
   ASSERT_EQ(back.kepler.size(), data.kepler.size());
   ASSERT_EQ(back.glonass.size(), data.glonass.size());

@@ -263,7 +263,7 @@ TEST(PreciseSky, BroadcastClocksAndOrbitsAgreeWithinMetres) {
   CANYON_SHARED_DATA(precise_path, kPrecise);
   CANYON_SHARED_DATA(broadcast_path, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
   const PreciseSky precise(precise_path);
-  const BroadcastSky broadcast(read_rinex_navigation(broadcast_path));
+  const BroadcastSky broadcast(rinex::read_rinex_navigation(broadcast_path));
   std::map<gnss::System, std::vector<double>> orbit;
   std::map<gnss::System, std::vector<double>> clock_rate;
   for (int minute = 300; minute < 1200; minute += 7) {

@@ -201,7 +201,7 @@ TEST(SolveFix, SettlesWhereTheTroposphereEnds) {
   std::vector<Measurement> measurements = drive.measure();
   for (Measurement& m : measurements) {
     m.sigma_m = 1;
-    m.pseudorange_m += saastamoinen_delay_m(edge, drive.elevation_rad(m.id));
+    m.pseudorange_m += propagation::saastamoinen_delay_m(edge, drive.elevation_rad(m.id));
   }
   FixOptions options;
   EXPECT_GT(solve_fix(kTime, measurements, sky(), options).position.height_m, -99);

@@ -13,13 +13,6 @@ extern "C" {
 double ionmodel(RtklibTime time, const double* alpha_beta, const double* position,
                 const double* azimuth_elevation);
 double tropmodel(RtklibTime time, const double* position, const double* azimuth_elevation, double humidity);
-
-// RTKLIB leaves these to the program that it is linked into.
-__attribute__((weak)) int showmsg(const char*, ...) {
-  return 0;
-}
-__attribute__((weak)) void settspan(RtklibTime, RtklibTime) {}
-__attribute__((weak)) void settime(RtklibTime) {}
 }
 
 namespace canyon::propagation {

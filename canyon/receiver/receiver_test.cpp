@@ -589,10 +589,10 @@ TEST(ReceiverAtmosphere, DelaysAreInTheSignalAndTheFixTakesThemOff) {
       const auto& view = views[i].line;
       double delay = 0;
       if (ionosphere) {
-        delay += klobuchar_delay_m(kKlobuchar.at(System::GPS), kTime, kPlace, view.azimuth_rad,
-                                   view.elevation_rad, view.state.carrier_frequency_hz);
+        delay += propagation::klobuchar_delay_m(kKlobuchar.at(System::GPS), kTime, kPlace, view.azimuth_rad,
+                                                view.elevation_rad, view.state.carrier_frequency_hz);
       }
-      if (troposphere) delay += saastamoinen_delay_m(kPlace, view.elevation_rad);
+      if (troposphere) delay += propagation::saastamoinen_delay_m(kPlace, view.elevation_rad);
       EXPECT_GT(delay, 1);
       const double added = signal_only.satellites[i].measurement->pseudorange_m -
                            none.satellites[i].measurement->pseudorange_m;

@@ -14,15 +14,6 @@
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 
-// RTKLIB leaves these to the program that it is linked into.
-extern "C" {
-int showmsg(const char*, ...) {
-  return 0;
-}
-void settspan(RtklibTime, RtklibTime) {}
-void settime(RtklibTime) {}
-}
-
 namespace canyon::rinex {
 namespace {
 

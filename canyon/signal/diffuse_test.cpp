@@ -110,22 +110,22 @@ TEST(LobeIntegral, IsThatOfAQuadrature) {
   for (int exponent = 0; exponent <= 20; ++exponent) {
     for (const double cosine : {0.0, 0.1, 0.5, 0.9, 1.0}) {
       const double expected = lobe_by_quadrature(exponent, cosine);
-      worst = std::max(worst, std::abs(lobe_integral(exponent, cosine) / expected - 1));
+      worst = std::max(worst, std::abs(propagation::lobe_integral(exponent, cosine) / expected - 1));
     }
   }
   std::printf("largest relative difference %.1e\n", worst);
   EXPECT_LT(worst, 1e-12);
-  EXPECT_NEAR(lobe_integral(0, 0.3), 2 * kPi, 1e-14);
-  EXPECT_NEAR(lobe_integral(1, 0.3), kPi + 0.3 * kPi / 2, 1e-14);  // (1 + cos psi) / 2 by hand
+  EXPECT_NEAR(propagation::lobe_integral(0, 0.3), 2 * kPi, 1e-14);
+  EXPECT_NEAR(propagation::lobe_integral(1, 0.3), kPi + 0.3 * kPi / 2, 1e-14);  // (1 + cos psi) / 2 by hand
 }
 
 TEST(LobeIntegral, RefusesWhatIsOutside) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW((void)lobe_integral(-1, 0.5), InputError);
-  EXPECT_THROW((void)lobe_integral(21, 0.5), InputError);
-  EXPECT_THROW((void)lobe_integral(3, -0.1), InputError);
-  EXPECT_THROW((void)lobe_integral(3, 1.1), InputError);
-  EXPECT_THROW((void)lobe_integral(3, nan), InputError);
+  EXPECT_THROW((void)propagation::lobe_integral(-1, 0.5), InputError);
+  EXPECT_THROW((void)propagation::lobe_integral(21, 0.5), InputError);
+  EXPECT_THROW((void)propagation::lobe_integral(3, -0.1), InputError);
+  EXPECT_THROW((void)propagation::lobe_integral(3, 1.1), InputError);
+  EXPECT_THROW((void)propagation::lobe_integral(3, nan), InputError);
 }
 
 TEST(DiffuseScattering, EndlessWallFillsHalfTheView) {

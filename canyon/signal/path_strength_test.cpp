@@ -93,16 +93,16 @@ TEST(PathStrength, EdgeCountsItsDetourOnce) {
   propagation::PathGeometry path = direct(25);
   for (const double excess : {0.0, 0.03, 0.4, 7.0}) {
     path.excess_m = excess;
-    path.edge_nu = signed_knife_edge_nu(excess, lambda, true);
+    path.edge_nu = propagation::signed_knife_edge_nu(excess, lambda, true);
     const Complex amplitude = path_amplitude(path, radians(25), kL1, isotropic_antenna());
-    EXPECT_LT(std::abs(amplitude - knife_edge_field(*path.edge_nu)), 1e-12) << excess;
-    EXPECT_NEAR(db(amplitude), -exact_knife_edge_loss_db(*path.edge_nu), 1e-9);
+    EXPECT_LT(std::abs(amplitude - propagation::knife_edge_field(*path.edge_nu)), 1e-12) << excess;
+    EXPECT_NEAR(db(amplitude), -propagation::exact_knife_edge_loss_db(*path.edge_nu), 1e-9);
   }
   // An edge beside a clear path: direct and edge wave together are the whole field.
   path.excess_m = 0.05;
-  path.edge_nu = signed_knife_edge_nu(0.05, lambda, false);
+  path.edge_nu = propagation::signed_knife_edge_nu(0.05, lambda, false);
   const Complex both = 1.0 + path_amplitude(path, radians(25), kL1, isotropic_antenna());
-  EXPECT_LT(std::abs(both - knife_edge_field(*path.edge_nu)), 1e-12);
+  EXPECT_LT(std::abs(both - propagation::knife_edge_field(*path.edge_nu)), 1e-12);
 }
 
 TEST(PathStrength, FoliageAndRoughnessTakeTheirShare) {
@@ -190,9 +190,9 @@ TEST(PathStrength, TracedPathsByKind) {
   path.kind = propagation::PathKind::Diffracted;
   path.geometry = direct(22);
   path.geometry.excess_m = 0.4;
-  path.geometry.edge_nu = signed_knife_edge_nu(0.4, wavelength_m(kL1), true);
+  path.geometry.edge_nu = propagation::signed_knife_edge_nu(0.4, wavelength_m(kL1), true);
   const Complex over_roof = path_amplitude(path, radians(22), kL1, patch);
-  EXPECT_LT(std::abs(over_roof - knife_edge_field(*path.geometry.edge_nu)), 1e-12);
+  EXPECT_LT(std::abs(over_roof - propagation::knife_edge_field(*path.geometry.edge_nu)), 1e-12);
 }
 
 TEST(PathStrength, DiffusePathIsUnpolarised) {

@@ -275,12 +275,12 @@ TEST(MirrorPaths, ComeOverTheFacetThatTheRayMeets) {
   EXPECT_EQ(along.size(), 1u);
   EXPECT_EQ(triangles.size(), 2u);
   // Another's rays: concrete that faces the arrival.
-  const propagation::Path foreign = mirror_paths({0, 0, 2}, s, true, 16).paths.at(0);
+  const propagation::Path foreign = propagation::mirror_paths({0, 0, 2}, s, true, 16).paths.at(0);
   EXPECT_EQ(foreign.geometry.incidences[0].material, Material::Concrete);
   EXPECT_NEAR(foreign.geometry.incidences[0].incidence_rad, radians(20), 1e-9);
   EXPECT_NE(foreign.reflector, 0u);
-  EXPECT_NEAR(mirror_paths({0, 0, 2}, s, false, {}).paths.at(0).geometry.arrival_elevation_rad, radians(20),
-              1e-9);
+  EXPECT_NEAR(propagation::mirror_paths({0, 0, 2}, s, false, {}).paths.at(0).geometry.arrival_elevation_rad,
+              radians(20), 1e-9);
 }
 
 // ---- edges
@@ -320,7 +320,7 @@ TEST(DiffractedPaths, OverARoof) {
   for (const double frequency : {kL1, 1207.14e6}) {
     const double nu = 2 * std::sqrt(excess / wavelength_m(frequency));
     const double amplitude = std::abs(path_amplitude(path, elevation, frequency, isotropic_antenna()));
-    EXPECT_NEAR(-20 * std::log10(amplitude), exact_knife_edge_loss_db(nu), 1e-6);
+    EXPECT_NEAR(-20 * std::log10(amplitude), propagation::exact_knife_edge_loss_db(nu), 1e-6);
   }
 }
 
@@ -348,13 +348,14 @@ TEST(DiffractedPaths, FieldIsContinuousAtTheShadowBoundary) {
   for (double deg = boundary - 12; deg < boundary + 12; deg += 0.37) {
     const double elevation = radians(deg);
     const double excess = std::hypot(20, 8) - (20 * std::cos(elevation) + 8 * std::sin(elevation));
-    const double nu = signed_knife_edge_nu(std::max(0.0, excess), wavelength_m(kL1), deg < boundary);
-    const Complex expected = nu < -2 ? 1.0 : knife_edge_field(nu);
+    const double nu =
+        propagation::signed_knife_edge_nu(std::max(0.0, excess), wavelength_m(kL1), deg < boundary);
+    const Complex expected = nu < -2 ? 1.0 : propagation::knife_edge_field(nu);
     EXPECT_LT(std::abs(field(deg) - expected), 1e-6) << deg;
   }
   // The step at the end of that is 0.11; at P.526's -0.78 it would be 0.24.
-  EXPECT_NEAR(std::abs(edge_wave(-2)), 0.11, 0.005);
-  EXPECT_NEAR(std::abs(edge_wave(-0.78)), 0.24, 0.005);
+  EXPECT_NEAR(std::abs(propagation::edge_wave(-2)), 0.11, 0.005);
+  EXPECT_NEAR(std::abs(propagation::edge_wave(-0.78)), 0.24, 0.005);
 }
 
 TEST(DiffractedPaths, HaveTheImageAndTheReflectorOfTheirEdge) {

@@ -55,7 +55,7 @@ std::optional<Way> way(const Vector3d& source, const Wall& first, const Wall& se
   result.geometry.incidences[0].material = first.material;
   result.geometry.incidences[1].incidence_rad = std::acos(cos_b);
   result.geometry.incidences[1].material = second.material;
-  result.geometry.incidences[1].plane_turn_rad = plane_turn_rad(k1, first.normal, second.normal);
+  result.geometry.incidences[1].plane_turn_rad = propagation::plane_turn_rad(k1, first.normal, second.normal);
   result.geometry.excess_m = result.length_m - (receiver - source).norm();
   return result;
 }

@@ -416,7 +416,8 @@ struct NavigationFile {
   NavigationFile() {
     const GpsTime begin = geodesy::parse_time("2026-06-01T08:00:00Z");
     path = folder / "sky.nav";
-    write_rinex_navigation(path, orbit::nominal_constellation(begin, begin + 7200.0, {gnss::System::GPS}));
+    rinex::write_rinex_navigation(path,
+                                  orbit::nominal_constellation(begin, begin + 7200.0, {gnss::System::GPS}));
   }
   [[nodiscard]] Simulation simulate(const std::string& keys) const {
     Scenario scenario = parse_scenario(
@@ -484,7 +485,7 @@ TEST(BuildSky, UnhealthySatellitesInTheSkyAreSaid) {
     healthy_above += line && line->elevation_rad > geodesy::radians(5) ? 1U : 0U;
   }
   const TemporaryFolder folder;
-  write_rinex_navigation(folder / "sky.nav", data);
+  rinex::write_rinex_navigation(folder / "sky.nav", data);
   SkyConfig config;
   config.navigation = {folder / "sky.nav"};
   const BuiltSky built = build_sky(config, begin, begin + 60.0, place);

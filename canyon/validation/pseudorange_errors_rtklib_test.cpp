@@ -55,7 +55,7 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
   const auto data = rinex::read_rinex_navigation(navigation_files);
   const orbit::BroadcastSky sky(data);
   const auto truth = simulation::read_trajectory(folder / "groundTruth_TST.csv", "urbannav", {});
-  const auto recorded = read_rinex_observations(observation_file);
+  const auto recorded = rinex::read_rinex_observations(observation_file);
   // RTKLIB takes GPS's coefficients for every system.
   const gnss::Klobuchar gps = data.klobuchar.at(System::GPS);
   const auto ours = pseudorange_residuals(recorded.epochs, truth, sky, {{System::GPS, gps}});

@@ -37,7 +37,7 @@ TEST(SimulatedDrive, ErrorsComeBackThroughRinex) {
     truth.emplace_back(e.observed.time, geodesy::geodetic_from_ecef(e.truth_ecef));
     for (const auto& s : e.observed.satellites) simulated[{e.observed.time, s.id}] = &s;
   }
-  const auto file = read_rinex_observations(path);
+  const auto file = rinex::read_rinex_observations(path);
   EXPECT_EQ(file.report.damaged, 0U);
   ResidualOptions options;
   options.ionosphere = options.troposphere = false;  // as the example's signals

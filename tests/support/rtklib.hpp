@@ -12,6 +12,14 @@ struct RtklibTime {
   double sec;        ///< fraction
 };
 
+// RTKLIB leaves these to the program that it is linked into; weak, as several files of one program include
+// this.
+__attribute__((weak)) int showmsg(const char*, ...) {
+  return 0;
+}
+__attribute__((weak)) void settspan(RtklibTime, RtklibTime) {}
+__attribute__((weak)) void settime(RtklibTime) {}
+
 struct RtklibEphemeris {
   int sat;
   int iode, iodc;

@@ -240,7 +240,7 @@ TEST(MapPictures, AnimationShowsTheStillsInTheSameColours) {
   const test::ApngFrames animation(test::read_bytes(folder / "map_animation.png"));
   ASSERT_EQ(animation.frames().size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
-    const drawing::RgbImage still = decode_png(test::read_bytes(folder / names[i]));
+    const drawing::RgbImage still = drawing::decode_png(test::read_bytes(folder / names[i]));
     EXPECT_EQ(animation.frames()[i].pixels, still.pixels) << i;
     EXPECT_DOUBLE_EQ(animation.controls()[i].delay_s, 0.2);
   }
