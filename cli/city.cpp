@@ -90,28 +90,8 @@ simulation::CityConfig city_config(const std::string& input, const std::string& 
     }
     return simulation::read_scenario(input).city;
   }
-  simulation::CityConfig config;
-  const std::optional<simulation::CityFileKind> kind = simulation::city_file_kind(input);
-  if (!kind) {
-    throw InputError(fmt::format("{}: no kind of city ends so", input), simulation::city_file_endings());
-  }
-  switch (*kind) {
-    case simulation::CityFileKind::Map:
-      config.map.emplace();
-      config.map->files = {input};
-      if (!origin.empty()) config.map->origin = parse_place(origin, "--origin");
-      break;
-    case simulation::CityFileKind::Canyon:
-    case simulation::CityFileKind::Gazebo:
-      if (!origin.empty()) throw InputError("--origin: " + input + " says its own origin", "leave it out");
-      config.file = input;
-      break;
-    case simulation::CityFileKind::Mesh:
-      config.mesh = input;
-      if (!origin.empty()) config.import.origin = parse_place(origin, "--origin");
-      break;
-  }
-  return config;
+  if (origin.empty()) return simulation::city_config(input);
+  return simulation::city_config(input, parse_place(origin, "--origin"));
 }
 
 std::array<double, 4> parse_bbox(const std::string& text, const std::string& option) {

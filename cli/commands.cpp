@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/geodesy/time_text.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -18,6 +20,10 @@ std::size_t width(const std::string& text) {
 }
 
 }  // namespace
+
+ExitCode exit_code(const InputError& error) {
+  return dynamic_cast<const OutputError*>(&error) == nullptr ? kBadInput : kFailure;
+}
 
 geodesy::Geodetic parse_place(const std::string& text, const std::string& option) {
   const std::vector<std::string_view> pieces = split(text, ',');
@@ -34,6 +40,17 @@ geodesy::Geodetic parse_place(const std::string& text, const std::string& option
       geodesy::Geodetic::from_degrees(values[0], values[1], values.size() == 3 ? values[2] : 0);
   geodesy::check_geodetic(place, option.c_str());
   return place;
+}
+
+void warn_of_no_zone(std::string_view instant) {
+  if (geodesy::names_time_scale(instant)) return;
+  print_warnings({fmt::format("{} names no zone and is taken as UTC; write Z behind it", trim(instant))});
+}
+
+geodesy::GpsTime parse_instant(std::string_view text) {
+  const geodesy::GpsTime time = geodesy::parse_simulated_time(text);
+  warn_of_no_zone(text);
+  return time;
 }
 
 std::set<gnss::System> parse_systems(const std::string& text) {

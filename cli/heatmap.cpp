@@ -13,12 +13,12 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/engine.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/engine/store_slices.hpp"
-#include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/models.hpp"
@@ -58,7 +58,7 @@ class Command {
     read();
     load();
     const heatmap::Heatmap heatmap(*environment_, receiver_, request_,
-                                   input_key(*environment_, request_.times));
+                                   heatmap::input_key(*environment_, request_.times));
     const fs::path tiles = fs::path(arguments_.out) / "tiles";
     // The first rank makes the folder, or refuses one of another map; then the others find it.
     std::unique_ptr<heatmap::TileStore> store;
@@ -69,7 +69,7 @@ class Command {
     const bool interrupted = ranks_.sum(result_.interrupted ? 1 : 0) > 0;
     result_.cells_computed = ranks_.sum(result_.cells_computed);
     result_.resumed = ranks_.sum(result_.resumed);
-    // The first one writes; the others wait for it, so that all end alike.
+    // The first one writes; the others wait for it, so that all end with one status.
     int status = interrupted ? kInterrupted : kOk;
     if (ranks_.rank() == 0)
       status = interrupted ? tell_interrupted(heatmap, *store) : finish(heatmap, *store);
@@ -100,7 +100,7 @@ class Command {
     if (ranks_.rank() == 0) print_warnings(lines);
   }
 
-  /// What can be refused before the city is loaded.
+  /// Reads the arguments and the scenario. Errors that need no city come from here, before it is loaded.
   void read() {
     formats_ = parse_formats(arguments_.formats);
     request_.layers = parse_layers(arguments_.layers);
@@ -109,11 +109,18 @@ class Command {
     simulation::ScenarioReadOptions options;
     options.trajectory_needed = false;
     scenario_ = simulation::read_scenario(arguments_.scenario, options);
+    warn(scenario_.warnings);
     if (arguments_.seed) scenario_.seed = *arguments_.seed;
     request_.draws.seed = scenario_.seed;
     if (arguments_.draws) request_.draws.draws = *arguments_.draws;
     request_.draws.validate();
-    request_.times = parse_times(arguments_.times, scenario_start(scenario_));
+    request_.times = for_option(
+        "--times", [&] { return heatmap::parse_times(arguments_.times, scenario_start(scenario_)); });
+    std::string instants = arguments_.times;
+    std::replace(instants.begin(), instants.end(), '/', ',');
+    for (const std::string_view piece : split(instants, ',')) {
+      if (ranks_.rank() == 0 && piece.find(':') != std::string_view::npos) warn_of_no_zone(piece);
+    }
     receiver_ = choose_receiver(scenario_, arguments_.receiver, arguments_.model);
     make_output_folder(arguments_.out);
   }
@@ -131,7 +138,7 @@ class Command {
     note(fmt::format("city        {}: {} triangles ({:.2f} s)", city.name, city.mesh.triangles.size(),
                      seconds_since(begin)));
     choose_area(arguments_, city, request_);
-    check_altitudes(request_, city);
+    for_option("--altitude", [&] { heatmap::check_altitudes(request_, city); });
     request_.validate();
     check_size(arguments_, request_);
     const std::vector<GpsTime>& times = request_.times;
@@ -152,10 +159,8 @@ class Command {
   }
 
   void check_times(const orbit::Sky& sky) const {
-    const std::vector<gnss::SatelliteId> ids = sky.satellites();
     for (const GpsTime t : request_.times) {
-      if (std::any_of(ids.begin(), ids.end(), [&](gnss::SatelliteId id) { return sky.state(id, t); }))
-        continue;
+      if (simulation::has_satellites(sky, t)) continue;
       throw InputError(
           fmt::format("--times: no satellite has an ephemeris at {}", geodesy::format_utc(t, 0)),
           "give times near those that the scenario's ephemerides are of, or ephemerides of that day");
@@ -191,35 +196,10 @@ class Command {
 
   [[nodiscard]] heatmap::MapSource source(const heatmap::Heatmap& heatmap,
                                           const heatmap::TileStore& store) const {
-    heatmap::MapSource source;
-    source.request = &request_;
-    const city::City& city = environment_->city();
-    source.frame = city.frame;
-    source.title = fmt::format("GNSS heat map of {}", city.name);
+    heatmap::MapSource source = heatmap::map_source(heatmap, store, *environment_, receiver_, scenario_);
     source.history = command_of(arguments_, request_);
     source.source = "Canyon " CANYON_VERSION;
-    const propagation::PropagationOptions& paths = receiver_.propagation;
-    source.attributes["receiver"] = receiver_.options.name;
-    source.attributes["propagation_model"] =
-        paths.model == propagation::Model::Mirror
-            ? "mirror"
-            : fmt::format("specular, order {}{}{}", paths.reflection_order,
-                          paths.diffraction ? ", diffraction" : "", paths.diffuse ? ", diffuse" : "");
-    std::string systems;
-    for (const gnss::System system : scenario_.sky.systems) {
-      systems += fmt::format("{}{}", systems.empty() ? "" : ", ", gnss::name(system));
-    }
-    source.attributes["systems"] = systems;
-    if (receiver_.options.signal.enabled) {
-      source.attributes["propagation_model"] +=
-          receiver_.options.signal.shadowing.enabled ? ", strength, shadowing" : ", strength";
-    }
-    if (const auto shift = simulation::draw_city_shift(scenario_.city.georeference, scenario_.seed)) {
-      source.attributes["georeference"] = simulation::describe(*shift);
-    }
-    source.attributes["seed"] = std::to_string(request_.draws.seed);
-    source.slice = [this, slices = heatmap::store_slices(heatmap, store)](std::size_t tile,
-                                                                          std::size_t time) {
+    source.slice = [this, slices = std::move(source.slice)](std::size_t tile, std::size_t time) {
       if (stop_.load()) throw Interrupted{};
       return slices(tile, time);
     };

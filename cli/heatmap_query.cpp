@@ -86,10 +86,13 @@ std::string bounds_text(const StoredMap& map) {
   return fmt::format("{} to {}", corner(grid.west_m, grid.south_m), corner(grid.east_m(), grid.north_m()));
 }
 
-/// Beyond its lowest and highest altitudes a map speaks for this much [m].
+/// Beyond its lowest and highest altitudes a map speaks for half the step there, and for no more than this
+/// [m].
 constexpr double kAltitudeReach_m = 5;
+/// Closer than this [m], two altitudes are the same to whoever asks.
+constexpr double kSameAltitude_m = 0.1;
 
-/// The map counts altitudes; without one asked for, its lowest is meant.
+/// The map counts altitudes; without one asked for, its lowest is meant. Says where another one answers.
 double altitude_of(const Arguments& arguments, const StoredMap& map) {
   if (!arguments.altitude_m) return map.altitudes_m().front();
   const double asked_m = *arguments.altitude_m;
@@ -100,10 +103,20 @@ double altitude_of(const Arguments& arguments, const StoredMap& map) {
   });
   // Between altitudes the nearest one answers; beyond them, only close by.
   const bool between = asked_m >= known.front() && asked_m <= known.back();
-  if (!between && std::abs(*nearest - asked_m) > kAltitudeReach_m) {
+  double reach_m = kAltitudeReach_m;
+  if (known.size() > 1) {
+    const double step_m =
+        asked_m < known.front() ? known[1] - known[0] : known.back() - known[known.size() - 2];
+    reach_m = std::min(reach_m, 0.5 * step_m);
+  }
+  if (!between && std::abs(*nearest - asked_m) > reach_m) {
     throw InputError(
         fmt::format("--altitude {:g}: the map's nearest is {}", asked_m, altitude_text(map, *nearest)),
         fmt::format("compute one there: canyon heatmap ... --altitude {:g}", asked_m));
+  }
+  if (std::abs(*nearest - asked_m) > kSameAltitude_m) {
+    print_warnings({fmt::format("the map has no altitude of {:g} m: its nearest, {}, answers", asked_m,
+                                altitude_text(map, *nearest))});
   }
   return asked_m;
 }
@@ -116,7 +129,7 @@ int query_place(const Arguments& arguments, const StoredMap& map) {
   geodesy::Geodetic place = parse_place(arguments.place, "--at");
   place.height_m = map.frame().origin().height_m;
   const Vector2d enu = map.frame().local_from_geodetic(place).head<2>();
-  const GpsTime time = arguments.time.empty() ? map.times().front() : geodesy::parse_time(arguments.time);
+  const GpsTime time = arguments.time.empty() ? map.times().front() : parse_instant(arguments.time);
   const std::optional<StoredMap::Answer> answer = map.at(enu, altitude_of(arguments, map), time);
   if (!answer) {
     if (map.at({map.grid().centre(0, 0)}, map.altitudes_m().front(), time)) {
@@ -161,7 +174,7 @@ RouteReport judge(const Arguments& arguments, const StoredMap& map) {
   options.step_m = arguments.step_m.value_or(0.5 * map.grid().spacing_m);
   if (arguments.stretch_m) options.stretch_m = *arguments.stretch_m;
   options.speed_mps = arguments.speed_mps;
-  if (!arguments.time.empty()) options.start = geodesy::parse_time(arguments.time);
+  if (!arguments.time.empty()) options.start = parse_instant(arguments.time);
   // A map above terrain knows nothing of a route's heights above the ellipsoid.
   if (arguments.altitude_m || map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain) {
     options.altitude_m = altitude_of(arguments, map);

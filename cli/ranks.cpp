@@ -41,7 +41,7 @@ int Ranks::guard(const std::function<int()>& work) const {
   } catch (const InputError& error) {
     fmt::print(stderr, "canyon: {}\n", error.what());
     std::fflush(stderr);
-    processes_->abort(kBadInput);
+    processes_->abort(exit_code(error));
   } catch (const std::exception& error) {
     fmt::print(stderr, "canyon: internal error on rank {}: {}\n", rank(), error.what());
     std::fflush(stderr);

@@ -21,8 +21,8 @@ class Ranks {
   [[nodiscard]] std::size_t sum(std::size_t here) const {
     return static_cast<std::size_t>(processes_->sum(here));
   }
-  /// What `work` returns. Where it throws beside others, the error is printed here, as main() does, and all
-  /// of them end: they would wait for this one for ever.
+  /// Runs `work` and returns its result. If it throws and there are several processes, prints the error as
+  /// main() does and ends all of them: the others would wait for this one for ever.
   [[nodiscard]] int guard(const std::function<int()>& work) const;
 
  private:

@@ -13,8 +13,11 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/drawing/views/pictures.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/options/describe.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/output/stream.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
@@ -22,6 +25,9 @@
 
 namespace canyon::cli {
 namespace {
+
+/// Pictures of a receiver take about a second, its epochs often less.
+constexpr std::size_t kMostDrawn = 16;
 
 struct Arguments {
   std::string scenario;
@@ -31,6 +37,8 @@ struct Arguments {
   std::optional<double> rate_hz;
   int threads = 0;
   bool quiet = false;
+  std::vector<std::string> streams;
+  bool realtime = false;
 };
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
@@ -97,22 +105,45 @@ int run(const Arguments& arguments) {
     print_warnings(simulation.warnings());
   }
 
+  const std::atomic<bool>& stop_requested = catch_interrupts();
   std::vector<std::unique_ptr<simulation::EpochSink>> sinks =
       output::make_file_sinks(simulation, arguments.out);
   if (scenario.outputs.pictures) {
-    for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
-      sinks.push_back(
-          drawing::make_pictures(simulation, output::receiver_folder(simulation, arguments.out, i), i));
+    const std::size_t drawn = std::min(scenario.receivers.size(), kMostDrawn);
+    for (std::size_t i = 0; i < drawn; ++i) {
+      sinks.push_back(drawing::make_pictures(
+          simulation, output::receiver_folder(simulation, arguments.out, i), i, &stop_requested));
     }
+    if (drawn < scenario.receivers.size()) {
+      note(fmt::format("pictures    of the first {} of {} receivers", drawn, scenario.receivers.size()));
+    }
+  }
+  std::vector<std::unique_ptr<output::EncodedStream>> streams;
+  const auto tell_notes = [&](std::size_t i) {
+    for (const std::string& line : streams[i]->take_notes()) {
+      note(fmt::format("stream      {}: {}", arguments.streams[i], line));
+    }
+  };
+  for (const std::string& text : arguments.streams) {
+    streams.push_back(output::open_stream(output::parse_stream(text), simulation));
+    tell_notes(streams.size() - 1);
   }
   std::vector<std::string> names;
   for (const simulation::ReceiverConfig& receiver : scenario.receivers)
     names.push_back(receiver.options.name);
   output::SummarySink figures(names);
-  std::vector<simulation::EpochSink*> all{&figures};
+  output::RealTimePacer pacer(&stop_requested, [&] {
+    for (std::size_t i = 0; i < streams.size(); ++i) {
+      streams[i]->serve();
+      tell_notes(i);
+    }
+  });
+  std::vector<simulation::EpochSink*> all;
+  if (arguments.realtime) all.push_back(&pacer);
+  all.push_back(&figures);
   for (const auto& sink : sinks) all.push_back(sink.get());
+  for (const auto& stream : streams) all.push_back(stream.get());
 
-  const std::atomic<bool>& stop_requested = catch_interrupts();
   simulation::RunResult result;
   {
     Progress progress("simulating", arguments.quiet);
@@ -122,11 +153,13 @@ int run(const Arguments& arguments) {
     options.progress = [&progress](std::size_t done, std::size_t total) { progress.update(done, total); };
     result = simulation.run(all, options);
   }
+  for (std::size_t i = 0; i < streams.size(); ++i) tell_notes(i);
   if (!arguments.quiet) print_warnings(result.warnings);
   if (!arguments.quiet) fmt::print("\n{}\n", output::format_summary_table(figures.summaries()));
-  if (result.interrupted) {
-    fmt::print(stderr, "canyon: interrupted: {} of {} epochs finished and written to {}\n", result.epochs,
-               result.planned, arguments.out);
+  // An end that is asked for while pictures are drawn leaves them out.
+  if (result.interrupted || (scenario.outputs.pictures && stop_requested.load())) {
+    fmt::print(stderr, "canyon: interrupted: {} of {} epochs finished and written to {}{}\n", result.epochs,
+               result.planned, arguments.out, scenario.outputs.pictures ? ", without pictures" : "");
     return kInterrupted;
   }
   note(fmt::format("{} epochs in {:.2f} s, {:.0f} times real time; results in {}", result.epochs,
@@ -152,9 +185,24 @@ void add_simulate(CLI::App& app, Action& action) {
   command->add_option("--threads", arguments->threads, "0: one for each core (0)")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
+  std::string live;
+  for (const output::Format& format : output::formats()) {
+    if (format.live) live += fmt::format("{}, ", format.name);
+  }
+  command
+      ->add_option(
+          "--stream", arguments->streams,
+          "send a format while the run goes on, [RECEIVER/]FORMAT=ADDRESS; may be given several times. "
+          "Formats: " +
+              live +
+              "and to files all others. Addresses: "
+              "tcp://127.0.0.1:PORT (a server), udp://HOST:PORT, pty:, serial:DEVICE@BAUD, file:PATH")
+      ->type_name("STREAM")
+      ->allow_extra_args(false);
+  command->add_flag("--realtime", arguments->realtime, "no faster than the wall clock");
   command->add_flag("--quiet", arguments->quiet, "print errors only");
   command->footer("Keys of a scenario (docs/scenario.md explains them):\n\n" +
-                  simulation::format_scenario_keys());
+                  options::plain_text(simulation::scenario_keys()));
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
 }
 

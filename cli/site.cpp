@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -11,6 +10,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "cli/commands.hpp"
 
 namespace canyon::cli {
@@ -18,17 +18,6 @@ namespace {
 
 /// Rays are exact within this distance of a city (RayScene).
 constexpr double kFarFromCity_m = 10'000;
-
-std::size_t find_receiver(const simulation::Scenario& scenario, const std::string& name) {
-  if (name.empty()) return 0;
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
-    names.push_back(scenario.receivers[i].options.name);
-    if (names.back() == name) return i;
-  }
-  throw InputError(fmt::format("--receiver: the scenario has no receiver '{}'", name),
-                   fmt::format("it has {}", fmt::join(names, ", ")));
-}
 
 Eigen::Vector3d parse_enu(const std::string& text) {
   const std::vector<std::string_view> pieces = split(text, ',');
@@ -82,9 +71,10 @@ Site::Site(const SiteArguments& arguments) {
   if (!arguments.enu.empty()) enu_ = parse_enu(arguments.enu);
   if (!arguments.place.empty()) place_ = parse_place(arguments.place, "--at");
   std::optional<geodesy::GpsTime> time;
-  if (!arguments.time.empty()) time = geodesy::parse_time(arguments.time);
+  if (!arguments.time.empty()) time = parse_instant(arguments.time);
   const simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
-  receiver_ = find_receiver(scenario, arguments.receiver);
+  receiver_ =
+      for_option("--receiver", [&] { return simulation::find_receiver(scenario, arguments.receiver); });
   std::vector<std::string> warnings;
   city::City city = simulation::load_city(scenario, warnings);
   print_warnings(warnings);
@@ -105,9 +95,9 @@ void Site::cover(geodesy::GpsTime from, geodesy::GpsTime to) {
   const simulation::SkyConfig& sky = simulation_->scenario().sky;
   const bool nominal = sky.navigation.empty() && !sky.sp3 && sky.frozen_azimuth_rad.empty();
   if (!nominal || (begin() <= from && to <= end())) return;
-  const city::City& city = simulation_->environment().city();
-  simulation::BuiltSky built = simulation::build_sky(sky, from, to, city.frame.origin());
-  wider_ = std::make_unique<simulation::Environment>(city, std::move(built.sky));
+  const simulation::Environment& known = simulation_->environment();
+  simulation::BuiltSky built = simulation::build_sky(sky, from, to, known.city().frame.origin());
+  wider_.emplace(known.under(std::move(built.sky), std::move(built.navigation.klobuchar)));
 }
 
 const simulation::ReceiverConfig& Site::receiver_config() const {
@@ -125,9 +115,7 @@ propagation::Propagator Site::make_propagator() const {
 }
 
 void Site::check_time(geodesy::GpsTime t, const std::string& option) const {
-  const orbit::Sky& sky = environment().sky();
-  const std::vector<gnss::SatelliteId> ids = sky.satellites();
-  if (std::none_of(ids.begin(), ids.end(), [&](gnss::SatelliteId id) { return sky.state(id, t); })) {
+  if (!simulation::has_satellites(environment().sky(), t)) {
     throw InputError(
         fmt::format("{}: no satellite has an ephemeris at {}", option, geodesy::format_gpst(t, 0)),
         fmt::format("the scenario's sky is known about {}; give a time near that, or ephemerides of that day",

@@ -49,8 +49,8 @@ class Site {
   [[nodiscard]] geodesy::GpsTime begin() const { return simulation_->begin(); }
   [[nodiscard]] geodesy::GpsTime end() const;
 
-  /// Nominal constellations are made for the scenario's own time: makes them for [from, to] as well, and with
-  /// them a new environment(). Other skies know what their files say; then this does nothing. Throws
+  /// Nominal constellations are made for the scenario's own time: makes them for [from, to] as well, over the
+  /// same city. Other skies know what their files say; then this does nothing. Throws
   /// InputError where the span is longer than 60 days.
   void cover(geodesy::GpsTime from, geodesy::GpsTime to);
   /// Throws InputError, naming `option`, where no satellite at all has an ephemeris at `t`; warns where the
@@ -63,7 +63,7 @@ class Site {
   std::size_t receiver_ = 0;
   geodesy::GpsTime time_;
   std::unique_ptr<simulation::Simulation> simulation_;
-  std::unique_ptr<simulation::Environment> wider_;  ///< after cover(), where that was needed
+  std::optional<simulation::Environment> wider_;  ///< after cover(), where that was needed
 };
 
 }  // namespace canyon::cli

@@ -6,6 +6,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
 
@@ -32,7 +33,7 @@ struct Row {
 
 int run(const Arguments& arguments) {
   const geodesy::Geodetic place = parse_place(arguments.place, "--at");
-  const geodesy::GpsTime time = geodesy::parse_time(arguments.time);
+  const geodesy::GpsTime time = parse_instant(arguments.time);
   if (!(arguments.mask_deg >= -90 && arguments.mask_deg < 90)) {
     throw InputError(fmt::format("--mask {} is not an elevation", arguments.mask_deg),
                      "it runs from -90 to 90 degrees");

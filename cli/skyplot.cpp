@@ -14,6 +14,7 @@
 #include "canyon/drawing/views/skyplot.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/number.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
@@ -54,7 +55,7 @@ drawing::PictureFormat format_of(const std::string& file) {
 geodesy::GpsTime moment(const std::string& text, geodesy::GpsTime begin, geodesy::GpsTime otherwise) {
   if (text.empty()) return otherwise;
   const std::optional<double> seconds = parse_double(text);
-  if (!seconds) return geodesy::parse_time(text);
+  if (!seconds) return parse_instant(text);
   if (!(std::abs(*seconds) <= 1e8)) throw InputError(fmt::format("'{}' is no time", text), "give seconds");
   return begin + *seconds;
 }

@@ -5,10 +5,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/signal/path_strength.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/site.hpp"
 
@@ -22,7 +24,7 @@ struct Arguments {
 
 std::string kind_text(const propagation::Path& path) {
   if (path.order == 2) return "reflected twice";
-  if (path.kind == propagation::PathKind::Direct && path.geometry.foliage_depth_m > 0) {
+  if (path.kind == propagation::PathKind::Direct && path.foliage_depth_m > 0) {
     return "direct through leaves";
   }
   return std::string(propagation::name(path.kind));
@@ -48,7 +50,7 @@ int run(const Arguments& arguments) {
   const geodesy::GpsTime time = site.time();
   const Eigen::Vector3d antenna = site.antenna(time);
   const propagation::Propagator propagator = site.make_propagator();
-  const simulation::Arrival arrival = environment.arrival(time, antenna, propagator);
+  const propagation::Arrival arrival = environment.arrival(time, antenna, propagator);
   const geodesy::Geodetic place = environment.city().frame.geodetic_from_local(antenna);
   const tracking::SignalOptions& signal = site.receiver_config().options.signal;
 
@@ -76,24 +78,24 @@ int run(const Arguments& arguments) {
           const double loss = loss_db(path, view.line, signal);
           one["loss_db"] = std::isfinite(loss) ? nlohmann::json(loss) : nlohmann::json(nullptr);
         }
-        if (path.geometry.foliage_depth_m > 0) one["foliage_depth_m"] = path.geometry.foliage_depth_m;
+        if (path.foliage_depth_m > 0) one["foliage_depth_m"] = path.foliage_depth_m;
         if (path.kind != propagation::PathKind::Direct) {
           one["point_enu_m"] = {path.point.x(), path.point.y(), path.point.z()};
         }
         if (path.kind == propagation::PathKind::Reflected) {
-          one["incidence_deg"] = geodesy::degrees(path.incidence_rad);
+          one["incidence_deg"] = geodesy::degrees(path.incidence_rad());
         }
         if (path.kind == propagation::PathKind::Reflected || path.kind == propagation::PathKind::Diffuse) {
           one["instance"] = path.instance;
           one["triangle"] = path.triangle;
         }
-        if (path.kind == propagation::PathKind::Diffracted && path.geometry.edge_nu) {
-          one["edge_nu"] = *path.geometry.edge_nu;
+        if (path.kind == propagation::PathKind::Diffracted && path.edge_nu) {
+          one["edge_nu"] = *path.edge_nu;
         }
         if (path.kind == propagation::PathKind::Diffuse) one["scattered_power"] = path.scattered_power;
         if (path.order == 2) {
           one["far_point_enu_m"] = {path.far_point.x(), path.far_point.y(), path.far_point.z()};
-          one["far_incidence_deg"] = geodesy::degrees(path.far_incidence_rad);
+          one["far_incidence_deg"] = geodesy::degrees(path.far_incidence_rad());
           one["far_instance"] = path.far_instance;
           one["far_triangle"] = path.far_triangle;
         }
@@ -125,14 +127,14 @@ int run(const Arguments& arguments) {
       line.push_back(fmt::format("{:.2f}", path.excess_m));
       if (signal.enabled) line.push_back(fmt::format("{:.1f}", loss_db(path, view.line, signal)));
       line.push_back(path.kind == propagation::PathKind::Direct ? "-" : triple(path.point));
-      line.push_back(path.kind == propagation::PathKind::Reflected ? angle(path.incidence_rad) : "-");
+      line.push_back(path.kind == propagation::PathKind::Reflected ? angle(path.incidence_rad()) : "-");
       rows.push_back(std::move(line));
       row = {"", "", "", ""};
       if (path.order == 2) {
         std::vector<std::string> before{"", "", "", "", "  before that", ""};
         if (signal.enabled) before.emplace_back();
         before.push_back(triple(path.far_point));
-        before.push_back(angle(path.far_incidence_rad));
+        before.push_back(angle(path.far_incidence_rad()));
         rows.push_back(std::move(before));
       }
     }

@@ -30,11 +30,11 @@ namespace {
 /// A part needs this many epochs to be aligned by or judged.
 constexpr std::size_t kFewestEpochs = 10;
 /// Below this mean AUC the city and the recording have little to do with each other: 0.5 is chance, 0.88 what
-/// a city of OpenStreetMap outlines reached (docs/validation.md).
+/// a city of OpenStreetMap outlines reached (docs/accuracy.md).
 constexpr double kTellingScore = 0.7;
 
 struct Arguments {
-  std::string scenario, obs, truth, truth_format, report, models, json, markdown;
+  std::string scenario, obs, truth, format, old_format, report, models, json, markdown;
   bool align = false, align_heading = false, ladder = false, no_atmosphere = false, quiet = false;
   std::optional<double> reach_m, split;
   std::optional<std::uint64_t> seed;
@@ -88,10 +88,15 @@ class Command {
     };
   }
 
-  /// What can be said before the city is loaded.
+  /// Checks that need no city, before it is loaded.
   void check() {
+    warn(scenario_.warnings);
     truth_ = arguments_.truth;
-    format_ = arguments_.truth_format;
+    format_ = arguments_.format;
+    if (!arguments_.old_format.empty()) {
+      format_ = arguments_.old_format;
+      if (!arguments_.quiet) print_warnings({"--truth-format is now --format; the old name will go"});
+    }
     if (truth_.empty()) {
       if (!scenario_.trajectory.file) {
         throw InputError("--truth is missing, and the scenario's trajectory is no file",
@@ -102,7 +107,7 @@ class Command {
     if (format_.empty()) format_ = scenario_.trajectory.file ? scenario_.trajectory.format : "csv";
     const std::vector<std::string>& formats = simulation::trajectory_formats();
     if (std::find(formats.begin(), formats.end(), format_) == formats.end()) {
-      throw InputError(fmt::format("--truth-format '{}' is not known", format_),
+      throw InputError(fmt::format("--format '{}' is not known", format_),
                        fmt::format("give {}", fmt::join(formats, ", ")));
     }
     if (arguments_.split && !arguments_.align) {
@@ -147,7 +152,7 @@ class Command {
     // The sky is built for the recording's time: the scenario's own trajectory is not simulated.
     rinex::ObservationOptions wanted;
     wanted.systems = scenario_.sky.systems;
-    const auto recorded = rinex::read_rinex_observations(arguments_.obs, wanted);
+    auto recorded = rinex::read_rinex_observations(arguments_.obs, wanted);
     const geodesy::GpsTime first = recorded.epochs.front().receiver_time;
     const geodesy::GpsTime last = recorded.epochs.back().receiver_time;
 
@@ -159,8 +164,8 @@ class Command {
 
     validation::RecordingOptions options;
     options.ionosphere = options.troposphere = !arguments_.no_atmosphere;
-    recording_ =
-        validation::read_recording(scenario_, *environment_, arguments_.obs, truth_, format_, options);
+    recording_ = validation::join_recording(scenario_, *environment_, arguments_.obs, std::move(recorded),
+                                            truth_, format_, options);
     warn(recording_.warnings);
     const validation::PseudorangeResiduals& residuals = recording_.residuals;
     note(fmt::format("recording   {} epochs, {} pseudoranges", residuals.epochs.size(),
@@ -343,10 +348,12 @@ void add_validate(CLI::App& app, Action& action) {
       ->required();
   command->add_option("--truth", arguments->truth, "true positions (the scenario's trajectory file)")
       ->type_name("FILE");
-  command
-      ->add_option("--truth-format", arguments->truth_format,
-                   "csv, urbannav or nmea (that of the scenario's trajectory, else csv)")
-      ->type_name("FORMAT");
+  CLI::Option* format =
+      command->add_option("--format", arguments->format,
+                          "of the true positions: csv, urbannav or nmea (that of the scenario's trajectory, "
+                          "else csv)");
+  format->type_name("FORMAT");
+  command->add_option("--truth-format", arguments->old_format)->excludes(format)->group("");
   CLI::Option* align = command->add_flag(
       "--align", arguments->align,
       "estimate the city's offset on the first part of the recording; figures are then of the rest");
@@ -385,7 +392,7 @@ void add_validate(CLI::App& app, Action& action) {
   command->footer(
       "Each recorded pseudorange gets its error from the true positions; the city's rays say which "
       "satellites\n"
-      "were in line of sight. docs/validate.md explains the figures.");
+      "were in line of sight. docs/recordings.md explains the figures.");
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
 }
 

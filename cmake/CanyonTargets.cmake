@@ -3,14 +3,15 @@
 #   canyon_NAME_io     object library: the sources named under IO (or ALL), for canyon::io
 #   test_NAME          its *_test.cpp, linked with this folder and those above it
 #   NAME_FILE_bench    one program for each *_bench.cpp, built by the target `benchmarks`
+# The target `unit_tests` builds all test_NAME; ctest runs them alone by `-L unit`.
 
 # Here and not in a function: its variables must reach tests/ as well.
 include(GoogleTest)
 
 set(CANYON_FOLDERS "" CACHE INTERNAL "")
-add_library(canyon_options INTERFACE)
-target_compile_features(canyon_options INTERFACE cxx_std_20)
-target_include_directories(canyon_options INTERFACE $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}>)
+add_library(canyon_cxx INTERFACE)
+target_compile_features(canyon_cxx INTERFACE cxx_std_20)
+target_include_directories(canyon_cxx INTERFACE $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}>)
 
 # For Canyon's own sources only: never seen by users of the installed package.
 add_library(canyon_warnings INTERFACE)
@@ -32,6 +33,12 @@ if(CANYON_SANITIZE)
   add_compile_options(-fsanitize=${CANYON_SANITIZE} -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${CANYON_SANITIZE})
 endif()
+if(CANYON_BUILD_FUZZERS)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    message(FATAL_ERROR "CANYON_BUILD_FUZZERS needs clang: libFuzzer is part of it (-DCMAKE_CXX_COMPILER=clang++)")
+  endif()
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()
 
 # What nearly every file includes from outside is parsed once: PCH_LIBRARY for the engine, PCH_TEST for tests and
 # benchmarks. No header of Canyon's is among it, so that a change rebuilds what includes it and nothing else.
@@ -41,11 +48,11 @@ if(CANYON_PRECOMPILED_HEADERS)
   set(canyon_empty ${CMAKE_BINARY_DIR}/generated/empty.cpp)
   file(GENERATE OUTPUT ${canyon_empty} CONTENT "int main() {}\n")
   add_library(canyon_pch OBJECT ${canyon_empty})
-  target_link_libraries(canyon_pch PRIVATE canyon_options canyon_warnings Eigen3::Eigen fmt::fmt)
+  target_link_libraries(canyon_pch PRIVATE canyon_cxx canyon_warnings Eigen3::Eigen fmt::fmt)
   target_precompile_headers(canyon_pch PRIVATE ${canyon_common_headers})
   if(CANYON_BUILD_TESTS)
     add_executable(canyon_test_pch EXCLUDE_FROM_ALL ${canyon_empty})
-    target_link_libraries(canyon_test_pch PRIVATE canyon_options canyon_warnings Eigen3::Eigen fmt::fmt GTest::gmock)
+    target_link_libraries(canyon_test_pch PRIVATE canyon_cxx canyon_warnings Eigen3::Eigen fmt::fmt GTest::gmock)
     target_precompile_headers(canyon_test_pch PRIVATE ${canyon_common_headers} <gtest/gtest.h> <gmock/gmock.h>)
   endif()
 endif()
@@ -74,7 +81,7 @@ function(canyon_folder folder)
 
   # Libraries of this folder and all above it, as usage requirements.
   add_library(canyon_${name}_usage INTERFACE)
-  target_link_libraries(canyon_${name}_usage INTERFACE canyon_options ${arg_LIBRARIES})
+  target_link_libraries(canyon_${name}_usage INTERFACE canyon_cxx ${arg_LIBRARIES})
   foreach(above IN LISTS CANYON_FOLDERS)
     string(REPLACE "/" "_" above ${above})
     target_link_libraries(canyon_${name}_usage INTERFACE canyon_${above}_usage)
@@ -130,6 +137,7 @@ endfunction()
 
 function(canyon_tests)
   set(objects "")
+  add_custom_target(unit_tests)
   if(CANYON_BUILD_BENCHMARKS)
     add_custom_target(benchmarks)
   endif()
@@ -173,7 +181,8 @@ function(canyon_tests)
       endif()
       gtest_discover_tests(test_${name} TEST_PREFIX ${folder}/ DISCOVERY_TIMEOUT 60
                            WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}
-                           PROPERTIES TIMEOUT 300)
+                           PROPERTIES TIMEOUT 300 LABELS unit)
+      add_dependencies(unit_tests test_${name})
     endif()
     # Benchmarks are built by the target `benchmarks` alone, and link the libraries as a user does.
     if(CANYON_BUILD_BENCHMARKS)

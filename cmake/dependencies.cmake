@@ -4,7 +4,9 @@ find_package(fmt REQUIRED)
 find_package(TBB REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(ZLIB REQUIRED)
+find_package(Boost 1.67 REQUIRED)  # headers: distributions
 find_package(Threads REQUIRED)
+find_package(Boost 1.74 REQUIRED)    # headers only, and none in Canyon's own
 set(CANYON_MPI "")
 if(CANYON_BUILD_MPI)
   find_package(MPI REQUIRED COMPONENTS CXX)

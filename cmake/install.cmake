@@ -8,7 +8,14 @@ install(TARGETS ${targets} EXPORT canyonTargets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(DIRECTORY canyon DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
+set(umbrellas canyon/canyon.hpp)
+if(CANYON_BUILD_IO)
+  list(APPEND umbrellas canyon/io.hpp)
+endif()
+install(CODE "set(CANYON_SOURCE \"${CMAKE_CURRENT_SOURCE_DIR}\")
+  set(CANYON_UMBRELLAS \"${umbrellas}\")
+  set(CANYON_INCLUDE \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}\")")
+install(SCRIPT cmake/install_headers.cmake)
 install(EXPORT canyonTargets NAMESPACE canyon:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/canyon)
 configure_package_config_file(cmake/canyonConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/canyonConfig.cmake
                               INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/canyon)

@@ -1,11 +1,11 @@
-# Heat maps over several machines (CANYON_BUILD_MPI): canyon_heatmap knows MPI, nothing else does.
-target_compile_definitions(canyon_heatmap PRIVATE CANYON_WITH_MPI)
+# Heat maps over several machines (CANYON_BUILD_MPI): canyon_heatmap_engine knows MPI, nothing else does.
+target_compile_definitions(canyon_heatmap_engine PRIVATE CANYON_WITH_MPI)
 if(NOT CANYON_BUILD_TESTS)
   return()
 endif()
 function(canyon_mpi_test name filter)
   add_test(NAME heatmap/${name}
-           COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} 2 $<TARGET_FILE:test_heatmap>
+           COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} 2 $<TARGET_FILE:test_heatmap_engine>
                    --gtest_filter=${filter} --gtest_also_run_disabled_tests)
   # Open MPI 4 and 5: as root (containers), and on machines of one core.
   set_tests_properties(heatmap/${name} PROPERTIES TIMEOUT 120 ENVIRONMENT

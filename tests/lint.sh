@@ -26,7 +26,7 @@ while IFS=: read -r file line included; do
   elif [ "${rank[$included]}" -gt "${rank[$folder]}" ]; then
     breach "$file:$line: canyon/$folder includes canyon/$included, which lies further down the pipeline"
   fi
-done < <(grep -nHE '^#include "canyon/' "${sources[@]}" | sed -E 's|^([^:]*:[0-9]+):#include "canyon/([a-z_/]+)/[a-z0-9_]+.hpp".*|\1:\2|')
+done < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/[a-z]*\.hpp$' | xargs grep -nHE '^#include "canyon/' | sed -E 's|^([^:]*:[0-9]+):#include "canyon/([a-z_/]+)/[a-z0-9_]+.hpp".*|\1:\2|')
 
 # 2. The engine knows no host.
 grep_each "the engine includes a host's header" \
@@ -41,16 +41,44 @@ grep_each "only canyon/buildings may include map libraries" \
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/(buildings|heatmap)/')
 grep_each "only canyon/buildings and canyon/heatmap may include raster libraries" \
   '#include [<"](gdal|ogr|netcdf)' "${outside[@]}"
-io=$(tr -s '\n ' ' ' <CMakeLists.txt | grep -oE 'IO( [a-z0-9_]+\.cpp)+' | tr ' ' '\n' | grep cpp)
+# FOLDER/FILE.cpp, or FOLDER/ALL, of what CMakeLists.txt gives to canyon::io.
+io=$(tr -s '\n ' ' ' <CMakeLists.txt | grep -oE 'canyon_folder\([^)]*\)' | sed -nE 's/^canyon_folder\(([a-z_/]+) (.* )?IO ([^)]*)\)/\1 \3/p' |
+  while read -r folder names; do for name in $names; do [[ $name != *.cpp && $name != ALL ]] || echo "canyon/$folder/$name"; done; done)
 while IFS= read -r file; do
-  name=$(basename "$file" .cpp)
-  [[ $file == *.hpp ]] || grep -qxF "${name%_test}.cpp" <<<"$io" ||
+  [[ $file == *.hpp ]] || grep -qxF -e "${file/%_test.cpp/.cpp}" -e "${file%/*}/ALL" <<<"$io" ||
     breach "$file: includes Assimp, Cairo, GDAL or NetCDF but is not named after IO in CMakeLists.txt"
 done < <({ grep -lE '#include [<"](assimp|cairo)' "${sources[@]}"
            printf '%s\n' "${sources[@]}" | grep '^canyon/heatmap/' |
              xargs grep -lE '#include [<"](gdal|ogr|netcdf)'; } | sort -u)
 
-# 4. Habits.
+# 4. Public headers are those that the umbrella headers reach by #include (cmake/install_headers.cmake installs
+# them): they need nothing but the standard library and Eigen, and canyon/canyon.hpp nothing of canyon::io alone.
+# reached HEADER: the headers of Canyon's that it includes, directly or not, and itself.
+reached() {
+  local waiting=("$@") header
+  declare -A seen=()
+  while [ "${#waiting[@]}" -gt 0 ]; do
+    header=${waiting[0]} waiting=("${waiting[@]:1}")
+    [ -z "${seen[$header]:-}" ] || continue
+    seen[$header]=1
+    echo "$header"
+    [ ! -e "$header" ] || mapfile -t -O "${#waiting[@]}" waiting < <(sed -n 's/^#include "\(canyon[^"]*\)".*/\1/p' "$header")
+  done
+}
+mapfile -t public < <(reached canyon/canyon.hpp canyon/io.hpp)
+for header in "${public[@]}"; do [ -e "$header" ] || breach "$header: a public header includes it, and it is not there"; done
+grep_each "a public header includes another library than Eigen" \
+  '#include (<[^E>][^>/]*/|<[^>]*\.h>|"([^c]|c[^a]))' $(ls "${public[@]}" 2>/dev/null)
+mapfile -t io_only < <(sed -n 's/^ *canyon_folder(\([a-z_/]*\) IO ALL.*/canyon\/\1\//p' CMakeLists.txt)
+while IFS= read -r header; do
+  for folder in "${io_only[@]}"; do
+    [[ $header != "$folder"* ]] || breach "$header: canyon/canyon.hpp reaches it, and it is canyon::io's"
+  done
+done < <(reached canyon/canyon.hpp)
+grep_each "inside, include what is needed" '#include "canyon/(canyon|io)\.hpp"' \
+  $(printf '%s\n' "${sources[@]}" | grep -v '^canyon/io\.hpp$')
+
+# 5. Habits.
 grep_each "no 'using namespace' in a header" '^ *using namespace' $(printf '%s\n' "${sources[@]}" | grep hpp$)
 while IFS= read -r file; do breach "$file: no '#pragma once'"; done \
   < <(printf '%s\n' "${sources[@]}" | grep 'hpp$' | xargs grep -L '^#pragma once')

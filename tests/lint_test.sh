@@ -26,7 +26,35 @@ plant canyon/output/planted.cpp '#include <mavlink/v2.0/common/mavlink.h>'
 plant canyon/propagation/planted.cpp '#include <embree3/rtcore.h>'
 plant canyon/simulation/planted.cpp '#include <gdal.h>'
 plant canyon/city/planted.cpp '#include <assimp/scene.h>'
-plant canyon/city/planted.hpp 'using namespace std;'
+# Folders in folders: a folder's parts stand above it, and one that CMakeLists.txt does not name is none.
+plant canyon/buildings/sources/planted.cpp '#include "canyon/buildings/city_builder.hpp"'
+plant canyon/heatmap/kernels/planted.cpp '#include "canyon/heatmap/engine/engine.hpp"'
+plant canyon/heatmap/planted.cpp '#include "canyon/base/text.hpp"'
+plant canyon/heatmap/engine/planted.cpp '#include <netcdf.h>'
+plant canyon/drawing/planted.cpp '#include <cairo.h>'
+plant canyon/city/axes.cpp '#include <cairo.h>'    # drawing's file of that name may
+plant canyon/validation/planted.cpp '#include <osmium/osm.hpp>'
+plant canyon/city/planted.hpp '#pragma once
+using namespace std;'
+plant canyon/city/planted.hpp '// no pragma once'
+plant canyon/tracking/planted.cpp $'// caf\xc3\xa9'
+plant canyon/heatmap/files/planted_test.cpp 'usleep(10);'
 plant canyon/city/planted_test.cpp 'std::this_thread::sleep_for(1s);'
+plant canyon/city/planted.cpp '#include "canyon/canyon.hpp"'
+# add FILE TEXT NAMED: likewise with a line more in a file that is there; the lint must name NAMED.
+add() {
+  cp "$copy/$1" "$copy/before"
+  printf '%s\n' "$2" >>"$copy/$1"
+  if output=$("$root/tests/lint.sh" "$copy"); then
+    echo "not found: $1: $2"; failed=1
+  elif ! grep -qF "$3" <<<"$output"; then
+    echo "found, but $3 is not named: $output"; failed=1
+  fi
+  mv "$copy/before" "$copy/$1"
+}
+add canyon/base/input_error.hpp '#include <fmt/format.h>' canyon/base/input_error.hpp
+add canyon/geodesy/frames.hpp '#include <netcdf.h>' canyon/geodesy/frames.hpp
+add canyon/canyon.hpp '#include "canyon/heatmap/pictures/map_style.hpp"' canyon/heatmap/pictures/map_style.hpp
+add canyon/io.hpp '#include "canyon/city/absent.hpp"' canyon/city/absent.hpp
 [ "$failed" -eq 0 ] && echo "every planted breach was found"
 exit "$failed"

@@ -12,7 +12,7 @@
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "canyon/base/text.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 struct Seen {
@@ -150,4 +150,4 @@ TEST(CityDrive, HongKongIsThatOfCanyonSimulate) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -10,18 +10,16 @@
 #include <optional>
 #include <string>
 
-#include "adapters/gazebo_classic/drive_settings.hpp"
+#include "adapters/common/sdf/drive_settings.hpp"
+#include "adapters/gazebo_classic/ignition_types.hpp"
+#include "adapters/gazebo_classic/resource_paths.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using ignition::math::Pose3d;
 using ignition::math::Quaterniond;
 using Vector = ignition::math::Vector3d;
-
-Vector ignition_from(const Eigen::Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
 
 geodesy::LocalFrame frame_of(const gazebo::physics::World& world) {
   const auto coordinates = world.SphericalCoords();
@@ -41,7 +39,7 @@ class DrivePlugin final : public gazebo::ModelPlugin {
         "plugin '" + sdf->Get<std::string>("name") + "' of model '" + model->GetName() + "'";
     try {
       const auto folder = std::filesystem::path(sdf->FilePath()).parent_path();
-      settings_ = read_drive_settings(sdf, name, folder, frame_of(*model->GetWorld()));
+      settings_ = read_drive_settings(sdf, name, folder, gazebos_paths(), frame_of(*model->GetWorld()));
     } catch (const std::exception& error) {
       gzerr << "[canyon] " << error.what() << "\n[canyon] the model stays where it is\n";
       return;
@@ -102,4 +100,4 @@ class DrivePlugin final : public gazebo::ModelPlugin {
 
 GZ_REGISTER_MODEL_PLUGIN(DrivePlugin)
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -5,9 +5,11 @@
 #include <cmath>
 
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using gazebo::physics::ModelPtr;
@@ -168,4 +170,4 @@ TEST_F(DrivePluginTest, AWrongElementLeavesTheModelWhereItIs) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -43,11 +43,12 @@ build_plugin() {
   fi
   say "building the Gazebo plugin in $build"
   flags=(-DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_C_COMPILER_LAUNCHER=ccache
+    -DCANYON_PRECOMPILED_HEADERS=OFF    # so that each header is seen to stand on its own
     -DCANYON_BUILD_IO=OFF -DCANYON_BUILD_CLI=OFF -DCANYON_BUILD_BENCHMARKS=OFF -DCANYON_BUILD_GAZEBO=ON
     -DCANYON_BUILD_ROS="$(with_ros && echo ON || echo OFF)" -DCANYON_BUILD_TESTS="$tests"
     -DCANYON_WARNINGS_AS_ERRORS="${CANYON_WARNINGS_AS_ERRORS:-OFF}")
   in_gazebo cmake -S "$checkout" -B "$build" -G Ninja "${flags[@]}" >"$log" 2>&1 || { tail -n 30 "$log" >&2; return 1; }
-  in_gazebo cmake --build "$build" --target "$@" >>"$log" 2>&1 ||
+  in_gazebo cmake --build "$build" --target "$@" 2>&1 | "$checkout/cmake/progress.sh" "$log" ||
     { grep -A3 -E '^FAILED|error:|CMake Error|undefined reference' "$log" | cut -c-240 | head -n 60 >&2; return 1; }
   "$checkout/tests/gazebo/prepare.sh" "$host_build/bin/canyon" "$CANYON_GAZEBO_DATA"
 }

@@ -4,7 +4,7 @@
 #include "adapters/gazebo_classic/gnss_message.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 // Programs that hold this library make the type by its name: `gz topic` with LD_PRELOAD.
@@ -45,4 +45,4 @@ std::unique_ptr<EpochPublisher> make_gazebo_publisher(const gazebo::transport::N
   return std::make_unique<GazeboPublisher>(node, identity);
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -11,19 +11,19 @@
 #include <optional>
 #include <set>
 
+#include "adapters/common/testing/child_process.hpp"
+#include "adapters/common/testing/sample_report.hpp"
 #include "adapters/gazebo_classic/gnss_message.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
-#include "adapters/gazebo_classic/testing/child_process.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
-#include "adapters/gazebo_classic/testing/sample_report.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
-using test::sample_identity;
-using test::SampleReport;
+using canyon::test::sample_identity;
+using canyon::test::SampleReport;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -365,9 +365,9 @@ TEST_F(GazeboPublisher, IsReadByAnotherProcess) {
   identity.model = "boat";  // a topic that no other test in this process had
   const auto publisher = make_gazebo_publisher(node, identity);
   const canyon::test::TemporaryFolder folder;
-  const test::ChildProcess gz({"env", "LD_PRELOAD=" CANYON_PLUGIN_DIR "/libcanyon_gazebo.so", "gz", "topic",
-                               "-e", "/gazebo/city/boat/gps/gnss"},
-                              folder / "echo");
+  const canyon::test::ChildProcess gz({"env", "LD_PRELOAD=" CANYON_PLUGIN_DIR "/libcanyon_gazebo.so", "gz",
+                                       "topic", "-e", "/gazebo/city/boat/gps/gnss"},
+                                      folder / "echo");
   std::string output;
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   while (output.find("scan_max_range_m") == std::string::npos &&
@@ -389,7 +389,7 @@ TEST_F(GazeboPublisher, SendsNothingWhileNobodyListens) {
   publisher->publish(sample.report);
   // A latching subscriber would be given the message before; only the next one comes.
   Listener late(node, "~/plane/gps/gnss", true);
-  sample.report.sim_time = gazebo::common::Time(99, 0);
+  sample.report.sim_time_ns = 99'000'000'000;
   const auto heard = late.hear_from(*publisher, sample.report);
   ASSERT_TRUE(heard);
   EXPECT_EQ(heard->sim_time_ns(), 99'000'000'000);
@@ -423,4 +423,4 @@ TEST_F(GazeboPublisher, LeavesNothingBehindWhenItsNodeHasEnded) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -5,7 +5,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using geodesy::degrees;
@@ -125,7 +125,7 @@ void fill_path(const propagation::Path& path, const Eigen::Matrix3d& world_from_
   message.set_arrival_elevation_rad(arrival.elevation_rad);
   message.set_kind(kind_of(path.kind));
   if (path.kind == propagation::PathKind::Direct) return;
-  if (path.kind == propagation::PathKind::Reflected) message.set_incidence_rad(path.incidence_rad);
+  if (path.kind == propagation::PathKind::Reflected) message.set_incidence_rad(path.incidence_rad());
   const auto set_point = [&](const Eigen::Vector3d& enu, msgs::GnssWorldPoint& to) {
     const Eigen::Vector3d point = world_from_enu * enu;
     to.set_x(point.x());
@@ -135,7 +135,7 @@ void fill_path(const propagation::Path& path, const Eigen::Matrix3d& world_from_
   set_point(path.point, *message.mutable_reflection_point_world_m());
   if (path.order < 2) return;
   set_point(path.far_point, *message.mutable_far_reflection_point_world_m());
-  message.set_far_incidence_rad(path.far_incidence_rad);
+  message.set_far_incidence_rad(path.far_incidence_rad());
 }
 
 void fill_satellite(const receiver::SatelliteObservation& seen, const receiver::ReceiverEpoch& epoch,
@@ -204,8 +204,7 @@ void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
 void fill_gnss_message(const ReceiverIdentity& identity, const ReceiverReport& report,
                        msgs::GnssReceiver& message) {
   message.Clear();
-  constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
-  message.set_sim_time_ns(report.sim_time.sec * kNanosecondsPerSecond + report.sim_time.nsec);
+  message.set_sim_time_ns(report.sim_time_ns);
   message.set_model(identity.model);
   message.set_link(identity.link);
   message.set_sensor(identity.sensor);
@@ -224,17 +223,17 @@ void fill_gnss_message(const ReceiverIdentity& identity, const ReceiverReport& r
 
   fill_geodetic(epoch.truth.position, *message.mutable_antenna());
   fill_enu(epoch.truth.velocity_enu_mps, *message.mutable_antenna_velocity_enu_mps());
-  const auto& position = report.antenna_world.Pos();
+  const auto& position = report.antenna_world_m;
   auto& point = *message.mutable_antenna_world_m();
-  point.set_x(position.X());
-  point.set_y(position.Y());
-  point.set_z(position.Z());
-  const auto& rotation = report.antenna_world.Rot();
+  point.set_x(position.x());
+  point.set_y(position.y());
+  point.set_z(position.z());
+  const auto& rotation = report.link_attitude_world;
   auto& attitude = *message.mutable_link_attitude_world();
-  attitude.set_w(rotation.W());
-  attitude.set_x(rotation.X());
-  attitude.set_y(rotation.Y());
-  attitude.set_z(rotation.Z());
+  attitude.set_w(rotation.w());
+  attitude.set_x(rotation.x());
+  attitude.set_y(rotation.y());
+  attitude.set_z(rotation.z());
   message.set_placement(placement_of(epoch.placement));
   message.set_clock_bias_s(seen.clock_bias_s);
   message.set_clock_drift(seen.clock_drift);
@@ -262,4 +261,4 @@ void fill_gnss_message(const ReceiverIdentity& identity, const ReceiverReport& r
   message.set_scan_max_range_m(report.scan_max_range_m);
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -1,6 +1,7 @@
 #include "adapters/gazebo_classic/gnss_sensor.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <gazebo/common/Console.hh>
@@ -18,18 +19,21 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/gazebo_classic/epoch_publisher.hpp"
+#include "adapters/common/epoch_publisher.hpp"
+#include "adapters/common/sdf/plugin_settings.hpp"
+#include "adapters/common/stream_publisher.hpp"
+#include "adapters/common/update_schedule.hpp"
+#include "adapters/gazebo_classic/ignition_types.hpp"
 #include "adapters/gazebo_classic/physics_rays.hpp"
-#include "adapters/gazebo_classic/plugin_settings.hpp"
 #include "adapters/gazebo_classic/pose_source.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
-#include "adapters/gazebo_classic/shape_meshes.hpp"
-#include "adapters/gazebo_classic/update_schedule.hpp"
+#include "adapters/gazebo_classic/resource_paths.hpp"
 #include "adapters/gazebo_classic/world_geometry.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/city_scene.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using Eigen::Vector3d;
@@ -38,10 +42,6 @@ using geodesy::GpsTime;
 constexpr double kDefaultRate_hz = 10;
 // Rays of a physics engine have an end. A roof that hides a satellite 10 deg high from here is 870 m high.
 constexpr double kPhysicsReach_m = 5000;
-
-std::int64_t nanoseconds(const gazebo::common::Time& t) {
-  return static_cast<std::int64_t>(t.sec) * 1'000'000'000 + t.nsec;
-}
 
 ReceiverIdentity identify(const Attachment& at) {
   ReceiverIdentity identity;
@@ -115,6 +115,7 @@ struct GnssSensor::Impl {
   void trace_by_physics(const Vector3d& antenna_enu, std::span<const Vector3d> directions,
                         std::span<propagation::SatellitePaths> result);
   [[nodiscard]] std::vector<double> scan_by_embree(const Vector3d& antenna_enu) const;
+  [[nodiscard]] output::ReceiverDescription description() const;
   void reset();
   /// Says a thing once.
   void warn(const std::string& message);
@@ -151,6 +152,7 @@ GnssSensor::Impl::Impl(const Attachment& attachment)
   place.on_ray_sensor = ray_sensor != nullptr;
   place.name = name;
   place.folder = std::filesystem::path(at.sdf->FilePath()).parent_path();
+  place.resources = gazebos_paths();
   settings = read_plugin_settings(at.sdf, place);
   std::vector<std::string> warnings = std::exchange(settings.warnings, {});
   // Receivers of one seed have noise of their own by their names.
@@ -187,7 +189,13 @@ GnssSensor::Impl::Impl(const Attachment& attachment)
           : make_topic_pose_source(node, settings);
   if (settings.publish_gazebo) publishers.push_back(make_gazebo_publisher(node, identity));
   if (settings.publish_px4) publishers.push_back(make_px4_publisher(node, identity, settings));
-  if (settings.nmea_port != 0) publishers.push_back(make_nmea_publisher(identity, settings));
+  if (settings.nmea_port != 0) {
+    publishers.push_back(make_stream_publisher(
+        "nmea_port", fmt::format("nmea=tcp://127.0.0.1:{}", settings.nmea_port), description()));
+  }
+  for (const std::string& stream : settings.streams) {
+    publishers.push_back(make_stream_publisher("publishers.stream", stream, description()));
+  }
   if (settings.show_rays || settings.show_bubble)
     publishers.push_back(make_visuals(node, identity, settings));
   if (settings.publish_ros) {
@@ -218,6 +226,12 @@ void GnssSensor::Impl::fail(const std::string& message) {
   if (said.insert(message).second) gzerr << "[canyon] " << name << ": " << message << "\n";
 }
 
+output::ReceiverDescription GnssSensor::Impl::description() const {
+  const simulation::BuiltSky& sky = receiver->sky();
+  return output::describe_receiver(settings.live.receiver.options, *sky.sky, sky.navigation,
+                                   receiver->start(), schedule.interval_s());
+}
+
 void GnssSensor::Impl::reset() {
   receiver->restart();
   pose_source->reset();
@@ -234,7 +248,7 @@ void GnssSensor::Impl::update() {
   if (!schedule.due(nanoseconds(now))) return;
 
   ReceiverReport report;
-  report.sim_time = now;
+  report.sim_time_ns = nanoseconds(now);
   report.world_yaw_from_enu_rad = -frame.heading_rad;
   step.reset();
   try {
@@ -249,22 +263,23 @@ void GnssSensor::Impl::update() {
   } else {
     report.scan_ranges_m.clear();
   }
-  for (const auto& publisher : publishers) publisher->publish(report);
+  for (const auto& publisher : publishers) {
+    publisher->publish(report);
+    for (const std::string& note : publisher->take_notes()) warn(note);
+  }
 }
 
 void GnssSensor::Impl::observe(const gazebo::common::Time& now, const TruePose& truth,
                                ReceiverReport& report) {
-  const Vector3d& lever = settings.live.receiver.lever_arm_m;
-  const ignition::math::Vector3d arm =
-      truth.pose.Rot().RotateVector(ignition::math::Vector3d(lever.x(), lever.y(), lever.z()));
-  report.antenna_world = ignition::math::Pose3d(truth.pose.Pos() + arm, truth.pose.Rot());
+  const Vector3d arm = truth.pose.attitude * settings.live.receiver.lever_arm_m;
+  report.antenna_world_m = truth.pose.position_m + arm;
+  report.link_attitude_world = truth.pose.attitude;
 
   simulation::AntennaState antenna;
-  antenna.position_enu_m = enu_from_world * eigen(report.antenna_world.Pos());
-  antenna.velocity_enu_mps =
-      enu_from_world * eigen(truth.linear_velocity + truth.angular_velocity.Cross(arm));
-  antenna.yaw_rad = truth.pose.Rot().Yaw() + frame.heading_rad;
-  antenna.yaw_rate_radps = truth.angular_velocity.Z();
+  antenna.position_enu_m = enu_from_world * report.antenna_world_m;
+  antenna.velocity_enu_mps = enu_from_world * (truth.linear_velocity + truth.angular_velocity.cross(arm));
+  antenna.yaw_rad = yaw_of(truth.pose.attitude) + frame.heading_rad;
+  antenna.yaw_rate_radps = truth.angular_velocity.z();
 
   if (geometry) bring_scene_up_to_date();
   ranges.clear();
@@ -338,4 +353,4 @@ std::unique_ptr<GnssSensor> load_gnss_sensor(const Attachment& attachment) noexc
   return nullptr;
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -7,7 +7,7 @@
 #include <sdf/sdf.hh>
 #include <string>
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 /// Where a receiver's plugin hangs in a world.
 struct Attachment {
@@ -37,4 +37,4 @@ class GnssSensor {
 /// simulation goes on without it. Null then.
 [[nodiscard]] std::unique_ptr<GnssSensor> load_gnss_sensor(const Attachment& attachment) noexcept;
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -16,7 +16,7 @@
 #include "adapters/gazebo_classic/world_geometry.hpp"
 #include "canyon/geodesy/constants.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 constexpr int kSatellites = 31;
@@ -160,10 +160,10 @@ int run(const std::string& city) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic
 
 int main(int argc, char** argv) {
-  const int status = canyon::gazebo_classic::run(argc > 1 ? argv[1] : "hongkong");
+  const int status = canyon::adapters::gazebo_classic::run(argc > 1 ? argv[1] : "hongkong");
   std::fflush(nullptr);
   std::_Exit(status);  // Gazebo's statics do not end in a good order
 }

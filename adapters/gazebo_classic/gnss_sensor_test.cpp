@@ -9,9 +9,10 @@
 #include "adapters/gazebo_classic/testing/gnss_listener.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "adapters/gazebo_classic/testing/street_world.hpp"
+#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using msgs::GnssReceiver;
@@ -307,4 +308,4 @@ TEST(GnssSensor, LeavesWithItsModel) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -3,10 +3,10 @@
 #include <boost/weak_ptr.hpp>
 #include <gazebo/physics/Link.hh>
 
-#include "adapters/gazebo_classic/pose_motion.hpp"
+#include "adapters/gazebo_classic/ignition_types.hpp"
 #include "adapters/gazebo_classic/pose_source.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using ignition::math::Pose3d;
@@ -23,7 +23,7 @@ class LinkPoseSource final : public PoseSource {
       reason = fmt::format("link {} is gone", name_);
       return std::nullopt;
     }
-    const std::optional<Pose3d> pose = proper_pose(sensor_on_link_ + link->WorldPose());
+    const std::optional<RigidPose> pose = proper_pose(rigid_pose(sensor_on_link_ + link->WorldPose()));
     // The engine's velocity of the point where the sensor is; the offset is in the link's frame.
     const Vector3d linear = link->WorldLinearVel(sensor_on_link_.Pos());
     const Vector3d angular = link->WorldAngularVel();
@@ -32,7 +32,8 @@ class LinkPoseSource final : public PoseSource {
       reason = fmt::format("the physics engine has no finite pose of link {}", name_);
       return std::nullopt;
     }
-    Sample sample{now, {*pose, linear, angular}, linear == Vector3d::Zero && angular == Vector3d::Zero};
+    Sample sample{
+        now, {*pose, eigen(linear), eigen(angular)}, linear == Vector3d::Zero && angular == Vector3d::Zero};
     if (last_ && now < last_->time) last_.reset();
     if (last_ && sample.at_rest && last_->at_rest) {
       // At rest for the engine all the while: if it moved nevertheless, something else moves it, pose by
@@ -40,7 +41,7 @@ class LinkPoseSource final : public PoseSource {
       const double seconds = (now - last_->time).Double();
       if (seconds > 0) {
         sample.motion = motion_between(last_->motion.pose, *pose, seconds);
-      } else if (*pose == last_->motion.pose) {
+      } else if (same_pose(*pose, last_->motion.pose)) {
         sample.motion = last_->motion;  // asked twice at one time
       }
     }
@@ -70,4 +71,4 @@ std::unique_ptr<PoseSource> make_link_pose_source(const gazebo::physics::LinkPtr
   return std::make_unique<LinkPoseSource>(link, sensor_on_link);
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

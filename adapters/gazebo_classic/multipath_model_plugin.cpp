@@ -6,7 +6,7 @@
 
 #include "adapters/gazebo_classic/gnss_sensor.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 class MultipathModelPlugin final : public gazebo::ModelPlugin {
  public:
@@ -39,4 +39,4 @@ class MultipathModelPlugin final : public gazebo::ModelPlugin {
 
 GZ_REGISTER_MODEL_PLUGIN(MultipathModelPlugin)
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -8,7 +8,7 @@
 
 #include "adapters/gazebo_classic/gnss_sensor.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 class MultipathSensorPlugin final : public gazebo::SensorPlugin {
  public:
@@ -33,4 +33,4 @@ class MultipathSensorPlugin final : public gazebo::SensorPlugin {
 
 GZ_REGISTER_SENSOR_PLUGIN(MultipathSensorPlugin)
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -2,12 +2,12 @@
 
 #ifndef CANYON_WITH_ROS
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity&, const PluginSettings&) {
   return nullptr;
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic
 
 #endif

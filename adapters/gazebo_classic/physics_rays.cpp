@@ -20,9 +20,10 @@
 #include <thread>
 #include <vector>
 
+#include "adapters/gazebo_classic/ignition_types.hpp"
 #include "canyon/base/input_error.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 using gazebo::physics::Collision;
 using gazebo::physics::ModelPtr;
@@ -68,10 +69,6 @@ void collect_collisions(const gazebo::physics::Model& model, std::vector<const C
     for (const auto& collision : link->GetCollisions()) collisions.push_back(collision.get());
   }
   for (const ModelPtr& nested : model.NestedModels()) collect_collisions(*nested, collisions);
-}
-
-Vector3d ignition_from(const Eigen::Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
 }
 
 }  // namespace
@@ -198,4 +195,4 @@ void PhysicsRays::cast(std::span<const PhysicsRay> rays, const ModelPtr& left_ou
   impl_->show(rays, ranges);
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 /// A ray in Gazebo's world frame. `direction` is unit length to 1e-6.
 struct PhysicsRay {
@@ -51,4 +51,4 @@ class PhysicsRays {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -16,7 +16,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using Eigen::Vector3d;
@@ -486,4 +486,4 @@ TEST_F(PhysicsRaysTest, ATownOfBoxesAndItsMeshGiveTheRangesOfGeometry) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -4,23 +4,16 @@
 #include <gazebo/physics/PhysicsTypes.hh>
 #include <gazebo/transport/TransportTypes.hh>
 #include <ignition/math/Pose3.hh>
-#include <ignition/math/Vector3.hh>
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "adapters/gazebo_classic/plugin_settings.hpp"
+#include "adapters/common/pose_motion.hpp"
+#include "adapters/common/sdf/plugin_settings.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
-/// A body's true motion in Gazebo's world frame.
-struct TruePose {
-  ignition::math::Pose3d pose;
-  ignition::math::Vector3d linear_velocity;   ///< of the pose's origin [m/s]
-  ignition::math::Vector3d angular_velocity;  ///< [rad/s]
-};
-
-/// Where a receiver learns its truth.
+/// Where a receiver learns its truth, in Gazebo's world frame.
 class PoseSource {
  public:
   virtual ~PoseSource() = default;
@@ -39,4 +32,4 @@ class PoseSource {
 [[nodiscard]] std::unique_ptr<PoseSource> make_topic_pose_source(const gazebo::transport::NodePtr& node,
                                                                  const PluginSettings& settings);
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -14,10 +14,10 @@
 #include <string>
 #include <thread>
 
-#include "adapters/gazebo_classic/pose_motion.hpp"
+#include "adapters/gazebo_classic/ignition_types.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using gazebo::common::Time;
@@ -38,49 +38,6 @@ double angle_between(const Quaterniond& a, const Quaterniond& b) {
   return 2 * std::atan2(Vector3d(d.X(), d.Y(), d.Z()).Length(), std::abs(d.W()));
 }
 
-// --- what stands in for velocities
-// ------------------------------------------------------------------------------
-
-TEST(MotionBetween, IsTheStraightWayAndTheShorterTurn) {
-  const Vector3d axis = Vector3d(1, -2, 3).Normalized();
-  const Quaterniond start(0.3, -0.2, 1.1);
-  const Pose3d from({1, 2, 3}, start);
-  const Pose3d to({1.5, 1, 3.25}, Quaterniond(axis, 0.7) * start);
-  const TruePose motion = motion_between(from, to, 0.25);
-  EXPECT_EQ(motion.pose, to);
-  expect_near(motion.linear_velocity, {2, -4, 1}, 1e-12);
-  expect_near(motion.angular_velocity, axis * (0.7 / 0.25), 1e-12);
-  // Both signs of a quaternion are one attitude.
-  const Pose3d flipped(to.Pos(), -to.Rot());
-  expect_near(motion_between(from, flipped, 0.25).angular_velocity, axis * (0.7 / 0.25), 1e-12);
-  // More than half a turn is less than half a turn the other way.
-  const Pose3d far(from.Pos(), Quaterniond(axis, 4) * start);
-  expect_near(motion_between(from, far, 1).angular_velocity, axis * (4 - 2 * M_PI), 1e-12);
-  EXPECT_EQ(motion_between(from, from, 0.1).angular_velocity, Vector3d::Zero);
-}
-
-TEST(MotionBetween, IsNoneOverTeleports) {
-  const Pose3d from({0, 0, 0}, Quaterniond::Identity);
-  const Quaterniond turned(0, 0, 0.1);
-  expect_near(motion_between(from, Pose3d({99.9, 0, 0}, turned), 0.1).linear_velocity, {999, 0, 0}, 1e-9);
-  const TruePose jump = motion_between(from, Pose3d({100.1, 0, 0}, turned), 0.1);
-  EXPECT_EQ(jump.linear_velocity, Vector3d::Zero);
-  EXPECT_EQ(jump.angular_velocity, Vector3d::Zero);
-  EXPECT_EQ(jump.pose.Pos().X(), 100.1);
-}
-
-TEST(ProperPose, NormalizesAndRefuses) {
-  const auto pose = proper_pose(Pose3d(Vector3d(1, 2, 3), Quaterniond(0, 0, 0, 5)));
-  ASSERT_TRUE(pose);
-  EXPECT_EQ(pose->Pos(), Vector3d(1, 2, 3));
-  EXPECT_EQ(pose->Rot(), Quaterniond(0, 0, 0, 1));
-  EXPECT_FALSE(proper_pose(Pose3d(Vector3d(1, 2, 3), Quaterniond(0, 0, 0, 0))));
-  EXPECT_FALSE(proper_pose(Pose3d(Vector3d(1, 2, 3), Quaterniond(1, 0, kNan, 0))));
-  for (const Vector3d& place : {Vector3d(kNan, 0, 0), Vector3d(0, HUGE_VAL, 0), Vector3d(0, 0, -HUGE_VAL)}) {
-    EXPECT_FALSE(proper_pose(Pose3d(place, Quaterniond::Identity)));
-  }
-}
-
 // --- links
 // -------------------------------------------------------------------------------------------------
 
@@ -99,12 +56,23 @@ gazebo::physics::LinkPtr link_of(const gazebo::physics::WorldPtr& world, const s
   return world->ModelByName(model)->GetLink("body");
 }
 
+// A truth in Gazebo's types.
+struct Truth {
+  explicit Truth(const TruePose& from)
+      : pose(ignition_from(from.pose.position_m), {from.pose.attitude.w(), from.pose.attitude.x(),
+                                                   from.pose.attitude.y(), from.pose.attitude.z()}),
+        linear_velocity(ignition_from(from.linear_velocity)),
+        angular_velocity(ignition_from(from.angular_velocity)) {}
+  Pose3d pose;
+  Vector3d linear_velocity, angular_velocity;
+};
+
 // Where there is truth, which the test needs.
-TruePose truth(PoseSource& source, const Time& now) {
+Truth truth(PoseSource& source, const Time& now) {
   std::string reason;
   const auto pose = source.at(now, reason);
   if (!pose) throw std::runtime_error("no truth: " + reason);
-  return *pose;
+  return Truth(*pose);
 }
 
 TEST(LinkPoseSource, FollowsASpinningBodyWithALever) {
@@ -123,7 +91,7 @@ TEST(LinkPoseSource, FollowsASpinningBodyWithALever) {
   for (const int steps : {1, 400, 1099}) {
     server.step(static_cast<unsigned>(steps));
     const double t = world->SimTime().Double();
-    const TruePose truth_now = truth(*source, world->SimTime());
+    const Truth truth_now = truth(*source, world->SimTime());
     // Closed form: the centre goes straight, everything turns about it. The engine's first-order turns of
     // 1.3 mrad a step add up to less than 1e-6 rad; the pose is one step of rounding away at most.
     const Quaterniond turned = Quaterniond(spin.Normalized(), spin.Length() * t) * start.Rot();
@@ -149,7 +117,7 @@ TEST(LinkPoseSource, MovedByPosesItsVelocityIsTheirDifference) {
     };
     for (int i = 0; i < 20; ++i) {
       model->SetWorldPose(place(world->SimTime().Double() - begin));
-      const TruePose now = truth(*source, world->SimTime());
+      const Truth now = truth(*source, world->SimTime());
       const double t = world->SimTime().Double() - begin;
       const Vector3d arm = place(t).Rot() * lever;
       expect_near(now.pose.Pos(), place(t).Pos() + arm, 1e-12);
@@ -168,7 +136,7 @@ TEST(LinkPoseSource, MovedByPosesItsVelocityIsTheirDifference) {
     const double t = world->SimTime().Double() - begin;
     const Pose3d elsewhere(place(t).Pos() + Vector3d(0, 0, 20), place(t).Rot());
     model->SetWorldPose(elsewhere);
-    const TruePose jumped = truth(*source, world->SimTime());
+    const Truth jumped = truth(*source, world->SimTime());
     expect_near(jumped.pose.Pos(), elsewhere.Pos() + place(t).Rot() * lever, 1e-12);
     EXPECT_EQ(jumped.linear_velocity, Vector3d::Zero);
     EXPECT_EQ(jumped.angular_velocity, Vector3d::Zero);
@@ -263,7 +231,10 @@ class TopicPoseSourceTest : public testing::Test {
     return heard_all_.wait_for(lock, std::chrono::seconds(20), [this] { return heard_ == sent_; });
   }
 
-  std::optional<TruePose> now() { return source_->at(world_->SimTime(), reason_); }
+  std::optional<Truth> now() {
+    const auto pose = source_->at(world_->SimTime(), reason_);
+    return pose ? std::optional<Truth>(*pose) : std::nullopt;
+  }
   static void step(unsigned steps) { InProcessServer::get().step(steps); }
 
   gazebo::physics::WorldPtr world_;
@@ -403,4 +374,4 @@ TEST_F(TopicPoseSourceTest, EndsWhileMessagesCome) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -3,12 +3,12 @@
 #include <gazebo/transport/TransportTypes.hh>
 #include <memory>
 
-#include "adapters/gazebo_classic/epoch_publisher.hpp"
-#include "adapters/gazebo_classic/plugin_settings.hpp"
+#include "adapters/common/epoch_publisher.hpp"
+#include "adapters/common/sdf/plugin_settings.hpp"
 
 // The ways out of the plugin. Each is made once per receiver; InputError where it cannot be.
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 /// canyon.msgs.GnssReceiver (adapters/gazebo_classic/msgs) on ~/MODEL/gnss, or ~/MODEL/SENSOR/gnss with a
 /// sensor.
@@ -21,10 +21,6 @@ namespace canyon::gazebo_classic {
                                                                  const ReceiverIdentity& identity,
                                                                  const PluginSettings& settings);
 
-/// NMEA 0183 to whoever connects to 127.0.0.1:settings.nmea_port.
-[[nodiscard]] std::unique_ptr<EpochPublisher> make_nmea_publisher(const ReceiverIdentity& identity,
-                                                                  const PluginSettings& settings);
-
 /// Rays and bubble in the world's scene.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_visuals(const gazebo::transport::NodePtr& node,
                                                            const ReceiverIdentity& identity,
@@ -34,4 +30,4 @@ namespace canyon::gazebo_classic {
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
                                                                  const PluginSettings& settings);
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -4,7 +4,7 @@
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/sitl_gps.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 class Px4Publisher final : public EpochPublisher {
@@ -46,4 +46,4 @@ std::unique_ptr<EpochPublisher> make_px4_publisher(const gazebo::transport::Node
   return std::make_unique<Px4Publisher>(node, identity, settings);
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

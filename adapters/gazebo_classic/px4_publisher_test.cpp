@@ -14,20 +14,20 @@
 #include <mutex>
 #include <vector>
 
+#include "adapters/common/testing/child_process.hpp"
+#include "adapters/common/testing/sample_report.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/sitl_gps.hpp"
-#include "adapters/gazebo_classic/testing/child_process.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "adapters/gazebo_classic/testing/px4_stand_in/px4_stand_in.hpp"
-#include "adapters/gazebo_classic/testing/sample_report.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
-using test::sample_identity;
-using test::SampleReport;
+using canyon::test::sample_identity;
+using canyon::test::SampleReport;
 using ::testing::HasSubstr;
 
 constexpr const char* kStandIn = CANYON_PLUGIN_DIR "/libgazebo_px4_stand_in.so";
@@ -190,7 +190,7 @@ TEST_F(Px4Publisher, IsReadByAnotherProcess) {
   identity.model = "typhoon";  // a topic that no other test in this process had
   const auto publisher = make_px4_publisher(node, identity, PluginSettings());
   const canyon::test::TemporaryFolder folder;
-  const test::ChildProcess gz(
+  const canyon::test::ChildProcess gz(
       {"env", std::string("LD_PRELOAD=") + kStandIn, "gz", "topic", "-e", "/gazebo/city/typhoon/link/gps0"},
       folder / "echo");
   std::string output;
@@ -209,13 +209,13 @@ TEST_F(Px4Publisher, SendsNothingWithoutAFix) {
   ASSERT_TRUE(publish_until(*publisher, [&] { return !raw.empty(); }));
 
   SampleReport no_fix(false);
-  no_fix.report.sim_time = gazebo::common::Time(55, 0);
+  no_fix.report.sim_time_ns = 55'000'000'000;
   ReceiverReport no_truth = no_fix.report;
   no_truth.step = nullptr;
   publisher->publish(no_fix.report);
   publisher->publish(no_truth);
   // Messages come in order: when this one is here, those before it are, too.
-  sample.report.sim_time = gazebo::common::Time(77, 0);
+  sample.report.sim_time_ns = 77'000'000'000;
   ASSERT_TRUE(
       publish_until(*publisher, [&] { return raw.back() == wire_bytes(*sitl_gps_of(sample.report)); }));
   SitlGps at_55;
@@ -225,4 +225,4 @@ TEST_F(Px4Publisher, SendsNothingWithoutAFix) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

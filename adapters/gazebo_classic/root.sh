@@ -15,7 +15,7 @@ roots=${CANYON_ROOTS:-${XDG_CACHE_HOME:-${HOME-}/.cache}/canyon}
 root=$roots/bullseye
 
 # What the plugin and its tests need. The stamp holds this list's hash.
-packages=(g++ cmake ninja-build pkg-config ccache libeigen3-dev libgeographic-dev libembree-dev libtbb-dev libfmt-dev
+packages=(g++ cmake ninja-build pkg-config ccache libeigen3-dev libgeographic-dev libembree-dev libtbb-dev libboost-dev libfmt-dev
   libyaml-cpp-dev nlohmann-json3-dev zlib1g-dev libgtest-dev libgmock-dev iproute2 valgrind
   gazebo gazebo-plugin-base libgazebo-dev
   libroscpp-dev libsensor-msgs-dev libgeometry-msgs-dev python3-sensor-msgs python3-geometry-msgs

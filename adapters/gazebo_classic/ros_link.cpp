@@ -21,7 +21,7 @@
 #include "adapters/gazebo_classic/ros_master.hpp"
 #include "canyon/base/input_error.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using namespace std::chrono_literals;
@@ -268,4 +268,4 @@ void RosLink::release(const std::vector<std::string>& topics) {
   for (const std::string& topic : topics) state_->claimed.erase(topic);
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 /// Something that publishes or subscribes. Every function is called from the link's thread, where it may wait
 /// for a master.
@@ -54,4 +54,4 @@ class RosLink {
   std::shared_ptr<State> state_;
 };
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -12,7 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "tests/support/program.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using test::eventually;
@@ -101,4 +101,4 @@ TEST(RosLink, DisconnectsEverybodyWhenItEnds) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

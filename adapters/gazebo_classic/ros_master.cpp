@@ -14,7 +14,7 @@
 
 #include "canyon/base/text.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -146,4 +146,4 @@ MasterAnswer ask_master(const MasterAddress& master, const std::string& node,
   }
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

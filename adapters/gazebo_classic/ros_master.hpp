@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 /// Where a ROS master listens.
 struct MasterAddress {
@@ -29,4 +29,4 @@ enum class MasterAnswer : std::uint8_t {
 [[nodiscard]] MasterAnswer ask_master(const MasterAddress& master, const std::string& node,
                                       std::chrono::milliseconds timeout, int stop_fd = -1) noexcept;
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -11,7 +11,7 @@
 #include "adapters/gazebo_classic/testing/ros_core.hpp"
 #include "tests/support/program.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using namespace std::chrono_literals;
@@ -130,4 +130,4 @@ TEST(AskMaster, FindsARoscore) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

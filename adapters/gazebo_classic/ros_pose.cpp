@@ -13,11 +13,11 @@
 #include "adapters/gazebo_classic/ros_link.hpp"
 #include "adapters/ros/ros1_types.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 namespace ros1 = ros_messages::ros1;
-using PoseCallback = std::function<void(const ignition::math::Pose3d&, double)>;
+using PoseCallback = std::function<void(const RigidPose&, double)>;
 
 class PoseSubscription final : public RosClient {
  public:
@@ -61,8 +61,7 @@ class PoseSubscription final : public RosClient {
     const auto& q = message.pose.orientation;
     const std::lock_guard lock(mutex_);
     if (!callback_) return;
-    callback_(ignition::math::Pose3d({p.x, p.y, p.z}, ignition::math::Quaterniond(q.w, q.x, q.y, q.z)),
-              message.header.stamp.toSec());
+    callback_({{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}}, message.header.stamp.toSec());
   }
 
   const std::string topic_;
@@ -75,8 +74,8 @@ class PoseSubscription final : public RosClient {
 
 }  // namespace
 
-std::shared_ptr<void> subscribe_ros_pose(
-    const std::string& topic, std::function<void(const ignition::math::Pose3d&, double stamp_s)> callback) {
+std::shared_ptr<void> subscribe_ros_pose(const std::string& topic,
+                                         std::function<void(const RigidPose&, double stamp_s)> callback) {
   try {
     // "~/..." is Gazebo's way to say "in this world"; to ROS it would be this process's own.
     if (!topic.empty() && topic.front() == '~') return nullptr;
@@ -108,4 +107,4 @@ std::shared_ptr<void> subscribe_ros_pose(
   }
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -8,7 +8,7 @@
 #include "adapters/gazebo_classic/testing/ros_core.hpp"
 #include "tests/support/program.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using test::ChildProgram;
@@ -20,12 +20,12 @@ using namespace std::chrono_literals;
 /// What came last, and how many.
 struct Inbox {
   std::mutex mutex;
-  std::optional<ignition::math::Pose3d> pose;
+  std::optional<RigidPose> pose;
   double stamp_s = -1;
   int count = 0;
 
   [[nodiscard]] std::shared_ptr<void> subscribe(const std::string& topic) {
-    return subscribe_ros_pose(topic, [this](const ignition::math::Pose3d& p, double stamp) {
+    return subscribe_ros_pose(topic, [this](const RigidPose& p, double stamp) {
       const std::lock_guard lock(mutex);
       pose = p;
       stamp_s = stamp;
@@ -62,11 +62,11 @@ TEST_F(RosPose, HandsOnPoseAndStamp) {
   const ChildProgram publisher = publish_pose("/mocap/rover/pose");
   ASSERT_TRUE(eventually([&] { return inbox.received() >= 3; }));
   const std::lock_guard lock(inbox.mutex);
-  EXPECT_EQ(inbox.pose->Pos(), ignition::math::Vector3d(1.5, -2.5, 3.25));
-  EXPECT_EQ(inbox.pose->Rot().W(), -0.5);
-  EXPECT_EQ(inbox.pose->Rot().X(), 0.5);
-  EXPECT_EQ(inbox.pose->Rot().Y(), -0.5);
-  EXPECT_EQ(inbox.pose->Rot().Z(), 0.5);
+  EXPECT_EQ(inbox.pose->position_m, Eigen::Vector3d(1.5, -2.5, 3.25));
+  EXPECT_EQ(inbox.pose->attitude.w(), -0.5);
+  EXPECT_EQ(inbox.pose->attitude.x(), 0.5);
+  EXPECT_EQ(inbox.pose->attitude.y(), -0.5);
+  EXPECT_EQ(inbox.pose->attitude.z(), 0.5);
   EXPECT_EQ(inbox.stamp_s, 1234.5);
 }
 
@@ -107,4 +107,4 @@ TEST_F(RosPose, WithoutMasterOrNameNothingComesAndNothingWaits) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -7,14 +7,14 @@
 #include <optional>
 #include <utility>
 
+#include "adapters/common/ros_names.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/ros_link.hpp"
-#include "adapters/gazebo_classic/ros_names.hpp"
 #include "adapters/ros/conversions.hpp"
 #include "adapters/ros/ros1_types.hpp"
 #include "canyon/base/input_error.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 namespace ros1 = ros_messages::ros1;
@@ -68,7 +68,9 @@ class ReceiverTopics final : public RosClient {
   void publish(const ReceiverReport& report) {
     const std::lock_guard lock(mutex_);
     if (!publishers_) return;
-    const ros_messages::Head head{{report.sim_time.sec, static_cast<std::uint32_t>(report.sim_time.nsec)},
+    constexpr std::int64_t kSecond_ns = 1'000'000'000;
+    const ros_messages::Head head{{static_cast<std::int32_t>(report.sim_time_ns / kSecond_ns),
+                                   static_cast<std::uint32_t>(report.sim_time_ns % kSecond_ns)},
                                   frame_id_};
     const simulation::Epoch* epoch = report.step != nullptr ? &report.step->epoch : nullptr;
     // Only what somebody listens to is made.
@@ -170,4 +172,4 @@ std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity& ident
   return std::make_unique<RosPublisher>(link, topics, ros_frame_id(identity, settings));
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -8,26 +8,26 @@
 #include <map>
 #include <sstream>
 
+#include "adapters/common/testing/sample_report.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/testing/ros_core.hpp"
-#include "adapters/gazebo_classic/testing/sample_report.hpp"
 #include "adapters/ros/conversions.hpp"
 #include "adapters/ros/ros1_types.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "tests/support/program.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using canyon::test::ProgramResult;
 using canyon::test::run_program;
+using canyon::test::sample_identity;
+using canyon::test::SampleReport;
 using test::ChildProgram;
 using test::eventually;
 using test::RosCore;
 using test::RosEnvironment;
-using test::sample_identity;
-using test::SampleReport;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using namespace std::chrono_literals;
@@ -164,7 +164,7 @@ TEST_F(RosPublisher, SaysThatThereIsNoFixAndNoTruth) {
   EXPECT_EQ(navsat["field.status.status"], "-1");
   EXPECT_EQ(navsat["field.latitude"], "nan");
   ReceiverReport without_truth;
-  without_truth.sim_time = gazebo::common::Time(7, 250'000'000);
+  without_truth.sim_time_ns = 7'250'000'000;
   without_truth.reason = "no pose has come";
   auto satellites = echo("/nofix/satellites", *publisher, without_truth);
   EXPECT_EQ(satellites["field.header.stamp"], "7250000000");
@@ -345,4 +345,4 @@ TEST_F(RosPublisher, RefusesNamesThatAreNone) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

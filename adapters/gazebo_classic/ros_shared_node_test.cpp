@@ -3,14 +3,14 @@
 #include <ros/node_handle.h>
 #include <ros/this_node.h>
 
+#include "adapters/common/testing/sample_report.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/testing/ros_core.hpp"
-#include "adapters/gazebo_classic/testing/sample_report.hpp"
 #include "tests/support/program.hpp"
 
 // A process where somebody else set ROS up, as gazebo_ros does.
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using canyon::test::run_program;
@@ -22,7 +22,7 @@ TEST(RosSharedNode, IsUsedAndLeftRunning) {
   const test::RosCore core;
   ros::init(ros::M_string{}, "gazebo", ros::init_options::NoSigintHandler);
   ros::NodeHandle theirs;
-  auto publisher = make_ros_publisher(test::sample_identity(), {});
+  auto publisher = make_ros_publisher(canyon::test::sample_identity(), {});
   EXPECT_TRUE(eventually([] {
     return run_program("rostopic info /iris/fix 2>&1").output.find(" * /gazebo (") != std::string::npos;
   }));
@@ -40,11 +40,11 @@ TEST(RosSharedNode, MayEndFirst) {
   const test::RosCore core;
   ros::init(ros::M_string{}, "gazebo", ros::init_options::NoSigintHandler);
   auto theirs = std::make_unique<ros::NodeHandle>();
-  auto publisher = make_ros_publisher(test::sample_identity(), {});
+  auto publisher = make_ros_publisher(canyon::test::sample_identity(), {});
   EXPECT_TRUE(eventually(
       [] { return run_program("rostopic list 2>&1").output.find("/iris/fix\n") != std::string::npos; }));
   ros::shutdown();
-  const test::SampleReport sample;
+  const canyon::test::SampleReport sample;
   for (int i = 0; i < 100; ++i) publisher->publish(sample.report);
   const auto begin = std::chrono::steady_clock::now();
   publisher.reset();
@@ -52,4 +52,4 @@ TEST(RosSharedNode, MayEndFirst) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -13,7 +13,7 @@
 #include "canyon/base/text.hpp"
 #include "tests/support/program.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using canyon::test::run_program;
@@ -135,4 +135,4 @@ TEST_F(RosWorld, AServerWhoseRoscoreIsGoneEndsByItself) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -2,7 +2,7 @@
 
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 constexpr const char* kEmpty = R"(<?xml version="1.0"?><sdf version="1.6"><world name="w">
@@ -25,4 +25,4 @@ TEST(InProcessServer, LoadsAnotherWorld) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

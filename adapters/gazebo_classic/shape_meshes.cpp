@@ -1,6 +1,7 @@
 #include "adapters/gazebo_classic/shape_meshes.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <boost/pointer_cast.hpp>
@@ -22,6 +23,7 @@
 #include <string_view>
 #include <utility>
 
+#include "adapters/gazebo_classic/ignition_types.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/mesh_marks.hpp"
@@ -29,25 +31,13 @@
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/city/primitive_meshes.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 using Eigen::Affine3d;
 using Eigen::Vector3d;
 using gazebo::msgs::Geometry;
 using gazebo::physics::Base;
 using gazebo::physics::HeightmapShape;
-
-Vector3d eigen(const ignition::math::Vector3d& v) {
-  return {v.X(), v.Y(), v.Z()};
-}
-
-Eigen::Isometry3d eigen(const ignition::math::Pose3d& pose) {
-  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
-  const auto& q = pose.Rot();
-  result.linear() = Eigen::Quaterniond(q.W(), q.X(), q.Y(), q.Z()).normalized().toRotationMatrix();
-  result.translation() = eigen(pose.Pos());
-  return result;
-}
 
 namespace {
 
@@ -529,4 +519,4 @@ std::uint64_t ShapeMeshes::fingerprint(const gazebo::physics::Link& link) const 
   return fnv1a(text);
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

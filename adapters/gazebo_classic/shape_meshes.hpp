@@ -1,10 +1,7 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <gazebo/physics/PhysicsTypes.hh>
-#include <ignition/math/Pose3.hh>
-#include <ignition/math/Vector3.hh>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -18,7 +15,7 @@ namespace gazebo::msgs {
 class Geometry;
 }
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 /// A plane's sides are cut to this length about its origin, so that a "boundless" one leaves rays exact: see
 /// RayScene's 10 km.
@@ -27,10 +24,6 @@ inline constexpr double kLargestPlane_m = 10'000;
 inline constexpr double kLargestShape_m = 50'000;
 /// A heightmap of more heights than this along a side is thinned, where its number of cells can be divided.
 inline constexpr int kFinestHeightmap = 1'025;
-
-[[nodiscard]] Eigen::Vector3d eigen(const ignition::math::Vector3d& v);
-/// The quaternion is normalised; a pose that is not finite stays so.
-[[nodiscard]] Eigen::Isometry3d eigen(const ignition::math::Pose3d& pose);
 
 /// Turns the shapes of Gazebo's links into triangles. Remembers what it learned about mesh files; for one
 /// thread.
@@ -64,4 +57,4 @@ class ShapeMeshes {
   std::unordered_map<std::string, bool> marked_;  ///< by file: written by Canyon, see city::kMeshMark
 };
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

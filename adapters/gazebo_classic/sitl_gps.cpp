@@ -11,7 +11,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 namespace pb = google::protobuf;
@@ -97,8 +97,7 @@ std::optional<SitlGps> sitl_gps_of(const ReceiverReport& report) {
   constexpr std::int64_t kMicroseconds = 1'000'000;
   constexpr std::int64_t kGpsEpochUnix_s = 315'964'800;  // 1980-01-06, date -u -d 1980-01-06 +%s
   SitlGps gps;
-  gps.time_usec =
-      static_cast<std::uint64_t>(report.sim_time.sec * kMicroseconds + report.sim_time.nsec / 1000);
+  gps.time_usec = static_cast<std::uint64_t>(report.sim_time_ns / 1000);
   gps.time_utc_usec = static_cast<std::uint64_t>(
       seen.time.nanoseconds() / 1000 + (kGpsEpochUnix_s - geodesy::leap_seconds(seen.time)) * kMicroseconds);
   gps.latitude_deg = geodesy::degrees(fix.position.latitude_rad);
@@ -140,4 +139,4 @@ const google::protobuf::Message* SitlGpsMessage::fill(const SitlGps& gps) {
   return problem_.empty() ? message_.get() : nullptr;
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

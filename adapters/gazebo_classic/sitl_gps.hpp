@@ -5,14 +5,14 @@
 #include <optional>
 #include <string>
 
-#include "adapters/gazebo_classic/epoch_publisher.hpp"
+#include "adapters/common/epoch_publisher.hpp"
 
 namespace google::protobuf {
 class Descriptor;
 class Message;
 }  // namespace google::protobuf
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 /// What PX4's bridge for Gazebo Classic takes of a GPS: the fields of its sensor_msgs.msgs.SITLGps.
 struct SitlGps {
@@ -60,4 +60,4 @@ class SitlGpsMessage {
   std::string problem_;
 };
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

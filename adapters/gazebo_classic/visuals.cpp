@@ -1,3 +1,4 @@
+#include <Eigen/Geometry>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -7,18 +8,17 @@
 #include <gazebo/physics/PhysicsIface.hh>
 #include <gazebo/transport/Node.hh>
 #include <gazebo/transport/Publisher.hh>
-#include <ignition/math/Pose3.hh>
-#include <ignition/math/Quaternion.hh>
 #include <memory>
 #include <string>
 #include <utility>
 
+#include "adapters/common/ray_visuals.hpp"
+#include "adapters/common/visual_ledger.hpp"
+#include "adapters/gazebo_classic/ignition_types.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
-#include "adapters/gazebo_classic/ray_visuals.hpp"
-#include "adapters/gazebo_classic/visual_ledger.hpp"
 #include "canyon/base/input_error.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 constexpr double kUpdateInterval_s = 0.1;  // of wall time: what an eye can follow
@@ -42,7 +42,7 @@ void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
   ignition::math::Quaterniond turn;
   gazebo::msgs::Geometry* geometry = message.mutable_geometry();
   if (shape.kind == VisualShape::Kind::Cylinder) {
-    turn.From2Axes(ignition::math::Vector3d::UnitZ, shape.axis);
+    turn.From2Axes(ignition::math::Vector3d::UnitZ, ignition_from(shape.axis));
     geometry->set_type(gazebo::msgs::Geometry::CYLINDER);
     geometry->mutable_cylinder()->set_radius(shape.radius);
     geometry->mutable_cylinder()->set_length(shape.length);
@@ -50,7 +50,7 @@ void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
     geometry->set_type(gazebo::msgs::Geometry::SPHERE);
     geometry->mutable_sphere()->set_radius(shape.radius);
   }
-  gazebo::msgs::Set(message.mutable_pose(), ignition::math::Pose3d(shape.centre, turn));
+  gazebo::msgs::Set(message.mutable_pose(), ignition::math::Pose3d(ignition_from(shape.centre), turn));
   message.set_visible(true);
   // Costly to clients, who compile their shaders anew for each colour.
   if (!change.whole) return;
@@ -194,4 +194,4 @@ std::unique_ptr<EpochPublisher> make_visuals(const gazebo::transport::NodePtr& n
   return std::make_unique<SceneVisuals>(node, identity, settings);
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -18,11 +18,13 @@
 #include <unordered_set>
 #include <utility>
 
+#include "adapters/gazebo_classic/ignition_types.hpp"
 #include "adapters/gazebo_classic/shape_meshes.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/gazebo_names.hpp"
+#include "canyon/simulation/city_scene.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using gazebo::physics::Base;
@@ -445,4 +447,4 @@ std::vector<std::string> WorldGeometry::take_notes() {
   return std::exchange(impl_->notes, {});
 }
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

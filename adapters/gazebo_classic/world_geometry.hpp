@@ -10,7 +10,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/simulation/environment.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 
 /// Where Gazebo's world lies on the Earth: its origin, and its x axis turned counter-clockwise from east.
 struct WorldFrame {
@@ -55,4 +55,4 @@ class WorldGeometry {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

@@ -16,9 +16,11 @@
 #include <utility>
 
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/city_scene.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using Eigen::Vector3d;
@@ -763,4 +765,4 @@ TEST_F(WorldGeometryTest, CostInACityOf500HousesAnd20Vehicles) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

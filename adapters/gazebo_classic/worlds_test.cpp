@@ -12,7 +12,7 @@
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "tests/support/source_dir.hpp"
 
-namespace canyon::gazebo_classic {
+namespace canyon::adapters::gazebo_classic {
 namespace {
 
 using msgs::GnssReceiver;
@@ -65,4 +65,4 @@ TEST(Worlds, SkyCameraHasSatellitesOfEveryKind) {
 }
 
 }  // namespace
-}  // namespace canyon::gazebo_classic
+}  // namespace canyon::adapters::gazebo_classic

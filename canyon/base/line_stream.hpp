@@ -10,6 +10,8 @@
 
 namespace canyon {
 
+class GzipFile;
+
 /// The lines of a text file one after the other, plain or gzip-compressed (recognised by content), in memory
 /// of constant size however long the file is: recordings of a day at 10 Hz hold gigabytes. CR before LF is
 /// dropped.
@@ -26,8 +28,9 @@ class LineStream {
   LineStream(LineStream&&) noexcept;
   LineStream& operator=(LineStream&&) noexcept;
 
-  /// The next line without its end, valid until the next call; nothing at the end. Throws InputError for gzip
-  /// data that is damaged or cut short, and for lines above kLongestLine.
+  /// The next line without its end, valid until the next call; nothing at the end, which is behind the last
+  /// whole line where gzip data end early. Throws InputError for gzip data that is damaged, and for lines
+  /// above kLongestLine.
   [[nodiscard]] std::optional<std::string_view> next();
   /// Lets next() give its last line once more. Only after a next() that gave one (asserted).
   void unread();
@@ -35,17 +38,20 @@ class LineStream {
   [[nodiscard]] int line() const { return line_; }
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
+  /// Whether the gzip data ended early; known once next() has given nothing.
+  [[nodiscard]] bool cut_short() const;
+
   /// An InputError at the current line.
   [[nodiscard]] InputError error(std::string_view problem, std::string_view cure = {}) const {
     return InputError(path_, line_, problem, cure);
   }
 
  private:
-  struct Source;
   LineStream();
 
   std::filesystem::path path_;
-  std::unique_ptr<Source> source_;  ///< null for text in memory
+  std::unique_ptr<GzipFile> source_;  ///< null for text in memory
+  bool ended_ = false;                ///< no more from there
   std::string buffer_;
   std::size_t begin_ = 0;        ///< of what next() has not given
   std::size_t last_ = 0;         ///< begin of the line that next() gave last

@@ -7,12 +7,14 @@
 #include <system_error>
 #include <utility>
 
-#include "canyon/base/input_error.hpp"
-
 namespace canyon {
 namespace {
 
 constexpr std::string_view kCure = "choose a folder that exists and that you may write to";
+
+bool is_the_machine(int code) {
+  return code == ENOSPC || code == EDQUOT || code == EIO || code == EMFILE || code == ENFILE;
+}
 
 }  // namespace
 
@@ -22,6 +24,7 @@ OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
   errno = 0;
   file_ = std::fopen(temporary_.c_str(), "wb");
   if (file_ == nullptr) {
+    if (is_the_machine(errno)) fail("cannot be written");
     throw InputError(path_, 0, std::string("cannot be written: ") + std::strerror(errno), kCure);
   }
 }
@@ -41,8 +44,10 @@ OutputFile::~OutputFile() {
 
 void OutputFile::fail(std::string_view what) const {
   const int code = errno;
-  throw InputError(path_, 0, std::string(what) + ": " + std::strerror(code != 0 ? code : EIO),
-                   code == ENOSPC ? "free disk space and run again" : "");
+  throw OutputError(path_, 0, std::string(what) + ": " + std::strerror(code != 0 ? code : EIO),
+                    code == ENOSPC                     ? "free disk space and run again"
+                    : code == EMFILE || code == ENFILE ? "allow more open files (ulimit -n)"
+                                                       : "");
 }
 
 void OutputFile::write(std::string_view bytes) {
@@ -64,10 +69,7 @@ void OutputFile::commit() {
   if (!flushed || !closed) fail("cannot be written");
   std::error_code error;
   std::filesystem::rename(temporary_, path_, error);
-  if (error) {
-    errno = error.value();
-    fail("cannot be put in place");
-  }
+  if (error) throw InputError(path_, 0, "cannot be put in place: " + error.message());
   temporary_.clear();
 }
 

@@ -81,13 +81,24 @@ TEST(OutputFile, DiskThatIsFullLeavesTheOlderFile) {
     OutputFile file(folder / "a.txt");
     for (int i = 0; i < 100; ++i) file.write(std::string(1000, 'x'));
     file.commit();
-  } catch (const InputError& error) {
+  } catch (const OutputError& error) {
     message = error.what();
   }
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
   EXPECT_NE(message.find("a.txt: cannot be written"), std::string::npos) << message;
   EXPECT_EQ(test::read_bytes(folder / "a.txt"), "old");
+}
+
+TEST(OutputFile, TooManyOpenFilesAreNoBadInput) {
+  const test::TemporaryFolder folder;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit none = before;
+  none.rlim_cur = 3;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  EXPECT_THROW(OutputFile(folder / "a.txt"), OutputError);
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
 }
 
 TEST(OutputFile, NameOfAFolderFailsAtCommit) {

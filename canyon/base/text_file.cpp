@@ -1,45 +1,29 @@
 #include "canyon/base/text_file.hpp"
 
-#include <zlib.h>
+#include <algorithm>
 
-#include <cerrno>
-#include <cstring>
-#include <memory>
-#include <system_error>
+#include "canyon/base/gzip_file.hpp"
 
 namespace canyon {
 
-TextFile::TextFile(const std::filesystem::path& path, std::size_t max_bytes) : path_(path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) {
-    throw InputError(path, 0, "is a folder, not a file");
-  }
-  errno = 0;
-  const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(gzopen(path.c_str(), "rb"), &gzclose);
-  if (!file) {
-    throw InputError(path, 0,
-                     errno == ENOENT
-                         ? "no such file"
-                         : std::string("cannot be opened: ") + std::strerror(errno != 0 ? errno : EIO),
-                     errno == ENOENT ? "check the path (relative paths start at the scenario's folder)" : "");
-  }
+TextFile::TextFile(const std::filesystem::path& path, std::size_t max_bytes, CutGzip cut) : path_(path) {
+  GzipFile file(path);
   char buffer[1 << 16];
-  for (;;) {
-    const int n = gzread(file.get(), buffer, sizeof buffer);
-    int code = Z_OK;
-    const char* detail = gzerror(file.get(), &code);
-    // zlib reports a stream that stops early only after the last byte, as Z_BUF_ERROR.
-    if (n < 0 || code == Z_BUF_ERROR || code == Z_DATA_ERROR) {
-      throw InputError(path, 0, std::string("gzip data is damaged or cut short (") + detail + ")",
-                       "fetch the file again");
-    }
-    if (n == 0) break;
-    text_.append(buffer, static_cast<std::size_t>(n));
+  while (const std::size_t n = file.read(buffer, sizeof buffer, 0)) {
+    text_.append(buffer, n);
     if (text_.size() > max_bytes) {
       throw InputError(path, 0, "holds more than " + std::to_string(max_bytes >> 20) + " MiB of text",
                        "is it the right file?");
     }
   }
+  if (!file.cut_short()) return;
+  if (cut == CutGzip::Refuse) {
+    throw InputError(path, 0, "gzip data is damaged or cut short", "fetch the file again");
+  }
+  // Half a line may read as another number.
+  text_.resize(text_.rfind('\n') + 1);
+  const auto lines = std::count(text_.begin(), text_.end(), '\n');
+  cut_warning_ = GzipFile::cut_warning(path, static_cast<int>(lines)).what();
 }
 
 TextFile TextFile::from_string(std::string text, std::filesystem::path name) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "canyon/base/line_stream.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon {
@@ -107,11 +108,49 @@ TEST(TextFile, RefusesGzipThatIsCutShortOrDamaged) {
   damaged[damaged.size() / 2] = static_cast<char>(~damaged[damaged.size() / 2]);
   write(folder / "damaged.gz", damaged);
   EXPECT_THAT(message(folder / "damaged.gz"), AllOf(HasSubstr("damaged"), HasSubstr("fetch the file again")));
+  EXPECT_THROW((void)TextFile(folder / "damaged.gz", 1 << 20, CutGzip::ReadToCut), InputError);
   // The last eight bytes are checksum and length.
   damaged = packed;
   damaged[damaged.size() - 6] = static_cast<char>(~damaged[damaged.size() - 6]);
   write(folder / "checksum.gz", damaged);
   EXPECT_THAT(message(folder / "checksum.gz"), HasSubstr("damaged"));
+}
+
+// What zlib can unpack of a file that ends early is a beginning of the text; half a line is dropped.
+TEST(TextFile, ReadsGzipUpToACutWhereAskedTo) {
+  const test::TemporaryFolder folder;
+  std::string text;
+  for (int i = 0; i < 20'000; ++i) text += std::to_string(i * 7919 % 10'007) + "\n";
+  write_gzip(folder / "good.gz", text);
+  const std::string packed = test::read_bytes(folder / "good.gz");
+  EXPECT_EQ(TextFile(folder / "good.gz", 1 << 20, CutGzip::ReadToCut).cut_warning(), "");
+  std::size_t before = 0;
+  for (const double part : {0.3, 0.5, 0.9}) {
+    write(folder / "cut.gz",
+          packed.substr(0, static_cast<std::size_t>(part * static_cast<double>(packed.size()))));
+    TextFile file(folder / "cut.gz", 1 << 20, CutGzip::ReadToCut);
+    ASSERT_GT(file.text().size(), before) << part;
+    before = file.text().size();
+    EXPECT_EQ(file.text(), text.substr(0, before));
+    EXPECT_EQ(file.text().back(), '\n');
+    LineStream stream(folder / "cut.gz");
+    int lines = 0;
+    while (const auto line = stream.next()) {
+      ++lines;
+      ASSERT_EQ(*line, file.next_line());
+    }
+    EXPECT_EQ(file.next_line(), std::nullopt);
+    EXPECT_TRUE(stream.cut_short());
+    EXPECT_EQ(file.cut_warning(), (folder / "cut.gz").string() + ":" + std::to_string(lines) +
+                                      ": the gzip data end early; read up to here; fetch the file again");
+  }
+  // All of the text, and only the checksum missing.
+  write(folder / "cut.gz", packed.substr(0, packed.size() - 8));
+  EXPECT_EQ(TextFile(folder / "cut.gz", 1 << 20, CutGzip::ReadToCut).text(), text);
+  LineStream whole(folder / "good.gz");
+  while (whole.next()) {
+  }
+  EXPECT_FALSE(whole.cut_short());
 }
 
 }  // namespace

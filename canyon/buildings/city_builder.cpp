@@ -12,7 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/buildings/build_report.hpp"
 #include "canyon/buildings/ground.hpp"
-#include "canyon/buildings/placement.hpp"
+#include "canyon/buildings/map_frame.hpp"
 #include "canyon/buildings/shapes/cityjson_solid.hpp"
 #include "canyon/buildings/shapes/outlines.hpp"
 #include "canyon/buildings/shapes/part_assignment.hpp"
@@ -76,12 +76,12 @@ class Builder {
         terrain_(terrain),
         options_(options),
         progress_(progress),
-        placement_(choose_origin(map, terrain, options.origin), options.grid, terrain),
+        map_frame_(choose_origin(map, terrain, options.origin), options.grid, terrain),
         placed_(map.features.size()) {}
 
   BuiltCity run() {
     result_.city.name = map_.source;
-    result_.city.frame = placement_.frame();
+    result_.city.frame = map_frame_.frame();
     result_.features.resize(map_.features.size());
     for (std::size_t i = 0; i < map_.features.size(); ++i) {
       place(i);
@@ -119,18 +119,18 @@ class Builder {
     std::vector<Point2> points;
     points.reserve(ring.size());
     for (const LonLat& place : ring) {
-      const double height = placement_.ground_height_m(place).value_or(placement_.frame().origin().height_m);
-      points.push_back(placement_.mesh_from_map(place, height).head<2>());
+      const double height = map_frame_.ground_height_m(place).value_or(map_frame_.frame().origin().height_m);
+      points.push_back(map_frame_.mesh_from_map(place, height).head<2>());
       extend_bounds(place, height, points.back());
     }
     return points;
   }
 
   void extend_bounds(const LonLat& place, double height, const Point2& in_mesh) {
-    if (placement_.grid() == Grid::Enu) {
+    if (map_frame_.grid() == Grid::Enu) {
       enu_bounds_.extend(in_mesh);
     } else {
-      enu_bounds_.extend(Point2(placement_.frame()
+      enu_bounds_.extend(Point2(map_frame_.frame()
                                     .local_from_geodetic(Geodetic::from_degrees(place.y(), place.x(), height))
                                     .head<2>()));
     }
@@ -152,7 +152,7 @@ class Builder {
       for (const MapSurface& surface : feature.surfaces) {
         for (const Eigen::Vector3d& corner : surface.outer) {
           enu_bounds_.extend(
-              Point2(placement_.frame()
+              Point2(map_frame_.frame()
                          .local_from_geodetic(Geodetic::from_degrees(corner.y(), corner.x(), corner.z()))
                          .head<2>()));
         }
@@ -183,7 +183,7 @@ class Builder {
       built.reason = said;
       for (const std::string& note : notes) complaints_.add("repaired, " + note, feature.id);
     }
-    placed.ground = ground_along(feature.polygons, placement_, terrain_ != nullptr);
+    placed.ground = ground_along(feature.polygons, map_frame_, terrain_ != nullptr);
     if (!placed.ground) {
       placed.polygons.clear();
       skip(i, "no terrain height below it");
@@ -242,7 +242,7 @@ class Builder {
   void lay_ground() {
     const Eigen::Vector2d margin = Eigen::Vector2d::Constant(std::max(options_.terrain_margin_m, 1.0));
     const Eigen::AlignedBox2d area(Point2(enu_bounds_.min() - margin), Point2(enu_bounds_.max() + margin));
-    append_ground(mesh(), placement_, terrain_, area, options_.terrain_spacing_m);
+    append_ground(mesh(), map_frame_, terrain_, area, options_.terrain_spacing_m);
   }
 
   void raise(std::size_t i) {
@@ -321,7 +321,7 @@ class Builder {
     const auto ring = [&](const std::vector<Point2>& points) {
       MapRing out;
       out.reserve(points.size());
-      for (const Point2& p : points) out.push_back(placement_.map_from_mesh({p.x(), p.y(), z}).head<2>());
+      for (const Point2& p : points) out.push_back(map_frame_.map_from_mesh({p.x(), p.y(), z}).head<2>());
       return out;
     };
     std::vector<MapPolygon> out;
@@ -436,10 +436,10 @@ class Builder {
     const MapFeature& feature = map_.features[i];
     std::vector<std::string> notes;
     const std::size_t first_vertex = mesh().vertices.size();
-    const bool added = append_surfaces(mesh(), feature.id, feature.surfaces, placement_.frame(), notes);
-    if (placement_.grid() == Grid::Utm) {
+    const bool added = append_surfaces(mesh(), feature.id, feature.surfaces, map_frame_.frame(), notes);
+    if (map_frame_.grid() == Grid::Utm) {
       for (std::size_t v = first_vertex; v < mesh().vertices.size(); ++v) {
-        mesh().vertices[v] = placement_.mesh_from_enu(mesh().vertices[v]);
+        mesh().vertices[v] = map_frame_.mesh_from_enu(mesh().vertices[v]);
       }
     }
     for (std::string& note : notes) {
@@ -473,12 +473,12 @@ class Builder {
     const std::vector<LonLat> places = tree_places(feature);
     std::size_t planted = 0;
     for (const LonLat& place : places) {
-      const std::optional<Eigen::Vector3d> ground = placement_.ground(place);
+      const std::optional<Eigen::Vector3d> ground = map_frame_.ground(place);
       if (!ground) continue;
       const std::string name = planted == 0 ? feature.id : fmt::format("{}#{}", feature.id, planted + 1);
       append_tree(mesh(), name, ground->head<2>(), ground->z(), height, crown);
       if (planted++ == 0) {
-        result_.features[i].ground_m = placement_.ground_height_m(place).value_or(0);
+        result_.features[i].ground_m = map_frame_.ground_height_m(place).value_or(0);
         result_.features[i].shape.height_m = height;
       }
     }
@@ -528,7 +528,7 @@ class Builder {
   const Terrain* terrain_;
   const BuildOptions& options_;
   const std::function<void(std::size_t, std::size_t)>& progress_;
-  Placement placement_;
+  MapFrame map_frame_;
   std::vector<Placed> placed_;
   Eigen::AlignedBox2d enu_bounds_;
   Complaints complaints_;

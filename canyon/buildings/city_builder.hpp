@@ -91,8 +91,8 @@ struct BuiltCity {
 /// take their building's.
 ///
 /// One object for each polygon (courtyards are holes of it), named by the feature's id, "#2", "#3", ...
-/// behind it where there are several. Of two buildings with the same outline and bottom only the first is
-/// built.
+/// behind it where there are several. Where two buildings have the same outline and bottom, only the first
+/// is built.
 ///
 /// Trees of a row stand 8 m apart; woods are flat-topped volumes over the mean ground of their outline.
 ///

@@ -47,15 +47,15 @@ void append_flat_sheet(city::Mesh& mesh, const geodesy::LocalFrame& frame,
 
 }  // namespace
 
-std::optional<Ground> ground_along(const std::vector<MapPolygon>& polygons, const Placement& placement,
+std::optional<Ground> ground_along(const std::vector<MapPolygon>& polygons, const MapFrame& map_frame,
                                    bool terrain) {
   Ground ground;
   double sum = 0;
   std::size_t count = 0;
   const auto add = [&](const LonLat& place) {
-    const std::optional<double> height = placement.ground_height_m(place);
+    const std::optional<double> height = map_frame.ground_height_m(place);
     if (!height) return;
-    const double z = placement.mesh_from_map(place, *height).z();
+    const double z = map_frame.mesh_from_map(place, *height).z();
     sum += z;
     if (count++ == 0 || z < ground.lowest_z) {
       ground.lowest_z = z;
@@ -78,7 +78,7 @@ std::optional<Ground> ground_along(const std::vector<MapPolygon>& polygons, cons
   return ground;
 }
 
-void append_ground(city::Mesh& mesh, const Placement& placement, const Terrain* terrain,
+void append_ground(city::Mesh& mesh, const MapFrame& map_frame, const Terrain* terrain,
                    const Eigen::AlignedBox2d& enu_bounds, double terrain_spacing_m) {
   const std::size_t first_vertex = mesh.vertices.size();
   if (terrain != nullptr) {
@@ -88,13 +88,13 @@ void append_ground(city::Mesh& mesh, const Placement& placement, const Terrain* 
           fmt::format("the terrain would have {:.0f} million posts", posts.x() * posts.y() / 1e6),
           "give a wider spacing or a smaller box (at most 25 million posts)");
     }
-    terrain->append(mesh, placement.frame(), enu_bounds.min(), enu_bounds.max(), terrain_spacing_m);
+    terrain->append(mesh, map_frame.frame(), enu_bounds.min(), enu_bounds.max(), terrain_spacing_m);
   } else {
-    append_flat_sheet(mesh, placement.frame(), enu_bounds);
+    append_flat_sheet(mesh, map_frame.frame(), enu_bounds);
   }
-  if (placement.grid() == Grid::Enu) return;
+  if (map_frame.grid() == Grid::Enu) return;
   for (std::size_t i = first_vertex; i < mesh.vertices.size(); ++i) {
-    mesh.vertices[i] = placement.mesh_from_enu(mesh.vertices[i]);
+    mesh.vertices[i] = map_frame.mesh_from_enu(mesh.vertices[i]);
   }
 }
 

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <optional>
 
-#include "canyon/buildings/placement.hpp"
+#include "canyon/buildings/map_frame.hpp"
 #include "canyon/buildings/sources/map_data.hpp"
 #include "canyon/city/city.hpp"
 
@@ -19,12 +19,12 @@ struct Ground {
 /// Over the corners of the outer rings and, on a terrain, points at most 10 m apart between them. Empty where
 /// the terrain has no height for any of them.
 [[nodiscard]] std::optional<Ground> ground_along(const std::vector<MapPolygon>& polygons,
-                                                 const Placement& placement, bool terrain);
+                                                 const MapFrame& map_frame, bool terrain);
 
 /// Appends the object "terrain" over `enu_bounds` (east, north [m] in the frame about the origin): the
 /// terrain's sheet, or without one (nullptr) a sheet at the origin's ellipsoidal height with posts 500 m
 /// apart. Throws InputError where the terrain does not cover it, or would have more than 25 million posts.
-void append_ground(city::Mesh& mesh, const Placement& placement, const Terrain* terrain,
+void append_ground(city::Mesh& mesh, const MapFrame& map_frame, const Terrain* terrain,
                    const Eigen::AlignedBox2d& enu_bounds, double terrain_spacing_m);
 
 }  // namespace canyon::buildings

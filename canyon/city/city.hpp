@@ -6,25 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "canyon/city/fwd.hpp"
 #include "canyon/geodesy/frames.hpp"
 
 namespace canyon::city {
-
-enum class Surface : std::uint8_t { Building, Terrain, Foliage, Vehicle };
-
-/// Of facades, roofs and ground; decides reflection strength. `Unknown` counts as concrete.
-enum class Material : std::uint8_t {
-  Unknown,
-  Concrete,
-  Glass,
-  Brick,
-  Metal,
-  Stone,
-  Wood,
-  Plaster,
-  Ground,
-  Foliage
-};
 
 /// A run of triangles that belong together: a building, the terrain, a tree.
 struct Object {

@@ -17,6 +17,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/city/city.hpp"
 
 // Layout, everything little-endian:
 //   magic     8 bytes, 0x89 "CANYON" 0x0A (a copy in text mode breaks it visibly, as in PNG)
@@ -41,7 +42,7 @@ constexpr std::string_view kMagic{
     8};
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kBlockHeader = 24;
-/// No zlib stream unpacks to more than this many bytes for one of its own (zlib's documentation: 1032).
+/// A zlib stream unpacks to at most this many bytes for each byte (zlib's documentation: 1032).
 constexpr std::uint64_t kMostUnpacked = 1040;
 constexpr std::string_view kCopyAgain = "copy it again, or build the city again";
 

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 
 namespace canyon::city {
 

@@ -4,14 +4,13 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
-#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
-#include <iostream>
 #include <random>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "tests/support/shared_data.hpp"
@@ -129,7 +128,7 @@ TEST(CityFile, IsTheSameBytesEachTime) {
   EXPECT_EQ(read_bytes(folder / "a.canyon"), read_bytes(folder / "b.canyon"));
 }
 
-TEST(CityFile, LoadsADistrictInWellUnderASecond) {
+TEST(CityFile, GivesBackADistrictFromAThirdOfItsMeshFile) {
   CANYON_SHARED_DATA(dae, "hongkong/buildings.dae");
   MeshImportOptions options;
   options.origin = geodesy::Geodetic::from_degrees(22.298251, 114.178761, 0);
@@ -137,17 +136,9 @@ TEST(CityFile, LoadsADistrictInWellUnderASecond) {
   const City city = read_mesh_city(dae, options);
   const TemporaryFolder folder;
   write_city_file(folder / "hk.canyon", city);
-  const auto start = std::chrono::steady_clock::now();
-  const City read = read_city_file(folder / "hk.canyon");
-  const double ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  expect_equal(city, read);
-  const auto size = std::filesystem::file_size(folder / "hk.canyon");
-  std::cout << "Hong Kong: " << city.mesh.triangles.size() << " triangles, " << city.mesh.objects.size()
-            << " objects; " << size << " bytes (DAE " << std::filesystem::file_size(dae) << "), read in "
-            << ms << " ms\n";
-  EXPECT_LT(ms, 1000);
-  EXPECT_LT(size, std::filesystem::file_size(dae) / 3);
+  ASSERT_GT(city.mesh.triangles.size(), 20'000U);
+  expect_equal(city, read_city_file(folder / "hk.canyon"));
+  EXPECT_LT(std::filesystem::file_size(folder / "hk.canyon"), std::filesystem::file_size(dae) / 3);
 }
 
 TEST(CityFile, RefusesANewerVersionWithTheCure) {

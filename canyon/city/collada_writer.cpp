@@ -4,6 +4,7 @@
 #include <iterator>
 #include <string_view>
 
+#include "canyon/base/utf8.hpp"
 #include "canyon/city/mesh_marks.hpp"
 
 namespace canyon::city {
@@ -47,10 +48,10 @@ class ColladaWriter {
     text("<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" version=\"1.4.1\">\n  <asset>\n");
     line(
         "    <contributor><authoring_tool>Canyon</authoring_tool><comments>{}{}{}</comments></contributor>\n",
-        marked ? kMeshMark : "", marked ? ". " : "", xml_text(comment));
+        marked ? kMeshMark : "", marked ? ". " : "", xml_escaped(comment));
     // The standard asks for times; these are constant so that the same city gives the same bytes.
     text("    <created>1980-01-06T00:00:00Z</created>\n    <modified>1980-01-06T00:00:00Z</modified>\n");
-    line("    <title>{}</title>\n", xml_text(title));
+    line("    <title>{}</title>\n", xml_escaped(title));
     text("    <unit name=\"meter\" meter=\"1\"/>\n    <up_axis>Z_UP</up_axis>\n  </asset>\n");
   }
 
@@ -151,31 +152,6 @@ void write_collada(OutputFile& file, const Mesh& mesh, const std::vector<Collada
                    const std::string& title, const std::string& comment, bool marked,
                    const Eigen::Vector3d& origin) {
   ColladaWriter(file, mesh, origin).write(nodes, title, comment, marked);
-}
-
-std::string xml_text(const std::string& text) {
-  std::string result;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t length = utf8_length(text, at);
-    const char c = text[at];
-    if (length > 1) {
-      result += text.substr(at, length);
-    } else if (length == 0 || (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t')) {
-      result += '?';
-    } else if (c == '&') {
-      result += "&amp;";
-    } else if (c == '<') {
-      result += "&lt;";
-    } else if (c == '>') {
-      result += "&gt;";
-    } else if (c == '"') {
-      result += "&quot;";
-    } else {
-      result += c;
-    }
-    at += length > 1 ? length : 1;
-  }
-  return result;
 }
 
 }  // namespace canyon::city

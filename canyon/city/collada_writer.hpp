@@ -21,7 +21,4 @@ void write_collada(OutputFile& file, const Mesh& mesh, const std::vector<Collada
                    const std::string& title, const std::string& comment, bool marked,
                    const Eigen::Vector3d& origin = Eigen::Vector3d::Zero());
 
-/// Text for XML's content and attributes; characters that XML cannot hold become '?'.
-[[nodiscard]] std::string xml_text(const std::string& text);
-
 }  // namespace canyon::city

@@ -17,6 +17,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/utf8.hpp"
 #include "canyon/city/collada_writer.hpp"
 #include "canyon/city/gazebo_names.hpp"
 #include "canyon/city/mesh_marks.hpp"
@@ -189,7 +190,7 @@ void write_meshes(const std::filesystem::path& folder, const City& city, const s
 std::string model_element(const std::string& name, const std::vector<Link>& links, const std::string& meshes,
                           std::string_view indent) {
   std::string text = fmt::format("{0}<model name=\"{1}\">\n{0}  <static>true</static>\n", indent, name);
-  const std::string folder = xml_text(meshes);
+  const std::string folder = xml_escaped(meshes);
   for (const Link& link : links) {
     const auto geometry = [&](const char* element, const char* suffix) {
       return fmt::format(
@@ -219,7 +220,7 @@ void fill_model(const std::filesystem::path& temporary, const std::string& folde
                          "  <author><name>Canyon</name></author>\n"
                          "  <description>{} {}: {} triangles, east-north-up about latitude {} deg, longitude "
                          "{} deg, height {} m.</description>\n</model>\n",
-                         options.name, kModelMark, xml_text(city.name), city.mesh.triangles.size(),
+                         options.name, kModelMark, xml_escaped(city.name), city.mesh.triangles.size(),
                          geodesy::degrees(city.frame.origin().latitude_rad),
                          geodesy::degrees(city.frame.origin().longitude_rad), city.frame.origin().height_m));
   write_text(temporary / "model.sdf",

@@ -1,9 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 
 // Part of canyon::io.
 

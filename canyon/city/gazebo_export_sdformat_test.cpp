@@ -4,6 +4,7 @@
 
 #include <sdf/sdf.hh>
 
+#include "canyon/city/city.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "tests/support/temporary_folder.hpp"

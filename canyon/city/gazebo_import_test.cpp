@@ -6,6 +6,7 @@
 #include <random>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/city/primitive_meshes.hpp"

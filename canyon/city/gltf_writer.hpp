@@ -1,7 +1,7 @@
 #pragma once
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 
 namespace canyon::city {
 

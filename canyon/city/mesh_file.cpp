@@ -340,8 +340,8 @@ class MeshImport {
     if (open > 0) note(fmt::format("{} buildings are not closed (a missing floor aside)", open));
   }
 
-  /// By name where any node of the file is named so; else a node that is a sheet, or a connected sheet under
-  /// most of the city in a node that is not.
+  /// Chooses terrain by name where any node of the file is named so. Otherwise terrain is a node that is a
+  /// sheet, or a connected sheet under most of the city.
   std::vector<bool> terrain_components(const Node& node,
                                        const std::vector<std::vector<std::uint32_t>>& components,
                                        bool any_named) {

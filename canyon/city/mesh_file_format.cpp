@@ -88,6 +88,9 @@ Eigen::Matrix3d z_up_from(UpAxis up) {
 }
 
 void check_ply_complete(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) return;  // Assimp says what is wrong
   std::ifstream in(path, std::ios::binary);
   PlyHeader header;
   std::uintmax_t count = 0;
@@ -106,14 +109,19 @@ void check_ply_complete(const std::filesystem::path& path) {
                          "export it again");
       }
       count = static_cast<std::uintmax_t>(*value);
+      // Each takes a byte at least; more would overflow the sums below.
+      if (count > size) {
+        throw InputError(path, number, fmt::format("promises {} elements in {} bytes", count, size),
+                         kCutShort);
+      }
       faces = words[1] == "face";
       header.elements += count;
     }
     if (words[0] == "property" && words.size() > 2) {
       const bool list = words[1] == "list" && words.size() > 4;
-      const std::uintmax_t size = list ? ply_type_size(words[2]) + (faces ? 3 * ply_type_size(words[3]) : 0)
+      const std::uintmax_t each = list ? ply_type_size(words[2]) + (faces ? 3 * ply_type_size(words[3]) : 0)
                                        : ply_type_size(words[1]);
-      header.smallest_size += count * size;
+      header.smallest_size += count * each;
     }
     if (words[0] == "end_header") {
       ended = true;
@@ -129,13 +137,11 @@ void check_ply_complete(const std::filesystem::path& path) {
     }
     return;
   }
-  const auto data_begins = static_cast<std::uintmax_t>(in.tellg());
-  std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (!error && size - data_begins < header.smallest_size) {
-    throw InputError(
-        path, 0, fmt::format("has {} of at least {} bytes of data", size - data_begins, header.smallest_size),
-        kCutShort);
+  // Behind the last byte there is no place to ask for.
+  const std::uintmax_t data = in.eof() ? 0 : size - static_cast<std::uintmax_t>(in.tellg());
+  if (data < header.smallest_size) {
+    throw InputError(path, 0, fmt::format("has {} of at least {} bytes of data", data, header.smallest_size),
+                     kCutShort);
   }
 }
 

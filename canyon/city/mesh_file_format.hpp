@@ -8,7 +8,7 @@ namespace canyon::city {
 
 enum class UpAxis : std::uint8_t { X, Y, Z };
 
-/// What a file says about its axes and its unit.
+/// A file's own statement about its axes and its unit.
 struct FileFrame {
   double metres_per_unit = 1;
   UpAxis up = UpAxis::Z;

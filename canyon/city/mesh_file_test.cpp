@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -523,6 +524,11 @@ TEST_F(MeshFile, DamagedFiles) {
   const std::string points = ply(box());
   EXPECT_THAT(error_of(write("cut.ply", points.substr(0, points.size() - 60))),
               HasSubstr("cut.ply: has 13 of 20 lines"));
+  // 2^61 elements of 8 bytes are 2^64 bytes: 0 to a counter of 64 bits.
+  EXPECT_THAT(error_of(write("many.ply",
+                             "ply\nformat binary_little_endian 1.0\nelement vertex 2305843009213693952\n"
+                             "property double x\nend_header\n")),
+              HasSubstr("many.ply:3: promises 2305843009213693952 elements in 100 bytes"));
   const std::string facets = stl_ascii(box());
   EXPECT_THAT(error_of(write("facets.stl", facets.substr(0, facets.size() - 100))),
               HasSubstr("has no endsolid"));
@@ -571,13 +577,14 @@ TEST_F(MeshFile, BadOptions) {
   const auto path = write("a.obj", obj(box()));
   MeshImportOptions options;
   options.scale = 0;
-  EXPECT_THAT(error_of(path, options), HasSubstr("city scale 0 lies outside (0, 1e6]"));
+  EXPECT_THAT(error_of(path, options),
+              HasSubstr("scale of the city mesh is 0; it must be above 0 and at most 1000000"));
   options = {};
   options.up_axis = 'Q';
-  EXPECT_THAT(error_of(path, options), HasSubstr("up axis 'Q'"));
+  EXPECT_THAT(error_of(path, options), HasSubstr("up_axis of the city mesh is Q"));
   options = {};
   options.heading_rad = 90;
-  EXPECT_THAT(error_of(path, options), HasSubstr("city heading 90 rad"));
+  EXPECT_THAT(error_of(path, options), HasSubstr("heading_rad of the city mesh is 90 "));
   options = {};
   options.offset_m.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(error_of(path, options), HasSubstr("city offset"));

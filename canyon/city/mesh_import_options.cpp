@@ -6,6 +6,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::city {
 
@@ -15,17 +16,24 @@ void MeshImportOptions::validate() const {
     throw InputError("city offset must be finite and at most 1,000 km",
                      "give east_m, north_m and up_m in metres");
   }
-  if (!std::isfinite(heading_rad) || std::abs(heading_rad) > 2 * geodesy::kPi) {
-    throw InputError(fmt::format("city heading {} rad lies outside [-2 pi, 2 pi]", heading_rad),
-                     "give the angle in the unit that its key names");
-  }
-  if (!(scale > 0) || !(scale <= 1e6)) {
-    throw InputError(fmt::format("city scale {} lies outside (0, 1e6]", scale),
-                     "1 keeps the unit that the file declares");
-  }
-  if (up_axis && *up_axis != 'Y' && *up_axis != 'Z') {
-    throw InputError(fmt::format("city up axis '{}' is neither Y nor Z", *up_axis));
-  }
+  options::check(*this, "city mesh");
+}
+
+void visit(options::Visitor& v, MeshImportOptions& o) {
+  static constexpr std::string_view kAxes[]{"Y", "Z"};
+  constexpr options::Range kLocal_m{-1e6, 1e6};
+  v.section("offset", [&] {
+    v.number({"east_m", "m", "moves the mesh in its ENU frame"}, o.offset_m.x(), kLocal_m);
+    v.number({"north_m", "m", "the same, northwards"}, o.offset_m.y(), kLocal_m);
+    v.number({"up_m", "m", "the same, upwards"}, o.offset_m.z(), kLocal_m);
+  });
+  v.angle({"heading_deg", "deg", "turns the mesh counter-clockwise seen from above"}, o.heading_rad,
+          {-360, 360});
+  v.number({"scale", "", "on top of the unit that the file declares"}, o.scale, {0, 1e6, true});
+  std::string axis = o.up_axis ? std::string(1, *o.up_axis) : "";
+  v.word({"up_axis", "", "Y or Z, where the file is wrong or says nothing", "the file's"}, axis, kAxes);
+  if (v.reads() && !axis.empty()) o.up_axis = axis.front();
+  v.texts({"terrain_names", "", "words in node names that mark terrain"}, o.terrain_names);
 }
 
 }  // namespace canyon::city

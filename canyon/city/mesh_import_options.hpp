@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/options/fwd.hpp"
 
 namespace canyon::city {
 
@@ -23,5 +24,7 @@ struct MeshImportOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, MeshImportOptions& o);
 
 }  // namespace canyon::city

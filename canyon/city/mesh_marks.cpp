@@ -9,6 +9,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "canyon/base/utf8.hpp"
 #include "canyon/city/mesh_import_options.hpp"
 #include "canyon/city/mesh_names.hpp"
 
@@ -111,27 +112,6 @@ Surface surface_by_words(std::string_view name) {
 }
 
 }  // namespace
-
-std::size_t utf8_length(std::string_view text, std::size_t at) {
-  const unsigned char first = byte_at(text, at);
-  const auto follows = [&](std::size_t offset, unsigned low = 0x80, unsigned high = 0xBF) {
-    const unsigned byte = byte_at(text, at + offset);
-    return byte >= low && byte <= high;
-  };
-  if (first < 0x80) return 1;
-  if (first >= 0xC2 && first <= 0xDF) return follows(1) ? 2 : 0;
-  if (first >= 0xE0 && first <= 0xEF) {
-    const unsigned low = first == 0xE0 ? 0xA0 : 0x80;
-    const unsigned high = first == 0xED ? 0x9F : 0xBF;
-    return follows(1, low, high) && follows(2) ? 3 : 0;
-  }
-  if (first >= 0xF0 && first <= 0xF4) {
-    const unsigned low = first == 0xF0 ? 0x90 : 0x80;
-    const unsigned high = first == 0xF4 ? 0x8F : 0xBF;
-    return follows(1, low, high) && follows(2) && follows(3) ? 4 : 0;
-  }
-  return 0;
-}
 
 bool has_mesh_mark(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);

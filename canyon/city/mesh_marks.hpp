@@ -46,9 +46,6 @@ struct NodeName {
 /// terrain by its words or a building. `marked` says whether a surface stood there.
 [[nodiscard]] NodeName split_surface(std::string_view name, bool* marked = nullptr);
 
-/// Bytes of the well-formed UTF-8 sequence at `at` (Unicode 15, table 3-7), 1 to 4; 0 where there is none.
-[[nodiscard]] std::size_t utf8_length(std::string_view text, std::size_t at);
-
 /// "glass", "unknown" ...: lower case, one for each material.
 [[nodiscard]] std::string_view material_name(Material material);
 /// By material_name(); Unknown for any other name.

@@ -17,7 +17,7 @@ struct MaterialGroup {
   TriangleIndices triangles;
 };
 
-/// What becomes one node of a mesh file: some triangles with the vertices that they use.
+/// One node of a mesh file: some triangles with the vertices that they use.
 struct MeshPart {
   std::vector<Eigen::Vector3d> vertices;  ///< [m], about the origin given
   std::vector<MaterialGroup> groups;      ///< by first appearance, none empty

@@ -8,7 +8,7 @@
 
 namespace canyon::city {
 
-/// Triangles as vertex indices; how they hang together is asked by the functions below.
+/// Triangles as vertex indices. The functions below tell how they are connected.
 using TriangleIndices = std::vector<std::array<std::uint32_t, 3>>;
 
 /// Area below 1e-8 m^2, or not a number: nothing that a ray can hit. Vertices in metres.

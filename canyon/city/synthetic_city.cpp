@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::city {
 namespace {
@@ -245,22 +247,28 @@ class Downtown {
   TerraceMesher mesher_;
 };
 
-void check_range(const char* field, double value, double low, double high) {
-  if (!(value >= low && value <= high)) {
-    throw InputError(fmt::format("synthetic city: {} is {}, outside {} to {}", field, value, low, high));
-  }
-}
-
 }  // namespace
 
 void SyntheticCityOptions::validate() const {
   geodesy::check_geodetic(origin, "city origin");
-  check_range("blocks_east", blocks_east, 1, 200);
-  check_range("blocks_north", blocks_north, 1, 200);
-  check_range("block_size_m", block_size_m, 10, 500);
-  check_range("street_width_m", street_width_m, 4, 100);
-  check_range("min_height_m", min_height_m, 1, 1000);
-  check_range("max_height_m", max_height_m, min_height_m, 1000);
+  options::check(*this);
+  if (max_height_m < min_height_m) {
+    throw InputError(fmt::format("max_height_m is {}", max_height_m),
+                     fmt::format("it must be from min_height_m, {}, to 1000", min_height_m));
+  }
+}
+
+void visit(options::Visitor& v, SyntheticCityOptions& o) {
+  v.integer({"blocks_east", "blocks",
+             "a made-up downtown about the origin (default 22.3, 114.17): blocks from west to east; "
+             "'synthetic: {}' takes all defaults"},
+            o.blocks_east, 1, 200);
+  v.integer({"blocks_north", "blocks", "blocks from south to north"}, o.blocks_north, 1, 200);
+  v.number({"block_size_m", "m", "side of a block"}, o.block_size_m, {10, 500});
+  v.number({"street_width_m", "m", "between blocks"}, o.street_width_m, {4, 100});
+  v.number({"min_height_m", "m", "lowest building"}, o.min_height_m, {1, 1000});
+  v.number({"max_height_m", "m", "highest building"}, o.max_height_m, {1, 1000});
+  v.integer({"seed", "", "of the building heights"}, o.seed);
 }
 
 City synthetic_city(const SyntheticCityOptions& options) {

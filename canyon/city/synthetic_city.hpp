@@ -2,7 +2,9 @@
 
 #include <cstdint>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/options/fwd.hpp"
 
 namespace canyon::city {
 
@@ -20,6 +22,8 @@ struct SyntheticCityOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, SyntheticCityOptions& o);
 
 /// The origin lies in the middle of the central crossing, on the ground. Same options, same city.
 [[nodiscard]] City synthetic_city(const SyntheticCityOptions& options);

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 
 namespace canyon::city {
 namespace {

@@ -11,16 +11,10 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::disturbance {
 namespace {
-
-void check_range(const char* field, double value, double least, double most, const char* unit) {
-  if (!(value >= least && value <= most)) {
-    throw InputError(fmt::format("{} of the shadowing is {}", field, value),
-                     fmt::format("it must be {:g} to {:g}{}", least, most, unit));
-  }
-}
 
 /// One elevation of the tables in docs/tracking.md: states 1 (clear) and 2 (moderate shadow).
 struct Row {
@@ -67,28 +61,6 @@ ShadowingParameters interpolated(std::span<const Row> rows, double elevation_deg
 }
 
 }  // namespace
-
-void ShadowingOptions::validate() const {
-  check_range("clear_mean_db", custom.clear_mean_db, -40, 10, " dB");
-  check_range("clear_sigma_db", custom.clear_sigma_db, 0, 20, " dB");
-  check_range("shadowed_mean_db", custom.shadowed_mean_db, -40, 10, " dB");
-  check_range("shadowed_sigma_db", custom.shadowed_sigma_db, 0, 20, " dB");
-  check_range("enter", custom.enter, 0, 1, "");
-  if (!(custom.leave > 0 && custom.leave <= 1)) {
-    throw InputError(fmt::format("leave of the shadowing is {}", custom.leave),
-                     "it must be above 0 and 1 at most");
-  }
-  check_range("frame_m", frame_m, 0.1, 1000, " m");
-  if (!(transition_m >= 0 && transition_m <= frame_m)) {
-    throw InputError(fmt::format("transition_m of the shadowing is {}", transition_m),
-                     fmt::format("it must be 0 m to a frame, {:g} m", frame_m));
-  }
-  if (!(correlation_m > 0 && correlation_m <= 1000)) {
-    throw InputError(fmt::format("correlation_m of the shadowing is {}", correlation_m),
-                     "it must be above 0 and 1000 m at most");
-  }
-  check_range("obstacle_distance_m", obstacle_distance_m, 0, 1000, " m");
-}
 
 ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double elevation_rad) {
   const double elevation_deg = geodesy::degrees(elevation_rad);
@@ -153,6 +125,36 @@ double Shadowing::level_db(double way_m, double elevation_rad) {
   const double sigma =
       parameters.clear_sigma_db + shadow * (parameters.shadowed_sigma_db - parameters.clear_sigma_db);
   return mean + sigma * normal_;
+}
+
+void ShadowingOptions::validate() const {
+  options::check(*this, "shadowing");
+  if (transition_m > frame_m) {
+    throw InputError(fmt::format("transition_m of the shadowing is {}", transition_m),
+                     fmt::format("it must be 0 m to a frame, {:g} m", frame_m));
+  }
+}
+
+void visit(options::Visitor& v, ShadowingOptions& o) {
+  static constexpr std::string_view kEnvironments[]{"urban", "suburban", "custom"};
+  v.boolean({"enabled", "", "shadow on the direct signal by what no map has: vehicles, trees, signs"},
+            o.enabled);
+  v.choice({"environment", "", "whose numbers: urban, suburban or custom"}, o.environment, kEnvironments);
+  v.section("custom", [&] {
+    v.number({"clear_mean_db", "dB", "custom: mean level in the clear"}, o.custom.clear_mean_db, {-40, 10});
+    v.number({"clear_sigma_db", "dB", "its standard deviation"}, o.custom.clear_sigma_db, {0, 20});
+    v.number({"shadowed_mean_db", "dB", "mean level in shadow"}, o.custom.shadowed_mean_db, {-40, 10});
+    v.number({"shadowed_sigma_db", "dB", "its standard deviation"}, o.custom.shadowed_sigma_db, {0, 20});
+    v.number({"enter", "", "probability that shadow follows a clear frame"}, o.custom.enter, {0, 1});
+    v.number({"leave", "", "probability that a clear frame follows shadow"}, o.custom.leave, {0, 1, true});
+  });
+  v.number({"frame_m", "m", "states last whole frames of this length"}, o.frame_m, {0.1, 1000});
+  v.number({"transition_m", "m", "way over which one state passes into the other"}, o.transition_m,
+           {0, 1000});
+  v.number({"correlation_m", "m", "way over which levels correlate by 1/e"}, o.correlation_m,
+           {0, 1000, true});
+  v.number({"obstacle_distance_m", "m", "to what casts the shadow, which moves as the satellite does"},
+           o.obstacle_distance_m, {0, 1000});
 }
 
 }  // namespace canyon::disturbance

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "canyon/base/random.hpp"
+#include "canyon/options/fwd.hpp"
 
 namespace canyon::disturbance {
 
@@ -50,6 +51,8 @@ struct ShadowingOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, ShadowingOptions& o);
 
 /// Of the environment at an elevation [rad]: linear between 40, 60 and 80 deg, held beyond (nothing is
 /// published there). Suburban chains are those of 40 deg everywhere.

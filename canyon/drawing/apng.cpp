@@ -13,6 +13,8 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "canyon/drawing/cairo_bytes.hpp"
+
 namespace canyon::drawing {
 namespace {
 
@@ -37,16 +39,6 @@ cairo_status_t take(void* from, unsigned char* bytes, unsigned length) {
   if (length > source.bytes->size() - source.read) return CAIRO_STATUS_READ_ERROR;
   std::memcpy(bytes, source.bytes->data() + source.read, length);
   source.read += length;
-  return CAIRO_STATUS_SUCCESS;
-}
-
-/// Called from C: nothing may be thrown through it.
-cairo_status_t append(void* target, const unsigned char* bytes, unsigned length) {
-  try {
-    static_cast<std::string*>(target)->append(reinterpret_cast<const char*>(bytes), length);
-  } catch (const std::bad_alloc&) {
-    return CAIRO_STATUS_NO_MEMORY;
-  }
   return CAIRO_STATUS_SUCCESS;
 }
 
@@ -146,7 +138,7 @@ std::string encode_png(const RgbImage& image) {
   }
   cairo_surface_mark_dirty(surface.get());
   std::string png;
-  check(cairo_surface_write_to_png_stream(surface.get(), append, &png));
+  check(cairo_surface_write_to_png_stream(surface.get(), append_bytes, &png));
   return png;
 }
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "canyon/output/statistics.hpp"
+#include "canyon/base/statistics.hpp"
 
 namespace canyon::drawing {
 namespace {
@@ -85,8 +85,8 @@ Scale make_scale(std::vector<double> values, double tail) {
       values.end());
   Scale scale;
   if (!values.empty()) {
-    const double high = output::percentile(values, 1 - tail);
-    const double low = output::percentile(values, std::max(tail, 0.02));
+    const double high = *quantile(values, 1 - tail);
+    const double low = *quantile(values, std::max(tail, 0.02));
     if (low > 0 && high / low > kLogarithmicFrom) {
       scale.logarithmic = true;
       scale.high = nice_ceil(high);

@@ -12,6 +12,8 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "canyon/base/utf8.hpp"
+#include "canyon/drawing/cairo_bytes.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::drawing {
@@ -30,49 +32,6 @@ void check(cairo_status_t status) {
   if (status != CAIRO_STATUS_SUCCESS) {
     throw std::runtime_error(std::string("picture cannot be drawn: ") + cairo_status_to_string(status));
   }
-}
-
-/// Called from C: nothing may be thrown through it.
-cairo_status_t append(void* target, const unsigned char* bytes, unsigned length) {
-  try {
-    static_cast<std::string*>(target)->append(reinterpret_cast<const char*>(bytes), length);
-  } catch (const std::bad_alloc&) {
-    return CAIRO_STATUS_NO_MEMORY;
-  }
-  return CAIRO_STATUS_SUCCESS;
-}
-
-/// Cairo refuses to draw anything more after text that is not UTF-8.
-std::string valid_utf8(const std::string& text) {
-  std::string valid;
-  for (std::size_t i = 0; i < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    const std::size_t length = lead < 0x80                   ? 1
-                               : lead >= 0xF0 && lead < 0xF5 ? 4
-                               : lead >= 0xE0                ? 3
-                               : lead >= 0xC2                ? 2
-                                                             : 0;
-    bool good = length > 0 && lead < 0xF5 && i + length <= text.size();
-    for (std::size_t k = 1; good && k < length; ++k) {
-      good = (static_cast<unsigned char>(text[i + k]) & 0xC0U) == 0x80;
-    }
-    if (good && length == 3) {  // overlong forms and surrogates
-      const auto second = static_cast<unsigned char>(text[i + 1]);
-      good = !(lead == 0xE0 && second < 0xA0) && !(lead == 0xED && second >= 0xA0);
-    }
-    if (good && length == 4) {
-      const auto second = static_cast<unsigned char>(text[i + 1]);
-      good = !(lead == 0xF0 && second < 0x90) && !(lead == 0xF4 && second >= 0x90);
-    }
-    if (good) {
-      valid.append(text, i, length);
-      i += length;
-    } else {
-      valid += '?';
-      ++i;
-    }
-  }
-  return valid;
 }
 
 void draw_on(cairo_surface_t* surface, double scale, double width, double height,
@@ -243,13 +202,13 @@ std::string render_png(int width_px, int height_px, double scale, const std::fun
   std::string png;
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_px, height_px));
   draw_on(surface.get(), scale, width_px / scale, height_px / scale, draw);
-  check(cairo_surface_write_to_png_stream(surface.get(), append, &png));
+  check(cairo_surface_write_to_png_stream(surface.get(), append_bytes, &png));
   return png;
 }
 
 std::string render_svg(double width, double height, const std::function<void(Canvas&)>& draw) {
   std::string svg;
-  const Surface surface(cairo_svg_surface_create_for_stream(append, &svg, width, height));
+  const Surface surface(cairo_svg_surface_create_for_stream(append_bytes, &svg, width, height));
   draw_on(surface.get(), 1, width, height, draw);
   cairo_surface_finish(surface.get());
   check(cairo_surface_status(surface.get()));

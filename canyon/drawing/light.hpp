@@ -7,7 +7,7 @@
 
 #include "canyon/drawing/palette.hpp"
 
-// What pictures made of rays share: sums of light, and places within a pixel.
+// Shared by the ray-traced pictures: sums of light, and places within a pixel.
 
 namespace canyon::drawing {
 

@@ -20,7 +20,7 @@ struct Plot {
   Rect area;
   Scale x, y;
   std::string x_label, y_label;  ///< with units
-  /// What stands at a tick of the x axis; tick_label() where empty.
+  /// Label of a tick of the x axis; tick_label() where empty.
   std::function<std::string(double)> x_tick_label;
 
   /// Where a value pair lies; values beyond the axes on the frame.

@@ -46,7 +46,7 @@ struct Validity {
 ///  hour
 ///    they are 4 m off at 3 h in medium orbits, 20 m at 4 h, 100 m at 6 h, and 4 m at -2 h.
 ///  - GLONASS: 0.5 h on either side (records lie 30 min apart).
-/// docs/validation.md shows the figures.
+/// docs/accuracy.md shows the figures.
 [[nodiscard]] Validity validity(const KeplerEphemeris& ephemeris);
 [[nodiscard]] Validity validity(const GlonassEphemeris& ephemeris);
 

@@ -10,7 +10,7 @@
 namespace canyon::gnss {
 namespace {
 
-// What makes a record the same as another. The health is part of it: a message that only turns a satellite
+// Fields by which two records are the same. The health is one of them: a message that only turns a satellite
 // unhealthy must not be lost.
 auto identity(const KeplerEphemeris& e) {
   return std::make_tuple(e.id, e.toe, is_galileo_fnav(e), e.iode, e.iodc, e.health);

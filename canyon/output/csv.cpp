@@ -5,7 +5,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/file_sink.hpp"
+#include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/phase_arcs.hpp"
 #include "canyon/output/sinks.hpp"
@@ -54,14 +54,10 @@ std::string header(const std::vector<std::string>& columns) {
   return std::move(row).line();
 }
 
-class EpochsCsv final : public FileSink {
+class EpochsCsv final : public Encoder {
  public:
-  EpochsCsv(const std::filesystem::path& path, std::size_t receiver) : FileSink(path, receiver) {
-    put(header(epochs_csv_columns()));
-  }
-
- private:
-  void write_epoch(const simulation::Epoch& epoch) override {
+  std::string begin() override { return header(epochs_csv_columns()); }
+  std::string encode(const simulation::Epoch& epoch) override {
     const receiver::ReceiverEpoch& seen = epoch.observed;
     const positioning::Fix& fix = seen.fix;
     Row row;
@@ -101,18 +97,15 @@ class EpochsCsv final : public FileSink {
     }
     row.add(static_cast<std::int64_t>(fix.excluded.size()));
     row.add(!fix.consistent ? "" : *fix.consistent ? "1" : "0");
-    put(std::move(row).line());
+    return std::move(row).line();
   }
 };
 
-class SatellitesCsv final : public FileSink {
+class SatellitesCsv final : public Encoder {
  public:
-  SatellitesCsv(const std::filesystem::path& path, std::size_t receiver) : FileSink(path, receiver) {
-    put(header(satellites_csv_columns()));
-  }
-
- private:
-  void write_epoch(const simulation::Epoch& epoch) override {
+  std::string begin() override { return header(satellites_csv_columns()); }
+  std::string encode(const simulation::Epoch& epoch) override {
+    std::string lines;
     const receiver::ReceiverEpoch& seen = epoch.observed;
     const positioning::Fix& fix = seen.fix;
     const std::string tow = seconds_of_week(seen.time);
@@ -145,10 +138,12 @@ class SatellitesCsv final : public FileSink {
       const bool excluded =
           std::find(fix.excluded.begin(), fix.excluded.end(), satellite.id) != fix.excluded.end();
       row.add(excluded ? "1" : "0");
-      put(std::move(row).line());
+      lines += std::move(row).line();
     }
+    return lines;
   }
 
+ private:
   /// Strength, lock and phase.
   void add_signal(Row& row, const receiver::SatelliteObservation& satellite, geodesy::GpsTime time) {
     const auto& m = satellite.measurement;
@@ -191,14 +186,12 @@ const std::vector<std::string>& satellites_csv_columns() {
   return columns;
 }
 
-std::unique_ptr<simulation::EpochSink> make_epochs_csv(const std::filesystem::path& path,
-                                                       std::size_t receiver) {
-  return std::make_unique<EpochsCsv>(path, receiver);
+std::unique_ptr<Encoder> encode_epochs_csv(const ReceiverDescription&) {
+  return std::make_unique<EpochsCsv>();
 }
 
-std::unique_ptr<simulation::EpochSink> make_satellites_csv(const std::filesystem::path& path,
-                                                           std::size_t receiver) {
-  return std::make_unique<SatellitesCsv>(path, receiver);
+std::unique_ptr<Encoder> encode_satellites_csv(const ReceiverDescription&) {
+  return std::make_unique<SatellitesCsv>();
 }
 
 }  // namespace canyon::output

@@ -5,6 +5,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/output/stream.hpp"
 #include "tests/support/sample_signals.hpp"
 #include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -43,7 +44,7 @@ double number(const Record& record, const std::string& column) {
 
 TEST(EpochsCsv, KeepsEveryNumberOfAFix) {
   const test::TemporaryFolder folder;
-  const auto sink = make_epochs_csv(folder / "epochs.csv", 0);
+  const auto sink = open_file("epochs_csv", folder / "epochs.csv", 0);
   const simulation::Epoch epoch =
       test::sample_epoch(test::sample_time() + 0.05, test::sample_place(), {1.23456, -2.34567, 3.45678});
   simulation::Epoch other = epoch;
@@ -90,7 +91,7 @@ TEST(EpochsCsv, KeepsEveryNumberOfAFix) {
 
 TEST(EpochsCsv, NoFixLeavesEmptyCells) {
   const test::TemporaryFolder folder;
-  const auto sink = make_epochs_csv(folder / "epochs.csv", 0);
+  const auto sink = open_file("epochs_csv", folder / "epochs.csv", 0);
   simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
   epoch.placement = raytrace::Placement::InsideBuilding;
   // Left-overs of an unsolved fix must not look like a solution.
@@ -116,7 +117,7 @@ TEST(EpochsCsv, NoFixLeavesEmptyCells) {
 
 TEST(SatellitesCsv, OneLineForEachSatelliteAboveTheHorizon) {
   const test::TemporaryFolder folder;
-  const auto sink = make_satellites_csv(folder / "satellites.csv", 0);
+  const auto sink = open_file("satellites_csv", folder / "satellites.csv", 0);
   sink->write(test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3}));
   sink->finish();
   const auto records = read_csv(folder / "satellites.csv", satellites_csv_columns());
@@ -159,7 +160,7 @@ TEST(SatellitesCsv, OneLineForEachSatelliteAboveTheHorizon) {
 
 TEST(SatellitesCsv, StrengthLockAndPhase) {
   const test::TemporaryFolder folder;
-  const auto sink = make_satellites_csv(folder / "satellites.csv", 0);
+  const auto sink = open_file("satellites_csv", folder / "satellites.csv", 0);
   const geodesy::GpsTime begin = test::sample_time();
   auto first = test::sample_signal_epoch(begin, begin - 12.5);
   auto second = test::sample_signal_epoch(begin + 1, begin - 12.5);
@@ -210,7 +211,7 @@ TEST(SatellitesCsv, StrengthLockAndPhase) {
 
 TEST(EpochsCsv, StatementOfRaim) {
   const test::TemporaryFolder folder;
-  const auto sink = make_epochs_csv(folder / "epochs.csv", 0);
+  const auto sink = open_file("epochs_csv", folder / "epochs.csv", 0);
   auto epoch = test::sample_signal_epoch(test::sample_time(), test::sample_time());
   sink->write(epoch);
   epoch.observed.fix.consistent = false;

@@ -5,7 +5,9 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/output/stream.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/simulation/scenario.hpp"
 
 namespace canyon::output {
 namespace {
@@ -66,13 +68,10 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simula
   for (std::size_t i = 0; i < simulation.scenario().receivers.size(); ++i) {
     const std::filesystem::path at = receiver_folder(simulation, folder, i);
     if (at != folder) make_output_folder(at);
-    const std::string& name = simulation.scenario().receivers[i].options.name;
-    if (wanted.epochs_csv) sinks.push_back(make_epochs_csv(at / "epochs.csv", i));
-    if (wanted.satellites_csv) sinks.push_back(make_satellites_csv(at / "satellites.csv", i));
-    if (wanted.nmea) sinks.push_back(make_nmea(at / "receiver.nmea", i));
-    if (wanted.rinex_observation) sinks.push_back(make_rinex_observation(at / "receiver.obs", i, simulation));
-    if (wanted.kml) sinks.push_back(make_kml(at / "track.kml", i, name));
-    if (wanted.geojson) sinks.push_back(make_geojson(at / "track.geojson", i, name));
+    const ReceiverDescription description = describe_receiver(simulation, i);
+    for (const Format& format : formats()) {
+      if (wanted.*format.wanted) sinks.push_back(open_file(format.name, at / format.file, i, description));
+    }
   }
   if (wanted.rinex_navigation && !simulation.navigation().empty()) {
     sinks.push_back(std::make_unique<NavigationFile>(folder / "sky.nav", simulation.navigation()));

@@ -7,10 +7,11 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/output/rinex_observation.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/output/stream.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -37,14 +38,14 @@ TEST(ReceiverFolders, NamesAreSafeAndDiffer) {
 }
 
 TEST(OutputFiles, UnwritableFolderIsSaidBeforeTheRun) {
-  EXPECT_THROW((void)make_epochs_csv("/nowhere/at/all/epochs.csv", 0), InputError);
-  EXPECT_THROW((void)make_kml("/nowhere/at/all/track.kml", 0, "rover"), InputError);
+  EXPECT_THROW((void)open_file("epochs_csv", "/nowhere/at/all/epochs.csv", 0), InputError);
+  EXPECT_THROW((void)open_file("kml", "/nowhere/at/all/track.kml", 0, {"rover"}), InputError);
 }
 
 TEST(OutputFiles, WithoutFinishNothingIsLeft) {
   const test::TemporaryFolder folder;
   {
-    const auto sink = make_nmea(folder / "receiver.nmea", 0);
+    const auto sink = open_file("nmea", folder / "receiver.nmea", 0);
     sink->write(test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3}));
   }
   EXPECT_TRUE(files_in(folder.path()).empty());
@@ -74,15 +75,15 @@ class FileSizeLimit {
 TEST(OutputFiles, DiskThatFillsUpIsAnErrorAndLeavesNothing) {
   const test::TemporaryFolder folder;
   const auto epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
-  RinexObservationHeader header;
+  ReceiverDescription header;
   header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   std::vector<std::unique_ptr<simulation::EpochSink>> sinks;
-  sinks.push_back(make_epochs_csv(folder / "epochs.csv", 0));
-  sinks.push_back(make_satellites_csv(folder / "satellites.csv", 0));
-  sinks.push_back(make_nmea(folder / "receiver.nmea", 0));
-  sinks.push_back(make_rinex_observation(folder / "receiver.obs", 0, header));
-  sinks.push_back(make_kml(folder / "track.kml", 0, "rover"));
-  sinks.push_back(make_geojson(folder / "track.geojson", 0, "rover"));
+  sinks.push_back(open_file("epochs_csv", folder / "epochs.csv", 0));
+  sinks.push_back(open_file("satellites_csv", folder / "satellites.csv", 0));
+  sinks.push_back(open_file("nmea", folder / "receiver.nmea", 0));
+  sinks.push_back(open_file("rinex_observation", folder / "receiver.obs", 0, header));
+  sinks.push_back(open_file("kml", folder / "track.kml", 0, {"rover"}));
+  sinks.push_back(open_file("geojson", folder / "track.geojson", 0, {"rover"}));
   int failures = 0;
   std::string message;
   {
@@ -106,11 +107,11 @@ TEST(OutputFiles, DiskThatFillsUpIsAnErrorAndLeavesNothing) {
 TEST(OutputFiles, AnOlderFileStaysWhereTheRunFails) {
   const test::TemporaryFolder folder;
   const auto epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
-  const auto first = make_epochs_csv(folder / "epochs.csv", 0);
+  const auto first = open_file("epochs_csv", folder / "epochs.csv", 0);
   first->write(epoch);
   first->finish();
   const std::string before = test::read_bytes(folder / "epochs.csv");
-  { make_epochs_csv(folder / "epochs.csv", 0)->write(epoch); }
+  { open_file("epochs_csv", folder / "epochs.csv", 0)->write(epoch); }
   EXPECT_EQ(test::read_bytes(folder / "epochs.csv"), before);
 }
 

@@ -1,11 +1,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/file_sink.hpp"
-#include "canyon/output/sinks.hpp"
+#include "canyon/output/formats.hpp"
 #include "canyon/output/track.hpp"
 
 // RFC 7946; colours by the simplestyle specification 1.1.0, which common viewers follow.
@@ -39,15 +39,12 @@ Json feature(Json properties, std::string_view type, Json coordinates) {
           {"geometry", {{"type", type}, {"coordinates", std::move(coordinates)}}}};
 }
 
-class GeoJson final : public FileSink {
+class GeoJson final : public Encoder {
  public:
-  GeoJson(const std::filesystem::path& path, std::size_t receiver, std::string name)
-      : FileSink(path, receiver), name_(std::move(name)) {
-    put("{\"type\":\"FeatureCollection\",\"features\":[");
-  }
+  explicit GeoJson(std::string name) : name_(std::move(name)) {}
 
- private:
-  void write_epoch(const simulation::Epoch& epoch) override {
+  std::string begin() override { return "{\"type\":\"FeatureCollection\",\"features\":["; }
+  std::string encode(const simulation::Epoch& epoch) override {
     const receiver::ReceiverEpoch& seen = epoch.observed;
     truth_.push_back(coordinates(epoch.truth.position));
     Json properties{{"kind", seen.fix.solved() ? "fix" : "outage"},
@@ -67,24 +64,25 @@ class GeoJson final : public FileSink {
     properties["visible"] = seen.visible;
     properties["blocked"] = seen.blocked;
     // Without a fix there is only the true place to show.
-    put_feature(feature(std::move(properties), "Point",
+    return next(feature(std::move(properties), "Point",
                         coordinates(seen.fix.solved() ? seen.fix.position : epoch.truth.position)));
   }
 
-  void write_end() override {
+  std::string end() override {
+    std::string text;
     if (!truth_.empty()) {
       const bool line = truth_.size() > 1;  // a LineString needs two positions (RFC 7946, 3.1.4)
       Json place = line ? std::move(truth_) : std::move(truth_.front());
-      put_feature(feature({{"kind", "truth"}, {"name", name_}, {"stroke", colour(kTruthRgb)}},
+      text = next(feature({{"kind", "truth"}, {"name", name_}, {"stroke", colour(kTruthRgb)}},
                           line ? "LineString" : "Point", std::move(place)));
     }
-    put("\n]}\n");
+    return text + "\n]}\n";
   }
 
-  void put_feature(const Json& feature) {
-    put(first_ ? "\n" : ",\n");
-    first_ = false;
-    put(feature.dump(-1, ' ', false, Json::error_handler_t::replace));
+ private:
+  std::string next(const Json& feature) {
+    return (std::exchange(first_, false) ? "\n" : ",\n") +
+           feature.dump(-1, ' ', false, Json::error_handler_t::replace);
   }
 
   std::string name_;
@@ -94,9 +92,8 @@ class GeoJson final : public FileSink {
 
 }  // namespace
 
-std::unique_ptr<simulation::EpochSink> make_geojson(const std::filesystem::path& path, std::size_t receiver,
-                                                    const std::string& name) {
-  return std::make_unique<GeoJson>(path, receiver, name);
+std::unique_ptr<Encoder> encode_geojson(const ReceiverDescription& receiver) {
+  return std::make_unique<GeoJson>(receiver.name);
 }
 
 }  // namespace canyon::output

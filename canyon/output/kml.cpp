@@ -2,10 +2,10 @@
 
 #include <array>
 
+#include "canyon/base/utf8.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/file_sink.hpp"
-#include "canyon/output/sinks.hpp"
+#include "canyon/output/formats.hpp"
 #include "canyon/output/track.hpp"
 
 namespace canyon::output {
@@ -63,13 +63,11 @@ class Stretches {
   bool open_ = false;
 };
 
-class Kml final : public FileSink {
+class Kml final : public Encoder {
  public:
-  Kml(const std::filesystem::path& path, std::size_t receiver, std::string name)
-      : FileSink(path, receiver), name_(std::move(name)) {}
+  explicit Kml(std::string name) : name_(std::move(name)) {}
 
- private:
-  void write_epoch(const simulation::Epoch& epoch) override {
+  std::string encode(const simulation::Epoch& epoch) override {
     const positioning::Fix& fix = epoch.observed.fix;
     if (epochs_++ == 0) begin_ = epoch.observed.time;
     end_ = epoch.observed.time;
@@ -85,9 +83,17 @@ class Kml final : public FileSink {
       fix_line_.interrupt();
       outages_.add(epoch.truth.position);
     }
+    return {};
   }
 
-  void write_end() override {
+  std::string end() override {
+    std::string text;
+    const auto put = [&text](std::string_view bytes) { text += bytes; };
+    const auto placemark = [&put](std::string_view title, std::string_view id, const Stretches& stretches) {
+      if (stretches.empty()) return;
+      put(fmt::format("  <Placemark><name>{}</name><styleUrl>#{}</styleUrl>\n{}\n  </Placemark>\n", title, id,
+                      stretches.geometry()));
+    };
     put("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml "
         "xmlns=\"http://www.opengis.net/kml/2.2\">\n<Document>\n");
     put(fmt::format("  <name>{}</name>\n", xml_escaped(name_)));
@@ -109,14 +115,10 @@ class Kml final : public FileSink {
       placemark(fmt::format("Error {}", c.label), c.id, points_[i]);
     }
     put("  </Folder>\n</Document>\n</kml>\n");
+    return text;
   }
 
-  void placemark(std::string_view title, std::string_view style_id, const Stretches& stretches) {
-    if (stretches.empty()) return;
-    put(fmt::format("  <Placemark><name>{}</name><styleUrl>#{}</styleUrl>\n{}\n  </Placemark>\n", title,
-                    style_id, stretches.geometry()));
-  }
-
+ private:
   std::string name_;
   std::size_t epochs_ = 0, fixes_ = 0;
   geodesy::GpsTime begin_, end_;
@@ -126,9 +128,8 @@ class Kml final : public FileSink {
 
 }  // namespace
 
-std::unique_ptr<simulation::EpochSink> make_kml(const std::filesystem::path& path, std::size_t receiver,
-                                                const std::string& name) {
-  return std::make_unique<Kml>(path, receiver, name);
+std::unique_ptr<Encoder> encode_kml(const ReceiverDescription& receiver) {
+  return std::make_unique<Kml>(receiver.name);
 }
 
 }  // namespace canyon::output

@@ -10,9 +10,8 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/file_sink.hpp"
+#include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
-#include "canyon/output/sinks.hpp"
 
 // NMEA 0183 v4.11. The standard is not free; the sentences, talkers, system and signal identifiers are as in
 // u-blox F9 HPG 1.32 Interface Description (UBX-22008968), chapter 2, and gpsd's "NMEA Revealed".
@@ -199,12 +198,8 @@ std::string gsv(const receiver::ReceiverEpoch& seen) {
   return text.empty() ? nmea_sentence("GPGSV,1,1,00,1") : text;
 }
 
-class Nmea final : public FileSink {
- public:
-  using FileSink::FileSink;
-
- private:
-  void write_epoch(const simulation::Epoch& epoch) override { put(nmea_epoch(epoch)); }
+class Nmea final : public Encoder {
+  std::string encode(const simulation::Epoch& epoch) override { return nmea_epoch(epoch); }
 };
 
 }  // namespace
@@ -248,8 +243,8 @@ std::string nmea_epoch(const simulation::Epoch& epoch) {
          gsv(seen);
 }
 
-std::unique_ptr<simulation::EpochSink> make_nmea(const std::filesystem::path& path, std::size_t receiver) {
-  return std::make_unique<Nmea>(path, receiver);
+std::unique_ptr<Encoder> encode_nmea(const ReceiverDescription&) {
+  return std::make_unique<Nmea>();
 }
 
 }  // namespace canyon::output

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "canyon/simulation/simulator.hpp"
+#include "canyon/simulation/epoch.hpp"
 
 namespace canyon::output {
 

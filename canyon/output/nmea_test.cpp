@@ -10,7 +10,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/sinks.hpp"
+#include "canyon/output/stream.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/sample_signals.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -185,7 +185,7 @@ class GpsdDecode : public testing::Test {
 TEST_F(GpsdDecode, ReadsTheSameFixes) {
   CANYON_NEEDS_PROGRAM("gpsdecode");
   const test::TemporaryFolder folder;
-  const auto sink = make_nmea(folder / "receiver.nmea", 0);
+  const auto sink = open_file("nmea", folder / "receiver.nmea", 0);
   std::map<std::string, simulation::Epoch> by_time;
   for (int i = 0; i < 20; ++i) {
     geodesy::Geodetic place = test::sample_place();
@@ -288,7 +288,7 @@ TEST_F(GpsdDecode, ReadsTheSameSatellites) {
 TEST_F(GpsdDecode, ReadsEverySystemInView) {
   CANYON_NEEDS_PROGRAM("gpsdecode");
   const test::TemporaryFolder folder;
-  const auto sink = make_nmea(folder / "receiver.nmea", 0);
+  const auto sink = open_file("nmea", folder / "receiver.nmea", 0);
   for (int i = 0; i < 4; ++i) sink->write(epoch_at(i));
   sink->finish();
   std::map<std::pair<int, int>, nlohmann::json> seen;  // by gpsd's system and satellite number

@@ -4,9 +4,9 @@
 
 #include <limits>
 
+#include "canyon/base/utf8.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/statistics.hpp"
 #include "canyon/output/track.hpp"
 
 namespace canyon::output {
@@ -43,18 +43,6 @@ TEST(Words, AzimuthStaysBelow360AfterRounding) {
   EXPECT_EQ(wrapped_azimuth_deg(geodesy::radians(359.6), 0), 0.0);
   EXPECT_NEAR(wrapped_azimuth_deg(geodesy::radians(359.4), 0), 359.4, 1e-9);
   EXPECT_NEAR(wrapped_azimuth_deg(geodesy::radians(-90.0), 0), 270.0, 1e-9);
-}
-
-// numpy.percentile([15, 20, 35, 40, 50], [0, 40, 50, 95, 100]) = 15, 29, 35, 48, 50.
-TEST(Statistics, PercentileAsNumpy) {
-  const std::vector<double> values{40, 15, 50, 35, 20};
-  EXPECT_DOUBLE_EQ(percentile(values, 0.00), 15);
-  EXPECT_NEAR(percentile(values, 0.40), 29, 1e-12);
-  EXPECT_DOUBLE_EQ(percentile(values, 0.50), 35);
-  EXPECT_NEAR(percentile(values, 0.95), 48, 1e-12);
-  EXPECT_DOUBLE_EQ(percentile(values, 1.00), 50);
-  EXPECT_DOUBLE_EQ(percentile({7}, 0.95), 7);
-  EXPECT_TRUE(std::isnan(percentile({}, 0.5)));
 }
 
 TEST(Statistics, WidthCountsCharacters) {

@@ -12,7 +12,7 @@ namespace canyon::output {
 /// Where one receiver's carrier phases are continuous, followed from epoch to epoch.
 class PhaseArcs {
  public:
-  /// What a phase is to the ones before it.
+  /// How a phase continues the satellite's earlier ones.
   struct Link {
     /// Not continuous with the satellite's phase before: cycles were lost in between. False for the
     /// satellite's first phase, which has nothing before it.
@@ -22,8 +22,8 @@ class PhaseArcs {
     double alignment_cycles = 0;
   };
 
-  /// Of a measurement with a phase, and the instant since which that is continuous; else empty. Measurements
-  /// of a satellite must come in order of time.
+  /// Link of a measurement that has a phase and the instant since which it is continuous; else empty. Give a
+  /// satellite's measurements in order of time.
   std::optional<Link> next(const positioning::Measurement& measurement) {
     if (!measurement.carrier_phase_cycles || !measurement.phase_since) return std::nullopt;
     const auto [at, first] = arcs_.try_emplace(measurement.id);

@@ -7,10 +7,9 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/file_sink.hpp"
+#include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/phase_arcs.hpp"
-#include "canyon/output/sinks.hpp"
 
 // RINEX, The Receiver Independent Exchange Format, version 3.04 (IGS/RTCM, 2018): header records table A2,
 // epochs table A3.
@@ -62,25 +61,22 @@ std::string observation(double value, bool lost_lock = false, char strength = ' 
 }
 constexpr std::string_view kNoObservation = "                ";
 
-class RinexObservation final : public FileSink {
+class RinexObservation final : public Encoder {
  public:
-  RinexObservation(const std::filesystem::path& path, std::size_t receiver, RinexObservationHeader header)
-      : FileSink(path, receiver), header_(std::move(header)) {}
+  explicit RinexObservation(ReceiverDescription receiver) : receiver_(std::move(receiver)) {}
 
- private:
-  void write_epoch(const simulation::Epoch& epoch) override {
+  std::string encode(const simulation::Epoch& epoch) override {
     if (!position_) position_ = epoch.truth_ecef;
     const receiver::ReceiverEpoch& seen = epoch.observed;
     const auto count = std::count_if(seen.satellites.begin(), seen.satellites.end(),
                                      [](const auto& s) { return s.measurement.has_value(); });
-    if (count == 0) return;
+    if (count == 0) return {};
     const geodesy::GpsTime tag = round_to(seen.receiver_time, kTagStep_ns);
-    if (!started_) write_header(tag);
+    std::string text = started_ ? std::string() : header(tag);
     last_ = tag;
     const geodesy::CalendarTime c = geodesy::calendar_from_gps(tag);
-    std::string text =
-        fmt::format("> {:04d} {:02d} {:02d} {:02d} {:02d} {:2d}.{:07d}  0{:3d}\n", c.year, c.month, c.day,
-                    c.hour, c.minute, c.second, c.nanosecond / kTagStep_ns, count);
+    text += fmt::format("> {:04d} {:02d} {:02d} {:02d} {:02d} {:2d}.{:07d}  0{:3d}\n", c.year, c.month, c.day,
+                        c.hour, c.minute, c.second, c.nanosecond / kTagStep_ns, count);
     // The tag is the clock reading rounded; the pseudorange follows it, or the two would disagree by up to
     // c times 50 ns.
     const double shift_s = tag - seen.receiver_time;
@@ -91,14 +87,20 @@ class RinexObservation final : public FileSink {
       text.erase(text.find_last_not_of(' ') + 1);
       text += '\n';
     }
-    put(text);
+    return text;
   }
 
+  std::string end() override { return started_ ? std::string() : header(receiver_.begin); }
+  std::optional<Correction> correction() override {
+    return Correction{last_position_, time_record(last_, "TIME OF LAST OBS")};
+  }
+
+ private:
   /// In the order of observation_types(), for a tag that is `shift_s` later than the clock's reading.
   std::string observations(const positioning::Measurement& m, double shift_s) {
     const double pseudorange_m = m.pseudorange_m + geodesy::kSpeedOfLight * shift_s;
     const std::string doppler = m.doppler_hz ? observation(*m.doppler_hz) : std::string(kNoObservation);
-    if (!header_.signals) return observation(pseudorange_m) + doppler;
+    if (!receiver_.signals) return observation(pseudorange_m) + doppler;
     const char strength = m.cn0_dbhz ? static_cast<char>('0' + signal_strength_indicator(*m.cn0_dbhz)) : ' ';
     std::string text = observation(pseudorange_m, false, strength);
     if (const auto link = arcs_.next(m)) {
@@ -115,12 +117,7 @@ class RinexObservation final : public FileSink {
     return text;
   }
 
-  void write_end() override {
-    if (!started_) write_header(header_.begin);
-    file().overwrite(last_position_, time_record(last_, "TIME OF LAST OBS"));
-  }
-
-  void write_header(geodesy::GpsTime first) {
+  std::string header(geodesy::GpsTime first) {
     started_ = true;
     last_ = first;
     std::string text;
@@ -131,7 +128,7 @@ class RinexObservation final : public FileSink {
     // The date stays empty so that equal runs give equal files.
     line("Canyon", "PGM / RUN BY / DATE");
     line("Simulated; no signal was received", "COMMENT");
-    line(ascii(header_.marker), "MARKER NAME");
+    line(ascii(receiver_.name), "MARKER NAME");
     line("NON_PHYSICAL", "MARKER TYPE");
     line("", "OBSERVER / AGENCY");
     line(fmt::format("{:<20}{:<20}{:<20}", "", "Canyon", ""), "REC # / TYPE / VERS");
@@ -139,23 +136,23 @@ class RinexObservation final : public FileSink {
     const Eigen::Vector3d p = position_.value_or(Eigen::Vector3d::Zero());
     line(fmt::format("{:14.4f}{:14.4f}{:14.4f}", p.x(), p.y(), p.z()), "APPROX POSITION XYZ");
     line(fmt::format("{:14.4f}{:14.4f}{:14.4f}", 0.0, 0.0, 0.0), "ANTENNA: DELTA H/E/N");
-    for (const gnss::System system : header_.systems) {
-      line(observation_types(system, header_.signals), "SYS / # / OBS TYPES");
+    for (const gnss::System system : receiver_.systems) {
+      line(observation_types(system, receiver_.signals), "SYS / # / OBS TYPES");
     }
-    if (header_.signals) line("DBHZ", "SIGNAL STRENGTH UNIT");
-    line(fmt::format("{:10.3f}", header_.interval_s), "INTERVAL");
+    if (receiver_.signals) line("DBHZ", "SIGNAL STRENGTH UNIT");
+    line(fmt::format("{:10.3f}", receiver_.interval_s), "INTERVAL");
     text += time_record(first, "TIME OF FIRST OBS");
     last_position_ = text.size();
     text += time_record(first, "TIME OF LAST OBS");  // overwritten at the end
-    for (const gnss::System system : header_.systems) {
+    for (const gnss::System system : receiver_.systems) {
       // Each system has one signal, which its phases are aligned to: no shift. Without phases: not known.
-      line(header_.signals ? fmt::format("{} L{}  0.00000", gnss::letter(system), signal_code(system))
-                           : fmt::format("{}", gnss::letter(system)),
+      line(receiver_.signals ? fmt::format("{} L{}  0.00000", gnss::letter(system), signal_code(system))
+                             : fmt::format("{}", gnss::letter(system)),
            "SYS / PHASE SHIFT");
     }
-    if (header_.systems.count(gnss::System::GLONASS) > 0) {
-      std::string slots = fmt::format("{:3d} ", header_.glonass_channels.size());
-      for (const auto& [id, channel] : header_.glonass_channels) {
+    if (receiver_.systems.count(gnss::System::GLONASS) > 0) {
+      std::string slots = fmt::format("{:3d} ", receiver_.glonass_channels.size());
+      for (const auto& [id, channel] : receiver_.glonass_channels) {
         if (slots.size() == 60) {  // the count and eight satellites
           line(slots, "GLONASS SLOT / FRQ #");
           slots = "    ";
@@ -167,10 +164,10 @@ class RinexObservation final : public FileSink {
     }
     line(fmt::format("{:6d}", geodesy::leap_seconds(first)), "LEAP SECONDS");
     line("", "END OF HEADER");
-    put(text);
+    return text;
   }
 
-  RinexObservationHeader header_;
+  ReceiverDescription receiver_;
   std::optional<Eigen::Vector3d> position_;
   PhaseArcs arcs_;
   bool started_ = false;
@@ -184,42 +181,8 @@ int signal_strength_indicator(double cn0_dbhz) {
   return static_cast<int>(std::clamp(cn0_dbhz / 6, 1.0, 9.0));
 }
 
-std::unique_ptr<simulation::EpochSink> make_rinex_observation(const std::filesystem::path& path,
-                                                              std::size_t receiver,
-                                                              RinexObservationHeader header) {
-  return std::make_unique<RinexObservation>(path, receiver, std::move(header));
-}
-
-RinexObservationHeader rinex_observation_header(const simulation::Simulation& simulation,
-                                                std::size_t receiver) {
-  RinexObservationHeader header;
-  const receiver::ReceiverOptions& options = simulation.scenario().receivers.at(receiver).options;
-  header.marker = options.name;
-  header.signals = options.signal.enabled;
-  header.interval_s = simulation.interval_s();
-  header.begin = simulation.begin();
-  const orbit::Sky& sky = simulation.environment().sky();
-  for (const auto& record : simulation.navigation().glonass) {
-    header.glonass_channels[record.id] = record.channel;
-  }
-  const double step_hz =
-      gnss::l1_frequency_hz(gnss::System::GLONASS, 1) - gnss::l1_frequency_hz(gnss::System::GLONASS, 0);
-  for (const gnss::SatelliteId id : sky.satellites()) {
-    header.systems.insert(id.system);
-    if (id.system != gnss::System::GLONASS || header.glonass_channels.count(id) > 0) continue;
-    if (const auto state = sky.state(id, simulation.begin())) {
-      const double channel =
-          (state->carrier_frequency_hz - gnss::l1_frequency_hz(gnss::System::GLONASS, 0)) / step_hz;
-      header.glonass_channels[id] = static_cast<int>(std::lround(channel));
-    }
-  }
-  return header;
-}
-
-std::unique_ptr<simulation::EpochSink> make_rinex_observation(const std::filesystem::path& path,
-                                                              std::size_t receiver,
-                                                              const simulation::Simulation& simulation) {
-  return make_rinex_observation(path, receiver, rinex_observation_header(simulation, receiver));
+std::unique_ptr<Encoder> encode_rinex_observation(const ReceiverDescription& receiver) {
+  return std::make_unique<RinexObservation>(receiver);
 }
 
 }  // namespace canyon::output

@@ -1,4 +1,5 @@
 #include "canyon/output/rinex_observation.hpp"
+#include "canyon/output/stream.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,9 +18,9 @@
 namespace canyon::output {
 namespace {
 
-RinexObservationHeader sample_header() {
-  RinexObservationHeader header;
-  header.marker = "rover \xC3\xA4";
+ReceiverDescription sample_header() {
+  ReceiverDescription header;
+  header.name = "rover \xC3\xA4";
   header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   for (std::uint8_t slot = 1; slot <= 24; ++slot) {
     header.glonass_channels[{gnss::System::GLONASS, slot}] = slot % 14 - 7;
@@ -104,9 +105,9 @@ std::vector<simulation::Epoch> sample_run() {
 
 void write(const std::filesystem::path& path, const std::vector<simulation::Epoch>& epochs,
            bool signals = false) {
-  RinexObservationHeader header = sample_header();
+  ReceiverDescription header = sample_header();
   header.signals = signals;
-  const auto sink = make_rinex_observation(path, 0, header);
+  const auto sink = open_file("rinex_observation", path, 0, header);
   for (const auto& epoch : epochs) sink->write(epoch);
   sink->finish();
 }

@@ -13,27 +13,6 @@ namespace canyon::output {
 [[nodiscard]] const std::vector<std::string>& epochs_csv_columns();
 [[nodiscard]] const std::vector<std::string>& satellites_csv_columns();
 
-/// Each sink writes one receiver's file, whole or not at all (finish() puts it in place).
-[[nodiscard]] std::unique_ptr<simulation::EpochSink> make_epochs_csv(const std::filesystem::path& path,
-                                                                     std::size_t receiver);
-[[nodiscard]] std::unique_ptr<simulation::EpochSink> make_satellites_csv(const std::filesystem::path& path,
-                                                                         std::size_t receiver);
-/// NMEA 0183 v4.11: RMC, GGA, GSA, GST, GSV each epoch.
-[[nodiscard]] std::unique_ptr<simulation::EpochSink> make_nmea(const std::filesystem::path& path,
-                                                               std::size_t receiver);
-/// RINEX 3.04 observation file; codes C1C D1C (BeiDou C2I D2I), with the receiver's signal model C1C L1C D1C
-/// S1C (C2I L2I D2I S2I). Epoch tags are the receiver's clock, rounded to 100 ns; pseudoranges and phases
-/// follow the rounded tag. Epochs without any measurement are left out.
-[[nodiscard]] std::unique_ptr<simulation::EpochSink> make_rinex_observation(
-    const std::filesystem::path& path, std::size_t receiver, const simulation::Simulation& simulation);
-/// KML 2.2 and GeoJSON (RFC 7946): true track, fixes by horizontal error, places without fix. `name` is
-/// UTF-8. They hold the track in memory, about 200 bytes an epoch.
-[[nodiscard]] std::unique_ptr<simulation::EpochSink> make_kml(const std::filesystem::path& path,
-                                                              std::size_t receiver, const std::string& name);
-[[nodiscard]] std::unique_ptr<simulation::EpochSink> make_geojson(const std::filesystem::path& path,
-                                                                  std::size_t receiver,
-                                                                  const std::string& name);
-
 /// Figures over a run, for the summary table. Percentiles interpolate linearly between order statistics (rank
 /// p (n - 1) from 0, as NumPy does); vertical errors count without their sign. What has nothing to be made
 /// from (errors without a fix, means without an epoch, shares without a satellite) is NaN.
@@ -74,8 +53,10 @@ class SummarySink final : public simulation::EpochSink {
 };
 
 /// The figures as a table for terminals, one column for each receiver (four side by side), "-" for NaN.
-/// Ends with a newline; empty for no receivers. Plain text but for the receivers' names.
+/// Of more receivers than kMostSummarized it shows the first, and says how many follow. Ends with a newline;
+/// empty for no receivers. Plain text but for the receivers' names.
 [[nodiscard]] std::string format_summary_table(const std::vector<RunSummary>& summaries);
+inline constexpr std::size_t kMostSummarized = 16;
 
 /// Folder names for receivers: letters, digits, '.', '-' and '_' stay, anything else becomes '_'; names that
 /// would fall together (upper and lower case count as one) get "-2", "-3", ... behind.

@@ -3,8 +3,7 @@
 
 #include <functional>
 
-#include "canyon/output/rinex_observation.hpp"
-#include "canyon/output/sinks.hpp"
+#include "canyon/output/stream.hpp"
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -30,20 +29,23 @@ void write_epochs(benchmark::State& state, const MakeSink& make) {
                           static_cast<std::int64_t>(std::filesystem::file_size(folder / "file")));
 }
 
-RinexObservationHeader rinex_header() {
-  RinexObservationHeader header;
+ReceiverDescription rinex_description() {
+  ReceiverDescription header;
   header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   return header;
 }
 
-BENCHMARK_CAPTURE(write_epochs, epochs_csv, [](const auto& path) { return make_epochs_csv(path, 0); });
+BENCHMARK_CAPTURE(write_epochs, epochs_csv,
+                  [](const auto& path) { return open_file("epochs_csv", path, 0); });
 BENCHMARK_CAPTURE(write_epochs, satellites_csv,
-                  [](const auto& path) { return make_satellites_csv(path, 0); });
-BENCHMARK_CAPTURE(write_epochs, nmea, [](const auto& path) { return make_nmea(path, 0); });
-BENCHMARK_CAPTURE(write_epochs, rinex_observation,
-                  [](const auto& path) { return make_rinex_observation(path, 0, rinex_header()); });
-BENCHMARK_CAPTURE(write_epochs, kml, [](const auto& path) { return make_kml(path, 0, "rover"); });
-BENCHMARK_CAPTURE(write_epochs, geojson, [](const auto& path) { return make_geojson(path, 0, "rover"); });
+                  [](const auto& path) { return open_file("satellites_csv", path, 0); });
+BENCHMARK_CAPTURE(write_epochs, nmea, [](const auto& path) { return open_file("nmea", path, 0); });
+BENCHMARK_CAPTURE(write_epochs, rinex_observation, [](const auto& path) {
+  return open_file("rinex_observation", path, 0, rinex_description());
+});
+BENCHMARK_CAPTURE(write_epochs, kml, [](const auto& path) { return open_file("kml", path, 0, {"rover"}); });
+BENCHMARK_CAPTURE(write_epochs, geojson,
+                  [](const auto& path) { return open_file("geojson", path, 0, {"rover"}); });
 
 }  // namespace
 }  // namespace canyon::output

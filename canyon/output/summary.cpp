@@ -6,9 +6,10 @@
 #include <functional>
 #include <optional>
 
+#include "canyon/base/statistics.hpp"
+#include "canyon/base/utf8.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/output/sinks.hpp"
-#include "canyon/output/statistics.hpp"
 
 namespace canyon::output {
 namespace {
@@ -109,11 +110,11 @@ std::vector<RunSummary> SummarySink::summaries() const {
     s.receiver = state_->names[i];
     s.epochs = tally.epochs;
     s.fixes = tally.fixes;
-    s.horizontal_p50_m = percentile(tally.horizontal_m, 0.50);
-    s.horizontal_p95_m = percentile(tally.horizontal_m, 0.95);
-    s.horizontal_max_m = percentile(tally.horizontal_m, 1.0);
-    s.vertical_p50_m = percentile(tally.vertical_m, 0.50);
-    s.vertical_p95_m = percentile(tally.vertical_m, 0.95);
+    s.horizontal_p50_m = quantile(tally.horizontal_m, 0.50).value_or(kNan);
+    s.horizontal_p95_m = quantile(tally.horizontal_m, 0.95).value_or(kNan);
+    s.horizontal_max_m = quantile(tally.horizontal_m, 1.0).value_or(kNan);
+    s.vertical_p50_m = quantile(tally.vertical_m, 0.50).value_or(kNan);
+    s.vertical_p95_m = quantile(tally.vertical_m, 0.95).value_or(kNan);
     const double epochs = tally.epochs > 0 ? static_cast<double>(tally.epochs) : kNan;
     s.mean_visible = tally.visible / epochs;
     s.mean_blocked = tally.blocked / epochs;
@@ -128,7 +129,7 @@ std::vector<RunSummary> SummarySink::summaries() const {
     s.los_multipath_share = share(propagation::Visibility::LOSMultipath);
     s.nlos_share = share(propagation::Visibility::NLOS);
     s.blocked_share = share(propagation::Visibility::Blocked);
-    s.median_hdop = percentile(tally.hdop, 0.50);
+    s.median_hdop = quantile(tally.hdop, 0.50).value_or(kNan);
     s.mean_cn0_los_dbhz = tally.cn0_los_dbhz.mean();
     s.mean_cn0_nlos_dbhz = tally.cn0_nlos_dbhz.mean();
     s.exclusions = tally.exclusions;
@@ -197,8 +198,9 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
   for (const Line& line : lines) label_width = std::max(label_width, line.label.size());
 
   std::string text;
-  for (std::size_t first = 0; first < summaries.size(); first += kPerBlock) {
-    const std::size_t end = std::min(first + kPerBlock, summaries.size());
+  const std::size_t shown = std::min(summaries.size(), kMostSummarized);
+  for (std::size_t first = 0; first < shown; first += kPerBlock) {
+    const std::size_t end = std::min(first + kPerBlock, shown);
     if (first > 0) text += '\n';
     std::vector<std::size_t> widths;
     for (std::size_t i = first; i < end; ++i) {
@@ -222,6 +224,7 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
     text += '\n';
     for (const Line& line : lines) row(line.label, line.cell);
   }
+  if (shown < summaries.size()) text += fmt::format("\n(and {} more receivers)\n", summaries.size() - shown);
   return text;
 }
 

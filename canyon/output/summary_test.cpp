@@ -1,6 +1,8 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "canyon/output/sinks.hpp"
@@ -105,6 +107,15 @@ TEST(Summary, EmptyRun) {
   EXPECT_TRUE(std::isnan(summaries[1].mean_visible));
   EXPECT_THAT(format_summary_table(summaries), HasSubstr("-"));
   EXPECT_EQ(format_summary_table({}), "");
+}
+
+TEST(Summary, ShowsTheFirstOfManyReceivers) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < kMostSummarized + 5; ++i) names.push_back(fmt::format("r{}.", i));
+  const std::string table = format_summary_table(SummarySink(names).summaries());
+  EXPECT_THAT(table, testing::AllOf(HasSubstr("r15."), HasSubstr("5 more receivers")));
+  EXPECT_EQ(table.find("r16."), std::string::npos);
+  EXPECT_LT(std::count(table.begin(), table.end(), '\n'), 100);
 }
 
 TEST(Summary, TableIsAlignedAndNamesUnits) {

@@ -25,32 +25,6 @@ std::size_t error_class(double horizontal_m) {
   return kErrorClassCount - 1;
 }
 
-std::string xml_escaped(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      case '\'':
-        escaped += "&apos;";
-        break;
-      default:
-        if (static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n') escaped += c;
-    }
-  }
-  return escaped;
-}
-
 std::string kml_coordinates(const geodesy::Geodetic& point) {
   return fixed(geodesy::degrees(point.longitude_rad), 9) + ',' +
          fixed(geodesy::degrees(point.latitude_rad), 9) + ',' + fixed(point.height_m, 3);

@@ -23,9 +23,6 @@ inline constexpr std::string_view kTruthRgb = "0072b2", kOutageRgb = "000000";
 /// Index of the class of an error [m]; the last one for NaN.
 [[nodiscard]] std::size_t error_class(double horizontal_m);
 
-/// Escapes &, <, >, " and ' for XML text and attributes, and drops bytes that XML 1.0 forbids.
-[[nodiscard]] std::string xml_escaped(std::string_view text);
-
 /// "longitude,latitude,height", degrees with 9 decimals (0.1 mm), metres with 3.
 [[nodiscard]] std::string kml_coordinates(const geodesy::Geodetic& point);
 

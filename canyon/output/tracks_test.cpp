@@ -6,7 +6,7 @@
 
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/output/sinks.hpp"
+#include "canyon/output/stream.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -43,7 +43,7 @@ TEST(Kml, IsWellFormedAndHoldsEveryEpoch) {
   CANYON_NEEDS_PROGRAM("xmllint");
   const test::TemporaryFolder folder;
   const auto path = folder / "track.kml";
-  feed(*make_kml(path, 0, "rover <1> & \"co\""), sample_run());
+  feed(*open_file("kml", path, 0, {"rover <1> & \"co\""}), sample_run());
   EXPECT_EQ(test::run_program("xmllint --noout '" + path.string() + "'").status, 0);
   const auto query = [&](const std::string& xpath) {
     return std::string(
@@ -73,7 +73,7 @@ TEST(Kml, IsWellFormedAndHoldsEveryEpoch) {
 
 TEST(Kml, CoordinatesAreLongitudeLatitudeHeight) {
   const test::TemporaryFolder folder;
-  feed(*make_kml(folder / "track.kml", 0, "rover"), sample_run());
+  feed(*open_file("kml", folder / "track.kml", 0, {"rover"}), sample_run());
   const std::string text = test::read_bytes(folder / "track.kml");
   EXPECT_THAT(text, HasSubstr("114.178761000,22.298251000,12.345\n"));
   EXPECT_THAT(text,
@@ -85,14 +85,14 @@ TEST(Kml, CoordinatesAreLongitudeLatitudeHeight) {
 
 TEST(Kml, EmptyRun) {
   const test::TemporaryFolder folder;
-  feed(*make_kml(folder / "track.kml", 0, "rover"), {});
+  feed(*open_file("kml", folder / "track.kml", 0, {"rover"}), {});
   EXPECT_THAT(test::read_bytes(folder / "track.kml"), HasSubstr("</kml>"));
 }
 
 TEST(GeoJson, HoldsTruthFixesAndOutages) {
   const test::TemporaryFolder folder;
   const auto epochs = sample_run();
-  feed(*make_geojson(folder / "track.geojson", 0, "rover \"\xFF\""), epochs);
+  feed(*open_file("geojson", folder / "track.geojson", 0, {"rover \"\xFF\""}), epochs);
   const auto file = nlohmann::json::parse(test::read_bytes(folder / "track.geojson"));
   EXPECT_EQ(file.at("type"), "FeatureCollection");
   ASSERT_EQ(file.at("features").size(), 9U);
@@ -124,18 +124,18 @@ TEST(GeoJson, HoldsTruthFixesAndOutages) {
 
 TEST(GeoJson, OneEpochAndNone) {
   const test::TemporaryFolder folder;
-  feed(*make_geojson(folder / "one.geojson", 0, "rover"), {sample_run().front()});
+  feed(*open_file("geojson", folder / "one.geojson", 0, {"rover"}), {sample_run().front()});
   const auto one = nlohmann::json::parse(test::read_bytes(folder / "one.geojson"));
   ASSERT_EQ(one.at("features").size(), 2U);
   EXPECT_EQ(one.at("features")[1].at("geometry").at("type"), "Point");
-  feed(*make_geojson(folder / "none.geojson", 0, "rover"), {});
+  feed(*open_file("geojson", folder / "none.geojson", 0, {"rover"}), {});
   EXPECT_TRUE(nlohmann::json::parse(test::read_bytes(folder / "none.geojson")).at("features").empty());
 }
 
 TEST(GeoJson, GdalReadsIt) {
   CANYON_NEEDS_PROGRAM("ogrinfo");
   const test::TemporaryFolder folder;
-  feed(*make_geojson(folder / "track.geojson", 0, "rover"), sample_run());
+  feed(*open_file("geojson", folder / "track.geojson", 0, {"rover"}), sample_run());
   const auto result = test::run_program("ogrinfo -al '" + (folder / "track.geojson").string() + "' 2>&1");
   EXPECT_EQ(result.status, 0);
   EXPECT_THAT(result.output, HasSubstr("Feature Count: 9"));
@@ -149,7 +149,7 @@ TEST(GeoJson, GdalReadsIt) {
 TEST(Kml, GdalReadsIt) {
   CANYON_NEEDS_PROGRAM("ogrinfo");
   const test::TemporaryFolder folder;
-  feed(*make_kml(folder / "track.kml", 0, "rover"), sample_run());
+  feed(*open_file("kml", folder / "track.kml", 0, {"rover"}), sample_run());
   const auto result = test::run_program("ogrinfo -al '" + (folder / "track.kml").string() + "' 2>&1");
   EXPECT_EQ(result.status, 0);
   EXPECT_THAT(result.output, HasSubstr("114.178761 22.298251 12.345,"));

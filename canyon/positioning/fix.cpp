@@ -25,8 +25,6 @@ constexpr double kPlaceKnown_m = 1e4;
 constexpr double kEarthRadius_m = 6.371e6;
 /// Beyond every orbit: an iteration that got there does not come back.
 constexpr double kAstray_m = 1e9;
-/// Pivots below this part of the largest count as zero.
-constexpr double kRankThreshold = 1e-6;
 /// While still far from the place only an exactly degenerate geometry stops the iteration.
 constexpr double kWorkingThreshold = 1e-13;
 
@@ -111,18 +109,15 @@ class Solver {
       ++fix.available;
       if (!satellite.excluded) ++count[static_cast<std::size_t>(satellite.measured->id.system)];
     }
-    clocks_ = 0;
-    for (std::size_t system = 0; system < gnss::kSystemCount; ++system) {
-      column_[system] = count[system] >= 2 ? 3 + clocks_++ : -1;
-    }
+    clocks_ = clocks_of(count);
     rows_ = 0;
     for (RangedSatellite& satellite : satellites_) {
       satellite.active = satellite.above_mask && !satellite.excluded && column_of(satellite) >= 0;
       if (satellite.active) ++rows_;
     }
     if (options_.weights.weighting == Weighting::Equal) weigh_equally();
-    fix.unknowns = 3 + std::max(clocks_, 1);
-    if (rows_ >= options_.min_satellites + std::max(clocks_, 1) - 1) return true;
+    fix.unknowns = 3 + std::max(clocks_.count, 1);
+    if (enough_satellites(rows_, clocks_.count, options_)) return true;
     fix.status = FixStatus::TooFewSatellites;
     fix.rank = 0;
     return false;
@@ -140,12 +135,12 @@ class Solver {
   }
 
   [[nodiscard]] int column_of(const RangedSatellite& satellite) const {
-    return column_[static_cast<std::size_t>(satellite.measured->id.system)];
+    return clocks_.column[static_cast<std::size_t>(satellite.measured->id.system)];
   }
 
   /// One Gauss-Newton step; its length [m].
   double iterate(Fix& fix) {
-    design_.setZero(rows_, 3 + clocks_);
+    design_.setZero(rows_, 3 + clocks_.count);
     residual_.resize(rows_);
     smallest_sigma_m_ = std::numeric_limits<double>::infinity();
     int row = 0;
@@ -175,7 +170,7 @@ class Solver {
     residual_ -= design_ * dx;
     position_ += dx.head<3>();
     for (std::size_t system = 0; system < gnss::kSystemCount; ++system) {
-      if (column_[system] >= 0) clock_m_[system] += dx(column_[system]);
+      if (clocks_.column[system] >= 0) clock_m_[system] += dx(clocks_.column[system]);
     }
     return dx.norm();
   }
@@ -197,7 +192,7 @@ class Solver {
     }
     if (!fix.solved()) return;
     const geodesy::Geodetic place = geodesy::geodetic_from_ecef(position_);
-    if (!(place.height_m >= kLowest_m && place.height_m <= kHighest_m)) {
+    if (!is_near_ground(place.height_m)) {
       fix.status = FixStatus::NotConverged;
       return;
     }
@@ -212,7 +207,7 @@ class Solver {
       enu.topLeftCorner<3, 3>() = enu_from_ecef * q->topLeftCorner<3, 3>() * enu_from_ecef.transpose();
       fix.dop = dop_from_cofactor(enu);
     }
-    if (std::isfinite(options_.max_pdop) && !(fix.dop && fix.dop->pdop <= options_.max_pdop)) {
+    if (!strong_enough(fix.dop, options_)) {
       fix.dop.reset();
       fix.status = FixStatus::WeakGeometry;
       return;
@@ -229,7 +224,8 @@ class Solver {
     }
     for (const System system : gnss::kAllSystems) {
       const auto index = static_cast<std::size_t>(system);
-      if (column_[index] >= 0) fix.clock_bias_s[system] = (clock_m_[index] + offset_m_) / kSpeedOfLight;
+      if (clocks_.column[index] >= 0)
+        fix.clock_bias_s[system] = (clock_m_[index] + offset_m_) / kSpeedOfLight;
     }
     solve_velocity(fix, enu_from_ecef);
   }
@@ -337,8 +333,7 @@ class Solver {
   std::vector<RangedSatellite> satellites_;
   double offset_m_ = 0;
   std::array<double, gnss::kSystemCount> clock_m_{};  ///< receiver minus system, minus offset_m_
-  std::array<int, gnss::kSystemCount> column_{};      ///< of each system's clock; -1 without
-  int clocks_ = 0;
+  Clocks clocks_;
   int rows_ = 0;
   double smallest_sigma_m_ = 1;
   Design design_;             ///< weighted
@@ -370,33 +365,6 @@ std::string_view reason(FixStatus status) {
       break;
   }
   return "antenna inside a building or under the terrain";
-}
-
-void FixOptions::validate() const {
-  if (!(elevation_mask_rad >= 0 && elevation_mask_rad < geodesy::kPi / 2)) {
-    throw InputError(fmt::format("elevation_mask_rad is {} ({} deg)", elevation_mask_rad,
-                                 geodesy::degrees(elevation_mask_rad)),
-                     "it must lie within 0 and 90 deg, 90 excluded");
-  }
-  if (min_satellites < 4) {
-    throw InputError(fmt::format("min_satellites is {}", min_satellites),
-                     "a position and a clock need at least 4");
-  }
-  if (max_iterations < 5 || max_iterations > 1000) {
-    throw InputError(fmt::format("max_iterations is {}", max_iterations), "it must lie within 5 and 1000");
-  }
-  if (!(convergence_m > 0 && convergence_m <= 1)) {
-    throw InputError(fmt::format("convergence_m is {}", convergence_m), "it must lie above 0 and up to 1 m");
-  }
-  if (!(cn0_mask_dbhz >= 0 && cn0_mask_dbhz <= 60)) {
-    throw InputError(fmt::format("cn0_mask_dbhz is {}", cn0_mask_dbhz),
-                     "it must lie within 0 (no mask) and 60 dB-Hz");
-  }
-  if (!(max_pdop > 0)) {
-    throw InputError(fmt::format("max_pdop is {}", max_pdop), "it must lie above 0");
-  }
-  weights.validate();
-  raim.validate();
 }
 
 const gnss::Klobuchar& klobuchar_of(const std::map<System, gnss::Klobuchar>& klobuchar, System system) {

@@ -348,7 +348,7 @@ bool correct(Track& track, Epoch& epoch, const PositionFilterOptions& options) {
 bool somewhere(const Track& track) {
   if (!track.x.allFinite()) return false;
   const double height = geodesy::geodetic_from_ecef(track.position()).height_m;
-  return height >= kLowest_m && height <= kHighest_m;
+  return is_near_ground(height);
 }
 
 void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen::Matrix3d& enu_from_ecef) {
@@ -405,20 +405,6 @@ Fix describe(const Track& track, const Epoch& epoch) {
 }
 
 }  // namespace
-
-void PositionFilterOptions::validate() const {
-  const auto check = [](double value, double most, const char* field) {
-    if (value > 0 && value <= most) return;
-    throw InputError(fmt::format("{} of the position filter is {}", field, value),
-                     fmt::format("it must lie above 0 and up to {}", most));
-  };
-  check(acceleration_horizontal, 100, "acceleration_horizontal");
-  check(acceleration_vertical, 100, "acceleration_vertical");
-  check(clock_frequency_density, 1e-6, "clock_frequency_density");
-  check(clock_drift_density, 1e-6, "clock_drift_density");
-  check(gate_sigmas, std::numeric_limits<double>::infinity(), "gate_sigmas");
-  check(coast_s, 3600, "coast_s");
-}
 
 struct PositionFilter::State {
   PositionFilterOptions options;

@@ -15,28 +15,14 @@ namespace {
 
 using geodesy::kSpeedOfLight;
 
-/// Largest error of a satellite's clock over which its state is carried. GPS lets them grow to 1 ms.
+/// Largest error of a satellite's clock over which its state is carried: asking the sky again would cost half
+/// of a fix. GPS lets them grow to 1 ms.
 constexpr double kCarried_s = 1.2e-3;
 
 /// A satellite or place at an edge moves the position when it comes or goes, and with it the edge. Places
 /// come to rest within five looks, so that the second number only meets those that never would.
 constexpr int kMaskLooks = 3;
 constexpr int kTroposphereLooks = 8;
-
-/// The state `dt_s` later, |dt_s| <= kCarried_s, where asking the sky again would cost half of a fix.
-/// Two-body acceleration in the rotating frame; what it leaves out (J2, 1e-4 of it) is below 1e-9 m and 1e-6
-/// m/s.
-void carry(orbit::SatelliteState& state, double dt_s) {
-  constexpr double kGravity = 3.986005e14;  // [m^3/s^2], IS-GPS-200 table 20-IV
-  const Eigen::Vector3d omega(0, 0, geodesy::kEarthRotationRate);
-  const double radius = state.position_m.norm();
-  const Eigen::Vector3d acceleration = -kGravity / (radius * radius * radius) * state.position_m -
-                                       2 * omega.cross(state.velocity_mps) -
-                                       omega.cross(omega.cross(state.position_m));
-  state.position_m += (state.velocity_mps + acceleration * (dt_s / 2)) * dt_s;
-  state.velocity_mps += acceleration * dt_s;
-  state.clock_bias_s += state.clock_drift * dt_s;
-}
 
 void check(const Measurement& m) {
   const char* bad = nullptr;
@@ -56,6 +42,58 @@ void check(const Measurement& m) {
 }
 
 }  // namespace
+
+double pseudorange_m(const orbit::LineOfSight& line, double excess_m, double bias_s, double atmosphere_m,
+                     double noise_m) {
+  return line.range_m + excess_m +
+         kSpeedOfLight * (bias_s - (line.state.clock_bias_s - line.state.group_delay_s)) + atmosphere_m +
+         noise_m;
+}
+
+double atmosphere_m(bool ionosphere, bool troposphere,
+                    const std::map<gnss::System, gnss::Klobuchar>& klobuchar, gnss::System system,
+                    double carrier_frequency_hz, geodesy::GpsTime time, const geodesy::Geodetic& place,
+                    const geodesy::AzimuthElevation& look) {
+  double delay_m = 0;
+  if (ionosphere) {
+    delay_m += propagation::klobuchar_delay_m(klobuchar_of(klobuchar, system), time, place, look.azimuth_rad,
+                                              look.elevation_rad, carrier_frequency_hz);
+  }
+  if (troposphere) delay_m += propagation::saastamoinen_delay_m(place, look.elevation_rad);
+  return delay_m;
+}
+
+void carry(orbit::SatelliteState& state, double dt_s) {
+  constexpr double kGravity = 3.986005e14;  // [m^3/s^2], IS-GPS-200 table 20-IV
+  const Eigen::Vector3d omega(0, 0, geodesy::kEarthRotationRate);
+  const double radius = state.position_m.norm();
+  const Eigen::Vector3d acceleration = -kGravity / (radius * radius * radius) * state.position_m -
+                                       2 * omega.cross(state.velocity_mps) -
+                                       omega.cross(omega.cross(state.position_m));
+  state.position_m += (state.velocity_mps + acceleration * (dt_s / 2)) * dt_s;
+  state.velocity_mps += acceleration * dt_s;
+  state.clock_bias_s += state.clock_drift * dt_s;
+}
+
+Clocks clocks_of(const std::array<int, gnss::kSystemCount>& satellites) {
+  Clocks clocks;
+  for (std::size_t system = 0; system < satellites.size(); ++system) {
+    clocks.column[system] = satellites[system] >= 2 ? 3 + clocks.count++ : -1;
+  }
+  return clocks;
+}
+
+bool enough_satellites(int satellites, int clocks, const FixOptions& options) {
+  return satellites >= options.min_satellites + std::max(clocks, 1) - 1;
+}
+
+bool strong_enough(const std::optional<Dop>& dop, const FixOptions& options) {
+  return !std::isfinite(options.max_pdop) || (dop && dop->pdop <= options.max_pdop);
+}
+
+bool is_near_ground(double height_m) {
+  return height_m >= -1e4 && height_m <= 1e5;
+}
 
 std::vector<RangedSatellite> ranged_satellites(geodesy::GpsTime receiver_time,
                                                const std::vector<Measurement>& measurements,
@@ -108,7 +146,10 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
   const geodesy::Geodetic place = geodesy::geodetic_from_ecef(receiver_ecef);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
   geodesy::Geodetic weather = place;
-  if (looks >= kTroposphereLooks) weather.height_m = std::clamp(place.height_m, -100.0, 1e4);
+  if (looks >= kTroposphereLooks) {
+    weather.height_m =
+        std::clamp(place.height_m, propagation::kTroposphereLowest_m, propagation::kTroposphereHighest_m);
+  }
   const double sine_of_mask = std::sin(options.elevation_mask_rad);
   const bool corrects = options.correct_ionosphere || options.correct_troposphere;
   const bool weighs = options.weights.weighting == Weighting::Elevation;
@@ -121,15 +162,12 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
     const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(enu);
     const Measurement& m = *satellite.measured;
     if (weighs) satellite.sigma_m = options.weights.sigma_m(m, look.elevation_rad);
-    satellite.atmosphere_m = 0;
-    if (options.correct_ionosphere) {
-      satellite.atmosphere_m += propagation::klobuchar_delay_m(
-          klobuchar_of(klobuchar, m.id.system), receiver_time, place, look.azimuth_rad, look.elevation_rad,
-          satellite.state.carrier_frequency_hz);
-    }
-    if (options.correct_troposphere) {
-      satellite.atmosphere_m += propagation::saastamoinen_delay_m(weather, look.elevation_rad);
-    }
+    const auto delay_m = [&](bool ionosphere, bool troposphere, const geodesy::Geodetic& at) {
+      return atmosphere_m(ionosphere, troposphere, klobuchar, m.id.system,
+                          satellite.state.carrier_frequency_hz, receiver_time, at, look);
+    };
+    satellite.atmosphere_m = delay_m(options.correct_ionosphere, false, place) +
+                             delay_m(false, options.correct_troposphere, weather);
   }
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -37,6 +39,41 @@ struct RangedSatellite {
                                                              const orbit::Sky& sky,
                                                              const FixOptions& options);
 
+/// Pseudorange of a signal [m]: geometric range, detour by paths, clocks (the receiver's reading is `bias_s`
+/// ahead of GPS time), atmosphere and noise. ranged_satellites() takes the satellite's clock out again.
+[[nodiscard]] double pseudorange_m(const orbit::LineOfSight& line, double excess_m, double bias_s,
+                                   double atmosphere_m, double noise_m);
+
+/// Delay by ionosphere and troposphere [m], of those that are asked for. Throws InputError where the
+/// ionosphere finds no coefficients.
+[[nodiscard]] double atmosphere_m(bool ionosphere, bool troposphere,
+                                  const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
+                                  gnss::System system, double carrier_frequency_hz, geodesy::GpsTime time,
+                                  const geodesy::Geodetic& place, const geodesy::AzimuthElevation& look);
+
+/// The state `dt_s` later, |dt_s| <= 10 ms, by two-body acceleration in the rotating frame. What that leaves
+/// out (J2, 1e-4 of it) is below 1e-9 m and 1e-6 m/s over 1 ms, and grows with the square of the step.
+void carry(orbit::SatelliteState& state, double dt_s);
+
+/// Pivots of a weighted design matrix below this part of the largest count as zero.
+inline constexpr double kRankThreshold = 1e-6;
+
+/// Columns of the design matrix that belong to constellation clocks, behind the three of the position.
+struct Clocks {
+  std::array<int, gnss::kSystemCount> column{};  ///< -1: without
+  int count = 0;
+};
+/// A constellation has a clock from its second satellite on: a single one would say nothing but its clock.
+/// @param satellites of each constellation
+[[nodiscard]] Clocks clocks_of(const std::array<int, gnss::kSystemCount>& satellites);
+/// FixOptions::min_satellites and one more for each clock beyond the first.
+[[nodiscard]] bool enough_satellites(int satellites, int clocks, const FixOptions& options);
+/// FixOptions::max_pdop. @param dop empty: the geometry is beyond all bounds
+[[nodiscard]] bool strong_enough(const std::optional<Dop>& dop, const FixOptions& options);
+/// Where receivers may be: check_geodetic()'s lower bound (-10 km), and the edge of space (100 km), below
+/// every mirrored root of the pseudorange equations.
+[[nodiscard]] bool is_near_ground(double height_m);
+
 /// Turns the satellite by the Earth's rotation over the flight time so far, and renews flight time, range and
 /// direction from `receiver_ecef`. From a known place three calls in a row settle below 1e-9 m, whatever the
 /// flight time was: each leaves 1e-5 of the last one's error.
@@ -45,7 +82,7 @@ void place_satellite(RangedSatellite& satellite, const Eigen::Vector3d& receiver
 /// Mask, atmosphere and elevation weights at `receiver_ecef`, of satellites that have been placed.
 /// @param looks how often the iteration has looked before. So that no edge keeps it from settling, after
 /// three a satellite that was below the mask stays out, and after eight the troposphere beyond the heights
-/// that saastamoinen_delay_m() knows (-100 m to 10 km, 0 elsewhere) is that of the nearest.
+/// that saastamoinen_delay_m() knows (0 there) is that of the nearest.
 ///
 /// Throws InputError where options.correct_ionosphere finds no coefficients.
 void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& receiver_ecef,
@@ -64,10 +101,5 @@ struct DopplerEquation {
 };
 /// @param satellite placed, with Doppler
 [[nodiscard]] DopplerEquation doppler_equation(const RangedSatellite& satellite);
-
-/// Where receivers may be [m above the ellipsoid]: check_geodetic()'s lower bound, and the edge of space,
-/// below every mirrored root of the pseudorange equations.
-inline constexpr double kLowest_m = -1e4;
-inline constexpr double kHighest_m = 1e5;
 
 }  // namespace canyon::positioning

@@ -7,9 +7,7 @@
 
 namespace canyon::positioning {
 
-/// Value that a chi-square variable of `degrees` degrees of freedom exceeds with `probability`. Newton on the
-/// logarithm of the finite sums of Abramowitz & Stegun 26.4.4 (odd) and 26.4.5 (even); relative error below
-/// 1e-10.
+/// Value that a chi-square variable of `degrees` degrees of freedom exceeds with `probability`.
 /// @param probability (0, 0.5]
 /// @param degrees 1 to 300
 [[nodiscard]] double chi_square_quantile(double probability, int degrees);

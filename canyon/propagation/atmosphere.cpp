@@ -46,7 +46,10 @@ double klobuchar_delay_m(const gnss::Klobuchar& model, geodesy::GpsTime t, const
 // atmosphere of 15 deg C and 1013.25 hPa at sea level; mapping 1 / sin(elevation).
 double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_rad,
                             double relative_humidity) {
-  if (elevation_rad <= 0 || receiver.height_m < -100 || receiver.height_m > 10e3) return 0;
+  if (elevation_rad <= 0 || receiver.height_m < kTroposphereLowest_m ||
+      receiver.height_m > kTroposphereHighest_m) {
+    return 0;
+  }
   const double height = std::max(0.0, receiver.height_m);
   const double pressure_hpa = 1013.25 * std::pow(1 - 2.2557e-5 * height, 5.2568);
   const double temperature_k = 15 - 6.5e-3 * height + 273.16;

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
@@ -49,11 +50,6 @@ Scratch& scratch() {
   return scratch;
 }
 
-void check(bool good, const char* field, const char* bound, double value) {
-  if (!good)
-    throw InputError(fmt::format("diffraction.{} is {}", field, value), fmt::format("give {}", bound));
-}
-
 double wavelength_m(const DiffractionOptions& options) {
   return geodesy::kSpeedOfLight / options.frequency_hz;
 }
@@ -71,19 +67,6 @@ double DiffractionOptions::max_excess_m() const {
   const double y = std::pow(10, (max_loss_db - 6.9) / 20);
   const double nu = 0.1 + 0.5 * (y - 1 / y);
   return wavelength_m(*this) * nu * nu / 4;
-}
-
-void DiffractionOptions::validate() const {
-  check(frequency_hz >= 1e8 && frequency_hz <= 1e11, "frequency_hz", "a number from 1e8 to 1e11",
-        frequency_hz);
-  check(max_range_m > 0 && max_range_m <= 100'000, "max_range_m", "a number above 0 and up to 100,000",
-        max_range_m);
-  check(max_bending_rad > 0 && max_bending_rad <= geodesy::kPi, "max_bending_rad",
-        "an angle above 0 and up to pi", max_bending_rad);
-  check(max_loss_db >= 7 && max_loss_db <= 100, "max_loss_db", "a number from 7 to 100", max_loss_db);
-  check(max_clear_nu >= 0 && max_clear_nu <= 100, "max_clear_nu", "a number from 0 to 100", max_clear_nu);
-  check(max_paths >= 1 && max_paths <= 100, "max_paths", "a number from 1 to 100", max_paths);
-  edges.validate();
 }
 
 struct EdgeDiffraction::Impl {

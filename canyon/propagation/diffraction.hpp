@@ -6,38 +6,12 @@
 #include <span>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 #include "canyon/propagation/index/edges.hpp"
+#include "canyon/propagation/propagation_options.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::propagation {
-
-struct DiffractionOptions {
-  /// Carrier [Hz], for nu and the loss; excess paths do not depend on it. [1e8, 1e11].
-  double frequency_hz = 1575.42e6;  // L1, E1, B1C: IS-GPS-200, 3.3.1.1
-  /// Reach [m] of the leg from the antenna to the edge. (0, 100,000].
-  double max_range_m = 300;
-  /// Largest angle [rad] between the leg and the direction to the satellite. Deeper in the shadow of a
-  /// right-angled wedge the knife edge loses over 2.3 dB more than the wedge does (docs/diffraction.md).
-  /// (0, pi].
-  double max_bending_rad = 1.0471975511965976;  // 60 deg
-  /// Largest loss [dB] of a path that is kept. GPS L1 C/A arrives with at least -128.5 dBm (IS-GPS-200,
-  /// 3.3.1.6), and the most sensitive receivers track down to -160 to -167 dBm by their data sheets. At L1
-  /// 35 dB are an excess path of 7.8 m. [7, 100].
-  double max_loss_db = 35;
-  /// With the straight line clear, edges up to this |nu| [-] from it are given. Beyond 0.78 P.526-15 (4.1)
-  /// has no loss; up to 2, say, where edge_wave() is added to the direct signal (0.11 of it there). [0, 100].
-  double max_clear_nu = 0.78;
-  /// Paths of one satellite that are kept, the strongest ones. [1, 100].
-  int max_paths = 3;
-  EdgeOptions edges;
-
-  /// Largest excess path [m] within max_loss_db: wavelength nu^2 / 4 of the nu that loses so much.
-  [[nodiscard]] double max_excess_m() const;
-  [[nodiscard]] bool operator==(const DiffractionOptions&) const = default;
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
-};
 
 /// One way from satellite to antenna around one edge. Points and directions are in the city's ENU frame.
 struct DiffractedPath {

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/propagation/diffraction.hpp"
 #include "canyon/propagation/propagator.hpp"
 #include "tests/support/bench_city.hpp"

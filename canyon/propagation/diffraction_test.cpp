@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
@@ -126,20 +127,22 @@ TEST(EdgeDiffraction, OverARoof) {
 TEST(EdgeDiffraction, AroundAVerticalCorner) {
   // A tower; the satellite behind its western corner.
   Mesh mesh;
-  append(mesh, {-6, 20, 0}, {40, 60, 300});
+  append(mesh, {2, 15, 0}, {48, 55, 300});
   const World world(mesh);
-  const Vector3d antenna(0, 0, 2);
+  const Vector3d antenna(8, -5, 2);  // 6 m east and 20 m south of the corner
   const double rho = std::hypot(6, 20), corner_azimuth = std::atan2(-6, 20);
   for (const double elevation_deg : {5.0, 25.0, 50.0, 70.0}) {
     for (const double azimuth_deg : {-15.0, -10.0, -5.0, -1.0}) {
       const double e = radians(elevation_deg), turn = radians(azimuth_deg) - corner_azimuth;
       const auto paths = world.trace(antenna, direction(azimuth_deg, elevation_deg));
       const auto corner = std::find_if(paths.begin(), paths.end(), [](const DiffractedPath& p) {
-        return std::abs(p.point.x() + 6) < 1e-6;
+        return std::abs(p.point.x() - 2) < 1e-6;
       });
       ASSERT_NE(corner, paths.end());
       EXPECT_NEAR(corner->excess_m, rho * std::cos(e) * (1 - std::cos(turn)), 1e-9);
-      EXPECT_NEAR((corner->point - Vector3d(-6, 20, 2 + rho * std::tan(e))).norm(), 0, 1e-9);
+      EXPECT_NEAR((corner->point - Vector3d(2, 15, 2 + rho * std::tan(e))).norm(), 0, 1e-9);
+      EXPECT_NEAR((corner->arrival - direction(geodesy::degrees(corner_azimuth), elevation_deg)).norm(), 0,
+                  1e-12);
       EXPECT_GT(corner->nu, 0);
     }
   }

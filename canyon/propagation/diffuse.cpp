@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
 
@@ -21,10 +22,6 @@ constexpr int kMostExponent = 20;
 /// Patches seen more grazingly than this (0.06 deg) weigh no more in the directive lobe, whose share of a ray
 /// grows as 1 / cos(theta_s).
 constexpr double kLeastCosine = 1e-3;
-
-void check(bool good, const char* field, const char* bound, double value) {
-  if (!good) throw InputError(fmt::format("diffuse.{} is {}", field, value), fmt::format("give {}", bound));
-}
 
 double power(double base, int exponent) {
   double result = 1;
@@ -122,23 +119,6 @@ std::vector<std::uint8_t> scattering_triangles(const city::Mesh& mesh) {
 }
 
 }  // namespace
-
-void DiffuseOptions::validate() const {
-  check(rays >= 8 && rays <= 4096, "rays", "a number from 8 to 4096", rays);
-  check(scattering_coefficient >= 0 && scattering_coefficient <= 1, "scattering_coefficient",
-        "a number from 0 to 1", scattering_coefficient);
-  check(wall_reflectance >= 0 && wall_reflectance <= 1, "wall_reflectance", "a number from 0 to 1",
-        wall_reflectance);
-  check(lobe_exponent >= 0 && lobe_exponent <= kMostExponent, "lobe_exponent", "a number from 0 to 20",
-        lobe_exponent);
-  check(lowest_elevation_rad >= -kPi / 2 && lowest_elevation_rad < kPi / 2, "lowest_elevation_rad",
-        "an angle from -pi/2 to below pi/2", lowest_elevation_rad);
-  check(max_range_m > 0 && max_range_m <= 100'000, "max_range_m", "a number above 0 and up to 100,000",
-        max_range_m);
-  check(min_power_db >= -100 && min_power_db <= 0, "min_power_db", "a number from -100 to 0", min_power_db);
-  check(class_m >= 0.1 && class_m <= 100'000, "class_m", "a number from 0.1 to 100,000", class_m);
-  check(max_paths >= 1 && max_paths <= 64, "max_paths", "a number from 1 to 64", max_paths);
-}
 
 double lobe_integral(int exponent, double cos_incidence) {
   if (!(exponent >= 0 && exponent <= kMostExponent && cos_incidence >= 0 && cos_incidence <= 1))

@@ -6,40 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
+#include "canyon/propagation/propagation_options.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::propagation {
-
-/// Scattering by facades that are no mirrors: windows, balconies, rough stone. docs/diffuse.md has the
-/// sources.
-struct DiffuseOptions {
-  /// Directions about the antenna that facades are looked for in, spread evenly over the sphere's part above
-  /// `lowest_elevation_rad`. [8, 4096].
-  int rays = 192;
-  /// S, amplitude scattered over amplitude that a smooth wall would reflect, [0, 1]. Fits at 1296 MHz: 0.05
-  /// metal hangar, 0.2 plain brick, 0.4 walls with windows and doors, more in dense cities (V. Degli-Esposti
-  /// et al., IEEE Trans. AP 55(1), 2007).
-  double scattering_coefficient = 0.4;
-  /// rho, power that a smooth wall would reflect of both polarisations' mean, over all angles, [0, 1].
-  double wall_reflectance = 0.3;
-  /// alpha_R of the directive lobe about the specular direction, [0, 20]; 0 is Lambert's lobe. Fits at 1296
-  /// MHz: 3 for walls with windows, 4 for plain ones (ibid.).
-  int lobe_exponent = 0;
-  /// Below it nothing is looked for [rad]; [-pi/2, pi/2).
-  double lowest_elevation_rad = -0.17453292519943295;  // -10 deg
-  /// Reach [m] of these rays, (0, 100,000].
-  double max_range_m = 300;
-  /// Classes whose power is farther below the line of sight's are dropped [dB], [-100, 0].
-  double min_power_db = -40;
-  /// Width [m] of the classes of detour that ways are gathered in, [0.1, 100,000].
-  double class_m = 10;
-  /// Classes of one satellite that are kept, the strongest ones. [1, 64].
-  int max_paths = 6;
-  [[nodiscard]] bool operator==(const DiffuseOptions&) const = default;
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
-};
 
 /// F [sr], the directive lobe ((1 + cos psi) / 2)^exponent over the half space in front of a wall, psi from
 /// the specular direction of a wave incident at theta: with x = sin^2(theta) / 4

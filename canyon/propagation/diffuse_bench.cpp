@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/propagation/diffuse.hpp"
 #include "tests/support/bench_city.hpp"
 

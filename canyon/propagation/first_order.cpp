@@ -72,7 +72,8 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets&
         f.path.excess_m = 2 * height * cosine;
         f.path.point = pose != nullptr ? Vector3d(*pose * point) : point;
         f.path.arrival = directions[i] - 2 * cosine * f.normal;
-        f.path.incidence_rad = std::acos(std::min(1.0, cosine));
+        f.path.incidence_count = 1;
+        f.path.incidences[0].incidence_rad = std::acos(std::min(1.0, cosine));
         f.path.triangle = *triangle;
         f.path.instance = set.instance;
         f.path.reflector = reflector_id(PathKind::Reflected, {set.instance, facing.facet[k]});

@@ -29,7 +29,7 @@ class FirstOrderSearch {
     double lift_m = 0;  ///< along the normal, so that rays do not meet the facet itself
     double cosine = 1;  ///< of incidence
     Eigen::Vector3d normal;
-    Path path;  ///< without its geometry
+    Path path;  ///< without materials and the elevation of its arrival
   };
 
   /// All first-order paths to `directions`, by satellite and excess path; valid until the next call. The

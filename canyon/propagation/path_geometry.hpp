@@ -4,7 +4,7 @@
 #include <array>
 #include <optional>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 
 namespace canyon::propagation {
 

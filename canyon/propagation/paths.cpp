@@ -1,6 +1,8 @@
 #include "canyon/propagation/paths.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <tuple>
 
 namespace canyon::propagation {
 
@@ -37,6 +39,26 @@ Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna, 
   const double leg = (path.point - antenna).norm();
   if (path.order < 2) return path.point - leg * s;
   return path.far_point - (leg + (path.far_point - path.point).norm()) * s;
+}
+
+void SatellitePaths::arrange() {
+  std::sort(paths.begin(), paths.end(), [](const Path& a, const Path& b) {
+    const auto key = [](const Path& p) {
+      return std::tie(p.excess_m, p.order, p.kind, p.instance, p.triangle, p.far_instance, p.far_triangle,
+                      p.reflector);
+    };
+    const bool a_direct = a.kind == PathKind::Direct, b_direct = b.kind == PathKind::Direct;
+    return a_direct != b_direct ? a_direct : key(a) < key(b);
+  });
+  if (paths.empty()) {
+    visibility = Visibility::Blocked;
+  } else if (paths.front().kind != PathKind::Direct) {
+    visibility = Visibility::NLOS;
+  } else {
+    const bool reflected = std::any_of(paths.begin(), paths.end(),
+                                       [](const Path& path) { return path.kind == PathKind::Reflected; });
+    visibility = reflected ? Visibility::LOSMultipath : Visibility::LOS;
+  }
 }
 
 double SatellitePaths::tracked_excess_m() const {

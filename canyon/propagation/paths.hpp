@@ -1,11 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 #include <vector>
 
-#include "canyon/orbit/sky.hpp"
 #include "canyon/propagation/path_geometry.hpp"
 
 namespace canyon::propagation {
@@ -21,32 +21,37 @@ enum class PathKind : std::uint8_t {
 
 /// One way from satellite to antenna. Directions and points are in the city's ENU frame. `point` and what
 /// belongs to it are of the interaction next to the antenna, `far_point` and its like of the one next to the
-/// satellite, where there are two.
-struct Path {
+/// satellite, where there are two. Its geometry is what strength depends on; of Diffuse only the excess and
+/// the arrival. A Direct path with foliage_depth_m > 0 comes through vegetation.
+struct Path : PathGeometry {
   PathKind kind = PathKind::Direct;
   std::uint8_t order = 0;  ///< reflections on the way: 0 for Direct, 1 or 2 for Reflected
-  double excess_m = 0;     ///< longer than the straight line by this much; 0 for Direct
   Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< of reflection, on the edge, on the facade
   Eigen::Vector3d arrival = Eigen::Vector3d::Zero();  ///< unit, from the antenna towards where it comes from
-  double incidence_rad = 0;                           ///< between ray and facet normal, [0, pi/2)
   std::uint32_t triangle = 0;  ///< that reflects or scatters, of `instance`; 0 for Diffracted
   std::uint32_t instance = 0;
 
   Eigen::Vector3d far_point = Eigen::Vector3d::Zero();  ///< reflection point next to the satellite (order 2)
-  double far_incidence_rad = 0;                         ///< there
   std::uint32_t far_triangle = 0;                       ///< that reflects there, of `far_instance`
   std::uint32_t far_instance = 0;
   double leg_m = 0;  ///< from the antenna to `point` (order 2)
 
-  /// What strength depends on; of Diffuse only the excess and the arrival. A Direct path with
-  /// geometry.foliage_depth_m > 0 comes through vegetation.
-  PathGeometry geometry;
   /// Stays the same while the signal comes over the same surfaces or edge: what random phases hang on
   /// (tracking::PathPhases). 0 for Direct.
   std::uint64_t reflector = 0;
   /// Mean power [1] over the unobstructed line of sight's at isotropic antennas (Diffuse only); the
   /// instantaneous one is Rayleigh fading about it.
   double scattered_power = 0;
+  /// Multiplies the path's amplitude [1], >= 0: what its geometry does not know (disturbance::Disturbance).
+  double amplitude_factor = 1;
+
+  /// Between ray and facet normal, [0, pi/2): at `point`, and at `far_point`; 0 where nothing reflects.
+  [[nodiscard]] double incidence_rad() const {
+    return incidence_count > 0 ? incidences[static_cast<std::size_t>(incidence_count) - 1].incidence_rad : 0;
+  }
+  [[nodiscard]] double far_incidence_rad() const {
+    return incidence_count > 1 ? incidences[0].incidence_rad : 0;
+  }
 };
 
 /// The antenna as the satellite in direction `s` (unit, ENU) sees it in the mirrors of `path`: the antenna
@@ -68,23 +73,19 @@ enum class Visibility : std::uint8_t {
 /// "LOS", "LOS+multipath", "NLOS", "blocked": the words of every output.
 [[nodiscard]] std::string_view name(Visibility visibility);
 
-/// All paths of one satellite, Direct first, then by excess path.
+/// All paths of one satellite, Direct first, then by excess path, of equal ones the lower order first.
 struct SatellitePaths {
   Visibility visibility = Visibility::Blocked;
   std::vector<Path> paths;
 
+  /// Puts the paths in order, and says the visibility that they make.
+  void arrange();
   [[nodiscard]] bool received() const { return visibility != Visibility::Blocked; }
   /// Excess path [m] of the signal that an ideal receiver tracks, one that hears every path and follows the
   /// first: 0 with a direct path (through leaves too), else that of the shortest path of any kind, around an
   /// edge or diffuse, however weak; 0 when blocked. What a real correlator makes of all paths and their
   /// strengths is the receiver's signal model.
   [[nodiscard]] double tracked_excess_m() const;
-};
-
-/// A satellite above the horizon as it arrives at an antenna: orbit and surroundings together.
-struct SatelliteView {
-  orbit::LineOfSight line;
-  SatellitePaths paths;
 };
 
 }  // namespace canyon::propagation

@@ -6,11 +6,11 @@
 #include <cassert>
 #include <cmath>
 #include <map>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/first_order.hpp"
 #include "canyon/propagation/index/foliage_volumes.hpp"
@@ -28,7 +28,7 @@ using raytrace::Ray;
 /// Below this cosine of incidence the reflection point runs away along the plane.
 constexpr double kMinCosine = 1e-6;
 
-/// What paths tell of the triangle that they come over.
+/// Properties of the triangle that a path comes over.
 struct Skin {
   city::Material material = city::Material::Unknown;
   city::Surface surface = city::Surface::Building;
@@ -138,35 +138,12 @@ double elevation_rad(const Vector3d& direction) {
 Path direct_path(const Vector3d& direction, double foliage_depth_m = 0) {
   Path path;
   path.arrival = direction;
-  path.geometry.arrival_elevation_rad = elevation_rad(direction);
-  path.geometry.foliage_depth_m = foliage_depth_m;
+  path.arrival_elevation_rad = elevation_rad(direction);
+  path.foliage_depth_m = foliage_depth_m;
   return path;
 }
 
-void check(bool good, const char* field, const char* bound, double value) {
-  if (!good)
-    throw InputError(fmt::format("propagation.{} is {}", field, value), fmt::format("give {}", bound));
-}
-
 }  // namespace
-
-void PropagationOptions::validate() const {
-  check(model == Model::Specular || model == Model::Mirror, "model", "specular or mirror",
-        static_cast<double>(model));
-  check(reflection_order >= 0 && reflection_order <= 2, "reflection_order", "0, 1 or 2", reflection_order);
-  check(max_range_m > 0 && max_range_m <= 100'000, "max_range_m", "a number above 0 and up to 100,000",
-        max_range_m);
-  check(max_incidence_rad > 0 && max_incidence_rad <= geodesy::kPi / 2, "max_incidence_rad",
-        "an angle above 0 and up to pi/2", max_incidence_rad);
-  edges.validate();
-  scattering.validate();
-}
-
-DiffractionOptions PropagationOptions::default_edges() {
-  DiffractionOptions options;
-  options.max_clear_nu = 2;
-  return options;
-}
 
 double mirror_excess_m(double range_m, double elevation_rad) {
   return range_m * (1 + std::sin(geodesy::kPi / 2 - 2 * elevation_rad));
@@ -183,13 +160,11 @@ Path mirror_path(const Vector3d& antenna, const Vector3d& direction, double rang
   // Never negative but for rounding, at the zenith.
   path.excess_m = std::max(0.0, mirror_excess_m(range_m, elevation_rad(direction)));
   path.point = antenna + range_m * path.arrival;
-  path.incidence_rad = std::abs(elevation_rad(path.arrival));
   path.reflector = reflector_id(PathKind::Reflected, {});
-  path.geometry.excess_m = path.excess_m;
-  path.geometry.arrival_elevation_rad = elevation_rad(path.arrival);
-  path.geometry.incidence_count = 1;
-  path.geometry.incidences[0].incidence_rad = path.incidence_rad;
-  path.geometry.incidences[0].material = city::Material::Concrete;
+  path.arrival_elevation_rad = elevation_rad(path.arrival);
+  path.incidence_count = 1;
+  path.incidences[0].incidence_rad = std::abs(path.arrival_elevation_rad);
+  path.incidences[0].material = city::Material::Concrete;
   return path;
 }
 
@@ -236,8 +211,8 @@ struct Propagator::Impl {
                                                     Scratch& s) const;
   void look_through_foliage(const Vector3d& antenna, std::span<const Vector3d> directions,
                             std::span<bool> blocked, Scratch& s) const;
-  [[nodiscard]] Incidence incidence(const Scratch& s, double incidence_rad, raytrace::InstanceId instance,
-                                    std::uint32_t triangle) const;
+  void add_material(const Scratch& s, raytrace::InstanceId instance, std::uint32_t triangle,
+                    Incidence& incidence) const;
   void add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
                        std::span<SatellitePaths> result) const;
   void add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
@@ -299,15 +274,12 @@ void Propagator::Impl::look_through_foliage(const Vector3d& antenna, std::span<c
   }
 }
 
-Incidence Propagator::Impl::incidence(const Scratch& s, double incidence_rad, raytrace::InstanceId instance,
-                                      std::uint32_t triangle) const {
+void Propagator::Impl::add_material(const Scratch& s, raytrace::InstanceId instance, std::uint32_t triangle,
+                                    Incidence& incidence) const {
   const Skin& skin = s.prepared(instance).skins[triangle];
-  Incidence result;
-  result.incidence_rad = incidence_rad;
-  result.material = skin.material;
+  incidence.material = skin.material;
   // The ground does not scatter (DiffuseScattering).
-  if (skin.surface != city::Surface::Terrain) result.specular_factor = specular_factor;
-  return result;
+  if (skin.surface != city::Surface::Terrain) incidence.specular_factor = specular_factor;
 }
 
 void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions,
@@ -322,22 +294,18 @@ void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const 
   for (const auto& found : s.first_order.trace(*scene, s.placed, antenna, directions,
                                                {options.max_range_m, min_cosine, clearance})) {
     Path& path = result[found.satellite].paths.emplace_back(found.path);
-    path.geometry.excess_m = path.excess_m;
-    path.geometry.arrival_elevation_rad = elevation_rad(path.arrival);
-    path.geometry.incidence_count = 1;
-    path.geometry.incidences[0] = incidence(s, path.incidence_rad, path.instance, path.triangle);
+    path.arrival_elevation_rad = elevation_rad(path.arrival);
+    add_material(s, path.instance, path.triangle, path.incidences[0]);
   }
   if (options.reflection_order < 2) return;
   for (const auto& found :
        s.second_order.trace(*scene, s.placed, antenna, directions,
                             {options.max_range_m, min_cosine, clearance}, s.first_order.facing_of_city())) {
     Path& path = result[found.satellite].paths.emplace_back(found.path);
-    path.geometry.excess_m = path.excess_m;
-    path.geometry.arrival_elevation_rad = elevation_rad(path.arrival);
-    path.geometry.incidence_count = 2;
-    path.geometry.incidences[0] = incidence(s, path.far_incidence_rad, path.far_instance, path.far_triangle);
-    path.geometry.incidences[1] = incidence(s, path.incidence_rad, path.instance, path.triangle);
-    path.geometry.incidences[1].plane_turn_rad =
+    path.arrival_elevation_rad = elevation_rad(path.arrival);
+    add_material(s, path.far_instance, path.far_triangle, path.incidences[0]);
+    add_material(s, path.instance, path.triangle, path.incidences[1]);
+    path.incidences[1].plane_turn_rad =
         plane_turn_rad((path.point - path.far_point).normalized(), found.far_normal, found.normal);
   }
 }
@@ -356,9 +324,8 @@ void Propagator::Impl::add_diffraction(const Vector3d& antenna, std::span<const 
       path.arrival = around.arrival;
       path.instance = around.instance;
       path.reflector = reflector_id(PathKind::Diffracted, {around.instance, around.edge});
-      path.geometry.excess_m = around.excess_m;
-      path.geometry.edge_nu = around.nu;
-      path.geometry.arrival_elevation_rad = elevation_rad(around.arrival);
+      path.edge_nu = around.nu;
+      path.arrival_elevation_rad = elevation_rad(around.arrival);
     }
   }
 }
@@ -379,8 +346,7 @@ void Propagator::Impl::add_diffuse(const Vector3d& antenna, std::span<const Vect
       path.instance = scattered.instance;
       path.scattered_power = scattered.power;
       path.reflector = reflector_id(PathKind::Diffuse, {scattered.instance, scattered.bin});
-      path.geometry.excess_m = scattered.excess_m;
-      path.geometry.arrival_elevation_rad = elevation_rad(scattered.arrival);
+      path.arrival_elevation_rad = elevation_rad(scattered.arrival);
     }
   }
 }
@@ -397,12 +363,11 @@ void Propagator::Impl::trace_mirror(const Vector3d& antenna, std::span<const Vec
     if (!hit) continue;
     const Prepared& of = s.prepared(hit->instance);
     Path path = mirror_path(antenna, directions[i], hit->range_m);
-    path.incidence_rad = std::acos(std::min(1.0, std::abs(mirrored.dot(hit->normal))));
+    path.incidences[0].incidence_rad = std::acos(std::min(1.0, std::abs(mirrored.dot(hit->normal))));
     path.triangle = hit->triangle;
     path.instance = hit->instance;
     path.reflector = reflector_id(PathKind::Reflected, {hit->instance, of.planes[hit->triangle]});
-    path.geometry.incidences[0].incidence_rad = path.incidence_rad;
-    path.geometry.incidences[0].material = of.skins[hit->triangle].material;
+    path.incidences[0].material = of.skins[hit->triangle].material;
     result[i].paths.push_back(path);
   }
 }
@@ -454,25 +419,7 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
     if (impl.diffuse) impl.add_diffuse(antenna, directions, blocked, s, result);
   }
 
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    SatellitePaths& satellite = result[i];
-    // Of equal lengths the lower order comes first.
-    std::sort(satellite.paths.begin(), satellite.paths.end(), [](const Path& a, const Path& b) {
-      const auto key = [](const Path& p) {
-        return std::tie(p.excess_m, p.order, p.kind, p.instance, p.triangle, p.far_instance, p.far_triangle,
-                        p.reflector);
-      };
-      const bool a_direct = a.kind == PathKind::Direct, b_direct = b.kind == PathKind::Direct;
-      return a_direct != b_direct ? a_direct : key(a) < key(b);
-    });
-    if (blocked[i]) {
-      satellite.visibility = satellite.paths.empty() ? Visibility::Blocked : Visibility::NLOS;
-    } else {
-      const bool reflected = std::any_of(satellite.paths.begin(), satellite.paths.end(),
-                                         [](const Path& path) { return path.kind == PathKind::Reflected; });
-      satellite.visibility = reflected ? Visibility::LOSMultipath : Visibility::LOS;
-    }
-  }
+  for (SatellitePaths& satellite : result) satellite.arrange();
 }
 
 }  // namespace canyon::propagation

@@ -1,52 +1,19 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 #include "canyon/propagation/diffraction.hpp"
 #include "canyon/propagation/diffuse.hpp"
 #include "canyon/propagation/paths.hpp"
+#include "canyon/propagation/propagation_options.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::propagation {
-
-enum class Model : std::uint8_t { Specular, Mirror };
-
-struct PropagationOptions {
-  Model model = Model::Specular;
-  /// Reflections on a path at most: 0 (direct only), 1 or 2. Specular only.
-  int reflection_order = 1;
-  /// Reach [m] of the mirror ray, and of the way along a path from the antenna to its last reflection point
-  /// (of the second order: the sum of two legs). (0, 100,000].
-  double max_range_m = 300;
-  /// Largest angle of incidence [rad] of a reflection that is kept. (0, pi/2]. Specular only.
-  double max_incidence_rad = 1.5533430342749532;  // 89 deg
-  /// Reflect from terrain as well. Specular only.
-  bool ground_reflection = false;
-  /// Paths around edges (EdgeDiffraction with `edges`), of blocked satellites and, as the wave that an edge
-  /// adds to a clear signal, of others. Specular only.
-  bool diffraction = false;
-  /// Beside clear signals out to |nu| = 2, not 0.78: what is missing beyond is an edge wave of 0.11 (-19 dB,
-  /// edge_wave()), where 0.78 would cut one of 0.24. Its frequency is for the search alone.
-  DiffractionOptions edges = default_edges();
-  /// Diffuse paths of satellites whose direct path is blocked (DiffuseScattering with `scattering`), and
-  /// Incidence::specular_factor sqrt(1 - S^2) of everything that is reflected by buildings and vehicles.
-  /// Specular only.
-  bool diffuse = false;
-  DiffuseOptions scattering;
-  /// Vegetation weakens the direct path (PathGeometry::foliage_depth_m; FoliageVolumes) instead of blocking
-  /// it; all other paths it blocks as ever. Specular only.
-  bool through_foliage = false;
-  [[nodiscard]] bool operator==(const PropagationOptions&) const = default;
-  /// Throws InputError naming the field and its bound, of `edges` and `scattering` too, in use or not.
-  void validate() const;
-
- private:
-  static DiffractionOptions default_edges();
-};
 
 /// Traces satellites at places in a city. Const, thread-safe; facets are prepared once.
 /// The scene must outlive the propagator; its movable instances block and (specular) reflect, as they stood
@@ -81,10 +48,10 @@ class Propagator {
   /// to 1e-6 m for the facets' planes; facets within 0.5 mm of their triangles make the points of a real city
   /// exact to some millimetres. Paths of the lower orders are the same as without it.
   ///
-  /// Diffraction: EdgeDiffraction::trace(), excess_m the edge's own detour and geometry.edge_nu its nu (both
-  /// are set; arriving_wave() counts them once). A blocked satellite with nothing else is NLOS; beside a
-  /// direct path the edge's wave is a path, but the satellite stays LOS. Edges drawn beside a path through
-  /// vegetation count as beside a clear one.
+  /// Diffraction: EdgeDiffraction::trace(), excess_m the edge's own detour and edge_nu its nu (both are set;
+  /// arriving_wave() counts them once). A blocked satellite with nothing else is NLOS; beside a direct path
+  /// the edge's wave is a path, but the satellite stays LOS. Edges drawn beside a path through vegetation
+  /// count as beside a clear one.
   ///
   /// Diffuse: DiffuseScattering::trace(), for satellites without a direct path. point and arrival are of the
   /// strongest way of a class.

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/propagation/propagator.hpp"

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
@@ -100,6 +101,31 @@ TEST(Paths, TheTrackedPathIsTheShortest) {
   EXPECT_EQ(satellite.tracked_excess_m(), 0);
 }
 
+TEST(Paths, ArrangedTheySayTheirVisibility) {
+  const auto of = [](std::initializer_list<std::pair<PathKind, double>> list) {
+    SatellitePaths satellite;
+    for (const auto& [kind, excess_m] : list) {
+      Path path;
+      path.kind = kind;
+      path.excess_m = excess_m;
+      satellite.paths.push_back(path);
+    }
+    satellite.arrange();
+    return satellite;
+  };
+  EXPECT_EQ(of({}).visibility, Visibility::Blocked);
+  EXPECT_EQ(of({{PathKind::Diffuse, 9}}).visibility, Visibility::NLOS);
+  EXPECT_EQ(of({{PathKind::Direct, 0}, {PathKind::Diffracted, 0.1}}).visibility, Visibility::LOS)
+      << "an edge beside the path does not count";
+  // A direct path stays the first one, late though it may be made to arrive.
+  const SatellitePaths mixed =
+      of({{PathKind::Reflected, 30}, {PathKind::Diffracted, 5}, {PathKind::Direct, 8}});
+  EXPECT_EQ(mixed.visibility, Visibility::LOSMultipath);
+  EXPECT_EQ(mixed.paths[0].kind, PathKind::Direct);
+  EXPECT_EQ(mixed.paths[1].kind, PathKind::Diffracted);
+  EXPECT_EQ(mixed.paths[2].kind, PathKind::Reflected);
+}
+
 TEST(Paths, TheImageIsWhereTheMirrorsShowTheAntenna) {
   const Vector3d antenna(1, 2, 3), s = direction(190, 30);
   EXPECT_EQ(antenna_image(Path{}, antenna, s), antenna);
@@ -125,7 +151,8 @@ TEST(PropagationOptions, NameTheFieldThatIsWrong) {
   EXPECT_EQ(message([](PropagationOptions&) {}), "");
   EXPECT_THAT(message([](PropagationOptions& o) { o.reflection_order = 3; }),
               HasSubstr("reflection_order is 3"));
-  EXPECT_THAT(message([](PropagationOptions& o) { o.reflection_order = -1; }), HasSubstr("give 0, 1 or 2"));
+  EXPECT_THAT(message([](PropagationOptions& o) { o.reflection_order = -1; }),
+              HasSubstr("it must be from 0 to 2"));
   for (const double bad : {0.0, -1.0, 100'001.0, std::nan("")}) {
     EXPECT_THAT(message([bad](PropagationOptions& o) { o.max_range_m = bad; }), HasSubstr("max_range_m"));
   }
@@ -161,11 +188,14 @@ TEST(Propagator, TheOpenSkyIsAllLineOfSight) {
 
 // ---- one wall
 
-// A wall 20 m north of the antenna. Closed form: excess path 2 h cos(elevation) cos(azimuth from the wall's
-// normal), reflection point h tan(azimuth difference) along the wall.
+// A wall 20 m north of the antenna, which stands away from the origin on every axis. Closed form: excess path
+// 2 h cos(elevation) cos(azimuth from the wall's normal), reflection point h tan(azimuth difference) along
+// the wall and h tan(elevation) / cos(azimuth difference) above the antenna, arrival from the mirrored
+// azimuth.
 TEST(OneWall, ReflectsByTheClosedForm) {
+  const Vector3d antenna(-7, 11, 2);
   Mesh mesh;
-  append(mesh, {-2'000, 20, 0}, {2'000, 30, 3'000});
+  append(mesh, {-2'000, 31, 0}, {2'000, 41, 3'000});
   PropagationOptions options;
   options.max_range_m = 2'000;
   const World world(mesh, options);
@@ -174,7 +204,7 @@ TEST(OneWall, ReflectsByTheClosedForm) {
   for (int i = 0; i < 2'000; ++i) {
     const double off = off_normal_deg(random), elevation = elevation_deg(random);
     const Vector3d s = direction(180 + off, elevation);
-    const SatellitePaths paths = world.trace({0, 0, 2}, s);
+    const SatellitePaths paths = world.trace(antenna, s);
     ASSERT_EQ(paths.visibility, Visibility::LOSMultipath) << off << " " << elevation;
     ASSERT_EQ(paths.paths.size(), 2u);
     EXPECT_EQ(paths.paths[0].kind, PathKind::Direct);
@@ -182,12 +212,12 @@ TEST(OneWall, ReflectsByTheClosedForm) {
     EXPECT_EQ(path.kind, PathKind::Reflected);
     const double cosine = std::cos(geodesy::radians(elevation)) * std::cos(geodesy::radians(off));
     EXPECT_NEAR(path.excess_m, 2 * 20 * cosine, 1e-9);
-    EXPECT_NEAR(path.incidence_rad, std::acos(cosine), 1e-9);
-    EXPECT_NEAR(path.point.x(), -20 * std::tan(geodesy::radians(off)), 1e-9);
-    EXPECT_NEAR(path.point.y(), 20, 1e-9);
-    EXPECT_NEAR(path.arrival.norm(), 1, 1e-12);
-    EXPECT_TRUE(path.arrival.isApprox(path.point.normalized()) ||
-                path.arrival.isApprox((path.point - Vector3d(0, 0, 2)).normalized(), 1e-9));
+    EXPECT_NEAR(path.incidence_rad(), std::acos(cosine), 1e-9);
+    const double tangent = std::tan(geodesy::radians(elevation));
+    EXPECT_NEAR(path.point.x(), antenna.x() - 20 * std::tan(geodesy::radians(off)), 1e-9);
+    EXPECT_NEAR(path.point.y(), 31, 1e-9);
+    EXPECT_NEAR(path.point.z(), antenna.z() + 20 * tangent / std::cos(geodesy::radians(off)), 1e-9);
+    EXPECT_NEAR((path.arrival - direction(-off, elevation)).norm(), 0, 1e-12);
     EXPECT_EQ(paths.tracked_excess_m(), 0) << "the direct path is tracked";
   }
 }
@@ -390,14 +420,14 @@ TEST(OneWall, IsReciprocal) {
 TEST(Ground, ReflectsOnlyWhenAsked) {
   Mesh mesh;
   append_sheet(mesh, {-100, -100, 1}, {200, 0, 0}, {0, 200, 0}, Surface::Terrain);
-  const Vector3d antenna(0, 0, 3), s = direction(33, 40);
+  const Vector3d antenna(4, -6, 3), s = direction(33, 40);
   EXPECT_EQ(World(mesh).trace(antenna, s).visibility, Visibility::LOS);
   PropagationOptions options;
   options.ground_reflection = true;
   const SatellitePaths paths = World(mesh, options).trace(antenna, s);
   ASSERT_EQ(paths.paths.size(), 2u);
   EXPECT_NEAR(paths.paths[1].excess_m, 2 * 2 * std::sin(geodesy::radians(40)), 1e-9);  // 2 h sin(elevation)
-  EXPECT_LT(paths.paths[1].arrival.z(), 0);
+  EXPECT_NEAR((paths.paths[1].arrival - direction(33, -40)).norm(), 0, 1e-12);
 }
 
 TEST(Foliage, BlocksAndDoesNotReflect) {
@@ -513,6 +543,8 @@ TEST(StreetCanyon, AgreesWithTheImageConstructionWithinAMillimetre) {
       EXPECT_EQ(paths.paths[first + k].kind, PathKind::Reflected);
       EXPECT_NEAR(paths.paths[first + k].excess_m, expected[k].excess, kMillimetre);
       EXPECT_NEAR((paths.paths[first + k].point - expected[k].point).norm(), 0, kMillimetre);
+      EXPECT_NEAR((paths.paths[first + k].arrival - (expected[k].point - antenna).normalized()).norm(), 0,
+                  1e-9);
     }
   }
   for (const int count : counts) EXPECT_GT(count, 500) << "every visibility is met";
@@ -531,9 +563,9 @@ TEST(MirrorModel, FollowsThePapersEquation) {
 // Algorithm 2, case by case.
 TEST(MirrorModel, FollowsThePapersAlgorithm) {
   Mesh mesh;
-  append(mesh, {-100, 20, 0}, {100, 30, 60});    // north, 20 m
-  append(mesh, {-100, -20, 0}, {100, -10, 20});  // south, 10 m
-  const Vector3d antenna(0, 0, 2);
+  append(mesh, {-100, 24, 0}, {100, 34, 60});   // north, 20 m
+  append(mesh, {-100, -16, 0}, {100, -6, 20});  // south, 10 m
+  const Vector3d antenna(-9, 4, 2);
   // Direct ray blocked in the south (20 m of height is 60.9 deg), mirror ray hits in the north: NLOS.
   const double d = 20 / std::cos(geodesy::radians(40));
   SatellitePaths paths = World(mesh, mirror()).trace(antenna, direction(180, 40));
@@ -555,7 +587,7 @@ TEST(MirrorModel, FollowsThePapersAlgorithm) {
   EXPECT_EQ(paths.paths.size(), 1u);
   // Blocked along the street's other end and the mirror ray free: not received.
   Mesh lone;
-  append(lone, {-100, 20, 0}, {100, 30, 60});
+  append(lone, {-100, 24, 0}, {100, 34, 60});
   EXPECT_EQ(World(lone, mirror()).trace(antenna, direction(0, 40)).visibility, Visibility::Blocked);
 }
 

@@ -15,8 +15,8 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Facets whose shadows are used. More hide little more: in Tsim Sha Tsui 686 facets face an antenna in the
-/// street, of which 8 leave 372 in view, 16 leave 323, 48 leave 226 (means over the drive).
+/// Facets whose hidden regions are used. More hide little more: in Tsim Sha Tsui 686 facets face an antenna
+/// in the street, of which 8 leave 372 in view, 16 leave 323, 48 leave 226 (means over the drive).
 constexpr std::size_t kOccluders = 48;
 /// Reflections are one where both points are on planes less than this and 1 deg apart (as in the first
 /// order).
@@ -90,7 +90,7 @@ void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const
                                 const Vector3d& antenna, std::span<const Vector3d> directions,
                                 const SecondOrderLimits& limits) {
   bins_.build(directions);
-  shadows_.clear();
+  hidden_regions_.clear();
   if (around_.size() < sets.size()) around_.resize(sets.size());
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const PlacedFacets& set = sets[i];
@@ -103,10 +103,10 @@ void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const
     set.beams->gather(moved_back(set.enu_from_set, antenna), limits.reach_m, around.blocks);
     if (i == 0) {
       // Rays may pass a hair inside an outer edge: four times what a point is lifted from surfaces.
-      set.occluders->shadows(*set.facets, *facing_of_city_, antenna, kOccluders,
-                             4 * scene.surface_offset_m(antenna), occluders_, shadows_);
+      set.occluders->hidden_regions(*set.facets, *facing_of_city_, antenna, kOccluders,
+                                    4 * scene.surface_offset_m(antenna), occluders_, hidden_regions_);
     } else {
-      around.hidden = is_hidden(around.centre - antenna, radius, shadows_);
+      around.hidden = is_hidden(around.centre - antenna, radius, hidden_regions_);
     }
   }
 }
@@ -119,10 +119,10 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
   if (!around_[near_set].in_reach || around_[near_set].hidden) return;
   const Vector3d here = moved_back(set.enu_from_set, antenna);
   if (near_set == 0) {
-    mark_hidden(*facing_of_city_, shadows_, hidden_);
+    mark_hidden(*facing_of_city_, hidden_regions_, hidden_);
   } else {
     set.facets->gather(here, limits.reach_m, limits.clearance_m, facing_);
-    hidden_.assign(facing_.facet.size(), 0);  // shadows are in the frame of the city
+    hidden_.assign(facing_.facet.size(), 0);  // hidden regions are in the frame of the city
   }
   const FacingFacets& facing = near_set == 0 ? *facing_of_city_ : facing_;
   for (std::size_t k = 0; k < facing.facet.size(); ++k) {
@@ -163,7 +163,7 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
                              static_cast<std::size_t>(__builtin_ctzll(bits));
       const Vector3d& s = directions[satellite];
       const Vector3d towards = turned_back(pose, s);
-      // What most pairs fail at comes first.
+      // The test that most pairs fail comes first.
       const double far_cosine = facet.normal.dot(towards);
       if (far_cosine < limits.min_cosine) continue;
       const double total = height / far_cosine;
@@ -197,12 +197,13 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
       f.path.excess_m = 2 * near.height * near.normal.dot(s) + 2 * height * far_cosine;
       f.path.point = point;
       f.path.arrival = onward - 2 * cosine * near.normal;
-      f.path.incidence_rad = std::acos(std::min(1.0, cosine));
+      f.path.incidence_count = 2;
+      f.path.incidences[0].incidence_rad = std::acos(std::min(1.0, far_cosine));
+      f.path.incidences[1].incidence_rad = std::acos(std::min(1.0, cosine));
       f.path.triangle = *triangle;
       f.path.instance = near.set->instance;
       f.path.leg_m = leg;
       f.path.far_point = moved(pose, far_there);
-      f.path.far_incidence_rad = std::acos(std::min(1.0, far_cosine));
       f.path.far_triangle = *far_triangle;
       f.path.far_instance = set.instance;
       const auto near_facet = static_cast<std::uint32_t>(near.facet - near.set->facets->facets().data());

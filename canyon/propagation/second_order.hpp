@@ -47,7 +47,7 @@ struct SecondOrderLimits {
 /// and q_A are on their facets, the second behind the first, both cosines positive (fronts), and the three
 /// legs are clear.
 ///
-/// The search: facets B that the antenna may see (those in the shadow of a large facet are left out); facets
+/// The search: facets B that the antenna may see (those behind a large facet are left out); facets
 /// A in the beam from p_B through B; for each such pair the satellites that lie, mirrored in A, in the
 /// narrower of the beam and A's cone. All of that never misses a path; what remains is computed in doubles.
 class SecondOrderSearch {
@@ -57,7 +57,7 @@ class SecondOrderSearch {
     double lift_m = 0, far_lift_m = 0;  ///< along the normals, so that rays do not meet the facets themselves
     double cosine = 1, far_cosine = 1;  ///< of the incidences
     Eigen::Vector3d normal, far_normal;
-    Path path;  ///< without its geometry
+    Path path;  ///< as FirstOrderSearch::Found::path, and without the turn of the plane
   };
 
   /// All second-order paths to `directions`, by satellite and excess path; valid until the next call. The
@@ -94,7 +94,7 @@ class SecondOrderSearch {
   DirectionBins bins_;
   const FacingFacets* facing_of_city_ = nullptr;  ///< during a search
   FacingFacets facing_;                           ///< of instances
-  std::vector<Occluders::Shadow> shadows_;
+  std::vector<Occluders::Hidden> hidden_regions_;
   Occluders::Scratch occluders_;
   std::vector<std::uint8_t> hidden_;
   std::vector<Around> around_;

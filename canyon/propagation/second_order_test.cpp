@@ -14,6 +14,7 @@
 #include <tuple>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
@@ -86,9 +87,17 @@ Mesh street() {
   return mesh;
 }
 
+// Away from the origin, so that nothing that is measured from there passes for measured from the antenna.
+const Vector3d kAway(7, -4, 1);
+
+Mesh moved_away(Mesh mesh) {
+  for (Vector3d& vertex : mesh.vertices) vertex += kAway;
+  return mesh;
+}
+
 TEST(SecondOrderStreet, HasTheClosedForm) {
-  const World world(street());
-  const Vector3d antenna(0, 0, 2);
+  const World world(moved_away(street()));
+  const Vector3d antenna = kAway + Vector3d(0, 0, 2);
   int only_double = 0;
   for (const double off_deg : {-50.0, -20.0, 0.0, 7.0, 35.0}) {
     const double off = std::cos(radians(off_deg));
@@ -110,15 +119,15 @@ TEST(SecondOrderStreet, HasTheClosedForm) {
       EXPECT_NEAR(path.excess_m, excess, 1e-9);
       EXPECT_NEAR(detour(antenna, path, s), excess, 1e-9);
       const double along = -std::tan(radians(off_deg));
-      EXPECT_LT((path.point - Vector3d(9 * along, -9, low)).norm(), 1e-9);
-      EXPECT_LT((path.far_point - Vector3d(33 * along, 15, high)).norm(), 1e-9);
+      EXPECT_LT((path.point - kAway - Vector3d(9 * along, -9, low)).norm(), 1e-9);
+      EXPECT_LT((path.far_point - kAway - Vector3d(33 * along, 15, high)).norm(), 1e-9);
       EXPECT_LT((path.arrival - s).norm(), 1e-12) << "two parallel mirrors keep directions";
-      EXPECT_NEAR(path.incidence_rad, std::acos(std::cos(radians(elevation_deg)) * off), 1e-7);
-      EXPECT_NEAR(path.far_incidence_rad, path.incidence_rad, 1e-9);
+      EXPECT_NEAR(path.incidence_rad(), std::acos(std::cos(radians(elevation_deg)) * off), 1e-7);
+      EXPECT_NEAR(path.far_incidence_rad(), path.incidence_rad(), 1e-9);
       EXPECT_EQ(path.kind, PathKind::Reflected);
       EXPECT_LT(path.triangle, 12u);
       EXPECT_GE(path.far_triangle, 12u);
-      EXPECT_LT((antenna_image(path, antenna, s) - Vector3d(0, 48, 2)).norm(), 1e-9);
+      EXPECT_LT((antenna_image(path, antenna, s) - kAway - Vector3d(0, 48, 2)).norm(), 1e-9);
       if (satellite.paths.size() == 1) {
         ++only_double;
         EXPECT_EQ(satellite.visibility, Visibility::NLOS);
@@ -210,8 +219,8 @@ TEST(SecondOrderCorner, ReturnsEverySatelliteToItsOwnAzimuth) {
   Mesh mesh;
   append(mesh, {-600, 20, 0}, {12, 40, 400});
   append(mesh, {12, -600, 0}, {30, 40, 400});
-  const World world(mesh);
-  const Vector3d antenna(0, 0, 2);
+  const World world(moved_away(mesh));
+  const Vector3d antenna = kAway + Vector3d(0, 0, 2);
   int east_next = 0, north_next = 0;
   for (double azimuth = 181; azimuth < 270; azimuth += 0.5) {
     for (const double elevation : {5.0, 35.0, 60.0}) {
@@ -231,8 +240,8 @@ TEST(SecondOrderCorner, ReturnsEverySatelliteToItsOwnAzimuth) {
       ASSERT_EQ(paths.size(), 1u);
       EXPECT_NEAR(path->excess_m, -2 * (12 * s.x() + 20 * s.y()), 1e-9);
       EXPECT_LT((path->arrival - Vector3d(-s.x(), -s.y(), s.z())).norm(), 1e-12);
-      EXPECT_LT((antenna_image(*path, antenna, s) - Vector3d(24, 40, 2)).norm(), 1e-9);
-      const bool east = std::abs(path->point.x() - 12) < 1e-9;
+      EXPECT_LT((antenna_image(*path, antenna, s) - kAway - Vector3d(24, 40, 2)).norm(), 1e-9);
+      const bool east = std::abs(path->point.x() - kAway.x() - 12) < 1e-9;
       // From the antenna towards (-s): the east wall comes first where 12 / |s_x| < 20 / |s_y|.
       EXPECT_EQ(east, 12 * -s.y() < 20 * -s.x());
       (east ? east_next : north_next) += 1;
@@ -253,18 +262,19 @@ TEST(SecondOrderCorner, ReflectsByGroundAndWall) {
                       {{0, 1, 2}, {0, 2, 3}});
   append(mesh, {-500, 20, -1}, {500, 30, 400});
   PropagationOptions options = second_order();
-  EXPECT_EQ(doubles(World(mesh, options).trace({0, 0, 3}, direction(190, 30))).size(), 0u);
+  const Vector3d antenna = kAway + Vector3d(0, 0, 3);
+  EXPECT_EQ(doubles(World(moved_away(mesh), options).trace(antenna, direction(190, 30))).size(), 0u);
   options.ground_reflection = true;
-  const World world(mesh, options);
+  const World world(moved_away(mesh), options);
   bool ground_next = false, wall_next = false;
   for (const double off : {-40.0, 0.0, 10.0}) {
     for (const double elevation : {4.0, 8.0, 30.0, 60.0}) {
       const Vector3d s = direction(180 + off, elevation);
-      const std::vector<Path> paths = doubles(world.trace({0, 0, 3}, s));
+      const std::vector<Path> paths = doubles(world.trace(antenna, s));
       ASSERT_EQ(paths.size(), 1u) << off << " " << elevation;
       EXPECT_NEAR(paths[0].excess_m, 40 * -s.y() + 6 * s.z(), 1e-9);
       EXPECT_LT((paths[0].arrival - Vector3d(s.x(), -s.y(), -s.z())).norm(), 1e-12);
-      (std::abs(paths[0].point.z()) < 1e-9 ? ground_next : wall_next) = true;
+      (std::abs(paths[0].point.z() - kAway.z()) < 1e-9 ? ground_next : wall_next) = true;
     }
   }
   EXPECT_TRUE(ground_next && wall_next) << "both orders occur";
@@ -434,7 +444,7 @@ TEST(SecondOrder, LeavesTheLowerOrdersAsTheyAre) {
         EXPECT_EQ(path.excess_m, same.excess_m);
         EXPECT_EQ(path.point, same.point);
         EXPECT_EQ(path.arrival, same.arrival);
-        EXPECT_EQ(path.incidence_rad, same.incidence_rad);
+        EXPECT_EQ(path.incidence_rad(), same.incidence_rad());
         EXPECT_EQ(path.triangle, same.triangle);
         EXPECT_EQ(path.order, same.order);
       }

@@ -11,7 +11,9 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/raytrace/embree.hpp"
+#include "canyon/raytrace/level_rays.hpp"
 
 namespace canyon::raytrace {
 namespace {
@@ -174,10 +176,10 @@ struct RayScene::Impl {
   [[nodiscard]] bool occluded_by_movers(const Ray& ray, double min_range_m, embree::Query& query) const {
     for (const Mover& mover : movers) {
       if (!mover.near(ray, min_range_m, ray.max_range_m)) continue;
-      RTCRay shadow;
-      fill(shadow, ray, min_range_m, static_cast<float>(ray.max_range_m), mover);
-      query.occluded1(mover.built->scene.get(), &shadow);
-      if (shadow.tfar < 0) return true;
+      RTCRay probe;
+      fill(probe, ray, min_range_m, static_cast<float>(ray.max_range_m), mover);
+      query.occluded1(mover.built->scene.get(), &probe);
+      if (probe.tfar < 0) return true;
     }
     return false;
   }
@@ -347,13 +349,13 @@ void RayScene::occluded(std::span<const Ray> rays, std::span<bool> result, doubl
   assert(rays.size() == result.size());
   const RTCScene city = impl_->city.scene.get();
   embree::Query query(false);
-  std::array<RTCRay, 16> shadows;
-  for (std::size_t i = 0; i < rays.size(); i += shadows.size()) {
-    const std::size_t count = std::min(shadows.size(), rays.size() - i);
-    for (std::size_t k = 0; k < count; ++k) impl_->fill(shadows[k], rays[i + k], min_range_m);
-    for (std::size_t k = 0; k < count; ++k) query.occluded1(city, &shadows[k]);
+  std::array<RTCRay, 16> probes;
+  for (std::size_t i = 0; i < rays.size(); i += probes.size()) {
+    const std::size_t count = std::min(probes.size(), rays.size() - i);
+    for (std::size_t k = 0; k < count; ++k) impl_->fill(probes[k], rays[i + k], min_range_m);
+    for (std::size_t k = 0; k < count; ++k) query.occluded1(city, &probes[k]);
     for (std::size_t k = 0; k < count; ++k) {
-      result[i + k] = shadows[k].tfar < 0 || impl_->occluded_by_movers(rays[i + k], min_range_m, query);
+      result[i + k] = probes[k].tfar < 0 || impl_->occluded_by_movers(rays[i + k], min_range_m, query);
     }
   }
 }
@@ -369,13 +371,12 @@ Placement RayScene::placement(const Vector3d& point) const {
                      "check what made it");
   }
   std::vector<Impl::Crossing> found;
-  constexpr double kSkin = 1e-3;
 
   // Straight up: terrain and roofs.
   impl_->crossings({point, Vector3d::UnitZ()}, found);
   bool terrain_above = false, roof_above = false;
   for (const Impl::Crossing& c : found) {
-    if (c.range < kSkin) continue;
+    if (c.range < kSkin_m) continue;
     terrain_above |= impl_->surfaces[c.triangle] == city::Surface::Terrain;
     roof_above |= impl_->surfaces[c.triangle] == city::Surface::Building;
   }
@@ -392,22 +393,17 @@ Placement RayScene::placement(const Vector3d& point) const {
   }
   if (!roof_above) return Placement::Free;
 
-  // Level rays at odd azimuths, so that none runs along the walls of a street grid.
-  constexpr int kRays = 7;
-  int inside = 0, inside_out = 0;
-  for (int i = 0; i < kRays; ++i) {
-    const double azimuth = 0.2137 + i * (2 * EIGEN_PI / kRays);
+  std::array<int, kLevelRays> leaves{};
+  for (int i = 0; i < kLevelRays; ++i) {
+    const double azimuth = level_ray_azimuth_rad(i);
     const Vector3d direction(std::sin(azimuth), std::cos(azimuth), 0);
     impl_->crossings({point, direction}, found);
-    int leaves = 0;
     for (const Impl::Crossing& c : found) {
       if (impl_->surfaces[c.triangle] != city::Surface::Building) continue;
-      leaves += impl_->city.area_normal(c.triangle).dot(direction) > 0 ? 1 : -1;
+      leaves[static_cast<std::size_t>(i)] += impl_->city.area_normal(c.triangle).dot(direction) > 0 ? 1 : -1;
     }
-    inside += leaves > 0 ? 1 : 0;
-    inside_out += leaves < 0 ? 1 : 0;
   }
-  return std::max(inside, inside_out) > kRays / 2 ? Placement::InsideBuilding : Placement::Free;
+  return is_inside(leaves) ? Placement::InsideBuilding : Placement::Free;
 }
 
 std::optional<double> RayScene::terrain_height(double x, double y) const {

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 
 namespace canyon::raytrace {
 

@@ -25,7 +25,7 @@ using canyon::raytrace::Ray;
 using canyon::raytrace::RayScene;
 using Eigen::Vector3d;
 
-/// What one would write with Embree alone: single occlusion rays, floats prepared beforehand.
+/// The loop that one would write with Embree alone: single occlusion rays, floats prepared beforehand.
 class BareEmbree {
  public:
   BareEmbree(const Mesh& mesh, const std::vector<Ray>& rays) : bare_(mesh) {

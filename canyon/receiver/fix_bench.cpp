@@ -38,8 +38,9 @@ std::vector<propagation::SatelliteView> views(std::size_t most) {
 }
 
 ReceiverEpoch epoch(Receiver& receiver, const std::vector<propagation::SatelliteView>& seen) {
-  return receiver.observe(kTime, kFrame.ecef_from_local({0, 0, 0}), Eigen::Vector3d::Zero(), seen,
-                          kFrame.ecef_from_local_rotation(), raytrace::Placement::Free, sky());
+  propagation::Arrival arrival{raytrace::Placement::Free, seen, kFrame.ecef_from_local_rotation()};
+  return receiver.observe(
+      {{kTime, kFrame.ecef_from_local({0, 0, 0}), Eigen::Vector3d::Zero()}, arrival, sky(), {}});
 }
 
 ReceiverOptions options() {

@@ -8,9 +8,10 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/disturbance/direct_shadowing.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/propagation/atmosphere.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/tracking/channel.hpp"
 #include "canyon/tracking/channel_rate.hpp"
 
@@ -40,35 +41,9 @@ bool in_line_of_sight(Visibility visibility) {
 
 }  // namespace
 
-void NoiseOptions::validate() const {
-  ou.validate();
-  const auto check = [](const char* field, double value, const char* unit) {
-    if (!(value >= 0) || !std::isfinite(value)) {
-      throw InputError(fmt::format("{} of the noise is {}", field, value),
-                       fmt::format("it must be 0 {} or more", unit));
-    }
-  };
-  check("doppler_sigma_hz", doppler_sigma_hz, "Hz");
-  check("drift_below_speed_mps", drift_below_speed_mps, "m/s");
-  check("drift_below_los", drift_below_los, "satellites");
-  check("drift_mu_sigma_m", drift_mu_sigma_m, "m");
-}
-
-void ReceiverOptions::validate() const {
-  if (name.empty()) throw InputError("a receiver has no name", "give every receiver a name of its own");
-  try {
-    fix.validate();
-    noise.validate();
-    clock.validate();
-    signal.validate();
-    filter.validate();
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("receiver '{}': {}", name, error.problem()), error.cure());
-  }
-}
-
 struct Receiver::State {
-  State(ReceiverOptions receiver_options, std::uint64_t stream_seed)
+  State(ReceiverOptions receiver_options, std::uint64_t stream_seed,
+        std::span<const disturbance::Source> sources)
       : options(std::move(receiver_options)),
         seed(stream_seed),
         clock(options.clock, RandomStream(seed, options.name + "/clock")) {
@@ -78,7 +53,21 @@ struct Receiver::State {
       noise_sigma_m = std::hypot(options.noise.ou.standard_deviation_m(), drift);
       noise_doppler_sigma_hz = options.noise.doppler_sigma_hz;
     }
-    if (options.signal.enabled) signals.emplace(options.signal, seed, options.name);
+    if (options.signal.enabled) {
+      signals.emplace(options.signal, seed, options.name);
+      const disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
+      if (shadowing.enabled) {
+        disturbances.push_back(std::make_unique<disturbance::DirectShadowing>(shadowing, seed, options.name));
+      }
+    }
+    for (const disturbance::Source& source : sources) {
+      disturbances.push_back(source.make(seed, options.name));
+      if (!disturbances.back()) {
+        throw InputError(
+            fmt::format("receiver '{}': disturbance '{}' was not made", options.name, source.name),
+            "its Source::make must give one");
+      }
+    }
     if (options.filter.enabled) filter.emplace(options.filter, options.fix);
   }
 
@@ -87,24 +76,30 @@ struct Receiver::State {
         fmt::format("receiver '{}' at {}: {}", options.name, geodesy::format_gpst(now), problem), cure);
   }
 
-  void go_to(geodesy::GpsTime time, const Eigen::Vector3d& antenna, const Eigen::Vector3d& velocity,
-             const Eigen::Matrix3d& ecef_from_enu) {
-    now = time;
+  void disturb(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
+    if (disturbances.empty()) return;
+    for (const auto& disturbance : disturbances) disturbance->apply(antenna, arrival);
+    for (propagation::SatelliteView& view : arrival.views) view.paths.arrange();
+    std::sort(arrival.views.begin(), arrival.views.end(),
+              [](const auto& a, const auto& b) { return a.line.id < b.line.id; });
+  }
+
+  void go_to(const propagation::Antenna& antenna, const Eigen::Matrix3d& ecef_from_enu) {
+    const geodesy::GpsTime time = antenna.time;
     if (last) {
       if (time < *last) throw error("time runs backwards", "give epochs in order of time");
       clock.advance(time - *last);
     } else {
       motion.first_epoch = time;
-      last_antenna = antenna;
+      last_antenna = antenna.position_ecef;
     }
     motion.time = time;
     motion.epoch_before = last;
-    motion.step_m = (antenna - last_antenna).norm();
-    motion.way_m += motion.step_m;
-    motion.velocity_ecef = velocity;
+    motion.step_m = (antenna.position_ecef - last_antenna).norm();
+    motion.velocity_ecef = antenna.velocity_ecef;
     motion.ecef_from_enu = ecef_from_enu;
     last = time;
-    last_antenna = antenna;
+    last_antenna = antenna.position_ecef;
   }
 
   SignalNoise& noise_of(gnss::SatelliteId id) {
@@ -183,10 +178,8 @@ struct Receiver::State {
     const double corrected =
         atmosphere_m(options.fix.correct_ionosphere, options.fix.correct_troposphere, line);
     observation.pseudorange_error_m = observation.excess_m + observation.noise_m + (atmosphere - corrected);
-    m.pseudorange_m =
-        line.range_m + observation.excess_m +
-        kSpeedOfLight * (clock.bias_s() - (line.state.clock_bias_s - line.state.group_delay_s)) + atmosphere +
-        observation.noise_m;
+    m.pseudorange_m = positioning::pseudorange_m(line, observation.excess_m, clock.bias_s(), atmosphere,
+                                                 observation.noise_m);
 
     // -(f/c) dP/dT, T the receiver's clock: dT = (1 + drift) dt.
     assert(!view.paths.paths.empty());
@@ -209,20 +202,16 @@ struct Receiver::State {
   }
 
   [[nodiscard]] double atmosphere_m(bool ionosphere, bool troposphere, const orbit::LineOfSight& line) const {
-    double delay = 0;
-    if (ionosphere) {
-      delay += propagation::klobuchar_delay_m(positioning::klobuchar_of(*klobuchar, line.id.system), now,
-                                              place, line.azimuth_rad, line.elevation_rad,
-                                              line.state.carrier_frequency_hz);
-    }
-    if (troposphere) delay += propagation::saastamoinen_delay_m(place, line.elevation_rad);
-    return delay;
+    return positioning::atmosphere_m(ionosphere, troposphere, *klobuchar, line.id.system,
+                                     line.state.carrier_frequency_hz, now, place,
+                                     {line.azimuth_rad, line.elevation_rad});
   }
 
   ReceiverOptions options;
   std::uint64_t seed;
   tracking::ReceiverClock clock;
   std::map<gnss::SatelliteId, SignalNoise> noises;
+  std::vector<std::unique_ptr<disturbance::Disturbance>> disturbances;
   std::optional<tracking::ChannelModel> signals;
   std::map<gnss::SatelliteId, tracking::Channel> channels;
   std::optional<positioning::PositionFilter> filter;
@@ -238,8 +227,9 @@ struct Receiver::State {
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
 };
 
-Receiver::Receiver(ReceiverOptions options, std::uint64_t seed)
-    : state_(std::make_unique<State>(std::move(options), seed)) {}
+Receiver::Receiver(ReceiverOptions options, std::uint64_t seed,
+                   std::span<const disturbance::Source> disturbances)
+    : state_(std::make_unique<State>(std::move(options), seed, disturbances)) {}
 Receiver::~Receiver() = default;
 Receiver::Receiver(Receiver&&) noexcept = default;
 Receiver& Receiver::operator=(Receiver&&) noexcept = default;
@@ -248,33 +238,32 @@ const ReceiverOptions& Receiver::options() const {
   return state_->options;
 }
 
-ReceiverEpoch Receiver::observe(geodesy::GpsTime time, const Eigen::Vector3d& antenna_ecef,
-                                const Eigen::Vector3d& antenna_velocity_ecef,
-                                std::span<const propagation::SatelliteView> views,
-                                const Eigen::Matrix3d& ecef_from_enu, raytrace::Placement placement,
-                                const orbit::Sky& sky,
-                                const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
+ReceiverEpoch Receiver::observe(const EpochContext& context) {
   State& state = *state_;
   const ReceiverOptions& options = state.options;
+  const propagation::Antenna& antenna = context.antenna;
+  const geodesy::GpsTime time = antenna.time;
   state.now = time;
-  if (!antenna_ecef.allFinite()) {
+  if (!antenna.position_ecef.allFinite()) {
     throw state.error("the antenna's position is not finite", "check the trajectory");
   }
-  if (!antenna_velocity_ecef.allFinite()) {
+  if (!antenna.velocity_ecef.allFinite()) {
     throw state.error("the antenna's velocity is not finite", "check the trajectory");
   }
-  state.go_to(time, antenna_ecef, antenna_velocity_ecef, ecef_from_enu);
-  state.place = geodesy::geodetic_from_ecef(antenna_ecef);
-  state.klobuchar = &klobuchar;
+  state.go_to(antenna, context.arrival.ecef_from_enu);
+  state.disturb(antenna, context.arrival);
+  state.place = geodesy::geodetic_from_ecef(antenna.position_ecef);
+  state.klobuchar = &context.klobuchar;
 
   ReceiverEpoch epoch;
   epoch.time = time;
   epoch.clock_bias_s = state.clock.bias_s();
   epoch.clock_drift = state.clock.drift();
   epoch.receiver_time = time + state.clock.bias_s();
+  const std::vector<propagation::SatelliteView>& views = context.arrival.views;
   epoch.satellites.reserve(views.size());
 
-  const bool free = placement == raytrace::Placement::Free;
+  const bool free = context.arrival.placement == raytrace::Placement::Free;
   std::vector<std::optional<Tracked>> tracked(views.size());
   int los = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -294,7 +283,7 @@ ReceiverEpoch Receiver::observe(geodesy::GpsTime time, const Eigen::Vector3d& an
   }
 
   const bool drifting =
-      options.noise.drift_enabled && (antenna_velocity_ecef.norm() < options.noise.drift_below_speed_mps ||
+      options.noise.drift_enabled && (antenna.velocity_ecef.norm() < options.noise.drift_below_speed_mps ||
                                       los < options.noise.drift_below_los);
   std::vector<positioning::Measurement> measurements;
   measurements.reserve(views.size());
@@ -313,9 +302,10 @@ ReceiverEpoch Receiver::observe(geodesy::GpsTime time, const Eigen::Vector3d& an
     epoch.fix.status = positioning::FixStatus::NoSignal;
     return epoch;
   }
-  epoch.fix = solve_fix(epoch.receiver_time, measurements, sky, options.fix, klobuchar);
+  epoch.fix = solve_fix(epoch.receiver_time, measurements, context.sky, options.fix, context.klobuchar);
   if (state.filter) {
-    epoch.fix = state.filter->update(epoch.receiver_time, measurements, sky, epoch.fix, klobuchar);
+    epoch.fix =
+        state.filter->update(epoch.receiver_time, measurements, context.sky, epoch.fix, context.klobuchar);
   }
   for (SatelliteObservation& observation : epoch.satellites) {
     observation.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), observation.id);

@@ -42,13 +42,12 @@ Path path_of(int i, double elevation_rad, double excess_m) {
   path.reflector = static_cast<std::uint64_t>(100 + i);
   path.arrival = geodesy::enu_from_azimuth_elevation(1.7 * i, elevation_rad);
   path.scattered_power = 1e-3;
-  path.geometry.excess_m = excess_m;
-  path.geometry.arrival_elevation_rad = elevation_rad;
-  if (path.kind == PathKind::Diffracted) path.geometry.edge_nu = 1 + 0.1 * i;
+  path.arrival_elevation_rad = elevation_rad;
+  if (path.kind == PathKind::Diffracted) path.edge_nu = 1 + 0.1 * i;
   if (path.kind == PathKind::Reflected) {
     path.order = 1;
-    path.geometry.incidence_count = 1;
-    path.geometry.incidences[0] = {0.1 * (i + 1), city::Material::Concrete, {}, 0};
+    path.incidence_count = 1;
+    path.incidences[0] = {0.1 * (i + 1), city::Material::Concrete, {}, 0};
   }
   return path;
 }
@@ -63,7 +62,7 @@ std::vector<SatelliteView> street(int paths, int k) {
     if (direct) {
       Path path;
       path.arrival = geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad);
-      path.geometry.arrival_elevation_rad = view.line.elevation_rad;
+      path.arrival_elevation_rad = view.line.elevation_rad;
       view.paths.paths.push_back(path);
     }
     for (int i = direct ? 1 : 0; i < paths; ++i) {
@@ -85,16 +84,20 @@ void epoch_of_50_satellites(benchmark::State& state) {
   // No satellite above it: the fix has nothing to do, though all channels work.
   if (state.range(2) == 0) options.fix.elevation_mask_rad = geodesy::radians(89);
   Receiver receiver(options, 1);
-  std::vector<std::vector<SatelliteView>> drive;
-  for (int k = 0; k < 10; ++k) drive.push_back(street(static_cast<int>(state.range(0)), k));
   const Eigen::Matrix3d ecef_from_enu = geodesy::LocalFrame(kPlace).ecef_from_local_rotation();
+  std::vector<propagation::Arrival> drive;
+  for (int k = 0; k < 10; ++k) {
+    drive.push_back({raytrace::Placement::Free, street(static_cast<int>(state.range(0)), k), ecef_from_enu});
+  }
   const Eigen::Vector3d start = geodesy::ecef_from_geodetic(kPlace);
   const Eigen::Vector3d velocity = ecef_from_enu * Eigen::Vector3d(8, 6, 0);
   std::int64_t k = 0;
   for (auto _ : state) {
     benchmark::DoNotOptimize(receiver.observe(
-        kTime + static_cast<double>(k), start + static_cast<double>(k % 10) * velocity, velocity,
-        drive[static_cast<std::size_t>(k % 10)], ecef_from_enu, raytrace::Placement::Free, sky()));
+        {{kTime + static_cast<double>(k), start + static_cast<double>(k % 10) * velocity, velocity},
+         drive[static_cast<std::size_t>(k % 10)],
+         sky(),
+         {}}));
     ++k;
   }
 }

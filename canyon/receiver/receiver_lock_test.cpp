@@ -86,8 +86,8 @@ TEST(ReceiverLock, InsideABuildingTheLockIsLost) {
   Receiver receiver(plain(), 1);
   EXPECT_EQ(observe_one(receiver, 0, clear).lock, tracking::LockState::Tracking);
   const std::vector<SatelliteView> views = open_sky(one_satellite(), kTime + 10.0, kAntenna);
-  const ReceiverEpoch inside = receiver.observe(kTime + 10.0, kAntenna, kAtRest, views, kEcefFromEnu,
-                                                Placement::InsideBuilding, one_satellite());
+  const ReceiverEpoch inside = observe_views(receiver, kTime + 10.0, kAntenna, kAtRest, views, kEcefFromEnu,
+                                             Placement::InsideBuilding, one_satellite());
   EXPECT_EQ(inside.fix.status, positioning::FixStatus::NoSignal);
   EXPECT_EQ(inside.satellites.front().lock, tracking::LockState::Searching);
   EXPECT_EQ(inside.satellites.front().visibility, Visibility::Blocked);

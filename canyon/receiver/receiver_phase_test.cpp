@@ -63,9 +63,8 @@ TEST(ReceiverPhase, IonosphereAdvancesThePhase) {
     options.ionosphere = ionosphere;
     options.troposphere = troposphere;
     Receiver receiver(options, 1);
-    return *receiver
-                .observe(kTime, kAntenna, kAtRest, views, kEcefFromEnu, Placement::Free, one_satellite(),
-                         klobuchar)
+    return *observe_views(receiver, kTime, kAntenna, kAtRest, views, kEcefFromEnu, Placement::Free,
+                          one_satellite(), klobuchar)
                 .satellites.front()
                 .measurement;
   };
@@ -170,7 +169,7 @@ TEST(ReceiverPhase, DopplerIsThatOfTheStrongestPath) {
         [&](const orbit::LineOfSight& line) -> std::vector<Path> {
           Path direct = direct_path(line);
           // Foliage: 10 m of it weaken the direct path by more than 0.1 dB and less than 10 dB.
-          direct.geometry.foliage_depth_m = share == 1 ? 10 : 0;
+          direct.foliage_depth_m = share == 1 ? 10 : 0;
           return {direct, mirror_path({0, -1, 0}, 20, share)};
         },
         kAntenna, kEcefFromEnu* Eigen::Vector3d(0, 5, 0));

@@ -36,7 +36,7 @@ TEST(ReceiverShadowing, LeavesEveryOtherPathAlone) {
   const auto bent = [](const orbit::LineOfSight& line) {
     Path edge = direct_path(line);
     edge.kind = PathKind::Diffracted;
-    edge.geometry.edge_nu = 0;
+    edge.edge_nu = 0;
     return std::vector<Path>{edge, mirror_path(Eigen::Vector3d(1, 0, 1).normalized(), 60, 0.5)};
   };
   Receiver with(shadowed(-10, -10, 0, 1), 1);

@@ -227,8 +227,8 @@ TEST(ReceiverSignal, EdgesMakeTheBoundaryOfAShadow) {
       if (nu <= 0) paths.push_back(direct_path(line));
       Path edge = direct_path(line);
       edge.kind = PathKind::Diffracted;
-      edge.excess_m = edge.geometry.excess_m = kWavelength_m * nu * nu / 4;
-      edge.geometry.edge_nu = nu;
+      edge.excess_m = kWavelength_m * nu * nu / 4;
+      edge.edge_nu = nu;
       edge.reflector = 8;
       paths.push_back(edge);
       return paths;

@@ -17,6 +17,7 @@
 #include "canyon/propagation/atmosphere.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/circular_sky.hpp"
+#include "tests/support/observe.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::receiver {
@@ -88,8 +89,8 @@ const SatelliteObservation* find(const ReceiverEpoch& epoch, gnss::SatelliteId i
 
 ReceiverEpoch observe_open_sky(Receiver& receiver, const orbit::Sky& sky, GpsTime time,
                                const Eigen::Vector3d& antenna, const Eigen::Vector3d& velocity = kAtRest) {
-  return receiver.observe(time, antenna, velocity, open_sky(sky, time, antenna), kEcefFromEnu,
-                          Placement::Free, sky);
+  return test::observe_views(receiver, time, antenna, velocity, open_sky(sky, time, antenna), kEcefFromEnu,
+                             Placement::Free, sky);
 }
 
 const CircularSky& four_systems() {
@@ -157,8 +158,8 @@ TEST(Receiver, PseudorangeIsTheMeasurementEquation) {
   Receiver receiver(options, 1);
   const Eigen::Vector3d antenna = kFrame.ecef_from_local({5, 6, 7});
   const std::vector<SatelliteView> views = open_sky(four_systems(), kTime, antenna);
-  const ReceiverEpoch epoch =
-      receiver.observe(kTime, antenna, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
+  const ReceiverEpoch epoch = test::observe_views(receiver, kTime, antenna, kAtRest, views, kEcefFromEnu,
+                                                  Placement::Free, four_systems());
   for (const SatelliteView& view : views) {
     const SatelliteObservation* seen = find(epoch, view.line.id);
     ASSERT_NE(seen, nullptr);
@@ -190,8 +191,8 @@ double worst_doppler_difference(const std::function<Eigen::Vector3d(double)>& an
     const Eigen::Vector3d velocity = kEcefFromEnu * (antenna(t + 1e-3) - antenna(t - 1e-3)) / 2e-3;
     std::vector<SatelliteView> views = open_sky(four_systems(), kTime + t, ecef);
     for (SatelliteView& view : views) arrange(view, antenna(t));
-    epochs.push_back(
-        receiver.observe(kTime + t, ecef, velocity, views, kEcefFromEnu, Placement::Free, four_systems()));
+    epochs.push_back(test::observe_views(receiver, kTime + t, ecef, velocity, views, kEcefFromEnu,
+                                         Placement::Free, four_systems()));
   }
   double worst = 0;
   int compared = 0;
@@ -263,9 +264,8 @@ TEST(Receiver, ReflectedDopplerHasTheSignOfTheDirectionOfArrival) {
     Receiver receiver(quiet(), 1);
     const Eigen::Vector3d velocity = kEcefFromEnu * (-speed * towards);
     const std::vector<SatelliteView> one{view};
-    return *receiver
-                .observe(kTime, kFrame.ecef_from_local(antenna), velocity, one, kEcefFromEnu, Placement::Free,
-                         four_systems())
+    return *test::observe_views(receiver, kTime, kFrame.ecef_from_local(antenna), velocity, one, kEcefFromEnu,
+                                Placement::Free, four_systems())
                 .satellites.front()
                 .measurement->doppler_hz;
   };
@@ -280,8 +280,8 @@ TEST(Receiver, ExcessPathIsAddedAndSaid) {
   const Eigen::Vector3d ecef = kFrame.ecef_from_local(antenna);
   std::vector<SatelliteView> views = open_sky(four_systems(), kTime, ecef);
   Receiver clear_receiver(quiet(), 1);
-  const ReceiverEpoch clear =
-      clear_receiver.observe(kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
+  const ReceiverEpoch clear = test::observe_views(clear_receiver, kTime, ecef, kAtRest, views, kEcefFromEnu,
+                                                  Placement::Free, four_systems());
   const Eigen::Vector3d normal = Eigen::Vector3d::UnitX();
   std::size_t chosen = 0;
   while (views[chosen].line.elevation_rad < 0.3 ||
@@ -290,8 +290,8 @@ TEST(Receiver, ExcessPathIsAddedAndSaid) {
   }
   reflect(views[chosen], antenna, antenna - 25 * normal, normal);
   Receiver receiver(quiet(), 1);
-  const ReceiverEpoch epoch =
-      receiver.observe(kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
+  const ReceiverEpoch epoch = test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu,
+                                                  Placement::Free, four_systems());
   const double excess = views[chosen].paths.paths.front().excess_m;
   EXPECT_GT(excess, 9);
   const SatelliteObservation* before = find(clear, views[chosen].line.id);
@@ -310,8 +310,8 @@ TEST(Receiver, MaskAndVisibilityAreCounted) {
   ReceiverOptions options = quiet();
   options.fix.elevation_mask_rad = geodesy::radians(25);
   Receiver receiver(options, 1);
-  const ReceiverEpoch epoch =
-      receiver.observe(kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
+  const ReceiverEpoch epoch = test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu,
+                                                  Placement::Free, four_systems());
   ASSERT_EQ(epoch.satellites.size(), views.size());
   int visible = 0, blocked = 0, measured = 0, used = 0, below = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -342,7 +342,7 @@ TEST(Receiver, InsideABuildingNothingIsReceived) {
     const std::vector<SatelliteView> views = open_sky(four_systems(), kTime, ecef);
     Receiver receiver(ReceiverOptions{}, 1);
     const ReceiverEpoch epoch =
-        receiver.observe(kTime, ecef, kAtRest, views, kEcefFromEnu, placement, four_systems());
+        test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu, placement, four_systems());
     EXPECT_EQ(epoch.fix.status, positioning::FixStatus::NoSignal);
     EXPECT_EQ(name(epoch.fix.status), "no fix");
     EXPECT_TRUE(std::isnan(epoch.fix.position.latitude_rad));
@@ -362,8 +362,8 @@ TEST(Receiver, BlockedSkyIsNoFix) {
   std::vector<SatelliteView> views = open_sky(four_systems(), kTime, ecef);
   for (SatelliteView& view : views) block(view);
   Receiver receiver(ReceiverOptions{}, 1);
-  const ReceiverEpoch epoch =
-      receiver.observe(kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
+  const ReceiverEpoch epoch = test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu,
+                                                  Placement::Free, four_systems());
   EXPECT_EQ(epoch.fix.status, positioning::FixStatus::TooFewSatellites);
   EXPECT_TRUE(epoch.fix.position_ecef.array().isNaN().all());
   EXPECT_EQ(epoch.visible, 0);
@@ -403,10 +403,10 @@ TEST(Receiver, EverySatelliteHasItsOwnStream) {
     const GpsTime time = kTime + 1.0 * i;
     std::vector<SatelliteView> views = open_sky(four_systems(), time, ecef);
     const ReceiverEpoch ea =
-        all.observe(time, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
+        test::observe_views(all, time, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
     for (std::size_t k = 0; k < views.size(); k += 2) block(views[k]);
     const ReceiverEpoch eb =
-        some.observe(time, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
+        test::observe_views(some, time, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
     for (const SatelliteObservation& seen : eb.satellites) {
       if (!seen.measurement) continue;
       EXPECT_EQ(seen.noise_m, find(ea, seen.id)->noise_m);
@@ -432,7 +432,7 @@ NoiseStatistics noise_statistics(int rate_hz, double seconds) {
   for (int i = 0; i <= static_cast<int>(seconds * rate_hz); ++i) {
     const GpsTime time = kTime + static_cast<double>(i) / rate_hz;
     const ReceiverEpoch epoch =
-        receiver.observe(time, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, sky);
+        test::observe_views(receiver, time, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, sky);
     if (i % rate_hz != 0) continue;
     std::vector<double> now;
     for (const SatelliteObservation& seen : epoch.satellites) now.push_back(seen.noise_m);
@@ -518,7 +518,7 @@ TEST(Receiver, MeansDriftWhenSlowOrWithoutLineOfSight) {
   }
   Receiver losing(options, 1);
   const ReceiverEpoch epoch =
-      losing.observe(kTime, ecef, fast, views, kEcefFromEnu, Placement::Free, four_systems());
+      test::observe_views(losing, kTime, ecef, fast, views, kEcefFromEnu, Placement::Free, four_systems());
   for (const SatelliteObservation& seen : epoch.satellites) {
     if (!seen.measurement) continue;
     EXPECT_NE(seen.noise_m, 0);
@@ -539,7 +539,8 @@ TEST(Receiver, CovarianceStatesTheNoise) {
   const std::vector<SatelliteView> views = open_sky(four_systems(), kTime, ecef);
   for (int i = 0; i < kRuns; ++i) {
     Receiver fresh(options, static_cast<std::uint64_t>(i));
-    epoch = fresh.observe(kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
+    epoch = test::observe_views(fresh, kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free,
+                                four_systems());
     ASSERT_TRUE(epoch.fix.solved() && epoch.fix.velocity_enu_mps);
     const Eigen::Vector3d error = enu_from_ecef * (epoch.fix.position_ecef - ecef);
     position += error * error.transpose() / kRuns;
@@ -573,8 +574,8 @@ TEST(ReceiverAtmosphere, DelaysAreInTheSignalAndTheFixTakesThemOff) {
       options.fix.correct_ionosphere = in_fix && ionosphere;
       options.fix.correct_troposphere = in_fix && troposphere;
       Receiver receiver(options, 1);
-      return receiver.observe(kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems(),
-                              kKlobuchar);
+      return test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free,
+                                 four_systems(), kKlobuchar);
     };
     const ReceiverEpoch none = run(false, false);
     const ReceiverEpoch signal_only = run(true, false);
@@ -630,8 +631,8 @@ TEST(Receiver, RefusesPosesAndTimesThatAreNone) {
   const std::vector<SatelliteView> views = open_sky(four_systems(), kTime, ecef);
   const auto observe = [&](GpsTime time, const Eigen::Vector3d& antenna, const Eigen::Vector3d& velocity) {
     return refusal([&] {
-      static_cast<void>(
-          receiver.observe(time, antenna, velocity, views, kEcefFromEnu, Placement::Free, four_systems()));
+      static_cast<void>(test::observe_views(receiver, time, antenna, velocity, views, kEcefFromEnu,
+                                            Placement::Free, four_systems()));
     });
   };
   EXPECT_THAT(observe(kTime, {ecef.x(), nan, ecef.z()}, kAtRest),
@@ -655,11 +656,11 @@ TEST(ReceiverOptionsTest, NamesReceiverAndField) {
   EXPECT_THAT(message([](Options& o) { o.noise.doppler_sigma_hz = -1; }),
               testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("doppler_sigma_hz")));
   EXPECT_THAT(message([](Options& o) { o.noise.drift_below_speed_mps = NAN; }),
-              testing::HasSubstr("drift_below_speed_mps"));
+              testing::HasSubstr("drift.below_speed_mps"));
   EXPECT_THAT(message([](Options& o) { o.noise.drift_below_los = -1; }),
-              testing::HasSubstr("drift_below_los"));
+              testing::HasSubstr("drift.below_los"));
   EXPECT_THAT(message([](Options& o) { o.noise.drift_mu_sigma_m = -1; }),
-              testing::HasSubstr("drift_mu_sigma_m"));
+              testing::HasSubstr("drift.mu_sigma_m"));
   EXPECT_THAT(message([](Options& o) { o.noise.ou.theta_per_s = 0; }), testing::HasSubstr("theta_per_s"));
   EXPECT_THAT(message([](Options& o) { o.clock.bias_s = 1; }), testing::HasSubstr("bias_s"));
   EXPECT_THAT(message([](Options& o) { o.fix.min_satellites = 1; }), testing::HasSubstr("min_satellites"));

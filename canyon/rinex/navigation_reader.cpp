@@ -37,6 +37,7 @@ class Reader {
 
   gnss::NavigationData read() {
     data_.sources.push_back(file_.path().filename().string());
+    if (!file_.cut_warning().empty()) data_.warnings.push_back(file_.cut_warning());
     read_header();
     read_records();
     finish();
@@ -381,7 +382,7 @@ gnss::NavigationData read_rinex_navigation(TextFile file) {
 }
 
 gnss::NavigationData read_rinex_navigation(const std::filesystem::path& path) {
-  return read_rinex_navigation(TextFile(path));
+  return read_rinex_navigation(TextFile(path, std::size_t{1} << 31, CutGzip::ReadToCut));
 }
 
 gnss::NavigationData read_rinex_navigation(const std::vector<std::filesystem::path>& paths) {

@@ -425,6 +425,19 @@ TEST(RinexNavigation, GzipIsRead) {
   EXPECT_THAT(data.sources, ElementsAre("sky.rnx.gz"));
 }
 
+TEST(RinexNavigation, GzipThatEndsEarlyIsReadUpToThere) {
+  const test::TemporaryFolder folder;
+  const std::string path = (folder / "sky.rnx.gz").string();
+  gzFile file = gzopen(path.c_str(), "wb0");  // stored, not packed: cut where the plain file would be
+  gzwrite(file, kRinex3Sample.data(), static_cast<unsigned>(kRinex3Sample.size()));
+  gzclose(file);
+  const std::size_t end_of_two = kRinex3Sample.find("E11");
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) - (kRinex3Sample.size() - end_of_two));
+  const gnss::NavigationData data = read_rinex_navigation(std::filesystem::path(path));
+  EXPECT_EQ(data.kepler.size(), 1u);
+  EXPECT_THAT(data.warnings, Contains(AllOf(HasSubstr("sky.rnx.gz:"), HasSubstr("the gzip data end early"))));
+}
+
 TEST(RinexNavigation, FilesAreMerged) {
   const test::TemporaryFolder folder;
   const auto write = [&folder](const char* name, const std::string& text) {

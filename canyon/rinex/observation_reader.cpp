@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/line_stream.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/rinex/observation_fields.hpp"
@@ -92,6 +93,7 @@ struct RinexObservationReader::Impl {
   ObservationReport report;
   std::array<std::vector<Columns>, gnss::kSystemCount> columns;  ///< best code first
   std::array<bool, gnss::kSystemCount> wanted{};
+  bool cut = false;  ///< the gzip data ended early, and the report says so
   std::optional<geodesy::GpsTime> previous;
   std::string row;                         ///< a satellite's fields without its name
   std::vector<std::array<char, 3>> names;  ///< version 2: satellites of the epoch
@@ -241,6 +243,10 @@ struct RinexObservationReader::Impl {
       ++report.epochs;
       report.observations += result.signals.size();
       return result;
+    }
+    if (lines.cut_short() && !std::exchange(cut, true)) {
+      ++report.damaged;
+      report.damages.emplace_back(GzipFile::cut_warning(lines.path(), lines.line()).what());
     }
     return std::nullopt;
   }

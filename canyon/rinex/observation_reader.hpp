@@ -80,7 +80,7 @@ struct ObservationOptions {
 /// another frequency).
 [[nodiscard]] std::vector<std::string> default_codes(gnss::System system, double version);
 
-/// What there is to say about a file that was read, so far as it was read.
+/// Counts and warnings about a file, as far as it was read.
 struct ObservationReport {
   std::size_t epochs = 0;                      ///< given (flags 0 and 1)
   std::size_t observations = 0;                ///< signals given
@@ -115,8 +115,8 @@ class RinexObservationReader {
   RinexObservationReader(RinexObservationReader&&) noexcept;
   RinexObservationReader& operator=(RinexObservationReader&&) noexcept;
 
-  /// The next epoch of flag 0 or 1; empty at the end. Throws InputError for gzip data that is damaged or cut
-  /// short.
+  /// The next epoch of flag 0 or 1; empty at the end. Gzip data that end early are read up to there, with a
+  /// line in report(); throws InputError for gzip data that is damaged.
   [[nodiscard]] std::optional<ObservationEpoch> next();
 
   [[nodiscard]] const ObservationHeader& header() const;

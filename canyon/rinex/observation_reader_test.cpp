@@ -25,8 +25,10 @@ using simulation::test::TemporaryFolder;
 using test::blank_field;
 using test::field;
 using test::header_line;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::SizeIs;
 
 RinexObservations read(const std::string& text, const ObservationOptions& options = {}) {
@@ -324,6 +326,34 @@ TEST(RinexObservation, WrongFilesAreOneError) {
               HasSubstr("time system 'TAI' is unknown"));
 }
 
+// As a plain file that is cut behind a line: the epochs that are whole, and a warning.
+TEST(RinexObservation, GzipThatEndsEarlyIsReadUpToThere) {
+  const TemporaryFolder folder;
+  std::string text = test::observations3();
+  std::mt19937 random(1);  // digits that do not pack away
+  for (int i = 0; i < 3'000; ++i) {
+    text += fmt::format("> 2019 04 28 {:2} {:2} {:2}.0000000  0  1\nG05{}\n", i / 3600, i / 60 % 60, i % 60,
+                        field(2e7 + 1e-3 * static_cast<double>(random() % 1'000'000'000)));
+  }
+  const auto packed = folder.path() / "packed.obs.gz";
+  gzFile out = gzopen(packed.c_str(), "wb");
+  ASSERT_NE(out, nullptr);
+  gzwrite(out, text.data(), static_cast<unsigned>(text.size()));
+  gzclose(out);
+  const auto whole = read_rinex_observations(packed);
+  ASSERT_THAT(whole.epochs, SizeIs(3'000));
+  EXPECT_THAT(whole.report.damages, IsEmpty());
+
+  std::filesystem::resize_file(packed, std::filesystem::file_size(packed) / 2);
+  const auto cut = read_rinex_observations(packed);
+  ASSERT_GT(cut.epochs.size(), 1'000U);
+  ASSERT_LT(cut.epochs.size(), 2'000U);
+  for (std::size_t i = 0; i + 1 < cut.epochs.size(); ++i) {
+    ASSERT_EQ(cut.epochs[i].signals.at(0).pseudorange_m, whole.epochs[i].signals.at(0).pseudorange_m);
+  }
+  EXPECT_THAT(cut.report.warnings(), Contains(HasSubstr(": the gzip data end early; read up to here")));
+}
+
 TEST(RinexObservation, FilesPlainAndGzip) {
   const TemporaryFolder folder;
   const std::string text = test::observations3() + epoch3(34, 1) + kG05;
@@ -339,7 +369,7 @@ TEST(RinexObservation, FilesPlainAndGzip) {
 
   std::filesystem::resize_file(packed, std::filesystem::file_size(packed) / 2);
   EXPECT_THAT(error_of([&] { (void)read_rinex_observations(packed); }).what(),
-              HasSubstr("gzip data is damaged or cut short"));
+              HasSubstr("no END OF HEADER; the file is cut short"));
   EXPECT_THAT(error_of([&] { (void)read_rinex_observations(folder.path()); }).what(),
               HasSubstr("is a folder"));
   EXPECT_THAT(error_of([&] { (void)read_rinex_observations(folder.path() / "none.obs"); }).what(),

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
@@ -358,7 +359,7 @@ TEST(DiffuseScattering, OnlyWantedSatellitesGetPaths) {
 }
 
 TEST(DiffuseScattering, KeepsTheStrongestClasses) {
-  // What is cut before rays are cast is what would be cut after.
+  // The early cut, before rays are cast, drops the same paths as a late one.
   const city::City city = city::synthetic_city({});
   const RayScene scene(city.mesh);
   const std::vector<Vector3d> sky = bench::spread_sky(50);
@@ -654,7 +655,7 @@ TEST(DiffuseOptions, BoundsAreNamed) {
   EXPECT_NO_THROW(propagation::DiffuseOptions().validate());
 }
 
-/// Of all power that falls evenly from a half space on a material, the share that is reflected at L1.
+/// The share of power that a material reflects at L1, when power falls on it evenly from a half space.
 double reflectance(Material material, double thickness_m) {
   constexpr double kL1 = 1575.42e6;
   const std::complex<double> eta = complex_permittivity(radio_material(material), kL1);

@@ -8,17 +8,13 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::signal {
 namespace {
 
 /// [J/K], exact by SI.
 constexpr double kBoltzmann = 1.380649e-23;
-
-void check(const char* name, double value, double low, double high) {
-  if (!(value >= low && value <= high))
-    throw InputError(fmt::format("{} is {}", name, value), fmt::format("give {} to {}", low, high));
-}
 
 }  // namespace
 
@@ -36,13 +32,6 @@ double minimum_received_power_dbw(gnss::System system) {
   }
   assert(false && "unknown system");
   return -158.5;
-}
-
-void LinkBudgetOptions::validate() const {
-  check("above_minimum_db", above_minimum_db, -10, 20);
-  check("antenna_temperature_k", antenna_temperature_k, 2, 1000);
-  check("noise_figure_db", noise_figure_db, 0, 20);
-  check("implementation_loss_db", implementation_loss_db, 0, 20);
 }
 
 double elevation_rise_db(double elevation_rad) {
@@ -66,6 +55,20 @@ double los_cn0_dbhz(gnss::System system, double elevation_rad, const AntennaPatt
       minimum_received_power_dbw(system) + options.above_minimum_db + elevation_rise_db(elevation_rad);
   return power + antenna.gain(elevation_rad).rhcp_dbic - noise_density_dbw_per_hz(options) -
          options.implementation_loss_db;
+}
+
+void LinkBudgetOptions::validate() const {
+  options::check(*this, "link budget");
+}
+
+void visit(options::Visitor& v, LinkBudgetOptions& o) {
+  v.number({"above_minimum_db", "dB", "satellites' power over what their interface documents promise"},
+           o.above_minimum_db, {-10, 20});
+  v.number({"antenna_temperature_k", "K", "of sky, ground and losses in front of the amplifier"},
+           o.antenna_temperature_k, {2, 1000});
+  v.number({"noise_figure_db", "dB", "of the receiver with its amplifier"}, o.noise_figure_db, {0, 20});
+  v.number({"implementation_loss_db", "dB", "of filter, quantisation and correlation"},
+           o.implementation_loss_db, {0, 20});
 }
 
 }  // namespace canyon::signal

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "canyon/gnss/satellite_id.hpp"
+#include "canyon/options/fwd.hpp"
 #include "canyon/signal/antenna_pattern.hpp"
 
 namespace canyon::signal {
@@ -28,6 +29,8 @@ struct LinkBudgetOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, LinkBudgetOptions& o);
 
 /// Rise [dB] of the received power over that at 5 degrees: the satellite's shaped beam less free space. 0 at
 /// 5, 2 at 40 and 0 at 90 degrees (IS-GPS-200 figure 6-1, minimum received power of L1 C/A), parabolas

@@ -6,6 +6,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
 #include "canyon/signal/radio_materials.hpp"
 
@@ -51,16 +52,16 @@ CircularReflection reflection_of(const propagation::Incidence& incidence, double
   return result;
 }
 
-}  // namespace
-
-void StrengthOptions::validate() const {
-  if (!(roughness_m >= 0 && roughness_m <= 1))
-    throw InputError(fmt::format("roughness_m is {}", roughness_m), "give a standard deviation of 0 to 1 m");
+// Called for every path: validate() walks a list, and has the words for what is wrong.
+void check_options(const StrengthOptions& options) {
+  if (!(options.roughness_m >= 0 && options.roughness_m <= 1)) options.validate();
 }
+
+}  // namespace
 
 CircularWave arriving_wave(const propagation::PathGeometry& path, double frequency_hz,
                            const StrengthOptions& options) {
-  options.validate();
+  check_options(options);
   if (path.incidence_count < 0 || path.incidence_count > static_cast<int>(path.incidences.size()))
     throw InputError(fmt::format("path of {} reflections", path.incidence_count), "give 0 to 2");
   check_excess(path.excess_m);
@@ -105,25 +106,39 @@ Complex path_amplitude(const propagation::PathGeometry& path, double satellite_e
 
 Complex path_amplitude(const propagation::Path& path, double satellite_elevation_rad, double frequency_hz,
                        const AntennaPattern& antenna, const StrengthOptions& options) {
-  if (path.kind == propagation::PathKind::Diffracted && path.geometry.edge_nu) {
+  const double factor = path.amplitude_factor;
+  if (!(factor >= 0) || !std::isfinite(factor))
+    throw InputError(fmt::format("path with an amplitude factor of {}", factor), "give 0 or more");
+  if (path.kind == propagation::PathKind::Diffracted && path.edge_nu) {
     // trace() gives nu of its own carrier.
-    propagation::PathGeometry here = path.geometry;
+    propagation::PathGeometry here = path;
     here.edge_nu = propagation::signed_knife_edge_nu(here.excess_m, wavelength_m(frequency_hz),
                                                      !std::signbit(*here.edge_nu));
-    return path_amplitude(here, satellite_elevation_rad, frequency_hz, antenna, options);
+    return factor * path_amplitude(here, satellite_elevation_rad, frequency_hz, antenna, options);
   }
-  if (path.kind != propagation::PathKind::Diffuse)
-    return path_amplitude(path.geometry, satellite_elevation_rad, frequency_hz, antenna, options);
-  options.validate();
+  if (path.kind != propagation::PathKind::Diffuse) {
+    const propagation::PathGeometry& geometry = path;
+    return factor * path_amplitude(geometry, satellite_elevation_rad, frequency_hz, antenna, options);
+  }
+  check_options(options);
   if (!(path.scattered_power >= 0) || !std::isfinite(path.scattered_power))
     throw InputError(fmt::format("diffuse path of power {}", path.scattered_power), "give 0 or more");
-  check_excess(path.geometry.excess_m);
-  const AntennaGain gain = antenna.gain(path.geometry.arrival_elevation_rad);
+  check_excess(path.excess_m);
+  const AntennaGain gain = antenna.gain(path.arrival_elevation_rad);
   const double right = amplitude_of_db(gain.rhcp_dbic), left = amplitude_of_db(gain.lhcp_dbic);
   // Half of an unpolarised wave's power is in each hand.
   const double heard = std::sqrt(path.scattered_power * (right * right + left * left) / 2);
   const double direct = amplitude_of_db(antenna.gain(satellite_elevation_rad).rhcp_dbic);
-  return heard / direct * phasor(path.geometry.excess_m / wavelength_m(frequency_hz));
+  return factor * (heard / direct) * phasor(path.excess_m / wavelength_m(frequency_hz));
+}
+
+void path_amplitudes(const propagation::SatelliteView& view, const AntennaPattern& antenna,
+                     const StrengthOptions& options, std::vector<Complex>& amplitudes) {
+  amplitudes.clear();
+  for (const propagation::Path& path : view.paths.paths) {
+    amplitudes.push_back(path_amplitude(path, view.line.elevation_rad, view.line.state.carrier_frequency_hz,
+                                        antenna, options));
+  }
 }
 
 double summed_power(std::span<const Complex> amplitudes, PathSum sum) {
@@ -140,6 +155,19 @@ std::optional<double> summed_cn0_dbhz(double los_cn0_dbhz, std::span<const Compl
   const double power = summed_power(amplitudes, sum);
   if (!(power > 0)) return std::nullopt;
   return los_cn0_dbhz + 10 * std::log10(power);
+}
+
+void StrengthOptions::validate() const {
+  options::check(*this, "signal strength");
+}
+
+void visit(options::Visitor& v, StrengthOptions& o) {
+  static constexpr std::string_view kFoliage[]{"woodland", "slant_path"};
+  v.boolean({"slabs", "", "facades are slabs of their material's thickness; false: half spaces"}, o.slabs);
+  v.number({"roughness_m", "m", "standard deviation of the heights of reflecting surfaces; 0: mirrors"},
+           o.roughness_m, {0, 1});
+  v.choice({"foliage", "", "loss through vegetation by ITU-R P.833: woodland (2.1) or slant_path (2.2)"},
+           o.foliage, kFoliage);
 }
 
 }  // namespace canyon::signal

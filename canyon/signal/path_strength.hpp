@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
+#include "canyon/options/fwd.hpp"
+#include "canyon/propagation/arrival.hpp"
 #include "canyon/propagation/path_geometry.hpp"
-#include "canyon/propagation/paths.hpp"
 #include "canyon/signal/antenna_pattern.hpp"
 #include "canyon/signal/foliage.hpp"
 #include "canyon/signal/fresnel.hpp"
@@ -27,6 +29,8 @@ struct StrengthOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, StrengthOptions& o);
 
 /// The wave at the antenna over the RHCP wave that arrives on a clear direct path: what reflections, edge and
 /// foliage leave, with the phase of the detour, e^(-2 pi j excess / lambda) (time dependence exp(+j w t)). An
@@ -51,16 +55,21 @@ struct StrengthOptions {
                                                   const StrengthOptions& options = {});
 
 /// The same for a path as Propagator::trace() gives it. Diffracted: with the edge's nu at `frequency_hz`,
-/// from its excess path, whatever carrier edges were searched for; only the sign of geometry.edge_nu counts.
+/// from its excess path, whatever carrier edges were searched for; only the sign of edge_nu counts.
 /// Diffuse: sqrt(scattered_power) times the antenna's
 /// response to an unpolarised wave (half of its power in each hand) over that to the line of sight,
 /// sqrt((G_R + G_L) / 2 / G_R(satellite)), with the phase of its excess; the phase of the way itself is
-/// random (tracking::PathPhases). `options` but for their validity do not matter there. InputError also for a
-/// negative scattered power.
+/// random (tracking::PathPhases). `options` but for their validity do not matter there. All: times
+/// Path::amplitude_factor. InputError also for a negative scattered power or factor.
 [[nodiscard]] std::complex<double> path_amplitude(const propagation::Path& path,
                                                   double satellite_elevation_rad, double frequency_hz,
                                                   const AntennaPattern& antenna,
                                                   const StrengthOptions& options = {});
+
+/// The step from what arrives to what a correlator multiplies: path_amplitude() of each of the view's paths.
+/// @param amplitudes replaced; it keeps its memory
+void path_amplitudes(const propagation::SatelliteView& view, const AntennaPattern& antenna,
+                     const StrengthOptions& options, std::vector<std::complex<double>>& amplitudes);
 
 /// How paths add.
 enum class PathSum : std::uint8_t {

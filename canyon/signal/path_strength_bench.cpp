@@ -16,7 +16,7 @@ propagation::PathGeometry geometry(int reflections, bool edge) {
   path.incidences[1].plane_turn_rad = 0.3;
   path.excess_m = 20;
   path.arrival_elevation_rad = 0.4;
-  if (edge) path.edge_nu = signed_knife_edge_nu(20, wavelength_m(1575.42e6), true);
+  if (edge) path.edge_nu = propagation::signed_knife_edge_nu(20, wavelength_m(1575.42e6), true);
   return path;
 }
 
@@ -31,7 +31,7 @@ BENCHMARK(BM_PathAmplitude)->Args({0, 0})->Args({1, 0})->Args({2, 0})->Args({0, 
 /// The slowest argument lies just beyond the series' end.
 void BM_KnifeEdgeField(benchmark::State& state) {
   const double nu = static_cast<double>(state.range(0)) / 10;
-  for (auto _ : state) benchmark::DoNotOptimize(knife_edge_field(nu));
+  for (auto _ : state) benchmark::DoNotOptimize(propagation::knife_edge_field(nu));
 }
 BENCHMARK(BM_KnifeEdgeField)->Arg(5)->Arg(16)->Arg(50);
 

@@ -184,23 +184,23 @@ TEST(PathStrength, TracedPathsByKind) {
   propagation::Path path;
   path.kind = propagation::PathKind::Reflected;
   path.order = 1;
-  path.geometry = reflected(50, Material::Glass, 21, 15);
-  EXPECT_EQ(path_amplitude(path, radians(40), kL1, patch),
-            path_amplitude(path.geometry, radians(40), kL1, patch));
+  propagation::PathGeometry& geometry = path;
+  geometry = reflected(50, Material::Glass, 21, 15);
+  EXPECT_EQ(path_amplitude(path, radians(40), kL1, patch), path_amplitude(geometry, radians(40), kL1, patch));
   path.kind = propagation::PathKind::Diffracted;
-  path.geometry = direct(22);
-  path.geometry.excess_m = 0.4;
-  path.geometry.edge_nu = propagation::signed_knife_edge_nu(0.4, wavelength_m(kL1), true);
+  geometry = direct(22);
+  path.excess_m = 0.4;
+  path.edge_nu = propagation::signed_knife_edge_nu(0.4, wavelength_m(kL1), true);
   const Complex over_roof = path_amplitude(path, radians(22), kL1, patch);
-  EXPECT_LT(std::abs(over_roof - propagation::knife_edge_field(*path.geometry.edge_nu)), 1e-12);
+  EXPECT_LT(std::abs(over_roof - propagation::knife_edge_field(*path.edge_nu)), 1e-12);
 }
 
 TEST(PathStrength, DiffusePathIsUnpolarised) {
   propagation::Path path;
   path.kind = propagation::PathKind::Diffuse;
   path.scattered_power = 0.01;
-  path.geometry.excess_m = 30.2;
-  path.geometry.arrival_elevation_rad = radians(15);
+  path.excess_m = 30.2;
+  path.arrival_elevation_rad = radians(15);
   // An antenna deaf to one hand hears half the power; the phone, equally good in both hands, all of it.
   EXPECT_NEAR(db(path_amplitude(path, radians(60), kL1, isotropic_antenna())), -20 - 3.0103, 1e-4);
   const AntennaGain phone = phone_antenna().gain(0);
@@ -218,7 +218,7 @@ TEST(PathStrength, DiffusePathIsUnpolarised) {
   EXPECT_NEAR(std::norm(path_amplitude(path, radians(60), kL1, patch)) / (mean / direct), 1, 1e-12);
 }
 
-// What is scattered is missing in the mirror direction: P_specular = (1 - S^2) of the smooth wall's.
+// Scattered power is missing in the mirror direction: P_specular = (1 - S^2) of the smooth wall's.
 TEST(PathStrength, ScatteringWallsReflectLess) {
   propagation::PathGeometry path = reflected(40, Material::Concrete, 12, 20);
   const double smooth = std::norm(arriving_wave(path, kL1).lhcp);
@@ -237,7 +237,7 @@ TEST(PathStrength, RefusesWhatIsOutOfRange) {
   diffuse.scattered_power = -0.1;
   EXPECT_THROW(static_cast<void>(path_amplitude(diffuse, 0, kL1, isotropic_antenna())), InputError);
   diffuse.scattered_power = 0.1;
-  diffuse.geometry.excess_m = std::nan("");
+  diffuse.excess_m = std::nan("");
   EXPECT_THROW(static_cast<void>(path_amplitude(diffuse, 0, kL1, isotropic_antenna())), InputError);
   propagation::PathGeometry path = direct(10);
   path.excess_m = -1;

@@ -10,9 +10,12 @@
 #include <cstddef>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/propagation/propagator.hpp"
 #include "canyon/signal/path_strength.hpp"
 #include "tests/support/bench_city.hpp"
+
+namespace propagation = canyon::propagation;
 
 namespace {
 

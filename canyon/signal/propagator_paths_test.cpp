@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
@@ -95,21 +96,21 @@ TEST(PathGeometry, OfOneReflection) {
   const propagation::SatellitePaths satellite = World(mesh).trace({0, 0, 2}, s);
   ASSERT_EQ(satellite.paths.size(), 2u);
   const propagation::Path& direct = satellite.paths[0];
-  EXPECT_NEAR(direct.geometry.arrival_elevation_rad, radians(30), 1e-12);
-  EXPECT_EQ(direct.geometry.incidence_count, 0);
+  EXPECT_NEAR(direct.arrival_elevation_rad, radians(30), 1e-12);
+  EXPECT_EQ(direct.incidence_count, 0);
   EXPECT_EQ(direct.reflector, 0u);
   const propagation::Path& path = satellite.paths[1];
   // The wall's normal is -y: cos(incidence) = cos(elevation) cos(azimuth off south).
   const double cosine = std::cos(radians(30)) * std::cos(radians(20));
-  EXPECT_EQ(path.geometry.incidence_count, 1);
-  EXPECT_NEAR(path.geometry.incidences[0].incidence_rad, std::acos(cosine), 1e-12);
-  EXPECT_EQ(path.geometry.incidences[0].material, Material::Brick);
-  EXPECT_EQ(path.geometry.incidences[0].plane_turn_rad, 0);
-  EXPECT_EQ(path.geometry.incidences[0].specular_factor, 1);
-  EXPECT_FALSE(path.geometry.incidences[0].thickness_m);
-  EXPECT_NEAR(path.geometry.excess_m, 30 * cosine, 1e-9);
-  EXPECT_NEAR(path.geometry.arrival_elevation_rad, radians(30), 1e-12);
-  EXPECT_FALSE(path.geometry.edge_nu);
+  EXPECT_EQ(path.incidence_count, 1);
+  EXPECT_NEAR(path.incidences[0].incidence_rad, std::acos(cosine), 1e-12);
+  EXPECT_EQ(path.incidences[0].material, Material::Brick);
+  EXPECT_EQ(path.incidences[0].plane_turn_rad, 0);
+  EXPECT_EQ(path.incidences[0].specular_factor, 1);
+  EXPECT_FALSE(path.incidences[0].thickness_m);
+  EXPECT_NEAR(path.excess_m, 30 * cosine, 1e-9);
+  EXPECT_NEAR(path.arrival_elevation_rad, radians(30), 1e-12);
+  EXPECT_FALSE(path.edge_nu);
   EXPECT_NE(path.reflector, 0u);
 }
 
@@ -123,16 +124,15 @@ TEST(PathGeometry, OfTwoReflectionsIsInTheOrderFromTheSatellite) {
     seen = true;
     ASSERT_GT(path.far_point.y(), 14);
     ASSERT_LT(path.point.y(), -14);
-    EXPECT_EQ(path.geometry.incidence_count, 2);
-    EXPECT_EQ(path.geometry.incidences[0].material, Material::Brick);
-    EXPECT_EQ(path.geometry.incidences[1].material, Material::Metal);
+    EXPECT_EQ(path.incidence_count, 2);
+    EXPECT_EQ(path.incidences[0].material, Material::Brick);
+    EXPECT_EQ(path.incidences[1].material, Material::Metal);
     const double incidence = std::acos(std::cos(radians(45)) * std::cos(radians(20)));
-    EXPECT_NEAR(path.geometry.incidences[0].incidence_rad, incidence, 1e-9);
-    EXPECT_NEAR(path.geometry.incidences[1].incidence_rad, incidence, 1e-9);
-    EXPECT_EQ(path.geometry.incidences[0].plane_turn_rad, 0);
+    EXPECT_NEAR(path.incidences[0].incidence_rad, incidence, 1e-9);
+    EXPECT_NEAR(path.incidences[1].incidence_rad, incidence, 1e-9);
+    EXPECT_EQ(path.incidences[0].plane_turn_rad, 0);
     // Normals that oppose each other: the s axes do.
-    EXPECT_NEAR(std::abs(path.geometry.incidences[1].plane_turn_rad), geodesy::kPi, 1e-6);
-    EXPECT_EQ(path.geometry.excess_m, path.excess_m);
+    EXPECT_NEAR(std::abs(path.incidences[1].plane_turn_rad), geodesy::kPi, 1e-6);
   }
   EXPECT_TRUE(seen);
 }
@@ -150,7 +150,7 @@ TEST(PathGeometry, PlaneTurnsBetweenGroundAndWall) {
   for (const propagation::Path& path : World(mesh, options).trace({0, 0, 5}, s).paths)
     if (path.order == 2) paths.push_back(path);
   ASSERT_EQ(paths.size(), 1u);  // by the same image, ground first or wall first: one of them is possible
-  const propagation::PathGeometry& geometry = paths[0].geometry;
+  const propagation::PathGeometry& geometry = paths[0];
   const bool ground_first = geometry.incidences[0].material == Material::Ground;
   EXPECT_EQ(geometry.incidences[1].material, ground_first ? Material::Glass : Material::Ground);
   const Vector3d up = Vector3d::UnitZ(), south = -Vector3d::UnitY();
@@ -175,8 +175,8 @@ TEST(PathGeometry, OfInstances) {
   propagator.trace({0, 0, 1}, {&s, 1}, {&satellite, 1});
   ASSERT_EQ(satellite.paths.size(), 2u);
   EXPECT_EQ(satellite.paths[1].instance, id);
-  EXPECT_EQ(satellite.paths[1].geometry.incidences[0].material, Material::Metal);
-  EXPECT_EQ(satellite.paths[1].geometry.incidences[0].incidence_rad, satellite.paths[1].incidence_rad);
+  EXPECT_EQ(satellite.paths[1].incidences[0].material, Material::Metal);
+  EXPECT_EQ(satellite.paths[1].incidences[0].incidence_rad, satellite.paths[1].incidence_rad());
   // The bus drives off; it is the same reflector.
   const std::uint64_t before = satellite.paths[1].reflector;
   scene.set_pose(id,
@@ -260,12 +260,11 @@ TEST(MirrorPaths, ComeOverTheFacetThatTheRayMeets) {
   const propagation::SatellitePaths paths = world.trace({0, 0, 2}, s);
   ASSERT_EQ(paths.visibility, propagation::Visibility::NLOS);
   const propagation::Path& path = paths.paths.at(0);
-  EXPECT_EQ(path.geometry.incidence_count, 1);
-  EXPECT_EQ(path.geometry.incidences[0].material, Material::Brick);
-  EXPECT_NEAR(path.geometry.incidences[0].incidence_rad,
-              std::acos(std::cos(radians(20)) * std::cos(radians(20))), 1e-9);
-  EXPECT_EQ(path.geometry.excess_m, path.excess_m);
-  EXPECT_NEAR(path.geometry.arrival_elevation_rad, radians(20), 1e-9);
+  EXPECT_EQ(path.incidence_count, 1);
+  EXPECT_EQ(path.incidences[0].material, Material::Brick);
+  EXPECT_NEAR(path.incidences[0].incidence_rad, std::acos(std::cos(radians(20)) * std::cos(radians(20))),
+              1e-9);
+  EXPECT_NEAR(path.arrival_elevation_rad, radians(20), 1e-9);
   std::set<std::uint64_t> along, triangles;
   for (double x = -180; x <= 180; x += 2) {
     const propagation::Path other = world.trace({x, 0, 2}, s).paths.at(0);
@@ -276,10 +275,10 @@ TEST(MirrorPaths, ComeOverTheFacetThatTheRayMeets) {
   EXPECT_EQ(triangles.size(), 2u);
   // Another's rays: concrete that faces the arrival.
   const propagation::Path foreign = propagation::mirror_paths({0, 0, 2}, s, true, 16).paths.at(0);
-  EXPECT_EQ(foreign.geometry.incidences[0].material, Material::Concrete);
-  EXPECT_NEAR(foreign.geometry.incidences[0].incidence_rad, radians(20), 1e-9);
+  EXPECT_EQ(foreign.incidences[0].material, Material::Concrete);
+  EXPECT_NEAR(foreign.incidences[0].incidence_rad, radians(20), 1e-9);
   EXPECT_NE(foreign.reflector, 0u);
-  EXPECT_NEAR(propagation::mirror_paths({0, 0, 2}, s, false, {}).paths.at(0).geometry.arrival_elevation_rad,
+  EXPECT_NEAR(propagation::mirror_paths({0, 0, 2}, s, false, {}).paths.at(0).arrival_elevation_rad,
               radians(20), 1e-9);
 }
 
@@ -310,10 +309,9 @@ TEST(DiffractedPaths, OverARoof) {
   EXPECT_EQ(path.kind, propagation::PathKind::Diffracted);
   EXPECT_EQ(path.order, 0);
   EXPECT_NEAR(path.excess_m, excess, 1e-9);
-  EXPECT_EQ(path.geometry.excess_m, path.excess_m);
-  EXPECT_NEAR(*path.geometry.edge_nu, 2 * std::sqrt(excess / wavelength_m(kL1)), 1e-6);
-  EXPECT_NEAR(path.geometry.arrival_elevation_rad, std::atan2(h, d), 1e-9);
-  EXPECT_EQ(path.geometry.incidence_count, 0);
+  EXPECT_NEAR(*path.edge_nu, 2 * std::sqrt(excess / wavelength_m(kL1)), 1e-6);
+  EXPECT_NEAR(path.arrival_elevation_rad, std::atan2(h, d), 1e-9);
+  EXPECT_EQ(path.incidence_count, 0);
   EXPECT_NE(path.reflector, 0u);
   EXPECT_EQ(satellite.tracked_excess_m(), path.excess_m);
   // As weak as P.526 has it, on this carrier and on another.
@@ -342,7 +340,7 @@ TEST(DiffractedPaths, FieldIsContinuousAtTheShadowBoundary) {
   ASSERT_EQ(lit.paths.size(), 2u);
   EXPECT_EQ(lit.paths[0].kind, propagation::PathKind::Direct);
   EXPECT_EQ(lit.paths[1].kind, propagation::PathKind::Diffracted);
-  EXPECT_LT(*lit.paths[1].geometry.edge_nu, 0);
+  EXPECT_LT(*lit.paths[1].edge_nu, 0);
   EXPECT_EQ(lit.tracked_excess_m(), 0);
   // Every field from shadow to light against F(nu); beyond nu = -2 the direct path alone.
   for (double deg = boundary - 12; deg < boundary + 12; deg += 0.37) {
@@ -417,12 +415,11 @@ TEST(DiffusePaths, AreThoseOfTheScatteringForBlockedSatellites) {
     EXPECT_EQ(path.kind, propagation::PathKind::Diffuse);
     EXPECT_EQ(path.order, 0);
     EXPECT_EQ(path.excess_m, expected[0][i].excess_m);
-    EXPECT_EQ(path.geometry.excess_m, path.excess_m);
     EXPECT_EQ(path.scattered_power, expected[0][i].power);
     EXPECT_EQ(path.point, expected[0][i].point);
     EXPECT_EQ(path.arrival, expected[0][i].arrival);
     EXPECT_EQ(path.triangle, expected[0][i].triangle);
-    EXPECT_NEAR(path.geometry.arrival_elevation_rad, std::asin(path.arrival.z()), 1e-12);
+    EXPECT_NEAR(path.arrival_elevation_rad, std::asin(path.arrival.z()), 1e-12);
     EXPECT_TRUE(reflectors.insert(path.reflector).second) << "one for each class";
     // Isotropic for RHCP, deaf to LHCP: half of the power.
     EXPECT_NEAR(std::norm(path_amplitude(path, radians(30), kL1, isotropic_antenna())) / path.scattered_power,
@@ -462,8 +459,8 @@ TEST(DiffusePaths, WallsReflectWhatTheyDoNotScatter) {
     options.diffuse = diffuse;
     const propagation::SatellitePaths satellite = World(mesh, options).trace({3, -2, 2}, direction(200, 65));
     for (const propagation::Path& path : satellite.paths) {
-      for (int i = 0; i < path.geometry.incidence_count; ++i) {
-        const propagation::Incidence& incidence = path.geometry.incidences[static_cast<std::size_t>(i)];
+      for (int i = 0; i < path.incidence_count; ++i) {
+        const propagation::Incidence& incidence = path.incidences[static_cast<std::size_t>(i)];
         const bool ground = incidence.material == Material::Ground;
         EXPECT_NEAR(incidence.specular_factor, diffuse && !ground ? 0.8 : 1, 1e-12);  // sqrt(1 - 0.36)
         (ground ? grounds : walls) += 1;
@@ -502,12 +499,12 @@ TEST(ThroughFoliage, TheDirectPathIsWeakened) {
   EXPECT_EQ(path.excess_m, 0);
   EXPECT_EQ(path.reflector, 0u);
   const double depth = 15 / std::cos(radians(20));  // y from 20 to 34 and from 60 to 61
-  EXPECT_NEAR(path.geometry.foliage_depth_m, depth, 1e-9);
+  EXPECT_NEAR(path.foliage_depth_m, depth, 1e-9);
   EXPECT_NEAR(-20 * std::log10(std::abs(path_amplitude(path, radians(20), kL1, patch_antenna()))),
               foliage_loss_db(FoliageModel::Woodland, depth, kL1, radians(20)), 1e-9);
-  EXPECT_EQ(world.trace(antenna, direction(180, 20)).paths.at(0).geometry.foliage_depth_m, 0);
+  EXPECT_EQ(world.trace(antenna, direction(180, 20)).paths.at(0).foliage_depth_m, 0);
   // From under the crown, its floor is behind.
-  EXPECT_NEAR(world.trace({0.2, 24, 3}, direction(0, 90)).paths.at(0).geometry.foliage_depth_m, 47, 1e-9);
+  EXPECT_NEAR(world.trace({0.2, 24, 3}, direction(0, 90)).paths.at(0).foliage_depth_m, 47, 1e-9);
 }
 
 TEST(ThroughFoliage, AnythingElseInTheWayBlocks) {
@@ -531,7 +528,7 @@ TEST(ThroughFoliage, ReflectionsAreStillBlocked) {
   append_tree(mesh, {-50, -9, 0}, {50, -8, 40});
   const propagation::SatellitePaths satellite = World(mesh, through_foliage()).trace(antenna, s);
   ASSERT_EQ(satellite.paths.size(), 1u);
-  EXPECT_NEAR(satellite.paths[0].geometry.foliage_depth_m, 1 / std::cos(radians(30)), 1e-9);
+  EXPECT_NEAR(satellite.paths[0].foliage_depth_m, 1 / std::cos(radians(30)), 1e-9);
 }
 
 TEST(ThroughFoliage, MovableTreesAndCards) {
@@ -550,7 +547,7 @@ TEST(ThroughFoliage, MovableTreesAndCards) {
   propagation::SatellitePaths satellite;
   propagator.trace({0.3, 0, 2}, {&s, 1}, {&satellite, 1});
   ASSERT_EQ(satellite.visibility, propagation::Visibility::LOS);
-  EXPECT_NEAR(satellite.paths.at(0).geometry.foliage_depth_m, 6 / std::cos(radians(10)), 1e-9)
+  EXPECT_NEAR(satellite.paths.at(0).foliage_depth_m, 6 / std::cos(radians(10)), 1e-9)
       << "turned: 6 m deep; the card has no depth";
 }
 
@@ -576,10 +573,9 @@ TEST(Everything, IsInOrderAndTellsItsStrength) {
         if (k > 0) {
           EXPECT_GE(path.excess_m, paths[k - 1].excess_m);
         }
-        EXPECT_EQ(path.geometry.excess_m, path.excess_m);
-        EXPECT_EQ(path.geometry.incidence_count, path.order);
+        EXPECT_EQ(path.incidence_count, path.order);
         EXPECT_NEAR(path.arrival.norm(), 1, 1e-9);
-        EXPECT_NEAR(path.geometry.arrival_elevation_rad, std::asin(path.arrival.z()), 1e-9);
+        EXPECT_NEAR(path.arrival_elevation_rad, std::asin(path.arrival.z()), 1e-9);
         EXPECT_EQ(path.reflector == 0, path.kind == propagation::PathKind::Direct);
         const double power = std::norm(path_amplitude(path, std::asin(sky[i].z()), kL1, antenna));
         EXPECT_TRUE(power >= 0 && power < 10) << power;

@@ -2,7 +2,7 @@
 
 #include <complex>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 
 namespace canyon::signal {
 
@@ -13,8 +13,8 @@ namespace canyon::signal {
 struct RadioMaterial {
   double a = 1, b = 0, c = 0, d = 0;
   double min_ghz = 1, max_ghz = 100;  ///< that the measurements behind the curve cover
-  /// Of the slab that a facade of this material is taken as [m]; 0: a half space. Assumptions of Canyon, not
-  /// of P.2040, each reasoned in docs/propagation.md.
+  /// Thickness of the slab that stands for a facade of this material [m]; 0: a half space. These are Canyon's
+  /// assumptions, not P.2040's; docs/propagation.md gives the reason of each.
   double default_thickness_m = 0;
 };
 

@@ -5,6 +5,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/simulation/city_scene.hpp"
 
 namespace canyon::simulation {
 
@@ -52,16 +53,18 @@ const std::map<gnss::System, gnss::Klobuchar>& Environment::klobuchar() const {
 const raytrace::RayScene& Environment::scene() const {
   return impl_->city_scene->scene;
 }
-raytrace::RayScene& Environment::mutable_scene() {
-  return impl_->city_scene->scene;
+
+Environment Environment::under(std::shared_ptr<const orbit::Sky> sky,
+                               std::map<gnss::System, gnss::Klobuchar> klobuchar) const {
+  return {impl_->city_scene, std::move(sky), std::move(klobuchar)};
 }
 
 propagation::Propagator Environment::make_propagator(const propagation::PropagationOptions& options) const {
   return {city().mesh, scene(), options};
 }
 
-Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
-                             const propagation::Propagator& propagator) const {
+propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                          const propagation::Propagator& propagator) const {
   return arrival(time, antenna_enu,
                  [&propagator](const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                                std::span<propagation::SatellitePaths> result) {
@@ -69,31 +72,40 @@ Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& anten
                  });
 }
 
-Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
-                             const Tracer& trace) const {
-  if (!antenna_enu.allFinite()) {
+propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                          const Tracer& trace) const {
+  const geodesy::LocalFrame& frame = city().frame;
+  return make_arrival(
+      *impl_->sky, impl_->satellites, scene(),
+      {time, frame.ecef_from_local(antenna_enu), antenna_enu, frame.ecef_from_local_rotation()}, trace);
+}
+
+propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::SatelliteId> satellites,
+                                  const raytrace::RayScene& scene, const Standpoint& standpoint,
+                                  const Tracer& trace) {
+  if (!standpoint.antenna_enu.allFinite()) {
     throw InputError("NaN pose: the antenna's position is not finite", "give east, north and up in metres");
   }
-  const geodesy::LocalFrame& frame = city().frame;
-  const Eigen::Vector3d antenna_ecef = frame.ecef_from_local(antenna_enu);
+  const orbit::Observer observer(standpoint.antenna_ecef);
 
-  Arrival arrival;
-  arrival.placement = scene().placement(antenna_enu);
-  arrival.views.reserve(impl_->satellites.size());
+  propagation::Arrival arrival;
+  arrival.ecef_from_enu = standpoint.ecef_from_enu;
+  arrival.placement = scene.placement(standpoint.antenna_enu);
+  arrival.views.reserve(satellites.size());
   std::vector<Eigen::Vector3d> directions;
-  directions.reserve(impl_->satellites.size());
-  for (const gnss::SatelliteId id : impl_->satellites) {
-    std::optional<orbit::LineOfSight> line = orbit::line_of_sight(*impl_->sky, id, time, antenna_ecef);
+  directions.reserve(satellites.size());
+  for (const gnss::SatelliteId id : satellites) {
+    std::optional<orbit::LineOfSight> line = orbit::line_of_sight(sky, id, standpoint.time, observer);
     // The horizon is the antenna's own; rays are cast in the city's frame, whose vertical differs from the
     // antenna's by 1e-4 rad some 600 m from the origin.
     if (!line || !(line->elevation_rad > 0)) continue;
-    directions.emplace_back(frame.ecef_from_local_rotation().transpose() * line->direction_ecef);
+    directions.emplace_back(standpoint.ecef_from_enu.transpose() * line->direction_ecef);
     arrival.views.push_back({*std::move(line), {}});
   }
   if (arrival.placement != raytrace::Placement::Free) return arrival;
 
   std::vector<propagation::SatellitePaths> paths(directions.size());
-  trace(antenna_enu, directions, paths);
+  trace(standpoint.antenna_enu, directions, paths);
   for (std::size_t i = 0; i < paths.size(); ++i) arrival.views[i].paths = std::move(paths[i]);
   return arrival;
 }

@@ -5,32 +5,18 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
+#include "canyon/propagation/arrival.hpp"
 #include "canyon/propagation/propagator.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::simulation {
 
-/// What arrives at an antenna at one instant: the answer of the pure part.
-struct Arrival {
-  raytrace::Placement placement = raytrace::Placement::Free;
-  std::vector<propagation::SatelliteView> views;  ///< satellites above the horizon, ascending by id
-};
-
-/// A city and the rays through it. Hosts that move things hold one and share it between environments.
-struct CityScene {
-  explicit CityScene(city::City c) : city(std::move(c)), scene(city.mesh) {}
-  CityScene(const CityScene&) = delete;
-  CityScene& operator=(const CityScene&) = delete;
-
-  city::City city;
-  raytrace::RayScene scene;
-};
+struct CityScene;
 
 /// Fills result[i] with the paths of the satellite in directions[i] (unit, ENU) at an antenna: what
 /// Propagator::trace() does, or a host with rays of its own.
@@ -38,13 +24,30 @@ using Tracer =
     std::function<void(const Eigen::Vector3d& antenna_enu, std::span<const Eigen::Vector3d> directions,
                        std::span<propagation::SatellitePaths> result)>;
 
-/// City and sky: const, thread-safe, shared by every receiver and every worker.
+/// Where an antenna is for the sky, and where its rays start.
+struct Standpoint {
+  geodesy::GpsTime time;
+  Eigen::Vector3d antenna_ecef;   ///< lines of sight are from here [m]
+  Eigen::Vector3d antenna_enu;    ///< the same place in the city's frame [m]
+  Eigen::Matrix3d ecef_from_enu;  ///< rotation of the city's frame
+};
+
+/// What arrives: `satellites` (ascending) of the sky that stand above the antenna's horizon (elevation > 0),
+/// with the paths that `trace` finds in the city. Inside a building or under terrain nothing is traced, and
+/// every satellite is blocked; else `trace` is called once. The antenna must be finite (InputError).
+[[nodiscard]] propagation::Arrival make_arrival(const orbit::Sky& sky,
+                                                std::span<const gnss::SatelliteId> satellites,
+                                                const raytrace::RayScene& scene, const Standpoint& standpoint,
+                                                const Tracer& trace);
+
+/// A city and a sky, each of which others may hold as well: const, thread-safe, shared by every receiver and
+/// every worker.
 class Environment {
  public:
-  /// Over a scene that others may hold as well; neither may be null (InputError).
+  /// Neither may be null (InputError). Klobuchar coefficients ride along for receivers.
   Environment(std::shared_ptr<CityScene> scene, std::shared_ptr<const orbit::Sky> sky,
               std::map<gnss::System, gnss::Klobuchar> klobuchar = {});
-  /// `sky` may be shared with others. Klobuchar coefficients ride along for receivers.
+  /// Over a scene of its own.
   Environment(city::City city, std::shared_ptr<const orbit::Sky> sky,
               std::map<gnss::System, gnss::Klobuchar> klobuchar = {});
   ~Environment();
@@ -54,21 +57,20 @@ class Environment {
   [[nodiscard]] const orbit::Sky& sky() const;
   [[nodiscard]] const std::map<gnss::System, gnss::Klobuchar>& klobuchar() const;
   [[nodiscard]] const raytrace::RayScene& scene() const;
-  /// For hosts that move things between steps; not beside queries.
-  [[nodiscard]] raytrace::RayScene& mutable_scene();
+  /// The same city under another sky; nothing of the city is copied or built.
+  [[nodiscard]] Environment under(std::shared_ptr<const orbit::Sky> sky,
+                                  std::map<gnss::System, gnss::Klobuchar> klobuchar = {}) const;
 
   /// A propagator over this city; keep it as long as needed, it is thread-safe. The environment must outlive
   /// it.
   [[nodiscard]] propagation::Propagator make_propagator(const propagation::PropagationOptions& options) const;
 
-  /// Everything above the horizon (elevation > 0) at a place and time. Antenna in the city's ENU frame,
-  /// finite (InputError). Inside a building or under terrain nothing is traced and every satellite is
-  /// blocked.
-  [[nodiscard]] Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
-                                const propagation::Propagator& propagator) const;
-  /// The same with other rays; `trace` is called once, unless the placement is not Free.
-  [[nodiscard]] Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
-                                const Tracer& trace) const;
+  /// make_arrival() of all satellites at an antenna in the city's ENU frame.
+  [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                             const propagation::Propagator& propagator) const;
+  /// The same with other rays.
+  [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                             const Tracer& trace) const;
 
  private:
   struct Impl;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/frozen_sky.hpp"
@@ -47,7 +48,7 @@ std::shared_ptr<const orbit::Sky> sky() {
 TEST(Environment, CastsRaysWhereTheSatellitesStand) {
   const Environment environment(one_building(), sky());
   const auto propagator = environment.make_propagator({});
-  const Arrival arrival = environment.arrival(kTime, {0, 0, 2}, propagator);
+  const propagation::Arrival arrival = environment.arrival(kTime, {0, 0, 2}, propagator);
   EXPECT_EQ(arrival.placement, raytrace::Placement::Free);
   ASSERT_EQ(arrival.views.size(), 3U);
   EXPECT_EQ(to_string(arrival.views[0].line.id), "G01");
@@ -64,7 +65,7 @@ TEST(Environment, CastsRaysWhereTheSatellitesStand) {
 TEST(Environment, ReflectionHasTheClosedFormExcess) {
   const Environment environment(one_building(), sky());
   const auto propagator = environment.make_propagator({});
-  const Arrival arrival = environment.arrival(kTime, {0, 0, 2}, propagator);
+  const propagation::Arrival arrival = environment.arrival(kTime, {0, 0, 2}, propagator);
   ASSERT_EQ(arrival.views[1].paths.visibility, Visibility::LOSMultipath);
   ASSERT_EQ(arrival.views[1].paths.paths.size(), 2U);
   EXPECT_NEAR(arrival.views[1].paths.paths[1].excess_m, 2 * 20 * std::cos(0.7) * std::cos(0.3), 1e-3);
@@ -73,11 +74,11 @@ TEST(Environment, ReflectionHasTheClosedFormExcess) {
 TEST(Environment, InsideABuildingEverySatelliteIsBlocked) {
   const Environment environment(one_building(), sky());
   const auto propagator = environment.make_propagator({});
-  const Arrival inside = environment.arrival(kTime, {0, -40, 10}, propagator);
+  const propagation::Arrival inside = environment.arrival(kTime, {0, -40, 10}, propagator);
   EXPECT_EQ(inside.placement, raytrace::Placement::InsideBuilding);
-  const Arrival under = environment.arrival(kTime, {0, 100, -3}, propagator);
+  const propagation::Arrival under = environment.arrival(kTime, {0, 100, -3}, propagator);
   EXPECT_EQ(under.placement, raytrace::Placement::UnderTerrain);
-  for (const Arrival& arrival : {inside, under}) {
+  for (const propagation::Arrival& arrival : {inside, under}) {
     ASSERT_EQ(arrival.views.size(), 3U);
     for (const auto& view : arrival.views) {
       EXPECT_EQ(view.paths.visibility, Visibility::Blocked);
@@ -106,6 +107,18 @@ TEST(Environment, PropagatorsSurviveItsMove) {
 
 // Azimuth and elevation belong to the antenna's own vertical, rays to the city's frame: 8 km east the two
 // verticals are 1.26 mrad apart, and the direction rotated through ECEF tells them apart.
+TEST(Environment, GetsAnotherSkyOverTheSameCity) {
+  const Environment environment(one_building(), sky());
+  const auto other =
+      std::make_shared<orbit::FrozenSky>(kOrigin, std::vector<double>{0.4}, std::vector<double>{0.9});
+  const Environment wider = environment.under(other);
+  EXPECT_EQ(&wider.city(), &environment.city());
+  EXPECT_EQ(&wider.scene(), &environment.scene());
+  const propagation::Propagator propagator = environment.make_propagator({});
+  EXPECT_EQ(wider.arrival(kTime, {0, 0, 2}, propagator).views.size(), 1U);
+  EXPECT_EQ(environment.arrival(kTime, {0, 0, 2}, propagator).views.size(), 3U);
+}
+
 TEST(Environment, DirectionsAreInTheCitysFrameFarFromItsOrigin) {
   auto nominal = std::make_shared<orbit::BroadcastSky>(
       orbit::nominal_constellation(kTime - 10.0, kTime + 10.0, {gnss::System::GPS}));
@@ -114,7 +127,7 @@ TEST(Environment, DirectionsAreInTheCitysFrameFarFromItsOrigin) {
   const Environment environment(std::move(city), nominal);
   const auto propagator = environment.make_propagator({});
   const Eigen::Vector3d antenna(8000, 0, 2);
-  const Arrival arrival = environment.arrival(kTime, antenna, propagator);
+  const propagation::Arrival arrival = environment.arrival(kTime, antenna, propagator);
   ASSERT_GE(arrival.views.size(), 6U);
   const geodesy::LocalFrame& frame = environment.city().frame;
   double largest_tilt = 0;
@@ -138,7 +151,7 @@ TEST(Environment, SatellitesAreAscendingAndAboveTheHorizon) {
   city.frame = geodesy::LocalFrame(kOrigin);
   const Environment environment(std::move(city), nominal);
   const auto propagator = environment.make_propagator({});
-  const Arrival arrival = environment.arrival(kTime, {0, 0, 2}, propagator);
+  const propagation::Arrival arrival = environment.arrival(kTime, {0, 0, 2}, propagator);
   std::size_t expected = 0;
   for (const gnss::SatelliteId id : nominal->satellites()) {
     const auto line =

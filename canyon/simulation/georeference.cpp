@@ -4,7 +4,9 @@
 
 #include <Eigen/Geometry>
 
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/tracking/noise.hpp"
 
 namespace canyon::simulation {

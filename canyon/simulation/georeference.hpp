@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "canyon/city/city.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/city/fwd.hpp"
+#include "canyon/simulation/fwd.hpp"
 
 namespace canyon::simulation {
 

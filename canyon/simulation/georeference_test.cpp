@@ -7,6 +7,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario.hpp"
 
 namespace canyon::simulation {
 namespace {

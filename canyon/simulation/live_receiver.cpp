@@ -8,6 +8,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/city_scene.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -26,14 +27,14 @@ std::shared_ptr<CityScene> checked(std::shared_ptr<CityScene> scene) {
 
 struct LiveReceiver::Impl {
   Impl(LiveConfig c, std::shared_ptr<CityScene> s, GpsTime t)
-      : config(std::move(c)),
-        scene(checked(std::move(s))),
-        start(t),
-        receiver(config.receiver.options, config.seed) {
+      : config(std::move(c)), scene(checked(std::move(s))), start(t), receiver(make_receiver()) {
     config.receiver.propagation.validate();
     make_sky(start);
   }
 
+  [[nodiscard]] receiver::Receiver make_receiver() const {
+    return {config.receiver.options, config.seed, config.receiver.disturbances};
+  }
   void make_sky(GpsTime from);
   void make_environment();
   void bring_sky_to(GpsTime t);
@@ -88,6 +89,9 @@ const LiveConfig& LiveReceiver::config() const {
 GpsTime LiveReceiver::start() const {
   return impl_->start;
 }
+const BuiltSky& LiveReceiver::sky() const {
+  return impl_->sky;
+}
 
 void LiveReceiver::set_scene(std::shared_ptr<CityScene> scene) {
   if (scene == impl_->scene) return;
@@ -137,7 +141,7 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
 }
 
 void LiveReceiver::restart() {
-  impl_->receiver = receiver::Receiver(impl_->config.receiver.options, impl_->config.seed);
+  impl_->receiver = impl_->make_receiver();
   impl_->last_s = -std::numeric_limits<double>::infinity();
   impl_->said_empty = false;
 }

@@ -35,7 +35,10 @@ struct LiveConfig {
 /// receiver (`receivers[]` in docs/scenario.md) without its brackets. `name` stands in messages. Relative
 /// paths belong to the folder of `name`. Throws InputError as parse_scenario() does.
 [[nodiscard]] LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name);
+/// Its fields; a host reads a tree of its own settings by options::read().
+void visit(options::Visitor& v, LiveConfig& config);
 /// The keys that parse_live_config() knows, with dots: "noise.sigma_m_per_sqrt_s".
+[[nodiscard]] const options::Description& live_description();
 [[nodiscard]] const std::vector<ScenarioKey>& live_keys();
 
 /// One receiver driven step by step by a host that brings time, motion and surroundings. Same seed and same
@@ -53,6 +56,8 @@ class LiveReceiver {
 
   [[nodiscard]] const LiveConfig& config() const;
   [[nodiscard]] geodesy::GpsTime start() const;
+  /// In use until observe() builds the next one: of nominal skies once a day.
+  [[nodiscard]] const BuiltSky& sky() const;
 
   /// The host rebuilt its world: rays go through this one from now on.
   void set_scene(std::shared_ptr<CityScene> scene);
@@ -60,8 +65,8 @@ class LiveReceiver {
   void set_tracer(Tracer tracer);
 
   struct Step {
-    Epoch epoch;      ///< receiver 0
-    Arrival arrival;  ///< the paths behind it, in the scene's ENU frame
+    Epoch epoch;                   ///< receiver 0
+    propagation::Arrival arrival;  ///< the paths behind it, disturbed, in the scene's ENU frame
   };
   /// One epoch `seconds` of host time after `start`. A time before the last step's begins anew, as
   /// constructed: a world that was reset gives the same numbers again. Throws InputError for a state that is
@@ -71,7 +76,7 @@ class LiveReceiver {
   /// As constructed.
   void restart();
 
-  /// What there is to say since the last call, one line each: stale ephemerides, the end of the orbits.
+  /// Warnings since the last call, one line each: stale ephemerides, the end of the orbits.
   [[nodiscard]] std::vector<std::string> take_warnings();
 
  private:

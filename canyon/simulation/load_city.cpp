@@ -10,6 +10,7 @@
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/simulation/georeference.hpp"
+#include "canyon/simulation/scenario.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -102,6 +103,29 @@ buildings::BuiltCity load_city_with_report(const CityConfig& config,
     loaded.city.frame = geodesy::LocalFrame(config.import.origin);
   }
   return loaded;
+}
+
+CityConfig city_config(const std::filesystem::path& file, const std::optional<geodesy::Geodetic>& origin) {
+  CityConfig config;
+  const std::optional<CityFileKind> kind = city_file_kind(file);
+  if (!kind) throw InputError(file, 0, "no kind of city ends so", city_file_endings());
+  switch (*kind) {
+    case CityFileKind::Map:
+      config.map.emplace();
+      config.map->files = {file};
+      config.map->origin = origin;
+      break;
+    case CityFileKind::Canyon:
+    case CityFileKind::Gazebo:
+      if (origin) throw InputError(file, 0, "says its own origin", "leave the other one out");
+      config.file = file;
+      break;
+    case CityFileKind::Mesh:
+      config.mesh = file;
+      if (origin) config.import.origin = *origin;
+      break;
+  }
+  return config;
 }
 
 city::City load_city(const CityConfig& config) {

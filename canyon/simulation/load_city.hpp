@@ -6,9 +6,15 @@
 #include <vector>
 
 #include "canyon/buildings/city_builder.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/fwd.hpp"
 
 namespace canyon::simulation {
+
+/// What to load for a city file of any kind, by its name, or for a Gazebo model's folder. Throws InputError
+/// for a name that city_file_kind() does not know, and for an origin beside a file that says its own.
+/// @param origin where a mesh's zero lies, or a map's shall
+[[nodiscard]] CityConfig city_config(const std::filesystem::path& file,
+                                     const std::optional<geodesy::Geodetic>& origin = {});
 
 /// The city that a scenario asks for: a map, a city file of any kind, synthetic, or open field. Part of
 /// canyon::io. Where it says it stands: CityConfig::georeference is left alone.

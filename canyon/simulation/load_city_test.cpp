@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::simulation {
@@ -24,6 +25,19 @@ TEST(LoadCity, Synthetic) {
   config.synthetic->blocks_east = 2;
   config.synthetic->blocks_north = 2;
   EXPECT_GE(city::summarize(load_city(config)).buildings, 4U);
+}
+
+TEST(LoadCity, KindsOfFilesByTheirNames) {
+  const auto origin = geodesy::Geodetic::from_degrees(48, 11, 520);
+  EXPECT_EQ(city_config("a.obj", origin).mesh, "a.obj");
+  EXPECT_EQ(city_config("a.obj", origin).import.origin.height_m, 520);
+  EXPECT_EQ(city_config("a.osm.pbf").map->files.front(), "a.osm.pbf");
+  EXPECT_FALSE(city_config("a.osm.pbf").map->origin);
+  EXPECT_EQ(city_config("a.osm.pbf", origin).map->origin->height_m, 520);
+  EXPECT_EQ(city_config("a.canyon").file, "a.canyon");
+  EXPECT_EQ(city_config("a.world").file, "a.world");
+  EXPECT_THROW((void)city_config("a.canyon", origin), InputError);
+  EXPECT_THROW((void)city_config("a.xyz"), InputError);
 }
 
 TEST(LoadCity, MissingMesh) {

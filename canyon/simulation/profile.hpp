@@ -17,6 +17,9 @@ struct Profile {
   ReceiverConfig receiver;
 };
 
+/// Its fields.
+void visit(options::Visitor& v, Profile& profile);
+
 /// One of the profiles that come with the library.
 struct BuiltInProfile {
   std::string_view name;  ///< "ublox-m8t"

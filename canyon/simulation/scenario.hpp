@@ -10,10 +10,12 @@
 
 #include "canyon/city/mesh_import_options.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/disturbance/disturbance.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/satellite_id.hpp"
-#include "canyon/propagation/propagator.hpp"
-#include "canyon/receiver/receiver.hpp"
+#include "canyon/options/describe.hpp"
+#include "canyon/propagation/propagation_options.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 
 namespace canyon::simulation {
 
@@ -85,8 +87,9 @@ struct TrajectoryConfig {
   std::optional<std::filesystem::path> file;
   std::string format = "csv";                ///< csv, urbannav, nmea
   std::vector<geodesy::Geodetic> waypoints;  ///< instead of a file
-  /// Waypoints by east, north, up [m] of a city whose origin is not known before its file is read, with their
-  /// numbers in `waypoints`, where they stand as {}: Simulation puts them in place.
+  /// Waypoints that were given by east, north, up [m] from the city's origin, with their numbers in
+  /// `waypoints`. Where that origin is not known before the city's file is read they stand there as {}:
+  /// Simulation puts all of these in place.
   std::vector<std::pair<std::size_t, Eigen::Vector3d>> local_waypoints;
   double speed_mps = 10;
   double hold_s = 0;
@@ -97,6 +100,8 @@ struct ReceiverConfig {
   receiver::ReceiverOptions options;
   propagation::PropagationOptions propagation;            ///< profile, then scenario, then receiver
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the reference point
+  /// Of a program's own, between what arrives and this receiver, in this order; no scenario file names them.
+  std::vector<disturbance::Source> disturbances;
 };
 
 struct OutputConfig {
@@ -117,7 +122,13 @@ struct Scenario {
   std::vector<ReceiverConfig> receivers;  ///< at least one
   std::uint64_t seed = 1;
   OutputConfig outputs;
+  /// What the file says that may be meant otherwise, one line each.
+  std::vector<std::string> warnings;
 };
+
+/// Index of the receiver of that name; of the first one where `name` is empty. Throws InputError naming those
+/// that there are.
+[[nodiscard]] std::size_t find_receiver(const Scenario& scenario, const std::string& name);
 
 struct ScenarioReadOptions {
   /// `trajectory` must be there. False: where it is absent, Scenario::trajectory has neither file nor
@@ -132,16 +143,22 @@ struct ScenarioReadOptions {
 [[nodiscard]] Scenario parse_scenario(const std::string& text, const std::filesystem::path& name,
                                       const ScenarioReadOptions& options = {});
 
-/// Every key with its unit, default and meaning, in the order of docs/scenario.md: one table for help text,
-/// documentation test and unknown-key check.
-struct ScenarioKey {
-  std::string path;  ///< "receivers[].elevation_mask_deg"
-  std::string unit;
-  std::string default_value;
-  std::string meaning;
-};
+/// The effective scenario as YAML: profiles resolved, every default written out, files by their whole paths.
+/// Read back it gives the same run, to the byte.
+[[nodiscard]] std::string scenario_yaml(const Scenario& scenario);
+
+using ScenarioKey = options::Key;
+/// Every key: for help text, documentation and schema.
+[[nodiscard]] const options::Description& scenario_description();
 [[nodiscard]] const std::vector<ScenarioKey>& scenario_keys();
-/// The table as text for a terminal, a line or two per key.
-[[nodiscard]] std::string format_scenario_keys();
+
+/// Fields as users write them; where one depends on another, a reader judges that as well.
+void visit(options::Visitor& v, Georeference& o);
+void visit(options::Visitor& v, CityConfig& o);
+void visit(options::Visitor& v, SkyConfig& o);
+/// All but name and profile.
+void visit(options::Visitor& v, ReceiverConfig& o);
+void visit(options::Visitor& v, OutputConfig& o);
+void visit(options::Visitor& v, Scenario& o);
 
 }  // namespace canyon::simulation

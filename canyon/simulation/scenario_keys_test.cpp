@@ -1,16 +1,23 @@
-#include "canyon/simulation/scenario_keys.hpp"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
 
+#include "canyon/base/text.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/options/read.hpp"
+#include "canyon/options/values.hpp"
+#include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/profile.hpp"
+#include "tests/support/option_values.hpp"
+#include "tests/support/program.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
@@ -18,8 +25,15 @@
 namespace canyon::simulation {
 namespace {
 
+using canyon::test::another_value;
+using canyon::test::bad_values;
+using canyon::test::nested;
+using canyon::test::run_program;
+using options::Node;
+using test::error_of;
 using test::TemporaryFolder;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 const std::filesystem::path kSource = canyon_source_dir;
 
@@ -104,7 +118,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "default_height_m: 9, heights: [house=7], foliage: true}\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {file: c.canyon}\ntrajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
-      "city: {synthetic: {}}\nsky: {frozen: {satNum: 1, satAzimuth: 1, satElevation: 1}}\n"
+      "city: {synthetic: {}}\nsky: {frozen: {satNum: 1, satAzimuth: 1, satElevation: 1}}\ninterval_s: 60\n"
       "trajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n"};
 }
 
@@ -126,169 +140,310 @@ TEST(ScenarioKeys, TheReaderAcceptsEveryKeyOfTheTableAndNoOther) {
   EXPECT_EQ(used, table);
 }
 
-// --- every key of a receiver means one field
-// ------------------------------------------------------------------
+// --- every key, through every reader
+// ---------------------------------------------------------------------------------
 
-// Every field of a receiver's configuration, one text each.
-std::vector<std::string> fields(const ReceiverConfig& config) {
-  const receiver::ReceiverOptions& o = config.options;
-  const tracking::SignalOptions& s = o.signal;
-  const propagation::PropagationOptions& p = config.propagation;
-  std::vector<std::string> texts;
-  const auto number = [&texts](double value) { texts.push_back(fmt::format("{:.9g}", value)); };
-  const auto all = [&number](std::initializer_list<double> values) {
-    for (const double value : values) number(value);
-  };
-  all({o.fix.elevation_mask_rad, o.fix.cn0_mask_dbhz, double(o.fix.min_satellites), o.fix.max_pdop,
-       double(o.fix.max_iterations), o.fix.convergence_m, double(o.fix.correct_ionosphere),
-       double(o.fix.correct_troposphere), double(o.ionosphere), double(o.troposphere)});
-  const positioning::WeightOptions& w = o.fix.weights;
-  all({double(w.weighting), w.elevation_a_m, w.elevation_b_m, w.cn0_floor_m2, w.cn0_scale_m2_hz});
-  const positioning::RaimOptions& r = o.fix.raim;
-  all({double(r.enabled), r.false_alarm, double(r.max_exclusions), r.sigma_scale});
-  const positioning::PositionFilterOptions& f = o.filter;
-  all({double(f.enabled), f.acceleration_horizontal, f.acceleration_vertical, f.clock_frequency_density,
-       f.clock_drift_density, f.gate_sigmas, f.coast_s});
-  all({config.lever_arm_m.x(), config.lever_arm_m.y(), config.lever_arm_m.z(), o.clock.bias_s, o.clock.drift,
-       o.clock.drift_walk});
-  const receiver::NoiseOptions& n = o.noise;
-  all({double(n.enabled), n.ou.theta_per_s, n.ou.mu_m, n.ou.sigma_m_per_sqrt_s, n.doppler_sigma_hz,
-       double(n.drift_enabled), n.drift_below_speed_mps, double(n.drift_below_los), n.drift_mu_sigma_m});
-  std::string antenna = s.antenna.name();
-  for (const signal::PatternPoint& point : s.antenna.points()) {
-    antenna += fmt::format(" {} {} {}", point.elevation_deg, point.rhcp_dbic, point.lhcp_dbic);
-  }
-  texts.push_back(antenna);
-  all({double(s.enabled), s.link.above_minimum_db, s.link.antenna_temperature_k, s.link.noise_figure_db,
-       s.link.implementation_loss_db, s.satellite_sigma_db, double(s.strength.slabs), s.strength.roughness_m,
-       double(s.strength.foliage), s.front_end_bandwidth_hz});
-  for (const gnss::System system : gnss::kAllSystems) {
-    const auto at = s.system_offset_db.find(system);
-    number(at == s.system_offset_db.end() ? 0 : at->second);
-  }
-  all({double(s.dll.discriminator), s.dll.spacing_chips, s.dll.loop_bandwidth_hz, s.dll.integration_s,
-       s.pll.loop_bandwidth_hz, s.pll.integration_s, s.fll.loop_bandwidth_hz, s.fll.integration_s,
-       s.fll.noise_factor});
-  all({s.lock.acquisition_threshold_dbhz, s.lock.tracking_threshold_dbhz, s.lock.cold_acquisition_s,
-       s.lock.reacquisition_s, s.lock.hold_s, s.lock.memory_s, double(s.lock.warm_start),
-       s.phase_threshold_dbhz, s.cn0_sigma_db, s.cn0_step_db, double(s.loop_noise)});
-  const disturbance::ShadowingOptions& h = s.shadowing;
-  all({double(h.enabled), double(h.environment), h.custom.clear_mean_db, h.custom.clear_sigma_db,
-       h.custom.shadowed_mean_db, h.custom.shadowed_sigma_db, h.custom.enter, h.custom.leave, h.frame_m,
-       h.transition_m, h.correlation_m, h.obstacle_distance_m});
-  all({double(p.model), double(p.reflection_order), p.max_range_m, p.max_incidence_rad,
-       double(p.ground_reflection), double(p.diffraction), double(p.diffuse), double(p.through_foliage)});
-  all({p.edges.max_range_m, p.edges.max_bending_rad, p.edges.max_loss_db, p.edges.max_clear_nu,
-       double(p.edges.max_paths), double(p.edges.edges.terrain), double(p.edges.edges.free_edges),
-       p.edges.edges.min_turn_rad});
-  const propagation::DiffuseOptions& d = p.scattering;
-  all({double(d.rays), d.scattering_coefficient, d.wall_reflectance, double(d.lobe_exponent),
-       d.lowest_elevation_rad, d.max_range_m, d.min_power_db, d.class_m, double(d.max_paths)});
-  return texts;
-}
-
-// "a.b.c" and a value as YAML on one line.
-std::string nested(const std::string& path, const std::string& value) {
-  std::string open;
-  std::string close;
-  std::stringstream names(path);
-  for (std::string name; std::getline(names, name, '.');) {
-    if (!open.empty()) {
-      open += "{";
-      close += "}";
+// The first scalar or list at a key's path, or null.
+Node::Entry* at_path(Node& node, const std::string& path) {
+  const std::size_t end = path.find_first_of(".[");
+  const std::string name = path.substr(0, end);
+  for (Node::Entry& entry : node.entries) {
+    if (entry.key != name) continue;
+    if (end == std::string::npos) return entry.value.kind == Node::Kind::Mapping ? nullptr : &entry;
+    if (path[end] == '.') return at_path(entry.value, path.substr(end + 1));
+    for (Node& item : entry.value.items) {
+      if (Node::Entry* found = at_path(item, path.substr(path.find('.', end) + 1))) return found;
     }
-    open += name + ": ";
   }
-  return open + value + close;
+  return nullptr;
 }
 
+void expect_told(const InputError& error, const options::Key& key, const std::string& file, int line) {
+  const std::string name = key.path.substr(key.path.find_last_of('.') + 1);
+  EXPECT_EQ(error.file(), file) << key.path << ": " << error.what();
+  EXPECT_EQ(error.line(), line) << key.path << ": " << error.what();
+  EXPECT_THAT(error.problem(), StartsWith(name + ": ")) << key.path;
+  EXPECT_NE(error.cure(), "") << key.path << ": " << error.what();
+}
+
+TEST(EveryKey, IsRefusedOutsideItsRangeWithFileLineAndCure) {
+  const TemporaryFolder folder;
+  (void)folder.write("f", "");
+  (void)folder.write("c.canyon", "");
+  options::Document document;
+  document.file = folder / "s.yaml";
+  document.known = scenario_description().paths();
+  int refused = 0;
+  for (const options::Key& key : scenario_keys()) {
+    for (const std::string& bad : bad_values(key)) {
+      bool found = false;
+      for (const std::string& text : scenarios_with_every_key()) {
+        Node root = options::parse_yaml(text, document, "");
+        Node::Entry* entry = at_path(root, key.path);
+        if (entry == nullptr) continue;
+        found = true;
+        entry->value = {};
+        entry->value.kind = Node::Kind::Scalar;
+        entry->value.text = bad;
+        Scenario scenario;
+        expect_told(error_of([&] { options::read(root, document, scenario); }), key,
+                    (folder / "s.yaml").string(), entry->line);
+        ++refused;
+        break;
+      }
+      EXPECT_TRUE(found) << key.path;
+    }
+  }
+  EXPECT_GT(refused, 200);
+}
+
+TEST(EveryKey, OfAReceiverIsRefusedByProfilesAndHostsToo) {
+  for (const options::Key& key : profile_keys()) {
+    for (const std::string& bad : bad_values(key)) {
+      const std::string line = "\n" + nested(key.path, bad) + "\n";
+      expect_told(error_of([&] { (void)parse_profile("description: d" + line, "p.yaml"); }), key, "p.yaml",
+                  2);
+      expect_told(error_of([&] { (void)parse_live_config("seed: 1" + line, "host"); }), key, "host", 2);
+    }
+  }
+}
+
+// A change of any field of a receiver shows in exact_text(), and so in the key of a heat map's store.
 ReceiverConfig profile_with(const std::string& line) {
   return parse_profile("description: d\n" + line + "\n", "p.yaml").receiver;
 }
 
-TEST(ReceiverKeys, DefaultsOfTheTableAreThoseOfTheStructs) {
-  const std::vector<std::string> plain = fields(ReceiverConfig());
-  for (const ScenarioKey& key : profile_keys()) {
-    if (key.default_value.empty()) continue;
-    EXPECT_EQ(fields(profile_with(nested(key.path, key.default_value))), plain) << key.path;
-  }
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
 }
 
-// A value that is allowed, and not the default.
-std::string another(const ScenarioKey& key) {
-  static const std::map<std::string, std::string> kWords{{"true", "false"},
-                                                         {"false", "true"},
-                                                         {"sigma", "cn0"},
-                                                         {"patch", "phone"},
-                                                         {"woodland", "slant_path"},
-                                                         {"urban", "suburban"},
-                                                         {"early_late_power", "coherent"},
-                                                         {"specular", "mirror"},
-                                                         {"", "[[0, -5, -5], [90, 3, -10]]"},
-                                                         {"none", "20"}};
-  const auto word = kWords.find(key.default_value);
-  if (word != kWords.end()) return word->second;
-  const double value = std::stod(key.default_value);
-  const bool whole = key.default_value.find_first_of(".e") == std::string::npos;
-  if (value == 0) return whole ? "1" : "0.1";
-  return whole && value > 1 ? fmt::format("{}", static_cast<int>(value) - 1)
-                            : fmt::format("{:.9g}", value * 0.75);
+TEST(ReceiverKeys, DefaultsOfTheTableAreThoseOfTheStructs) {
+  const std::string plain = options::exact_text(ReceiverConfig());
+  for (const ScenarioKey& key : profile_keys()) {
+    if (key.default_value.empty()) continue;
+    EXPECT_EQ(options::exact_text(profile_with(nested(key.path, key.default_value))), plain) << key.path;
+  }
 }
 
 TEST(ReceiverKeys, EachKeySetsAFieldOfItsOwn) {
-  const std::vector<std::string> plain = fields(ReceiverConfig());
-  std::map<std::size_t, std::string> setter;
+  const std::vector<std::string> plain = lines_of(options::exact_text(ReceiverConfig()));
+  std::set<std::string> changed_by_any;
   for (const ScenarioKey& key : profile_keys()) {
-    std::string value = another(key);
-    // Where the next value below is out of range.
-    if (key.path == "propagation.reflection_order") value = "2";
-    if (key.path == "min_satellites") value = "6";
-    if (key.path == "signal.fll.noise_factor") value = "1.5";
-    if (key.path == "signal.front_end_bandwidth_hz") value = "4e6";
-    if (key.path == "clock.bias_s") value = "0.01";
-    if (key.path == "clock.drift" || key.path == "clock.drift_walk") value = "1e-6";
+    std::string value = another_value(key);
+    if (key.path == "signal.lock.acquisition_threshold_dbhz") value = "30";
     std::vector<std::string> changed;
-    ASSERT_NO_THROW(changed = fields(profile_with(nested(key.path, value)))) << key.path << ": " << value;
-    std::vector<std::size_t> where;
+    ASSERT_NO_THROW(changed = lines_of(options::exact_text(profile_with(nested(key.path, value)))))
+        << key.path << ": " << value;
+    ASSERT_EQ(changed.size(), plain.size());
+    std::vector<std::string> where;
     for (std::size_t i = 0; i < plain.size(); ++i) {
-      if (changed[i] != plain[i]) where.push_back(i);
+      if (changed[i] != plain[i]) where.push_back(plain[i].substr(0, plain[i].find(':')));
     }
-    ASSERT_EQ(where.size(), 1U) << key.path << ": " << value;
-    const auto [other, fresh] = setter.emplace(where.front(), key.path);
-    // Two ways to name an antenna.
-    EXPECT_TRUE(fresh || key.path == "signal.antenna_rows") << key.path << " and " << other->second;
+    // An antenna is its name and its rows.
+    ASSERT_EQ(where.size(), key.path.rfind("signal.antenna", 0) == 0 ? 2U : 1U) << key.path << ": " << value;
+    EXPECT_TRUE(std::find(where.begin(), where.end(), key.path) != where.end()) << key.path;
+    changed_by_any.insert(where.begin(), where.end());
   }
-  EXPECT_EQ(setter.size(), plain.size()) << "a field that no key sets";
+  // Carriers of edges are C++'s alone.
+  EXPECT_EQ(changed_by_any.size() + 1, plain.size()) << "a field that no key sets";
 }
 
-TEST(ReceiverKeys, ScenariosHaveThoseOfProfiles) {
-  std::set<std::string> paths;
-  for (const ScenarioKey& key : scenario_keys()) paths.insert(key.path);
-  for (const ScenarioKey& key : profile_keys())
-    EXPECT_EQ(paths.count("receivers[]." + key.path), 1U) << key.path;
+TEST(ReceiverKeys, ScenariosAndHostsHaveThoseOfProfiles) {
+  const std::vector<std::string> scenario = scenario_description().paths();
+  const std::vector<std::string> live = live_description().paths();
+  for (const ScenarioKey& key : profile_keys()) {
+    EXPECT_THAT(scenario, ::testing::Contains("receivers[]." + key.path));
+    EXPECT_THAT(live, ::testing::Contains(key.path));
+  }
 }
 
 TEST(ScenarioKeys, DocumentationHasTheSameTable) {
-  std::vector<std::string> rows;
-  std::istringstream page(read_text(kSource / "docs/scenario.md"));
-  for (std::string line; std::getline(page, line);) {
-    if (line.rfind("| `", 0) == 0) rows.push_back(line);
-  }
-  ASSERT_EQ(rows.size(), scenario_keys().size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const ScenarioKey& key = scenario_keys()[i];
-    EXPECT_EQ(rows[i],
-              "| `" + key.path + "` | " + key.unit + " | " + key.default_value + " | " + key.meaning + " |");
-  }
+  const std::string page = read_text(kSource / "docs/scenario.md");
+  const std::string begin = "<!-- begin: canyon scenario keys --markdown -->\n";
+  const std::string end = "<!-- end -->\n";
+  const std::size_t from = page.find(begin);
+  ASSERT_NE(from, std::string::npos);
+  const std::size_t to = page.find(end, from);
+  ASSERT_NE(to, std::string::npos);
+  EXPECT_EQ(page.substr(from + begin.size(), to - from - begin.size()), options::markdown(scenario_keys()))
+      << "put what `canyon scenario keys --markdown` prints between the marks";
 }
 
 TEST(ScenarioKeys, HelpTextNamesEveryKeyUnitAndDefault) {
-  const std::string help = format_scenario_keys();
+  const std::string help = options::plain_text(scenario_keys());
   for (const ScenarioKey& key : scenario_keys()) {
     EXPECT_THAT(help, HasSubstr(key.path));
     EXPECT_THAT(help, HasSubstr(key.meaning));
   }
   EXPECT_THAT(help, HasSubstr("[deg, default 10]"));
+}
+
+// --- written back, and the schema
+// ---------------------------------------------------------------------------------
+
+// The examples of the repository beside the files that they name, all empty; a scenario of each profile; and
+// those with every key.
+std::map<std::string, std::string> all_scenarios(const TemporaryFolder& folder) {
+  for (const char* sub : {"hongkong", "urbannav-tst-20190428"}) {
+    std::filesystem::create_directories(folder / sub);
+  }
+  for (const char* name :
+       {"f", "c.canyon", "hongkong/buildings.dae", "urbannav-tst-20190428/hksc1180.19n",
+        "urbannav-tst-20190428/hksc1180.19b", "urbannav-tst-20190428/groundTruth_TST.csv"}) {
+    (void)folder.write(name, "");
+  }
+  std::map<std::string, std::string> texts;
+  for (const auto& entry : std::filesystem::directory_iterator(kSource / "examples")) {
+    if (entry.path().extension() == ".yaml")
+      texts[entry.path().filename().string()] = read_text(entry.path());
+  }
+  for (const BuiltInProfile& profile : built_in_profiles()) {
+    texts[std::string(profile.name)] = fmt::format(
+        "city: {{synthetic: {{}}}}\nstart: 2026-06-01T12:00:00.123456789Z\nrate_hz: 1/60\n"
+        "trajectory: {{position: {{east_m: 0.1, north_m: 2, up_m: 3}}}}\nreceivers: [{{profile: {}}}]\n",
+        profile.name);
+  }
+  const std::vector<std::string> whole = scenarios_with_every_key();
+  for (std::size_t i = 0; i < whole.size(); ++i) texts[fmt::format("every key {}", i)] = whole[i];
+  return texts;
+}
+
+TEST(ScenarioYaml, ReadsBackToTheBit) {
+  const TemporaryFolder folder;
+  const TemporaryFolder elsewhere;
+  for (const auto& [name, text] : all_scenarios(folder)) {
+    const Scenario scenario = parse_scenario(text, folder / "s.yaml");
+    const std::string shown = scenario_yaml(scenario);
+    Scenario again;
+    ASSERT_NO_THROW(again = parse_scenario(shown, elsewhere / "t.yaml")) << name << "\n" << shown;
+    EXPECT_EQ(options::exact_text(again), options::exact_text(scenario)) << name;
+    EXPECT_EQ(scenario_yaml(again), shown) << name;
+    ASSERT_EQ(again.trajectory.waypoints.size(), scenario.trajectory.waypoints.size()) << name;
+    for (std::size_t i = 0; i < again.trajectory.waypoints.size(); ++i) {
+      EXPECT_EQ(again.trajectory.waypoints[i].latitude_rad, scenario.trajectory.waypoints[i].latitude_rad);
+      EXPECT_EQ(again.trajectory.waypoints[i].longitude_rad, scenario.trajectory.waypoints[i].longitude_rad);
+      EXPECT_EQ(again.trajectory.waypoints[i].height_m, scenario.trajectory.waypoints[i].height_m);
+    }
+    EXPECT_EQ(again.start, scenario.start) << name;
+  }
+}
+
+// A tree as JSON, plain words as YAML 1.2's core schema resolves them.
+std::string json_of(const Node& node) {
+  std::string text;
+  switch (node.kind) {
+    case Node::Kind::Empty:
+      return "null";
+    case Node::Kind::Scalar: {
+      const bool bare = node.text == "true" || node.text == "false" || parse_double(node.text).has_value();
+      if (bare) return node.text.front() == '.' ? "0" + node.text : node.text;
+      for (const char c : node.text)
+        text += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+      return "\"" + text + "\"";
+    }
+    case Node::Kind::List:
+      for (const Node& item : node.items) text += (text.empty() ? "" : ",") + json_of(item);
+      return "[" + text + "]";
+    case Node::Kind::Mapping:
+      for (const Node::Entry& entry : node.entries) {
+        text += fmt::format("{}\"{}\":{}", text.empty() ? "" : ",", entry.key, json_of(entry.value));
+      }
+      return "{" + text + "}";
+  }
+  return text;
+}
+
+// Judge: Python's jsonschema (Debian: python3-jsonschema).
+TEST(ScenarioSchema, AcceptsTheExamplesAndRefusesBrokenOnes) {
+  if (run_program("python3 -c 'import jsonschema' 2>/dev/null").status != 0) {
+    GTEST_SKIP() << "SKIPPED: the judge python3-jsonschema is not installed here";
+  }
+  const TemporaryFolder folder;
+  options::Document document;
+  const std::string ok = "city: {synthetic: {}}\n";
+  std::map<std::string, std::string> good = all_scenarios(folder);
+  good["interval"] = ok + "interval_s: 60\n";
+  good["empty section"] = ok + "receivers: [{signal: }]\n";
+  good["none"] = ok + "receivers: [{max_pdop: none}]\n";
+  const std::vector<std::string> broken{
+      "sky: {nominal: true}\n",
+      ok + "sed: 1\n",
+      ok + "rate_hz: 0\n",
+      ok + "rate_hz: fast\n",
+      ok + "rate_hz: 1\ninterval_s: 1\n",
+      ok + "interval_s: 0\n",
+      ok + "receivers: {name: a}\n",
+      ok + "receivers: []\n",
+      ok + "receivers: [{elevation_mask_deg: 90}]\n",
+      ok + "receivers: [{elevation_mask_deg: ten}]\n",
+      ok + "receivers: [{min_satellites: 4.5}]\n",
+      ok + "receivers: [{signal: {dll: {discriminator: doubledelta}}}]\n",
+      ok + "receivers: [{signal: {antenna: patch, antenna_rows: [[0, 1, 2]]}}]\n",
+      ok + "receivers: [{noise: {enabled: perhaps}}]\n",
+      ok + "receivers: [{clock: 5}]\n",
+      ok + "sky: {nominal: true, sp3: f}\n",
+      ok + "start: {week: 2051}\n",
+      "city: {}\n",
+      "city: {open: true, synthetic: {}}\n",
+      "city: {open: true, origin: {latitude_deg: 91, longitude_deg: 1}}\n",
+      "city: {open: true, origin: {latitude_deg: 1}}\n",
+  };
+  std::string judged = "{\"good\": {";
+  for (const auto& [name, text] : good) {
+    judged += fmt::format("{}\"{}\": {}", judged.back() == '{' ? "" : ",\n", name,
+                          json_of(options::parse_yaml(text, document, "")));
+  }
+  judged += "}, \"broken\": {";
+  for (const std::string& text : broken) {
+    Node name;
+    name.kind = Node::Kind::Scalar;
+    name.text = text.substr(0, text.size() - 1);
+    std::replace(name.text.begin(), name.text.end(), '\n', ' ');
+    judged += fmt::format("{}{}: {}", judged.back() == '{' ? "" : ",\n", json_of(name),
+                          json_of(options::parse_yaml(text, document, "")));
+  }
+  (void)folder.write("judged.json", judged + "}}");
+  (void)folder.write("schema.json", options::json_schema(scenario_description(), "scenario"));
+  (void)folder.write("judge.py", R"(
+import json, jsonschema
+schema, judged = json.load(open('schema.json')), json.load(open('judged.json'))
+jsonschema.Draft7Validator.check_schema(schema)
+judge = jsonschema.Draft7Validator(schema)
+for name, scenario in judged['good'].items():
+    for error in judge.iter_errors(scenario):
+        print('refused:', name, list(error.absolute_path), error.message[:200])
+for name, scenario in judged['broken'].items():
+    if judge.is_valid(scenario): print('accepted:', name)
+)");
+  const auto verdict = run_program("cd '" + folder.path().string() + "' && python3 judge.py 2>&1");
+  EXPECT_EQ(verdict.status, 0) << verdict.output;
+  EXPECT_EQ(verdict.output, "");
+}
+
+TEST(ScenarioRate, IntervalsAndFractionsAreExact) {
+  const auto rate = [](const std::string& line) {
+    return parse_scenario("city: {synthetic: {}}\nstart: 2026-06-01T12:00:00Z\n" + line +
+                              "\ntrajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n",
+                          "s.yaml")
+        .rate_hz.value();
+  };
+  // What the simulation steps by: whole nanoseconds of 1 / rate.
+  for (const double interval_s : {0.001, 0.05, 0.1, 1.0 / 3, 7.0, 60.0, 86'400.0}) {
+    const double ns = std::round(1e9 / rate(fmt::format("interval_s: {}", interval_s)));
+    EXPECT_EQ(ns, std::round(interval_s * 1e9)) << interval_s;
+  }
+  EXPECT_EQ(std::round(1e9 / rate("rate_hz: 1/60")), 60e9);
+  EXPECT_EQ(rate("rate_hz: 1/4"), 0.25);
+  const auto fault = [&](const std::string& line) {
+    return std::string(error_of([&] { rate(line); }).what());
+  };
+  EXPECT_THAT(fault("rate_hz: 1/0"), HasSubstr("'1/0' is not a number"));
+  EXPECT_THAT(fault("rate_hz: -1/60"), HasSubstr("out of range; it is above 0"));
+  EXPECT_THAT(fault("rate_hz: 1\ninterval_s: 1"), HasSubstr("stands beside 'rate_hz'"));
+  EXPECT_THAT(fault("duration_s: 1/2"), HasSubstr("is not a number"));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "tests/support/shared_data.hpp"
@@ -388,7 +389,7 @@ TEST(Scenario, TrajectoryMayBeAbsentWhereItIsNotNeeded) {
   EXPECT_FALSE(s.trajectory.file);
   EXPECT_TRUE(s.trajectory.waypoints.empty());
   EXPECT_EQ(parse_scenario(kMinimal, "s.yaml", options).trajectory.waypoints.size(), 1U);
-  // What is there is judged as ever.
+  // Keys that are there are checked as always.
   EXPECT_THROW((void)parse_scenario(kCity + "trajectory: {speed_mps: 3}\n", "s.yaml", options), InputError);
 }
 
@@ -399,6 +400,28 @@ TEST(Scenario, TakesReflectionsUpToTheSecondOrder) {
   EXPECT_EQ(parse_scenario(with("2"), "s.yaml").receivers[0].propagation.reflection_order, 2);
   EXPECT_EQ(parse_scenario(kMinimal, "s.yaml").receivers[0].propagation.reflection_order, 1);
   for (const char* bad : {"3", "-1", "1.5"}) EXPECT_THAT(fault(with(bad)), HasSubstr("reflection_order"));
+}
+
+TEST(Scenario, FindsReceiversByName) {
+  const Scenario scenario = parse_scenario(kMinimal + "receivers: [{name: car}, {name: bus}]\n", "s.yaml");
+  EXPECT_EQ(find_receiver(scenario, ""), 0U);
+  EXPECT_EQ(find_receiver(scenario, "bus"), 1U);
+  EXPECT_THAT(error_of([&] { (void)find_receiver(scenario, "Bus"); }).what(),
+              AllOf(HasSubstr("'Bus'"), HasSubstr("car, bus")));
+}
+
+TEST(Scenario, WarnsOfAStartWithoutAZone) {
+  const auto warnings = [](const std::string& start) {
+    return parse_scenario(
+               kCity + "start: " + start + "\ntrajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n",
+               "s.yaml")
+        .warnings;
+  };
+  EXPECT_THAT(warnings("2026-06-01T12:00:00"), ElementsAre(HasSubstr("2026-06-01T12:00:00 names no zone")));
+  EXPECT_THAT(warnings("2026-06-01T12:00:00Z"), ElementsAre());
+  EXPECT_THAT(warnings("{week: 2420, tow: 0}"), ElementsAre());
+  EXPECT_THAT(fault(kCity + "start: 1975-06-01\ntrajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n"),
+              AllOf(StartsWith("s.yaml:2:"), HasSubstr("1980-01-06")));
 }
 
 }  // namespace

@@ -10,10 +10,12 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/antenna_pose.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
+#include "canyon/simulation/scenario.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -26,6 +28,11 @@ using geodesy::GpsTime;
 // wrong origin.
 constexpr double kFarFromCity_m = 10e3;
 constexpr std::size_t kMaxEpochs = 1'000'000'000;
+// Masks below this, but not 0, are more likely radians: 0.17 rad are 10 deg.
+constexpr double kLeastMask_deg = 1;
+// Civil receivers end their service above 1,000 knots (the export limit of the Missile Technology Control
+// Regime's annex, item 11.A.3: 600 m/s; receivers keep to the older 1,000 knots).
+constexpr double kFastest_mps = 515;
 
 struct Plan {
   Trajectory trajectory;
@@ -143,7 +150,7 @@ void check_ionosphere(const Scenario& scenario, const BuiltSky& sky) {
 // The answer of the pure part for one receiver at one instant.
 struct PureEpoch {
   Pose truth;
-  Arrival arrival;
+  propagation::Arrival arrival;
 };
 
 // Calls `progress` at most ten times a second, and once at the end.
@@ -176,14 +183,17 @@ struct Simulation::Impl {
         plan(std::move(p)),
         sky(build_sky(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position)),
         environment(std::move(city), sky.sky, sky.navigation.klobuchar) {
-    warnings = plan.warnings;
+    warnings = scenario.warnings;
+    warnings.insert(warnings.end(), plan.warnings.begin(), plan.warnings.end());
     warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
     check_ionosphere(scenario, sky);
     check_places();
+    check_masks();
     make_propagators();
   }
 
-  void check_places() const;
+  void check_places();
+  void check_masks();
   void make_propagators();
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
   [[nodiscard]] PureEpoch pure_epoch(std::size_t receiver, GpsTime t) const;
@@ -200,13 +210,21 @@ struct Simulation::Impl {
 };
 
 // Looks at up to two thousand epochs: the trajectory lies in the city, on its terrain where that is asked
-// for.
-void Simulation::Impl::check_places() const {
+// for, at a speed that a receiver may have.
+void Simulation::Impl::check_places() {
   const city::City& city = environment.city();
   const city::Box bounds = city.bounds();
   const std::size_t step = std::max<std::size_t>(1, plan.epochs / 2000);
+  bool fast = false;
   for (std::size_t k = 0; k < plan.epochs; k += step) {
-    const Geodetic place = plan.trajectory.at(plan.at(k)).position;
+    const Pose pose = plan.trajectory.at(plan.at(k));
+    const Geodetic& place = pose.position;
+    const double speed_mps = pose.velocity_enu_mps.norm();
+    if (speed_mps > kFastest_mps && !std::exchange(fast, true)) {
+      warnings.push_back(fmt::format(
+          "the trajectory moves at {:.0f} m/s ({}): faster than civil receivers work, 515 m/s (1,000 knots)",
+          speed_mps, format_gpst(plan.at(k), 0)));
+    }
     if (!city.mesh.triangles.empty()) {
       const double distance = distance_to(bounds, city.frame.local_from_geodetic(place));
       if (!(distance <= kFarFromCity_m)) {
@@ -224,6 +242,16 @@ void Simulation::Impl::check_places() const {
       }
     }
     if (scenario.trajectory.height_above_terrain_m) (void)antenna_pose(0, plan.at(k));
+  }
+}
+
+void Simulation::Impl::check_masks() {
+  for (const ReceiverConfig& receiver : scenario.receivers) {
+    const double mask_rad = receiver.options.fix.elevation_mask_rad;
+    if (!(mask_rad > 0 && mask_rad < geodesy::radians(kLeastMask_deg))) continue;
+    warnings.push_back(fmt::format(
+        "{}: elevation_mask_deg is {:.3g} deg; were radians meant? They would be {:.3g} deg",
+        receiver.options.name, geodesy::degrees(mask_rad), geodesy::degrees(geodesy::degrees(mask_rad))));
   }
 }
 
@@ -274,7 +302,7 @@ std::vector<std::string> Simulation::Impl::placement_warnings(
   return lines;
 }
 
-Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, const Arrival& arrival,
+Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::Arrival& arrival,
                     const Environment& environment) {
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth.position);
   Epoch epoch;
@@ -282,9 +310,10 @@ Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, const Arriv
   epoch.truth_ecef = geodesy::ecef_from_geodetic(truth.position);
   epoch.placement = arrival.placement;
   epoch.observed =
-      receiver.observe(truth.time, epoch.truth_ecef, enu_from_ecef.transpose() * truth.velocity_enu_mps,
-                       arrival.views, environment.city().frame.ecef_from_local_rotation(), arrival.placement,
-                       environment.sky(), environment.klobuchar());
+      receiver.observe({{truth.time, epoch.truth_ecef, enu_from_ecef.transpose() * truth.velocity_enu_mps},
+                        arrival,
+                        environment.sky(),
+                        environment.klobuchar()});
   if (epoch.observed.fix.solved()) {
     epoch.error_enu_m = enu_from_ecef * (epoch.observed.fix.position_ecef - epoch.truth_ecef);
   }
@@ -343,7 +372,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
 
   std::vector<receiver::Receiver> receivers;
   for (const ReceiverConfig& config : impl.scenario.receivers) {
-    receivers.emplace_back(config.options, impl.scenario.seed);
+    receivers.emplace_back(config.options, impl.scenario.seed, config.disturbances);
   }
   std::vector<std::array<std::size_t, 3>> placements(receiver_count);
   Progress progress(options.progress, result.planned);
@@ -360,7 +389,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   };
   const auto observe = [&](std::size_t instant, std::vector<PureEpoch>& epochs) {
     for (std::size_t r = 0; r < receiver_count; ++r) {
-      const PureEpoch& from = epochs[r];
+      PureEpoch& from = epochs[r];
       Epoch epoch = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment);
       epoch.receiver = r;
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
@@ -381,7 +410,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   } catch (...) {
     failure = std::current_exception();
   }
-  // What is done is kept. A sink that failed is left alone: its file stays absent.
+  // Finished epochs are kept. A sink that failed is not finished: its file stays absent.
   for (EpochSink* sink : sinks) {
     if (sink == broken) continue;
     try {

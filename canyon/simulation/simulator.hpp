@@ -6,36 +6,18 @@
 #include <string>
 #include <vector>
 
+#include "canyon/city/fwd.hpp"
 #include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/scenario.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/epoch.hpp"
+#include "canyon/simulation/fwd.hpp"
 
 namespace canyon::simulation {
 
-/// One receiver at one instant: truth, what it saw, what it believes.
-struct Epoch {
-  std::size_t receiver = 0;  ///< index into Simulation::scenario().receivers
-  Pose truth;                ///< of the antenna (lever arm and clamp applied)
-  Eigen::Vector3d truth_ecef = Eigen::Vector3d::Zero();
-  raytrace::Placement placement = raytrace::Placement::Free;
-  receiver::ReceiverEpoch observed;
-  /// Fix minus truth in ENU at the truth [m]; NaN without fix.
-  Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-};
-
 /// The epoch that a receiver makes of what arrives at a known place: measurements, fix, and its error.
-/// Simulation and hosts with a clock of their own share it. Throws as Receiver::observe() does.
-[[nodiscard]] Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, const Arrival& arrival,
-                                  const Environment& environment);
-
-/// Takes epochs in order: by time, then by receiver.
-class EpochSink {
- public:
-  virtual ~EpochSink() = default;
-  virtual void write(const Epoch& epoch) = 0;
-  /// After the last epoch, also after an interruption: what was written becomes whole files.
-  virtual void finish() = 0;
-};
+/// Simulation and hosts with a clock of their own share it. `arrival` is disturbed in place. Throws as
+/// Receiver::observe() does.
+[[nodiscard]] Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth,
+                                  propagation::Arrival& arrival, const Environment& environment);
 
 struct RunOptions {
   int threads = 0;                          ///< 0: as many as cores; never more than those
@@ -98,6 +80,9 @@ struct BuiltSky {
 };
 [[nodiscard]] BuiltSky build_sky(const SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
                                  const geodesy::Geodetic& place);
+
+/// Whether any satellite at all is known at `t`.
+[[nodiscard]] bool has_satellites(const orbit::Sky& sky, geodesy::GpsTime t);
 
 /// Throws InputError where a sky has satellites without ionosphere coefficients of their system or of GPS.
 void require_ionosphere(const BuiltSky& sky);

@@ -7,6 +7,7 @@
 
 #include "canyon/base/text_file.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"

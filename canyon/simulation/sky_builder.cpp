@@ -11,6 +11,7 @@
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 namespace canyon::simulation {
@@ -28,7 +29,7 @@ std::string list_text(const std::vector<gnss::SatelliteId>& ids) {
   constexpr std::size_t kMost = 8;
   std::string text;
   for (std::size_t i = 0; i < std::min(ids.size(), kMost); ++i)
-    text += (i == 0 ? "" : " ") + to_string(ids[i]);
+    text += fmt::format("{}{}", i == 0 ? "" : " ", to_string(ids[i]));
   if (ids.size() > kMost) text += fmt::format(" and {} more", ids.size() - kMost);
   return text;
 }
@@ -99,7 +100,7 @@ void check_systems(const orbit::Sky& sky, const std::set<gnss::System>& wanted,
   }
 }
 
-// What stale ephemerides a sky would not have without allow_stale.
+// Warns of the ephemerides that a sky has only because of allow_stale.
 void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTime begin, GpsTime end,
                   std::vector<std::string>& warnings) {
   const orbit::BroadcastSky strict(sky.data(), {config.systems, false});
@@ -165,6 +166,11 @@ BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const ge
   check_systems(*sky, config.systems, built.warnings);
   built.sky = std::move(sky);
   return built;
+}
+
+bool has_satellites(const orbit::Sky& sky, GpsTime t) {
+  const std::vector<gnss::SatelliteId> ids = sky.satellites();
+  return std::any_of(ids.begin(), ids.end(), [&](gnss::SatelliteId id) { return sky.state(id, t); });
 }
 
 void require_ionosphere(const BuiltSky& sky) {

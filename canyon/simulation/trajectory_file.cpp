@@ -13,6 +13,7 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/geodesy/time_text.hpp"
 #include "canyon/simulation/trajectory.hpp"
 
 namespace canyon::simulation {
@@ -55,6 +56,15 @@ double to_angle_deg(const TextFile& file, std::string_view text, std::string_vie
 
 Geodetic to_place(const TextFile& file, std::string_view latitude, std::string_view longitude,
                   std::string_view height) {
+  // No latitude, but a longitude beside a latitude: 114.17, 22.30. In ddmm.mm 114.17 would be 1 deg 14 min,
+  // and the other one below a degree.
+  const std::optional<double> first = parse_double(latitude);
+  const std::optional<double> second = parse_double(longitude);
+  if (first && second && std::abs(*first) > 90 && std::abs(*first) <= 180 && std::abs(*second) <= 90) {
+    throw file.error(fmt::format("the latitude {} deg is out of range", trim(latitude)),
+                     "latitude and longitude look swapped: latitude stands first, or name the columns in a "
+                     "header");
+  }
   const double latitude_deg = to_angle_deg(file, latitude, "latitude", 90);
   double longitude_deg = to_number(file, longitude, "longitude");
   // 0 to 360 is a habit of some recorders.
@@ -143,6 +153,7 @@ TrajectoryFile read_csv(TextFile& file, GpsTime start) {
   Samples samples;
   CsvColumns columns;
   std::optional<bool> relative;
+  std::vector<std::string> warnings;
   bool first = true;
   while (const auto line = file.next_line()) {
     if (is_skipped(*line)) continue;
@@ -174,18 +185,30 @@ TrajectoryFile read_csv(TextFile& file, GpsTime start) {
       }
       time = start + *seconds;
     } else {
+      if (warnings.empty() && !geodesy::names_time_scale(time_text)) {
+        warnings.push_back(
+            file.error(fmt::format("the time {} names no zone", time_text), "such times are taken as UTC")
+                .what());
+      }
       try {
-        time = geodesy::parse_time(time_text);
+        time = geodesy::parse_simulated_time(time_text);
       } catch (const InputError& e) {
-        throw file.error(fmt::format("the time '{}' is neither a number nor ISO 8601", time_text),
-                         e.cure().empty() ? e.problem() : e.cure());
+        bool written = true;
+        try {
+          (void)geodesy::parse_time(time_text);
+        } catch (const InputError&) {
+          written = false;
+        }
+        throw file.error(
+            written ? e.problem() : fmt::format("the time '{}' is neither a number nor ISO 8601", time_text),
+            e.cure().empty() ? e.problem() : e.cure());
       }
     }
     append(file, samples, time,
            to_place(file, fields[columns.index[1]], fields[columns.index[2]], fields[columns.index[3]]));
   }
   if (samples.empty()) refuse_empty(file, "'time, latitude, longitude, height'");
-  return {Trajectory(std::move(samples)), !*relative, {}};
+  return {Trajectory(std::move(samples)), !*relative, std::move(warnings)};
 }
 
 // --- urbannav ----------------------------------------------------------------------------------------------

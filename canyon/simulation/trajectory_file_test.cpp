@@ -17,6 +17,7 @@ using test::error_of;
 using test::TemporaryFolder;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 const GpsTime kStart = parse_time("2019-04-28T12:58:03Z");
 
@@ -65,6 +66,14 @@ TEST(TrajectoryCsv, ReadsSecondsFromTheStartAndColumnsByName) {
   EXPECT_NEAR(degrees(file.trajectory.at(kStart).position.latitude_rad), 22.3, 1e-12);
 }
 
+TEST(TrajectoryCsv, WarnsOnceOfTimesWithoutAZone) {
+  const TrajectoryFile file =
+      read("2019-04-28T12:58:03,22.3,114.17,5\n2019-04-28T12:58:04,22.3,114.17,5\n", "csv");
+  EXPECT_THAT(file.warnings,
+              ElementsAre(testing::AllOf(HasSubstr("track.txt:1: "), HasSubstr("names no zone"))));
+  EXPECT_THAT(read("2019-04-28T12:58:03Z,22.3,114.17,5\n", "csv").warnings, ElementsAre());
+}
+
 TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault("0,22.3,114.17,nan\n", "csv"),
               HasSubstr("track.txt:1: the height 'nan' is not a number"));
@@ -72,7 +81,9 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
               testing::AllOf(HasSubstr("track.txt:2: the latitude 2218.5 deg is out of range"),
                              HasSubstr("ddmm.mm"), HasSubstr("22.3083333")));
   EXPECT_THAT(fault("0,223000000,114.17,1\n", "csv"), HasSubstr("1e7"));
-  EXPECT_THAT(fault("0,114.17,22.3,1\n", "csv"), HasSubstr("out of range"));
+  EXPECT_THAT(fault("0,114.17,22.3,1\n", "csv"),
+              testing::AllOf(HasSubstr("out of range"), HasSubstr("look swapped"), Not(HasSubstr("NMEA"))));
+  EXPECT_THAT(fault("1975-06-01T00:00:00Z,22.3,114.17,1\n", "csv"), HasSubstr("from 1980-01-06"));
   EXPECT_THAT(fault("0,22.3,11410.2,1\n", "csv"), HasSubstr("ddmm.mm"));
   EXPECT_THAT(fault("0,22.3,114.17\n", "csv"), HasSubstr("3 columns where 4 are needed"));
   EXPECT_THAT(fault("0,22.3,114.17,1\n2,22.3,114.17,1\n1,22.3,114.17,1\n", "csv"),

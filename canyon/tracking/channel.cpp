@@ -92,16 +92,11 @@ Channel::Channel(const ChannelModel& model, gnss::SatelliteId id, const AntennaM
       satellite_constant_db_(model.satellite_constant_db(id)),
       lock_(model.options().lock),
       fades_(gnss::to_string(id), model.stream(id, "diffuse")),
-      obstacle_distance_m_(model.options().shadowing.obstacle_distance_m),
       ambiguity_(model.stream(id, "ambiguity")),
       cn0_noise_(model.stream(id, "cn0")),
       code_noise_(model.options().dll.loop_bandwidth_hz, model.stream(id, "dll")),
       doppler_noise_(model.options().fll.loop_bandwidth_hz, model.stream(id, "fll")),
       phase_noise_(model.options().pll.loop_bandwidth_hz, model.stream(id, "pll")) {
-  if (model.options().shadowing.enabled) {
-    shadowing_.emplace(model.options().shadowing, model.stream(id, "shadow"),
-                       model.stream(id, "shadow level"));
-  }
   if (motion.epoch_before) {
     lock_.update(motion.first_epoch, std::nullopt);
     lock_.update(*motion.epoch_before, std::nullopt);
@@ -121,26 +116,18 @@ bool Channel::jumped(const AntennaMotion& motion, const orbit::LineOfSight& line
   return result;
 }
 
-double Channel::shadow(const AntennaMotion& motion, const orbit::LineOfSight& line, double turning_rad_s) {
-  if (!shadowing_) return 1;
-  if (swept_until_) swept_m_ += obstacle_distance_m_ * turning_rad_s * (motion.time - *swept_until_);
-  swept_until_ = motion.time;
-  return std::pow(10, shadowing_->level_db(motion.way_m + swept_m_, line.elevation_rad) / 20);
-}
-
 void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
                      const propagation::SatelliteView& view, const CodeTracker& tracker) {
   const SignalOptions& options = model.options();
   const orbit::LineOfSight& line = view.line;
   const std::vector<Path>& paths = view.paths.paths;
-  const double frequency = line.state.carrier_frequency_hz;
-  const double wavelength = geodesy::kSpeedOfLight / frequency;
+  const double wavelength = geodesy::kSpeedOfLight / line.state.carrier_frequency_hz;
   const Correlation& correlation = tracker.correlation();
-  const double turning = line.direction_ecef.cross(line.velocity_at_reception_mps).norm() / line.range_m;
-  const double direct_factor = shadow(motion, line, turning);
+  const double turning = view.turning_radps();
 
   // Amplitudes, and the strongest of the paths where the replica stands. Bundles count by their mean, or the
   // carrier would follow their fading.
+  signal::path_amplitudes(view, options.antenna, options.strength, amplitudes_);
   paths_.resize(paths.size());
   rates_mps_.resize(paths.size());
   tracked_ = 0;
@@ -149,10 +136,7 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
   std::size_t anywhere = 0;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const Path& path = paths[i];
-    paths_[i] = {
-        path.excess_m,
-        signal::path_amplitude(path, line.elevation_rad, frequency, options.antenna, options.strength), 0};
-    if (path.kind == PathKind::Direct) paths_[i].amplitude *= direct_factor;
+    paths_[i] = {path.excess_m, amplitudes_[i], 0};
     rates_mps_[i] = path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu);
     const double amplitude = std::sqrt(std::norm(paths_[i].amplitude));
     if (amplitude > strongest_anywhere) {
@@ -250,7 +234,8 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   const std::optional<CodeLock> code = signal.tracker.lock(paths_, code_delay_m_);
   if (code && code->prompt_power > 0) {
     result.cn0_dbhz = model.reference_cn0_dbhz(id_, view.line.elevation_rad, satellite_constant_db_) +
-                      10 * std::log10(code->prompt_power / signal.peak_power);
+                      10 * std::log10(code->prompt_power / signal.peak_power) -
+                      10 * std::log10(view.noise_factor);
     result.code_delay_m = code->delay_m;
   }
   result.lock = lock_.update(motion.time, result.cn0_dbhz);

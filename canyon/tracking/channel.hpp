@@ -8,8 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/disturbance/shadowing.hpp"
-#include "canyon/propagation/paths.hpp"
+#include "canyon/propagation/arrival.hpp"
 #include "canyon/tracking/channel_fading.hpp"
 #include "canyon/tracking/loop_noise.hpp"
 #include "canyon/tracking/signal_options.hpp"
@@ -56,7 +55,6 @@ struct AntennaMotion {
   geodesy::GpsTime first_epoch;                                 ///< of the receiver
   std::optional<geodesy::GpsTime> epoch_before;                 ///< of the receiver; empty at its first
   double step_m = 0;                                            ///< of the antenna since then [m], >= 0
-  double way_m = 0;                                             ///< sum of all steps [m]
   Eigen::Vector3d velocity_ecef = Eigen::Vector3d::Zero();      ///< [m/s], in the rotating frame
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();  ///< of the frame that paths are given in
 };
@@ -86,10 +84,9 @@ struct LoopErrors {
 };
 
 /// One channel of a receiver: the signal of one satellite from its paths to code delay, C/N0, lock and phase.
-/// Every path's amplitude is path_amplitude() times its random factor (PathFades; of the direct path
-/// Shadowing, where that is on); the carrier that is
-/// followed is that of the strongest path where the code loop stands; the code loop rests where CodeTracker
-/// says; the true C/N0 drives the lock (docs/tracking.md).
+/// Every path's amplitude is signal::path_amplitude() times its random factor (PathFades); the carrier that
+/// is followed is that of the strongest path where the code loop stands; the code loop rests where
+/// CodeTracker says; the true C/N0 drives the lock (docs/tracking.md).
 class Channel {
  public:
   /// A channel whose satellite is met at motion.time; before it had no signal since the first epoch.
@@ -117,9 +114,6 @@ class Channel {
     TrackedPhase tracked;
   };
   [[nodiscard]] bool jumped(const AntennaMotion& motion, const orbit::LineOfSight& line, double chip_m);
-  /// Factor of the direct path's amplitude [1].
-  [[nodiscard]] double shadow(const AntennaMotion& motion, const orbit::LineOfSight& line,
-                              double turning_rad_s);
   void gather(const ChannelModel& model, const AntennaMotion& motion, const propagation::SatelliteView& view,
               const CodeTracker& tracker);
   [[nodiscard]] std::optional<TrackedPhase> follow_phase(const AntennaMotion& motion,
@@ -130,10 +124,6 @@ class Channel {
   double satellite_constant_db_;
   SignalLock lock_;
   PathFades fades_;
-  std::optional<disturbance::Shadowing> shadowing_;
-  double obstacle_distance_m_;
-  double swept_m_ = 0;  // by shadows over the antenna, as the satellite moved
-  std::optional<geodesy::GpsTime> swept_until_;
   std::optional<double> code_delay_m_;  // prior of the code loop
   std::optional<Geometry> geometry_;
   std::optional<Phase> phase_;
@@ -142,6 +132,7 @@ class Channel {
   LoopNoise code_noise_, doppler_noise_, phase_noise_;
   std::optional<geodesy::GpsTime> sampled_;
   // Of the epoch in hand, kept for their memory.
+  std::vector<std::complex<double>> amplitudes_;
   std::vector<SignalPath> paths_;
   std::vector<double> rates_mps_;
   std::size_t tracked_ = 0;

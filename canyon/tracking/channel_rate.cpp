@@ -1,5 +1,7 @@
 #include "canyon/tracking/channel_rate.hpp"
 
+#include <Eigen/Geometry>
+
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::tracking {

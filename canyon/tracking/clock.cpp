@@ -5,22 +5,9 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::tracking {
-
-void ClockOptions::validate() const {
-  if (!(std::abs(bias_s) <= 0.1)) {
-    throw InputError(fmt::format("bias_s of the receiver clock is {}", bias_s), "it must lie within +-0.1 s");
-  }
-  if (!(std::abs(drift) <= 1e-4)) {
-    throw InputError(fmt::format("drift of the receiver clock is {}", drift),
-                     "it must lie within +-1e-4 s/s");
-  }
-  if (!(drift_walk >= 0 && drift_walk <= 1e-4)) {
-    throw InputError(fmt::format("drift_walk of the receiver clock is {}", drift_walk),
-                     "it must lie within 0 and 1e-4 s/s/sqrt(s)");
-  }
-}
 
 ReceiverClock::ReceiverClock(const ClockOptions& options, RandomStream stream)
     : walk_(options.drift_walk), stream_(stream), bias_s_(options.bias_s), drift_(options.drift) {
@@ -38,6 +25,16 @@ void ReceiverClock::advance(double dt_s) {
   const double gain = walk_ * std::sqrt(dt_s) * stream_.normal();
   bias_s_ += gain * dt_s / 2 + walk_ * dt_s * std::sqrt(dt_s / 12) * stream_.normal();
   drift_ += gain;
+}
+
+void ClockOptions::validate() const {
+  options::check(*this, "receiver clock");
+}
+
+void visit(options::Visitor& v, ClockOptions& o) {
+  v.number({"bias_s", "s", "receiver clock minus GPST at the first epoch"}, o.bias_s, {-0.1, 0.1});
+  v.number({"drift", "s/s", "its rate at the first epoch"}, o.drift, {-1e-4, 1e-4});
+  v.number({"drift_walk", "s/s/sqrt(s)", "random walk of the drift"}, o.drift_walk, {0, 1e-4});
 }
 
 }  // namespace canyon::tracking

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "canyon/options/fwd.hpp"
 #include "canyon/tracking/noise.hpp"
 
 namespace canyon::tracking {
@@ -12,6 +13,8 @@ struct ClockOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, ClockOptions& o);
 
 /// The two states of the clock, stepped exactly: over dt the drift gains N(0, q dt), the bias drift dt plus
 /// N(0, q dt^3 / 3), their covariance q dt^2 / 2, with q = drift_walk^2 (the two-state clock model, e.g.

@@ -10,6 +10,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::tracking {
 namespace {
@@ -38,28 +39,6 @@ std::string_view name(Discriminator discriminator) {
   }
   assert(false);
   return "";
-}
-
-void DllOptions::validate() const {
-  const double widest = discriminator == Discriminator::DoubleDelta ? 0.5 : 1;
-  if (!(spacing_chips > 0.001 && spacing_chips <= widest)) {
-    throw InputError(
-        fmt::format("spacing_chips of the code loop is {}", spacing_chips),
-        fmt::format("it must be above 0.001 and at most {} chips ({})", widest, name(discriminator)));
-  }
-  if (!(loop_bandwidth_hz > 0 && loop_bandwidth_hz <= 50)) {
-    throw InputError(fmt::format("loop_bandwidth_hz of the code loop is {}", loop_bandwidth_hz),
-                     "it must be above 0 and at most 50 Hz");
-  }
-  if (!(integration_s > 0 && integration_s <= 10)) {
-    throw InputError(fmt::format("integration_s of the code loop is {}", integration_s),
-                     "it must be above 0 and at most 10 s");
-  }
-  if (!(loop_bandwidth_hz * integration_s < 0.5)) {
-    throw InputError(fmt::format("the code loop has a bandwidth of {} Hz and integrates {} s",
-                                 loop_bandwidth_hz, integration_s),
-                     "their product must be below 0.5");
-  }
 }
 
 CorrelatorBank correlator_bank(const DllOptions& options) {
@@ -325,6 +304,30 @@ std::optional<CodeLock> CodeTracker::lock(std::span<const SignalPath> paths,
   }
   if (std::optional<CodeLock> lock = follow(peak)) return lock;
   return nearest(peak);
+}
+
+void DllOptions::validate() const {
+  options::check(*this, "code loop");
+  if (discriminator == Discriminator::DoubleDelta && spacing_chips > 0.5) {
+    throw InputError(fmt::format("spacing_chips of the code loop is {}", spacing_chips),
+                     "it must be above 0.001 and at most 0.5 chips (double delta)");
+  }
+  if (!(loop_bandwidth_hz * integration_s < 0.5)) {
+    throw InputError(fmt::format("the code loop has a bandwidth of {} Hz and integrates {} s",
+                                 loop_bandwidth_hz, integration_s),
+                     "their product must be below 0.5");
+  }
+}
+
+void visit(options::Visitor& v, DllOptions& o) {
+  static constexpr std::string_view kDiscriminators[]{"coherent", "early_late_power", "dot_product",
+                                                      "double_delta"};
+  v.choice({"discriminator", "", "of the code loop: coherent, early_late_power, dot_product or double_delta"},
+           o.discriminator, kDiscriminators);
+  v.number({"spacing_chips", "chips", "from early to late correlator (double_delta: of the inner pair)"},
+           o.spacing_chips, {0.001, 1, true});
+  v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth"}, o.loop_bandwidth_hz, {0, 50, true});
+  v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
 }
 
 }  // namespace canyon::tracking

@@ -7,6 +7,7 @@
 #include <span>
 #include <string_view>
 
+#include "canyon/options/fwd.hpp"
 #include "canyon/tracking/correlation.hpp"
 
 namespace canyon::tracking {
@@ -28,8 +29,8 @@ enum class Discriminator : std::uint8_t {
 
 struct DllOptions {
   Discriminator discriminator = Discriminator::EarlyLatePower;
-  /// From early to late [chips], (0, 1]; of the inner pair for DoubleDelta, (0, 0.5]. 1 is the standard, 0.1
-  /// the narrow correlator (van Dierendonck, Fenton & Ford, Navigation 39(3), 1992).
+  /// From early to late [chips], (0.001, 1]; of the inner pair for DoubleDelta, (0.001, 0.5]. 1 is the
+  /// standard, 0.1 the narrow correlator (van Dierendonck, Fenton & Ford, Navigation 39(3), 1992).
   double spacing_chips = 0.5;
   /// One-sided noise bandwidth Bn [Hz], (0, 50]. Carrier-aided code loops are narrow: Kaplan & Hegarty (2nd
   /// ed. 2006, figure 5.28) show 0.2 and 2 Hz.
@@ -39,6 +40,8 @@ struct DllOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, DllOptions& o);
 
 /// The correlators whose weighted sum, times P*, is the discriminator (EarlyLatePower: E - L).
 struct CorrelatorBank {

@@ -263,7 +263,7 @@ TEST(CodeTracker, TracksReflectionsWithoutADirectPath) {
   // More than one and a quarter chips away it feels nothing, and the signal is found anew.
   const std::vector<SignalPath> far{{500, {0.2, 0.1}, 0}};
   EXPECT_NEAR(loop.lock(far, 0.0)->delay_m, 500, 1e-6);
-  // Of two echoes far apart the strongest is found; the one that is tracked is kept.
+  // The loop finds the stronger of two echoes far apart, and keeps the one that it tracks.
   const std::vector<SignalPath> two{{100, {0.3, 0}, 0}, {700, {0, 0.5}, 0}};
   EXPECT_NEAR(loop.lock(two)->delay_m, 700, 1e-6);
   EXPECT_NEAR(loop.lock(two, 110.0)->delay_m, 100, 1e-6);
@@ -392,7 +392,7 @@ TEST(CodeTracker, PhasesStayInsideTheEnvelope) {
   }
 }
 
-// Whatever arrives, the answer is a stable zero inside the reach of the paths, and always the same.
+// For any paths the answer is a stable zero within their reach, and the same each time.
 TEST(CodeTracker, RandomPathsGiveStableZeros) {
   std::vector<CodeTracker> loops;
   for (const Modulation modulation : {Modulation::BPSK, Modulation::BOC11, Modulation::CBOCPilot}) {

@@ -6,19 +6,12 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::tracking {
 namespace {
 
-void check_loop(double bandwidth_hz, double integration_s, std::string_view loop) {
-  if (!(bandwidth_hz > 0 && bandwidth_hz <= 100)) {
-    throw InputError(fmt::format("loop_bandwidth_hz of the {} is {}", loop, bandwidth_hz),
-                     "it must be above 0 and at most 100 Hz");
-  }
-  if (!(integration_s > 0 && integration_s <= 10)) {
-    throw InputError(fmt::format("integration_s of the {} is {}", loop, integration_s),
-                     "it must be above 0 and at most 10 s");
-  }
+void check_product(double bandwidth_hz, double integration_s, std::string_view loop) {
   if (!(bandwidth_hz * integration_s < 0.5)) {
     throw InputError(
         fmt::format("the {} has a bandwidth of {} Hz and integrates {} s", loop, bandwidth_hz, integration_s),
@@ -84,22 +77,10 @@ double dll_jitter_m(const CodeTracker& tracker, double cn0_dbhz) {
   return dll_jitter_chips(tracker, cn0_dbhz) * tracker.correlation().chip_m();
 }
 
-void PllOptions::validate() const {
-  check_loop(loop_bandwidth_hz, integration_s, "phase lock loop");
-}
-
 double pll_jitter_rad(const PllOptions& options, double cn0_dbhz) {
   options.validate();
   const double ratio = cn0_hz(cn0_dbhz);
   return std::sqrt(options.loop_bandwidth_hz / ratio * (1 + 1 / (2 * options.integration_s * ratio)));
-}
-
-void FllOptions::validate() const {
-  check_loop(loop_bandwidth_hz, integration_s, "frequency lock loop");
-  if (!(noise_factor >= 1 && noise_factor <= 2)) {
-    throw InputError(fmt::format("noise_factor of the frequency lock loop is {}", noise_factor),
-                     "it must be 1 to 2");
-  }
 }
 
 double fll_jitter_hz(const FllOptions& options, double cn0_dbhz) {
@@ -119,6 +100,29 @@ double LoopNoise::advance(double dt_s, double sigma) {
                      "it must be finite and 0 or more");
   }
   return sigma * process_.advance(dt_s);
+}
+
+void PllOptions::validate() const {
+  options::check(*this, "phase lock loop");
+  check_product(loop_bandwidth_hz, integration_s, "phase lock loop");
+}
+
+void FllOptions::validate() const {
+  options::check(*this, "frequency lock loop");
+  check_product(loop_bandwidth_hz, integration_s, "frequency lock loop");
+}
+
+void visit(options::Visitor& v, PllOptions& o) {
+  v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth of the phase loop"}, o.loop_bandwidth_hz,
+           {0, 100, true});
+  v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
+}
+
+void visit(options::Visitor& v, FllOptions& o) {
+  v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth of the frequency loop (Doppler)"},
+           o.loop_bandwidth_hz, {0, 100, true});
+  v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
+  v.number({"noise_factor", "", "1 at high C/N0, 2 near the tracking threshold"}, o.noise_factor, {1, 2});
 }
 
 }  // namespace canyon::tracking

@@ -5,24 +5,11 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::tracking {
 double OuOptions::standard_deviation_m() const {
   return sigma_m_per_sqrt_s / std::sqrt(2 * theta_per_s);
-}
-
-void OuOptions::validate() const {
-  if (!(theta_per_s > 0) || !std::isfinite(theta_per_s)) {
-    throw InputError(fmt::format("theta_per_s of the OU noise is {}", theta_per_s),
-                     "it must be above 0 per second");
-  }
-  if (!std::isfinite(mu_m)) {
-    throw InputError(fmt::format("mu_m of the OU noise is {}", mu_m), "it must be a finite number of metres");
-  }
-  if (!(sigma_m_per_sqrt_s >= 0) || !std::isfinite(sigma_m_per_sqrt_s)) {
-    throw InputError(fmt::format("sigma_m_per_sqrt_s of the OU noise is {}", sigma_m_per_sqrt_s),
-                     "it must be 0 or more m/sqrt(s)");
-  }
 }
 
 OuProcess::OuProcess(const OuOptions& options, RandomStream stream) : options_(options), stream_(stream) {
@@ -45,6 +32,19 @@ double OuProcess::advance(double dt_s, double mu_m) {
   const double kept = std::sqrt(-std::expm1(-2 * options_.theta_per_s * dt_s));
   value_ = mu_m + (value_ - mu_m) * decay + options_.standard_deviation_m() * kept * stream_.normal();
   return value_;
+}
+
+void OuOptions::validate() const {
+  options::check(*this, "OU noise");
+}
+
+void visit(options::Visitor& v, OuOptions& o) {
+  v.number({"theta_per_s", "1/s", "mean reversion of each satellite's Ornstein-Uhlenbeck process"},
+           o.theta_per_s, {0, 1e6, true});
+  v.number({"mu_m", "m", "its mean"}, o.mu_m, {-1e6, 1e6});
+  v.number(
+      {"sigma_m_per_sqrt_s", "m/sqrt(s)", "its diffusion; the standard deviation is sigma / sqrt(2 theta)"},
+      o.sigma_m_per_sqrt_s, {0, 1e6});
 }
 
 }  // namespace canyon::tracking

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "canyon/base/random.hpp"
+#include "canyon/options/fwd.hpp"
 
 namespace canyon::tracking {
 
@@ -18,6 +19,8 @@ struct OuOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, OuOptions& o);
 
 class OuProcess {
  public:

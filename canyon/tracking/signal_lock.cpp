@@ -6,35 +6,9 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::tracking {
-namespace {
-
-void check_time(double seconds, std::string_view field) {
-  if (!(seconds >= 0 && seconds <= 1e8)) {
-    throw InputError(fmt::format("{} of the signal lock is {}", field, seconds), "it must be 0 to 1e8 s");
-  }
-}
-
-}  // namespace
-
-void SignalLockOptions::validate() const {
-  if (!std::isfinite(acquisition_threshold_dbhz)) {
-    throw InputError(
-        fmt::format("acquisition_threshold_dbhz of the signal lock is {}", acquisition_threshold_dbhz),
-        "it must be a finite number of dB-Hz");
-  }
-  if (!std::isfinite(tracking_threshold_dbhz) || tracking_threshold_dbhz > acquisition_threshold_dbhz) {
-    throw InputError(
-        fmt::format("tracking_threshold_dbhz of the signal lock is {}", tracking_threshold_dbhz),
-        fmt::format("it must be at most the acquisition threshold, {} dB-Hz", acquisition_threshold_dbhz));
-  }
-  check_time(cold_acquisition_s, "cold_acquisition_s");
-  check_time(reacquisition_s, "reacquisition_s");
-  check_time(hold_s, "hold_s");
-  check_time(memory_s, "memory_s");
-}
-
 std::string_view name(LockState state) {
   switch (state) {
     case LockState::Searching:
@@ -109,6 +83,31 @@ LockState SignalLock::update(geodesy::GpsTime time, std::optional<double> cn0_db
 std::optional<geodesy::GpsTime> SignalLock::tracking_since() const {
   if (state_ != LockState::Tracking) return std::nullopt;
   return tracking_since_;
+}
+
+void SignalLockOptions::validate() const {
+  options::check(*this, "signal lock");
+  if (tracking_threshold_dbhz > acquisition_threshold_dbhz) {
+    throw InputError(
+        fmt::format("tracking_threshold_dbhz of the signal lock is {}", tracking_threshold_dbhz),
+        fmt::format("it must be at most the acquisition threshold, {} dB-Hz", acquisition_threshold_dbhz));
+  }
+}
+
+void visit(options::Visitor& v, SignalLockOptions& o) {
+  constexpr options::Range kCn0{-100, 100};
+  constexpr options::Range kSeconds{0, 1e8};
+  v.number({"acquisition_threshold_dbhz", "dB-Hz", "a signal is found at this C/N0"},
+           o.acquisition_threshold_dbhz, kCn0);
+  v.number({"tracking_threshold_dbhz", "dB-Hz", "and kept down to this"}, o.tracking_threshold_dbhz, kCn0);
+  v.number({"cold_acquisition_s", "s",
+            "from appearance to first measurement where nothing is known of the signal"},
+           o.cold_acquisition_s, kSeconds);
+  v.number({"reacquisition_s", "s", "likewise of one tracked before"}, o.reacquisition_s, kSeconds);
+  v.number({"hold_s", "s", "loops coast so long below the threshold before they search"}, o.hold_s, kSeconds);
+  v.number({"memory_s", "s", "a signal lost longer ago is cold again"}, o.memory_s, kSeconds);
+  v.boolean({"warm_start", "", "the receiver has run long since: all signals are known at the first epoch"},
+            o.warm_start);
 }
 
 }  // namespace canyon::tracking

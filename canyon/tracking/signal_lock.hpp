@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "canyon/geodesy/gps_time.hpp"
+#include "canyon/options/fwd.hpp"
 
 namespace canyon::tracking {
 
@@ -34,6 +35,8 @@ struct SignalLockOptions {
   /// Throws InputError naming the field that is out of range. Times are at most 1e8 s.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, SignalLockOptions& o);
 
 enum class LockState : std::uint8_t {
   Searching,  ///< not tracked

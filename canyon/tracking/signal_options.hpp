@@ -5,6 +5,7 @@
 
 #include "canyon/disturbance/shadowing.hpp"
 #include "canyon/gnss/satellite_id.hpp"
+#include "canyon/options/fwd.hpp"
 #include "canyon/signal/antenna_pattern.hpp"
 #include "canyon/signal/link_budget.hpp"
 #include "canyon/signal/path_strength.hpp"
@@ -27,7 +28,7 @@ struct SignalOptions {
   /// and age. [0, 10].
   double satellite_sigma_db = 0;
   signal::StrengthOptions strength;
-  /// Of the direct path, by what the map lacks; reflections and bent paths keep their strength.
+  /// Of the direct path, by what the map lacks (disturbance::DirectShadowing).
   disturbance::ShadowingOptions shadowing;
   /// Two-sided bandwidth [Hz] of the front end, an ideal filter, [1.023e6, 511e6]; infinite: none.
   double front_end_bandwidth_hz = std::numeric_limits<double>::infinity();
@@ -49,6 +50,8 @@ struct SignalOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, SignalOptions& o);
 
 /// Signal that gnss::l1_frequency_hz() speaks of, through the front end: C/A BPSK(1), Galileo E1 CBOC pilot,
 /// BeiDou B1I BPSK(2), GLONASS L1OF BPSK(0.5).

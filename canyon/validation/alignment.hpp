@@ -20,8 +20,8 @@ struct AlignOptions {
   double block_s = 30;      ///< of time, drawn together [s]; [1, 600]; at most a fifth of the part
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: as many as cores
-  /// Moves tried, in all (about; the number grows with what is found). What it throws ends the work and comes
-  /// out.
+  /// Moves tried, in all (about; the number grows with what is found). Its exceptions end the work and pass
+  /// through.
   std::function<void(std::size_t, std::size_t)> progress;
   /// Throws InputError naming the field and its bound.
   void validate() const;

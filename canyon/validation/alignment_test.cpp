@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "tests/support/simulated_recording.hpp"
 #include "tests/support/simulation_support.hpp"
 

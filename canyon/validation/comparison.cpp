@@ -4,13 +4,16 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <complex>
 #include <set>
 #include <span>
 #include <utility>
 
+#include "canyon/city/city.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/signal/path_strength.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/validation/moved_city.hpp"
 #include "canyon/validation/segments.hpp"
 
@@ -24,12 +27,6 @@ bool is_clear(Visibility visibility) {
   return visibility == Visibility::LOS || visibility == Visibility::LOSMultipath;
 }
 
-/// Everything above the horizon at one recorded epoch.
-struct Views {
-  raytrace::Placement placement = raytrace::Placement::Free;
-  std::vector<propagation::SatelliteView> satellites;  ///< ascending
-};
-
 class Comparer {
  public:
   Comparer(const Recording& recording, const simulation::ReceiverConfig& receiver,
@@ -39,7 +36,7 @@ class Comparer {
         registration_(registration),
         options_(long_since_on(receiver.options)),
         propagator_(environment.make_propagator(receiver.propagation)),
-        receiver_(options_, seed),
+        receiver_(options_, seed, receiver.disturbances),
         ecef_from_map_(environment.city().frame.ecef_from_local_rotation() *
                        Eigen::AngleAxisd(registration.heading_rad, Eigen::Vector3d::UnitZ())),
         clear_(recording.residuals.observations.size(), 0) {
@@ -53,53 +50,51 @@ class Comparer {
   }
 
   /// The pure part: thread-safe.
-  [[nodiscard]] Views trace(std::size_t e) const {
+  [[nodiscard]] propagation::Arrival trace(std::size_t e) const {
     const ResidualEpoch& epoch = recording_.residuals.epochs[e];
-    const orbit::Observer observer(epoch.antenna_ecef);
-    Views views;
-    std::vector<Eigen::Vector3d> directions;
-    for (const gnss::SatelliteId id : satellites_) {
-      auto line = orbit::line_of_sight(environment_.sky(), id, epoch.reception, observer);
-      if (!line || !(line->elevation_rad > 0)) continue;
-      directions.emplace_back((ecef_from_map_.transpose() * line->direction_ecef).normalized());
-      views.satellites.push_back({*std::move(line), {}});
-    }
-    const Eigen::Vector3d antenna = place(e);
-    views.placement = environment_.scene().placement(antenna);
-    if (views.placement != raytrace::Placement::Free) return views;
-    std::vector<propagation::SatellitePaths> paths(directions.size());
-    propagator_.trace(antenna, directions, paths);
-    for (std::size_t i = 0; i < paths.size(); ++i) views.satellites[i].paths = std::move(paths[i]);
-    return views;
+    // A product of two rotations turns to unit length but for rounding.
+    const auto trace_unit = [this](const Eigen::Vector3d& antenna,
+                                   std::span<const Eigen::Vector3d> directions,
+                                   std::span<propagation::SatellitePaths> result) {
+      std::vector<Eigen::Vector3d> unit(directions.begin(), directions.end());
+      for (Eigen::Vector3d& direction : unit) direction.normalize();
+      propagator_.trace(antenna, unit, result);
+    };
+    return simulation::make_arrival(environment_.sky(), satellites_, environment_.scene(),
+                                    {epoch.reception, epoch.antenna_ecef, place(e), ecef_from_map_},
+                                    trace_unit);
   }
 
   /// The part with memory: epochs in order.
-  void observe(std::size_t e, const Views& views) {
+  void observe(std::size_t e, propagation::Arrival& arrival) {
     const ResidualEpoch& epoch = recording_.residuals.epochs[e];
     const Eigen::Vector3d velocity_ecef =
         environment_.city().frame.ecef_from_local_rotation() * recording_.places[e].velocity_enu_mps;
     const receiver::ReceiverEpoch observed =
-        receiver_.observe(epoch.reception, epoch.antenna_ecef, velocity_ecef, views.satellites,
-                          ecef_from_map_, views.placement, environment_.sky(), environment_.klobuchar());
-    assert(observed.satellites.size() == views.satellites.size());
+        receiver_.observe({{epoch.reception, epoch.antenna_ecef, velocity_ecef},
+                           arrival,
+                           environment_.sky(),
+                           environment_.klobuchar()});
+    const std::vector<propagation::SatelliteView>& views = arrival.views;
+    assert(observed.satellites.size() == views.size());
 
     ComparedEpoch& compared = result_.epochs.emplace_back();
     compared.time = epoch.reception;
     compared.place_enu_m = place(e);
     compared.first = result_.satellites.size();
     compared.simulated = fix_error(observed.fix, epoch);
-    for (std::size_t i = 0; i < views.satellites.size(); ++i) {
+    for (std::size_t i = 0; i < views.size(); ++i) {
       const receiver::SatelliteObservation& o = observed.satellites[i];
-      if (o.above_mask) result_.satellites.push_back(simulated_part(views.satellites[i], o));
+      if (o.above_mask) result_.satellites.push_back(simulated_part(views[i], o));
     }
     compared.count = result_.satellites.size() - compared.first;
 
     for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
       const gnss::SatelliteId id = recording_.residuals.observations[i].id;
       const auto view = std::lower_bound(
-          views.satellites.begin(), views.satellites.end(), id,
+          views.begin(), views.end(), id,
           [](const propagation::SatelliteView& v, gnss::SatelliteId wanted) { return v.line.id < wanted; });
-      clear_[i] = view != views.satellites.end() && view->line.id == id && is_clear(view->paths.visibility);
+      clear_[i] = view != views.end() && view->line.id == id && is_clear(view->paths.visibility);
     }
   }
 
@@ -177,14 +172,14 @@ class Comparer {
         [](const propagation::Path& a, const propagation::Path& b) { return a.excess_m < b.excess_m; });
     const tracking::SignalOptions& signal = options_.signal;
     if (!signal.enabled) return {main->kind, main->order, main->excess_m};
+    std::vector<std::complex<double>> amplitudes;
+    signal::path_amplitudes(view, signal.antenna, signal.strength, amplitudes);
     double strongest = -1;
-    for (const propagation::Path& path : paths) {
-      const double amplitude =
-          std::abs(signal::path_amplitude(path, view.line.elevation_rad, view.line.state.carrier_frequency_hz,
-                                          signal.antenna, signal.strength));
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      const double amplitude = std::abs(amplitudes[i]);
       if (!(amplitude > strongest)) continue;
       strongest = amplitude;
-      main = &path;
+      main = &paths[i];
     }
     return {main->kind, main->order, o.measurement ? o.excess_m : main->excess_m};
   }
@@ -275,10 +270,10 @@ Comparison compare(const Recording& recording, const simulation::ReceiverConfig&
   Comparer comparer(recording, receiver, environment, registration, seed);
   const std::size_t count = recording.residuals.epochs.size();
   const auto running = [] { return true; };
-  simulation::for_each_in_order<Views>(
+  simulation::for_each_in_order<propagation::Arrival>(
       count, 32, options.threads, running, [&](std::size_t e) { return comparer.trace(e); },
-      [&](std::size_t e, const Views& views) {
-        comparer.observe(e, views);
+      [&](std::size_t e, propagation::Arrival& arrival) {
+        comparer.observe(e, arrival);
         if (options.progress) options.progress(e + 1, count);
       });
   Comparison comparison = comparer.finish();

@@ -16,7 +16,7 @@
 #include "canyon/positioning/fix.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/fwd.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
 
 // The recorded receiver beside the simulated one, observation by observation.
@@ -73,7 +73,7 @@ struct ComparedSatellite {
   propagation::Visibility visibility = propagation::Visibility::Blocked;
   std::optional<double> simulated_error_m;  ///< by paths and noise, of a tracked signal
   std::optional<double> simulated_cn0_dbhz;
-  /// The path that explains an NLOS signal: the strongest at the correlator where signals have strength, else
+  /// The path that explains an NLOS signal: the strongest at the antenna where signals have strength, else
   /// the shortest; and the code delay [m] that the receiver model makes of all paths, noise left out. Given
   /// for blocked direct paths whether the simulated channel tracks or not. Empty: no path.
   struct Prediction {
@@ -134,6 +134,12 @@ struct RecordingOptions {
                                        const simulation::Environment& environment,
                                        const std::filesystem::path& obs, const std::filesystem::path& truth,
                                        const std::string& truth_format, const RecordingOptions& options = {});
+/// The same of observations that were read already; `obs` names their file in messages.
+[[nodiscard]] Recording join_recording(const simulation::Scenario& scenario,
+                                       const simulation::Environment& environment,
+                                       const std::filesystem::path& obs, rinex::RinexObservations recorded,
+                                       const std::filesystem::path& truth, const std::string& truth_format,
+                                       const RecordingOptions& options = {});
 
 struct CompareOptions {
   std::string name;  ///< of the model, Comparison::name

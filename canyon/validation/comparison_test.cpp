@@ -10,10 +10,12 @@
 #include <map>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/validation/models.hpp"
 #include "canyon/validation/segments.hpp"
 #include "canyon/validation/statistics.hpp"
+#include "tests/support/disturbances.hpp"
 #include "tests/support/simulated_recording.hpp"
 #include "tests/support/simulation_support.hpp"
 
@@ -123,6 +125,31 @@ Agreement agreement(const Comparison& comparison) {
     }
   }
   return a;
+}
+
+// The receiver that is judged has its disturbances: one satellite is taken from it, the others stay as they
+// were.
+TEST(Comparison, HonoursDisturbances) {
+  const SimulatedRecording recorded;
+  const Recording recording = recorded.read();
+  simulation::ReceiverConfig receiver = recorded.scenario().receivers.front();
+  const auto compared = [&] { return compare(recording, receiver, recorded.environment(), {}, 1); };
+  const Comparison plain = compared();
+  const auto seen = std::find_if(plain.satellites.begin(), plain.satellites.end(),
+                                 [](const ComparedSatellite& s) { return s.simulated; });
+  ASSERT_NE(seen, plain.satellites.end());
+  receiver.disturbances = {canyon::test::without(seen->id)};
+  const Comparison disturbed = compared();
+  std::size_t i = 0;
+  for (const ComparedSatellite& before : plain.satellites) {
+    if (before.id == seen->id) continue;
+    ASSERT_LT(i, disturbed.satellites.size());
+    const ComparedSatellite& after = disturbed.satellites[i++];
+    ASSERT_EQ(after.id, before.id);
+    ASSERT_EQ(after.simulated_error_m, before.simulated_error_m);
+  }
+  EXPECT_EQ(i, disturbed.satellites.size());
+  EXPECT_LT(i, plain.satellites.size());
 }
 
 // Canyon's own receiver, recorded in a city that stands 3 m east and 2 m south of its map and is turned by a
@@ -261,15 +288,13 @@ TEST(Recording, SaysWhatIsWrong) {
   glonass.nominal = true;
   glonass.systems = {gnss::System::GLONASS};
   const geodesy::GpsTime begin = recorded.epochs().front().observed.time;
-  const simulation::Environment other(
-      environment.city(),
+  const simulation::Environment other = environment.under(
       simulation::build_sky(glonass, begin, begin + 300, environment.city().frame.origin()).sky);
   EXPECT_THAT(error_of([&] { (void)read(recorded.obs, recorded.truth_csv, "csv", other); }).what(),
               HasSubstr("car.obs"));
   simulation::SkyConfig gps = recorded.scenario().sky;
   const geodesy::GpsTime later = begin + 30 * 86400.0;
-  const simulation::Environment late(
-      environment.city(),
+  const simulation::Environment late = environment.under(
       simulation::build_sky(gps, later, later + 300, environment.city().frame.origin()).sky);
   EXPECT_THAT(error_of([&] { (void)read(recorded.obs, recorded.truth_csv, "csv", late); }).what(),
               AllOf(HasSubstr("car.obs"), HasSubstr("ephemeris")));

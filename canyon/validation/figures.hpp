@@ -82,12 +82,12 @@ struct FigureOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// What part of a comparison figures are of: "second half: 12:52:00 to 12:56:24 GPST, 243 epochs".
+/// Names the part of a comparison: "second half: 12:52:00 to 12:56:24 GPST, 243 epochs".
 [[nodiscard]] std::string describe_part(const Comparison& comparison, std::size_t first, std::size_t count,
                                         const std::string& name);
 
-/// Of epochs [first, first + count) of a comparison (asserted to lie in it). Measured errors count in epochs
-/// that have a clock. Bands' upper ends are open but for the zenith.
+/// Figures of a comparison's epochs [first, first + count) (asserted to exist). Measured errors count in
+/// epochs that have a clock. Bands' upper ends are open but for the zenith.
 /// @param runs of the same recording and satellites, say in
 /// cities moved within what is known of their place: where there are any, the simulated values are those of
 /// all of them together, while measured values, LOS and NLOS, and what explains an observation stay
@@ -102,7 +102,7 @@ struct FigureOptions {
                                   const std::optional<std::string>& alignment_json);
 /// A table for terminals, one model.
 [[nodiscard]] std::string to_text(const Figures& figures);
-/// A Markdown table, one row for each model, of the figures that docs/validation.md states.
+/// A Markdown table, one row for each model, of the figures that docs/accuracy.md states.
 [[nodiscard]] std::string to_markdown(const std::vector<Figures>& models);
 
 }  // namespace canyon::validation

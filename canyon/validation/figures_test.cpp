@@ -62,7 +62,7 @@ class Hand {
   Comparison comparison;
 };
 
-// Of 3 times 2 pairs NLOS is later and weaker in 5: AUC 5/6.
+// NLOS is later and weaker in 5 of the 3 times 2 pairs: AUC 5/6.
 TEST(Figures, SeparationByHand) {
   Hand hand;
   hand.epoch();

@@ -19,7 +19,7 @@ using geodesy::GpsTime;
 using geodesy::kSpeedOfLight;
 using gnss::System;
 
-/// Beyond this no receiver's pseudorange lies, whatever its clock does [m].
+/// No receiver's pseudorange is longer than this, whatever its clock does [m].
 constexpr double kLongest_m = 1e12;
 
 void check_range(const char* field, double value, double low, double high, const char* unit) {

@@ -40,7 +40,7 @@ simulation::Trajectory truth(double seconds = 300) {
   return simulation::Trajectory(samples);
 }
 
-/// What a receiver on the truth records, by the light-time solution of orbit::line_of_sight().
+/// The recording of a receiver on the truth, by the light-time solution of orbit::line_of_sight().
 struct Recorder {
   const orbit::Sky& sky;
   simulation::Trajectory path = truth();

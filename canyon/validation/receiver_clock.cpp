@@ -321,7 +321,7 @@ class ClockEstimator {
     }
   }
 
-  /// Of a system with a known bias, and in clear view where the epoch has enough of these.
+  /// Whether a satellite's system has a known bias, and it is in clear view where enough others are.
   [[nodiscard]] bool trusted(std::size_t e, std::size_t i) const {
     if (!usable(i) || !known_[index(observation(i).id.system)]) return false;
     return result_.clocks[e].clear < options_.min_clear || result_.observations[i].clear;

@@ -11,6 +11,7 @@
 #include <set>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"

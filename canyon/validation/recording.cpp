@@ -5,10 +5,12 @@
 #include <set>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/antenna_pose.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/trajectory.hpp"
 #include "canyon/validation/comparison.hpp"
 
@@ -24,7 +26,7 @@ std::set<gnss::System> systems_of(const orbit::Sky& sky) {
   return systems;
 }
 
-/// What to say where no observation is left.
+/// The error for a recording of which no observation is left.
 InputError nothing_left(const std::filesystem::path& obs, const std::filesystem::path& truth,
                         const rinex::RinexObservations& recorded, const simulation::Trajectory& path,
                         const PseudorangeResiduals& residuals) {
@@ -75,14 +77,27 @@ std::vector<positioning::Measurement> measurements_of(const PseudorangeResiduals
 Recording read_recording(const simulation::Scenario& scenario, const simulation::Environment& environment,
                          const std::filesystem::path& obs, const std::filesystem::path& truth,
                          const std::string& truth_format, const RecordingOptions& options) {
+  return join_recording(scenario, environment, obs, rinex::read_rinex_observations(obs), truth, truth_format,
+                        options);
+}
+
+Recording join_recording(const simulation::Scenario& scenario, const simulation::Environment& environment,
+                         const std::filesystem::path& obs, rinex::RinexObservations recorded,
+                         const std::filesystem::path& truth, const std::string& truth_format,
+                         const RecordingOptions& options) {
   if (scenario.receivers.empty()) throw InputError(scenario.file, 0, "the scenario has no receiver");
   Recording recording;
   recording.ionosphere = options.ionosphere;
   recording.troposphere = options.troposphere;
 
-  rinex::ObservationOptions wanted;
-  wanted.systems = systems_of(environment.sky());
-  const rinex::RinexObservations recorded = read_rinex_observations(obs, wanted);
+  const std::set<gnss::System> systems = systems_of(environment.sky());
+  for (rinex::ObservationEpoch& epoch : recorded.epochs) {
+    std::vector<rinex::ObservedSignal>& signals = epoch.signals;
+    signals.erase(
+        std::remove_if(signals.begin(), signals.end(),
+                       [&](const rinex::ObservedSignal& s) { return systems.count(s.id.system) == 0; }),
+        signals.end());
+  }
   recording.warnings = recorded.report.warnings();
 
   // NMEA tells times of day: the recording knows the day.

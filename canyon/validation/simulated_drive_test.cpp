@@ -6,8 +6,9 @@
 #include <map>
 
 #include "canyon/base/text_file.hpp"
-#include "canyon/output/sinks.hpp"
+#include "canyon/output/stream.hpp"
 #include "canyon/rinex/observation_reader.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/integration/run_scenario.hpp"
@@ -27,7 +28,8 @@ TEST(SimulatedDrive, ErrorsComeBackThroughRinex) {
   const auto simulation = test::prepare(yaml, folder.path());
   test::Recorder recorder;
   const auto path = folder / "car.obs";
-  const auto rinex = output::make_rinex_observation(path, 0, simulation);
+  const auto rinex =
+      output::open_file("rinex_observation", path, 0, output::describe_receiver(simulation, 0));
   simulation.run({&recorder, rinex.get()});
 
   using Key = std::pair<geodesy::GpsTime, gnss::SatelliteId>;

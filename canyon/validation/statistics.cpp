@@ -4,28 +4,21 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cassert>
 #include <cmath>
 #include <numeric>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/random.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/tracking/noise.hpp"
 
 namespace canyon::validation {
 namespace {
 
 [[maybe_unused]] bool all_finite(std::span<const double> values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
-}
-
-double quantile_of_sorted(const std::vector<double>& sorted, double p) {
-  assert(p >= 0 && p <= 1);
-  const double rank = p * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(std::floor(rank));
-  if (below + 1 >= sorted.size()) return sorted.back();
-  const double fraction = rank - static_cast<double>(below);
-  return sorted[below] + fraction * (sorted[below + 1] - sorted[below]);
 }
 
 std::vector<double> sorted_copy(std::span<const double> values) {
@@ -67,46 +60,7 @@ double exact_tail(std::size_t n, std::size_t m, double d) {
   return std::clamp(1 - u[m], 0.0, 1.0);
 }
 
-/// The continued fraction of DLMF 8.17.22 by Lentz's method (Numerical Recipes, 3rd edition, 5.2).
-double beta_fraction(double a, double b, double x) {
-  static constexpr double kTiny = 1e-300;  // static: GCC 10 wants others captured
-  const auto guarded = [](double v) { return std::abs(v) < kTiny ? kTiny : v; };
-  double c = 1;
-  double d = 1 / guarded(1 - (a + b) * x / (a + 1));
-  double h = d;
-  // Converges in O(sqrt(max(a, b))) terms on the side of x that incomplete_beta() picks.
-  for (int m = 1; m <= 100'000; ++m) {
-    const double even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m));
-    d = 1 / guarded(1 + even * d);
-    c = guarded(1 + even / c);
-    h *= d * c;
-    const double odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1));
-    d = 1 / guarded(1 + odd * d);
-    c = guarded(1 + odd / c);
-    h *= d * c;
-    if (std::abs(d * c - 1) < 1e-15) break;
-  }
-  return h;
-}
-
 }  // namespace
-
-std::optional<double> quantile(std::span<const double> values, double p) {
-  if (values.empty()) return std::nullopt;
-  return quantile_of_sorted(sorted_copy(values), p);
-}
-
-std::vector<double> quantiles(std::span<const double> values, std::span<const double> p) {
-  std::vector<double> result;
-  if (values.empty()) return result;
-  const std::vector<double> sorted = sorted_copy(values);
-  for (const double each : p) result.push_back(quantile_of_sorted(sorted, each));
-  return result;
-}
-
-std::optional<double> median(std::span<const double> values) {
-  return quantile(values, 0.5);
-}
 
 std::vector<double> midranks(std::span<const double> values) {
   assert(all_finite(values));
@@ -276,21 +230,6 @@ Histogram histogram(std::span<const double> values, double low, double high, std
   return result;
 }
 
-double incomplete_beta(double a, double b, double x) {
-  assert(a > 0 && b > 0 && x >= 0 && x <= 1);
-  if (x == 0 || x == 1) return x;
-  const double front =
-      std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x));
-  // The fraction converges fast for x below about the mean; the rest by I_x(a, b) = 1 - I_{1-x}(b, a).
-  if (x < (a + 1) / (a + b + 2)) return front * beta_fraction(a, b, x) / a;
-  return 1 - front * beta_fraction(b, a, 1 - x) / b;
-}
-
-double student_two_sided(double t, double degrees) {
-  assert(degrees > 0);
-  return incomplete_beta(degrees / 2, 0.5, degrees / (degrees + t * t));
-}
-
 double kolmogorov_tail(double lambda) {
   if (!(lambda > 0)) return 1;
   if (lambda < 1) {
@@ -305,19 +244,12 @@ double kolmogorov_tail(double lambda) {
   return std::clamp(sum, 0.0, 1.0);
 }
 
+double student_two_sided(double t, double degrees) {
+  return 2 * cdf(complement(boost::math::students_t(degrees), std::abs(t)));
+}
+
 double normal_quantile(double p) {
-  assert(p > 0 && p < 1);
-  if (p > 0.5) return -normal_quantile(1 - p);
-  // Abramowitz and Stegun 26.2.23 begins within 4.5e-4; each step of Newton's squares that.
-  const double t = std::sqrt(-2 * std::log(p));
-  double x = -(t - (2.515517 + t * (0.802853 + t * 0.010328)) /
-                       (1 + t * (1.432788 + t * (0.189269 + t * 0.001308))));
-  for (int i = 0; i < 3; ++i) {
-    const double cdf = 0.5 * std::erfc(-x / std::sqrt(2.0));
-    const double density = std::exp(-x * x / 2) / std::sqrt(2 * geodesy::kPi);
-    x -= (cdf - p) / density;
-  }
-  return x;
+  return quantile(boost::math::normal(), p);
 }
 
 }  // namespace canyon::validation

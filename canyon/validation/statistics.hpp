@@ -8,20 +8,13 @@
 #include <span>
 #include <vector>
 
+#include "canyon/base/statistics.hpp"
+
 // Statistics of recorded against modelled values. All values must be finite (asserted); what a sample is too
 // small for is an empty optional. p-values and standard errors take values as independent: those of a drive
 // are not, being seconds apart, so that confidence there comes from bootstrap_interval() with blocks.
 
 namespace canyon::validation {
-
-/// Value at rank p (n - 1) of the ordered values, counted from 0, linear between them: definition 7 of
-/// Hyndman and Fan (The American Statistician 50, 1996), R's and NumPy's default. @param p in [0, 1]
-/// (asserted). Empty for no values.
-[[nodiscard]] std::optional<double> quantile(std::span<const double> values, double p);
-/// The same at several p with one sort.
-[[nodiscard]] std::vector<double> quantiles(std::span<const double> values, std::span<const double> p);
-/// quantile(values, 0.5).
-[[nodiscard]] std::optional<double> median(std::span<const double> values);
 
 /// Ranks from 1; equal values share the mean of theirs.
 [[nodiscard]] std::vector<double> midranks(std::span<const double> values);
@@ -104,14 +97,11 @@ struct Histogram {
 
 // Distributions behind the p-values.
 
-/// Regularised incomplete beta function I_x(a, b), a, b > 0, x in [0, 1] (asserted): continued fraction DLMF
-/// 8.17.22, within 1e-12 for a + b up to 1,000 (the rounding of lgamma grows with them).
-[[nodiscard]] double incomplete_beta(double a, double b, double x);
-/// Probability of |T| >= |t| of Student's t, `degrees` > 0 (asserted).
+/// Probability of |T| >= |t| of Student's t, `degrees` > 0.
 [[nodiscard]] double student_two_sided(double t, double degrees);
 /// Kolmogorov's limit, probability of a value >= lambda: 2 sum (-1)^(k-1) exp(-2 k^2 lambda^2), within 1e-12.
 [[nodiscard]] double kolmogorov_tail(double lambda);
-/// Quantile of the standard normal, p in (0, 1) (asserted): Newton's steps on erfc, within 1e-9 relative.
+/// Quantile of the standard normal, p in (0, 1).
 [[nodiscard]] double normal_quantile(double p);
 
 }  // namespace canyon::validation

@@ -20,16 +20,9 @@ using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-TEST(Statistics, Quantiles) {
-  const std::vector<double> values{3, 1, 4, 1, 5, 9, 2, 6};
-  // numpy.quantile(values, [0.05, 0.25, 0.5, 0.9, 0.95])
-  EXPECT_THAT(quantiles(values, std::array{0.05, 0.25, 0.5, 0.9, 0.95}),
-              ElementsAre(1, 1.75, 3.5, DoubleNear(6.9, 1e-14), DoubleNear(7.95, 1e-14)));
-  EXPECT_EQ(quantile(values, 0), 1);
-  EXPECT_EQ(quantile(values, 1), 9);
-  EXPECT_EQ(median(std::array{7.0}), 7);
-  EXPECT_EQ(median(std::vector<double>{}), std::nullopt);
-  EXPECT_THAT(midranks(values), ElementsAre(4, 1.5, 5, 1.5, 6, 8, 3, 7));
+TEST(Statistics, Midranks) {
+  EXPECT_THAT(midranks(std::array{3.0, 1.0, 4.0, 1.0, 5.0, 9.0, 2.0, 6.0}),
+              ElementsAre(4, 1.5, 5, 1.5, 6, 8, 3, 7));
 }
 
 TEST(Statistics, SpearmanWithoutTies) {
@@ -152,11 +145,6 @@ TEST(Statistics, Distributions) {
   EXPECT_NEAR(kolmogorov_tail(std::nextafter(1.0, 0.0)), kolmogorov_tail(1), 1e-12);  // both series
   EXPECT_EQ(kolmogorov_tail(0), 1);
   // scipy.special.betainc
-  EXPECT_NEAR(incomplete_beta(0.5, 0.5, 0.3), 2 / std::acos(-1.0) * std::asin(std::sqrt(0.3)), 1e-13);
-  EXPECT_NEAR(incomplete_beta(2, 3, 0.4), 0.5248, 1e-13);
-  EXPECT_NEAR(incomplete_beta(5, 0.5, 0.9), 0.31664292, 1e-8);
-  EXPECT_NEAR(incomplete_beta(10, 10, 0.5), 0.5, 1e-13);
-  EXPECT_NEAR(incomplete_beta(0.5, 20, 0.01), 0.47136994, 1e-8);
   // 2 * scipy.stats.t.sf; Cauchy's and the form for two degrees of freedom
   EXPECT_NEAR(student_two_sided(2, 8), 8.05162380e-2, 1e-10);
   EXPECT_NEAR(student_two_sided(10, 100) / 9.90168898e-17, 1, 1e-8);

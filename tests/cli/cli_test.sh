@@ -64,9 +64,53 @@ help)
   runs 0 "$canyon" --version; says out canyon
   runs 0 "$canyon" simulate --help
   says out --out --seed --duration --rate --threads --quiet receivers elevation_mask_deg height_above_terrain_m
-  runs 2 "$canyon"
-  runs 2 "$canyon" simulat
+  # Without a command: the help. A word or option that is none: what was probably meant.
+  runs 2 "$canyon"; says err simulate heatmap "Exit status"
+  runs 2 "$canyon" simulat; one_line; says err "no command 'simulat'" "did you mean 'simulate'?"
+  runs 2 "$canyon" city inof small.yaml; one_line; says err "no command 'inof'" "'info'"
+  runs 2 "$canyon" city xyzzy; one_line; says err "no command 'xyzzy'" "build, view"
+  runs 2 "$canyon" simulate small.yaml --ouut res; one_line; says err "no option '--ouut'" "'--out'"
+  runs 2 "$canyon" simulate small.yaml --colour; one_line; says err "canyon simulate --help"
   runs 2 "$canyon" simulate small.yaml ;;
+odd)
+  # Input that may be right and is mostly a mistake: a warning, and the run.
+  sed 's/^start.*/start: 2026-03-01T10:00:00/; s/speed_mps.*/speed_mps: 1000/' small.yaml >odd.yaml
+  echo 'receivers: [{name: car, elevation_mask_deg: 0.17}]' >>odd.yaml
+  runs 0 "$canyon" simulate odd.yaml --out res
+  says err "start: 2026-03-01T10:00:00 names no zone" "taken as UTC" "moves at 1000 m/s" "car: elevation_mask_deg is 0.17 deg" "9.74 deg"
+  sed '/^receivers/d' odd.yaml >plain.yaml; sed -i 's/^start.*/start: 2026-03-01T11:00:00+01:00/; s/1000/6/' plain.yaml
+  runs 0 "$canyon" simulate plain.yaml --out res2; grep warning err && fail "an ordinary scenario is warned of"
+  runs 0 "$canyon" sky --at 22.3,114.17,10 --time 2026-03-01T10:00:00; says err "names no zone"
+  runs 0 "$canyon" sky --at 22.3,114.17,10 --time '2026-03-01 10:00:00 GPST'; [ ! -s err ] || fail "GPST is a zone"
+  sed '/waypoints/,/speed/d' small.yaml | sed 's/^trajectory:.*/trajectory: {file: t.csv}/' >file.yaml
+  printf '2026-03-01T10:00:00,22.3,114.17,2\n2026-03-01T10:00:01,22.3,114.17,2\n' >t.csv
+  runs 0 "$canyon" simulate file.yaml --out res3; says err "t.csv:1: the time 2026-03-01T10:00:00 names no zone"
+  # Times before GPS and beyond its week 9999.
+  for start in 1975-06-01 1700-01-01T00:00:00Z 1980-01-05T23:59:59Z 2171-09-01T00:00:00Z 1650-01-01; do
+    sed "s/^start.*/start: $start/" small.yaml >old.yaml
+    runs 2 "$canyon" simulate old.yaml --out old; one_line; says err old.yaml:3: "$start" 1980-01-06 2171-08-31
+  done
+  [ ! -e old ] || fail "a time out of range left results"
+  sed 's/^start.*/start: 1980-01-06T00:00:00Z/' small.yaml >first.yaml
+  runs 0 "$canyon" simulate first.yaml --out first --quiet ;;
+many)
+  # Many receivers: pictures of the first ones, and a table that one can read.
+  sed -i 's/outputs:.*/outputs: {pictures: true, nmea: false, rinex_observation: false, kml: false, geojson: false}/' small.yaml
+  { echo receivers:; for i in $(seq 40); do echo "  - {name: r$i}"; done; } >>small.yaml
+  runs 0 "$canyon" simulate small.yaml --out res --duration 2
+  [ "$(ls res/*/track.png | wc -l)" -eq 16 ] || fail "$(ls res/*/track.png | wc -l) pictures instead of 16"
+  says err "pictures    of the first 16 of 40 receivers"; says out "and 24 more receivers" r16
+  grep -q r17 out && fail "more than 16 receivers in the table"
+  # An end that is asked for comes soon: no picture is drawn any more.
+  sed -i 's/speed_mps.*/speed_mps: 0.001/' small.yaml
+  "$canyon" simulate small.yaml --out long >out 2>err &
+  program=$!
+  for _ in $(seq 200); do [ "$(cat long/r1/epochs.csv.part* 2>/dev/null | wc -l)" -gt 10 ] && break; sleep 0.1; done
+  kill -TERM "$program"; wait "$program"; status=$?
+  [ "$status" -eq 130 ] || { fail "exit status $status instead of 130"; cat err; }
+  says err interrupted "without pictures"
+  [ -s long/r1/epochs.csv ] && [ ! -e long/r1/track.png ] || fail "long/r1 holds $(ls -A long/r1)"
+  find long -name '*.part*' | grep . && fail "temporary files left" ;;
 simulate)
   runs 0 "$canyon" simulate small.yaml --out res
   for file in epochs.csv satellites.csv receiver.nmea receiver.obs sky.nav track.kml track.geojson; do
@@ -80,6 +124,43 @@ simulate)
   cmp res/epochs.csv res2/epochs.csv || fail "same seed, other bytes"
   runs 0 "$canyon" simulate small.yaml --out res3 --quiet --seed 9 --duration 5 --rate 2 --threads 1
   [ "$(wc -l <res3/epochs.csv)" -eq 12 ] || fail "--duration 5 --rate 2 is not 11 epochs" ;;
+scenario)
+  runs 0 "$canyon" scenario show small.yaml; cp out shown.yaml
+  says shown.yaml elevation_mask_deg "blocks_east: 3" "speed_mps: 6"
+  mkdir elsewhere
+  runs 0 "$canyon" simulate small.yaml --out res --quiet
+  runs 0 "$canyon" simulate shown.yaml --out elsewhere/res --quiet
+  diff -r res elsewhere/res || fail "the effective scenario gives other bytes"
+  runs 0 "$canyon" scenario show shown.yaml; cmp out shown.yaml || fail "not its own effective scenario"
+  sed 's/rate_hz: 1/interval_s: 20/' small.yaml >slow.yaml
+  runs 0 "$canyon" simulate slow.yaml --out slow --quiet
+  [ "$(wc -l <slow/epochs.csv)" -eq 3 ] || fail "20 s at an epoch every 20 s are not 2 epochs"
+  runs 0 "$canyon" scenario schema; says out json-schema.org elevation_mask_deg exclusiveMaximum
+  runs 0 "$canyon" scenario keys; says out "receivers[].elevation_mask_deg"
+  runs 0 "$canyon" scenario keys --markdown; says out "| \`rate_hz\` |"
+  sed 's/speed_mps: 6/speed_mps: 0/' small.yaml >bad.yaml
+  runs 2 "$canyon" scenario show bad.yaml; one_line; says err bad.yaml:6: speed_mps "above 0" ;;
+stream)
+  # Paced by the wall clock, so that a client has time to come; it hears the end of what the file holds.
+  port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
+  "$canyon" simulate small.yaml --out res --duration 4 --rate 5 --realtime --stream "nmea=tcp://127.0.0.1:$port" \
+    --stream satellites_csv=file:copy.csv >out 2>err &
+  program=$!
+  for _ in $(seq 600); do exec 3<>"/dev/tcp/127.0.0.1/$port" && break; sleep 0.05; done 2>/dev/null
+  cat <&3 >heard; exec 3>&-
+  wait "$program" || { fail "exit status $?"; cat err; }
+  [ -s heard ] || fail "the client heard nothing"
+  tail -c "$(stat -c %s heard)" res/receiver.nmea | cmp - heard || fail "the client heard something else"
+  head -c 1 heard | grep -qF '$' || fail "the client's first sentence is cut"
+  cmp copy.csv res/satellites.csv || fail "the stream to a file differs from the file"
+  runs 0 "$canyon" simulate small.yaml --out res2 --stream nmea=pty:; says err "nmea=pty:: the pseudo-terminal is /dev/pts/"
+  runs 2 "$canyon" simulate small.yaml --out res --stream nmea; one_line; says err "FORMAT=ADDRESS"
+  runs 2 "$canyon" simulate small.yaml --out res --stream nmae=pty:; one_line; says err "did you mean 'nmea'"
+  runs 2 "$canyon" simulate small.yaml --out res --stream kml=pty:; one_line; says err "whole only at the end of a run"
+  sed '$a receivers: [{name: left}, {name: right}]' small.yaml >two.yaml
+  runs 2 "$canyon" simulate two.yaml --out res --stream nmea=pty:; one_line; says err "of which receiver" "left, right"
+  runs 0 "$canyon" simulate two.yaml --out res --stream right/epochs_csv=file:right.csv
+  cmp right.csv res/right/epochs.csv || fail "the stream is not of the receiver it names" ;;
 pictures)
   sed -i 's/outputs:.*/outputs: {pictures: true}/' small.yaml
   runs 0 "$canyon" simulate small.yaml --out res
@@ -118,7 +199,7 @@ validate)
   runs 0 "$canyon" simulate small.yaml --out res --quiet
   awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' res/epochs.csv >truth.csv
   sed 's/^sky:.*/sky: {navigation: [res\/sky.nav]}/' small.yaml >judge.yaml
-  judge=("$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --truth-format urbannav --no-atmosphere)
+  judge=("$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --format urbannav --no-atmosphere)
   runs 0 "${judge[@]}" --json figures.json --markdown table.md --report rep
   says out "whole recording" "epochs" AUC "Tracked satellites" "Fixes by the same solver"
   python3 - <<'P' || fail "figures.json is not what was simulated"
@@ -151,14 +232,15 @@ P
   runs 2 "${judge[@]}" --align --reach 1; one_line; says err reach
   runs 2 "${judge[@]}" --models miror; one_line; says err miror "'mirror'"
   runs 2 "${judge[@]}" --models mirror --ladder
-  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --truth-format gpx; one_line; says err gpx urbannav
+  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --format gpx; one_line; says err gpx urbannav
   runs 2 "${judge[@]}" --report judge.yaml; one_line; says err judge.yaml
   runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs; one_line; says err --truth
   runs 2 "$canyon" validate judge.yaml --obs none.obs --truth truth.csv; one_line; says err none.obs
   runs 2 "$canyon" validate judge.yaml --obs truth.csv --truth truth.csv; one_line; says err truth.csv
-  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --truth-format urbannav; one_line; says err Klobuchar
+  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --truth-format urbannav; one_line
+  says err Klobuchar "--truth-format is now --format"
   sed 's/^[0-9]*,/2000,/' truth.csv >other.csv
-  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth other.csv --truth-format urbannav --no-atmosphere
+  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth other.csv --format urbannav --no-atmosphere
   one_line; says err other.csv truth
   ls -A . rep | grep -E 'part|probe' && fail "temporary files left" ;;
 validate_real)
@@ -167,7 +249,7 @@ validate_real)
   sed -e "s#hongkong/#$data/hongkong/#; s#urbannav-tst-20190428/#$drive/#g" "$root/examples/urbannav_tst_m8t.yaml" >tst.yaml
   runs 0 "$canyon" validate tst.yaml --obs "$drive/COM3_190428_124409.obs" --align --models mirror,specular --report rep --json figures.json
   says out "city moved by" "first half" "second half" "242 epochs" reflected
-  python3 - <<'P' || fail "the drive's figures are not those of docs/validate.md"
+  python3 - <<'P' || fail "the drive's figures are not those of docs/recordings.md"
 import json
 f = json.load(open("figures.json"))
 assert abs(f["alignment"]["east_m"] + 2) < 2 and abs(f["alignment"]["north_m"]) < 2, f["alignment"]
@@ -175,7 +257,7 @@ mirror, specular = f["models"][1], f["models"][2]
 assert abs(specular["separation_by_error"]["auc"] - 0.907) < 0.03
 assert abs(specular["separation_by_cn0"]["auc"] - 0.861) < 0.03
 assert specular["explained"][-1]["spearman"]["rho"] > mirror["explained"][-1]["spearman"]["rho"] + 0.2
-# The M8T's own: docs/validation.md.
+# The M8T's own: docs/accuracy.md.
 m8t = f["models"][0]
 assert m8t["explained"][-1]["share"] > 0.95
 assert m8t["distributions"]["nlos_error_m"]["ks"] < 0.15 and m8t["distributions"]["los_error_m"]["ks"] < 0.2
@@ -349,6 +431,9 @@ bad_trajectory)
   with_file() { { cat base.yaml; } | sed "s/^trajectory:.*/trajectory: {file: $1}/" >bad.yaml; }
   printf 'time,latitude,longitude,height\n0,22.3,114.17,nan\n1,22.3,114.17,2\n' >t.csv; with_file t.csv
   runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err t.csv:2:
+  printf 'time,latitude,longitude,height\n0,114.17,22.3,2\n1,114.17,22.3,2\n' >t.csv; with_file t.csv
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err t.csv:2: "look swapped"
+  grep -q NMEA err && fail "swapped columns are taken for NMEA"
   printf 'time,latitude,longitude,height\n0,2230.1,114.17,2\n1,2230.2,114.17,2\n' >t.csv; with_file t.csv
   runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err t.csv:2: latitude
   printf 'time,latitude,longitude,height\n0,22.3,114.17,2\n5,22.3,114.17,2\n4,22.3,114.17,2\n' >t.csv; with_file t.csv
@@ -385,7 +470,7 @@ bad_output)
   # stays as it was.
   runs 0 "$canyon" simulate small.yaml --out res --quiet
   cp res/satellites.csv before.csv
-  runs 2 bash -c 'trap "" XFSZ; ulimit -f 8; exec "$0" simulate small.yaml --out res --quiet --seed 2' "$canyon"
+  runs 1 bash -c 'trap "" XFSZ; ulimit -f 8; exec "$0" simulate small.yaml --out res --quiet --seed 2' "$canyon"
   one_line; says err res/ "cannot be written"
   cmp before.csv res/satellites.csv || fail "a failed run spoilt an older file"
   ls -A res | grep part && fail "temporary files left" ;;
@@ -506,6 +591,10 @@ assert abs(r["worst_stretch"]["to_m"] - r["worst_stretch"]["from_m"] - 20) < 1.1
 P
   runs 0 "$canyon" heatmap query map/map.nc --at 22.3,114.17; says out hdop 2026-03-01T10:00:00Z "2 m above the terrain" computed
   runs 0 "$canyon" heatmap query map/map.nc --at 22.3,114.17 --altitude 19; says out "15 m above the terrain"
+  says err warning: "no altitude of 19 m" "15 m above the terrain, answers"
+  runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --altitude 8
+  says err warning: "no altitude of 8 m" "2 m above the terrain, answers"
+  runs 0 "$canyon" heatmap query map/map.nc --at 22.3,114.17 --altitude 15; [ ! -s err ] || fail "15 m is an altitude of the map"
   runs 2 "$canyon" heatmap query map/map.nc --at 22.3,114.17 --altitude 60; one_line; says err --altitude 60 "15 m above"
   runs 2 "$canyon" heatmap query map/map.nc; one_line; says err --at --path
   runs 2 "$canyon" heatmap query map/map.nc --at 22.3; one_line; says err LATITUDE,LONGITUDE
@@ -538,6 +627,8 @@ heatmap_bad)
   bad --altitude=-300 --altitude-kind ellipsoid; says err --altitude "lowest point"
   bad --altitude high; says err --altitude high
   bad --altitude-kind sea; says err sea ellipsoid
+  runs 0 "$canyon" heatmap small.yaml --out zone --enu-box=-9,-9,9,9 --times 2026-03-01T10:00:00,2026-03-01T10:05:00Z --format netcdf
+  says err "2026-03-01T10:00:00 names no zone"; [ "$(grep -c 'names no zone' err)" -eq 1 ] || fail "Z is a zone"
   bad --times soon; says err soon
   bad --times 0/60; says err --times day/
   bad --times 60/0/10; says err --times before
@@ -560,11 +651,11 @@ heatmap_bad)
   ls res/map* res/*.tif 2>/dev/null && fail "bad input left results"
   # A disk that takes no more (here: a limit on the size of files): one clear error, finished tiles intact.
   full=(heatmap small.yaml --out full --enu-box=-110,-110,110,110 --spacing 1 --tile 32 --format netcdf --keep-tiles --quiet --threads 1)
-  runs 2 bash -c 'trap "" XFSZ; ulimit -f 12; exec "$0" "$@"' "$canyon" "${full[@]}"
+  runs 1 bash -c 'trap "" XFSZ; ulimit -f 12; exec "$0" "$@"' "$canyon" "${full[@]}"
   one_line; says err full/tiles/unit- "cannot be written"
   ls -A full/tiles | grep part && fail "temporary files left"
   # Likewise where the tiles fit, and the map does not.
-  runs 2 bash -c 'trap "" XFSZ; ulimit -f 24; exec "$0" "$@"' "$canyon" "${full[@]}"
+  runs 1 bash -c 'trap "" XFSZ; ulimit -f 24; exec "$0" "$@"' "$canyon" "${full[@]}"
   one_line; says err full/map.nc "cannot be written"
   [ ! -e full/map.nc ] && [ -e full/tiles/unit-000000048.tile ] || fail "full holds $(ls full full/tiles)"
   runs 0 "$canyon" "${full[@]}"

@@ -1,10 +1,6 @@
 // What a plugin does: a city in memory, one antenna, no files. Links canyon::canyon alone.
+#include <canyon/canyon.hpp>
 #include <cstdio>
-
-#include "canyon/city/synthetic_city.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/orbit/frozen_sky.hpp"
-#include "canyon/simulation/environment.hpp"
 
 int main() {
   using namespace canyon;
@@ -13,7 +9,7 @@ int main() {
                                                       std::vector<double>{1.5, 0.9, 0.2});
   const simulation::Environment environment(city, sky);
   const propagation::Propagator propagator = environment.make_propagator({});
-  const simulation::Arrival arrival =
+  const propagation::Arrival arrival =
       environment.arrival(geodesy::parse_time("2019-04-28T12:58:03Z"), {0, 0, 2}, propagator);
   for (const propagation::SatelliteView& view : arrival.views) {
     std::printf("%s %s\n", gnss::to_string(view.line.id).c_str(),

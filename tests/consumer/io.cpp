@@ -1,8 +1,6 @@
 // What a tool does: read a city from a file. Links canyon::io.
+#include <canyon/io.hpp>
 #include <cstdio>
-
-#include "canyon/base/input_error.hpp"
-#include "canyon/city/mesh_file.hpp"
 
 int main(int argc, char** argv) {
   try {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/mesh_export.hpp"
@@ -28,8 +29,8 @@ constexpr int kSatellites = 24;
 constexpr int kPlaces = 100;
 
 /// What arrives at seeded places in a city.
-std::vector<simulation::Arrival> arrivals(const city::City& city,
-                                          const std::vector<Eigen::Vector3d>& places) {
+std::vector<propagation::Arrival> arrivals(const city::City& city,
+                                           const std::vector<Eigen::Vector3d>& places) {
   std::mt19937_64 random(42);
   std::uniform_real_distribution<double> share(0, 1);
   std::vector<double> azimuths;
@@ -43,7 +44,7 @@ std::vector<simulation::Arrival> arrivals(const city::City& city,
   propagation::PropagationOptions options;
   options.ground_reflection = true;
   const propagation::Propagator propagator = environment.make_propagator(options);
-  std::vector<simulation::Arrival> result;
+  std::vector<propagation::Arrival> result;
   for (const Eigen::Vector3d& place : places) {
     result.push_back(environment.arrival(geodesy::GpsTime::from_week(2100, 0), place, propagator));
   }

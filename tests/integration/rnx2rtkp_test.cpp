@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/shared_data.hpp"

@@ -7,8 +7,9 @@
 
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/output/rinex_observation.hpp"
+#include "canyon/output/stream.hpp"
 #include "canyon/rinex/observation_reader.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/sample_signals.hpp"
@@ -20,8 +21,8 @@ namespace {
 
 TEST(SignalFiles, ObservationsComeBack) {
   const test::TemporaryFolder folder;
-  output::RinexObservationHeader header;
-  header.marker = "rover";
+  output::ReceiverDescription header;
+  header.name = "rover";
   header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   header.signals = true;
   const geodesy::GpsTime begin = test::sample_time();
@@ -31,7 +32,7 @@ TEST(SignalFiles, ObservationsComeBack) {
     epochs.push_back(test::sample_signal_epoch(begin + i, begin - 5));
     if (i == 2) epochs.back().observed.satellites[6].measurement->phase_since = begin + 1.5;
   }
-  const auto sink = output::make_rinex_observation(folder / "rover.obs", 0, header);
+  const auto sink = output::open_file("rinex_observation", folder / "rover.obs", 0, header);
   for (const auto& epoch : epochs) sink->write(epoch);
   sink->finish();
 
@@ -125,9 +126,7 @@ TEST(SignalFiles, PhaseOfADriveFollowsItsDoppler) {
       last[s.id] = {tag, s};
     }
   }
-  const auto at = [](std::vector<double>& values, double share) {
-    return validation::quantile(values, share).value();
-  };
+  const auto at = [](std::vector<double>& values, double share) { return quantile(values, share).value(); };
   std::printf(
       "%zu steps of phase differ from the Doppler's by %.2g cycles in the median, %.2g in nine of ten\n",
       apart.size(), at(apart, 0.5), at(apart, 0.9));

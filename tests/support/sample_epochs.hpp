@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/simulator.hpp"
+#include "canyon/simulation/epoch.hpp"
 
 namespace canyon::test {
 

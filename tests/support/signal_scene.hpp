@@ -9,6 +9,7 @@
 #include "canyon/orbit/frozen_sky.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "tests/support/circular_sky.hpp"
+#include "tests/support/observe.hpp"
 
 // Antennas, paths and skies for receivers whose signals have a strength.
 namespace canyon::test {
@@ -54,7 +55,7 @@ inline ReceiverOptions plain() {
 inline Path direct_path(const orbit::LineOfSight& line) {
   Path path;
   path.arrival = kEcefFromEnu.transpose() * line.direction_ecef;
-  path.geometry.arrival_elevation_rad = line.elevation_rad;
+  path.arrival_elevation_rad = line.elevation_rad;
   return path;
 }
 
@@ -67,11 +68,10 @@ inline Path mirror_path(const Eigen::Vector3d& arrival, double excess_m, double 
   path.excess_m = excess_m;
   path.arrival = arrival;
   path.reflector = reflector;
-  path.geometry.incidence_count = 1;
-  path.geometry.incidences[0].material = city::Material::Metal;
-  path.geometry.incidences[0].specular_factor = share;
-  path.geometry.excess_m = excess_m;
-  path.geometry.arrival_elevation_rad = std::asin(arrival.z());
+  path.incidence_count = 1;
+  path.incidences[0].material = city::Material::Metal;
+  path.incidences[0].specular_factor = share;
+  path.arrival_elevation_rad = std::asin(arrival.z());
   return path;
 }
 
@@ -83,8 +83,7 @@ inline Path diffuse_path(const Eigen::Vector3d& arrival, double excess_m, double
   path.arrival = arrival;
   path.reflector = reflector;
   path.scattered_power = power;
-  path.geometry.excess_m = excess_m;
-  path.geometry.arrival_elevation_rad = std::asin(arrival.z());
+  path.arrival_elevation_rad = std::asin(arrival.z());
   return path;
 }
 
@@ -130,7 +129,8 @@ inline ReceiverEpoch observe(Receiver& receiver, const orbit::Sky& sky, GpsTime 
                              const std::vector<SatelliteView>& views,
                              const Eigen::Vector3d& antenna = kAntenna,
                              const Eigen::Vector3d& velocity = kAtRest) {
-  return receiver.observe(time, antenna, velocity, views, kEcefFromEnu, raytrace::Placement::Free, sky);
+  return observe_views(receiver, time, antenna, velocity, views, kEcefFromEnu, raytrace::Placement::Free,
+                       sky);
 }
 
 /// The only satellite, at `seconds`, with the paths that `paths_of` makes of its line of sight.

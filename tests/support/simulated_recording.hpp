@@ -12,7 +12,8 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/sinks.hpp"
+#include "canyon/output/stream.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/comparison.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -53,7 +54,8 @@ noise: {enabled: false}
               .eval();
     }
     const simulation::Simulation simulation(scenario, std::move(truth));
-    const auto rinex = output::make_rinex_observation(obs, 0, simulation);
+    const auto rinex =
+        output::open_file("rinex_observation", obs, 0, output::describe_receiver(simulation, 0));
     TruthFile truth_file(truth_csv);
     simulation.run({rinex.get(), &truth_file, &epochs_});
     scenario_ = scenario;

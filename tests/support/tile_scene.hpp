@@ -65,8 +65,9 @@ struct TileScene {
       signals.satellites.push_back(*line);
       signals.directions.push_back(frame.ecef_from_local_rotation().transpose() * line->direction_ecef);
     }
-    signals.reception.assign(signals.satellites.size(), std::vector<heatmap::Reception>(
-                                                            cells.tile.cells(), heatmap::Reception::Blocked));
+    signals.visibility.assign(
+        signals.satellites.size(),
+        std::vector<heatmap::CellVisibility>(cells.tile.cells(), heatmap::CellVisibility::Blocked));
     signals.excess_m.assign(signals.satellites.size(), std::vector<float>(cells.tile.cells(), 0));
   }
   /// Shares of all that are in line of sight, and that only a reflection brings (excess to most_m).
@@ -75,10 +76,10 @@ struct TileScene {
     for (std::size_t k = 0; k < signals.satellites.size(); ++k) {
       for (std::size_t i = 0; i < cells.tile.cells(); ++i) {
         const double x = random.uniform();
-        signals.reception[k][i] = x < los          ? heatmap::Reception::LOS
-                                  : x < los + nlos ? heatmap::Reception::NLOS
-                                                   : heatmap::Reception::Blocked;
-        const bool only_reflected = signals.reception[k][i] == heatmap::Reception::NLOS;
+        signals.visibility[k][i] = x < los          ? heatmap::CellVisibility::LOS
+                                   : x < los + nlos ? heatmap::CellVisibility::NLOS
+                                                    : heatmap::CellVisibility::Blocked;
+        const bool only_reflected = signals.visibility[k][i] == heatmap::CellVisibility::NLOS;
         signals.excess_m[k][i] = only_reflected ? static_cast<float>(most_m * random.uniform()) : 0;
       }
     }
@@ -98,7 +99,7 @@ struct TileScene {
     const double bias_s = 1.234567e-4;
     std::vector<positioning::Measurement> measurements;
     for (std::size_t k = 0; k < signals.satellites.size(); ++k) {
-      if (signals.reception[k][cell] == heatmap::Reception::Blocked) continue;
+      if (signals.visibility[k][cell] == heatmap::CellVisibility::Blocked) continue;
       const auto line = orbit::line_of_sight(sky, signals.satellites[k].id, time, antenna);
       positioning::Measurement m;
       m.id = line->id;

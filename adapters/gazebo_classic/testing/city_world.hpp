@@ -11,7 +11,7 @@
 
 // The cities that tests/gazebo/prepare.sh exported, with a car of a test's own in them.
 
-namespace canyon::gazebo_classic::test {
+namespace canyon::adapters::gazebo_classic::test {
 
 /// The folder of a prepared city; empty where it was not prepared.
 inline std::filesystem::path prepared_city(const std::string& name) {
@@ -63,4 +63,4 @@ inline std::string city_car(const std::filesystem::path& folder, const std::stri
          (folder / "truth.csv").string() + "</trajectory><format>urbannav</format></plugin></model>";
 }
 
-}  // namespace canyon::gazebo_classic::test
+}  // namespace canyon::adapters::gazebo_classic::test

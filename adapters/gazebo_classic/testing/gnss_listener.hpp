@@ -10,7 +10,7 @@
 
 #include "gnss.pb.h"
 
-namespace canyon::gazebo_classic::test {
+namespace canyon::adapters::gazebo_classic::test {
 
 /// What a receiver publishes on Gazebo transport, kept in order.
 class GnssListener {
@@ -63,4 +63,4 @@ class GnssListener {
   std::vector<msgs::GnssReceiver> messages_;
 };
 
-}  // namespace canyon::gazebo_classic::test
+}  // namespace canyon::adapters::gazebo_classic::test

@@ -17,7 +17,7 @@
 #include "tests/support/free_port.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::gazebo_classic::test {
+namespace canyon::adapters::gazebo_classic::test {
 
 /// gzserver inside the test's own process, stepped by hand: worlds stand still until step(). One per process.
 class InProcessServer {
@@ -106,4 +106,4 @@ class InProcessServer {
   gazebo::physics::WorldPtr world_;
 };
 
-}  // namespace canyon::gazebo_classic::test
+}  // namespace canyon::adapters::gazebo_classic::test

@@ -17,7 +17,7 @@
 #include "tests/support/free_port.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::gazebo_classic::test {
+namespace canyon::adapters::gazebo_classic::test {
 
 /// Whether `condition` comes true within the time; asks every 10 ms.
 template <class Condition>
@@ -121,4 +121,4 @@ class RosCore {
   ChildProgram program_;
 };
 
-}  // namespace canyon::gazebo_classic::test
+}  // namespace canyon::adapters::gazebo_classic::test

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "canyon/buildings/shapes/footprint.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 
 namespace canyon::buildings {
@@ -172,7 +173,7 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
     for (std::size_t i = 0; i < own.size(); ++i) triangles[component[i]] = own[i];
   }
   const bool closed = watertight(triangles);
-  // What no ray can hit goes last, after it has told that the surfaces meet.
+  // Triangles that no ray can hit are removed last: the check that surfaces meet needs them.
   std::vector<Triangle> kept;
   std::vector<city::Material> kept_materials;
   for (std::size_t t = 0; t < triangles.size(); ++t) {

@@ -4,7 +4,8 @@
 #include <vector>
 
 #include "canyon/buildings/sources/map_data.hpp"
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
+#include "canyon/geodesy/frames.hpp"
 
 namespace canyon::buildings {
 

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "canyon/buildings/sources/cityjson_reader.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "tests/support/cityjson_house.hpp"

@@ -31,7 +31,7 @@ inline constexpr double kPartInsideShare = 0.5;
 /// Sum of the polygons' areas [m^2].
 [[nodiscard]] double total_area(const std::vector<Polygon2>& polygons);
 
-/// What is left of an outline once its parts are taken out: pieces of at least kLeastPiece_m2 whose mean
+/// The rest of an outline without its parts: pieces of at least kLeastPiece_m2 whose mean
 /// width (twice the area over the perimeter) is at least kLeastPieceWidth_m; less is how maps are drawn, not
 /// a wall.
 inline constexpr double kLeastPiece_m2 = 4;

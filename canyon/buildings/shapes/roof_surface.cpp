@@ -24,7 +24,7 @@ Edge opposite(Edge e) {
 /// The lower envelope of planes over a plan. Planes are laid one after another over what is there: vertices
 /// know by how much the new plane is higher, edges on which that changes its sign get a vertex (one,
 /// whichever triangle asks), triangles are split there and those under which the plane is lower take its
-/// number. What is split needlessly is joined again at the end.
+/// number. Pieces that were split needlessly are joined at the end.
 class Envelope {
  public:
   Envelope(const Plan& plan, const RoofPlane& first) : plan_(plan), points_(plan.corners) {

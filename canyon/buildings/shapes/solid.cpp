@@ -12,6 +12,7 @@
 
 #include "canyon/buildings/shapes/roof_planes.hpp"
 #include "canyon/buildings/shapes/roof_surface.hpp"
+#include "canyon/city/city.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "canyon/buildings/shapes/footprint.hpp"
 #include "canyon/buildings/sources/shape.hpp"
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 
 namespace canyon::buildings {
 

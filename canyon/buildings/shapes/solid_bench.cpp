@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "canyon/city/city.hpp"
+
 namespace canyon::buildings {
 namespace {
 

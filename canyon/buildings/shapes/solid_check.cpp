@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "canyon/buildings/shapes/solid.hpp"
+#include "canyon/city/city.hpp"
 
 namespace canyon::buildings {
 

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
 

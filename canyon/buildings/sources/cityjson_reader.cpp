@@ -25,7 +25,7 @@ using nlohmann::json;
 
 constexpr std::string_view kCure = "check the file with cjval or val3dity, or export it again";
 
-/// What is left out, by what is said of it.
+/// How many objects are left out, by the message about them.
 using Counts = std::map<std::string, std::size_t>;
 
 double lod_of(const json& geometry) {

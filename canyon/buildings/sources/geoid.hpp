@@ -10,7 +10,7 @@
 
 namespace canyon::buildings {
 
-/// What turns heights of a file into ellipsoidal ones (WGS 84): h = H + N. N comes, in this order, from the
+/// Turns a file's heights into ellipsoidal ones (WGS 84): h = H + N. N comes, in this order, from the
 /// user's number, from the vertical datum that the file's reference system names (or its format prescribes)
 /// by PROJ's grids, and by GeographicLib's geoid files (EGM84, EGM96, EGM2008; $GEOGRAPHICLIB_GEOID_PATH).
 /// Reference systems with ellipsoidal heights, and those that say nothing of heights, add nothing.

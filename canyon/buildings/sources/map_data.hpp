@@ -48,8 +48,8 @@ struct MapFeature {
   std::string belongs_to;
 };
 
-/// What a map file holds of interest to a city, merged over files; features in a fixed order (by kind of OSM
-/// object and id), none twice.
+/// The features of map files that a city is built from, merged over files: in a fixed order (by kind of OSM
+/// object and id), each once.
 struct MapData {
   std::string source;  ///< file names, joined by ", "
   std::vector<MapFeature> features;

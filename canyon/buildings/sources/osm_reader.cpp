@@ -28,7 +28,7 @@ std::string join(const std::vector<std::string>& pieces, std::size_t count, std:
   return out;
 }
 
-/// What became of objects that are no feature as they are, by reason.
+/// Counts of objects that could not be used as they are, by reason.
 class Tally {
  public:
   void add(const std::string& reason, const std::string& id) { ids_[reason].push_back(id); }

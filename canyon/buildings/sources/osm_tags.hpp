@@ -11,7 +11,7 @@ namespace canyon::buildings {
 
 using TagMap = std::map<std::string, std::string>;
 
-/// What an OSM object's tags make of it.
+/// The kind of feature that an OSM object's tags describe.
 struct OsmClass {
   std::optional<FeatureKind> kind;  ///< empty: nothing of interest
   std::string left_out;             ///< why it is not built although it is of that kind; empty: it is

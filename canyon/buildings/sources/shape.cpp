@@ -288,7 +288,7 @@ Shape shape_from_tags(const std::map<std::string, std::string>& raw, const Heigh
         shape.roof_source = HeightSource::Levels;
       }
     } else if (!roof_height && height && levels && *levels > 0) {
-      // What the storeys leave of the height, where that is a roof's share.
+      // The roof takes the height that the storeys leave, if that is a plausible share.
       const double left_m = *height - *levels * defaults.level_m;
       if (left_m >= default_m / 2 && left_m <= most_m / 2) {
         roof_m = left_m;

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 
 namespace canyon::buildings {
 
@@ -47,7 +47,7 @@ struct HeightDefaults {
   void validate() const;
 };
 
-/// What a building or part looks like above its base, from its tags (Simple 3D Buildings).
+/// Shape of a building or part above its base, from its tags (Simple 3D Buildings).
 struct Shape {
   double height_m = 9;      ///< top of the roof above the ground
   double min_height_m = 0;  ///< bottom above the ground; the space below stays free

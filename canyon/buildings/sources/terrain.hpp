@@ -1,12 +1,15 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "canyon/buildings/sources/map_data.hpp"
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
+#include "canyon/geodesy/frames.hpp"
 
 namespace canyon::buildings {
 

@@ -11,6 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -20,7 +21,7 @@ namespace {
 
 using geodesy::Geodetic;
 
-/// What a raster of the tests is made of.
+/// Description of a raster made for a test.
 struct Made {
   std::string crs = "EPSG:4326";
   double west = 114.0, north = 22.5;  ///< corner of the first pixel

@@ -43,7 +43,7 @@ void CityCamera::fit_parallel(const std::vector<Vector3d>& points, const Rect& a
   metres_per_pixel_ = std::max(
       {size.x() / area.width, size.y() / area.height, kSmallest_m / std::max(area.width, area.height)});
   eye_ = 0.5 * (low + high);
-  // What is not among the points, such as the ground's rim, may lie nearer than all of them.
+  // Things that are not among the points, such as the ground's rim, may lie nearer than all points.
   eye_.z() = low.z() - 2 * size.norm() - kSmallest_m;
 }
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 
 namespace canyon::drawing {
 
@@ -25,8 +25,8 @@ struct CityPictureOptions {
   /// Opening angle across the whole picture, [0, 90]; 0 draws with parallel rays, as maps are whatever this
   /// says.
   double field_deg = 28;
-  /// What fills the frame: everything here, to its full height; what lies beyond is drawn as far as it
-  /// is in sight. Empty: the whole city.
+  /// Part of the city that fills the frame, to its full height. Surroundings are drawn as far as they are
+  /// in sight. Empty: the whole city.
   std::optional<PictureFocus> focus;
   bool colour_by_height = true;  ///< above the ground, by viridis; else by material
   bool mark_back_faces = true;   ///< surfaces seen from behind in magenta: something faces the wrong way

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 #include "canyon/drawing/palette.hpp"
 #include "canyon/drawing/views/city_camera.hpp"
 
@@ -45,7 +45,7 @@ class CityRenderer {
 
   /// Height above the ground of all buildings, for the legend.
   [[nodiscard]] const HeightColours& heights() const;
-  /// What a picture must show: vertices of buildings, of everything where there is none.
+  /// Points that a picture must show: the buildings' vertices, or all vertices where there is no building.
   [[nodiscard]] const std::vector<Eigen::Vector3d>& essential_points() const;
 
   /// z of the ground, on a grid; that of the nearest place surveyed where there is none.
@@ -66,7 +66,7 @@ class CityRenderer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What a material looks like where colours do not mean heights.
+/// Colour of a material, for pictures whose colours do not mean heights.
 [[nodiscard]] Colour colour_of(city::Material material);
 
 inline constexpr Colour kBackFace = rgb(0xE5007D), kFoliage = rgb(0x86AE72), kBareGround = rgb(0xE9E6E0),

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "canyon/city/city.hpp"
 #include "canyon/drawing/views/track_picture.hpp"
 #include "canyon/geodesy/constants.hpp"
 

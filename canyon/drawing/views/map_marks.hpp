@@ -3,11 +3,11 @@
 #include <functional>
 #include <string>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 #include "canyon/drawing/axes.hpp"
 #include "canyon/drawing/canvas.hpp"
 
-// What maps carry beside the city itself. `area` of the canvas shows `extent` [m, ENU], north up.
+// Scale bar, north arrow and other marks on maps. `area` of the canvas shows `extent` [m, ENU], north up.
 
 namespace canyon::drawing {
 

@@ -9,11 +9,13 @@
 #include <vector>
 
 #include "canyon/base/output_file.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/drawing/views/sky_mask.hpp"
 #include "canyon/drawing/views/sky_picture.hpp"
 #include "canyon/drawing/views/timeline_picture.hpp"
 #include "canyon/drawing/views/track_picture.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/scenario.hpp"
 
 namespace canyon::drawing {
 namespace {
@@ -81,8 +83,8 @@ Strength mean_strength(const receiver::ReceiverEpoch& observed) {
 class Pictures final : public simulation::EpochSink {
  public:
   Pictures(const simulation::Simulation& simulation, const std::filesystem::path& folder,
-           std::size_t receiver)
-      : simulation_(simulation), receiver_(receiver) {
+           std::size_t receiver, const std::atomic<bool>* stop)
+      : simulation_(simulation), receiver_(receiver), stop_(stop) {
     // All names are taken now, so that a folder that cannot be written to is found before the run.
     for (const char* name : {"track", "skyplot", "timeline"}) {
       files_.emplace_back(folder / fmt::format("{}.png", name));
@@ -131,7 +133,7 @@ class Pictures final : public simulation::EpochSink {
 
   void finish() override {
     if (std::exchange(finished_, true)) return;
-    if (!timeline_.empty()) {
+    if (!timeline_.empty() && (stop_ == nullptr || !stop_->load())) {
       const std::array<Picture, 3> pictures{draw_track(track_drawing()), draw_sky(sky_drawing()),
                                             draw_timeline(timeline_drawing())};
       for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -210,6 +212,7 @@ class Pictures final : public simulation::EpochSink {
 
   const simulation::Simulation& simulation_;
   std::size_t receiver_;
+  const std::atomic<bool>* stop_;
   std::vector<OutputFile> files_;
   std::vector<TrackPoint> track_;
   std::vector<TimelinePoint> timeline_;
@@ -221,8 +224,8 @@ class Pictures final : public simulation::EpochSink {
 
 std::unique_ptr<simulation::EpochSink> make_pictures(const simulation::Simulation& simulation,
                                                      const std::filesystem::path& folder,
-                                                     std::size_t receiver) {
-  return std::make_unique<Pictures>(simulation, folder, receiver);
+                                                     std::size_t receiver, const std::atomic<bool>* stop) {
+  return std::make_unique<Pictures>(simulation, folder, receiver, stop);
 }
 
 }  // namespace canyon::drawing

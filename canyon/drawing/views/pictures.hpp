@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <memory>
 
@@ -17,8 +18,10 @@ namespace canyon::drawing {
 /// Epochs of other receivers are passed over. The files appear together at finish(), none where there was no
 /// epoch. Throws InputError where `folder` is missing or cannot be written to (found here, before the run).
 /// `simulation` must outlive the sink. `receiver` is an index into its scenario's receivers.
+/// @param stop nothing is drawn where it is set at finish(): drawing takes about a second
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_pictures(const simulation::Simulation& simulation,
                                                                    const std::filesystem::path& folder,
-                                                                   std::size_t receiver);
+                                                                   std::size_t receiver,
+                                                                   const std::atomic<bool>* stop = nullptr);
 
 }  // namespace canyon::drawing

@@ -16,6 +16,7 @@
 #include "canyon/drawing/views/track_picture.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "tests/support/png_pixels.hpp"
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"

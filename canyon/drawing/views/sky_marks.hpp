@@ -7,13 +7,13 @@
 #include "canyon/drawing/views/sky_lens.hpp"
 #include "canyon/drawing/views/sky_picture.hpp"
 
-// What stands on a picture of the sky: marks, names, tracks. Sizes in units of a sheet 990 wide.
+// Draws marks, names and tracks on pictures of the sky. Sizes in units of a sheet 990 wide.
 
 namespace canyon::drawing {
 
 inline constexpr Colour kSkySilhouette = rgb(0xC9CCD1);
 
-/// What surroundings hide, filled. @param turn_rad added to the mask's azimuths
+/// Fills the parts of the sky that surroundings hide. @param turn_rad added to the mask's azimuths
 void draw_sky_mask(Canvas& canvas, const SkyLens& lens, const SkyMask& mask, double turn_rad = 0);
 /// Horizon, circles of elevation, lines of azimuth with their names beyond the rim; the elevation mask [rad]
 /// as a dashed circle unless 0.

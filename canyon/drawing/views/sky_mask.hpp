@@ -7,8 +7,8 @@
 
 namespace canyon::drawing {
 
-/// What surroundings hide of the sky over one place: for each of `azimuths.size()` equal sectors, starting at
-/// north and going clockwise, the hidden stretches of elevation.
+/// Parts of the sky that surroundings hide from one place: for each of `azimuths.size()` equal sectors,
+/// starting at north and going clockwise, the hidden stretches of elevation.
 struct SkyMask {
   struct Stretch {
     double low_rad = 0;  ///< elevations, 0 <= low < high <= pi/2

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::drawing {

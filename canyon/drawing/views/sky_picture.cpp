@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/drawing/views/sky_marks.hpp"
 #include "canyon/drawing/views/sky_render.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -25,7 +26,7 @@ constexpr Point kCentre{410, 456};
 constexpr double kWidth = 990;
 constexpr double kHeight = 836;
 
-/// What differs from a map, said where nobody overlooks it.
+/// Says on the picture itself how it differs from a map.
 void draw_fisheye_notes(Canvas& canvas, const Point& at) {
   canvas.text(at, fmt::format("lines on walls: every {:g} m", kWallLines_m),
               {.size = 12, .level = Level::Middle});

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 #include "canyon/drawing/canvas.hpp"
 #include "canyon/drawing/views/sky_lens.hpp"
 #include "canyon/drawing/views/sky_mask.hpp"
@@ -59,7 +59,7 @@ struct SkyDrawing {
 
 enum class PictureFormat : std::uint8_t { Png, Svg };
 
-/// What file a sky picture becomes.
+/// Format and size of a sky picture's file.
 struct SkySheet {
   PictureFormat format = PictureFormat::Png;
   /// Pixels across a PNG, [200, 4000]; kSkySheetAspect of it high. An SVG is always of the same size, and its

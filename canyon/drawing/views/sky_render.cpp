@@ -9,6 +9,7 @@
 #include <functional>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/drawing/light.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 #include "canyon/drawing/views/city_render.hpp"
 #include "canyon/drawing/views/sky_lens.hpp"
 #include "canyon/raytrace/ray_scene.hpp"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/number.hpp"
@@ -46,14 +47,14 @@ SkyPoint point_of(const propagation::SatelliteView& view) {
 /// By satellite, one piece for each stretch above the horizon.
 std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> trails(
     const simulation::Environment& environment, const propagation::Propagator& propagator, GpsTime time,
-    const Eigen::Vector3d& antenna_enu, double trail_s, const simulation::Arrival& now) {
+    const Eigen::Vector3d& antenna_enu, double trail_s, const propagation::Arrival& now) {
   std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> pieces;
   const int steps =
       std::clamp(static_cast<int>(std::ceil(trail_s / kTrailStep_s)), kFewestTrailSteps, kMostTrailSteps);
   std::map<gnss::SatelliteId, int> last;
   for (int k = 0; k <= steps; ++k) {
-    const simulation::Arrival past =
-        k == steps ? simulation::Arrival{}
+    const propagation::Arrival past =
+        k == steps ? propagation::Arrival{}
                    : environment.arrival(time - trail_s * (steps - k) / steps, antenna_enu, propagator);
     for (const propagation::SatelliteView& view : k == steps ? now.views : past.views) {
       auto& own = pieces[view.line.id];
@@ -85,7 +86,7 @@ SkyDrawing make_sky_drawing(const simulation::Environment& environment,
                             const propagation::Propagator& propagator, GpsTime time,
                             const Eigen::Vector3d& antenna_enu, const SkyplotOptions& options) {
   options.validate();
-  const simulation::Arrival now = environment.arrival(time, antenna_enu, propagator);
+  const propagation::Arrival now = environment.arrival(time, antenna_enu, propagator);
   const geodesy::Geodetic place = environment.city().frame.geodetic_from_local(antenna_enu);
   SkyDrawing drawing;
   drawing.title = fmt::format("{}{} at {}", options.receiver, options.receiver.empty() ? "Sky" : ": sky",

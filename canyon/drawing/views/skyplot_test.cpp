@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/drawing/views/sky_render.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"

@@ -10,10 +10,11 @@
 #include <map>
 #include <utility>
 
+#include "canyon/base/statistics.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/drawing/axes.hpp"
 #include "canyon/drawing/views/map_marks.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/output/statistics.hpp"
 
 namespace canyon::drawing {
 namespace {
@@ -140,8 +141,8 @@ class TrackMap {
     }
     fixes_ = errors.size();
     if (!errors.empty()) {
-      median_ = output::percentile(errors, 0.5);
-      p95_ = output::percentile(errors, 0.95);
+      median_ = *quantile(errors, 0.5);
+      p95_ = *quantile(errors, 0.95);
       worst_ = *std::max_element(errors.begin(), errors.end());
     }
     scale_ = make_scale(std::move(errors), kOffMapTail);
@@ -331,7 +332,7 @@ city::Box map_extent(const std::vector<TrackPoint>& points) {
   }
   if (!errors.empty()) {
     // Wild fixes must not shrink the track to a dot.
-    const double farthest = std::min(output::percentile(errors, 1 - kOffMapTail),
+    const double farthest = std::min(*quantile(errors, 1 - kOffMapTail),
                                      std::max(kLeastReach_m, (box.max - box.min).head<2>().norm()));
     for (const TrackPoint& p : points) {
       if (p.fix && p.error_m <= farthest) extend(*p.fix);

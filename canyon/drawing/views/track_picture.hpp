@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 #include "canyon/drawing/canvas.hpp"
 
 namespace canyon::drawing {
@@ -35,8 +35,8 @@ struct TrackDrawing {
 /// arrow.
 [[nodiscard]] Picture draw_track(const TrackDrawing& drawing);
 
-/// Buildings as filled roofs, higher ones on top; `area` of the canvas shows `extent`. What reaches beyond is
-/// not cut off. Returns the highest roof seen [m]; 0 where there is none.
+/// Buildings as filled roofs, higher ones on top; `area` of the canvas shows `extent`. Buildings that
+/// reach beyond it are not cut off. Returns the highest roof seen [m]; 0 where there is none.
 double draw_buildings(Canvas& canvas, const Rect& area, const city::Mesh& mesh, const city::Box& extent);
 
 /// Where a point of the plane lies on `area`, which shows `extent`, north up. Scales of both axes are equal

@@ -1,11 +1,15 @@
 // Places found by the solutions of a tile; declared in cell_solution.hpp.
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include "canyon/heatmap/engine/cell_solution.hpp"
+#include "canyon/positioning/fix.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/propagation/atmosphere.hpp"
 #include "canyon/propagation/index/simd_clones.hpp"
 
 namespace canyon::heatmap {
@@ -15,16 +19,17 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// After so many looks at mask and atmosphere positioning::solve_fix() keeps satellites out that were below
-/// the mask, and the troposphere within its heights.
-constexpr int kFreeLooks = 3;
-constexpr int kMostLooks = 12;  ///< 20 iterations, of which 7 or 8 lead from the Earth's centre to the place
 /// A change of the place that counts as none [m].
 constexpr double kSettled_m = 1e-6;
 /// A change after which the next one is none.
 constexpr double kNearlySettled_m = 0.02;
 /// More than corrections of the atmosphere move a place, of which only the end is known.
 constexpr double kCorrected_m = 500;
+/// positioning::solve_fix() first looks at mask and atmosphere up to this off, times PDOP: after a step of
+/// 10 km ranges are bent by 10 km^2 / (2 * 20,000 km), of ten satellites.
+constexpr double kFirstLook_m = 8;
+/// Farther from an end of the troposphere's model than approximations of this solver reach [m].
+constexpr double kBesideEdge_m = 1;
 constexpr int kMostPasses = 30;
 
 Eigen::Matrix<double, 6, 1> monomials(const Vector3d& p) {
@@ -32,6 +37,31 @@ Eigen::Matrix<double, 6, 1> monomials(const Vector3d& p) {
   m << p.x() * p.x(), p.y() * p.y(), p.z() * p.z(), p.x() * p.y(), p.x() * p.z(), p.y() * p.z();
   return m;
 }
+
+/// Satellites as they are seen from a tile: near its time, in every place of it.
+class LinesSky final : public orbit::Sky {
+ public:
+  /// @param lines must outlive it
+  explicit LinesSky(const std::vector<orbit::LineOfSight>& lines) : lines_(lines) {}
+
+  [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override {
+    std::vector<gnss::SatelliteId> ids;
+    for (const orbit::LineOfSight& line : lines_) ids.push_back(line.id);
+    return ids;
+  }
+  [[nodiscard]] std::optional<orbit::SatelliteState> state(gnss::SatelliteId id,
+                                                           geodesy::GpsTime t) const override {
+    const auto line = std::find_if(lines_.begin(), lines_.end(), [id](const auto& l) { return l.id == id; });
+    if (line == lines_.end()) return std::nullopt;
+    orbit::SatelliteState state = line->state;
+    positioning::carry(state, t - line->transmit_time);
+    return state;
+  }
+  [[nodiscard]] std::string source(gnss::SatelliteId, geodesy::GpsTime) const override { return "a tile"; }
+
+ private:
+  const std::vector<orbit::LineOfSight>& lines_;
+};
 
 struct Extremes {
   double change_m = std::numeric_limits<double>::infinity();  ///< in the largest component
@@ -98,13 +128,14 @@ SetSolution::Column TileSolutions::sum(const SetSolution& set, const CellErrors&
   return sums;
 }
 
-Vector3d TileSolutions::atmosphere_in_signal(const SetSolution& set, const Vector3d& place) const {
-  Vector3d error = Vector3d::Zero();
-  if (options_.ionosphere) error += set.ionosphere + set.ionosphere_slope * place;
-  if (options_.troposphere) {
-    error += (*zenith_)(height_m(place), false) * (set.troposphere + set.troposphere_slope * place);
+Vector3d TileSolutions::shift_by_atmosphere(bool ionosphere, bool troposphere, const SetSolution& set,
+                                            const Vector3d& place) const {
+  Vector3d shift = Vector3d::Zero();
+  if (ionosphere) shift += set.ionosphere + set.ionosphere_slope * place;
+  if (troposphere) {
+    shift += (*zenith_)(height_m(place)) * (set.troposphere + set.troposphere_slope * place);
   }
-  return error;
+  return shift;
 }
 
 TileSolutions::Terms TileSolutions::terms(const SetSolution& set, const Vector3d& error,
@@ -126,21 +157,18 @@ TileSolutions::Terms TileSolutions::terms(const SetSolution& set, const Vector3d
   return terms;
 }
 
-template <class Zenith>
 std::optional<Vector3d> TileSolutions::settle(const SetSolution& set, const Terms& terms,
-                                              const Vector3d& place, Vector3d x, Zenith&& zenith_m) const {
+                                              const Vector3d& place, Vector3d x, bool troposphere) const {
   double before = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < kMostPasses; ++pass) {
     Vector3d next = terms.constant + terms.linear * x - set.curvature * monomials(x);
-    const std::optional<double> zenith = zenith_m(place + x);
-    if (!zenith) return std::nullopt;
-    if (*zenith != 0) next -= *zenith * (set.troposphere + set.troposphere_slope * (place + x));
+    const double zenith_m = troposphere ? (*zenith_)(height_m(place + x)) : 0;
+    if (zenith_m != 0) next -= zenith_m * (set.troposphere + set.troposphere_slope * (place + x));
     const double change = (next - x).norm();
     x = next;
     // Each pass shrinks the change by some 1e-3 (PDOP 100 and 1 km: 1e-2).
     if (change <= kSettled_m || (change <= kNearlySettled_m && change * change <= kSettled_m * x.norm())) {
-      const double height = height_m(place + x);
-      if (!(height >= positioning::kLowest_m && height <= positioning::kHighest_m)) return std::nullopt;
+      if (!positioning::is_near_ground(height_m(place + x))) return std::nullopt;
       return x;
     }
     if (!(change < before) && pass > 2) return std::nullopt;
@@ -149,67 +177,81 @@ std::optional<Vector3d> TileSolutions::settle(const SetSolution& set, const Term
   return std::nullopt;
 }
 
-std::optional<Vector3d> TileSolutions::settle_within(const SetSolution& set, const Terms& terms,
-                                                     const Vector3d& place, const Vector3d& x) const {
-  return settle(set, terms, place, x, [&](const Vector3d& y) -> std::optional<double> {
-    if (!options_.fix.correct_troposphere) return 0;
-    const double height = height_m(y);
-    if (!(height > ZenithDelay::kLowest_m && height < ZenithDelay::kHighest_m)) return std::nullopt;
-    return (*zenith_)(height, true);
-  });
-}
-
-std::optional<CellFix> TileSolutions::locate(const CellErrors& cell) {
-  return locate(cell, kNoDraw);
+bool TileSolutions::clear_of_edges(const SetSolution& set, const SatelliteSet& received,
+                                   const Vector3d& first, const Vector3d& last) const {
+  const double around_m = kFirstLook_m * set.dop.pdop;
+  const auto above_mask = [&](const Vector3d& place) {
+    if ((place.lpNorm<1>() + around_m) * sine_change_per_m_ < set.margin) return true;
+    bool above = true;
+    received.for_each([&](std::size_t i) {
+      above = above && sine(satellites_[i], place) - sine_of_mask_ > around_m * sine_change_per_m_;
+    });
+    return above;
+  };
+  if (!above_mask(first) || !above_mask(last)) return false;
+  if (!options_.fix.correct_troposphere) return true;
+  // -1 below the model's heights, 1 above: there is no delay on either side. Where the places without and
+  // with the delay lie on one side, a look from anywhere leads to the second of them: it sees that side at
+  // its next look.
+  const auto side = [](double height_m) {
+    return height_m < propagation::kTroposphereLowest_m    ? -1
+           : height_m > propagation::kTroposphereHighest_m ? 1
+                                                           : 0;
+  };
+  const auto [low, high] = std::minmax({height_m(first), height_m(last)});
+  return side(low - kBesideEdge_m) == side(high + kBesideEdge_m);
 }
 
 std::optional<CellFix> TileSolutions::locate(const CellErrors& cell, int draw) {
-  const SetSolution* set = &solution(cell.received);
-  if (!set->solved) return std::nullopt;
-  SetSolution::Column sums;
-  Vector3d error;
-  const auto renew = [&] {
-    sums = sum(*set, cell);
-    error = sums.head<3>() + atmosphere_in_signal(*set, cell.place);
-    if (draw != kNoDraw) error += noise(*set, draw);
-  };
-  renew();
-  const auto no_troposphere = [](const Vector3d&) -> std::optional<double> { return 0; };
-  const Terms plain = terms(*set, error, sums, cell.place, false);
-  std::optional<Vector3d> x = settle(*set, plain, cell.place, plain.constant, no_troposphere);
-  if (!x) return std::nullopt;
-  if (clear_of_mask(*set, cell.place + *x)) {
-    if (!corrects_) return CellFix{set, *x};
-    const auto corrected = settle_within(*set, terms(*set, error, sums, cell.place, true), cell.place, *x);
-    if (corrected && clear_of_mask(*set, cell.place + *corrected)) return CellFix{set, *corrected};
+  const SetSolution& set = solution(cell.received);
+  if (!set.solved) return std::nullopt;
+  if (set.doubtful) return solve_alone(cell, draw);
+  const SetSolution::Column sums = sum(set, cell);
+  Vector3d error =
+      sums.head<3>() + shift_by_atmosphere(options_.ionosphere, options_.troposphere, set, cell.place);
+  if (draw != kNoDraw) error += noise(set, draw);
+  const Terms plain = terms(set, error, sums, cell.place, false);
+  std::optional<Vector3d> x = settle(set, plain, cell.place, plain.constant, false);
+  if (!x) return solve_alone(cell, draw);
+  const Vector3d first = cell.place + *x;
+  if (corrects_) {
+    x = settle(set, terms(set, error, sums, cell.place, true), cell.place, *x,
+               options_.fix.correct_troposphere);
   }
+  if (!x || !clear_of_edges(set, cell.received, first, cell.place + *x)) return solve_alone(cell, draw);
+  return CellFix{set.used, set.dop, *x, true};
+}
 
-  // As positioning::solve_fix() from where it first knows the place.
-  SatelliteSet above = cell.received;
-  for (int look = 0; look < kMostLooks; ++look) {
-    const Vector3d y = cell.place + *x;
-    SatelliteSet now;
-    now.drifting = above.drifting;
-    cell.received.for_each([&](std::size_t i) {
-      if (sine(satellites_[i], y) >= sine_of_mask_ && (look < kFreeLooks || above.contains(i))) now.insert(i);
-    });
-    const bool same = now == above;
-    if (!same) {
-      above = now;
-      set = &solution(above);
-      if (!set->solved) return std::nullopt;
-      renew();
-    }
-    const double zenith = options_.fix.correct_troposphere ? (*zenith_)(height_m(y), look >= kFreeLooks) : 0;
-    const std::optional<Vector3d> next =
-        settle(*set, terms(*set, error, sums, cell.place, true), cell.place, *x,
-               [&](const Vector3d&) -> std::optional<double> { return zenith; });
-    if (!next) return std::nullopt;
-    const double step = (*next - *x).norm();
-    x = next;
-    if (same && step < kSettled_m) return CellFix{set, *x};
-  }
-  return std::nullopt;
+std::optional<CellFix> TileSolutions::solve_alone(const CellErrors& cell, int draw) const {
+  const LinesSky sky(lines_);
+  const Vector3d antenna = centre_ecef_ + enu_from_ecef_.transpose() * cell.place;
+  const geodesy::Geodetic place = geodesy::geodetic_from_ecef(antenna);
+  const orbit::Observer observer(antenna);
+  std::vector<positioning::Measurement> measurements;
+  int excess = 0;
+  cell.received.for_each([&](std::size_t i) {
+    const std::optional<orbit::LineOfSight> line = orbit::line_of_sight(sky, lines_[i].id, time_, observer);
+    assert(line);
+    const auto k = static_cast<std::size_t>(excess);
+    const bool detour = excess < cell.excesses && cell.satellite[k] == i;
+    if (detour) ++excess;
+    double noise_m = options_.noise.enabled ? options_.noise.ou.mu_m : 0;
+    if (draw != kNoDraw) noise_m += drawn_noise_m(i, static_cast<std::size_t>(draw), cell.received.drifting);
+    positioning::Measurement measured;
+    measured.id = line->id;
+    measured.carrier_frequency_hz = line->state.carrier_frequency_hz;
+    measured.pseudorange_m = positioning::pseudorange_m(
+        *line, detour ? cell.excess_m[k] : 0, 0,
+        positioning::atmosphere_m(options_.ionosphere, options_.troposphere, klobuchar_, line->id.system,
+                                  line->state.carrier_frequency_hz, time_, place,
+                                  {line->azimuth_rad, line->elevation_rad}),
+        noise_m);
+    measurements.push_back(measured);
+  });
+  const positioning::Fix fix = positioning::solve_fix(time_, measurements, sky, options_.fix, klobuchar_);
+  if (!fix.solved()) return std::nullopt;
+  return CellFix{static_cast<int>(fix.used.size()), fix.dop.value_or(kNoDop),
+                 enu_from_ecef_ * (fix.position_ecef - antenna), false};
 }
 
 bool TileSolutions::settle_draws(const SetSolution& set, const Terms& terms, const CellErrors& cell,
@@ -230,7 +272,8 @@ bool TileSolutions::settle_draws(const SetSolution& set, const Terms& terms, con
   if (!(extremes.change_m <= kNearlySettled_m)) return false;
   const double farthest = cell.place.lpNorm<1>() + extremes.length_m;
   return (farthest + kCorrected_m) * sine_change_per_m_ < set.margin &&
-         height_m_ - farthest > positioning::kLowest_m && height_m_ + 2 * farthest < positioning::kHighest_m;
+         positioning::is_near_ground(height_m_ - farthest) &&
+         positioning::is_near_ground(height_m_ + 2 * farthest);
 }
 
 void TileSolutions::locate_draws(const CellErrors& cell, const CellFix& undisturbed,
@@ -246,11 +289,11 @@ void TileSolutions::locate_draws(const CellErrors& cell, const CellFix& undistur
   const SetSolution& set = solution(cell.received);
   if (!set.solved) return;
   const SetSolution::Column sums = sum(set, cell);
-  const Vector3d error = sums.head<3>() + atmosphere_in_signal(set, cell.place);
+  const Vector3d error =
+      sums.head<3>() + shift_by_atmosphere(options_.ionosphere, options_.troposphere, set, cell.place);
   const Terms shared = terms(set, error, sums, cell.place, true);
-  // Elsewhere each draw finds its own way about the edge.
-  const bool no_edge = undisturbed.set == &set;
-  if (no_edge && !options_.fix.correct_troposphere && settle_draws(set, shared, cell, undisturbed)) {
+  if (undisturbed.shared && !options_.fix.correct_troposphere &&
+      settle_draws(set, shared, cell, undisturbed)) {
     horizontal_m.resize(draws);
     vertical_m.resize(draws);
     measure(drawn_m_.data(), draws, cell.place.x() * curvature_east_, cell.place.y() * curvature_north_,
@@ -258,11 +301,15 @@ void TileSolutions::locate_draws(const CellErrors& cell, const CellFix& undistur
     return;
   }
   for (int draw = 0; draw < draws_; ++draw) {
-    if (no_edge && corrects_) {
+    if (undisturbed.shared && corrects_) {
       const Vector3d drawn = noise(set, draw);
       const Terms own{shared.constant + drawn, shared.linear};
-      const std::optional<Vector3d> x = settle_within(set, own, cell.place, undisturbed.error + drawn);
-      if (x && (cell.place.lpNorm<1>() + x->lpNorm<1>() + kCorrected_m) * sine_change_per_m_ < set.margin) {
+      const std::optional<Vector3d> x =
+          settle(set, own, cell.place, undisturbed.error + drawn, options_.fix.correct_troposphere);
+      const Vector3d last = cell.place + x.value_or(Vector3d::Zero());
+      const Vector3d first = last + shift_by_atmosphere(options_.fix.correct_ionosphere,
+                                                        options_.fix.correct_troposphere, set, last);
+      if (x && clear_of_edges(set, cell.received, first, last)) {
         keep(*x);
         continue;
       }

@@ -9,8 +9,9 @@
 #include <limits>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/random.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/positioning/dop.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/propagation/atmosphere.hpp"
 #include "canyon/tracking/noise.hpp"
 
@@ -21,9 +22,12 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using geodesy::kSpeedOfLight;
+using propagation::kTroposphereHighest_m;
+using propagation::kTroposphereLowest_m;
 
-constexpr double kPivotThreshold = 1e-6;  ///< as positioning::solve_fix()
 constexpr std::size_t kMostSets = 4096;
+/// PDOPs of one set differ by less within a tile.
+constexpr double kDopChange = 1e-3;
 
 /// Of WGS 84.
 constexpr double kSemiMajor_m = 6'378'137, kFlattening = 1 / 298.257223563;
@@ -39,28 +43,24 @@ Matrix3d rotation_between(const Matrix3d& sum_of_a_bt) {
 }
 
 std::size_t hash(const SatelliteSet& set) {
-  // SplitMix64's finaliser (Steele, Lea and Flood 2014).
-  std::uint64_t z = set.bits[0] + 0x9e3779b97f4a7c15U * (set.bits[1] + (set.drifting ? 1 : 0) + 1);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
-  return static_cast<std::size_t>(z ^ (z >> 31));
+  return static_cast<std::size_t>(
+      mix64(set.bits[0] + kGolden64 * (set.bits[1] + (set.drifting ? 1 : 0) + 1)));
 }
 
 }  // namespace
 
 ZenithDelay::ZenithDelay(const geodesy::Geodetic& place) {
-  const auto steps = static_cast<std::size_t>((kHighest_m - kLowest_m) / kHeightStep_m);
+  const auto steps = static_cast<std::size_t>((kTroposphereHighest_m - kTroposphereLowest_m) / kHeightStep_m);
   geodesy::Geodetic at = place;
   for (std::size_t i = 0; i <= steps; ++i) {
-    at.height_m = kLowest_m + kHeightStep_m * static_cast<double>(i);
+    at.height_m = kTroposphereLowest_m + kHeightStep_m * static_cast<double>(i);
     delay_m_.push_back(propagation::saastamoinen_delay_m(at, geodesy::kPi / 2));
   }
 }
 
-double ZenithDelay::operator()(double height_m, bool clamped) const {
-  const double inside = std::clamp(height_m, kLowest_m, kHighest_m);
-  if (inside != height_m && !clamped) return 0;
-  const double step = (inside - kLowest_m) / kHeightStep_m;
+double ZenithDelay::operator()(double height_m) const {
+  if (!(height_m >= kTroposphereLowest_m && height_m <= kTroposphereHighest_m)) return 0;
+  const double step = (height_m - kTroposphereLowest_m) / kHeightStep_m;
   const auto i = std::min(static_cast<std::size_t>(step), delay_m_.size() - 2);
   const double part = step - static_cast<double>(i);
   return delay_m_[i] + part * (delay_m_[i + 1] - delay_m_[i]);
@@ -73,7 +73,8 @@ TileSolutions::TileSolutions(const receiver::ReceiverOptions& options,
       klobuchar_(klobuchar),
       draws_(draws),
       corrects_(options.fix.correct_ionosphere || options.fix.correct_troposphere),
-      sine_of_mask_(std::sin(options.fix.elevation_mask_rad)) {
+      sine_of_mask_(std::sin(options.fix.elevation_mask_rad)),
+      lines_(signals.satellites) {
   if (signals.satellites.size() > kMostSatellites) {
     throw InputError(fmt::format("{} satellites are above the mask at once, more than a map's {}",
                                  signals.satellites.size(), kMostSatellites),
@@ -87,14 +88,14 @@ TileSolutions::TileSolutions(const receiver::ReceiverOptions& options,
   // To the microsecond: flight times are rounded to nanoseconds, and no tile's centre may tell in the key.
   const orbit::LineOfSight& first = signals.satellites.front();
   const std::int64_t time = (first.transmit_time + first.range_m / kSpeedOfLight).nanoseconds();
-  const std::int64_t rounded = (time + (time < 0 ? -500 : 500)) / 1000 * 1000;
-  if (draws_ > 0) draw_noise(signals, geodesy::GpsTime::from_nanoseconds(rounded), seed);
+  time_ = geodesy::GpsTime::from_nanoseconds((time + (time < 0 ? -500 : 500)) / 1000 * 1000);
+  if (draws_ > 0) draw_noise(seed);
 }
 
 void TileSolutions::place_satellites(const TileSignals& signals) {
   const orbit::LineOfSight& any = signals.satellites.front();
-  const Vector3d centre_ecef = any.position_at_reception_m - any.range_m * any.direction_ecef;
-  const geodesy::Geodetic centre = geodesy::geodetic_from_ecef(centre_ecef);
+  centre_ecef_ = any.position_at_reception_m - any.range_m * any.direction_ecef;
+  const geodesy::Geodetic centre = geodesy::geodetic_from_ecef(centre_ecef_);
   height_m_ = centre.height_m;
   // Radii of curvature of the ellipsoid, prime vertical and meridian (Snyder, Map Projections, USGS 1987,
   // 4-20 and 4-18).
@@ -104,17 +105,15 @@ void TileSolutions::place_satellites(const TileSignals& signals) {
   curvature_north_ = 1 / (prime_vertical * (1 - eccentricity2) / w2 + height_m_);
   if (options_.troposphere || options_.fix.correct_troposphere) zenith_.emplace(centre);
 
-  const Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(centre);
+  enu_from_ecef_ = geodesy::enu_from_ecef_rotation(centre);
   const bool ionosphere = options_.ionosphere || options_.fix.correct_ionosphere;
   const auto ionosphere_at = [&](const orbit::LineOfSight& line, const Vector3d& enu) {
-    const Vector3d ecef = centre_ecef + enu_from_ecef.transpose() * enu;
+    const Vector3d ecef = centre_ecef_ + enu_from_ecef_.transpose() * enu;
     const geodesy::Geodetic place = geodesy::geodetic_from_ecef(ecef);
     const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(
         geodesy::enu_from_ecef_rotation(place) * (line.position_at_reception_m - ecef));
-    return propagation::klobuchar_delay_m(positioning::klobuchar_of(klobuchar_, line.id.system),
-                                          line.transmit_time + line.range_m / kSpeedOfLight, place,
-                                          look.azimuth_rad, look.elevation_rad,
-                                          line.state.carrier_frequency_hz);
+    return positioning::atmosphere_m(true, false, klobuchar_, line.id.system, line.state.carrier_frequency_hz,
+                                     line.transmit_time + line.range_m / kSpeedOfLight, place, look);
   };
   Matrix3d products = Matrix3d::Zero();
   double nearest_m = any.range_m;
@@ -122,7 +121,7 @@ void TileSolutions::place_satellites(const TileSignals& signals) {
     const orbit::LineOfSight& line = signals.satellites[i];
     TileSatellite s;
     s.system = line.id.system;
-    s.direction = enu_from_ecef * line.direction_ecef;
+    s.direction = enu_from_ecef_ * line.direction_ecef;
     s.range_m = line.range_m;
     s.sine = s.direction.z();
     // Up leans towards the place by its distance over the Earth's radius, the satellite away from it.
@@ -135,13 +134,13 @@ void TileSolutions::place_satellites(const TileSignals& signals) {
     s.error_scale = 1 + line.direction_ecef.dot(line.velocity_at_reception_mps) / kSpeedOfLight;
     const positioning::WeightOptions& weights = options_.fix.weights;
     if (weights.weighting == positioning::Weighting::Elevation) {
-      const double sigma = weights.sigma_m({}, line.elevation_rad);
-      s.weight = 1 / (sigma * sigma);
-      // Below 5 deg weights no longer change.
-      if (weights.sigma_m({}, line.elevation_rad - 1e-6) != sigma) {
-        s.weight_slope =
-            2 * s.weight * s.weight * weights.elevation_b_m * weights.elevation_b_m / std::pow(s.sine, 3);
-      }
+      const auto weight = [&](double elevation_rad) {
+        const double sigma = weights.sigma_m({}, elevation_rad);
+        return 1 / (sigma * sigma);
+      };
+      const double low = std::max(s.sine - 1e-6, -1.0), high = std::min(s.sine + 1e-6, 1.0);
+      s.weight = weight(line.elevation_rad);
+      s.weight_slope = (weight(std::asin(high)) - weight(std::asin(low))) / (high - low);
     }
     if (ionosphere) {
       s.ionosphere_m = ionosphere_at(line, Vector3d::Zero());
@@ -160,14 +159,13 @@ void TileSolutions::place_satellites(const TileSignals& signals) {
   sine_change_per_m_ = std::max(curvature_east_, curvature_north_) + 1 / nearest_m;
 }
 
-void TileSolutions::draw_noise(const TileSignals& signals, geodesy::GpsTime time, std::uint64_t seed) {
+void TileSolutions::draw_noise(std::uint64_t seed) {
   const receiver::NoiseOptions& noise = options_.noise;
   const std::size_t n = satellites_.size(), draws = static_cast<std::size_t>(draws_);
   noise_m_.assign(2 * n * draws, 0);
   if (!noise.enabled) return;
   for (std::size_t i = 0; i < n; ++i) {
-    const std::string key =
-        fmt::format("heatmap/{}/{}", gnss::to_string(signals.satellites[i].id), time.nanoseconds());
+    const std::string key = fmt::format("heatmap/{}/{}", gnss::to_string(lines_[i].id), time_.nanoseconds());
     RandomStream code(seed, key + "/code"), mean(seed, key + "/mean");
     for (std::size_t draw = 0; draw < draws; ++draw) {
       noise_m_[i * draws + draw] = noise.ou.standard_deviation_m() * code.normal();
@@ -179,45 +177,44 @@ void TileSolutions::draw_noise(const TileSignals& signals, geodesy::GpsTime time
 void TileSolutions::solve(SetSolution& solution, const SatelliteSet& set) const {
   using Matrix = Eigen::MatrixXd;
   const positioning::FixOptions& fix = options_.fix;
-  std::array<int, gnss::kSystemCount> count{}, column{};
+  std::array<int, gnss::kSystemCount> count{};
   solution.margin = 1;
   set.for_each([&](std::size_t i) {
     ++count[static_cast<std::size_t>(satellites_[i].system)];
     solution.margin = std::min(solution.margin, satellites_[i].sine - sine_of_mask_);
   });
-  int clocks = 0;
-  for (std::size_t system = 0; system < count.size(); ++system) {
-    column[system] = count[system] >= 2 ? 3 + clocks++ : -1;
-  }
+  const auto clocks = positioning::clocks_of(count);
+  const auto column_of = [&](std::size_t i) {
+    return clocks.column[static_cast<std::size_t>(satellites_[i].system)];
+  };
   std::vector<std::size_t> used;
   set.for_each([&](std::size_t i) {
-    if (column[static_cast<std::size_t>(satellites_[i].system)] >= 0) used.push_back(i);
+    if (column_of(i) >= 0) used.push_back(i);
   });
   const auto rows = static_cast<Index>(used.size());
-  if (rows < fix.min_satellites + std::max(clocks, 1) - 1 || rows < 3 + clocks) return;
+  if (!positioning::enough_satellites(static_cast<int>(rows), clocks.count, fix)) return;
 
-  positioning::Design unit = positioning::Design::Zero(rows, 3 + clocks);
+  positioning::Design unit = positioning::Design::Zero(rows, 3 + clocks.count);
   Eigen::VectorXd weight(rows);
   for (Index row = 0; row < rows; ++row) {
     const TileSatellite& satellite = satellites_[used[static_cast<std::size_t>(row)]];
     unit.row(row).head<3>() = -satellite.direction.transpose();
-    unit(row, column[static_cast<std::size_t>(satellite.system)]) = 1;
+    unit(row, column_of(used[static_cast<std::size_t>(row)])) = 1;
     weight(row) = satellite.weight;
   }
   const Eigen::VectorXd root = weight.cwiseSqrt();
   Eigen::ColPivHouseholderQR<Matrix> qr(root.asDiagonal() * unit);
-  qr.setThreshold(kPivotThreshold);
-  if (qr.rank() < 3 + clocks) return;
-  const std::optional<positioning::Cofactor> cofactor = positioning::cofactor(unit, kPivotThreshold);
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const positioning::Dop dop =
-      cofactor ? positioning::dop_from_cofactor(*cofactor) : positioning::Dop{nan, nan, nan, nan, nan};
-  if (std::isfinite(fix.max_pdop) && !(dop.pdop <= fix.max_pdop)) return;
+  qr.setThreshold(positioning::kRankThreshold);
+  if (qr.rank() < 3 + clocks.count) return;
+  std::optional<positioning::Dop> dop;
+  if (const auto cofactor = positioning::cofactor(unit, positioning::kRankThreshold)) {
+    dop = positioning::dop_from_cofactor(*cofactor);
+  }
+  solution.doubtful = dop && std::abs(dop->pdop - fix.max_pdop) <= kDopChange * dop->pdop;
+  if (!solution.doubtful && !positioning::strong_enough(dop, fix)) return;
   solution.solved = true;
   solution.used = static_cast<int>(rows);
-  solution.hdop = dop.hdop;
-  solution.pdop = dop.pdop;
-  solution.vdop = dop.vdop;
+  solution.dop = dop.value_or(kNoDop);
 
   const Matrix k = qr.solve(Matrix(root.asDiagonal()));
   // (H^T W H)^-1 H^T = K W^-1, and (H^T W H)^-1 = K W^-1 K^T.
@@ -233,7 +230,7 @@ void TileSolutions::solve(SetSolution& solution, const SatelliteSet& set) const 
   solution.troposphere.setZero();
   solution.troposphere_slope.setZero();
   Eigen::VectorXd atmosphere = Eigen::VectorXd::Zero(rows);
-  const double zenith = zenith_ ? (*zenith_)(height_m_, true) : 0;
+  const double zenith = zenith_ ? (*zenith_)(height_m_) : 0;
   const double ionosphere_left = (options_.ionosphere ? 1 : 0) - (fix.correct_ionosphere ? 1 : 0);
   const double troposphere_left = (options_.troposphere ? 1 : 0) - (fix.correct_troposphere ? 1 : 0);
   for (Index row = 0; row < rows; ++row) {
@@ -269,9 +266,8 @@ void TileSolutions::solve(SetSolution& solution, const SatelliteSet& set) const 
     c.tail<9>() = bend_of_error.col(row);
     c *= satellites_[i].error_scale;
     solution.constant += mean * c;
-    const double* drift = noise_m_.data() + (satellites_.size() + i) * draws;
     for (std::size_t draw = 0; draw < draws; ++draw) {
-      const double error = noise_m_[i * draws + draw] + (set.drifting ? drift[draw] : 0);
+      const double error = drawn_noise_m(i, draw, set.drifting);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         solution.noise[axis * draws + draw] += error * c(static_cast<Index>(axis));
       }

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,6 +13,7 @@
 
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
+#include "canyon/positioning/dop.hpp"
 #include "canyon/receiver/receiver.hpp"
 
 // Position solutions of a tile's cells: what CellSolver shares among them. Places and errors are ENU of the
@@ -20,6 +22,8 @@
 namespace canyon::heatmap {
 
 inline constexpr std::size_t kMostSatellites = 128;
+inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+inline constexpr positioning::Dop kNoDop{kUnknown, kUnknown, kUnknown, kUnknown, kUnknown};
 
 /// Satellites of a tile by their index, below kMostSatellites.
 struct SatelliteSet {
@@ -59,14 +63,12 @@ struct TileSatellite {
   Eigen::Vector3d ionosphere_slope = Eigen::Vector3d::Zero();
 };
 
-/// Saastamoinen's zenith delay over the height. Error below 1e-6 m (linear between steps of 10 m).
+/// Saastamoinen's zenith delay over the height, 0 beyond the heights that the model knows. Error below 1e-6 m
+/// (linear between steps of 10 m).
 class ZenithDelay {
  public:
-  static constexpr double kLowest_m = -100, kHighest_m = 10'000;  ///< heights that the model knows
-
   explicit ZenithDelay(const geodesy::Geodetic& place);
-  /// @param clamped beyond the model's heights that of the nearest; else 0, as positioning::look_up()
-  [[nodiscard]] double operator()(double height_m, bool clamped) const;
+  [[nodiscard]] double operator()(double height_m) const;
 
  private:
   std::vector<double> delay_m_;
@@ -79,9 +81,10 @@ struct SetSolution {
   using Column = Eigen::Matrix<double, 12, 1, Eigen::DontAlign>;
   using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::DontAlign>;
 
-  bool solved = false;  ///< the geometry gives a fix
+  bool solved = false;    ///< the geometry gives a fix
+  bool doubtful = false;  ///< PDOP is so near its limit that places within the tile may differ
   int used = 0;
-  double hdop = 0, pdop = 0, vdop = 0;
+  positioning::Dop dop;
   double margin = 0;            ///< sine of the lowest received satellite's elevation above the mask's
   std::vector<Column> columns;  ///< [satellite]; 0 for those not used
   Column constant;              ///< by the noise's mean; the bend's part of the atmosphere as well
@@ -104,15 +107,21 @@ struct CellErrors {
   std::array<double, kMostSatellites> excess_m{};
 };
 
-/// A fix: which solution made it, and how far it is off.
+/// A fix, and how far it is off.
 struct CellFix {
-  const SetSolution* set = nullptr;  ///< until the next TileSolutions::trim()
+  int used = 0;
+  positioning::Dop dop;
   Eigen::Vector3d error = Eigen::Vector3d::Zero();
+  bool shared = false;  ///< by the solution of all that is received, no edge near
 };
 
-/// Solutions of one tile at one time. Not thread-safe: every call has its own.
+/// Solutions of one tile at one time. Where a rule of the receiver may go either way between the places that
+/// its iteration passes (mask, height of the troposphere, PDOP), and where the shared solution does not
+/// settle, positioning::solve_fix() itself solves the cell. Not thread-safe: every call has its own.
 class TileSolutions {
  public:
+  static constexpr int kNoDraw = -1;
+
   /// The references must outlive it. @param draws of noise, 0: none
   TileSolutions(const receiver::ReceiverOptions& options,
                 const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const TileSignals& signals,
@@ -128,8 +137,8 @@ class TileSolutions {
             error.z() + east * error.x() + north * error.y()};
   }
 
-  /// Empty without a fix.
-  [[nodiscard]] std::optional<CellFix> locate(const CellErrors& cell);
+  /// Empty without a fix. @param draw of noise
+  [[nodiscard]] std::optional<CellFix> locate(const CellErrors& cell, int draw = kNoDraw);
   /// Horizontal errors and sizes of vertical ones over the draws that have a fix, in order.
   /// @param undisturbed locate()'s answer
   void locate_draws(const CellErrors& cell, const CellFix& undisturbed, std::vector<double>& horizontal_m,
@@ -139,16 +148,16 @@ class TileSolutions {
   void trim();
 
  private:
-  static constexpr int kNoDraw = -1;
-
-  std::optional<CellFix> locate(const CellErrors& cell, int draw);
+  /// By positioning::solve_fix(), as the receiver.
+  [[nodiscard]] std::optional<CellFix> solve_alone(const CellErrors& cell, int draw) const;
   /// Of a set, from the cache.
   const SetSolution& solution(const SatelliteSet& set);
   void solve(SetSolution& solution, const SatelliteSet& set) const;
   void grow();
   [[nodiscard]] SetSolution::Column sum(const SetSolution& set, const CellErrors& cell) const;
-  [[nodiscard]] Eigen::Vector3d atmosphere_in_signal(const SetSolution& set,
-                                                     const Eigen::Vector3d& place) const;
+  /// What the atmosphere shifts a place by.
+  [[nodiscard]] Eigen::Vector3d shift_by_atmosphere(bool ionosphere, bool troposphere, const SetSolution& set,
+                                                    const Eigen::Vector3d& place) const;
   /// The error x of a place solves x = constant + linear x - curvature(x), less the troposphere's correction.
   struct Terms {
     Eigen::Vector3d constant;
@@ -158,16 +167,11 @@ class TileSolutions {
   [[nodiscard]] Terms terms(const SetSolution& set, const Eigen::Vector3d& error,
                             const SetSolution::Column& sums, const Eigen::Vector3d& place,
                             bool corrected) const;
-  /// Solves it from x on. @param zenith_m of the troposphere's correction, at the place: called for each
-  /// pass; empty: there is no solution. Empty where it does not settle near the ground.
-  template <class Zenith>
+  /// Solves it from x on. Empty where it does not settle near the ground.
+  /// @param troposphere whether it is corrected, as at the place found
   [[nodiscard]] std::optional<Eigen::Vector3d> settle(const SetSolution& set, const Terms& terms,
                                                       const Eigen::Vector3d& place, Eigen::Vector3d x,
-                                                      Zenith&& zenith_m) const;
-  /// With the troposphere as it is at the place found; empty beyond its heights, too.
-  [[nodiscard]] std::optional<Eigen::Vector3d> settle_within(const SetSolution& set, const Terms& terms,
-                                                             const Eigen::Vector3d& place,
-                                                             const Eigen::Vector3d& x) const;
+                                                      bool troposphere) const;
   /// All draws together where no edge is near; else false.
   bool settle_draws(const SetSolution& set, const Terms& terms, const CellErrors& cell,
                     const CellFix& undisturbed);
@@ -175,17 +179,24 @@ class TileSolutions {
     return height_m_ + place.z() +
            0.5 * (place.x() * place.x() * curvature_east_ + place.y() * place.y() * curvature_north_);
   }
-  /// Surely no received satellite is below the mask there.
-  [[nodiscard]] bool clear_of_mask(const SetSolution& set, const Eigen::Vector3d& place) const {
-    return place.lpNorm<1>() * sine_change_per_m_ < set.margin;
-  }
+  /// Surely every received satellite is above the mask, and either the troposphere's model knows the height
+  /// or it lies beyond the same end of it, at both places and where the receiver may have looked beside them.
+  /// @param first found without corrections @param last with them
+  [[nodiscard]] bool clear_of_edges(const SetSolution& set, const SatelliteSet& received,
+                                    const Eigen::Vector3d& first, const Eigen::Vector3d& last) const;
   [[nodiscard]] Eigen::Vector3d noise(const SetSolution& set, int draw) const {
     const auto d = static_cast<std::size_t>(draw), n = static_cast<std::size_t>(draws_);
     return {set.noise[d], set.noise[n + d], set.noise[2 * n + d]};
   }
+  /// Of a satellite, without its mean.
+  [[nodiscard]] double drawn_noise_m(std::size_t satellite, std::size_t draw, bool drifting) const {
+    const auto draws = static_cast<std::size_t>(draws_);
+    const double drift = drifting ? noise_m_[(satellites_.size() + satellite) * draws + draw] : 0;
+    return noise_m_[satellite * draws + draw] + drift;
+  }
   [[nodiscard]] double sine(const TileSatellite& satellite, const Eigen::Vector3d& place) const;
   void place_satellites(const TileSignals& signals);
-  void draw_noise(const TileSignals& signals, geodesy::GpsTime time, std::uint64_t seed);
+  void draw_noise(std::uint64_t seed);
 
   const receiver::ReceiverOptions& options_;
   const std::map<gnss::System, gnss::Klobuchar>& klobuchar_;
@@ -193,7 +204,11 @@ class TileSolutions {
   bool corrects_ = false;
   double sine_of_mask_ = 0;
 
+  const std::vector<orbit::LineOfSight>& lines_;
   std::vector<TileSatellite> satellites_;
+  Eigen::Vector3d centre_ecef_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d enu_from_ecef_ = Eigen::Matrix3d::Identity();
+  geodesy::GpsTime time_;
   Eigen::Matrix3d enu_from_city_ = Eigen::Matrix3d::Identity();
   double height_m_ = 0;
   double curvature_east_ = 0, curvature_north_ = 0;  ///< of the ellipsoid [1/m]

@@ -10,6 +10,8 @@
 #include <limits>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/heatmap/engine/cell_solution.hpp"
 
 namespace canyon::heatmap {
@@ -19,6 +21,10 @@ using positioning::Weighting;
 
 constexpr std::size_t kLayerCount = static_cast<std::size_t>(Layer::SkyView) + 1;
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+/// Shared solutions are settled to the end. positioning::solve_fix() does so within these bounds: the last
+/// change, times what a metre changes in the atmosphere (6e-3 at 3 deg) and PDOP 100, is below 1 mm.
+constexpr int kIterations = 20;
+constexpr double kConvergence_m = 1e-3;
 /// Cells whose satellites are gathered at once: their bits stay in the first cache.
 constexpr std::size_t kBlock = 512;
 
@@ -37,20 +43,6 @@ float& at(Values& values, Layer layer) {
   return values[static_cast<std::size_t>(layer)];
 }
 
-/// Value at rank p (n - 1) of the ordered values, linear between them. Reorders them. @param low an index
-/// whose value, and all before it, are at their rank as far as values below and above it are concerned, at
-/// most the rank; moves on
-double quantile(std::vector<double>& values, double p, std::size_t& low) {
-  const double rank = p * static_cast<double>(values.size() - 1);
-  const auto begin = values.begin() + static_cast<std::ptrdiff_t>(low);
-  low = static_cast<std::size_t>(rank);
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(low);
-  std::nth_element(begin, at, values.end());
-  const double part = rank - std::floor(rank);
-  if (part == 0) return *at;
-  return *at + part * (*std::min_element(at + 1, values.end()) - *at);
-}
-
 /// Mean, RMS, p50 and p95, which follow one another in Layer.
 void describe(std::vector<double>& errors, Layer mean, bool quantiles, Values& values) {
   double sum = 0, squares = 0;
@@ -63,12 +55,12 @@ void describe(std::vector<double>& errors, Layer mean, bool quantiles, Values& v
   values[first] = static_cast<float>(sum / n);
   values[first + 1] = static_cast<float>(std::sqrt(squares / n));
   if (!quantiles) return;
-  std::size_t low = 0;
-  values[first + 2] = static_cast<float>(quantile(errors, 0.5, low));
-  values[first + 3] = static_cast<float>(quantile(errors, 0.95, low));
+  std::size_t ranked = 0;
+  values[first + 2] = static_cast<float>(select_quantile(errors, 0.5, ranked));
+  values[first + 3] = static_cast<float>(select_quantile(errors, 0.95, ranked));
 }
 
-/// Who is received and who is in line of sight, of a block of cells: two words each.
+/// Satellites received and in line of sight, of a block of cells: two words each.
 struct Block {
   std::array<std::array<std::uint64_t, kBlock>, 2> received, los;
 
@@ -76,13 +68,13 @@ struct Block {
     for (auto* words : {&received, &los}) {
       for (auto& word : *words) word.fill(0);
     }
-    for (std::size_t i = 0; i < signals.reception.size(); ++i) {
-      const Reception* reception = signals.reception[i].data() + first;
+    for (std::size_t i = 0; i < signals.visibility.size(); ++i) {
+      const CellVisibility* visibility = signals.visibility[i].data() + first;
       std::uint64_t* any = received[i / 64].data();
       std::uint64_t* direct = los[i / 64].data();
       for (std::size_t cell = 0; cell < count; ++cell) {
-        any[cell] |= std::uint64_t{reception[cell] != Reception::Blocked} << (i % 64);
-        direct[cell] |= std::uint64_t{reception[cell] == Reception::LOS} << (i % 64);
+        any[cell] |= std::uint64_t{visibility[cell] != CellVisibility::Blocked} << (i % 64);
+        direct[cell] |= std::uint64_t{visibility[cell] == CellVisibility::LOS} << (i % 64);
       }
     }
   }
@@ -115,9 +107,11 @@ CellSolver::CellSolver(const receiver::ReceiverOptions& receiver, const DrawOpti
   draws.validate();
   if (!fits(receiver)) {
     throw InputError(
-        fmt::format("receiver '{}' has signals of some strength, C/N0 weights, RAIM or a position filter",
-                    receiver.name),
-        "switch them off for a map, or let a receiver of its own observe each cell");
+        fmt::format(
+            "receiver '{}' has signals of some strength, C/N0 weights, RAIM, a position filter, fewer "
+            "than {} iterations or a convergence above {} m",
+            receiver.name, kIterations, kConvergence_m),
+        "change these for a map, or let a receiver of its own observe each cell");
   }
   if ((receiver.ionosphere || receiver.fix.correct_ionosphere) && klobuchar.empty()) {
     static_cast<void>(positioning::klobuchar_of(klobuchar, gnss::System::GPS));
@@ -129,7 +123,8 @@ CellSolver& CellSolver::operator=(CellSolver&&) noexcept = default;
 
 bool CellSolver::fits(const receiver::ReceiverOptions& receiver) {
   return !receiver.signal.enabled && !receiver.filter.enabled && !receiver.fix.raim.enabled &&
-         receiver.fix.weights.weighting != Weighting::Cn0;
+         receiver.fix.weights.weighting != Weighting::Cn0 && receiver.fix.max_iterations >= kIterations &&
+         receiver.fix.convergence_m <= kConvergence_m;
 }
 
 void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::span<const Layer> wanted,
@@ -201,14 +196,14 @@ void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::
           cell.place = enu_from_city * Eigen::Vector3d(column * plane.spacing_m, row * plane.spacing_m, up);
           const std::optional<CellFix> fix = solutions.locate(cell);
           at(values, Layer::Availability) = fix ? 1 : 0;
-          at(values, Layer::SatellitesUsed) = fix ? static_cast<float>(fix->set->used) : 0;
+          at(values, Layer::SatellitesUsed) = fix ? static_cast<float>(fix->used) : 0;
           if (fix) {
             const Eigen::Vector3d error = solutions.at_vertical(cell.place, fix->error);
             at(values, Layer::HorizontalError) = static_cast<float>(error.head<2>().norm());
             at(values, Layer::VerticalError) = static_cast<float>(error.z());
-            at(values, Layer::Hdop) = static_cast<float>(fix->set->hdop);
-            at(values, Layer::Pdop) = static_cast<float>(fix->set->pdop);
-            at(values, Layer::Vdop) = static_cast<float>(fix->set->vdop);
+            at(values, Layer::Hdop) = static_cast<float>(fix->dop.hdop);
+            at(values, Layer::Pdop) = static_cast<float>(fix->dop.pdop);
+            at(values, Layer::Vdop) = static_cast<float>(fix->dop.vdop);
           }
           if (fix && draws) {
             solutions.locate_draws(cell, *fix, horizontal, vertical);

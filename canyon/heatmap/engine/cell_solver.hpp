@@ -25,10 +25,10 @@ struct DrawOptions {
 ///   dx = K m,  K = (H^T W H)^-1 H^T W
 /// (Misra and Enge, Global Positioning System, 2nd ed. 2011, section 6.1), m the pseudorange errors; then
 /// what is not linear, until it is settled: the curvature of the ranges and of H, the Earth's turning,
-/// weights and atmosphere that follow the place found. Same answers as positioning::solve_fix() (rules for
-/// constellations, minimum of satellites, rank, PDOP and mask included) within 1 mm for errors below 1 km and
-/// PDOP below 100, weights by elevation below 300 m; DOPs within 1e-3 of themselves. A fix that does not
-/// settle, where errors times DOP reach thousands of kilometres, is none. Const, thread-safe.
+/// weights and atmosphere that follow the place found. Same answers as positioning::solve_fix() within 1 mm
+/// for errors below 1 km and PDOP below 100, weights by elevation below 300 m; DOPs within 1e-3 of
+/// themselves. Cells where one of its rules may go either way (mask, ends of the troposphere's model, PDOP
+/// limit) and those that do not settle are solved by positioning::solve_fix() itself. Const, thread-safe.
 ///
 /// Errors of pseudoranges are excess, the noise's mean, and the atmosphere in the signal less what the fix
 /// takes off. Noise is drawn from the stationary distribution of each satellite's process, drifting mean
@@ -42,7 +42,8 @@ struct DrawOptions {
 class CellSolver {
  public:
   /// For receivers whose signals have no strength (SignalOptions::enabled off), with Sigma, Equal or
-  /// Elevation weights and without RAIM or position filter: see fits().
+  /// Elevation weights, without RAIM or position filter, that iterate to the end (20 iterations or more,
+  /// convergence 1 mm or less): see fits().
   /// @param klobuchar per system, GPS's as fallback; needed where an ionosphere is in the signal or corrected
   /// Throws InputError for bad options, a receiver that does not fit and missing Klobuchar coefficients.
   CellSolver(const receiver::ReceiverOptions& receiver, const DrawOptions& draws,

@@ -26,7 +26,7 @@ void fill(test::TileScene& scene, std::size_t satellites) {
   const std::size_t n = std::min(satellites, scene.signals.satellites.size());
   scene.signals.satellites.resize(n);
   scene.signals.directions.resize(n);
-  scene.signals.reception.resize(n);
+  scene.signals.visibility.resize(n);
   scene.signals.excess_m.resize(n);
   for (std::size_t k = 0; k < n; ++k) {
     const auto d = static_cast<double>(k);
@@ -34,9 +34,9 @@ void fill(test::TileScene& scene, std::size_t satellites) {
       const Eigen::Vector3d place = scene.place(i);
       const double phase = (place.x() * std::cos(d) + place.y() * std::sin(d)) / (8 + d) + d;
       const bool direct = std::sin(phase) < 0.2, reflected = std::sin(0.37 * phase + 1) < 0.5;
-      scene.signals.reception[k][i] = direct      ? Reception::LOS
-                                      : reflected ? Reception::NLOS
-                                                  : Reception::Blocked;
+      scene.signals.visibility[k][i] = direct      ? CellVisibility::LOS
+                                       : reflected ? CellVisibility::NLOS
+                                                   : CellVisibility::Blocked;
       scene.signals.excess_m[k][i] =
           direct || !reflected ? 0
                                : static_cast<float>(50 + 50 * std::sin(0.1 * place.x() + 0.2 * place.y()));

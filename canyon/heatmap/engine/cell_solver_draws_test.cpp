@@ -38,7 +38,7 @@ ReceiverOptions quiet() {
 /// the tile's centre.
 Eigen::MatrixXd gain(const TileScene& scene, std::size_t cell, std::vector<std::size_t>& received) {
   for (std::size_t k = 0; k < scene.signals.satellites.size(); ++k) {
-    if (scene.signals.reception[k][cell] != Reception::Blocked) received.push_back(k);
+    if (scene.signals.visibility[k][cell] != CellVisibility::Blocked) received.push_back(k);
   }
   Eigen::MatrixXd h(received.size(), 4);
   for (std::size_t row = 0; row < received.size(); ++row) {
@@ -63,7 +63,7 @@ TEST(CellSolver, DrawsHaveTheClosedFormsMoments) {
   scene.look(options.fix.elevation_mask_rad);
   scene.receive(1, 0, 0, 8);
   for (std::size_t k = 0; k < 3; ++k) {
-    scene.signals.reception[2 * k][k + 3] = Reception::NLOS;
+    scene.signals.visibility[2 * k][k + 3] = CellVisibility::NLOS;
     scene.signals.excess_m[2 * k][k + 3] = 25;
   }
   const std::vector<Layer> wanted{Layer::HorizontalErrorRms,

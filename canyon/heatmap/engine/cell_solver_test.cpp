@@ -62,7 +62,8 @@ Agreement compare(const TileScene& scene, const ReceiverOptions& options) {
       continue;
     }
     std::size_t received = 0;
-    for (const auto& reception : scene.signals.reception) received += reception[i] != Reception::Blocked;
+    for (const auto& visibility : scene.signals.visibility)
+      received += visibility[i] != CellVisibility::Blocked;
     agreement.fewer += answer.fix.used.size() < received;
     agreement.below += answer.fix.position.height_m < -100;
     agreement.largest_m = std::max(agreement.largest_m, std::hypot(answer.horizontal_m, answer.vertical_m));
@@ -190,9 +191,7 @@ TEST(CellSolver, FindsTheFixAtTheEdgeOfTheMask) {
   const Agreement agreement = compare(scene, options);
   EXPECT_GT(agreement.fewer, 20);
   EXPECT_GT(agreement.fixes, agreement.fewer + 20);
-  // With the satellite it is above the mask, and without it below: solve_fix() takes what its first look,
-  // some metres off, tells. (Measured: 1.)
-  EXPECT_LE(agreement.differ, 3);
+  EXPECT_EQ(agreement.differ, 0);
   EXPECT_LT(agreement.worst_m, 1e-3);
 }
 
@@ -202,18 +201,19 @@ TEST(CellSolver, CountsSatellitesAndMarksWhatIsNone) {
   scene.look(quiet().fix.elevation_mask_rad);
   const std::size_t n = scene.signals.satellites.size();
   ASSERT_GE(n, 6U);
-  auto set = [&](std::size_t satellite, std::size_t cell, Reception reception, float excess_m = 0) {
-    scene.signals.reception[satellite][cell] = reception;
+  auto set = [&](std::size_t satellite, std::size_t cell, CellVisibility visibility, float excess_m = 0) {
+    scene.signals.visibility[satellite][cell] = visibility;
     scene.signals.excess_m[satellite][cell] = excess_m;
   };
   for (std::size_t k = 0; k < n; ++k) {
-    for (std::size_t cell = 0; cell < 6; ++cell) set(k, cell, Reception::LOS);
+    for (std::size_t cell = 0; cell < 6; ++cell) set(k, cell, CellVisibility::LOS);
   }
-  set(0, 1, Reception::NLOS, 12.5F);  // cell 1: two of them reflected, one blocked
-  set(1, 1, Reception::NLOS, 40.25F);
-  set(2, 1, Reception::Blocked);
-  for (std::size_t k = 0; k < n; ++k) set(k, 2, k < 3 ? Reception::NLOS : Reception::Blocked, 7);  // too few
-  for (std::size_t k = 0; k < n; ++k) set(k, 3, Reception::Blocked);                               // nothing
+  set(0, 1, CellVisibility::NLOS, 12.5F);  // cell 1: two of them reflected, one blocked
+  set(1, 1, CellVisibility::NLOS, 40.25F);
+  set(2, 1, CellVisibility::Blocked);
+  for (std::size_t k = 0; k < n; ++k)
+    set(k, 2, k < 3 ? CellVisibility::NLOS : CellVisibility::Blocked, 7);  // too few
+  for (std::size_t k = 0; k < n; ++k) set(k, 3, CellVisibility::Blocked);  // nothing
   scene.cells.state[4] = CellState::InsideBuilding;
   scene.cells.state[5] = CellState::OutsideArea;
   std::vector<Layer> wanted;
@@ -305,7 +305,7 @@ TEST(CellSolver, DoesNotDependOnHowAGridIsCut) {
       const auto from = [&](std::size_t i) { return (row + i / 16) * 48 + column + i % 16; };
       for (std::size_t k = 0; k < part.signals.satellites.size(); ++k) {
         for (std::size_t i = 0; i < 256; ++i) {
-          part.signals.reception[k][i] = whole.signals.reception[k][from(i)];
+          part.signals.visibility[k][i] = whole.signals.visibility[k][from(i)];
           part.signals.excess_m[k][i] = whole.signals.excess_m[k][from(i)];
         }
       }
@@ -341,7 +341,7 @@ TEST(CellSolver, SolvesForMoreThan64Satellites) {
     const std::size_t k = scene.signals.satellites.size() - n;
     scene.signals.satellites.push_back(scene.signals.satellites[k]);
     scene.signals.directions.push_back(scene.signals.directions[k]);
-    scene.signals.reception.push_back(scene.signals.reception[k]);
+    scene.signals.visibility.push_back(scene.signals.visibility[k]);
     scene.signals.excess_m.push_back(scene.signals.excess_m[k]);
   }
   const Maps twice = solve(CellSolver(options, {}), scene.cells, scene.signals, kFixLayers);
@@ -359,7 +359,7 @@ TEST(CellSolver, SolvesForMoreThan64Satellites) {
     for (std::size_t k = 0; k < more.satellites.size(); ++k) {
       scene.signals.satellites.push_back(more.satellites[k]);
       scene.signals.directions.push_back(more.directions[k]);
-      scene.signals.reception.push_back(more.reception[k]);
+      scene.signals.visibility.push_back(more.visibility[k]);
       scene.signals.excess_m.push_back(more.excess_m[k]);
     }
   }
@@ -378,6 +378,11 @@ TEST(CellSolver, SaysWhichReceiversItIsFor) {
   EXPECT_FALSE(fits([](ReceiverOptions& o) { o.fix.raim.enabled = true; }));
   EXPECT_FALSE(fits([](ReceiverOptions& o) { o.filter.enabled = true; }));
   EXPECT_FALSE(fits([](ReceiverOptions& o) { o.signal.enabled = true; }));
+  // The solver always iterates to the end.
+  EXPECT_TRUE(fits([](ReceiverOptions& o) { o.fix.max_iterations = 1000; }));
+  EXPECT_FALSE(fits([](ReceiverOptions& o) { o.fix.max_iterations = 19; }));
+  EXPECT_TRUE(fits([](ReceiverOptions& o) { o.fix.convergence_m = 1e-9; }));
+  EXPECT_FALSE(fits([](ReceiverOptions& o) { o.fix.convergence_m = 2e-3; }));
 }
 
 TEST(CellSolver, RefusesWhatItCannotDo) {

@@ -65,7 +65,8 @@ void count_los(const TileCells& cells, const TileSignals& signals, std::span<flo
   for (std::size_t i = 0; i < result.size(); ++i) {
     if (cells.state[i] != CellState::Computed) continue;
     int los = 0;
-    for (const std::vector<Reception>& reception : signals.reception) los += reception[i] == Reception::LOS;
+    for (const std::vector<CellVisibility>& visibility : signals.visibility)
+      los += visibility[i] == CellVisibility::LOS;
     result[i] = static_cast<float>(los);
   }
 }
@@ -129,10 +130,10 @@ struct Heatmap::Impl {
       if (request.layers[i] == Layer::SkyView) sky_view = i;
     }
     if (received) {
-      if (CellSolver::fits(receiver.options)) {
+      if (receiver.disturbances.empty() && CellSolver::fits(receiver.options)) {
         solver.emplace(receiver.options, request.draws, e.klobuchar());
       } else {
-        receivers.emplace(e, tracer.propagator(), receiver.options, request.draws);
+        receivers.emplace(e, tracer.propagator(), receiver, request.draws);
       }
     }
     cut();

@@ -14,7 +14,7 @@
 #include "canyon/heatmap/kernels/layers.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/fwd.hpp"
 
 namespace canyon::heatmap {
 
@@ -45,8 +45,8 @@ struct TileValues {
 /// units may run at once.
 class TileStore {
  public:
-  /// Opens or makes `folder`, which is new, empty or a store of the same key (InputError). What killed runs
-  /// left half written is swept once it is a minute old.
+  /// Opens or makes `folder`, which is new, empty or a store of the same key (InputError). Removes files that
+  /// a killed run left half written, once they are a minute old.
   /// @param key of the request (Heatmap::key()); @param description for people, kept beside it
   TileStore(std::filesystem::path folder, const std::string& key, const std::string& description);
   ~TileStore();

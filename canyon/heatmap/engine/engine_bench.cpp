@@ -1,4 +1,4 @@
-// What a whole map of Hong Kong costs: 1 m cells at 15 m over 1,226 m x 1,447 m, GPS at one time; the
+// Time of a whole map of Hong Kong: 1 m cells at 15 m over 1,226 m x 1,447 m, GPS at one time; the
 // synthetic city without the shared data. Threads are the argument. Speed-up: real_time at 1 over that at 2.
 #include <benchmark/benchmark.h>
 #include <tbb/blocked_range.h>
@@ -13,6 +13,7 @@
 #include "canyon/heatmap/engine/engine.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "tests/support/bench_city.hpp"
 
 namespace canyon::heatmap {

@@ -5,12 +5,12 @@
 
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/heatmap/engine/engine.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/fwd.hpp"
 
 namespace canyon::heatmap {
 
 /// Everything that values of a map depend on but the city, the sky and the program, one "name: value" a line;
-/// numbers so that they read back the same. What a new option adds must be written here.
+/// numbers so that they read back the same. Options come by their lists of fields.
 [[nodiscard]] std::string canonical_text(const Request& request, const simulation::ReceiverConfig& receiver,
                                          const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
 

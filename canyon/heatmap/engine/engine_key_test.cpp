@@ -7,15 +7,20 @@
 #include <string>
 #include <utility>
 
+#include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/simulation/profile.hpp"
 #include "tests/support/circular_sky.hpp"
+#include "tests/support/option_values.hpp"
 
 namespace canyon::heatmap {
 namespace {
 
 using propagation::Model;
 using simulation::ReceiverConfig;
+using test::another_value;
 using test::CircularSky;
+using test::nested;
 
 Request some_request() {
   Request request;
@@ -119,6 +124,23 @@ TEST(HeatmapKey, ChangesWithEverythingThatValuesDependOn) {
   with_receiver("shadows", [](Options& o, Paths&) { o.signal.shadowing.custom.enter = 0.1; });
   with_receiver("steps", [](Options& o, Paths&) { o.signal.cn0_step_db = 1; });
   with_receiver("filter", [](Options& o, Paths&) { o.filter.gate_sigmas = 5; });
+}
+
+TEST(HeatmapKey, ChangesWithEveryKeyOfAReceiver) {
+  const simulation::Environment environment = environment_with({{gnss::System::GPS, {{1e-8, 0, 0, 0}, {}}}});
+  std::map<std::string, std::string> keys;
+  const auto expect_new = [&](const std::string& line, const std::string& what) {
+    const ReceiverConfig receiver = simulation::parse_profile("description: d\n" + line, "p.yaml").receiver;
+    const auto [found, fresh] = keys.emplace(Heatmap(environment, receiver, some_request(), "").key(), what);
+    EXPECT_TRUE(fresh) << what << " gives the key of " << found->second;
+  };
+  expect_new("", "the defaults");
+  for (const options::Key& key : simulation::profile_keys()) {
+    if (key.path.rfind("lever_arm.", 0) == 0) continue;  // cells are where the antenna is
+    std::string value = another_value(key);
+    if (key.path == "signal.lock.acquisition_threshold_dbhz") value = "30";
+    expect_new(nested(key.path, value) + "\n", key.path);
+  }
 }
 
 // FNV-1a of "" and "heat map\n", worked out by the published recipe in Python:

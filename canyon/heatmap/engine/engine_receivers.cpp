@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/base/statistics.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/positioning/fix.hpp"
@@ -22,15 +24,6 @@ using Eigen::Vector3d;
 using propagation::Visibility;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
-/// Definition 7 of R. J. Hyndman, Y. Fan, "Sample quantiles in statistical packages", The American
-/// Statistician 50(4), 1996: linear between order statistics, rank p (n - 1). @param sorted not empty
-double quantile(const std::vector<double>& sorted, double p) {
-  const double rank = p * static_cast<double>(sorted.size() - 1);
-  const auto low = static_cast<std::size_t>(rank);
-  const std::size_t high = std::min(low + 1, sorted.size() - 1);
-  return sorted[low] + (rank - static_cast<double>(low)) * (sorted[high] - sorted[low]);
-}
 
 std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw) {
   return RandomStream(draws.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
@@ -62,32 +55,38 @@ struct CellReceivers::CellValues {
     const auto first = static_cast<std::size_t>(mean);
     of[first] = static_cast<float>(sum / count);
     of[first + 1] = static_cast<float>(std::sqrt(squares / count));
-    of[first + 2] = static_cast<float>(quantile(errors, 0.5));
-    of[first + 3] = static_cast<float>(quantile(errors, 0.95));
+    of[first + 2] = static_cast<float>(*quantile(errors, 0.5));
+    of[first + 3] = static_cast<float>(*quantile(errors, 0.95));
   }
 };
 
 CellReceivers::CellReceivers(const simulation::Environment& environment,
                              const propagation::Propagator& propagator,
-                             const receiver::ReceiverOptions& receiver, const DrawOptions& draws)
-    : environment_(&environment), propagator_(&propagator), options_(receiver), draws_(draws) {
+                             const simulation::ReceiverConfig& receiver, const DrawOptions& draws)
+    : environment_(&environment),
+      propagator_(&propagator),
+      options_(receiver.options),
+      disturbances_(receiver.disturbances),
+      draws_(draws) {
   options_.validate();
   draws_.validate();
   options_.signal.lock.warm_start = true;
 }
 
-void CellReceivers::solve_without_noise(geodesy::GpsTime time, const Vector3d& place,
-                                        const simulation::Arrival& arrival, CellValues& values) const {
+receiver::ReceiverEpoch CellReceivers::observe(const receiver::ReceiverOptions& options, int draw,
+                                               const propagation::Antenna& antenna,
+                                               propagation::Arrival arrival) const {
+  receiver::Receiver receiver(options, seed_of(draws_, antenna.time, draw), disturbances_);
+  return receiver.observe({antenna, arrival, environment_->sky(), environment_->klobuchar()});
+}
+
+void CellReceivers::solve_without_noise(const propagation::Antenna& antenna,
+                                        const propagation::Arrival& arrival, CellValues& values) const {
   receiver::ReceiverOptions quiet = options_;
   quiet.signal.cn0_sigma_db = 0;
   quiet.signal.satellite_sigma_db = 0;
   quiet.signal.shadowing.enabled = false;
-  receiver::Receiver receiver(quiet, seed_of(draws_, time, 0));
-  const geodesy::LocalFrame& frame = environment_->city().frame;
-  const Vector3d truth = frame.ecef_from_local(place);
-  const receiver::ReceiverEpoch epoch =
-      receiver.observe(time, truth, Vector3d::Zero(), arrival.views, frame.ecef_from_local_rotation(),
-                       arrival.placement, environment_->sky(), environment_->klobuchar());
+  const receiver::ReceiverEpoch epoch = observe(quiet, 0, antenna, arrival);
   std::vector<positioning::Measurement> measurements;
   int los = 0, nlos = 0;
   double largest_excess_m = 0;
@@ -113,7 +112,7 @@ void CellReceivers::solve_without_noise(geodesy::GpsTime time, const Vector3d& p
   values.set(Layer::Availability, fix.solved() ? 1 : 0);
   values.set(Layer::SatellitesUsed, static_cast<double>(fix.used.size()));
   if (!fix.solved()) return;
-  const Vector3d error = error_of(fix, truth);
+  const Vector3d error = error_of(fix, antenna.position_ecef);
   values.set(Layer::HorizontalError, error.head<2>().norm());
   values.set(Layer::VerticalError, error.z());
   if (fix.dop) {
@@ -123,20 +122,15 @@ void CellReceivers::solve_without_noise(geodesy::GpsTime time, const Vector3d& p
   }
 }
 
-void CellReceivers::draw(geodesy::GpsTime time, const Vector3d& place, const simulation::Arrival& arrival,
+void CellReceivers::draw(const propagation::Antenna& antenna, const propagation::Arrival& arrival,
                          bool statistics, CellValues& values) const {
-  const geodesy::LocalFrame& frame = environment_->city().frame;
-  const Vector3d truth = frame.ecef_from_local(place);
   std::vector<double> horizontal, vertical;
   int solved = 0;
   for (int d = 0; d < draws_.draws; ++d) {
-    receiver::Receiver receiver(options_, seed_of(draws_, time, d));
-    const receiver::ReceiverEpoch epoch =
-        receiver.observe(time, truth, Vector3d::Zero(), arrival.views, frame.ecef_from_local_rotation(),
-                         arrival.placement, environment_->sky(), environment_->klobuchar());
+    const receiver::ReceiverEpoch epoch = observe(options_, d, antenna, arrival);
     if (!epoch.fix.solved()) continue;
     ++solved;
-    const Vector3d error = error_of(epoch.fix, truth);
+    const Vector3d error = error_of(epoch.fix, antenna.position_ecef);
     horizontal.push_back(error.head<2>().norm());
     vertical.push_back(std::abs(error.z()));
   }
@@ -161,9 +155,11 @@ void CellReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::sp
       CellValues values;
       if (cells.state[i] == CellState::Computed) {
         const Vector3d place = cells.place(i);
-        const simulation::Arrival arrival = environment_->arrival(time, place, *propagator_);
-        solve_without_noise(time, place, arrival, values);
-        if (draws) draw(time, place, arrival, statistics, values);
+        const propagation::Arrival arrival = environment_->arrival(time, place, *propagator_);
+        const propagation::Antenna antenna{time, environment_->city().frame.ecef_from_local(place),
+                                           Vector3d::Zero()};
+        solve_without_noise(antenna, arrival, values);
+        if (draws) draw(antenna, arrival, statistics, values);
       }
       for (std::size_t k = 0; k < wanted.size(); ++k) {
         if (wanted[k] != Layer::SkyView) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];

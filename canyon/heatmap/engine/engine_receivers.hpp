@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "canyon/heatmap/engine/cell_solver.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
@@ -11,7 +12,7 @@
 namespace canyon::heatmap {
 
 /// Layers of a tile by a receiver::Receiver for each cell and draw: for whatever CellSolver does not fit
-/// (signals with strength, weights by C/N0, RAIM, position filter). Signals are those of
+/// (signals with strength, weights by C/N0, RAIM, position filter, disturbances). Signals are those of
 /// simulation::Environment::arrival() at each cell. Const, thread-safe.
 ///
 /// Receivers have run for long (SignalLockOptions::warm_start) and are at rest. Draw d at a time has the same
@@ -25,7 +26,7 @@ class CellReceivers {
   /// The environment and the propagator must outlive it. Throws InputError for options that do not
   /// validate().
   CellReceivers(const simulation::Environment& environment, const propagation::Propagator& propagator,
-                const receiver::ReceiverOptions& receiver, const DrawOptions& draws);
+                const simulation::ReceiverConfig& receiver, const DrawOptions& draws);
 
   /// As CellSolver::solve(), for all layers but SkyView, which is left alone.
   void solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
@@ -33,14 +34,19 @@ class CellReceivers {
 
  private:
   struct CellValues;
-  void solve_without_noise(geodesy::GpsTime time, const Eigen::Vector3d& place,
-                           const simulation::Arrival& arrival, CellValues& values) const;
-  void draw(geodesy::GpsTime time, const Eigen::Vector3d& place, const simulation::Arrival& arrival,
-            bool statistics, CellValues& values) const;
+  /// One epoch of a receiver of its own. @param arrival a copy, for it is disturbed
+  [[nodiscard]] receiver::ReceiverEpoch observe(const receiver::ReceiverOptions& options, int draw,
+                                                const propagation::Antenna& antenna,
+                                                propagation::Arrival arrival) const;
+  void solve_without_noise(const propagation::Antenna& antenna, const propagation::Arrival& arrival,
+                           CellValues& values) const;
+  void draw(const propagation::Antenna& antenna, const propagation::Arrival& arrival, bool statistics,
+            CellValues& values) const;
 
   const simulation::Environment* environment_;
   const propagation::Propagator* propagator_;
   receiver::ReceiverOptions options_;
+  std::vector<disturbance::Source> disturbances_;
   DrawOptions draws_;
 };
 

@@ -13,9 +13,12 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/heatmap/engine/engine_receivers.hpp"
 #include "tests/support/circular_sky.hpp"
+#include "tests/support/disturbances.hpp"
+#include "tests/support/observe.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::heatmap {
@@ -274,7 +277,7 @@ CellCheck check_cells(const simulation::Environment& environment, const Receiver
     const Eigen::Vector2d at = request.grid.centre(static_cast<std::uint32_t>(cell % request.grid.columns),
                                                    static_cast<std::uint32_t>(cell / request.grid.columns));
     const Vector3d place(at.x(), at.y(), request.altitudes_m[a]);  // the ground is flat at 0
-    const simulation::Arrival arrival = environment.arrival(time, place, propagator);
+    const propagation::Arrival arrival = environment.arrival(time, place, propagator);
     const auto value = [&](std::size_t layer) { return static_cast<double>(values[layer * per_layer + i]); };
     if (arrival.placement != raytrace::Placement::Free) {
       for (std::size_t l = 0; l < request.layers.size(); ++l) EXPECT_TRUE(std::isnan(value(l)));
@@ -283,8 +286,8 @@ CellCheck check_cells(const simulation::Environment& environment, const Receiver
     Receiver receiver(quiet, 1);
     const Vector3d truth = frame.ecef_from_local(place);
     const ReceiverEpoch epoch =
-        receiver.observe(time, truth, Vector3d::Zero(), arrival.views, frame.ecef_from_local_rotation(),
-                         arrival.placement, environment.sky());
+        test::observe_views(receiver, time, truth, Vector3d::Zero(), arrival.views,
+                            frame.ecef_from_local_rotation(), arrival.placement, environment.sky());
     int los = 0;
     double excess_m = 0;
     for (const receiver::SatelliteObservation& s : epoch.satellites) {
@@ -359,6 +362,34 @@ TEST(Heatmap, ReceiversOfTheirOwnForEachCellAgree) {
   EXPECT_EQ(worst.size(), all_layers().size());
 }
 
+TEST(Heatmap, HonoursDisturbances) {
+  // A receiver that CellSolver would fit, from whose sky a disturbance takes all satellites but the first
+  // three: a fix of two systems needs five.
+  ReceiverConfig disturbed = receiver_of(Model::Mirror);
+  ASSERT_TRUE(CellSolver::fits(disturbed.options));
+  disturbed.disturbances = {test::always("three are left", [](propagation::Arrival& arrival) {
+    arrival.views.resize(std::min<std::size_t>(3, arrival.views.size()));
+  })};
+  Request request = small_request(8);
+  request.times.resize(1);
+  request.altitudes_m = {40};
+  request.layers = {Layer::Availability, Layer::SatellitesVisible};
+  const Heatmap without(downtown(), receiver_of(Model::Mirror), request, "");
+  const Heatmap with(downtown(), disturbed, request, "");
+  EXPECT_NE(with.key(), without.key());
+  const std::vector<float> before = computed(without), after = computed(with);
+  const std::size_t cells = request.grid.cells();
+  std::size_t fixes = 0;
+  for (std::size_t i = 0; i < cells; ++i) {
+    ASSERT_EQ(std::isnan(before[i]), std::isnan(after[i]));
+    if (std::isnan(before[i])) continue;
+    fixes += before[i] == 1;
+    EXPECT_EQ(after[i], 0);
+    EXPECT_LE(after[cells + i], 3);
+  }
+  EXPECT_GT(fixes, 5U);
+}
+
 TEST(Heatmap, SignalsWithStrengthAreThoseOfTheReceiver) {
   ReceiverConfig receiver = receiver_of(Model::Specular);
   receiver.options.signal.enabled = true;
@@ -380,7 +411,7 @@ TEST(Heatmap, SignalsWithStrengthAreThoseOfTheReceiver) {
     const Eigen::Vector2d at = request.grid.centre(static_cast<std::uint32_t>(i % request.grid.columns),
                                                    static_cast<std::uint32_t>(i / request.grid.columns));
     const Vector3d place(at.x(), at.y(), 2);
-    const simulation::Arrival arrival = downtown().arrival(kTime, place, propagator);
+    const propagation::Arrival arrival = downtown().arrival(kTime, place, propagator);
     if (arrival.placement != raytrace::Placement::Free) continue;
     double sum = 0;
     int fixes = 0;
@@ -393,8 +424,8 @@ TEST(Heatmap, SignalsWithStrengthAreThoseOfTheReceiver) {
       Receiver one(warm, seed);
       const Vector3d truth = frame.ecef_from_local(place);
       const ReceiverEpoch epoch =
-          one.observe(kTime, truth, Vector3d::Zero(), arrival.views, frame.ecef_from_local_rotation(),
-                      arrival.placement, downtown().sky());
+          test::observe_views(one, kTime, truth, Vector3d::Zero(), arrival.views,
+                              frame.ecef_from_local_rotation(), arrival.placement, downtown().sky());
       if (!epoch.fix.solved()) continue;
       ++fixes;
       const Vector3d error = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(truth)) *

@@ -26,7 +26,7 @@ struct MapSource {
     std::vector<CellState> state;
   };
   /// Must be set. Each writer asks once for each pair, in the writer's own thread: write_netcdf() tile by
-  /// tile with all its times, write_geotiffs() time by time. What it throws passes through the writer.
+  /// tile with all its times, write_geotiffs() time by time. Its exceptions pass through the writer.
   std::function<std::optional<Slice>(std::size_t tile, std::size_t time)> slice;
   /// May be empty. Steps done and in all: rises from the first step on, ends with both equal. From the
   /// writer's own thread.

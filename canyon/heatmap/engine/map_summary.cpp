@@ -7,6 +7,8 @@
 #include <cstring>
 #include <limits>
 
+#include "canyon/city/city.hpp"
+
 namespace canyon::heatmap {
 namespace {
 

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/statistics.hpp"
 #include "canyon/heatmap/engine/map_summary.hpp"
 
 namespace canyon::heatmap {
@@ -56,13 +57,6 @@ Way follow(const simulation::Trajectory& trajectory, const geodesy::LocalFrame& 
   return way;
 }
 
-double quantile(const std::vector<double>& sorted, double p) {
-  const double at = p * static_cast<double>(sorted.size() - 1);
-  const auto i = static_cast<std::size_t>(at);
-  const double next = sorted[std::min(i + 1, sorted.size() - 1)];
-  return sorted[i] + (at - static_cast<double>(i)) * (next - sorted[i]);
-}
-
 bool known(const RouteStation& station) {
   return station.answer && station.answer->state == CellState::Computed;
 }
@@ -80,8 +74,8 @@ RouteLayer summarize_layer(Layer layer, std::size_t index, const std::vector<Rou
   if (values.empty()) return result;
   std::sort(values.begin(), values.end());
   result.mean = sum / static_cast<double>(values.size());
-  result.median = quantile(values, 0.5);
-  result.p95 = quantile(values, 0.95);
+  result.median = *quantile(values, 0.5);
+  result.p95 = *quantile(values, 0.95);
   result.least = values.front();
   result.greatest = values.back();
   return result;

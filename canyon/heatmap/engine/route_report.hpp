@@ -13,7 +13,7 @@
 #include "canyon/heatmap/kernels/layers.hpp"
 #include "canyon/simulation/trajectory.hpp"
 
-// What a map says of a route, for planners.
+// Judges a route by a map, for planners.
 
 namespace canyon::heatmap {
 

@@ -1,11 +1,17 @@
 #include "canyon/heatmap/engine/store_slices.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <list>
 #include <memory>
 #include <utility>
 #include <vector>
+
+#include "canyon/city/city.hpp"
+#include "canyon/simulation/georeference.hpp"
+#include "canyon/simulation/scenario.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -80,6 +86,37 @@ std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_s
     const Heatmap& heatmap, const TileStore& store) {
   auto reader = std::make_shared<Reader>(heatmap, store);
   return [reader](std::size_t tile, std::size_t time) { return reader->slice(tile, time); };
+}
+
+MapSource map_source(const Heatmap& heatmap, const TileStore& store,
+                     const simulation::Environment& environment, const simulation::ReceiverConfig& receiver,
+                     const simulation::Scenario& scenario) {
+  MapSource source;
+  source.request = &heatmap.request();
+  source.frame = environment.city().frame;
+  source.title = fmt::format("GNSS heat map of {}", environment.city().name);
+  const propagation::PropagationOptions& paths = receiver.propagation;
+  source.attributes["receiver"] = receiver.options.name;
+  source.attributes["propagation_model"] =
+      paths.model == propagation::Model::Mirror
+          ? "mirror"
+          : fmt::format("specular, order {}{}{}", paths.reflection_order,
+                        paths.diffraction ? ", diffraction" : "", paths.diffuse ? ", diffuse" : "");
+  std::string systems;
+  for (const gnss::System system : scenario.sky.systems) {
+    systems += fmt::format("{}{}", systems.empty() ? "" : ", ", gnss::name(system));
+  }
+  source.attributes["systems"] = systems;
+  if (receiver.options.signal.enabled) {
+    source.attributes["propagation_model"] +=
+        receiver.options.signal.shadowing.enabled ? ", strength, shadowing" : ", strength";
+  }
+  if (const auto shift = simulation::draw_city_shift(scenario.city.georeference, scenario.seed)) {
+    source.attributes["georeference"] = simulation::describe(*shift);
+  }
+  source.attributes["seed"] = std::to_string(heatmap.request().draws.seed);
+  source.slice = store_slices(heatmap, store);
+  return source;
 }
 
 }  // namespace canyon::heatmap

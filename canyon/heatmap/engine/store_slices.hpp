@@ -15,4 +15,12 @@ namespace canyon::heatmap {
 [[nodiscard]] std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_slices(
     const Heatmap& heatmap, const TileStore& store);
 
+/// The whole map as writers see it: store_slices(), and what it is a map of. `history` is left to the caller.
+/// `scenario` is the one that `environment` was made of, for the names of what was computed. All must outlive
+/// it. Not thread-safe.
+[[nodiscard]] MapSource map_source(const Heatmap& heatmap, const TileStore& store,
+                                   const simulation::Environment& environment,
+                                   const simulation::ReceiverConfig& receiver,
+                                   const simulation::Scenario& scenario);
+
 }  // namespace canyon::heatmap

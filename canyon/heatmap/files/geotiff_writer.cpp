@@ -17,7 +17,6 @@
 #include <system_error>
 #include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -39,13 +38,13 @@ class Failures {
   Failures(const Failures&) = delete;
   Failures& operator=(const Failures&) = delete;
 
-  /// Throws InputError naming `path` where anything has failed, or where `ok` is false.
+  /// Throws OutputError naming `path` where anything has failed, or where `ok` is false.
   void check(bool ok, const fs::path& path) const {
     if (ok && first_.empty()) return;
     std::error_code unknown;
     const fs::space_info space = fs::space(path.parent_path().empty() ? "." : path.parent_path(), unknown);
     const bool full = !unknown && space.available < (1U << 20);
-    throw InputError(
+    throw OutputError(
         path, 0, "cannot be written: " + (first_.empty() ? "GDAL does not say why" : first_),
         full ? "free disk space and run again" : "see that the disk has room and can be written to");
   }

@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -36,7 +36,7 @@ void NetcdfFile::check_written(int status) const {
   const std::filesystem::path folder = shown_.has_parent_path() ? shown_.parent_path() : ".";
   const auto space = std::filesystem::space(folder, unknown);
   const bool full = code == ENOSPC || code == EDQUOT || (!unknown && space.available < (1U << 20));
-  throw InputError(
+  throw OutputError(
       shown_, 0, fmt::format("cannot be written: {}", named ? std::strerror(code) : nc_strerror(status)),
       full ? "free disk space and run again" : "choose a folder that exists and that you may write to");
 }

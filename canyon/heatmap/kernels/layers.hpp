@@ -8,7 +8,7 @@
 
 namespace canyon::heatmap {
 
-/// What a map shows of each cell, time and altitude. Values are floats, NaN where there is none.
+/// A quantity that a map gives for each cell, time and altitude. Values are floats, NaN where there is none.
 enum class Layer : std::uint8_t {
   HorizontalError,      ///< without noise [m]; NaN without a fix, as all errors
   VerticalError,        ///< without noise, up positive [m]

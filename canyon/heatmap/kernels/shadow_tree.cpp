@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "canyon/city/city.hpp"
+
 namespace canyon::heatmap {
 namespace {
 

@@ -7,11 +7,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 
 namespace canyon::heatmap {
 
-/// What can throw a shadow onto a rectangle of a horizontal plane: points p above the plane, at most
+/// The space that can throw a shadow onto a rectangle of a horizontal plane: points p above it, at most
 /// `highest` over it, whose place along the direction, p - (p.z - z) shear, lies in the rectangle.
 struct ShadowReach {
   Eigen::Vector2d min, max;  ///< of the rectangle

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 
 namespace canyon::heatmap {
 

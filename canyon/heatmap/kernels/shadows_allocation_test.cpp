@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/heatmap/kernels/shadows.hpp"

@@ -44,7 +44,7 @@ constexpr std::uint32_t kMostCells = kTile * kTile;
 constexpr double kMirrorRange_m = 100;
 constexpr int kRounds = 5;
 
-/// What one would write with Embree alone: a robust scene and floats prepared beforehand.
+/// The loop that one would write with Embree alone: a robust scene and floats prepared beforehand.
 class BareEmbree {
  public:
   explicit BareEmbree(const Mesh& mesh) : bare_(mesh) {

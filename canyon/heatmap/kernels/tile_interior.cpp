@@ -6,17 +6,17 @@
 #include <map>
 #include <utility>
 
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/raytrace/level_rays.hpp"
 
 namespace canyon::heatmap {
 namespace {
 
 using Point = std::array<double, 3>;
+using raytrace::kLevelRays;
 
 constexpr std::size_t kBands = 1024;
-/// RayScene::placement() casts so many level rays, the first at this azimuth, evenly about.
-constexpr int kRays = 7;
-constexpr double kFirstAzimuth_rad = 0.2137;
 /// With more ends in sight of each cell than these the rays of placement() cost less (about 20 us a cell).
 constexpr std::size_t kMostEnds = 400;
 
@@ -48,10 +48,10 @@ RowRange rows_between(const CellPlane& plane, double low, double high) {
 }
 
 /// Angles of placement()'s rays from east, counter-clockwise, ascending, in [0, 2 pi).
-std::array<double, kRays> ray_angles() {
-  std::array<double, kRays> angles{};
-  for (int i = 0; i < kRays; ++i) {
-    double angle = geodesy::kPi / 2 - (kFirstAzimuth_rad + i * (2 * geodesy::kPi / kRays));
+std::array<double, kLevelRays> ray_angles() {
+  std::array<double, kLevelRays> angles{};
+  for (int i = 0; i < kLevelRays; ++i) {
+    double angle = geodesy::kPi / 2 - raytrace::level_ray_azimuth_rad(i);
     while (angle < 0) angle += 2 * geodesy::kPi;
     angles[static_cast<std::size_t>(i)] = angle;
   }
@@ -244,28 +244,20 @@ bool Interiors::judge(const CellPlane& plane, std::span<const std::uint8_t> want
   if (wanted.empty()) return true;
   std::vector<std::int32_t> crossings;
   count_rows(plane, crossings);
-  static const std::array<double, kRays> angles = ray_angles();
+  static const std::array<double, kLevelRays> angles = ray_angles();
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     if (wanted[i] == 0) continue;
-    if (open.empty()) {
-      inside[i] = crossings[i] != 0;
-      continue;
-    }
     const double x = plane.first.x() + static_cast<double>(i % plane.columns) * plane.spacing_m;
     const double y = plane.first.y() + static_cast<double>(i / plane.columns) * plane.spacing_m;
     // Chains that begin between east and a ray are crossed by it and not by the ray to the east.
-    std::array<int, kRays> gained{};
+    std::array<int, kLevelRays> leaves{};
+    leaves.fill(crossings[i]);
     for (const End& end : open) {
       double angle = std::atan2(end.y - y, end.x - x);
       if (angle < 0) angle += 2 * geodesy::kPi;
-      for (std::size_t k = kRays; k-- > 0 && angles[k] >= angle;) gained[k] += end.begins;
+      for (std::size_t k = kLevelRays; k-- > 0 && angles[k] >= angle;) leaves[k] += end.begins;
     }
-    int within = 0, inside_out = 0;
-    for (const int gain : gained) {
-      within += crossings[i] + gain > 0 ? 1 : 0;
-      inside_out += crossings[i] + gain < 0 ? 1 : 0;
-    }
-    inside[i] = std::max(within, inside_out) > kRays / 2;
+    inside[i] = raytrace::is_inside(leaves);
   }
   return true;
 }

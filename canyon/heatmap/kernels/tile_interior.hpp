@@ -2,11 +2,12 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 #include "canyon/heatmap/kernels/shadows.hpp"
 
 namespace canyon::heatmap {

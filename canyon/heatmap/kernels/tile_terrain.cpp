@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "canyon/city/city.hpp"
+
 namespace canyon::heatmap {
 namespace {
 

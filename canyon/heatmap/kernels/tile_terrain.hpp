@@ -1,11 +1,12 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 #include "canyon/heatmap/kernels/grid.hpp"
 
 namespace canyon::heatmap {

@@ -11,10 +11,12 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/heatmap/kernels/tile_interior.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/heatmap/kernels/tile_terrain.hpp"
+#include "canyon/raytrace/level_rays.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -28,8 +30,6 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Heights of one tile that differ by less are one [m].
 constexpr double kFlat_m = 1e-3;
-/// A terrain sheet less far above a place than this is below it (RayScene::placement()) [m].
-constexpr double kSkin_m = 1e-3;
 /// ShadowCaster needs directions that rise by more.
 constexpr double kLeastRise = 0.01;
 
@@ -180,7 +180,7 @@ void TileTracer::Impl::set_heights(const Grid& grid, double altitude_m, Altitude
       z[i] = ground[i] + altitude_m;
       if (std::isnan(z[i]) && cells.state[i] == CellState::Computed) cells.state[i] = CellState::NoTerrain;
     }
-    if (altitude_m > kSkin_m) ground.clear();
+    if (altitude_m > raytrace::kSkin_m) ground.clear();
   }
 
   double low = kInfinite, high = -kInfinite;
@@ -310,15 +310,15 @@ void TileTracer::Impl::add_mirrored(const TileCells& cells, std::size_t satellit
   const Vector3d& direction = result.directions[satellite];
   const Vector3d mirrored = propagation::mirror_direction(direction);
   const double elevation_rad = std::asin(std::clamp(direction.z(), -1.0, 1.0));
-  std::vector<Reception>& reception = result.reception[satellite];
+  std::vector<CellVisibility>& visibility = result.visibility[satellite];
   std::vector<float>& excess_m = result.excess_m[satellite];
   const auto receive = [&](std::size_t cell, double range_m) {
-    reception[cell] = Reception::NLOS;
+    visibility[cell] = CellVisibility::NLOS;
     // Never negative but for rounding, at the zenith.
     excess_m[cell] = static_cast<float>(std::max(0.0, propagation::mirror_excess_m(range_m, elevation_rad)));
   };
   const auto is_wanted = [&](std::size_t cell) {
-    return cells.state[cell] == CellState::Computed && reception[cell] == Reception::Blocked;
+    return cells.state[cell] == CellState::Computed && visibility[cell] == CellVisibility::Blocked;
   };
   const auto range_by_ray = [&](std::size_t cell) -> std::optional<double> {
     const Vector3d from = cells.place(cell);
@@ -360,7 +360,7 @@ void TileTracer::Impl::add_traced(const TileCells& cells, bool all, bool excess,
       lists.satellites.clear();
       lists.directions.clear();
       for (std::size_t k = 0; k < result.satellites.size(); ++k) {
-        if (!all && result.reception[k][i] != Reception::Blocked) continue;
+        if (!all && result.visibility[k][i] != CellVisibility::Blocked) continue;
         lists.satellites.push_back(static_cast<std::uint32_t>(k));
         lists.directions.push_back(result.directions[k]);
       }
@@ -373,9 +373,9 @@ void TileTracer::Impl::add_traced(const TileCells& cells, bool all, bool excess,
         const std::uint32_t k = lists.satellites[j];
         const bool los = paths.visibility == Visibility::LOS || paths.visibility == Visibility::LOSMultipath;
         if (!los && !excess) continue;
-        result.reception[k][i] = los                ? Reception::LOS
-                                 : paths.received() ? Reception::NLOS
-                                                    : Reception::Blocked;
+        result.visibility[k][i] = los                ? CellVisibility::LOS
+                                  : paths.received() ? CellVisibility::NLOS
+                                                     : CellVisibility::Blocked;
         if (excess) result.excess_m[k][i] = static_cast<float>(paths.tracked_excess_m());
       }
     }
@@ -389,9 +389,10 @@ void TileTracer::trace(const TileCells& cells, geodesy::GpsTime time, bool exces
   assert(cells.state.size() == count);
   impl.see_satellites(cells, time, result);
   const std::size_t satellites = result.satellites.size();
-  result.reception.resize(satellites);
+  result.visibility.resize(satellites);
   result.excess_m.resize(excess ? satellites : 0);
-  for (std::vector<Reception>& reception : result.reception) reception.assign(count, Reception::Blocked);
+  for (std::vector<CellVisibility>& visibility : result.visibility)
+    visibility.assign(count, CellVisibility::Blocked);
   for (std::vector<float>& excess_m : result.excess_m) excess_m.assign(count, 0);
   if (std::find(cells.state.begin(), cells.state.end(), CellState::Computed) == cells.state.end()) return;
 
@@ -403,7 +404,7 @@ void TileTracer::trace(const TileCells& cells, geodesy::GpsTime time, bool exces
     std::vector<std::uint8_t> blocked(count);
     impl.block(cells, result.directions[k], blocked);
     for (std::size_t i = 0; i < count; ++i) {
-      if (!blocked[i] && cells.state[i] == CellState::Computed) result.reception[k][i] = Reception::LOS;
+      if (!blocked[i] && cells.state[i] == CellState::Computed) result.visibility[k][i] = CellVisibility::LOS;
     }
     if (excess && !impl.specular()) impl.add_mirrored(cells, k, result);
   });

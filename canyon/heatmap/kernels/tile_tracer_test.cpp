@@ -148,7 +148,7 @@ SignalCount compare_signals(const simulation::Environment& environment, const Pr
   for (std::size_t i = 0; i < cells.state.size(); i += step) {
     if (cells.state[i] != CellState::Computed) {
       for (std::size_t k = 0; k < paths.size(); ++k) {
-        EXPECT_EQ(signals.reception[k][i], Reception::Blocked);
+        EXPECT_EQ(signals.visibility[k][i], CellVisibility::Blocked);
         EXPECT_EQ(signals.excess_m[k][i], 0);
       }
       continue;
@@ -163,18 +163,18 @@ SignalCount compare_signals(const simulation::Environment& environment, const Pr
     propagator.trace(place, directions, paths);
     for (std::size_t k = 0; k < paths.size(); ++k) {
       ++count.signals;
-      const auto reception_of = [](const propagation::SatellitePaths& p) {
-        return p.visibility == Visibility::Blocked ? Reception::Blocked
-               : p.visibility == Visibility::NLOS  ? Reception::NLOS
-                                                   : Reception::LOS;
+      const auto visibility_of = [](const propagation::SatellitePaths& p) {
+        return p.visibility == Visibility::Blocked ? CellVisibility::Blocked
+               : p.visibility == Visibility::NLOS  ? CellVisibility::NLOS
+                                                   : CellVisibility::LOS;
       };
-      const Reception expected = reception_of(paths[k]);
-      count.nlos += expected == Reception::NLOS;
-      count.blocked += expected == Reception::Blocked;
+      const CellVisibility expected = visibility_of(paths[k]);
+      count.nlos += expected == CellVisibility::NLOS;
+      count.blocked += expected == CellVisibility::Blocked;
       const double difference =
           std::abs(static_cast<double>(signals.excess_m[k][i]) - paths[k].tracked_excess_m());
       // Floats; directions turned by 1e-5 rad change a detour of some hundred metres by millimetres.
-      if (signals.reception[k][i] == expected && difference < 0.02) {
+      if (signals.visibility[k][i] == expected && difference < 0.02) {
         count.largest_difference_m = std::max(count.largest_difference_m, difference);
         continue;
       }
@@ -185,13 +185,13 @@ SignalCount compare_signals(const simulation::Environment& environment, const Pr
           const double angle = 2 * geodesy::kPi * turn / 12;
           const Vector3d shift = share * edge_m * Vector3d(std::cos(angle), std::sin(angle), 0);
           propagator.trace(place + shift, std::span(directions).subspan(k, 1), std::span(moved).first(1));
-          at_an_edge |= reception_of(moved[0]) == signals.reception[k][i] &&
+          at_an_edge |= visibility_of(moved[0]) == signals.visibility[k][i] &&
                         std::abs(static_cast<double>(signals.excess_m[k][i]) - moved[0].tracked_excess_m()) <
                             0.02 + 2 * edge_m;
         }
       }
       EXPECT_TRUE(at_an_edge) << place.transpose() << " " << to_string(signals.satellites[k].id) << ": "
-                              << static_cast<int>(signals.reception[k][i]) << " for "
+                              << static_cast<int>(signals.visibility[k][i]) << " for "
                               << static_cast<int>(expected) << ", " << signals.excess_m[k][i] << " m for "
                               << paths[k].tracked_excess_m() << " m";
     }
@@ -358,7 +358,7 @@ TEST(TileTracer, CellsOutsideTheAreaAreNotComputed) {
     ASSERT_EQ(cells.state[i] == CellState::OutsideArea, !in);
     outside += !in;
     if (in) continue;
-    for (const auto& reception : signals.reception) ASSERT_EQ(reception[i], Reception::Blocked);
+    for (const auto& visibility : signals.visibility) ASSERT_EQ(visibility[i], CellVisibility::Blocked);
   }
   EXPECT_GT(outside, 1000U);
 }
@@ -440,14 +440,14 @@ TEST(TileTracer, LineOfSightAloneNeedsNoReflections) {
     tracer.trace(cells, kTime, true, with);
     tracer.trace(cells, kTime, false, without);
     EXPECT_TRUE(without.excess_m.empty());
-    ASSERT_EQ(with.reception.size(), without.reception.size());
+    ASSERT_EQ(with.visibility.size(), without.visibility.size());
     std::size_t los = 0, different = 0;
-    for (std::size_t k = 0; k < with.reception.size(); ++k) {
+    for (std::size_t k = 0; k < with.visibility.size(); ++k) {
       for (std::size_t i = 0; i < cells.state.size(); ++i) {
-        ASSERT_NE(without.reception[k][i], Reception::NLOS);
-        const bool clear = without.reception[k][i] == Reception::LOS;
+        ASSERT_NE(without.visibility[k][i], CellVisibility::NLOS);
+        const bool clear = without.visibility[k][i] == CellVisibility::LOS;
         // At edges Propagator's rays may still find a path clear that was drawn as blocked.
-        different += clear != (with.reception[k][i] == Reception::LOS);
+        different += clear != (with.visibility[k][i] == CellVisibility::LOS);
         los += clear;
       }
     }
@@ -471,7 +471,7 @@ TEST(TileTracer, AnyThreadsAndTilesGiveTheSame) {
       tracer.trace(cells, kTime, true, results[static_cast<std::size_t>(threads - 1)]);
     });
   }
-  EXPECT_EQ(results[0].reception, results[1].reception);
+  EXPECT_EQ(results[0].visibility, results[1].visibility);
   EXPECT_EQ(results[0].excess_m, results[1].excess_m);
   // A result that was used before.
   TileSignals again = results[0];

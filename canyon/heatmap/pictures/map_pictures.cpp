@@ -152,13 +152,15 @@ class Writer {
   /// One look at everything, so that colours mean the same on all pictures.
   void find_scales() {
     kept_.resize(request_.times.size());
-    std::vector<ValueHistogram> histograms(request_.layers.size());
+    std::vector<ValueCounts> histograms(request_.layers.size());
     std::vector<ShadesSeen> seen(request_.layers.size());
     for (std::size_t time = 0; time < request_.times.size(); ++time) {
       const Rasters all = rasters(time, true);
       for (const auto& layers : all) {
         for (std::size_t layer = 0; layer < layers.size(); ++layer) {
-          for (const float value : layers[layer].values) histograms[layer].add(value);
+          const bool both = style_of(request_.layers[layer]).kind == ValueKind::SignedLength;
+          for (const float value : layers[layer].values)
+            histograms[layer].add(both ? std::abs(value) : value);
           for (const Shade shade : layers[layer].shades) seen[layer][static_cast<std::size_t>(shade)] = true;
         }
       }

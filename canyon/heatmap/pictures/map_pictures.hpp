@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 
 namespace canyon::heatmap {
@@ -14,18 +14,18 @@ struct MapPictureOptions {
   double pixels_per_unit = 2;            ///< of the stills, whose text is 11 units high; [1, 8]
   double animation_pixels_per_unit = 1;  ///< likewise; [0.5, 8]
   double frame_s = 0.5;                  ///< how long an animation shows each time; [0.001, 65]
-  /// What is drawn of the map stays in memory up to this [bytes]; what is beyond is read from the source once
-  /// more.
+  /// Values to draw stay in memory up to this [bytes]; the others are read from the source a second
+  /// time.
   std::size_t kept_bytes = std::size_t{256} << 20;
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
 
-/// write_map_pictures() of rasters.hpp, with options. For each time, altitude and sheet of at most six layers
-/// `map[_SHEET][_aALTm][_tYYYYmmddTHHMMSSZ].png`, and with more than one time, for each altitude and sheet,
-/// `map[_SHEET][_aALTm]_animation.png` (see AnimatedPng); SHEET counts from 1 where there are several, parts
-/// that do not vary are left out. Returns the names by time, altitude and sheet, animations last. Each file
-/// appears whole or not at all, animations at the end.
+/// write_map_pictures() of map_source.hpp, with options. For each time, altitude and sheet of at most six
+/// layers `map[_SHEET][_aALTm][_tYYYYmmddTHHMMSSZ].png`, and with more than one time, for each altitude and
+/// sheet, `map[_SHEET][_aALTm]_animation.png` (see AnimatedPng); SHEET counts from 1 where there are several,
+/// parts that do not vary are left out. Returns the names by time, altitude and sheet, animations last. Each
+/// file appears whole or not at all, animations at the end.
 ///
 /// A layer has the same colours on all pictures: see make_colour_scale(). A pixel that covers several cells
 /// has the mean of their values where at least half of them have one, else it shows what most of them are; a

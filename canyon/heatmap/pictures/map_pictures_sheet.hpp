@@ -32,7 +32,7 @@ class SheetLayout {
   [[nodiscard]] int title_lines() const { return title_lines_; }
   [[nodiscard]] double legend_top(std::size_t panels) const;
 
-  /// What a map shows [m, ENU]: the grid, with paper around it where it is very slim. z is 0.
+  /// Extent of a map [m, ENU]: the grid, with paper around it where it is very slim. z is 0.
   [[nodiscard]] const city::Box& extent() const { return extent_; }
   /// Pixels of a whole map, and of the grid on it.
   [[nodiscard]] const RasterSize& map_pixels() const { return map_pixels_; }
@@ -61,7 +61,7 @@ using Outlines = std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>>;
 /// Which shades a sheet's legend tells of.
 using ShadesSeen = std::array<bool, kShades>;
 
-/// What a sheet shows.
+/// Contents of a sheet.
 struct Sheet {
   std::string title;
   std::array<std::string, 2> subtitles;

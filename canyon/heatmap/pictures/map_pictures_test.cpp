@@ -175,7 +175,7 @@ TEST(MapPictures, OnePictureOfThePapersPanels) {
   const SheetLayout layout(map.request.grid, map.request.layers, 2);
   EXPECT_EQ(png.width(), 2 * static_cast<int>(layout.width()));
   EXPECT_EQ(png.height(), 2 * static_cast<int>(layout.height(3)));
-  ValueHistogram values;
+  ValueCounts values;
   for (std::uint32_t row = 0; row < 60; ++row) {
     for (std::uint32_t column = 0; column < 60; ++column) {
       if (map.state(column, row) == CellState::Computed) values.add(static_cast<float>(column));
@@ -344,7 +344,7 @@ TEST(MapPictures, RefusesWhatItCannotWrite) {
   EXPECT_THROW(options.validate(), InputError);
   EXPECT_THAT(files_in(folder.path()), ElementsAre("file"));
 
-  // What the source throws comes through, and leaves no half file.
+  // The source's exceptions pass through, and no half-written file stays.
   map.request.times.push_back(map.request.times[0] + 60.0);
   MapSource source = map.source();
   int calls = 0;

@@ -63,7 +63,7 @@ void label_unevenly(ColourScale& scale) {
   for (auto value = values.rbegin(); value != values.rend(); ++value) add_tick(scale, *value);
 }
 
-void scale_lengths(ColourScale& scale, const ValueHistogram& values) {
+void scale_lengths(ColourScale& scale, const ValueCounts& values) {
   const double robust = values.quantile(kRobustShare), least = values.quantile(1 - kRobustShare);
   // A micrometre is as good as nothing, and its rounding errors would look like a pattern.
   const bool some = robust > 1e-6, both = scale.style.kind == ValueKind::SignedLength;
@@ -85,17 +85,19 @@ void scale_lengths(ColourScale& scale, const ValueHistogram& values) {
   label_unevenly(scale);
 }
 
-void scale_dops(ColourScale& scale, const ValueHistogram& values) {
+void scale_dops(ColourScale& scale, const ValueCounts& values) {
   const double robust = values.count() > 0 ? std::min(values.quantile(kRobustShare), kLargestDrawnDop) : 1;
-  const double least = std::min(std::max(values.least(), 0.0), robust);
+  const double least = values.count() > 0 ? std::clamp(values.least(), 0.0, robust) : 0;
   const double step = drawing::nice_ceil(std::max(robust - least, 0.1) / 5);
   scale.low = step * std::floor(least / step + 1e-9);
   scale.high = std::max(step * std::ceil(robust / step - 1e-9), scale.low + step);
   label_evenly(scale, step);
 }
 
-void scale_counts(ColourScale& scale, const ValueHistogram& values) {
-  const double least = std::floor(values.least()), largest = std::floor(values.largest());
+void scale_counts(ColourScale& scale, const ValueCounts& values) {
+  const bool any = values.count() > 0;
+  const double least = any ? std::floor(values.least()) : 0,
+               largest = any ? std::floor(values.greatest()) : 0;
   const double numbers = largest - least + 1;
   scale.class_width = numbers <= kMostClasses ? 1 : drawing::nice_ceil(numbers / kMostClasses);
   scale.low = scale.class_width * std::floor(least / scale.class_width);
@@ -177,36 +179,6 @@ LayerStyle style_of(Layer layer) {
   return {ValueKind::Share, &drawing::viridis, false};
 }
 
-void ValueHistogram::add(float value) {
-  if (std::isnan(value)) return;
-  const double v = value;
-  least_ = count_ > 0 ? std::min(least_, v) : v;
-  largest_ = count_ > 0 ? std::max(largest_, v) : v;
-  ++count_;
-  if (v == 0) {
-    ++zeros_;
-    return;
-  }
-  if (bins_.empty()) bins_.resize(kOctaves * kBinsPerOctave);
-  const double bin = (std::log2(std::abs(v)) - kLowestOctave) * kBinsPerOctave;
-  ++bins_[static_cast<std::size_t>(std::clamp(bin, 0.0, static_cast<double>(bins_.size() - 1)))];
-}
-
-double ValueHistogram::quantile(double q) const {
-  if (count_ == 0) return 0;
-  const double wanted = q * static_cast<double>(count_);
-  auto seen = zeros_;
-  if (static_cast<double>(seen) >= wanted) return 0;
-  for (std::size_t i = 0; i < bins_.size(); ++i) {
-    seen += bins_[i];
-    if (static_cast<double>(seen) >= wanted) {
-      const double end = std::exp2(static_cast<double>(i + 1) / kBinsPerOctave + kLowestOctave);
-      return std::min(end, std::max(std::abs(least_), std::abs(largest_)));
-    }
-  }
-  return std::max(std::abs(least_), std::abs(largest_));
-}
-
 double ColourScale::at(double value) const {
   if (std::isnan(value)) return 0;
   const auto eased = [this](double part) {
@@ -226,7 +198,7 @@ Colour ColourScale::colour_at(double position) const {
   return style.colours(style.large_is_bad ? 1 - t : t);
 }
 
-ColourScale make_colour_scale(Layer layer, const ValueHistogram& values) {
+ColourScale make_colour_scale(Layer layer, const ValueCounts& values) {
   ColourScale scale;
   scale.style = style_of(layer);
   switch (scale.style.kind) {
@@ -247,7 +219,7 @@ ColourScale make_colour_scale(Layer layer, const ValueHistogram& values) {
   // A step past the end that its colour hides is not worth a mark.
   constexpr double kSlack = 1e-6;
   scale.below = values.count() > 0 && values.least() < scale.low - kSlack;
-  scale.above = values.count() > 0 && values.largest() > scale.high + kSlack;
+  scale.above = values.count() > 0 && values.greatest() > scale.high + kSlack;
   return scale;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "canyon/drawing/palette.hpp"
+#include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/kernels/layers.hpp"
 
 // How a layer's values become colours. Bright is good and dark is bad on every map but those of signed
@@ -39,26 +40,6 @@ struct LayerStyle {
 };
 [[nodiscard]] LayerStyle style_of(Layer layer);
 
-/// Of absolute values, to find quantiles of as many as there are in a fixed memory (23 KiB).
-class ValueHistogram {
- public:
-  /// NaN is passed over.
-  void add(float value);
-  [[nodiscard]] std::uint64_t count() const { return count_; }
-  /// Of the values with their signs; 0 where there is none.
-  [[nodiscard]] double least() const { return count_ > 0 ? least_ : 0; }
-  [[nodiscard]] double largest() const { return count_ > 0 ? largest_ : 0; }
-  /// Smallest bound that at least the share q, in [0, 1], of the absolute values does not exceed, at most 1.1
-  /// % above it (bins are 2^(1/64) wide) between 2^-14 and 2^30; 0 where there is none.
-  [[nodiscard]] double quantile(double q) const;
-
- private:
-  static constexpr int kBinsPerOctave = 64, kLowestOctave = -14, kOctaves = 44;
-  std::uint64_t count_ = 0, zeros_ = 0;
-  double least_ = 0, largest_ = 0;
-  std::vector<std::uint64_t> bins_;
-};
-
 /// DOPs above are drawn as this one: a fix with them says little.
 inline constexpr double kLargestDrawnDop = 20;
 
@@ -86,8 +67,8 @@ struct ColourScale {
 /// The scale for a layer's values: lengths from 0 to their 98th percentile, by the square root where it is
 /// more than six times the median, signed ones to both sides; DOPs from about the least to the 98th
 /// percentile, at most kLargestDrawnDop; counts from the least to the largest in at most ten classes of equal
-/// width; shares from 0 to 100 %. Ends are rounded outwards to round numbers. The same for the same
-/// histogram.
-[[nodiscard]] ColourScale make_colour_scale(Layer layer, const ValueHistogram& values);
+/// width; shares from 0 to 100 %. Ends are rounded outwards to round numbers.
+/// @param values of a signed layer without their signs
+[[nodiscard]] ColourScale make_colour_scale(Layer layer, const ValueCounts& values);
 
 }  // namespace canyon::heatmap

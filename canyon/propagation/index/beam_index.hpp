@@ -10,8 +10,8 @@
 
 namespace canyon::propagation {
 
-/// What an antenna can reach by way of one mirror: rays from its image (the apex) through the mirror (the
-/// window), bounded by a cone. In the frame of the facets that are asked for.
+/// Directions that an antenna reaches by way of one mirror: rays from its image (the apex) through the mirror
+/// (the window), bounded by a cone. In the frame of the facets that are asked for.
 struct Beam {
   Eigen::Vector3d apex, axis;  ///< axis: unit
   double cosine, sine;         ///< of the half-angle, at most 90 deg

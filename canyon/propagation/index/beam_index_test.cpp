@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 
 namespace canyon::propagation {

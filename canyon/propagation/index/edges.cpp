@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/simd_clones.hpp"
@@ -376,13 +377,6 @@ void mark_diffracting(const NearEdges& near, const Vector3d& s, double max_exces
              near.second_x.data(), near.second_y.data(), near.second_z.data(), count,
              static_cast<float>(s.x()), static_cast<float>(s.y()), static_cast<float>(s.z()), excess,
              marks.data());
-}
-
-void EdgeOptions::validate() const {
-  if (!(min_turn_rad >= 0.001 && min_turn_rad <= kPi / 2)) {
-    throw InputError(fmt::format("edges.min_turn_rad is {}", min_turn_rad),
-                     "give an angle from 0.001 to pi/2");
-  }
 }
 
 EdgeSet::EdgeSet(const city::Mesh& mesh, EdgeOptions options) {

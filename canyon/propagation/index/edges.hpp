@@ -8,8 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 #include "canyon/propagation/index/bounds_blocks.hpp"
+#include "canyon/propagation/index/edge_options.hpp"
 
 namespace canyon::propagation {
 
@@ -81,20 +82,6 @@ struct NearEdges {
 /// `max_excess_m`. Never misses one that diffraction_point() finds; `marks` gets the padded length.
 void mark_diffracting(const NearEdges& near, const Eigen::Vector3d& s, double max_excess_m,
                       std::vector<std::uint8_t>& marks);
-
-struct EdgeOptions {
-  /// Edges of the terrain as well: crests of its triangles.
-  bool terrain = false;
-  /// Free edges: of sheets, and of meshes that do not close. The lower edge of a wall without a
-  /// floor (its vertices at its object's lowest one within 1 mm, the wall above) never is one.
-  bool free_edges = true;
-  /// Least angle [rad] by which the faces turn away from one plane. Seams of rounded walls stay below it.
-  /// [0.001, pi/2].
-  double min_turn_rad = 0.087266462599716477;  // 5 deg
-  [[nodiscard]] bool operator==(const EdgeOptions&) const = default;
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
-};
 
 /// The diffracting edges of a mesh, made once. Foliage has none. Const members are thread-safe.
 class EdgeSet {

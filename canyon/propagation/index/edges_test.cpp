@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/primitive_meshes.hpp"
 #include "canyon/city/synthetic_city.hpp"
@@ -62,7 +63,7 @@ double total_length(const EdgeSet& set) {
   return sum;
 }
 
-/// What the comment on Edge promises of each one.
+/// Checks what the comment on Edge promises.
 void expect_consistent(const EdgeSet& set) {
   for (const Edge& e : set.edges()) {
     ASSERT_NEAR(e.direction.norm(), 1, 1e-12);

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/simd_clones.hpp"
 

@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "tests/support/shared_data.hpp"

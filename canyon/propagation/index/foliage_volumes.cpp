@@ -8,6 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "canyon/city/city.hpp"
+
 namespace canyon::propagation {
 namespace {
 

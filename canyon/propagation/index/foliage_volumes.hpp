@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/city/fwd.hpp"
 
 namespace canyon::propagation {
 

@@ -9,6 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "canyon/city/city.hpp"
+
 namespace canyon::propagation {
 namespace {
 

@@ -1,5 +1,6 @@
 #include "canyon/propagation/index/occluders.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -11,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
-using Shadow = Occluders::Shadow;
+using Hidden = Occluders::Hidden;
 
 /// Roundings of a product of float coordinates and a float unit normal, of the distance.
 constexpr float kRounding = 1e-6f;
@@ -58,9 +59,9 @@ Occluders::Occluders(const FacetSet& set) {
   }
 }
 
-void Occluders::shadows(const FacetSet& set, const FacingFacets& facing, const Vector3d& antenna,
-                        std::size_t count, double margin_m, Scratch& scratch,
-                        std::vector<Shadow>& out) const {
+void Occluders::hidden_regions(const FacetSet& set, const FacingFacets& facing, const Vector3d& antenna,
+                               std::size_t count, double margin_m, Scratch& scratch,
+                               std::vector<Hidden>& out) const {
   auto& largest = scratch.largest;
   largest.clear();
   for (std::size_t i = 0; i < facing.facet.size(); ++i) {
@@ -83,7 +84,7 @@ void Occluders::shadows(const FacetSet& set, const FacingFacets& facing, const V
       corner[k] = part.corner[k] + margin_m / length * inwards - antenna;
     }
     if (!large) continue;
-    Shadow shadow;
+    Hidden region;
     bool sound = true;
     for (std::size_t k = 0; k < 4; ++k) {
       // A triangle's last corner is there twice, with no side between; the side before it stands in.
@@ -94,22 +95,22 @@ void Occluders::shadows(const FacetSet& set, const FacingFacets& facing, const V
       const Vector3d normal = corner[(from + 1) % 4].cross(corner[from]);
       const double length = normal.norm();
       sound &= length > 1e-6 * corner[from].squaredNorm() && length > 1e-9;
-      shadow.side[k] = (normal / length).cast<float>();
+      region.side[k] = (normal / length).cast<float>();
     }
     if (!sound) continue;
-    shadow.normal = facet.normal.cast<float>();
-    shadow.height = static_cast<float>(facet.normal.dot(antenna) - facet.offset + facet.deviation + margin_m);
-    out.push_back(shadow);
+    region.normal = facet.normal.cast<float>();
+    region.height = static_cast<float>(facet.normal.dot(antenna) - facet.offset + facet.deviation + margin_m);
+    out.push_back(region);
   }
 }
 
-void mark_hidden(const FacingFacets& facing, const std::vector<Shadow>& shadows,
+void mark_hidden(const FacingFacets& facing, const std::vector<Hidden>& regions,
                  std::vector<std::uint8_t>& hidden) {
   const std::size_t count = facing.height.size();
   hidden.assign(count, 0);
   constexpr std::size_t kChunk = 1024;
   std::array<std::uint8_t, kChunk> inside;
-  for (const Shadow& shadow : shadows) {
+  for (const Hidden& region : regions) {
     const auto narrow_by = [&](const Vector3f& direction, float height, std::size_t from, std::size_t to) {
       const Corner c(facing, direction);
       narrow(c.x + from, c.y + from, c.z + from, to - from, direction.x(), direction.y(), direction.z(),
@@ -118,19 +119,19 @@ void mark_hidden(const FacingFacets& facing, const std::vector<Shadow>& shadows,
     for (std::size_t from = 0; from < count; from += kChunk) {
       const std::size_t to = std::min(from + kChunk, count);
       std::fill_n(inside.begin(), to - from, std::uint8_t{1});
-      for (const Vector3f& side : shadow.side) narrow_by(side, 0, from, to);
-      narrow_by(-shadow.normal, shadow.height, from, to);
+      for (const Vector3f& side : region.side) narrow_by(side, 0, from, to);
+      narrow_by(-region.normal, region.height, from, to);
       merge(inside.data(), to - from, hidden.data() + from);
     }
   }
 }
 
-bool is_hidden(const Vector3d& centre, double radius, const std::vector<Shadow>& shadows) {
+bool is_hidden(const Vector3d& centre, double radius, const std::vector<Hidden>& regions) {
   const Vector3f c = centre.cast<float>();
   const float reach = static_cast<float>(radius) + 2e-3f + 2 * kRounding * c.lpNorm<1>();
-  return std::any_of(shadows.begin(), shadows.end(), [&](const Shadow& shadow) {
-    return c.dot(shadow.normal) + shadow.height <= -reach &&
-           std::all_of(shadow.side.begin(), shadow.side.end(),
+  return std::any_of(regions.begin(), regions.end(), [&](const Hidden& region) {
+    return c.dot(region.normal) + region.height <= -reach &&
+           std::all_of(region.side.begin(), region.side.end(),
                        [&](const Vector3f& side) { return c.dot(side) >= reach; });
   });
 }

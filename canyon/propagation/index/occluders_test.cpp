@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
@@ -20,7 +21,7 @@ using Eigen::Vector3d;
 
 struct View {
   FacingFacets facing;
-  std::vector<Occluders::Shadow> shadows;
+  std::vector<Occluders::Hidden> regions;
   std::vector<std::uint8_t> hidden;
 };
 
@@ -29,8 +30,8 @@ View view(const FacetSet& set, const Vector3d& antenna, std::size_t count) {
   View v;
   Occluders::Scratch scratch;
   set.gather(antenna, 500, 2e-3, v.facing);
-  occluders.shadows(set, v.facing, antenna, count, 2e-3, scratch, v.shadows);
-  mark_hidden(v.facing, v.shadows, v.hidden);
+  occluders.hidden_regions(set, v.facing, antenna, count, 2e-3, scratch, v.regions);
+  mark_hidden(v.facing, v.regions, v.hidden);
   return v;
 }
 
@@ -77,10 +78,10 @@ TEST(Occluders, HideWhatIsWhollyInTheShadow) {
   // Spheres: one of radius 1 at (30, y, 0) is inside to y = 15 - sqrt(1.25) = 13.88 (the sides' slope is 1 :
   // 2).
   const View v = view(inside, Vector3d::Zero(), 8);
-  EXPECT_TRUE(is_hidden({30, 13.8, 0}, 1, v.shadows));
-  EXPECT_FALSE(is_hidden({30, 13.95, 0}, 1, v.shadows));
-  EXPECT_TRUE(is_hidden({11.1, 0, 0}, 1, v.shadows));
-  EXPECT_FALSE(is_hidden({10.9, 0, 0}, 1, v.shadows));
+  EXPECT_TRUE(is_hidden({30, 13.8, 0}, 1, v.regions));
+  EXPECT_FALSE(is_hidden({30, 13.95, 0}, 1, v.regions));
+  EXPECT_TRUE(is_hidden({11.1, 0, 0}, 1, v.regions));
+  EXPECT_FALSE(is_hidden({10.9, 0, 0}, 1, v.regions));
 }
 
 // What a ray meets first is not hidden.

@@ -9,7 +9,7 @@
 
 namespace canyon::propagation {
 
-/// What is prepared from the meshes of movable instances, each when it is first seen. Ids are never used
+/// Caches what is made of the meshes of movable instances, each when it is first seen. Ids are never used
 /// again, so an entry stays true. Thread-safe.
 template <typename Prepared>
 class PerInstance {

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "canyon/base/output_file.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/validation/report/report_html.hpp"
 #include "canyon/validation/report/report_pictures.hpp"
 

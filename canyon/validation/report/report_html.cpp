@@ -9,6 +9,8 @@
 #include <functional>
 #include <optional>
 
+#include "canyon/base/utf8.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/number.hpp"
@@ -18,8 +20,6 @@
 
 namespace canyon::validation {
 namespace {
-
-using output::xml_escaped;
 
 using Row = std::vector<std::string>;  // cells, escaped; the first one is the row's head
 

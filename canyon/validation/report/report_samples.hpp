@@ -8,7 +8,7 @@
 
 #include "canyon/validation/comparison.hpp"
 
-// What the pictures of a report are drawn from.
+// Samples that the pictures of a report are drawn from.
 
 namespace canyon::validation {
 

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/validation/report/report_html.hpp"
 #include "canyon/validation/report/report_pictures.hpp"

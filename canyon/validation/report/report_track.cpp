@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/drawing/views/map_marks.hpp"
 #include "canyon/drawing/views/track_picture.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -155,7 +156,7 @@ class TrackMaps {
     canvas.text({area.x - 52, area.centre().y}, "north of the city's origin [m]", upright);
   }
 
-  /// What the marks mean, in one row at the foot.
+  /// Legend of the marks, one row at the foot.
   void draw_marks(Canvas& canvas) const {
     double x = kLeft;
     const double y = height() - 18;

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace canyon::gazebo_classic::test {
+namespace canyon::adapters::gazebo_classic::test {
 
 /// What PX4's bridge does, in a library with a generated class of its own for sensor_msgs.msgs.SITLGps: it
 /// subscribes by that class. For dlopen() and dlsym("px4_stand_in"), so that the class comes into the process
@@ -15,4 +15,4 @@ struct Px4StandIn {
   int (*last)(char* text, int size);
 };
 
-}  // namespace canyon::gazebo_classic::test
+}  // namespace canyon::adapters::gazebo_classic::test

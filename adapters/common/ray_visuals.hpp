@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "adapters/common/epoch_publisher.hpp"
+#include "canyon/drawing/palette.hpp"
+
+// What a person sees of a receiver in a host's world, as plain shapes.
+
+namespace canyon::adapters {
+
+/// A cylinder or a sphere in the host's world frame, lengths in metres.
+struct VisualShape {
+  enum class Kind { Cylinder, Sphere };
+
+  std::string name;  ///< unique among the shapes of a receiver, and the same from update to update
+  Kind kind = Kind::Sphere;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of a cylinder: unit
+  double length = 0;                                ///< of a cylinder: > 0
+  double radius = 0;                                ///< > 0
+  drawing::Colour colour;                           ///< alpha 1 is opaque
+  bool lit = false;  ///< shaded by the scene's lights; otherwise the colour is seen as it is
+
+  /// Places that differ by 1e-6 m or less cannot be told apart.
+  friend bool operator==(const VisualShape& a, const VisualShape& b);
+};
+[[nodiscard]] bool same_look(const VisualShape& a, const VisualShape& b);  ///< but for place and size
+
+/// Paths of one satellite that are drawn at most: the shortest.
+inline constexpr std::size_t kMaxDrawnPaths = 3;
+/// Horizontal error [m] at the end of the bubble's colour scale.
+inline constexpr double kBubbleWorst_m = 20;
+/// Radii [m] between which a bubble keeps, and the radius of one without fix.
+inline constexpr double kBubbleSmallest_m = 1, kBubbleLargest_m = 30, kBubbleNoFix_m = 2;
+
+/// Rays of the satellites above the receiver's elevation mask, in the colours that visibilities have in all
+/// of Canyon's pictures (drawing::colour_of), named by satellite ("G05.direct", "G05.path0.point"):
+///  - LOS: a line from the antenna towards the satellite, with a ball at its end
+///  - LOS+multipath: the same, and thinner lines by way of the reflection points
+///  - NLOS: lines antenna - reflection point or edge - towards the satellite, with a ball at that point; what
+///  a facade scatters thin and faint, without a ball
+///  - blocked: a thin faint line towards the satellite, which ends at what it hits where the report has
+///  ranges
+/// Nothing where the report has no epoch. `ray_length_m` > 0: length of lines that meet nothing; radii are in
+/// proportion.
+[[nodiscard]] std::vector<VisualShape> ray_shapes(const ReceiverReport& report, double ray_length_m);
+
+/// The paper's translucent bubble about the antenna: its radius is `scale` (> 0) times the horizontal error,
+/// kept between kBubbleSmallest_m and kBubbleLargest_m; its colour goes by drawing::viridis (as in Canyon's
+/// picture of a drive) from dark at no error to yellow at kBubbleWorst_m and above. Without a fix it is grey,
+/// of radius kBubbleNoFix_m. Nothing (an empty vector) where the report has no epoch.
+[[nodiscard]] std::vector<VisualShape> bubble_shapes(const ReceiverReport& report, double scale);
+
+}  // namespace canyon::adapters

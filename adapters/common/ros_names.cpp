@@ -1,0 +1,135 @@
+#include "adapters/common/ros_names.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <set>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::adapters {
+namespace {
+
+bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+
+bool is_name_character(char c) {
+  return is_letter(c) || (c >= '0' && c <= '9') || c == '_';
+}
+
+/// Whether `name` is parts of letters, digits and '_', each beginning with a letter (ROS: "Names"), with one
+/// '/' in between, one before where it is absolute, and none behind.
+bool is_ros_name(std::string_view name) {
+  if (name.empty() || name.back() == '/') return false;
+  bool begins_part = true;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const char c = name[i];
+    if (c == '/') {
+      if (begins_part && i > 0) return false;
+      begins_part = true;
+    } else if (begins_part ? !is_letter(c) : !is_name_character(c)) {
+      return false;
+    } else {
+      begins_part = false;
+    }
+  }
+  return true;
+}
+
+std::string resolve(std::string_view name, const std::string& base, const std::string& private_base,
+                    const std::string& remapping) {
+  std::string_view rest = name;
+  const std::string* in = &base;
+  if (!rest.empty() && rest.front() == '~') {
+    in = &private_base;
+    rest.remove_prefix(rest.size() > 1 && rest[1] == '/' ? 2 : 1);
+    if (!rest.empty() && rest.front() == '/') rest = {};  // "~//x"
+  }
+  if (!is_ros_name(rest)) {
+    throw InputError(
+        fmt::format("<ros><remapping>: '{}' in '{}' is no name of ROS", name, remapping),
+        "write FROM:=TO with names of letters, digits, '_' and '/', such as fix:=gps/fix or ~/out:=scan");
+  }
+  return rest.front() == '/' ? std::string(rest) : *in + '/' + std::string(rest);
+}
+
+}  // namespace
+
+std::vector<std::string> RosTopics::all() const {
+  std::vector<std::string> names{fix, fix_velocity, gnss_multipath, satellites};
+  if (!scan.empty()) names.push_back(scan);
+  return names;
+}
+
+std::string ros_name_part(std::string_view name) {
+  std::string part(name);
+  for (char& c : part) {
+    if (!is_name_character(c)) c = '_';
+  }
+  if (part.empty() || !is_letter(part.front())) part.insert(0, "m_");
+  return part;
+}
+
+std::string ros_namespace(const ReceiverIdentity& identity, const RosSettings& settings) {
+  if (settings.ros_namespace.empty()) return '/' + ros_name_part(identity.model);
+  std::string_view name = settings.ros_namespace;
+  if (name == "/") return {};
+  if (name.back() == '/') name.remove_suffix(1);
+  if (!is_ros_name(name)) {
+    throw InputError(fmt::format("<ros><namespace>: '{}' is no name of ROS", settings.ros_namespace),
+                     "use letters, digits, '_' and '/', such as /car/gnss");
+  }
+  return name.front() == '/' ? std::string(name) : '/' + std::string(name);
+}
+
+RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity, const RosSettings& settings,
+                     std::vector<std::string>& notes) {
+  const std::string private_base = base + '/' + ros_name_part(identity.plugin);
+  RosTopics topics;
+  const std::array<std::pair<const char*, std::string*>, 5> named{{{"fix", &topics.fix},
+                                                                   {"fix_velocity", &topics.fix_velocity},
+                                                                   {"gnss_multipath", &topics.gnss_multipath},
+                                                                   {"satellites", &topics.satellites},
+                                                                   {"scan", &topics.scan}}};
+  for (const auto& [name, topic] : named) *topic = base + '/' + name;
+  for (const auto& [from, to] : settings.remappings) {
+    const std::string remapping = from + ":=" + to;
+    const std::string source = resolve(from, base, private_base, remapping);
+    const std::string target = resolve(to, base, private_base, remapping);
+    bool found = false;
+    for (const auto& [name, topic] : named) {
+      const bool is_scan = topic == &topics.scan;
+      if (source == base + '/' + name || source == private_base + '/' + name ||
+          (is_scan && source == private_base + "/out")) {
+        *topic = target;
+        found = true;
+      }
+    }
+    if (!found) {
+      notes.push_back(
+          fmt::format("<ros><remapping>: '{}' renames nothing; the topics are fix, fix_velocity, "
+                      "gnss_multipath, satellites and "
+                      "scan (also ~/out)",
+                      remapping));
+    }
+  }
+  if (!settings.publish_scan) topics.scan.clear();
+  std::set<std::string> taken;
+  for (const std::string& name : topics.all()) {
+    if (!taken.insert(name).second) {
+      throw InputError(fmt::format("<ros><remapping>: two topics would both be '{}'", name),
+                       "give each topic a name of its own");
+    }
+  }
+  return topics;
+}
+
+std::string ros_frame_id(const ReceiverIdentity& identity, const RosSettings& settings) {
+  if (!settings.frame_id.empty()) return settings.frame_id;
+  const std::size_t scope = identity.link.rfind("::");
+  return scope == std::string::npos ? identity.link : identity.link.substr(scope + 2);
+}
+
+}  // namespace canyon::adapters

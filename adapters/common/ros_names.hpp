@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "adapters/common/epoch_publisher.hpp"
+
+namespace canyon::adapters {
+
+/// What a host's user says of a receiver's place in ROS.
+struct RosSettings {
+  std::string ros_namespace;  ///< empty: the model's name
+  /// Each from and to, with ROS's meaning of "~/"; topics without one keep their names.
+  std::vector<std::pair<std::string, std::string>> remappings;
+  std::string frame_id;       ///< empty: the link's name
+  bool publish_scan = false;  ///< ranges of the rays, as a laser scan
+};
+
+/// Names of a receiver's topics, absolute: "/iris/fix".
+struct RosTopics {
+  std::string fix;
+  std::string fix_velocity;
+  std::string gnss_multipath;
+  std::string satellites;
+  std::string scan;  ///< empty where none is published
+
+  /// Those that are published.
+  [[nodiscard]] std::vector<std::string> all() const;
+};
+
+/// `name` with every character that ROS does not allow in a part of a name as '_': "my car" is "my_car".
+[[nodiscard]] std::string ros_name_part(std::string_view name);
+
+/// The namespace that settings.ros_namespace asks for: absolute, without '/' at the end, "" for the root.
+/// Empty settings: "/" and the model's name. Throws InputError for what is no ROS name.
+[[nodiscard]] std::string ros_namespace(const ReceiverIdentity& identity, const RosSettings& settings);
+
+/// Topics in `base` (see ros_namespace()), renamed by settings.remappings. "x" is in `base`, "/x" as it is,
+/// "~/x" in `base` and the plugin's name. A topic goes by its name with or without "~/", and the scan by
+/// "~/out" as well, as in the paper. Throws InputError for names that are none of ROS, and where two topics
+/// would have one name. Remappings of other names add a line to `notes`.
+[[nodiscard]] RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity,
+                                   const RosSettings& settings, std::vector<std::string>& notes);
+
+/// settings.frame_id, else the link's name without scope.
+[[nodiscard]] std::string ros_frame_id(const ReceiverIdentity& identity, const RosSettings& settings);
+
+}  // namespace canyon::adapters

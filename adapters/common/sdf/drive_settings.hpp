@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <sdf/sdf.hh>
+#include <string>
+#include <vector>
+
+#include "adapters/common/sdf/resource_files.hpp"
+#include "adapters/common/vehicle_drive.hpp"
+
+namespace canyon::adapters {
+
+/// What the element of libCanyonDrivePlugin.so says; docs/gazebo.md has the table.
+struct DriveSettings {
+  VehicleDrive drive;
+  bool heading = true;  ///< the model looks where it goes; false: it keeps the attitude it was given
+  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  ///< model's origin from the path: forward, left, up
+  std::vector<std::string> warnings;
+};
+
+/// @param name for messages: "plugin 'rails' of model 'car'"
+/// @param folder that relative paths belong to; then to `resources`
+/// @param world where the world lies on the Earth, for files of geodetic positions
+/// Throws InputError, whose text names plugin, element and cure.
+[[nodiscard]] DriveSettings read_drive_settings(const sdf::ElementPtr& element, const std::string& name,
+                                                const std::filesystem::path& folder,
+                                                const ResourcePaths& resources,
+                                                const geodesy::LocalFrame& world);
+
+}  // namespace canyon::adapters

@@ -1,0 +1,63 @@
+#include "adapters/common/sdf/resource_files.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <string_view>
+
+#include "canyon/base/text.hpp"
+
+namespace canyon::adapters {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool starts_with(const std::string& text, std::string_view start) {
+  return text.compare(0, start.size(), start) == 0;
+}
+
+// package://NAME/REST lies in a folder NAME of ROS_PACKAGE_PATH, or in one of its entries that is called
+// NAME.
+std::vector<fs::path> package_candidates(const std::string& rest) {
+  std::vector<fs::path> candidates;
+  const char* paths = std::getenv("ROS_PACKAGE_PATH");
+  if (paths == nullptr) return candidates;
+  const std::string package = rest.substr(0, rest.find('/'));
+  for (const std::string_view entry : split(paths, ':')) {
+    if (entry.empty()) continue;
+    const fs::path folder(entry);
+    candidates.push_back(folder / rest);
+    if (folder.filename() == package) candidates.push_back(folder.parent_path() / rest);
+  }
+  return candidates;
+}
+
+}  // namespace
+
+std::optional<fs::path> find_resource(const std::string& name, const std::vector<fs::path>& folders,
+                                      const ResourcePaths& paths, std::vector<fs::path>& looked) {
+  std::vector<fs::path> candidates;
+  if (starts_with(name, "model://")) {
+    for (const fs::path& folder : paths.models) candidates.push_back(folder / name.substr(8));
+  } else if (starts_with(name, "package://")) {
+    candidates = package_candidates(name.substr(10));
+  } else {
+    const fs::path path(starts_with(name, "file://") ? name.substr(7) : name);
+    if (path.is_absolute()) {
+      candidates.push_back(path);
+    } else {
+      for (const fs::path& folder : folders) candidates.push_back(folder / path);
+      for (const fs::path& folder : paths.resources) candidates.push_back(folder / path);
+    }
+  }
+  for (const fs::path& candidate : candidates) {
+    if (std::find(looked.begin(), looked.end(), candidate) != looked.end()) continue;
+    looked.push_back(candidate);
+    std::error_code ignored;
+    // Pipes are welcome (process substitution), folders are not.
+    if (fs::exists(candidate, ignored) && !fs::is_directory(candidate, ignored))
+      return fs::absolute(candidate, ignored);
+  }
+  return std::nullopt;
+}
+
+}  // namespace canyon::adapters

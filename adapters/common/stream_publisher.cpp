@@ -1,0 +1,59 @@
+#include "adapters/common/stream_publisher.hpp"
+
+#include <exception>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/output/stream.hpp"
+
+namespace canyon::adapters {
+namespace {
+
+class StreamPublisher final : public EpochPublisher {
+ public:
+  StreamPublisher(std::string setting, std::unique_ptr<output::EncodedStream> stream)
+      : setting_(std::move(setting)), stream_(std::move(stream)) {}
+  ~StreamPublisher() override {
+    try {
+      stream_->finish();
+    } catch (const std::exception&) {  // a full disk leaves no file, and nobody is there to be told
+    }
+  }
+  StreamPublisher(const StreamPublisher&) = delete;
+  StreamPublisher& operator=(const StreamPublisher&) = delete;
+
+  void publish(const ReceiverReport& report) override {
+    if (broken_) return;
+    try {
+      stream_->serve();
+      if (report.step != nullptr) stream_->write(report.step->epoch);
+    } catch (const std::exception& error) {
+      broken_ = true;
+      notes_.push_back(setting_ + ": " + error.what());
+    }
+  }
+  std::vector<std::string> take_notes() override {
+    for (const std::string& note : stream_->take_notes()) notes_.push_back(setting_ + ": " + note);
+    return std::exchange(notes_, {});
+  }
+
+ private:
+  std::string setting_;
+  std::unique_ptr<output::EncodedStream> stream_;
+  std::vector<std::string> notes_;
+  bool broken_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<EpochPublisher> make_stream_publisher(const std::string& setting, std::string_view stream,
+                                                      const output::ReceiverDescription& description) {
+  try {
+    return std::make_unique<StreamPublisher>(
+        setting, output::open_stream(output::parse_stream(stream), 0, description));
+  } catch (const InputError& e) {
+    throw InputError(setting + ": " + e.problem(), e.cure());
+  }
+}
+
+}  // namespace canyon::adapters

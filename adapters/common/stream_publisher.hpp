@@ -1,0 +1,20 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "adapters/common/epoch_publisher.hpp"
+#include "canyon/output/encoder.hpp"
+
+namespace canyon::adapters {
+
+/// Epochs in any of the engine's formats by any of its transports: "nmea=tcp://127.0.0.1:2947" (see
+/// output::parse_stream() and output::open_transport()). Files are whole when it is destroyed. Updates
+/// without an epoch send nothing: a receiver that says nothing is what readers take for a lost one.
+/// @param setting what asked for the stream, for messages: "nmea_port"
+/// Throws InputError, which names `setting`, where the stream cannot be opened.
+[[nodiscard]] std::unique_ptr<EpochPublisher> make_stream_publisher(
+    const std::string& setting, std::string_view stream, const output::ReceiverDescription& description);
+
+}  // namespace canyon::adapters

@@ -1,0 +1,100 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <future>
+
+#include "adapters/common/stream_publisher.hpp"
+#include "adapters/common/testing/child_process.hpp"
+#include "adapters/common/testing/sample_report.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/output/nmea.hpp"
+#include "tests/support/free_port.hpp"
+#include "tests/support/local_connection.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon::adapters {
+namespace {
+
+using canyon::test::free_port;
+using canyon::test::SampleReport;
+using ::testing::HasSubstr;
+
+class StreamPublisher : public ::testing::Test {
+ protected:
+  std::unique_ptr<EpochPublisher> make() {
+    return make_stream_publisher("nmea_port", "nmea=tcp://127.0.0.1:" + std::to_string(port), {});
+  }
+  SampleReport sample;
+  const int port = free_port();
+};
+
+TEST_F(StreamPublisher, SendsEachEpochAsNmea) {
+  const auto publisher = make();
+  publisher->publish(sample.report);  // nobody there
+  canyon::test::LocalConnection client(port);
+  ReceiverReport no_truth = sample.report;
+  no_truth.step = nullptr;
+  publisher->publish(no_truth);
+  const SampleReport no_fix(false);
+  publisher->publish(no_fix.report);
+  publisher->reset();
+  publisher->publish(sample.report);
+  const std::string expected = output::nmea_epoch(no_fix.step.epoch) + output::nmea_epoch(sample.step.epoch);
+  EXPECT_EQ(client.read(expected.size()), expected);
+}
+
+TEST_F(StreamPublisher, SaysWhichPortIsTaken) {
+  const auto first = make();
+  try {
+    const auto second = make();
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.problem(), HasSubstr("nmea_port: port " + std::to_string(port)));
+    EXPECT_THAT(e.problem(), HasSubstr("in use"));
+    EXPECT_THAT(e.cure(), HasSubstr("a port of its own"));
+  }
+}
+
+TEST_F(StreamPublisher, FeedsGpsd) {
+  CANYON_NEEDS_PROGRAM("gpsd");
+  CANYON_NEEDS_PROGRAM("gpspipe");
+  const auto publisher = make();
+  const std::string gpsd_port = std::to_string(free_port());
+  const canyon::test::ChildProcess gpsd(
+      {"gpsd", "-N", "-n", "-S", gpsd_port, "tcp://127.0.0.1:" + std::to_string(port)});
+  // gpspipe says reports of positions until it has one with a height.
+  auto judge = std::async(std::launch::async, [&] {
+    return canyon::test::run_program("timeout 60 sh -c 'until gpspipe -w -n 40 127.0.0.1:" + gpsd_port +
+                                     " 2>/dev/null | grep -m 1 \"TPV.*\\\"mode\\\":3\"; do :; done'");
+  });
+  auto& epoch = sample.step.epoch;
+  while (judge.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready) {
+    publisher->publish(sample.report);
+    epoch.truth.time = epoch.observed.time = epoch.observed.time + 0.1;
+    epoch.observed.receiver_time = epoch.observed.receiver_time + 0.1;
+  }
+  const std::string report = judge.get().output;
+  // The fix of SampleReport: 1.25 m east and 2.5 m south of 22.298251, 114.178761, at 12.345 + 3.75 m.
+  EXPECT_THAT(report, HasSubstr("\"device\":\"tcp://127.0.0.1:" + std::to_string(port)));
+  EXPECT_THAT(report, HasSubstr("\"time\":\"2019-04-28T12:5"));
+  EXPECT_THAT(report, HasSubstr("\"lat\":22.29822"));
+  EXPECT_THAT(report, HasSubstr("\"lon\":114.17877"));
+}
+
+TEST_F(StreamPublisher, WritesAnyFormatToAFileThatIsWholeAtTheEnd) {
+  const canyon::test::TemporaryFolder folder;
+  const auto file = folder / "epochs.csv";
+  auto publisher = make_stream_publisher("stream", "epochs_csv=file:" + file.string(), {});
+  publisher->publish(sample.report);
+  publisher->publish(sample.report);
+  EXPECT_FALSE(std::filesystem::exists(file));
+  publisher.reset();
+  const std::string text = canyon::test::read_bytes(file);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);  // a header and two epochs
+}
+
+}  // namespace
+}  // namespace canyon::adapters

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "adapters/common/ray_visuals.hpp"
+
+namespace canyon::adapters {
+
+/// What has been told of shapes to those who draw them: finds what is new.
+class VisualLedger {
+ public:
+  struct Change {
+    std::string name;
+    std::uint32_t id = 0;
+    bool visible = true;  ///< false: only `name` and `id` count
+    bool whole = true;    ///< false: it was told before with this colour; only place and size are new
+    VisualShape shape;
+  };
+
+  /// `next_id` gives every shape, when it is first seen, a number unique in its world.
+  explicit VisualLedger(std::function<std::uint32_t()> next_id) : next_id_(std::move(next_id)) {}
+
+  /// From now on these are what is to be seen. What to tell: shapes that are new, changed or back
+  /// (`everything`: all of them, whole), and those that are no longer there.
+  [[nodiscard]] std::vector<Change> update(const std::vector<VisualShape>& shapes, bool everything);
+  /// All shapes ever told, hidden ones too; from now on nothing was told.
+  [[nodiscard]] std::vector<std::string> clear();
+
+ private:
+  struct Entry {
+    std::uint32_t id = 0;
+    bool visible = false;
+    VisualShape shape;
+  };
+  std::function<std::uint32_t()> next_id_;
+  std::map<std::string, Entry> entries_;
+};
+
+/// Lets one call through in every interval of a clock that others read.
+class RateLimit {
+ public:
+  explicit RateLimit(double interval_s) : interval_s_(interval_s) {}
+  /// `now_s` of any steady clock.
+  [[nodiscard]] bool due(double now_s) {
+    if (armed_ && now_s - last_s_ < interval_s_) return false;
+    armed_ = true;
+    last_s_ = now_s;
+    return true;
+  }
+  /// The next call goes through.
+  void reset() { armed_ = false; }
+
+ private:
+  double interval_s_;
+  double last_s_ = 0;
+  bool armed_ = false;
+};
+
+}  // namespace canyon::adapters

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <gazebo/common/SystemPaths.hh>
+#include <list>
+#include <string>
+#include <vector>
+
+#include "adapters/common/sdf/resource_files.hpp"
+
+namespace canyon::adapters::gazebo_classic {
+
+/// Gazebo's own, as its environment has them now.
+[[nodiscard]] inline ResourcePaths gazebos_paths() {
+  const auto given = [](const std::list<std::string>& folders) {
+    std::vector<std::filesystem::path> paths(folders.begin(), folders.end());
+    std::erase(paths, std::filesystem::path());
+    return paths;
+  };
+  auto* paths = gazebo::common::SystemPaths::Instance();
+  return {given(paths->GetModelPaths()), given(paths->GetGazeboPaths())};
+}
+
+}  // namespace canyon::adapters::gazebo_classic

@@ -1,0 +1,35 @@
+#pragma once
+
+/// Canyon's engine, canyon::canyon: skies, cities, propagation, receivers, simulations, heat maps, figures.
+/// This header and canyon/io.hpp define the public interface: a header is public, and installed, if one of
+/// them reaches it by #include (cmake/install_headers.cmake). docs/library.md has a first program.
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/city/city_file.hpp"
+#include "canyon/city/primitive_meshes.hpp"
+#include "canyon/city/synthetic_city.hpp"
+#include "canyon/disturbance/disturbance.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/heatmap/engine/engine.hpp"
+#include "canyon/heatmap/engine/map_request.hpp"
+#include "canyon/heatmap/engine/map_summary.hpp"
+#include "canyon/heatmap/engine/route_report.hpp"
+#include "canyon/heatmap/engine/store_slices.hpp"
+#include "canyon/orbit/broadcast_sky.hpp"
+#include "canyon/orbit/frozen_sky.hpp"
+#include "canyon/orbit/nominal_constellation.hpp"
+#include "canyon/orbit/precise_sky.hpp"
+#include "canyon/output/formats.hpp"
+#include "canyon/output/sinks.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/rinex/observation_reader.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/live_receiver.hpp"
+#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "canyon/validation/alignment.hpp"
+#include "canyon/validation/figures.hpp"
+#include "canyon/validation/models.hpp"

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "canyon/propagation/arrival.hpp"
+
+namespace canyon::disturbance {
+
+/// What no map and no orbit knows of an epoch's signals: traffic, foliage, jamming, spoofing. It stands
+/// between what arrives at one antenna and its receiver, offline and live alike, and may have memory.
+class Disturbance {
+ public:
+  virtual ~Disturbance() = default;
+  Disturbance() = default;
+  Disturbance(const Disturbance&) = delete;
+  Disturbance& operator=(const Disturbance&) = delete;
+
+  /// Changes one epoch; called once for each, in order of time. It may
+  /// - weaken a path (Path::amplitude_factor), delay it (excess_m, never below 0), take it out, or add one;
+  /// - take a satellite's view out, or add one (sorted by id at the end);
+  /// - raise the noise (SatelliteView::noise_factor: add the share of your own).
+  /// Order of paths and Visibility are made anew behind the last disturbance. Where arrival.placement is not
+  /// Free no path arrives.
+  virtual void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) = 0;
+};
+
+/// What makes the disturbance of one receiver as it is before the first epoch.
+struct Source {
+  /// Stands for all that `make` depends on but its arguments: "jammer at 114.18, 22.3, 10 W". Sources of one
+  /// name are taken as the same where heat maps are stored.
+  std::string name;
+  /// @param seed of the run; @param receiver name: random streams are RandomStream(seed, receiver + "/..."),
+  /// and so do not depend on what else runs.
+  std::function<std::unique_ptr<Disturbance>(std::uint64_t seed, const std::string& receiver)> make;
+};
+
+}  // namespace canyon::disturbance

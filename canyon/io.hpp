@@ -1,0 +1,17 @@
+#pragma once
+
+/// canyon::io beside the engine: cities from maps, meshes and Gazebo worlds, map files, pictures, reports.
+/// Link canyon::io, which brings canyon::canyon.
+
+#include "canyon/buildings/city_builder.hpp"
+#include "canyon/buildings/footprints_geojson.hpp"
+#include "canyon/canyon.hpp"
+#include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/mesh_export.hpp"
+#include "canyon/city/mesh_file.hpp"
+#include "canyon/drawing/views/city_picture.hpp"
+#include "canyon/drawing/views/pictures.hpp"
+#include "canyon/drawing/views/skyplot.hpp"
+#include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/validation/report/report.hpp"

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/options/visitor.hpp"
+
+namespace canyon::options {
+
+/// A key of a text, for tables, help and schema.
+struct Key {
+  std::string path;  ///< "receivers[].elevation_mask_deg"
+  std::string unit;
+  std::string default_value;  ///< as readers take it back, or a word about it
+  std::string meaning;
+  Type type = Type::Text;
+  std::optional<Range> range = {};
+  std::vector<std::string> words = {};  ///< of a choice
+  bool required = false;                ///< where its section stands
+
+  /// "[0, 90)", "true or false", "sigma, equal, elevation, cn0"; empty where anything goes.
+  [[nodiscard]] std::string values() const;
+};
+
+/// All keys of a struct, in the order of its list, and which of them shut each other out.
+struct Description {
+  struct Alternatives {
+    std::string section;  ///< path
+    std::vector<std::string> keys;
+    bool one_needed = false;
+  };
+  std::vector<Key> keys;
+  std::vector<Alternatives> alternatives;
+  std::map<std::string, std::vector<std::string>> required_sections;  ///< by the section they stand in
+
+  [[nodiscard]] std::vector<std::string> paths() const;
+};
+
+class Describer final : public Visitor {
+ public:
+  [[nodiscard]] Purpose purpose() const override { return Purpose::Describe; }
+  void one_of(std::initializer_list<std::string_view> keys, std::string_view cure) override;
+  void require(std::string_view key, std::string_view cure) override;
+  [[nodiscard]] Description take() &&;
+
+ protected:
+  void field(const Field& field, Value& value) override;
+  [[nodiscard]] bool begin(std::string_view name) override;
+  [[nodiscard]] std::optional<std::size_t> begin_list(std::string_view name, std::size_t count) override;
+  void begin_item(std::size_t /*index*/) override { parents_.push_back(path_); }
+  void end() override;
+
+ private:
+  Description description_;
+  std::string path_;
+  std::vector<std::string> parents_;
+  std::vector<std::string> required_;  // paths
+};
+
+/// Of the defaults in `options`.
+template <typename Options>
+[[nodiscard]] Description describe(Options options = {}) {
+  Describer describer;
+  visit(describer, options);
+  return std::move(describer).take();
+}
+
+/// Rows of a Markdown table: key, unit, default, values, meaning.
+[[nodiscard]] std::string markdown(const std::vector<Key>& keys);
+/// The same for a terminal, a line a key.
+[[nodiscard]] std::string plain_text(const std::vector<Key>& keys);
+/// JSON Schema, draft 7, of the texts that a reader of these keys takes. What depends on other keys or on
+/// files it does not judge.
+[[nodiscard]] std::string json_schema(const Description& description, std::string_view title);
+
+}  // namespace canyon::options

@@ -1,0 +1,130 @@
+#include "canyon/options/node.hpp"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "canyon/base/text.hpp"
+
+namespace canyon::options {
+namespace {
+
+int line_of(const YAML::Node& node, int fallback) {
+  const YAML::Mark mark = node.Mark();
+  return mark.line >= 0 ? mark.line + 1 : fallback;
+}
+
+// "max_range" of "max_range_m": the key without the unit that its name ends with.
+std::string without_unit(const std::string& key) {
+  static const std::vector<std::string> units{"_deg", "_rad", "_m",   "_km",      "_cm",  "_mm",  "_ft",
+                                              "_s",   "_ms",  "_min", "_h",       "_hz",  "_khz", "_mps",
+                                              "_kmh", "_kph", "_ns",  "_degrees", "_mhz", "_us"};
+  for (const std::string& unit : units) {
+    if (key.size() > unit.size() && key.compare(key.size() - unit.size(), unit.size(), unit) == 0) {
+      return key.substr(0, key.size() - unit.size());
+    }
+  }
+  return key;
+}
+
+std::optional<std::string> suggestion(const std::string& key, const std::vector<std::string>& known) {
+  // A word for the same thing that no spelling leads from.
+  static const std::vector<std::pair<std::string, std::string>> kMeant{{"preset", "profile"}};
+  for (const auto& [word, meant] : kMeant) {
+    if (key == word && std::find(known.begin(), known.end(), meant) != known.end()) return meant;
+  }
+  for (const std::string& candidate : known) {
+    if (without_unit(candidate) == without_unit(key)) return candidate;
+  }
+  return closest(key, known);
+}
+
+// Aliases share what they stand for in yaml-cpp's tree and are copied in ours: a few lines of them could grow
+// beyond any memory, or never end.
+class Converter {
+ public:
+  explicit Converter(const Document& document) : document_(document) {}
+
+  Node convert(const YAML::Node& from, int line, int depth) {
+    Node node;
+    node.line = line_of(from, line);
+    if (++count_ > 2'000'000 || depth > 100) {
+      throw InputError(document_.file, node.line, "the YAML is too large or too deep",
+                       "look for aliases ('*name') that repeat themselves");
+    }
+    if (from.IsScalar()) {
+      node.kind = Node::Kind::Scalar;
+      node.text = from.Scalar();
+    } else if (from.IsSequence()) {
+      node.kind = Node::Kind::List;
+      for (const YAML::Node& item : from) node.items.push_back(convert(item, node.line, depth + 1));
+    } else if (from.IsMap()) {
+      node.kind = Node::Kind::Mapping;
+      for (const auto& pair : from) {
+        const int key_line = line_of(pair.first, node.line);
+        if (!pair.first.IsScalar()) throw InputError(document_.file, key_line, "a key is not a plain word");
+        Node value = convert(pair.second, key_line, depth + 1);
+        node.entries.push_back({pair.first.Scalar(), key_line, std::move(value)});
+      }
+    }
+    return node;
+  }
+
+ private:
+  const Document& document_;
+  int count_ = 0;
+};
+
+}  // namespace
+
+const Node::Entry* Node::find(std::string_view key) const {
+  const auto it =
+      std::find_if(entries.begin(), entries.end(), [key](const Entry& entry) { return entry.key == key; });
+  return it == entries.end() ? nullptr : &*it;
+}
+
+InputError Document::error(const std::string& path, const std::string& key, int line,
+                           std::string_view problem, std::string_view cure) const {
+  if (fault) return fault(path, key, line, problem, cure);
+  return {file, line, key.empty() ? std::string(problem) : fmt::format("{}: {}", key, problem), cure};
+}
+
+std::vector<std::string> Document::keys_of(const std::string& path) const {
+  const std::string prefix = path.empty() ? "" : path + ".";
+  std::vector<std::string> keys;
+  for (const std::string& each : known) {
+    if (each.compare(0, prefix.size(), prefix) != 0) continue;
+    const std::size_t end = each.find_first_of(".[", prefix.size());
+    std::string key = each.substr(prefix.size(), end == std::string::npos ? end : end - prefix.size());
+    if (std::find(keys.begin(), keys.end(), key) == keys.end()) keys.push_back(std::move(key));
+  }
+  return keys;
+}
+
+std::string meant(const std::string& key, const std::vector<std::string>& known) {
+  const auto similar = suggestion(key, known);
+  return similar ? fmt::format("did you mean '{}'?", *similar)
+                 : fmt::format("known here: {}", fmt::join(known, ", "));
+}
+
+Node parse_yaml(const std::string& text, const Document& document, std::string_view needs) {
+  std::vector<YAML::Node> documents;
+  try {
+    documents = YAML::LoadAll(text);
+  } catch (const YAML::Exception& e) {
+    throw InputError(document.file, e.mark.line >= 0 ? e.mark.line + 1 : 0,
+                     fmt::format("not YAML: {}", e.msg), "check indentation, quotes and brackets there");
+  }
+  if (documents.empty() || documents.front().IsNull()) {
+    throw InputError(document.file, 0, "the file is empty", needs);
+  }
+  if (documents.size() > 1) {
+    throw InputError(document.file, line_of(documents[1], 0), "a second YAML document begins here",
+                     fmt::format("keep one {} per file", document.kind));
+  }
+  return Converter(document).convert(documents.front(), 1, 0);
+}
+
+}  // namespace canyon::options

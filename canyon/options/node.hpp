@@ -1,0 +1,63 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::options {
+
+/// Settings as somebody wrote them, whatever the language: a tree of texts with lines. parse_yaml() makes one
+/// of YAML; a host makes one of its own settings (SDF elements, parameters).
+struct Node {
+  enum class Kind { Empty, Scalar, List, Mapping };
+  struct Entry;
+
+  Kind kind = Kind::Empty;
+  int line = 0;                ///< 1-based; 0: not known
+  std::string text;            ///< of a Scalar
+  std::vector<Node> items;     ///< of a List
+  std::vector<Entry> entries;  ///< of a Mapping, as written: a key may stand twice
+
+  /// The first entry of this key of a mapping, or null.
+  [[nodiscard]] const Entry* find(std::string_view key) const;
+};
+struct Node::Entry {
+  std::string key;
+  int line = 0;
+  Node value;
+};
+
+/// What a Reader must know of the text around a tree. The two functions let a host speak of its own language.
+struct Document {
+  std::filesystem::path file;        ///< names of files belong to its folder
+  std::string kind = "scenario";     ///< what the text is, in messages
+  std::vector<std::string> known;    ///< paths of all keys: "receivers[].clock.bias_s"
+  bool digits_are_booleans = false;  ///< 1 and 0 are true and false
+  /// A fault of the key `path`, or of the section `path` where `key` is empty.
+  /// Default: InputError(file, line, "KEY: problem", cure).
+  std::function<InputError(const std::string& path, const std::string& key, int line,
+                           std::string_view problem, std::string_view cure)>
+      fault;
+  /// An unknown key `key` of the section `path`, with what to do about it. Default: throws. A function that
+  /// returns has the key passed over.
+  std::function<void(const std::string& path, const Node::Entry& key, const std::string& cure)> unknown;
+
+  [[nodiscard]] InputError error(const std::string& path, const std::string& key, int line,
+                                 std::string_view problem, std::string_view cure = {}) const;
+  /// The keys that may stand in section `path`, in the order of `known`.
+  [[nodiscard]] std::vector<std::string> keys_of(const std::string& path) const;
+};
+
+/// The closest of `known` to a key that is not among them, its unit aside; a cure for people.
+[[nodiscard]] std::string meant(const std::string& key, const std::vector<std::string>& known);
+
+/// A tree of a YAML text. `needs` says what an empty text lacks. Throws InputError with file and line for
+/// broken syntax, an empty text, more than one document, and for trees of more than 2 million nodes or 100
+/// levels (aliases count each time).
+[[nodiscard]] Node parse_yaml(const std::string& text, const Document& document, std::string_view needs);
+
+}  // namespace canyon::options

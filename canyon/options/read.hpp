@@ -1,0 +1,64 @@
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "canyon/options/node.hpp"
+#include "canyon/options/visitor.hpp"
+
+namespace canyon::options {
+
+/// Fills structs from a tree. Keys that are absent leave their fields as they are, so that several trees can
+/// be read over each other. Refuses, naming file and line: keys that the document does not know, repeated
+/// ones, values of the wrong type or out of range; in finish() keys that no field asked for.
+class Reader final : public Visitor {
+ public:
+  /// Both must outlive the reader. Throws InputError for a tree that is no mapping.
+  Reader(const Node& root, const Document& document);
+
+  [[nodiscard]] Purpose purpose() const override { return Purpose::Read; }
+  void one_of(std::initializer_list<std::string_view> keys, std::string_view cure) override;
+  void require(std::string_view key, std::string_view cure) override;
+  [[nodiscard]] bool has(std::string_view key) const override;
+  [[nodiscard]] bool is_section(std::string_view key) const override;
+  [[nodiscard]] InputError fault(std::string_view key, std::string_view problem,
+                                 std::string_view cure) const override;
+  /// Throws InputError for a key that is known and has no effect beside the others.
+  void finish() const;
+
+ protected:
+  void field(const Field& field, Value& value) override;
+  [[nodiscard]] bool begin(std::string_view name) override;
+  [[nodiscard]] std::optional<std::size_t> begin_list(std::string_view name, std::size_t count) override;
+  void begin_item(std::size_t index) override;
+  void end() override { sections_.pop_back(); }
+
+ private:
+  struct Section {
+    const Node* node;
+    std::string path;
+    int line;
+  };
+  void enter(const Node& node, std::string path, int line);
+  [[nodiscard]] const Section& here() const { return sections_.back(); }
+  /// The entry, marked as read, or null.
+  const Node::Entry* take(std::string_view key);
+  [[nodiscard]] std::string path_of(std::string_view key) const;
+
+  const Document& document_;
+  std::vector<Section> sections_;
+  std::vector<Section> entered_;  // each once, in the order of reading
+  std::set<const Node::Entry*> used_;
+};
+
+/// Reads a whole tree into one struct.
+template <typename Options>
+void read(const Node& root, const Document& document, Options& options) {
+  Reader reader(root, document);
+  visit(reader, options);
+  reader.finish();
+}
+
+}  // namespace canyon::options

@@ -1,0 +1,83 @@
+#include "canyon/options/values.hpp"
+
+#include <fmt/format.h>
+
+namespace canyon::options {
+
+void Checker::field(const Field& field, Value& value) {
+  if (value.in_range()) return;
+  std::string name;
+  for (const std::string& section : path_) name += section + ".";
+  name += field.name;
+  if (value.is_angle()) name.replace(name.size() - 4, 4, "_rad");
+  const bool prefix = !what_.empty() && what_.back() == '.';
+  const std::string whose = what_.empty() || prefix ? "" : fmt::format(" of the {}", what_);
+  const std::string unit = value.is_angle() || field.unit.empty() || value.words().size() > 0
+                               ? ""
+                               : fmt::format(" {}", field.unit);
+  throw InputError(fmt::format("{}{}{} is {}", prefix ? what_ : "", name, whose, value.told()),
+                   fmt::format("it must be {}{}", value.bound(), unit));
+}
+
+bool Checker::begin(std::string_view name) {
+  path_.emplace_back(name);
+  return true;
+}
+
+std::optional<std::size_t> Checker::begin_list(std::string_view name, std::size_t count) {
+  path_.emplace_back(name);
+  return count;
+}
+
+void Checker::begin_item(std::size_t index) {
+  path_.push_back(fmt::format("{}", index));
+}
+
+bool Writer::begin(std::string_view name) {
+  path_.push_back({std::string(name)});
+  return true;
+}
+
+std::optional<std::size_t> Writer::begin_list(std::string_view name, std::size_t count) {
+  path_.push_back({std::string(name)});
+  return count;
+}
+
+void Writer::begin_item(std::size_t index) {
+  path_.push_back({form_ == Form::Lines ? fmt::format("{}", index) : ""});
+}
+
+void Writer::field(const Field& field, Value& value) {
+  if (form_ == Form::Lines) {
+    for (const Level& level : path_) text_ += level.name + ".";
+    text_ += fmt::format("{}: {}\n", field.name, value.exact());
+  } else if (value.given() && !field.help.empty()) {
+    write_line(fmt::format("{}: {}", field.name, value.text()));
+  }
+}
+
+// Names of sections come with their first line.
+void Writer::write_line(const std::string& line) {
+  std::string indent;
+  bool dash = false;
+  const auto write = [&](const std::string& text) {
+    std::string begin = indent;
+    if (dash) begin.replace(begin.size() - 2, 2, "- ");
+    text_ += begin + text + "\n";
+    dash = false;
+  };
+  for (Level& level : path_) {
+    if (!level.written) {
+      if (level.name.empty()) {
+        dash = true;
+      } else {
+        write(level.name + ":");
+      }
+      level.written = true;
+    }
+    indent += "  ";
+  }
+  write(line);
+}
+
+}  // namespace canyon::options

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "canyon/simulation/simulator.hpp"
+
+namespace canyon::output {
+
+/// What a file says of its receiver beyond the epochs.
+struct ReceiverDescription {
+  std::string name;                                        ///< UTF-8
+  std::set<gnss::System> systems = {};                     ///< that may occur; at least those of the epochs
+  std::map<gnss::SatelliteId, int> glonass_channels = {};  ///< frequency numbers
+  double interval_s = 1;
+  bool signals = false;         ///< they have strength and phase (tracking::SignalOptions::enabled)
+  geodesy::GpsTime begin = {};  ///< of the run
+};
+
+/// `begin` and `interval_s` are the host's; the rest comes from the receiver and its sky.
+[[nodiscard]] ReceiverDescription describe_receiver(const receiver::ReceiverOptions& options,
+                                                    const orbit::Sky& sky,
+                                                    const gnss::NavigationData& navigation,
+                                                    geodesy::GpsTime begin, double interval_s);
+/// Precondition: `receiver` is an index into simulation.scenario().receivers.
+[[nodiscard]] ReceiverDescription describe_receiver(const simulation::Simulation& simulation,
+                                                    std::size_t receiver);
+
+/// Epochs of one receiver in, bytes out. Knows nothing of where the bytes go.
+class Encoder {
+ public:
+  /// Bytes known only at the end that replace earlier ones, from byte `offset` of all that was returned.
+  struct Correction {
+    std::size_t offset = 0;
+    std::string bytes;
+  };
+
+  virtual ~Encoder() = default;
+  /// Bytes in front of the first epoch.
+  [[nodiscard]] virtual std::string begin() { return {}; }
+  /// Bytes of the next epoch in order of time; formats that need the whole run return nothing yet.
+  [[nodiscard]] virtual std::string encode(const simulation::Epoch& epoch) = 0;
+  /// Bytes behind the last epoch. Nothing is called afterwards but correction().
+  [[nodiscard]] virtual std::string end() { return {}; }
+  [[nodiscard]] virtual std::optional<Correction> correction() { return std::nullopt; }
+};
+
+/// A way to write epochs down; docs/outputs.md describes each.
+struct Format {
+  std::string_view name;  ///< in `canyon simulate --stream NAME=...` and under the scenario's `outputs:`
+  std::string_view file;  ///< its name in the folder of results
+  bool simulation::OutputConfig::*wanted;  ///< the scenario's key
+  bool live;                               ///< its bytes say something before the last one is there
+  std::unique_ptr<Encoder> (*make)(const ReceiverDescription&);
+};
+/// All of them, in the order in which files are made.
+[[nodiscard]] std::span<const Format> formats();
+/// Throws InputError for an unknown name, with the closest known one.
+[[nodiscard]] const Format& format_named(std::string_view name);
+
+}  // namespace canyon::output

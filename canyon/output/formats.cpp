@@ -1,0 +1,73 @@
+#include "canyon/output/formats.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/simulation/scenario.hpp"
+
+namespace canyon::output {
+
+using simulation::OutputConfig;
+
+// One line makes a format known to the command line, to scenarios and to every host.
+constexpr std::array kFormats{
+    Format{"epochs_csv", "epochs.csv", &OutputConfig::epochs_csv, true, encode_epochs_csv},
+    Format{"satellites_csv", "satellites.csv", &OutputConfig::satellites_csv, true, encode_satellites_csv},
+    Format{"nmea", "receiver.nmea", &OutputConfig::nmea, true, encode_nmea},
+    Format{"rinex_observation", "receiver.obs", &OutputConfig::rinex_observation, false,
+           encode_rinex_observation},
+    Format{"kml", "track.kml", &OutputConfig::kml, false, encode_kml},
+    Format{"geojson", "track.geojson", &OutputConfig::geojson, false, encode_geojson},
+};
+
+std::span<const Format> formats() {
+  return kFormats;
+}
+
+const Format& format_named(std::string_view name) {
+  std::vector<std::string> known;
+  for (const Format& format : kFormats) {
+    if (format.name == name) return format;
+    known.emplace_back(format.name);
+  }
+  const auto similar = closest(std::string(name), known);
+  throw InputError(fmt::format("there is no output format '{}'", name),
+                   fmt::format("{}known: {}", similar ? fmt::format("did you mean '{}'? ", *similar) : "",
+                               fmt::join(known, ", ")));
+}
+
+ReceiverDescription describe_receiver(const receiver::ReceiverOptions& options, const orbit::Sky& sky,
+                                      const gnss::NavigationData& navigation, geodesy::GpsTime begin,
+                                      double interval_s) {
+  ReceiverDescription description;
+  description.name = options.name;
+  description.signals = options.signal.enabled;
+  description.interval_s = interval_s;
+  description.begin = begin;
+  for (const auto& record : navigation.glonass) description.glonass_channels[record.id] = record.channel;
+  const double first_hz = gnss::l1_frequency_hz(gnss::System::GLONASS, 0);
+  const double step_hz = gnss::l1_frequency_hz(gnss::System::GLONASS, 1) - first_hz;
+  for (const gnss::SatelliteId id : sky.satellites()) {
+    description.systems.insert(id.system);
+    if (id.system != gnss::System::GLONASS || description.glonass_channels.count(id) > 0) continue;
+    if (const auto state = sky.state(id, begin)) {
+      const double channel = (state->carrier_frequency_hz - first_hz) / step_hz;
+      description.glonass_channels[id] = static_cast<int>(std::lround(channel));
+    }
+  }
+  return description;
+}
+
+ReceiverDescription describe_receiver(const simulation::Simulation& simulation, std::size_t receiver) {
+  return describe_receiver(simulation.scenario().receivers.at(receiver).options,
+                           simulation.environment().sky(), simulation.navigation(), simulation.begin(),
+                           simulation.interval_s());
+}
+
+}  // namespace canyon::output

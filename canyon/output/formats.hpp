@@ -1,0 +1,22 @@
+#pragma once
+
+#include "canyon/output/encoder.hpp"
+
+// The encoders behind formats(), one function each.
+
+namespace canyon::output {
+
+[[nodiscard]] std::unique_ptr<Encoder> encode_epochs_csv(const ReceiverDescription& receiver);
+[[nodiscard]] std::unique_ptr<Encoder> encode_satellites_csv(const ReceiverDescription& receiver);
+/// NMEA 0183 v4.11: RMC, GGA, GSA, GST, GSV each epoch.
+[[nodiscard]] std::unique_ptr<Encoder> encode_nmea(const ReceiverDescription& receiver);
+/// RINEX 3.04 observation file; codes C1C D1C (BeiDou C2I D2I), with the receiver's signal model C1C L1C D1C
+/// S1C (C2I L2I D2I S2I). Epoch tags are the receiver's clock, rounded to 100 ns; pseudoranges and phases
+/// follow the rounded tag. Epochs without any measurement are left out.
+[[nodiscard]] std::unique_ptr<Encoder> encode_rinex_observation(const ReceiverDescription& receiver);
+/// KML 2.2 and GeoJSON (RFC 7946): true track, fixes by horizontal error, places without fix. They hold the
+/// track in memory, about 200 bytes an epoch.
+[[nodiscard]] std::unique_ptr<Encoder> encode_kml(const ReceiverDescription& receiver);
+[[nodiscard]] std::unique_ptr<Encoder> encode_geojson(const ReceiverDescription& receiver);
+
+}  // namespace canyon::output

@@ -1,0 +1,326 @@
+#include "canyon/output/transport.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <array>
+#include <boost/asio.hpp>
+#include <chrono>
+#include <future>
+#include <optional>
+
+#include "canyon/base/input_error.hpp"
+#include "tests/support/free_port.hpp"
+#include "tests/support/local_connection.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon::output {
+namespace {
+
+using canyon::test::free_port;
+using test::LocalConnection;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+std::chrono::steady_clock::time_point in_20_s() {
+  return std::chrono::steady_clock::now() + std::chrono::seconds(20);
+}
+
+/// A server that knows of its `n` clients.
+void serve_until(TcpServer& server, std::size_t n) {
+  const auto deadline = in_20_s();
+  while (server.clients() != n && std::chrono::steady_clock::now() < deadline) server.serve();
+  ASSERT_EQ(server.clients(), n);
+}
+
+TEST(TcpServer, SendsTheSameToAllAndIgnoresWhatTheySay) {
+  const int port = free_port();
+  TcpServer server(port);
+  LocalConnection a(port);
+  serve_until(server, 1);
+  server.send("one ");
+  LocalConnection b(port);
+  b.say("$PMTK314,0*28\r\n");
+  serve_until(server, 2);
+  server.send("two");
+  EXPECT_EQ(a.read(7), "one two");
+  EXPECT_EQ(b.read(3), "two");
+  EXPECT_THAT(server.take_notes(), IsEmpty());
+}
+
+TEST(TcpServer, GoesOnForClientsThatOnlyClosedTheirOwnSide) {
+  const int port = free_port();
+  TcpServer server(port);
+  LocalConnection client(port);
+  client.end_speech();
+  serve_until(server, 1);
+  server.serve();
+  server.send("still here");
+  EXPECT_EQ(client.read(10), "still here");
+}
+
+TEST(TcpServer, LetsDeadClientsGoWithoutASignal) {
+  const int port = free_port();
+  TcpServer server(port);
+  {
+    LocalConnection gone(port);
+    LocalConnection killed(port);
+    serve_until(server, 2);
+    server.send("unread");
+    killed.abort();
+  }
+  LocalConnection alive(port);
+  const auto deadline = in_20_s();
+  // SIGPIPE would end this process.
+  while (server.clients() != 1 && std::chrono::steady_clock::now() < deadline) {
+    server.serve();
+    server.send("x");
+  }
+  EXPECT_EQ(server.clients(), 1U);
+  EXPECT_EQ(alive.read(1).front(), 'x');
+}
+
+TEST(TcpServer, DropsAClientThatDoesNotReadAndServesTheOthers) {
+  const int port = free_port();
+  TcpServer server(port);
+  LocalConnection lazy(port);
+  LocalConnection eager(port);
+  serve_until(server, 2);
+  const std::string block(10'000, 'n');
+  std::size_t sent = 0, read = 0;
+  // The system's buffers take some before the server has to keep anything: some megabytes at most.
+  while (server.clients() == 2 && sent < 100'000'000) {
+    server.send(block);
+    sent += block.size();
+    read += eager.read(block.size()).size();
+  }
+  EXPECT_EQ(server.clients(), 1U);
+  EXPECT_EQ(read, sent);
+  EXPECT_GE(sent, kMaxBacklog);
+  EXPECT_THAT(server.take_notes(), ElementsAre(HasSubstr("does not read is dropped")));
+  EXPECT_THAT(server.take_notes(), IsEmpty());
+}
+
+TEST(TcpServer, KeepsWhatASlowClientHasNotReadYet) {
+  const int port = free_port();
+  TcpServer server(port);
+  LocalConnection slow(port);
+  serve_until(server, 1);
+  std::string expected;
+  for (int i = 0; i < 400; ++i) {
+    const std::string line = std::to_string(i) + std::string(500, '.') + "\r\n";
+    server.send(line);
+    expected += line;
+  }
+  std::string got;
+  const auto deadline = in_20_s();
+  while (got.size() < expected.size() && std::chrono::steady_clock::now() < deadline) {
+    server.serve();
+    got += slow.read_some();
+  }
+  EXPECT_EQ(got, expected);
+}
+
+TEST(TcpServer, TurnsAwayMoreThanItHolds) {
+  const int port = free_port();
+  TcpServer server(port);
+  std::vector<LocalConnection> clients;
+  for (std::size_t i = 0; i < TcpServer::kMaxClients; ++i) clients.emplace_back(port);
+  serve_until(server, TcpServer::kMaxClients);
+  LocalConnection late(port);
+  // The system has connected it already; the server lets go of it when it looks.
+  const auto deadline = in_20_s();
+  std::vector<std::string> notes;
+  while (notes.empty() && std::chrono::steady_clock::now() < deadline) {
+    server.serve();
+    notes = server.take_notes();
+  }
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("more than 16 clients")));
+  EXPECT_EQ(late.read_some(), "");
+  EXPECT_EQ(server.clients(), TcpServer::kMaxClients);
+  server.send("x");
+  EXPECT_EQ(clients.front().read(1), "x");
+
+  // One that said goodbye makes room.
+  clients.back().end_speech();
+  LocalConnection later(port);
+  auto reader = std::async(std::launch::async, [&] { return later.read(1); });
+  while (reader.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
+    server.serve();
+    server.send("y");
+  }
+  EXPECT_EQ(reader.get().front(), 'y');
+  EXPECT_EQ(server.clients(), TcpServer::kMaxClients);
+}
+
+TEST(TcpServer, RefusesPortsThatCannotBeHad) {
+  for (const int port : {-1, 0, 65536, 1'000'000}) {
+    try {
+      const TcpServer server(port);
+      ADD_FAILURE() << port;
+    } catch (const InputError& e) {
+      EXPECT_THAT(e.problem(), HasSubstr("port " + std::to_string(port)));
+      EXPECT_THAT(e.cure(), HasSubstr("1024 to 65535"));
+    }
+  }
+}
+
+TEST(TcpServer, GivesItsPortBack) {
+  const int port = free_port();
+  std::optional<TcpServer> server(std::in_place, port);
+  LocalConnection client(port);
+  serve_until(*server, 1);
+  server.reset();
+  EXPECT_EQ(client.read_some(), "");
+  EXPECT_NO_THROW(server.emplace(port));
+}
+
+TEST(TcpServer, GivesLateClientsTheFirstBytesToo) {
+  const int port = free_port();
+  TcpServer server(port);
+  server.begin("week,tow\n");
+  LocalConnection early(port);
+  serve_until(server, 1);
+  server.send("2000,1\n");
+  LocalConnection late(port);
+  serve_until(server, 2);
+  server.send("2000,2\n");
+  EXPECT_EQ(early.read(23), "week,tow\n2000,1\n2000,2\n");
+  EXPECT_EQ(late.read(16), "week,tow\n2000,2\n");
+}
+
+TEST(TcpServer, WaitsAtTheEndForAClientThatIsBehind) {
+  const int port = free_port();
+  std::optional<TcpServer> server(std::in_place, port);
+  LocalConnection slow(port);
+  serve_until(*server, 1);
+  std::string expected;
+  // More than the system's buffers of both ends take at once, less than what is kept.
+  for (int i = 0; i < 5000 && server->clients() == 1; ++i) {
+    const std::string line = std::to_string(i) + std::string(50, '.') + "\r\n";
+    server->send(line);
+    expected += line;
+  }
+  auto reader = std::async(std::launch::async, [&] { return slow.read(expected.size() + 1); });
+  server->finish({});
+  server.reset();
+  EXPECT_EQ(reader.get(), expected);
+}
+
+/// Bytes that come to a descriptor within 20 s, up to `size`.
+std::string read_from(int descriptor, std::size_t size) {
+  std::string text;
+  std::array<char, 4096> buffer;
+  pollfd wait{descriptor, POLLIN, 0};
+  while (text.size() < size && poll(&wait, 1, 20'000) == 1) {
+    const ssize_t n = read(descriptor, buffer.data(), buffer.size());
+    if (n <= 0) break;
+    text.append(buffer.data(), static_cast<std::size_t>(n));
+  }
+  return text;
+}
+
+TEST(Transport, DatagramsEndWithLines) {
+  namespace asio = boost::asio;
+  asio::io_context io;
+  asio::ip::udp::socket receiver(io, {asio::ip::address_v4::loopback(), 0});
+  const auto transport =
+      open_transport("udp://127.0.0.1:" + std::to_string(receiver.local_endpoint().port()));
+  std::string epoch;
+  for (int i = 0; i < 40; ++i) epoch += std::string(60, static_cast<char>('A' + i % 26)) + "\r\n";
+  transport->send(epoch);
+  transport->send(std::string(3000, 'b'));  // nothing to cut behind
+  // 62 bytes a line: 22 lines are 1364 bytes, 23 would be 1426. Loopback keeps the order.
+  for (const std::size_t size : {1364U, 1116U, 1400U, 1400U, 200U}) {
+    pollfd wait{receiver.native_handle(), POLLIN, 0};
+    ASSERT_EQ(poll(&wait, 1, 20'000), 1);
+    std::array<char, 2000> buffer;
+    EXPECT_EQ(receiver.receive(asio::buffer(buffer)), size);
+    if (size == 1364U || size == 1116U) {
+      EXPECT_EQ(std::string_view(buffer.data(), size), epoch.substr(size == 1364U ? 0 : 1364, size));
+    }
+  }
+}
+
+TEST(Transport, DatagramsToNobodyAreLost) {
+  const auto transport = open_transport("udp://127.0.0.1:" + std::to_string(free_port()));
+  for (int i = 0; i < 10; ++i) EXPECT_NO_THROW(transport->send("x"));
+}
+
+TEST(Transport, PseudoTerminalPassesBytesAsTheyAre) {
+  const auto transport = open_transport("pty:");
+  const auto notes = transport->take_notes();
+  ASSERT_THAT(notes, ElementsAre(HasSubstr("the pseudo-terminal is /dev/pts/")));
+  const std::string name = notes.front().substr(notes.front().find("/dev"));
+  const int reader = open(name.c_str(), O_RDONLY | O_NOCTTY);
+  ASSERT_GE(reader, 0) << name;
+  const std::string bytes = "$GPGGA*00\r\n\n\x03\x04\x11\x13\x7F\xFF";  // CR LF, Ctrl-C, Ctrl-D, XON, XOFF
+  transport->send(bytes);
+  EXPECT_EQ(read_from(reader, bytes.size()), bytes);
+  close(reader);
+}
+
+TEST(Transport, PseudoTerminalGoesOnWithoutReaders) {
+  const auto transport = open_transport("pty:");
+  (void)transport->take_notes();
+  for (int i = 0; i < 1000; ++i) transport->send(std::string(1000, 'x'));
+  EXPECT_THAT(transport->take_notes(), ElementsAre(HasSubstr("nobody reads")));
+}
+
+TEST(Transport, SerialPortSpeaksWithTheOtherEnd) {
+  // A serial port without hardware: one end of a pseudo-terminal.
+  const int other_end = posix_openpt(O_RDWR | O_NOCTTY);
+  ASSERT_TRUE(other_end >= 0 && grantpt(other_end) == 0 && unlockpt(other_end) == 0);
+  std::array<char, 256> name{};
+  ASSERT_EQ(ptsname_r(other_end, name.data(), name.size()), 0);
+  const auto transport = open_transport("serial:" + std::string(name.data()) + "@115200");
+  const std::string bytes = "$GPGGA*00\r\n\x03\x11";
+  transport->send(bytes);
+  EXPECT_EQ(read_from(other_end, bytes.size()), bytes);
+  transport->finish({});
+  close(other_end);
+}
+
+TEST(Transport, FileAppearsWholeAndCorrected) {
+  const test::TemporaryFolder folder;
+  const auto path = folder / "epochs.csv";
+  const auto transport = open_transport("file:" + path.string());
+  transport->begin("time of last: ?\n");
+  transport->send("one\n");
+  EXPECT_FALSE(std::filesystem::exists(path));
+  transport->finish(Encoder::Correction{14, "1"});
+  EXPECT_EQ(test::read_bytes(path), "time of last: 1\none\n");
+}
+
+TEST(Transport, RefusesWhatIsNoAddress) {
+  const auto problem_of = [](const std::string& address) -> std::string {
+    try {
+      (void)open_transport(address);
+    } catch (const InputError& e) {
+      EXPECT_NE(e.cure(), "") << address;
+      return e.problem();
+    }
+    ADD_FAILURE() << address;
+    return {};
+  };
+  for (const char* address :
+       {"", "nonsense", "file:", "pty:x", "tcp:/127.0.0.1:2947", "http://127.0.0.1:80"}) {
+    EXPECT_THAT(problem_of(address), HasSubstr("is no address"));
+  }
+  for (const char* address : {"tcp://", "tcp://127.0.0.1", "tcp://:2947", "tcp://127.0.0.1:0",
+                              "udp://127.0.0.1:65536", "udp://127.0.0.1:x"}) {
+    EXPECT_THAT(problem_of(address), HasSubstr("no host and port"));
+  }
+  EXPECT_THAT(problem_of("tcp://0.0.0.0:2947"), HasSubstr("127.0.0.1 only"));
+  EXPECT_THAT(problem_of("serial:/dev/ttyUSB0"), HasSubstr("no device and baud rate"));
+  EXPECT_THAT(problem_of("serial:/dev/null/none@9600"), HasSubstr("cannot be opened at 9600 baud"));
+  EXPECT_THAT(problem_of("file:/nowhere/at/all"), HasSubstr("cannot be written"));
+}
+
+}  // namespace
+}  // namespace canyon::output

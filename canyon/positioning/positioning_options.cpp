@@ -1,0 +1,95 @@
+#include "canyon/positioning/positioning_options.hpp"
+
+#include "canyon/options/values.hpp"
+
+namespace canyon::positioning {
+namespace {
+
+constexpr std::string_view kWeightings[]{"sigma", "equal", "elevation", "cn0"};
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+std::string_view name(Weighting weighting) {
+  return kWeightings[static_cast<std::size_t>(weighting)];
+}
+
+void WeightOptions::validate() const {
+  options::check(*this, "weights");
+}
+
+void visit(options::Visitor& v, WeightOptions& o) {
+  v.choice({"weighting", "",
+            "of pseudoranges against each other: sigma (their simulated deviation), equal, elevation or cn0"},
+           o.weighting, kWeightings);
+  v.number({"elevation_a_m", "m", "elevation: sigma^2 = a^2 + b^2 / sin(elevation)^2"}, o.elevation_a_m,
+           {0, 1e6, true});
+  v.number({"elevation_b_m", "m", "likewise"}, o.elevation_b_m, {0, 1e6, true});
+  v.number({"cn0_floor_m2", "m^2", "cn0: sigma^2 = floor + scale 10^(-C/N0 / 10)"}, o.cn0_floor_m2,
+           {0, 1e6, true});
+  v.number({"cn0_scale_m2_hz", "m^2 Hz", "likewise"}, o.cn0_scale_m2_hz, {0, 1e12});
+}
+
+void RaimOptions::validate() const {
+  options::check(*this, "RAIM");
+}
+
+void visit(options::Visitor& v, RaimOptions& o) {
+  v.boolean({"enabled", "",
+             "exclude satellites whose residuals contradict the others (receiver autonomous integrity "
+             "monitoring)"},
+            o.enabled);
+  v.number({"false_alarm", "", "probability of a false alarm of one fix"}, o.false_alarm, {0, 0.5, true});
+  v.integer({"max_exclusions", "satellites", "from one fix at most"}, o.max_exclusions, 1, 30);
+  v.number({"sigma_scale", "", "residuals are tested against the weights' deviation times this"},
+           o.sigma_scale, {0, 1e6, true});
+}
+
+void FixOptions::validate() const {
+  weights.validate();
+  raim.validate();
+  options::check(*this);
+}
+
+void visit(options::Visitor& v, FixOptions& o) {
+  v.angle({"elevation_mask_deg", "deg", "satellites below are neither measured nor used"},
+          o.elevation_mask_rad, {0, 90, false, true});
+  v.number({"cn0_mask_dbhz", "dB-Hz", "satellites weaker than this are not used in the fix"}, o.cn0_mask_dbhz,
+           {0, 60});
+  v.integer({"min_satellites", "satellites",
+             "needed for a fix, on top of one for each constellation beyond the first"},
+            o.min_satellites, 4, 1000);
+  v.number({"max_pdop", "", "a fix of larger PDOP is none"}, o.max_pdop,
+           options::or_none({0, kInfinity, true}));
+  v.integer({"max_iterations", "", "of the least squares"}, o.max_iterations, 5, 1000);
+  v.number({"convergence_m", "m", "the step that ends them"}, o.convergence_m, {0, 1, true});
+  v.boolean({"correct_ionosphere", "", "correct it in the fix"}, o.correct_ionosphere);
+  v.boolean({"correct_troposphere", "", "correct it in the fix"}, o.correct_troposphere);
+  v.part("weights", o.weights);
+  v.part("raim", o.raim);
+}
+
+void PositionFilterOptions::validate() const {
+  options::check(*this, "position filter");
+}
+
+void visit(options::Visitor& v, PositionFilterOptions& o) {
+  v.boolean({"enabled", "", "extended Kalman filter behind the fix; false: each epoch's fix stands alone"},
+            o.enabled);
+  v.number(
+      {"acceleration_horizontal", "m/s^2/sqrt(Hz)", "spectral density of the white acceleration it expects"},
+      o.acceleration_horizontal, {0, 100, true});
+  v.number({"acceleration_vertical", "m/s^2/sqrt(Hz)", "likewise, upwards"}, o.acceleration_vertical,
+           {0, 100, true});
+  v.number({"clock_frequency_density", "s^2/s", "white frequency noise of the clock it expects"},
+           o.clock_frequency_density, {0, 1e-6, true});
+  v.number({"clock_drift_density", "1/s^2 s", "random walk of that frequency"}, o.clock_drift_density,
+           {0, 1e-6, true});
+  v.number(
+      {"gate_sigmas", "", "innovations beyond so many standard deviations are left out; none: all are taken"},
+      o.gate_sigmas, options::or_none({0, kInfinity, true}));
+  v.number({"coast_s", "s", "it begins anew after so long without a measurement"}, o.coast_s,
+           {0, 3600, true});
+}
+
+}  // namespace canyon::positioning

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/orbit/sky.hpp"
+#include "canyon/propagation/paths.hpp"
+#include "canyon/raytrace/ray_scene.hpp"
+
+namespace canyon::propagation {
+
+/// An antenna at an instant.
+struct Antenna {
+  geodesy::GpsTime time;                                    ///< true reception instant
+  Eigen::Vector3d position_ecef = Eigen::Vector3d::Zero();  ///< [m]
+  Eigen::Vector3d velocity_ecef = Eigen::Vector3d::Zero();  ///< [m/s], in the rotating frame
+};
+
+/// A satellite above the horizon as it arrives at an antenna: orbit and surroundings together.
+struct SatelliteView {
+  orbit::LineOfSight line;
+  SatellitePaths paths;
+  /// Power of the noise in this signal's band over the receiver's own noise [1], >= 1. What interferes adds
+  /// its own share: powers add.
+  double noise_factor = 1;
+
+  /// Rate at which the satellite's direction turns in the axes of the Earth [rad/s].
+  [[nodiscard]] double turning_radps() const {
+    return line.direction_ecef.cross(line.velocity_at_reception_mps).norm() / line.range_m;
+  }
+};
+
+/// What arrives at an antenna at one instant.
+struct Arrival {
+  raytrace::Placement placement = raytrace::Placement::Free;  ///< anything else: nothing is received
+  std::vector<SatelliteView> views;  ///< satellites above the horizon, ascending by id
+  /// Rotation of the frame that the views' paths are given in.
+  Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();
+};
+
+}  // namespace canyon::propagation

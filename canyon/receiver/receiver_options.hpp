@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+
+#include "canyon/options/fwd.hpp"
+#include "canyon/positioning/positioning_options.hpp"
+#include "canyon/tracking/clock.hpp"
+#include "canyon/tracking/noise.hpp"
+#include "canyon/tracking/signal_options.hpp"
+
+namespace canyon::receiver {
+
+/// Pseudorange noise, one OU process per satellite; and the paper's drifting mean.
+struct NoiseOptions {
+  bool enabled = true;
+  tracking::OuOptions ou;
+  double doppler_sigma_hz = 0.1;  ///< white, per measurement; >= 0
+  /// The paper's mu drift mode: while the antenna is slower than drift_below_speed_mps or fewer than
+  /// drift_below_los satellites above the mask are in line of sight, each satellite's mean moves by a value
+  /// drawn once per satellite from N(0, drift_mu_sigma_m), with the process's own time constant 1 / theta.
+  bool drift_enabled = false;
+  double drift_below_speed_mps = 0.5;  ///< >= 0
+  int drift_below_los = 5;             ///< >= 0
+  double drift_mu_sigma_m = 2;         ///< >= 0
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, NoiseOptions& o);
+
+struct ReceiverOptions {
+  std::string name = "receiver";
+  positioning::FixOptions fix;
+  NoiseOptions noise;
+  tracking::ClockOptions clock;
+  tracking::SignalOptions signal;
+  /// Position filter behind the fix; off: each epoch's fix stands alone, as in the paper.
+  positioning::PositionFilterOptions filter;
+  bool ionosphere = false;  ///< delays are in the signal (the fix corrects them where FixOptions says so)
+  bool troposphere = false;
+  /// Throws InputError naming receiver and field that are out of range.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, ReceiverOptions& o);
+
+}  // namespace canyon::receiver

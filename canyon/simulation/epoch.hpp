@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <limits>
+
+#include "canyon/raytrace/ray_scene.hpp"
+#include "canyon/receiver/receiver.hpp"
+#include "canyon/simulation/trajectory.hpp"
+
+namespace canyon::simulation {
+
+/// One receiver at one instant: truth, what it saw, what it believes.
+struct Epoch {
+  std::size_t receiver = 0;  ///< index into Simulation::scenario().receivers
+  Pose truth;                ///< of the antenna (lever arm and clamp applied)
+  Eigen::Vector3d truth_ecef = Eigen::Vector3d::Zero();
+  raytrace::Placement placement = raytrace::Placement::Free;
+  receiver::ReceiverEpoch observed;
+  /// Fix minus truth in ENU at the truth [m]; NaN without fix.
+  Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+};
+
+/// Takes epochs in order: by time, then by receiver.
+class EpochSink {
+ public:
+  virtual ~EpochSink() = default;
+  virtual void write(const Epoch& epoch) = 0;
+  /// After the last epoch, also after an interruption: what was written becomes whole files.
+  virtual void finish() = 0;
+};
+
+}  // namespace canyon::simulation

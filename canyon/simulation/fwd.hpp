@@ -1,0 +1,12 @@
+#pragma once
+
+namespace canyon::simulation {
+
+struct CityConfig;
+struct Georeference;
+struct OutputConfig;
+struct ReceiverConfig;
+struct Scenario;
+struct SkyConfig;
+
+}  // namespace canyon::simulation

@@ -1,0 +1,572 @@
+// The fields of a scenario: its own lists, and around them what depends on more than one field.
+#include "canyon/simulation/scenario_fields.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/buildings/sources/shape.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/geodesy/time_text.hpp"
+#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/trajectory.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using geodesy::Geodetic;
+using geodesy::GpsTime;
+using options::Range;
+using options::Visitor;
+
+constexpr Range kLatitude_deg{-90, 90};
+constexpr Range kLongitude_deg{-180, 180};
+constexpr Range kHeight_m{-10e3, 100e3};
+constexpr Range kLocal_m{-1e6, 1e6};
+
+// --- city
+// ----------------------------------------------------------------------------------------------------
+
+void visit_origin(Visitor& v, std::optional<Geodetic>& origin) {
+  std::optional<double> latitude, longitude;
+  double height_m = 0;
+  if (origin) {
+    latitude = options::exact_degrees(origin->latitude_rad);
+    longitude = options::exact_degrees(origin->longitude_rad);
+    height_m = origin->height_m;
+  }
+  v.require("latitude_deg");
+  v.require("longitude_deg");
+  v.number(
+      {"latitude_deg", "deg",
+       "where the mesh's zero lies, or a map's shall (left out: its middle): geodetic latitude (WGS 84)"},
+      latitude, kLatitude_deg);
+  v.number({"longitude_deg", "deg", "longitude, east positive"}, longitude, kLongitude_deg);
+  v.number({"height_m", "m", "ellipsoidal height"}, height_m, kHeight_m);
+  if (v.reads()) origin = Geodetic::from_degrees(*latitude, *longitude, height_m);
+}
+
+// "house=7" and back.
+std::map<std::string, double> heights_by_type(Visitor& v, const std::vector<std::string>& texts) {
+  std::map<std::string, double> heights_m;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    const auto value =
+        equals == std::string::npos ? std::nullopt : parse_double(std::string_view(text).substr(equals + 1));
+    if (equals == 0 || !value || !(*value >= 0.1 && *value <= 1000)) {
+      throw v.fault("heights", fmt::format("'{}' is not TYPE=METRES", text),
+                    "write heights: [house=7, office=20]; 0.1 to 1000 m");
+    }
+    heights_m[text.substr(0, equals)] = *value;
+  }
+  return heights_m;
+}
+
+void visit_map(Visitor& v, MapCityConfig& map) {
+  const buildings::HeightDefaults heights;
+  const std::string level = options::show(heights.level_m);
+  const std::string building = options::show(heights.building_m);
+  v.files(
+      {"terrain", "", "height rasters under a map, one or a list: GeoTIFF, SRTM HGT, anything GDAL reads"},
+      map.terrain);
+  if (v.has("geoid_undulation_m") && !map.has_surveyed_heights()) {
+    throw v.fault("geoid_undulation_m", "there is no terrain to add it to",
+                  "give terrain, or CityJSON, as well");
+  }
+  v.number(
+      {"geoid_undulation_m", "m", "added to the heights of terrain and CityJSON to make them ellipsoidal",
+       "by the raster's vertical datum"},
+      map.geoid_undulation_m, {-150, 150});
+  std::vector<double> box;
+  if (map.bbox_deg) box.assign(map.bbox_deg->begin(), map.bbox_deg->end());
+  v.numbers(
+      {"bbox", "deg", "[west, south, east, north]: only what touches this box of a map", "the whole map"},
+      box, kLongitude_deg);
+  if (v.reads() && !box.empty()) {
+    if (box.size() != 4 || !(box[0] < box[2]) || !(box[1] < box[3]) || box[1] < -90 || box[3] > 90) {
+      throw v.fault("bbox", "is not a box",
+                    "give [west, south, east, north] in degrees, west below east and south below north");
+    }
+    map.bbox_deg = {box[0], box[1], box[2], box[3]};
+  }
+  v.number({"level_height_m", "m", "storey height of a map's buildings with levels and no height", level},
+           map.level_height_m, {0, 20, true});
+  v.number(
+      {"default_height_m", "m", "height where a map says neither height, levels nor a known type", building},
+      map.default_height_m, {0.1, 1000});
+  std::vector<std::string> by_type;
+  for (const auto& [type, height_m] : map.heights_m) by_type.push_back(fmt::format("{}={}", type, height_m));
+  v.texts({"heights", "m", "heights by building type: [house=7, office=20]", "docs/city.md"}, by_type);
+  if (v.reads()) map.heights_m = heights_by_type(v, by_type);
+  v.boolean({"foliage", "", "trees, tree rows and woods of a map as well"}, map.foliage);
+}
+
+// What a file is, its name's ending says.
+void set_file(Visitor& v, CityConfig& city, const std::filesystem::path& path, std::string_view key) {
+  const auto kind = city_file_kind(path);
+  if (kind == CityFileKind::Map) {
+    city.map.emplace().files = {path};
+  } else if (kind == CityFileKind::Canyon || kind == CityFileKind::Gazebo) {
+    city.file = path;
+  } else if (kind == CityFileKind::Mesh || key == "mesh") {
+    city.mesh = path;
+  } else {
+    throw v.fault(key, fmt::format("'{}' has no ending of a city", path.string()), city_file_endings());
+  }
+}
+
+constexpr const char* kCityCure = "give one of osm, file, mesh, synthetic: {} or open: true";
+
+void visit_city_source(Visitor& v, CityConfig& city) {
+  std::vector<std::filesystem::path> osm;
+  std::optional<std::filesystem::path> file = city.file;
+  std::optional<std::filesystem::path> mesh = city.mesh;
+  if (city.map) osm = city.map->files;
+  v.one_of({"osm", "file", "mesh", "synthetic", "open"}, kCityCure);
+  v.files({"osm", "",
+           "map files, one or a list: .osm, .osm.gz, .osm.bz2, .osm.pbf, CityJSON .json (one of osm, file, "
+           "mesh, synthetic, open)"},
+          osm);
+  v.file({"file", "",
+          "a city by its name's ending: .canyon and Gazebo's .world or .sdf (with an origin of their own), a "
+          "map as under osm, or a mesh"},
+         file);
+  v.file({"mesh", "", "mesh file: DAE, OBJ, STL, glTF, PLY"}, mesh);
+  if (!v.reads()) return;
+  if (!osm.empty()) city.map.emplace().files = osm;
+  if (file) set_file(v, city, *file, "file");
+  if (mesh) set_file(v, city, *mesh, "mesh");
+  if (v.has("synthetic")) city.synthetic.emplace();
+}
+
+void set_origin(Visitor& v, CityConfig& city, const std::optional<Geodetic>& origin) {
+  if (city.map) city.map->origin = origin;
+  if (city.synthetic) {
+    if (origin) city.synthetic->origin = *origin;
+    city.import.origin = city.synthetic->origin;
+  } else if (origin) {
+    city.import.origin = *origin;
+  } else if (city.mesh || city.open) {
+    throw v.fault({}, "city has no origin", "add origin: {latitude_deg: ..., longitude_deg: ...}");
+  }
+}
+
+}  // namespace
+
+void visit(Visitor& v, Georeference& o) {
+  v.number(
+      {"sigma_m", "m",
+       "standard deviation of the city's place, eastwards and northwards: the whole city is moved once per "
+       "run, drawn by the seed"},
+      o.sigma_m, {0, 1000});
+  v.angle({"heading_sigma_deg", "deg",
+           "standard deviation of its heading, about the middle of its bounds; likewise"},
+          o.heading_sigma_rad, {0, 45});
+}
+
+void visit(Visitor& v, CityConfig& city) {
+  visit_city_source(v, city);
+  if (v.wants(city.map.has_value())) {
+    MapCityConfig none;
+    visit_map(v, city.map ? *city.map : none);
+  }
+  if (city.file && v.has("origin")) throw v.fault("origin", "the file says its own origin", "remove it");
+  std::optional<Geodetic> origin;
+  if (city.origin_known() && !v.reads() && !v.describes()) origin = city.import.origin;
+  if (v.wants(v.reads() ? !city.file : origin.has_value())) {
+    v.section("origin", [&] { visit_origin(v, origin); });
+  }
+  if (v.wants(city.open || v.has("open"))) {
+    v.boolean({"open", "", "true: no buildings at all, open sky about the origin"}, city.open);
+    if (v.reads() && !city.open) throw v.fault({}, "city has no content", kCityCure);
+  }
+  if (v.reads()) set_origin(v, city, origin);
+  if (v.wants(city.mesh.has_value())) {
+    visit(v, city.import);
+    v.judge(city.import);
+  }
+  if (v.wants(city.synthetic.has_value())) {
+    city::SyntheticCityOptions none;
+    v.part("synthetic", city.synthetic ? *city.synthetic : none);
+  }
+  v.part("georeference", city.georeference);
+}
+
+// --- sky
+// -----------------------------------------------------------------------------------------------------
+
+namespace {
+
+void visit_frozen(Visitor& v, SkyConfig& sky) {
+  if (v.reads() && !(v.has("satAzimuth") && v.has("satElevation"))) {
+    throw v.fault({}, "frozen needs satAzimuth and satElevation", "give lists of radians");
+  }
+  int count = static_cast<int>(sky.frozen_azimuth_rad.size());
+  std::vector<double>& azimuths = sky.frozen_azimuth_rad;
+  std::vector<double>& elevations = sky.frozen_elevation_rad;
+  v.integer({"satNum", "satellites", "the paper's virtual satellites that never move", "the lists' length"},
+            count, 1, 63);
+  v.numbers({"satAzimuth", "rad", "their azimuths from north, clockwise"}, azimuths, {});
+  v.numbers({"satElevation", "rad", "their elevations"}, elevations, {});
+  if (!v.reads()) return;
+  const auto in_radians = [&v](const char* key, const std::vector<double>& values, double low, double high) {
+    for (const double value : values) {
+      // 1.5708 means the zenith.
+      if (value >= low - 1e-5 && value <= high + 1e-5) continue;
+      throw v.fault(key, fmt::format("{} is out of range", value),
+                    fmt::format("it is in radians, from {:.6g} to {:.6g}; {} deg is {:.6f}", low, high, value,
+                                geodesy::radians(value)));
+    }
+  };
+  in_radians("satAzimuth", azimuths, -2 * geodesy::kPi, 2 * geodesy::kPi);
+  in_radians("satElevation", elevations, 0, geodesy::kPi / 2);
+  const bool counted = v.has("satNum");
+  const auto length = counted ? static_cast<std::size_t>(count) : azimuths.size();
+  if (azimuths.size() != elevations.size() || azimuths.size() != length) {
+    throw v.fault(counted ? "satNum" : "satElevation",
+                  fmt::format("{} azimuths and {} elevations for {} satellites", azimuths.size(),
+                              elevations.size(), length),
+                  "give one of each for every satellite");
+  }
+}
+
+void visit_systems(Visitor& v, std::set<gnss::System>& systems) {
+  std::vector<std::string> names;
+  for (const gnss::System system : systems) names.emplace_back(gnss::name(system));
+  v.texts({"systems", "", "GPS, GLONASS, Galileo, BeiDou, QZSS: one or a list", "all"}, names);
+  if (!v.has("systems")) return;
+  systems.clear();
+  for (const std::string& name : names) {
+    try {
+      systems.insert(gnss::system_from_name(name));
+    } catch (const InputError& e) {
+      throw v.fault("systems", e.problem(), e.cure());
+    }
+  }
+}
+
+}  // namespace
+
+void visit(Visitor& v, SkyConfig& sky) {
+  v.one_of({"navigation", "sp3", "nominal", "frozen"});
+  v.files({"navigation", "",
+           "RINEX navigation files, one or a list, plain or gzip (one of navigation, sp3, nominal, frozen)"},
+          sky.navigation);
+  v.file({"sp3", "", "precise orbits, SP3-c or SP3-d, plain or gzip"}, sky.sp3);
+  if (v.wants(sky.nominal || v.has("nominal"))) {
+    v.boolean({"nominal", "",
+               "the nominal constellations of GPS, GLONASS, Galileo and BeiDou at any date; needs no file",
+               "true without another source"},
+              sky.nominal);
+  }
+  if (v.reads()) {
+    if (v.has("nominal") && !sky.nominal) {
+      throw v.fault("nominal", "false, and no other source",
+                    "give one of navigation, sp3, frozen, or nominal: true");
+    }
+    sky.nominal = sky.navigation.empty() && !sky.sp3 && !v.has("frozen");
+  }
+  const bool frozen = v.has("frozen") || !sky.frozen_azimuth_rad.empty();
+  if (v.wants(frozen)) v.section("frozen", [&] { visit_frozen(v, sky); });
+  if (v.wants(!frozen)) visit_systems(v, sky.systems);
+  if (v.wants(!sky.navigation.empty())) {
+    v.boolean({"allow_stale", "", "use ephemerides older than their system allows (and say so)"},
+              sky.allow_stale);
+  }
+}
+
+// --- time
+// ----------------------------------------------------------------------------------------------------
+
+void visit_start(Visitor& v, std::optional<GpsTime>& start, std::vector<std::string>* warnings) {
+  std::optional<std::string> text;
+  if (start && !v.reads()) text = geodesy::format_gpst(*start, 9);
+  const bool weeks = v.is_section("start");
+  if (!weeks) {
+    v.text({"start", "UTC or GPST",
+            "2019-04-28T12:58:03Z, or with ' GPST' behind it; a later one skips the trajectory's beginning. "
+            "Needed where the trajectory has no times of its own",
+            "the trajectory's first time"},
+           text);
+    if (v.reads() && text) {
+      if (warnings != nullptr && !geodesy::names_time_scale(*text)) {
+        warnings->push_back(fmt::format(
+            "start: {} names no zone and is taken as UTC; write Z or an offset behind it", *text));
+      }
+      try {
+        start = geodesy::parse_simulated_time(*text);
+      } catch (const InputError& e) {
+        throw v.fault("start", e.problem(), e.cure());
+      }
+    }
+  }
+  if (!v.wants(weeks)) return;
+  v.section("start", [&] {
+    int week = 0;
+    double tow = 0;
+    v.require("week", "write start: {week: 2051, tow: 46701}");
+    v.require("tow");
+    v.integer({"week", "weeks", "instead: full GPS week, as in 'start: {week: 2051, tow: 46701}'"}, week, 0,
+              9999);
+    v.number({"tow", "s", "and seconds of that week"}, tow, {0, 604800, false, true});
+    if (v.reads()) start = GpsTime::from_week(week, tow);
+  });
+}
+
+void visit_rate(Visitor& v, std::optional<double>& rate_hz) {
+  Range range{0, 1000, true};
+  range.fraction = true;
+  v.one_of({"rate_hz", "interval_s"});
+  v.number({"rate_hz", "Hz", "epochs per second, also as a fraction: 1/60",
+            "the trajectory's own, 1 for waypoints"},
+           rate_hz, range);
+  if (!v.wants(v.has("interval_s"))) return;
+  std::optional<double> interval_s;
+  v.number({"interval_s", "s", "instead: seconds from epoch to epoch, whole nanoseconds"}, interval_s,
+           {1e-3, 1e6});
+  if (interval_s) rate_hz = 1 / *interval_s;  // its inverse again is right to 1e-15
+}
+
+void visit_seed(Visitor& v, std::uint64_t& seed) {
+  v.integer({"seed", "", "of all noise: same seed, same bytes"}, seed);
+}
+
+// --- trajectory
+// -----------------------------------------------------------------------------------------------------
+
+namespace {
+
+struct PlaceKeys {
+  std::optional<double> latitude_deg, longitude_deg, height_m, east_m, north_m, up_m;
+};
+
+PlaceKeys keys_of(const TrajectoryConfig& config, std::size_t index) {
+  PlaceKeys keys;
+  for (const auto& [number, enu] : config.local_waypoints) {
+    if (number != index) continue;
+    keys.east_m = enu.x(), keys.north_m = enu.y(), keys.up_m = enu.z();
+    return keys;
+  }
+  const Geodetic& place = config.waypoints[index];
+  keys.latitude_deg = options::exact_degrees(place.latitude_rad);
+  keys.longitude_deg = options::exact_degrees(place.longitude_rad);
+  keys.height_m = place.height_m;
+  return keys;
+}
+
+// A place becomes the next waypoint. `frame` is the city's, or nothing where only its file knows.
+void add_place(Visitor& v, const PlaceKeys& keys, const std::optional<geodesy::LocalFrame>& frame,
+               TrajectoryConfig& config) {
+  const auto height = [&](std::string_view key, const std::optional<double>& value) {
+    if (!value && !config.height_above_terrain_m) {
+      throw v.fault({}, fmt::format("'{}' is missing", key), "give it, or trajectory.height_above_terrain_m");
+    }
+    return value.value_or(0);
+  };
+  Geodetic place;
+  if (keys.east_m || keys.north_m || keys.up_m) {
+    v.require("east_m");
+    v.require("north_m");
+    const Eigen::Vector3d enu(*keys.east_m, *keys.north_m, height("up_m", keys.up_m));
+    if (frame) place = frame->geodetic_from_local(enu);
+    config.local_waypoints.emplace_back(config.waypoints.size(), enu);
+  } else {
+    v.require("latitude_deg");
+    v.require("longitude_deg");
+    place =
+        Geodetic::from_degrees(*keys.latitude_deg, *keys.longitude_deg, height("height_m", keys.height_m));
+  }
+  config.waypoints.push_back(place);
+}
+
+void visit_place(Visitor& v, PlaceKeys& keys, const std::string& what) {
+  const bool local = keys.east_m || v.has("east_m") || v.has("north_m") || v.has("up_m");
+  const std::string latitude = what + ": geodetic latitude (WGS 84)";
+  if (v.wants(!local)) {
+    v.number({"latitude_deg", "deg", latitude}, keys.latitude_deg, kLatitude_deg);
+    v.number({"longitude_deg", "deg", "longitude, east positive"}, keys.longitude_deg, kLongitude_deg);
+    v.number({"height_m", "m", "ellipsoidal height; may be left out with height_above_terrain_m"},
+             keys.height_m, kHeight_m);
+  }
+  if (v.wants(local)) {
+    v.number({"east_m", "m", "instead: east of the city's origin, with north_m and up_m"}, keys.east_m,
+             kLocal_m);
+    v.number({"north_m", "m", "north of the city's origin"}, keys.north_m, kLocal_m);
+    v.number({"up_m", "m", "above the city's origin; may be left out with height_above_terrain_m"}, keys.up_m,
+             kLocal_m);
+  }
+}
+
+void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& city) {
+  std::optional<geodesy::LocalFrame> frame;
+  if (v.reads() && city.origin_known()) frame.emplace(city.import.origin);
+  v.one_of({"file", "waypoints", "position"}, "give one of file, waypoints or position");
+  v.number(
+      {"height_above_terrain_m", "m", "puts the vehicle this high above the terrain", "heights as given"},
+      config.height_above_terrain_m, {-100, 10e3});
+  v.file({"file", "", "recorded positions (one of file, waypoints, position)"}, config.file);
+  if (v.wants(config.file.has_value())) {
+    const std::vector<std::string_view> formats(trajectory_formats().begin(), trajectory_formats().end());
+    v.word(
+        {"format", "",
+         "csv: time (ISO 8601, or seconds from start), latitude, longitude [deg], height [m]; urbannav: GPS "
+         "week, time of week, latitude, longitude, height; nmea: GGA with RMC or ZDA"},
+        config.format, formats);
+  }
+  std::vector<PlaceKeys> places;
+  for (std::size_t i = 0; i < config.waypoints.size() && !v.reads(); ++i)
+    places.push_back(keys_of(config, i));
+  v.list("waypoints", places, [&](PlaceKeys& keys) {
+    visit_place(v, keys, "corners of a drive in straight legs");
+    if (v.reads()) add_place(v, keys, frame, config);
+  });
+  if (v.wants(v.reads() ? v.has("waypoints") : !places.empty())) {
+    v.number({"speed_mps", "m/s", "along the legs between waypoints"}, config.speed_mps, {0, 1e4, true});
+    v.number({"hold_s", "s", "standstill at each waypoint"}, config.hold_s, {0, 1e6});
+  }
+  if (!v.wants(v.reads())) return;  // one place is written as a list of one
+  v.section("position", [&] {
+    PlaceKeys keys;
+    visit_place(v, keys, "one place, for duration_s");
+    if (v.reads()) add_place(v, keys, frame, config);
+  });
+}
+
+// --- receivers
+// -----------------------------------------------------------------------------------------------
+
+// Names become folder names and NMEA has no quotes: letters, digits, '-', '_', '.', not first a dot.
+void check_name(Visitor& v, const std::string& name) {
+  const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+           c == '_' || c == '.';
+  });
+  if (!plain || name.front() == '.' || name.size() > 60) {
+    throw v.fault("name", fmt::format("'{}' cannot name a folder", name),
+                  "use at most 60 letters, digits, '-', '_' and '.', a dot not first");
+  }
+}
+
+ReceiverConfig profile_of(Visitor& v, const std::string& name) {
+  if (is_profile_path(name)) {
+    std::optional<std::filesystem::path> file;
+    v.file({"profile", "", "its file"}, file);
+    return read_profile(*file).receiver;
+  }
+  try {
+    const BuiltInProfile& profile = built_in_profile(name);
+    return parse_profile(std::string(profile.text), fmt::format("profile {}", profile.name)).receiver;
+  } catch (const InputError& e) {
+    throw v.fault("profile", e.problem(), e.cure());
+  }
+}
+
+void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers) {
+  if (v.reads()) {
+    if (!v.has("receivers")) receivers.assign(1, {});
+    // Defaults, then the profile, then the scenario's own sections, then the receiver's keys.
+    std::vector<std::string> names;
+    v.list("receivers", receivers, [&](ReceiverConfig& config) {
+      visit_name_and_profile(v, config, receivers.size() > 1);
+      if (std::find(names.begin(), names.end(), config.options.name) != names.end()) {
+        throw v.fault("name", fmt::format("'{}' names two receivers", config.options.name),
+                      "give each its own name");
+      }
+      names.push_back(config.options.name);
+    });
+    if (names.empty()) receivers.front().options.name = "rover";
+    for (ReceiverConfig& config : receivers) {
+      v.part("propagation", config.propagation);
+      v.part("noise", config.options.noise);
+    }
+  }
+  v.list("receivers", receivers, [&](ReceiverConfig& config) {
+    if (!v.reads()) visit_name_and_profile(v, config, false);
+    visit(v, config);
+    v.judge(config.options);
+  });
+  if (v.describes()) {
+    ReceiverConfig defaults;
+    v.part("propagation", defaults.propagation);
+    v.part("noise", defaults.options.noise);
+  }
+}
+
+}  // namespace
+
+void visit_name_and_profile(Visitor& v, ReceiverConfig& config, bool several) {
+  std::optional<std::string> name;
+  std::optional<std::string> profile;
+  if (!v.reads()) name = config.options.name;
+  v.text({"name", "", "names its outputs and its noise; needed with several receivers", "rover"}, name);
+  if (v.wants(v.reads())) {
+    v.text({"profile", "", "one of 'canyon profiles', or a profile file; anything below overrides it",
+            "the defaults below"},
+           profile);
+  }
+  if (!v.reads()) return;
+  if (!name && several) throw v.fault({}, "a receiver has no name", "name each of several receivers");
+  if (name) check_name(v, *name);
+  if (profile) config = profile_of(v, *profile);
+  config.options.name = name.value_or("rover");
+}
+
+void visit(Visitor& v, ReceiverConfig& config) {
+  visit(v, config.options);
+  v.section("lever_arm", [&] {
+    Eigen::Vector3d& arm = config.lever_arm_m;
+    v.number({"forward_m", "m", "antenna from the trajectory's point: ahead, turned by its yaw"}, arm.x(),
+             {-1000, 1000});
+    v.number({"left_m", "m", "to the left"}, arm.y(), {-1000, 1000});
+    v.number({"up_m", "m", "up"}, arm.z(), {-1000, 1000});
+  });
+  v.part("propagation", config.propagation);
+}
+
+void visit(Visitor& v, OutputConfig& o) {
+  v.boolean({"epochs_csv", "", "epochs.csv"}, o.epochs_csv);
+  v.boolean({"satellites_csv", "", "satellites.csv"}, o.satellites_csv);
+  v.boolean({"nmea", "", "NMEA 0183"}, o.nmea);
+  v.boolean({"rinex_observation", "", "RINEX 3.04 observations"}, o.rinex_observation);
+  v.boolean({"rinex_navigation", "", "RINEX 3.04 navigation of the simulated sky"}, o.rinex_navigation);
+  v.boolean({"kml", "", "track for Google Earth"}, o.kml);
+  v.boolean({"geojson", "", "track for GIS programs"}, o.geojson);
+  v.boolean({"pictures", "", "track, sky plot and timeline as PNG and SVG"}, o.pictures);
+}
+
+namespace {
+
+void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
+  v.require("city", "add city: {osm: ...}, city: {mesh: ..., origin: ...}, or city: {synthetic: {}}");
+  v.part("city", scenario.city);
+  if (v.reads() && !v.has("sky")) scenario.sky.nominal = true;
+  v.part("sky", scenario.sky);
+  visit_start(v, scenario.start, &scenario.warnings);
+  v.number({"duration_s", "s", "epochs from start to start + duration, both ends included",
+            "the whole trajectory"},
+           scenario.duration_s, {0, 1e8});
+  visit_rate(v, scenario.rate_hz);
+  if (v.reads() && trajectory_needed) {
+    v.require("trajectory", "add trajectory: {file: ...}, waypoints or position");
+  }
+  v.section("trajectory", [&] { visit_trajectory(v, scenario.trajectory, scenario.city); });
+  visit_receivers(v, scenario.receivers);
+  visit_seed(v, scenario.seed);
+  v.part("outputs", scenario.outputs);
+}
+
+}  // namespace
+
+void visit(Visitor& v, Scenario& scenario) {
+  visit_scenario(v, scenario, true);
+}
+void visit(Visitor& v, ScenarioOfAnyTrajectory& o) {
+  visit_scenario(v, o.scenario, false);
+}
+
+}  // namespace canyon::simulation

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "canyon/options/describe.hpp"
+#include "canyon/options/node.hpp"
+#include "canyon/options/read.hpp"
+#include "canyon/simulation/scenario.hpp"
+
+// What scenarios, hosts' configurations and profiles share of their fields. Private to canyon/simulation.
+
+namespace canyon::simulation {
+
+/// A time without a zone is a warning.
+void visit_start(options::Visitor& v, std::optional<geodesy::GpsTime>& start,
+                 std::vector<std::string>* warnings = nullptr);
+void visit_rate(options::Visitor& v, std::optional<double>& rate_hz);
+void visit_seed(options::Visitor& v, std::uint64_t& seed);
+/// Name and profile, which a reader lets stand for the defaults of all other fields. `several`: a name is
+/// needed.
+void visit_name_and_profile(options::Visitor& v, ReceiverConfig& config, bool several);
+
+/// A scenario whose trajectory may be absent.
+struct ScenarioOfAnyTrajectory {
+  Scenario& scenario;
+};
+void visit(options::Visitor& v, ScenarioOfAnyTrajectory& o);
+
+/// Reads a YAML text into `options`. Throws InputError with file and line.
+template <typename Options>
+void parse(const std::string& text, const std::filesystem::path& name,
+           const options::Description& description, const char* kind, const char* needs, Options& options) {
+  options::Document document;
+  document.file = name;
+  document.kind = kind;
+  document.known = description.paths();
+  const options::Node root = options::parse_yaml(text, document, needs);
+  options::read(root, document, options);
+}
+
+}  // namespace canyon::simulation

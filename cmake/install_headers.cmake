@@ -1,0 +1,21 @@
+# Installs the public headers: those that the umbrella headers reach by #include. Runs at installation, so that it
+# follows the sources as they are then. tests/lint.sh checks what they may include.
+# CANYON_SOURCE: the repository; CANYON_UMBRELLAS: canyon/canyon.hpp ...; CANYON_INCLUDE: where to
+cmake_policy(VERSION 3.18)
+set(waiting ${CANYON_UMBRELLAS})
+set(public_headers "")
+while(waiting)
+  list(POP_FRONT waiting header)
+  list(APPEND public_headers ${header})
+  file(STRINGS ${CANYON_SOURCE}/${header} lines REGEX "^#include \"canyon/")
+  foreach(line IN LISTS lines)
+    string(REGEX REPLACE "^#include \"([^\"]*)\".*" "\\1" included "${line}")
+    if(NOT included IN_LIST public_headers AND NOT included IN_LIST waiting)
+      list(APPEND waiting ${included})
+    endif()
+  endforeach()
+endwhile()
+foreach(header IN LISTS public_headers)
+  get_filename_component(folder ${header} DIRECTORY)
+  file(INSTALL ${CANYON_SOURCE}/${header} DESTINATION ${CANYON_INCLUDE}/${folder})
+endforeach()

@@ -1,0 +1,275 @@
+#include "tests/fuzz/targets.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <osmium/io/pbf_output.hpp>
+#include <osmium/io/reader.hpp>
+#include <osmium/io/writer.hpp>
+#include <osmium/io/xml_input.hpp>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/buildings/sources/cityjson_reader.hpp"
+#include "canyon/buildings/sources/osm_reader.hpp"
+#include "canyon/city/city_file.hpp"
+#include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/mesh_export.hpp"
+#include "canyon/city/mesh_file_format.hpp"
+#include "canyon/city/mesh_marks.hpp"
+#include "canyon/city/synthetic_city.hpp"
+#include "canyon/heatmap/kernels/grid.hpp"
+#include "canyon/orbit/precise_sky.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/rinex/observation_reader.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/trajectory.hpp"
+#include "tests/support/cityjson_house.hpp"
+#include "tests/support/observation_text.hpp"
+#include "tests/support/osm_text.hpp"
+#include "tests/support/rinex_sample.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon::fuzz {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path& folder() {
+  static const test::TemporaryFolder instance;
+  return instance.path();
+}
+
+/// What `write` leaves in a file of that name.
+template <typename Write>
+std::string written(const std::string& name, const Write& write) {
+  const fs::path path = folder() / name;
+  write(path);
+  return test::read_bytes(path);
+}
+
+std::string observations3() {
+  return test::observations3() + "> 2019 04 28 12 44 34.0000000  0  2\nG05" +
+         test::field(20604864.859, ' ', '7') + test::field(108280000.25, '1') + test::field(-812.5) +
+         test::field(44) + "\nR07" + test::field(2.1e7) + "\n> 2019 04 28 12 44 35.0000000  4  1\n" +
+         test::header_line("moved", "COMMENT") + "> 2019 04 28 12 44 36.0000000  1  1\nC03" +
+         test::field(3.8e7) + "\n";
+}
+
+std::string observations2() {
+  const std::string satellite =
+      test::field(1e8) + test::blank_field() + test::field(2e7) + "\n" + test::field(-10) + "\n";
+  return test::observations2() + " 19  4 28 12 44 34.0000000  0  2G 5R 6\n" + satellite + satellite;
+}
+
+/// A satellite on a circle, one record every quarter of an hour.
+std::string sp3() {
+  std::string text =
+      "#dP2024  2 29  0  0  0.00000000      14 ORBIT IGS20 FIT  XXX\n"
+      "%c M  cc GPS ccc cccc cccc cccc cccc ccccc ccccc ccccc ccccc\n";
+  for (int k = 0; k < 14; ++k) {
+    text +=
+        fmt::format("*  2024  2 29 {:2} {:2}  0.00000000\nPG07{:14.6f}{:14.6f}{:14.6f}{:14.6f}\n", k / 4,
+                    15 * (k % 4), 26560 * std::cos(0.13 * k), 26560 * std::sin(0.13 * k), 0.0, 100 + 0.9 * k);
+  }
+  return text + "EOF\n";
+}
+
+std::string osm() {
+  return test::OsmText()
+      .square(1, 10, 50, 0.001, {{"building", "yes"}, {"height", "12 m"}, {"roof:shape", "gabled"}})
+      .square(2, 10.002, 50, 0.003)
+      .square(3, 10.003, 50.001, 0.001, {{"building:part", "yes"}})
+      .node(5, 10.1, 50, {{"natural", "tree"}})
+      .relation(9, {{"way", 2, "outer"}, {"way", 3, "inner"}},
+                {{"type", "multipolygon"}, {"building", "office"}})
+      .relation(7, {{"relation", 9, "outline"}, {"way", 3, "part"}}, {{"type", "building"}})
+      .text();
+}
+
+std::string pbf(const char* format) {
+  const fs::path xml = folder() / "seed.osm";
+  std::ofstream(xml, std::ios::binary) << osm();
+  return written("seed.pbf", [&](const fs::path& path) {
+    osmium::io::Reader reader{xml.string()};
+    osmium::io::Writer writer{osmium::io::File{path.string(), format}, osmium::io::overwrite::allow};
+    while (osmium::memory::Buffer buffer = reader.read()) writer(std::move(buffer));
+    writer.close();
+  });
+}
+
+city::City houses() {
+  city::City city;
+  city.name = "houses";
+  city::append_box(city.mesh, "a", city::Surface::Building, city::Material::Glass, {0, 0, 0}, {10, 20, 30});
+  city::append_box(city.mesh, "b", city::Surface::Foliage, city::Material::Wood, {30, 0, -1}, {31, 2, 5});
+  return city;
+}
+
+std::string mesh(const std::string& name) {
+  return written(name, [](const fs::path& path) { city::write_mesh(path, houses()); });
+}
+
+const char* const kPly =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+const char* const kWorld = R"(<?xml version="1.0"?>
+<sdf version="1.6"><world name="w">
+ <spherical_coordinates><surface_model>EARTH_WGS84</surface_model><latitude_deg>22.3</latitude_deg>
+  <longitude_deg>114.17</longitude_deg><elevation>3</elevation><heading_deg>10</heading_deg></spherical_coordinates>
+ <model name="m"><static>true</static><pose>1 2 3 0 0 0.5</pose>
+  <link name="l"><collision name="c"><geometry><box><size>1 2 3</size></box></geometry></collision>
+   <collision name="d"><pose>0 0 1 0 0 0</pose><geometry><cylinder><radius>1</radius><length>2</length></cylinder>
+   </geometry></collision></link>
+  <link name="k"><visual name="v"><geometry><sphere><radius>2</radius></sphere></geometry></visual>
+   <visual name="p"><geometry><plane><normal>0 0 1</normal><size>9 9</size></plane></geometry></visual></link>
+ </model>
+</world></sdf>
+)";
+
+const char* const kScenario = R"(city:
+  synthetic: {blocks_east: 2, blocks_north: 2, seed: 7}
+  origin: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 0}
+sky: {nominal: true, systems: [GPS, Galileo]}
+start: 2026-06-01T08:00:00Z
+duration_s: 60
+rate_hz: 2
+trajectory:
+  waypoints: [{east_m: -8, north_m: 0}, {east_m: 8, north_m: 0}]
+  speed_mps: 5
+  height_above_terrain_m: 1.5
+receivers:
+  - name: car
+    profile: ublox-m8t
+    lever_arm: {forward_m: 0.1, left_m: 0, up_m: 1.5}
+    elevation_mask_deg: 10
+  - name: other
+outputs: {kml: false}
+seed: 3
+)";
+
+const char* const kNmea =
+    "$GPRMC,125803.00,A,2218.0000,N,11410.0000,E,0.1,90.0,280419,,,A*61\r\n"
+    "$GPGGA,125803.00,2218.0000,N,11410.0000,E,1,08,1.0,5.0,M,-2.0,M,,\r\n"
+    "$GPGGA,125804.00,2218.0001,N,11410.0001,E,1,08,1.0,5.0,M,-2.0,M,,\r\n"
+    "$GPZDA,125805.00,28,04,2019,00,00\r\n"
+    "$GPGGA,125805.00,2218.0002,N,11410.0002,E,1,08,1.0,5.0,M,-2.0,M,,\r\n";
+
+const char* const kArea =
+    R"({"type":"FeatureCollection","features":[{"type":"Feature","properties":{},"geometry":
+{"type":"MultiPolygon","coordinates":[[[[114.17,22.3],[114.171,22.3],[114.171,22.301],[114.17,22.3]]],
+[[[114.172,22.3],[114.173,22.3],[114.173,22.301],[114.172,22.301],[114.172,22.3]],
+[[114.1722,22.3002],[114.1724,22.3002],[114.1724,22.3004],[114.1722,22.3002]]]]}}]})";
+
+const geodesy::GpsTime kStart = geodesy::GpsTime::from_week(2100, 3600);
+
+std::function<void(const fs::path&)> trajectory(const char* format) {
+  return [format](const fs::path& path) {
+    const simulation::TrajectoryFile file = simulation::read_trajectory_file(path, format, kStart);
+    (void)file.trajectory.at(file.trajectory.begin() + 0.5);
+  };
+}
+
+/// Read back what was read: it must be a file of its own format, or one that cannot be written.
+void read_navigation(const fs::path& path) {
+  const gnss::NavigationData data = rinex::read_rinex_navigation(path);
+  (void)rinex::read_rinex_navigation(
+      TextFile::from_string(rinex::format_rinex_navigation(data), "again.rnx"));
+}
+
+void read_sp3(const fs::path& path) {
+  const orbit::PreciseSky sky(path);
+  const auto [begin, end] = sky.span();
+  for (const gnss::SatelliteId id : sky.satellites()) (void)sky.state(id, begin + (end - begin) / 2);
+}
+
+/// The parts of mesh reading that are Canyon's own; the rest is Assimp's.
+void read_mesh_parts(const fs::path& path) {
+  const std::string text = test::read_bytes(path);
+  (void)city::has_mesh_mark(path);
+  if (text.rfind("ply", 0) == 0) {
+    city::check_ply_complete(path);
+  } else if (text.rfind("solid", 0) == 0) {
+    city::check_stl_complete(path);
+  } else if (text.rfind('<', 0) == 0) {
+    (void)city::collada_frame(path);
+  } else {
+    (void)city::read_node_name(text);
+  }
+}
+
+}  // namespace
+
+const std::vector<Target>& targets() {
+  static const std::vector<Target> all{
+      {"rinex_navigation", "sky.rnx", read_navigation, {test::kRinex3Sample}},
+      {"rinex_observation",
+       "some.obs",
+       [](const fs::path& path) { (void)rinex::read_rinex_observations(path); },
+       {observations3(), observations2()}},
+      {"sp3", "some.sp3", read_sp3, {sp3()}},
+      {"osm_xml",
+       "map.osm",
+       [](const fs::path& path) {
+         (void)buildings::read_osm({path}, {{}, true});
+       },
+       {osm()}},
+      {"osm_pbf",
+       "map.osm.pbf",
+       [](const fs::path& path) {
+         (void)buildings::read_osm({path}, {{}, true});
+       },
+       {pbf("pbf,pbf_compression=none"), pbf("pbf,pbf_compression=none,pbf_dense_nodes=false")}},
+      {"cityjson",
+       "map.city.json",
+       [](const fs::path& path) { (void)buildings::read_cityjson(path); },
+       {test::cityjson(test::cityjson_building("a", test::kHouseSolid, R"({"measuredHeight":9})"))}},
+      {"canyon",
+       "city.canyon",
+       [](const fs::path& path) { check_mesh(city::read_city_file(path).mesh, "fuzzed"); },
+       {written("seed.canyon", [](const fs::path& path) { city::write_city_file(path, houses()); })}},
+      {"mesh",
+       "mesh.dae",
+       read_mesh_parts,
+       {mesh("seed.dae"), kPly, "solid a\nendsolid a\n", "foliage:Oak_x0020_7"}},
+      {"sdf", "some.world", [](const fs::path& path) { (void)city::read_gazebo_world(path); }, {kWorld}},
+      {"scenario",
+       "some.yaml",
+       [](const fs::path& path) { (void)simulation::parse_scenario(test::read_bytes(path), path); },
+       {kScenario}},
+      {"nmea", "track.nmea", trajectory("nmea"), {kNmea}},
+      {"csv",
+       "track.csv",
+       trajectory("csv"),
+       {"time,latitude,longitude,height\n2019-04-28T12:58:03Z,22.30,114.17,5.5\n2019-04-28T12:58:04.5Z,22.31,"
+        "114.18,6\n",
+        "# relative\n0,22.3,114.17,5\n0.5,22.3,114.1701,5\n"}},
+      {"urbannav",
+       "track.csv",
+       trajectory("urbannav"),
+       {"2051,46701.5,22.3,114.17,5\n2051,46702.5,22.3,114.1701,5\n"}},
+      {"geojson",
+       "area.geojson",
+       [](const fs::path& path) {
+         heatmap::read_area(path, geodesy::LocalFrame(geodesy::Geodetic::from_degrees(22.3, 114.17, 0)))
+             .validate();
+       },
+       {kArea}},
+  };
+  return all;
+}
+
+void read_bytes(const Target& target, std::string_view bytes) {
+  const fs::path path = folder() / target.file_name;
+  {
+    std::ofstream out(path, std::ios::binary);
+    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  }
+  try {
+    target.read(path);
+  } catch (const InputError&) {
+  }
+}
+
+}  // namespace canyon::fuzz

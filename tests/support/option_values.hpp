@@ -1,0 +1,71 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "canyon/options/describe.hpp"
+
+namespace canyon::test {
+
+/// Values of a key that a reader must refuse, as users would write them.
+inline std::vector<std::string> bad_values(const options::Key& key) {
+  using options::Type;
+  if (key.type == Type::Boolean) return {"perhaps"};
+  if (key.type == Type::Choice) return {"xyzzyplugh"};
+  if (key.type == Type::File || key.type == Type::Files) return {"nowhere"};
+  if (key.type == Type::Rows) return {"2000 2000 2000"};
+  std::vector<std::string> values;
+  if (!key.range) return values;
+  const double low = key.range->low;
+  const double high = key.range->high;
+  if (std::isfinite(low)) {
+    if (key.range->low_open) values.push_back(fmt::format("{}", low));
+    values.push_back(fmt::format("{}", low - std::max(1.0, std::abs(low))));
+  }
+  if (std::isfinite(high) && high < 1e18) {
+    if (key.range->high_open) values.push_back(fmt::format("{}", high));
+    values.push_back(key.type == Type::Integer
+                         ? fmt::format("{:.0f}", high + 1)
+                         : fmt::format("{}", high + std::max(1e-3, 0.1 * std::abs(high))));
+  }
+  return values;
+}
+
+/// A value of a key that is allowed, and not the default.
+inline std::string another_value(const options::Key& key) {
+  using options::Type;
+  if (key.type == Type::Boolean) return key.default_value == "true" ? "false" : "true";
+  if (key.type == Type::Choice) return key.words.front() == key.default_value ? key.words[1] : key.words[0];
+  if (key.type == Type::Rows) return "[[0, -5, -5], [90, 3, -10]]";
+  const options::Range range = key.range.value();
+  const double value = key.default_value == "none" ? INFINITY : std::stod(key.default_value);
+  // Near the default, or else anywhere inside.
+  const double step = key.type == Type::Integer ? 1 : std::abs(value) * 0.25;
+  for (const double other :
+       {value - step, value + step, range.low / 2 + range.high / 2, range.high / 2, range.low + 4}) {
+    if (other != value && range.holds(other) && !std::isinf(other)) return fmt::format("{}", other);
+  }
+  return "?";
+}
+
+/// "a.b.c" and a value as YAML on one line.
+inline std::string nested(const std::string& path, const std::string& value) {
+  std::string open;
+  std::string close;
+  std::stringstream names(path);
+  for (std::string name; std::getline(names, name, '.');) {
+    if (!open.empty()) {
+      open += "{";
+      close += "}";
+    }
+    open += name + ": ";
+  }
+  return open + value + close;
+}
+
+}  // namespace canyon::test
