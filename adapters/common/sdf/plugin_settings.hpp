@@ -60,7 +60,7 @@ struct PluginPlace {
   /// Relative paths belong to it; then to the folder of the file that the element was read from (the world's,
   /// or an included model's), then to Gazebo's resource paths. May be empty.
   std::filesystem::path folder;
-  ResourcePaths resources;
+  ResourcePaths resources = {};
 };
 
 /// Reads a plugin element. Defaults are the paper's where its satAzimuth is given: mirror model, and on a ray
