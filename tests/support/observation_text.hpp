@@ -17,7 +17,9 @@ inline std::string field(double value, char lock = ' ', char strength = ' ') {
   return fmt::format("{:14.3f}{}{}", value, lock, strength);
 }
 inline std::string blank_field(char lock = ' ') {
-  return std::string(14, ' ') + lock + ' ';
+  std::string blank(16, ' ');
+  blank[14] = lock;
+  return blank;
 }
 
 /// RINEX 3.04, GPS, GLONASS, Galileo and BeiDou: types in orders of their own, a system without L1, SBAS.
