@@ -23,10 +23,6 @@ bool may_be_empty(std::string_view path) {
   return path == "robotNamespace" || path == "ros.namespace";
 }
 
-bool starts_with(std::string_view text, std::string_view start) {
-  return text.substr(0, start.size()) == start;
-}
-
 std::string join(const std::vector<std::string>& words) {
   return fmt::format("{}", fmt::join(words, ", "));
 }
@@ -70,7 +66,7 @@ class ScenarioText {
       path += (path.empty() ? "" : ".") + std::string(names[i]);
       tags += fmt::format("<{}>", names[i]);
       // A section that came by another name is named by the first element that brought it.
-      node = &node->child(std::string(names[i]), starts_with(element.tag, tags) ? tags : element.tag);
+      node = &node->child(std::string(names[i]), element.tag.starts_with(tags) ? tags : element.tag);
     }
     node->values = element.values;
     node->list = list;
@@ -173,7 +169,7 @@ InputError PluginElements::error(const Element& element, std::string_view proble
 
 bool PluginElements::is_section(std::string_view path) const {
   return std::any_of(known_.begin(), known_.end(), [path](const std::string& key) {
-    return key.size() > path.size() && key[path.size()] == '.' && starts_with(key, path);
+    return key.size() > path.size() && key[path.size()] == '.' && key.starts_with(path);
   });
 }
 
@@ -202,7 +198,7 @@ void PluginElements::read(const sdf::ElementPtr& parent, const std::string& path
     if (!leaf) {
       std::vector<std::string> inside;
       for (const std::string& key : known_) {
-        if (!starts_with(key, child_path + ".")) continue;
+        if (!key.starts_with(child_path + ".")) continue;
         const std::string rest = key.substr(child_path.size() + 1);
         const std::string first = fmt::format("<{}>", rest.substr(0, rest.find('.')));
         if (std::find(inside.begin(), inside.end(), first) == inside.end()) inside.push_back(first);
@@ -231,10 +227,10 @@ void PluginElements::warn_unknown(const std::string& name, const std::string& pa
   std::vector<std::string> siblings;
   std::optional<std::string> meant;
   for (const std::string& key : known_) {
-    if (!starts_with(key, path)) continue;
+    if (!key.starts_with(path)) continue;
     std::string sibling = key.substr(path.size(), key.find('.', path.size()) - path.size());
     // A name without its unit, "max_range" for "max_range_m", is closer than any distance of letters tells.
-    if (!meant && starts_with(sibling, name + "_")) meant = tags + tag_of(sibling);
+    if (!meant && sibling.starts_with(name + "_")) meant = tags + tag_of(sibling);
     siblings.push_back(std::move(sibling));
   }
   for (const std::string& key : known_) {
@@ -344,7 +340,7 @@ bool PluginElements::is_boolean(std::string_view path) const {
   const std::vector<simulation::ScenarioKey>& keys = simulation::live_keys();
   return std::any_of(keys.begin(), keys.end(), [path](const simulation::ScenarioKey& key) {
     return key.path == path &&
-           (starts_with(key.default_value, "true") || starts_with(key.default_value, "false"));
+           (key.default_value.starts_with("true") || key.default_value.starts_with("false"));
   });
 }
 
@@ -379,7 +375,7 @@ simulation::LiveConfig PluginElements::take_live_config() {
     std::string tag;
     if (const auto* line = text.at(e.line())) {
       const std::string key = line->first + ": ";
-      const bool about_key = starts_with(problem, key);
+      const bool about_key = problem.starts_with(key);
       if (about_key) problem.erase(0, key.size());
       if (about_key || text.is_section(e.line())) tag = line->second;
     }

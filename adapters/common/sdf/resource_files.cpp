@@ -11,10 +11,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool starts_with(const std::string& text, std::string_view start) {
-  return text.compare(0, start.size(), start) == 0;
-}
-
 // package://NAME/REST lies in a folder NAME of ROS_PACKAGE_PATH, or in one of its entries that is called
 // NAME.
 std::vector<fs::path> package_candidates(const std::string& rest) {
@@ -36,12 +32,12 @@ std::vector<fs::path> package_candidates(const std::string& rest) {
 std::optional<fs::path> find_resource(const std::string& name, const std::vector<fs::path>& folders,
                                       const ResourcePaths& paths, std::vector<fs::path>& looked) {
   std::vector<fs::path> candidates;
-  if (starts_with(name, "model://")) {
+  if (name.starts_with("model://")) {
     for (const fs::path& folder : paths.models) candidates.push_back(folder / name.substr(8));
-  } else if (starts_with(name, "package://")) {
+  } else if (name.starts_with("package://")) {
     candidates = package_candidates(name.substr(10));
   } else {
-    const fs::path path(starts_with(name, "file://") ? name.substr(7) : name);
+    const fs::path path(name.starts_with("file://") ? name.substr(7) : name);
     if (path.is_absolute()) {
       candidates.push_back(path);
     } else {
