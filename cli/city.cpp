@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -29,12 +28,8 @@ bool is_scenario(const std::filesystem::path& path) {
 int run(const Arguments& arguments) {
   const simulation::CityConfig config = city_config(arguments.input, arguments.origin);
   const auto begin = std::chrono::steady_clock::now();
-  Progress progress("building the city", arguments.json);
-  const city::City city =
-      simulation::load_city_with_report(config, [&progress](std::size_t done, std::size_t total) {
-        progress.update(done, total);
-      }).city;
-  const double load_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const city::City city = load_city(config, "building the city", arguments.json).city;
+  const double load_s = seconds_since(begin);
   const city::CitySummary summary = city::summarize(city);
   const geodesy::Geodetic& origin = city.frame.origin();
   const bool empty = summary.triangles == 0;
@@ -94,20 +89,18 @@ simulation::CityConfig city_config(const std::string& input, const std::string& 
   return simulation::city_config(input, parse_place(origin, "--origin"));
 }
 
+buildings::BuiltCity load_city(const simulation::CityConfig& config, const char* what, bool quiet) {
+  Progress progress(what, quiet);
+  return simulation::load_city_with_report(config, progress.callback());
+}
+
 std::array<double, 4> parse_bbox(const std::string& text, const std::string& option) {
-  std::array<double, 4> box{};
-  const std::vector<std::string_view> pieces = split(text, ',');
-  bool good = pieces.size() == box.size();
-  for (std::size_t i = 0; good && i < box.size(); ++i) {
-    const std::optional<double> value = parse_double(pieces[i]);
-    good = value.has_value();
-    box[i] = value.value_or(0);
-  }
-  if (!good) {
+  const std::vector<double> values = parse_numbers(text);
+  if (values.size() != 4) {
     throw InputError(fmt::format("{} '{}' is not a box", option, text),
                      "give WEST,SOUTH,EAST,NORTH in degrees, e.g. 114.16,22.29,114.18,22.31");
   }
-  return box;
+  return {values[0], values[1], values[2], values[3]};
 }
 
 void add_city(CLI::App& app, Action& action) {

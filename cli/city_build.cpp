@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
 #include "canyon/buildings/city_builder.hpp"
 #include "canyon/buildings/footprints_geojson.hpp"
 #include "canyon/buildings/sources/overpass.hpp"
@@ -15,6 +14,7 @@
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "cli/city_commands.hpp"
+#include "cli/field_option.hpp"
 #include "cli/progress.hpp"
 
 namespace canyon::cli {
@@ -28,11 +28,7 @@ struct Arguments {
   std::string bbox;
   std::string origin;
   std::vector<std::string> terrain;
-  std::optional<double> geoid_undulation_m;
-  std::optional<double> level_height_m;
-  std::optional<double> default_height_m;
-  std::vector<std::string> heights;
-  bool foliage = false;
+  simulation::MapCityConfig map;  ///< its numbers; the rest is made of the others
   bool utm = false;
   std::string overpass;
   std::string place;
@@ -83,25 +79,11 @@ Output parse_output(const std::string& text, bool from_map) {
   return out;
 }
 
-std::map<std::string, double> parse_heights(const std::vector<std::string>& texts) {
-  std::map<std::string, double> heights;
-  for (const std::string& text : texts) {
-    const std::size_t equals = text.find('=');
-    const auto value =
-        equals == std::string::npos ? std::nullopt : parse_double(std::string_view(text).substr(equals + 1));
-    if (equals == 0 || !value) {
-      throw InputError(fmt::format("--height '{}' is not TYPE=METRES", text), "e.g. --height house=7");
-    }
-    heights[text.substr(0, equals)] = *value;
-  }
-  return heights;
-}
-
 std::vector<std::filesystem::path> download(const Arguments& arguments, simulation::MapCityConfig& map) {
   buildings::OverpassOptions options;
   if (!arguments.overpass.empty()) options.url = arguments.overpass;
   options.cache = arguments.cache;
-  options.foliage = arguments.foliage;
+  options.foliage = map.build.foliage;
   options.validate();
   buildings::LonLatBox box;
   if (map.bbox_deg) {
@@ -113,8 +95,7 @@ std::vector<std::filesystem::path> download(const Arguments& arguments, simulati
   }
   box.validate();
   Progress progress("downloading", arguments.quiet);
-  return buildings::download_osm(
-      box, options, [&progress](std::size_t done, std::size_t total) { progress.update(done, total); });
+  return buildings::download_osm(box, options, progress.callback());
 }
 
 bool is_mesh(const std::string& input) {
@@ -125,7 +106,7 @@ bool is_map(const std::string& input) {
   return simulation::city_file_kind(input) == CityFileKind::Map;
 }
 
-simulation::CityConfig make_config(const Arguments& arguments) {
+simulation::CityConfig make_config(const Arguments& arguments, const CLI::App& command) {
   const bool online = !arguments.overpass.empty() || !arguments.place.empty();
   if (arguments.inputs.empty() && !online) {
     throw InputError("nothing to build from",
@@ -147,15 +128,9 @@ simulation::CityConfig make_config(const Arguments& arguments) {
       throw InputError(fmt::format("{} is no map, and stands beside other input", input),
                        "several inputs are for maps; convert other cities one by one");
     }
-    for (const auto& [given, option] : std::initializer_list<std::pair<bool, const char*>>{
-             {!arguments.bbox.empty(), "--bbox"},
-             {!arguments.terrain.empty(), "--terrain"},
-             {arguments.level_height_m.has_value(), "--level-height"},
-             {arguments.default_height_m.has_value(), "--default-height"},
-             {!arguments.heights.empty(), "--height"},
-             {arguments.foliage, "--foliage"},
-             {arguments.utm, "--utm"}}) {
-      if (given) {
+    for (const char* option : {"--bbox", "--terrain", "--geoid-undulation", "--level-height",
+                               "--default-height", "--height", "--foliage", "--utm"}) {
+      if (command.count(option) > 0) {
         throw InputError(fmt::format("{} has no effect on {}, which is no map", option, input),
                          "leave it out");
       }
@@ -163,7 +138,7 @@ simulation::CityConfig make_config(const Arguments& arguments) {
     return city_config(input, arguments.origin);
   }
   simulation::CityConfig config;
-  simulation::MapCityConfig& map = config.map.emplace();
+  simulation::MapCityConfig& map = config.map.emplace(arguments.map);
   for (const std::string& input : arguments.inputs) {
     if (!is_map(input)) {
       throw InputError(fmt::format("{} is no map, and stands beside maps", input),
@@ -172,18 +147,13 @@ simulation::CityConfig make_config(const Arguments& arguments) {
     map.files.emplace_back(input);
   }
   map.terrain.assign(arguments.terrain.begin(), arguments.terrain.end());
-  map.geoid_undulation_m = arguments.geoid_undulation_m;
-  if (map.geoid_undulation_m && !map.has_surveyed_heights()) {
+  if (map.terrain_options.geoid_undulation_m && !map.has_surveyed_heights()) {
     throw InputError("--geoid-undulation without --terrain",
                      "it is added to the heights of terrain and CityJSON");
   }
   if (!arguments.bbox.empty()) map.bbox_deg = parse_bbox(arguments.bbox, "--bbox");
-  if (!arguments.origin.empty()) map.origin = parse_place(arguments.origin, "--origin");
-  map.level_height_m = arguments.level_height_m;
-  map.default_height_m = arguments.default_height_m;
-  map.heights_m = parse_heights(arguments.heights);
-  map.foliage = arguments.foliage;
-  map.utm = arguments.utm;
+  if (!arguments.origin.empty()) map.build.origin = parse_place(arguments.origin, "--origin");
+  if (arguments.utm) map.build.grid = buildings::Grid::Utm;
   if (online) map.files = download(arguments, map);
   return config;
 }
@@ -244,7 +214,7 @@ nlohmann::json to_json(const buildings::BuildReport& r) {
           {"warnings", r.warnings}};
 }
 
-int run(const Arguments& arguments) {
+int run(const Arguments& arguments, const CLI::App& command) {
   const bool from_map = arguments.inputs.empty() || is_map(arguments.inputs.front());
   std::vector<Output> outputs;
   for (const std::string& text : arguments.outputs) {
@@ -264,17 +234,12 @@ int run(const Arguments& arguments) {
   }
 
   const auto begin = std::chrono::steady_clock::now();
-  const simulation::CityConfig config = make_config(arguments);
-  buildings::BuiltCity loaded;
-  {
-    Progress progress("building", arguments.quiet);
-    loaded = simulation::load_city_with_report(
-        config, [&progress](std::size_t done, std::size_t total) { progress.update(done, total); });
-  }
+  const simulation::CityConfig config = make_config(arguments, command);
+  buildings::BuiltCity loaded = load_city(config, "building", arguments.quiet);
   if (!arguments.name.empty()) loaded.city.name = arguments.name;
-  const double build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double build_s = seconds_since(begin);
   for (const Output& out : outputs) write(out, loaded, arguments);
-  const double all_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double all_s = seconds_since(begin);
 
   const city::CitySummary summary = city::summarize(loaded.city);
   if (arguments.json) {
@@ -323,17 +288,11 @@ void add_city_build(CLI::App& city, Action& action) {
       ->type_name("LAT,LON,HEIGHT");
   build->add_option("--terrain", arguments->terrain, "height rasters (GeoTIFF, SRTM HGT, ...)")
       ->type_name("FILE");
-  build
-      ->add_option("--geoid-undulation", arguments->geoid_undulation_m,
-                   "added to the terrain's heights (by the raster's vertical datum)")
-      ->type_name("M");
-  build->add_option("--level-height", arguments->level_height_m, "of a storey (3)")->type_name("M");
-  build->add_option("--default-height", arguments->default_height_m, "where the map says nothing (9)")
-      ->type_name("M");
-  build->add_option("--height", arguments->heights, "default of a building type, e.g. house=7")
-      ->type_name("TYPE=M")
-      ->allow_extra_args(false);
-  build->add_flag("--foliage", arguments->foliage, "trees, tree rows and woods as well");
+  add_field(*build, "--geoid-undulation", arguments->map.terrain_options, "geoid_undulation_m");
+  add_field(*build, "--level-height", arguments->map.build, "level_height_m");
+  add_field(*build, "--default-height", arguments->map.build, "default_height_m");
+  add_field(*build, "--height", arguments->map.build, "heights")->type_name("TYPE=M");
+  build->add_flag("--foliage", arguments->map.build.foliage, "trees, tree rows and woods as well");
   build->add_flag("--utm", arguments->utm, "UTM grid offsets from the origin instead of east-north-up");
   build->add_option("--overpass", arguments->overpass, "download from this Overpass endpoint")
       ->type_name("URL");
@@ -342,7 +301,8 @@ void add_city_build(CLI::App& city, Action& action) {
   build->add_option("--name", arguments->name, "of the city and of Gazebo's model")->type_name("NAME");
   build->add_flag("--quiet", arguments->quiet, "print errors only");
   build->add_flag("--json", arguments->json, "print the report as JSON");
-  build->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+  build->callback(
+      [arguments, build, &action] { action = [arguments, build] { return run(*arguments, *build); }; });
 }
 
 }  // namespace canyon::cli

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "cli/commands.hpp"
 
@@ -16,6 +17,10 @@ void add_city_view(CLI::App& city, Action& action);
 /// is meant. `origin` ("LAT,LON,HEIGHT" or empty) is for meshes and maps. Throws InputError where it stands
 /// beside a file that says its own.
 [[nodiscard]] simulation::CityConfig city_config(const std::string& input, const std::string& origin);
+
+/// simulation::load_city_with_report() with a progress line.
+[[nodiscard]] buildings::BuiltCity load_city(const simulation::CityConfig& config, const char* what,
+                                             bool quiet);
 
 /// "W,S,E,N" in degrees; throws InputError naming the option.
 [[nodiscard]] std::array<double, 4> parse_bbox(const std::string& text, const std::string& option);

@@ -5,9 +5,8 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/drawing/views/city_picture.hpp"
-#include "canyon/simulation/load_city.hpp"
 #include "cli/city_commands.hpp"
-#include "cli/progress.hpp"
+#include "cli/field_option.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -39,10 +38,8 @@ int run(const Arguments& arguments) {
   if (std::filesystem::path(arguments.out).extension() != ".png") {
     throw InputError(fmt::format("-o '{}' is not a .png", arguments.out), "pictures are PNG files");
   }
-  Progress progress("building the city", arguments.quiet);
-  const buildings::BuiltCity loaded = simulation::load_city_with_report(
-      city_config(arguments.input, ""),
-      [&progress](std::size_t done, std::size_t total) { progress.update(done, total); });
+  const buildings::BuiltCity loaded =
+      load_city(city_config(arguments.input, ""), "building the city", arguments.quiet);
   drawing::draw_city(loaded.city, arguments.out, picture);
   return kOk;
 }
@@ -56,21 +53,14 @@ void add_city_view(CLI::App& city, Action& action) {
       ->type_name("CITY")
       ->required();
   view->add_option("-o,--out", arguments->out, "the picture")->type_name("PNG")->required();
-  view->add_option("--angle", arguments->picture.elevation_deg,
-                   fmt::format("of the viewer above the horizon; 90 is a map ({:g})",
-                               arguments->picture.elevation_deg))
-      ->type_name("DEG");
-  view->add_option(
-          "--azimuth", arguments->picture.azimuth_deg,
-          fmt::format("compass direction in which the viewer stands ({:g})", arguments->picture.azimuth_deg))
-      ->type_name("DEG");
+  add_field(*view, "--angle", arguments->picture, "elevation_deg");
+  add_field(*view, "--azimuth", arguments->picture, "azimuth_deg");
   view->add_option(
           "--size", arguments->size,
           fmt::format("in pixels ({}x{})", arguments->picture.width_px, arguments->picture.height_px))
       ->type_name("WxH");
-  view->add_option("--title", arguments->picture.title, "instead of the city's name")->type_name("TEXT");
-  view->add_option("--credit", arguments->picture.credit, "small, at the lower right: who made the map")
-      ->type_name("TEXT");
+  add_field(*view, "--title", arguments->picture, "title");
+  add_field(*view, "--credit", arguments->picture, "credit");
   view->add_flag("--materials", arguments->materials, "colours by material instead of height");
   view->add_flag("--quiet", arguments->quiet, "print errors only");
   view->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });

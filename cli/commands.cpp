@@ -7,32 +7,19 @@
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/base/utf8.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
+#include "canyon/simulation/trajectory.hpp"
 
 namespace canyon::cli {
-namespace {
-
-/// Columns of a UTF-8 text on a terminal: continuation bytes take none.
-std::size_t width(const std::string& text) {
-  return static_cast<std::size_t>(std::count_if(
-      text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
-}
-
-}  // namespace
-
 ExitCode exit_code(const InputError& error) {
   return dynamic_cast<const OutputError*>(&error) == nullptr ? kBadInput : kFailure;
 }
 
 geodesy::Geodetic parse_place(const std::string& text, const std::string& option) {
-  const std::vector<std::string_view> pieces = split(text, ',');
-  std::vector<double> values;
-  for (std::string_view piece : pieces) {
-    const std::optional<double> value = parse_double(piece);
-    if (value) values.push_back(*value);
-  }
-  if (values.size() != pieces.size() || values.size() < 2 || values.size() > 3) {
+  const std::vector<double> values = parse_numbers(text);
+  if (values.size() < 2 || values.size() > 3) {
     throw InputError(fmt::format("{} '{}' is not a place", option, text),
                      "give LATITUDE,LONGITUDE,HEIGHT in degrees and metres, e.g. 22.3,114.17,10");
   }
@@ -40,6 +27,27 @@ geodesy::Geodetic parse_place(const std::string& text, const std::string& option
       geodesy::Geodetic::from_degrees(values[0], values[1], values.size() == 3 ? values[2] : 0);
   geodesy::check_geodetic(place, option.c_str());
   return place;
+}
+
+std::vector<double> parse_numbers(const std::string& text) {
+  std::vector<double> values;
+  for (const std::string_view piece : split(text, ',')) {
+    const std::optional<double> value = parse_double(piece);
+    if (!value) return {};
+    values.push_back(*value);
+  }
+  return values;
+}
+
+void check_trajectory_format(const std::string& format) {
+  const std::vector<std::string>& known = simulation::trajectory_formats();
+  if (std::find(known.begin(), known.end(), format) != known.end()) return;
+  throw InputError(fmt::format("--format '{}' is not known", format),
+                   fmt::format("give {}", fmt::join(known, ", ")));
+}
+
+void add_threads(CLI::App& command, int& threads, const std::string& about) {
+  command.add_option("--threads", threads, about)->type_name("N")->check(CLI::Range(0, 1024));
 }
 
 void warn_of_no_zone(std::string_view instant) {
@@ -61,9 +69,9 @@ std::set<gnss::System> parse_systems(const std::string& text) {
 
 void print_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows) {
   std::vector<std::size_t> widths;
-  for (const std::string& cell : header) widths.push_back(width(cell));
+  for (const std::string& cell : header) widths.push_back(display_width(cell));
   for (const auto& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width(row[i]));
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], display_width(row[i]));
   }
   // Numbers to the right, words to the left.
   std::vector<bool> right(header.size(), true);
@@ -75,7 +83,7 @@ void print_table(const std::vector<std::string>& header, const std::vector<std::
   const auto print = [&widths, &right](const std::vector<std::string>& row) {
     std::string line;
     for (std::size_t i = 0; i < row.size(); ++i) {
-      const std::string padding(widths[i] - width(row[i]), ' ');
+      const std::string padding(widths[i] - display_width(row[i]), ' ');
       if (i > 0) line += "  ";
       line += right[i] ? padding + row[i] : row[i] + padding;
     }
@@ -84,6 +92,12 @@ void print_table(const std::vector<std::string>& header, const std::vector<std::
   };
   print(header);
   for (const auto& row : rows) print(row);
+}
+
+void write_file(const std::filesystem::path& path, const std::string& bytes) {
+  OutputFile file(path);
+  file.write(bytes);
+  file.commit();
 }
 
 void print_warnings(const std::vector<std::string>& warnings) {

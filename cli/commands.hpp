@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -34,6 +35,12 @@ void add_heatmap(CLI::App& app, Action& action);
 /// "22.3,114.17,10" -> position (degrees, degrees, metres; the height may be left out). Throws InputError
 /// naming the option.
 [[nodiscard]] geodesy::Geodetic parse_place(const std::string& text, const std::string& option);
+/// The numbers of a list, "1,2.5,-3"; empty unless every piece is one.
+[[nodiscard]] std::vector<double> parse_numbers(const std::string& text);
+/// Throws InputError, naming --format, unless simulation::trajectory_formats() has it.
+void check_trajectory_format(const std::string& format);
+/// Adds --threads.
+void add_threads(CLI::App& command, int& threads, const std::string& about = "0: one for each core (0)");
 /// Warns on standard error where an instant names no zone.
 void warn_of_no_zone(std::string_view instant);
 /// An instant as geodesy::parse_simulated_time() reads it; warns on standard error where it names no zone.
@@ -54,6 +61,9 @@ auto for_option(const std::string& option, const Work& work) {
 
 /// Prints rows under a header to standard output, columns aligned: numbers to the right, words to the left.
 void print_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
+
+/// Writes a file, whole or not at all. Throws as OutputFile does.
+void write_file(const std::filesystem::path& path, const std::string& bytes);
 
 /// Writes "warning: ..." lines to standard error.
 void print_warnings(const std::vector<std::string>& warnings);

@@ -23,6 +23,7 @@
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/models.hpp"
 #include "cli/commands.hpp"
+#include "cli/field_option.hpp"
 #include "cli/heatmap_commands.hpp"
 #include "cli/heatmap_request.hpp"
 #include "cli/interrupt.hpp"
@@ -37,10 +38,6 @@ using geodesy::GpsTime;
 
 /// Ctrl-C while files are written: thrown through the writers.
 struct Interrupted {};
-
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 std::string number(double value, int decimals) {
   return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, decimals);
@@ -111,9 +108,7 @@ class Command {
     scenario_ = simulation::read_scenario(arguments_.scenario, options);
     warn(scenario_.warnings);
     if (arguments_.seed) scenario_.seed = *arguments_.seed;
-    request_.draws.seed = scenario_.seed;
-    if (arguments_.draws) request_.draws.draws = *arguments_.draws;
-    request_.draws.validate();
+    request_.draws = {arguments_.noise.draws, scenario_.seed};
     request_.times = for_option(
         "--times", [&] { return heatmap::parse_times(arguments_.times, scenario_start(scenario_)); });
     std::string instants = arguments_.times;
@@ -179,7 +174,7 @@ class Command {
     options.stop = &stop_;
     options.rank = ranks_.rank();
     options.ranks = ranks_.size();
-    options.progress = [&](std::size_t done, std::size_t total) { progress.update(done, total); };
+    options.progress = progress.callback();
     result_ = heatmap.run(store, options);
   }
 
@@ -210,7 +205,7 @@ class Command {
     heatmap::MapSource map = source(heatmap, store);
     const auto with_progress = [&](const char* what, auto&& writer) {
       Progress progress(what, quiet());
-      map.progress = [&progress](std::size_t done, std::size_t total) { progress.update(done, total); };
+      map.progress = progress.callback();
       writer();
       map.progress = nullptr;
     };
@@ -347,8 +342,7 @@ void add_heatmap(CLI::App& app, Action& action) {
       ->type_name("FILE")
       ->excludes(bbox)
       ->excludes(enu);
-  command->add_option("--spacing", arguments->spacing_m, "side of a cell [m], 0.01 to 10000 (2)")
-      ->type_name("M");
+  add_field(*command, "--spacing", arguments->grid, "spacing_m");
   command->add_option("--altitude", arguments->altitudes, "altitudes of the antenna [m] (15)")
       ->type_name("M,...");
   command
@@ -373,13 +367,11 @@ void add_heatmap(CLI::App& app, Action& action) {
       ->type_name("MODEL");
   command->add_option("--receiver", arguments->receiver, "which of the scenario's (the first)")
       ->type_name("NAME");
-  command->add_option("--draws", arguments->draws, "of noise, for layers over draws, 1 to 10000 (64)")
-      ->type_name("N");
+  add_field(*command, "--draws", arguments->noise, "draws");
   command->add_option("--seed", arguments->seed, "instead of the scenario's seed")->type_name("N");
-  command->add_option("--threads", arguments->threads, "0: one for each core (0)")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
-  command->add_option("--tile", arguments->tile, "cells across a tile, 1 to 4096 (256)")->type_name("N");
+  add_threads(*command, arguments->threads);
+  arguments->grid.tile_size = 0;
+  add_field(*command, "--tile", arguments->grid, "tile_size");
   command->add_flag("--keep-tiles", arguments->keep_tiles, "leave DIR/tiles when the map is whole");
   command->add_flag("--large", arguments->large,
                     "more than 1e10 values, or more than the disk seems to hold");

@@ -17,6 +17,7 @@
 #include "canyon/heatmap/engine/route_report.hpp"
 #include "canyon/simulation/trajectory.hpp"
 #include "cli/commands.hpp"
+#include "cli/field_option.hpp"
 #include "cli/heatmap_commands.hpp"
 #include "cli/progress.hpp"
 
@@ -31,7 +32,7 @@ using heatmap::StoredMap;
 
 struct Arguments {
   std::string map, place, path, format = "csv", time;
-  std::optional<double> altitude_m, speed_mps, stretch_m, step_m;
+  heatmap::RouteOptions route;  ///< step_m: 0 is not given
   bool json = false;
 };
 
@@ -94,9 +95,8 @@ constexpr double kSameAltitude_m = 0.1;
 
 /// The map counts altitudes; without one asked for, its lowest is meant. Says where another one answers.
 double altitude_of(const Arguments& arguments, const StoredMap& map) {
-  if (!arguments.altitude_m) return map.altitudes_m().front();
-  const double asked_m = *arguments.altitude_m;
-  if (!std::isfinite(asked_m)) throw InputError("--altitude is not finite", "give metres");
+  if (!arguments.route.altitude_m) return map.altitudes_m().front();
+  const double asked_m = *arguments.route.altitude_m;
   const std::vector<double>& known = map.altitudes_m();
   const auto nearest = std::min_element(known.begin(), known.end(), [asked_m](double a, double b) {
     return std::abs(a - asked_m) < std::abs(b - asked_m);
@@ -170,22 +170,12 @@ RouteReport judge(const Arguments& arguments, const StoredMap& map) {
   // Times that count from a start count from the map's.
   const simulation::Trajectory route =
       simulation::read_trajectory(arguments.path, arguments.format, map.times().front());
-  heatmap::RouteOptions options;
-  options.step_m = arguments.step_m.value_or(0.5 * map.grid().spacing_m);
-  if (arguments.stretch_m) options.stretch_m = *arguments.stretch_m;
-  options.speed_mps = arguments.speed_mps;
+  heatmap::RouteOptions options = arguments.route;
+  if (options.step_m == 0) options.step_m = 0.5 * map.grid().spacing_m;
   if (!arguments.time.empty()) options.start = parse_instant(arguments.time);
   // A map above terrain knows nothing of a route's heights above the ellipsoid.
-  if (arguments.altitude_m || map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain) {
+  if (options.altitude_m || map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain) {
     options.altitude_m = altitude_of(arguments, map);
-  }
-  try {
-    options.validate();
-  } catch (const InputError& error) {
-    // The options' fields are named as the command line's, but for units.
-    const std::string field = error.problem().substr(0, error.problem().find('_'));
-    throw InputError(fmt::format("--{}{}", field, error.problem().substr(error.problem().find(' '))),
-                     error.cure());
   }
   return heatmap::judge_route(
       [&map](const Vector2d& enu, double altitude_m, GpsTime time) { return map.at(enu, altitude_m, time); },
@@ -317,11 +307,7 @@ int run(const Arguments& arguments) {
   if (arguments.place.empty() == arguments.path.empty()) {
     throw InputError("what should be looked up?", "give --at LAT,LON or --path FILE");
   }
-  const std::vector<std::string>& formats = simulation::trajectory_formats();
-  if (std::find(formats.begin(), formats.end(), arguments.format) == formats.end()) {
-    throw InputError(fmt::format("--format '{}' is not known", arguments.format),
-                     fmt::format("give {}", fmt::join(formats, ", ")));
-  }
+  check_trajectory_format(arguments.format);
   const StoredMap map(arguments.map);
   return arguments.place.empty() ? query_path(arguments, map) : query_place(arguments, map);
 }
@@ -349,25 +335,16 @@ CLI::App* add_heatmap_query(CLI::App& heatmap, Action& action) {
   command->add_option("--format", arguments->format, "of the route: csv, urbannav or nmea (csv)")
       ->type_name("FORMAT")
       ->needs(path);
-  command
-      ->add_option("--altitude", arguments->altitude_m,
-                   "as the map counts it [m] (the map's lowest; a route's own, where the map counts from the "
-                   "ellipsoid)")
-      ->type_name("M");
+  arguments->route.step_m = 0;
+  add_field(*command, "--altitude", arguments->route, "altitude_m");
   command
       ->add_option("--time", arguments->time,
                    "when (UTC, or with ' GPST' behind it); with --path when it begins (the map's first; the "
                    "route's own)")
       ->type_name("T");
-  command->add_option("--speed", arguments->speed_mps, "along the route, instead of its own [m/s]")
-      ->type_name("M/S")
-      ->needs(path);
-  command->add_option("--stretch", arguments->stretch_m, "length of the worst stretch [m] (50)")
-      ->type_name("M")
-      ->needs(path);
-  command->add_option("--step", arguments->step_m, "from station to station [m] (half a cell)")
-      ->type_name("M")
-      ->needs(path);
+  add_field(*command, "--speed", arguments->route, "speed_mps")->needs(path);
+  add_field(*command, "--stretch", arguments->route, "stretch_m")->needs(path);
+  add_field(*command, "--step", arguments->route, "step_m")->needs(path);
   command->add_flag("--json", arguments->json, "print JSON, with all stations");
   command->footer(kFooter);
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });

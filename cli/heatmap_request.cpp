@@ -29,12 +29,8 @@ void sort_once(std::vector<T>& values) {
 }
 
 heatmap::EnuBox parse_enu_box(const std::string& text) {
-  std::vector<double> values;
-  for (const std::string_view piece : split(text, ',')) {
-    const std::optional<double> value = parse_double(piece);
-    if (value) values.push_back(*value);
-  }
-  if (values.size() != 4 || split(text, ',').size() != 4) {
+  const std::vector<double> values = parse_numbers(text);
+  if (values.size() != 4) {
     throw InputError(fmt::format("--enu-box '{}' is not a box", text),
                      "give WEST,SOUTH,EAST,NORTH in metres of the city's frame, e.g. -200,-100,200,100");
   }
@@ -147,19 +143,16 @@ void choose_area(const HeatmapArguments& arguments, const city::City& city, heat
   }
   if (!option.empty()) for_option(option, [&] { heatmap::check_near_city(box, city); });
   request.grid =
-      heatmap::Grid::covering(box.min.x(), box.min.y(), box.max.x(), box.max.y(), arguments.spacing_m);
-  if (arguments.tile) {
-    const int size = *arguments.tile;
-    if (size < 1 || size > 4096 || (size > 16 && size * arguments.spacing_m > heatmap::kWidestTile_m)) {
+      heatmap::Grid::covering(box.min.x(), box.min.y(), box.max.x(), box.max.y(), arguments.grid.spacing_m);
+  if (const std::uint32_t size = arguments.grid.tile_size; size > 0) {
+    if (size > 16 && size * arguments.grid.spacing_m > heatmap::kWidestTile_m) {
       throw InputError(
           fmt::format("--tile {}: tiles of {} cells of {} m are out of range", size, size,
-                      arguments.spacing_m),
-          fmt::format(
-              "give 1 to 4096 cells; above 16, at most {:.0f} m: a tile's cells share the satellites' "
-              "directions",
-              heatmap::kWidestTile_m));
+                      arguments.grid.spacing_m),
+          fmt::format("above 16 cells, at most {:.0f} m: a tile's cells share the satellites' directions",
+                      heatmap::kWidestTile_m));
     }
-    request.grid.tile_size = static_cast<std::uint32_t>(size);
+    request.grid.tile_size = size;
   }
 }
 
@@ -199,7 +192,7 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
   add("--bbox", arguments.bbox);
   add("--enu-box", arguments.enu_box);
   if (!arguments.area.empty()) add("--area", std::filesystem::path(arguments.area).filename().string());
-  add("--spacing", fmt::format("{:g}", arguments.spacing_m));
+  add("--spacing", fmt::format("{:g}", arguments.grid.spacing_m));
   add("--altitude", arguments.altitudes);
   add("--altitude-kind", arguments.altitude_kind);
   add("--times", arguments.times);
@@ -215,7 +208,7 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
     add("--draws", std::to_string(request.draws.draws));
   }
   add("--seed", std::to_string(request.draws.seed));
-  if (arguments.tile) add("--tile", std::to_string(*arguments.tile));
+  if (arguments.grid.tile_size > 0) add("--tile", std::to_string(arguments.grid.tile_size));
   return text;
 }
 

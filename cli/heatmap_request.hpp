@@ -15,10 +15,10 @@ namespace canyon::cli {
 struct HeatmapArguments {
   std::string scenario, out;
   std::string bbox, enu_box, area;
-  double spacing_m = 2;
+  heatmap::Grid grid;  ///< spacing; tile_size: 0 is not given
+  heatmap::DrawOptions noise;
   std::string altitudes = "15", altitude_kind = "terrain";
   std::string times, layers, formats = "all", model, receiver;
-  std::optional<int> draws, tile;
   std::optional<std::uint64_t> seed;
   int threads = 0;
   bool keep_tiles = false, large = false, quiet = false;

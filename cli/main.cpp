@@ -72,6 +72,7 @@ int main(int argc, char** argv) {
   }
   try {
     app.parse(argc, argv);
+    return action();
   } catch (const CLI::ParseError& error) {
     const std::string unknown = unknown_word(app, argc, argv);
     if (error.get_exit_code() != 0 && !unknown.empty()) {
@@ -80,9 +81,6 @@ int main(int argc, char** argv) {
     }
     // CLI11's own codes tell apart what no caller needs apart: help is 0, any other is bad input.
     return app.exit(error) == 0 ? kOk : kBadInput;
-  }
-  try {
-    return action();
   } catch (const canyon::InputError& error) {
     fmt::print(stderr, "canyon: {}\n", error.what());
     return exit_code(error);

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -11,6 +12,11 @@ namespace canyon::cli {
 [[nodiscard]] std::string short_count(double count);
 /// "12 s", "3 min 20 s", "2 h 5 min", "4 d 3 h".
 [[nodiscard]] std::string duration_text(double seconds);
+
+/// Wall time.
+[[nodiscard]] inline double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
 
 /// A progress line on standard error: a bar that redraws itself on a terminal, otherwise a plain line every
 /// few seconds, and nothing for work that ends sooner.
@@ -24,6 +30,10 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   void update(std::size_t done, std::size_t total);
+  /// update(), for those that take a function.
+  [[nodiscard]] std::function<void(std::size_t, std::size_t)> callback() {
+    return [this](std::size_t done, std::size_t total) { update(done, total); };
+  }
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -41,10 +41,6 @@ struct Arguments {
   bool realtime = false;
 };
 
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
 /// How many satellites of which system: "GPS 9, BeiDou 14".
 std::string count_systems(const std::vector<gnss::SatelliteId>& satellites) {
   std::string text;
@@ -150,7 +146,7 @@ int run(const Arguments& arguments) {
     simulation::RunOptions options;
     options.threads = arguments.threads;
     options.stop = &stop_requested;
-    options.progress = [&progress](std::size_t done, std::size_t total) { progress.update(done, total); };
+    options.progress = progress.callback();
     result = simulation.run(all, options);
   }
   for (std::size_t i = 0; i < streams.size(); ++i) tell_notes(i);
@@ -182,9 +178,7 @@ void add_simulate(CLI::App& app, Action& action) {
   command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")
       ->type_name("S");
   command->add_option("--rate", arguments->rate_hz, "instead of the scenario's rate_hz")->type_name("HZ");
-  command->add_option("--threads", arguments->threads, "0: one for each core (0)")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  add_threads(*command, arguments->threads);
   std::string live;
   for (const output::Format& format : output::formats()) {
     if (format.live) live += fmt::format("{}, ", format.name);

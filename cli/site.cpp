@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/load_city.hpp"
@@ -20,19 +21,13 @@ namespace {
 constexpr double kFarFromCity_m = 10'000;
 
 Eigen::Vector3d parse_enu(const std::string& text) {
-  const std::vector<std::string_view> pieces = split(text, ',');
-  Eigen::Vector3d enu = Eigen::Vector3d::Zero();
-  bool good = pieces.size() == 3;
-  for (std::size_t i = 0; good && i < 3; ++i) {
-    const std::optional<double> value = parse_double(pieces[i]);
-    good = value.has_value();
-    if (good) enu[static_cast<Eigen::Index>(i)] = *value;
-  }
-  if (!good || !enu.allFinite()) {
+  const std::vector<double> values = parse_numbers(text);
+  const bool finite = std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+  if (values.size() != 3 || !finite) {
     throw InputError(fmt::format("--enu '{}' is not a place", text),
                      "give EAST,NORTH,UP in metres, e.g. 10,-5,2");
   }
-  return enu;
+  return {values[0], values[1], values[2]};
 }
 
 /// A place given in the wrong order or for another city would show an empty field.

@@ -82,10 +82,8 @@ int draw_one(const Arguments& arguments, Site& site) {
   const auto begin = std::chrono::steady_clock::now();
   const std::string bytes =
       drawing::draw_skyplot(site.environment(), site.make_propagator(), time, antenna, arguments.options);
-  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  OutputFile file(arguments.out);
-  file.write(bytes);
-  file.commit();
+  const double wall_s = seconds_since(begin);
+  write_file(arguments.out, bytes);
   if (!arguments.quiet) {
     fmt::print(stderr, "sky at {}: {} ({:.2f} s)\n", where(site, time), arguments.out, wall_s);
   }
@@ -129,7 +127,7 @@ int draw_frames(const Arguments& arguments, Site& site) {
   std::size_t written = 0;
   {
     Progress progress("drawing", arguments.quiet);
-    options.progress = [&progress](std::size_t done, std::size_t total) { progress.update(done, total); };
+    options.progress = progress.callback();
     written = drawing::write_frames(
         arguments.frames, count,
         [&](std::size_t i) {
@@ -138,7 +136,7 @@ int draw_frames(const Arguments& arguments, Site& site) {
         },
         options);
   }
-  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_begin).count();
+  const double wall_s = seconds_since(wall_begin);
   std::map<raytrace::Placement, std::size_t> placements;
   for (std::size_t i = 0; i < written; ++i) {
     ++placements[site.environment().scene().placement(site.antenna(time_of(i)))];
@@ -172,6 +170,10 @@ int run(Arguments arguments) {
   }
   if (!frames) arguments.options.sheet.format = format_of(arguments.out);
   arguments.options.sheet.width_px = arguments.width_px.value_or(frames ? kFrameWidth_px : kPictureWidth_px);
+  if (!(arguments.trail_min >= 0 && arguments.trail_min <= 1440)) {
+    throw InputError(fmt::format("--trails {:g} is out of range", arguments.trail_min),
+                     "it runs from 0 to 1440 minutes");
+  }
   arguments.options.trail_s = 60 * arguments.trail_min;
   arguments.options.validate();
   if (!(arguments.every_s >= 0.001 && arguments.every_s <= 86'400)) {
@@ -244,9 +246,7 @@ void add_skyplot(CLI::App& app, Action& action) {
       ->type_name("T")
       ->needs(frames);
   command->add_option("--last", arguments->last, "likewise (its end)")->type_name("T")->needs(frames);
-  command->add_option("--threads", arguments->threads, "for frames; 0: one for each core (0)")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  add_threads(*command, arguments->threads, "for frames; 0: one for each core (0)");
   command->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
   command->footer(kFooter);
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });

@@ -21,6 +21,7 @@
 #include "canyon/validation/models.hpp"
 #include "canyon/validation/report/report.hpp"
 #include "cli/commands.hpp"
+#include "cli/field_option.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 
@@ -35,8 +36,9 @@ constexpr double kTellingScore = 0.7;
 
 struct Arguments {
   std::string scenario, obs, truth, format, old_format, report, models, json, markdown;
-  bool align = false, align_heading = false, ladder = false, no_atmosphere = false, quiet = false;
-  std::optional<double> reach_m, split;
+  bool align = false, ladder = false, no_atmosphere = false, quiet = false;
+  std::optional<double> split;
+  validation::AlignOptions alignment;
   std::optional<std::uint64_t> seed;
   std::optional<int> runs;
   int threads = 0;
@@ -105,11 +107,7 @@ class Command {
       truth_ = *scenario_.trajectory.file;
     }
     if (format_.empty()) format_ = scenario_.trajectory.file ? scenario_.trajectory.format : "csv";
-    const std::vector<std::string>& formats = simulation::trajectory_formats();
-    if (std::find(formats.begin(), formats.end(), format_) == formats.end()) {
-      throw InputError(fmt::format("--format '{}' is not known", format_),
-                       fmt::format("give {}", fmt::join(formats, ", ")));
-    }
+    check_trajectory_format(format_);
     if (arguments_.split && !arguments_.align) {
       throw InputError("--split without --align: there is nothing to align",
                        "add --align, or leave --split out: figures are of the whole recording");
@@ -118,11 +116,9 @@ class Command {
       throw InputError(fmt::format("--split {} is out of range", *arguments_.split),
                        "it is the share of epochs that the city is aligned by, above 0 and below 1");
     }
-    align_options_.heading = arguments_.align_heading;
+    align_options_ = arguments_.alignment;
     align_options_.threads = arguments_.threads;
     align_options_.seed = scenario_.seed;
-    if (arguments_.reach_m) align_options_.reach_m = *arguments_.reach_m;
-    align_options_.validate();
 
     const simulation::ReceiverConfig& receiver = scenario_.receivers.front();
     const simulation::Georeference& georeference = scenario_.city.georeference;
@@ -261,7 +257,7 @@ class Command {
     const validation::Registration& r = alignment_->registration;
     std::string text = fmt::format("city moved by east {:.2f} +- {:.2f} m, north {:.2f} +- {:.2f} m",
                                    r.east_m, alignment_->sigma_east_m, r.north_m, alignment_->sigma_north_m);
-    if (arguments_.align_heading) {
+    if (align_options_.heading) {
       text += fmt::format(", turned by {:.2f} +- {:.2f} deg about east {:.0f}, north {:.0f} m",
                           geodesy::degrees(r.heading_rad), geodesy::degrees(alignment_->sigma_heading_rad),
                           r.pivot.x(), r.pivot.y());
@@ -290,23 +286,16 @@ class Command {
       validation::write_report(arguments_.report, report);
       note(fmt::format("report in {}", arguments_.report));
     }
-    write_file(arguments_.markdown, markdown);
+    if (!arguments_.markdown.empty()) write_file(arguments_.markdown, markdown);
     if (arguments_.json == "-") {
       fmt::print("{}", json);
       return;
     }
-    write_file(arguments_.json, json);
+    if (!arguments_.json.empty()) write_file(arguments_.json, json);
     if (arguments_.quiet) return;
     if (alignment_) fmt::print("{}\n", alignment_text());
     fmt::print("{}", validation::to_text(figures_.front()));
     if (figures_.size() > 1) fmt::print("\n{}", markdown);
-  }
-
-  static void write_file(const std::string& path, const std::string& text) {
-    if (path.empty()) return;
-    OutputFile file(path);
-    file.write(text);
-    file.commit();
   }
 
   const Arguments& arguments_;
@@ -357,10 +346,8 @@ void add_validate(CLI::App& app, Action& action) {
   CLI::Option* align = command->add_flag(
       "--align", arguments->align,
       "estimate the city's offset on the first part of the recording; figures are then of the rest");
-  command->add_flag("--align-heading", arguments->align_heading, "its heading as well")->needs(align);
-  command->add_option("--reach", arguments->reach_m, "largest offset east and north to try, 4 to 200 m (16)")
-      ->type_name("M")
-      ->needs(align);
+  command->add_flag("--align-heading", arguments->alignment.heading, "its heading as well")->needs(align);
+  add_field(*command, "--reach", arguments->alignment, "reach_m")->needs(align);
   command->add_option("--split", arguments->split, "share of epochs to align by (0.5)")->type_name("SHARE");
   CLI::Option* models = command->add_option("--models", arguments->models,
                                             "beside the scenario's own: mirror, specular, second, tracking, "
@@ -385,9 +372,7 @@ void add_validate(CLI::App& app, Action& action) {
           "cities drawn by the scenario's city.georeference, whose simulated values are taken together (10)")
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
-  command->add_option("--threads", arguments->threads, "0: one for each core (0)")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  add_threads(*command, arguments->threads);
   command->add_flag("--quiet", arguments->quiet, "print errors only (and what --json - asks for)");
   command->footer(
       "Each recorded pseudorange gets its error from the true positions; the city's rays say which "

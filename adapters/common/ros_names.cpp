@@ -19,25 +19,6 @@ bool is_name_character(char c) {
   return is_letter(c) || (c >= '0' && c <= '9') || c == '_';
 }
 
-/// Whether `name` is parts of letters, digits and '_', each beginning with a letter (ROS: "Names"), with one
-/// '/' in between, one before where it is absolute, and none behind.
-bool is_ros_name(std::string_view name) {
-  if (name.empty() || name.back() == '/') return false;
-  bool begins_part = true;
-  for (std::size_t i = 0; i < name.size(); ++i) {
-    const char c = name[i];
-    if (c == '/') {
-      if (begins_part && i > 0) return false;
-      begins_part = true;
-    } else if (begins_part ? !is_letter(c) : !is_name_character(c)) {
-      return false;
-    } else {
-      begins_part = false;
-    }
-  }
-  return true;
-}
-
 std::string resolve(std::string_view name, const std::string& base, const std::string& private_base,
                     const std::string& remapping) {
   std::string_view rest = name;
@@ -56,6 +37,23 @@ std::string resolve(std::string_view name, const std::string& base, const std::s
 }
 
 }  // namespace
+
+bool is_ros_name(std::string_view name) {
+  if (name.empty() || name.back() == '/') return false;
+  bool begins_part = true;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const char c = name[i];
+    if (c == '/') {
+      if (begins_part && i > 0) return false;
+      begins_part = true;
+    } else if (begins_part ? !is_letter(c) : !is_name_character(c)) {
+      return false;
+    } else {
+      begins_part = false;
+    }
+  }
+  return true;
+}
 
 std::vector<std::string> RosTopics::all() const {
   std::vector<std::string> names{fix, fix_velocity, gnss_multipath, satellites};

@@ -30,6 +30,9 @@ struct RosTopics {
   [[nodiscard]] std::vector<std::string> all() const;
 };
 
+/// Whether `name` is parts of letters, digits and '_', each beginning with a letter (ROS: "Names"), with one
+/// '/' in between, one before where it is absolute, and none behind.
+[[nodiscard]] bool is_ros_name(std::string_view name);
 /// `name` with every character that ROS does not allow in a part of a name as '_': "my car" is "my_car".
 [[nodiscard]] std::string ros_name_part(std::string_view name);
 

@@ -30,13 +30,6 @@ constexpr double kOnGround_m = 0.5;    // parts whose bottom is lower stand on t
 constexpr double kThinnest_m = 0.1;    // solids lower than this are not built
 constexpr double kBeyond_m2 = 4;       // parts beyond their outline by less are how maps are drawn
 
-void check_range(const char* field, double value, double low, double high) {
-  if (!(value >= low && value <= high)) {
-    throw InputError(fmt::format("{} is {}", field, value),
-                     fmt::format("it must lie within [{}, {}] m", low, high));
-  }
-}
-
 /// What step one makes of a feature.
 struct Placed {
   std::vector<Polygon2> polygons;
@@ -536,16 +529,6 @@ class Builder {
 };
 
 }  // namespace
-
-void BuildOptions::validate() const {
-  if (origin) geodesy::check_geodetic(*origin, "origin");
-  heights.validate();
-  check_range("terrain_margin_m", terrain_margin_m, 0, 100e3);
-  check_range("terrain_spacing_m", terrain_spacing_m, 1, 1000);
-  check_range("tree_height_m", tree_height_m, 1, 150);
-  check_range("tree_crown_m", tree_crown_m, 0.5, 50);
-  check_range("wood_height_m", wood_height_m, 1, 150);
-}
 
 BuiltCity build_city(const MapData& map, const Terrain* terrain, const BuildOptions& options,
                      const std::function<void(std::size_t, std::size_t)>& progress) {

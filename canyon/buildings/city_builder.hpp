@@ -9,33 +9,12 @@
 
 #include "canyon/buildings/shapes/footprint.hpp"
 #include "canyon/buildings/sources/map_data.hpp"
+#include "canyon/buildings/sources/map_options.hpp"
 #include "canyon/buildings/sources/shape.hpp"
 #include "canyon/buildings/sources/terrain.hpp"
 #include "canyon/city/city.hpp"
 
 namespace canyon::buildings {
-
-/// Which plane coordinates the mesh has. ENU is Canyon's world; UTM is for files that other tools place by
-/// UTM, as the paper does (east and north of the origin's grid coordinates, z ellipsoidal height above the
-/// origin).
-enum class Grid : std::uint8_t { Enu, Utm };
-
-struct BuildOptions {
-  /// Empty: the middle of the bounds of buildings and parts (foliage counts only where there are none) at
-  /// ground level: the terrain's there; without terrain the
-  /// median of the lowest heights of features with surfaces of their own; where there are none either, 0.
-  std::optional<geodesy::Geodetic> origin;
-  Grid grid = Grid::Enu;
-  HeightDefaults heights;
-  bool foliage = false;
-  double terrain_margin_m = 200;  ///< ground beyond the outermost building; [0, 100,000]
-  double terrain_spacing_m = 20;  ///< posts of the terrain sheet; [1, 1,000]
-  double tree_height_m = 8;       ///< of trees without a height tag; [1, 150]
-  double tree_crown_m = 5;        ///< crown diameter of trees without diameter_crown; [0.5, 50]
-  double wood_height_m = 12;      ///< of woods without a height tag; [1, 150]
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
-};
 
 /// What became of one map feature, for GeoJSON and checks.
 struct BuiltFeature {

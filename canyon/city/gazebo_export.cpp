@@ -24,6 +24,7 @@
 #include "canyon/city/mesh_names.hpp"
 #include "canyon/city/mesh_parts.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::city {
 namespace {
@@ -311,14 +312,18 @@ void GazeboOptions::validate() const {
     throw InputError(fmt::format("Gazebo name '{}'", name),
                      "use 1 to 100 letters, digits, '_', '-' and '.', not beginning with '__'");
   }
-  if (triangles_per_mesh < 1 || triangles_per_mesh > kMostTriangles) {
-    throw InputError(
-        fmt::format("triangles_per_mesh {} lies outside 1 to {}", triangles_per_mesh, kMostTriangles));
-  }
+  options::check(*this);
   const bool time = gps_time.find_first_not_of("0123456789T:.Z+- ") == std::string::npos;
   if (!time || gps_time.find("--") != std::string::npos || gps_time.size() > 40) {
     throw InputError(fmt::format("GPS time '{}'", gps_time), "give ISO 8601, like 2019-04-28T12:45:00");
   }
+}
+
+void visit(options::Visitor& v, GazeboOptions& o) {
+  v.text({"name", "", "of the model and the world"}, o.name);
+  v.integer({"triangles_per_mesh", "", "at most, in one collision mesh"}, o.triangles_per_mesh, 1,
+            kMostTriangles);
+  v.text({"gps_time", "", "ISO 8601, kept as a comment"}, o.gps_time);
 }
 
 void write_gazebo_model(const std::filesystem::path& folder, const City& city, const GazeboOptions& options) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "canyon/city/fwd.hpp"
+#include "canyon/options/fwd.hpp"
 
 // Part of canyon::io.
 
@@ -20,6 +21,8 @@ struct GazeboOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, GazeboOptions& o);
 
 /// A Gazebo model folder: model.config, model.sdf (SDF 1.6, static), meshes/*.dae split by place, materials
 /// coloured. Each link stands about a whole metre near its own middle, so that single precision holds there;

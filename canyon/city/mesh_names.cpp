@@ -1,6 +1,5 @@
 #include "canyon/city/mesh_names.hpp"
 
-#include <array>
 #include <cctype>
 #include <utility>
 
@@ -32,26 +31,16 @@ bool has_word(std::string_view text, std::string_view word) {
 }
 
 Material material_from_name(std::string_view name) {
-  static constexpr std::array<std::pair<std::string_view, Material>, 16> kWords{
-      {{"concrete", Material::Concrete},
-       {"cement", Material::Concrete},
-       {"glass", Material::Glass},
-       {"window", Material::Glass},
-       {"brick", Material::Brick},
-       {"tiles", Material::Brick},
-       {"metal", Material::Metal},
-       {"steel", Material::Metal},
-       {"aluminium", Material::Metal},
-       {"stone", Material::Stone},
-       {"granite", Material::Stone},
-       {"marble", Material::Stone},
-       {"wood", Material::Wood},
-       {"plaster", Material::Plaster},
-       {"stucco", Material::Plaster},
-       {"foliage", Material::Foliage}}};
+  static constexpr std::pair<std::string_view, Material> kWords[]{
+      {"concrete|cement", Material::Concrete},   {"glass|window", Material::Glass},
+      {"brick|tiles", Material::Brick},          {"metal|steel|aluminium", Material::Metal},
+      {"stone|granite|marble", Material::Stone}, {"wood", Material::Wood},
+      {"plaster|stucco", Material::Plaster},     {"foliage", Material::Foliage}};
   const std::string text = lower_case(name);
-  for (const auto& [word, material] : kWords) {
-    if (text.find(word) != std::string::npos) return material;
+  for (const auto& [words, material] : kWords) {
+    for (const std::string_view word : split(words, '|')) {
+      if (text.find(word) != std::string::npos) return material;
+    }
   }
   return Material::Unknown;
 }

@@ -1,6 +1,5 @@
 #include "canyon/drawing/apng.hpp"
 
-#include <cairo.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -8,26 +7,13 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
-#include <memory>
-#include <new>
 #include <stdexcept>
 #include <string_view>
 
-#include "canyon/drawing/cairo_bytes.hpp"
+#include "canyon/drawing/cairo_surface.hpp"
 
 namespace canyon::drawing {
 namespace {
-
-struct SurfaceDeleter {
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-};
-using Surface = std::unique_ptr<cairo_surface_t, SurfaceDeleter>;
-
-void check(cairo_status_t status) {
-  if (status != CAIRO_STATUS_SUCCESS) {
-    throw std::runtime_error(std::string("picture fails: ") + cairo_status_to_string(status));
-  }
-}
 
 struct Source {
   const std::string* bytes;
@@ -115,28 +101,18 @@ RgbImage decode_png(const std::string& png) {
   RgbImage image{
       cairo_image_surface_get_width(surface.get()), cairo_image_surface_get_height(surface.get()), {}};
   const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
-  const auto stride = static_cast<std::size_t>(cairo_image_surface_get_stride(surface.get()));
-  const unsigned char* bytes = cairo_image_surface_get_data(surface.get());
   image.pixels.resize(width * height);
-  for (std::size_t y = 0; y < height; ++y) {
-    std::memcpy(image.pixels.data() + y * width, bytes + y * stride, 4 * width);
-  }
+  for_each_row(surface.get(), width, height, [&](const unsigned char* row, std::size_t first) {
+    std::memcpy(image.pixels.data() + first, row, 4 * width);
+  });
   for (std::uint32_t& pixel : image.pixels) pixel &= 0xFFFFFFU;
   return image;
 }
 
 std::string encode_png(const RgbImage& image) {
-  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
-  check(cairo_surface_status(surface.get()));
-  cairo_surface_flush(surface.get());
-  const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
-  assert(image.pixels.size() == width * height);
-  const auto stride = static_cast<std::size_t>(cairo_image_surface_get_stride(surface.get()));
-  unsigned char* bytes = cairo_image_surface_get_data(surface.get());
-  for (std::size_t y = 0; y < height; ++y) {
-    std::memcpy(bytes + y * stride, image.pixels.data() + y * width, 4 * width);
-  }
-  cairo_surface_mark_dirty(surface.get());
+  assert(image.pixels.size() ==
+         static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  const Surface surface = make_surface(image.width, image.height, image.pixels);
   std::string png;
   check(cairo_surface_write_to_png_stream(surface.get(), append_bytes, &png));
   return png;

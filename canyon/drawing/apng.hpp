@@ -3,17 +3,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "canyon/base/output_file.hpp"
+#include "canyon/drawing/canvas.hpp"
 
 namespace canyon::drawing {
-
-/// Pixels by rows from the top, each 0xRRGGBB.
-struct RgbImage {
-  int width = 0, height = 0;
-  std::vector<std::uint32_t> pixels;
-};
 
 /// Pixels of an opaque PNG. Throws std::runtime_error where the bytes are none. Part of canyon::io.
 [[nodiscard]] RgbImage decode_png(const std::string& png);

@@ -1,38 +1,24 @@
 #include "canyon/drawing/canvas.hpp"
 
 #include <cairo-svg.h>
-#include <cairo.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <memory>
-#include <new>
-#include <stdexcept>
 #include <string_view>
 
 #include "canyon/base/utf8.hpp"
-#include "canyon/drawing/cairo_bytes.hpp"
+#include "canyon/drawing/cairo_surface.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::drawing {
 namespace {
 
-struct SurfaceDeleter {
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-};
 struct ContextDeleter {
   void operator()(cairo_t* context) const { cairo_destroy(context); }
 };
-using Surface = std::unique_ptr<cairo_surface_t, SurfaceDeleter>;
 using Context = std::unique_ptr<cairo_t, ContextDeleter>;
-
-void check(cairo_status_t status) {
-  if (status != CAIRO_STATUS_SUCCESS) {
-    throw std::runtime_error(std::string("picture cannot be drawn: ") + cairo_status_to_string(status));
-  }
-}
 
 void draw_on(cairo_surface_t* surface, double scale, double width, double height,
              const std::function<void(Canvas&)>& draw) {
@@ -172,16 +158,7 @@ void Canvas::text(const Point& at, const std::string& text, const TextStyle& sty
 }
 
 void Canvas::image(const Rect& r, int columns, int rows, const std::vector<std::uint32_t>& pixels) {
-  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, columns, rows));
-  check(cairo_surface_status(surface.get()));
-  cairo_surface_flush(surface.get());
-  unsigned char* bytes = cairo_image_surface_get_data(surface.get());
-  const auto stride = static_cast<std::size_t>(cairo_image_surface_get_stride(surface.get()));
-  const auto row_bytes = 4 * static_cast<std::size_t>(columns);
-  for (std::size_t row = 0; row < static_cast<std::size_t>(rows); ++row) {
-    std::memcpy(bytes + row * stride, pixels.data() + row * static_cast<std::size_t>(columns), row_bytes);
-  }
-  cairo_surface_mark_dirty(surface.get());
+  const Surface surface = make_surface(columns, rows, pixels);
   cairo_save(cairo_);
   cairo_translate(cairo_, r.x, r.y);
   cairo_scale(cairo_, r.width / columns, r.height / rows);
@@ -224,15 +201,17 @@ Picture render(double width, double height, const std::function<void(Canvas&)>& 
           render_svg(width, height, draw)};
 }
 
-double draw_title(Canvas& canvas, double x, const std::string& title, const std::string& subtitle) {
+double draw_title(Canvas& canvas, double x, const std::string& title, const std::string& subtitle,
+                  double halo) {
   const auto fitting = [&](const std::string& text, TextStyle style) {
     const double room = canvas.width() - x - 16;
     const double width = canvas.text_width(text, style);
     if (width > room) style.size *= room / width;
     return style;
   };
-  canvas.text({x, 36}, title, fitting(title, {.size = 20, .bold = true}));
-  canvas.text({x, 58}, subtitle, fitting(subtitle, {.size = 12.5, .colour = kFaintInk}));
+  canvas.text({x, 36}, title, fitting(title, {.size = 20, .bold = true, .halo = halo}));
+  canvas.text({x, 58}, subtitle,
+              fitting(subtitle, {.size = 12.5, .colour = kFaintInk, .halo = halo * 5 / 6}));
   return 74;
 }
 

@@ -91,6 +91,12 @@ class Canvas {
   double height_;
 };
 
+/// Pixels by rows from the top, each 0xRRGGBB.
+struct RgbImage {
+  int width = 0, height = 0;
+  std::vector<std::uint32_t> pixels;
+};
+
 /// A picture as the bytes of its two files.
 struct Picture {
   std::string png;
@@ -112,7 +118,8 @@ struct Picture {
 [[nodiscard]] std::string render_svg(double width, double height, const std::function<void(Canvas&)>& draw);
 
 /// Title, and under it a fainter line, at the top left, smaller where they would not fit; returns the y below
-/// them.
-double draw_title(Canvas& canvas, double x, const std::string& title, const std::string& subtitle);
+/// them. @param halo TextStyle::halo of the title, for ground that is not plain
+double draw_title(Canvas& canvas, double x, const std::string& title, const std::string& subtitle,
+                  double halo = 0);
 
 }  // namespace canyon::drawing

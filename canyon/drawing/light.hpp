@@ -1,13 +1,19 @@
 #pragma once
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/drawing/palette.hpp"
 
-// Shared by the ray-traced pictures: sums of light, and places within a pixel.
+// Shared by the ray-traced pictures: sums of light, places within a pixel, objects by triangle.
 
 namespace canyon::drawing {
 
@@ -63,5 +69,22 @@ inline constexpr std::array<std::array<double, 2>, 8> kRooks{{{0.0625, 0.4375},
                                                               {0.6875, 0.5625},
                                                               {0.8125, 0.9375},
                                                               {0.9375, 0.3125}}};
+
+/// Calls work(row) for each of `rows` rows of pixels, on all cores.
+inline void for_rows(int rows, const std::function<void(int)>& work) {
+  tbb::parallel_for(tbb::blocked_range<int>(0, rows, 4), [&work](const tbb::blocked_range<int>& range) {
+    for (int row = range.begin(); row != range.end(); ++row) work(row);
+  });
+}
+
+/// The object that each triangle belongs to.
+[[nodiscard]] inline std::vector<std::uint32_t> objects_by_triangle(const city::Mesh& mesh) {
+  std::vector<std::uint32_t> objects(mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.objects.size(); ++i) {
+    std::fill_n(objects.begin() + mesh.objects[i].first_triangle, mesh.objects[i].triangle_count,
+                static_cast<std::uint32_t>(i));
+  }
+  return objects;
+}
 
 }  // namespace canyon::drawing

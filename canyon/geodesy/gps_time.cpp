@@ -35,11 +35,4 @@ GpsTime operator+(GpsTime t, double seconds) {
                                    std::llround(fraction * 1e9));
 }
 
-int resolve_week_rollover(int truncated, int modulus, int reference_week) {
-  assert(modulus > 0);
-  const int cycles =
-      static_cast<int>(std::floor((static_cast<double>(reference_week) - truncated) / modulus + 0.5));
-  return truncated + cycles * modulus;
-}
-
 }  // namespace canyon::geodesy

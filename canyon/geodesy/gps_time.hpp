@@ -67,8 +67,4 @@ class GpsTime {
   std::int64_t nanoseconds_ = 0;
 };
 
-/// Full GPS week for a truncated one: the week congruent to `truncated` modulo `modulus` that lies closest to
-/// `reference_week` (IS-GPS-200, 20.3.3.3.1.1: 1024; BeiDou and Galileo fields have their own modulus).
-[[nodiscard]] int resolve_week_rollover(int truncated, int modulus, int reference_week);
-
 }  // namespace canyon::geodesy

@@ -116,25 +116,5 @@ TEST(GpsTime, RefusesWhatIsNoTime) {
   EXPECT_NO_THROW((void)GpsTime::from_week(-14'600, 0));
 }
 
-// IS-GPS-200, 20.3.3.3.1.1: ten bits; rolled over at weeks 1024 (1999-08-22) and 2048 (2019-04-07).
-TEST(WeekRollover, TakesTheWeekClosestToTheReference) {
-  EXPECT_EQ(resolve_week_rollover(3, 1024, 2051), 2051);
-  EXPECT_EQ(resolve_week_rollover(1023, 1024, 2051), 2047);
-  EXPECT_EQ(resolve_week_rollover(0, 1024, 2047), 2048);
-  EXPECT_EQ(resolve_week_rollover(1023, 1024, 0), -1);
-  EXPECT_EQ(resolve_week_rollover(5, 1024, 5 + 511), 5);
-  EXPECT_EQ(resolve_week_rollover(5, 1024, 5 + 513), 1029);
-  EXPECT_EQ(resolve_week_rollover(2051, 1024, 2051), 2051);    // already full
-  EXPECT_EQ(resolve_week_rollover(695, 8192, 695 + 10), 695);  // BeiDou: 13 bits
-  EXPECT_EQ(resolve_week_rollover(3, 4096, 4099), 4099);       // Galileo: 12 bits
-  for (int reference = -3000; reference < 6000; reference += 17) {
-    for (int truncated = 0; truncated < 1024; truncated += 31) {
-      const int week = resolve_week_rollover(truncated, 1024, reference);
-      EXPECT_EQ(((week % 1024) + 1024) % 1024, truncated);
-      EXPECT_LE(std::abs(week - reference), 512);
-    }
-  }
-}
-
 }  // namespace
 }  // namespace canyon::geodesy

@@ -29,18 +29,6 @@ std::string without_unit(const std::string& key) {
   return key;
 }
 
-std::optional<std::string> suggestion(const std::string& key, const std::vector<std::string>& known) {
-  // A word for the same thing that no spelling leads from.
-  static const std::vector<std::pair<std::string, std::string>> kMeant{{"preset", "profile"}};
-  for (const auto& [word, meant] : kMeant) {
-    if (key == word && std::find(known.begin(), known.end(), meant) != known.end()) return meant;
-  }
-  for (const std::string& candidate : known) {
-    if (without_unit(candidate) == without_unit(key)) return candidate;
-  }
-  return closest(key, known);
-}
-
 // Aliases share what they stand for in yaml-cpp's tree and are copied in ours: a few lines of them could grow
 // beyond any memory, or never end.
 class Converter {
@@ -103,13 +91,35 @@ std::vector<std::string> Document::keys_of(const std::string& path) const {
   return keys;
 }
 
+std::optional<std::string> closest_key(const std::string& key, const std::vector<std::string>& known) {
+  // A word for the same thing that no spelling leads from.
+  static const std::vector<std::pair<std::string, std::string>> kMeant{{"preset", "profile"}};
+  for (const auto& [word, meant] : kMeant) {
+    if (key == word && std::find(known.begin(), known.end(), meant) != known.end()) return meant;
+  }
+  for (const std::string& candidate : known) {
+    if (without_unit(candidate) == without_unit(key)) return candidate;
+  }
+  return closest(key, known);
+}
+
 std::string meant(const std::string& key, const std::vector<std::string>& known) {
-  const auto similar = suggestion(key, known);
+  const auto similar = closest_key(key, known);
   return similar ? fmt::format("did you mean '{}'?", *similar)
                  : fmt::format("known here: {}", fmt::join(known, ", "));
 }
 
 Node parse_yaml(const std::string& text, const Document& document, std::string_view needs) {
+  // YAML has no control characters (YAML 1.2, 5.1), and yaml-cpp does not end at some of them.
+  int line = 1;
+  for (const char c : text) {
+    line += c == '\n';
+    if ((c >= 0 && c < ' ' && c != '\t' && c != '\n' && c != '\r') || c == 0x7F) {
+      throw InputError(document.file, line,
+                       fmt::format("here is the byte 0x{:02x}, which is no text", static_cast<int>(c)),
+                       "save the file as plain text in UTF-8");
+    }
+  }
   std::vector<YAML::Node> documents;
   try {
     documents = YAML::LoadAll(text);

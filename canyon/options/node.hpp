@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,20 +32,23 @@ struct Node::Entry {
   Node value;
 };
 
-/// What a Reader must know of the text around a tree. The two functions let a host speak of its own language.
+struct Place;
+/// What a Reader must know of the text around a tree. The functions let a host speak of its own language.
 struct Document {
-  std::filesystem::path file;        ///< names of files belong to its folder
-  std::string kind = "scenario";     ///< what the text is, in messages
-  std::vector<std::string> known;    ///< paths of all keys: "receivers[].clock.bias_s"
-  bool digits_are_booleans = false;  ///< 1 and 0 are true and false
+  std::filesystem::path file;             ///< names of files belong to its folder
+  std::string kind = "scenario";          ///< what the text is, in messages
+  std::string word = "key";               ///< what its author calls a key
+  std::string page = "docs/scenario.md";  ///< that explains its keys
+  std::vector<std::string> known;         ///< paths of all keys: "receivers[].clock.bias_s"
+  bool digits_are_booleans = false;       ///< true, false, 1 and 0 in any case of letters, not YAML's words
   /// A fault of the key `path`, or of the section `path` where `key` is empty.
   /// Default: InputError(file, line, "KEY: problem", cure).
   std::function<InputError(const std::string& path, const std::string& key, int line,
                            std::string_view problem, std::string_view cure)>
       fault;
-  /// An unknown key `key` of the section `path`, with what to do about it. Default: throws. A function that
-  /// returns has the key passed over.
-  std::function<void(const std::string& path, const Node::Entry& key, const std::string& cure)> unknown;
+  /// Where the file of this name lies; throws an error of `place` where it is not. Default: in the folder of
+  /// `file`.
+  std::function<std::filesystem::path(const std::string& name, const Place& place)> find_file;
 
   [[nodiscard]] InputError error(const std::string& path, const std::string& key, int line,
                                  std::string_view problem, std::string_view cure = {}) const;
@@ -52,7 +56,10 @@ struct Document {
   [[nodiscard]] std::vector<std::string> keys_of(const std::string& path) const;
 };
 
-/// The closest of `known` to a key that is not among them, its unit aside; a cure for people.
+/// The closest of `known` to a key that is not among them, its unit aside.
+[[nodiscard]] std::optional<std::string> closest_key(const std::string& key,
+                                                     const std::vector<std::string>& known);
+/// The same as a cure for people.
 [[nodiscard]] std::string meant(const std::string& key, const std::vector<std::string>& known);
 
 /// A tree of a YAML text. `needs` says what an empty text lacks. Throws InputError with file and line for

@@ -28,14 +28,9 @@ void Reader::enter(const Node& node, std::string path, int line) {
   const std::vector<std::string> known = document_.keys_of(section.path);
   for (const Node::Entry& entry : node.entries) {
     if (std::find(known.begin(), known.end(), entry.key) == known.end()) {
-      const std::string cure = meant(entry.key, known);
-      if (document_.unknown) {
-        document_.unknown(section.path, entry, cure);
-        used_.insert(&entry);
-        continue;
-      }
       const std::string where = section.path.empty() ? "" : fmt::format(" in '{}'", section.path);
-      throw InputError(document_.file, entry.line, fmt::format("unknown key '{}'{}", entry.key, where), cure);
+      throw InputError(document_.file, entry.line, fmt::format("unknown key '{}'{}", entry.key, where),
+                       meant(entry.key, known));
     }
     const Node::Entry* first = node.find(entry.key);
     if (first != &entry) {
@@ -129,8 +124,9 @@ void Reader::finish() const {
   for (const Section& section : entered_) {
     for (const Node::Entry& entry : section.node->entries) {
       if (used_.count(&entry) != 0) continue;
-      throw document_.error(section.path, entry.key, entry.line, "has no effect beside the other keys here",
-                            "remove it, or see docs/scenario.md for what it belongs to");
+      throw document_.error(section.path, entry.key, entry.line,
+                            fmt::format("has no effect beside the other {}s here", document_.word),
+                            fmt::format("remove it, or see {} for what it belongs to", document_.page));
     }
   }
 }

@@ -40,19 +40,22 @@ std::string flow(const std::vector<std::string>& items) {
   return fmt::format("[{}]", fmt::join(items, ", "));
 }
 
+constexpr const char* kOneValue = "write one value";
+
 std::string scalar(const Node& node, const Place& place) {
   if (node.kind == Node::Kind::Empty)
     throw place.error("has no value", "write one after the colon, or remove the key");
   if (node.kind != Node::Kind::Scalar) {
     throw place.error(node.kind == Node::Kind::Mapping ? "is a mapping where one value belongs"
-                                                       : "is a list where one value belongs");
+                                                       : "is a list where one value belongs",
+                      kOneValue);
   }
   return node.text;
 }
 
 std::string read_text(const Node& node, const Place& place) {
   std::string text = scalar(node, place);
-  if (trim(text).empty()) throw place.error("is empty");
+  if (trim(text).empty()) throw place.error("is empty", "write something, or remove the key");
   return text;
 }
 
@@ -64,7 +67,7 @@ std::vector<std::string> read_texts(const Node& node, const Place& place) {
     if (item.kind != Node::Kind::Scalar || trim(item.text).empty()) {
       Place at = place;
       if (item.line > 0) at.line = item.line;
-      throw at.error(fmt::format("item {} is not one value", texts.size() + 1));
+      throw at.error(fmt::format("item {} is not one value", texts.size() + 1), kOneValue);
     }
     texts.push_back(item.text);
   }
@@ -90,8 +93,10 @@ double to_number(const std::string& text, const Range& range, const Place& place
     const std::size_t end = text.find_first_not_of("+-.0123456789eE");
     const bool has_unit =
         end != std::string::npos && end > 0 && parse_double(text.substr(0, end)).has_value();
-    throw place.error(fmt::format("'{}' is not a number", text),
-                      has_unit ? "give the number alone, the unit is in the key's name" : "");
+    throw place.error(
+        fmt::format("'{}' is not a number", text),
+        has_unit ? fmt::format("give the number alone, the unit is in the {}'s name", place.document.word)
+                 : fmt::format("it is {}", range.words()));
   }
   if (!range.holds(*value)) {
     throw place.error(fmt::format("{} is out of range", text), fmt::format("it is {}", range.words()));
@@ -110,7 +115,7 @@ std::vector<double> read_numbers(const Node& node, const Range& range, const Pla
   for (const std::string_view item : split_blanks(line)) {
     values.push_back(to_number(std::string(item), range, place));
   }
-  if (values.empty()) throw place.error("the list is empty");
+  if (values.empty()) throw place.error("the list is empty", "give at least one number, or remove the key");
   return values;
 }
 
@@ -145,9 +150,14 @@ std::vector<std::vector<double>> read_rows(const Node& node, std::size_t columns
 }
 
 bool read_boolean(const Node& node, const Place& place) {
-  const std::string text = scalar(node, place);
-  // YAML 1.1's words: in small letters, in capitals, or with a capital first.
+  const std::string text = read_text(node, place);
   const std::string small = lower_case(text);
+  if (place.document.digits_are_booleans) {
+    if (small == "true" || small == "1") return true;
+    if (small == "false" || small == "0") return false;
+    throw place.error(fmt::format("'{}' is neither true nor false", text), "write true, false, 1 or 0");
+  }
+  // YAML 1.1's words: in small letters, in capitals, or with a capital first.
   const bool one_case = text.substr(1) == small.substr(1) || text == [&] {
     std::string large = small;
     for (char& c : large) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
@@ -156,13 +166,13 @@ bool read_boolean(const Node& node, const Place& place) {
   const auto is = [&](std::initializer_list<std::string_view> words) {
     return one_case && std::find(words.begin(), words.end(), small) != words.end();
   };
-  if (is({"true", "yes", "on", "y"}) || (place.document.digits_are_booleans && text == "1")) return true;
-  if (is({"false", "no", "off", "n"}) || (place.document.digits_are_booleans && text == "0")) return false;
-  throw place.error(fmt::format("'{}' is neither true nor false", text),
-                    place.document.digits_are_booleans ? "write true, false, 1 or 0" : "write true or false");
+  if (is({"true", "yes", "on", "y"})) return true;
+  if (is({"false", "no", "off", "n"})) return false;
+  throw place.error(fmt::format("'{}' is neither true nor false", text), "write true or false");
 }
 
 std::filesystem::path read_file(const std::string& text, const Place& place) {
+  if (place.document.find_file) return place.document.find_file(text, place);
   const std::filesystem::path path = place.document.file.parent_path() / text;
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) {
@@ -400,6 +410,48 @@ class NumbersValue final : public Value {
   const Range& range_;
 };
 
+class NamedNumbersValue final : public Value {
+ public:
+  NamedNumbersValue(std::map<std::string, double>& value, const Range& range, std::string_view form)
+      : value_(value), range_(range), form_(form) {}
+  Type type() const override { return Type::Texts; }
+  bool given() const override { return !value_.empty(); }
+  std::string text() const override {
+    std::vector<std::string> items;
+    for (const auto& item : value_) items.push_back(yaml_scalar(show_item(item)));
+    return flow(items);
+  }
+  bool in_range() const override { return wrong() == value_.end(); }
+  std::string told() const override { return in_range() ? text() : show_item(*wrong()); }
+  std::string bound() const override { return range_.words(); }
+  void read(const Node& node, const Place& place) override {
+    for (const std::string& text : read_texts(node, place)) {
+      const std::size_t equals = std::min(text.find('='), text.size());
+      const auto number = parse_double(std::string_view(text).substr(std::min(equals + 1, text.size())));
+      if (equals == 0 || !number || !range_.holds(*number)) {
+        throw place.error(fmt::format("'{}' is not {}", text, form_),
+                          fmt::format("the number is {}", range_.words()));
+      }
+      value_[text.substr(0, equals)] = *number;
+    }
+  }
+
+ private:
+  using Items = std::map<std::string, double>;
+  static std::string show_item(const Items::value_type& item) {
+    return fmt::format("{}={}", item.first, item.second);
+  }
+  Items::const_iterator wrong() const {
+    return std::find_if(value_.begin(), value_.end(), [this](const auto& item) {
+      return item.first.empty() || !range_.holds(item.second);
+    });
+  }
+
+  Items& value_;
+  const Range& range_;
+  std::string_view form_;
+};
+
 class FileValue final : public Value {
  public:
   explicit FileValue(std::optional<std::filesystem::path>& value) : value_(value) {}
@@ -525,8 +577,12 @@ void Visitor::integer(const Field& f, int& value, int low, int high) {
   IntegerValue<int> of(value, low, high);
   field(f, of);
 }
-void Visitor::integer(const Field& f, std::uint64_t& value) {
-  IntegerValue<std::uint64_t> of(value, 0, std::numeric_limits<std::int64_t>::max());
+void Visitor::integer(const Field& f, std::uint32_t& value, std::uint32_t low, std::uint32_t high) {
+  IntegerValue<std::uint32_t> of(value, low, high);
+  field(f, of);
+}
+void Visitor::integer(const Field& f, std::uint64_t& value, std::uint64_t low, std::uint64_t high) {
+  IntegerValue<std::uint64_t> of(value, static_cast<std::int64_t>(low), static_cast<std::int64_t>(high));
   field(f, of);
 }
 void Visitor::boolean(const Field& f, bool& value) {
@@ -551,6 +607,11 @@ void Visitor::texts(const Field& f, std::vector<std::string>& value) {
 }
 void Visitor::numbers(const Field& f, std::vector<double>& value, const Range& range) {
   NumbersValue of(value, range);
+  field(f, of);
+}
+void Visitor::named_numbers(const Field& f, std::map<std::string, double>& value, const Range& range,
+                            std::string_view form) {
+  NamedNumbersValue of(value, range, form);
   field(f, of);
 }
 void Visitor::file(const Field& f, std::optional<std::filesystem::path>& value) {

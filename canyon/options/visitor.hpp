@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -127,14 +128,20 @@ class Visitor {
   /// @param range of degrees; radians are what is stored
   void angle(const Field& field, double& value_rad, const Range& range_deg);
   void integer(const Field& field, int& value, int low, int high);
-  /// [0, 2^63).
-  void integer(const Field& field, std::uint64_t& value);
+  void integer(const Field& field, std::uint32_t& value, std::uint32_t low, std::uint32_t high);
+  /// @param high below 2^63
+  void integer(const Field& field, std::uint64_t& value, std::uint64_t low = 0,
+               std::uint64_t high = std::numeric_limits<std::int64_t>::max());
   void boolean(const Field& field, bool& value);
   void text(const Field& field, std::string& value);
   void number(const Field& field, std::optional<double>& value, const Range& range);
   void text(const Field& field, std::optional<std::string>& value);
   void texts(const Field& field, std::vector<std::string>& value);
   void numbers(const Field& field, std::vector<double>& value, const Range& range);
+  /// "house=7", one or a list. A reader sets the names that are there and leaves the others as they are.
+  /// @param form for messages: "TYPE=METRES"
+  void named_numbers(const Field& field, std::map<std::string, double>& value, const Range& range,
+                     std::string_view form);
   /// An existing file.
   void file(const Field& field, std::optional<std::filesystem::path>& value);
   void files(const Field& field, std::vector<std::filesystem::path>& value);

@@ -62,7 +62,8 @@ void visit(options::Visitor& v, FixOptions& o) {
   v.number({"max_pdop", "", "a fix of larger PDOP is none"}, o.max_pdop,
            options::or_none({0, kInfinity, true}));
   v.integer({"max_iterations", "", "of the least squares"}, o.max_iterations, 5, 1000);
-  v.number({"convergence_m", "m", "the step that ends them"}, o.convergence_m, {0, 1, true});
+  // Coordinates of 6,400 km have no finer digits: a shorter step is rounding.
+  v.number({"convergence_m", "m", "the step that ends them"}, o.convergence_m, {1e-9, 1});
   v.boolean({"correct_ionosphere", "", "correct it in the fix"}, o.correct_ionosphere);
   v.boolean({"correct_troposphere", "", "correct it in the fix"}, o.correct_troposphere);
   v.part("weights", o.weights);

@@ -63,7 +63,7 @@ struct FixOptions {
   /// Satellites needed, on top of one for each constellation clock beyond the first. >= 4 (the paper: 5).
   int min_satellites = 4;
   int max_iterations = 20;           ///< 5 to 1000; from the Earth's centre 6 to 8 are needed
-  double convergence_m = 1e-6;       ///< the paper's epsilon, on |dx| (position and clocks); (0, 1]
+  double convergence_m = 1e-6;       ///< the paper's epsilon, on |dx| (position and clocks); [1e-9, 1]
   bool correct_ionosphere = false;   ///< by the sky's Klobuchar coefficients
   bool correct_troposphere = false;  ///< by Saastamoinen
   /// Satellites weaker than this are not used [dB-Hz]; those without C/N0 are. 0: no mask. [0, 60].

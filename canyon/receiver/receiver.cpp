@@ -282,9 +282,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     epoch.satellites.push_back(observation);
   }
 
-  const bool drifting =
-      options.noise.drift_enabled && (antenna.velocity_ecef.norm() < options.noise.drift_below_speed_mps ||
-                                      los < options.noise.drift_below_los);
+  const bool drifting = options.noise.drifts(antenna.velocity_ecef.norm(), los);
   std::vector<positioning::Measurement> measurements;
   measurements.reserve(views.size());
   for (std::size_t i = 0; i < views.size(); ++i) {

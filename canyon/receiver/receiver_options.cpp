@@ -7,6 +7,10 @@
 
 namespace canyon::receiver {
 
+bool NoiseOptions::drifts(double speed_mps, int los) const {
+  return enabled && drift_enabled && (speed_mps < drift_below_speed_mps || los < drift_below_los);
+}
+
 void NoiseOptions::validate() const {
   options::check(*this, "noise");
 }

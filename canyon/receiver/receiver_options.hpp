@@ -22,6 +22,8 @@ struct NoiseOptions {
   double drift_below_speed_mps = 0.5;  ///< >= 0
   int drift_below_los = 5;             ///< >= 0
   double drift_mu_sigma_m = 2;         ///< >= 0
+  /// Whether the means drift at an epoch. @param los satellites above the mask in line of sight
+  [[nodiscard]] bool drifts(double speed_mps, int los) const;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };

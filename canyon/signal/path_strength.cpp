@@ -141,22 +141,6 @@ void path_amplitudes(const propagation::SatelliteView& view, const AntennaPatter
   }
 }
 
-double summed_power(std::span<const Complex> amplitudes, PathSum sum) {
-  double power = 0;
-  Complex total = 0;
-  for (const Complex& amplitude : amplitudes) {
-    power += std::norm(amplitude);
-    total += amplitude;
-  }
-  return sum == PathSum::Power ? power : std::norm(total);
-}
-
-std::optional<double> summed_cn0_dbhz(double los_cn0_dbhz, std::span<const Complex> amplitudes, PathSum sum) {
-  const double power = summed_power(amplitudes, sum);
-  if (!(power > 0)) return std::nullopt;
-  return los_cn0_dbhz + 10 * std::log10(power);
-}
-
 void StrengthOptions::validate() const {
   options::check(*this, "signal strength");
 }

@@ -3,7 +3,6 @@
 #include <array>
 #include <complex>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -70,18 +69,5 @@ void visit(options::Visitor& v, StrengthOptions& o);
 /// @param amplitudes replaced; it keeps its memory
 void path_amplitudes(const propagation::SatelliteView& view, const AntennaPattern& antenna,
                      const StrengthOptions& options, std::vector<std::complex<double>>& amplitudes);
-
-/// How paths add.
-enum class PathSum : std::uint8_t {
-  Power,     ///< sum of |a|^2: the mean over unknown phases
-  Coherent,  ///< |sum of a|^2: fading as it is at this place
-};
-/// Power [1] of all paths together over the line of sight's; 0 for none.
-[[nodiscard]] double summed_power(std::span<const std::complex<double>> amplitudes, PathSum sum);
-
-/// C/N0 [dB-Hz] of paths whose line of sight would have `los_cn0_dbhz`; empty where they leave no power.
-[[nodiscard]] std::optional<double> summed_cn0_dbhz(double los_cn0_dbhz,
-                                                    std::span<const std::complex<double>> amplitudes,
-                                                    PathSum sum);
 
 }  // namespace canyon::signal

@@ -9,6 +9,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
 #include "canyon/signal/radio_materials.hpp"
+#include "tests/support/edge_reference.hpp"
 
 namespace canyon::signal {
 namespace {
@@ -96,7 +97,7 @@ TEST(PathStrength, EdgeCountsItsDetourOnce) {
     path.edge_nu = propagation::signed_knife_edge_nu(excess, lambda, true);
     const Complex amplitude = path_amplitude(path, radians(25), kL1, isotropic_antenna());
     EXPECT_LT(std::abs(amplitude - propagation::knife_edge_field(*path.edge_nu)), 1e-12) << excess;
-    EXPECT_NEAR(db(amplitude), -propagation::exact_knife_edge_loss_db(*path.edge_nu), 1e-9);
+    EXPECT_NEAR(db(amplitude), -propagation::test::exact_knife_edge_loss_db(*path.edge_nu), 1e-9);
   }
   // An edge beside a clear path: direct and edge wave together are the whole field.
   path.excess_m = 0.05;
@@ -143,23 +144,6 @@ TEST(PathStrength, AntennaOutputIsTheMeanOverAzimuth) {
         std::norm(wave.rhcp * std::pow(10, 0.1) + wave.lhcp * std::polar(std::pow(10, -0.35), radians(i))) /
         360;
   EXPECT_NEAR(std::norm(antenna_output(wave, gain)), mean, 1e-13);
-}
-
-TEST(PathStrength, SumsOfPaths) {
-  const std::vector<Complex> paths{1.0, {0, 0.5}, {-0.5, 0}};
-  EXPECT_DOUBLE_EQ(summed_power(paths, PathSum::Power), 1.5);
-  EXPECT_DOUBLE_EQ(summed_power(paths, PathSum::Coherent), 0.5);
-  EXPECT_NEAR(*summed_cn0_dbhz(45, paths, PathSum::Coherent), 45 - 3.0103, 1e-4);
-  EXPECT_FALSE(summed_cn0_dbhz(45, {}, PathSum::Power));
-  // The mean of the coherent power over the paths' phases is the power sum.
-  double mean = 0;
-  for (int i = 0; i < 36; ++i)
-    for (int k = 0; k < 36; ++k) {
-      const std::vector<Complex> turned{1.0, std::polar(0.5, radians(10 * i)),
-                                        std::polar(0.5, radians(10 * k))};
-      mean += summed_power(turned, PathSum::Coherent) / (36 * 36);
-    }
-  EXPECT_NEAR(mean, 1.5, 1e-12);
 }
 
 // What a facade reflects is heard at best as the RHCP pattern would hear all of it, at least as much as of

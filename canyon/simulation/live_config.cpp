@@ -19,10 +19,6 @@ const options::Description& live_description() {
   return description;
 }
 
-const std::vector<ScenarioKey>& live_keys() {
-  return live_description().keys;
-}
-
 LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name) {
   LiveConfig config;
   parse(text, name, live_description(), "scenario", "it needs at least city, sky and trajectory", config);

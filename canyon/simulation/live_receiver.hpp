@@ -39,7 +39,10 @@ struct LiveConfig {
 void visit(options::Visitor& v, LiveConfig& config);
 /// The keys that parse_live_config() knows, with dots: "noise.sigma_m_per_sqrt_s".
 [[nodiscard]] const options::Description& live_description();
-[[nodiscard]] const std::vector<ScenarioKey>& live_keys();
+/// The field `start` alone, for what else a host times: a text, or a week and seconds of it. A time without a
+/// zone is a warning.
+void visit_start(options::Visitor& v, std::optional<geodesy::GpsTime>& start,
+                 std::vector<std::string>* warnings = nullptr);
 
 /// One receiver driven step by step by a host that brings time, motion and surroundings. Same seed and same
 /// steps, same numbers. Not thread-safe.

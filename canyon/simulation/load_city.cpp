@@ -43,12 +43,13 @@ buildings::MapData read_maps(const MapCityConfig& config) {
   if (!osm.empty()) {
     buildings::OsmReadOptions options;
     options.box = box;
-    options.foliage = config.foliage;
+    options.foliage = config.build.foliage;
     map = buildings::read_osm(osm, options);
   }
   for (const auto& path : config.files) {
     if (!is_cityjson(path)) continue;
-    buildings::MapData next = buildings::read_cityjson(path, kMaxLod, config.geoid_undulation_m);
+    buildings::MapData next =
+        buildings::read_cityjson(path, kMaxLod, config.terrain_options.geoid_undulation_m);
     map.source += (map.source.empty() ? "" : ", ") + next.source;
     map.min = map.min.cwiseMin(next.min);
     map.max = map.max.cwiseMax(next.max);
@@ -69,19 +70,10 @@ buildings::BuiltCity build(const MapCityConfig& config,
   // The rasters first: a wrong one is found before minutes of reading.
   std::optional<buildings::Terrain> terrain;
   if (!config.terrain.empty()) {
-    buildings::TerrainOptions options;
-    options.geoid_undulation_m = config.geoid_undulation_m;
-    terrain.emplace(config.terrain, options);
+    terrain.emplace(config.terrain, config.terrain_options);
   }
-  buildings::BuildOptions options;
-  options.origin = config.origin;
-  options.grid = config.utm ? buildings::Grid::Utm : buildings::Grid::Enu;
-  options.foliage = config.foliage;
-  options.heights.level_m = config.level_height_m.value_or(options.heights.level_m);
-  options.heights.building_m = config.default_height_m.value_or(options.heights.building_m);
-  for (const auto& [type, height] : config.heights_m) options.heights.by_type[type] = height;
-  options.validate();
-  return buildings::build_city(read_maps(config), terrain ? &*terrain : nullptr, options, progress);
+  config.build.validate();
+  return buildings::build_city(read_maps(config), terrain ? &*terrain : nullptr, config.build, progress);
 }
 
 }  // namespace
@@ -113,7 +105,7 @@ CityConfig city_config(const std::filesystem::path& file, const std::optional<ge
     case CityFileKind::Map:
       config.map.emplace();
       config.map->files = {file};
-      config.map->origin = origin;
+      config.map->build.origin = origin;
       break;
     case CityFileKind::Canyon:
     case CityFileKind::Gazebo:

@@ -32,8 +32,8 @@ TEST(LoadCity, KindsOfFilesByTheirNames) {
   EXPECT_EQ(city_config("a.obj", origin).mesh, "a.obj");
   EXPECT_EQ(city_config("a.obj", origin).import.origin.height_m, 520);
   EXPECT_EQ(city_config("a.osm.pbf").map->files.front(), "a.osm.pbf");
-  EXPECT_FALSE(city_config("a.osm.pbf").map->origin);
-  EXPECT_EQ(city_config("a.osm.pbf", origin).map->origin->height_m, 520);
+  EXPECT_FALSE(city_config("a.osm.pbf").map->build.origin);
+  EXPECT_EQ(city_config("a.osm.pbf", origin).map->build.origin->height_m, 520);
   EXPECT_EQ(city_config("a.canyon").file, "a.canyon");
   EXPECT_EQ(city_config("a.world").file, "a.world");
   EXPECT_THROW((void)city_config("a.canyon", origin), InputError);

@@ -2,12 +2,12 @@
 
 #include <array>
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "canyon/buildings/sources/map_options.hpp"
 #include "canyon/city/mesh_import_options.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/disturbance/disturbance.hpp"
@@ -31,19 +31,13 @@ enum class CityFileKind : std::uint8_t {
 /// For messages: the endings of city_file_kind().
 [[nodiscard]] const char* city_file_endings();
 
-/// Map files and what to make of them; the numbers are checked and explained by buildings::BuildOptions,
-/// HeightDefaults and TerrainOptions.
+/// Map files and what to make of them.
 struct MapCityConfig {
   std::vector<std::filesystem::path> files;  ///< OpenStreetMap and CityJSON
   std::vector<std::filesystem::path> terrain;
-  std::optional<double> geoid_undulation_m;       ///< added to heights of terrain and CityJSON
+  buildings::TerrainOptions terrain_options;      ///< of terrain and CityJSON
   std::optional<std::array<double, 4>> bbox_deg;  ///< west, south, east, north
-  std::optional<geodesy::Geodetic> origin;        ///< empty: the middle of the features
-  std::optional<double> level_height_m;
-  std::optional<double> default_height_m;
-  std::map<std::string, double> heights_m;  ///< default by value of `building`
-  bool foliage = false;
-  bool utm = false;  ///< UTM grid offsets instead of ENU: for files of other tools, not for simulation
+  buildings::BuildOptions build;  ///< its Grid::Utm is for files of other tools, not for simulation
 
   /// Whether anything here brings heights above a geoid: rasters, or CityJSON among the files.
   [[nodiscard]] bool has_surveyed_heights() const;
@@ -69,7 +63,7 @@ struct CityConfig {
   Georeference georeference;
 
   /// The origin where it is known before anything is read; then it is `import.origin`.
-  [[nodiscard]] bool origin_known() const { return !file && (!map || map->origin); }
+  [[nodiscard]] bool origin_known() const { return !file && (!map || map->build.origin); }
 };
 
 /// `sky:` of a scenario. Exactly one source: navigation, sp3, frozen, or (default) nominal.

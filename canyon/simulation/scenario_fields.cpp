@@ -8,11 +8,11 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/buildings/sources/shape.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
+#include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "canyon/simulation/trajectory.hpp"
 
@@ -51,26 +51,7 @@ void visit_origin(Visitor& v, std::optional<Geodetic>& origin) {
   if (v.reads()) origin = Geodetic::from_degrees(*latitude, *longitude, height_m);
 }
 
-// "house=7" and back.
-std::map<std::string, double> heights_by_type(Visitor& v, const std::vector<std::string>& texts) {
-  std::map<std::string, double> heights_m;
-  for (const std::string& text : texts) {
-    const std::size_t equals = text.find('=');
-    const auto value =
-        equals == std::string::npos ? std::nullopt : parse_double(std::string_view(text).substr(equals + 1));
-    if (equals == 0 || !value || !(*value >= 0.1 && *value <= 1000)) {
-      throw v.fault("heights", fmt::format("'{}' is not TYPE=METRES", text),
-                    "write heights: [house=7, office=20]; 0.1 to 1000 m");
-    }
-    heights_m[text.substr(0, equals)] = *value;
-  }
-  return heights_m;
-}
-
 void visit_map(Visitor& v, MapCityConfig& map) {
-  const buildings::HeightDefaults heights;
-  const std::string level = options::show(heights.level_m);
-  const std::string building = options::show(heights.building_m);
   v.files(
       {"terrain", "", "height rasters under a map, one or a list: GeoTIFF, SRTM HGT, anything GDAL reads"},
       map.terrain);
@@ -78,10 +59,7 @@ void visit_map(Visitor& v, MapCityConfig& map) {
     throw v.fault("geoid_undulation_m", "there is no terrain to add it to",
                   "give terrain, or CityJSON, as well");
   }
-  v.number(
-      {"geoid_undulation_m", "m", "added to the heights of terrain and CityJSON to make them ellipsoidal",
-       "by the raster's vertical datum"},
-      map.geoid_undulation_m, {-150, 150});
+  visit(v, map.terrain_options);
   std::vector<double> box;
   if (map.bbox_deg) box.assign(map.bbox_deg->begin(), map.bbox_deg->end());
   v.numbers(
@@ -94,16 +72,7 @@ void visit_map(Visitor& v, MapCityConfig& map) {
     }
     map.bbox_deg = {box[0], box[1], box[2], box[3]};
   }
-  v.number({"level_height_m", "m", "storey height of a map's buildings with levels and no height", level},
-           map.level_height_m, {0, 20, true});
-  v.number(
-      {"default_height_m", "m", "height where a map says neither height, levels nor a known type", building},
-      map.default_height_m, {0.1, 1000});
-  std::vector<std::string> by_type;
-  for (const auto& [type, height_m] : map.heights_m) by_type.push_back(fmt::format("{}={}", type, height_m));
-  v.texts({"heights", "m", "heights by building type: [house=7, office=20]", "docs/city.md"}, by_type);
-  if (v.reads()) map.heights_m = heights_by_type(v, by_type);
-  v.boolean({"foliage", "", "trees, tree rows and woods of a map as well"}, map.foliage);
+  visit(v, map.build);
 }
 
 // What a file is, its name's ending says.
@@ -145,7 +114,7 @@ void visit_city_source(Visitor& v, CityConfig& city) {
 }
 
 void set_origin(Visitor& v, CityConfig& city, const std::optional<Geodetic>& origin) {
-  if (city.map) city.map->origin = origin;
+  if (city.map) city.map->build.origin = origin;
   if (city.synthetic) {
     if (origin) city.synthetic->origin = *origin;
     city.import.origin = city.synthetic->origin;
@@ -238,16 +207,23 @@ void visit_frozen(Visitor& v, SkyConfig& sky) {
 void visit_systems(Visitor& v, std::set<gnss::System>& systems) {
   std::vector<std::string> names;
   for (const gnss::System system : systems) names.emplace_back(gnss::name(system));
-  v.texts({"systems", "", "GPS, GLONASS, Galileo, BeiDou, QZSS: one or a list", "all"}, names);
+  v.texts({"systems", "", "GPS, GLONASS, Galileo, BeiDou, QZSS: one, several with blanks between, or a list",
+           "all"},
+          names);
   if (!v.has("systems")) return;
   systems.clear();
-  for (const std::string& name : names) {
-    try {
-      systems.insert(gnss::system_from_name(name));
-    } catch (const InputError& e) {
-      throw v.fault("systems", e.problem(), e.cure());
+  for (std::string& text : names) {
+    std::replace(text.begin(), text.end(), ',', ' ');
+    for (const std::string_view name : split_blanks(text)) {
+      try {
+        systems.insert(gnss::system_from_name(name));
+      } catch (const InputError& e) {
+        throw v.fault("systems", e.problem(), e.cure());
+      }
     }
   }
+  if (systems.empty())
+    throw v.fault("systems", "names no system", "write GPS, GLONASS, Galileo, BeiDou, QZSS");
 }
 
 }  // namespace
@@ -255,7 +231,7 @@ void visit_systems(Visitor& v, std::set<gnss::System>& systems) {
 void visit(Visitor& v, SkyConfig& sky) {
   v.one_of({"navigation", "sp3", "nominal", "frozen"});
   v.files({"navigation", "",
-           "RINEX navigation files, one or a list, plain or gzip (one of navigation, sp3, nominal, frozen)"},
+           "RINEX navigation files, one or several, plain or gzip (one of navigation, sp3, nominal, frozen)"},
           sky.navigation);
   v.file({"sp3", "", "precise orbits, SP3-c or SP3-d, plain or gzip"}, sky.sp3);
   if (v.wants(sky.nominal || v.has("nominal"))) {
@@ -267,7 +243,7 @@ void visit(Visitor& v, SkyConfig& sky) {
   if (v.reads()) {
     if (v.has("nominal") && !sky.nominal) {
       throw v.fault("nominal", "false, and no other source",
-                    "give one of navigation, sp3, frozen, or nominal: true");
+                    "give one of navigation, sp3 and frozen, or true");
     }
     sky.nominal = sky.navigation.empty() && !sky.sp3 && !v.has("frozen");
   }
@@ -309,10 +285,8 @@ void visit_start(Visitor& v, std::optional<GpsTime>& start, std::vector<std::str
   v.section("start", [&] {
     int week = 0;
     double tow = 0;
-    v.require("week", "write start: {week: 2051, tow: 46701}");
-    v.require("tow");
-    v.integer({"week", "weeks", "instead: full GPS week, as in 'start: {week: 2051, tow: 46701}'"}, week, 0,
-              9999);
+    for (const char* key : {"week", "tow"}) v.require(key, "give week and tow, such as 2051 and 46701");
+    v.integer({"week", "weeks", "instead: full GPS week, with tow beside it: 2051 and 46701"}, week, 0, 9999);
     v.number({"tow", "s", "and seconds of that week"}, tow, {0, 604800, false, true});
     if (v.reads()) start = GpsTime::from_week(week, tow);
   });

@@ -13,9 +13,6 @@
 
 namespace canyon::simulation {
 
-/// A time without a zone is a warning.
-void visit_start(options::Visitor& v, std::optional<geodesy::GpsTime>& start,
-                 std::vector<std::string>* warnings = nullptr);
 void visit_rate(options::Visitor& v, std::optional<double>& rate_hz);
 void visit_seed(options::Visitor& v, std::uint64_t& seed);
 /// Name and profile, which a reader lets stand for the defaults of all other fields. `several`: a name is

@@ -130,6 +130,13 @@ TEST(Scenario, TheExampleOfTheDocumentationIsTheTestedOne) {
   EXPECT_THAT(read_text(kSource / "docs/scenario.md"), HasSubstr("```yaml\n" + kIssueExample + "```"));
 }
 
+TEST(Scenario, SystemsMayStandInOneText) {
+  const std::set<gnss::System> two{gnss::System::GPS, gnss::System::BeiDou};
+  for (const char* text : {"GPS BeiDou", "'GPS, BeiDou'", "[GPS, BeiDou]"}) {
+    EXPECT_EQ(parse_scenario(kMinimal + "sky: {systems: " + text + "}\n", "s.yaml").sky.systems, two) << text;
+  }
+}
+
 TEST(Scenario, LeftOutKeysAreTheStructsDefaults) {
   const Scenario s = parse_scenario(kMinimal, "s.yaml");
   EXPECT_TRUE(s.sky.nominal);
@@ -228,7 +235,8 @@ TEST(Scenario, NamesWrongTypesUnitsAndRanges) {
   const auto receiver = [](const std::string& key) {
     return fault(kMinimal + "receivers:\n- " + key + "\n");
   };
-  EXPECT_EQ(receiver("elevation_mask_deg: ten"), "s.yaml:5: elevation_mask_deg: 'ten' is not a number");
+  EXPECT_EQ(receiver("elevation_mask_deg: ten"),
+            "s.yaml:5: elevation_mask_deg: 'ten' is not a number; it is at least 0 and below 90");
   EXPECT_EQ(receiver("elevation_mask_deg: 10 deg"),
             "s.yaml:5: elevation_mask_deg: '10 deg' is not a number; give the number alone, the unit is in "
             "the key's name");
@@ -274,6 +282,7 @@ TEST(Scenario, NamesWhatIsMissingOrContradicts) {
   EXPECT_THAT(fault(kMinimal + "sky: {systems: [GPS, Galilei]}\n"),
               AllOf(HasSubstr("systems: "), HasSubstr("Galile")));
   EXPECT_THAT(fault(kMinimal + "sky: {systems: []}\n"), HasSubstr("the list is empty"));
+  EXPECT_THAT(fault(kMinimal + "sky: {systems: \",\"}\n"), HasSubstr("systems: names no system"));
   EXPECT_THAT(fault(kCity + "trajectory: {speed_mps: 3}\n"), HasSubstr("trajectory has no content"));
   EXPECT_THAT(fault(kCity + "trajectory: {position: {east_m: 1, north_m: 2}}\n"),
               HasSubstr("'up_m' is missing; give it, or trajectory.height_above_terrain_m"));
@@ -346,8 +355,8 @@ TEST(Scenario, CitiesOfMapsAndFiles) {
   ASSERT_TRUE(map.map);
   EXPECT_EQ(map.map->files.size(), 2U);
   EXPECT_EQ((*map.map->bbox_deg)[1], -20);
-  EXPECT_EQ(map.map->default_height_m, 11);
-  EXPECT_EQ(map.map->heights_m.at("house"), 7);
+  EXPECT_EQ(map.map->build.heights.building_m, 11);
+  EXPECT_EQ(map.map->build.heights.by_type.at("house"), 7);
   EXPECT_FALSE(map.origin_known());
   EXPECT_TRUE(read("osm: a.osm.pbf, origin: {latitude_deg: 1, longitude_deg: 2}").origin_known());
   EXPECT_TRUE(read("file: a.osm.pbf").map);

@@ -1,7 +1,5 @@
 #include "canyon/validation/alignment.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -13,6 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/validation/epoch_interval.hpp"
 #include "canyon/validation/moved_city.hpp"
@@ -309,15 +308,16 @@ Alignment Aligner::align() {
 }  // namespace
 
 void AlignOptions::validate() const {
-  const auto check = [](const char* field, double value, double low, double high, const char* unit) {
-    if (value >= low && value <= high) return;
-    throw InputError(fmt::format("{}: {} is out of range", field, value),
-                     fmt::format("it runs from {} to {}{}", low, high, unit));
-  };
-  check("reach_m", reach_m, 4, 200, " m");
-  check("heading_reach_rad", heading_reach_rad, kHeadingStep_rad, geodesy::kPi / 4, " rad");
-  check("resamples", resamples, 20, 10'000, "");
-  check("block_s", block_s, 1, 600, " s");
+  options::check(*this, "alignment");
+}
+
+void visit(options::Visitor& v, AlignOptions& o) {
+  v.number({"reach_m", "m", "largest offset east and north to try"}, o.reach_m, {4, 200});
+  v.boolean({"heading", "", "estimate the city's heading as well"}, o.heading);
+  v.angle({"heading_reach_deg", "deg", "largest turn to try"}, o.heading_reach_rad, {0.125, 45});
+  v.integer({"resamples", "", "of the bootstrap behind the uncertainty"}, o.resamples, 20, 10'000);
+  v.number({"block_s", "s", "of time, drawn together"}, o.block_s, {1, 600});
+  v.integer({"seed", "", "of the bootstrap"}, o.seed);
 }
 
 Alignment align(const Recording& recording, const simulation::Environment& environment,

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "canyon/options/fwd.hpp"
 #include "canyon/validation/comparison.hpp"
 
 namespace canyon::validation {
@@ -26,6 +27,8 @@ struct AlignOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, AlignOptions& o);
 
 /// Where the city fits a recording best: the move under which the city's LOS and NLOS are told apart best by
 /// C/N0 and by pseudorange error together.

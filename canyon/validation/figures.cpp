@@ -10,13 +10,12 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/validation/epoch_interval.hpp"
 #include "canyon/validation/ranked_sample.hpp"
 
 namespace canyon::validation {
 namespace {
-
-using propagation::PathKind;
 
 std::array<double, 5> five_quantiles(std::span<const double> values) {
   std::array<double, 5> result{};
@@ -32,7 +31,7 @@ DistributionPair pair_of(std::span<const double> measured, std::span<const doubl
   pair.simulated_n = simulated.size();
   pair.measured = five_quantiles(measured);
   pair.simulated = five_quantiles(simulated);
-  if (const auto ks = kolmogorov_smirnov(measured, simulated)) pair.ks = ks->d;
+  pair.ks = kolmogorov_smirnov(measured, simulated);
   return pair;
 }
 
@@ -43,11 +42,6 @@ struct ByView {
   [[nodiscard]] const std::vector<double>& los() const { return of[0]; }
   [[nodiscard]] const std::vector<double>& nlos() const { return of[1]; }
 };
-
-std::string kind_of(const ComparedSatellite::Prediction& p) {
-  return p.kind == PathKind::Reflected ? fmt::format("reflected {}", p.order)
-                                       : std::string(propagation::name(p.kind));
-}
 
 /// Of NLOS observations with a prediction of one kind.
 struct ExplainedSample {
@@ -174,7 +168,7 @@ class Collector {
       if (b < bands_.size()) band_weakness_[b].add(nlos, -*s.measured_cn0_dbhz);
     }
     if (nlos && s.prediction) {
-      const std::string kind = kind_of(*s.prediction);
+      const std::string kind = path_words(*s.prediction);
       const auto known = std::find(kinds_.begin(), kinds_.end(), kind);
       assert(known != kinds_.end());
       explained_[static_cast<std::size_t>(known - kinds_.begin())].add(s.prediction->excess_m, error_m);
@@ -270,13 +264,22 @@ double TrackedShare::simulated_ratio() const {
 }
 
 void FigureOptions::validate() const {
-  if (!(block_s >= 1 && block_s <= 600)) {
-    throw InputError(fmt::format("block_s: {} is out of range", block_s), "it runs from 1 to 600 s");
+  options::check(*this, "figures");
+  if (resamples > 0 && resamples < 100) {
+    throw InputError(fmt::format("resamples of the figures is {}", resamples),
+                     "give 0 for no intervals, or 100 and more");
   }
-  if (resamples != 0 && (resamples < 100 || resamples > 100'000)) {
-    throw InputError(fmt::format("resamples: {} is out of range", resamples),
-                     "give 0 for no intervals, or 100 to 100,000");
-  }
+}
+
+void visit(options::Visitor& v, FigureOptions& o) {
+  v.number({"block_s", "s", "of time, drawn together by the bootstrap"}, o.block_s, {1, 600});
+  v.integer({"resamples", "", "of the bootstrap; 0: no intervals"}, o.resamples, 0, 100'000);
+  v.integer({"seed", "", "of the bootstrap"}, o.seed);
+}
+
+std::string path_words(const ComparedSatellite::Prediction& p) {
+  return p.kind == propagation::PathKind::Reflected ? fmt::format("reflected {}", p.order)
+                                                    : std::string(propagation::name(p.kind));
 }
 
 std::string describe_part(const Comparison& comparison, std::size_t first, std::size_t count,

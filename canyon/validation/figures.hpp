@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/options/fwd.hpp"
 #include "canyon/validation/comparison.hpp"
 #include "canyon/validation/statistics.hpp"
 
@@ -82,6 +83,8 @@ struct FigureOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, FigureOptions& o);
 /// Names the part of a comparison: "second half: 12:52:00 to 12:56:24 GPST, 243 epochs".
 [[nodiscard]] std::string describe_part(const Comparison& comparison, std::size_t first, std::size_t count,
                                         const std::string& name);
@@ -95,6 +98,13 @@ struct FigureOptions {
 [[nodiscard]] Figures figures(const Comparison& comparison, std::size_t first, std::size_t count,
                               const std::string& part, const FigureOptions& options = {},
                               std::span<const Comparison> runs = {});
+
+[[nodiscard]] std::optional<double> auc_of(const std::optional<Separation>& separation);
+/// Horizontal errors of fixes at kQuantiles[quantile], simulated over measured; empty where either has no
+/// fix.
+[[nodiscard]] std::optional<double> error_ratio(const Figures& figures, std::size_t quantile);
+/// "reflected 1", "reflected 2", "diffracted", "diffuse": the words of Explained::kind.
+[[nodiscard]] std::string path_words(const ComparedSatellite::Prediction& prediction);
 
 /// The figures as JSON: an object with SI units in the names; null where a figure has nothing to be made
 /// from. `alignment_json`, an object by itself, goes under "alignment".

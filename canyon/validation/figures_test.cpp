@@ -14,6 +14,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/ranked_sample.hpp"
+#include "tests/support/bootstrap.hpp"
 
 namespace canyon::validation {
 namespace {
@@ -209,7 +210,7 @@ Hand random_comparison() {
   return hand;
 }
 
-// statistics.hpp's separation() and bootstrap_interval(), which SciPy judged, do the same the long way.
+// separation(), which SciPy judged, and the bootstrap by its definition do the same the long way.
 // Two runs beside one recording: what is simulated is theirs, what is measured and what is LOS the
 // comparison's.
 TEST(Figures, SimulatedValuesOfSeveralRuns) {
@@ -256,11 +257,11 @@ TEST(Figures, IntervalsAreThoseOfTheBootstrap) {
   options.resamples = 200;
   options.seed = 3;
   const Figures f = hand.figures(options);
-  BootstrapOptions long_way;
+  test::BootstrapOptions long_way;
   long_way.block = 20;
   long_way.resamples = 200;
   long_way.seed = 3;
-  const auto interval = bootstrap_interval(
+  const auto interval = test::bootstrap_interval(
       hand.comparison.epochs.size(),
       [&](std::span<const std::size_t> drawn) -> std::optional<double> {
         std::vector<double> los, nlos;

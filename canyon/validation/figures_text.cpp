@@ -118,10 +118,6 @@ std::string shown(const std::optional<double>& value, int decimals) {
   return value && std::isfinite(*value) ? fmt::format("{:.{}f}", *value, decimals) : "-";
 }
 
-std::optional<double> auc_of(const std::optional<Separation>& s) {
-  return s ? std::optional(s->auc) : std::nullopt;
-}
-
 std::string interval_text(const std::optional<Interval>& interval) {
   return interval ? fmt::format(" [{:.3f}, {:.3f}]", interval->low, interval->high) : "";
 }
@@ -158,12 +154,6 @@ std::string position_line(const char* what, const PositionFigures& p) {
       p.vertical_m[4]);
 }
 
-/// Simulated over measured.
-std::optional<double> error_ratio(const Figures& f, std::size_t quantile) {
-  if (f.measured.fixes == 0 || f.simulated.fixes == 0 || !(f.measured.horizontal_m[quantile] > 0)) return {};
-  return f.simulated.horizontal_m[quantile] / f.measured.horizontal_m[quantile];
-}
-
 /// Bars would end a cell.
 std::string cell(const std::string& text) {
   std::string safe;
@@ -172,6 +162,15 @@ std::string cell(const std::string& text) {
 }
 
 }  // namespace
+
+std::optional<double> auc_of(const std::optional<Separation>& s) {
+  return s ? std::optional(s->auc) : std::nullopt;
+}
+
+std::optional<double> error_ratio(const Figures& f, std::size_t quantile) {
+  if (f.measured.fixes == 0 || f.simulated.fixes == 0 || !(f.measured.horizontal_m[quantile] > 0)) return {};
+  return f.simulated.horizontal_m[quantile] / f.measured.horizontal_m[quantile];
+}
 
 std::string to_json(const std::vector<Figures>& models, const std::optional<std::string>& alignment_json) {
   Json json = Json::object();

@@ -8,6 +8,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/propagation/atmosphere.hpp"
 #include "canyon/validation/statistics.hpp"
@@ -21,12 +22,6 @@ using gnss::System;
 
 /// No receiver's pseudorange is longer than this, whatever its clock does [m].
 constexpr double kLongest_m = 1e12;
-
-void check_range(const char* field, double value, double low, double high, const char* unit) {
-  if (value >= low && value <= high) return;
-  throw InputError(fmt::format("{}: {} is out of range", field, value),
-                   fmt::format("it runs from {} to {}{}", low, high, unit));
-}
 
 /// A satellite when its signal left.
 struct Sent {
@@ -46,10 +41,22 @@ Eigen::Vector3d antenna_ecef(const simulation::Pose& pose, const Eigen::Vector3d
 }  // namespace
 
 void ResidualOptions::validate() const {
-  check_range("elevation_mask_rad", elevation_mask_rad, 0, 1.5707, " rad");
   if (!lever_arm_m.allFinite() || lever_arm_m.norm() > 100) {
     throw InputError("lever_arm_m: is not finite or longer than 100 m", "give forward, left, up in metres");
   }
+  options::check(*this, "residuals");
+}
+
+void visit(options::Visitor& v, ResidualOptions& o) {
+  v.boolean({"ionosphere", "", "corrected by the broadcast model"}, o.ionosphere);
+  v.boolean({"troposphere", "", "corrected by Saastamoinen's"}, o.troposphere);
+  v.angle({"elevation_mask_deg", "deg", "satellites below are left out"}, o.elevation_mask_rad,
+          {0, 90, false, true});
+  v.section("lever_arm", [&] {
+    v.number({"forward_m", "m", "antenna from the true positions"}, o.lever_arm_m.x(), {-100, 100});
+    v.number({"left_m", "m", "to the left"}, o.lever_arm_m.y(), {-100, 100});
+    v.number({"up_m", "m", "up"}, o.lever_arm_m.z(), {-100, 100});
+  });
 }
 
 std::vector<std::string> PseudorangeResiduals::warnings() const {

@@ -15,6 +15,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/navigation_data.hpp"
+#include "canyon/options/fwd.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/trajectory.hpp"
@@ -80,6 +81,8 @@ struct ResidualOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, ResidualOptions& o);
 
 /// Step one. Satellites are taken at the transmit time that tag and pseudorange give, so that clock bias,
 /// steering and millisecond jumps of the receiver do not matter; truth is taken at the true reception time,
@@ -119,6 +122,8 @@ struct ClockOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, ClockOptions& o);
 
 struct PseudorangeError {
   /// Pseudorange error [m]: residual less clock and inter-system bias. Positive: measured too long.

@@ -298,7 +298,7 @@ TEST(PseudorangeErrors, OptionsAreChecked) {
   ClockOptions clock;
   clock.huber = 0.1;
   EXPECT_THAT(error_of([&] { clock.validate(); }).what(),
-              HasSubstr("huber: 0.1 is out of range; it runs from 0.5 to 10"));
+              HasSubstr("huber of the clock's estimate is 0.1; it must be at least 0.5 and at most 10"));
   clock = {};
   clock.min_clear = 0;
   EXPECT_THAT(error_of([&] { clock.validate(); }).what(), HasSubstr("min_clear"));

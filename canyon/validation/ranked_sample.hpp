@@ -29,8 +29,8 @@ class RankedSample {
   std::vector<Item> items_;  ///< by score
 };
 
-/// Blocks of epochs, drawn with replacement in circles (as BootstrapOptions): for each of `resamples` how
-/// often each of `epochs` was drawn. The draws of bootstrap_interval() with that seed and block. @param block
+/// Blocks of epochs, drawn with replacement in circles (Politis and Romano 1992): for each of `resamples` how
+/// often each of `epochs` was drawn. @param block
 /// at least 1
 [[nodiscard]] std::vector<std::vector<std::uint16_t>> block_draws(std::size_t epochs, std::size_t block,
                                                                   int resamples, std::uint64_t seed);

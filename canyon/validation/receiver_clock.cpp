@@ -1,5 +1,4 @@
 // Step two of pseudorange_errors.hpp: receiver clock and inter-system biases.
-#include <fmt/format.h>
 
 #include <Eigen/Core>
 #include <Eigen/QR>
@@ -11,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
 #include "canyon/validation/statistics.hpp"
 
@@ -30,12 +29,6 @@ constexpr double kSettled_m = 1e-4;
 /// Without scatter (simulated pseudoranges) weights would have no scale.
 constexpr double kSmallestScatter = 1e-6;
 constexpr double kMadToSigma = 1.4826;  // of a normal distribution
-
-void check_range(const char* field, double value, double low, double high, const char* unit) {
-  if (value >= low && value <= high) return;
-  throw InputError(fmt::format("{}: {} is out of range", field, value),
-                   fmt::format("it runs from {} to {}{}", low, high, unit));
-}
 
 /// Value with half of the weight on either side; the middle where the halves meet between two. Reorders.
 double weighted_median(std::vector<std::pair<double, double>>& value_and_weight) {
@@ -392,12 +385,18 @@ class ClockEstimator {
 }  // namespace
 
 void ClockOptions::validate() const {
-  check_range("min_clear", min_clear, 1, 50, "");
-  check_range("elevation_mask_rad", elevation_mask_rad, 0, 1.5707, " rad");
-  check_range("variance_floor_m2", variance_floor_m2, 1e-6, 1e6, " m^2");
-  check_range("variance_scale_m2_hz", variance_scale_m2_hz, 0, 1e9, " m^2 Hz");
-  check_range("huber", huber, 0.5, 10, "");
-  check_range("gross_m", gross_m, 1e3, 1e5, " m");
+  options::check(*this, "clock's estimate");
+}
+
+void visit(options::Visitor& v, ClockOptions& o) {
+  v.integer({"min_clear", "satellites", "fewer in clear view: the clock is taken from all"}, o.min_clear, 1,
+            50);
+  v.angle({"elevation_mask_deg", "deg", "satellites below do not tell the clock"}, o.elevation_mask_rad,
+          {0, 90, false, true});
+  v.number({"variance_floor_m2", "m^2", "variance that no C/N0 lowers"}, o.variance_floor_m2, {1e-6, 1e6});
+  v.number({"variance_scale_m2_hz", "m^2 Hz", "times 10^(-C/N0 / 10)"}, o.variance_scale_m2_hz, {0, 1e9});
+  v.number({"huber", "", "residuals beyond so many standard deviations weigh less"}, o.huber, {0.5, 10});
+  v.number({"gross_m", "m", "farther from the epoch's median is no measurement"}, o.gross_m, {1e3, 1e5});
 }
 
 PseudorangeErrors remove_receiver_clock(const PseudorangeResiduals& residuals, const ClearView& clear_view,

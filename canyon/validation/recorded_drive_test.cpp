@@ -22,6 +22,7 @@
 #include "canyon/simulation/trajectory.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
 #include "canyon/validation/statistics.hpp"
+#include "tests/support/bootstrap.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::validation {
@@ -179,11 +180,11 @@ Interval by_minutes(const std::vector<Judged>& all, Figure figure) {
     if (j.epoch >= epochs.size()) epochs.resize(j.epoch + 1);
     epochs[j.epoch].push_back(j);
   }
-  BootstrapOptions options;
+  test::BootstrapOptions options;
   options.block = 60;
   options.resamples = 200;
   std::vector<Judged> drawn;
-  const auto interval = bootstrap_interval(
+  const auto interval = test::bootstrap_interval(
       epochs.size(),
       [&](std::span<const std::size_t> indices) -> std::optional<double> {
         drawn.clear();

@@ -395,7 +395,7 @@ bad_city)
   runs 2 "$canyon" city build block.osm -o c.glb --bbox 1,2,3,4; one_line; says err "in the box"
   runs 2 "$canyon" city build block.osm -o c.glb --origin 0,0,0; one_line; says err km bbox
   runs 2 "$canyon" city build block.osm -o c.glb --height house; one_line; says err TYPE=METRES
-  runs 2 "$canyon" city build block.osm -o c.glb --level-height 0; one_line; says err level_m
+  runs 2 "$canyon" city build block.osm -o c.glb --level-height 0; one_line; says err --level-height "level_height_m: 0 is out of range"
   runs 2 "$canyon" city build -o c.glb; one_line; says err nothing
   runs 2 "$canyon" city build -o c.glb --overpass http://127.0.0.1:9/ --bbox 11,48,11.01,48.01 --cache cache; one_line
   printf 'canyon?' >bad.canyon

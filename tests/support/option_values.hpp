@@ -8,18 +8,22 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/text.hpp"
 #include "canyon/options/describe.hpp"
 
 namespace canyon::test {
 
-/// Values of a key that a reader must refuse, as users would write them.
+/// Values of a key that a reader must refuse, as YAML on one line: of the wrong type, empty, out of range.
 inline std::vector<std::string> bad_values(const options::Key& key) {
   using options::Type;
-  if (key.type == Type::Boolean) return {"perhaps"};
-  if (key.type == Type::Choice) return {"xyzzyplugh"};
-  if (key.type == Type::File || key.type == Type::Files) return {"nowhere"};
-  if (key.type == Type::Rows) return {"2000 2000 2000"};
-  std::vector<std::string> values;
+  if (key.type == Type::Boolean) return {"perhaps", "[true, false]", "''"};
+  if (key.type == Type::Choice) return {"xyzzyplugh", "[a, b]", "''"};
+  if (key.type == Type::Text) return {"[a, b]", "''"};
+  if (key.type == Type::Texts) return {"{a: 1}", "[]", "''"};
+  if (key.type == Type::File) return {"nowhere", "[a, b]", "''"};
+  if (key.type == Type::Files) return {"nowhere", "{a: 1}", "[]", "''"};
+  if (key.type == Type::Rows) return {"2000 2000 2000", "[]", "''"};
+  std::vector<std::string> values{"ten", "{a: 1}", "''"};
   if (!key.range) return values;
   const double low = key.range->low;
   const double high = key.range->high;
@@ -42,12 +46,14 @@ inline std::string another_value(const options::Key& key) {
   if (key.type == Type::Boolean) return key.default_value == "true" ? "false" : "true";
   if (key.type == Type::Choice) return key.words.front() == key.default_value ? key.words[1] : key.words[0];
   if (key.type == Type::Rows) return "[[0, -5, -5], [90, 3, -10]]";
+  if (key.type == Type::Text || key.type == Type::Texts) return "another=7";
   const options::Range range = key.range.value();
-  const double value = key.default_value == "none" ? INFINITY : std::stod(key.default_value);
+  const double value = key.default_value == "none" ? INFINITY : parse_double(key.default_value).value_or(NAN);
   // Near the default, or else anywhere inside.
   const double step = key.type == Type::Integer ? 1 : std::abs(value) * 0.25;
-  for (const double other :
-       {value - step, value + step, range.low / 2 + range.high / 2, range.high / 2, range.low + 4}) {
+  for (double other :
+       {value - step, value + step, range.low / 2 + range.high / 2, range.high / 2, range.low + 4, 1.0}) {
+    if (key.type == Type::Integer) other = std::floor(other);
     if (other != value && range.holds(other) && !std::isinf(other)) return fmt::format("{}", other);
   }
   return "?";

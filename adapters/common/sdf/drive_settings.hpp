@@ -8,10 +8,11 @@
 
 #include "adapters/common/sdf/resource_files.hpp"
 #include "adapters/common/vehicle_drive.hpp"
+#include "canyon/options/describe.hpp"
 
 namespace canyon::adapters {
 
-/// What the element of libCanyonDrivePlugin.so says; docs/gazebo.md has the table.
+/// What the element of libCanyonDrivePlugin.so says.
 struct DriveSettings {
   VehicleDrive drive;
   bool heading = true;  ///< the model looks where it goes; false: it keeps the attitude it was given
@@ -27,5 +28,8 @@ struct DriveSettings {
                                                 const std::filesystem::path& folder,
                                                 const ResourcePaths& resources,
                                                 const geodesy::LocalFrame& world);
+
+/// One row per element for docs and tests.
+[[nodiscard]] std::vector<options::Key> drive_keys();
 
 }  // namespace canyon::adapters

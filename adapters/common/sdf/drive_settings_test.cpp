@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "canyon/base/input_error.hpp"
+#include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters {
@@ -88,20 +89,20 @@ TEST_F(DriveElementTest, NamesElementAndCure) {
   const std::string place = "<waypoint>0 0 0</waypoint>";
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "give a <trajectory> file, or one <waypoint>"},
-      {file + place, "<trajectory> and waypoints"},
+      {file + place, "<waypoint>: stands beside 'trajectory'; keep one of trajectory or waypoint"},
       {"<trajectory>none.csv</trajectory>", "there is no file 'none.csv'"},
       {"<trajectory>broken.csv</trajectory>", "broken.csv:2"},
       {file + "<format>gpx</format>", "<format>"},
       {file + "<start>yesterday</start>", "<start>"},
-      {file + "<start><week>2312</week></start>", "week and tow belong together"},
+      {file + "<start><week>2312</week></start>", "<start>: 'tow' is missing; give week and tow"},
       {file + "<speed_mps>3</speed_mps>", "belongs to waypoints"},
       {place + "<format>csv</format>", "belongs to a <trajectory>"},
       {place + "<speed_mps>fast</speed_mps>", "<speed_mps>"},
       {place + "<speed_mps>0</speed_mps>", "<speed_mps>"},
       {place + "<loop>often</loop>", "<loop>"},
       {place + "<offset_m>1 2</offset_m>", "<offset_m>: '1 2' is not three numbers"},
-      {place + "<waypoint>1 two 3</waypoint>", "<waypoint> 2: '1 two 3'"},
-      {place + "<waypoint>nan 0 0</waypoint>", "<waypoint> 2: 'nan 0 0'"},
+      {place + "<waypoint>1 two 3</waypoint>", "<waypoint>: '1 two 3' is not three numbers"},
+      {place + "<waypoint>nan 0 0</waypoint>", "<waypoint>: 'nan 0 0' is not three numbers"},
   };
   for (const auto& [children, expected] : cases) {
     const std::string message = refusal(children);
@@ -116,6 +117,13 @@ TEST_F(DriveElementTest, WarnsOfUnknownElements) {
   const DriveSettings settings = read("<waypoint>0 0 0</waypoint><sped_mps>3</sped_mps>");
   ASSERT_EQ(settings.warnings.size(), 1U);
   EXPECT_NE(settings.warnings[0].find("speed_mps"), std::string::npos) << settings.warnings[0];
+}
+
+TEST(DriveKeys, DocumentationHasTheSameTable) {
+  const std::string page =
+      canyon::test::read_bytes(std::filesystem::path(canyon_source_dir) / "docs/gazebo.md");
+  const std::string table = options::markdown(drive_keys());
+  EXPECT_NE(page.find(table), std::string::npos) << table;
 }
 
 }  // namespace

@@ -8,20 +8,38 @@
 #include <utility>
 
 #include "adapters/common/sdf/plugin_elements.hpp"
-#include "adapters/common/sdf/resource_files.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/propagation/propagator.hpp"
-#include "canyon/simulation/profile.hpp"
 
 namespace canyon::adapters {
 namespace {
 
-using Element = PluginElements::Element;
+using options::Field;
+using options::Key;
+using options::Visitor;
+
+// Other names of keys: the paper's, the older prototype's, and those of PX4's gps plugin.
+struct OtherName {
+  const char* name;
+  const char* path;
+  const char* effect = "";  // besides
+};
+constexpr OtherName kOtherNames[] = {
+    {"satNum", "sky.frozen.satNum"},
+    {"satAzimuth", "sky.frozen.satAzimuth",
+     ", with blanks between; makes the mirror model, and on a ray sensor the physics engine, the default"},
+    {"satElevation", "sky.frozen.satElevation", ", with blanks between"},
+    {"disableNoise", "noise.enabled", ", turned round"},
+    {"frameName", "frame_id"},
+    {"robotNamespace", "ros.namespace"},
+    {"gpsNoise", "noise.enabled"},
+    {"update_rate", "rate_hz"},
+};
 
 // Elements of other plugins that users exchange for this one; they are known, to be told what serves instead.
 struct Foreign {
-  const char* path;
+  const char* name;
   const char* instead;
   bool px4;
 };
@@ -30,8 +48,7 @@ constexpr const char* kPx4Noise =
     "<noise><doppler_sigma_hz> that of velocity";
 constexpr const char* kPx4Home =
     "the world's spherical_coordinates, or <origin_latitude>, <origin_longitude> and <origin_altitude>, say "
-    "the "
-    "origin here";
+    "the origin here";
 constexpr Foreign kForeign[] = {
     {"offsetTopicName", "the offsets are in range_offset of the ROS topic gnss_multipath", false},
     {"satRayTopicName", "<visuals><rays>true</rays></visuals> shows the rays", false},
@@ -48,33 +65,60 @@ constexpr Foreign kForeign[] = {
     {"homeAltitude", kPx4Home, true},
 };
 
-std::vector<std::string> known_paths() {
-  std::vector<std::string> known;
-  for (const simulation::ScenarioKey& key : plugin_keys()) known.push_back(key.path);
-  for (const Foreign& foreign : kForeign) known.emplace_back(foreign.path);
+// Of which a plugin has another default or meaning than a file.
+struct Difference {
+  const char* path;
+  const char* default_value;
+  const char* meaning = nullptr;
+};
+constexpr Difference kDifferences[] = {
+    {"start", "the machine's time when the world's first receiver is loaded",
+     "time at simulated time 0: 2019-04-28T12:58:03Z, or with ' GPST' behind it"},
+    {"rate_hz", "the sensor's update_rate, 10 without one", "epochs per second of simulated time"},
+    {"name", "by model, link and plugin", "names the receiver and its noise"},
+    {"lever_arm.forward_m", "0",
+     "antenna from the sensor's, or the link's, origin: ahead, turned with its attitude"},
+    {"propagation.model", "specular; mirror with satAzimuth"},
+};
+
+std::vector<Key> make_keys() {
+  std::vector<Key> keys = options::describe<PluginSettings>().keys;
+  const auto at = [&keys](std::string_view path) {
+    return std::find_if(keys.begin(), keys.end(), [path](const Key& key) { return key.path == path; });
+  };
+  for (const Difference& difference : kDifferences) {
+    const auto key = at(difference.path);
+    key->default_value = difference.default_value;
+    if (difference.meaning != nullptr) key->meaning = difference.meaning;
+  }
+  for (const OtherName& other : kOtherNames) {
+    Key key = *at(other.path);
+    key.path = other.name;
+    key.default_value.clear();
+    key.meaning = fmt::format("the same as {}{}", other.path, other.effect);
+    keys.push_back(std::move(key));
+  }
+  return keys;
+}
+
+std::vector<Key> known_elements() {
+  std::vector<Key> known = plugin_keys();
+  for (const Foreign& foreign : kForeign) known.push_back({foreign.name, "", "", ""});
   return known;
 }
 
-// The key overrides the field where it is there.
-template <typename T>
-void set(T& field, std::optional<T> value) {
-  if (value) field = *std::move(value);
-}
-
 // True where an element of PX4's gps plugin stands.
-bool read_foreign(PluginElements& elements, std::vector<std::string>& warnings) {
+bool take_foreign(PluginElements& elements, std::vector<std::string>& warnings) {
   bool px4 = elements.has("gpsNoise");
   std::vector<std::pair<std::string, std::string_view>> ignored;  // tags, what serves instead
   for (const Foreign& foreign : kForeign) {
-    const auto element = elements.take(foreign.path);
-    if (!element) continue;
+    if (!elements.take(foreign.name)) continue;
     px4 = px4 || foreign.px4;
-    const std::string_view instead = foreign.instead;
-    if (!ignored.empty() && ignored.back().second == instead) {
-      // One warning for all that one answer serves.
-      ignored.back().first += ", " + element->tag;
+    const std::string tag = fmt::format("<{}>", foreign.name);
+    if (!ignored.empty() && ignored.back().second == foreign.instead) {
+      ignored.back().first += ", " + tag;  // one warning for all that one answer serves
     } else {
-      ignored.emplace_back(element->tag, instead);
+      ignored.emplace_back(tag, foreign.instead);
     }
   }
   for (const auto& [tags, instead] : ignored)
@@ -82,196 +126,198 @@ bool read_foreign(PluginElements& elements, std::vector<std::string>& warnings) 
   return px4;
 }
 
-void rename(PluginElements& elements, const char* from, const char* to) {
-  if (auto element = elements.take(from)) {
-    if (element->values.front().empty()) return;
-    element->path = to;
-    elements.put(*std::move(element));
-  }
+// What is no boolean is left for the reader to refuse.
+std::string turned_round(const std::string& text) {
+  const std::string small = lower_case(text);
+  if (small == "true" || small == "1") return "false";
+  return small == "false" || small == "0" ? "true" : text;
 }
 
-// The paper's names for keys of the scenario; true where its satellites stand.
-bool read_papers_names(PluginElements& elements) {
+// True where the paper's satellites stand, which mean its model as well.
+bool take_other_names(PluginElements& elements) {
   const bool paper = elements.has("satAzimuth");
-  for (const char* name : {"satNum", "satAzimuth", "satElevation"}) {
-    rename(elements, name, fmt::format("sky.frozen.{}", name).c_str());
+  for (const OtherName& other : kOtherNames) {
+    const auto text = elements.take(other.name);
+    if (!text) continue;
+    const bool turn = std::string_view(other.name) == "disableNoise";
+    elements.put(other.path, turn ? turned_round(*text) : *text, fmt::format("<{}>", other.name));
   }
-  if (auto element = elements.take("disableNoise")) {
-    elements.put(*element);
-    const bool disabled = *elements.boolean("disableNoise");
-    elements.put({"noise.enabled", element->tag, {disabled ? "false" : "true"}});
-  }
-  rename(elements, "gpsNoise", "noise.enabled");
-  rename(elements, "update_rate", "rate_hz");
-  if (paper && !elements.has("propagation.model")) {
-    elements.put({"propagation.model", "<satAzimuth>", {"mirror"}});
-  }
+  if (paper && !elements.has("propagation.model"))
+    elements.put("propagation.model", "mirror", "<satAzimuth>");
   return paper;
 }
 
-// ROS names: letters, digits, '_' and '/', a letter first; '/' or '~' may stand in front of it.
-bool is_ros_name(std::string_view name) {
-  if (name.empty()) return false;
-  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
-  if (!is_letter(name.front()) && name.front() != '/' && name.front() != '~') return false;
-  return std::all_of(name.begin() + 1, name.end(),
-                     [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '_' || c == '/'; });
+// A topic or a frame.
+void visit_word(Visitor& v, const Field& field, std::string& value) {
+  v.text(field, value);
+  if (v.reads() && split_blanks(value).size() > 1) {
+    throw v.fault(field.name, fmt::format("'{}' has blanks in it", value), "write one word");
+  }
 }
+
 constexpr const char* kRosNameCure =
     "ROS names have letters, digits, '_' and '/', and begin with a letter, '/' or '~'";
 
-void read_ros(PluginElements& elements, PluginSettings& settings) {
-  rename(elements, "robotNamespace", "ros.namespace");
-  rename(elements, "frameName", "frame_id");
-  if (const auto element = elements.take("ros.namespace")) {
-    settings.ros_namespace = element->values.front();
-    if (!settings.ros_namespace.empty() &&
-        (!is_ros_name(settings.ros_namespace) || settings.ros_namespace.front() == '~')) {
-      throw elements.error(*element, fmt::format("'{}' is no namespace of ROS", settings.ros_namespace),
-                           kRosNameCure);
+void add_remapping(const Visitor& v, std::string_view key, std::string_view from, std::string_view to,
+                   PluginSettings& settings) {
+  for (const std::string_view name : {from, to}) {
+    const std::size_t home = name.starts_with("~/") ? 2 : name.starts_with('~') ? 1 : 0;
+    if (!is_ros_name(name.substr(home))) {
+      throw v.fault(key, fmt::format("'{}' is no name of ROS", name), kRosNameCure);
     }
   }
-  const auto remap = [&](const Element& element, std::string_view from, std::string_view to) {
-    for (const std::string_view name : {from, to}) {
-      if (!is_ros_name(name))
-        throw elements.error(element, fmt::format("'{}' is no name of ROS", name), kRosNameCure);
+  for (const auto& other : settings.remappings) {
+    if (other.first != from) continue;
+    throw v.fault(key, fmt::format("'{}' has a name already, '{}'", from, other.second), "keep one");
+  }
+  settings.remappings.emplace_back(from, to);
+}
+
+void visit_ros(Visitor& v, PluginSettings& settings) {
+  static constexpr std::string_view kScans[]{"sensor_msgs/LaserScan"};
+  std::string scan;
+  std::string scan_topic;
+  v.word({"output_type", "", "publish the rays' ranges, direct and mirror ray of each satellite in turn",
+          "no scan"},
+         scan, kScans);
+  v.section("ros", [&] {
+    std::string& space = settings.ros_namespace;
+    v.text({"namespace", "", "of all ROS topics", "the model's name"}, space);
+    if (v.has("namespace") && space != "/" &&
+        !is_ros_name(std::string_view(space).substr(0, space.size() - (space.back() == '/' ? 1 : 0)))) {
+      throw v.fault("namespace", fmt::format("'{}' is no namespace of ROS", space), kRosNameCure);
     }
-    for (const auto& other : settings.remappings) {
-      if (other.first == from) {
-        throw elements.error(element, fmt::format("'{}' has a name already, '{}'", from, other.second),
-                             "keep one");
-      }
-    }
-    settings.remappings.emplace_back(from, to);
-  };
-  if (const auto element = elements.take("ros.remapping")) {
-    for (const std::string& text : element->values) {
+    std::vector<std::string> remappings;
+    v.texts({"remapping", "", "FROM:=TO, one element each; '~/out' is the scan"}, remappings);
+    for (const std::string& text : remappings) {
       const std::size_t at = text.find(":=");
       if (at == std::string::npos) {
-        throw elements.error(*element, fmt::format("'{}' is no remapping", text),
-                             "write FROM:=TO, as in ~/out:=scan");
+        throw v.fault("remapping", fmt::format("'{}' is no remapping", text),
+                      "write FROM:=TO, as in ~/out:=scan");
       }
-      remap(*element, trim(std::string_view(text).substr(0, at)),
-            trim(std::string_view(text).substr(at + 2)));
+      add_remapping(v, "remapping", trim(std::string_view(text).substr(0, at)),
+                    trim(std::string_view(text).substr(at + 2)), settings);
     }
-  }
-  if (const auto element = elements.take("topicName")) {
-    remap(*element, "~/out", element->values.front());
-    settings.publish_scan = true;
-  }
-  if (const auto element = elements.take("output_type")) {
-    if (element->values.front() != "sensor_msgs/LaserScan") {
-      throw elements.error(*element, fmt::format("'{}' is not published", element->values.front()),
-                           "write sensor_msgs/LaserScan, or remove it where no scan is wanted");
-    }
-    settings.publish_scan = true;
-  }
-  set(settings.frame_id, elements.word("frame_id"));
+  });
+  v.text({"topicName", "", "publishes the scan on this ROS topic"}, scan_topic);
+  if (!scan_topic.empty()) add_remapping(v, "topicName", "~/out", scan_topic, settings);
+  if (v.reads()) settings.publish_scan = !scan.empty() || !scan_topic.empty();
+  visit_word(v, {"frame_id", "", "of all ROS messages", "the link's name"}, settings.frame_id);
 }
 
-void read_origin(PluginElements& elements, PluginSettings& settings) {
-  const std::optional<Element> given[] = {elements.take("origin_latitude"), elements.take("origin_longitude"),
-                                          elements.take("origin_altitude")};
-  for (const auto& element : given) {
-    if (!element) continue;
-    // Without a height of its own an origin lies on the ellipsoid; half a place is none.
-    if (!given[0] || !given[1]) {
-      throw elements.error(*element, "stands without latitude or longitude",
-                           "give <origin_latitude> and <origin_longitude>, or none of them");
-    }
-    elements.put(*element);
+void visit_origin(Visitor& v, std::optional<geodesy::Geodetic>& origin) {
+  constexpr std::string_view kWorlds = "the world's spherical_coordinates";
+  std::optional<double> latitude_deg;
+  std::optional<double> longitude_deg;
+  double height_m = 0;
+  // Without a height of its own an origin lies on the ellipsoid; half a place is none.
+  for (const char* key : {"origin_latitude", "origin_longitude", "origin_altitude"}) {
+    if (!v.has(key) || (v.has("origin_latitude") && v.has("origin_longitude"))) continue;
+    throw v.fault(key, "stands without latitude or longitude",
+                  "give <origin_latitude> and <origin_longitude>, or none of them");
   }
-  if (!given[0]) return;
-  const double latitude_deg = *elements.number("origin_latitude", -90, 90);
-  const double longitude_deg = *elements.number("origin_longitude", -180, 180);
-  settings.origin = geodesy::Geodetic::from_degrees(
-      latitude_deg, longitude_deg, elements.number("origin_altitude", -10e3, 100e3).value_or(0));
+  v.number({"origin_latitude", "deg", "of the world's origin: geodetic latitude (WGS 84)", kWorlds},
+           latitude_deg, {-90, 90});
+  v.number({"origin_longitude", "deg", "longitude, east positive", kWorlds}, longitude_deg, {-180, 180});
+  v.number({"origin_altitude", "m", "ellipsoidal height", "0 with origin_latitude, else the world's"},
+           height_m, {-10e3, 100e3});
+  if (latitude_deg) origin = geodesy::Geodetic::from_degrees(*latitude_deg, *longitude_deg, height_m);
 }
 
-// Names of files as the scenario's reader takes them: absolute.
-void find_files(PluginElements& elements, const PluginPlace& place, const std::string& sdf_file) {
-  std::vector<std::filesystem::path> folders;
-  if (!place.folder.empty()) folders.push_back(place.folder);
-  // A model may bring its files along. What was not read from a file has no path, or a name in its place.
-  const std::filesystem::path own(sdf_file);
-  if (own.is_absolute()) folders.push_back(own.parent_path());
-  for (const std::string_view path : {"sky.navigation", "sky.sp3", "profile"}) {
-    auto element = elements.take(path);
-    if (!element) continue;
-    if (path == "profile" && !simulation::is_profile_path(element->values.front())) {
-      elements.put(*std::move(element));
-      continue;
-    }
-    for (std::string& value : element->values) {
-      std::vector<std::filesystem::path> looked;
-      const auto file = find_resource(value, folders, place.resources, looked);
-      if (!file) {
-        std::string places;
-        for (const auto& candidate : looked) places += (places.empty() ? "" : ", ") + candidate.string();
-        throw elements.error(*element,
-                             fmt::format("there is no file '{}'; looked for {}", value,
-                                         places.empty() ? "it nowhere" : places),
-                             "give a path from the folder of the file that the plugin stands in, an absolute "
-                             "one, or add its folder to GAZEBO_RESOURCE_PATH "
-                             "(model://: GAZEBO_MODEL_PATH, package://: ROS_PACKAGE_PATH)");
-      }
-      value = file->string();
-    }
-    elements.put(*std::move(element));
-  }
-}
-
-void read_outputs(PluginElements& elements, PluginSettings& settings) {
-  set(settings.pose_topic, elements.word("pose_topic"));
-  set(settings.pose_timeout_s, elements.number("pose_timeout_s", 1e-3, 1e6));
-  set(settings.publish_gazebo, elements.boolean("publishers.gazebo"));
-  set(settings.publish_ros, elements.boolean("publishers.ros"));
-  set(settings.publish_px4, elements.boolean("publishers.px4"));
-  set(settings.nmea_port, elements.integer("publishers.nmea_port", 0, 65535));
-  if (const auto element = elements.take("publishers.stream")) {
-    settings.streams = element->values;
+void visit_outputs(Visitor& v, PluginSettings& settings) {
+  visit_word(v,
+             {"pose_topic", "",
+              "poses of the antenna, less lever_arm, from outside (the sensor's own pose is not added): "
+              "geometry_msgs/PoseStamped on ROS, gazebo.msgs.PoseStamped on Gazebo transport, in the world's "
+              "frame",
+              "Gazebo's own truth"},
+             settings.pose_topic);
+  v.number(
+      {"pose_timeout_s", "s", "of simulated time since the last pose came; without truth there is no epoch"},
+      settings.pose_timeout_s, {1e-3, 1e6});
+  v.section("publishers", [&] {
+    v.boolean({"gazebo", "", "canyon.msgs.GnssReceiver on Gazebo transport"}, settings.publish_gazebo);
+    v.boolean({"ros", "", "ROS topics, where the plugin is built with ROS"}, settings.publish_ros);
+    v.boolean({"px4", "", "sensor_msgs.msgs.SITLGps on Gazebo transport, for PX4's bridge",
+               "false; true beside elements of PX4's gps plugin"},
+              settings.publish_px4);
+    v.integer({"nmea_port", "", "TCP port of 127.0.0.1 that serves NMEA 0183; 0: none"}, settings.nmea_port,
+              0, 65535);
+    v.texts({"stream", "",
+             "FORMAT=ADDRESS, one element each, as of canyon simulate --stream: nmea=tcp://127.0.0.1:2947"},
+            settings.streams);
     try {
       for (const std::string& text : settings.streams) {
         (void)output::format_named(output::parse_stream(text).format);
       }
     } catch (const InputError& e) {
-      throw elements.error(*element, e.problem(), e.cure());
+      throw v.fault("stream", e.problem(), e.cure());
     }
-  }
-  set(settings.px4_topic, elements.word("topic"));
-  set(settings.show_rays, elements.boolean("visuals.rays"));
-  set(settings.show_bubble, elements.boolean("visuals.bubble"));
-  set(settings.bubble_scale, elements.number("visuals.bubble_scale", 1e-3, 1e3));
-  set(settings.ray_length_m, elements.number("visuals.ray_length_m", 0.1, 1e5));
+  });
+  visit_word(v,
+             {"topic", "", "last part of PX4's topic ~/MODEL/link/TOPIC",
+              "the name of the model right above the link"},
+             settings.px4_topic);
+  v.section("visuals", [&] {
+    v.boolean({"rays", "", "a ray to each satellite in the world, coloured by visibility"},
+              settings.show_rays);
+    v.boolean({"bubble", "", "a translucent sphere about the vehicle that shows the error of its fix"},
+              settings.show_bubble);
+    v.number({"bubble_scale", "m/m", "metres of its radius for a metre of error"}, settings.bubble_scale,
+             {1e-3, 1e3});
+    v.number({"ray_length_m", "m", "length of rays that meet nothing"}, settings.ray_length_m, {0.1, 1e5});
+  });
 }
 
 }  // namespace
 
+void visit(Visitor& v, PluginSettings& settings) {
+  static constexpr std::string_view kEngines[]{"physics", "embree"};
+  static constexpr std::string_view kGeometries[]{"collision", "visual"};
+  visit_ros(v, settings);
+  visit_origin(v, settings.origin);
+  v.choice(
+      {"ray_engine", "",
+       "embree: the engine's own rays; physics: those of Gazebo's physics engine, for the mirror model only",
+       "embree; physics on a ray sensor with satAzimuth"},
+      settings.ray_engine, kEngines);
+  v.text({"link", "", "libGNSSMultipathModelPlugin.so only: the link that carries the antenna",
+          "the model's first"},
+         settings.link);
+  v.choice({"geometry", "", "what embree rays meet"}, settings.visual_geometry, kGeometries);
+  v.boolean({"vehicle_blocks", "", "rays meet the receiver's own model"}, settings.vehicle_blocks);
+  visit_outputs(v, settings);
+  visit(v, settings.live);
+  if (v.reads()) settings.named = v.has("name");
+  if (v.has("ray_engine") && settings.ray_engine == RayEngine::Physics &&
+      settings.live.receiver.propagation.model != propagation::Model::Mirror) {
+    throw v.fault("ray_engine", "the physics engine has no facets for the specular model",
+                  "add <propagation><model>mirror</model></propagation>, or write "
+                  "<ray_engine>embree</ray_engine>");
+  }
+}
+
+const std::vector<Key>& plugin_keys() {
+  static const std::vector<Key> keys = make_keys();
+  return keys;
+}
+
 PluginSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place) {
-  PluginElements elements(element, place.name, known_paths());
+  PluginElements elements(element, place.name, known_elements());
   PluginSettings settings;
   settings.warnings = elements.warnings();
-  settings.publish_px4 = read_foreign(elements, settings.warnings);
-  const bool paper = read_papers_names(elements);
-  read_ros(elements, settings);
-  read_origin(elements, settings);
-  read_outputs(elements, settings);
-  (void)elements.text("link");  // the model's plugin reads it
-  settings.visual_geometry = elements.choice("geometry", {"collision", "visual"}) == "visual";
-  set(settings.vehicle_blocks, elements.boolean("vehicle_blocks"));
-  const std::optional<std::string> engine = elements.choice("ray_engine", {"physics", "embree"});
-  find_files(elements, place, element ? element->FilePath() : "");
-  settings.named = elements.has("name");
-  settings.live = elements.take_live_config();
-
+  settings.publish_px4 = take_foreign(elements, settings.warnings);
+  const bool paper = take_other_names(elements);
+  std::vector<std::filesystem::path> folders;
+  if (!place.folder.empty()) folders.push_back(place.folder);
+  // A model may bring its files along. What was not read from a file has no path, or a name in its place.
+  const std::filesystem::path own(element ? element->FilePath() : "");
+  if (own.is_absolute()) folders.push_back(own.parent_path());
+  elements.read(settings, folders, place.resources);
   const bool mirror = settings.live.receiver.propagation.model == propagation::Model::Mirror;
-  if (engine == "physics" && !mirror) {
-    throw elements.error({{}, "<ray_engine>", {}}, "the physics engine has no facets for the specular model",
-                         "add <propagation><model>mirror</model></propagation>, or write "
-                         "<ray_engine>embree</ray_engine>");
+  if (place.on_ray_sensor && paper && mirror && !elements.has("ray_engine")) {
+    settings.ray_engine = RayEngine::Physics;
   }
-  const bool physics = engine ? engine == "physics" : place.on_ray_sensor && paper && mirror;
-  settings.ray_engine = physics ? RayEngine::Physics : RayEngine::Embree;
   return settings;
 }
 

@@ -31,6 +31,7 @@ struct PluginSettings : RosSettings {
   RayEngine ray_engine = RayEngine::Embree;  ///< ray_engine: physics or embree
   bool visual_geometry = false;              ///< geometry: collision or visual
   bool vehicle_blocks = false;               ///< vehicle_blocks: rays meet the receiver's own model
+  std::string link;                          ///< link; the plugin of a model reads it for itself
 
   std::string pose_topic;       ///< pose_topic: truth from outside instead of Gazebo's
   double pose_timeout_s = 0.5;  ///< pose_timeout_s, of simulated time; > 0
@@ -69,7 +70,9 @@ struct PluginPlace {
 /// there, and ray_engine physics with the specular model. A null element has nothing but defaults.
 [[nodiscard]] PluginSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place);
 
-/// One row per element for docs and tests: name with dots, unit, default, meaning.
-[[nodiscard]] const std::vector<simulation::ScenarioKey>& plugin_keys();
+/// Its fields. Throws InputError where the physics engine is asked for with the specular model.
+void visit(options::Visitor& v, PluginSettings& settings);
+/// One row per element for docs and tests, the fields first, then their other names.
+[[nodiscard]] const std::vector<options::Key>& plugin_keys();
 
 }  // namespace canyon::adapters

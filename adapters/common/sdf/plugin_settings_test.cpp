@@ -6,12 +6,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <sstream>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "tests/support/option_values.hpp"
 #include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -84,16 +84,19 @@ PluginSettings read(const std::string& children, bool on_ray_sensor = false,
 }
 
 // The whole message of the error that reading ends with.
-std::string error_of(const std::string& children) {
+std::string error_of(const sdf::ElementPtr& element, const std::string& what) {
   try {
-    read(children);
+    (void)read_plugin_settings(element, {false, kName, {}, gazebos_paths()});
   } catch (const InputError& e) {
     EXPECT_EQ(e.line(), 0) << e.what();
     EXPECT_EQ(e.file(), "") << e.what();
     return e.what();
   }
-  ADD_FAILURE() << "no error from " << children;
+  ADD_FAILURE() << "no error from " << what;
   return "";
+}
+std::string error_of(const std::string& children) {
+  return error_of(plugin(children), children);
 }
 
 void write(const std::filesystem::path& path) {
@@ -464,7 +467,7 @@ TEST(PluginSettings, WrongValuesNamePluginElementAndCure) {
       {"<update_rate>0</update_rate>", "<update_rate>", "0 is out of range", "above 0"},
       {"<seed>-3</seed>", "<seed>", "-3 is out of range", ""},
       {"<start>yesterday</start>", "<start>", "yesterday", ""},
-      {"<start><tow>5</tow></start>", "<start>", "'week' is missing", "<week>2051</week>"},
+      {"<start><tow>5</tow></start>", "<start>", "'week' is missing", "give week and tow"},
       {"<sky><nominal>0</nominal></sky>", "<sky><nominal>", "false, and no other source", ""},
       {"<sky><systems>GPS Galilei</systems></sky>", "<sky><systems>", "Galilei", ""},
       {"<sky><allow_stale>1</allow_stale></sky>", "<sky><allow_stale>", "has no effect beside",
@@ -489,8 +492,8 @@ TEST(PluginSettings, WrongValuesNamePluginElementAndCure) {
       {"<geometry>Visual</geometry>", "<geometry>", "'Visual' is unknown", "collision, visual"},
       {"<ray_engine>physics</ray_engine>", "<ray_engine>", "no facets for the specular model",
        "<propagation><model>mirror</model></propagation>"},
-      {"<output_type>sensor_msgs/PointCloud</output_type>", "<output_type>", "is not published",
-       "sensor_msgs/LaserScan"},
+      {"<output_type>sensor_msgs/PointCloud</output_type>", "<output_type>",
+       "'sensor_msgs/PointCloud' is unknown", "known: sensor_msgs/LaserScan"},
       {"<pose_timeout_s>0</pose_timeout_s>", "<pose_timeout_s>", "0 is out of range", ""},
       {"<pose_timeout_s>nan</pose_timeout_s>", "<pose_timeout_s>", "'nan' is not a number", ""},
       {"<pose_topic>/a b</pose_topic>", "<pose_topic>", "has blanks in it", ""},
@@ -560,9 +563,30 @@ TEST(PluginSettings, ValuesAreTextWhateverIsInThem) {
 // --- the table
 // -------------------------------------------------------------------------------------------------
 
+// "<noise><enabled>"
+std::string tag_of(const options::Key& key) {
+  std::string tag;
+  for (const std::string_view name : split(key.path, '.')) tag += "<" + std::string(name) + ">";
+  return tag;
+}
+
+// A plugin of one element, without the slow way through a world's text.
+sdf::ElementPtr plugin(const options::Key& key, const std::string& value) {
+  auto root = std::make_shared<sdf::Element>();
+  sdf::ElementPtr parent = root;
+  for (const std::string_view name : split(key.path, '.')) {
+    auto child = std::make_shared<sdf::Element>();
+    child->SetName(std::string(name));
+    parent->InsertElement(child);
+    parent = child;
+  }
+  parent->AddValue("string", value, true);
+  return root;
+}
+
 TEST(PluginKeys, HoldEveryKeyOfALiveReceiver) {
-  for (const simulation::ScenarioKey& live : simulation::live_keys()) {
-    EXPECT_THAT(plugin_keys(), testing::Contains(testing::Field(&simulation::ScenarioKey::path, live.path)));
+  for (const options::Key& live : simulation::live_description().keys) {
+    EXPECT_THAT(plugin_keys(), testing::Contains(testing::Field(&options::Key::path, live.path)));
   }
 }
 
@@ -572,39 +596,43 @@ TEST(PluginKeys, EveryElementOfTheTableIsRead) {
   const std::vector<std::string> any_word{"frame_id",  "pose_topic",    "topic",
                                           "frameName", "ros.namespace", "robotNamespace",
                                           "topicName", "name",          "link"};
-  for (const simulation::ScenarioKey& key : plugin_keys()) {
-    std::string open;
-    std::string close;
-    std::istringstream path(key.path);
-    for (std::string name; std::getline(path, name, '.');) {
-      open += "<" + name + ">";
-      close.insert(0, "</" + name + ">");
-    }
-    const bool any = std::find(any_word.begin(), any_word.end(), key.path) != any_word.end();
-    if (any) {
-      EXPECT_THAT(read(open + "word" + close).warnings, IsEmpty()) << key.path;
+  for (const options::Key& key : plugin_keys()) {
+    if (std::find(any_word.begin(), any_word.end(), key.path) != any_word.end()) {
+      EXPECT_THAT(read_plugin_settings(plugin(key, "word"), {false, kName, {}}).warnings, IsEmpty())
+          << key.path;
     } else {
-      EXPECT_THAT(error_of(open + "?" + close),
+      EXPECT_THAT(error_of(plugin(key, "?"), key.path),
                   HasSubstr(kName + ": <" + key.path.substr(0, key.path.find('.'))))
           << key.path;
     }
   }
 }
 
+// What a reader of YAML refuses of a receiver is refused of an element, by its name.
+TEST(PluginKeys, RefuseWhatIsOutOfRange) {
+  int refused = 0;
+  for (const options::Key& key : plugin_keys()) {
+    // These need others beside them, which other tests give.
+    bool alone = key.path != "sky.allow_stale";
+    for (const char* one : {"satNum", "satAzimuth", "satElevation", "origin_", "start."}) {
+      alone = alone && key.path.find(one) == std::string::npos;
+    }
+    // Elements may be empty, and several.
+    const bool text = key.type == options::Type::Text || key.type == options::Type::Texts;
+    if (!alone || text) continue;
+    for (const std::string& bad : test::bad_values(key)) {
+      EXPECT_THAT(error_of(plugin(key, bad), key.path),
+                  testing::StartsWith(kName + ": " + tag_of(key) + ": "))
+          << bad;
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 200);
+}
+
 TEST(PluginKeys, DocumentationHasTheSameTable) {
-  std::vector<std::string> rows;
-  bool inside = false;
-  std::istringstream page(test::read_bytes(kSource / "docs/gazebo.md"));
-  for (std::string line; std::getline(page, line);) {
-    if (line.rfind("## ", 0) == 0) inside = line == "## Every element";
-    if (inside && line.rfind("| `", 0) == 0) rows.push_back(line);
-  }
-  ASSERT_EQ(rows.size(), plugin_keys().size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const simulation::ScenarioKey& key = plugin_keys()[i];
-    EXPECT_EQ(rows[i],
-              "| `" + key.path + "` | " + key.unit + " | " + key.default_value + " | " + key.meaning + " |");
-  }
+  const std::string table = options::markdown(plugin_keys());
+  EXPECT_NE(test::read_bytes(kSource / "docs/gazebo.md").find(table), std::string::npos) << table;
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/buildings/sources/http_client.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::buildings {
 namespace {
@@ -262,17 +263,19 @@ void OverpassOptions::validate() const {
     throw InputError(fmt::format("'{}' is no address of an Overpass endpoint", excerpt(url)),
                      "it looks like https://overpass-api.de/api/interpreter");
   }
-  if (timeout_s < 1 || timeout_s > 3600) {
-    throw InputError(fmt::format("timeout_s of the download is {}", timeout_s),
-                     "it must lie within [1, 3600]");
-  }
-  if (retries < 0 || retries > 10) {
-    throw InputError(fmt::format("retries of the download is {}", retries), "it must lie within [0, 10]");
-  }
-  if (!(tile_deg >= 0.001 && tile_deg <= 10)) {
-    throw InputError(fmt::format("tile_deg of the download is {}", tile_deg),
-                     "it must lie within [0.001, 10]");
-  }
+  options::check(*this, "download");
+}
+
+void visit(options::Visitor& v, OverpassOptions& o) {
+  v.text({"url", "", "Overpass endpoint"}, o.url);
+  std::string cache = o.cache.string();
+  v.text({"cache", "", "folder for downloads", "~/.cache/canyon"}, cache);
+  if (v.reads()) o.cache = cache;
+  v.integer({"timeout_s", "s", "of one request"}, o.timeout_s, 1, 3600);
+  v.integer({"retries", "", "after HTTP status 429 and 5xx"}, o.retries, 0, 10);
+  v.number({"tile_deg", "deg", "side of a tile; larger boxes are fetched tile by tile"}, o.tile_deg,
+           {0.001, 10});
+  v.boolean({"foliage", "", "trees, tree rows and woods as well"}, o.foliage);
 }
 
 std::vector<std::filesystem::path> download_osm(

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "canyon/buildings/sources/map_data.hpp"
+#include "canyon/options/fwd.hpp"
 
 namespace canyon::buildings {
 
@@ -20,6 +21,8 @@ struct OverpassOptions {
   bool foliage = false;
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, OverpassOptions& o);
 
 /// Downloads buildings, parts and (if asked) foliage of a box as .osm files (one for each tile) in the cache
 /// and returns their paths, for read_osm(); `progress` gets tiles done and in all. Tiles that are there

@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "canyon/base/dictionary.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
@@ -42,32 +43,15 @@ class ConfigOption {
 std::optional<double> metres_of_unit(const std::string& unit, const std::filesystem::path& path) {
   if (unit.empty()) return std::nullopt;
   const std::string lower = lower_case(unit);
-  struct Unit {
-    std::string_view name;
-    double metres;
-  };
   // International foot: 0.3048 m exactly; US survey foot: 1200/3937 m exactly (NIST SP 811, appendix B.6).
-  constexpr std::array<Unit, 18> kUnits{{{"m", 1},
-                                         {"metre", 1},
-                                         {"metres", 1},
-                                         {"meter", 1},
-                                         {"meters", 1},
-                                         {"dm", 0.1},
-                                         {"decimetre", 0.1},
-                                         {"cm", 0.01},
-                                         {"centimetre", 0.01},
-                                         {"mm", 0.001},
-                                         {"km", 1000},
-                                         {"ft", 0.3048},
-                                         {"foot", 0.3048},
-                                         {"feet", 0.3048},
-                                         {"us-ft", 1200.0 / 3937.0},
-                                         {"ftus", 1200.0 / 3937.0},
-                                         {"us survey foot", 1200.0 / 3937.0},
-                                         {"foot_us", 1200.0 / 3937.0}}};
-  for (const Unit& known : kUnits) {
-    if (lower == known.name) return known.metres;
-  }
+  static const auto kUnits = dictionary<double>({{"m|metre|metres|meter|meters", 1},
+                                                 {"dm|decimetre", 0.1},
+                                                 {"cm|centimetre", 0.01},
+                                                 {"mm", 0.001},
+                                                 {"km", 1000},
+                                                 {"ft|foot|feet", 0.3048},
+                                                 {"us-ft|ftus|us survey foot|foot_us", 1200.0 / 3937.0}});
+  if (const auto known = kUnits.find(lower); known != kUnits.end()) return known->second;
   throw InputError(path, 0,
                    fmt::format("its band 1 is in \"{}\", not a unit of length that Canyon knows", unit),
                    "set the band's unit to metres or feet, or use a height raster");

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <utility>
 
-#include "canyon/base/input_error.hpp"
+#include "canyon/base/dictionary.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon::buildings {
@@ -35,29 +35,18 @@ constexpr std::array<std::pair<RoofShape, std::string_view>, 10> kRoofNames{
      {RoofShape::Mansard, "mansard"}}};
 
 // Shapes without a form of their own, by the nearest one that has the same eaves and ridge.
-const std::map<std::string_view, RoofShape> kRoofFallbacks{{"gable", RoofShape::Gabled},
-                                                           {"pitched", RoofShape::Gabled},
-                                                           {"saltbox", RoofShape::Gabled},
-                                                           {"double_saltbox", RoofShape::Gabled},
-                                                           {"quadruple_saltbox", RoofShape::Hipped},
-                                                           {"gabled_height_moved", RoofShape::Gabled},
-                                                           {"gabled_row", RoofShape::Gabled},
-                                                           {"crosspitched", RoofShape::Gabled},
-                                                           {"cross_gabled", RoofShape::Gabled},
-                                                           {"hip", RoofShape::Hipped},
-                                                           {"half-hipped", RoofShape::Hipped},
-                                                           {"half_hipped", RoofShape::Hipped},
-                                                           {"side_hipped", RoofShape::Hipped},
-                                                           {"side_half-hipped", RoofShape::Hipped},
-                                                           {"hipped-and-gabled", RoofShape::Hipped},
-                                                           {"pyramid", RoofShape::Pyramidal},
-                                                           {"conical", RoofShape::Pyramidal},
-                                                           {"cone", RoofShape::Pyramidal},
-                                                           {"spherical", RoofShape::Dome},
-                                                           {"lean_to", RoofShape::Skillion},
-                                                           {"mono_pitched", RoofShape::Skillion},
-                                                           {"barrel", RoofShape::Round},
-                                                           {"terrace", RoofShape::Flat}};
+const auto kRoofFallbacks = dictionary<RoofShape>(
+    {{"gable|pitched|saltbox|double_saltbox|gabled_height_moved|gabled_row|crosspitched|"
+      "cross_gabled",
+      RoofShape::Gabled},
+     {"quadruple_saltbox|hip|half-hipped|half_hipped|side_hipped|side_half-hipped|"
+      "hipped-and-gabled",
+      RoofShape::Hipped},
+     {"pyramid|conical|cone", RoofShape::Pyramidal},
+     {"spherical", RoofShape::Dome},
+     {"lean_to|mono_pitched", RoofShape::Skillion},
+     {"barrel", RoofShape::Round},
+     {"terrace", RoofShape::Flat}});
 
 /// A feature's tags, read with complaints.
 class Tags {
@@ -166,23 +155,6 @@ std::string_view name(HeightSource source) {
       break;
   }
   return "default";
-}
-
-void HeightDefaults::validate() const {
-  if (!(level_m > 0 && level_m <= 20)) {
-    throw InputError(fmt::format("storey height level_m is {} m", level_m), "it must lie within (0, 20]");
-  }
-  if (!(building_m >= kThinnest_m && building_m <= 1000)) {
-    throw InputError(fmt::format("default height building_m is {} m", building_m),
-                     "it must lie within [0.1, 1000]");
-  }
-  for (const auto& [type, height] : by_type) {
-    if (type.empty()) throw InputError("a default height has no building type");
-    if (!(height >= kThinnest_m && height <= 1000)) {
-      throw InputError(fmt::format("default height of building={} is {} m", type, height),
-                       "it must lie within [0.1, 1000]");
-    }
-  }
 }
 
 Shape shape_from_tags(const std::map<std::string, std::string>& raw, const HeightDefaults& defaults,

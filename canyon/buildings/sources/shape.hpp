@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/buildings/sources/map_options.hpp"
 #include "canyon/city/fwd.hpp"
 
 namespace canyon::buildings {
@@ -28,24 +29,6 @@ enum class RoofShape : std::uint8_t {
 /// Where a height came from; the words stand in reports and GeoJSON: "height", "levels", "default".
 enum class HeightSource : std::uint8_t { Tag, Levels, Default };
 [[nodiscard]] std::string_view name(HeightSource source);
-
-/// Heights for buildings whose map says none; every use is counted.
-struct HeightDefaults {
-  double level_m = 3.0;     ///< storey height (OSM wiki, Simple 3D Buildings: about 3 m); (0, 20]
-  double building_m = 9.0;  ///< any type not listed below; (0, 1000]
-  std::map<std::string, double> by_type{{"house", 6},      {"detached", 6},    {"semidetached_house", 6},
-                                        {"terrace", 6},    {"bungalow", 4},    {"hut", 3},
-                                        {"shed", 3},       {"garage", 3},      {"garages", 3},
-                                        {"carport", 3},    {"kiosk", 3},       {"roof", 4},
-                                        {"greenhouse", 4}, {"apartments", 15}, {"residential", 12},
-                                        {"office", 15},    {"commercial", 12}, {"retail", 6},
-                                        {"hotel", 18},     {"industrial", 8},  {"warehouse", 8},
-                                        {"church", 15},    {"cathedral", 25},  {"hospital", 15},
-                                        {"school", 9},     {"university", 12}, {"train_station", 10},
-                                        {"parking", 9}};
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
-};
 
 /// Shape of a building or part above its base, from its tags (Simple 3D Buildings).
 struct Shape {

@@ -136,9 +136,10 @@ TEST(HeightDefaults, ValidateNamesTheField) {
   level.level_m = 0;
   building.building_m = std::numeric_limits<double>::quiet_NaN();
   type.by_type["church"] = 1500;
-  EXPECT_THAT(problem(level), HasSubstr("level_m is 0 m"));
-  EXPECT_THAT(problem(building), HasSubstr("building_m is nan m"));
-  EXPECT_THAT(problem(type), HasSubstr("building=church is 1500 m"));
+  EXPECT_THAT(problem(level), HasSubstr("level_height_m is 0; it must be above 0 and at most 20 m"));
+  EXPECT_THAT(problem(building),
+              HasSubstr("default_height_m is nan; it must be at least 0.1 and at most 1000 m"));
+  EXPECT_THAT(problem(type), HasSubstr("heights is church=1500; it must be at least 0.1 and at most 1000 m"));
 }
 
 // Simple 3D Buildings: height is the top of the roof, the roof included.

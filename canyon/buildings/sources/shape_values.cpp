@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "canyon/base/dictionary.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/shape.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -63,30 +64,14 @@ std::optional<double> parse_length_m(std::string_view text) {
   std::string_view rest = words;
   const std::optional<double> value = take_number(rest);
   if (!value) return {};
-  static constexpr std::array<std::pair<std::string_view, double>, 20> kUnits{
-      {{"", 1},
-       {"m", 1},
-       {"m.", 1},
-       {"metre", 1},
-       {"metres", 1},
-       {"meter", 1},
-       {"meters", 1},
-       {"km", 1000},
-       {"cm", 0.01},
-       {"mm", 0.001},
-       {"ft", kMetresPerFoot},
-       {"ft.", kMetresPerFoot},
-       {"foot", kMetresPerFoot},
-       {"feet", kMetresPerFoot},
-       {"'", kMetresPerFoot},
-       {"in", kMetresPerInch},
-       {"inch", kMetresPerInch},
-       {"inches", kMetresPerInch},
-       {"\"", kMetresPerInch},
-       {"mi", 5280 * kMetresPerFoot}}};
-  for (const auto& [unit, metres] : kUnits) {
-    if (rest == unit) return *value * metres;
-  }
+  static const auto kUnits = dictionary<double>({{"|m|m.|metre|metres|meter|meters", 1},
+                                                 {"km", 1000},
+                                                 {"cm", 0.01},
+                                                 {"mm", 0.001},
+                                                 {"ft|ft.|foot|feet|'", kMetresPerFoot},
+                                                 {"in|inch|inches|\"", kMetresPerInch},
+                                                 {"mi", 5280 * kMetresPerFoot}});
+  if (const auto unit = kUnits.find(rest); unit != kUnits.end()) return *value * unit->second;
   // Feet and inches: 3'6", 3' 6 in, 3 ft 6 in.
   std::size_t feet_end = 0;
   if (rest.substr(0, 1) == "'") feet_end = 1;
@@ -128,68 +113,18 @@ std::optional<double> parse_direction_rad(std::string_view text) {
 
 city::Material material_from_tag(std::string_view value) {
   using city::Material;
-  static const std::map<std::string_view, Material> kWords{{"glass", Material::Glass},
-                                                           {"mirror", Material::Glass},
-                                                           {"concrete", Material::Concrete},
-                                                           {"beton", Material::Concrete},
-                                                           {"cement", Material::Concrete},
-                                                           {"panel", Material::Concrete},
-                                                           {"panels", Material::Concrete},
-                                                           {"eternit", Material::Concrete},
-                                                           {"brick", Material::Brick},
-                                                           {"bricks", Material::Brick},
-                                                           {"clinker", Material::Brick},
-                                                           {"tile", Material::Brick},
-                                                           {"tiles", Material::Brick},
-                                                           {"terracotta", Material::Brick},
-                                                           {"metal", Material::Metal},
-                                                           {"steel", Material::Metal},
-                                                           {"copper", Material::Metal},
-                                                           {"aluminium", Material::Metal},
-                                                           {"aluminum", Material::Metal},
-                                                           {"zinc", Material::Metal},
-                                                           {"tin", Material::Metal},
-                                                           {"iron", Material::Metal},
-                                                           {"lead", Material::Metal},
-                                                           {"titanium", Material::Metal},
-                                                           {"brass", Material::Metal},
-                                                           {"bronze", Material::Metal},
-                                                           {"gold", Material::Metal},
-                                                           {"stone", Material::Stone},
-                                                           {"sandstone", Material::Stone},
-                                                           {"limestone", Material::Stone},
-                                                           {"marble", Material::Stone},
-                                                           {"granite", Material::Stone},
-                                                           {"slate", Material::Stone},
-                                                           {"flint", Material::Stone},
-                                                           {"masonry", Material::Stone},
-                                                           {"basalt", Material::Stone},
-                                                           {"travertine", Material::Stone},
-                                                           {"tuff", Material::Stone},
-                                                           {"wood", Material::Wood},
-                                                           {"wooden", Material::Wood},
-                                                           {"timber", Material::Wood},
-                                                           {"log", Material::Wood},
-                                                           {"logs", Material::Wood},
-                                                           {"bamboo", Material::Wood},
-                                                           {"plaster", Material::Plaster},
-                                                           {"plastered", Material::Plaster},
-                                                           {"plasterwork", Material::Plaster},
-                                                           {"stucco", Material::Plaster},
-                                                           {"render", Material::Plaster},
-                                                           {"rendered", Material::Plaster},
-                                                           {"rendering", Material::Plaster},
-                                                           {"roughcast", Material::Plaster},
-                                                           {"adobe", Material::Plaster},
-                                                           {"mud", Material::Plaster},
-                                                           {"loam", Material::Plaster},
-                                                           {"clay", Material::Plaster},
-                                                           {"sandlime", Material::Brick},
-                                                           {"klinker", Material::Brick},
-                                                           {"limewashed", Material::Plaster},
-                                                           {"weatherboard", Material::Wood},
-                                                           {"weatherboarding", Material::Wood},
-                                                           {"pebbledash", Material::Plaster}};
+  static const auto kWords = dictionary<Material>(
+      {{"glass|mirror", Material::Glass},
+       {"concrete|beton|cement|panel|panels|eternit", Material::Concrete},
+       {"brick|bricks|clinker|tile|tiles|terracotta|sandlime|klinker", Material::Brick},
+       {"metal|steel|copper|aluminium|aluminum|zinc|tin|iron|lead|titanium|brass|bronze|gold",
+        Material::Metal},
+       {"stone|sandstone|limestone|marble|granite|slate|flint|masonry|basalt|travertine|tuff",
+        Material::Stone},
+       {"wood|wooden|timber|log|logs|bamboo|weatherboard|weatherboarding", Material::Wood},
+       {"plaster|plastered|plasterwork|stucco|render|rendered|rendering|roughcast|adobe|mud|loam|"
+        "clay|limewashed|pebbledash",
+        Material::Plaster}});
   if (value.size() > 255) return Material::Unknown;
   // The first of "glass;steel"; the last known word of "red_brick", "cement_block", "wood frame".
   std::string first = lower_case(trim(split(value, ';').front()));

@@ -14,8 +14,6 @@
 namespace canyon::buildings {
 namespace {
 
-/// Geoid undulations lie within -107 and +86 m (EGM2008).
-constexpr double kLargestUndulation_m = 150;
 constexpr double kMostPosts = 25e6;
 
 }  // namespace
@@ -24,14 +22,6 @@ struct Terrain::Impl {
   std::vector<Raster> rasters;
   std::vector<std::string> notes;
 };
-
-void TerrainOptions::validate() const {
-  if (geoid_undulation_m && !(std::abs(*geoid_undulation_m) <= kLargestUndulation_m)) {
-    throw InputError(
-        fmt::format("geoid undulation {} m is not within +-{} m", *geoid_undulation_m, kLargestUndulation_m),
-        "give the height of the geoid above the WGS 84 ellipsoid at the place, in metres");
-  }
-}
 
 Terrain::Terrain(const std::vector<std::filesystem::path>& rasters, TerrainOptions options)
     : impl_(std::make_unique<Impl>()) {

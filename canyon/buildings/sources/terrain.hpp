@@ -8,19 +8,11 @@
 #include <vector>
 
 #include "canyon/buildings/sources/map_data.hpp"
+#include "canyon/buildings/sources/map_options.hpp"
 #include "canyon/city/fwd.hpp"
 #include "canyon/geodesy/frames.hpp"
 
 namespace canyon::buildings {
-
-struct TerrainOptions {
-  /// Added to the raster's heights to make them ellipsoidal: empty takes the geoid from the raster's vertical
-  /// datum where it names one (SRTM .hgt and DTED are EGM96 by their formats); a number [m], within +-150, is
-  /// used as it is.
-  std::optional<double> geoid_undulation_m;
-  /// Throws InputError naming the bound.
-  void validate() const;
-};
 
 /// A height raster over the Earth, read through GDAL (GeoTIFF, SRTM HGT, anything GDAL opens), in any
 /// projection. Heights are ellipsoidal [m] after the geoid.

@@ -15,6 +15,7 @@
 #include "canyon/drawing/views/city_render.hpp"
 #include "canyon/drawing/views/map_marks.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::drawing {
 namespace {
@@ -25,11 +26,6 @@ using Eigen::Vector3d;
 /// shrink with smaller ones.
 constexpr double kLargeUnits = 1200, kSmallUnits = 800;
 constexpr double kTitleHeight = 74, kLegendWidth = 132, kMargin = 26, kAxisRoom = 66, kAxisFoot = 58;
-
-void check_range(double value, double low, double high, std::string_view field) {
-  if (value >= low && value <= high) return;
-  throw InputError(fmt::format("picture {} {} lies outside [{}, {}]", field, value, low, high));
-}
 
 std::string_view wind(double azimuth_deg) {
   static constexpr std::array<std::string_view, 8> kWinds{"north", "north-east", "east", "south-east",
@@ -146,7 +142,7 @@ class CityPicture {
     const CityCamera camera({extent.min, extent.max},
                             {0, 0, static_cast<double>(columns), static_cast<double>(rows)}, columns,
                             {geodesy::kPi / 2, geodesy::kPi, 0});
-    const CityImage image = renderer_.render(camera, columns, rows, style(315));
+    const RgbImage image = renderer_.render(camera, columns, rows, style(315));
     canvas.image(area, columns, rows, image.pixels);
     canvas.rectangle(area, {}, Stroke{kFaintInk, 1});
     draw_frame_ticks(canvas, area, extent);
@@ -166,7 +162,7 @@ class CityPicture {
     const CityCamera camera(shown_, inner, options_.width_px,
                             {geodesy::radians(options_.elevation_deg), geodesy::radians(options_.azimuth_deg),
                              geodesy::radians(options_.field_deg)});
-    const CityImage image =
+    const RgbImage image =
         renderer_.render(camera, options_.width_px, options_.height_px, style(options_.azimuth_deg + 60));
     canvas.image({0, 0, canvas.width(), canvas.height()}, options_.width_px, options_.height_px,
                  image.pixels);
@@ -177,17 +173,7 @@ class CityPicture {
 
   /// Title and legend over the picture.
   void draw_panel(Canvas& canvas) {
-    TextStyle head{.size = 20, .bold = true, .halo = 3};
-    TextStyle line{.size = 12.5, .colour = kFaintInk, .halo = 2.5};
-    const double room = canvas.width() - kMargin - 16;
-    const auto fit = [&](const std::string& text, TextStyle& text_style) {
-      const double wide = canvas.text_width(text, text_style);
-      if (wide > room) text_style.size *= room / wide;
-    };
-    fit(title(), head);
-    fit(subtitle(), line);
-    canvas.text({kMargin, 36}, title(), head);
-    canvas.text({kMargin, 58}, subtitle(), line);
+    draw_title(canvas, kMargin, title(), subtitle(), 3);
     const double bar = std::min(260.0, 0.4 * canvas.height());
     const Rect panel{canvas.width() - kLegendWidth + 4, kTitleHeight + 4, kLegendWidth - 18,
                      legend_height(bar) + 38};
@@ -296,18 +282,31 @@ class CityPicture {
 }  // namespace
 
 void CityPictureOptions::validate() const {
-  check_range(width_px, 320, 16384, "width");
-  check_range(height_px, 240, 16384, "height");
-  check_range(elevation_deg, 0, 90, "elevation [deg]");
-  check_range(azimuth_deg, -360, 360, "azimuth [deg]");
-  check_range(field_deg, 0, 90, "field [deg]");
-  check_range(sun_azimuth_deg.value_or(0), -360, 360, "sun azimuth [deg]");
-  check_range(sun_elevation_deg, 5, 90, "sun elevation [deg]");
-  if (focus) {
-    check_range(focus->east_m, -1e6, 1e6, "focus east [m]");
-    check_range(focus->north_m, -1e6, 1e6, "focus north [m]");
-    check_range(focus->radius_m, 1, 1e6, "focus radius [m]");
+  options::check(*this, "picture");
+}
+
+void visit(options::Visitor& v, CityPictureOptions& o) {
+  v.integer({"width_px", "px", "of the picture"}, o.width_px, 320, 16384);
+  v.integer({"height_px", "px", "of the picture"}, o.height_px, 240, 16384);
+  v.number({"elevation_deg", "deg", "of the viewer above the horizon; 90 is a map"}, o.elevation_deg,
+           {0, 90});
+  v.number({"azimuth_deg", "deg", "compass direction in which the viewer stands"}, o.azimuth_deg,
+           {-360, 360});
+  v.number({"field_deg", "deg", "opening angle; 0 draws with parallel rays"}, o.field_deg, {0, 90});
+  if (o.focus) {
+    v.section("focus", [&] {
+      v.number({"east_m", "m", "middle of the part that fills the frame"}, o.focus->east_m, {-1e6, 1e6});
+      v.number({"north_m", "m", "likewise"}, o.focus->north_m, {-1e6, 1e6});
+      v.number({"radius_m", "m", "of that part"}, o.focus->radius_m, {1, 1e6});
+    });
   }
+  v.boolean({"colour_by_height", "", "false: by material"}, o.colour_by_height);
+  v.boolean({"mark_back_faces", "", "surfaces seen from behind in magenta"}, o.mark_back_faces);
+  v.text({"title", "", "of the picture", "the city's name"}, o.title);
+  v.text({"credit", "", "small, at the lower right: who made the map"}, o.credit);
+  v.number({"sun_azimuth_deg", "deg", "compass direction in which the sun stands", "behind the viewer"},
+           o.sun_azimuth_deg, {-360, 360});
+  v.number({"sun_elevation_deg", "deg", "of the sun"}, o.sun_elevation_deg, {5, 90});
 }
 
 std::string city_png(const city::City& city, const CityPictureOptions& options) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "canyon/city/fwd.hpp"
+#include "canyon/options/fwd.hpp"
 
 namespace canyon::drawing {
 
@@ -39,6 +40,8 @@ struct CityPictureOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, CityPictureOptions& o);
 
 /// A picture of a city as the bytes of a PNG: cast shadows, a little sky light, heights above the ground in
 /// colours with a legend in metres. All buildings (of the focus) lie within the frame. The same bytes on

@@ -54,7 +54,7 @@ city::City city_of(const std::vector<std::pair<Vector3d, Vector3d>>& boxes) {
   return city;
 }
 
-std::uint32_t at(const CityImage& image, const CityCamera& camera, const Vector3d& place) {
+std::uint32_t at(const RgbImage& image, const CityCamera& camera, const Vector3d& place) {
   const auto p = camera.pixel(place);
   if (!p) throw std::runtime_error("behind the eye");
   return image.pixels.at(static_cast<std::size_t>(p->y) * static_cast<std::size_t>(image.width) +
@@ -165,7 +165,7 @@ class TwoBoxes : public ::testing::Test {
   const CityRenderer renderer_{city_.mesh};
   const CityCamera camera_{box_corners({-200, -200, 0}, {200, 200, 60}), {0, 0, 400, 400}, 400, kFromAbove};
 
-  [[nodiscard]] CityImage from_above(double sun_azimuth_deg) const {
+  [[nodiscard]] RgbImage from_above(double sun_azimuth_deg) const {
     return renderer_.render(camera_, 400, 400,
                             {{geodesy::radians(sun_azimuth_deg), geodesy::radians(45)}, true, true, false});
   }
@@ -173,7 +173,7 @@ class TwoBoxes : public ::testing::Test {
 
 TEST_F(TwoBoxes, RoofsHaveTheLegendsColours) {
   EXPECT_NEAR(renderer_.heights().highest_m, 60, 1e-9);
-  const CityImage image = from_above(315);
+  const RgbImage image = from_above(315);
   const std::uint32_t low = at(image, camera_, {-100, 0, 20}), high = at(image, camera_, {100, 0, 60});
   EXPECT_TRUE(PngPixels::is(low, HeightColours::colour(renderer_.heights().at(20)), 2)) << std::hex << low;
   EXPECT_TRUE(PngPixels::is(high, viridis(1), 2)) << std::hex << high;
@@ -193,7 +193,7 @@ TEST_F(TwoBoxes, ShadowsFallAwayFromTheSun) {
                                   Case{180, {100, 50, 0}, {100, 90, 0}, {100, -50, 0}},
                                   Case{0, {100, -50, 0}, {100, -90, 0}, {100, 50, 0}}};
   for (const Case& c : cases) {
-    const CityImage image = from_above(c.sun_azimuth_deg);
+    const RgbImage image = from_above(c.sun_azimuth_deg);
     EXPECT_LT(brightness(at(image, camera_, c.shaded)), 0.8 * open) << c.sun_azimuth_deg;
     EXPECT_GT(brightness(at(image, camera_, c.beyond)), 0.93 * open) << c.sun_azimuth_deg;
     EXPECT_GT(brightness(at(image, camera_, c.opposite)), 0.85 * open) << c.sun_azimuth_deg;
@@ -238,7 +238,7 @@ TEST(CityRenderer, MaterialsFoliageAndVehicles) {
                    {90, 10, 3});
   const CityRenderer renderer(city.mesh);
   const CityCamera camera(box_corners({-100, -100, 0}, {100, 100, 10}), {0, 0, 200, 200}, 200, kFromAbove);
-  const CityImage image =
+  const RgbImage image =
       renderer.render(camera, 200, 200, {{geodesy::radians(315), geodesy::radians(45)}, false, true, false});
   EXPECT_TRUE(PngPixels::is(at(image, camera, {-80, 0, 10}), colour_of(city::Material::Brick), 2));
   EXPECT_TRUE(PngPixels::is(at(image, camera, {0, 0, 10}), kFoliage, 2));
@@ -373,16 +373,18 @@ TEST(CityPicture, BadOptionsAreNamed) {
     change(options);
     return problem_of([&] { (void)city_png(city, options); });
   };
-  EXPECT_THAT(with([](auto& o) { o.width_px = 319; }), HasSubstr("width 319 lies outside [320, 16384]"));
+  EXPECT_THAT(with([](auto& o) { o.width_px = 319; }),
+              HasSubstr("width_px of the picture is 319; it must be from 320 to 16384 px"));
   EXPECT_THAT(with([](auto& o) { o.height_px = 20000; }), HasSubstr("height"));
-  EXPECT_THAT(with([](auto& o) { o.elevation_deg = 90.5; }), HasSubstr("elevation [deg] 90.5"));
+  EXPECT_THAT(with([](auto& o) { o.elevation_deg = 90.5; }),
+              HasSubstr("elevation_deg of the picture is 90.5"));
   EXPECT_THAT(with([nan](auto& o) { o.elevation_deg = nan; }), HasSubstr("elevation"));
   EXPECT_THAT(with([](auto& o) { o.azimuth_deg = 361; }), HasSubstr("azimuth"));
   EXPECT_THAT(with([](auto& o) { o.field_deg = -1; }), HasSubstr("field"));
-  EXPECT_THAT(with([](auto& o) { o.sun_elevation_deg = 4; }), HasSubstr("sun elevation"));
-  EXPECT_THAT(with([nan](auto& o) { o.sun_azimuth_deg = nan; }), HasSubstr("sun azimuth"));
-  EXPECT_THAT(with([](auto& o) { o.focus = PictureFocus{0, 0, 0.5}; }), HasSubstr("focus radius"));
-  EXPECT_THAT(with([nan](auto& o) { o.focus = PictureFocus{nan, 0, 9}; }), HasSubstr("focus east"));
+  EXPECT_THAT(with([](auto& o) { o.sun_elevation_deg = 4; }), HasSubstr("sun_elevation_deg"));
+  EXPECT_THAT(with([nan](auto& o) { o.sun_azimuth_deg = nan; }), HasSubstr("sun_azimuth_deg"));
+  EXPECT_THAT(with([](auto& o) { o.focus = PictureFocus{0, 0, 0.5}; }), HasSubstr("focus.radius_m"));
+  EXPECT_THAT(with([nan](auto& o) { o.focus = PictureFocus{nan, 0, 9}; }), HasSubstr("focus.east_m"));
 }
 
 TEST(CityPicture, EmptyCityIsRefusedAndLeavesOlderFilesAlone) {

@@ -1,12 +1,8 @@
 #include "canyon/drawing/views/city_render.hpp"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <optional>
 
@@ -101,12 +97,6 @@ class Grid {
   int nx_ = 2, ny_ = 2;
   std::vector<float> values_ = std::vector<float>(4, 0);
 };
-
-void for_rows(int rows, const std::function<void(int)>& work) {
-  tbb::parallel_for(tbb::blocked_range<int>(0, rows, 4), [&work](const tbb::blocked_range<int>& range) {
-    for (int row = range.begin(); row != range.end(); ++row) work(row);
-  });
-}
 
 bool has_surface(const city::Mesh& mesh, city::Surface surface) {
   return std::any_of(mesh.objects.begin(), mesh.objects.end(), [surface](const city::Object& object) {
@@ -205,12 +195,7 @@ struct CityRenderer::Impl {
 };
 
 CityRenderer::Impl::Impl(const city::Mesh& of)
-    : mesh(with_ground(of)), object_of(mesh.triangles.size()), scene(mesh) {
-  for (std::size_t i = 0; i < mesh.objects.size(); ++i) {
-    const city::Object& object = mesh.objects[i];
-    std::fill_n(object_of.begin() + object.first_triangle, object.triangle_count,
-                static_cast<std::uint32_t>(i));
-  }
+    : mesh(with_ground(of)), object_of(objects_by_triangle(mesh)), scene(mesh) {
   essential = vertices_of(of, city::Surface::Building);
   bounds = box_of(essential);
   survey();
@@ -362,7 +347,7 @@ double CityRenderer::ground_height(double x, double y) const {
   return impl_->ground.at(x, y);
 }
 
-CityImage CityRenderer::render(const CityCamera& camera, int width, int height, const Style& style) const {
+RgbImage CityRenderer::render(const CityCamera& camera, int width, int height, const Style& style) const {
   const Vector3d to_sun = geodesy::enu_from_azimuth_elevation(style.sun.azimuth_rad, style.sun.elevation_rad);
   const auto w = static_cast<std::size_t>(width);
   std::vector<Impl::Sample> first(w * static_cast<std::size_t>(height));
@@ -372,7 +357,7 @@ CityImage CityRenderer::render(const CityCamera& camera, int width, int height, 
           impl_->shade(camera.ray(x + 0.5, y + 0.5), (y + 0.5) / height, style, to_sun);
     }
   });
-  CityImage image{width, height, std::vector<std::uint32_t>(first.size())};
+  RgbImage image{width, height, std::vector<std::uint32_t>(first.size())};
   for_rows(height, [&](int y) {
     for (int x = 0; x < width; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * w + static_cast<std::size_t>(x);

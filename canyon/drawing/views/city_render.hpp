@@ -1,22 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "canyon/city/fwd.hpp"
-#include "canyon/drawing/palette.hpp"
 #include "canyon/drawing/views/city_camera.hpp"
 
 namespace canyon::drawing {
-
-/// Pixels by rows from the top, each 0xRRGGBB.
-struct CityImage {
-  int width = 0;
-  int height = 0;
-  std::vector<std::uint32_t> pixels;
-};
 
 /// Light of a picture.
 struct Sun {
@@ -59,7 +50,7 @@ class CityRenderer {
   };
   /// Casts a ray for each pixel, more where neighbours differ. Rows in parallel; the same pixels on any
   /// number of threads.
-  [[nodiscard]] CityImage render(const CityCamera& camera, int width, int height, const Style& style) const;
+  [[nodiscard]] RgbImage render(const CityCamera& camera, int width, int height, const Style& style) const;
 
  private:
   struct Impl;

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <functional>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/drawing/views/sky_marks.hpp"
 #include "canyon/drawing/views/sky_render.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::drawing {
 namespace {
@@ -207,9 +207,13 @@ std::function<void(Canvas&)> chart(const SkyDrawing& drawing) {
 }  // namespace
 
 void SkySheet::validate() const {
-  if (width_px < 200 || width_px > 4000) {
-    throw InputError(fmt::format("a sky picture cannot be {} pixels wide", width_px), "give 200 to 4000");
-  }
+  options::check(*this, "sky picture");
+}
+
+void visit(options::Visitor& v, SkySheet& o) {
+  static constexpr std::string_view kFormats[]{"png", "svg"};
+  v.choice({"format", "", "of the file"}, o.format, kFormats);
+  v.integer({"width_px", "px", "of a PNG; the height is 836/990 of it"}, o.width_px, 200, 4000);
 }
 
 SkyLens sky_sheet_lens(SkyProjection projection, bool looking_up) {
@@ -236,7 +240,7 @@ std::string draw_fisheye(const SkyDrawing& drawing, const SkySurroundings& surro
   const int height = static_cast<int>(std::ceil((kCentre.y + kRadius) * scale) - top);
   const SkyLens pixels{
       {kCentre.x * scale - left, kCentre.y * scale - top}, kRadius * scale, drawing.projection, true};
-  const CityImage image =
+  const RgbImage image =
       render_sky(*surroundings.scene, *surroundings.mesh, surroundings.antenna_enu, pixels, width, height);
   return render_sheet(sheet, [&](Canvas& canvas) {
     draw_sheet(canvas, drawing, sky_sheet_lens(drawing.projection, true), [&](Canvas& c) {

@@ -9,6 +9,7 @@
 #include "canyon/drawing/canvas.hpp"
 #include "canyon/drawing/views/sky_lens.hpp"
 #include "canyon/drawing/views/sky_mask.hpp"
+#include "canyon/options/fwd.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
@@ -68,6 +69,8 @@ struct SkySheet {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, SkySheet& o);
 /// Height over width of a sky picture; 990 x 836 and 1980 x 1672 are whole.
 inline constexpr double kSkySheetAspect = 836.0 / 990.0;
 

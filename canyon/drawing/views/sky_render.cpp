@@ -1,12 +1,8 @@
 #include "canyon/drawing/views/sky_render.hpp"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "canyon/city/city.hpp"
@@ -46,12 +42,7 @@ class Renderer {
  public:
   Renderer(const raytrace::RayScene& scene, const city::Mesh& mesh, const Vector3d& antenna,
            const SkyLens& lens)
-      : scene_(scene), mesh_(mesh), antenna_(antenna), lens_(lens), object_of_(mesh.triangles.size()) {
-    for (std::size_t i = 0; i < mesh.objects.size(); ++i) {
-      std::fill_n(object_of_.begin() + mesh.objects[i].first_triangle, mesh.objects[i].triangle_count,
-                  static_cast<std::uint32_t>(i));
-    }
-  }
+      : scene_(scene), mesh_(mesh), antenna_(antenna), lens_(lens), object_of_(objects_by_triangle(mesh)) {}
 
   /// Share of a pixel that lies in the disc, given by its middle.
   [[nodiscard]] double coverage(double x, double y) const {
@@ -142,16 +133,10 @@ double line_share(double height_m, double span_m) {
   return fine * std::clamp(1 - away_px, 0.0, 1.0);
 }
 
-void for_rows(int rows, const std::function<void(int)>& work) {
-  tbb::parallel_for(tbb::blocked_range<int>(0, rows, 4), [&work](const tbb::blocked_range<int>& range) {
-    for (int row = range.begin(); row != range.end(); ++row) work(row);
-  });
-}
-
 }  // namespace
 
-CityImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh, const Vector3d& antenna_enu,
-                     const SkyLens& lens, int width, int height) {
+RgbImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh, const Vector3d& antenna_enu,
+                    const SkyLens& lens, int width, int height) {
   const Renderer renderer(scene, mesh, antenna_enu, lens);
   const auto w = static_cast<std::size_t>(width);
   std::vector<Sample> first(w * static_cast<std::size_t>(height));
@@ -163,7 +148,7 @@ CityImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh, co
       }
     }
   });
-  CityImage image{width, height, std::vector<std::uint32_t>(first.size())};
+  RgbImage image{width, height, std::vector<std::uint32_t>(first.size())};
   const std::uint32_t paper = pixel_of(renderer.palette().paper);
   for_rows(height, [&](int y) {
     for (int x = 0; x < width; ++x) {

@@ -23,8 +23,8 @@ inline constexpr Colour kSkyWall = rgb(0xCBBCA8);
 /// @param antenna_enu finite, in the city's frame [m]; directions are taken in that frame as well, whose
 /// vertical differs from the antenna's by 1e-4 rad some 600 m from the origin
 /// @param lens in pixels from the top left corner of the picture; the first pixel's middle is (0.5, 0.5)
-[[nodiscard]] CityImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh,
-                                   const Eigen::Vector3d& antenna_enu, const SkyLens& lens, int width,
-                                   int height);
+[[nodiscard]] RgbImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh,
+                                  const Eigen::Vector3d& antenna_enu, const SkyLens& lens, int width,
+                                  int height);
 
 }  // namespace canyon::drawing

@@ -7,10 +7,10 @@
 #include <map>
 #include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/output/number.hpp"
 
 namespace canyon::drawing {
@@ -70,16 +70,20 @@ std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> trails(
 }  // namespace
 
 void SkyplotOptions::validate() const {
-  sheet.validate();
-  if (!(trail_s >= 0 && trail_s <= kLongestTrail_s)) {
-    throw InputError(fmt::format("tracks of {:g} minutes cannot be drawn", trail_s / 60),
-                     "give 0 to 1440 minutes");
-  }
-  if (!(elevation_mask_rad >= 0 && elevation_mask_rad < 0.5 * geodesy::kPi)) {
-    throw InputError(
-        fmt::format("an elevation mask of {:g} deg cannot be drawn", geodesy::degrees(elevation_mask_rad)),
-        "it runs from 0 to below 90 deg");
-  }
+  options::check(*this, "sky plot");
+}
+
+void visit(options::Visitor& v, SkyplotOptions& o) {
+  static constexpr std::string_view kStyles[]{"sky", "fisheye"};
+  static constexpr std::string_view kProjections[]{"equidistant", "stereographic"};
+  v.choice({"style", "", "sky (a map) or fisheye (a camera)"}, o.style, kStyles);
+  v.choice({"projection", "", "equidistant (even elevations) or stereographic (true shapes)"}, o.projection,
+           kProjections);
+  v.part("sheet", o.sheet);
+  v.number({"trail_s", "s", "tracks of so many seconds before, as received at this place"}, o.trail_s,
+           {0, kLongestTrail_s});
+  v.angle({"elevation_mask_deg", "deg", "drawn only"}, o.elevation_mask_rad, {0, 90, false, true});
+  v.text({"receiver", "", "for the title"}, o.receiver);
 }
 
 SkyDrawing make_sky_drawing(const simulation::Environment& environment,

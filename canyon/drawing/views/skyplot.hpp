@@ -5,6 +5,7 @@
 #include <string>
 
 #include "canyon/drawing/views/sky_picture.hpp"
+#include "canyon/options/fwd.hpp"
 #include "canyon/simulation/environment.hpp"
 
 namespace canyon::drawing {
@@ -26,6 +27,8 @@ struct SkyplotOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, SkyplotOptions& o);
 
 /// What a picture of the sky at a place and time shows: satellites above the horizon with their visibility,
 /// reflections and tracks, the silhouette, title and subtitle. Nothing is made up where there is nothing:

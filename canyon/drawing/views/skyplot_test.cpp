@@ -272,7 +272,7 @@ TEST(SkyRender, AMastStandsAtItsAzimuth) {
   city::append_box(mesh, "mast", city::Surface::Building, city::Material::Metal, {-21, 20, 0}, {-20, 21, 60});
   const raytrace::RayScene scene(mesh);
   const SkyLens lens{{200, 200}, 200, SkyProjection::Equidistant, true};
-  const CityImage image = render_sky(scene, mesh, {0, 0, 2}, lens, 400, 400);
+  const RgbImage image = render_sky(scene, mesh, {0, 0, 2}, lens, 400, 400);
   const auto at = [&](double azimuth_deg, double elevation_deg) {
     const Point p = lens.point(radians(azimuth_deg), radians(elevation_deg));
     return image.pixels.at(static_cast<std::size_t>(p.y) * 400 + static_cast<std::size_t>(p.x));
@@ -295,7 +295,7 @@ TEST(SkyRender, MovingThingsAreSeen) {
   const raytrace::InstanceId id = scene.add_instance(truck);
   const SkyLens lens{{100, 100}, 100, SkyProjection::Stereographic, true};
   const auto east = [&] {
-    const CityImage image = render_sky(scene, city, {0, 0, 1.5}, lens, 200, 200);
+    const RgbImage image = render_sky(scene, city, {0, 0, 1.5}, lens, 200, 200);
     const Point p = lens.point(radians(90), radians(8));
     return image.pixels.at(static_cast<std::size_t>(p.y) * 200 + static_cast<std::size_t>(p.x));
   };

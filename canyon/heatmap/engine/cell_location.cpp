@@ -9,7 +9,6 @@
 #include "canyon/heatmap/engine/cell_solution.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
-#include "canyon/propagation/atmosphere.hpp"
 #include "canyon/propagation/index/simd_clones.hpp"
 
 namespace canyon::heatmap {
@@ -25,11 +24,13 @@ constexpr double kSettled_m = 1e-6;
 constexpr double kNearlySettled_m = 0.02;
 /// More than corrections of the atmosphere move a place, of which only the end is known.
 constexpr double kCorrected_m = 500;
-/// positioning::solve_fix() first looks at mask and atmosphere up to this off, times PDOP: after a step of
-/// 10 km ranges are bent by 10 km^2 / (2 * 20,000 km), of ten satellites.
-constexpr double kFirstLook_m = 8;
-/// Farther from an end of the troposphere's model than approximations of this solver reach [m].
-constexpr double kBesideEdge_m = 1;
+/// Farther from an end of the troposphere's model than this solver's places are off [m].
+constexpr double kBesideEdge_m = 0.01;
+/// A step of positioning::solve_fix() leaves less of the distance than twice TileSolutions::Terms::linear.
+/// Of this much its iterations suffice, whatever way they took to the ninth look.
+constexpr double kQuick = 0.02;
+/// PDOP up to which this solver's places are as good as CellSolver promises.
+constexpr double kWeakest = 100;
 constexpr int kMostPasses = 30;
 
 Eigen::Matrix<double, 6, 1> monomials(const Vector3d& p) {
@@ -62,6 +63,16 @@ class LinesSky final : public orbit::Sky {
  private:
   const std::vector<orbit::LineOfSight>& lines_;
 };
+
+/// By more than so much.
+bool is_within_troposphere(double height_m, double by_m) {
+  return height_m - by_m > propagation::kTroposphereLowest_m &&
+         height_m + by_m < propagation::kTroposphereHighest_m;
+}
+bool is_beyond_troposphere(double height_m, double by_m) {
+  return height_m + by_m < propagation::kTroposphereLowest_m ||
+         height_m - by_m > propagation::kTroposphereHighest_m;
+}
 
 struct Extremes {
   double change_m = std::numeric_limits<double>::infinity();  ///< in the largest component
@@ -128,14 +139,12 @@ SetSolution::Column TileSolutions::sum(const SetSolution& set, const CellErrors&
   return sums;
 }
 
-Vector3d TileSolutions::shift_by_atmosphere(bool ionosphere, bool troposphere, const SetSolution& set,
-                                            const Vector3d& place) const {
-  Vector3d shift = Vector3d::Zero();
-  if (ionosphere) shift += set.ionosphere + set.ionosphere_slope * place;
-  if (troposphere) {
-    shift += (*zenith_)(height_m(place)) * (set.troposphere + set.troposphere_slope * place);
-  }
-  return shift;
+Vector3d TileSolutions::error(const SetSolution& set, const SetSolution::Column& sums,
+                              const Vector3d& place) const {
+  Vector3d error = sums.head<3>();
+  if (options_.ionosphere) error += shift_by_ionosphere(set, place);
+  if (options_.troposphere) error += shift_by_troposphere(set, (*zenith_)(height_m(place)), place);
+  return error;
 }
 
 TileSolutions::Terms TileSolutions::terms(const SetSolution& set, const Vector3d& error,
@@ -151,19 +160,21 @@ TileSolutions::Terms TileSolutions::terms(const SetSolution& set, const Vector3d
   terms.linear.col(1) -= 2 * place.y() * c.col(1) + place.x() * c.col(3) + place.z() * c.col(5);
   terms.linear.col(2) -= 2 * place.z() * c.col(2) + place.x() * c.col(4) + place.y() * c.col(5);
   if (corrected && options_.fix.correct_ionosphere) {
-    terms.constant -= set.ionosphere + set.ionosphere_slope * place;
+    terms.constant -= shift_by_ionosphere(set, place);
     terms.linear -= set.ionosphere_slope;
   }
   return terms;
 }
 
 std::optional<Vector3d> TileSolutions::settle(const SetSolution& set, const Terms& terms,
-                                              const Vector3d& place, Vector3d x, bool troposphere) const {
+                                              const Vector3d& place, Vector3d x, Vector3d* delay) const {
   double before = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < kMostPasses; ++pass) {
     Vector3d next = terms.constant + terms.linear * x - set.curvature * monomials(x);
-    const double zenith_m = troposphere ? (*zenith_)(height_m(place + x)) : 0;
-    if (zenith_m != 0) next -= zenith_m * (set.troposphere + set.troposphere_slope * (place + x));
+    if (delay != nullptr) {
+      *delay = shift_by_troposphere(set, zenith_->nearest(height_m(place + x)), place + x);
+      next -= *delay;
+    }
     const double change = (next - x).norm();
     x = next;
     // Each pass shrinks the change by some 1e-3 (PDOP 100 and 1 km: 1e-2).
@@ -177,29 +188,57 @@ std::optional<Vector3d> TileSolutions::settle(const SetSolution& set, const Term
   return std::nullopt;
 }
 
-bool TileSolutions::clear_of_edges(const SetSolution& set, const SatelliteSet& received,
-                                   const Vector3d& first, const Vector3d& last) const {
-  const double around_m = kFirstLook_m * set.dop.pdop;
-  const auto above_mask = [&](const Vector3d& place) {
-    if ((place.lpNorm<1>() + around_m) * sine_change_per_m_ < set.margin) return true;
-    bool above = true;
-    received.for_each([&](std::size_t i) {
-      above = above && sine(satellites_[i], place) - sine_of_mask_ > around_m * sine_change_per_m_;
-    });
-    return above;
-  };
-  if (!above_mask(first) || !above_mask(last)) return false;
-  if (!options_.fix.correct_troposphere) return true;
-  // -1 below the model's heights, 1 above: there is no delay on either side. Where the places without and
-  // with the delay lie on one side, a look from anywhere leads to the second of them: it sees that side at
-  // its next look.
-  const auto side = [](double height_m) {
-    return height_m < propagation::kTroposphereLowest_m    ? -1
-           : height_m > propagation::kTroposphereHighest_m ? 1
-                                                           : 0;
-  };
-  const auto [low, high] = std::minmax({height_m(first), height_m(last)});
-  return side(low - kBesideEdge_m) == side(high + kBesideEdge_m);
+bool TileSolutions::each_clear_of_mask(const SatelliteSet& received, const Vector3d& place,
+                                       double around_m) const {
+  bool above = true;
+  received.for_each([&](std::size_t i) {
+    above = above && sine(satellites_[i], place) - sine_of_mask_ > around_m * sine_change_per_m_;
+  });
+  return above;
+}
+
+std::optional<Vector3d> TileSolutions::end_of_looks(const SetSolution& set, const SatelliteSet& received,
+                                                    const Terms& terms, const Vector3d& place,
+                                                    const Vector3d& x) const {
+  const bool troposphere = options_.fix.correct_troposphere;
+  Vector3d delay = Vector3d::Zero();
+  const std::optional<Vector3d> end = settle(set, terms, place, x, troposphere ? &delay : nullptr);
+  if (!end) return std::nullopt;
+  const Vector3d last = place + *end, without = last + delay;
+  const double delay_m = delay.lpNorm<1>();
+  Vector3d first = without;
+  double shift_m = delay_m;
+  if (options_.fix.correct_ionosphere) {
+    first += shift_by_ionosphere(set, last);
+    shift_m = (first - last).lpNorm<1>();
+  }
+  if (!clear_of_mask(set, received, last, shift_m)) return std::nullopt;
+  // By far more than `without` is off.
+  if (!troposphere || is_within_troposphere(height_m(without), 1 + 0.1 * delay_m)) return end;
+  return end_beside_troposphere(set, terms, place, *end, delay, first);
+}
+
+std::optional<Vector3d> TileSolutions::end_beside_troposphere(const SetSolution& set, const Terms& terms,
+                                                              const Vector3d& place, const Vector3d& with,
+                                                              const Vector3d& delay,
+                                                              const Vector3d& first) const {
+  // A look from within the model's heights leads to the place with the correction, one from beyond them to
+  // the place without.
+  const std::optional<Vector3d> without = settle(set, terms, place, with + delay, nullptr);
+  if (!without) return std::nullopt;
+  const double bend = terms.linear.norm(), height_without_m = height_m(place + *without);
+  if (is_within_troposphere(height_without_m, kBesideEdge_m)) {
+    // So every way leads to the place with it. Where that lies beyond, the ninth look takes the nearest
+    // height.
+    const bool known = is_within_troposphere(height_m(place + with), 0);
+    return known || (bend < kQuick && set.dop.pdop < kWeakest) ? std::optional(with) : std::nullopt;
+  }
+  const double near_m = kBesideEdge_m + 2 * bend * (*without - with).norm();
+  if (!is_beyond_troposphere(height_without_m, near_m)) return std::nullopt;
+  // Where the place with it lies beyond as well, every way leads to the place without, else the first look's.
+  const bool both = is_beyond_troposphere(height_m(place + with), near_m);
+  const bool at_first = is_beyond_troposphere(height_m(first), kFirstLook_m * set.dop.pdop);
+  return both || at_first ? without : std::nullopt;
 }
 
 std::optional<CellFix> TileSolutions::locate(const CellErrors& cell, int draw) {
@@ -207,18 +246,16 @@ std::optional<CellFix> TileSolutions::locate(const CellErrors& cell, int draw) {
   if (!set.solved) return std::nullopt;
   if (set.doubtful) return solve_alone(cell, draw);
   const SetSolution::Column sums = sum(set, cell);
-  Vector3d error =
-      sums.head<3>() + shift_by_atmosphere(options_.ionosphere, options_.troposphere, set, cell.place);
-  if (draw != kNoDraw) error += noise(set, draw);
-  const Terms plain = terms(set, error, sums, cell.place, false);
-  std::optional<Vector3d> x = settle(set, plain, cell.place, plain.constant, false);
-  if (!x) return solve_alone(cell, draw);
-  const Vector3d first = cell.place + *x;
-  if (corrects_) {
-    x = settle(set, terms(set, error, sums, cell.place, true), cell.place, *x,
-               options_.fix.correct_troposphere);
+  Vector3d by_ranges = error(set, sums, cell.place);
+  if (draw != kNoDraw) by_ranges += noise(set, draw);
+  const Terms plain = terms(set, by_ranges, sums, cell.place, false);
+  std::optional<Vector3d> x = settle(set, plain, cell.place, plain.constant, nullptr);
+  if (x && corrects_) {
+    x = end_of_looks(set, cell.received, terms(set, by_ranges, sums, cell.place, true), cell.place, *x);
+  } else if (x && !clear_of_mask(set, cell.received, cell.place + *x, 0)) {
+    x.reset();
   }
-  if (!x || !clear_of_edges(set, cell.received, first, cell.place + *x)) return solve_alone(cell, draw);
+  if (!x) return solve_alone(cell, draw);
   return CellFix{set.used, set.dop, *x, true};
 }
 
@@ -289,9 +326,7 @@ void TileSolutions::locate_draws(const CellErrors& cell, const CellFix& undistur
   const SetSolution& set = solution(cell.received);
   if (!set.solved) return;
   const SetSolution::Column sums = sum(set, cell);
-  const Vector3d error =
-      sums.head<3>() + shift_by_atmosphere(options_.ionosphere, options_.troposphere, set, cell.place);
-  const Terms shared = terms(set, error, sums, cell.place, true);
+  const Terms shared = terms(set, error(set, sums, cell.place), sums, cell.place, true);
   if (undisturbed.shared && !options_.fix.correct_troposphere &&
       settle_draws(set, shared, cell, undisturbed)) {
     horizontal_m.resize(draws);
@@ -300,16 +335,12 @@ void TileSolutions::locate_draws(const CellErrors& cell, const CellFix& undistur
             horizontal_m.data(), vertical_m.data());
     return;
   }
+  Terms own = shared;
   for (int draw = 0; draw < draws_; ++draw) {
     if (undisturbed.shared && corrects_) {
       const Vector3d drawn = noise(set, draw);
-      const Terms own{shared.constant + drawn, shared.linear};
-      const std::optional<Vector3d> x =
-          settle(set, own, cell.place, undisturbed.error + drawn, options_.fix.correct_troposphere);
-      const Vector3d last = cell.place + x.value_or(Vector3d::Zero());
-      const Vector3d first = last + shift_by_atmosphere(options_.fix.correct_ionosphere,
-                                                        options_.fix.correct_troposphere, set, last);
-      if (x && clear_of_edges(set, cell.received, first, last)) {
+      own.constant = shared.constant + drawn;
+      if (const auto x = end_of_looks(set, cell.received, own, cell.place, undisturbed.error + drawn)) {
         keep(*x);
         continue;
       }

@@ -32,8 +32,6 @@ constexpr double kDopChange = 1e-3;
 /// Of WGS 84.
 constexpr double kSemiMajor_m = 6'378'137, kFlattening = 1 / 298.257223563;
 
-constexpr double kHeightStep_m = 10;  ///< of ZenithDelay
-
 /// Rotation that takes the vectors b to the vectors a (Kabsch, Acta Crystallographica A 32, 1976).
 Matrix3d rotation_between(const Matrix3d& sum_of_a_bt) {
   const Eigen::JacobiSVD<Matrix3d> svd(sum_of_a_bt, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -59,11 +57,7 @@ ZenithDelay::ZenithDelay(const geodesy::Geodetic& place) {
 }
 
 double ZenithDelay::operator()(double height_m) const {
-  if (!(height_m >= kTroposphereLowest_m && height_m <= kTroposphereHighest_m)) return 0;
-  const double step = (height_m - kTroposphereLowest_m) / kHeightStep_m;
-  const auto i = std::min(static_cast<std::size_t>(step), delay_m_.size() - 2);
-  const double part = step - static_cast<double>(i);
-  return delay_m_[i] + part * (delay_m_[i + 1] - delay_m_[i]);
+  return height_m >= kTroposphereLowest_m && height_m <= kTroposphereHighest_m ? nearest(height_m) : 0;
 }
 
 TileSolutions::TileSolutions(const receiver::ReceiverOptions& options,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -14,6 +15,7 @@
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/positioning/dop.hpp"
+#include "canyon/propagation/atmosphere.hpp"
 #include "canyon/receiver/receiver.hpp"
 
 // Position solutions of a tile's cells: what CellSolver shares among them. Places and errors are ENU of the
@@ -22,6 +24,9 @@
 namespace canyon::heatmap {
 
 inline constexpr std::size_t kMostSatellites = 128;
+/// positioning::solve_fix() first looks at mask and atmosphere up to this off, times PDOP: after a step of
+/// 10 km ranges are bent by 10 km^2 / (2 * 20,000 km), of ten satellites.
+inline constexpr double kFirstLook_m = 8;
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 inline constexpr positioning::Dop kNoDop{kUnknown, kUnknown, kUnknown, kUnknown, kUnknown};
 
@@ -63,14 +68,25 @@ struct TileSatellite {
   Eigen::Vector3d ionosphere_slope = Eigen::Vector3d::Zero();
 };
 
-/// Saastamoinen's zenith delay over the height, 0 beyond the heights that the model knows. Error below 1e-6 m
-/// (linear between steps of 10 m).
+/// Saastamoinen's zenith delay over the height. Error below 1e-6 m (linear between steps of 10 m).
 class ZenithDelay {
  public:
   explicit ZenithDelay(const geodesy::Geodetic& place);
+  /// 0 beyond the heights that the model knows.
   [[nodiscard]] double operator()(double height_m) const;
+  /// There that of the nearest.
+  [[nodiscard]] double nearest(double height_m) const {
+    const double known_m =
+        std::clamp(height_m, propagation::kTroposphereLowest_m, propagation::kTroposphereHighest_m);
+    const double step = (known_m - propagation::kTroposphereLowest_m) / kHeightStep_m;
+    const auto i = std::min(static_cast<std::size_t>(step), delay_m_.size() - 2);
+    const double part = step - static_cast<double>(i);
+    return delay_m_[i] + part * (delay_m_[i + 1] - delay_m_[i]);
+  }
 
  private:
+  static constexpr double kHeightStep_m = 10;
+
   std::vector<double> delay_m_;
 };
 
@@ -156,8 +172,17 @@ class TileSolutions {
   void grow();
   [[nodiscard]] SetSolution::Column sum(const SetSolution& set, const CellErrors& cell) const;
   /// What the atmosphere shifts a place by.
-  [[nodiscard]] Eigen::Vector3d shift_by_atmosphere(bool ionosphere, bool troposphere, const SetSolution& set,
-                                                    const Eigen::Vector3d& place) const;
+  [[nodiscard]] Eigen::Vector3d shift_by_ionosphere(const SetSolution& set,
+                                                    const Eigen::Vector3d& place) const {
+    return set.ionosphere + set.ionosphere_slope * place;
+  }
+  [[nodiscard]] Eigen::Vector3d shift_by_troposphere(const SetSolution& set, double zenith_m,
+                                                     const Eigen::Vector3d& place) const {
+    return zenith_m * (set.troposphere + set.troposphere_slope * place);
+  }
+  /// By pseudorange errors and the signals' atmosphere.
+  [[nodiscard]] Eigen::Vector3d error(const SetSolution& set, const SetSolution::Column& sums,
+                                      const Eigen::Vector3d& place) const;
   /// The error x of a place solves x = constant + linear x - curvature(x), less the troposphere's correction.
   struct Terms {
     Eigen::Vector3d constant;
@@ -168,10 +193,24 @@ class TileSolutions {
                             const SetSolution::Column& sums, const Eigen::Vector3d& place,
                             bool corrected) const;
   /// Solves it from x on. Empty where it does not settle near the ground.
-  /// @param troposphere whether it is corrected, as at the place found
+  /// @param delay where the troposphere is corrected, as at the known height nearest to the place found: what
+  /// that takes out of the error; null: not corrected
   [[nodiscard]] std::optional<Eigen::Vector3d> settle(const SetSolution& set, const Terms& terms,
                                                       const Eigen::Vector3d& place, Eigen::Vector3d x,
-                                                      bool troposphere) const;
+                                                      Eigen::Vector3d* delay) const;
+  /// The error at which the receiver's looks at mask and atmosphere end. Empty where it does not settle near
+  /// the ground, and where a rule of the receiver may go either way.
+  /// @param terms corrected @param x to begin from
+  [[nodiscard]] std::optional<Eigen::Vector3d> end_of_looks(const SetSolution& set,
+                                                            const SatelliteSet& received, const Terms& terms,
+                                                            const Eigen::Vector3d& place,
+                                                            const Eigen::Vector3d& x) const;
+  /// The same where the place without the troposphere's correction is hardly or not within the heights that
+  /// the troposphere's model knows. @param with the error with the correction @param delay that it takes out
+  /// @param first the place without any correction
+  [[nodiscard]] std::optional<Eigen::Vector3d> end_beside_troposphere(
+      const SetSolution& set, const Terms& terms, const Eigen::Vector3d& place, const Eigen::Vector3d& with,
+      const Eigen::Vector3d& delay, const Eigen::Vector3d& first) const;
   /// All draws together where no edge is near; else false.
   bool settle_draws(const SetSolution& set, const Terms& terms, const CellErrors& cell,
                     const CellFix& undisturbed);
@@ -179,11 +218,16 @@ class TileSolutions {
     return height_m_ + place.z() +
            0.5 * (place.x() * place.x() * curvature_east_ + place.y() * place.y() * curvature_north_);
   }
-  /// Surely every received satellite is above the mask, and either the troposphere's model knows the height
-  /// or it lies beyond the same end of it, at both places and where the receiver may have looked beside them.
-  /// @param first found without corrections @param last with them
-  [[nodiscard]] bool clear_of_edges(const SetSolution& set, const SatelliteSet& received,
-                                    const Eigen::Vector3d& first, const Eigen::Vector3d& last) const;
+  /// Surely every received satellite is above the mask wherever the receiver looked that settles at a place.
+  /// @param shift_m what corrections moved it by
+  [[nodiscard]] bool clear_of_mask(const SetSolution& set, const SatelliteSet& received,
+                                   const Eigen::Vector3d& place, double shift_m) const {
+    const double around_m = kFirstLook_m * set.dop.pdop + shift_m;
+    return (place.lpNorm<1>() + around_m) * sine_change_per_m_ < set.margin ||
+           each_clear_of_mask(received, place, around_m);
+  }
+  [[nodiscard]] bool each_clear_of_mask(const SatelliteSet& received, const Eigen::Vector3d& place,
+                                        double around_m) const;
   [[nodiscard]] Eigen::Vector3d noise(const SetSolution& set, int draw) const {
     const auto d = static_cast<std::size_t>(draw), n = static_cast<std::size_t>(draws_);
     return {set.noise[d], set.noise[n + d], set.noise[2 * n + d]};

@@ -13,6 +13,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/heatmap/engine/cell_solution.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -83,21 +84,18 @@ struct Block {
 }  // namespace
 
 void DrawOptions::validate() const {
-  if (draws < 1 || draws > 10'000) {
-    throw InputError(fmt::format("draws of a map's noise is {}", draws), "it must lie within 1 and 10000");
-  }
+  options::check(*this, "map's noise");
+}
+
+void visit(options::Visitor& v, DrawOptions& o) {
+  v.integer({"draws", "", "of noise, for layers over draws"}, o.draws, 1, 10'000);
+  v.integer({"seed", "", "of the draws, the same at every cell"}, o.seed);
 }
 
 struct CellSolver::Impl {
   receiver::ReceiverOptions receiver;
   DrawOptions draws;
   std::map<gnss::System, gnss::Klobuchar> klobuchar;
-
-  [[nodiscard]] bool drifts(int los) const {
-    const receiver::NoiseOptions& noise = receiver.noise;
-    return noise.enabled && noise.drift_enabled &&
-           (noise.drift_below_speed_mps > 0 || los < noise.drift_below_los);
-  }
 };
 
 CellSolver::CellSolver(const receiver::ReceiverOptions& receiver, const DrawOptions& draws,
@@ -188,7 +186,8 @@ void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::
         }
         if (fixes) {
           solutions.trim();
-          cell.received.drifting = impl_->drifts(direct);
+          constexpr double kSpeed_mps = 0;
+          cell.received.drifting = impl_->receiver.noise.drifts(kSpeed_mps, direct);
           // From the tile's centre, where directions are from.
           const double column = static_cast<double>(index % plane.columns) - 0.5 * (plane.columns - 1);
           const double row = static_cast<double>(index / plane.columns) - 0.5 * (plane.rows - 1);

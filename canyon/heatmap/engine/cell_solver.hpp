@@ -19,6 +19,8 @@ struct DrawOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, DrawOptions& o);
 
 /// Layers of a tile from its signals. Cells that receive the same satellites share one solution matrix: with
 /// directions H of the used satellites and their weights W, the error of a fix is

@@ -18,6 +18,7 @@
 #include "canyon/heatmap/engine/engine_key.hpp"
 #include "canyon/heatmap/engine/engine_receivers.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -80,15 +81,9 @@ bool is_ascending(const Values& values, const Less& less) {
 }  // namespace
 
 void Request::validate() const {
-  grid.validate();
+  options::check(*this, "map");
   if (area) area->validate();
   if (altitudes_m.empty()) throw InputError("the map has no altitude", "give at least one");
-  for (const double altitude_m : altitudes_m) {
-    if (!(std::abs(altitude_m) <= 100'000)) {
-      throw InputError(fmt::format("an altitude of {} m is out of range", altitude_m),
-                       "give -100,000 to 100,000 m");
-    }
-  }
   if (!is_ascending(altitudes_m, std::less<>())) {
     throw InputError("the map's altitudes do not ascend", "give each once, the lowest first");
   }
@@ -103,7 +98,33 @@ void Request::validate() const {
       throw InputError(fmt::format("the layer {} is given twice", info(layer).name), "give each once");
     }
   }
-  draws.validate();
+}
+
+void visit(options::Visitor& v, Request& o) {
+  static constexpr std::string_view kAltitudeKinds[]{"terrain", "ellipsoid"};
+  v.part("grid", o.grid);
+  if (o.area) {
+    v.list("area", o.area->rings, [&v](std::vector<Eigen::Vector2d>& ring) {
+      v.list("ring", ring, [&v](Eigen::Vector2d& corner) {
+        v.number({"east_m", "m", ""}, corner.x(), {});
+        v.number({"north_m", "m", ""}, corner.y(), {});
+      });
+    });
+  }
+  v.numbers({"altitudes_m", "m", "of the antenna"}, o.altitudes_m, {-100e3, 100e3});
+  v.choice({"altitude_kind", "", "above the terrain, or above the WGS 84 ellipsoid"}, o.altitude_kind,
+           kAltitudeKinds);
+  v.list("times", o.times, [&v](geodesy::GpsTime& time) {
+    auto ns = static_cast<std::uint64_t>(time.nanoseconds());
+    v.integer({"gps_ns", "ns", ""}, ns);
+    if (v.reads()) time = geodesy::GpsTime::from_nanoseconds(static_cast<std::int64_t>(ns));
+  });
+  v.list("layers", o.layers, [&v](Layer& layer) {
+    std::string name(info(layer).name);
+    v.text({"layer", "", ""}, name);
+    if (v.reads()) layer = layer_by_name(name);
+  });
+  v.part("draws", o.draws);
 }
 
 struct Heatmap::Impl {

@@ -30,6 +30,8 @@ struct Request {
   /// Throws InputError for empty, unordered, repeated or not finite values.
   void validate() const;
 };
+/// Its fields, all of which a store's key depends on.
+void visit(options::Visitor& v, Request& o);
 
 /// Values of one tile: all times (of a chunk) and altitudes. Layout [layer][time][altitude][cell].
 struct TileValues {

@@ -9,6 +9,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/options/read.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/option_values.hpp"
@@ -67,11 +68,17 @@ TEST(HeatmapKey, ChangesWithEverythingThatValuesDependOn) {
   with_request("area", [](Request& r) { r.area = Area{{{{0, 0}, {1, 0}, {0, 1}}}}; });
   with_request("area's corner", [](Request& r) { r.area = Area{{{{0, 0}, {1, 0}, {0, 2}}}}; });
   with_request("altitudes", [](Request& r) { r.altitudes_m = {2, 15, 30}; });
-  with_request("altitude kind", [](Request& r) { r.altitude_kind = AltitudeKind::Ellipsoid; });
   with_request("times", [](Request& r) { r.times[1] = r.times[1] + std::chrono::nanoseconds(1); });
   with_request("layers", [](Request& r) { std::swap(r.layers[0], r.layers[1]); });
   with_request("draws", [](Request& r) { r.draws.draws = 65; });
   with_request("seed", [](Request& r) { r.draws.seed = 2; });
+  options::Document document;
+  document.known = options::describe(request).paths();
+  for (const options::Key& each : options::describe(request).keys) {
+    with_request(each.path.c_str(), [&](Request& r) {
+      options::read(options::parse_yaml(nested(each.path, another_value(each)), document, ""), document, r);
+    });
+  }
 
   const auto with_receiver = [&](const char* what, const auto& change) {
     ReceiverConfig changed = receiver;
@@ -129,14 +136,22 @@ TEST(HeatmapKey, ChangesWithEverythingThatValuesDependOn) {
 TEST(HeatmapKey, ChangesWithEveryKeyOfAReceiver) {
   const simulation::Environment environment = environment_with({{gnss::System::GPS, {{1e-8, 0, 0, 0}, {}}}});
   std::map<std::string, std::string> keys;
-  const auto expect_new = [&](const std::string& line, const std::string& what) {
+  const auto store_key = [&](const std::string& line) {
     const ReceiverConfig receiver = simulation::parse_profile("description: d\n" + line, "p.yaml").receiver;
-    const auto [found, fresh] = keys.emplace(Heatmap(environment, receiver, some_request(), "").key(), what);
+    return Heatmap(environment, receiver, some_request(), "").key();
+  };
+  const auto expect_new = [&](const std::string& line, const std::string& what) {
+    const auto [found, fresh] = keys.emplace(store_key(line), what);
     EXPECT_TRUE(fresh) << what << " gives the key of " << found->second;
   };
+  const std::string plain = store_key("");
   expect_new("", "the defaults");
   for (const options::Key& key : simulation::profile_keys()) {
-    if (key.path.rfind("lever_arm.", 0) == 0) continue;  // cells are where the antenna is
+    // Cells are where the antenna is, wherever that stands on a vehicle.
+    if (key.path.rfind("lever_arm.", 0) == 0) {
+      EXPECT_EQ(store_key(nested(key.path, another_value(key))), plain) << key.path;
+      continue;
+    }
     std::string value = another_value(key);
     if (key.path == "signal.lock.acquisition_threshold_dbhz") value = "30";
     expect_new(nested(key.path, value) + "\n", key.path);

@@ -10,6 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/heatmap/engine/map_summary.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -142,17 +143,16 @@ void find_no_fix(RouteReport& report, const std::vector<Layer>& layers, std::siz
 }  // namespace
 
 void RouteOptions::validate() const {
-  const auto check = [](const char* name, double value, double most, const char* unit) {
-    if (value > 0 && value <= most) return;
-    throw InputError(fmt::format("{} {} is out of range", name, value),
-                     fmt::format("it runs from above 0 to {:.0f} {}", most, unit));
-  };
-  check("step_m", step_m, 1e6, "m");
-  check("stretch_m", stretch_m, 1e6, "m");
-  if (speed_mps) check("speed_mps", *speed_mps, 1e5, "m/s");
-  if (altitude_m && !std::isfinite(*altitude_m)) {
-    throw InputError("altitude_m is not finite", "give metres as the map counts them");
-  }
+  options::check(*this, "route");
+}
+
+void visit(options::Visitor& v, RouteOptions& o) {
+  v.number({"step_m", "m", "from station to station", "half a cell"}, o.step_m, {0, 1e6, true});
+  v.number({"stretch_m", "m", "length of the worst stretch"}, o.stretch_m, {0, 1e6, true});
+  v.number({"speed_mps", "m/s", "along the route, instead of its own"}, o.speed_mps, {0, 1e5, true});
+  v.number({"altitude_m", "m", "as the map counts it",
+            "the map's lowest; a route's own, where the map counts from the ellipsoid"},
+           o.altitude_m, {});
 }
 
 RouteReport judge_route(const MapLookup& map, const geodesy::LocalFrame& frame,

@@ -32,6 +32,8 @@ struct RouteOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields but `start`.
+void visit(options::Visitor& v, RouteOptions& o);
 
 /// The middle of a piece of the way; all pieces are equally long.
 struct RouteStation {

@@ -237,7 +237,7 @@ Area Reader::read() {
   const Json json = [&] {
     try {
       return Json::parse(file.text());
-    } catch (const Json::parse_error& error) {
+    } catch (const Json::exception& error) {  // also of numbers beyond a double's
       const std::string what = error.what();
       // "[json.exception.parse_error.101] parse error at line 1, column 5: ...": without the library's
       // number.

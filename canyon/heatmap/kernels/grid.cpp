@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -48,22 +49,18 @@ Tile Grid::tile(std::size_t i) const {
 }
 
 void Grid::validate() const {
-  if (!std::isfinite(west_m) || !std::isfinite(south_m)) {
-    throw InputError(fmt::format("the grid's corner ({}, {}) is not finite", west_m, south_m),
-                     "give metres east and north of the city's origin");
-  }
-  if (!(spacing_m >= 0.01 && spacing_m <= 10'000)) {
-    throw InputError(fmt::format("a grid spacing of {} m is out of range", spacing_m),
-                     "give 0.01 to 10,000 m");
-  }
+  options::check(*this, "grid");
+}
+
+void visit(options::Visitor& v, Grid& o) {
   constexpr std::uint32_t kMost = std::uint32_t{1} << 31;
-  if (columns == 0 || rows == 0 || columns > kMost || rows > kMost) {
-    throw InputError(fmt::format("a grid of {} columns and {} rows cannot be computed", columns, rows),
-                     "give at least one of each, and at most 2^31");
-  }
-  if (tile_size == 0 || tile_size > 4096) {
-    throw InputError(fmt::format("tiles of {} cells across are out of range", tile_size), "give 1 to 4096");
-  }
+  v.number({"west_m", "m", "western edge, east of the city's origin"}, o.west_m, {});
+  v.number({"south_m", "m", "southern edge, north of it"}, o.south_m, {});
+  v.number({"spacing_m", "m", "side of a cell"}, o.spacing_m, {0.01, 10'000});
+  v.integer({"columns", "cells", "from west to east"}, o.columns, 1, kMost);
+  v.integer({"rows", "cells", "from south to north"}, o.rows, 1, kMost);
+  v.integer({"tile_size", "cells", "across a tile", "256, fewer where these are wider than 1024 m"},
+            o.tile_size, 1, 4096);
 }
 
 Grid Grid::covering(double west_m, double south_m, double east_m, double north_m, double spacing_m) {

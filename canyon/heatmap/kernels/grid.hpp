@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/options/fwd.hpp"
 
 namespace canyon::heatmap {
 
@@ -54,6 +55,8 @@ struct Grid {
   /// 2^31 columns or rows, and a tile size out of range.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, Grid& o);
 
 /// Polygons that cells must lie in (centres, even-odd rule, holes as further rings), ENU of the city [m].
 /// Rings close by themselves; a last corner that repeats the first does no harm. Points on an edge are on

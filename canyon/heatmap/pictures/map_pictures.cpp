@@ -9,23 +9,17 @@
 #include <memory>
 #include <optional>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/drawing/apng.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/pictures/map_pictures_sheet.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::heatmap {
 namespace {
 
 namespace fs = std::filesystem;
-
-void check_range(const char* name, double value, double low, double high) {
-  if (value >= low && value <= high) return;
-  throw InputError(fmt::format("{} {} is out of range", name, value),
-                   fmt::format("it must be in [{}, {}]", low, high));
-}
 
 /// A middle dot, with spaces.
 constexpr const char* kDot = "  \u00b7  ";
@@ -259,9 +253,16 @@ class Writer {
 }  // namespace
 
 void MapPictureOptions::validate() const {
-  check_range("pixels_per_unit", pixels_per_unit, 1, 8);
-  check_range("animation_pixels_per_unit", animation_pixels_per_unit, 0.5, 8);
-  check_range("frame_s", frame_s, 0.001, 65);
+  options::check(*this, "map's pictures");
+}
+
+void visit(options::Visitor& v, MapPictureOptions& o) {
+  v.number({"pixels_per_unit", "px", "of the stills, whose text is 11 units high"}, o.pixels_per_unit,
+           {1, 8});
+  v.number({"animation_pixels_per_unit", "px", "likewise, of animations"}, o.animation_pixels_per_unit,
+           {0.5, 8});
+  v.number({"frame_s", "s", "how long an animation shows each time"}, o.frame_s, {0.001, 65});
+  v.integer({"kept_bytes", "bytes", "of values that stay in memory"}, o.kept_bytes);
 }
 
 std::vector<std::string> write_map_pictures(const fs::path& folder, const MapSource& source,

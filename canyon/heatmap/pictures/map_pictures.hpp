@@ -7,6 +7,7 @@
 
 #include "canyon/city/fwd.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/options/fwd.hpp"
 
 namespace canyon::heatmap {
 
@@ -20,6 +21,8 @@ struct MapPictureOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, MapPictureOptions& o);
 
 /// write_map_pictures() of map_source.hpp, with options. For each time, altitude and sheet of at most six
 /// layers `map[_SHEET][_aALTm][_tYYYYmmddTHHMMSSZ].png`, and with more than one time, for each altitude and

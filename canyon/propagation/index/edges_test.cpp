@@ -19,6 +19,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
+#include "tests/support/edge_reference.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::propagation {
@@ -347,7 +348,7 @@ TEST(DiffractionPoint, IsWhereThePathIsShortest) {
     EXPECT_NEAR(at->excess_m, length(least), 1e-9);
     EXPECT_NEAR(at->leg_m, (at->point - antenna).norm(), 1e-9);
     // The same construction in other words.
-    const auto other = ray_around_edge(antenna, s, start, stop);
+    const auto other = test::ray_around_edge(antenna, s, start, stop);
     ASSERT_TRUE(other);
     EXPECT_NEAR((other->point - at->point).norm(), 0, 1e-9);
     EXPECT_NEAR(other->excess_m, at->excess_m, 1e-9);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
@@ -82,10 +81,6 @@ Complex edge_wave(double nu) {
   return nu >= 0 ? knife_edge_field(nu) : -knife_edge_field(-nu);
 }
 
-double exact_knife_edge_loss_db(double nu) {
-  return -20 * std::log10(std::abs(knife_edge_field(nu)));
-}
-
 double approximate_knife_edge_loss_db(double nu) {
   if (nu <= -0.78) return 0;
   const double v = nu - 0.1;
@@ -98,33 +93,6 @@ double signed_knife_edge_nu(double excess_m, double wavelength_m, bool blocked) 
     throw InputError(fmt::format("wavelength of {} m", wavelength_m), "give one above 0 m");
   const double nu = 2 * std::sqrt(excess_m / wavelength_m);
   return blocked ? nu : -nu;
-}
-
-std::optional<EdgeRay> ray_around_edge(const Eigen::Vector3d& antenna, const Eigen::Vector3d& satellite,
-                                       const Eigen::Vector3d& start, const Eigen::Vector3d& end) {
-  constexpr double kNothing = 1e-9;
-  const double length = (end - start).norm();
-  if (!(length > kNothing)) return std::nullopt;
-  const Eigen::Vector3d tangent = (end - start) / length;
-  const double foot_at = (antenna - start).dot(tangent);
-  const Eigen::Vector3d to_foot = start + foot_at * tangent - antenna;
-  const double rho = to_foot.norm();
-  const double along = satellite.dot(tangent);
-  const double across = satellite.cross(tangent).norm();  // not sqrt(1 - along^2), which cancels
-  if (!(rho > kNothing) || !(across > kNothing)) return std::nullopt;
-  // d/dz (sqrt(rho^2 + z^2) - z along) = 0
-  const double at = foot_at + rho * along / across;
-  if (!(at >= 0 && at <= length)) return std::nullopt;
-  EdgeRay ray;
-  ray.point = start + at * tangent;
-  ray.arrival = (ray.point - antenna).normalized();
-  ray.bend_rad = std::atan2(ray.arrival.cross(satellite).norm(), ray.arrival.dot(satellite));
-  // rho (across - e.s) = rho across (1 - cos phi), phi about the edge's axis; 2 sin^2(phi/2) keeps the digits
-  // of small bends.
-  const Eigen::Vector3d e = to_foot / rho, s = (satellite - along * tangent) / across;
-  const double half_chord = (e - s).norm() / 2;
-  ray.excess_m = 2 * rho * across * half_chord * half_chord;
-  return ray;
 }
 
 }  // namespace canyon::propagation

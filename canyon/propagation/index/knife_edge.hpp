@@ -1,8 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <complex>
-#include <optional>
 
 namespace canyon::propagation {
 
@@ -24,12 +22,9 @@ namespace canyon::propagation {
 /// 1 in the light, where the direct path is a path of its own. |edge wave| is even in nu, at most 1/2.
 [[nodiscard]] std::complex<double> edge_wave(double nu);
 
-/// J(nu) [dB] = -20 log10 |knife_edge_field(nu)|, exact (P.526-15, 4.1). Negative where the edge's wave adds
-/// to the direct one (-1.37 dB at nu = -1.217 is the lowest).
-[[nodiscard]] double exact_knife_edge_loss_db(double nu);
-
 /// J(nu) [dB] as P.526-15, 4.1 approximates it: 6.9 + 20 log10(sqrt((nu - 0.1)^2 + 1) + nu - 0.1) for nu >
-/// -0.78, else 0. Within 0.124 dB of exact_knife_edge_loss_db() above -0.78, within 1.37 dB below.
+/// -0.78, else 0. Within 0.124 dB of the exact -20 log10 |knife_edge_field(nu)| above -0.78, within
+/// 1.37 dB below.
 [[nodiscard]] double approximate_knife_edge_loss_db(double nu);
 
 /// nu of an edge whose ray is longer than the straight line by `excess_m` >= 0, |nu| = 2 sqrt(excess /
@@ -37,27 +32,5 @@ namespace canyon::propagation {
 /// Sommerfeld's half plane at any angle); negative unless `blocked`. InputError for a negative excess or
 /// wavelength <= 0.
 [[nodiscard]] double signed_knife_edge_nu(double excess_m, double wavelength_m, bool blocked);
-
-/// A ray from a satellite (infinitely far) bent at an edge to the antenna.
-struct EdgeRay {
-  Eigen::Vector3d point;    ///< on the edge
-  Eigen::Vector3d arrival;  ///< unit, from the antenna to `point`
-  double excess_m = 0;      ///< longer than the straight line by this much
-  double bend_rad = 0;      ///< angle between the straight line and `arrival`
-};
-
-/// The stationary path around a straight edge (Keller's cone: the ray makes the same angle with the edge
-/// before and after). With rho the antenna's distance to the edge's line, s the unit direction to the
-/// satellite, s_perp its part perpendicular to the edge and e the unit vector to the nearest point of the
-/// line: excess = rho (|s_perp| - e.s), exact; relative error 1e-12 of rho. Whether the edge blocks or is
-/// seen is the caller's business.
-/// @param antenna, start, end any one frame, [m], finite
-/// @param satellite unit, from the antenna
-/// @return empty where the stationary point lies outside start..end, the edge has no length, the antenna lies
-/// on its line or the satellite in the direction of the edge (within 1e-9)
-[[nodiscard]] std::optional<EdgeRay> ray_around_edge(const Eigen::Vector3d& antenna,
-                                                     const Eigen::Vector3d& satellite,
-                                                     const Eigen::Vector3d& start,
-                                                     const Eigen::Vector3d& end);
 
 }  // namespace canyon::propagation

@@ -8,6 +8,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/edge_reference.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -15,6 +16,8 @@ namespace {
 using Complex = std::complex<double>;
 using geodesy::kPi;
 using geodesy::radians;
+using test::exact_knife_edge_loss_db;
+using test::ray_around_edge;
 
 // mpmath 1.x, 40 digits: fresnelc(x), fresnels(x); from 50 on by A&S 7.3.27 and 7.3.28. 0.5, 1 and 2 stand in
 // A&S table 7.7 as well.

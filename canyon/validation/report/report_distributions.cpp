@@ -87,7 +87,7 @@ void draw_cdf(Canvas& canvas, const Rect& area, const std::string& title, const 
   std::vector<drawing::LegendEntry> entries{{line(kMeasuredLine), label("measured", pair.measured)},
                                             {line(kSimulatedLine), label("simulated", pair.simulated)}};
   if (const auto ks = kolmogorov_smirnov(pair.measured, pair.simulated)) {
-    entries.push_back({{}, fmt::format("KS distance {}", output::fixed(ks->d, 3))});
+    entries.push_back({{}, fmt::format("KS distance {}", output::fixed(*ks, 3))});
   }
   // Below the frame's labels: curves run anywhere within it.
   drawing::draw_legend(canvas, {area.x, area.bottom() + 58}, entries);

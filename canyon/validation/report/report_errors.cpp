@@ -101,8 +101,6 @@ class ErrorsAlong {
                    const std::function<std::optional<double>(const ComparedFix&)>& value_of) const {
     canvas.rectangle(plot.area, drawing::kGround);
     draw_outside(canvas, plot.area);
-    drawing::Plot grid = plot;
-    grid.x.ticks.clear();
     for (const double tick : plot.y.ticks) {
       const double y = plot.at(plot.x.low, tick).y;
       canvas.segments({{{plot.area.x, y}, {plot.area.right(), y}}}, {drawing::kInk.with_alpha(0.11), 0.8});

@@ -16,12 +16,6 @@ std::optional<double> horizontal_error_m(const ComparedFix& fix) {
   return fix.solved ? std::optional(fix.error_enu_m.head<2>().norm()) : std::nullopt;
 }
 
-std::string path_words(const ComparedSatellite::Prediction& prediction) {
-  std::string words(propagation::name(prediction.kind));
-  if (prediction.kind == propagation::PathKind::Reflected) words += fmt::format(" {}", prediction.order);
-  return words;
-}
-
 ReportSamples report_samples(const Comparison& comparison, std::size_t first, std::size_t count) {
   ReportSamples samples;
   for (std::size_t e = first; e < first + count; ++e) {

@@ -32,9 +32,6 @@ struct ReportSamples {
 /// Horizontal length of a fix's error [m]; empty without a fix.
 [[nodiscard]] std::optional<double> horizontal_error_m(const ComparedFix& fix);
 
-/// "reflected 1", "reflected 2", "diffracted", "diffuse": the words of Explained::kind.
-[[nodiscard]] std::string path_words(const ComparedSatellite::Prediction& prediction);
-
 /// The epoch of [first, first + count) with most measured satellites, the one nearest to the middle of those
 /// with equally many. count > 0 (asserted).
 [[nodiscard]] std::size_t richest_epoch(const Comparison& comparison, std::size_t first, std::size_t count);

@@ -24,8 +24,6 @@ struct Target {
   [[nodiscard]] bool reached() const { return value && *value >= low && *value <= high; }
   /// "0.912", "83.1 %"; "no value".
   [[nodiscard]] std::string value_text() const;
-  /// "reached", "not reached", "no value".
-  [[nodiscard]] std::string verdict() const;
 };
 
 /// All targets, in the order of reports.

@@ -10,7 +10,6 @@
 #include "canyon/city/city.hpp"
 #include "canyon/drawing/views/map_marks.hpp"
 #include "canyon/drawing/views/track_picture.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/validation/report/report_pictures.hpp"
 #include "canyon/validation/report/report_samples.hpp"
@@ -125,35 +124,14 @@ class TrackMaps {
     drawing::TextStyle style{.size = 12, .colour = drawing::kFaintInk};
     style.size *= std::min(1.0, area.width / canvas.text_width(words, style));
     canvas.text({area.x, area.y - 11}, words, style);
-    draw_ticks(canvas, area, first);
-  }
-
-  /// Maps that share an axis share its labels.
-  void draw_ticks(Canvas& canvas, const Rect& area, bool first) const {
-    const drawing::TextStyle style{.size = 10.5,
-                                   .colour = drawing::kFaintInk,
-                                   .align = drawing::Align::Centre,
-                                   .level = drawing::Level::Top};
+    // Maps that share an axis share its labels.
     if (beside_ || !first) {
-      for (const double east : drawing::linear_ticks(extent_.min.x(), extent_.max.x(), 5)) {
-        const double x = drawing::map_point(area, extent_, {east, extent_.min.y()}).x;
-        canvas.segments({{{x, area.bottom()}, {x, area.bottom() + 4}}}, {drawing::kFaintInk, 0.8});
-        canvas.text({x, area.bottom() + 8}, fmt::format("{:.0f}", east), style);
-      }
-      canvas.text({area.centre().x, area.bottom() + 24}, "east of the city's origin [m]", style);
+      drawing::draw_east_ticks(canvas, area, extent_, 5);
+      drawing::name_east_axis(canvas, area, 24);
     }
     if (beside_ && !first) return;
-    drawing::TextStyle right = style;
-    right.align = drawing::Align::Right;
-    right.level = drawing::Level::Middle;
-    for (const double north : drawing::linear_ticks(extent_.min.y(), extent_.max.y(), 6)) {
-      const double y = drawing::map_point(area, extent_, {extent_.min.x(), north}).y;
-      canvas.segments({{{area.x - 4, y}, {area.x, y}}}, {drawing::kFaintInk, 0.8});
-      canvas.text({area.x - 7, y}, fmt::format("{:.0f}", north), right);
-    }
-    drawing::TextStyle upright = style;
-    upright.angle_rad = -0.5 * geodesy::kPi;
-    canvas.text({area.x - 52, area.centre().y}, "north of the city's origin [m]", upright);
+    drawing::draw_north_ticks(canvas, area, extent_, 6);
+    drawing::name_north_axis(canvas, area, 52);
   }
 
   /// Legend of the marks, one row at the foot.

@@ -1,0 +1,51 @@
+#include "canyon/buildings/sources/map_options.hpp"
+
+#include "canyon/options/values.hpp"
+
+namespace canyon::buildings {
+
+void HeightDefaults::validate() const {
+  options::check(*this);
+}
+
+void visit(options::Visitor& v, HeightDefaults& o) {
+  v.number({"level_height_m", "m", "storey height of a map's buildings with levels and no height"}, o.level_m,
+           {0, 20, true});
+  v.number({"default_height_m", "m", "height where a map says neither height, levels nor a known type"},
+           o.building_m, {0.1, 1000});
+  v.named_numbers({"heights", "m", "heights by building type: [house=7, office=20]", "docs/city.md"},
+                  o.by_type, {0.1, 1000}, "TYPE=METRES");
+}
+
+void TerrainOptions::validate() const {
+  options::check(*this, "terrain");
+}
+
+void visit(options::Visitor& v, TerrainOptions& o) {
+  // Geoid undulations lie within -107 and +86 m (EGM2008).
+  v.number(
+      {"geoid_undulation_m", "m", "added to the heights of terrain and CityJSON to make them ellipsoidal",
+       "by the raster's vertical datum"},
+      o.geoid_undulation_m, {-150, 150});
+}
+
+void BuildOptions::validate() const {
+  if (origin) geodesy::check_geodetic(*origin, "origin");
+  options::check(*this);
+}
+
+void visit(options::Visitor& v, BuildOptions& o) {
+  static constexpr std::string_view kGrids[]{"enu", "utm"};
+  v.choice({"grid", "", ""}, o.grid, kGrids);
+  visit(v, o.heights);
+  v.boolean({"foliage", "", "trees, tree rows and woods of a map as well"}, o.foliage);
+  v.number({"terrain_margin_m", "m", "ground of a map's terrain beyond the outermost building"},
+           o.terrain_margin_m, {0, 100e3});
+  v.number({"terrain_spacing_m", "m", "between the posts of that ground"}, o.terrain_spacing_m, {1, 1000});
+  v.number({"tree_height_m", "m", "of trees whose height the map does not say"}, o.tree_height_m, {1, 150});
+  v.number({"tree_crown_m", "m", "diameter of the crowns of trees that do not say it"}, o.tree_crown_m,
+           {0.5, 50});
+  v.number({"wood_height_m", "m", "of woods whose height the map does not say"}, o.wood_height_m, {1, 150});
+}
+
+}  // namespace canyon::buildings

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/options/fwd.hpp"
+
+// What to make of maps. Part of canyon::canyon, since scenarios name these; what they steer is in canyon::io.
+
+namespace canyon::buildings {
+
+/// Heights for buildings whose map says none; every use is counted.
+struct HeightDefaults {
+  double level_m = 3.0;     ///< storey height (OSM wiki, Simple 3D Buildings: about 3 m); (0, 20]
+  double building_m = 9.0;  ///< any type not listed below; [0.1, 1000]
+  /// [0.1, 1000]
+  std::map<std::string, double> by_type{{"house", 6},      {"detached", 6},    {"semidetached_house", 6},
+                                        {"terrace", 6},    {"bungalow", 4},    {"hut", 3},
+                                        {"shed", 3},       {"garage", 3},      {"garages", 3},
+                                        {"carport", 3},    {"kiosk", 3},       {"roof", 4},
+                                        {"greenhouse", 4}, {"apartments", 15}, {"residential", 12},
+                                        {"office", 15},    {"commercial", 12}, {"retail", 6},
+                                        {"hotel", 18},     {"industrial", 8},  {"warehouse", 8},
+                                        {"church", 15},    {"cathedral", 25},  {"hospital", 15},
+                                        {"school", 9},     {"university", 12}, {"train_station", 10},
+                                        {"parking", 9}};
+  /// Throws InputError naming the field and its bound.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, HeightDefaults& o);
+
+struct TerrainOptions {
+  /// Added to the raster's heights to make them ellipsoidal: empty takes the geoid from the raster's vertical
+  /// datum where it names one (SRTM .hgt and DTED are EGM96 by their formats); a number [m], within +-150, is
+  /// used as it is.
+  std::optional<double> geoid_undulation_m;
+  /// Throws InputError naming the bound.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, TerrainOptions& o);
+
+/// Which plane coordinates the mesh has. ENU is Canyon's world; UTM is for files that other tools place by
+/// UTM, as the paper does (east and north of the origin's grid coordinates, z ellipsoidal height above the
+/// origin).
+enum class Grid : std::uint8_t { Enu, Utm };
+
+struct BuildOptions {
+  /// Empty: the middle of the bounds of buildings and parts (foliage counts only where there are none) at
+  /// ground level: the terrain's there; without terrain the
+  /// median of the lowest heights of features with surfaces of their own; where there are none either, 0.
+  std::optional<geodesy::Geodetic> origin;
+  Grid grid = Grid::Enu;
+  HeightDefaults heights;
+  bool foliage = false;
+  double terrain_margin_m = 200;  ///< ground beyond the outermost building; [0, 100,000]
+  double terrain_spacing_m = 20;  ///< posts of the terrain sheet; [1, 1,000]
+  double tree_height_m = 8;       ///< of trees without a height tag; [1, 150]
+  double tree_crown_m = 5;        ///< crown diameter of trees without diameter_crown; [0.5, 50]
+  double wood_height_m = 12;      ///< of woods without a height tag; [1, 150]
+  /// Throws InputError naming the field and its bound.
+  void validate() const;
+};
+/// Its fields, those of `heights` beside the others; all but `origin`, which scenarios have for every city.
+void visit(options::Visitor& v, BuildOptions& o);
+
+}  // namespace canyon::buildings

@@ -1,0 +1,65 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "canyon/buildings/sources/overpass.hpp"
+#include "canyon/heatmap/pictures/map_pictures.hpp"
+#include "canyon/io.hpp"
+#include "canyon/options/read.hpp"
+#include "canyon/options/values.hpp"
+#include "tests/support/option_values.hpp"
+#include "tests/support/simulation_support.hpp"
+
+// Every struct of options that has a list of fields. Scenarios walk those that they hold once more, by their
+// own readers (canyon/simulation/scenario_keys_test.cpp), and the key of a heat map's store those that it
+// depends on, its Request's among them (canyon/heatmap/engine/engine_key_test.cpp).
+
+namespace canyon {
+namespace {
+
+using ::testing::StartsWith;
+
+template <typename Options>
+class EveryOption : public ::testing::Test {};
+
+using Lists = ::testing::Types<
+    buildings::BuildOptions, buildings::HeightDefaults, buildings::OverpassOptions, buildings::TerrainOptions,
+    city::GazeboOptions, city::MeshImportOptions, city::SyntheticCityOptions, disturbance::ShadowingOptions,
+    drawing::CityPictureOptions, drawing::SkySheet, drawing::SkyplotOptions, heatmap::DrawOptions,
+    heatmap::Grid, heatmap::MapPictureOptions, heatmap::RouteOptions, positioning::FixOptions,
+    positioning::PositionFilterOptions, positioning::RaimOptions, positioning::WeightOptions,
+    propagation::DiffractionOptions, propagation::DiffuseOptions, propagation::EdgeOptions,
+    propagation::PropagationOptions, receiver::NoiseOptions, receiver::ReceiverOptions,
+    signal::LinkBudgetOptions, signal::StrengthOptions, tracking::ClockOptions, tracking::DllOptions,
+    tracking::FllOptions, tracking::OuOptions, tracking::PllOptions, tracking::SignalLockOptions,
+    tracking::SignalOptions, validation::AlignOptions, validation::ClockOptions,
+    validation::FigureOptions, validation::ResidualOptions>;
+TYPED_TEST_SUITE(EveryOption, Lists);
+
+TYPED_TEST(EveryOption, IsRefusedOutsideItsRangeAndToldApart) {
+  options::Document document;
+  document.file = "o.yaml";
+  const options::Description description = options::describe<TypeParam>();
+  document.known = description.paths();
+  EXPECT_FALSE(description.keys.empty());
+  const std::string plain = options::exact_text(TypeParam());
+  const auto read = [&](const options::Key& key, const std::string& value) {
+    TypeParam result;
+    options::read(options::parse_yaml("\n" + test::nested(key.path, value) + "\n", document, ""), document,
+                  result);
+    return options::exact_text(result);
+  };
+  for (const options::Key& key : description.keys) {
+    for (const std::string& bad : test::bad_values(key)) {
+      const InputError error = simulation::test::error_of([&] { (void)read(key, bad); });
+      EXPECT_EQ(error.file(), "o.yaml") << key.path << ": " << error.what();
+      EXPECT_EQ(error.line(), 2) << key.path << ": " << error.what();
+      EXPECT_THAT(error.problem(), StartsWith(key.path.substr(key.path.rfind('.') + 1) + ": ")) << bad;
+      EXPECT_NE(error.cure(), "") << key.path << ": " << error.what();
+    }
+    const std::string value = test::another_value(key);
+    EXPECT_NE(read(key, value), plain) << key.path << ": " << value;
+  }
+}
+
+}  // namespace
+}  // namespace canyon
