@@ -23,8 +23,11 @@ DirectShadowing::Satellite& DirectShadowing::of(gnss::SatelliteId id) {
 }
 
 void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
-  way_m_ += (antenna.position_ecef - before_ecef_.value_or(antenna.position_ecef)).norm();
-  before_ecef_ = antenna.position_ecef;
+  if (before_) {
+    way_m_ += std::hypot((antenna.position_ecef - before_->position_ecef).norm(),
+                         options_.obstacle_speed_mps * (antenna.time - before_->time));
+  }
+  before_ = antenna;
   if (arrival.placement != raytrace::Placement::Free) return;
   for (propagation::SatelliteView& view : arrival.views) {
     if (view.paths.paths.empty()) continue;

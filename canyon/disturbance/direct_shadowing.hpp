@@ -10,7 +10,7 @@ namespace canyon::disturbance {
 
 /// Shadowing of every satellite's direct path along the way of one antenna; reflections and bent paths keep
 /// their strength. While a satellite moves, its shadows sweep over the antenna by
-/// ShadowingOptions::obstacle_distance_m times the angle.
+/// ShadowingOptions::obstacle_distance_m times the angle, and what casts them moves too (obstacle_speed_mps).
 class DirectShadowing : public Disturbance {
  public:
   /// Throws InputError where options.validate() does.
@@ -29,7 +29,7 @@ class DirectShadowing : public Disturbance {
   ShadowingOptions options_;
   std::uint64_t seed_;
   std::string receiver_;
-  std::optional<Eigen::Vector3d> before_ecef_;
+  std::optional<propagation::Antenna> before_;
   double way_m_ = 0;
   std::map<gnss::SatelliteId, Satellite> satellites_;
 };

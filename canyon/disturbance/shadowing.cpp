@@ -155,6 +155,8 @@ void visit(options::Visitor& v, ShadowingOptions& o) {
            {0, 1000, true});
   v.number({"obstacle_distance_m", "m", "to what casts the shadow, which moves as the satellite does"},
            o.obstacle_distance_m, {0, 1000});
+  v.number({"obstacle_speed_mps", "m/s", "at which what casts shadows passes an antenna at rest"},
+           o.obstacle_speed_mps, {0, 100});
 }
 
 }  // namespace canyon::disturbance

@@ -263,6 +263,7 @@ gnss::NavigationData nominal_constellation(GpsTime begin, GpsTime end,
   gnss::NavigationData data;
   data.sources = {"nominal constellation"};
   data.leap_seconds = geodesy::leap_seconds(begin);
+  data.klobuchar[gnss::System::GPS] = standard_ionosphere();
   for (const gnss::System system : systems) {
     if (system == gnss::System::GLONASS) {
       add_glonass(begin, end, data);
@@ -275,6 +276,11 @@ gnss::NavigationData nominal_constellation(GpsTime begin, GpsTime end,
                      "choose of GPS, GLONASS, Galileo and BeiDou");
   }
   return data;
+}
+
+gnss::Klobuchar standard_ionosphere() {
+  return {{0.1118e-07, -0.7451e-08, -0.5961e-07, 0.1192e-06},
+          {0.1167e+06, -0.2294e+06, -0.1311e+06, 0.1049e+07}};
 }
 
 }  // namespace canyon::orbit

@@ -216,6 +216,9 @@ class Solver {
     fix.position = place;
     fix.covariance_enu =
         enu_from_ecef * weighted_cofactor().topLeftCorner<3, 3>() * enu_from_ecef.transpose();
+    if (options_.covariance_by_residuals && rows_ > fix.unknowns) {
+      fix.covariance_enu *= std::max(1.0, residual_.squaredNorm() / (rows_ - fix.unknowns));
+    }
     row = 0;
     for (const RangedSatellite& satellite : satellites_) {
       if (!satellite.active) continue;

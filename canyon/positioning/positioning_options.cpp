@@ -66,6 +66,9 @@ void visit(options::Visitor& v, FixOptions& o) {
   v.number({"convergence_m", "m", "the step that ends them"}, o.convergence_m, {1e-9, 1});
   v.boolean({"correct_ionosphere", "", "correct it in the fix"}, o.correct_ionosphere);
   v.boolean({"correct_troposphere", "", "correct it in the fix"}, o.correct_troposphere);
+  v.boolean({"covariance_by_residuals", "",
+             "states a larger covariance where residuals are larger than the weights say"},
+            o.covariance_by_residuals);
   v.part("weights", o.weights);
   v.part("raim", o.raim);
 }

@@ -70,6 +70,10 @@ struct FixOptions {
   double cn0_mask_dbhz = 0;
   WeightOptions weights;
   RaimOptions raim;
+  /// The stated covariance is that of the weights times max(1, s^2), s^2 the weighted squares of the
+  /// residuals over their degrees of freedom (the a posteriori variance of unit weight): signals of a canyon
+  /// scatter more than their noise. Without redundancy nothing is known of it.
+  bool covariance_by_residuals = false;
   /// A solution of larger PDOP is none [1]; > 0, infinite: any.
   double max_pdop = std::numeric_limits<double>::infinity();
   /// Throws InputError naming the field that is out of range.

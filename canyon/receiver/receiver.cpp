@@ -46,7 +46,8 @@ struct Receiver::State {
         std::span<const disturbance::Source> sources)
       : options(std::move(receiver_options)),
         seed(stream_seed),
-        clock(options.clock, RandomStream(seed, options.name + "/clock")) {
+        draws(options.own_draws ? options.name : ""),
+        clock(options.clock, RandomStream(seed, draws + "/clock")) {
     options.validate();
     if (options.noise.enabled) {
       const double drift = options.noise.drift_enabled ? options.noise.drift_mu_sigma_m : 0;
@@ -54,14 +55,14 @@ struct Receiver::State {
       noise_doppler_sigma_hz = options.noise.doppler_sigma_hz;
     }
     if (options.signal.enabled) {
-      signals.emplace(options.signal, seed, options.name);
+      signals.emplace(options.signal, seed, options.name, draws);
       const disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
       if (shadowing.enabled) {
-        disturbances.push_back(std::make_unique<disturbance::DirectShadowing>(shadowing, seed, options.name));
+        disturbances.push_back(std::make_unique<disturbance::DirectShadowing>(shadowing, seed, draws));
       }
     }
     for (const disturbance::Source& source : sources) {
-      disturbances.push_back(source.make(seed, options.name));
+      disturbances.push_back(source.make(seed, draws));
       if (!disturbances.back()) {
         throw InputError(
             fmt::format("receiver '{}': disturbance '{}' was not made", options.name, source.name),
@@ -105,7 +106,7 @@ struct Receiver::State {
   SignalNoise& noise_of(gnss::SatelliteId id) {
     const auto found = noises.find(id);
     if (found != noises.end()) return found->second;
-    const std::string key = options.name + "/" + gnss::to_string(id);
+    const std::string key = draws + "/" + gnss::to_string(id);
     const double mean = options.noise.drift_mu_sigma_m * RandomStream(seed, key + "/mean").normal();
     return noises
         .emplace(id, SignalNoise{tracking::OuProcess(options.noise.ou, RandomStream(seed, key + "/code")),
@@ -185,7 +186,7 @@ struct Receiver::State {
     assert(!view.paths.paths.empty());
     const propagation::Path& path = view.paths.paths[tracked != nullptr ? tracked->reception.tracked : 0];
     const double rate = tracking::path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu) +
-                        kSpeedOfLight * (clock.drift() - line.state.clock_drift);
+                        kSpeedOfLight * (clock.drift() - line.state.clock_drift) + atmosphere_rate_mps(line);
     m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * rate / (1 + clock.drift()) + doppler_noise_hz;
     if (tracked != nullptr && tracked->reception.phase) {
       const tracking::TrackedPhase& phase = *tracked->reception.phase;
@@ -207,8 +208,28 @@ struct Receiver::State {
                                      {line.azimuth_rad, line.elevation_rad});
   }
 
+  /// Of the carrier's way through the atmosphere [m/s], by central differences over a second: the ionosphere
+  /// advances a carrier.
+  [[nodiscard]] double atmosphere_rate_mps(const orbit::LineOfSight& line) const {
+    if (!options.ionosphere && !options.troposphere) return 0;
+    const auto way_m = [&](double dt_s) {
+      const Eigen::Vector3d antenna = last_antenna + motion.velocity_ecef * dt_s;
+      const geodesy::Geodetic at = geodesy::geodetic_from_ecef(antenna);
+      const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(
+          geodesy::enu_from_ecef_rotation(at) *
+          (line.position_at_reception_m + line.velocity_at_reception_mps * dt_s - antenna));
+      const auto delay_m = [&](bool ionosphere, bool troposphere) {
+        return positioning::atmosphere_m(ionosphere, troposphere, *klobuchar, line.id.system,
+                                         line.state.carrier_frequency_hz, now + dt_s, at, look);
+      };
+      return delay_m(false, options.troposphere) - delay_m(options.ionosphere, false);
+    };
+    return way_m(0.5) - way_m(-0.5);
+  }
+
   ReceiverOptions options;
   std::uint64_t seed;
+  std::string draws;  ///< what sets its random draws apart
   tracking::ReceiverClock clock;
   std::map<gnss::SatelliteId, SignalNoise> noises;
   std::vector<std::unique_ptr<disturbance::Disturbance>> disturbances;

@@ -68,7 +68,8 @@ struct EpochContext {
 };
 
 /// The part with memory: disturbances, clock, noise and channels of one antenna, and its position filter.
-/// Same options and seed, same numbers, whatever runs beside it. Epochs must be given in order of time.
+/// Same options and seed, same numbers, whatever runs beside it and (without ReceiverOptions::own_draws)
+/// whatever its name. Epochs must be given in order of time.
 ///
 /// P = r + excess + c (bias - (satellite clock - group delay)) + ionosphere + troposphere + noise, with r the
 /// geometric range to the satellite at transmission, turned with the Earth (docs/receiver.md has every sign).

@@ -46,11 +46,17 @@ void ReceiverOptions::validate() const {
 }
 
 void visit(options::Visitor& v, ReceiverOptions& o) {
+  v.boolean(
+      {"own_draws", "",
+       "draws noise, clock, shadows and phases by the receiver's name too; false: alike for all receivers "
+       "of a seed"},
+      o.own_draws);
   visit(v, o.fix);
-  v.boolean({"ionosphere", "",
-             "put the broadcast ionosphere (Klobuchar) into the signals; needs its coefficients in the "
-             "navigation files"},
-            o.ionosphere);
+  v.boolean(
+      {"ionosphere", "",
+       "put the broadcast ionosphere (Klobuchar) into the signals, with the coefficients of the navigation "
+       "files or, under nominal satellites, a standard set"},
+      o.ionosphere);
   v.boolean({"troposphere", "", "put Saastamoinen's troposphere into the signals"}, o.troposphere);
   v.part("position_filter", o.filter);
   v.part("clock", o.clock);

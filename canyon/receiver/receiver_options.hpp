@@ -32,6 +32,10 @@ void visit(options::Visitor& v, NoiseOptions& o);
 
 struct ReceiverOptions {
   std::string name = "receiver";
+  /// Everything random hangs on seed and satellite, so that receivers that differ in a setting are compared
+  /// under the same luck. True: on the name as well, for antennas whose errors must not be alike (a base
+  /// station beside a rover).
+  bool own_draws = false;
   positioning::FixOptions fix;
   NoiseOptions noise;
   tracking::ClockOptions clock;

@@ -119,11 +119,34 @@ TEST(ReceiverShadowing, LiesAlongTheWayWhetherSeenOrNot) {
   EXPECT_GT(differs, 40);
 }
 
+TEST(ReceiverShadowing, EndsAtRestBecauseWhatCastsItMoves) {
+  // The chain of a street at 0.1 m/s: frames of 4.4 m take 44 s, a shadow of 1 / 0.25 frames three minutes.
+  const auto shadows_of = [](double speed_mps) {
+    ReceiverOptions options = shadowed(0, -9, 0.25, 0.25);
+    options.signal.shadowing.obstacle_speed_mps = speed_mps;
+    options.signal.shadowing.obstacle_distance_m = 0;
+    Receiver receiver(options, 5);
+    int changes = 0;
+    bool before = false;
+    for (int i = 0; i < 3000; ++i) {
+      const bool now = *observe_one(receiver, 4.0 * i, clear).cn0_dbhz - clear_cn0_dbhz() < -5;
+      changes += i > 0 && now != before;
+      before = now;
+    }
+    return changes;
+  };
+  EXPECT_EQ(shadows_of(0), 0);
+  // 12,000 s are 273 frames, of which a quarter changes the state: 68, standard deviation sqrt(273 3 / 16)
+  // = 7.
+  EXPECT_NEAR(shadows_of(0.1), 68, 22);
+}
+
 TEST(ReceiverShadowing, MovesWithTheSatelliteAtRest) {
   // 10 m away, shadows cross the antenna at 10 m times the satellite's angular rate, of the order of 1 mm/s:
   // a second changes levels by sigma sqrt(2 * 1 mm / 1.7 m), hours change them altogether.
   ReceiverOptions options = shadowed(0, 0, 0, 1);
   options.signal.shadowing.custom.clear_sigma_db = 4;
+  options.signal.shadowing.obstacle_speed_mps = 0;
   const auto levels = [&](const orbit::Sky& sky, double step_s, int count) {
     Receiver with(options, 5);
     Receiver without(plain(), 5);

@@ -528,9 +528,8 @@ TEST(ReceiverSignal, SwitchedOffNothingOfItShows) {
       if (!seen.measurement) continue;
       tracking::OuProcess& noise =
           noises
-              .emplace(view.line.id,
-                       tracking::OuProcess(
-                           {}, RandomStream(9, "receiver/" + gnss::to_string(view.line.id) + "/code")))
+              .emplace(view.line.id, tracking::OuProcess(
+                                         {}, RandomStream(9, "/" + gnss::to_string(view.line.id) + "/code")))
               .first->second;
       const double error = noise.advance(1);
       EXPECT_EQ(seen.noise_m, error);

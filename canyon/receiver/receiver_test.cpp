@@ -376,13 +376,17 @@ TEST(Receiver, SameSeedSameNumbersWhateverRunsBeside) {
   Receiver a(options, 7), b(options, 7), other_seed(options, 8);
   options.name = "other";
   Receiver other_name(options, 7);
+  options.own_draws = true;
+  Receiver own(options, 7);
   for (int i = 0; i < 5; ++i) {
     const GpsTime time = kTime + 1.0 * i;
     const ReceiverEpoch ea = observe_open_sky(a, four_systems(), time, ecef);
     const ReceiverEpoch es = observe_open_sky(other_seed, four_systems(), time, ecef);
     const ReceiverEpoch en = observe_open_sky(other_name, four_systems(), time, ecef);
+    const ReceiverEpoch eo = observe_open_sky(own, four_systems(), time, ecef);
     const ReceiverEpoch eb = observe_open_sky(b, four_systems(), time, ecef);
     EXPECT_EQ(ea.fix.position_ecef, eb.fix.position_ecef);
+    EXPECT_EQ(ea.fix.position_ecef, en.fix.position_ecef);
     EXPECT_EQ(ea.clock_bias_s, eb.clock_bias_s);
     ASSERT_EQ(ea.satellites.size(), eb.satellites.size());
     for (std::size_t k = 0; k < ea.satellites.size(); ++k) {
@@ -390,7 +394,8 @@ TEST(Receiver, SameSeedSameNumbersWhateverRunsBeside) {
       EXPECT_EQ(ea.satellites[k].measurement->pseudorange_m, eb.satellites[k].measurement->pseudorange_m);
       EXPECT_EQ(*ea.satellites[k].measurement->doppler_hz, *eb.satellites[k].measurement->doppler_hz);
       EXPECT_NE(ea.satellites[k].noise_m, es.satellites[k].noise_m);
-      EXPECT_NE(ea.satellites[k].noise_m, en.satellites[k].noise_m);
+      EXPECT_EQ(ea.satellites[k].noise_m, en.satellites[k].noise_m);
+      EXPECT_NE(ea.satellites[k].noise_m, eo.satellites[k].noise_m);
     }
   }
 }

@@ -240,6 +240,11 @@ TEST(LiveReceiver, RefusesWhatIsNoPlaceOrTime) {
 TEST(LiveReceiver, NeedsIonosphereCoefficientsWhereAskedFor) {
   LiveConfig config = live_config();
   config.receiver.options.ionosphere = true;
+  // Nominal satellites have standard ones.
+  EXPECT_NO_THROW(LiveReceiver(config, wall(), *config.start));
+  config.sky = {};
+  config.sky.frozen_azimuth_rad = {0, 1.5, 3, 4.5};
+  config.sky.frozen_elevation_rad = {0.5, 1, 0.7, 1.2};
   EXPECT_THAT(error_text([&] { LiveReceiver(config, wall(), *config.start); }),
               HasSubstr("ionosphere coefficients"));
 }

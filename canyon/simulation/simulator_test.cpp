@@ -514,6 +514,7 @@ TEST(BuildSky, MissingSystemsAreSaid) {
 TEST(BuildSky, IonosphereNeedsItsCoefficients) {
   EXPECT_THAT(
       fault(kOpen + "start: 2026-06-01T08:00:00Z\nduration_s: 1\nreceivers: [{name: a, ionosphere: true}]\n"
+                    "sky: {frozen: {satAzimuth: [0, 1.5, 3, 4.5], satElevation: [0.5, 1, 0.7, 1.2]}}\n"
                     "trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\n"),
       HasSubstr("no ionosphere coefficients"));
 }

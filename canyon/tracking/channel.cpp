@@ -44,13 +44,18 @@ SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<d
   path.delay_m = delay_m;
   if (present > 0) path.amplitude = amplitude * factor * (std::sqrt(std::max(0.0, power / present)) / sinc);
   path.fading_hz = frequency;
+  path.diffuse = true;
   return path;
 }
 
 }  // namespace
 
-ChannelModel::ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver)
-    : options_(std::move(options)), seed_(seed), receiver_(std::move(receiver)), phases_(seed_, receiver_) {
+ChannelModel::ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver, std::string draws)
+    : options_(std::move(options)),
+      seed_(seed),
+      receiver_(std::move(receiver)),
+      draws_(std::move(draws)),
+      phases_(seed_, draws_) {
   options_.validate();
 }
 
@@ -84,7 +89,7 @@ double ChannelModel::reference_cn0_dbhz(gnss::SatelliteId id, double elevation_r
 }
 
 RandomStream ChannelModel::stream(gnss::SatelliteId id, std::string_view purpose) const {
-  return {seed_, fmt::format("{}/{}/{}", receiver_, gnss::to_string(id), purpose)};
+  return {seed_, fmt::format("{}/{}/{}", draws_, gnss::to_string(id), purpose)};
 }
 
 Channel::Channel(const ChannelModel& model, gnss::SatelliteId id, const AntennaMotion& motion)
@@ -125,6 +130,14 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
   const Correlation& correlation = tracker.correlation();
   const double turning = view.turning_radps();
 
+  // The carrier takes the replica along, as long as it is there.
+  if (loop_ && aid_) {
+    const auto same = std::find_if(paths.begin(), paths.end(), [this](const Path& path) {
+      return path.kind == aid_->kind && path.reflector == aid_->reflector;
+    });
+    if (same != paths.end()) loop_->delay_m += same->excess_m - aid_->excess_m;
+  }
+
   // Amplitudes, and the strongest of the paths where the replica stands. Bundles count by their mean, or the
   // carrier would follow their fading.
   signal::path_amplitudes(view, options.antenna, options.strength, amplitudes_);
@@ -143,15 +156,15 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
       strongest_anywhere = amplitude;
       anywhere = i;
     }
-    if (!code_delay_m_) continue;
+    if (!loop_) continue;
     const double here =
-        amplitude * std::abs(correlation.value((*code_delay_m_ - path.excess_m) / correlation.chip_m()));
+        amplitude * std::abs(correlation.value((loop_->delay_m - path.excess_m) / correlation.chip_m()));
     if (here > strongest) {
       strongest = here;
       tracked_ = i;
     }
   }
-  // Below it the replica stands beside every path, and the loop will run to another.
+  // Below it the replica stands beside every path, and the carrier is another's.
   constexpr double kLeastHere = 0.03;
   if (strongest < kLeastHere * strongest_anywhere) tracked_ = anywhere;
 
@@ -160,9 +173,11 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
   fades_.next_epoch();
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const Path& path = paths[i];
-    const double fading_hz = fading_rate_hz(rates_mps_[i] - rates_mps_[tracked_], wavelength);
+    const double drift_mps = rates_mps_[i] - rates_mps_[tracked_];
+    const double fading_hz = fading_rate_hz(drift_mps, wavelength);
     if (path.kind != PathKind::Diffuse) {
       paths_[i].fading_hz = fading_hz;
+      paths_[i].drift_mps = drift_mps;
       // An edge's wave keeps its phase against the direct one: together they are the field at the boundary of
       // a shadow, which a random phase would tear.
       if (path.kind == PathKind::Reflected) {
@@ -178,7 +193,19 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
     const std::complex<double> s((motion.velocity_ecef.norm() + swept) / coherence_m,
                                  -2 * geodesy::kPi * fading_hz);
     paths_[i] = bundle(path.excess_m, paths_[i].amplitude, factor, s, options.dll);
+    paths_[i].drift_mps = drift_mps;
   }
+}
+
+std::optional<CodeLock> Channel::follow_code(const AntennaMotion& motion, const ChannelModel::Signal& signal,
+                                             double clear_cn0_dbhz) {
+  const double elapsed = motion.epoch_before ? motion.time - *motion.epoch_before : 0;
+  if (!loop_) return signal.tracker.lock(paths_);
+  const auto code =
+      signal.tracker.follow(*loop_, paths_, elapsed, cn0_hz(clear_cn0_dbhz) / signal.peak_power);
+  // The sign of the next peak is another: half a cycle.
+  if (loop_->jumped) phase_.reset();
+  return code;
 }
 
 std::optional<TrackedPhase> Channel::follow_phase(const AntennaMotion& motion, const Path& path,
@@ -209,7 +236,7 @@ Reception Channel::miss(geodesy::GpsTime time) {
   result.lock = lock_.update(time, std::nullopt);
   // At the same instant as before the lock still stands; there is nothing to measure, though.
   if (result.lock == LockState::Tracking) result.lock = LockState::Holding;
-  if (result.lock == LockState::Searching) code_delay_m_.reset();
+  if (result.lock == LockState::Searching) loop_.reset();
   phase_.reset();
   geometry_.reset();
   fades_.clear();
@@ -223,7 +250,7 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   const SignalOptions& options = model.options();
   const ChannelModel::Signal& signal = model.signal(id_.system);
   if (jumped(motion, view.line, signal.tracker.correlation().chip_m())) {
-    code_delay_m_.reset();
+    loop_.reset();
     phase_.reset();
     fades_.clear();
   }
@@ -231,21 +258,23 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
 
   Reception result;
   result.tracked = tracked_;
-  const std::optional<CodeLock> code = signal.tracker.lock(paths_, code_delay_m_);
+  const double clear_cn0_dbhz =
+      model.reference_cn0_dbhz(id_, view.line.elevation_rad, satellite_constant_db_) -
+      10 * std::log10(view.noise_factor);
+  const std::optional<CodeLock> code = follow_code(motion, signal, clear_cn0_dbhz);
   if (code && code->prompt_power > 0) {
-    result.cn0_dbhz = model.reference_cn0_dbhz(id_, view.line.elevation_rad, satellite_constant_db_) +
-                      10 * std::log10(code->prompt_power / signal.peak_power) -
-                      10 * std::log10(view.noise_factor);
+    result.cn0_dbhz = clear_cn0_dbhz + 10 * std::log10(code->prompt_power / signal.peak_power);
     result.code_delay_m = code->delay_m;
   }
   result.lock = lock_.update(motion.time, result.cn0_dbhz);
   if (result.lock == LockState::Tracking && !result.cn0_dbhz) result.lock = LockState::Holding;
   if (result.lock == LockState::Searching) {
-    code_delay_m_.reset();
-  } else if (result.cn0_dbhz) {
-    code_delay_m_ = result.code_delay_m;
+    loop_.reset();
+  } else if (!loop_ && result.cn0_dbhz) {
+    loop_ = CodeLoopState{result.code_delay_m};
   }
   const Path& path = view.paths.paths[tracked_];
+  aid_ = path;
   if (result.lock == LockState::Tracking && result.cn0_dbhz &&
       *result.cn0_dbhz >= options.phase_threshold_dbhz && path.kind != PathKind::Diffuse) {
     result.phase = follow_phase(motion, path, code->prompt,

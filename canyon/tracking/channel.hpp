@@ -25,7 +25,9 @@ class ChannelModel {
   };
 
   /// Throws InputError where options.validate() does.
-  ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver);
+  /// @param receiver its name in messages; @param draws what sets its random streams apart from those of
+  /// others
+  ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver, std::string draws = {});
 
   [[nodiscard]] const SignalOptions& options() const { return options_; }
   [[nodiscard]] const PathPhases& phases() const { return phases_; }
@@ -44,7 +46,7 @@ class ChannelModel {
  private:
   SignalOptions options_;
   std::uint64_t seed_;
-  std::string receiver_;
+  std::string receiver_, draws_;
   PathPhases phases_;
   std::array<std::unique_ptr<const Signal>, gnss::kSystemCount> signals_;
 };
@@ -116,6 +118,10 @@ class Channel {
   [[nodiscard]] bool jumped(const AntennaMotion& motion, const orbit::LineOfSight& line, double chip_m);
   void gather(const ChannelModel& model, const AntennaMotion& motion, const propagation::SatelliteView& view,
               const CodeTracker& tracker);
+  /// Acquires the strongest path, or moves the loop on.
+  [[nodiscard]] std::optional<CodeLock> follow_code(const AntennaMotion& motion,
+                                                    const ChannelModel::Signal& signal,
+                                                    double clear_cn0_dbhz);
   [[nodiscard]] std::optional<TrackedPhase> follow_phase(const AntennaMotion& motion,
                                                          const propagation::Path& path,
                                                          std::complex<double> prompt, double wavelength_m);
@@ -124,7 +130,8 @@ class Channel {
   double satellite_constant_db_;
   SignalLock lock_;
   PathFades fades_;
-  std::optional<double> code_delay_m_;  // prior of the code loop
+  std::optional<CodeLoopState> loop_;     // of the code
+  std::optional<propagation::Path> aid_;  // whose carrier was tracked at the last epoch with a signal
   std::optional<Geometry> geometry_;
   std::optional<Phase> phase_;
   RandomStream ambiguity_;

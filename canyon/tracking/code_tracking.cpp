@@ -17,6 +17,9 @@ namespace {
 
 constexpr std::size_t kPathsWithoutAllocation = 64;
 constexpr int kMostSamples = 8000;     // of one scan; there are at most three
+constexpr double kStep = 0.25;         // of a time constant, between two looks at the discriminator
+constexpr double kCheckedChips = 1.5;  // before the replica, for earlier paths
+constexpr double kAtRest = 1e-10;      // chips
 constexpr double kLeastPrompt = 1e-3;  // of the strongest path's power
 constexpr double kSilent = 1e-13;      // D below this share of all power is no pull but rounding
 
@@ -52,6 +55,20 @@ struct CodeTracker::Averaged {
   double delay = 0;
   std::complex<double> coherent;
   double incoherent = 0;  // power
+};
+
+/// All paths of an epoch, in place for as many as a channel usually has.
+struct CodeTracker::Gathered {
+  std::array<Averaged, kPathsWithoutAllocation> few;
+  std::vector<Averaged> many;
+  std::span<Averaged> all;
+  double strongest = 0, total = 0;  // power
+};
+
+/// The discriminator, and the power of its correlators together.
+struct CodeTracker::Pull {
+  double d = 0;
+  double power = 0;
 };
 
 /// D is negative at `low`, positive at `high`.
@@ -103,6 +120,21 @@ CodeTracker::CodeTracker(const CorrelationOptions& signal, const DllOptions& loo
                                  options_.spacing_chips, name(signal.modulation)),
                      "bring them closer");
   }
+  const double small = step_chips_ / 1024;
+  const Pull beside = pull(small, {&direct, 1});
+  gain_chips_ = small * beside.power / beside.d;
+
+  // The highest peak of |R| behind the first zero of R: ripples of BOC(6,1) stand on the main peak.
+  constexpr double kGrid = 1.0 / 512;
+  double highest = 0.25 * correlation_.value(0);
+  bool behind = false;
+  for (double at = kGrid; at < 1; at += kGrid) {
+    const double r = correlation_.value(at);
+    behind = behind || r < 0;
+    if (!behind || std::abs(r) <= highest) continue;
+    highest = std::abs(r);
+    side_peak_chips_ = at;
+  }
 }
 
 CodeTracker::Averaged CodeTracker::average(const SignalPath& path) const {
@@ -123,20 +155,23 @@ CodeTracker::Averaged CodeTracker::average(const SignalPath& path) const {
   return result;
 }
 
-double CodeTracker::evaluate(double delay_chips, std::span<const Averaged> paths) const {
+CodeTracker::Pull CodeTracker::pull(double delay_chips, std::span<const Averaged> paths) const {
   std::array<std::complex<double>, 4> sum{};
   std::complex<double> prompt_sum;
   double incoherent = 0;
   double prompt_incoherent = 0;
+  Pull result;
   const bool power = options_.discriminator == Discriminator::EarlyLatePower;
+  const auto count = static_cast<std::size_t>(bank_.count);
   for (const Averaged& path : paths) {
     const double lag = delay_chips - path.delay;
     std::array<double, 4> r{};
     double x = 0;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(bank_.count); ++k) {
+    for (std::size_t k = 0; k < count; ++k) {
       r[k] = correlation_.value(lag + bank_.offset_chips[k]);
       sum[k] += path.coherent * r[k];
       x += bank_.weight[k] * r[k];
+      result.power += path.incoherent * r[k] * r[k];
     }
     if (power) {
       incoherent += path.incoherent * (r[0] * r[0] - r[1] * r[1]);
@@ -147,13 +182,36 @@ double CodeTracker::evaluate(double delay_chips, std::span<const Averaged> paths
     incoherent += path.incoherent * x * p;
     prompt_incoherent += path.incoherent * p * p;
   }
-  if (power) return std::norm(sum[0]) - std::norm(sum[1]) + incoherent;
+  for (std::size_t k = 0; k < count; ++k) result.power += std::norm(sum[k]);
+  if (power) {
+    result.d = std::norm(sum[0]) - std::norm(sum[1]) + incoherent;
+    return result;
+  }
   std::complex<double> x;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(bank_.count); ++k) x += bank_.weight[k] * sum[k];
-  const double d = (x * std::conj(prompt_sum)).real() + incoherent;
-  if (options_.discriminator != Discriminator::Coherent) return d;
+  for (std::size_t k = 0; k < count; ++k) x += bank_.weight[k] * sum[k];
+  result.d = (x * std::conj(prompt_sum)).real() + incoherent;
+  if (options_.discriminator != Discriminator::Coherent) return result;
   const double prompt_power = std::norm(prompt_sum) + prompt_incoherent;
-  return prompt_power > 0 ? d / std::sqrt(prompt_power) : 0;
+  result.d = prompt_power > 0 ? result.d / std::sqrt(prompt_power) : 0;
+  result.power = std::sqrt(result.power);
+  return result;
+}
+
+void CodeTracker::average(std::span<const SignalPath> paths, Gathered& gathered) const {
+  if (paths.size() > gathered.few.size()) gathered.many.resize(paths.size());
+  gathered.all =
+      (gathered.many.empty() ? std::span<Averaged>(gathered.few) : std::span<Averaged>(gathered.many))
+          .first(paths.size());
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    gathered.all[i] = average(paths[i]);
+    const double power = std::norm(gathered.all[i].coherent) + gathered.all[i].incoherent;
+    gathered.strongest = std::max(gathered.strongest, power);
+    gathered.total += power;
+  }
+}
+
+double CodeTracker::evaluate(double delay_chips, std::span<const Averaged> paths) const {
+  return pull(delay_chips, paths).d;
 }
 
 CodeLock CodeTracker::prompt(double delay_chips, std::span<const Averaged> paths) const {
@@ -208,19 +266,11 @@ std::optional<CodeLock> CodeTracker::lock(std::span<const SignalPath> paths,
   if (prior_m && !std::isfinite(*prior_m)) {
     throw InputError(fmt::format("the code delay before is {} m", *prior_m), "it must be finite");
   }
-  std::array<Averaged, kPathsWithoutAllocation> few;
-  std::vector<Averaged> many;
-  if (paths.size() > few.size()) many.resize(paths.size());
-  const std::span<Averaged> all =
-      (many.empty() ? std::span<Averaged>(few) : std::span<Averaged>(many)).first(paths.size());
-  double strongest = 0;
-  double total = 0;
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    all[i] = average(paths[i]);
-    const double power = std::norm(all[i].coherent) + all[i].incoherent;
-    strongest = std::max(strongest, power);
-    total += power;
-  }
+  Gathered gathered;
+  average(paths, gathered);
+  const std::span<const Averaged> all = gathered.all;
+  const double strongest = gathered.strongest;
+  const double total = gathered.total;
   if (!(strongest > 0) || !std::isfinite(total)) return std::nullopt;
 
   const double r0 = correlation_.value(0);
@@ -306,6 +356,123 @@ std::optional<CodeLock> CodeTracker::lock(std::span<const SignalPath> paths,
   return nearest(peak);
 }
 
+std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<const SignalPath> paths,
+                                            double elapsed_s, double unit_cn0_hz) const {
+  if (!std::isfinite(state.delay_m) || !(elapsed_s >= 0) || !std::isfinite(elapsed_s) ||
+      !std::isfinite(unit_cn0_hz)) {
+    throw InputError(fmt::format("a code loop at {} m cannot go on by {} s at {} Hz", state.delay_m,
+                                 elapsed_s, unit_cn0_hz),
+                     "they must be finite, the time 0 or more");
+  }
+  state.jumped = false;
+  const double chip_m = correlation_.chip_m();
+  Gathered at_end;
+  average(paths, at_end);
+  if (!(at_end.strongest > 0) || !std::isfinite(at_end.total)) return std::nullopt;
+
+  const double k = 4 * options_.loop_bandwidth_hz;
+  const bool checks = std::isfinite(options_.peak_check_s) && (side_peak_chips_ > 0 || paths.size() > 1);
+  const double memory_s = std::max(12 / k, checks ? 2 * options_.peak_check_s : 0);
+  const double simulated_s = std::min(elapsed_s, memory_s);
+  double longest_s = std::max(options_.integration_s, kStep / k);
+  if (checks)
+    longest_s = std::min(longest_s, std::max(options_.integration_s, kStep * options_.peak_check_s));
+  const int steps = static_cast<int>(std::ceil(simulated_s / longest_s - 1e-9));
+  const double dt_s = steps > 0 ? simulated_s / steps : 0;
+  const double moves = -std::expm1(-k * dt_s);  // share of a constant error that a step takes away
+
+  // Paths as a step's correlators see them: averaged over T, and over a longer step, by powers.
+  Gathered now;
+  if (!at_end.many.empty()) now.many.resize(paths.size());
+  now.all =
+      (now.many.empty() ? std::span<Averaged>(now.few) : std::span<Averaged>(now.many)).first(paths.size());
+  std::array<std::complex<double>, kPathsWithoutAllocation> few_turns;
+  std::vector<std::complex<double>> many_turns(now.many.size());
+  const std::span<std::complex<double>> turns = many_turns.empty()
+                                                    ? std::span<std::complex<double>>(few_turns)
+                                                    : std::span<std::complex<double>>(many_turns);
+  bool changing = false;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const SignalPath& path = paths[i];
+    changing = changing || path.drift_mps != 0 || (path.fading_hz != 0 && !path.diffuse);
+    Averaged& averaged = now.all[i];
+    averaged = at_end.all[i];
+    turns[i] = {1, 0};
+    averaged.delay -= path.drift_mps * (simulated_s - dt_s / 2) / chip_m;
+    if (path.diffuse) continue;
+    const double kept = sinc(geodesy::kPi * path.fading_hz * options_.integration_s);
+    const double over_step =
+        dt_s > options_.integration_s ? sinc(geodesy::kPi * path.fading_hz * dt_s) : kept;
+    const double angle = -2 * geodesy::kPi * path.fading_hz;
+    averaged.coherent = path.amplitude * over_step * std::polar(1.0, angle * (simulated_s - dt_s / 2));
+    averaged.incoherent = std::norm(path.amplitude) * std::max(0.0, kept * kept - over_step * over_step);
+    turns[i] = std::polar(1.0, -angle * dt_s);
+  }
+
+  const auto power_at = [&](double delay) {
+    std::complex<double> sum;
+    double incoherent = 0;
+    for (const Averaged& path : now.all) {
+      const double r = correlation_.value(delay - path.delay);
+      sum += path.coherent * r;
+      incoherent += path.incoherent * r * r;
+    }
+    return std::norm(sum) + incoherent;
+  };
+  const auto mean_power = [](const Averaged& path) { return std::norm(path.coherent) + path.incoherent; };
+  double delay = state.delay_m / chip_m;
+  for (int i = 0; i < steps; ++i) {
+    const Pull pulled = pull(delay, now.all);
+    bool at_rest = !changing;
+    if (pulled.power > kSilent * at_end.total) {
+      const double error = std::clamp(gain_chips_ * pulled.d / pulled.power, -0.5, 0.5);
+      delay -= moves * error;
+      at_rest = at_rest && std::abs(error) < kAtRest;
+    }
+    if (checks) {
+      // Powers of correlators over T, in units of the noise's.
+      const double scale = unit_cn0_hz * options_.integration_s;
+      const double here = scale * power_at(delay);
+      const auto count = [&](double& seconds, double side) {
+        double best = 0, place = delay;
+        const auto look = [&](double at) {
+          const double there = scale * power_at(at);
+          if (there > best) best = there, place = at;
+        };
+        if (side_peak_chips_ > 0) look(delay + side * side_peak_chips_);
+        const Averaged* strongest = nullptr;
+        for (const Averaged& path : now.all) {
+          const double before = delay - path.delay;
+          if (side > 0 || before < options_.spacing_chips || before > kCheckedChips) continue;
+          if (strongest == nullptr || mean_power(path) > mean_power(*strongest)) strongest = &path;
+        }
+        if (strongest != nullptr) look(strongest->delay);
+        const double sigma = std::sqrt(2 * (here + best) + 2);
+        const double wins = 0.5 * std::erfc((here - best) / (sigma * std::sqrt(2.0)));
+        seconds = std::max(0.0, seconds + (2 * wins - 1) * dt_s);
+        if (seconds < options_.peak_check_s) return false;
+        delay = place;
+        return true;
+      };
+      if (count(state.early_s, -1) || count(state.late_s, 1)) {
+        state.early_s = state.late_s = 0;
+        state.jumped = true;
+        at_rest = false;
+      }
+    }
+    if (at_rest && state.early_s == 0 && state.late_s == 0) break;
+    for (std::size_t j = 0; j < now.all.size(); ++j) {
+      now.all[j].coherent *= turns[j];
+      now.all[j].delay += paths[j].drift_mps * dt_s / chip_m;
+    }
+  }
+  state.delay_m = delay * chip_m;
+  const double r0 = correlation_.value(0);
+  const CodeLock lock = prompt(delay, at_end.all);
+  if (lock.prompt_power < kLeastPrompt * at_end.strongest * r0 * r0) return std::nullopt;
+  return lock;
+}
+
 void DllOptions::validate() const {
   options::check(*this, "code loop");
   if (discriminator == Discriminator::DoubleDelta && spacing_chips > 0.5) {
@@ -328,6 +495,10 @@ void visit(options::Visitor& v, DllOptions& o) {
            o.spacing_chips, {0.001, 1, true});
   v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth"}, o.loop_bandwidth_hz, {0, 50, true});
   v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
+  v.number({"peak_check_s", "s",
+            "for how long another correlation peak must be the stronger one before the loop jumps to it; "
+            "none: never"},
+           o.peak_check_s, options::or_none({0.01, 100}));
 }
 
 }  // namespace canyon::tracking

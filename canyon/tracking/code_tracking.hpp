@@ -37,6 +37,11 @@ struct DllOptions {
   double loop_bandwidth_hz = 1;
   /// Coherent integration T [s], (0, 10]; Bn T below 0.5. A bit of GPS L1 C/A takes 20 ms.
   double integration_s = 0.02;
+  /// For how long another peak of the correlation, beyond the discriminator's reach, must be the stronger one
+  /// before the loop jumps to it [s], [0.01, 100]: a side peak of a BOC signal ("bump-jumping", Fine &
+  /// Wilson, ION NTM 1999), or an earlier path within a chip and a half. Infinite: never, and a loop rests on
+  /// a side peak or an echo for as long as it is tracked.
+  double peak_check_s = 1;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
@@ -57,6 +62,19 @@ struct SignalPath {
   std::complex<double> amplitude = {1, 0};  ///< any common unit; |.|^2 is power, arg the carrier phase
   /// Frequency [Hz] against the carrier that the receiver tracks (either sign), see fading_rate_hz().
   double fading_hz = 0;
+  /// Rate of its delay against that of the path whose carrier aids the loop [m/s].
+  double drift_mps = 0;
+  /// A bundle of waves: fading_hz stands for its spread, and does not turn it between epochs.
+  bool diffuse = false;
+};
+
+/// What a code loop keeps between epochs.
+struct CodeLoopState {
+  double delay_m = 0;  ///< of the replica against the direct path
+  /// For how long the peak before (early) or behind (late) has been stronger than the one tracked, less the
+  /// time for which it was not [s], >= 0.
+  double early_s = 0, late_s = 0;
+  bool jumped = false;  ///< to another peak, in the last step
 };
 
 /// Where a loop rests.
@@ -70,7 +88,8 @@ struct CodeLock {
   double prompt_power = 0;
 };
 
-/// Code delay that a delay lock loop settles at with any number of paths: noise-free, at rest.
+/// Code delay of a delay lock loop with any number of paths: noise-free, where it settles and how it gets
+/// there.
 ///
 /// The loop moves its replica against the sign of the discriminator D(tau) and rests where D crosses zero
 /// upwards. Each path's amplitude is first averaged as the receiver does (docs/tracking.md):
@@ -103,9 +122,39 @@ class CodeTracker {
   [[nodiscard]] std::optional<CodeLock> lock(std::span<const SignalPath> paths,
                                              std::optional<double> prior_m = std::nullopt) const;
 
+  /// Moves a loop by its own dynamics over `elapsed_s` >= 0, at whose end `paths` are as given.
+  ///
+  /// A first-order loop that the carrier aids: whoever calls moves state.delay_m with the path whose carrier
+  /// is tracked; here the replica moves against the normalised discriminator e [chips] with rate k e, k = 4
+  /// Bn, in steps of T or, where that is longer, a quarter of the time constant 1 / k, each exact for a
+  /// constant e. e = D / (sum of the correlators' powers), scaled to unit slope at the peak of a single path
+  /// and cut at half a chip. Each path's phase turns with fading_hz and its delay drifts with drift_mps, so
+  /// that the loop itself filters what fades; what turns within a step is averaged before. Of a long time the
+  /// last 12 / k are simulated, more than a loop remembers. Statistics do not depend on how time is cut into
+  /// calls.
+  ///
+  /// Throughout, the power at the replica is compared with that at other peaks, once on the early and once on
+  /// the late side: the neighbouring peak of the correlation function, and, early, the strongest path that is
+  /// more than a spacing and less than 1.5 chips ahead (a later one can only be an echo).
+  /// DllOptions::peak_check_s says when the loop jumps there. The mean of the count is taken, with the noise
+  /// of C/N0 in the comparisons (normal approximation).
+  ///
+  /// @param unit_cn0_hz C/N0 as a ratio [Hz] of a path of power 1
+  /// Empty, and the loop stays where it is: no power, or a prompt power below a thousandth of the strongest
+  /// path's at the end. Inputs must be finite (InputError).
+  [[nodiscard]] std::optional<CodeLock> follow(CodeLoopState& state, std::span<const SignalPath> paths,
+                                               double elapsed_s, double unit_cn0_hz) const;
+
+  /// From the main peak of |R| to its neighbours [chips]; 0: there are none above a quarter of it.
+  [[nodiscard]] double side_peak_chips() const { return side_peak_chips_; }
+
  private:
   struct Averaged;
+  struct Gathered;
+  struct Pull;
   [[nodiscard]] Averaged average(const SignalPath& path) const;
+  void average(std::span<const SignalPath> paths, Gathered& gathered) const;
+  [[nodiscard]] Pull pull(double delay_chips, std::span<const Averaged> paths) const;
   [[nodiscard]] double evaluate(double delay_chips, std::span<const Averaged> paths) const;
   [[nodiscard]] CodeLock prompt(double delay_chips, std::span<const Averaged> paths) const;
   struct Bracket;
@@ -116,6 +165,8 @@ class CodeTracker {
   DllOptions options_;
   CorrelatorBank bank_;
   double step_chips_ = 0;
+  double gain_chips_ = 0;  // 1 / slope of the normalised discriminator
+  double side_peak_chips_ = 0;
 };
 
 }  // namespace canyon::tracking
