@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "canyon/geodesy/constants.hpp"
@@ -52,12 +53,6 @@ void turn_z(double angle, double rate, Eigen::Vector3d& p, Eigen::Vector3d& v) {
 void turn_x_minus_5_deg(Eigen::Vector3d& a) {
   static const double c = std::cos(geodesy::radians(-5)), s = std::sin(geodesy::radians(-5));
   a = Eigen::Vector3d(a.x(), c * a.y() + s * a.z(), -s * a.y() + c * a.z());
-}
-
-double group_delay(const gnss::KeplerEphemeris& e) {
-  // Galileo: BGD(E1,E5b) belongs to the I/NAV clock, BGD(E1,E5a) to F/NAV's (OS-SIS-ICD 5.1.5). Elsewhere the
-  // first is that of the L1 band: TGD for L1 C/A, TGD1 for B1I.
-  return e.id.system == gnss::System::Galileo && !is_galileo_fnav(e) ? e.group_delay[1] : e.group_delay[0];
 }
 
 }  // namespace
@@ -119,7 +114,9 @@ SatelliteState propagate(const gnss::KeplerEphemeris& e, geodesy::GpsTime t) {
                             (geodesy::kSpeedOfLight * geodesy::kSpeedOfLight);
   state.clock_bias_s = e.af0 + dt * (e.af1 + dt * e.af2) + relativity * sin_e;
   state.clock_drift = e.af1 + 2 * e.af2 * dt + relativity * cos_e * anomaly_rate;
-  state.group_delay_s = group_delay(e);
+  const auto delays = gnss::group_delays_s(e, is_galileo_fnav(e));
+  state.group_delay_s = delays.front();
+  std::copy(delays.begin() + 1, delays.end(), state.more_group_delays_s.begin());
   state.carrier_frequency_hz = l1_frequency_hz(e.id.system);
   return state;
 }

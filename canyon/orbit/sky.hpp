@@ -1,12 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "canyon/geodesy/gps_time.hpp"
-#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/gnss/signals.hpp"
 
 namespace canyon::orbit {
 
@@ -18,6 +19,13 @@ struct SatelliteState {
   double clock_drift = 0;    ///< [s/s], relativity included
   double group_delay_s = 0;  ///< TGD/BGD of the L1-band signal: its effective clock is bias - group delay
   double carrier_frequency_hz = 0;  ///< of the L1-band signal
+  /// Likewise of the other signals of gnss::signals_of(), in their order behind the first.
+  std::array<double, gnss::kMostSignals - 1> more_group_delays_s{};
+
+  [[nodiscard]] double group_delay_of(const gnss::Signal& signal) const {
+    const std::size_t index = gnss::index_of(signal);
+    return index == 0 ? group_delay_s : more_group_delays_s[index - 1];
+  }
 };
 
 /// Where satellites are: the one question that everything downstream asks of orbits. Implementations are

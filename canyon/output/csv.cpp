@@ -160,7 +160,64 @@ class SatellitesCsv final : public Encoder {
   PhaseArcs arcs_;
 };
 
+class SignalsCsv final : public Encoder {
+ public:
+  std::string begin() override { return header(signals_csv_columns()); }
+  std::string encode(const simulation::Epoch& epoch) override {
+    std::string lines;
+    const std::string tow = seconds_of_week(epoch.observed.time);
+    for (const receiver::SatelliteObservation& satellite : epoch.observed.satellites) {
+      const auto add = [&](const receiver::SignalObservation& seen) {
+        Row row;
+        row.add(epoch.observed.time.week()).add(tow).add(gnss::to_string(satellite.id));
+        add_signal(row, seen,
+                   seen.signal != nullptr ? *seen.signal : gnss::signals_of(satellite.id.system).front(),
+                   epoch.observed.time);
+        lines += std::move(row).line();
+      };
+      add(satellite);
+      for (const receiver::SignalObservation& signal : satellite.more) add(signal);
+    }
+    return lines;
+  }
+
+ private:
+  void add_signal(Row& row, const receiver::SignalObservation& seen, const gnss::Signal& signal,
+                  geodesy::GpsTime time) {
+    const auto& m = seen.measurement;
+    row.add(signal.name).add(signal.code);
+    row.add(m ? fixed(m->carrier_frequency_hz, 0) : std::string());
+    row.add(tracking::name(seen.lock)).add(seen.cn0_dbhz, 2).add(m ? m->cn0_dbhz : std::nullopt, 2);
+    row.add(seen.lock == tracking::LockState::Tracking ? fixed(seen.excess_m, 4) : std::string());
+    if (!m) {
+      row.add_nothing(10);
+      return;
+    }
+    row.add(m->pseudorange_m, 4).add(seen.pseudorange_error_m, 4).add(seen.noise_m, 4).add(m->sigma_m, 4);
+    row.add(seen.ionosphere_m, 4).add(seen.troposphere_m, 4).add(m->doppler_hz, 4);
+    const auto link = arcs_.next(*m, gnss::index_of(signal));
+    if (!link) {
+      row.add_nothing(3);
+      return;
+    }
+    row.add(m->carrier_phase_cycles, 4).add(time - *m->phase_since, 3).add(link->slip ? "1" : "0");
+  }
+
+  PhaseArcs arcs_;
+};
+
 }  // namespace
+
+const std::vector<std::string>& signals_csv_columns() {
+  static const std::vector<std::string> columns{"gps_week",      "gps_tow",       "sat",
+                                                "signal",        "rinex_code",    "carrier_frequency_hz",
+                                                "lock",          "true_cn0_dbhz", "cn0_dbhz",
+                                                "excess_path_m", "pseudorange_m", "pseudorange_error_m",
+                                                "noise_m",       "sigma_m",       "ionosphere_m",
+                                                "troposphere_m", "doppler_hz",    "carrier_phase_cycles",
+                                                "phase_lock_s",  "cycle_slip"};
+  return columns;
+}
 
 const std::vector<std::string>& epochs_csv_columns() {
   static const std::vector<std::string> columns{
@@ -188,6 +245,10 @@ const std::vector<std::string>& satellites_csv_columns() {
 
 std::unique_ptr<Encoder> encode_epochs_csv(const ReceiverDescription&) {
   return std::make_unique<EpochsCsv>();
+}
+
+std::unique_ptr<Encoder> encode_signals_csv(const ReceiverDescription&) {
+  return std::make_unique<SignalsCsv>();
 }
 
 std::unique_ptr<Encoder> encode_satellites_csv(const ReceiverDescription&) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "canyon/simulation/simulator.hpp"
 
@@ -16,6 +17,7 @@ namespace canyon::output {
 struct ReceiverDescription {
   std::string name;                                        ///< UTF-8
   std::set<gnss::System> systems = {};                     ///< that may occur; at least those of the epochs
+  std::vector<std::string> tracks = {};                    ///< as receiver::ReceiverOptions has them
   std::map<gnss::SatelliteId, int> glonass_channels = {};  ///< frequency numbers
   double interval_s = 1;
   bool signals = false;         ///< they have strength and phase (tracking::SignalOptions::enabled)

@@ -159,7 +159,7 @@ TEST(FileSinks, SeveralReceiversHaveFolders) {
   const test::TemporaryFolder folder;
   const auto simulation =
       prepare(kNominal,
-              "receivers: [{name: left}, {name: right}]\n"
+              "receivers: [{name: left}, {name: right, own_draws: true}]\n"
               "outputs: {kml: false, geojson: false, nmea: false, satellites_csv: false}\n");
   (void)run_into(simulation, folder.path());
   EXPECT_EQ(files_in(folder.path()), (std::set<std::string>{"sky.nav", "left/epochs.csv", "left/receiver.obs",

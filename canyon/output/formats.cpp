@@ -19,6 +19,7 @@ using simulation::OutputConfig;
 constexpr std::array kFormats{
     Format{"epochs_csv", "epochs.csv", &OutputConfig::epochs_csv, true, encode_epochs_csv},
     Format{"satellites_csv", "satellites.csv", &OutputConfig::satellites_csv, true, encode_satellites_csv},
+    Format{"signals_csv", "signals.csv", &OutputConfig::signals_csv, true, encode_signals_csv},
     Format{"nmea", "receiver.nmea", &OutputConfig::nmea, true, encode_nmea},
     Format{"rinex_observation", "receiver.obs", &OutputConfig::rinex_observation, false,
            encode_rinex_observation},
@@ -47,6 +48,7 @@ ReceiverDescription describe_receiver(const receiver::ReceiverOptions& options, 
                                       double interval_s) {
   ReceiverDescription description;
   description.name = options.name;
+  description.tracks = options.tracks;
   description.signals = options.signal.enabled;
   description.interval_s = interval_s;
   description.begin = begin;
@@ -54,6 +56,7 @@ ReceiverDescription describe_receiver(const receiver::ReceiverOptions& options, 
   const double first_hz = gnss::l1_frequency_hz(gnss::System::GLONASS, 0);
   const double step_hz = gnss::l1_frequency_hz(gnss::System::GLONASS, 1) - first_hz;
   for (const gnss::SatelliteId id : sky.satellites()) {
+    if (receiver::tracked_signals(options.tracks, id.system).empty()) continue;
     description.systems.insert(id.system);
     if (id.system != gnss::System::GLONASS || description.glonass_channels.count(id) > 0) continue;
     if (const auto state = sky.state(id, begin)) {

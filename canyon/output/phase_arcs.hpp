@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/positioning/fix.hpp"
@@ -24,9 +25,10 @@ class PhaseArcs {
 
   /// Link of a measurement that has a phase and the instant since which it is continuous; else empty. Give a
   /// satellite's measurements in order of time.
-  std::optional<Link> next(const positioning::Measurement& measurement) {
+  /// @param signal index_of() it: each signal of a satellite has arcs of its own
+  std::optional<Link> next(const positioning::Measurement& measurement, std::size_t signal = 0) {
     if (!measurement.carrier_phase_cycles || !measurement.phase_since) return std::nullopt;
-    const auto [at, first] = arcs_.try_emplace(measurement.id);
+    const auto [at, first] = arcs_.try_emplace({measurement.id, signal});
     Arc& arc = at->second;
     const bool begins = first || arc.since != *measurement.phase_since;
     if (begins) {
@@ -42,7 +44,7 @@ class PhaseArcs {
     geodesy::GpsTime since;
     double alignment_cycles = 0;
   };
-  std::map<gnss::SatelliteId, Arc> arcs_;
+  std::map<std::pair<gnss::SatelliteId, std::size_t>, Arc> arcs_;
 };
 
 }  // namespace canyon::output

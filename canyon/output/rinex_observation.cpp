@@ -20,16 +20,16 @@ namespace {
 /// Epoch lines carry seven decimals of the second.
 constexpr std::int64_t kTagStep_ns = 100;
 
-/// Band and attribute of the L1-band civil signal: L1 C/A, G1 C/A, E1 C, B1I, L1 C/A.
-std::string_view signal_code(gnss::System system) {
-  return system == gnss::System::BeiDou ? "2I" : "1C";
-}
-
-/// Pseudorange and Doppler; with `signals` carrier phase and strength as well.
-std::string observation_types(gnss::System system, bool signals) {
-  const std::string_view code = signal_code(system);
-  return signals ? fmt::format("{}    4 C{} L{} D{} S{}", gnss::letter(system), code, code, code, code)
-                 : fmt::format("{}    2 C{} D{}", gnss::letter(system), code, code);
+/// "C1C", and so on: pseudorange and Doppler of each signal; with `strength` carrier phase and strength as
+/// well.
+std::vector<std::string> observation_codes(const std::vector<const gnss::Signal*>& signals, bool strength) {
+  std::vector<std::string> codes;
+  for (const gnss::Signal* signal : signals) {
+    for (const char kind : std::string_view(strength ? "CLDS" : "CD")) {
+      codes.push_back(kind + std::string(signal->code));
+    }
+  }
+  return codes;
 }
 
 std::string header_line(std::string_view content, std::string_view label) {
@@ -68,8 +68,7 @@ class RinexObservation final : public Encoder {
   std::string encode(const simulation::Epoch& epoch) override {
     if (!position_) position_ = epoch.truth_ecef;
     const receiver::ReceiverEpoch& seen = epoch.observed;
-    const auto count = std::count_if(seen.satellites.begin(), seen.satellites.end(),
-                                     [](const auto& s) { return s.measurement.has_value(); });
+    const auto count = std::count_if(seen.satellites.begin(), seen.satellites.end(), measured);
     if (count == 0) return {};
     const geodesy::GpsTime tag = round_to(seen.receiver_time, kTagStep_ns);
     std::string text = started_ ? std::string() : header(tag);
@@ -81,9 +80,20 @@ class RinexObservation final : public Encoder {
     // c times 50 ns.
     const double shift_s = tag - seen.receiver_time;
     for (const auto& satellite : seen.satellites) {
-      if (!satellite.measurement) continue;
+      if (!measured(satellite)) continue;
       text += gnss::to_string(satellite.id);
-      text += observations(*satellite.measurement, shift_s);
+      for (const gnss::Signal* signal : signals_of(satellite.id.system)) {
+        const receiver::SignalObservation* of_signal =
+            signal == satellite.signal || satellite.signal == nullptr ? &satellite : nullptr;
+        for (const auto& other : satellite.more) {
+          if (other.signal == signal) of_signal = &other;
+        }
+        if (of_signal != nullptr && of_signal->measurement) {
+          text += observations(*of_signal->measurement, gnss::index_of(*signal), shift_s);
+        } else {
+          for (int i = 0; i < (receiver_.signals ? 4 : 2); ++i) text += kNoObservation;
+        }
+      }
       text.erase(text.find_last_not_of(' ') + 1);
       text += '\n';
     }
@@ -96,14 +106,22 @@ class RinexObservation final : public Encoder {
   }
 
  private:
-  /// In the order of observation_types(), for a tag that is `shift_s` later than the clock's reading.
-  std::string observations(const positioning::Measurement& m, double shift_s) {
+  static bool measured(const receiver::SatelliteObservation& satellite) {
+    return satellite.measurement || std::any_of(satellite.more.begin(), satellite.more.end(),
+                                                [](const auto& s) { return s.measurement.has_value(); });
+  }
+  [[nodiscard]] std::vector<const gnss::Signal*> signals_of(gnss::System system) const {
+    return receiver::tracked_signals(receiver_.tracks, system);
+  }
+
+  /// In the order of observation_codes(), for a tag that is `shift_s` later than the clock's reading.
+  std::string observations(const positioning::Measurement& m, std::size_t signal, double shift_s) {
     const double pseudorange_m = m.pseudorange_m + geodesy::kSpeedOfLight * shift_s;
     const std::string doppler = m.doppler_hz ? observation(*m.doppler_hz) : std::string(kNoObservation);
     if (!receiver_.signals) return observation(pseudorange_m) + doppler;
     const char strength = m.cn0_dbhz ? static_cast<char>('0' + signal_strength_indicator(*m.cn0_dbhz)) : ' ';
     std::string text = observation(pseudorange_m, false, strength);
-    if (const auto link = arcs_.next(m)) {
+    if (const auto link = arcs_.next(m, signal)) {
       // Time, range and phase are moved together (RINEX 3.04, 3.3 and table 1). An arc's ambiguity is
       // arbitrary: it begins at the pseudorange, as receivers have it, and never at 0, which readers take for
       // a missing value.
@@ -113,7 +131,7 @@ class RinexObservation final : public Encoder {
       text += kNoObservation;
     }
     text += doppler;
-    if (m.cn0_dbhz) text += observation(*m.cn0_dbhz);
+    text += m.cn0_dbhz ? observation(*m.cn0_dbhz) : std::string(kNoObservation);
     return text;
   }
 
@@ -137,7 +155,14 @@ class RinexObservation final : public Encoder {
     line(fmt::format("{:14.4f}{:14.4f}{:14.4f}", p.x(), p.y(), p.z()), "APPROX POSITION XYZ");
     line(fmt::format("{:14.4f}{:14.4f}{:14.4f}", 0.0, 0.0, 0.0), "ANTENNA: DELTA H/E/N");
     for (const gnss::System system : receiver_.systems) {
-      line(observation_types(system, receiver_.signals), "SYS / # / OBS TYPES");
+      const std::vector<std::string> codes = observation_codes(signals_of(system), receiver_.signals);
+      constexpr std::size_t kPerLine = 13;
+      for (std::size_t i = 0; i < codes.size(); i += kPerLine) {
+        std::string text_of =
+            i == 0 ? fmt::format("{}  {:3d}", gnss::letter(system), codes.size()) : "      ";
+        for (std::size_t k = i; k < std::min(i + kPerLine, codes.size()); ++k) text_of += " " + codes[k];
+        line(text_of, "SYS / # / OBS TYPES");
+      }
     }
     if (receiver_.signals) line("DBHZ", "SIGNAL STRENGTH UNIT");
     line(fmt::format("{:10.3f}", receiver_.interval_s), "INTERVAL");
@@ -145,10 +170,12 @@ class RinexObservation final : public Encoder {
     last_position_ = text.size();
     text += time_record(first, "TIME OF LAST OBS");  // overwritten at the end
     for (const gnss::System system : receiver_.systems) {
-      // Each system has one signal, which its phases are aligned to: no shift. Without phases: not known.
-      line(receiver_.signals ? fmt::format("{} L{}  0.00000", gnss::letter(system), signal_code(system))
-                             : fmt::format("{}", gnss::letter(system)),
-           "SYS / PHASE SHIFT");
+      // Simulated phases are aligned to each other: no shift. Without phases: not known.
+      if (!receiver_.signals) line(fmt::format("{}", gnss::letter(system)), "SYS / PHASE SHIFT");
+      if (!receiver_.signals) continue;
+      for (const gnss::Signal* signal : signals_of(system)) {
+        line(fmt::format("{} L{}  0.00000", gnss::letter(system), signal->code), "SYS / PHASE SHIFT");
+      }
     }
     if (receiver_.systems.count(gnss::System::GLONASS) > 0) {
       std::string slots = fmt::format("{:3d} ", receiver_.glonass_channels.size());
@@ -160,7 +187,11 @@ class RinexObservation final : public Encoder {
         slots += fmt::format("{} {:2d} ", gnss::to_string(id), channel);
       }
       line(slots, "GLONASS SLOT / FRQ #");
-      line(" C1C    0.000", "GLONASS COD/PHS/BIS");
+      std::string biases;
+      for (const gnss::Signal* signal : signals_of(gnss::System::GLONASS)) {
+        biases += fmt::format(" C{}    0.000", signal->code);
+      }
+      line(biases, "GLONASS COD/PHS/BIS");
     }
     line(fmt::format("{:6d}", geodesy::leap_seconds(first)), "LEAP SECONDS");
     line("", "END OF HEADER");

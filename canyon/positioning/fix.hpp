@@ -17,7 +17,8 @@
 
 namespace canyon::positioning {
 
-/// What a receiver measures of one satellite on its L1-band signal.
+/// What a receiver measures of one signal of a satellite, or makes of two of them. For the fix it refers to
+/// the signal near L1: whoever gives another takes the difference of group delays off the pseudorange.
 struct Measurement {
   gnss::SatelliteId id;
   double pseudorange_m =
@@ -35,6 +36,7 @@ struct Measurement {
   double carrier_phase_sigma_cycles = 0;  ///< standard deviation
   /// Since when the phase is continuous; a later instant than at the epoch before is a cycle slip.
   std::optional<geodesy::GpsTime> phase_since;
+  bool ionosphere_free = false;  ///< a combination that needs no correction of the ionosphere
 };
 
 enum class FixStatus : std::uint8_t {

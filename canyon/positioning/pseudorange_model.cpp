@@ -163,10 +163,12 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
     const Measurement& m = *satellite.measured;
     if (weighs) satellite.sigma_m = options.weights.sigma_m(m, look.elevation_rad);
     const auto delay_m = [&](bool ionosphere, bool troposphere, const geodesy::Geodetic& at) {
-      return atmosphere_m(ionosphere, troposphere, klobuchar, m.id.system,
-                          satellite.state.carrier_frequency_hz, receiver_time, at, look);
+      return atmosphere_m(
+          ionosphere, troposphere, klobuchar, m.id.system,
+          m.carrier_frequency_hz > 0 ? m.carrier_frequency_hz : satellite.state.carrier_frequency_hz,
+          receiver_time, at, look);
     };
-    satellite.atmosphere_m = delay_m(options.correct_ionosphere, false, place) +
+    satellite.atmosphere_m = delay_m(options.correct_ionosphere && !m.ionosphere_free, false, place) +
                              delay_m(false, options.correct_troposphere, weather);
   }
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "canyon/disturbance/direct_shadowing.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/tracking/channel.hpp"
 #include "canyon/tracking/channel_rate.hpp"
@@ -29,7 +31,7 @@ struct SignalNoise {
   geodesy::GpsTime last;
 };
 
-/// A satellite's channel after an epoch.
+/// A signal's channel after an epoch.
 struct Tracked {
   tracking::Channel* channel = nullptr;
   tracking::Reception reception;
@@ -53,6 +55,9 @@ struct Receiver::State {
       const double drift = options.noise.drift_enabled ? options.noise.drift_mu_sigma_m : 0;
       noise_sigma_m = std::hypot(options.noise.ou.standard_deviation_m(), drift);
       noise_doppler_sigma_hz = options.noise.doppler_sigma_hz;
+    }
+    for (const gnss::System system : gnss::kAllSystems) {
+      tracks[static_cast<std::size_t>(system)] = receiver::tracked_signals(options.tracks, system);
     }
     if (options.signal.enabled) {
       signals.emplace(options.signal, seed, options.name, draws);
@@ -103,34 +108,49 @@ struct Receiver::State {
     last_antenna = antenna.position_ecef;
   }
 
-  SignalNoise& noise_of(gnss::SatelliteId id) {
-    const auto found = noises.find(id);
+  /// What it tracks of a satellite now, in the order of gnss::signals_of().
+  void signals_to_track(gnss::SatelliteId id, std::vector<const gnss::Signal*>& found) const {
+    found = tracks[static_cast<std::size_t>(id.system)];
+    if (options.tracks.empty()) return;
+    std::erase_if(found, [&](const gnss::Signal* signal) { return !gnss::transmits(id, *signal, now); });
+  }
+
+  SignalNoise& noise_of(gnss::SatelliteId id, const gnss::Signal& signal) {
+    const std::size_t index = gnss::index_of(signal);
+    const auto found = noises.find({id, index});
     if (found != noises.end()) return found->second;
-    const std::string key = draws + "/" + gnss::to_string(id);
+    std::string key = draws + "/" + gnss::to_string(id);
+    if (index > 0) key += fmt::format("/{}", signal.name);
     const double mean = options.noise.drift_mu_sigma_m * RandomStream(seed, key + "/mean").normal();
     return noises
-        .emplace(id, SignalNoise{tracking::OuProcess(options.noise.ou, RandomStream(seed, key + "/code")),
-                                 RandomStream(seed, key + "/doppler"), mean, now})
+        .emplace(std::pair(id, index),
+                 SignalNoise{tracking::OuProcess(options.noise.ou, RandomStream(seed, key + "/code")),
+                             RandomStream(seed, key + "/doppler"), mean, now})
         .first->second;
   }
 
-  /// What arrives of one satellite, through its channel where signals have a strength; empty where they have
+  /// What arrives of one signal, through its channel where signals have a strength; empty where they have
   /// none. Sets the observation's lock, C/N0 and excess.
-  std::optional<Tracked> track(const propagation::SatelliteView& view, bool free,
-                               SatelliteObservation& observation) {
+  std::optional<Tracked> track(const propagation::SatelliteView& view, bool free, bool received,
+                               SignalObservation& observation) {
     if (!signals) {
-      if (observation.visibility != Visibility::Blocked) {
+      if (received) {
         observation.lock = tracking::LockState::Tracking;
         observation.excess_m = view.paths.tracked_excess_m();
       }
       return std::nullopt;
     }
-    auto found = channels.find(view.line.id);
-    if (found == channels.end()) {
-      found = channels.emplace(view.line.id, tracking::Channel(*signals, view.line.id, motion)).first;
+    const gnss::Signal& signal = *observation.signal;
+    std::vector<tracking::Channel>& of_satellite = channels[view.line.id];
+    auto found = std::find_if(of_satellite.begin(), of_satellite.end(),
+                              [&](const tracking::Channel& channel) { return &channel.signal() == &signal; });
+    if (found == of_satellite.end()) {
+      of_satellite.reserve(tracks[static_cast<std::size_t>(signal.system)].size());  // pointers stay
+      of_satellite.emplace_back(*signals, view.line.id, signal, motion);
+      found = of_satellite.end() - 1;
     }
-    Tracked tracked{&found->second, {}};
-    tracked.reception = free ? found->second.receive(*signals, motion, view) : found->second.miss(now);
+    Tracked tracked{&*found, {}};
+    tracked.reception = free ? found->receive(*signals, motion, view) : found->miss(now);
     observation.lock = tracked.reception.lock;
     observation.cn0_dbhz = tracked.reception.cn0_dbhz;
     if (observation.lock == tracking::LockState::Tracking)
@@ -141,22 +161,24 @@ struct Receiver::State {
   /// Channels of satellites that are below the horizon. `satellites` ascending.
   void miss_all_but(const std::vector<SatelliteObservation>& satellites) {
     auto seen = satellites.begin();
-    for (auto& [id, channel] : channels) {
+    for (auto& [id, of_satellite] : channels) {
       while (seen != satellites.end() && seen->id < id) ++seen;
-      if (seen == satellites.end() || seen->id != id) channel.miss(now);
+      if (seen != satellites.end() && seen->id == id) continue;
+      for (tracking::Channel& channel : of_satellite) channel.miss(now);
     }
   }
 
   positioning::Measurement measure(const propagation::SatelliteView& view, const Tracked* tracked,
-                                   bool drifting, SatelliteObservation& observation) {
+                                   bool drifting, SignalObservation& observation) {
     const orbit::LineOfSight& line = view.line;
+    const gnss::Signal& signal = *observation.signal;
     positioning::Measurement m;
     m.id = line.id;
-    m.carrier_frequency_hz = line.state.carrier_frequency_hz;
+    m.carrier_frequency_hz = gnss::carrier_hz(signal, line.state.carrier_frequency_hz);
 
     double doppler_noise_hz = 0;
     if (options.noise.enabled) {
-      SignalNoise& noise = noise_of(line.id);
+      SignalNoise& noise = noise_of(line.id, signal);
       const double mean = options.noise.ou.mu_m + (drifting ? noise.drifted_mean_m : 0);
       observation.noise_m = noise.code.advance(now - noise.last, mean);
       noise.last = now;
@@ -175,25 +197,32 @@ struct Receiver::State {
     m.doppler_sigma_hz = std::hypot(noise_doppler_sigma_hz, loops.doppler_sigma_hz);
     if (m.doppler_sigma_hz == 0) m.doppler_sigma_hz = 0.1;
 
-    const double atmosphere = atmosphere_m(options.ionosphere, options.troposphere, line);
-    const double corrected =
-        atmosphere_m(options.fix.correct_ionosphere, options.fix.correct_troposphere, line);
+    const auto delay_m = [&](bool ionosphere, bool troposphere) {
+      return atmosphere_m(ionosphere, troposphere, line, m.carrier_frequency_hz);
+    };
+    const double atmosphere = delay_m(options.ionosphere, options.troposphere);
+    const double corrected = delay_m(options.fix.correct_ionosphere, options.fix.correct_troposphere);
+    observation.ionosphere_m = delay_m(options.ionosphere, false);
+    observation.troposphere_m = delay_m(false, options.troposphere);
     observation.pseudorange_error_m = observation.excess_m + observation.noise_m + (atmosphere - corrected);
     m.pseudorange_m = positioning::pseudorange_m(line, observation.excess_m, clock.bias_s(), atmosphere,
                                                  observation.noise_m);
+    // For the first one this is 0.
+    m.pseudorange_m += kSpeedOfLight * (line.state.group_delay_of(signal) - line.state.group_delay_s);
 
     // -(f/c) dP/dT, T the receiver's clock: dT = (1 + drift) dt.
     assert(!view.paths.paths.empty());
     const propagation::Path& path = view.paths.paths[tracked != nullptr ? tracked->reception.tracked : 0];
     const double rate = tracking::path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu) +
-                        kSpeedOfLight * (clock.drift() - line.state.clock_drift) + atmosphere_rate_mps(line);
+                        kSpeedOfLight * (clock.drift() - line.state.clock_drift) +
+                        atmosphere_rate_mps(line, m.carrier_frequency_hz);
     m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * rate / (1 + clock.drift()) + doppler_noise_hz;
     if (tracked != nullptr && tracked->reception.phase) {
       const tracking::TrackedPhase& phase = *tracked->reception.phase;
       // The ionosphere advances a phase by what it delays a code.
-      const double metres =
-          line.range_m + phase.excess_m + kSpeedOfLight * (clock.bias_s() - line.state.clock_bias_s) +
-          atmosphere_m(false, options.troposphere, line) - atmosphere_m(options.ionosphere, false, line);
+      const double metres = line.range_m + phase.excess_m +
+                            kSpeedOfLight * (clock.bias_s() - line.state.clock_bias_s) +
+                            observation.troposphere_m - observation.ionosphere_m;
       m.carrier_phase_cycles =
           metres * (m.carrier_frequency_hz / kSpeedOfLight) + phase.ambiguity + loops.phase_cycles;
       m.carrier_phase_sigma_cycles = loops.phase_sigma_cycles;
@@ -202,15 +231,48 @@ struct Receiver::State {
     return m;
   }
 
-  [[nodiscard]] double atmosphere_m(bool ionosphere, bool troposphere, const orbit::LineOfSight& line) const {
-    return positioning::atmosphere_m(ionosphere, troposphere, *klobuchar, line.id.system,
-                                     line.state.carrier_frequency_hz, now, place,
-                                     {line.azimuth_rad, line.elevation_rad});
+  [[nodiscard]] double atmosphere_m(bool ionosphere, bool troposphere, const orbit::LineOfSight& line,
+                                    double carrier_hz) const {
+    return positioning::atmosphere_m(ionosphere, troposphere, *klobuchar, line.id.system, carrier_hz, now,
+                                     place, {line.azimuth_rad, line.elevation_rad});
+  }
+
+  /// What of a satellite goes into the fix, as if it were of the signal near L1.
+  [[nodiscard]] std::optional<positioning::Measurement> for_fix(const SatelliteObservation& satellite,
+                                                                const orbit::LineOfSight& line) const {
+    const SignalObservation* other = nullptr;
+    if (options.combination == Combination::IonosphereFree) {
+      const auto apart_hz = [&](const SignalObservation& s) {
+        return std::abs(s.signal->carrier_hz - satellite.signal->carrier_hz);
+      };
+      for (const SignalObservation& signal : satellite.more) {
+        constexpr double kApart_hz = 100e6;  // less amplifies noise tenfold
+        if (!signal.measurement || apart_hz(signal) < kApart_hz) continue;
+        if (other == nullptr || apart_hz(signal) > apart_hz(*other)) other = &signal;
+      }
+      if (other == nullptr && !options.fix.correct_ionosphere) return std::nullopt;
+    }
+    if (!satellite.measurement) return std::nullopt;
+    positioning::Measurement m = *satellite.measurement;
+    double group_delay_s = line.state.group_delay_of(*satellite.signal);
+    if (other != nullptr) {
+      // (f1^2 P1 - f2^2 P2) / (f1^2 - f2^2).
+      const double ratio = std::pow(m.carrier_frequency_hz / other->measurement->carrier_frequency_hz, 2);
+      const double a = ratio / (ratio - 1), b = -1 / (ratio - 1);
+      m.pseudorange_m = a * m.pseudorange_m + b * other->measurement->pseudorange_m;
+      m.sigma_m = std::hypot(a * m.sigma_m, b * other->measurement->sigma_m);
+      group_delay_s = a * group_delay_s + b * line.state.group_delay_of(*other->signal);
+      m.ionosphere_free = true;
+    }
+    if (group_delay_s != line.state.group_delay_s) {
+      m.pseudorange_m -= kSpeedOfLight * (group_delay_s - line.state.group_delay_s);
+    }
+    return m;
   }
 
   /// Of the carrier's way through the atmosphere [m/s], by central differences over a second: the ionosphere
   /// advances a carrier.
-  [[nodiscard]] double atmosphere_rate_mps(const orbit::LineOfSight& line) const {
+  [[nodiscard]] double atmosphere_rate_mps(const orbit::LineOfSight& line, double carrier_hz) const {
     if (!options.ionosphere && !options.troposphere) return 0;
     const auto way_m = [&](double dt_s) {
       const Eigen::Vector3d antenna = last_antenna + motion.velocity_ecef * dt_s;
@@ -219,8 +281,8 @@ struct Receiver::State {
           geodesy::enu_from_ecef_rotation(at) *
           (line.position_at_reception_m + line.velocity_at_reception_mps * dt_s - antenna));
       const auto delay_m = [&](bool ionosphere, bool troposphere) {
-        return positioning::atmosphere_m(ionosphere, troposphere, *klobuchar, line.id.system,
-                                         line.state.carrier_frequency_hz, now + dt_s, at, look);
+        return positioning::atmosphere_m(ionosphere, troposphere, *klobuchar, line.id.system, carrier_hz,
+                                         now + dt_s, at, look);
       };
       return delay_m(false, options.troposphere) - delay_m(options.ionosphere, false);
     };
@@ -231,10 +293,12 @@ struct Receiver::State {
   std::uint64_t seed;
   std::string draws;  ///< what sets its random draws apart
   tracking::ReceiverClock clock;
-  std::map<gnss::SatelliteId, SignalNoise> noises;
+  /// Of each system, by System.
+  std::array<std::vector<const gnss::Signal*>, gnss::kSystemCount> tracks;
+  std::map<std::pair<gnss::SatelliteId, std::size_t>, SignalNoise> noises;  // and index_of() its signal
   std::vector<std::unique_ptr<disturbance::Disturbance>> disturbances;
   std::optional<tracking::ChannelModel> signals;
-  std::map<gnss::SatelliteId, tracking::Channel> channels;
+  std::map<gnss::SatelliteId, std::vector<tracking::Channel>> channels;
   std::optional<positioning::PositionFilter> filter;
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
@@ -285,33 +349,52 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   epoch.satellites.reserve(views.size());
 
   const bool free = context.arrival.placement == raytrace::Placement::Free;
-  std::vector<std::optional<Tracked>> tracked(views.size());
+  std::vector<std::size_t> view_of;             // of each satellite that is listed
+  std::vector<std::optional<Tracked>> tracked;  // of each signal, in their order
+  view_of.reserve(views.size());
+  tracked.reserve(views.size());
+  std::vector<const gnss::Signal*> wanted;
   int los = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const propagation::SatelliteView& view = views[i];
+    state.signals_to_track(view.line.id, wanted);
+    if (wanted.empty()) continue;
     SatelliteObservation observation;
     observation.id = view.line.id;
     observation.azimuth_rad = view.line.azimuth_rad;
     observation.elevation_rad = view.line.elevation_rad;
     observation.above_mask = view.line.elevation_rad >= options.fix.elevation_mask_rad;
     if (free) observation.visibility = view.paths.visibility;
-    tracked[i] = state.track(view, free, observation);
+    const bool received = observation.visibility != Visibility::Blocked;
+    observation.signal = wanted.front();
+    tracked.push_back(state.track(view, free, received, observation));
+    for (std::size_t k = 1; k < wanted.size(); ++k) {
+      observation.more.emplace_back().signal = wanted[k];
+      tracked.push_back(state.track(view, free, received, observation.more.back()));
+    }
     if (observation.above_mask) {
       ++(observation.lock == tracking::LockState::Tracking ? epoch.visible : epoch.blocked);
       if (in_line_of_sight(observation.visibility)) ++los;
     }
-    epoch.satellites.push_back(observation);
+    view_of.push_back(i);
+    epoch.satellites.push_back(std::move(observation));
   }
 
   const bool drifting = options.noise.drifts(antenna.velocity_ecef.norm(), los);
   std::vector<positioning::Measurement> measurements;
   measurements.reserve(views.size());
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    SatelliteObservation& observation = epoch.satellites[i];
-    if (!observation.above_mask || observation.lock != tracking::LockState::Tracking) continue;
-    observation.measurement =
-        state.measure(views[i], tracked[i] ? &*tracked[i] : nullptr, drifting, observation);
-    measurements.push_back(*observation.measurement);
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < view_of.size(); ++i) {
+    SatelliteObservation& satellite = epoch.satellites[i];
+    const propagation::SatelliteView& view = views[view_of[i]];
+    const auto measure = [&](SignalObservation& observation) {
+      const std::optional<Tracked>& channel = tracked[next++];
+      if (!satellite.above_mask || observation.lock != tracking::LockState::Tracking) return;
+      observation.measurement = state.measure(view, channel ? &*channel : nullptr, drifting, observation);
+    };
+    measure(satellite);
+    for (SignalObservation& signal : satellite.more) measure(signal);
+    if (const auto ranged = state.for_fix(satellite, view.line)) measurements.push_back(*ranged);
   }
   std::sort(epoch.satellites.begin(), epoch.satellites.end(),
             [](const SatelliteObservation& a, const SatelliteObservation& b) { return a.id < b.id; });

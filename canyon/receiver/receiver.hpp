@@ -20,13 +20,10 @@
 
 namespace canyon::receiver {
 
-/// One satellite at one epoch as the receiver saw it, with the truth behind it.
-struct SatelliteObservation {
-  gnss::SatelliteId id;
-  double azimuth_rad = 0;    ///< true
-  double elevation_rad = 0;  ///< true
-  propagation::Visibility visibility = propagation::Visibility::Blocked;
-  /// Code delay by paths of the tracked signal [m]: with SignalOptions::enabled where the code loop rests
+/// One signal of a satellite at one epoch.
+struct SignalObservation {
+  const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
+  /// Code delay by paths of the tracked signal [m]: with SignalOptions::enabled where the code loop stands
   /// (multipath error of a direct signal, either sign; detour of an NLOS one), else the shortest path's
   /// excess; 0 when blocked or not tracked.
   double excess_m = 0;
@@ -35,14 +32,26 @@ struct SatelliteObservation {
   std::optional<double> cn0_dbhz;
   /// Of the channel; Tracking for everything received where signals have no strength.
   tracking::LockState lock = tracking::LockState::Searching;
-  bool above_mask = false;
-  /// Empty where the satellite is not tracked or lies below the elevation mask.
+  /// Empty where the signal is not tracked or the satellite lies below the elevation mask.
   std::optional<positioning::Measurement> measurement;
   double noise_m = 0;  ///< OU value and code loop noise in the pseudorange; 0 without measurement
   /// Excess + noise + atmosphere left uncorrected (in the signal less what the fix takes off; negative where
   /// it corrects what is not there); 0 without measurement.
   double pseudorange_error_m = 0;
+  double ionosphere_m = 0, troposphere_m = 0;  ///< delays in the pseudorange; 0 without measurement
+};
+
+/// One satellite at one epoch as the receiver saw it, with the truth behind it: its first tracked signal, and
+/// the others.
+struct SatelliteObservation : SignalObservation {
+  gnss::SatelliteId id;
+  double azimuth_rad = 0;    ///< true
+  double elevation_rad = 0;  ///< true
+  propagation::Visibility visibility = propagation::Visibility::Blocked;
+  bool above_mask = false;
   bool used = false;  ///< in the fix
+  /// Beyond the first, in the order of gnss::signals_of(); only with ReceiverOptions::tracks.
+  std::vector<SignalObservation> more;
 };
 
 struct ReceiverEpoch {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "canyon/gnss/signals.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/positioning/positioning_options.hpp"
 #include "canyon/tracking/clock.hpp"
@@ -30,8 +32,19 @@ struct NoiseOptions {
 /// Its fields.
 void visit(options::Visitor& v, NoiseOptions& o);
 
+/// Which pseudoranges go into the fix.
+enum class Combination {
+  First,           ///< of each satellite's first signal
+  IonosphereFree,  ///< of the first and the one farthest from it in frequency; without a second, the first
+                   ///< where FixOptions::correct_ionosphere has a model for it, else none
+};
+
 struct ReceiverOptions {
   std::string name = "receiver";
+  /// Names of gnss::signals_of(), of any system: these are tracked, of systems without any nothing. Empty: of
+  /// each satellite its signal near L1.
+  std::vector<std::string> tracks;
+  Combination combination = Combination::First;
   /// Everything random hangs on seed and satellite, so that receivers that differ in a setting are compared
   /// under the same luck. True: on the name as well, for antennas whose errors must not be alike (a base
   /// station beside a rover).
@@ -49,5 +62,9 @@ struct ReceiverOptions {
 };
 /// Its fields.
 void visit(options::Visitor& v, ReceiverOptions& o);
+
+/// What ReceiverOptions::tracks says of one system, in the order of gnss::signals_of(); may be empty.
+[[nodiscard]] std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>& tracks,
+                                                               gnss::System system);
 
 }  // namespace canyon::receiver

@@ -18,22 +18,6 @@ constexpr double kBoltzmann = 1.380649e-23;
 
 }  // namespace
 
-double minimum_received_power_dbw(gnss::System system) {
-  switch (system) {
-    case gnss::System::GPS:
-    case gnss::System::QZSS:
-      return -158.5;
-    case gnss::System::GLONASS:
-      return -161;
-    case gnss::System::Galileo:
-      return -157.25;
-    case gnss::System::BeiDou:
-      return -163;
-  }
-  assert(false && "unknown system");
-  return -158.5;
-}
-
 double elevation_rise_db(double elevation_rad) {
   if (std::isnan(elevation_rad)) throw InputError("elevation of NaN rad", "give a direction");
   constexpr double kTopDeg = 40, kTopDb = 2;
@@ -49,10 +33,9 @@ double noise_density_dbw_per_hz(const LinkBudgetOptions& options) {
   return 10 * std::log10(kBoltzmann * (options.antenna_temperature_k + kReferenceK * (noise_factor - 1)));
 }
 
-double los_cn0_dbhz(gnss::System system, double elevation_rad, const AntennaPattern& antenna,
+double los_cn0_dbhz(const gnss::Signal& signal, double elevation_rad, const AntennaPattern& antenna,
                     const LinkBudgetOptions& options) {
-  const double power =
-      minimum_received_power_dbw(system) + options.above_minimum_db + elevation_rise_db(elevation_rad);
+  const double power = signal.minimum_dbw + options.above_minimum_db + elevation_rise_db(elevation_rad);
   return power + antenna.gain(elevation_rad).rhcp_dbic - noise_density_dbw_per_hz(options) -
          options.implementation_loss_db;
 }

@@ -1,17 +1,10 @@
 #pragma once
 
-#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/signal/antenna_pattern.hpp"
 
 namespace canyon::signal {
-
-/// Power [dBW] that the interface documents promise at least, of the open L1-band signal out of a 0 dBic RHCP
-/// antenna near the ground and a satellite above 5 degrees: GPS and QZSS L1 C/A -158.5 (IS-GPS-200 table
-/// 3-Va, through a 3 dBi linear antenna, which takes as much from a circular wave; IS-QZSS-PNT), Galileo E1
-/// -157.25 (OS SIS ICD 2.1, table 12, B and C together), BeiDou B1I -163 (BDS-SIS-ICD-B1I-3.0), GLONASS L1OF
-/// -161 (ICD L1, L2 5.1, as GPS). Satellites in orbit are stronger: see LinkBudgetOptions::above_minimum_db.
-[[nodiscard]] double minimum_received_power_dbw(gnss::System system);
 
 /// From satellite to C/N0 in a clear sky: C/N0 = P + G - 10 log10(k T) - losses.
 struct LinkBudgetOptions {
@@ -41,9 +34,9 @@ void visit(options::Visitor& v, LinkBudgetOptions& o);
 /// N0 [dBW/Hz] = 10 log10(k (T_a + T_0 (F - 1))), k of the SI, T_0 = 290 K.
 [[nodiscard]] double noise_density_dbw_per_hz(const LinkBudgetOptions& options);
 
-/// C/N0 [dB-Hz] of an unobstructed line of sight, the reference of path_amplitude().
-/// InputError for options out of range or an elevation of NaN.
-[[nodiscard]] double los_cn0_dbhz(gnss::System system, double elevation_rad, const AntennaPattern& antenna,
-                                  const LinkBudgetOptions& options = {});
+/// C/N0 [dB-Hz] of an unobstructed line of sight: gnss::Signal::minimum_dbw through the budget, the reference
+/// of path_amplitude(). InputError for options out of range or an elevation of NaN.
+[[nodiscard]] double los_cn0_dbhz(const gnss::Signal& signal, double elevation_rad,
+                                  const AntennaPattern& antenna, const LinkBudgetOptions& options = {});
 
 }  // namespace canyon::signal

@@ -13,6 +13,10 @@ namespace {
 using geodesy::radians;
 using gnss::System;
 
+const gnss::Signal& near_l1(System system) {
+  return gnss::signals_of(system).front();
+}
+
 TEST(LinkBudget, NoiseDensityIsKT) {
   LinkBudgetOptions options;
   options.noise_figure_db = 0;
@@ -42,7 +46,7 @@ TEST(LinkBudget, ElevationRiseAgreesWithABudgetFromTheSatellite) {
 TEST(LinkBudget, ClearSkyIsWhatReceiversReport) {
   const AntennaPattern patch = patch_antenna(), survey = survey_antenna();
   const auto cn0 = [](double deg, const AntennaPattern& antenna) {
-    return los_cn0_dbhz(System::GPS, radians(deg), antenna);
+    return los_cn0_dbhz(near_l1(System::GPS), radians(deg), antenna);
   };
   EXPECT_GT(cn0(90, patch), 45);
   EXPECT_LT(cn0(90, patch), 50);
@@ -56,8 +60,10 @@ TEST(LinkBudget, ClearSkyIsWhatReceiversReport) {
   // By hand at 40 degrees, isotropic: -158.5 + 3 + 2 - 1 - 10 log10(1.380649e-23 * (211 + 290 * (10^0.2 -
   // 1)))
   EXPECT_NEAR(cn0(40, isotropic_antenna()), -154.5 + 202.7943, 1e-4);
-  EXPECT_NEAR(los_cn0_dbhz(System::Galileo, 1, patch) - los_cn0_dbhz(System::GPS, 1, patch), 1.25, 1e-12);
-  EXPECT_NEAR(los_cn0_dbhz(System::BeiDou, 1, patch) - los_cn0_dbhz(System::GPS, 1, patch), -4.5, 1e-12);
+  EXPECT_NEAR(los_cn0_dbhz(near_l1(System::Galileo), 1, patch) - los_cn0_dbhz(near_l1(System::GPS), 1, patch),
+              1.25, 1e-12);
+  EXPECT_NEAR(los_cn0_dbhz(near_l1(System::BeiDou), 1, patch) - los_cn0_dbhz(near_l1(System::GPS), 1, patch),
+              -4.5, 1e-12);
 }
 
 TEST(LinkBudget, OptionsAreChecked) {
@@ -66,7 +72,8 @@ TEST(LinkBudget, OptionsAreChecked) {
   EXPECT_THROW(options.validate(), InputError);
   options = {};
   options.noise_figure_db = -1;
-  EXPECT_THROW(static_cast<void>(los_cn0_dbhz(System::GPS, 1, isotropic_antenna(), options)), InputError);
+  EXPECT_THROW(static_cast<void>(los_cn0_dbhz(near_l1(System::GPS), 1, isotropic_antenna(), options)),
+               InputError);
   EXPECT_THROW(static_cast<void>(elevation_rise_db(std::nan(""))), InputError);
 }
 

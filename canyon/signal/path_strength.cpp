@@ -132,12 +132,11 @@ Complex path_amplitude(const propagation::Path& path, double satellite_elevation
   return factor * (heard / direct) * phasor(path.excess_m / wavelength_m(frequency_hz));
 }
 
-void path_amplitudes(const propagation::SatelliteView& view, const AntennaPattern& antenna,
+void path_amplitudes(const propagation::SatelliteView& view, double carrier_hz, const AntennaPattern& antenna,
                      const StrengthOptions& options, std::vector<Complex>& amplitudes) {
   amplitudes.clear();
   for (const propagation::Path& path : view.paths.paths) {
-    amplitudes.push_back(path_amplitude(path, view.line.elevation_rad, view.line.state.carrier_frequency_hz,
-                                        antenna, options));
+    amplitudes.push_back(path_amplitude(path, view.line.elevation_rad, carrier_hz, antenna, options));
   }
 }
 

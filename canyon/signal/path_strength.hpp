@@ -67,7 +67,7 @@ void visit(options::Visitor& v, StrengthOptions& o);
 
 /// The step from what arrives to what a correlator multiplies: path_amplitude() of each of the view's paths.
 /// @param amplitudes replaced; it keeps its memory
-void path_amplitudes(const propagation::SatelliteView& view, const AntennaPattern& antenna,
+void path_amplitudes(const propagation::SatelliteView& view, double carrier_hz, const AntennaPattern& antenna,
                      const StrengthOptions& options, std::vector<std::complex<double>>& amplitudes);
 
 }  // namespace canyon::signal

@@ -10,6 +10,8 @@ void visit(options::Visitor& v, LiveConfig& config) {
   visit_rate(v, config.rate_hz);
   visit_seed(v, config.seed);
   visit_name_and_profile(v, config.receiver, false);
+  // A host's receivers may be on several vehicles, whose errors are not alike.
+  if (v.reads() || v.describes()) config.receiver.options.own_draws = true;
   visit(v, config.receiver);
   v.judge(config.receiver.options);
 }

@@ -81,7 +81,7 @@ trajectory:
   waypoints: [{east_m: -60, north_m: 0, up_m: 1.5}, {east_m: 60, north_m: 0, up_m: 1.5}]
   speed_mps: 6
 rate_hz: 2
-receivers: [{name: car}]
+receivers: [{name: car, own_draws: true}]
 seed: 9
 )",
                                      "scenario.yaml");

@@ -126,7 +126,8 @@ TEST(Profile, LinkBudgetsGiveTheC_N0OfTheirKind) {
   const auto cn0 = [](std::string_view name, double elevation_deg, gnss::System system) {
     const tracking::SignalOptions s = built_in(name).receiver.options.signal;
     const auto offset = s.system_offset_db.find(system);
-    return signal::los_cn0_dbhz(system, geodesy::radians(elevation_deg), s.antenna, s.link) +
+    return signal::los_cn0_dbhz(gnss::signals_of(system).front(), geodesy::radians(elevation_deg), s.antenna,
+                                s.link) +
            (offset == s.system_offset_db.end() ? 0 : offset->second);
   };
   using gnss::System;

@@ -99,7 +99,7 @@ struct ReceiverConfig {
 };
 
 struct OutputConfig {
-  bool epochs_csv = true, satellites_csv = true, nmea = true, rinex_observation = true,
+  bool epochs_csv = true, satellites_csv = true, signals_csv = false, nmea = true, rinex_observation = true,
        rinex_navigation = true, kml = true, geojson = true, pictures = true;
 };
 

@@ -505,6 +505,8 @@ void visit(Visitor& v, ReceiverConfig& config) {
 void visit(Visitor& v, OutputConfig& o) {
   v.boolean({"epochs_csv", "", "epochs.csv"}, o.epochs_csv);
   v.boolean({"satellites_csv", "", "satellites.csv"}, o.satellites_csv);
+  v.boolean({"signals_csv", "", "signals.csv: every tracked signal, with its delays in the atmosphere"},
+            o.signals_csv);
   v.boolean({"nmea", "", "NMEA 0183"}, o.nmea);
   v.boolean({"rinex_observation", "", "RINEX 3.04 observations"}, o.rinex_observation);
   v.boolean({"rinex_navigation", "", "RINEX 3.04 navigation of the simulated sky"}, o.rinex_navigation);

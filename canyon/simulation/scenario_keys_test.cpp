@@ -76,7 +76,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "start: {week: 2051, tow: 1}\n"
       "duration_s: 10\nrate_hz: 5\nseed: 3\n"
       "trajectory: {file: f, format: nmea, height_above_terrain_m: 2}\n"
-      "outputs: {epochs_csv: true, satellites_csv: true, nmea: true, rinex_observation: true, "
+      "outputs: {epochs_csv: true, satellites_csv: true, signals_csv: true, nmea: true, rinex_observation: "
+      "true, "
       "rinex_navigation: true, kml: true, geojson: true, pictures: true}\n"
       "propagation: " +
           propagation + "\nnoise: " + noise + "\n",
@@ -88,7 +89,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "trajectory: {waypoints: [{latitude_deg: 1, longitude_deg: 2, height_m: 3}, {east_m: 1, north_m: 2, "
       "up_m: 3}], "
       "speed_mps: 3, hold_s: 1}\n"
-      "receivers: [{name: a, profile: paper, own_draws: true, covariance_by_residuals: true, "
+      "receivers: [{name: a, profile: paper, own_draws: true, tracks: [L1CA, E5a], combination: "
+      "ionosphere_free, covariance_by_residuals: true, "
       "elevation_mask_deg: 5, cn0_mask_dbhz: 6, min_satellites: 4, "
       "max_pdop: 25, max_iterations: 20, convergence_m: 1e-6, weights: {weighting: cn0, elevation_a_m: 0.4, "
       "elevation_b_m: 0.5, cn0_floor_m2: 9, cn0_scale_m2_hz: 2e4}, raim: {enabled: true, false_alarm: 1e-4, "
@@ -102,7 +104,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "clear_mean_db: -1, clear_sigma_db: 1, shadowed_mean_db: -7, shadowed_sigma_db: 3, enter: 0.1, leave: "
       "0.2}, frame_m: 4, transition_m: 2, correlation_m: 2, obstacle_distance_m: 5, obstacle_speed_mps: 1}, "
       "front_end_bandwidth_hz: "
-      "4e6, dll: {discriminator: "
+      "4e6, wide_front_end_bandwidth_hz: 30e6, dll: {discriminator: "
       "dot_product, "
       "spacing_chips: 0.2, loop_bandwidth_hz: 0.5, integration_s: 0.01, peak_check_s: 2}, pll: "
       "{loop_bandwidth_hz: 10, "

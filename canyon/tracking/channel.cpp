@@ -48,6 +48,12 @@ SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<d
   return path;
 }
 
+/// What sets a signal's draws apart from others': of the one near L1 the satellite alone.
+std::string draws_of(gnss::SatelliteId id, const gnss::Signal& signal) {
+  return gnss::index_of(signal) == 0 ? gnss::to_string(id)
+                                     : fmt::format("{}/{}", gnss::to_string(id), signal.name);
+}
+
 }  // namespace
 
 ChannelModel::ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver, std::string draws)
@@ -59,21 +65,20 @@ ChannelModel::ChannelModel(SignalOptions options, std::uint64_t seed, std::strin
   options_.validate();
 }
 
-const ChannelModel::Signal& ChannelModel::signal(gnss::System system) {
-  // One C/A code for both.
-  const gnss::System kind = system == gnss::System::QZSS ? gnss::System::GPS : system;
-  std::unique_ptr<const Signal>& signal = signals_[static_cast<std::size_t>(kind)];
-  if (signal == nullptr) {
+const ChannelModel::Kind& ChannelModel::kind(const gnss::Signal& signal) {
+  std::unique_ptr<const Kind>& kind = kinds_[static_cast<std::size_t>(signal.system)][gnss::index_of(signal)];
+  if (kind == nullptr) {
     try {
-      CodeTracker tracker(open_signal(kind, options_.front_end_bandwidth_hz), options_.dll);
+      CodeTracker tracker(correlation_of(signal, options_), options_.dll);
       const double peak = tracker.correlation().value(0);
-      signal = std::make_unique<const Signal>(Signal{std::move(tracker), peak * peak});
+      kind = std::make_unique<const Kind>(Kind{std::move(tracker), peak * peak});
     } catch (const InputError& error) {
-      throw InputError(fmt::format("receiver '{}', {}: {}", receiver_, gnss::name(system), error.problem()),
+      throw InputError(fmt::format("receiver '{}', {} {}: {}", receiver_, gnss::name(signal.system),
+                                   signal.name, error.problem()),
                        error.cure());
     }
   }
-  return *signal;
+  return *kind;
 }
 
 double ChannelModel::satellite_constant_db(gnss::SatelliteId id) const {
@@ -81,27 +86,30 @@ double ChannelModel::satellite_constant_db(gnss::SatelliteId id) const {
   return options_.satellite_sigma_db * RandomStream(seed_, gnss::to_string(id) + "/power").normal();
 }
 
-double ChannelModel::reference_cn0_dbhz(gnss::SatelliteId id, double elevation_rad,
+double ChannelModel::reference_cn0_dbhz(const gnss::Signal& signal, double elevation_rad,
                                         double satellite_constant_db) const {
-  const auto offset = options_.system_offset_db.find(id.system);
-  return signal::los_cn0_dbhz(id.system, elevation_rad, options_.antenna, options_.link) +
+  const auto offset = options_.system_offset_db.find(signal.system);
+  return signal::los_cn0_dbhz(signal, elevation_rad, options_.antenna, options_.link) +
          (offset != options_.system_offset_db.end() ? offset->second : 0) + satellite_constant_db;
 }
 
-RandomStream ChannelModel::stream(gnss::SatelliteId id, std::string_view purpose) const {
-  return {seed_, fmt::format("{}/{}/{}", draws_, gnss::to_string(id), purpose)};
+RandomStream ChannelModel::stream(gnss::SatelliteId id, const gnss::Signal& signal,
+                                  std::string_view purpose) const {
+  return {seed_, fmt::format("{}/{}/{}", draws_, draws_of(id, signal), purpose)};
 }
 
-Channel::Channel(const ChannelModel& model, gnss::SatelliteId id, const AntennaMotion& motion)
+Channel::Channel(const ChannelModel& model, gnss::SatelliteId id, const gnss::Signal& signal,
+                 const AntennaMotion& motion)
     : id_(id),
+      signal_(&signal),
       satellite_constant_db_(model.satellite_constant_db(id)),
       lock_(model.options().lock),
-      fades_(gnss::to_string(id), model.stream(id, "diffuse")),
-      ambiguity_(model.stream(id, "ambiguity")),
-      cn0_noise_(model.stream(id, "cn0")),
-      code_noise_(model.options().dll.loop_bandwidth_hz, model.stream(id, "dll")),
-      doppler_noise_(model.options().fll.loop_bandwidth_hz, model.stream(id, "fll")),
-      phase_noise_(model.options().pll.loop_bandwidth_hz, model.stream(id, "pll")) {
+      fades_(draws_of(id, signal), model.stream(id, signal, "diffuse")),
+      ambiguity_(model.stream(id, signal, "ambiguity")),
+      cn0_noise_(model.stream(id, signal, "cn0")),
+      code_noise_(model.options().dll.loop_bandwidth_hz, model.stream(id, signal, "dll")),
+      doppler_noise_(model.options().fll.loop_bandwidth_hz, model.stream(id, signal, "fll")),
+      phase_noise_(model.options().pll.loop_bandwidth_hz, model.stream(id, signal, "pll")) {
   if (motion.epoch_before) {
     lock_.update(motion.first_epoch, std::nullopt);
     lock_.update(*motion.epoch_before, std::nullopt);
@@ -122,11 +130,11 @@ bool Channel::jumped(const AntennaMotion& motion, const orbit::LineOfSight& line
 }
 
 void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
-                     const propagation::SatelliteView& view, const CodeTracker& tracker) {
+                     const propagation::SatelliteView& view, double carrier_hz, const CodeTracker& tracker) {
   const SignalOptions& options = model.options();
   const orbit::LineOfSight& line = view.line;
   const std::vector<Path>& paths = view.paths.paths;
-  const double wavelength = geodesy::kSpeedOfLight / line.state.carrier_frequency_hz;
+  const double wavelength = geodesy::kSpeedOfLight / carrier_hz;
   const Correlation& correlation = tracker.correlation();
   const double turning = view.turning_radps();
 
@@ -140,7 +148,7 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
 
   // Amplitudes, and the strongest of the paths where the replica stands. Bundles count by their mean, or the
   // carrier would follow their fading.
-  signal::path_amplitudes(view, options.antenna, options.strength, amplitudes_);
+  signal::path_amplitudes(view, carrier_hz, options.antenna, options.strength, amplitudes_);
   paths_.resize(paths.size());
   rates_mps_.resize(paths.size());
   tracked_ = 0;
@@ -197,12 +205,11 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
   }
 }
 
-std::optional<CodeLock> Channel::follow_code(const AntennaMotion& motion, const ChannelModel::Signal& signal,
+std::optional<CodeLock> Channel::follow_code(const AntennaMotion& motion, const ChannelModel::Kind& kind,
                                              double clear_cn0_dbhz) {
   const double elapsed = motion.epoch_before ? motion.time - *motion.epoch_before : 0;
-  if (!loop_) return signal.tracker.lock(paths_);
-  const auto code =
-      signal.tracker.follow(*loop_, paths_, elapsed, cn0_hz(clear_cn0_dbhz) / signal.peak_power);
+  if (!loop_) return kind.tracker.lock(paths_);
+  const auto code = kind.tracker.follow(*loop_, paths_, elapsed, cn0_hz(clear_cn0_dbhz) / kind.peak_power);
   // The sign of the next peak is another: half a cycle.
   if (loop_->jumped) phase_.reset();
   return code;
@@ -248,22 +255,23 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   assert(view.line.id == id_);
   if (view.paths.paths.empty()) return miss(motion.time);
   const SignalOptions& options = model.options();
-  const ChannelModel::Signal& signal = model.signal(id_.system);
-  if (jumped(motion, view.line, signal.tracker.correlation().chip_m())) {
+  const ChannelModel::Kind& kind = model.kind(*signal_);
+  const double carrier_hz = gnss::carrier_hz(*signal_, view.line.state.carrier_frequency_hz);
+  if (jumped(motion, view.line, kind.tracker.correlation().chip_m())) {
     loop_.reset();
     phase_.reset();
     fades_.clear();
   }
-  gather(model, motion, view, signal.tracker);
+  gather(model, motion, view, carrier_hz, kind.tracker);
 
   Reception result;
   result.tracked = tracked_;
   const double clear_cn0_dbhz =
-      model.reference_cn0_dbhz(id_, view.line.elevation_rad, satellite_constant_db_) -
+      model.reference_cn0_dbhz(*signal_, view.line.elevation_rad, satellite_constant_db_) -
       10 * std::log10(view.noise_factor);
-  const std::optional<CodeLock> code = follow_code(motion, signal, clear_cn0_dbhz);
+  const std::optional<CodeLock> code = follow_code(motion, kind, clear_cn0_dbhz);
   if (code && code->prompt_power > 0) {
-    result.cn0_dbhz = clear_cn0_dbhz + 10 * std::log10(code->prompt_power / signal.peak_power);
+    result.cn0_dbhz = clear_cn0_dbhz + 10 * std::log10(code->prompt_power / kind.peak_power);
     result.code_delay_m = code->delay_m;
   }
   result.lock = lock_.update(motion.time, result.cn0_dbhz);
@@ -277,8 +285,7 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   aid_ = path;
   if (result.lock == LockState::Tracking && result.cn0_dbhz &&
       *result.cn0_dbhz >= options.phase_threshold_dbhz && path.kind != PathKind::Diffuse) {
-    result.phase = follow_phase(motion, path, code->prompt,
-                                geodesy::kSpeedOfLight / view.line.state.carrier_frequency_hz);
+    result.phase = follow_phase(motion, path, code->prompt, geodesy::kSpeedOfLight / carrier_hz);
   } else {
     phase_.reset();
   }
@@ -290,7 +297,7 @@ LoopErrors Channel::sample(ChannelModel& model, geodesy::GpsTime time, double cn
   LoopErrors errors;
   if (options.loop_noise) {
     const double elapsed = sampled_ ? time - *sampled_ : 0;
-    errors.code_sigma_m = dll_jitter_m(model.signal(id_.system).tracker, cn0_dbhz);
+    errors.code_sigma_m = dll_jitter_m(model.kind(*signal_).tracker, cn0_dbhz);
     errors.doppler_sigma_hz = fll_jitter_hz(options.fll, cn0_dbhz);
     errors.phase_sigma_cycles = pll_jitter_rad(options.pll, cn0_dbhz) / (2 * geodesy::kPi);
     errors.code_m = code_noise_.advance(elapsed, errors.code_sigma_m);

@@ -19,7 +19,7 @@ namespace canyon::tracking {
 class ChannelModel {
  public:
   /// One kind of signal in this receiver.
-  struct Signal {
+  struct Kind {
     CodeTracker tracker;
     double peak_power = 1;  ///< R(0)^2: of the prompt correlator on a path of power 1
   };
@@ -31,24 +31,25 @@ class ChannelModel {
 
   [[nodiscard]] const SignalOptions& options() const { return options_; }
   [[nodiscard]] const PathPhases& phases() const { return phases_; }
-  /// Of open_signal(system), made when first asked for (2 ms with a front end). InputError where its
-  /// correlators are too far apart for the signal, naming the system.
-  [[nodiscard]] const Signal& signal(gnss::System system);
-  /// C/N0 [dB-Hz] of a clear line of sight to a satellite: link budget, offset of its system, and its own
+  /// Made when first asked for (2 ms with a front end). InputError where its correlators are too far apart
+  /// for the signal, naming system and signal.
+  [[nodiscard]] const Kind& kind(const gnss::Signal& signal);
+  /// C/N0 [dB-Hz] of a signal in a clear line of sight: link budget, offset of its system, and its own
   /// constant, which is the same for every receiver of one seed.
-  [[nodiscard]] double reference_cn0_dbhz(gnss::SatelliteId id, double elevation_rad,
+  [[nodiscard]] double reference_cn0_dbhz(const gnss::Signal& signal, double elevation_rad,
                                           double satellite_constant_db) const;
   /// N(0, satellite_sigma_db), by seed and satellite.
   [[nodiscard]] double satellite_constant_db(gnss::SatelliteId id) const;
-  /// The random stream of one satellite in this receiver for one purpose.
-  [[nodiscard]] RandomStream stream(gnss::SatelliteId id, std::string_view purpose) const;
+  /// The random stream of a satellite's signal in this receiver for one purpose.
+  [[nodiscard]] RandomStream stream(gnss::SatelliteId id, const gnss::Signal& signal,
+                                    std::string_view purpose) const;
 
  private:
   SignalOptions options_;
   std::uint64_t seed_;
   std::string receiver_, draws_;
   PathPhases phases_;
-  std::array<std::unique_ptr<const Signal>, gnss::kSystemCount> signals_;
+  std::array<std::array<std::unique_ptr<const Kind>, gnss::kMostSignals>, gnss::kSystemCount> kinds_;
 };
 
 /// The antenna at one epoch.
@@ -85,14 +86,18 @@ struct LoopErrors {
   double stated_cn0_dbhz = 0;
 };
 
-/// One channel of a receiver: the signal of one satellite from its paths to code delay, C/N0, lock and phase.
+/// One channel of a receiver: a signal of one satellite from its paths to code delay, C/N0, lock and phase.
 /// Every path's amplitude is signal::path_amplitude() times its random factor (PathFades); the carrier that
 /// is followed is that of the strongest path where the code loop stands; the code loop rests where
 /// CodeTracker says; the true C/N0 drives the lock (docs/tracking.md).
 class Channel {
  public:
   /// A channel whose satellite is met at motion.time; before it had no signal since the first epoch.
-  Channel(const ChannelModel& model, gnss::SatelliteId id, const AntennaMotion& motion);
+  /// @param signal of gnss::signals_of()
+  Channel(const ChannelModel& model, gnss::SatelliteId id, const gnss::Signal& signal,
+          const AntennaMotion& motion);
+
+  [[nodiscard]] const gnss::Signal& signal() const { return *signal_; }
 
   /// What arrives at motion.time, after the last call. Needs the paths of this channel's satellite.
   [[nodiscard]] Reception receive(ChannelModel& model, const AntennaMotion& motion,
@@ -117,16 +122,16 @@ class Channel {
   };
   [[nodiscard]] bool jumped(const AntennaMotion& motion, const orbit::LineOfSight& line, double chip_m);
   void gather(const ChannelModel& model, const AntennaMotion& motion, const propagation::SatelliteView& view,
-              const CodeTracker& tracker);
+              double carrier_hz, const CodeTracker& tracker);
   /// Acquires the strongest path, or moves the loop on.
   [[nodiscard]] std::optional<CodeLock> follow_code(const AntennaMotion& motion,
-                                                    const ChannelModel::Signal& signal,
-                                                    double clear_cn0_dbhz);
+                                                    const ChannelModel::Kind& kind, double clear_cn0_dbhz);
   [[nodiscard]] std::optional<TrackedPhase> follow_phase(const AntennaMotion& motion,
                                                          const propagation::Path& path,
                                                          std::complex<double> prompt, double wavelength_m);
 
   gnss::SatelliteId id_;
+  const gnss::Signal* signal_;
   double satellite_constant_db_;
   SignalLock lock_;
   PathFades fades_;

@@ -76,23 +76,6 @@ int cells_per_knot(Modulation modulation) {
 
 }  // namespace
 
-std::string_view name(Modulation modulation) {
-  switch (modulation) {
-    case Modulation::BPSK:
-      return "BPSK";
-    case Modulation::BOC11:
-      return "BOC(1,1)";
-    case Modulation::CBOCData:
-      return "CBOC+";
-    case Modulation::CBOCPilot:
-      return "CBOC-";
-    case Modulation::TMBOC:
-      return "TMBOC";
-  }
-  assert(false);
-  return "";
-}
-
 void CorrelationOptions::validate() const {
   if (!(chip_rate_hz >= 1e5 && chip_rate_hz <= 1e8)) {
     throw InputError(fmt::format("chip_rate_hz of a signal is {}", chip_rate_hz),

@@ -7,18 +7,12 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/gnss/signals.hpp"
+
 namespace canyon::tracking {
 
-/// Spreading symbol of a ranging signal, one chip long.
-enum class Modulation : std::uint8_t {
-  BPSK,       ///< BPSK-R(n): GPS L1 C/A (n = 1), BeiDou B1I (2), L5, E5a, P(Y) (10)
-  BOC11,      ///< sine-phased BOC(1,1): GPS L1C data, BeiDou B1C data
-  CBOCData,   ///< CBOC(6,1,1/11,'+'): Galileo E1-B (Galileo OS SIS ICD 2.3.3)
-  CBOCPilot,  ///< CBOC(6,1,1/11,'-'): Galileo E1-C
-  TMBOC,      ///< TMBOC(6,1,4/33): GPS L1C pilot (IS-GPS-800, 3.3)
-};
-/// "BPSK", "BOC(1,1)", "CBOC+", "CBOC-", "TMBOC".
-[[nodiscard]] std::string_view name(Modulation modulation);
+using gnss::Modulation;
+using gnss::name;
 
 struct CorrelationOptions {
   Modulation modulation = Modulation::BPSK;

@@ -36,27 +36,11 @@ class AntennaRows final : public options::NamedRows {
 
 }  // namespace
 
-CorrelationOptions open_signal(gnss::System system, double front_end_bandwidth_hz) {
-  CorrelationOptions signal;
-  signal.bandwidth_hz = front_end_bandwidth_hz;
-  switch (system) {
-    case gnss::System::GPS:
-    case gnss::System::QZSS:
-      signal.chip_rate_hz = 1.023e6;
-      return signal;
-    case gnss::System::GLONASS:
-      signal.chip_rate_hz = 0.511e6;
-      return signal;
-    case gnss::System::Galileo:
-      signal.modulation = Modulation::CBOCPilot;
-      signal.chip_rate_hz = 1.023e6;
-      return signal;
-    case gnss::System::BeiDou:
-      signal.chip_rate_hz = 2.046e6;
-      return signal;
-  }
-  assert(false);
-  return signal;
+CorrelationOptions correlation_of(const gnss::Signal& signal, const SignalOptions& options) {
+  constexpr double kWide_hz = 5e6;
+  return {
+      signal.modulation, signal.chip_rate_hz,
+      signal.chip_rate_hz > kWide_hz ? options.wide_front_end_bandwidth_hz : options.front_end_bandwidth_hz};
 }
 
 void SignalOptions::validate() const {
@@ -97,6 +81,8 @@ void visit(options::Visitor& v, SignalOptions& o) {
   // Within half to 1000 times the chip rates of all open signals.
   v.number({"front_end_bandwidth_hz", "Hz", "two-sided, of an ideal filter; none: no filter"},
            o.front_end_bandwidth_hz, options::or_none({1.023e6, 511e6}));
+  v.number({"wide_front_end_bandwidth_hz", "Hz", "the same for signals of 10.23 Mchip/s"},
+           o.wide_front_end_bandwidth_hz, options::or_none({10.23e6, 511e6}));
   v.part("dll", o.dll);
   v.part("pll", o.pll);
   v.part("fll", o.fll);

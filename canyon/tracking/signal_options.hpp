@@ -32,6 +32,8 @@ struct SignalOptions {
   disturbance::ShadowingOptions shadowing;
   /// Two-sided bandwidth [Hz] of the front end, an ideal filter, [1.023e6, 511e6]; infinite: none.
   double front_end_bandwidth_hz = std::numeric_limits<double>::infinity();
+  /// The same for signals of 10.23 Mchip/s, whose branch of a front end is wider [10.23e6, 511e6].
+  double wide_front_end_bandwidth_hz = 20.46e6;
   DllOptions dll;
   PllOptions pll;
   FllOptions fll;
@@ -53,8 +55,7 @@ struct SignalOptions {
 /// Its fields.
 void visit(options::Visitor& v, SignalOptions& o);
 
-/// Signal that gnss::l1_frequency_hz() speaks of, through the front end: C/A BPSK(1), Galileo E1 CBOC pilot,
-/// BeiDou B1I BPSK(2), GLONASS L1OF BPSK(0.5).
-[[nodiscard]] CorrelationOptions open_signal(gnss::System system, double front_end_bandwidth_hz);
+/// A signal through the front end of these options.
+[[nodiscard]] CorrelationOptions correlation_of(const gnss::Signal& signal, const SignalOptions& options);
 
 }  // namespace canyon::tracking

@@ -16,18 +16,18 @@ namespace {
 
 using gnss::System;
 
-// Chip rates: IS-GPS-200 3.3.2.1, GLONASS ICD 3.3.1.2, Galileo OS SIS ICD 2.3.3, BDS-SIS-ICD-B1I 5.2.1.
-TEST(OpenSignal, IsThatOfTheInterfaceDocuments) {
-  EXPECT_EQ(open_signal(System::GPS, 8e6).chip_rate_hz, 1.023e6);
-  EXPECT_EQ(open_signal(System::QZSS, 8e6).chip_rate_hz, 1.023e6);
-  EXPECT_EQ(open_signal(System::GLONASS, 8e6).chip_rate_hz, 0.511e6);
-  EXPECT_EQ(open_signal(System::Galileo, 8e6).chip_rate_hz, 1.023e6);
-  EXPECT_EQ(open_signal(System::BeiDou, 8e6).chip_rate_hz, 2.046e6);
+TEST(CorrelationOf, TakesTheBranchOfTheFrontEnd) {
+  SignalOptions options;
+  options.front_end_bandwidth_hz = 8e6;
+  options.wide_front_end_bandwidth_hz = 30e6;
   for (const System system : gnss::kAllSystems) {
-    const CorrelationOptions signal = open_signal(system, 8e6);
-    EXPECT_EQ(signal.modulation, system == System::Galileo ? Modulation::CBOCPilot : Modulation::BPSK);
-    EXPECT_EQ(signal.bandwidth_hz, 8e6);
-    EXPECT_NO_THROW(signal.validate());
+    for (const gnss::Signal& signal : gnss::signals_of(system)) {
+      const CorrelationOptions correlation = correlation_of(signal, options);
+      EXPECT_EQ(correlation.modulation, signal.modulation);
+      EXPECT_EQ(correlation.chip_rate_hz, signal.chip_rate_hz);
+      EXPECT_EQ(correlation.bandwidth_hz, signal.chip_rate_hz == 10.23e6 ? 30e6 : 8e6);
+      EXPECT_NO_THROW(correlation.validate()) << signal.name;
+    }
   }
 }
 

@@ -173,7 +173,8 @@ class Comparer {
     const tracking::SignalOptions& signal = options_.signal;
     if (!signal.enabled) return {main->kind, main->order, main->excess_m};
     std::vector<std::complex<double>> amplitudes;
-    signal::path_amplitudes(view, signal.antenna, signal.strength, amplitudes);
+    signal::path_amplitudes(view, view.line.state.carrier_frequency_hz, signal.antenna, signal.strength,
+                            amplitudes);
     double strongest = -1;
     for (std::size_t i = 0; i < paths.size(); ++i) {
       const double amplitude = std::abs(amplitudes[i]);

@@ -120,7 +120,8 @@ CellSolver::CellSolver(CellSolver&&) noexcept = default;
 CellSolver& CellSolver::operator=(CellSolver&&) noexcept = default;
 
 bool CellSolver::fits(const receiver::ReceiverOptions& receiver) {
-  return !receiver.signal.enabled && !receiver.filter.enabled && !receiver.fix.raim.enabled &&
+  return receiver.tracks.empty() && receiver.combination == receiver::Combination::First &&
+         !receiver.signal.enabled && !receiver.filter.enabled && !receiver.fix.raim.enabled &&
          receiver.fix.weights.weighting != Weighting::Cn0 && receiver.fix.max_iterations >= kIterations &&
          receiver.fix.convergence_m <= kConvergence_m;
 }

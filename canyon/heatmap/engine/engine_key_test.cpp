@@ -152,6 +152,7 @@ TEST(HeatmapKey, ChangesWithEveryKeyOfAReceiver) {
       EXPECT_EQ(store_key(nested(key.path, another_value(key))), plain) << key.path;
       continue;
     }
+    if (key.path == "combination") continue;  // maps have one only
     std::string value = another_value(key);
     if (key.path == "signal.lock.acquisition_threshold_dbhz") value = "30";
     expect_new(nested(key.path, value) + "\n", key.path);

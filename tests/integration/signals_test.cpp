@@ -1,0 +1,235 @@
+// Receivers that track several signals of each satellite: closed forms between bands, and RTKLIB as judge.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/rinex/observation_reader.hpp"
+#include "tests/integration/run_scenario.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/shared_data.hpp"
+
+namespace canyon {
+namespace {
+
+using receiver::SatelliteObservation;
+using receiver::SignalObservation;
+
+std::string open_sky(const std::string& sky, const std::string& receivers, int duration_s = 60) {
+  return "city: {open: true, origin: {latitude_deg: 22.298, longitude_deg: 114.178, height_m: 10}}\n" + sky +
+         "trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\n"
+         "receivers: [" +
+         receivers +
+         "]\n"
+         "noise: {enabled: false}\n"
+         "propagation: {ground_reflection: false, diffuse: {enabled: false}}\n"
+         "rate_hz: 1\nduration_s: " +
+         std::to_string(duration_s) + "\noutputs: {pictures: false, signals_csv: true}\n";
+}
+const std::string kNominal =
+    "sky: {nominal: true, systems: [GPS, GLONASS, Galileo, BeiDou]}\nstart: 2026-03-01T10:00:00Z\n";
+const std::string kClean =
+    "noise: {enabled: false}, signal: {loop_noise: false, cn0_sigma_db: 0, shadowing: {enabled: false}}, ";
+
+double square(double x) {
+  return x * x;
+}
+
+// I(f) = I(L1) (f_L1 / f)^2: the code late, the phase early by it; everything else is alike.
+TEST(Signals, DifferByTheIonosphereAndTheirGroupDelaysAlone) {
+  const test::TemporaryFolder folder;
+  const auto epochs = test::run_and_write(
+      test::prepare(
+          open_sky(kNominal,
+                   "{name: rover, profile: survey, " + kClean +
+                       "clock: {drift_walk: 0}, ionosphere: true, troposphere: true, tracks: [L1CA, "
+                       "L2C, L5, E1, E5a, E5b, B1I, B2a, B3I, G1, G2]}"),
+          folder.path()),
+      folder.path());
+  int pairs = 0;
+  double largest_m = 0;
+  for (std::size_t k = 1; k < epochs.size(); ++k) {
+    for (const SatelliteObservation& now : epochs[k].observed.satellites) {
+      if (!now.measurement) continue;
+      const SatelliteObservation* before = nullptr;
+      for (const SatelliteObservation& other : epochs[k - 1].observed.satellites) {
+        if (other.id == now.id) before = &other;
+      }
+      for (std::size_t i = 0; i < now.more.size(); ++i) {
+        const SignalObservation& far = now.more[i];
+        if (!far.measurement) continue;
+        ++pairs;
+        const double ratio =
+            square(now.measurement->carrier_frequency_hz / far.measurement->carrier_frequency_hz);
+        EXPECT_NEAR(far.ionosphere_m, ratio * now.ionosphere_m, 1e-6);
+        EXPECT_NEAR(far.measurement->pseudorange_m - now.measurement->pseudorange_m,
+                    (ratio - 1) * now.ionosphere_m, 1e-5)
+            << gnss::to_string(now.id) << ' ' << far.signal->name;  // nominal satellites have no group delays
+        largest_m = std::max(largest_m, far.ionosphere_m);
+        // Code minus carrier moves by twice the ionosphere's rate.
+        if (before == nullptr || before->more.size() != now.more.size() || !before->more[i].measurement)
+          continue;
+        const positioning::Measurement &a = *before->more[i].measurement, &b = *far.measurement;
+        if (!a.carrier_phase_cycles || !b.carrier_phase_cycles || *a.phase_since != *b.phase_since) continue;
+        const double wavelength = geodesy::kSpeedOfLight / b.carrier_frequency_hz;
+        const double code_less_carrier_m = (b.pseudorange_m - a.pseudorange_m) -
+                                           wavelength * (*b.carrier_phase_cycles - *a.carrier_phase_cycles);
+        EXPECT_NEAR(code_less_carrier_m, 2 * (far.ionosphere_m - before->more[i].ionosphere_m), 1e-5);
+      }
+    }
+  }
+  EXPECT_GT(pairs, 2000);
+  EXPECT_GT(largest_m, 5);
+}
+
+// 2.98 of L1/L2: sqrt(g^2 + 1) / (g - 1), g = (77 / 60)^2; RTKLIB's and IS-GPS-200's combination.
+TEST(Signals, IonosphereFreeFixesForgetTheIonosphereAndTripleTheNoise) {
+  const test::TemporaryFolder folder;
+  const auto epochs = test::run_and_write(
+      test::prepare(
+          open_sky(
+              "sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-03-01T10:00:00Z\n",
+              "{name: both, noise: {enabled: false}, ionosphere: true, tracks: [L1CA, L2C, E1, E5a], "
+              "combination: "
+              "ionosphere_free}, {name: one, noise: {enabled: false}, ionosphere: true, tracks: [L1CA, E1]}, "
+              "{name: noisy, tracks: [L1CA, L2C], combination: ionosphere_free, min_satellites: 4, "
+              "noise: {enabled: true, theta_per_s: 50}}, {name: plain, tracks: [L1CA, L2C], noise: "
+              "{enabled: true, theta_per_s: 50}}",
+              400),
+          folder.path()),
+      folder.path());
+  double worst_both = 0, best_one = 1e9;
+  for (const simulation::Epoch& epoch : epochs) {
+    if (epoch.receiver == 0) {
+      ASSERT_TRUE(epoch.observed.fix.solved());
+      worst_both = std::max(worst_both, epoch.error_enu_m.norm());
+    } else if (epoch.receiver == 1) {
+      best_one = std::min(best_one, epoch.error_enu_m.norm());
+    }
+  }
+  EXPECT_LT(worst_both, 1e-3);
+  EXPECT_GT(best_one, 1);
+
+  // The same noise of L1 and L2 in every epoch: white, since it forgets in 20 ms.
+  double combined = 0, single = 0;
+  int count = 0;
+  const double g = square(77.0 / 60);
+  for (const simulation::Epoch& epoch : epochs) {
+    if (epoch.receiver != 2) continue;
+    for (const SatelliteObservation& s : epoch.observed.satellites) {
+      if (!s.measurement || s.more.empty() || !s.more[0].measurement) continue;
+      combined += square((g * s.noise_m - s.more[0].noise_m) / (g - 1));
+      single += square(s.noise_m);
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 1500);
+  EXPECT_NEAR(std::sqrt(combined / single), 2.978, 0.1);
+  EXPECT_NEAR(std::sqrt(g * g + 1) / (g - 1), 2.978, 5e-4);
+}
+
+// What one signal is measured at does not depend on the others that are tracked.
+TEST(Signals, LeaveTheFirstOneAsItIs) {
+  const test::TemporaryFolder folder;
+  const auto epochs = test::run_and_write(
+      test::prepare(
+          "city: {synthetic: {blocks_east: 4, blocks_north: 4, seed: 5}}\n" + kNominal +
+              "trajectory: {waypoints: [{east_m: -76, north_m: 0}, {east_m: 76, north_m: 0}], speed_mps: 8, "
+              "height_above_terrain_m: 1.5}\nrate_hz: 2\n"
+              "receivers: [{name: one, profile: ublox-f9p}, {name: many, profile: ublox-f9p, tracks: [L1CA, "
+              "L2C, L5, E1, "
+              "E5b, B1I, B2I, B3I, G1, G2]}]\noutputs: {pictures: false}\n",
+          folder.path()),
+      folder.path());
+  std::size_t compared = 0, more = 0;
+  for (std::size_t i = 0; i + 1 < epochs.size(); i += 2) {
+    const receiver::ReceiverEpoch &one = epochs[i].observed, &many = epochs[i + 1].observed;
+    ASSERT_EQ(one.satellites.size(), many.satellites.size());
+    EXPECT_TRUE(one.fix.position_ecef == many.fix.position_ecef || !one.fix.solved());
+    for (std::size_t k = 0; k < one.satellites.size(); ++k) {
+      const SatelliteObservation &a = one.satellites[k], &b = many.satellites[k];
+      EXPECT_EQ(a.excess_m, b.excess_m);
+      EXPECT_EQ(a.cn0_dbhz, b.cn0_dbhz);
+      EXPECT_EQ(a.noise_m, b.noise_m);
+      compared += a.measurement.has_value();
+      more += b.more.size();
+    }
+  }
+  EXPECT_GT(compared, 500U);
+  EXPECT_GT(more, 1000U);
+}
+
+// Observation files: every code in the header, every value back through our reader, and RTKLIB's
+// ionosphere-free fix of them, whose group delays and (77 / 60)^2 are its own.
+TEST(Signals, OfTwoBandsAreSolvedByRtklib) {
+  CANYON_NEEDS_PROGRAM("rnx2rtkp");
+  CANYON_SHARED_DATA(nav, "urbannav-tst-20190428/hksc1180.19n");
+  const test::TemporaryFolder folder;
+  const auto epochs = test::run_and_write(
+      test::prepare(
+          open_sky(
+              "sky: {navigation: [hksc1180.19n], systems: [GPS]}\nstart: 2019-04-28T12:58:03Z\n",
+              "{name: rover, noise: {enabled: false}, ionosphere: true, tracks: [L1CA, L2C], combination: "
+              "ionosphere_free, clock: {bias_s: 2.0e-4, drift: 1.0e-7}}"),
+          nav.parent_path()),
+      folder.path());
+  const std::string observations = test::read_bytes(folder.path() / "receiver.obs");
+  EXPECT_THAT(observations, testing::HasSubstr("\nG    4 C1C D1C C2L D2L "));
+  std::ofstream(folder.path() / "rtk.conf") << "pos1-posmode=single\npos1-frequency=l1+l2\npos1-elmask="
+                                               "10\npos1-ionoopt=dual-freq\npos1-tropopt=off\n"
+                                               "pos1-sateph=brdc\npos1-navsys=1\npos1-posopt5=off\npos2-"
+                                               "rejgdop=10000\nstats-eratio1=10000\nstats-eratio2=10000\n"
+                                               "stats-errphase=10\nstats-errphaseel=0\nout-solformat="
+                                               "xyz\nout-outhead=off\nout-timesys=gpst\nout-timeform=tow\n"
+                                               "out-timendec=3\nout-solstatic=all\n";
+  const std::string command =
+      "cd '" + folder.path().string() +
+      "' && timeout 120 rnx2rtkp -k rtk.conf -o rtk.pos receiver.obs sky.nav >rtk.log 2>&1";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  std::istringstream lines(test::read_bytes(folder.path() / "rtk.pos"));
+  int solved = 0;
+  double worst = 0, worst_own = 0;
+  for (const simulation::Epoch& epoch : epochs) {
+    ASSERT_TRUE(epoch.observed.fix.solved());
+    worst_own = std::max(worst_own, epoch.error_enu_m.norm());
+  }
+  for (std::string line; std::getline(lines, line);) {
+    const std::vector<std::string_view> cells = split_blanks(line);
+    if (line.rfind('%', 0) == 0 || cells.size() < 7) continue;
+    Eigen::Vector3d ecef;
+    for (int i = 0; i < 3; ++i) ecef[i] = *parse_double(cells[static_cast<std::size_t>(2 + i)]);
+    worst = std::max(worst, (ecef - epochs.front().truth_ecef).norm());
+    ++solved;
+  }
+  std::cout << solved << " fixes of rnx2rtkp, within " << worst << " m; own within " << worst_own << " m\n";
+  EXPECT_GT(solved, 55);
+  EXPECT_LT(worst_own, 1e-3);
+  EXPECT_LT(worst, 0.1);
+}
+
+TEST(Signals, ThatAreNoneAreToldSo) {
+  const test::TemporaryFolder folder;
+  const auto fault = [&](const std::string& tracks) -> std::string {
+    try {
+      (void)test::prepare(open_sky(kNominal, "{name: rover, tracks: " + tracks + "}"), folder.path());
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_THAT(fault("[L1CA, E6]"), testing::AllOf(testing::HasSubstr("tracks"), testing::HasSubstr("'E6'"),
+                                                  testing::HasSubstr("E5a")));
+  EXPECT_THAT(fault("[L1CA, L1CA]"), testing::HasSubstr("'L1CA' stands twice"));
+  EXPECT_EQ(fault("[L5]"), "none");
+}
+
+}  // namespace
+}  // namespace canyon
