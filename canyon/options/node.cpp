@@ -1,9 +1,11 @@
 #include "canyon/options/node.hpp"
 
 #include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <sstream>
 #include <utility>
 
 #include "canyon/base/text.hpp"
@@ -15,6 +17,42 @@ int line_of(const YAML::Node& node, int fallback) {
   const YAML::Mark mark = node.Mark();
   return mark.line >= 0 ? mark.line + 1 : fallback;
 }
+
+// Knows where documents begin, and that there are not too many nodes.
+class EventCounter final : public YAML::EventHandler {
+ public:
+  explicit EventCounter(const Document& document) : document_(document) {}
+  int started_at = 0;
+
+  void OnDocumentStart(const YAML::Mark& mark) override { started_at = mark.line + 1; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { count(mark); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { count(mark); }
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t, const std::string&) override {
+    count(mark);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    count(mark);
+  }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    count(mark);
+  }
+  void OnMapEnd() override {}
+
+ private:
+  void count(const YAML::Mark& mark) {
+    if (++count_ > 2'000'000) {
+      throw InputError(document_.file, mark.line + 1, "the YAML is too large",
+                       "it has over 2 million values");
+    }
+  }
+
+  const Document& document_;
+  int count_ = 0;
+};
 
 // "max_range" of "max_range_m": the key without the unit that its name ends with.
 std::string without_unit(const std::string& key) {
@@ -120,21 +158,24 @@ Node parse_yaml(const std::string& text, const Document& document, std::string_v
                        "save the file as plain text in UTF-8");
     }
   }
-  std::vector<YAML::Node> documents;
+  YAML::Node root;
   try {
-    documents = YAML::LoadAll(text);
+    // A look at the events first: of hostile bytes the parser makes documents or nodes without end.
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    EventCounter events(document);
+    for (int documents = 0; parser.HandleNextDocument(events); ++documents) {
+      if (documents == 0) continue;
+      throw InputError(document.file, events.started_at, "a second YAML document begins here",
+                       fmt::format("keep one {} per file", document.kind));
+    }
+    root = YAML::Load(text);
   } catch (const YAML::Exception& e) {
     throw InputError(document.file, e.mark.line >= 0 ? e.mark.line + 1 : 0,
                      fmt::format("not YAML: {}", e.msg), "check indentation, quotes and brackets there");
   }
-  if (documents.empty() || documents.front().IsNull()) {
-    throw InputError(document.file, 0, "the file is empty", needs);
-  }
-  if (documents.size() > 1) {
-    throw InputError(document.file, line_of(documents[1], 0), "a second YAML document begins here",
-                     fmt::format("keep one {} per file", document.kind));
-  }
-  return Converter(document).convert(documents.front(), 1, 0);
+  if (root.IsNull()) throw InputError(document.file, 0, "the file is empty", needs);
+  return Converter(document).convert(root, 1, 0);
 }
 
 }  // namespace canyon::options
