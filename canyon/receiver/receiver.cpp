@@ -200,10 +200,10 @@ struct Receiver::State {
     const auto delay_m = [&](bool ionosphere, bool troposphere) {
       return atmosphere_m(ionosphere, troposphere, line, m.carrier_frequency_hz);
     };
-    const double atmosphere = delay_m(options.ionosphere, options.troposphere);
-    const double corrected = delay_m(options.fix.correct_ionosphere, options.fix.correct_troposphere);
     observation.ionosphere_m = delay_m(options.ionosphere, false);
     observation.troposphere_m = delay_m(false, options.troposphere);
+    const double atmosphere = observation.ionosphere_m + observation.troposphere_m;
+    const double corrected = delay_m(options.fix.correct_ionosphere, options.fix.correct_troposphere);
     observation.pseudorange_error_m = observation.excess_m + observation.noise_m + (atmosphere - corrected);
     m.pseudorange_m = positioning::pseudorange_m(line, observation.excess_m, clock.bias_s(), atmosphere,
                                                  observation.noise_m);
