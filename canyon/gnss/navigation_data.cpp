@@ -40,6 +40,11 @@ void NavigationData::merge(NavigationData other) {
   const int source_offset = static_cast<int>(sources.size());
   merge_records(kepler, std::move(other.kepler), source_offset);
   merge_records(glonass, std::move(other.glonass), source_offset);
+  const auto by_time = [](const SignalDelays& a, const SignalDelays& b) {
+    return std::tie(a.id, a.toc) < std::tie(b.id, b.toc);
+  };
+  std::move(other.signal_delays.begin(), other.signal_delays.end(), std::back_inserter(signal_delays));
+  std::stable_sort(signal_delays.begin(), signal_delays.end(), by_time);
   for (const auto& [system, coefficients] : other.klobuchar) klobuchar[system] = coefficients;
   if (other.galileo_nequick) galileo_nequick = other.galileo_nequick;
   if (other.leap_seconds) leap_seconds = other.leap_seconds;

@@ -60,6 +60,19 @@ struct GlonassEphemeris {
   int source = 0;
 };
 
+/// Signals of one system at most.
+inline constexpr std::size_t kMostSignals = 5;
+
+/// Group delays that a satellite's newer messages tell of its signals [s], in the order of signals_of(); NaN:
+/// not told. GPS and QZSS CNAV and CNAV-2: TGD less the inter-signal correction (IS-GPS-200 30.3.3.3.1.1,
+/// IS-GPS-705 20.3.3.3.1.2, IS-GPS-800 3.5.3.9); BeiDou B-CNAV1 and 2: TGD of the pilots of B1C and B2a
+/// (BDS-SIS-ICD-B1C-1.0 7.6.2).
+struct SignalDelays {
+  SatelliteId id;
+  geodesy::GpsTime toc;
+  std::array<double, kMostSignals> group_delay_s{};
+};
+
 /// Klobuchar coefficients of a system (GPS: GPSA/GPSB, BeiDou: BDSA/BDSB, QZSS: QZSA/QZSB).
 struct Klobuchar {
   std::array<double, 4> alpha{};
@@ -72,6 +85,7 @@ struct Klobuchar {
 struct NavigationData {
   std::vector<KeplerEphemeris> kepler;
   std::vector<GlonassEphemeris> glonass;
+  std::vector<SignalDelays> signal_delays;  ///< by satellite and toc
   std::map<System, Klobuchar> klobuchar;
   std::optional<std::array<double, 3>> galileo_nequick;  ///< ai0..ai2, kept for writing back
   std::optional<int> leap_seconds;                       ///< GPST minus UTC as the header says

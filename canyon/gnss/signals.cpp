@@ -12,7 +12,7 @@ namespace {
 
 constexpr Modulation BPSK = Modulation::BPSK, TMBOC = Modulation::TMBOC, CBOCPilot = Modulation::CBOCPilot;
 
-constexpr double kL1 = 1575.42e6, kL2 = 1227.6e6, kL5 = 1176.45e6, kE5b = 1207.14e6;
+constexpr double kL1 = kL1_hz, kL2 = 1227.6e6, kL5 = 1176.45e6, kE5b = 1207.14e6;
 
 // IS-GPS-200 table 3-Va, IS-GPS-800 3.2.1.9, IS-GPS-705 table 3-III (Q5); L2C of IIR-M and IIF.
 constexpr Signal kGps[]{
@@ -74,7 +74,7 @@ constexpr Change kGpsBlocks[]{
     {32, 2016, 2, 5, Block::IIF},
 };
 
-std::optional<Block> gps_block(int prn, geodesy::GpsTime time) {
+Block gps_block(int prn, geodesy::GpsTime time) {
   std::optional<Block> block;
   for (const Change& change : kGpsBlocks) {
     if (change.prn != prn) continue;
@@ -84,7 +84,12 @@ std::optional<Block> gps_block(int prn, geodesy::GpsTime time) {
     day.day = change.day;
     if (!block || time >= geodesy::gps_from_calendar(day)) block = change.block;
   }
-  return block;
+  return block.value_or(Block::III);
+}
+
+// BDS-2 has the PRNs to 16, BDS-3 those from 19 (CSNO's constellation list).
+bool is_second_beidou(int prn) {
+  return prn <= 16;
 }
 
 bool gps_sends(Block block, std::string_view name) {
@@ -147,17 +152,29 @@ double carrier_hz(const Signal& signal, double l1_carrier_hz) {
 
 bool transmits(SatelliteId id, const Signal& signal, geodesy::GpsTime time) {
   assert(id.system == signal.system);
-  if (id.system == System::GPS) {
-    const std::optional<Block> block = gps_block(id.number, time);
-    return gps_sends(block.value_or(Block::III), signal.name);
-  }
+  if (id.system == System::GPS) return gps_sends(gps_block(id.number, time), signal.name);
   if (id.system == System::BeiDou) {
-    // BDS-2 has the PRNs to 16, BDS-3 those from 19 (CSNO's constellation list).
-    const bool second = id.number <= 16;
+    const bool second = is_second_beidou(id.number);
     if (signal.name == "B2I") return second;
     if (signal.name == "B1C" || signal.name == "B2a") return !second;
   }
   return true;
+}
+
+std::string_view block_of(SatelliteId id, geodesy::GpsTime time) {
+  if (id.system == System::BeiDou) return is_second_beidou(id.number) ? "BeiDou-2" : "BeiDou-3";
+  if (id.system != System::GPS) return "";
+  switch (gps_block(id.number, time)) {
+    case Block::IIR:
+      return "GPS-IIR";
+    case Block::IIRM:
+      return "GPS-IIRM";
+    case Block::IIF:
+      return "GPS-IIF";
+    case Block::III:
+      break;
+  }
+  return "GPS-III";
 }
 
 std::array<double, kMostSignals> group_delays_s(const KeplerEphemeris& e, bool fnav) {

@@ -36,8 +36,8 @@ struct Signal {
   double minimum_dbw = 0;
 };
 
-/// Of one system at most.
-inline constexpr std::size_t kMostSignals = 5;
+/// Carrier of GPS L1, which delays of the ionosphere refer to unless said otherwise [Hz].
+inline constexpr double kL1_hz = 1575.42e6;
 
 /// The signals of a system; the first is the one near L1 that all of its satellites send.
 [[nodiscard]] std::span<const Signal> signals_of(System system);
@@ -50,13 +50,18 @@ inline constexpr std::size_t kMostSignals = 5;
 /// what its system's current ones send.
 [[nodiscard]] bool transmits(SatelliteId id, const Signal& signal, geodesy::GpsTime time);
 
+/// The block or generation of a satellite: "GPS-IIR", "GPS-IIRM", "GPS-IIF", "GPS-III", "BeiDou-2",
+/// "BeiDou-3"; of one that the table does not know its system's current one; empty for other systems.
+[[nodiscard]] std::string_view block_of(SatelliteId id, geodesy::GpsTime time);
+
 /// Group delays [s] of a satellite's signals in the order of signals_of(): a signal's clock is the broadcast
 /// one less this.
 ///   GPS, QZSS: TGD at L1, (f1 / f)^2 TGD elsewhere, since the broadcast clock is that of the ionosphere-free
 ///   pair
-///     (IS-GPS-200 20.3.3.3.3.2); inter-signal corrections of CNAV are taken as 0;
+///     (IS-GPS-200 20.3.3.3.3.2);
 ///   Galileo: from BGD(E1,E5a) and BGD(E1,E5b) for the clock of F/NAV or I/NAV (OS SIS ICD 5.1.5);
 ///   BeiDou: clock of B3I, TGD1 at B1I and B1C, TGD2 at B2I and B2a (BDS-SIS-ICD-B1I 5.2.4.10).
+/// Where newer messages tell a signal's own (SignalDelays), that holds instead.
 /// @param fnav Galileo: the message's clock is that of F/NAV
 [[nodiscard]] std::array<double, kMostSignals> group_delays_s(const KeplerEphemeris& ephemeris, bool fnav);
 

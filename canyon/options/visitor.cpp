@@ -636,8 +636,12 @@ void Visitor::named_rows(const Field& by_name, std::span<const std::string_view>
   one_of({by_name.name, by_rows.name});
   NameValue name(value, words);
   field(by_name, name);
-  RowsValue rows(value, words, columns);
-  field(by_rows, rows);
+  rows(by_rows, words, columns, value);
+}
+void Visitor::rows(const Field& f, std::span<const std::string_view> words, std::size_t columns,
+                   NamedRows& value) {
+  RowsValue of(value, words, columns);
+  field(f, of);
 }
 
 InputError Visitor::fault(std::string_view key, std::string_view problem, std::string_view cure) const {

@@ -157,6 +157,9 @@ class Visitor {
   /// Two keys, one of which may stand: a name of `words`, or rows of `columns` numbers.
   void named_rows(const Field& by_name, std::span<const std::string_view> words, const Field& by_rows,
                   std::size_t columns, NamedRows& value);
+  /// Rows of `columns` numbers; not written back while its name is one of `words`.
+  void rows(const Field& field, std::span<const std::string_view> words, std::size_t columns,
+            NamedRows& value);
 
   /// Fields below a key of their own.
   template <typename Fields>

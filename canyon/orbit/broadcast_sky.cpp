@@ -93,6 +93,22 @@ struct Series {
   }
 };
 
+/// Group delays that messages nearest in time say of single signals.
+void tell_delays(const std::vector<const gnss::SignalDelays*>& told, GpsTime t, SatelliteState& state) {
+  const auto nearest = std::min_element(told.begin(), told.end(),
+                                        [t](const gnss::SignalDelays* a, const gnss::SignalDelays* b) {
+                                          return std::abs(t - a->toc) < std::abs(t - b->toc);
+                                        });
+  if (nearest == told.end()) return;
+  const auto set = [](double& delay_s, double said_s) {
+    if (!std::isnan(said_s)) delay_s = said_s;
+  };
+  set(state.group_delay_s, (*nearest)->group_delay_s[0]);
+  for (std::size_t i = 0; i < state.more_group_delays_s.size(); ++i) {
+    set(state.more_group_delays_s[i], (*nearest)->group_delay_s[i + 1]);
+  }
+}
+
 std::string hours(double seconds) {
   seconds = std::abs(seconds);
   return seconds < 5400        ? fmt::format("{:.0f} min", seconds / 60)
@@ -104,8 +120,9 @@ std::string hours(double seconds) {
 
 struct BroadcastSky::Index {
   struct Satellite {
-    Series main;      ///< GPS, QZSS, BeiDou, GLONASS; Galileo I/NAV
-    Series fallback;  ///< Galileo F/NAV
+    Series main;                                    ///< GPS, QZSS, BeiDou, GLONASS; Galileo I/NAV
+    Series fallback;                                ///< Galileo F/NAV
+    std::vector<const gnss::SignalDelays*> delays;  ///< by toc
   };
   std::vector<gnss::SatelliteId> ids;
   std::array<std::array<std::int16_t, kNumbers>, gnss::kSystemCount> slot;  ///< into satellites; -1: none
@@ -162,6 +179,10 @@ struct BroadcastSky::Index {
       if (systems.count(gnss::System::GLONASS) != 0)
         at(data.glonass[i].id).main.add(data.glonass[i], static_cast<int>(i));
     }
+    for (const gnss::SignalDelays& delays : data.signal_delays) {
+      const std::int16_t s = slot[static_cast<std::size_t>(delays.id.system)][delays.id.number];
+      if (s >= 0) satellites[static_cast<std::size_t>(s)].delays.push_back(&delays);
+    }
     std::sort(ids.begin(), ids.end());
     bool any = false;
     for (Satellite& satellite : satellites) {
@@ -207,8 +228,10 @@ std::optional<SatelliteState> BroadcastSky::state(gnss::SatelliteId id, GpsTime 
   const Entry* entry = Index::choose(*satellite, t, options_.allow_stale).entry;
   if (entry == nullptr || (!entry->healthy && !options_.allow_unhealthy)) return std::nullopt;
   const auto record = static_cast<std::size_t>(entry->record);
-  return id.system == gnss::System::GLONASS ? propagate(data_.glonass[record], t)
-                                            : propagate(data_.kepler[record], t);
+  SatelliteState state = id.system == gnss::System::GLONASS ? propagate(data_.glonass[record], t)
+                                                            : propagate(data_.kepler[record], t);
+  tell_delays(satellite->delays, t, state);
+  return state;
 }
 
 std::string BroadcastSky::source(gnss::SatelliteId id, GpsTime t) const {

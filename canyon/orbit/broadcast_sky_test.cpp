@@ -11,6 +11,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/rinex_sample.hpp"
 #include "tests/support/shared_data.hpp"
@@ -155,6 +156,26 @@ TEST(Propagate, GroupDelayBelongsToTheL1Signal) {
   EXPECT_EQ(propagate(fnav, fnav.toe).group_delay_s, -1.862645149231e-09);  // BGD E5a/E1
   EXPECT_EQ(propagate(data.glonass.front(), data.glonass.front().toe).carrier_frequency_hz,
             1602e6 + 5 * 562500.0);
+}
+
+// What the nearest of the newer messages says of a signal holds; of the others TGD at L1 and (f1 / f)^2 TGD
+// elsewhere.
+TEST(BroadcastSkyTest, TakesDelaysOfSignalsFromNewerMessages) {
+  gnss::NavigationData data = only(kG05);
+  const GpsTime toe = data.kepler.front().toe;
+  const double tgd = data.kepler.front().group_delay[0], nan = std::nan("");
+  data.signal_delays = {{kG05, toe - 7200.0, {1e-9, nan, 2e-9, nan, nan}},
+                        {kG05, toe, {nan, nan, 3e-9, 4e-9, nan}}};
+  const BroadcastSky sky(data);
+  const auto before = sky.state(kG05, toe - 6000.0), now = sky.state(kG05, toe + 60.0);
+  ASSERT_TRUE(before && now);
+  const auto gps = gnss::signals_of(gnss::System::GPS);  // L1CA, L1C, L2C, L5
+  EXPECT_EQ(before->group_delay_s, 1e-9);
+  EXPECT_EQ(before->group_delay_of(gps[2]), 2e-9);
+  EXPECT_EQ(before->group_delay_of(gps[1]), tgd);
+  EXPECT_EQ(now->group_delay_s, tgd);
+  EXPECT_EQ(now->group_delay_of(gps[2]), 3e-9);
+  EXPECT_EQ(now->group_delay_of(gps[3]), 4e-9);
 }
 
 TEST(Propagate, BeidouGeostationariesStandInTheirPlaces) {

@@ -36,7 +36,12 @@ struct Measurement {
   double carrier_phase_sigma_cycles = 0;  ///< standard deviation
   /// Since when the phase is continuous; a later instant than at the epoch before is a cycle slip.
   std::optional<geodesy::GpsTime> phase_since;
-  bool ionosphere_free = false;  ///< a combination that needs no correction of the ionosphere
+  /// How much of the ionosphere's delay at carrier_frequency_hz is in the pseudorange: 1 in one signal, 0 in
+  /// the ionosphere-free combination of two, between in others.
+  double ionosphere_share = 1;
+  /// Deviation over that of the one signal with cn0_dbhz: weights that do not go by sigma_m take it times
+  /// this.
+  double sigma_factor = 1;
 };
 
 enum class FixStatus : std::uint8_t {

@@ -28,6 +28,8 @@ void check(const Measurement& m) {
   const char* bad = nullptr;
   if (!std::isfinite(m.pseudorange_m) || std::abs(m.pseudorange_m) > 1e12) bad = "pseudorange_m";
   if (!(m.sigma_m > 0) || !std::isfinite(m.sigma_m)) bad = "sigma_m";
+  if (!(m.sigma_factor > 0) || !std::isfinite(m.sigma_factor)) bad = "sigma_factor";
+  if (!std::isfinite(m.ionosphere_share)) bad = "ionosphere_share";
   if (m.cn0_dbhz && !std::isfinite(*m.cn0_dbhz)) bad = "cn0_dbhz";
   if (m.doppler_hz) {
     if (!std::isfinite(*m.doppler_hz)) bad = "doppler_hz";
@@ -168,7 +170,7 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
           m.carrier_frequency_hz > 0 ? m.carrier_frequency_hz : satellite.state.carrier_frequency_hz,
           receiver_time, at, look);
     };
-    satellite.atmosphere_m = delay_m(options.correct_ionosphere && !m.ionosphere_free, false, place) +
+    satellite.atmosphere_m = m.ionosphere_share * delay_m(options.correct_ionosphere, false, place) +
                              delay_m(false, options.correct_troposphere, weather);
   }
 }

@@ -25,12 +25,14 @@ double WeightOptions::sigma_m(const Measurement& measurement, double elevation_r
     case Weighting::Equal:
       return measurement.sigma_m;
     case Weighting::Elevation:
-      return std::hypot(elevation_a_m,
+      return measurement.sigma_factor *
+             std::hypot(elevation_a_m,
                         elevation_b_m / std::sin(std::max(elevation_rad, kLowestElevation_rad)));
     case Weighting::Cn0:
       break;
   }
-  return std::sqrt(cn0_floor_m2 +
+  return measurement.sigma_factor *
+         std::sqrt(cn0_floor_m2 +
                    cn0_scale_m2_hz * std::pow(10, -measurement.cn0_dbhz.value_or(kUnknownCn0_dbhz) / 10));
 }
 

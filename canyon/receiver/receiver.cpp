@@ -31,6 +31,12 @@ struct SignalNoise {
   geodesy::GpsTime last;
 };
 
+/// How far a signal's bias has drifted.
+struct Drift {
+  tracking::OuProcess process;
+  geodesy::GpsTime last;
+};
+
 /// A signal's channel after an epoch.
 struct Tracked {
   tracking::Channel* channel = nullptr;
@@ -49,7 +55,8 @@ struct Receiver::State {
       : options(std::move(receiver_options)),
         seed(stream_seed),
         draws(options.own_draws ? options.name : ""),
-        clock(options.clock, RandomStream(seed, draws + "/clock")) {
+        clock(options.clock, RandomStream(seed, draws + "/clock")),
+        ranging(options) {
     options.validate();
     if (options.noise.enabled) {
       const double drift = options.noise.drift_enabled ? options.noise.drift_mu_sigma_m : 0;
@@ -111,8 +118,31 @@ struct Receiver::State {
   /// What it tracks of a satellite now, in the order of gnss::signals_of().
   void signals_to_track(gnss::SatelliteId id, std::vector<const gnss::Signal*>& found) const {
     found = tracks[static_cast<std::size_t>(id.system)];
-    if (options.tracks.empty()) return;
-    std::erase_if(found, [&](const gnss::Signal* signal) { return !gnss::transmits(id, *signal, now); });
+    if (options.tracks.empty() && options.leaves_out.empty()) return;
+    std::erase_if(found, [&](const gnss::Signal* signal) {
+      return !gnss::transmits(id, *signal, now) ||
+             std::any_of(options.leaves_out.begin(), options.leaves_out.end(),
+                         [&](const std::string& group) { return gnss::in_group(group, id, *signal, now); });
+    });
+  }
+
+  /// Of the receiver's way for a satellite's signal now [m].
+  double bias_m(gnss::SatelliteId id, const gnss::Signal& signal, double carrier_hz) {
+    const BiasOptions& o = options.biases;
+    double bias_m = gnss::sum_of(o.code_m, id, signal, now);
+    if (signal.channel_hz > 0) {
+      bias_m += o.glonass_channel_m * std::round((carrier_hz - signal.carrier_hz) / signal.channel_hz);
+    }
+    if (o.drift_sigma_m == 0) return bias_m;
+    auto found = drifts.find(&signal);
+    if (found == drifts.end()) {
+      const tracking::OuOptions ou{1 / o.drift_time_s, 0, o.drift_sigma_m * std::sqrt(2 / o.drift_time_s)};
+      const std::string key = fmt::format("{}/{}/{}/bias", draws, gnss::name(signal.system), signal.name);
+      found = drifts.emplace(&signal, Drift{tracking::OuProcess(ou, RandomStream(seed, key)), now}).first;
+    }
+    const double drift_m = found->second.process.advance(now - found->second.last);
+    found->second.last = now;
+    return bias_m + drift_m;
   }
 
   SignalNoise& noise_of(gnss::SatelliteId id, const gnss::Signal& signal) {
@@ -207,6 +237,8 @@ struct Receiver::State {
     observation.pseudorange_error_m = observation.excess_m + observation.noise_m + (atmosphere - corrected);
     m.pseudorange_m = positioning::pseudorange_m(line, observation.excess_m, clock.bias_s(), atmosphere,
                                                  observation.noise_m);
+    observation.bias_m = bias_m(line.id, signal, m.carrier_frequency_hz);
+    m.pseudorange_m += observation.bias_m;
     // For the first one this is 0.
     m.pseudorange_m += kSpeedOfLight * (line.state.group_delay_of(signal) - line.state.group_delay_s);
 
@@ -237,39 +269,6 @@ struct Receiver::State {
                                      place, {line.azimuth_rad, line.elevation_rad});
   }
 
-  /// What of a satellite goes into the fix, as if it were of the signal near L1.
-  [[nodiscard]] std::optional<positioning::Measurement> for_fix(const SatelliteObservation& satellite,
-                                                                const orbit::LineOfSight& line) const {
-    const SignalObservation* other = nullptr;
-    if (options.combination == Combination::IonosphereFree) {
-      const auto apart_hz = [&](const SignalObservation& s) {
-        return std::abs(s.signal->carrier_hz - satellite.signal->carrier_hz);
-      };
-      for (const SignalObservation& signal : satellite.more) {
-        constexpr double kApart_hz = 100e6;  // less amplifies noise tenfold
-        if (!signal.measurement || apart_hz(signal) < kApart_hz) continue;
-        if (other == nullptr || apart_hz(signal) > apart_hz(*other)) other = &signal;
-      }
-      if (other == nullptr && !options.fix.correct_ionosphere) return std::nullopt;
-    }
-    if (!satellite.measurement) return std::nullopt;
-    positioning::Measurement m = *satellite.measurement;
-    double group_delay_s = line.state.group_delay_of(*satellite.signal);
-    if (other != nullptr) {
-      // (f1^2 P1 - f2^2 P2) / (f1^2 - f2^2).
-      const double ratio = std::pow(m.carrier_frequency_hz / other->measurement->carrier_frequency_hz, 2);
-      const double a = ratio / (ratio - 1), b = -1 / (ratio - 1);
-      m.pseudorange_m = a * m.pseudorange_m + b * other->measurement->pseudorange_m;
-      m.sigma_m = std::hypot(a * m.sigma_m, b * other->measurement->sigma_m);
-      group_delay_s = a * group_delay_s + b * line.state.group_delay_of(*other->signal);
-      m.ionosphere_free = true;
-    }
-    if (group_delay_s != line.state.group_delay_s) {
-      m.pseudorange_m -= kSpeedOfLight * (group_delay_s - line.state.group_delay_s);
-    }
-    return m;
-  }
-
   /// Of the carrier's way through the atmosphere [m/s], by central differences over a second: the ionosphere
   /// advances a carrier.
   [[nodiscard]] double atmosphere_rate_mps(const orbit::LineOfSight& line, double carrier_hz) const {
@@ -296,9 +295,11 @@ struct Receiver::State {
   /// Of each system, by System.
   std::array<std::vector<const gnss::Signal*>, gnss::kSystemCount> tracks;
   std::map<std::pair<gnss::SatelliteId, std::size_t>, SignalNoise> noises;  // and index_of() its signal
+  std::map<const gnss::Signal*, Drift> drifts;  // of biases; signals are gnss::signals_of()'s
   std::vector<std::unique_ptr<disturbance::Disturbance>> disturbances;
   std::optional<tracking::ChannelModel> signals;
   std::map<gnss::SatelliteId, std::vector<tracking::Channel>> channels;
+  Ranging ranging;
   std::optional<positioning::PositionFilter> filter;
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
@@ -394,7 +395,13 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     };
     measure(satellite);
     for (SignalObservation& signal : satellite.more) measure(signal);
-    if (const auto ranged = state.for_fix(satellite, view.line)) measurements.push_back(*ranged);
+    const bool modelled =
+        options.fix.correct_ionosphere && options.ranging.combination == Combination::Uncombined;
+    const double model_m = state.atmosphere_m(modelled, false, view.line, gnss::kL1_hz);
+    if (const auto ranged = state.ranging.next(satellite, view.line.state, time, model_m)) {
+      measurements.push_back(ranged->measurement);
+      satellite.estimated_ionosphere_m = ranged->ionosphere_m;
+    }
   }
   std::sort(epoch.satellites.begin(), epoch.satellites.end(),
             [](const SatelliteObservation& a, const SatelliteObservation& b) { return a.id < b.id; });

@@ -39,6 +39,7 @@ struct SignalObservation {
   /// it corrects what is not there); 0 without measurement.
   double pseudorange_error_m = 0;
   double ionosphere_m = 0, troposphere_m = 0;  ///< delays in the pseudorange; 0 without measurement
+  double bias_m = 0;  ///< BiasOptions' in the pseudorange, not in its error; 0 without measurement
 };
 
 /// One satellite at one epoch as the receiver saw it, with the truth behind it: its first tracked signal, and
@@ -50,6 +51,8 @@ struct SatelliteObservation : SignalObservation {
   propagation::Visibility visibility = propagation::Visibility::Blocked;
   bool above_mask = false;
   bool used = false;  ///< in the fix
+  /// Slant delay of the ionosphere that the receiver estimates (Ranging::Ranged::ionosphere_m).
+  std::optional<double> estimated_ionosphere_m;
   /// Beyond the first, in the order of gnss::signals_of(); only with ReceiverOptions::tracks.
   std::vector<SignalObservation> more;
 };

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/gnss/signals.hpp"
 #include "canyon/options/values.hpp"
 
 namespace canyon::receiver {
@@ -14,34 +12,6 @@ namespace canyon::receiver {
 bool NoiseOptions::drifts(double speed_mps, int los) const {
   return enabled && drift_enabled && (speed_mps < drift_below_speed_mps || los < drift_below_los);
 }
-
-namespace {
-
-struct Fault {
-  std::string problem, cure;
-};
-
-/// What is wrong with names of signals.
-std::optional<Fault> fault_of(const std::vector<std::string>& tracks) {
-  std::vector<std::string> names;
-  for (const gnss::System system : gnss::kAllSystems) {
-    for (const gnss::Signal& signal : gnss::signals_of(system)) {
-      if (std::find(names.begin(), names.end(), signal.name) == names.end()) names.emplace_back(signal.name);
-    }
-  }
-  for (auto track = tracks.begin(); track != tracks.end(); ++track) {
-    if (std::find(names.begin(), names.end(), *track) == names.end()) {
-      return Fault{fmt::format("no satellite sends a signal '{}'", *track),
-                   fmt::format("signals are {}", fmt::join(names, ", "))};
-    }
-    if (std::find(tracks.begin(), track, *track) != track) {
-      return Fault{fmt::format("'{}' stands twice", *track), "name each signal once"};
-    }
-  }
-  return std::nullopt;
-}
-
-}  // namespace
 
 void NoiseOptions::validate() const {
   options::check(*this, "noise");
@@ -64,12 +34,48 @@ void visit(options::Visitor& v, NoiseOptions& o) {
   });
 }
 
+void BiasOptions::validate() const {
+  options::check(*this, "biases");
+  for (const auto& [group, bias] : code_m) gnss::check_group(group);
+}
+
+void visit(options::Visitor& v, BiasOptions& o) {
+  gnss::visit_group_values(
+      v, {"code_m", "m", "delays of the receiver for groups of signals: [GLONASS=12, L5=-2.5]"}, o.code_m,
+      {-1e4, 1e4});
+  v.number({"glonass_channel_m", "m", "of GLONASS, from one frequency channel to the next"},
+           o.glonass_channel_m, {-100, 100});
+  v.number({"drift_sigma_m", "m", "deviation of each system's signals about these, a first-order process"},
+           o.drift_sigma_m, {0, 1000});
+  v.number({"drift_time_s", "s", "its time constant"}, o.drift_time_s, {1, 1e6});
+}
+
+namespace {
+
+/// A signal that is tracked in a band that the antenna does not hear.
+const gnss::Signal* unheard(const ReceiverOptions& o) {
+  for (const gnss::System system : gnss::kAllSystems) {
+    for (const gnss::Signal* signal : tracked_signals(o.tracks, system)) {
+      if (!o.signal.antenna.hears(signal::band_of(signal->carrier_hz))) return signal;
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace
+
 void ReceiverOptions::validate() const {
   if (name.empty()) throw InputError("a receiver has no name", "give every receiver a name of its own");
-  if (const auto fault = fault_of(tracks)) {
-    throw InputError(fmt::format("receiver '{}': {}", name, fault->problem), fault->cure);
-  }
   try {
+    gnss::check_signals(tracks);
+    for (const std::string& group : leaves_out) gnss::check_group(group);
+    if (const gnss::Signal* deaf_to = unheard(*this); deaf_to != nullptr && signal.enabled) {
+      throw InputError(fmt::format("it tracks {}, and its antenna '{}' has no pattern for {:.2f} MHz",
+                                   deaf_to->name, signal.antenna.name(), deaf_to->carrier_hz / 1e6),
+                       "choose dual_patch, survey, phone or isotropic, or give antenna_lower_rows");
+    }
+    ranging.validate();
+    biases.validate();
     fix.validate();
     noise.validate();
     clock.validate();
@@ -97,16 +103,16 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
        "draws noise, clock, shadows and phases by the receiver's name too; false: alike for all receivers "
        "of a seed"},
       o.own_draws);
-  v.texts({"tracks", "",
-           "signals: L1CA, L1C, L2C, L5, E1, E5a, E5b, B1I, B1C, B2I, B2a, B3I, G1, G2; left out: of each "
-           "satellite the one near L1"},
-          o.tracks);
-  if (v.reads()) {
-    if (const auto fault = fault_of(o.tracks)) throw v.fault("tracks", fault->problem, fault->cure);
-  }
-  static constexpr std::string_view kCombinations[]{"first", "ionosphere_free"};
-  v.choice({"combination", "", "pseudoranges of the fix: of the first signal, or ionosphere_free of two"},
-           o.combination, kCombinations);
+  gnss::visit_signals(
+      v,
+      {"tracks", "",
+       "signals: L1CA, L1C, L2C, L5, E1, E5a, E5b, B1I, B1C, B2I, B2a, B3I, G1, G2; left out: "
+       "of each satellite the one near L1"},
+      o.tracks);
+  gnss::visit_groups(
+      v, {"leaves_out", "", "groups of signals that it does not track all the same: [BeiDou-GEO]"},
+      o.leaves_out);
+  visit(v, o.ranging);
   visit(v, o.fix);
   v.boolean(
       {"ionosphere", "",
@@ -116,6 +122,7 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
   v.boolean({"troposphere", "", "put Saastamoinen's troposphere into the signals"}, o.troposphere);
   v.part("position_filter", o.filter);
   v.part("clock", o.clock);
+  v.part("biases", o.biases);
   v.part("signal", o.signal);
   v.part("noise", o.noise);
 }

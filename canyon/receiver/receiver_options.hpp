@@ -3,9 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "canyon/gnss/signals.hpp"
+#include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/positioning/positioning_options.hpp"
+#include "canyon/receiver/ranging.hpp"
 #include "canyon/tracking/clock.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "canyon/tracking/signal_options.hpp"
@@ -32,19 +33,34 @@ struct NoiseOptions {
 /// Its fields.
 void visit(options::Visitor& v, NoiseOptions& o);
 
-/// Which pseudoranges go into the fix.
-enum class Combination {
-  First,           ///< of each satellite's first signal
-  IonosphereFree,  ///< of the first and the one farthest from it in frequency; without a second, the first
-                   ///< where FixOptions::correct_ionosphere has a model for it, else none
+/// Delays of the receiver's own ways for signals, in its pseudoranges [m]; what they have in common is its
+/// clock's.
+struct BiasOptions {
+  /// Of groups of signals, [-1e4, 1e4]: inter-system ("GLONASS") and inter-frequency ones ("L5").
+  gnss::GroupValues code_m;
+  /// GLONASS: from one frequency channel to the next [m], [-100, 100]; some receivers differ by metres over
+  /// the band.
+  double glonass_channel_m = 0;
+  /// Each system's signal drifts about its bias, a first-order process of this deviation [m], [0, 1000], and
+  /// time constant [s], [1, 1e6].
+  double drift_sigma_m = 0;
+  double drift_time_s = 3600;
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
 };
+/// Its fields.
+void visit(options::Visitor& v, BiasOptions& o);
 
 struct ReceiverOptions {
   std::string name = "receiver";
   /// Names of gnss::signals_of(), of any system: these are tracked, of systems without any nothing. Empty: of
   /// each satellite its signal near L1.
   std::vector<std::string> tracks;
-  Combination combination = Combination::First;
+  /// Groups of signals that it does not track all the same: satellites that its firmware leaves out
+  /// ("BeiDou-GEO").
+  std::vector<std::string> leaves_out;
+  RangingOptions ranging;
+  BiasOptions biases;
   /// Everything random hangs on seed and satellite, so that receivers that differ in a setting are compared
   /// under the same luck. True: on the name as well, for antennas whose errors must not be alike (a base
   /// station beside a rover).

@@ -40,7 +40,7 @@ TEST(ReceiverSignal, SystemsAndSatellitesDifferAsAsked) {
   const std::vector<SatelliteView> views = open_sky(four_systems(), kTime, kAntenna);
   ReceiverOptions options = plain();
   Receiver same(options, 1);
-  options.signal.system_offset_db[System::BeiDou] = -3.5;
+  options.signal.offset_db["BeiDou"] = -3.5;
   Receiver shifted(options, 1);
   options.signal.satellite_sigma_db = 2;
   Receiver scattered(options, 1);
@@ -79,7 +79,7 @@ double code_sigma_m(double cn0_dbhz, double d = 0.5, double bn = 1, double t = 0
 TEST(ReceiverSignal, NoiseIsTheLoopsFormulas) {
   ReceiverOptions options = plain();
   options.signal.loop_noise = true;
-  options.signal.system_offset_db[System::GPS] = -15;  // 33.3 dB-Hz: the squaring loss shows
+  options.signal.offset_db["GPS"] = -15;  // 33.3 dB-Hz: the squaring loss shows
   Receiver receiver(options, 4);
   const double cn0_dbhz = clear_cn0_dbhz() - 15;
   const double cn0 = std::pow(10, cn0_dbhz / 10);
@@ -258,8 +258,8 @@ TEST(ReceiverSignal, AntennasHearEchoesDifferently) {
   EXPECT_NEAR(echo_db(both_hands()), 0, 0.02);
   for (const AntennaPattern& antenna :
        {signal::patch_antenna(), signal::survey_antenna(), signal::phone_antenna()}) {
-    const double expected =
-        antenna.gain(geodesy::radians(30)).lhcp_dbic - antenna.gain(geodesy::radians(40)).rhcp_dbic;
+    const double expected = antenna.gain(geodesy::radians(30), gnss::kL1_hz).lhcp_dbic -
+                            antenna.gain(geodesy::radians(40), gnss::kL1_hz).rhcp_dbic;
     EXPECT_NEAR(echo_db(antenna), expected, 0.05) << antenna.name();
   }
   EXPECT_GT(echo_db(signal::phone_antenna()), echo_db(signal::survey_antenna()) + 10);

@@ -231,7 +231,9 @@ class Reader {
                         (system == 'E' && (type == "INAV" || type == "FNAV")) ||
                         (system == 'C' && (type == "D1" || type == "D2" || type == "D1D2")) ||
                         (system == 'R' && type == "FDMA");
-    if (!usable) {
+    const bool delays = ((system == 'G' || system == 'J') && (type == "CNAV" || type == "CNV2")) ||
+                        (system == 'C' && (type == "CNV1" || type == "CNV2"));
+    if (!usable && !delays) {
       if (!is_upper(system)) throw DamagedRecord{fmt::format("'> {}' is no record type", record.tag)};
       return pass_over();
     }
@@ -240,6 +242,10 @@ class Reader {
     if (gnss::parse_satellite(words[1]) != id) {
       throw rinex::DamagedRecord{fmt::format("'> {}' and '{}' name different satellites", record.tag,
                                              column(record.lines.front(), 0, 3))};
+    }
+    if (delays) {
+      data_.signal_delays.push_back(decode_signal_delays(id, record.lines, type));
+      return;
     }
     take(id, record.lines,
          type == "INAV"   ? Message::kInav

@@ -1,5 +1,6 @@
 #include "canyon/rinex/navigation_reader.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -302,7 +303,7 @@ TEST(RinexNavigation, Version4) {
   const std::string inav = replaced(kE11, "5.170000000000e+02", "                  ");
   const gnss::NavigationData data = read(
       header + "> EPH G05 LNAV\n" + kG05 + ion + "> EPH R07 FDMA\n" + kR07 + sto + "> EPH E11 FNAV\n" + inav +
-      "> EPH C03 D2\n" + kC03 + nequick + bdgim + "> EPH J02 LNAV\n" + kJ02 + "> EPH G05 CNAV\n" + kG05);
+      "> EPH C03 D2\n" + kC03 + nequick + bdgim + "> EPH J02 LNAV\n" + kJ02 + "> EPH G05 CNVX\n" + kG05);
   EXPECT_EQ(data.kepler.size(), 4u);
   EXPECT_EQ(data.glonass.size(), 1u);
   EXPECT_TRUE(is_galileo_fnav(kepler(data, {gnss::System::Galileo, 11})));
@@ -312,7 +313,41 @@ TEST(RinexNavigation, Version4) {
   EXPECT_THAT(data.warnings,
               testing::UnorderedElementsAre(HasSubstr("1 STO records of system G, LNAV skipped"),
                                             HasSubstr("1 ION records of system C, CNVX skipped"),
-                                            HasSubstr("1 EPH records of system G, CNAV skipped")));
+                                            HasSubstr("1 EPH records of system G, CNVX skipped")));
+}
+
+// Orbits of RINEX 4.00, tables A9 (CNAV), A10 (CNV2) and A18 (CNV1): TGD in the sixth line's third field,
+// corrections in the seventh and eighth; numbers made up. Delay of a signal: TGD - ISC
+// (IS-GPS-200 30.3.3.3.1.1).
+TEST(RinexNavigation, Version4TellsDelaysOfSignals) {
+  const std::string header =
+      "     4.00           N: GNSS NAV DATA    M: MIXED            RINEX VERSION / TYPE\n"
+      "                                                            END OF HEADER       \n";
+  const auto row = [](double a, double b, double c, double d) {
+    return fmt::format("    {:19.12E}{:19.12E}{:19.12E}{:19.12E}\n", a, b, c, d);
+  };
+  std::string orbits;
+  for (int i = 0; i < 5; ++i) orbits += row(1, 2, 3, 4);
+  const std::string clock = " 2022 06 08 10 00 00 1.000000000000E-04 2.000000000000E-12 0.000000000000E+00\n";
+  const std::string delays = row(0, 0, -8e-9, 0) + row(1e-9, -2e-9, 3e-9, 4e-9);
+  const gnss::NavigationData data =
+      read(header + "> EPH G05 CNAV\nG05" + clock + orbits + delays + row(0, 0, 0, 0) +
+           "> EPH G05 CNV2\nG05" + clock + orbits + delays + row(5e-9, 6e-9, 0, 0) + row(0, 0, 0, 0) +
+           "> EPH C21 CNV1\nC21" + clock + orbits + row(0, 0, 0, 0) + row(7e-9, 0, 9e-9, 1e-8) +
+           row(0, 0, 0, 0) + row(0, 0, 0, 0) + "> EPH G06 CNAV\nG06" + clock + orbits);
+  EXPECT_TRUE(data.kepler.empty());
+  ASSERT_EQ(data.signal_delays.size(), 3U);
+  using testing::DoubleNear;
+  using testing::IsNan;
+  const gnss::SignalDelays &cnv1 = data.signal_delays[2], &cnav = data.signal_delays[0],
+                           &cnv2 = data.signal_delays[1];
+  const auto near = [](double s) { return DoubleNear(s, 1e-18); };
+  EXPECT_THAT(cnav.group_delay_s, ElementsAre(near(-9e-9), IsNan(), near(-6e-9), near(-12e-9), IsNan()));
+  EXPECT_THAT(cnv2.group_delay_s, ElementsAre(near(-9e-9), near(-14e-9), near(-6e-9), near(-12e-9), IsNan()));
+  EXPECT_THAT(cnv1.group_delay_s, ElementsAre(IsNan(), near(9e-9), IsNan(), near(1e-8), IsNan()));
+  EXPECT_EQ(cnav.toc, parse_time("2022-06-08T10:00:00 GPST"));
+  EXPECT_EQ(cnv1.toc, cnav.toc + 14.0);
+  EXPECT_THAT(data.warnings, ElementsAre(HasSubstr("CNAV record of G06 has 6 lines where 9 belong")));
 }
 
 TEST(RinexNavigation, Version4TagAndSatelliteMustAgree) {

@@ -4,11 +4,13 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/gnss/signals.hpp"
 
 namespace canyon::rinex {
 namespace {
@@ -242,6 +244,43 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
   e.toe = toe + to_gpst;
   e.transmission = sent + to_gpst;
   return e;
+}
+
+gnss::SignalDelays decode_signal_delays(gnss::SatelliteId id, const std::vector<std::string_view>& lines,
+                                        std::string_view type) {
+  const bool gps = id.system != gnss::System::BeiDou;
+  const std::size_t needed = gps && type == "CNAV" ? 9 : 10;
+  if (lines.size() != needed) {
+    throw DamagedRecord{fmt::format("{} record of {} has {} lines where {} belong", type, to_string(id),
+                                    lines.size(), needed)};
+  }
+  const CheckedFields f(lines, Layout::kVersion3);
+  gnss::SignalDelays delays;
+  delays.id = id;
+  delays.toc = parse_epoch(lines.front(), Layout::kVersion3);
+  if (!gps) delays.toc = delays.toc + std::chrono::seconds(geodesy::kBdtSecondsOffset);
+  delays.group_delay_s.fill(std::numeric_limits<double>::quiet_NaN());
+  constexpr double kLargest_s = 1e-6;
+  // Twelve or thirteen bits of 2^-34 or 2^-35 s; blank where the satellite says that it does not know.
+  const auto set = [&](std::string_view name, std::size_t tgd, std::optional<std::size_t> correction) {
+    if (!f.at(tgd) || (correction && !f.at(*correction))) return;
+    const auto all = gnss::signals_of(id.system);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (all[i].name != name) continue;
+      delays.group_delay_s[i] =
+          f.required(tgd, "TGD", kLargest_s) - (correction ? f.required(*correction, "ISC", kLargest_s) : 0);
+    }
+  };
+  if (gps) {
+    set("L1CA", 25, 27);
+    set("L2C", 25, 28);
+    set("L5", 25, 30);                       // the pilot, Q5
+    if (type == "CNV2") set("L1C", 25, 32);  // the pilot
+  } else {
+    set("B1C", 29, std::nullopt);
+    set("B2a", 30, std::nullopt);
+  }
+  return delays;
 }
 
 gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<std::string_view>& lines,

@@ -56,6 +56,11 @@ enum class Message { kUnnamed, kInav, kFnav };
 [[nodiscard]] gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id,
                                                   const std::vector<std::string_view>& lines, Layout layout,
                                                   Message message);
+/// The group delays in a record of `type` CNAV or CNV2 of GPS and QZSS, CNV1 or CNV2 of BeiDou (RINEX 4.00,
+/// tables A9, A10, A18 and A19).
+[[nodiscard]] gnss::SignalDelays decode_signal_delays(gnss::SatelliteId id,
+                                                      const std::vector<std::string_view>& lines,
+                                                      std::string_view type);
 [[nodiscard]] gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id,
                                                     const std::vector<std::string_view>& lines,
                                                     Layout layout);

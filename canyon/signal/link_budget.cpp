@@ -36,8 +36,8 @@ double noise_density_dbw_per_hz(const LinkBudgetOptions& options) {
 double los_cn0_dbhz(const gnss::Signal& signal, double elevation_rad, const AntennaPattern& antenna,
                     const LinkBudgetOptions& options) {
   const double power = signal.minimum_dbw + options.above_minimum_db + elevation_rise_db(elevation_rad);
-  return power + antenna.gain(elevation_rad).rhcp_dbic - noise_density_dbw_per_hz(options) -
-         options.implementation_loss_db;
+  return power + antenna.gain(elevation_rad, signal.carrier_hz).rhcp_dbic -
+         noise_density_dbw_per_hz(options) - options.implementation_loss_db;
 }
 
 void LinkBudgetOptions::validate() const {

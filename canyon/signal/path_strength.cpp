@@ -99,9 +99,9 @@ Complex antenna_output(const CircularWave& wave, const AntennaGain& gain) {
 
 Complex path_amplitude(const propagation::PathGeometry& path, double satellite_elevation_rad,
                        double frequency_hz, const AntennaPattern& antenna, const StrengthOptions& options) {
-  const Complex output =
-      antenna_output(arriving_wave(path, frequency_hz, options), antenna.gain(path.arrival_elevation_rad));
-  return output * amplitude_of_db(-antenna.gain(satellite_elevation_rad).rhcp_dbic);
+  const Complex output = antenna_output(arriving_wave(path, frequency_hz, options),
+                                        antenna.gain(path.arrival_elevation_rad, frequency_hz));
+  return output * amplitude_of_db(-antenna.gain(satellite_elevation_rad, frequency_hz).rhcp_dbic);
 }
 
 Complex path_amplitude(const propagation::Path& path, double satellite_elevation_rad, double frequency_hz,
@@ -124,11 +124,11 @@ Complex path_amplitude(const propagation::Path& path, double satellite_elevation
   if (!(path.scattered_power >= 0) || !std::isfinite(path.scattered_power))
     throw InputError(fmt::format("diffuse path of power {}", path.scattered_power), "give 0 or more");
   check_excess(path.excess_m);
-  const AntennaGain gain = antenna.gain(path.arrival_elevation_rad);
+  const AntennaGain gain = antenna.gain(path.arrival_elevation_rad, frequency_hz);
   const double right = amplitude_of_db(gain.rhcp_dbic), left = amplitude_of_db(gain.lhcp_dbic);
   // Half of an unpolarised wave's power is in each hand.
   const double heard = std::sqrt(path.scattered_power * (right * right + left * left) / 2);
-  const double direct = amplitude_of_db(antenna.gain(satellite_elevation_rad).rhcp_dbic);
+  const double direct = amplitude_of_db(antenna.gain(satellite_elevation_rad, frequency_hz).rhcp_dbic);
   return factor * (heard / direct) * phasor(path.excess_m / wavelength_m(frequency_hz));
 }
 

@@ -52,7 +52,7 @@ TEST(PathStrength, MetalMirrorIsHeardThroughTheCrossPolarPattern) {
   EXPECT_LT(std::abs(wave.rhcp), 1e-3);
   EXPECT_NEAR(std::abs(wave.lhcp), 1, 1e-3);
   const AntennaPattern patch = patch_antenna();
-  const AntennaGain gain = patch.gain(radians(30));
+  const AntennaGain gain = patch.gain(radians(30), kL1);
   EXPECT_NEAR(db(path_amplitude(path, radians(30), kL1, patch)), gain.lhcp_dbic - gain.rhcp_dbic, 0.02);
 }
 
@@ -187,7 +187,7 @@ TEST(PathStrength, DiffusePathIsUnpolarised) {
   path.arrival_elevation_rad = radians(15);
   // An antenna deaf to one hand hears half the power; the phone, equally good in both hands, all of it.
   EXPECT_NEAR(db(path_amplitude(path, radians(60), kL1, isotropic_antenna())), -20 - 3.0103, 1e-4);
-  const AntennaGain phone = phone_antenna().gain(0);
+  const AntennaGain phone = phone_antenna().gain(0, kL1);
   ASSERT_EQ(phone.rhcp_dbic, phone.lhcp_dbic);
   const Complex amplitude = path_amplitude(path, radians(60), kL1, phone_antenna());
   EXPECT_NEAR(db(amplitude), -20, 1e-9);
@@ -195,10 +195,10 @@ TEST(PathStrength, DiffusePathIsUnpolarised) {
   EXPECT_NEAR(std::arg(amplitude), 2 * kPi * (1 - 0.7020), 2 * kPi * 1e-4);
   // Mean over all states of polarisation, two opposite ones suffice: what antenna_output() makes of each.
   const AntennaPattern patch = patch_antenna();
-  const AntennaGain gain = patch.gain(radians(15));
+  const AntennaGain gain = patch.gain(radians(15), kL1);
   const double mean =
       (std::norm(antenna_output({0.1, 0}, gain)) + std::norm(antenna_output({0, 0.1}, gain))) / 2;
-  const double direct = std::norm(antenna_output({1, 0}, patch.gain(radians(60))));
+  const double direct = std::norm(antenna_output({1, 0}, patch.gain(radians(60), kL1)));
   EXPECT_NEAR(std::norm(path_amplitude(path, radians(60), kL1, patch)) / (mean / direct), 1, 1e-12);
 }
 

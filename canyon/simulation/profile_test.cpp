@@ -125,10 +125,9 @@ TEST(Profile, ThresholdsAreWithinTheDataSheets) {
 TEST(Profile, LinkBudgetsGiveTheC_N0OfTheirKind) {
   const auto cn0 = [](std::string_view name, double elevation_deg, gnss::System system) {
     const tracking::SignalOptions s = built_in(name).receiver.options.signal;
-    const auto offset = s.system_offset_db.find(system);
-    return signal::los_cn0_dbhz(gnss::signals_of(system).front(), geodesy::radians(elevation_deg), s.antenna,
-                                s.link) +
-           (offset == s.system_offset_db.end() ? 0 : offset->second);
+    const gnss::Signal& signal = gnss::signals_of(system).front();
+    return signal::los_cn0_dbhz(signal, geodesy::radians(elevation_deg), s.antenna, s.link) +
+           gnss::sum_of(s.offset_db, {system, 30}, signal, geodesy::GpsTime());
   };
   using gnss::System;
   const double m8t = cn0("ublox-m8t", 50, System::GPS);
@@ -168,10 +167,10 @@ TEST(Profile, AntennasByNameOrByRows) {
   for (const char* rows : {"antenna_rows: [[-90, -20, -12], [90, 4, -9]]",
                            "antenna_rows: [-90, -20, -12, 90, 4, -9]", "antenna_rows: -90 -20 -12 90 4 -9"}) {
     const signal::AntennaPattern pattern = antenna(rows);
-    ASSERT_EQ(pattern.points().size(), 2U) << rows;
+    ASSERT_EQ(pattern.points(signal::Band::Upper).size(), 2U) << rows;
     // Halfway in elevation, halfway in dB.
-    EXPECT_NEAR(pattern.gain(0).rhcp_dbic, -8, 1e-12) << rows;
-    EXPECT_NEAR(pattern.gain(0).lhcp_dbic, -10.5, 1e-12) << rows;
+    EXPECT_NEAR(pattern.gain(0, gnss::kL1_hz).rhcp_dbic, -8, 1e-12) << rows;
+    EXPECT_NEAR(pattern.gain(0, gnss::kL1_hz).lhcp_dbic, -10.5, 1e-12) << rows;
   }
   const auto wrong = [](const std::string& keys) {
     return fault("description: d\nsignal: {" + keys + "}\n");
@@ -238,7 +237,7 @@ receivers:
   EXPECT_TRUE(std::isinf(b.options.fix.max_pdop));
   EXPECT_EQ(b.options.signal.link.noise_figure_db, 1.5);
   EXPECT_EQ(b.options.signal.link.implementation_loss_db, m8t.options.signal.link.implementation_loss_db);
-  EXPECT_EQ(b.options.signal.system_offset_db, m8t.options.signal.system_offset_db);
+  EXPECT_EQ(b.options.signal.offset_db, m8t.options.signal.offset_db);
 }
 
 TEST(Profile, LiveReceiversHaveThem) {

@@ -89,7 +89,11 @@ std::vector<std::string> scenarios_with_every_key() {
       "trajectory: {waypoints: [{latitude_deg: 1, longitude_deg: 2, height_m: 3}, {east_m: 1, north_m: 2, "
       "up_m: 3}], "
       "speed_mps: 3, hold_s: 1}\n"
-      "receivers: [{name: a, profile: paper, own_draws: true, tracks: [L1CA, E5a], combination: "
+      "receivers: [{name: a, profile: paper, own_draws: true, tracks: [L1CA, E5a], leaves_out: "
+      "[GPS-IIR], uses: [E5a], ionosphere_sigma_m: 4, sigma_factor: [GLONASS=2], smoothing: {method: hatch, "
+      "window_s: 60}, biases: {code_m: [GLONASS=3], glonass_channel_m: 0.1, drift_sigma_m: 0.2, "
+      "drift_time_s: "
+      "600}, combination: "
       "ionosphere_free, covariance_by_residuals: true, "
       "elevation_mask_deg: 5, cn0_mask_dbhz: 6, min_satellites: 4, "
       "max_pdop: 25, max_iterations: 20, convergence_m: 1e-6, weights: {weighting: cn0, elevation_a_m: 0.4, "
@@ -97,9 +101,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "max_exclusions: 2, sigma_scale: 2}, position_filter: {enabled: true, acceleration_horizontal: 1, "
       "acceleration_vertical: 0.4, clock_frequency_density: 1e-19, clock_drift_density: 1e-19, gate_sigmas: "
       "none, coast_s: 3}, signal: {enabled: true, antenna: survey, link: {above_minimum_db: 2, "
-      "antenna_temperature_k: 200, noise_figure_db: 3, implementation_loss_db: 2}, system_offset_db: {GPS: "
-      "1, "
-      "GLONASS: 2, Galileo: 3, BeiDou: 4, QZSS: 5}, satellite_sigma_db: 1, strength: {slabs: false, "
+      "antenna_temperature_k: 200, noise_figure_db: 3, implementation_loss_db: 2}, offset_db: "
+      "[GPS=1, BeiDou-2&BeiDou-GEO=-4], satellite_sigma_db: 1, strength: {slabs: false, "
       "roughness_m: 0.1, foliage: slant_path}, shadowing: {enabled: true, environment: custom, custom: {"
       "clear_mean_db: -1, clear_sigma_db: 1, shadowed_mean_db: -7, shadowed_sigma_db: 3, enter: 0.1, leave: "
       "0.2}, frame_m: 4, transition_m: 2, correlation_m: 2, obstacle_distance_m: 5, obstacle_speed_mps: 1}, "
@@ -116,7 +119,9 @@ std::vector<std::string> scenarios_with_every_key() {
       "correct_troposphere: true, lever_arm: {forward_m: 1, left_m: 2, up_m: 3}, "
       "clock: {bias_s: 1e-3, drift: 1e-7, drift_walk: 1e-9}, propagation: " +
           propagation + ", noise: " + noise +
-          "}, {name: b, signal: {antenna_rows: [[0, -5, -5], [90, 3, -10]]}}]\n",
+          "}, {name: b, signal: {antenna_rows: [[0, -5, -5], [90, 3, -10]], antenna_lower_rows: [[0, -6, "
+          "-6], [90, 2, "
+          "-11]]}}]\n",
       "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\nsky: {sp3: f}\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {osm: [f, f], terrain: f, geoid_undulation_m: 2, bbox: [1, 2, 3, 4], level_height_m: 3, "

@@ -81,16 +81,13 @@ const ChannelModel::Kind& ChannelModel::kind(const gnss::Signal& signal) {
   return *kind;
 }
 
-double ChannelModel::satellite_constant_db(gnss::SatelliteId id) const {
-  if (options_.satellite_sigma_db == 0) return 0;
-  return options_.satellite_sigma_db * RandomStream(seed_, gnss::to_string(id) + "/power").normal();
-}
-
-double ChannelModel::reference_cn0_dbhz(const gnss::Signal& signal, double elevation_rad,
-                                        double satellite_constant_db) const {
-  const auto offset = options_.system_offset_db.find(signal.system);
-  return signal::los_cn0_dbhz(signal, elevation_rad, options_.antenna, options_.link) +
-         (offset != options_.system_offset_db.end() ? offset->second : 0) + satellite_constant_db;
+double ChannelModel::offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
+                               geodesy::GpsTime time) const {
+  double offset_db = gnss::sum_of(options_.offset_db, id, signal, time);
+  if (options_.satellite_sigma_db > 0) {
+    offset_db += options_.satellite_sigma_db * RandomStream(seed_, gnss::to_string(id) + "/power").normal();
+  }
+  return offset_db;
 }
 
 RandomStream ChannelModel::stream(gnss::SatelliteId id, const gnss::Signal& signal,
@@ -102,7 +99,7 @@ Channel::Channel(const ChannelModel& model, gnss::SatelliteId id, const gnss::Si
                  const AntennaMotion& motion)
     : id_(id),
       signal_(&signal),
-      satellite_constant_db_(model.satellite_constant_db(id)),
+      offset_db_(model.offset_db(id, signal, motion.time)),
       lock_(model.options().lock),
       fades_(draws_of(id, signal), model.stream(id, signal, "diffuse")),
       ambiguity_(model.stream(id, signal, "ambiguity")),
@@ -267,7 +264,7 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   Reception result;
   result.tracked = tracked_;
   const double clear_cn0_dbhz =
-      model.reference_cn0_dbhz(*signal_, view.line.elevation_rad, satellite_constant_db_) -
+      signal::los_cn0_dbhz(*signal_, view.line.elevation_rad, options.antenna, options.link) + offset_db_ -
       10 * std::log10(view.noise_factor);
   const std::optional<CodeLock> code = follow_code(motion, kind, clear_cn0_dbhz);
   if (code && code->prompt_power > 0) {

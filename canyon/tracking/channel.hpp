@@ -34,12 +34,10 @@ class ChannelModel {
   /// Made when first asked for (2 ms with a front end). InputError where its correlators are too far apart
   /// for the signal, naming system and signal.
   [[nodiscard]] const Kind& kind(const gnss::Signal& signal);
-  /// C/N0 [dB-Hz] of a signal in a clear line of sight: link budget, offset of its system, and its own
-  /// constant, which is the same for every receiver of one seed.
-  [[nodiscard]] double reference_cn0_dbhz(const gnss::Signal& signal, double elevation_rad,
-                                          double satellite_constant_db) const;
-  /// N(0, satellite_sigma_db), by seed and satellite.
-  [[nodiscard]] double satellite_constant_db(gnss::SatelliteId id) const;
+  /// What a satellite's signal has over the link budget in a clear line of sight [dB]:
+  /// SignalOptions::offset_db, and N(0, satellite_sigma_db) by seed and satellite.
+  [[nodiscard]] double offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
+                                 geodesy::GpsTime time) const;
   /// The random stream of a satellite's signal in this receiver for one purpose.
   [[nodiscard]] RandomStream stream(gnss::SatelliteId id, const gnss::Signal& signal,
                                     std::string_view purpose) const;
@@ -132,7 +130,7 @@ class Channel {
 
   gnss::SatelliteId id_;
   const gnss::Signal* signal_;
-  double satellite_constant_db_;
+  double offset_db_;  // over the link budget
   SignalLock lock_;
   PathFades fades_;
   std::optional<CodeLoopState> loop_;     // of the code

@@ -11,27 +11,40 @@
 namespace canyon::tracking {
 namespace {
 
-// A pattern to the visitors of options.
+using signal::AntennaPattern;
+using signal::Band;
+using signal::PatternPoint;
+
+constexpr std::string_view kRows = "rows", kAsNamed = "as named";
+
+/// One band of a pattern to the visitors of options. Rows of the lower band may stand beside a name; those of
+/// the upper one replace it.
 class AntennaRows final : public options::NamedRows {
  public:
-  explicit AntennaRows(signal::AntennaPattern& pattern) : pattern_(pattern) {}
-  std::string name() const override { return pattern_.name(); }
+  AntennaRows(AntennaPattern& pattern, Band band) : pattern_(pattern), band_(band) {}
+  std::string name() const override {
+    if (band_ == Band::Upper || (pattern_.name() == kRows && pattern_.hears(band_))) return pattern_.name();
+    return std::string(kAsNamed);
+  }
   std::vector<std::vector<double>> rows() const override {
     std::vector<std::vector<double>> rows;
-    for (const signal::PatternPoint& point : pattern_.points()) {
-      rows.push_back({point.elevation_deg, point.rhcp_dbic, point.lhcp_dbic});
+    for (const PatternPoint& p : pattern_.points(band_)) {
+      rows.push_back({p.elevation_deg, p.rhcp_dbic, p.lhcp_dbic});
     }
     return rows;
   }
   void set_name(const std::string& name) override { pattern_ = signal::antenna_by_name(name); }
   void set_rows(const std::vector<std::vector<double>>& rows) override {
-    std::vector<signal::PatternPoint> points;
+    std::vector<PatternPoint> points;
     for (const std::vector<double>& row : rows) points.push_back({row[0], row[1], row[2]});
-    pattern_ = signal::AntennaPattern("rows", std::move(points));
+    const std::string name(kRows);
+    pattern_ = band_ == Band::Upper ? AntennaPattern(name, std::move(points))
+                                    : AntennaPattern(name, pattern_.points(Band::Upper), std::move(points));
   }
 
  private:
-  signal::AntennaPattern& pattern_;
+  AntennaPattern& pattern_;
+  Band band_;
 };
 
 }  // namespace
@@ -52,28 +65,26 @@ void SignalOptions::validate() const {
   fll.validate();
   lock.validate();
   options::check(*this, "signals");
+  for (const auto& [group, offset] : offset_db) gnss::check_group(group);
 }
 
 void visit(options::Visitor& v, SignalOptions& o) {
-  static constexpr std::string_view kAntennas[]{"isotropic", "patch", "survey", "phone"};
   v.boolean({"enabled", "",
              "strength and tracking of signals; false: whatever arrives is measured, at its shortest path"},
             o.enabled);
-  AntennaRows antenna(o.antenna);
-  v.named_rows({"antenna", "", "isotropic, patch, survey or phone"}, kAntennas,
+  AntennaRows upper(o.antenna, Band::Upper), lower(o.antenna, Band::Lower);
+  v.named_rows({"antenna", "", "isotropic, patch (upper band alone), dual_patch, survey or phone"},
+               signal::antenna_names(),
                {"antenna_rows", "deg, dBic, dBic",
                 "instead: a pattern of rows [elevation, RHCP gain, LHCP gain], elevations rising"},
-               3, antenna);
+               3, upper);
+  v.rows({"antenna_lower_rows", "deg, dBic, dBic", "likewise of the lower band, 1164 to 1300 MHz",
+          "that of `antenna`"},
+         std::span(&kAsNamed, 1), 3, lower);
   v.part("link", o.link);
-  v.section("system_offset_db", [&] {
-    for (const gnss::System system : gnss::kAllSystems) {
-      const auto at = o.system_offset_db.find(system);
-      const double before = at == o.system_offset_db.end() ? 0 : at->second;
-      double offset_db = before;
-      v.number({gnss::name(system), "dB", "added to the C/N0 of this system"}, offset_db, {-20, 20});
-      if (v.reads() && offset_db != before) o.system_offset_db[system] = offset_db;
-    }
-  });
+  gnss::visit_group_values(
+      v, {"offset_db", "dB", "added to the C/N0 of groups of signals: [BeiDou=1.5, BeiDou-GEO=-3]"},
+      o.offset_db, {-30, 30});
   v.number({"satellite_sigma_db", "dB", "standard deviation of a constant of each satellite's power"},
            o.satellite_sigma_db, {0, 10});
   v.part("strength", o.strength);

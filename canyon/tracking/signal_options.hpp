@@ -1,10 +1,9 @@
 #pragma once
 
 #include <limits>
-#include <map>
 
 #include "canyon/disturbance/shadowing.hpp"
-#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/signal/antenna_pattern.hpp"
 #include "canyon/signal/link_budget.hpp"
@@ -21,9 +20,9 @@ struct SignalOptions {
   bool enabled = false;
   signal::AntennaPattern antenna = signal::patch_antenna();
   signal::LinkBudgetOptions link;
-  /// Added to the link budget's C/N0 of one system [dB], [-20, 20]: satellites differ from the minimum that
-  /// their interface documents promise.
-  std::map<gnss::System, double> system_offset_db;
+  /// Added to the link budget's C/N0 of groups of signals [dB], [-30, 30]: satellites differ from the minimum
+  /// that their interface documents promise, and receivers between bands.
+  gnss::GroupValues offset_db;
   /// Standard deviation [dB] of a constant of each satellite, drawn by seed: transmit powers differ by block
   /// and age. [0, 10].
   double satellite_sigma_db = 0;

@@ -6,12 +6,14 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/program.hpp"
@@ -144,9 +146,9 @@ TEST(Signals, LeaveTheFirstOneAsItIs) {
           "city: {synthetic: {blocks_east: 4, blocks_north: 4, seed: 5}}\n" + kNominal +
               "trajectory: {waypoints: [{east_m: -76, north_m: 0}, {east_m: 76, north_m: 0}], speed_mps: 8, "
               "height_above_terrain_m: 1.5}\nrate_hz: 2\n"
-              "receivers: [{name: one, profile: ublox-f9p}, {name: many, profile: ublox-f9p, tracks: [L1CA, "
-              "L2C, L5, E1, "
-              "E5b, B1I, B2I, B3I, G1, G2]}]\noutputs: {pictures: false}\n",
+              "receivers: [{name: one, profile: ublox-f9p, tracks: [L1CA, E1, B1I, G1]}, {name: many, "
+              "profile: ublox-f9p, tracks: [L1CA, "
+              "L2C, L5, E1, E5b, B1I, B2I, B3I, G1, G2]}]\noutputs: {pictures: false}\n",
           folder.path()),
       folder.path());
   std::size_t compared = 0, more = 0;
@@ -229,6 +231,145 @@ TEST(Signals, ThatAreNoneAreToldSo) {
                                                   testing::HasSubstr("E5a")));
   EXPECT_THAT(fault("[L1CA, L1CA]"), testing::HasSubstr("'L1CA' stands twice"));
   EXPECT_EQ(fault("[L5]"), "none");
+}
+
+// A receiver's own delays: what a system has in common is its clock's, what channels and bands do not is not.
+TEST(Signals, BiasesOfTheReceiverGoWhereTheyBelong) {
+  const test::TemporaryFolder folder;
+  const auto epochs = test::run_and_write(
+      test::prepare(
+          open_sky(
+              kNominal,
+              "{name: plain, tracks: [L1CA, L5, G1, E1, B1I], noise: {enabled: false}}, "
+              "{name: systems, tracks: [L1CA, L5, G1, E1, B1I], noise: {enabled: false}, biases: {code_m: "
+              "[GLONASS=30, E1=-7, L5=4]}}, "
+              "{name: channels, tracks: [L1CA, G1], noise: {enabled: false}, biases: {glonass_channel_m: "
+              "0.5}}, "
+              "{name: drifts, tracks: [L1CA, G1, E1, B1I], noise: {enabled: false}, biases: {drift_sigma_m: "
+              "2, drift_time_s: 1}}, "
+              "{name: choosy, leaves_out: [BeiDou-GEO, GPS-IIR], noise: {enabled: false}}",
+              300),
+          folder.path()),
+      folder.path());
+  double square_m2 = 0;
+  int drifted = 0, geostationary = 0, old = 0, others = 0;
+  for (std::size_t i = 0; i < epochs.size(); i += 5) {
+    const receiver::ReceiverEpoch& plain = epochs[i].observed;
+    const positioning::Fix &fix = plain.fix, &biased = epochs[i + 1].observed.fix;
+    ASSERT_TRUE(fix.solved() && biased.solved());
+    EXPECT_LT((fix.position_ecef - biased.position_ecef).norm(), 1e-5);
+    for (const auto& [system, bias_m] : {std::pair(gnss::System::GPS, 0.0),
+                                         {gnss::System::GLONASS, 30.0},
+                                         {gnss::System::Galileo, -7.0},
+                                         {gnss::System::BeiDou, 0.0}}) {
+      EXPECT_NEAR(geodesy::kSpeedOfLight * (biased.clock_bias_s.at(system) - fix.clock_bias_s.at(system)),
+                  bias_m, 1e-5);
+    }
+    std::set<double> told;  // of systems with drifting biases
+    for (std::size_t k = 0; k < plain.satellites.size(); ++k) {
+      const SatelliteObservation &a = plain.satellites[k], &b = epochs[i + 1].observed.satellites[k];
+      if (!a.measurement) continue;
+      EXPECT_EQ(b.pseudorange_error_m, a.pseudorange_error_m);
+      if (!a.more.empty() && a.more[0].measurement) {
+        EXPECT_NEAR(b.more[0].measurement->pseudorange_m - a.more[0].measurement->pseudorange_m, 4, 1e-6);
+      }
+      for (const SatelliteObservation& c : epochs[i + 2].observed.satellites) {
+        if (c.id != a.id) continue;
+        const double channel = a.id.system == gnss::System::GLONASS
+                                   ? std::round((a.measurement->carrier_frequency_hz - 1602e6) / 0.5625e6)
+                                   : 0;
+        EXPECT_NEAR(c.measurement->pseudorange_m - a.measurement->pseudorange_m, 0.5 * channel, 1e-6);
+      }
+      for (const SatelliteObservation& d : epochs[i + 3].observed.satellites) {
+        if (d.id != a.id) continue;
+        EXPECT_NEAR(d.measurement->pseudorange_m - a.measurement->pseudorange_m, d.bias_m, 1e-6);
+        if (!told.insert(d.bias_m).second) continue;
+        square_m2 += square(d.bias_m);
+        ++drifted;
+      }
+    }
+    EXPECT_EQ(told.size(), 4U);
+    for (const SatelliteObservation& s : epochs[i + 4].observed.satellites) {
+      if (s.id.system == gnss::System::BeiDou && (s.id.number <= 5 || s.id.number >= 59)) ++geostationary;
+      if (gnss::block_of(s.id, epochs[i].observed.time) == "GPS-IIR") ++old;
+      ++others;
+    }
+  }
+  EXPECT_EQ(drifted, 4 * 301);
+  // Of a time constant of one epoch: (1 + e^-2) / (1 - e^-2) fewer independent ones; five deviations.
+  EXPECT_NEAR(square_m2 / drifted, 4, 5 * 4 * std::sqrt(2 * 1.313 / drifted));
+  EXPECT_EQ(geostationary, 0);
+  EXPECT_EQ(old, 0);
+  EXPECT_GT(others, 5000);
+}
+
+// With an ionosphere that nobody corrects: alone L1 is off by metres, two carriers are not; smoothed codes
+// are less noisy, and what is stated of them holds.
+TEST(Signals, AreCombinedAndSmoothedInFixes) {
+  const test::TemporaryFolder folder;
+  const std::string noise =
+      "ionosphere: true, noise: {theta_per_s: 20, sigma_m_per_sqrt_s: 6.3}, signal: {enabled: "
+      "true, antenna: survey, loop_noise: false}, tracks: [L1CA, L2C, E1, E5a]";
+  const std::string clean = "ionosphere: true, noise: {enabled: false}, tracks: [L1CA, L2C, E1, E5a]";
+  const auto epochs = test::run_and_write(
+      test::prepare(
+          open_sky("sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-03-01T10:00:00Z\n",
+                   "{name: one, " + clean + "}, {name: all, " + clean +
+                       ", combination: uncombined, ionosphere_sigma_m: 100}, {name: modelled, " + clean +
+                       ", combination: uncombined, correct_ionosphere: true}, {name: raw, " + noise +
+                       ", combination: uncombined}, {name: smooth, " + noise +
+                       ", combination: uncombined, smoothing: {method: divergence_free, window_s: 60}}",
+                   300),
+          folder.path()),
+      folder.path());
+  double raw = 0, smooth = 0, stated = 0, worst_all = 0, worst_modelled = 0, best_one = 1e9,
+         worst_estimate = 0;
+  int count = 0;
+  for (const simulation::Epoch& epoch : epochs) {
+    ASSERT_TRUE(epoch.observed.fix.solved());
+    const double error_m = epoch.error_enu_m.norm();
+    if (epoch.receiver == 0) best_one = std::min(best_one, error_m);
+    if (epoch.receiver == 1) worst_all = std::max(worst_all, error_m);
+    if (epoch.receiver == 2) worst_modelled = std::max(worst_modelled, error_m);
+    for (const SatelliteObservation& s : epoch.observed.satellites) {
+      if (epoch.receiver > 2 || epoch.receiver == 0 || !s.estimated_ionosphere_m) continue;
+      worst_estimate = std::max(worst_estimate, std::abs(*s.estimated_ionosphere_m - s.ionosphere_m));
+    }
+    if (epoch.receiver < 3 || epoch.observed.time < epochs.front().observed.time + 120.0) continue;
+    (epoch.receiver == 3 ? raw : smooth) += epoch.error_enu_m.squaredNorm();
+    if (epoch.receiver == 4) stated += epoch.observed.fix.covariance_enu.trace();
+    count += epoch.receiver == 4;
+  }
+  EXPECT_GT(best_one, 1);
+  EXPECT_LT(worst_all, 0.05);  // the prior of 100 m leaves a thousandth
+  EXPECT_LT(worst_modelled, 1e-3);
+  EXPECT_LT(worst_estimate, 0.05);
+  EXPECT_LT(std::sqrt(smooth), 0.25 * std::sqrt(raw));
+  EXPECT_GT(std::sqrt(smooth / stated), 0.3);
+  EXPECT_LT(std::sqrt(smooth / stated), 2);
+  EXPECT_EQ(count, 181);
+}
+
+TEST(Signals, WrongChoicesAreToldTheRightOnes) {
+  const auto message = [](const std::string& receiver) {
+    const test::TemporaryFolder folder;
+    try {
+      static_cast<void>(test::prepare(open_sky(kNominal, receiver), folder.path()));
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  using testing::AllOf;
+  using testing::HasSubstr;
+  EXPECT_EQ(message("{name: a, profile: ublox-m8t, tracks: [L1CA, E1]}"), "");
+  EXPECT_THAT(message("{name: a, profile: ublox-m8t, tracks: [L1CA, L5]}"),
+              AllOf(HasSubstr("L5"), HasSubstr("antenna 'patch'"), HasSubstr("dual_patch")));
+  EXPECT_EQ(message("{name: a, profile: ublox-m8t, signal: {antenna: dual_patch}, tracks: [L1CA, L5]}"), "");
+  EXPECT_THAT(message("{name: a, tracks: [L1CA, E7]}"), AllOf(HasSubstr("'E7'"), HasSubstr("E5a")));
+  EXPECT_THAT(message("{name: a, leaves_out: [GEO]}"), AllOf(HasSubstr("'GEO'"), HasSubstr("BeiDou-GEO")));
+  EXPECT_THAT(message("{name: a, biases: {code_m: [Compass=3]}}"), HasSubstr("'Compass'"));
+  EXPECT_THAT(message("{name: a, sigma_factor: [GPS=0]}"), HasSubstr("sigma_factor"));
 }
 
 }  // namespace

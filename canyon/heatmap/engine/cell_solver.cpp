@@ -104,12 +104,11 @@ CellSolver::CellSolver(const receiver::ReceiverOptions& receiver, const DrawOpti
   receiver.validate();
   draws.validate();
   if (!fits(receiver)) {
-    throw InputError(
-        fmt::format(
-            "receiver '{}' has signals of some strength, C/N0 weights, RAIM, a position filter, fewer "
-            "than {} iterations or a convergence above {} m",
-            receiver.name, kIterations, kConvergence_m),
-        "change these for a map, or let a receiver of its own observe each cell");
+    throw InputError(fmt::format("receiver '{}' has signals of its own choice, signals of some strength, "
+                                 "biases, C/N0 weights, RAIM, a position filter, fewer "
+                                 "than {} iterations or a convergence above {} m",
+                                 receiver.name, kIterations, kConvergence_m),
+                     "change these for a map, or let a receiver of its own observe each cell");
   }
   if ((receiver.ionosphere || receiver.fix.correct_ionosphere) && klobuchar.empty()) {
     static_cast<void>(positioning::klobuchar_of(klobuchar, gnss::System::GPS));
@@ -120,8 +119,13 @@ CellSolver::CellSolver(CellSolver&&) noexcept = default;
 CellSolver& CellSolver::operator=(CellSolver&&) noexcept = default;
 
 bool CellSolver::fits(const receiver::ReceiverOptions& receiver) {
-  return receiver.tracks.empty() && receiver.combination == receiver::Combination::First &&
-         !receiver.signal.enabled && !receiver.filter.enabled && !receiver.fix.raim.enabled &&
+  const auto same = [](const auto& a, const auto& b) {
+    return options::exact_text(a) == options::exact_text(b);
+  };
+  return receiver.tracks.empty() && receiver.leaves_out.empty() &&
+         same(receiver.ranging, receiver::RangingOptions()) &&
+         same(receiver.biases, receiver::BiasOptions()) && !receiver.signal.enabled &&
+         !receiver.filter.enabled && !receiver.fix.raim.enabled &&
          receiver.fix.weights.weighting != Weighting::Cn0 && receiver.fix.max_iterations >= kIterations &&
          receiver.fix.convergence_m <= kConvergence_m;
 }

@@ -378,7 +378,10 @@ TEST(CellSolver, SaysWhichReceiversItIsFor) {
   EXPECT_FALSE(fits([](ReceiverOptions& o) { o.fix.raim.enabled = true; }));
   EXPECT_FALSE(fits([](ReceiverOptions& o) { o.filter.enabled = true; }));
   EXPECT_FALSE(fits([](ReceiverOptions& o) { o.tracks = {"L1CA"}; }));
-  EXPECT_FALSE(fits([](ReceiverOptions& o) { o.combination = receiver::Combination::IonosphereFree; }));
+  EXPECT_FALSE(fits([](ReceiverOptions& o) { o.leaves_out = {"BeiDou-GEO"}; }));
+  EXPECT_FALSE(
+      fits([](ReceiverOptions& o) { o.ranging.combination = receiver::Combination::IonosphereFree; }));
+  EXPECT_FALSE(fits([](ReceiverOptions& o) { o.biases.glonass_channel_m = 1; }));
   EXPECT_FALSE(fits([](ReceiverOptions& o) { o.signal.enabled = true; }));
   // The solver always iterates to the end.
   EXPECT_TRUE(fits([](ReceiverOptions& o) { o.fix.max_iterations = 1000; }));

@@ -205,16 +205,6 @@ Request checked(Request request, const simulation::ReceiverConfig& receiver) {
   request.validate();
   receiver.options.validate();
   receiver.propagation.validate();
-  // Cells solve for what is measured near L1.
-  bool near_l1 = receiver.options.combination == receiver::Combination::First;
-  for (const gnss::System system : gnss::kAllSystems) {
-    const auto tracked = receiver::tracked_signals(receiver.options.tracks, system);
-    near_l1 = near_l1 && (tracked.empty() || tracked.front() == &gnss::signals_of(system).front());
-  }
-  if (!near_l1) {
-    throw InputError(fmt::format("a heat map cannot have the fixes of receiver '{}'", receiver.options.name),
-                     "leave its combination at first, and track the signal near L1 of each system");
-  }
   return request;
 }
 

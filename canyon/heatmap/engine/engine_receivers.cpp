@@ -86,19 +86,32 @@ void CellReceivers::solve_without_noise(const propagation::Antenna& antenna,
   quiet.signal.cn0_sigma_db = 0;
   quiet.signal.satellite_sigma_db = 0;
   quiet.signal.shadowing.enabled = false;
-  const receiver::ReceiverEpoch epoch = observe(quiet, 0, antenna, arrival);
+  receiver::ReceiverEpoch epoch = observe(quiet, 0, antenna, arrival);
   std::vector<positioning::Measurement> measurements;
+  receiver::Ranging ranging(quiet);
   int los = 0, nlos = 0;
   double largest_excess_m = 0;
-  for (const receiver::SatelliteObservation& satellite : epoch.satellites) {
+  for (receiver::SatelliteObservation& satellite : epoch.satellites) {
     if (!satellite.above_mask) continue;
     los += satellite.visibility == Visibility::LOS || satellite.visibility == Visibility::LOSMultipath;
-    if (!satellite.measurement) continue;
-    nlos += satellite.visibility == Visibility::NLOS;
-    largest_excess_m = std::max(largest_excess_m, satellite.excess_m);
-    measurements.push_back(*satellite.measurement);
-    measurements.back().pseudorange_m -=
-        satellite.noise_m - (options_.noise.enabled ? options_.noise.ou.mu_m : 0);
+    const auto without_noise = [&](receiver::SignalObservation& signal) {
+      if (!signal.measurement) return;
+      signal.measurement->pseudorange_m -=
+          signal.noise_m - (options_.noise.enabled ? options_.noise.ou.mu_m : 0);
+    };
+    without_noise(satellite);
+    for (receiver::SignalObservation& signal : satellite.more) without_noise(signal);
+    if (satellite.measurement) {
+      nlos += satellite.visibility == Visibility::NLOS;
+      largest_excess_m = std::max(largest_excess_m, satellite.excess_m);
+    }
+    const auto view =
+        std::find_if(arrival.views.begin(), arrival.views.end(),
+                     [&](const propagation::SatelliteView& each) { return each.line.id == satellite.id; });
+    assert(view != arrival.views.end());
+    if (const auto ranged = ranging.next(satellite, view->line.state, antenna.time, 0)) {
+      measurements.push_back(ranged->measurement);
+    }
   }
   values.set(Layer::SatellitesLos, los);
   values.set(Layer::SatellitesVisible, epoch.visible);

@@ -183,15 +183,6 @@ TEST(Heatmap, RequestsAreChecked) {
   receiver = receiver_of(Model::Mirror);
   receiver.options.fix.min_satellites = 1;
   EXPECT_THROW(Heatmap(downtown(), receiver, small_request(), ""), InputError);
-  // Cells solve for the signal near L1.
-  receiver = receiver_of(Model::Mirror);
-  receiver.options.tracks = {"L1CA", "L5"};
-  EXPECT_NO_THROW(Heatmap(downtown(), receiver, small_request(), ""));
-  receiver.options.combination = receiver::Combination::IonosphereFree;
-  EXPECT_THROW(Heatmap(downtown(), receiver, small_request(), ""), InputError);
-  receiver = receiver_of(Model::Mirror);
-  receiver.options.tracks = {"L1CA", "E5a"};
-  EXPECT_THROW(Heatmap(downtown(), receiver, small_request(), ""), InputError);
 }
 
 TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {

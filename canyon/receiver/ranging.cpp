@@ -1,0 +1,221 @@
+#include "canyon/receiver/ranging.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
+#include "canyon/receiver/receiver.hpp"
+
+namespace canyon::receiver {
+namespace {
+
+using geodesy::kSpeedOfLight;
+using positioning::Measurement;
+
+/// Closer carriers amplify what they do not share tenfold.
+constexpr double kApart_hz = 100e6;
+
+double squared(double x) {
+  return x * x;
+}
+
+/// (f1 / f2)^2: by how much more the ionosphere delays the second.
+double delay_ratio(const Measurement& first, const Measurement& second) {
+  return squared(first.carrier_frequency_hz / second.carrier_frequency_hz);
+}
+
+}  // namespace
+
+void RangingOptions::validate() const {
+  gnss::check_signals(uses);
+  smoothing.validate();
+  options::check(*this);
+  for (const auto& [group, factor] : sigma_factor) gnss::check_group(group);
+}
+
+void visit(options::Visitor& v, RangingOptions& o) {
+  static constexpr std::string_view kCombinations[]{"first", "ionosphere_free", "uncombined"};
+  v.choice({"combination", "",
+            "pseudoranges of the fix: of the first signal, ionosphere_free of two, or uncombined with the "
+            "ionosphere's delays estimated"},
+           o.combination, kCombinations);
+  gnss::visit_signals(
+      v, {"uses", "", "signals that go into the fix, best first; left out: all that are tracked"}, o.uses);
+  v.number(
+      {"ionosphere_sigma_m", "m", "uncombined: deviation of the slant delay at L1 that no model corrects"},
+      o.ionosphere_sigma_m, {0, 1000, true});
+  gnss::visit_group_values(
+      v,
+      {"sigma_factor", "", "the fix takes deviations of groups of signals times this: [GLONASS=1.5, L5=0.5]"},
+      o.sigma_factor, {0, 1000, true});
+  v.part("smoothing", o.smoothing);
+}
+
+Ranging::Ranging(const ReceiverOptions& options)
+    : options_(options.ranging),
+      fix_(options.fix),
+      noise_{options.noise.enabled ? options.noise.ou.standard_deviation_m() : 0,
+             options.noise.ou.theta_per_s},
+      loop_rate_per_s_(4 * options.signal.dll.loop_bandwidth_hz) {
+  options_.validate();
+}
+
+void Ranging::gather(const SatelliteObservation& satellite, geodesy::GpsTime time) {
+  codes_.clear();
+  const auto take = [&](const SignalObservation& observed) {
+    if (!observed.measurement) return;
+    const Measurement& m = *observed.measurement;
+    const gnss::Signal& signal = *observed.signal;
+    Code code{&signal, m, 1, squared(gnss::kL1_hz / m.carrier_frequency_hz)};
+    for (const auto& [group, factor] : options_.sigma_factor) {
+      if (!gnss::in_group(group, satellite.id, signal, time)) continue;
+      code.measurement.sigma_m *= factor;
+      code.measurement.sigma_factor *= factor;
+    }
+    codes_.push_back(std::move(code));
+  };
+  take(satellite);
+  for (const SignalObservation& other : satellite.more) take(other);
+}
+
+/// Leaves what may go into the fix, best first.
+void Ranging::choose(const gnss::Signal& first) {
+  const std::vector<std::string>& uses = options_.uses;
+  const auto rank = [&](const Code& code) { return std::find(uses.begin(), uses.end(), code.signal->name); };
+  std::erase_if(codes_, [&](const Code& code) {
+    const std::optional<double>& cn0_dbhz = code.measurement.cn0_dbhz;
+    if (cn0_dbhz && *cn0_dbhz < fix_.cn0_mask_dbhz) return true;
+    if (!uses.empty()) return rank(code) == uses.end();
+    return options_.combination == Combination::First && code.signal != &first;
+  });
+  if (uses.empty()) return;
+  std::stable_sort(codes_.begin(), codes_.end(),
+                   [&](const Code& a, const Code& b) { return rank(a) < rank(b); });
+}
+
+/// How far a carrier went since the epoch before, where it did so in one piece.
+std::optional<double> Ranging::step_m(const Carrier& carrier, const Measurement& m) const {
+  if (!carrier.phase_m || !m.carrier_phase_cycles || !m.phase_since || *m.phase_since > carrier.time) {
+    return std::nullopt;
+  }
+  return *m.carrier_phase_cycles * kSpeedOfLight / m.carrier_frequency_hz - *carrier.phase_m;
+}
+
+void Ranging::smooth(gnss::SatelliteId id, geodesy::GpsTime time) {
+  const auto carrier_of = [&](const Code& code) -> Carrier& {
+    return carriers_[{id, gnss::index_of(*code.signal)}];
+  };
+  steps_m_.clear();
+  for (const Code& code : codes_) steps_m_.push_back(step_m(carrier_of(code), code.measurement));
+  for (std::size_t i = 0; i < codes_.size(); ++i) {
+    Measurement& m = codes_[i].measurement;
+    std::optional<double> step = steps_m_[i];
+    if (step && options_.smoothing.smoothing == positioning::Smoothing::DivergenceFree) {
+      double apart_hz = kApart_hz;
+      for (std::size_t k = 0; k < codes_.size(); ++k) {
+        const Measurement& other = codes_[k].measurement;
+        const double hz = std::abs(other.carrier_frequency_hz - m.carrier_frequency_hz);
+        if (!steps_m_[k] || hz < apart_hz) continue;
+        apart_hz = hz;
+        // Carriers go by rho - I and rho - g I; rho + I is delayed as the code is.
+        step = *steps_m_[i] + 2 * (*steps_m_[i] - *steps_m_[k]) / (delay_ratio(m, other) - 1);
+      }
+    }
+    Carrier& carrier = carrier_of(codes_[i]);
+    const double loop_sigma_m = std::sqrt(std::max(0.0, squared(m.sigma_m) - squared(noise_.sigma_m)));
+    const auto smoothed = carrier.code.next(time, m.pseudorange_m, step,
+                                            {noise_, {loop_sigma_m, loop_rate_per_s_}}, options_.smoothing);
+    m.pseudorange_m = smoothed.pseudorange_m;
+    m.sigma_factor *= smoothed.sigma_m / m.sigma_m;
+    m.sigma_m = smoothed.sigma_m;
+    carrier.time = time;
+    carrier.phase_m.reset();
+    if (m.carrier_phase_cycles) {
+      carrier.phase_m = *m.carrier_phase_cycles * kSpeedOfLight / m.carrier_frequency_hz;
+    }
+  }
+}
+
+std::optional<Ranging::Ranged> Ranging::next(const SatelliteObservation& satellite,
+                                             const orbit::SatelliteState& state, geodesy::GpsTime time,
+                                             double model_m) {
+  gather(satellite, time);
+  if (options_.smoothing.smoothing != positioning::Smoothing::None) smooth(satellite.id, time);
+  choose(*satellite.signal);
+  if (codes_.empty()) return std::nullopt;
+
+  Ranged ranged{codes_.front().measurement, std::nullopt};
+  Measurement& m = ranged.measurement;
+  double group_delay_s = state.group_delay_of(*codes_.front().signal);
+  if (options_.combination == Combination::IonosphereFree) {
+    const Code* other = nullptr;
+    double apart_hz = kApart_hz;
+    for (const Code& code : codes_) {
+      const double hz = std::abs(code.signal->carrier_hz - codes_.front().signal->carrier_hz);
+      if (hz < apart_hz || (other != nullptr && hz == apart_hz)) continue;
+      apart_hz = hz;
+      other = &code;
+    }
+    if (other == nullptr && !fix_.correct_ionosphere) return std::nullopt;
+    if (other != nullptr) {
+      // (f1^2 P1 - f2^2 P2) / (f1^2 - f2^2).
+      const double ratio = delay_ratio(m, other->measurement);
+      const double a = ratio / (ratio - 1), b = -1 / (ratio - 1);
+      m.pseudorange_m = a * m.pseudorange_m + b * other->measurement.pseudorange_m;
+      m.sigma_m = std::hypot(a * m.sigma_m, b * other->measurement.sigma_m);
+      m.sigma_factor = std::hypot(a * m.sigma_factor, b * other->measurement.sigma_factor);
+      group_delay_s = a * group_delay_s + b * state.group_delay_of(*other->signal);
+      m.ionosphere_share = 0;
+    }
+  } else if (options_.combination == Combination::Uncombined) {
+    // P_i = x + g_i I + e_i with I known to sigma_I beside its model: the weights of x are those of the rows
+    // of C^-1, C = diag(sigma_i^2) + sigma_I^2 g g^T (Sherman & Morrison).
+    double sum = 0, sum_g = 0, sum_gg = 0;
+    for (Code& code : codes_) {
+      code.sigma_m = fix_.weights.sigma_m(code.measurement, satellite.elevation_rad);
+      const double weight = 1 / squared(code.sigma_m);
+      sum += weight;
+      sum_g += weight * code.iono_rate;
+      sum_gg += weight * squared(code.iono_rate);
+    }
+    const double prior = squared(options_.ionosphere_sigma_m);
+    const double k = prior * sum_g / (1 + prior * sum_gg);
+    const double information = sum - k * sum_g;
+    const double first_sigma_m = codes_.front().sigma_m, first_rate = codes_.front().iono_rate;
+    const double factor = m.sigma_factor;
+    double pseudorange_m = 0, variance = 0, rate = 0;
+    group_delay_s = 0;
+    for (const Code& code : codes_) {
+      const double w = (1 - k * code.iono_rate) / squared(code.sigma_m) / information;
+      pseudorange_m += w * code.measurement.pseudorange_m;
+      group_delay_s += w * state.group_delay_of(*code.signal);
+      variance += squared(w * code.measurement.sigma_m);
+      rate += w * code.iono_rate;
+    }
+    if (codes_.size() > 1) {
+      // I's own estimate, from what is left of each code.
+      double seen = 0;
+      for (const Code& code : codes_) {
+        const double delay_s = state.group_delay_of(*code.signal) - group_delay_s;
+        seen += code.iono_rate / squared(code.sigma_m) *
+                (code.measurement.pseudorange_m - kSpeedOfLight * delay_s - pseudorange_m -
+                 (code.iono_rate - rate) * model_m);
+      }
+      ranged.ionosphere_m = first_rate * (model_m + prior / (1 + prior * sum_gg) * seen);
+    }
+    m.pseudorange_m = pseudorange_m;
+    m.sigma_m = std::sqrt(variance + prior * squared(rate));
+    m.sigma_factor = factor / (std::sqrt(information) * first_sigma_m);
+    m.ionosphere_share = rate / first_rate;
+  }
+  if (group_delay_s != state.group_delay_s) {
+    m.pseudorange_m -= kSpeedOfLight * (group_delay_s - state.group_delay_s);
+  }
+  return ranged;
+}
+
+}  // namespace canyon::receiver

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/gnss/signal_groups.hpp"
+#include "canyon/options/fwd.hpp"
+#include "canyon/orbit/sky.hpp"
+#include "canyon/positioning/code_smoothing.hpp"
+#include "canyon/positioning/fix.hpp"
+#include "canyon/positioning/positioning_options.hpp"
+
+namespace canyon::receiver {
+
+struct ReceiverOptions;
+struct SatelliteObservation;
+struct SignalObservation;
+
+/// How the pseudoranges of a satellite's signals become the one of the fix.
+enum class Combination : std::uint8_t {
+  First,           ///< the first tracked signal's; with RangingOptions::uses the first measured one of these
+  IonosphereFree,  ///< of the first and the one farthest from it in frequency, 100 MHz at least; without a
+                   ///< second, the first where FixOptions::correct_ionosphere has a model for it, else none
+  /// All of them, each with the ionosphere's delay at its carrier, which is estimated beside: known to
+  /// RangingOptions::ionosphere_sigma_m before. By least squares; the same as with the delays among the
+  /// unknowns of the fix, since each is one satellite's alone.
+  Uncombined,
+};
+
+struct RangingOptions {
+  Combination combination = Combination::First;
+  /// Names of signals, best first, that go into the fix; empty: all that are tracked, in the order of
+  /// gnss::signals_of().
+  std::vector<std::string> uses;
+  positioning::SmoothingOptions smoothing;
+  /// Uncombined: standard deviation [m] of the slant delay at 1575.42 MHz that no model corrects, (0, 1000].
+  double ionosphere_sigma_m = 5;
+  /// The fix takes deviations of groups of signals times this, (0, 1000]; what belongs to several groups
+  /// times their product.
+  gnss::GroupValues sigma_factor;
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, RangingOptions& o);
+
+/// One receiver's way from observations to the measurements of its fix; remembers the smoothed codes.
+class Ranging {
+ public:
+  /// Of a receiver's weights and C/N0 mask, and its code errors' times of correlation.
+  explicit Ranging(const ReceiverOptions& options);
+
+  struct Ranged {
+    positioning::Measurement measurement;  ///< as if of the signal near L1, whose clock the sky gives
+    /// Slant delay of the ionosphere at the carrier of `measurement` [m], model and estimate together; only
+    /// of Combination::Uncombined with two signals or more.
+    std::optional<double> ionosphere_m;
+  };
+  /// Of an epoch, once; empty where nothing of the satellite goes into the fix.
+  /// @param model_m the ionosphere's delay at 1575.42 MHz that the fix corrects [m]
+  [[nodiscard]] std::optional<Ranged> next(const SatelliteObservation& satellite,
+                                           const orbit::SatelliteState& state, geodesy::GpsTime time,
+                                           double model_m);
+
+ private:
+  /// A signal that may go into the fix.
+  struct Code {
+    const gnss::Signal* signal = nullptr;
+    positioning::Measurement measurement;
+    double sigma_m = 1;    ///< that weights give it
+    double iono_rate = 1;  ///< its delay over that at 1575.42 MHz
+  };
+  struct Carrier {
+    positioning::CodeSmoother code;
+    geodesy::GpsTime time;
+    std::optional<double> phase_m;
+  };
+  void gather(const SatelliteObservation& satellite, geodesy::GpsTime time);
+  void choose(const gnss::Signal& first);
+  void smooth(gnss::SatelliteId id, geodesy::GpsTime time);
+  [[nodiscard]] std::optional<double> step_m(const Carrier& carrier, const positioning::Measurement& m) const;
+
+  RangingOptions options_;
+  positioning::FixOptions fix_;
+  positioning::CodeNoise
+      noise_;               ///< of every pseudorange; the rest of Measurement::sigma_m is the code loop's
+  double loop_rate_per_s_;  ///< at which errors of that forget (tracking::LoopNoise)
+  std::map<std::pair<gnss::SatelliteId, std::size_t>, Carrier> carriers_;  // and index_of() the signal
+  // Of the satellite in hand, kept for their memory.
+  std::vector<Code> codes_;
+  std::vector<std::optional<double>> steps_m_;
+};
+
+}  // namespace canyon::receiver
