@@ -23,6 +23,8 @@ constexpr std::array kFormats{
     Format{"nmea", "receiver.nmea", &OutputConfig::nmea, true, encode_nmea},
     Format{"rinex_observation", "receiver.obs", &OutputConfig::rinex_observation, false,
            encode_rinex_observation},
+    Format{"rinex4_observation", "receiver.rnx", &OutputConfig::rinex4_observation, false,
+           encode_rinex4_observation},
     Format{"kml", "track.kml", &OutputConfig::kml, false, encode_kml},
     Format{"geojson", "track.geojson", &OutputConfig::geojson, false, encode_geojson},
 };
@@ -49,7 +51,7 @@ ReceiverDescription describe_receiver(const receiver::ReceiverOptions& options, 
   ReceiverDescription description;
   description.name = options.name;
   description.tracks = options.tracks;
-  description.signals = options.signal.enabled;
+  description.signal = options.signal;
   description.interval_s = interval_s;
   description.begin = begin;
   for (const auto& record : navigation.glonass) description.glonass_channels[record.id] = record.channel;

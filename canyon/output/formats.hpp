@@ -16,6 +16,8 @@ namespace canyon::output {
 /// signal model C1C L1C D1C S1C, by gnss::Signal::code. Epoch tags are the receiver's clock, rounded to 100
 /// ns; pseudoranges and phases follow the rounded tag. Epochs without any measurement are left out.
 [[nodiscard]] std::unique_ptr<Encoder> encode_rinex_observation(const ReceiverDescription& receiver);
+/// The same as RINEX 4.00.
+[[nodiscard]] std::unique_ptr<Encoder> encode_rinex4_observation(const ReceiverDescription& receiver);
 /// KML 2.2 and GeoJSON (RFC 7946): true track, fixes by horizontal error, places without fix. They hold the
 /// track in memory, about 200 bytes an epoch.
 [[nodiscard]] std::unique_ptr<Encoder> encode_kml(const ReceiverDescription& receiver);

@@ -106,7 +106,7 @@ std::vector<simulation::Epoch> sample_run() {
 void write(const std::filesystem::path& path, const std::vector<simulation::Epoch>& epochs,
            bool signals = false) {
   ReceiverDescription header = sample_header();
-  header.signals = signals;
+  header.signal.enabled = signals;
   const auto sink = open_file("rinex_observation", path, 0, header);
   for (const auto& epoch : epochs) sink->write(epoch);
   sink->finish();

@@ -24,7 +24,7 @@ TEST(SignalFiles, ObservationsComeBack) {
   output::ReceiverDescription header;
   header.name = "rover";
   header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
-  header.signals = true;
+  header.signal.enabled = true;
   const geodesy::GpsTime begin = test::sample_time();
   std::vector<simulation::Epoch> epochs;
   for (int i = 0; i < 3; ++i) {
