@@ -243,6 +243,7 @@ std::vector<std::string> documented(const std::string& heading) {
 TEST(Documentation, ListsEveryColumn) {
   EXPECT_EQ(documented("## epochs.csv"), epochs_csv_columns());
   EXPECT_EQ(documented("## satellites.csv"), satellites_csv_columns());
+  EXPECT_EQ(documented("## signals.csv"), signals_csv_columns());
 }
 
 // The columns that other programs rely on, in this order.
