@@ -20,6 +20,7 @@ constexpr std::array kFormats{
     Format{"epochs_csv", "epochs.csv", &OutputConfig::epochs_csv, true, encode_epochs_csv},
     Format{"satellites_csv", "satellites.csv", &OutputConfig::satellites_csv, true, encode_satellites_csv},
     Format{"signals_csv", "signals.csv", &OutputConfig::signals_csv, true, encode_signals_csv},
+    Format{"paths_csv", "paths.csv", &OutputConfig::paths_csv, true, encode_paths_csv},
     Format{"nmea", "receiver.nmea", &OutputConfig::nmea, true, encode_nmea},
     Format{"rinex_observation", "receiver.obs", &OutputConfig::rinex_observation, false,
            encode_rinex_observation},

@@ -10,6 +10,8 @@ namespace canyon::output {
 [[nodiscard]] std::unique_ptr<Encoder> encode_satellites_csv(const ReceiverDescription& receiver);
 /// One row for each tracked signal of each satellite.
 [[nodiscard]] std::unique_ptr<Encoder> encode_signals_csv(const ReceiverDescription& receiver);
+/// One row for each path of each satellite that the receiver tracks, as it arrives: Epoch::arrival.
+[[nodiscard]] std::unique_ptr<Encoder> encode_paths_csv(const ReceiverDescription& receiver);
 /// NMEA 0183 v4.11: RMC, GGA, GSA, GST, GSV each epoch.
 [[nodiscard]] std::unique_ptr<Encoder> encode_nmea(const ReceiverDescription& receiver);
 /// RINEX 3.04 observation file; of each tracked signal its code C1C and Doppler D1C, with the receiver's
