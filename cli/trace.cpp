@@ -11,6 +11,7 @@
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/signal/path_strength.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "canyon/tracking/channel.hpp"
 #include "cli/commands.hpp"
 #include "cli/site.hpp"
 
@@ -29,13 +30,38 @@ std::string kind_text(const propagation::Path& path) {
   }
   return std::string(propagation::name(path.kind));
 }
+
+/// A signal that a satellite sends at the time.
+struct SentSignal {
+  const gnss::Signal* signal;
+  double carrier_hz;
+};
+/// Of those that the receiver tracks; all where it names none of the satellite's system.
+std::vector<SentSignal> sent_signals(const orbit::LineOfSight& line, geodesy::GpsTime time,
+                                     const std::vector<std::string>& tracks) {
+  const std::vector<const gnss::Signal*> tracked =
+      tracks.empty() ? std::vector<const gnss::Signal*>() : receiver::tracked_signals(tracks, line.id.system);
+  std::vector<SentSignal> sent;
+  for (const gnss::Signal& signal : gnss::signals_of(line.id.system)) {
+    const bool wanted =
+        tracked.empty() || std::find(tracked.begin(), tracked.end(), &signal) != tracked.end();
+    if (!wanted || !gnss::transmits(line.id, signal, time)) continue;
+    sent.push_back({&signal, gnss::carrier_hz(signal, line.state.carrier_frequency_hz)});
+  }
+  return sent;
+}
+
 /// How much weaker a path leaves the antenna than the unobstructed line of sight would; infinite where
 /// nothing is left of it.
-double loss_db(const propagation::Path& path, const orbit::LineOfSight& line,
+double loss_db(const propagation::Path& path, const orbit::LineOfSight& line, double carrier_hz,
                const tracking::SignalOptions& signal) {
-  const std::complex<double> amplitude = signal::path_amplitude(
-      path, line.elevation_rad, line.state.carrier_frequency_hz, signal.antenna, signal.strength);
+  const std::complex<double> amplitude =
+      signal::path_amplitude(path, line.elevation_rad, carrier_hz, signal.antenna, signal.strength);
   return -20 * std::log10(std::abs(amplitude)) + 0.0;
+}
+/// null for what is infinite.
+nlohmann::json number(double value) {
+  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
 std::string triple(const Eigen::Vector3d& point) {
   return fmt::format("{:.1f}, {:.1f}, {:.1f}", point.x(), point.y(), point.z());
@@ -52,7 +78,8 @@ int run(const Arguments& arguments) {
   const propagation::Propagator propagator = site.make_propagator();
   const propagation::Arrival arrival = environment.arrival(time, antenna, propagator);
   const geodesy::Geodetic place = environment.city().frame.geodetic_from_local(antenna);
-  const tracking::SignalOptions& signal = site.receiver_config().options.signal;
+  const receiver::ReceiverOptions& receiver = site.receiver_config().options;
+  const tracking::SignalOptions& signal = receiver.signal;
 
   if (arguments.json) {
     nlohmann::json out;
@@ -63,20 +90,36 @@ int run(const Arguments& arguments) {
     out["enu_m"] = {antenna.x(), antenna.y(), antenna.z()};
     out["placement"] = std::string(output::placement_word(arrival.placement));
     out["satellites"] = nlohmann::json::array();
+    const tracking::ChannelModel model(signal, site.simulation().scenario().seed, receiver.name);
     for (const propagation::SatelliteView& view : arrival.views) {
+      const std::vector<SentSignal> sent = sent_signals(view.line, time, receiver.tracks);
       nlohmann::json entry{{"sat", gnss::to_string(view.line.id)},
                            {"azimuth_deg", geodesy::degrees(view.line.azimuth_rad)},
                            {"elevation_deg", geodesy::degrees(view.line.elevation_rad)},
                            {"range_m", view.line.range_m},
                            {"visibility", std::string(propagation::name(view.paths.visibility))},
+                           {"signals", nlohmann::json::array()},
                            {"paths", nlohmann::json::array()}};
+      for (const SentSignal& s : sent) {
+        nlohmann::json one{{"signal", std::string(s.signal->name)},
+                           {"rinex_code", std::string(s.signal->code)},
+                           {"carrier_hz", s.carrier_hz}};
+        if (signal.enabled) {
+          one["clear_cn0_dbhz"] = model.reference_cn0_dbhz(*s.signal, view.line.elevation_rad,
+                                                           model.satellite_constant_db(view.line.id));
+        }
+        entry["signals"].push_back(std::move(one));
+      }
       for (const propagation::Path& path : view.paths.paths) {
         nlohmann::json one{{"kind", std::string(propagation::name(path.kind))},
                            {"order", path.order},
                            {"excess_path_m", path.excess_m}};
         if (signal.enabled) {
-          const double loss = loss_db(path, view.line, signal);
-          one["loss_db"] = std::isfinite(loss) ? nlohmann::json(loss) : nlohmann::json(nullptr);
+          one["loss_db"] = number(loss_db(path, view.line, view.line.state.carrier_frequency_hz, signal));
+          nlohmann::json& of_signals = one["signal_loss_db"] = nlohmann::json::object();
+          for (const SentSignal& s : sent) {
+            of_signals[std::string(s.signal->name)] = number(loss_db(path, view.line, s.carrier_hz, signal));
+          }
         }
         if (path.foliage_depth_m > 0) one["foliage_depth_m"] = path.foliage_depth_m;
         if (path.kind != propagation::PathKind::Direct) {
@@ -111,6 +154,18 @@ int run(const Arguments& arguments) {
              geodesy::format_gpst(time), geodesy::degrees(place.latitude_rad),
              geodesy::degrees(place.longitude_rad), place.height_m, antenna.x(), antenna.y(), antenna.z(),
              output::placement_word(arrival.placement));
+  // One number a path, or with `tracks` one for each signal.
+  const auto loss_text = [&](const propagation::Path& path, const orbit::LineOfSight& line) {
+    if (receiver.tracks.empty()) {
+      return fmt::format("{:.1f}", loss_db(path, line, line.state.carrier_frequency_hz, signal));
+    }
+    std::string text;
+    for (const SentSignal& s : sent_signals(line, time, receiver.tracks)) {
+      text += fmt::format("{}{} {:.1f}", text.empty() ? "" : ", ", s.signal->name,
+                          loss_db(path, line, s.carrier_hz, signal));
+    }
+    return text;
+  };
   std::vector<std::vector<std::string>> rows;
   for (const propagation::SatelliteView& view : arrival.views) {
     std::vector<std::string> row{gnss::to_string(view.line.id),
@@ -125,7 +180,7 @@ int run(const Arguments& arguments) {
       std::vector<std::string> line = row;
       line.push_back(kind_text(path));
       line.push_back(fmt::format("{:.2f}", path.excess_m));
-      if (signal.enabled) line.push_back(fmt::format("{:.1f}", loss_db(path, view.line, signal)));
+      if (signal.enabled) line.push_back(loss_text(path, view.line));
       line.push_back(path.kind == propagation::PathKind::Direct ? "-" : triple(path.point));
       line.push_back(path.kind == propagation::PathKind::Reflected ? angle(path.incidence_rad()) : "-");
       rows.push_back(std::move(line));
@@ -158,7 +213,11 @@ void add_trace(CLI::App& app, Action& action) {
       "Without --at or --enu the antenna is where the scenario's trajectory has it at that time.\n"
       "Where the receiver has a signal model (signal.enabled), `loss` is how much weaker than the "
       "unobstructed\n"
-      "line of sight each path leaves its antenna.");
+      "line of sight each path leaves its antenna: of the signal near L1, or of each that `tracks` names. "
+      "JSON\n"
+      "has it of each signal (`signal_loss_db`; without `tracks` of all that the satellite sends), and what "
+      "the\n"
+      "unobstructed line of sight would give (`clear_cn0_dbhz`).");
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
 }
 

@@ -26,7 +26,10 @@ class StreamPublisher final : public EpochPublisher {
     if (broken_) return;
     try {
       stream_->serve();
-      if (report.step != nullptr) stream_->write(report.step->epoch);
+      if (report.step == nullptr) return;
+      simulation::Epoch epoch = report.step->epoch;
+      epoch.arrival = &report.step->arrival;
+      stream_->write(epoch);
     } catch (const std::exception& error) {
       broken_ = true;
       notes_.push_back(setting_ + ": " + error.what());

@@ -96,5 +96,15 @@ TEST_F(StreamPublisher, WritesAnyFormatToAFileThatIsWholeAtTheEnd) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);  // a header and two epochs
 }
 
+TEST_F(StreamPublisher, BringsThePathsBehindAnEpoch) {
+  const canyon::test::TemporaryFolder folder;
+  const auto file = folder / "paths.csv";
+  make_stream_publisher("stream", "paths_csv=file:" + file.string(), {})->publish(sample.report);
+  const std::string text = canyon::test::read_bytes(file);
+  // The reflection of G17 is its only path.
+  EXPECT_THAT(text, HasSubstr(",G17,0,reflected,2,35.2500,,,"));
+  EXPECT_THAT(text, HasSubstr(",12.000,-34.000,5.600,"));
+}
+
 }  // namespace
 }  // namespace canyon::adapters

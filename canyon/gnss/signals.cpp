@@ -33,11 +33,11 @@ constexpr Signal kGlonass[]{
     {System::GLONASS, "G1", "1C", 1602e6, 0.5625e6, BPSK, 0.511e6, -161},
     {System::GLONASS, "G2", "2C", 1246e6, 0.4375e6, BPSK, 0.511e6, -167},
 };
-// OS SIS ICD 2.1, table 12: data and pilot together, as receivers track them.
+// OS SIS ICD 2.1, table 12: data and pilot together, as receivers track them; X of RINEX 3.04, table 6.
 constexpr Signal kGalileo[]{
-    {System::Galileo, "E1", "1C", kL1, 0, CBOCPilot, 1.023e6, -157.25},
-    {System::Galileo, "E5a", "5Q", kL5, 0, BPSK, 10.23e6, -155.25},
-    {System::Galileo, "E5b", "7Q", kE5b, 0, BPSK, 10.23e6, -155.25},
+    {System::Galileo, "E1", "1X", kL1, 0, CBOCPilot, 1.023e6, -157.25},
+    {System::Galileo, "E5a", "5X", kL5, 0, BPSK, 10.23e6, -155.25},
+    {System::Galileo, "E5b", "7X", kE5b, 0, BPSK, 10.23e6, -155.25},
 };
 // BDS-SIS-ICD-B1I-3.0, B1C-1.0 (MEO; the pilot's QMBOC has the correlation of TMBOC's power shares nearly),
 // B2I of 2.1, B2a-1.0 (MEO), B3I-1.0.

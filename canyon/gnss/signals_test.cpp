@@ -44,6 +44,27 @@ TEST(Signals, AreOneOfEachNameAndCode) {
   }
 }
 
+// RINEX 3.04, tables 4 (GPS), 5 (GLONASS), 6 (Galileo), 8 (QZSS) and 9 (BeiDou): the channel that is tracked,
+// X where data and pilot are.
+TEST(Signals, HaveTheCodesOfWhatIsTracked) {
+  struct Row {
+    System system;
+    const char *name, *code;
+  };
+  const Row rows[]{
+      {System::GPS, "L1CA", "1C"},    {System::GPS, "L1C", "1L"},    {System::GPS, "L2C", "2L"},
+      {System::GPS, "L5", "5Q"},      {System::QZSS, "L1CA", "1C"},  {System::QZSS, "L1C", "1L"},
+      {System::QZSS, "L2C", "2L"},    {System::QZSS, "L5", "5Q"},    {System::GLONASS, "G1", "1C"},
+      {System::GLONASS, "G2", "2C"},  {System::Galileo, "E1", "1X"}, {System::Galileo, "E5a", "5X"},
+      {System::Galileo, "E5b", "7X"}, {System::BeiDou, "B1I", "2I"}, {System::BeiDou, "B1C", "1P"},
+      {System::BeiDou, "B2I", "7I"},  {System::BeiDou, "B2a", "5P"}, {System::BeiDou, "B3I", "6I"},
+  };
+  std::size_t signals = 0;
+  for (const System system : kAllSystems) signals += signals_of(system).size();
+  EXPECT_EQ(std::size(rows), signals);
+  for (const Row& row : rows) EXPECT_EQ(named(row.system, row.name).code, row.code) << row.name;
+}
+
 // Multiples of 10.23 MHz of the interface documents.
 TEST(Signals, HaveTheCarriersOfTheInterfaceDocuments) {
   const double f0 = 10.23e6;

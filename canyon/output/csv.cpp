@@ -1,14 +1,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <complex>
 #include <iterator>
 
+#include "canyon/city/mesh_marks.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/phase_arcs.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/signal/path_strength.hpp"
 
 namespace canyon::output {
 namespace {
@@ -206,7 +210,89 @@ class SignalsCsv final : public Encoder {
   PhaseArcs arcs_;
 };
 
+class PathsCsv final : public Encoder {
+ public:
+  explicit PathsCsv(const ReceiverDescription& receiver) : signal_(receiver.signal) {}
+
+  std::string begin() override { return header(paths_csv_columns()); }
+  std::string encode(const simulation::Epoch& epoch) override {
+    std::string lines;
+    if (epoch.arrival == nullptr) return lines;
+    const std::string tow = seconds_of_week(epoch.observed.time);
+    auto satellite = epoch.observed.satellites.begin();
+    const auto end = epoch.observed.satellites.end();
+    for (const propagation::SatelliteView& view : epoch.arrival->views) {  // both ascend
+      while (satellite != end && satellite->id < view.line.id) ++satellite;
+      if (satellite == end) break;
+      if (satellite->id != view.line.id) continue;
+      const gnss::Signal& signal =
+          satellite->signal != nullptr ? *satellite->signal : gnss::signals_of(satellite->id.system).front();
+      const double carrier_hz = gnss::carrier_hz(signal, view.line.state.carrier_frequency_hz);
+      std::int64_t number = 0;
+      for (const propagation::Path& path : view.paths.paths) {
+        Row row;
+        row.add(epoch.observed.time.week()).add(tow).add(gnss::to_string(satellite->id)).add(number++);
+        add_path(row, path, view.line.elevation_rad, carrier_hz);
+        lines += std::move(row).line();
+      }
+    }
+    return lines;
+  }
+
+ private:
+  void add_path(Row& row, const propagation::Path& path, double elevation_rad, double carrier_hz) const {
+    row.add(propagation::name(path.kind)).add(static_cast<std::int64_t>(path.order)).add(path.excess_m, 4);
+    const std::complex<double> amplitude =
+        signal_.enabled
+            ? signal::path_amplitude(path, elevation_rad, carrier_hz, signal_.antenna, signal_.strength)
+            : 0;
+    if (amplitude != 0.0) {
+      row.add(-20 * std::log10(std::abs(amplitude)), 2).add(degrees(std::arg(amplitude)), 1);
+    } else {
+      row.add_nothing(2);
+    }
+    if (path.kind == propagation::PathKind::Direct) {
+      row.add_nothing(9);
+      return;
+    }
+    row.add(fmt::format("{:016x}", path.reflector));
+    const auto material = [&path](int incidence) {
+      return city::material_name(path.incidences[static_cast<std::size_t>(incidence)].material);
+    };
+    row.add(path.incidence_count > 0 ? material(path.incidence_count - 1) : "").add_vector(path.point, 3);
+    if (path.order < 2) {
+      row.add_nothing(4);
+    } else {
+      row.add(material(0)).add_vector(path.far_point, 3);
+    }
+  }
+
+  tracking::SignalOptions signal_;
+};
+
 }  // namespace
+
+const std::vector<std::string>& paths_csv_columns() {
+  static const std::vector<std::string> columns{"gps_week",
+                                                "gps_tow",
+                                                "sat",
+                                                "path",
+                                                "kind",
+                                                "order",
+                                                "excess_path_m",
+                                                "loss_db",
+                                                "phase_deg",
+                                                "reflector",
+                                                "material",
+                                                "point_east_m",
+                                                "point_north_m",
+                                                "point_up_m",
+                                                "far_material",
+                                                "far_point_east_m",
+                                                "far_point_north_m",
+                                                "far_point_up_m"};
+  return columns;
+}
 
 const std::vector<std::string>& signals_csv_columns() {
   static const std::vector<std::string> columns{"gps_week",      "gps_tow",       "sat",
@@ -249,6 +335,10 @@ std::unique_ptr<Encoder> encode_epochs_csv(const ReceiverDescription&) {
 
 std::unique_ptr<Encoder> encode_signals_csv(const ReceiverDescription&) {
   return std::make_unique<SignalsCsv>();
+}
+
+std::unique_ptr<Encoder> encode_paths_csv(const ReceiverDescription& receiver) {
+  return std::make_unique<PathsCsv>(receiver);
 }
 
 std::unique_ptr<Encoder> encode_satellites_csv(const ReceiverDescription&) {

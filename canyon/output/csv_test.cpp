@@ -209,6 +209,110 @@ TEST(SatellitesCsv, StrengthLockAndPhase) {
   }
 }
 
+/// A receiver with strength and an ideal antenna, and what arrives of G05 and E11; G12 it does not track.
+struct PathsSample {
+  ReceiverDescription receiver;
+  simulation::Epoch epoch = test::sample_signal_epoch(test::sample_time(), test::sample_time(), {1, 2, 3});
+  propagation::Arrival arrival;
+
+  PathsSample() {
+    receiver.signal.enabled = true;
+    receiver.signal.antenna = signal::isotropic_antenna();
+    auto& satellites = epoch.observed.satellites;
+    satellites.erase(satellites.begin() + 1);  // G12
+    for (const char* id : {"G05", "G12", "G31", "E11"}) {
+      arrival.views.emplace_back();
+      arrival.views.back().line.id = *gnss::parse_satellite(id);
+      arrival.views.back().line.elevation_rad = 0.5;
+    }
+    arrival.views[0].paths.paths.resize(1);
+    arrival.views[0].paths.paths[0].amplitude_factor = 0.5;
+    arrival.views[1].paths.paths.resize(1);
+    propagation::Path diffuse;
+    diffuse.kind = propagation::PathKind::Diffuse;
+    diffuse.excess_m = 10.25 * geodesy::kSpeedOfLight / 1575.42e6;
+    diffuse.scattered_power = 0.01;
+    diffuse.reflector = 0xABC;
+    diffuse.point = {1.5, -2.25, 3.125};
+    propagation::Path twice;
+    twice.kind = propagation::PathKind::Reflected;
+    twice.order = 2;
+    twice.excess_m = 35.25;
+    twice.incidence_count = 2;
+    twice.incidences[0].material = city::Material::Glass;  // next to the satellite
+    twice.incidences[1].material = city::Material::Metal;
+    twice.amplitude_factor = 0;
+    twice.reflector = 0xFEDCBA9876543210;
+    twice.point = {10, 20, 30};
+    twice.far_point = {-1, -2, -3};
+    arrival.views[3].paths.paths = {diffuse, twice};
+    epoch.arrival = &arrival;
+  }
+  [[nodiscard]] std::vector<Record> written(const std::filesystem::path& folder) const {
+    const auto sink = open_file("paths_csv", folder / "paths.csv", 0, receiver);
+    sink->write(epoch);
+    sink->finish();
+    return read_csv(folder / "paths.csv", paths_csv_columns());
+  }
+};
+
+// Half of an amplitude is 6.02 dB. Scattered power comes in both hands alike and the antenna hears one of
+// them: 1 % of it is 23.01 dB less than the clear line of sight. A quarter of a cycle of detour is a quarter
+// of a turn.
+TEST(PathsCsv, OneLineForEachPathOfWhatTheReceiverTracks) {
+  const test::TemporaryFolder folder;
+  const auto records = PathsSample().written(folder.path());
+  ASSERT_EQ(records.size(), 3U);
+  const Record &direct = records[0], &diffuse = records[1], &twice = records[2];
+  EXPECT_EQ(direct.at("gps_week"), "2051");
+  EXPECT_EQ(direct.at("gps_tow"), "46701.000");
+  EXPECT_EQ(direct.at("sat") + direct.at("path") + direct.at("kind") + direct.at("order"), "G050direct0");
+  EXPECT_EQ(direct.at("excess_path_m"), "0.0000");
+  EXPECT_EQ(direct.at("loss_db"), "6.02");
+  EXPECT_EQ(direct.at("phase_deg"), "0.0");
+  for (const char* column : {"reflector", "material", "point_east_m", "far_material", "far_point_up_m"}) {
+    EXPECT_EQ(direct.at(column), "") << column;
+  }
+  EXPECT_EQ(diffuse.at("sat") + diffuse.at("path") + diffuse.at("kind"), "E110diffuse");
+  EXPECT_EQ(diffuse.at("loss_db"), "23.01");
+  EXPECT_EQ(diffuse.at("phase_deg"), "-90.0");
+  EXPECT_EQ(diffuse.at("reflector"), "0000000000000abc");
+  EXPECT_EQ(diffuse.at("material"), "");
+  EXPECT_EQ(diffuse.at("point_east_m") + diffuse.at("point_north_m") + diffuse.at("point_up_m"),
+            "1.500-2.2503.125");
+  EXPECT_EQ(diffuse.at("far_point_east_m"), "");
+  EXPECT_EQ(twice.at("path") + twice.at("kind") + twice.at("order"), "1reflected2");
+  EXPECT_EQ(twice.at("excess_path_m"), "35.2500");
+  EXPECT_EQ(twice.at("loss_db") + twice.at("phase_deg"), "") << "nothing is left of it";
+  EXPECT_EQ(twice.at("reflector"), "fedcba9876543210");
+  EXPECT_EQ(twice.at("material"), "metal");
+  EXPECT_EQ(twice.at("point_up_m"), "30.000");
+  EXPECT_EQ(twice.at("far_material"), "glass");
+  EXPECT_EQ(twice.at("far_point_north_m"), "-2.000");
+}
+
+// f(E5a) / f(E1) = 115 / 154 of 10.25 cycles are 7.6542: 0.6542 of a turn back are 124.5 deg on.
+TEST(PathsCsv, StrengthIsOfTheFirstTrackedSignal) {
+  const test::TemporaryFolder folder;
+  PathsSample sample;
+  for (receiver::SatelliteObservation& s : sample.epoch.observed.satellites) {
+    if (s.id.system == gnss::System::Galileo) s.signal = &gnss::signals_of(gnss::System::Galileo)[1];
+  }
+  EXPECT_EQ(sample.written(folder.path())[1].at("phase_deg"), "124.5");
+}
+
+TEST(PathsCsv, WithoutStrengthOrPathsCellsAndLinesAreMissing) {
+  const test::TemporaryFolder folder;
+  PathsSample sample;
+  sample.receiver.signal.enabled = false;
+  for (const Record& record : sample.written(folder.path())) {
+    EXPECT_EQ(record.at("loss_db") + record.at("phase_deg"), "");
+    EXPECT_NE(record.at("excess_path_m"), "");
+  }
+  sample.epoch.arrival = nullptr;
+  EXPECT_TRUE(sample.written(folder.path()).empty());
+}
+
 TEST(EpochsCsv, StatementOfRaim) {
   const test::TemporaryFolder folder;
   const auto sink = open_file("epochs_csv", folder / "epochs.csv", 0);
@@ -243,6 +347,8 @@ std::vector<std::string> documented(const std::string& heading) {
 TEST(Documentation, ListsEveryColumn) {
   EXPECT_EQ(documented("## epochs.csv"), epochs_csv_columns());
   EXPECT_EQ(documented("## satellites.csv"), satellites_csv_columns());
+  EXPECT_EQ(documented("## signals.csv"), signals_csv_columns());
+  EXPECT_EQ(documented("## paths.csv"), paths_csv_columns());
 }
 
 // The columns that other programs rely on, in this order.

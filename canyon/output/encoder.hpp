@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "canyon/simulation/simulator.hpp"
+#include "canyon/tracking/signal_options.hpp"
 
 namespace canyon::output {
 
@@ -20,8 +21,8 @@ struct ReceiverDescription {
   std::vector<std::string> tracks = {};                    ///< as receiver::ReceiverOptions has them
   std::map<gnss::SatelliteId, int> glonass_channels = {};  ///< frequency numbers
   double interval_s = 1;
-  bool signals = false;         ///< they have strength and phase (tracking::SignalOptions::enabled)
-  geodesy::GpsTime begin = {};  ///< of the run
+  tracking::SignalOptions signal = {};  ///< `enabled`: signals have strength and phase
+  geodesy::GpsTime begin = {};          ///< of the run
 };
 
 /// `begin` and `interval_s` are the host's; the rest comes from the receiver and its sky.

@@ -20,9 +20,12 @@ constexpr std::array kFormats{
     Format{"epochs_csv", "epochs.csv", &OutputConfig::epochs_csv, true, encode_epochs_csv},
     Format{"satellites_csv", "satellites.csv", &OutputConfig::satellites_csv, true, encode_satellites_csv},
     Format{"signals_csv", "signals.csv", &OutputConfig::signals_csv, true, encode_signals_csv},
+    Format{"paths_csv", "paths.csv", &OutputConfig::paths_csv, true, encode_paths_csv},
     Format{"nmea", "receiver.nmea", &OutputConfig::nmea, true, encode_nmea},
     Format{"rinex_observation", "receiver.obs", &OutputConfig::rinex_observation, false,
            encode_rinex_observation},
+    Format{"rinex4_observation", "receiver.rnx", &OutputConfig::rinex4_observation, false,
+           encode_rinex4_observation},
     Format{"kml", "track.kml", &OutputConfig::kml, false, encode_kml},
     Format{"geojson", "track.geojson", &OutputConfig::geojson, false, encode_geojson},
 };
@@ -49,7 +52,7 @@ ReceiverDescription describe_receiver(const receiver::ReceiverOptions& options, 
   ReceiverDescription description;
   description.name = options.name;
   description.tracks = options.tracks;
-  description.signals = options.signal.enabled;
+  description.signal = options.signal;
   description.interval_s = interval_s;
   description.begin = begin;
   for (const auto& record : navigation.glonass) description.glonass_channels[record.id] = record.channel;

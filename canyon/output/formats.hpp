@@ -10,12 +10,16 @@ namespace canyon::output {
 [[nodiscard]] std::unique_ptr<Encoder> encode_satellites_csv(const ReceiverDescription& receiver);
 /// One row for each tracked signal of each satellite.
 [[nodiscard]] std::unique_ptr<Encoder> encode_signals_csv(const ReceiverDescription& receiver);
+/// One row for each path of each satellite that the receiver tracks, as it arrives: Epoch::arrival.
+[[nodiscard]] std::unique_ptr<Encoder> encode_paths_csv(const ReceiverDescription& receiver);
 /// NMEA 0183 v4.11: RMC, GGA, GSA, GST, GSV each epoch.
 [[nodiscard]] std::unique_ptr<Encoder> encode_nmea(const ReceiverDescription& receiver);
 /// RINEX 3.04 observation file; of each tracked signal its code C1C and Doppler D1C, with the receiver's
 /// signal model C1C L1C D1C S1C, by gnss::Signal::code. Epoch tags are the receiver's clock, rounded to 100
 /// ns; pseudoranges and phases follow the rounded tag. Epochs without any measurement are left out.
 [[nodiscard]] std::unique_ptr<Encoder> encode_rinex_observation(const ReceiverDescription& receiver);
+/// The same as RINEX 4.00.
+[[nodiscard]] std::unique_ptr<Encoder> encode_rinex4_observation(const ReceiverDescription& receiver);
 /// KML 2.2 and GeoJSON (RFC 7946): true track, fixes by horizontal error, places without fix. They hold the
 /// track in memory, about 200 bytes an epoch.
 [[nodiscard]] std::unique_ptr<Encoder> encode_kml(const ReceiverDescription& receiver);

@@ -11,8 +11,9 @@
 #include "canyon/output/number.hpp"
 #include "canyon/output/phase_arcs.hpp"
 
-// RINEX, The Receiver Independent Exchange Format, version 3.04 (IGS/RTCM, 2018): header records table A2,
-// epochs table A3.
+// RINEX, The Receiver Independent Exchange Format, versions 3.04 (IGS/RTCM, 2018) and 4.00 (2021): header
+// records table A2, epochs table A3. For the signals of gnss::signals_of() they differ in the header
+// alone: 4.00 strongly deprecates SYS / PHASE SHIFT and GLONASS COD/PHS/BIS, which 3.04 asks for.
 
 namespace canyon::output {
 namespace {
@@ -61,9 +62,12 @@ std::string observation(double value, bool lost_lock = false, char strength = ' 
 }
 constexpr std::string_view kNoObservation = "                ";
 
+enum class Version { V304, V400 };
+
 class RinexObservation final : public Encoder {
  public:
-  explicit RinexObservation(ReceiverDescription receiver) : receiver_(std::move(receiver)) {}
+  RinexObservation(ReceiverDescription receiver, Version version)
+      : receiver_(std::move(receiver)), version_(version) {}
 
   std::string encode(const simulation::Epoch& epoch) override {
     if (!position_) position_ = epoch.truth_ecef;
@@ -91,7 +95,7 @@ class RinexObservation final : public Encoder {
         if (of_signal != nullptr && of_signal->measurement) {
           text += observations(*of_signal->measurement, gnss::index_of(*signal), shift_s);
         } else {
-          for (int i = 0; i < (receiver_.signals ? 4 : 2); ++i) text += kNoObservation;
+          for (int i = 0; i < (receiver_.signal.enabled ? 4 : 2); ++i) text += kNoObservation;
         }
       }
       text.erase(text.find_last_not_of(' ') + 1);
@@ -118,7 +122,7 @@ class RinexObservation final : public Encoder {
   std::string observations(const positioning::Measurement& m, std::size_t signal, double shift_s) {
     const double pseudorange_m = m.pseudorange_m + geodesy::kSpeedOfLight * shift_s;
     const std::string doppler = m.doppler_hz ? observation(*m.doppler_hz) : std::string(kNoObservation);
-    if (!receiver_.signals) return observation(pseudorange_m) + doppler;
+    if (!receiver_.signal.enabled) return observation(pseudorange_m) + doppler;
     const char strength = m.cn0_dbhz ? static_cast<char>('0' + signal_strength_indicator(*m.cn0_dbhz)) : ' ';
     std::string text = observation(pseudorange_m, false, strength);
     if (const auto link = arcs_.next(m, signal)) {
@@ -142,7 +146,9 @@ class RinexObservation final : public Encoder {
     const auto line = [&](std::string_view content, std::string_view label) {
       text += header_line(content, label);
     };
-    line("     3.04           OBSERVATION DATA    M: MIXED", "RINEX VERSION / TYPE");
+    line(fmt::format("     {}           OBSERVATION DATA    M: MIXED",
+                     version_ == Version::V304 ? "3.04" : "4.00"),
+         "RINEX VERSION / TYPE");
     // The date stays empty so that equal runs give equal files.
     line("Canyon", "PGM / RUN BY / DATE");
     line("Simulated; no signal was received", "COMMENT");
@@ -155,7 +161,7 @@ class RinexObservation final : public Encoder {
     line(fmt::format("{:14.4f}{:14.4f}{:14.4f}", p.x(), p.y(), p.z()), "APPROX POSITION XYZ");
     line(fmt::format("{:14.4f}{:14.4f}{:14.4f}", 0.0, 0.0, 0.0), "ANTENNA: DELTA H/E/N");
     for (const gnss::System system : receiver_.systems) {
-      const std::vector<std::string> codes = observation_codes(signals_of(system), receiver_.signals);
+      const std::vector<std::string> codes = observation_codes(signals_of(system), receiver_.signal.enabled);
       constexpr std::size_t kPerLine = 13;
       for (std::size_t i = 0; i < codes.size(); i += kPerLine) {
         std::string text_of =
@@ -164,19 +170,12 @@ class RinexObservation final : public Encoder {
         line(text_of, "SYS / # / OBS TYPES");
       }
     }
-    if (receiver_.signals) line("DBHZ", "SIGNAL STRENGTH UNIT");
+    if (receiver_.signal.enabled) line("DBHZ", "SIGNAL STRENGTH UNIT");
     line(fmt::format("{:10.3f}", receiver_.interval_s), "INTERVAL");
     text += time_record(first, "TIME OF FIRST OBS");
     last_position_ = text.size();
     text += time_record(first, "TIME OF LAST OBS");  // overwritten at the end
-    for (const gnss::System system : receiver_.systems) {
-      // Simulated phases are aligned to each other: no shift. Without phases: not known.
-      if (!receiver_.signals) line(fmt::format("{}", gnss::letter(system)), "SYS / PHASE SHIFT");
-      if (!receiver_.signals) continue;
-      for (const gnss::Signal* signal : signals_of(system)) {
-        line(fmt::format("{} L{}  0.00000", gnss::letter(system), signal->code), "SYS / PHASE SHIFT");
-      }
-    }
+    if (version_ == Version::V304) text += phase_shifts();
     if (receiver_.systems.count(gnss::System::GLONASS) > 0) {
       std::string slots = fmt::format("{:3d} ", receiver_.glonass_channels.size());
       for (const auto& [id, channel] : receiver_.glonass_channels) {
@@ -191,14 +190,30 @@ class RinexObservation final : public Encoder {
       for (const gnss::Signal* signal : signals_of(gnss::System::GLONASS)) {
         biases += fmt::format(" C{}    0.000", signal->code);
       }
-      line(biases, "GLONASS COD/PHS/BIS");
+      if (version_ == Version::V304) line(biases, "GLONASS COD/PHS/BIS");
     }
     line(fmt::format("{:6d}", geodesy::leap_seconds(first)), "LEAP SECONDS");
     line("", "END OF HEADER");
     return text;
   }
 
+  /// Of each phase code what was added to align it with the others of its band (3.04, 9.1). Simulated phases
+  /// are aligned as they are: nothing was. Without phases: not known.
+  [[nodiscard]] std::string phase_shifts() const {
+    std::string text;
+    for (const gnss::System system : receiver_.systems) {
+      const char letter = gnss::letter(system);
+      if (!receiver_.signal.enabled) text += header_line(fmt::format("{}", letter), "SYS / PHASE SHIFT");
+      if (!receiver_.signal.enabled) continue;
+      for (const gnss::Signal* signal : signals_of(system)) {
+        text += header_line(fmt::format("{} L{}  0.00000", letter, signal->code), "SYS / PHASE SHIFT");
+      }
+    }
+    return text;
+  }
+
   ReceiverDescription receiver_;
+  Version version_;
   std::optional<Eigen::Vector3d> position_;
   PhaseArcs arcs_;
   bool started_ = false;
@@ -213,7 +228,11 @@ int signal_strength_indicator(double cn0_dbhz) {
 }
 
 std::unique_ptr<Encoder> encode_rinex_observation(const ReceiverDescription& receiver) {
-  return std::make_unique<RinexObservation>(receiver);
+  return std::make_unique<RinexObservation>(receiver, Version::V304);
+}
+
+std::unique_ptr<Encoder> encode_rinex4_observation(const ReceiverDescription& receiver) {
+  return std::make_unique<RinexObservation>(receiver, Version::V400);
 }
 
 }  // namespace canyon::output

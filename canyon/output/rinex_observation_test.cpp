@@ -106,7 +106,7 @@ std::vector<simulation::Epoch> sample_run() {
 void write(const std::filesystem::path& path, const std::vector<simulation::Epoch>& epochs,
            bool signals = false) {
   ReceiverDescription header = sample_header();
-  header.signals = signals;
+  header.signal.enabled = signals;
   const auto sink = open_file("rinex_observation", path, 0, header);
   for (const auto& epoch : epochs) sink->write(epoch);
   sink->finish();
@@ -137,7 +137,7 @@ TEST(RinexObservation, HeaderIsComplete) {
   for (auto [it, end] = file.header.equal_range("SYS / # / OBS TYPES"); it != end; ++it) {
     types.emplace_back(trim(it->second));
   }
-  EXPECT_EQ(types, (std::vector<std::string>{"G    2 C1C D1C", "R    2 C1C D1C", "E    2 C1C D1C",
+  EXPECT_EQ(types, (std::vector<std::string>{"G    2 C1C D1C", "R    2 C1C D1C", "E    2 C1X D1X",
                                              "C    2 C2I D2I", "J    2 C1C D1C"}));
   EXPECT_EQ(file.header.count("SYS / PHASE SHIFT"), 5U);
   std::map<std::string, int> channels;
@@ -255,7 +255,7 @@ TEST(RinexObservation, PhasesAndStrengths) {
   const auto epochs = signal_run();
   write(folder / "receiver.obs", epochs, true);
   const std::string text = test::read_bytes(folder / "receiver.obs");
-  for (const char* line : {"G    4 C1C L1C D1C S1C", "R    4 C1C L1C D1C S1C", "E    4 C1C L1C D1C S1C",
+  for (const char* line : {"G    4 C1C L1C D1C S1C", "R    4 C1C L1C D1C S1C", "E    4 C1X L1X D1X S1X",
                            "C    4 C2I L2I D2I S2I", "J    4 C1C L1C D1C S1C"}) {
     EXPECT_NE(text.find(std::string("\n") + line + " "), std::string::npos) << line;
   }

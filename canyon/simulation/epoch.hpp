@@ -17,6 +17,9 @@ struct Epoch {
   Eigen::Vector3d truth_ecef = Eigen::Vector3d::Zero();
   raytrace::Placement placement = raytrace::Placement::Free;
   receiver::ReceiverEpoch observed;
+  /// The paths behind it, disturbed, in the ENU frame of the city. Lent for the call that hands the epoch
+  /// over (EpochSink::write()); null where the epoch comes without.
+  const propagation::Arrival* arrival = nullptr;
   /// Fix minus truth in ENU at the truth [m]; NaN without fix.
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 };

@@ -68,7 +68,7 @@ class LiveReceiver {
   void set_tracer(Tracer tracer);
 
   struct Step {
-    Epoch epoch;                   ///< receiver 0
+    Epoch epoch;                   ///< receiver 0; its own `arrival` is null
     propagation::Arrival arrival;  ///< the paths behind it, disturbed, in the scene's ENU frame
   };
   /// One epoch `seconds` of host time after `start`. A time before the last step's begins anew, as

@@ -99,8 +99,9 @@ struct ReceiverConfig {
 };
 
 struct OutputConfig {
-  bool epochs_csv = true, satellites_csv = true, signals_csv = false, nmea = true, rinex_observation = true,
-       rinex_navigation = true, kml = true, geojson = true, pictures = true;
+  bool epochs_csv = true, satellites_csv = true, signals_csv = false, paths_csv = false, nmea = true,
+       rinex_observation = true, rinex4_observation = false, rinex_navigation = true, kml = true,
+       geojson = true, pictures = true;
 };
 
 /// A whole scenario, checked. Paths are absolute or relative to the working folder (already resolved against

@@ -507,8 +507,10 @@ void visit(Visitor& v, OutputConfig& o) {
   v.boolean({"satellites_csv", "", "satellites.csv"}, o.satellites_csv);
   v.boolean({"signals_csv", "", "signals.csv: every tracked signal, with its delays in the atmosphere"},
             o.signals_csv);
+  v.boolean({"paths_csv", "", "paths.csv: every path of every satellite, some 100 bytes each"}, o.paths_csv);
   v.boolean({"nmea", "", "NMEA 0183"}, o.nmea);
   v.boolean({"rinex_observation", "", "RINEX 3.04 observations"}, o.rinex_observation);
+  v.boolean({"rinex4_observation", "", "receiver.rnx: the same as RINEX 4.00"}, o.rinex4_observation);
   v.boolean({"rinex_navigation", "", "RINEX 3.04 navigation of the simulated sky"}, o.rinex_navigation);
   v.boolean({"kml", "", "track for Google Earth"}, o.kml);
   v.boolean({"geojson", "", "track for GIS programs"}, o.geojson);

@@ -392,6 +392,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
       PureEpoch& from = epochs[r];
       Epoch epoch = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment);
       epoch.receiver = r;
+      epoch.arrival = &from.arrival;
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
       for (EpochSink* sink : sinks) {
         broken = sink;

@@ -190,6 +190,24 @@ trace)
   { cat small.yaml; echo 'propagation: {reflection_order: 2}'; } >twice.yaml
   runs 0 "$canyon" trace twice.yaml --enu 0,0,2; says out 'reflected twice' 'before that'
   runs 0 "$canyon" trace twice.yaml --enu 0,0,2 --json; says out '"order": 2' '"far_point_enu_m"' '"far_incidence_deg"'
+  { cat small.yaml; echo 'receivers: [{name: two, profile: survey, tracks: [L1CA, L5, E1, E5a]}]'; } >bands.yaml
+  runs 0 "$canyon" trace bands.yaml; says out 'E1 0.0, E5a 0.0'
+  runs 0 "$canyon" trace bands.yaml --json
+  python3 - <<'P' || fail "the JSON is not what its signals say"
+import json
+names = set()
+for s in json.load(open("out"))["satellites"]:
+    clear = {one["signal"]: one["clear_cn0_dbhz"] for one in s["signals"]}
+    names |= set(clear) if s["sat"][0] in "GE" else set()
+    # Galileo OS SIS ICD 2.1, table 12: E5a 2 dB above E1.
+    if s["sat"][0] == "E": assert abs(clear["E5a"] - clear["E1"] - 2) < 1e-9, s
+    if s["sat"][0] == "R": assert set(clear) == {"G1", "G2"}, s  # none is tracked: all are told
+    for path in s["paths"]:
+        loss = path["signal_loss_db"]
+        assert set(loss) == set(clear), path
+        assert path["kind"] != "direct" or all(abs(db) < 0.01 for db in loss.values()), path
+assert names == {"L1CA", "L5", "E1", "E5a"}, names
+P
   runs 2 "$canyon" trace small.yaml --receiver nobody; one_line; says err nobody rover
   runs 2 "$canyon" trace small.yaml --enu 1,2; one_line; says err EAST,NORTH,UP
   runs 2 "$canyon" trace small.yaml --enu nan,0,2; one_line ;;

@@ -12,10 +12,13 @@
 
 namespace canyon::test {
 
-/// Keeps every epoch.
+/// Keeps every epoch, without the paths that are lent to it.
 class Recorder final : public simulation::EpochSink {
  public:
-  void write(const simulation::Epoch& epoch) override { epochs.push_back(epoch); }
+  void write(const simulation::Epoch& epoch) override {
+    epochs.push_back(epoch);
+    epochs.back().arrival = nullptr;
+  }
   void finish() override { ++finished; }
   std::vector<simulation::Epoch> epochs;
   int finished = 0;

@@ -24,7 +24,7 @@ TEST(SignalFiles, ObservationsComeBack) {
   output::ReceiverDescription header;
   header.name = "rover";
   header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
-  header.signals = true;
+  header.signal.enabled = true;
   const geodesy::GpsTime begin = test::sample_time();
   std::vector<simulation::Epoch> epochs;
   for (int i = 0; i < 3; ++i) {
@@ -50,7 +50,7 @@ TEST(SignalFiles, ObservationsComeBack) {
       if (!satellite.measurement) continue;
       const positioning::Measurement& m = *satellite.measurement;
       const rinex::ObservedSignal& s = read[satellite.id];
-      EXPECT_STREQ(s.code.data(), satellite.id.system == gnss::System::BeiDou ? "2I" : "1C");
+      EXPECT_EQ(std::string_view(s.code.data()), gnss::signals_of(satellite.id.system).front().code);
       EXPECT_NEAR(s.pseudorange_m.value(), m.pseudorange_m + geodesy::kSpeedOfLight * shift_s, 0.6e-3);
       EXPECT_NEAR(s.doppler_hz.value(), *m.doppler_hz, 0.6e-3);
       EXPECT_NEAR(s.cn0_dbhz.value(), *m.cn0_dbhz, 0.6e-3);
