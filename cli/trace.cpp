@@ -36,16 +36,18 @@ struct SentSignal {
   const gnss::Signal* signal;
   double carrier_hz;
 };
-/// Of those that the receiver tracks; all where it names none of the satellite's system.
+/// Of those that the receiver tracks; all that its antenna hears where it names none of the satellite's
+/// system.
 std::vector<SentSignal> sent_signals(const orbit::LineOfSight& line, geodesy::GpsTime time,
-                                     const std::vector<std::string>& tracks) {
-  const std::vector<const gnss::Signal*> tracked =
-      tracks.empty() ? std::vector<const gnss::Signal*>() : receiver::tracked_signals(tracks, line.id.system);
+                                     const receiver::ReceiverOptions& receiver) {
+  std::vector<const gnss::Signal*> tracked;
+  if (!receiver.tracks.empty()) tracked = receiver::tracked_signals(receiver.tracks, line.id.system);
   std::vector<SentSignal> sent;
   for (const gnss::Signal& signal : gnss::signals_of(line.id.system)) {
     const bool wanted =
         tracked.empty() || std::find(tracked.begin(), tracked.end(), &signal) != tracked.end();
     if (!wanted || !gnss::transmits(line.id, signal, time)) continue;
+    if (!receiver.signal.antenna.hears(signal::band_of(signal.carrier_hz))) continue;
     sent.push_back({&signal, gnss::carrier_hz(signal, line.state.carrier_frequency_hz)});
   }
   return sent;
@@ -92,7 +94,7 @@ int run(const Arguments& arguments) {
     out["satellites"] = nlohmann::json::array();
     const tracking::ChannelModel model(signal, site.simulation().scenario().seed, receiver.name);
     for (const propagation::SatelliteView& view : arrival.views) {
-      const std::vector<SentSignal> sent = sent_signals(view.line, time, receiver.tracks);
+      const std::vector<SentSignal> sent = sent_signals(view.line, time, receiver);
       nlohmann::json entry{{"sat", gnss::to_string(view.line.id)},
                            {"azimuth_deg", geodesy::degrees(view.line.azimuth_rad)},
                            {"elevation_deg", geodesy::degrees(view.line.elevation_rad)},
@@ -105,8 +107,8 @@ int run(const Arguments& arguments) {
                            {"rinex_code", std::string(s.signal->code)},
                            {"carrier_hz", s.carrier_hz}};
         if (signal.enabled) {
-          one["clear_cn0_dbhz"] = model.reference_cn0_dbhz(*s.signal, view.line.elevation_rad,
-                                                           model.satellite_constant_db(view.line.id));
+          one["clear_cn0_dbhz"] = model.clear_cn0_dbhz(*s.signal, view.line.elevation_rad,
+                                                       model.offset_db(view.line.id, *s.signal, time));
         }
         entry["signals"].push_back(std::move(one));
       }
@@ -160,7 +162,7 @@ int run(const Arguments& arguments) {
       return fmt::format("{:.1f}", loss_db(path, line, line.state.carrier_frequency_hz, signal));
     }
     std::string text;
-    for (const SentSignal& s : sent_signals(line, time, receiver.tracks)) {
+    for (const SentSignal& s : sent_signals(line, time, receiver)) {
       text += fmt::format("{}{} {:.1f}", text.empty() ? "" : ", ", s.signal->name,
                           loss_db(path, line, s.carrier_hz, signal));
     }
@@ -215,7 +217,8 @@ void add_trace(CLI::App& app, Action& action) {
       "unobstructed\n"
       "line of sight each path leaves its antenna: of the signal near L1, or of each that `tracks` names. "
       "JSON\n"
-      "has it of each signal (`signal_loss_db`; without `tracks` of all that the satellite sends), and what "
+      "has it of each signal (`signal_loss_db`; without `tracks` of all that the satellite sends and the "
+      "antenna hears), and what "
       "the\n"
       "unobstructed line of sight would give (`clear_cn0_dbhz`).");
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });

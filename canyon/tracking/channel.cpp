@@ -263,9 +263,8 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
 
   Reception result;
   result.tracked = tracked_;
-  const double clear_cn0_dbhz =
-      signal::los_cn0_dbhz(*signal_, view.line.elevation_rad, options.antenna, options.link) + offset_db_ -
-      10 * std::log10(view.noise_factor);
+  const double clear_cn0_dbhz = model.clear_cn0_dbhz(*signal_, view.line.elevation_rad, offset_db_) -
+                                10 * std::log10(view.noise_factor);
   const std::optional<CodeLock> code = follow_code(motion, kind, clear_cn0_dbhz);
   if (code && code->prompt_power > 0) {
     result.cn0_dbhz = clear_cn0_dbhz + 10 * std::log10(code->prompt_power / kind.peak_power);

@@ -34,6 +34,11 @@ class ChannelModel {
   /// Made when first asked for (2 ms with a front end). InputError where its correlators are too far apart
   /// for the signal, naming system and signal.
   [[nodiscard]] const Kind& kind(const gnss::Signal& signal);
+  /// C/N0 [dB-Hz] of a signal in a clear line of sight: link budget and offset_db().
+  [[nodiscard]] double clear_cn0_dbhz(const gnss::Signal& signal, double elevation_rad,
+                                      double offset_db) const {
+    return signal::los_cn0_dbhz(signal, elevation_rad, options_.antenna, options_.link) + offset_db;
+  }
   /// What a satellite's signal has over the link budget in a clear line of sight [dB]:
   /// SignalOptions::offset_db, and N(0, satellite_sigma_db) by seed and satellite.
   [[nodiscard]] double offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
