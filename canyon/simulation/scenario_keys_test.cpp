@@ -99,7 +99,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "none, coast_s: 3}, signal: {enabled: true, antenna: survey, link: {above_minimum_db: 2, "
       "antenna_temperature_k: 200, noise_figure_db: 3, implementation_loss_db: 2}, system_offset_db: {GPS: "
       "1, "
-      "GLONASS: 2, Galileo: 3, BeiDou: 4, QZSS: 5}, satellite_sigma_db: 1, strength: {slabs: false, "
+      "GLONASS: 2, Galileo: 3, BeiDou: 4, QZSS: 5, SBAS: 6}, satellite_sigma_db: 1, strength: {slabs: false, "
       "roughness_m: 0.1, foliage: slant_path}, shadowing: {enabled: true, environment: custom, custom: {"
       "clear_mean_db: -1, clear_sigma_db: 1, shadowed_mean_db: -7, shadowed_sigma_db: 3, enter: 0.1, leave: "
       "0.2}, frame_m: 4, transition_m: 2, correlation_m: 2, obstacle_distance_m: 5, obstacle_speed_mps: 1}, "
