@@ -135,7 +135,9 @@ void add_sky(CLI::App& app, Action& action) {
       ->add_option("--time", arguments->time, "when: 2019-04-28T12:58:03Z (UTC), or with ' GPST' behind it")
       ->type_name("T")
       ->required();
-  command->add_option("--systems", arguments->systems, "only these: GPS,GLONASS,Galileo,BeiDou,QZSS")
+  command
+      ->add_option("--systems", arguments->systems,
+                   "only these: GPS,GLONASS,Galileo,BeiDou,QZSS,SBAS (all but SBAS)")
       ->type_name("LIST");
   command->add_option("--mask", arguments->mask_deg, "lowest elevation shown [deg] (0)")->type_name("DEG");
   command->add_flag("--allow-stale", arguments->allow_stale,

@@ -22,6 +22,8 @@ msgs::GnssSystem system_of(gnss::System system) {
       return msgs::BEIDOU;
     case gnss::System::QZSS:
       return msgs::QZSS;
+    case gnss::System::SBAS:
+      return msgs::SBAS;
   }
   return msgs::GPS;
 }

@@ -33,7 +33,8 @@ struct Head {
 };
 
 /// Number of a satellite, distinct over all constellations, as extended NMEA 0183 numbering has them: GPS
-/// PRN, GLONASS slot + 64, Galileo PRN + 300, BeiDou PRN + 400, QZSS PRN (193 and up).
+/// PRN, GLONASS slot + 64, Galileo PRN + 300, BeiDou PRN + 400, QZSS PRN (193 and up),
+/// SBAS PRN (120 to 158).
 [[nodiscard]] inline std::int32_t prn_number(gnss::SatelliteId id) {
   switch (id.system) {
     case gnss::System::GPS:
@@ -46,6 +47,8 @@ struct Head {
       return id.number + 400;
     case gnss::System::QZSS:
       return id.number + 192;
+    case gnss::System::SBAS:
+      return id.number + 100;
   }
   return 0;
 }
@@ -95,6 +98,8 @@ template <class Satellite>
       return Satellite::BEIDOU;
     case gnss::System::QZSS:
       return Satellite::QZSS;
+    case gnss::System::SBAS:
+      return Satellite::SBAS;
   }
   return 255;
 }

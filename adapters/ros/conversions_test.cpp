@@ -91,7 +91,7 @@ struct StandIns : Kind {
     std::vector<float> noise;
   };
   struct GnssSatellite {
-    static constexpr std::uint8_t GPS = 0, GLONASS = 1, GALILEO = 2, BEIDOU = 3, QZSS = 4;
+    static constexpr std::uint8_t GPS = 0, GLONASS = 1, GALILEO = 2, BEIDOU = 3, QZSS = 4, SBAS = 5;
     static constexpr std::uint8_t LOS = 0, LOS_MULTIPATH = 1, NLOS = 2, BLOCKED = 3;
     static constexpr std::uint8_t SEARCHING = 0, TRACKING = 1, HOLDING = 2;
     std::string id;
@@ -448,7 +448,9 @@ TEST(PrnNumber, IsDistinctOverAllConstellations) {
                                    {"C01", 401},
                                    {"C63", 463},
                                    {"J01", 193},
-                                   {"J10", 202}}) {
+                                   {"J10", 202},
+                                   {"S20", 120},
+                                   {"S58", 158}}) {
     EXPECT_EQ(prn_number(*gnss::parse_satellite(id)), number) << id;
   }
 }

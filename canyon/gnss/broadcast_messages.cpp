@@ -25,6 +25,7 @@ bool is_healthy(const KeplerEphemeris& e) {
     case System::GPS:
     case System::GLONASS:
     case System::BeiDou:
+    case System::SBAS:
       break;
   }
   return e.health == 0;
@@ -32,6 +33,10 @@ bool is_healthy(const KeplerEphemeris& e) {
 
 bool is_healthy(const GlonassEphemeris& e) {
   return e.health == 0;
+}
+
+bool is_healthy(const SbasEphemeris& e) {
+  return (e.health & 0b110001) == 0;
 }
 
 Validity validity(const KeplerEphemeris& e) {
@@ -46,6 +51,7 @@ Validity validity(const KeplerEphemeris& e) {
     case System::GPS:
     case System::QZSS:
     case System::GLONASS:
+    case System::SBAS:
       break;
   }
   const double half_fit = std::clamp(e.fit_interval_h / 2, 2.0, kLongestFit / 2) * kHour;
@@ -54,6 +60,10 @@ Validity validity(const KeplerEphemeris& e) {
 
 Validity validity(const GlonassEphemeris&) {
   return {1800, 1800};
+}
+
+Validity validity(const SbasEphemeris&) {
+  return {360, 360};
 }
 
 }  // namespace canyon::gnss

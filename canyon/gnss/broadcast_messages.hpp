@@ -24,6 +24,9 @@ namespace canyon::gnss {
 [[nodiscard]] bool is_healthy(const KeplerEphemeris& ephemeris);
 /// Bn (RINEX: 0 healthy) and, from RINEX 3.05 on, l(3).
 [[nodiscard]] bool is_healthy(const GlonassEphemeris& ephemeris);
+/// Whether the satellite may be ranged to: bits 0 (ranging off), 4 (health not known) and 5 (no accuracy
+/// given) zero; without corrections (bit 1) or integrity (2) it may (RINEX 3.05, 5.4.4; message 17).
+[[nodiscard]] bool is_healthy(const SbasEphemeris& ephemeris);
 
 /// How far from toe the message may be used [s].
 struct Validity {
@@ -46,8 +49,11 @@ struct Validity {
 ///  hour
 ///    they are 4 m off at 3 h in medium orbits, 20 m at 4 h, 100 m at 6 h, and 4 m at -2 h.
 ///  - GLONASS: 0.5 h on either side (records lie 30 min apart).
+///  - SBAS: 360 s on either side: sent every 120 s, dropped by receivers en route after 360 s (RTCA DO-229,
+///  appendix A, time-outs of messages).
 /// docs/accuracy.md shows the figures.
 [[nodiscard]] Validity validity(const KeplerEphemeris& ephemeris);
 [[nodiscard]] Validity validity(const GlonassEphemeris& ephemeris);
+[[nodiscard]] Validity validity(const SbasEphemeris& ephemeris);
 
 }  // namespace canyon::gnss

@@ -19,6 +19,10 @@ auto identity(const GlonassEphemeris& e) {
   return std::make_tuple(e.id, e.toe, e.health);
 }
 
+auto identity(const SbasEphemeris& e) {
+  return std::make_tuple(e.id, e.toe, e.iodn, e.health);
+}
+
 template <typename Ephemeris>
 void merge_records(std::vector<Ephemeris>& into, std::vector<Ephemeris>&& from, int source_offset) {
   for (Ephemeris& e : from) e.source += source_offset;
@@ -40,6 +44,7 @@ void NavigationData::merge(NavigationData other) {
   const int source_offset = static_cast<int>(sources.size());
   merge_records(kepler, std::move(other.kepler), source_offset);
   merge_records(glonass, std::move(other.glonass), source_offset);
+  merge_records(sbas, std::move(other.sbas), source_offset);
   const auto by_time = [](const SignalDelays& a, const SignalDelays& b) {
     return std::tie(a.id, a.toc) < std::tie(b.id, b.toc);
   };

@@ -60,6 +60,22 @@ struct GlonassEphemeris {
   int source = 0;
 };
 
+/// Navigation message of a geostationary SBAS satellite (message 9, RTCA DO-229 A.4.4.11); WGS 84, GPST.
+struct SbasEphemeris {
+  SatelliteId id;
+  geodesy::GpsTime toe;           ///< t0, of orbit and clock
+  geodesy::GpsTime transmission;  ///< toe where the file does not say
+  double clock_bias_s = 0;        ///< aGf0, against SBAS network time
+  double clock_drift = 0;         ///< aGf1
+  std::array<double, 3> position_m{};
+  std::array<double, 3> velocity_mps{};
+  std::array<double, 3> acceleration_mps2{};
+  int health = 0;         ///< bits as RINEX has them; 0 is healthy
+  double accuracy_m = 0;  ///< URA
+  int iodn = 0;           ///< issue of data
+  int source = 0;
+};
+
 /// Signals of one system at most.
 inline constexpr std::size_t kMostSignals = 5;
 
@@ -85,6 +101,7 @@ struct Klobuchar {
 struct NavigationData {
   std::vector<KeplerEphemeris> kepler;
   std::vector<GlonassEphemeris> glonass;
+  std::vector<SbasEphemeris> sbas;
   std::vector<SignalDelays> signal_delays;  ///< by satellite and toc
   std::map<System, Klobuchar> klobuchar;
   std::optional<std::array<double, 3>> galileo_nequick;  ///< ai0..ai2, kept for writing back
@@ -92,7 +109,7 @@ struct NavigationData {
   std::vector<std::string> sources;                      ///< file names
   std::vector<std::string> warnings;  ///< one line each: damaged records, counted unknown types
 
-  [[nodiscard]] bool empty() const { return kepler.empty() && glonass.empty(); }
+  [[nodiscard]] bool empty() const { return kepler.empty() && glonass.empty() && sbas.empty(); }
   /// Adds another file's content, dropping repeats. Later header values win.
   void merge(NavigationData other);
 };

@@ -21,6 +21,8 @@ char letter(System system) {
       return 'C';
     case System::QZSS:
       return 'J';
+    case System::SBAS:
+      return 'S';
   }
   return '?';
 }
@@ -37,6 +39,8 @@ std::string_view name(System system) {
       return "BeiDou";
     case System::QZSS:
       return "QZSS";
+    case System::SBAS:
+      return "SBAS";
   }
   return "?";
 }
@@ -91,7 +95,8 @@ double l1_frequency_hz(System system, int glonass_channel) {
     case System::GPS:
     case System::QZSS:
     case System::Galileo:
-      return 1575.42e6;  // IS-GPS-200 3.3.1.1; IS-QZSS-PNT table 3.1.1-1; OS-SIS-ICD 2.1
+    case System::SBAS:
+      return 1575.42e6;  // IS-GPS-200 3.3.1.1; IS-QZSS-PNT table 3.1.1-1; OS-SIS-ICD 2.1; RTCA DO-229 A.2
     case System::GLONASS:
       return 1602.0e6 + 0.5625e6 * glonass_channel;  // ICD GLONASS L1, L2 3.3.1.1
     case System::BeiDou:

@@ -10,22 +10,34 @@
 namespace canyon::gnss {
 
 /// Satellite systems, in the order in which every output lists them.
-enum class System : std::uint8_t { GPS, GLONASS, Galileo, BeiDou, QZSS };
+enum class System : std::uint8_t { GPS, GLONASS, Galileo, BeiDou, QZSS, SBAS };
 
-inline constexpr std::array<System, 5> kAllSystems{System::GPS, System::GLONASS, System::Galileo,
-                                                   System::BeiDou, System::QZSS};
+inline constexpr std::array<System, 6> kAllSystems{System::GPS,    System::GLONASS, System::Galileo,
+                                                   System::BeiDou, System::QZSS,    System::SBAS};
 inline constexpr std::size_t kSystemCount = kAllSystems.size();
 
-/// RINEX system letter: G, R, E, C, J.
+/// Those with a time of their own, and those of a sky that names none: all but SBAS, of which most receivers
+/// use the corrections alone.
+inline constexpr std::array<System, 5> kConstellations{System::GPS, System::GLONASS, System::Galileo,
+                                                       System::BeiDou, System::QZSS};
+
+/// The constellation whose time a system's satellites keep: of SBAS that is GPS's, within 50 ns (ICAO
+/// Annex 10, Volume I, 3.7.3.4.5), of all others their own.
+[[nodiscard]] constexpr System clock_system(System system) {
+  return system == System::SBAS ? System::GPS : system;
+}
+
+/// RINEX system letter: G, R, E, C, J, S.
 [[nodiscard]] char letter(System system);
-/// "GPS", "GLONASS", "Galileo", "BeiDou", "QZSS".
+/// "GPS", "GLONASS", "Galileo", "BeiDou", "QZSS", "SBAS".
 [[nodiscard]] std::string_view name(System system);
-/// From a RINEX letter; empty for S, I and anything unknown.
+/// From a RINEX letter; empty for I and anything unknown.
 [[nodiscard]] std::optional<System> system_from_letter(char letter);
 /// From a name as name() gives it, upper or lower case. Throws InputError listing the names.
 [[nodiscard]] System system_from_name(std::string_view name);
 
-/// One satellite as RINEX 3 names it: PRN for GPS, Galileo, BeiDou; slot for GLONASS; PRN - 192 for QZSS.
+/// One satellite as RINEX 3 names it: PRN for GPS, Galileo, BeiDou; slot for GLONASS; PRN - 192 for QZSS;
+/// PRN - 100 for SBAS.
 struct SatelliteId {
   System system = System::GPS;
   std::uint8_t number = 0;  ///< 1 to 99
@@ -38,7 +50,7 @@ struct SatelliteId {
 /// From "G05", "G 5" or "g5"; empty for anything else.
 [[nodiscard]] std::optional<SatelliteId> parse_satellite(std::string_view text);
 
-/// Carrier frequency [Hz] of the system's open civil signal near L1: L1 C/A, G1 (channel), E1, B1I.
+/// Carrier frequency [Hz] of the system's open civil signal near L1: L1 C/A, G1 (channel), E1, B1I, SBAS L1.
 /// @param glonass_channel frequency channel k, -7 to +6 (used by GLONASS only)
 [[nodiscard]] double l1_frequency_hz(System system, int glonass_channel = 0);
 

@@ -16,6 +16,7 @@ TEST(SatelliteId, PrintsAsRinex3Does) {
   EXPECT_EQ(to_string({System::Galileo, 36}), "E36");
   EXPECT_EQ(to_string({System::BeiDou, 59}), "C59");
   EXPECT_EQ(to_string({System::QZSS, 2}), "J02");
+  EXPECT_EQ(to_string({System::SBAS, 23}), "S23");
 }
 
 TEST(SatelliteId, EveryNameIsReadBack) {
@@ -35,12 +36,21 @@ TEST(SatelliteId, LooserSpellingsAreRead) {
 }
 
 TEST(SatelliteId, AnythingElseIsNone) {
-  for (const char* text :
-       {"", "G", "G0", "G00", "05", "S20", "I03", "G5x", "G-1", "G100", "G  ", "GG5", "G5 5"}) {
+  for (const char* text : {"", "G", "G0", "G00", "05", "I03", "G5x", "G-1", "G100", "G  ", "GG5", "G5 5"}) {
     EXPECT_EQ(parse_satellite(text), std::nullopt) << text;
   }
-  EXPECT_EQ(system_from_letter('S'), std::nullopt);
+  EXPECT_EQ(system_from_letter('I'), std::nullopt);
   EXPECT_EQ(system_from_letter('g'), std::nullopt);
+}
+
+// A solution has a clock for each constellation, by its place in the enumeration; SBAS has none of its own.
+TEST(SatelliteId, SbasHasTheClockOfGps) {
+  for (std::size_t i = 0; i < kConstellations.size(); ++i) {
+    EXPECT_EQ(static_cast<std::size_t>(kConstellations[i]), i);
+    EXPECT_EQ(clock_system(kConstellations[i]), kConstellations[i]);
+  }
+  EXPECT_EQ(clock_system(System::SBAS), System::GPS);
+  EXPECT_EQ(kAllSystems.size(), kConstellations.size() + 1);
 }
 
 TEST(SatelliteId, OrdersBySystemThenNumber) {

@@ -49,6 +49,9 @@ constexpr Signal kBeiDou[]{
     {System::BeiDou, "B3I", "6I", 1268.52e6, 0, BPSK, 10.23e6, -163},
 };
 
+// RTCA DO-229 A.2 (C/A codes of 1.023 Mchip/s) and ICAO Annex 10, Volume I, 3.7.3.4.4.3.
+constexpr Signal kSbas[]{{System::SBAS, "L1CA", "1C", kL1, 0, BPSK, 1.023e6, -161}};
+
 enum class Block { IIR, IIRM, IIF, III };
 
 /// Which block sends as a GPS PRN since a day (GPS constellation status reports); before its first line a PRN
@@ -130,6 +133,8 @@ std::span<const Signal> signals_of(System system) {
       return kBeiDou;
     case System::QZSS:
       return kQzss;
+    case System::SBAS:
+      return kSbas;
   }
   assert(false);
   return kGps;
@@ -200,6 +205,7 @@ std::array<double, kMostSignals> group_delays_s(const KeplerEphemeris& e, bool f
                                                         : 0;
         break;
       case System::GLONASS:
+      case System::SBAS:
         break;
     }
   }

@@ -73,6 +73,7 @@ TEST(Signals, HaveTheCarriersOfTheInterfaceDocuments) {
     EXPECT_EQ(named(system, "L2C").carrier_hz, 120 * f0);
     EXPECT_EQ(named(system, "L5").carrier_hz, 115 * f0);
   }
+  EXPECT_EQ(named(System::SBAS, "L1CA").carrier_hz, 154 * f0);
   EXPECT_EQ(named(System::Galileo, "E5a").carrier_hz, 115 * f0);
   EXPECT_EQ(named(System::Galileo, "E5b").carrier_hz, 118 * f0);
   EXPECT_NEAR(named(System::BeiDou, "B1I").carrier_hz, 152.6 * f0, 1e-3);

@@ -29,7 +29,7 @@ struct Entry {
   GpsTime toe;
   GpsTime transmission;
   gnss::Validity validity;
-  int record = 0;  ///< into NavigationData::kepler or ::glonass
+  int record = 0;  ///< into NavigationData::kepler, ::glonass or ::sbas
   bool healthy = false;
 };
 
@@ -109,6 +109,20 @@ void tell_delays(const std::vector<const gnss::SignalDelays*>& told, GpsTime t, 
   }
 }
 
+// What `f` makes of a record of a satellite.
+template <typename F>
+auto of_record(const gnss::NavigationData& data, gnss::SatelliteId id, const Entry& entry, F f) {
+  const auto record = static_cast<std::size_t>(entry.record);
+  switch (id.system) {
+    case gnss::System::GLONASS:
+      return f(data.glonass[record]);
+    case gnss::System::SBAS:
+      return f(data.sbas[record]);
+    default:
+      return f(data.kepler[record]);
+  }
+}
+
 std::string hours(double seconds) {
   seconds = std::abs(seconds);
   return seconds < 5400        ? fmt::format("{:.0f} min", seconds / 60)
@@ -120,7 +134,7 @@ std::string hours(double seconds) {
 
 struct BroadcastSky::Index {
   struct Satellite {
-    Series main;                                    ///< GPS, QZSS, BeiDou, GLONASS; Galileo I/NAV
+    Series main;                                    ///< all but Galileo's F/NAV
     Series fallback;                                ///< Galileo F/NAV
     std::vector<const gnss::SignalDelays*> delays;  ///< by toc
   };
@@ -175,10 +189,14 @@ struct BroadcastSky::Index {
       Satellite& satellite = at(e.id);
       (is_galileo_fnav(e) ? satellite.fallback : satellite.main).add(e, static_cast<int>(i));
     }
-    for (std::size_t i = 0; i < data.glonass.size(); ++i) {
-      if (systems.count(gnss::System::GLONASS) != 0)
-        at(data.glonass[i].id).main.add(data.glonass[i], static_cast<int>(i));
-    }
+    const auto add_states = [&](const auto& records) {
+      for (std::size_t i = 0; i < records.size(); ++i) {
+        if (systems.count(records[i].id.system) == 0) continue;
+        at(records[i].id).main.add(records[i], static_cast<int>(i));
+      }
+    };
+    add_states(data.glonass);
+    add_states(data.sbas);
     for (const gnss::SignalDelays& delays : data.signal_delays) {
       const std::int16_t s = slot[static_cast<std::size_t>(delays.id.system)][delays.id.number];
       if (s >= 0) satellites[static_cast<std::size_t>(s)].delays.push_back(&delays);
@@ -227,9 +245,7 @@ std::optional<SatelliteState> BroadcastSky::state(gnss::SatelliteId id, GpsTime 
   if (satellite == nullptr) return std::nullopt;
   const Entry* entry = Index::choose(*satellite, t, options_.allow_stale).entry;
   if (entry == nullptr || (!entry->healthy && !options_.allow_unhealthy)) return std::nullopt;
-  const auto record = static_cast<std::size_t>(entry->record);
-  SatelliteState state = id.system == gnss::System::GLONASS ? propagate(data_.glonass[record], t)
-                                                            : propagate(data_.kepler[record], t);
+  SatelliteState state = of_record(data_, id, *entry, [t](const auto& e) { return propagate(e, t); });
   tell_delays(satellite->delays, t, state);
   return state;
 }
@@ -240,13 +256,11 @@ std::string BroadcastSky::source(gnss::SatelliteId id, GpsTime t) const {
   const Index::Choice choice = Index::choose(*satellite, t, options_.allow_stale);
   const Entry& entry = choice.entry != nullptr ? *choice.entry : *Index::closest(*satellite, t);
 
-  const auto record = static_cast<std::size_t>(entry.record);
-  const bool glonass = id.system == gnss::System::GLONASS;
   const auto file =
-      static_cast<std::size_t>(glonass ? data_.glonass[record].source : data_.kepler[record].source);
+      static_cast<std::size_t>(of_record(data_, id, entry, [](const auto& e) { return e.source; }));
   std::string text = file < data_.sources.size() ? data_.sources[file] + ", " : std::string();
   if (id.system == gnss::System::Galileo)
-    text += is_galileo_fnav(data_.kepler[record]) ? "F/NAV, " : "I/NAV, ";
+    text += is_galileo_fnav(data_.kepler[static_cast<std::size_t>(entry.record)]) ? "F/NAV, " : "I/NAV, ";
   text += "toe " + geodesy::format_gpst(entry.toe, 0);
 
   const double age = t - entry.toe;
@@ -258,7 +272,7 @@ std::string BroadcastSky::source(gnss::SatelliteId id, GpsTime t) const {
   }
   if (choice.stale) text += ", stale: " + limit;
   if (!entry.healthy) {
-    const int health = glonass ? data_.glonass[record].health : data_.kepler[record].health;
+    const int health = of_record(data_, id, entry, [](const auto& e) { return e.health; });
     text +=
         health == 0 ? ", unhealthy (no accuracy prediction)" : fmt::format(", unhealthy (health {})", health);
     if (!options_.allow_unhealthy) text = "none: " + text;

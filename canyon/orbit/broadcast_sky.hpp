@@ -13,12 +13,16 @@ namespace canyon::orbit {
 [[nodiscard]] SatelliteState propagate(const gnss::KeplerEphemeris& ephemeris, geodesy::GpsTime t);
 /// ICD GLONASS L1, L2 5.1, A.3.1.2: fourth-order Runge-Kutta, steps of at most 60 s. Within 1 cm of RTKLIB's.
 [[nodiscard]] SatelliteState propagate(const gnss::GlonassEphemeris& ephemeris, geodesy::GpsTime t);
+/// RTCA DO-229 A.4.4.11: position, velocity and acceleration of the message in the rotating frame. Position
+/// within 1e-6 m and clock within 1e-15 s of RTKLIB's.
+[[nodiscard]] SatelliteState propagate(const gnss::SbasEphemeris& ephemeris, geodesy::GpsTime t);
 
 struct BroadcastOptions {
-  std::set<gnss::System> systems{gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
+  std::set<gnss::System> systems{gnss::kConstellations.begin(), gnss::kConstellations.end()};
   /// A record is used from toe - before to toe + after: half the fit interval on either side for GPS and QZSS
-  /// (2 h where not given), Galileo 0.5 h and 4 h, BeiDou 1 h and 3 h, GLONASS 0.5 h and 0.5 h; validity() in
-  /// broadcast_messages.hpp says why. With allow_stale any age is taken (and said by source()).
+  /// (2 h where not given), Galileo 0.5 h and 4 h, BeiDou 1 h and 3 h, GLONASS 0.5 h and 0.5 h, SBAS 360 s
+  /// and 360 s; validity() in broadcast_messages.hpp says why. With allow_stale any age is taken (and said by
+  /// source()).
   bool allow_stale = false;
   bool allow_unhealthy = false;
 };

@@ -1,6 +1,7 @@
 // RTKLIB 2.4.3 b34 as judge of the reader, the writer, the choice of records and the propagation. Debian's
 // build has every system in it (satno() is not 0 for any), so no system needs another judge.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -48,6 +49,8 @@ int rtklib_satellite(gnss::SatelliteId id) {
       return satno(0x10, id.number + 192);
     case gnss::System::BeiDou:
       return satno(0x20, id.number);
+    case gnss::System::SBAS:
+      return satno(0x02, id.number + 100);
   }
   return 0;
 }
@@ -100,6 +103,22 @@ RtklibGlonassEphemeris rtklib_ephemeris(const gnss::GlonassEphemeris& e) {
   }
   r.taun = -e.clock_bias_s;
   r.gamn = e.frequency_bias;
+  return r;
+}
+
+RtklibSbasEphemeris rtklib_ephemeris(const gnss::SbasEphemeris& e) {
+  RtklibSbasEphemeris r{};
+  r.sat = rtklib_satellite(e.id);
+  r.svh = e.health;
+  r.t0 = rtklib_time(e.toe);
+  r.tof = rtklib_time(e.transmission);
+  for (std::size_t i = 0; i < 3; ++i) {
+    r.pos[i] = e.position_m[i];
+    r.vel[i] = e.velocity_mps[i];
+    r.acc[i] = e.acceleration_mps2[i];
+  }
+  r.af0 = e.clock_bias_s;
+  r.af1 = e.clock_drift;
   return r;
 }
 
@@ -167,6 +186,7 @@ const Ephemeris* best_record(const std::vector<Ephemeris>& records, gnss::Satell
 
 std::map<gnss::System, Worst> compare_with_rtklib(const gnss::NavigationData& data) {
   BroadcastOptions options;
+  options.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   options.allow_unhealthy = true;
   const BroadcastSky sky(data, options);
   std::map<gnss::System, Worst> worst;
@@ -182,6 +202,13 @@ std::map<gnss::System, Worst> compare_with_rtklib(const gnss::NavigationData& da
         if (!state || e == nullptr) continue;
         const RtklibGlonassEphemeris r = rtklib_ephemeris(*e);
         geph2pos(rtklib_time(t), &r, position, &clock, &variance);
+        worst[id.system].add(*state, position, clock, t - e->toe);
+      } else if (id.system == gnss::System::SBAS) {
+        const gnss::SbasEphemeris* e = best_record(data.sbas, id, t, false);
+        EXPECT_EQ(state.has_value(), e != nullptr);
+        if (!state || e == nullptr) continue;
+        const RtklibSbasEphemeris r = rtklib_ephemeris(*e);
+        seph2pos(rtklib_time(t), &r, position, &clock, &variance);
         worst[id.system].add(*state, position, clock, t - e->toe);
       } else {
         const gnss::KeplerEphemeris* e = best_record(data.kepler, id, t, false);
@@ -201,8 +228,11 @@ void expect_within_bounds(const std::map<gnss::System, Worst>& worst) {
   for (const auto& [system, w] : worst) {
     std::printf("  %-8s %6d states, position within %.2e m, clock within %.2e s, ages to %.0f s\n",
                 std::string(name(system)).c_str(), w.compared, w.position_m, w.clock_s, w.age_s);
-    EXPECT_LT(w.position_m, system == gnss::System::GLONASS ? 1e-2 : 1e-3) << name(system);
-    EXPECT_LT(w.clock_s, 1e-10) << name(system);
+    const double bound_m = system == gnss::System::GLONASS ? 1e-2
+                           : system == gnss::System::SBAS  ? 1e-6
+                                                           : 1e-3;
+    EXPECT_LT(w.position_m, bound_m) << name(system);
+    EXPECT_LT(w.clock_s, system == gnss::System::SBAS ? 1e-15 : 1e-10) << name(system);
   }
 }
 
@@ -216,6 +246,7 @@ TEST_F(RtklibJudge, MixedDayOf2020) {
   EXPECT_GT(worst.at(gnss::System::Galileo).compared, 2000);
   EXPECT_GT(worst.at(gnss::System::BeiDou).compared, 3000);
   EXPECT_GT(worst.at(gnss::System::QZSS).compared, 50);
+  EXPECT_GT(worst.at(gnss::System::SBAS).compared, 400);  // all unhealthy, most without motion
 }
 
 TEST_F(RtklibJudge, GpsDayOf2012) {
@@ -296,6 +327,28 @@ void expect_same_records(const gnss::NavigationData& data, const RtklibNavigatio
       EXPECT_NEAR(found->acc[i], want.acc[i], 1e-18);
     }
   }
+  for (const gnss::SbasEphemeris& ours : data.sbas) {
+    const RtklibSbasEphemeris want = rtklib_ephemeris(ours);
+    const RtklibSbasEphemeris* found = nullptr;
+    for (int i = 0; i < rtklib.ns && found == nullptr; ++i) {
+      const RtklibSbasEphemeris& r = rtklib.seph[i];
+      if (r.sat == want.sat && gps_time(r.t0) == ours.toe && r.svh == want.svh) found = &r;
+    }
+    if (found == nullptr) {
+      ADD_FAILURE() << to_string(ours.id) << " t0 " << ours.toe.seconds_of_week()
+                    << " is not in RTKLIB's list";
+      if (++missing > 5) return;
+      continue;
+    }
+    EXPECT_EQ(gps_time(found->tof), ours.transmission) << to_string(ours.id);
+    EXPECT_NEAR(found->af0, want.af0, 1e-21);
+    EXPECT_NEAR(found->af1, want.af1, 1e-25);
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_NEAR(found->pos[i], want.pos[i], 1e-7);
+      EXPECT_NEAR(found->vel[i], want.vel[i], 1e-11);
+      EXPECT_NEAR(found->acc[i], want.acc[i], 1e-18);
+    }
+  }
 }
 
 // One test for each file: an absent one skips itself alone.
@@ -306,6 +359,7 @@ TEST_P(RtklibJudgeOfRealDay, ReaderFindsTheSameRecords) {
   const auto rtklib = rtklib_read(TextFile(path).text());
   EXPECT_EQ(static_cast<std::size_t>(rtklib->n), data.kepler.size());
   EXPECT_EQ(static_cast<std::size_t>(rtklib->ng), data.glonass.size());
+  EXPECT_EQ(static_cast<std::size_t>(rtklib->ns), data.sbas.size());
   expect_same_records(data, *rtklib);
 }
 INSTANTIATE_TEST_SUITE_P(Rtklib, RtklibJudgeOfRealDay, testing::ValuesIn(test::kRealDays));
@@ -316,7 +370,37 @@ TEST_F(RtklibJudge, WrittenFileIsRead) {
   const auto rtklib = rtklib_read(rinex::format_rinex_navigation(data));
   EXPECT_EQ(static_cast<std::size_t>(rtklib->n), data.kepler.size());
   EXPECT_EQ(static_cast<std::size_t>(rtklib->ng), data.glonass.size());
+  EXPECT_EQ(static_cast<std::size_t>(rtklib->ns), data.sbas.size());
   expect_same_records(data, *rtklib);
+}
+
+// Real files have no healthy one: records every 128 s of three satellites with velocities, accelerations and
+// clocks as large as message 9 has them, read by RTKLIB and by our reader from one text.
+TEST_F(RtklibJudge, SbasOfMadeUpRecords) {
+  std::string text = test::kRinex3Header;
+  for (int satellite = 0; satellite < 3; ++satellite) {
+    for (int k = 0; k < 28; ++k) {
+      const double s = satellite + 1 + 0.1 * k;
+      text += fmt::format(
+          "S{} 2019 04 28 12 {:02d} {:02d}{:19.12E}{:19.12E}{:19.12E}\n"
+          "    {:19.12E}{:19.12E}{:19.12E}{:19.12E}\n    {:19.12E}{:19.12E}{:19.12E}{:19.12E}\n"
+          "    {:19.12E}{:19.12E}{:19.12E}{:19.12E}\n",
+          23 + 10 * satellite, 128 * k / 60, 128 * k % 60, 9e-7 * std::sin(s), 1.1e-10 * std::cos(3 * s),
+          43200.0 + 128 * k, 42164 * std::cos(s), 0.04 * std::sin(2 * s), 6e-6 * std::cos(s), 0.0,
+          42164 * std::sin(s), 0.04 * std::cos(2 * s), 6e-6 * std::sin(s), 4.0, 100 * s,
+          0.5 * std::sin(5 * s), 3e-5 * std::cos(5 * s), 1.0 * k);
+    }
+  }
+  const gnss::NavigationData data = rinex::read_rinex_navigation(TextFile::from_string(text, "sbas.rnx"));
+  EXPECT_TRUE(data.warnings.empty());
+  EXPECT_EQ(data.sbas.size(), 84U);
+  const auto rtklib = rtklib_read(text);
+  EXPECT_EQ(rtklib->ns, 84);
+  expect_same_records(data, *rtklib);
+  const auto worst = compare_with_rtklib(data);
+  expect_within_bounds(worst);
+  EXPECT_GT(worst.at(gnss::System::SBAS).compared, 15);
+  EXPECT_GT(worst.at(gnss::System::SBAS).age_s, 100);
 }
 
 }  // namespace

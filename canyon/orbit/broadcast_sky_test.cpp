@@ -26,10 +26,11 @@ using testing::HasSubstr;
 using testing::Not;
 
 const gnss::SatelliteId kG05{gnss::System::GPS, 5}, kE11{gnss::System::Galileo, 11},
-    kC21{gnss::System::BeiDou, 21}, kR07{gnss::System::GLONASS, 7}, kJ02{gnss::System::QZSS, 2};
+    kC21{gnss::System::BeiDou, 21}, kR07{gnss::System::GLONASS, 7}, kJ02{gnss::System::QZSS, 2},
+    kS23{gnss::System::SBAS, 23};
 
 gnss::NavigationData sample() {
-  return rinex::read_rinex_navigation(TextFile::from_string(test::kRinex3Sample, "sample.rnx"));
+  return rinex::read_rinex_navigation(TextFile::from_string(test::kRinex3Sample + test::kS23, "sample.rnx"));
 }
 
 gnss::NavigationData only(gnss::SatelliteId id) {
@@ -37,6 +38,7 @@ gnss::NavigationData only(gnss::SatelliteId id) {
   const auto other = [id](const auto& e) { return e.id != id; };
   data.kepler.erase(std::remove_if(data.kepler.begin(), data.kepler.end(), other), data.kepler.end());
   data.glonass.erase(std::remove_if(data.glonass.begin(), data.glonass.end(), other), data.glonass.end());
+  data.sbas.erase(std::remove_if(data.sbas.begin(), data.sbas.end(), other), data.sbas.end());
   return data;
 }
 
@@ -62,15 +64,18 @@ void expect_derivatives(const Ephemeris& e, double reach_s, double& worst_veloci
 }
 
 void expect_derivatives(const gnss::NavigationData& data) {
-  double kepler = 0, glonass = 0, drift = 0;
+  double kepler = 0, glonass = 0, sbas = 0, drift = 0;
   for (const gnss::KeplerEphemeris& e : data.kepler)
     expect_derivatives(e, validity(e).after_s, kepler, drift);
   for (const gnss::GlonassEphemeris& e : data.glonass)
     expect_derivatives(e, validity(e).after_s, glonass, drift);
+  for (const gnss::SbasEphemeris& e : data.sbas) expect_derivatives(e, validity(e).after_s, sbas, drift);
   std::printf(
-      "  velocity within %.1e m/s (GLONASS %.1e), clock drift within %.1e s/s of numeric differentiation\n",
-      kepler, glonass, drift);
+      "  velocity within %.1e m/s (GLONASS %.1e, SBAS %.1e), clock drift within %.1e s/s of numeric "
+      "differentiation\n",
+      kepler, glonass, sbas, drift);
   EXPECT_LT(kepler, 1e-7);
+  EXPECT_LT(sbas, 1e-7);
   EXPECT_LT(glonass, 1e-5);  // position and velocity carry their own integration errors
   EXPECT_LT(drift, 1e-18);
 }
@@ -198,6 +203,20 @@ TEST(Propagate, BeidouGeostationariesStandInTheirPlaces) {
   EXPECT_GT(seen, 50);
 }
 
+// RTCA DO-229 A.4.4.11, written out for 300 s.
+TEST(Propagate, SbasIsAParabolaInTheRotatingFrame) {
+  const gnss::SbasEphemeris e = only(kS23).sbas.front();
+  const SatelliteState state = propagate(e, e.toe + 300.0);
+  EXPECT_NEAR(state.position_m.x(), 35944600.08 + 300 * 1.25 - 45000 * 1.25e-5, 1e-7);
+  EXPECT_NEAR(state.position_m.y(), 22044140 - 300 * 2.1875 + 45000 * 2.5e-5, 1e-7);
+  EXPECT_NEAR(state.position_m.z(), 120000 + 300 * 36 - 45000 * 6.25e-5, 1e-7);
+  EXPECT_NEAR(state.velocity_mps.z(), 36 - 300 * 6.25e-5, 1e-12);
+  EXPECT_NEAR(state.clock_bias_s, 9.313225746155e-09 - 300 * 1.818989403546e-12, 1e-20);
+  EXPECT_EQ(state.clock_drift, -1.818989403546e-12);
+  EXPECT_EQ(state.group_delay_s, 0);
+  EXPECT_EQ(state.carrier_frequency_hz, 1575.42e6);
+}
+
 // --- choice
 // ---------------------------------------------------------------------------------------------------
 
@@ -208,6 +227,9 @@ TEST(BroadcastSky, ListsSatellitesAndSpan) {
   EXPECT_EQ(list, "G05R07E11C03C21J02");
   EXPECT_EQ(sky.span().first, parse_time("2019-04-28T11:45:18 GPST"));
   EXPECT_EQ(sky.span().second, parse_time("2019-04-28T12:00:14 GPST"));
+  // SBAS has to be named.
+  const std::set<gnss::System> all{gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
+  EXPECT_EQ(BroadcastSky(sample(), {all, false, false}).satellites().back(), kS23);
   const BroadcastSky two(sample(), {{gnss::System::GPS, gnss::System::BeiDou}, false, false});
   EXPECT_EQ(two.satellites().size(), 3u);
   EXPECT_FALSE(two.state(kE11, parse_time("2019-04-28T12:00:00 GPST")));
@@ -218,12 +240,15 @@ TEST(BroadcastSky, ValidityOfEachSystem) {
   const struct {
     gnss::SatelliteId id;
     double before_s, after_s;
-  } cases[] = {
-      {kG05, 7200, 7200}, {kJ02, 7200, 7200}, {kE11, 1800, 14400}, {kC21, 3600, 10800}, {kR07, 1800, 1800}};
+  } cases[] = {{kG05, 7200, 7200},  {kJ02, 7200, 7200}, {kE11, 1800, 14400},
+               {kC21, 3600, 10800}, {kR07, 1800, 1800}, {kS23, 360, 360}};
   for (const auto& [id, before_s, after_s] : cases) {
     const gnss::NavigationData data = only(id);
-    const GpsTime toe = data.kepler.empty() ? data.glonass.front().toe : data.kepler.front().toe;
-    const BroadcastSky sky(data), stale(data, {{gnss::System(id.system)}, true, false});
+    const GpsTime toe = !data.kepler.empty()    ? data.kepler.front().toe
+                        : !data.glonass.empty() ? data.glonass.front().toe
+                                                : data.sbas.front().toe;
+    const BroadcastSky sky(data, {{gnss::System(id.system)}, false, false}),
+        stale(data, {{gnss::System(id.system)}, true, false});
     for (const double inside : {-before_s, 0.0, after_s}) {
       EXPECT_TRUE(sky.state(id, toe + inside));
       EXPECT_TRUE(sky.covers(toe + inside));
@@ -350,6 +375,16 @@ TEST(BroadcastSky, HealthRulesOfEachSystem) {
   EXPECT_FALSE(healthy(kE11, 0, -1));             // no accuracy prediction
   EXPECT_FALSE(healthy(kE11, 0b001000, 2, 258));  // F/NAV knows E5a
   EXPECT_TRUE(healthy(kE11, 0b010000000, 2, 258));
+
+  gnss::SbasEphemeris e;
+  for (const int usable : {0, 0b10, 0b100}) {  // corrections, integrity off
+    e.health = usable;
+    EXPECT_TRUE(is_healthy(e)) << usable;
+  }
+  for (const int useless : {1, 31, 32, 63}) {  // ranging off, health unknown, no accuracy: as of real files
+    e.health = useless;
+    EXPECT_FALSE(is_healthy(e)) << useless;
+  }
 }
 
 TEST(BroadcastSky, NothingToAnswerFrom) {

@@ -24,6 +24,7 @@ EarthModel earth_model(gnss::System system) {
     case gnss::System::GPS:
     case gnss::System::QZSS:
     case gnss::System::GLONASS:
+    case gnss::System::SBAS:
       break;
   }
   return {3.986005e14, 7.2921151467e-5};  // IS-GPS-200 table 20-IV; IS-QZSS-PNT takes them over

@@ -76,6 +76,21 @@ void expect_same(const gnss::GlonassEphemeris& a, const gnss::GlonassEphemeris& 
   EXPECT_EQ(a.age_days, b.age_days);
 }
 
+template <>
+void expect_same(const gnss::SbasEphemeris& a, const gnss::SbasEphemeris& b) {
+  EXPECT_EQ(a.id, b.id);
+  EXPECT_EQ(a.toe, b.toe);
+  EXPECT_EQ(a.transmission, b.transmission) << to_string(a.id);
+  EXPECT_EQ(a.clock_bias_s, b.clock_bias_s);
+  EXPECT_EQ(a.clock_drift, b.clock_drift);
+  EXPECT_EQ(a.position_m, b.position_m);
+  EXPECT_EQ(a.velocity_mps, b.velocity_mps);
+  EXPECT_EQ(a.acceleration_mps2, b.acceleration_mps2);
+  EXPECT_EQ(a.health, b.health);
+  EXPECT_EQ(a.accuracy_m, b.accuracy_m);
+  EXPECT_EQ(a.iodn, b.iodn);
+}
+
 void expect_round_trip(const gnss::NavigationData& data) {
   const gnss::NavigationData back = read(rinex::format_rinex_navigation(data));
   EXPECT_TRUE(back.warnings.empty());
@@ -83,13 +98,15 @@ void expect_round_trip(const gnss::NavigationData& data) {
   for (std::size_t i = 0; i < data.kepler.size(); ++i) expect_same(data.kepler[i], back.kepler[i]);
   ASSERT_EQ(back.glonass.size(), data.glonass.size());
   for (std::size_t i = 0; i < data.glonass.size(); ++i) expect_same(data.glonass[i], back.glonass[i]);
+  ASSERT_EQ(back.sbas.size(), data.sbas.size());
+  for (std::size_t i = 0; i < data.sbas.size(); ++i) expect_same(data.sbas[i], back.sbas[i]);
   EXPECT_EQ(back.leap_seconds, data.leap_seconds);
   EXPECT_EQ(back.galileo_nequick.has_value(), data.galileo_nequick.has_value());
   ASSERT_EQ(back.klobuchar.size(), data.klobuchar.size());
 }
 
 TEST(RinexNavigationWriter, SampleComesBackExactly) {
-  const gnss::NavigationData data = read(test::kRinex3Sample);
+  const gnss::NavigationData data = read(test::kRinex3Sample + test::kS23);
   expect_round_trip(data);
   const gnss::NavigationData back = read(rinex::format_rinex_navigation(data));
   for (const auto& [system, k] : data.klobuchar) {
@@ -108,7 +125,7 @@ TEST_P(RealDay, ComesBackExactly) {
 INSTANTIATE_TEST_SUITE_P(RinexNavigationWriter, RealDay, testing::ValuesIn(test::kRealDays));
 
 TEST(RinexNavigationWriter, LayoutIsRinex304) {
-  const std::string text = rinex::format_rinex_navigation(read(test::kRinex3Sample));
+  const std::string text = rinex::format_rinex_navigation(read(test::kRinex3Sample + test::kS23));
   std::istringstream lines(text);
   std::string line;
   bool header = true;
@@ -124,7 +141,7 @@ TEST(RinexNavigationWriter, LayoutIsRinex304) {
   }
   EXPECT_EQ(text.substr(0, 80),
             "     3.04           N: GNSS NAV DATA    M: MIXED            RINEX VERSION / TYPE");
-  EXPECT_EQ(order, "G05R07E11C03C21J02");
+  EXPECT_EQ(order, "G05R07E11C03C21J02S23");
   EXPECT_THAT(text,
               testing::HasSubstr(
                   "G05 2019 04 28 12 00 00-1.234567890123E-04 3.410605131648E-13 0.000000000000E+00\n"));

@@ -12,7 +12,7 @@ namespace canyon::orbit {
 /// Records lie at each system's usual spacing so that every instant of [begin, end] is within validity, and
 /// successive records describe one continuous orbit (jumps below 1 mm). Klobuchar's coefficients are
 /// standard_ionosphere().
-/// `systems` without QZSS's slots: QZSS has none here and is ignored.
+/// `systems` but QZSS and SBAS, which have no slots here and are ignored.
 /// Throws InputError where end < begin, the span exceeds 60 days, or no system is left.
 [[nodiscard]] gnss::NavigationData nominal_constellation(geodesy::GpsTime begin, geodesy::GpsTime end,
                                                          const std::set<gnss::System>& systems);

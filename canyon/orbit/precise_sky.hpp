@@ -28,9 +28,10 @@ class PreciseSky final : public Sky {
   /// Throws InputError with file and line for anything that is not SP3-c/d, for a file that is cut short, and
   /// where no satellite of `systems` is in it.
   explicit PreciseSky(const std::filesystem::path& path,
-                      std::set<gnss::System> systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()});
-  explicit PreciseSky(TextFile file,
-                      std::set<gnss::System> systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()});
+                      std::set<gnss::System> systems = {gnss::kConstellations.begin(),
+                                                        gnss::kConstellations.end()});
+  explicit PreciseSky(TextFile file, std::set<gnss::System> systems = {gnss::kConstellations.begin(),
+                                                                       gnss::kConstellations.end()});
   ~PreciseSky() override;
 
   [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override;

@@ -193,6 +193,7 @@ std::vector<Slot> nominal_slots(gnss::System system) {
     case gnss::System::BeiDou:
       return beidou_slots();
     case gnss::System::QZSS:
+    case gnss::System::SBAS:
       break;
   }
   return {};

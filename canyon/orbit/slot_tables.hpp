@@ -24,7 +24,8 @@ struct Slot {
   bool geostationary = false;  ///< over `node_longitude_rad`; the other angles are unused
 };
 
-/// Slots of a system in ascending order of satellite: GPS 24, GLONASS 24, Galileo 24, BeiDou 30, QZSS none.
+/// Slots of a system in ascending order of satellite: GPS 24, GLONASS 24, Galileo 24, BeiDou 30, QZSS and
+/// SBAS none.
 /// Sources of each table stand in slot_tables.cpp and in docs/sky.md.
 [[nodiscard]] std::vector<Slot> nominal_slots(gnss::System system);
 

@@ -107,7 +107,7 @@ class Reader {
     const std::string_view name = column(line, 1, 3);
     const std::optional<gnss::SatelliteId> id = gnss::parse_satellite(name);
     if (!id) {
-      // SBAS, low orbiters and systems to come are passed over.
+      // NavIC, low orbiters and systems to come are passed over.
       const bool other =
           name.size() == 3 && name[0] >= 'A' && name[0] <= 'Z' && parse_integer(name.substr(1));
       if (other && !gnss::system_from_letter(name[0])) return;

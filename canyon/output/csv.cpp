@@ -94,7 +94,7 @@ class EpochsCsv final : public Encoder {
     } else {
       row.add_nothing(6);
     }
-    for (const gnss::System system : gnss::kAllSystems) {
+    for (const gnss::System system : gnss::kConstellations) {
       const auto bias = fix.clock_bias_s.find(system);
       const bool known = fix.solved() && bias != fix.clock_bias_s.end();
       row.add(known ? fixed(bias->second, 13) : std::string());

@@ -33,6 +33,7 @@ struct SystemCodes {
 SystemCodes codes(System system) {
   switch (system) {
     case System::GPS:
+    case System::SBAS:
       return {"GP", '1', '1'};
     case System::GLONASS:
       return {"GL", '2', '1'};
@@ -46,13 +47,18 @@ SystemCodes codes(System system) {
   return {"GN", '0', '0'};
 }
 
+/// NMEA has the satellites of SBAS among GPS's.
+System listed_with(System system) {
+  return system == System::SBAS ? System::GPS : system;
+}
+
 /// Talker of the sentences about the solution: the system's own where there is one system, else GN.
 std::string_view solution_talker(const receiver::ReceiverEpoch& seen) {
   std::set<System> systems;
   if (seen.fix.solved()) {
-    for (const auto id : seen.fix.used) systems.insert(id.system);
+    for (const auto id : seen.fix.used) systems.insert(listed_with(id.system));
   } else {
-    for (const auto& satellite : seen.satellites) systems.insert(satellite.id.system);
+    for (const auto& satellite : seen.satellites) systems.insert(listed_with(satellite.id.system));
   }
   return systems.size() == 1 ? codes(*systems.begin()).talker : std::string_view("GN");
 }
@@ -123,7 +129,7 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
   if (!fix.solved()) return nmea_sentence(fmt::format("{}GSA,A,1,,,,,,,,,,,,,{},", talker, dops));
   std::map<System, std::vector<int>> used;
   for (const auto id : fix.used) {
-    std::vector<int>& numbers = used[id.system];
+    std::vector<int>& numbers = used[listed_with(id.system)];
     if (const auto number = nmea_satellite_number(id)) numbers.push_back(*number);
   }
   std::vector<std::string> bodies;
@@ -180,7 +186,7 @@ std::string gsv(const receiver::ReceiverEpoch& seen) {
     if (satellite.measurement && satellite.measurement->cn0_dbhz) {
       strength = fmt::format("{:02d}", std::clamp(std::lround(*satellite.measurement->cn0_dbhz), 0L, 99L));
     }
-    in_view[satellite.id.system].push_back(
+    in_view[listed_with(satellite.id.system)].push_back(
         fmt::format(",{:02d},{:02d},{:03d},{}", *number, elevation,
                     std::lround(wrapped_azimuth_deg(satellite.azimuth_rad, 0)), strength));
   }
@@ -212,7 +218,7 @@ std::string nmea_sentence(std::string_view body) {
 
 std::optional<int> nmea_satellite_number(gnss::SatelliteId id) {
   const int n = id.number;
-  int last = 0, offset = 0;
+  int first = 1, last = 0, offset = 0;
   switch (id.system) {
     case System::GPS:
       last = 32;
@@ -230,8 +236,13 @@ std::optional<int> nmea_satellite_number(gnss::SatelliteId id) {
     case System::QZSS:
       last = 10;
       break;
+    case System::SBAS:
+      first = 20;
+      last = 51;
+      offset = 13;
+      break;
   }
-  if (n < 1 || n > last) return std::nullopt;
+  if (n < first || n > last) return std::nullopt;
   return n + offset;
 }
 

@@ -112,6 +112,25 @@ TEST(Nmea, OneSystemSpeaksForItself) {
   for (const std::string& body : bodies(text)) EXPECT_EQ(body.substr(0, 2), "GB") << body;
 }
 
+// NMEA 0183 has SBAS among GPS's satellites: one talker, one list.
+TEST(Nmea, SbasStandsBesideGps) {
+  simulation::Epoch epoch = epoch_at(0);
+  auto& seen = epoch.observed;
+  seen.satellites.clear();
+  seen.fix.used.clear();
+  for (const char* id : {"G05", "G07", "G12", "G30", "S23", "S36"}) {
+    seen.satellites.push_back(test::sample_satellite(id, 60, 45, propagation::Visibility::LOS));
+    seen.fix.used.push_back(seen.satellites.back().id);
+  }
+  const std::string text = nmea_epoch(epoch);
+  EXPECT_THAT(bodies(text, "GSA"), ElementsAre("GPGSA,A,3,05,07,12,30,36,49,,,,,,,2.10,1.25,1.69,1"));
+  for (const std::string& body : bodies(text)) EXPECT_EQ(body.substr(0, 2), "GP") << body;
+  const auto gsv = bodies(text, "GSV");
+  ASSERT_EQ(gsv.size(), 2U);
+  EXPECT_THAT(gsv[0], testing::StartsWith("GPGSV,2,1,06,05,45,060,"));
+  EXPECT_THAT(gsv[1], testing::StartsWith("GPGSV,2,2,06,36,45,060,"));
+}
+
 TEST(Nmea, MoreThanTwelveSatellitesTakeASecondGsa) {
   simulation::Epoch epoch = epoch_at(0);
   epoch.observed.fix.used.clear();
@@ -125,6 +144,10 @@ TEST(Nmea, SatelliteNumbers) {
   const auto number = [](const char* id) { return nmea_satellite_number(*gnss::parse_satellite(id)); };
   EXPECT_EQ(number("G32"), 32);
   EXPECT_FALSE(number("G33")) << "33 is an SBAS satellite in NMEA";
+  EXPECT_EQ(number("S20"), 33);  // PRN 120 to 151 are 33 to 64
+  EXPECT_EQ(number("S51"), 64);
+  EXPECT_FALSE(number("S52"));
+  EXPECT_FALSE(number("S19"));
   EXPECT_EQ(number("R24"), 88);
   EXPECT_EQ(number("E36"), 36);
   EXPECT_EQ(number("C63"), 63);

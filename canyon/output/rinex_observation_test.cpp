@@ -138,8 +138,8 @@ TEST(RinexObservation, HeaderIsComplete) {
     types.emplace_back(trim(it->second));
   }
   EXPECT_EQ(types, (std::vector<std::string>{"G    2 C1C D1C", "R    2 C1C D1C", "E    2 C1X D1X",
-                                             "C    2 C2I D2I", "J    2 C1C D1C"}));
-  EXPECT_EQ(file.header.count("SYS / PHASE SHIFT"), 5U);
+                                             "C    2 C2I D2I", "J    2 C1C D1C", "S    2 C1C D1C"}));
+  EXPECT_EQ(file.header.count("SYS / PHASE SHIFT"), 6U);
   std::map<std::string, int> channels;
   for (auto [it, end] = file.header.equal_range("GLONASS SLOT / FRQ #"); it != end; ++it) {
     for (std::size_t i = 4; i + 6 < 60; i += 7) {

@@ -225,7 +225,7 @@ class Solver {
       fix.used.push_back(satellite.measured->id);
       fix.residuals_m.push_back(residual_(row++) * satellite.sigma_m);
     }
-    for (const System system : gnss::kAllSystems) {
+    for (const System system : gnss::kConstellations) {
       const auto index = static_cast<std::size_t>(system);
       if (clocks_.column[index] >= 0)
         fix.clock_bias_s[system] = (clock_m_[index] + offset_m_) / kSpeedOfLight;

@@ -131,6 +131,31 @@ TEST(SolveFix, InterSystemBiasGoesToTheClockOfItsConstellation) {
   EXPECT_NEAR(fix.clock_bias_s.at(System::GPS) * kSpeedOfLight, 0, 1e-3);
 }
 
+// SBAS keeps GPS's time within 50 ns (ICAO Annex 10, 3.7.3.4.5): one unknown for both.
+TEST(SolveFix, SbasSharesTheClockOfGps) {
+  const CircularSky sky({System::GPS, System::Galileo, System::SBAS});
+  std::vector<Measurement> measurements = measure(sky, kTime, 10, 2e-4);
+  const Fix both = solve_fix(kTime + 2e-4, measurements, sky, FixOptions{});
+  ASSERT_TRUE(both.solved());
+  EXPECT_EQ(both.used.size(), measurements.size());
+  EXPECT_EQ(both.unknowns, 5);
+  ASSERT_EQ(both.clock_bias_s.size(), 2U);
+  EXPECT_NEAR(both.clock_bias_s.at(System::GPS), 2e-4, 1e-12);
+  EXPECT_EQ(both.clock_bias_s.count(System::SBAS), 0U);
+
+  // Satellites of both, one of them alone, count for the one clock.
+  const std::vector<Measurement> few =
+      join(only(measurements, System::GPS, 1), only(measurements, System::SBAS, 4));
+  const Fix fix = solve_fix(kTime + 2e-4, few, sky, FixOptions{});
+  ASSERT_TRUE(fix.solved()) << reason(fix.status);
+  EXPECT_EQ(fix.unknowns, 4);
+  EXPECT_EQ(fix.used.size(), 5U);
+  EXPECT_LT((fix.position_ecef - kTruth).norm(), 1e-4);
+  EXPECT_NEAR(fix.clock_bias_s.at(System::GPS), 2e-4, 1e-12);
+  const Fix alone = solve_fix(kTime + 2e-4, only(measurements, System::SBAS, 5), sky, FixOptions{});
+  EXPECT_NEAR(alone.clock_bias_s.at(System::GPS), 2e-4, 1e-12);
+}
+
 TEST(SolveFix, CovarianceAndDopAreThoseOfTheDesignAtTheTruth) {
   std::vector<Measurement> measurements = measure(four_systems());
   RandomStream random(1, "sigma");

@@ -17,7 +17,7 @@ namespace canyon::positioning {
 namespace {
 
 using geodesy::kSpeedOfLight;
-using gnss::kSystemCount;
+using gnss::kConstellations;
 using gnss::System;
 
 // States: ECEF position and velocity, clock drift [m/s], each constellation's clock [m].
@@ -25,7 +25,7 @@ constexpr int kPosition = 0;
 constexpr int kVelocity = 3;
 constexpr int kDrift = 6;
 constexpr int kClock = 7;
-constexpr int kStates = kClock + static_cast<int>(kSystemCount);
+constexpr int kStates = kClock + static_cast<int>(kConstellations.size());
 using StateVector = Eigen::Matrix<double, kStates, 1>;
 using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
 
@@ -46,8 +46,12 @@ constexpr double kMillisecond_m = 1e-3 * kSpeedOfLight;
 constexpr double kClockStep_m = 1000;
 constexpr double kClockStepSigmas = 6;
 
+/// Of the clock that a system's satellites have, among kConstellations.
+std::size_t clock_index(System system) {
+  return static_cast<std::size_t>(clock_system(system));
+}
 int clock_of(System system) {
-  return kClock + static_cast<int>(system);
+  return kClock + static_cast<int>(clock_index(system));
 }
 
 double median(std::vector<double> values) {
@@ -67,14 +71,14 @@ struct Track {
   geodesy::GpsTime time;
   geodesy::GpsTime measured;  ///< when a measurement last passed the gate
   std::optional<geodesy::GpsTime> astray_since;
-  std::array<std::optional<geodesy::GpsTime>, kSystemCount> system_astray_since;
-  std::array<bool, kSystemCount> known{};  ///< the constellation has a clock
+  std::array<std::optional<geodesy::GpsTime>, kConstellations.size()> system_astray_since;
+  std::array<bool, kConstellations.size()> known{};  ///< the constellation has a clock
   StateVector x = StateVector::Zero();
   StateMatrix p = StateMatrix::Zero();
 
   [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
   [[nodiscard]] Eigen::Vector3d velocity() const { return x.segment<3>(kVelocity); }
-  [[nodiscard]] bool knows(System system) const { return known[static_cast<std::size_t>(system)]; }
+  [[nodiscard]] bool knows(System system) const { return known[clock_index(system)]; }
 };
 
 /// Over dt white acceleration of density q gives position and velocity q dt^3 / 3, q dt^2 / 2, q dt
@@ -83,7 +87,7 @@ struct Track {
 void predict(Track& track, double dt, const PositionFilterOptions& options) {
   StateMatrix f = StateMatrix::Identity();
   f.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(dt);
-  for (const System system : gnss::kAllSystems) {
+  for (const System system : kConstellations) {
     if (track.knows(system)) f(clock_of(system), kDrift) = dt;
   }
   const Eigen::Matrix3d enu_from_ecef =
@@ -102,12 +106,12 @@ void predict(Track& track, double dt, const PositionFilterOptions& options) {
   const double white = c2 * options.clock_frequency_density;
   const double walk = c2 * options.clock_drift_density;
   track.p(kDrift, kDrift) += walk * dt;
-  for (const System a : gnss::kAllSystems) {
+  for (const System a : kConstellations) {
     if (!track.knows(a)) continue;
     track.p(kDrift, clock_of(a)) += walk * dt * dt / 2;
     track.p(clock_of(a), kDrift) += walk * dt * dt / 2;
     track.p(clock_of(a), clock_of(a)) += kClockWalk * kClockWalk * dt;
-    for (const System b : gnss::kAllSystems) {
+    for (const System b : kConstellations) {
       if (track.knows(b)) track.p(clock_of(a), clock_of(b)) += white * dt + walk * dt * dt * dt / 3;
     }
   }
@@ -217,7 +221,7 @@ std::optional<Track> begin(Epoch& epoch, const Fix& fix, const FixOptions& optio
   track.x(kDrift) = fix.clock_drift.value_or(0) * kSpeedOfLight;
   track.p(kDrift, kDrift) = kUnknownDrift_mps * kUnknownDrift_mps;
   for (const auto& [system, bias_s] : fix.clock_bias_s) {
-    track.known[static_cast<std::size_t>(system)] = true;
+    track.known[clock_index(system)] = true;
     track.x(clock_of(system)) = bias_s * kSpeedOfLight;
     track.p(clock_of(system), clock_of(system)) = kUnknown_m * kUnknown_m;
   }
@@ -240,7 +244,7 @@ std::optional<Track> begin(Epoch& epoch, const Fix& fix, const FixOptions& optio
 /// The clock's steps, and clocks of constellations that had none.
 void mind_clocks(Track& track, const Epoch& epoch) {
   std::vector<double> common;
-  std::array<std::vector<double>, kSystemCount> of_new;
+  std::array<std::vector<double>, kConstellations.size()> of_new;
   double variance = 0;
   for (const RangedSatellite& satellite : epoch.satellites) {
     if (!satellite.above_mask) continue;
@@ -250,7 +254,7 @@ void mind_clocks(Track& track, const Epoch& epoch) {
       common.push_back(row.innovation);
       variance = std::max(variance, row.gradient.dot(track.p * row.gradient) + row.sigma * row.sigma);
     } else {
-      of_new[static_cast<std::size_t>(system)].push_back(row.innovation);
+      of_new[clock_index(system)].push_back(row.innovation);
     }
   }
   if (!common.empty()) {
@@ -258,10 +262,10 @@ void mind_clocks(Track& track, const Epoch& epoch) {
     if (std::abs(step) > std::max(kClockStep_m, kClockStepSigmas * std::sqrt(variance))) {
       const double milliseconds = std::round(step / kMillisecond_m);
       const bool whole = milliseconds != 0 && std::abs(step - milliseconds * kMillisecond_m) < kClockStep_m;
-      for (const System a : gnss::kAllSystems) {
+      for (const System a : kConstellations) {
         if (!track.knows(a)) continue;
         track.x(clock_of(a)) += whole ? milliseconds * kMillisecond_m : step;
-        for (const System b : gnss::kAllSystems) {
+        for (const System b : kConstellations) {
           if (!whole && track.knows(b)) track.p(clock_of(a), clock_of(b)) += kUnknown_m * kUnknown_m;
         }
       }
@@ -269,11 +273,11 @@ void mind_clocks(Track& track, const Epoch& epoch) {
       if (whole) track.x.segment<3>(kPosition) -= track.velocity() * milliseconds * 1e-3;
     }
   }
-  for (const System system : gnss::kAllSystems) {
-    const auto& innovations = of_new[static_cast<std::size_t>(system)];
+  for (const System system : kConstellations) {
+    const auto& innovations = of_new[clock_index(system)];
     if (innovations.empty()) continue;
     const int clock = clock_of(system);
-    track.known[static_cast<std::size_t>(system)] = true;
+    track.known[clock_index(system)] = true;
     track.x(clock) += median(innovations);
     track.p.row(clock).setZero();
     track.p.col(clock).setZero();
@@ -313,10 +317,10 @@ bool correct(Track& track, Epoch& epoch, const PositionFilterOptions& options) {
     return std::abs(a.row.innovation - middle) < std::abs(b.row.innovation - middle);
   });
   Update update(track);
-  std::array<int, kSystemCount> considered{};
-  std::array<int, kSystemCount> failed{};
+  std::array<int, kConstellations.size()> considered{};
+  std::array<int, kConstellations.size()> failed{};
   for (const Candidate& candidate : candidates) {
-    const auto system = static_cast<std::size_t>(epoch.satellites[candidate.index].measured->id.system);
+    const std::size_t system = clock_index(epoch.satellites[candidate.index].measured->id.system);
     ++considered[system];
     epoch.passed[candidate.index] = update.take(candidate.row, options.gate_sigmas);
     if (epoch.passed[candidate.index]) {
@@ -329,7 +333,7 @@ bool correct(Track& track, Epoch& epoch, const PositionFilterOptions& options) {
   update.finish();
   int all_considered = 0;
   int all_failed = 0;
-  for (std::size_t system = 0; system < kSystemCount; ++system) {
+  for (std::size_t system = 0; system < kConstellations.size(); ++system) {
     all_considered += considered[system];
     all_failed += failed[system];
     // A clock can be told wrong by the first satellites of its constellation: it is then learned anew. A lone
@@ -352,11 +356,11 @@ bool somewhere(const Track& track) {
 }
 
 void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen::Matrix3d& enu_from_ecef) {
-  std::array<int, kSystemCount> column{};
+  std::array<int, kConstellations.size()> column{};
   column.fill(-1);
   int clocks = 0;
   for (const gnss::SatelliteId id : fix.used) {
-    int& each = column[static_cast<std::size_t>(id.system)];
+    int& each = column[clock_index(id.system)];
     if (each < 0) each = 3 + clocks++;
   }
   fix.unknowns = 3 + std::max(clocks, 1);
@@ -371,7 +375,7 @@ void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen:
     fix.residuals_m.push_back(satellite.pseudorange_m - satellite.range_m - satellite.atmosphere_m -
                               track.x(clock_of(system)));
     design.row(row).head<3>() = -(enu_from_ecef * satellite.direction).transpose();
-    design(row, column[static_cast<std::size_t>(system)]) = 1;
+    design(row, column[clock_index(system)]) = 1;
     ++row;
   }
   Eigen::ColPivHouseholderQR<Design> qr(design);
@@ -392,7 +396,7 @@ Fix describe(const Track& track, const Epoch& epoch) {
   fix.velocity_covariance_enu =
       enu_from_ecef * track.p.block<3, 3>(kVelocity, kVelocity) * enu_from_ecef.transpose();
   fix.clock_drift = track.x(kDrift) / kSpeedOfLight;
-  for (const System system : gnss::kAllSystems) {
+  for (const System system : kConstellations) {
     if (track.knows(system)) fix.clock_bias_s[system] = track.x(clock_of(system)) / kSpeedOfLight;
   }
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {

@@ -32,15 +32,17 @@ const CircularSky& two_systems() {
 
 /// One receiver: least squares and the filter behind it.
 struct Pair {
-  explicit Pair(const PositionFilterOptions& options = {}, const FixOptions& least_squares = {})
-      : fix_options(least_squares), filter(options, least_squares) {}
+  explicit Pair(const PositionFilterOptions& options = {}, const FixOptions& least_squares = {},
+                const orbit::Sky& seen = two_systems())
+      : sky(seen), fix_options(least_squares), filter(options, least_squares) {}
   Fix update(GpsTime time, const std::vector<Measurement>& measurements) {
-    fix = solve_fix(time, measurements, two_systems(), fix_options, {}, start);
+    fix = solve_fix(time, measurements, sky, fix_options, {}, start);
     if (fix.solved()) start = fix.position_ecef;
-    return filter.update(time, measurements, two_systems(), fix);
+    return filter.update(time, measurements, sky, fix);
   }
   Fix update(TestDrive& drive) { return update(drive.receiver_time(), drive.measure()); }
 
+  const orbit::Sky& sky;
   FixOptions fix_options;
   PositionFilter filter;
   Fix fix;
@@ -115,6 +117,30 @@ TEST(PositionFilter, KeepsToTheTruthWithoutNoise) {
     EXPECT_NEAR(*fix.clock_drift, 3e-7, 1e-10);
     EXPECT_NEAR((fix.clock_bias_s.at(System::Galileo) - fix.clock_bias_s.at(System::GPS)) * kSpeedOfLight, 12,
                 0.01);
+  }
+}
+
+// As the fix has it: SBAS has no clock of its own, and tells GPS's where that has no satellite.
+TEST(PositionFilter, SbasSharesTheClockOfGps) {
+  for (const bool with_gps : {true, false}) {
+    const test::CircularSky sky(with_gps ? std::vector{System::GPS, System::Galileo, System::SBAS}
+                                         : std::vector{System::Galileo, System::SBAS});
+    TestDrive drive(sky, kTime, kPlace, 2);
+    drive.bias_s = 4e-4;
+    drive.system_bias_m[System::Galileo] = 12;
+    Pair pair({}, {}, sky);
+    Fix fix;
+    for (int i = 0; i < 30; ++i) {
+      fix = pair.update(drive);
+      ASSERT_TRUE(fix.solved());
+      EXPECT_EQ(fix.unknowns, 5);
+      EXPECT_EQ(fix.unknowns, pair.fix.unknowns);
+      EXPECT_EQ(fix.used, pair.fix.used);
+      drive.advance(1);
+    }
+    EXPECT_LT(drive.error_enu(fix).norm(), 5);
+    ASSERT_EQ(fix.clock_bias_s.size(), 2U);
+    EXPECT_NEAR(fix.clock_bias_s.at(System::GPS), drive.bias_s, 1e-8);
   }
 }
 

@@ -78,9 +78,18 @@ void carry(orbit::SatelliteState& state, double dt_s) {
 }
 
 Clocks clocks_of(const std::array<int, gnss::kSystemCount>& satellites) {
+  const auto clock_of = [](gnss::System system) { return static_cast<std::size_t>(clock_system(system)); };
+  std::array<int, gnss::kSystemCount> sharing{};
+  for (const gnss::System system : gnss::kAllSystems) {
+    sharing[clock_of(system)] += satellites[static_cast<std::size_t>(system)];
+  }
   Clocks clocks;
-  for (std::size_t system = 0; system < satellites.size(); ++system) {
-    clocks.column[system] = satellites[system] >= 2 ? 3 + clocks.count++ : -1;
+  for (const gnss::System system : gnss::kConstellations) {
+    const auto index = static_cast<std::size_t>(system);
+    clocks.column[index] = sharing[index] >= 2 ? 3 + clocks.count++ : -1;
+  }
+  for (const gnss::System system : gnss::kAllSystems) {
+    clocks.column[static_cast<std::size_t>(system)] = clocks.column[clock_of(system)];
   }
   return clocks;
 }

@@ -64,7 +64,8 @@ struct Clocks {
   int count = 0;
 };
 /// A constellation has a clock from its second satellite on: a single one would say nothing but its clock.
-/// @param satellites of each constellation
+/// SBAS shares GPS's (gnss::clock_system()).
+/// @param satellites of each system
 [[nodiscard]] Clocks clocks_of(const std::array<int, gnss::kSystemCount>& satellites);
 /// FixOptions::min_satellites and one more for each clock beyond the first.
 [[nodiscard]] bool enough_satellites(int satellites, int clocks, const FixOptions& options);

@@ -62,14 +62,17 @@ class Reader {
     version_ = static_cast<int>(*version);
     layout_ = version_ == 2 ? Layout::kVersion2 : Layout::kVersion3;
     const char type = first->size() > 20 ? (*first)[20] : ' ';
-    const bool known = version_ == 2 ? type == 'N' || type == 'G' : type == 'N';
+    const bool known = type == 'N' || (version_ == 2 && (type == 'G' || type == 'H'));
     if (!known) {
       throw file_.error(fmt::format("is no navigation file of a system that Canyon reads (RINEX type '{}')",
                                     trim(column(*first, 20, 20))),
-                        type == 'O' ? "this is an observation file; give the navigation file of that day"
-                                    : "types N (any version) and G (version 2, GLONASS) are read");
+                        type == 'O'
+                            ? "this is an observation file; give the navigation file of that day"
+                            : "types N (any version), G and H (version 2, GLONASS and SBAS) are read");
     }
-    version2_system_ = type == 'G' ? gnss::System::GLONASS : gnss::System::GPS;
+    version2_system_ = type == 'G'   ? gnss::System::GLONASS
+                       : type == 'H' ? gnss::System::SBAS
+                                     : gnss::System::GPS;
     beidou_only_ = version_ == 3 && first->size() > 40 && (*first)[40] == 'C';
 
     while (const auto line = file_.next_line()) {
@@ -230,7 +233,7 @@ class Reader {
     const bool usable = ((system == 'G' || system == 'J') && type == "LNAV") ||
                         (system == 'E' && (type == "INAV" || type == "FNAV")) ||
                         (system == 'C' && (type == "D1" || type == "D2" || type == "D1D2")) ||
-                        (system == 'R' && type == "FDMA");
+                        (system == 'R' && type == "FDMA") || (system == 'S' && type == "SBAS");
     const bool delays = ((system == 'G' || system == 'J') && (type == "CNAV" || type == "CNV2")) ||
                         (system == 'C' && (type == "CNV1" || type == "CNV2"));
     if (!usable && !delays) {
@@ -258,7 +261,7 @@ class Reader {
     const auto system = gnss::system_from_letter(system_letter);
     const bool klobuchar = type == "LNAV" || type == "D1D2" || type == "D1" || type == "D2";
     const bool nequick = type == "IFNV" && system == gnss::System::Galileo;
-    if (!system || (!klobuchar && !nequick)) return false;
+    if (!system || system == gnss::System::SBAS || (!klobuchar && !nequick)) return false;
     if (record.lines.empty()) throw DamagedRecord{"record has no lines"};
     const Fields fields(record.lines, Layout::kVersion3);
     const auto value = [&fields](std::size_t i) {
@@ -275,10 +278,9 @@ class Reader {
     return true;
   }
 
-  /// A system that exists and that Canyon does not use (SBAS, NavIC).
+  /// A system that exists and that Canyon does not use (NavIC).
   [[nodiscard]] static bool other_system(std::string_view line) {
-    return line.size() >= 3 && (line[0] == 'S' || line[0] == 'I') && (is_digit(line[1]) || line[1] == ' ') &&
-           is_digit(line[2]);
+    return line.size() >= 3 && line[0] == 'I' && (is_digit(line[1]) || line[1] == ' ') && is_digit(line[2]);
   }
 
   [[nodiscard]] static gnss::SatelliteId satellite(std::string_view line) {
@@ -289,10 +291,10 @@ class Reader {
   }
 
   void take(gnss::SatelliteId id, const std::vector<std::string_view>& lines, Message message) {
-    const int largest = largest_number(id.system);
-    if (id.number > largest) {
-      throw DamagedRecord{fmt::format("there is no {}: {} numbers run from 1 to {}", to_string(id),
-                                      name(id.system), largest)};
+    const auto [first, last] = satellite_numbers(id.system);
+    if (id.number < first || id.number > last) {
+      throw DamagedRecord{fmt::format("there is no {}: {} numbers run from {} to {}", to_string(id),
+                                      name(id.system), first, last)};
     }
     const bool glonass = id.system == gnss::System::GLONASS;
     const std::size_t needed = line_count(id.system);
@@ -303,6 +305,8 @@ class Reader {
     }
     if (glonass) {
       data_.glonass.push_back(decode_glonass(id, lines, layout_));
+    } else if (id.system == gnss::System::SBAS) {
+      data_.sbas.push_back(decode_sbas(id, lines, layout_));
     } else {
       data_.kepler.push_back(decode_kepler(id, lines, layout_, message));
     }
@@ -341,7 +345,7 @@ class Reader {
       throw InputError(file_.path(), first_damage_line_,
                        damages_ > 0
                            ? fmt::format("no usable ephemeris: {}", first_damage_)
-                           : std::string("holds no ephemeris of GPS, GLONASS, Galileo, BeiDou or QZSS"),
+                           : std::string("holds no ephemeris of GPS, GLONASS, Galileo, BeiDou, QZSS or SBAS"),
                        "fetch the file again or give another");
     }
     for (const auto& [system, alpha] : alpha_) {

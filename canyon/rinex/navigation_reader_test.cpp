@@ -6,6 +6,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
@@ -26,6 +27,7 @@ using test::kJ02;
 using test::kR07;
 using test::kRinex3Header;
 using test::kRinex3Sample;
+using test::kS23;
 using test::replaced;
 using testing::AllOf;
 using testing::ElementsAre;
@@ -127,6 +129,49 @@ TEST(RinexNavigation, Version3OtherSystems) {
   EXPECT_EQ(qzss.iodc, 969);
   EXPECT_EQ(qzss.fit_interval_h, 0);
   EXPECT_EQ(qzss.l2p_flag, 1);
+}
+
+TEST(RinexNavigation, Sbas) {
+  // RINEX 3.04; 2.11's GEO file, whose numbers are PRN - 100 too; 4.00.
+  std::string version2 =
+      "     2.11           H: GEO NAV MSG DATA                     RINEX VERSION / TYPE\n"
+      "                                                            END OF HEADER       \n";
+  std::istringstream lines(replaced(kS23, "S23 2019 04 28 12 00 00", "X23 19  4 28 12  0  0.0"));
+  for (std::string line; std::getline(lines, line);) version2 += line.substr(1) + "\n";
+  const std::string version4 = replaced(kRinex3Header, "     3.04", "     4.00") + "> EPH S23 SBAS\n" + kS23;
+  for (const std::string& text : {kRinex3Header + kS23, version2, version4}) {
+    const gnss::NavigationData data = read(text);
+    EXPECT_THAT(data.warnings, IsEmpty());
+    EXPECT_FALSE(data.empty());
+    ASSERT_EQ(data.sbas.size(), 1u);
+    const gnss::SbasEphemeris& s = data.sbas.front();
+    EXPECT_EQ(s.id, (gnss::SatelliteId{gnss::System::SBAS, 23}));
+    EXPECT_EQ(s.toe, parse_time("2019-04-28T12:00:00 GPST"));
+    EXPECT_EQ(s.transmission, parse_time("2019-04-28T12:00:15 GPST"));
+    EXPECT_EQ(s.clock_bias_s, 9.313225746155e-09);
+    EXPECT_EQ(s.clock_drift, -1.818989403546e-12);
+    EXPECT_DOUBLE_EQ(s.position_m[0], 35944600.08);
+    EXPECT_DOUBLE_EQ(s.velocity_mps[1], -2.1875);
+    EXPECT_DOUBLE_EQ(s.acceleration_mps2[2], -6.25e-5);
+    EXPECT_EQ(s.health, 0);
+    EXPECT_EQ(s.accuracy_m, 4);
+    EXPECT_EQ(s.iodn, 92);
+  }
+}
+
+TEST(RinexNavigation, DamagedSbas) {
+  for (const auto& [from, to, warning] : std::vector<std::array<std::string, 3>>{
+           {" 3.594460008000e+04", " 3.594460008000e+03", "no SBAS orbit"},
+           {" 2.204414000000e+04", "                   ", "position Y is missing"},
+           {" 1.250000000000e-03", " 1.250000000000e+00", "velocity X 1.25 is outside"},
+           {" 9.313225746155e-09", " 9.313225746155e-03", "clock bias aGf0"},
+           {"S23", "S19", "there is no S19: SBAS numbers run from 20 to 58"},
+           {"S23", "S59", "there is no S59"}}) {
+    const gnss::NavigationData data = read(replaced(kRinex3Sample + kS23, from, to));
+    EXPECT_TRUE(data.sbas.empty());
+    EXPECT_EQ(data.kepler.size(), 5u);
+    EXPECT_THAT(data.warnings, ElementsAre(HasSubstr(warning)));
+  }
 }
 
 TEST(RinexNavigation, HeaderIonosphereAndLeapSeconds) {
@@ -419,11 +464,10 @@ TEST(RinexNavigation, TruncatedAtTheEnd) {
 }
 
 TEST(RinexNavigation, OtherSystemsAreCountedOnce) {
-  const std::string s23 = replaced(kR07, "R07", "S23"), i01 = replaced(kG05, "G05", "I01");
-  const gnss::NavigationData data = read(kRinex3Header + s23 + kG05 + s23 + i01 + s23);
+  const std::string i01 = replaced(kG05, "G05", "I01");
+  const gnss::NavigationData data = read(kRinex3Header + i01 + kG05 + i01 + i01);
   EXPECT_EQ(data.kepler.size(), 1u);
-  EXPECT_THAT(data.warnings, ElementsAre(HasSubstr("1 records of system I skipped"),
-                                         HasSubstr("3 records of system S skipped")));
+  EXPECT_THAT(data.warnings, ElementsAre(HasSubstr("3 records of system I skipped")));
 }
 
 TEST(RinexNavigation, ManyDamagesAreCounted) {
@@ -514,7 +558,8 @@ TEST(RinexNavigation, RealDayIsReadWhole) {
   EXPECT_EQ(count[gnss::System::BeiDou], 357);
   EXPECT_EQ(count[gnss::System::QZSS], 15);
   EXPECT_EQ(data.glonass.size(), 510u);
-  EXPECT_THAT(data.warnings, ElementsAre(HasSubstr("2130 records of system S skipped")));
+  EXPECT_EQ(data.sbas.size(), 2130u);
+  EXPECT_THAT(data.warnings, IsEmpty());
 }
 
 TEST(RinexNavigation, RealRinex4) {
@@ -528,6 +573,7 @@ TEST(RinexNavigation, RealRinex4) {
   EXPECT_EQ(count[gnss::System::BeiDou], 36);
   EXPECT_EQ(count[gnss::System::QZSS], 1);
   EXPECT_EQ(data.glonass.size(), 24u);
+  EXPECT_EQ(data.sbas.size(), 158u);
   EXPECT_EQ(data.klobuchar.size(), 2u);  // ION of G29 LNAV and of BeiDou D1D2
   EXPECT_TRUE(data.galileo_nequick.has_value());
 }

@@ -81,6 +81,38 @@ std::optional<double> parse_fortran(std::string_view text) {
   return parse_double(std::string(text.substr(0, sign)) + "e" + std::string(text.substr(sign)));
 }
 
+/// Bounds of a state vector in km and s: of each component, of the radius and of the speed.
+struct StateBounds {
+  double position, velocity, acceleration;
+  double lowest, highest, slowest, fastest;
+};
+
+/// The state vector of a GLONASS or SBAS record.
+template <typename Ephemeris>
+void read_state(const CheckedFields& f, Ephemeris& e, const StateBounds& bounds) {
+  constexpr std::array<const char*, 3> kAxis{"X", "Y", "Z"};
+  double r2 = 0, v2 = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t at = 3 + 4 * axis;
+    const double km = f.required(at, fmt::format("position {}", kAxis[axis]).c_str(), bounds.position);
+    const double km_per_s =
+        f.required(at + 1, fmt::format("velocity {}", kAxis[axis]).c_str(), bounds.velocity);
+    const double km_per_s2 =
+        f.required(at + 2, fmt::format("acceleration {}", kAxis[axis]).c_str(), bounds.acceleration);
+    e.position_m[axis] = km * 1e3;
+    e.velocity_mps[axis] = km_per_s * 1e3;
+    e.acceleration_mps2[axis] = km_per_s2 * 1e3;
+    r2 += km * km;
+    v2 += km_per_s * km_per_s;
+  }
+  if (r2 < bounds.lowest * bounds.lowest || r2 > bounds.highest * bounds.highest) {
+    throw DamagedRecord{fmt::format("radius {:.0f} km is no {} orbit's", std::sqrt(r2), name(e.id.system))};
+  }
+  if (v2 < bounds.slowest * bounds.slowest || v2 > bounds.fastest * bounds.fastest) {
+    throw DamagedRecord{fmt::format("speed {:.1f} km/s is no {} orbit's", std::sqrt(v2), name(e.id.system))};
+  }
+}
+
 /// The instant closest to `near` that has `seconds` in its cycle of `period` seconds (week or day).
 GpsTime closest_in_cycle(GpsTime near, double seconds, std::int64_t period_s) {
   const std::int64_t period = period_s * GpsTime::kNanosecondsPerSecond;
@@ -160,24 +192,26 @@ std::optional<double> Fields::at(std::size_t i) const {
   return value;
 }
 
-int largest_number(gnss::System system) {
+std::pair<int, int> satellite_numbers(gnss::System system) {
   switch (system) {
     case gnss::System::GPS:
-      return 32;
+      return {1, 32};
     case gnss::System::GLONASS:
-      return 27;  // 24 slots and spares
+      return {1, 27};  // 24 slots and spares
     case gnss::System::Galileo:
-      return 36;
+      return {1, 36};
     case gnss::System::BeiDou:
-      return 63;
+      return {1, 63};
     case gnss::System::QZSS:
-      return 10;  // PRN 193 to 202
+      return {1, 10};  // PRN 193 to 202
+    case gnss::System::SBAS:
+      return {20, 58};  // PRN 120 to 158
   }
-  return 0;
+  return {};
 }
 
 std::size_t line_count(gnss::System system) {
-  return system == gnss::System::GLONASS ? 4 : 8;
+  return system == gnss::System::GLONASS || system == gnss::System::SBAS ? 4 : 8;
 }
 
 gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std::string_view>& lines,
@@ -292,26 +326,8 @@ gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<st
   e.id = id;
   e.clock_bias_s = f.required(0, "clock bias -TauN", 0.01);
   e.frequency_bias = f.required(1, "frequency bias GammaN", 1e-8);
-  constexpr std::array<const char*, 3> kAxis{"X", "Y", "Z"};
-  double r2 = 0, v2 = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::size_t at = 3 + 4 * axis;
-    const double km = f.required(at, fmt::format("position {}", kAxis[axis]).c_str(), 3e4);
-    const double km_per_s = f.required(at + 1, fmt::format("velocity {}", kAxis[axis]).c_str(), 10);
-    const double km_per_s2 = f.required(at + 2, fmt::format("acceleration {}", kAxis[axis]).c_str(), 1e-7);
-    e.position_m[axis] = km * 1e3;
-    e.velocity_mps[axis] = km_per_s * 1e3;
-    e.acceleration_mps2[axis] = km_per_s2 * 1e3;
-    r2 += km * km;
-    v2 += km_per_s * km_per_s;
-  }
   // Circular orbits of 25,500 km, 2.6 to 4.5 km/s in the rotating frame.
-  if (r2 < 2.4e4 * 2.4e4 || r2 > 2.7e4 * 2.7e4) {
-    throw DamagedRecord{fmt::format("radius {:.0f} km is no GLONASS orbit's", std::sqrt(r2))};
-  }
-  if (v2 < 2 * 2 || v2 > 5 * 5) {
-    throw DamagedRecord{fmt::format("speed {:.1f} km/s is no GLONASS orbit's", std::sqrt(v2))};
-  }
+  read_state(f, e, {3e4, 10, 1e-7, 2.4e4, 2.7e4, 2, 5});
   e.health = f.integer(6, "health", 0, 255);
   e.channel = f.integer(10, "frequency number", -7, 255);
   if (e.channel > 128) e.channel -= 256;  // some receivers write the byte unsigned
@@ -336,6 +352,27 @@ gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<st
   // Leap seconds by Canyon's own table: a header may lack them, hold BeiDou's count, or be years newer.
   e.toe = geodesy::gps_from_utc(geodesy::calendar_from_gps(utc));
   e.transmission = e.toe + std::chrono::nanoseconds(sent.nanoseconds() - utc.nanoseconds());
+  return e;
+}
+
+gnss::SbasEphemeris decode_sbas(gnss::SatelliteId id, const std::vector<std::string_view>& lines,
+                                Layout layout) {
+  const CheckedFields f(lines, layout);
+  gnss::SbasEphemeris e;
+  e.id = id;
+  e.toe = e.transmission = parse_epoch(lines.front(), layout);
+  // More than message 9 can hold (RTCA DO-229 A.4.4.11). Orbits of 42,164 km and eccentricities to 0.05; in
+  // the rotating frame 1 km/s is an inclination of 19 deg.
+  e.clock_bias_s = f.required(0, "clock bias aGf0", 1e-5);
+  e.clock_drift = f.required(1, "clock drift aGf1", 1e-8);
+  read_state(f, e, {4.5e4, 1, 1e-4, 4e4, 4.5e4, 0, 1});
+  e.health = f.integer(6, "health", 0, 255);
+  e.accuracy_m = f.optional(10, "accuracy", 1e5);
+  e.iodn = f.integer(14, "issue of data", 0, 255);
+  const double sent = f.optional(2, kUnknown);
+  if (std::abs(sent) < 2 * kWeek) {
+    e.transmission = closest_in_cycle(e.toe, sent, GpsTime::kSecondsPerWeek);
+  }
   return e;
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "canyon/gnss/navigation_data.hpp"
@@ -42,8 +43,8 @@ class Fields {
   Layout layout_;
 };
 
-/// Number of satellites of a system that RINEX files may name; a record beyond is damaged.
-[[nodiscard]] int largest_number(gnss::System system);
+/// First and last number of a system's satellites that RINEX files may name; a record beyond is damaged.
+[[nodiscard]] std::pair<int, int> satellite_numbers(gnss::System system);
 
 /// Lines of a complete record.
 [[nodiscard]] std::size_t line_count(gnss::System system);
@@ -64,5 +65,7 @@ enum class Message { kUnnamed, kInav, kFnav };
 [[nodiscard]] gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id,
                                                     const std::vector<std::string_view>& lines,
                                                     Layout layout);
+[[nodiscard]] gnss::SbasEphemeris decode_sbas(gnss::SatelliteId id,
+                                              const std::vector<std::string_view>& lines, Layout layout);
 
 }  // namespace canyon::rinex

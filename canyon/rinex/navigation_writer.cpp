@@ -9,7 +9,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 
-// RINEX 3.04, tables A5 to A14. Values carry 13 significant digits: what was read from RINEX comes back
+// RINEX 3.04, tables A5 to A16. Values carry 13 significant digits: what was read from RINEX comes back
 // exactly, a computed orbit (nominal constellations) within 0.1 mm and 1e-15 s of the original.
 namespace canyon::rinex {
 namespace {
@@ -79,24 +79,39 @@ std::string format_record(const gnss::KeplerEphemeris& e) {
   return text;
 }
 
+/// A record of a state vector.
+/// @param clock the first line; @param last what stands last in each other line
+template <typename Ephemeris>
+std::string format_state(const Ephemeris& e, const geodesy::CalendarTime& reference,
+                         const std::array<double, 3>& clock, const std::array<double, 3>& last) {
+  std::string text = epoch(e.id, reference);
+  for (const double value : clock) text += field(value, e.id);
+  text += "\n";
+  for (std::size_t i = 0; i < 3; ++i) {
+    text += "    ";
+    for (const double value :
+         {e.position_m[i] / 1e3, e.velocity_mps[i] / 1e3, e.acceleration_mps2[i] / 1e3, last[i]}) {
+      text += field(value, e.id);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
 std::string format_record(const gnss::GlonassEphemeris& e) {
   const geodesy::CalendarTime utc = geodesy::utc_from_gps(e.toe);
-  std::string text = epoch(e.id, utc);
   // Seconds of the UTC week.
   const GpsTime toe_utc = geodesy::gps_from_calendar(utc);
   const double sent = (toe_utc + std::chrono::nanoseconds(e.transmission.nanoseconds() - e.toe.nanoseconds()))
                           .seconds_of_week();
-  const auto line = [&](std::initializer_list<double> values) {
-    for (const double value : values) text += field(value, e.id);
-    text += "\n";
-  };
-  line({e.clock_bias_s, e.frequency_bias, sent});
-  const std::array<double, 3> last{static_cast<double>(e.health), static_cast<double>(e.channel), e.age_days};
-  for (std::size_t i = 0; i < 3; ++i) {
-    text += "    ";
-    line({e.position_m[i] / 1e3, e.velocity_mps[i] / 1e3, e.acceleration_mps2[i] / 1e3, last[i]});
-  }
-  return text;
+  return format_state(e, utc, {e.clock_bias_s, e.frequency_bias, sent},
+                      {static_cast<double>(e.health), static_cast<double>(e.channel), e.age_days});
+}
+
+std::string format_record(const gnss::SbasEphemeris& e) {
+  return format_state(e, geodesy::calendar_from_gps(e.toe),
+                      {e.clock_bias_s, e.clock_drift, e.transmission.seconds_of_week()},
+                      {static_cast<double>(e.health), e.accuracy_m, static_cast<double>(e.iodn)});
 }
 
 }  // namespace
@@ -126,6 +141,9 @@ std::string format_rinex_navigation(const gnss::NavigationData& data) {
     records.emplace_back(std::make_tuple(e.id, e.toe, e.transmission), format_record(e));
   }
   for (const gnss::GlonassEphemeris& e : data.glonass) {
+    records.emplace_back(std::make_tuple(e.id, e.toe, e.transmission), format_record(e));
+  }
+  for (const gnss::SbasEphemeris& e : data.sbas) {
     records.emplace_back(std::make_tuple(e.id, e.toe, e.transmission), format_record(e));
   }
   std::stable_sort(records.begin(), records.end(),

@@ -31,10 +31,9 @@ std::optional<SatelliteId> satellite(std::string_view text) {
   return gnss::parse_satellite(text);
 }
 
-/// A system that exists and that Canyon does not use (SBAS, NavIC).
+/// A system that exists and that Canyon does not use (NavIC).
 bool other_system(std::string_view text) {
-  return text.size() == 3 && (text[0] == 'S' || text[0] == 'I') && (is_digit(text[1]) || text[1] == ' ') &&
-         is_digit(text[2]);
+  return text.size() == 3 && text[0] == 'I' && (is_digit(text[1]) || text[1] == ' ') && is_digit(text[2]);
 }
 
 /// Where the values of one code stand among the fields of a satellite; -1: nowhere.
@@ -59,6 +58,8 @@ std::vector<std::string> default_codes(System system, double version) {
       return {"2I", "1I", "2X", "2Q"};
     case System::QZSS:
       return {"1C", "1S", "1L", "1X", "1Z", "1B"};
+    case System::SBAS:
+      return {"1C"};
   }
   return {};
 }

@@ -75,9 +75,9 @@ struct ObservationOptions {
 };
 
 /// The open signals near L1 that gnss::l1_frequency_hz() speaks of, best first, then the encrypted ones:
-/// GPS 1C 1S 1L 1X 1P 1W 1Y, GLONASS 1C 1P, Galileo 1C 1X 1B 1Z, QZSS 1C 1S 1L 1X 1Z 1B, BeiDou's B1I: 2I 1I
-/// 2X 2Q, and 1X 1Q where the file is of version 3.02, which alone calls that band 1 (later 1X is B1C, of
-/// another frequency).
+/// GPS 1C 1S 1L 1X 1P 1W 1Y, GLONASS 1C 1P, Galileo 1C 1X 1B 1Z, QZSS 1C 1S 1L 1X 1Z 1B, SBAS 1C, BeiDou's
+/// B1I: 2I 1I 2X 2Q, and 1X 1Q where the file is of version 3.02, which alone calls that band 1 (later 1X is
+/// B1C, of another frequency).
 [[nodiscard]] std::vector<std::string> default_codes(gnss::System system, double version);
 
 /// Counts and warnings about a file, as far as it was read.
@@ -87,7 +87,7 @@ struct ObservationReport {
   std::array<std::size_t, 7> flags{};          ///< epoch records by flag, 0 to 6, those left out included
   std::size_t damaged = 0;                     ///< lines or records left out
   std::vector<std::string> damages;            ///< the first twenty: file, line and reason
-  std::map<std::string, std::size_t> skipped;  ///< "satellites of system S": records passed over
+  std::map<std::string, std::size_t> skipped;  ///< "observations of system I": records passed over
 
   /// One line each: damages, how many more there are, what was skipped.
   [[nodiscard]] std::vector<std::string> warnings() const;

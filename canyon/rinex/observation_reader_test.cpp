@@ -84,7 +84,7 @@ TEST(RinexObservation, Version3) {
   EXPECT_EQ(e.receiver_clock_offset_s, -0.123456789012);
   EXPECT_FALSE(e.power_failure);
   EXPECT_EQ(e.line, 21);
-  ASSERT_THAT(e.signals, SizeIs(5));
+  ASSERT_THAT(e.signals, SizeIs(6));
   const auto& g05 = e.signals[0];
   EXPECT_EQ(g05.id, (SatelliteId{System::GPS, 5}));
   EXPECT_STREQ(g05.code.data(), "1C");
@@ -111,16 +111,17 @@ TEST(RinexObservation, Version3) {
   EXPECT_EQ(e11.doppler_hz, -2500.0);
   EXPECT_EQ(e11.cn0_dbhz, 38.5);
   EXPECT_EQ(e11.loss_of_lock, 2);
-  const auto& c03 = e.signals[4];
+  EXPECT_EQ(e.signals[4].id, (SatelliteId{System::SBAS, 20}));
+  EXPECT_STREQ(e.signals[4].code.data(), "1C");
+  const auto& c03 = e.signals[5];
   EXPECT_STREQ(c03.code.data(), "2I");
   EXPECT_EQ(c03.doppler_hz, 0.0);  // a Doppler of 0 is a value
   EXPECT_EQ(c03.cn0_dbhz, std::nullopt);
   EXPECT_EQ(file.report.damaged, 0U);
   // No types for QZSS: nothing of J01 can be read.
-  EXPECT_THAT(file.report.warnings(), ElementsAre("1 observations of system S skipped",
-                                                  "1 satellites without an L1-band observation skipped"));
+  EXPECT_THAT(file.report.warnings(), ElementsAre("1 satellites without an L1-band observation skipped"));
   EXPECT_EQ(file.report.epochs, 1U);
-  EXPECT_EQ(file.report.observations, 5U);
+  EXPECT_EQ(file.report.observations, 6U);
 }
 
 TEST(RinexObservation, SignalStrengthDigitStandsForTheMiddleOfItsClass) {
@@ -231,7 +232,7 @@ TEST(RinexObservation, Version2) {
   const ObservationEpoch& e = file.epochs[0];
   EXPECT_EQ(e.receiver_time, gps(12, 44, 34));
   EXPECT_EQ(e.receiver_clock_offset_s, 0.000012345);
-  ASSERT_THAT(e.signals, SizeIs(13));
+  ASSERT_THAT(e.signals, SizeIs(14));
   EXPECT_EQ(e.signals[0].pseudorange_m, 2e7);
   EXPECT_EQ(e.signals[0].doppler_hz, -1000.5);
   EXPECT_EQ(e.signals[0].cn0_dbhz, 44);
@@ -243,6 +244,8 @@ TEST(RinexObservation, Version2) {
   EXPECT_EQ(e.signals[11].id, (SatelliteId{System::GLONASS, 16}));
   EXPECT_EQ(e.signals[12].id, (SatelliteId{System::Galileo, 17}));
   EXPECT_EQ(e.signals[12].pseudorange_m, 20000012);
+  EXPECT_EQ(e.signals[13].id, (SatelliteId{System::SBAS, 20}));
+  EXPECT_EQ(e.signals[13].pseudorange_m, 20000013);
   ASSERT_THAT(file.epochs[1].signals, SizeIs(1));
   EXPECT_EQ(file.epochs[1].signals[0].pseudorange_m, 3e7);
   EXPECT_EQ(file.report.damaged, 0U);

@@ -73,7 +73,7 @@ struct SkyConfig {
   bool nominal = false;
   std::vector<double> frozen_azimuth_rad;
   std::vector<double> frozen_elevation_rad;
-  std::set<gnss::System> systems{gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
+  std::set<gnss::System> systems{gnss::kConstellations.begin(), gnss::kConstellations.end()};
   bool allow_stale = false;
 };
 

@@ -207,8 +207,9 @@ void visit_frozen(Visitor& v, SkyConfig& sky) {
 void visit_systems(Visitor& v, std::set<gnss::System>& systems) {
   std::vector<std::string> names;
   for (const gnss::System system : systems) names.emplace_back(gnss::name(system));
-  v.texts({"systems", "", "GPS, GLONASS, Galileo, BeiDou, QZSS: one, several with blanks between, or a list",
-           "all"},
+  v.texts({"systems", "",
+           "GPS, GLONASS, Galileo, BeiDou, QZSS, SBAS: one, several with blanks between, or a list",
+           "all but SBAS"},
           names);
   if (!v.has("systems")) return;
   systems.clear();
@@ -223,7 +224,7 @@ void visit_systems(Visitor& v, std::set<gnss::System>& systems) {
     }
   }
   if (systems.empty())
-    throw v.fault("systems", "names no system", "write GPS, GLONASS, Galileo, BeiDou, QZSS");
+    throw v.fault("systems", "names no system", "write GPS, GLONASS, Galileo, BeiDou, QZSS, SBAS");
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ const std::string kIssueExample = R"(city:
   offset: {east_m: 0, north_m: 8, up_m: 0}      # moves the city in its ENU frame
 sky:
   navigation: [urbannav-tst-20190428/hksc1180.19n, urbannav-tst-20190428/hksc1180.19b]
-  systems: [GPS, BeiDou]                        # also GLONASS, Galileo, QZSS
+  systems: [GPS, BeiDou]                        # also GLONASS, Galileo, QZSS, SBAS
   # allow_stale: true                           # older ephemerides than their system allows
 trajectory:
   file: urbannav-tst-20190428/groundTruth_TST.csv
@@ -140,7 +140,7 @@ TEST(Scenario, SystemsMayStandInOneText) {
 TEST(Scenario, LeftOutKeysAreTheStructsDefaults) {
   const Scenario s = parse_scenario(kMinimal, "s.yaml");
   EXPECT_TRUE(s.sky.nominal);
-  EXPECT_EQ(s.sky.systems.size(), gnss::kSystemCount);
+  EXPECT_EQ(s.sky.systems.size(), gnss::kConstellations.size());
   ASSERT_EQ(s.receivers.size(), 1U);
   const receiver::ReceiverOptions defaults;
   const receiver::ReceiverOptions& rover = s.receivers[0].options;

@@ -91,7 +91,7 @@ void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, Gp
 
 void check_systems(const orbit::Sky& sky, const std::set<gnss::System>& wanted,
                    std::vector<std::string>& warnings) {
-  if (wanted.size() == gnss::kSystemCount) return;  // not chosen one by one
+  if (wanted == SkyConfig().systems) return;  // not chosen one by one
   const std::vector<gnss::SatelliteId> ids = sky.satellites();
   for (const gnss::System system : wanted) {
     if (std::any_of(ids.begin(), ids.end(), [system](gnss::SatelliteId id) { return id.system == system; }))
@@ -125,6 +125,8 @@ BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
   BuiltSky built;
   built.navigation = rinex::read_rinex_navigation(config.navigation);
   built.warnings = built.navigation.warnings;
+  // Most receivers do not range to SBAS: it has to be named.
+  if (config.systems.count(gnss::System::SBAS) == 0) built.navigation.sbas.clear();
   auto sky = std::make_shared<orbit::BroadcastSky>(
       built.navigation, orbit::BroadcastOptions{config.systems, config.allow_stale});
   check_systems(*sky, config.systems, built.warnings);

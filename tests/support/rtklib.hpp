@@ -43,12 +43,20 @@ struct RtklibGlonassEphemeris {
   double taun, gamn, dtaun;
 };
 
+struct RtklibSbasEphemeris {
+  int sat;
+  RtklibTime t0, tof;
+  int sva, svh;
+  double pos[3], vel[3], acc[3];
+  double af0, af1;
+};
+
 /// The first fields of nav_t; the rest is only room for RTKLIB to write in.
 struct RtklibNavigation {
   int n, nmax, ng, ngmax, ns, nsmax, ne, nemax, nc, ncmax, na, namax, nt, ntmax;
   RtklibEphemeris* eph;
   RtklibGlonassEphemeris* geph;
-  void* seph;
+  RtklibSbasEphemeris* seph;
   char rest[32 << 20];
 };
 
@@ -57,6 +65,8 @@ int satno(int system, int prn);
 void eph2pos(RtklibTime time, const RtklibEphemeris* eph, double* position_m, double* clock_s,
              double* variance);
 void geph2pos(RtklibTime time, const RtklibGlonassEphemeris* eph, double* position_m, double* clock_s,
+              double* variance);
+void seph2pos(RtklibTime time, const RtklibSbasEphemeris* eph, double* position_m, double* clock_s,
               double* variance);
 int readrnx(const char* file, int receiver, const char* options, void* observations,
             RtklibNavigation* navigation, void* station);

@@ -47,6 +47,8 @@ inline int rtklib_satellite(gnss::SatelliteId id) {
       return satno(0x10, id.number + 192);
     case gnss::System::BeiDou:
       return satno(0x20, id.number);
+    case gnss::System::SBAS:
+      return satno(0x02, id.number + 100);
   }
   return 0;
 }

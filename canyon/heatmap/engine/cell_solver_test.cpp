@@ -134,6 +134,20 @@ TEST(CellSolver, FindsTheFixOfStricterRules) {
   EXPECT_LT(agreement.worst_m, 1e-3);
 }
 
+// Whose clock is GPS's: one unknown for both.
+TEST(CellSolver, FindsTheFixWithSbas) {
+  TileScene scene({System::GPS, System::Galileo, System::SBAS}, kHongKong);
+  scene.lay({0, 0}, 12, 20, 20, 15);
+  scene.look(quiet().fix.elevation_mask_rad);
+  scene.receive(0.15, 0.15, 300, 2);
+  const Agreement agreement = compare(scene, quiet());
+  EXPECT_GT(agreement.fixes, 100);
+  EXPECT_GT(agreement.fewer, 30);
+  EXPECT_EQ(agreement.differ, 0);
+  EXPECT_LT(agreement.worst_m, 1e-3);
+  EXPECT_LT(agreement.worst_dop, 1e-3);
+}
+
 TEST(CellSolver, FindsTheFixOfElevationWeights) {
   TileScene scene(kThree, kHongKong);
   scene.lay({-100, -100}, 12, 20, 20, 15);
