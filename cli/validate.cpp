@@ -148,6 +148,7 @@ class Command {
     // The sky is built for the recording's time: the scenario's own trajectory is not simulated.
     rinex::ObservationOptions wanted;
     wanted.systems = scenario_.sky.systems;
+    wanted.all_signals = true;
     auto recorded = rinex::read_rinex_observations(arguments_.obs, wanted);
     const geodesy::GpsTime first = recorded.epochs.front().receiver_time;
     const geodesy::GpsTime last = recorded.epochs.back().receiver_time;
@@ -165,7 +166,7 @@ class Command {
     warn(recording_.warnings);
     const validation::PseudorangeResiduals& residuals = recording_.residuals;
     note(fmt::format("recording   {} epochs, {} pseudoranges", residuals.epochs.size(),
-                     residuals.observations.size()));
+                     residuals.observations.size() + residuals.further.size()));
     notes_.push_back(fmt::format("observations {}", arguments_.obs));
     notes_.push_back(fmt::format("truth {}", truth_.string()));
     notes_.push_back("canyon " CANYON_VERSION);
@@ -377,7 +378,8 @@ void add_validate(CLI::App& app, Action& action) {
   command->footer(
       "Each recorded pseudorange gets its error from the true positions; the city's rays say which "
       "satellites\n"
-      "were in line of sight. docs/recordings.md explains the figures.");
+      "were in line of sight. Signals beyond each satellite's first are judged where the receiver tracks\n"
+      "them, carrier phases of all. docs/recordings.md explains the figures.");
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
 }
 

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/line_stream.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/rinex/observation_codes.hpp"
 #include "canyon/rinex/observation_fields.hpp"
 #include "canyon/rinex/observation_header.hpp"
 
@@ -43,26 +45,14 @@ struct Columns {
   std::array<double, 4> factor{1, 1, 1, 1};
 };
 
-}  // namespace
+struct SignalColumns {
+  const gnss::Signal* signal;
+  std::vector<Columns> codes;  ///< best first
+};
 
-std::vector<std::string> default_codes(System system, double version) {
-  switch (system) {
-    case System::GPS:
-      return {"1C", "1S", "1L", "1X", "1P", "1W", "1Y"};
-    case System::GLONASS:
-      return {"1C", "1P"};
-    case System::Galileo:
-      return {"1C", "1X", "1B", "1Z"};
-    case System::BeiDou:
-      if (version > 3.015 && version < 3.025) return {"2I", "1I", "2X", "2Q", "1X", "1Q"};
-      return {"2I", "1I", "2X", "2Q"};
-    case System::QZSS:
-      return {"1C", "1S", "1L", "1X", "1Z", "1B"};
-    case System::SBAS:
-      return {"1C"};
-  }
-  return {};
-}
+constexpr std::string_view kKinds = "CLDS";
+
+}  // namespace
 
 void ObservationOptions::validate() const {
   if (systems.empty()) throw InputError("systems: none is given", "name at least one satellite system");
@@ -84,6 +74,11 @@ std::vector<std::string> ObservationReport::warnings() const {
     lines.push_back(fmt::format("{} more damaged records, left out as well", damaged - damages.size()));
   }
   for (const auto& [what, count] : skipped) lines.push_back(fmt::format("{} {} skipped", count, what));
+  for (const auto& [letter, codes] : unknown_codes) {
+    lines.push_back(fmt::format("{} {}{} not known: {}", codes.size(),
+                                letter == ' ' ? "types of observation" : "codes of ",
+                                letter == ' ' ? "" : std::string(1, letter), fmt::join(codes, " ")));
+  }
   return lines;
 }
 
@@ -92,7 +87,7 @@ struct RinexObservationReader::Impl {
   ObservationOptions options;
   HeaderRecords records;
   ObservationReport report;
-  std::array<std::vector<Columns>, gnss::kSystemCount> columns;  ///< best code first
+  std::array<std::vector<SignalColumns>, gnss::kSystemCount> columns;  ///< as gnss::signals_of()
   std::array<bool, gnss::kSystemCount> wanted{};
   bool cut = false;  ///< the gzip data ended early, and the report says so
   std::optional<geodesy::GpsTime> previous;
@@ -153,20 +148,48 @@ struct RinexObservationReader::Impl {
       const auto index = static_cast<std::size_t>(system);
       columns[index].clear();
       if (!wanted[index]) continue;
-      const auto own = options.codes.find(system);
-      const std::vector<std::string> codes =
-          own != options.codes.end() ? own->second : default_codes(system, records.header().version);
-      for (const std::string& code : codes) {
-        const Columns found = columns_of(system, code);
-        if (found.at[0] >= 0) columns[index].push_back(found);
-        any = any || found.at[0] >= 0;
+      const std::span<const gnss::Signal> signals = gnss::signals_of(system);
+      for (const gnss::Signal& signal : signals.first(options.all_signals ? signals.size() : 1)) {
+        SignalColumns& of_signal = columns[index].emplace_back(SignalColumns{&signal, {}});
+        for (const std::string& code : codes_of(signal)) {
+          const Columns found = columns_of(system, code);
+          if (found.at[0] >= 0) of_signal.codes.push_back(found);
+        }
+        if (of_signal.codes.empty()) columns[index].pop_back();
+        any = any || !columns[index].empty();
       }
     }
+    if (options.all_signals) list_unknown();
     if (any) return;
-    throw InputError(lines.path(), 0,
-                     fmt::format("has no L1-band pseudorange of a wanted system (types of observation: {})",
-                                 listed.empty() ? "none" : listed.substr(0, 200)),
-                     "record L1-band pseudoranges, or choose other systems or codes");
+    throw InputError(
+        lines.path(), 0,
+        fmt::format("has no {} of a wanted system (types of observation: {})",
+                    options.all_signals ? "pseudorange of a known signal" : "L1-band pseudorange",
+                    listed.empty() ? "none" : listed.substr(0, 200)),
+        options.all_signals ? "choose other systems or codes"
+                            : "record L1-band pseudoranges, or choose other systems or codes");
+  }
+
+  [[nodiscard]] std::vector<std::string> codes_of(const gnss::Signal& signal) const {
+    const double version = records.header().version;
+    if (gnss::index_of(signal) == 0) {
+      const auto own = options.codes.find(signal.system);
+      if (own != options.codes.end()) return own->second;
+      if (!options.all_signals) return default_codes(signal.system, version);
+    }
+    return signal_codes(signal, version);
+  }
+
+  /// Rows of version2_types() that hold for a system in this file.
+  template <typename Visit>
+  void each_version2(System system, Visit visit) const {
+    const double version = records.header().version;
+    for (const Version2Types& types : version2_types()) {
+      if (version >= types.from && version < types.before &&
+          types.systems.find(gnss::letter(system)) != std::string_view::npos) {
+        visit(types);
+      }
+    }
   }
 
   [[nodiscard]] Columns columns_of(System system, const std::string& code) const {
@@ -175,33 +198,50 @@ struct RinexObservationReader::Impl {
     const char letter = version2() ? ' ' : gnss::letter(system);
     const auto found = records.header().types.find(letter);
     if (found == records.header().types.end()) return result;
-    static constexpr char kKinds[] = {'C', 'L', 'D', 'S'};
-    for (std::size_t kind = 0; kind < 4; ++kind) {
+    const auto place = [&types = found->second](const std::string& type) {
+      const auto at = std::find(types.begin(), types.end(), type);
+      return at == types.end() ? -1 : static_cast<int>(at - types.begin());
+    };
+    const Version2Types* old = nullptr;  // the first whose pseudorange is there
+    if (version2()) {
+      each_version2(system, [&](const Version2Types& types) {
+        if (old == nullptr && types.code == code && place(std::string(types.range)) >= 0) old = &types;
+      });
+      if (old == nullptr) return result;
+    }
+    for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {
       std::string type = kKinds[kind] + code;
-      if (version2()) {
-        // C1 is the open code, P1 the P code; phase, Doppler and strength are those of the band. Version 2.12
-        // has CA for C/A codes, and B1 of BeiDou under 2.
-        const bool open = code == "1C" || code == "2I";
-        if (!open && code != "1P") return result;
-        const auto listed = [&](const char* t) {
-          return std::find(found->second.begin(), found->second.end(), t) != found->second.end();
-        };
-        char band = '1';
-        if (records.header().version > 2.115 && open) {
-          if (system == System::BeiDou) {
-            band = '2';
-          } else if (system != System::Galileo && listed("CA")) {
-            band = 'A';
-          }
-        }
-        type = kind == 0 && !open ? "P1" : std::string(1, kKinds[kind]) + band;
-      }
-      const auto at = std::find(found->second.begin(), found->second.end(), type);
-      if (at == found->second.end()) continue;
-      result.at[kind] = static_cast<int>(at - found->second.begin());
-      result.factor[kind] = records.factor(letter, type);
+      if (old != nullptr) type = kind == 0 ? std::string(old->range) : std::string{kKinds[kind], old->band};
+      result.at[kind] = place(type);
+      if (result.at[kind] >= 0) result.factor[kind] = records.factor(letter, type);
     }
     return result;
+  }
+
+  /// What the header has that no signal is read of. Pseudo-observations (channel numbers) are none.
+  void list_unknown() {
+    for (const auto& [letter, types] : records.header().types) {
+      for (const std::string& type : types) {
+        if (kKinds.find(type[0]) == std::string_view::npos && type[0] != 'P') continue;
+        bool any_wanted = false, known = false;
+        for (const System system : gnss::kAllSystems) {
+          if (!wanted[static_cast<std::size_t>(system)]) continue;
+          if (letter == ' ') {
+            any_wanted = true;
+            each_version2(system, [&](const Version2Types& old) {
+              const bool range = type[0] == 'C' || type[0] == 'P';
+              known = known || (range ? type == old.range : type[1] == old.band);
+            });
+          } else if (letter == gnss::letter(system)) {
+            any_wanted = true;
+            known = is_known_code(system, std::string_view(type).substr(1), records.header().version);
+          }
+        }
+        if (any_wanted && !known) {
+          report.unknown_codes[letter].insert(printable(letter == ' ' ? type : type.substr(1)));
+        }
+      }
+    }
   }
 
   // --- epochs
@@ -367,21 +407,28 @@ struct RinexObservationReader::Impl {
     if (std::exchange(seen[system][id->number], true)) {
       return damaged(line, fmt::format("{} twice in one epoch", gnss::to_string(*id)));
     }
-    std::optional<ObservedSignal> best;
-    for (const Columns& c : columns[system]) {
-      ObservedSignal signal;
-      signal.id = *id;
-      const auto measured = read_signal(c, signal);
-      if (!measured)
-        return damaged(line, fmt::format("an observation of {} is no number", gnss::to_string(*id)));
-      if (*measured && (!best || signal.pseudorange_m)) best = signal;
-      if (best && best->pseudorange_m) break;
+    const std::size_t before = epoch.signals.size();
+    for (const SignalColumns& of_signal : columns[system]) {
+      std::optional<ObservedSignal> best;
+      for (const Columns& c : of_signal.codes) {
+        ObservedSignal signal;
+        signal.id = *id;
+        signal.signal = of_signal.signal;
+        const auto measured = read_signal(c, signal);
+        if (!measured) {
+          epoch.signals.resize(before);
+          return damaged(line, fmt::format("an observation of {} is no number", gnss::to_string(*id)));
+        }
+        if (*measured && (!best || signal.pseudorange_m)) best = signal;
+        if (best && best->pseudorange_m) break;
+      }
+      if (best) epoch.signals.push_back(*best);
     }
-    if (best) {
-      epoch.signals.push_back(*best);
-    } else {
-      ++report.skipped["satellites without an L1-band observation"];
-    }
+    if (epoch.signals.size() == before) ++report.skipped["satellites without " + wanted_words()];
+  }
+
+  [[nodiscard]] std::string wanted_words() const {
+    return options.all_signals ? "an observation of a known signal" : "an L1-band observation";
   }
 
   static std::string printable(std::string_view text) {
@@ -456,11 +503,13 @@ RinexObservations read_rinex_observations(const std::filesystem::path& path,
   result.header = reader.header();
   result.report = reader.report();
   if (result.report.observations == 0) {
-    throw InputError(path, 0,
-                     result.report.damaged > 0
-                         ? "no observation can be read: " + result.report.damages.front()
-                         : "holds no L1-band observation of a wanted system",
-                     "fetch the file again or give another");
+    throw InputError(
+        path, 0,
+        result.report.damaged > 0
+            ? "no observation can be read: " + result.report.damages.front()
+            : fmt::format("holds no {} of a wanted system",
+                          options.all_signals ? "observation of a known signal" : "L1-band observation"),
+        "fetch the file again or give another");
   }
   return result;
 }

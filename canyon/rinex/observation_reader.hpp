@@ -14,6 +14,7 @@
 
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
+#include "canyon/gnss/signals.hpp"
 
 // RINEX, The Receiver Independent Exchange Format: version 2.11 (Gurtner & Estey 2007), table A2;
 // versions 3.05 (Romero 2020), tables A2 and A3, and 4.00 (Romero 2021), whose observation files are those
@@ -21,9 +22,11 @@
 
 namespace canyon::rinex {
 
-/// What one satellite's L1-band signal measured at one epoch: all values belong to one code.
+/// What was measured of one signal of a satellite at one epoch: all values belong to one code.
 struct ObservedSignal {
   gnss::SatelliteId id;
+  /// Of gnss::signals_of(): what the code is read as; nullptr counts as the first, the one near L1.
+  const gnss::Signal* signal = nullptr;
   std::array<char, 3> code{};  ///< band and attribute as RINEX 3 writes them: "1C", "2I"; zero-terminated
   std::optional<double> pseudorange_m;
   std::optional<double> carrier_phase_cycles;
@@ -36,14 +39,21 @@ struct ObservedSignal {
   /// ambiguity, bit 2 antispoofing (2.x) or BOC-tracking of an MBOC signal (3.x). It may be set where the
   /// phase itself is missing.
   std::uint8_t loss_of_lock = 0;
+
+  /// Whether it is the one near L1.
+  [[nodiscard]] bool first() const {
+    return signal == nullptr || signal == gnss::signals_of(id.system).data();
+  }
 };
 
 struct ObservationEpoch {
   geodesy::GpsTime receiver_time;  ///< the receiver's time tag, on GPST whatever the file's time system
   bool power_failure = false;      ///< epoch flag 1: between this epoch and the one before
   std::optional<double> receiver_clock_offset_s;  ///< as the file gives it
-  std::vector<ObservedSignal> signals;            ///< in the file's order; no satellite twice; may be empty
-  int line = 0;                                   ///< of the epoch in its file
+  /// Satellites in the file's order, none twice, each one's signals in the order of gnss::signals_of(); may
+  /// be empty.
+  std::vector<ObservedSignal> signals;
+  int line = 0;  ///< of the epoch in its file
 };
 
 /// The header, with what header records between the epochs have changed since.
@@ -67,6 +77,8 @@ struct ObservationHeader {
 struct ObservationOptions {
   /// Others are counted and left out.
   std::set<gnss::System> systems{gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
+  /// Every signal that gnss::signals_of() knows, by signal_codes(); else of each satellite the one near L1.
+  bool all_signals = false;
   /// L1-band codes, best first, for systems that shall not have default_codes(). The pseudorange of the first
   /// one that a satellite has at an epoch is taken, and phase, Doppler and C/N0 of the same.
   std::map<gnss::System, std::vector<std::string>> codes;
@@ -80,6 +92,11 @@ struct ObservationOptions {
 /// B1C, of another frequency).
 [[nodiscard]] std::vector<std::string> default_codes(gnss::System system, double version);
 
+/// Codes that are read as a signal where all are, best first: pilots before data and pilot together, and data
+/// alone; L2C: 2L 2S 2X. The first signal's are default_codes() less those of the others. Encrypted ones on
+/// other bands (GPS 2W) are no L2C, and not known. docs/recordings.md has the table.
+[[nodiscard]] std::vector<std::string> signal_codes(const gnss::Signal& signal, double version);
+
 /// Counts and warnings about a file, as far as it was read.
 struct ObservationReport {
   std::size_t epochs = 0;                      ///< given (flags 0 and 1)
@@ -88,13 +105,17 @@ struct ObservationReport {
   std::size_t damaged = 0;                     ///< lines or records left out
   std::vector<std::string> damages;            ///< the first twenty: file, line and reason
   std::map<std::string, std::size_t> skipped;  ///< "observations of system I": records passed over
+  /// With all signals: codes in the header of which no signal is known, as versions 3 and 4 write them, of
+  /// wanted systems by letter. Version 2, whose types are all systems': types, under ' '.
+  std::map<char, std::set<std::string>> unknown_codes;
 
-  /// One line each: damages, how many more there are, what was skipped.
+  /// One line each: damages, how many more there are, what was skipped, codes that are not known.
   [[nodiscard]] std::vector<std::string> warnings() const;
 };
 
 /// Reads observation files of RINEX 2.00 to 2.12, 3.x and 4.x, plain or gzip, epoch by epoch in memory that
-/// does not grow with the file. Of each satellite the L1-band single-frequency set.
+/// does not grow with the file. Of each satellite the L1-band single-frequency set, or all signals
+/// (ObservationOptions::all_signals).
 ///
 /// Epoch flags: 0 and 1 are given; 2 to 5 are events whose header records are applied from there on
 /// (observation types, scale factors, positions); 6 (cycle slips) is passed over, as its values repeat
@@ -102,11 +123,13 @@ struct ObservationReport {
 /// line with a field that is no number, a satellite twice, an epoch line that cannot be read with all that
 /// hangs on it. An epoch whose time does not follow that of the epoch line before is left out. Version 2's C1
 /// and P1 are given as "1C" and "1P", 2.12's CA as "1C". BeiDou, which 2.12 alone knows, is C2 there, given
-/// as "2I"; older files that have it all the same are read with their C1.
+/// as "2I"; older files that have it all the same are read with their C1. Version 2's C2 is L2C ("2X") before
+/// 2.12, GLONASS's "2C"; C5 and C7 are "5X" and "7X", BeiDou's C7 and C6 "7I" and "6I". Phase, Doppler and
+/// strength of version 2 are those of the band, whichever pseudorange it has them beside.
 class RinexObservationReader {
  public:
   /// Reads the header. Throws InputError where the file is missing, no RINEX observation file (Hatanaka
-  /// compression included), of an unknown version or time system, or has no pseudorange of a wanted system.
+  /// compression included), of an unknown version or time system, or has no pseudorange that is wanted.
   explicit RinexObservationReader(const std::filesystem::path& path, ObservationOptions options = {});
   /// Text in memory; `name` stands for its path in messages.
   RinexObservationReader(std::string text, const std::filesystem::path& name,

@@ -9,6 +9,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/line_stream.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "tests/support/observation_text.hpp"
 #include "tests/support/shared_data.hpp"
@@ -197,6 +198,144 @@ TEST(RinexObservation, BeiDouCodesFollowTheVersion) {
       error_of([&] { (void)codes("3.05", "C1X C1P"); }).what(),
       HasSubstr("some.obs: has no L1-band pseudorange of a wanted system (types of observation: C:C1X "
                 "C:C1P)"));
+}
+
+ObservationOptions all_signals() {
+  ObservationOptions options;
+  options.all_signals = true;
+  return options;
+}
+
+std::vector<std::string> names_of(const ObservationEpoch& epoch) {
+  std::vector<std::string> names;
+  for (const ObservedSignal& s : epoch.signals) {
+    names.push_back(fmt::format("{} {} {} {:.0f}", gnss::to_string(s.id), s.signal->name, s.code.data(),
+                                *s.pseudorange_m));
+  }
+  return names;
+}
+
+// The table of codes beside that of signals: the component that docs/signals.md says is tracked comes first.
+TEST(RinexObservation, EverySignalHasItsCodes) {
+  std::size_t signals = 0;
+  for (const System system : gnss::kAllSystems) {
+    std::set<std::string> taken;
+    for (const gnss::Signal& signal : gnss::signals_of(system)) {
+      const std::vector<std::string> codes = signal_codes(signal, 3.04);
+      ASSERT_FALSE(codes.empty()) << signal.name;
+      EXPECT_EQ(codes.front(), signal.code) << signal.name;
+      for (const std::string& code : codes) EXPECT_TRUE(taken.insert(code).second) << code << " twice";
+      ++signals;
+    }
+  }
+  EXPECT_EQ(signals, 18U);
+  EXPECT_THAT(default_codes(System::GPS, 3.04), ElementsAre("1C", "1S", "1L", "1X", "1P", "1W", "1Y"));
+  const gnss::Signal& b1c = gnss::signals_of(System::BeiDou)[1];
+  EXPECT_THAT(signal_codes(b1c, 3.02), IsEmpty()) << "1X is B1I's there";
+  EXPECT_THAT(signal_codes(b1c, 3.03), ElementsAre("1P", "1X", "1D"));
+}
+
+TEST(RinexObservation, AllSignals) {
+  const std::string text = header_line("     3.04           OBSERVATION DATA    M", "RINEX VERSION / TYPE") +
+                           header_line("G    9 C5X C2W C2X C1C C1L C9Z L5X X1  L9Z", "SYS / # / OBS TYPES") +
+                           header_line("C    3 C2I C7D C6I", "SYS / # / OBS TYPES") +
+                           header_line("E    2 C8X C5Q", "SYS / # / OBS TYPES") +
+                           header_line("", "END OF HEADER") + epoch3(34, 4) +
+                           // L5, P(Y) on L2, L2C, C/A, L1C, a code that does not exist, phase of L5.
+                           "G05" + field(5) + field(20) + field(2) + field(1) + field(11) + field(9) +
+                           field(55, '1') + "\n" + "G06" + blank_field() + field(20) + blank_field() +
+                           blank_field() + field(11) + "\n" + "C06" + field(1) + field(7) + field(6) + "\n" +
+                           "E08" + field(8) + field(5) + "\n";
+  const auto file = read(text, all_signals());
+  EXPECT_THAT(names_of(file.epochs.at(0)),
+              ElementsAre("G05 L1CA 1C 1", "G05 L1C 1L 11", "G05 L2C 2X 2", "G05 L5 5X 5", "G06 L1C 1L 11",
+                          "C06 B1I 2I 1", "C06 B3I 6I 6", "E08 E5a 5Q 5"));
+  const auto& signals = file.epochs[0].signals;
+  EXPECT_EQ(signals[3].carrier_phase_cycles, 55);
+  EXPECT_EQ(signals[3].loss_of_lock, 1);
+  EXPECT_TRUE(signals[0].first());
+  EXPECT_FALSE(signals[1].first());
+  EXPECT_FALSE(signals[4].first()) << "L1C does not stand in for C/A where it is read itself";
+  EXPECT_EQ(file.report.observations, 8U);
+  EXPECT_THAT(file.report.warnings(), ElementsAre("1 codes of C not known: 7D", "1 codes of E not known: 8X",
+                                                  "2 codes of G not known: 2W 9Z"));
+
+  // One of each satellite as before.
+  const auto one = read(text);
+  EXPECT_THAT(names_of(one.epochs.at(0)), ElementsAre("G05 L1CA 1C 1", "G06 L1CA 1L 11", "C06 B1I 2I 1"));
+  EXPECT_THAT(one.report.warnings(), ElementsAre("1 satellites without an L1-band observation skipped"));
+
+  // A damaged field takes all of the satellite's signals with it.
+  EXPECT_THAT(names_of(read(text + epoch3(35, 2) + "G05" + field(5) + field(20) + field(2) + field(1) +
+                                "      x       \n" + "E08" + field(8) + field(5) + "\n",
+                            all_signals())
+                           .epochs.at(1)),
+              ElementsAre("E08 E5a 5Q 5"));
+
+  const std::string unknown =
+      header_line("     3.04           OBSERVATION DATA    G", "RINEX VERSION / TYPE") +
+      header_line("G    2 C9Z L9Z", "SYS / # / OBS TYPES") + header_line("", "END OF HEADER");
+  EXPECT_THAT(
+      error_of([&] { (void)read(unknown, all_signals()); }).what(),
+      HasSubstr("has no pseudorange of a known signal of a wanted system (types of observation: G:C9Z "
+                "G:L9Z)"));
+}
+
+// RINEX 4.00 (Romero 2021), tables A2 and A3: observations as in 3.05, header records of its own.
+TEST(RinexObservation, Version4) {
+  const auto file = read(
+      header_line("     4.00           OBSERVATION DATA    M", "RINEX VERSION / TYPE") +
+          header_line("https://doi.org/10.1000/182", "DOI") + header_line("CC BY 4.0", "LICENSE OF USE") +
+          header_line("https://example.org/station", "STATION INFORMATION") +
+          header_line("G    8 C1C L1C D1C S1C C5Q L5Q D5Q S5Q", "SYS / # / OBS TYPES") +
+          header_line("G L5Q -0.25000", "SYS / PHASE SHIFT") +
+          header_line("  2022     6     8    12    44   34.0000000     GPS", "TIME OF FIRST OBS") +
+          header_line("", "END OF HEADER") + "> 2022 06 08 12 44 34.0000000  0  1\n" + "G05" + field(2.1e7) +
+          field(1.1e8, ' ', '7') + field(-12.5) + field(45) + field(2.2e7) + field(8.2e7, '2') +
+          field(-9.25) + field(47) + "\n",
+      all_signals());
+  EXPECT_EQ(file.header.version, 4.0);
+  ASSERT_THAT(names_of(file.epochs.at(0)), ElementsAre("G05 L1CA 1C 21000000", "G05 L5 5Q 22000000"));
+  const ObservedSignal& l5 = file.epochs[0].signals[1];
+  EXPECT_EQ(l5.carrier_phase_cycles, 8.2e7);
+  EXPECT_EQ(l5.loss_of_lock, 2);
+  EXPECT_EQ(l5.doppler_hz, -9.25);
+  EXPECT_EQ(l5.cn0_dbhz, 47);
+  EXPECT_THAT(file.report.warnings(), IsEmpty());
+}
+
+// RINEX 2.11, table A1, and 2.12, table A1: CA, CB, CC and CD for C/A, L1C, L2C and GLONASS's C/A of L2.
+TEST(RinexObservation, AllSignalsOfVersion2) {
+  const auto of = [](const std::string& version, const std::string& types) {
+    const auto types_of = split_blanks(types);
+    std::string header = fmt::format("{:6}", types_of.size()), fields;
+    for (std::size_t i = 0; i < types_of.size(); ++i) {
+      header += fmt::format("{:>6}", types_of[i]);
+      fields += field(1 + static_cast<double>(i));
+      if (i % 5 == 4 || i + 1 == types_of.size()) fields += "\n";
+    }
+    return read(
+        header_line("     " + version + "           OBSERVATION DATA    M (MIXED)", "RINEX VERSION / TYPE") +
+            header_line(header, "# / TYPES OF OBSERV") + header_line("", "END OF HEADER") +
+            " 19  4 28 12 44 34.0000000  0  4G05R06E07C08\n" + fields + fields + fields + fields,
+        all_signals());
+  };
+  const auto older = of("2.11", "C1 L1 P1 C2 P2 L2 C5 S5 C7");
+  EXPECT_THAT(names_of(older.epochs.at(0)),
+              ElementsAre("G05 L1CA 1C 1", "G05 L2C 2X 4", "G05 L5 5X 7", "R06 G1 1C 1", "R06 G2 2C 4",
+                          "E07 E1 1C 1", "E07 E5a 5X 7", "E07 E5b 7X 9", "C08 B1I 2I 1", "C08 B2I 7I 9"));
+  EXPECT_EQ(older.epochs[0].signals[0].carrier_phase_cycles, 2);
+  EXPECT_EQ(older.epochs[0].signals[1].carrier_phase_cycles, 6);
+  EXPECT_EQ(older.epochs[0].signals[2].cn0_dbhz, 8);
+  EXPECT_THAT(older.report.warnings(), IsEmpty()) << "P2 is GLONASS's";
+
+  const auto newer = of("2.12", "C1 CA CB CC LC C2 L2 CD C8");
+  EXPECT_THAT(names_of(newer.epochs.at(0)),
+              ElementsAre("G05 L1CA 1C 2", "G05 L1C 1X 3", "G05 L2C 2X 4", "R06 G1 1C 2", "R06 G2 2C 8",
+                          "E07 E1 1C 1", "C08 B1I 2I 6"));
+  EXPECT_EQ(newer.epochs[0].signals[2].carrier_phase_cycles, 5);
+  EXPECT_EQ(newer.epochs[0].signals.back().carrier_phase_cycles, 7);
+  EXPECT_THAT(newer.report.warnings(), ElementsAre("1 types of observation not known: C8"));
 }
 
 TEST(RinexObservation, CodesAndSystemsCanBeChosen) {

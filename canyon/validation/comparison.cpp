@@ -2,20 +2,25 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <complex>
+#include <map>
 #include <set>
 #include <span>
 #include <utility>
 
 #include "canyon/city/city.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/signal/path_strength.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/validation/moved_city.hpp"
 #include "canyon/validation/segments.hpp"
+#include "canyon/validation/statistics.hpp"
 
 namespace canyon::validation {
 namespace {
@@ -25,6 +30,20 @@ using propagation::Visibility;
 
 bool is_clear(Visibility visibility) {
   return visibility == Visibility::LOS || visibility == Visibility::LOSMultipath;
+}
+
+bool among(const std::vector<const gnss::Signal*>& signals, const gnss::Signal* signal) {
+  return std::find(signals.begin(), signals.end(), signal) != signals.end();
+}
+
+/// Phase less what geometry, satellite and atmosphere put into it, as PseudorangeResidual has it.
+ComparedPhase simulated_phase(const orbit::LineOfSight& line, const receiver::SignalObservation& o) {
+  const positioning::Measurement& m = *o.measurement;
+  if (!m.carrier_phase_cycles) return {};
+  const double phase_m = *m.carrier_phase_cycles * (geodesy::kSpeedOfLight / m.carrier_frequency_hz);
+  return {(phase_m - line.range_m) + geodesy::kSpeedOfLight * line.state.clock_bias_s + o.ionosphere_m -
+              o.troposphere_m,
+          false};
 }
 
 class Comparer {
@@ -42,10 +61,21 @@ class Comparer {
         clear_(recording.residuals.observations.size(), 0) {
     assert(recording.places.size() == recording.residuals.epochs.size());
     assert(recording.measurements.size() == recording.residuals.epochs.size());
-    std::set<gnss::System> observed;
-    for (const PseudorangeResidual& o : recording.residuals.observations) observed.insert(o.id.system);
+    std::set<const gnss::Signal*> observed;
+    for (const PseudorangeResidual& o : recording.residuals.observations) observed.insert(o.signal);
+    for (const PseudorangeResidual& o : recording.residuals.further) observed.insert(o.signal);
+    for (const gnss::System system : gnss::kAllSystems) {
+      const std::size_t before = result_.recorded.size();
+      for (const gnss::Signal& signal : gnss::signals_of(system)) {
+        if (observed.count(&signal) != 0) result_.recorded.push_back(&signal);
+      }
+      if (result_.recorded.size() == before) continue;
+      for (const gnss::Signal* signal : receiver::tracked_signals(options_.tracks, system)) {
+        result_.tracked.push_back(signal);
+      }
+    }
     for (const gnss::SatelliteId id : environment.sky().satellites()) {
-      if (observed.count(id.system) != 0) satellites_.push_back(id);
+      if (has_system(result_.recorded, id.system)) satellites_.push_back(id);
     }
   }
 
@@ -76,16 +106,17 @@ class Comparer {
                            environment_.sky(),
                            environment_.klobuchar()});
     const std::vector<propagation::SatelliteView>& views = arrival.views;
-    assert(observed.satellites.size() == views.size());
 
     ComparedEpoch& compared = result_.epochs.emplace_back();
     compared.time = epoch.reception;
     compared.place_enu_m = place(e);
     compared.first = result_.satellites.size();
     compared.simulated = fix_error(observed.fix, epoch);
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      const receiver::SatelliteObservation& o = observed.satellites[i];
-      if (o.above_mask) result_.satellites.push_back(simulated_part(views[i], o));
+    // Both ascend; systems that the receiver does not track are views alone.
+    auto of_satellite = views.begin();
+    for (const receiver::SatelliteObservation& o : observed.satellites) {
+      while (of_satellite->line.id < o.id) ++of_satellite;
+      if (o.above_mask) result_.satellites.push_back(simulated_part(*of_satellite, o));
     }
     compared.count = result_.satellites.size() - compared.first;
 
@@ -105,6 +136,8 @@ class Comparer {
         recording_.residuals,
         [&](const PseudorangeResidual&, const ResidualEpoch&) { return clear_[next++] != 0; });
     for (std::size_t e = 0; e < result_.epochs.size(); ++e) add_measured(e, errors);
+    remove_simulated_clock();
+    remove_biases();
 
     std::vector<Eigen::Vector3d> places;
     for (const Recording::Place& p : recording_.places) places.push_back(p.enu_m);
@@ -148,19 +181,52 @@ class Comparer {
     assert(view.line.id == o.id);
     ComparedSatellite s;
     s.id = o.id;
+    s.signal = gnss::signals_of(o.id.system).data();
     s.azimuth_rad = o.azimuth_rad;
     s.elevation_rad = o.elevation_rad;
     s.visibility = view.paths.visibility;
     s.clear = is_clear(s.visibility);
-    s.simulated = o.measurement.has_value();
-    if (s.simulated) {
-      s.simulated_error_m = o.pseudorange_error_m;
-      // As the receiver states it, where it does.
-      s.simulated_cn0_dbhz = o.measurement->cn0_dbhz ? o.measurement->cn0_dbhz : o.cn0_dbhz;
-    }
     s.used_simulated = o.used;
     if (s.visibility == Visibility::NLOS) s.prediction = predict(view, o);
+    for (const gnss::Signal& signal : gnss::signals_of(o.id.system).subspan(1)) {
+      if (!among(result_.recorded, &signal) && !among(result_.tracked, &signal)) continue;
+      if (gnss::transmits(o.id, signal, view.line.transmit_time)) s.more.emplace_back().signal = &signal;
+    }
+    add_simulated(view.line, o, s);
+    for (const receiver::SignalObservation& other : o.more) add_simulated(view.line, other, s);
     return s;
+  }
+
+  /// What was simulated of one signal, to the satellite's own.
+  void add_simulated(const orbit::LineOfSight& line, const receiver::SignalObservation& o,
+                     ComparedSatellite& satellite) const {
+    if (!o.measurement) return;
+    ComparedSignal& s = signal_of(satellite, o.signal);
+    s.simulated = true;
+    s.simulated_error_m = o.pseudorange_error_m;
+    // As the receiver states it, where it does.
+    s.simulated_cn0_dbhz = o.measurement->cn0_dbhz ? o.measurement->cn0_dbhz : o.cn0_dbhz;
+    s.simulated_phase = simulated_phase(line, o);
+    const std::size_t e = result_.epochs.size() - 1;
+    s.simulated_phase.slip =
+        e > 0 && o.measurement->phase_since && *o.measurement->phase_since > result_.epochs[e - 1].time;
+  }
+
+  /// The satellite's entry for a signal, made where it has none.
+  static ComparedSignal& signal_of(ComparedSatellite& satellite, const gnss::Signal* signal) {
+    if (signal == satellite.signal) return satellite;
+    const auto at = std::lower_bound(
+        satellite.more.begin(), satellite.more.end(), signal,
+        [](const ComparedSignal& s, const gnss::Signal* wanted) { return s.signal < wanted; });
+    if (at != satellite.more.end() && at->signal == signal) return *at;
+    ComparedSignal fresh;
+    fresh.signal = signal;
+    return *satellite.more.insert(at, fresh);
+  }
+
+  static bool has_system(const std::vector<const gnss::Signal*>& signals, gnss::System system) {
+    return std::any_of(signals.begin(), signals.end(),
+                       [system](const gnss::Signal* signal) { return signal->system == system; });
   }
 
   [[nodiscard]] ComparedSatellite::Prediction predict(const propagation::SatelliteView& view,
@@ -200,14 +266,20 @@ class Comparer {
     };
     for (std::size_t i = 0; i < epoch.count; ++i) {
       const PseudorangeError& error = errors.observations[epoch.first + i];
-      if (error.gross) continue;
-      measurements.push_back(recording_.measurements[e][i]);
       const PseudorangeResidual& o = recording_.residuals.observations[epoch.first + i];
+      // Fixes of both receivers are of the same systems.
+      if (error.gross || !has_system(result_.tracked, o.id.system)) continue;
+      measurements.push_back(recording_.measurements[e][i]);
+      if (ComparedSatellite* s = satellite(o.id)) add_measured(o, error.error_m, compared.clock, *s);
+    }
+    const double gross_m = ClockOptions{}.gross_m;
+    for (std::size_t i = epoch.first_further; i < epoch.first_further + epoch.further; ++i) {
+      const PseudorangeResidual& o = recording_.residuals.further[i];
       ComparedSatellite* s = satellite(o.id);
       if (s == nullptr) continue;
-      s->measured = true;
-      if (compared.clock != ClockSource::None) s->measured_error_m = error.error_m;
-      s->measured_cn0_dbhz = o.cn0_dbhz;
+      const double error_m = o.residual_m - clock_of(errors, e, o.id.system);
+      if (std::abs(error_m) > gross_m) continue;
+      add_measured(o, error_m, compared.clock, signal_of(*s, o.signal));
     }
     positioning::FixOptions fix_options = options_.fix;
     fix_options.correct_ionosphere = recording_.ionosphere;
@@ -217,6 +289,87 @@ class Comparer {
     compared.measured = fix_error(fix, epoch);
     for (const gnss::SatelliteId id : fix.used) {
       if (ComparedSatellite* s = satellite(id)) s->used_measured = true;
+    }
+  }
+
+  static void add_measured(const PseudorangeResidual& o, double error_m, ClockSource clock,
+                           ComparedSignal& s) {
+    s.measured = true;
+    if (clock != ClockSource::None) s.measured_error_m = error_m;
+    s.measured_cn0_dbhz = o.cn0_dbhz;
+    s.measured_phase = {o.phase_residual_m, o.lost_lock};
+  }
+
+  /// Recorded errors of further signals are about a clock that their first signals tell, with its noise,
+  /// which may be more than their own. The simulated ones are brought to that: the true clock stands at 0
+  /// there.
+  void remove_simulated_clock() {
+    if (std::all_of(result_.satellites.begin(), result_.satellites.end(),
+                    [](const ComparedSatellite& s) { return s.more.empty(); })) {
+      return;
+    }
+    PseudorangeResiduals residuals;
+    std::vector<bool> clear;
+    for (const ComparedEpoch& compared : result_.epochs) {
+      ResidualEpoch epoch;
+      epoch.receiver_time = compared.time;
+      epoch.first = residuals.observations.size();
+      for (std::size_t i = compared.first; i < compared.first + compared.count; ++i) {
+        const ComparedSatellite& s = result_.satellites[i];
+        if (!s.simulated_error_m) continue;
+        PseudorangeResidual& o = residuals.observations.emplace_back();
+        o.epoch = residuals.epochs.size();
+        o.id = s.id;
+        o.residual_m = *s.simulated_error_m;
+        o.cn0_dbhz = s.simulated_cn0_dbhz;
+        o.elevation_rad = s.elevation_rad;
+        clear.push_back(s.clear);
+      }
+      epoch.count = residuals.observations.size() - epoch.first;
+      if (epoch.count > 0) residuals.epochs.push_back(epoch);
+    }
+    if (residuals.epochs.empty()) return;
+    std::size_t next = 0;
+    const PseudorangeErrors errors = remove_receiver_clock(
+        residuals, [&](const PseudorangeResidual&, const ResidualEpoch&) { return clear[next++]; });
+    std::size_t k = 0;
+    for (const ComparedEpoch& compared : result_.epochs) {
+      if (k == residuals.epochs.size() || residuals.epochs[k].receiver_time != compared.time) continue;
+      for (std::size_t i = compared.first; i < compared.first + compared.count; ++i) {
+        ComparedSatellite& satellite = result_.satellites[i];
+        for (ComparedSignal& s : satellite.more) {
+          if (s.simulated_error_m) *s.simulated_error_m -= clock_of(errors, k, satellite.id.system);
+        }
+      }
+      ++k;
+    }
+  }
+
+  /// What an epoch's pseudoranges of a system are about [m].
+  static double clock_of(const PseudorangeErrors& errors, std::size_t epoch, gnss::System system) {
+    const auto bias = errors.inter_system_bias_m.find(system);
+    return errors.clocks[epoch].bias_m + (bias != errors.inter_system_bias_m.end() ? bias->second : 0);
+  }
+
+  /// Of each further signal, measured and simulated.
+  void remove_biases() {
+    for (std::optional<double> ComparedSignal::*error :
+         {&ComparedSignal::measured_error_m, &ComparedSignal::simulated_error_m}) {
+      std::map<const gnss::Signal*, std::array<std::vector<double>, 2>> values;  // of all, of clear ones
+      for (const ComparedSatellite& satellite : result_.satellites) {
+        for (const ComparedSignal& s : satellite.more) {
+          if (!(s.*error)) continue;
+          values[s.signal][0].push_back(*(s.*error));
+          if (satellite.clear) values[s.signal][1].push_back(*(s.*error));
+        }
+      }
+      std::map<const gnss::Signal*, double> bias_m;
+      for (const auto& [signal, of] : values) bias_m[signal] = *median(of[1].empty() ? of[0] : of[1]);
+      for (ComparedSatellite& satellite : result_.satellites) {
+        for (ComparedSignal& s : satellite.more) {
+          if (s.*error) *(s.*error) -= bias_m[s.signal];
+        }
+      }
     }
   }
 

@@ -53,26 +53,42 @@ struct Recording {
   /// moves. Empty: heights as recorded.
   std::optional<double> antenna_above_terrain_m;
   bool ionosphere = true, troposphere = true;  ///< in the recorded pseudoranges: measured fixes correct them
-  /// Measured fixes are solved from these: all recorded L1 signals of satellites with ephemerides and above
-  /// the horizon, sigma 1 m, one for each of the epoch's residuals and in their order.
+  /// Measured fixes are solved from these: all recorded first signals of satellites with ephemerides and
+  /// above the horizon, sigma 1 m, one for each of the epoch's residuals and in their order.
   std::vector<std::vector<positioning::Measurement>> measurements;  ///< one list for each of residuals.epochs
   std::vector<std::string> warnings;
 };
 
-/// One satellite at one epoch, above the scenario's elevation mask: measured, simulated or both.
-struct ComparedSatellite {
-  gnss::SatelliteId id;
-  double azimuth_rad = 0, elevation_rad = 0;
-  bool clear = false;  ///< the city says that the direct path is (Visibility LOS or LOSMultipath)
+/// Carrier phase of a signal at one epoch, recorded or simulated.
+struct ComparedPhase {
+  /// Phase [m] less range, satellite clock and atmosphere: receiver clock, ambiguity, and what paths and
+  /// noise add. Empty: no phase.
+  std::optional<double> residual_m;
+  bool slip = false;  ///< the receiver says that it does not continue that of the epoch before
+};
+
+/// One signal of a satellite at one epoch: measured, simulated or both.
+struct ComparedSignal {
+  const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
 
   bool measured = false;                   ///< a pseudorange was recorded that is not gross
   std::optional<double> measured_error_m;  ///< pseudorange error
   std::optional<double> measured_cn0_dbhz;
+  ComparedPhase measured_phase;
 
-  bool simulated = false;  ///< a pseudorange was simulated
-  propagation::Visibility visibility = propagation::Visibility::Blocked;
+  bool simulated = false;                   ///< a pseudorange was simulated
   std::optional<double> simulated_error_m;  ///< by paths and noise, of a tracked signal
   std::optional<double> simulated_cn0_dbhz;
+  ComparedPhase simulated_phase;
+};
+
+/// One satellite at one epoch, above the scenario's elevation mask, with its first signal
+/// (gnss::signals_of()) and the others.
+struct ComparedSatellite : ComparedSignal {
+  gnss::SatelliteId id;
+  double azimuth_rad = 0, elevation_rad = 0;
+  bool clear = false;  ///< the city says that the direct path is (Visibility LOS or LOSMultipath)
+  propagation::Visibility visibility = propagation::Visibility::Blocked;
   /// The path that explains an NLOS signal: the strongest at the antenna where signals have strength, else
   /// the shortest; and the code delay [m] that the receiver model makes of all paths, noise left out. Given
   /// for blocked direct paths whether the simulated channel tracks or not. Empty: no path.
@@ -83,6 +99,11 @@ struct ComparedSatellite {
   };
   std::optional<Prediction> prediction;
   bool used_measured = false, used_simulated = false;  ///< in the fixes
+  /// Those beyond the first that it sends (gnss::transmits()) and the recording or the simulated receiver
+  /// has, in the order of gnss::signals_of(). Their errors are about the clock that first signals tell,
+  /// measured and simulated. A constant of each is taken off, the median over the run of satellites that are
+  /// clear, for receivers have delays of their own in each band.
+  std::vector<ComparedSignal> more;
 };
 
 struct ComparedFix {
@@ -114,6 +135,9 @@ struct Segment {
 struct Comparison {
   std::string name;  ///< of the model: "specular, second order"
   Registration registration;
+  /// Signals that the recording has, and that the simulated receiver tracks; by system, then in the order of
+  /// gnss::signals_of().
+  std::vector<const gnss::Signal*> recorded, tracked;
   std::vector<ComparedEpoch> epochs;
   std::vector<ComparedSatellite> satellites;  ///< by epoch
   std::vector<Segment> segments;
@@ -149,7 +173,8 @@ struct CompareOptions {
 };
 /// Simulates a receiver (its propagation options included) at the recorded epochs, in the city moved by
 /// `registration`, and solves both fixes with the receiver's FixOptions; no position filter. Satellites are
-/// those of the sky above the receiver's elevation mask, of systems that the recording has.
+/// those of the sky above the receiver's elevation mask, of systems that the recording has and the receiver
+/// tracks.
 ///
 /// Clocks of the measured errors come from satellites that the moved city says are clear. Lines of sight,
 /// ranges and errors belong to the true place, only rays start where that lies in the moved city. The

@@ -13,35 +13,10 @@
 #include "canyon/options/values.hpp"
 #include "canyon/validation/epoch_interval.hpp"
 #include "canyon/validation/ranked_sample.hpp"
+#include "canyon/validation/signal_figures.hpp"
 
 namespace canyon::validation {
 namespace {
-
-std::array<double, 5> five_quantiles(std::span<const double> values) {
-  std::array<double, 5> result{};
-  if (values.empty()) return result;
-  const std::vector<double> at = quantiles(values, kQuantiles);
-  std::copy(at.begin(), at.end(), result.begin());
-  return result;
-}
-
-DistributionPair pair_of(std::span<const double> measured, std::span<const double> simulated) {
-  DistributionPair pair;
-  pair.measured_n = measured.size();
-  pair.simulated_n = simulated.size();
-  pair.measured = five_quantiles(measured);
-  pair.simulated = five_quantiles(simulated);
-  pair.ks = kolmogorov_smirnov(measured, simulated);
-  return pair;
-}
-
-/// Sorted into LOS [0] and NLOS [1].
-struct ByView {
-  std::array<std::vector<double>, 2> of;
-  void add(bool nlos, double value) { of[nlos ? 1 : 0].push_back(value); }
-  [[nodiscard]] const std::vector<double>& los() const { return of[0]; }
-  [[nodiscard]] const std::vector<double>& nlos() const { return of[1]; }
-};
 
 /// Of NLOS observations with a prediction of one kind.
 struct ExplainedSample {
@@ -103,10 +78,7 @@ class Collector {
     for (const ComparedFix& fix : simulated_fixes(first, count)) {
       if (fix.solved) used_simulated_.push_back(fix.used);
     }
-    for (TrackedShare& share : tracked_) {
-      share.simulated = static_cast<std::size_t>(
-          std::lround(static_cast<double>(share.simulated) / static_cast<double>(runs_.size())));
-    }
+    for (TrackedShare& share : tracked_) share_among(runs_.size(), share);
   }
 
   [[nodiscard]] Figures figures(const FigureOptions& options) const {
@@ -135,6 +107,7 @@ class Collector {
     f.measured = position_figures(measured_fixes(first_, epochs_.size()));
     f.simulated = position_figures(simulated_fixes(first_, epochs_.size()));
     add_segments(f);
+    f.signals = signal_figures(comparison_, first_, epochs_.size(), runs_);
     if (options.resamples > 0) add_intervals(f, options);
     return f;
   }
@@ -255,6 +228,29 @@ double ratio(std::size_t part, std::size_t whole) {
 }
 
 }  // namespace
+
+std::array<double, 5> five_quantiles(std::span<const double> values) {
+  std::array<double, 5> result{};
+  if (values.empty()) return result;
+  const std::vector<double> at = quantiles(values, kQuantiles);
+  std::copy(at.begin(), at.end(), result.begin());
+  return result;
+}
+
+DistributionPair pair_of(std::span<const double> measured, std::span<const double> simulated) {
+  DistributionPair pair;
+  pair.measured_n = measured.size();
+  pair.simulated_n = simulated.size();
+  pair.measured = five_quantiles(measured);
+  pair.simulated = five_quantiles(simulated);
+  pair.ks = kolmogorov_smirnov(measured, simulated);
+  return pair;
+}
+
+void share_among(std::size_t runs, TrackedShare& share) {
+  share.simulated =
+      static_cast<std::size_t>(std::lround(static_cast<double>(share.simulated) / static_cast<double>(runs)));
+}
 
 double TrackedShare::measured_ratio() const {
   return ratio(measured, satellites);

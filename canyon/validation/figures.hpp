@@ -51,6 +51,42 @@ struct PositionFigures {
   std::array<double, 5> horizontal_m{}, vertical_m{};  ///< at kQuantiles; vertical without sign
 };
 
+/// Carrier phases of one signal, LOS or NLOS.
+struct PhaseView {
+  std::size_t observations = 0, with_phase = 0;  ///< pseudoranges above the mask, and those with a phase
+  /// Standard deviation of the phase's noise [m], for which noise_n third differences in time speak:
+  ///   d_t = l_t - 3 l_(t-1) + 3 l_(t-2) - l_(t-3), l = phase less range, satellite clock and atmosphere,
+  /// over four epochs of the recording's interval without a slip between them. White noise of deviation s
+  /// gives d the deviation s sqrt(20). What the receiver's clock and a place of the antenna that is not quite
+  /// the true one put into all d of an epoch, a + e.b with e the direction to the satellite, is taken off: a
+  /// and b by least squares, weighted by C/N0 and Huber's function. The rest of each over sqrt(1 - h), h its
+  /// leverage, and sqrt(20); of these 1.4826 times the median magnitude. Epochs with fewer than seven d are
+  /// left out.
+  std::optional<double> noise_m;
+  std::size_t noise_n = 0;
+  [[nodiscard]] std::optional<double> share() const;  ///< with a phase; empty without observations
+};
+struct PhaseFigures {
+  PhaseView los, nlos;
+  /// Phases that do not continue the signal's one before: the receiver says so, or it had none in between.
+  std::size_t slips = 0;
+  double time_s = 0;  ///< with a phase: their count times the recording's interval
+  [[nodiscard]] std::optional<double> time_between_slips_s() const;  ///< time_s / slips; empty without slips
+};
+
+/// One signal of one system. Where the recording has it and the simulated receiver tracks it not, or the
+/// other way round, all but these two words are empty.
+struct SignalFigures {
+  const gnss::Signal* signal = nullptr;
+  bool recorded = false, tracked = false;  ///< Comparison::recorded, tracked
+  TrackedShare tracked_los, tracked_nlos;  ///< of satellites that send it
+  DistributionPair error_los_m, error_nlos_m, cn0_los_dbhz, cn0_nlos_dbhz;
+  PhaseFigures measured_phase, simulated_phase;  ///< of several runs: of all together
+  [[nodiscard]] bool judged() const { return recorded && tracked; }
+  [[nodiscard]] std::string name() const;  ///< "GPS L2C"
+  [[nodiscard]] bool first() const;        ///< the one near L1, that the other figures are of
+};
+
 struct SegmentFigures {
   Segment segment;
   PositionFigures measured, simulated;
@@ -72,6 +108,7 @@ struct Figures {
   DistributionPair error_los_m, error_nlos_m, cn0_los_dbhz, cn0_nlos_dbhz, used;
   PositionFigures measured, simulated;
   std::vector<SegmentFigures> segments;  ///< of at least 10 epochs
+  std::vector<SignalFigures> signals;    ///< by system, then in the order of gnss::signals_of()
 };
 
 struct FigureOptions {

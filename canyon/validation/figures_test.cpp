@@ -12,6 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/ranked_sample.hpp"
 #include "tests/support/bootstrap.hpp"
@@ -193,6 +194,148 @@ TEST(Figures, PositionsAndSegments) {
   EXPECT_EQ(part.measured.fixes, 10U);
   EXPECT_EQ(describe_part(hand.comparison, 18, 20, "middle"), "middle: 12:52:18 to 12:52:37 GPST, 20 epochs");
   EXPECT_EQ(describe_part(hand.comparison, 0, 0, "none"), "none: no epoch");
+}
+
+const gnss::Signal* signal_named(gnss::System system, std::string_view name) {
+  for (const gnss::Signal& signal : gnss::signals_of(system)) {
+    if (signal.name == name) return &signal;
+  }
+  return nullptr;
+}
+
+/// Satellites whose phases hold a wandering clock of tens of metres, a place that is off by
+/// centimetres, an ambiguity, and white noise of 2 mm at 44 dB-Hz and of 5 mm at 36 dB-Hz, every other.
+Hand phases(int epochs, int satellites) {
+  Hand hand;
+  const gnss::Signal* l1 = signal_named(gnss::System::GPS, "L1CA");
+  hand.comparison.recorded = hand.comparison.tracked = {l1};
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  double clock_m = 0;
+  for (int e = 0; e < epochs; ++e) {
+    hand.epoch();
+    clock_m += 30 * normal(random);
+    const Eigen::Vector3d off_m(0.05 * normal(random), 0.05 * normal(random), 0.05 * normal(random));
+    for (int k = 0; k < satellites; ++k) {
+      ComparedSatellite& s = hand.measured(true, 0, k % 2 == 0 ? 44 : 36);
+      s.signal = l1;
+      s.azimuth_rad = geodesy::radians(45 * k);
+      s.elevation_rad = geodesy::radians(15 + 10 * (k * 3 % 8));
+      const Eigen::Vector3d direction(std::sin(s.azimuth_rad) * std::cos(s.elevation_rad),
+                                      std::cos(s.azimuth_rad) * std::cos(s.elevation_rad),
+                                      std::sin(s.elevation_rad));
+      s.measured_phase.residual_m =
+          clock_m + direction.dot(off_m) + 1e6 * k + (k % 2 == 0 ? 2e-3 : 5e-3) * normal(random);
+    }
+  }
+  return hand;
+}
+
+// Half of the magnitudes are below m where erf(m / (2 sqrt 2)) + erf(m / (5 sqrt 2)) = 1 (m in mm): m
+// = 2.0167, noise 1.4826 m = 2.990 mm.
+TEST(Figures, PhaseNoiseIsWhatWasPutIn) {
+  const Hand hand = phases(1500, 8);
+  const Figures f = hand.figures();
+  ASSERT_EQ(f.signals.size(), 1U);
+  const PhaseView& los = f.signals[0].measured_phase.los;
+  EXPECT_GT(los.noise_n, 8U * 1350);  // of 8 * 1497, less those that decide the estimate
+  EXPECT_NEAR(std::erf(2.0167 / 2 / std::sqrt(2.0)) + std::erf(2.0167 / 5 / std::sqrt(2.0)), 1, 1e-4);
+  // 1.17 sqrt(2.3 / n) is 1.6 %.
+  EXPECT_NEAR(*los.noise_m, 2.990e-3, 0.05 * 2.990e-3);
+  EXPECT_FALSE(f.signals[0].measured_phase.nlos.noise_m);
+  EXPECT_EQ(f.signals[0].simulated_phase.los.observations, 0U);
+}
+
+TEST(Figures, CycleSlipsByHand) {
+  constexpr int kSatellites = 24;
+  Hand hand = phases(10, kSatellites);
+  const auto satellite = [&hand](std::size_t epoch, std::size_t k) -> ComparedSatellite& {
+    return hand.comparison.satellites[kSatellites * epoch + k];
+  };
+  for (std::size_t e = 5; e < 10; ++e) *satellite(e, 0).measured_phase.residual_m += 100;
+  satellite(5, 0).measured_phase.slip = true;  // said
+  satellite(5, 1).measured_phase = {};         // a gap
+  satellite(0, 2).measured_phase.slip = true;  // nothing before it
+  satellite(9, 3) = [&] {                      // not tracked at the end
+    ComparedSatellite lost = satellite(9, 3);
+    lost.measured = false;
+    lost.measured_error_m.reset();
+    lost.measured_phase = {};
+    return lost;
+  }();
+  for (std::size_t e = 0; e < 10; ++e) satellite(e, 4).clear = false;
+  const PhaseFigures p = hand.figures().signals.at(0).measured_phase;
+  EXPECT_EQ(p.slips, 2U);
+  EXPECT_EQ(p.los.observations, 229U);
+  EXPECT_EQ(p.los.with_phase, 228U);
+  EXPECT_EQ(p.nlos.with_phase, 10U);
+  EXPECT_DOUBLE_EQ(*p.los.share(), 228.0 / 229);
+  EXPECT_DOUBLE_EQ(p.time_s, 238);
+  EXPECT_DOUBLE_EQ(*p.time_between_slips_s(), 119);
+  // Four epochs in a row: 7 of ten, 2 and 2 around the slip, 2 and 1 around the gap, 6 of nine.
+  EXPECT_EQ(p.los.noise_n, 20U * 7 + 4 + 3 + 6);
+  EXPECT_EQ(p.nlos.noise_n, 7U);
+  EXPECT_LT(*p.los.noise_m, 0.01);
+
+  // An epoch that is missing ends the rows of four but is no slip: nobody says that lock was lost.
+  Hand late = phases(10, kSatellites);
+  for (std::size_t e = 6; e < 10; ++e) late.comparison.epochs[e].time = late.comparison.epochs[e].time + 3;
+  const PhaseFigures q = late.figures().signals.at(0).measured_phase;
+  EXPECT_EQ(q.slips, 0U);
+  EXPECT_EQ(q.los.noise_n, 24U * (3 + 1));
+  EXPECT_FALSE(q.time_between_slips_s());
+}
+
+TEST(Figures, FurtherSignalsByHand) {
+  Hand hand;
+  const gnss::Signal *l1 = signal_named(gnss::System::GPS, "L1CA"),
+                     *l2c = signal_named(gnss::System::GPS, "L2C"),
+                     *l5 = signal_named(gnss::System::GPS, "L5");
+  hand.comparison.recorded = {l1, l2c, l5};
+  hand.comparison.tracked = {l1, l2c};
+  hand.epoch();
+  for (int k = 0; k < 4; ++k) {
+    ComparedSatellite& s = hand.measured(k < 3, 0, 40);
+    s.signal = l1;
+    if (k == 0) continue;  // does not send it
+    ComparedSignal& other = s.more.emplace_back();
+    other.signal = l2c;
+    other.measured = k > 1;
+    if (other.measured) other.measured_error_m = k;  // 2 LOS, 3 NLOS
+    other.simulated = true;
+    other.simulated_error_m = 10 * k;
+    other.simulated_cn0_dbhz = 30;
+  }
+  const Figures f = hand.figures();
+  ASSERT_EQ(f.signals.size(), 3U);
+  const SignalFigures& s = f.signals[1];
+  EXPECT_EQ(s.name(), "GPS L2C");
+  EXPECT_TRUE(s.judged());
+  EXPECT_FALSE(s.first());
+  EXPECT_TRUE(f.signals[0].first());
+  EXPECT_EQ(s.tracked_los.satellites, 2U);
+  EXPECT_EQ(s.tracked_los.measured, 1U);
+  EXPECT_EQ(s.tracked_los.simulated, 2U);
+  EXPECT_EQ(s.error_los_m.measured_n, 1U);
+  EXPECT_DOUBLE_EQ(s.error_los_m.measured[2], 2);
+  EXPECT_DOUBLE_EQ(s.error_los_m.simulated[2], 15);
+  EXPECT_DOUBLE_EQ(s.error_nlos_m.measured[2], 3);
+  EXPECT_DOUBLE_EQ(*s.error_nlos_m.ks, 1);
+  EXPECT_EQ(s.cn0_los_dbhz.simulated_n, 2U);
+  EXPECT_FALSE(f.signals[2].judged());
+  // The other figures stay those of first signals.
+  EXPECT_EQ(f.error_los_m.measured_n, 3U);
+  EXPECT_EQ(f.error_los_m.simulated_n, 0U);
+
+  const std::string text = to_text(f);
+  EXPECT_THAT(text, HasSubstr("GPS L2C"));
+  EXPECT_THAT(text, HasSubstr("  GPS L5                recorded, not tracked by the simulated receiver\n"));
+  const json parsed = json::parse(to_json({f}, {})).at("models")[0].at("signals");
+  EXPECT_EQ(parsed[1].at("signal"), "L2C");
+  EXPECT_EQ(parsed[1].at("distributions").at("los_error_m").at("simulated").at("p50"), 15);
+  EXPECT_TRUE(parsed[1].at("carrier_phase").at("measured").at("los").at("noise_m").is_null());
+  EXPECT_EQ(parsed[2].at("tracked_by_the_simulated"), false);
+  EXPECT_FALSE(parsed[2].contains("distributions"));
 }
 
 Hand random_comparison() {

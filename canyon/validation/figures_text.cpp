@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
 
@@ -78,6 +79,39 @@ Json json_of(const PositionFigures& p) {
           {"vertical_error_m", quantiles_json(p.vertical_m, any)}};
 }
 
+Json json_of(const PhaseFigures& p) {
+  const auto view = [](const PhaseView& v) {
+    const auto share = v.share();
+    return Json{{"observations", v.observations},
+                {"with_phase", v.with_phase},
+                {"share", share ? number(*share) : Json(nullptr)},
+                {"noise_n", v.noise_n},
+                {"noise_m", v.noise_m ? number(*v.noise_m) : Json(nullptr)}};
+  };
+  const auto between = p.time_between_slips_s();
+  return {{"los", view(p.los)},
+          {"nlos", view(p.nlos)},
+          {"time_s", number(p.time_s)},
+          {"slips", p.slips},
+          {"time_between_slips_s", between ? number(*between) : Json(nullptr)}};
+}
+
+Json json_of(const SignalFigures& f) {
+  Json json{{"system", std::string(gnss::name(f.signal->system))},
+            {"signal", std::string(f.signal->name)},
+            {"recorded", f.recorded},
+            {"tracked_by_the_simulated", f.tracked}};
+  if (!f.judged()) return json;
+  json["tracked"] = {{"los", json_of(f.tracked_los)}, {"nlos", json_of(f.tracked_nlos)}};
+  json["distributions"] = {{"los_error_m", json_of(f.error_los_m)},
+                           {"nlos_error_m", json_of(f.error_nlos_m)},
+                           {"los_cn0_dbhz", json_of(f.cn0_los_dbhz)},
+                           {"nlos_cn0_dbhz", json_of(f.cn0_nlos_dbhz)}};
+  json["carrier_phase"] = {{"measured", json_of(f.measured_phase)},
+                           {"simulated", json_of(f.simulated_phase)}};
+  return json;
+}
+
 Json json_of(const Figures& f) {
   Json json{{"model", f.model}, {"part", f.part}, {"epochs", f.epochs},
             {"runs", f.runs},   {"los", f.los},   {"nlos", f.nlos}};
@@ -101,6 +135,8 @@ Json json_of(const Figures& f) {
                            {"nlos_cn0_dbhz", json_of(f.cn0_nlos_dbhz)},
                            {"satellites_used", json_of(f.used)}};
   json["position"] = {{"measured", json_of(f.measured)}, {"simulated", json_of(f.simulated)}};
+  json["signals"] = Json::array();
+  for (const SignalFigures& s : f.signals) json["signals"].push_back(json_of(s));
   json["segments"] = Json::array();
   for (const SegmentFigures& s : f.segments) {
     json["segments"].push_back({{"first_epoch", s.segment.first},
@@ -152,6 +188,59 @@ std::string position_line(const char* what, const PositionFigures& p) {
       "{:.1f} p95 {:.1f} m\n",
       what, share, p.epochs, p.mean_used, p.horizontal_m[2], p.horizontal_m[4], p.vertical_m[2],
       p.vertical_m[4]);
+}
+
+std::string tracked_line(const char* what, const TrackedShare& share) {
+  return fmt::format("  {:<22}{:.3f} and {:.3f} of {}\n", what, share.measured_ratio(),
+                     share.simulated_ratio(), share.satellites);
+}
+
+std::string distributions_head(const std::string& what) {
+  return fmt::format("\n{:<34}{:>6} {:>7} {:>7} {:>7} {:>7} {:>7}\n", what, "n", "p5", "p25", "p50", "p75",
+                     "p95");
+}
+
+/// Of signals beyond the first, which the other figures are of.
+std::string further_signals(const Figures& f) {
+  std::string text, one_sided;
+  for (const SignalFigures& s : f.signals) {
+    if (!s.judged()) {
+      one_sided += fmt::format("  {:<22}{}\n", s.name(),
+                               s.recorded ? "recorded, not tracked by the simulated receiver"
+                                          : "tracked by the simulated receiver, not recorded");
+    } else if (!s.first()) {
+      text += distributions_head(s.name());
+      text += distribution_line("LOS error [m]", s.error_los_m);
+      text += distribution_line("NLOS error [m]", s.error_nlos_m);
+      text += distribution_line("LOS C/N0 [dB-Hz]", s.cn0_los_dbhz);
+      text += distribution_line("NLOS C/N0 [dB-Hz]", s.cn0_nlos_dbhz);
+      text += tracked_line("tracked LOS", s.tracked_los);
+      text += tracked_line("tracked NLOS", s.tracked_nlos);
+    }
+  }
+  return text + (one_sided.empty() ? "" : "\nSignals not judged\n" + one_sided);
+}
+
+std::string phase_lines(const Figures& f) {
+  std::string text;
+  const auto line = [](const std::string& what, const char* side, const PhaseFigures& p) {
+    if (p.los.with_phase + p.nlos.with_phase == 0) return fmt::format("  {:<22}{:<10}no phase\n", what, side);
+    const auto mm = [](const PhaseView& v) {
+      return shown(v.noise_m ? std::optional(1e3 * *v.noise_m) : std::nullopt, 1);
+    };
+    return fmt::format("  {:<22}{:<10}{:>7} {:>7} {:>9} {:>7} {:>8} {:>7}\n", what, side,
+                       shown(p.los.share(), 3), shown(p.nlos.share(), 3), shown(p.time_between_slips_s(), 1),
+                       p.slips, mm(p.los), mm(p.nlos));
+  };
+  for (const SignalFigures& s : f.signals) {
+    if (!s.judged()) continue;
+    text += line(s.name(), "measured", s.measured_phase) + line("", "simulated", s.simulated_phase);
+  }
+  if (text.empty()) return "";
+  return fmt::format("\n{:<34}{:>15} {:>17} {:>16}\n  {:<32}{:>7} {:>7} {:>9} {:>7} {:>8} {:>7}\n",
+                     "Carrier phase", "with phase", "between slips", "noise [mm]", "", "LOS", "NLOS", "[s]",
+                     "slips", "LOS", "NLOS") +
+         text;
 }
 
 /// Bars would end a cell.
@@ -210,10 +299,7 @@ std::string to_text(const Figures& f) {
                         shown(auc_of(band.by_error), 3), band.los, band.nlos);
   }
   text += "\nTracked satellites, measured and simulated\n";
-  for (const auto& [what, share] : {std::pair("LOS", f.tracked_los), std::pair("NLOS", f.tracked_nlos)}) {
-    text += fmt::format("  {:<22}{:.3f} and {:.3f} of {}\n", what, share.measured_ratio(),
-                        share.simulated_ratio(), share.satellites);
-  }
+  text += tracked_line("LOS", f.tracked_los) + tracked_line("NLOS", f.tracked_nlos);
   text += "\nMeasured NLOS errors explained by the model's paths\n";
   for (const Explained& e : f.explained) {
     if (e.n == 0 && e.kind != "all") continue;
@@ -221,13 +307,13 @@ std::string to_text(const Figures& f) {
                         100 * e.share, shown(e.median_difference_m, 1),
                         e.correlation ? fmt::format("{:.2f}", e.correlation->rho) : "-");
   }
-  text += fmt::format("\n{:<34}{:>6} {:>7} {:>7} {:>7} {:>7} {:>7}\n", "Distributions", "n", "p5", "p25",
-                      "p50", "p75", "p95");
+  text += distributions_head("Distributions");
   text += distribution_line("LOS error [m]", f.error_los_m);
   text += distribution_line("NLOS error [m]", f.error_nlos_m);
   text += distribution_line("LOS C/N0 [dB-Hz]", f.cn0_los_dbhz);
   text += distribution_line("NLOS C/N0 [dB-Hz]", f.cn0_nlos_dbhz);
   text += distribution_line("satellites used", f.used);
+  text += further_signals(f) + phase_lines(f);
   text += "\nFixes by the same solver\n";
   text += position_line("measured", f.measured);
   text += position_line("simulated", f.simulated);

@@ -25,8 +25,12 @@ constexpr double kLongest_m = 1e12;
 
 /// A satellite when its signal left.
 struct Sent {
-  const rinex::ObservedSignal* signal = nullptr;
+  const rinex::ObservedSignal* observed = nullptr;
+  const gnss::Signal* signal = nullptr;
   orbit::SatelliteState state;
+
+  /// The signal's clock less GPS time.
+  [[nodiscard]] double clock_s() const { return state.clock_bias_s - state.group_delay_of(*signal); }
 };
 
 Eigen::Vector3d antenna_ecef(const simulation::Pose& pose, const Eigen::Vector3d& lever_arm) {
@@ -81,7 +85,7 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
   options.validate();
   PseudorangeResiduals result;
   std::vector<Sent> sent;
-  std::vector<PseudorangeResidual> row;
+  std::vector<PseudorangeResidual> row, further;
   std::vector<double> values;
   for (std::size_t index = 0; index < epochs.size(); ++index) {
     const rinex::ObservationEpoch& recorded = epochs[index];
@@ -95,10 +99,15 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
       }
       // The satellite's own clock showed tag - P / c when the signal left (docs/receiver.md, Fix).
       const GpsTime shown = recorded.receiver_time - *signal.pseudorange_m / kSpeedOfLight;
+      Sent s{&signal, signal.first() ? gnss::signals_of(signal.id.system).data() : signal.signal, {}};
       std::optional<orbit::SatelliteState> state = sky.state(signal.id, shown);
-      if (state) state = sky.state(signal.id, shown - (state->clock_bias_s - state->group_delay_s));
       if (state) {
-        sent.push_back({&signal, *state});
+        s.state = *state;
+        state = sky.state(signal.id, shown - s.clock_s());
+      }
+      if (state) {
+        s.state = *state;
+        sent.push_back(s);
       } else {
         unknown.push_back(signal.id);
       }
@@ -109,6 +118,7 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
     epoch.receiver_time = recorded.receiver_time;
     epoch.reception = recorded.receiver_time;
     epoch.first = result.observations.size();
+    epoch.first_further = result.further.size();
     // The first pass finds the clock, and with it when the antenna was where; a metre of either is nothing to
     // the other, so that two passes settle it.
     std::size_t low = 0;
@@ -118,6 +128,7 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
       epoch.antenna = geodesy::geodetic_from_ecef(epoch.antenna_ecef);
       const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(epoch.antenna);
       row.clear();
+      further.clear();
       values.clear();
       low = 0;
       for (const Sent& s : sent) {
@@ -128,11 +139,13 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
         const double range = line.norm();
         PseudorangeResidual o;
         o.epoch = result.epochs.size();
-        o.id = s.signal->id;
-        o.code = s.signal->code;
-        o.pseudorange_m = *s.signal->pseudorange_m;
-        o.cn0_dbhz = s.signal->cn0_dbhz;
-        o.cn0_from_indicator = s.signal->cn0_from_indicator;
+        o.id = s.observed->id;
+        o.signal = s.signal;
+        o.code = s.observed->code;
+        o.pseudorange_m = *s.observed->pseudorange_m;
+        o.lost_lock = (s.observed->loss_of_lock & 1U) != 0 || recorded.power_failure;
+        o.cn0_dbhz = s.observed->cn0_dbhz;
+        o.cn0_from_indicator = s.observed->cn0_from_indicator;
         o.direction_ecef = line / range;
         const auto look = geodesy::azimuth_elevation_from_enu(enu_from_ecef * o.direction_ecef);
         o.azimuth_rad = look.azimuth_rad;
@@ -141,16 +154,27 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
           ++low;
           continue;
         }
-        double delay = 0;
+        const double carrier_hz = gnss::carrier_hz(*s.signal, s.state.carrier_frequency_hz);
+        double ionosphere = 0, troposphere = 0;
         if (options.ionosphere) {
-          delay += propagation::klobuchar_delay_m(positioning::klobuchar_of(klobuchar, o.id.system),
-                                                  recorded.receiver_time, epoch.antenna, o.azimuth_rad,
-                                                  o.elevation_rad, s.state.carrier_frequency_hz);
+          ionosphere = propagation::klobuchar_delay_m(positioning::klobuchar_of(klobuchar, o.id.system),
+                                                      recorded.receiver_time, epoch.antenna, o.azimuth_rad,
+                                                      o.elevation_rad, carrier_hz);
         }
-        if (options.troposphere) delay += propagation::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);
-        const double clock_s = s.state.clock_bias_s - s.state.group_delay_s;
+        if (options.troposphere) {
+          troposphere = propagation::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);
+        }
+        const double clock_m = kSpeedOfLight * s.clock_s();
         // Ranges first: they are alike, and their difference keeps its digits.
-        o.residual_m = (o.pseudorange_m - range) + kSpeedOfLight * clock_s - delay;
+        o.residual_m = (o.pseudorange_m - range) + clock_m - (ionosphere + troposphere);
+        if (s.observed->carrier_phase_cycles) {
+          const double phase_m = *s.observed->carrier_phase_cycles * (kSpeedOfLight / carrier_hz);
+          o.phase_residual_m = (phase_m - range) + clock_m + ionosphere - troposphere;
+        }
+        if (!s.observed->first()) {
+          further.push_back(o);
+          continue;
+        }
         row.push_back(o);
         values.push_back(o.residual_m);
       }
@@ -169,7 +193,9 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
     for (const gnss::SatelliteId id : unknown) ++result.without_ephemeris[id];
     if (row.empty()) continue;
     epoch.count = row.size();
+    epoch.further = further.size();
     result.observations.insert(result.observations.end(), row.begin(), row.end());
+    result.further.insert(result.further.end(), further.begin(), further.end());
     result.epochs.push_back(epoch);
   }
   return result;

@@ -34,9 +34,14 @@ namespace canyon::validation {
 struct PseudorangeResidual {
   std::size_t epoch = 0;  ///< index into PseudorangeResiduals::epochs
   gnss::SatelliteId id;
-  std::array<char, 3> code{};  ///< as ObservedSignal has it
-  double pseudorange_m = 0;    ///< as recorded
-  double residual_m = 0;       ///< c b + isb + error
+  const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
+  std::array<char, 3> code{};            ///< as ObservedSignal has it
+  double pseudorange_m = 0;              ///< as recorded
+  double residual_m = 0;                 ///< c b + isb + error
+  /// Carrier phase [m] less the same, which the ionosphere advances: c b + isb + ambiguity + error.
+  std::optional<double> phase_residual_m;
+  /// The receiver says that lock was lost since the epoch before (loss-of-lock indicator, power failure).
+  bool lost_lock = false;
   std::optional<double> cn0_dbhz;
   bool cn0_from_indicator = false;
   double azimuth_rad = 0;    ///< of the satellite at the antenna, from north, clockwise, [0, 2 pi)
@@ -51,12 +56,16 @@ struct ResidualEpoch {
   geodesy::GpsTime reception;      ///< true time, within a microsecond
   Eigen::Vector3d antenna_ecef = Eigen::Vector3d::Zero();
   geodesy::Geodetic antenna;
-  std::size_t first = 0, count = 0;  ///< of PseudorangeResiduals::observations
+  std::size_t first = 0, count = 0;            ///< of PseudorangeResiduals::observations
+  std::size_t first_further = 0, further = 0;  ///< of PseudorangeResiduals::further
 };
 
 struct PseudorangeResiduals {
   std::vector<ResidualEpoch> epochs;              ///< with at least one observation, in the order given
-  std::vector<PseudorangeResidual> observations;  ///< by epoch
+  std::vector<PseudorangeResidual> observations;  ///< of satellites' first signals, by epoch
+  /// Of the others, by epoch: with the delays of their own carriers and group delays, but a constant that the
+  /// receiver adds to each signal (its inter-frequency bias). They tell no clock.
+  std::vector<PseudorangeResidual> further;
   // What was left out:
   std::size_t epochs_outside_truth = 0;
   std::size_t without_pseudorange = 0;

@@ -45,6 +45,14 @@ InputError nothing_left(const std::filesystem::path& obs, const std::filesystem:
                         residuals.without_ephemeris.size(), format_gpst(first, 0), format_gpst(last, 0)),
             "give navigation files of that day and of the recorded systems in the scenario's sky"};
   }
+  const auto near_l1 = [](const rinex::ObservationEpoch& epoch) {
+    return std::any_of(epoch.signals.begin(), epoch.signals.end(),
+                       [](const rinex::ObservedSignal& s) { return s.first(); });
+  };
+  if (std::none_of(recorded.epochs.begin(), recorded.epochs.end(), near_l1)) {
+    return {obs, 0, "it holds no signal near L1, which tell the receiver's clock",
+            "record one of each system: L1 C/A, E1, B1I or G1"};
+  }
   return {obs, 0, "it holds no pseudorange of a satellite above the horizon",
           "check that truth and navigation files belong to the recording"};
 }
@@ -64,8 +72,9 @@ std::vector<positioning::Measurement> measurements_of(const PseudorangeResiduals
     // The state knows a GLONASS satellite's channel.
     const auto state = sky.state(o.id, epoch.reception);
     m.carrier_frequency_hz = state ? state->carrier_frequency_hz : gnss::l1_frequency_hz(o.id.system);
-    const auto signal = std::find_if(recorded.signals.begin(), recorded.signals.end(),
-                                     [&o](const rinex::ObservedSignal& s) { return s.id == o.id; });
+    const auto signal =
+        std::find_if(recorded.signals.begin(), recorded.signals.end(),
+                     [&o](const rinex::ObservedSignal& s) { return s.id == o.id && s.first(); });
     if (signal != recorded.signals.end()) m.doppler_hz = signal->doppler_hz;
     measurements.push_back(m);
   }
@@ -77,8 +86,10 @@ std::vector<positioning::Measurement> measurements_of(const PseudorangeResiduals
 Recording read_recording(const simulation::Scenario& scenario, const simulation::Environment& environment,
                          const std::filesystem::path& obs, const std::filesystem::path& truth,
                          const std::string& truth_format, const RecordingOptions& options) {
-  return join_recording(scenario, environment, obs, rinex::read_rinex_observations(obs), truth, truth_format,
-                        options);
+  rinex::ObservationOptions wanted;
+  wanted.all_signals = true;
+  return join_recording(scenario, environment, obs, rinex::read_rinex_observations(obs, wanted), truth,
+                        truth_format, options);
 }
 
 Recording join_recording(const simulation::Scenario& scenario, const simulation::Environment& environment,

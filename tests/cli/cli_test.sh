@@ -243,6 +243,16 @@ P
   grep -q georeference unsure.yaml || sed 's/^city:$/city:\n  georeference: {sigma_m: 3}/' judge.yaml >unsure.yaml
   runs 0 "$canyon" validate unsure.yaml "${judge[@]:3}" --runs 3 --json - --quiet
   python3 -c 'import json; f = json.load(open("out"))["models"][0]; p = f["position"]; assert f["runs"] == 3 and p["simulated"]["epochs"] == 3 * p["measured"]["epochs"], f' || fail "--runs 3 is not three cities"
+  # Two bands, and a receiver that tracks another second one; a code that does not exist.
+  echo 'receivers: [{name: car, profile: survey, tracks: [L1CA, L2C]}]' >>small.yaml
+  runs 0 "$canyon" simulate small.yaml --out two --quiet
+  sed 's/C2L/C9Z/' two/receiver.obs >unknown.obs
+  sed 's/^sky:.*/sky: {navigation: [two\/sky.nav]}/' small.yaml >two.yaml
+  runs 0 "$canyon" validate two.yaml --obs two/receiver.obs "${judge[@]:5}"
+  says out "GPS L2C" "Carrier phase" "GPS L1CA" "between slips"
+  runs 0 "$canyon" validate two.yaml --obs unknown.obs "${judge[@]:5}"
+  says err "1 codes of G not known: 9Z"
+  says out "Signals not judged" "GPS L2C               tracked by the simulated receiver, not recorded"
   runs 2 "${judge[@]}" --runs 3; one_line; says err --runs georeference
   runs 2 "${judge[@]}" --split 0.5; one_line; says err --align
   runs 2 "${judge[@]}" --align --split 1.5; one_line; says err --split

@@ -206,7 +206,12 @@ const std::vector<Target>& targets() {
       {"rinex_navigation", "sky.rnx", read_navigation, {test::kRinex3Sample}},
       {"rinex_observation",
        "some.obs",
-       [](const fs::path& path) { (void)rinex::read_rinex_observations(path); },
+       [](const fs::path& path) {
+         rinex::ObservationOptions options;
+         options.all_signals = true;
+         (void)rinex::read_rinex_observations(path, options);
+         (void)rinex::read_rinex_observations(path);
+       },
        {observations3(), observations2()}},
       {"sp3", "some.sp3", read_sp3, {sp3()}},
       {"osm_xml",

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <set>
 #include <sstream>
 #include <string>
@@ -14,6 +15,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signals.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/program.hpp"
@@ -215,6 +217,73 @@ TEST(Signals, OfTwoBandsAreSolvedByRtklib) {
   EXPECT_GT(solved, 55);
   EXPECT_LT(worst_own, 1e-3);
   EXPECT_LT(worst, 0.1);
+}
+
+/// Numbers of an observation file of version 3 as they are printed, by tag of the epoch, satellite and type:
+/// columns by RINEX 3.04, table A3.
+std::map<std::string, std::string> printed_numbers(const std::string& text) {
+  std::map<std::string, std::string> numbers;
+  std::map<char, std::vector<std::string>> types;
+  std::istringstream lines(text);
+  std::string epoch;
+  char system = ' ';
+  for (std::string line; std::getline(lines, line);) {
+    if (line[0] == '>') {
+      epoch = line.substr(2, 27);
+    } else if (epoch.empty()) {
+      if (line.substr(60, 19) != "SYS / # / OBS TYPES") continue;
+      if (line[0] != ' ') system = line[0];
+      const std::string listed = line.substr(6, 54);
+      for (const std::string_view type : split_blanks(listed)) types[system].emplace_back(type);
+    } else {
+      for (std::size_t k = 0; k < types[line[0]].size() && 3 + 16 * k < line.size(); ++k) {
+        const std::string number(trim(column(line, 3 + 16 * k, 14)));
+        if (!number.empty()) numbers[epoch + line.substr(0, 3) + types[line[0]][k]] = number;
+      }
+    }
+  }
+  return numbers;
+}
+
+// Every number of a file with every band comes back, and nothing else.
+TEST(Signals, ComeBackToThePrintedDigit) {
+  const test::TemporaryFolder folder;
+  (void)test::run_and_write(
+      test::prepare(
+          open_sky("sky: {nominal: true, systems: [GPS, GLONASS, Galileo, BeiDou]}\n"
+                   "start: 2026-03-01T10:00:00Z\n",
+                   "{name: rover, profile: survey, tracks: [L1CA, L1C, L2C, L5, E1, E5a, E5b, B1I, B1C, B2I, "
+                   "B2a, B3I, G1, G2]}",
+                   20),
+          folder.path()),
+      folder.path());
+  auto printed = printed_numbers(test::read_bytes(folder.path() / "receiver.obs"));
+  ASSERT_GT(printed.size(), 5000U);
+  rinex::ObservationOptions all;
+  all.all_signals = true;
+  const auto file = rinex::read_rinex_observations(folder.path() / "receiver.obs", all);
+  EXPECT_THAT(file.report.warnings(), testing::IsEmpty());
+  std::set<const gnss::Signal*> signals;
+  for (const rinex::ObservationEpoch& epoch : file.epochs) {
+    const geodesy::CalendarTime c = geodesy::calendar_from_gps(epoch.receiver_time);
+    const std::string tag = fmt::format("{:04d} {:02d} {:02d} {:02d} {:02d} {:2d}.{:07d}", c.year, c.month,
+                                        c.day, c.hour, c.minute, c.second, c.nanosecond / 100);
+    for (const rinex::ObservedSignal& s : epoch.signals) {
+      signals.insert(s.signal);
+      const std::pair<char, std::optional<double>> values[] = {
+          {'C', s.pseudorange_m}, {'L', s.carrier_phase_cycles}, {'D', s.doppler_hz}, {'S', s.cn0_dbhz}};
+      for (const auto& [kind, value] : values) {
+        const auto at = printed.find(tag + gnss::to_string(s.id) + kind + s.code.data());
+        ASSERT_EQ(value.has_value(), at != printed.end())
+            << tag << gnss::to_string(s.id) << kind << s.code.data();
+        if (!value) continue;
+        EXPECT_EQ(fmt::format("{:.3f}", *value), at->second);
+        printed.erase(at);
+      }
+    }
+  }
+  EXPECT_THAT(printed, testing::IsEmpty());
+  EXPECT_EQ(signals.size(), 13U) << "every one of these systems but B2I, which BeiDou-2 alone sends";
 }
 
 TEST(Signals, ThatAreNoneAreToldSo) {

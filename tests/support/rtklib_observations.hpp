@@ -1,10 +1,18 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <string_view>
+#include <utility>
 
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
+#include "canyon/rinex/observation_reader.hpp"
 #include "tests/support/rtklib.hpp"
 
 namespace canyon::test {
@@ -26,6 +34,8 @@ struct RtklibObservations {
   int n, nmax;
   RtklibObservation* data;
 };
+
+extern "C" char* code2obs(unsigned char code);  ///< "1C"; "" of none
 
 inline constexpr std::int64_t kUnixOfGpsEpoch = 315'964'800;  // 1980-01-06: `date -u -d 1980-01-06 +%s`
 
@@ -51,6 +61,55 @@ inline int rtklib_satellite(gnss::SatelliteId id) {
       return satno(0x02, id.number + 100);
   }
   return 0;
+}
+
+/// Reads an observation file with RTKLIB too: every value of ours is its own, and nothing of its own is
+/// missing. Of each satellite RTKLIB's first frequency is compared, with ObservationOptions::all_signals (of
+/// versions 3 and 4) those of the same code. The number of signals compared.
+inline std::size_t expect_as_rtklib(const std::filesystem::path& path,
+                                    const rinex::ObservationOptions& options = {}) {
+  RtklibObservations theirs{};
+  EXPECT_EQ(readrnx(path.c_str(), 1, "", &theirs, nullptr, nullptr), 1);
+  std::map<std::pair<std::int64_t, int>, const RtklibObservation*> index;
+  std::size_t expected = 0;
+  for (int i = 0; i < theirs.n; ++i) {
+    const RtklibObservation& o = theirs.data[i];
+    index[{gps_time(o.time).nanoseconds(), o.sat}] = &o;
+    for (const double range : o.range) expected += options.all_signals && range != 0 ? 1 : 0;
+  }
+  if (!options.all_signals) expected = index.size();
+  const auto ours = rinex::read_rinex_observations(path, options);
+  EXPECT_EQ(ours.report.damaged, 0U);
+  std::size_t compared = 0;
+  for (const rinex::ObservationEpoch& epoch : ours.epochs) {
+    for (const rinex::ObservedSignal& s : epoch.signals) {
+      const auto at = index.find({epoch.receiver_time.nanoseconds(), rtklib_satellite(s.id)});
+      if (at == index.end()) {
+        ADD_FAILURE() << gnss::to_string(s.id) << " of line " << epoch.line << " is not RTKLIB's";
+        continue;
+      }
+      const RtklibObservation& o = *at->second;
+      std::size_t k = 0;
+      while (options.all_signals && k < 8 && std::string_view(code2obs(o.code[k])) != s.code.data()) ++k;
+      if (k == 8) {
+        ADD_FAILURE() << gnss::to_string(s.id) << ' ' << s.code.data() << " of line " << epoch.line
+                      << " is not RTKLIB's";
+        continue;
+      }
+      EXPECT_EQ(s.pseudorange_m.value_or(0), o.range[k]);
+      EXPECT_EQ(s.carrier_phase_cycles.value_or(0), o.phase[k]);
+      EXPECT_EQ(static_cast<float>(s.doppler_hz.value_or(0)), o.doppler[k]);
+      EXPECT_NEAR(s.cn0_dbhz.value_or(0), 0.001 * o.snr[k], 0.00051);
+      // RTKLIB drops the indicator of a phase that is missing.
+      if (s.carrier_phase_cycles) {
+        EXPECT_EQ(s.loss_of_lock & 3, o.lli[k] & 3);
+      }
+      ++compared;
+    }
+  }
+  EXPECT_EQ(compared, expected);
+  std::free(theirs.data);
+  return compared;
 }
 
 }  // namespace canyon::test

@@ -27,9 +27,12 @@ class SimulatedRecording {
   using Change = std::function<void(simulation::ReceiverConfig&)>;
 
   /// @param moved where the city truly stands, from its map; @param change of the recording receiver
-  explicit SimulatedRecording(const validation::Registration& moved = {}, const Change& change = {}) {
+  /// @param heights of its houses
+  explicit SimulatedRecording(const validation::Registration& moved = {}, const Change& change = {},
+                              const std::string& heights = "min_height_m: 12, max_height_m: 90") {
     simulation::Scenario scenario = simulation::parse_scenario(R"(
-city: {synthetic: {blocks_east: 6, blocks_north: 6, min_height_m: 12, max_height_m: 90, seed: 7},
+city: {synthetic: {blocks_east: 6, blocks_north: 6, seed: 7, )" + heights +
+                                                                   R"(},
        origin: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 0}}
 sky: {nominal: true, systems: [GPS, Galileo]}
 start: 2026-06-01T08:00:00Z

@@ -259,15 +259,18 @@ std::string separation_tables(const Figures& f) {
   return html;
 }
 
-std::string tracked_table(const Figures& f) {
+std::string shares_table(const TrackedShare& los, const TrackedShare& nlos) {
   const auto row = [](const std::string& name, const TrackedShare& t) {
     const bool any = t.satellites > 0;
     return Row{name, count(t.satellites), any ? percent(t.measured_ratio()) : kNone,
                any ? percent(t.simulated_ratio()) : kNone};
   };
-  return heading(3, "Tracked satellites above the mask") +
-         table({"The city says", "Satellites", "Recorded [%]", "Simulated [%]"},
-               {row("LOS", f.tracked_los), row("NLOS", f.tracked_nlos)});
+  return table({"The city says", "Satellites", "Recorded [%]", "Simulated [%]"},
+               {row("LOS", los), row("NLOS", nlos)});
+}
+
+std::string tracked_table(const Figures& f) {
+  return heading(3, "Tracked satellites above the mask") + shares_table(f.tracked_los, f.tracked_nlos);
 }
 
 std::string explained_table(const Figures& f) {
@@ -283,25 +286,75 @@ std::string explained_table(const Figures& f) {
          table({"Path", "n", "Share [%]", "Median |difference| [m]", "Spearman", "95 % interval"}, rows);
 }
 
+void add_distribution(std::vector<Row>& rows, const std::string& name, const DistributionPair& d,
+                      int decimals) {
+  const auto row = [&](const std::string& who, std::size_t n, const std::array<double, 5>& q,
+                       const std::string& ks) {
+    Row cells{who, count(n)};
+    for (const double value : q) cells.push_back(n > 0 ? number(value, decimals) : kNone);
+    cells.push_back(ks);
+    rows.push_back(cells);
+  };
+  row(name + ", measured", d.measured_n, d.measured, "");
+  row(name + ", simulated", d.simulated_n, d.simulated, number(d.ks, 3));
+}
+
+std::string distribution_rows(const std::vector<Row>& rows) {
+  return table({"Quantity", "n", "p5", "p25", "p50", "p75", "p95", "KS"}, rows);
+}
+
+/// Signals beyond the first, of which the other tables are.
+std::string signals_tables(const Figures& f) {
+  std::string html, one_sided;
+  for (const SignalFigures& s : f.signals) {
+    if (!s.judged()) {
+      one_sided +=
+          paragraph(s.name() + (s.recorded ? " was recorded, and the simulated receiver does not track it."
+                                           : " was not recorded; the simulated receiver tracks it."));
+      continue;
+    }
+    if (s.first()) continue;
+    std::vector<Row> rows;
+    add_distribution(rows, "LOS pseudorange error [m]", s.error_los_m, 1);
+    add_distribution(rows, "NLOS pseudorange error [m]", s.error_nlos_m, 1);
+    add_distribution(rows, "LOS C/N0 [dB-Hz]", s.cn0_los_dbhz, 1);
+    add_distribution(rows, "NLOS C/N0 [dB-Hz]", s.cn0_nlos_dbhz, 1);
+    html += heading(3, s.name()) + distribution_rows(rows) + shares_table(s.tracked_los, s.tracked_nlos);
+  }
+  return html + one_sided;
+}
+
+std::string phase_table(const Figures& f) {
+  std::vector<Row> rows;
+  for (const SignalFigures& s : f.signals) {
+    const auto add = [&](const char* who, const PhaseFigures& p) {
+      if (p.los.with_phase + p.nlos.with_phase == 0) return;
+      const auto share = [](const PhaseView& v) { return v.share() ? percent(*v.share()) : kNone; };
+      const auto mm = [](const PhaseView& v) { return v.noise_m ? number(1e3 * *v.noise_m, 1) : kNone; };
+      rows.push_back({s.name() + who, share(p.los), share(p.nlos), number(p.time_between_slips_s(), 1),
+                      count(p.slips), mm(p.los), mm(p.nlos)});
+    };
+    add(", measured", s.measured_phase);
+    add(", simulated", s.simulated_phase);
+  }
+  if (rows.empty()) return "";
+  return heading(3, "Carrier phase") +
+         table({"Signal", "LOS with phase [%]", "NLOS with phase [%]", "Between cycle slips [s]",
+                "Cycle slips", "LOS noise [mm]", "NLOS noise [mm]"},
+               rows);
+}
+
 std::string distributions_table(const Figures& f) {
   std::vector<Row> rows;
-  const auto add = [&](const std::string& name, const DistributionPair& d, int decimals) {
-    const auto row = [&](const std::string& who, std::size_t n, const std::array<double, 5>& q,
-                         const std::string& ks) {
-      Row cells{who, count(n)};
-      for (const double value : q) cells.push_back(n > 0 ? number(value, decimals) : kNone);
-      cells.push_back(ks);
-      rows.push_back(cells);
-    };
-    row(name + ", measured", d.measured_n, d.measured, "");
-    row(name + ", simulated", d.simulated_n, d.simulated, number(d.ks, 3));
+  const auto add = [&rows](const std::string& name, const DistributionPair& d, int decimals) {
+    add_distribution(rows, name, d, decimals);
   };
   add("LOS pseudorange error [m]", f.error_los_m, 1);
   add("NLOS pseudorange error [m]", f.error_nlos_m, 1);
   add("LOS C/N0 [dB-Hz]", f.cn0_los_dbhz, 1);
   add("NLOS C/N0 [dB-Hz]", f.cn0_nlos_dbhz, 1);
   add("Satellites used", f.used, 1);
-  return heading(3, "Distributions") + table({"Quantity", "n", "p5", "p25", "p50", "p75", "p95", "KS"}, rows);
+  return heading(3, "Distributions") + distribution_rows(rows);
 }
 
 std::string position_table(const Figures& f) {
@@ -393,7 +446,7 @@ std::string report_html(const ReportInput& input, const std::vector<ReportFigure
           pictures(figures);
   html += heading(2, fmt::format("All figures of \u201C{}\u201D", own.model));
   html += separation_tables(own) + tracked_table(own) + explained_table(own) + distributions_table(own) +
-          position_table(own) + segments_table(input) + notes(input);
+          signals_tables(own) + phase_table(own) + position_table(own) + segments_table(input) + notes(input);
   return html + "</main>\n</body>\n</html>\n";
 }
 

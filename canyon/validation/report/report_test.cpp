@@ -16,6 +16,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/validation/report/report_html.hpp"
 #include "canyon/validation/report/report_pictures.hpp"
 #include "canyon/validation/report/report_samples.hpp"
@@ -312,6 +313,28 @@ TEST_F(ReportTest, AlignmentIsStatedWithUncertaintyAndParts) {
   input_.alignment.reset();
   write_report(folder_.path(), input_);
   EXPECT_THAT(html(), HasSubstr("no alignment was estimated"));
+}
+
+TEST_F(ReportTest, SignalsAndTheirPhases) {
+  const auto gps = gnss::signals_of(gnss::System::GPS);
+  const PhaseFigures phase{{200, 150, 0.0021, 120}, {100, 25, {}, 0}, 7, 175};
+  SignalFigures first, l2c, l5;
+  first.signal = &gps[0];
+  l2c.signal = &gps[2];
+  l5.signal = &gps[3];
+  first.recorded = first.tracked = l2c.recorded = l2c.tracked = l5.recorded = true;
+  first.measured_phase = phase;
+  l2c.error_los_m = {30, 31, {-4, -1, 0, 1, 5}, {-5, -1, 0, 1, 4}, 0.061};
+  l2c.tracked_los = {40, 30, 31};
+  input_.models.front().signals = {first, l2c, l5};
+  write_report(folder_.path(), input_);
+  expect_whole_files();
+  EXPECT_THAT(html(), HasSubstr("<h3>GPS L2C</h3>"));
+  EXPECT_THAT(html(), HasSubstr("<th scope=\"row\">LOS</th><td>40</td><td>75.0</td><td>77.5</td>"));
+  EXPECT_THAT(html(), HasSubstr("GPS L5 was recorded, and the simulated receiver does not track it."));
+  EXPECT_THAT(html(),
+              HasSubstr("<th scope=\"row\">GPS L1CA, measured</th><td>75.0</td><td>25.0</td><td>25.0</td>"
+                        "<td>7</td><td>2.1</td><td>\u2013</td>"));
 }
 
 TEST_F(ReportTest, SameInputSameBytes) {
