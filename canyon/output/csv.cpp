@@ -176,7 +176,7 @@ class SignalsCsv final : public Encoder {
         row.add(epoch.observed.time.week()).add(tow).add(gnss::to_string(satellite.id));
         add_signal(row, seen,
                    seen.signal != nullptr ? *seen.signal : gnss::signals_of(satellite.id.system).front(),
-                   epoch.observed.time);
+                   epoch.observed.time, satellite.estimated_ionosphere_m);
         lines += std::move(row).line();
       };
       add(satellite);
@@ -187,18 +187,20 @@ class SignalsCsv final : public Encoder {
 
  private:
   void add_signal(Row& row, const receiver::SignalObservation& seen, const gnss::Signal& signal,
-                  geodesy::GpsTime time) {
+                  geodesy::GpsTime time, std::optional<double> ionosphere_l1_m) {
     const auto& m = seen.measurement;
     row.add(signal.name).add(signal.code);
     row.add(m ? fixed(m->carrier_frequency_hz, 0) : std::string());
     row.add(tracking::name(seen.lock)).add(seen.cn0_dbhz, 2).add(m ? m->cn0_dbhz : std::nullopt, 2);
     row.add(seen.lock == tracking::LockState::Tracking ? fixed(seen.excess_m, 4) : std::string());
     if (!m) {
-      row.add_nothing(10);
+      row.add_nothing(12);
       return;
     }
     row.add(m->pseudorange_m, 4).add(seen.pseudorange_error_m, 4).add(seen.noise_m, 4).add(m->sigma_m, 4);
-    row.add(seen.ionosphere_m, 4).add(seen.troposphere_m, 4).add(m->doppler_hz, 4);
+    if (ionosphere_l1_m) *ionosphere_l1_m *= std::pow(gnss::kL1_hz / m->carrier_frequency_hz, 2);
+    row.add(seen.ionosphere_m, 4).add(ionosphere_l1_m, 4).add(seen.troposphere_m, 4).add(seen.bias_m, 4);
+    row.add(m->doppler_hz, 4);
     const auto link = arcs_.next(*m, gnss::index_of(signal));
     if (!link) {
       row.add_nothing(3);
@@ -295,12 +297,16 @@ const std::vector<std::string>& paths_csv_columns() {
 }
 
 const std::vector<std::string>& signals_csv_columns() {
-  static const std::vector<std::string> columns{"gps_week",      "gps_tow",       "sat",
-                                                "signal",        "rinex_code",    "carrier_frequency_hz",
-                                                "lock",          "true_cn0_dbhz", "cn0_dbhz",
-                                                "excess_path_m", "pseudorange_m", "pseudorange_error_m",
-                                                "noise_m",       "sigma_m",       "ionosphere_m",
-                                                "troposphere_m", "doppler_hz",    "carrier_phase_cycles",
+  static const std::vector<std::string> columns{"gps_week",      "gps_tow",
+                                                "sat",           "signal",
+                                                "rinex_code",    "carrier_frequency_hz",
+                                                "lock",          "true_cn0_dbhz",
+                                                "cn0_dbhz",      "excess_path_m",
+                                                "pseudorange_m", "pseudorange_error_m",
+                                                "noise_m",       "sigma_m",
+                                                "ionosphere_m",  "estimated_ionosphere_m",
+                                                "troposphere_m", "bias_m",
+                                                "doppler_hz",    "carrier_phase_cycles",
                                                 "phase_lock_s",  "cycle_slip"};
   return columns;
 }

@@ -205,7 +205,7 @@ std::optional<Ranging::Ranged> Ranging::next(const SatelliteObservation& satelli
                 (code.measurement.pseudorange_m - kSpeedOfLight * delay_s - pseudorange_m -
                  (code.iono_rate - rate) * model_m);
       }
-      ranged.ionosphere_m = first_rate * (model_m + prior / (1 + prior * sum_gg) * seen);
+      ranged.ionosphere_m = model_m + prior / (1 + prior * sum_gg) * seen;
     }
     m.pseudorange_m = pseudorange_m;
     m.sigma_m = std::sqrt(variance + prior * squared(rate));

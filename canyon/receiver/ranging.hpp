@@ -57,8 +57,8 @@ class Ranging {
 
   struct Ranged {
     positioning::Measurement measurement;  ///< as if of the signal near L1, whose clock the sky gives
-    /// Slant delay of the ionosphere at the carrier of `measurement` [m], model and estimate together; only
-    /// of Combination::Uncombined with two signals or more.
+    /// Slant delay of the ionosphere at 1575.42 MHz [m], model and estimate together; only of
+    /// Combination::Uncombined with two signals or more.
     std::optional<double> ionosphere_m;
   };
   /// Of an epoch, once; empty where nothing of the satellite goes into the fix.

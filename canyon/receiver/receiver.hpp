@@ -51,7 +51,8 @@ struct SatelliteObservation : SignalObservation {
   propagation::Visibility visibility = propagation::Visibility::Blocked;
   bool above_mask = false;
   bool used = false;  ///< in the fix
-  /// Slant delay of the ionosphere that the receiver estimates (Ranging::Ranged::ionosphere_m).
+  /// Slant delay of the ionosphere at 1575.42 MHz that the receiver estimates (Ranging::Ranged::ionosphere_m)
+  /// [m].
   std::optional<double> estimated_ionosphere_m;
   /// Beyond the first, in the order of gnss::signals_of(); only with ReceiverOptions::tracks.
   std::vector<SignalObservation> more;

@@ -375,12 +375,12 @@ TEST(RinexNavigation, Version4TellsDelaysOfSignals) {
   for (int i = 0; i < 5; ++i) orbits += row(1, 2, 3, 4);
   const std::string clock = " 2022 06 08 10 00 00 1.000000000000E-04 2.000000000000E-12 0.000000000000E+00\n";
   const std::string delays = row(0, 0, -8e-9, 0) + row(1e-9, -2e-9, 3e-9, 4e-9);
-  const gnss::NavigationData data =
-      read(header + "> EPH G05 CNAV\nG05" + clock + orbits + delays + row(0, 0, 0, 0) +
-           "> EPH G05 CNV2\nG05" + clock + orbits + delays + row(5e-9, 6e-9, 0, 0) + row(0, 0, 0, 0) +
-           "> EPH C21 CNV1\nC21" + clock + orbits + row(0, 0, 0, 0) + row(7e-9, 0, 9e-9, 1e-8) +
-           row(0, 0, 0, 0) + row(0, 0, 0, 0) + "> EPH G06 CNAV\nG06" + clock + orbits);
-  EXPECT_TRUE(data.kepler.empty());
+  const gnss::NavigationData data = read(
+      header + "> EPH G05 LNAV\n" + kG05 + "> EPH G05 CNAV\nG05" + clock + orbits + delays + row(0, 0, 0, 0) +
+      "> EPH G05 CNV2\nG05" + clock + orbits + delays + row(5e-9, 6e-9, 0, 0) + row(0, 0, 0, 0) +
+      "> EPH C21 CNV1\nC21" + clock + orbits + row(0, 0, 0, 0) + row(7e-9, 0, 9e-9, 1e-8) + row(0, 0, 0, 0) +
+      row(0, 0, 0, 0) + "> EPH G06 CNAV\nG06" + clock + orbits);
+  EXPECT_EQ(data.kepler.size(), 1U);
   ASSERT_EQ(data.signal_delays.size(), 3U);
   using testing::DoubleNear;
   using testing::IsNan;

@@ -25,9 +25,9 @@ constexpr SignalCodes kCodes[] = {
     {System::GPS, "L5", "5Q 5X 5I"},
     {System::GLONASS, "G1", "1C 1P"},
     {System::GLONASS, "G2", "2C 2P"},
-    {System::Galileo, "E1", "1C 1X 1B 1Z"},
-    {System::Galileo, "E5a", "5Q 5X 5I"},
-    {System::Galileo, "E5b", "7Q 7X 7I"},
+    {System::Galileo, "E1", "1X 1C 1B 1Z"},
+    {System::Galileo, "E5a", "5X 5Q 5I"},
+    {System::Galileo, "E5b", "7X 7Q 7I"},
     {System::BeiDou, "B1I", "2I 1I 2X 2Q"},
     {System::BeiDou, "B1C", "1P 1X 1D"},
     {System::BeiDou, "B2I", "7I 7X 7Q"},
@@ -37,17 +37,18 @@ constexpr SignalCodes kCodes[] = {
     {System::QZSS, "L1C", "1L 1X 1S"},
     {System::QZSS, "L2C", "2L 2S 2X"},
     {System::QZSS, "L5", "5Q 5X 5I"},
+    {System::SBAS, "L1CA", "1C"},
 };
 
 /// Version 2 does not say which component was tracked: X, but I of BeiDou, whose pilots came later. 2.12 (A
 /// for C/A, B for L1C, C for L2C, D for GLONASS's C/A of L2) took 2 away from L2C.
 constexpr double k212 = 2.115, k3 = 3;
 constexpr Version2Types kVersion2[] = {
-    {"GRJ", "1C", "CA", 'A', k212, k3}, {"GRJE", "1C", "C1", '1', 0, k3},  {"GRJ", "1P", "P1", '1', 0, k3},
-    {"GJ", "1X", "CB", 'B', k212, k3},  {"GJ", "2X", "CC", 'C', k212, k3}, {"GJ", "2X", "C2", '2', 0, k212},
-    {"R", "2C", "CD", 'D', k212, k3},   {"R", "2C", "C2", '2', 0, k3},     {"R", "2P", "P2", '2', 0, k3},
-    {"GJE", "5X", "C5", '5', 0, k3},    {"E", "7X", "C7", '7', 0, k3},     {"C", "2I", "C2", '2', k212, k3},
-    {"C", "2I", "C1", '1', 0, k212},    {"C", "7I", "C7", '7', 0, k3},     {"C", "6I", "C6", '6', 0, k3},
+    {"GRJS", "1C", "CA", 'A', k212, k3}, {"GRJES", "1C", "C1", '1', 0, k3}, {"GRJ", "1P", "P1", '1', 0, k3},
+    {"GJ", "1X", "CB", 'B', k212, k3},   {"GJ", "2X", "CC", 'C', k212, k3}, {"GJ", "2X", "C2", '2', 0, k212},
+    {"R", "2C", "CD", 'D', k212, k3},    {"R", "2C", "C2", '2', 0, k3},     {"R", "2P", "P2", '2', 0, k3},
+    {"GJE", "5X", "C5", '5', 0, k3},     {"E", "7X", "C7", '7', 0, k3},     {"C", "2I", "C2", '2', k212, k3},
+    {"C", "2I", "C1", '1', 0, k212},     {"C", "7I", "C7", '7', 0, k3},     {"C", "6I", "C6", '6', 0, k3},
 };
 
 /// 3.02 alone calls the band of B1I 1, which is B1C's everywhere else.

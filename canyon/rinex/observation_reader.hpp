@@ -87,7 +87,7 @@ struct ObservationOptions {
 };
 
 /// The open signals near L1 that gnss::l1_frequency_hz() speaks of, best first, then the encrypted ones:
-/// GPS 1C 1S 1L 1X 1P 1W 1Y, GLONASS 1C 1P, Galileo 1C 1X 1B 1Z, QZSS 1C 1S 1L 1X 1Z 1B, SBAS 1C, BeiDou's
+/// GPS 1C 1S 1L 1X 1P 1W 1Y, GLONASS 1C 1P, Galileo 1X 1C 1B 1Z, QZSS 1C 1S 1L 1X 1Z 1B, SBAS 1C, BeiDou's
 /// B1I: 2I 1I 2X 2Q, and 1X 1Q where the file is of version 3.02, which alone calls that band 1 (later 1X is
 /// B1C, of another frequency).
 [[nodiscard]] std::vector<std::string> default_codes(gnss::System system, double version);

@@ -228,7 +228,7 @@ TEST(RinexObservation, EverySignalHasItsCodes) {
       ++signals;
     }
   }
-  EXPECT_EQ(signals, 18U);
+  EXPECT_EQ(signals, 19U);
   EXPECT_THAT(default_codes(System::GPS, 3.04), ElementsAre("1C", "1S", "1L", "1X", "1P", "1W", "1Y"));
   const gnss::Signal& b1c = gnss::signals_of(System::BeiDou)[1];
   EXPECT_THAT(signal_codes(b1c, 3.02), IsEmpty()) << "1X is B1I's there";

@@ -14,8 +14,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/gnss/signals.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/program.hpp"
@@ -402,7 +402,8 @@ TEST(Signals, AreCombinedAndSmoothedInFixes) {
     if (epoch.receiver == 2) worst_modelled = std::max(worst_modelled, error_m);
     for (const SatelliteObservation& s : epoch.observed.satellites) {
       if (epoch.receiver > 2 || epoch.receiver == 0 || !s.estimated_ionosphere_m) continue;
-      worst_estimate = std::max(worst_estimate, std::abs(*s.estimated_ionosphere_m - s.ionosphere_m));
+      const double l1_m = s.ionosphere_m * square(s.signal->carrier_hz / gnss::kL1_hz);
+      worst_estimate = std::max(worst_estimate, std::abs(*s.estimated_ionosphere_m - l1_m));
     }
     if (epoch.receiver < 3 || epoch.observed.time < epochs.front().observed.time + 120.0) continue;
     (epoch.receiver == 3 ? raw : smooth) += epoch.error_enu_m.squaredNorm();
