@@ -113,7 +113,7 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
   // high.
   EXPECT_LT(largest_angle, 5e-5);
   for (void* rtklibs : {static_cast<void*>(theirs.data), static_cast<void*>(navigation->eph),
-                        static_cast<void*>(navigation->geph), navigation->seph}) {
+                        static_cast<void*>(navigation->geph), static_cast<void*>(navigation->seph)}) {
     std::free(rtklibs);
   }
 }
