@@ -11,6 +11,8 @@
 #include <sstream>
 
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/program.hpp"
@@ -20,7 +22,7 @@ namespace canyon {
 namespace {
 
 // The error constants are made so large that RTKLIB's elevation and ephemeris terms do not count: equal
-// weights, as our solver has. Its navsys bits: GPS 1, GLONASS 4, Galileo 8, QZSS 16, BeiDou 32.
+// weights, as our solver has. Its navsys bits: GPS 1, SBAS 2, GLONASS 4, Galileo 8, QZSS 16, BeiDou 32.
 std::string config(double mask_deg, int systems) {
   return "pos1-posmode=single\npos1-frequency=l1\npos1-elmask=" + std::to_string(mask_deg) +
          "\npos1-ionoopt=off\npos1-tropopt=off\npos1-sateph=brdc\npos1-navsys=" + std::to_string(systems) +
@@ -63,6 +65,7 @@ std::int64_t key(geodesy::GpsTime t) {
 
 // Bit sum for the systems that Debian's build of RTKLIB knows.
 constexpr int kGps = 1;
+constexpr int kSbas = 2;
 constexpr int kGlonass = 4;
 constexpr int kGalileo = 8;
 constexpr int kBeiDou = 32;
@@ -117,6 +120,49 @@ TEST(Rnx2Rtkp, OpenSkyRecordedEphemeridesIsWithinTenCentimetres) {
       "sky: {navigation: [hksc1180.19n, hksc1180.19b], systems: [GPS, BeiDou]}\nstart: "
       "2019-04-28T12:58:03Z\n",
       kGps + kBeiDou, nav.parent_path());
+}
+
+// Ranges to three made-up geostationary satellites, which move, beside recorded GPS: RTKLIB too gives SBAS
+// the clock of GPS. Records lie as far apart as message 9 may be sent.
+TEST(Rnx2Rtkp, OpenSkyWithSbasIsWithinTenCentimetres) {
+  CANYON_NEEDS_PROGRAM("rnx2rtkp");
+  CANYON_SHARED_DATA(nav, "urbannav-tst-20190428/hksc1180.19n");
+  gnss::NavigationData data;
+  const double longitudes_deg[] = {83, 110, 140};
+  for (int satellite = 0; satellite < 3; ++satellite) {
+    for (int record = 0; record < 3; ++record) {
+      gnss::SbasEphemeris e;
+      e.id = {gnss::System::SBAS, static_cast<std::uint8_t>(27 + 5 * satellite)};
+      e.toe = e.transmission = geodesy::parse_time("2019-04-28T12:57:52 GPST") + 120.0 * record;
+      const double longitude = geodesy::radians(longitudes_deg[satellite]);
+      e.position_m = {42164e3 * std::cos(longitude), 42164e3 * std::sin(longitude), 2e4 * satellite};
+      e.velocity_mps = {1.25, -2.5 * satellite, 36};
+      e.acceleration_mps2 = {1e-4, 5e-5, -2e-3};
+      e.clock_bias_s = 4e-7 * (satellite - 1);
+      e.clock_drift = 1e-11;
+      e.accuracy_m = 4;
+      data.sbas.push_back(e);
+    }
+  }
+  const test::TemporaryFolder folder;
+  rinex::write_rinex_navigation(folder / "geo.nav", data);
+  const std::string files = "sky: {navigation: [" + nav.string() + ", " + (folder / "geo.nav").string() + "]";
+  const std::string start = "}\nstart: 2019-04-28T12:58:03Z\n";
+  expect_open_sky(files + ", systems: [GPS, SBAS]" + start, kGps + kSbas);
+
+  // Who does not name SBAS has none of it: neither ranged to nor in sky.nav.
+  const auto satellites = [&](const std::string& systems) {
+    const simulation::Simulation simulation = test::prepare(
+        "city: {open: true, origin: {latitude_deg: 22.298, longitude_deg: 114.178, height_m: 10}}\n" + files +
+            systems + start + "trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\nduration_s: 0\n",
+        folder.path());
+    EXPECT_EQ(simulation.navigation().sbas.empty(), systems.empty());
+    const auto ids = simulation.environment().sky().satellites();
+    return std::count_if(ids.begin(), ids.end(),
+                         [](gnss::SatelliteId id) { return id.system == gnss::System::SBAS; });
+  };
+  EXPECT_EQ(satellites(""), 0);
+  EXPECT_EQ(satellites(", systems: [GPS, SBAS]"), 3);
 }
 
 /// Buildings and noise on: rnx2rtkp against our own fix wherever both used the same satellites. What is left
