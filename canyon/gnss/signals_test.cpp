@@ -58,6 +58,7 @@ TEST(Signals, HaveTheCodesOfWhatIsTracked) {
       {System::GLONASS, "G2", "2C"},  {System::Galileo, "E1", "1X"}, {System::Galileo, "E5a", "5X"},
       {System::Galileo, "E5b", "7X"}, {System::BeiDou, "B1I", "2I"}, {System::BeiDou, "B1C", "1P"},
       {System::BeiDou, "B2I", "7I"},  {System::BeiDou, "B2a", "5P"}, {System::BeiDou, "B3I", "6I"},
+      {System::SBAS, "L1CA", "1C"},
   };
   std::size_t signals = 0;
   for (const System system : kAllSystems) signals += signals_of(system).size();

@@ -78,7 +78,8 @@ std::string every_signal() {
   for (int second = 30; second < 40; ++second) {
     text += fmt::format("> 2019 04 28 12 44 {}.0000000  0{:3d}\n", second, 2 * gnss::kSystemCount);
     for (const gnss::System system : gnss::kAllSystems) {
-      for (const int number : {2, 7}) {
+      for (int number : {2, 7}) {
+        if (system == gnss::System::SBAS) number += 20;
         text += fmt::format("{}{:02d}", gnss::letter(system), number);
         double v = 1000.0 * second + number;
         for (std::size_t k = 0; k < gnss::signals_of(system).size(); ++k, v += 0.125) {
@@ -137,8 +138,8 @@ TEST(RinexObservationBesideRtklib, EverySignalInVersion2) {
       }
     }
     // 2.11 has no BeiDou, and a place for one of the signals near L1.
-    std::set<std::string> names{"GPS L1CA",   "GPS L2C",    "GPS L5",      "GLONASS G1",
-                                "GLONASS G2", "Galileo E1", "Galileo E5a", "Galileo E5b"};
+    std::set<std::string> names{"GPS L1CA",   "GPS L2C",     "GPS L5",      "GLONASS G1", "GLONASS G2",
+                                "Galileo E1", "Galileo E5a", "Galileo E5b", "SBAS L1CA"};
     if (version == "2.12") names.insert({"GPS L1C", "BeiDou B1I", "BeiDou B2I", "BeiDou B3I"});
     EXPECT_EQ(count.size(), names.size()) << version;
     for (const std::string& name : names) EXPECT_EQ(count[name], 20U) << version << ' ' << name;

@@ -255,7 +255,10 @@ TEST(ReceiverKeys, EachKeySetsAFieldOfItsOwn) {
       if (changed[i] != plain[i]) where.push_back(plain[i].substr(0, plain[i].find(':')));
     }
     // An antenna is its name and its rows.
-    ASSERT_EQ(where.size(), key.path.rfind("signal.antenna", 0) == 0 ? 2U : 1U) << key.path << ": " << value;
+    ASSERT_EQ(where.size(), key.path == "signal.antenna"             ? 3U
+                            : key.path.starts_with("signal.antenna") ? 2U
+                                                                     : 1U)
+        << key.path << ": " << value;
     EXPECT_TRUE(std::find(where.begin(), where.end(), key.path) != where.end()) << key.path;
     changed_by_any.insert(where.begin(), where.end());
   }

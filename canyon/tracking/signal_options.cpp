@@ -78,8 +78,8 @@ void visit(options::Visitor& v, SignalOptions& o) {
                {"antenna_rows", "deg, dBic, dBic",
                 "instead: a pattern of rows [elevation, RHCP gain, LHCP gain], elevations rising"},
                3, upper);
-  v.rows({"antenna_lower_rows", "deg, dBic, dBic", "likewise of the lower band, 1164 to 1300 MHz",
-          "that of `antenna`"},
+  v.rows({"antenna_lower_rows", "deg, dBic, dBic",
+          "likewise of the lower band, 1164 to 1300 MHz; left out: as `antenna` has it"},
          std::span(&kAsNamed, 1), 3, lower);
   v.part("link", o.link);
   gnss::visit_group_values(

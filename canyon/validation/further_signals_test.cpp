@@ -28,6 +28,7 @@ using ::testing::Not;
 void three_bands(simulation::ReceiverConfig& receiver) {
   receiver.options.tracks = {"L1CA", "L2C", "L5", "E1", "E5a", "E5b"};
   receiver.options.signal.enabled = true;
+  receiver.options.signal.antenna = signal::dual_patch_antenna();
   receiver.options.signal.lock.warm_start = true;
 }
 

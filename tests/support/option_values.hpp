@@ -46,8 +46,10 @@ inline std::string another_value(const options::Key& key) {
   if (key.type == Type::Boolean) return key.default_value == "true" ? "false" : "true";
   if (key.type == Type::Choice) return key.words.front() == key.default_value ? key.words[1] : key.words[0];
   if (key.type == Type::Rows) return "[[0, -5, -5], [90, 3, -10]]";
-  if (key.path.ends_with("tracks")) return "L1CA";
-  if (key.type == Type::Text || key.type == Type::Texts) return "another=7";
+  for (const char* list : {"tracks", "uses", "leaves_out"}) {
+    if (key.path.ends_with(list)) return "L1CA";
+  }
+  if (key.type == Type::Text || key.type == Type::Texts) return "GPS=7";
   const options::Range range = key.range.value();
   const double value = key.default_value == "none" ? INFINITY : parse_double(key.default_value).value_or(NAN);
   // Near the default, or else anywhere inside.
