@@ -14,7 +14,8 @@ constexpr Modulation BPSK = Modulation::BPSK, TMBOC = Modulation::TMBOC, CBOCPil
 
 constexpr double kL1 = kL1_hz, kL2 = 1227.6e6, kL5 = 1176.45e6, kE5b = 1207.14e6;
 
-// IS-GPS-200 table 3-Va, IS-GPS-800 3.2.1.9, IS-GPS-705 table 3-III (Q5); L2C of IIR-M and IIF: CL, half of -160.
+// IS-GPS-200 table 3-Va, IS-GPS-800 3.2.1.9, IS-GPS-705 table 3-III (Q5); L2C of IIR-M and IIF: CL, half of
+// -160.
 constexpr Signal kGps[]{
     {System::GPS, "L1CA", "1C", kL1, 0, BPSK, 1.023e6, -158.5},
     {System::GPS, "L1C", "1L", kL1, 0, TMBOC, 1.023e6, -158.25},

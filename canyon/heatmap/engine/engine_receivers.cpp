@@ -13,6 +13,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/tracking/noise.hpp"
@@ -27,6 +28,22 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw) {
   return RandomStream(draws.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
+}
+
+/// Signals beyond the first, where no fix takes them: what the first is measured at does not depend on them.
+void leave_out_unused_signals(receiver::ReceiverOptions& options) {
+  if (options.ranging.combination != receiver::Combination::First || !options.ranging.uses.empty()) return;
+  const std::vector<std::string> tracks = options.tracks;
+  std::erase_if(options.tracks, [&](const std::string& name) {
+    return std::all_of(gnss::kAllSystems.begin(), gnss::kAllSystems.end(), [&](gnss::System system) {
+      const auto tracked = receiver::tracked_signals(tracks, system);
+      // All satellites send the one near L1; another as the first may be the first of some alone.
+      const bool near_l1 = !tracked.empty() && tracked.front() == &gnss::signals_of(system).front();
+      return std::none_of(tracked.begin(), tracked.end(), [&](const gnss::Signal* signal) {
+        return signal->name == name && (signal == tracked.front() || !near_l1);
+      });
+    });
+  });
 }
 
 /// East, north, up [m].
@@ -71,6 +88,7 @@ CellReceivers::CellReceivers(const simulation::Environment& environment,
   options_.validate();
   draws_.validate();
   options_.signal.lock.warm_start = true;
+  leave_out_unused_signals(options_);
 }
 
 receiver::ReceiverEpoch CellReceivers::observe(const receiver::ReceiverOptions& options, int draw,

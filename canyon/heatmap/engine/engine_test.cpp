@@ -390,10 +390,12 @@ TEST(Heatmap, HonoursDisturbances) {
   EXPECT_GT(fixes, 5U);
 }
 
-TEST(Heatmap, SignalsWithStrengthAreThoseOfTheReceiver) {
+/// A map of a receiver whose signals have strength beside the receiver itself in every cell.
+void expect_as_receiver(const std::function<void(receiver::ReceiverOptions&)>& change) {
   ReceiverConfig receiver = receiver_of(Model::Specular);
   receiver.options.signal.enabled = true;
   receiver.options.signal.satellite_sigma_db = 2;
+  change(receiver.options);
   Request request = small_request(8);
   request.grid.tile_size = 5;
   request.altitudes_m = {2};
@@ -442,6 +444,22 @@ TEST(Heatmap, SignalsWithStrengthAreThoseOfTheReceiver) {
     EXPECT_GE(values[2 * request.grid.cells() + i], 0);
   }
   EXPECT_GT(compared, 20U);
+}
+
+TEST(Heatmap, SignalsWithStrengthAreThoseOfTheReceiver) {
+  expect_as_receiver([](receiver::ReceiverOptions&) {});
+}
+
+// Beside receivers that track all of them; the map leaves out what no fix takes.
+TEST(Heatmap, FixesOfSeveralSignalsAreThoseOfTheReceiver) {
+  for (const auto combination : {receiver::Combination::First, receiver::Combination::IonosphereFree,
+                                 receiver::Combination::Uncombined}) {
+    expect_as_receiver([&](receiver::ReceiverOptions& options) {
+      options.tracks = {"L1CA", "L2C", "E1", "E5a"};
+      options.signal.antenna = signal::dual_patch_antenna();
+      options.ranging.combination = combination;
+    });
+  }
 }
 
 TEST(Heatmap, LineOfSightAndSkyNeedNoReceiver) {
