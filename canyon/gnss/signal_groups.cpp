@@ -66,8 +66,9 @@ bool in_group(std::string_view group, SatelliteId id, const Signal& signal, geod
 void check_group(std::string_view group) {
   static_cast<void>(all_names(group, [&](std::string_view name) {
     if (is_name(name)) return true;
-    std::vector<std::string_view> systems;
-    for (const System system : kAllSystems) systems.push_back(gnss::name(system));
+    std::array<std::string_view, kSystemCount> systems;
+    std::transform(kAllSystems.begin(), kAllSystems.end(), systems.begin(),
+                   [](System system) { return gnss::name(system); });
     throw InputError(fmt::format("'{}' is no group of signals", name),
                      fmt::format("groups are systems ({}), signals (L1CA, B1I, ...), and {}; & joins them",
                                  fmt::join(systems, ", "), fmt::join(kKinds, ", ")));

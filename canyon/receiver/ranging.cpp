@@ -76,7 +76,7 @@ void Ranging::gather(const SatelliteObservation& satellite, geodesy::GpsTime tim
       code.measurement.sigma_m *= factor;
       code.measurement.sigma_factor *= factor;
     }
-    codes_.push_back(std::move(code));
+    codes_.push_back(code);
   };
   take(satellite);
   for (const SignalObservation& other : satellite.more) take(other);

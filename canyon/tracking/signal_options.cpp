@@ -22,11 +22,11 @@ constexpr std::string_view kRows = "rows", kAsNamed = "as named";
 class AntennaRows final : public options::NamedRows {
  public:
   AntennaRows(AntennaPattern& pattern, Band band) : pattern_(pattern), band_(band) {}
-  std::string name() const override {
+  [[nodiscard]] std::string name() const override {
     if (band_ == Band::Upper || (pattern_.name() == kRows && pattern_.hears(band_))) return pattern_.name();
     return std::string(kAsNamed);
   }
-  std::vector<std::vector<double>> rows() const override {
+  [[nodiscard]] std::vector<std::vector<double>> rows() const override {
     std::vector<std::vector<double>> rows;
     for (const PatternPoint& p : pattern_.points(band_)) {
       rows.push_back({p.elevation_deg, p.rhcp_dbic, p.lhcp_dbic});
@@ -36,6 +36,7 @@ class AntennaRows final : public options::NamedRows {
   void set_name(const std::string& name) override { pattern_ = signal::antenna_by_name(name); }
   void set_rows(const std::vector<std::vector<double>>& rows) override {
     std::vector<PatternPoint> points;
+    points.reserve(rows.size());
     for (const std::vector<double>& row : rows) points.push_back({row[0], row[1], row[2]});
     const std::string name(kRows);
     pattern_ = band_ == Band::Upper ? AntennaPattern(name, std::move(points))
