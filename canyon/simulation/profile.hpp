@@ -37,6 +37,11 @@ struct BuiltInProfile {
 [[nodiscard]] Profile parse_profile(const std::string& text, const std::filesystem::path& name);
 [[nodiscard]] Profile read_profile(const std::filesystem::path& path);
 
+/// read_scenario() with another profile of the first receiver: what stands below the receiver still overrides
+/// it. @param profile one of built_in_profiles(), or a file (is_profile_path()), from the scenario's folder
+[[nodiscard]] Scenario read_scenario_with_profile(const std::filesystem::path& path,
+                                                  const std::string& profile);
+
 /// The keys that parse_profile() knows beside `description`, with dots: "noise.sigma_m_per_sqrt_s".
 [[nodiscard]] const std::vector<ScenarioKey>& profile_keys();
 

@@ -60,6 +60,27 @@ TEST(Profile, BuiltInOnesAreWhole) {
   }
 }
 
+TEST(Profile, StandsForTheScenariosOwn) {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& receivers, const std::string& profile) {
+    return read_scenario_with_profile(folder.write("s.yaml", kScene + "sky: {nominal: true}\n" + receivers),
+                                      profile)
+        .receivers.front();
+  };
+  // Keys below the receiver still hold, and its name does.
+  const ReceiverConfig m8t =
+      read("receivers: [{name: car, profile: paper, elevation_mask_deg: 12}]\n", "ublox-m8t");
+  EXPECT_EQ(m8t.options.name, "car");
+  EXPECT_TRUE(m8t.options.signal.enabled);
+  EXPECT_NEAR(degrees(m8t.options.fix.elevation_mask_rad), 12, 1e-12);
+  EXPECT_TRUE(read("receivers: [{name: car}]\n", "ublox-m8t").options.signal.enabled);
+  EXPECT_TRUE(read("", "ublox-m8t").options.signal.enabled);
+  (void)folder.write("mine.yaml", "description: mine\nelevation_mask_deg: 33\n");
+  EXPECT_NEAR(degrees(read("", "./mine.yaml").options.fix.elevation_mask_rad), 33, 1e-12);
+  EXPECT_THAT(error_of([&] { (void)read("", "ublox"); }).what(),
+              AllOf(HasSubstr("s.yaml"), HasSubstr("ublox-m8t")));
+}
+
 // Each number of a receiver that exists has its source beside it.
 TEST(Profile, EveryNumberOfARealReceiverHasAComment) {
   for (const char* name : {"ublox-m8t", "ublox-f9p", "phone", "survey"}) {

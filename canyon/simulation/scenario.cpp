@@ -8,13 +8,25 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/simulation/profile.hpp"
 #include "canyon/simulation/scenario_fields.hpp"
 
 namespace canyon::simulation {
 namespace {
 
+constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
+constexpr const char* kNeeds = "it needs at least city, sky and trajectory";
+
 bool ends_with(const std::string& text, std::string_view end) {
   return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// The entry of a mapping, made where it has none.
+options::Node& entry_of(options::Node& mapping, const std::string& key) {
+  if (mapping.find(key) == nullptr) mapping.entries.push_back({key, mapping.line, {}});
+  return std::find_if(mapping.entries.begin(), mapping.entries.end(),
+                      [&key](const options::Node::Entry& entry) { return entry.key == key; })
+      ->value;
 }
 
 }  // namespace
@@ -42,7 +54,6 @@ const char* city_file_endings() {
 
 Scenario parse_scenario(const std::string& text, const std::filesystem::path& name,
                         const ScenarioReadOptions& options) {
-  constexpr const char* kNeeds = "it needs at least city, sky and trajectory";
   Scenario scenario;
   scenario.file = name;
   if (options.trajectory_needed) {
@@ -66,9 +77,28 @@ std::size_t find_receiver(const Scenario& scenario, const std::string& name) {
 }
 
 Scenario read_scenario(const std::filesystem::path& path, const ScenarioReadOptions& options) {
-  constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
   const TextFile file(path, kMaxBytes);
   return parse_scenario(std::string(file.text()), path, options);
+}
+
+Scenario read_scenario_with_profile(const std::filesystem::path& path, const std::string& profile) {
+  using options::Node;
+  const TextFile file(path, kMaxBytes);
+  Scenario scenario;
+  scenario.file = path;
+  const auto change = [&profile](Node& root) {
+    if (root.kind != Node::Kind::Mapping) return;
+    Node& receivers = entry_of(root, "receivers");
+    if (receivers.kind == Node::Kind::Empty) receivers.kind = Node::Kind::List;
+    if (receivers.kind != Node::Kind::List) return;
+    if (receivers.items.empty()) receivers.items.emplace_back().kind = Node::Kind::Mapping;
+    if (receivers.items.front().kind != Node::Kind::Mapping) return;
+    Node& value = entry_of(receivers.items.front(), "profile");
+    value.kind = Node::Kind::Scalar;
+    value.text = profile;
+  };
+  parse(std::string(file.text()), path, scenario_description(), "scenario", kNeeds, scenario, change);
+  return scenario;
 }
 
 bool is_cityjson(const std::filesystem::path& path) {

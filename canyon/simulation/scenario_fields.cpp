@@ -12,6 +12,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
+#include "canyon/options/folder_name.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "canyon/simulation/trajectory.hpp"
@@ -415,18 +416,6 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
 // --- receivers
 // -----------------------------------------------------------------------------------------------
 
-// Names become folder names and NMEA has no quotes: letters, digits, '-', '_', '.', not first a dot.
-void check_name(Visitor& v, const std::string& name) {
-  const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-           c == '_' || c == '.';
-  });
-  if (!plain || name.front() == '.' || name.size() > 60) {
-    throw v.fault("name", fmt::format("'{}' cannot name a folder", name),
-                  "use at most 60 letters, digits, '-', '_' and '.', a dot not first");
-  }
-}
-
 ReceiverConfig profile_of(Visitor& v, const std::string& name) {
   if (is_profile_path(name)) {
     std::optional<std::filesystem::path> file;
@@ -486,7 +475,7 @@ void visit_name_and_profile(Visitor& v, ReceiverConfig& config, bool several) {
   }
   if (!v.reads()) return;
   if (!name && several) throw v.fault({}, "a receiver has no name", "name each of several receivers");
-  if (name) check_name(v, *name);
+  if (name) options::check_folder_name(v, "name", *name);
   if (profile) config = profile_of(v, *profile);
   config.options.name = name.value_or("rover");
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -25,15 +26,18 @@ struct ScenarioOfAnyTrajectory {
 };
 void visit(options::Visitor& v, ScenarioOfAnyTrajectory& o);
 
-/// Reads a YAML text into `options`. Throws InputError with file and line.
+/// Reads a YAML text into `options`. Throws InputError with file and line. @param change of what was written,
+/// before it is read
 template <typename Options>
 void parse(const std::string& text, const std::filesystem::path& name,
-           const options::Description& description, const char* kind, const char* needs, Options& options) {
+           const options::Description& description, const char* kind, const char* needs, Options& options,
+           const std::function<void(options::Node&)>& change = {}) {
   options::Document document;
   document.file = name;
   document.kind = kind;
   document.known = description.paths();
-  const options::Node root = options::parse_yaml(text, document, needs);
+  options::Node root = options::parse_yaml(text, document, needs);
+  if (change) change(root);
   options::read(root, document, options);
 }
 

@@ -14,6 +14,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
+#include "canyon/simulation/nmea_fixes.hpp"
 #include "canyon/simulation/trajectory.hpp"
 
 namespace canyon::simulation {
@@ -369,7 +370,7 @@ std::optional<GpsTime> first_date(const TextFile& file) {
   return std::nullopt;
 }
 
-TrajectoryFile read_nmea(TextFile& file, GpsTime start) {
+NmeaFixes read_nmea(TextFile& file, GpsTime start) {
   const std::optional<GpsTime> anchor = first_date(file);
   Samples samples;
   GpsTime now = anchor.value_or(start);
@@ -419,7 +420,7 @@ TrajectoryFile read_nmea(TextFile& file, GpsTime start) {
                     without_fix, damaged),
         "expected lines like $GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47");
   }
-  TrajectoryFile result{Trajectory(std::move(samples)), anchor.has_value(), {}};
+  NmeaFixes result{std::move(samples), anchor.has_value(), {}};
   const auto say = [&](std::size_t count, std::string_view what) {
     if (count > 0) result.warnings.push_back(fmt::format("{}: {} {}", file.path().string(), count, what));
   };
@@ -446,6 +447,12 @@ TrajectoryFile read_trajectory_file(const std::filesystem::path& path, const std
   TextFile file(path);
   if (format == "csv") return read_csv(file, start);
   if (format == "urbannav") return read_urbannav(file);
+  NmeaFixes nmea = read_nmea(file, start);
+  return {Trajectory(std::move(nmea.fixes)), nmea.has_own_dates, std::move(nmea.warnings)};
+}
+
+NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start) {
+  TextFile file(path);
   return read_nmea(file, start);
 }
 

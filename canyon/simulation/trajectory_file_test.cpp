@@ -3,6 +3,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/nmea_fixes.hpp"
 #include "canyon/simulation/trajectory.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
@@ -160,6 +161,19 @@ TEST(TrajectoryNmea, ReadsPositionAndEllipsoidalHeight) {
   EXPECT_NEAR(degrees(pose.position.latitude_rad), 48 + 7.038 / 60, 1e-12);
   EXPECT_NEAR(degrees(pose.position.longitude_rad), 11 + 31.0 / 60, 1e-12);
   EXPECT_NEAR(pose.position.height_m, 545.4 + 46.9, 1e-9);
+}
+
+// The same places as the trajectory's, and no others.
+TEST(TrajectoryNmea, FixesAreThoseOfTheLines) {
+  const TemporaryFolder folder;
+  const NmeaFixes told =
+      read_nmea_fixes(folder.write("own.nmea", gga("120000") + gga("120001", "0") + gga("120009")), kStart);
+  ASSERT_EQ(told.fixes.size(), 2U);
+  EXPECT_FALSE(told.has_own_dates);
+  EXPECT_THAT(told.warnings, ElementsAre(HasSubstr("1 GGA lines without a fix")));
+  EXPECT_EQ(told.fixes[1].first, parse_time("2019-04-28T12:00:09Z"));
+  EXPECT_NEAR(degrees(told.fixes[1].second.latitude_rad), 22 + 18.06932 / 60, 1e-12);
+  EXPECT_NEAR(told.fixes[1].second.height_m, 9.5 - 2.9, 1e-9);
 }
 
 TEST(TrajectoryNmea, TakesTheDateFromRmcOrZdaAndCrossesMidnight) {

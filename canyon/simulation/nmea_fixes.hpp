@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/geodesy/gps_time.hpp"
+
+namespace canyon::simulation {
+
+/// What a receiver told of its own place.
+struct NmeaFixes {
+  std::vector<std::pair<geodesy::GpsTime, geodesy::Geodetic>> fixes;  ///< in order of time, at least one
+  bool has_own_dates = true;          ///< false: the file tells times of day, dates are from `start`
+  std::vector<std::string> warnings;  ///< skipped lines, counted by reason
+};
+/// GGA sentences with a fix, dated by RMC or ZDA, else by `start`. Throws InputError as read_trajectory()
+/// does.
+[[nodiscard]] NmeaFixes read_nmea_fixes(const std::filesystem::path& path, geodesy::GpsTime start);
+
+}  // namespace canyon::simulation
