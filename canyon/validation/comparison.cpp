@@ -14,10 +14,12 @@
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signals.hpp"
+#include "canyon/positioning/position_filter.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/signal/path_strength.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "canyon/validation/epoch_interval.hpp"
 #include "canyon/validation/moved_city.hpp"
 #include "canyon/validation/segments.hpp"
 #include "canyon/validation/statistics.hpp"
@@ -49,11 +51,12 @@ ComparedPhase simulated_phase(const orbit::LineOfSight& line, const receiver::Si
 class Comparer {
  public:
   Comparer(const Recording& recording, const simulation::ReceiverConfig& receiver,
-           const simulation::Environment& environment, const Registration& registration, std::uint64_t seed)
+           const simulation::Environment& environment, const Registration& registration, std::uint64_t seed,
+           const CompareOptions& options)
       : recording_(recording),
         environment_(environment),
         registration_(registration),
-        options_(long_since_on(receiver.options)),
+        options_(long_since_on(receiver.options, options.position_filter)),
         propagator_(environment.make_propagator(receiver.propagation)),
         receiver_(options_, seed, receiver.disturbances),
         ecef_from_map_(environment.city().frame.ecef_from_local_rotation() *
@@ -75,8 +78,12 @@ class Comparer {
       }
     }
     for (const gnss::SatelliteId id : environment.sky().satellites()) {
-      if (has_system(result_.recorded, id.system)) satellites_.push_back(id);
+      if (has_system(result_.recorded, id.system) && options.leave_out.count(id) == 0) {
+        satellites_.push_back(id);
+      }
     }
+    result_.name = options.name;
+    if (options.position_filter) filter_.emplace(options_.filter, recorded_fix_options());
   }
 
   /// The pure part: thread-safe.
@@ -152,13 +159,20 @@ class Comparer {
   }
 
  private:
-  static receiver::ReceiverOptions long_since_on(receiver::ReceiverOptions options) {
+  static receiver::ReceiverOptions long_since_on(receiver::ReceiverOptions options, bool position_filter) {
     options.signal.lock.warm_start = true;
-    options.filter.enabled = false;
+    options.filter.enabled = position_filter;
     // A recording states no sigmas.
     if (options.fix.weights.weighting == positioning::Weighting::Sigma) {
       options.fix.weights.weighting = positioning::Weighting::Equal;
     }
+    return options;
+  }
+
+  [[nodiscard]] positioning::FixOptions recorded_fix_options() const {
+    positioning::FixOptions options = options_.fix;
+    options.correct_ionosphere = recording_.ionosphere;
+    options.correct_troposphere = recording_.troposphere;
     return options;
   }
 
@@ -281,11 +295,12 @@ class Comparer {
       if (std::abs(error_m) > gross_m) continue;
       add_measured(o, error_m, compared.clock, signal_of(*s, o.signal));
     }
-    positioning::FixOptions fix_options = options_.fix;
-    fix_options.correct_ionosphere = recording_.ionosphere;
-    fix_options.correct_troposphere = recording_.troposphere;
-    const positioning::Fix fix = positioning::solve_fix(epoch.receiver_time, measurements, environment_.sky(),
-                                                        fix_options, environment_.klobuchar());
+    positioning::Fix fix = positioning::solve_fix(epoch.receiver_time, measurements, environment_.sky(),
+                                                  recorded_fix_options(), environment_.klobuchar());
+    if (filter_) {
+      fix = filter_->update(epoch.receiver_time, measurements, environment_.sky(), fix,
+                            environment_.klobuchar());
+    }
     compared.measured = fix_error(fix, epoch);
     for (const gnss::SatelliteId id : fix.used) {
       if (ComparedSatellite* s = satellite(id)) s->used_measured = true;
@@ -379,7 +394,8 @@ class Comparer {
   receiver::ReceiverOptions options_;
   propagation::Propagator propagator_;
   receiver::Receiver receiver_;
-  Eigen::Matrix3d ecef_from_map_;  ///< rotation, of the moved map
+  Eigen::Matrix3d ecef_from_map_;                      ///< rotation, of the moved map
+  std::optional<positioning::PositionFilter> filter_;  ///< of the recorded measurements
   std::vector<gnss::SatelliteId> satellites_;
   std::vector<std::uint8_t> clear_;  ///< by residual observation
   Comparison result_;
@@ -421,7 +437,7 @@ Eigen::Vector3d place_in_moved_city(const Recording& recording, const raytrace::
 Comparison compare(const Recording& recording, const simulation::ReceiverConfig& receiver,
                    const simulation::Environment& environment, const Registration& registration,
                    std::uint64_t seed, const CompareOptions& options) {
-  Comparer comparer(recording, receiver, environment, registration, seed);
+  Comparer comparer(recording, receiver, environment, registration, seed, options);
   const std::size_t count = recording.residuals.epochs.size();
   const auto running = [] { return true; };
   simulation::for_each_in_order<propagation::Arrival>(
@@ -430,9 +446,27 @@ Comparison compare(const Recording& recording, const simulation::ReceiverConfig&
         comparer.observe(e, arrival);
         if (options.progress) options.progress(e + 1, count);
       });
-  Comparison comparison = comparer.finish();
-  comparison.name = options.name;
-  return comparison;
+  return comparer.finish();
+}
+
+std::vector<NeverTracked> never_tracked(const Comparison& comparison, double elevation_rad, double clear_s) {
+  std::vector<geodesy::GpsTime> times;
+  for (const ComparedEpoch& epoch : comparison.epochs) times.push_back(epoch.time);
+  const double interval_s = interval_of(times);
+  std::map<gnss::SatelliteId, double> untracked_s;
+  std::set<gnss::SatelliteId> tracked;
+  for (const ComparedSatellite& s : comparison.satellites) {
+    const bool measured = s.measured || std::any_of(s.more.begin(), s.more.end(),
+                                                    [](const ComparedSignal& o) { return o.measured; });
+    if (measured) tracked.insert(s.id);
+    if (s.clear && s.elevation_rad >= elevation_rad) untracked_s[s.id] += interval_s;
+  }
+  std::vector<NeverTracked> result;
+  for (const auto& [id, seconds] : untracked_s) {
+    // A millisecond for the rounding of sums of intervals.
+    if (tracked.count(id) == 0 && seconds + 1e-3 >= clear_s) result.push_back({id, seconds});
+  }
+  return result;
 }
 
 }  // namespace canyon::validation

@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -56,6 +57,12 @@ struct Recording {
   /// Measured fixes are solved from these: all recorded first signals of satellites with ephemerides and
   /// above the horizon, sigma 1 m, one for each of the epoch's residuals and in their order.
   std::vector<std::vector<positioning::Measurement>> measurements;  ///< one list for each of residuals.epochs
+  /// What the recorded receiver told of its own place, and how wrong that was (RecordingOptions::nmea).
+  struct OwnFix {
+    geodesy::GpsTime time;
+    Eigen::Vector3d error_enu_m = Eigen::Vector3d::Zero();
+  };
+  std::vector<OwnFix> own_fixes;  ///< within the truth's span, by time
   std::vector<std::string> warnings;
 };
 
@@ -147,6 +154,7 @@ struct RecordingOptions {
   /// The recorded pseudoranges hold these delays, as those of real receivers do; both are then corrected
   /// (ResidualOptions). Simulated recordings may be without.
   bool ionosphere = true, troposphere = true;
+  std::optional<std::filesystem::path> nmea;  ///< the recorded receiver's own fixes: Recording::own_fixes
 };
 /// Reads recording and truth and brings them to the scenario's sky and city. `obs` RINEX, `truth` of
 /// `truth_format` (simulation::read_trajectory; dates that the file leaves open are those of the scenario's
@@ -168,13 +176,17 @@ struct RecordingOptions {
 struct CompareOptions {
   std::string name;  ///< of the model, Comparison::name
   int threads = 0;   ///< 0: as many as cores
+  /// Satellites that the sky is taken not to have, say never_tracked().
+  std::set<gnss::SatelliteId> leave_out;
+  /// Fixes of both receivers are the position filter's (ReceiverOptions::filter), which begins with the
+  /// recording.
+  bool position_filter = false;
   /// Epochs done, in all; on the calling thread. What it throws ends the work and comes out.
   std::function<void(std::size_t, std::size_t)> progress;
 };
 /// Simulates a receiver (its propagation options included) at the recorded epochs, in the city moved by
-/// `registration`, and solves both fixes with the receiver's FixOptions; no position filter. Satellites are
-/// those of the sky above the receiver's elevation mask, of systems that the recording has and the receiver
-/// tracks.
+/// `registration`, and solves both fixes with the receiver's FixOptions. Satellites are those of the sky
+/// above the receiver's elevation mask, of systems that the recording has and the receiver tracks.
 ///
 /// Clocks of the measured errors come from satellites that the moved city says are clear. Lines of sight,
 /// ranges and errors belong to the true place, only rays start where that lies in the moved city. The
@@ -184,5 +196,18 @@ struct CompareOptions {
 [[nodiscard]] Comparison compare(const Recording& recording, const simulation::ReceiverConfig& receiver,
                                  const simulation::Environment& environment, const Registration& registration,
                                  std::uint64_t seed, const CompareOptions& options = {});
+
+/// A satellite that the recording never tracks although it stands high in clear view.
+struct NeverTracked {
+  gnss::SatelliteId id;
+  double clear_s = 0;  ///< above the elevation and clear by the city's word, in all
+};
+/// Satellites of the whole comparison without any recorded pseudorange that stand above `elevation_rad` and
+/// clear by the city's word for `clear_s` and more, by id. A receiver that is on takes seconds for a
+/// satellite in the open (26 to 30 s after a cold start, u-blox M8 data sheet), so that twice that without it
+/// says something about the satellite or the receiver and nothing about the city.
+[[nodiscard]] std::vector<NeverTracked> never_tracked(const Comparison& comparison,
+                                                      double elevation_rad = 0.52359877559829887,  // 30 deg
+                                                      double clear_s = 60);
 
 }  // namespace canyon::validation

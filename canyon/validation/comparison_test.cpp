@@ -12,6 +12,8 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/gnss/signals.hpp"
+#include "canyon/validation/figures.hpp"
 #include "canyon/validation/models.hpp"
 #include "canyon/validation/segments.hpp"
 #include "canyon/validation/statistics.hpp"
@@ -210,6 +212,118 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
   for (std::size_t i = 0; i < again.satellites.size(); ++i) {
     ASSERT_EQ(again.satellites[i].simulated_error_m, comparison.satellites[i].simulated_error_m);
   }
+}
+
+// Each epoch is a second. Of the satellites that were never recorded only those count that stood high and
+// clear for a minute.
+TEST(Comparison, NamesSatellitesThatWereNeverTracked) {
+  Comparison comparison;
+  const geodesy::GpsTime start = geodesy::GpsTime::from_week(2051, 45200);
+  const gnss::Signal* other = &gnss::signals_of(gnss::System::GPS)[1];
+  for (int e = 0; e < 100; ++e) {
+    ComparedEpoch epoch;
+    epoch.time = start + e;
+    epoch.first = comparison.satellites.size();
+    const auto add = [&](int prn, double elevation_deg, bool clear) -> ComparedSatellite& {
+      ComparedSatellite s;
+      s.id = {gnss::System::GPS, static_cast<std::uint8_t>(prn)};
+      s.elevation_rad = geodesy::radians(elevation_deg);
+      s.clear = clear;
+      return comparison.satellites.emplace_back(s);
+    };
+    add(1, 45, true);
+    add(2, 45, true).measured = e == 99;  // tracked once
+    add(3, 29, true);                     // too low
+    add(4, 45, e < 59);                   // clear for too short
+    add(5, 45, e % 10 < 6);               // 60 s in pieces
+    add(6, 45, false);                    // never clear
+    ComparedSignal further;
+    further.signal = other;
+    further.measured = true;
+    add(7, 45, true).more.push_back(further);  // by another signal
+    epoch.count = comparison.satellites.size() - epoch.first;
+    comparison.epochs.push_back(epoch);
+  }
+  const std::vector<NeverTracked> never = never_tracked(comparison);
+  ASSERT_EQ(never.size(), 2U);
+  EXPECT_EQ(gnss::to_string(never[0].id), "G01");
+  EXPECT_NEAR(never[0].clear_s, 100, 1e-6);
+  EXPECT_EQ(gnss::to_string(never[1].id), "G05");
+  EXPECT_NEAR(never[1].clear_s, 60, 1e-6);
+  EXPECT_EQ(never_tracked(comparison, geodesy::radians(28)).size(), 3U);
+  EXPECT_EQ(never_tracked(comparison, geodesy::radians(30), 59).size(), 3U);
+}
+
+// A satellite that is left out is nowhere, and the others are as they were.
+TEST(Comparison, LeavesSatellitesOut) {
+  const SimulatedRecording recorded;
+  const Recording recording = recorded.read();
+  const simulation::ReceiverConfig& receiver = recorded.scenario().receivers.front();
+  const Comparison plain = compare(recording, receiver, recorded.environment(), {}, 1);
+  const auto used = std::find_if(plain.satellites.begin(), plain.satellites.end(),
+                                 [](const ComparedSatellite& s) { return s.used_simulated; });
+  ASSERT_NE(used, plain.satellites.end());
+  CompareOptions options;
+  options.leave_out = {used->id};
+  const Comparison without = compare(recording, receiver, recorded.environment(), {}, 1, options);
+  std::size_t i = 0;
+  for (const ComparedSatellite& before : plain.satellites) {
+    if (before.id == used->id) continue;
+    ASSERT_LT(i, without.satellites.size());
+    ASSERT_EQ(without.satellites[i].id, before.id);
+    ASSERT_EQ(without.satellites[i++].simulated_error_m, before.simulated_error_m);
+  }
+  EXPECT_EQ(i, without.satellites.size());
+  EXPECT_LT(i, plain.satellites.size());
+}
+
+// Canyon's own receiver tells its fixes as NMEA; of the recorder's epochs they have the errors that its fixes
+// have (minutes of GGA to 1e-6, 2 mm, and times to 1 ms, 6 mm at 6 m/s).
+TEST(Comparison, OwnFixesAndThePositionFilter) {
+  const SimulatedRecording recorded;
+  const Recording recording = recorded.read();
+  std::size_t next = 0, compared = 0;
+  for (const simulation::Epoch& epoch : recorded.epochs()) {
+    if (!epoch.observed.fix.solved()) continue;
+    while (next < recording.own_fixes.size() && recording.own_fixes[next].time - epoch.observed.time < -0.1)
+      ++next;
+    if (next == recording.own_fixes.size()) break;
+    const Recording::OwnFix& own = recording.own_fixes[next];
+    if (own.time - epoch.observed.time > 0.1) continue;  // the truth's first or last instant
+    const Eigen::Vector3d error_enu_m =
+        geodesy::enu_from_ecef_rotation(epoch.truth.position) *
+        (epoch.observed.fix.position_ecef - geodesy::ecef_from_geodetic(epoch.truth.position));
+    EXPECT_LT((own.error_enu_m - error_enu_m).head<2>().norm(), 0.01);
+    ++compared;
+  }
+  EXPECT_GT(compared, recorded.epochs().size() / 2);
+
+  // The filter over the recorded measurements is that over the simulated ones, which they are, and no fix of
+  // one epoch.
+  const simulation::ReceiverConfig& receiver = recorded.scenario().receivers.front();
+  const Comparison plain = compare(recording, receiver, recorded.environment(), {}, 1);
+  CompareOptions options;
+  options.position_filter = true;
+  const Comparison filtered = compare(recording, receiver, recorded.environment(), {}, 1, options);
+  std::vector<double> between_m, from_plain_m;
+  for (std::size_t e = 0; e < filtered.epochs.size(); ++e) {
+    const ComparedEpoch& f = filtered.epochs[e];
+    if (!f.measured.solved || !f.simulated.solved || !plain.epochs[e].measured.solved) continue;
+    between_m.push_back((f.measured.error_enu_m - f.simulated.error_enu_m).norm());
+    from_plain_m.push_back((f.measured.error_enu_m - plain.epochs[e].measured.error_enu_m).norm());
+  }
+  ASSERT_GT(between_m.size(), 100U);
+  EXPECT_LT(median(between_m).value(), 0.05);
+  EXPECT_GT(median(from_plain_m).value(), 0.1);
+
+  const std::size_t count = plain.epochs.size() / 2;
+  const std::vector<ComparedFix> own = own_fixes_of(recording, plain, count, count);
+  EXPECT_GT(own.size(), count / 2);
+  EXPECT_LE(own.size(), count);
+  const OwnFixFigures f = own_fix_figures(own, filtered, count, count);
+  EXPECT_EQ(f.own.fixes, own.size());
+  EXPECT_EQ(f.simulated.epochs, count);
+  EXPECT_FALSE(std::isfinite(f.own.mean_used));
 }
 
 TEST(Comparison, SignalsWithStrengthComeBackToo) {

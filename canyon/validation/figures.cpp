@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -55,25 +56,46 @@ PositionFigures position_figures(std::span<const ComparedFix> fixes) {
   return p;
 }
 
+std::vector<std::vector<std::uint16_t>> draws_of(std::span<const ComparedEpoch> epochs,
+                                                 const FigureOptions& options) {
+  std::vector<geodesy::GpsTime> times;
+  for (const ComparedEpoch& epoch : epochs) times.push_back(epoch.time);
+  return block_draws(epochs.size(), epochs_in(options.block_s, times), options.resamples, options.seed);
+}
+
+/// 95 %; empty where half of the draws have no value or more.
+std::optional<Interval> interval_of_draws(const std::vector<double>& values, std::size_t draws) {
+  if (2 * values.size() <= draws) return {};
+  const std::vector<double> ends = quantiles(values, std::array{0.025, 0.975});
+  return Interval{ends[0], ends[1]};
+}
+
 /// Observations of a part of a comparison, by the questions asked of them.
 class Collector {
  public:
+  /// @param times how often each epoch counts; empty: once
   Collector(const Comparison& comparison, std::size_t first, std::size_t count,
-            std::span<const Comparison> runs)
+            std::span<const Comparison> runs, std::span<const std::uint16_t> times = {})
       : comparison_(comparison),
         epochs_(std::span<const ComparedEpoch>(comparison.epochs).subspan(first, count)),
         first_(first),
-        runs_(runs.empty() ? std::span<const Comparison>(&comparison, 1) : runs) {
+        runs_(runs.empty() ? std::span<const Comparison>(&comparison, 1) : runs),
+        times_(times) {
     assert(std::all_of(runs_.begin(), runs_.end(), [&comparison](const Comparison& run) {
       return run.epochs.size() == comparison.epochs.size() &&
              run.satellites.size() == comparison.satellites.size();
     }));
     for (std::size_t e = 0; e < epochs_.size(); ++e) {
-      for (std::size_t i = epochs_[e].first; i < epochs_[e].first + epochs_[e].count; ++i) {
-        add_measured(comparison.satellites[i], static_cast<std::uint32_t>(e));
-        for (const Comparison& run : runs_) add_simulated(!comparison.satellites[i].clear, run.satellites[i]);
+      for (std::uint16_t time = 0; time < times_of(e); ++time) {
+        for (std::size_t i = epochs_[e].first; i < epochs_[e].first + epochs_[e].count; ++i) {
+          add_measured(comparison.satellites[i], static_cast<std::uint32_t>(e));
+          for (const Comparison& run : runs_)
+            add_simulated(!comparison.satellites[i].clear, run.satellites[i]);
+        }
       }
-      if (epochs_[e].measured.solved) used_measured_.push_back(epochs_[e].measured.used);
+    }
+    for (const ComparedFix& fix : measured_fixes(first, count)) {
+      if (fix.solved) used_measured_.push_back(fix.used);
     }
     for (const ComparedFix& fix : simulated_fixes(first, count)) {
       if (fix.solved) used_simulated_.push_back(fix.used);
@@ -82,10 +104,7 @@ class Collector {
   }
 
   [[nodiscard]] Figures figures(const FigureOptions& options) const {
-    Figures f;
-    f.epochs = epochs_.size();
-    f.los = error_.los().size();
-    f.nlos = error_.nlos().size();
+    Figures f = headline_figures();
     f.by_cn0 = separation(weakness_.nlos(), weakness_.los());
     f.by_error = separation(error_.nlos(), error_.los());
     f.bands = bands_;
@@ -93,6 +112,19 @@ class Collector {
       f.bands[b].by_cn0 = separation(band_weakness_[b].nlos(), band_weakness_[b].los());
       f.bands[b].by_error = separation(band_error_[b].nlos(), band_error_[b].los());
     }
+    add_segments(f);
+    f.signals = signal_figures(comparison_, first_, epochs_.size(), runs_);
+    if (options.resamples > 0) add_intervals(f, options);
+    return f;
+  }
+
+  /// Those that headlines are of.
+  [[nodiscard]] Figures headline_figures() const {
+    Figures f;
+    f.epochs = epochs_.size();
+    f.runs = runs_.size();
+    f.los = error_.los().size();
+    f.nlos = error_.nlos().size();
     f.tracked_los = tracked_[0];
     f.tracked_nlos = tracked_[1];
     for (std::size_t k = 0; k < kinds_.size(); ++k) {
@@ -103,16 +135,15 @@ class Collector {
     f.cn0_los_dbhz = pair_of(cn0_.los(), simulated_cn0_.los());
     f.cn0_nlos_dbhz = pair_of(cn0_.nlos(), simulated_cn0_.nlos());
     f.used = pair_of(used_measured_, used_simulated_);
-    f.runs = runs_.size();
     f.measured = position_figures(measured_fixes(first_, epochs_.size()));
     f.simulated = position_figures(simulated_fixes(first_, epochs_.size()));
-    add_segments(f);
-    f.signals = signal_figures(comparison_, first_, epochs_.size(), runs_);
-    if (options.resamples > 0) add_intervals(f, options);
     return f;
   }
 
  private:
+  /// Of epochs_[e].
+  [[nodiscard]] std::uint16_t times_of(std::size_t e) const { return times_.empty() ? 1 : times_[e]; }
+
   void add_simulated(bool nlos, const ComparedSatellite& s) {
     if (s.simulated) ++tracked_[nlos ? 1 : 0].simulated;
     if (s.simulated_error_m) simulated_error_.add(nlos, *s.simulated_error_m);
@@ -179,31 +210,30 @@ class Collector {
 
   [[nodiscard]] std::vector<ComparedFix> measured_fixes(std::size_t first, std::size_t count) const {
     std::vector<ComparedFix> fixes;
-    for (std::size_t e = first; e < first + count; ++e) fixes.push_back(comparison_.epochs[e].measured);
+    for (std::size_t e = first; e < first + count; ++e) {
+      fixes.insert(fixes.end(), times_of(e - first_), comparison_.epochs[e].measured);
+    }
     return fixes;
   }
   [[nodiscard]] std::vector<ComparedFix> simulated_fixes(std::size_t first, std::size_t count) const {
     std::vector<ComparedFix> fixes;
     for (const Comparison& run : runs_) {
-      for (std::size_t e = first; e < first + count; ++e) fixes.push_back(run.epochs[e].simulated);
+      for (std::size_t e = first; e < first + count; ++e) {
+        fixes.insert(fixes.end(), times_of(e - first_), run.epochs[e].simulated);
+      }
     }
     return fixes;
   }
 
   void add_intervals(Figures& f, const FigureOptions& options) const {
-    std::vector<geodesy::GpsTime> times;
-    for (const ComparedEpoch& epoch : epochs_) times.push_back(epoch.time);
-    const auto draws =
-        block_draws(epochs_.size(), epochs_in(options.block_s, times), options.resamples, options.seed);
-    const auto interval = [&draws](const std::vector<RankedSample::Item>& items) -> std::optional<Interval> {
+    const auto draws = draws_of(epochs_, options);
+    const auto interval = [&draws](const std::vector<RankedSample::Item>& items) {
       const RankedSample sample(items);
       std::vector<double> values;
       for (const auto& times_drawn : draws) {
         if (const auto auc = sample.auc(times_drawn)) values.push_back(*auc);
       }
-      if (2 * values.size() <= draws.size()) return {};
-      const std::vector<double> ends = quantiles(values, std::array{0.025, 0.975});
-      return Interval{ends[0], ends[1]};
+      return interval_of_draws(values, draws.size());
     };
     f.by_cn0_interval = interval(ranked_weakness_);
     f.by_error_interval = interval(ranked_error_);
@@ -213,6 +243,7 @@ class Collector {
   std::span<const ComparedEpoch> epochs_;
   std::size_t first_;
   std::span<const Comparison> runs_;  ///< that simulated values are of
+  std::span<const std::uint16_t> times_;
   const std::array<std::string, 5> kinds_{"reflected 1", "reflected 2", "diffracted", "diffuse", "all"};
   std::array<ExplainedSample, 5> explained_;
   std::vector<Band> bands_{{10, 30, 0, 0, {}, {}}, {30, 50, 0, 0, {}, {}}, {50, 90, 0, 0, {}, {}}};
@@ -299,6 +330,153 @@ Figures figures(const Comparison& comparison, std::size_t first, std::size_t cou
   f.model = comparison.name;
   f.part = part;
   return f;
+}
+
+std::vector<ComparedFix> own_fixes_of(const Recording& recording, const Comparison& comparison,
+                                      std::size_t first, std::size_t count) {
+  assert(first + count <= comparison.epochs.size());
+  std::vector<ComparedFix> fixes;
+  if (count == 0) return fixes;
+  // Receivers round the time of a fix.
+  constexpr double kRounded_s = 0.01;
+  const geodesy::GpsTime begin = comparison.epochs[first].time,
+                         end = comparison.epochs[first + count - 1].time;
+  for (const Recording::OwnFix& own : recording.own_fixes) {
+    if (own.time - begin < -kRounded_s || own.time - end > kRounded_s) continue;
+    fixes.push_back({true, own.error_enu_m, 0});
+  }
+  return fixes;
+}
+
+OwnFixFigures own_fix_figures(std::span<const ComparedFix> own, const Comparison& filtered, std::size_t first,
+                              std::size_t count) {
+  assert(first + count <= filtered.epochs.size());
+  std::vector<ComparedFix> measured, simulated;
+  for (std::size_t e = first; e < first + count; ++e) {
+    measured.push_back(filtered.epochs[e].measured);
+    simulated.push_back(filtered.epochs[e].simulated);
+  }
+  OwnFixFigures f{position_figures(own), position_figures(measured), position_figures(simulated)};
+  f.own.mean_used = std::numeric_limits<double>::quiet_NaN();
+  return f;
+}
+
+std::vector<Headline> headlines(const Figures& f) {
+  constexpr std::size_t kMedian = 2, kP95 = 4;  // of kQuantiles
+  using Number = std::optional<double>;
+  std::vector<Headline> result;
+  const auto pair = [&result](const char* key, const char* title, int decimals, Number measured,
+                              Number simulated) {
+    result.push_back({key, title, decimals, true, measured, simulated, {}, {}});
+  };
+  const auto one = [&result](const char* key, const char* title, int decimals, Number value) {
+    result.push_back({key, title, decimals, false, {}, value, {}, {}});
+  };
+  const auto horizontal = [](const PositionFigures& p, std::size_t quantile) {
+    return p.fixes > 0 ? Number(p.horizontal_m[quantile]) : Number();
+  };
+  const auto middle = [](const std::array<double, 5>& at, std::size_t n) {
+    return n > 0 ? Number(at[kMedian]) : Number();
+  };
+  const auto tracked = [&pair](const char* key, const char* title, const TrackedShare& share) {
+    const bool any = share.satellites > 0;
+    pair(key, title, 2, any ? Number(share.measured_ratio()) : Number(),
+         any ? Number(share.simulated_ratio()) : Number());
+  };
+  const auto less = [](const Number& a, const Number& b) { return a && b ? Number(*a - *b) : Number(); };
+
+  pair("horizontal_p50_m", "horizontal p50 [m]", 1, horizontal(f.measured, kMedian),
+       horizontal(f.simulated, kMedian));
+  pair("horizontal_p95_m", "p95 [m]", 1, horizontal(f.measured, kP95), horizontal(f.simulated, kP95));
+  tracked("tracked_los", "tracked LOS", f.tracked_los);
+  tracked("tracked_nlos", "tracked NLOS", f.tracked_nlos);
+  const DistributionPair &los = f.cn0_los_dbhz, &nlos = f.cn0_nlos_dbhz;
+  const Number los_measured = middle(los.measured, los.measured_n),
+               los_simulated = middle(los.simulated, los.simulated_n),
+               nlos_measured = middle(nlos.measured, nlos.measured_n),
+               nlos_simulated = middle(nlos.simulated, nlos.simulated_n);
+  pair("cn0_los_dbhz", "C/N0 LOS [dB-Hz]", 1, los_measured, los_simulated);
+  pair("cn0_nlos_dbhz", "C/N0 NLOS [dB-Hz]", 1, nlos_measured, nlos_simulated);
+  pair("cn0_los_less_nlos_db", "LOS less NLOS [dB]", 1, less(los_measured, nlos_measured),
+       less(los_simulated, nlos_simulated));
+  one("ks_cn0_los", "KS C/N0 LOS", 2, los.ks);
+  one("ks_cn0_nlos", "KS C/N0 NLOS", 2, nlos.ks);
+  one("ks_error_los", "KS error LOS", 2, f.error_los_m.ks);
+  one("ks_error_nlos", "KS error NLOS", 2, f.error_nlos_m.ks);
+  pair("satellites_used", "satellites used", 1,
+       f.measured.fixes > 0 ? Number(f.measured.mean_used) : Number(),
+       f.simulated.fixes > 0 ? Number(f.simulated.mean_used) : Number());
+  const Explained none;
+  const Explained& all = f.explained.empty() ? none : f.explained.back();
+  one("spearman", "Spearman", 2, all.correlation ? Number(all.correlation->rho) : Number());
+  one("median_difference_m", "median difference [m]", 1, all.median_difference_m);
+  if (f.own_fixes) {
+    const OwnFixFigures& o = *f.own_fixes;
+    pair("own_fix_p50_m", "filter p50 (own fixes) [m]", 1, horizontal(o.own, kMedian),
+         horizontal(o.simulated, kMedian));
+    pair("own_fix_p95_m", "filter p95 (own fixes) [m]", 1, horizontal(o.own, kP95),
+         horizontal(o.simulated, kP95));
+  }
+  return result;
+}
+
+void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
+                   std::size_t count, const FigureOptions& options, std::span<const Comparison> runs) {
+  options.validate();
+  assert(first + count <= comparison.epochs.size());
+  const auto draws =
+      draws_of(std::span<const ComparedEpoch>(comparison.epochs).subspan(first, count), options);
+  std::vector<std::array<std::vector<double>, 2>> values(headlines_of_all.size());
+  for (const auto& times : draws) {
+    const std::vector<Headline> drawn =
+        headlines(Collector(comparison, first, count, runs, times).headline_figures());
+    for (std::size_t k = 0; k < std::min(drawn.size(), values.size()); ++k) {
+      if (drawn[k].measured) values[k][0].push_back(*drawn[k].measured);
+      if (drawn[k].simulated) values[k][1].push_back(*drawn[k].simulated);
+    }
+  }
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    headlines_of_all[k].measured_interval = interval_of_draws(values[k][0], draws.size());
+    headlines_of_all[k].simulated_interval = interval_of_draws(values[k][1], draws.size());
+  }
+}
+
+Pooled pool(std::span<const PooledPart> parts) {
+  std::vector<double> intervals_s;
+  std::size_t most_runs = 0;
+  for (const PooledPart& part : parts) {
+    assert(part.first + part.count <= part.comparison->epochs.size());
+    std::vector<geodesy::GpsTime> times;
+    for (std::size_t e = 0; e < part.count; ++e) {
+      times.push_back(part.comparison->epochs[part.first + e].time);
+    }
+    intervals_s.push_back(interval_of(times));
+    most_runs = std::max(most_runs, part.runs.size());
+  }
+  const double step_s = intervals_s.empty() ? 0 : *std::max_element(intervals_s.begin(), intervals_s.end());
+  Pooled pooled;
+  pooled.runs.resize(most_runs);
+  for (const PooledPart& part : parts) {
+    std::optional<geodesy::GpsTime> taken;
+    for (std::size_t e = part.first; e < part.first + part.count; ++e) {
+      const geodesy::GpsTime time = part.comparison->epochs[e].time;
+      // Receivers' clocks move their tags by less than a tenth of any interval.
+      if (taken && time - *taken < 0.9 * step_s) continue;
+      taken = time;
+      const auto append = [e](const Comparison& from, Comparison& to) {
+        ComparedEpoch epoch = from.epochs[e];
+        const auto begin = from.satellites.begin() + static_cast<std::ptrdiff_t>(epoch.first);
+        epoch.first = to.satellites.size();
+        to.satellites.insert(to.satellites.end(), begin, begin + static_cast<std::ptrdiff_t>(epoch.count));
+        to.epochs.push_back(epoch);
+      };
+      append(*part.comparison, pooled.comparison);
+      for (std::size_t r = 0; r < most_runs; ++r) {
+        append(part.runs.empty() ? *part.comparison : part.runs[r % part.runs.size()], pooled.runs[r]);
+      }
+    }
+  }
+  return pooled;
 }
 
 }  // namespace canyon::validation

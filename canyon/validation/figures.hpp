@@ -87,6 +87,12 @@ struct SignalFigures {
   [[nodiscard]] bool first() const;        ///< the one near L1, that the other figures are of
 };
 
+/// Places that the recorded receiver told itself, beside the position filter's.
+struct OwnFixFigures {
+  PositionFigures own;                  ///< by NMEA; its satellites are not known: mean_used is NaN
+  PositionFigures measured, simulated;  ///< CompareOptions::position_filter
+};
+
 struct SegmentFigures {
   Segment segment;
   PositionFigures measured, simulated;
@@ -109,6 +115,9 @@ struct Figures {
   PositionFigures measured, simulated;
   std::vector<SegmentFigures> segments;  ///< of at least 10 epochs
   std::vector<SignalFigures> signals;    ///< by system, then in the order of gnss::signals_of()
+  std::optional<OwnFixFigures> own_fixes;
+  std::vector<NeverTracked> never_tracked;  ///< in the whole recording; set by who asked never_tracked()
+  bool left_out = false;                    ///< they are: CompareOptions::leave_out
 };
 
 struct FigureOptions {
@@ -136,12 +145,57 @@ void visit(options::Visitor& v, FigureOptions& o);
                               const std::string& part, const FigureOptions& options = {},
                               std::span<const Comparison> runs = {});
 
+/// Recording::own_fixes of the epochs [first, first + count) of a comparison of that recording, first and
+/// last time included.
+[[nodiscard]] std::vector<ComparedFix> own_fixes_of(const Recording& recording, const Comparison& comparison,
+                                                    std::size_t first, std::size_t count);
+/// @param filtered a comparison with CompareOptions::position_filter, of which epochs [first, first + count)
+/// count
+[[nodiscard]] OwnFixFigures own_fix_figures(std::span<const ComparedFix> own, const Comparison& filtered,
+                                            std::size_t first, std::size_t count);
+
+/// One of the figures that stand for a recording in a table of several.
+struct Headline {
+  std::string key;    ///< "horizontal_p50_m"
+  std::string title;  ///< "horizontal p50 [m]"
+  int decimals = 1;   ///< that it is written with
+  bool pair = true;   ///< recorded and simulated have one each; false: `simulated` is of both together
+  std::optional<double> measured, simulated;
+  std::optional<Interval> measured_interval, simulated_interval;  ///< 95 %, blocks of time
+};
+/// Without intervals, always the same ones in the same order, those of own fixes at the end where there are
+/// any.
+[[nodiscard]] std::vector<Headline> headlines(const Figures& figures);
+/// Their intervals: the figures anew from blocks of epochs drawn with replacement. Own fixes get none. @param
+/// headlines_of_all of these epochs and runs, as for figures()
+void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
+                   std::size_t count, const FigureOptions& options, std::span<const Comparison> runs = {});
+
+/// What is pooled of one recording: epochs [first, first + count) and, where there are any, the runs that its
+/// simulated values are of.
+struct PooledPart {
+  const Comparison* comparison = nullptr;
+  std::size_t first = 0, count = 0;
+  std::span<const Comparison> runs;
+};
+/// One after the other, as one comparison without streets, for figures() of the observations of all.
+/// Recordings of a shorter interval are thinned to the longest of all, so that a second weighs the same in
+/// each; where one has fewer runs than another, its runs are taken again.
+struct Pooled {
+  Comparison comparison;
+  std::vector<Comparison> runs;
+};
+[[nodiscard]] Pooled pool(std::span<const PooledPart> parts);
+
 [[nodiscard]] std::optional<double> auc_of(const std::optional<Separation>& separation);
 /// Horizontal errors of fixes at kQuantiles[quantile], simulated over measured; empty where either has no
 /// fix.
 [[nodiscard]] std::optional<double> error_ratio(const Figures& figures, std::size_t quantile);
 /// "reflected 1", "reflected 2", "diffracted", "diffuse": the words of Explained::kind.
 [[nodiscard]] std::string path_words(const ComparedSatellite::Prediction& prediction);
+
+/// "never tracked above 30 deg in clear view, left out: C07 (412 s), G11 (93 s)"; empty without any.
+[[nodiscard]] std::string never_tracked_text(const Figures& figures);
 
 /// The figures as JSON: an object with SI units in the names; null where a figure has nothing to be made
 /// from. `alignment_json`, an object by itself, goes under "alignment".

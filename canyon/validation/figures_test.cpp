@@ -15,6 +15,7 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/ranked_sample.hpp"
+#include "canyon/validation/recording_table.hpp"
 #include "tests/support/bootstrap.hpp"
 
 namespace canyon::validation {
@@ -425,6 +426,129 @@ TEST(Figures, IntervalsAreThoseOfTheBootstrap) {
   EXPECT_LT(f.by_error_interval->low, f.by_error->auc);
   EXPECT_GT(f.by_error_interval->high, f.by_error->auc);
   EXPECT_TRUE(f.by_cn0_interval);
+}
+
+const Headline& headline(const std::vector<Headline>& all, const std::string& key) {
+  const auto at = std::find_if(all.begin(), all.end(), [&key](const Headline& h) { return h.key == key; });
+  if (at == all.end()) throw std::out_of_range(key);
+  return *at;
+}
+
+TEST(Headlines, ByHand) {
+  Hand hand;
+  hand.epoch();
+  for (const double cn0 : {40.0, 42.0, 47.0}) hand.measured(true, 1, cn0).simulated = true;
+  hand.measured(false, 20, 30);
+  hand.satellite(false);
+  for (std::size_t i = 0; i < 2; ++i) {
+    hand.comparison.satellites[i].simulated_error_m = 1;
+    hand.comparison.satellites[i].simulated_cn0_dbhz = 44;
+  }
+  hand.comparison.epochs[0].measured = {true, {3, 4, 100}, 7};
+  hand.comparison.epochs[0].simulated = {true, {0, 2, 1}, 8};
+  const std::vector<Headline> all = headlines(hand.figures());
+  EXPECT_EQ(headline(all, "horizontal_p50_m").measured, 5);
+  EXPECT_EQ(headline(all, "horizontal_p95_m").simulated, 2);
+  EXPECT_EQ(headline(all, "tracked_los").simulated, 1);
+  EXPECT_EQ(headline(all, "tracked_nlos").measured, 0.5);
+  EXPECT_EQ(headline(all, "cn0_los_dbhz").measured, 42);
+  EXPECT_EQ(headline(all, "cn0_los_dbhz").simulated, 44);
+  EXPECT_EQ(headline(all, "cn0_los_less_nlos_db").measured, 12);
+  EXPECT_FALSE(headline(all, "cn0_los_less_nlos_db").simulated);
+  EXPECT_NEAR(*headline(all, "ks_cn0_los").simulated, 2.0 / 3, 1e-12);  // below 44: two of three against none
+  EXPECT_EQ(headline(all, "satellites_used").simulated, 8);
+  EXPECT_FALSE(headline(all, "spearman").simulated);
+  EXPECT_EQ(all.size(), headlines(Figures{}).size());
+}
+
+TEST(Headlines, IntervalsAreThoseOfTheBootstrap) {
+  const Hand hand = random_comparison();
+  FigureOptions options;
+  options.block_s = 20;
+  options.resamples = 200;
+  options.seed = 3;
+  std::vector<Headline> all = headlines(hand.figures());
+  add_intervals(all, hand.comparison, 0, hand.comparison.epochs.size(), options);
+  test::BootstrapOptions long_way;
+  long_way.block = 20;
+  long_way.resamples = 200;
+  long_way.seed = 3;
+  const auto interval = test::bootstrap_interval(
+      hand.comparison.epochs.size(),
+      [&](std::span<const std::size_t> drawn) -> std::optional<double> {
+        std::vector<double> los, nlos;
+        for (const std::size_t e : drawn) {
+          const ComparedEpoch& epoch = hand.comparison.epochs[e];
+          for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
+            const ComparedSatellite& s = hand.comparison.satellites[i];
+            (s.clear ? los : nlos).push_back(*s.measured_cn0_dbhz);
+          }
+        }
+        return *median(los) - *median(nlos);
+      },
+      long_way);
+  const Headline& h = headline(all, "cn0_los_less_nlos_db");
+  ASSERT_TRUE(h.measured_interval && interval);
+  EXPECT_NEAR(h.measured_interval->low, interval->low, 1e-12);
+  EXPECT_NEAR(h.measured_interval->high, interval->high, 1e-12);
+  EXPECT_FALSE(h.simulated_interval);
+}
+
+// One epoch a second and one every fifth of a second: a second counts once.
+TEST(Pool, ObservationsOfAllAndNoSecondTwice) {
+  Hand slow, fast;
+  for (int e = 0; e < 3; ++e) {
+    slow.epoch();
+    slow.measured(true, e, 40);
+    slow.measured(false, 10 + e, 30);
+  }
+  for (int e = 0; e < 11; ++e) {
+    fast.epoch().time = slow.comparison.epochs[0].time + 0.2 * e;
+    fast.measured(true, 100 + e, 45);
+  }
+  std::vector<Comparison> runs(2, slow.comparison);
+  runs[1].satellites[2].simulated = true;
+  const std::array<PooledPart, 2> parts{PooledPart{&slow.comparison, 1, 2, runs},
+                                        PooledPart{&fast.comparison, 0, 11, {}}};
+  const Pooled pooled = pool(parts);
+  ASSERT_EQ(pooled.comparison.epochs.size(), 5U);
+  const Figures f = figures(pooled.comparison, 0, 5, "all", Hand::no_intervals(), pooled.runs);
+  EXPECT_EQ(f.runs, 2U);
+  EXPECT_EQ(f.los, 5U);
+  EXPECT_EQ(f.nlos, 2U);
+  // 1, 2 and, each second, 100, 105, 110.
+  EXPECT_DOUBLE_EQ(f.error_los_m.measured[2], 100);
+  EXPECT_EQ(f.tracked_los.satellites, 5U);
+  EXPECT_TRUE(pooled.runs[1].satellites[0].simulated);
+  EXPECT_FALSE(pooled.runs[0].satellites[0].simulated);
+}
+
+TEST(RecordingTable, RowsAndTheirIntervals) {
+  RecordingRow tst{"tst",         "mass | market",      {},   "tst/report.html",
+                   "second half", "never tracked: C07", "{}", {}};
+  Headline p50{"p50_m", "p50 [m]", 1, true, 8.46, 1.54, Interval{6, 9}, Interval{1, 2}};
+  const Headline ks{"ks", "KS", 2, false, {}, 0.156, {}, Interval{0.1, 0.2}};
+  tst.headlines = {p50, ks};
+  RecordingRow berlin{"berlin", "mass | market", {}, "", "all", "", R"({"models": []})", {}};
+  p50.measured.reset();
+  berlin.headlines = {p50};
+  RecordingRow both{"all mass | market", "mass | market", {ks}, "", "", "", "", {"tst", "berlin"}};
+  const std::vector<RecordingRow> rows{tst, berlin, both};
+  const std::string table = to_markdown(rows);
+  EXPECT_THAT(table, HasSubstr("| recording | p50 [m] | KS |\n|---|---|---|\n"
+                               "| tst | 1.5 (8.5) | 0.16 |\n"
+                               "| 95 % | 1.0 to 2.0 (6.0 to 9.0) | 0.10 to 0.20 |\n"
+                               "| berlin | 1.5 (-) | - |\n"));
+  EXPECT_THAT(table, HasSubstr("| all mass \\| market | - | 0.16 |"));
+  EXPECT_THAT(table, HasSubstr("- tst (mass | market): second half; never tracked: C07\n"));
+  EXPECT_THAT(table, HasSubstr("observations of tst, berlin pooled"));
+  const json j = json::parse(to_json(rows));
+  EXPECT_EQ(j["recordings"].size(), 2U);
+  EXPECT_DOUBLE_EQ(j["recordings"][0]["headlines"]["p50_m"]["measured"], 8.46);
+  EXPECT_TRUE(j["recordings"][1]["headlines"]["p50_m"]["measured"].is_null());
+  EXPECT_TRUE(j["recordings"][1]["models"].is_array());
+  EXPECT_EQ(j["classes"][0]["recordings"][1], "berlin");
+  EXPECT_DOUBLE_EQ(j["classes"][0]["headlines"]["ks"]["interval_95"][1], 0.2);
 }
 
 TEST(Figures, NothingGivesNothing) {

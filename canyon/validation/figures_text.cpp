@@ -135,6 +135,16 @@ Json json_of(const Figures& f) {
                            {"nlos_cn0_dbhz", json_of(f.cn0_nlos_dbhz)},
                            {"satellites_used", json_of(f.used)}};
   json["position"] = {{"measured", json_of(f.measured)}, {"simulated", json_of(f.simulated)}};
+  if (f.own_fixes) {
+    json["own_fixes"] = {{"own", json_of(f.own_fixes->own)},
+                         {"measured_by_filter", json_of(f.own_fixes->measured)},
+                         {"simulated_by_filter", json_of(f.own_fixes->simulated)}};
+  }
+  json["never_tracked"] = Json::array();
+  for (const NeverTracked& s : f.never_tracked) {
+    json["never_tracked"].push_back(
+        {{"satellite", gnss::to_string(s.id)}, {"clear_s", number(s.clear_s)}, {"left_out", f.left_out}});
+  }
   json["signals"] = Json::array();
   for (const SignalFigures& s : f.signals) json["signals"].push_back(json_of(s));
   json["segments"] = Json::array();
@@ -184,10 +194,11 @@ std::string position_line(const char* what, const PositionFigures& p) {
       p.epochs > 0 ? 100.0 * static_cast<double>(p.fixes) / static_cast<double>(p.epochs) : 0;
   if (p.fixes == 0) return fmt::format("  {:<22}no fix in {} epochs\n", what, p.epochs);
   return fmt::format(
-      "  {:<22}{:.1f} % of {} epochs, {:.1f} satellites; horizontal p50 {:.1f} p95 {:.1f} m, vertical p50 "
+      "  {:<22}{:.1f} % of {} epochs, {}horizontal p50 {:.1f} p95 {:.1f} m, vertical p50 "
       "{:.1f} p95 {:.1f} m\n",
-      what, share, p.epochs, p.mean_used, p.horizontal_m[2], p.horizontal_m[4], p.vertical_m[2],
-      p.vertical_m[4]);
+      what, share, p.epochs,
+      std::isfinite(p.mean_used) ? fmt::format("{:.1f} satellites; ", p.mean_used) : "", p.horizontal_m[2],
+      p.horizontal_m[4], p.vertical_m[2], p.vertical_m[4]);
 }
 
 std::string tracked_line(const char* what, const TrackedShare& share) {
@@ -286,6 +297,15 @@ std::string to_json(const Alignment& a) {
   return json.dump(2) + "\n";
 }
 
+std::string never_tracked_text(const Figures& f) {
+  std::string text;
+  for (const NeverTracked& s : f.never_tracked) {
+    text += fmt::format("{} {} ({:.0f} s)", text.empty() ? "" : ",", gnss::to_string(s.id), s.clear_s);
+  }
+  if (text.empty()) return text;
+  return fmt::format("never tracked above 30 deg in clear view{}:{}", f.left_out ? ", left out" : "", text);
+}
+
 std::string to_text(const Figures& f) {
   std::string text = fmt::format("{}\n{}\n\n", f.model, f.part);
   const std::size_t all = f.los + f.nlos;
@@ -300,6 +320,7 @@ std::string to_text(const Figures& f) {
   }
   text += "\nTracked satellites, measured and simulated\n";
   text += tracked_line("LOS", f.tracked_los) + tracked_line("NLOS", f.tracked_nlos);
+  if (!f.never_tracked.empty()) text += "  " + never_tracked_text(f) + "\n";
   text += "\nMeasured NLOS errors explained by the model's paths\n";
   for (const Explained& e : f.explained) {
     if (e.n == 0 && e.kind != "all") continue;
@@ -319,6 +340,12 @@ std::string to_text(const Figures& f) {
   text += position_line("simulated", f.simulated);
   text += fmt::format("  {:<22}p50 {}, p95 {}\n", "simulated / measured", shown(error_ratio(f, 2), 2),
                       shown(error_ratio(f, 4), 2));
+  if (f.own_fixes) {
+    text += "\nThe recorded receiver's own fixes, and the position filter's\n";
+    text += position_line("own", f.own_fixes->own);
+    text += position_line("measured, filter", f.own_fixes->measured);
+    text += position_line("simulated, filter", f.own_fixes->simulated);
+  }
   if (!f.segments.empty()) text += "\nStreet segments (horizontal error p50, p95)\n";
   for (const SegmentFigures& s : f.segments) {
     const auto fifty = [](const PositionFigures& p) {

@@ -10,6 +10,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/antenna_pose.hpp"
+#include "canyon/simulation/nmea_fixes.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/trajectory.hpp"
 #include "canyon/validation/comparison.hpp"
@@ -79,6 +80,28 @@ std::vector<positioning::Measurement> measurements_of(const PseudorangeResiduals
     measurements.push_back(m);
   }
   return measurements;
+}
+
+/// How wrong the places were that the recorded receiver itself told.
+void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajectory& truth,
+                   const Eigen::Vector3d& lever_arm_m, Recording& recording) {
+  simulation::NmeaFixes told =
+      simulation::read_nmea_fixes(nmea, recording.residuals.epochs.front().reception);
+  for (const auto& [time, place] : told.fixes) {
+    if (time < truth.begin() || time > truth.end()) continue;
+    const geodesy::Geodetic antenna = simulation::mounted_antenna(truth.at(time), lever_arm_m).position;
+    recording.own_fixes.push_back(
+        {time, geodesy::enu_from_ecef_rotation(antenna) *
+                   (geodesy::ecef_from_geodetic(place) - geodesy::ecef_from_geodetic(antenna))});
+  }
+  if (recording.own_fixes.empty()) {
+    throw InputError(
+        nmea, 0,
+        fmt::format("none of its {} fixes ({} to {}) lies in the truth", told.fixes.size(),
+                    format_gpst(told.fixes.front().first, 0), format_gpst(told.fixes.back().first, 0)),
+        "give what the recorded receiver told during the recording");
+  }
+  recording.warnings.insert(recording.warnings.end(), told.warnings.begin(), told.warnings.end());
 }
 
 }  // namespace
@@ -152,6 +175,7 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
     recording.measurements.push_back(
         measurements_of(residuals, epoch, recorded.epochs[epoch.recorded], environment.sky()));
   }
+  if (options.nmea) add_own_fixes(*options.nmea, path.trajectory, lever_arm_m, recording);
   return recording;
 }
 

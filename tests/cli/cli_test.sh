@@ -254,6 +254,87 @@ P
   says err "1 codes of G not known: 9Z"
   says out "Signals not judged" "GPS L2C               tracked by the simulated receiver, not recorded"
   runs 2 "${judge[@]}" --runs 3; one_line; says err --runs georeference
+  # The part that figures are of.
+  runs 0 "${judge[@]}" --part first --json - --quiet
+  python3 -c 'import json; f = json.load(open("out")); assert "alignment" not in f and 19 <= f["models"][0]["epochs"] <= 21, f' || fail "--part first is not the first half"
+  runs 0 "${judge[@]}" --align --part all; says out "whole recording"
+  # Own fixes: the receiver's, which is the simulated one, beside the position filter's.
+  runs 0 "${judge[@]}" --nmea res/receiver.nmea --json figures.json; says out "own fixes" "simulated, filter"
+  python3 - <<'P' || fail "own fixes are not those of the receiver"
+import json
+f = json.load(open("figures.json"))["models"][0]
+own, fixes = f["own_fixes"]["own"], f["position"]["measured"]
+assert abs(own["fixes"] - fixes["fixes"]) <= 1 and own["mean_satellites_used"] is None, own
+for at in "p50", "p95":
+    assert abs(own["horizontal_error_m"][at] - fixes["horizontal_error_m"][at]) < 0.5, (own, fixes)
+P
+  # A satellite that stands high and clear for 80 s and that the recording never has: named and left out, or kept.
+  sed 's/speed_mps: 3/speed_mps: 1.5/' small.yaml >slow.yaml
+  runs 0 "$canyon" simulate slow.yaml --out slow --quiet
+  sed 's/^sky:.*/sky: {navigation: [slow\/sky.nav]}/' slow.yaml >judge_slow.yaml
+  awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' slow/epochs.csv >slow.csv
+  python3 - <<'P'
+import collections, csv
+high = collections.Counter(
+    row["sat"] for row in csv.DictReader(open("slow/satellites.csv"))
+    if float(row["elevation_deg"]) > 40 and row["visibility"].startswith("LOS"))
+lost = high.most_common(1)[0][0]
+open("lost", "w").write(lost)
+lines, out = open("slow/receiver.obs").read().split("\n"), []
+while lines:
+    line = lines.pop(0)
+    if line.startswith(">"):
+        here = [lines.pop(0) for _ in range(int(line[32:35]))]
+        here = [one for one in here if not one.startswith(lost)]
+        out += [line[:32] + "%3d" % len(here) + line[35:]] + here
+    else:
+        out.append(line)
+open("lost.obs", "w").write("\n".join(out))
+P
+  lost=("$canyon" validate judge_slow.yaml --obs lost.obs --truth slow.csv --format urbannav --no-atmosphere)
+  runs 0 "${lost[@]}" --json figures.json; says out "never tracked above 30 deg in clear view, left out: $(cat lost)"
+  runs 0 "${lost[@]}" --all-satellites --json all.json; says out "never tracked above 30 deg in clear view: $(cat lost)"
+  python3 - <<'P' || fail "a satellite that was never recorded is not left out"
+import json
+left, kept = (json.load(open(f))["models"][0] for f in ("figures.json", "all.json"))
+assert [s["left_out"] for s in left["never_tracked"] + kept["never_tracked"]] == [True, False]
+assert left["never_tracked"][0]["clear_s"] >= 60
+assert kept["tracked"]["los"]["satellites"] >= left["tracked"]["los"]["satellites"] + 60
+# Recorded and simulated receiver are the same but for that satellite.
+assert left["tracked"]["los"]["measured"] == left["tracked"]["los"]["simulated"]
+used = [f["position"]["simulated"]["mean_satellites_used"] - f["position"]["measured"]["mean_satellites_used"] for f in (left, kept)]
+assert abs(used[0]) < 0.05 < 0.5 < used[1], used
+P
+  # A list of recordings, whose files lie beside it.
+  cat >list.yaml <<'Y'
+recordings:
+  - {name: one, class: ours, scenario: judge.yaml, obs: res/receiver.obs, truth: truth.csv, truth_format: urbannav}
+  - {name: two, class: ours, scenario: judge.yaml, obs: res/receiver.obs, truth: truth.csv, truth_format: urbannav,
+     nmea: res/receiver.nmea, profile: ideal, align: true}
+Y
+  runs 0 "$canyon" validate list.yaml --no-atmosphere --report beside --markdown table.md --json figures.json
+  says out "| one |" "| two |" "| all ours |" "| 95 % |" "two: city moved by" "observations of one, two pooled"
+  says table.md "| one |" "filter p50 (own fixes)"
+  runs 0 "$canyon" validate list.yaml --no-atmosphere --models mirror; says out "Models, two:" "| mirror"
+  [ -s beside/report.html ] && [ -s beside/one/report.html ] && [ -s beside/two/track.png ] || fail "reports are missing"
+  says beside/report.html 'href="one/report.html"' 'href="two/report.html"' "all ours"
+  python3 - <<'P' || fail "figures.json is not of both recordings"
+import json
+f = json.load(open("figures.json"))
+one, two = f["recordings"]
+assert (one["name"], two["name"]) == ("one", "two") and "alignment" in two and "alignment" not in one
+assert one["models"][0]["epochs"] in range(39, 42) and two["models"][0]["epochs"] in range(19, 22)
+h = one["headlines"]["tracked_los"]
+# The recorded receiver is the simulated one.
+assert h["measured"] == h["simulated"] and h["measured_interval_95"] == h["simulated_interval_95"], h
+assert h["measured_interval_95"][0] <= h["measured"] <= h["measured_interval_95"][1], h
+(ours,) = f["classes"]
+assert ours["recordings"] == ["one", "two"] and ours["headlines"]["horizontal_p50_m"]["measured"] > 0
+P
+  runs 2 "$canyon" validate list.yaml --obs res/receiver.obs; one_line; says err --obs list
+  sed -i 's/profile: ideal/profil: ideal/' list.yaml
+  runs 2 "$canyon" validate list.yaml; one_line; says err list.yaml:4 "'profile'"
+  runs 2 "$canyon" validate judge.yaml; one_line; says err --obs
   runs 2 "${judge[@]}" --split 0.5; one_line; says err --align
   runs 2 "${judge[@]}" --align --split 1.5; one_line; says err --split
   runs 2 "${judge[@]}" --align --split 0.1; one_line; says err epochs

@@ -59,8 +59,9 @@ noise: {enabled: false}
     const simulation::Simulation simulation(scenario, std::move(truth));
     const auto rinex =
         output::open_file("rinex_observation", obs, 0, output::describe_receiver(simulation, 0));
+    const auto nmea_file = output::open_file("nmea", nmea, 0, output::describe_receiver(simulation, 0));
     TruthFile truth_file(truth_csv);
-    simulation.run({rinex.get(), &truth_file, &epochs_});
+    simulation.run({rinex.get(), nmea_file.get(), &truth_file, &epochs_});
     scenario_ = scenario;
     environment_ = std::make_unique<simulation::Environment>(
         map,
@@ -71,6 +72,7 @@ noise: {enabled: false}
   [[nodiscard]] validation::Recording read() const {
     validation::RecordingOptions options;
     options.ionosphere = options.troposphere = false;
+    options.nmea = nmea;
     return validation::read_recording(scenario_, *environment_, obs, truth_csv, "csv", options);
   }
   [[nodiscard]] const simulation::Scenario& scenario() const { return scenario_; }
@@ -82,7 +84,8 @@ noise: {enabled: false}
   TemporaryFolder folder_;
 
  public:
-  const std::filesystem::path obs = folder_ / "car.obs", truth_csv = folder_ / "truth.csv";
+  const std::filesystem::path obs = folder_ / "car.obs", truth_csv = folder_ / "truth.csv",
+                              nmea = folder_ / "car.nmea";
 
  private:
   struct TruthFile final : simulation::EpochSink {

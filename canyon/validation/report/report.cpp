@@ -82,4 +82,11 @@ void write_report(const std::filesystem::path& folder, const ReportInput& input)
   for (OutputFile& file : files) file.commit();
 }
 
+void write_overview(const std::filesystem::path& folder, const std::string& title,
+                    const std::vector<RecordingRow>& rows, const std::vector<std::string>& notes) {
+  OutputFile file(folder / "report.html");
+  file.write(overview_html(title, rows, notes));
+  file.commit();
+}
+
 }  // namespace canyon::validation

@@ -6,6 +6,7 @@
 
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
+#include "canyon/validation/recording_table.hpp"
 
 namespace canyon::validation {
 
@@ -31,5 +32,10 @@ struct ReportInput {
 /// files appear together, whole, or none; the same bytes for the same input. Throws InputError where `folder`
 /// cannot be written to. Part of canyon::io.
 void write_report(const std::filesystem::path& folder, const ReportInput& input);
+
+/// Writes report.html: the rows beside each other, each with a link to its own report (RecordingRow::report,
+/// from `folder`). The rest as write_report().
+void write_overview(const std::filesystem::path& folder, const std::string& title,
+                    const std::vector<RecordingRow>& rows, const std::vector<std::string>& notes);
 
 }  // namespace canyon::validation

@@ -52,6 +52,17 @@ li { max-width: 46rem; overflow-wrap: anywhere; }
   h2, h3 { break-after: avoid; } tr { break-inside: avoid; } table { font-size: 8.5pt; } }
 )";
 
+constexpr const char* kPageEnd = "</main>\n</body>\n</html>\n";
+
+/// All in front of the first heading.
+std::string page_head(const std::string& title) {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\" />\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\" />\n"
+      "<title>{}: recorded and simulated receiver</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n",
+      xml_escaped(title), kStyle);
+}
+
 std::string number(double value, int decimals) {
   const std::string text = output::fixed(value, decimals);
   return text.empty() ? kNone : text;
@@ -270,7 +281,10 @@ std::string shares_table(const TrackedShare& los, const TrackedShare& nlos) {
 }
 
 std::string tracked_table(const Figures& f) {
-  return heading(3, "Tracked satellites above the mask") + shares_table(f.tracked_los, f.tracked_nlos);
+  std::string html =
+      heading(3, "Tracked satellites above the mask") + shares_table(f.tracked_los, f.tracked_nlos);
+  if (!f.never_tracked.empty()) html += paragraph("Satellites " + never_tracked_text(f) + ".");
+  return html;
 }
 
 std::string explained_table(const Figures& f) {
@@ -372,10 +386,17 @@ std::string position_table(const Figures& f) {
     return Row{name, count(p.epochs), count(p.fixes), share_of(p.fixes, p.epochs),
                p.fixes > 0 ? number(p.mean_used, 1) : kNone};
   };
-  return heading(3, "Position, by the same solver on both") +
-         table({"Error [m]", "p5", "p25", "p50", "p75", "p95"}, rows) +
-         table({"Fixes", "Epochs", "With a fix", "[%]", "Mean satellites used"},
-               {availability("Measured", f.measured), availability("Simulated", f.simulated)});
+  const Row head{"Error [m]", "p5", "p25", "p50", "p75", "p95"};
+  std::string html = heading(3, "Position, by the same solver on both") + table(head, rows) +
+                     table({"Fixes", "Epochs", "With a fix", "[%]", "Mean satellites used"},
+                           {availability("Measured", f.measured), availability("Simulated", f.simulated)});
+  if (!f.own_fixes) return html;
+  rows.clear();
+  row("Horizontal, the recorded receiver's own", f.own_fixes->own, f.own_fixes->own.horizontal_m);
+  row("Horizontal, measured, position filter", f.own_fixes->measured, f.own_fixes->measured.horizontal_m);
+  row("Horizontal, simulated, position filter", f.own_fixes->simulated, f.own_fixes->simulated.horizontal_m);
+  return html + heading(3, "The recorded receiver's own fixes, and the position filter's") +
+         table(head, rows);
 }
 
 std::string segments_table(const ReportInput& input) {
@@ -410,10 +431,10 @@ std::string segments_table(const ReportInput& input) {
                       rows);
 }
 
-std::string notes(const ReportInput& input) {
-  if (input.notes.empty()) return "";
+std::string notes(const std::vector<std::string>& lines) {
+  if (lines.empty()) return "";
   std::string html = heading(2, "Notes") + "<ul>\n";
-  for (const std::string& note : input.notes) html += fmt::format("<li>{}</li>\n", xml_escaped(note));
+  for (const std::string& note : lines) html += fmt::format("<li>{}</li>\n", xml_escaped(note));
   return html + "</ul>\n";
 }
 
@@ -435,19 +456,46 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
+std::string overview_html(const std::string& title, const std::vector<RecordingRow>& rows,
+                          const std::vector<std::string>& lines) {
+  Row head{"Simulated (measured)"};
+  for (const RecordingRow& row : rows) {
+    const std::string name = xml_escaped(row.name);
+    head.push_back(row.report.empty() ? name
+                                      : fmt::format("<a href=\"{}\">{}</a>", xml_escaped(row.report), name));
+  }
+  std::vector<Row> cells;
+  for (const std::string& headline : titles_of(rows)) {
+    Row row{xml_escaped(headline)};
+    for (const RecordingRow& of : rows) {
+      const Headline* h = headline_of(of, headline);
+      row.push_back(h == nullptr ? kNone
+                                 : fmt::format("{}<br />[{}]", xml_escaped(value_text(*h)),
+                                               xml_escaped(interval_text(*h))));
+    }
+    cells.push_back(std::move(row));
+  }
+  std::vector<std::string> all;
+  for (const RecordingRow& row : rows) all.push_back(description_of(row));
+  all.insert(all.end(), lines.begin(), lines.end());
+  return page_head(title) +
+         fmt::format("<h1>{}: recorded and simulated receivers</h1>\n", xml_escaped(title)) +
+         paragraph(
+             "In square brackets: 95 % intervals from blocks of time drawn anew. Each recording's own "
+             "report stands behind its name.") +
+         table(head, cells) + notes(all) + kPageEnd;
+}
+
 std::string report_html(const ReportInput& input, const std::vector<ReportFigure>& figures) {
   const Figures& own = input.models.front();
-  std::string html =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\" />\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\" />\n";
-  html += fmt::format("<title>{}: recorded and simulated receiver</title>\n", xml_escaped(input.title));
-  html += std::string("<style>") + kStyle + "</style>\n</head>\n<body>\n<main>\n";
+  std::string html = page_head(input.title);
   html += summary(input) + targets_table(input) + models_table(input) + alignment_section(input) +
           pictures(figures);
   html += heading(2, fmt::format("All figures of \u201C{}\u201D", own.model));
   html += separation_tables(own) + tracked_table(own) + explained_table(own) + distributions_table(own) +
-          signals_tables(own) + phase_table(own) + position_table(own) + segments_table(input) + notes(input);
-  return html + "</main>\n</body>\n</html>\n";
+          signals_tables(own) + phase_table(own) + position_table(own) + segments_table(input) +
+          notes(input.notes);
+  return html + kPageEnd;
 }
 
 }  // namespace canyon::validation

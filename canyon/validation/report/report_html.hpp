@@ -22,4 +22,8 @@ struct ReportFigure {
 /// The report as one HTML page that is well-formed XML too, its pictures as data: URIs; loads nothing.
 [[nodiscard]] std::string report_html(const ReportInput& input, const std::vector<ReportFigure>& figures);
 
+/// The page of several recordings beside each other, likewise. @param lines below it
+[[nodiscard]] std::string overview_html(const std::string& title, const std::vector<RecordingRow>& rows,
+                                        const std::vector<std::string>& lines);
+
 }  // namespace canyon::validation

@@ -415,6 +415,26 @@ TEST_F(ReportTest, ErrorsOnTheMapTurnWithTheCity) {
   EXPECT_EQ(draw_report_track(input_).png, turned);
 }
 
+TEST(Overview, IsWellFormedAndLinksTheReports) {
+  RecordingRow row{"a & b", "<class>", headlines(sample_figures("m")), "a/report.html", "part", "", "", {}};
+  row.headlines[0].simulated_interval = Interval{1, 2};
+  RecordingRow pooled{"all", "<class>", row.headlines, "", "", "", "", {"a & b"}};
+  const std::string html = overview_html("drives", {row, pooled}, {"canyon"});
+  tinyxml2::XMLDocument document;
+  ASSERT_EQ(document.Parse(html.c_str()), tinyxml2::XML_SUCCESS) << document.ErrorStr();
+  int links = 0, rows = 0;
+  each_element(document.RootElement(), [&](const tinyxml2::XMLElement& element) {
+    if (std::string(element.Name()) == "tr") ++rows;
+    if (std::string(element.Name()) != "a") return;
+    ++links;
+    EXPECT_STREQ(element.Attribute("href"), "a/report.html");
+    EXPECT_STREQ(element.GetText(), "a & b");
+  });
+  EXPECT_EQ(links, 1);
+  EXPECT_EQ(rows, static_cast<int>(row.headlines.size()) + 1);
+  EXPECT_NE(html.find("1.0 to 2.0"), std::string::npos);
+}
+
 TEST(ReportSamples, FollowTheCitysWordAndWhatIsThere) {
   Comparison c;
   ComparedEpoch epoch;

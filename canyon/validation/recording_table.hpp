@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/validation/figures.hpp"
+
+// Several recordings beside each other, as `canyon validate LIST.yaml` tells them.
+
+namespace canyon::validation {
+
+/// A recording, or all of a class together.
+struct RecordingRow {
+  std::string name;            ///< "tst", "all mass market"
+  std::string receiver_class;  ///< may be empty
+  std::vector<Headline> headlines;
+  // Of a recording:
+  std::string report;         ///< address of its own report; empty: it has none
+  std::string part;           ///< Figures::part
+  std::string never_tracked;  ///< never_tracked_text()
+  std::string figures_json;   ///< to_json() of its models, alone
+  // Of a class:
+  std::vector<std::string> pooled;  ///< the names of what is pooled
+};
+
+/// "2.3 (8.5)": simulated, with measured in brackets; "-" for what there is not. Interval: "1.9 to 3.1 (6.0
+/// to 9.2)".
+[[nodiscard]] std::string value_text(const Headline& headline);
+[[nodiscard]] std::string interval_text(const Headline& headline);
+/// The titles of all rows' headlines, each once, in their order.
+[[nodiscard]] std::vector<std::string> titles_of(const std::vector<RecordingRow>& rows);
+/// The one with that title; null where the row has none.
+[[nodiscard]] const Headline* headline_of(const RecordingRow& row, const std::string& title);
+
+/// One line of what a row is of: "tst (mass market): second half: ... 242 epochs; never tracked ...".
+[[nodiscard]] std::string description_of(const RecordingRow& row);
+
+/// A Markdown table: a line for each row and one for its intervals, and below what belongs to each recording.
+[[nodiscard]] std::string to_markdown(const std::vector<RecordingRow>& rows);
+/// An object: "recordings", an array of their to_json() with "name", "class" and "headlines", and "classes".
+[[nodiscard]] std::string to_json(const std::vector<RecordingRow>& rows);
+
+}  // namespace canyon::validation
