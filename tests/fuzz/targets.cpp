@@ -24,6 +24,7 @@
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/trajectory.hpp"
+#include "canyon/validation/recording_list.hpp"
 #include "tests/support/cityjson_house.hpp"
 #include "tests/support/observation_text.hpp"
 #include "tests/support/osm_text.hpp"
@@ -243,6 +244,11 @@ const std::vector<Target>& targets() {
        "some.yaml",
        [](const fs::path& path) { (void)simulation::parse_scenario(test::read_bytes(path), path); },
        {kScenario}},
+      {"recordings",
+       "list.yaml",
+       [](const fs::path& path) { (void)validation::read_recording_list(path); },
+       {"recordings:\n  - {name: a, class: b, scenario: list.yaml, obs: list.yaml, truth_format: nmea,\n"
+        "     profile: ublox-m8t, align: true, split: 0.4}\n"}},
       {"nmea", "track.nmea", trajectory("nmea"), {kNmea}},
       {"csv",
        "track.csv",
