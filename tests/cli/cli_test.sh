@@ -378,7 +378,28 @@ P
   [ -s rep/report.html ] || fail "no report"
   sed 's/east_m: 0, north_m: 8/east_m: 60, north_m: 68/' tst.yaml >off.yaml
   runs 0 "$canyon" validate off.yaml --obs "$drive/COM3_190428_124409.obs" --align --json figures.json
-  says err "does not tell where the city stands" --reach ;;
+  says err "does not tell where the city stands" --reach
+  # Both drives beside each other, where they stand as the scenarios say.
+  [ -e "$data/berlin-potsdamer-platz/truth.csv" ] || { echo "without Berlin: it is not in ../shared/data"; exit $failed; }
+  for folder in hongkong urbannav-tst-20190428 berlin-potsdamer-platz; do ln -s "$data/$folder" .; done
+  cp "$root"/examples/{urbannav_tst_m8t,berlin_m8}.yaml .
+  grep -v align: "$root/examples/recordings.yaml" >recordings.yaml
+  runs 0 "$canyon" validate recordings.yaml --part rest --json figures.json
+  says out "| tst |" "| berlin |" "| all mass market |" "687 epochs"
+  python3 - <<'P' || fail "the drives are not those of docs/accuracy.md"
+import json
+f = json.load(open("figures.json"))
+tst, berlin = (r["headlines"] for r in f["recordings"])
+# Of the recordings alone: no model of ours.
+assert abs(tst["horizontal_p50_m"]["measured"] - 8.5) < 2 and abs(berlin["horizontal_p50_m"]["measured"] - 31) < 5
+assert abs(tst["cn0_los_dbhz"]["measured"] - 36) <= 1 and abs(berlin["cn0_los_dbhz"]["measured"] - 45) <= 1
+assert all(not r["models"][0]["never_tracked"] for r in f["recordings"])
+pooled = f["classes"][0]["headlines"]
+for key in "horizontal_p50_m", "cn0_los_dbhz", "tracked_los":
+    between = sorted(h[key]["measured"] for h in (tst, berlin))
+    assert between[0] <= pooled[key]["measured"] <= between[1], key
+P
+  ;;
 skyplot)
   runs 0 "$canyon" skyplot --help
   says out --out --frames --at --enu --time --receiver --style --projection --trails --width --every --first --last --threads "east to the LEFT"
