@@ -9,6 +9,7 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
+#include "canyon/validation/recording_table.hpp"
 
 namespace canyon::validation {
 namespace {
@@ -254,13 +255,6 @@ std::string phase_lines(const Figures& f) {
          text;
 }
 
-/// Bars would end a cell.
-std::string cell(const std::string& text) {
-  std::string safe;
-  for (const char c : text) safe += c == '|' ? std::string("\\|") : std::string(1, c);
-  return safe;
-}
-
 }  // namespace
 
 std::optional<double> auc_of(const std::optional<Separation>& s) {
@@ -377,8 +371,8 @@ std::string to_markdown(const std::vector<Figures>& models) {
     const Explained& all = f.explained.empty() ? none : f.explained.back();
     const bool fixes = f.simulated.fixes > 0 && f.measured.fixes > 0;
     text += fmt::format(
-        "| {} | {} | {} | {} | {} | {} | {}, {} | {}, {} | {} | {} | {} | {} | {} |\n", cell(f.model),
-        shown(auc_of(f.by_cn0), 3), shown(auc_of(f.by_error), 3),
+        "| {} | {} | {} | {} | {} | {} | {}, {} | {}, {} | {} | {} | {} | {} | {} |\n",
+        markdown_cell(f.model), shown(auc_of(f.by_cn0), 3), shown(auc_of(f.by_error), 3),
         f.nlos > 0 ? fmt::format("{:.1f} %", 100 * all.share) : "-", shown(all.median_difference_m, 1),
         all.correlation ? fmt::format("{:.2f}", all.correlation->rho) : "-", shown(f.error_los_m.ks, 2),
         shown(f.error_nlos_m.ks, 2), shown(f.cn0_los_dbhz.ks, 2), shown(f.cn0_nlos_dbhz.ks, 2),

@@ -41,14 +41,13 @@ std::string pair_text(const Headline& h, const Number& measured, const Number& s
   return fmt::format("{} ({})", shown(simulated), shown(measured));
 }
 
-/// Bars would end a cell.
-std::string cell(const std::string& text) {
+}  // namespace
+
+std::string markdown_cell(const std::string& text) {
   std::string safe;
   for (const char c : text) safe += c == '|' ? std::string("\\|") : std::string(1, c);
   return safe;
 }
-
-}  // namespace
 
 std::string value_text(const Headline& h) {
   return pair_text(h, h.measured, h.simulated,
@@ -96,7 +95,7 @@ std::string to_markdown(const std::vector<RecordingRow>& rows) {
   text += "\n" + rule + "\n";
   for (const RecordingRow& row : rows) {
     const auto line = [&](const std::string& name, std::string (*show)(const Headline&)) {
-      text += fmt::format("| {} |", cell(name));
+      text += fmt::format("| {} |", markdown_cell(name));
       for (const std::string& title : titles) {
         const Headline* h = headline_of(row, title);
         text += fmt::format(" {} |", h != nullptr ? show(*h) : "-");

@@ -24,6 +24,8 @@ struct RecordingRow {
   std::vector<std::string> pooled;  ///< the names of what is pooled
 };
 
+/// A text for a cell of a Markdown table, which bars would end.
+[[nodiscard]] std::string markdown_cell(const std::string& text);
 /// "2.3 (8.5)": simulated, with measured in brackets; "-" for what there is not. Interval: "1.9 to 3.1 (6.0
 /// to 9.2)".
 [[nodiscard]] std::string value_text(const Headline& headline);
