@@ -280,9 +280,17 @@ class Builder {
     return shape_from_tags(part_tags(i, inherited), options_.heights, map_.features[i].id, ignored);
   }
 
+  [[nodiscard]] static bool facade_known(const std::map<std::string, std::string>& tags) {
+    return std::any_of(kFacadeKeys.begin(), kFacadeKeys.end(), [&tags](const char* key) {
+      const auto found = tags.find(key);
+      return found != tags.end() && material_from_tag(found->second) != city::Material::Unknown;
+    });
+  }
+
   [[nodiscard]] Shape read_shape(const std::map<std::string, std::string>& tags, const std::string& id) {
     std::vector<std::string> said;
     Shape shape = shape_from_tags(tags, options_.heights, id, said);
+    if (!facade_known(tags)) shape.facade = options_.untagged_facade;
     for (const std::string& line : said) {
       const std::size_t colon = line.find(": ");
       complaints_.add(colon == std::string::npos ? line : line.substr(colon + 2), id);
@@ -303,11 +311,7 @@ class Builder {
         break;
     }
     if (shape.roof != RoofShape::Flat && shape.roof_source == HeightSource::Default) ++report().roofs_default;
-    const bool known = std::any_of(kFacadeKeys.begin(), kFacadeKeys.end(), [&tags](const char* key) {
-      const auto found = tags.find(key);
-      return found != tags.end() && material_from_tag(found->second) != city::Material::Unknown;
-    });
-    if (!known) ++report().materials_default;
+    if (!facade_known(tags)) ++report().materials_default;
   }
 
   [[nodiscard]] std::vector<MapPolygon> to_map(const std::vector<Polygon2>& polygons, double z) const {
@@ -429,7 +433,10 @@ class Builder {
     const MapFeature& feature = map_.features[i];
     std::vector<std::string> notes;
     const std::size_t first_vertex = mesh().vertices.size();
-    const bool added = append_surfaces(mesh(), feature.id, feature.surfaces, map_frame_.frame(), notes);
+    const Shape tagged = shape_of(i);
+    const city::Material facade = facade_known(feature.tags) ? tagged.facade : options_.untagged_facade;
+    const bool added = append_surfaces(mesh(), feature.id, feature.surfaces, map_frame_.frame(), notes,
+                                       facade, tagged.roof_material);
     if (map_frame_.grid() == Grid::Utm) {
       for (std::size_t v = first_vertex; v < mesh().vertices.size(); ++v) {
         mesh().vertices[v] = map_frame_.mesh_from_enu(mesh().vertices[v]);

@@ -454,6 +454,27 @@ TEST(CityBuilder, SurfacesAreTakenAsTheyAre) {
   EXPECT_TRUE(check.watertight);
   EXPECT_NEAR(check.volume_m3, 1000, 0.2);
   EXPECT_NEAR(box_of(built.city.mesh, *find(built, "GUID_1")).min.z(), 0, 0.001);
+
+  // Floor and four walls, of two triangles each; a roof of two. What the map does not tag is concrete, or
+  // what the options say.
+  const auto materials = [&](city::Material untagged) {
+    BuildOptions options;
+    options.untagged_facade = untagged;
+    const BuiltCity again = build_city(sketch.map(), nullptr, options);
+    const city::Object& object = *find(again, "GUID_1");
+    std::map<city::Material, int> counts;
+    for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
+      ++counts[again.city.mesh.materials[object.first_triangle + t]];
+    }
+    return counts;
+  };
+  using Counts = std::map<city::Material, int>;
+  EXPECT_EQ(materials(city::Material::Concrete), (Counts{{city::Material::Concrete, 12}}));
+  EXPECT_EQ(materials(city::Material::Unknown),
+            (Counts{{city::Material::Unknown, 10}, {city::Material::Concrete, 2}}));
+  feature.tags = {{"building:material", "brick"}, {"roof:material", "metal"}};
+  EXPECT_EQ(materials(city::Material::Unknown),
+            (Counts{{city::Material::Brick, 10}, {city::Material::Metal, 2}}));
 }
 
 TEST(CityBuilder, ProgressRunsToTheEnd) {

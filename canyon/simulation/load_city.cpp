@@ -76,6 +76,20 @@ buildings::BuiltCity build(const MapCityConfig& config,
   return buildings::build_city(read_maps(config), terrain ? &*terrain : nullptr, config.build, progress);
 }
 
+/// The city as it stands in its source, and in `said` what was drawn.
+city::City load_dressed(const CityConfig& config, std::uint64_t seed, std::vector<std::string>& said) {
+  const bool trusted = config.map.has_value();
+  const bool keep = config.facades.keeps_named(trusted);
+  CityConfig source = config;
+  if (source.map && config.facades.drawn() && keep) {
+    source.map->build.untagged_facade = city::Material::Unknown;
+  }
+  city::City city = load_city_with_report(source).city;
+  const std::string drawn = city::dress_facades(city, config.facades, keep, seed);
+  if (!drawn.empty()) said.push_back(drawn);
+  return city;
+}
+
 }  // namespace
 
 buildings::BuiltCity load_city_with_report(const CityConfig& config,
@@ -120,12 +134,15 @@ CityConfig city_config(const std::filesystem::path& file, const std::optional<ge
   return config;
 }
 
-city::City load_city(const CityConfig& config) {
-  return load_city_with_report(config).city;
+city::City load_city(const CityConfig& config, std::uint64_t seed) {
+  std::vector<std::string> said;
+  city::City city = load_dressed(config, seed, said);
+  city.notes.insert(city.notes.end(), said.begin(), said.end());
+  return city;
 }
 
 city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings) {
-  city::City city = load_city(scenario.city);
+  city::City city = load_dressed(scenario.city, scenario.seed, warnings);
   if (const auto shift = draw_city_shift(scenario.city.georeference, scenario.seed)) {
     move_city(city, *shift);
     warnings.push_back(describe(*shift));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -17,16 +18,19 @@ namespace canyon::simulation {
                                      const std::optional<geodesy::Geodetic>& origin = {});
 
 /// The city that a scenario asks for: a map, a city file of any kind, synthetic, or open field. Part of
-/// canyon::io. Where it says it stands: CityConfig::georeference is left alone.
-[[nodiscard]] city::City load_city(const CityConfig& config);
+/// canyon::io. Where it says it stands: CityConfig::georeference is left alone. Facades are drawn by `seed`
+/// where CityConfig::facades says so, which City::notes tell.
+[[nodiscard]] city::City load_city(const CityConfig& config, std::uint64_t seed = 1);
 
-/// The city of one run: load_city(), moved as the georeference and the scenario's seed say. What was done is
-/// added to `warnings`, one line each: "city moved by east 2.1 m, north -0.4 m, turned 0.20 deg
-/// (georeference)". Nothing is drawn nor touched where all standard deviations are 0.
+/// The city of one run: load_city() by the scenario's seed, moved as the georeference and that seed say. What
+/// was done is added to `warnings`, one line each: "facades drawn: 62 coated_glass, 38 concrete", "city moved
+/// by east 2.1 m, north -0.4 m, turned 0.20 deg (georeference)". Facades as given and a
+/// place whose standard deviations are all 0 are not touched.
 [[nodiscard]] city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings);
 
-/// The same with the report and the map's features, both empty where the city comes from no map; `progress`
-/// is called with features done and in all while a map is built.
+/// The city as its source gives it, facades and place left alone, with the report and the map's features,
+/// both empty where the city comes from no map; `progress` is called with features done and in all while a
+/// map is built.
 [[nodiscard]] buildings::BuiltCity load_city_with_report(
     const CityConfig& config, const std::function<void(std::size_t, std::size_t)>& progress = {});
 

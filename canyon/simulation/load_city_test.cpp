@@ -1,10 +1,14 @@
 #include "canyon/simulation/load_city.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "tests/support/shared_data.hpp"
+#include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -51,6 +55,60 @@ TEST(LoadCity, OriginOutOfRange) {
   config.open = true;
   config.import.origin.latitude_rad = 48;  // degrees by mistake
   EXPECT_THROW(static_cast<void>(load_city(config)), InputError);
+}
+
+// Facades of the scenario's city, by its seed: a map's tags stay, the rest is drawn; the same in load_city()
+// of a city alone.
+TEST(LoadCity, FacadesKeepTheTagsOfAMap) {
+  const test::TemporaryFolder folder;
+  std::string nodes, ways;
+  for (int i = 0; i < 40; ++i) {
+    for (int k = 0; k < 4; ++k) {
+      nodes += fmt::format("<node id='{}' lat='{}' lon='{}' version='1'/>", 4 * i + k + 1,
+                           48 + (k / 2) * 1e-4, 11 + 3e-4 * i + (k == 1 || k == 2) * 1e-4);
+    }
+    ways += fmt::format(
+        "<way id='{}' version='1'><nd ref='{}'/><nd ref='{}'/><nd ref='{}'/><nd ref='{}'/><nd ref='{}'/><tag "
+        "k='building' v='yes'/>{}</way>",
+        i + 1, 4 * i + 1, 4 * i + 2, 4 * i + 3, 4 * i + 4, 4 * i + 1,
+        i < 10 ? "<tag k='building:material' v='brick'/>" : "");
+  }
+  const auto file = folder.write(
+      "m.osm", "<?xml version='1.0'?><osm version='0.6' generator='test'>" + nodes + ways + "</osm>");
+  const auto load = [&](const std::string& facades, std::vector<std::string>& warnings) {
+    const Scenario scenario =
+        parse_scenario("city: {osm: m.osm" + facades +
+                           "}\nseed: 5\ntrajectory: {position: {latitude_deg: 48, longitude_deg: 11, "
+                           "height_m: 3}}\n",
+                       folder / "s.yaml");
+    return load_city(scenario, warnings);
+  };
+  const auto count = [](const city::City& city, city::Material material) {
+    return std::count(city.mesh.materials.begin(), city.mesh.materials.end(), material);
+  };
+  std::vector<std::string> warnings;
+  const city::City plain = load("", warnings);
+  EXPECT_TRUE(warnings.empty());
+  EXPECT_EQ(count(plain, city::Material::Unknown), 0);
+  EXPECT_EQ(count(plain, city::Material::Brick), 10 * 10);  // 8 triangles of walls and 2 of the floor
+
+  const city::City dressed = load(", facades: {shares: [metal=1]}", warnings);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_EQ(warnings[0], "facades drawn: 30 metal; 10 of 40 buildings keep theirs");
+  EXPECT_EQ(count(dressed, city::Material::Brick), 10 * 10);
+  EXPECT_EQ(count(dressed, city::Material::Metal), 30 * 8);
+  EXPECT_EQ(dressed.mesh.vertices, plain.mesh.vertices);
+
+  const city::City redrawn = load(", facades: {shares: [metal=1], named: redraw}", warnings);
+  EXPECT_EQ(warnings.back(), "facades drawn: 40 metal");
+  EXPECT_EQ(count(redrawn, city::Material::Metal), 40 * 8);
+
+  CityConfig config = city_config(file);
+  config.facades.mix = city::FacadeMix::UrbanStock;
+  const city::City alone = load_city(config, 5);
+  EXPECT_EQ(alone.mesh.materials, load(", facades: {mix: urban_stock}", warnings).mesh.materials);
+  EXPECT_EQ(alone.notes.back(), warnings.back());
+  EXPECT_NE(alone.mesh.materials, load_city(config, 6).mesh.materials);
 }
 
 TEST(LoadCity, HongKong) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "canyon/buildings/sources/map_options.hpp"
+#include "canyon/city/facades.hpp"
 #include "canyon/city/mesh_import_options.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/disturbance/disturbance.hpp"
@@ -60,6 +61,7 @@ struct CityConfig {
   std::optional<MapCityConfig> map;
   std::optional<city::SyntheticCityOptions> synthetic;
   bool open = false;  ///< no buildings: open sky about `import.origin`
+  city::FacadeOptions facades;
   Georeference georeference;
 
   /// The origin where it is known before anything is read; then it is `import.origin`.

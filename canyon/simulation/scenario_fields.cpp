@@ -164,6 +164,7 @@ void visit(Visitor& v, CityConfig& city) {
     city::SyntheticCityOptions none;
     v.part("synthetic", city.synthetic ? *city.synthetic : none);
   }
+  v.part("facades", city.facades);
   v.part("georeference", city.georeference);
 }
 

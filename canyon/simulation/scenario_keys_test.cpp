@@ -69,7 +69,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "{enabled: true, theta_per_s: 0.02, mu_m: 0, sigma_m_per_sqrt_s: 0.2, doppler_sigma_hz: 0.1, "
       "drift: {enabled: false, below_speed_mps: 0.5, below_los: 5, mu_sigma_m: 2}}";
   return {
-      "city: {mesh: f, origin: {latitude_deg: 1, longitude_deg: 2, height_m: 3}, "
+      "city: {facades: {mix: europe, named: keep}, mesh: f, origin: {latitude_deg: 1, longitude_deg: 2, "
+      "height_m: 3}, "
       "offset: {east_m: 1, north_m: 2, up_m: 3}, heading_deg: 4, scale: 1, up_axis: Z, terrain_names: [a, "
       "b]}\n"
       "sky: {navigation: [f], systems: [GPS], allow_stale: true}\n"
@@ -81,7 +82,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "rinex_navigation: true, kml: true, geojson: true, pictures: true}\n"
       "propagation: " +
           propagation + "\nnoise: " + noise + "\n",
-      "city: {georeference: {sigma_m: 2, heading_sigma_deg: 0.5}, synthetic: {blocks_east: 2, blocks_north: "
+      "city: {facades: {shares: [tile=25, metal=75]}, georeference: {sigma_m: 2, heading_sigma_deg: "
+      "0.5}, synthetic: {blocks_east: 2, blocks_north: "
       "2, block_size_m: 50, street_width_m: 20, "
       "min_height_m: 10, "
       "max_height_m: 30, seed: 2}}\n"

@@ -21,19 +21,18 @@ using ::testing::StartsWith;
 template <typename Options>
 class EveryOption : public ::testing::Test {};
 
-using Lists =
-    ::testing::Types<buildings::BuildOptions, buildings::HeightDefaults, buildings::OverpassOptions,
-                     buildings::TerrainOptions, city::GazeboOptions, city::MeshImportOptions,
-                     city::SyntheticCityOptions, disturbance::ShadowingOptions, drawing::CityPictureOptions,
-                     drawing::SkySheet, drawing::SkyplotOptions, heatmap::DrawOptions, heatmap::Grid,
-                     heatmap::MapPictureOptions, heatmap::RouteOptions, positioning::FixOptions,
-                     positioning::PositionFilterOptions, positioning::RaimOptions, positioning::WeightOptions,
-                     propagation::DiffractionOptions, propagation::DiffuseOptions, propagation::EdgeOptions,
-                     propagation::PropagationOptions, receiver::NoiseOptions, receiver::ReceiverOptions,
-                     signal::LinkBudgetOptions, signal::StrengthOptions, tracking::ClockOptions,
-                     tracking::DllOptions, tracking::FllOptions, tracking::OuOptions, tracking::PllOptions,
-                     tracking::SignalLockOptions, tracking::SignalOptions, validation::AlignOptions,
-                     validation::ClockOptions, validation::FigureOptions, validation::ResidualOptions>;
+using Lists = ::testing::Types<
+    buildings::BuildOptions, buildings::HeightDefaults, buildings::OverpassOptions, buildings::TerrainOptions,
+    city::FacadeOptions, city::GazeboOptions, city::MeshImportOptions, city::SyntheticCityOptions,
+    disturbance::ShadowingOptions, drawing::CityPictureOptions, drawing::SkySheet, drawing::SkyplotOptions,
+    heatmap::DrawOptions, heatmap::Grid, heatmap::MapPictureOptions, heatmap::RouteOptions,
+    positioning::FixOptions, positioning::PositionFilterOptions, positioning::RaimOptions,
+    positioning::WeightOptions, propagation::DiffractionOptions, propagation::DiffuseOptions,
+    propagation::EdgeOptions, propagation::PropagationOptions, receiver::NoiseOptions,
+    receiver::ReceiverOptions, signal::LinkBudgetOptions, signal::StrengthOptions, tracking::ClockOptions,
+    tracking::DllOptions, tracking::FllOptions, tracking::OuOptions, tracking::PllOptions,
+    tracking::SignalLockOptions, tracking::SignalOptions, validation::AlignOptions, validation::ClockOptions,
+    validation::FigureOptions, validation::ResidualOptions>;
 TYPED_TEST_SUITE(EveryOption, Lists);
 
 TYPED_TEST(EveryOption, IsRefusedOutsideItsRangeAndToldApart) {

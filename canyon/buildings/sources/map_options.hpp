@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "canyon/city/fwd.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/options/fwd.hpp"
 
@@ -62,10 +63,14 @@ struct BuildOptions {
   double tree_height_m = 8;       ///< of trees without a height tag; [1, 150]
   double tree_crown_m = 5;        ///< crown diameter of trees without diameter_crown; [0.5, 50]
   double wood_height_m = 12;      ///< of woods without a height tag; [1, 150]
+  /// Facades without a tag that is known. Unknown lets city::dress_facades() tell them from tagged ones; no
+  /// key.
+  city::Material untagged_facade = city::Material::Concrete;
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields, those of `heights` beside the others; all but `origin`, which scenarios have for every city.
+/// Its fields, those of `heights` beside the others; all but `untagged_facade` and `origin`, which scenarios
+/// have for every city.
 void visit(options::Visitor& v, BuildOptions& o);
 
 }  // namespace canyon::buildings

@@ -1,0 +1,200 @@
+#include "canyon/city/facades.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <unordered_map>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/random.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/city/mesh_topology.hpp"
+#include "canyon/options/values.hpp"
+
+namespace canyon::city {
+namespace {
+
+constexpr std::array<FacadeType, 9> kTypes{{{"coated_glass", Material::Metal},
+                                            {"metal", Material::Metal},
+                                            {"glass", Material::Glass},
+                                            {"concrete", Material::Concrete},
+                                            {"tile", Material::Concrete},
+                                            {"brick", Material::Brick},
+                                            {"render", Material::Brick},
+                                            {"stone", Material::Stone},
+                                            {"wood", Material::Wood}}};
+
+constexpr double kSteepest_cos = 0.5;  // of a roof, 60 deg
+
+bool is_wall(const Mesh& mesh, std::uint32_t triangle) {
+  const auto& [a, b, c] = mesh.triangles[triangle];
+  const Eigen::Vector3d normal =
+      (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
+  return std::abs(normal.z()) <= kSteepest_cos * normal.norm();
+}
+
+/// A building and its triangles.
+struct Unit {
+  std::string key;
+  std::vector<std::uint32_t> triangles;
+};
+
+std::vector<Unit> units_of_parts(const Mesh& mesh, const Object& object) {
+  TriangleIndices triangles(
+      mesh.triangles.begin() + object.first_triangle,
+      mesh.triangles.begin() + object.first_triangle + static_cast<std::ptrdiff_t>(object.triangle_count));
+  weld(mesh.vertices, triangles);
+  std::vector<Unit> units;
+  for (std::vector<std::uint32_t>& part : connected_components(triangles, mesh.vertices.size())) {
+    for (std::uint32_t& triangle : part) triangle += object.first_triangle;
+    units.push_back({fmt::format("{}#{}", object.name, units.size() + 1), std::move(part)});
+  }
+  return units;
+}
+
+std::vector<Unit> buildings_of(const Mesh& mesh) {
+  std::vector<const Object*> objects;
+  for (const Object& object : mesh.objects) {
+    if (object.surface == Surface::Building) objects.push_back(&object);
+  }
+  if (objects.size() == 1) return units_of_parts(mesh, *objects.front());
+  std::vector<Unit> units;
+  std::unordered_map<std::string, int> seen;
+  for (const Object* object : objects) {
+    Unit unit{object->name, {}};
+    const int number = ++seen[object->name];
+    if (number > 1) unit.key += fmt::format("#{}", number);
+    for (std::uint32_t t = 0; t < object->triangle_count; ++t) {
+      unit.triangles.push_back(object->first_triangle + t);
+    }
+    units.push_back(std::move(unit));
+  }
+  return units;
+}
+
+const FacadeType& draw(const std::map<std::string, double>& shares, double uniform) {
+  double sum = 0;
+  const FacadeType* last = nullptr;
+  for (const FacadeType& type : kTypes) {
+    const auto share = shares.find(std::string(type.name));
+    if (share == shares.end() || share->second == 0) continue;
+    last = &type;
+    sum += share->second;
+    if (uniform < sum) break;
+  }
+  return *last;  // shares add up to 1
+}
+
+}  // namespace
+
+std::span<const FacadeType> facade_types() {
+  return kTypes;
+}
+
+void FacadeOptions::validate() const {
+  options::check(*this, "facades");
+  if (shares.empty()) return;
+  if (mix != FacadeMix::AsGiven) {
+    throw InputError("facades have a mix and shares", "give one of both");
+  }
+  double sum = 0;
+  std::vector<std::string> names;
+  std::transform(kTypes.begin(), kTypes.end(), std::back_inserter(names),
+                 [](const FacadeType& type) { return std::string(type.name); });
+  for (const auto& [name, share] : shares) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+      throw InputError(fmt::format("facades of '{}' are not known", name),
+                       fmt::format("write {}", fmt::join(names, ", ")));
+    }
+    sum += share;
+  }
+  if (!(sum > 0)) throw InputError("shares of the facades are all 0", "give at least one above 0");
+}
+
+void visit(options::Visitor& v, FacadeOptions& o) {
+  static constexpr std::string_view kMixes[]{"as_given",    "traditional", "thermally_efficient",
+                                             "urban_stock", "europe",      "east_asia"};
+  static constexpr std::string_view kNamed[]{"by_source", "keep", "redraw"};
+  v.choice({"mix", "",
+            "of what the facades are, drawn for each building by the seed: traditional, thermally_efficient, "
+            "urban_stock, europe, east_asia; as_given draws nothing"},
+           o.mix, kMixes);
+  v.named_numbers(
+      {"shares", "", "instead of a mix, over their sum: [coated_glass=30, concrete=50, brick=20]"}, o.shares,
+      {0, 100}, "FACADE=SHARE");
+  v.choice({"named", "",
+            "materials that the source names: by_source keeps a map's tags and draws anew what a mesh's "
+            "textures are called; keep; redraw"},
+           o.named, kNamed);
+}
+
+std::map<std::string, double> facade_shares(const FacadeOptions& options) {
+  if (!options.shares.empty()) {
+    double sum = 0;
+    for (const auto& [name, share] : options.shares) sum += share;
+    std::map<std::string, double> shares = options.shares;
+    for (auto& [name, share] : shares) share /= sum;
+    return shares;
+  }
+  switch (options.mix) {
+    case FacadeMix::AsGiven:
+      break;
+    case FacadeMix::Traditional:
+      return {{"glass", 0.3}, {"concrete", 0.7}};
+    case FacadeMix::ThermallyEfficient:
+      return {{"coated_glass", 0.7}, {"concrete", 0.3}};
+    case FacadeMix::UrbanStock:
+      return {{"glass", 0.24}, {"concrete", 0.62}, {"coated_glass", 0.14}};
+    case FacadeMix::Europe:
+      return {{"render", 0.35}, {"brick", 0.15},        {"stone", 0.15}, {"concrete", 0.10},
+              {"glass", 0.10},  {"coated_glass", 0.10}, {"metal", 0.05}};
+    case FacadeMix::EastAsia:
+      return {{"tile", 0.45},  {"coated_glass", 0.20}, {"concrete", 0.10},
+              {"glass", 0.10}, {"metal", 0.10},        {"stone", 0.05}};
+  }
+  return {};
+}
+
+std::string dress_facades(City& city, const FacadeOptions& options, bool keep_named, std::uint64_t seed) {
+  options.validate();
+  if (!options.drawn()) return {};
+  const std::map<std::string, double> shares = facade_shares(options);
+  Mesh& mesh = city.mesh;
+  std::array<std::size_t, kTypes.size()> counts{};
+  std::size_t kept = 0, buildings = 0;
+  for (const Unit& unit : buildings_of(mesh)) {
+    const FacadeType& type = draw(shares, RandomStream(seed, "facades/" + unit.key).uniform());
+    std::size_t walls = 0, dressed = 0;
+    for (const std::uint32_t triangle : unit.triangles) {
+      if (!is_wall(mesh, triangle)) continue;
+      ++walls;
+      Material& material = mesh.materials[triangle];
+      if (keep_named && material != Material::Unknown) continue;
+      material = type.material;
+      ++dressed;
+    }
+    if (walls == 0) continue;
+    ++buildings;
+    if (dressed > 0) {
+      ++counts.at(static_cast<std::size_t>(&type - kTypes.data()));
+    } else {
+      ++kept;
+    }
+  }
+  std::vector<std::string> said;
+  for (std::size_t i = 0; i < kTypes.size(); ++i) {
+    if (counts.at(i) > 0) said.push_back(fmt::format("{} {}", counts.at(i), kTypes.at(i).name));
+  }
+  std::string text =
+      fmt::format("facades drawn: {}", said.empty() ? "none" : fmt::to_string(fmt::join(said, ", ")));
+  if (kept > 0) text += fmt::format("; {} of {} buildings keep theirs", kept, buildings);
+  return text;
+}
+
+}  // namespace canyon::city

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "canyon/city/fwd.hpp"
+#include "canyon/options/fwd.hpp"
+
+namespace canyon::city {
+
+/// What a facade looks like to radio waves at L band: one word of facade_types().
+struct FacadeType {
+  std::string_view name;
+  Material material;
+};
+/// Words of FacadeOptions::shares. Coated glass (low-emissivity, solar control) is a metal film to radio
+/// waves and so Material::Metal; tile is a thin skin on reinforced concrete, render one on brickwork.
+[[nodiscard]] std::span<const FacadeType> facade_types();
+
+/// Shares of facade types among the buildings of a district. docs/city.md has the numbers and their sources.
+enum class FacadeMix : std::uint8_t {
+  AsGiven,             ///< what the source says
+  Traditional,         ///< 3GPP TR 38.901, 7.4.3: the building of its low-loss model
+  ThermallyEfficient,  ///< the same, high-loss model: coated glazing
+  UrbanStock,          ///< four buildings of five Traditional, one ThermallyEfficient (ITU-R M.2412)
+  Europe,              ///< assumed
+  EastAsia             ///< assumed
+};
+
+/// Of what the walls of a city are, where its source does not say so.
+struct FacadeOptions {
+  enum class Named : std::uint8_t {
+    BySource,  ///< a map's tags stay, names of a mesh's textures do not
+    Keep,
+    Redraw
+  };
+  FacadeMix mix = FacadeMix::AsGiven;
+  std::map<std::string, double> shares;  ///< instead of a mix: by facade type, [0, 100], over their sum
+  Named named = Named::BySource;         ///< materials that the source names
+
+  /// Whether anything is drawn at all.
+  [[nodiscard]] bool drawn() const { return mix != FacadeMix::AsGiven || !shares.empty(); }
+  /// Whether walls keep a material that is not Unknown, from a source whose names are materials or not.
+  [[nodiscard]] bool keeps_named(bool source_is_trusted) const {
+    return named == Named::Keep || (named == Named::BySource && source_is_trusted);
+  }
+  /// Throws InputError naming the field and its bound.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, FacadeOptions& o);
+
+/// The shares that are drawn from, by facade type, 1 in all; empty where nothing is drawn.
+[[nodiscard]] std::map<std::string, double> facade_shares(const FacadeOptions& options);
+
+/// Draws one facade type for each building and gives its material to the building's walls: the triangles of
+/// Surface::Building steeper than 60 deg. Roofs, floors, ground, foliage and vehicles stay. A building is an
+/// object; where all buildings are one object it is each of that object's connected parts. The draw hangs on
+/// the seed and the object's name alone, and where names repeat on the number among equal ones, so that a
+/// building has its facade whatever stands beside it.
+/// @param keep_named walls whose material is not Unknown stay
+/// @return "facades drawn: 62 coated_glass, 38 concrete; 3 of 103 buildings keep theirs", empty where nothing
+///   is drawn. Throws InputError like options.validate().
+std::string dress_facades(City& city, const FacadeOptions& options, bool keep_named, std::uint64_t seed);
+
+}  // namespace canyon::city

@@ -1,0 +1,214 @@
+#include "canyon/city/facades.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/city/synthetic_city.hpp"
+
+namespace canyon::city {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+FacadeOptions of(FacadeMix mix) {
+  FacadeOptions options;
+  options.mix = mix;
+  return options;
+}
+
+FacadeOptions of(std::map<std::string, double> shares) {
+  FacadeOptions options;
+  options.shares = std::move(shares);
+  return options;
+}
+
+// Boxes in a row, each an object of its own.
+City row_of_boxes(int count, Material material = Material::Unknown) {
+  City city;
+  for (int i = 0; i < count; ++i) {
+    append_box(city.mesh, fmt::format("way/{}", i), Surface::Building, material, {20.0 * i, 0, 0},
+               {20.0 * i + 10, 10, 30});
+  }
+  return city;
+}
+
+bool level(const Mesh& mesh, std::size_t t) {
+  const auto& [a, b, c] = mesh.triangles[t];
+  return mesh.vertices[a].z() == mesh.vertices[b].z() && mesh.vertices[a].z() == mesh.vertices[c].z();
+}
+
+// The material of an object's walls, which must be one.
+Material wall_material(const Mesh& mesh, const Object& object) {
+  std::optional<Material> found;
+  for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+    if (level(mesh, t)) continue;
+    if (found) EXPECT_EQ(*found, mesh.materials[t]) << object.name;
+    found = mesh.materials[t];
+  }
+  return found.value();
+}
+
+TEST(Facades, AsGivenTouchesNothing) {
+  City city = row_of_boxes(3, Material::Stone);
+  EXPECT_EQ(dress_facades(city, {}, false, 1), "");
+  EXPECT_EQ(city.mesh.materials, row_of_boxes(3, Material::Stone).mesh.materials);
+}
+
+// TR 38.901: 70 % of the high-loss facade are coated glazing; deviation of a share of n draws,
+// sqrt(p (1 - p) / n), taken four times.
+TEST(Facades, SharesAreThoseOfTheMix) {
+  constexpr int kCount = 4000;
+  City city = row_of_boxes(kCount);
+  const std::string said = dress_facades(city, of(FacadeMix::ThermallyEfficient), false, 1);
+  int metal = 0, concrete = 0;
+  for (const Object& object : city.mesh.objects) {
+    const Material material = wall_material(city.mesh, object);
+    metal += static_cast<int>(material == Material::Metal);
+    concrete += static_cast<int>(material == Material::Concrete);
+  }
+  EXPECT_EQ(metal + concrete, kCount);
+  EXPECT_NEAR(metal, 0.7 * kCount, 4 * std::sqrt(0.7 * 0.3 * kCount));
+  EXPECT_EQ(said, fmt::format("facades drawn: {} coated_glass, {} concrete", metal, concrete));
+}
+
+TEST(Facades, RoofsFloorsGroundAndVehiclesStay) {
+  City city = row_of_boxes(2, Material::Brick);
+  // A roof of 45 deg is none of the walls, one of 80 deg is: a mansard.
+  append_object(city.mesh, "roof", Surface::Building, Material::Brick, {{0, 50, 0}, {10, 50, 0}, {0, 60, 10}},
+                {{0, 1, 2}});
+  append_object(city.mesh, "mansard", Surface::Building, Material::Brick,
+                {{0, 70, 0}, {10, 70, 0}, {0, 70 + 10 * std::cos(80 * M_PI / 180), 10}}, {{0, 1, 2}});
+  append_box(city.mesh, "bus", Surface::Vehicle, Material::Glass, {0, 80, 0}, {10, 83, 3});
+  append_box(city.mesh, "hill", Surface::Terrain, Material::Ground, {0, 100, 0}, {10, 110, 3});
+  append_box(city.mesh, "oak", Surface::Foliage, Material::Foliage, {0, 120, 0}, {10, 130, 3});
+  const std::string said = dress_facades(city, of({{"metal", 1}}), false, 1);
+  EXPECT_EQ(said, "facades drawn: 3 metal");
+  for (const Object& object : city.mesh.objects) {
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+      const bool wall = object.surface == Surface::Building && object.name != "roof" && !level(city.mesh, t);
+      if (wall) {
+        EXPECT_EQ(city.mesh.materials[t], Material::Metal) << object.name;
+      } else {
+        EXPECT_NE(city.mesh.materials[t], Material::Metal) << object.name;
+      }
+    }
+  }
+}
+
+TEST(Facades, HangOnSeedAndNameAlone) {
+  City whole = row_of_boxes(200);
+  City again = row_of_boxes(200);
+  City other = row_of_boxes(200);
+  (void)dress_facades(whole, of(FacadeMix::EastAsia), false, 7);
+  (void)dress_facades(again, of(FacadeMix::EastAsia), false, 7);
+  (void)dress_facades(other, of(FacadeMix::EastAsia), false, 8);
+  EXPECT_EQ(whole.mesh.materials, again.mesh.materials);
+  EXPECT_NE(whole.mesh.materials, other.mesh.materials);
+  // The last boxes alone, as of a smaller cut of the map.
+  City cut;
+  for (int i = 150; i < 200; ++i) {
+    append_box(cut.mesh, fmt::format("way/{}", i), Surface::Building, Material::Unknown, {20.0 * i, 0, 0},
+               {20.0 * i + 10, 10, 30});
+  }
+  (void)dress_facades(cut, of(FacadeMix::EastAsia), false, 7);
+  EXPECT_TRUE(
+      std::equal(cut.mesh.materials.begin(), cut.mesh.materials.end(),
+                 whole.mesh.materials.end() - static_cast<std::ptrdiff_t>(cut.mesh.materials.size())));
+}
+
+TEST(Facades, NamedOnesAreKeptWhereAsked) {
+  City city = row_of_boxes(3);
+  std::fill_n(city.mesh.materials.begin(), 12, Material::Stone);  // the first box, of 12 triangles
+  City redrawn = city;
+  EXPECT_EQ(dress_facades(city, of({{"metal", 1}}), true, 1),
+            "facades drawn: 2 metal; 1 of 3 buildings keep theirs");
+  EXPECT_EQ(wall_material(city.mesh, city.mesh.objects[0]), Material::Stone);
+  EXPECT_EQ(wall_material(city.mesh, city.mesh.objects[1]), Material::Metal);
+  EXPECT_EQ(dress_facades(redrawn, of({{"metal", 1}}), false, 1), "facades drawn: 3 metal");
+  EXPECT_EQ(wall_material(redrawn.mesh, redrawn.mesh.objects[0]), Material::Metal);
+
+  FacadeOptions options;
+  EXPECT_TRUE(options.keeps_named(true));
+  EXPECT_FALSE(options.keeps_named(false));
+  options.named = FacadeOptions::Named::Keep;
+  EXPECT_TRUE(options.keeps_named(false));
+  options.named = FacadeOptions::Named::Redraw;
+  EXPECT_FALSE(options.keeps_named(true));
+}
+
+// 400 boxes, none of which touches another, in one object.
+TEST(Facades, PartsOfACityInOneObjectAreItsBuildings) {
+  City city = row_of_boxes(400);
+  const std::uint32_t all = static_cast<std::uint32_t>(city.mesh.triangles.size());
+  const std::vector<Object> boxes = city.mesh.objects;
+  city.mesh.objects = {{"city", Surface::Building, 0, all}};
+  (void)dress_facades(city, of({{"brick", 0.5}, {"metal", 0.5}}), false, 3);
+  int metal = 0;
+  for (const Object& box : boxes) metal += static_cast<int>(wall_material(city.mesh, box) == Material::Metal);
+  EXPECT_NEAR(metal, 200, 4 * std::sqrt(0.25 * 400));
+}
+
+TEST(Facades, SameNamesAreDifferentBuildings) {
+  City city = row_of_boxes(64);
+  for (Object& object : city.mesh.objects) object.name = "house";
+  (void)dress_facades(city, of({{"brick", 0.5}, {"metal", 0.5}}), false, 1);
+  const auto& m = city.mesh.materials;
+  EXPECT_THAT(m, ::testing::Contains(Material::Brick));
+  EXPECT_THAT(m, ::testing::Contains(Material::Metal));
+}
+
+TEST(Facades, EveryMixIsWhole) {
+  const auto sum = [](const std::map<std::string, double>& shares) {
+    double all = 0;
+    for (const auto& [name, share] : shares) all += share;
+    return all;
+  };
+  for (const FacadeMix mix : {FacadeMix::Traditional, FacadeMix::ThermallyEfficient, FacadeMix::UrbanStock,
+                              FacadeMix::Europe, FacadeMix::EastAsia}) {
+    EXPECT_NO_THROW(of(facade_shares(of(mix))).validate()) << static_cast<int>(mix);
+    EXPECT_NEAR(sum(facade_shares(of(mix))), 1, 1e-12) << static_cast<int>(mix);
+  }
+  const auto own = facade_shares(of({{"tile", 30}, {"metal", 10}}));
+  EXPECT_NEAR(own.at("tile"), 0.75, 1e-12);
+  EXPECT_NEAR(sum(own), 1, 1e-12);
+  EXPECT_THAT(facade_shares({}), IsEmpty());
+  // One high-loss building in five (ITU-R M.2412): 0.2 x 0.7 coated, 0.8 x 0.3 plain glass.
+  const auto stock = facade_shares(of(FacadeMix::UrbanStock));
+  EXPECT_NEAR(stock.at("coated_glass"), 0.2 * 0.7, 1e-12);
+  EXPECT_NEAR(stock.at("glass"), 0.8 * 0.3, 1e-12);
+  EXPECT_NEAR(stock.at("concrete"), 0.2 * 0.3 + 0.8 * 0.7, 1e-12);
+}
+
+TEST(Facades, WrongSharesAreRefused) {
+  const auto problem = [](const FacadeOptions& options) -> std::string {
+    try {
+      options.validate();
+    } catch (const InputError& error) {
+      return error.problem() + " | " + error.cure();
+    }
+    return {};
+  };
+  EXPECT_THAT(problem(of({{"cheese", 1}})), HasSubstr("'cheese' are not known | write coated_glass, metal"));
+  EXPECT_THAT(problem(of({{"metal", 0}, {"brick", 0}})), HasSubstr("all 0 | give at least one"));
+  EXPECT_THAT(problem(of({{"metal", 2}, {"brick", -1}})), HasSubstr("shares"));
+  FacadeOptions both = of(FacadeMix::Europe);
+  both.shares = {{"metal", 1}};
+  EXPECT_THAT(problem(both), HasSubstr("a mix and shares"));
+  EXPECT_EQ(problem(of({{"metal", 0.1}, {"brick", 0.2}, {"tile", 0.7}})), "");
+}
+
+TEST(Facades, AnOpenFieldHasNone) {
+  City city;
+  EXPECT_EQ(dress_facades(city, of(FacadeMix::Europe), false, 1), "facades drawn: none");
+}
+
+}  // namespace
+}  // namespace canyon::city
