@@ -223,7 +223,7 @@ class Judge {
     const geodesy::GpsTime first = recorded.epochs.front().receiver_time;
     const geodesy::GpsTime last = recorded.epochs.back().receiver_time;
 
-    city::City city = simulation::load_city(scenario_.city);
+    city::City city = simulation::load_city(scenario_.city, scenario_.seed);
     simulation::BuiltSky sky = simulation::build_sky(scenario_.sky, first, last, city.frame.origin());
     warn(sky.warnings);
     environment_ =

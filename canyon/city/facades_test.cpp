@@ -50,7 +50,9 @@ Material wall_material(const Mesh& mesh, const Object& object) {
   std::optional<Material> found;
   for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
     if (level(mesh, t)) continue;
-    if (found) EXPECT_EQ(*found, mesh.materials[t]) << object.name;
+    if (found) {
+      EXPECT_EQ(*found, mesh.materials[t]) << object.name;
+    }
     found = mesh.materials[t];
   }
   return found.value();
