@@ -62,6 +62,14 @@ const gnss::Signal* unheard(const ReceiverOptions& o) {
   return nullptr;
 }
 
+bool is_tracked(const ReceiverOptions& o, std::string_view signal_name) {
+  return std::any_of(gnss::kAllSystems.begin(), gnss::kAllSystems.end(), [&](gnss::System system) {
+    const auto tracked = tracked_signals(o.tracks, system);
+    return std::any_of(tracked.begin(), tracked.end(),
+                       [&](const gnss::Signal* signal) { return signal->name == signal_name; });
+  });
+}
+
 }  // namespace
 
 void ReceiverOptions::validate() const {
@@ -75,6 +83,12 @@ void ReceiverOptions::validate() const {
                        "choose dual_patch, survey, phone or isotropic, or give antenna_lower_rows");
     }
     ranging.validate();
+    for (const std::string& name_of_signal : ranging.uses) {
+      if (!is_tracked(*this, name_of_signal)) {
+        throw InputError(fmt::format("its fixes use {}, which it does not track", name_of_signal),
+                         "name it in tracks, too");
+      }
+    }
     biases.validate();
     fix.validate();
     noise.validate();

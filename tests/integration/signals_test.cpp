@@ -440,6 +440,8 @@ TEST(Signals, WrongChoicesAreToldTheRightOnes) {
               AllOf(HasSubstr("L5"), HasSubstr("antenna 'patch'"), HasSubstr("dual_patch")));
   EXPECT_EQ(message("{name: a, profile: ublox-m8t, signal: {antenna: dual_patch}, tracks: [L1CA, L5]}"), "");
   EXPECT_THAT(message("{name: a, tracks: [L1CA, E7]}"), AllOf(HasSubstr("'E7'"), HasSubstr("E5a")));
+  EXPECT_THAT(message("{name: a, uses: [L5]}"), AllOf(HasSubstr("use L5"), HasSubstr("tracks")));
+  EXPECT_EQ(message("{name: a, uses: [L1CA]}"), "");
   EXPECT_THAT(message("{name: a, leaves_out: [GEO]}"), AllOf(HasSubstr("'GEO'"), HasSubstr("BeiDou-GEO")));
   EXPECT_THAT(message("{name: a, biases: {code_m: [Compass=3]}}"), HasSubstr("'Compass'"));
   EXPECT_THAT(message("{name: a, sigma_factor: [GPS=0]}"), HasSubstr("sigma_factor"));
