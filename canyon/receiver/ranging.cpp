@@ -60,9 +60,7 @@ Ranging::Ranging(const ReceiverOptions& options)
       fix_(options.fix),
       noise_{options.noise.enabled ? options.noise.ou.standard_deviation_m() : 0,
              options.noise.ou.theta_per_s},
-      loop_rate_per_s_(4 * options.signal.dll.loop_bandwidth_hz) {
-  options_.validate();
-}
+      loop_rate_per_s_(4 * options.signal.dll.loop_bandwidth_hz) {}
 
 void Ranging::gather(const SatelliteObservation& satellite, geodesy::GpsTime time) {
   codes_.clear();

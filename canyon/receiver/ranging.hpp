@@ -52,7 +52,7 @@ void visit(options::Visitor& v, RangingOptions& o);
 /// One receiver's way from observations to the measurements of its fix; remembers the smoothed codes.
 class Ranging {
  public:
-  /// Of a receiver's weights and C/N0 mask, and its code errors' times of correlation.
+  /// Of options that validate(): weights, C/N0 mask, and the times of correlation of code errors.
   explicit Ranging(const ReceiverOptions& options);
 
   struct Ranged {
@@ -87,9 +87,9 @@ class Ranging {
 
   RangingOptions options_;
   positioning::FixOptions fix_;
-  positioning::CodeNoise
-      noise_;               ///< of every pseudorange; the rest of Measurement::sigma_m is the code loop's
-  double loop_rate_per_s_;  ///< at which errors of that forget (tracking::LoopNoise)
+  // In every pseudorange, and the rate at which errors of the rest of sigma_m, the code loop's, forget.
+  positioning::CodeNoise noise_;
+  double loop_rate_per_s_;
   std::map<std::pair<gnss::SatelliteId, std::size_t>, Carrier> carriers_;  // and index_of() the signal
   // Of the satellite in hand, kept for their memory.
   std::vector<Code> codes_;
