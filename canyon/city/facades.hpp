@@ -37,7 +37,7 @@ struct FacadeOptions {
     Keep,
     Redraw
   };
-  FacadeMix mix = FacadeMix::AsGiven;
+  FacadeMix mix = FacadeMix::ThermallyEfficient;
   std::map<std::string, double> shares;  ///< instead of a mix: by facade type, [0, 100], over their sum
   Named named = Named::BySource;         ///< materials that the source names
 

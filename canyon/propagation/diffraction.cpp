@@ -134,6 +134,7 @@ void EdgeDiffraction::Impl::find(const EdgeSet& set, raytrace::InstanceId instan
         c.path.arrival = (c.path.point - antenna) / at->leg_m;
         c.path.excess_m = at->excess_m;
         c.path.bending_rad = at->bending_rad;
+        c.path.leg_m = at->leg_m;
         c.path.nu = blocked[i] && at->shadowed ? nu : -nu;
         c.path.loss_db = approximate_knife_edge_loss_db(blocked[i] ? nu : -nu);
         c.path.edge = s.near.edge[k];

@@ -19,6 +19,7 @@ struct DiffractedPath {
   Eigen::Vector3d arrival = Eigen::Vector3d::Zero();  ///< unit, from the antenna towards the point
   double excess_m = 0;                                ///< longer than the straight line by this much
   double bending_rad = 0;                             ///< between arrival and the direction to the satellite
+  double leg_m = 0;                                   ///< from the antenna to the edge
   /// Fresnel-Kirchhoff parameter (P.526-15, 4.1): positive where the edge's own faces stand in the blocked
   /// straight line, else negative. PathGeometry::edge_nu.
   double nu = 0;

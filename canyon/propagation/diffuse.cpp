@@ -60,14 +60,19 @@ struct LobeIntegral {
   }
 };
 
-/// What a ray of the antenna met that scatters.
+/// A piece of facade that a ray of the antenna met, at once or over others.
 struct Patch {
-  Vector3d towards;  ///< unit, from the antenna
-  Vector3d normal;   ///< unit, to the antenna's side
-  Vector3d lifted;   ///< the point, off the surface
-  double range_m = 0;
-  double cos_seen = 0;  ///< between the normal and the way to the antenna
-  std::uint32_t triangle = 0;
+  Vector3d arrival;            ///< unit, from the antenna towards where its waves come from
+  Vector3d towards;            ///< unit, from the antenna to the patch
+  Vector3d from;               ///< unit, of the ray that met it
+  Vector3d normal;             ///< unit, to the side that was met
+  Vector3d lifted;             ///< the point, off the surface
+  double range_m = 0;          ///< from the antenna, straight
+  double detour_m = 0;         ///< of the way over other facades against that
+  double arrival_m = 0;        ///< from the antenna to the first facade on the way
+  double cos_seen = 0;         ///< between the normal and the ray
+  double share = 0;            ///< of the power that falls on it at normal incidence
+  std::uint32_t triangle = 0;  ///< of the first facade, of `instance`
   std::uint32_t instance = 0;
 };
 
@@ -108,17 +113,56 @@ Scratch& scratch() {
   return scratch;
 }
 
-/// For each triangle whether it scatters.
-std::vector<std::uint8_t> scattering_triangles(const city::Mesh& mesh) {
-  std::vector<std::uint8_t> scatters(mesh.triangles.size(), 0);
+/// For each triangle its reflectance; 0 where nothing scatters.
+std::vector<float> reflectances(const city::Mesh& mesh, std::optional<double> of_all) {
+  std::vector<float> result(mesh.triangles.size(), 0);
   for (const city::Object& object : mesh.objects) {
-    const bool does = object.surface == city::Surface::Building || object.surface == city::Surface::Vehicle;
-    std::fill_n(scatters.begin() + object.first_triangle, object.triangle_count, does ? 1 : 0);
+    if (object.surface != city::Surface::Building && object.surface != city::Surface::Vehicle) continue;
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t)
+      result[t] = static_cast<float>(of_all ? *of_all : reflectance(mesh.materials[t]));
   }
-  return scatters;
+  return result;
+}
+
+/// Unit, about the normal, with a density of cos / pi: of two numbers from [0, 1).
+Vector3d lambert_direction(const Vector3d& normal, double u, double v) {
+  const double across = std::sqrt(u), along = std::sqrt(1 - u);
+  const Vector3d x = normal.unitOrthogonal();
+  return across * (std::cos(2 * kPi * v) * x + std::sin(2 * kPi * v) * normal.cross(x)) + along * normal;
+}
+
+/// Number `index` of an even sequence in [0, 1) (Weyl's, of an irrational step).
+double even(std::size_t index, double step) {
+  const double x = (static_cast<double>(index) + 0.5) * step;
+  return x - std::floor(x);
 }
 
 }  // namespace
+
+double reflectance(city::Material material) {
+  switch (material) {
+    case city::Material::Unknown:
+    case city::Material::Concrete:
+      return 0.215;
+    case city::Material::Glass:
+      return 0.437;
+    case city::Material::Brick:
+      return 0.082;
+    case city::Material::Metal:
+      return 1;
+    case city::Material::Stone:
+      return 0.322;
+    case city::Material::Wood:
+      return 0.132;
+    case city::Material::Plaster:
+      return 0.150;
+    case city::Material::Ground:
+      return 0.350;
+    case city::Material::Foliage:
+      return 0;
+  }
+  return 0;
+}
 
 double lobe_integral(int exponent, double cos_incidence) {
   if (!(exponent >= 0 && exponent <= kMostExponent && cos_incidence >= 0 && cos_incidence <= 1))
@@ -131,18 +175,19 @@ struct DiffuseScattering::Impl {
   const raytrace::RayScene* scene;
   DiffuseOptions options;
   std::vector<Vector3d> sphere;  ///< directions of the rays
-  double share;                  ///< of one ray: S^2 rho d(Omega), over pi for Lambert's lobe
+  double share;                  ///< of one ray: d(Omega), over pi for Lambert's lobe
+  double scattered;              ///< S^2
   double min_power;
   LobeIntegral lobe;
-  std::vector<std::uint8_t> city;  ///< scattering_triangles()
-  PerInstance<std::vector<std::uint8_t>> instances;
+  std::vector<float> city;  ///< reflectances()
+  PerInstance<std::vector<float>> instances;
 
   Impl(const city::Mesh& mesh, const raytrace::RayScene& from, const DiffuseOptions& o)
       : scene(&from),
         options(o),
         min_power(std::pow(10, o.min_power_db / 10)),
         lobe(o.lobe_exponent),
-        city(scattering_triangles(mesh)) {
+        city(reflectances(mesh, o.wall_reflectance)) {
     const double low = std::sin(o.lowest_elevation_rad);
     const double golden = kPi * (3 - std::sqrt(5.0));
     for (int i = 0; i < o.rays; ++i) {
@@ -151,20 +196,20 @@ struct DiffuseScattering::Impl {
       sphere.emplace_back(across * std::cos(turn), across * std::sin(turn), z);
       sphere.back().normalize();
     }
-    share = o.scattering_coefficient * o.scattering_coefficient * o.wall_reflectance *
-            (2 * kPi * (1 - low) / o.rays) / (o.lobe_exponent == 0 ? kPi : 1);
+    scattered = o.scattering_coefficient * o.scattering_coefficient;
+    share = 2 * kPi * (1 - low) / o.rays / (o.lobe_exponent == 0 ? kPi : 1);
   }
 
-  [[nodiscard]] bool scatters(const raytrace::Hit& hit) const {
-    if (hit.instance == 0) return city[hit.triangle] != 0;
+  [[nodiscard]] double reflectance_of(const raytrace::Hit& hit) const {
+    if (hit.instance == 0) return city[hit.triangle];
     const std::vector<raytrace::PlacedInstance>& placed = scene->placed_instances();
     const auto it =
         std::lower_bound(placed.begin(), placed.end(), hit.instance,
                          [](const raytrace::PlacedInstance& p, std::uint32_t id) { return p.id < id; });
     assert(it != placed.end() && it->id == hit.instance);
-    return instances.of(*it, [](const city::Mesh& mesh) {
-      return std::make_unique<const std::vector<std::uint8_t>>(scattering_triangles(mesh));
-    })[hit.triangle] != 0;
+    return instances.of(*it, [this](const city::Mesh& mesh) {
+      return std::make_unique<const std::vector<float>>(reflectances(mesh, options.wall_reflectance));
+    })[hit.triangle];
   }
 
   void look_around(const Vector3d& antenna, std::vector<Patch>& patches) const;
@@ -174,22 +219,48 @@ struct DiffuseScattering::Impl {
                                    Scratch& s) const;
 };
 
-/// Every scattering patch that rays from the antenna meet.
+/// Every patch that rays from the antenna meet, and those that they meet over it.
 void DiffuseScattering::Impl::look_around(const Vector3d& antenna, std::vector<Patch>& patches) const {
   patches.clear();
-  const double clearance = scene->surface_offset_m(antenna);
-  for (const Vector3d& towards : sphere) {
-    const auto hit = scene->cast({antenna, towards, options.max_range_m}, clearance);
-    if (!hit || !scatters(*hit)) continue;
-    Patch& patch = patches.emplace_back();
-    patch.towards = towards;
-    patch.normal = hit->front ? hit->normal : Vector3d(-hit->normal);
-    patch.range_m = hit->range_m;
-    const Vector3d point = antenna + hit->range_m * towards;
-    patch.lifted = point + scene->surface_offset_m(point) * patch.normal;
-    patch.cos_seen = std::max(-patch.normal.dot(towards), kLeastCosine);
-    patch.triangle = hit->triangle;
-    patch.instance = hit->instance;
+  for (std::size_t i = 0; i < sphere.size(); ++i) {
+    Vector3d from = antenna, towards = sphere[i];
+    double way_m = 0, carried = share;
+    bool scattered_before = false;
+    for (int bounce = 0; bounce < options.bounces; ++bounce) {
+      const auto hit =
+          scene->cast({from, towards, options.max_range_m - way_m}, scene->surface_offset_m(from));
+      const double reflected = hit ? reflectance_of(*hit) : 0;
+      if (!(reflected > 0)) break;
+      way_m += hit->range_m;
+      const Vector3d point = from + hit->range_m * towards;
+      Patch patch;
+      patch.from = towards;
+      patch.normal = hit->front ? hit->normal : Vector3d(-hit->normal);
+      patch.lifted = point + scene->surface_offset_m(point) * patch.normal;
+      patch.cos_seen = std::max(-patch.normal.dot(towards), kLeastCosine);
+      const Vector3d straight = point - antenna;
+      patch.range_m = bounce == 0 ? hit->range_m : straight.norm();
+      patch.towards = bounce == 0 ? towards : straight / patch.range_m;
+      patch.detour_m = bounce == 0 ? 0 : way_m - patch.range_m;
+      patch.arrival = sphere[i];
+      patch.arrival_m = bounce == 0 ? hit->range_m : patches.back().arrival_m;
+      patch.triangle = bounce == 0 ? hit->triangle : patches.back().triangle;
+      patch.instance = bounce == 0 ? hit->instance : patches.back().instance;
+      patch.share = carried * reflected * (scattered_before ? 1 : scattered);
+      patches.push_back(patch);
+      carried *= reflected;
+      if (carried < share * 1e-3) break;
+      const double k = static_cast<double>(bounce);
+      if (even(i, 0.7548776662466927 + k) < scattered) {
+        scattered_before = true;
+        towards =
+            lambert_direction(patch.normal, even(i, 0.5698402909980532 + k), even(i, 0.8191725133961645 + k));
+      } else {
+        towards += 2 * patch.cos_seen * patch.normal;
+        towards.normalize();
+      }
+      from = patch.lifted;
+    }
   }
 }
 
@@ -214,8 +285,8 @@ DiffusePath DiffuseScattering::Impl::sum_up(const Vector3d& antenna, const Vecto
   if (strongest == nullptr) return path;
   path.excess_m /= path.power;
   const Patch& patch = s.patches[strongest->patch];
-  path.point = antenna + patch.range_m * patch.towards;
-  path.arrival = patch.towards;
+  path.point = antenna + patch.arrival_m * patch.arrival;
+  path.arrival = patch.arrival;
   path.triangle = patch.triangle;
   path.instance = patch.instance;
   path.bin = strongest->bin;
@@ -231,14 +302,14 @@ void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& d
     if (cos_lit <= 0) continue;
     Way way;
     way.patch = k;
-    way.power = share * cos_lit;
+    way.power = patch.share * cos_lit;
     if (options.lobe_exponent != 0) {
-      const double cos_psi = 2 * cos_lit * patch.cos_seen + patch.towards.dot(direction);
+      const double cos_psi = 2 * cos_lit * patch.cos_seen + patch.from.dot(direction);
       way.power *= power(std::max(0.0, 0.5 + 0.5 * cos_psi), options.lobe_exponent) /
                    (lobe.at(std::min(1.0, cos_lit)) * patch.cos_seen);
     }
     // range (1 - towards . direction), without the loss of digits near 1.
-    way.excess_m = 0.5 * patch.range_m * (patch.towards - direction).squaredNorm();
+    way.excess_m = patch.detour_m + 0.5 * patch.range_m * (patch.towards - direction).squaredNorm();
     way.bin = static_cast<std::uint32_t>(way.excess_m / options.class_m);
     s.ways.push_back(way);
   }
@@ -308,7 +379,7 @@ void DiffuseScattering::trace(const Vector3d& antenna, std::span<const Vector3d>
     }
     any = true;
   }
-  if (!any || impl_->share == 0) return;
+  if (!any) return;
   Scratch& s = scratch();
   impl_->look_around(antenna, s.patches);
   if (s.patches.empty()) return;

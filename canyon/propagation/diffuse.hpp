@@ -20,7 +20,13 @@ namespace canyon::propagation {
 /// @param exponent [0, 20], @param cos_incidence [0, 1]; InputError outside
 [[nodiscard]] double lobe_integral(int exponent, double cos_incidence);
 
-/// One class of ways from satellite over facades to antenna. Points and directions in the city's ENU frame.
+/// rho [1]: the power that a smooth wall of the material reflects at 1575.42 MHz, mean of both polarisations,
+/// of waves from everywhere in front of it: Fresnel's coefficients of a slab of the material's default
+/// thickness (signal::radio_material(), ITU-R P.2040-3) over the half space, within 0.006. 0 for foliage.
+[[nodiscard]] double reflectance(city::Material material);
+
+/// One class of ways from satellite over facades to antenna; point and triangle are of the facade next to the
+/// antenna. Points and directions in the city's ENU frame.
 struct DiffusePath {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< on a facade: of the strongest way in the class
   Eigen::Vector3d arrival = Eigen::Vector3d::Zero();  ///< unit, from the antenna towards the point
@@ -39,8 +45,16 @@ struct DiffusePath {
 ///   dP / P_los = S^2 rho cos(theta_i) ((1 + cos psi) / 2)^alpha_R / F(theta_i) d(Omega) / cos(theta_s),
 /// psi between the way to the antenna and the specular one, F = lobe_integral(). Either way a patch scatters
 /// S^2 rho of the power that falls on it. So each ray of an even sphere of directions (a golden spiral, fixed
-/// in ENU) stands for its share of solid angle, whatever it meets. Const, thread-safe; no allocation once
-/// its thread's memory and the results have grown. The scene must outlive it.
+/// in ENU) stands for its share of solid angle, whatever it meets.
+///
+/// Over several facades: behind each patch a ray goes on once, with the wall's reflectance, as by a mirror
+/// or, for a share S^2 of the rays, by Lambert's law in a direction of an even sequence; what it meets
+/// scatters towards the satellite. Beyond a patch that scattered, walls send on all that they reflect by
+/// Lambert's law: a mirror there is met by one direction alone, and the mean over these carries as much. Ways
+/// of mirrors alone are no diffuse ones (FirstOrderSearch, SecondOrderSearch).
+///
+/// Const, thread-safe; no allocation once its thread's memory and the results have grown. The scene must
+/// outlive it.
 class DiffuseScattering {
  public:
   /// Throws InputError for options that do not validate().

@@ -29,6 +29,11 @@ struct PathGeometry {
   /// Of the edge that the ray bends around (signed_knife_edge_nu()): > 0 where it blocks; < 0: the wave that
   /// an edge beside a clear path adds to it (edge_wave()).
   std::optional<double> edge_nu;
+  /// Radius [m] that the edge is rounded with, >= 0 (rounded_edge_loss_db()); 0: a knife edge. With it count
+  /// the angle that the ray is bent by [rad] and the way from antenna to edge [m].
+  double edge_radius_m = 0;
+  double edge_bending_rad = 0;
+  double edge_leg_m = 0;
   double excess_m = 0;  ///< longer than the straight line by this much, all detours together, >= 0
   double arrival_elevation_rad = 0;  ///< of the direction that the ray comes from, [-pi/2, pi/2]
   double foliage_depth_m = 0;        ///< of vegetation along the ray, >= 0

@@ -20,6 +20,8 @@ void visit(options::Visitor& v, DiffractionOptions& o) {
   v.angle({"max_bending_deg", "deg", "largest angle between that leg and the direction to the satellite"},
           o.max_bending_rad, {0, 180, true});
   v.number({"max_loss_db", "dB", "largest loss of a path that is kept"}, o.max_loss_db, {7, 100});
+  v.number({"edge_radius_m", "m", "edges are rounded with, by ITU-R P.526, 4.2; 0: knife edges"},
+           o.edge_radius_m, {0, 100});
   v.number({"max_clear_nu", "",
             "with the straight line clear, edges up to this Fresnel-Kirchhoff parameter from it"},
            o.max_clear_nu, {0, 100});
@@ -36,7 +38,10 @@ void visit(options::Visitor& v, DiffuseOptions& o) {
   v.number(
       {"scattering_coefficient", "", "amplitude scattered over amplitude that a smooth wall would reflect"},
       o.scattering_coefficient, {0, 1});
-  v.number({"wall_reflectance", "", "power that a smooth wall would reflect"}, o.wall_reflectance, {0, 1});
+  v.number(
+      {"wall_reflectance", "", "power that smooth walls would reflect; left out: by each one's material"},
+      o.wall_reflectance, {0, 1});
+  v.integer({"bounces", "", "facades on a way at most, one of which scatters"}, o.bounces, 1, 8);
   v.integer(
       {"lobe_exponent", "", "0: Lambert's lobe; more: about the mirror's direction, 3 to 4 by measurements"},
       o.lobe_exponent, 0, 20);
@@ -83,9 +88,7 @@ void visit(options::Visitor& v, PropagationOptions& o) {
     v.judge(o.edges);
   });
   v.section("diffuse", [&] {
-    v.boolean(
-        {"enabled", "", "scattering by facades that are no mirrors, of blocked satellites; specular only"},
-        o.diffuse);
+    v.boolean({"enabled", "", "scattering by facades that are no mirrors; specular only"}, o.diffuse);
     visit(v, o.scattering);
     v.judge(o.scattering);
   });

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "canyon/options/fwd.hpp"
 #include "canyon/propagation/index/edge_options.hpp"
@@ -20,6 +21,9 @@ struct DiffractionOptions {
   /// 3.3.1.6), and the most sensitive receivers track down to -160 to -167 dBm by their data sheets. At L1
   /// 35 dB are an excess path of 7.8 m. [7, 100].
   double max_loss_db = 35;
+  /// Radius [m] that edges are rounded with for satellites that are blocked, [0, 100]; 0: knife edges
+  /// (rounded_edge_loss_db()). It stands for what makes real edges lose more: parapets, gutters, relief.
+  double edge_radius_m = 0;
   /// With the straight line clear, edges up to this |nu| [-] from it are given. Beyond 0.78 P.526-15 (4.1)
   /// has no loss; up to 2, say, where edge_wave() is added to the direct signal (0.11 of it there). [0, 100].
   double max_clear_nu = 0.78;
@@ -46,8 +50,11 @@ struct DiffuseOptions {
   /// metal hangar, 0.2 plain brick, 0.4 walls with windows and doors, more in dense cities (V. Degli-Esposti
   /// et al., IEEE Trans. AP 55(1), 2007).
   double scattering_coefficient = 0.4;
-  /// rho, power that a smooth wall would reflect of both polarisations' mean, over all angles, [0, 1].
-  double wall_reflectance = 0.3;
+  /// rho of every wall, power that a smooth one would reflect of both polarisations' mean, over all angles,
+  /// [0, 1]; empty: reflectance() of each wall's material.
+  std::optional<double> wall_reflectance;
+  /// Facades on a way at most, [1, 8]. Between them waves go on as by a mirror or as scattered.
+  int bounces = 3;
   /// alpha_R of the directive lobe about the specular direction, [0, 20]; 0 is Lambert's lobe. Fits at 1296
   /// MHz: 3 for walls with windows, 4 for plain ones (ibid.).
   int lobe_exponent = 0;
@@ -87,8 +94,8 @@ struct PropagationOptions {
   /// Beside clear signals out to |nu| = 2, not 0.78: what is missing beyond is an edge wave of 0.11 (-19 dB,
   /// edge_wave()), where 0.78 would cut one of 0.24. Its frequency is for the search alone.
   DiffractionOptions edges = default_edges();
-  /// Diffuse paths of satellites whose direct path is blocked (DiffuseScattering with `scattering`), and
-  /// Incidence::specular_factor sqrt(1 - S^2) of everything that is reflected by buildings and vehicles.
+  /// Diffuse paths (DiffuseScattering with `scattering`), and Incidence::specular_factor sqrt(1 - S^2) of
+  /// everything that is reflected by buildings and vehicles.
   /// Specular only.
   bool diffuse = false;
   DiffuseOptions scattering;

@@ -100,7 +100,7 @@ struct PlacedSet {
 /// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
 struct Scratch {
   std::vector<Ray> rays;
-  Flags blocked;
+  Flags blocked, wanted;
   std::vector<double> foliage_m;
   std::vector<RangeInterval> inside;
   std::vector<PlacedSet> sets;
@@ -217,8 +217,8 @@ struct Propagator::Impl {
                        std::span<SatellitePaths> result) const;
   void add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
                        std::span<const bool> blocked, Scratch& s, std::span<SatellitePaths> result) const;
-  void add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions,
-                   std::span<const bool> blocked, Scratch& s, std::span<SatellitePaths> result) const;
+  void add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
+                   std::span<SatellitePaths> result) const;
   void trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
                     std::span<const bool> blocked, Scratch& s, std::span<SatellitePaths> result) const;
 };
@@ -325,16 +325,20 @@ void Propagator::Impl::add_diffraction(const Vector3d& antenna, std::span<const 
       path.instance = around.instance;
       path.reflector = reflector_id(PathKind::Diffracted, {around.instance, around.edge});
       path.edge_nu = around.nu;
+      if (blocked[i]) path.edge_radius_m = options.edges.edge_radius_m;
+      path.edge_bending_rad = around.bending_rad;
+      path.edge_leg_m = around.leg_m;
       path.arrival_elevation_rad = elevation_rad(around.arrival);
     }
   }
 }
 
-void Propagator::Impl::add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                   std::span<const bool> blocked, Scratch& s,
+void Propagator::Impl::add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
                                    std::span<SatellitePaths> result) const {
   const auto found = lists(s.diffuse, directions.size());
-  diffuse->trace(antenna, directions, blocked, found);
+  const std::span<bool> wanted = s.wanted.resize(directions.size());
+  std::fill(wanted.begin(), wanted.end(), true);
+  diffuse->trace(antenna, directions, wanted, found);
   for (std::size_t i = 0; i < directions.size(); ++i) {
     for (const DiffusePath& scattered : found[i]) {
       Path& path = result[i].paths.emplace_back();
@@ -416,7 +420,7 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
   } else {
     if (impl.options.reflection_order > 0) impl.add_reflections(antenna, directions, s, result);
     if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, result);
-    if (impl.diffuse) impl.add_diffuse(antenna, directions, blocked, s, result);
+    if (impl.diffuse) impl.add_diffuse(antenna, directions, s, result);
   }
 
   for (SatellitePaths& satellite : result) satellite.arrange();

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <random>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -46,9 +47,11 @@ void append_sheet(Mesh& mesh, const Vector3d& corner, const Vector3d& u, const V
                       {corner, corner + u, corner + u + v, corner + v}, {{0, 1, 2}, {0, 2, 3}});
 }
 
-/// Everything that there is, as exactly as it gets.
+/// Everything that there is over one facade, as exactly as it gets.
 propagation::DiffuseOptions everything() {
   propagation::DiffuseOptions options;
+  options.wall_reflectance = 0.3;
+  options.bounces = 1;
   options.rays = 4096;
   options.lowest_elevation_rad = -kPi / 2;
   options.min_power_db = -100;
@@ -175,8 +178,8 @@ struct ByArea {
         const double cos_psi = specular.dot(-towards);
         const double pattern =
             o.lobe_exponent == 0 ? cos_seen / kPi : std::pow((1 + cos_psi) / 2, o.lobe_exponent) / lobe;
-        const double p = o.scattering_coefficient * o.scattering_coefficient * o.wall_reflectance * cos_lit *
-                         pattern * step * step / (r * r);
+        const double p = o.scattering_coefficient * o.scattering_coefficient * o.wall_reflectance.value() *
+                         cos_lit * pattern * step * step / (r * r);
         const double excess = r - s.dot(point - antenna);
         const auto bin = static_cast<std::size_t>(excess / o.class_m);
         if (power.size() <= bin) power.resize(bin + 1), power_excess.resize(bin + 1);
@@ -451,14 +454,13 @@ TEST(DiffuseScattering, OpenFieldGivesNothing) {
   Mesh ground;
   append_sheet(ground, {-500, -500, 0}, {1000, 0, 0}, {0, 1000, 0}, Surface::Terrain);
   EXPECT_THAT(World(ground, everything()).trace({0, 0, 2}, direction(20, 30)), testing::IsEmpty());
-  for (const auto none : {&propagation::DiffuseOptions::scattering_coefficient,
-                          &propagation::DiffuseOptions::wall_reflectance}) {
-    Mesh mesh;
-    append_sheet(mesh, {-60, 12, 0}, {120, 0, 0}, {0, 0, 40});
-    propagation::DiffuseOptions options = everything();
-    options.*none = 0;
+  Mesh mesh;
+  append_sheet(mesh, {-60, 12, 0}, {120, 0, 0}, {0, 0, 40});
+  propagation::DiffuseOptions smooth = everything(), black = everything();
+  smooth.scattering_coefficient = 0;
+  black.wall_reflectance = 0;
+  for (const propagation::DiffuseOptions& options : {smooth, black})
     EXPECT_THAT(World(mesh, options).trace({0, 0, 2}, direction(180, 30)), testing::IsEmpty());
-  }
 }
 
 /// How far a few rays are from 4096 of them: totals of satellites above -35 dB with these.
@@ -670,17 +672,95 @@ double reflectance(Material material, double thickness_m) {
   return sum;
 }
 
-TEST(DiffuseOptions, DefaultReflectanceIsOfAFacade) {
-  for (const auto& [material, name] :
-       {std::pair(Material::Concrete, "concrete"), std::pair(Material::Brick, "brick"),
-        std::pair(Material::Stone, "marble"), std::pair(Material::Glass, "glass"),
-        std::pair(Material::Metal, "metal")}) {
-    std::printf("%s: half space %.3f, slab of %g m %.3f\n", name, reflectance(material, 0),
-                radio_material(material).default_thickness_m,
-                reflectance(material, radio_material(material).default_thickness_m));
+TEST(DiffuseOptions, ReflectanceIsFresnels) {
+  for (const Material material :
+       {Material::Unknown, Material::Concrete, Material::Brick, Material::Stone, Material::Glass,
+        Material::Metal, Material::Wood, Material::Plaster, Material::Ground}) {
+    EXPECT_NEAR(propagation::reflectance(material),
+                reflectance(material, radio_material(material).default_thickness_m), 0.006)
+        << static_cast<int>(material);
   }
-  EXPECT_GT(propagation::DiffuseOptions().wall_reflectance, reflectance(Material::Brick, 0));
-  EXPECT_LT(propagation::DiffuseOptions().wall_reflectance, reflectance(Material::Metal, 0));
+  EXPECT_EQ(propagation::reflectance(Material::Foliage), 0);
+}
+
+/// Waves between two walls that face each other over a street, followed backwards from the antenna by random
+/// numbers: whatever is scattered once goes on by Lambert's law, and what was scattered is scattered.
+struct Walk {
+  double width, height, length, reflectance, scattered;
+  std::mt19937_64 random{7};
+
+  double uniform() { return std::uniform_real_distribution<double>()(random); }
+  /// To one of the walls y = +-width / 2 within the street; 0: none.
+  [[nodiscard]] double range_m(const Vector3d& from, const Vector3d& towards) const {
+    if (towards.y() == 0) return 0;
+    const double range = ((towards.y() > 0 ? width : -width) / 2 - from.y()) / towards.y();
+    const Vector3d point = from + range * towards;
+    const bool on = range > 1e-9 && std::abs(point.x()) < length / 2 && point.z() > 0 && point.z() < height;
+    return on ? range : 0;
+  }
+  /// Power over the line of sight's, and its mean detour [m].
+  std::pair<double, double> to(const Vector3d& antenna, const Vector3d& satellite, int bounces) {
+    constexpr int kWalks = 400'000;
+    double power = 0, power_excess = 0;
+    for (int k = 0; k < kWalks; ++k) {
+      const double z = 2 * uniform() - 1, turn = 2 * kPi * uniform(), across = std::sqrt(1 - z * z);
+      Vector3d towards(across * std::cos(turn), across * std::sin(turn), z), at = antenna;
+      double carried = 4 * kPi / kWalks, way_m = 0;
+      bool was_scattered = false;
+      for (int bounce = 0; bounce < bounces; ++bounce) {
+        const double range = range_m(at, towards);
+        if (range == 0) break;
+        at += range * towards;
+        way_m += range;
+        const double side = at.y() > 0 ? -1 : 1;  // of the normal
+        carried *= reflectance;
+        const double cos_lit = side * satellite.y();
+        if (cos_lit > 0 && range_m(at, satellite) == 0) {
+          const double here = carried * (was_scattered ? 1 : scattered) * cos_lit / kPi;
+          power += here;
+          power_excess += here * (way_m - satellite.dot(at - antenna));
+        }
+        if (uniform() < scattered) {
+          was_scattered = true;
+          const double u = uniform(), v = 2 * kPi * uniform();
+          towards = {std::sqrt(u) * std::cos(v), side * std::sqrt(1 - u), std::sqrt(u) * std::sin(v)};
+        } else {
+          towards.y() = -towards.y();
+        }
+      }
+    }
+    return {power, power_excess / power};
+  }
+};
+
+TEST(DiffuseScattering, SeveralFacadesGiveWhatARandomWalkGives) {
+  Walk walk{20, 30, 160, 0.8, 0.25};
+  Mesh mesh;
+  append_sheet(mesh, {-80, 10, 0}, {160, 0, 0}, {0, 0, 30});
+  append_sheet(mesh, {80, -10, 0}, {-160, 0, 0}, {0, 0, 30});
+  propagation::DiffuseOptions options = everything();
+  options.wall_reflectance = walk.reflectance;
+  options.scattering_coefficient = std::sqrt(walk.scattered);
+  const Vector3d antenna(5, 2, 1.5);
+  std::array<double, 5> of_bounces{};
+  for (const int bounces : {1, 2, 4}) {
+    options.bounces = bounces;
+    const World world(mesh, options);
+    for (const Vector3d& satellite : {direction(170, 60), direction(20, 50)}) {
+      const auto [power, excess] = walk.to(antenna, satellite, bounces);
+      const std::vector<propagation::DiffusePath> paths = world.trace(antenna, satellite);
+      std::printf("%d: %.4f %.4f, %.2f %.2f m\n", bounces, total_power(paths), power, mean_excess(paths),
+                  excess);
+      EXPECT_NEAR(total_power(paths) / power, 1, 0.04);
+      EXPECT_NEAR(mean_excess(paths) / excess, 1, 0.04);
+      of_bounces[static_cast<std::size_t>(bounces)] = total_power(paths);
+      for (const propagation::DiffusePath& path : paths) {
+        EXPECT_NEAR(std::abs(path.point.y()), 10, 1e-3);
+        EXPECT_NEAR((path.point - antenna).normalized().dot(path.arrival), 1, 1e-9);
+      }
+    }
+  }
+  EXPECT_GT(of_bounces[4], 1.3 * of_bounces[1]);
 }
 
 }  // namespace

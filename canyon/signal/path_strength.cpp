@@ -77,7 +77,9 @@ CircularWave arriving_wave(const propagation::PathGeometry& path, double frequen
   if (path.edge_nu) {
     if (!std::isfinite(*path.edge_nu))
       throw InputError(fmt::format("edge with nu {}", *path.edge_nu), "give a finite nu");
-    factor = propagation::edge_wave(*path.edge_nu);
+    factor = propagation::edge_wave(*path.edge_nu) *
+             amplitude_of_db(-propagation::rounded_edge_loss_db(path.edge_radius_m, path.edge_leg_m,
+                                                                path.edge_bending_rad, wavelength));
     turns -= *path.edge_nu * *path.edge_nu / 4;
   }
   factor *= phasor(turns);

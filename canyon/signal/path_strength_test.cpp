@@ -177,6 +177,10 @@ TEST(PathStrength, TracedPathsByKind) {
   path.edge_nu = propagation::signed_knife_edge_nu(0.4, wavelength_m(kL1), true);
   const Complex over_roof = path_amplitude(path, radians(22), kL1, patch);
   EXPECT_LT(std::abs(over_roof - propagation::knife_edge_field(*path.edge_nu)), 1e-12);
+  path.edge_radius_m = 0.3, path.edge_leg_m = 25, path.edge_bending_rad = radians(10);
+  const double rounded_db = propagation::rounded_edge_loss_db(0.3, 25, radians(10), wavelength_m(kL1));
+  EXPECT_GT(rounded_db, 3);
+  EXPECT_NEAR(db(path_amplitude(path, radians(22), kL1, patch)), db(over_roof) - rounded_db, 1e-9);
 }
 
 TEST(PathStrength, DiffusePathIsUnpolarised) {

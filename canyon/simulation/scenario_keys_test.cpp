@@ -61,8 +61,9 @@ std::vector<std::string> scenarios_with_every_key() {
   const std::string propagation =
       "{model: specular, reflection_order: 1, max_range_m: 300, max_incidence_deg: 89, ground_reflection: "
       "false, diffraction: {enabled: true, max_range_m: 200, max_bending_deg: 45, max_loss_db: 30, "
-      "max_clear_nu: 1, max_paths: 2, terrain: true, free_edges: false, min_turn_deg: 6}, diffuse: {enabled: "
-      "true, rays: 64, scattering_coefficient: 0.3, wall_reflectance: 0.2, lobe_exponent: 3, "
+      "max_clear_nu: 1, max_paths: 2, edge_radius_m: 1, terrain: true, free_edges: false, min_turn_deg: 6}, "
+      "diffuse: {enabled: "
+      "true, rays: 64, scattering_coefficient: 0.3, wall_reflectance: 0.2, bounces: 2, lobe_exponent: 3, "
       "lowest_elevation_deg: -5, "
       "max_range_m: 200, min_power_db: -30, class_m: 5, max_paths: 4}, through_foliage: true}";
   const std::string noise =

@@ -315,14 +315,9 @@ class Comparer {
     s.measured_phase = {o.phase_residual_m, o.lost_lock};
   }
 
-  /// Recorded errors of further signals are about a clock that their first signals tell, with its noise,
-  /// which may be more than their own. The simulated ones are brought to that: the true clock stands at 0
-  /// there.
+  /// Recorded errors are about a clock that satellites in clear view tell, with what these have in common.
+  /// The simulated ones are brought to that: the true clock stands at 0 there.
   void remove_simulated_clock() {
-    if (std::all_of(result_.satellites.begin(), result_.satellites.end(),
-                    [](const ComparedSatellite& s) { return s.more.empty(); })) {
-      return;
-    }
     PseudorangeResiduals residuals;
     std::vector<bool> clear;
     for (const ComparedEpoch& compared : result_.epochs) {
@@ -352,8 +347,10 @@ class Comparer {
       if (k == residuals.epochs.size() || residuals.epochs[k].receiver_time != compared.time) continue;
       for (std::size_t i = compared.first; i < compared.first + compared.count; ++i) {
         ComparedSatellite& satellite = result_.satellites[i];
+        const double clock_m = clock_of(errors, k, satellite.id.system);
+        if (satellite.simulated_error_m) *satellite.simulated_error_m -= clock_m;
         for (ComparedSignal& s : satellite.more) {
-          if (s.simulated_error_m) *s.simulated_error_m -= clock_of(errors, k, satellite.id.system);
+          if (s.simulated_error_m) *s.simulated_error_m -= clock_m;
         }
       }
       ++k;

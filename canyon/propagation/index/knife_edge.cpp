@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
@@ -85,6 +86,21 @@ double approximate_knife_edge_loss_db(double nu) {
   if (nu <= -0.78) return 0;
   const double v = nu - 0.1;
   return 6.9 + 20 * std::log10(std::sqrt(v * v + 1) + v);
+}
+
+double rounded_edge_loss_db(double radius_m, double leg_m, double bending_rad, double wavelength_m) {
+  if (!(radius_m >= 0) || !(wavelength_m > 0))
+    throw InputError(fmt::format("edge of radius {} m at a wavelength of {} m", radius_m, wavelength_m),
+                     "give a radius of 0 m or more and a wavelength above 0 m");
+  if (radius_m == 0) return 0;
+  if (!(leg_m > 0) || !(bending_rad >= 0 && bending_rad <= kPi))
+    throw InputError(fmt::format("ray bent by {} rad, {} m away", bending_rad, leg_m),
+                     "give an angle from 0 to pi and a way above 0 m");
+  const double k = std::cbrt(kPi * radius_m / wavelength_m);
+  const double m = radius_m / (leg_m * k), mn = bending_rad * k, root = std::sqrt(m);
+  const double of_radius = 7.2 * root - 2 * m + 3.6 * m * root - 0.8 * m * m;
+  const double of_angle = mn <= 4 ? 12.5 * mn : 17 * mn - 6 - 20 * std::log10(mn);
+  return std::max(0.0, of_radius + of_angle);
 }
 
 double signed_knife_edge_nu(double excess_m, double wavelength_m, bool blocked) {

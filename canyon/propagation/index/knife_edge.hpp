@@ -27,6 +27,13 @@ namespace canyon::propagation {
 /// 1.37 dB below.
 [[nodiscard]] double approximate_knife_edge_loss_db(double nu);
 
+/// T(m, n) [dB], >= 0: what an edge rounded with radius R loses more than the knife edge (P.526-15, 4.2), the
+/// satellite infinitely far. With k = pi R / lambda, d the leg from antenna to edge, theta the angle that the
+/// ray is bent by: m = R / d k^(-1/3), m n = theta k^(1/3).
+/// @param radius_m >= 0 (0: no loss), @param leg_m > 0, @param bending_rad [0, pi]; InputError outside.
+[[nodiscard]] double rounded_edge_loss_db(double radius_m, double leg_m, double bending_rad,
+                                          double wavelength_m);
+
 /// nu of an edge whose ray is longer than the straight line by `excess_m` >= 0, |nu| = 2 sqrt(excess /
 /// lambda) (P.526-15, 4.1: nu = sqrt(2 h theta / lambda), whose detour is h theta / 2; it is the argument of
 /// Sommerfeld's half plane at any angle); negative unless `blocked`. InputError for a negative excess or

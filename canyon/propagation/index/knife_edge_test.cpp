@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
@@ -129,6 +130,40 @@ TEST(KnifeEdge, NuIsThatOfTheSmallAngle) {
   EXPECT_EQ(signed_knife_edge_nu(0.19, 0.19, false), -2);
   EXPECT_THROW(static_cast<void>(signed_knife_edge_nu(-1, 0.19, true)), InputError);
   EXPECT_THROW(static_cast<void>(signed_knife_edge_nu(1, 0, true)), InputError);
+}
+
+/// T(m, n) as P.526-15, 4.2 has it, of two distances and the height over the straight line.
+double rounded_by_the_recommendation(double radius, double d1, double d2, double h, double wavelength) {
+  const double m = radius * (d1 + d2) / (d1 * d2) / std::cbrt(kPi * radius / wavelength);
+  const double n = h * std::pow(kPi * radius / wavelength, 2.0 / 3) / radius;
+  if (m * n <= 4) return 7.2 * std::sqrt(m) - (2 - 12.5 * n) * m + 3.6 * std::pow(m, 1.5) - 0.8 * m * m;
+  return -6 - 20 * std::log10(m * n) + 7.2 * std::sqrt(m) - (2 - 17 * n) * m + 3.6 * std::pow(m, 1.5) -
+         0.8 * m * m;
+}
+
+TEST(RoundedEdge, LosesWhatTheRecommendationSays) {
+  constexpr double kWavelength = 0.1903, kFar = 1e9;
+  for (const double radius : {0.1, 1.0, 5.0}) {
+    for (const double leg : {10.0, 80.0}) {
+      for (const double bending : {0.0, 0.01, 0.1, 0.5, 1.0}) {
+        // Small angles: h (d1 + d2) / (d1 d2) is the angle that the ray is bent by.
+        EXPECT_NEAR(rounded_edge_loss_db(radius, leg, bending, kWavelength),
+                    rounded_by_the_recommendation(radius, leg, kFar, bending * leg, kWavelength), 1e-5)
+            << radius << " m, " << leg << " m, " << bending;
+      }
+    }
+  }
+  EXPECT_EQ(rounded_edge_loss_db(0, 10, 1, kWavelength), 0);
+  EXPECT_EQ(rounded_edge_loss_db(0, 0, 0, kWavelength), 0);  // a knife edge needs neither
+}
+
+TEST(RoundedEdge, RefusesWhatIsOutside) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW((void)rounded_edge_loss_db(-1, 10, 0.1, 0.19), InputError);
+  EXPECT_THROW((void)rounded_edge_loss_db(nan, 10, 0.1, 0.19), InputError);
+  EXPECT_THROW((void)rounded_edge_loss_db(1, 0, 0.1, 0.19), InputError);
+  EXPECT_THROW((void)rounded_edge_loss_db(1, 10, 4, 0.19), InputError);
+  EXPECT_THROW((void)rounded_edge_loss_db(1, 10, 0.1, 0), InputError);
 }
 
 TEST(EdgeRay, RoofEdgeAcrossTheRayIsTheTriangle) {
