@@ -22,21 +22,6 @@ double cross(const Vector2d& a, const Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// A ray in the vertical plane that holds it: `along` horizontal, then up.
-struct Ray {
-  Ray(const Vector3d& origin, const Vector3d& direction) : from(origin) {
-    const double horizontal = direction.head<2>().norm();
-    along = horizontal > 0 ? Vector2d(direction.head<2>() / horizontal) : Vector2d::UnitX();
-    cosine = std::max(horizontal, 1e-9);
-    sine = direction.z();
-  }
-  [[nodiscard]] double height(double t) const { return from.z() + t * sine / cosine; }
-
-  Vector3d from;
-  Vector2d along;
-  double cosine, sine;
-};
-
 /// Outline of a screen: its leftmost and rightmost points, ahead and to the left of the ray, and the stretch
 /// of the ray over it.
 struct Outline {
@@ -47,7 +32,7 @@ struct Outline {
 };
 
 /// Around an edge that runs across the ray at `t` ahead.
-double over_excess(const Ray& ray, double t, double height) {
+double over_excess(const Sight& ray, double t, double height) {
   const double h = height - ray.from.z();
   return std::max(0.0, std::hypot(t, h) - (t * ray.cosine + h * ray.sine));
 }
@@ -79,7 +64,7 @@ struct Cover {
 };
 
 /// X Y of a screen; empty: nothing is seen of it.
-std::optional<Cover> cover(const Ray& ray, const Outline& o, double wavelength) {
+std::optional<Cover> cover(const Sight& ray, const Outline& o, double wavelength) {
   const double begin = ray.height(std::max(0.0, o.near)), end = ray.height(o.far);
   const double lowest = std::min(begin, end), highest = std::max(begin, end);
   Span up{}, across{};
@@ -127,19 +112,29 @@ bool Body::holds(const Vector3d& point, double margin_m) const {
          (grounded || point.z() > bottom_m - margin_m);
 }
 
-Shade shade(const Body& body, const Vector3d& antenna, const Vector3d& arrival, double leg_m,
-            double wavelength_m) {
+Sight::Sight(const Vector3d& antenna, const Vector3d& arrival, double leg_m) : from(antenna) {
+  const double horizontal = arrival.head<2>().norm();
+  along = horizontal > 0 ? Vector2d(arrival.head<2>() / horizontal) : Vector2d::UnitX();
+  cosine = std::max(horizontal, 1e-9);
+  sine = arrival.z();
+  slope = sine / cosine;
+  ahead_m = leg_m * cosine;
+}
+
+Shade shade(const Body& body, const Sight& ray, double wavelength_m) {
   if (body.kind == Body::Kind::Crown) return {};
-  const Ray ray(antenna, arrival);
-  const Vector2d to_centre = body.centre - antenna.head<2>();
-  const double ahead = to_centre.dot(ray.along), beside = cross(ray.along, to_centre);
+  // Most bodies are far from most rays: nu^2 = 2 w^2 / (lambda r) of an edge w beside a ray at a distance r.
+  const Vector2d to_centre = body.centre - ray.from.head<2>();
+  const double ahead = to_centre.dot(ray.along), beside = std::abs(cross(ray.along, to_centre));
   const double radius = body.half_length_m + body.half_width_m;
-  if (ahead < -radius || ahead - radius > leg_m * ray.cosine) return {};
-  // nu^2 = 2 w^2 / (lambda r) beside the ray at a slant distance r.
-  const double distance = std::max(ahead + radius, 0.0) / ray.cosine;
-  if (std::abs(beside) > radius + kClear_nu * std::sqrt(wavelength_m * distance)) return {};
-  const double clearance = ray.height(std::max(0.0, ahead - radius)) - body.top_m;
-  if (clearance * ray.cosine > kClear_nu * std::sqrt(wavelength_m * distance) && arrival.z() > 0) return {};
+  if (ahead < -radius || ahead - radius > ray.ahead_m) return {};
+  const double clear_square = kClear_nu * kClear_nu / 2 * wavelength_m * (ahead + radius) / ray.cosine;
+  const auto clear = [clear_square](double w) { return w > 0 && w * w > clear_square; };
+  if (clear(beside - radius)) return {};
+  if (ray.sine > 0) {
+    if (clear((ray.height(std::max(0.0, ahead - radius)) - body.top_m) * ray.cosine)) return {};
+    if (!body.grounded && clear((body.bottom_m - ray.height(ahead + radius)) * ray.cosine)) return {};
+  }
 
   Outline outline{{0, 1e9}, {0, -1e9}, 0, 0, body.bottom_m, body.top_m, body.grounded};
   const Vector2d aside(-body.ahead.y(), body.ahead.x());
@@ -154,9 +149,9 @@ Shade shade(const Body& body, const Vector3d& antenna, const Vector3d& arrival, 
   // Where the ray passes beside the box, its height is taken where it passes the corner.
   const double inset = 1e-6 * (outline.left.y() - outline.right.y());
   const double offset = std::clamp(0.0, outline.right.y() + inset, outline.left.y() - inset);
-  const Vector2d line = antenna.head<2>() + offset * Vector2d(-ray.along.y(), ray.along.x());
+  const Vector2d line = ray.from.head<2>() + offset * Vector2d(-ray.along.y(), ray.along.x());
   clip(body, line, ray.along, outline.near, outline.far);
-  if (outline.far <= 0 || outline.near > leg_m * ray.cosine) return {};
+  if (outline.far <= 0 || outline.near > ray.ahead_m) return {};
   const auto seen = cover(ray, outline, wavelength_m);
   if (!seen) return {};
   return {std::abs(1.0 - seen->share), seen->covers, seen->covers ? seen->excess_m : 0};
@@ -189,11 +184,18 @@ std::optional<propagation::Path> side_reflection(const Body& body, int side, con
   Vector3d arrival = satellite;
   arrival.head<2>() -= 2 * cosine * normal;
   const Vector3d point = antenna + leg * arrival;
-  if (point.z() > body.top_m + 2 * leg || point.z() < body.bottom_m - 2 * leg) return std::nullopt;
+  const double clear_square = kClear_nu * kClear_nu / 2 * wavelength_m * leg;
+  const auto clear = [clear_square](double w) { return w > 0 && w * w > clear_square; };
+  const double level = satellite.head<2>().norm();
+  if (clear((point.z() - body.top_m) * level) || clear((body.bottom_m - point.z()) * level)) {
+    return std::nullopt;
+  }
+  const double off = std::abs(cross(normal, point.head<2>() - body.centre)) - half;
+  if (clear(off * cosine / level)) return std::nullopt;
 
   Vector3d image = antenna;
   image.head<2>() -= 2 * distance * normal;
-  const Ray ray(image, satellite);
+  const Sight ray(image, satellite);
   const Vector2d middle = body.centre + depth * normal - image.head<2>();
   const Vector2d across = half * Vector2d(-normal.y(), normal.x());
   const auto seen = [&](const Vector2d& corner) {

@@ -27,6 +27,20 @@ struct Body {
   [[nodiscard]] bool holds(const Eigen::Vector3d& point, double margin_m) const;
 };
 
+/// A ray from an antenna towards where a signal comes from, and the upright plane that holds it.
+struct Sight {
+  /// @param arrival unit vector from the antenna
+  /// @param leg_m to what reflects the signal, infinite for a satellite: bodies beyond do nothing
+  Sight(const Eigen::Vector3d& antenna, const Eigen::Vector3d& arrival,
+        double leg_m = std::numeric_limits<double>::infinity());
+  [[nodiscard]] double height(double ahead_m) const { return from.z() + ahead_m * slope; }
+
+  Eigen::Vector3d from;
+  Eigen::Vector2d along;  ///< unit, horizontal
+  double cosine, sine, slope;
+  double ahead_m;  ///< horizontal length of the leg
+};
+
 /// What a body leaves of a wave.
 struct Shade {
   double amplitude = 1;  ///< of the field behind it over the field without it
@@ -39,11 +53,8 @@ struct Shade {
 /// knife edge (propagation::knife_edge_field()). That is Kirchhoff's field of the screen by Babinet's
 /// principle, the field that 3GPP TR 38.901 7.6.4.2 (blockage model B) approximates. Its edges are the
 /// outline of the box as the antenna sees it, each at its own distance. Bodies behind one another multiply.
-/// @param arrival unit vector from the antenna towards where the signal comes from
-/// @param leg_m to what reflects it, infinite for a satellite: bodies beyond do nothing
 /// Kind::Crown does nothing here, see crown_depth_m().
-[[nodiscard]] Shade shade(const Body& body, const Eigen::Vector3d& antenna, const Eigen::Vector3d& arrival,
-                          double leg_m, double wavelength_m);
+[[nodiscard]] Shade shade(const Body& body, const Sight& sight, double wavelength_m);
 
 /// Length of a ray in the crown of a tree [m].
 [[nodiscard]] double crown_depth_m(const Body& body, const Eigen::Vector3d& antenna,

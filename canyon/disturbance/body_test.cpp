@@ -45,6 +45,11 @@ Vector3d towards(double azimuth_deg, double elevation_deg) {
   return geodesy::enu_from_azimuth_elevation(radians(azimuth_deg), radians(elevation_deg));
 }
 
+Shade shade(const Body& body, const Vector3d& antenna, const Vector3d& arrival, double leg_m,
+            double wavelength_m) {
+  return disturbance::shade(body, Sight(antenna, arrival, leg_m), wavelength_m);
+}
+
 double loss_db(const Shade& shade) {
   return -20 * std::log10(shade.amplitude);
 }

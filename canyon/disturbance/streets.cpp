@@ -259,6 +259,7 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
     const bool from_satellite = path.kind == PathKind::Direct;
     const double leg_m =
         from_satellite ? std::numeric_limits<double>::infinity() : (path.point - antenna).norm();
+    const Sight sight(antenna, path.arrival, leg_m);
     double left = 1, detour_m = 0;
     std::uint64_t cut_by = 0;
     for (const Body& body : bodies_) {
@@ -267,7 +268,7 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
         path.foliage_depth_m += crown_depth_m(body, antenna, path.arrival, leg_m);
         continue;
       }
-      const Shade shaded = shade(body, antenna, path.arrival, leg_m, kWavelength_m);
+      const Shade shaded = shade(body, sight, kWavelength_m);
       if (shaded.cuts && !options_.strength) left = 0;
       left *= shaded.amplitude;
       if (!shaded.cuts) continue;

@@ -50,6 +50,11 @@ Road corner() {
   return road;
 }
 
+Shade shade(const Body& body, const Vector3d& antenna, const Vector3d& arrival, double leg_m,
+            double wavelength_m) {
+  return disturbance::shade(body, Sight(antenna, arrival, leg_m), wavelength_m);
+}
+
 TEST(Road, TellsWayAndDirection) {
   const Road road = corner();
   EXPECT_TRUE(road.leads());
@@ -80,8 +85,8 @@ TEST(Street, HasTheDensityAndTheMixThatAreAskedFor) {
       }
     }
   }
-  // An antenna at rest keeps its own lane free: three lanes over 100 m. About 6.6 slots of each are taken with
-  // a probability of 0.45: the deviation of a draw is 2.2, of the mean of 2,000 0.05 vehicles, 0.6 %.
+  // An antenna at rest keeps its own lane free: three lanes over 100 m. About 6.6 slots of each are taken
+  // with a probability of 0.45: the deviation of a draw is 2.2, of the mean of 2,000 0.05 vehicles, 0.6 %.
   const double expected = 3 * 30 * 0.1 * draws;
   EXPECT_NEAR(count, expected, 0.025 * expected);
   // Cars have 4.5 m, 60 % of East Asia's; double-deckers and buses 12 m, 11 %.
