@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
 #include "canyon/propagation/reflector_id.hpp"
 
@@ -52,8 +53,8 @@ bool span(double low_excess, bool over_low, double high_excess, bool under_high,
   const double high_nu = propagation::signed_knife_edge_nu(high_excess, wavelength, under_high);
   if ((!one_edge && low_nu < -kClear_nu) || high_nu < -kClear_nu) return false;
   result.excess_m = one_edge ? high_excess : std::min(low_excess, high_excess);
-  result.value = 1.0 - propagation::knife_edge_field(high_nu);
-  if (!one_edge) result.value -= propagation::knife_edge_field(low_nu);
+  result.value = 1.0 - edge_field(high_nu);
+  if (!one_edge) result.value -= edge_field(low_nu);
   return true;
 }
 
@@ -104,6 +105,29 @@ void clip(const Body& body, const Vector2d& origin, const Vector2d& along, doubl
 }
 
 }  // namespace
+
+Complex edge_field(double nu) {
+  constexpr double kStep = 0.02;
+  constexpr std::size_t kSteps = 600;
+  static const std::array<Complex, kSteps + 2> steady = [] {
+    std::array<Complex, kSteps + 2> table;
+    for (std::size_t i = 0; i < table.size(); ++i) {
+      const double x = kStep * static_cast<double>(i);
+      table.at(i) = propagation::knife_edge_field(x) * std::polar(1.0, geodesy::kPi / 2 * x * x);
+    }
+    return table;
+  }();
+  const double x = std::abs(nu);
+  const double turns = x * x / 4;
+  Complex field = std::polar(1.0, -2 * geodesy::kPi * (turns - std::floor(turns)));
+  if (x < kStep * kSteps) {
+    const auto i = static_cast<std::size_t>(x / kStep);
+    field *= steady[i] + (steady[i + 1] - steady[i]) * (x / kStep - static_cast<double>(i));
+  } else {
+    field *= steady[kSteps] * (kStep * kSteps / x);
+  }
+  return nu < 0 ? 1.0 - field : field;
+}
 
 bool Body::holds(const Vector3d& point, double margin_m) const {
   const Vector2d from = point.head<2>() - centre;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <complex>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -47,6 +48,10 @@ struct Shade {
   bool cuts = false;     ///< the ray meets it
   double detour_m = 0;   ///< around its nearest edge, where the ray meets it
 };
+
+/// propagation::knife_edge_field() within 2e-4, and 0.3 % beyond nu = 12, in a tenth of its time: its steady
+/// part, without the phase of the detour, from a table.
+[[nodiscard]] std::complex<double> edge_field(double nu);
 
 /// A box between an antenna and what its signal comes from: the field of a plane wave beside a rectangular
 /// screen, |1 - X Y| with X = 1 - F(nu_left) - F(nu_right), Y = 1 - F(nu_below) - F(nu_above), F Fresnel's

@@ -54,6 +54,13 @@ double loss_db(const Shade& shade) {
   return -20 * std::log10(shade.amplitude);
 }
 
+TEST(EdgeField, IsTheKnifeEdges) {
+  for (double nu = -14; nu < 60; nu += 0.0137) {
+    const std::complex<double> exact = propagation::knife_edge_field(nu);
+    EXPECT_LT(std::abs(edge_field(nu) - exact), nu > 12 ? 3e-3 * std::abs(exact) : 2e-4) << nu;
+  }
+}
+
 // The knife edge of ITU-R P.526-15, 4.1: nu = p sqrt(2 / (lambda r)), p the edge's distance from the ray, r
 // along the ray (plane wave, p << r), loss by the approximation (31) there, which is good to 0.124 dB above
 // nu = -0.78.
