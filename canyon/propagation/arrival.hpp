@@ -37,6 +37,7 @@ struct Arrival {
   std::vector<SatelliteView> views;  ///< satellites above the horizon, ascending by id
   /// Rotation of the frame that the views' paths are given in.
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();  ///< the antenna in that frame [m]
 };
 
 }  // namespace canyon::propagation

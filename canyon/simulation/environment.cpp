@@ -90,6 +90,7 @@ propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::S
 
   propagation::Arrival arrival;
   arrival.ecef_from_enu = standpoint.ecef_from_enu;
+  arrival.antenna_enu = standpoint.antenna_enu;
   arrival.placement = scene.placement(standpoint.antenna_enu);
   arrival.views.reserve(satellites.size());
   std::vector<Eigen::Vector3d> directions;

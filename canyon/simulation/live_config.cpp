@@ -13,6 +13,7 @@ void visit(options::Visitor& v, LiveConfig& config) {
   // A host's receivers may be on several vehicles, whose errors are not alike.
   if (v.reads() || v.describes()) config.receiver.options.own_draws = true;
   visit(v, config.receiver);
+  v.part("streets", config.receiver.streets);
   v.judge(config.receiver.options);
 }
 

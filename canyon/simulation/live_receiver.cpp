@@ -9,6 +9,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/street_sources.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -33,7 +34,7 @@ struct LiveReceiver::Impl {
   }
 
   [[nodiscard]] receiver::Receiver make_receiver() const {
-    return {config.receiver.options, config.seed, config.receiver.disturbances};
+    return {config.receiver.options, config.seed, with_streets(config.receiver, scene->city, road)};
   }
   void make_sky(GpsTime from);
   void make_environment();
@@ -42,6 +43,7 @@ struct LiveReceiver::Impl {
   LiveConfig config;
   std::shared_ptr<CityScene> scene;
   GpsTime start;
+  std::shared_ptr<disturbance::Road> road = std::make_shared<disturbance::Road>();  // driven so far
   receiver::Receiver receiver;
   Tracer tracer;
   BuiltSky sky;
@@ -118,6 +120,11 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   impl.bring_sky_to(t);
   impl.last_s = seconds;
 
+  if (impl.config.receiver.streets.enabled) {
+    impl.road->face({std::cos(antenna.yaw_rad), std::sin(antenna.yaw_rad)});
+    impl.road->add(t, antenna.position_enu_m.head<2>());
+  }
+
   const geodesy::LocalFrame& frame = impl.scene->city.frame;
   Step step;
   step.arrival = impl.tracer ? impl.environment->arrival(t, antenna.position_enu_m, impl.tracer)
@@ -141,6 +148,7 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
 }
 
 void LiveReceiver::restart() {
+  impl_->road->clear();
   impl_->receiver = impl_->make_receiver();
   impl_->last_s = -std::numeric_limits<double>::infinity();
   impl_->said_empty = false;

@@ -12,6 +12,7 @@
 #include "canyon/city/mesh_import_options.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/disturbance/disturbance.hpp"
+#include "canyon/disturbance/street_options.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/options/describe.hpp"
@@ -96,6 +97,7 @@ struct ReceiverConfig {
   receiver::ReceiverOptions options;
   propagation::PropagationOptions propagation;            ///< profile, then scenario, then receiver
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the reference point
+  disturbance::StreetOptions streets;                     ///< one for all receivers of a scenario
   /// Of a program's own, between what arrives and this receiver, in this order; no scenario file names them.
   std::vector<disturbance::Source> disturbances;
 };

@@ -510,6 +510,15 @@ void visit(Visitor& v, OutputConfig& o) {
 
 namespace {
 
+void visit_streets(Visitor& v, Scenario& scenario) {
+  disturbance::StreetOptions streets;
+  if (!scenario.receivers.empty()) streets = scenario.receivers.front().streets;
+  v.part("streets", streets);
+  if (!v.reads()) return;
+  if (!streets.antenna_height_m) streets.antenna_height_m = scenario.trajectory.height_above_terrain_m;
+  for (ReceiverConfig& receiver : scenario.receivers) receiver.streets = streets;
+}
+
 void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
   v.require("city", "add city: {osm: ...}, city: {mesh: ..., origin: ...}, or city: {synthetic: {}}");
   v.part("city", scenario.city);
@@ -525,6 +534,7 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
   }
   v.section("trajectory", [&] { visit_trajectory(v, scenario.trajectory, scenario.city); });
   visit_receivers(v, scenario.receivers);
+  visit_streets(v, scenario);
   visit_seed(v, scenario.seed);
   v.part("outputs", scenario.outputs);
 }

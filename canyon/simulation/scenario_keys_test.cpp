@@ -83,6 +83,10 @@ std::vector<std::string> scenarios_with_every_key() {
       "rinex_navigation: true, kml: true, geojson: true, pictures: true}\n"
       "propagation: " +
           propagation + "\nnoise: " + noise + "\n",
+      "streets: {enabled: true, region: east_asia, class: arterial, lanes: 2, vehicles_per_km: 30, "
+      "vehicle_shares: [car=80, bus=20], speed_mps: 9, cycle_s: 80, red_s: 30, trees_per_km: 10, "
+      "signs_per_km: "
+      "20, awnings_per_km: 30, footbridges_per_km: 1, antenna_height_m: 2, azimuth_deg: 45}\n"
       "city: {facades: {shares: [tile=25, metal=75]}, georeference: {sigma_m: 2, heading_sigma_deg: "
       "0.5}, synthetic: {blocks_east: 2, blocks_north: "
       "2, block_size_m: 50, street_width_m: 20, "

@@ -16,6 +16,7 @@
 #include "canyon/simulation/antenna_pose.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/street_sources.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -197,6 +198,7 @@ struct Simulation::Impl {
   void make_propagators();
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
   [[nodiscard]] PureEpoch pure_epoch(std::size_t receiver, GpsTime t) const;
+  [[nodiscard]] std::shared_ptr<const disturbance::Road> road() const;
   [[nodiscard]] std::vector<std::string> placement_warnings(
       const std::vector<std::array<std::size_t, 3>>& counts) const;
 
@@ -286,6 +288,21 @@ PureEpoch Simulation::Impl::pure_epoch(std::size_t receiver, GpsTime t) const {
   return pure;
 }
 
+// Of the whole trajectory: it does not depend on which epochs are run.
+std::shared_ptr<const disturbance::Road> Simulation::Impl::road() const {
+  const auto streets_on = [](const ReceiverConfig& receiver) { return receiver.streets.enabled; };
+  if (std::none_of(scenario.receivers.begin(), scenario.receivers.end(), streets_on)) return nullptr;
+  auto road = std::make_shared<disturbance::Road>();
+  const GpsTime first = plan.trajectory.begin();
+  constexpr double kStep_s = 0.5;
+  const auto steps = static_cast<std::int64_t>(std::ceil((plan.trajectory.end() - first) / kStep_s));
+  for (std::int64_t k = 0; k <= steps; ++k) {
+    const Pose pose = plan.trajectory.at(first + static_cast<double>(k) * kStep_s);
+    road->add(pose.time, environment.city().frame.local_from_geodetic(pose.position).head<2>());
+  }
+  return road;
+}
+
 std::vector<std::string> Simulation::Impl::placement_warnings(
     const std::vector<std::array<std::size_t, 3>>& counts) const {
   std::vector<std::string> lines;
@@ -371,8 +388,10 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   result.planned = impl.plan.epochs;
 
   std::vector<receiver::Receiver> receivers;
+  const std::shared_ptr<const disturbance::Road> road = impl.road();
   for (const ReceiverConfig& config : impl.scenario.receivers) {
-    receivers.emplace_back(config.options, impl.scenario.seed, config.disturbances);
+    receivers.emplace_back(config.options, impl.scenario.seed,
+                           with_streets(config, impl.environment.city(), road));
   }
   std::vector<std::array<std::size_t, 3>> placements(receiver_count);
   Progress progress(options.progress, result.planned);

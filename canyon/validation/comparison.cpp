@@ -7,6 +7,7 @@
 #include <cmath>
 #include <complex>
 #include <map>
+#include <memory>
 #include <set>
 #include <span>
 #include <utility>
@@ -19,6 +20,7 @@
 #include "canyon/signal/path_strength.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/street_sources.hpp"
 #include "canyon/validation/epoch_interval.hpp"
 #include "canyon/validation/moved_city.hpp"
 #include "canyon/validation/segments.hpp"
@@ -58,7 +60,7 @@ class Comparer {
         registration_(registration),
         options_(long_since_on(receiver.options, options.position_filter)),
         propagator_(environment.make_propagator(receiver.propagation)),
-        receiver_(options_, seed, receiver.disturbances),
+        receiver_(options_, seed, simulation::with_streets(receiver, environment.city(), road())),
         ecef_from_map_(environment.city().frame.ecef_from_local_rotation() *
                        Eigen::AngleAxisd(registration.heading_rad, Eigen::Vector3d::UnitZ())),
         clear_(recording.residuals.observations.size(), 0) {
@@ -174,6 +176,15 @@ class Comparer {
     options.correct_ionosphere = recording_.ionosphere;
     options.correct_troposphere = recording_.troposphere;
     return options;
+  }
+
+  /// In the map's frame, as rays are.
+  [[nodiscard]] std::shared_ptr<const disturbance::Road> road() const {
+    auto road = std::make_shared<disturbance::Road>();
+    for (std::size_t e = 0; e < recording_.residuals.epochs.size(); ++e) {
+      road->add(recording_.residuals.epochs[e].reception, place(e).head<2>());
+    }
+    return road;
   }
 
   [[nodiscard]] Eigen::Vector3d place(std::size_t e) const {

@@ -151,7 +151,7 @@ struct Heatmap::Impl {
       if (request.layers[i] == Layer::SkyView) sky_view = i;
     }
     if (received) {
-      if (receiver.disturbances.empty() && CellSolver::fits(receiver.options)) {
+      if (receiver.disturbances.empty() && !receiver.streets.enabled && CellSolver::fits(receiver.options)) {
         solver.emplace(receiver.options, request.draws, e.klobuchar());
       } else {
         receivers.emplace(e, tracer.propagator(), receiver, request.draws);

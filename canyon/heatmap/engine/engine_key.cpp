@@ -11,6 +11,7 @@ namespace canyon::heatmap {
 std::string canonical_text(const Request& request, const simulation::ReceiverConfig& receiver,
                            const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
   std::string text = options::exact_text(request) + fmt::format("receiver: {}\n", receiver.options.name);
+  if (receiver.streets.enabled) text += "streets: " + options::exact_text(receiver.streets);
   for (const disturbance::Source& source : receiver.disturbances) {
     text += fmt::format("disturbance: {}\n", source.name);
   }

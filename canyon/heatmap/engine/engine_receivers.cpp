@@ -84,6 +84,7 @@ CellReceivers::CellReceivers(const simulation::Environment& environment,
       propagator_(&propagator),
       options_(receiver.options),
       disturbances_(receiver.disturbances),
+      streets_(simulation::streets_of(receiver, environment.city(), nullptr)),
       draws_(draws) {
   options_.validate();
   draws_.validate();
@@ -92,9 +93,10 @@ CellReceivers::CellReceivers(const simulation::Environment& environment,
 }
 
 receiver::ReceiverEpoch CellReceivers::observe(const receiver::ReceiverOptions& options, int draw,
+                                               std::span<const disturbance::Source> disturbances,
                                                const propagation::Antenna& antenna,
                                                propagation::Arrival arrival) const {
-  receiver::Receiver receiver(options, seed_of(draws_, antenna.time, draw), disturbances_);
+  receiver::Receiver receiver(options, seed_of(draws_, antenna.time, draw), disturbances);
   return receiver.observe({antenna, arrival, environment_->sky(), environment_->klobuchar()});
 }
 
@@ -104,7 +106,7 @@ void CellReceivers::solve_without_noise(const propagation::Antenna& antenna,
   quiet.signal.cn0_sigma_db = 0;
   quiet.signal.satellite_sigma_db = 0;
   quiet.signal.shadowing.enabled = false;
-  receiver::ReceiverEpoch epoch = observe(quiet, 0, antenna, arrival);
+  receiver::ReceiverEpoch epoch = observe(quiet, 0, disturbances_, antenna, arrival);
   std::vector<positioning::Measurement> measurements;
   receiver::Ranging ranging(quiet);
   int los = 0, nlos = 0;
@@ -157,8 +159,18 @@ void CellReceivers::draw(const propagation::Antenna& antenna, const propagation:
                          bool statistics, CellValues& values) const {
   std::vector<double> horizontal, vertical;
   int solved = 0;
+  std::vector<disturbance::Source> disturbances = disturbances_;
+  if (streets_) {
+    disturbance::StreetsOptions streets = *streets_;
+    streets.above_point_m = 0;
+    const Vector3d& place = arrival.antenna_enu;
+    if (const auto terrain = environment_->scene().terrain_height(place.x(), place.y())) {
+      streets.street.antenna_height_m = std::clamp(place.z() - *terrain, 0.0, 1000.0);
+    }
+    disturbances.insert(disturbances.begin(), disturbance::streets_source(streets));
+  }
   for (int d = 0; d < draws_.draws; ++d) {
-    const receiver::ReceiverEpoch epoch = observe(options_, d, antenna, arrival);
+    const receiver::ReceiverEpoch epoch = observe(options_, d, disturbances, antenna, arrival);
     if (!epoch.fix.solved()) continue;
     ++solved;
     const Vector3d error = error_of(epoch.fix, antenna.position_ecef);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/street_sources.hpp"
 
 namespace canyon::heatmap {
 
@@ -18,9 +20,11 @@ namespace canyon::heatmap {
 /// Receivers have run for long (SignalLockOptions::warm_start) and are at rest. Draw d at a time has the same
 /// seed at every cell, so that maps are smooth and do not depend on tiles. Values without noise are those of
 /// draw 0 of a receiver that states C/N0 without noise, whose satellites have no constant of their own and no
-/// shadow by what the map lacks, with the noise taken out of its pseudoranges (its mean stays) and solved by
-/// positioning::solve_fix(): weights are what the receiver believes. Availability of signals with strength is
-/// the share of draws that have a fix.
+/// shadow by what the map lacks and an empty street, with the noise taken out of its pseudoranges (its mean
+/// stays) and solved by positioning::solve_fix(): weights are what the receiver believes. Availability of
+/// signals with strength is the share of draws that have a fix. Each draw has a street of its own
+/// (ReceiverConfig::streets), as an antenna in one of its lanes sees it; its height over the road is that
+/// over the terrain.
 class CellReceivers {
  public:
   /// The environment and the propagator must outlive it. Throws InputError for options that do not
@@ -36,6 +40,7 @@ class CellReceivers {
   struct CellValues;
   /// One epoch of a receiver of its own. @param arrival a copy, for it is disturbed
   [[nodiscard]] receiver::ReceiverEpoch observe(const receiver::ReceiverOptions& options, int draw,
+                                                std::span<const disturbance::Source> disturbances,
                                                 const propagation::Antenna& antenna,
                                                 propagation::Arrival arrival) const;
   void solve_without_noise(const propagation::Antenna& antenna, const propagation::Arrival& arrival,
@@ -47,6 +52,7 @@ class CellReceivers {
   const propagation::Propagator* propagator_;
   receiver::ReceiverOptions options_;
   std::vector<disturbance::Source> disturbances_;
+  std::optional<disturbance::StreetsOptions> streets_;
   DrawOptions draws_;
 };
 

@@ -390,6 +390,35 @@ TEST(Heatmap, HonoursDisturbances) {
   EXPECT_GT(fixes, 5U);
 }
 
+TEST(Heatmap, DrawsAStreetForEachDraw) {
+  ReceiverConfig in_traffic = receiver_of(Model::Mirror);
+  in_traffic.options.noise.enabled = false;
+  const ReceiverConfig empty = in_traffic;
+  in_traffic.streets.enabled = true;
+  in_traffic.streets.vehicle_shares = {{"double_decker", 1}};
+  in_traffic.streets.vehicles_per_km = 60;
+  Request request = small_request(6);
+  request.times.resize(1);
+  request.altitudes_m = {2};
+  request.draws.draws = 8;
+  request.layers = {Layer::SatellitesLos, Layer::HorizontalErrorP95};
+  const Heatmap without(downtown(), empty, request, "");
+  const Heatmap with(downtown(), in_traffic, request, "");
+  EXPECT_NE(with.key(), without.key());
+  const std::vector<float> before = computed(without), after = computed(with);
+  EXPECT_TRUE(same_bits(computed(with), after));
+  const std::size_t cells = request.grid.cells();
+  int moved = 0;
+  for (std::size_t i = 0; i < cells; ++i) {
+    if (std::isnan(before[i])) continue;
+    // Without noise the street is empty.
+    EXPECT_EQ(after[i], before[i]);
+    // Without strength a satellite behind a bus is gone or comes by a mirror: another fix.
+    moved += std::abs(after[cells + i] - before[cells + i]) > 0.1F;
+  }
+  EXPECT_GT(moved, 5);
+}
+
 /// A map of a receiver whose signals have strength beside the receiver itself in every cell.
 void expect_as_receiver(const std::function<void(receiver::ReceiverOptions&)>& change) {
   ReceiverConfig receiver = receiver_of(Model::Specular);
