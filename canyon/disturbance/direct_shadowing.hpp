@@ -1,7 +1,7 @@
 #pragma once
 
-#include <map>
 #include <optional>
+#include <string>
 
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/disturbance/shadowing.hpp"
@@ -9,29 +9,21 @@
 namespace canyon::disturbance {
 
 /// Shadowing of every satellite's direct path along the way of one antenna; reflections and bent paths keep
-/// their strength. While a satellite moves, its shadows sweep over the antenna by
-/// ShadowingOptions::obstacle_distance_m times the angle, and what casts them moves too (obstacle_speed_mps).
+/// their strength but behind blockages, which take all that arrives from their direction. What casts shadows
+/// moves too (ShadowingOptions::obstacle_speed_mps). Antennas of one seed and name that drive the same way
+/// meet the same shadows.
 class DirectShadowing : public Disturbance {
  public:
   /// Throws InputError where options.validate() does.
-  DirectShadowing(const ShadowingOptions& options, std::uint64_t seed, std::string receiver);
+  DirectShadowing(const ShadowingOptions& options, std::uint64_t seed, const std::string& receiver);
 
   void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
 
  private:
-  struct Satellite {
-    Shadowing shadowing;
-    double swept_m = 0;  // by shadows over the antenna, as the satellite moved
-    std::optional<geodesy::GpsTime> swept_until;
-  };
-  Satellite& of(gnss::SatelliteId id);
-
-  ShadowingOptions options_;
-  std::uint64_t seed_;
-  std::string receiver_;
+  double obstacle_speed_mps_;
+  Shadowing shadowing_;
   std::optional<propagation::Antenna> before_;
   double way_m_ = 0;
-  std::map<gnss::SatelliteId, Satellite> satellites_;
 };
 
 }  // namespace canyon::disturbance

@@ -1,162 +1,76 @@
 #include "canyon/disturbance/shadowing.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
-#include <limits>
-#include <span>
-
-#include "canyon/base/input_error.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/options/values.hpp"
 
 namespace canyon::disturbance {
-namespace {
 
-/// One elevation of the tables in docs/tracking.md: states 1 (clear) and 2 (moderate shadow).
-struct Row {
-  double elevation_deg;
-  double mean1_db, sigma1_db, mean2_db, sigma2_db;
-  double p11, p12, p21, p22;
-};
-constexpr std::array<Row, 3> kUrban{{{40, -0.3, 0.73, -8.0, 4.5, 0.8628, 0.0737, 0.1247, 0.8214},
-                                     {60, -0.35, 0.26, -6.3, 1.4, 0.8681, 0.0952, 0.1300, 0.8429},
-                                     {80, -0.25, 0.87, -6.6, 2.3, 0.8870, 0.0562, 0.1489, 0.8039}}};
-constexpr std::array<Row, 3> kSuburban{{{40, -1.0, 0.5, -3.7, 0.98, 0.8177, 0.1715, 0.1544, 0.7997},
-                                        {60, -0.3, 0.91, -2.0, 0.5, 0.8177, 0.1715, 0.1544, 0.7997},
-                                        {80, -0.4, 0.58, -2.5, 0.2, 0.8177, 0.1715, 0.1544, 0.7997}}};
-
-ShadowingParameters of_row(const Row& row) {
-  return {row.mean1_db,
-          row.sigma1_db,
-          row.mean2_db,
-          row.sigma2_db,
-          row.p12 / (row.p11 + row.p12),
-          row.p21 / (row.p21 + row.p22)};
+Shadowing::Shadowing(const ShadowingOptions& options, std::uint64_t seed, const std::string& key)
+    : options_((options.validate(), options)),
+      nodes_(options.shared_angle_rad),
+      shadows_(nodes_, 0, seed, key + "/shadow"),
+      blockages_(nodes_, options.blockage.shared_by_all, seed, key + "/blockage"),
+      levels_stream_(seed, key + "/shadow level"),
+      levels_(nodes_.size()) {
+  const BlockageOptions& blockage = options_.blockage;
+  block_.leave = options_.frame_m / blockage.length_m;
+  block_.enter = block_.leave * blockage.share / (1 - blockage.share);
+  SkyNodes::draw(levels_stream_, levels_);
+  RandomStream stream(seed, key + "/shadow place");
+  origin_m_ = stream.uniform() * options_.frame_m;
+  axis_ = {stream.normal(), stream.normal(), stream.normal()};
+  axis_.normalize();
 }
 
-ShadowingParameters between(const ShadowingParameters& a, const ShadowingParameters& b, double share) {
-  const auto mix = [share](double from, double to) { return from + share * (to - from); };
-  return {mix(a.clear_mean_db, b.clear_mean_db),
-          mix(a.clear_sigma_db, b.clear_sigma_db),
-          mix(a.shadowed_mean_db, b.shadowed_mean_db),
-          mix(a.shadowed_sigma_db, b.shadowed_sigma_db),
-          mix(a.enter, b.enter),
-          mix(a.leave, b.leave)};
-}
-
-ShadowingParameters interpolated(std::span<const Row> rows, double elevation_deg) {
-  if (elevation_deg <= rows.front().elevation_deg) return of_row(rows.front());
-  for (std::size_t i = 1; i < rows.size(); ++i) {
-    const double low = rows[i - 1].elevation_deg;
-    const double high = rows[i].elevation_deg;
-    if (elevation_deg <= high) {
-      return between(of_row(rows[i - 1]), of_row(rows[i]), (elevation_deg - low) / (high - low));
-    }
-  }
-  return of_row(rows.back());
-}
-
-}  // namespace
-
-ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double elevation_rad) {
-  const double elevation_deg = geodesy::degrees(elevation_rad);
-  switch (options.environment) {
-    case ShadowingEnvironment::Urban:
-      return interpolated(kUrban, elevation_deg);
-    case ShadowingEnvironment::Suburban:
-      return interpolated(kSuburban, elevation_deg);
-    case ShadowingEnvironment::Custom:
-      return options.custom;
-  }
-  assert(false);
-  return options.custom;
-}
-
-Shadowing::Shadowing(const ShadowingOptions& options, RandomStream states, RandomStream levels)
-    : options_(options), states_(states), levels_(levels) {
-  options_.validate();
-}
-
-double Shadowing::more_frames(double change) {
-  // P(n or more) = (1 - change)^n.
-  const double u = 1 - states_.uniform();
-  if (change <= 0) return std::numeric_limits<double>::infinity();
-  if (change >= 1) return 0;
-  return std::floor(std::log(u) / std::log1p(-change));
-}
-
-void Shadowing::start(double way_m, const ShadowingParameters& parameters) {
-  // A place at random of an endless way: states by their shares, anywhere in a frame; as the chain forgets,
-  // as many frames lie behind as before, each by the law of those before.
-  shadowed_ = states_.uniform() < parameters.shadowed_share();
-  const double change = shadowed_ ? parameters.leave : parameters.enter;
-  const double within = states_.uniform();
-  changed_at_m_ = way_m - (within + more_frames(change)) * options_.frame_m;
-  changes_at_m_ = way_m + (1 - within + more_frames(change)) * options_.frame_m;
-  normal_ = levels_.normal();
-  way_m_ = way_m;
-  started_ = true;
-}
-
-double Shadowing::level_db(double way_m, double elevation_rad) {
-  const ShadowingParameters parameters = shadowing_parameters(options_, elevation_rad);
-  if (!started_) start(way_m, parameters);
+void Shadowing::go_to(double way_m) {
   assert(way_m >= way_m_);
-  while (way_m >= changes_at_m_) {
-    shadowed_ = !shadowed_;
-    changed_at_m_ = changes_at_m_;
-    changes_at_m_ += (1 + more_frames(shadowed_ ? parameters.leave : parameters.enter)) * options_.frame_m;
-  }
-  if (way_m > way_m_) {
-    const double steps = (way_m - way_m_) / options_.correlation_m;
-    normal_ = normal_ * std::exp(-steps) + std::sqrt(-std::expm1(-2 * steps)) * levels_.normal();
-    way_m_ = way_m;
-  }
-  // From the state before to this one.
-  double turned = 1;
-  if (options_.transition_m > 0) turned = std::min(1.0, (way_m - changed_at_m_) / options_.transition_m);
-  const double shadow = shadowed_ ? turned : 1 - turned;
-  const double mean =
-      parameters.clear_mean_db + shadow * (parameters.shadowed_mean_db - parameters.clear_mean_db);
-  const double sigma =
-      parameters.clear_sigma_db + shadow * (parameters.shadowed_sigma_db - parameters.clear_sigma_db);
-  return mean + sigma * normal_;
+  if (way_m <= way_m_) return;
+  const double steps = (way_m - way_m_) / options_.correlation_m;
+  const double kept = std::exp(-steps), fresh = std::sqrt(-std::expm1(-2 * steps));
+  for (double& level : levels_) level = level * kept + fresh * coins(levels_stream_);
+  way_m_ = way_m;
 }
 
-void ShadowingOptions::validate() const {
-  options::check(*this, "shadowing");
-  if (transition_m > frame_m) {
-    throw InputError(fmt::format("transition_m of the shadowing is {}", transition_m),
-                     fmt::format("it must be 0 m to a frame, {:g} m", frame_m));
-  }
+Shadowing::Place Shadowing::place(const Eigen::Vector3d& direction) const {
+  const double frames =
+      (way_m_ + origin_m_ + options_.obstacle_distance_m * axis_.dot(direction)) / options_.frame_m;
+  const double frame = std::floor(frames);
+  return {static_cast<std::int64_t>(frame), (frames - frame) * options_.frame_m};
 }
 
-void visit(options::Visitor& v, ShadowingOptions& o) {
-  static constexpr std::string_view kEnvironments[]{"urban", "suburban", "custom"};
-  v.boolean({"enabled", "", "shadow on the direct signal by what no map has: vehicles, trees, signs"},
-            o.enabled);
-  v.choice({"environment", "", "whose numbers: urban, suburban or custom"}, o.environment, kEnvironments);
-  v.section("custom", [&] {
-    v.number({"clear_mean_db", "dB", "custom: mean level in the clear"}, o.custom.clear_mean_db, {-40, 10});
-    v.number({"clear_sigma_db", "dB", "its standard deviation"}, o.custom.clear_sigma_db, {0, 20});
-    v.number({"shadowed_mean_db", "dB", "mean level in shadow"}, o.custom.shadowed_mean_db, {-40, 10});
-    v.number({"shadowed_sigma_db", "dB", "its standard deviation"}, o.custom.shadowed_sigma_db, {0, 20});
-    v.number({"enter", "", "probability that shadow follows a clear frame"}, o.custom.enter, {0, 1});
-    v.number({"leave", "", "probability that a clear frame follows shadow"}, o.custom.leave, {0, 1, true});
-  });
-  v.number({"frame_m", "m", "states last whole frames of this length"}, o.frame_m, {0.1, 1000});
-  v.number({"transition_m", "m", "way over which one state passes into the other"}, o.transition_m,
-           {0, 1000});
-  v.number({"correlation_m", "m", "way over which levels correlate by 1/e"}, o.correlation_m,
-           {0, 1000, true});
-  v.number({"obstacle_distance_m", "m", "to what casts the shadow, which moves as the satellite does"},
-           o.obstacle_distance_m, {0, 1000});
-  v.number({"obstacle_speed_mps", "m/s", "at which what casts shadows passes an antenna at rest"},
-           o.obstacle_speed_mps, {0, 100});
+double Shadowing::passed(FrameStates::States states, double into_m) const {
+  if (states.now == states.before || into_m >= options_.transition_m) return states.now ? 1 : 0;
+  const double turned = into_m / options_.transition_m;
+  return states.now ? turned : 1 - turned;
+}
+
+Shadowing::Blockage Shadowing::blockage(const Place& here) {
+  const BlockageOptions& o = options_.blockage;
+  if (o.share == 0) return {};
+  const FrameStates::States states = blockages_.at(here.frame, shares_, block_);
+  return {passed(states, here.into_m), o.mean_db + o.sigma_db * SkyNodes::blend(shares_, levels_),
+          states.now};
+}
+
+Shadowing::Shadow Shadowing::of(const Eigen::Vector3d& direction) {
+  nodes_.shares(direction, shares_);
+  const Place here = place(direction);
+  const ShadowingParameters p = shadowing_parameters(options_, std::asin(std::min(direction.z(), 1.0)));
+  const FrameStates::States states = shadows_.at(here.frame, shares_, {p.enter, p.leave});
+  const double share = passed(states, here.into_m);
+  const double mean = p.clear_mean_db + share * (p.shadowed_mean_db - p.clear_mean_db);
+  const double sigma = p.clear_sigma_db + share * (p.shadowed_sigma_db - p.clear_sigma_db);
+  const double level_db = mean + sigma * SkyNodes::blend(shares_, levels_);
+  const Blockage behind = blockage(here);
+  return {level_db + behind.share * (behind.level_db - level_db), states.now, behind.now};
+}
+
+double Shadowing::path_level_db(const Eigen::Vector3d& direction) {
+  if (options_.blockage.share == 0) return 0;
+  nodes_.shares(direction, shares_);
+  const Blockage behind = blockage(place(direction));
+  return behind.share * behind.level_db;
 }
 
 }  // namespace canyon::disturbance

@@ -13,6 +13,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "tests/support/spoiled_options.hpp"
 
 namespace canyon::disturbance {
@@ -28,13 +29,30 @@ ShadowingOptions custom(double enter, double leave) {
   return options;
 }
 
-Shadowing make(const ShadowingOptions& options, std::uint64_t seed = 1) {
-  return {options, RandomStream(seed, "states"), RandomStream(seed, "levels")};
+Eigen::Vector3d direction_deg(double azimuth, double elevation) {
+  return geodesy::enu_from_azimuth_elevation(radians(azimuth), radians(elevation));
 }
 
-constexpr double kElevation = 0.7;
+/// One satellite that does not move.
+class One {
+ public:
+  explicit One(const ShadowingOptions& options, std::uint64_t seed = 1, double azimuth_deg = 70)
+      : shadowing_(options, seed, "test"), direction_(direction_deg(azimuth_deg, 40)) {}
+  double level_db(double way_m) {
+    shadowing_.go_to(way_m);
+    last_ = shadowing_.of(direction_);
+    return last_.level_db;
+  }
+  [[nodiscard]] bool shadowed() const { return last_.shadowed; }
+  [[nodiscard]] bool blocked() const { return last_.blocked; }
 
-// Perez-Fontan et al. 1998 as docs/tracking.md has it; P12 / (P11 + P12) and P21 / (P21 + P22) by hand.
+ private:
+  Shadowing shadowing_;
+  Eigen::Vector3d direction_;
+  Shadowing::Shadow last_;
+};
+
+// Perez-Fontan et al. 1998 as docs/shadowing.md has it; P12 / (P11 + P12) and P21 / (P21 + P22) by hand.
 TEST(ShadowingParameters, AreThePublishedOnesWithoutDeepShadow) {
   ShadowingOptions options;
   const auto at = [&](double deg) { return shadowing_parameters(options, radians(deg)); };
@@ -70,12 +88,12 @@ struct Stretch {
   bool shadowed;
   double length_m;
 };
-std::vector<Stretch> stretches(Shadowing& shadowing, double way_m, double step_m) {
+std::vector<Stretch> stretches(One& shadowing, double way_m, double step_m) {
   std::vector<Stretch> result;
   double since = -1;
   bool state = false;
   for (long i = 0; i * step_m < way_m; ++i) {
-    (void)shadowing.level_db(i * step_m, kElevation);
+    (void)shadowing.level_db(i * step_m);
     if (i > 0 && shadowing.shadowed() != state) {
       if (since >= 0) result.push_back({state, i * step_m - since});  // the first one has no beginning
       since = i * step_m;
@@ -88,8 +106,8 @@ std::vector<Stretch> stretches(Shadowing& shadowing, double way_m, double step_m
 TEST(Shadowing, StatesLastGeometricNumbersOfFrames) {
   ShadowingOptions options = custom(0.2, 0.35);
   options.frame_m = 4;
-  Shadowing shadowing = make(options);
-  constexpr double kStep = 0.25;
+  One shadowing(options);
+  constexpr double kStep = 0.5;
   const std::vector<Stretch> found = stretches(shadowing, 400e3, kStep);
   std::map<std::pair<bool, int>, int> counts;
   std::map<bool, int> totals;
@@ -120,8 +138,8 @@ TEST(Shadowing, BeginsAnywhereOfAnEndlessWay) {
   int beyond = 0, clear = 0;
   double level = 0;
   for (int seed = 0; seed < kCount; ++seed) {
-    Shadowing shadowing = make(options, static_cast<std::uint64_t>(seed));
-    level += shadowing.level_db(1000, kElevation) / kCount;
+    One shadowing(options, static_cast<std::uint64_t>(seed));
+    level += shadowing.level_db(1000) / kCount;
     if (shadowing.shadowed()) {
       ++shadowed;
       continue;
@@ -129,7 +147,7 @@ TEST(Shadowing, BeginsAnywhereOfAnEndlessWay) {
     ++clear;
     bool left = false;
     for (int i = 1; i <= 10 && !left; ++i) {
-      (void)shadowing.level_db(1000 + 0.25 * options.frame_m * i, kElevation);
+      (void)shadowing.level_db(1000 + 0.25 * options.frame_m * i);
       left = shadowing.shadowed();
     }
     if (!left) ++beyond;  // 2.5 frames
@@ -144,11 +162,11 @@ TEST(Shadowing, BeginsAnywhereOfAnEndlessWay) {
 TEST(Shadowing, LevelsAreNormalInEachState) {
   ShadowingOptions options = custom(0.1, 0.15);
   options.transition_m = 0;
-  Shadowing shadowing = make(options, 7);
+  One shadowing(options, 7);
   std::map<bool, std::vector<double>> levels;
   // Ten correlation lengths: independent.
   for (int i = 0; i < 40000; ++i) {
-    const double level = shadowing.level_db(17.0 * i, kElevation);
+    const double level = shadowing.level_db(17.0 * i);
     levels[shadowing.shadowed()].push_back(level);
   }
   EXPECT_NEAR(levels[true].size() / 40000.0, 0.4, 0.02);
@@ -171,12 +189,12 @@ TEST(Shadowing, LevelsCorrelateOverTheWay) {
   options.custom.clear_sigma_db = 2;
   options.correlation_m = 3;
   for (const double step : {0.1, 1.0, 2.5}) {
-    Shadowing shadowing = make(options, 3);
+    One shadowing(options, 3);
     std::vector<double> values;
-    for (int i = 0; i * step < 150e3; ++i) values.push_back(shadowing.level_db(i * step, kElevation) + 1);
+    for (int i = 0; i * step < 60e3; ++i) values.push_back(shadowing.level_db(i * step) + 1);
     double square = 0;
     for (const double v : values) square += v * v / static_cast<double>(values.size());
-    const double independent = 150e3 / (2 * 3);
+    const double independent = 60e3 / (2 * 3);
     EXPECT_NEAR(square, 4, 4.5 * 4 * std::sqrt(2 / independent));
     for (const double lag : {5.0, 10.0}) {
       const std::size_t shift = static_cast<std::size_t>(std::lround(lag / step));
@@ -190,13 +208,13 @@ TEST(Shadowing, LevelsCorrelateOverTheWay) {
 
 TEST(Shadowing, StatesDoNotDependOnTheStep) {
   const ShadowingOptions options = custom(0.2, 0.3);
-  Shadowing fine = make(options, 11);
-  Shadowing coarse = make(options, 11);
+  One fine(options, 11);
+  One coarse(options, 11);
   int shadowed = 0;
   for (int i = 0; i <= 20000; ++i) {
-    (void)fine.level_db(0.5 * i, kElevation);
+    (void)fine.level_db(0.5 * i);
     if (i % 37 != 0) continue;
-    (void)coarse.level_db(0.5 * i, kElevation);
+    (void)coarse.level_db(0.5 * i);
     EXPECT_EQ(fine.shadowed(), coarse.shadowed()) << i;
     shadowed += fine.shadowed();
   }
@@ -207,11 +225,11 @@ TEST(Shadowing, StatesDoNotDependOnTheStep) {
 TEST(Shadowing, PassesFromStateToStateInAStraightLine) {
   ShadowingOptions options = custom(0.3, 0.3);
   options.custom.clear_sigma_db = options.custom.shadowed_sigma_db = 0;
-  Shadowing shadowing = make(options, 2);
-  double before = shadowing.level_db(0, kElevation);
+  One shadowing(options, 2);
+  double before = shadowing.level_db(0);
   double least = 0, most = -100;
   for (int i = 1; i < 4000; ++i) {
-    const double level = shadowing.level_db(0.1 * i, kElevation);
+    const double level = shadowing.level_db(0.1 * i);
     // 8 dB in 2.2 m.
     EXPECT_LE(std::abs(level - before), 8 / 2.2 * 0.1 + 1e-9);
     least = std::min(least, level);
@@ -223,26 +241,174 @@ TEST(Shadowing, PassesFromStateToStateInAStraightLine) {
 }
 
 TEST(Shadowing, StandsStillAtOnePlace) {
-  Shadowing shadowing = make(custom(0.2, 0.3));
-  (void)shadowing.level_db(0, kElevation);
-  const double level = shadowing.level_db(10, kElevation);
-  for (int i = 0; i < 5; ++i) EXPECT_EQ(shadowing.level_db(10, kElevation), level);
+  One shadowing(custom(0.2, 0.3));
+  (void)shadowing.level_db(0);
+  const double level = shadowing.level_db(10);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(shadowing.level_db(10), level);
   // Nothing was drawn on the way.
-  Shadowing other = make(custom(0.2, 0.3));
-  (void)other.level_db(0, kElevation);
-  (void)other.level_db(10, kElevation);
-  EXPECT_EQ(other.level_db(12, kElevation), shadowing.level_db(12, kElevation));
+  One other(custom(0.2, 0.3));
+  (void)other.level_db(0);
+  (void)other.level_db(10);
+  EXPECT_EQ(other.level_db(12), shadowing.level_db(12));
 }
 
 TEST(Shadowing, FollowsItsSeed) {
   const auto levels = [](std::uint64_t seed) {
-    Shadowing shadowing = make(custom(0.2, 0.3), seed);
+    One shadowing(custom(0.2, 0.3), seed);
     std::vector<double> result;
-    for (int i = 0; i < 20; ++i) result.push_back(shadowing.level_db(3.0 * i, kElevation));
+    for (int i = 0; i < 20; ++i) result.push_back(shadowing.level_db(3.0 * i));
     return result;
   };
   EXPECT_EQ(levels(5), levels(5));
   EXPECT_NE(levels(5), levels(6));
+}
+
+// --- what satellites share
+
+// Two satellites whose numbers correlate by `rho`, by the definition of the
+// chain in shadowing.hpp: numbers of the test's own.
+double both_shadowed(double rho, double enter, double leave) {
+  RandomStream random(5, "pairs");
+  const auto low = [](double z) { return 0.5 * std::erfc(-z / std::sqrt(2)); };
+  bool a = false, b = false;
+  int both = 0;
+  constexpr int kFrames = 400000;
+  for (int i = 0; i < kFrames; ++i) {
+    const double first = random.normal();
+    const double second = rho * first + std::sqrt(1 - rho * rho) * random.normal();
+    a = low(first) < (a ? 1 - leave : enter);
+    b = low(second) < (b ? 1 - leave : enter);
+    both += a && b;
+  }
+  return both / double{kFrames};
+}
+
+TEST(Shadowing, NeighboursInTheSkyShareIt) {
+  ShadowingOptions options = custom(0.1, 0.15);
+  options.obstacle_distance_m = 0;  // frames of all begin at one place
+  options.shared_angle_rad = radians(15);
+  options.transition_m = 0;
+  options.custom.clear_sigma_db = options.custom.shadowed_sigma_db = 2;
+  const std::vector<double> apart_deg{0, 5, 10, 20, 30, 60};
+  Shadowing shadowing(options, 3, "test");
+  std::vector<double> both(apart_deg.size()), product(apart_deg.size());
+  constexpr int kFrames = 60000;
+  for (int i = 0; i < kFrames; ++i) {
+    shadowing.go_to(4.4 * i);
+    const auto from_mean = [](const Shadowing::Shadow& s) { return s.level_db - (s.shadowed ? -9 : -1); };
+    const Shadowing::Shadow first = shadowing.of(direction_deg(20, 0));
+    for (std::size_t k = 0; k < apart_deg.size(); ++k) {
+      const Shadowing::Shadow other = shadowing.of(direction_deg(20 + apart_deg[k], 0));
+      both[k] += (first.shadowed && other.shadowed) / double{kFrames};
+      product[k] += from_mean(first) * from_mean(other) / 4 / kFrames;
+    }
+  }
+  for (std::size_t k = 0; k < apart_deg.size(); ++k) {
+    // Levels: the closed form in sky_nodes.hpp, for small angles.
+    const double angle = apart_deg[k] / 15;
+    const double rho = std::exp(-angle * angle / 2);
+    EXPECT_NEAR(product[k], rho, 0.04) << apart_deg[k];
+    // States: 0.03 of correlation are up to 0.01 here; 60,000 frames of four independent ones each leave
+    // 0.008.
+    EXPECT_NEAR(both[k], both_shadowed(std::min(rho, 1.0), 0.1, 0.15), 0.018) << apart_deg[k];
+  }
+  EXPECT_NEAR(both.front(), 0.4, 0.012);
+}
+
+TEST(Shadowing, StatesCorrelateOverTheWay) {
+  // A chain of two states forgets by 1 - enter - leave each frame; places of any phase of a frame lie on
+  // straight lines between.
+  ShadowingOptions options = custom(0.1, 0.15);
+  options.frame_m = 4;
+  std::vector<double> shares(21);
+  double shadowed = 0;
+  constexpr int kCount = 400;
+  for (int seed = 0; seed < kCount; ++seed) {
+    One one(options, static_cast<std::uint64_t>(seed));
+    std::vector<bool> states;
+    for (int i = 0; i < 600; ++i) {
+      (void)one.level_db(i);
+      states.push_back(one.shadowed());
+    }
+    for (std::size_t i = 0; i < 580; ++i) {
+      shadowed += states[i] / (580.0 * kCount);
+      for (std::size_t lag = 0; lag < shares.size(); ++lag)
+        shares[lag] += (states[i] && states[i + lag]) / (580.0 * kCount);
+    }
+  }
+  EXPECT_NEAR(shadowed, 0.4, 0.01);
+  for (std::size_t lag = 0; lag < shares.size(); ++lag) {
+    const double frames = static_cast<double>(lag) / 4;
+    const double below = std::floor(frames);
+    const double kept = std::pow(0.75, below) * (1 - 0.25 * (frames - below));
+    EXPECT_NEAR((shares[lag] - 0.4 * 0.4) / (0.4 * 0.6), kept, 0.05) << lag;
+  }
+}
+
+TEST(Shadowing, DoesNotDependOnWhoElseIsAsked) {
+  ShadowingOptions options = custom(0.2, 0.3);
+  options.blockage = {0.2, 12};
+  Shadowing alone(options, 8, "test"), forward(options, 8, "test"), backward(options, 8, "test");
+  std::vector<Eigen::Vector3d> sky;
+  for (int i = 0; i < 12; ++i) sky.push_back(direction_deg(137.5 * i, 5 + 7 * i));
+  for (int i = 0; i < 300; ++i) {
+    alone.go_to(3.0 * i);
+    forward.go_to(3.0 * i);
+    backward.go_to(3.0 * i);
+    std::vector<double> there, back;
+    for (const auto& direction : sky) there.push_back(forward.of(direction).level_db);
+    for (auto it = sky.rbegin(); it != sky.rend(); ++it) back.push_back(backward.of(*it).level_db);
+    EXPECT_TRUE(std::equal(there.begin(), there.end(), back.rbegin())) << i;
+    if (i % 7 == 0) {
+      EXPECT_EQ(alone.of(sky[5]).level_db, there[5]) << i;
+    }
+  }
+}
+
+// --- blockage
+
+TEST(Shadowing, BlockagesHaveTheirShareLengthAndLevel) {
+  ShadowingOptions options = custom(0.1, 0.15);
+  options.blockage = {0.25, 22, -30, 3};
+  options.transition_m = 0;
+  One one(options, 4);
+  int blocked = 0, begun = 0, shadowed = 0;
+  double sum = 0, square = 0;
+  constexpr int kFrames = 60000;
+  for (int i = 0; i < kFrames; ++i) {
+    const bool before = one.blocked();
+    const double level = one.level_db(4.4 * i);
+    if (!one.blocked()) continue;
+    begun += !before;
+    ++blocked;
+    shadowed += one.shadowed();
+    sum += level;
+    square += level * level;
+  }
+  // Blockages of five frames in the mean: some 3,000, of geometric lengths.
+  EXPECT_NEAR(blocked / double{kFrames}, 0.25, 0.02);
+  EXPECT_NEAR(4.4 * blocked / begun, 22, 4.5 * 22 / std::sqrt(begun));
+  EXPECT_NEAR(shadowed / double(blocked), 0.4, 0.04);  // the two do not know of each other
+  const double mean = sum / blocked;
+  EXPECT_NEAR(mean, -30, 0.2);
+  EXPECT_NEAR(std::sqrt(square / blocked - mean * mean), 3, 0.15);
+}
+
+TEST(Shadowing, WithoutBlockageIsTheSameAsBefore) {
+  ShadowingOptions with = custom(0.1, 0.15);
+  with.blockage.share = 0.2;
+  One one(with, 6), other(custom(0.1, 0.15), 6);
+  int same = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double level = one.level_db(20.0 * i);
+    const double without = other.level_db(20.0 * i);
+    EXPECT_FALSE(other.blocked());
+    EXPECT_EQ(one.shadowed(), other.shadowed());
+    same += level == without;
+  }
+  // But in blockages, and in the frame behind each for the half that it passes over.
+  EXPECT_GT(same, 650);
+  EXPECT_LT(same, 850);
 }
 
 TEST(ShadowingOptions, NamesTheFieldThatIsOutOfRange) {
@@ -260,6 +426,16 @@ TEST(ShadowingOptions, NamesTheFieldThatIsOutOfRange) {
   EXPECT_THAT(message([](O& o) { o.transition_m = 4.5; }), HasSubstr("transition_m"));
   EXPECT_THAT(message([](O& o) { o.correlation_m = 0; }), HasSubstr("correlation_m"));
   EXPECT_THAT(message([](O& o) { o.obstacle_distance_m = -1; }), HasSubstr("obstacle_distance_m"));
+  EXPECT_THAT(message([](O& o) { o.shared_angle_rad = 0.05; }), HasSubstr("shared_angle_rad"));
+  EXPECT_THAT(message([](O& o) { o.blockage.shared_by_all = 1.1; }), HasSubstr("shared_by_all"));
+  EXPECT_THAT(message([](O& o) { o.blockage.share = 0.95; }), HasSubstr("share"));
+  EXPECT_THAT(message([](O& o) { o.blockage.mean_db = 1; }), HasSubstr("mean_db"));
+  EXPECT_THAT(message([](O& o) { o.blockage.sigma_db = -1; }), HasSubstr("sigma_db"));
+  EXPECT_THAT(message([](O& o) { o.blockage.length_m = 0; }), HasSubstr("length_m"));
+  // Blockages last a frame at least, and where they take most of the way, so do the gaps between them.
+  EXPECT_EQ(message([](O& o) { o.blockage = {0.75, 13.2}; }), "");
+  EXPECT_THAT(message([](O& o) { o.blockage = {0.75, 13.1}; }), HasSubstr("13.2 m or more"));
+  EXPECT_THAT(message([](O& o) { o.blockage = {0.1, 4.3}; }), HasSubstr("4.4 m or more"));
 }
 
 }  // namespace

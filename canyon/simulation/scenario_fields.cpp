@@ -448,6 +448,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers) {
     for (ReceiverConfig& config : receivers) {
       v.part("propagation", config.propagation);
       v.part("noise", config.options.noise);
+      v.part("shadowing", config.options.signal.shadowing);
     }
   }
   v.list("receivers", receivers, [&](ReceiverConfig& config) {
@@ -459,6 +460,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers) {
     ReceiverConfig defaults;
     v.part("propagation", defaults.propagation);
     v.part("noise", defaults.options.noise);
+    v.part("shadowing", defaults.options.signal.shadowing);
   }
 }
 

@@ -69,6 +69,12 @@ std::vector<std::string> scenarios_with_every_key() {
   const std::string noise =
       "{enabled: true, theta_per_s: 0.02, mu_m: 0, sigma_m_per_sqrt_s: 0.2, doppler_sigma_hz: 0.1, "
       "drift: {enabled: false, below_speed_mps: 0.5, below_los: 5, mu_sigma_m: 2}}";
+  const std::string shadowing =
+      "{enabled: true, environment: custom, custom: {clear_mean_db: -1, clear_sigma_db: 1, shadowed_mean_db: "
+      "-7, shadowed_sigma_db: 3, enter: 0.1, leave: 0.2}, blockage: {share: 0.1, length_m: 30, mean_db: -20, "
+      "sigma_db: 5, shared_by_all: 0.2}, shared_angle_deg: 20, frame_m: 4, transition_m: 2, correlation_m: "
+      "2, "
+      "obstacle_distance_m: 5, obstacle_speed_mps: 1}";
   return {
       "city: {facades: {mix: europe, named: keep}, mesh: f, origin: {latitude_deg: 1, longitude_deg: 2, "
       "height_m: 3}, "
@@ -82,7 +88,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "rinex_observation: true, rinex4_observation: true, "
       "rinex_navigation: true, kml: true, geojson: true, pictures: true}\n"
       "propagation: " +
-          propagation + "\nnoise: " + noise + "\n",
+          propagation + "\nnoise: " + noise + "\nshadowing: " + shadowing + "\n",
       "streets: {enabled: true, region: east_asia, class: arterial, lanes: 2, vehicles_per_km: 30, "
       "vehicle_shares: [car=80, bus=20], speed_mps: 9, cycle_s: 80, red_s: 30, trees_per_km: 10, "
       "signs_per_km: "
@@ -110,21 +116,21 @@ std::vector<std::string> scenarios_with_every_key() {
       "none, coast_s: 3}, signal: {enabled: true, antenna: survey, link: {above_minimum_db: 2, "
       "antenna_temperature_k: 200, noise_figure_db: 3, implementation_loss_db: 2}, offset_db: "
       "[GPS=1, BeiDou-2&BeiDou-GEO=-4], satellite_sigma_db: 1, strength: {slabs: false, "
-      "roughness_m: 0.1, foliage: slant_path}, shadowing: {enabled: true, environment: custom, custom: {"
-      "clear_mean_db: -1, clear_sigma_db: 1, shadowed_mean_db: -7, shadowed_sigma_db: 3, enter: 0.1, leave: "
-      "0.2}, frame_m: 4, transition_m: 2, correlation_m: 2, obstacle_distance_m: 5, obstacle_speed_mps: 1}, "
-      "front_end_bandwidth_hz: "
-      "4e6, wide_front_end_bandwidth_hz: 30e6, dll: {discriminator: "
-      "dot_product, "
-      "spacing_chips: 0.2, loop_bandwidth_hz: 0.5, integration_s: 0.01, peak_check_s: 2}, pll: "
-      "{loop_bandwidth_hz: 10, "
-      "integration_s: 0.01}, fll: {loop_bandwidth_hz: 4, integration_s: 0.01, noise_factor: 2}, lock: "
-      "{acquisition_threshold_dbhz: 20, tracking_threshold_dbhz: 15, cold_acquisition_s: 10, "
-      "reacquisition_s: 2, hold_s: 3, memory_s: 100, warm_start: true}, phase_threshold_dbhz: 27, "
-      "cn0_sigma_db: 0.5, cn0_step_db: 1, loop_noise: false}, ionosphere: true, troposphere: true, "
-      "correct_ionosphere: true, "
-      "correct_troposphere: true, lever_arm: {forward_m: 1, left_m: 2, up_m: 3}, "
-      "clock: {bias_s: 1e-3, drift: 1e-7, drift_walk: 1e-9}, propagation: " +
+      "roughness_m: 0.1, foliage: slant_path}, shadowing: " +
+          shadowing +
+          ", "
+          "front_end_bandwidth_hz: "
+          "4e6, wide_front_end_bandwidth_hz: 30e6, dll: {discriminator: "
+          "dot_product, "
+          "spacing_chips: 0.2, loop_bandwidth_hz: 0.5, integration_s: 0.01, peak_check_s: 2}, pll: "
+          "{loop_bandwidth_hz: 10, "
+          "integration_s: 0.01}, fll: {loop_bandwidth_hz: 4, integration_s: 0.01, noise_factor: 2}, lock: "
+          "{acquisition_threshold_dbhz: 20, tracking_threshold_dbhz: 15, cold_acquisition_s: 10, "
+          "reacquisition_s: 2, hold_s: 3, memory_s: 100, warm_start: true}, phase_threshold_dbhz: 27, "
+          "cn0_sigma_db: 0.5, cn0_step_db: 1, loop_noise: false}, ionosphere: true, troposphere: true, "
+          "correct_ionosphere: true, "
+          "correct_troposphere: true, lever_arm: {forward_m: 1, left_m: 2, up_m: 3}, "
+          "clock: {bias_s: 1e-3, drift: 1e-7, drift_walk: 1e-9}, propagation: " +
           propagation + ", noise: " + noise +
           "}, {name: b, signal: {antenna_rows: [[0, -5, -5], [90, 3, -10]], antenna_lower_rows: [[0, -6, "
           "-6], [90, 2, "

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "canyon/disturbance/shadowing.hpp"
+#include "canyon/disturbance/shadowing_options.hpp"
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/signal/antenna_pattern.hpp"

@@ -1,0 +1,59 @@
+#include "canyon/disturbance/frame_states.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace canyon::disturbance {
+namespace {
+
+/// More than almost every way back: the slowest published chain goes beyond with a probability of 1e-6.
+constexpr std::int64_t kSlots = 64;
+constexpr int kFarthest = 4096;
+
+}  // namespace
+
+FrameStates::FrameStates(const SkyNodes& nodes, double common, std::uint64_t seed, std::string_view key)
+    : size_(nodes.size() + 1),
+      of_common_(std::sqrt(common)),
+      of_nodes_(std::sqrt(1 - common)),
+      root_(RandomStream(seed, key).next()),
+      frames_(kSlots, std::numeric_limits<std::int64_t>::min()),
+      numbers_(kSlots * size_) {}
+
+double FrameStates::uniform(std::int64_t frame, std::span<const SkyNodes::Share> shares) {
+  const std::size_t slot = static_cast<std::uint64_t>(frame) % kSlots;
+  const std::span<double> numbers = std::span(numbers_).subspan(slot * size_, size_);
+  if (frames_[slot] != frame) {
+    RandomStream stream(mix64(root_ + kGolden64 * static_cast<std::uint64_t>(frame)), "frame");
+    SkyNodes::draw(stream, numbers.first(size_ - 1));
+    numbers.back() = stream.normal();
+    frames_[slot] = frame;
+  }
+  const double z = of_nodes_ * SkyNodes::blend(shares, numbers) + of_common_ * numbers.back();
+  return 0.5 * std::erfc(-z * std::sqrt(0.5));
+}
+
+bool FrameStates::state(std::int64_t frame, std::span<const SkyNodes::Share> shares, Steps steps) {
+  const double stay = 1 - steps.leave;
+  const double low = std::min(steps.enter, stay), high = std::max(steps.enter, stay);
+  bool turned = false;  // by the frames gone back over
+  for (int back = 0;; ++back) {
+    const double u = uniform(frame - back, shares);
+    if (u < low || u >= high) return (u < low) != turned;
+    if (back == kFarthest)
+      return (u - low < (high - low) * steps.enter / (steps.enter + steps.leave)) != turned;
+    // Between them the state stays, or, of chains that change more often than not, turns.
+    if (steps.enter > stay) turned = !turned;
+  }
+}
+
+FrameStates::States FrameStates::at(std::int64_t frame, std::span<const SkyNodes::Share> shares,
+                                    Steps steps) {
+  States states;
+  states.before = state(frame - 1, shares, steps);
+  states.now = uniform(frame, shares) < (states.before ? 1 - steps.leave : steps.enter);
+  return states;
+}
+
+}  // namespace canyon::disturbance

@@ -1,0 +1,83 @@
+#pragma once
+
+#include "canyon/options/fwd.hpp"
+
+namespace canyon::disturbance {
+
+/// Whose numbers.
+enum class ShadowingEnvironment {
+  Urban,     ///< as published for streets of a city
+  Suburban,  ///< as published for low houses with trees
+  Custom,    ///< ShadowingOptions::custom
+};
+
+/// Level of the direct signal [dB] against a clear line of sight, log-normal in each of two states, and the
+/// chain that chooses between them, one step each frame.
+struct ShadowingParameters {
+  double clear_mean_db = -0.3;     ///< [-40, 10]
+  double clear_sigma_db = 0.73;    ///< [0, 20]
+  double shadowed_mean_db = -8.0;  ///< [-40, 10]
+  double shadowed_sigma_db = 4.5;  ///< [0, 20]
+  double enter = 0.0787;           ///< probability that shadow follows a clear frame, [0, 1]
+  double leave = 0.1318;           ///< probability that a clear frame follows one in shadow, (0, 1]
+
+  /// Share of the way that lies in shadow: the stationary one of the chain.
+  [[nodiscard]] double shadowed_share() const { return enter / (enter + leave); }
+};
+
+/// Where a map lacks what blocks altogether: footbridges, buses, canopies, whole buildings. A state beside
+/// the two of ShadowingParameters, by a chain of its own; in it this is the level, of all paths that arrive
+/// from its direction. Defaults are fitted to a recording in which a fifth of all satellites in line of sight
+/// is missing (docs/shadowing.md).
+struct BlockageOptions {
+  double share = 0;      ///< of the way, [0, 0.9]; 0: nothing is missing
+  double length_m = 50;  ///< mean length, a frame or more, up to 10,000 [m]
+  double mean_db = -40;  ///< [-60, 0]
+  double sigma_db = 12;  ///< [0, 20]
+  /// Share of the variance of what drives the chain that the whole sky has in common [1], [0, 1]: bridges and
+  /// buses take many satellites at once.
+  double shared_by_all = 0.7;
+};
+
+/// Shadow by what no map has: vehicles, trees, poles, signs, people, bridges, edges that a city's mesh lacks.
+///
+/// The three-state model of the land mobile satellite channel (clear, moderate shadow, deep shadow;
+/// Perez-Fontan et al., IEEE Trans. Veh. Technol. 50(6), 2001, with the S-band tables of IEEE Trans.
+/// Broadcast. 44(1), 1998) without its deep shadow, which is that of buildings: those are in the map. Steps
+/// between the other two have their probabilities on condition that the third is not entered: enter = P12 /
+/// (P11 + P12), leave = P21 / (P21 + P22). docs/shadowing.md has the tables and where they come from.
+struct ShadowingOptions {
+  bool enabled = false;
+  ShadowingEnvironment environment = ShadowingEnvironment::Urban;
+  ShadowingParameters custom;  ///< at every elevation; used with ShadowingEnvironment::Custom
+  BlockageOptions blockage;
+  /// Satellites this far apart share shadows with a correlation of exp(-1/2) [rad], 5 to 60 deg.
+  double shared_angle_rad = 0.17453292519943295;  // 10 deg
+  /// Length of a frame [m], [0.1, 1000]: states last whole frames.
+  double frame_m = 4.4;
+  /// Way behind a change of state over which mean and deviation change linearly [m], [0, frame_m].
+  double transition_m = 2.2;
+  /// Way over which levels correlate by 1/e [m], (0, 1000].
+  double correlation_m = 1.7;
+  /// From antenna to what shadows it [m], [0, 1000]: while a satellite's direction turns by an angle, shadows
+  /// move over the antenna by at most this times the angle, and a bridge shades the satellites ahead before
+  /// those behind. 10 m: assumed, range 2 (a vehicle) to 30 (across a street).
+  double obstacle_distance_m = 10;
+  /// Speed at which what shadows passes an antenna at rest [m/s], [0, 100]: vehicles and people come and go,
+  /// leaves move. Added to the antenna's own speed by its square, so that only those at rest notice. 0.1 m/s:
+  /// assumed; an urban shadow of 33 m in the mean then ends after some five minutes. Range 0.01 (parked
+  /// vehicles) to 1 (traffic).
+  double obstacle_speed_mps = 0.1;
+
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Their fields.
+void visit(options::Visitor& v, BlockageOptions& o);
+void visit(options::Visitor& v, ShadowingOptions& o);
+
+/// Of the environment at an elevation [rad]: linear between 40, 60 and 80 deg, held beyond (nothing is
+/// published there). Suburban chains are those of 40 deg everywhere.
+[[nodiscard]] ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double elevation_rad);
+
+}  // namespace canyon::disturbance
