@@ -65,6 +65,7 @@ int main(int argc, char** argv) {
   add_scenario(app, action);
   add_profiles(app, action);
   add_validate(app, action);
+  add_calibrate(app, action);
   add_heatmap(app, action);
   if (argc < 2) {
     fmt::print(stderr, "{}", app.help());

@@ -9,7 +9,7 @@
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/validation/statistics.hpp"
 
-// Private to canyon/validation.
+// Not public: of canyon/validation and canyon/calibration.
 
 namespace canyon::validation {
 

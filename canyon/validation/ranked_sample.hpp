@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-// Private to canyon/validation.
+// Not public: of canyon/validation and canyon/calibration.
 
 namespace canyon::validation {
 

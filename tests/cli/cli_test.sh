@@ -60,7 +60,7 @@ X
 
 case $case in
 help)
-  runs 0 "$canyon" --help; says out simulate sky trace city validate heatmap
+  runs 0 "$canyon" --help; says out simulate sky trace city validate calibrate heatmap
   runs 0 "$canyon" --version; says out canyon
   runs 0 "$canyon" simulate --help
   says out --out --seed --duration --rate --threads --quiet receivers elevation_mask_deg height_above_terrain_m
@@ -354,6 +354,55 @@ P
   runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth other.csv --format urbannav --no-atmosphere
   one_line; says err other.csv truth
   ls -A . rep | grep -E 'part|probe' && fail "temporary files left" ;;
+calibrate)
+  # Canyon's own receiver as the recorded one, three decibels stronger than its profile and without Galileo.
+  sed -i 's/speed_mps: 6/speed_mps: 3/' small.yaml
+  cp small.yaml recorder.yaml
+  echo 'receivers: [{name: car, profile: ublox-m8t, leaves_out: [Galileo], signal: {link: {above_minimum_db: 4.5}, shadowing: {enabled: false}}}]' >>recorder.yaml
+  runs 0 "$canyon" simulate recorder.yaml --out res --quiet
+  awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' res/epochs.csv >truth.csv
+  { sed 's/^sky:.*/sky: {navigation: [res\/sky.nav]}/' small.yaml; echo 'receivers: [{name: car, profile: ublox-m8t}]'; } >judge.yaml
+  one=(--obs res/receiver.obs --truth truth.csv --format urbannav --no-atmosphere)
+  runs 0 "$canyon" calibrate judge.yaml "${one[@]}" -o mine.yaml --markdown table.md --json fit.json
+  says out "| key | profile |" "signal.link.above_minimum_db" "Judged by what calibrated nothing" "| calibrated |"
+  says table.md "not identified" "KS C/N0 LOS"
+  says mine.yaml "description: " "calibrated by" "Not identified by these recordings" "was 1.5;" "as ublox-m8t"
+  python3 - <<'P' || fail "fit.json is not what was recorded"
+import json
+f = json.load(open("fit.json"))
+level = next(e for e in f["estimates"] if e["key"] == "signal.link.above_minimum_db")
+low, high = map(float, level["interval_95"].split(" to "))
+assert low - 0.5 < 4.5 < high + 0.5, level
+assert {e["verdict"] for e in f["estimates"]} <= {"fitted", "agrees", "not identified"}
+assert len(f["judged"]["recordings"]) == 2
+P
+  # The profile is one.
+  sed 's/profile: ublox-m8t/profile: .\/mine.yaml/' judge.yaml >mine_judge.yaml
+  runs 0 "$canyon" scenario show mine_judge.yaml
+  runs 0 "$canyon" validate mine_judge.yaml "${one[@]}" --quiet
+  # A list, the whole of it, and the surroundings; what the scenario sets itself is named.
+  sed 's/profile: ublox-m8t/profile: ublox-m8t, signal: {link: {above_minimum_db: 1}, shadowing: {enabled: true}}/' judge.yaml >own.yaml
+  cat >list.yaml <<'Y'
+recordings:
+  - {name: a, scenario: judge.yaml, obs: res/receiver.obs, truth: truth.csv, truth_format: urbannav}
+  - {name: b, scenario: own.yaml, obs: res/receiver.obs, truth: truth.csv, truth_format: urbannav}
+Y
+  runs 0 "$canyon" calibrate list.yaml --no-atmosphere --part all -o both.yaml --environment around.yaml
+  says out "Nothing was held out" "Surroundings:" "city.facades.shares"; says err "own.yaml:" "overrides the calibrated profile"
+  says around.yaml "of a, b together" facades
+  # What is wrong is said before anything is computed, and nothing is written.
+  runs 2 "$canyon" calibrate judge.yaml "${one[@]}"; says err out
+  runs 2 "$canyon" calibrate judge.yaml "${one[@]}" -o bad; one_line; says err .yaml
+  runs 2 "$canyon" calibrate judge.yaml "${one[@]}" -o no/bad.yaml; one_line; says err no/
+  runs 2 "$canyon" calibrate judge.yaml "${one[@]}" -o bad.yaml --profile ublox; one_line; says err ublox-m8t
+  runs 2 "$canyon" calibrate judge.yaml "${one[@]}" -o bad.yaml --profile ideal --quiet; one_line; says err strength --profile
+  runs 2 "$canyon" calibrate judge.yaml "${one[@]}" -o bad.yaml --split 0.1 --quiet; one_line; says err epochs
+  runs 2 "$canyon" calibrate judge.yaml -o bad.yaml; one_line; says err --obs
+  sed -i 's/obs: res.receiver.obs/obs: none.obs/' list.yaml
+  runs 2 "$canyon" calibrate list.yaml -o bad.yaml; one_line; says err list.yaml:2 none.obs
+  [ ! -e bad.yaml ] || fail "a profile was written"
+  ls -A . | grep -E 'part|probe' && fail "temporary files left"
+  : ;;
 validate_real)
   needs_data urbannav-tst-20190428/COM3_190428_124409.obs
   drive=$data/urbannav-tst-20190428

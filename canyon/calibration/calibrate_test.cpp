@@ -1,0 +1,217 @@
+// Recordings that Canyon itself made with known options: these come back, within the stated intervals.
+#include "canyon/calibration/calibrate.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "canyon/base/text.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/options/values.hpp"
+#include "canyon/simulation/profile.hpp"
+#include "tests/support/simulated_recording.hpp"
+
+namespace canyon::calibration {
+namespace {
+
+using ::testing::HasSubstr;
+using Verdict = Estimate::Verdict;
+
+/// The receiver that recorded, but for what a test changes: a profile without shadows, so that nothing but
+/// what is tested differs.
+void plain_receiver(simulation::ReceiverConfig& receiver) {
+  const std::string name = receiver.options.name;
+  receiver =
+      simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m8t").text), "m8t").receiver;
+  receiver.options.name = name;
+  receiver.options.fix.elevation_mask_rad = 0.17;
+  receiver.options.signal.satellite_sigma_db = 0;
+  receiver.options.signal.shadowing.enabled = false;
+  receiver.options.signal.offset_db.clear();
+}
+
+/// @param base what is calibrated
+Drive drive_of(const test::SimulatedRecording& recorded, const test::SimulatedRecording::Change& base = {}) {
+  Drive drive;
+  drive.name = "car";
+  drive.environment = &recorded.environment();
+  // The environment outlives the drive, and nothing here asks for another city.
+  drive.sky = std::shared_ptr<const orbit::Sky>(&recorded.environment().sky(), [](const orbit::Sky*) {});
+  drive.recording = recorded.read();
+  drive.recording.own_fixes.clear();  // of single epochs, no filter's
+  drive.receiver = recorded.scenario().receivers.front();
+  plain_receiver(drive.receiver);
+  if (base) base(drive.receiver);
+  drive.systems = {gnss::System::GPS, gnss::System::Galileo};
+  drive.seed = 5;
+  return drive;
+}
+
+const Estimate& of(const Calibration& c, const std::string& key) {
+  const auto at = std::find_if(c.estimates.begin(), c.estimates.end(),
+                               [&key](const Estimate& e) { return e.key == key; });
+  EXPECT_NE(at, c.estimates.end()) << key;
+  static const Estimate kNone;
+  return at == c.estimates.end() ? kNone : *at;
+}
+
+/// The known value lies within the stated interval, made wider by half, from two deviations to three.
+void expect_known(const Calibration& c, const std::string& key, double known) {
+  const Estimate& e = of(c, key);
+  const std::size_t to = e.interval.find(" to ");
+  ASSERT_NE(to, std::string::npos) << key << ": " << to_string(e.verdict) << ": " << e.basis;
+  const double low = *parse_double(e.interval.substr(0, to)), high = *parse_double(e.interval.substr(to + 4));
+  std::printf("%-45s known %6.3f, recorded %s (%s)\n", key.c_str(), known, e.told.c_str(),
+              e.interval.c_str());
+  const double more = 0.25 * (high - low);
+  EXPECT_GE(known, low - more) << key;
+  EXPECT_LE(known, high + more) << key;
+}
+
+void print(const Calibration& c) {
+  std::printf("%s", to_markdown(c.estimates).c_str());
+  for (const std::string& note : c.notes) std::printf("- %s\n", note.c_str());
+}
+
+TEST(Calibrate, KnownReceiverComesBack) {
+  const test::SimulatedRecording recorded({}, [](simulation::ReceiverConfig& receiver) {
+    plain_receiver(receiver);
+    tracking::SignalOptions& signal = receiver.options.signal;
+    signal.link.above_minimum_db += 4;
+    signal.offset_db["Galileo"] = -3;
+    signal.lock.tracking_threshold_dbhz = 21;
+    signal.lock.acquisition_threshold_dbhz = 31;
+    signal.lock.reacquisition_s = 3;
+    signal.dll.loop_bandwidth_hz = 3;
+    signal.cn0_step_db = 0.25;
+  });
+  CalibrateOptions options;
+  options.block_s = 20;  // a street crosses every 13 s of this drive
+  const Calibration c = calibrate({drive_of(recorded)}, options);
+  print(c);
+  expect_known(c, "signal.link.above_minimum_db", 1.5 + 4);
+  EXPECT_THAT(of(c, "signal.offset_db").told, HasSubstr("Galileo"));
+  const auto galileo = of(c, "signal.offset_db").after;
+  ASSERT_EQ(galileo.find("[Galileo=-"), 0U) << galileo;
+  EXPECT_NEAR(*parse_double(galileo.substr(9, galileo.size() - 10)), -3, 0.8);
+  EXPECT_EQ(of(c, "signal.cn0_step_db").after, "0.25");
+  EXPECT_EQ(of(c, "signal.shadowing.enabled").after, "false");
+  EXPECT_EQ(of(c, "tracks").verdict, Verdict::Agrees);
+  EXPECT_EQ(of(c, "leaves_out").verdict, Verdict::Agrees);
+  expect_known(c, "signal.lock.tracking_threshold_dbhz", 21);
+  expect_known(c, "signal.lock.acquisition_threshold_dbhz", 31);
+  expect_known(c, "signal.lock.reacquisition_s", 3);
+  expect_known(c, "signal.dll.loop_bandwidth_hz", 3);
+}
+
+// Shadows by the model's own law, published for streets: share and depth come back.
+TEST(Calibrate, KnownShadowsComeBack) {
+  disturbance::ShadowingParameters known;
+  known.clear_mean_db = 0;
+  known.shadowed_mean_db = -9;
+  known.shadowed_sigma_db = 2;
+  known.enter = 0.06;
+  known.leave = 0.24;
+  const test::SimulatedRecording recorded({}, [&known](simulation::ReceiverConfig& receiver) {
+    plain_receiver(receiver);
+    receiver.options.signal.shadowing.enabled = true;
+    receiver.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Custom;
+    receiver.options.signal.shadowing.custom = known;
+  });
+  CalibrateOptions options;
+  options.iterations = 1;
+  const Calibration c = calibrate({drive_of(recorded)}, options);
+  print(c);
+  EXPECT_EQ(of(c, "signal.shadowing.enabled").after, "true");
+  expect_known(c, "signal.shadowing.custom.shadowed_mean_db", known.shadowed_mean_db);
+  expect_known(c, "signal.shadowing.custom.enter", known.enter);
+  expect_known(c, "signal.shadowing.custom.leave", known.leave);
+  EXPECT_EQ(of(c, "signal.link.above_minimum_db").verdict, Verdict::Agrees) << "shadows are no loss of level";
+}
+
+// Above the roofs nothing is lost: of thresholds and delays nothing is known, and that is said.
+TEST(Calibrate, WhatNothingTellsIsSaid) {
+  const test::SimulatedRecording recorded({}, plain_receiver, "min_height_m: 1, max_height_m: 1.2");
+  CalibrateOptions options;
+  options.iterations = 1;
+  const Calibration c = calibrate({drive_of(recorded)}, options);
+  print(c);
+  for (const char* key :
+       {"signal.lock.tracking_threshold_dbhz", "signal.lock.acquisition_threshold_dbhz",
+        "signal.lock.reacquisition_s", "signal.lock.hold_s", "signal.phase_threshold_dbhz"}) {
+    EXPECT_EQ(of(c, key).verdict, Verdict::Unidentified) << key;
+    EXPECT_FALSE(of(c, key).basis.empty()) << key;
+    EXPECT_EQ(of(c, key).before, of(c, key).after) << key;
+    EXPECT_EQ(c.values.count(key), 0U) << key;
+  }
+  EXPECT_EQ(of(c, "signal.link.above_minimum_db").verdict, Verdict::Agrees);
+}
+
+// A block of satellites and a system that the receiver never tracks; gnss::block_of() has the table of
+// blocks.
+TEST(Calibrate, NeverTrackedGroupsAreLeftOut) {
+  const test::SimulatedRecording recorded({}, [](simulation::ReceiverConfig& receiver) {
+    plain_receiver(receiver);
+    receiver.options.leaves_out = {"GPS-IIF"};
+  });
+  CalibrateOptions options;
+  options.iterations = 1;
+  Drive drive = drive_of(recorded);
+  drive.systems.insert(gnss::System::GLONASS);  // asked for, and never there
+  const Calibration c = calibrate({drive}, options);
+  print(c);
+  EXPECT_EQ(of(c, "leaves_out").after, "[GPS-IIF, GLONASS]") << of(c, "leaves_out").basis;
+  EXPECT_THAT(of(c, "leaves_out").basis, HasSubstr("GPS-IIF never tracked"));
+  // The other way round: what the profile leaves out and the recording has.
+  const Calibration back = calibrate({drive_of(recorded,
+                                               [](simulation::ReceiverConfig& receiver) {
+                                                 receiver.options.leaves_out = {"GPS-IIR", "GPS-IIF"};
+                                               })},
+                                     options);
+  EXPECT_EQ(of(back, "leaves_out").after, "[GPS-IIF]") << of(back, "leaves_out").basis;
+}
+
+// The second half may hold whatever it likes.
+TEST(Calibrate, HeldOutPartIsHeldOut) {
+  const test::SimulatedRecording recorded({}, plain_receiver);
+  Drive drive = drive_of(recorded);
+  validation::Recording spoiled = drive.recording;
+  const std::size_t half = spoiled.residuals.epochs.size() / 2;
+  for (validation::PseudorangeResidual& o : spoiled.residuals.observations) {
+    if (o.epoch < half) continue;
+    o.residual_m += 300;
+    o.cn0_dbhz = 60;
+  }
+  CalibrateOptions options;
+  options.iterations = 1;
+  Drive other = drive;
+  drive.recording = part_of(drive.recording, 0, half);
+  other.recording = part_of(spoiled, 0, half);
+  EXPECT_EQ(to_markdown(calibrate({drive}, options).estimates),
+            to_markdown(calibrate({other}, options).estimates));
+  // A later part begins at its own first epoch.
+  const validation::Recording rest = part_of(spoiled, half, 20);
+  ASSERT_EQ(rest.residuals.epochs.size(), 20U);
+  EXPECT_EQ(rest.residuals.epochs.front().first, 0U);
+  EXPECT_EQ(rest.residuals.observations.front().epoch, 0U);
+  EXPECT_EQ(rest.residuals.observations.back().epoch, 19U);
+  EXPECT_EQ(rest.places.front().enu_m, spoiled.places[half].enu_m);
+}
+
+TEST(Calibrate, ReceiverWithoutStrengthIsRefused) {
+  const test::SimulatedRecording recorded({}, plain_receiver);
+  const Drive drive = drive_of(
+      recorded, [](simulation::ReceiverConfig& receiver) { receiver.options.signal.enabled = false; });
+  try {
+    (void)calibrate({drive});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("car"));
+    EXPECT_THAT(error.cure(), HasSubstr("--profile"));
+  }
+}
+
+}  // namespace
+}  // namespace canyon::calibration

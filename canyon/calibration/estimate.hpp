@@ -1,0 +1,62 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/simulation/scenario.hpp"
+
+namespace canyon::calibration {
+
+/// What was learnt of one key of a profile.
+struct Estimate {
+  enum class Verdict {
+    Unidentified,  ///< the recordings say nothing about it, or too little: kept
+    Agrees,        ///< they say what the profile says, within their uncertainty: kept
+    Fitted         ///< they say something else: written
+  };
+  std::string key;            ///< with dots: "signal.lock.reacquisition_s"
+  std::string unit;           ///< may be empty
+  std::string before, after;  ///< values as YAML; alike unless Fitted
+  std::string told;           ///< what the recordings say, where that is kept in `after` or not: "14.2"
+  std::string interval;       ///< 95 %: "13.1 to 15.3"; may be empty
+  Verdict verdict = Verdict::Unidentified;
+  std::string basis;  ///< one line: what it was estimated from, or why it was not
+};
+/// "fitted", "agrees", "not identified".
+[[nodiscard]] std::string to_string(Estimate::Verdict verdict);
+
+/// Keys of a profile and their values as YAML.
+using Values = std::map<std::string, std::string>;
+/// A YAML text of keys with dots, nested.
+[[nodiscard]] std::string nested_yaml(const Values& values);
+/// Sets keys of a receiver. Throws InputError as the reader of profiles does; `what` names the text.
+void set_values(const Values& values, simulation::ReceiverConfig& receiver,
+                const std::string& what = "calibrated values");
+/// All keys of a receiver and their values.
+[[nodiscard]] Values values_of(const simulation::ReceiverConfig& receiver);
+/// One of them as a number; throws InputError where it is none.
+[[nodiscard]] double number_of(const Values& values, const std::string& key);
+
+/// A Markdown table of estimates.
+[[nodiscard]] std::string to_markdown(const std::vector<Estimate>& estimates);
+/// An array of objects.
+[[nodiscard]] std::string to_json(const std::vector<Estimate>& estimates);
+
+/// A number with as many decimals as its standard deviation deserves: two digits of that.
+[[nodiscard]] std::string rounded(double value, double sigma);
+
+/// What stands in a calibrated profile beside its keys.
+struct ProfileHead {
+  std::string description;         ///< one line
+  std::string base;                ///< name of the profile that it was made from
+  std::vector<std::string> notes;  ///< lines of comment at the top
+};
+/// A profile: the keys of `receiver` that differ from Canyon's defaults or have an estimate, with where each
+/// came from, and what could not be identified as comments. simulation::parse_profile() reads the same
+/// receiver back.
+[[nodiscard]] std::string profile_text(const simulation::ReceiverConfig& receiver,
+                                       const std::vector<Estimate>& estimates, const ProfileHead& head);
+
+}  // namespace canyon::calibration

@@ -1,0 +1,255 @@
+#include "canyon/calibration/plain.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "canyon/base/statistics.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/gnss/signal_groups.hpp"
+#include "canyon/options/values.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+
+namespace canyon::calibration {
+namespace {
+
+using Verdict = Estimate::Verdict;
+
+/// As validation::never_tracked(): high and clear for a minute.
+constexpr double kHigh_rad = 0.52359877559829887, kClear_s = 60;
+/// Fewer pseudoranges of a signal are no signal that is tracked.
+constexpr std::size_t kFewestOfSignal = 20;
+
+constexpr std::array<const char*, 9> kGroups{"BeiDou-GEO", "BeiDou-IGSO", "BeiDou-MEO",
+                                             "BeiDou-2",   "BeiDou-3",    "GPS-IIR",
+                                             "GPS-IIRM",   "GPS-IIF",     "GPS-III"};
+
+std::string list_of(const std::vector<std::string>& items) {
+  return fmt::format("[{}]", fmt::join(items, ", "));
+}
+
+void conclude(Estimate estimate, const std::vector<std::string>& before,
+              const std::vector<std::string>& after, Levels& levels) {
+  estimate.before = list_of(before);
+  estimate.after = estimate.told = list_of(after);
+  estimate.verdict = before == after ? Verdict::Agrees : Verdict::Fitted;
+  if (estimate.verdict == Verdict::Fitted) levels.values[estimate.key] = estimate.after;
+  levels.estimates.push_back(std::move(estimate));
+}
+
+void add_leaves_out(std::span<const LevelEvidence> evidence, std::span<const std::set<gnss::System>> skies,
+                    const std::map<const gnss::Signal*, std::size_t>& counts,
+                    const simulation::ReceiverConfig& receiver, Levels& levels) {
+  struct Seen {
+    double clear_s = 0;
+    std::size_t tracked = 0;
+    std::set<gnss::SatelliteId> satellites;
+  };
+  std::map<std::string, Seen> seen;
+  for (const LevelEvidence& e : evidence) {
+    for (const Series& series : e.recorded.series) {
+      if (!series.first()) continue;
+      std::size_t tracked = 0, high = 0;
+      for (const Sample& s : series.samples) {
+        tracked += s.tracked ? 1 : 0;
+        high += s.clear && s.elevation_rad >= kHigh_rad ? 1 : 0;
+      }
+      for (const char* group : kGroups) {
+        if (!gnss::in_group(group, series.id, *series.signal, e.recorded.times.front())) continue;
+        Seen& of = seen[group];
+        of.tracked += tracked;
+        of.clear_s += static_cast<double>(high) * e.recorded.interval_s;
+        if (high > 0) of.satellites.insert(series.id);
+      }
+    }
+  }
+  std::vector<std::string> after, basis;
+  for (const std::string& group : receiver.options.leaves_out) {
+    const auto of = seen.find(group);
+    if (of == seen.end() || of->second.tracked < kFewestOfSignal) {
+      after.push_back(group);
+    } else {
+      basis.push_back(fmt::format("{} is tracked", group));
+    }
+  }
+  for (const auto& [group, of] : seen) {
+    if (of.tracked > 0 || of.clear_s < kClear_s) continue;
+    if (std::find(after.begin(), after.end(), group) == after.end()) after.push_back(group);
+    basis.push_back(fmt::format("{} never tracked, {} satellites high and clear for {:.0f} s", group,
+                                of.satellites.size(), of.clear_s));
+  }
+  std::set<gnss::System> offered;
+  for (const auto& systems : skies) offered.insert(systems.begin(), systems.end());
+  for (const gnss::System system : offered) {
+    const bool any = std::any_of(counts.begin(), counts.end(), [system](const auto& of) {
+      return of.first->system == system && of.second >= kFewestOfSignal;
+    });
+    const std::string name(gnss::name(system));
+    if (any || receiver::tracked_signals(receiver.options.tracks, system).empty()) continue;
+    if (std::find(after.begin(), after.end(), name) == after.end()) after.push_back(name);
+    basis.push_back(fmt::format("{} never recorded", name));
+  }
+  Estimate estimate;
+  estimate.key = "leaves_out";
+  estimate.basis = basis.empty() ? "every group that stands high and clear for a minute is tracked"
+                                 : fmt::format("{}", fmt::join(basis, "; "));
+  conclude(std::move(estimate), receiver.options.leaves_out, after, levels);
+}
+
+}  // namespace
+
+void add_tracked(std::span<const LevelEvidence> evidence, std::span<const std::set<gnss::System>> skies,
+                 const simulation::ReceiverConfig& receiver, Levels& levels) {
+  std::map<const gnss::Signal*, std::size_t> counts;
+  for (const LevelEvidence& e : evidence) {
+    for (const Series& series : e.recorded.series) {
+      counts[series.signal] += static_cast<std::size_t>(std::count_if(
+          series.samples.begin(), series.samples.end(), [](const Sample& s) { return s.tracked; }));
+    }
+  }
+  const auto is_recorded = [&counts](const gnss::Signal& signal) {
+    const auto of = counts.find(&signal);
+    return of != counts.end() && of->second >= kFewestOfSignal;
+  };
+  // Names of signals stand for several systems: one that any of them sends and is recorded stays.
+  std::vector<std::string> after, said;
+  for (const gnss::System system : gnss::kAllSystems) {
+    const auto tracked = receiver::tracked_signals(receiver.options.tracks, system);
+    const auto signals = gnss::signals_of(system);
+    const bool known = std::any_of(signals.begin(), signals.end(), is_recorded);
+    for (const gnss::Signal& signal : signals) {
+      const bool before = std::find(tracked.begin(), tracked.end(), &signal) != tracked.end();
+      const bool now = known ? is_recorded(signal) : before;
+      if (now && !before && !receiver.options.signal.antenna.hears(signal::band_of(signal.carrier_hz))) {
+        levels.notes.push_back(
+            fmt::format("{} {} is recorded, and the profile's antenna does not hear it: choose "
+                        "another (signal.antenna)",
+                        gnss::name(system), signal.name));
+        continue;
+      }
+      const std::string name(signal.name);
+      if (now != before)
+        said.push_back(fmt::format("{} {} is {}recorded", gnss::name(system), name, now ? "" : "not "));
+      if (now && std::find(after.begin(), after.end(), name) == after.end()) after.push_back(name);
+    }
+  }
+  Estimate estimate;
+  estimate.key = "tracks";
+  estimate.basis = said.empty() ? "the signals that are recorded" : fmt::format("{}", fmt::join(said, "; "));
+  conclude(std::move(estimate), receiver.options.tracks, said.empty() ? receiver.options.tracks : after,
+           levels);
+  add_leaves_out(evidence, skies, counts, receiver, levels);
+}
+
+double add_step(std::span<const LevelEvidence> evidence, const simulation::ReceiverConfig& receiver,
+                Levels& levels) {
+  std::vector<double> stated;
+  for (const LevelEvidence& e : evidence) {
+    for (const Series& series : e.recorded.series) {
+      for (const Sample& s : series.samples) {
+        if (s.tracked && s.cn0_dbhz) stated.push_back(*s.cn0_dbhz);
+      }
+    }
+  }
+  const double before = receiver.options.signal.cn0_step_db;
+  Estimate estimate{"signal.cn0_step_db", "dB", options::show(before), options::show(before), {}, {}, {}, {}};
+  constexpr std::size_t kFewest = 100;
+  if (stated.size() < kFewest) {
+    estimate.basis = fmt::format("{} stated C/N0", stated.size());
+    levels.estimates.push_back(estimate);
+    return before;
+  }
+  double step = 0;
+  for (const double tried : {1.0, 0.5, 0.25, 0.2, 0.1, 0.05}) {
+    const auto whole = std::count_if(stated.begin(), stated.end(), [tried](double value) {
+      return std::abs(std::remainder(value, tried)) < 1e-3;
+    });
+    if (static_cast<double>(whole) > 0.995 * static_cast<double>(stated.size())) {
+      step = tried;
+      break;
+    }
+  }
+  estimate.told = estimate.after = options::show(step);
+  estimate.verdict = step == before ? Verdict::Agrees : Verdict::Fitted;
+  estimate.basis = fmt::format("the coarsest step of {} stated C/N0{}", stated.size(),
+                               step == 0 ? ": finer than 0.05" : "");
+  if (step != before) levels.values[estimate.key] = estimate.after;
+  levels.estimates.push_back(estimate);
+  return step;
+}
+
+void add_phase_threshold(std::span<const LevelEvidence> evidence, const simulation::ReceiverConfig& receiver,
+                         std::span<const std::vector<std::uint16_t>> draws, Levels& levels) {
+  struct Item {
+    double cn0_dbhz = 0;
+    bool phase = false;
+    std::size_t epoch = 0;
+  };
+  std::vector<Item> items;
+  std::size_t offset = 0, with = 0;
+  for (const LevelEvidence& e : evidence) {
+    for (const Series& series : e.recorded.series) {
+      for (const Sample& s : series.samples) {
+        if (!s.clear || !s.tracked || !s.cn0_dbhz) continue;
+        items.push_back({*s.cn0_dbhz, s.phase, offset + s.epoch});
+        with += s.phase ? 1 : 0;
+      }
+    }
+    offset += e.recorded.times.size();
+  }
+  const double before = receiver.options.signal.phase_threshold_dbhz;
+  Estimate estimate{
+      "signal.phase_threshold_dbhz", "dB-Hz", options::show(before), options::show(before), {}, {}, {}, {}};
+  constexpr std::size_t kFewest = 30;
+  if (with < kFewest || items.size() - with < kFewest) {
+    estimate.basis = fmt::format("{} clear signals with a phase and {} without", with, items.size() - with);
+    levels.estimates.push_back(estimate);
+    return;
+  }
+  std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.cn0_dbhz < b.cn0_dbhz; });
+  // Where fewest stand on the wrong side, in the middle between two stated values.
+  const auto threshold = [&items](const auto& times) {
+    long wrong = 0, fewest = 0;
+    for (const Item& item : items) wrong += item.phase ? 0 : times(item);
+    fewest = wrong;
+    double best = items.front().cn0_dbhz;
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      wrong += (items[i].phase ? 1 : -1) * times(items[i]);
+      if (i + 1 < items.size() && items[i + 1].cn0_dbhz == items[i].cn0_dbhz) continue;
+      if (wrong < fewest) {
+        fewest = wrong;
+        best = i + 1 < items.size() ? (items[i].cn0_dbhz + items[i + 1].cn0_dbhz) / 2 : items[i].cn0_dbhz;
+      }
+    }
+    return std::pair(best, fewest);
+  };
+  const auto [value, wrong] = threshold([](const Item&) { return 1L; });
+  std::vector<double> drawn;
+  for (const auto& weights : draws) {
+    drawn.push_back(
+        threshold([&](const Item& item) { return static_cast<long>(weights[item.epoch]); }).first);
+  }
+  const double half_step = std::max(0.5 * receiver.options.signal.cn0_step_db, 0.25);
+  const double low = std::min(quantile(drawn, 0.025).value_or(value), value) - half_step,
+               high = std::max(quantile(drawn, 0.975).value_or(value), value) + half_step;
+  estimate.told = rounded(value, half_step);
+  estimate.interval = fmt::format("{} to {}", rounded(low, half_step), rounded(high, half_step));
+  estimate.basis = fmt::format("{} clear signals, {} without a phase, {} on the wrong side", items.size(),
+                               items.size() - with, wrong);
+  // A threshold that explains little of what is missing is none.
+  if (2 * static_cast<std::size_t>(wrong) > items.size() - with) {
+    estimate.basis += ": strength does not part them";
+  } else {
+    estimate.verdict = before < low || before > high ? Verdict::Fitted : Verdict::Agrees;
+    if (estimate.verdict == Verdict::Fitted) {
+      estimate.after = estimate.told;
+      levels.values[estimate.key] = estimate.after;
+    }
+  }
+  levels.estimates.push_back(estimate);
+}
+
+}  // namespace canyon::calibration

@@ -1,0 +1,340 @@
+#include "canyon/calibration/calibrate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/text_file.hpp"
+#include "canyon/options/node.hpp"
+#include "canyon/simulation/profile.hpp"
+#include "canyon/validation/figures.hpp"
+#include "canyon/validation/recording_table.hpp"
+#include "cli/commands.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "cli/recorded_drive.hpp"
+
+namespace canyon::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Blocks drawn anew for the intervals of the table.
+constexpr int kResamples = 200;
+
+struct Arguments : DriveArguments {
+  std::string out, profile, environment, calibrate_by = "first", json, markdown;
+};
+
+/// What a scenario's file says of its first receiver; empty where it says nothing.
+options::Node first_receiver(const std::filesystem::path& scenario) {
+  constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
+  const TextFile file(scenario, kMaxBytes);
+  options::Document document;
+  document.file = scenario;
+  const options::Node root = options::parse_yaml(std::string(file.text()), document, "a scenario");
+  const options::Node::Entry* receivers = root.find("receivers");
+  if (receivers == nullptr || receivers->value.items.empty()) return {};
+  return receivers->value.items.front();
+}
+
+/// The name or whole path of the profile that a recording is judged with; empty: its scenario has none.
+std::string profile_of(const validation::ListedRecording& recording) {
+  if (!recording.profile.empty()) return recording.profile;
+  const options::Node receiver = first_receiver(*recording.scenario);
+  const options::Node::Entry* profile = receiver.find("profile");
+  if (profile == nullptr) return {};
+  if (!simulation::is_profile_path(profile->value.text)) return profile->value.text;
+  return std::filesystem::absolute(recording.scenario->parent_path() / profile->value.text).string();
+}
+
+simulation::Profile base_profile(const std::string& name) {
+  if (simulation::is_profile_path(name)) return simulation::read_profile(name);
+  return simulation::parse_profile(std::string(simulation::built_in_profile(name).text), name);
+}
+
+/// One recording: its first part calibrates, the rest judges.
+class CalibrationDrive : public RecordedDrive {
+ public:
+  using RecordedDrive::RecordedDrive;
+
+  [[nodiscard]] calibration::Drive drive(bool whole) const {
+    calibration::Drive d;
+    d.name = recorded_.name;
+    d.environment = environment_.get();
+    d.sky = sky_;
+    const std::size_t count = whole ? recording_.residuals.epochs.size() : first_part_.count;
+    d.recording = calibration::part_of(recording_, 0, count);
+    d.registration = registration();
+    d.receiver = scenario_.receivers.front();
+    d.systems = scenario_.sky.systems;
+    d.seed = scenario_.seed;
+    return d;
+  }
+  /// Keys of `values` that the scenario sets itself, where a profile's would have no effect.
+  void warn_of_overrides(const calibration::Values& values) {
+    const options::Node receiver = first_receiver(*recorded_.scenario);
+    for (const auto& [key, value] : values) {
+      const options::Node* at = &receiver;
+      for (std::size_t begin = 0; at != nullptr && begin < key.size();) {
+        const std::size_t end = std::min(key.find('.', begin), key.size());
+        const options::Node::Entry* entry = at->find(key.substr(begin, end - begin));
+        at = entry == nullptr ? nullptr : &entry->value;
+        begin = end + 1;
+      }
+      if (at == nullptr) continue;
+      warn({fmt::format(
+          "{}:{}: {} stands below the receiver and overrides the calibrated profile: remove it there",
+          recorded_.scenario->string(), at->line, key)});
+    }
+  }
+  /// Figures of the part that calibrated nothing, as `canyon validate` has them.
+  [[nodiscard]] validation::RecordingRow judge(const std::string& called,
+                                               const calibration::Calibration* calibrated, int threads,
+                                               bool quiet) {
+    simulation::ReceiverConfig receiver = scenario_.receivers.front();
+    std::unique_ptr<simulation::Environment> dressed;
+    if (calibrated != nullptr) {
+      calibration::set_values(calibrated->values, receiver);
+      calibration::set_values(calibrated->surroundings, receiver);
+      if (!calibrated->facade_shares.empty()) {
+        dressed = std::make_unique<simulation::Environment>(
+            calibration::with_facades(drive(true), calibrated->facade_shares));
+      }
+    }
+    Progress progress(fmt::format("{}judging: {}", prefix_, called), quiet);
+    validation::CompareOptions options;
+    options.threads = threads;
+    options.progress = progress_of(progress);
+    if (never_) {
+      for (const validation::NeverTracked& s : *never_) options.leave_out.insert(s.id);
+    }
+    const auto compare = [&] {
+      return validation::compare(recording_, receiver, dressed ? *dressed : *environment_, registration(),
+                                 scenario_.seed, options);
+    };
+    validation::Comparison comparison = compare();
+    if (!never_) {
+      never_ = validation::never_tracked(comparison);
+      for (const validation::NeverTracked& s : *never_) options.leave_out.insert(s.id);
+      if (!never_->empty()) comparison = compare();
+    }
+    validation::Figures figures =
+        validation::figures(comparison, part_.first, part_.count,
+                            validation::describe_part(comparison, part_.first, part_.count, part_.name));
+    figures.never_tracked = *never_;
+    figures.left_out = true;
+    validation::RecordingRow row;
+    row.name = fmt::format("{}{}", prefix_, called);
+    row.receiver_class = recorded_.receiver_class;
+    row.part = figures.part;
+    row.never_tracked = validation::never_tracked_text(figures);
+    if (recorded_.nmea) {
+      options.position_filter = true;
+      figures.own_fixes = validation::own_fix_figures(
+          validation::own_fixes_of(recording_, comparison, part_.first, part_.count), compare(), part_.first,
+          part_.count);
+    }
+    row.headlines = validation::headlines(figures);
+    validation::FigureOptions figure_options;
+    figure_options.resamples = kResamples;
+    validation::add_intervals(row.headlines, comparison, part_.first, part_.count, figure_options);
+    row.figures_json = validation::to_json({figures}, std::nullopt);
+    return row;
+  }
+  [[nodiscard]] std::string calibrated_by(bool whole) const {
+    const std::string part = whole ? "whole recording" : first_part_.name;
+    return recorded_.name.empty() ? part : fmt::format("{} ({})", recorded_.name, part);
+  }
+  [[nodiscard]] std::string alignment_line() const {
+    return alignment_ ? prefix_ + alignment_text() : std::string();
+  }
+  [[nodiscard]] const std::atomic<bool>& stop() const { return stop_; }
+
+ private:
+  std::optional<std::vector<validation::NeverTracked>> never_;  ///< by the profile as it was
+};
+
+std::string report_of(const calibration::Calibration& result,
+                      const std::vector<validation::RecordingRow>& rows) {
+  std::string text = "Receiver:\n\n" + calibration::to_markdown(result.estimates);
+  if (!result.environment.empty())
+    text += "\nSurroundings:\n\n" + calibration::to_markdown(result.environment);
+  if (!result.notes.empty()) text += "\n";
+  for (const std::string& note : result.notes) text += fmt::format("- {}.\n", note);
+  if (rows.empty()) return text + "\nNothing was held out: figures of what calibrated would prove nothing.\n";
+  return text + "\nJudged by what calibrated nothing:\n\n" + validation::to_markdown(rows);
+}
+
+std::string json_of(const calibration::Calibration& result,
+                    const std::vector<validation::RecordingRow>& rows) {
+  Json json;
+  json["estimates"] = Json::parse(calibration::to_json(result.estimates));
+  json["environment"] = Json::parse(calibration::to_json(result.environment));
+  json["notes"] = result.notes;
+  json["values"] = result.values;
+  json["judged"] = rows.empty() ? Json(nullptr) : Json::parse(validation::to_json(rows));
+  return json.dump(2) + "\n";
+}
+
+/// All of one profile: that of the command line, else of the first recording.
+std::string unite_profiles(const Arguments& arguments, std::vector<validation::ListedRecording>& recordings) {
+  std::string base = arguments.profile;
+  if (simulation::is_profile_path(base)) base = std::filesystem::absolute(base).string();
+  bool differ = !base.empty();
+  if (base.empty()) {
+    base = profile_of(recordings.front());
+    for (const validation::ListedRecording& r : recordings) {
+      const std::string own = profile_of(r);
+      if (own == base) continue;
+      differ = true;
+      if (base.empty() || own.empty()) {
+        throw InputError(
+            fmt::format("'{}' and '{}' have no profile in common", recordings.front().name, r.name),
+            "say with --profile which one is calibrated");
+      }
+      if (!arguments.quiet) {
+        print_warnings({fmt::format("{} has the profile {}: it is taken for a {} here", r.name, own, base)});
+      }
+    }
+  }
+  if (!base.empty()) (void)base_profile(base);
+  for (validation::ListedRecording& r : recordings) {
+    if (differ) r.profile = base;
+  }
+  return base;
+}
+
+int run(const Arguments& given) {
+  Arguments arguments = given;
+  const bool whole = arguments.calibrate_by == "all";
+  arguments.part = whole ? "all" : "rest";
+  const std::string ending = std::filesystem::path(arguments.out).extension().string();
+  if (ending != ".yaml" && ending != ".yml") {
+    throw InputError(fmt::format("--out {}: a profile's file ends in .yaml", arguments.out),
+                     "or scenarios would take its name for one of 'canyon profiles'");
+  }
+  const bool listed = validation::is_recording_list(arguments.scenario);
+  std::vector<validation::ListedRecording> recordings = recordings_of(arguments, listed);
+  const std::string base = unite_profiles(arguments, recordings);
+  std::vector<std::unique_ptr<CalibrationDrive>> drives;
+  for (const validation::ListedRecording& recording : recordings) {
+    drives.push_back(std::make_unique<CalibrationDrive>(arguments, recording, listed));
+  }
+  OutputFile out(arguments.out);
+  std::optional<OutputFile> fragment;
+  if (!arguments.environment.empty()) fragment.emplace(arguments.environment);
+
+  std::vector<calibration::Drive> parts;
+  std::vector<std::string> by;
+  for (const auto& drive : drives) {
+    drive->load();
+    parts.push_back(drive->drive(whole));
+    by.push_back(drive->calibrated_by(whole));
+  }
+  calibration::CalibrateOptions options;
+  options.environment = fragment.has_value();
+  options.threads = arguments.threads;
+  Progress progress("calibrating", arguments.quiet);
+  options.progress = [&](const std::string&, std::size_t done, std::size_t total) {
+    if (drives.front()->stop().load()) throw Interrupted{};
+    progress.update(done, total);
+  };
+  const calibration::Calibration result = calibration::calibrate(parts, options);
+
+  std::vector<validation::RecordingRow> rows;
+  for (const auto& drive : drives) {
+    drive->warn_of_overrides(result.values);
+    if (whole) continue;
+    rows.push_back(drive->judge("before", nullptr, arguments.threads, arguments.quiet));
+    rows.push_back(drive->judge("calibrated", &result, arguments.threads, arguments.quiet));
+  }
+
+  simulation::Profile profile{"calibrated", parts.front().receiver};
+  profile.receiver.options.name = simulation::ReceiverConfig().options.name;
+  if (!base.empty()) profile = base_profile(base);
+  calibration::set_values(result.values, profile.receiver);
+  calibration::ProfileHead head;
+  head.base = base.empty()                        ? "the scenario"
+              : simulation::is_profile_path(base) ? std::filesystem::path(base).filename().string()
+                                                  : base;
+  head.description = fmt::format("{}, calibrated by {}", profile.description, fmt::join(by, ", "));
+  head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/calibration.md says how.",
+                            CANYON_VERSION, head.base)};
+  for (const std::string& note : result.notes) head.notes.push_back(note + ".");
+  out.write(calibration::profile_text(profile.receiver, result.estimates, head));
+  out.commit();
+  if (fragment) {
+    fragment->write(result.fragment);
+    fragment->commit();
+  }
+  const std::string report = report_of(result, rows);
+  if (!arguments.markdown.empty()) write_file(arguments.markdown, report);
+  if (arguments.json == "-") {
+    fmt::print("{}", json_of(result, rows));
+    return kOk;
+  }
+  if (!arguments.json.empty()) write_file(arguments.json, json_of(result, rows));
+  if (arguments.quiet) return kOk;
+  for (const auto& drive : drives) fmt::print("{}", drive->alignment_line());
+  fmt::print("\n{}", report);
+  std::fflush(stdout);
+  fmt::print(stderr, "profile     {}\n", arguments.out);
+  return kOk;
+}
+
+}  // namespace
+
+void add_calibrate(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("calibrate", "fit a receiver profile to what a real receiver recorded");
+  add_drive_options(*command, *arguments);
+  command->add_option("-o,--out", arguments->out, "the profile to write, FILE.yaml")
+      ->type_name("FILE")
+      ->required();
+  command
+      ->add_option("--profile", arguments->profile,
+                   "that is calibrated: one of 'canyon profiles', or a file (that of the first recording)")
+      ->type_name("NAME|FILE");
+  command
+      ->add_option(
+          "--environment", arguments->environment,
+          "estimate the facades and their scattering as well, over all recordings, and write them as a "
+          "fragment of a scenario")
+      ->type_name("FILE");
+  command
+      ->add_option("--part", arguments->calibrate_by,
+                   "that calibrates: first, the rest then judges (first), or all, and nothing judges")
+      ->type_name("PART")
+      ->check(CLI::IsMember({"first", "all"}));
+  command
+      ->add_option("--json", arguments->json,
+                   "write estimates and figures as JSON; -: to standard output, alone")
+      ->type_name("FILE");
+  command->add_option("--markdown", arguments->markdown, "write the tables as Markdown")->type_name("FILE");
+  command->add_flag("--quiet", arguments->quiet, "print errors only (and what --json - asks for)");
+  command->footer(
+      "Estimates what a profile leaves open and a recording tells: signals and orbits that are tracked, "
+      "levels of\n"
+      "C/N0, shadows, thresholds, noise, the filter's smoothness. A key keeps the profile's value where the\n"
+      "recording says nothing significant of it; comments in the file say where each number came from.\n"
+      "'profile: ./FILE.yaml' then takes it. docs/calibration.md has the method.");
+  command->callback([arguments, &action] {
+    action = [arguments]() -> int {
+      try {
+        return run(*arguments);
+      } catch (const Interrupted&) {
+        fmt::print(stderr, "canyon: interrupted: nothing was written\n");
+        return kInterrupted;
+      }
+    };
+  });
+}
+
+}  // namespace canyon::cli

@@ -1,0 +1,272 @@
+#include "cli/recorded_drive.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/rinex/observation_reader.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "canyon/validation/figures.hpp"
+#include "cli/commands.hpp"
+#include "cli/field_option.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+
+namespace canyon::cli {
+namespace {
+
+/// A part needs this many epochs to be aligned by or judged.
+constexpr std::size_t kFewestEpochs = 10;
+/// Below this mean AUC the city and the recording have little to do with each other: 0.5 is chance, 0.88 what
+/// a city of OpenStreetMap outlines reached (docs/accuracy.md).
+constexpr double kTellingScore = 0.7;
+
+std::string share_name(double split) {
+  if (split == 0.5) return "half";
+  return fmt::format("{:.0f} %", 100 * split);
+}
+
+/// What the command line says of a recording, or of all that a list does not say otherwise of.
+validation::ListedRecording with_options(validation::ListedRecording recording,
+                                         const DriveArguments& arguments) {
+  recording.align = recording.align || arguments.align;
+  recording.align_heading = recording.align_heading || arguments.alignment.heading;
+  if (arguments.split) recording.split = arguments.split;
+  return recording;
+}
+
+}  // namespace
+
+void add_drive_options(CLI::App& command, DriveArguments& arguments) {
+  command
+      .add_option("scenario", arguments.scenario,
+                  "scenario file: city, sky and first receiver; or a list of recordings, each with its own")
+      ->type_name("SCENARIO|LIST")
+      ->required();
+  command.add_option("--obs", arguments.obs, "recorded observations, RINEX 2, 3 or 4 (not with a list)")
+      ->type_name("FILE");
+  command.add_option("--truth", arguments.truth, "true positions (the scenario's trajectory file)")
+      ->type_name("FILE");
+  CLI::Option* format =
+      command.add_option("--format", arguments.format,
+                         "of the true positions: csv, urbannav or nmea (that of the scenario's trajectory, "
+                         "else csv)");
+  format->type_name("FORMAT");
+  command.add_option("--truth-format", arguments.old_format)->excludes(format)->group("");
+  command
+      .add_option("--nmea", arguments.nmea,
+                  "the recorded receiver's own fixes (GGA), judged beside the position filter's")
+      ->type_name("FILE");
+  CLI::Option* align = command.add_flag(
+      "--align", arguments.align,
+      "estimate the city's offset on the first part of the recording; figures are then of the rest");
+  command.add_flag("--align-heading", arguments.alignment.heading, "its heading as well")->needs(align);
+  add_field(command, "--reach", arguments.alignment, "reach_m")->needs(align);
+  command.add_option("--split", arguments.split, "share of epochs of the first part (0.5)")
+      ->type_name("SHARE");
+  command.add_flag("--no-atmosphere", arguments.no_atmosphere,
+                   "recordings are simulated ones without ionosphere and troposphere");
+  command.add_option("--seed", arguments.seed, "instead of the scenario's seed")->type_name("N");
+  add_threads(command, arguments.threads);
+}
+
+std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arguments, bool listed) {
+  if (listed) {
+    for (const auto& [name, value] : {std::pair("--obs", &arguments.obs),
+                                      {"--truth", &arguments.truth},
+                                      {"--format", &arguments.format},
+                                      {"--nmea", &arguments.nmea}}) {
+      if (value->empty()) continue;
+      throw InputError(fmt::format("{} beside a list of recordings", name),
+                       "the list names the files of each recording");
+    }
+    return validation::read_recording_list(arguments.scenario).recordings;
+  }
+  if (arguments.obs.empty()) {
+    throw InputError("--obs is missing", "give the recorded observations, or a list of recordings");
+  }
+  validation::ListedRecording one;
+  one.scenario = arguments.scenario;
+  one.obs = arguments.obs;
+  if (!arguments.truth.empty()) one.truth = arguments.truth;
+  if (!arguments.nmea.empty()) one.nmea = arguments.nmea;
+  one.truth_format = arguments.format;
+  if (!arguments.old_format.empty()) {
+    one.truth_format = arguments.old_format;
+    if (!arguments.quiet) print_warnings({"--truth-format is now --format; the old name will go"});
+  }
+  return {one};
+}
+
+RecordedDrive::RecordedDrive(const DriveArguments& arguments, const validation::ListedRecording& recording,
+                             bool listed)
+    : arguments_(arguments),
+      recorded_(with_options(recording, arguments)),
+      prefix_(listed ? recording.name + ": " : ""),
+      stop_(catch_interrupts()),
+      scenario_(read_scenario()) {
+  check();
+}
+
+void RecordedDrive::load() {
+  read();
+  choose_parts();
+  if (recorded_.align) align();
+}
+
+simulation::Scenario RecordedDrive::read_scenario() const {
+  simulation::Scenario scenario = recorded_.profile.empty() ? simulation::read_scenario(*recorded_.scenario)
+                                                            : simulation::read_scenario_with_profile(
+                                                                  *recorded_.scenario, recorded_.profile);
+  if (arguments_.seed) scenario.seed = *arguments_.seed;
+  return scenario;
+}
+
+void RecordedDrive::note(const std::string& text) const {
+  if (arguments_.quiet) return;
+  std::fflush(stdout);
+  fmt::print(stderr, "{}{}\n", prefix_, text);
+}
+
+void RecordedDrive::warn(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) {
+    if (!arguments_.quiet) print_warnings({prefix_ + line});
+    notes_.push_back("warning: " + line);
+  }
+}
+
+std::function<void(std::size_t, std::size_t)> RecordedDrive::progress_of(Progress& progress) const {
+  return [this, &progress](std::size_t done, std::size_t total) {
+    if (stop_.load()) throw Interrupted{};
+    progress.update(done, total);
+  };
+}
+
+void RecordedDrive::check() {
+  warn(scenario_.warnings);
+  format_ = recorded_.truth_format;
+  if (recorded_.truth) {
+    truth_ = *recorded_.truth;
+  } else {
+    if (!scenario_.trajectory.file) {
+      throw InputError(prefix_ + "--truth is missing, and the scenario's trajectory is no file",
+                       "give the file of true positions");
+    }
+    truth_ = *scenario_.trajectory.file;
+  }
+  if (format_.empty()) format_ = scenario_.trajectory.file ? scenario_.trajectory.format : "csv";
+  check_trajectory_format(format_);
+  if (recorded_.split && !recorded_.align && arguments_.part.empty()) {
+    throw InputError(prefix_ + "--split without --align: there is nothing to align",
+                     "add --align or --part, or leave --split out: figures are of the whole recording");
+  }
+  if (recorded_.split && !(*recorded_.split > 0 && *recorded_.split < 1)) {
+    throw InputError(fmt::format("--split {} is out of range", *recorded_.split),
+                     "it is the share of epochs that the city is aligned by, above 0 and below 1");
+  }
+  align_options_ = arguments_.alignment;
+  align_options_.heading = recorded_.align_heading;
+  align_options_.threads = arguments_.threads;
+  align_options_.seed = scenario_.seed;
+}
+
+void RecordedDrive::read() {
+  // The sky is built for the recording's time: the scenario's own trajectory is not simulated.
+  rinex::ObservationOptions wanted;
+  wanted.systems = scenario_.sky.systems;
+  wanted.all_signals = true;
+  auto recorded = rinex::read_rinex_observations(*recorded_.obs, wanted);
+  const geodesy::GpsTime first = recorded.epochs.front().receiver_time;
+  const geodesy::GpsTime last = recorded.epochs.back().receiver_time;
+
+  city::City city = simulation::load_city(scenario_.city, scenario_.seed);
+  simulation::BuiltSky sky = simulation::build_sky(scenario_.sky, first, last, city.frame.origin());
+  warn(sky.warnings);
+  sky_ = sky.sky;
+  environment_ = std::make_unique<simulation::Environment>(std::move(city), sky_, sky.navigation.klobuchar);
+
+  validation::RecordingOptions options;
+  options.ionosphere = options.troposphere = !arguments_.no_atmosphere;
+  options.nmea = recorded_.nmea;
+  recording_ = validation::join_recording(scenario_, *environment_, *recorded_.obs, std::move(recorded),
+                                          truth_, format_, options);
+  warn(recording_.warnings);
+  const validation::PseudorangeResiduals& residuals = recording_.residuals;
+  note(fmt::format("recording   {} epochs, {} pseudoranges", residuals.epochs.size(),
+                   residuals.observations.size() + residuals.further.size()));
+  notes_.push_back(fmt::format("observations {}", recorded_.obs->string()));
+  notes_.push_back(fmt::format("truth {}", truth_.string()));
+  if (recorded_.nmea) notes_.push_back(fmt::format("own fixes {}", recorded_.nmea->string()));
+  notes_.push_back("canyon " CANYON_VERSION);
+}
+
+/// The first part aligns the city; figures are of the part that is asked for.
+void RecordedDrive::choose_parts() {
+  const std::size_t all = recording_.residuals.epochs.size();
+  const std::string& part = arguments_.part;
+  const double share = recorded_.split.value_or(0.5);
+  const auto first = static_cast<std::size_t>(std::lround(share * static_cast<double>(all)));
+  const bool whole = part == "all" || (part.empty() && !recorded_.align);
+  if (!whole || recorded_.align) {
+    if (first < kFewestEpochs || all - first < kFewestEpochs) {
+      throw InputError(
+          fmt::format("{}the recording's {} epochs make parts of {} and {}", prefix_, all, first,
+                      all - first),
+          fmt::format("aligning and judging need {} epochs each: give a longer recording or another --split",
+                      kFewestEpochs));
+    }
+    first_part_.name = aligned_by_ = share == 0.5 ? "first half" : "first " + share_name(share);
+  }
+  first_part_.count = first;
+  if (whole) {
+    part_.name = "whole recording";
+    part_.count = all;
+  } else if (part == "first") {
+    part_.name = first_part_.name;
+    part_.count = first;
+  } else {
+    part_.name = share == 0.5 ? "second half" : "last " + share_name(1 - share);
+    part_.first = first;
+    part_.count = all - first;
+  }
+}
+
+void RecordedDrive::align() {
+  Progress progress(prefix_ + "aligning the city", arguments_.quiet);
+  align_options_.progress = progress_of(progress);
+  alignment_ =
+      validation::align(recording_, *environment_, scenario_.receivers.front().options.fix.elevation_mask_rad,
+                        0, first_part_.count, align_options_);
+  if (alignment_->at_border) {
+    warn({fmt::format("the best place of the city lies at the end of the search: give more than --reach {}",
+                      align_options_.reach_m)});
+  }
+  const double sigma_m = std::max(alignment_->sigma_east_m, alignment_->sigma_north_m);
+  if (alignment_->score < kTellingScore || sigma_m > align_options_.reach_m / 4) {
+    warn({fmt::format(
+        "the recording does not tell where the city stands (mean AUC {:.2f}, +- {:.1f} m): check the "
+        "scenario's origin and offset, or search farther with --reach {:g}",
+        alignment_->score, sigma_m, std::min(200.0, 4 * align_options_.reach_m))});
+  }
+}
+
+std::string RecordedDrive::alignment_text() const {
+  const validation::Registration& r = alignment_->registration;
+  std::string text = fmt::format("city moved by east {:.2f} +- {:.2f} m, north {:.2f} +- {:.2f} m", r.east_m,
+                                 alignment_->sigma_east_m, r.north_m, alignment_->sigma_north_m);
+  if (align_options_.heading) {
+    text += fmt::format(", turned by {:.2f} +- {:.2f} deg about east {:.0f}, north {:.0f} m",
+                        geodesy::degrees(r.heading_rad), geodesy::degrees(alignment_->sigma_heading_rad),
+                        r.pivot.x(), r.pivot.y());
+  }
+  return text + fmt::format("\n  estimated on the {}; mean AUC there {:.3f}, unmoved {:.3f}\n", aligned_by_,
+                            alignment_->score, alignment_->score_before);
+}
+
+}  // namespace canyon::cli

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/orbit/sky.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/validation/alignment.hpp"
+#include "canyon/validation/recording_list.hpp"
+
+namespace canyon::cli {
+
+class Progress;
+
+/// Ctrl-C: thrown by progress callbacks, so that nothing half done is written.
+struct Interrupted {};
+
+/// What commands that read recordings are told of them.
+struct DriveArguments {
+  std::string scenario, obs, truth, format, old_format, nmea, part;
+  bool align = false, no_atmosphere = false, quiet = false;
+  std::optional<double> split;
+  validation::AlignOptions alignment;
+  std::optional<std::uint64_t> seed;
+  int threads = 0;
+};
+/// Adds SCENARIO|LIST and the options of one recording, of alignment, --seed and --threads.
+void add_drive_options(CLI::App& command, DriveArguments& arguments);
+/// The recordings of a list, or the one that the command line names.
+[[nodiscard]] std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arguments,
+                                                                     bool listed);
+
+/// One recording with its scenario: city, sky, truth, and the city's place. Tells what it does on standard
+/// error.
+class RecordedDrive {
+  const DriveArguments& arguments_;
+
+ public:
+  /// Checks that need no city, before one is loaded. @param listed among others, by its name
+  RecordedDrive(const DriveArguments& arguments, const validation::ListedRecording& recording, bool listed);
+  /// Reads everything, chooses the parts, and aligns the city where that is asked for.
+  void load();
+
+  [[nodiscard]] const validation::ListedRecording& recorded() const { return recorded_; }
+  [[nodiscard]] std::string alignment_text() const;
+
+ protected:
+  /// Epochs of a recording, and how they are called.
+  struct Part {
+    std::size_t first = 0, count = 0;
+    std::string name;
+  };
+
+  void note(const std::string& text) const;
+  void warn(const std::vector<std::string>& lines);
+  [[nodiscard]] std::function<void(std::size_t, std::size_t)> progress_of(Progress& progress) const;
+  [[nodiscard]] validation::Registration registration() const {
+    return alignment_ ? alignment_->registration : validation::Registration{};
+  }
+
+  validation::ListedRecording recorded_;
+  std::string prefix_;  ///< of messages, among several recordings
+  const std::atomic<bool>& stop_;
+  simulation::Scenario scenario_;
+  validation::AlignOptions align_options_;
+  std::shared_ptr<const orbit::Sky> sky_;
+  std::unique_ptr<simulation::Environment> environment_;
+  validation::Recording recording_;
+  Part first_part_;  ///< that aligns the city
+  Part part_;        ///< that figures are of
+  std::string aligned_by_;
+  std::optional<validation::Alignment> alignment_;
+  std::vector<std::string> notes_;
+
+ private:
+  [[nodiscard]] simulation::Scenario read_scenario() const;
+  void check();
+  void read();
+  void choose_parts();
+  void align();
+
+  std::filesystem::path truth_;
+  std::string format_;
+};
+
+}  // namespace canyon::cli
