@@ -115,8 +115,9 @@ TEST_F(SkyplotTest, DrawingHoldsWhatArrives) {
               HasSubstr("08:02:30.25 UTC"));
 }
 
-// What comes over the wall's edge is some 20 dB weaker than a direct signal's 45 dB-Hz: a receiver that needs
-// 35 has nothing of it, and nothing of it is drawn; not now, nor of the minute before.
+// The wall's edge is 1.4 m above the straight line and 15.6 m away: nu = 1.16, 15 dB (ITU-R P.526, equation
+// 31) below a direct signal's 49 dB-Hz. A receiver that needs 45 has nothing of it, and nothing is drawn; not
+// now, nor of the minute before.
 TEST_F(SkyplotTest, ReceiversAreBlockedWhereNothingStrongEnoughArrives) {
   propagation::PropagationOptions edges;
   edges.diffraction = true;
@@ -132,7 +133,7 @@ TEST_F(SkyplotTest, ReceiversAreBlockedWhereNothingStrongEnoughArrives) {
   receiver.signal.enabled = true;
   receiver.signal.lock.tracking_threshold_dbhz = 5;
   EXPECT_EQ(hidden(&receiver).now.visibility, Visibility::NLOS);
-  receiver.signal.lock.tracking_threshold_dbhz = receiver.signal.lock.acquisition_threshold_dbhz = 35;
+  receiver.signal.lock.tracking_threshold_dbhz = receiver.signal.lock.acquisition_threshold_dbhz = 45;
   const SkySatellite deaf = hidden(&receiver);
   EXPECT_EQ(deaf.now.visibility, Visibility::Blocked);
   EXPECT_TRUE(deaf.reflections.empty());
