@@ -312,7 +312,7 @@ Cells inside buildings are marked, not computed. Finished tiles stand in DIR/til
 whole: Ctrl-C keeps them, and the same command goes on from there.
 
 Examples:
-  canyon heatmap examples/synthetic_drive.yaml --out out/map
+  canyon heatmap examples/synthetic_drive.yaml --out out/map --model specular
   canyon heatmap city.yaml --out out/paper --model mirror --spacing 1 --altitude 15
   canyon heatmap city.yaml --out out/day --bbox 114.170,22.298,114.176,22.304 --times day/15min
   canyon heatmap city.yaml --out out/risk --area flight.geojson --altitude 30,60,90 \

@@ -80,8 +80,8 @@ int draw_one(const Arguments& arguments, Site& site) {
     print_warnings({fmt::format("the antenna ({}) is {}", where(site, time), no_signal_in(placement))});
   }
   const auto begin = std::chrono::steady_clock::now();
-  const std::string bytes =
-      drawing::draw_skyplot(site.environment(), site.make_propagator(), time, antenna, arguments.options);
+  const std::string bytes = drawing::draw_skyplot(site.environment(), site.make_propagator(), time, antenna,
+                                                  arguments.options, &site.receiver_config().options);
   const double wall_s = seconds_since(begin);
   write_file(arguments.out, bytes);
   if (!arguments.quiet) {
@@ -132,7 +132,7 @@ int draw_frames(const Arguments& arguments, Site& site) {
         arguments.frames, count,
         [&](std::size_t i) {
           return drawing::draw_skyplot(site.environment(), propagator, time_of(i), site.antenna(time_of(i)),
-                                       arguments.options);
+                                       arguments.options, &site.receiver_config().options);
         },
         options);
   }

@@ -30,10 +30,10 @@ class RayDrawing {
         sine_(std::sin(report.world_yaw_from_enu_rad)),
         length_(ray_length) {}
 
+  /// @param visibility as the receiver finds it: paths too weak for it are not drawn
   /// @param range of the direct ray [m], infinite where it is not known
-  void add(const propagation::SatelliteView& view, double range) {
+  void add(const propagation::SatelliteView& view, Visibility visibility, double range) {
     satellite_ = to_string(view.line.id);
-    const Visibility visibility = view.paths.visibility;
     const drawing::Colour colour = drawing::colour_of(visibility);
     const Vector3d towards =
         world(geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad));
@@ -44,6 +44,7 @@ class RayDrawing {
     } else if (visibility == Visibility::Blocked) {
       line("direct", antenna_, antenna_ + std::min(range, length_) * towards, kThinLineRadius,
            colour.with_alpha(kThinLineAlpha));
+      return;
     }
     const bool tracked = visibility == Visibility::NLOS;  // the reflected signal, and not the direct one
     std::size_t drawn = 0;
@@ -131,17 +132,18 @@ bool same_look(const VisualShape& a, const VisualShape& b) {
 std::vector<VisualShape> ray_shapes(const ReceiverReport& report, double ray_length_m) {
   if (report.step == nullptr || !has_place(report)) return {};
   const auto& views = report.step->arrival.views;
-  std::map<gnss::SatelliteId, bool> above_mask;
+  std::map<gnss::SatelliteId, Visibility> above_mask;
   for (const receiver::SatelliteObservation& s : report.step->epoch.observed.satellites) {
-    above_mask[s.id] = s.above_mask;
+    if (s.above_mask) above_mask[s.id] = s.visibility;
   }
   // Direct and mirror ray of each satellite in turn.
   const bool has_ranges = report.scan_ranges_m.size() == 2 * views.size();
   RayDrawing drawing(report, ray_length_m);
   for (std::size_t i = 0; i < views.size(); ++i) {
     const auto found = above_mask.find(views[i].line.id);
-    if (found == above_mask.end() || !found->second) continue;
-    drawing.add(views[i], has_ranges ? report.scan_ranges_m[2 * i] : std::numeric_limits<double>::infinity());
+    if (found == above_mask.end()) continue;
+    drawing.add(views[i], found->second,
+                has_ranges ? report.scan_ranges_m[2 * i] : std::numeric_limits<double>::infinity());
   }
   return drawing.take();
 }

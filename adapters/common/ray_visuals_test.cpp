@@ -48,6 +48,16 @@ void expect_colour(const VisualShape& shape, const drawing::Colour& colour) {
       << shape.name;
 }
 
+TEST(RayShapes, WhatTheReceiverCannotTrackIsNotDrawn) {
+  Sky sky(Vector3d{0, 0, 2});
+  sky.add(5, 20, 50, Visibility::NLOS, {{10, 0, 4}});
+  EXPECT_EQ(by_name(ray_shapes(sky.report, 80)).count("G05.path0.point"), 1U);
+  sky.step.epoch.observed.satellites[0].visibility = Visibility::Blocked;  // its paths arrive, too weak
+  const auto shapes = by_name(ray_shapes(sky.report, 80));
+  ASSERT_EQ(shapes.size(), 1U);
+  expect_colour(shapes.at("G05.direct"), drawing::colour_of(Visibility::Blocked));
+}
+
 TEST(RayShapes, PointToTheSatelliteInATurnedWorld) {
   // Azimuth 20 deg is yaw 70 deg in ENU; the world's x axis lies 30 deg counter-clockwise from east, so that
   // it is yaw 40 deg there.

@@ -58,9 +58,8 @@ void compare_drive(const std::string& city, int seconds) {
   test::InProcessServer& server = test::InProcessServer::get();
   const auto world = server.load(test::city_world(
       folder, 0.1,
-      test::city_car(folder,
-                     test::city_sky(folder) +
-                         "<noise><enabled>false</enabled></noise><publishers><ros>0</ros></publishers>")));
+      test::city_car(
+          folder, test::city_sky(folder) + "<profile>ideal</profile><publishers><ros>0</ros></publishers>")));
   test::GnssListener listener(world->Name(), "~/car/antenna/gnss");
   server.step(static_cast<unsigned>(10 * seconds));
   ASSERT_TRUE(listener.at(seconds, std::chrono::seconds(60)));
@@ -108,8 +107,7 @@ TEST(CityDrive, BothEnginesSeeTheSame) {
     test::InProcessServer& server = test::InProcessServer::get();
     const auto world = server.load(test::city_world(
         folder, 0.1,
-        test::city_car(folder, test::city_sky(folder) +
-                                   "<noise><enabled>false</enabled></noise><ray_engine>" + engine +
+        test::city_car(folder, test::city_sky(folder) + "<profile>ideal</profile><ray_engine>" + engine +
                                    "</ray_engine><propagation><model>mirror</model></propagation>"
                                    "<publishers><ros>0</ros></publishers>")));
     test::GnssListener listener(world->Name(), "~/car/antenna/gnss");

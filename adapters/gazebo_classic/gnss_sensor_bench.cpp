@@ -29,7 +29,7 @@ std::string frozen_sky() {
     elevation += fmt::format("{:.6f} ", std::asin(0.18 + 0.8 * (i + 0.5) / kSatellites));
   }
   return "<sky><frozen><satAzimuth>" + azimuth + "</satAzimuth><satElevation>" + elevation +
-         "</satElevation></frozen></sky><publishers><ros>0</ros></publishers>";
+         "</satElevation></frozen></sky><profile>ideal</profile><publishers><ros>0</ros></publishers>";
 }
 
 double seconds_of(unsigned steps) {

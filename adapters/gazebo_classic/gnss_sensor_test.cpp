@@ -102,7 +102,7 @@ TEST(GnssSensor, GivesTheEnginesFix) {
   simulation::LiveConfig config = simulation::parse_live_config(
       "sky: {frozen: {satAzimuth: " + yaml(test::street_angles(&test::StreetSatellite::azimuth_deg)) +
           ", satElevation: " + yaml(test::street_angles(&test::StreetSatellite::elevation_deg)) +
-          "}}\nnoise: {enabled: false}\n",
+          "}}\nprofile: paper\npropagation: {model: specular}\nnoise: {enabled: false}\n",
       "street");
   simulation::LiveReceiver engine(config, std::make_shared<simulation::CityScene>(std::move(city)),
                                   geodesy::GpsTime::from_week(2300, 0));

@@ -142,7 +142,7 @@ const std::string kNominal = "sky: {nominal: true}\n";
 
 TEST(FileSinks, OneReceiverHasPlainNames) {
   const test::TemporaryFolder folder;
-  const auto simulation = prepare(kNominal, "receivers: [{name: rover}]\n");
+  const auto simulation = prepare(kNominal, "receivers: [{name: rover, profile: ideal}]\n");
   const auto result = run_into(simulation, folder / "deep/out");
   EXPECT_EQ(files_in(folder / "deep/out"),
             (std::set<std::string>{"epochs.csv", "satellites.csv", "receiver.nmea", "receiver.obs", "sky.nav",
@@ -174,7 +174,7 @@ TEST(FileSinks, FrozenSkyHasNoNavigationFile) {
   const test::TemporaryFolder folder;
   const auto simulation =
       prepare("sky: {frozen: {satAzimuth: [0, 1, 2, 3, 4, 5], satElevation: [1, 0.8, 1.2, 0.9, 0.7, 1.4]}}\n",
-              "receivers: [{name: rover}]\n");
+              "receivers: [{name: rover, profile: ideal}]\n");
   (void)run_into(simulation, folder.path());
   EXPECT_EQ(files_in(folder.path()).count("sky.nav"), 0U);
   EXPECT_EQ(files_in(folder.path()).count("receiver.obs"), 1U);
@@ -201,7 +201,7 @@ TEST(FileSinks, AnInterruptedRunKeepsItsEpochs) {
   simulation::RunOptions options;
   options.threads = 1;
   options.stop = &stop;
-  const auto simulation = prepare(kNominal, "receivers: [{name: rover}]\nduration_s: 3000\n");
+  const auto simulation = prepare(kNominal, "receivers: [{name: rover, profile: ideal}]\nduration_s: 3000\n");
   const auto result = run_into(simulation, folder.path(), options, &interrupter);
   ASSERT_GE(result.epochs, 3U);
   for (const char* file : {"epochs.csv", "receiver.obs", "track.geojson", "sky.nav"}) {
@@ -216,8 +216,8 @@ TEST(FileSinks, SameSeedSameBytesOnOneAndTwoThreads) {
   for (const int threads : {1, 2}) {
     simulation::RunOptions options;
     options.threads = threads;
-    (void)run_into(prepare(kNominal, "receivers: [{name: rover}]\n"), folder / std::to_string(threads),
-                   options);
+    (void)run_into(prepare(kNominal, "receivers: [{name: rover, profile: ideal}]\n"),
+                   folder / std::to_string(threads), options);
   }
   const auto files = files_in(folder / "1");
   ASSERT_EQ(files.size(), 7U);
@@ -228,7 +228,7 @@ TEST(FileSinks, SameSeedSameBytesOnOneAndTwoThreads) {
 }
 
 TEST(FileSinks, UnwritableFolderIsAnInputError) {
-  const auto simulation = prepare(kNominal, "receivers: [{name: rover}]\n");
+  const auto simulation = prepare(kNominal, "receivers: [{name: rover, profile: ideal}]\n");
   EXPECT_THROW((void)make_file_sinks(simulation, "/proc/canyon/out"), InputError);
 }
 

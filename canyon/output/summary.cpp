@@ -183,16 +183,14 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
     lines.push_back({"C/N0 of LOS, mean [dB-Hz]", number(&RunSummary::mean_cn0_los_dbhz, 1)});
     lines.push_back({"C/N0 of NLOS, mean [dB-Hz]", number(&RunSummary::mean_cn0_nlos_dbhz, 1)});
   }
-  if (any([](const RunSummary& s) { return s.raim_tested > 0 || s.exclusions > 0; })) {
-    const auto count = [](std::size_t RunSummary::*member) {
-      return [=](const RunSummary& s) {
-        const bool asked = s.raim_tested > 0 || s.exclusions > 0;
-        return asked ? fmt::format("{}", s.*member) : std::string("-");
-      };
-    };
-    lines.push_back({"excluded by RAIM, in all", count(&RunSummary::exclusions)});
-    lines.push_back({"epochs that failed RAIM", count(&RunSummary::inconsistent)});
-  }
+  const auto asked = [](const RunSummary& s) { return s.raim_tested > 0 || s.exclusions > 0; };
+  const auto tested = [](const RunSummary& s) { return s.raim_tested > 0; };
+  const auto count = [](auto told, std::size_t RunSummary::*member) {
+    return [=](const RunSummary& s) { return told(s) ? fmt::format("{}", s.*member) : std::string("-"); };
+  };
+  // By RAIM, or by the position filter's gate.
+  if (any(asked)) lines.push_back({"satellites excluded, in all", count(asked, &RunSummary::exclusions)});
+  if (any(tested)) lines.push_back({"epochs that failed RAIM", count(tested, &RunSummary::inconsistent)});
   constexpr std::size_t kPerBlock = 4;  // receivers side by side on 80 to 100 columns
   std::size_t label_width = 0;
   for (const Line& line : lines) label_width = std::max(label_width, line.label.size());

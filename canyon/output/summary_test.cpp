@@ -91,7 +91,7 @@ TEST(Summary, StrengthAndIntegrity) {
   const std::string table = format_summary_table(summaries);
   EXPECT_THAT(table, testing::ContainsRegex("C/N0 of LOS, mean .dB-Hz. +40.9 +-\n"));
   EXPECT_THAT(table, testing::ContainsRegex("C/N0 of NLOS, mean .dB-Hz. +33.4 +-\n"));
-  EXPECT_THAT(table, testing::ContainsRegex("excluded by RAIM, in all +3 +-\n"));
+  EXPECT_THAT(table, testing::ContainsRegex("satellites excluded, in all +3 +-\n"));
   EXPECT_THAT(table, testing::ContainsRegex("epochs that failed RAIM +1 +-\n"));
   // A run that has neither shows neither.
   const std::string plain = format_summary_table({summaries[1]});

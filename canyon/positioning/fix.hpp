@@ -50,7 +50,7 @@ enum class FixStatus : std::uint8_t {
   TooFewSatellites,
   Singular,      ///< the satellites' geometry does not determine position and clocks
   NotConverged,  ///< did not settle, or settled at no place near the ground (height -10 km to 100 km)
-  WeakGeometry,  ///< PDOP beyond FixOptions::max_pdop
+  WeakGeometry,  ///< PDOP beyond FixOptions::max_pdop, accuracy beyond PositionFilterOptions::max_sigma_m
   NoSignal,      ///< the antenna is inside a building or under the terrain
 };
 /// "fix" or "no fix": the words of every output.

@@ -11,7 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/positioning/filter_track.hpp"
 
 namespace canyon::positioning {
 namespace {
@@ -20,162 +20,8 @@ using geodesy::kSpeedOfLight;
 using gnss::kConstellations;
 using gnss::System;
 
-// States: ECEF position and velocity, clock drift [m/s], each constellation's clock [m].
-constexpr int kPosition = 0;
-constexpr int kVelocity = 3;
-constexpr int kDrift = 6;
-constexpr int kClock = 7;
-constexpr int kStates = kClock + static_cast<int>(kConstellations.size());
-using StateVector = Eigen::Matrix<double, kStates, 1>;
-using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
-
-/// Standard deviation of what a start knows nothing of: a fix's own position and clocks, which its
-/// measurements then tell again. 1e-8 of the weight of a pseudorange of 1 m.
-constexpr double kUnknown_m = 1e4;
-/// A third of u-blox's limits of speed in the model "automotive", 100 and 15 m/s.
-constexpr double kUnknownSpeedHorizontal_mps = 100.0 / 3;
-constexpr double kUnknownSpeedVertical_mps = 5;
 /// A third of ClockOptions' largest drift, 1e-4.
 constexpr double kUnknownDrift_mps = 1e-4 / 3 * kSpeedOfLight;
-/// Walk of a constellation's clock beside the oscillator [m/sqrt(s)]: 0.5 m, the order of what a broadcast
-/// clock's renewal changes, over the two hours between renewals.
-constexpr double kClockWalk = 0.006;
-constexpr double kMillisecond_m = 1e-3 * kSpeedOfLight;
-/// A common innovation beyond this is no detour of signals, nor a drift's surprise if it is beyond so many
-/// standard deviations too.
-constexpr double kClockStep_m = 1000;
-constexpr double kClockStepSigmas = 6;
-
-/// Of the clock that a system's satellites have, among kConstellations.
-std::size_t clock_index(System system) {
-  return static_cast<std::size_t>(clock_system(system));
-}
-int clock_of(System system) {
-  return kClock + static_cast<int>(clock_index(system));
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-/// A measurement's linear equation: innovation = gradient . error + noise.
-struct Row {
-  StateVector gradient = StateVector::Zero();
-  double innovation = 0;
-  double sigma = 1;
-};
-
-struct Track {
-  geodesy::GpsTime time;
-  geodesy::GpsTime measured;  ///< when a measurement last passed the gate
-  std::optional<geodesy::GpsTime> astray_since;
-  std::array<std::optional<geodesy::GpsTime>, kConstellations.size()> system_astray_since;
-  std::array<bool, kConstellations.size()> known{};  ///< the constellation has a clock
-  StateVector x = StateVector::Zero();
-  StateMatrix p = StateMatrix::Zero();
-
-  [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
-  [[nodiscard]] Eigen::Vector3d velocity() const { return x.segment<3>(kVelocity); }
-  [[nodiscard]] bool knows(System system) const { return known[clock_index(system)]; }
-};
-
-/// Over dt white acceleration of density q gives position and velocity q dt^3 / 3, q dt^2 / 2, q dt
-/// (Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, eq. 6.2.2-4), and
-/// likewise the clock from its drift, plus white frequency.
-void predict(Track& track, double dt, const PositionFilterOptions& options) {
-  StateMatrix f = StateMatrix::Identity();
-  f.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(dt);
-  for (const System system : kConstellations) {
-    if (track.knows(system)) f(clock_of(system), kDrift) = dt;
-  }
-  const Eigen::Matrix3d enu_from_ecef =
-      geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(track.position()));
-  const Eigen::Vector3d density(std::pow(options.acceleration_horizontal, 2),
-                                std::pow(options.acceleration_horizontal, 2),
-                                std::pow(options.acceleration_vertical, 2));
-  const Eigen::Matrix3d acceleration = enu_from_ecef.transpose() * density.asDiagonal() * enu_from_ecef;
-  track.x = f * track.x;
-  track.p = f * track.p * f.transpose();
-  track.p.block<3, 3>(kPosition, kPosition) += acceleration * (dt * dt * dt / 3);
-  track.p.block<3, 3>(kPosition, kVelocity) += acceleration * (dt * dt / 2);
-  track.p.block<3, 3>(kVelocity, kPosition) += acceleration * (dt * dt / 2);
-  track.p.block<3, 3>(kVelocity, kVelocity) += acceleration * dt;
-  const double c2 = kSpeedOfLight * kSpeedOfLight;
-  const double white = c2 * options.clock_frequency_density;
-  const double walk = c2 * options.clock_drift_density;
-  track.p(kDrift, kDrift) += walk * dt;
-  for (const System a : kConstellations) {
-    if (!track.knows(a)) continue;
-    track.p(kDrift, clock_of(a)) += walk * dt * dt / 2;
-    track.p(clock_of(a), kDrift) += walk * dt * dt / 2;
-    track.p(clock_of(a), clock_of(a)) += kClockWalk * kClockWalk * dt;
-    for (const System b : kConstellations) {
-      if (track.knows(b)) track.p(clock_of(a), clock_of(b)) += white * dt + walk * dt * dt * dt / 3;
-    }
-  }
-}
-
-Row pseudorange_row(const Track& track, const RangedSatellite& satellite) {
-  const int clock = clock_of(satellite.measured->id.system);
-  Row row;
-  row.gradient.segment<3>(kPosition) = -satellite.direction;
-  row.gradient(clock) = 1;
-  row.innovation = satellite.pseudorange_m - satellite.range_m - satellite.atmosphere_m - track.x(clock);
-  row.sigma = satellite.sigma_m;
-  return row;
-}
-
-Row doppler_row(const Track& track, const RangedSatellite& satellite) {
-  const DopplerEquation doppler = doppler_equation(satellite);
-  const Eigen::Vector3d relative = doppler.satellite_mps - track.velocity();
-  const double approach = satellite.direction.dot(relative);
-  Row row;
-  // Moving across the line of sight turns it: d(e.u)/dp = -(u - e (e.u)) / range.
-  row.gradient.segment<3>(kPosition) =
-      -(relative - approach * satellite.direction) / (satellite.range_m * doppler.g);
-  row.gradient.segment<3>(kVelocity) = -satellite.direction / doppler.g;
-  row.gradient(kDrift) = 1 - doppler.measured_mps / kSpeedOfLight;
-  row.innovation = doppler.measured_mps + kSpeedOfLight * satellite.state.clock_drift - approach / doppler.g -
-                   row.gradient(kDrift) * track.x(kDrift);
-  row.sigma = doppler.sigma_mps;
-  return row;
-}
-
-/// Scalar updates at one point of linearisation, by Joseph's form: P = (I - K h) P (I - K h)^T + K R K^T.
-class Update {
- public:
-  explicit Update(Track& track) : track_(track) {}
-
-  /// False, and nothing changed, where the innovation lies beyond `gate_sigmas`.
-  bool take(const Row& row, double gate_sigmas) {
-    const StateVector ph = track_.p * row.gradient;
-    const double noise = row.sigma * row.sigma;
-    const double variance = row.gradient.dot(ph) + noise;
-    const double innovation = row.innovation - row.gradient.dot(correction_);
-    if (std::abs(innovation) > gate_sigmas * std::sqrt(variance)) return false;
-    const StateVector gain = ph / variance;
-    correction_ += gain * innovation;
-    track_.p -= gain * ph.transpose();
-    const StateVector left = track_.p * row.gradient;
-    track_.p += (noise * gain - left) * gain.transpose();
-    track_.p = ((track_.p + track_.p.transpose()) / 2).eval();
-    return true;
-  }
-  void finish() { track_.x += correction_; }
-
- private:
-  Track& track_;
-  StateVector correction_ = StateVector::Zero();
-};
-
-/// One epoch's satellites around a position.
-struct Epoch {
-  geodesy::GpsTime time;
-  std::vector<RangedSatellite> satellites;
-  std::vector<bool> passed;  ///< one per satellite
-};
 
 void look_around(Epoch& epoch, const Eigen::Vector3d& position, const FixOptions& fix,
                  const std::map<System, gnss::Klobuchar>& klobuchar) {
@@ -194,12 +40,48 @@ void look_around(Epoch& epoch, const Eigen::Vector3d& position, const FixOptions
   for (RangedSatellite& satellite : epoch.satellites) satellite.sigma_m = std::sqrt(sum / std::max(above, 1));
 }
 
-void take_dopplers(const Track& track, const Epoch& epoch, double gate_sigmas, Update& update) {
-  for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
-    if (epoch.passed[i] && epoch.satellites[i].measured->doppler_hz) {
-      update.take(doppler_row(track, epoch.satellites[i]), gate_sigmas);
-    }
+/// Of satellites whose pseudorange passed.
+struct Dopplers {
+  int considered = 0, taken = 0;
+};
+Dopplers take_dopplers(const Track& track, const Epoch& epoch, double gate_sigmas, Update& update) {
+  Dopplers count;
+  for (const std::size_t i : epoch.order) {
+    if (!epoch.passed[i] || !epoch.satellites[i].measured->doppler_hz) continue;
+    ++count.considered;
+    if (update.take(doppler_row(track, epoch.satellites[i]), gate_sigmas)) ++count.taken;
   }
+  return count;
+}
+
+/// Where most Dopplers contradict the predicted velocity, and agree with each other on another one, it is not
+/// they that are wrong: the vehicle turned or braked as was not expected.
+void take_motion(const Track& track, const Epoch& epoch, double gate_sigmas, Update& update) {
+  Track turned = track;
+  Update other(turned, update);
+  const Dopplers expected = take_dopplers(track, epoch, gate_sigmas, update);
+  if (2 * expected.taken >= expected.considered) return;
+  turned.p.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
+  const Dopplers agreed = take_dopplers(turned, epoch, gate_sigmas, other);
+  // Any four make a velocity and a drift.
+  if (agreed.taken > 4 && 2 * agreed.taken > agreed.considered) update.adopt(other);
+}
+
+/// How much larger the errors of a fix are than its weights say, as its covariance has it (FixOptions).
+double excess_of_residuals(const Epoch& epoch, const Fix& fix, const FixOptions& options) {
+  const std::size_t count = fix.residuals_m.size();
+  if (!options.covariance_by_residuals || count != fix.used.size() ||
+      static_cast<int>(count) <= fix.unknowns) {
+    return 1;
+  }
+  double squares = 0;
+  for (const RangedSatellite& satellite : epoch.satellites) {
+    const auto at = std::lower_bound(fix.used.begin(), fix.used.end(), satellite.measured->id);
+    if (at == fix.used.end() || *at != satellite.measured->id) continue;
+    squares +=
+        std::pow(fix.residuals_m[static_cast<std::size_t>(at - fix.used.begin())] / satellite.sigma_m, 2);
+  }
+  return std::sqrt(std::max(1.0, squares / (static_cast<int>(count) - fix.unknowns)));
 }
 
 /// A filter that knows what the fix's satellites tell, correlations of position and clocks included: their
@@ -214,10 +96,7 @@ std::optional<Track> begin(Epoch& epoch, const Fix& fix, const FixOptions& optio
   track.x.segment<3>(kPosition) = fix.position_ecef;
   track.p.block<3, 3>(kPosition, kPosition).diagonal().setConstant(kUnknown_m * kUnknown_m);
   if (fix.velocity_enu_mps) track.x.segment<3>(kVelocity) = ecef_from_enu * *fix.velocity_enu_mps;
-  const Eigen::Vector3d speed(kUnknownSpeedHorizontal_mps, kUnknownSpeedHorizontal_mps,
-                              kUnknownSpeedVertical_mps);
-  track.p.block<3, 3>(kVelocity, kVelocity) =
-      ecef_from_enu * speed.cwiseAbs2().asDiagonal() * ecef_from_enu.transpose();
+  track.p.block<3, 3>(kVelocity, kVelocity) = unknown_velocity(fix.position_ecef);
   track.x(kDrift) = fix.clock_drift.value_or(0) * kSpeedOfLight;
   track.p(kDrift, kDrift) = kUnknownDrift_mps * kUnknownDrift_mps;
   for (const auto& [system, bias_s] : fix.clock_bias_s) {
@@ -227,62 +106,22 @@ std::optional<Track> begin(Epoch& epoch, const Fix& fix, const FixOptions& optio
   }
   Update update(track);
   epoch.passed.assign(epoch.satellites.size(), false);
+  epoch.order.clear();
+  const double excess = excess_of_residuals(epoch, fix, options);
   int taken = 0;
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
     const gnss::SatelliteId id = epoch.satellites[i].measured->id;
     if (!track.knows(id.system) || !std::binary_search(fix.used.begin(), fix.used.end(), id)) continue;
-    epoch.passed[i] =
-        update.take(pseudorange_row(track, epoch.satellites[i]), std::numeric_limits<double>::infinity());
+    Row row = pseudorange_row(track, epoch.satellites[i]);
+    row.sigma *= excess;
+    epoch.passed[i] = update.take(row, std::numeric_limits<double>::infinity());
+    epoch.order.push_back(i);
     ++taken;
   }
   if (taken < 4) return std::nullopt;
   take_dopplers(track, epoch, std::numeric_limits<double>::infinity(), update);
   update.finish();
   return track;
-}
-
-/// The clock's steps, and clocks of constellations that had none.
-void mind_clocks(Track& track, const Epoch& epoch) {
-  std::vector<double> common;
-  std::array<std::vector<double>, kConstellations.size()> of_new;
-  double variance = 0;
-  for (const RangedSatellite& satellite : epoch.satellites) {
-    if (!satellite.above_mask) continue;
-    const System system = satellite.measured->id.system;
-    const Row row = pseudorange_row(track, satellite);
-    if (track.knows(system)) {
-      common.push_back(row.innovation);
-      variance = std::max(variance, row.gradient.dot(track.p * row.gradient) + row.sigma * row.sigma);
-    } else {
-      of_new[clock_index(system)].push_back(row.innovation);
-    }
-  }
-  if (!common.empty()) {
-    const double step = median(common);
-    if (std::abs(step) > std::max(kClockStep_m, kClockStepSigmas * std::sqrt(variance))) {
-      const double milliseconds = std::round(step / kMillisecond_m);
-      const bool whole = milliseconds != 0 && std::abs(step - milliseconds * kMillisecond_m) < kClockStep_m;
-      for (const System a : kConstellations) {
-        if (!track.knows(a)) continue;
-        track.x(clock_of(a)) += whole ? milliseconds * kMillisecond_m : step;
-        for (const System b : kConstellations) {
-          if (!whole && track.knows(b)) track.p(clock_of(a), clock_of(b)) += kUnknown_m * kUnknown_m;
-        }
-      }
-      // The clock told the time since the last epoch, and was wrong by its step.
-      if (whole) track.x.segment<3>(kPosition) -= track.velocity() * milliseconds * 1e-3;
-    }
-  }
-  for (const System system : kConstellations) {
-    const auto& innovations = of_new[clock_index(system)];
-    if (innovations.empty()) continue;
-    const int clock = clock_of(system);
-    track.known[clock_index(system)] = true;
-    track.x(clock) += median(innovations);
-    track.p.row(clock).setZero();
-    track.p.col(clock).setZero();
-    track.p(clock, clock) = kUnknown_m * kUnknown_m;
-  }
 }
 
 /// Keeps the instant since when most of `considered` fail; true when that is `limit_s` ago.
@@ -316,6 +155,8 @@ bool correct(Track& track, Epoch& epoch, const PositionFilterOptions& options) {
   std::stable_sort(candidates.begin(), candidates.end(), [middle](const Candidate& a, const Candidate& b) {
     return std::abs(a.row.innovation - middle) < std::abs(b.row.innovation - middle);
   });
+  epoch.order.clear();
+  for (const Candidate& candidate : candidates) epoch.order.push_back(candidate.index);
   Update update(track);
   std::array<int, kConstellations.size()> considered{};
   std::array<int, kConstellations.size()> failed{};
@@ -329,7 +170,7 @@ bool correct(Track& track, Epoch& epoch, const PositionFilterOptions& options) {
       ++failed[system];
     }
   }
-  take_dopplers(track, epoch, options.gate_sigmas, update);
+  take_motion(track, epoch, options.gate_sigmas, update);
   update.finish();
   int all_considered = 0;
   int all_failed = 0;
@@ -353,6 +194,10 @@ bool somewhere(const Track& track) {
   if (!track.x.allFinite()) return false;
   const double height = geodesy::geodetic_from_ecef(track.position()).height_m;
   return is_near_ground(height);
+}
+
+bool accurate(const Track& track, const PositionFilterOptions& options) {
+  return std::sqrt(track.p.block<3, 3>(kPosition, kPosition).trace()) <= options.max_sigma_m;
 }
 
 void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen::Matrix3d& enu_from_ecef) {
@@ -454,7 +299,8 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
   }
   if (lost && fix.solved()) {
     Epoch fresh = epoch;
-    if (const std::optional<Track> anew = begin(fresh, fix, state_->fix, klobuchar)) {
+    const std::optional<Track> anew = begin(fresh, fix, state_->fix, klobuchar);
+    if (anew && accurate(*anew, options)) {
       state_->track = anew;
       Fix answer = describe(*anew, fresh);
       answer.excluded = fix.excluded;
@@ -462,7 +308,14 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
     }
   }
   state_->track = track;
-  return track ? describe(*track, epoch) : fix;
+  if (track && accurate(*track, options)) return describe(*track, epoch);
+  if (!track && std::isinf(options.max_sigma_m)) return fix;
+  Fix none;
+  none.status = fix.solved() || track ? FixStatus::WeakGeometry : fix.status;
+  none.available = fix.available;
+  none.unknowns = fix.unknowns;
+  none.rank = fix.rank;
+  return none;
 }
 
 }  // namespace canyon::positioning

@@ -517,6 +517,7 @@ TEST(PositionFilterOptions, NamesTheFieldThatIsOutOfRange) {
               testing::HasSubstr("clock_drift_density"));
   EXPECT_THAT(message([](Options& o) { o.gate_sigmas = 0; }), testing::HasSubstr("gate_sigmas"));
   EXPECT_THAT(message([](Options& o) { o.coast_s = 0; }), testing::HasSubstr("coast_s"));
+  EXPECT_THAT(message([](Options& o) { o.max_sigma_m = 0; }), testing::HasSubstr("max_sigma_m"));
 }
 
 }  // namespace

@@ -94,6 +94,8 @@ void visit(options::Visitor& v, PositionFilterOptions& o) {
       o.gate_sigmas, options::or_none({0, kInfinity, true}));
   v.number({"coast_s", "s", "it begins anew after so long without a measurement"}, o.coast_s,
            {0, 3600, true});
+  v.number({"max_sigma_m", "m", "a position of a larger standard deviation is none"}, o.max_sigma_m,
+           options::or_none({0, kInfinity, true}));
 }
 
 }  // namespace canyon::positioning

@@ -104,6 +104,9 @@ struct PositionFilterOptions {
   /// After so long without a measurement that passed the gate, or with most satellites failing it, the filter
   /// begins anew [s], (0, 3600].
   double coast_s = 5;
+  /// A position of a larger standard deviation (root of the sum of the three variances) [m] is none, and
+  /// begins nothing; > 0, infinite: any.
+  double max_sigma_m = std::numeric_limits<double>::infinity();
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };

@@ -64,6 +64,8 @@ struct Path : PathGeometry {
 [[nodiscard]] Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna,
                                             const Eigen::Vector3d& s);
 
+/// Of what arrives, however weak (SatellitePaths), or as a receiver finds it
+/// (receiver::SatelliteObservation).
 enum class Visibility : std::uint8_t {
   LOS,           ///< direct path clear, nothing else arrives
   LOSMultipath,  ///< direct path clear, reflections arrive as well (an edge beside the path does not count)

@@ -188,6 +188,15 @@ struct Receiver::State {
     return tracked;
   }
 
+  /// Whether any of its signals could be tracked now: not, whether its channel has found it.
+  [[nodiscard]] bool hears(const SatelliteObservation& satellite) const {
+    if (!signals) return true;
+    const auto strong = [&](const SignalObservation& signal) {
+      return signal.cn0_dbhz && *signal.cn0_dbhz >= options.signal.lock.tracking_threshold_dbhz;
+    };
+    return strong(satellite) || std::any_of(satellite.more.begin(), satellite.more.end(), strong);
+  }
+
   /// Channels of satellites that are below the horizon. `satellites` ascending.
   void miss_all_but(const std::vector<SatelliteObservation>& satellites) {
     auto seen = satellites.begin();
@@ -366,12 +375,15 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     observation.elevation_rad = view.line.elevation_rad;
     observation.above_mask = view.line.elevation_rad >= options.fix.elevation_mask_rad;
     if (free) observation.visibility = view.paths.visibility;
-    const bool received = observation.visibility != Visibility::Blocked;
+    const bool received = observation.visibility != Visibility::Blocked;  // by whoever hears everything
     observation.signal = wanted.front();
     tracked.push_back(state.track(view, free, received, observation));
     for (std::size_t k = 1; k < wanted.size(); ++k) {
       observation.more.emplace_back().signal = wanted[k];
       tracked.push_back(state.track(view, free, received, observation.more.back()));
+    }
+    if (observation.visibility == Visibility::NLOS && !state.hears(observation)) {
+      observation.visibility = Visibility::Blocked;
     }
     if (observation.above_mask) {
       ++(observation.lock == tracking::LockState::Tracking ? epoch.visible : epoch.blocked);

@@ -48,6 +48,9 @@ struct SatelliteObservation : SignalObservation {
   gnss::SatelliteId id;
   double azimuth_rad = 0;    ///< true
   double elevation_rad = 0;  ///< true
+  /// As this receiver finds it. SatellitePaths::visibility says what arrives, however weak; here NLOS is
+  /// Blocked where signals have a strength and none of this satellite's reaches the tracking threshold
+  /// (tracking::SignalLockOptions).
   propagation::Visibility visibility = propagation::Visibility::Blocked;
   bool above_mask = false;
   bool used = false;  ///< in the fix

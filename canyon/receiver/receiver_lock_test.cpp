@@ -147,5 +147,43 @@ TEST(ReceiverLock, TheLoopRemembersItsDelay) {
   EXPECT_NEAR(observe_one(losing, 7, both).excess_m, 0, 1e-6);
 }
 
+// What arrives too weak to be tracked is as good as nothing: the arrival has its paths, the satellite is
+// blocked.
+TEST(ReceiverLock, EchoesTooWeakToTrackAreBlocked) {
+  ReceiverOptions options = plain();
+  const auto echo_of = [](double cn0_dbhz) {
+    return [=](const orbit::LineOfSight&) -> std::vector<Path> {
+      return {mirror_path({0, -1, 0}, 60, std::pow(10, (cn0_dbhz - clear_cn0_dbhz()) / 20))};
+    };
+  };
+  const auto seen = [&](double cn0_dbhz) {
+    Receiver receiver(options, 1);
+    return observe_one(receiver, 0, echo_of(cn0_dbhz));
+  };
+  const tracking::SignalLockOptions& lock = options.signal.lock;
+  const SatelliteObservation weak = seen(lock.tracking_threshold_dbhz - 0.1);
+  EXPECT_EQ(weak.visibility, Visibility::Blocked);
+  EXPECT_NEAR(*weak.cn0_dbhz, lock.tracking_threshold_dbhz - 0.1, 0.02);
+  EXPECT_EQ(weak.excess_m, 0);
+  // It could be tracked, though a channel that searches does not find it.
+  const SatelliteObservation kept = seen(lock.tracking_threshold_dbhz + 0.1);
+  EXPECT_EQ(kept.visibility, Visibility::NLOS);
+  EXPECT_FALSE(kept.measurement);
+  EXPECT_EQ(seen(lock.acquisition_threshold_dbhz + 0.1).visibility, Visibility::NLOS);
+  // A direct path stays one: leaves and shadows weaken it.
+  Receiver shaded(options, 1);
+  const SatelliteObservation direct = observe_one(shaded, 0, [](const orbit::LineOfSight& line) {
+    Path path = direct_path(line);
+    path.amplitude_factor = 1e-3;
+    return std::vector{path};
+  });
+  EXPECT_EQ(direct.visibility, Visibility::LOS);
+  EXPECT_FALSE(direct.measurement);
+  // Whoever hears everything tracks what arrives.
+  options = plain();
+  options.signal.enabled = false;
+  EXPECT_EQ(seen(-20).visibility, Visibility::NLOS);
+}
+
 }  // namespace
 }  // namespace canyon::receiver

@@ -49,7 +49,8 @@ trajectory:
   waypoints: [{east_m: -30, north_m: 0, up_m: 1.5}, {east_m: 30, north_m: 0, up_m: 1.5}]
   speed_mps: 6
 rate_hz: 1
-receivers: [{name: car, signal: {enabled: true, lock: {warm_start: true}}}]
+receivers: [{name: car, profile: ideal, elevation_mask_deg: 10, noise: {enabled: true},
+             signal: {enabled: true, lock: {warm_start: true}}}]
 seed: 9
 )",
                                      "scenario.yaml");

@@ -129,7 +129,7 @@ TEST(LiveReceiver, HasNominalOrbitsAnyTimeOn) {
 TEST(LiveReceiver, TakesTheHostsRays) {
   LiveConfig config = parse_live_config(R"(
 sky: {frozen: {satAzimuth: [1.5707963, 4.7123890], satElevation: [0.5235988, 0.5235988]}}
-noise: {enabled: false}
+profile: ideal
 )",
                                         "plugin");
   LiveReceiver live(config, wall(), GpsTime::from_week(2300, 0));
@@ -161,8 +161,7 @@ TEST(LiveReceiver, DopplerOfTwoReflectionsIsTheRateOfTheRange) {
     city::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete, {x, -2000, 0},
                      {x + 1, 2000, 60});
   }
-  LiveConfig config = live_config();
-  config.receiver.options.noise.enabled = false;
+  LiveConfig config = parse_live_config(std::string(kLive) + "profile: ideal\n", "plugin");
   config.receiver.propagation.reflection_order = 2;
   config.receiver.propagation.max_range_m = 500;
   LiveReceiver live(config, std::make_shared<CityScene>(std::move(city)), *config.start);
@@ -206,8 +205,7 @@ TEST(LiveReceiver, DopplerOfTwoReflectionsIsTheRateOfTheRange) {
 
 TEST(LiveReceiver, FollowsMovedInstancesAndNewScenes) {
   LiveConfig config = parse_live_config(
-      "sky: {frozen: {satAzimuth: [1.5707963], satElevation: [0.5235988]}}\nnoise: {enabled: false}\n",
-      "plugin");
+      "sky: {frozen: {satAzimuth: [1.5707963], satElevation: [0.5235988]}}\nprofile: ideal\n", "plugin");
   auto empty = std::make_shared<CityScene>(city::City{});
   city::Mesh box;
   city::append_box(box, "bus", city::Surface::Vehicle, city::Material::Metal, {-1, -5, 0}, {1, 5, 30});

@@ -9,6 +9,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
@@ -47,7 +48,7 @@ TEST(Profile, TheLibraryHasTheFilesOfTheRepository) {
     text << std::ifstream(kSource / "profiles" / (names.back() + ".yaml")).rdbuf();
     EXPECT_EQ(profile.text, text.str()) << profile.name;
   }
-  EXPECT_THAT(names, ElementsAre("ideal", "paper", "phone", "survey", "ublox-f9p", "ublox-m8t"));
+  EXPECT_THAT(names, ElementsAre("ideal", "paper", "phone", "survey", "ublox-f9p", "ublox-m10", "ublox-m8t"));
 }
 
 TEST(Profile, BuiltInOnesAreWhole) {
@@ -83,7 +84,7 @@ TEST(Profile, StandsForTheScenariosOwn) {
 
 // Each number of a receiver that exists has its source beside it.
 TEST(Profile, EveryNumberOfARealReceiverHasAComment) {
-  for (const char* name : {"ublox-m8t", "ublox-f9p", "phone", "survey"}) {
+  for (const char* name : {"ublox-m10", "ublox-m8t", "ublox-f9p", "phone", "survey"}) {
     std::istringstream text{std::string(built_in_profile(name).text)};
     for (std::string line; std::getline(text, line);) {
       const std::size_t colon = line.find(": ");
@@ -98,6 +99,35 @@ TEST(Profile, EveryNumberOfARealReceiverHasAComment) {
         continue;
       EXPECT_NE(comment, std::string::npos) << name << ": " << line;
     }
+  }
+}
+
+TEST(Profile, ReceiversWithoutOneAreACommonModule) {
+  const std::string module = options::exact_text(built_in(kDefaultProfile).receiver);
+  const auto named = [](ReceiverConfig config) {
+    config.options.name = "receiver";
+    return options::exact_text(config);
+  };
+  EXPECT_EQ(kDefaultProfile, "ublox-m10");
+  for (const char* receivers : {"", "receivers: [{name: a}]\n", "receivers: [{profile: ublox-m10}]\n"}) {
+    EXPECT_EQ(named(parse_scenario(kScene + receivers, "s.yaml").receivers.front()), module) << receivers;
+  }
+  LiveConfig live = parse_live_config("seed: 1\n", "host");
+  EXPECT_TRUE(live.receiver.options.own_draws);  // several vehicles
+  live.receiver.options.own_draws = false;
+  EXPECT_EQ(named(live.receiver), module);
+  EXPECT_NE(named(parse_scenario(kScene + "receivers: [{profile: ideal}]\n", "s.yaml").receivers.front()),
+            module);
+}
+
+// What a product gives out are the fixes of its navigation engine; the ideal and the paper's receiver have
+// none.
+TEST(Profile, RealReceiversFilterTheirFixes) {
+  for (const BuiltInProfile& each : built_in_profiles()) {
+    const bool real = each.name != "ideal" && each.name != "paper";
+    const receiver::ReceiverOptions options = built_in(each.name).receiver.options;
+    EXPECT_EQ(options.filter.enabled, real) << each.name;
+    EXPECT_EQ(options.signal.enabled, real) << each.name;
   }
 }
 
@@ -131,7 +161,9 @@ TEST(Profile, ThresholdsAreWithinTheDataSheets) {
     double tracking_dbm, reacquisition_dbm, cold_start_dbm;
   };
   constexpr double kThermalNoise_dbm_hz = -173.98;  // 10 log10(1.380649e-23 * 290 / 1e-3)
-  for (const Sheet& sheet : {Sheet{"ublox-m8t", -167, -160, -148}, {"ublox-f9p", -167, -160, -148}}) {
+  for (const Sheet& sheet : {Sheet{"ublox-m8t", -167, -160, -148},
+                             {"ublox-f9p", -167, -160, -148},
+                             {"ublox-m10", -165, -158, -146}}) {
     const tracking::SignalLockOptions lock = built_in(sheet.profile).receiver.options.signal.lock;
     EXPECT_GE(lock.tracking_threshold_dbhz, sheet.tracking_dbm - kThermalNoise_dbm_hz - 0.05);
     EXPECT_LE(lock.tracking_threshold_dbhz, sheet.tracking_dbm - kThermalNoise_dbm_hz + 8);

@@ -433,7 +433,7 @@ ReceiverConfig profile_of(Visitor& v, const std::string& name) {
 
 void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers) {
   if (v.reads()) {
-    if (!v.has("receivers")) receivers.assign(1, {});
+    if (!v.has("receivers")) receivers.assign(1, profile_of(v, std::string(kDefaultProfile)));
     // Defaults, then the profile, then the scenario's own sections, then the receiver's keys.
     std::vector<std::string> names;
     v.list("receivers", receivers, [&](ReceiverConfig& config) {
@@ -469,17 +469,19 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers) {
 void visit_name_and_profile(Visitor& v, ReceiverConfig& config, bool several) {
   std::optional<std::string> name;
   std::optional<std::string> profile;
-  if (!v.reads()) name = config.options.name;
-  v.text({"name", "", "names its outputs and its noise; needed with several receivers", "rover"}, name);
-  if (v.wants(v.reads())) {
-    v.text({"profile", "", "one of 'canyon profiles', or a profile file; anything below overrides it",
-            "the defaults below"},
-           profile);
+  if (!v.reads()) {
+    name = config.options.name;
+    // Every key is written out below it; this one sets no list and no table that keys could only add to.
+    profile = "ideal";
   }
+  v.text({"name", "", "names its outputs and its noise; needed with several receivers", "rover"}, name);
+  v.text({"profile", "", "one of 'canyon profiles', or a profile file; anything below overrides it",
+          kDefaultProfile},
+         profile);
   if (!v.reads()) return;
   if (!name && several) throw v.fault({}, "a receiver has no name", "name each of several receivers");
   if (name) options::check_folder_name(v, "name", *name);
-  if (profile) config = profile_of(v, *profile);
+  config = profile_of(v, profile.value_or(std::string(kDefaultProfile)));
   config.options.name = name.value_or("rover");
 }
 

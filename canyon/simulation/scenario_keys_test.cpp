@@ -113,7 +113,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "elevation_b_m: 0.5, cn0_floor_m2: 9, cn0_scale_m2_hz: 2e4}, raim: {enabled: true, false_alarm: 1e-4, "
       "max_exclusions: 2, sigma_scale: 2}, position_filter: {enabled: true, acceleration_horizontal: 1, "
       "acceleration_vertical: 0.4, clock_frequency_density: 1e-19, clock_drift_density: 1e-19, gate_sigmas: "
-      "none, coast_s: 3}, signal: {enabled: true, antenna: survey, link: {above_minimum_db: 2, "
+      "none, coast_s: 3, max_sigma_m: 90}, signal: {enabled: true, antenna: survey, link: "
+      "{above_minimum_db: 2, "
       "antenna_temperature_k: 200, noise_figure_db: 3, implementation_loss_db: 2}, offset_db: "
       "[GPS=1, BeiDou-2&BeiDou-GEO=-4], satellite_sigma_db: 1, strength: {slabs: false, "
       "roughness_m: 0.1, foliage: slant_path}, shadowing: " +

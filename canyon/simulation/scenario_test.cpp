@@ -137,7 +137,7 @@ TEST(Scenario, SystemsMayStandInOneText) {
   }
 }
 
-TEST(Scenario, LeftOutKeysAreTheStructsDefaults) {
+TEST(Scenario, LeftOutKeysAreTheDefaultProfilesAndTheStructs) {
   const Scenario s = parse_scenario(kMinimal, "s.yaml");
   EXPECT_TRUE(s.sky.nominal);
   EXPECT_EQ(s.sky.systems.size(), gnss::kConstellations.size());
@@ -145,7 +145,7 @@ TEST(Scenario, LeftOutKeysAreTheStructsDefaults) {
   const receiver::ReceiverOptions defaults;
   const receiver::ReceiverOptions& rover = s.receivers[0].options;
   EXPECT_EQ(rover.name, "rover");
-  EXPECT_EQ(rover.fix.elevation_mask_rad, defaults.fix.elevation_mask_rad);
+  EXPECT_TRUE(rover.signal.enabled);  // of ublox-m10
   EXPECT_EQ(rover.noise.ou.sigma_m_per_sqrt_s, defaults.noise.ou.sigma_m_per_sqrt_s);
   EXPECT_EQ(s.receivers[0].propagation.max_range_m, propagation::PropagationOptions().max_range_m);
   EXPECT_TRUE(s.outputs.epochs_csv && s.outputs.pictures);
@@ -407,7 +407,10 @@ TEST(Scenario, TakesReflectionsUpToTheSecondOrder) {
     return kMinimal + "propagation: {reflection_order: " + order + "}\n";
   };
   EXPECT_EQ(parse_scenario(with("2"), "s.yaml").receivers[0].propagation.reflection_order, 2);
-  EXPECT_EQ(parse_scenario(kMinimal, "s.yaml").receivers[0].propagation.reflection_order, 1);
+  EXPECT_EQ(parse_scenario(kMinimal + "receivers: [{profile: ideal}]\n", "s.yaml")
+                .receivers[0]
+                .propagation.reflection_order,
+            1);
   for (const char* bad : {"3", "-1", "1.5"}) EXPECT_THAT(fault(with(bad)), HasSubstr("reflection_order"));
 }
 

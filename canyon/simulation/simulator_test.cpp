@@ -136,7 +136,7 @@ TEST(Simulation, EpochTimesAreExact) {
 TEST(Simulation, OpenSkyWithoutNoiseFindsTheTruthWithinAMillimetre) {
   const Simulation simulation = simulation_of(
       kOpen +
-      "start: 2026-06-01T08:00:00Z\nnoise: {enabled: false}\n"
+      "start: 2026-06-01T08:00:00Z\nreceivers: [{profile: ideal}]\n"
       "trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 300, north_m: 200, up_m: 50}]}\n");
   for (const Epoch& e : run(simulation)) {
     ASSERT_TRUE(e.observed.fix.solved());

@@ -258,7 +258,7 @@ sky: {navigation: [hksc1180.19n], systems: [GPS]}
 start: 2019-04-28T12:58:03Z
 duration_s: 60
 trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}
-receivers: [{name: rover, elevation_mask_deg: 10, noise: {enabled: false}, ionosphere: true, troposphere: true,
+receivers: [{name: rover, profile: ideal, elevation_mask_deg: 10, ionosphere: true, troposphere: true,
              tracks: [L1CA, L2C, L5], clock: {bias_s: 2.0e-4, drift: 1.0e-7}}]
 )",
                                         nav.parent_path());

@@ -18,12 +18,13 @@ namespace canyon::validation {
 namespace {
 
 TEST(SimulatedDrive, ErrorsComeBackThroughRinex) {
-  // The example without noise: what is wrong with a pseudorange is its excess path.
+  // The example by a receiver without noise: what is wrong with a pseudorange is its excess path.
   std::string yaml(
       TextFile(std::filesystem::path(canyon_source_dir) / "examples/synthetic_drive.yaml").text());
-  const std::string noise = "noise: {enabled: true}";
-  ASSERT_NE(yaml.find(noise), std::string::npos);
-  yaml.replace(yaml.find(noise), noise.size(), "noise: {enabled: false}");
+  const std::string receiver = "- name: car";
+  ASSERT_NE(yaml.find(receiver), std::string::npos);
+  yaml.replace(yaml.find(receiver), receiver.size(),
+               "- name: car\n    profile: ideal\n    elevation_mask_deg: 10");
   const test::TemporaryFolder folder;
   const auto simulation = test::prepare(yaml, folder.path());
   test::Recorder recorder;

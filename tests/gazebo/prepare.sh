@@ -32,7 +32,7 @@ drive() {
   "$canyon" simulate "$folder/drive.yaml" --out "$folder/first" --quiet
   tail -n +2 "$folder/first/epochs.csv" | cut -d, -f1-5 >"$folder/truth.csv"
   printf '%s\n' "city: {file: $name.world}" "sky: $sky" 'trajectory: {file: truth.csv, format: urbannav}' 'rate_hz: 1' \
-    'noise: {enabled: false}' 'seed: 1' "outputs: $quiet" >"$folder/reference.yaml"
+    'receivers: [{profile: ideal}]' 'seed: 1' "outputs: $quiet" >"$folder/reference.yaml"
   "$canyon" simulate "$folder/reference.yaml" --out "$folder" --quiet
   rm -r "$folder/first" "$folder/drive.yaml"
 }
@@ -71,8 +71,8 @@ sky:
 start: 2026-06-01T12:00:00Z
 duration_s: 1
 trajectory: {position: {east_m: $east, north_m: $north, up_m: $up}}
+receivers: [{profile: ideal, elevation_mask_deg: 10}]
 propagation: {model: $model}
-noise: {enabled: false}
 outputs: $quiet
 Y
     "$canyon" trace "$folder/scenario.yaml" --json >"$folder/trace.json"

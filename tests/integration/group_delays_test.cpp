@@ -98,7 +98,7 @@ Judgement solve(gnss::NavigationData data, bool with_delays, const std::string& 
       "sky: {navigation: day.nav, systems: [" +
           systems +
           "]}\nstart: 2020-06-25T03:10:00Z\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\n"
-          "receivers: [{name: rover, elevation_mask_deg: 0, noise: {enabled: false}, clock: {bias_s: 2.0e-4, "
+          "receivers: [{name: rover, profile: ideal, clock: {bias_s: 2.0e-4, "
           "drift: 0}, tracks: [" +
           tracks +
           "]}]\npropagation: {ground_reflection: false, diffuse: {enabled: false}}\n"

@@ -39,8 +39,7 @@ trajectory: {{waypoints: [{{east_m: {}, north_m: {}, up_m: {}}}]}}
 duration_s: 0
 rate_hz: 1
 propagation: {{model: {}}}
-noise: {{enabled: false}}
-receivers: [{{name: rover, elevation_mask_deg: 10}}]
+receivers: [{{name: rover, profile: ideal, elevation_mask_deg: 10}}]
 )",
                      east_m, north_m, kAltitude_m, model);
 }

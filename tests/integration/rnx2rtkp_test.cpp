@@ -77,8 +77,8 @@ void expect_open_sky(const std::string& sky, int systems, const std::filesystem:
       "trajectory:\n"
       "  waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 3000, north_m: 2000, up_m: 100}]\n"
       "  speed_mps: 12\n"
-      "receivers: [{name: rover, elevation_mask_deg: 10, clock: {bias_s: 2.0e-4, drift: 1.0e-7}}]\n"
-      "noise: {enabled: false}\n"
+      "receivers: [{name: rover, profile: ideal, elevation_mask_deg: 10, clock: {bias_s: 2.0e-4, drift: "
+      "1.0e-7}}]\n"
       "rate_hz: 1\nduration_s: 120\n"
       "outputs: {pictures: false}\n";
   const simulation::Simulation simulation = test::prepare(yaml, data.empty() ? folder.path() : data);
@@ -204,7 +204,7 @@ TEST(Rnx2Rtkp, AgreesWithOurFixInTheSyntheticCity) {
       "start: 2026-03-01T10:00:00Z\n"
       "trajectory: {waypoints: [{east_m: -200, north_m: 0, up_m: 2}, {east_m: 200, north_m: 0, up_m: 2}], "
       "speed_mps: 4}\n"
-      "receivers: [{name: rover, elevation_mask_deg: 10}]\n"
+      "receivers: [{name: rover, profile: ideal, elevation_mask_deg: 10, noise: {enabled: true}}]\n"
       "seed: 5\noutputs: {pictures: false}\n";
   const test::TemporaryFolder folder;
   expect_same_fix(test::prepare(yaml, folder.path()), 10, kGps + kGalileo, 60);

@@ -75,7 +75,7 @@ simulation::Simulation strong_and_weak_drive() {
   scenario.rate_hz = 2;
   scenario.outputs = {};
   scenario.outputs.pictures = false;
-  scenario.receivers.resize(1);
+  scenario.receivers.assign(1, {});
   receiver::ReceiverOptions& options = scenario.receivers[0].options;
   options.noise.enabled = false;
   options.signal.enabled = true;

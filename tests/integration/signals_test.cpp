@@ -98,17 +98,19 @@ TEST(Signals, DifferByTheIonosphereAndTheirGroupDelaysAlone) {
 TEST(Signals, IonosphereFreeFixesForgetTheIonosphereAndTripleTheNoise) {
   const test::TemporaryFolder folder;
   const auto epochs = test::run_and_write(
-      test::prepare(
-          open_sky(
-              "sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-03-01T10:00:00Z\n",
-              "{name: both, noise: {enabled: false}, ionosphere: true, tracks: [L1CA, L2C, E1, E5a], "
-              "combination: "
-              "ionosphere_free}, {name: one, noise: {enabled: false}, ionosphere: true, tracks: [L1CA, E1]}, "
-              "{name: noisy, tracks: [L1CA, L2C], combination: ionosphere_free, min_satellites: 4, "
-              "noise: {enabled: true, theta_per_s: 50}}, {name: plain, tracks: [L1CA, L2C], noise: "
-              "{enabled: true, theta_per_s: 50}}",
-              400),
-          folder.path()),
+      test::prepare(open_sky("sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-03-01T10:00:00Z\n",
+                             "{name: both, profile: ideal, elevation_mask_deg: 10, noise: {enabled: false}, "
+                             "ionosphere: true, tracks: [L1CA, L2C, E1, E5a], "
+                             "combination: "
+                             "ionosphere_free}, {name: one, profile: ideal, elevation_mask_deg: 10, noise: "
+                             "{enabled: false}, ionosphere: true, tracks: [L1CA, E1]}, "
+                             "{name: noisy, profile: ideal, elevation_mask_deg: 10, tracks: [L1CA, L2C], "
+                             "combination: ionosphere_free, min_satellites: 4, "
+                             "noise: {enabled: true, theta_per_s: 50}}, {name: plain, profile: ideal, "
+                             "elevation_mask_deg: 10, tracks: [L1CA, L2C], noise: "
+                             "{enabled: true, theta_per_s: 50}}",
+                             400),
+                    folder.path()),
       folder.path());
   double worst_both = 0, best_one = 1e9;
   for (const simulation::Epoch& epoch : epochs) {
@@ -179,10 +181,10 @@ TEST(Signals, OfTwoBandsAreSolvedByRtklib) {
   const test::TemporaryFolder folder;
   const auto epochs = test::run_and_write(
       test::prepare(
-          open_sky(
-              "sky: {navigation: [hksc1180.19n], systems: [GPS]}\nstart: 2019-04-28T12:58:03Z\n",
-              "{name: rover, noise: {enabled: false}, ionosphere: true, tracks: [L1CA, L2C], combination: "
-              "ionosphere_free, clock: {bias_s: 2.0e-4, drift: 1.0e-7}}"),
+          open_sky("sky: {navigation: [hksc1180.19n], systems: [GPS]}\nstart: 2019-04-28T12:58:03Z\n",
+                   "{name: rover, profile: ideal, elevation_mask_deg: 10, noise: {enabled: false}, "
+                   "ionosphere: true, tracks: [L1CA, L2C], combination: "
+                   "ionosphere_free, clock: {bias_s: 2.0e-4, drift: 1.0e-7}}"),
           nav.parent_path()),
       folder.path());
   const std::string observations = test::read_bytes(folder.path() / "receiver.obs");
@@ -290,7 +292,9 @@ TEST(Signals, ThatAreNoneAreToldSo) {
   const test::TemporaryFolder folder;
   const auto fault = [&](const std::string& tracks) -> std::string {
     try {
-      (void)test::prepare(open_sky(kNominal, "{name: rover, tracks: " + tracks + "}"), folder.path());
+      (void)test::prepare(
+          open_sky(kNominal, "{name: rover, profile: ideal, elevation_mask_deg: 10, tracks: " + tracks + "}"),
+          folder.path());
     } catch (const InputError& error) {
       return error.what();
     }
@@ -306,19 +310,22 @@ TEST(Signals, ThatAreNoneAreToldSo) {
 TEST(Signals, BiasesOfTheReceiverGoWhereTheyBelong) {
   const test::TemporaryFolder folder;
   const auto epochs = test::run_and_write(
-      test::prepare(
-          open_sky(
-              kNominal,
-              "{name: plain, tracks: [L1CA, L5, G1, E1, B1I], noise: {enabled: false}}, "
-              "{name: systems, tracks: [L1CA, L5, G1, E1, B1I], noise: {enabled: false}, biases: {code_m: "
-              "[GLONASS=30, E1=-7, L5=4]}}, "
-              "{name: channels, tracks: [L1CA, G1], noise: {enabled: false}, biases: {glonass_channel_m: "
-              "0.5}}, "
-              "{name: drifts, tracks: [L1CA, G1, E1, B1I], noise: {enabled: false}, biases: {drift_sigma_m: "
-              "2, drift_time_s: 1}}, "
-              "{name: choosy, leaves_out: [BeiDou-GEO, GPS-IIR], noise: {enabled: false}}",
-              300),
-          folder.path()),
+      test::prepare(open_sky(kNominal,
+                             "{name: plain, profile: ideal, elevation_mask_deg: 10, tracks: [L1CA, L5, G1, "
+                             "E1, B1I], noise: {enabled: false}}, "
+                             "{name: systems, profile: ideal, elevation_mask_deg: 10, tracks: [L1CA, L5, G1, "
+                             "E1, B1I], noise: {enabled: false}, biases: {code_m: "
+                             "[GLONASS=30, E1=-7, L5=4]}}, "
+                             "{name: channels, profile: ideal, elevation_mask_deg: 10, tracks: [L1CA, G1], "
+                             "noise: {enabled: false}, biases: {glonass_channel_m: "
+                             "0.5}}, "
+                             "{name: drifts, profile: ideal, elevation_mask_deg: 10, tracks: [L1CA, G1, E1, "
+                             "B1I], noise: {enabled: false}, biases: {drift_sigma_m: "
+                             "2, drift_time_s: 1}}, "
+                             "{name: choosy, profile: ideal, elevation_mask_deg: 10, leaves_out: "
+                             "[BeiDou-GEO, GPS-IIR], noise: {enabled: false}}",
+                             300),
+                    folder.path()),
       folder.path());
   double square_m2 = 0;
   int drifted = 0, geostationary = 0, old = 0, others = 0;
@@ -386,10 +393,16 @@ TEST(Signals, AreCombinedAndSmoothedInFixes) {
   const auto epochs = test::run_and_write(
       test::prepare(
           open_sky("sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-03-01T10:00:00Z\n",
-                   "{name: one, " + clean + "}, {name: all, " + clean +
-                       ", combination: uncombined, ionosphere_sigma_m: 100}, {name: modelled, " + clean +
-                       ", combination: uncombined, correct_ionosphere: true}, {name: raw, " + noise +
-                       ", combination: uncombined}, {name: smooth, " + noise +
+                   "{name: one, profile: ideal, elevation_mask_deg: 10, " + clean +
+                       "}, {name: all, profile: ideal, elevation_mask_deg: 10, " + clean +
+                       ", combination: uncombined, ionosphere_sigma_m: 100}, {name: modelled, profile: "
+                       "ideal, elevation_mask_deg: 10, " +
+                       clean +
+                       ", combination: uncombined, correct_ionosphere: true}, {name: raw, profile: ideal, "
+                       "elevation_mask_deg: 10, " +
+                       noise +
+                       ", combination: uncombined}, {name: smooth, profile: ideal, elevation_mask_deg: 10, " +
+                       noise +
                        ", combination: uncombined, smoothing: {method: divergence_free, window_s: 60}}",
                    300),
           folder.path()),
@@ -439,12 +452,17 @@ TEST(Signals, WrongChoicesAreToldTheRightOnes) {
   EXPECT_THAT(message("{name: a, profile: ublox-m8t, tracks: [L1CA, L5]}"),
               AllOf(HasSubstr("L5"), HasSubstr("antenna 'patch'"), HasSubstr("dual_patch")));
   EXPECT_EQ(message("{name: a, profile: ublox-m8t, signal: {antenna: dual_patch}, tracks: [L1CA, L5]}"), "");
-  EXPECT_THAT(message("{name: a, tracks: [L1CA, E7]}"), AllOf(HasSubstr("'E7'"), HasSubstr("E5a")));
-  EXPECT_THAT(message("{name: a, uses: [L5]}"), AllOf(HasSubstr("use L5"), HasSubstr("tracks")));
-  EXPECT_EQ(message("{name: a, uses: [L1CA]}"), "");
-  EXPECT_THAT(message("{name: a, leaves_out: [GEO]}"), AllOf(HasSubstr("'GEO'"), HasSubstr("BeiDou-GEO")));
-  EXPECT_THAT(message("{name: a, biases: {code_m: [Compass=3]}}"), HasSubstr("'Compass'"));
-  EXPECT_THAT(message("{name: a, sigma_factor: [GPS=0]}"), HasSubstr("sigma_factor"));
+  EXPECT_THAT(message("{name: a, profile: ideal, elevation_mask_deg: 10, tracks: [L1CA, E7]}"),
+              AllOf(HasSubstr("'E7'"), HasSubstr("E5a")));
+  EXPECT_THAT(message("{name: a, profile: ideal, elevation_mask_deg: 10, uses: [L5]}"),
+              AllOf(HasSubstr("use L5"), HasSubstr("tracks")));
+  EXPECT_EQ(message("{name: a, profile: ideal, elevation_mask_deg: 10, uses: [L1CA]}"), "");
+  EXPECT_THAT(message("{name: a, profile: ideal, elevation_mask_deg: 10, leaves_out: [GEO]}"),
+              AllOf(HasSubstr("'GEO'"), HasSubstr("BeiDou-GEO")));
+  EXPECT_THAT(message("{name: a, profile: ideal, elevation_mask_deg: 10, biases: {code_m: [Compass=3]}}"),
+              HasSubstr("'Compass'"));
+  EXPECT_THAT(message("{name: a, profile: ideal, elevation_mask_deg: 10, sigma_factor: [GPS=0]}"),
+              HasSubstr("sigma_factor"));
 }
 
 }  // namespace

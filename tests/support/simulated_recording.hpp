@@ -43,8 +43,7 @@ trajectory:
               {east_m: 152, north_m: 152}, {east_m: 152, north_m: 0}]
   speed_mps: 6
   height_above_terrain_m: 1.5
-receivers: [{name: car, elevation_mask_deg: 10}]
-noise: {enabled: false}
+receivers: [{name: car, profile: ideal, elevation_mask_deg: 10}]
 )",
                                                                folder_ / "scenario.yaml");
     if (change) change(scenario.receivers.front());

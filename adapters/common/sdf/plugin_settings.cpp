@@ -28,7 +28,7 @@ struct OtherName {
 constexpr OtherName kOtherNames[] = {
     {"satNum", "sky.frozen.satNum"},
     {"satAzimuth", "sky.frozen.satAzimuth",
-     ", with blanks between; makes the mirror model, and on a ray sensor the physics engine, the default"},
+     ", with blanks between; makes the profile paper, and on a ray sensor the physics engine, the default"},
     {"satElevation", "sky.frozen.satElevation", ", with blanks between"},
     {"disableNoise", "noise.enabled", ", turned round"},
     {"frameName", "frame_id"},
@@ -78,7 +78,7 @@ constexpr Difference kDifferences[] = {
     {"name", "by model, link and plugin", "names the receiver and its noise"},
     {"lever_arm.forward_m", "0",
      "antenna from the sensor's, or the link's, origin: ahead, turned with its attitude"},
-    {"propagation.model", "specular; mirror with satAzimuth"},
+    {"profile", "ublox-m10; paper with satAzimuth"},
 };
 
 std::vector<Key> make_keys() {
@@ -133,7 +133,7 @@ std::string turned_round(const std::string& text) {
   return small == "false" || small == "0" ? "true" : text;
 }
 
-// True where the paper's satellites stand, which mean its model as well.
+// True where the paper's satellites stand, which mean its receiver as well.
 bool take_other_names(PluginElements& elements) {
   const bool paper = elements.has("satAzimuth");
   for (const OtherName& other : kOtherNames) {
@@ -142,8 +142,7 @@ bool take_other_names(PluginElements& elements) {
     const bool turn = std::string_view(other.name) == "disableNoise";
     elements.put(other.path, turn ? turned_round(*text) : *text, fmt::format("<{}>", other.name));
   }
-  if (paper && !elements.has("propagation.model"))
-    elements.put("propagation.model", "mirror", "<satAzimuth>");
+  if (paper && !elements.has("profile")) elements.put("profile", "paper", "<satAzimuth>");
   return paper;
 }
 

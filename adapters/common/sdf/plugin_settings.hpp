@@ -64,8 +64,9 @@ struct PluginPlace {
   ResourcePaths resources = {};
 };
 
-/// Reads a plugin element. Defaults are the paper's where its satAzimuth is given: mirror model, and on a ray
-/// sensor the physics engine. Throws InputError, whose text names place.name, the element as it was written
+/// Reads a plugin element. Defaults are the paper's where its satAzimuth is given: the profile paper, and on
+/// a ray sensor the physics engine. Throws InputError, whose text names place.name, the element as it was
+/// written
 /// ("<noise><enabled>") and the cure, for a wrong value, an element that stands twice, a file that is not
 /// there, and ray_engine physics with the specular model. A null element has nothing but defaults.
 [[nodiscard]] PluginSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place);

@@ -135,6 +135,11 @@ TEST(PluginSettings, ThePapersSnippetWorksUnchanged) {
   EXPECT_THAT(s.live.sky.frozen_azimuth_rad, ElementsAre(2.93, 3.39, 5.56, 0.23, 4.02, 1.38, 2.23, 0.65));
   EXPECT_THAT(s.live.sky.frozen_elevation_rad, ElementsAre(0.78, 0.32, 1.02, 0.90, 0.47, 0.26, 1.09, 0.38));
   EXPECT_EQ(s.live.receiver.propagation.model, propagation::Model::Mirror);
+  // Section III of the paper: 15 deg, more than four satellites; and no strength or filter.
+  const receiver::ReceiverOptions& options = s.live.receiver.options;
+  EXPECT_NEAR(degrees(options.fix.elevation_mask_rad), 15, 1e-12);
+  EXPECT_EQ(options.fix.min_satellites, 5);
+  EXPECT_FALSE(options.signal.enabled || options.filter.enabled);
   EXPECT_EQ(s.ray_engine, RayEngine::Physics);
   EXPECT_THAT(s.warnings, IsEmpty());
   EXPECT_FALSE(s.origin);
@@ -156,6 +161,9 @@ TEST(PluginSettings, ThePapersDefaultsGiveWay) {
   EXPECT_EQ(read(kPaper + "<ray_engine>embree</ray_engine>", true).ray_engine, RayEngine::Embree);
   EXPECT_EQ(read(kPaper + "<propagation><max_range_m>50</max_range_m></propagation>", true).ray_engine,
             RayEngine::Physics);
+  const PluginSettings phone = read(kPaper + "<profile>phone</profile>", true);
+  EXPECT_TRUE(phone.live.receiver.options.signal.enabled);
+  EXPECT_EQ(phone.ray_engine, RayEngine::Embree);
   // The scenario's own words for the same satellites ask for nothing of the paper's.
   const PluginSettings frozen = read(
       "<sky><frozen><satAzimuth>1 2</satAzimuth><satElevation>0.5 0.6</satElevation></frozen></sky>", true);
@@ -172,6 +180,8 @@ TEST(PluginSettings, NothingButDefaults) {
     EXPECT_FALSE(s.live.rate_hz);
     EXPECT_EQ(s.live.seed, 1U);
     EXPECT_EQ(s.live.receiver.propagation.model, propagation::Model::Specular);
+    EXPECT_TRUE(s.live.receiver.options.signal.enabled);  // of the profile ublox-m10
+    EXPECT_TRUE(s.live.receiver.options.filter.enabled);
     EXPECT_FALSE(s.named);
     EXPECT_FALSE(s.origin);
     EXPECT_EQ(s.ray_engine, RayEngine::Embree);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "canyon/city/city.hpp"
@@ -12,6 +14,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/output/number.hpp"
+#include "canyon/receiver/receiver.hpp"
 
 namespace canyon::drawing {
 namespace {
@@ -44,19 +47,51 @@ SkyPoint point_of(const propagation::SatelliteView& view) {
   return {view.line.azimuth_rad, view.line.elevation_rad, view.paths.visibility};
 }
 
-/// By satellite, one piece for each stretch above the horizon.
+/// Arrivals with the visibilities that a receiver finds; in order of time.
+class Listener {
+ public:
+  Listener(const simulation::Environment& environment, const receiver::ReceiverOptions* options)
+      : environment_(environment) {
+    if (options == nullptr || !options->signal.enabled) return;
+    receiver::ReceiverOptions quiet = *options;
+    quiet.signal.lock.warm_start = true;
+    quiet.signal.shadowing.enabled = false;
+    quiet.filter.enabled = false;
+    quiet.ionosphere = quiet.fix.correct_ionosphere = false;
+    receiver_.emplace(std::move(quiet), 1);
+  }
+  [[nodiscard]] propagation::Arrival arrival(GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                             const propagation::Propagator& propagator) {
+    propagation::Arrival arrival = environment_.arrival(time, antenna_enu, propagator);
+    if (!receiver_) return arrival;
+    const propagation::Antenna antenna{time, environment_.city().frame.ecef_from_local(antenna_enu),
+                                       Eigen::Vector3d::Zero()};
+    const receiver::ReceiverEpoch epoch =
+        receiver_->observe({antenna, arrival, environment_.sky(), environment_.klobuchar()});
+    for (const receiver::SatelliteObservation& satellite : epoch.satellites) {
+      const auto view = std::find_if(arrival.views.begin(), arrival.views.end(),
+                                     [&](const auto& each) { return each.line.id == satellite.id; });
+      view->paths.visibility = satellite.visibility;
+    }
+    return arrival;
+  }
+
+ private:
+  const simulation::Environment& environment_;
+  std::optional<receiver::Receiver> receiver_;
+};
+
+/// By satellite, one piece for each stretch above the horizon. Leaves what arrives at `time` in `now`.
 std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> trails(
-    const simulation::Environment& environment, const propagation::Propagator& propagator, GpsTime time,
-    const Eigen::Vector3d& antenna_enu, double trail_s, const propagation::Arrival& now) {
+    Listener& listener, const propagation::Propagator& propagator, GpsTime time,
+    const Eigen::Vector3d& antenna_enu, double trail_s, propagation::Arrival& now) {
   std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> pieces;
   const int steps =
       std::clamp(static_cast<int>(std::ceil(trail_s / kTrailStep_s)), kFewestTrailSteps, kMostTrailSteps);
   std::map<gnss::SatelliteId, int> last;
   for (int k = 0; k <= steps; ++k) {
-    const propagation::Arrival past =
-        k == steps ? propagation::Arrival{}
-                   : environment.arrival(time - trail_s * (steps - k) / steps, antenna_enu, propagator);
-    for (const propagation::SatelliteView& view : k == steps ? now.views : past.views) {
+    now = listener.arrival(time - trail_s * (steps - k) / steps, antenna_enu, propagator);
+    for (const propagation::SatelliteView& view : now.views) {
       auto& own = pieces[view.line.id];
       const auto before = last.find(view.line.id);
       if (before == last.end() || before->second + 1 < k) own.emplace_back();
@@ -88,9 +123,17 @@ void visit(options::Visitor& v, SkyplotOptions& o) {
 
 SkyDrawing make_sky_drawing(const simulation::Environment& environment,
                             const propagation::Propagator& propagator, GpsTime time,
-                            const Eigen::Vector3d& antenna_enu, const SkyplotOptions& options) {
+                            const Eigen::Vector3d& antenna_enu, const SkyplotOptions& options,
+                            const receiver::ReceiverOptions* receiver) {
   options.validate();
-  const propagation::Arrival now = environment.arrival(time, antenna_enu, propagator);
+  Listener listener(environment, receiver);
+  propagation::Arrival now;
+  std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> tracks;
+  if (options.trail_s > 0) {
+    tracks = trails(listener, propagator, time, antenna_enu, options.trail_s, now);
+  } else {
+    now = listener.arrival(time, antenna_enu, propagator);
+  }
   const geodesy::Geodetic place = environment.city().frame.geodetic_from_local(antenna_enu);
   SkyDrawing drawing;
   drawing.title = fmt::format("{}{} at {}", options.receiver, options.receiver.empty() ? "Sky" : ": sky",
@@ -108,18 +151,14 @@ SkyDrawing make_sky_drawing(const simulation::Environment& environment,
   if (!environment.city().mesh.triangles.empty() || !environment.scene().placed_instances().empty()) {
     drawing.mask = make_sky_mask(environment.scene(), antenna_enu, kSectors);
   }
-  std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> tracks;
-  if (options.trail_s > 0) {
-    drawing.trail_meaning = trail_text(options.trail_s);
-    tracks = trails(environment, propagator, time, antenna_enu, options.trail_s, now);
-  }
+  if (options.trail_s > 0) drawing.trail_meaning = trail_text(options.trail_s);
   for (const propagation::SatelliteView& view : now.views) {
     SkySatellite satellite{gnss::to_string(view.line.id), point_of(view), false, {}, {}};
     if (const auto found = tracks.find(view.line.id); found != tracks.end()) {
       satellite.trails = std::move(found->second);
     }
     for (const propagation::Path& path : view.paths.paths) {
-      if (path.kind == propagation::PathKind::Direct) continue;
+      if (path.kind == propagation::PathKind::Direct || !view.paths.received()) continue;
       // The wave of an edge beside a clear path comes from where that does.
       const bool clear = view.paths.visibility != propagation::Visibility::NLOS;
       if (path.kind == propagation::PathKind::Diffracted && clear) continue;
@@ -133,8 +172,9 @@ SkyDrawing make_sky_drawing(const simulation::Environment& environment,
 
 std::string draw_skyplot(const simulation::Environment& environment,
                          const propagation::Propagator& propagator, GpsTime time,
-                         const Eigen::Vector3d& antenna_enu, const SkyplotOptions& options) {
-  const SkyDrawing drawing = make_sky_drawing(environment, propagator, time, antenna_enu, options);
+                         const Eigen::Vector3d& antenna_enu, const SkyplotOptions& options,
+                         const receiver::ReceiverOptions* receiver) {
+  const SkyDrawing drawing = make_sky_drawing(environment, propagator, time, antenna_enu, options, receiver);
   if (options.style == SkyStyle::Chart) return draw_sky(drawing, options.sheet);
   return draw_fisheye(drawing, {&environment.scene(), &environment.city().mesh, antenna_enu}, options.sheet);
 }

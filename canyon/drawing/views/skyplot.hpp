@@ -6,6 +6,7 @@
 
 #include "canyon/drawing/views/sky_picture.hpp"
 #include "canyon/options/fwd.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/simulation/environment.hpp"
 
 namespace canyon::drawing {
@@ -35,14 +36,18 @@ void visit(options::Visitor& v, SkyplotOptions& o);
 /// without a satellite the list is empty; in a building every satellite is blocked and `placement` says so.
 /// @param antenna_enu in the city's frame [m], finite (InputError)
 /// @param propagator of this environment
+/// @param receiver that visibilities are told by, on since long before and without shadowing: what is too
+/// weak for it is blocked, and not drawn; null: of what arrives, however weak
 [[nodiscard]] SkyDrawing make_sky_drawing(const simulation::Environment& environment,
                                           const propagation::Propagator& propagator, geodesy::GpsTime time,
-                                          const Eigen::Vector3d& antenna_enu, const SkyplotOptions& options);
+                                          const Eigen::Vector3d& antenna_enu, const SkyplotOptions& options,
+                                          const receiver::ReceiverOptions* receiver = nullptr);
 
 /// That drawing as a file; bytes of it, the same on any number of threads. Throws InputError for options that
 /// do not validate() and for a place that is not finite.
 [[nodiscard]] std::string draw_skyplot(const simulation::Environment& environment,
                                        const propagation::Propagator& propagator, geodesy::GpsTime time,
-                                       const Eigen::Vector3d& antenna_enu, const SkyplotOptions& options);
+                                       const Eigen::Vector3d& antenna_enu, const SkyplotOptions& options,
+                                       const receiver::ReceiverOptions* receiver = nullptr);
 
 }  // namespace canyon::drawing

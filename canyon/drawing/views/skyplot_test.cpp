@@ -115,6 +115,33 @@ TEST_F(SkyplotTest, DrawingHoldsWhatArrives) {
               HasSubstr("08:02:30.25 UTC"));
 }
 
+// The wall's edge is 1.4 m above the straight line and 15.6 m away: nu = 1.16, 15 dB (ITU-R P.526, equation
+// 31) below a direct signal's 49 dB-Hz. A receiver that needs 45 has nothing of it, and nothing is drawn; not
+// now, nor of the minute before.
+TEST_F(SkyplotTest, ReceiversAreBlockedWhereNothingStrongEnoughArrives) {
+  propagation::PropagationOptions edges;
+  edges.diffraction = true;
+  const propagation::Propagator around = environment_->make_propagator(edges);
+  options_.trail_s = 60;
+  receiver::ReceiverOptions receiver;
+  const auto hidden = [&](const receiver::ReceiverOptions* options) {
+    return make_sky_drawing(*environment_, around, time_, kAntenna, options_, options).satellites.at(0);
+  };
+  EXPECT_EQ(hidden(nullptr).now.visibility, Visibility::NLOS);
+  EXPECT_EQ(hidden(nullptr).reflections.size(), 1U);
+  EXPECT_EQ(hidden(&receiver).now.visibility, Visibility::NLOS) << "signals without strength";
+  receiver.signal.enabled = true;
+  receiver.signal.lock.tracking_threshold_dbhz = 5;
+  EXPECT_EQ(hidden(&receiver).now.visibility, Visibility::NLOS);
+  receiver.signal.lock.tracking_threshold_dbhz = receiver.signal.lock.acquisition_threshold_dbhz = 45;
+  const SkySatellite deaf = hidden(&receiver);
+  EXPECT_EQ(deaf.now.visibility, Visibility::Blocked);
+  EXPECT_TRUE(deaf.reflections.empty());
+  for (const SkyPoint& point : deaf.trails.at(0)) EXPECT_EQ(point.visibility, Visibility::Blocked);
+  const SkyDrawing drawing = make_sky_drawing(*environment_, around, time_, kAntenna, options_, &receiver);
+  EXPECT_EQ(drawing.satellites[2].now.visibility, Visibility::LOS);
+}
+
 // Both styles, both projections: where the wall's upper edge lies, towards azimuth a at the elevation whose
 // tangent is 12 sin(a) / 10, up to its ends at tan a = 60 / 10; the open west on the other side.
 TEST_F(SkyplotTest, SilhouetteOfAWall) {

@@ -213,6 +213,11 @@ Request checked(Request request, const simulation::ReceiverConfig& receiver) {
 Heatmap::Heatmap(const simulation::Environment& environment, simulation::ReceiverConfig receiver,
                  Request request, std::string input_key) {
   request = checked(std::move(request), receiver);
+  receiver.options.filter = {};  // each cell stands by itself, without an epoch before
+  positioning::Weighting& weighting = receiver.options.fix.weights.weighting;
+  if (weighting == positioning::Weighting::Cn0 && !receiver.options.signal.enabled) {
+    weighting = positioning::Weighting::Equal;  // signals without C/N0 weigh alike
+  }
   impl_ = std::make_unique<Impl>(environment, std::move(receiver), std::move(request), std::move(input_key));
 }
 Heatmap::~Heatmap() = default;

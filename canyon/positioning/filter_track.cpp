@@ -1,0 +1,145 @@
+#include "canyon/positioning/filter_track.hpp"
+
+#include <algorithm>
+
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::positioning {
+
+using geodesy::kSpeedOfLight;
+using gnss::kConstellations;
+using gnss::System;
+
+namespace {
+
+/// A third of u-blox's limits of speed in the model "automotive", 100 and 15 m/s.
+constexpr double kUnknownSpeedHorizontal_mps = 100.0 / 3;
+constexpr double kUnknownSpeedVertical_mps = 5;
+/// Walk of a constellation's clock beside the oscillator [m/sqrt(s)]: 0.5 m, the order of what a broadcast
+/// clock's renewal changes, over the two hours between renewals.
+constexpr double kClockWalk = 0.006;
+constexpr double kMillisecond_m = 1e-3 * kSpeedOfLight;
+/// A common innovation beyond this is no detour of signals, nor a drift's surprise if it is beyond so many
+/// standard deviations too.
+constexpr double kClockStep_m = 1000;
+constexpr double kClockStepSigmas = 6;
+
+}  // namespace
+
+Eigen::Matrix3d unknown_velocity(const Eigen::Vector3d& position_ecef) {
+  const Eigen::Matrix3d enu_from_ecef =
+      geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(position_ecef));
+  const Eigen::Vector3d speed(kUnknownSpeedHorizontal_mps, kUnknownSpeedHorizontal_mps,
+                              kUnknownSpeedVertical_mps);
+  return enu_from_ecef.transpose() * speed.cwiseAbs2().asDiagonal() * enu_from_ecef;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+void predict(Track& track, double dt, const PositionFilterOptions& options) {
+  StateMatrix f = StateMatrix::Identity();
+  f.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(dt);
+  for (const System system : kConstellations) {
+    if (track.knows(system)) f(clock_of(system), kDrift) = dt;
+  }
+  const Eigen::Matrix3d enu_from_ecef =
+      geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(track.position()));
+  const Eigen::Vector3d density(std::pow(options.acceleration_horizontal, 2),
+                                std::pow(options.acceleration_horizontal, 2),
+                                std::pow(options.acceleration_vertical, 2));
+  const Eigen::Matrix3d acceleration = enu_from_ecef.transpose() * density.asDiagonal() * enu_from_ecef;
+  track.x = f * track.x;
+  track.p = f * track.p * f.transpose();
+  track.p.block<3, 3>(kPosition, kPosition) += acceleration * (dt * dt * dt / 3);
+  track.p.block<3, 3>(kPosition, kVelocity) += acceleration * (dt * dt / 2);
+  track.p.block<3, 3>(kVelocity, kPosition) += acceleration * (dt * dt / 2);
+  track.p.block<3, 3>(kVelocity, kVelocity) += acceleration * dt;
+  const double c2 = kSpeedOfLight * kSpeedOfLight;
+  const double white = c2 * options.clock_frequency_density;
+  const double walk = c2 * options.clock_drift_density;
+  track.p(kDrift, kDrift) += walk * dt;
+  for (const System a : kConstellations) {
+    if (!track.knows(a)) continue;
+    track.p(kDrift, clock_of(a)) += walk * dt * dt / 2;
+    track.p(clock_of(a), kDrift) += walk * dt * dt / 2;
+    track.p(clock_of(a), clock_of(a)) += kClockWalk * kClockWalk * dt;
+    for (const System b : kConstellations) {
+      if (track.knows(b)) track.p(clock_of(a), clock_of(b)) += white * dt + walk * dt * dt * dt / 3;
+    }
+  }
+}
+
+Row pseudorange_row(const Track& track, const RangedSatellite& satellite) {
+  const int clock = clock_of(satellite.measured->id.system);
+  Row row;
+  row.gradient.segment<3>(kPosition) = -satellite.direction;
+  row.gradient(clock) = 1;
+  row.innovation = satellite.pseudorange_m - satellite.range_m - satellite.atmosphere_m - track.x(clock);
+  row.sigma = satellite.sigma_m;
+  return row;
+}
+
+Row doppler_row(const Track& track, const RangedSatellite& satellite) {
+  const DopplerEquation doppler = doppler_equation(satellite);
+  const Eigen::Vector3d relative = doppler.satellite_mps - track.velocity();
+  const double approach = satellite.direction.dot(relative);
+  Row row;
+  // Moving across the line of sight turns it: d(e.u)/dp = -(u - e (e.u)) / range.
+  row.gradient.segment<3>(kPosition) =
+      -(relative - approach * satellite.direction) / (satellite.range_m * doppler.g);
+  row.gradient.segment<3>(kVelocity) = -satellite.direction / doppler.g;
+  row.gradient(kDrift) = 1 - doppler.measured_mps / kSpeedOfLight;
+  row.innovation = doppler.measured_mps + kSpeedOfLight * satellite.state.clock_drift - approach / doppler.g -
+                   row.gradient(kDrift) * track.x(kDrift);
+  row.sigma = doppler.sigma_mps;
+  return row;
+}
+
+void mind_clocks(Track& track, const Epoch& epoch) {
+  std::vector<double> common;
+  std::array<std::vector<double>, kConstellations.size()> of_new;
+  double variance = 0;
+  for (const RangedSatellite& satellite : epoch.satellites) {
+    if (!satellite.above_mask) continue;
+    const System system = satellite.measured->id.system;
+    const Row row = pseudorange_row(track, satellite);
+    if (track.knows(system)) {
+      common.push_back(row.innovation);
+      variance = std::max(variance, row.gradient.dot(track.p * row.gradient) + row.sigma * row.sigma);
+    } else {
+      of_new[clock_index(system)].push_back(row.innovation);
+    }
+  }
+  if (!common.empty()) {
+    const double step = median(common);
+    if (std::abs(step) > std::max(kClockStep_m, kClockStepSigmas * std::sqrt(variance))) {
+      const double milliseconds = std::round(step / kMillisecond_m);
+      const bool whole = milliseconds != 0 && std::abs(step - milliseconds * kMillisecond_m) < kClockStep_m;
+      for (const System a : kConstellations) {
+        if (!track.knows(a)) continue;
+        track.x(clock_of(a)) += whole ? milliseconds * kMillisecond_m : step;
+        for (const System b : kConstellations) {
+          if (!whole && track.knows(b)) track.p(clock_of(a), clock_of(b)) += kUnknown_m * kUnknown_m;
+        }
+      }
+      // The clock told the time since the last epoch, and was wrong by its step.
+      if (whole) track.x.segment<3>(kPosition) -= track.velocity() * milliseconds * 1e-3;
+    }
+  }
+  for (const System system : kConstellations) {
+    const auto& innovations = of_new[clock_index(system)];
+    if (innovations.empty()) continue;
+    const int clock = clock_of(system);
+    track.known[clock_index(system)] = true;
+    track.x(clock) += median(innovations);
+    track.p.row(clock).setZero();
+    track.p.col(clock).setZero();
+    track.p(clock, clock) = kUnknown_m * kUnknown_m;
+  }
+}
+
+}  // namespace canyon::positioning

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/positioning/positioning_options.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
+
+// What the position filter knows, and its equations. Private to canyon/positioning.
+
+namespace canyon::positioning {
+
+/// States: ECEF position and velocity, clock drift [m/s], each constellation's clock [m].
+inline constexpr int kPosition = 0;
+inline constexpr int kVelocity = 3;
+inline constexpr int kDrift = 6;
+inline constexpr int kClock = 7;
+inline constexpr int kStates = kClock + static_cast<int>(gnss::kConstellations.size());
+using StateVector = Eigen::Matrix<double, kStates, 1>;
+using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
+
+/// Standard deviation of what a start knows nothing of: a fix's own position and clocks, which its
+/// measurements then tell again. 1e-8 of the weight of a pseudorange of 1 m.
+inline constexpr double kUnknown_m = 1e4;
+
+/// Of the clock that a system's satellites have, among kConstellations.
+inline std::size_t clock_index(gnss::System system) {
+  return static_cast<std::size_t>(clock_system(system));
+}
+inline int clock_of(gnss::System system) {
+  return kClock + static_cast<int>(clock_index(system));
+}
+
+/// A measurement's linear equation: innovation = gradient . error + noise.
+struct Row {
+  StateVector gradient = StateVector::Zero();
+  double innovation = 0;
+  double sigma = 1;
+};
+
+/// What is known at an instant.
+struct Track {
+  geodesy::GpsTime time;
+  geodesy::GpsTime measured;  ///< when a measurement last passed the gate
+  std::optional<geodesy::GpsTime> astray_since;
+  std::array<std::optional<geodesy::GpsTime>, gnss::kConstellations.size()> system_astray_since;
+  std::array<bool, gnss::kConstellations.size()> known{};  ///< the constellation has a clock
+  StateVector x = StateVector::Zero();
+  StateMatrix p = StateMatrix::Zero();
+
+  [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
+  [[nodiscard]] Eigen::Vector3d velocity() const { return x.segment<3>(kVelocity); }
+  [[nodiscard]] bool knows(gnss::System system) const { return known[clock_index(system)]; }
+};
+
+/// Scalar updates at one point of linearisation, by Joseph's form: P = (I - K h) P (I - K h)^T + K R K^T.
+class Update {
+ public:
+  explicit Update(Track& track) : track_(track) {}
+  /// Goes on from `begun`, of another track that is equal otherwise.
+  Update(Track& track, const Update& begun) : track_(track), correction_(begun.correction_) {}
+
+  /// False, and nothing changed, where the innovation lies beyond `gate_sigmas`.
+  bool take(const Row& row, double gate_sigmas) {
+    const StateVector ph = track_.p * row.gradient;
+    const double noise = row.sigma * row.sigma;
+    const double variance = row.gradient.dot(ph) + noise;
+    const double innovation = row.innovation - row.gradient.dot(correction_);
+    if (std::abs(innovation) > gate_sigmas * std::sqrt(variance)) return false;
+    const StateVector gain = ph / variance;
+    correction_ += gain * innovation;
+    track_.p -= gain * ph.transpose();
+    const StateVector left = track_.p * row.gradient;
+    track_.p += (noise * gain - left) * gain.transpose();
+    track_.p = ((track_.p + track_.p.transpose()) / 2).eval();
+    return true;
+  }
+  /// Instead of what was taken here.
+  void adopt(const Update& other) {
+    track_.p = other.track_.p;
+    correction_ = other.correction_;
+  }
+  void finish() { track_.x += correction_; }
+
+ private:
+  Track& track_;
+  StateVector correction_ = StateVector::Zero();
+};
+
+/// One epoch's satellites around a position.
+struct Epoch {
+  geodesy::GpsTime time;
+  std::vector<RangedSatellite> satellites;
+  std::vector<bool> passed;        ///< one per satellite
+  std::vector<std::size_t> order;  ///< of satellites, as pseudoranges were looked at
+};
+
+/// Covariance [m^2/s^2, ECEF] of a velocity that nothing is known of.
+[[nodiscard]] Eigen::Matrix3d unknown_velocity(const Eigen::Vector3d& position_ecef);
+/// @param values not empty
+[[nodiscard]] double median(std::vector<double> values);
+
+/// Over dt white acceleration of density q gives position and velocity q dt^3 / 3, q dt^2 / 2, q dt
+/// (Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, eq. 6.2.2-4), and
+/// likewise the clock from its drift, plus white frequency.
+void predict(Track& track, double dt, const PositionFilterOptions& options);
+
+[[nodiscard]] Row pseudorange_row(const Track& track, const RangedSatellite& satellite);
+[[nodiscard]] Row doppler_row(const Track& track, const RangedSatellite& satellite);
+
+/// The clock's steps, and clocks of constellations that had none.
+void mind_clocks(Track& track, const Epoch& epoch);
+
+}  // namespace canyon::positioning
