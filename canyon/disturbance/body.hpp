@@ -34,7 +34,7 @@ struct Sight {
   /// @param leg_m to what reflects the signal, infinite for a satellite: bodies beyond do nothing
   Sight(const Eigen::Vector3d& antenna, const Eigen::Vector3d& arrival,
         double leg_m = std::numeric_limits<double>::infinity());
-  [[nodiscard]] double height(double ahead_m) const { return from.z() + ahead_m * slope; }
+  [[nodiscard]] double height(double along_m) const { return from.z() + along_m * slope; }
 
   Eigen::Vector3d from;
   Eigen::Vector2d along;  ///< unit, horizontal

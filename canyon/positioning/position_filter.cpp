@@ -274,7 +274,7 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
                            const orbit::Sky& sky, const Fix& fix,
                            const std::map<System, gnss::Klobuchar>& klobuchar) {
   const PositionFilterOptions& options = state_->options;
-  Epoch epoch{receiver_time, ranged_satellites(receiver_time, measurements, sky, state_->fix), {}};
+  Epoch epoch{receiver_time, ranged_satellites(receiver_time, measurements, sky, state_->fix), {}, {}};
   std::optional<Track> track = state_->track;
   bool lost = !track;
   if (track) {
