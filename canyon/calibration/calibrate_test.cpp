@@ -29,6 +29,7 @@ void plain_receiver(simulation::ReceiverConfig& receiver) {
   receiver.options.fix.elevation_mask_rad = 0.17;
   receiver.options.signal.satellite_sigma_db = 0;
   receiver.options.signal.shadowing.enabled = false;
+  receiver.propagation.diffuse = false;  // whose fading looks like short shadows
   receiver.options.signal.offset_db.clear();
 }
 

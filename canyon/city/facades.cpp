@@ -100,9 +100,6 @@ std::span<const FacadeType> facade_types() {
 void FacadeOptions::validate() const {
   options::check(*this, "facades");
   if (shares.empty()) return;
-  if (mix != FacadeMix::AsGiven) {
-    throw InputError("facades have a mix and shares", "give one of both");
-  }
   double sum = 0;
   std::vector<std::string> names;
   std::transform(kTypes.begin(), kTypes.end(), std::back_inserter(names),

@@ -38,7 +38,7 @@ struct FacadeOptions {
     Redraw
   };
   FacadeMix mix = FacadeMix::ThermallyEfficient;
-  std::map<std::string, double> shares;  ///< instead of a mix: by facade type, [0, 100], over their sum
+  std::map<std::string, double> shares;  ///< instead of the mix: by facade type, [0, 100], over their sum
   Named named = Named::BySource;         ///< materials that the source names
 
   /// Whether anything is drawn at all.

@@ -114,12 +114,12 @@ Scratch& scratch() {
 }
 
 /// For each triangle its reflectance; 0 where nothing scatters.
-std::vector<float> reflectances(const city::Mesh& mesh, std::optional<double> of_all) {
-  std::vector<float> result(mesh.triangles.size(), 0);
+std::vector<double> reflectances(const city::Mesh& mesh, std::optional<double> of_all) {
+  std::vector<double> result(mesh.triangles.size(), 0);
   for (const city::Object& object : mesh.objects) {
     if (object.surface != city::Surface::Building && object.surface != city::Surface::Vehicle) continue;
     for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t)
-      result[t] = static_cast<float>(of_all ? *of_all : reflectance(mesh.materials[t]));
+      result[t] = of_all ? *of_all : reflectance(mesh.materials[t]);
   }
   return result;
 }
@@ -179,8 +179,8 @@ struct DiffuseScattering::Impl {
   double scattered;              ///< S^2
   double min_power;
   LobeIntegral lobe;
-  std::vector<float> city;  ///< reflectances()
-  PerInstance<std::vector<float>> instances;
+  std::vector<double> city;  ///< reflectances()
+  PerInstance<std::vector<double>> instances;
 
   Impl(const city::Mesh& mesh, const raytrace::RayScene& from, const DiffuseOptions& o)
       : scene(&from),
@@ -208,7 +208,7 @@ struct DiffuseScattering::Impl {
                          [](const raytrace::PlacedInstance& p, std::uint32_t id) { return p.id < id; });
     assert(it != placed.end() && it->id == hit.instance);
     return instances.of(*it, [this](const city::Mesh& mesh) {
-      return std::make_unique<const std::vector<float>>(reflectances(mesh, options.wall_reflectance));
+      return std::make_unique<const std::vector<double>>(reflectances(mesh, options.wall_reflectance));
     })[hit.triangle];
   }
 

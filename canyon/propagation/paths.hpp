@@ -59,8 +59,8 @@ struct Path : PathGeometry {
 /// as the way is long from there to the antenna. excess_m = s . (antenna - image), and while what the path
 /// comes over stands still d(excess)/dt = s' . (antenna - image) + (s - arrival) . antenna'. For planes and,
 /// because the point on the edge is where the way is stationary, for Diffracted as well (Keller's point moves
-/// along, but that changes nothing in first order). Diffuse: of the strongest way of the class, over a point
-/// that stays where it is; the class's mean detour may differ from that way's by the width of a class.
+/// along, but that changes nothing in first order). Diffuse: over one facade, to a point
+/// that stays where it is; the class's mean detour differs by its width, and by the way over further facades.
 [[nodiscard]] Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna,
                                             const Eigen::Vector3d& s);
 

@@ -393,7 +393,7 @@ propagation::PropagationOptions diffuse_only() {
   return options;
 }
 
-TEST(DiffusePaths, AreThoseOfTheScatteringForBlockedSatellites) {
+TEST(DiffusePaths, AreThoseOfTheScattering) {
   const propagation::PropagationOptions options = diffuse_only();
   const World world(street(), options);
   const propagation::DiffuseScattering scattering(world.mesh, world.scene, options.scattering);
@@ -403,13 +403,12 @@ TEST(DiffusePaths, AreThoseOfTheScatteringForBlockedSatellites) {
   world.propagator.trace(antenna, sky, result);
   EXPECT_EQ(result[0].visibility, propagation::Visibility::NLOS);
   EXPECT_EQ(result[1].visibility, propagation::Visibility::LOS);
-  EXPECT_EQ(result[1].paths.size(), 1u) << "clear satellites have none";
-
   std::vector<std::vector<propagation::DiffusePath>> expected(2);
-  const std::array<bool, 2> wanted{true, false};
+  const std::array<bool, 2> wanted{true, true};
   scattering.trace(antenna, sky, wanted, expected);
   ASSERT_GT(expected[0].size(), 1u);
   ASSERT_EQ(result[0].paths.size(), expected[0].size());
+  EXPECT_EQ(result[1].paths.size(), 1 + expected[1].size()) << "behind the direct path";
   std::set<std::uint64_t> reflectors;
   for (std::size_t i = 0; i < expected[0].size(); ++i) {
     const propagation::Path& path = result[0].paths[i];
@@ -430,7 +429,9 @@ TEST(DiffusePaths, AreThoseOfTheScatteringForBlockedSatellites) {
 
 // The way over a point that stays: |P - A| - s.(P - A).
 TEST(DiffusePaths, HaveTheImageOfTheirPoint) {
-  const World world(street(), diffuse_only());
+  propagation::PropagationOptions options = diffuse_only();
+  options.scattering.bounces = 1;
+  const World world(street(), options);
   const Vector3d antenna(3, -10, 2), s = direction(170, 30), velocity(4, 1, 0.2);
   const Vector3d turning = 1e-4 * s.cross(Vector3d(0.3, 0.5, 0.8)).eval();
   const propagation::SatellitePaths satellite = world.trace(antenna, s);

@@ -17,8 +17,8 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
 Scenario small_city(const std::string& georeference, int seed) {
-  return parse_scenario("city: {synthetic: {blocks_east: 2, blocks_north: 2}" + georeference +
-                            "}\nstart: 2026-06-01T12:00:00Z\nseed: " + std::to_string(seed) +
+  return parse_scenario("city: {facades: {mix: as_given}, synthetic: {blocks_east: 2, blocks_north: 2}" +
+                            georeference + "}\nstart: 2026-06-01T12:00:00Z\nseed: " + std::to_string(seed) +
                             "\ntrajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n",
                         "s.yaml");
 }

@@ -76,8 +76,8 @@ buildings::BuiltCity build(const MapCityConfig& config,
   return buildings::build_city(read_maps(config), terrain ? &*terrain : nullptr, config.build, progress);
 }
 
-/// The city as it stands in its source, and in `said` what was drawn.
-city::City load_dressed(const CityConfig& config, std::uint64_t seed, std::vector<std::string>& said) {
+/// The city as it stands in its source; its notes say which facades were drawn.
+city::City load_dressed(const CityConfig& config, std::uint64_t seed) {
   const bool trusted = config.map.has_value();
   const bool keep = config.facades.keeps_named(trusted);
   CityConfig source = config;
@@ -86,7 +86,7 @@ city::City load_dressed(const CityConfig& config, std::uint64_t seed, std::vecto
   }
   city::City city = load_city_with_report(source).city;
   const std::string drawn = city::dress_facades(city, config.facades, keep, seed);
-  if (!drawn.empty()) said.push_back(drawn);
+  if (!drawn.empty()) city.notes.push_back(drawn);
   return city;
 }
 
@@ -135,14 +135,11 @@ CityConfig city_config(const std::filesystem::path& file, const std::optional<ge
 }
 
 city::City load_city(const CityConfig& config, std::uint64_t seed) {
-  std::vector<std::string> said;
-  city::City city = load_dressed(config, seed, said);
-  city.notes.insert(city.notes.end(), said.begin(), said.end());
-  return city;
+  return load_dressed(config, seed);
 }
 
 city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings) {
-  city::City city = load_dressed(scenario.city, scenario.seed, warnings);
+  city::City city = load_dressed(scenario.city, scenario.seed);
   if (const auto shift = draw_city_shift(scenario.city.georeference, scenario.seed)) {
     move_city(city, *shift);
     warnings.push_back(describe(*shift));

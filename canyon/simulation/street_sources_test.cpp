@@ -80,8 +80,9 @@ TEST(Streets, TakeLevelFromSatellitesAndAreTheSameForEveryRun) {
 
 TEST(Streets, AreTheSameForAllReceiversOfARun) {
   const char* two =
-      "[{name: a, signal: {enabled: true, lock: {warm_start: true}}}, {name: b, own_draws: true, signal: "
-      "{enabled: true, satellite_sigma_db: 0, lock: {warm_start: true}}}]";
+      "[{name: a, signal: {enabled: true, shadowing: {enabled: false}, lock: {tracking_threshold_dbhz: 0, "
+      "warm_start: true}}}, {name: b, own_draws: true, signal: {enabled: true, satellite_sigma_db: 0, "
+      "shadowing: {enabled: false}, lock: {tracking_threshold_dbhz: 0, warm_start: true}}}]";
   const std::vector<Epoch> epochs = simulated(street(true, two));
   // Draws of the receivers differ, satellites that are cut do not.
   int cut = 0;

@@ -204,7 +204,11 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
   for (const ComparedSatellite& s : all.satellites) {
     if (s.id.system != gnss::System::GPS) continue;
     ASSERT_EQ(gps.satellites[satellite].id, s.id);
-    ASSERT_EQ(gps.satellites[satellite].simulated_error_m, s.simulated_error_m);
+    // Simulated errors are about the clock that all clear satellites tell: here of fewer.
+    ASSERT_EQ(gps.satellites[satellite].simulated_error_m.has_value(), s.simulated_error_m.has_value());
+    if (s.simulated_error_m) {
+      ASSERT_NEAR(*gps.satellites[satellite].simulated_error_m, *s.simulated_error_m, 5);
+    }
     ASSERT_EQ(gps.satellites[satellite++].measured_error_m, s.measured_error_m);
   }
 }

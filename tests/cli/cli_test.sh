@@ -425,9 +425,10 @@ assert specular["explained"][-1]["spearman"]["rho"] > mirror["explained"][-1]["s
 # The M8T's own: docs/accuracy.md.
 m8t = f["models"][0]
 assert m8t["explained"][-1]["share"] > 0.95
-assert m8t["distributions"]["nlos_error_m"]["ks"] < 0.15 and m8t["distributions"]["los_error_m"]["ks"] < 0.2
-n = m8t["tracked"]["nlos"]
-assert abs(n["measured"] - n["simulated"]) < 0.1 * n["satellites"], n
+assert m8t["distributions"]["nlos_error_m"]["ks"] < 0.2 and m8t["distributions"]["los_error_m"]["ks"] < 0.2
+d = m8t["distributions"]
+medians = [d["los_cn0_dbhz"][k]["p50"] - d["nlos_cn0_dbhz"][k]["p50"] for k in ("measured", "simulated")]
+assert abs(medians[0] - medians[1]) <= 4, medians
 P
   [ -s rep/report.html ] || fail "no report"
   sed 's/east_m: 0, north_m: 8/east_m: 60, north_m: 68/' tst.yaml >off.yaml
@@ -450,6 +451,8 @@ assert abs(tst["cn0_los_dbhz"]["measured"] - 36) <= 1 and abs(berlin["cn0_los_db
 # What the map of one lacks, and of the other does not (docs/shadowing.md).
 for h in tst, berlin:
   assert abs(h["tracked_los"]["measured"] - h["tracked_los"]["simulated"]) < 0.1, h
+# Facades, scattering and edges make echoes as weak beside the clear as recorded (docs/realism.md).
+  assert abs(h["cn0_los_less_nlos_db"]["measured"] - h["cn0_los_less_nlos_db"]["simulated"]) <= 3, h
 assert all(not r["models"][0]["never_tracked"] for r in f["recordings"])
 pooled = f["classes"][0]["headlines"]
 for key in "horizontal_p50_m", "cn0_los_dbhz", "tracked_los":

@@ -33,6 +33,7 @@ TEST(CodeLoops, DoNotRestOnSidePeaksOfADayInAStreet) {
   const auto receivers = run(R"(
 city:
   synthetic: {seed: 11}
+  facades: {mix: as_given}   # coated glass makes echoes stronger than shadowed direct signals: no fault of loops
   origin: {latitude_deg: 55.75, longitude_deg: 37.62, height_m: 150}
 sky: {nominal: true, systems: [GPS, Galileo]}
 start: 2026-06-01T00:00:00Z

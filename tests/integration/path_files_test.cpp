@@ -52,7 +52,7 @@ TEST(PathFiles, DetoursAreThoseOfTheirPoints) {
       "sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-03-01T10:00:00Z\n"
       "trajectory: {waypoints: [{east_m: -76, north_m: 0}, {east_m: 76, north_m: 0}], speed_mps: 8, "
       "height_above_terrain_m: 1.5}\nrate_hz: 2\n"
-      "propagation: {reflection_order: 2, diffraction: {enabled: true}}\n"
+      "propagation: {reflection_order: 2, diffraction: {enabled: true}, diffuse: {bounces: 1}}\n"
       "receivers: [{name: strong, profile: survey}, {name: plain, profile: survey, tracks: [E1], signal: "
       "{enabled: false}}]\n"
       "outputs: {pictures: false, paths_csv: true}\n",

@@ -350,7 +350,7 @@ TEST(RinexFilesOfBothVersions, AreSolvedAlikeByRtklib) {
     return result.output;
   };
   const std::string solutions = solve("receiver.obs");
-  EXPECT_GT(std::count(solutions.begin(), solutions.end(), '\n'), 10);
+  EXPECT_GE(std::count(solutions.begin(), solutions.end(), '\n'), 10);
   EXPECT_EQ(solve("receiver.rnx"), solutions);
 }
 
