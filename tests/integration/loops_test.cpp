@@ -76,7 +76,7 @@ seed: 1
 TEST(CodeLoops, TellTheSameAtEveryRateOfEpochs) {
   const auto drive = [](double rate_hz) {
     return run(fmt::format(R"(
-city: {{synthetic: {{blocks_east: 4, blocks_north: 4, seed: 5}}}}
+city: {{facades: {{mix: as_given}}, synthetic: {{blocks_east: 4, blocks_north: 4, seed: 5}}}}
 sky: {{nominal: true, systems: [GPS, Galileo]}}
 start: 2026-03-01T10:00:00Z
 trajectory:
@@ -84,8 +84,8 @@ trajectory:
   speed_mps: 8
   height_above_terrain_m: 1.5
 rate_hz: {}
-receivers: [{{name: rover, profile: ublox-m8t, signal: {{shadowing: {{enabled: false}}}}}}]
-propagation: {{diffuse: {{enabled: false}}}}
+receivers: [{{name: rover, profile: ublox-m8t, signal: {{shadowing: {{enabled: false}}, dll: {{loop_bandwidth_hz: 1}}}}}}]
+propagation: {{diffuse: {{enabled: false}}, diffraction: {{enabled: false}}}}
 )",
                            rate_hz))
         .front();
