@@ -103,8 +103,26 @@ TEST(Calibrate, KnownReceiverComesBack) {
   EXPECT_EQ(of(c, "leaves_out").verdict, Verdict::Agrees);
   expect_known(c, "signal.lock.tracking_threshold_dbhz", 21);
   expect_known(c, "signal.lock.acquisition_threshold_dbhz", 31);
-  expect_known(c, "signal.lock.reacquisition_s", 3);
   expect_known(c, "signal.dll.loop_bandwidth_hz", 3);
+}
+
+// How long a receiver searches shows where signals are lost altogether: without ways around edges.
+TEST(Calibrate, KnownDelaysComeBack) {
+  const auto without_edges = [](simulation::ReceiverConfig& receiver) {
+    plain_receiver(receiver);
+    receiver.propagation.diffraction = false;
+  };
+  const test::SimulatedRecording recorded({}, [&](simulation::ReceiverConfig& receiver) {
+    without_edges(receiver);
+    receiver.options.signal.lock.acquisition_threshold_dbhz = 31;
+    receiver.options.signal.lock.reacquisition_s = 3;
+  });
+  CalibrateOptions options;
+  options.block_s = 20;
+  const Calibration c = calibrate({drive_of(recorded, without_edges)}, options);
+  print(c);
+  expect_known(c, "signal.lock.acquisition_threshold_dbhz", 31);
+  expect_known(c, "signal.lock.reacquisition_s", 3);
 }
 
 // Shadows by the model's own law, published for streets: share and depth come back.

@@ -90,6 +90,8 @@ TEST(Streets, AreTheSameForAllReceiversOfARun) {
     const auto &a = epochs[k].observed.satellites, &b = epochs[k + 1].observed.satellites;
     ASSERT_EQ(a.size(), b.size());
     for (std::size_t i = 0; i < a.size(); ++i) {
+      // Levels differ by receiver, and what is too weak for one of them is blocked.
+      if (a[i].cn0_dbhz.value_or(0) < 3 || b[i].cn0_dbhz.value_or(0) < 3) continue;
       EXPECT_EQ(a[i].visibility, b[i].visibility);
       cut += a[i].visibility == propagation::Visibility::NLOS;
     }
