@@ -234,18 +234,21 @@ void DiffuseScattering::Impl::look_around(const Vector3d& antenna, std::vector<P
       way_m += hit->range_m;
       const Vector3d point = from + hit->range_m * towards;
       Patch patch;
+      if (bounce == 0) {
+        patch.arrival = patch.towards = towards;
+        patch.arrival_m = patch.range_m = hit->range_m;
+        patch.triangle = hit->triangle;
+        patch.instance = hit->instance;
+      } else {
+        patch = patches.back();  // its waves arrive as those before
+        patch.range_m = (point - antenna).norm();
+        patch.towards = (point - antenna) / patch.range_m;
+        patch.detour_m = way_m - patch.range_m;
+      }
       patch.from = towards;
       patch.normal = hit->front ? hit->normal : Vector3d(-hit->normal);
       patch.lifted = point + scene->surface_offset_m(point) * patch.normal;
       patch.cos_seen = std::max(-patch.normal.dot(towards), kLeastCosine);
-      const Vector3d straight = point - antenna;
-      patch.range_m = bounce == 0 ? hit->range_m : straight.norm();
-      patch.towards = bounce == 0 ? towards : straight / patch.range_m;
-      patch.detour_m = bounce == 0 ? 0 : way_m - patch.range_m;
-      patch.arrival = sphere[i];
-      patch.arrival_m = bounce == 0 ? hit->range_m : patches.back().arrival_m;
-      patch.triangle = bounce == 0 ? hit->triangle : patches.back().triangle;
-      patch.instance = bounce == 0 ? hit->instance : patches.back().instance;
       patch.share = carried * reflected * (scattered_before ? 1 : scattered);
       patches.push_back(patch);
       carried *= reflected;
@@ -379,7 +382,7 @@ void DiffuseScattering::trace(const Vector3d& antenna, std::span<const Vector3d>
     }
     any = true;
   }
-  if (!any) return;
+  if (!any || impl_->scattered == 0) return;
   Scratch& s = scratch();
   impl_->look_around(antenna, s.patches);
   if (s.patches.empty()) return;

@@ -76,20 +76,6 @@ buildings::BuiltCity build(const MapCityConfig& config,
   return buildings::build_city(read_maps(config), terrain ? &*terrain : nullptr, config.build, progress);
 }
 
-/// The city as it stands in its source; its notes say which facades were drawn.
-city::City load_dressed(const CityConfig& config, std::uint64_t seed) {
-  const bool trusted = config.map.has_value();
-  const bool keep = config.facades.keeps_named(trusted);
-  CityConfig source = config;
-  if (source.map && config.facades.drawn() && keep) {
-    source.map->build.untagged_facade = city::Material::Unknown;
-  }
-  city::City city = load_city_with_report(source).city;
-  const std::string drawn = city::dress_facades(city, config.facades, keep, seed);
-  if (!drawn.empty()) city.notes.push_back(drawn);
-  return city;
-}
-
 }  // namespace
 
 buildings::BuiltCity load_city_with_report(const CityConfig& config,
@@ -135,11 +121,20 @@ CityConfig city_config(const std::filesystem::path& file, const std::optional<ge
 }
 
 city::City load_city(const CityConfig& config, std::uint64_t seed) {
-  return load_dressed(config, seed);
+  const bool trusted = config.map.has_value();
+  const bool keep = config.facades.keeps_named(trusted);
+  CityConfig source = config;
+  if (source.map && config.facades.drawn() && keep) {
+    source.map->build.untagged_facade = city::Material::Unknown;
+  }
+  city::City city = load_city_with_report(source).city;
+  const std::string drawn = city::dress_facades(city, config.facades, keep, seed);
+  if (!drawn.empty()) city.notes.push_back(drawn);
+  return city;
 }
 
 city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings) {
-  city::City city = load_dressed(scenario.city, scenario.seed);
+  city::City city = load_city(scenario.city, scenario.seed);
   if (const auto shift = draw_city_shift(scenario.city.georeference, scenario.seed)) {
     move_city(city, *shift);
     warnings.push_back(describe(*shift));
