@@ -14,7 +14,6 @@
 #include <string>
 
 #include "adapters/common/sdf/drive_settings.hpp"
-#include "adapters/gz_sim/gz_types.hpp"
 
 namespace canyon::adapters::gz_sim {
 namespace {

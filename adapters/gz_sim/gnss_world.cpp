@@ -14,7 +14,6 @@
 #include <gz/sim/components/Sensor.hh>
 #include <gz/sim/components/SphericalCoordinates.hh>
 #include <gz/sim/components/World.hh>
-#include <gz/transport/Node.hh>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -26,7 +25,7 @@
 
 #include "adapters/common/sdf/hosted_receiver.hpp"
 #include "adapters/gz_sim/gz_host_world.hpp"
-#include "adapters/gz_sim/gz_types.hpp"
+#include "adapters/common/gazebo_math.hpp"
 #include "adapters/gz_sim/options_service.hpp"
 #include "adapters/gz_sim/pose_topic.hpp"
 #include "adapters/gz_sim/publishers.hpp"
@@ -145,11 +144,11 @@ struct GnssWorld::Impl {
     Entity sensor = gz::sim::kNullEntity;
     Entity link = gz::sim::kNullEntity;
     std::string link_name;
+    std::string name;  // "iris::base_link::gps"
     std::optional<HostWorld::Id> own_model;
     bool scene_is_due = true;
     EngineMotion motion;
     std::unique_ptr<PoseTopic> pose_topic;  // instead of the link's motion
-    std::unique_ptr<OptionsService> options;
     std::unique_ptr<HostedReceiver> hosted;
   };
   struct Root {
@@ -166,10 +165,10 @@ struct GnssWorld::Impl {
                                 std::string& reason) const;
 
   std::mutex mutex;
-  gz::transport::Node node;
   std::map<Entity, Root> roots;
   std::vector<Scene> scenes;
   std::map<Entity, Receiver> receivers;  // in the order of entities, so that a run repeats
+  std::unique_ptr<OptionsService> options;
   std::optional<HostOrigin> origin;
   bool stepped = false;  // PostUpdate of this step is done
 };
@@ -263,7 +262,6 @@ void GnssWorld::Impl::take_over(Entity entity, const sdf::Sensor& sensor, Ecm& e
   try {
     start(entity, sensor, with_defaults(own, root->defaults), ecm);
   } catch (const std::exception& e) {
-    receivers.erase(entity);
     say(HostedReceiver::Tone::Error,
         fmt::format("{}\n[canyon] the receiver is switched off; the simulation goes on", e.what()));
   }
@@ -287,6 +285,7 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   receiver.sensor = entity;
   receiver.link = parent_of(entity, ecm);
   receiver.link_name = identity.link;
+  receiver.name = identity.link + "::" + identity.sensor;
   if (!settings.vehicle_blocks) receiver.own_model = gz::sim::topLevelModel(entity, ecm);
   gz::sim::enableComponent<components::WorldLinearVelocity>(ecm, receiver.link);
   gz::sim::enableComponent<components::WorldAngularVelocity>(ecm, receiver.link);
@@ -298,10 +297,16 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   ecm.CreateComponent(entity, components::SensorTopic(topic));
   receiver.hosted = std::make_unique<HostedReceiver>(
       settings, identity, frame, start_of_world(&ecm, identity.world, 0), sensor.UpdateRate(), say);
-  for (auto& publisher : make_publishers(node, identity, settings, topic, own_topic)) {
-    receiver.hosted->add(std::move(publisher));
+  receiver.hosted->add(make_navsat_publisher(topic, receiver.name));
+  if (settings.publish_gazebo) {
+    receiver.hosted->add(make_gnss_publisher(identity, gnss_topic_beside(topic, own_topic)));
   }
-  receiver.options = std::make_unique<OptionsService>(node, identity);
+  if (settings.show_rays || settings.show_bubble) {
+    receiver.hosted->add(make_markers(identity, {settings.show_rays, settings.show_bubble,
+                                                 settings.bubble_scale, settings.ray_length_m}));
+  }
+  if (!options) options = std::make_unique<OptionsService>(identity.world);
+  options->add(receiver.name);
   Receiver& kept = receivers[entity] = std::move(receiver);
   kept.hosted->on_reset([&kept] {
     kept.motion.reset();
@@ -357,10 +362,19 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
   const std::lock_guard lock(impl_->mutex);
   if (std::exchange(impl_->stepped, true)) return;
   ecm.EachRemoved<components::Sensor>([&](const Entity& entity, const components::Sensor*) {
-    impl_->receivers.erase(entity);
+    const auto receiver = impl_->receivers.find(entity);
+    if (receiver == impl_->receivers.end()) return true;
+    impl_->options->remove(receiver->second.name);
+    impl_->receivers.erase(receiver);
     return true;
   });
-  for (auto& [entity, receiver] : impl_->receivers) receiver.options->answer(*receiver.hosted);
+  if (impl_->options) {
+    impl_->options->serve([this] {
+      std::vector<AdjustableReceiver> all;
+      for (auto& [entity, receiver] : impl_->receivers) all.push_back(receiver.hosted->adjustable(receiver.name));
+      return all;
+    });
+  }
   if (impl_->receivers.empty()) return;
   for (const Impl::Scene& scene : impl_->scenes) {
     if (!scene.scene.expired()) scene.world->look(ecm);
@@ -386,7 +400,11 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
 
 void GnssWorld::reset(Ecm& ecm) {
   const std::lock_guard lock(impl_->mutex);
-  std::erase_if(impl_->receivers, [&](const auto& entry) { return !ecm.HasEntity(entry.first); });
+  std::erase_if(impl_->receivers, [&](const auto& entry) {
+    const bool gone = !ecm.HasEntity(entry.first);
+    if (gone) impl_->options->remove(entry.second.name);
+    return gone;
+  });
   for (auto& [entity, receiver] : impl_->receivers) {
     ecm.RemoveComponent<components::NavSat>(entity);
     receiver.hosted->reset();

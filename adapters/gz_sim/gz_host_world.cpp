@@ -9,11 +9,12 @@
 #include <gz/sim/components/Name.hh>
 #include <gz/sim/components/ParentEntity.hh>
 #include <gz/sim/components/Pose.hh>
+#include <gz/sim/components/SphericalCoordinates.hh>
 #include <gz/sim/components/Static.hh>
 #include <gz/sim/components/Visual.hh>
 #include <gz/sim/components/World.hh>
 
-#include "adapters/gz_sim/gz_types.hpp"
+#include "adapters/common/gazebo_math.hpp"
 
 namespace canyon::adapters::gz_sim {
 
@@ -99,7 +100,7 @@ std::uint64_t GzHostWorld::shapes(Id model) {
     hash(known.sum, link);
     for_each_shape(link, [&](Id entity, const sdf::Geometry& geometry, const gz::math::Pose3d& pose) {
       hash(known.sum, entity);
-      hash(known.sum, SdfShapes::fingerprint(geometry, isometry(rigid_pose(pose))));
+      hash(known.sum, fingerprint(geometry, eigen(pose)));
     });
   }
   return known.sum;
@@ -111,18 +112,16 @@ std::optional<RigidPose> GzHostWorld::pose(Id link) {
 }
 
 city::Mesh GzHostWorld::mesh(Id link, std::vector<std::string>& notes) {
-  city::Mesh mesh;
+  files_.set_world_origin(ecm_->ComponentData<components::SphericalCoordinates>(gz::sim::worldEntity(*ecm_)));
+  LinkShapes shapes(notes);
   for_each_shape(link, [&](Id entity, const sdf::Geometry& geometry, const gz::math::Pose3d& pose) {
-    SdfShape shape;
-    shape.name = gz::sim::removeParentScope(gz::sim::scopedName(entity, *ecm_, "::", false), "::");
-    shape.geometry = &geometry;
-    shape.link_from_shape = isometry(rigid_pose(pose));
-    if (const auto* material = ecm_->Component<components::Material>(entity)) {
-      shape.material = &material->Data();
-    }
-    shapes_.append(mesh, shape, notes);
+    const auto* material = ecm_->Component<components::Material>(entity);
+    const std::string name =
+        gz::sim::removeParentScope(gz::sim::scopedName(entity, *ecm_, "::", false), "::");
+    add_shape(shapes, {name, eigen(pose), material_of(material == nullptr ? nullptr : &material->Data())},
+              geometry, &files_);
   });
-  return mesh;
+  return shapes.take();
 }
 
 }  // namespace canyon::adapters::gz_sim

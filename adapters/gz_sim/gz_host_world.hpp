@@ -4,7 +4,6 @@
 #include <unordered_map>
 #include <vector>
 
-#include "adapters/common/sdf/sdf_shapes.hpp"
 #include "adapters/common/world_scene.hpp"
 #include "adapters/gz_sim/gz_shape_files.hpp"
 
@@ -14,7 +13,7 @@ namespace canyon::adapters::gz_sim {
 class GzHostWorld final : public HostWorld {
  public:
   /// @param visual visuals instead of collisions
-  explicit GzHostWorld(bool visual) : visual_(visual), shapes_(&files_) {}
+  explicit GzHostWorld(bool visual) : visual_(visual) {}
 
   /// To be called in each step, with the world as it stands: remembers what it will have to look at. `ecm` is
   /// asked until the next call.
@@ -39,7 +38,6 @@ class GzHostWorld final : public HostWorld {
 
   bool visual_;
   GzShapeFiles files_;
-  SdfShapes shapes_;
   const gz::sim::EntityComponentManager* ecm_ = nullptr;
   bool went_on_ = false;
   bool changed_ = true;         // something beside poses that physics moves

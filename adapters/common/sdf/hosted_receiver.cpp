@@ -72,7 +72,8 @@ HostedReceiver::HostedReceiver(PluginSettings settings, const ReceiverIdentity& 
       name_(place_name(identity)),
       frame_(frame),
       say_(std::move(say)),
-      schedule_(settings_.live.rate_hz.value_or(sensor_rate_hz > 0 ? sensor_rate_hz : kDefaultRate_hz)),
+      sensor_rate_hz_(sensor_rate_hz),
+      schedule_(rate_hz()),
       start_(settings_.live.start.value_or(start_of_world)) {
   // Receivers of one seed have noise of their own by their names.
   if (!settings_.named) {
@@ -92,6 +93,10 @@ HostedReceiver::HostedReceiver(PluginSettings settings, const ReceiverIdentity& 
 }
 
 HostedReceiver::~HostedReceiver() = default;
+
+double HostedReceiver::rate_hz() const {
+  return settings_.live.rate_hz.value_or(sensor_rate_hz_ > 0 ? sensor_rate_hz_ : kDefaultRate_hz);
+}
 
 void HostedReceiver::say(Tone tone, const std::string& line) {
   if (said_.insert(line).second) say_(tone, fmt::format("{}: {}", name_, line));
@@ -127,12 +132,11 @@ void HostedReceiver::set_tracer(simulation::Tracer tracer, std::function<std::ve
   receiver_->set_tracer(tracer_);
 }
 
-void HostedReceiver::set_live(const simulation::LiveConfig& live) {
-  simulation::LiveReceiver made(live, open_field(frame_), start_);
-  if (tracer_) made.set_tracer(tracer_);
-  receiver_.emplace(std::move(made));
-  settings_.live = live;
-  has_scene_ = false;
+AdjustableReceiver HostedReceiver::adjustable(const std::string& name) {
+  return {name, &*receiver_, [this] {
+            settings_.live = receiver_->config();
+            schedule_ = UpdateSchedule(rate_hz());
+          }};
 }
 
 void HostedReceiver::reset() {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "adapters/common/epoch_publisher.hpp"
+#include "adapters/common/options_desk.hpp"
 #include "adapters/common/pose_motion.hpp"
 #include "adapters/common/sdf/plugin_settings.hpp"
 #include "adapters/common/update_schedule.hpp"
@@ -67,9 +68,8 @@ class HostedReceiver {
   /// Rays of the host's own, and the ranges that it measured in the last epoch for the scan, which end at
   /// `reach_m`.
   void set_tracer(simulation::Tracer tracer, std::function<std::vector<double>()> ranges, double reach_m);
-  /// Other options from the next epoch on; its memory begins anew. Throws InputError as LiveReceiver does and
-  /// then leaves everything as it was.
-  void set_live(const simulation::LiveConfig& live);
+  /// For requests of options at run time, under this name; valid until the next update.
+  [[nodiscard]] AdjustableReceiver adjustable(const std::string& name);
   /// Called where the world was reset or went back in time, beside its own reset.
   void on_reset(std::function<void()> action) { on_reset_ = std::move(action); }
 
@@ -83,11 +83,13 @@ class HostedReceiver {
   void observe(std::int64_t now_ns, const TruePose& truth, ReceiverReport& report);
   [[nodiscard]] std::vector<double> scan(const Eigen::Vector3d& antenna_enu) const;
   [[nodiscard]] output::ReceiverDescription description() const;
+  [[nodiscard]] double rate_hz() const;
 
   PluginSettings settings_;
   std::string name_;
   WorldFrame frame_;
   Say say_;
+  double sensor_rate_hz_;
   UpdateSchedule schedule_;
   geodesy::GpsTime start_;
   std::shared_ptr<WorldScene> scene_;
