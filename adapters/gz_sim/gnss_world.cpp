@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <gz/common/Console.hh>
 #include <gz/sim/Util.hh>
 #include <gz/sim/components/AngularVelocity.hh>
@@ -23,9 +24,9 @@
 #include <utility>
 #include <vector>
 
+#include "adapters/common/gazebo_math.hpp"
 #include "adapters/common/sdf/hosted_receiver.hpp"
 #include "adapters/gz_sim/gz_host_world.hpp"
-#include "adapters/common/gazebo_math.hpp"
 #include "adapters/gz_sim/options_service.hpp"
 #include "adapters/gz_sim/pose_topic.hpp"
 #include "adapters/gz_sim/publishers.hpp"
@@ -71,11 +72,6 @@ std::optional<HostOrigin> origin_of(const Ecm& ecm) {
   return HostOrigin{
       {at->LatitudeReference().Radian(), at->LongitudeReference().Radian(), at->ElevationReference()},
       at->HeadingOffset().Radian()};
-}
-
-bool operator==(const HostOrigin& a, const HostOrigin& b) {
-  return a.origin.latitude_rad == b.origin.latitude_rad && a.origin.longitude_rad == b.origin.longitude_rad &&
-         a.origin.height_m == b.origin.height_m && a.heading_rad == b.heading_rad;
 }
 
 ReceiverIdentity identify(Entity sensor, const Ecm& ecm) {
@@ -302,8 +298,8 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
     receiver.hosted->add(make_gnss_publisher(identity, gnss_topic_beside(topic, own_topic)));
   }
   if (settings.show_rays || settings.show_bubble) {
-    receiver.hosted->add(make_markers(identity, {settings.show_rays, settings.show_bubble,
-                                                 settings.bubble_scale, settings.ray_length_m}));
+    receiver.hosted->add(make_markers(
+        identity, {settings.show_rays, settings.show_bubble, settings.bubble_scale, settings.ray_length_m}));
   }
   if (!options) options = std::make_unique<OptionsService>(identity.world);
   options->add(receiver.name);
@@ -371,7 +367,8 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
   if (impl_->options) {
     impl_->options->serve([this] {
       std::vector<AdjustableReceiver> all;
-      for (auto& [entity, receiver] : impl_->receivers) all.push_back(receiver.hosted->adjustable(receiver.name));
+      for (auto& [entity, receiver] : impl_->receivers)
+        all.push_back(receiver.hosted->adjustable(receiver.name));
       return all;
     });
   }

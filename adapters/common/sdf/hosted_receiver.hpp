@@ -25,6 +25,7 @@ namespace canyon::adapters {
 struct HostOrigin {
   geodesy::Geodetic origin;
   double heading_rad = 0;  ///< of the world's x axis, counter-clockwise from east
+  friend bool operator==(const HostOrigin& a, const HostOrigin& b);
 };
 /// `settings.origin` first, then the host's; at latitude 0, longitude 0 with a line in `warnings` where it is
 /// the host's.
