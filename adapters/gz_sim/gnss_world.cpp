@@ -237,7 +237,7 @@ void GnssWorld::leave(Entity root) {
   impl_->roots.erase(root);
 }
 
-void GnssWorld::pre_update(const gz::sim::UpdateInfo&, Ecm& ecm) {
+void GnssWorld::update(const gz::sim::UpdateInfo&, Ecm& ecm) {
   const std::lock_guard lock(impl_->mutex);
   impl_->stepped = false;
   if (ecm.HasNewEntities()) impl_->look_for_sensors(ecm, false);

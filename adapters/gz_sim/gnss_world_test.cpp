@@ -400,6 +400,23 @@ TEST(GnssWorld, LeavesWithItsModelAndComesWithANewOne) {
   expect_street(*message, &StreetSatellite::mirror_m, 1e-3);
 }
 
+// server.config may name the system anywhere, also before the one that puts models into the world.
+TEST(GnssWorld, SeesModelsOfSystemsThatComeAfterIt) {
+  std::string world = street_world(street_car(navsat(paper_elements())), 0, true, "");
+  world.insert(world.find("<plugin filename='gz-sim-user-commands-system'"), test::kGnssSystem);
+  StreetRun run(world);
+  run.after(10, 0.1);
+  gz::msgs::EntityFactory request;
+  request.set_sdf("<?xml version='1.0'?><sdf version='1.9'>" +
+                  street_car(navsat(paper_elements()), "late", "3 20 0 0 0 0") + "</sdf>");
+  test::GnssListener late(topic_of("late"));
+  EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/create", request)).data());
+  run.server.step(30);
+  const auto message = late.at(0.3);
+  ASSERT_TRUE(message);
+  expect_street(*message, &StreetSatellite::mirror_m, 1e-3);
+}
+
 TEST(GnssWorld, TruthFromATopic) {
   StreetRun run(street_world(street_car(navsat(paper_elements() + "<pose_topic>/mocap</pose_topic>"))));
   const GnssReceiver without = run.after(20, 0.1);
