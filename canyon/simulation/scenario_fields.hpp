@@ -20,12 +20,6 @@ void visit_seed(options::Visitor& v, std::uint64_t& seed);
 /// needed.
 void visit_name_and_profile(options::Visitor& v, ReceiverConfig& config, bool several);
 
-/// A scenario whose trajectory may be absent.
-struct ScenarioOfAnyTrajectory {
-  Scenario& scenario;
-};
-void visit(options::Visitor& v, ScenarioOfAnyTrajectory& o);
-
 /// Reads a YAML text into `options`. Throws InputError with file and line. @param change of what was written,
 /// before it is read
 template <typename Options>
