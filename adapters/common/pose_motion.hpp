@@ -37,6 +37,24 @@ constexpr double kTeleport_mps = 1000;
 /// `pose` with a unit quaternion. Empty where it is not finite or its quaternion has no direction.
 [[nodiscard]] std::optional<RigidPose> proper_pose(const RigidPose& pose);
 
+/// The motion of a body that a physics engine knows. What the engine has at rest may be moved by something
+/// else, pose by pose: then velocities are differences of its poses.
+class EngineMotion {
+ public:
+  /// `engine`: pose and velocities as the engine has them at `now_ns`; times in order, or begun anew. Empty
+  /// where one is not finite.
+  [[nodiscard]] std::optional<TruePose> at(std::int64_t now_ns, const TruePose& engine);
+  void reset() { last_.reset(); }
+
+ private:
+  struct Sample {
+    std::int64_t time_ns = 0;
+    TruePose motion;
+    bool at_rest = false;
+  };
+  std::optional<Sample> last_;
+};
+
 /// The motion of a body whose poses come from outside, one by one. Poses may come from any thread.
 class PoseTrack {
  public:

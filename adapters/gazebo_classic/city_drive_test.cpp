@@ -3,58 +3,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
-#include <map>
-#include <tuple>
 
+#include "adapters/common/testing/drive_comparison.hpp"
 #include "adapters/gazebo_classic/testing/city_world.hpp"
 #include "adapters/gazebo_classic/testing/gnss_listener.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
-#include "canyon/base/text.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
-
-struct Seen {
-  std::string visibility;
-  double excess_m = 0;
-};
-using Key = std::pair<std::int64_t, std::string>;  // time of week [ms], satellite
-
-std::map<Key, Seen> read_satellites(const std::filesystem::path& file) {
-  std::map<Key, Seen> seen;
-  std::ifstream in(file);
-  std::string line;
-  std::getline(in, line);
-  while (std::getline(in, line)) {
-    const auto fields = split(line, ',');
-    const double tow = parse_double(fields.at(1)).value();
-    Seen& satellite = seen[{std::llround(tow * 1e3), std::string(fields.at(2))}];
-    satellite.visibility = fields.at(5);
-    satellite.excess_m = parse_double(fields.at(6)).value_or(0);
-  }
-  return seen;
-}
-
-const char* word(msgs::GnssSatellite::Visibility visibility) {
-  switch (visibility) {
-    case msgs::GnssSatellite::LOS:
-      return "LOS";
-    case msgs::GnssSatellite::LOS_MULTIPATH:
-      return "LOS+multipath";
-    case msgs::GnssSatellite::NLOS:
-      return "NLOS";
-    default:
-      return "blocked";
-  }
-}
 
 void compare_drive(const std::string& city, int seconds) {
   const std::filesystem::path folder = test::prepared_city(city);
   if (folder.empty()) {
     GTEST_SKIP() << "SKIPPED: no " << city << " in CANYON_GAZEBO_DATA (tests/gazebo/prepare.sh writes it)";
   }
-  const std::map<Key, Seen> expected = read_satellites(folder / "satellites.csv");
   test::InProcessServer& server = test::InProcessServer::get();
   const auto world = server.load(test::city_world(
       folder, 0.1,
@@ -64,34 +26,8 @@ void compare_drive(const std::string& city, int seconds) {
   server.step(static_cast<unsigned>(10 * seconds));
   ASSERT_TRUE(listener.at(seconds, std::chrono::seconds(60)));
 
-  std::size_t compared = 0, epochs = 0, other_visibility = 0, reflected = 0;
-  double largest_m = 0;
-  for (const msgs::GnssReceiver& message : listener.all()) {
-    const auto tow_ms = (message.gps_time_of_week_ns() + 500'000) / 1'000'000;
-    if (message.sim_time_ns() % 1'000'000'000 != 0) continue;
-    ++epochs;
-    for (const msgs::GnssSatellite& satellite : message.satellites()) {
-      const auto found = expected.find({tow_ms, satellite.id()});
-      ASSERT_NE(found, expected.end()) << satellite.id() << " at " << tow_ms;
-      ++compared;
-      if (found->second.visibility != word(satellite.visibility())) {
-        ++other_visibility;
-        ADD_FAILURE() << fmt::format("{} at {} ms: {} in gzserver, {} in canyon simulate", satellite.id(),
-                                     tow_ms, word(satellite.visibility()), found->second.visibility);
-        continue;
-      }
-      if (satellite.visibility() != msgs::GnssSatellite::NLOS) continue;
-      ++reflected;
-      largest_m = std::max(largest_m, std::abs(satellite.excess_m() - found->second.excess_m));
-    }
-  }
-  EXPECT_GE(epochs, static_cast<std::size_t>(seconds));
-  EXPECT_GT(reflected, static_cast<std::size_t>(seconds) / 2);
-  EXPECT_EQ(other_visibility, 0U);
   // Meshes hold floats, the file 0.1 mm.
-  EXPECT_LT(largest_m, 2e-3);
-  fmt::print("{}: {} epochs, {} satellites, {} of other visibility; {} NLOS, excess within {:.2g} m\n", city,
-             epochs, compared, other_visibility, reflected, largest_m);
+  adapters::test::expect_drive(city, folder, seconds, listener.all(), 2e-3);
 }
 
 // The paper's algorithm by Gazebo's rays and by the engine's, along the whole drive.

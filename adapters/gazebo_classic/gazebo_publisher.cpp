@@ -1,7 +1,7 @@
 #include <gazebo/msgs/MsgFactory.hh>
 #include <gazebo/transport/transport.hh>
 
-#include "adapters/gazebo_classic/gnss_message.hpp"
+#include "adapters/common/msgs/gnss_message.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 
 namespace canyon::adapters::gazebo_classic {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "adapters/common/testing/street_message.hpp"
 #include "adapters/gazebo_classic/testing/gnss_listener.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "adapters/gazebo_classic/testing/street_world.hpp"
@@ -15,6 +16,7 @@
 namespace canyon::adapters::gazebo_classic {
 namespace {
 
+using adapters::test::expect_street;
 using msgs::GnssReceiver;
 using msgs::GnssSatellite;
 using test::GnssListener;
@@ -37,29 +39,6 @@ GnssReceiver observe(const std::string& world, const std::string& topic = kTopic
   const auto message = listener.at(0.1);
   EXPECT_TRUE(message) << "nothing came on " << topic;
   return message.value_or(GnssReceiver());
-}
-
-void expect_street(const GnssReceiver& message, double test::StreetSatellite::*excess_m, double tolerance_m) {
-  ASSERT_EQ(static_cast<std::size_t>(message.satellites_size()), street_satellites().size());
-  for (int i = 0; i < message.satellites_size(); ++i) {
-    const GnssSatellite& satellite = message.satellites(i);
-    const test::StreetSatellite& expected = street_satellites()[static_cast<std::size_t>(i)];
-    const std::string which =
-        fmt::format("azimuth {}, elevation {}", expected.azimuth_deg, expected.elevation_deg);
-    // The antenna is a few metres off the origin that the angles are given for.
-    EXPECT_NEAR(satellite.elevation_rad(), geodesy::radians(expected.elevation_deg), 1e-4) << which;
-    const double m = expected.*excess_m;
-    if (m == 0) {
-      EXPECT_TRUE(satellite.visibility() == GnssSatellite::LOS ||
-                  satellite.visibility() == GnssSatellite::LOS_MULTIPATH)
-          << which;
-    } else if (m < 0) {
-      EXPECT_EQ(satellite.visibility(), GnssSatellite::BLOCKED) << which;
-    } else {
-      EXPECT_EQ(satellite.visibility(), GnssSatellite::NLOS) << which;
-      EXPECT_NEAR(satellite.excess_m(), m, tolerance_m) << which;
-    }
-  }
 }
 
 TEST(GnssSensor, LoadsThePapersSnippet) {

@@ -50,12 +50,12 @@ std::string box(const std::string& size) {
   return "<box><size>" + size + "</size></box>";
 }
 
-std::optional<raytrace::Hit> cast(const WorldGeometry& geometry, const Vector3d& origin,
+std::optional<raytrace::Hit> cast(const WorldScene& geometry, const Vector3d& origin,
                                   const Vector3d& towards) {
   return geometry.scene()->scene.cast({origin, towards.normalized()});
 }
 /// Range, negative where the triangle is met from behind; infinite without a hit.
-double range(const WorldGeometry& geometry, const Vector3d& origin, const Vector3d& towards) {
+double range(const WorldScene& geometry, const Vector3d& origin, const Vector3d& towards) {
   const auto hit = cast(geometry, origin, towards);
   if (!hit) return std::numeric_limits<double>::infinity();
   return hit->front ? hit->range_m : -hit->range_m;
@@ -78,17 +78,15 @@ class WorldGeometryTest : public ::testing::Test {
  protected:
   static WorldPtr load(const std::string& models) { return server().load(world(models)); }
   static test::InProcessServer& server() { return test::InProcessServer::get(); }
-  static std::shared_ptr<WorldGeometry> of(const WorldPtr& world, bool visual = false,
-                                           double heading_rad = 0) {
-    WorldGeometry::Options options;
-    options.visual = visual;
-    options.frame.heading_rad = heading_rad;
-    return WorldGeometry::of(world, options);
+  static std::shared_ptr<WorldScene> of(const WorldPtr& world, bool visual = false, double heading_rad = 0) {
+    WorldFrame frame;
+    frame.heading_rad = heading_rad;
+    return scene_of(world, visual, frame);
   }
-  static std::shared_ptr<WorldGeometry> updated(const WorldPtr& world, bool visual = false,
-                                                double heading_rad = 0) {
+  static std::shared_ptr<WorldScene> updated(const WorldPtr& world, bool visual = false,
+                                             double heading_rad = 0) {
     auto geometry = of(world, visual, heading_rad);
-    geometry->update(nullptr);
+    geometry->update({});
     return geometry;
   }
   static std::filesystem::path write(const std::string& name, const std::string& text) {
@@ -421,7 +419,7 @@ TEST_F(WorldGeometryTest, WhatCannotBeTakenIsNamedOnce) {
                   HasSubstr("'flat::link::shape' is left out: a mesh with a scale of 0"),
                   HasSubstr("world 'w' holds no collision geometry")));
   server().step();
-  geometry->update(nullptr);
+  geometry->update({});
   EXPECT_THAT(geometry->take_notes(), IsEmpty());
   EXPECT_EQ(range(*geometry, {0, 0, 10}, {0, 0, -1}), kNothing);
 }
@@ -443,7 +441,7 @@ TEST_F(WorldGeometryTest, VisualsByChoice) {
   EXPECT_EQ(range(*visuals, {0, 40, 0}, {0, 1, 0}), kNothing);
   w->ModelByName("m")->SetScale({2, 1, 1});
   server().step();
-  visuals->update(nullptr);
+  visuals->update({});
   EXPECT_NEAR(range(*visuals, {0, 0, 0}, {1, 0, 0}), 4, kExact);
 }
 
@@ -480,11 +478,11 @@ TEST_F(WorldGeometryTest, MovingBoxIsFollowedOnTheNextUpdate) {
   const ModelPtr cart = w->ModelByName("cart");
   cart->SetWorldPose({20, 0, 0, 0, 0, geodesy::kPi / 4});
   server().step();
-  geometry->update(nullptr);
+  geometry->update({});
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {1, 0, 0}), 20 - std::sqrt(2), kExact);
   cart->SetLinearVel({0, 100, 0});  // 1 m in a step of 10 ms
   server().step();
-  geometry->update(nullptr);
+  geometry->update({});
   EXPECT_NEAR(range(*geometry, {20, 30, 0}, {0, -1, 0}), 29 - std::sqrt(2), kExact);
   EXPECT_EQ(geometry->generation(), generation);
   EXPECT_EQ(geometry->scene(), scene);
@@ -513,7 +511,7 @@ TEST_F(WorldGeometryTest, ModelsComeAndGo) {
     while (w->ModelCount() != count && std::chrono::steady_clock::now() < deadline) server().step();
     ASSERT_EQ(w->ModelCount(), count);
     server().step();
-    geometry->update(nullptr);
+    geometry->update({});
   };
   w->InsertModelString("<sdf version='1.6'>" + model("c", true, "0 10 0 0 0 0", box("2 2 2")) + "</sdf>");
   go_on(3);
@@ -541,12 +539,12 @@ TEST_F(WorldGeometryTest, ScaleIsFollowed) {
   const auto generation = geometry->generation();
   w->ModelByName("cart")->SetScale({1, 2, 1});
   server().step();
-  geometry->update(nullptr);
+  geometry->update({});
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {0, 1, 0}), 8, kExact);
   EXPECT_EQ(geometry->generation(), generation);
   w->ModelByName("house")->SetScale({3, 1, 1});
   server().step();
-  geometry->update(nullptr);
+  geometry->update({});
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {1, 0, 0}), 7, kExact);
   EXPECT_EQ(geometry->generation(), generation + 1);
   EXPECT_EQ(cast(*geometry, {0, 0, 0}, {1, 0, 0})->instance, 0u) << "still a part of the static city";
@@ -554,7 +552,7 @@ TEST_F(WorldGeometryTest, ScaleIsFollowed) {
   for (const double scale : {5.0, 1.0, 2.0, 4.0}) {
     w->ModelByName("house")->SetScale({scale, 1, 1});
     server().step();
-    geometry->update(nullptr);
+    geometry->update({});
     EXPECT_NEAR(range(*geometry, {0, 0, 0}, {1, 0, 0}), 10 - scale, kExact);
   }
   EXPECT_EQ(geometry->generation(), generation + 2);
@@ -571,7 +569,7 @@ TEST_F(WorldGeometryTest, ShapeChangedByMessage) {
     w->ModelByName(name)->GetLinks().front()->GetCollision("shape")->GetShape()->ProcessMsg(message);
   }
   server().step();
-  geometry->update(nullptr);
+  geometry->update({});
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {0, 1, 0}), 7, kExact);
   // Static ones are looked at in turn.
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {1, 0, 0}), 7, kExact);
@@ -586,7 +584,7 @@ TEST_F(WorldGeometryTest, StaticModelThatIsMoved) {
   for (const double x : {20.0, 25.0, 30.0}) {
     w->ModelByName("house")->SetWorldPose({x, 0, 0, 0, 0, 0});
     server().step();
-    geometry->update(nullptr);
+    geometry->update({});
     EXPECT_NEAR(range(*geometry, {0, 0, 0}, {1, 0, 0}), x - 1, kExact);
   }
   EXPECT_EQ(geometry->generation(), generation + 1) << "built anew once, an instance from then on";
@@ -608,9 +606,9 @@ TEST_F(WorldGeometryTest, NestedModelsAndSeveralLinks) {
   EXPECT_NEAR(range(*geometry, {20, 100, 1}, {-1, 0, 0}), 7, kExact);
   w->ModelByName("truck")->SetWorldPose({0, 200, 0, 0, 0, 0});
   server().step();
-  geometry->update(nullptr);
+  geometry->update({});
   EXPECT_NEAR(range(*geometry, {10, 190, 1}, {0, 1, 0}), 9, kExact);
-  geometry->update(w->ModelByName("truck"));
+  geometry->update(topmost_id(w->ModelByName("truck")));
   EXPECT_EQ(range(*geometry, {10, 190, 1}, {0, 1, 0}), kNothing);
   EXPECT_EQ(range(*geometry, {0, 190, 0}, {0, 1, 0}), kNothing);
 }
@@ -625,19 +623,19 @@ TEST_F(WorldGeometryTest, ReceiversShareAndLeaveOutTheirOwnVehicles) {
   const ModelPtr one = w->ModelByName("one"), two = w->ModelByName("two"), base = w->ModelByName("base");
   for (int i = 0; i < 3; ++i) {
     server().step();
-    first->update(one);
+    first->update(topmost_id(one));
     EXPECT_NEAR(range(*first, {0, 0, 0}, {1, 0, 0}), 19, kExact);
     EXPECT_NEAR(range(*first, {40, 0, 0}, {-1, 0, 0}), 9, kExact);
-    second->update(two);
+    second->update(topmost_id(two));
     EXPECT_NEAR(range(*second, {0, 0, 0}, {1, 0, 0}), 9, kExact);
     EXPECT_NEAR(range(*second, {19.5, 0, 0}, {1, 0, 0}), 9.5, kExact);
   }
   // A receiver on a static model makes that model an instance; others go on seeing it.
   const auto generation = first->generation();
   for (int i = 0; i < 2; ++i) {
-    first->update(base);
+    first->update(topmost_id(base));
     EXPECT_EQ(range(*first, {40, 0, 0}, {-1, 0, 0}), 19);
-    first->update(nullptr);
+    first->update({});
     EXPECT_NEAR(range(*first, {40, 0, 0}, {-1, 0, 0}), 9, kExact);
     EXPECT_EQ(first->generation(), generation + 1);
   }
@@ -650,7 +648,7 @@ TEST_F(WorldGeometryTest, WorldResetAndThingsThatFlyAway) {
   const double offset = geometry->scene()->scene.surface_offset_m({0, 0, 0});
   w->ModelByName("cart")->SetWorldPose({3e5, 0, 0, 0, 0, 0});
   server().step();
-  geometry->update(nullptr);
+  geometry->update({});
   EXPECT_EQ(range(*geometry, {0, 0, 0}, {1, 0, 0}), kNothing);
   EXPECT_LE(geometry->scene()->scene.surface_offset_m({0, 0, 0}), offset);
   EXPECT_THAT(geometry->take_notes(),
@@ -659,7 +657,7 @@ TEST_F(WorldGeometryTest, WorldResetAndThingsThatFlyAway) {
   w->Reset();
   for (int i = 0; i < 2; ++i) {
     server().step();
-    geometry->update(nullptr);
+    geometry->update({});
     EXPECT_NEAR(range(*geometry, {0, 0, 0}, {1, 0, 0}), 9, kExact);
   }
   EXPECT_LE(w->Iterations(), iterations + 2);
@@ -677,7 +675,7 @@ TEST_F(WorldGeometryTest, AResetDoesNotMoveStaticModels) {
     server().step(5);
     w->Reset();
     server().step();
-    geometry->update(nullptr);
+    geometry->update({});
   }
   EXPECT_EQ(geometry->generation(), 1u);
   EXPECT_TRUE(geometry->scene()->scene.placed_instances().empty());
@@ -691,7 +689,7 @@ TEST_F(WorldGeometryTest, AnUnloadedWorldIsForgotten) {
   w.reset();
   w = load(model("house", true, "20 0 0 0 0 0", box("2 2 2")));
   EXPECT_TRUE(weak.expired()) << "the geometry does not hold its world";
-  before->update(nullptr);  // nothing to follow any more
+  before->update({});  // nothing to follow any more
   const auto after = updated(w);
   EXPECT_NE(before, after);
   EXPECT_NEAR(range(*after, {0, 0, 0}, {1, 0, 0}), 19, kExact);
@@ -736,7 +734,7 @@ TEST_F(WorldGeometryTest, CostInACityOf500HousesAnd20Vehicles) {
     work();
     return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count();
   };
-  const double first = microseconds([&] { geometry->update(cars[0]); });
+  const double first = microseconds([&] { geometry->update(topmost_id(cars[0])); });
   double moving = 0, still = 0, others = 0, none = 0;
   constexpr int kSteps = 50;
   for (int step = 0; step < kSteps; ++step) {
@@ -744,16 +742,16 @@ TEST_F(WorldGeometryTest, CostInACityOf500HousesAnd20Vehicles) {
       cars[i]->SetWorldPose({20.0 + step, 40.0 * static_cast<double>(i) + 20, 1, 0, 0, 0});
     }
     server().step();
-    moving += microseconds([&] { geometry->update(cars[0]); });
+    moving += microseconds([&] { geometry->update(topmost_id(cars[0])); });
     others += microseconds([&] {
-      for (std::size_t i = 1; i < cars.size(); ++i) geometry->update(cars[i]);
+      for (std::size_t i = 1; i < cars.size(); ++i) geometry->update(topmost_id(cars[i]));
     });
-    none += microseconds([&] { geometry->update(cars.back()); });
+    none += microseconds([&] { geometry->update(topmost_id(cars.back())); });
   }
   for (const ModelPtr& car : cars) car->SetEnabled(false);
   for (int step = 0; step < kSteps; ++step) {
     server().step();
-    still += microseconds([&] { geometry->update(cars.back()); });
+    still += microseconds([&] { geometry->update(topmost_id(cars.back())); });
   }
   fmt::print(
       "500 houses, 20 cars of 5 links: first update {:.1f} ms; then per step: cars moving {:.0f} us, each of "

@@ -33,7 +33,7 @@ class RawObservations {
         if (!seen.measurement) return;
         const gnss::Signal& signal =
             seen.signal != nullptr ? *seen.signal : gnss::signals_of(satellite.id.system).front();
-        message.observations.push_back({});
+        message.observations.emplace_back();
         fill(message.observations.back(), satellite.id, signal, *seen.measurement, observed.time);
       };
       add(satellite);
@@ -95,7 +95,7 @@ template <class DiagnosticArray>
   DiagnosticArray message;
   detail::set_header(message.header, head);
   detail::assign(message.header.frame_id, "");
-  message.status.push_back({});
+  message.status.emplace_back();
   Status& status = message.status.back();
   detail::assign(status.name, health.name + ": receiver");
   detail::assign(status.hardware_id, "canyon " + health.receiver);
@@ -104,7 +104,7 @@ template <class DiagnosticArray>
     detail::assign(status.message, text);
   };
   const auto add = [&](const char* key, const std::string& value) {
-    status.values.push_back({});
+    status.values.emplace_back();
     detail::assign(status.values.back().key, key);
     detail::assign(status.values.back().value, value);
   };

@@ -30,17 +30,16 @@ class PoseReceiver {
   [[nodiscard]] std::optional<simulation::LiveReceiver::Step> observe(std::int64_t now_ns,
                                                                       std::string& reason);
 
-  /// Another receiver from the next epoch on, which begins anew; poses and city stay.
+  /// Other options from the next epoch on, as LiveReceiver::set_config(): it begins anew; sky, poses and city
+  /// stay.
   void change(const NodeSettings& settings);
-  [[nodiscard]] simulation::LiveReceiver& receiver() { return *receiver_; }
+  [[nodiscard]] simulation::LiveReceiver& receiver() { return receiver_; }
 
  private:
   NodeSettings settings_;
-  std::shared_ptr<simulation::CityScene> scene_;
-  geodesy::GpsTime start_;
   std::string own_name_;
   PoseTrack track_;
-  std::optional<simulation::LiveReceiver> receiver_;
+  simulation::LiveReceiver receiver_;
 };
 
 }  // namespace canyon::adapters::ros2

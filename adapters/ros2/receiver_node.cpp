@@ -7,7 +7,6 @@
 #include <lifecycle_msgs/msg/state.hpp>
 #include <nav_msgs/msg/odometry.hpp>
 #include <rclcpp/create_timer.hpp>
-#include <rclcpp/qos_event.hpp>
 #include <rclcpp_components/register_node_macro.hpp>
 #include <set>
 #include <utility>
@@ -129,7 +128,9 @@ void ReceiverNode::Impl::configure() {
     interval_s = simulation->interval_s();
   }
   schedule = UpdateSchedule(1 / interval_s);
-  topics = std::make_unique<ReceiverTopics>(node, settings.drive_clock);
+  TopicNames names;
+  if (settings.drive_clock) names.clock = "/clock";
+  topics = std::make_unique<ReceiverTopics>(NodeParts(node), names);
   health = {};
   health.name = node.get_name();
   health.receiver = settings.world.receivers.front().options.name;
@@ -325,10 +326,10 @@ void ReceiverNode::Impl::observe() {
 
 void ReceiverNode::Impl::publish(const Step* step, std::int64_t stamp_ns, const std::string& reason) {
   health.reason = reason;
-  topics->publish(step, stamp_ns, settings.frame_id, health);
   ReceiverReport report;
   report.sim_time_ns = stamp_ns;
   report.step = step;
+  topics->publish(report, settings.frame_id, health);
   for (const auto& stream : streams) {
     stream->publish(report);
     for (const std::string& note : stream->take_notes()) warn(note);

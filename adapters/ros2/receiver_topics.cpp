@@ -1,6 +1,7 @@
 #include "adapters/ros2/receiver_topics.hpp"
 
 #include <memory>
+#include <rclcpp/create_publisher.hpp>
 #include <utility>
 
 namespace canyon::adapters::ros2 {
@@ -8,14 +9,14 @@ namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
-}  // namespace
-
-template <class Message>
-ReceiverTopics::Topic<Message> ReceiverTopics::advertise(const std::string& name, const rclcpp::QoS& qos) {
+template <class Publisher>
+void advertise(NodeParts& node, const std::string& name, const rclcpp::QoS& qos, Publisher& publisher) {
+  using Message = typename Publisher::element_type::PublishedType;
+  if (name.empty()) return;
   rclcpp::PublisherOptions options;
   options.qos_overriding_options = rclcpp::QosOverridingOptions::with_default_policies();
-  const std::string resolved = node_.get_node_topics_interface()->resolve_topic_name(name);
-  options.event_callbacks.incompatible_qos_callback = [logger = node_.get_logger(), resolved](
+  const std::string resolved = node.topics->resolve_topic_name(name);
+  options.event_callbacks.incompatible_qos_callback = [logger = node.logger, resolved](
                                                           rclcpp::QOSOfferedIncompatibleQoSInfo& info) {
     RCLCPP_WARN(logger,
                 "a subscriber of %s asks for a quality of service that is not offered (%s) and gets nothing; "
@@ -23,35 +24,39 @@ ReceiverTopics::Topic<Message> ReceiverTopics::advertise(const std::string& name
                 resolved.c_str(), rclcpp::qos_policy_name_from_kind(info.last_policy_kind).c_str(),
                 resolved.c_str());
   };
-  return node_.create_publisher<Message>(name, qos, options);
+  publisher = rclcpp::create_publisher<Message>(node.parameters, node.topics, name, qos, options);
 }
 
-ReceiverTopics::ReceiverTopics(rclcpp_lifecycle::LifecycleNode& node, bool clock) : node_(node) {
+template <class Publisher, class Make>
+void send(const Publisher& publisher, const Make& make) {
+  if (!publisher || publisher->get_subscription_count() == 0) return;
+  using Message = typename Publisher::element_type::PublishedType;
+  publisher->publish(std::make_unique<Message>(make()));  // handed over as it is within a process
+}
+
+}  // namespace
+
+ReceiverTopics::ReceiverTopics(NodeParts node, const TopicNames& names) {
   const rclcpp::SensorDataQoS sensor;
   const rclcpp::QoS reliable(10);
-  fix_ = advertise<sensor_msgs::msg::NavSatFix>("fix", sensor);
-  fix_velocity_ = advertise<geometry_msgs::msg::TwistWithCovarianceStamped>("fix_velocity", sensor);
-  gnss_multipath_ = advertise<canyon_msgs::msg::GnssMultipath>("gnss_multipath", sensor);
-  satellites_ = advertise<canyon_msgs::msg::GnssSatellites>("satellites", sensor);
-  raw_observations_ = advertise<canyon_msgs::msg::GnssRawObservations>("raw_observations", sensor);
-  diagnostics_ = advertise<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", reliable);
-  if (clock) clock_ = advertise<rosgraph_msgs::msg::Clock>("/clock", reliable);
+  advertise(node, names.fix, sensor, fix_);
+  advertise(node, names.fix_velocity, sensor, fix_velocity_);
+  advertise(node, names.gnss_multipath, sensor, gnss_multipath_);
+  advertise(node, names.satellites, sensor, satellites_);
+  advertise(node, names.raw_observations, sensor, raw_observations_);
+  advertise(node, names.diagnostics, reliable, diagnostics_);
+  advertise(node, names.scan, sensor, scan_);
+  advertise(node, names.clock, reliable, clock_);
 }
 
-template <class Message, class Make>
-void ReceiverTopics::send(const Topic<Message>& topic, const Make& make) {
-  if (topic->is_activated() && topic->get_subscription_count() > 0) {
-    topic->publish(std::make_unique<Message>(make()));  // handed over as it is within a process
-  }
-}
-
-void ReceiverTopics::publish(const simulation::LiveReceiver::Step* step, std::int64_t stamp_ns,
-                             const std::string& frame_id, const ros_messages::ReceiverHealth& health) {
+void ReceiverTopics::publish(const ReceiverReport& report, const std::string& frame_id,
+                             const ros_messages::ReceiverHealth& health) {
   using namespace ros_messages;
+  const std::int64_t stamp_ns = report.sim_time_ns;
   const Head head{
       {static_cast<std::int32_t>(stamp_ns / kSecond_ns), static_cast<std::uint32_t>(stamp_ns % kSecond_ns)},
       frame_id};
-  const simulation::Epoch* epoch = step != nullptr ? &step->epoch : nullptr;
+  const simulation::Epoch* epoch = report.step != nullptr ? &report.step->epoch : nullptr;
   if (!health.finished) {
     send(fix_, [&] { return fix_message<sensor_msgs::msg::NavSatFix>(head, epoch); });
     send(fix_velocity_,
@@ -59,9 +64,13 @@ void ReceiverTopics::publish(const simulation::LiveReceiver::Step* step, std::in
     send(gnss_multipath_, [&] { return multipath_message<canyon_msgs::msg::GnssMultipath>(head, epoch); });
     send(satellites_, [&] { return satellites_message<canyon_msgs::msg::GnssSatellites>(head, epoch); });
     // Phases are followed whether somebody listens or not.
-    auto raw = std::make_unique<canyon_msgs::msg::GnssRawObservations>(
-        raw_.message<canyon_msgs::msg::GnssRawObservations>(head, epoch));
-    if (raw_observations_->is_activated()) raw_observations_->publish(std::move(raw));
+    auto raw = raw_.message<canyon_msgs::msg::GnssRawObservations>(head, epoch);
+    send(raw_observations_, [&] { return std::move(raw); });
+    if (epoch != nullptr) {
+      send(scan_, [&] {
+        return scan_message<sensor_msgs::msg::LaserScan>(head, report.scan_ranges_m, report.scan_max_range_m);
+      });
+    }
   }
   // Once a second, and where something has changed.
   const int state = health.finished ? 3 : epoch == nullptr ? 2 : epoch->observed.fix.solved() ? 1 : 0;

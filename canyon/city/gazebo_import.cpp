@@ -87,6 +87,16 @@ double positive(const Source& source, const Element& parent, const char* child) 
   return value;
 }
 
+Eigen::Vector3d extents(const Source& source, const Element& shape, const char* child) {
+  const Element* element = shape.FirstChildElement(child);
+  if (element == nullptr) throw source.error(shape, fmt::format("<{}> without <{}>", shape.Name(), child));
+  const std::vector<double> s = numbers(source, *element, 3, kLargestSize_m);
+  if (!(s[0] > 0 && s[1] > 0 && s[2] > 0)) {
+    throw source.error(*element, fmt::format("{} without extent", shape.Name()));
+  }
+  return {s[0], s[1], s[2]};
+}
+
 class GazeboImport {
  public:
   explicit GazeboImport(const std::filesystem::path& path) : path_(path) {}
@@ -346,11 +356,13 @@ class GazeboImport {
     const std::string_view kind = shape->Name();
     const auto add = [&](const TriangleSet& set) { add_primitive(set, world_from_geometry, name); };
     if (kind == "box") {
-      const Element* size = shape->FirstChildElement("size");
-      if (size == nullptr) throw source.error(*shape, "<box> without <size>");
-      const std::vector<double> s = numbers(source, *size, 3, kLargestSize_m);
-      if (!(s[0] > 0 && s[1] > 0 && s[2] > 0)) throw source.error(*size, "box without extent");
-      add(box_mesh({s[0], s[1], s[2]}));
+      add(box_mesh(extents(source, *shape, "size")));
+    } else if (kind == "ellipsoid") {
+      add(ellipsoid_mesh(extents(source, *shape, "radii")));
+    } else if (kind == "capsule") {
+      add(capsule_mesh(positive(source, *shape, "radius"), positive(source, *shape, "length")));
+    } else if (kind == "cone") {
+      add(cone_mesh(positive(source, *shape, "radius"), positive(source, *shape, "length")));
     } else if (kind == "cylinder") {
       add(cylinder_mesh(positive(source, *shape, "radius"), positive(source, *shape, "length")));
     } else if (kind == "sphere") {

@@ -7,6 +7,39 @@
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::city {
+namespace {
+
+struct Ring {
+  double radius, z;
+};
+
+/// A closed surface about the z axis: rings of `sides` vertices from the lowest to the highest, between two
+/// points on the axis.
+TriangleSet revolve(double bottom, const std::vector<Ring>& rings, double top, int sides) {
+  TriangleSet set;
+  set.vertices = {{0, 0, bottom}, {0, 0, top}};
+  for (const Ring& ring : rings) {
+    for (int i = 0; i < sides; ++i) {
+      const double angle = 2 * geodesy::kPi * i / sides;
+      set.vertices.emplace_back(ring.radius * std::cos(angle), ring.radius * std::sin(angle), ring.z);
+    }
+  }
+  const int last = static_cast<int>(rings.size()) - 1;
+  const auto at = [sides](int ring, int i) {
+    return static_cast<std::uint32_t>(2 + ring * sides + i % sides);
+  };
+  for (int i = 0; i < sides; ++i) {
+    set.triangles.push_back({0, at(0, i + 1), at(0, i)});
+    set.triangles.push_back({1, at(last, i), at(last, i + 1)});
+    for (int ring = 0; ring < last; ++ring) {
+      set.triangles.push_back({at(ring, i), at(ring, i + 1), at(ring + 1, i + 1)});
+      set.triangles.push_back({at(ring, i), at(ring + 1, i + 1), at(ring + 1, i)});
+    }
+  }
+  return set;
+}
+
+}  // namespace
 
 TriangleSet box_mesh(const Eigen::Vector3d& size) {
   TriangleSet set;
@@ -21,49 +54,40 @@ TriangleSet box_mesh(const Eigen::Vector3d& size) {
 }
 
 TriangleSet cylinder_mesh(double radius, double length, int sides) {
-  TriangleSet set;
-  set.vertices = {{0, 0, -length / 2}, {0, 0, length / 2}};
-  for (int i = 0; i < sides; ++i) {
-    const double angle = 2 * geodesy::kPi * i / sides;
-    for (const double z : {-length / 2, length / 2}) {
-      set.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
-    }
+  return revolve(-length / 2, {{radius, -length / 2}, {radius, length / 2}}, length / 2, sides);
+}
+
+TriangleSet cone_mesh(double radius, double length, int sides) {
+  return revolve(-length / 2, {{radius, -length / 2}}, length / 2, sides);
+}
+
+TriangleSet capsule_mesh(double radius, double length, int sides) {
+  std::vector<Ring> rings;
+  const int quarter = sides / 4;
+  for (int ring = 1; ring <= quarter; ++ring) {
+    const double angle = geodesy::kPi / 2 * ring / quarter;
+    rings.push_back({radius * std::sin(angle), -length / 2 - radius * std::cos(angle)});
   }
-  const auto n = static_cast<std::uint32_t>(sides);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const std::uint32_t low = 2 + 2 * i;
-    const std::uint32_t next = 2 + 2 * ((i + 1) % n);
-    set.triangles.push_back({0, next, low});
-    set.triangles.push_back({1, low + 1, next + 1});
-    set.triangles.push_back({low, next, next + 1});
-    set.triangles.push_back({low, next + 1, low + 1});
+  for (int ring = length > 0 ? quarter : quarter - 1; ring > 0; --ring) {
+    const Ring& mirrored = rings[static_cast<std::size_t>(ring) - 1];
+    rings.push_back({mirrored.radius, -mirrored.z});
   }
-  return set;
+  return revolve(-length / 2 - radius, rings, length / 2 + radius, sides);
 }
 
 TriangleSet sphere_mesh(double radius, int sides) {
-  TriangleSet set;
-  set.vertices = {{0, 0, -radius}, {0, 0, radius}};
-  const int rings = sides / 2 - 1;
-  for (int ring = 0; ring < rings; ++ring) {
-    const double latitude = geodesy::kPi * (ring + 1) / (rings + 1) - geodesy::kPi / 2;
-    for (int i = 0; i < sides; ++i) {
-      const double angle = 2 * geodesy::kPi * i / sides;
-      set.vertices.emplace_back(radius * std::cos(latitude) * std::cos(angle),
-                                radius * std::cos(latitude) * std::sin(angle), radius * std::sin(latitude));
-    }
+  std::vector<Ring> rings;
+  const int count = sides / 2 - 1;
+  for (int ring = 0; ring < count; ++ring) {
+    const double latitude = geodesy::kPi * (ring + 1) / (count + 1) - geodesy::kPi / 2;
+    rings.push_back({radius * std::cos(latitude), radius * std::sin(latitude)});
   }
-  const auto at = [sides](int ring, int i) {
-    return static_cast<std::uint32_t>(2 + ring * sides + i % sides);
-  };
-  for (int i = 0; i < sides; ++i) {
-    set.triangles.push_back({0, at(0, i + 1), at(0, i)});
-    set.triangles.push_back({1, at(rings - 1, i), at(rings - 1, i + 1)});
-    for (int ring = 0; ring + 1 < rings; ++ring) {
-      set.triangles.push_back({at(ring, i), at(ring, i + 1), at(ring + 1, i + 1)});
-      set.triangles.push_back({at(ring, i), at(ring + 1, i + 1), at(ring + 1, i)});
-    }
-  }
+  return revolve(-radius, rings, radius, sides);
+}
+
+TriangleSet ellipsoid_mesh(const Eigen::Vector3d& radii, int sides) {
+  TriangleSet set = sphere_mesh(1, sides);
+  for (Eigen::Vector3d& v : set.vertices) v = v.cwiseProduct(radii);
   return set;
 }
 

@@ -29,7 +29,6 @@ std::shared_ptr<CityScene> checked(std::shared_ptr<CityScene> scene) {
 struct LiveReceiver::Impl {
   Impl(LiveConfig c, std::shared_ptr<CityScene> s, GpsTime t)
       : config(std::move(c)), scene(checked(std::move(s))), start(t), receiver(make_receiver()) {
-    config.receiver.propagation.validate();
     make_sky(start);
   }
 
@@ -37,6 +36,7 @@ struct LiveReceiver::Impl {
     return {config.receiver.options, config.seed, with_streets(config.receiver, scene->city, road)};
   }
   void make_sky(GpsTime from);
+  void check(const ReceiverConfig& other) const;
   void make_environment();
   void bring_sky_to(GpsTime t);
 
@@ -62,10 +62,16 @@ void LiveReceiver::Impl::make_sky(GpsTime from) {
   sky_begin = from;
   if (first) {
     warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
-    const receiver::ReceiverOptions& o = config.receiver.options;
-    if (o.ionosphere || o.fix.correct_ionosphere) require_ionosphere(sky);
+    check(config.receiver);
   }
   make_environment();
+}
+
+void LiveReceiver::Impl::check(const ReceiverConfig& other) const {
+  other.options.validate();
+  other.propagation.validate();
+  other.streets.validate();
+  if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(sky);
 }
 
 void LiveReceiver::Impl::make_environment() {
@@ -103,6 +109,19 @@ void LiveReceiver::set_scene(std::shared_ptr<CityScene> scene) {
 
 void LiveReceiver::set_tracer(Tracer tracer) {
   impl_->tracer = std::move(tracer);
+}
+
+void LiveReceiver::check(const LiveConfig& config) const {
+  impl_->check(config.receiver);
+}
+
+void LiveReceiver::set_config(LiveConfig config) {
+  check(config);
+  config.sky = impl_->config.sky;
+  config.start = impl_->config.start;
+  impl_->config = std::move(config);
+  restart();
+  impl_->make_environment();
 }
 
 LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& antenna) {

@@ -39,6 +39,19 @@ struct LiveConfig {
 void visit(options::Visitor& v, LiveConfig& config);
 /// The keys that parse_live_config() knows, with dots: "noise.sigma_m_per_sqrt_s".
 [[nodiscard]] const options::Description& live_description();
+
+/// `config` with what a YAML or JSON text changes of it while the receiver runs: any key of
+/// parse_live_config() but `sky`, `start` and `name`, nested ("clock: {bias_s: 1}") or with dots
+/// ("clock.bias_s: 1"). Keys that are absent stay as they are; `profile` sets all those of a receiver but
+/// name, own_draws, lever_arm and streets, and what stands beside it overrides it. `name` of the text as for
+/// parse_live_config(). Throws InputError as that does.
+[[nodiscard]] LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
+                                             const std::filesystem::path& name);
+/// The keys that changed_live_config() knows.
+[[nodiscard]] const options::Description& running_description();
+/// Their values, a line "clock.bias_s: 1" each, which changed_live_config() takes. `profile` is none of them.
+[[nodiscard]] std::string running_options(const LiveConfig& config);
+
 /// The field `start` alone, for what else a host times: a text, or a week and seconds of it. A time without a
 /// zone is a warning.
 void visit_start(options::Visitor& v, std::optional<geodesy::GpsTime>& start,
@@ -66,6 +79,14 @@ class LiveReceiver {
   void set_scene(std::shared_ptr<CityScene> scene);
   /// Rays of the host's own instead of the scene's; empty: back to the scene's.
   void set_tracer(Tracer tracer);
+
+  /// Other options from the next step on: those of changed_live_config(). Sky and start stay, whatever
+  /// `config` says of them. The receiver begins anew, as constructed: noise, clock, tracking and filter have
+  /// no memory of before. Throws InputError where check() does; then nothing has changed.
+  void set_config(LiveConfig config);
+  /// Throws InputError for options out of range, and where `config` needs coefficients of the ionosphere that
+  /// the sky does not have.
+  void check(const LiveConfig& config) const;
 
   struct Step {
     Epoch epoch;                   ///< receiver 0; its own `arrival` is null

@@ -466,23 +466,26 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers) {
 
 }  // namespace
 
-void visit_name_and_profile(Visitor& v, ReceiverConfig& config, bool several) {
-  std::optional<std::string> name;
+void visit_profile(Visitor& v, ReceiverConfig& config) {
   std::optional<std::string> profile;
-  if (!v.reads()) {
-    name = config.options.name;
-    // Every key is written out below it; this one sets no list and no table that keys could only add to.
-    profile = "ideal";
-  }
-  v.text({"name", "", "names its outputs and its noise; needed with several receivers", "rover"}, name);
+  // Every key is written out below it; this one sets no list and no table that keys could only add to.
+  if (!v.reads()) profile = "ideal";
   v.text({"profile", "", "one of 'canyon profiles', or a profile file; anything below overrides it",
           kDefaultProfile},
          profile);
-  if (!v.reads()) return;
-  if (!name && several) throw v.fault({}, "a receiver has no name", "name each of several receivers");
-  if (name) options::check_folder_name(v, "name", *name);
-  config = profile_of(v, profile.value_or(std::string(kDefaultProfile)));
-  config.options.name = name.value_or("rover");
+  if (v.reads()) config = profile_of(v, profile.value_or(std::string(kDefaultProfile)));
+}
+
+void visit_name_and_profile(Visitor& v, ReceiverConfig& config, bool several) {
+  std::optional<std::string> name;
+  if (!v.reads()) name = config.options.name;
+  v.text({"name", "", "names its outputs and its noise; needed with several receivers", "rover"}, name);
+  if (v.reads()) {
+    if (!name && several) throw v.fault({}, "a receiver has no name", "name each of several receivers");
+    if (name) options::check_folder_name(v, "name", *name);
+  }
+  visit_profile(v, config);
+  if (v.reads()) config.options.name = name.value_or("rover");
 }
 
 void visit(Visitor& v, ReceiverConfig& config) {

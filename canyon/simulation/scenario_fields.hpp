@@ -19,6 +19,8 @@ void visit_seed(options::Visitor& v, std::uint64_t& seed);
 /// Name and profile, which a reader lets stand for the defaults of all other fields. `several`: a name is
 /// needed.
 void visit_name_and_profile(options::Visitor& v, ReceiverConfig& config, bool several);
+/// A reader sets the whole config by the profile that stands there, or by the default one.
+void visit_profile(options::Visitor& v, ReceiverConfig& config);
 
 /// Reads a YAML text into `options`. Throws InputError with file and line. @param change of what was written,
 /// before it is read

@@ -272,6 +272,7 @@ void visit_outputs(Visitor& v, PluginSettings& settings) {
 
 void visit(Visitor& v, PluginSettings& settings) {
   static constexpr std::string_view kEngines[]{"physics", "embree"};
+  static constexpr std::string_view kServed[]{"marked", "all"};
   static constexpr std::string_view kGeometries[]{"collision", "visual"};
   visit_ros(v, settings);
   visit_origin(v, settings.origin);
@@ -283,6 +284,9 @@ void visit(Visitor& v, PluginSettings& settings) {
   v.text({"link", "", "libGNSSMultipathModelPlugin.so only: the link that carries the antenna",
           "the model's first"},
          settings.link);
+  v.choice({"serve", "",
+            "Gazebo Sim's system only: the navsat sensors that have a <canyon> element, or all of them"},
+           settings.serve_all, kServed);
   v.choice({"geometry", "", "what embree rays meet"}, settings.visual_geometry, kGeometries);
   v.boolean({"vehicle_blocks", "", "rays meet the receiver's own model"}, settings.vehicle_blocks);
   visit_outputs(v, settings);
@@ -294,6 +298,19 @@ void visit(Visitor& v, PluginSettings& settings) {
                   "add <propagation><model>mirror</model></propagation>, or write "
                   "<ray_engine>embree</ray_engine>");
   }
+}
+
+sdf::ElementPtr with_defaults(const sdf::ElementPtr& own, const sdf::ElementPtr& defaults) {
+  sdf::ElementPtr both = own ? own->Clone() : std::make_shared<sdf::Element>();
+  if (!own && defaults) both->SetFilePath(defaults->FilePath());
+  for (sdf::ElementPtr child = defaults ? defaults->GetFirstElement() : nullptr; child;
+       child = child->GetNextElement()) {
+    if (own && own->HasElement(child->GetName())) continue;
+    const sdf::ElementPtr copy = child->Clone();
+    copy->SetParent(both);
+    both->InsertElement(copy);
+  }
+  return both;
 }
 
 const std::vector<Key>& plugin_keys() {

@@ -32,6 +32,7 @@ struct PluginSettings : RosSettings {
   bool visual_geometry = false;              ///< geometry: collision or visual
   bool vehicle_blocks = false;               ///< vehicle_blocks: rays meet the receiver's own model
   std::string link;                          ///< link; the plugin of a model reads it for itself
+  bool serve_all = false;                    ///< serve: marked or all
 
   std::string pose_topic;       ///< pose_topic: truth from outside instead of Gazebo's
   double pose_timeout_s = 0.5;  ///< pose_timeout_s, of simulated time; > 0
@@ -70,6 +71,9 @@ struct PluginPlace {
 /// ("<noise><enabled>") and the cure, for a wrong value, an element that stands twice, a file that is not
 /// there, and ray_engine physics with the specular model. A null element has nothing but defaults.
 [[nodiscard]] PluginSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place);
+
+/// `own` with those children of `defaults` whose names it does not have; either may be null. A new element.
+[[nodiscard]] sdf::ElementPtr with_defaults(const sdf::ElementPtr& own, const sdf::ElementPtr& defaults);
 
 /// Its fields. Throws InputError where the physics engine is asked for with the specular model.
 void visit(options::Visitor& v, PluginSettings& settings);

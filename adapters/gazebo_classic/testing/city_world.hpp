@@ -1,25 +1,18 @@
 #pragma once
 
-#include <cstdlib>
 #include <filesystem>
 #include <regex>
 #include <string>
 
-#include "canyon/simulation/scenario.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "adapters/common/testing/prepared_city.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 // The cities that tests/gazebo/prepare.sh exported, with a car of a test's own in them.
 
 namespace canyon::adapters::gazebo_classic::test {
 
-/// The folder of a prepared city; empty where it was not prepared.
-inline std::filesystem::path prepared_city(const std::string& name) {
-  const char* data = std::getenv("CANYON_GAZEBO_DATA");
-  if (data == nullptr) return {};
-  const std::filesystem::path folder = std::filesystem::path(data) / name;
-  return std::filesystem::exists(folder / "reference.yaml") ? folder : std::filesystem::path();
-}
+using adapters::test::city_sky;
+using adapters::test::prepared_city;
 
 /// The city's world with physics in steps of `step_s`, as fast as can be, and `inside` added. Meshes are
 /// named by absolute paths, so it may lie anywhere.
@@ -32,22 +25,6 @@ inline std::string city_world(const std::filesystem::path& folder, double step_s
   world = std::regex_replace(world, std::regex("<uri>(" + name + "_model/)"),
                              "<uri>file://" + folder.string() + "/$1");
   return world.replace(world.rfind("</world>"), 0, inside);
-}
-
-/// <sky> and <start> of the city's drive.
-inline std::string city_sky(const std::filesystem::path& folder) {
-  const simulation::Scenario scenario = simulation::read_scenario(folder / "reference.yaml");
-  std::string elements = "<sky>";
-  for (const auto& file : scenario.sky.navigation)
-    elements += "<navigation>" + file.string() + "</navigation>";
-  elements += "<systems>";
-  for (const gnss::System system : scenario.sky.systems) elements += std::string(gnss::name(system)) + " ";
-  elements += "</systems></sky>";
-  const simulation::TrajectoryFile truth =
-      simulation::read_trajectory_file(folder / "truth.csv", "urbannav", geodesy::GpsTime{});
-  const geodesy::GpsTime start = truth.trajectory.begin();
-  return elements + "<start><week>" + std::to_string(start.week()) + "</week><tow>" +
-         std::to_string(start.seconds_of_week()) + "</tow></start>";
 }
 
 /// A car on rails along the city's drive, the antenna at the path.

@@ -1,19 +1,14 @@
 #pragma once
 
-#include <chrono>
-#include <condition_variable>
 #include <gazebo/transport/transport.hh>
-#include <mutex>
-#include <optional>
 #include <string>
-#include <vector>
 
-#include "gnss.pb.h"
+#include "adapters/common/testing/gnss_log.hpp"
 
 namespace canyon::adapters::gazebo_classic::test {
 
-/// What a receiver publishes on Gazebo transport, kept in order.
-class GnssListener {
+/// What a receiver publishes on Gazebo transport.
+class GnssListener : public adapters::test::GnssLog {
  public:
   GnssListener(const std::string& world, const std::string& topic) : node_(new gazebo::transport::Node()) {
     node_->Init(world);
@@ -26,41 +21,10 @@ class GnssListener {
   GnssListener(const GnssListener&) = delete;
   GnssListener& operator=(const GnssListener&) = delete;
 
-  /// The first message at or after a simulated time; empty after `deadline`.
-  std::optional<msgs::GnssReceiver> at(double sim_time_s,
-                                       std::chrono::seconds deadline = std::chrono::seconds(10)) {
-    std::unique_lock lock(mutex_);
-    std::optional<msgs::GnssReceiver> found;
-    arrived_.wait_for(lock, deadline, [&] {
-      for (const msgs::GnssReceiver& message : messages_) {
-        if (static_cast<double>(message.sim_time_ns()) * 1e-9 < sim_time_s - 1e-9) continue;
-        found = message;
-        return true;
-      }
-      return false;
-    });
-    return found;
-  }
-  std::vector<msgs::GnssReceiver> all() {
-    const std::lock_guard lock(mutex_);
-    return messages_;
-  }
-  void clear() {
-    const std::lock_guard lock(mutex_);
-    messages_.clear();
-  }
-
  private:
-  void take(const boost::shared_ptr<const msgs::GnssReceiver>& message) {
-    const std::lock_guard lock(mutex_);
-    messages_.push_back(*message);
-    arrived_.notify_all();
-  }
+  void take(const boost::shared_ptr<const msgs::GnssReceiver>& message) { add(*message); }
   gazebo::transport::NodePtr node_;
   gazebo::transport::SubscriberPtr subscriber_;
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::vector<msgs::GnssReceiver> messages_;
 };
 
 }  // namespace canyon::adapters::gazebo_classic::test

@@ -3,7 +3,7 @@
 #include "adapters/common/epoch_publisher.hpp"
 #include "gnss.pb.h"
 
-namespace canyon::adapters::gazebo_classic {
+namespace canyon::adapters {
 
 /// `report` as a message; every field of `message` is written or cleared. The fields of msgs/gnss.proto say
 /// units, frames and what is absent when. Paths are those of report.step->arrival, points turned by
@@ -11,4 +11,4 @@ namespace canyon::adapters::gazebo_classic {
 void fill_gnss_message(const ReceiverIdentity& identity, const ReceiverReport& report,
                        msgs::GnssReceiver& message);
 
-}  // namespace canyon::adapters::gazebo_classic
+}  // namespace canyon::adapters

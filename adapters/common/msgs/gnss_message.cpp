@@ -1,11 +1,11 @@
-#include "adapters/gazebo_classic/gnss_message.hpp"
+#include "adapters/common/msgs/gnss_message.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 
 #include "canyon/geodesy/constants.hpp"
 
-namespace canyon::adapters::gazebo_classic {
+namespace canyon::adapters {
 namespace {
 
 using geodesy::degrees;
@@ -263,4 +263,4 @@ void fill_gnss_message(const ReceiverIdentity& identity, const ReceiverReport& r
   message.set_scan_max_range_m(report.scan_max_range_m);
 }
 
-}  // namespace canyon::adapters::gazebo_classic
+}  // namespace canyon::adapters

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "adapters/common/pose_motion.hpp"
+
+namespace canyon::adapters {
+
+/// The engine's type of a Pose3d, Quaterniond, Vector3d or Vector2d of Gazebo's mathematics, whose namespace
+/// is ignition::math or gz::math. A pose's quaternion is normalised; what is not finite stays so.
+template <class T>
+[[nodiscard]] auto eigen(const T& t) {
+  if constexpr (requires { t.Rot(); }) {
+    Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+    result.linear() = eigen(t.Rot()).normalized().toRotationMatrix();
+    result.translation() = eigen(t.Pos());
+    return result;
+  } else if constexpr (requires { t.W(); }) {
+    return Eigen::Quaterniond(t.W(), t.X(), t.Y(), t.Z());
+  } else if constexpr (requires { t.Z(); }) {
+    return Eigen::Vector3d(t.X(), t.Y(), t.Z());
+  } else {
+    return Eigen::Vector2d(t.X(), t.Y());
+  }
+}
+
+template <class Pose>
+[[nodiscard]] RigidPose rigid_pose(const Pose& pose) {
+  return {eigen(pose.Pos()), eigen(pose.Rot())};
+}
+
+}  // namespace canyon::adapters

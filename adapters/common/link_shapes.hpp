@@ -1,0 +1,112 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "canyon/city/city.hpp"
+#include "canyon/city/primitive_meshes.hpp"
+
+namespace canyon::adapters {
+
+/// A plane's sides are cut to this length about its origin, so that a "boundless" one leaves rays exact: see
+/// RayScene's 10 km.
+inline constexpr double kLargestPlane_m = 10'000;
+/// A shape with a vertex farther than this from its link's origin is left out.
+inline constexpr double kLargestShape_m = 50'000;
+/// A heightmap of more heights than this along a side is thinned, where its number of cells can be divided.
+inline constexpr int kFinestHeightmap = 1'025;
+
+/// Triangles of a mesh file that have one name and one material.
+struct MeshNode {
+  std::string name;
+  std::vector<Eigen::Vector3d> vertices;  ///< in the file's frame [m]
+  city::TriangleIndices triangles;  ///< those with an index out of range are left out; empty: lines, points
+  std::optional<std::array<double, 3>> colour;  ///< diffuse red, green, blue in [0, 1]
+};
+
+/// A mesh file as the host reads it, so that rays meet the triangles that the host shows.
+struct MeshFile {
+  std::vector<MeshNode> nodes;  ///< a node of several materials is several of its name, one behind the other
+  bool marked = false;          ///< city::has_mesh_mark()
+};
+
+/// What SDF's <mesh> says beside the file.
+struct MeshUse {
+  Eigen::Vector3d scale = Eigen::Vector3d::Ones();  ///< negative: mirrored
+  std::string submesh;                              ///< only nodes of this name; empty: all
+  bool center = false;                              ///< the middle of a chosen node's bounds to the origin
+};
+
+/// A regular grid of heights about a position.
+struct HeightGrid {
+  int columns = 0, rows = 0;                           ///< numbers of heights; at least 2
+  std::function<double(int column, int row)> height;   ///< above the position [m]; columns go along x
+  bool north_first = true;                             ///< row 0 at the largest y; else at the smallest
+  Eigen::Vector2d size = Eigen::Vector2d::Zero();      ///< from the first to the last column and row [m]
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of the grid's middle in the shape's frame [m]
+};
+
+using Polyline = std::vector<Eigen::Vector2d>;  ///< corners of a closed path [m]
+/// A host's own extrusion from 0 to `height` [m], so that holes are what the host makes of them; empty where
+/// it cannot. Equal polylines come with an equal `name`.
+using Extrude = std::function<std::optional<MeshNode>(const std::string& name,
+                                                      const std::vector<Polyline>& polylines, double height)>;
+
+/// Gathers the shapes of one link of a simulator as triangles.
+class LinkShapes {
+ public:
+  /// Where a shape is and what it is called.
+  struct Place {
+    std::string name;
+    Eigen::Affine3d link_from_shape = Eigen::Affine3d::Identity();
+    city::Material material = city::Material::Unknown;
+  };
+
+  /// What cannot be taken goes to `notes`, one line each: "'NAME' is left out: WHY".
+  explicit LinkShapes(std::vector<std::string>& notes) : notes_(notes) {}
+
+  // SDF's shapes about their origins, axis z [m]. Those without extent are left out.
+  void box(const Place& place, const Eigen::Vector3d& size);
+  void cylinder(const Place& place, double radius, double length);
+  void cone(const Place& place, double radius, double length);
+  /// `length` of the cylinder between the half spheres; 0: a sphere.
+  void capsule(const Place& place, double radius, double length);
+  void sphere(const Place& place, double radius);
+  void ellipsoid(const Place& place, const Eigen::Vector3d& radii);
+  void plane(const Place& place, const Eigen::Vector3d& normal, Eigen::Vector2d size);
+  /// A submesh that is not there leaves the whole mesh, with a note.
+  void mesh(const Place& place, const MeshFile& file, const MeshUse& use);
+  /// The first polyline is the outline, others are its holes.
+  void polylines(const Place& place, const std::vector<Polyline>& polylines, double height,
+                 const Extrude& extrude);
+  void heights(const Place& place, const HeightGrid& grid);
+
+  /// For shapes that never came here, and what else is to be said of one: "'NAME' WHAT".
+  void leave_out(const Place& place, std::string_view why) const;
+  void note(const Place& place, std::string_view what) const;
+
+  /// All shapes [m], in the link's frame, front sides outwards: one object for each primitive, each node of a
+  /// mesh, each grid, named as its place (for meshes "::node" follows) or, from files that Canyon wrote, as
+  /// they were. Terrain by its name, a building else.
+  [[nodiscard]] city::Mesh take() { return std::move(mesh_); }
+
+ private:
+  struct Soup;
+  void add(const Place& place, const city::TriangleSet& set, bool orient_it = false);
+  void append(const Place& place, const std::string& object, city::Surface surface, Soup soup,
+              const Eigen::Affine3d& link_from_soup, bool orient_it);
+
+  std::vector<std::string>& notes_;
+  city::Mesh mesh_;
+};
+
+/// By the diffuse colour, which Canyon's own files give each material; Unknown for any other.
+[[nodiscard]] city::Material material_by_colour(const std::array<double, 3>& colour);
+
+}  // namespace canyon::adapters

@@ -1,0 +1,287 @@
+#include "adapters/common/msgs/gnss_message.hpp"
+
+#include <gmock/gmock.h>
+#include <google/protobuf/message.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "adapters/common/testing/sample_report.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::adapters {
+namespace {
+
+using canyon::test::sample_identity;
+using canyon::test::SampleReport;
+using ::testing::ElementsAre;
+
+const msgs::GnssSatellite& satellite(const msgs::GnssReceiver& message, const std::string& id) {
+  for (const auto& s : message.satellites()) {
+    if (s.id() == id) return s;
+  }
+  throw std::runtime_error("no satellite " + id);
+}
+
+/// Names of the fields, of every message within, that never have a value.
+void note_fields(const google::protobuf::Message& message, std::set<std::string>& all,
+                 std::set<std::string>& seen) {
+  const auto& reflection = *message.GetReflection();
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const auto* field = message.GetDescriptor()->field(i);
+    all.insert(field->full_name());
+    const int size = field->is_repeated() ? reflection.FieldSize(message, field) : 0;
+    if (size > 0 || (!field->is_repeated() && reflection.HasField(message, field))) {
+      seen.insert(field->full_name());
+    }
+    if (field->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE) continue;
+    for (int j = 0; j < size; ++j) note_fields(reflection.GetRepeatedMessage(message, field, j), all, seen);
+    if (!field->is_repeated()) note_fields(reflection.GetMessage(message, field), all, seen);
+  }
+}
+
+TEST(GnssMessage, FillsEveryFieldButTheDocumentedOnes) {
+  const SampleReport sample;
+  msgs::GnssReceiver message;
+  fill_gnss_message(sample_identity(), sample.report, message);
+  std::set<std::string> all, seen;
+  note_fields(message, all, seen);
+  for (const auto& name : seen) all.erase(name);
+  EXPECT_THAT(all, ElementsAre("canyon.msgs.GnssReceiver.reason"));
+}
+
+// Numbers are those of SampleReport and tests/support/sample_epochs.hpp.
+TEST(GnssMessage, CarriesTruthAndTime) {
+  const SampleReport sample;
+  msgs::GnssReceiver message;
+  fill_gnss_message(sample_identity(), sample.report, message);
+  EXPECT_EQ(message.sim_time_ns(), 12'345'678'901);
+  EXPECT_EQ(message.state(), msgs::GnssReceiver::FIX);
+  EXPECT_FALSE(message.has_reason());
+  EXPECT_EQ(message.model(), "iris");
+  EXPECT_EQ(message.link(), "iris::gps0::link");
+  EXPECT_EQ(message.sensor(), "gps");
+  EXPECT_EQ(message.gps_week(), 2051);
+  EXPECT_EQ(message.gps_time_of_week_ns(), 46'701'000'000'000);
+  EXPECT_NEAR(message.antenna().latitude_deg(), 22.298251, 1e-12);
+  EXPECT_NEAR(message.antenna().longitude_deg(), 114.178761, 1e-12);
+  EXPECT_DOUBLE_EQ(message.antenna().height_m(), 12.345);
+  EXPECT_EQ(message.antenna_velocity_enu_mps().east(), 3.0);
+  EXPECT_EQ(message.antenna_velocity_enu_mps().north(), -4.0);
+  EXPECT_EQ(message.antenna_velocity_enu_mps().up(), 0.5);
+  EXPECT_EQ(message.antenna_world_m().x(), 10.5);
+  EXPECT_EQ(message.antenna_world_m().y(), -20.25);
+  EXPECT_EQ(message.antenna_world_m().z(), 2.125);
+  EXPECT_EQ(message.link_attitude_world().w(), 0.5);
+  EXPECT_EQ(message.link_attitude_world().x(), -0.5);
+  EXPECT_EQ(message.link_attitude_world().z(), 0.5);
+  EXPECT_EQ(message.placement(), msgs::GnssReceiver::FREE);
+  EXPECT_EQ(message.clock_bias_s(), 1.5e-4);
+  EXPECT_EQ(message.clock_drift(), 2.5e-8);
+  EXPECT_EQ(message.visible(), 10U);
+  EXPECT_EQ(message.blocked(), 1U);
+  EXPECT_EQ(message.scan_max_range_m(), 150);
+  ASSERT_EQ(message.scan_ranges_m_size(), 24);
+  EXPECT_EQ(message.scan_ranges_m(0), 0.5);
+  EXPECT_TRUE(std::isinf(message.scan_ranges_m(1)));
+  EXPECT_EQ(message.scan_ranges_m(23), 23.5);
+}
+
+TEST(GnssMessage, CarriesTheFix) {
+  const SampleReport sample;
+  msgs::GnssReceiver message;
+  fill_gnss_message(sample_identity(), sample.report, message);
+  const msgs::GnssFix& fix = message.fix();
+  EXPECT_EQ(fix.status(), msgs::GnssFix::FIX);
+  EXPECT_EQ(fix.reason(), "solved");
+  EXPECT_EQ(fix.available(), 11U);
+  const auto& solved = sample.step.epoch.observed.fix;
+  EXPECT_DOUBLE_EQ(fix.position().latitude_deg(), geodesy::degrees(solved.position.latitude_rad));
+  EXPECT_DOUBLE_EQ(fix.position().longitude_deg(), geodesy::degrees(solved.position.longitude_rad));
+  EXPECT_DOUBLE_EQ(fix.position().height_m(), solved.position.height_m);
+  EXPECT_THAT(fix.covariance_enu_m2(), ElementsAre(4.0, 1.5, 0.2, 1.5, 2.25, 0.1, 0.2, 0.1, 9.0));
+  EXPECT_EQ(fix.velocity_enu_mps().east(), 3.1);
+  EXPECT_EQ(fix.velocity_enu_mps().north(), -4.2);
+  EXPECT_EQ(fix.velocity_enu_mps().up(), 0.4);
+  EXPECT_THAT(fix.velocity_covariance_enu_m2ps2(),
+              ElementsAre(0.01, 0.001, 0.002, 0.001, 0.02, 0.003, 0.002, 0.003, 0.03));
+  EXPECT_EQ(fix.dop().gdop(), 2.5);
+  EXPECT_EQ(fix.dop().pdop(), 2.1);
+  EXPECT_EQ(fix.dop().hdop(), 1.25);
+  EXPECT_EQ(fix.dop().vdop(), 1.6875);
+  EXPECT_EQ(fix.dop().tdop(), 1.356);
+  ASSERT_EQ(fix.clock_biases_size(), 5);
+  EXPECT_EQ(fix.clock_biases(0).system(), msgs::GPS);
+  EXPECT_EQ(fix.clock_biases(0).bias_s(), 1.2345e-4);
+  EXPECT_EQ(fix.clock_biases(1).system(), msgs::GLONASS);
+  EXPECT_EQ(fix.clock_biases(1).bias_s(), 1.25e-4);
+  EXPECT_EQ(fix.clock_biases(4).system(), msgs::QZSS);
+  EXPECT_EQ(fix.clock_drift(), 2.625e-8);
+  EXPECT_THAT(fix.used(), ElementsAre("G05", "G12", "G17", "R01", "R24", "E11", "C03", "C30", "J02"));
+  EXPECT_EQ(fix.residuals_m_size(), 9);
+  EXPECT_EQ(fix.error_enu_m().east(), 1.25);
+  EXPECT_EQ(fix.error_enu_m().north(), -2.5);
+  EXPECT_EQ(fix.error_enu_m().up(), 3.75);
+}
+
+TEST(GnssMessage, CarriesSatellitesAndTheirPaths) {
+  const SampleReport sample;
+  msgs::GnssReceiver message;
+  fill_gnss_message(sample_identity(), sample.report, message);
+  ASSERT_EQ(message.satellites_size(), 12);
+
+  const auto& nlos = satellite(message, "G17");
+  EXPECT_EQ(nlos.system(), msgs::GPS);
+  EXPECT_EQ(nlos.number(), 17U);
+  EXPECT_DOUBLE_EQ(nlos.azimuth_rad(), geodesy::radians(200));
+  EXPECT_DOUBLE_EQ(nlos.elevation_rad(), geodesy::radians(15.5));
+  EXPECT_EQ(nlos.visibility(), msgs::GnssSatellite::NLOS);
+  EXPECT_TRUE(nlos.above_mask());
+  EXPECT_TRUE(nlos.used());
+  EXPECT_EQ(nlos.excess_m(), 35.25);
+  EXPECT_DOUBLE_EQ(nlos.pseudorange_m(), 2.1e7 + 17 * 1000.12345 + 35.25);
+  EXPECT_DOUBLE_EQ(nlos.doppler_hz(), -1234.5678 + 17);
+  EXPECT_EQ(nlos.carrier_frequency_hz(), 1575.42e6);  // L1
+  EXPECT_EQ(nlos.sigma_m(), 1.5);
+  EXPECT_EQ(nlos.noise_m(), 0.25);
+  EXPECT_EQ(nlos.pseudorange_error_m(), 35.5);
+  ASSERT_EQ(nlos.paths_size(), 1);
+  const auto& path = nlos.paths(0);
+  EXPECT_EQ(path.kind(), msgs::GnssPath::REFLECTED);
+  EXPECT_EQ(path.excess_m(), 35.25);
+  EXPECT_NEAR(path.arrival_azimuth_rad(), 0.75, 1e-15);
+  EXPECT_NEAR(path.arrival_elevation_rad(), 0.5, 1e-15);
+  EXPECT_EQ(path.incidence_rad(), 0.625);
+  // (12, -34) turned by +0.5 rad about the vertical.
+  EXPECT_NEAR(path.reflection_point_world_m().x(), 12 * std::cos(0.5) + 34 * std::sin(0.5), 1e-12);
+  EXPECT_NEAR(path.reflection_point_world_m().y(), 12 * std::sin(0.5) - 34 * std::cos(0.5), 1e-12);
+  EXPECT_EQ(path.reflection_point_world_m().z(), 5.6);
+  // (-7.5, 21), likewise.
+  EXPECT_NEAR(path.far_reflection_point_world_m().x(), -7.5 * std::cos(0.5) - 21 * std::sin(0.5), 1e-12);
+  EXPECT_NEAR(path.far_reflection_point_world_m().y(), -7.5 * std::sin(0.5) + 21 * std::cos(0.5), 1e-12);
+  EXPECT_EQ(path.far_reflection_point_world_m().z(), 9.25);
+  EXPECT_EQ(path.far_incidence_rad(), 0.375);
+
+  const auto& los = satellite(message, "G05");
+  EXPECT_EQ(los.visibility(), msgs::GnssSatellite::LOS);
+  ASSERT_EQ(los.paths_size(), 1);
+  EXPECT_EQ(los.paths(0).kind(), msgs::GnssPath::DIRECT);
+  EXPECT_NEAR(los.paths(0).arrival_elevation_rad(), los.elevation_rad(), 1e-12);
+  EXPECT_FALSE(los.paths(0).has_reflection_point_world_m());
+
+  EXPECT_EQ(satellite(message, "G12").visibility(), msgs::GnssSatellite::LOS_MULTIPATH);
+  const auto& blocked = satellite(message, "G31");
+  EXPECT_EQ(blocked.visibility(), msgs::GnssSatellite::BLOCKED);
+  EXPECT_FALSE(blocked.has_pseudorange_m());
+  EXPECT_TRUE(std::isnan(blocked.pseudorange_m()));
+  EXPECT_EQ(blocked.paths_size(), 0);
+  EXPECT_FALSE(satellite(message, "G24").above_mask());
+  EXPECT_FALSE(satellite(message, "E36").used());
+  EXPECT_EQ(satellite(message, "R24").system(), msgs::GLONASS);
+  EXPECT_EQ(satellite(message, "E11").system(), msgs::GALILEO);
+  EXPECT_EQ(satellite(message, "C30").system(), msgs::BEIDOU);
+  EXPECT_EQ(satellite(message, "J02").number(), 2U);
+}
+
+// Numbers are those of sample_signal_epoch().
+TEST(GnssMessage, CarriesStrengthLockAndPhase) {
+  SampleReport sample;
+  auto& held = sample.step.epoch.observed.satellites[5];  // R01
+  held.lock = tracking::LockState::Holding;
+  held.measurement.reset();
+  msgs::GnssReceiver message;
+  fill_gnss_message(sample_identity(), sample.report, message);
+  const auto& g05 = satellite(message, "G05");
+  EXPECT_EQ(g05.cn0_dbhz(), 46.3);
+  EXPECT_EQ(g05.true_cn0_dbhz(), 46.55);
+  EXPECT_EQ(g05.lock(), msgs::GnssSatellite::TRACKING);
+  EXPECT_NEAR(g05.carrier_phase_cycles(), 1239.5678, 1e-9);
+  EXPECT_EQ(g05.phase_lock_s(), 12.5);
+  EXPECT_FALSE(g05.excluded());
+  EXPECT_EQ(satellite(message, "G12").cn0_dbhz(), 45.3);
+  EXPECT_FALSE(satellite(message, "G12").has_carrier_phase_cycles());
+  EXPECT_FALSE(satellite(message, "G12").has_phase_lock_s());
+  const auto& searched = satellite(message, "G31");
+  EXPECT_EQ(searched.lock(), msgs::GnssSatellite::SEARCHING);
+  EXPECT_FALSE(searched.has_cn0_dbhz() || searched.has_true_cn0_dbhz());
+  const auto& weak = satellite(message, "R01");
+  EXPECT_EQ(weak.lock(), msgs::GnssSatellite::HOLDING);
+  EXPECT_TRUE(weak.has_true_cn0_dbhz());
+  EXPECT_FALSE(weak.has_cn0_dbhz());
+  EXPECT_TRUE(satellite(message, "E36").excluded());
+  EXPECT_THAT(message.fix().excluded(), ElementsAre("E36"));
+  EXPECT_TRUE(message.fix().consistent());
+
+  // Signals without strength: the fields are absent.
+  const SampleReport plain(false);
+  fill_gnss_message(sample_identity(), plain.report, message);
+  EXPECT_TRUE(std::isnan(satellite(message, "G05").cn0_dbhz()));
+  EXPECT_FALSE(satellite(message, "G05").has_carrier_phase_cycles());
+  EXPECT_FALSE(message.fix().has_consistent());
+}
+
+TEST(GnssMessage, NamesEveryKindOfPathAndStatus) {
+  SampleReport sample;
+  propagation::Path& path = sample.step.arrival.views[2].paths.paths[0];  // G17
+  path.order = 0;
+  msgs::GnssReceiver message;
+  for (const auto& [kind, code] : {std::pair{propagation::PathKind::Diffracted, msgs::GnssPath::DIFFRACTED},
+                                   {propagation::PathKind::Diffuse, msgs::GnssPath::DIFFUSE}}) {
+    path.kind = kind;
+    fill_gnss_message(sample_identity(), sample.report, message);
+    const auto& told = satellite(message, "G17").paths(0);
+    EXPECT_EQ(told.kind(), code);
+    EXPECT_EQ(told.reflection_point_world_m().z(), 5.6);
+    EXPECT_FALSE(told.has_incidence_rad());
+    EXPECT_FALSE(told.has_far_reflection_point_world_m());
+  }
+  sample.step.epoch.observed.fix.status = positioning::FixStatus::WeakGeometry;
+  fill_gnss_message(sample_identity(), sample.report, message);
+  EXPECT_EQ(message.state(), msgs::GnssReceiver::NO_FIX);
+  EXPECT_EQ(message.fix().status(), msgs::GnssFix::WEAK_GEOMETRY);
+}
+
+TEST(GnssMessage, MatchesPathsToSatellitesByName) {
+  SampleReport sample;
+  auto& views = sample.step.arrival.views;
+  views.erase(views.begin());  // G05's
+  msgs::GnssReceiver message;
+  fill_gnss_message(sample_identity(), sample.report, message);
+  EXPECT_EQ(satellite(message, "G05").paths_size(), 0);
+  ASSERT_EQ(satellite(message, "G17").paths_size(), 1);
+  EXPECT_EQ(satellite(message, "G17").paths(0).kind(), msgs::GnssPath::REFLECTED);
+}
+
+TEST(GnssMessage, HasNoPositionWithoutFixAndNothingButNamesWithoutTruth) {
+  const SampleReport good;
+  SampleReport sample(false);
+  sample.step.epoch.placement = raytrace::Placement::UnderTerrain;
+  msgs::GnssReceiver message;
+  fill_gnss_message(sample_identity(), good.report, message);  // leftovers must go
+  fill_gnss_message(sample_identity(), sample.report, message);
+  EXPECT_EQ(message.state(), msgs::GnssReceiver::NO_FIX);
+  EXPECT_EQ(message.reason(), "too few satellites");
+  EXPECT_EQ(message.placement(), msgs::GnssReceiver::UNDER_TERRAIN);
+  EXPECT_EQ(message.fix().status(), msgs::GnssFix::TOO_FEW_SATELLITES);
+  EXPECT_FALSE(message.fix().has_position());
+  EXPECT_TRUE(std::isnan(message.fix().position().latitude_deg()));
+  EXPECT_EQ(message.fix().covariance_enu_m2_size(), 0);
+  EXPECT_TRUE(std::isnan(message.fix().error_enu_m().east()));
+  EXPECT_EQ(message.satellites_size(), 12);
+
+  sample.report.step = nullptr;
+  sample.report.reason = "no pose on /mocap for 1.5 s";
+  fill_gnss_message(sample_identity(), sample.report, message);
+  EXPECT_EQ(message.state(), msgs::GnssReceiver::NO_TRUTH);
+  EXPECT_EQ(message.reason(), "no pose on /mocap for 1.5 s");
+  EXPECT_EQ(message.sim_time_ns(), 12'345'678'901);
+  EXPECT_EQ(message.link(), "iris::gps0::link");
+  EXPECT_FALSE(message.has_antenna());
+  EXPECT_FALSE(message.has_fix());
+  EXPECT_FALSE(message.has_gps_week());
+  EXPECT_EQ(message.satellites_size(), 0);
+}
+
+}  // namespace
+}  // namespace canyon::adapters

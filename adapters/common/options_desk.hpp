@@ -1,0 +1,70 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "canyon/simulation/live_receiver.hpp"
+
+// Options of receivers, read and set while a host runs. Requests come from any thread; the host's own thread
+// answers them between two steps.
+
+namespace canyon::adapters {
+
+struct OptionsRequest {
+  enum class Kind { Get, Set };
+
+  Kind kind = Kind::Get;
+  std::string receiver;  ///< its name; empty: all receivers
+  /// Get: a key or a section, empty for all. Set: YAML or JSON of simulation::changed_live_config().
+  std::string text = {};
+};
+
+/// A receiver that runs, as requests see it.
+struct AdjustableReceiver {
+  std::string name;
+  simulation::LiveReceiver* receiver = nullptr;
+  /// Called behind a change: what the host keeps of receiver->config(), its rate and lever arm, may be new.
+  std::function<void()> changed = {};
+};
+
+/// The answer, for people and programs: several lines without one at the end.
+///  - Get, of one receiver: "key: value" a line, which Set takes; of all: sections of such lines by receiver.
+///  - Set: "set NAME: key: old -> new" for each change, or "unchanged: ..."; all receivers that are asked for
+///  take their change, and begin anew, or none does.
+///  - "refused: why; cure", and nothing has changed.
+/// Never throws InputError.
+[[nodiscard]] std::string answer(const OptionsRequest& request,
+                                 const std::vector<AdjustableReceiver>& receivers);
+
+/// Where requests wait for the host's thread.
+class OptionsDesk {
+ public:
+  /// Any thread but the host's: waits for the answer; "refused: ..." where nobody serves within `patience`.
+  [[nodiscard]] std::string ask(OptionsRequest request, std::chrono::milliseconds patience);
+  /// The host's thread, at every update, paused or not: answers what waits. Costs nothing where nothing does;
+  /// `receivers` is called only then.
+  void serve(const std::function<std::vector<AdjustableReceiver>()>& receivers);
+  /// Nobody serves any longer: all who wait, and who come, are refused.
+  void close();
+
+ private:
+  struct Waiting {
+    OptionsRequest request;
+    std::string answer;
+    bool done = false;
+  };
+  std::mutex mutex_;
+  std::condition_variable answered_;
+  std::deque<std::shared_ptr<Waiting>> waiting_;
+  std::atomic<bool> somebody_{false};
+  bool closed_ = false;
+};
+
+}  // namespace canyon::adapters

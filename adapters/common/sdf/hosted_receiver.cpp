@@ -1,0 +1,224 @@
+#include "adapters/common/sdf/hosted_receiver.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "adapters/common/stream_publisher.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/city_scene.hpp"
+
+namespace canyon::adapters {
+namespace {
+
+using Eigen::Vector3d;
+using geodesy::GpsTime;
+
+constexpr double kDefaultRate_hz = 10;
+
+std::shared_ptr<simulation::CityScene> open_field(const WorldFrame& frame) {
+  city::City city;
+  city.name = "open field";
+  city.frame = frame.enu;
+  return std::make_shared<simulation::CityScene>(std::move(city));
+}
+
+}  // namespace
+
+std::string place_name(const ReceiverIdentity& identity) {
+  std::string name = fmt::format("plugin '{}' of model '{}'", identity.plugin, identity.model);
+  if (!identity.sensor.empty()) name += fmt::format(", sensor '{}'", identity.sensor);
+  return name;
+}
+
+WorldFrame world_frame(const std::optional<HostOrigin>& host, const PluginSettings& settings,
+                       std::vector<std::string>& warnings) {
+  WorldFrame frame;
+  if (host) frame.heading_rad = host->heading_rad;
+  const geodesy::Geodetic origin = settings.origin ? *settings.origin
+                                   : host          ? host->origin
+                                                   : geodesy::Geodetic{};
+  if (!settings.origin && host && origin.latitude_rad == 0 && origin.longitude_rad == 0) {
+    warnings.emplace_back(
+        "the world lies at latitude 0, longitude 0; give it <spherical_coordinates>, or the plugin "
+        "<origin_latitude>, <origin_longitude> and <origin_altitude>");
+  }
+  frame.enu = geodesy::LocalFrame(origin);
+  return frame;
+}
+
+GpsTime start_of_world(const void* world, const std::string& name, std::int64_t sim_time_ns) {
+  static std::mutex mutex;
+  static std::map<std::string, std::pair<const void*, GpsTime>> starts;
+  const std::lock_guard lock(mutex);
+  auto& [of, start] = starts[name];
+  if (of != world) {
+    of = world;
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    start = geodesy::gps_from_unix(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()) -
+            std::chrono::nanoseconds(sim_time_ns);
+  }
+  return start;
+}
+
+HostedReceiver::HostedReceiver(PluginSettings settings, const ReceiverIdentity& identity,
+                               const WorldFrame& frame, GpsTime start_of_world, double sensor_rate_hz,
+                               Say say)
+    : settings_(std::move(settings)),
+      name_(place_name(identity)),
+      frame_(frame),
+      say_(std::move(say)),
+      sensor_rate_hz_(sensor_rate_hz),
+      schedule_(rate_hz()),
+      start_(settings_.live.start.value_or(start_of_world)) {
+  // Receivers of one seed have noise of their own by their names.
+  if (!settings_.named) {
+    settings_.live.receiver.options.name =
+        fmt::format("{}/{}/{}", identity.link, identity.sensor, identity.plugin);
+  }
+  for (const std::string& line : std::exchange(settings_.warnings, {})) this->say(Tone::Warning, line);
+  receiver_.emplace(settings_.live, open_field(frame_), start_);
+  for (const std::string& line : receiver_->take_warnings()) this->say(Tone::Warning, line);
+  if (settings_.nmea_port != 0) {
+    add(make_stream_publisher("nmea_port", fmt::format("nmea=tcp://127.0.0.1:{}", settings_.nmea_port),
+                              description()));
+  }
+  for (const std::string& stream : settings_.streams) {
+    add(make_stream_publisher("publishers.stream", stream, description()));
+  }
+}
+
+HostedReceiver::~HostedReceiver() = default;
+
+double HostedReceiver::rate_hz() const {
+  return settings_.live.rate_hz.value_or(sensor_rate_hz_ > 0 ? sensor_rate_hz_ : kDefaultRate_hz);
+}
+
+void HostedReceiver::say(Tone tone, const std::string& line) {
+  if (said_.insert(line).second) say_(tone, fmt::format("{}: {}", name_, line));
+}
+
+output::ReceiverDescription HostedReceiver::description() const {
+  const simulation::BuiltSky& sky = receiver_->sky();
+  return output::describe_receiver(settings_.live.receiver.options, *sky.sky, sky.navigation,
+                                   receiver_->start(), schedule_.interval_s());
+}
+
+void HostedReceiver::add(std::unique_ptr<EpochPublisher> publisher) {
+  if (publisher) publishers_.push_back(std::move(publisher));
+}
+
+void HostedReceiver::set_scene(std::shared_ptr<WorldScene> scene, std::optional<HostWorld::Id> own_model) {
+  scene_ = std::move(scene);
+  own_model_ = own_model;
+  has_scene_ = false;
+}
+
+void HostedReceiver::set_frame(const WorldFrame& frame) {
+  frame_ = frame;
+  receiver_->set_scene(open_field(frame_));
+  has_scene_ = false;
+}
+
+void HostedReceiver::set_tracer(simulation::Tracer tracer, std::function<std::vector<double>()> ranges,
+                                double reach_m) {
+  tracer_ = std::move(tracer);
+  ranges_ = std::move(ranges);
+  reach_m_ = reach_m;
+  receiver_->set_tracer(tracer_);
+}
+
+AdjustableReceiver HostedReceiver::adjustable(const std::string& name) {
+  return {name, &*receiver_, [this] {
+            settings_.live = receiver_->config();
+            schedule_ = UpdateSchedule(rate_hz());
+          }};
+}
+
+void HostedReceiver::reset() {
+  receiver_->restart();
+  if (on_reset_) on_reset_();
+  for (const auto& publisher : publishers_) publisher->reset();
+}
+
+// Callbacks of simulators must not throw.
+void HostedReceiver::update(std::int64_t now_ns, const Truth& truth) {
+  if (now_ns < last_ns_) reset();
+  last_ns_ = now_ns;
+  if (!schedule_.due(now_ns)) return;
+
+  ReceiverReport report;
+  report.sim_time_ns = now_ns;
+  report.world_yaw_from_enu_rad = -frame_.heading_rad;
+  step_.reset();
+  try {
+    if (const auto motion = truth(report.reason)) observe(now_ns, *motion, report);
+  } catch (const std::exception& e) {
+    report.reason = e.what();
+    say(Tone::Error, report.reason);
+  }
+  report.step = step_ ? &*step_ : nullptr;
+  if (step_) {
+    for (const std::string& line : receiver_->take_warnings()) say(Tone::Warning, line);
+  } else {
+    report.scan_ranges_m.clear();
+  }
+  for (const auto& publisher : publishers_) {
+    publisher->publish(report);
+    for (const std::string& note : publisher->take_notes()) say(Tone::Warning, note);
+  }
+}
+
+void HostedReceiver::observe(std::int64_t now_ns, const TruePose& truth, ReceiverReport& report) {
+  const Vector3d arm = truth.pose.attitude * settings_.live.receiver.lever_arm_m;
+  report.antenna_world_m = truth.pose.position_m + arm;
+  report.link_attitude_world = truth.pose.attitude;
+
+  const Eigen::Matrix3d enu_from_world = frame_.enu_from_world();
+  simulation::AntennaState antenna;
+  antenna.position_enu_m = enu_from_world * report.antenna_world_m;
+  antenna.velocity_enu_mps = enu_from_world * (truth.linear_velocity + truth.angular_velocity.cross(arm));
+  antenna.yaw_rad = yaw_of(truth.pose.attitude) + frame_.heading_rad;
+  antenna.yaw_rate_radps = truth.angular_velocity.z();
+
+  if (scene_) {
+    scene_->update(own_model_);
+    if (!has_scene_ || scene_->generation() != generation_) {
+      receiver_->set_scene(scene_->scene());
+      generation_ = scene_->generation();
+      has_scene_ = true;
+    }
+    for (const std::string& line : scene_->take_notes()) say(Tone::Warning, line);
+  }
+  step_ = receiver_->observe(static_cast<double>(now_ns) * 1e-9, antenna);
+  if (!settings_.publish_scan) return;
+  report.scan_max_range_m = ranges_ ? reach_m_ : std::numeric_limits<double>::infinity();
+  report.scan_ranges_m = ranges_ ? ranges_() : scan(antenna.position_enu_m);
+}
+
+// Direct and mirror ray of each satellite through the engine's scene.
+std::vector<double> HostedReceiver::scan(const Vector3d& antenna_enu) const {
+  std::vector<double> ranges;
+  if (!scene_) return ranges;
+  const raytrace::RayScene& scene = scene_->scene()->scene;
+  const double min_range = scene.surface_offset_m(antenna_enu);
+  const Eigen::Matrix3d enu_from_ecef = frame_.enu.ecef_from_local_rotation().transpose();
+  const auto range = [&](const Vector3d& direction, double reach_m) {
+    const auto hit = scene.cast({antenna_enu, direction, reach_m}, min_range);
+    return hit ? hit->range_m : std::numeric_limits<double>::infinity();
+  };
+  ranges.reserve(2 * step_->arrival.views.size());
+  for (const propagation::SatelliteView& view : step_->arrival.views) {
+    const Vector3d direction = enu_from_ecef * view.line.direction_ecef;
+    ranges.push_back(range(direction, std::numeric_limits<double>::infinity()));
+    ranges.push_back(
+        range(propagation::mirror_direction(direction), settings_.live.receiver.propagation.max_range_m));
+  }
+  return ranges;
+}
+
+}  // namespace canyon::adapters

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "adapters/common/epoch_publisher.hpp"
+#include "adapters/common/options_desk.hpp"
+#include "adapters/common/pose_motion.hpp"
+#include "adapters/common/sdf/plugin_settings.hpp"
+#include "adapters/common/update_schedule.hpp"
+#include "adapters/common/world_scene.hpp"
+#include "canyon/output/encoder.hpp"
+
+namespace canyon::adapters {
+
+/// For messages: "plugin 'gnss' of model 'car', sensor 'gps'".
+[[nodiscard]] std::string place_name(const ReceiverIdentity& identity);
+
+/// Where a host says that its world lies; empty where it does not say.
+struct HostOrigin {
+  geodesy::Geodetic origin;
+  double heading_rad = 0;  ///< of the world's x axis, counter-clockwise from east
+};
+/// `settings.origin` first, then the host's; at latitude 0, longitude 0 with a line in `warnings` where it is
+/// the host's.
+[[nodiscard]] WorldFrame world_frame(const std::optional<HostOrigin>& host, const PluginSettings& settings,
+                                     std::vector<std::string>& warnings);
+
+/// GPS time of a world's time 0 where nobody says it: the machine's when its first receiver was loaded, the
+/// same for all. `world`: any address that stands for the world of this name; `sim_time_ns` is its time now.
+[[nodiscard]] geodesy::GpsTime start_of_world(const void* world, const std::string& name,
+                                              std::int64_t sim_time_ns);
+
+/// One receiver in the world of a simulator that has SDF: settings, schedule, epochs and publishers. The
+/// simulator brings time, truth and geometry. For the simulation's thread only.
+class HostedReceiver {
+ public:
+  /// Says a line to the simulator's console.
+  enum class Tone { Warning, Error };
+  using Say = std::function<void(Tone tone, const std::string& line)>;
+  /// Motion in the world's frame at this instant; empty, with `reason`, where there is none.
+  using Truth = std::function<std::optional<TruePose>(std::string& reason)>;
+
+  /// @param settings whose warnings are said now
+  /// @param sensor_rate_hz of the sensor that carries it; 0: none
+  /// Throws InputError as LiveReceiver does and where a stream cannot be opened.
+  HostedReceiver(PluginSettings settings, const ReceiverIdentity& identity, const WorldFrame& frame,
+                 geodesy::GpsTime start_of_world, double sensor_rate_hz, Say say);
+  ~HostedReceiver();
+  HostedReceiver(const HostedReceiver&) = delete;
+  HostedReceiver& operator=(const HostedReceiver&) = delete;
+
+  [[nodiscard]] const PluginSettings& settings() const { return settings_; }
+  [[nodiscard]] const WorldFrame& frame() const { return frame_; }
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] double interval_s() const { return schedule_.interval_s(); }
+
+  void add(std::unique_ptr<EpochPublisher> publisher);
+  /// Rays go through this scene, in whose world `own_model` (empty: none) stays invisible.
+  void set_scene(std::shared_ptr<WorldScene> scene, std::optional<HostWorld::Id> own_model);
+  /// The world's place on the Earth changed; a scene in the new frame must follow before the next update.
+  void set_frame(const WorldFrame& frame);
+  /// Rays of the host's own, and the ranges that it measured in the last epoch for the scan, which end at
+  /// `reach_m`.
+  void set_tracer(simulation::Tracer tracer, std::function<std::vector<double>()> ranges, double reach_m);
+  /// For requests of options at run time, under this name; valid until the next update.
+  [[nodiscard]] AdjustableReceiver adjustable(const std::string& name);
+  /// Called where the world was reset or went back in time, beside its own reset.
+  void on_reset(std::function<void()> action) { on_reset_ = std::move(action); }
+
+  /// To be called once in every update of the world with its time: an epoch where one is due. Throws nothing.
+  void update(std::int64_t now_ns, const Truth& truth);
+  /// As constructed.
+  void reset();
+  void say(Tone tone, const std::string& line);  ///< once each
+
+ private:
+  void observe(std::int64_t now_ns, const TruePose& truth, ReceiverReport& report);
+  [[nodiscard]] std::vector<double> scan(const Eigen::Vector3d& antenna_enu) const;
+  [[nodiscard]] output::ReceiverDescription description() const;
+  [[nodiscard]] double rate_hz() const;
+
+  PluginSettings settings_;
+  std::string name_;
+  WorldFrame frame_;
+  Say say_;
+  double sensor_rate_hz_;
+  UpdateSchedule schedule_;
+  geodesy::GpsTime start_;
+  std::shared_ptr<WorldScene> scene_;
+  std::optional<HostWorld::Id> own_model_;
+  std::uint64_t generation_ = 0;
+  bool has_scene_ = false;
+  simulation::Tracer tracer_;
+  std::function<std::vector<double>()> ranges_;
+  double reach_m_ = 0;
+  std::function<void()> on_reset_;
+  std::optional<simulation::LiveReceiver> receiver_;
+  std::optional<simulation::LiveReceiver::Step> step_;
+  std::vector<std::unique_ptr<EpochPublisher>> publishers_;
+  std::int64_t last_ns_ = 0;
+  std::set<std::string> said_;
+};
+
+}  // namespace canyon::adapters

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <sdf/Geometry.hh>
+#include <sdf/Material.hh>
+#include <string>
+#include <vector>
+
+#include "adapters/common/link_shapes.hpp"
+
+// Shapes of links that are described by sdformat's classes (12 and newer).
+
+namespace canyon::adapters {
+
+/// What a host reads and makes for shapes, by its own means. Names of files are as in SDF: `uri` may be
+/// relative to `sdf_file` (sdf::Mesh::FilePath()), which may be empty. Empty results: not found, or it cannot
+/// be read; an InputError says why.
+class ShapeFiles {
+ public:
+  virtual ~ShapeFiles() = default;
+  [[nodiscard]] virtual std::optional<MeshFile> mesh(const std::string& uri, const std::string& sdf_file) = 0;
+  /// See Extrude.
+  [[nodiscard]] virtual std::optional<MeshNode> extrude(const std::string& name,
+                                                        const std::vector<Polyline>& polylines,
+                                                        double height) = 0;
+  /// Heights scaled to `size_z` [m], the third number of SDF's <size>. HeightGrid's size and position may
+  /// stay empty: the geometry says them.
+  [[nodiscard]] virtual std::optional<HeightGrid> heights(const std::string& uri, const std::string& sdf_file,
+                                                          double size_z) = 0;
+};
+
+/// Adds the geometry of a collision or visual to its link. Without `files` (null) shapes that need them are
+/// left out with a note.
+void add_shape(LinkShapes& link, const LinkShapes::Place& place, const sdf::Geometry& geometry,
+               ShapeFiles* files);
+
+/// Of a visual, by its script's name, else by its diffuse colour (see material_by_colour()); null: Unknown.
+[[nodiscard]] city::Material material_of(const sdf::Material* material);
+
+/// Changes where the kind, size, scale, mesh or place of a shape changes. Contents of files are not looked
+/// at.
+[[nodiscard]] std::uint64_t fingerprint(const sdf::Geometry& geometry,
+                                        const Eigen::Isometry3d& link_from_shape);
+
+}  // namespace canyon::adapters

@@ -1,0 +1,402 @@
+#include "adapters/common/world_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <mutex>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include "canyon/city/gazebo_names.hpp"
+#include "canyon/simulation/city_scene.hpp"
+
+namespace canyon::adapters {
+namespace {
+
+using Id = HostWorld::Id;
+using raytrace::InstanceId;
+
+/// Movable things farther than this from the static city's centre are left out until they return: rays are
+/// exact within 10 km, and something that fell off the world would make them coarse for all others.
+constexpr double kReach_m = 10'000;
+/// Static links farther than this from the world's origin are left out.
+constexpr double kLargestWorld_m = 100'000;
+/// Unmoved static models whose shapes are looked at in each step, in turn.
+constexpr std::size_t kStaticChecks = 16;
+
+using PoseNumbers = std::array<double, 7>;
+
+PoseNumbers numbers_of(const RigidPose& pose) {
+  const auto& p = pose.position_m;
+  const auto& q = pose.attitude;
+  return {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
+}
+
+bool is_finite(const PoseNumbers& pose) {
+  return std::all_of(pose.begin(), pose.end(), [](double v) { return std::isfinite(v); }) &&
+         std::hypot(std::hypot(pose[3], pose[4]), std::hypot(pose[5], pose[6])) > 1e-6;
+}
+
+/// Within 10 micrometres and 2e-7 rad, more than a reset of the world rounds. A quaternion and its negative
+/// are one rotation.
+bool is_same_place(const PoseNumbers& a, const PoseNumbers& b) {
+  double dot = 0;
+  for (std::size_t i = 3; i < 7; ++i) dot += a[i] * b[i];
+  const double sign = dot < 0 ? -1 : 1;
+  for (std::size_t i = 0; i < 7; ++i) {
+    if (!(std::abs(a[i] - (i < 3 ? b[i] : sign * b[i])) < (i < 3 ? 1e-5 : 1e-7))) return false;
+  }
+  return true;
+}
+
+Eigen::Isometry3d isometry(const PoseNumbers& pose) {
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  result.linear() = Eigen::Quaterniond(pose[3], pose[4], pose[5], pose[6]).normalized().toRotationMatrix();
+  result.translation() = Eigen::Vector3d(pose[0], pose[1], pose[2]);
+  return result;
+}
+
+struct TrackedLink {
+  Id id = 0;
+  city::Mesh mesh;  ///< in the link's frame; never empty
+  PoseNumbers pose{};
+  InstanceId instance = 0;  ///< 0: none in this scene
+  bool in_reach = false;
+};
+
+/// A topmost model.
+struct TrackedModel {
+  Id id = 0;
+  std::string name;
+  bool movable = false;   ///< instances; else in the static mesh
+  bool skipped = false;   ///< no geometry of the city by its name
+  unsigned reshaped = 0;  ///< how often its shapes changed while it was static
+  std::uint64_t structure = 0;
+  std::uint64_t shapes = 0;
+  std::vector<TrackedLink> links;  ///< with geometry, nested models' too
+};
+
+void append_mesh(city::Mesh& mesh, const city::Mesh& part, const Eigen::Isometry3d& mesh_from_part) {
+  const auto vertex = static_cast<std::uint32_t>(mesh.vertices.size());
+  const auto triangle = static_cast<std::uint32_t>(mesh.triangles.size());
+  for (const Eigen::Vector3d& v : part.vertices) mesh.vertices.emplace_back(mesh_from_part * v);
+  for (const auto& [a, b, c] : part.triangles) mesh.triangles.push_back({vertex + a, vertex + b, vertex + c});
+  mesh.materials.insert(mesh.materials.end(), part.materials.begin(), part.materials.end());
+  for (city::Object object : part.objects) {
+    object.first_triangle += triangle;
+    mesh.objects.push_back(std::move(object));
+  }
+}
+
+std::shared_ptr<simulation::CityScene> make_scene(const std::string& name, const geodesy::LocalFrame& frame,
+                                                  city::Mesh mesh) {
+  city::City city;
+  city.name = name;
+  city.frame = frame;
+  city.mesh = std::move(mesh);
+  return std::make_shared<simulation::CityScene>(std::move(city));
+}
+
+}  // namespace
+
+struct WorldScene::Impl {
+  std::unique_ptr<HostWorld> world;
+  Options options;
+  Eigen::Isometry3d enu_from_world = Eigen::Isometry3d::Identity();
+
+  std::shared_ptr<simulation::CityScene> scene;
+  std::uint64_t generation = 0;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< of the static city, ENU
+  double radius = 0;                                 ///< of the static city about it
+
+  std::vector<TrackedModel> models;  ///< in the world's order
+  std::vector<Id> ids;               ///< kept for its memory
+  std::optional<Id> left_out;
+  std::size_t next_check = 0;
+  bool stale = true;     ///< the static mesh is to be built (anew)
+  bool changed = false;  ///< instances changed since the last commit
+
+  std::vector<std::string> notes;
+  std::unordered_set<std::string> said;
+
+  Impl(std::unique_ptr<HostWorld> of, Options with) : world(std::move(of)), options(std::move(with)) {
+    enu_from_world.linear() = options.frame.enu_from_world();
+    scene = make_scene(options.name, options.frame.enu, {});
+  }
+
+  void note(std::string line) {
+    if (said.insert(line).second) notes.push_back(std::move(line));
+  }
+
+  void update(std::optional<Id> leave_out) {
+    if (world->went_on()) follow();
+    hide(leave_out);
+    if (stale) {
+      build();
+    } else if (changed) {
+      scene->scene.commit();
+    }
+    changed = false;
+  }
+
+  // -- what changed in the world ---------------------------------------------------------------------------
+
+  void follow() {
+    ids.clear();
+    world->models(ids);
+    match();
+    const bool statics_moved = world->statics_may_have_moved();
+    for (std::size_t i = 0; i < models.size(); ++i) {
+      const bool checked = is_checked(i);
+      follow(models[i], checked, models[i].movable || checked || statics_moved);
+    }
+    next_check = models.empty() ? 0 : (next_check + kStaticChecks) % models.size();
+  }
+
+  /// Static models take turns.
+  [[nodiscard]] bool is_checked(std::size_t i) const {
+    return models[i].movable || (i + models.size() - next_check) % models.size() < kStaticChecks;
+  }
+
+  /// Makes `models` those of `ids`, in their order.
+  void match() {
+    if (std::equal(models.begin(), models.end(), ids.begin(), ids.end(),
+                   [](const TrackedModel& m, Id id) { return m.id == id; })) {
+      return;
+    }
+    std::unordered_map<Id, TrackedModel> before;
+    for (TrackedModel& model : models) before.emplace(model.id, std::move(model));
+    models.clear();
+    models.reserve(ids.size());
+    for (const Id id : ids) {
+      if (auto known = before.extract(id)) {
+        models.push_back(std::move(known.mapped()));
+      } else {
+        models.push_back(track(id));
+      }
+    }
+    for (auto& [id, gone] : before) forget(gone);
+  }
+
+  TrackedModel track(Id id) {
+    TrackedModel tracked;
+    tracked.id = id;
+    tracked.name = world->name(id);
+    // A new static city costs more than some instances, so that latecomers are these.
+    tracked.movable = !world->is_static(id) || generation > 0;
+    if (tracked.name == city::kGroundPlaneModel) {
+      tracked.skipped = true;
+      note(fmt::format("'{}', the ground under a city without terrain, is no part of it", tracked.name));
+    }
+    tracked.structure = world->structure(id);
+    tracked.shapes = world->shapes(id);
+    read_shapes(tracked);
+    return tracked;
+  }
+
+  void forget(TrackedModel& model) {
+    if (!model.movable && !model.links.empty()) stale = true;
+    for (TrackedLink& link : model.links) drop(link);
+  }
+
+  void drop(TrackedLink& link) {
+    if (link.instance == 0) return;
+    scene->scene.remove_instance(link.instance);
+    link.instance = 0;
+    changed = true;
+  }
+
+  /// Meshes of a model's links; instances where it is movable and a city stands already.
+  void read_shapes(TrackedModel& tracked) {
+    for (TrackedLink& link : tracked.links) drop(link);
+    tracked.links.clear();
+    if (tracked.skipped) return;
+    std::vector<std::string> remarks;
+    std::vector<Id> links;
+    world->links(tracked.id, links);
+    const bool vehicle = !world->is_static(tracked.id);
+    for (const Id link : links) {
+      TrackedLink part;
+      part.id = link;
+      part.mesh = world->mesh(link, remarks);
+      const std::optional<RigidPose> pose = world->pose(link);
+      if (part.mesh.triangles.empty() || !pose) continue;
+      if (vehicle) {
+        // What moves through a city is no building, though it reflects like one.
+        for (city::Object& object : part.mesh.objects) {
+          if (object.surface == city::Surface::Building) object.surface = city::Surface::Vehicle;
+        }
+      }
+      part.pose = numbers_of(*pose);
+      if (tracked.movable && generation > 0) add(tracked, part);
+      tracked.links.push_back(std::move(part));
+    }
+    for (std::string& remark : remarks) note(std::move(remark));
+  }
+
+  void follow(TrackedModel& tracked, bool check_shapes, bool check_poses) {
+    if (tracked.skipped) return;
+    const std::uint64_t structure = world->structure(tracked.id);
+    const std::uint64_t shapes =
+        check_shapes || structure != tracked.structure ? world->shapes(tracked.id) : tracked.shapes;
+    if (tracked.structure != structure || tracked.shapes != shapes) {
+      tracked.structure = structure;
+      tracked.shapes = shapes;
+      if (!tracked.movable) {
+        stale = true;
+        // Once may be an edit; what goes on changing would have the city built in every step.
+        tracked.movable = ++tracked.reshaped > 1;
+      }
+      read_shapes(tracked);
+    }
+    if (!check_poses) return;
+    for (TrackedLink& part : tracked.links) {
+      const std::optional<RigidPose> now = world->pose(part.id);
+      if (!now) continue;  // gone with its model, or with the next look at the model's shapes
+      const PoseNumbers pose = numbers_of(*now);
+      if (tracked.movable ? pose == part.pose : is_same_place(pose, part.pose)) continue;
+      part.pose = pose;
+      if (!tracked.movable) {
+        tracked.movable = true;
+        stale = true;
+      }
+      if (part.instance != 0) place(tracked, part);
+    }
+  }
+
+  // -- the scene -------------------------------------------------------------------------------------------
+
+  void add(const TrackedModel& model, TrackedLink& part) {
+    part.instance = scene->scene.add_instance(part.mesh);
+    part.in_reach = false;
+    place(model, part);
+  }
+
+  void place(const TrackedModel& model, TrackedLink& part) {
+    part.in_reach = is_finite(part.pose);
+    if (part.in_reach) {
+      const Eigen::Isometry3d pose = enu_from_world * isometry(part.pose);
+      part.in_reach = (pose.translation() - centre).norm() <= std::max(kReach_m, radius);
+      if (part.in_reach) scene->scene.set_pose(part.instance, pose);
+    }
+    if (!part.in_reach) {
+      note(fmt::format("'{}' is left out while it is more than {:.0f} km from the city, or nowhere",
+                       model.name, kReach_m / 1e3));
+    }
+    scene->scene.set_visible(part.instance, part.in_reach && left_out != model.id);
+    changed = true;
+  }
+
+  void hide(std::optional<Id> id) {
+    if (left_out == id) return;
+    const std::optional<Id> before = std::exchange(left_out, id);
+    for (TrackedModel& model : models) {
+      if (model.id != before && model.id != id) continue;
+      if (!model.movable && model.id == id && !model.links.empty()) {
+        model.movable = true;
+        stale = true;
+      }
+      for (const TrackedLink& link : model.links) {
+        if (link.instance == 0) continue;
+        scene->scene.set_visible(link.instance, link.in_reach && model.id != id);
+        changed = true;
+      }
+    }
+  }
+
+  /// A new scene: the static mesh and every instance.
+  void build() {
+    city::Mesh mesh;
+    bool any = false;
+    for (const TrackedModel& model : models) {
+      any = any || !model.links.empty();
+      if (model.movable) continue;
+      for (const TrackedLink& part : model.links) {
+        const Eigen::Isometry3d pose = isometry(part.pose);
+        if (!is_finite(part.pose) || pose.translation().norm() > kLargestWorld_m) {
+          note(fmt::format(
+              "'{}' is left out: it stands more than {:.0f} km from the world's origin, or nowhere",
+              model.name, kLargestWorld_m / 1e3));
+          continue;
+        }
+        append_mesh(mesh, part.mesh, enu_from_world * pose);
+      }
+    }
+    if (!any) {
+      note(fmt::format("world '{}' holds no {} geometry: every satellite is in sight", options.name,
+                       options.visual ? "visual" : "collision"));
+    }
+    scene = make_scene(options.name, options.frame.enu, std::move(mesh));
+    ++generation;
+    stale = false;
+    const city::Box bounds = scene->city.bounds();
+    const bool empty = scene->city.mesh.vertices.empty();
+    centre = empty ? Eigen::Vector3d::Zero() : Eigen::Vector3d(0.5 * (bounds.min + bounds.max));
+    radius = empty ? 0 : 0.5 * (bounds.max - bounds.min).norm();
+    if (radius > kReach_m) {
+      note(fmt::format(
+          "the static geometry reaches {:.0f} km from its centre: rays are exact within {:.0f} km",
+          radius / 1e3, kReach_m / 1e3));
+    }
+    for (TrackedModel& model : models) {
+      for (TrackedLink& part : model.links) {
+        part.instance = 0;
+        if (model.movable) add(model, part);
+      }
+    }
+    scene->scene.commit();
+  }
+};
+
+WorldScene::WorldScene(std::unique_ptr<HostWorld> world, Options options)
+    : impl_(std::make_unique<Impl>(std::move(world), std::move(options))) {}
+WorldScene::~WorldScene() = default;
+
+std::shared_ptr<WorldScene> WorldScene::of(const void* world, const Options& options,
+                                           const std::function<std::unique_ptr<HostWorld>()>& make) {
+  struct Known {
+    const void* world = nullptr;
+    std::weak_ptr<WorldScene> scene;
+  };
+  // Never destroyed: plugins may be unloaded after static objects are gone.
+  static auto& mutex = *new std::mutex;
+  static auto& known = *new std::vector<Known>;
+  const std::lock_guard lock(mutex);
+  known.erase(std::remove_if(known.begin(), known.end(), [](const Known& k) { return k.scene.expired(); }),
+              known.end());
+  for (const Known& other : known) {
+    const std::shared_ptr<WorldScene> scene = other.scene.lock();
+    if (scene && other.world == world && scene->impl_->options == options) return scene;
+  }
+  const auto made = std::make_shared<WorldScene>(make(), options);
+  known.push_back({world, made});
+  return made;
+}
+
+void WorldScene::update(std::optional<HostWorld::Id> left_out) {
+  impl_->update(left_out);
+}
+
+const std::shared_ptr<simulation::CityScene>& WorldScene::scene() const {
+  return impl_->scene;
+}
+
+std::uint64_t WorldScene::generation() const {
+  return impl_->generation;
+}
+
+std::vector<std::string> WorldScene::take_notes() {
+  return std::exchange(impl_->notes, {});
+}
+
+bool operator==(const WorldFrame& a, const WorldFrame& b) {
+  const geodesy::Geodetic &at = a.enu.origin(), &other = b.enu.origin();
+  return at.latitude_rad == other.latitude_rad && at.longitude_rad == other.longitude_rad &&
+         at.height_m == other.height_m && a.enu.heading_rad() == b.enu.heading_rad() &&
+         a.heading_rad == b.heading_rad;
+}
+
+}  // namespace canyon::adapters

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "adapters/common/pose_motion.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/simulation/environment.hpp"
+
+namespace canyon::adapters {
+
+/// Where a host's world lies on the Earth: its origin, and its x axis turned counter-clockwise from east.
+struct WorldFrame {
+  geodesy::LocalFrame enu;
+  double heading_rad = 0;
+
+  /// Rotation about the vertical; world and ENU share their origin.
+  [[nodiscard]] Eigen::Matrix3d enu_from_world() const {
+    return Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  }
+  friend bool operator==(const WorldFrame& a, const WorldFrame& b);
+};
+
+/// A host's world as WorldScene reads it. Ids are the host's own and unique in the world while the thing
+/// lives. Asked in the simulation's thread only.
+class HostWorld {
+ public:
+  using Id = std::uint64_t;
+  virtual ~HostWorld() = default;
+  /// Whether the world went on, or was changed, since the last call. Nothing else is asked where it did not.
+  [[nodiscard]] virtual bool went_on() = 0;
+  /// Whether static models may have moved since the last call: false spares the look at each one's pose.
+  [[nodiscard]] virtual bool statics_may_have_moved() { return true; }
+  /// Adds the topmost models, in the world's order.
+  virtual void models(std::vector<Id>& ids) = 0;
+  [[nodiscard]] virtual std::string name(Id model) = 0;
+  [[nodiscard]] virtual bool is_static(Id model) = 0;
+  /// A number that changes with the scales and the number of links of a model and the models in it; cheap
+  /// enough for every step.
+  [[nodiscard]] virtual std::uint64_t structure(Id model) = 0;
+  /// A number that changes with a model's shapes; dearer.
+  [[nodiscard]] virtual std::uint64_t shapes(Id model) = 0;
+  /// Adds the links of a model and of the models in it.
+  virtual void links(Id model, std::vector<Id>& ids) = 0;
+  /// In the world's frame, as the host has it, finite or not; empty where the link is gone.
+  [[nodiscard]] virtual std::optional<RigidPose> pose(Id link) = 0;
+  /// The shapes of a link in its own frame [m], front sides outwards; what cannot be taken goes to `notes`.
+  [[nodiscard]] virtual city::Mesh mesh(Id link, std::vector<std::string>& notes) = 0;
+};
+
+/// The geometry of a host's world as a scene of the engine: static models once, moving ones as instances that
+/// follow. One per world, kind of geometry and frame, shared by its receivers. For the simulation's thread
+/// only.
+class WorldScene {
+ public:
+  struct Options {
+    std::string name;     ///< of the world, for messages
+    bool visual = false;  ///< visual instead of collision geometry, for messages and to tell scenes apart
+    WorldFrame frame;
+    friend bool operator==(const Options&, const Options&) = default;
+  };
+  explicit WorldScene(std::unique_ptr<HostWorld> world, Options options);
+  /// The scene that others in this world (any address that stands for it) use already with these options, or
+  /// a new one of make()'s.
+  [[nodiscard]] static std::shared_ptr<WorldScene> of(
+      const void* world, const Options& options, const std::function<std::unique_ptr<HostWorld>()>& make);
+  ~WorldScene();
+
+  /// Brings the scene up to date with the world as it stands: poses of moving models, models that appeared,
+  /// vanished or changed shape. `left_out` (empty: none), a topmost model, stays invisible until the next
+  /// call. Cheap where nothing changed: several receivers call it in one step.
+  void update(std::optional<HostWorld::Id> left_out);
+
+  /// Replaced when the static part is built anew; see generation().
+  [[nodiscard]] const std::shared_ptr<simulation::CityScene>& scene() const;
+  [[nodiscard]] std::uint64_t generation() const;
+
+  /// What there is to say since the last call, one line each: shapes left out, meshes not found.
+  [[nodiscard]] std::vector<std::string> take_notes();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace canyon::adapters

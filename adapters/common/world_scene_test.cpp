@@ -1,0 +1,200 @@
+// The scene that follows a world, over a world made by hand.
+#include "adapters/common/world_scene.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "canyon/city/gazebo_names.hpp"
+#include "canyon/city/primitive_meshes.hpp"
+#include "canyon/simulation/city_scene.hpp"
+
+namespace canyon::adapters {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr double kNothing = std::numeric_limits<double>::infinity();
+
+/// Models of one link each, a box; ids of links are those of models plus 1000.
+class BoxWorld final : public HostWorld {
+ public:
+  struct Box {
+    bool is_static = true;
+    Vector3d centre = Vector3d::Zero();
+    Vector3d size{2, 2, 2};
+    std::string name = "box";
+  };
+  std::map<Id, Box> boxes;
+  bool statics_move = true;
+
+  bool went_on() override { return true; }
+  bool statics_may_have_moved() override { return statics_move; }
+  void models(std::vector<Id>& ids) override {
+    for (const auto& [id, box] : boxes) ids.push_back(id);
+  }
+  std::string name(Id model) override { return boxes.at(model).name; }
+  bool is_static(Id model) override { return boxes.at(model).is_static; }
+  std::uint64_t structure(Id) override { return 0; }
+  std::uint64_t shapes(Id model) override {
+    return static_cast<std::uint64_t>(boxes.at(model).size.sum() * 1e6);
+  }
+  void links(Id model, std::vector<Id>& ids) override { ids.push_back(model + 1000); }
+  std::optional<RigidPose> pose(Id link) override {
+    const auto box = boxes.find(link - 1000);
+    if (box == boxes.end()) return std::nullopt;
+    return RigidPose{box->second.centre, Eigen::Quaterniond::Identity()};
+  }
+  city::Mesh mesh(Id link, std::vector<std::string>& notes) override {
+    const Box& box = boxes.at(link - 1000);
+    city::Mesh mesh;
+    if (!(box.size.minCoeff() > 0)) {
+      notes.push_back(box.name + " is left out: a box without extent");
+      return mesh;
+    }
+    const city::TriangleSet set = city::box_mesh(box.size);
+    city::append_object(mesh, box.name, city::Surface::Building, city::Material::Unknown, set.vertices,
+                        set.triangles);
+    return mesh;
+  }
+};
+
+class WorldSceneTest : public ::testing::Test {
+ protected:
+  WorldSceneTest() {
+    auto made = std::make_unique<BoxWorld>();
+    world = made.get();
+    scene = std::make_unique<WorldScene>(std::move(made), WorldScene::Options{"street", false, {}});
+  }
+  /// Range of the first thing in a direction; infinite without one.
+  [[nodiscard]] double range(const Vector3d& origin, const Vector3d& towards) const {
+    const auto hit = scene->scene()->scene.cast({origin, towards.normalized()});
+    return hit ? hit->range_m : kNothing;
+  }
+
+  BoxWorld* world = nullptr;
+  std::unique_ptr<WorldScene> scene;
+};
+
+TEST_F(WorldSceneTest, StaticOnceMovingAsInstances) {
+  world->boxes = {{1, {true, {10, 0, 0}}}, {2, {false, {0, 20, 0}}}};
+  scene->update({});
+  EXPECT_DOUBLE_EQ(range({0, 0, 0}, {1, 0, 0}), 9);
+  EXPECT_DOUBLE_EQ(range({0, 0, 0}, {0, 1, 0}), 19);
+  EXPECT_EQ(scene->scene()->city.mesh.triangles.size(), 12U) << "the moving one is no part of the city";
+  const auto generation = scene->generation();
+  world->boxes[2].centre = {0, 30, 0};
+  scene->update({});
+  EXPECT_DOUBLE_EQ(range({0, 0, 0}, {0, 1, 0}), 29);
+  EXPECT_EQ(scene->generation(), generation) << "nothing static was built anew";
+  EXPECT_THAT(scene->take_notes(), IsEmpty());
+}
+
+TEST_F(WorldSceneTest, LatecomersAndThoseWhoGo) {
+  world->boxes = {{1, {true, {10, 0, 0}}}};
+  scene->update({});
+  const auto generation = scene->generation();
+  world->boxes[2] = {true, {0, 10, 0}};
+  scene->update({});
+  EXPECT_DOUBLE_EQ(range({0, 0, 0}, {0, 1, 0}), 9);
+  EXPECT_EQ(scene->generation(), generation) << "a latecomer is an instance";
+  world->boxes.erase(2);
+  scene->update({});
+  EXPECT_EQ(range({0, 0, 0}, {0, 1, 0}), kNothing);
+  world->boxes.erase(1);
+  scene->update({});
+  EXPECT_EQ(range({0, 0, 0}, {1, 0, 0}), kNothing);
+  EXPECT_THAT(scene->take_notes(), ElementsAre(HasSubstr("holds no collision geometry")));
+}
+
+TEST_F(WorldSceneTest, ResizedBoxesAreRead) {
+  world->boxes = {{1, {true, {10, 0, 0}}}, {2, {false, {0, 10, 0}}}};
+  scene->update({});
+  world->boxes[1].size = {4, 4, 4};
+  world->boxes[2].size = {6, 6, 6};
+  scene->update({});
+  EXPECT_DOUBLE_EQ(range({0, 0, 0}, {1, 0, 0}), 8);
+  EXPECT_DOUBLE_EQ(range({0, 0, 0}, {0, 1, 0}), 7);
+  world->boxes[2].size = {0, 6, 6};
+  scene->update({});
+  EXPECT_EQ(range({0, 0, 0}, {0, 1, 0}), kNothing);
+  EXPECT_THAT(scene->take_notes(), ElementsAre(HasSubstr("without extent")));
+  scene->update({});
+  EXPECT_THAT(scene->take_notes(), IsEmpty()) << "said once";
+}
+
+TEST_F(WorldSceneTest, StaticThingsThatAreMovedAreFollowedWhereTheHostSaysSo) {
+  for (HostWorld::Id id = 1; id <= 40; ++id) {
+    world->boxes[id] = {true, {100.0 + 10 * static_cast<double>(id), 0, 0}};
+  }
+  scene->update({});
+  world->statics_move = false;
+  scene->update({});
+  world->boxes[30].centre = {0, 10, 0};
+  world->statics_move = true;
+  scene->update({});
+  EXPECT_DOUBLE_EQ(range({0, 0, 0}, {0, 1, 0}), 9);
+  // A host that does not say so is found out in turn: 16 models a step.
+  world->statics_move = false;
+  world->boxes[31].centre = {0, -10, 0};
+  for (int step = 0; step < 3; ++step) scene->update({});
+  EXPECT_DOUBLE_EQ(range({0, 0, 0}, {0, -1, 0}), 9);
+}
+
+TEST_F(WorldSceneTest, TheReceiversOwnModelIsNotSeen) {
+  world->boxes = {{1, {true, {10, 0, 0}}}, {2, {false, {0, 10, 0}}}};
+  scene->update(2);
+  EXPECT_EQ(range({0, 0, 0}, {0, 1, 0}), kNothing);
+  scene->update(1);
+  EXPECT_DOUBLE_EQ(range({0, 0, 0}, {0, 1, 0}), 9);
+  EXPECT_EQ(range({0, 0, 0}, {1, 0, 0}), kNothing) << "a static one as well";
+  scene->update({});
+  EXPECT_DOUBLE_EQ(range({0, 0, 0}, {1, 0, 0}), 9);
+}
+
+TEST_F(WorldSceneTest, NoFinitePoseAndTheGroundOfAnExportedCity) {
+  world->boxes = {{1, {false, {0, 10, 0}}},
+                  {2, {true, {10, 0, 0}, {2, 2, 2}, std::string(city::kGroundPlaneModel)}}};
+  scene->update({});
+  EXPECT_EQ(range({0, 0, 0}, {1, 0, 0}), kNothing);
+  EXPECT_THAT(scene->take_notes(), ElementsAre(HasSubstr("is no part of it")));
+  world->boxes[1].centre.x() = std::nan("");
+  scene->update({});
+  EXPECT_EQ(range({0, 0, 0}, {0, 1, 0}), kNothing);
+  EXPECT_THAT(scene->take_notes(), ElementsAre(HasSubstr("or nowhere")));
+  world->boxes[1].centre.x() = 0;
+  scene->update({});
+  EXPECT_DOUBLE_EQ(range({0, 0, 0}, {0, 1, 0}), 9);
+}
+
+TEST_F(WorldSceneTest, TurnsWithTheWorldsHeading) {
+  auto made = std::make_unique<BoxWorld>();
+  made->boxes = {{1, {true, {10, 0, 0}}}};
+  WorldScene::Options options{"street", false, {}};
+  options.frame.heading_rad = M_PI / 2;  // the world's x axis points north
+  scene = std::make_unique<WorldScene>(std::move(made), options);
+  scene->update({});
+  EXPECT_NEAR(range({0, 0, 0}, {0, 1, 0}), 9, 1e-9);
+  EXPECT_EQ(range({0, 0, 0}, {1, 0, 0}), kNothing);
+}
+
+TEST(WorldScene, IsSharedByWorldAndOptions) {
+  int world = 0, other = 0;
+  const WorldScene::Options options{"street", false, {}};
+  const auto make = [] { return std::make_unique<BoxWorld>(); };
+  const auto first = WorldScene::of(&world, options, make);
+  EXPECT_EQ(WorldScene::of(&world, options, make), first);
+  EXPECT_NE(WorldScene::of(&other, options, make), first);
+  WorldScene::Options visual = options;
+  visual.visual = true;
+  EXPECT_NE(WorldScene::of(&world, visual, make), first);
+}
+
+}  // namespace
+}  // namespace canyon::adapters

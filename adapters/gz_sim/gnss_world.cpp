@@ -1,0 +1,415 @@
+#include "adapters/gz_sim/gnss_world.hpp"
+
+#include <fmt/format.h>
+
+#include <gz/common/Console.hh>
+#include <gz/sim/Util.hh>
+#include <gz/sim/components/AngularVelocity.hh>
+#include <gz/sim/components/CustomSensor.hh>
+#include <gz/sim/components/LinearVelocity.hh>
+#include <gz/sim/components/Name.hh>
+#include <gz/sim/components/NavSat.hh>
+#include <gz/sim/components/ParentEntity.hh>
+#include <gz/sim/components/Pose.hh>
+#include <gz/sim/components/Sensor.hh>
+#include <gz/sim/components/SphericalCoordinates.hh>
+#include <gz/sim/components/World.hh>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <sdf/NavSat.hh>
+#include <sdf/Sensor.hh>
+#include <sdf/World.hh>
+#include <utility>
+#include <vector>
+
+#include "adapters/common/sdf/hosted_receiver.hpp"
+#include "adapters/gz_sim/gz_host_world.hpp"
+#include "adapters/common/gazebo_math.hpp"
+#include "adapters/gz_sim/options_service.hpp"
+#include "adapters/gz_sim/pose_topic.hpp"
+#include "adapters/gz_sim/publishers.hpp"
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::adapters::gz_sim {
+namespace {
+
+using Ecm = gz::sim::EntityComponentManager;
+using gz::sim::Entity;
+namespace components = gz::sim::components;
+
+std::int64_t nanoseconds(const std::chrono::steady_clock::duration& time) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(time).count();
+}
+
+void say(HostedReceiver::Tone tone, const std::string& line) {
+  if (tone == HostedReceiver::Tone::Error) {
+    gzerr << "[canyon] " << line << "\n";
+  } else {
+    gzwarn << "[canyon] " << line << "\n";
+  }
+}
+
+std::string name_of(Entity entity, const Ecm& ecm) {
+  return ecm.ComponentData<components::Name>(entity).value_or("");
+}
+
+Entity parent_of(Entity entity, const Ecm& ecm) {
+  return ecm.ComponentData<components::ParentEntity>(entity).value_or(gz::sim::kNullEntity);
+}
+
+bool is_below(Entity entity, Entity root, const Ecm& ecm) {
+  for (; entity != gz::sim::kNullEntity; entity = parent_of(entity, ecm)) {
+    if (entity == root) return true;
+  }
+  return false;
+}
+
+std::optional<HostOrigin> origin_of(const Ecm& ecm) {
+  const auto at = ecm.ComponentData<components::SphericalCoordinates>(gz::sim::worldEntity(ecm));
+  if (!at) return std::nullopt;
+  return HostOrigin{
+      {at->LatitudeReference().Radian(), at->LongitudeReference().Radian(), at->ElevationReference()},
+      at->HeadingOffset().Radian()};
+}
+
+bool operator==(const HostOrigin& a, const HostOrigin& b) {
+  return a.origin.latitude_rad == b.origin.latitude_rad && a.origin.longitude_rad == b.origin.longitude_rad &&
+         a.origin.height_m == b.origin.height_m && a.heading_rad == b.heading_rad;
+}
+
+ReceiverIdentity identify(Entity sensor, const Ecm& ecm) {
+  const Entity link = parent_of(sensor, ecm);
+  ReceiverIdentity identity;
+  identity.world = name_of(gz::sim::worldEntity(ecm), ecm);
+  identity.model = name_of(gz::sim::topLevelModel(sensor, ecm), ecm);
+  identity.parent = name_of(parent_of(link, ecm), ecm);
+  identity.link = gz::sim::removeParentScope(gz::sim::scopedName(link, ecm, "::", false), "::");
+  identity.sensor = name_of(sensor, ecm);
+  identity.plugin = "canyon";
+  return identity;
+}
+
+// As Gazebo Sim looks for what worlds name.
+ResourcePaths resource_paths() {
+  ResourcePaths paths;
+  for (const std::string& path : gz::sim::resourcePaths()) {
+    paths.models.emplace_back(path);
+    paths.resources.emplace_back(path);
+  }
+  return paths;
+}
+
+bool has_noise(const sdf::Sensor& sensor) {
+  const sdf::NavSat* navsat = sensor.NavSatSensor();
+  if (navsat == nullptr) return false;
+  for (const sdf::Noise& noise : {navsat->HorizontalPositionNoise(), navsat->VerticalPositionNoise(),
+                                  navsat->HorizontalVelocityNoise(), navsat->VerticalVelocityNoise()}) {
+    if (noise.Type() != sdf::NoiseType::NONE) return true;
+  }
+  return false;
+}
+
+PluginSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentity& identity,
+                             const Ecm& ecm) {
+  PluginPlace place;
+  place.name = place_name(identity);
+  const auto world = ecm.ComponentData<components::WorldSdf>(gz::sim::worldEntity(ecm));
+  if (world && world->Element())
+    place.folder = std::filesystem::path(world->Element()->FilePath()).parent_path();
+  place.resources = resource_paths();
+  PluginSettings settings = read_plugin_settings(element, place);
+  if (settings.ray_engine == RayEngine::Physics) {
+    throw InputError(place.name + ": <ray_engine>: Gazebo Sim's physics engines cast no rays for sensors",
+                     "write <ray_engine>embree</ray_engine>");
+  }
+  if (settings.publish_px4) {
+    settings.warnings.emplace_back(
+        "<publishers><px4> without effect: PX4's bridge of Gazebo Sim reads the sensor's own topic");
+  }
+  return settings;
+}
+
+}  // namespace
+
+struct GnssWorld::Impl {
+  /// Receivers of one kind of geometry and frame see one scene.
+  struct Scene {
+    bool visual = false;
+    WorldFrame frame;
+    GzHostWorld* world = nullptr;  // the scene's own
+    std::weak_ptr<WorldScene> scene;
+  };
+  struct Receiver {
+    Entity sensor = gz::sim::kNullEntity;
+    Entity link = gz::sim::kNullEntity;
+    std::string link_name;
+    std::string name;  // "iris::base_link::gps"
+    std::optional<HostWorld::Id> own_model;
+    bool scene_is_due = true;
+    EngineMotion motion;
+    std::unique_ptr<PoseTopic> pose_topic;  // instead of the link's motion
+    std::unique_ptr<HostedReceiver> hosted;
+  };
+  struct Root {
+    sdf::ElementPtr defaults;
+    bool all = false;
+  };
+
+  void take_over(Entity entity, const sdf::Sensor& sensor, Ecm& ecm);
+  void start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element, Ecm& ecm);
+  void look_for_sensors(Ecm& ecm, bool all);
+  void follow_origin(const Ecm& ecm);
+  std::shared_ptr<WorldScene> scene_of(bool visual, const WorldFrame& frame, const std::string& name);
+  std::optional<TruePose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
+                                std::string& reason) const;
+
+  std::mutex mutex;
+  std::map<Entity, Root> roots;
+  std::vector<Scene> scenes;
+  std::map<Entity, Receiver> receivers;  // in the order of entities, so that a run repeats
+  std::unique_ptr<OptionsService> options;
+  std::optional<HostOrigin> origin;
+  bool stepped = false;  // PostUpdate of this step is done
+};
+
+GnssWorld::GnssWorld() : impl_(std::make_unique<Impl>()) {}
+GnssWorld::~GnssWorld() = default;
+
+std::shared_ptr<GnssWorld> GnssWorld::of(const Ecm& ecm) {
+  // Never destroyed: plugins may be unloaded after static objects are gone.
+  static auto& mutex = *new std::mutex;
+  static auto& known = *new std::map<const Ecm*, std::weak_ptr<GnssWorld>>;
+  const std::lock_guard lock(mutex);
+  std::weak_ptr<GnssWorld>& weak = known[&ecm];
+  std::shared_ptr<GnssWorld> world = weak.lock();
+  if (!world) weak = world = std::make_shared<GnssWorld>();
+  return world;
+}
+
+void GnssWorld::serve(Entity root, const sdf::ElementPtr& defaults, Ecm& ecm) {
+  const std::lock_guard lock(impl_->mutex);
+  Impl::Root& entry = impl_->roots[root];
+  entry.defaults = defaults;
+  try {
+    PluginPlace place;
+    place.name = "plugin 'canyon::GnssSystem'";
+    place.resources = resource_paths();
+    entry.all = read_plugin_settings(defaults, place).serve_all;
+  } catch (const std::exception& e) {
+    say(HostedReceiver::Tone::Error, e.what());
+  }
+  impl_->look_for_sensors(ecm, true);
+  const bool any = std::any_of(impl_->receivers.begin(), impl_->receivers.end(),
+                               [&](const auto& known) { return is_below(known.first, root, ecm); });
+  if (!any) {
+    gzmsg << "[canyon] no sensor to serve in '" << name_of(root, ecm)
+          << "' yet: a navsat sensor needs a <canyon> element (or the plugin <serve>all</serve>), another "
+             "<sensor type=\"custom\" gz:type=\"gnss\">\n";
+  }
+}
+
+void GnssWorld::leave(Entity root) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->roots.erase(root);
+}
+
+void GnssWorld::pre_update(const gz::sim::UpdateInfo&, Ecm& ecm) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->stepped = false;
+  if (ecm.HasNewEntities()) impl_->look_for_sensors(ecm, false);
+}
+
+void GnssWorld::Impl::look_for_sensors(Ecm& ecm, bool all) {
+  // Found first: a loop over components must not create or remove any.
+  std::vector<std::pair<Entity, sdf::Sensor>> found;
+  const auto add = [&](const Entity& entity, const auto* sensor) {
+    found.emplace_back(entity, sensor->Data());
+    return true;
+  };
+  const auto navsat = [&](const Entity& entity, const components::NavSat* sensor) {
+    return add(entity, sensor);
+  };
+  const auto custom = [&](const Entity& entity, const components::CustomSensor* sensor) {
+    return add(entity, sensor);
+  };
+  if (all) {
+    ecm.Each<components::NavSat>(navsat);
+    ecm.Each<components::CustomSensor>(custom);
+  } else {
+    ecm.EachNew<components::NavSat>(navsat);
+    ecm.EachNew<components::CustomSensor>(custom);
+  }
+  for (const auto& [entity, sensor] : found) take_over(entity, sensor, ecm);
+}
+
+void GnssWorld::Impl::take_over(Entity entity, const sdf::Sensor& sensor, Ecm& ecm) {
+  if (receivers.contains(entity)) return;
+  const sdf::ElementPtr element = sensor.Element();
+  if (!element) return;
+  // The innermost system counts: a model's before the world's.
+  const Root* root = nullptr;
+  for (Entity at = entity; at != gz::sim::kNullEntity && root == nullptr; at = parent_of(at, ecm)) {
+    const auto known = roots.find(at);
+    if (known != roots.end()) root = &known->second;
+  }
+  const bool is_navsat = sensor.Type() == sdf::SensorType::NAVSAT;
+  const bool is_gnss = !is_navsat && element->HasAttribute("gz:type") &&
+                       element->GetAttribute("gz:type")->GetAsString() == "gnss";
+  const bool is_marked = element->HasElement("canyon");
+  if (root == nullptr || !(is_gnss || (is_navsat && (is_marked || root->all)))) return;
+  const sdf::ElementPtr own = is_marked ? element->GetElement("canyon") : nullptr;
+  try {
+    start(entity, sensor, with_defaults(own, root->defaults), ecm);
+  } catch (const std::exception& e) {
+    say(HostedReceiver::Tone::Error,
+        fmt::format("{}\n[canyon] the receiver is switched off; the simulation goes on", e.what()));
+  }
+}
+
+void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element,
+                            Ecm& ecm) {
+  // Gazebo's own NavSat system would publish the truth on the same topic.
+  ecm.RemoveComponent<components::NavSat>(entity);
+  const ReceiverIdentity identity = identify(entity, ecm);
+  PluginSettings settings = read_settings(element, identity, ecm);
+  if (has_noise(sensor)) {
+    settings.warnings.emplace_back(
+        "the sensor's own <noise> is off: Canyon's receiver makes the errors, <noise> of <canyon> shapes "
+        "them");
+  }
+  origin = origin_of(ecm);
+  const WorldFrame frame = world_frame(origin, settings, settings.warnings);
+
+  Receiver receiver;
+  receiver.sensor = entity;
+  receiver.link = parent_of(entity, ecm);
+  receiver.link_name = identity.link;
+  receiver.name = identity.link + "::" + identity.sensor;
+  if (!settings.vehicle_blocks) receiver.own_model = gz::sim::topLevelModel(entity, ecm);
+  gz::sim::enableComponent<components::WorldLinearVelocity>(ecm, receiver.link);
+  gz::sim::enableComponent<components::WorldAngularVelocity>(ecm, receiver.link);
+  if (!settings.pose_topic.empty()) receiver.pose_topic = std::make_unique<PoseTopic>(settings);
+
+  const bool own_topic = !sensor.Topic().empty();
+  const std::string topic =
+      gz::sim::validTopic({own_topic ? sensor.Topic() : gz::sim::scopedName(entity, ecm) + "/navsat"});
+  ecm.CreateComponent(entity, components::SensorTopic(topic));
+  receiver.hosted = std::make_unique<HostedReceiver>(
+      settings, identity, frame, start_of_world(&ecm, identity.world, 0), sensor.UpdateRate(), say);
+  receiver.hosted->add(make_navsat_publisher(topic, receiver.name));
+  if (settings.publish_gazebo) {
+    receiver.hosted->add(make_gnss_publisher(identity, gnss_topic_beside(topic, own_topic)));
+  }
+  if (settings.show_rays || settings.show_bubble) {
+    receiver.hosted->add(make_markers(identity, {settings.show_rays, settings.show_bubble,
+                                                 settings.bubble_scale, settings.ray_length_m}));
+  }
+  if (!options) options = std::make_unique<OptionsService>(identity.world);
+  options->add(receiver.name);
+  Receiver& kept = receivers[entity] = std::move(receiver);
+  kept.hosted->on_reset([&kept] {
+    kept.motion.reset();
+    if (kept.pose_topic) kept.pose_topic->reset();
+  });
+}
+
+std::shared_ptr<WorldScene> GnssWorld::Impl::scene_of(bool visual, const WorldFrame& frame,
+                                                      const std::string& name) {
+  std::erase_if(scenes, [](const Scene& scene) { return scene.scene.expired(); });
+  for (const Scene& known : scenes) {
+    if (known.visual == visual && known.frame == frame) return known.scene.lock();
+  }
+  auto world = std::make_unique<GzHostWorld>(visual);
+  Scene made{visual, frame, world.get(), {}};
+  const auto scene = std::make_shared<WorldScene>(std::move(world), WorldScene::Options{name, visual, frame});
+  made.scene = scene;
+  scenes.push_back(std::move(made));
+  return scene;
+}
+
+// set_spherical_coordinates puts the world elsewhere while it runs.
+void GnssWorld::Impl::follow_origin(const Ecm& ecm) {
+  const std::optional<HostOrigin> now = origin_of(ecm);
+  if (now == origin) return;
+  origin = now;
+  for (auto& [entity, receiver] : receivers) {
+    std::vector<std::string> warnings;
+    receiver.hosted->set_frame(world_frame(origin, receiver.hosted->settings(), warnings));
+    for (const std::string& line : warnings) receiver.hosted->say(HostedReceiver::Tone::Warning, line);
+    receiver.scene_is_due = true;
+  }
+}
+
+std::optional<TruePose> GnssWorld::Impl::truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
+                                               std::string& reason) const {
+  if (receiver.pose_topic) return receiver.pose_topic->at(now_ns, reason);
+  TruePose engine;
+  engine.pose = rigid_pose(gz::sim::worldPose(receiver.sensor, ecm));
+  const auto linear = ecm.ComponentData<components::WorldLinearVelocity>(receiver.link);
+  const auto angular = ecm.ComponentData<components::WorldAngularVelocity>(receiver.link);
+  if (angular) engine.angular_velocity = eigen(*angular);
+  if (linear) {
+    const Eigen::Vector3d arm = engine.pose.position_m - eigen(gz::sim::worldPose(receiver.link, ecm).Pos());
+    engine.linear_velocity = eigen(*linear) + engine.angular_velocity.cross(arm);
+  }
+  const auto motion = receiver.motion.at(now_ns, engine);
+  if (!motion) reason = fmt::format("Gazebo has no finite pose of link {}", receiver.link_name);
+  return motion;
+}
+
+void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
+  const std::lock_guard lock(impl_->mutex);
+  if (std::exchange(impl_->stepped, true)) return;
+  ecm.EachRemoved<components::Sensor>([&](const Entity& entity, const components::Sensor*) {
+    const auto receiver = impl_->receivers.find(entity);
+    if (receiver == impl_->receivers.end()) return true;
+    impl_->options->remove(receiver->second.name);
+    impl_->receivers.erase(receiver);
+    return true;
+  });
+  if (impl_->options) {
+    impl_->options->serve([this] {
+      std::vector<AdjustableReceiver> all;
+      for (auto& [entity, receiver] : impl_->receivers) all.push_back(receiver.hosted->adjustable(receiver.name));
+      return all;
+    });
+  }
+  if (impl_->receivers.empty()) return;
+  for (const Impl::Scene& scene : impl_->scenes) {
+    if (!scene.scene.expired()) scene.world->look(ecm);
+  }
+  impl_->follow_origin(ecm);
+  if (info.paused) return;
+  const std::int64_t now_ns = nanoseconds(info.simTime);
+  for (auto& [entity, receiver] : impl_->receivers) {
+    if (receiver.pose_topic) receiver.pose_topic->tick(now_ns);
+    HostedReceiver& hosted = *receiver.hosted;
+    if (std::exchange(receiver.scene_is_due, false)) {
+      hosted.set_scene(impl_->scene_of(hosted.settings().visual_geometry, hosted.frame(),
+                                       name_of(gz::sim::worldEntity(ecm), ecm)),
+                       receiver.own_model);
+      for (const Impl::Scene& scene : impl_->scenes) {
+        if (!scene.scene.expired()) scene.world->look(ecm);
+      }
+    }
+    hosted.update(now_ns,
+                  [&, &at = receiver](std::string& reason) { return impl_->truth(at, now_ns, ecm, reason); });
+  }
+}
+
+void GnssWorld::reset(Ecm& ecm) {
+  const std::lock_guard lock(impl_->mutex);
+  std::erase_if(impl_->receivers, [&](const auto& entry) {
+    const bool gone = !ecm.HasEntity(entry.first);
+    if (gone) impl_->options->remove(entry.second.name);
+    return gone;
+  });
+  for (auto& [entity, receiver] : impl_->receivers) {
+    ecm.RemoveComponent<components::NavSat>(entity);
+    receiver.hosted->reset();
+  }
+  impl_->look_for_sensors(ecm, true);
+}
+
+}  // namespace canyon::adapters::gz_sim

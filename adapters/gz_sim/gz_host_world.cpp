@@ -1,0 +1,127 @@
+#include "adapters/gz_sim/gz_host_world.hpp"
+
+#include <gz/sim/Util.hh>
+#include <gz/sim/components/Collision.hh>
+#include <gz/sim/components/Geometry.hh>
+#include <gz/sim/components/Link.hh>
+#include <gz/sim/components/Material.hh>
+#include <gz/sim/components/Model.hh>
+#include <gz/sim/components/Name.hh>
+#include <gz/sim/components/ParentEntity.hh>
+#include <gz/sim/components/Pose.hh>
+#include <gz/sim/components/SphericalCoordinates.hh>
+#include <gz/sim/components/Static.hh>
+#include <gz/sim/components/Visual.hh>
+#include <gz/sim/components/World.hh>
+
+#include "adapters/common/gazebo_math.hpp"
+
+namespace canyon::adapters::gz_sim {
+
+namespace components = gz::sim::components;
+
+namespace {
+
+// A shape that something changed without saying so is seen after so many looks.
+constexpr unsigned kUnsaidAge = 50;
+
+void hash(std::uint64_t& sum, std::uint64_t value) {
+  sum ^= value + 0x9E3779B97F4A7C15ULL + (sum << 6) + (sum >> 2);
+}
+
+}  // namespace
+
+void GzHostWorld::look(const gz::sim::EntityComponentManager& ecm) {
+  ecm_ = &ecm;
+  went_on_ = true;
+  if (ecm.HasNewEntities() || ecm.HasEntitiesMarkedForRemoval()) changed_ = models_changed_ = true;
+  if (ecm.HasOneTimeComponentChanges()) changed_ = true;
+}
+
+void GzHostWorld::models(std::vector<Id>& ids) {
+  if (changed_) {
+    for (auto& [model, known] : fingerprints_) known.age = kUnsaidAge;
+  }
+  // What goes is marked in the step before it is gone.
+  const bool gone = std::any_of(models_.begin(), models_.end(), [&](Id id) { return !ecm_->HasEntity(id); });
+  if (std::exchange(models_changed_, false) || gone) {
+    models_.clear();
+    ecm_->Each<components::Model, components::ParentEntity>(
+        [&](const gz::sim::Entity& entity, const components::Model*, const components::ParentEntity* parent) {
+          if (ecm_->Component<components::World>(parent->Data()) != nullptr) models_.push_back(entity);
+          return true;
+        });
+    std::sort(models_.begin(), models_.end());
+    ecm_->EachRemoved<components::Model>([&](const gz::sim::Entity& entity, const components::Model*) {
+      models_.erase(std::remove(models_.begin(), models_.end(), entity), models_.end());
+      fingerprints_.erase(entity);
+      return true;
+    });
+  }
+  ids.insert(ids.end(), models_.begin(), models_.end());
+}
+
+std::string GzHostWorld::name(Id model) {
+  return ecm_->ComponentData<components::Name>(model).value_or("");
+}
+
+bool GzHostWorld::is_static(Id model) {
+  return ecm_->ComponentData<components::Static>(model).value_or(false);
+}
+
+void GzHostWorld::links(Id model, std::vector<Id>& ids) {
+  for (const gz::sim::Entity link : ecm_->ChildrenByComponents(model, components::Link())) {
+    ids.push_back(link);
+  }
+  for (const gz::sim::Entity nested : ecm_->ChildrenByComponents(model, components::Model())) {
+    links(nested, ids);
+  }
+}
+
+template <typename Visit>
+void GzHostWorld::for_each_shape(Id link, const Visit& visit) const {
+  const std::vector<gz::sim::Entity> entities =
+      visual_ ? ecm_->ChildrenByComponents(link, components::Visual())
+              : ecm_->ChildrenByComponents(link, components::Collision());
+  for (const gz::sim::Entity entity : entities) {
+    const auto* geometry = ecm_->Component<components::Geometry>(entity);
+    const auto* pose = ecm_->Component<components::Pose>(entity);
+    if (geometry != nullptr && pose != nullptr) visit(entity, geometry->Data(), pose->Data());
+  }
+}
+
+std::uint64_t GzHostWorld::shapes(Id model) {
+  Fingerprint& known = fingerprints_.try_emplace(model, Fingerprint{0, kUnsaidAge}).first->second;
+  if (known.age++ < kUnsaidAge) return known.sum;
+  known = {};
+  std::vector<Id> ids;
+  links(model, ids);
+  for (const Id link : ids) {
+    hash(known.sum, link);
+    for_each_shape(link, [&](Id entity, const sdf::Geometry& geometry, const gz::math::Pose3d& pose) {
+      hash(known.sum, entity);
+      hash(known.sum, fingerprint(geometry, eigen(pose)));
+    });
+  }
+  return known.sum;
+}
+
+std::optional<RigidPose> GzHostWorld::pose(Id link) {
+  if (ecm_->Component<components::Pose>(link) == nullptr) return std::nullopt;
+  return rigid_pose(gz::sim::worldPose(link, *ecm_));
+}
+
+city::Mesh GzHostWorld::mesh(Id link, std::vector<std::string>& notes) {
+  files_.set_world_origin(ecm_->ComponentData<components::SphericalCoordinates>(gz::sim::worldEntity(*ecm_)));
+  LinkShapes shapes(notes);
+  for_each_shape(link, [&](Id entity, const sdf::Geometry& geometry, const gz::math::Pose3d& pose) {
+    const auto* material = ecm_->Component<components::Material>(entity);
+    const std::string name =
+        gz::sim::removeParentScope(gz::sim::scopedName(entity, *ecm_, "::", false), "::");
+    add_shape(shapes, {name, eigen(pose), material_of(material == nullptr ? nullptr : &material->Data())},
+              geometry, &files_);
+  });
+  return shapes.take();
+}
+
+}  // namespace canyon::adapters::gz_sim

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <gz/sim/EntityComponentManager.hh>
+#include <unordered_map>
+#include <vector>
+
+#include "adapters/common/world_scene.hpp"
+#include "adapters/gz_sim/gz_shape_files.hpp"
+
+namespace canyon::adapters::gz_sim {
+
+/// The entities of a Gazebo Sim world as WorldScene reads them.
+class GzHostWorld final : public HostWorld {
+ public:
+  /// @param visual visuals instead of collisions
+  explicit GzHostWorld(bool visual) : visual_(visual) {}
+
+  /// To be called in each step, with the world as it stands: remembers what it will have to look at. `ecm` is
+  /// asked until the next call.
+  void look(const gz::sim::EntityComponentManager& ecm);
+
+  bool went_on() override { return std::exchange(went_on_, false); }
+  bool statics_may_have_moved() override { return std::exchange(changed_, false); }
+  void models(std::vector<Id>& ids) override;
+  std::string name(Id model) override;
+  bool is_static(Id model) override;
+  /// Nothing has a scale of its own here: shapes tell.
+  std::uint64_t structure(Id) override { return 0; }
+  std::uint64_t shapes(Id model) override;
+  void links(Id model, std::vector<Id>& ids) override;
+  std::optional<RigidPose> pose(Id link) override;
+  city::Mesh mesh(Id link, std::vector<std::string>& notes) override;
+
+ private:
+  /// What components of a collision or visual say of it.
+  template <typename Visit>
+  void for_each_shape(Id link, const Visit& visit) const;
+
+  bool visual_;
+  GzShapeFiles files_;
+  const gz::sim::EntityComponentManager* ecm_ = nullptr;
+  bool went_on_ = false;
+  bool changed_ = true;         // something beside poses that physics moves
+  bool models_changed_ = true;  // an entity came or went
+  std::vector<Id> models_;
+  struct Fingerprint {
+    std::uint64_t sum = 0;
+    unsigned age = 0;  // steps in which nothing was said to change
+  };
+  std::unordered_map<Id, Fingerprint> fingerprints_;
+};
+
+}  // namespace canyon::adapters::gz_sim

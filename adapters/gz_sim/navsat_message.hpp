@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "adapters/common/epoch_publisher.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::adapters::gz_sim {
+
+/// Writes the receiver's solution as gz-sensors' NavSat sensor writes the truth: `message` is a
+/// gz.msgs.NavSat (or anything that has its functions). False, and `message` is as it was, where there is no
+/// fix with a velocity: the message can say neither, and whoever reads it takes every one for a good 3D fix.
+/// @param frame_id name of the frame, as gz-sensors has it: the sensor's, "iris::base_link::gps"
+/// @param sequence of this sensor's messages, from 0
+/// Latitude and longitude in degrees (WGS 84), altitude [m] as the world's spherical_coordinates count it
+/// (the ellipsoid's, where <elevation> is), velocity [m/s] in the east-north-up of the antenna's place; the
+/// stamp is simulated time.
+template <typename NavSat>
+[[nodiscard]] bool fill_navsat(const ReceiverReport& report, const std::string& frame_id,
+                               std::uint64_t sequence, NavSat& message) {
+  if (report.step == nullptr) return false;
+  const positioning::Fix& fix = report.step->epoch.observed.fix;
+  if (!fix.solved() || !fix.velocity_enu_mps) return false;
+  constexpr std::int64_t kNanoseconds = 1'000'000'000;
+  message.Clear();
+  auto* header = message.mutable_header();
+  header->mutable_stamp()->set_sec(report.sim_time_ns / kNanoseconds);
+  header->mutable_stamp()->set_nsec(static_cast<std::int32_t>(report.sim_time_ns % kNanoseconds));
+  auto* counted = header->add_data();
+  counted->set_key("seq");
+  counted->add_value(std::to_string(sequence));
+  message.set_frame_id(frame_id);
+  message.set_latitude_deg(geodesy::degrees(fix.position.latitude_rad));
+  message.set_longitude_deg(geodesy::degrees(fix.position.longitude_rad));
+  message.set_altitude(fix.position.height_m);
+  message.set_velocity_east(fix.velocity_enu_mps->x());
+  message.set_velocity_north(fix.velocity_enu_mps->y());
+  message.set_velocity_up(fix.velocity_enu_mps->z());
+  return true;
+}
+
+}  // namespace canyon::adapters::gz_sim

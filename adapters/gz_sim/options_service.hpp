@@ -1,0 +1,35 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "adapters/common/options_desk.hpp"
+
+namespace canyon::adapters::gz_sim {
+
+/// Services of a world's receivers, gz.msgs.StringMsg in and out, as answer() says:
+///     /world/WORLD/canyon/get_options             a key, a section or nothing
+///     /world/WORLD/canyon/set_options             YAML or JSON of what changes, for all receivers
+///     /world/WORLD/canyon/RECEIVER/get_options    and set_options: of one
+/// RECEIVER is the receiver's name with '/' for '::'. A request waits for serve(), one second at most.
+class OptionsService {
+ public:
+  explicit OptionsService(const std::string& world);
+  ~OptionsService();
+  OptionsService(const OptionsService&) = delete;
+  OptionsService& operator=(const OptionsService&) = delete;
+
+  /// Offers the services of a receiver, "iris::base_link::gps", which serve() then has under that name.
+  void add(const std::string& receiver);
+  void remove(const std::string& receiver);
+  /// The simulation's thread, at every update, also while paused (OptionsDesk::serve()).
+  void serve(const std::function<std::vector<AdjustableReceiver>()>& receivers);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace canyon::adapters::gz_sim

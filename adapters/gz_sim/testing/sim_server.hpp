@@ -1,0 +1,85 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <functional>
+#include <gz/common/Console.hh>
+#include <gz/sim/Server.hh>
+#include <gz/sim/ServerConfig.hh>
+#include <gz/sim/System.hh>
+#include <gz/transport/Node.hh>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "adapters/common/testing/gnss_log.hpp"
+
+namespace canyon::adapters::gz_sim::test {
+
+/// What a test does to a world, and sees of it, in every step.
+class Hands final : public gz::sim::System,
+                    public gz::sim::ISystemPreUpdate,
+                    public gz::sim::ISystemPostUpdate {
+ public:
+  using Ecm = gz::sim::EntityComponentManager;
+  std::function<void(Ecm&)> next;         ///< done once, in the next step's PreUpdate
+  std::function<void(const Ecm&)> watch;  ///< in every step's PostUpdate
+
+  void PreUpdate(const gz::sim::UpdateInfo& info, Ecm& ecm) override {
+    sim_time = info.simTime;
+    if (next) std::exchange(next, nullptr)(ecm);
+  }
+  void PostUpdate(const gz::sim::UpdateInfo&, const Ecm& ecm) override {
+    if (watch) watch(ecm);
+  }
+  std::chrono::steady_clock::duration sim_time{};
+};
+
+/// A Gazebo Sim server without a window in the test's own process, stepped by hand. Its transport is a
+/// partition of its own.
+class SimServer {
+ public:
+  explicit SimServer(const std::string& sdf)
+      : SimServer([&] {
+          gz::sim::ServerConfig config;
+          config.SetSdfString(sdf);
+          return config;
+        }()) {}
+  explicit SimServer(const gz::sim::ServerConfig& config) {
+    prepare();
+    server_ = std::make_unique<gz::sim::Server>(config);
+    if (!server_->AddSystem(hands).value_or(false)) throw std::runtime_error("the world does not load");
+  }
+  /// Before anything of gz-transport exists in the process.
+  static void prepare() {
+    setenv("GZ_PARTITION", ("canyon_test_" + std::to_string(getpid())).c_str(), 1);
+    setenv("GZ_IP", "127.0.0.1", 1);
+    setenv("GZ_SIM_SYSTEM_PLUGIN_PATH", CANYON_PLUGIN_DIR, 1);
+    gz::common::Console::SetVerbosity(2);
+  }
+
+  void step(unsigned iterations = 1) { server_->Run(true, iterations, false); }
+  void step_paused() { server_->RunOnce(true); }
+  gz::sim::Server& server() { return *server_; }
+  const std::shared_ptr<Hands> hands = std::make_shared<Hands>();
+
+ private:
+  std::unique_ptr<gz::sim::Server> server_;
+};
+
+/// What a receiver publishes on Gazebo transport.
+class GnssListener : public adapters::test::GnssLog {
+ public:
+  explicit GnssListener(const std::string& topic) {
+    std::function<void(const msgs::GnssReceiver&)> take = [this](const msgs::GnssReceiver& message) {
+      add(message);
+    };
+    if (!node_.Subscribe(topic, take)) throw std::runtime_error("no topic " + topic);
+  }
+
+ private:
+  gz::transport::Node node_;  // last: its destructor waits for the call in progress
+};
+
+}  // namespace canyon::adapters::gz_sim::test
