@@ -115,10 +115,9 @@ void NodeParameters::declare() {
                   meant_parameter(name).c_str());
     }
   }
-  Parameters shown;
+  Parameters shown = given_;
   try {
-    shown = parameters_of(settings());
-    for (const auto& [name, value] : given_) shown[name] = value;
+    shown.merge(parameters_of(settings()));
   } catch (const InputError& e) {
     // Nothing given is no fault yet: it may come before the node is configured.
     if (!given_.empty()) RCLCPP_ERROR(node_.get_logger(), "%s", e.what());
