@@ -1,22 +1,26 @@
-# Whether Gazebo Sim is here: CANYON_BUILD_GZ_SIM becomes ON or OFF, CANYON_GZ_SIM_LIBRARIES what its plugins link.
-if(CANYON_BUILD_GZ_SIM STREQUAL "AUTO" OR CANYON_BUILD_GZ_SIM)
-  # The newest first; from 10 on packages carry no number.
-  foreach(version "" 9 8)
-    find_package(gz-sim${version} QUIET)
-    if(gz-sim${version}_FOUND)
+# Whether Gazebo Sim is here: CANYON_BUILD_GZ_SIM becomes ON or OFF, CANYON_GZ_SIM_LIBRARIES what its systems link, and
+# CANYON_GZ_SDFORMAT the SDF library that it is linked with.
+if(CANYON_BUILD_GZ_SIM STREQUAL "AUTO" AND CANYON_BUILD_GAZEBO)
+  set(CANYON_BUILD_GZ_SIM OFF)    # the two Gazebos bring different SDF libraries
+elseif(CANYON_BUILD_GZ_SIM STREQUAL "AUTO" OR CANYON_BUILD_GZ_SIM)
+  if(CANYON_BUILD_GAZEBO)
+    message(FATAL_ERROR "CANYON_BUILD_GAZEBO and CANYON_BUILD_GZ_SIM need build folders of their own")
+  endif()
+  # gz-sim, gz-plugin and sdformat of Jetty, whose packages carry no number, of Ionic and of Harmonic.
+  foreach(release "/" "9/3/15" "8/2/14")
+    string(REGEX MATCH "^([0-9]*)/([0-9]*)/?([0-9]*)$" numbers "${release}")
+    set(plugin ${CMAKE_MATCH_2})
+    set(CANYON_GZ_SDFORMAT sdformat${CMAKE_MATCH_3}::core)
+    set(sim gz-sim${CMAKE_MATCH_1})
+    find_package(${sim} QUIET)
+    if(${sim}_FOUND)
       break()
     endif()
   endforeach()
-  if(gz-sim${version}_FOUND)
-    if(version STREQUAL "")
-      find_package(gz-plugin REQUIRED COMPONENTS register)
-      set(CANYON_GZ_SIM_LIBRARIES gz-sim::core gz-plugin::register)
-    else()
-      math(EXPR plugin_version "${version} / 9 + 2")    # 2 for Harmonic, 3 for Ionic
-      find_package(gz-plugin${plugin_version} REQUIRED COMPONENTS register)
-      set(CANYON_GZ_SIM_LIBRARIES gz-sim${version}::core gz-plugin${plugin_version}::register)
-    endif()
-    message(STATUS "Gazebo Sim ${gz-sim${version}_VERSION}: its systems are built")
+  if(${sim}_FOUND)
+    find_package(gz-plugin${plugin} REQUIRED COMPONENTS register)
+    set(CANYON_GZ_SIM_LIBRARIES ${sim}::core gz-plugin${plugin}::register)
+    message(STATUS "Gazebo Sim ${${sim}_VERSION}: its systems are built")
     set(CANYON_BUILD_GZ_SIM ON)
   elseif(CANYON_BUILD_GZ_SIM STREQUAL "AUTO")
     set(CANYON_BUILD_GZ_SIM OFF)

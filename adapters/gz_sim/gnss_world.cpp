@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <gz/common/Console.hh>
 #include <gz/sim/Util.hh>
 #include <gz/sim/components/AngularVelocity.hh>
@@ -23,9 +24,9 @@
 #include <utility>
 #include <vector>
 
+#include "adapters/common/gazebo_math.hpp"
 #include "adapters/common/sdf/hosted_receiver.hpp"
 #include "adapters/gz_sim/gz_host_world.hpp"
-#include "adapters/common/gazebo_math.hpp"
 #include "adapters/gz_sim/options_service.hpp"
 #include "adapters/gz_sim/pose_topic.hpp"
 #include "adapters/gz_sim/publishers.hpp"
@@ -71,11 +72,6 @@ std::optional<HostOrigin> origin_of(const Ecm& ecm) {
   return HostOrigin{
       {at->LatitudeReference().Radian(), at->LongitudeReference().Radian(), at->ElevationReference()},
       at->HeadingOffset().Radian()};
-}
-
-bool operator==(const HostOrigin& a, const HostOrigin& b) {
-  return a.origin.latitude_rad == b.origin.latitude_rad && a.origin.longitude_rad == b.origin.longitude_rad &&
-         a.origin.height_m == b.origin.height_m && a.heading_rad == b.heading_rad;
 }
 
 ReceiverIdentity identify(Entity sensor, const Ecm& ecm) {
@@ -154,9 +150,16 @@ struct GnssWorld::Impl {
   struct Root {
     sdf::ElementPtr defaults;
     bool all = false;
+    bool looked = false;  // whether its entity holds a sensor is known
+  };
+  /// A sensor that is Canyon's, with the elements that count for it.
+  struct Sensor {
+    sdf::Sensor sensor;
+    sdf::ElementPtr element;
   };
 
   void take_over(Entity entity, const sdf::Sensor& sensor, Ecm& ecm);
+  void start_due(Ecm& ecm);
   void start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element, Ecm& ecm);
   void look_for_sensors(Ecm& ecm, bool all);
   void follow_origin(const Ecm& ecm);
@@ -166,6 +169,8 @@ struct GnssWorld::Impl {
 
   std::mutex mutex;
   std::map<Entity, Root> roots;
+  std::map<Entity, Sensor> sensors;  // all there ever were: a reset brings removed ones back
+  std::vector<Entity> due;           // sensors whose receivers are to be started
   std::vector<Scene> scenes;
   std::map<Entity, Receiver> receivers;  // in the order of entities, so that a run repeats
   std::unique_ptr<OptionsService> options;
@@ -200,13 +205,6 @@ void GnssWorld::serve(Entity root, const sdf::ElementPtr& defaults, Ecm& ecm) {
     say(HostedReceiver::Tone::Error, e.what());
   }
   impl_->look_for_sensors(ecm, true);
-  const bool any = std::any_of(impl_->receivers.begin(), impl_->receivers.end(),
-                               [&](const auto& known) { return is_below(known.first, root, ecm); });
-  if (!any) {
-    gzmsg << "[canyon] no sensor to serve in '" << name_of(root, ecm)
-          << "' yet: a navsat sensor needs a <canyon> element (or the plugin <serve>all</serve>), another "
-             "<sensor type=\"custom\" gz:type=\"gnss\">\n";
-  }
 }
 
 void GnssWorld::leave(Entity root) {
@@ -218,6 +216,7 @@ void GnssWorld::pre_update(const gz::sim::UpdateInfo&, Ecm& ecm) {
   const std::lock_guard lock(impl_->mutex);
   impl_->stepped = false;
   if (ecm.HasNewEntities()) impl_->look_for_sensors(ecm, false);
+  impl_->start_due(ecm);
 }
 
 void GnssWorld::Impl::look_for_sensors(Ecm& ecm, bool all) {
@@ -244,7 +243,7 @@ void GnssWorld::Impl::look_for_sensors(Ecm& ecm, bool all) {
 }
 
 void GnssWorld::Impl::take_over(Entity entity, const sdf::Sensor& sensor, Ecm& ecm) {
-  if (receivers.contains(entity)) return;
+  if (sensors.contains(entity)) return;
   const sdf::ElementPtr element = sensor.Element();
   if (!element) return;
   // The innermost system counts: a model's before the world's.
@@ -258,19 +257,39 @@ void GnssWorld::Impl::take_over(Entity entity, const sdf::Sensor& sensor, Ecm& e
                        element->GetAttribute("gz:type")->GetAsString() == "gnss";
   const bool is_marked = element->HasElement("canyon");
   if (root == nullptr || !(is_gnss || (is_navsat && (is_marked || root->all)))) return;
+  // Now: Gazebo's own NavSat system would publish the truth on the same topic.
+  ecm.RemoveComponent<components::NavSat>(entity);
   const sdf::ElementPtr own = is_marked ? element->GetElement("canyon") : nullptr;
-  try {
-    start(entity, sensor, with_defaults(own, root->defaults), ecm);
-  } catch (const std::exception& e) {
-    say(HostedReceiver::Tone::Error,
-        fmt::format("{}\n[canyon] the receiver is switched off; the simulation goes on", e.what()));
+  sensors[entity] = {sensor, with_defaults(own, root->defaults)};
+  due.push_back(entity);
+}
+
+// In the first step: while a model is being loaded it does not know its world.
+void GnssWorld::Impl::start_due(Ecm& ecm) {
+  for (const Entity entity : std::exchange(due, {})) {
+    const Sensor& sensor = sensors.at(entity);
+    if (!ecm.HasEntity(entity) || receivers.contains(entity)) continue;
+    try {
+      start(entity, sensor.sensor, sensor.element, ecm);
+    } catch (const std::exception& e) {
+      say(HostedReceiver::Tone::Error,
+          fmt::format("{}\n[canyon] the receiver is switched off; the simulation goes on", e.what()));
+    }
+  }
+  for (auto& [entity, root] : roots) {
+    if (std::exchange(root.looked, true)) continue;
+    const bool any = std::any_of(sensors.begin(), sensors.end(), [&, &at = entity](const auto& known) {
+      return is_below(known.first, at, ecm);
+    });
+    if (any) continue;
+    gzmsg << "[canyon] no sensor to serve in '" << name_of(entity, ecm)
+          << "' yet: a navsat sensor needs a <canyon> element (or the plugin <serve>all</serve>), another "
+             "<sensor type=\"custom\" gz:type=\"gnss\">\n";
   }
 }
 
 void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element,
                             Ecm& ecm) {
-  // Gazebo's own NavSat system would publish the truth on the same topic.
-  ecm.RemoveComponent<components::NavSat>(entity);
   const ReceiverIdentity identity = identify(entity, ecm);
   PluginSettings settings = read_settings(element, identity, ecm);
   if (has_noise(sensor)) {
@@ -302,8 +321,8 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
     receiver.hosted->add(make_gnss_publisher(identity, gnss_topic_beside(topic, own_topic)));
   }
   if (settings.show_rays || settings.show_bubble) {
-    receiver.hosted->add(make_markers(identity, {settings.show_rays, settings.show_bubble,
-                                                 settings.bubble_scale, settings.ray_length_m}));
+    receiver.hosted->add(make_markers(
+        identity, {settings.show_rays, settings.show_bubble, settings.bubble_scale, settings.ray_length_m}));
   }
   if (!options) options = std::make_unique<OptionsService>(identity.world);
   options->add(receiver.name);
@@ -335,9 +354,13 @@ void GnssWorld::Impl::follow_origin(const Ecm& ecm) {
   origin = now;
   for (auto& [entity, receiver] : receivers) {
     std::vector<std::string> warnings;
-    receiver.hosted->set_frame(world_frame(origin, receiver.hosted->settings(), warnings));
-    for (const std::string& line : warnings) receiver.hosted->say(HostedReceiver::Tone::Warning, line);
     receiver.scene_is_due = true;
+    try {
+      receiver.hosted->set_frame(world_frame(origin, receiver.hosted->settings(), warnings));
+    } catch (const std::exception& e) {
+      receiver.hosted->say(HostedReceiver::Tone::Error, e.what());
+    }
+    for (const std::string& line : warnings) receiver.hosted->say(HostedReceiver::Tone::Warning, line);
   }
 }
 
@@ -371,7 +394,8 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
   if (impl_->options) {
     impl_->options->serve([this] {
       std::vector<AdjustableReceiver> all;
-      for (auto& [entity, receiver] : impl_->receivers) all.push_back(receiver.hosted->adjustable(receiver.name));
+      for (auto& [entity, receiver] : impl_->receivers)
+        all.push_back(receiver.hosted->adjustable(receiver.name));
       return all;
     });
   }
@@ -405,9 +429,11 @@ void GnssWorld::reset(Ecm& ecm) {
     if (gone) impl_->options->remove(entry.second.name);
     return gone;
   });
-  for (auto& [entity, receiver] : impl_->receivers) {
+  for (auto& [entity, receiver] : impl_->receivers) receiver.hosted->reset();
+  for (const auto& [entity, sensor] : impl_->sensors) {
+    if (!ecm.HasEntity(entity)) continue;
     ecm.RemoveComponent<components::NavSat>(entity);
-    receiver.hosted->reset();
+    impl_->due.push_back(entity);
   }
   impl_->look_for_sensors(ecm, true);
 }

@@ -5,6 +5,7 @@
 
 #include <gz/msgs/boolean.pb.h>
 #include <gz/msgs/entity_factory.pb.h>
+#include <gz/msgs/log_playback_control.pb.h>
 #include <gz/msgs/navsat.pb.h>
 #include <gz/msgs/pose.pb.h>
 #include <gz/msgs/spherical_coordinates.pb.h>
@@ -52,8 +53,8 @@ const std::string kNoisy = "<satAzimuth>" + test::street_angles(&StreetSatellite
                            "</satElevation><disableNoise>0</disableNoise><seed>5</seed>" + kStart;
 
 /// A listener with the server it listens to; the listener is there before the first step.
-struct Run {
-  explicit Run(const std::string& world, const std::string& topic = topic_of())
+struct StreetRun {
+  explicit StreetRun(const std::string& world, const std::string& topic = topic_of())
       : server(world), listener(topic) {}
   SimServer server;
   test::GnssListener listener;
@@ -70,7 +71,7 @@ Entity model_named(const std::string& name, const Hands::Ecm& ecm) {
   return ecm.EntityByComponents(components::Model(), components::Name(name));
 }
 
-void put(Run& run, const std::string& model, const gz::math::Pose3d& pose) {
+void put(StreetRun& run, const std::string& model, const gz::math::Pose3d& pose) {
   run.server.hands->next = [=](Hands::Ecm& ecm) {
     ecm.CreateComponent(model_named(model, ecm), components::WorldPoseCmd(pose));
   };
@@ -87,7 +88,7 @@ Reply ask(const std::string& service, const Request& request) {
 }
 
 TEST(GnssWorld, GivesTheStreetsClosedForms) {
-  Run mirror(street_world(street_car(navsat(paper_elements()))));
+  StreetRun mirror(street_world(street_car(navsat(paper_elements()))));
   const GnssReceiver message = mirror.after(20, 0.1);
   expect_street(message, &StreetSatellite::mirror_m, 1e-3);
   EXPECT_EQ(message.state(), GnssReceiver::FIX);
@@ -98,7 +99,7 @@ TEST(GnssWorld, GivesTheStreetsClosedForms) {
 }
 
 TEST(GnssWorld, GivesTheStreetsClosedFormsBySpecularReflection) {
-  Run run(street_world(street_car(navsat(paper_elements() + kSpecular))));
+  StreetRun run(street_world(street_car(navsat(paper_elements() + kSpecular))));
   expect_street(run.after(20, 0.1), &StreetSatellite::specular_m, 1e-3);
 }
 
@@ -111,7 +112,8 @@ TEST(GnssWorld, ServesCustomSensorsAndAllNavsatSensorsWhereAsked) {
       "<update_rate>10</update_rate></sensor>";
   const std::string plain =
       "<sensor name='antenna' type='navsat'><pose>0 0 2 0 0 0</pose><update_rate>10</update_rate></sensor>";
-  Run run(street_world(street_car(custom) + street_car(plain, "other", "3 20 0 0 0 0"), 0, true, system));
+  StreetRun run(
+      street_world(street_car(custom) + street_car(plain, "other", "3 20 0 0 0 0"), 0, true, system));
   test::GnssListener other(topic_of("other"));
   expect_street(run.after(20, 0.1), &StreetSatellite::mirror_m, 1e-3);
   const auto second = other.at(0.1);
@@ -122,9 +124,9 @@ TEST(GnssWorld, ServesCustomSensorsAndAllNavsatSensorsWhereAsked) {
 TEST(GnssWorld, HangsOnAModelAndServesThatAlone) {
   const std::string plugin =
       "<plugin filename='CanyonGnssSystem' name='canyon::GnssSystem'>" + paper_elements() + "</plugin>";
-  Run run(street_world(street_car(navsat("<seed>2</seed>"), "car", "3 0 0 0 0 0", plugin) +
-                           street_car(navsat(paper_elements()), "other", "3 20 0 0 0 0"),
-                       0, true, ""));
+  StreetRun run(street_world(street_car(navsat("<seed>2</seed>"), "car", "3 0 0 0 0 0", plugin) +
+                                 street_car(navsat(paper_elements()), "other", "3 20 0 0 0 0"),
+                             0, true, ""));
   test::GnssListener other(topic_of("other"));
   expect_street(run.after(20, 0.1), &StreetSatellite::mirror_m, 1e-3);
   EXPECT_TRUE(other.all().empty());
@@ -133,10 +135,10 @@ TEST(GnssWorld, HangsOnAModelAndServesThatAlone) {
 // Gazebo's own NavSat system would publish the truth on the same topic.
 TEST(GnssWorld, NavSatIsTheReceiversFixAndNothingElse) {
   const std::string ideal = "<plugin filename='gz-sim-navsat-system' name='gz::sim::systems::NavSat'/>";
-  Run run(street_world(ideal + street_car(navsat(paper_elements() + kSpecular)) +
-                       "<model name='plain'><pose>3 40 0 0 0 0</pose><link name='body'>"
-                       "<gravity>false</gravity><sensor name='antenna' type='navsat'>"
-                       "<update_rate>10</update_rate></sensor></link></model>"));
+  StreetRun run(street_world(ideal + street_car(navsat(paper_elements() + kSpecular)) +
+                             "<model name='plain'><pose>3 40 0 0 0 0</pose><link name='body'>"
+                             "<gravity>false</gravity><sensor name='antenna' type='navsat'>"
+                             "<update_rate>10</update_rate></sensor></link></model>"));
   std::mutex mutex;
   std::vector<gz::msgs::NavSat> fixes, truths;
   gz::transport::Node node;
@@ -175,8 +177,8 @@ TEST(GnssWorld, NavSatIsTheReceiversFixAndNothingElse) {
 }
 
 TEST(GnssWorld, ABoxInTheWayBlocksOnTheNextUpdate) {
-  Run run(street_world(street_car(navsat(paper_elements() + "<rate_hz>100</rate_hz>")) +
-                       test::shape_model("bus", "3 -150 0 0 0 0", test::box("4 2 40"), false)));
+  StreetRun run(street_world(street_car(navsat(paper_elements() + "<rate_hz>100</rate_hz>")) +
+                             test::shape_model("bus", "3 -150 0 0 0 0", test::box("4 2 40"), false)));
   const GnssReceiver before = run.after(5, 0.05);
   ASSERT_EQ(before.satellites(2).visibility(), GnssSatellite::LOS);
   // 20 m north of the antenna: the satellite in the north stands 30 deg high, the bus 20 m.
@@ -189,7 +191,7 @@ TEST(GnssWorld, ABoxInTheWayBlocksOnTheNextUpdate) {
 }
 
 TEST(GnssWorld, ThingsThatComeAreMovedResizedAndGo) {
-  Run run(street_world(street_car(navsat(paper_elements() + "<rate_hz>100</rate_hz>"))));
+  StreetRun run(street_world(street_car(navsat(paper_elements() + "<rate_hz>100</rate_hz>"))));
   ASSERT_EQ(run.after(5, 0.05).satellites(2).visibility(), GnssSatellite::LOS);
   // Spawned by the service that every tool uses, static.
   gz::msgs::EntityFactory request;
@@ -226,7 +228,7 @@ TEST(GnssWorld, ThingsThatComeAreMovedResizedAndGo) {
 
 // The same street turned: the world's y axis points 30 deg west of north, so do its walls; satellites stay.
 TEST(GnssWorld, HonoursTheWorldsHeading) {
-  Run run(street_world(street_car(navsat(paper_elements() + kSpecular)), 30));
+  StreetRun run(street_world(street_car(navsat(paper_elements() + kSpecular)), 30));
   const GnssReceiver message = run.after(20, 0.1);
   // East of the antenna (3, 0) lies 3 cos 30 deg, north 3 sin 30 deg of the origin.
   EXPECT_NEAR(
@@ -243,7 +245,7 @@ TEST(GnssWorld, HonoursTheWorldsHeading) {
 
 // The world is put elsewhere while it runs: the next epoch lies there, turned.
 TEST(GnssWorld, FollowsSetSphericalCoordinates) {
-  Run run(street_world(street_car(navsat(paper_elements() + kSpecular))));
+  StreetRun run(street_world(street_car(navsat(paper_elements() + kSpecular))));
   ASSERT_NEAR(run.after(20, 0.1).antenna().latitude_deg(), 22.3, 1e-4);
   gz::msgs::SphericalCoordinates there;
   there.set_surface_model(gz::msgs::SphericalCoordinates::EARTH_WGS84);
@@ -267,7 +269,7 @@ TEST(GnssWorld, GivesVelocityInEastNorthUp) {
       "<initial_linear>0 10 0</initial_linear><initial_angular>0 0 0.5</initial_angular></plugin>";
   const std::string sensor =
       navsat(paper_elements() + "<rate_hz>100</rate_hz><lever_arm><forward_m>2</forward_m></lever_arm>");
-  Run run(street_world(street_car(sensor, "car", "3 0 0 0 0 0", push), 30, false));
+  StreetRun run(street_world(street_car(sensor, "car", "3 0 0 0 0 0", push), 30, false));
   const GnssReceiver message = run.after(3, 0.02);
   // Velocities are in the body's frame, turned by 0.5 rad/s for 20 or 30 ms. The lever of 2 m forward (x) at
   // 0.5 rad/s adds 1 m/s along y: 11 m/s at 120 deg from east.
@@ -302,7 +304,7 @@ TEST(GnssWorld, TwentyReceiversAtTenHertz) {
 }
 
 TEST(GnssWorld, AResetRepeatsTheRun) {
-  Run run(street_world(street_car(navsat(kNoisy))));
+  StreetRun run(street_world(street_car(navsat(kNoisy))));
   const GnssReceiver first = [&] {
     run.server.step(50);
     EXPECT_TRUE(run.listener.at(0.5));
@@ -324,7 +326,7 @@ TEST(GnssWorld, AResetRepeatsTheRun) {
 }
 
 TEST(GnssWorld, RewindRepeatsTheRunAndSeekGoesOn) {
-  Run run(street_world(street_car(navsat(kNoisy))));
+  StreetRun run(street_world(street_car(navsat(kNoisy))));
   run.server.step(50);
   ASSERT_TRUE(run.listener.at(0.5));
   const auto first = run.listener.at(0.3);
@@ -339,9 +341,9 @@ TEST(GnssWorld, RewindRepeatsTheRunAndSeekGoesOn) {
   EXPECT_EQ(first->satellites(0).noise_m(), second->satellites(0).noise_m());
 
   run.listener.clear();
-  gz::msgs::WorldControlState seek;
-  seek.mutable_world_control()->mutable_seek()->set_sec(1000);
-  EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/control/state", seek)).data());
+  gz::msgs::LogPlaybackControl seek;
+  seek.mutable_seek()->set_sec(1000);
+  EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/playback/control", seek)).data());
   run.server.step(20);
   const auto later = run.listener.at(1000);
   ASSERT_TRUE(later);
@@ -351,7 +353,7 @@ TEST(GnssWorld, RewindRepeatsTheRunAndSeekGoesOn) {
 }
 
 TEST(GnssWorld, PauseBringsNothing) {
-  Run run(street_world(street_car(navsat(paper_elements()))));
+  StreetRun run(street_world(street_car(navsat(paper_elements()))));
   run.after(10, 0.1);
   run.listener.clear();
   for (int i = 0; i < 20; ++i) run.server.step_paused();
@@ -368,8 +370,8 @@ TEST(GnssWorld, WrongValuesLeaveTheSimulationRunning) {
         std::string("<origin_latitude>222</origin_latitude><origin_longitude>0</origin_longitude>"),
         std::string("<start>yesterday</start>")}) {
     SCOPED_TRACE(wrong);
-    Run run(street_world(street_car(navsat(wrong)) +
-                         street_car(navsat(paper_elements()), "other", "3 20 0 0 0 0")));
+    StreetRun run(street_world(street_car(navsat(wrong)) +
+                               street_car(navsat(paper_elements()), "other", "3 20 0 0 0 0")));
     test::GnssListener other(topic_of("other"));
     run.server.step(20);
     EXPECT_TRUE(other.at(0.1)) << "the others are served";
@@ -379,8 +381,8 @@ TEST(GnssWorld, WrongValuesLeaveTheSimulationRunning) {
 }
 
 TEST(GnssWorld, LeavesWithItsModelAndComesWithANewOne) {
-  Run run(street_world(street_car(navsat(paper_elements())) +
-                       street_car(navsat(paper_elements()), "other", "3 20 0 0 0 0")));
+  StreetRun run(street_world(street_car(navsat(paper_elements())) +
+                             street_car(navsat(paper_elements()), "other", "3 20 0 0 0 0")));
   test::GnssListener other(topic_of("other"));
   run.after(20, 0.2);
   run.server.hands->next = [](Hands::Ecm& ecm) { ecm.RequestRemoveEntity(model_named("car", ecm)); };
@@ -399,7 +401,7 @@ TEST(GnssWorld, LeavesWithItsModelAndComesWithANewOne) {
 }
 
 TEST(GnssWorld, TruthFromATopic) {
-  Run run(street_world(street_car(navsat(paper_elements() + "<pose_topic>/mocap</pose_topic>"))));
+  StreetRun run(street_world(street_car(navsat(paper_elements() + "<pose_topic>/mocap</pose_topic>"))));
   const GnssReceiver without = run.after(20, 0.1);
   EXPECT_EQ(without.state(), GnssReceiver::NO_TRUTH);
   gz::transport::Node node;
@@ -424,7 +426,7 @@ TEST(GnssWorld, TruthFromATopic) {
 }
 
 TEST(GnssWorld, OptionsAtRunTime) {
-  Run run(street_world(street_car(navsat(paper_elements()))));
+  StreetRun run(street_world(street_car(navsat(paper_elements()))));
   run.after(20, 0.1);
   std::thread stepper;
   std::atomic<bool> done{false};

@@ -8,8 +8,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/gazebo_export.hpp"
-#include "canyon/city/mesh_topology.hpp"
-#include "canyon/city/primitive_meshes.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -51,42 +49,6 @@ std::string model(const std::string& name, const std::string& pose, const std::s
 }
 
 constexpr const char* kBox = "<box><size>2 4 6</size></box>";
-
-double volume_of(const TriangleSet& set) {
-  double volume = 0;
-  for (const auto& [a, b, c] : set.triangles) {
-    volume += set.vertices[a].dot(set.vertices[b].cross(set.vertices[c])) / 6;
-  }
-  return volume;
-}
-
-/// Closed, front sides out: every edge stands once in each direction.
-bool watertight(TriangleSet set) {
-  const Orientation orientation = orient_outwards(set.vertices, set.triangles);
-  return orientation.closed && orientation.manifold && orientation.turned == 0 && orientation.volume_m3 > 0;
-}
-
-TEST(PrimitiveMeshes, VolumesFollowClosedForms) {
-  EXPECT_NEAR(volume_of(box_mesh({2, 3, 5})), 30, 1e-12);
-  // A prism over a regular polygon of n sides: n/2 r^2 sin(2 pi / n) h.
-  EXPECT_NEAR(volume_of(cylinder_mesh(2, 5)), 16 * 4 * std::sin(2 * kPi / 32) * 5, 1e-12);
-  const double sphere = 4.0 / 3 * kPi * 27;
-  EXPECT_LT(volume_of(sphere_mesh(3)), sphere);
-  EXPECT_GT(volume_of(sphere_mesh(3)), 0.97 * sphere);
-  EXPECT_TRUE(watertight(box_mesh({2, 3, 5})));
-  EXPECT_TRUE(watertight(cylinder_mesh(2, 5)));
-  EXPECT_TRUE(watertight(sphere_mesh(3)));
-  for (const Eigen::Vector3d& v : sphere_mesh(3).vertices) EXPECT_NEAR(v.norm(), 3, 1e-12);
-}
-
-TEST(PrimitiveMeshes, PlaneFacesItsNormal) {
-  const Eigen::Vector3d normal = Eigen::Vector3d(1, -2, 0.5).normalized();
-  const TriangleSet set = plane_mesh(normal, {3, 4});
-  for (const auto& [a, b, c] : set.triangles) {
-    const Eigen::Vector3d n = (set.vertices[b] - set.vertices[a]).cross(set.vertices[c] - set.vertices[a]);
-    EXPECT_LT((n - 12 * normal).norm(), 1e-12);
-  }
-}
 
 TEST_F(GazeboImport, PosesCompose) {
   // Model at (10, 20, 0) turned 90 deg to the left, link 3 m along its x, box 1 m along that link's x.
@@ -132,13 +94,25 @@ TEST_F(GazeboImport, ReadsPrimitivesNestedModelsAndSurfaces) {
   const City city = world(
       model("tower", "0 0 50 0 0 0", "<cylinder><radius>5</radius><length>100</length></cylinder>") +
       model("ball", "50 0 10 0 0 0", "<sphere><radius>10</radius></sphere>") +
+      model("pill", "80 0 10 0 0 0", "<capsule><radius>5</radius><length>10</length></capsule>") +
+      model("egg", "90 0 10 0 0 0", "<ellipsoid><radii>2 3 10</radii></ellipsoid>") +
+      model("roof", "95 0 10 0 0 0", "<cone><radius>2</radius><length>20</length></cone>") +
       model("terrain", "0 0 0 0 0 0", "<plane><normal>0 0 1</normal><size>500 400</size></plane>") +
       "<model name='outer'><pose>100 0 0 0 0 0</pose>" + model("inner", "0 7 3 0 0 0", kBox) + "</model>");
-  ASSERT_EQ(city.mesh.objects.size(), 4U);
-  EXPECT_EQ(city.mesh.objects[2].surface, Surface::Terrain);
-  EXPECT_EQ(city.mesh.objects[3].name, "outer::inner::link::c");
+  ASSERT_EQ(city.mesh.objects.size(), 7U);
+  EXPECT_EQ(city.mesh.objects[5].surface, Surface::Terrain);
+  EXPECT_EQ(city.mesh.objects[6].name, "outer::inner::link::c");
+  // Heights of the pill, the egg and the roof about their origins: 5 + 10 / 2, 10 and 20 / 2.
+  for (const std::size_t object : {2U, 3U, 4U}) {
+    double top = 0;
+    const Object& o = city.mesh.objects[object];
+    for (std::uint32_t t = o.first_triangle; t < o.first_triangle + o.triangle_count; ++t) {
+      for (const std::uint32_t v : city.mesh.triangles[t]) top = std::max(top, city.mesh.vertices[v].z());
+    }
+    EXPECT_NEAR(top, 20, 1e-12) << o.name;
+  }
   const CitySummary summary = summarize(city);
-  EXPECT_EQ(summary.buildings, 3U);
+  EXPECT_EQ(summary.buildings, 6U);
   EXPECT_EQ(summary.terrain_triangles, 2U);
   EXPECT_NEAR(summary.highest_roof_m, 100, 1e-12);
   EXPECT_NEAR(summary.bounds.max.x(), 250, 1e-9);

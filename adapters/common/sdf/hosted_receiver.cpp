@@ -35,6 +35,11 @@ std::string place_name(const ReceiverIdentity& identity) {
   return name;
 }
 
+bool operator==(const HostOrigin& a, const HostOrigin& b) {
+  return a.origin.latitude_rad == b.origin.latitude_rad && a.origin.longitude_rad == b.origin.longitude_rad &&
+         a.origin.height_m == b.origin.height_m && a.heading_rad == b.heading_rad;
+}
+
 WorldFrame world_frame(const std::optional<HostOrigin>& host, const PluginSettings& settings,
                        std::vector<std::string>& warnings) {
   WorldFrame frame;
@@ -81,8 +86,7 @@ HostedReceiver::HostedReceiver(PluginSettings settings, const ReceiverIdentity& 
         fmt::format("{}/{}/{}", identity.link, identity.sensor, identity.plugin);
   }
   for (const std::string& line : std::exchange(settings_.warnings, {})) this->say(Tone::Warning, line);
-  receiver_.emplace(settings_.live, open_field(frame_), start_);
-  for (const std::string& line : receiver_->take_warnings()) this->say(Tone::Warning, line);
+  start_receiver();
   if (settings_.nmea_port != 0) {
     add(make_stream_publisher("nmea_port", fmt::format("nmea=tcp://127.0.0.1:{}", settings_.nmea_port),
                               description()));
@@ -93,6 +97,12 @@ HostedReceiver::HostedReceiver(PluginSettings settings, const ReceiverIdentity& 
 }
 
 HostedReceiver::~HostedReceiver() = default;
+
+void HostedReceiver::start_receiver() {
+  receiver_.emplace(settings_.live, open_field(frame_), start_);
+  if (tracer_) receiver_->set_tracer(tracer_);
+  for (const std::string& line : receiver_->take_warnings()) say(Tone::Warning, line);
+}
 
 double HostedReceiver::rate_hz() const {
   return settings_.live.rate_hz.value_or(sensor_rate_hz_ > 0 ? sensor_rate_hz_ : kDefaultRate_hz);
@@ -120,7 +130,7 @@ void HostedReceiver::set_scene(std::shared_ptr<WorldScene> scene, std::optional<
 
 void HostedReceiver::set_frame(const WorldFrame& frame) {
   frame_ = frame;
-  receiver_->set_scene(open_field(frame_));
+  start_receiver();  // a sky given by directions is one about the world's origin
   has_scene_ = false;
 }
 

@@ -25,6 +25,7 @@ namespace canyon::adapters {
 struct HostOrigin {
   geodesy::Geodetic origin;
   double heading_rad = 0;  ///< of the world's x axis, counter-clockwise from east
+  friend bool operator==(const HostOrigin& a, const HostOrigin& b);
 };
 /// `settings.origin` first, then the host's; at latitude 0, longitude 0 with a line in `warnings` where it is
 /// the host's.
@@ -63,7 +64,8 @@ class HostedReceiver {
   void add(std::unique_ptr<EpochPublisher> publisher);
   /// Rays go through this scene, in whose world `own_model` (empty: none) stays invisible.
   void set_scene(std::shared_ptr<WorldScene> scene, std::optional<HostWorld::Id> own_model);
-  /// The world's place on the Earth changed; a scene in the new frame must follow before the next update.
+  /// The world's place on the Earth changed: the receiver starts anew there. A scene in the new frame must
+  /// follow before the next update. Throws InputError as the constructor.
   void set_frame(const WorldFrame& frame);
   /// Rays of the host's own, and the ranges that it measured in the last epoch for the scan, which end at
   /// `reach_m`.
@@ -80,6 +82,7 @@ class HostedReceiver {
   void say(Tone tone, const std::string& line);  ///< once each
 
  private:
+  void start_receiver();
   void observe(std::int64_t now_ns, const TruePose& truth, ReceiverReport& report);
   [[nodiscard]] std::vector<double> scan(const Eigen::Vector3d& antenna_enu) const;
   [[nodiscard]] output::ReceiverDescription description() const;

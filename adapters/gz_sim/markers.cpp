@@ -1,0 +1,208 @@
+#include <gz/msgs/boolean.pb.h>
+#include <gz/msgs/marker_v.pb.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <gz/transport/Node.hh>
+#include <set>
+#include <utility>
+
+#include "adapters/common/ray_visuals.hpp"
+#include "adapters/common/visual_ledger.hpp"
+#include "adapters/gz_sim/publishers.hpp"
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::adapters::gz_sim {
+namespace {
+
+constexpr const char* kService = "/marker_array";
+constexpr double kUpdateInterval_s = 0.1;  // of wall time: what an eye can follow
+/// A client whose coming goes unnoticed has everything again after this.
+constexpr double kRepeatInterval_s = 5;
+/// Between looks for clients; asking the transport before it has listened this long would wait for it.
+constexpr double kLookInterval_s = 1, kFirstLook_s = 2.5;
+/// A client that has not answered for so long is given up; until then it is sent nothing more.
+constexpr double kPatience_s = 5;
+
+[[nodiscard]] double steady_now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+template <typename Colour>
+void set_colour(Colour* to, const drawing::Colour& colour, double strength) {
+  to->set_r(static_cast<float>(strength * colour.r));
+  to->set_g(static_cast<float>(strength * colour.g));
+  to->set_b(static_cast<float>(strength * colour.b));
+  to->set_a(static_cast<float>(colour.a));
+}
+
+template <typename Vector>
+void set_vector(Vector* to, double x, double y, double z) {
+  to->set_x(x);
+  to->set_y(y);
+  to->set_z(z);
+}
+
+void fill(const VisualShape& shape, bool with_colour, gz::msgs::Marker& marker) {
+  const double width = 2 * shape.radius;  // markers are shapes of size 1, scaled
+  const bool cylinder = shape.kind == VisualShape::Kind::Cylinder;
+  const Eigen::Quaterniond turn =
+      cylinder ? Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), shape.axis)
+               : Eigen::Quaterniond::Identity();
+  marker.set_action(gz::msgs::Marker::ADD_MODIFY);
+  marker.set_type(cylinder ? gz::msgs::Marker::CYLINDER : gz::msgs::Marker::SPHERE);
+  set_vector(marker.mutable_scale(), width, width, cylinder ? shape.length : width);
+  auto* pose = marker.mutable_pose();
+  set_vector(pose->mutable_position(), shape.centre.x(), shape.centre.y(), shape.centre.z());
+  pose->mutable_orientation()->set_w(turn.w());
+  set_vector(pose->mutable_orientation(), turn.x(), turn.y(), turn.z());
+  if (!with_colour) return;  // costly to clients
+  auto* material = marker.mutable_material();
+  set_colour(material->mutable_ambient(), shape.colour, shape.lit ? 0.7 : 0);
+  set_colour(material->mutable_diffuse(), shape.colour, shape.lit ? 0.7 : 0);
+  set_colour(material->mutable_specular(), {0, 0, 0, shape.colour.a}, 0);
+  set_colour(material->mutable_emissive(), shape.colour, shape.lit ? 0.3 : 1);
+  material->set_lighting(true);
+}
+
+class Markers final : public EpochPublisher {
+ public:
+  Markers(const ReceiverIdentity& identity, const MarkerOptions& options)
+      : namespace_("canyon/" + identity.link + "/" + identity.sensor),
+        options_(options),
+        ledger_([id = std::uint32_t{0}]() mutable { return ++id; }) {}  // 0 would be any number
+
+  ~Markers() override {
+    safely([this] {
+      if (!present_ || ledger_.clear().empty()) return;
+      gz::msgs::Marker_V all;
+      add(all).set_action(gz::msgs::Marker::DELETE_ALL);
+      send(all);
+    });
+  }
+  Markers(const Markers&) = delete;
+  Markers& operator=(const Markers&) = delete;
+
+  void publish(const ReceiverReport& report) override {
+    safely([&] {
+      const double now = steady_now_s();
+      if (!updates_.due(now) || !look_for_client(now)) return;
+      std::vector<VisualShape> shapes;
+      if (options_.rays) shapes = ray_shapes(report, options_.ray_length_m);
+      if (options_.bubble) {
+        for (VisualShape& shape : bubble_shapes(report, options_.bubble_scale))
+          shapes.push_back(std::move(shape));
+      }
+      tell(shapes, now);
+    });
+  }
+
+  void reset() override {
+    safely([this] {
+      if (present_) tell({}, steady_now_s());
+      updates_.reset();
+    });
+  }
+
+  [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
+
+ private:
+  /// A picture that fails must not end the simulation.
+  template <typename Action>
+  void safely(Action action) noexcept {
+    try {
+      action();
+    } catch (const std::exception& e) {
+      if (!std::exchange(said_, true)) {
+        notes_.push_back(std::string("rays and bubble are not drawn: ") + e.what());
+      }
+    }
+  }
+
+  /// Whether anybody draws markers. A client that is new is told everything.
+  [[nodiscard]] bool look_for_client(double now) {
+    if (now - begin_s_ < kFirstLook_s || !looks_.due(now)) return present_;
+    std::vector<gz::transport::ServicePublisher> found;
+    (void)node_.ServiceInfo(kService, found);
+    std::set<std::string> clients;
+    for (const auto& each : found) clients.insert(each.PUuid());
+    if (!std::includes(clients_.begin(), clients_.end(), clients.begin(), clients.end())) everything_ = true;
+    clients_ = std::move(clients);
+    present_ = !clients_.empty();
+    if (!present_) (void)ledger_.clear();
+    return present_;
+  }
+
+  void tell(const std::vector<VisualShape>& shapes, double now) {
+    if (*unanswered_) {
+      if (now - sent_s_ < kPatience_s) return;
+      everything_ = true;  // what it was sent may be lost
+    }
+    if (repeats_.due(now)) everything_ = true;
+    gz::msgs::Marker_V message;
+    for (const VisualLedger::Change& change : ledger_.update(shapes, std::exchange(everything_, false))) {
+      gz::msgs::Marker& marker = add(message);
+      marker.set_id(change.id);
+      if (change.visible) {
+        const bool back = removed_.erase(change.id) != 0;
+        fill(change.shape, change.whole || back, marker);
+      } else {
+        marker.set_action(gz::msgs::Marker::DELETE_MARKER);
+        removed_.insert(change.id);
+      }
+    }
+    if (message.marker_size() == 0) return;
+    sent_s_ = now;
+    send(message);
+  }
+
+  [[nodiscard]] gz::msgs::Marker& add(gz::msgs::Marker_V& message) const {
+    gz::msgs::Marker& marker = *message.add_marker();
+    marker.set_ns(namespace_);
+    return marker;
+  }
+
+  void send(const gz::msgs::Marker_V& message) {
+    unanswered_ = std::make_shared<std::atomic<bool>>(true);
+    // The answer may come when this object is gone.
+    std::function<void(const gz::msgs::Boolean&, bool)> answered =
+        [unanswered = unanswered_](const gz::msgs::Boolean&, bool) { *unanswered = false; };
+    (void)node_.Request(kService, message, answered);
+  }
+
+  std::string namespace_;
+  MarkerOptions options_;
+  VisualLedger ledger_;
+  std::set<std::uint32_t> removed_;  // by their ids: clients have forgotten their colours
+  RateLimit updates_{kUpdateInterval_s};
+  RateLimit repeats_{kRepeatInterval_s};
+  RateLimit looks_{kLookInterval_s};
+  double begin_s_ = steady_now_s();
+  double sent_s_ = 0;
+  bool present_ = false;
+  bool everything_ = false;
+  bool said_ = false;
+  std::set<std::string> clients_;  // by their processes
+  std::vector<std::string> notes_;
+  std::shared_ptr<std::atomic<bool>> unanswered_ = std::make_shared<std::atomic<bool>>(false);
+  gz::transport::Node node_;
+};
+
+void check_positive(double value, const char* key) {
+  if (value > 0 && std::isfinite(value)) return;
+  throw InputError(std::string("visuals/") + key + " is " + std::to_string(value), "give metres above 0");
+}
+
+}  // namespace
+
+std::unique_ptr<EpochPublisher> make_markers(const ReceiverIdentity& identity, const MarkerOptions& options) {
+  check_positive(options.bubble_scale, "bubble_scale");
+  check_positive(options.ray_length_m, "ray_length_m");
+  return std::make_unique<Markers>(identity, options);
+}
+
+}  // namespace canyon::adapters::gz_sim

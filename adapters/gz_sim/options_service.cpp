@@ -1,0 +1,79 @@
+#include "adapters/gz_sim/options_service.hpp"
+
+#include <fmt/format.h>
+#include <gz/msgs/stringmsg.pb.h>
+
+#include <chrono>
+#include <gz/transport/Node.hh>
+#include <gz/transport/TopicUtils.hh>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::adapters::gz_sim {
+namespace {
+
+/// The transport has one thread for all that a process hears: it must not be held for long.
+constexpr std::chrono::milliseconds kPatience(1000);
+
+struct Service {
+  const char* name;
+  OptionsRequest::Kind kind;
+};
+constexpr Service kServices[]{{"get_options", OptionsRequest::Kind::Get},
+                              {"set_options", OptionsRequest::Kind::Set}};
+
+}  // namespace
+
+struct OptionsService::Impl {
+  explicit Impl(const std::string& world_name) : world(world_name) { offer(""); }
+  ~Impl() { desk->close(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  /// Of all receivers where `receiver` is empty.
+  [[nodiscard]] std::string topic(const std::string& receiver, const Service& service) const {
+    std::string path = receiver.empty() ? "" : receiver + "/";
+    for (std::size_t at = 0; (at = path.find("::", at)) != std::string::npos;) path.replace(at, 2, "/");
+    return gz::transport::TopicUtils::AsValidTopic(
+        fmt::format("/world/{}/canyon/{}{}", world, path, service.name));
+  }
+
+  void offer(const std::string& receiver) {
+    for (const Service& service : kServices) {
+      // A call that is under way may outlive this object.
+      std::function<bool(const gz::msgs::StringMsg&, gz::msgs::StringMsg&)> call =
+          [desk = desk, receiver, kind = service.kind](const gz::msgs::StringMsg& request,
+                                                       gz::msgs::StringMsg& reply) {
+            reply.set_data(desk->ask({kind, receiver, request.data()}, kPatience));
+            return true;
+          };
+      const std::string name = topic(receiver, service);
+      if (!node.Advertise(name, call)) {
+        throw InputError(fmt::format("the service '{}' cannot be offered", name),
+                         "names of worlds and models should have letters, digits and '_' alone");
+      }
+    }
+  }
+
+  std::string world;
+  std::shared_ptr<OptionsDesk> desk = std::make_shared<OptionsDesk>();
+  gz::transport::Node node;  // the last: its services end first
+};
+
+OptionsService::OptionsService(const std::string& world) : impl_(std::make_unique<Impl>(world)) {}
+OptionsService::~OptionsService() = default;
+
+void OptionsService::add(const std::string& receiver) {
+  impl_->offer(receiver);
+}
+
+void OptionsService::remove(const std::string& receiver) {
+  for (const Service& service : kServices) (void)impl_->node.UnadvertiseSrv(impl_->topic(receiver, service));
+}
+
+void OptionsService::serve(const std::function<std::vector<AdjustableReceiver>()>& receivers) {
+  impl_->desk->serve(receivers);
+}
+
+}  // namespace canyon::adapters::gz_sim
