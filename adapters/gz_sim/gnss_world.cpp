@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <future>
 #include <gz/common/Console.hh>
 #include <gz/sim/Util.hh>
 #include <gz/sim/components/AngularVelocity.hh>
@@ -187,7 +188,10 @@ struct GnssWorld::Impl {
   void start_due(Ecm& ecm);
   void start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element, Ecm& ecm);
   void look_for_sensors(Ecm& ecm, bool all);
+  void remove(Entity entity);
   void follow_origin(const Ecm& ecm);
+  void look(const Ecm& ecm);
+  void wait();
   std::shared_ptr<WorldScene> scene_of(bool visual, const WorldFrame& frame, const std::string& name);
   std::optional<TruePose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
                                 std::string& reason) const;
@@ -201,6 +205,8 @@ struct GnssWorld::Impl {
   std::unique_ptr<OptionsService> options;
   std::optional<HostOrigin> origin;
   bool stepped = false;  // PostUpdate of this step is done
+  // Computed and published while the simulation goes on: up to the next ones it does not wait for them.
+  std::future<void> epochs;
 };
 
 GnssWorld::GnssWorld() : impl_(std::make_unique<Impl>()) {}
@@ -364,10 +370,29 @@ std::shared_ptr<WorldScene> GnssWorld::Impl::scene_of(bool visual, const WorldFr
   return scene;
 }
 
+void GnssWorld::Impl::wait() {
+  if (epochs.valid()) epochs.get();
+}
+
+void GnssWorld::Impl::remove(Entity entity) {
+  const auto receiver = receivers.find(entity);
+  if (receiver == receivers.end()) return;
+  wait();
+  options->remove(receiver->second.name);
+  receivers.erase(receiver);
+}
+
+void GnssWorld::Impl::look(const Ecm& ecm) {
+  for (const Scene& scene : scenes) {
+    if (!scene.scene.expired()) scene.world->look(ecm);
+  }
+}
+
 // set_spherical_coordinates puts the world elsewhere while it runs.
 void GnssWorld::Impl::follow_origin(const Ecm& ecm) {
   const std::optional<HostOrigin> now = origin_of(ecm);
   if (now == origin) return;
+  wait();
   origin = now;
   for (auto& [entity, receiver] : receivers) {
     std::vector<std::string> warnings;
@@ -402,14 +427,12 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
   const std::lock_guard lock(impl_->mutex);
   if (std::exchange(impl_->stepped, true)) return;
   ecm.EachRemoved<components::Sensor>([&](const Entity& entity, const components::Sensor*) {
-    const auto receiver = impl_->receivers.find(entity);
-    if (receiver == impl_->receivers.end()) return true;
-    impl_->options->remove(receiver->second.name);
-    impl_->receivers.erase(receiver);
+    impl_->remove(entity);
     return true;
   });
   if (impl_->options) {
     impl_->options->serve([this] {
+      impl_->wait();
       std::vector<AdjustableReceiver> all;
       for (auto& [entity, receiver] : impl_->receivers)
         all.push_back(receiver.hosted->adjustable(receiver.name));
@@ -417,35 +440,40 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
     });
   }
   if (impl_->receivers.empty()) return;
-  for (const Impl::Scene& scene : impl_->scenes) {
-    if (!scene.scene.expired()) scene.world->look(ecm);
-  }
+  impl_->look(ecm);
   impl_->follow_origin(ecm);
   if (info.paused) return;
   const std::int64_t now_ns = nanoseconds(info.simTime);
+  std::vector<Impl::Receiver*> due;
   for (auto& [entity, receiver] : impl_->receivers) {
     if (receiver.pose_topic) receiver.pose_topic->tick(now_ns);
-    HostedReceiver& hosted = *receiver.hosted;
-    if (std::exchange(receiver.scene_is_due, false)) {
+    if (receiver.hosted->due(now_ns)) due.push_back(&receiver);
+  }
+  if (due.empty()) return;
+  impl_->wait();
+  for (Impl::Receiver* receiver : due) {
+    HostedReceiver& hosted = *receiver->hosted;
+    if (std::exchange(receiver->scene_is_due, false)) {
       hosted.set_scene(impl_->scene_of(hosted.settings().visual_geometry, hosted.frame(),
                                        name_of(gz::sim::worldEntity(ecm), ecm)),
-                       receiver.own_model);
-      for (const Impl::Scene& scene : impl_->scenes) {
-        if (!scene.scene.expired()) scene.world->look(ecm);
-      }
+                       receiver->own_model);
+      impl_->look(ecm);
     }
-    hosted.update(now_ns,
-                  [&, &at = receiver](std::string& reason) { return impl_->truth(at, now_ns, ecm, reason); });
+    hosted.begin(now_ns, [&](std::string& reason) { return impl_->truth(*receiver, now_ns, ecm, reason); });
   }
+  impl_->epochs = std::async(std::launch::async, [due = std::move(due)] {
+    for (Impl::Receiver* receiver : due) receiver->hosted->finish();
+  });
 }
 
 void GnssWorld::reset(Ecm& ecm) {
   const std::lock_guard lock(impl_->mutex);
-  std::erase_if(impl_->receivers, [&](const auto& entry) {
-    const bool gone = !ecm.HasEntity(entry.first);
-    if (gone) impl_->options->remove(entry.second.name);
-    return gone;
-  });
+  impl_->wait();
+  std::vector<Entity> gone;
+  for (const auto& [entity, receiver] : impl_->receivers) {
+    if (!ecm.HasEntity(entity)) gone.push_back(entity);
+  }
+  for (const Entity entity : gone) impl_->remove(entity);
   for (auto& [entity, receiver] : impl_->receivers) receiver.hosted->reset();
   for (const auto& [entity, sensor] : impl_->sensors) {
     if (!ecm.HasEntity(entity)) continue;
