@@ -36,6 +36,18 @@ std::string resolve(std::string_view name, const std::string& base, const std::s
   return rest.front() == '/' ? std::string(rest) : *in + '/' + std::string(rest);
 }
 
+/// Link and sensor, or plugin, as a namespace: what makes the topics of several receivers on a model differ.
+std::string own_namespace(const ReceiverIdentity& identity) {
+  std::string base;
+  std::string_view rest = identity.link;
+  while (!rest.empty()) {
+    const std::size_t end = rest.find("::");
+    base += '/' + ros_name_part(rest.substr(0, end));
+    rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 2);
+  }
+  return base + '/' + ros_name_part(identity.sensor.empty() ? identity.plugin : identity.sensor);
+}
+
 }  // namespace
 
 bool is_ros_name(std::string_view name) {
@@ -86,6 +98,7 @@ RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity, 
                      std::vector<std::string>& notes) {
   const std::string private_base = base + '/' + ros_name_part(identity.plugin);
   RosTopics topics;
+  topics.base = base;
   const std::array<std::pair<const char*, std::string*>, 5> named{{{"fix", &topics.fix},
                                                                    {"fix_velocity", &topics.fix_velocity},
                                                                    {"gnss_multipath", &topics.gnss_multipath},
@@ -120,6 +133,25 @@ RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity, 
       throw InputError(fmt::format("<ros><remapping>: two topics would both be '{}'", name),
                        "give each topic a name of its own");
     }
+  }
+  return topics;
+}
+
+RosTopics claimed_ros_topics(const ReceiverIdentity& identity, const RosSettings& settings,
+                             const std::function<std::string(const std::vector<std::string>&)>& claim,
+                             std::vector<std::string>& notes) {
+  RosTopics topics = ros_topics(ros_namespace(identity, settings), identity, settings, notes);
+  std::string taken = claim(topics.all());
+  if (!taken.empty() && settings.ros_namespace.empty()) {
+    notes.clear();
+    topics = ros_topics(own_namespace(identity), identity, settings, notes);
+    const std::string other = std::exchange(taken, claim(topics.all()));
+    notes.push_back(fmt::format("another receiver has the ROS topic {}; those of this one are in {}", other,
+                                topics.base));
+  }
+  if (!taken.empty()) {
+    throw InputError(fmt::format("another receiver has the ROS topic {} already", taken),
+                     "give each receiver a <ros><namespace> of its own");
   }
   return topics;
 }

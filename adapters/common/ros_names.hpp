@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -20,6 +21,7 @@ struct RosSettings {
 
 /// Names of a receiver's topics, absolute: "/iris/fix".
 struct RosTopics {
+  std::string base;  ///< the namespace that they are in where nothing renames them
   std::string fix;
   std::string fix_velocity;
   std::string gnss_multipath;
@@ -46,6 +48,14 @@ struct RosTopics {
 /// would have one name. Remappings of other names add a line to `notes`.
 [[nodiscard]] RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity,
                                    const RosSettings& settings, std::vector<std::string>& notes);
+
+/// ros_topics() that no other receiver has: in ros_namespace() or, where that is the model's by default and
+/// is taken, in a namespace of its link and sensor, with a note. `claim` takes names, or says which is taken.
+/// Throws InputError as ros_topics(), and where a namespace that was asked for is taken.
+[[nodiscard]] RosTopics claimed_ros_topics(
+    const ReceiverIdentity& identity, const RosSettings& settings,
+    const std::function<std::string(const std::vector<std::string>&)>& claim,
+    std::vector<std::string>& notes);
 
 /// settings.frame_id, else the link's name without scope.
 [[nodiscard]] std::string ros_frame_id(const ReceiverIdentity& identity, const RosSettings& settings);

@@ -1,11 +1,20 @@
 #include "adapters/gazebo_classic/publishers.hpp"
 
+// Where built without ROS 1.
 #ifndef CANYON_WITH_ROS
+#ifdef CANYON_WITH_ROS2
+#include "adapters/ros2/host_publisher.hpp"
+#endif
 
 namespace canyon::adapters::gazebo_classic {
 
-std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity&, const PluginSettings&) {
+std::unique_ptr<EpochPublisher> make_ros_publisher([[maybe_unused]] const ReceiverIdentity& identity,
+                                                   [[maybe_unused]] const PluginSettings& settings) {
+#ifdef CANYON_WITH_ROS2
+  return ros2::make_host_publisher(identity, settings);
+#else
   return nullptr;
+#endif
 }
 
 }  // namespace canyon::adapters::gazebo_classic

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 #include <ros/publisher.h>
 
 #include <exception>
@@ -12,7 +11,6 @@
 #include "adapters/gazebo_classic/ros_link.hpp"
 #include "adapters/ros/conversions.hpp"
 #include "adapters/ros/ros1_types.hpp"
-#include "canyon/base/input_error.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
@@ -133,38 +131,14 @@ class RosPublisher final : public EpochPublisher {
   bool said_ = false;
 };
 
-/// Link and sensor, or plugin, as a namespace: what makes the topics of several receivers on a model differ.
-std::string own_namespace(const ReceiverIdentity& identity) {
-  std::string base;
-  std::string_view rest = identity.link;
-  while (!rest.empty()) {
-    const std::size_t end = rest.find("::");
-    base += '/' + ros_name_part(rest.substr(0, end));
-    rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 2);
-  }
-  return base + '/' + ros_name_part(identity.sensor.empty() ? identity.plugin : identity.sensor);
-}
-
 }  // namespace
 
 std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
                                                    const PluginSettings& settings) {
   std::vector<std::string> notes;
-  RosTopics topics = ros_topics(ros_namespace(identity, settings), identity, settings, notes);
   const std::shared_ptr<RosLink> link = RosLink::get();
-  std::string taken = link->claim(topics.all());
-  if (!taken.empty() && settings.ros_namespace.empty()) {
-    notes.clear();
-    const std::string base = own_namespace(identity);
-    topics = ros_topics(base, identity, settings, notes);
-    const std::string other = std::exchange(taken, link->claim(topics.all()));
-    notes.push_back(
-        fmt::format("another receiver has the ROS topic {}; those of this one are in {}", other, base));
-  }
-  if (!taken.empty()) {
-    throw InputError(fmt::format("another receiver has the ROS topic {} already", taken),
-                     "give each receiver a <ros><namespace> of its own");
-  }
+  const RosTopics topics = claimed_ros_topics(
+      identity, settings, [&](const std::vector<std::string>& names) { return link->claim(names); }, notes);
   for (const std::string& note : notes) {
     gzwarn << "[canyon] plugin '" << identity.plugin << "' of model '" << identity.model << "': " << note
            << std::endl;

@@ -8,6 +8,7 @@
 #include <gz/sim/components/AngularVelocity.hh>
 #include <gz/sim/components/CustomSensor.hh>
 #include <gz/sim/components/LinearVelocity.hh>
+#include <gz/sim/components/Model.hh>
 #include <gz/sim/components/Name.hh>
 #include <gz/sim/components/NavSat.hh>
 #include <gz/sim/components/ParentEntity.hh>
@@ -18,6 +19,8 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <sdf/Link.hh>
+#include <sdf/Model.hh>
 #include <sdf/NavSat.hh>
 #include <sdf/Sensor.hh>
 #include <sdf/World.hh>
@@ -64,6 +67,28 @@ bool is_below(Entity entity, Entity root, const Ecm& ecm) {
     if (entity == root) return true;
   }
   return false;
+}
+
+// With its elements; empty for sensors of other kinds.
+std::optional<sdf::Sensor> sdf_of(Entity sensor, const Ecm& ecm) {
+  if (const auto* navsat = ecm.Component<components::NavSat>(sensor)) return navsat->Data();
+  const auto* custom = ecm.Component<components::CustomSensor>(sensor);
+  if (custom != nullptr && custom->Data().Element()) return custom->Data();
+  // Played back from a log, which keeps the SDF of models alone.
+  const Entity link = parent_of(sensor, ecm), top = gz::sim::topLevelModel(sensor, ecm);
+  const auto* of_model = ecm.Component<components::ModelSdf>(top);
+  if (of_model == nullptr) return std::nullopt;
+  std::vector<std::string> nested;
+  for (Entity at = parent_of(link, ecm); at != top && at != gz::sim::kNullEntity; at = parent_of(at, ecm)) {
+    nested.push_back(name_of(at, ecm));
+  }
+  const sdf::Model* model = &of_model->Data();
+  for (auto name = nested.rbegin(); name != nested.rend() && model != nullptr; ++name) {
+    model = model->ModelByName(*name);
+  }
+  const sdf::Link* in_model = model == nullptr ? nullptr : model->LinkByName(name_of(link, ecm));
+  const sdf::Sensor* found = in_model == nullptr ? nullptr : in_model->SensorByName(name_of(sensor, ecm));
+  return found == nullptr ? std::nullopt : std::optional(*found);
 }
 
 std::optional<HostOrigin> origin_of(const Ecm& ecm) {
@@ -222,22 +247,14 @@ void GnssWorld::update(const gz::sim::UpdateInfo&, Ecm& ecm) {
 void GnssWorld::Impl::look_for_sensors(Ecm& ecm, bool all) {
   // Found first: a loop over components must not create or remove any.
   std::vector<std::pair<Entity, sdf::Sensor>> found;
-  const auto add = [&](const Entity& entity, const auto* sensor) {
-    found.emplace_back(entity, sensor->Data());
+  const auto add = [&](const Entity& entity, const components::Sensor*) {
+    if (auto sensor = sdf_of(entity, ecm)) found.emplace_back(entity, std::move(*sensor));
     return true;
   };
-  const auto navsat = [&](const Entity& entity, const components::NavSat* sensor) {
-    return add(entity, sensor);
-  };
-  const auto custom = [&](const Entity& entity, const components::CustomSensor* sensor) {
-    return add(entity, sensor);
-  };
   if (all) {
-    ecm.Each<components::NavSat>(navsat);
-    ecm.Each<components::CustomSensor>(custom);
+    ecm.Each<components::Sensor>(add);
   } else {
-    ecm.EachNew<components::NavSat>(navsat);
-    ecm.EachNew<components::CustomSensor>(custom);
+    ecm.EachNew<components::Sensor>(add);
   }
   for (const auto& [entity, sensor] : found) take_over(entity, sensor, ecm);
 }

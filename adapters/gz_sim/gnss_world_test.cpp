@@ -472,5 +472,20 @@ TEST(GnssWorld, OptionsAtRunTime) {
   EXPECT_FALSE(run.listener.all().back().satellites(2).above_mask());
 }
 
+// Two servers with worlds of one name in one process, as several do on one machine.
+TEST(GnssWorld, WorldsOfTwoServersAreApart) {
+  SimServer first(street_world(street_car(navsat(paper_elements()))));
+  SimServer second(street_world(street_car(navsat(paper_elements()), "lorry"), 0, false));
+  test::GnssListener in_street(topic_of()), in_the_open(topic_of("lorry"));
+  first.step(20);
+  second.step(20);
+  const auto street = in_street.at(0.1), open = in_the_open.at(0.1);
+  ASSERT_TRUE(street && open);
+  expect_street(*street, &StreetSatellite::mirror_m, 1e-3);
+  for (const GnssSatellite& satellite : open->satellites()) {
+    EXPECT_EQ(satellite.visibility(), GnssSatellite::LOS);
+  }
+}
+
 }  // namespace
 }  // namespace canyon::adapters::gz_sim

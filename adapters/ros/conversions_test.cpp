@@ -11,9 +11,16 @@
 #ifdef CANYON_WITH_ROS
 #include "adapters/ros/ros1_types.hpp"
 #endif
+#ifdef CANYON_WITH_ROS2
+#include <canyon_msgs/msg/gnss_multipath.hpp>
+#include <canyon_msgs/msg/gnss_satellites.hpp>
+#include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
+#include <sensor_msgs/msg/laser_scan.hpp>
+#include <sensor_msgs/msg/nav_sat_fix.hpp>
+#endif
 
-// Every conversion against three sets of types: stand-ins as ROS 1's generator writes messages, stand-ins as
-// ROS 2's does, and, in builds with ROS 1, the messages themselves.
+// Every conversion against stand-ins as ROS 1's generator writes messages, stand-ins as ROS 2's does, and, in
+// builds with one of the two, its messages themselves.
 
 namespace canyon::ros_messages {
 namespace {
@@ -132,6 +139,17 @@ struct RosMessages {
   static std::uint32_t nanoseconds(const ros::Time& time) { return time.nsec; }
 };
 using AllTypes = testing::Types<StandIns<Ros1Kind>, StandIns<Ros2Kind>, RosMessages>;
+#elif defined(CANYON_WITH_ROS2)
+struct RosMessages {
+  using NavSatFix = sensor_msgs::msg::NavSatFix;
+  using TwistWithCovarianceStamped = geometry_msgs::msg::TwistWithCovarianceStamped;
+  using LaserScan = sensor_msgs::msg::LaserScan;
+  using GnssMultipath = canyon_msgs::msg::GnssMultipath;
+  using GnssSatellite = canyon_msgs::msg::GnssSatellite;
+  using GnssSatellites = canyon_msgs::msg::GnssSatellites;
+  static std::uint32_t nanoseconds(const builtin_interfaces::msg::Time& time) { return time.nanosec; }
+};
+using AllTypes = testing::Types<RosMessages>;
 #else
 using AllTypes = testing::Types<StandIns<Ros1Kind>, StandIns<Ros2Kind>>;
 #endif

@@ -159,5 +159,10 @@ void visit(options::Visitor& v, SkyConfig& o);
 void visit(options::Visitor& v, ReceiverConfig& o);
 void visit(options::Visitor& v, OutputConfig& o);
 void visit(options::Visitor& v, Scenario& o);
+/// A scenario whose trajectory may be absent (ScenarioReadOptions::trajectory_needed).
+struct ScenarioOfAnyTrajectory {
+  Scenario& scenario;
+};
+void visit(options::Visitor& v, ScenarioOfAnyTrajectory& o);
 
 }  // namespace canyon::simulation

@@ -22,12 +22,6 @@ void visit_name_and_profile(options::Visitor& v, ReceiverConfig& config, bool se
 /// A reader sets the whole config by the profile that stands there, or by the default one.
 void visit_profile(options::Visitor& v, ReceiverConfig& config);
 
-/// A scenario whose trajectory may be absent.
-struct ScenarioOfAnyTrajectory {
-  Scenario& scenario;
-};
-void visit(options::Visitor& v, ScenarioOfAnyTrajectory& o);
-
 /// Reads a YAML text into `options`. Throws InputError with file and line. @param change of what was written,
 /// before it is read
 template <typename Options>

@@ -14,6 +14,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/antenna_pose.hpp"
+#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/street_sources.hpp"
@@ -179,11 +180,11 @@ class Progress {
 }  // namespace
 
 struct Simulation::Impl {
-  Impl(Scenario s, city::City city, Plan p)
+  Impl(Scenario s, std::shared_ptr<CityScene> scene, Plan p)
       : scenario(std::move(s)),
         plan(std::move(p)),
         sky(build_sky(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position)),
-        environment(std::move(city), sky.sky, sky.navigation.klobuchar) {
+        environment(std::move(scene), sky.sky, sky.navigation.klobuchar) {
     warnings = scenario.warnings;
     warnings.insert(warnings.end(), plan.warnings.begin(), plan.warnings.end());
     warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
@@ -337,14 +338,19 @@ Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation
   return epoch;
 }
 
-Simulation::Simulation(Scenario scenario, city::City city) {
+Simulation::Simulation(Scenario scenario, city::City city)
+    : Simulation(std::move(scenario), std::make_shared<CityScene>(std::move(city))) {}
+
+Simulation::Simulation(Scenario scenario, std::shared_ptr<CityScene> scene) {
+  if (!scene) throw InputError("a simulation needs a scene");
+  const city::City& city = scene->city;
   for (const auto& [index, enu] : scenario.trajectory.local_waypoints) {
     scenario.trajectory.waypoints.at(index) = city.frame.geodetic_from_local(enu);
   }
   scenario.trajectory.local_waypoints.clear();
   Plan plan = make_plan(scenario);
   check_city(scenario, city);
-  impl_ = std::make_unique<Impl>(std::move(scenario), std::move(city), std::move(plan));
+  impl_ = std::make_unique<Impl>(std::move(scenario), std::move(scene), std::move(plan));
 }
 Simulation::~Simulation() = default;
 
@@ -425,7 +431,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
 
   try {
     // Memory is bounded by the epochs of two blocks.
-    const std::size_t block = std::max<std::size_t>(8, 256 / receiver_count);
+    const std::size_t block = std::max<std::size_t>(8, options.block / receiver_count);
     for_each_in_order<std::vector<PureEpoch>>(result.planned, block, options.threads, running, pure, observe);
   } catch (...) {
     failure = std::current_exception();

@@ -13,6 +13,8 @@
 
 namespace canyon::simulation {
 
+struct CityScene;
+
 /// The epoch that a receiver makes of what arrives at a known place: measurements, fix, and its error.
 /// Simulation and hosts with a clock of their own share it. `arrival` is disturbed in place. Throws as
 /// Receiver::observe() does.
@@ -22,6 +24,9 @@ namespace canyon::simulation {
 struct RunOptions {
   int threads = 0;                          ///< 0: as many as cores; never more than those
   const std::atomic<bool>* stop = nullptr;  ///< set to end after the epochs in flight
+  /// Epochs of all receivers that are made together, and once more ahead of what sinks take; at least 8
+  /// instants.
+  std::size_t block = 256;
   /// Called now and then from the calling thread: epochs done, epochs in all.
   std::function<void(std::size_t, std::size_t)> progress;
 };
@@ -44,6 +49,8 @@ class Simulation {
   /// simulation/load_city.hpp). Throws InputError where the trajectory lies outside the ephemerides, or more
   /// than 10 km from the city.
   Simulation(Scenario scenario, city::City city);
+  /// The same over a scene that others share.
+  Simulation(Scenario scenario, std::shared_ptr<CityScene> scene);
   ~Simulation();
 
   [[nodiscard]] const Scenario& scenario() const;

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <rclcpp_lifecycle/lifecycle_node.hpp>
+#include <string>
+
+#include "adapters/ros2/node_settings.hpp"
+
+namespace canyon::adapters::ros2 {
+
+/// A node's parameters: NodeSettings declared with descriptors and ranges, and what a user gives of them.
+class NodeParameters {
+ public:
+  /// What a change at run time may touch.
+  enum class Open { All, Receivers, Nothing };
+  struct Owner {
+    std::function<Open()> open;
+    /// Settings that were given and are good. Throws InputError where they cannot be taken.
+    std::function<void(const NodeSettings&)> change;
+  };
+
+  /// Declares them all. What the command line or a file gives and nobody knows is a warning, a value that is
+  /// not good an error in the log; settings() throws it again.
+  NodeParameters(rclcpp_lifecycle::LifecycleNode& node, Owner owner);
+
+  /// What is given now. Throws InputError.
+  [[nodiscard]] NodeSettings settings() const { return read_settings(given_); }
+  /// The parameters show `settings` from now on, where they are not given.
+  void show(const NodeSettings& settings);
+
+ private:
+  void declare();
+  rcl_interfaces::msg::SetParametersResult judge(const std::vector<rclcpp::Parameter>& changes);
+
+  rclcpp_lifecycle::LifecycleNode& node_;
+  Owner owner_;
+  Parameters given_;
+  bool showing_ = false;
+  rclcpp::node_interfaces::PreSetParametersCallbackHandle::SharedPtr before_;
+  rclcpp::node_interfaces::OnSetParametersCallbackHandle::SharedPtr judge_;
+};
+
+}  // namespace canyon::adapters::ros2

@@ -1,0 +1,307 @@
+#include "adapters/ros2/node_settings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/base/text_file.hpp"
+#include "canyon/options/read.hpp"
+#include "canyon/options/values.hpp"
+#include "canyon/output/stream.hpp"
+
+namespace canyon::adapters::ros2 {
+namespace {
+
+using options::Key;
+using options::Node;
+using options::Type;
+using options::Visitor;
+
+constexpr std::string_view kReceivers = "receivers[].";
+constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
+
+void visit_pose(Visitor& v, NodeSettings& settings) {
+  static constexpr std::string_view kSources[]{"trajectory", "pose", "odometry", "tf"};
+  v.choice(
+      {"source", "",
+       "where the truth comes from: the scenario's trajectory; geometry_msgs/PoseStamped on the topic pose; "
+       "nav_msgs/Odometry on the topic odom; tf2"},
+      settings.pose_source, kSources);
+  v.number({"timeout_s", "s", "since the last pose came; without truth there is no epoch"},
+           settings.pose_timeout_s, {1e-3, 1e6});
+  v.text({"frame", "", "that poses are in: z up"}, settings.pose_frame);
+  v.text({"child_frame", "", "of the vehicle, where source is tf"}, settings.child_frame);
+  v.number({"east_m", "m", "where that frame's origin lies in the city, from the city's: eastwards"},
+           settings.pose_origin_enu_m.x(), {-1e6, 1e6});
+  v.number({"north_m", "m", "northwards"}, settings.pose_origin_enu_m.y(), {-1e6, 1e6});
+  v.number({"up_m", "m", "upwards"}, settings.pose_origin_enu_m.z(), {-1e6, 1e6});
+  v.angle({"heading_deg", "deg", "of that frame's x axis, from east counter-clockwise"},
+          settings.pose_heading_rad, {-360, 360});
+}
+
+std::vector<Key> make_keys() {
+  std::vector<Key> keys;
+  std::set<std::string> names;
+  const auto add = [&](bool receivers) {
+    for (const Key& each : options::describe<NodeSettings>().keys) {
+      Key key = each;
+      if (key.path.starts_with(kReceivers) != receivers) continue;
+      if (receivers) key.path.erase(0, kReceivers.size());
+      const bool files_own = key.path.find("[]") != std::string::npos || key.type == Type::Rows ||
+                             key.path.starts_with("outputs.");
+      // A scenario says of all receivers what a receiver may say of itself; here there is but one.
+      if (!files_own && names.insert(key.path).second) keys.push_back(std::move(key));
+    }
+  };
+  add(true);
+  add(false);
+  return keys;
+}
+
+const std::vector<std::string>& known_paths() {
+  static const std::vector<std::string> paths = options::describe<NodeSettings>().paths();
+  return paths;
+}
+
+/// As a text that readers take; a list's texts one by one. Empty: not given.
+std::optional<Node> node_of(const ParameterValue& value) {
+  const auto scalar = [](std::string text) {
+    Node node;
+    node.kind = Node::Kind::Scalar;
+    node.text = std::move(text);
+    return node;
+  };
+  const auto list = [&scalar](const auto& items, const auto& text) -> std::optional<Node> {
+    if (items.empty()) return std::nullopt;
+    Node node;
+    node.kind = Node::Kind::List;
+    for (const auto& item : items) node.items.push_back(scalar(text(item)));
+    return node;
+  };
+  if (const auto* flag = std::get_if<bool>(&value)) return scalar(*flag ? "true" : "false");
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) return scalar(fmt::format("{}", *integer));
+  if (const auto* number = std::get_if<double>(&value)) return scalar(options::show(*number));
+  if (const auto* text = std::get_if<std::string>(&value)) {
+    if (text->empty()) return std::nullopt;
+    return scalar(*text);
+  }
+  if (const auto* numbers = std::get_if<std::vector<double>>(&value)) return list(*numbers, options::show);
+  if (const auto* texts = std::get_if<std::vector<std::string>>(&value)) {
+    return list(*texts, [](const std::string& text) { return text; });
+  }
+  return std::nullopt;
+}
+
+/// The value below a key of a mapping, made where there is none.
+Node& child_of(Node& mapping, std::string_view key) {
+  mapping.kind = Node::Kind::Mapping;
+  const auto at = std::find_if(mapping.entries.begin(), mapping.entries.end(),
+                               [key](const Node::Entry& entry) { return entry.key == key; });
+  if (at != mapping.entries.end()) return at->value;
+  mapping.entries.push_back({std::string(key), mapping.line, {}});
+  return mapping.entries.back().value;
+}
+
+/// The one receiver of the tree, made where there is none; the others go.
+Node& only_receiver(Node& root, const std::string& name) {
+  Node& receivers = child_of(root, "receivers");
+  if (receivers.kind == Node::Kind::Empty) receivers.kind = Node::Kind::List;
+  if (receivers.items.empty()) receivers.items.emplace_back().kind = Node::Kind::Mapping;
+  if (!name.empty()) {
+    std::vector<std::string> names;
+    const auto at = std::find_if(receivers.items.begin(), receivers.items.end(), [&](const Node& item) {
+      const Node::Entry* entry = item.find("name");
+      names.push_back(entry == nullptr ? "rover" : entry->value.text);
+      return names.back() == name;
+    });
+    if (at == receivers.items.end()) {
+      throw InputError(fmt::format("parameter 'receiver': the scenario has no receiver '{}'", name),
+                       fmt::format("it has {}", fmt::join(names, ", ")));
+    }
+    std::swap(*at, receivers.items.front());
+  }
+  receivers.items.resize(1);
+  return receivers.items.front();
+}
+
+bool is_file(const std::string& name) {
+  const Key* key = find_parameter(name);
+  return key != nullptr && (key->type == Type::File || key->type == Type::Files);
+}
+
+void put(Node& root, const std::string& name, Node value) {
+  const auto absolute = [](Node& node) { node.text = std::filesystem::absolute(node.text).string(); };
+  if (is_file(name)) {
+    if (value.kind == Node::Kind::Scalar) absolute(value);
+    for (Node& item : value.items) absolute(item);
+  }
+  Node* at = is_receivers(name) ? &child_of(root, "receivers").items.front() : &root;
+  for (const std::string_view part : split(name, '.')) {
+    // `start: TEXT` gives way to start.week, and so on.
+    if (at->kind != Node::Kind::Mapping) *at = {};
+    at = &child_of(*at, part);
+  }
+  *at = std::move(value);
+}
+
+/// Values by their paths; lists of mappings are left out.
+void flatten(const Node& node, const std::string& path, Parameters& into);
+
+ParameterValue value_of(const Node& node, const Key& key) {
+  std::vector<std::string> texts;
+  for (const Node& item : node.items) texts.push_back(item.text);
+  if (node.kind == Node::Kind::Scalar) texts.push_back(node.text);
+  switch (key.type) {
+    case Type::Boolean:
+      return node.text == "true";
+    case Type::Integer:
+      if (const auto integer = parse_integer(node.text)) return std::int64_t{*integer};
+      return node.text;
+    case Type::Number:
+      if (const auto number = parse_double(node.text)) return *number;
+      return node.text;  // "none"
+    case Type::Texts:
+    case Type::Files:
+      return texts;
+    case Type::Numbers: {
+      std::vector<double> numbers;
+      for (const std::string& text : texts) numbers.push_back(parse_double(text).value_or(std::nan("")));
+      return numbers;
+    }
+    default:
+      return node.text;
+  }
+}
+
+void flatten(const Node& node, const std::string& path, Parameters& into) {
+  if (node.kind == Node::Kind::Mapping) {
+    for (const Node::Entry& entry : node.entries) {
+      flatten(entry.value, path.empty() ? entry.key : path + "." + entry.key, into);
+    }
+  } else if (path == "receivers") {
+    for (const Node& item : node.items) flatten(item, "", into);
+  } else if (const Key* key = find_parameter(path); key != nullptr && node.kind != Node::Kind::Empty) {
+    into[path] = value_of(node, *key);
+  }
+}
+
+}  // namespace
+
+void visit(Visitor& v, NodeSettings& settings) {
+  v.file({"scenario", "", "scenario file; parameters stand over what it says"}, settings.scenario);
+  v.text({"receiver", "", "which of its receivers", "its first"}, settings.receiver);
+  v.text({"frame_id", "", "of all messages: the antenna's frame"}, settings.frame_id);
+  v.boolean({"autostart", "", "configures and activates itself"}, settings.autostart);
+  v.boolean({"drive_clock", "", "publishes /clock, from 0, and goes by it"}, settings.drive_clock);
+  v.number({"speed", "", "of the clock that it drives, times real time"}, settings.speed, {0, 1000, true});
+  v.integer({"threads", "", "that compute a scenario's own drive ahead; 0: as many as cores"},
+            settings.threads, 0, 4096);
+  v.texts({"streams", "", "FORMAT=ADDRESS, as of canyon simulate --stream: nmea=tcp://127.0.0.1:2947"},
+          settings.streams);
+  v.section("pose", [&] { visit_pose(v, settings); });
+  simulation::ScenarioOfAnyTrajectory any{settings.world};
+  visit(v, any);
+  if (!v.reads()) return;
+  try {
+    for (const std::string& text : settings.streams) {
+      (void)output::format_named(output::parse_stream(text).format);
+    }
+  } catch (const InputError& e) {
+    throw v.fault("streams", e.problem(), e.cure());
+  }
+  if (!settings.by_poses()) {
+    v.require("trajectory", "add trajectory: {file: ...}, waypoints or position, or set pose.source");
+  } else if (settings.drive_clock) {
+    throw v.fault("drive_clock", "poses from outside bring a time of their own",
+                  "leave it out, or take the truth from the scenario's trajectory");
+  }
+}
+
+const std::vector<Key>& parameter_keys() {
+  static const std::vector<Key> keys = make_keys();
+  return keys;
+}
+
+const Key* find_parameter(const std::string& name) {
+  const std::vector<Key>& keys = parameter_keys();
+  const auto at = std::find_if(keys.begin(), keys.end(), [&](const Key& key) { return key.path == name; });
+  return at == keys.end() ? nullptr : &*at;
+}
+
+std::string meant_parameter(const std::string& name) {
+  std::vector<std::string> names;
+  for (const Key& key : parameter_keys()) names.push_back(key.path);
+  const auto similar = options::closest_key(name, names);
+  return similar ? fmt::format("did you mean '{}'?", *similar) : "docs/ros2.md names them";
+}
+
+bool is_receivers(const std::string& name) {
+  const std::vector<std::string>& paths = known_paths();
+  return std::find(paths.begin(), paths.end(), std::string(kReceivers) + name) != paths.end();
+}
+
+NodeSettings read_settings(const Parameters& given) {
+  options::Document document;
+  document.known = known_paths();
+  document.fault = [&](const std::string& path, const std::string& key, int line, std::string_view problem,
+                       std::string_view cure) {
+    std::string name = path.empty() ? key : key.empty() ? path : path + "." + key;
+    if (name.starts_with(kReceivers)) name.erase(0, kReceivers.size());
+    if (given.contains(name)) return InputError(fmt::format("parameter '{}': {}", name, problem), cure);
+    return InputError(document.file, line,
+                      key.empty() ? std::string(problem) : fmt::format("{}: {}", key, problem), cure);
+  };
+
+  const auto text_of = [&given](const std::string& name) {
+    const auto at = given.find(name);
+    const auto* text = at == given.end() ? nullptr : std::get_if<std::string>(&at->second);
+    return text == nullptr ? std::string() : *text;
+  };
+  NodeSettings settings;
+  Node root;
+  root.kind = Node::Kind::Mapping;
+  if (const std::string file = text_of("scenario"); !file.empty()) {
+    document.file = file;
+    const TextFile text(file, kMaxBytes);
+    root = options::parse_yaml(std::string(text.text()), document, "it needs at least city and trajectory");
+    settings.world.file = file;
+  }
+  if (root.kind == Node::Kind::Mapping) {
+    only_receiver(root, text_of("receiver"));
+    for (const auto& [name, value] : given) {
+      const auto node = node_of(value);
+      if (!node) continue;
+      if (find_parameter(name) == nullptr) {
+        throw InputError(fmt::format("there is no parameter '{}'", name), meant_parameter(name));
+      }
+      put(root, name, *node);
+    }
+    settings.named = root.find("receivers")->value.items.front().find("name") != nullptr;
+  }
+  options::read(root, document, settings);
+  return settings;
+}
+
+Parameters parameters_of(const NodeSettings& settings) {
+  options::Document document;
+  Parameters parameters;
+  flatten(options::parse_yaml(options::yaml(settings), document, ""), "", parameters);
+  // Written out it names no profile, as every key stands below it.
+  parameters.erase("profile");
+  return parameters;
+}
+
+simulation::LiveConfig live_config(const NodeSettings& settings, const std::string& own_name) {
+  const simulation::Scenario& world = settings.world;
+  simulation::LiveConfig config{world.sky, world.start, world.rate_hz, world.receivers.front(), world.seed};
+  config.receiver.options.own_draws = true;
+  if (!settings.named) config.receiver.options.name = own_name;
+  return config;
+}
+
+}  // namespace canyon::adapters::ros2

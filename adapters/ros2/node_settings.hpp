@@ -1,0 +1,74 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "canyon/options/describe.hpp"
+#include "canyon/simulation/live_receiver.hpp"
+#include "canyon/simulation/scenario.hpp"
+
+namespace canyon::adapters::ros2 {
+
+/// Where a receiver's truth comes from.
+enum class PoseSource : std::uint8_t { Trajectory, Pose, Odometry, Tf };
+
+/// Everything that a receiver's node is told: by a scenario file, and by parameters over it.
+struct NodeSettings {
+  std::optional<std::filesystem::path> scenario;
+  std::string receiver;  ///< of the scenario's; empty: its first
+  std::string frame_id = "gnss";
+  bool autostart = false;
+  bool drive_clock = false;
+  double speed = 1;                  ///< of the driven clock, times real time
+  int threads = 1;                   ///< that compute a scenario's own drive; 0: as many as cores
+  std::vector<std::string> streams;  ///< each FORMAT=ADDRESS (output::parse_stream())
+
+  PoseSource pose_source = PoseSource::Trajectory;
+  double pose_timeout_s = 0.5;
+  std::string pose_frame = "map";                               ///< that poses are in
+  std::string child_frame = "base_link";                        ///< whose pose it is, with Tf
+  Eigen::Vector3d pose_origin_enu_m = Eigen::Vector3d::Zero();  ///< of pose_frame, in the city's frame
+  double pose_heading_rad = 0;  ///< of its x axis, from east counter-clockwise
+
+  /// One receiver; with poses from outside the trajectory may be absent.
+  simulation::Scenario world;
+  bool named = false;  ///< `name` was given
+
+  [[nodiscard]] bool by_poses() const { return pose_source != PoseSource::Trajectory; }
+};
+
+void visit(options::Visitor& v, NodeSettings& settings);
+
+/// A parameter's value, of one of the types that ROS has; nothing: not set.
+using ParameterValue = std::variant<std::monostate, bool, std::int64_t, double, std::string,
+                                    std::vector<double>, std::vector<std::string>>;
+using Parameters = std::map<std::string, ParameterValue>;
+
+/// One key a parameter, in the order of visit(): the scenario's keys, those of its receiver without
+/// `receivers[].`. Lists of mappings, tables and `outputs` are the file's alone.
+[[nodiscard]] const std::vector<options::Key>& parameter_keys();
+/// Null for a name that is none.
+[[nodiscard]] const options::Key* find_parameter(const std::string& name);
+/// The known name that is closest to an unknown one, for people: "did you mean 'elevation_mask_deg'?".
+[[nodiscard]] std::string meant_parameter(const std::string& name);
+/// Whether it is one of the receiver's own keys, which say nothing of city, sky, time and motion.
+[[nodiscard]] bool is_receivers(const std::string& name);
+
+/// Reads the file that `given["scenario"]` names, if any, and `given` over it. Names of files among the
+/// parameters belong to the working folder, those of the scenario to its own. Empty texts and lists, and what
+/// is not set, are not given. Throws InputError, which names the parameter or the file and line.
+[[nodiscard]] NodeSettings read_settings(const Parameters& given);
+
+/// The settings as parameters; what has no value is left out.
+[[nodiscard]] Parameters parameters_of(const NodeSettings& settings);
+
+/// For a receiver that a host drives. `own_name` names it where nothing else does, and its noise is its own.
+[[nodiscard]] simulation::LiveConfig live_config(const NodeSettings& settings, const std::string& own_name);
+
+}  // namespace canyon::adapters::ros2

@@ -1,0 +1,151 @@
+#include "adapters/ros2/node_settings.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/options/values.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon::adapters::ros2 {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Key;
+using testing::Not;
+
+constexpr const char* kScenario = R"(
+city:
+  synthetic: {seed: 7}
+  origin: {latitude_deg: 22.3, longitude_deg: 114.17}
+start: 2026-06-01T08:00:00Z
+duration_s: 10
+trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}
+receivers:
+  - {name: first, profile: paper, elevation_mask_deg: 12}
+  - {name: second, profile: ideal}
+)";
+
+class Settings : public testing::Test {
+ protected:
+  Settings() { std::ofstream(file_) << kScenario; }
+
+  static std::string fault_of(const Parameters& given) {
+    try {
+      (void)read_settings(given);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "no fault";
+  }
+
+  test::TemporaryFolder folder_;
+  std::string file_ = (folder_.path() / "drive.yaml").string();
+};
+
+TEST_F(Settings, AFileAloneIsTheScenarioOfItsFirstReceiver) {
+  const NodeSettings settings = read_settings({{"scenario", file_}});
+  const simulation::Scenario alone = simulation::read_scenario(file_);
+  EXPECT_EQ(options::exact_text(settings.world.sky), options::exact_text(alone.sky));
+  ASSERT_EQ(settings.world.receivers.size(), 1U);
+  EXPECT_EQ(options::exact_text(settings.world.receivers[0]), options::exact_text(alone.receivers[0]));
+  EXPECT_TRUE(settings.named);
+}
+
+TEST_F(Settings, ReceiverChoosesAndOthersGo) {
+  const NodeSettings settings = read_settings({{"scenario", file_}, {"receiver", "second"}});
+  ASSERT_EQ(settings.world.receivers.size(), 1U);
+  EXPECT_EQ(settings.world.receivers[0].options.name, "second");
+  EXPECT_THAT(fault_of({{"scenario", file_}, {"receiver", "third"}}), HasSubstr("it has first, second"));
+}
+
+TEST_F(Settings, ParametersStandOverTheFile) {
+  const NodeSettings settings = read_settings({{"scenario", file_},
+                                               {"elevation_mask_deg", 5.0},
+                                               {"noise.enabled", false},
+                                               {"seed", std::int64_t{42}},
+                                               {"start", "2026-06-01T09:00:00Z"},
+                                               {"sky.systems", std::vector<std::string>{"GPS", "Galileo"}},
+                                               {"max_pdop", "none"},
+                                               {"profile", ""}});
+  EXPECT_NEAR(settings.world.receivers[0].options.fix.elevation_mask_rad, 5 * M_PI / 180, 1e-15);
+  EXPECT_FALSE(settings.world.receivers[0].options.noise.enabled);
+  EXPECT_EQ(settings.world.seed, 42U);
+  EXPECT_EQ(settings.world.sky.systems.size(), 2U);
+  EXPECT_EQ(*settings.world.start - *read_settings({{"scenario", file_}}).world.start, 3600);
+}
+
+TEST_F(Settings, NoFileIsNeeded) {
+  const NodeSettings settings = read_settings({{"city.open", true},
+                                               {"city.origin.latitude_deg", 22.3},
+                                               {"city.origin.longitude_deg", 114.17},
+                                               {"pose.source", "odometry"}});
+  EXPECT_TRUE(settings.by_poses());
+  EXPECT_FALSE(settings.named);
+  EXPECT_TRUE(settings.world.city.open);
+  const simulation::LiveConfig live = live_config(settings, "/car/receiver");
+  EXPECT_EQ(live.receiver.options.name, "/car/receiver");
+  EXPECT_TRUE(live.receiver.options.own_draws);
+}
+
+// The words of the engine, with the parameter's name.
+TEST_F(Settings, FaultsNameTheParameterOrTheLine) {
+  EXPECT_THAT(fault_of({{"scenario", file_}, {"elevation_mask_deg", 95.0}}),
+              AllOf(HasSubstr("parameter 'elevation_mask_deg'"), HasSubstr("95"),
+                    HasSubstr("at least 0 and below 90")));
+  EXPECT_THAT(fault_of({{"scenario", file_}, {"pose.source", "gps"}}), HasSubstr("parameter 'pose.source'"));
+  EXPECT_THAT(fault_of({{"scenario", file_}, {"elevation_mask", 9.0}}),
+              HasSubstr("did you mean 'elevation_mask_deg'?"));
+  EXPECT_THAT(fault_of({{"scenario", file_}, {"streams", std::vector<std::string>{"wav=tcp://1:2"}}}),
+              HasSubstr("parameter 'streams'"));
+  EXPECT_THAT(fault_of({{"scenario", file_}, {"drive_clock", true}, {"pose.source", "pose"}}),
+              HasSubstr("drive_clock"));
+  EXPECT_THAT(fault_of({{"scenario", (folder_.path() / "none.yaml").string()}}), HasSubstr("none.yaml"));
+  EXPECT_THAT(fault_of({}), HasSubstr("city"));
+  std::ofstream(file_) << "city: {synthetic: {}}\ntrajectory: {speed: 3}\n";
+  EXPECT_THAT(fault_of({{"scenario", file_}}), HasSubstr(file_ + ":2"));
+}
+
+TEST_F(Settings, ParametersReadBackTheSame) {
+  const NodeSettings settings = read_settings({{"scenario", file_}, {"pose.heading_deg", 30.0}});
+  Parameters shown = parameters_of(settings);
+  EXPECT_EQ(std::get<double>(shown.at("elevation_mask_deg")), 12);
+  EXPECT_EQ(std::get<double>(shown.at("pose.heading_deg")), 30);
+  EXPECT_EQ(std::get<std::int64_t>(shown.at("seed")), 1);
+  EXPECT_EQ(std::get<std::string>(shown.at("pose.source")), "trajectory");
+  EXPECT_THAT(shown, Not(Contains(Key("profile"))));
+  // One by one as parameters over the file they say what it says.
+  for (const auto& [name, value] : shown) {
+    // Of these it has others in its file.
+    if (name.rfind("trajectory.", 0) == 0 || name.rfind("city.", 0) == 0) continue;
+    const NodeSettings again =
+        read_settings({{"scenario", file_}, {"pose.heading_deg", 30.0}, {name, value}});
+    EXPECT_EQ(options::yaml(again), options::yaml(settings)) << name;
+  }
+}
+
+TEST_F(Settings, EveryKeyOfTheScenarioIsAParameterOrTheFilesOwn) {
+  std::set<std::string> names;
+  for (const options::Key& key : parameter_keys()) {
+    EXPECT_TRUE(names.insert(key.path).second) << key.path;
+    EXPECT_EQ(find_parameter(key.path), &key);
+    EXPECT_FALSE(key.meaning.empty()) << key.path;
+  }
+  std::vector<std::string> missing;
+  for (std::string path : simulation::scenario_description().paths()) {
+    if (path.rfind("receivers[].", 0) == 0) path.erase(0, 12);
+    if (!names.contains(path) && path.rfind("outputs.", 0) != 0) missing.push_back(path);
+  }
+  EXPECT_THAT(missing,
+              testing::Each(testing::AnyOf(HasSubstr("[]"), HasSubstr("_rows"), HasSubstr("windows"))));
+  EXPECT_TRUE(is_receivers("elevation_mask_deg") && is_receivers("clock.bias_s"));
+  EXPECT_FALSE(is_receivers("seed") || is_receivers("city.open") || is_receivers("pose.source"));
+}
+
+}  // namespace
+}  // namespace canyon::adapters::ros2

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "adapters/common/pose_motion.hpp"
+#include "adapters/ros2/node_settings.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/live_receiver.hpp"
+
+namespace canyon::adapters::ros2 {
+
+/// A receiver in a city whose vehicle's poses come from outside. Not thread-safe.
+class PoseReceiver {
+ public:
+  /// @param start GPS time of the host's time 0; @param own_name see live_config()
+  /// Throws InputError as LiveReceiver does.
+  PoseReceiver(const NodeSettings& settings, std::shared_ptr<simulation::CityScene> scene,
+               geodesy::GpsTime start, std::string own_name);
+
+  /// A pose of the vehicle in pose_frame, with the sender's stamp [s], that comes at `now_ns` of the host's
+  /// time. False where it is none: not finite, or its quaternion has no direction.
+  bool add(const RigidPose& pose, double stamp_s, std::int64_t now_ns) {
+    return track_.add(pose, stamp_s, now_ns);
+  }
+  /// The epoch at `now_ns`; empty, with `reason`, where no pose has come in time. Time that goes back begins
+  /// anew. Throws InputError as LiveReceiver::observe() does.
+  [[nodiscard]] std::optional<simulation::LiveReceiver::Step> observe(std::int64_t now_ns,
+                                                                      std::string& reason);
+
+  /// Other options from the next epoch on, as LiveReceiver::set_config(): it begins anew; sky, poses and city
+  /// stay.
+  void change(const NodeSettings& settings);
+  [[nodiscard]] simulation::LiveReceiver& receiver() { return receiver_; }
+
+ private:
+  NodeSettings settings_;
+  std::string own_name_;
+  PoseTrack track_;
+  simulation::LiveReceiver receiver_;
+};
+
+}  // namespace canyon::adapters::ros2

@@ -1,0 +1,400 @@
+#include "adapters/ros2/receiver_node.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <geometry_msgs/msg/pose_stamped.hpp>
+#include <lifecycle_msgs/msg/state.hpp>
+#include <nav_msgs/msg/odometry.hpp>
+#include <rclcpp/create_timer.hpp>
+#include <rclcpp_components/register_node_macro.hpp>
+#include <set>
+#include <utility>
+#ifdef CANYON_WITH_TF2
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
+#endif
+
+#include "adapters/common/stream_publisher.hpp"
+#include "adapters/common/update_schedule.hpp"
+#include "adapters/ros2/node_parameters.hpp"
+#include "adapters/ros2/pose_receiver.hpp"
+#include "adapters/ros2/receiver_topics.hpp"
+#include "adapters/ros2/scenario_run.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/encoder.hpp"
+#include "canyon/simulation/load_city.hpp"
+
+namespace canyon::adapters::ros2 {
+namespace {
+
+using Step = simulation::LiveReceiver::Step;
+using lifecycle_msgs::msg::State;
+
+constexpr double kDefaultRate_hz = 10;
+// How finely time goes: epochs come at most this late.
+constexpr std::int64_t kTick_ns = 10'000'000;
+
+}  // namespace
+
+struct ReceiverNode::Impl {
+  explicit Impl(ReceiverNode& n)
+      : node(n), parameters(n, {[this] { return open(); }, [this](const NodeSettings& s) { change(s); }}) {}
+
+  [[nodiscard]] NodeParameters::Open open() const;
+  void change(const NodeSettings& changed);
+  void configure();
+  void activate();
+  void deactivate();
+  void cleanup();
+  void autostart();
+
+  void listen();
+  void on_pose(const std_msgs::msg::Header& header, const geometry_msgs::msg::Pose& pose);
+  void look_up();
+  void begin_poses();
+
+  void tick_clock();
+  void tick();
+  void take_epochs();
+  void observe();
+  void publish(const Step* step, std::int64_t stamp_ns, const std::string& reason);
+  [[nodiscard]] std::int64_t now_ns() const { return node.get_clock()->now().nanoseconds(); }
+  void warn(const std::string& message) {
+    if (said.insert(message).second) RCLCPP_WARN(node.get_logger(), "%s", message.c_str());
+  }
+  /// What goes wrong in a callback ends the drive, not the container.
+  template <class Work>
+  void guarded(const Work& work) {
+    try {
+      work();
+    } catch (const std::exception& e) {
+      RCLCPP_ERROR(node.get_logger(), "%s", e.what());
+      node.deactivate();
+    }
+  }
+
+  ReceiverNode& node;
+  NodeParameters parameters;
+  NodeSettings settings;
+  std::shared_ptr<simulation::CityScene> scene;
+  std::shared_ptr<const simulation::Simulation> simulation;  // of a scenario's own drive
+  std::unique_ptr<ReceiverTopics> topics;
+  std::unique_ptr<ScenarioRun> run;
+  std::optional<PoseReceiver> poses;
+  UpdateSchedule schedule{kDefaultRate_hz};
+  std::vector<std::unique_ptr<EpochPublisher>> streams;
+  rclcpp::SubscriptionBase::SharedPtr subscription;
+#ifdef CANYON_WITH_TF2
+  std::unique_ptr<tf2_ros::Buffer> transforms;
+  std::unique_ptr<tf2_ros::TransformListener> listener;
+  std::int64_t last_transform_ns = 0;
+#endif
+  rclcpp::TimerBase::SharedPtr timer, starter;
+  std::optional<std::int64_t> zero_ns;  // of the node's clock, when the drive began
+  std::int64_t driven_ns = 0;           // the clock that it drives
+  ros_messages::ReceiverHealth health;
+  std::set<std::string> said;
+  bool failed = false;
+};
+
+NodeParameters::Open ReceiverNode::Impl::open() const {
+  using Open = NodeParameters::Open;
+  const auto state = node.get_current_state().id();
+  if (state == State::PRIMARY_STATE_UNCONFIGURED) return Open::All;
+  return run ? Open::Nothing : Open::Receivers;
+}
+
+void ReceiverNode::Impl::change(const NodeSettings& changed) {
+  if (poses) poses->change(changed);
+  if (simulation) simulation = std::make_shared<simulation::Simulation>(changed.world, scene);
+  settings = changed;
+}
+
+void ReceiverNode::Impl::configure() {
+  settings = parameters.settings();
+#ifndef CANYON_WITH_TF2
+  if (settings.pose_source == PoseSource::Tf) {
+    throw InputError("parameter 'pose.source': this build has no tf2", "build it where tf2_ros is found");
+  }
+#endif
+  std::vector<std::string> warnings = settings.world.warnings;
+  scene = std::make_shared<simulation::CityScene>(simulation::load_city(settings.world, warnings));
+  double interval_s = 1 / settings.world.rate_hz.value_or(kDefaultRate_hz);
+  if (!settings.by_poses()) {
+    simulation = std::make_shared<simulation::Simulation>(settings.world, scene);
+    warnings.insert(warnings.end(), simulation->warnings().begin(), simulation->warnings().end());
+    interval_s = simulation->interval_s();
+  }
+  schedule = UpdateSchedule(1 / interval_s);
+  TopicNames names;
+  if (settings.drive_clock) names.clock = "/clock";
+  topics = std::make_unique<ReceiverTopics>(NodeParts(node), names);
+  health = {};
+  health.name = node.get_name();
+  health.receiver = settings.world.receivers.front().options.name;
+  parameters.show(settings);
+  for (const std::string& line : warnings) warn(line);
+  RCLCPP_INFO(node.get_logger(), "city '%s' with %zu triangles, %g epochs a second", scene->city.name.c_str(),
+              scene->city.mesh.triangles.size(), 1 / interval_s);
+}
+
+void ReceiverNode::Impl::activate() {
+  zero_ns.reset();
+  driven_ns = -1;
+  health.finished = false;
+  const auto interval_ns = static_cast<std::int64_t>(schedule.interval_s() * 1e9 + 0.5);
+  const std::int64_t tick_ns = std::min(interval_ns, kTick_ns);
+  if (simulation) {
+    run = std::make_unique<ScenarioRun>(simulation, settings.threads);
+    for (const std::string& stream : settings.streams) {
+      streams.push_back(
+          make_stream_publisher("parameter 'streams'", stream, output::describe_receiver(*simulation, 0)));
+    }
+  } else {
+    listen();
+  }
+  if (settings.drive_clock) {
+    const auto period =
+        std::max<std::int64_t>(1, std::llround(static_cast<double>(tick_ns) / settings.speed));
+    timer = node.create_wall_timer(std::chrono::nanoseconds(period),
+                                   [this] { guarded([this] { tick_clock(); }); });
+  } else {
+    timer = rclcpp::create_timer(&node, node.get_clock(), rclcpp::Duration(std::chrono::nanoseconds(tick_ns)),
+                                 [this] { guarded([this] { tick(); }); });
+  }
+}
+
+void ReceiverNode::Impl::deactivate() {
+  timer.reset();
+  subscription.reset();
+#ifdef CANYON_WITH_TF2
+  listener.reset();
+  transforms.reset();
+#endif
+  run.reset();
+  poses.reset();
+  streams.clear();  // whole files
+  if (topics) topics->reset();
+}
+
+void ReceiverNode::Impl::cleanup() {
+  deactivate();
+  topics.reset();
+  simulation.reset();
+  scene.reset();
+  said.clear();
+}
+
+void ReceiverNode::Impl::autostart() {
+  starter.reset();
+  failed = node.configure().id() != State::PRIMARY_STATE_INACTIVE ||
+           node.activate().id() != State::PRIMARY_STATE_ACTIVE;
+  if (failed) rclcpp::shutdown(node.get_node_base_interface()->get_context(), "autostart failed");
+}
+
+void ReceiverNode::Impl::listen() {
+  const auto qos = rclcpp::SensorDataQoS();  // takes what reliable publishers send as well
+  if (settings.pose_source == PoseSource::Pose) {
+    using Pose = geometry_msgs::msg::PoseStamped;
+    subscription = node.create_subscription<Pose>(
+        "pose", qos, [this](const Pose& m) { guarded([&] { on_pose(m.header, m.pose); }); });
+  } else if (settings.pose_source == PoseSource::Odometry) {
+    using Odometry = nav_msgs::msg::Odometry;
+    subscription = node.create_subscription<Odometry>(
+        "odom", qos, [this](const Odometry& m) { guarded([&] { on_pose(m.header, m.pose.pose); }); });
+  }
+#ifdef CANYON_WITH_TF2
+  if (settings.pose_source == PoseSource::Tf) {
+    transforms = std::make_unique<tf2_ros::Buffer>(node.get_clock());
+    listener = std::make_unique<tf2_ros::TransformListener>(*transforms, &node, false);
+    last_transform_ns = 0;
+  }
+#endif
+}
+
+// Simulated time begins at 0, as Gazebo's does; the machine's time when the first pose or tick comes.
+void ReceiverNode::Impl::begin_poses() {
+  if (poses) return;
+  const bool simulated = node.get_parameter("use_sim_time").as_bool();
+  zero_ns = simulated ? 0 : now_ns();
+  const auto machine = std::chrono::system_clock::now().time_since_epoch();
+  const auto unix_ns =
+      simulated ? std::chrono::duration_cast<std::chrono::nanoseconds>(machine).count() : *zero_ns;
+  poses.emplace(settings, scene, settings.world.start.value_or(geodesy::gps_from_unix(unix_ns)),
+                std::string(node.get_fully_qualified_name()));
+  for (const std::string& stream : settings.streams) {
+    simulation::LiveReceiver& live = poses->receiver();
+    streams.push_back(make_stream_publisher(
+        "parameter 'streams'", stream,
+        output::describe_receiver(live.config().receiver.options, *live.sky().sky, live.sky().navigation,
+                                  live.start(), schedule.interval_s())));
+  }
+}
+
+void ReceiverNode::Impl::on_pose(const std_msgs::msg::Header& header, const geometry_msgs::msg::Pose& pose) {
+  if (now_ns() == 0) return;  // simulated time has not begun
+  begin_poses();
+  if (!header.frame_id.empty() && header.frame_id != settings.pose_frame) {
+    warn("poses are in the frame '" + header.frame_id + "' and are taken as in '" + settings.pose_frame +
+         "'; set pose.frame to it, or take them from tf (pose.source)");
+  }
+  const auto& p = pose.position;
+  const auto& q = pose.orientation;
+  const bool good = poses->add({{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}}, rclcpp::Time(header.stamp).seconds(),
+                               now_ns() - *zero_ns);
+  if (!good)
+    warn("poses are dropped where they are not finite or their quaternion is zero; this is the first");
+}
+
+void ReceiverNode::Impl::look_up() {
+#ifdef CANYON_WITH_TF2
+  if (!transforms) return;
+  try {
+    const auto found =
+        transforms->lookupTransform(settings.pose_frame, settings.child_frame, tf2::TimePointZero);
+    const std::int64_t stamp_ns = rclcpp::Time(found.header.stamp).nanoseconds();
+    if (stamp_ns == last_transform_ns) return;
+    last_transform_ns = stamp_ns;
+    geometry_msgs::msg::Pose pose;
+    pose.position.x = found.transform.translation.x;
+    pose.position.y = found.transform.translation.y;
+    pose.position.z = found.transform.translation.z;
+    pose.orientation = found.transform.rotation;
+    on_pose(found.header, pose);
+  } catch (const tf2::TransformException&) {  // not yet; the epoch says that no pose has come
+  }
+#endif
+}
+
+// Every tick of the clock that this node drives. Time waits for an epoch that is not made yet.
+void ReceiverNode::Impl::tick_clock() {
+  const std::int64_t tick_ns = std::min(run->interval_ns(), kTick_ns);
+  const std::int64_t next = driven_ns < 0                ? 0
+                            : driven_ns < run->next_ns() ? std::min(driven_ns + tick_ns, run->next_ns())
+                                                         : driven_ns + tick_ns;
+  zero_ns = 0;
+  if (next == run->next_ns() && !run->finished() && !run->ready()) return;
+  driven_ns = next;
+  topics->publish_clock(driven_ns);
+  take_epochs();
+}
+
+void ReceiverNode::Impl::tick() {
+  const std::int64_t now = now_ns();
+  if (now == 0) return;  // simulated time has not begun
+  if (!run) {
+    begin_poses();
+    look_up();
+    if (schedule.due(now - *zero_ns)) observe();
+    return;
+  }
+  if (!zero_ns || now < *zero_ns) {
+    if (zero_ns) run = std::make_unique<ScenarioRun>(simulation, settings.threads);  // time went back
+    zero_ns = now;
+  }
+  driven_ns = now - *zero_ns;
+  take_epochs();
+}
+
+// A scenario's epochs that are due.
+void ReceiverNode::Impl::take_epochs() {
+  while (!run->finished() && run->next_ns() <= driven_ns) {
+    const std::int64_t at = run->next_ns();
+    const auto step = run->take();
+    if (!step) return;
+    health.lateness_s = static_cast<double>(driven_ns - at) * 1e-9;
+    publish(&*step, *zero_ns + at, "");
+  }
+  if (!run->finished() || driven_ns < run->next_ns()) return;
+  health.finished = true;
+  publish(nullptr, *zero_ns + driven_ns, "");
+  RCLCPP_INFO(node.get_logger(), "the drive has ended");
+  node.deactivate();
+}
+
+void ReceiverNode::Impl::observe() {
+  const std::int64_t elapsed_ns = now_ns() - *zero_ns;
+  const auto begin = std::chrono::steady_clock::now();
+  std::string reason;
+  const auto step = poses->observe(elapsed_ns, reason);
+  health.compute_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  for (const std::string& line : poses->receiver().take_warnings()) warn(line);
+  publish(step ? &*step : nullptr, *zero_ns + elapsed_ns, reason);
+}
+
+void ReceiverNode::Impl::publish(const Step* step, std::int64_t stamp_ns, const std::string& reason) {
+  health.reason = reason;
+  ReceiverReport report;
+  report.sim_time_ns = stamp_ns;
+  report.step = step;
+  topics->publish(report, settings.frame_id, health);
+  for (const auto& stream : streams) {
+    stream->publish(report);
+    for (const std::string& note : stream->take_notes()) warn(note);
+  }
+}
+
+ReceiverNode::ReceiverNode(const rclcpp::NodeOptions& options)
+    : LifecycleNode("receiver", options), impl_(std::make_unique<Impl>(*this)) {
+  rclcpp::Parameter automatic;
+  if (!get_parameter("autostart", automatic) || automatic.get_type() != rclcpp::PARAMETER_BOOL ||
+      !automatic.as_bool()) {
+    return;
+  }
+  impl_->starter = create_wall_timer(std::chrono::seconds(0), [this] { impl_->autostart(); });
+}
+ReceiverNode::~ReceiverNode() = default;
+
+bool ReceiverNode::failed() const {
+  return impl_->failed;
+}
+
+ReceiverNode::CallbackReturn ReceiverNode::on_configure(const rclcpp_lifecycle::State&) {
+  try {
+    impl_->configure();
+    return CallbackReturn::SUCCESS;
+  } catch (const std::exception& e) {
+    RCLCPP_ERROR(get_logger(), "%s", e.what());
+    impl_->cleanup();
+    return CallbackReturn::FAILURE;
+  }
+}
+
+ReceiverNode::CallbackReturn ReceiverNode::on_activate(const rclcpp_lifecycle::State& state) {
+  try {
+    LifecycleNode::on_activate(state);
+    impl_->activate();
+    return CallbackReturn::SUCCESS;
+  } catch (const std::exception& e) {
+    RCLCPP_ERROR(get_logger(), "%s", e.what());
+    impl_->deactivate();
+    LifecycleNode::on_deactivate(state);
+    return CallbackReturn::FAILURE;
+  }
+}
+
+ReceiverNode::CallbackReturn ReceiverNode::on_deactivate(const rclcpp_lifecycle::State& state) {
+  impl_->deactivate();
+  return LifecycleNode::on_deactivate(state);
+}
+
+ReceiverNode::CallbackReturn ReceiverNode::on_cleanup(const rclcpp_lifecycle::State&) {
+  impl_->cleanup();
+  return CallbackReturn::SUCCESS;
+}
+
+ReceiverNode::CallbackReturn ReceiverNode::on_shutdown(const rclcpp_lifecycle::State&) {
+  impl_->cleanup();
+  return CallbackReturn::SUCCESS;
+}
+
+ReceiverNode::CallbackReturn ReceiverNode::on_error(const rclcpp_lifecycle::State&) {
+  impl_->cleanup();
+  return CallbackReturn::SUCCESS;
+}
+
+}  // namespace canyon::adapters::ros2
+
+RCLCPP_COMPONENTS_REGISTER_NODE(canyon::adapters::ros2::ReceiverNode)

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <canyon_msgs/msg/gnss_multipath.hpp>
+#include <canyon_msgs/msg/gnss_raw_observations.hpp>
+#include <canyon_msgs/msg/gnss_satellites.hpp>
+#include <diagnostic_msgs/msg/diagnostic_array.hpp>
+#include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
+#include <rclcpp/node_interfaces/node_parameters_interface.hpp>
+#include <rclcpp/node_interfaces/node_topics_interface.hpp>
+#include <rclcpp/publisher.hpp>
+#include <rosgraph_msgs/msg/clock.hpp>
+#include <sensor_msgs/msg/laser_scan.hpp>
+#include <sensor_msgs/msg/nav_sat_fix.hpp>
+#include <string>
+
+#include "adapters/common/epoch_publisher.hpp"
+#include "adapters/ros/raw_conversions.hpp"
+
+namespace canyon::adapters::ros2 {
+
+/// What topics need of a node, be it an rclcpp::Node, a managed one, or one of gazebo_ros.
+struct NodeParts {
+  template <class Node>
+  explicit NodeParts(Node& node)
+      : parameters(node.get_node_parameters_interface()),
+        topics(node.get_node_topics_interface()),
+        logger(node.get_logger()) {}
+
+  rclcpp::node_interfaces::NodeParametersInterface::SharedPtr parameters;
+  rclcpp::node_interfaces::NodeTopicsInterface::SharedPtr topics;
+  rclcpp::Logger logger;
+};
+
+/// Names of a receiver's topics; those that are empty are not published.
+struct TopicNames {
+  std::string fix = "fix";
+  std::string fix_velocity = "fix_velocity";
+  std::string gnss_multipath = "gnss_multipath";
+  std::string satellites = "satellites";
+  std::string raw_observations = "raw_observations";
+  std::string diagnostics = "/diagnostics";
+  std::string scan = {};
+  std::string clock = {};
+};
+
+/// A receiver's topics, with the quality of service of sensor data; diagnostics and clock are reliable. A
+/// subscriber that asks for more than is offered is told of in the log. Only what somebody listens to is
+/// made.
+class ReceiverTopics {
+ public:
+  ReceiverTopics(NodeParts node, const TopicNames& names);
+
+  /// One epoch, or, with health.reason, none. @param report its time is the stamp
+  void publish(const ReceiverReport& report, const std::string& frame_id,
+               const ros_messages::ReceiverHealth& health);
+  void publish_clock(std::int64_t now_ns);
+  /// The drive begins anew.
+  void reset();
+
+ private:
+  template <class Message>
+  using Topic = typename rclcpp::Publisher<Message>::SharedPtr;
+
+  Topic<sensor_msgs::msg::NavSatFix> fix_;
+  Topic<geometry_msgs::msg::TwistWithCovarianceStamped> fix_velocity_;
+  Topic<canyon_msgs::msg::GnssMultipath> gnss_multipath_;
+  Topic<canyon_msgs::msg::GnssSatellites> satellites_;
+  Topic<canyon_msgs::msg::GnssRawObservations> raw_observations_;
+  Topic<diagnostic_msgs::msg::DiagnosticArray> diagnostics_;
+  Topic<sensor_msgs::msg::LaserScan> scan_;
+  Topic<rosgraph_msgs::msg::Clock> clock_;
+  ros_messages::RawObservations raw_;
+  std::int64_t diagnosed_ns_ = -1;
+  int diagnosed_state_ = -1;
+};
+
+}  // namespace canyon::adapters::ros2

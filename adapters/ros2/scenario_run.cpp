@@ -1,0 +1,61 @@
+#include "adapters/ros2/scenario_run.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace canyon::adapters::ros2 {
+
+ScenarioRun::ScenarioRun(std::shared_ptr<const simulation::Simulation> simulation, int threads)
+    : simulation_(std::move(simulation)),
+      interval_ns_(std::llround(simulation_->interval_s() * 1e9)),
+      thread_([this, threads] {
+        simulation::RunOptions options;
+        options.threads = threads;
+        options.stop = &stop_;
+        options.block = 8;  // the first epoch shall not wait for many
+        try {
+          simulation_->run({this}, options);
+        } catch (...) {
+          const std::lock_guard lock(mutex_);
+          failure_ = std::current_exception();
+        }
+      }) {}
+
+ScenarioRun::~ScenarioRun() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  taken_one_.notify_all();
+  thread_.join();
+}
+
+void ScenarioRun::write(const simulation::Epoch& epoch) {
+  std::unique_lock lock(mutex_);
+  taken_one_.wait(lock, [this] { return stop_ || made_.size() < kAhead; });
+  made_.push_back({epoch, *epoch.arrival});
+  made_.back().epoch.arrival = nullptr;
+}
+
+bool ScenarioRun::ready() {
+  const std::lock_guard lock(mutex_);
+  return !made_.empty() || failure_ != nullptr;
+}
+
+std::optional<simulation::LiveReceiver::Step> ScenarioRun::take() {
+  std::optional<simulation::LiveReceiver::Step> step;
+  {
+    const std::lock_guard lock(mutex_);
+    if (made_.empty()) {
+      if (failure_) std::rethrow_exception(failure_);
+      return step;
+    }
+    step = std::move(made_.front());
+    made_.pop_front();
+  }
+  ++taken_;
+  taken_one_.notify_all();
+  return step;
+}
+
+}  // namespace canyon::adapters::ros2

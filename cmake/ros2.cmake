@@ -1,0 +1,12 @@
+# AUTO: what belongs to ROS 2 is built where an ament environment with what it needs is sourced.
+if(CANYON_BUILD_ROS2 STREQUAL AUTO)
+  set(CANYON_BUILD_ROS2 OFF)
+  if("$ENV{ROS_VERSION}" STREQUAL "2")
+    find_package(rclcpp_components QUIET)
+    find_package(rclcpp_lifecycle QUIET)
+    if(rclcpp_components_FOUND AND rclcpp_lifecycle_FOUND)
+      set(CANYON_BUILD_ROS2 ON)
+    endif()
+  endif()
+  message(STATUS "ROS 2: ${CANYON_BUILD_ROS2}")
+endif()
