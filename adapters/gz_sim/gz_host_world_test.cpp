@@ -72,9 +72,9 @@ TEST_F(GzHostWorldTest, PrimitivesReachWhereTheirFormulasSay) {
 
 TEST_F(GzHostWorldTest, MeshesComeFromTheirFilesWithScaleAndSubmesh) {
   const canyon::test::TemporaryFolder folder;
-  // Two roofs: triangles at 5 m and at 7 m, each 10 m wide.
-  std::ofstream(folder / "roofs.obj") << "o low\nv -5 -5 5\nv 5 -5 5\nv 0 5 5\nf 1 2 3\n"
-                                         "o high\nv -5 -5 7\nv 5 -5 7\nv 0 5 7\nf 4 5 6\n";
+  // Two roofs: triangles at 5 m and at 7 m, each 10 m wide; the physics insists on normals.
+  std::ofstream(folder / "roofs.obj") << "vn 0 0 1\no low\nv -5 -5 5\nv 5 -5 5\nv 0 5 5\nf 1//1 2//1 3//1\n"
+                                         "o high\nv -5 -5 7\nv 5 -5 7\nv 0 5 7\nf 4//1 5//1 6//1\n";
   const std::string uri = "<mesh><uri>" + (folder / "roofs.obj").string() + "</uri>";
   std::ofstream(folder / "words.dae") << "no mesh";
   load(shape_model("both", "0 0 0 0 0 0", uri + "</mesh>") +
