@@ -227,6 +227,16 @@ const std::vector<Key>& parameter_keys() {
   return keys;
 }
 
+std::vector<Key> node_keys() {
+  const std::vector<std::string> scenarios = simulation::scenario_description().paths();
+  std::vector<Key> own = parameter_keys();
+  std::erase_if(own, [&](const Key& key) {
+    return is_receivers(key.path) ||
+           std::find(scenarios.begin(), scenarios.end(), key.path) != scenarios.end();
+  });
+  return own;
+}
+
 const Key* find_parameter(const std::string& name) {
   const std::vector<Key>& keys = parameter_keys();
   const auto at = std::find_if(keys.begin(), keys.end(), [&](const Key& key) { return key.path == name; });

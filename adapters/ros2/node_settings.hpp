@@ -53,6 +53,8 @@ using Parameters = std::map<std::string, ParameterValue>;
 /// One key a parameter, in the order of visit(): the scenario's keys, those of its receiver without
 /// `receivers[].`. Lists of mappings, tables and `outputs` are the file's alone.
 [[nodiscard]] const std::vector<options::Key>& parameter_keys();
+/// Of these the node's own, which no scenario has.
+[[nodiscard]] std::vector<options::Key> node_keys();
 /// Null for a name that is none.
 [[nodiscard]] const options::Key* find_parameter(const std::string& name);
 /// The known name that is closest to an unknown one, for people: "did you mean 'elevation_mask_deg'?".

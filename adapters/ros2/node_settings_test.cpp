@@ -147,5 +147,12 @@ TEST_F(Settings, EveryKeyOfTheScenarioIsAParameterOrTheFilesOwn) {
   EXPECT_FALSE(is_receivers("seed") || is_receivers("city.open") || is_receivers("pose.source"));
 }
 
+TEST(NodeKeys, DocumentationHasTheSameTable) {
+  const std::string table = options::markdown(node_keys());
+  EXPECT_NE(test::read_bytes(std::filesystem::path(CANYON_SOURCE_DIR) / "docs/ros2.md").find(table),
+            std::string::npos)
+      << table;
+}
+
 }  // namespace
 }  // namespace canyon::adapters::ros2

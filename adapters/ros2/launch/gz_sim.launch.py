@@ -8,7 +8,6 @@ from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackagePrefix
 
 ARGUMENTS = {
-    "world": ("canyon_downtown.sdf", "world file, or one that GZ_SIM_RESOURCE_PATH finds"),
     "world_name": ("canyon_downtown", "the name in that file"),
     "model": ("car", "the vehicle; its velocities are taken from cmd_vel"),
     "link": ("body", "that carries the sensor"),
@@ -24,8 +23,8 @@ def processes(context):
     navsat = f"{model}/link/{given['link']}/sensor/{given['sensor']}/navsat"
     clock = f"/world/{given['world_name']}/clock"
     cmd_vel = f"/model/{given['model']}/cmd_vel"
-    server = ExecuteProcess(cmd=["gz", "sim", *([] if given["gui"].lower() == "true" else ["-s"]), "-r", given["world"]],
-                            output="screen")
+    server = ExecuteProcess(cmd=["gz", "sim", *([] if given["gui"].lower() == "true" else ["-s"]), "-r",
+                                 LaunchConfiguration("world")], output="screen")
     bridge = Node(package="ros_gz_bridge", executable="parameter_bridge", namespace=given["namespace"], output="screen",
                   arguments=[f"{navsat}@sensor_msgs/msg/NavSatFix[gz.msgs.NavSat",
                              f"{clock}@rosgraph_msgs/msg/Clock[gz.msgs.Clock",
@@ -40,10 +39,10 @@ def generate_launch_description():
                  for name, (value, text) in ARGUMENTS.items()]
     plugins = DeclareLaunchArgument("plugins", default_value=PathJoinSubstitution([prefix, "lib"]),
                                     description="folder with Canyon's systems for Gazebo Sim")
-    worlds = DeclareLaunchArgument("worlds", default_value=PathJoinSubstitution([prefix, "share", "canyon", "worlds"]),
-                                   description="folder with worlds")
+    world = DeclareLaunchArgument(
+        "world", default_value=PathJoinSubstitution([prefix, "share", "canyon_ros2", "canyon_downtown.sdf"]),
+        description="world file")
     return LaunchDescription([
-        *arguments, plugins, worlds,
+        *arguments, plugins, world,
         AppendEnvironmentVariable("GZ_SIM_SYSTEM_PLUGIN_PATH", LaunchConfiguration("plugins")),
-        AppendEnvironmentVariable("GZ_SIM_RESOURCE_PATH", LaunchConfiguration("worlds")),
         OpaqueFunction(function=processes)])
