@@ -35,7 +35,8 @@ struct ReceiverReport {
   double scan_max_range_m = 0;
 };
 
-/// One way out of a host. Called from the simulation's thread: quick, and nothing here may throw.
+/// One way out of a host. Called from one thread at a time, the simulation's or one that it waits for: quick,
+/// and nothing here may throw.
 class EpochPublisher {
  public:
   virtual ~EpochPublisher() = default;

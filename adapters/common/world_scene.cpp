@@ -131,8 +131,7 @@ struct WorldScene::Impl {
     if (said.insert(line).second) notes.push_back(std::move(line));
   }
 
-  void update(std::optional<Id> leave_out) {
-    if (world->went_on()) follow();
+  void show(std::optional<Id> leave_out) {
     hide(leave_out);
     if (stale) {
       build();
@@ -145,6 +144,7 @@ struct WorldScene::Impl {
   // -- what changed in the world ---------------------------------------------------------------------------
 
   void follow() {
+    if (!world->went_on()) return;
     ids.clear();
     world->models(ids);
     match();
@@ -376,8 +376,12 @@ std::shared_ptr<WorldScene> WorldScene::of(const void* world, const Options& opt
   return made;
 }
 
-void WorldScene::update(std::optional<HostWorld::Id> left_out) {
-  impl_->update(left_out);
+void WorldScene::follow() {
+  impl_->follow();
+}
+
+void WorldScene::show(std::optional<HostWorld::Id> left_out) {
+  impl_->show(left_out);
 }
 
 const std::shared_ptr<simulation::CityScene>& WorldScene::scene() const {

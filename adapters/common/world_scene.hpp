@@ -55,8 +55,8 @@ class HostWorld {
 };
 
 /// The geometry of a host's world as a scene of the engine: static models once, moving ones as instances that
-/// follow. One per world, kind of geometry and frame, shared by its receivers. For the simulation's thread
-/// only.
+/// follow. One per world, kind of geometry and frame, shared by its receivers. For one thread at a time; the
+/// simulation's, where the world is asked.
 class WorldScene {
  public:
   struct Options {
@@ -72,10 +72,16 @@ class WorldScene {
       const void* world, const Options& options, const std::function<std::unique_ptr<HostWorld>()>& make);
   ~WorldScene();
 
-  /// Brings the scene up to date with the world as it stands: poses of moving models, models that appeared,
-  /// vanished or changed shape. `left_out` (empty: none), a topmost model, stays invisible until the next
-  /// call. Cheap where nothing changed: several receivers call it in one step.
-  void update(std::optional<HostWorld::Id> left_out);
+  /// Looks at the world as it stands: poses of moving models, models that appeared, vanished or changed
+  /// shape. Cheap where nothing changed: several receivers call it in one step.
+  void follow();
+  /// Brings the scene up to date with what follow() saw; asks the world nothing. `left_out` (empty: none), a
+  /// topmost model, stays invisible until the next call.
+  void show(std::optional<HostWorld::Id> left_out);
+  void update(std::optional<HostWorld::Id> left_out) {
+    follow();
+    show(left_out);
+  }
 
   /// Replaced when the static part is built anew; see generation().
   [[nodiscard]] const std::shared_ptr<simulation::CityScene>& scene() const;

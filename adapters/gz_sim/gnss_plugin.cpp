@@ -9,7 +9,7 @@ namespace canyon::adapters::gz_sim {
 /// What Gazebo Sim loads; nothing but GnssWorld.
 class GnssSystem final : public gz::sim::System,
                          public gz::sim::ISystemConfigure,
-                         public gz::sim::ISystemPreUpdate,
+                         public gz::sim::ISystemUpdate,
                          public gz::sim::ISystemPostUpdate,
                          public gz::sim::ISystemReset {
  public:
@@ -22,8 +22,8 @@ class GnssSystem final : public gz::sim::System,
     world_ = GnssWorld::of(ecm);
     world_->serve(root_, sdf ? sdf->Clone() : nullptr, ecm);
   }
-  void PreUpdate(const gz::sim::UpdateInfo& info, gz::sim::EntityComponentManager& ecm) override {
-    if (world_) world_->pre_update(info, ecm);
+  void Update(const gz::sim::UpdateInfo& info, gz::sim::EntityComponentManager& ecm) override {
+    if (world_) world_->update(info, ecm);
   }
   void PostUpdate(const gz::sim::UpdateInfo& info, const gz::sim::EntityComponentManager& ecm) override {
     if (world_) world_->post_update(info, ecm);
@@ -41,7 +41,7 @@ class GnssSystem final : public gz::sim::System,
 
 GZ_ADD_PLUGIN(canyon::adapters::gz_sim::GnssSystem, gz::sim::System,
               canyon::adapters::gz_sim::GnssSystem::ISystemConfigure,
-              canyon::adapters::gz_sim::GnssSystem::ISystemPreUpdate,
+              canyon::adapters::gz_sim::GnssSystem::ISystemUpdate,
               canyon::adapters::gz_sim::GnssSystem::ISystemPostUpdate,
               canyon::adapters::gz_sim::GnssSystem::ISystemReset)
 GZ_ADD_PLUGIN_ALIAS(canyon::adapters::gz_sim::GnssSystem, "canyon::GnssSystem")

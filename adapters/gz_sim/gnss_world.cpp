@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <future>
 #include <gz/common/Console.hh>
 #include <gz/sim/Util.hh>
 #include <gz/sim/components/AngularVelocity.hh>
 #include <gz/sim/components/CustomSensor.hh>
 #include <gz/sim/components/LinearVelocity.hh>
+#include <gz/sim/components/Model.hh>
 #include <gz/sim/components/Name.hh>
 #include <gz/sim/components/NavSat.hh>
 #include <gz/sim/components/ParentEntity.hh>
@@ -18,6 +20,8 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <sdf/Link.hh>
+#include <sdf/Model.hh>
 #include <sdf/NavSat.hh>
 #include <sdf/Sensor.hh>
 #include <sdf/World.hh>
@@ -64,6 +68,28 @@ bool is_below(Entity entity, Entity root, const Ecm& ecm) {
     if (entity == root) return true;
   }
   return false;
+}
+
+// With its elements; empty for sensors of other kinds.
+std::optional<sdf::Sensor> sdf_of(Entity sensor, const Ecm& ecm) {
+  if (const auto* navsat = ecm.Component<components::NavSat>(sensor)) return navsat->Data();
+  const auto* custom = ecm.Component<components::CustomSensor>(sensor);
+  if (custom != nullptr && custom->Data().Element()) return custom->Data();
+  // Played back from a log, which keeps the SDF of models alone.
+  const Entity link = parent_of(sensor, ecm), top = gz::sim::topLevelModel(sensor, ecm);
+  const auto* of_model = ecm.Component<components::ModelSdf>(top);
+  if (of_model == nullptr) return std::nullopt;
+  std::vector<std::string> nested;
+  for (Entity at = parent_of(link, ecm); at != top && at != gz::sim::kNullEntity; at = parent_of(at, ecm)) {
+    nested.push_back(name_of(at, ecm));
+  }
+  const sdf::Model* model = &of_model->Data();
+  for (auto name = nested.rbegin(); name != nested.rend() && model != nullptr; ++name) {
+    model = model->ModelByName(*name);
+  }
+  const sdf::Link* in_model = model == nullptr ? nullptr : model->LinkByName(name_of(link, ecm));
+  const sdf::Sensor* found = in_model == nullptr ? nullptr : in_model->SensorByName(name_of(sensor, ecm));
+  return found == nullptr ? std::nullopt : std::optional(*found);
 }
 
 std::optional<HostOrigin> origin_of(const Ecm& ecm) {
@@ -162,7 +188,10 @@ struct GnssWorld::Impl {
   void start_due(Ecm& ecm);
   void start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element, Ecm& ecm);
   void look_for_sensors(Ecm& ecm, bool all);
+  void remove(Entity entity);
   void follow_origin(const Ecm& ecm);
+  void look(const Ecm& ecm);
+  void wait();
   std::shared_ptr<WorldScene> scene_of(bool visual, const WorldFrame& frame, const std::string& name);
   std::optional<TruePose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
                                 std::string& reason) const;
@@ -176,6 +205,8 @@ struct GnssWorld::Impl {
   std::unique_ptr<OptionsService> options;
   std::optional<HostOrigin> origin;
   bool stepped = false;  // PostUpdate of this step is done
+  // Computed and published while the simulation goes on: up to the next ones it does not wait for them.
+  std::future<void> epochs;
 };
 
 GnssWorld::GnssWorld() : impl_(std::make_unique<Impl>()) {}
@@ -212,7 +243,7 @@ void GnssWorld::leave(Entity root) {
   impl_->roots.erase(root);
 }
 
-void GnssWorld::pre_update(const gz::sim::UpdateInfo&, Ecm& ecm) {
+void GnssWorld::update(const gz::sim::UpdateInfo&, Ecm& ecm) {
   const std::lock_guard lock(impl_->mutex);
   impl_->stepped = false;
   if (ecm.HasNewEntities()) impl_->look_for_sensors(ecm, false);
@@ -222,22 +253,14 @@ void GnssWorld::pre_update(const gz::sim::UpdateInfo&, Ecm& ecm) {
 void GnssWorld::Impl::look_for_sensors(Ecm& ecm, bool all) {
   // Found first: a loop over components must not create or remove any.
   std::vector<std::pair<Entity, sdf::Sensor>> found;
-  const auto add = [&](const Entity& entity, const auto* sensor) {
-    found.emplace_back(entity, sensor->Data());
+  const auto add = [&](const Entity& entity, const components::Sensor*) {
+    if (auto sensor = sdf_of(entity, ecm)) found.emplace_back(entity, std::move(*sensor));
     return true;
   };
-  const auto navsat = [&](const Entity& entity, const components::NavSat* sensor) {
-    return add(entity, sensor);
-  };
-  const auto custom = [&](const Entity& entity, const components::CustomSensor* sensor) {
-    return add(entity, sensor);
-  };
   if (all) {
-    ecm.Each<components::NavSat>(navsat);
-    ecm.Each<components::CustomSensor>(custom);
+    ecm.Each<components::Sensor>(add);
   } else {
-    ecm.EachNew<components::NavSat>(navsat);
-    ecm.EachNew<components::CustomSensor>(custom);
+    ecm.EachNew<components::Sensor>(add);
   }
   for (const auto& [entity, sensor] : found) take_over(entity, sensor, ecm);
 }
@@ -347,10 +370,29 @@ std::shared_ptr<WorldScene> GnssWorld::Impl::scene_of(bool visual, const WorldFr
   return scene;
 }
 
+void GnssWorld::Impl::wait() {
+  if (epochs.valid()) epochs.get();
+}
+
+void GnssWorld::Impl::remove(Entity entity) {
+  const auto receiver = receivers.find(entity);
+  if (receiver == receivers.end()) return;
+  wait();
+  options->remove(receiver->second.name);
+  receivers.erase(receiver);
+}
+
+void GnssWorld::Impl::look(const Ecm& ecm) {
+  for (const Scene& scene : scenes) {
+    if (!scene.scene.expired()) scene.world->look(ecm);
+  }
+}
+
 // set_spherical_coordinates puts the world elsewhere while it runs.
 void GnssWorld::Impl::follow_origin(const Ecm& ecm) {
   const std::optional<HostOrigin> now = origin_of(ecm);
   if (now == origin) return;
+  wait();
   origin = now;
   for (auto& [entity, receiver] : receivers) {
     std::vector<std::string> warnings;
@@ -385,14 +427,12 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
   const std::lock_guard lock(impl_->mutex);
   if (std::exchange(impl_->stepped, true)) return;
   ecm.EachRemoved<components::Sensor>([&](const Entity& entity, const components::Sensor*) {
-    const auto receiver = impl_->receivers.find(entity);
-    if (receiver == impl_->receivers.end()) return true;
-    impl_->options->remove(receiver->second.name);
-    impl_->receivers.erase(receiver);
+    impl_->remove(entity);
     return true;
   });
   if (impl_->options) {
     impl_->options->serve([this] {
+      impl_->wait();
       std::vector<AdjustableReceiver> all;
       for (auto& [entity, receiver] : impl_->receivers)
         all.push_back(receiver.hosted->adjustable(receiver.name));
@@ -400,35 +440,40 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
     });
   }
   if (impl_->receivers.empty()) return;
-  for (const Impl::Scene& scene : impl_->scenes) {
-    if (!scene.scene.expired()) scene.world->look(ecm);
-  }
+  impl_->look(ecm);
   impl_->follow_origin(ecm);
   if (info.paused) return;
   const std::int64_t now_ns = nanoseconds(info.simTime);
+  std::vector<Impl::Receiver*> due;
   for (auto& [entity, receiver] : impl_->receivers) {
     if (receiver.pose_topic) receiver.pose_topic->tick(now_ns);
-    HostedReceiver& hosted = *receiver.hosted;
-    if (std::exchange(receiver.scene_is_due, false)) {
+    if (receiver.hosted->due(now_ns)) due.push_back(&receiver);
+  }
+  if (due.empty()) return;
+  impl_->wait();
+  for (Impl::Receiver* receiver : due) {
+    HostedReceiver& hosted = *receiver->hosted;
+    if (std::exchange(receiver->scene_is_due, false)) {
       hosted.set_scene(impl_->scene_of(hosted.settings().visual_geometry, hosted.frame(),
                                        name_of(gz::sim::worldEntity(ecm), ecm)),
-                       receiver.own_model);
-      for (const Impl::Scene& scene : impl_->scenes) {
-        if (!scene.scene.expired()) scene.world->look(ecm);
-      }
+                       receiver->own_model);
+      impl_->look(ecm);
     }
-    hosted.update(now_ns,
-                  [&, &at = receiver](std::string& reason) { return impl_->truth(at, now_ns, ecm, reason); });
+    hosted.begin(now_ns, [&](std::string& reason) { return impl_->truth(*receiver, now_ns, ecm, reason); });
   }
+  impl_->epochs = std::async(std::launch::async, [due = std::move(due)] {
+    for (Impl::Receiver* receiver : due) receiver->hosted->finish();
+  });
 }
 
 void GnssWorld::reset(Ecm& ecm) {
   const std::lock_guard lock(impl_->mutex);
-  std::erase_if(impl_->receivers, [&](const auto& entry) {
-    const bool gone = !ecm.HasEntity(entry.first);
-    if (gone) impl_->options->remove(entry.second.name);
-    return gone;
-  });
+  impl_->wait();
+  std::vector<Entity> gone;
+  for (const auto& [entity, receiver] : impl_->receivers) {
+    if (!ecm.HasEntity(entity)) gone.push_back(entity);
+  }
+  for (const Entity entity : gone) impl_->remove(entity);
   for (auto& [entity, receiver] : impl_->receivers) receiver.hosted->reset();
   for (const auto& [entity, sensor] : impl_->sensors) {
     if (!ecm.HasEntity(entity)) continue;

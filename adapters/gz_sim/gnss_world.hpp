@@ -23,9 +23,13 @@ class GnssWorld {
   void serve(gz::sim::Entity root, const sdf::ElementPtr& defaults, gz::sim::EntityComponentManager& ecm);
   void leave(gz::sim::Entity root);
 
-  /// Takes over sensors that are new.
-  void pre_update(const gz::sim::UpdateInfo& info, gz::sim::EntityComponentManager& ecm);
-  /// Epochs of the receivers that are due; the first call in a step does it for all.
+  /// Takes over sensors that are new: in Update, after all systems that make models in PreUpdate
+  /// (UserCommands), wherever they stand in the list, and before Gazebo's own NavSat system sees them in
+  /// PostUpdate.
+  void update(const gz::sim::UpdateInfo& info, gz::sim::EntityComponentManager& ecm);
+  /// Begins the epochs of the receivers that are due; the first call in a step does it for all. They are
+  /// computed beside the simulation, with the world and the truth of this step, and published before the next
+  /// ones begin.
   void post_update(const gz::sim::UpdateInfo& info, const gz::sim::EntityComponentManager& ecm);
   /// The world was reset.
   void reset(gz::sim::EntityComponentManager& ecm);

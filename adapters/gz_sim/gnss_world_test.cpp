@@ -400,6 +400,23 @@ TEST(GnssWorld, LeavesWithItsModelAndComesWithANewOne) {
   expect_street(*message, &StreetSatellite::mirror_m, 1e-3);
 }
 
+// server.config may name the system anywhere, also before the one that puts models into the world.
+TEST(GnssWorld, SeesModelsOfSystemsThatComeAfterIt) {
+  std::string world = street_world(street_car(navsat(paper_elements())), 0, true, "");
+  world.insert(world.find("<plugin filename='gz-sim-user-commands-system'"), test::kGnssSystem);
+  StreetRun run(world);
+  run.after(10, 0.1);
+  gz::msgs::EntityFactory request;
+  request.set_sdf("<?xml version='1.0'?><sdf version='1.9'>" +
+                  street_car(navsat(paper_elements()), "late", "3 20 0 0 0 0") + "</sdf>");
+  test::GnssListener late(topic_of("late"));
+  EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/create", request)).data());
+  run.server.step(30);
+  const auto message = late.at(0.3);
+  ASSERT_TRUE(message);
+  expect_street(*message, &StreetSatellite::mirror_m, 1e-3);
+}
+
 TEST(GnssWorld, TruthFromATopic) {
   StreetRun run(street_world(street_car(navsat(paper_elements() + "<pose_topic>/mocap</pose_topic>"))));
   const GnssReceiver without = run.after(20, 0.1);
@@ -453,6 +470,21 @@ TEST(GnssWorld, OptionsAtRunTime) {
   // Satellites at 20, 30 deg are below the new mask.
   EXPECT_FALSE(run.listener.all().back().satellites(5).above_mask());
   EXPECT_FALSE(run.listener.all().back().satellites(2).above_mask());
+}
+
+// Two servers with worlds of one name in one process, as several do on one machine.
+TEST(GnssWorld, WorldsOfTwoServersAreApart) {
+  SimServer first(street_world(street_car(navsat(paper_elements()))));
+  SimServer second(street_world(street_car(navsat(paper_elements()), "lorry"), 0, false));
+  test::GnssListener in_street(topic_of()), in_the_open(topic_of("lorry"));
+  first.step(20);
+  second.step(20);
+  const auto street = in_street.at(0.1), open = in_the_open.at(0.1);
+  ASSERT_TRUE(street && open);
+  expect_street(*street, &StreetSatellite::mirror_m, 1e-3);
+  for (const GnssSatellite& satellite : open->satellites()) {
+    EXPECT_EQ(satellite.visibility(), GnssSatellite::LOS);
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <gz/transport/Node.hh>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -19,17 +20,21 @@ class PoseTopic {
   [[nodiscard]] std::optional<TruePose> at(std::int64_t now_ns, std::string& reason);
   /// Tells the world's time in every step: age counts in simulated time, which messages of another program's
   /// clock do not carry.
-  void tick(std::int64_t now_ns) { now_ns_ = now_ns; }
+  void tick(std::int64_t now_ns) { inbox_->now_ns = now_ns; }
   void reset();
 
  private:
-  void on_pose(const gz::msgs::Pose& message);
-
-  const std::string topic_;
-  PoseTrack track_;
-  std::atomic<std::int64_t> now_ns_{0};
-  std::atomic<bool> complained_{false};
-  gz::transport::Node node_;  // last: its destructor waits for the call in progress
+  /// A call of the transport's may still be in progress when the node has ended.
+  struct Inbox {
+    explicit Inbox(const PluginSettings& settings);
+    void take(const gz::msgs::Pose& message);
+    const std::string topic;
+    PoseTrack track;
+    std::atomic<std::int64_t> now_ns{0};
+    std::atomic<bool> complained{false};
+  };
+  std::shared_ptr<Inbox> inbox_;
+  gz::transport::Node node_;
 };
 
 }  // namespace canyon::adapters::gz_sim

@@ -155,35 +155,50 @@ void HostedReceiver::reset() {
   for (const auto& publisher : publishers_) publisher->reset();
 }
 
-// Callbacks of simulators must not throw.
-void HostedReceiver::update(std::int64_t now_ns, const Truth& truth) {
-  if (now_ns < last_ns_) reset();
+bool HostedReceiver::due(std::int64_t now_ns) {
+  if (now_ns < last_ns_) went_back_ = true;
   last_ns_ = now_ns;
-  if (!schedule_.due(now_ns)) return;
+  return schedule_.due(now_ns);
+}
 
-  ReceiverReport report;
-  report.sim_time_ns = now_ns;
-  report.world_yaw_from_enu_rad = -frame_.heading_rad;
+// Callbacks of simulators must not throw.
+void HostedReceiver::begin(std::int64_t now_ns, const Truth& truth) {
+  if (std::exchange(went_back_, false)) reset();
+  report_ = {};
+  report_.sim_time_ns = now_ns;
+  report_.world_yaw_from_enu_rad = -frame_.heading_rad;
+  truth_.reset();
+  try {
+    truth_ = truth(report_.reason);
+    if (truth_ && scene_) scene_->follow();
+  } catch (const std::exception& e) {
+    truth_.reset();
+    report_.reason = e.what();
+    say(Tone::Error, report_.reason);
+  }
+}
+
+void HostedReceiver::finish() {
   step_.reset();
   try {
-    if (const auto motion = truth(report.reason)) observe(now_ns, *motion, report);
+    if (truth_) observe(*truth_, report_);
   } catch (const std::exception& e) {
-    report.reason = e.what();
-    say(Tone::Error, report.reason);
+    report_.reason = e.what();
+    say(Tone::Error, report_.reason);
   }
-  report.step = step_ ? &*step_ : nullptr;
+  report_.step = step_ ? &*step_ : nullptr;
   if (step_) {
     for (const std::string& line : receiver_->take_warnings()) say(Tone::Warning, line);
   } else {
-    report.scan_ranges_m.clear();
+    report_.scan_ranges_m.clear();
   }
   for (const auto& publisher : publishers_) {
-    publisher->publish(report);
+    publisher->publish(report_);
     for (const std::string& note : publisher->take_notes()) say(Tone::Warning, note);
   }
 }
 
-void HostedReceiver::observe(std::int64_t now_ns, const TruePose& truth, ReceiverReport& report) {
+void HostedReceiver::observe(const TruePose& truth, ReceiverReport& report) {
   const Vector3d arm = truth.pose.attitude * settings_.live.receiver.lever_arm_m;
   report.antenna_world_m = truth.pose.position_m + arm;
   report.link_attitude_world = truth.pose.attitude;
@@ -196,7 +211,7 @@ void HostedReceiver::observe(std::int64_t now_ns, const TruePose& truth, Receive
   antenna.yaw_rate_radps = truth.angular_velocity.z();
 
   if (scene_) {
-    scene_->update(own_model_);
+    scene_->show(own_model_);
     if (!has_scene_ || scene_->generation() != generation_) {
       receiver_->set_scene(scene_->scene());
       generation_ = scene_->generation();
@@ -204,7 +219,7 @@ void HostedReceiver::observe(std::int64_t now_ns, const TruePose& truth, Receive
     }
     for (const std::string& line : scene_->take_notes()) say(Tone::Warning, line);
   }
-  step_ = receiver_->observe(static_cast<double>(now_ns) * 1e-9, antenna);
+  step_ = receiver_->observe(static_cast<double>(report.sim_time_ns) * 1e-9, antenna);
   if (!settings_.publish_scan) return;
   report.scan_max_range_m = ranges_ ? reach_m_ : std::numeric_limits<double>::infinity();
   report.scan_ranges_m = ranges_ ? ranges_() : scan(antenna.position_enu_m);

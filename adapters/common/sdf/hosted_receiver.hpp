@@ -76,14 +76,24 @@ class HostedReceiver {
   void on_reset(std::function<void()> action) { on_reset_ = std::move(action); }
 
   /// To be called once in every update of the world with its time: an epoch where one is due. Throws nothing.
-  void update(std::int64_t now_ns, const Truth& truth);
+  void update(std::int64_t now_ns, const Truth& truth) {
+    if (!due(now_ns)) return;
+    begin(now_ns, truth);
+    finish();
+  }
+  /// update() in parts, for hosts that compute epochs beside the simulation. due() is for the simulation's
+  /// thread, at any time; where it is true, begin() follows there and asks truth and world, then finish()
+  /// once, in any thread, which computes and publishes. Everything else has to wait for finish().
+  [[nodiscard]] bool due(std::int64_t now_ns);
+  void begin(std::int64_t now_ns, const Truth& truth);
+  void finish();
   /// As constructed.
   void reset();
   void say(Tone tone, const std::string& line);  ///< once each
 
  private:
   void start_receiver();
-  void observe(std::int64_t now_ns, const TruePose& truth, ReceiverReport& report);
+  void observe(const TruePose& truth, ReceiverReport& report);
   [[nodiscard]] std::vector<double> scan(const Eigen::Vector3d& antenna_enu) const;
   [[nodiscard]] output::ReceiverDescription description() const;
   [[nodiscard]] double rate_hz() const;
@@ -107,6 +117,9 @@ class HostedReceiver {
   std::optional<simulation::LiveReceiver::Step> step_;
   std::vector<std::unique_ptr<EpochPublisher>> publishers_;
   std::int64_t last_ns_ = 0;
+  bool went_back_ = false;  // in time, since the last epoch
+  ReceiverReport report_;   // of the epoch that is begun
+  std::optional<TruePose> truth_;
   std::set<std::string> said_;
 };
 

@@ -69,17 +69,25 @@ class SimServer {
 };
 
 /// What a receiver publishes on Gazebo transport.
-class GnssListener : public adapters::test::GnssLog {
+class GnssListener {
  public:
   explicit GnssListener(const std::string& topic) {
-    std::function<void(const msgs::GnssReceiver&)> take = [this](const msgs::GnssReceiver& message) {
-      add(message);
+    // A call may still be in progress when the node has ended.
+    std::function<void(const msgs::GnssReceiver&)> take = [log = log_](const msgs::GnssReceiver& message) {
+      log->add(message);
     };
     if (!node_.Subscribe(topic, take)) throw std::runtime_error("no topic " + topic);
   }
+  std::optional<msgs::GnssReceiver> at(double sim_time_s,
+                                       std::chrono::seconds deadline = std::chrono::seconds(10)) {
+    return log_->at(sim_time_s, deadline);
+  }
+  std::vector<msgs::GnssReceiver> all() { return log_->all(); }
+  void clear() { log_->clear(); }
 
  private:
-  gz::transport::Node node_;  // last: its destructor waits for the call in progress
+  std::shared_ptr<adapters::test::GnssLog> log_ = std::make_shared<adapters::test::GnssLog>();
+  gz::transport::Node node_;
 };
 
 }  // namespace canyon::adapters::gz_sim::test
