@@ -8,6 +8,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/values.hpp"
+#include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters::ros2 {
@@ -149,7 +150,7 @@ TEST_F(Settings, EveryKeyOfTheScenarioIsAParameterOrTheFilesOwn) {
 
 TEST(NodeKeys, DocumentationHasTheSameTable) {
   const std::string table = options::markdown(node_keys());
-  EXPECT_NE(test::read_bytes(std::filesystem::path(CANYON_SOURCE_DIR) / "docs/ros2.md").find(table),
+  EXPECT_NE(test::read_bytes(std::filesystem::path(canyon_source_dir) / "docs/ros2.md").find(table),
             std::string::npos)
       << table;
 }
