@@ -35,6 +35,9 @@
 #include "adapters/gz_sim/pose_topic.hpp"
 #include "adapters/gz_sim/publishers.hpp"
 #include "adapters/gz_sim/resource_paths.hpp"
+#ifdef CANYON_WITH_ROS2
+#include "adapters/ros2/host_publisher.hpp"
+#endif
 #include "canyon/base/input_error.hpp"
 
 namespace canyon::adapters::gz_sim {
@@ -334,6 +337,9 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   if (settings.publish_gazebo) {
     receiver.hosted->add(make_gnss_publisher(identity, gnss_topic_beside(topic, own_topic)));
   }
+#ifdef CANYON_WITH_ROS2
+  if (settings.publish_ros) receiver.hosted->add(ros2::make_host_publisher(identity, settings));
+#endif
   if (settings.show_rays || settings.show_bubble) {
     receiver.hosted->add(make_markers(
         identity, {settings.show_rays, settings.show_bubble, settings.bubble_scale, settings.ray_length_m}));
