@@ -18,7 +18,8 @@ namespace canyon::adapters::gazebo_classic {
     return paths;
   };
   auto* paths = gazebo::common::SystemPaths::Instance();
-  return {given(paths->GetModelPaths()), given(paths->GetGazeboPaths())};
+  return {given(paths->GetModelPaths()), given(paths->GetGazeboPaths()),
+          "GAZEBO_RESOURCE_PATH, or GAZEBO_MODEL_PATH for model://"};
 }
 
 }  // namespace canyon::adapters::gazebo_classic

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "adapters/common/sdf/drive_settings.hpp"
+#include "adapters/gz_sim/resource_paths.hpp"
 
 namespace canyon::adapters::gz_sim {
 namespace {
@@ -46,9 +47,7 @@ class DriveSystem final : public gz::sim::System,
     const std::string name = "plugin 'canyon::DriveSystem' of model '" + model_.Name(ecm) + "'";
     try {
       const auto folder = std::filesystem::path(element->FilePath()).parent_path();
-      ResourcePaths paths;
-      for (const std::string& path : gz::sim::resourcePaths()) paths.resources.emplace_back(path);
-      settings_ = read_drive_settings(element->Clone(), name, folder, paths, frame_of(ecm));
+      settings_ = read_drive_settings(element->Clone(), name, folder, gazebos_paths(), frame_of(ecm));
     } catch (const std::exception& error) {
       gzerr << "[canyon] " << error.what() << "\n[canyon] the model stays where it is\n";
       return;

@@ -34,6 +34,7 @@
 #include "adapters/gz_sim/options_service.hpp"
 #include "adapters/gz_sim/pose_topic.hpp"
 #include "adapters/gz_sim/publishers.hpp"
+#include "adapters/gz_sim/resource_paths.hpp"
 #include "canyon/base/input_error.hpp"
 
 namespace canyon::adapters::gz_sim {
@@ -112,16 +113,6 @@ ReceiverIdentity identify(Entity sensor, const Ecm& ecm) {
   return identity;
 }
 
-// As Gazebo Sim looks for what worlds name.
-ResourcePaths resource_paths() {
-  ResourcePaths paths;
-  for (const std::string& path : gz::sim::resourcePaths()) {
-    paths.models.emplace_back(path);
-    paths.resources.emplace_back(path);
-  }
-  return paths;
-}
-
 bool has_noise(const sdf::Sensor& sensor) {
   const sdf::NavSat* navsat = sensor.NavSatSensor();
   if (navsat == nullptr) return false;
@@ -139,7 +130,7 @@ PluginSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdent
   const auto world = ecm.ComponentData<components::WorldSdf>(gz::sim::worldEntity(ecm));
   if (world && world->Element())
     place.folder = std::filesystem::path(world->Element()->FilePath()).parent_path();
-  place.resources = resource_paths();
+  place.resources = gazebos_paths();
   PluginSettings settings = read_plugin_settings(element, place);
   if (settings.ray_engine == RayEngine::Physics) {
     throw InputError(place.name + ": <ray_engine>: Gazebo Sim's physics engines cast no rays for sensors",
@@ -230,7 +221,7 @@ void GnssWorld::serve(Entity root, const sdf::ElementPtr& defaults, Ecm& ecm) {
   try {
     PluginPlace place;
     place.name = "plugin 'canyon::GnssSystem'";
-    place.resources = resource_paths();
+    place.resources = gazebos_paths();
     entry.all = read_plugin_settings(defaults, place).serve_all;
   } catch (const std::exception& e) {
     say(HostedReceiver::Tone::Error, e.what());

@@ -184,9 +184,9 @@ Document PluginElements::document(const std::vector<std::filesystem::path>& fold
     for (const auto& candidate : looked) places += (places.empty() ? "" : ", ") + candidate.string();
     throw place.error(
         fmt::format("there is no file '{}'; looked for {}", name, places.empty() ? "it nowhere" : places),
-        "give a path from the folder of the file that the plugin stands in, an absolute one, or "
-        "add its folder to GAZEBO_RESOURCE_PATH (model://: GAZEBO_MODEL_PATH, package://: "
-        "ROS_PACKAGE_PATH)");
+        fmt::format("give a path from the folder of the file that the plugin stands in, an absolute one, or "
+                    "add its folder to {} (package://: ROS_PACKAGE_PATH)",
+                    resources.variables));
   };
   return document;
 }

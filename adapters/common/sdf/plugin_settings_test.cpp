@@ -75,7 +75,7 @@ ResourcePaths gazebos_paths() {
     }
     return folders;
   };
-  return {paths("GAZEBO_MODEL_PATH"), paths("GAZEBO_RESOURCE_PATH")};
+  return {paths("GAZEBO_MODEL_PATH"), paths("GAZEBO_RESOURCE_PATH"), "GAZEBO_RESOURCE_PATH"};
 }
 
 PluginSettings read(const std::string& children, bool on_ray_sensor = false,

@@ -9,8 +9,9 @@ namespace canyon::adapters {
 
 /// Where a host looks for what worlds and models name.
 struct ResourcePaths {
-  std::vector<std::filesystem::path> models;     ///< of model://
-  std::vector<std::filesystem::path> resources;  ///< of relative paths
+  std::vector<std::filesystem::path> models;                ///< of model://
+  std::vector<std::filesystem::path> resources;             ///< of relative paths
+  std::string variables = "the simulator's resource path";  ///< where users add to them
 };
 
 /// Finds the file that a world or model names: an absolute path; a path relative to one of `folders`, in

@@ -61,6 +61,7 @@ class SdfShapes : public testing::Test {
  protected:
   void load(const std::string& models) {
     text_ = "<?xml version='1.0'?>\n<sdf version='1.9'>\n<world name='w'>" + models + "</world></sdf>";
+    root_ = sdf::Root();
     const sdf::Errors errors = root_.LoadSdfString(text_);
     for (const sdf::Error& error : errors) ADD_FAILURE() << error.Message();
   }

@@ -6,7 +6,7 @@
 #include "adapters/common/epoch_publisher.hpp"
 #include "canyon/geodesy/constants.hpp"
 
-namespace canyon::adapters::gz_sim {
+namespace canyon::adapters {
 
 /// Writes the receiver's solution as gz-sensors' NavSat sensor writes the truth: `message` is a
 /// gz.msgs.NavSat (or anything that has its functions). False, and `message` is as it was, where there is no
@@ -40,4 +40,4 @@ template <typename NavSat>
   return true;
 }
 
-}  // namespace canyon::adapters::gz_sim
+}  // namespace canyon::adapters

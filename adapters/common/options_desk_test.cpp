@@ -1,0 +1,130 @@
+#include "adapters/common/options_desk.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <future>
+#include <thread>
+
+#include "canyon/city/city.hpp"
+#include "canyon/simulation/city_scene.hpp"
+
+namespace canyon::adapters {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+using Kind = OptionsRequest::Kind;
+
+simulation::LiveReceiver receiver(const std::string& more = "") {
+  const auto config = simulation::parse_live_config(
+      "sky: {nominal: true, systems: [GPS]}\nstart: 2026-06-01T08:00:00Z\nprofile: "
+      "ideal\nelevation_mask_deg: 5\n" +
+          more,
+      "test");
+  return {config, std::make_shared<simulation::CityScene>(city::City{}), *config.start};
+}
+
+class OptionsDeskTest : public testing::Test {
+ protected:
+  std::string ask(Kind kind, const std::string& name, const std::string& text) {
+    return answer({kind, name, text}, both_);
+  }
+  simulation::LiveReceiver car_ = receiver(), drone_ = receiver();
+  int changed_ = 0;
+  std::vector<AdjustableReceiver> both_{{"car", &car_, [this] { ++changed_; }}, {"drone", &drone_}};
+};
+
+TEST_F(OptionsDeskTest, GetsAKeyASectionOrEverything) {
+  EXPECT_EQ(ask(Kind::Get, "car", "elevation_mask_deg"), "elevation_mask_deg: 5");
+  EXPECT_EQ(ask(Kind::Get, "", " elevation_mask_deg "),
+            "car:\n  elevation_mask_deg: 5\ndrone:\n  elevation_mask_deg: 5");
+  EXPECT_THAT(ask(Kind::Get, "drone", "clock"),
+              AllOf(HasSubstr("clock.bias_s: 0"), Not(HasSubstr("elevation"))));
+  EXPECT_THAT(ask(Kind::Get, "drone", ""),
+              AllOf(HasSubstr("clock.bias_s: 0"), HasSubstr("elevation_mask_deg: 5")));
+  EXPECT_THAT(ask(Kind::Get, "car", "elevation_mask"),
+              AllOf(StartsWith("refused: "), HasSubstr("did you mean 'elevation_mask_deg'?")));
+  EXPECT_THAT(ask(Kind::Get, "boat", ""), AllOf(StartsWith("refused: "), HasSubstr("car, drone")));
+  EXPECT_THAT(answer({Kind::Get, "", ""}, {}), HasSubstr("there is no receiver"));
+}
+
+TEST_F(OptionsDeskTest, SetsWhatItIsToldAndSaysWhatChanged) {
+  EXPECT_EQ(ask(Kind::Set, "car", "elevation_mask_deg: 25"), "set car: elevation_mask_deg: 5 -> 25");
+  EXPECT_EQ(changed_, 1);
+  EXPECT_EQ(ask(Kind::Get, "", "elevation_mask_deg"),
+            "car:\n  elevation_mask_deg: 25\ndrone:\n  elevation_mask_deg: 5");
+  EXPECT_EQ(ask(Kind::Set, "", "elevation_mask_deg: 25"), "set drone: elevation_mask_deg: 5 -> 25");
+  EXPECT_THAT(ask(Kind::Set, "", "{clock: {bias_s: 1.0e-3}, elevation_mask_deg: 25}"),
+              AllOf(HasSubstr("set car: clock.bias_s: 0 -> 0.001"), HasSubstr("set drone: clock.bias_s")));
+  EXPECT_THAT(ask(Kind::Set, "car", "elevation_mask_deg: 25"), StartsWith("unchanged"));
+  EXPECT_EQ(changed_, 2);
+}
+
+TEST_F(OptionsDeskTest, RefusesWhatCannotBeAndChangesNothing) {
+  for (const char* wrong : {"elevation_mask_deg: 100", "elevation_mask_deg: high", "no_such_key: 1",
+                            "sky: {systems: [GPS]}", "start: 2026-06-02T08:00:00Z", "name: other", "- a\n- b",
+                            "elevation_mask_deg: 30\nclock: {bias_s: .nan}"}) {
+    EXPECT_THAT(ask(Kind::Set, "", wrong), StartsWith("refused: ")) << wrong;
+  }
+  EXPECT_EQ(changed_, 0);
+  EXPECT_EQ(ask(Kind::Get, "", "elevation_mask_deg"),
+            "car:\n  elevation_mask_deg: 5\ndrone:\n  elevation_mask_deg: 5");
+}
+
+// A receiver with new options is one that was built with them.
+TEST_F(OptionsDeskTest, AChangedReceiverIsThatOfItsOptions) {
+  const std::string text = "noise: {enabled: true}\nclock: {bias_s: 1.0e-4}";
+  simulation::LiveReceiver built = receiver(text);
+  const simulation::AntennaState at{{0, 0, 2}};
+  int compared = 0;
+  (void)car_.observe(0, at);
+  ASSERT_THAT(ask(Kind::Set, "car", text), StartsWith("set car: "));
+  for (int i = 1; i <= 3; ++i) {
+    const auto changed = car_.observe(i, at), expected = built.observe(i, at);
+    ASSERT_FALSE(expected.epoch.observed.satellites.empty());
+    ASSERT_EQ(changed.epoch.observed.satellites.size(), expected.epoch.observed.satellites.size());
+    for (std::size_t s = 0; s < expected.epoch.observed.satellites.size(); ++s) {
+      const auto &ours = changed.epoch.observed.satellites[s],
+                 &theirs = expected.epoch.observed.satellites[s];
+      ASSERT_EQ(ours.measurement.has_value(), theirs.measurement.has_value());
+      if (!ours.measurement) continue;
+      EXPECT_EQ(ours.measurement->pseudorange_m, theirs.measurement->pseudorange_m);
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 10);
+}
+
+TEST_F(OptionsDeskTest, AnswersFromTheHostsThread) {
+  OptionsDesk desk;
+  auto asked = std::async(std::launch::async, [&] {
+    return desk.ask({Kind::Set, "car", "elevation_mask_deg: 12"}, std::chrono::seconds(20));
+  });
+  int looked = 0;
+  while (asked.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
+    desk.serve([&] {
+      ++looked;
+      return both_;
+    });
+  }
+  EXPECT_EQ(asked.get(), "set car: elevation_mask_deg: 5 -> 12");
+  EXPECT_EQ(looked, 1) << "receivers are gathered for requests alone";
+}
+
+TEST_F(OptionsDeskTest, NobodyWaitsForAHostThatDoesNotServe) {
+  OptionsDesk desk;
+  EXPECT_THAT(desk.ask({Kind::Get, "", ""}, std::chrono::milliseconds(5)),
+              HasSubstr("the simulation made no update within 5 ms; nothing has changed"));
+  auto waiting = std::async(std::launch::async, [&] {
+    return desk.ask({Kind::Get, "", ""}, std::chrono::seconds(60));
+  });
+  desk.close();
+  EXPECT_EQ(waiting.get(), "refused: the world has ended");
+  EXPECT_EQ(desk.ask({Kind::Get, "", ""}, std::chrono::seconds(60)), "refused: the world has ended");
+}
+
+}  // namespace
+}  // namespace canyon::adapters
