@@ -106,7 +106,7 @@ RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity, 
                                                                    {"scan", &topics.scan}}};
   for (const auto& [name, topic] : named) *topic = base + '/' + name;
   for (const auto& [from, to] : settings.remappings) {
-    const std::string remapping = from + ":=" + to;
+    const std::string remapping = fmt::format("{}:={}", from, to);
     const std::string source = resolve(from, base, private_base, remapping);
     const std::string target = resolve(to, base, private_base, remapping);
     bool found = false;

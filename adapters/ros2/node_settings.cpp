@@ -169,8 +169,9 @@ ParameterValue value_of(const Node& node, const Key& key) {
     case Type::Files:
       return texts;
     case Type::Numbers: {
-      std::vector<double> numbers;
-      for (const std::string& text : texts) numbers.push_back(parse_double(text).value_or(std::nan("")));
+      std::vector<double> numbers(texts.size());
+      std::transform(texts.begin(), texts.end(), numbers.begin(),
+                     [](const std::string& text) { return parse_double(text).value_or(std::nan("")); });
       return numbers;
     }
     default:

@@ -450,6 +450,11 @@ class HongKong(unittest.TestCase):
             print(f"{len(fixes)} of {len(epochs)} epochs heard, none differs")
 
 
+def tearDownModule():  # noqa: N802: unittest's name
+    """Commands of ros2 leave a process behind that remembers the domain."""
+    ros2("daemon", "stop", check=False)
+
+
 if __name__ == "__main__":
     assert os.path.isdir(PREFIX)
     unittest.main(verbosity=2)
