@@ -106,7 +106,8 @@ TEST(GnssWorld, GivesTheStreetsClosedFormsBySpecularReflection) {
 TEST(GnssWorld, ServesCustomSensorsAndAllNavsatSensorsWhereAsked) {
   // The system's own elements are the defaults of its receivers.
   const std::string system = "<plugin filename='CanyonGnssSystem' name='canyon::GnssSystem'>" +
-                             paper_elements() + "<serve>all</serve></plugin>";
+                             paper_elements() +
+                             "<publishers><ros>false</ros></publishers><serve>all</serve></plugin>";
   const std::string custom =
       "<sensor name='antenna' type='custom' gz:type='gnss'><pose>0 0 2 0 0 0</pose>"
       "<update_rate>10</update_rate></sensor>";

@@ -43,7 +43,7 @@ class Transport {
 inline constexpr std::size_t kLargestDatagram = 1400;  ///< bytes; within an Ethernet frame
 /// Bytes kept for a reader that does not read as fast as they come, beside the system's own buffers (about as
 /// much again). Ten seconds of NMEA at 10 Hz.
-inline constexpr std::size_t kMaxBacklog = 256 * 1024;
+inline constexpr std::size_t kMaxBacklog = std::size_t{256} * 1024;
 
 /// Sends one stream to whoever connects to a TCP port of 127.0.0.1. It has no thread and never waits: the
 /// system takes connections at any time, and each call of serve() and send() does what can be done at once.

@@ -70,6 +70,7 @@ class Simulation {
   /// The pure part runs on `threads`, receivers in order on the caller: same seed, same bytes. Every call
   /// begins anew. Where a sink or the pure part throws, epochs before it have been written, every other sink
   /// is finished, and the exception goes on to the caller.
+  // What sinks got is often enough. NOLINTNEXTLINE(modernize-use-nodiscard)
   RunResult run(const std::vector<EpochSink*>& sinks, const RunOptions& options = {}) const;
 
  private:

@@ -54,7 +54,7 @@ inline std::string street_world(const std::string& inside, double heading_deg = 
 inline std::string navsat(const std::string& elements, const std::string& more = "") {
   return "<sensor name='antenna' type='navsat'><pose>0 0 2 0 0 0</pose><update_rate>10</update_rate>"
          "<always_on>true</always_on>" +
-         more + "<canyon>" + elements + "</canyon></sensor>";
+         more + "<canyon>" + elements + "<publishers><ros>false</ros></publishers></canyon></sensor>";
 }
 
 /// A car whose roof lies under the antenna.
