@@ -47,6 +47,14 @@ void GzHostWorld::models(std::vector<Id>& ids) {
   const bool gone = std::any_of(models_.begin(), models_.end(), [&](Id id) { return !ecm_->HasEntity(id); });
   if (std::exchange(models_changed_, false) || gone) {
     models_.clear();
+    // The manager's own graph of entities stays without edges while a log is played back.
+    children_.clear();
+    ecm_->Each<components::ParentEntity>(
+        [&](const gz::sim::Entity& entity, const components::ParentEntity* parent) {
+          children_[parent->Data()].push_back(entity);
+          return true;
+        });
+    for (auto& [parent, children] : children_) std::sort(children.begin(), children.end());
     ecm_->Each<components::Model, components::ParentEntity>(
         [&](const gz::sim::Entity& entity, const components::Model*, const components::ParentEntity* parent) {
           if (ecm_->Component<components::World>(parent->Data()) != nullptr) models_.push_back(entity);
@@ -71,20 +79,26 @@ bool GzHostWorld::is_static(Id model) {
 }
 
 void GzHostWorld::links(Id model, std::vector<Id>& ids) {
-  for (const gz::sim::Entity link : ecm_->ChildrenByComponents(model, components::Link())) {
-    ids.push_back(link);
+  for (const Id child : children(model)) {
+    if (ecm_->Component<components::Link>(child) != nullptr) ids.push_back(child);
   }
-  for (const gz::sim::Entity nested : ecm_->ChildrenByComponents(model, components::Model())) {
-    links(nested, ids);
+  for (const Id child : children(model)) {
+    if (ecm_->Component<components::Model>(child) != nullptr) links(child, ids);
   }
+}
+
+const std::vector<GzHostWorld::Id>& GzHostWorld::children(Id parent) const {
+  static const std::vector<Id> kNone;
+  const auto found = children_.find(parent);
+  return found == children_.end() ? kNone : found->second;
 }
 
 template <typename Visit>
 void GzHostWorld::for_each_shape(Id link, const Visit& visit) const {
-  const std::vector<gz::sim::Entity> entities =
-      visual_ ? ecm_->ChildrenByComponents(link, components::Visual())
-              : ecm_->ChildrenByComponents(link, components::Collision());
-  for (const gz::sim::Entity entity : entities) {
+  for (const Id entity : children(link)) {
+    const bool is_shape = visual_ ? ecm_->Component<components::Visual>(entity) != nullptr
+                                  : ecm_->Component<components::Collision>(entity) != nullptr;
+    if (!is_shape) continue;
     const auto* geometry = ecm_->Component<components::Geometry>(entity);
     const auto* pose = ecm_->Component<components::Pose>(entity);
     if (geometry != nullptr && pose != nullptr) visit(entity, geometry->Data(), pose->Data());

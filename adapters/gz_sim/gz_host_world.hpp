@@ -32,6 +32,7 @@ class GzHostWorld final : public HostWorld {
   city::Mesh mesh(Id link, std::vector<std::string>& notes) override;
 
  private:
+  [[nodiscard]] const std::vector<Id>& children(Id parent) const;
   /// What components of a collision or visual say of it.
   template <typename Visit>
   void for_each_shape(Id link, const Visit& visit) const;
@@ -43,6 +44,8 @@ class GzHostWorld final : public HostWorld {
   bool changed_ = true;         // something beside poses that physics moves
   bool models_changed_ = true;  // an entity came or went
   std::vector<Id> models_;
+  std::unordered_map<Id, std::vector<Id>>
+      children_;  // of every entity, as they were when one last came or went
   struct Fingerprint {
     std::uint64_t sum = 0;
     unsigned age = 0;  // steps in which nothing was said to change
