@@ -34,9 +34,9 @@ name="canyon::GnssSystem"/></plugins></server_config>"""
 TOPIC = "/world/street/model/car/link/body/sensor/antenna/gnss"
 
 
-def satellites_while(command, environment):
-    """Visibility and excess path of each satellite in the first whole message of a server."""
-    echo = subprocess.Popen(["timeout", "-k", "5", "60", "gz", "topic", "-e", "-n", "8", "-t", TOPIC, "--json-output"],
+def satellites_while(command, environment, messages):
+    """Visibility and excess path of each satellite in the last of so many messages of a server."""
+    echo = subprocess.Popen(["timeout", "-k", "5", "60", "gz", "topic", "-e", "-n", str(messages), "-t", TOPIC, "--json-output"],
                             env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     server = subprocess.Popen(["timeout", "-k", "5", "60"] + command, env=environment, stdout=subprocess.DEVNULL,
                               stderr=subprocess.DEVNULL)
@@ -62,9 +62,9 @@ def main():
                            GZ_DESCRIPTOR_PATH=protos)
         environment["GZ_SIM_SYSTEM_PLUGIN_PATH"] = plugins + ":" + os.environ.get("GZ_SIM_SYSTEM_PLUGIN_PATH", "")
         world, log = write("street.sdf", WORLD), os.path.join(folder, "log")
-        recorded = satellites_while(["gz", "sim", "-s", "-r", "--record-path", log, world], environment)
+        recorded = satellites_while(["gz", "sim", "-s", "-r", "--record-path", log, world], environment, 60)
         environment["GZ_SIM_SERVER_CONFIG_PATH"] = write("playback.config", CONFIG)
-        played = satellites_while(["gz", "sim", "-s", "-r", "--playback", log], environment)
+        played = satellites_while(["gz", "sim", "-s", "-r", "--playback", log], environment, 3)
     print("recorded", recorded)
     print("played  ", played)
     # Between walls 20 m apart: the eastern and the western signal come by a wall.
