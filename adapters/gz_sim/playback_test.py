@@ -16,15 +16,16 @@ SETTINGS = """<profile>paper</profile><elevation_mask_deg>5</elevation_mask_deg>
 BOX = """<model name="{name}"><static>true</static><pose>{x} 0 15 0 0 0</pose><link name="l"><collision name="c"><geometry>
 <box><size>1 400 30</size></box></geometry></collision></link></model>"""
 
-WORLD = """<?xml version="1.0"?><sdf version="1.9"><world name="street">
-<physics name="p" type="dart"><max_step_size>0.01</max_step_size><real_time_factor>0</real_time_factor></physics>
+# The car sinks slowly: a log keeps changes alone, and ends with the last of them.
+WORLD = """<?xml version="1.0"?><sdf version="1.9"><world name="street"><gravity>0 0 -0.1</gravity>
+<physics name="p" type="dart"><max_step_size>0.01</max_step_size><real_time_factor>1</real_time_factor></physics>
 <plugin filename="gz-sim-physics-system" name="gz::sim::systems::Physics"/>
 <plugin filename="gz-sim-scene-broadcaster-system" name="gz::sim::systems::SceneBroadcaster"/>
 <plugin filename="CanyonGnssSystem" name="canyon::GnssSystem"/>
 <spherical_coordinates><surface_model>EARTH_WGS84</surface_model><world_frame_orientation>ENU</world_frame_orientation>
 <latitude_deg>22.3</latitude_deg><longitude_deg>114.17</longitude_deg><elevation>5</elevation><heading_deg>0</heading_deg>
 </spherical_coordinates>""" + BOX.format(name="east", x=10.5) + BOX.format(name="west", x=-10.5) + """
-<model name="car"><pose>3 0 0 0 0 0</pose><link name="body"><gravity>false</gravity><inertial><mass>1</mass></inertial>
+<model name="car"><pose>3 0 10 0 0 0</pose><link name="body"><inertial><mass>1</mass></inertial>
 <sensor name="antenna" type="navsat"><pose>0 0 2 0 0 0</pose><update_rate>10</update_rate><canyon>""" + SETTINGS + """</canyon></sensor>
 </link></model></world></sdf>"""
 
