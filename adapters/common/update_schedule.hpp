@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 namespace canyon::adapters {
@@ -10,7 +11,7 @@ class UpdateSchedule {
  public:
   /// @param rate_hz > 0; rates above the world's give an epoch at each update
   explicit UpdateSchedule(double rate_hz)
-      : interval_ns_(rate_hz >= 1e9 ? 1 : static_cast<std::int64_t>(1e9 / rate_hz + 0.5)) {}
+      : interval_ns_(rate_hz >= 1e9 ? 1 : std::int64_t{std::llround(1e9 / rate_hz)}) {}
 
   [[nodiscard]] double interval_s() const { return static_cast<double>(interval_ns_) * 1e-9; }
 

@@ -368,10 +368,10 @@ std::shared_ptr<WorldScene> WorldScene::of(const void* world, const Options& opt
   known.erase(std::remove_if(known.begin(), known.end(), [](const Known& k) { return k.scene.expired(); }),
               known.end());
   for (const Known& other : known) {
-    const std::shared_ptr<WorldScene> scene = other.scene.lock();
+    std::shared_ptr<WorldScene> scene = other.scene.lock();
     if (scene && other.world == world && scene->impl_->options == options) return scene;
   }
-  const auto made = std::make_shared<WorldScene>(make(), options);
+  auto made = std::make_shared<WorldScene>(make(), options);
   known.push_back({world, made});
   return made;
 }

@@ -220,7 +220,7 @@ template <class NavSatFix>
   message.altitude = fix.position.height_m;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
-      message.position_covariance[static_cast<std::size_t>(3 * row + column)] =
+      message.position_covariance[3 * static_cast<std::size_t>(row) + static_cast<std::size_t>(column)] =
           fix.covariance_enu(row, column);
     }
   }

@@ -23,6 +23,6 @@ enum class Material : std::uint8_t {
 struct Mesh;
 struct Object;
 struct City;
-struct Box;
+struct Box;  // NOLINT(bugprone-forward-declaration-namespace): other libraries have one too
 
 }  // namespace canyon::city

@@ -327,7 +327,8 @@ class GazeboImport {
   }
 
   /// Where a URI's file or folder lies, if it does.
-  std::optional<std::filesystem::path> resolve(const Source& source, const std::string& uri) const {
+  [[nodiscard]] std::optional<std::filesystem::path> resolve(const Source& source,
+                                                             const std::string& uri) const {
     const std::size_t scheme_end = uri.find("://");
     const std::string scheme = scheme_end == std::string::npos ? "" : uri.substr(0, scheme_end);
     const std::string rest = scheme_end == std::string::npos ? uri : uri.substr(scheme_end + 3);

@@ -208,6 +208,7 @@ void visit_frozen(Visitor& v, SkyConfig& sky) {
 
 void visit_systems(Visitor& v, std::set<gnss::System>& systems) {
   std::vector<std::string> names;
+  names.reserve(systems.size());
   for (const gnss::System system : systems) names.emplace_back(gnss::name(system));
   v.texts({"systems", "",
            "GPS, GLONASS, Galileo, BeiDou, QZSS, SBAS: one, several with blanks between, or a list",

@@ -31,7 +31,7 @@ struct NavSat {
   } header;
   std::string frame_id;
   double latitude = 0, longitude = 0, height = 0, east = 0, north = 0, up = 0;
-  void Clear() { *this = {}; }
+  void Clear() { *this = {}; }  // NOLINT(readability-identifier-naming): as generated
   Header* mutable_header() { return &header; }
   void set_frame_id(const std::string& value) { frame_id = value; }
   void set_latitude_deg(double value) { latitude = value; }
