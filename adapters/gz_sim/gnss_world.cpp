@@ -51,12 +51,9 @@ std::int64_t nanoseconds(const std::chrono::steady_clock::duration& time) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(time).count();
 }
 
+// Warnings too as errors: less than these Gazebo Sim does not show unless it is asked to.
 void say(HostedReceiver::Tone tone, const std::string& line) {
-  if (tone == HostedReceiver::Tone::Error) {
-    gzerr << "[canyon] " << line << "\n";
-  } else {
-    gzwarn << "[canyon] " << line << "\n";
-  }
+  gzerr << "[canyon] " << (tone == HostedReceiver::Tone::Error ? "" : "warning: ") << line << "\n";
 }
 
 std::string name_of(Entity entity, const Ecm& ecm) {
@@ -65,13 +62,6 @@ std::string name_of(Entity entity, const Ecm& ecm) {
 
 Entity parent_of(Entity entity, const Ecm& ecm) {
   return ecm.ComponentData<components::ParentEntity>(entity).value_or(gz::sim::kNullEntity);
-}
-
-bool is_below(Entity entity, Entity root, const Ecm& ecm) {
-  for (; entity != gz::sim::kNullEntity; entity = parent_of(entity, ecm)) {
-    if (entity == root) return true;
-  }
-  return false;
 }
 
 // With its elements; empty for sensors of other kinds.
@@ -170,10 +160,12 @@ struct GnssWorld::Impl {
   struct Root {
     sdf::ElementPtr defaults;
     bool all = false;
-    bool looked = false;  // whether its entity holds a sensor is known
+    bool found = false;   // a sensor to serve
+    bool looked = false;  // and whether there is one was said
   };
-  /// A sensor that is Canyon's, with the elements that count for it.
+  /// A sensor that is Canyon's, with the elements that count for it, whose receiver is to be started.
   struct Sensor {
+    Entity entity = gz::sim::kNullEntity;
     sdf::Sensor sensor;
     sdf::ElementPtr element;
   };
@@ -183,6 +175,7 @@ struct GnssWorld::Impl {
   void start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element, Ecm& ecm);
   void look_for_sensors(Ecm& ecm, bool all);
   void remove(Entity entity);
+  void remove_gone(const Ecm& ecm);
   void follow_origin(const Ecm& ecm);
   void look(const Ecm& ecm);
   void wait();
@@ -192,8 +185,7 @@ struct GnssWorld::Impl {
 
   std::mutex mutex;
   std::map<Entity, Root> roots;
-  std::map<Entity, Sensor> sensors;  // all there ever were: a reset brings removed ones back
-  std::vector<Entity> due;           // sensors whose receivers are to be started
+  std::vector<Sensor> due;
   std::vector<Scene> scenes;
   std::map<Entity, Receiver> receivers;  // in the order of entities, so that a run repeats
   std::unique_ptr<OptionsService> options;
@@ -240,6 +232,7 @@ void GnssWorld::leave(Entity root) {
 void GnssWorld::update(const gz::sim::UpdateInfo&, Ecm& ecm) {
   const std::lock_guard lock(impl_->mutex);
   impl_->stepped = false;
+  impl_->remove_gone(ecm);
   if (ecm.HasNewEntities()) impl_->look_for_sensors(ecm, false);
   impl_->start_due(ecm);
 }
@@ -260,11 +253,11 @@ void GnssWorld::Impl::look_for_sensors(Ecm& ecm, bool all) {
 }
 
 void GnssWorld::Impl::take_over(Entity entity, const sdf::Sensor& sensor, Ecm& ecm) {
-  if (sensors.contains(entity)) return;
+  if (receivers.contains(entity)) return;
   const sdf::ElementPtr element = sensor.Element();
   if (!element) return;
   // The innermost system counts: a model's before the world's.
-  const Root* root = nullptr;
+  Root* root = nullptr;
   for (Entity at = entity; at != gz::sim::kNullEntity && root == nullptr; at = parent_of(at, ecm)) {
     const auto known = roots.find(at);
     if (known != roots.end()) root = &known->second;
@@ -277,29 +270,24 @@ void GnssWorld::Impl::take_over(Entity entity, const sdf::Sensor& sensor, Ecm& e
   // Now: Gazebo's own NavSat system would publish the truth on the same topic.
   ecm.RemoveComponent<components::NavSat>(entity);
   const sdf::ElementPtr own = is_marked ? element->GetElement("canyon") : nullptr;
-  sensors[entity] = {sensor, with_defaults(own, root->defaults)};
-  due.push_back(entity);
+  root->found = true;
+  due.push_back({entity, sensor, with_defaults(own, root->defaults)});
 }
 
 // In the first step: while a model is being loaded it does not know its world.
 void GnssWorld::Impl::start_due(Ecm& ecm) {
-  for (const Entity entity : std::exchange(due, {})) {
-    const Sensor& sensor = sensors.at(entity);
-    if (!ecm.HasEntity(entity) || receivers.contains(entity)) continue;
+  for (const Sensor& sensor : std::exchange(due, {})) {
+    if (!ecm.HasEntity(sensor.entity) || receivers.contains(sensor.entity)) continue;
     try {
-      start(entity, sensor.sensor, sensor.element, ecm);
+      start(sensor.entity, sensor.sensor, sensor.element, ecm);
     } catch (const std::exception& e) {
       say(HostedReceiver::Tone::Error,
           fmt::format("{}\n[canyon] the receiver is switched off; the simulation goes on", e.what()));
     }
   }
   for (auto& [entity, root] : roots) {
-    if (std::exchange(root.looked, true)) continue;
-    const bool any = std::any_of(sensors.begin(), sensors.end(), [&, &at = entity](const auto& known) {
-      return is_below(known.first, at, ecm);
-    });
-    if (any) continue;
-    gzmsg << "[canyon] no sensor to serve in '" << name_of(entity, ecm)
+    if (std::exchange(root.looked, true) || root.found) continue;
+    gzerr << "[canyon] no sensor to serve in '" << name_of(entity, ecm)
           << "' yet: a navsat sensor needs a <canyon> element (or the plugin <serve>all</serve>), another "
              "<sensor type=\"custom\" gz:type=\"gnss\">\n";
   }
@@ -314,7 +302,15 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
         "the sensor's own <noise> is off: Canyon's receiver makes the errors, <noise> of <canyon> shapes "
         "them");
   }
+  if (element->HasElement("topic")) {
+    settings.warnings.emplace_back("<topic> of <canyon> has no effect here: it belongs into <sensor>");
+  }
   origin = origin_of(ecm);
+  if (!origin && !settings.origin) {
+    throw InputError(place_name(identity) + ": the world does not say where it lies",
+                     "give it <spherical_coordinates>, or <canyon> <origin_latitude>, <origin_longitude> and "
+                     "<origin_altitude>");
+  }
   const WorldFrame frame = world_frame(origin, settings, settings.warnings);
 
   Receiver receiver;
@@ -346,6 +342,8 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   }
   if (!options) options = std::make_unique<OptionsService>(identity.world);
   options->add(receiver.name);
+  gzmsg << "[canyon] " << receiver.name << " publishes on " << (topic.starts_with('/') ? "" : "/") << topic
+        << " every " << receiver.hosted->interval_s() << " s\n";
   Receiver& kept = receivers[entity] = std::move(receiver);
   kept.hosted->on_reset([&kept] {
     kept.motion.reset();
@@ -379,6 +377,15 @@ void GnssWorld::Impl::remove(Entity entity) {
   receivers.erase(receiver);
 }
 
+// A reset takes entities away without a word.
+void GnssWorld::Impl::remove_gone(const Ecm& ecm) {
+  std::vector<Entity> gone;
+  for (const auto& [entity, receiver] : receivers) {
+    if (ecm.Component<components::Sensor>(entity) == nullptr) gone.push_back(entity);
+  }
+  for (const Entity entity : gone) remove(entity);
+}
+
 void GnssWorld::Impl::look(const Ecm& ecm) {
   for (const Scene& scene : scenes) {
     if (!scene.scene.expired()) scene.world->look(ecm);
@@ -406,6 +413,10 @@ void GnssWorld::Impl::follow_origin(const Ecm& ecm) {
 std::optional<TruePose> GnssWorld::Impl::truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
                                                std::string& reason) const {
   if (receiver.pose_topic) return receiver.pose_topic->at(now_ns, reason);
+  if (ecm.Component<components::Pose>(receiver.link) == nullptr) {
+    reason = fmt::format("link {} is gone", receiver.link_name);
+    return std::nullopt;
+  }
   TruePose engine;
   engine.pose = rigid_pose(gz::sim::worldPose(receiver.sensor, ecm));
   const auto linear = ecm.ComponentData<components::WorldLinearVelocity>(receiver.link);
@@ -466,16 +477,10 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
 void GnssWorld::reset(Ecm& ecm) {
   const std::lock_guard lock(impl_->mutex);
   impl_->wait();
-  std::vector<Entity> gone;
-  for (const auto& [entity, receiver] : impl_->receivers) {
-    if (!ecm.HasEntity(entity)) gone.push_back(entity);
-  }
-  for (const Entity entity : gone) impl_->remove(entity);
-  for (auto& [entity, receiver] : impl_->receivers) receiver.hosted->reset();
-  for (const auto& [entity, sensor] : impl_->sensors) {
-    if (!ecm.HasEntity(entity)) continue;
+  impl_->remove_gone(ecm);
+  for (auto& [entity, receiver] : impl_->receivers) {
     ecm.RemoveComponent<components::NavSat>(entity);
-    impl_->due.push_back(entity);
+    receiver.hosted->reset();
   }
   impl_->look_for_sensors(ecm, true);
 }

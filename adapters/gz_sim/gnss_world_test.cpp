@@ -473,6 +473,31 @@ TEST(GnssWorld, OptionsAtRunTime) {
   EXPECT_FALSE(run.listener.all().back().satellites(2).above_mask());
 }
 
+// What came by service goes with a reset, and its receiver with it; the same model may come again.
+TEST(GnssWorld, SpawnedModelsGoWithAResetAndComeAgain) {
+  StreetRun run(street_world("", 0, true));
+  const auto create = [] {
+    gz::msgs::EntityFactory request;
+    request.set_sdf("<?xml version='1.0'?><sdf version='1.9'>" + street_car(navsat(paper_elements())) +
+                    "</sdf>");
+    EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/create", request)).data());
+  };
+  for (int round = 0; round < 2; ++round) {
+    create();
+    expect_street(run.after(30, 0.1), &StreetSatellite::mirror_m, 1e-3);
+    gz::msgs::WorldControl control;
+    control.mutable_reset()->set_all(true);
+    EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/control", control)).data());
+    run.server.step(2);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    run.listener.clear();
+    run.server.step(50);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    EXPECT_TRUE(run.listener.all().empty()) << "a receiver without a vehicle";
+    run.listener.clear();
+  }
+}
+
 // Two servers with worlds of one name in one process, as several do on one machine.
 TEST(GnssWorld, WorldsOfTwoServersAreApart) {
   SimServer first(street_world(street_car(navsat(paper_elements()))));

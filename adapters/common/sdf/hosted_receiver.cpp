@@ -47,7 +47,7 @@ WorldFrame world_frame(const std::optional<HostOrigin>& host, const PluginSettin
   const geodesy::Geodetic origin = settings.origin ? *settings.origin
                                    : host          ? host->origin
                                                    : geodesy::Geodetic{};
-  if (!settings.origin && host && origin.latitude_rad == 0 && origin.longitude_rad == 0) {
+  if (!settings.origin && origin.latitude_rad == 0 && origin.longitude_rad == 0) {
     warnings.emplace_back(
         "the world lies at latitude 0, longitude 0; give it <spherical_coordinates>, or the plugin "
         "<origin_latitude>, <origin_longitude> and <origin_altitude>");
