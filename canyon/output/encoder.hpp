@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -51,6 +52,12 @@ class Encoder {
   /// Bytes behind the last epoch. Nothing is called afterwards but correction().
   [[nodiscard]] virtual std::string end() { return {}; }
   [[nodiscard]] virtual std::optional<Correction> correction() { return std::nullopt; }
+
+  /// Bytes that came from the other end, cut anywhere; returns what is to be answered at once.
+  /// @param reader tells those at the other end apart, where there are several
+  [[nodiscard]] virtual std::string hear(std::uint64_t /*reader*/, std::string_view /*bytes*/) { return {}; }
+  /// The rate that the other end asked for since the last call, in use behind the answer [baud].
+  [[nodiscard]] virtual std::optional<int> take_baud() { return std::nullopt; }
 };
 
 /// A way to write epochs down; docs/outputs.md describes each.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "canyon/gnss/navigation_data.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/simulation/trajectory.hpp"
@@ -20,6 +21,8 @@ struct Epoch {
   /// The paths behind it, disturbed, in the ENU frame of the city. Lent for the call that hands the epoch
   /// over (EpochSink::write()); null where the epoch comes without.
   const propagation::Arrival* arrival = nullptr;
+  /// What the satellites send; lent likewise. Null or empty for skies that no message describes.
+  const gnss::NavigationData* navigation = nullptr;
   /// Fix minus truth in ENU at the truth [m]; NaN without fix.
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 };

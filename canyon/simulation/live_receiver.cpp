@@ -157,6 +157,7 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   truth.yaw_rad = antenna.yaw_rad;
   truth.yaw_rate_radps = antenna.yaw_rate_radps;
   step.epoch = observe_epoch(impl.receiver, truth, step.arrival, *impl.environment);
+  step.epoch.navigation = &impl.sky.navigation;
 
   if (step.arrival.views.empty() && !impl.said_empty) {
     impl.said_empty = true;

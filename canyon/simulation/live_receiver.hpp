@@ -89,7 +89,7 @@ class LiveReceiver {
   void check(const LiveConfig& config) const;
 
   struct Step {
-    Epoch epoch;                   ///< receiver 0; its own `arrival` is null
+    Epoch epoch;  ///< receiver 0; its own `arrival` is null, `navigation` is the receiver's sky()'s
     propagation::Arrival arrival;  ///< the paths behind it, disturbed, in the scene's ENU frame
   };
   /// One epoch `seconds` of host time after `start`. A time before the last step's begins anew, as

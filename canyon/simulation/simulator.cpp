@@ -418,6 +418,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
       Epoch epoch = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment);
       epoch.receiver = r;
       epoch.arrival = &from.arrival;
+      epoch.navigation = &impl.sky.navigation;
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
       for (EpochSink* sink : sinks) {
         broken = sink;
