@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -61,6 +62,26 @@ struct SatelliteObservation : SignalObservation {
   std::vector<SignalObservation> more;
 };
 
+/// The front end around one carrier at one epoch.
+struct BandState {
+  double carrier_hz = 0;  ///< of the signals there, as gnss::Signal::carrier_hz
+  /// Power of interference within the band over the front end's own noise there [1], >= 0.
+  double interference_ratio = 0;
+  /// Of it, what stands on single frequencies (tones).
+  double tone_ratio = 0;
+
+  /// Gain of the automatic gain control over that without interference, (0, 1]: it holds the level of noise
+  /// and interference together at the converter.
+  [[nodiscard]] double agc() const { return 1 / std::sqrt(1 + interference_ratio); }
+};
+
+/// What a receiver thinks of the authenticity of its signals.
+enum class SpoofingState : std::uint8_t {
+  Unknown,   ///< it does not look
+  None,      ///< nothing suspicious
+  Indicated  ///< at least one of its checks failed
+};
+
 struct ReceiverEpoch {
   geodesy::GpsTime time;  ///< true reception instant
   /// What the receiver's clock showed, to the nearest nanosecond; pseudoranges hold the exact reading (a
@@ -69,9 +90,11 @@ struct ReceiverEpoch {
   double clock_bias_s = 0;                       ///< of the receiver, true
   double clock_drift = 0;                        ///< of the receiver, true [s/s]
   std::vector<SatelliteObservation> satellites;  ///< above the horizon, ascending
-  positioning::Fix fix;  ///< of this epoch's measurements; with a position filter the filter's answer
-  int visible = 0;       ///< tracked, above the mask (at the true place)
-  int blocked = 0;       ///< above the mask, not tracked
+  positioning::Fix fix;          ///< of this epoch's measurements; with a position filter the filter's answer
+  std::vector<BandState> bands;  ///< of what it tracks, by carrier; empty where signals have no strength
+  SpoofingState spoofing = SpoofingState::Unknown;
+  int visible = 0;  ///< tracked, above the mask (at the true place)
+  int blocked = 0;  ///< above the mask, not tracked
 };
 
 /// What a receiver is given of an epoch.
