@@ -188,9 +188,8 @@ void add_simulate(CLI::App& app, Action& action) {
           "--stream", arguments->streams,
           "send a format while the run goes on, [RECEIVER/]FORMAT=ADDRESS; may be given several times. "
           "Formats: " +
-              live +
-              "and to files all others. Addresses: "
-              "tcp://127.0.0.1:PORT (a server), udp://HOST:PORT, pty:, serial:DEVICE@BAUD, file:PATH")
+              live + "and to files all others. Addresses: " + transport::address_forms() +
+              "; behind one may stand ?rate_hz=5&latency_s=0.1&jitter_s=0.02")
       ->type_name("STREAM")
       ->allow_extra_args(false);
   command->add_flag("--realtime", arguments->realtime, "no faster than the wall clock");

@@ -10,7 +10,7 @@
 namespace canyon::adapters {
 
 /// Epochs in any of the engine's formats by any of its transports: "nmea=tcp://127.0.0.1:2947" (see
-/// output::parse_stream() and output::open_transport()). Files are whole when it is destroyed. Updates
+/// output::parse_stream() and transport::open_transport()). Files are whole when it is destroyed. Updates
 /// without an epoch send nothing: a receiver that says nothing is what readers take for a lost one.
 /// @param setting what asked for the stream, for messages: "nmea_port"
 /// Throws InputError, which names `setting`, where the stream cannot be opened.

@@ -12,6 +12,7 @@
 
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/tracking/signal_options.hpp"
+#include "canyon/transport/transport.hpp"
 
 namespace canyon::output {
 
@@ -38,11 +39,7 @@ struct ReceiverDescription {
 /// Epochs of one receiver in, bytes out. Knows nothing of where the bytes go.
 class Encoder {
  public:
-  /// Bytes known only at the end that replace earlier ones, from byte `offset` of all that was returned.
-  struct Correction {
-    std::size_t offset = 0;
-    std::string bytes;
-  };
+  using Correction = transport::Correction;
 
   virtual ~Encoder() = default;
   /// Bytes in front of the first epoch.

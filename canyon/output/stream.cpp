@@ -3,31 +3,100 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <thread>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/options/describe.hpp"
+#include "canyon/options/read.hpp"
 #include "canyon/simulation/scenario.hpp"
 
 namespace canyon::output {
 
-EncodedStream::EncodedStream(std::unique_ptr<Encoder> encoder, std::unique_ptr<Transport> transport,
-                             std::size_t receiver)
-    : encoder_(std::move(encoder)), transport_(std::move(transport)), receiver_(receiver) {
-  transport_->begin(encoder_->begin());
+EncodedStream::EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<transport::Link> link,
+                             std::size_t receiver, const StreamOptions& options, std::uint64_t seed)
+    : encoder_(std::move(encoder)),
+      link_(std::move(link)),
+      receiver_(receiver),
+      options_(options),
+      delays_(seed, fmt::format("stream/{}", receiver)) {
+  if (const std::string first = encoder_->begin(); !first.empty()) link_->transport().begin(first);
+  listener_ = link_->listen([this](const transport::Heard& heard) {
+    const std::string answer = encoder_->hear(heard.reader, heard.bytes);
+    if (!answer.empty()) link_->transport().answer(heard.reader, answer);
+    if (const auto baud = encoder_->take_baud()) link_->transport().set_baud(*baud);
+  });
+}
+
+EncodedStream::~EncodedStream() {
+  link_->forget(listener_);
+}
+
+bool EncodedStream::wanted(geodesy::GpsTime time) {
+  if (!options_.rate_hz) return true;
+  // Half a millisecond: epochs of a clock that is not quite on its grid count as on it.
+  const auto number =
+      static_cast<std::int64_t>(std::floor((time - geodesy::GpsTime{} + 0.0005) * *options_.rate_hz));
+  return std::exchange(sent_, number) != number;
 }
 
 void EncodedStream::write(const simulation::Epoch& epoch) {
   if (epoch.receiver != receiver_) return;
-  transport_->serve();
-  transport_->send(encoder_->encode(epoch));
+  serve();
+  if (!wanted(epoch.observed.time)) return;
+  std::string bytes = encoder_->encode(epoch);
+  if (options_.latency_s == 0 && options_.jitter_s == 0) {
+    link_->transport().send(bytes);
+    return;
+  }
+  const double delay_s = std::max(0.0, options_.latency_s + options_.jitter_s * delays_.normal());
+  Clock::time_point due =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(delay_s));
+  if (!waiting_.empty()) due = std::max(due, waiting_.back().due);
+  waiting_.push_back({due, std::move(bytes)});
+}
+
+void EncodedStream::serve() {
+  link_->serve();
+  while (!waiting_.empty() && waiting_.front().due <= Clock::now()) {
+    link_->transport().send(waiting_.front().bytes);
+    waiting_.pop_front();
+  }
+}
+
+std::optional<EncodedStream::Clock::time_point> EncodedStream::next_due() const {
+  if (waiting_.empty()) return std::nullopt;
+  return waiting_.front().due;
 }
 
 void EncodedStream::finish() {
   if (std::exchange(finished_, true)) return;
-  transport_->send(encoder_->end());
-  transport_->finish(encoder_->correction());
+  for (const Waiting& each : waiting_) link_->transport().send(each.bytes);
+  waiting_.clear();
+  link_->transport().send(encoder_->end());
+  link_->finish(listener_, encoder_->correction());
+}
+
+void visit(options::Visitor& v, StreamOptions& o) {
+  v.number({"rate_hz", "Hz", "of the epochs that are sent", "every epoch"}, o.rate_hz, {0, 1000, true});
+  v.number({"latency_s", "s", "from epoch to bytes, in real time; receivers have 0.05 to 0.2"}, o.latency_s,
+           {0, 10});
+  v.number({"jitter_s", "s", "of the latency, standard deviation"}, o.jitter_s, {0, 1});
+}
+
+void visit(options::Visitor& v, StreamRequest& o) {
+  v.text({"receiver", "", "whose epochs; needed with several receivers"}, o.receiver);
+  v.text({"format", "", "nmea, ubx, rtcm and others: 'canyon simulate --help' lists them"}, o.format);
+  v.text({"to", "",
+          "address: tcp://127.0.0.1:PORT, tcp-connect://HOST:PORT, udp://HOST:PORT, "
+          "udp-listen://127.0.0.1:PORT, pty:, pty:LINK, serial:DEVICE@BAUD, file:PATH"},
+         o.address);
+  visit(v, o.options);
+  if (!v.reads()) return;
+  v.require("format");
+  v.require("to");
 }
 
 StreamRequest parse_stream(std::string_view text) {
@@ -38,6 +107,24 @@ StreamRequest parse_stream(std::string_view text) {
   if (slash != std::string_view::npos) request.receiver = what.substr(0, slash);
   request.format = what.substr(slash + 1);  // npos + 1 is 0
   if (equals != std::string_view::npos) request.address = text.substr(equals + 1);
+  const std::size_t question = request.address.rfind('?');
+  if (question != std::string::npos && request.address.find('=', question) != std::string::npos) {
+    options::Node root;
+    root.kind = options::Node::Kind::Mapping;
+    for (const std::string_view pair : split(std::string_view(request.address).substr(question + 1), '&')) {
+      const std::size_t at = pair.find('=');
+      options::Node value;
+      value.kind = options::Node::Kind::Scalar;
+      if (at != std::string_view::npos) value.text = pair.substr(at + 1);
+      root.entries.push_back({std::string(pair.substr(0, at)), 0, std::move(value)});
+    }
+    options::Document document;
+    document.kind = "stream";
+    document.page = "docs/outputs.md";
+    document.known = options::describe<StreamOptions>().paths();
+    options::read(root, document, request.options);
+    request.address.resize(question);
+  }
   if (request.format.empty() || request.address.empty()) {
     throw InputError(fmt::format("'{}' is no stream", text),
                      "write FORMAT=ADDRESS, such as nmea=tcp://127.0.0.1:2947; with several receivers "
@@ -47,20 +134,28 @@ StreamRequest parse_stream(std::string_view text) {
 }
 
 std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
-                                           const ReceiverDescription& description) {
+                                           const ReceiverDescription& description,
+                                           std::shared_ptr<transport::Link> link) {
   const Format& format = format_named(request.format);
-  if (!format.live && !is_file_address(request.address)) {
+  if (!format.live && !transport::is_file_address(request.address)) {
     throw InputError(fmt::format("{} is whole only at the end of a run and cannot go to '{}'", format.name,
                                  request.address),
                      fmt::format("write it to a file, {}=file:{}", format.name, format.file));
   }
-  return std::make_unique<EncodedStream>(format.make(description), open_transport(request.address), receiver);
+  if (transport::is_input_address(request.address)) {
+    throw InputError(fmt::format("nothing can be sent to '{}'", request.address),
+                     fmt::format("write {}", transport::address_forms()));
+  }
+  return std::make_unique<EncodedStream>(format.make(description), std::move(link), receiver,
+                                         request.options);
 }
 
-std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request,
-                                           const simulation::Simulation& simulation) {
-  std::vector<std::string> names;
-  for (const auto& config : simulation.scenario().receivers) names.push_back(config.options.name);
+std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
+                                           const ReceiverDescription& description) {
+  return open_stream(request, receiver, description, std::make_shared<transport::Link>(request.address));
+}
+
+std::size_t find_receiver(const StreamRequest& request, const std::vector<std::string>& names) {
   const auto at = request.receiver.empty() && names.size() == 1
                       ? names.begin()
                       : std::find(names.begin(), names.end(), request.receiver);
@@ -71,13 +166,20 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request,
                      fmt::format("write RECEIVER/{}={}; receivers: {}", request.format, request.address,
                                  fmt::join(names, ", ")));
   }
-  const auto receiver = static_cast<std::size_t>(at - names.begin());
+  return static_cast<std::size_t>(at - names.begin());
+}
+
+std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request,
+                                           const simulation::Simulation& simulation) {
+  std::vector<std::string> names;
+  for (const auto& config : simulation.scenario().receivers) names.push_back(config.options.name);
+  const std::size_t receiver = find_receiver(request, names);
   return open_stream(request, receiver, describe_receiver(simulation, receiver));
 }
 
 std::unique_ptr<EncodedStream> open_file(std::string_view format, const std::filesystem::path& path,
                                          std::size_t receiver, const ReceiverDescription& description) {
-  return open_stream({{}, std::string(format), "file:" + path.string()}, receiver, description);
+  return open_stream({{}, std::string(format), "file:" + path.string(), {}}, receiver, description);
 }
 
 void RealTimePacer::write(const simulation::Epoch& epoch) {

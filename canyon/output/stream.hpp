@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -10,45 +11,87 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/base/random.hpp"
 #include "canyon/output/encoder.hpp"
-#include "canyon/output/transport.hpp"
+#include "canyon/transport/link.hpp"
 
 namespace canyon::output {
 
-/// Epochs of one receiver through an encoder into a transport.
-class EncodedStream final : public simulation::EpochSink {
- public:
-  /// Sends the format's first bytes. Throws as Transport::send() does.
-  EncodedStream(std::unique_ptr<Encoder> encoder, std::unique_ptr<Transport> transport, std::size_t receiver);
-
-  /// Epochs of other receivers are passed over.
-  void write(const simulation::Epoch& epoch) override;
-  /// The first call ends the stream; later ones do nothing.
-  void finish() override;
-  /// For the time between two epochs; write() does it as well.
-  void serve() { transport_->serve(); }
-  [[nodiscard]] std::vector<std::string> take_notes() { return transport_->take_notes(); }
-
- private:
-  std::unique_ptr<Encoder> encoder_;
-  std::unique_ptr<Transport> transport_;
-  std::size_t receiver_;
-  bool finished_ = false;
+/// How a stream differs from the run that it is of: real receivers give 1 to 25 Hz, 50 to 200 ms late.
+struct StreamOptions {
+  std::optional<double>
+      rate_hz;           ///< of the epochs that are sent, those of whole multiples; empty: all of them
+  double latency_s = 0;  ///< from epoch to bytes, mean
+  double jitter_s = 0;   ///< of it, standard deviation; epochs never overtake each other
 };
+/// Its fields.
+void visit(options::Visitor& v, StreamOptions& o);
 
-/// "nmea=tcp://127.0.0.1:2947", or with several receivers "rover/nmea=...".
+/// "nmea=tcp://127.0.0.1:2947", with several receivers "rover/nmea=...", with options
+/// "nmea=pty:?rate_hz=5&latency_s=0.1".
 struct StreamRequest {
   std::string receiver;  ///< empty: the only one
   std::string format;
   std::string address;
+  StreamOptions options;
 };
 /// Throws InputError for what is no request.
 [[nodiscard]] StreamRequest parse_stream(std::string_view text);
+/// Its fields, for lists of streams.
+void visit(options::Visitor& v, StreamRequest& o);
+
+/// Epochs of one receiver through an encoder to an address.
+class EncodedStream final : public simulation::EpochSink {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// Sends the format's first bytes. Throws as Transport::send() does.
+  EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<transport::Link> link, std::size_t receiver,
+                const StreamOptions& options = {}, std::uint64_t seed = 1);
+  ~EncodedStream() override;
+  EncodedStream(const EncodedStream&) = delete;
+  EncodedStream& operator=(const EncodedStream&) = delete;
+
+  /// Epochs of other receivers are passed over, and those that rate_hz leaves out.
+  void write(const simulation::Epoch& epoch) override;
+  /// The first call ends the stream, sending at once what waits; later ones do nothing. The transport is
+  /// finished with the last stream of its link.
+  void finish() override;
+  /// For the time between two epochs; write() does it as well.
+  void serve();
+  /// When serve() has the next bytes to send; empty: none wait.
+  [[nodiscard]] std::optional<Clock::time_point> next_due() const;
+  [[nodiscard]] std::vector<std::string> take_notes() { return link_->take_notes(); }
+
+ private:
+  struct Waiting {
+    Clock::time_point due;
+    std::string bytes;
+  };
+  [[nodiscard]] bool wanted(geodesy::GpsTime time);
+
+  std::unique_ptr<Encoder> encoder_;
+  std::shared_ptr<transport::Link> link_;
+  int listener_;
+  std::size_t receiver_;
+  StreamOptions options_;
+  RandomStream delays_;
+  std::deque<Waiting> waiting_;
+  std::optional<std::int64_t> sent_;  // number of the last epoch, in intervals of rate_hz
+  bool finished_ = false;
+};
 
 /// Throws InputError for an unknown format, an address that cannot be opened, and a format that says nothing
 /// before its end anywhere but in a file.
 [[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
                                                          const ReceiverDescription& description);
+/// Through a link that others use as well. A format whose first bytes every reader gets needs one of its own
+/// (InputError).
+[[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
+                                                         const ReceiverDescription& description,
+                                                         std::shared_ptr<transport::Link> link);
+/// Place of the receiver that a request names among `names`. Throws InputError for an unknown receiver, and
+/// for none with several.
+[[nodiscard]] std::size_t find_receiver(const StreamRequest& request, const std::vector<std::string>& names);
 /// Of a simulation's receiver. Throws InputError also for an unknown receiver, and for none with several.
 [[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request,
                                                          const simulation::Simulation& simulation);

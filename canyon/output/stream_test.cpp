@@ -81,6 +81,95 @@ TEST(Stream, TakesOneReceiversEpochsToATcpClient) {
   EXPECT_EQ(client.read(expected.size() + 1), expected);
 }
 
+/// Says back what it hears, and asks for a baud rate.
+class Echo final : public Encoder {
+  std::string encode(const simulation::Epoch&) override { return "e"; }
+  std::string hear(std::uint64_t, std::string_view bytes) override { return "<" + std::string(bytes) + ">"; }
+};
+
+/// Keeps what it is given.
+class Memory final : public transport::Transport {
+ public:
+  explicit Memory(std::string& bytes) : bytes_(bytes) {}
+  void send(std::string_view bytes) override { bytes_ += bytes; }
+  std::vector<transport::Heard> take_heard() override { return std::exchange(heard, {}); }
+  void finish(const std::optional<transport::Correction>&) override { bytes_ += "."; }
+  std::vector<transport::Heard> heard;
+
+ private:
+  std::string& bytes_;
+};
+
+struct Recorded {
+  std::string bytes;
+  Memory* transport = nullptr;
+  std::shared_ptr<transport::Link> link;
+  Recorded() {
+    auto memory = std::make_unique<Memory>(bytes);
+    transport = memory.get();
+    link = std::make_shared<transport::Link>(std::move(memory));
+  }
+};
+
+simulation::Epoch epoch_at(double seconds) {
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  epoch.observed.time = epoch.observed.time + seconds;
+  return epoch;
+}
+
+TEST(Stream, SendsTheEpochsOfItsOwnRate) {
+  Recorded to;
+  EncodedStream stream(std::make_unique<Echo>(), to.link, 0, {4, 0, 0});
+  for (int i = 0; i <= 20; ++i) stream.write(epoch_at(0.1 * i));  // 10 Hz: 0, 0.3, 0.5, 0.8, 1.0, ...
+  EXPECT_EQ(to.bytes, std::string(9, 'e'));
+}
+
+TEST(Stream, LateEpochsWaitAndKeepTheirOrder) {
+  Recorded to;
+  EncodedStream stream(std::make_unique<Echo>(), to.link, 0, {{}, 0.1, 0.05});
+  const auto begin = EncodedStream::Clock::now();
+  for (int i = 0; i < 3; ++i) stream.write(epoch_at(i));
+  EXPECT_EQ(to.bytes, "");
+  ASSERT_TRUE(stream.next_due());
+  while (to.bytes.size() < 3 && EncodedStream::Clock::now() < begin + std::chrono::seconds(20))
+    stream.serve();
+  // Three draws about 0.1 s: all below 5 standard deviations.
+  EXPECT_LT(EncodedStream::Clock::now() - begin, std::chrono::seconds(20));
+  EXPECT_FALSE(stream.next_due());
+  stream.write(epoch_at(4));
+  stream.finish();
+  EXPECT_EQ(to.bytes, "eeee.");
+}
+
+TEST(Stream, AnswersAndSharesALinkWithOthers) {
+  Recorded to;
+  std::string poses;
+  const int listener = to.link->listen([&](const transport::Heard& heard) { poses += heard.bytes; });
+  {
+    EncodedStream a(std::make_unique<Echo>(), to.link, 0), b(std::make_unique<Echo>(), to.link, 1);
+    to.transport->heard.push_back({7, "hi"});
+    a.serve();
+    EXPECT_EQ(to.bytes, "<hi><hi>");
+    EXPECT_EQ(poses, "hi");
+    a.finish();
+    b.finish();
+  }
+  EXPECT_EQ(to.bytes, "<hi><hi>");  // the third user of the link goes on
+  to.link->finish(listener, {});
+  EXPECT_EQ(to.bytes, "<hi><hi>.");
+}
+
+TEST(Stream, ReadsOptionsBehindTheAddress) {
+  const StreamRequest request = parse_stream("rover/nmea=tcp://127.0.0.1:2947?rate_hz=5&latency_s=0.1");
+  EXPECT_EQ(request.address, "tcp://127.0.0.1:2947");
+  EXPECT_EQ(request.options.rate_hz, 5);
+  EXPECT_EQ(request.options.latency_s, 0.1);
+  EXPECT_EQ(parse_stream("nmea=file:what?.txt").address, "file:what?.txt");
+  EXPECT_THAT(error_of([] { (void)parse_stream("nmea=pty:?rate=5"); }).problem(), HasSubstr("rate"));
+  EXPECT_THAT(error_of([] { (void)parse_stream("nmea=pty:?latency_s=99"); }).problem(),
+              HasSubstr("latency_s"));
+}
+
 TEST(RealTimePacer, TakesAsMuchTimeAsTheEpochsAndNoMoreWhereStopped) {
   using Clock = std::chrono::steady_clock;
   simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});

@@ -1,4 +1,4 @@
-#include "canyon/output/transport.hpp"
+#include "canyon/transport/transport.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,15 +10,17 @@
 #include <array>
 #include <boost/asio.hpp>
 #include <chrono>
+#include <fstream>
 #include <future>
 #include <optional>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/transport/tcp.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/local_connection.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::output {
+namespace canyon::transport {
 namespace {
 
 using canyon::test::free_port;
@@ -130,8 +132,8 @@ TEST(TcpServer, TurnsAwayMoreThanItHolds) {
   const int port = free_port();
   TcpServer server(port);
   std::vector<LocalConnection> clients;
-  for (std::size_t i = 0; i < TcpServer::kMaxClients; ++i) clients.emplace_back(port);
-  serve_until(server, TcpServer::kMaxClients);
+  for (std::size_t i = 0; i < kMaxClients; ++i) clients.emplace_back(port);
+  serve_until(server, kMaxClients);
   LocalConnection late(port);
   // The system has connected it already; the server lets go of it when it looks.
   const auto deadline = in_20_s();
@@ -142,7 +144,7 @@ TEST(TcpServer, TurnsAwayMoreThanItHolds) {
   }
   EXPECT_THAT(notes, ElementsAre(HasSubstr("more than 16 clients")));
   EXPECT_EQ(late.read_some(), "");
-  EXPECT_EQ(server.clients(), TcpServer::kMaxClients);
+  EXPECT_EQ(server.clients(), kMaxClients);
   server.send("x");
   EXPECT_EQ(clients.front().read(1), "x");
 
@@ -155,7 +157,7 @@ TEST(TcpServer, TurnsAwayMoreThanItHolds) {
     server.send("y");
   }
   EXPECT_EQ(reader.get().front(), 'y');
-  EXPECT_EQ(server.clients(), TcpServer::kMaxClients);
+  EXPECT_EQ(server.clients(), kMaxClients);
 }
 
 TEST(TcpServer, RefusesPortsThatCannotBeHad) {
@@ -286,6 +288,163 @@ TEST(Transport, SerialPortSpeaksWithTheOtherEnd) {
   close(other_end);
 }
 
+/// What a transport hears within 20 s, at least `size` bytes of it.
+std::vector<Heard> heard_by(Transport& transport, std::size_t size) {
+  std::vector<Heard> all;
+  std::size_t got = 0;
+  const auto deadline = in_20_s();
+  while (got < size && std::chrono::steady_clock::now() < deadline) {
+    transport.serve();
+    for (Heard& heard : transport.take_heard()) {
+      got += heard.bytes.size();
+      all.push_back(std::move(heard));
+    }
+  }
+  return all;
+}
+
+TEST(Transport, TcpServerHearsClientsApartAndAnswersTheOneThatAsked) {
+  const int port = free_port();
+  TcpServer server(port);
+  LocalConnection a(port), b(port);
+  serve_until(server, 2);
+  a.say("ping");
+  const std::vector<Heard> from_a = heard_by(server, 4);
+  b.say("pong");
+  const std::vector<Heard> from_b = heard_by(server, 4);
+  ASSERT_FALSE(from_a.empty());
+  ASSERT_FALSE(from_b.empty());
+  EXPECT_EQ(from_a.front().bytes, "ping");
+  EXPECT_NE(from_a.front().reader, from_b.front().reader);
+  server.answer(from_b.front().reader, "to b ");
+  server.send("to all");
+  EXPECT_EQ(a.read(6), "to all");
+  EXPECT_EQ(b.read(11), "to b to all");
+}
+
+TEST(Transport, KeepsNoMoreOfWhatIsSaidThanItPromises) {
+  const int port = free_port();
+  TcpServer server(port);
+  LocalConnection talker(port);
+  serve_until(server, 1);
+  std::size_t said = 0;
+  for (int i = 0; i < 200; ++i) {
+    talker.say(std::string(1000, 'x'));
+    said += 1000;
+    server.serve();
+  }
+  std::size_t kept = 0;
+  for (const Heard& heard : server.take_heard()) kept += heard.bytes.size();
+  EXPECT_GT(kept, 0U);
+  EXPECT_LE(kept, kMostHeard);
+  EXPECT_LT(kept, said);
+}
+
+TEST(Transport, TcpClientConnectsAgainWhenItsServerIsBack) {
+  const int port = free_port();
+  const auto client = open_transport("tcp-connect://127.0.0.1:" + std::to_string(port));
+  client->send("nobody is there");
+  std::vector<std::string> notes;
+  const auto serve_until_note = [&](const char* text) {
+    notes.clear();
+    const auto deadline = in_20_s();
+    while (std::chrono::steady_clock::now() < deadline) {
+      client->serve();
+      for (std::string& note : client->take_notes()) notes.push_back(std::move(note));
+      if (!notes.empty() && notes.back().find(text) != std::string::npos) return true;
+    }
+    return false;
+  };
+  EXPECT_TRUE(serve_until_note("does not answer")) << ::testing::PrintToString(notes);
+  std::optional<TcpServer> server(std::in_place, port);
+  EXPECT_TRUE(serve_until_note("connected to")) << ::testing::PrintToString(notes);
+  serve_until(*server, 1);
+  client->send("hello");
+  const auto heard = heard_by(*server, 5);
+  ASSERT_FALSE(heard.empty());
+  EXPECT_EQ(heard.front().bytes, "hello");
+  server->answer(heard.front().reader, "welcome");
+  EXPECT_EQ(heard_by(*client, 7).front().bytes, "welcome");
+  server.reset();
+  EXPECT_TRUE(serve_until_note("is gone")) << ::testing::PrintToString(notes);
+  server.emplace(port);
+  EXPECT_TRUE(serve_until_note("connected to")) << ::testing::PrintToString(notes);
+}
+
+TEST(Transport, UdpListenerSendsToThoseItHeard) {
+  const int port = free_port();
+  const auto listener = open_transport("udp-listen://127.0.0.1:" + std::to_string(port));
+  listener->send("to nobody");
+  const auto a = open_transport("udp://127.0.0.1:" + std::to_string(port));
+  const auto b = open_transport("udp://127.0.0.1:" + std::to_string(port));
+  a->send("from a");
+  const auto first = heard_by(*listener, 6);
+  b->send("one");
+  b->send("two");
+  const auto more = heard_by(*listener, 6);
+  ASSERT_EQ(first.size(), 1U);
+  ASSERT_EQ(more.size(), 2U);  // datagrams stay apart
+  EXPECT_EQ(more[1].bytes, "two");
+  listener->answer(first.front().reader, "answer");
+  listener->send("all");
+  EXPECT_EQ(heard_by(*a, 9).back().bytes, "all");
+  EXPECT_EQ(heard_by(*b, 3).front().bytes, "all");
+}
+
+TEST(Transport, PseudoTerminalHearsAndHasALink) {
+  const test::TemporaryFolder folder;
+  const std::string link = (folder / "gps").string();
+  {
+    const auto transport = open_transport("pty:" + link);
+    const int driver = open(link.c_str(), O_RDWR | O_NOCTTY);
+    ASSERT_GE(driver, 0) << link;
+    const std::string asked = "\xB5\x62\x0A\x04\n\r\x03";
+    ASSERT_EQ(write(driver, asked.data(), asked.size()), static_cast<ssize_t>(asked.size()));
+    const auto heard = heard_by(*transport, asked.size());
+    ASSERT_FALSE(heard.empty());
+    EXPECT_EQ(heard.front().bytes, asked);
+    close(driver);
+    // Readers may come and go.
+    transport->serve();
+    transport->send("x");
+    const int next = open(link.c_str(), O_RDWR | O_NOCTTY);
+    EXPECT_EQ(read_from(next, 1), "x");
+    close(next);
+    // A link that a run before has left is replaced; a file of somebody else's is not.
+    EXPECT_NO_THROW((void)open_transport("pty:" + link));
+  }
+  EXPECT_FALSE(std::filesystem::is_symlink(link));
+  std::ofstream(link) << "mine";
+  EXPECT_THROW((void)open_transport("pty:" + link), InputError);
+}
+
+TEST(Transport, SerialPortIsTakenUpAgainAfterItWasUnplugged) {
+  const test::TemporaryFolder folder;
+  const std::string link = (folder / "ttyUSB0").string();
+  std::optional<std::unique_ptr<Transport>> other(open_transport("pty:" + link));
+  const auto serial = open_transport("serial:" + link + "@115200");
+  other->reset();
+  const auto note = [&](const char* text) {
+    const auto deadline = in_20_s();
+    while (std::chrono::steady_clock::now() < deadline) {
+      serial->serve();
+      serial->send("x");
+      for (const std::string& line : serial->take_notes()) {
+        if (line.find(text) != std::string::npos) return true;
+      }
+    }
+    return false;
+  };
+  EXPECT_TRUE(note("is gone"));
+  other.emplace(open_transport("pty:" + link));
+  EXPECT_TRUE(note("is back"));
+  EXPECT_EQ(heard_by(**other, 1).front().bytes.front(), 'x');
+  serial->set_baud(9600);
+  serial->set_baud(123456);  // whatever the machine makes of it, the port goes on
+  serial->send("y");
+  EXPECT_FALSE(heard_by(**other, 1).empty());
+}
+
 TEST(Transport, FileAppearsWholeAndCorrected) {
   const test::TemporaryFolder folder;
   const auto path = folder / "epochs.csv";
@@ -293,7 +452,7 @@ TEST(Transport, FileAppearsWholeAndCorrected) {
   transport->begin("time of last: ?\n");
   transport->send("one\n");
   EXPECT_FALSE(std::filesystem::exists(path));
-  transport->finish(Encoder::Correction{14, "1"});
+  transport->finish(Correction{14, "1"});
   EXPECT_EQ(test::read_bytes(path), "time of last: 1\none\n");
 }
 
@@ -308,19 +467,19 @@ TEST(Transport, RefusesWhatIsNoAddress) {
     ADD_FAILURE() << address;
     return {};
   };
-  for (const char* address :
-       {"", "nonsense", "file:", "pty:x", "tcp:/127.0.0.1:2947", "http://127.0.0.1:80"}) {
+  for (const char* address : {"", "nonsense", "file:", "tcp:/127.0.0.1:2947", "http://127.0.0.1:80"}) {
     EXPECT_THAT(problem_of(address), HasSubstr("is no address"));
   }
   for (const char* address : {"tcp://", "tcp://127.0.0.1", "tcp://:2947", "tcp://127.0.0.1:0",
                               "udp://127.0.0.1:65536", "udp://127.0.0.1:x"}) {
     EXPECT_THAT(problem_of(address), HasSubstr("no host and port"));
   }
-  EXPECT_THAT(problem_of("tcp://0.0.0.0:2947"), HasSubstr("127.0.0.1 only"));
+  EXPECT_THAT(problem_of("tcp://here:2947"), HasSubstr("'here' is no address to listen at"));
+  EXPECT_THAT(problem_of("tcp-connect://nowhere.invalid:1"), HasSubstr("is no host"));
   EXPECT_THAT(problem_of("serial:/dev/ttyUSB0"), HasSubstr("no device and baud rate"));
   EXPECT_THAT(problem_of("serial:/dev/null/none@9600"), HasSubstr("cannot be opened at 9600 baud"));
   EXPECT_THAT(problem_of("file:/nowhere/at/all"), HasSubstr("cannot be written"));
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::transport

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>  // which some of Boost.Asio's headers lack
+
+#include <boost/asio.hpp>
+#include <chrono>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/transport/transport.hpp"
+
+// The transports behind open_transport(), and what they share.
+
+namespace canyon::transport {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+constexpr auto kPatience = std::chrono::seconds(2);
+constexpr auto kRetry = std::chrono::seconds(1);
+
+inline bool would_block(const error_code& error) {
+  return error == asio::error::would_block || error == asio::error::try_again;
+}
+
+/// Calls return at once, and programs that this one starts do not inherit it.
+template <class Device>
+void make_our_own(Device& device) {
+  device.non_blocking(true);
+  fcntl(device.native_handle(), F_SETFD, FD_CLOEXEC);
+}
+
+/// Sends what a device takes at once of its backlog; false where the device is gone.
+template <class Device>
+bool flush(Device& device, std::string& backlog) {
+  error_code error;
+  std::size_t sent = 0;
+  while (!error && sent < backlog.size()) {
+    sent += device.write_some(asio::buffer(backlog.data() + sent, backlog.size() - sent), error);
+  }
+  backlog.erase(0, sent);
+  return !error || would_block(error);
+}
+
+/// What was said, up to kMostHeard bytes.
+class Hearing {
+ public:
+  void add(std::uint64_t reader, std::string_view bytes) {
+    if (size_ + bytes.size() > kMostHeard) return;
+    size_ += bytes.size();
+    if (!whole_ && !heard_.empty() && heard_.back().reader == reader) {
+      heard_.back().bytes += bytes;
+    } else {
+      heard_.push_back({reader, std::string(bytes)});
+    }
+  }
+  /// Every piece stays by itself.
+  void keep_datagrams() { whole_ = true; }
+  [[nodiscard]] std::vector<Heard> take() {
+    size_ = 0;
+    return std::exchange(heard_, {});
+  }
+
+ private:
+  std::vector<Heard> heard_;
+  std::size_t size_ = 0;
+  bool whole_ = false;
+};
+
+enum class Line { Open, Ended, Broken };
+
+/// Reads what has come; bounded, so that one who talks without end cannot keep us here.
+template <class Device>
+Line listen(Device& device, std::uint64_t reader, Hearing& hearing) {
+  std::array<char, 4096> buffer;
+  for (int i = 0; i < 16; ++i) {
+    error_code error;
+    const std::size_t size = device.read_some(asio::buffer(buffer), error);
+    if (size > 0) hearing.add(reader, {buffer.data(), size});
+    if (!error) continue;
+    if (error == asio::error::eof) return Line::Ended;
+    return would_block(error) ? Line::Open : Line::Broken;
+  }
+  return Line::Open;
+}
+
+struct HostPort {
+  std::string host;
+  int port;
+};
+
+[[nodiscard]] std::unique_ptr<Transport> make_tcp_server(const HostPort& at);
+[[nodiscard]] std::unique_ptr<Transport> make_tcp_client(const HostPort& to);
+[[nodiscard]] std::unique_ptr<Transport> make_udp(const HostPort& to);
+[[nodiscard]] std::unique_ptr<Transport> make_udp_listener(const HostPort& at);
+/// @param link becomes a link to it; empty: none
+[[nodiscard]] std::unique_ptr<Transport> make_pseudo_terminal(const std::string& link);
+[[nodiscard]] std::unique_ptr<Transport> make_serial(const std::string& device, int baud);
+[[nodiscard]] std::unique_ptr<Transport> make_standard_input();
+
+/// An address to listen at. Throws InputError for what is none of this machine's form.
+[[nodiscard]] asio::ip::address_v4 listening_address(const HostPort& at);
+/// "port 2947 of 127.0.0.1 cannot be had: ..."
+[[noreturn]] void refuse_port(const HostPort& at, const error_code& error);
+
+}  // namespace canyon::transport

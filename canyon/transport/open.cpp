@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/transport/devices.hpp"
+
+namespace canyon::transport {
+namespace {
+
+class File final : public Transport {
+ public:
+  explicit File(const std::string& path) : file_(path) {}
+  void send(std::string_view bytes) override { file_.write(bytes); }
+  void finish(const std::optional<Correction>& correction) override {
+    if (correction) file_.overwrite(correction->offset, correction->bytes);
+    file_.commit();
+  }
+
+ private:
+  OutputFile file_;
+};
+
+/// "127.0.0.1:2947" as host and port.
+HostPort host_and_port(std::string_view rest, std::string_view address) {
+  const std::size_t colon = rest.rfind(':');
+  const auto port = colon == std::string_view::npos ? std::nullopt : parse_integer(rest.substr(colon + 1));
+  if (!port || *port < 1 || *port > 65535 || colon == 0) {
+    throw InputError(fmt::format("'{}' has no host and port", address),
+                     "write HOST:PORT, such as 127.0.0.1:2947, with a port of 1 to 65535");
+  }
+  return {std::string(rest.substr(0, colon)), static_cast<int>(*port)};
+}
+
+/// What follows `start` in `text`; empty for other texts.
+std::optional<std::string_view> behind(std::string_view text, std::string_view start) {
+  if (text.substr(0, start.size()) != start) return std::nullopt;
+  return text.substr(start.size());
+}
+
+}  // namespace
+
+bool is_file_address(std::string_view address) {
+  return behind(address, "file:").has_value();
+}
+
+bool is_input_address(std::string_view address) {
+  return address == "stdin:";
+}
+
+const char* address_forms() {
+  return "tcp://127.0.0.1:PORT (a server), tcp-connect://HOST:PORT, udp://HOST:PORT, "
+         "udp-listen://127.0.0.1:PORT, pty:, pty:LINK, serial:DEVICE@BAUD, file:PATH";
+}
+
+std::unique_ptr<Transport> open_transport(std::string_view address) {
+  if (const auto path = behind(address, "file:"); path && !path->empty()) {
+    return std::make_unique<File>(std::string(*path));
+  }
+  using Maker = std::unique_ptr<Transport> (*)(const HostPort&);
+  static constexpr std::pair<std::string_view, Maker> kHosts[]{{"tcp://", make_tcp_server},
+                                                               {"tcp-connect://", make_tcp_client},
+                                                               {"udp://", make_udp},
+                                                               {"udp-listen://", make_udp_listener}};
+  for (const auto& [start, make] : kHosts) {
+    if (const auto rest = behind(address, start)) return make(host_and_port(*rest, address));
+  }
+  if (const auto link = behind(address, "pty:")) return make_pseudo_terminal(std::string(*link));
+  if (address == "stdin:") return make_standard_input();
+  if (const auto rest = behind(address, "serial:")) {
+    const std::size_t at = rest->rfind('@');
+    const auto baud = at == std::string_view::npos ? std::nullopt : parse_integer(rest->substr(at + 1));
+    if (!baud || *baud < 1 || *baud > 4'000'000 || at == 0) {
+      throw InputError(fmt::format("'{}' has no device and baud rate", address),
+                       "write serial:DEVICE@BAUD, such as serial:/dev/ttyUSB0@115200");
+    }
+    return make_serial(std::string(rest->substr(0, at)), static_cast<int>(*baud));
+  }
+  throw InputError(fmt::format("'{}' is no address", address), fmt::format("write {}", address_forms()));
+}
+
+}  // namespace canyon::transport

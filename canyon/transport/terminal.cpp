@@ -1,0 +1,206 @@
+#include <fmt/format.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/transport/devices.hpp"
+
+namespace canyon::transport {
+namespace {
+
+std::string error_text(int error) {
+  return error_code(error, asio::error::get_system_category()).message();
+}
+
+/// A terminal device: what sends, keeps and hears.
+class Terminal : public Transport {
+ public:
+  void send(std::string_view bytes) override {
+    if (!device_.is_open()) return;
+    if (backlog_.size() + bytes.size() > kMaxBacklog) {
+      if (!std::exchange(behind_, true)) notes_.emplace_back("nobody reads: bytes are thrown away");
+      backlog_.clear();
+    }
+    backlog_ += bytes;
+    serve();
+  }
+  void serve() override {
+    if (!device_.is_open()) return;
+    if (listen(device_, 0, heard_) != Line::Open || !flush(device_, backlog_)) {
+      backlog_.clear();
+      lost();
+    }
+    if (backlog_.empty()) behind_ = false;
+  }
+  [[nodiscard]] std::vector<Heard> take_heard() override { return heard_.take(); }
+  void add_handles(std::vector<int>& handles) const override {
+    if (device_.is_open()) {
+      handles.push_back(const_cast<asio::posix::stream_descriptor&>(device_).native_handle());
+    }
+  }
+  void finish(const std::optional<Correction>&) override {
+    if (!device_.is_open()) return;
+    asio::async_write(device_, asio::buffer(backlog_), [](const error_code&, std::size_t) {});
+    io_.run_for(kPatience);
+    device_.close();
+  }
+  [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
+
+ protected:
+  /// The device has ended or broken.
+  virtual void lost() {}
+
+  asio::io_context io_;
+  asio::posix::stream_descriptor device_{io_};
+  std::string backlog_;
+  std::vector<std::string> notes_;
+
+ private:
+  Hearing heard_;
+  bool behind_ = false;  ///< said so already
+};
+
+class PseudoTerminal final : public Terminal {
+ public:
+  explicit PseudoTerminal(const std::string& link) {
+    const int master = posix_openpt(O_RDWR | O_NOCTTY);
+    std::array<char, 256> name{};
+    if (master < 0 || grantpt(master) != 0 || unlockpt(master) != 0 ||
+        ptsname_r(master, name.data(), name.size()) != 0) {
+      const int error = errno;
+      if (master >= 0) close(master);
+      throw InputError("this machine gives no pseudo-terminal: " + error_text(error));
+    }
+    device_.assign(master);
+    make_our_own(device_);
+    // Open at both ends, so that readers may come and go; raw, so that bytes pass as they are.
+    other_end_.assign(open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+    termios settings{};
+    tcgetattr(other_end_.native_handle(), &settings);
+    cfmakeraw(&settings);
+    tcsetattr(other_end_.native_handle(), TCSANOW, &settings);
+    notes_.push_back(fmt::format("the pseudo-terminal is {}", name.data()));
+    if (!link.empty()) make_link(link, name.data());
+  }
+  ~PseudoTerminal() override {
+    std::error_code ignored;
+    if (!link_.empty()) std::filesystem::remove(link_, ignored);
+  }
+  PseudoTerminal(const PseudoTerminal&) = delete;
+  PseudoTerminal& operator=(const PseudoTerminal&) = delete;
+
+ private:
+  /// In place of a link that a run before has left; any other file stays.
+  void make_link(const std::filesystem::path& link, const char* name) {
+    std::error_code error;
+    if (std::filesystem::is_symlink(link, error)) std::filesystem::remove(link, error);
+    std::filesystem::create_symlink(name, link, error);
+    if (error) {
+      throw InputError(
+          fmt::format("'{}' cannot become a link to {}: {}", link.string(), name, error.message()),
+          "give a name that is free in a folder that you may write to");
+    }
+    link_ = link;
+  }
+
+  asio::posix::stream_descriptor other_end_{io_};
+  std::filesystem::path link_;
+};
+
+class SerialPort final : public Terminal {
+ public:
+  SerialPort(std::string device, int baud) : name_(std::move(device)), baud_(baud) {
+    const error_code error = open_port();
+    if (error) {
+      throw InputError(
+          fmt::format("the serial port '{}' cannot be opened at {} baud: {}", name_, baud, error.message()),
+          "check its name, your rights (group dialout) and the baud rate");
+    }
+  }
+  void serve() override {
+    if (!device_.is_open() && Clock::now() >= next_try_) {
+      next_try_ = Clock::now() + kRetry;
+      if (!open_port()) notes_.push_back(fmt::format("'{}' is back", name_));
+    }
+    Terminal::serve();
+  }
+  void set_baud(int baud) override {
+    if (baud < 1 || baud == baud_) return;
+    if (device_.is_open()) tcdrain(device_.native_handle());
+    const int before = std::exchange(baud_, baud);
+    device_.close();
+    if (!open_port()) return;
+    notes_.push_back(fmt::format("'{}' knows no {} baud: it stays at {}", name_, baud, before));
+    baud_ = before;
+    (void)open_port();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  error_code open_port() {
+    asio::serial_port port(io_);
+    error_code error;
+    port.open(name_, error);
+    if (!error) port.set_option(asio::serial_port::baud_rate(static_cast<unsigned>(baud_)), error);
+    if (error) return error;
+    // Asio's serial ports only know calls that wait.
+    device_.assign(fcntl(port.native_handle(), F_DUPFD_CLOEXEC, 0));
+    make_our_own(device_);
+    return error;
+  }
+  void lost() override {
+    device_.close();
+    next_try_ = Clock::now() + kRetry;
+    notes_.push_back(fmt::format("'{}' is gone: tried again every second", name_));
+  }
+
+  std::string name_;
+  int baud_;
+  Clock::time_point next_try_;
+};
+
+/// Read when something is there: to make it non-blocking would make the shell's terminal so.
+class StandardInput final : public Transport {
+ public:
+  void send(std::string_view) override {}
+  void serve() override {
+    std::array<char, 65536> buffer;
+    pollfd wait{STDIN_FILENO, POLLIN, 0};
+    if (ended_ || poll(&wait, 1, 0) != 1) return;
+    const ssize_t size = read(STDIN_FILENO, buffer.data(), buffer.size());
+    if (size > 0) heard_.add(0, {buffer.data(), static_cast<std::size_t>(size)});
+    if (size == 0 || (size < 0 && errno != EINTR && errno != EAGAIN)) ended_ = true;
+  }
+  [[nodiscard]] std::vector<Heard> take_heard() override { return heard_.take(); }
+  void add_handles(std::vector<int>& handles) const override {
+    if (!ended_) handles.push_back(STDIN_FILENO);
+  }
+  [[nodiscard]] bool ended() const override { return ended_; }
+  void finish(const std::optional<Correction>&) override {}
+
+ private:
+  Hearing heard_;
+  bool ended_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Transport> make_pseudo_terminal(const std::string& link) {
+  return std::make_unique<PseudoTerminal>(link);
+}
+std::unique_ptr<Transport> make_serial(const std::string& device, int baud) {
+  return std::make_unique<SerialPort>(device, baud);
+}
+std::unique_ptr<Transport> make_standard_input() {
+  return std::make_unique<StandardInput>();
+}
+
+}  // namespace canyon::transport

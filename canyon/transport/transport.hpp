@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// Bytes to and from anywhere. Nothing here knows what the bytes mean.
+namespace canyon::transport {
+
+/// Bytes known only at the end that replace earlier ones, from byte `offset` of all that was sent.
+struct Correction {
+  std::size_t offset = 0;
+  std::string bytes;
+};
+
+/// What somebody at the other end said.
+struct Heard {
+  std::uint64_t reader = 0;  ///< tells those at the other end apart
+  std::string bytes;         ///< cut anywhere, but datagrams are whole
+};
+
+inline constexpr std::size_t kLargestDatagram = 1400;  ///< bytes that are sent; within an Ethernet frame
+/// Bytes kept for a reader that does not read as fast as they come, beside the system's own buffers (about as
+/// much again). Ten seconds of NMEA at 10 Hz.
+inline constexpr std::size_t kMaxBacklog = std::size_t{256} * 1024;
+/// Bytes that are kept of what was said until take_heard(); more are thrown away.
+inline constexpr std::size_t kMostHeard = std::size_t{64} * 1024;
+/// Readers of one transport at a time.
+inline constexpr std::size_t kMaxClients = 16;
+
+/// Takes bytes to somebody, and brings what they say. Everything but finish() returns at once: a reader that
+/// is too slow loses bytes or its connection, and the caller goes on. What is lost on the way (a client, a
+/// serial port) is said once, and taken up again when it is back.
+class Transport {
+ public:
+  virtual ~Transport() = default;
+  /// Bytes that every reader gets first, also one that comes later. At most once, before send().
+  virtual void begin(std::string_view bytes) { send(bytes); }
+  /// The bytes of one epoch, to all. Files throw InputError where the disk does not take them.
+  virtual void send(std::string_view bytes) = 0;
+  /// To one that was heard; nothing where it is gone.
+  virtual void answer(std::uint64_t /*reader*/, std::string_view bytes) { send(bytes); }
+  /// Does what can be done between two epochs: takes new readers, sends on what was kept, listens.
+  virtual void serve() {}
+  /// What was heard until the last serve().
+  [[nodiscard]] virtual std::vector<Heard> take_heard() { return {}; }
+  /// Of a serial port, behind what was sent so far; others have none.
+  virtual void set_baud(int /*baud*/) {}
+  /// Adds the descriptors that become readable when there is something for serve() to do; they hold until its
+  /// next call.
+  virtual void add_handles(std::vector<int>& /*handles*/) const {}
+  /// Nothing more can come: the standard input has ended.
+  [[nodiscard]] virtual bool ended() const { return false; }
+  /// After the last byte. A file appears under its name, corrected; other transports leave a correction out,
+  /// and give readers that are behind up to two seconds.
+  virtual void finish(const std::optional<Correction>& correction) = 0;
+  /// What there is to say since the last call, one line each: readers dropped, a pseudo-terminal's name.
+  [[nodiscard]] virtual std::vector<std::string> take_notes() { return {}; }
+};
+
+/// Opens the way to an address:
+///   file:PATH                      a file that appears whole at finish(), or not at all
+///   tcp://HOST:PORT                a server for up to kMaxClients clients; HOST is 127.0.0.1, or an address
+///   of
+///                                  this machine (0.0.0.0: all of them), which take_notes() then says
+///   tcp-connect://HOST:PORT        a client that connects, and again every second where the server is gone
+///   udp://HOST:PORT                datagrams of up to kLargestDatagram bytes that end with a line
+///   udp-listen://HOST:PORT         a port that waits for datagrams, and sends to those who sent some within
+///                                  10 s; HOST as for tcp://
+///   pty:, pty:PATH                 a pseudo-terminal; take_notes() has its name, and PATH becomes a link to
+///   it serial:/dev/ttyX@BAUD          a serial port, 8N1; tried again every second where it was unplugged
+///   stdin:                         what comes on the standard input; nothing can be sent there
+/// Throws InputError for what is no address, and where it cannot be opened.
+[[nodiscard]] std::unique_ptr<Transport> open_transport(std::string_view address);
+/// Whether an address names a file: only there a format may wait for the end.
+[[nodiscard]] bool is_file_address(std::string_view address);
+[[nodiscard]] bool is_input_address(std::string_view address);
+/// The forms that open_transport() knows, for messages and help.
+[[nodiscard]] const char* address_forms();
+
+}  // namespace canyon::transport
