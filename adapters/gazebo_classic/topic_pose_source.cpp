@@ -21,7 +21,7 @@ using gazebo::common::Time;
 class TopicPoseSource final : public PoseSource {
  public:
   TopicPoseSource(const gazebo::transport::NodePtr& node, const PluginSettings& settings)
-      : topic_(settings.pose_topic), track_(settings.pose_topic, settings.pose_timeout_s) {
+      : topic_(settings.pose_topic), track_(settings.pose_topic, {settings.pose_timeout_s}) {
     // Age counts in simulated time, which messages of another program's clock do not carry. The event may be
     // in progress in the world's thread while this object ends in another, so it holds what it touches.
     connection_ = gazebo::event::Events::ConnectWorldUpdateBegin(
@@ -60,7 +60,10 @@ class TopicPoseSource final : public PoseSource {
   }
 
   void on_pose(const RigidPose& pose, double stamp_s) {
-    if (track_.add(pose, stamp_s, *clock_) || complained_.exchange(true)) return;
+    if (track_.add({pose, stamp_s, {}, {}}, *clock_) != PoseTrack::Taken::NoPose ||
+        complained_.exchange(true)) {
+      return;
+    }
     gzerr << "Poses on " << topic_
           << " are dropped where they are not finite or their quaternion is zero; this is the first.\n";
   }

@@ -5,7 +5,7 @@
 namespace canyon::adapters::gz_sim {
 
 PoseTopic::Inbox::Inbox(const PluginSettings& settings)
-    : topic(settings.pose_topic), track(settings.pose_topic, settings.pose_timeout_s) {}
+    : topic(settings.pose_topic), track(settings.pose_topic, {settings.pose_timeout_s}) {}
 
 // Comes in a thread of Gazebo transport.
 void PoseTopic::Inbox::take(const gz::msgs::Pose& message) {
@@ -14,7 +14,8 @@ void PoseTopic::Inbox::take(const gz::msgs::Pose& message) {
   const auto& stamp = message.header().stamp();
   const double stamp_s = static_cast<double>(stamp.sec()) + static_cast<double>(stamp.nsec()) * 1e-9;
   const RigidPose pose{{p.x(), p.y(), p.z()}, {q.w(), q.x(), q.y(), q.z()}};
-  if (track.add(pose, stamp_s, now_ns) || complained.exchange(true)) return;
+  if (track.add({pose, stamp_s, {}, {}}, now_ns) != PoseTrack::Taken::NoPose || complained.exchange(true))
+    return;
   gzerr << "[canyon] poses on " << topic
         << " are dropped where they are not finite or their quaternion is zero; this is the first\n";
 }

@@ -16,7 +16,7 @@ PoseReceiver::PoseReceiver(const NodeSettings& settings, std::shared_ptr<simulat
                            geodesy::GpsTime start, std::string own_name)
     : settings_(settings),
       own_name_(std::move(own_name)),
-      track_(source_name(settings.pose_source), settings.pose_timeout_s),
+      track_(source_name(settings.pose_source), {settings.pose_timeout_s}),
       receiver_(live_config(settings, own_name_), std::move(scene), start) {}
 
 void PoseReceiver::change(const NodeSettings& settings) {
@@ -28,13 +28,9 @@ std::optional<simulation::LiveReceiver::Step> PoseReceiver::observe(std::int64_t
                                                                     std::string& reason) {
   const auto truth = track_.at(now_ns, reason);
   if (!truth) return std::nullopt;
-  const Eigen::Vector3d arm = truth->pose.attitude * receiver_.config().receiver.lever_arm_m;
-  const Eigen::AngleAxisd enu_from_poses(settings_.pose_heading_rad, Eigen::Vector3d::UnitZ());
-  simulation::AntennaState antenna;
-  antenna.position_enu_m = settings_.pose_origin_enu_m + enu_from_poses * (truth->pose.position_m + arm);
-  antenna.velocity_enu_mps = enu_from_poses * (truth->linear_velocity + truth->angular_velocity.cross(arm));
-  antenna.yaw_rad = yaw_of(truth->pose.attitude) + settings_.pose_heading_rad;
-  antenna.yaw_rate_radps = truth->angular_velocity.z();
+  const simulation::AntennaState antenna =
+      simulation::antenna_of(*truth, receiver_.config().receiver.lever_arm_m, settings_.pose_heading_rad,
+                             settings_.pose_origin_enu_m);
   return receiver_.observe(static_cast<double>(now_ns) * 1e-9, antenna);
 }
 

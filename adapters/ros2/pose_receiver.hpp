@@ -23,7 +23,7 @@ class PoseReceiver {
   /// A pose of the vehicle in pose_frame, with the sender's stamp [s], that comes at `now_ns` of the host's
   /// time. False where it is none: not finite, or its quaternion has no direction.
   bool add(const RigidPose& pose, double stamp_s, std::int64_t now_ns) {
-    return track_.add(pose, stamp_s, now_ns);
+    return track_.add({pose, stamp_s, {}, {}}, now_ns) != PoseTrack::Taken::NoPose;
   }
   /// The epoch at `now_ns`; empty, with `reason`, where no pose has come in time. Time that goes back begins
   /// anew. Throws InputError as LiveReceiver::observe() does.

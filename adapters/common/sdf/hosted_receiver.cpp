@@ -199,16 +199,11 @@ void HostedReceiver::finish() {
 }
 
 void HostedReceiver::observe(const TruePose& truth, ReceiverReport& report) {
-  const Vector3d arm = truth.pose.attitude * settings_.live.receiver.lever_arm_m;
-  report.antenna_world_m = truth.pose.position_m + arm;
+  const Vector3d& lever_arm_m = settings_.live.receiver.lever_arm_m;
+  report.antenna_world_m = truth.pose.position_m + truth.pose.attitude * lever_arm_m;
   report.link_attitude_world = truth.pose.attitude;
-
-  const Eigen::Matrix3d enu_from_world = frame_.enu_from_world();
-  simulation::AntennaState antenna;
-  antenna.position_enu_m = enu_from_world * report.antenna_world_m;
-  antenna.velocity_enu_mps = enu_from_world * (truth.linear_velocity + truth.angular_velocity.cross(arm));
-  antenna.yaw_rad = yaw_of(truth.pose.attitude) + frame_.heading_rad;
-  antenna.yaw_rate_radps = truth.angular_velocity.z();
+  const simulation::AntennaState antenna =
+      simulation::antenna_of(truth, lever_arm_m, frame_.heading_rad, Vector3d::Zero());
 
   if (scene_) {
     scene_->show(own_model_);
