@@ -23,6 +23,7 @@ enum ExitCode : int { kOk = 0, kFailure = 1, kBadInput = 2, kInterrupted = 130 }
 /// ExitCode.
 using Action = std::function<int()>;
 void add_simulate(CLI::App& app, Action& action);
+void add_live(CLI::App& app, Action& action);
 void add_sky(CLI::App& app, Action& action);
 void add_trace(CLI::App& app, Action& action);
 void add_skyplot(CLI::App& app, Action& action);

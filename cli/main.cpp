@@ -58,6 +58,7 @@ int main(int argc, char** argv) {
       "Each command has its own --help. Exit status: 0 done, 2 bad input, 130 interrupted, 1 anything else.");
   Action action;
   add_simulate(app, action);
+  add_live(app, action);
   add_sky(app, action);
   add_trace(app, action);
   add_skyplot(app, action);

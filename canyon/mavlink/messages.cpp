@@ -193,4 +193,14 @@ void visit(Fields& f, Odometry& m) {
   f.whole("quality", m.quality);
 }
 
+void visit(Fields& f, CommandLong& m) {
+  f.whole("target_system", m.target_system);
+  f.whole("target_component", m.target_component);
+  f.whole("command", m.command);
+  f.whole("confirmation", m.confirmation);
+  static constexpr std::array<std::string_view, 7> kNames{"param1", "param2", "param3", "param4",
+                                                          "param5", "param6", "param7"};
+  for (std::size_t i = 0; i < kNames.size(); ++i) f.number(Wire::F32, kNames[i], m.parameters[i]);
+}
+
 }  // namespace canyon::mavlink

@@ -218,6 +218,15 @@ struct Odometry {
   std::int8_t quality = 0;  ///< [%]; 0: not known, -1: failed
 };
 
+struct CommandLong {
+  static constexpr std::uint32_t kId = 76;
+  static constexpr std::string_view kName = "COMMAND_LONG";
+  std::array<double, 7> parameters{};
+  std::uint16_t command = 0;                             ///< MAV_CMD
+  std::uint8_t target_system = 0, target_component = 0;  ///< 0: everybody
+  std::uint8_t confirmation = 0;
+};
+
 /// The definition of each: names, types and order are what CRC_EXTRA and layout follow from.
 void visit(Fields& f, Heartbeat& m);
 void visit(Fields& f, SystemTime& m);
@@ -234,9 +243,10 @@ void visit(Fields& f, HilStateQuaternion& m);
 void visit(Fields& f, AttPosMocap& m);
 void visit(Fields& f, GpsInput& m);
 void visit(Fields& f, Odometry& m);
+void visit(Fields& f, CommandLong& m);
 
 using Message = std::variant<Heartbeat, SystemTime, GpsRawInt, GpsStatus, Attitude, AttitudeQuaternion,
                              LocalPositionNed, GlobalPositionInt, VisionPositionEstimate, SimState, HilGps,
-                             HilStateQuaternion, AttPosMocap, GpsInput, Odometry>;
+                             HilStateQuaternion, AttPosMocap, GpsInput, Odometry, CommandLong>;
 
 }  // namespace canyon::mavlink

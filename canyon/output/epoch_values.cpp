@@ -14,6 +14,8 @@ std::string_view placement_word(raytrace::Placement placement) {
       return "inside building";
     case raytrace::Placement::UnderTerrain:
       return "under terrain";
+    case raytrace::Placement::Unknown:
+      return "unknown";
   }
   return "free";
 }

@@ -60,6 +60,10 @@ void EncodedStream::write(const simulation::Epoch& epoch) {
 
 void EncodedStream::serve() {
   link_->serve();
+  send_due();
+}
+
+void EncodedStream::send_due() {
   while (!waiting_.empty() && waiting_.front().due <= Clock::now()) {
     link_->transport().send(waiting_.front().bytes);
     waiting_.pop_front();
@@ -77,26 +81,6 @@ void EncodedStream::finish() {
   waiting_.clear();
   link_->transport().send(encoder_->end());
   link_->finish(listener_, encoder_->correction());
-}
-
-void visit(options::Visitor& v, StreamOptions& o) {
-  v.number({"rate_hz", "Hz", "of the epochs that are sent", "every epoch"}, o.rate_hz, {0, 1000, true});
-  v.number({"latency_s", "s", "from epoch to bytes, in real time; receivers have 0.05 to 0.2"}, o.latency_s,
-           {0, 10});
-  v.number({"jitter_s", "s", "of the latency, standard deviation"}, o.jitter_s, {0, 1});
-}
-
-void visit(options::Visitor& v, StreamRequest& o) {
-  v.text({"receiver", "", "whose epochs; needed with several receivers"}, o.receiver);
-  v.text({"format", "", "nmea, ubx, rtcm and others: 'canyon simulate --help' lists them"}, o.format);
-  v.text({"to", "",
-          "address: tcp://127.0.0.1:PORT, tcp-connect://HOST:PORT, udp://HOST:PORT, "
-          "udp-listen://127.0.0.1:PORT, pty:, pty:LINK, serial:DEVICE@BAUD, file:PATH"},
-         o.address);
-  visit(v, o.options);
-  if (!v.reads()) return;
-  v.require("format");
-  v.require("to");
 }
 
 StreamRequest parse_stream(std::string_view text) {

@@ -13,32 +13,17 @@
 
 #include "canyon/base/random.hpp"
 #include "canyon/output/encoder.hpp"
+#include "canyon/simulation/live_options.hpp"
 #include "canyon/transport/link.hpp"
 
 namespace canyon::output {
 
-/// How a stream differs from the run that it is of: real receivers give 1 to 25 Hz, 50 to 200 ms late.
-struct StreamOptions {
-  std::optional<double>
-      rate_hz;           ///< of the epochs that are sent, those of whole multiples; empty: all of them
-  double latency_s = 0;  ///< from epoch to bytes, mean
-  double jitter_s = 0;   ///< of it, standard deviation; epochs never overtake each other
-};
-/// Its fields.
-void visit(options::Visitor& v, StreamOptions& o);
+using simulation::StreamOptions;
+using simulation::StreamRequest;
 
 /// "nmea=tcp://127.0.0.1:2947", with several receivers "rover/nmea=...", with options
-/// "nmea=pty:?rate_hz=5&latency_s=0.1".
-struct StreamRequest {
-  std::string receiver;  ///< empty: the only one
-  std::string format;
-  std::string address;
-  StreamOptions options;
-};
-/// Throws InputError for what is no request.
+/// "nmea=pty:?rate_hz=5&latency_s=0.1". Throws InputError for what is no request.
 [[nodiscard]] StreamRequest parse_stream(std::string_view text);
-/// Its fields, for lists of streams.
-void visit(options::Visitor& v, StreamRequest& o);
 
 /// Epochs of one receiver through an encoder to an address.
 class EncodedStream final : public simulation::EpochSink {
@@ -58,6 +43,8 @@ class EncodedStream final : public simulation::EpochSink {
   void finish() override;
   /// For the time between two epochs; write() does it as well.
   void serve();
+  /// The part of serve() that is not the link's.
+  void send_due();
   /// When serve() has the next bytes to send; empty: none wait.
   [[nodiscard]] std::optional<Clock::time_point> next_due() const;
   [[nodiscard]] std::vector<std::string> take_notes() { return link_->take_notes(); }

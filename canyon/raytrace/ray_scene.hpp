@@ -33,7 +33,12 @@ struct Hit {
 };
 
 /// Why no signal can be simulated at a place.
-enum class Placement : std::uint8_t { Free, InsideBuilding, UnderTerrain };
+enum class Placement : std::uint8_t {
+  Free,
+  InsideBuilding,
+  UnderTerrain,
+  Unknown  ///< nobody says where; no scene answers this
+};
 
 /// A movable mesh where it stands since the last commit.
 struct PlacedInstance {

@@ -38,6 +38,8 @@ struct LiveReceiver::Impl {
   void make_sky(GpsTime from);
   void check(const ReceiverConfig& other) const;
   void make_environment();
+  GpsTime go_to(double seconds);
+  void restart();
   void bring_sky_to(GpsTime t);
 
   LiveConfig config;
@@ -50,6 +52,7 @@ struct LiveReceiver::Impl {
   GpsTime sky_begin;
   std::optional<Environment> environment;
   std::optional<propagation::Propagator> propagator;
+  std::optional<Pose> last_truth;
   double last_s = -std::numeric_limits<double>::infinity();
   bool said_empty = false;
   std::vector<std::string> warnings;
@@ -78,6 +81,24 @@ void LiveReceiver::Impl::make_environment() {
   propagator.reset();
   environment.emplace(scene, sky.sky, sky.navigation.klobuchar);
   propagator.emplace(environment->make_propagator(config.receiver.propagation));
+}
+
+void LiveReceiver::Impl::restart() {
+  road->clear();
+  receiver = make_receiver();
+  last_s = -std::numeric_limits<double>::infinity();
+  said_empty = false;
+}
+
+GpsTime LiveReceiver::Impl::go_to(double seconds) {
+  if (!std::isfinite(seconds) || std::abs(seconds) > 1e9) {
+    throw InputError(fmt::format("the host's time {} s is out of range", seconds));
+  }
+  if (seconds < last_s) restart();
+  const GpsTime t = start + seconds;
+  bring_sky_to(t);
+  last_s = seconds;
+  return t;
 }
 
 // Only nominal orbits can be made for any time; files say what they say.
@@ -126,19 +147,12 @@ void LiveReceiver::set_config(LiveConfig config) {
 
 LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& antenna) {
   Impl& impl = *impl_;
-  if (!std::isfinite(seconds) || std::abs(seconds) > 1e9) {
-    throw InputError(fmt::format("the host's time {} s is out of range", seconds));
-  }
   if (!antenna.position_enu_m.allFinite() || !antenna.velocity_enu_mps.allFinite() ||
       !std::isfinite(antenna.yaw_rad) || !std::isfinite(antenna.yaw_rate_radps)) {
     throw InputError("NaN pose: the antenna's position, velocity or yaw is not finite",
                      "check what moves the vehicle");
   }
-  if (seconds < impl.last_s) restart();
-  const GpsTime t = impl.start + seconds;
-  impl.bring_sky_to(t);
-  impl.last_s = seconds;
-
+  const GpsTime t = impl.go_to(seconds);
   if (impl.config.receiver.streets.enabled) {
     impl.road->face({std::cos(antenna.yaw_rad), std::sin(antenna.yaw_rad)});
     impl.road->add(t, antenna.position_enu_m.head<2>());
@@ -156,6 +170,7 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
                            (frame.ecef_from_local_rotation() * antenna.velocity_enu_mps);
   truth.yaw_rad = antenna.yaw_rad;
   truth.yaw_rate_radps = antenna.yaw_rate_radps;
+  impl.last_truth = truth;
   step.epoch = observe_epoch(impl.receiver, truth, step.arrival, *impl.environment);
   step.epoch.navigation = &impl.sky.navigation;
 
@@ -167,11 +182,28 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   return step;
 }
 
+LiveReceiver::Step LiveReceiver::lose(double seconds) {
+  Impl& impl = *impl_;
+  const geodesy::LocalFrame& frame = impl.scene->city.frame;
+  Pose truth = impl.last_truth.value_or(Pose{});
+  if (!impl.last_truth) truth.position = frame.origin();
+  truth.time = impl.go_to(seconds);
+  truth.velocity_enu_mps.setZero();
+  Step step;
+  step.arrival.placement = raytrace::Placement::Unknown;
+  step.arrival.ecef_from_enu = frame.ecef_from_local_rotation();
+  step.arrival.antenna_enu = frame.local_from_geodetic(truth.position);
+  step.epoch = observe_epoch(impl.receiver, truth, step.arrival, *impl.environment);
+  step.epoch.navigation = &impl.sky.navigation;
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  step.epoch.truth.position = {kNan, kNan, kNan};
+  step.epoch.truth.velocity_enu_mps.setConstant(kNan);
+  step.epoch.truth_ecef.setConstant(kNan);
+  return step;
+}
+
 void LiveReceiver::restart() {
-  impl_->road->clear();
-  impl_->receiver = impl_->make_receiver();
-  impl_->last_s = -std::numeric_limits<double>::infinity();
-  impl_->said_empty = false;
+  impl_->restart();
 }
 
 std::vector<std::string> LiveReceiver::take_warnings() {

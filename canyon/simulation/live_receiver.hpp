@@ -9,18 +9,11 @@
 #include <vector>
 
 #include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/pose_motion.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 namespace canyon::simulation {
-
-/// An antenna at an instant, in the city's ENU frame.
-struct AntennaState {
-  Eigen::Vector3d position_enu_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d velocity_enu_mps = Eigen::Vector3d::Zero();
-  double yaw_rad = 0;         ///< ENU yaw of the vehicle
-  double yaw_rate_radps = 0;  ///< counter-clockwise
-};
 
 /// What a host says of a receiver in a world that it brings itself: a scenario without city and trajectory.
 struct LiveConfig {
@@ -96,6 +89,10 @@ class LiveReceiver {
   /// constructed: a world that was reset gives the same numbers again. Throws InputError for a state that is
   /// not finite.
   [[nodiscard]] Step observe(double seconds, const AntennaState& antenna);
+
+  /// One epoch of an antenna that nobody knows the place of: nothing arrives, no fix; placement is Unknown,
+  /// the true place NaN.
+  [[nodiscard]] Step lose(double seconds);
 
   /// As constructed.
   void restart();

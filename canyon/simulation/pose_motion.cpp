@@ -44,6 +44,17 @@ AntennaState antenna_of(const TruePose& body, const Vector3d& lever_arm_m, doubl
   return antenna;
 }
 
+AntennaState antenna_state(const Pose& antenna, const geodesy::LocalFrame& frame) {
+  AntennaState state;
+  state.position_enu_m = frame.local_from_geodetic(antenna.position);
+  state.velocity_enu_mps =
+      frame.ecef_from_local_rotation().transpose() *
+      (geodesy::enu_from_ecef_rotation(antenna.position).transpose() * antenna.velocity_enu_mps);
+  state.yaw_rad = antenna.yaw_rad;
+  state.yaw_rate_radps = antenna.yaw_rate_radps;
+  return state;
+}
+
 TruePose motion_between(const RigidPose& from, const RigidPose& to, double seconds) {
   TruePose motion{to, Vector3d::Zero(), Vector3d::Zero()};
   const Vector3d way = to.position_m - from.position_m;

@@ -7,9 +7,17 @@
 #include <optional>
 #include <string>
 
-#include "canyon/simulation/live_receiver.hpp"
+#include "canyon/simulation/trajectory.hpp"
 
 namespace canyon::simulation {
+
+/// An antenna at an instant, in the city's ENU frame.
+struct AntennaState {
+  Eigen::Vector3d position_enu_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_enu_mps = Eigen::Vector3d::Zero();
+  double yaw_rad = 0;         ///< ENU yaw of the vehicle
+  double yaw_rate_radps = 0;  ///< counter-clockwise
+};
 
 struct RigidPose {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
@@ -34,6 +42,9 @@ struct TruePose {
 /// @param origin_enu_m where that frame's origin stands in the city
 [[nodiscard]] AntennaState antenna_of(const TruePose& body, const Eigen::Vector3d& lever_arm_m,
                                       double heading_rad, const Eigen::Vector3d& origin_enu_m);
+
+/// The same antenna in the city's frame.
+[[nodiscard]] AntennaState antenna_state(const Pose& antenna, const geodesy::LocalFrame& frame);
 
 /// Faster than this between two poses is no motion but a jump: a model put elsewhere.
 constexpr double kTeleport_mps = 1000;

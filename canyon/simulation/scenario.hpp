@@ -18,6 +18,7 @@
 #include "canyon/options/describe.hpp"
 #include "canyon/propagation/propagation_options.hpp"
 #include "canyon/receiver/receiver_options.hpp"
+#include "canyon/simulation/live_options.hpp"
 
 namespace canyon::simulation {
 
@@ -121,6 +122,7 @@ struct Scenario {
   std::vector<ReceiverConfig> receivers;  ///< at least one
   std::uint64_t seed = 1;
   OutputConfig outputs;
+  std::optional<LiveOptions> live;  ///< how `canyon live` runs it; others pass it over
   /// What the file says that may be meant otherwise, one line each.
   std::vector<std::string> warnings;
 };

@@ -545,6 +545,10 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
   visit_streets(v, scenario);
   visit_seed(v, scenario.seed);
   v.part("outputs", scenario.outputs);
+  if (!v.wants(v.reads() ? v.has("live") : scenario.live.has_value())) return;
+  LiveOptions live = scenario.live.value_or(LiveOptions{});
+  v.part("live", live);
+  if (v.reads()) scenario.live = live;
 }
 
 }  // namespace

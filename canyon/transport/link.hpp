@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "canyon/transport/transport.hpp"
@@ -30,11 +31,14 @@ class Link {
   }
   void forget(int listener) { listeners_.erase(listener); }
   /// Serves the transport, and hands on what it heard.
+  /// Listeners may send; what they call does not come here again.
   void serve() {
+    if (std::exchange(serving_, true)) return;
     transport_->serve();
     for (const Heard& heard : transport_->take_heard()) {
       for (const auto& [number, listener] : listeners_) listener(heard);
     }
+    serving_ = false;
   }
   /// Forgets a listener, and with the last one ends the transport.
   void finish(int listener, const std::optional<Correction>& correction) {
@@ -46,6 +50,7 @@ class Link {
   std::unique_ptr<Transport> transport_;
   std::map<int, Listener> listeners_;
   int last_ = 0;
+  bool serving_ = false;
 };
 
 }  // namespace canyon::transport

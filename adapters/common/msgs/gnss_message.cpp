@@ -91,6 +91,7 @@ msgs::GnssFix::Status status_of(positioning::FixStatus status) {
 msgs::GnssReceiver::Placement placement_of(raytrace::Placement placement) {
   switch (placement) {
     case raytrace::Placement::Free:
+    case raytrace::Placement::Unknown:
       break;
     case raytrace::Placement::InsideBuilding:
       return msgs::GnssReceiver::INSIDE_BUILDING;

@@ -41,6 +41,8 @@ CellState state_of(Placement placement) {
       return CellState::InsideBuilding;
     case Placement::UnderTerrain:
       return CellState::UnderTerrain;
+    case Placement::Unknown:
+      break;
   }
   assert(false);
   return CellState::Computed;

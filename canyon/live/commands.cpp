@@ -1,0 +1,192 @@
+#include "canyon/live/commands.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/live/pose_decoder.hpp"
+
+namespace canyon::live {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr std::size_t kMostReaders = 64;
+
+std::string one_line(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+Json refusal(std::string_view problem, std::string_view cure) {
+  Json json{{"ok", false}, {"error", problem}};
+  if (!cure.empty()) json["cure"] = cure;
+  return json;
+}
+
+}  // namespace
+
+struct Commands::Impl {
+  CommandContext context;
+  std::shared_ptr<transport::Link> link;
+  int listener = 0;
+  std::map<std::uint64_t, std::string> held;
+  struct Latest {
+    geodesy::GpsTime time;
+    positioning::Fix fix;
+    Eigen::Vector3d error_enu_m;
+    int visible = 0;
+  };
+  std::vector<std::optional<Latest>> latest;
+  bool stop = false;
+
+  using Command = Json (Impl::*)(const nlohmann::json&);
+  struct Entry {
+    const char* name;
+    bool changes;
+    const char* help;
+    Command run;
+  };
+  static const std::vector<Entry>& entries();
+
+  void hear(const transport::Heard& heard, Commands& self);
+  [[nodiscard]] simulation::LiveReceiver& receiver(const nlohmann::json& command) {
+    return context.receivers[simulation::find_receiver(context.scenario, command.value("receiver", ""))];
+  }
+
+  Json help(const nlohmann::json&) {
+    Json json{{"ok", true}};
+    for (const Entry& entry : entries()) json["commands"][entry.name] = entry.help;
+    json["changes"] = context.changes;
+    return json;
+  }
+  Json status(const nlohmann::json&) {
+    const Figures& f = context.figures;
+    Json json{{"ok", true},
+              {"time_s", context.now_s()},
+              {"epochs", f.epochs},
+              {"fixes", f.fixes},
+              {"no_truth", f.no_truth},
+              {"missed", f.missed},
+              {"poses", f.poses},
+              {"latency_p99_ms", f.latency.quantile(0.99) * 1e3}};
+    for (std::size_t r = 0; r < latest.size(); ++r) {
+      Json each{{"name", context.scenario.receivers[r].options.name}};
+      if (latest[r]) {
+        const Latest& now = *latest[r];
+        each["gpst"] = geodesy::format_gpst(now.time, 3);
+        each["fix"] = now.fix.solved();
+        each["visible"] = now.visible;
+        if (now.fix.solved()) {
+          each["latitude_deg"] = geodesy::degrees(now.fix.position.latitude_rad);
+          each["longitude_deg"] = geodesy::degrees(now.fix.position.longitude_rad);
+          each["height_m"] = now.fix.position.height_m;
+          each["used"] = now.fix.used.size();
+          each["horizontal_error_m"] = now.error_enu_m.head<2>().norm();
+        }
+      }
+      json["receivers"].push_back(std::move(each));
+    }
+    return json;
+  }
+  Json options(const nlohmann::json& command) {
+    return {{"ok", true}, {"options", simulation::running_options(receiver(command).config())}};
+  }
+  Json set(const nlohmann::json& command) {
+    const auto found = command.find("options");
+    if (found == command.end() || !(found->is_object() || found->is_string())) {
+      throw InputError("'set' has no options",
+                       R"(write {"command": "set", "receiver": "rover", "options": {"clock.bias_s": 1}})");
+    }
+    simulation::LiveReceiver& changed = receiver(command);
+    const std::string text = found->is_string() ? found->get<std::string>() : found->dump();
+    changed.set_config(simulation::changed_live_config(changed.config(), text, {}));
+    return {{"ok", true}};
+  }
+  Json end(const nlohmann::json&) {
+    stop = true;
+    return {{"ok", true}};
+  }
+};
+
+const std::vector<Commands::Impl::Entry>& Commands::Impl::entries() {
+  static const std::vector<Entry> kEntries{
+      {"help", false, "this list", &Impl::help},
+      {"status", false, "time, counts, and the latest fix of every receiver", &Impl::status},
+      {"options", false, "a receiver's options as they are: {\"receiver\": NAME}", &Impl::options},
+      {"set", true, "changes them; the receiver begins anew: {\"receiver\": NAME, \"options\": {KEY: VALUE}}",
+       &Impl::set},
+      {"stop", true, "ends the run", &Impl::end}};
+  return kEntries;
+}
+
+void Commands::Impl::hear(const transport::Heard& heard, Commands& self) {
+  if (held.size() > kMostReaders) held.clear();
+  std::string& line = held[heard.reader];
+  line += heard.bytes;
+  for (std::size_t end = line.find('\n'); end != std::string::npos; end = line.find('\n')) {
+    const std::string text = line.substr(0, end);
+    line.erase(0, end + 1);
+    if (trim(text).empty()) continue;
+    link->transport().answer(heard.reader, self.answer(text));
+  }
+  constexpr std::size_t kLongestCommand = 65536;
+  if (line.size() <= kLongestCommand) return;
+  line.clear();
+  link->transport().answer(heard.reader,
+                           one_line(refusal("a line is too long", "end each command with a line")));
+}
+
+Commands::Commands(CommandContext context, std::shared_ptr<transport::Link> link)
+    : impl_(std::make_unique<Impl>(Impl{std::move(context), std::move(link), 0, {}, {}, false})) {
+  impl_->latest.resize(impl_->context.receivers.size());
+  impl_->listener = impl_->link->listen([this](const transport::Heard& heard) { impl_->hear(heard, *this); });
+}
+Commands::~Commands() {
+  impl_->link->forget(impl_->listener);
+}
+
+std::string Commands::answer(std::string_view line) {
+  const auto command = nlohmann::json::parse(line, nullptr, false);
+  if (!command.is_object() || !command.contains("command") || !command["command"].is_string()) {
+    return one_line(refusal("no command", R"(write {"command": "help"})"));
+  }
+  const auto name = command["command"].get<std::string>();
+  for (const Impl::Entry& entry : Impl::entries()) {
+    if (entry.name != name) continue;
+    if (entry.changes && !impl_->context.changes) {
+      return one_line(refusal(fmt::format("'{}' changes the simulation, which is switched off", name),
+                              "set live.changes: true in the scenario"));
+    }
+    try {
+      return one_line((impl_.get()->*entry.run)(command));
+    } catch (const InputError& e) {
+      return one_line(refusal(e.problem(), e.cure()));
+    } catch (const std::exception& e) {
+      return one_line(refusal(e.what(), ""));
+    }
+  }
+  std::vector<std::string> known;
+  for (const Impl::Entry& entry : Impl::entries()) known.emplace_back(entry.name);
+  const auto meant = closest(name, known);
+  return one_line(refusal(fmt::format("no command '{}'", name),
+                          meant ? fmt::format("did you mean '{}'?", *meant)
+                                : fmt::format("it is one of {}", fmt::join(known, ", "))));
+}
+
+void Commands::keep(const simulation::Epoch& epoch) {
+  impl_->latest.at(epoch.receiver) = {epoch.observed.time, epoch.observed.fix, epoch.error_enu_m,
+                                      epoch.observed.visible};
+}
+
+bool Commands::stopped() const {
+  return impl_->stop;
+}
+
+}  // namespace canyon::live

@@ -1,0 +1,265 @@
+#include "canyon/live/mavlink_poses.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/mavlink/frames.hpp"
+
+namespace canyon::live {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using simulation::BodyAxes;
+using simulation::WorldAxes;
+
+const Matrix3d& enu_from_ned() {
+  static const Matrix3d turn = enu_from(WorldAxes::NED);
+  return turn;
+}
+const Matrix3d& flu_from_frd() {
+  static const Matrix3d turn = flu_from(BodyAxes::FRD);
+  return turn;
+}
+
+std::optional<Quaterniond> attitude(const mavlink::Quaternion& q, const Matrix3d& enu_from_world,
+                                    const Matrix3d& flu_from_body) {
+  const Quaterniond world_from_body(q[0], q[1], q[2], q[3]);
+  if (!(world_from_body.norm() > 1e-6)) return std::nullopt;
+  return Quaterniond(enu_from_world * world_from_body.normalized().toRotationMatrix() *
+                     flu_from_body.transpose());
+}
+std::optional<Quaterniond> attitude(const mavlink::Quaternion& ned_from_frd) {
+  return attitude(ned_from_frd, enu_from_ned(), flu_from_frd());
+}
+std::optional<Quaterniond> attitude(const Vector3d& roll_pitch_yaw) {
+  const Quaterniond q = Eigen::AngleAxisd(roll_pitch_yaw.z(), Vector3d::UnitZ()) *
+                        Eigen::AngleAxisd(roll_pitch_yaw.y(), Vector3d::UnitY()) *
+                        Eigen::AngleAxisd(roll_pitch_yaw.x(), Vector3d::UnitX());
+  return attitude(mavlink::Quaternion{q.w(), q.x(), q.y(), q.z()});
+}
+
+bool on_earth(double latitude_deg, double longitude_deg) {
+  return std::abs(latitude_deg) <= 90 && std::abs(longitude_deg) <= 360;
+}
+
+/// MAV_FRAME of Odometry: its axes, as far as Canyon knows them.
+struct MavFrame {
+  int number;
+  bool ned;  ///< else ENU; of bodies FRD, else FLU
+};
+constexpr std::array<MavFrame, 5> kLocalFrames{
+    {{1, true}, {4, false}, {7, true}, {20, true}, {21, false}}};  // LOCAL_NED, LOCAL_ENU, LOCAL_OFFSET_NED,
+                                                                   // LOCAL_FRD, LOCAL_FLU
+constexpr std::array<MavFrame, 3> kBodyFrames{{{8, true}, {12, true}, {13, false}}};  // BODY_NED, _FRD, _FLU
+
+template <std::size_t N>
+std::optional<bool> is_ned(const std::array<MavFrame, N>& frames, int number) {
+  for (const MavFrame& frame : frames) {
+    if (frame.number == number) return frame.ned;
+  }
+  return std::nullopt;
+}
+
+constexpr double us(std::uint64_t time_us) {
+  return static_cast<double>(time_us) * 1e-6;
+}
+
+class MavlinkPoses final : public PoseDecoder {
+ public:
+  explicit MavlinkPoses(const std::vector<std::string>& messages) : taken_(messages) {
+    static const std::vector<std::string> kTrue{"SIM_STATE", "HIL_STATE_QUATERNION", "ATT_POS_MOCAP",
+                                                "VISION_POSITION_ESTIMATE", "ODOMETRY"};
+    if (taken_.empty()) taken_ = kTrue;
+    std::vector<std::string> known = kTrue;
+    known.insert(known.end(), {"LOCAL_POSITION_NED", "GLOBAL_POSITION_INT"});
+    for (const std::string& name : taken_) {
+      if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+      throw InputError(fmt::format("no pose is in MAVLink's '{}'", name),
+                       fmt::format("it is one of {}", fmt::join(known, ", ")));
+    }
+  }
+
+  void hear(std::uint64_t reader, std::string_view bytes,
+            const std::function<void(const PoseReport&)>& each) override {
+    constexpr std::size_t kMostReaders = 64;
+    if (parsers_.size() > kMostReaders) parsers_.clear();
+    parsers_[reader].hear(bytes, [&](const mavlink::Frame& frame) {
+      std::visit([&](const auto& message) { take(frame.sender, message, each); }, frame.message);
+    });
+  }
+
+  [[nodiscard]] std::string request() override {
+    // As a companion computer: autopilots answer on ports where somebody lives.
+    mavlink::Heartbeat heartbeat;
+    heartbeat.type = 18;  // MAV_TYPE_ONBOARD_CONTROLLER
+    const mavlink::Sender self{1, 191};
+    std::string bytes = mavlink::encode(heartbeat, sequence_++, self);
+    for (const mavlink::Layout& layout : mavlink::layouts()) {
+      if (std::find(taken_.begin(), taken_.end(), layout.name) == taken_.end()) continue;
+      mavlink::CommandLong command;
+      command.command = 511;  // MAV_CMD_SET_MESSAGE_INTERVAL
+      command.parameters = {static_cast<double>(layout.id), 10'000};
+      bytes += mavlink::encode(command, sequence_++, self);
+    }
+    return bytes;
+  }
+  [[nodiscard]] std::string take_complaint() override {
+    if (complaint_.empty()) return {};
+    return std::exchange(complaint_, {});
+  }
+
+ private:
+  [[nodiscard]] bool takes(std::string_view name) const {
+    return std::find(taken_.begin(), taken_.end(), name) != taken_.end();
+  }
+  static PoseReport begin(mavlink::Sender sender, std::optional<double> stamp_s) {
+    PoseReport report;
+    report.id = std::to_string(sender.system);
+    report.stamp_s = stamp_s;
+    return report;
+  }
+  void end(const PoseReport& report, const std::function<void(const PoseReport&)>& each) {
+    if (report.position_m || report.place) each(report);
+  }
+  void place(PoseReport& report, std::string_view name, double latitude_deg, double longitude_deg,
+             double height_m) {
+    if (on_earth(latitude_deg, longitude_deg)) {
+      report.place = geodesy::Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
+    } else {
+      complaint_ = fmt::format("{} with a latitude or longitude out of range", name);
+    }
+  }
+
+  /// Messages without a pose.
+  template <typename Message>
+  void take(mavlink::Sender, const Message&, const std::function<void(const PoseReport&)>&) {}
+
+  void take(mavlink::Sender sender, const mavlink::SimState& m,
+            const std::function<void(const PoseReport&)>& each) {
+    if (!takes(m.kName)) return;
+    PoseReport report = begin(sender, std::nullopt);
+    place(report, m.kName, m.latitude_deg(), m.longitude_deg(), m.altitude_m);
+    report.attitude = attitude(m.ned_from_frd);
+    // Simulators that leave the quaternion out tell angles.
+    if (!report.attitude) report.attitude = attitude(m.roll_pitch_yaw_rad);
+    report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
+    report.rates_body_radps = flu_from_frd() * m.rates_frd_radps;
+    end(report, each);
+  }
+  void take(mavlink::Sender sender, const mavlink::HilStateQuaternion& m,
+            const std::function<void(const PoseReport&)>& each) {
+    if (!takes(m.kName)) return;
+    PoseReport report = begin(sender, us(m.time_us));
+    place(report, m.kName, m.latitude_deg, m.longitude_deg, m.altitude_m);
+    report.attitude = attitude(m.ned_from_frd);
+    report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
+    report.rates_body_radps = flu_from_frd() * m.rates_frd_radps;
+    end(report, each);
+  }
+  void take(mavlink::Sender sender, const mavlink::AttPosMocap& m,
+            const std::function<void(const PoseReport&)>& each) {
+    if (!takes(m.kName)) return;
+    PoseReport report = begin(sender, us(m.time_us));
+    report.position_m = enu_from_ned() * m.position_ned_m;
+    report.attitude = attitude(m.ned_from_frd);
+    end(report, each);
+  }
+  void take(mavlink::Sender sender, const mavlink::VisionPositionEstimate& m,
+            const std::function<void(const PoseReport&)>& each) {
+    if (!takes(m.kName)) return;
+    PoseReport report = begin(sender, us(m.time_us));
+    report.position_m = enu_from_ned() * m.position_ned_m;
+    report.attitude = attitude(m.roll_pitch_yaw_rad);
+    end(report, each);
+  }
+  void take(mavlink::Sender sender, const mavlink::Odometry& m,
+            const std::function<void(const PoseReport&)>& each) {
+    if (!takes(m.kName)) return;
+    const auto world_ned = is_ned(kLocalFrames, m.frame), body_frd = is_ned(kBodyFrames, m.child_frame),
+               child_ned = is_ned(kLocalFrames, m.child_frame);
+    if (!world_ned || (!body_frd && !child_ned)) {
+      complaint_ = fmt::format("ODOMETRY in MAV_FRAME {} with velocities in {}, which Canyon does not know",
+                               m.frame, m.child_frame);
+      return;
+    }
+    PoseReport report = begin(sender, us(m.time_us));
+    const Matrix3d world = enu_from(*world_ned ? WorldAxes::NED : WorldAxes::ENU);
+    const Matrix3d body = flu_from(body_frd.value_or(*world_ned) ? BodyAxes::FRD : BodyAxes::FLU);
+    report.position_m = world * m.position_m;
+    report.attitude = attitude(m.frame_from_body, world, body);
+    if (!m.velocity_mps.allFinite()) {
+      // Not told.
+    } else if (!body_frd) {
+      report.velocity_mps = enu_from(*child_ned ? WorldAxes::NED : WorldAxes::ENU) * m.velocity_mps;
+    } else if (report.attitude) {
+      report.velocity_mps = *report.attitude * (body * m.velocity_mps);
+    }
+    if (m.rates_radps.allFinite()) report.rates_body_radps = body * m.rates_radps;
+    end(report, each);
+  }
+  // An attitude of its own message goes with the position that follows.
+  void take(mavlink::Sender sender, const mavlink::Attitude& m,
+            const std::function<void(const PoseReport&)>&) {
+    attitudes_[sender.system] = {attitude(m.roll_pitch_yaw_rad), flu_from_frd() * m.rates_frd_radps};
+  }
+  void take(mavlink::Sender sender, const mavlink::AttitudeQuaternion& m,
+            const std::function<void(const PoseReport&)>&) {
+    attitudes_[sender.system] = {attitude(m.ned_from_frd), flu_from_frd() * m.rates_frd_radps};
+  }
+  void take(mavlink::Sender sender, const mavlink::LocalPositionNed& m,
+            const std::function<void(const PoseReport&)>& each) {
+    if (!takes(m.kName)) return;
+    PoseReport report = begin(sender, m.boot_s);
+    report.position_m = enu_from_ned() * m.position_ned_m;
+    report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
+    add_attitude(sender, report);
+    end(report, each);
+  }
+  void take(mavlink::Sender sender, const mavlink::GlobalPositionInt& m,
+            const std::function<void(const PoseReport&)>& each) {
+    if (!takes(m.kName)) return;
+    PoseReport report = begin(sender, m.boot_s);
+    place(report, m.kName, m.latitude_deg, m.longitude_deg, m.altitude_m);
+    report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
+    add_attitude(sender, report);
+    if (!report.attitude && std::isfinite(m.heading_deg)) {
+      report.attitude = attitude(Vector3d(0, 0, geodesy::radians(m.heading_deg)));
+    }
+    end(report, each);
+  }
+  void add_attitude(mavlink::Sender sender, PoseReport& report) const {
+    const auto found = attitudes_.find(sender.system);
+    if (found == attitudes_.end()) return;
+    report.attitude = found->second.attitude;
+    report.rates_body_radps = found->second.rates;
+  }
+
+  struct Turned {
+    std::optional<Quaterniond> attitude;
+    Vector3d rates = Vector3d::Zero();
+  };
+  std::vector<std::string> taken_;
+  std::map<std::uint64_t, mavlink::Parser> parsers_;
+  std::map<std::uint8_t, Turned> attitudes_;
+  std::uint8_t sequence_ = 0;
+  std::string complaint_;
+};
+
+}  // namespace
+
+std::unique_ptr<PoseDecoder> make_mavlink_poses(const std::vector<std::string>& messages) {
+  return std::make_unique<MavlinkPoses>(messages);
+}
+
+}  // namespace canyon::live

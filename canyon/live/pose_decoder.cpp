@@ -1,0 +1,298 @@
+#include "canyon/live/pose_decoder.hpp"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/live/mavlink_poses.hpp"
+
+namespace canyon::live {
+
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using simulation::BodyAxes;
+using simulation::WorldAxes;
+
+Matrix3d enu_from(WorldAxes axes) {
+  Matrix3d turn = Matrix3d::Identity();
+  if (axes == WorldAxes::NED) turn << 0, 1, 0, 1, 0, 0, 0, 0, -1;
+  return turn;
+}
+
+Matrix3d flu_from(BodyAxes axes) {
+  return axes == BodyAxes::FRD ? Matrix3d(Vector3d(1, -1, -1).asDiagonal()) : Matrix3d::Identity();
+}
+
+namespace {
+
+/// Counts what was no pose.
+class Complaints {
+ public:
+  void add(std::string why) {
+    ++count_;
+    latest_ = std::move(why);
+  }
+  [[nodiscard]] std::string take() {
+    if (count_ == 0) return {};
+    const std::size_t count = std::exchange(count_, 0);
+    return fmt::format("{} of what came {} no pose: {}", count, count == 1 ? "was" : "were", latest_);
+  }
+
+ private:
+  std::size_t count_ = 0;
+  std::string latest_;
+};
+
+/// A vector of a told value's own axes turned to ours.
+class Axes {
+ public:
+  explicit Axes(const simulation::PoseSourceOptions& options)
+      : ned_(options.axes == WorldAxes::NED), world_(enu_from(options.axes)), body_(flu_from(options.body)) {}
+  [[nodiscard]] Vector3d local(const Vector3d& told) const { return world_ * told; }
+  [[nodiscard]] Vector3d body(const Vector3d& told) const { return body_ * told; }
+  [[nodiscard]] Quaterniond attitude(const Quaterniond& told) const {
+    return Quaterniond(world_ * told.normalized().toRotationMatrix() * body_.transpose());
+  }
+  /// @param yaw_rad from the first axis: of ENU counter-clockwise, of NED clockwise
+  [[nodiscard]] Quaterniond level(double yaw_rad) const {
+    const double enu_rad = ned_ ? geodesy::radians(90) - yaw_rad : yaw_rad;
+    return Quaterniond(Eigen::AngleAxisd(enu_rad, Vector3d::UnitZ()));
+  }
+
+ private:
+  bool ned_;
+  Matrix3d world_, body_;
+};
+
+constexpr bool is_latitude(double deg) {
+  return deg >= -90 && deg <= 90;
+}
+
+class JsonPoses final : public PoseDecoder {
+ public:
+  explicit JsonPoses(const simulation::PoseSourceOptions& options) : axes_(options) {}
+
+  void hear(std::uint64_t reader, std::string_view bytes,
+            const std::function<void(const PoseReport&)>& each) override {
+    constexpr std::size_t kMostReaders = 64;
+    if (held_.size() > kMostReaders) held_.clear();
+    Held& held = held_[reader];
+    for (std::size_t end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
+      add(held, bytes.substr(0, end));
+      take(held, each);
+      bytes.remove_prefix(end + 1);
+    }
+    add(held, bytes);
+    // A datagram may come without an end of line: what is whole counts.
+    if (!held.too_long && !held.line.empty() && held.line.back() == '}' &&
+        nlohmann::json::accept(held.line)) {
+      take(held, each);
+    }
+  }
+  [[nodiscard]] std::string take_complaint() override { return complaints_.take(); }
+
+ private:
+  struct Held {
+    std::string line;
+    bool too_long = false;
+  };
+  static void add(Held& held, std::string_view bytes) {
+    held.too_long = held.too_long || held.line.size() + bytes.size() > kLongestLine;
+    if (held.too_long) {
+      held.line.clear();
+    } else {
+      held.line += bytes;
+    }
+  }
+  void take(Held& held, const std::function<void(const PoseReport&)>& each) {
+    const std::string line = std::exchange(held.line, {});
+    if (std::exchange(held.too_long, false)) {
+      complaints_.add(fmt::format("a line of more than {} bytes", kLongestLine));
+      return;
+    }
+    if (trim(line).empty()) return;
+    const std::string why = read(line, each);
+    if (!why.empty()) complaints_.add(why);
+  }
+
+  static std::optional<double> number(const nlohmann::json& object, const char* key, std::string& why) {
+    const auto found = object.find(key);
+    if (found == object.end() || found->is_null()) return std::nullopt;
+    if (found->is_number()) return found->get<double>();
+    why = fmt::format("'{}' is no number", key);
+    return std::nullopt;
+  }
+  template <int N>
+  static std::optional<Eigen::Matrix<double, N, 1>> numbers(const nlohmann::json& object, const char* key,
+                                                            std::string& why) {
+    const auto found = object.find(key);
+    if (found == object.end() || found->is_null()) return std::nullopt;
+    Eigen::Matrix<double, N, 1> values;
+    bool good = found->is_array() && found->size() == N;
+    for (int i = 0; good && i < N; ++i) {
+      const auto& each = (*found)[static_cast<std::size_t>(i)];
+      good = each.is_number();
+      if (good) values[i] = each.get<double>();
+    }
+    if (good) return values;
+    why = fmt::format("'{}' is no list of {} numbers", key, N);
+    return std::nullopt;
+  }
+
+  /// What is wrong; empty: nothing.
+  [[nodiscard]] std::string read(const std::string& line,
+                                 const std::function<void(const PoseReport&)>& each) const {
+    const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+    if (!object.is_object()) return "no JSON object";
+    std::string why;
+    PoseReport report;
+    if (const auto id = object.find("id"); id != object.end()) {
+      report.id = id->is_string() ? id->get<std::string>() : id->dump();
+    }
+    report.stamp_s = number(object, "time_s", why);
+    if (const auto p = numbers<3>(object, "position_m", why)) report.position_m = axes_.local(*p);
+    const auto latitude = number(object, "latitude_deg", why),
+               longitude = number(object, "longitude_deg", why), height = number(object, "height_m", why);
+    if (latitude && longitude && height) {
+      if (!is_latitude(*latitude) || !(std::abs(*longitude) <= 360))
+        return "latitude or longitude out of range";
+      report.place = geodesy::Geodetic::from_degrees(*latitude, *longitude, *height);
+    }
+    if (const auto q = numbers<4>(object, "attitude", why)) {
+      if (!(q->norm() > 1e-6)) return "'attitude' has no direction";
+      report.attitude = axes_.attitude({(*q)[0], (*q)[1], (*q)[2], (*q)[3]});
+    } else if (const auto yaw = number(object, "yaw_deg", why)) {
+      report.attitude = axes_.level(geodesy::radians(*yaw));
+    }
+    if (const auto v = numbers<3>(object, "velocity_mps", why)) report.velocity_mps = axes_.local(*v);
+    if (const auto w = numbers<3>(object, "rates_radps", why)) report.rates_body_radps = axes_.body(*w);
+    if (!why.empty()) return why;
+    if (!report.position_m && !report.place) {
+      return "neither 'position_m' nor 'latitude_deg', 'longitude_deg', 'height_m'";
+    }
+    each(report);
+    return {};
+  }
+
+  Axes axes_;
+  std::map<std::uint64_t, Held> held_;
+  Complaints complaints_;
+};
+
+class BinaryPoses final : public PoseDecoder {
+ public:
+  explicit BinaryPoses(const simulation::PoseSourceOptions& options) : axes_(options) {}
+
+  void hear(std::uint64_t reader, std::string_view bytes,
+            const std::function<void(const PoseReport&)>& each) override {
+    constexpr std::size_t kMostReaders = 64;
+    if (held_.size() > kMostReaders) held_.clear();
+    std::string& held = held_[reader];
+    held += bytes;
+    std::string_view rest = held;
+    while (true) {
+      const std::size_t start = rest.find(kMagic);
+      if (start == std::string_view::npos) {
+        // The beginning of the next one may be there.
+        if (rest.size() > kMagic.size() - 1) {
+          complaints_.add("bytes without \"CNY1\"");
+          rest.remove_prefix(rest.size() - (kMagic.size() - 1));
+        }
+        break;
+      }
+      if (start > 0) complaints_.add("bytes in front of \"CNY1\"");
+      rest.remove_prefix(start);
+      if (rest.size() < kBinarySize) break;
+      if (crc(rest.substr(0, kBinarySize - 4)) != value<std::uint32_t>(rest, kBinarySize - 4)) {
+        complaints_.add("a wrong checksum");
+        rest.remove_prefix(1);
+        continue;
+      }
+      read(rest, each);
+      rest.remove_prefix(kBinarySize);
+    }
+    held = std::string(rest);
+  }
+  [[nodiscard]] std::string take_complaint() override { return complaints_.take(); }
+
+ private:
+  static constexpr std::string_view kMagic = "CNY1";
+  enum Flag : std::uint16_t { kVelocity = 1, kRates = 2, kGeodetic = 4, kNoStamp = 8, kNoAttitude = 16 };
+
+  static std::uint32_t crc(std::string_view bytes) {
+    return static_cast<std::uint32_t>(
+        crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
+  }
+  template <typename T>
+  static T value(std::string_view bytes, std::size_t offset) {
+    T result;
+    std::memcpy(&result, bytes.data() + offset, sizeof result);
+    return result;
+  }
+  template <typename T>
+  static Vector3d vector(std::string_view bytes, std::size_t offset) {
+    Vector3d result;
+    for (std::size_t i = 0; i < 3; ++i) {
+      result[static_cast<int>(i)] = static_cast<double>(value<T>(bytes, offset + i * sizeof(T)));
+    }
+    return result;
+  }
+  void read(std::string_view bytes, const std::function<void(const PoseReport&)>& each) {
+    const auto flags = value<std::uint16_t>(bytes, 4);
+    PoseReport report;
+    report.id = std::to_string(value<std::uint32_t>(bytes, 8));
+    if (!(flags & kNoStamp)) report.stamp_s = value<double>(bytes, 12);
+    const auto position = vector<double>(bytes, 20);
+    if (flags & kGeodetic) {
+      if (!is_latitude(position.x()) || !(std::abs(position.y()) <= 360)) {
+        complaints_.add("latitude or longitude out of range");
+        return;
+      }
+      report.place = geodesy::Geodetic::from_degrees(position.x(), position.y(), position.z());
+    } else {
+      report.position_m = axes_.local(position);
+    }
+    if (!(flags & kNoAttitude)) {
+      const auto xyz = vector<float>(bytes, 48);
+      const Quaterniond q(static_cast<double>(value<float>(bytes, 44)), xyz.x(), xyz.y(), xyz.z());
+      if (!(q.norm() > 1e-6)) {
+        complaints_.add("an attitude without direction");
+        return;
+      }
+      report.attitude = axes_.attitude(q);
+    }
+    if (flags & kVelocity) report.velocity_mps = axes_.local(vector<float>(bytes, 60));
+    if (flags & kRates) report.rates_body_radps = axes_.body(vector<float>(bytes, 72));
+    each(report);
+  }
+
+  Axes axes_;
+  std::map<std::uint64_t, std::string> held_;
+  Complaints complaints_;
+};
+
+}  // namespace
+
+std::unique_ptr<PoseDecoder> make_decoder(const simulation::PoseSourceOptions& options) {
+  switch (options.format) {
+    case simulation::PoseFormat::Json:
+      return std::make_unique<JsonPoses>(options);
+    case simulation::PoseFormat::Binary:
+      return std::make_unique<BinaryPoses>(options);
+    case simulation::PoseFormat::MAVLink:
+      return make_mavlink_poses(options.messages);
+  }
+  return nullptr;
+}
+
+}  // namespace canyon::live

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/simulation/live_options.hpp"
+
+namespace canyon::live {
+
+/// A pose as somebody told it, turned to ENU axes of its local frame and FLU axes of the body.
+struct PoseReport {
+  std::string id;                                   ///< of the vehicle; empty: not told
+  std::optional<double> stamp_s;                    ///< of the sender's clock
+  std::optional<Eigen::Vector3d> position_m;        ///< in a local frame; or
+  std::optional<geodesy::Geodetic> place;           ///< on the Earth, heights as told
+  std::optional<Eigen::Quaterniond> attitude;       ///< local from body
+  std::optional<Eigen::Vector3d> velocity_mps;      ///< local axes
+  std::optional<Eigen::Vector3d> rates_body_radps;  ///< about the body's axes
+};
+
+/// Finds poses in bytes that may be cut anywhere, mixed with anything, or hostile. Keeps a bounded part of
+/// them.
+class PoseDecoder {
+ public:
+  virtual ~PoseDecoder() = default;
+  /// @param reader who said it, see transport::Heard
+  virtual void hear(std::uint64_t reader, std::string_view bytes,
+                    const std::function<void(const PoseReport&)>& each) = 0;
+  /// What to send to somebody who tells no poses yet, so that it does; empty: nothing.
+  [[nodiscard]] virtual std::string request() { return {}; }
+  /// How much was no pose, and why the latest was none; empty: since the last call everything was one.
+  [[nodiscard]] virtual std::string take_complaint() { return {}; }
+};
+
+/// Of PoseSourceOptions::format, with its axes, body and messages. Throws InputError for messages that Canyon
+/// does not know.
+[[nodiscard]] std::unique_ptr<PoseDecoder> make_decoder(const simulation::PoseSourceOptions& options);
+
+/// One pose in the binary form: kBinarySize bytes, little-endian (docs/live.md has the table).
+///   0 char[4] "CNY1"   4 u16 flags (1 velocity, 2 rates, 4 latitude, longitude [deg] and height instead of
+///   x, y, z, 8 no stamp, 16 no attitude)   6 u16 0   8 u32 id   12 f64 stamp [s]   20 f64[3] position [m]
+///   44 f32[4] attitude w, x, y, z   60 f32[3] velocity [m/s]   72 f32[3] rates [rad/s]   84 u32 CRC-32 (that
+///   of zlib) of the bytes before
+inline constexpr std::size_t kBinarySize = 88;
+/// Longest JSON line; longer ones are passed over.
+inline constexpr std::size_t kLongestLine = 4096;
+
+/// Local ENU from what is told in `axes`, FLU likewise.
+[[nodiscard]] Eigen::Matrix3d enu_from(simulation::WorldAxes axes);
+[[nodiscard]] Eigen::Matrix3d flu_from(simulation::BodyAxes axes);
+
+}  // namespace canyon::live

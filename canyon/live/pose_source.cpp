@@ -1,0 +1,126 @@
+#include "canyon/live/pose_source.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "canyon/simulation/trajectory.hpp"
+
+namespace canyon::live {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+namespace {
+
+double seconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
+}
+
+}  // namespace
+
+PoseSource::PoseSource(const simulation::PoseSourceOptions& options, const geodesy::LocalFrame& frame)
+    : options_(options),
+      frame_(frame),
+      decoder_(make_decoder(options)),
+      track_(options.from, options.track) {}
+
+std::optional<simulation::ToldPose> PoseSource::in_city(const PoseReport& report, double now_s) {
+  if (!options_.id.empty() && report.id != options_.id) return std::nullopt;
+  simulation::ToldPose told;
+  told.stamp_s = report.stamp_s.value_or(now_s);
+  Eigen::Matrix3d turn;
+  double scale = 1;
+  if (report.place) {
+    if (!std::isfinite(report.place->height_m)) {
+      told.pose.position_m.setConstant(report.place->height_m);
+      return told;
+    }
+    told.pose.position_m = frame_.local_from_geodetic(*report.place);
+    turn = frame_.ecef_from_local_rotation().transpose() *
+           geodesy::enu_from_ecef_rotation(*report.place).transpose();
+  } else {
+    turn = Eigen::AngleAxisd(options_.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
+    scale = options_.scale;
+    told.pose.position_m = options_.origin_enu_m + turn * (scale * *report.position_m);
+  }
+  if (report.velocity_mps) told.linear_velocity = turn * (scale * *report.velocity_mps);
+  if (report.attitude) {
+    told.pose.attitude = Quaterniond(turn) * *report.attitude;
+    if (report.rates_body_radps) told.angular_velocity = told.pose.attitude * *report.rates_body_radps;
+    return told;
+  }
+  // A vehicle that does not tell its attitude looks where it goes.
+  Vector3d velocity = told.linear_velocity.value_or(Vector3d::Zero());
+  if (!told.linear_velocity && before_ && told.stamp_s > before_->first) {
+    velocity = (told.pose.position_m - before_->second) / (told.stamp_s - before_->first);
+  }
+  before_ = {told.stamp_s, told.pose.position_m};
+  if (velocity.head<2>().norm() >= simulation::Trajectory::kStandstill_mps) {
+    attitude_ = Eigen::AngleAxisd(std::atan2(velocity.y(), velocity.x()), Vector3d::UnitZ());
+  }
+  told.pose.attitude = attitude_;
+  told.angular_velocity = Vector3d::Zero();
+  return told;
+}
+
+void PoseSource::hear(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
+                      const std::function<void()>& taken) {
+  decoder_->hear(reader, bytes, [&](const PoseReport& report) {
+    const auto told = in_city(report, seconds(now_ns));
+    if (!told) return;
+    switch (track_.add(*told, now_ns)) {
+      case simulation::PoseTrack::Taken::Yes:
+        ++count_;
+        if (taken) taken();
+        break;
+      case simulation::PoseTrack::Taken::NoPose:
+        ++not_finite_;
+        break;
+      case simulation::PoseTrack::Taken::Old:
+        ++old_;
+        break;
+    }
+  });
+}
+
+void PoseSource::hear_log(std::string_view bytes, std::optional<double>& first_stamp_s,
+                          const std::function<void(std::int64_t)>& taken) {
+  decoder_->hear(0, bytes, [&](const PoseReport& report) {
+    if (!report.stamp_s || !std::isfinite(*report.stamp_s)) {
+      ++not_finite_;
+      return;
+    }
+    if (!first_stamp_s) first_stamp_s = *report.stamp_s;
+    const double now_s = *report.stamp_s - *first_stamp_s;
+    if (!(std::abs(now_s) < 1e9)) {
+      ++not_finite_;
+      return;
+    }
+    const auto told = in_city(report, now_s);
+    if (!told) return;
+    const auto now_ns = static_cast<std::int64_t>(std::llround(now_s * 1e9));
+    if (track_.add(*told, now_ns) != simulation::PoseTrack::Taken::Yes) {
+      ++old_;
+      return;
+    }
+    ++count_;
+    taken(now_ns);
+  });
+}
+
+std::vector<std::string> PoseSource::take_notes() {
+  std::vector<std::string> notes;
+  if (std::string complaint = decoder_->take_complaint(); !complaint.empty()) notes.push_back(complaint);
+  if (const auto n = std::exchange(not_finite_, 0); n > 0) {
+    notes.push_back(
+        fmt::format("{} {} not finite or had no stamp: dropped", n, n == 1 ? "pose was" : "poses were"));
+  }
+  if (const auto n = std::exchange(old_, 0); n > 0) {
+    notes.push_back(fmt::format("{} {} twice or too late: dropped", n, n == 1 ? "pose came" : "poses came"));
+  }
+  return notes;
+}
+
+}  // namespace canyon::live

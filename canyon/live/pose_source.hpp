@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/live/pose_decoder.hpp"
+#include "canyon/simulation/pose_motion.hpp"
+#include "canyon/transport/link.hpp"
+
+namespace canyon::live {
+
+/// Poses of one vehicle from outside, in the city: what a decoder finds, turned, scaled and moved there, and
+/// kept as a track.
+class PoseSource {
+ public:
+  /// @param frame of the city
+  /// Throws InputError where make_decoder() does.
+  PoseSource(const simulation::PoseSourceOptions& options, const geodesy::LocalFrame& frame);
+
+  /// Bytes that come at `now_ns` of the host's time; `taken` is called behind each pose that is.
+  void hear(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
+            const std::function<void()>& taken = {});
+  /// As hear(), with poses at the host's time of their stamps, less `first_stamp_s`, which the first one
+  /// sets.
+  void hear_log(std::string_view bytes, std::optional<double>& first_stamp_s,
+                const std::function<void(std::int64_t now_ns)>& taken);
+
+  [[nodiscard]] const simulation::PoseSourceOptions& options() const { return options_; }
+  [[nodiscard]] simulation::PoseTrack& track() { return track_; }
+  /// Poses that were taken so far.
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+  [[nodiscard]] std::string request() { return decoder_->request(); }
+  /// What there is to say since the last call, one line each: poses that were dropped.
+  [[nodiscard]] std::vector<std::string> take_notes();
+
+ private:
+  /// In the city; empty: of another vehicle, or none.
+  [[nodiscard]] std::optional<simulation::ToldPose> in_city(const PoseReport& report, double now_s);
+
+  simulation::PoseSourceOptions options_;
+  const geodesy::LocalFrame& frame_;
+  std::unique_ptr<PoseDecoder> decoder_;
+  simulation::PoseTrack track_;
+  Eigen::Quaterniond attitude_ = Eigen::Quaterniond::Identity();  // of the last motion
+  std::optional<std::pair<double, Eigen::Vector3d>> before_;      // time and place of the last pose
+  std::uint64_t count_ = 0, not_finite_ = 0, old_ = 0;
+};
+
+}  // namespace canyon::live

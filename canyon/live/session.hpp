@@ -1,0 +1,83 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/simulation/epoch.hpp"
+#include "canyon/simulation/fwd.hpp"
+#include "canyon/simulation/live_receiver.hpp"
+#include "canyon/simulation/scenario.hpp"
+
+namespace canyon::live {
+
+/// How long it took from a pose to the bytes of its epoch: counts by tenths of a millisecond, up to 100 ms.
+class Latencies {
+ public:
+  void add(double seconds);
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+  /// [s], to the upper end of the tenth of a millisecond; above 100 ms the greatest. 0 without any.
+  [[nodiscard]] double quantile(double p) const;
+  [[nodiscard]] double greatest_s() const { return greatest_s_; }
+
+ private:
+  std::array<std::uint32_t, 1000> counts_{};
+  std::uint64_t count_ = 0;
+  double greatest_s_ = 0;
+};
+
+/// What a run has done so far.
+struct Figures {
+  double host_s = 0;           ///< of the scenario's time
+  std::uint64_t epochs = 0;    ///< of all receivers
+  std::uint64_t fixes = 0;     ///< of them with a fix
+  std::uint64_t no_truth = 0;  ///< of them without a pose in time
+  std::uint64_t missed = 0;    ///< left out because the machine was too slow
+  std::uint64_t poses = 0;
+  Latencies latency;
+};
+
+struct RunOptions {
+  const std::atomic<bool>* stop = nullptr;  ///< set: the run ends; null: never
+  /// What there is to say, one line each.
+  std::function<void(const std::string&)> note;
+  /// Once a second of real time.
+  std::function<void(const Figures&)> progress;
+};
+
+/// Receivers of a scenario in real time: poses in, epochs out (docs/live.md).
+///
+/// Each vehicle has one source of poses. An epoch is due at its instant; it is computed when a pose of that
+/// instant or a later one is there, or LiveOptions::wait_s behind it, and sent at once. Receivers are
+/// computed on as many threads as there are cores. Where no pose has come for the source's time-out there is
+/// no truth: the epoch has no signal and no fix, and its true place is NaN.
+///
+/// The numbers are those of simulation::LiveReceiver; of a trajectory those of Simulation::run().
+class Session {
+ public:
+  /// Opens every address. Without start in the scenario or its trajectory the run begins at the next full
+  /// second of real time. Throws InputError as Simulation does, for addresses that cannot be had, sources
+  /// that name unknown receivers or two that name the same one, and receivers that no source moves.
+  /// @param scenario without `live`: its trajectory, no streams
+  Session(simulation::Scenario scenario, std::shared_ptr<simulation::CityScene> scene);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  [[nodiscard]] geodesy::GpsTime start() const;
+  [[nodiscard]] double interval_s() const;
+  [[nodiscard]] const simulation::Scenario& scenario() const;
+  /// Until the end of the trajectory, of duration_s, of every log, or until it is stopped. Streams end whole.
+  /// @param sinks take every epoch as Simulation::run() gives them, and are finished
+  Figures run(const std::vector<simulation::EpochSink*>& sinks, const RunOptions& options);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace canyon::live

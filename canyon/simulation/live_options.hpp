@@ -1,0 +1,81 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/options/fwd.hpp"
+#include "canyon/simulation/pose_motion.hpp"
+
+namespace canyon::simulation {
+
+/// How a stream differs from the run that it is of: real receivers give 1 to 25 Hz, 50 to 200 ms late.
+struct StreamOptions {
+  std::optional<double>
+      rate_hz;           ///< of the epochs that are sent, those of whole multiples; empty: all of them
+  double latency_s = 0;  ///< from epoch to bytes, mean
+  double jitter_s = 0;   ///< of it, standard deviation; epochs never overtake each other
+};
+/// Its fields.
+void visit(options::Visitor& v, StreamOptions& o);
+
+/// Epochs of a receiver in a format to an address.
+struct StreamRequest {
+  std::string receiver;  ///< empty: the only one
+  std::string format;    ///< output::formats()
+  std::string address;   ///< transport::open_transport()
+  StreamOptions options;
+};
+/// Its fields.
+void visit(options::Visitor& v, StreamRequest& o);
+
+/// How poses are written.
+enum class PoseFormat : std::uint8_t { Json, Binary, MAVLink };
+/// Axes that positions and velocities are told in.
+enum class WorldAxes : std::uint8_t { ENU, NED };
+/// Axes of the body that attitudes and angular rates are told for.
+enum class BodyAxes : std::uint8_t { FLU, FRD };
+
+/// Where poses of a vehicle come from, and what they mean in the city.
+struct PoseSourceOptions {
+  /// "trajectory": the scenario's own; "file:PATH": a log; else an address to hear at.
+  std::string from = "trajectory";
+  PoseFormat format = PoseFormat::Json;
+  std::string
+      id;  ///< of the vehicle, where several speak; empty: whoever speaks. MAVLink: the system's number
+  std::vector<std::string> receivers;  ///< whose vehicle it is; empty: all that no other source names
+  std::vector<std::string> messages;   ///< MAVLink messages to take; empty: those that tell the truth
+  WorldAxes axes = WorldAxes::ENU;
+  BodyAxes body = BodyAxes::FLU;
+  /// From a room to the city: place = origin + turn(heading) * scale * place in the room.
+  Eigen::Vector3d origin_enu_m = Eigen::Vector3d::Zero();
+  double heading_rad = 0;  ///< of the room's first ENU axis, from east counter-clockwise
+  double scale = 1;        ///< metres in the city for one in the room
+  PoseTrackOptions track{0.5, 0.04, true};
+};
+/// Its fields.
+void visit(options::Visitor& v, PoseSourceOptions& o);
+
+/// What makes epochs due.
+enum class LiveClock : std::uint8_t {
+  Wall,   ///< real time
+  Stamps  ///< the poses' own: a simulator that runs slower or faster than real time
+};
+
+/// `live:` of a scenario.
+struct LiveOptions {
+  std::vector<PoseSourceOptions> poses;  ///< empty: the trajectory
+  std::vector<StreamRequest> streams;
+  LiveClock clock = LiveClock::Wall;
+  double speed = 1;  ///< of the trajectory and of logs: seconds of the scenario in a second of real time
+  /// Epochs wait so long for a pose of their instant before they go on from the last one [s].
+  double wait_s = 0.02;
+  std::string control;   ///< address that takes commands; empty: none
+  bool changes = false;  ///< commands may change the simulation
+};
+/// Its fields.
+void visit(options::Visitor& v, LiveOptions& o);
+
+}  // namespace canyon::simulation

@@ -1,0 +1,158 @@
+#include <fmt/format.h>
+
+#include <unistd.h>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/live/session.hpp"
+#include "canyon/output/stream.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/transport/transport.hpp"
+#include "cli/commands.hpp"
+#include "cli/interrupt.hpp"
+
+namespace canyon::cli {
+namespace {
+
+struct Arguments {
+  std::string scenario;
+  std::vector<std::string> poses;
+  std::string pose_format = "json";
+  std::vector<std::string> streams;
+  std::string control;
+  std::optional<double> speed;
+  std::optional<double> duration_s;
+  std::optional<std::uint64_t> seed;
+  bool changes = false;
+  bool by_stamps = false;
+  bool quiet = false;
+};
+
+simulation::Scenario read(const Arguments& arguments) {
+  simulation::Scenario scenario = simulation::read_scenario(arguments.scenario, {false});
+  simulation::LiveOptions live = scenario.live.value_or(simulation::LiveOptions{});
+  if (!arguments.poses.empty()) live.poses.clear();
+  for (const std::string& from : arguments.poses) {
+    simulation::PoseSourceOptions& source = live.poses.emplace_back();
+    source.from = from;
+    using simulation::PoseFormat;
+    source.format = arguments.pose_format == "mavlink"  ? PoseFormat::MAVLink
+                    : arguments.pose_format == "binary" ? PoseFormat::Binary
+                                                        : PoseFormat::Json;
+  }
+  for (const std::string& text : arguments.streams) live.streams.push_back(output::parse_stream(text));
+  if (!arguments.control.empty()) live.control = arguments.control;
+  if (arguments.speed) live.speed = *arguments.speed;
+  live.changes = live.changes || arguments.changes;
+  if (arguments.by_stamps) live.clock = simulation::LiveClock::Stamps;
+  if (arguments.seed) scenario.seed = *arguments.seed;
+  if (arguments.duration_s) scenario.duration_s = arguments.duration_s;
+  scenario.live = std::move(live);
+  return scenario;
+}
+
+std::string figures_line(const live::Figures& figures) {
+  std::string line =
+      fmt::format("{:8.1f} s  {} epochs, {} with a fix", figures.host_s, figures.epochs, figures.fixes);
+  if (figures.no_truth > 0) line += fmt::format(", {} without truth", figures.no_truth);
+  if (figures.missed > 0) line += fmt::format(", {} missed", figures.missed);
+  if (figures.poses > 0) line += fmt::format("; {} poses", figures.poses);
+  if (figures.latency.count() > 0) {
+    line += fmt::format("; pose to bytes {:.1f} ms (median), {:.1f} ms (99 %), {:.1f} ms (most)",
+                        figures.latency.quantile(0.5) * 1e3, figures.latency.quantile(0.99) * 1e3,
+                        figures.latency.greatest_s() * 1e3);
+  }
+  return line;
+}
+
+int run(const Arguments& arguments) {
+  const simulation::Scenario scenario = read(arguments);
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  bool drawn = false;  // a line that the next one replaces
+  const auto note = [&](const std::string& text) {
+    if (arguments.quiet) return;
+    fmt::print(stderr, "{}{}\n", std::exchange(drawn, false) ? "\n" : "", text);
+  };
+  std::vector<std::string> warnings;
+  auto scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
+  const city::CitySummary summary = city::summarize(scene->city);
+  note(fmt::format("city        {}: {} buildings", scene->city.name, summary.buildings));
+  if (!arguments.quiet) {
+    print_warnings(scenario.warnings);
+    print_warnings(warnings);
+  }
+  live::Session session(scenario, std::move(scene));
+  note(fmt::format("live        {} {}, an epoch every {} s from {}", scenario.receivers.size(),
+                   scenario.receivers.size() == 1 ? "receiver" : "receivers", session.interval_s(),
+                   geodesy::format_gpst(session.start(), 0)));
+  for (const auto& source : session.scenario().live->poses) note("poses       from " + source.from);
+  for (const auto& stream : session.scenario().live->streams) {
+    note(fmt::format("stream      {}{}{} to {}", stream.receiver, stream.receiver.empty() ? "" : "/",
+                     stream.format, stream.address));
+  }
+
+  const std::atomic<bool>& stop = catch_interrupts();
+  int quiet_seconds = 0;
+  live::RunOptions options;
+  options.stop = &stop;
+  options.note = note;
+  options.progress = [&](const live::Figures& figures) {
+    if (arguments.quiet) return;
+    if (terminal) {
+      fmt::print(stderr, "\r\033[K{}", figures_line(figures));
+      drawn = true;
+    } else if (++quiet_seconds % 10 == 0) {
+      note(figures_line(figures));
+    }
+  };
+  const live::Figures figures = session.run({}, options);
+  note("ended       " + figures_line(figures));
+  return stop ? kInterrupted : kOk;
+}
+
+}  // namespace
+
+void add_live(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "live", "run a scenario in real time: poses in, receivers out, with or without a simulator");
+  command
+      ->add_option("scenario", arguments->scenario, "scenario file (YAML); its key 'live' has what follows")
+      ->type_name("SCENARIO")
+      ->required();
+  command
+      ->add_option("--poses", arguments->poses,
+                   "where poses come from, instead of live.poses: trajectory, file:LOG, stdin:, "
+                   "udp-listen://127.0.0.1:PORT, tcp-connect://HOST:PORT, serial:DEVICE@BAUD")
+      ->type_name("FROM")
+      ->allow_extra_args(false);
+  command->add_option("--pose-format", arguments->pose_format, "of --poses: json, binary or mavlink (json)")
+      ->check(CLI::IsMember({"json", "binary", "mavlink"}))
+      ->type_name("FORMAT");
+  command
+      ->add_option(
+          "--stream", arguments->streams,
+          fmt::format("beside live.streams, [RECEIVER/]FORMAT=ADDRESS. Addresses: {}; behind one may "
+                      "stand ?rate_hz=5&latency_s=0.1&jitter_s=0.02",
+                      transport::address_forms()))
+      ->type_name("STREAM")
+      ->allow_extra_args(false);
+  command->add_option("--control", arguments->control, "address that takes commands: tcp://127.0.0.1:PORT")
+      ->type_name("ADDRESS");
+  command->add_flag("--changes", arguments->changes, "commands may change the simulation");
+  command->add_option("--speed", arguments->speed, "of a trajectory or log, times real time")->type_name("X");
+  command->add_flag("--stamps", arguments->by_stamps, "the poses' stamps are the clock, not real time");
+  command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")
+      ->type_name("S");
+  command->add_option("--seed", arguments->seed, "instead of the scenario's seed")->type_name("N");
+  command->add_flag("--quiet", arguments->quiet, "print errors only");
+  command->footer("docs/live.md explains poses, streams and commands.");
+  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+}
+
+}  // namespace canyon::cli
