@@ -54,15 +54,21 @@ struct Log {
   [[nodiscard]] bool ended() const { return at == text.size(); }
 };
 
+/// When a receiver's epochs are due.
+struct Schedule {
+  std::size_t receiver = 0;
+  std::int64_t offset_ns = 0;  ///< of its epochs from whole multiples of the interval
+  std::int64_t next = 0;       ///< number of its next epoch
+};
+
 /// What carries antennas: a source of poses and the receivers on it.
 struct Vehicle {
   std::unique_ptr<PoseSource> source;  ///< null: the trajectory
   std::optional<Log> log;
   std::shared_ptr<transport::Link> link;
   int listener = 0;
-  std::vector<std::size_t> receivers;
+  std::vector<Schedule> receivers;
   std::optional<double> first_stamp_s;  ///< of a log, and where stamps are the clock
-  std::int64_t next = 0;                ///< number of its next epoch
   std::uint64_t asked_at_count = 0;     ///< poses when it was last asked for some
 };
 
@@ -120,13 +126,18 @@ struct Session::Impl {
 
   void begin_clock();
   [[nodiscard]] std::int64_t now_ns() const;
-  [[nodiscard]] std::int64_t instant_ns(std::int64_t k) const { return k * interval_ns; }
+  [[nodiscard]] std::int64_t instant_ns(const Schedule& schedule) const {
+    return schedule.next * interval_ns + schedule.offset_ns;
+  }
+  [[nodiscard]] bool is_over(const Schedule& schedule) const { return schedule.next > last; }
   [[nodiscard]] Clock::time_point wall_of(std::int64_t host_ns) const;
   [[nodiscard]] bool by_stamps() const { return options.clock == LiveClock::Stamps; }
   void read_log(Vehicle& vehicle, std::int64_t until_ns);
-  [[nodiscard]] bool is_due(Vehicle& vehicle, std::int64_t now);
+  [[nodiscard]] bool is_due(Vehicle& vehicle, const Schedule& schedule, std::int64_t now);
   [[nodiscard]] bool ended(const Vehicle& vehicle) const;
+  /// The epochs of a vehicle that are due.
   void gather(Vehicle& vehicle, std::int64_t now);
+  void gather(Vehicle& vehicle, Schedule& schedule, std::int64_t now);
   void compute_and_write();
   void serve();
   void once_a_second();
@@ -222,7 +233,9 @@ void Session::Impl::make_vehicles() {
           "name each receiver in one source");
     }
     driver[r] = &from;
-    vehicle.receivers.push_back(r);
+    const auto n = static_cast<std::int64_t>(names.size());
+    const std::int64_t offset_ns = options.stagger ? interval_ns * static_cast<std::int64_t>(r) / n : 0;
+    vehicle.receivers.push_back({r, offset_ns, 0});
   };
   for (const simulation::PoseSourceOptions& source : options.poses) {
     Vehicle& vehicle = vehicles.emplace_back();
@@ -258,7 +271,7 @@ void Session::Impl::make_vehicles() {
         return;
       }
       self.source->hear_log(heard.bytes, self.first_stamp_s, [&](std::int64_t now) {
-        while (is_due(self, now)) gather(self, now);
+        gather(self, now);
         compute_and_write();
       });
     });
@@ -300,7 +313,9 @@ void Session::Impl::begin_clock() {
     // The scenario's second may have passed while the city was read.
     wall_begin += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(ahead_s));
     const auto late = static_cast<std::int64_t>(std::ceil(-ahead_s * 1e9 / static_cast<double>(interval_ns)));
-    for (Vehicle& vehicle : vehicles) vehicle.next = std::max<std::int64_t>(0, late);
+    for (Vehicle& vehicle : vehicles) {
+      for (Schedule& schedule : vehicle.receivers) schedule.next = std::max<std::int64_t>(0, late);
+    }
   }
   next_second = Clock::now() + std::chrono::seconds(1);
 }
@@ -325,32 +340,51 @@ void Session::Impl::read_log(Vehicle& vehicle, std::int64_t until_ns) {
 }
 
 bool Session::Impl::ended(const Vehicle& vehicle) const {
-  if (vehicle.next > last) return true;
-  if (vehicle.log) return vehicle.log->ended() && !vehicle.source->track().reaches(instant_ns(vehicle.next));
+  const auto all = [&](auto&& holds) {
+    return std::all_of(vehicle.receivers.begin(), vehicle.receivers.end(), holds);
+  };
+  if (all([&](const Schedule& schedule) { return is_over(schedule); })) return true;
+  if (vehicle.log) {
+    return vehicle.log->ended() && all([&](const Schedule& schedule) {
+             return is_over(schedule) || !vehicle.source->track().reaches(instant_ns(schedule));
+           });
+  }
   return vehicle.link && vehicle.link->transport().ended() && by_stamps();
 }
 
-bool Session::Impl::is_due(Vehicle& vehicle, std::int64_t now) {
-  const std::int64_t at = instant_ns(vehicle.next);
-  if (vehicle.next > last || (!by_stamps() && now < at)) return false;
+bool Session::Impl::is_due(Vehicle& vehicle, const Schedule& schedule, std::int64_t now) {
+  const std::int64_t at = instant_ns(schedule);
+  if (is_over(schedule) || (!by_stamps() && now < at)) return false;
   if (!vehicle.source) return true;
   if (vehicle.log) {
     read_log(vehicle, at);
-    return !ended(vehicle);
+    return vehicle.source->track().reaches(at);
   }
   if (vehicle.source->track().reaches(at)) return true;
   return !by_stamps() && seconds(now - at) >= options.wait_s;
 }
 
 void Session::Impl::gather(Vehicle& vehicle, std::int64_t now) {
+  for (Schedule& schedule : vehicle.receivers) {
+    // In real time one at a time: links are served, and others' epochs sent, before the next one.
+    while (is_due(vehicle, schedule, now)) {
+      gather(vehicle, schedule, now);
+      if (!by_stamps()) break;
+    }
+  }
+}
+
+void Session::Impl::gather(Vehicle& vehicle, Schedule& schedule, std::int64_t now) {
   // What is later than this is left out: nobody wants the past.
   constexpr double kLatest_s = 1;
-  if (!by_stamps() && !vehicle.log && vehicle.source && seconds(now - instant_ns(vehicle.next)) > kLatest_s) {
-    const std::int64_t latest = std::min(last, now / interval_ns);
-    figures.missed += static_cast<std::uint64_t>(latest - vehicle.next) * vehicle.receivers.size();
-    vehicle.next = latest;
+  if (!by_stamps() && !vehicle.log && vehicle.source && seconds(now - instant_ns(schedule)) > kLatest_s) {
+    const std::int64_t latest = std::min(last, (now - schedule.offset_ns) / interval_ns);
+    figures.missed += static_cast<std::uint64_t>(latest - schedule.next);
+    schedule.next = latest;
   }
-  const std::int64_t at = instant_ns(vehicle.next++);
+  const std::int64_t at = instant_ns(schedule);
+  ++schedule.next;
+  const std::size_t r = schedule.receiver;
   std::string reason;
   std::optional<simulation::TruePose> body;
   std::optional<Clock::time_point> came;
@@ -360,17 +394,15 @@ void Session::Impl::gather(Vehicle& vehicle, std::int64_t now) {
       came = wall_of(std::max(*arrival, at));
     }
   }
-  for (const std::size_t r : vehicle.receivers) {
-    Due epoch{r, seconds(at), {}, came, {}};
-    if (!vehicle.source) {
-      epoch.antenna =
-          simulation::antenna_state(trajectory->antenna_pose(r, start + seconds(at)), scene->city.frame);
-    } else if (body) {
-      epoch.antenna =
-          simulation::antenna_of(*body, scenario.receivers[r].lever_arm_m, 0, Eigen::Vector3d::Zero());
-    }
-    due.push_back(std::move(epoch));
+  Due epoch{r, seconds(at), {}, came, {}};
+  if (!vehicle.source) {
+    epoch.antenna =
+        simulation::antenna_state(trajectory->antenna_pose(r, start + seconds(at)), scene->city.frame);
+  } else if (body) {
+    epoch.antenna =
+        simulation::antenna_of(*body, scenario.receivers[r].lever_arm_m, 0, Eigen::Vector3d::Zero());
   }
+  due.push_back(std::move(epoch));
 }
 
 void Session::Impl::compute_and_write() {
@@ -443,14 +475,16 @@ void Session::Impl::wait() const {
   // Nothing waits longer than this: servers take clients, drivers get their answers.
   Clock::time_point until = Clock::now() + std::chrono::milliseconds(20);
   for (const Vehicle& vehicle : vehicles) {
-    if (vehicle.next > last) continue;
-    if (by_stamps() && !vehicle.link) return;
+    if (by_stamps() && !vehicle.link && !ended(vehicle)) return;
     if (by_stamps()) continue;
-    const Clock::time_point at = wall_of(instant_ns(vehicle.next));
-    // Behind its instant an epoch waits for a pose, which wakes, or for its time to run out.
-    const auto patience =
-        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.wait_s));
-    until = std::min(until, at > Clock::now() ? at : at + patience);
+    for (const Schedule& schedule : vehicle.receivers) {
+      if (is_over(schedule)) continue;
+      const Clock::time_point at = wall_of(instant_ns(schedule));
+      // Behind its instant an epoch waits for a pose, which wakes, or for its time to run out.
+      const auto patience =
+          std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.wait_s));
+      until = std::min(until, at > Clock::now() ? at : at + patience);
+    }
   }
   for (const auto& stream : streams) {
     if (const auto next = stream->next_due()) until = std::min(until, *next);
@@ -499,7 +533,7 @@ Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const Run
     for (Vehicle& vehicle : impl.vehicles) {
       // By stamps, those that are heard of are due when a pose is.
       if (impl.by_stamps() && vehicle.link) continue;
-      if (impl.is_due(vehicle, now)) impl.gather(vehicle, now);
+      impl.gather(vehicle, now);
     }
     impl.compute_and_write();
     impl.once_a_second();

@@ -64,6 +64,8 @@ void visit(options::Visitor& v, LiveOptions& o) {
            o.speed, {0.01, 1000});
   v.number({"wait_s", "s", "epochs wait so long for a pose of their instant before they go on from the last"},
            o.wait_s, {0, 1});
+  v.boolean({"stagger", "", "epochs of the receivers lie evenly over the interval, not all at one instant"},
+            o.stagger);
   v.text({"control", "", "an address that takes commands, such as tcp://127.0.0.1:7878"}, o.control);
   v.boolean({"changes", "", "commands may change the simulation"}, o.changes);
 }

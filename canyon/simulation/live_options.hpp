@@ -72,6 +72,9 @@ struct LiveOptions {
   double speed = 1;  ///< of the trajectory and of logs: seconds of the scenario in a second of real time
   /// Epochs wait so long for a pose of their instant before they go on from the last one [s].
   double wait_s = 0.02;
+  /// Epochs of the receivers lie evenly over the interval, not all at one instant: a machine that computes
+  /// them one after the other sends each sooner.
+  bool stagger = false;
   std::string control;   ///< address that takes commands; empty: none
   bool changes = false;  ///< commands may change the simulation
 };
