@@ -508,6 +508,11 @@ void visit(Visitor& v, OutputConfig& o) {
             o.signals_csv);
   v.boolean({"paths_csv", "", "paths.csv: every path of every satellite, some 100 bytes each"}, o.paths_csv);
   v.boolean({"nmea", "", "NMEA 0183"}, o.nmea);
+  v.boolean({"gps_input", "", "gps_input.mavlink: MAVLink 2 GPS_INPUT, for ArduPilot"}, o.gps_input);
+  v.boolean({"hil_gps", "", "hil_gps.mavlink: MAVLink 2 HIL_GPS, for PX4"}, o.hil_gps);
+  v.boolean(
+      {"gps_raw_int", "", "gps_raw_int.mavlink: MAVLink 2 GPS_RAW_INT and GPS_STATUS, for ground stations"},
+      o.gps_raw_int);
   v.boolean({"rinex_observation", "", "RINEX 3.04 observations"}, o.rinex_observation);
   v.boolean({"rinex4_observation", "", "receiver.rnx: the same as RINEX 4.00"}, o.rinex4_observation);
   v.boolean({"rinex_navigation", "", "RINEX 3.04 navigation of the simulated sky"}, o.rinex_navigation);
