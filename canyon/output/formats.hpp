@@ -19,6 +19,8 @@ namespace canyon::output {
 [[nodiscard]] std::unique_ptr<Encoder> encode_gps_input(const ReceiverDescription& receiver);
 [[nodiscard]] std::unique_ptr<Encoder> encode_hil_gps(const ReceiverDescription& receiver);
 [[nodiscard]] std::unique_ptr<Encoder> encode_gps_raw_int(const ReceiverDescription& receiver);
+/// RTCM 10403.3: MSM7 each epoch, ephemerides, of a station its place (canyon/output/rtcm.hpp).
+[[nodiscard]] std::unique_ptr<Encoder> encode_rtcm(const ReceiverDescription& receiver);
 /// RINEX 3.04 observation file; of each tracked signal its code C1C and Doppler D1C, with the receiver's
 /// signal model C1C L1C D1C S1C, by gnss::Signal::code. Epoch tags are the receiver's clock, rounded to 100
 /// ns; pseudoranges and phases follow the rounded tag. Epochs without any measurement are left out.
