@@ -184,7 +184,8 @@ std::optional<Header> header(std::string_view bytes, bool& more) {
   const auto& all = layouts();
   const auto found = std::find_if(all.begin(), all.end(), [&](const Layout& l) { return l.id == id; });
   if (found == all.end()) return std::nullopt;
-  if (!second && h.payload_bytes != found->base_bytes) return std::nullopt;
+  // Some senders put extensions into MAVLink 1 all the same.
+  if (!second && (h.payload_bytes < found->base_bytes || h.payload_bytes > found->bytes)) return std::nullopt;
   h.index = static_cast<std::size_t>(found - all.begin());
   return h;
 }

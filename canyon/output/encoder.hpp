@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -25,6 +26,8 @@ struct ReceiverDescription {
   double interval_s = 1;
   tracking::SignalOptions signal = {};  ///< `enabled`: signals have strength and phase
   geodesy::GpsTime begin = {};          ///< of the run
+  /// Antenna of a receiver that stands for good, a base station's [m, ECEF].
+  std::optional<Eigen::Vector3d> station_ecef = {};
 };
 
 /// `begin` and `interval_s` are the host's; the rest comes from the receiver and its sky.

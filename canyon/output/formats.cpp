@@ -22,6 +22,10 @@ constexpr std::array kFormats{
     Format{"signals_csv", "signals.csv", &OutputConfig::signals_csv, true, encode_signals_csv},
     Format{"paths_csv", "paths.csv", &OutputConfig::paths_csv, true, encode_paths_csv},
     Format{"nmea", "receiver.nmea", &OutputConfig::nmea, true, encode_nmea},
+    Format{"gps_input", "gps_input.mavlink", &OutputConfig::gps_input, true, encode_gps_input},
+    Format{"hil_gps", "hil_gps.mavlink", &OutputConfig::hil_gps, true, encode_hil_gps},
+    Format{"gps_raw_int", "gps_raw_int.mavlink", &OutputConfig::gps_raw_int, true, encode_gps_raw_int},
+    Format{"rtcm", "receiver.rtcm3", &OutputConfig::rtcm, true, encode_rtcm},
     Format{"rinex_observation", "receiver.obs", &OutputConfig::rinex_observation, false,
            encode_rinex_observation},
     Format{"rinex4_observation", "receiver.rnx", &OutputConfig::rinex4_observation, false,
@@ -71,9 +75,12 @@ ReceiverDescription describe_receiver(const receiver::ReceiverOptions& options, 
 }
 
 ReceiverDescription describe_receiver(const simulation::Simulation& simulation, std::size_t receiver) {
-  return describe_receiver(simulation.scenario().receivers.at(receiver).options,
-                           simulation.environment().sky(), simulation.navigation(), simulation.begin(),
-                           simulation.interval_s());
+  const simulation::ReceiverConfig& config = simulation.scenario().receivers.at(receiver);
+  ReceiverDescription description =
+      describe_receiver(config.options, simulation.environment().sky(), simulation.navigation(),
+                        simulation.begin(), simulation.interval_s());
+  if (config.fixed) description.station_ecef = geodesy::ecef_from_geodetic(config.fixed->place);
+  return description;
 }
 
 }  // namespace canyon::output

@@ -14,6 +14,13 @@ namespace canyon::output {
 [[nodiscard]] std::unique_ptr<Encoder> encode_paths_csv(const ReceiverDescription& receiver);
 /// NMEA 0183 v4.11: RMC, GGA, GSA, GST, GSV each epoch.
 [[nodiscard]] std::unique_ptr<Encoder> encode_nmea(const ReceiverDescription& receiver);
+/// MAVLink 2, HEARTBEAT every second and each epoch GPS_INPUT; HIL_GPS; GPS_RAW_INT, with GPS_STATUS and
+/// SYSTEM_TIME every second (canyon/output/mavlink.hpp).
+[[nodiscard]] std::unique_ptr<Encoder> encode_gps_input(const ReceiverDescription& receiver);
+[[nodiscard]] std::unique_ptr<Encoder> encode_hil_gps(const ReceiverDescription& receiver);
+[[nodiscard]] std::unique_ptr<Encoder> encode_gps_raw_int(const ReceiverDescription& receiver);
+/// RTCM 10403.3: MSM7 each epoch, ephemerides, of a station its place (canyon/output/rtcm.hpp).
+[[nodiscard]] std::unique_ptr<Encoder> encode_rtcm(const ReceiverDescription& receiver);
 /// RINEX 3.04 observation file; of each tracked signal its code C1C and Doppler D1C, with the receiver's
 /// signal model C1C L1C D1C S1C, by gnss::Signal::code. Epoch tags are the receiver's clock, rounded to 100
 /// ns; pseudoranges and phases follow the rounded tag. Epochs without any measurement are left out.

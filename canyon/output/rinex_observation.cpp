@@ -7,6 +7,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/epoch_values.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/phase_arcs.hpp"
@@ -87,12 +88,7 @@ class RinexObservation final : public Encoder {
       if (!measured(satellite)) continue;
       text += gnss::to_string(satellite.id);
       for (const gnss::Signal* signal : signals_of(satellite.id.system)) {
-        const receiver::SignalObservation* of_signal =
-            signal == satellite.signal || satellite.signal == nullptr ? &satellite : nullptr;
-        for (const auto& other : satellite.more) {
-          if (other.signal == signal) of_signal = &other;
-        }
-        if (of_signal != nullptr && of_signal->measurement) {
+        if (const receiver::SignalObservation* of_signal = measured_signal(satellite, *signal)) {
           text += observations(*of_signal->measurement, gnss::index_of(*signal), shift_s);
         } else {
           for (int i = 0; i < (receiver_.signal.enabled ? 4 : 2); ++i) text += kNoObservation;
@@ -110,10 +106,6 @@ class RinexObservation final : public Encoder {
   }
 
  private:
-  static bool measured(const receiver::SatelliteObservation& satellite) {
-    return satellite.measurement || std::any_of(satellite.more.begin(), satellite.more.end(),
-                                                [](const auto& s) { return s.measurement.has_value(); });
-  }
   [[nodiscard]] std::vector<const gnss::Signal*> signals_of(gnss::System system) const {
     return receiver::tracked_signals(receiver_.tracks, system);
   }

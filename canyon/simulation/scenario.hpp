@@ -94,8 +94,17 @@ struct TrajectoryConfig {
   std::optional<double> height_above_terrain_m;  ///< clamps; empty: heights as given
 };
 
+/// Where an antenna stands for good.
+struct FixedPlace {
+  geodesy::Geodetic place;
+  /// East, north, up [m] from the city's origin, where it was given so; Simulation makes `place` of it.
+  std::optional<Eigen::Vector3d> local_m;
+};
+
 struct ReceiverConfig {
   receiver::ReceiverOptions options;
+  /// Of a base station's antenna: neither trajectory nor lever arm move it. Scenarios alone have it.
+  std::optional<FixedPlace> fixed;
   propagation::PropagationOptions propagation;            ///< profile, then scenario, then receiver
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the reference point
   disturbance::StreetOptions streets;                     ///< one for all receivers of a scenario
@@ -105,8 +114,8 @@ struct ReceiverConfig {
 
 struct OutputConfig {
   bool epochs_csv = true, satellites_csv = true, signals_csv = false, paths_csv = false, nmea = true,
-       rinex_observation = true, rinex4_observation = false, rinex_navigation = true, kml = true,
-       geojson = true, pictures = true;
+       gps_input = false, hil_gps = false, gps_raw_int = false, rtcm = false, rinex_observation = true,
+       rinex4_observation = false, rinex_navigation = true, kml = true, geojson = true, pictures = true;
 };
 
 /// A whole scenario, checked. Paths are absolute or relative to the working folder (already resolved against

@@ -337,52 +337,65 @@ PlaceKeys keys_of(const TrajectoryConfig& config, std::size_t index) {
   return keys;
 }
 
-// A place becomes the next waypoint. `frame` is the city's, or nothing where only its file knows.
-void add_place(Visitor& v, const PlaceKeys& keys, const std::optional<geodesy::LocalFrame>& frame,
-               TrajectoryConfig& config) {
+// The city's frame, or nothing where only its file knows.
+std::optional<geodesy::LocalFrame> known_frame(Visitor& v, const CityConfig& city) {
+  std::optional<geodesy::LocalFrame> frame;
+  if (v.reads() && city.origin_known()) frame.emplace(city.import.origin);
+  return frame;
+}
+
+// What keys say of a place. `height_cure`: instead of a height; empty: it may be left out.
+FixedPlace place_of(Visitor& v, const PlaceKeys& keys, const std::optional<geodesy::LocalFrame>& frame,
+                    std::string_view height_cure) {
   const auto height = [&](std::string_view key, const std::optional<double>& value) {
-    if (!value && !config.height_above_terrain_m) {
-      throw v.fault({}, fmt::format("'{}' is missing", key), "give it, or trajectory.height_above_terrain_m");
-    }
+    if (!value && !height_cure.empty()) throw v.fault({}, fmt::format("'{}' is missing", key), height_cure);
     return value.value_or(0);
   };
-  Geodetic place;
+  FixedPlace place;
   if (keys.east_m || keys.north_m || keys.up_m) {
     v.require("east_m");
     v.require("north_m");
-    const Eigen::Vector3d enu(*keys.east_m, *keys.north_m, height("up_m", keys.up_m));
-    if (frame) place = frame->geodetic_from_local(enu);
-    config.local_waypoints.emplace_back(config.waypoints.size(), enu);
+    place.local_m = Eigen::Vector3d(*keys.east_m, *keys.north_m, height("up_m", keys.up_m));
+    if (frame) place.place = frame->geodetic_from_local(*place.local_m);
   } else {
     v.require("latitude_deg");
     v.require("longitude_deg");
-    place =
+    place.place =
         Geodetic::from_degrees(*keys.latitude_deg, *keys.longitude_deg, height("height_m", keys.height_m));
   }
-  config.waypoints.push_back(place);
+  return place;
 }
 
-void visit_place(Visitor& v, PlaceKeys& keys, const std::string& what) {
+// A place becomes the next waypoint.
+void add_place(Visitor& v, const PlaceKeys& keys, const std::optional<geodesy::LocalFrame>& frame,
+               TrajectoryConfig& config) {
+  const FixedPlace place = place_of(
+      v, keys, frame, config.height_above_terrain_m ? "" : "give it, or trajectory.height_above_terrain_m");
+  if (place.local_m) config.local_waypoints.emplace_back(config.waypoints.size(), *place.local_m);
+  config.waypoints.push_back(place.place);
+}
+
+// `height_note`: behind the help of heights.
+void visit_place(Visitor& v, PlaceKeys& keys, const std::string& what, const std::string& height_note) {
   const bool local = keys.east_m || v.has("east_m") || v.has("north_m") || v.has("up_m");
   const std::string latitude = what + ": geodetic latitude (WGS 84)";
+  const std::string height = "ellipsoidal height" + height_note, up = "above the city's origin" + height_note;
   if (v.wants(!local)) {
     v.number({"latitude_deg", "deg", latitude}, keys.latitude_deg, kLatitude_deg);
     v.number({"longitude_deg", "deg", "longitude, east positive"}, keys.longitude_deg, kLongitude_deg);
-    v.number({"height_m", "m", "ellipsoidal height; may be left out with height_above_terrain_m"},
-             keys.height_m, kHeight_m);
+    v.number({"height_m", "m", height}, keys.height_m, kHeight_m);
   }
   if (v.wants(local)) {
     v.number({"east_m", "m", "instead: east of the city's origin, with north_m and up_m"}, keys.east_m,
              kLocal_m);
     v.number({"north_m", "m", "north of the city's origin"}, keys.north_m, kLocal_m);
-    v.number({"up_m", "m", "above the city's origin; may be left out with height_above_terrain_m"}, keys.up_m,
-             kLocal_m);
+    v.number({"up_m", "m", up}, keys.up_m, kLocal_m);
   }
 }
+const char* const kHeightNote = "; may be left out with height_above_terrain_m";
 
 void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& city) {
-  std::optional<geodesy::LocalFrame> frame;
-  if (v.reads() && city.origin_known()) frame.emplace(city.import.origin);
+  const std::optional<geodesy::LocalFrame> frame = known_frame(v, city);
   v.one_of({"file", "waypoints", "position"}, "give one of file, waypoints or position");
   v.number(
       {"height_above_terrain_m", "m", "puts the vehicle this high above the terrain", "heights as given"},
@@ -400,7 +413,7 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
   for (std::size_t i = 0; i < config.waypoints.size() && !v.reads(); ++i)
     places.push_back(keys_of(config, i));
   v.list("waypoints", places, [&](PlaceKeys& keys) {
-    visit_place(v, keys, "corners of a drive in straight legs");
+    visit_place(v, keys, "corners of a drive in straight legs", kHeightNote);
     if (v.reads()) add_place(v, keys, frame, config);
   });
   if (v.wants(v.reads() ? v.has("waypoints") : !places.empty())) {
@@ -410,7 +423,7 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
   if (!v.wants(v.reads())) return;  // one place is written as a list of one
   v.section("position", [&] {
     PlaceKeys keys;
-    visit_place(v, keys, "one place, for duration_s");
+    visit_place(v, keys, "one place, for duration_s", kHeightNote);
     if (v.reads()) add_place(v, keys, frame, config);
   });
 }
@@ -432,7 +445,23 @@ ReceiverConfig profile_of(Visitor& v, const std::string& name) {
   }
 }
 
-void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers) {
+void visit_fixed(Visitor& v, std::optional<FixedPlace>& fixed, const CityConfig& city) {
+  if (!v.wants(v.reads() ? v.has("fixed") : fixed.has_value())) return;
+  v.section("fixed", [&] {
+    PlaceKeys keys;
+    if (fixed && fixed->local_m) {
+      keys.east_m = fixed->local_m->x(), keys.north_m = fixed->local_m->y(), keys.up_m = fixed->local_m->z();
+    } else if (fixed) {
+      keys.latitude_deg = options::exact_degrees(fixed->place.latitude_rad);
+      keys.longitude_deg = options::exact_degrees(fixed->place.longitude_rad);
+      keys.height_m = fixed->place.height_m;
+    }
+    visit_place(v, keys, "a base station's antenna, which neither trajectory nor lever_arm moves", "");
+    if (v.reads()) fixed = place_of(v, keys, known_frame(v, city), "a base station's place needs a height");
+  });
+}
+
+void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const CityConfig& city) {
   if (v.reads()) {
     if (!v.has("receivers")) receivers.assign(1, profile_of(v, std::string(kDefaultProfile)));
     // Defaults, then the profile, then the scenario's own sections, then the receiver's keys.
@@ -454,6 +483,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers) {
   }
   v.list("receivers", receivers, [&](ReceiverConfig& config) {
     if (!v.reads()) visit_name_and_profile(v, config, false);
+    visit_fixed(v, config.fixed, city);
     visit(v, config);
     v.judge(config.options);
   });
@@ -508,6 +538,12 @@ void visit(Visitor& v, OutputConfig& o) {
             o.signals_csv);
   v.boolean({"paths_csv", "", "paths.csv: every path of every satellite, some 100 bytes each"}, o.paths_csv);
   v.boolean({"nmea", "", "NMEA 0183"}, o.nmea);
+  v.boolean({"gps_input", "", "gps_input.mavlink: MAVLink 2 GPS_INPUT, for ArduPilot"}, o.gps_input);
+  v.boolean({"hil_gps", "", "hil_gps.mavlink: MAVLink 2 HIL_GPS, for PX4"}, o.hil_gps);
+  v.boolean(
+      {"gps_raw_int", "", "gps_raw_int.mavlink: MAVLink 2 GPS_RAW_INT and GPS_STATUS, for ground stations"},
+      o.gps_raw_int);
+  v.boolean({"rtcm", "", "receiver.rtcm3: RTCM 3, MSM7 and ephemerides"}, o.rtcm);
   v.boolean({"rinex_observation", "", "RINEX 3.04 observations"}, o.rinex_observation);
   v.boolean({"rinex4_observation", "", "receiver.rnx: the same as RINEX 4.00"}, o.rinex4_observation);
   v.boolean({"rinex_navigation", "", "RINEX 3.04 navigation of the simulated sky"}, o.rinex_navigation);
@@ -541,7 +577,7 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
     v.require("trajectory", "add trajectory: {file: ...}, waypoints or position");
   }
   v.section("trajectory", [&] { visit_trajectory(v, scenario.trajectory, scenario.city); });
-  visit_receivers(v, scenario.receivers);
+  visit_receivers(v, scenario.receivers, scenario.city);
   visit_streets(v, scenario);
   visit_seed(v, scenario.seed);
   v.part("outputs", scenario.outputs);

@@ -85,7 +85,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "duration_s: 10\nrate_hz: 5\nseed: 3\n"
       "trajectory: {file: f, format: nmea, height_above_terrain_m: 2}\n"
       "outputs: {epochs_csv: true, satellites_csv: true, signals_csv: true, paths_csv: true, nmea: true, "
-      "rinex_observation: true, rinex4_observation: true, "
+      "gps_input: true, hil_gps: true, gps_raw_int: true, rtcm: true, rinex_observation: true, "
+      "rinex4_observation: true, "
       "rinex_navigation: true, kml: true, geojson: true, pictures: true}\n"
       "propagation: " +
           propagation + "\nnoise: " + noise + "\nshadowing: " + shadowing + "\n",
@@ -133,9 +134,10 @@ std::vector<std::string> scenarios_with_every_key() {
           "correct_troposphere: true, lever_arm: {forward_m: 1, left_m: 2, up_m: 3}, "
           "clock: {bias_s: 1e-3, drift: 1e-7, drift_walk: 1e-9}, propagation: " +
           propagation + ", noise: " + noise +
-          "}, {name: b, signal: {antenna_rows: [[0, -5, -5], [90, 3, -10]], antenna_lower_rows: [[0, -6, "
+          "}, {name: b, fixed: {latitude_deg: 1, longitude_deg: 2, height_m: 30}, signal: {antenna_rows: "
+          "[[0, -5, -5], [90, 3, -10]], antenna_lower_rows: [[0, -6, "
           "-6], [90, 2, "
-          "-11]]}}]\n",
+          "-11]]}}, {name: c, fixed: {east_m: 1, north_m: 2, up_m: 30}}]\n",
       "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\nsky: {sp3: f}\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {osm: [f, f], terrain: f, geoid_undulation_m: 2, bbox: [1, 2, 3, 4], level_height_m: 3, "

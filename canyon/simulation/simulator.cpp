@@ -197,6 +197,8 @@ struct Simulation::Impl {
   void check_places();
   void check_masks();
   void make_propagators();
+  void check_near(const Geodetic& place, const std::string& what, GpsTime t) const;
+  [[nodiscard]] Pose vehicle_pose(GpsTime t) const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
   [[nodiscard]] PureEpoch pure_epoch(std::size_t receiver, GpsTime t) const;
   [[nodiscard]] std::shared_ptr<const disturbance::Road> road() const;
@@ -212,39 +214,41 @@ struct Simulation::Impl {
   std::vector<std::size_t> propagator_of;            // receiver -> propagators
 };
 
-// Looks at up to two thousand epochs: the trajectory lies in the city, on its terrain where that is asked
-// for, at a speed that a receiver may have.
-void Simulation::Impl::check_places() {
+void Simulation::Impl::check_near(const Geodetic& place, const std::string& what, GpsTime t) const {
   const city::City& city = environment.city();
-  const city::Box bounds = city.bounds();
+  if (city.mesh.triangles.empty()) return;
+  const double distance = distance_to(city.bounds(), city.frame.local_from_geodetic(place));
+  if (distance <= kFarFromCity_m) return;
+  throw scenario_error(
+      scenario,
+      fmt::format("{} is {:.1f} km away from the city '{}' (at latitude {:.6f}, longitude {:.6f}, {})", what,
+                  distance / 1e3, city.name, geodesy::degrees(place.latitude_rad),
+                  geodesy::degrees(place.longitude_rad), format_gpst(t, 0)),
+      fmt::format(
+          "check city.origin (now latitude {:.6f}, longitude {:.6f}), and that the trajectory's angles "
+          "are degrees in the order of its format",
+          geodesy::degrees(city.frame.origin().latitude_rad),
+          geodesy::degrees(city.frame.origin().longitude_rad)));
+}
+
+// Looks at up to two thousand epochs: the trajectory lies in the city, on its terrain where that is asked
+// for, at a speed that a receiver may have. And at what stands still.
+void Simulation::Impl::check_places() {
   const std::size_t step = std::max<std::size_t>(1, plan.epochs / 2000);
   bool fast = false;
   for (std::size_t k = 0; k < plan.epochs; k += step) {
     const Pose pose = plan.trajectory.at(plan.at(k));
-    const Geodetic& place = pose.position;
     const double speed_mps = pose.velocity_enu_mps.norm();
     if (speed_mps > kFastest_mps && !std::exchange(fast, true)) {
       warnings.push_back(fmt::format(
           "the trajectory moves at {:.0f} m/s ({}): faster than civil receivers work, 515 m/s (1,000 knots)",
           speed_mps, format_gpst(plan.at(k), 0)));
     }
-    if (!city.mesh.triangles.empty()) {
-      const double distance = distance_to(bounds, city.frame.local_from_geodetic(place));
-      if (!(distance <= kFarFromCity_m)) {
-        throw scenario_error(
-            scenario,
-            fmt::format("the trajectory is {:.1f} km away from the city '{}' (at latitude {:.6f}, longitude "
-                        "{:.6f}, {})",
-                        distance / 1e3, city.name, geodesy::degrees(place.latitude_rad),
-                        geodesy::degrees(place.longitude_rad), format_gpst(plan.at(k), 0)),
-            fmt::format(
-                "check city.origin (now latitude {:.6f}, longitude {:.6f}), and that the trajectory's angles "
-                "are degrees in the order of its format",
-                geodesy::degrees(city.frame.origin().latitude_rad),
-                geodesy::degrees(city.frame.origin().longitude_rad)));
-      }
-    }
-    if (scenario.trajectory.height_above_terrain_m) (void)antenna_pose(0, plan.at(k));
+    check_near(pose.position, "the trajectory", plan.at(k));
+    if (scenario.trajectory.height_above_terrain_m) (void)vehicle_pose(plan.at(k));
+  }
+  for (const ReceiverConfig& receiver : scenario.receivers) {
+    if (receiver.fixed) check_near(receiver.fixed->place, receiver.options.name, plan.begin);
   }
 }
 
@@ -267,7 +271,7 @@ void Simulation::Impl::make_propagators() {
   }
 }
 
-Pose Simulation::Impl::antenna_pose(std::size_t receiver, GpsTime t) const {
+Pose Simulation::Impl::vehicle_pose(GpsTime t) const {
   Pose pose = plan.trajectory.at(t);
   const std::optional<double>& height_m = scenario.trajectory.height_above_terrain_m;
   if (height_m && !clamp_to_terrain(pose, environment.city().frame, environment.scene(), *height_m)) {
@@ -278,7 +282,13 @@ Pose Simulation::Impl::antenna_pose(std::size_t receiver, GpsTime t) const {
                     geodesy::degrees(pose.position.longitude_rad), format_gpst(pose.time, 3)),
         "use a mesh with terrain there (see city.terrain_names), or leave the key out");
   }
-  return mounted_antenna(pose, scenario.receivers[receiver].lever_arm_m);
+  return pose;
+}
+
+Pose Simulation::Impl::antenna_pose(std::size_t receiver, GpsTime t) const {
+  const ReceiverConfig& config = scenario.receivers[receiver];
+  if (config.fixed) return {t, config.fixed->place};
+  return mounted_antenna(vehicle_pose(t), config.lever_arm_m);
 }
 
 PureEpoch Simulation::Impl::pure_epoch(std::size_t receiver, GpsTime t) const {
@@ -348,6 +358,11 @@ Simulation::Simulation(Scenario scenario, std::shared_ptr<CityScene> scene) {
     scenario.trajectory.waypoints.at(index) = city.frame.geodetic_from_local(enu);
   }
   scenario.trajectory.local_waypoints.clear();
+  for (ReceiverConfig& receiver : scenario.receivers) {
+    if (receiver.fixed && receiver.fixed->local_m) {
+      receiver.fixed->place = city.frame.geodetic_from_local(*receiver.fixed->local_m);
+    }
+  }
   Plan plan = make_plan(scenario);
   check_city(scenario, city);
   impl_ = std::make_unique<Impl>(std::move(scenario), std::move(scene), std::move(plan));
@@ -396,8 +411,10 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   std::vector<receiver::Receiver> receivers;
   const std::shared_ptr<const disturbance::Road> road = impl.road();
   for (const ReceiverConfig& config : impl.scenario.receivers) {
-    receivers.emplace_back(config.options, impl.scenario.seed,
-                           with_streets(config, impl.environment.city(), road));
+    // Streets are those of the trajectory; a base station stands beside them.
+    receivers.emplace_back(
+        config.options, impl.scenario.seed,
+        config.fixed ? config.disturbances : with_streets(config, impl.environment.city(), road));
   }
   std::vector<std::array<std::size_t, 3>> placements(receiver_count);
   Progress progress(options.progress, result.planned);

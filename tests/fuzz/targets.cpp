@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <osmium/io/pbf_output.hpp>
 #include <osmium/io/reader.hpp>
@@ -19,6 +20,7 @@
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/heatmap/kernels/grid.hpp"
+#include "canyon/mavlink/frames.hpp"
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
@@ -185,6 +187,32 @@ void read_sp3(const fs::path& path) {
   for (const gnss::SatelliteId id : sky.satellites()) (void)sky.state(id, begin + (end - begin) / 2);
 }
 
+/// A frame of each message, whole and mixed with what is none.
+std::string mavlink_stream() {
+  std::string stream;
+  std::uint8_t sequence = 0;
+  for (const mavlink::Message& message : std::initializer_list<mavlink::Message>{
+           mavlink::SimState{}, mavlink::AttPosMocap{}, mavlink::Odometry{}, mavlink::HilStateQuaternion{},
+           mavlink::GpsRawInt{}}) {
+    stream += mavlink::encode(message, sequence++) + "\xFD\xFEx";
+  }
+  return stream + mavlink::encode(mavlink::LocalPositionNed{}, sequence, {}, mavlink::Version::V1);
+}
+
+/// However bytes are cut, the same frames come out, and what was read can be written.
+void read_mavlink(const fs::path& path) {
+  const std::string bytes = test::read_bytes(path);
+  std::string whole, cut;
+  mavlink::Parser one, other;
+  const auto into = [](std::string& to) {
+    return [&to](const mavlink::Frame& f) { to += mavlink::encode(f.message, f.sequence, f.sender); };
+  };
+  one.hear(bytes, into(whole));
+  for (std::size_t at = 0; at < bytes.size(); at += 3)
+    other.hear(std::string_view(bytes).substr(at, 3), into(cut));
+  if (whole != cut || one.passed_over() != other.passed_over()) std::abort();
+}
+
 /// The parts of mesh reading that are Canyon's own; the rest is Assimp's.
 void read_mesh_parts(const fs::path& path) {
   const std::string text = test::read_bytes(path);
@@ -260,6 +288,7 @@ const std::vector<Target>& targets() {
        "track.csv",
        trajectory("urbannav"),
        {"2051,46701.5,22.3,114.17,5\n2051,46702.5,22.3,114.1701,5\n"}},
+      {"mavlink", "frames.mavlink", read_mavlink, {mavlink_stream()}},
       {"geojson",
        "area.geojson",
        [](const fs::path& path) {

@@ -1,0 +1,250 @@
+#include "canyon/output/mavlink.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/mavlink/frames.hpp"
+#include "canyon/output/epoch_values.hpp"
+#include "canyon/output/formats.hpp"
+
+namespace canyon::output {
+namespace {
+
+using geodesy::degrees;
+using gnss::System;
+
+constexpr std::uint8_t kNoFix = 1, k3d = 3;
+
+std::uint64_t unix_us(geodesy::GpsTime t) {
+  constexpr std::int64_t kGpsEpoch_s = 315'964'800;  // 1980-01-06 in POSIX time
+  return static_cast<std::uint64_t>((kGpsEpoch_s - geodesy::leap_seconds(t)) * 1'000'000 +
+                                    t.nanoseconds() / 1000);
+}
+
+double horizontal_sigma_m(const positioning::Fix& fix) {
+  return std::sqrt(fix.covariance_enu(0, 0) + fix.covariance_enu(1, 1));
+}
+double vertical_sigma_m(const positioning::Fix& fix) {
+  return std::sqrt(fix.covariance_enu(2, 2));
+}
+double speed_sigma_mps(const positioning::Fix& fix) {
+  return std::sqrt(fix.velocity_covariance_enu->trace());
+}
+
+Eigen::Vector3d ned(const Eigen::Vector3d& enu) {
+  return {enu.y(), enu.x(), -enu.z()};
+}
+
+/// [0, 360), also in hundredths.
+double course_deg(const Eigen::Vector3d& velocity_enu) {
+  return wrapped_azimuth_deg(std::atan2(velocity_enu.x(), velocity_enu.y()), 2);
+}
+
+std::uint8_t eight_bits(double value) {
+  return static_cast<std::uint8_t>(std::clamp(std::round(value), 0.0, 255.0));
+}
+
+std::uint8_t satellites(const positioning::Fix& fix) {
+  return eight_bits(static_cast<double>(used_count(fix)));
+}
+
+/// 0 for satellites that have none.
+int single_number(gnss::SatelliteId id) {
+  const int n = id.number;
+  switch (id.system) {
+    case System::GPS:
+      return n <= 32 ? n : 0;
+    case System::GLONASS:
+      return n <= 32 ? 64 + n : 0;
+    case System::Galileo:
+      return n <= 36 ? 210 + n : 0;
+    case System::BeiDou:
+      return n <= 5 ? 158 + n : n <= 37 ? 27 + n : 0;
+    case System::QZSS:
+      return n <= 10 ? 192 + n : 0;
+    case System::SBAS:
+      return n >= 20 && n <= 58 ? 100 + n : 0;
+  }
+  return 0;
+}
+
+class MavlinkStream : public Encoder {
+ public:
+  explicit MavlinkStream(const ReceiverDescription& receiver) : begin_(receiver.begin) {}
+
+  std::string encode(const simulation::Epoch& epoch) final {
+    constexpr double kSecond = 1;
+    const geodesy::GpsTime now = epoch.observed.time;
+    std::string bytes;
+    if (!last_second_ || now - *last_second_ >= kSecond) {
+      // Where epochs come 1.0000001 s apart, not every second one; where they come 0.4 s apart, 1 s on
+      // average.
+      const bool goes_on = last_second_ && now - *last_second_ < 2 * kSecond;
+      last_second_ = goes_on ? *last_second_ + kSecond : now;
+      bytes += frame(mavlink::Heartbeat{});
+      for (const mavlink::Message& message : each_second(epoch)) bytes += frame(message);
+    }
+    return bytes + frame(each_epoch(epoch));
+  }
+
+ protected:
+  [[nodiscard]] geodesy::GpsTime begin_of_run() const { return begin_; }
+
+ private:
+  [[nodiscard]] virtual mavlink::Message each_epoch(const simulation::Epoch& epoch) const = 0;
+  [[nodiscard]] virtual std::vector<mavlink::Message> each_second(const simulation::Epoch& /*epoch*/) const {
+    return {};
+  }
+  std::string frame(const mavlink::Message& message) { return mavlink::encode(message, sequence_++); }
+
+  geodesy::GpsTime begin_;
+  std::optional<geodesy::GpsTime> last_second_;
+  std::uint8_t sequence_ = 0;
+};
+
+class GpsInputStream final : public MavlinkStream {
+  using MavlinkStream::MavlinkStream;
+  mavlink::Message each_epoch(const simulation::Epoch& epoch) const override { return gps_input(epoch); }
+};
+
+class HilGpsStream final : public MavlinkStream {
+  using MavlinkStream::MavlinkStream;
+  mavlink::Message each_epoch(const simulation::Epoch& epoch) const override { return hil_gps(epoch); }
+};
+
+class GpsRawIntStream final : public MavlinkStream {
+  using MavlinkStream::MavlinkStream;
+  mavlink::Message each_epoch(const simulation::Epoch& epoch) const override { return gps_raw_int(epoch); }
+  std::vector<mavlink::Message> each_second(const simulation::Epoch& epoch) const override {
+    return {system_time(epoch, begin_of_run()), gps_status(epoch)};
+  }
+};
+
+}  // namespace
+
+mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
+  using mavlink::GpsInput;
+  const receiver::ReceiverEpoch& seen = epoch.observed;
+  const positioning::Fix& fix = seen.fix;
+  const bool solved = fix.solved() && fix.velocity_enu_mps;
+  GpsInput m;
+  m.time_us = unix_us(seen.time);
+  m.week = static_cast<std::uint16_t>(seen.time.week());
+  m.time_of_week_s = static_cast<double>(seen.time.nanosecond_of_week() / 1'000'000) / 1e3;
+  m.satellites = satellites(fix);
+  m.fix_type = solved ? k3d : kNoFix;
+  if (!solved) {
+    m.ignore = GpsInput::kAltitude | GpsInput::kHdop | GpsInput::kVdop | GpsInput::kHorizontalVelocity |
+               GpsInput::kVerticalVelocity | GpsInput::kSpeedAccuracy | GpsInput::kHorizontalAccuracy |
+               GpsInput::kVerticalAccuracy;
+    return m;
+  }
+  m.latitude_deg = degrees(fix.position.latitude_rad);
+  m.longitude_deg = degrees(fix.position.longitude_rad);
+  m.altitude_m = fix.position.height_m;
+  m.velocity_ned_mps = ned(*fix.velocity_enu_mps);
+  m.horizontal_accuracy_m = horizontal_sigma_m(fix);
+  m.vertical_accuracy_m = vertical_sigma_m(fix);
+  if (fix.dop) {
+    m.hdop = fix.dop->hdop;
+    m.vdop = fix.dop->vdop;
+  } else {
+    m.ignore |= GpsInput::kHdop | GpsInput::kVdop;
+  }
+  if (fix.velocity_covariance_enu) {
+    m.speed_accuracy_mps = speed_sigma_mps(fix);
+  } else {
+    m.ignore |= GpsInput::kSpeedAccuracy;
+  }
+  return m;
+}
+
+mavlink::HilGps hil_gps(const simulation::Epoch& epoch) {
+  const positioning::Fix& fix = epoch.observed.fix;
+  mavlink::HilGps m;
+  m.time_us = unix_us(epoch.observed.time);
+  m.satellites = satellites(fix);
+  m.fix_type = kNoFix;
+  if (!fix.solved() || !fix.velocity_enu_mps) return m;
+  m.fix_type = k3d;
+  m.latitude_deg = degrees(fix.position.latitude_rad);
+  m.longitude_deg = degrees(fix.position.longitude_rad);
+  m.altitude_m = fix.position.height_m;
+  m.horizontal_accuracy_m = horizontal_sigma_m(fix);
+  m.vertical_accuracy_m = vertical_sigma_m(fix);
+  m.velocity_ned_mps = ned(*fix.velocity_enu_mps);
+  m.speed_mps = fix.velocity_enu_mps->head<2>().norm();
+  m.course_deg = course_deg(*fix.velocity_enu_mps);
+  return m;
+}
+
+mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
+  const positioning::Fix& fix = epoch.observed.fix;
+  mavlink::GpsRawInt m;
+  m.time_us = unix_us(epoch.observed.time);
+  m.satellites = satellites(fix);
+  m.fix_type = kNoFix;
+  if (!fix.solved()) return m;
+  m.fix_type = k3d;
+  m.latitude_deg = degrees(fix.position.latitude_rad);
+  m.longitude_deg = degrees(fix.position.longitude_rad);
+  m.altitude_m = m.ellipsoidal_height_m = fix.position.height_m;
+  m.horizontal_accuracy_m = horizontal_sigma_m(fix);
+  m.vertical_accuracy_m = vertical_sigma_m(fix);
+  if (fix.dop) {
+    m.hdop = fix.dop->hdop;
+    m.vdop = fix.dop->vdop;
+  }
+  if (!fix.velocity_enu_mps) return m;
+  m.speed_mps = fix.velocity_enu_mps->head<2>().norm();
+  m.course_deg = course_deg(*fix.velocity_enu_mps);
+  if (fix.velocity_covariance_enu) {
+    m.speed_accuracy_mps = speed_sigma_mps(fix);
+    // Across the way, small angles; standing still any course is as good as another.
+    const Eigen::Vector2d way = fix.velocity_enu_mps->head<2>().normalized(), across(-way.y(), way.x());
+    const double across_mps =
+        std::sqrt(across.dot(fix.velocity_covariance_enu->topLeftCorner<2, 2>() * across));
+    m.course_accuracy_deg = std::min(180.0, degrees(across_mps / m.speed_mps));
+  }
+  return m;
+}
+
+mavlink::GpsStatus gps_status(const simulation::Epoch& epoch) {
+  std::vector<const receiver::SatelliteObservation*> tracked;
+  for (const auto& satellite : epoch.observed.satellites) {
+    if (satellite.measurement && single_number(satellite.id) != 0) tracked.push_back(&satellite);
+  }
+  std::stable_sort(tracked.begin(), tracked.end(),
+                   [](const auto* a, const auto* b) { return a->used > b->used; });
+  mavlink::GpsStatus m;
+  m.visible = eight_bits(epoch.observed.visible);
+  for (std::size_t i = 0; i < std::min(tracked.size(), m.number.size()); ++i) {
+    const receiver::SatelliteObservation& satellite = *tracked[i];
+    m.number[i] = static_cast<std::uint8_t>(single_number(satellite.id));
+    m.used[i] = satellite.used ? 1 : 0;
+    m.zenith_deg[i] = eight_bits(90 - degrees(satellite.elevation_rad));
+    m.azimuth[i] = eight_bits(wrapped_azimuth_deg(satellite.azimuth_rad, 2) * 255 / 360);
+    m.snr_db[i] = eight_bits(satellite.measurement->cn0_dbhz.value_or(0));
+  }
+  return m;
+}
+
+mavlink::SystemTime system_time(const simulation::Epoch& epoch, geodesy::GpsTime begin) {
+  return {unix_us(epoch.observed.time), epoch.observed.time - begin};
+}
+
+std::unique_ptr<Encoder> encode_gps_input(const ReceiverDescription& receiver) {
+  return std::make_unique<GpsInputStream>(receiver);
+}
+std::unique_ptr<Encoder> encode_hil_gps(const ReceiverDescription& receiver) {
+  return std::make_unique<HilGpsStream>(receiver);
+}
+std::unique_ptr<Encoder> encode_gps_raw_int(const ReceiverDescription& receiver) {
+  return std::make_unique<GpsRawIntStream>(receiver);
+}
+
+}  // namespace canyon::output

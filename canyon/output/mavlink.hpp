@@ -1,0 +1,33 @@
+#pragma once
+
+#include "canyon/mavlink/messages.hpp"
+#include "canyon/simulation/epoch.hpp"
+
+namespace canyon::output {
+
+// What autopilots and ground stations are told of one epoch. Nothing but a position is a position: without a
+// fix latitude and longitude, which no MAVLink message can leave out, are 0 and the type is 1 (no fix).
+// Altitudes are heights above the ellipsoid: there is no geoid model at hand. Satellites are those in the
+// fix.
+
+/// What ArduPilot reads with GPS1_TYPE 14. It goes on with the last velocity where a message says to ignore
+/// it: a fix without velocity is told as none.
+[[nodiscard]] mavlink::GpsInput gps_input(const simulation::Epoch& epoch);
+
+/// What PX4 reads from simulators (TCP 4560), and with MAV_USEHILGPS. It takes the velocity of every message
+/// for measured: a fix without one is told as none.
+[[nodiscard]] mavlink::HilGps hil_gps(const simulation::Epoch& epoch);
+
+/// What ground stations show of a vehicle's GPS. A fix without velocity has no speed and no course.
+[[nodiscard]] mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch);
+
+/// Of the satellites that the receiver tracks, those in the fix first, as many as there is room for. Numbers
+/// are u-blox's single ones (UBX-22008968, 1.5.2, "Satellite numbering"): GPS 1 to 32, SBAS 120 to 158,
+/// Galileo 211 to 246, BeiDou 159 to 163 and 33 to 64, QZSS 193 to 202, GLONASS 65 to 96; satellites beyond
+/// are left out.
+[[nodiscard]] mavlink::GpsStatus gps_status(const simulation::Epoch& epoch);
+
+/// UTC since 1970 without leap seconds [us].
+[[nodiscard]] mavlink::SystemTime system_time(const simulation::Epoch& epoch, geodesy::GpsTime begin);
+
+}  // namespace canyon::output

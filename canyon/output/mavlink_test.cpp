@@ -1,0 +1,172 @@
+#include "canyon/output/mavlink.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "canyon/mavlink/frames.hpp"
+#include "canyon/output/encoder.hpp"
+#include "tests/support/node_mavlink.hpp"
+#include "tests/support/sample_epochs.hpp"
+
+namespace canyon::output {
+namespace {
+
+std::string hex(const std::string& bytes) {
+  std::string text;
+  for (const char c : bytes) text += fmt::format("{:02x}", static_cast<unsigned char>(c));
+  return text;
+}
+
+/// 2019-04-28 12:58:03.25 UTC; 22.29825 N, 114.17875 E, 12.3456 m; sigma 2.5 m (of 4 and 2.25 m^2) and 3 m;
+/// 0.5 m/s of 0.04, 0.09 and 0.12 m^2/s^2; velocity 3.1, -4.2, 0.4 m/s (ENU).
+simulation::Epoch epoch(bool fix = true) {
+  simulation::Epoch epoch =
+      test::sample_epoch(test::sample_time() + 0.25, test::sample_place(), {0, 0, 0}, fix);
+  if (!fix) return epoch;
+  epoch.observed.fix.position = geodesy::Geodetic::from_degrees(22.29825, 114.17875, 12.3456);
+  epoch.observed.fix.velocity_covariance_enu = Eigen::Vector3d(0.04, 0.09, 0.12).asDiagonal();
+  return epoch;
+}
+
+simulation::Epoch without_velocity() {
+  simulation::Epoch still = epoch();
+  still.observed.fix.velocity_enu_mps.reset();
+  still.observed.fix.velocity_covariance_enu.reset();
+  return still;
+}
+
+// Expected frames: the same fields packed by pymavlink 2.4.43 (dialect ardupilotmega), system 1, component
+// 220.
+TEST(Mavlink, GpsInput) {
+  EXPECT_EQ(
+      hex(mavlink::encode(gps_input(epoch()), 7)),
+      "fd3f00000701dce80000501ddfb796870500c29ac80264714a0d6c4b0e44948745410000a03f0000d83f666686c066664640"
+      "cdccccbe0000003f00002040000040400000030800030931b4");
+}
+
+TEST(Mavlink, HilGps) {
+  EXPECT_EQ(
+      hex(mavlink::encode(hil_gps(epoch()), 255)),
+      "fd240000ff01dc710000501ddfb79687050064714a0d6c4b0e443a300000fa002c010a025cfe3601d8ff1538030997f6");
+}
+
+TEST(Mavlink, WithoutAFixThereIsNoPosition) {
+  for (const simulation::Epoch& lost : {epoch(false), without_velocity()}) {
+    const mavlink::GpsInput input = gps_input(lost);
+    EXPECT_EQ(input.fix_type, 1);
+    EXPECT_EQ(input.ignore, 0xFF);
+    EXPECT_EQ(input.latitude_deg, 0);
+    EXPECT_EQ(input.longitude_deg, 0);
+    EXPECT_EQ(input.week, 2051);
+    EXPECT_EQ(input.time_of_week_s, 46701.25);
+    const mavlink::HilGps hil = hil_gps(lost);
+    EXPECT_EQ(hil.fix_type, 1);
+    EXPECT_EQ(hil.latitude_deg, 0);
+    EXPECT_TRUE(std::isnan(hil.horizontal_accuracy_m));
+    EXPECT_TRUE(std::isnan(hil.speed_mps));
+  }
+  EXPECT_EQ(gps_input(epoch(false)).satellites, 0);
+  const mavlink::GpsRawInt raw = gps_raw_int(epoch(false));
+  EXPECT_EQ(raw.fix_type, 1);
+  EXPECT_EQ(raw.latitude_deg, 0);
+  EXPECT_TRUE(std::isnan(raw.hdop));
+  EXPECT_EQ(gps_raw_int(without_velocity()).fix_type, 3) << "its speed and course alone are unknown";
+  EXPECT_TRUE(std::isnan(gps_raw_int(without_velocity()).course_deg));
+}
+
+TEST(Mavlink, CourseAccuracyIsThatAcrossTheWay) {
+  simulation::Epoch north = epoch();
+  north.observed.fix.velocity_enu_mps = Eigen::Vector3d(0, 10, 0);
+  EXPECT_NEAR(gps_raw_int(north).course_accuracy_deg, 0.2 / 10 * 180 / M_PI, 1e-9);  // 0.2 m/s eastwards
+  north.observed.fix.velocity_enu_mps = Eigen::Vector3d(0, 1e-6, 0);
+  EXPECT_EQ(gps_raw_int(north).course_accuracy_deg, 180);
+}
+
+TEST(Mavlink, StreamsCountTheirFramesAndBeatOnceASecond) {
+  const auto encoder = format_named("gps_raw_int").make({.name = "rover", .begin = test::sample_time()});
+  std::vector<mavlink::Frame> frames;
+  mavlink::Parser parser;
+  for (int k = 0; k < 25; ++k) {  // 2.5 s at 10 Hz
+    simulation::Epoch now = epoch();
+    now.observed.time = test::sample_time() + 0.1 * k;
+    parser.hear(encoder->encode(now), [&](const mavlink::Frame& f) { frames.push_back(f); });
+  }
+  std::array<int, std::variant_size_v<mavlink::Message>> counts{};
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[i].sequence, i % 256);
+    ++counts[frames[i].message.index()];
+  }
+  EXPECT_EQ(counts[mavlink::Message(mavlink::Heartbeat()).index()], 3);
+  EXPECT_EQ(counts[mavlink::Message(mavlink::GpsStatus()).index()], 3);
+  EXPECT_EQ(counts[mavlink::Message(mavlink::SystemTime()).index()], 3);
+  EXPECT_EQ(counts[mavlink::Message(mavlink::GpsRawInt()).index()], 25);
+}
+
+TEST(Mavlink, AnotherDecoderReadsTheStreams) {
+  CANYON_NEEDS_NODE_MAVLINK();
+  std::string bytes;
+  for (const char* format : {"gps_input", "hil_gps", "gps_raw_int"}) {
+    const auto encoder = format_named(format).make({.name = "rover", .begin = test::sample_time()});
+    bytes += encoder->encode(epoch());
+    bytes += encoder->encode(epoch(false));
+  }
+  std::vector<std::string> names;
+  std::map<std::string, std::vector<test::JudgedMessage>> by_name;
+  for (const auto& message : test::judge_mavlink(bytes).messages) {
+    names.push_back(message.name);
+    by_name[message.name].push_back(message);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"HEARTBEAT", "GPS_INPUT", "GPS_INPUT", "HEARTBEAT", "HIL_GPS",
+                                             "HIL_GPS", "HEARTBEAT", "SYSTEM_TIME", "GPS_STATUS",
+                                             "GPS_RAW_INT", "GPS_RAW_INT"}));
+  const auto& beat = by_name["HEARTBEAT"][0];
+  EXPECT_EQ(beat.system, 1);
+  EXPECT_EQ(beat.component, 220);
+  EXPECT_EQ(beat.count("autopilot"), 8);
+  // date -u -d '2019-04-28 12:58:03' +%s
+  EXPECT_EQ(by_name["SYSTEM_TIME"][0].count("time_unix_usec"), 1556456283.25e6);
+  EXPECT_EQ(by_name["SYSTEM_TIME"][0].count("time_boot_ms"), 250);
+
+  const auto& input = by_name["GPS_INPUT"];
+  EXPECT_EQ(input[0].count("lat"), 222982500);
+  EXPECT_EQ(input[0].count("lon"), 1141787500);
+  EXPECT_FLOAT_EQ(static_cast<float>(input[0].count("vd")), -0.4F);
+  EXPECT_EQ(input[0].count("horiz_accuracy"), 2.5);
+  EXPECT_EQ(input[0].count("ignore_flags"), 0);
+  EXPECT_EQ(input[1].count("ignore_flags"), 255);
+  EXPECT_EQ(input[1].count("fix_type"), 1);
+  EXPECT_EQ(input[1].count("hdop"), 65535);
+
+  const auto& raw = by_name["GPS_RAW_INT"];
+  EXPECT_EQ(raw[0].count("time_usec"), 1556456283.25e6);
+  EXPECT_EQ(raw[0].count("fix_type"), 3);
+  EXPECT_EQ(raw[0].count("lat"), 222982500);
+  EXPECT_EQ(raw[0].count("alt"), 12346);
+  EXPECT_EQ(raw[0].count("alt_ellipsoid"), 12346);
+  EXPECT_EQ(raw[0].count("eph"), 125);
+  EXPECT_EQ(raw[0].count("epv"), 169);
+  EXPECT_EQ(raw[0].count("vel"), 522);    // sqrt(3.1^2 + 4.2^2) m/s
+  EXPECT_EQ(raw[0].count("cog"), 14357);  // atan2(3.1, -4.2)
+  EXPECT_EQ(raw[0].count("h_acc"), 2500);
+  EXPECT_EQ(raw[0].count("v_acc"), 3000);
+  EXPECT_EQ(raw[0].count("vel_acc"), 500);
+  EXPECT_EQ(raw[1].count("fix_type"), 1);
+  EXPECT_EQ(raw[1].count("lat"), 0);
+  EXPECT_EQ(raw[1].count("eph"), 65535);
+  EXPECT_EQ(raw[1].count("cog"), 65535);
+
+  // Tracked: 10 of the 12 satellites, one of them not in the fix. R01 65, R24 88, E11 221, E36 246, C03 161,
+  // C30 57, J02 194 (UBX-22008968, 1.5.2).
+  const auto& status = by_name["GPS_STATUS"][0];
+  const auto numbers = status.fields.at("satellite_prn");
+  EXPECT_EQ(std::vector<double>(numbers.begin(), numbers.begin() + 11),
+            (std::vector<double>{5, 12, 17, 65, 88, 221, 161, 57, 194, 246, 0}));
+  const auto used = status.fields.at("satellite_used");
+  EXPECT_EQ(std::vector<double>(used.begin(), used.begin() + 11),
+            (std::vector<double>{1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0}));
+  EXPECT_EQ(status.fields.at("satellite_elevation")[0], 30);  // 60.2 deg above the horizon
+  EXPECT_EQ(status.fields.at("satellite_azimuth")[0], 32);    // 45.5 of 360, of 255
+}
+
+}  // namespace
+}  // namespace canyon::output

@@ -1,0 +1,114 @@
+#include "canyon/output/rtcm.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <set>
+
+#include "canyon/output/epoch_values.hpp"
+#include "canyon/output/formats.hpp"
+
+namespace canyon::output {
+
+using broadcast::Bits;
+
+namespace {
+
+constexpr double kStationEvery_s = 10;
+
+class Rtcm final : public Encoder {
+ public:
+  explicit Rtcm(const ReceiverDescription& receiver)
+      : station_ecef_(receiver.station_ecef), observations_(receiver.glonass_channels) {
+    for (const gnss::Signal* signal : receiver::tracked_signals(receiver.tracks, gnss::System::GLONASS)) {
+      if (receiver.signal.enabled && receiver.systems.count(gnss::System::GLONASS) > 0) {
+        glonass_codes_.push_back(signal->code);
+      }
+    }
+  }
+
+  std::string encode(const simulation::Epoch& epoch) override {
+    std::string bytes;
+    const geodesy::GpsTime now = epoch.observed.time;
+    if (!station_sent_ || now - *station_sent_ >= kStationEvery_s) {
+      station_sent_ = now;
+      if (station_ecef_) bytes += rtcm::frame(rtcm::station(*station_ecef_));
+      bytes += rtcm::frame(rtcm::descriptors());
+      if (!glonass_codes_.empty()) bytes += rtcm::frame(rtcm::glonass_biases(glonass_codes_));
+    }
+    for (const Bits& message : ephemerides_.due(epoch)) bytes += rtcm::frame(message);
+    for (const Bits& message : observations_.messages(epoch.observed)) bytes += rtcm::frame(message);
+    return bytes;
+  }
+
+ private:
+  std::optional<Eigen::Vector3d> station_ecef_;
+  std::vector<std::string_view> glonass_codes_;
+  std::optional<geodesy::GpsTime> station_sent_;
+  rtcm::Ephemerides ephemerides_;
+  rtcm::Observations observations_;
+};
+
+}  // namespace
+
+namespace rtcm {
+
+std::string frame(const Bits& message) {
+  const std::size_t bytes = (message.size() + 7) / 8;
+  Bits all;
+  all.put(0xD3, 8).put(0, 6).put(bytes, 10).append(message).put(0,
+                                                                static_cast<int>(8 * bytes - message.size()));
+  all.put(broadcast::crc24q(all), 24);
+  std::string text;
+  for (std::size_t i = 0; i < all.size(); i += 8) text += static_cast<char>(all.number(i, 8));
+  return text;
+}
+
+Bits station(const Eigen::Vector3d& antenna_ecef) {
+  Bits bits;
+  // DF003 station 0; DF021 year of the frame, not told; DF022 to DF024 it serves GPS, GLONASS, Galileo; DF141
+  // it is no computed one.
+  bits.put(1005, 12).put(0, 12).put(0, 6).put(0b111, 3).put(0, 1);
+  const auto coordinate = [&](double metres) { bits.put_scaled(metres, 1e-4, 38, true); };
+  coordinate(antenna_ecef.x());
+  bits.put(0b10, 2);  // DF142: all signals of one instant; reserved
+  coordinate(antenna_ecef.y());
+  bits.put(0, 2);  // DF364: quarter cycles not told
+  coordinate(antenna_ecef.z());
+  return bits;
+}
+
+Bits descriptors() {
+  Bits bits;
+  bits.put(1033, 12).put(0, 12);
+  const auto text = [&](std::string_view word) {
+    bits.put(word.size(), 8);
+    for (const char c : word) bits.put(static_cast<unsigned char>(c), 8);
+  };
+  text("ADVNULLANTENNA");
+  bits.put(0, 8);  // DF031: the antenna's usual set-up
+  text("");        // its serial number
+  text("Canyon");
+  text("");  // firmware
+  text("");  // serial number
+  return bits;
+}
+
+Bits glonass_biases(const std::vector<std::string_view>& rinex_codes) {
+  // DF422: L1 C/A, L1 P, L2 C/A, L2 P.
+  const std::set<std::string_view> codes(rinex_codes.begin(), rinex_codes.end());
+  Bits bits;
+  bits.put(1230, 12).put(0, 12).put(1, 1).put(0, 3);  // DF421: aligned
+  for (const char* code : {"1C", "1P", "2C", "2P"}) bits.put(codes.count(code), 1);
+  for (const char* code : {"1C", "1P", "2C", "2P"}) {
+    if (codes.count(code) > 0) bits.put(0, 16);
+  }
+  return bits;
+}
+
+}  // namespace rtcm
+
+std::unique_ptr<Encoder> encode_rtcm(const ReceiverDescription& receiver) {
+  return std::make_unique<Rtcm>(receiver);
+}
+
+}  // namespace canyon::output

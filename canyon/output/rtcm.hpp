@@ -1,0 +1,82 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include "canyon/broadcast/bits.hpp"
+#include "canyon/output/phase_arcs.hpp"
+#include "canyon/simulation/epoch.hpp"
+
+// RTCM 10403.3, Differential GNSS Services, version 3. Signs, fields and tables are named by its DF numbers
+// and tables.
+
+namespace canyon::output::rtcm {
+
+/// A message as it is sent (4.2): preamble D3, 6 reserved bits, length, the message filled to whole bytes,
+/// CRC-24Q. Precondition: at most 1,023 bytes.
+[[nodiscard]] std::string frame(const broadcast::Bits& message);
+
+/// DF407 of a phase that has been continuous for so long [s], >= 0 (table 3.5-75): 0 to 704.
+[[nodiscard]] int lock_time_indicator(double seconds);
+
+/// Number of a signal in the masks of MSM messages (tables 3.5-91, -96, -99, -102, -105, -108), 1 to 32; 0
+/// where they have none.
+/// @param rinex_code band and attribute: "1C"
+[[nodiscard]] int msm_signal(gnss::System system, std::string_view rinex_code);
+
+/// Message 1005: where a station's antenna is [m, ECEF].
+[[nodiscard]] broadcast::Bits station(const Eigen::Vector3d& antenna_ecef);
+/// Message 1033: no antenna's phase centre moves here (IGS's ADVNULLANTENNA), the receiver is Canyon.
+[[nodiscard]] broadcast::Bits descriptors();
+/// Message 1230: GLONASS phases are aligned with the codes of these RINEX signals (1C, 2C), biases 0.
+[[nodiscard]] broadcast::Bits glonass_biases(const std::vector<std::string_view>& rinex_codes);
+
+/// Messages 1019 (GPS), 1042 (BeiDou), 1044 (QZSS), 1045 and 1046 (Galileo, by the message that it is of);
+/// 1020 (GLONASS). Values go to the nearest that the satellite's own message could hold. Empty for satellites
+/// without a number there.
+[[nodiscard]] broadcast::Bits ephemeris(const gnss::KeplerEphemeris& ephemeris);
+[[nodiscard]] broadcast::Bits ephemeris(const gnss::GlonassEphemeris& ephemeris);
+
+/// MSM7, 1077 to 1127, of a receiver's epochs.
+class Observations {
+ public:
+  /// @param glonass_channels frequency numbers
+  explicit Observations(std::map<gnss::SatelliteId, int> glonass_channels)
+      : glonass_channels_(std::move(glonass_channels)) {}
+
+  /// All messages of an epoch; none without measurements. Epochs are told in whole milliseconds of the
+  /// receiver's clock: pseudoranges and phases follow the rounding, as in the RINEX observation file.
+  /// Pseudoranges from 0 to 255 ms can be told. Give epochs in order of time.
+  [[nodiscard]] std::vector<broadcast::Bits> messages(const receiver::ReceiverEpoch& seen);
+
+ private:
+  struct Satellite;
+  std::vector<Satellite> satellites_of(const receiver::ReceiverEpoch& seen, gnss::System system,
+                                       double shift_s);
+
+  std::map<gnss::SatelliteId, int> glonass_channels_;
+  PhaseArcs arcs_;
+};
+
+/// Ephemerides of what a receiver measures: when a satellite's is new, and again every 30 s.
+class Ephemerides {
+ public:
+  [[nodiscard]] std::vector<broadcast::Bits> due(const simulation::Epoch& epoch);
+
+ private:
+  /// Satellite, and whether it is Galileo's F/NAV.
+  using Key = std::pair<gnss::SatelliteId, bool>;
+  struct Sent {
+    geodesy::GpsTime at, toe, transmission;
+  };
+  template <typename Ephemeris>
+  void add_due(const std::vector<Ephemeris>& records, const simulation::Epoch& epoch,
+               std::vector<broadcast::Bits>& messages);
+
+  std::map<Key, Sent> sent_;
+};
+
+}  // namespace canyon::output::rtcm

@@ -1,0 +1,293 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <set>
+#include <utility>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/gnss/signals.hpp"
+#include "canyon/output/epoch_values.hpp"
+#include "canyon/output/number.hpp"
+#include "canyon/output/rtcm.hpp"
+
+namespace canyon::output::rtcm {
+
+using broadcast::Bits;
+using geodesy::GpsTime;
+using gnss::System;
+
+namespace {
+
+constexpr double kMillisecond_m = geodesy::kSpeedOfLight * 1e-3;
+constexpr std::int64_t kTagStep_ns = 1'000'000;
+constexpr std::size_t kMostCells = 64;
+constexpr int kRoughSteps = 1024;   ///< of a millisecond: DF398
+constexpr int kNoRoughRange = 255;  ///< ms, DF397
+constexpr std::array kSystems{System::GPS,  System::GLONASS, System::Galileo,
+                              System::SBAS, System::QZSS,    System::BeiDou};
+
+/// A signed field's value, or its mark for "none" (the most negative one) beyond its range.
+std::int64_t or_none(double value, int width) {
+  const std::int64_t none = -(std::int64_t{1} << (width - 1));
+  const double whole = std::round(value);
+  return std::abs(whole) < static_cast<double>(-none) ? static_cast<std::int64_t>(whole) : none;
+}
+std::int64_t none(int width) {
+  return or_none(std::ldexp(1.0, width), width);
+}
+
+/// Place in the mask of satellites (DF394), 1 to 64; 0: none.
+int mask_number(gnss::SatelliteId id) {
+  const int n = id.number;
+  switch (id.system) {
+    case System::GPS:
+      return n <= 63 ? n : 0;
+    case System::GLONASS:
+      return n <= 24 ? n : 0;
+    case System::Galileo:
+      return n <= 50 ? n : 0;
+    case System::SBAS:
+      return n >= 20 && n <= 58 ? n - 19 : 0;  // PRN 120 is 1
+    case System::QZSS:
+      return n <= 10 ? n : 0;
+    case System::BeiDou:
+      return n <= 63 ? n : 0;
+  }
+  return 0;
+}
+
+/// DF004, DF416 with DF034, DF248, DF427, DF428: 30 bits.
+std::uint64_t epoch_time(System system, GpsTime tag) {
+  if (system == System::BeiDou) tag = tag - std::chrono::seconds(geodesy::kBdtSecondsOffset);
+  if (system != System::GLONASS) return static_cast<std::uint64_t>(tag.nanosecond_of_week() / kTagStep_ns);
+  geodesy::CalendarTime moscow = geodesy::glonass_from_gps(tag);
+  moscow.second = std::min(moscow.second, 59);
+  // Of a week that begins on Sunday, as GPS's does.
+  const std::int64_t ms = geodesy::gps_from_calendar(moscow).nanosecond_of_week() / kTagStep_ns;
+  constexpr std::int64_t kDay_ms = 86'400'000;
+  return static_cast<std::uint64_t>(ms / kDay_ms) << 27 | static_cast<std::uint64_t>(ms % kDay_ms);
+}
+
+}  // namespace
+
+struct Observations::Satellite {
+  struct Cell {
+    int signal = 0;  ///< in the mask
+    double range_m = 0;
+    std::optional<double> phase_range_m, rate_mps;
+    double lock_s = 0, cn0_dbhz = 0;
+  };
+  int number = 0;          ///< in the mask
+  unsigned extended = 0;   ///< DF419: of GLONASS the frequency channel
+  std::int64_t rough = 0;  ///< range [1/1024 ms]
+  std::int64_t rough_mps = none(14);
+  std::vector<Cell> cells;  ///< by signal
+};
+
+int msm_signal(System system, std::string_view code) {
+  struct Entry {
+    std::string_view code;
+    int number;
+  };
+  const auto find = [&](std::initializer_list<Entry> entries) {
+    const auto* at =
+        std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return e.code == code; });
+    return at == entries.end() ? 0 : at->number;
+  };
+  switch (system) {
+    case System::GPS:
+    case System::QZSS:
+    case System::SBAS:
+      return find({{"1C", 2},
+                   {"2S", 15},
+                   {"2L", 16},
+                   {"2X", 17},
+                   {"5I", 22},
+                   {"5Q", 23},
+                   {"5X", 24},
+                   {"1S", 30},
+                   {"1L", 31},
+                   {"1X", 32}});
+    case System::GLONASS:
+      return find({{"1C", 2}, {"1P", 3}, {"2C", 8}, {"2P", 9}});
+    case System::Galileo:
+      return find({{"1C", 2},
+                   {"1B", 4},
+                   {"1X", 5},
+                   {"6C", 8},
+                   {"6B", 10},
+                   {"6X", 11},
+                   {"7I", 14},
+                   {"7Q", 15},
+                   {"7X", 16},
+                   {"8I", 18},
+                   {"8Q", 19},
+                   {"8X", 20},
+                   {"5I", 22},
+                   {"5Q", 23},
+                   {"5X", 24}});
+    case System::BeiDou:
+      return find({{"2I", 2},
+                   {"2Q", 3},
+                   {"2X", 4},
+                   {"6I", 8},
+                   {"6Q", 9},
+                   {"6X", 10},
+                   {"7I", 14},
+                   {"7Q", 15},
+                   {"7X", 16},
+                   {"5D", 22},
+                   {"5P", 23},
+                   {"5X", 24},
+                   {"7D", 25},
+                   {"1D", 30},
+                   {"1P", 31},
+                   {"1X", 32}});
+  }
+  return 0;
+}
+
+int lock_time_indicator(double seconds) {
+  const double ms = std::clamp(std::floor(seconds * 1e3 + 1e-6), 0.0, std::ldexp(1.0, 26));
+  // Segment k has 32 steps of 2^k ms, the first one 64 of 1 ms.
+  const int k = ms < 64 ? 0 : std::ilogb(ms) - 5;
+  return static_cast<int>(std::ldexp(ms, -k)) + 32 * k;
+}
+
+std::vector<Observations::Satellite> Observations::satellites_of(const receiver::ReceiverEpoch& seen,
+                                                                 System system, double shift_s) {
+  std::vector<Satellite> satellites;
+  for (const auto& observed : seen.satellites) {
+    if (observed.id.system != system) continue;
+    Satellite satellite;
+    satellite.number = mask_number(observed.id);
+    for (const gnss::Signal& signal : gnss::signals_of(system)) {
+      const receiver::SignalObservation* of_signal = measured_signal(observed, signal);
+      if (of_signal == nullptr) continue;
+      const positioning::Measurement& m = *of_signal->measurement;
+      const double wavelength_m = geodesy::kSpeedOfLight / m.carrier_frequency_hz;
+      Satellite::Cell cell;
+      cell.signal = msm_signal(system, signal.code);
+      cell.range_m = m.pseudorange_m + geodesy::kSpeedOfLight * shift_s;
+      if (const auto link = arcs_.next(m, gnss::index_of(signal))) {
+        cell.phase_range_m = (*m.carrier_phase_cycles + link->alignment_cycles) * wavelength_m +
+                             geodesy::kSpeedOfLight * shift_s;
+        cell.lock_s = std::max(0.0, seen.time - *m.phase_since);
+      }
+      if (m.doppler_hz) cell.rate_mps = -*m.doppler_hz * wavelength_m;
+      cell.cn0_dbhz = m.cn0_dbhz.value_or(0);
+      if (cell.signal != 0) satellite.cells.push_back(cell);
+      if (observed.signal == nullptr) break;  // made by hand: one signal, unnamed
+    }
+    if (satellite.cells.empty() || satellite.number == 0) continue;
+    const auto [low, high] =
+        std::minmax_element(satellite.cells.begin(), satellite.cells.end(),
+                            [](const auto& a, const auto& b) { return a.range_m < b.range_m; });
+    const double middle_ms = (low->range_m + high->range_m) / 2 / kMillisecond_m;
+    if (!(middle_ms >= 0 && middle_ms < kNoRoughRange - 1)) continue;
+    satellite.rough = std::llround(middle_ms * kRoughSteps);
+    for (const auto& cell : satellite.cells) {
+      if (cell.rate_mps && satellite.rough_mps == none(14)) satellite.rough_mps = or_none(*cell.rate_mps, 14);
+    }
+    std::sort(satellite.cells.begin(), satellite.cells.end(),
+              [](const auto& a, const auto& b) { return a.signal < b.signal; });
+    if (system == System::GLONASS) {
+      const auto channel = glonass_channels_.find(observed.id);
+      const bool known = channel != glonass_channels_.end() && channel->second <= 6;
+      satellite.extended = known ? static_cast<unsigned>(channel->second + 7) : 15;
+    }
+    satellites.push_back(std::move(satellite));
+  }
+  return satellites;
+}
+
+std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen) {
+  const GpsTime tag = round_to(seen.receiver_time, kTagStep_ns);
+  const double shift_s = tag - seen.receiver_time;
+  // A message holds 64 cells at most, counting those of signals that a satellite lacks.
+  struct Part {
+    System system;
+    std::set<int> signals;
+    std::vector<Satellite> satellites;
+  };
+  std::vector<Part> parts;
+  for (const System system : kSystems) {
+    std::set<int> signals;
+    std::vector<Satellite> all = satellites_of(seen, system, shift_s);
+    for (const Satellite& satellite : all) {
+      for (const auto& cell : satellite.cells) signals.insert(cell.signal);
+    }
+    const std::size_t room = signals.empty() ? 1 : kMostCells / signals.size();
+    for (std::size_t i = 0; i < all.size(); i += room) {
+      const auto begin = all.begin() + static_cast<std::ptrdiff_t>(i);
+      const auto end = all.begin() + static_cast<std::ptrdiff_t>(std::min(i + room, all.size()));
+      parts.push_back({system, signals, {std::make_move_iterator(begin), std::make_move_iterator(end)}});
+    }
+  }
+
+  std::vector<Bits> messages;
+  for (const Part& part : parts) {
+    // 1077 GPS, 1087 GLONASS, 1097 Galileo, 1107 SBAS, 1117 QZSS, 1127 BeiDou.
+    const auto number =
+        1077 + 10 * (std::find(kSystems.begin(), kSystems.end(), part.system) - kSystems.begin());
+    Bits bits;
+    bits.put(static_cast<std::uint64_t>(number), 12).put(0, 12).put(epoch_time(part.system, tag), 30);
+    bits.put(messages.size() + 1 < parts.size() ? 1 : 0, 1);  // more of this epoch follow
+    bits.put(0,
+             3 + 7 + 2 + 2 + 1 + 3);  // IODS, reserved, steering, external clock, smoothing and its interval
+    std::uint64_t satellite_mask = 0, signal_mask = 0;
+    for (const Satellite& satellite : part.satellites)
+      satellite_mask |= std::uint64_t{1} << (64 - satellite.number);
+    for (const int signal : part.signals) signal_mask |= std::uint64_t{1} << (32 - signal);
+    bits.put(satellite_mask, 64).put(signal_mask, 32);
+    for (const Satellite& satellite : part.satellites) {
+      for (const int signal : part.signals) {
+        const bool has = std::any_of(satellite.cells.begin(), satellite.cells.end(),
+                                     [signal](const auto& cell) { return cell.signal == signal; });
+        bits.put(has ? 1 : 0, 1);
+      }
+    }
+    const auto each_satellite = [&](const auto& put) {
+      for (const Satellite& satellite : part.satellites) put(satellite);
+    };
+    each_satellite(
+        [&](const Satellite& s) { bits.put(static_cast<std::uint64_t>(s.rough / kRoughSteps), 8); });
+    each_satellite([&](const Satellite& s) { bits.put(s.extended, 4); });
+    each_satellite(
+        [&](const Satellite& s) { bits.put(static_cast<std::uint64_t>(s.rough % kRoughSteps), 10); });
+    each_satellite([&](const Satellite& s) { bits.put_signed(s.rough_mps, 14); });
+    const auto each_cell = [&](const auto& put) {
+      for (const Satellite& satellite : part.satellites) {
+        const double rough_m = static_cast<double>(satellite.rough) / kRoughSteps * kMillisecond_m;
+        for (const auto& cell : satellite.cells) put(satellite, cell, rough_m);
+      }
+    };
+    using Cell = Satellite::Cell;
+    each_cell([&](const Satellite&, const Cell& c, double rough_m) {
+      bits.put_signed(or_none(std::ldexp((c.range_m - rough_m) / kMillisecond_m, 29), 20), 20);
+    });
+    each_cell([&](const Satellite&, const Cell& c, double rough_m) {
+      bits.put_signed(c.phase_range_m
+                          ? or_none(std::ldexp((*c.phase_range_m - rough_m) / kMillisecond_m, 31), 24)
+                          : none(24),
+                      24);
+    });
+    each_cell([&](const Satellite&, const Cell& c, double) {
+      bits.put(static_cast<std::uint64_t>(lock_time_indicator(c.lock_s)), 10);
+    });
+    each_cell([&](const Satellite&, const Cell&, double) { bits.put(0, 1); });  // no half cycles
+    each_cell(
+        [&](const Satellite&, const Cell& c, double) { bits.put_scaled(c.cn0_dbhz, 1.0 / 16, 10, false); });
+    each_cell([&](const Satellite& s, const Cell& c, double) {
+      const bool has = c.rate_mps && s.rough_mps != none(14);
+      bits.put_signed(has ? or_none((*c.rate_mps - static_cast<double>(s.rough_mps)) * 1e4, 15) : none(15),
+                      15);
+    });
+    messages.push_back(std::move(bits));
+  }
+  return messages;
+}
+
+}  // namespace canyon::output::rtcm
