@@ -22,6 +22,8 @@ constexpr std::array kFormats{
     Format{"signals_csv", "signals.csv", &OutputConfig::signals_csv, true, encode_signals_csv},
     Format{"paths_csv", "paths.csv", &OutputConfig::paths_csv, true, encode_paths_csv},
     Format{"nmea", "receiver.nmea", &OutputConfig::nmea, true, encode_nmea},
+    Format{"ubx", "receiver.ubx", &OutputConfig::ubx, true, encode_ubx},
+    Format{"ubx_m8", "receiver-m8.ubx", &OutputConfig::ubx_m8, true, encode_ubx_m8},
     Format{"rinex_observation", "receiver.obs", &OutputConfig::rinex_observation, false,
            encode_rinex_observation},
     Format{"rinex4_observation", "receiver.rnx", &OutputConfig::rinex4_observation, false,

@@ -104,8 +104,8 @@ struct ReceiverConfig {
 
 struct OutputConfig {
   bool epochs_csv = true, satellites_csv = true, signals_csv = false, paths_csv = false, nmea = true,
-       rinex_observation = true, rinex4_observation = false, rinex_navigation = true, kml = true,
-       geojson = true, pictures = true;
+       ubx = false, ubx_m8 = false, rinex_observation = true, rinex4_observation = false,
+       rinex_navigation = true, kml = true, geojson = true, pictures = true;
 };
 
 /// A whole scenario, checked. Paths are absolute or relative to the working folder (already resolved against

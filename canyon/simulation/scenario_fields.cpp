@@ -508,6 +508,8 @@ void visit(Visitor& v, OutputConfig& o) {
             o.signals_csv);
   v.boolean({"paths_csv", "", "paths.csv: every path of every satellite, some 100 bytes each"}, o.paths_csv);
   v.boolean({"nmea", "", "NMEA 0183"}, o.nmea);
+  v.boolean({"ubx", "", "receiver.ubx: UBX as a u-blox F9 sends it"}, o.ubx);
+  v.boolean({"ubx_m8", "", "receiver-m8.ubx: UBX as a u-blox M8 sends it"}, o.ubx_m8);
   v.boolean({"rinex_observation", "", "RINEX 3.04 observations"}, o.rinex_observation);
   v.boolean({"rinex4_observation", "", "receiver.rnx: the same as RINEX 4.00"}, o.rinex4_observation);
   v.boolean({"rinex_navigation", "", "RINEX 3.04 navigation of the simulated sky"}, o.rinex_navigation);

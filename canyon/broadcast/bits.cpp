@@ -1,0 +1,57 @@
+#include "canyon/broadcast/bits.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace canyon::broadcast {
+
+Bits& Bits::put(std::uint64_t value, int width) {
+  for (int i = width - 1; i >= 0; --i) bits_.push_back(static_cast<std::uint8_t>(value >> i & 1));
+  return *this;
+}
+
+Bits& Bits::put_scaled(double value, double step, int width, bool is_signed) {
+  return put_signed(field_value(value, step, width, is_signed), width);
+}
+
+Bits& Bits::append(const Bits& other) {
+  bits_.insert(bits_.end(), other.bits_.begin(), other.bits_.end());
+  return *this;
+}
+
+std::uint64_t Bits::number(std::size_t first, std::size_t width) const {
+  assert(first + width <= bits_.size() && width <= 64);
+  std::uint64_t value = 0;
+  for (std::size_t i = first; i < first + width; ++i) value = value << 1 | bits_[i];
+  return value;
+}
+
+std::vector<std::uint32_t> Bits::words32() const {
+  std::vector<std::uint32_t> words((bits_.size() + 31) / 32);
+  for (std::size_t i = 0; i < bits_.size(); ++i) {
+    words[i / 32] |= static_cast<std::uint32_t>(bits_[i]) << (31 - i % 32);
+  }
+  return words;
+}
+
+std::int64_t field_value(double value, double step, int width, bool is_signed) {
+  const double steps = std::round(value / step);
+  if (std::isnan(steps)) return 0;
+  const double low = is_signed ? -std::ldexp(1.0, width - 1) : 0;
+  const double high = std::ldexp(1.0, is_signed ? width - 1 : width) - 1;
+  return static_cast<std::int64_t>(std::clamp(steps, low, high));
+}
+
+std::uint32_t crc24q(const Bits& bits) {
+  constexpr std::uint32_t kPolynomial = 0x1864CFB;
+  std::uint32_t crc = 0;
+  for (std::size_t i = 0; i < bits.size(); ++i) {
+    crc ^= static_cast<std::uint32_t>(bits[i]) << 23;
+    crc <<= 1;
+    if ((crc & 0x1000000) != 0) crc ^= kPolynomial;
+  }
+  return crc;
+}
+
+}  // namespace canyon::broadcast

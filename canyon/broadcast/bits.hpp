@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace canyon::broadcast {
+
+/// Bits of a navigation message in the order in which they are sent.
+class Bits {
+ public:
+  Bits() = default;
+
+  /// The `width` low bits of `value`, most significant first; width 0 to 64.
+  Bits& put(std::uint64_t value, int width);
+  /// A signed value in two's complement.
+  Bits& put_signed(std::int64_t value, int width) { return put(static_cast<std::uint64_t>(value), width); }
+  /// `value` over `step`, to the nearest; beyond the field's range its nearest end.
+  Bits& put_scaled(double value, double step, int width, bool is_signed);
+  Bits& append(const Bits& other);
+
+  [[nodiscard]] std::size_t size() const { return bits_.size(); }
+  [[nodiscard]] bool operator[](std::size_t i) const { return bits_[i] != 0; }
+  /// Bits [first, first + width) as a number; width 0 to 64. Precondition: they are there.
+  [[nodiscard]] std::uint64_t number(std::size_t first, std::size_t width) const;
+  /// Words of 32 bits from the first bit on, the last one filled with zeros.
+  [[nodiscard]] std::vector<std::uint32_t> words32() const;
+
+ private:
+  std::vector<std::uint8_t> bits_;  ///< 0 or 1
+};
+
+/// The integer that a field of `width` bits holds for `value` in units of `step`: rounded to the nearest,
+/// two's complement where `is_signed`, at the ends of the range where it lies beyond; 0 for what is not a
+/// number.
+[[nodiscard]] std::int64_t field_value(double value, double step, int width, bool is_signed);
+
+/// CRC-24Q of bits, first one first (OS SIS ICD 2.1, 5.1.9.4; RTCA DO-229 A.4.3.3): x^24 + x^23 + x^18 + x^17
+/// + x^14 + x^11 + x^10 + x^7 + x^6 + x^5 + x^4 + x^3 + x + 1.
+[[nodiscard]] std::uint32_t crc24q(const Bits& bits);
+
+}  // namespace canyon::broadcast
