@@ -213,7 +213,7 @@ Configuration::Configuration(Generation generation, int period_ms) : generation_
                         .u2(350)
                         .u1(0)
                         .u1(60)
-                        .zeros(16)
+                        .zeros(12)
                         .bytes();                                     // CFG-NAV5
   blocks_[0x0616] = Payload().u1(1).u1(3).u1(3).u1(0).u4(0).bytes();  // CFG-SBAS
   blocks_[0x0623] = Payload().u2(2).zeros(38).bytes();                // CFG-NAVX5
