@@ -26,6 +26,8 @@ constexpr std::array kFormats{
     Format{"hil_gps", "hil_gps.mavlink", &OutputConfig::hil_gps, true, encode_hil_gps},
     Format{"gps_raw_int", "gps_raw_int.mavlink", &OutputConfig::gps_raw_int, true, encode_gps_raw_int},
     Format{"rtcm", "receiver.rtcm3", &OutputConfig::rtcm, true, encode_rtcm},
+    Format{"ubx", "receiver.ubx", &OutputConfig::ubx, true, encode_ubx},
+    Format{"ubx_m8", "receiver-m8.ubx", &OutputConfig::ubx_m8, true, encode_ubx_m8},
     Format{"rinex_observation", "receiver.obs", &OutputConfig::rinex_observation, false,
            encode_rinex_observation},
     Format{"rinex4_observation", "receiver.rnx", &OutputConfig::rinex4_observation, false,

@@ -27,6 +27,10 @@ namespace canyon::output {
 [[nodiscard]] std::unique_ptr<Encoder> encode_rinex_observation(const ReceiverDescription& receiver);
 /// The same as RINEX 4.00.
 [[nodiscard]] std::unique_ptr<Encoder> encode_rinex4_observation(const ReceiverDescription& receiver);
+/// UBX of a u-blox F9 (HPG 1.32, protocol 27.31) and of an M8 (protocol 18.00): a device that answers what it
+/// hears, and sends what it is told to.
+[[nodiscard]] std::unique_ptr<Encoder> encode_ubx(const ReceiverDescription& receiver);
+[[nodiscard]] std::unique_ptr<Encoder> encode_ubx_m8(const ReceiverDescription& receiver);
 /// KML 2.2 and GeoJSON (RFC 7946): true track, fixes by horizontal error, places without fix. They hold the
 /// track in memory, about 200 bytes an epoch.
 [[nodiscard]] std::unique_ptr<Encoder> encode_kml(const ReceiverDescription& receiver);

@@ -7,10 +7,9 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/epoch_values.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
-#include "canyon/output/phase_arcs.hpp"
+#include "canyon/output/raw_observations.hpp"
 
 // RINEX, The Receiver Independent Exchange Format, versions 3.04 (IGS/RTCM, 2018) and 4.00 (2021): header
 // records table A2, epochs table A3. For the signals of gnss::signals_of() they differ in the header
@@ -18,9 +17,6 @@
 
 namespace canyon::output {
 namespace {
-
-/// Epoch lines carry seven decimals of the second.
-constexpr std::int64_t kTagStep_ns = 100;
 
 /// "C1C", and so on: pseudorange and Doppler of each signal; with `strength` carrier phase and strength as
 /// well.
@@ -72,24 +68,21 @@ class RinexObservation final : public Encoder {
 
   std::string encode(const simulation::Epoch& epoch) override {
     if (!position_) position_ = epoch.truth_ecef;
-    const receiver::ReceiverEpoch& seen = epoch.observed;
-    const auto count = std::count_if(seen.satellites.begin(), seen.satellites.end(), measured);
-    if (count == 0) return {};
-    const geodesy::GpsTime tag = round_to(seen.receiver_time, kTagStep_ns);
-    std::string text = started_ ? std::string() : header(tag);
-    last_ = tag;
-    const geodesy::CalendarTime c = geodesy::calendar_from_gps(tag);
+    const RawEpoch raw = observations_.next(epoch.observed);
+    if (raw.observations.empty()) return {};
+    std::string text = started_ ? std::string() : header(raw.tag);
+    last_ = raw.tag;
+    std::map<gnss::SatelliteId, std::map<const gnss::Signal*, const RawObservation*>> satellites;
+    for (const RawObservation& o : raw.observations) satellites[o.id][o.signal] = &o;
+    const geodesy::CalendarTime c = geodesy::calendar_from_gps(raw.tag);
     text += fmt::format("> {:04d} {:02d} {:02d} {:02d} {:02d} {:2d}.{:07d}  0{:3d}\n", c.year, c.month, c.day,
-                        c.hour, c.minute, c.second, c.nanosecond / kTagStep_ns, count);
-    // The tag is the clock reading rounded; the pseudorange follows it, or the two would disagree by up to
-    // c times 50 ns.
-    const double shift_s = tag - seen.receiver_time;
-    for (const auto& satellite : seen.satellites) {
-      if (!measured(satellite)) continue;
-      text += gnss::to_string(satellite.id);
-      for (const gnss::Signal* signal : signals_of(satellite.id.system)) {
-        if (const receiver::SignalObservation* of_signal = measured_signal(satellite, *signal)) {
-          text += observations(*of_signal->measurement, gnss::index_of(*signal), shift_s);
+                        c.hour, c.minute, c.second, c.nanosecond / kTagStep_ns, satellites.size());
+    for (const auto& [id, signals] : satellites) {
+      text += gnss::to_string(id);
+      for (const gnss::Signal* signal : signals_of(id.system)) {
+        const auto found = signals.find(signal);
+        if (found != signals.end()) {
+          text += observations(*found->second);
         } else {
           for (int i = 0; i < (receiver_.signal.enabled ? 4 : 2); ++i) text += kNoObservation;
         }
@@ -110,22 +103,15 @@ class RinexObservation final : public Encoder {
     return receiver::tracked_signals(receiver_.tracks, system);
   }
 
-  /// In the order of observation_codes(), for a tag that is `shift_s` later than the clock's reading.
-  std::string observations(const positioning::Measurement& m, std::size_t signal, double shift_s) {
-    const double pseudorange_m = m.pseudorange_m + geodesy::kSpeedOfLight * shift_s;
+  /// In the order of observation_codes().
+  [[nodiscard]] std::string observations(const RawObservation& o) const {
+    const positioning::Measurement& m = *o.measurement;
     const std::string doppler = m.doppler_hz ? observation(*m.doppler_hz) : std::string(kNoObservation);
-    if (!receiver_.signal.enabled) return observation(pseudorange_m) + doppler;
+    if (!receiver_.signal.enabled) return observation(o.pseudorange_m) + doppler;
     const char strength = m.cn0_dbhz ? static_cast<char>('0' + signal_strength_indicator(*m.cn0_dbhz)) : ' ';
-    std::string text = observation(pseudorange_m, false, strength);
-    if (const auto link = arcs_.next(m, signal)) {
-      // Time, range and phase are moved together (RINEX 3.04, 3.3 and table 1). An arc's ambiguity is
-      // arbitrary: it begins at the pseudorange, as receivers have it, and never at 0, which readers take for
-      // a missing value.
-      text += observation(*m.carrier_phase_cycles + link->alignment_cycles + m.carrier_frequency_hz * shift_s,
-                          link->slip, strength);
-    } else {
-      text += kNoObservation;
-    }
+    std::string text = observation(o.pseudorange_m, false, strength);
+    text += o.carrier_phase_cycles ? observation(*o.carrier_phase_cycles, o.slip, strength)
+                                   : std::string(kNoObservation);
     text += doppler;
     text += m.cn0_dbhz ? observation(*m.cn0_dbhz) : std::string(kNoObservation);
     return text;
@@ -207,7 +193,7 @@ class RinexObservation final : public Encoder {
   ReceiverDescription receiver_;
   Version version_;
   std::optional<Eigen::Vector3d> position_;
-  PhaseArcs arcs_;
+  RawObservations observations_{kTagStep_ns};
   bool started_ = false;
   std::size_t last_position_ = 0;  ///< byte of the TIME OF LAST OBS record
   geodesy::GpsTime last_;

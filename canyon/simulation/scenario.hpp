@@ -114,8 +114,9 @@ struct ReceiverConfig {
 
 struct OutputConfig {
   bool epochs_csv = true, satellites_csv = true, signals_csv = false, paths_csv = false, nmea = true,
-       gps_input = false, hil_gps = false, gps_raw_int = false, rtcm = false, rinex_observation = true,
-       rinex4_observation = false, rinex_navigation = true, kml = true, geojson = true, pictures = true;
+       gps_input = false, hil_gps = false, gps_raw_int = false, rtcm = false, ubx = false, ubx_m8 = false,
+       rinex_observation = true, rinex4_observation = false, rinex_navigation = true, kml = true,
+       geojson = true, pictures = true;
 };
 
 /// A whole scenario, checked. Paths are absolute or relative to the working folder (already resolved against

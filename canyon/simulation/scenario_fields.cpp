@@ -544,6 +544,8 @@ void visit(Visitor& v, OutputConfig& o) {
       {"gps_raw_int", "", "gps_raw_int.mavlink: MAVLink 2 GPS_RAW_INT and GPS_STATUS, for ground stations"},
       o.gps_raw_int);
   v.boolean({"rtcm", "", "receiver.rtcm3: RTCM 3, MSM7 and ephemerides"}, o.rtcm);
+  v.boolean({"ubx", "", "receiver.ubx: UBX as a u-blox F9 sends it"}, o.ubx);
+  v.boolean({"ubx_m8", "", "receiver-m8.ubx: UBX as a u-blox M8 sends it"}, o.ubx_m8);
   v.boolean({"rinex_observation", "", "RINEX 3.04 observations"}, o.rinex_observation);
   v.boolean({"rinex4_observation", "", "receiver.rnx: the same as RINEX 4.00"}, o.rinex4_observation);
   v.boolean({"rinex_navigation", "", "RINEX 3.04 navigation of the simulated sky"}, o.rinex_navigation);

@@ -85,7 +85,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "duration_s: 10\nrate_hz: 5\nseed: 3\n"
       "trajectory: {file: f, format: nmea, height_above_terrain_m: 2}\n"
       "outputs: {epochs_csv: true, satellites_csv: true, signals_csv: true, paths_csv: true, nmea: true, "
-      "gps_input: true, hil_gps: true, gps_raw_int: true, rtcm: true, rinex_observation: true, "
+      "gps_input: true, hil_gps: true, gps_raw_int: true, rtcm: true, ubx: true, ubx_m8: true, "
+      "rinex_observation: true, "
       "rinex4_observation: true, "
       "rinex_navigation: true, kml: true, geojson: true, pictures: true}\n"
       "propagation: " +

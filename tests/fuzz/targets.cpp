@@ -22,6 +22,8 @@
 #include "canyon/heatmap/kernels/grid.hpp"
 #include "canyon/mavlink/frames.hpp"
 #include "canyon/orbit/precise_sky.hpp"
+#include "canyon/output/formats.hpp"
+#include "canyon/output/ubx/frame.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -31,6 +33,7 @@
 #include "tests/support/observation_text.hpp"
 #include "tests/support/osm_text.hpp"
 #include "tests/support/rinex_sample.hpp"
+#include "tests/support/sample_signals.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::fuzz {
@@ -228,6 +231,47 @@ void read_mesh_parts(const fs::path& path) {
   }
 }
 
+// A device of each generation hears the bytes in pieces from two readers, between epochs.
+void hear_ubx(const fs::path& path) {
+  const std::string bytes = test::read_bytes(path);
+  for (const auto& make : {output::encode_ubx, output::encode_ubx_m8}) {
+    const auto device = make({"rover"});
+    (void)device->encode(test::sample_signal_epoch(test::sample_time(), test::sample_time()));
+    std::size_t at = 0;
+    for (std::uint64_t piece = 0; at < bytes.size(); ++piece) {
+      const std::size_t size = 1 + static_cast<unsigned char>(bytes[at]) % 64;
+      if (device->hear(piece % 5 == 0 ? 1 : 0, std::string_view(bytes).substr(at, size)).size() >
+          (96 << 10)) {
+        std::abort();  // answers are bounded
+      }
+      at += size;
+    }
+    (void)device->take_baud();
+    (void)device->encode(test::sample_signal_epoch(test::sample_time() + 1, test::sample_time()));
+  }
+}
+
+std::string ubx_frame(output::ubx::MessageId id, std::initializer_list<unsigned> payload) {
+  std::string bytes;
+  for (const unsigned byte : payload) bytes += static_cast<char>(byte);
+  return output::ubx::frame(id, bytes);
+}
+
+/// Of each command one.
+std::vector<std::string> ubx_seeds() {
+  return {ubx_frame(0x0A04, {}) + ubx_frame(0x0107, {}) + ubx_frame(0x0135, {}) + ubx_frame(0x0215, {}),
+          ubx_frame(0x0601, {1, 7, 1}) + ubx_frame(0x0601, {1, 7}) +
+              ubx_frame(0x0601, {2, 0x15, 0, 1, 0, 0, 0, 0}),
+          ubx_frame(0x0608, {100, 0, 1, 0, 0, 0}) + ubx_frame(0x0600, {}) +
+              ubx_frame(0x0600, {1, 0, 0, 0, 0xD0, 8, 0, 0, 0, 0xC2, 1, 0, 1, 0, 1, 0, 0, 0, 0, 0}),
+          ubx_frame(0x068A, {0, 1, 0, 0, 1, 0, 0x21, 0x30, 200, 0}) +
+              ubx_frame(0x068B, {0, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0x0F}) +
+              ubx_frame(0x068C, {0, 2, 0, 0, 1, 0, 0x21, 0x30}),
+          ubx_frame(0x0624, {}) + ubx_frame(0x063E, {}) + ubx_frame(0x0604, {0, 0, 0, 0}) +
+              ubx_frame(0x0609, {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}),
+          "$PUBX,41,1,0023,0001,115200,0*1C\r\n"};
+}
+
 }  // namespace
 
 const std::vector<Target>& targets() {
@@ -242,6 +286,7 @@ const std::vector<Target>& targets() {
          (void)rinex::read_rinex_observations(path);
        },
        {observations3(), observations2()}},
+      {"ubx", "commands.ubx", hear_ubx, ubx_seeds()},
       {"sp3", "some.sp3", read_sp3, {sp3()}},
       {"osm_xml",
        "map.osm",

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "canyon/broadcast/bits.hpp"
+#include "canyon/gnss/navigation_data.hpp"
+
+// The bits that satellites send, from what navigation files say of them. Values are rounded to the steps of
+// their fields (two's complement unless said otherwise): what was broadcast once comes back exactly, a
+// nominal sky's exact orbit moves by up to some centimetres (GLONASS: decimetres), see messages_test.cpp.
+
+namespace canyon::broadcast {
+
+/// What a system's satellites say of the ionosphere and of UTC.
+struct SystemMessage {
+  gnss::Klobuchar klobuchar;        ///< GPS, QZSS, BeiDou
+  std::array<double, 3> nequick{};  ///< Galileo
+  int leap_seconds = 18;            ///< GPST less UTC
+};
+
+/// Subframe 1, 2 or 3 of GPS LNAV (IS-GPS-200 20.3.3.3, 20.3.3.4), also QZSS's: ten words of 30 bits, parity
+/// in the low six. Data bits are those of the ICD, not turned over by the word before, as receivers pass them
+/// on.
+/// @param start of the subframe, a multiple of 6 s of the GPS week
+[[nodiscard]] std::vector<std::uint32_t> lnav_subframe(const gnss::KeplerEphemeris& ephemeris, int subframe,
+                                                       geodesy::GpsTime start);
+/// Page 18 of subframe 4: ionosphere and UTC (20.3.3.5.1.6 and 7).
+[[nodiscard]] std::vector<std::uint32_t> lnav_page18(gnss::System system, const SystemMessage& message,
+                                                     geodesy::GpsTime start);
+/// The six parity bits of a word (IS-GPS-200 table 20-XIV).
+/// @param data 24 bits; @param d29, d30 the last two bits of the word before
+[[nodiscard]] std::uint32_t lnav_parity(std::uint32_t data, bool d29, bool d30);
+
+/// Word of Galileo I/NAV (OS SIS ICD 2.1, 4.3.5): 128 bits. Types 0 (spare, with time), 1 to 4 (ephemeris), 5
+/// (ionosphere, BGD, health, time) and 6 (UTC).
+/// @param start of the word's page
+[[nodiscard]] Bits inav_word(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message, int type,
+                             geodesy::GpsTime start);
+/// Its nominal page on E1-B (4.3.2.3): the even part and the odd part with CRC-24Q and tail bits, 120 bits
+/// each, in four words of 32 bits each.
+[[nodiscard]] std::vector<std::uint32_t> inav_page(const Bits& word);
+
+/// Subframe 1, 2 or 3 of BeiDou D1 (BDS-SIS-ICD-B1I-3.0, 5.2.4): ten words of 30 bits with BCH(15,11,1).
+/// @param start of the subframe, a multiple of 6 s of the BDT week
+[[nodiscard]] std::vector<std::uint32_t> d1_subframe(const gnss::KeplerEphemeris& ephemeris,
+                                                     const SystemMessage& message, int subframe,
+                                                     geodesy::GpsTime start);
+/// Page 1 to 10 of subframe 1 of D2, of geostationary satellites (5.3.2): ten words, the last five empty.
+/// @param start of the subframe, a multiple of 3 s of the BDT week
+[[nodiscard]] std::vector<std::uint32_t> d2_page(const gnss::KeplerEphemeris& ephemeris,
+                                                 const SystemMessage& message, int page,
+                                                 geodesy::GpsTime start);
+/// Four parity bits of 11 bits, generator x^4 + x + 1 (5.1.3).
+[[nodiscard]] std::uint32_t bch_15_11(std::uint32_t information);
+
+/// String 1 to 5 of GLONASS (ICD L1, L2 5.1, 4.3 to 4.5): bits 85 to 1 with the Hamming code; signed fields
+/// are sign and magnitude.
+/// @param start of the frame, a multiple of 30 s of the GLONASS day
+[[nodiscard]] Bits glonass_string(const gnss::GlonassEphemeris& ephemeris, int string,
+                                  geodesy::GpsTime start);
+
+}  // namespace canyon::broadcast

@@ -1,0 +1,330 @@
+// Codes against the equations of the interface documents, fields against their tables. What other programs
+// read from whole messages is judged in tests/integration/ubx_files_test.cpp.
+#include "canyon/broadcast/messages.hpp"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <set>
+
+#include "canyon/broadcast/accuracy_index.hpp"
+#include "canyon/broadcast/schedule.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+
+namespace canyon::broadcast {
+namespace {
+
+using geodesy::GpsTime;
+
+gnss::KeplerEphemeris ephemeris(const char* id, GpsTime toe) {
+  gnss::KeplerEphemeris e;
+  e.id = *gnss::parse_satellite(id);
+  e.toe = e.toc = toe;
+  e.af0 = -1.5e-4;
+  e.af1 = 3e-12;
+  e.sqrt_a = 5153.7;
+  e.eccentricity = 0.0123;
+  e.inclination = 0.96;
+  e.inclination_rate = -2e-10;
+  e.right_ascension = -2.1;
+  e.right_ascension_rate = -8e-9;
+  e.argument_of_perigee = 1.7;
+  e.mean_anomaly = -0.3;
+  e.mean_motion_difference = 4.5e-9;
+  e.cuc = -1e-6;
+  e.cus = 2e-6;
+  e.cic = -3e-8;
+  e.cis = 4e-8;
+  e.crc = 250.5;
+  e.crs = -80.25;
+  e.group_delay = {-1.1e-8, 5e-9};
+  e.iode = 77;
+  e.iodc = 77;
+  e.accuracy_m = 2;
+  e.data_sources = 1 << 0 | 1 << 9;
+  return e;
+}
+
+/// 2026-03-01 10:00:00 GPST.
+GpsTime start() {
+  return GpsTime::from_week(2408, 36000);
+}
+
+// The check value of CRC-24Q (polynomial 0x864CFB, start 0) over "123456789" is 0xCDE703 (catalogue of
+// parametrised CRC algorithms, CRC-24/LTE-A, which is the same code).
+TEST(Crc24q, HasItsCheckValue) {
+  Bits bits;
+  for (const char c : {'1', '2', '3', '4', '5', '6', '7', '8', '9'})
+    bits.put(static_cast<unsigned char>(c), 8);
+  EXPECT_EQ(crc24q(bits), 0xCDE703U);
+}
+
+TEST(FieldValue, RoundsAndStaysInRange) {
+  EXPECT_EQ(field_value(2.6, 0.5, 8, true), 5);
+  EXPECT_EQ(field_value(-2.6, 0.5, 8, true), -5);
+  EXPECT_EQ(field_value(1e9, 1, 8, true), 127);
+  EXPECT_EQ(field_value(-1e9, 1, 8, true), -128);
+  EXPECT_EQ(field_value(-1, 1, 8, false), 0);
+  EXPECT_EQ(field_value(1e9, 1, 8, false), 255);
+  EXPECT_EQ(field_value(std::nan(""), 1, 8, true), 0);
+  EXPECT_EQ(Bits().put_signed(-3, 6).number(0, 6), 0b111101U);
+}
+
+// IS-GPS-200, table 20-XIV: D25 to D30 as sums of D29* or D30* and data bits.
+TEST(LnavParity, IsThatOfTheTable) {
+  struct Row {
+    bool by_30;
+    std::set<int> bits;
+  };
+  const Row rows[]{{false, {1, 2, 3, 5, 6, 10, 11, 12, 13, 14, 17, 18, 20, 23}},
+                   {true, {2, 3, 4, 6, 7, 11, 12, 13, 14, 15, 18, 19, 21, 24}},
+                   {false, {1, 3, 4, 5, 7, 8, 12, 13, 14, 15, 16, 19, 20, 22}},
+                   {true, {2, 4, 5, 6, 8, 9, 13, 14, 15, 16, 17, 20, 21, 23}},
+                   {true, {1, 3, 5, 6, 7, 9, 10, 14, 15, 16, 17, 18, 21, 22, 24}},
+                   {false, {3, 5, 6, 8, 9, 10, 11, 13, 15, 19, 22, 23, 24}}};
+  std::uint32_t data = 0x123456;
+  for (int trial = 0; trial < 500; ++trial, data = (data * 1664525 + 1013904223) & 0xFFFFFF) {
+    const bool d29 = trial % 2 != 0, d30 = trial % 3 != 0;
+    std::uint32_t expected = 0;
+    for (const Row& row : rows) {
+      bool bit = row.by_30 ? d30 : d29;
+      for (const int i : row.bits) bit ^= (data >> (24 - i) & 1) != 0;
+      expected = expected << 1 | (bit ? 1 : 0);
+    }
+    EXPECT_EQ(lnav_parity(data, d29, d30), expected) << data;
+  }
+}
+
+TEST(LnavSubframe, HasItsPreambleTimeAndZeroBits) {
+  for (const int subframe : {1, 2, 3}) {
+    const GpsTime at = start() + 6.0 * (subframe - 1);
+    const auto words = lnav_subframe(ephemeris("G05", start()), subframe, at);
+    ASSERT_EQ(words.size(), 10U);
+    EXPECT_EQ(words[0] >> 22, 0x8BU);
+    EXPECT_EQ(words[1] >> 13, 36000U / 6 + static_cast<unsigned>(subframe)) << "count of the next subframe";
+    EXPECT_EQ(words[1] >> 8 & 7, static_cast<unsigned>(subframe));
+    // IS-GPS-200 20.3.3: the last two parity bits of words 2 and 10 are zero.
+    EXPECT_EQ(words[1] & 3, 0U);
+    EXPECT_EQ(words[9] & 3, 0U);
+    bool d29 = false, d30 = false;
+    for (const std::uint32_t word : words) {
+      EXPECT_EQ(word & 0x3F, lnav_parity(word >> 6, d29, d30));
+      d29 = (word & 2) != 0;
+      d30 = (word & 1) != 0;
+    }
+  }
+  // Table 20-III: the square root of the axis, 32 bits from bit 227 on, steps of 2^-19.
+  const auto words = lnav_subframe(ephemeris("G05", start()), 2, start());
+  EXPECT_EQ((words[7] >> 6 & 0xFF) << 24 | words[8] >> 6,
+            static_cast<std::uint32_t>(std::llround(5153.7 * std::ldexp(1, 19))));
+  // The last count of a week is followed by 0.
+  EXPECT_EQ(lnav_subframe(ephemeris("G05", start()), 3, GpsTime::from_week(2408, 604794))[1] >> 13, 0U);
+}
+
+// BDS-SIS-ICD-B1I 5.1.3: code words are multiples of x^4 + x + 1, and such a code tells any two apart in
+// three bits or more.
+TEST(Bch, GivesCodeWords) {
+  std::set<std::uint32_t> words;
+  for (std::uint32_t information = 0; information < 1 << 11; ++information) {
+    const std::uint32_t word = information << 4 | bch_15_11(information);
+    std::uint32_t value = 0;  // at x a root: x^4 = x + 1 in GF(16)
+    for (int i = 14; i >= 0; --i) {
+      value <<= 1;
+      if ((value & 16) != 0) value ^= 0b10011;
+      value ^= word >> i & 1;
+    }
+    EXPECT_EQ(value, 0U) << information;
+    if (information > 0) {
+      EXPECT_GE(std::popcount(word), 3);
+    }
+    words.insert(word);
+  }
+  EXPECT_EQ(words.size(), 1U << 11);
+}
+
+TEST(BeiDouWords, HoldTheFieldsOfTheIcd) {
+  const auto e = ephemeris("C25", start() + 14);
+  const auto first = d1_subframe(e, {}, 1, start() + 14);
+  // 5.2.4: preamble, subframe, second of the week in BDT.
+  EXPECT_EQ(first[0] >> 19, 0b11100010010U);
+  EXPECT_EQ(first[0] >> 12 & 7, 1U);
+  EXPECT_EQ((first[0] >> 4 & 0xFF) << 12 | first[1] >> 18, 36000U);
+  EXPECT_EQ(first[2] >> 17, 2408U - 1356U);  // week of BDT
+  // The two interleaved code words of each other word.
+  for (std::size_t i = 1; i < first.size(); ++i) {
+    for (const int which : {0, 1}) {
+      std::uint32_t information = 0, parity = 0;
+      for (int bit = 0; bit < 11; ++bit)
+        information = information << 1 | (first[i] >> (29 - 2 * bit - which) & 1);
+      for (int bit = 0; bit < 4; ++bit) parity = parity << 1 | (first[i] >> (7 - 2 * bit - which) & 1);
+      EXPECT_EQ(parity, bch_15_11(information)) << i;
+    }
+  }
+  const auto page = d2_page(ephemeris("C03", start()), {}, 7, start() + 14);
+  EXPECT_EQ(page[1] >> 14 & 15, 7U) << "its number behind the second of the week";
+}
+
+// ICD GLONASS L1, L2 5.1, 4.7: the sums C1 to C7 and C of correct strings are 0.
+TEST(GlonassString, FulfilsTheEquationsOfItsCode) {
+  const std::vector<std::vector<int>> sums{
+      {1,  9,  10, 12, 13, 15, 17, 19, 20, 22, 24, 26, 28, 30, 32, 34, 35, 37, 39, 41, 43,
+       45, 47, 49, 51, 53, 55, 57, 59, 61, 63, 65, 66, 68, 70, 72, 74, 76, 78, 80, 82, 84},
+      {2,  9,  11, 12, 14, 15, 18, 19, 21, 22, 25, 26, 29, 30, 33, 34, 36, 37, 40, 41, 44,
+       45, 48, 49, 52, 53, 56, 57, 60, 61, 64, 65, 67, 68, 71, 72, 75, 76, 79, 80, 83, 84}};
+  const std::vector<std::pair<int, std::vector<std::pair<int, int>>>> ranges{
+      {3,
+       {{10, 12},
+        {16, 19},
+        {23, 26},
+        {31, 34},
+        {38, 41},
+        {46, 49},
+        {54, 57},
+        {62, 65},
+        {69, 72},
+        {77, 80},
+        {85, 85}}},
+      {4, {{13, 19}, {27, 34}, {42, 49}, {58, 65}, {73, 80}}},
+      {5, {{20, 34}, {50, 65}, {81, 85}}},
+      {6, {{35, 65}}},
+      {7, {{66, 85}}}};
+  gnss::GlonassEphemeris e;
+  e.id = *gnss::parse_satellite("R07");
+  e.toe = geodesy::gps_from_utc({2026, 3, 1, 10, 15, 0, 0});
+  e.clock_bias_s = 3.3e-5;
+  e.frequency_bias = -9e-13;
+  e.position_m = {12'345'678.9, -9'876'543.2, 20'000'000.5};
+  e.velocity_mps = {-1234.5, 2345.6, -345.7};
+  e.acceleration_mps2 = {1.9e-6, -9.3e-7, 0};
+  for (int string = 1; string <= 5; ++string) {
+    const Bits bits = glonass_string(e, string, geodesy::gps_from_utc({2026, 3, 1, 10, 0, 30, 0}));
+    ASSERT_EQ(bits.size(), 85U);
+    const auto bit = [&](int number) { return bits[static_cast<std::size_t>(85 - number)]; };
+    for (const auto& sum : sums) {
+      int ones = 0;
+      for (const int number : sum) ones += bit(number);
+      EXPECT_EQ(ones % 2, 0) << string;
+    }
+    for (const auto& [check, parts] : ranges) {
+      int ones = bit(check);
+      for (const auto& [from, to] : parts) {
+        for (int number = from; number <= to; ++number) ones += bit(number);
+      }
+      EXPECT_EQ(ones % 2, 0) << string << " C" << check;
+    }
+    int ones = 0;
+    for (int number = 1; number <= 85; ++number) ones += bit(number);
+    EXPECT_EQ(ones % 2, 0) << string;
+  }
+  // Table 4.5: x in steps of 2^-11 km, sign and magnitude, bits 35 to 9.
+  const Bits second = glonass_string(e, 2, e.toe);
+  EXPECT_EQ(second.number(85 - 35, 1), 1U);
+  EXPECT_EQ(second.number(85 - 34, 26), static_cast<std::uint64_t>(std::llround(9876.5432 * 2048)));
+  // 13:15 in Moscow is quarter 53 of the day.
+  EXPECT_EQ(second.number(85 - 76, 7), 53U);
+}
+
+// OS SIS ICD 2.1, 4.3.2.3: even and odd part, CRC over 196 bits.
+TEST(InavPage, CarriesTheWordAndItsCrc) {
+  const Bits word = inav_word(ephemeris("E11", start()), {}, 1, start());
+  ASSERT_EQ(word.size(), 128U);
+  EXPECT_EQ(word.number(0, 6), 1U);
+  EXPECT_EQ(word.number(6, 10), 77U);
+  EXPECT_EQ(word.number(16, 14), 36000U / 60);
+  for (int type = 0; type <= 6; ++type) {
+    EXPECT_EQ(inav_word(ephemeris("E11", start()), {}, type, start()).size(), 128U) << type;
+  }
+  const auto page = inav_page(word);
+  ASSERT_EQ(page.size(), 8U);
+  EXPECT_EQ(page[0] >> 30, 0U);
+  EXPECT_EQ(page[4] >> 30, 2U);
+  Bits all;
+  for (const std::uint32_t w : page) all.put(w, 32);
+  Bits checked;
+  checked.put(all.number(0, 64), 64)
+      .put(all.number(64, 50), 50)
+      .put(all.number(128, 64), 64)
+      .put(all.number(192, 18), 18);
+  EXPECT_EQ(all.number(128 + 82, 24), crc24q(checked));
+  EXPECT_EQ(all.number(2, 62), word.number(0, 62));
+}
+
+TEST(AccuracyIndex, FollowsTheTables) {
+  // IS-GPS-200 20.3.3.3.1.3: nominal values 2.0, 2.8, 4.0, 5.7, 8.0, 11.3, 16, 32, ...
+  const double nominal[]{2.0, 2.8, 4.0, 5.7, 8.0, 11.3, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096};
+  for (int i = 0; i < 15; ++i) EXPECT_EQ(accuracy_index(nominal[i]), i) << nominal[i];
+  EXPECT_EQ(accuracy_index(8192), 15);
+  // OS SIS ICD 2.1, table 76.
+  EXPECT_EQ(sisa_index(0.49), 49);
+  EXPECT_EQ(sisa_index(0.5), 50);
+  EXPECT_EQ(sisa_index(0.98), 74);
+  EXPECT_EQ(sisa_index(1.0), 75);
+  EXPECT_EQ(sisa_index(1.96), 99);
+  EXPECT_EQ(sisa_index(3.12), 107);
+  EXPECT_EQ(sisa_index(6), 125);
+  EXPECT_EQ(sisa_index(6.1), 255);
+  EXPECT_EQ(sisa_index(-1), 255);
+}
+
+class Sent : public testing::Test {
+ protected:
+  Sent() {
+    for (const char* id : {"G05", "J02", "E11", "C03", "C25"}) {
+      navigation_.kepler.push_back(ephemeris(id, start()));
+      navigation_.kepler.push_back(ephemeris(id, start() + 7200));
+      navigation_.kepler.back().iode = 78;
+    }
+    navigation_.klobuchar[gnss::System::GPS] = {};
+    gnss::GlonassEphemeris r;
+    r.id = *gnss::parse_satellite("R07");
+    r.toe = start();
+    navigation_.glonass.push_back(r);
+  }
+  std::vector<SentMessage> sent(const char* id, double from_s, double to_s) {
+    return Schedule().sent(navigation_, *gnss::parse_satellite(id), start() + from_s, start() + to_s);
+  }
+  gnss::NavigationData navigation_;
+};
+
+// 12.5 minutes: 25 frames of five subframes, of which three are ephemeris and one page 18
+// (IS-GPS-200 20.3.2); I/NAV 13 of 15 pages of 2 s; D1 three of five of 6 s; D2 a page every 3 s; five of 15
+// strings in 30 s.
+TEST_F(Sent, KeepsThePaceOfEachSystem) {
+  EXPECT_EQ(sent("G05", 0, 750).size(), 25U * 3 + 1);
+  EXPECT_EQ(sent("J02", 0, 750).size(), 25U * 3) << "has no ionosphere of its own";
+  EXPECT_EQ(sent("E11", 0, 750).size(), 25U * 13);
+  EXPECT_EQ(sent("C25", 0, 750).size(), 25U * 3);
+  EXPECT_EQ(sent("C03", 0, 750).size(), 250U);
+  EXPECT_EQ(sent("R07", 0, 750).size(), 25U * 5);
+  EXPECT_TRUE(sent("G06", 0, 750).empty()) << "no ephemeris";
+  EXPECT_TRUE(sent("S23", 0, 750).empty());
+}
+
+TEST_F(Sent, GivesAMessageAtItsLastBitAndOnce) {
+  EXPECT_TRUE(sent("G05", 0, 5.999).empty());
+  const auto first = sent("G05", 5.999, 6);
+  ASSERT_EQ(first.size(), 1U);
+  EXPECT_EQ(first[0].start, start());
+  EXPECT_TRUE(sent("G05", 6, 11.9).empty());
+  Schedule schedule;
+  std::size_t in_steps = 0;
+  for (int i = 0; i < 7500; ++i) {
+    in_steps += schedule.sent(navigation_, first[0].id, start() + 0.1 * i, start() + 0.1 * (i + 1)).size();
+  }
+  EXPECT_EQ(in_steps, 76U);
+}
+
+TEST_F(Sent, ChangesTheEphemerisWithTheFrame) {
+  int issue = 0;
+  for (const SentMessage& message : sent("G05", 3540, 3690)) {
+    if ((message.words[1] >> 8 & 7) != 2) continue;
+    issue = static_cast<int>(message.words[2] >> 22);
+    EXPECT_EQ(issue, message.start < start() + 3600 ? 77 : 78);
+  }
+  EXPECT_EQ(issue, 78);
+}
+
+}  // namespace
+}  // namespace canyon::broadcast

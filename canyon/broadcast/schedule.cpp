@@ -1,0 +1,132 @@
+#include "canyon/broadcast/schedule.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "canyon/broadcast/messages.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
+
+namespace canyon::broadcast {
+namespace {
+
+using geodesy::GpsTime;
+using gnss::System;
+
+constexpr std::int64_t kSecond = GpsTime::kNanosecondsPerSecond;
+
+/// Message k fills [offset + k period, offset + k period + duration) [ns of GPST].
+struct Pace {
+  std::int64_t offset, period, duration;
+  std::int64_t of_frame;  ///< messages in 30 s
+};
+
+Pace pace_of(gnss::SatelliteId id, GpsTime t) {
+  switch (id.system) {
+    case System::Galileo:
+      return {kSecond, 2 * kSecond, 2 * kSecond, 15};
+    case System::BeiDou: {
+      constexpr std::int64_t kOffset = geodesy::kBdtSecondsOffset * kSecond;
+      if (gnss::is_beidou_geo(id)) return {kOffset, 3 * kSecond, kSecond * 6 / 10, 10};
+      return {kOffset, 6 * kSecond, 6 * kSecond, 5};
+    }
+    case System::GLONASS:
+      return {geodesy::leap_seconds(t) * kSecond, 2 * kSecond, 2 * kSecond, 15};
+    case System::GPS:
+    case System::QZSS:
+    case System::SBAS:
+      break;
+  }
+  return {0, 6 * kSecond, 6 * kSecond, 5};
+}
+
+std::int64_t floor_div(std::int64_t a, std::int64_t b) {
+  return a / b - (a % b < 0 ? 1 : 0);
+}
+
+template <typename Record>
+const Record* nearest(const std::vector<Record>& records, gnss::SatelliteId id, GpsTime t) {
+  const Record* best = nullptr;
+  for (const Record& record : records) {
+    if (record.id != id) continue;
+    if constexpr (std::is_same_v<Record, gnss::KeplerEphemeris>) {
+      if (gnss::is_galileo_fnav(record)) continue;  // is sent on E5a
+    }
+    // The newer one among equals, as BroadcastSky has it.
+    if (best == nullptr || std::abs(t - record.toe) <= std::abs(t - best->toe)) best = &record;
+  }
+  return best;
+}
+
+SystemMessage system_message(const gnss::NavigationData& navigation, System system, GpsTime t) {
+  SystemMessage message;
+  const auto klobuchar = navigation.klobuchar.find(system);
+  if (klobuchar != navigation.klobuchar.end()) message.klobuchar = klobuchar->second;
+  if (navigation.galileo_nequick) message.nequick = *navigation.galileo_nequick;
+  message.leap_seconds = navigation.leap_seconds.value_or(geodesy::leap_seconds(t));
+  return message;
+}
+
+/// Empty where nothing is sent that Canyon knows.
+std::vector<std::uint32_t> words_of(const gnss::KeplerEphemeris& e, const gnss::NavigationData& navigation,
+                                    std::int64_t k, GpsTime start) {
+  const System system = e.id.system;
+  if (system == System::Galileo) {
+    constexpr std::array<int, 15> kWords{2, 4, 6, -1, -1, 0, 0, 0, 0, 0, 1, 3, 5, 0, 0};
+    const int type = kWords[static_cast<std::size_t>(k % 15)];
+    if (type < 0) return {};  // almanacs
+    return inav_page(inav_word(e, system_message(navigation, system, start), type, start));
+  }
+  if (system == System::BeiDou) {
+    const SystemMessage message = system_message(navigation, system, start);
+    if (gnss::is_beidou_geo(e.id)) return d2_page(e, message, static_cast<int>(k % 10) + 1, start);
+    return k % 5 < 3 ? d1_subframe(e, message, static_cast<int>(k % 5) + 1, start)
+                     : std::vector<std::uint32_t>();
+  }
+  if (k % 5 < 3) return lnav_subframe(e, static_cast<int>(k % 5) + 1, start);
+  if (k % 5 == 3 && k / 5 % 25 == 17 && navigation.klobuchar.count(system) > 0) {
+    return lnav_page18(system, system_message(navigation, system, start), start);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<SentMessage> Schedule::sent(const gnss::NavigationData& navigation, gnss::SatelliteId id,
+                                        GpsTime from, GpsTime to) {
+  std::vector<SentMessage> messages;
+  if (id.system == System::SBAS) return messages;
+  const Pace pace = pace_of(id, to);
+  Current& current = current_[id];
+  const std::int64_t last = to.nanoseconds() - pace.offset - pace.duration;
+  std::int64_t k = floor_div(from.nanoseconds() - pace.offset - pace.duration, pace.period) + 1;
+  for (; k * pace.period <= last; ++k) {
+    const GpsTime start = GpsTime::from_nanoseconds(pace.offset + k * pace.period);
+    const std::int64_t frame = floor_div(k, pace.of_frame);
+    if (current.frame != frame) {
+      const GpsTime frame_start =
+          GpsTime::from_nanoseconds(pace.offset + frame * pace.of_frame * pace.period);
+      current.frame = frame;
+      current.ephemeris = std::monostate();
+      if (id.system == System::GLONASS) {
+        if (const auto* e = nearest(navigation.glonass, id, frame_start)) current.ephemeris = *e;
+      } else if (const auto* e = nearest(navigation.kepler, id, frame_start)) {
+        current.ephemeris = *e;
+      }
+    }
+    SentMessage message{id, start, {}};
+    if (const auto* kepler = std::get_if<gnss::KeplerEphemeris>(&current.ephemeris)) {
+      message.words = words_of(*kepler, navigation, k, start);
+    } else if (const auto* glonass = std::get_if<gnss::GlonassEphemeris>(&current.ephemeris)) {
+      const auto string = static_cast<int>(k % 15) + 1;
+      if (string <= 5) {
+        const GpsTime frame_start = start - std::chrono::seconds(2 * (string - 1));
+        message.words = glonass_string(*glonass, string, frame_start).words32();
+      }
+    }
+    if (!message.words.empty()) messages.push_back(std::move(message));
+  }
+  return messages;
+}
+
+}  // namespace canyon::broadcast

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "canyon/gnss/navigation_data.hpp"
+
+namespace canyon::broadcast {
+
+/// A message as it came from a satellite: subframe, page or string, the words as messages.hpp makes them
+/// (strings of GLONASS: three words of 32 bits, the first bit foremost).
+struct SentMessage {
+  gnss::SatelliteId id;
+  geodesy::GpsTime start;  ///< when its first bit was sent
+  std::vector<std::uint32_t> words;
+};
+
+/// What satellites send when, at their systems' pace: GPS and QZSS a subframe of LNAV every 6 s (1, 2, 3;
+/// page 18 of subframe 4 once in 12.5 min), Galileo on E1-B a page of I/NAV every 2 s from odd seconds on
+/// (words 2, 4, 6, ..., 1, 3, 5 in 30 s, spare ones between), BeiDou a subframe of D1 every 6 s or, in
+/// geostationary orbit, a page of D2 every 3 s, GLONASS a string every 2 s (1 to 5 of 15). Almanacs, SBAS and
+/// messages of other signals are not sent. A satellite sends the ephemeris that its receivers' sky goes by,
+/// that with the nearest toe, and changes it from one 30 s frame to the next.
+class Schedule {
+ public:
+  /// Messages whose last bit a satellite sends in (from, to], in order of time; none without an ephemeris.
+  /// Calls for one satellite must go forward in time.
+  [[nodiscard]] std::vector<SentMessage> sent(const gnss::NavigationData& navigation, gnss::SatelliteId id,
+                                              geodesy::GpsTime from, geodesy::GpsTime to);
+
+ private:
+  using Ephemeris = std::variant<std::monostate, gnss::KeplerEphemeris, gnss::GlonassEphemeris>;
+  struct Current {
+    std::optional<std::int64_t> frame;
+    Ephemeris ephemeris;
+  };
+  std::map<gnss::SatelliteId, Current> current_;
+};
+
+}  // namespace canyon::broadcast

@@ -1,0 +1,38 @@
+#include "canyon/output/raw_observations.hpp"
+
+#include <algorithm>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/output/number.hpp"
+
+namespace canyon::output {
+
+RawEpoch RawObservations::next(const receiver::ReceiverEpoch& seen) {
+  RawEpoch epoch{round_to(seen.receiver_time, step_ns_), {}};
+  const double shift_s = epoch.tag - seen.receiver_time;
+  for (const receiver::SatelliteObservation& satellite : seen.satellites) {
+    const std::size_t first = epoch.observations.size();
+    const auto add = [&](const receiver::SignalObservation& observed, const gnss::Signal& signal) {
+      if (!observed.measurement) return;
+      const positioning::Measurement& m = *observed.measurement;
+      RawObservation o{satellite.id, &signal, &m, m.pseudorange_m + geodesy::kSpeedOfLight * shift_s,
+                       {},           false};
+      if (const auto link = arcs_.next(m, gnss::index_of(signal))) {
+        o.carrier_phase_cycles =
+            *m.carrier_phase_cycles + link->alignment_cycles + m.carrier_frequency_hz * shift_s;
+        o.slip = link->slip;
+      }
+      epoch.observations.push_back(o);
+    };
+    // Epochs that were made by hand may have no signal: the system's first.
+    add(satellite,
+        satellite.signal != nullptr ? *satellite.signal : gnss::signals_of(satellite.id.system).front());
+    for (const receiver::SignalObservation& other : satellite.more) add(other, *other.signal);
+    std::stable_sort(epoch.observations.begin() + static_cast<std::ptrdiff_t>(first),
+                     epoch.observations.end(),
+                     [](const auto& a, const auto& b) { return a.signal < b.signal; });
+  }
+  return epoch;
+}
+
+}  // namespace canyon::output

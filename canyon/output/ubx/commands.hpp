@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/output/ubx/configuration.hpp"
+#include "canyon/output/ubx/frame.hpp"
+
+namespace canyon::output::ubx {
+
+/// What a device answers polls with.
+class Outputs {
+ public:
+  virtual ~Outputs() = default;
+  /// The payload of a message that can be polled, of the last epoch; empty where there is none.
+  [[nodiscard]] virtual std::optional<std::string> output(MessageId id) const = 0;
+};
+
+/// The ear of the device: takes commands, answers, and keeps what they set. CFG messages are acknowledged
+/// (ACK-ACK) or refused (ACK-NAK); polls of other messages are answered by the message, or not at all
+/// (UBX-13003221, 31.3; UBX-22008968, 3.4). `$PUBX,41` sets port and rate as CFG-PRT does.
+class Commands {
+ public:
+  /// Answers of one call are cut off behind as many bytes, as a sending buffer that is full.
+  static constexpr std::size_t kMostAnswer = 64 << 10;
+  /// Of more readers at once the one with the smallest number is forgotten: its unfinished command is lost.
+  static constexpr std::size_t kMostReaders = 64;
+
+  /// @param interval_ms of the epochs; @param systems that CFG-GNSS calls enabled
+  Commands(Generation generation, int interval_ms, const std::set<gnss::System>& systems,
+           const Outputs& outputs);
+
+  [[nodiscard]] std::string hear(std::uint64_t reader, std::string_view bytes);
+  [[nodiscard]] std::optional<int> take_baud();
+
+  [[nodiscard]] const Configuration& configuration() const { return settings_.current; }
+  /// From one navigation solution to the next [ms].
+  [[nodiscard]] std::int64_t interval_ms() const;
+  /// False between CFG-RST's controlled stop and start.
+  [[nodiscard]] bool running() const { return running_; }
+
+ private:
+  enum class Reply : std::uint8_t { Acknowledge, Refuse, Silent };
+
+  void take(MessageId id, std::string_view payload, std::string& answer);
+  Reply configure(std::uint8_t id, std::string_view payload, std::string& answer);
+  Reply message_rate(std::string_view payload, std::string& answer);
+  Reply port(std::string_view payload, std::string& answer);
+  Reply rates(std::string_view payload, std::string& answer);
+  Reply navigation_engine(std::string_view payload, std::string& answer);
+  Reply block(MessageId id, std::string_view payload, std::string& answer);
+  Reply save(std::string_view payload);
+  Reply restart(std::string_view payload);
+  Reply set_values(std::string_view payload);
+  Reply get_values(std::string_view payload, std::string& answer);
+  Reply delete_values(std::string_view payload);
+  void take_line(std::string_view sentence);
+  bool set_port(int port, std::uint64_t baud, std::uint64_t in, std::uint64_t out);
+
+  Generation generation_;
+  const Outputs& outputs_;
+  /// As it is, as it is kept over a restart, as it was made.
+  struct {
+    Configuration current, saved, factory;
+  } settings_;
+  std::string systems_;  ///< CFG-GNSS
+  std::map<std::uint64_t, Parser> readers_;
+  bool running_ = true;
+  std::uint64_t told_baud_;
+};
+
+}  // namespace canyon::output::ubx

@@ -1,0 +1,291 @@
+#include "canyon/output/ubx/configuration.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace canyon::output::ubx {
+namespace {
+
+// Keys: UBX-22008968, 6.9.14 (CFG-MSGOUT). ID, key, M8, F9, rate, made.
+constexpr std::array kMessages{
+    MessageInfo{0x0107, 0x20910006, true, true, 1},   // NAV-PVT
+    MessageInfo{0x0103, 0x2091001a, true, true, 1},   // NAV-STATUS
+    MessageInfo{0x0104, 0x20910038, true, true, 1},   // NAV-DOP
+    MessageInfo{0x0120, 0x20910047, true, true, 1},   // NAV-TIMEGPS
+    MessageInfo{0x0121, 0x2091005b, true, true, 0},   // NAV-TIMEUTC
+    MessageInfo{0x0102, 0x20910029, true, true, 0},   // NAV-POSLLH
+    MessageInfo{0x0112, 0x20910042, true, true, 0},   // NAV-VELNED
+    MessageInfo{0x0106, 0, true, false, 0},           // NAV-SOL
+    MessageInfo{0x0114, 0x20910033, false, true, 0},  // NAV-HPPOSLLH
+    MessageInfo{0x0136, 0x20910083, false, true, 1},  // NAV-COV
+    MessageInfo{0x0135, 0x20910015, true, true, 1},   // NAV-SAT
+    MessageInfo{0x0130, 0, true, false, 0},           // NAV-SVINFO
+    MessageInfo{0x0143, 0x20910345, false, true, 1},  // NAV-SIG
+    MessageInfo{0x0161, 0x2091015f, true, true, 1},   // NAV-EOE
+    MessageInfo{0x0215, 0x209102a4, true, true, 1},   // RXM-RAWX
+    MessageInfo{0x0213, 0x20910231, true, true, 1},   // RXM-SFRBX
+    MessageInfo{0x0A09, 0x209101b4, true, true, 0},   // MON-HW
+    MessageInfo{0x0A0B, 0x209101b9, true, true, 0},   // MON-HW2
+    MessageInfo{0x0A38, 0x20910359, false, true, 1},  // MON-RF
+    MessageInfo{0x2709, 0x20910634, false, true, 1},  // SEC-SIG
+    MessageInfo{0xF004, 0x209100ab, true, true, 0},   // RMC
+    MessageInfo{0xF000, 0x209100ba, true, true, 0},   // GGA
+    MessageInfo{0xF002, 0x209100bf, true, true, 0},   // GSA
+    MessageInfo{0xF007, 0x209100d3, true, true, 0},   // GST
+    MessageInfo{0xF003, 0x209100c4, true, true, 0},   // GSV
+    // Corrections never come in: nothing to report.
+    MessageInfo{0x0232, 0x20910268, false, true, 0},         // RXM-RTCM
+    MessageInfo{0xF001, 0x209100c9, true, true, 0, false},   // GLL
+    MessageInfo{0xF005, 0x209100b0, true, true, 0, false},   // VTG
+    MessageInfo{0xF008, 0x209100d8, true, true, 0, false},   // ZDA
+    MessageInfo{0x013B, 0x20910088, false, true, 0, false},  // NAV-SVIN
+    MessageInfo{0x013C, 0x2091008d, false, true, 0, false},  // NAV-RELPOSNED
+    MessageInfo{0xF505, 0x209102bd, false, true, 0, false},  // RTCM 1005, 1074, 1077, ...
+    MessageInfo{0xF54A, 0x2091035e, false, true, 0, false},
+    MessageInfo{0xF54D, 0x209102cc, false, true, 0, false},
+    MessageInfo{0xF554, 0x20910363, false, true, 0, false},
+    MessageInfo{0xF557, 0x209102d1, false, true, 0, false},
+    MessageInfo{0xF55E, 0x20910368, false, true, 0, false},
+    MessageInfo{0xF561, 0x20910318, false, true, 0, false},
+    MessageInfo{0xF57C, 0x2091036d, false, true, 0, false},
+    MessageInfo{0xF57F, 0x209102d6, false, true, 0, false},
+    MessageInfo{0xF5E6, 0x20910303, false, true, 0, false},
+    MessageInfo{0xF5FE, 0x209102fe, false, true, 0, false},
+    MessageInfo{0xF5FD, 0x20910381, false, true, 0, false},
+};
+
+struct KeyDefault {
+  std::uint32_t key;
+  std::uint64_t value;
+};
+// The groups that flight controllers and gpsd set, with the defaults of UBX-22008968, chapter 6, but for NMEA
+// and the jamming monitor: see docs/outputs.md.
+constexpr KeyDefault kKeys[]{
+    {kRateNavigation, 1},
+    {kRateTimeReference, 1},
+    {kFixMode, 3},
+    {0x2011001c, 0},
+    {kDynamicModel, 0},
+    {0x201100a4, 10},
+    {0x20140011, 3},  // NAVHPG-DGNSSMODE
+    {0x10220001, 0},
+    {0x10220002, 0},
+    {0x10220003, 0},
+    {0x10220004, 0},  // ODO
+    {kJammingMonitor, 1},
+    {0x20030001, 0},
+    {0x20030002, 0},
+    {0x40030003, 0},
+    {0x40030004, 0},
+    {0x40030005, 0},
+    {0x20030006, 0},
+    {0x20030007, 0},
+    {0x20030008, 0},
+    {0x40030009, 0},
+    {0x4003000a, 0},
+    {0x4003000b, 0},
+    {0x2003000c, 0},
+    {0x2003000d, 0},
+    {0x2003000e, 0},
+    {0x4003000f, 0},
+    {0x40030010, 0},
+    {0x40030011, 0},  // TMODE
+    // SIGNAL: systems, then their signals.
+    {0x1031001f, 1},
+    {0x10310020, 1},
+    {0x10310021, 1},
+    {0x10310022, 1},
+    {0x10310024, 1},
+    {0x10310025, 1},
+    {0x10310001, 1},
+    {0x10310003, 1},
+    {0x10310004, 0},
+    {0x10310005, 1},
+    {0x10310007, 1},
+    {0x10310009, 0},
+    {0x1031000a, 1},
+    {0x1031000d, 1},
+    {0x1031000e, 1},
+    {0x1031000f, 0},
+    {0x10310028, 0},
+    {0x10310012, 1},
+    {0x10310014, 0},
+    {0x10310015, 1},
+    {0x10310017, 0},
+    {0x10310018, 1},
+    {0x1031001a, 1},
+    {0x10310026, 0},
+    {0x1031001d, 0},
+    {0x10320001, 0},
+    // Ports: I2C, UART1, UART2, USB, SPI; in, then out: UBX, NMEA, RTCM 3.
+    {0x10510003, 1},
+    {0x10710001, 1},
+    {0x10710002, 1},
+    {0x10710004, 1},
+    {0x10720001, 1},
+    {0x10720002, 0},
+    {0x10720004, 0},
+    {0x20520002, 1},
+    {0x20520003, 0},
+    {0x20520004, 0},
+    {0x10520005, 1},
+    {0x10520006, 0},
+    {0x10730001, 1},
+    {0x10730002, 1},
+    {0x10730004, 1},
+    {kOutputUbx, 1},
+    {kOutputNmea, 1},
+    {0x10740004, 0},
+    {0x40530001, 38400},
+    {0x20530002, 1},
+    {0x20530003, 0},
+    {0x20530004, 0},
+    {0x10530005, 1},
+    {0x10530006, 0},
+    {0x10750001, 0},
+    {0x10750002, 0},
+    {0x10750004, 1},
+    {0x10760001, 0},
+    {0x10760002, 0},
+    {0x10760004, 0},
+    {0x10650001, 1},
+    {0x10770001, 1},
+    {0x10770002, 1},
+    {0x10770004, 1},
+    {0x10780001, 1},
+    {0x10780002, 0},
+    {0x10780004, 0},
+    {0x10640006, 0},
+    {0x20640001, 50},
+    {0x10790001, 1},
+    {0x10790002, 1},
+    {0x10790004, 1},
+    {0x107a0001, 1},
+    {0x107a0002, 0},
+    {0x107a0004, 0},
+};
+
+// Out of reach of CFG-VALSET: no key has these high bits.
+constexpr std::uint32_t kOwnRate = 0x80000000;
+
+const MessageInfo* info_of(MessageId id, Generation generation) {
+  for (const MessageInfo& info : kMessages) {
+    if (info.id == id && info.known(generation)) return &info;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::span<const MessageInfo> messages() {
+  return kMessages;
+}
+
+int value_size(std::uint32_t key) {
+  constexpr std::array<int, 8> kSizes{0, 1, 1, 2, 4, 8, 0, 0};
+  return key < kOwnRate ? kSizes[key >> 28 & 7] : 0;
+}
+
+Configuration::Configuration(Generation generation, int period_ms) : generation_(generation) {
+  for (const KeyDefault& key : kKeys) values_[key.key] = key.value;
+  values_[kRateMeasurement] = static_cast<std::uint64_t>(std::clamp(period_ms, 1, 0xFFFF));
+  values_[kBaud] = generation == Generation::M8 ? 9600 : 38400;
+  for (const MessageInfo& info : kMessages) {
+    if (!info.known(generation)) continue;
+    for (int port = 0; port < kPorts; ++port) {
+      const auto key = rate_key(info.id, port);
+      if (key) values_[*key] = port == kOwnPort ? static_cast<std::uint64_t>(info.rate) : 0;
+    }
+  }
+  if (generation == Generation::M8) values_[*rate_key(0x0A09, kOwnPort)] = 1;  // has no MON-RF
+  // Blocks with their defaults: dynModel and fixMode come from the keys.
+  blocks_[0x0624] = Payload()
+                        .u2(0xFFFF)
+                        .u1(0)
+                        .u1(3)
+                        .u4(0)
+                        .u4(10000)
+                        .u1(5)
+                        .u1(0)
+                        .u2(250)
+                        .u2(250)
+                        .u2(100)
+                        .u2(350)
+                        .u1(0)
+                        .u1(60)
+                        .zeros(12)
+                        .bytes();                                     // CFG-NAV5
+  blocks_[0x0616] = Payload().u1(1).u1(3).u1(3).u1(0).u4(0).bytes();  // CFG-SBAS
+  blocks_[0x0623] = Payload().u2(2).zeros(38).bytes();                // CFG-NAVX5
+  blocks_[0x0639] = Payload().u4(0xADE62AD3).u4(0x0000031E).bytes();  // CFG-ITFM, bit 31: on
+  blocks_[0x0613] = Payload().u2(0x001B).u2(0x8251).bytes();          // CFG-ANT
+  blocks_[0x0631] = Payload()
+                        .u1(0)
+                        .u1(1)
+                        .u2(0)
+                        .u2(50)
+                        .u2(0)
+                        .u4(1'000'000)
+                        .u4(1'000'000)
+                        .u4(0)
+                        .u4(100'000)
+                        .u4(0)
+                        .u4(0x77)
+                        .bytes();           // CFG-TP5
+  blocks_[0x0671] = std::string(40, '\0');  // CFG-TMODE3
+}
+
+std::optional<std::uint64_t> Configuration::value(std::uint32_t key) const {
+  const auto found = values_.find(key);
+  if (found == values_.end()) return std::nullopt;
+  return found->second;
+}
+
+bool Configuration::takes(std::uint32_t key, std::uint64_t value) const {
+  if (values_.count(key) == 0) return false;
+  if (key == kRateMeasurement) return value > 0;
+  if (key == kRateNavigation) return value > 0 && value <= 127;
+  if (key == kBaud) return value >= 4800 && value <= 4'000'000;
+  if (key == 0x20030001) return value == 0;  // TMODE-MODE: no base station
+  if (value == 0 || key >> 16 != 0x2091) return true;
+  return std::none_of(kMessages.begin(), kMessages.end(), [&](const MessageInfo& info) {
+    return !info.made && key >= info.key && key < info.key + kPorts;
+  });
+}
+
+bool Configuration::set(std::uint32_t key, std::uint64_t value) {
+  if (!takes(key, value)) return false;
+  values_[key] = value;
+  return true;
+}
+
+std::vector<std::uint32_t> Configuration::keys(std::uint32_t mask) const {
+  std::vector<std::uint32_t> found;
+  const bool any_item = (mask & 0xFFFF) == 0xFFFF, any_group = (mask & 0x0FFF0000) == 0x0FFF0000;
+  for (const auto& [key, value] : values_) {
+    if (key >= kOwnRate) continue;
+    if (key == mask || (any_item && (any_group || (key & 0x0FFF0000) == (mask & 0x0FFF0000))))
+      found.push_back(key);
+  }
+  return found;
+}
+
+std::optional<std::uint32_t> Configuration::rate_key(MessageId id, int port) const {
+  const MessageInfo* info = info_of(id, generation_);
+  if (info == nullptr || port < 0 || port >= kPorts) return std::nullopt;
+  if (info->key != 0) return info->key + static_cast<std::uint32_t>(port);
+  if (port != kOwnPort) return std::nullopt;
+  return kOwnRate | id;
+}
+
+int Configuration::rate(MessageId id) const {
+  const auto key = rate_key(id, kOwnPort);
+  return key ? static_cast<int>(values_.at(*key)) : 0;
+}
+
+std::string* Configuration::block(MessageId id) {
+  const auto found = blocks_.find(id);
+  return found == blocks_.end() ? nullptr : &found->second;
+}
+
+}  // namespace canyon::output::ubx

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "canyon/output/ubx/frame.hpp"
+
+namespace canyon::output::ubx {
+
+/// Which receivers the device speaks like: protocol 18.00 of the M8, 27.31 of the F9 (HPG 1.32).
+enum class Generation : std::uint8_t { M8, F9 };
+
+/// The ports that settings name; the device hangs on UART1.
+inline constexpr int kPorts = 5;  ///< I2C (DDC), UART1, UART2, USB, SPI
+inline constexpr int kOwnPort = 1;
+
+/// A message whose rate can be set.
+struct MessageInfo {
+  MessageId id = 0;
+  std::uint32_t key = 0;  ///< CFG-MSGOUT-..._I2C, that of the other ports follow; 0: it has none
+  bool m8 = false, f9 = false;
+  int rate = 0;      ///< from the start, on the own port
+  bool made = true;  ///< false: known, never sent; a rate other than 0 is refused
+
+  [[nodiscard]] bool known(Generation generation) const { return generation == Generation::M8 ? m8 : f9; }
+};
+/// In the order in which the messages of an epoch are sent.
+[[nodiscard]] std::span<const MessageInfo> messages();
+
+/// Keys of CFG-VALSET and CFG-VALGET that the device itself asks for (UBX-22008968, chapter 6).
+inline constexpr std::uint32_t kRateMeasurement = 0x30210001;  ///< CFG-RATE-MEAS [ms]
+inline constexpr std::uint32_t kRateNavigation = 0x30210002;   ///< CFG-RATE-NAV [measurements]
+inline constexpr std::uint32_t kRateTimeReference = 0x20210003;
+inline constexpr std::uint32_t kBaud = 0x40520001;            ///< CFG-UART1-BAUDRATE
+inline constexpr std::uint32_t kOutputUbx = 0x10740001;       ///< CFG-UART1OUTPROT-UBX
+inline constexpr std::uint32_t kOutputNmea = 0x10740002;      ///< CFG-UART1OUTPROT-NMEA
+inline constexpr std::uint32_t kDynamicModel = 0x20110021;    ///< CFG-NAVSPG-DYNMODEL
+inline constexpr std::uint32_t kFixMode = 0x20110011;         ///< CFG-NAVSPG-FIXMODE
+inline constexpr std::uint32_t kJammingMonitor = 0x1041000d;  ///< CFG-ITFM-ENABLE
+
+/// Everything that a host can set, by the keys of the newer protocol; the older CFG messages are other ways
+/// to the same values, or blocks of bytes of their own. Nothing can be added to it: it does not grow.
+class Configuration {
+ public:
+  /// @param period_ms default of CFG-RATE-MEAS, at least 1
+  Configuration(Generation generation, int period_ms);
+
+  [[nodiscard]] std::optional<std::uint64_t> value(std::uint32_t key) const;
+  /// False, and nothing changed, for an unknown key and a value that the device does not take.
+  bool set(std::uint32_t key, std::uint64_t value);
+  [[nodiscard]] bool takes(std::uint32_t key, std::uint64_t value) const;
+  /// Known keys that a mask of CFG-VALGET names (0xFFFF as item: all of a group; group 0xFFF: all),
+  /// ascending.
+  [[nodiscard]] std::vector<std::uint32_t> keys(std::uint32_t mask) const;
+
+  /// The key of a message's rate on a port; empty where the device does not know the message, or only on its
+  /// own port.
+  [[nodiscard]] std::optional<std::uint32_t> rate_key(MessageId id, int port) const;
+  /// On the own port: every how many epochs; 0: never.
+  [[nodiscard]] int rate(MessageId id) const;
+
+  /// Payload of a CFG message that is stored as it comes (CFG-NAV5, CFG-SBAS, ...); null for others.
+  [[nodiscard]] std::string* block(MessageId id);
+
+ private:
+  Generation generation_;
+  std::map<std::uint32_t, std::uint64_t> values_;
+  std::map<MessageId, std::string> blocks_;
+};
+
+/// Bytes that a key's value takes, by its bits 30 to 28; 0: no key.
+[[nodiscard]] int value_size(std::uint32_t key);
+
+}  // namespace canyon::output::ubx

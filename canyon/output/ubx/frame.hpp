@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+// Frames of the UBX protocol (u-blox M8 Receiver Description UBX-13003221, chapter 32; u-blox F9 HPG 1.32
+// Interface Description UBX-22008968, chapter 3): 0xB5 0x62, class, ID, length, payload, Fletcher checksum;
+// numbers little-endian.
+
+namespace canyon::output::ubx {
+
+/// Class and ID of a message, class in the high byte: 0x0107 is NAV-PVT.
+using MessageId = std::uint16_t;
+
+/// A message's payload in the making. Numbers that a field does not hold become its nearest end.
+class Payload {
+ public:
+  Payload& u1(std::uint64_t value) { return put(value, 1); }
+  Payload& u2(std::uint64_t value) { return put(value, 2); }
+  Payload& u4(std::uint64_t value) { return put(value, 4); }
+  /// A number over `step`, to the nearest; NaN is 0.
+  Payload& unsigned_field(double value, double step, int bytes);
+  Payload& signed_field(double value, double step, int bytes);
+  Payload& r4(float value);
+  Payload& r8(double value);
+  Payload& zeros(std::size_t bytes);
+  /// `size` bytes, filled with zeros.
+  Payload& text(std::string_view text, std::size_t size);
+  Payload& raw(std::string_view bytes);
+
+  [[nodiscard]] const std::string& bytes() const { return bytes_; }
+
+ private:
+  /// Low bytes, little-endian.
+  Payload& put(std::uint64_t value, int bytes);
+  std::string bytes_;
+};
+
+/// The whole frame around a payload of at most 65535 bytes.
+[[nodiscard]] std::string frame(MessageId id, std::string_view payload);
+
+/// Unsigned number of `bytes` bytes at `offset`. Precondition: they are there.
+[[nodiscard]] std::uint64_t number_at(std::string_view bytes, std::size_t offset, std::size_t size);
+
+/// Finds frames, and lines of NMEA 0183, in bytes cut anywhere. What is neither is passed over; what follows
+/// a damaged frame is looked at again from behind its first two bytes. Holds at most kMostBytes.
+class Parser {
+ public:
+  /// Longer payloads are no commands.
+  static constexpr std::size_t kMostPayload = 1024;
+  static constexpr std::size_t kMostBytes = kMostPayload + 8;
+  static constexpr std::size_t kMostLine = 100;
+
+  struct Handlers {
+    std::function<void(MessageId, std::string_view payload)> frame;
+    std::function<void(std::string_view sentence)> line;  ///< "PUBX,41,...": checksum right, without it
+  };
+  void hear(std::string_view bytes, const Handlers& handlers);
+  [[nodiscard]] std::size_t held() const { return waiting_.size(); }
+
+ private:
+  std::string waiting_;  ///< begins with what may become a frame or a line
+};
+
+}  // namespace canyon::output::ubx

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "canyon/broadcast/schedule.hpp"
+#include "canyon/output/ubx/configuration.hpp"
+#include "canyon/output/ubx/frame.hpp"
+#include "canyon/receiver/receiver.hpp"
+
+// Payloads of what the device sends, field by field as UBX-13003221 (M8) and UBX-22008968 (F9) have them; ID
+// and section at each. Nothing is a position where the fix is not solved: coordinates are 0 then, accuracies
+// their greatest value and DOPs 99.99.
+
+namespace canyon::output::ubx {
+
+/// One observable of RXM-RAWX.
+struct RawMeasurement {
+  gnss::SatelliteId id;
+  const gnss::Signal* signal = nullptr;
+  const positioning::Measurement* measurement = nullptr;
+  double pseudorange_m = 0;                    ///< for the epoch's tag
+  std::optional<double> carrier_phase_cycles;  ///< likewise
+};
+
+/// What an epoch's messages are made of.
+struct Epoch {
+  const receiver::ReceiverEpoch& seen;
+  geodesy::GpsTime nearest_ms;  ///< seen.time, rounded to a millisecond
+  Generation generation = Generation::F9;
+  bool time_known = false;               ///< there has been a fix
+  double first_fix_s = 0, uptime_s = 0;  ///< since the start; the first until there was one 0
+  bool jamming_monitor = true;           ///< CFG-ITFM
+  geodesy::GpsTime tag;                  ///< receiver's clock, as measurements refer to it
+  std::span<const RawMeasurement> raw;
+  const std::map<gnss::SatelliteId, int>& glonass_channels;
+};
+
+/// The payload of an output message. Precondition: `id` is one of messages() that is made in each epoch.
+[[nodiscard]] std::string payload(MessageId id, const Epoch& epoch);
+
+/// RXM-SFRBX (0x0213).
+[[nodiscard]] std::string subframe_payload(const broadcast::SentMessage& message, Generation generation,
+                                           const std::map<gnss::SatelliteId, int>& glonass_channels);
+/// MON-VER (0x0A04): names the protocol spoken, and Canyon as firmware.
+[[nodiscard]] std::string version_payload(Generation generation);
+
+// By subject; see payload().
+[[nodiscard]] std::string nav_sat(const Epoch& epoch);
+[[nodiscard]] std::string nav_sig(const Epoch& epoch);
+[[nodiscard]] std::string nav_svinfo(const Epoch& epoch);
+[[nodiscard]] std::string rxm_rawx(const Epoch& epoch);
+[[nodiscard]] std::string mon_hw(const Epoch& epoch);
+[[nodiscard]] std::string mon_hw2();
+[[nodiscard]] std::string mon_rf(const Epoch& epoch);
+[[nodiscard]] std::string sec_sig(const Epoch& epoch);
+/// Milliseconds of the GPS week, nearest.
+[[nodiscard]] std::uint32_t itow(const Epoch& epoch);
+
+}  // namespace canyon::output::ubx

@@ -1,0 +1,279 @@
+#include <cmath>
+#include <limits>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/ubx/messages.hpp"
+
+namespace canyon::output::ubx {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::infinity();  // a field's greatest value
+
+/// Standard deviations and what else several messages tell of a fix.
+struct Quality {
+  double horizontal_m = kNone, vertical_m = kNone, position_m = kNone, speed_mps = kNone, time_s = kNone;
+  double course_deg = 180;
+  double east_mps = 0, north_mps = 0, down_mps = 0, ground_mps = 0, motion_deg = 0;
+};
+
+Quality quality_of(const positioning::Fix& fix) {
+  Quality q;
+  if (!fix.solved()) return q;
+  const Eigen::Matrix3d& p = fix.covariance_enu;
+  q.horizontal_m = std::sqrt(p(0, 0) + p(1, 1));
+  q.vertical_m = std::sqrt(p(2, 2));
+  q.position_m = std::sqrt(p.trace());
+  // Clocks have no covariance of their own: their dilution, at the error that the position has for its own.
+  if (fix.dop && fix.dop->pdop > 0) {
+    q.time_s = q.position_m / fix.dop->pdop * fix.dop->tdop / geodesy::kSpeedOfLight;
+  }
+  if (!fix.velocity_enu_mps) return q;
+  const Eigen::Vector3d& v = *fix.velocity_enu_mps;
+  q.east_mps = v.x();
+  q.north_mps = v.y();
+  q.down_mps = -v.z();
+  q.ground_mps = std::hypot(v.x(), v.y());
+  q.motion_deg = geodesy::degrees(std::atan2(v.x(), v.y()));
+  if (q.motion_deg < 0) q.motion_deg += 360;
+  if (!fix.velocity_covariance_enu) return q;
+  const Eigen::Matrix3d& s = *fix.velocity_covariance_enu;
+  q.speed_mps = std::sqrt(s.trace());
+  q.course_deg = std::min(180.0, geodesy::degrees(std::sqrt(s(0, 0) + s(1, 1)) / q.ground_mps));
+  return q;
+}
+
+double degrees_of(const positioning::Fix& fix, double geodesy::Geodetic::*angle) {
+  return fix.solved() ? geodesy::degrees(fix.position.*angle) : 0;
+}
+double height_of(const positioning::Fix& fix) {
+  return fix.solved() ? fix.position.height_m : 0;
+}
+
+/// 0 no fix, 3 3D fix: Canyon's solver knows no other.
+std::uint64_t fix_type(const positioning::Fix& fix) {
+  return fix.solved() ? 3 : 0;
+}
+
+std::uint64_t used(const positioning::Fix& fix) {
+  return fix.solved() ? std::min<std::size_t>(fix.used.size(), 255) : 0;
+}
+
+double dop(const positioning::Fix& fix, double positioning::Dop::*member) {
+  return fix.solved() && fix.dop ? std::min((*fix.dop).*member, 99.99) : 99.99;
+}
+
+/// The share of HDOP in a direction, as the covariance divides it.
+double horizontal_dop(const positioning::Fix& fix, int axis) {
+  if (!fix.solved() || !fix.dop) return 99.99;
+  const Eigen::Matrix3d& p = fix.covariance_enu;
+  return std::min(99.99, fix.dop->hdop * std::sqrt(p(axis, axis) / (p(0, 0) + p(1, 1))));
+}
+
+// NAV-PVT, 3.15.13.
+std::string pvt(const Epoch& epoch) {
+  const positioning::Fix& fix = epoch.seen.fix;
+  const Quality q = quality_of(fix);
+  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.time);
+  Payload p;
+  p.u4(itow(epoch)).u2(static_cast<std::uint64_t>(utc.year)).u1(static_cast<std::uint64_t>(utc.month));
+  p.u1(static_cast<std::uint64_t>(utc.day)).u1(static_cast<std::uint64_t>(utc.hour));
+  p.u1(static_cast<std::uint64_t>(utc.minute)).u1(static_cast<std::uint64_t>(utc.second));
+  p.u1(epoch.time_known ? 0b111 : 0)
+      .unsigned_field(q.time_s, 1e-9, 4)
+      .u4(static_cast<std::uint64_t>(utc.nanosecond));
+  p.u1(fix_type(fix)).u1(fix.solved() ? 1 : 0).u1(epoch.time_known ? 0b11100000 : 0).u1(used(fix));
+  p.signed_field(degrees_of(fix, &geodesy::Geodetic::longitude_rad), 1e-7, 4);
+  p.signed_field(degrees_of(fix, &geodesy::Geodetic::latitude_rad), 1e-7, 4);
+  // No geoid model: as in NMEA, the height above mean sea level is that above the ellipsoid.
+  p.signed_field(height_of(fix), 1e-3, 4).signed_field(height_of(fix), 1e-3, 4);
+  p.unsigned_field(q.horizontal_m, 1e-3, 4).unsigned_field(q.vertical_m, 1e-3, 4);
+  p.signed_field(q.north_mps, 1e-3, 4).signed_field(q.east_mps, 1e-3, 4).signed_field(q.down_mps, 1e-3, 4);
+  p.signed_field(q.ground_mps, 1e-3, 4).signed_field(q.motion_deg, 1e-5, 4);
+  p.unsigned_field(q.speed_mps, 1e-3, 4).unsigned_field(q.course_deg, 1e-5, 4);
+  p.unsigned_field(dop(fix, &positioning::Dop::pdop), 0.01, 2);
+  p.u2(fix.solved() ? 0 : 1).zeros(4);  // invalidLlh
+  return p.zeros(4 + 2 + 2).bytes();    // headVeh, magDec, magAcc: not known
+}
+
+// NAV-STATUS, 3.15.18.
+std::string status(const Epoch& epoch) {
+  const positioning::Fix& fix = epoch.seen.fix;
+  std::uint64_t spoofing = 0;
+  if (epoch.seen.spoofing == receiver::SpoofingState::None) spoofing = 1;
+  if (epoch.seen.spoofing == receiver::SpoofingState::Indicated) spoofing = 2;
+  Payload p;
+  p.u4(itow(epoch)).u1(fix_type(fix));
+  p.u1((fix.solved() ? 1 : 0) | (epoch.time_known ? 0b1100 : 0)).u1(0).u1(spoofing << 3);
+  return p.unsigned_field(epoch.first_fix_s, 1e-3, 4).unsigned_field(epoch.uptime_s, 1e-3, 4).bytes();
+}
+
+// NAV-DOP, 3.15.4.
+std::string dops(const Epoch& epoch) {
+  const positioning::Fix& fix = epoch.seen.fix;
+  Payload p;
+  p.u4(itow(epoch));
+  for (const auto member : {&positioning::Dop::gdop, &positioning::Dop::pdop, &positioning::Dop::tdop,
+                            &positioning::Dop::vdop, &positioning::Dop::hdop}) {
+    p.unsigned_field(dop(fix, member), 0.01, 2);
+  }
+  return p.unsigned_field(horizontal_dop(fix, 1), 0.01, 2)
+      .unsigned_field(horizontal_dop(fix, 0), 0.01, 2)
+      .bytes();
+}
+
+// NAV-TIMEGPS, 3.15.24.
+std::string time_gps(const Epoch& epoch) {
+  const geodesy::GpsTime t = epoch.seen.time;
+  const geodesy::GpsTime nearest = epoch.nearest_ms;
+  Payload p;
+  p.u4(itow(epoch)).u4(static_cast<std::uint64_t>(t.nanoseconds() - nearest.nanoseconds()));
+  p.u2(static_cast<std::uint64_t>(nearest.week())).u1(static_cast<std::uint64_t>(geodesy::leap_seconds(t)));
+  p.u1(epoch.time_known ? 0b111 : 0);
+  return p.unsigned_field(quality_of(epoch.seen.fix).time_s, 1e-9, 4).bytes();
+}
+
+// NAV-TIMEUTC, 3.15.28.
+std::string time_utc(const Epoch& epoch) {
+  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.time);
+  Payload p;
+  p.u4(itow(epoch)).unsigned_field(quality_of(epoch.seen.fix).time_s, 1e-9, 4);
+  p.u4(static_cast<std::uint64_t>(utc.nanosecond)).u2(static_cast<std::uint64_t>(utc.year));
+  for (const int value : {utc.month, utc.day, utc.hour, utc.minute, utc.second}) {
+    p.u1(static_cast<std::uint64_t>(value));
+  }
+  return p.u1(epoch.time_known ? 0b111 : 0).bytes();
+}
+
+// NAV-POSLLH, 3.15.12.
+std::string position(const Epoch& epoch) {
+  const positioning::Fix& fix = epoch.seen.fix;
+  const Quality q = quality_of(fix);
+  Payload p;
+  p.u4(itow(epoch)).signed_field(degrees_of(fix, &geodesy::Geodetic::longitude_rad), 1e-7, 4);
+  p.signed_field(degrees_of(fix, &geodesy::Geodetic::latitude_rad), 1e-7, 4);
+  p.signed_field(height_of(fix), 1e-3, 4).signed_field(height_of(fix), 1e-3, 4);
+  return p.unsigned_field(q.horizontal_m, 1e-3, 4).unsigned_field(q.vertical_m, 1e-3, 4).bytes();
+}
+
+// NAV-HPPOSLLH, 3.15.8: what is left of the numbers of NAV-POSLLH, in hundredths.
+std::string precise_position(const Epoch& epoch) {
+  const positioning::Fix& fix = epoch.seen.fix;
+  const Quality q = quality_of(fix);
+  // Hundredths of the field's step in all; truncated towards zero, as the remainder has the value's sign.
+  const auto hundredths = [](double value, double step) { return std::llround(value / step * 100); };
+  const std::int64_t values[]{hundredths(degrees_of(fix, &geodesy::Geodetic::longitude_rad), 1e-7),
+                              hundredths(degrees_of(fix, &geodesy::Geodetic::latitude_rad), 1e-7),
+                              std::llround(height_of(fix) * 1e4) * 10,
+                              std::llround(height_of(fix) * 1e4) * 10};
+  Payload p;
+  p.u1(0).zeros(2).u1(fix.solved() ? 0 : 1).u4(itow(epoch));
+  for (const std::int64_t value : values) p.u4(static_cast<std::uint64_t>(value / 100));
+  // Of heights in tenths.
+  for (std::size_t i = 0; i < 4; ++i) p.u1(static_cast<std::uint64_t>(values[i] % 100 / (i < 2 ? 1 : 10)));
+  return p.unsigned_field(q.horizontal_m, 1e-4, 4).unsigned_field(q.vertical_m, 1e-4, 4).bytes();
+}
+
+// NAV-VELNED, 3.15.31.
+std::string velocity(const Epoch& epoch) {
+  const Quality q = quality_of(epoch.seen.fix);
+  Payload p;
+  p.u4(itow(epoch)).signed_field(q.north_mps, 0.01, 4).signed_field(q.east_mps, 0.01, 4);
+  p.signed_field(q.down_mps, 0.01, 4).unsigned_field(std::hypot(q.ground_mps, q.down_mps), 0.01, 4);
+  p.unsigned_field(q.ground_mps, 0.01, 4).signed_field(q.motion_deg, 1e-5, 4);
+  return p.unsigned_field(q.speed_mps, 0.01, 4).unsigned_field(q.course_deg, 1e-5, 4).bytes();
+}
+
+// NAV-SOL, UBX-13003221 32.17.23.
+std::string solution(const Epoch& epoch) {
+  const positioning::Fix& fix = epoch.seen.fix;
+  const Quality q = quality_of(fix);
+  const geodesy::GpsTime nearest = epoch.nearest_ms;
+  Eigen::Vector3d ecef = Eigen::Vector3d::Zero(), speed = Eigen::Vector3d::Zero();
+  if (fix.solved()) {
+    ecef = fix.position_ecef;
+    if (fix.velocity_enu_mps) {
+      speed = geodesy::enu_from_ecef_rotation(fix.position).transpose() * *fix.velocity_enu_mps;
+    }
+  }
+  Payload p;
+  p.u4(itow(epoch)).u4(static_cast<std::uint64_t>(epoch.seen.time.nanoseconds() - nearest.nanoseconds()));
+  p.u2(static_cast<std::uint64_t>(nearest.week())).u1(fix_type(fix));
+  p.u1((fix.solved() ? 1 : 0) | (epoch.time_known ? 0b1100 : 0));
+  for (int i = 0; i < 3; ++i) p.signed_field(ecef[i], 0.01, 4);
+  p.unsigned_field(q.position_m, 0.01, 4);
+  for (int i = 0; i < 3; ++i) p.signed_field(speed[i], 0.01, 4);
+  p.unsigned_field(q.speed_mps, 0.01, 4).unsigned_field(dop(fix, &positioning::Dop::pdop), 0.01, 2);
+  return p.u1(0).u1(used(fix)).zeros(4).bytes();
+}
+
+// NAV-COV, 3.15.3: NN, NE, ND, EE, ED, DD of position and of velocity.
+std::string covariance(const Epoch& epoch) {
+  const positioning::Fix& fix = epoch.seen.fix;
+  const bool moving = fix.solved() && fix.velocity_covariance_enu.has_value();
+  Payload p;
+  p.u4(itow(epoch)).u1(0).u1(fix.solved() ? 1 : 0).u1(moving ? 1 : 0).zeros(9);
+  const auto put = [&](bool valid, const Eigen::Matrix3d& enu) {
+    if (!valid) {
+      p.zeros(24);
+      return;
+    }
+    for (const double value : {enu(1, 1), enu(1, 0), -enu(1, 2), enu(0, 0), -enu(0, 2), enu(2, 2)}) {
+      p.r4(static_cast<float>(value));
+    }
+  };
+  put(fix.solved(), fix.covariance_enu);
+  put(moving, fix.velocity_covariance_enu.value_or(Eigen::Matrix3d::Zero()));
+  return p.bytes();
+}
+
+}  // namespace
+
+std::uint32_t itow(const Epoch& epoch) {
+  return static_cast<std::uint32_t>(epoch.nearest_ms.nanosecond_of_week() / 1'000'000);
+}
+
+std::string payload(MessageId id, const Epoch& epoch) {
+  switch (id) {
+    case 0x0107:
+      return pvt(epoch);
+    case 0x0103:
+      return status(epoch);
+    case 0x0104:
+      return dops(epoch);
+    case 0x0120:
+      return time_gps(epoch);
+    case 0x0121:
+      return time_utc(epoch);
+    case 0x0102:
+      return position(epoch);
+    case 0x0112:
+      return velocity(epoch);
+    case 0x0106:
+      return solution(epoch);
+    case 0x0114:
+      return precise_position(epoch);
+    case 0x0136:
+      return covariance(epoch);
+    case 0x0135:
+      return nav_sat(epoch);
+    case 0x0130:
+      return nav_svinfo(epoch);
+    case 0x0143:
+      return nav_sig(epoch);
+    case 0x0215:
+      return rxm_rawx(epoch);
+    case 0x0A09:
+      return mon_hw(epoch);
+    case 0x0A0B:
+      return mon_hw2();
+    case 0x0A38:
+      return mon_rf(epoch);
+    case 0x2709:
+      return sec_sig(epoch);
+    default:
+      return Payload().u4(itow(epoch)).bytes();  // NAV-EOE, 3.15.5
+  }
+}
+
+}  // namespace canyon::output::ubx

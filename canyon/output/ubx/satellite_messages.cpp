@@ -1,0 +1,188 @@
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/ubx/messages.hpp"
+#include "canyon/output/ubx/satellite_names.hpp"
+
+namespace canyon::output::ubx {
+namespace {
+
+using receiver::SatelliteObservation;
+using receiver::SignalObservation;
+
+constexpr std::size_t kMostEntries = 255;  // counts are one byte
+
+int degrees(double rad) {
+  return static_cast<int>(std::lround(geodesy::degrees(rad)));
+}
+
+/// [0, 360).
+int azimuth_deg(double rad) {
+  const int deg = degrees(rad) % 360;
+  return deg < 0 ? deg + 360 : deg;
+}
+
+std::uint64_t strength(const SignalObservation& signal) {
+  if (!signal.measurement || !signal.measurement->cn0_dbhz) return 0;
+  return static_cast<std::uint64_t>(std::clamp(std::lround(*signal.measurement->cn0_dbhz), 0L, 255L));
+}
+
+/// qualityInd: 1 searching, 4 code locked, 7 code and carrier locked.
+std::uint64_t quality(const SignalObservation& signal) {
+  if (!signal.measurement) return 1;
+  return signal.measurement->carrier_phase_cycles ? 7 : 4;
+}
+
+double residual_m(const receiver::ReceiverEpoch& seen, gnss::SatelliteId id) {
+  const auto& used = seen.fix.used;
+  const auto at = std::lower_bound(used.begin(), used.end(), id);
+  const auto i = static_cast<std::size_t>(at - used.begin());
+  return seen.fix.solved() && at != used.end() && *at == id && i < seen.fix.residuals_m.size()
+             ? seen.fix.residuals_m[i]
+             : 0;
+}
+
+/// freqId: of GLONASS the channel + 7.
+std::uint64_t frequency(gnss::SatelliteId id, const std::map<gnss::SatelliteId, int>& channels) {
+  if (id.system != gnss::System::GLONASS) return 0;
+  const auto channel = channels.find(id);
+  return static_cast<std::uint64_t>((channel == channels.end() ? 0 : channel->second) + 7);
+}
+
+/// The smallest n in [0, 15] with base 2^n >= sigma.
+std::uint64_t doubling(double sigma, double base) {
+  return static_cast<std::uint64_t>(std::clamp(std::ceil(std::log2(sigma / base) - 1e-9), 0.0, 15.0));
+}
+
+}  // namespace
+
+// 3.15.16
+std::string nav_sat(const Epoch& epoch) {
+  Payload list;
+  std::size_t count = 0;
+  for (const SatelliteObservation& s : epoch.seen.satellites) {
+    const auto name = satellite_name(s.id);
+    if (!name || count == kMostEntries) continue;
+    ++count;
+    const bool used = s.used && epoch.seen.fix.solved();
+    list.u1(name->gnss).u1(name->satellite).u1(strength(s));
+    list.u1(static_cast<std::uint64_t>(degrees(s.elevation_rad)));
+    list.u2(static_cast<std::uint64_t>(azimuth_deg(s.azimuth_rad)));
+    list.signed_field(residual_m(epoch.seen, s.id), 0.1, 2);
+    // Health, orbit source and ephemeris of what is measured: healthy, known.
+    list.u4(quality(s) | (used ? 1 << 3 : 0) | (s.measurement ? 1 << 4 | 1 << 8 | 1 << 11 : 0));
+  }
+  return Payload().u4(itow(epoch)).u1(1).u1(count).zeros(2).raw(list.bytes()).bytes();
+}
+
+// 3.15.17
+std::string nav_sig(const Epoch& epoch) {
+  Payload list;
+  std::size_t count = 0;
+  for (const SatelliteObservation& s : epoch.seen.satellites) {
+    const auto name = satellite_name(s.id);
+    if (!name) continue;
+    const auto entry = [&](const SignalObservation& signal, const gnss::Signal& of, bool used) {
+      const auto number = signal_number(s.id, of);
+      if (!number || count == kMostEntries) return;
+      ++count;
+      list.u1(name->gnss).u1(name->satellite).u1(*number).u1(frequency(s.id, epoch.glonass_channels));
+      list.signed_field(used ? residual_m(epoch.seen, s.id) : 0, 0.1, 2)
+          .u1(strength(signal))
+          .u1(quality(signal));
+      list.u1(0).u1(s.estimated_ionosphere_m ? 1 : 0);  // no corrections; Klobuchar
+      list.u2((signal.measurement ? 1 : 0) |
+              (used ? 1 << 3 | (signal.measurement->doppler_hz ? 1 << 5 : 0) : 0));
+      list.zeros(4);
+    };
+    const bool used = s.used && s.measurement && epoch.seen.fix.solved();
+    entry(s, s.signal != nullptr ? *s.signal : gnss::signals_of(s.id.system).front(), used);
+    for (const SignalObservation& other : s.more) entry(other, *other.signal, false);
+  }
+  return Payload().u4(itow(epoch)).u1(0).u1(count).zeros(2).raw(list.bytes()).bytes();
+}
+
+// UBX-13003221, 32.17.26; satellites as UBX names them with one number (annex A).
+std::string nav_svinfo(const Epoch& epoch) {
+  Payload list;
+  std::size_t count = 0;
+  for (const SatelliteObservation& s : epoch.seen.satellites) {
+    const auto name = satellite_name(s.id);
+    if (!name || count == kMostEntries) continue;
+    int number = name->satellite;
+    if (s.id.system == gnss::System::Galileo) number += 210;
+    if (s.id.system == gnss::System::BeiDou) number += number <= 5 ? 158 : 27;
+    if (s.id.system == gnss::System::QZSS) number += 192;
+    if (s.id.system == gnss::System::GLONASS) number += 64;
+    if (s.id.system == gnss::System::BeiDou && name->satellite > 37) continue;
+    const bool used = s.used && epoch.seen.fix.solved();
+    list.u1(count++).u1(static_cast<std::uint64_t>(number));
+    list.u1((used ? 1 : 0) | (s.measurement ? 0b1100 : 0)).u1(quality(s)).u1(strength(s));
+    list.u1(static_cast<std::uint64_t>(degrees(s.elevation_rad)));
+    list.u2(static_cast<std::uint64_t>(azimuth_deg(s.azimuth_rad)));
+    list.signed_field(residual_m(epoch.seen, s.id), 0.01, 4);
+  }
+  return Payload().u4(itow(epoch)).u1(count).u1(4).zeros(2).raw(list.bytes()).bytes();  // 4: u-blox 8 / M8
+}
+
+// 3.17.6
+std::string rxm_rawx(const Epoch& epoch) {
+  Payload list;
+  std::size_t count = 0;
+  for (const RawMeasurement& raw : epoch.raw) {
+    const auto name = satellite_name(raw.id);
+    const auto signal = signal_number(raw.id, *raw.signal);
+    const bool m8 = epoch.generation == Generation::M8;
+    if (!name || !signal || count == kMostEntries || (m8 && gnss::index_of(*raw.signal) != 0)) continue;
+    ++count;
+    const positioning::Measurement& m = *raw.measurement;
+    double phase = raw.carrier_phase_cycles.value_or(0);
+    // As u-blox's phases of geostationary BeiDou satellites are, half a cycle off; readers put it back.
+    const bool d2 = raw.id.system == gnss::System::BeiDou && message_signal(raw.id) == 1;
+    if (raw.carrier_phase_cycles && d2) phase -= 0.5;
+    const double locked_s = raw.carrier_phase_cycles && m.phase_since ? epoch.seen.time - *m.phase_since : 0;
+    list.r8(raw.pseudorange_m).r8(phase).r4(static_cast<float>(m.doppler_hz.value_or(0)));
+    list.u1(name->gnss)
+        .u1(name->satellite)
+        .u1(m8 ? 0 : *signal)
+        .u1(frequency(raw.id, epoch.glonass_channels));
+    list.u2(static_cast<std::uint64_t>(std::clamp(std::floor(locked_s * 1e3), 0.0, 64500.0)));
+    list.u1(m.cn0_dbhz ? static_cast<std::uint64_t>(std::clamp(std::lround(*m.cn0_dbhz), 0L, 255L)) : 0);
+    list.u1(doubling(m.sigma_m, 0.01));
+    list.u1(raw.carrier_phase_cycles ? static_cast<std::uint64_t>(std::clamp(
+                                           std::ceil(m.carrier_phase_sigma_cycles / 0.004), 1.0, 14.0))
+                                     : 15);
+    list.u1(doubling(m.doppler_sigma_hz, 0.002));
+    list.u1(raw.carrier_phase_cycles ? 0b111 : 0b001).u1(0);
+  }
+  const geodesy::GpsTime t = epoch.tag;
+  Payload p;
+  p.r8(t.seconds_of_week()).u2(static_cast<std::uint64_t>(t.week()));
+  p.u1(static_cast<std::uint64_t>(geodesy::leap_seconds(t))).u1(count).u1(1).u1(1).zeros(2);
+  return p.raw(list.bytes()).bytes();
+}
+
+// 3.17.9
+std::string subframe_payload(const broadcast::SentMessage& message, Generation generation,
+                             const std::map<gnss::SatelliteId, int>& glonass_channels) {
+  const SatelliteName name = satellite_name(message.id).value_or(SatelliteName{});
+  std::vector<std::uint32_t> words = message.words;
+  if (message.id.system == gnss::System::GLONASS) {
+    // The receiver's own: superframe of the day and frame within it, both from 1.
+    const geodesy::CalendarTime moscow = geodesy::glonass_from_gps(message.start);
+    const auto frame =
+        static_cast<std::uint32_t>(((moscow.hour * 60 + moscow.minute) * 60 + moscow.second) / 30);
+    words.push_back((frame / 5 + 1) << 16 | (frame % 5 + 1));
+  }
+  // Pages of E1-B come with a ninth word, of which u-blox says nothing; readers tell E5b's by it.
+  if (message.id.system == gnss::System::Galileo) words.push_back(0);
+  Payload p;
+  p.u1(name.gnss).u1(name.satellite).u1(generation == Generation::M8 ? 0 : message_signal(message.id));
+  p.u1(frequency(message.id, glonass_channels)).u1(words.size()).u1(0).u1(2).u1(0);
+  for (const std::uint32_t word : words) p.u4(word);
+  return p.bytes();
+}
+
+}  // namespace canyon::output::ubx

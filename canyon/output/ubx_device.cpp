@@ -1,0 +1,172 @@
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/base/text.hpp"
+#include "canyon/broadcast/schedule.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/output/formats.hpp"
+#include "canyon/output/nmea.hpp"
+#include "canyon/output/number.hpp"
+#include "canyon/output/raw_observations.hpp"
+#include "canyon/output/ubx/commands.hpp"
+#include "canyon/output/ubx/messages.hpp"
+#include "canyon/output/ubx/satellite_names.hpp"
+
+namespace canyon::output {
+namespace {
+
+using geodesy::GpsTime;
+
+constexpr std::int64_t kMillisecond = 1'000'000;
+
+/// What satellites send, as far as a receiver has heard whole messages of it.
+class Subframes {
+ public:
+  /// Messages that ended since the epoch before, of satellites tracked all along.
+  std::vector<broadcast::SentMessage> heard(const simulation::Epoch& epoch) {
+    std::map<gnss::SatelliteId, Tracked> tracked;
+    std::vector<broadcast::SentMessage> messages;
+    for (const receiver::SatelliteObservation& s : epoch.observed.satellites) {
+      if (!s.measurement) continue;
+      const GpsTime sent =
+          epoch.observed.receiver_time - s.measurement->pseudorange_m / geodesy::kSpeedOfLight;
+      const auto before = tracked_.find(s.id);
+      // A new epoch of the clock, or a host that began again.
+      const bool goes_on = before != tracked_.end() && sent > before->second.last &&
+                           sent - before->second.last < kLongestGap_s;
+      const Tracked now{goes_on ? before->second.since : sent, sent};
+      tracked[s.id] = now;
+      if (!goes_on || epoch.navigation == nullptr) continue;
+      for (broadcast::SentMessage& message :
+           schedule_.sent(*epoch.navigation, s.id, before->second.last, sent)) {
+        if (message.start >= now.since) messages.push_back(std::move(message));
+      }
+    }
+    tracked_ = std::move(tracked);
+    return messages;
+  }
+
+ private:
+  static constexpr double kLongestGap_s = 60;
+  struct Tracked {
+    GpsTime since, last;  ///< times of transmission
+  };
+  std::map<gnss::SatelliteId, Tracked> tracked_;
+  broadcast::Schedule schedule_;
+};
+
+/// A receiver at the other end of a line: configuration, answers, and the messages of each epoch.
+class UbxDevice final : public Encoder, private ubx::Outputs {
+ public:
+  UbxDevice(const ReceiverDescription& receiver, ubx::Generation generation)
+      : channels_(receiver.glonass_channels),
+        begin_(receiver.begin),
+        commands_(generation, static_cast<int>(std::floor(receiver.interval_s * 1e3 + 1e-6)),
+                  receiver.systems, *this),
+        generation_(generation) {}
+
+  std::string encode(const simulation::Epoch& epoch) override {
+    last_ = epoch;
+    last_->arrival = nullptr;
+    last_->navigation = nullptr;
+    const receiver::ReceiverEpoch& seen = epoch.observed;
+    if (seen.fix.solved() && !first_fix_) first_fix_ = seen.time;
+    raw_ = observations_.next(last_->observed);
+    const ubx::Configuration& settings = commands_.configuration();
+    const bool speaks = settings.value(ubx::kOutputUbx).value_or(0) != 0 && commands_.running();
+    std::string text;
+    for (const broadcast::SentMessage& message : subframes_.heard(epoch)) {
+      if (!speaks || settings.rate(kSubframes) == 0 || !ubx::satellite_name(message.id)) continue;
+      text += ubx::frame(kSubframes, ubx::subframe_payload(message, generation_, channels_));
+    }
+    if (!due(seen.time)) return text;
+    ++navigations_;
+    const auto turn = [&](ubx::MessageId id) {
+      const int rate = settings.rate(id);
+      return rate > 0 && navigations_ % rate == 0;
+    };
+    const bool nmea = settings.value(ubx::kOutputNmea).value_or(0) != 0 && commands_.running();
+    if (nmea) text += sentences(turn);
+    for (const ubx::MessageInfo& info : ubx::messages()) {
+      if (speaks && is_periodic(info.id) && turn(info.id)) text += ubx::frame(info.id, *output(info.id));
+    }
+    return text;
+  }
+
+  std::string hear(std::uint64_t reader, std::string_view bytes) override {
+    return commands_.hear(reader, bytes);
+  }
+  std::optional<int> take_baud() override { return commands_.take_baud(); }
+
+ private:
+  static constexpr ubx::MessageId kSubframes = 0x0213;
+
+  static bool is_periodic(ubx::MessageId id) {
+    constexpr ubx::MessageId kCorrections = 0x0232;  // has nothing to tell
+    return id < 0xF000 && id != kSubframes && id != kCorrections;
+  }
+
+  /// Of a message by its name; empty where there has been no epoch, or it is no message of an epoch.
+  [[nodiscard]] std::optional<std::string> output(ubx::MessageId id) const override {
+    if (!last_ || !is_periodic(id)) return std::nullopt;
+    const receiver::ReceiverEpoch& seen = last_->observed;
+    std::vector<ubx::RawMeasurement> raw;
+    for (const RawObservation& o : raw_.observations) {
+      raw.push_back({o.id, o.signal, o.measurement, o.pseudorange_m, o.carrier_phase_cycles});
+    }
+    return ubx::payload(id, {seen, round_to(seen.time, kMillisecond), generation_, first_fix_.has_value(),
+                             first_fix_ ? *first_fix_ - begin_ : 0, seen.time - begin_,
+                             commands_.configuration().value(ubx::kJammingMonitor).value_or(0) != 0, raw_.tag,
+                             raw, channels_});
+  }
+
+  /// Whether an epoch is the first at or behind the next multiple of the asked interval of GPS time.
+  bool due(GpsTime time) {
+    const std::int64_t now =
+        round_to(time, kMillisecond).nanoseconds() / kMillisecond / commands_.interval_ms();
+    const bool is_due = now != interval_;
+    interval_ = now;
+    return is_due;
+  }
+
+  template <typename Turn>
+  std::string sentences(const Turn& turn) {
+    constexpr std::pair<std::string_view, ubx::MessageId> kSentences[]{
+        {"RMC", 0xF004}, {"GGA", 0xF000}, {"GSA", 0xF002}, {"GST", 0xF007}, {"GSV", 0xF003}};
+    if (std::none_of(std::begin(kSentences), std::end(kSentences),
+                     [&](const auto& s) { return turn(s.second); })) {
+      return {};
+    }
+    std::string text;
+    for (const std::string_view line : split(nmea_epoch(*last_), '\n')) {
+      for (const auto& [name, id] : kSentences) {
+        if (line.size() > 6 && line.substr(3, 3) == name && turn(id)) text.append(line).append("\n");
+      }
+    }
+    return text;
+  }
+
+  std::map<gnss::SatelliteId, int> channels_;
+  GpsTime begin_;
+  ubx::Commands commands_;
+  ubx::Generation generation_;
+  Subframes subframes_;
+  RawObservations observations_{kTagStep_ns};
+  std::optional<simulation::Epoch> last_;
+  RawEpoch raw_;  ///< of last_, whose measurements it points to
+  std::optional<GpsTime> first_fix_;
+  std::int64_t interval_ = -1;
+  std::int64_t navigations_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Encoder> encode_ubx(const ReceiverDescription& receiver) {
+  return std::make_unique<UbxDevice>(receiver, ubx::Generation::F9);
+}
+
+std::unique_ptr<Encoder> encode_ubx_m8(const ReceiverDescription& receiver) {
+  return std::make_unique<UbxDevice>(receiver, ubx::Generation::M8);
+}
+
+}  // namespace canyon::output
