@@ -97,8 +97,12 @@ struct TrajectoryConfig {
 /// Where an antenna stands for good.
 struct FixedPlace {
   geodesy::Geodetic place;
-  /// East, north, up [m] from the city's origin, where it was given so; Simulation makes `place` of it.
+  /// East, north, up [m] from the city's origin, where it was given so: settle() makes `place` of it.
   std::optional<Eigen::Vector3d> local_m;
+
+  void settle(const geodesy::LocalFrame& city) {
+    if (local_m) place = city.geodetic_from_local(*local_m);
+  }
 };
 
 struct ReceiverConfig {

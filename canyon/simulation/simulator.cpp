@@ -359,9 +359,7 @@ Simulation::Simulation(Scenario scenario, std::shared_ptr<CityScene> scene) {
   }
   scenario.trajectory.local_waypoints.clear();
   for (ReceiverConfig& receiver : scenario.receivers) {
-    if (receiver.fixed && receiver.fixed->local_m) {
-      receiver.fixed->place = city.frame.geodetic_from_local(*receiver.fixed->local_m);
-    }
+    if (receiver.fixed) receiver.fixed->settle(city.frame);
   }
   Plan plan = make_plan(scenario);
   check_city(scenario, city);
