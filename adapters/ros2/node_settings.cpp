@@ -309,7 +309,8 @@ Parameters parameters_of(const NodeSettings& settings) {
 
 simulation::LiveConfig live_config(const NodeSettings& settings, const std::string& own_name) {
   const simulation::Scenario& world = settings.world;
-  simulation::LiveConfig config{world.sky, world.start, world.rate_hz, world.receivers.front(), world.seed};
+  simulation::LiveConfig config{world.sky,  world.start, world.rate_hz, world.receivers.front(),
+                                world.seed, world.faults};
   config.receiver.options.own_draws = true;
   if (!settings.named) config.receiver.options.name = own_name;
   return config;

@@ -84,6 +84,33 @@ struct Receiver::State {
     if (options.filter.enabled) filter.emplace(options.filter, options.fix);
   }
 
+  /// Begins anew where the arrival says so for the first time.
+  void restart_as(const std::optional<propagation::Restart>& restart) {
+    if (!restart || (restarted && restarted->at == restart->at)) return;
+    restarted = restart;
+    tracked_s.clear();
+    channels.clear();
+    ranging = Ranging(options);
+    if (filter) filter.emplace(options.filter, options.fix);
+    if (signals) {
+      tracking::SignalOptions fresh = options.signal;
+      fresh.lock.cold_acquisition_s = restart->search_s;
+      fresh.lock.warm_start = false;
+      signals.emplace(std::move(fresh), seed, options.name, draws);
+    }
+    motion.first_epoch = now;
+    motion.epoch_before.reset();
+  }
+
+  /// Whether it has read a satellite's ephemeris since the last restart. @param tracking it now
+  bool knows_ephemeris(gnss::SatelliteId id, bool tracking) {
+    if (!restarted) return true;
+    double& so_far_s = tracked_s[id];
+    if (tracking && motion.epoch_before) so_far_s += now - *motion.epoch_before;
+    // Signals without strength need no search.
+    return so_far_s >= restarted->ephemeris_s + (signals ? 0 : restarted->search_s);
+  }
+
   [[nodiscard]] InputError error(const std::string& problem, const char* cure) const {
     return InputError(
         fmt::format("receiver '{}' at {}: {}", options.name, geodesy::format_gpst(now), problem), cure);
@@ -244,8 +271,8 @@ struct Receiver::State {
     const double atmosphere = observation.ionosphere_m + observation.troposphere_m;
     const double corrected = delay_m(options.fix.correct_ionosphere, options.fix.correct_troposphere);
     observation.pseudorange_error_m = observation.excess_m + observation.noise_m + (atmosphere - corrected);
-    m.pseudorange_m = positioning::pseudorange_m(line, observation.excess_m, clock.bias_s(), atmosphere,
-                                                 observation.noise_m);
+    m.pseudorange_m =
+        positioning::pseudorange_m(line, observation.excess_m, clock_bias_s, atmosphere, observation.noise_m);
     observation.bias_m = bias_m(line.id, signal, m.carrier_frequency_hz);
     m.pseudorange_m += observation.bias_m;
     // For the first one this is 0.
@@ -255,17 +282,20 @@ struct Receiver::State {
     assert(!view.paths.paths.empty());
     const propagation::Path& path = view.paths.paths[tracked != nullptr ? tracked->reception.tracked : 0];
     const double rate = tracking::path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu) +
-                        kSpeedOfLight * (clock.drift() - line.state.clock_drift) +
+                        kSpeedOfLight * (clock_drift - line.state.clock_drift) +
                         atmosphere_rate_mps(line, m.carrier_frequency_hz);
-    m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * rate / (1 + clock.drift()) + doppler_noise_hz;
+    // Of the turn at this carrier.
+    const double turns = gnss::kL1_hz / m.carrier_frequency_hz / (2 * geodesy::kPi);
+    m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * rate / (1 + clock_drift) -
+                   view.carrier_turn_radps * turns + doppler_noise_hz;
     if (tracked != nullptr && tracked->reception.phase) {
       const tracking::TrackedPhase& phase = *tracked->reception.phase;
       // The ionosphere advances a phase by what it delays a code.
       const double metres = line.range_m + phase.excess_m +
-                            kSpeedOfLight * (clock.bias_s() - line.state.clock_bias_s) +
+                            kSpeedOfLight * (clock_bias_s - line.state.clock_bias_s) +
                             observation.troposphere_m - observation.ionosphere_m;
-      m.carrier_phase_cycles =
-          metres * (m.carrier_frequency_hz / kSpeedOfLight) + phase.ambiguity + loops.phase_cycles;
+      m.carrier_phase_cycles = metres * (m.carrier_frequency_hz / kSpeedOfLight) +
+                               view.carrier_turn_rad * turns + phase.ambiguity + loops.phase_cycles;
       m.carrier_phase_sigma_cycles = loops.phase_sigma_cycles;
       m.phase_since = phase.since;
     }
@@ -314,13 +344,27 @@ struct Receiver::State {
   Eigen::Vector3d last_antenna;
   double noise_sigma_m = 0;
   double noise_doppler_sigma_hz = 0;
+  std::optional<propagation::Restart> restarted;
+  std::map<gnss::SatelliteId, double> tracked_s;  // since then
 
   // Of the epoch in hand.
   geodesy::GpsTime now;
+  double clock_bias_s = 0, clock_drift = 0;
   tracking::AntennaMotion motion;
   geodesy::Geodetic place;
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
 };
+
+geodesy::GpsTime ReceiverEpoch::stated_time() const {
+  return time + static_cast<double>(weeks_off) * static_cast<double>(geodesy::GpsTime::kSecondsPerWeek);
+}
+
+geodesy::GpsTime ReceiverEpoch::stated_utc() const {
+  if (weeks_off == 0 && utc_off_s == 0) return time;
+  const geodesy::GpsTime stated = stated_time();
+  return stated +
+         static_cast<double>(geodesy::leap_seconds(stated) - geodesy::leap_seconds(time) + utc_off_s);
+}
 
 Receiver::Receiver(ReceiverOptions options, std::uint64_t seed,
                    std::span<const disturbance::Source> disturbances)
@@ -347,14 +391,20 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   }
   state.go_to(antenna, context.arrival.ecef_from_enu);
   state.disturb(antenna, context.arrival);
+  state.restart_as(context.arrival.restart);
+  state.clock_bias_s = state.clock.bias_s() + context.arrival.clock_bias_s;
+  state.clock_drift = state.clock.drift() + context.arrival.clock_drift;
+  const orbit::Sky& sky = context.arrival.broadcast ? *context.arrival.broadcast : context.sky;
   state.place = geodesy::geodetic_from_ecef(antenna.position_ecef);
   state.klobuchar = &context.klobuchar;
 
   ReceiverEpoch epoch;
   epoch.time = time;
-  epoch.clock_bias_s = state.clock.bias_s();
-  epoch.clock_drift = state.clock.drift();
-  epoch.receiver_time = time + state.clock.bias_s();
+  epoch.clock_bias_s = state.clock_bias_s;
+  epoch.clock_drift = state.clock_drift;
+  epoch.receiver_time = time + state.clock_bias_s;
+  epoch.weeks_off = context.arrival.weeks_off;
+  epoch.utc_off_s = context.arrival.utc_off_s;
   const std::vector<propagation::SatelliteView>& views = context.arrival.views;
   epoch.satellites.reserve(views.size());
 
@@ -410,7 +460,9 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     const bool modelled =
         options.fix.correct_ionosphere && options.ranging.combination == Combination::Uncombined;
     const double model_m = state.atmosphere_m(modelled, false, view.line, gnss::kL1_hz);
-    if (const auto ranged = state.ranging.next(satellite, view.line.state, time, model_m)) {
+    const bool known = state.knows_ephemeris(satellite.id, satellite.lock == tracking::LockState::Tracking);
+    const auto ranged = state.ranging.next(satellite, view.line.state, time, model_m);
+    if (ranged && known) {
       measurements.push_back(ranged->measurement);
       satellite.estimated_ionosphere_m = ranged->ionosphere_m;
     }
@@ -423,10 +475,9 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     epoch.fix.status = positioning::FixStatus::NoSignal;
     return epoch;
   }
-  epoch.fix = solve_fix(epoch.receiver_time, measurements, context.sky, options.fix, context.klobuchar);
+  epoch.fix = solve_fix(epoch.receiver_time, measurements, sky, options.fix, context.klobuchar);
   if (state.filter) {
-    epoch.fix =
-        state.filter->update(epoch.receiver_time, measurements, context.sky, epoch.fix, context.klobuchar);
+    epoch.fix = state.filter->update(epoch.receiver_time, measurements, sky, epoch.fix, context.klobuchar);
   }
   for (SatelliteObservation& observation : epoch.satellites) {
     observation.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), observation.id);

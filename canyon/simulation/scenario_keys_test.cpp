@@ -143,6 +143,21 @@ std::vector<std::string> scenarios_with_every_key() {
       "terrain_spacing_m: 10, tree_height_m: 9, tree_crown_m: 4, wood_height_m: 10}\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {file: c.canyon}\ntrajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
+      "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\n"
+      "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n"
+      "faults: [{name: f, from_s: 1, until_s: 2, receivers: [rover], outage: {satellites: [G05, Galileo], "
+      "mode: "
+      "unhealthy}}, {from_s: 1, duration_s: 3, ephemeris: {satellites: [G05], radial_m: 1, along_m: 2, "
+      "cross_m: 3, "
+      "radial_mps: 1, along_mps: 2, cross_mps: 3, clock_offset_s: 1e-7, clock_drift: 1e-10, clock_in: "
+      "signal}}, "
+      "{clock: {jump_s: 1e-3, drift: 1e-8}}, {time: {weeks: -1024, utc_s: 1}}, {antenna: {azimuth_from_deg: "
+      "1, "
+      "azimuth_to_deg: 2, elevation_from_deg: 3, elevation_to_deg: 4, loss_db: 5, stage: behind, "
+      "amplifier_gain_db: 20, amplifier_noise_db: 1, receiver_noise_db: 4, period_s: 3, on_s: 1}}, {restart: "
+      "{kind: warm, search_s: 2, ephemeris_s: 20}}, {scintillation: {satellites: [GPS], s4: 0.6, "
+      "sigma_phi_rad: "
+      "0.2, correlation_s: 1, phase_correlation_s: 3}}]\n",
       "city: {synthetic: {}}\nsky: {frozen: {satNum: 1, satAzimuth: 1, satElevation: 1}}\ninterval_s: 60\n"
       "trajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n"};
 }
@@ -407,6 +422,9 @@ TEST(ScenarioSchema, AcceptsTheExamplesAndRefusesBrokenOnes) {
       ok + "rate_hz: 1\ninterval_s: 1\n",
       ok + "interval_s: 0\n",
       ok + "receivers: {name: a}\n",
+      ok + "faults: [{from_s: 1}]\n",
+      ok + "faults: [{outage: {}, clock: {}}]\n",
+      ok + "faults: [{until_s: 1, duration_s: 1, outage: {}}]\n",
       ok + "receivers: []\n",
       ok + "receivers: [{elevation_mask_deg: 90}]\n",
       ok + "receivers: [{elevation_mask_deg: ten}]\n",
