@@ -105,8 +105,9 @@ struct Receiver::State {
   /// Whether it has read a satellite's ephemeris since the last restart. @param tracking it now
   bool knows_ephemeris(gnss::SatelliteId id, bool tracking) {
     if (!restarted) return true;
-    double& so_far_s = tracked_s[id];
-    if (tracking && motion.epoch_before) so_far_s += now - *motion.epoch_before;
+    auto& [so_far_s, before] = tracked_s[id];
+    if (tracking && before) so_far_s += now - *motion.epoch_before;
+    before = tracking;
     // Signals without strength need no search.
     return so_far_s >= restarted->ephemeris_s + (signals ? 0 : restarted->search_s);
   }
@@ -345,7 +346,7 @@ struct Receiver::State {
   double noise_sigma_m = 0;
   double noise_doppler_sigma_hz = 0;
   std::optional<propagation::Restart> restarted;
-  std::map<gnss::SatelliteId, double> tracked_s;  // since then
+  std::map<gnss::SatelliteId, std::pair<double, bool>> tracked_s;  // since then; and at the epoch before
 
   // Of the epoch in hand.
   geodesy::GpsTime now;
