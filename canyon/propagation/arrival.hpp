@@ -1,10 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/orbit/sky.hpp"
+#include "canyon/propagation/interference.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
@@ -21,9 +23,9 @@ struct Antenna {
 struct SatelliteView {
   orbit::LineOfSight line;
   SatellitePaths paths;
-  /// Power of the noise in this signal's band over the receiver's own noise [1], >= 1. What interferes adds
-  /// its own share: powers add.
-  double noise_factor = 1;
+  /// Where a receiver takes it to be when it judges its elevation mask [rad], if that is not where it stands:
+  /// of a spoofed satellite below the true horizon.
+  std::optional<double> shown_elevation_rad;
 
   /// Rate at which the satellite's direction turns in the axes of the Earth [rad/s].
   [[nodiscard]] double turning_radps() const {
@@ -38,6 +40,8 @@ struct Arrival {
   /// Rotation of the frame that the views' paths are given in.
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();
   Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();  ///< the antenna in that frame [m]
+  /// What else comes to the antenna; powers add.
+  std::vector<Interference> interference;
 };
 
 }  // namespace canyon::propagation

@@ -115,6 +115,30 @@ struct Receiver::State {
     last_antenna = antenna.position_ecef;
   }
 
+  /// The front end around each carrier that is tracked of any system.
+  [[nodiscard]] std::vector<BandState> bands() const {
+    std::vector<BandState> result;
+    if (!signals) return result;
+    for (const auto& of_system : tracks) {
+      for (const gnss::Signal* signal : of_system) {
+        const auto load = options.signal.antenna.hears(signal::band_of(signal->carrier_hz))
+                              ? signals->front_end_load(*signal, motion.interference)
+                              : tracking::ChannelModel::FrontEndLoad{};
+        auto found = std::find_if(result.begin(), result.end(), [&](const BandState& band) {
+          return band.carrier_hz == signal->carrier_hz;
+        });
+        if (found == result.end()) found = result.insert(found, BandState{signal->carrier_hz, 0, 0});
+        if (load.interference > found->interference_ratio) {
+          found->interference_ratio = load.interference;
+          found->tone_ratio = load.tones;
+        }
+      }
+    }
+    std::sort(result.begin(), result.end(),
+              [](const BandState& a, const BandState& b) { return a.carrier_hz < b.carrier_hz; });
+    return result;
+  }
+
   /// What it tracks of a satellite now, in the order of gnss::signals_of().
   void signals_to_track(gnss::SatelliteId id, std::vector<const gnss::Signal*>& found) const {
     found = tracks[static_cast<std::size_t>(id.system)];
@@ -347,6 +371,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   }
   state.go_to(antenna, context.arrival.ecef_from_enu);
   state.disturb(antenna, context.arrival);
+  state.motion.interference = context.arrival.interference;
   state.place = geodesy::geodetic_from_ecef(antenna.position_ecef);
   state.klobuchar = &context.klobuchar;
 
@@ -355,6 +380,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   epoch.clock_bias_s = state.clock.bias_s();
   epoch.clock_drift = state.clock.drift();
   epoch.receiver_time = time + state.clock.bias_s();
+  epoch.bands = state.bands();
   const std::vector<propagation::SatelliteView>& views = context.arrival.views;
   epoch.satellites.reserve(views.size());
 
@@ -373,7 +399,8 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     observation.id = view.line.id;
     observation.azimuth_rad = view.line.azimuth_rad;
     observation.elevation_rad = view.line.elevation_rad;
-    observation.above_mask = view.line.elevation_rad >= options.fix.elevation_mask_rad;
+    observation.above_mask =
+        view.shown_elevation_rad.value_or(view.line.elevation_rad) >= options.fix.elevation_mask_rad;
     if (free) observation.visibility = view.paths.visibility;
     const bool received = observation.visibility != Visibility::Blocked;  // by whoever hears everything
     observation.signal = wanted.front();
