@@ -8,8 +8,10 @@
 #include <utility>
 
 #include "canyon/base/text.hpp"
+#include "canyon/disturbance/jamming.hpp"
 #include "canyon/disturbance/receiver_faults.hpp"
 #include "canyon/disturbance/satellite_faults.hpp"
+#include "canyon/disturbance/spoofing.hpp"
 #include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/options/values.hpp"
@@ -45,6 +47,13 @@ class SettingsOf final : public FaultSettings {
 };
 
 constexpr std::array kKinds{
+    FaultKind{"jamming", "a transmitter that drowns the bands in noise, chirps or tones",
+              "{from_s: 10, jamming: {position: {east_m: 100, north_m: 0, up_m: 2}, preset: privacy_l1}}",
+              &SettingsOf<JammingOptions, Jamming>::fresh},
+    FaultKind{
+        "spoofing", "a transmitter that sends what satellites would: another place or time, or a delay",
+        "{from_s: 10, spoofing: {position: {east_m: 100, north_m: 0, up_m: 30}, pull_off: {east_m: 200}}}",
+        &SettingsOf<SpoofingOptions, Spoofing>::fresh},
     FaultKind{"outage", "satellites that send nothing, or say that they are not to be used",
               "{from_s: 10, until_s: 40, outage: {satellites: [G05, Galileo], mode: silent}}",
               &SettingsOf<OutageOptions, Outage>::fresh},

@@ -8,6 +8,11 @@
 namespace canyon::disturbance {
 namespace {
 
+/// And not from somebody who copies it.
+bool from_satellite(const propagation::Path& path) {
+  return path.kind != propagation::PathKind::Transmitted;
+}
+
 orbit::MessageError unhealthy() {
   orbit::MessageError error;
   error.unhealthy = true;
@@ -90,7 +95,8 @@ Outage::Outage(const OutageOptions& options, const FaultContext& context)
 void Outage::apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& arrival) {
   if (options_.mode == OutageMode::Unhealthy) return unhealthy_.apply(arrival, truth_);
   for (propagation::SatelliteView& view : arrival.views) {
-    if (holds(options_.satellites, view.line.id)) view.paths.paths.clear();
+    if (!holds(options_.satellites, view.line.id)) continue;
+    std::erase_if(view.paths.paths, from_satellite);
   }
 }
 
@@ -156,7 +162,9 @@ void Scintillation::apply(const propagation::Antenna& antenna, propagation::Arri
     if (!holds(options_.satellites, view.line.id)) continue;
     const Way& here = way(view.line.id, antenna.time);
     const double amplitude = std::sqrt(power(here.amplitude_normal));
-    for (propagation::Path& path : view.paths.paths) path.amplitude_factor *= amplitude;
+    for (propagation::Path& path : view.paths.paths) {
+      if (from_satellite(path)) path.amplitude_factor *= amplitude;
+    }
     view.carrier_turn_rad += options_.sigma_phi_rad * here.phase.x();
     view.carrier_turn_radps += options_.sigma_phi_rad * here.phase.y();
   }

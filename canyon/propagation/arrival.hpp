@@ -9,6 +9,7 @@
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
+#include "canyon/propagation/interference.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
@@ -25,9 +26,9 @@ struct Antenna {
 struct SatelliteView {
   orbit::LineOfSight line;
   SatellitePaths paths;
-  /// Power of the noise in this signal's band over the receiver's own noise [1], >= 1. What interferes adds
-  /// its own share: powers add.
-  double noise_factor = 1;
+  /// Where a receiver takes it to be when it judges its elevation mask [rad], if that is not where it stands:
+  /// of a spoofed satellite below the true horizon.
+  std::optional<double> shown_elevation_rad;
   /// What the carrier at 1575.42 MHz turns by on its way, the code not, on all paths [rad], and its rate; of
   /// other carriers by the inverse of their frequency, as phase scintillation is.
   double carrier_turn_rad = 0, carrier_turn_radps = 0;
@@ -52,6 +53,8 @@ struct Arrival {
   /// Rotation of the frame that the views' paths are given in.
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();
   Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();  ///< the antenna in that frame [m]
+  /// What else comes to the antenna; powers add.
+  std::vector<Interference> interference;
   /// What the satellites say of themselves: the fix goes by it. Null: the truth.
   std::shared_ptr<const orbit::Sky> broadcast;
   /// The messages that say so; null: those of the sky.

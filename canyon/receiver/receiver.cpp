@@ -14,6 +14,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/receiver/known_ephemerides.hpp"
 #include "canyon/tracking/channel.hpp"
 #include "canyon/tracking/channel_rate.hpp"
 
@@ -88,7 +89,8 @@ struct Receiver::State {
   void restart_as(const std::optional<propagation::Restart>& restart) {
     if (!restart || (restarted && restarted->at == restart->at)) return;
     restarted = restart;
-    tracked_s.clear();
+    // Signals without strength need no search.
+    known = KnownEphemerides(restart->ephemeris_s + (signals ? 0 : restart->search_s));
     channels.clear();
     ranging = Ranging(options);
     if (filter) filter.emplace(options.filter, options.fix);
@@ -100,16 +102,6 @@ struct Receiver::State {
     }
     motion.first_epoch = now;
     motion.epoch_before.reset();
-  }
-
-  /// Whether it has read a satellite's ephemeris since the last restart. @param tracking it now
-  bool knows_ephemeris(gnss::SatelliteId id, bool tracking) {
-    if (!restarted) return true;
-    auto& [so_far_s, before] = tracked_s[id];
-    if (tracking && before) so_far_s += now - *motion.epoch_before;
-    before = tracking;
-    // Signals without strength need no search.
-    return so_far_s >= restarted->ephemeris_s + (signals ? 0 : restarted->search_s);
   }
 
   [[nodiscard]] InputError error(const std::string& problem, const char* cure) const {
@@ -141,6 +133,30 @@ struct Receiver::State {
     motion.ecef_from_enu = ecef_from_enu;
     last = time;
     last_antenna = antenna.position_ecef;
+  }
+
+  /// The front end around each carrier that is tracked of any system.
+  [[nodiscard]] std::vector<BandState> bands() const {
+    std::vector<BandState> result;
+    if (!signals) return result;
+    for (const auto& of_system : tracks) {
+      for (const gnss::Signal* signal : of_system) {
+        const auto load = options.signal.antenna.hears(signal::band_of(signal->carrier_hz))
+                              ? signals->front_end_load(*signal, motion.interference)
+                              : tracking::ChannelModel::FrontEndLoad{};
+        auto found = std::find_if(result.begin(), result.end(), [&](const BandState& band) {
+          return band.carrier_hz == signal->carrier_hz;
+        });
+        if (found == result.end()) found = result.insert(found, BandState{signal->carrier_hz, 0, 0});
+        if (load.interference > found->interference_ratio) {
+          found->interference_ratio = load.interference;
+          found->tone_ratio = load.tones;
+        }
+      }
+    }
+    std::sort(result.begin(), result.end(),
+              [](const BandState& a, const BandState& b) { return a.carrier_hz < b.carrier_hz; });
+    return result;
   }
 
   /// What it tracks of a satellite now, in the order of gnss::signals_of().
@@ -346,7 +362,7 @@ struct Receiver::State {
   double noise_sigma_m = 0;
   double noise_doppler_sigma_hz = 0;
   std::optional<propagation::Restart> restarted;
-  std::map<gnss::SatelliteId, std::pair<double, bool>> tracked_s;  // since then; and at the epoch before
+  KnownEphemerides known;  // since then
 
   // Of the epoch in hand.
   geodesy::GpsTime now;
@@ -355,17 +371,6 @@ struct Receiver::State {
   geodesy::Geodetic place;
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
 };
-
-geodesy::GpsTime ReceiverEpoch::stated_time() const {
-  return time + static_cast<double>(weeks_off) * static_cast<double>(geodesy::GpsTime::kSecondsPerWeek);
-}
-
-geodesy::GpsTime ReceiverEpoch::stated_utc() const {
-  if (weeks_off == 0 && utc_off_s == 0) return time;
-  const geodesy::GpsTime stated = stated_time();
-  return stated +
-         static_cast<double>(geodesy::leap_seconds(stated) - geodesy::leap_seconds(time) + utc_off_s);
-}
 
 Receiver::Receiver(ReceiverOptions options, std::uint64_t seed,
                    std::span<const disturbance::Source> disturbances)
@@ -396,6 +401,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   state.clock_bias_s = state.clock.bias_s() + context.arrival.clock_bias_s;
   state.clock_drift = state.clock.drift() + context.arrival.clock_drift;
   const orbit::Sky& sky = context.arrival.broadcast ? *context.arrival.broadcast : context.sky;
+  state.motion.interference = context.arrival.interference;
   state.place = geodesy::geodetic_from_ecef(antenna.position_ecef);
   state.klobuchar = &context.klobuchar;
 
@@ -406,6 +412,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   epoch.receiver_time = time + state.clock_bias_s;
   epoch.weeks_off = context.arrival.weeks_off;
   epoch.utc_off_s = context.arrival.utc_off_s;
+  epoch.bands = state.bands();
   const std::vector<propagation::SatelliteView>& views = context.arrival.views;
   epoch.satellites.reserve(views.size());
 
@@ -424,7 +431,8 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     observation.id = view.line.id;
     observation.azimuth_rad = view.line.azimuth_rad;
     observation.elevation_rad = view.line.elevation_rad;
-    observation.above_mask = view.line.elevation_rad >= options.fix.elevation_mask_rad;
+    observation.above_mask =
+        view.shown_elevation_rad.value_or(view.line.elevation_rad) >= options.fix.elevation_mask_rad;
     if (free) observation.visibility = view.paths.visibility;
     const bool received = observation.visibility != Visibility::Blocked;  // by whoever hears everything
     observation.signal = wanted.front();
@@ -447,6 +455,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   const bool drifting = options.noise.drifts(antenna.velocity_ecef.norm(), los);
   std::vector<positioning::Measurement> measurements;
   measurements.reserve(views.size());
+  const double step_s = state.motion.epoch_before ? time - *state.motion.epoch_before : 0;
   std::size_t next = 0;
   for (std::size_t i = 0; i < view_of.size(); ++i) {
     SatelliteObservation& satellite = epoch.satellites[i];
@@ -461,7 +470,8 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     const bool modelled =
         options.fix.correct_ionosphere && options.ranging.combination == Combination::Uncombined;
     const double model_m = state.atmosphere_m(modelled, false, view.line, gnss::kL1_hz);
-    const bool known = state.knows_ephemeris(satellite.id, satellite.lock == tracking::LockState::Tracking);
+    const bool known =
+        state.known.read(satellite.id, satellite.lock == tracking::LockState::Tracking, step_s);
     const auto ranged = state.ranging.next(satellite, view.line.state, time, model_m);
     if (ranged && known) {
       measurements.push_back(ranged->measurement);
