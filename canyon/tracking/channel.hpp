@@ -161,6 +161,7 @@ class Channel {
   PathFades fades_;
   std::optional<CodeLoopState> loop_;     // of the code
   std::optional<propagation::Path> aid_;  // whose carrier was tracked at the last epoch with a signal
+  double aid_offset_mps_ = 0;             // its rate over the line of sight's
   std::optional<Geometry> geometry_;
   std::optional<Phase> phase_;
   RandomStream ambiguity_;
