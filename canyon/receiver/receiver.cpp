@@ -14,6 +14,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/receiver/spoofing_check.hpp"
 #include "canyon/tracking/channel.hpp"
 #include "canyon/tracking/channel_rate.hpp"
 
@@ -82,6 +83,7 @@ struct Receiver::State {
       }
     }
     if (options.filter.enabled) filter.emplace(options.filter, options.fix);
+    if (options.spoofing_check.enabled) check.emplace(options.spoofing_check);
   }
 
   [[nodiscard]] InputError error(const std::string& problem, const char* cure) const {
@@ -121,9 +123,7 @@ struct Receiver::State {
     if (!signals) return result;
     for (const auto& of_system : tracks) {
       for (const gnss::Signal* signal : of_system) {
-        const auto load = options.signal.antenna.hears(signal::band_of(signal->carrier_hz))
-                              ? signals->front_end_load(*signal, motion.interference)
-                              : tracking::ChannelModel::FrontEndLoad{};
+        const auto load = signals->front_end_load(*signal, motion.interference);
         auto found = std::find_if(result.begin(), result.end(), [&](const BandState& band) {
           return band.carrier_hz == signal->carrier_hz;
         });
@@ -334,6 +334,7 @@ struct Receiver::State {
   std::map<gnss::SatelliteId, std::vector<tracking::Channel>> channels;
   Ranging ranging;
   std::optional<positioning::PositionFilter> filter;
+  std::optional<SpoofingCheck> check;
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
   double noise_sigma_m = 0;
@@ -341,6 +342,7 @@ struct Receiver::State {
 
   // Of the epoch in hand.
   geodesy::GpsTime now;
+  std::vector<tracking::HeardWave> heard;
   tracking::AntennaMotion motion;
   geodesy::Geodetic place;
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
@@ -371,7 +373,8 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   }
   state.go_to(antenna, context.arrival.ecef_from_enu);
   state.disturb(antenna, context.arrival);
-  state.motion.interference = context.arrival.interference;
+  if (state.signals) state.signals->hear(context.arrival.interference, state.heard);
+  state.motion.interference = state.heard;
   state.place = geodesy::geodetic_from_ecef(antenna.position_ecef);
   state.klobuchar = &context.klobuchar;
 
@@ -448,6 +451,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
 
   if (!free) {
     epoch.fix.status = positioning::FixStatus::NoSignal;
+    if (state.check) epoch.spoofing = state.check->update(epoch);
     return epoch;
   }
   epoch.fix = solve_fix(epoch.receiver_time, measurements, context.sky, options.fix, context.klobuchar);
@@ -458,6 +462,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   for (SatelliteObservation& observation : epoch.satellites) {
     observation.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), observation.id);
   }
+  if (state.check) epoch.spoofing = state.check->update(epoch);
   return epoch;
 }
 

@@ -13,6 +13,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/disturbance/spoofing.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/receiver/spoofing_check.hpp"
 #include "canyon/signal/link_budget.hpp"
 #include "tests/support/signal_scene.hpp"
 
@@ -232,20 +233,19 @@ TEST(ReceiverSpoofing, AnotherPlaceIsForThoseWhoSearch) {
   EXPECT_NEAR(seen.epoch.fix.clock_bias_s.at(System::GPS), 1e-4 + way_m / kSpeedOfLight, 1e-10);
 }
 
-// On the other side of the Earth half of the satellites are others. So strong that they are the noise in
+// On another continent most satellites are others. So strong that they are the noise in
 // which the true ones drown, copies take those who track as well.
 TEST(ReceiverSpoofing, OverwhelmingCopiesShowAnywhere) {
   SpoofingOptions spoofing = beside();
-  spoofing.shows.position.latitude_deg = -35;
-  spoofing.shows.position.longitude_deg = 149;
+  spoofing.shows.position.latitude_deg = -10;
+  spoofing.shows.position.longitude_deg = 20;
   spoofing.shows.position.height_m = 600;
-  spoofing.advantage_db = 35;
+  spoofing.advantage_db = 40;
   ReceiverOptions options = plain();
   options.tracks = {"L1CA"};  // GLONASS' channels have little noise from each other
   Victim victim(spoofing, options);
   const Seen seen = victim.after(30);
-  const Eigen::Vector3d shown = geodesy::ecef_from_geodetic(geodesy::Geodetic::from_degrees(-35, 149, 600));
-  for (auto& o : seen.epoch.satellites) std::printf("%s %d %d %f %f %f\n", gnss::to_string(o.id).c_str(), int(o.lock), o.above_mask, o.cn0_dbhz.value_or(0), o.excess_m, o.elevation_rad);
+  const Eigen::Vector3d shown = geodesy::ecef_from_geodetic(geodesy::Geodetic::from_degrees(-10, 20, 600));
   EXPECT_LT((seen.epoch.fix.position_ecef - shown).norm(), 0.01);
   int below = 0;
   for (const SatelliteObservation& each : seen.epoch.satellites) {
@@ -327,6 +327,77 @@ TEST(ReceiverSpoofing, OtherSignalsAndReceiversWithoutStrengthStayTrue) {
   ideal.signal.enabled = false;
   Victim deaf(spoofing, ideal);
   EXPECT_LT(fix_enu(deaf.after(100).epoch).norm(), 1e-3);
+}
+
+// What a receiver can see by itself: gain that gives way while signals do not weaken, a jump of its clock.
+TEST(ReceiverSpoofing, ReceiversMayNotice) {
+  ReceiverOptions options = plain();
+  SpoofingOptions spoofing = beside();
+  Victim blind(spoofing, options);
+  EXPECT_EQ(blind.after(5).epoch.spoofing, SpoofingState::Unknown);
+
+  options.spoofing_check.enabled = true;
+  options.signal.front_end_bandwidth_hz = 8e6;
+  SpoofingOptions none = spoofing;
+  none.satellites = {"S39"};
+  EXPECT_EQ(Victim(none, options).after(60).epoch.spoofing, SpoofingState::None);
+  // Aligned and 16 dB over the true ones: some 20 signals of -139 dBW are more than the noise of 8 MHz.
+  spoofing.advantage_db = 16;
+  Victim strong(spoofing, options);
+  const Seen seen = strong.after(5);
+  EXPECT_GT(seen.epoch.bands[1].interference_ratio, 1);
+  EXPECT_EQ(seen.epoch.spoofing, SpoofingState::Indicated);
+  // As strong as the true ones, slowly: neither gain nor a jump shows it.
+  spoofing.advantage_db = 3;
+  spoofing.pull_off.clock_m = 300;
+  Victim quiet(spoofing, options);
+  EXPECT_EQ(quiet.after(100).epoch.spoofing, SpoofingState::None);
+  // A jammer weakens what it makes the gain give way to: no sign.
+  ReceiverEpoch epoch;
+  SpoofingCheck check(options.spoofing_check);
+  SatelliteObservation satellite;
+  satellite.signal = &gnss::signals_of(System::GPS).front();
+  satellite.measurement.emplace().cn0_dbhz = 45;
+  epoch.satellites = {satellite};
+  epoch.bands = {{gnss::kL1_hz, 0, 0}};
+  epoch.time = kTime;
+  EXPECT_EQ(check.update(epoch), SpoofingState::None);
+  epoch.time = kTime + 1.0;
+  epoch.bands.front().interference_ratio = 9;
+  epoch.satellites.front().measurement->cn0_dbhz = 36;
+  EXPECT_EQ(check.update(epoch), SpoofingState::None);
+  epoch.satellites.front().measurement->cn0_dbhz = 41;
+  EXPECT_EQ(check.update(epoch), SpoofingState::Indicated);
+  epoch.bands.front().interference_ratio = 0;
+  epoch.time = kTime + 31.0;
+  EXPECT_EQ(check.update(epoch), SpoofingState::Indicated);
+  epoch.time = kTime + 32.0;
+  EXPECT_EQ(check.update(epoch), SpoofingState::None);
+}
+
+// Found after a jam: the clock is 30 km off what it was.
+TEST(ReceiverSpoofing, ReceiversNoticeAJumpOfTheirClock) {
+  SpoofingCheckOptions options;
+  options.enabled = true;
+  SpoofingCheck check(options);
+  ReceiverEpoch epoch;
+  epoch.fix.status = positioning::FixStatus::Fix;
+  epoch.fix.position_ecef = kAntenna;
+  epoch.fix.position = kPlace;
+  epoch.fix.velocity_enu_mps = Eigen::Vector3d(10, 0, 0);
+  epoch.fix.clock_drift = 1e-6;
+  for (int t = 0; t < 20; ++t) {
+    epoch.time = kTime + 1.0 * t;
+    epoch.fix.position_ecef = kAntenna + kEcefFromEnu * Eigen::Vector3d(10.0 * t, 0, 0);
+    epoch.fix.clock_bias_s[System::GPS] = 1e-6 * t + (t >= 10 ? 1e-4 : 0);
+    EXPECT_EQ(check.update(epoch), t >= 10 ? SpoofingState::Indicated : SpoofingState::None) << t;
+  }
+  epoch.time = kTime + 100.0;  // a long gap says nothing
+  EXPECT_EQ(check.update(epoch), SpoofingState::None);
+  epoch.time = kTime + 101.0;
+  epoch.fix.position_ecef += kEcefFromEnu * Eigen::Vector3d(200, 0, 0);
+  epoch.fix.clock_bias_s[System::GPS] += 1e-6;
+  EXPECT_EQ(check.update(epoch), SpoofingState::Indicated);
 }
 
 TEST(ReceiverSpoofing, PowerRampsUpAndTheTransmitterHasOneDirection) {

@@ -92,13 +92,27 @@ double ChannelModel::offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
   return offset_db;
 }
 
+void ChannelModel::hear(std::span<const propagation::Interference> waves,
+                        std::vector<HeardWave>& heard) const {
+  heard.clear();
+  for (const propagation::Interference& wave : waves) {
+    HeardWave& behind = heard.emplace_back(HeardWave{wave.spectrum, wave.copy_of, {}});
+    for (const signal::Band band : {signal::Band::Lower, signal::Band::Upper}) {
+      if (!options_.antenna.hears(band)) continue;
+      behind.over_noise_hz[static_cast<std::size_t>(band)] =
+          std::pow(10, (wave.power_dbw - noise_dbw_per_hz_) / 10) * gain_for(options_.antenna, wave, band);
+    }
+  }
+}
+
 double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
-                                  double received_hz, std::span<const propagation::Interference> waves) {
+                                  double received_hz, std::span<const HeardWave> waves) {
   if (waves.empty()) return 1;
+  const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
   Kind& kind = mutable_kind(signal);
   const Correlation& correlation = kind.tracker.correlation();
   double sum = 0;
-  for (const propagation::Interference& wave : waves) {
+  for (const HeardWave& wave : waves) {
     if (wave.copy_of == id) continue;
     double separation = 0;
     if (wave.spectrum.shape == propagation::Spectrum::Shape::Tone) {
@@ -118,20 +132,19 @@ double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId 
       }
       separation = found->second;
     }
-    sum += std::pow(10, (wave.power_dbw - noise_dbw_per_hz_) / 10) *
-           gain_for(options_.antenna, wave, signal.carrier_hz) * separation;
+    sum += wave.over_noise_hz[band] * separation;
   }
   return 1 + sum / std::sqrt(kind.peak_power);
 }
 
-ChannelModel::FrontEndLoad ChannelModel::front_end_load(
-    const gnss::Signal& signal, std::span<const propagation::Interference> waves) const {
+ChannelModel::FrontEndLoad ChannelModel::front_end_load(const gnss::Signal& signal,
+                                                        std::span<const HeardWave> waves) const {
   FrontEndLoad load;
+  const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
   double bandwidth_hz = correlation_of(signal, options_).bandwidth_hz;
   if (std::isinf(bandwidth_hz)) bandwidth_hz = 4 * signal.chip_rate_hz;
-  for (const propagation::Interference& wave : waves) {
-    const double ratio = std::pow(10, (wave.power_dbw - noise_dbw_per_hz_) / 10) / bandwidth_hz *
-                         gain_for(options_.antenna, wave, signal.carrier_hz) *
+  for (const HeardWave& wave : waves) {
+    const double ratio = wave.over_noise_hz[band] / bandwidth_hz *
                          share_within(wave.spectrum, signal.carrier_hz, bandwidth_hz);
     load.interference += ratio;
     if (wave.spectrum.shape == propagation::Spectrum::Shape::Tone) load.tones += ratio;
