@@ -56,22 +56,26 @@ struct Line {
 };
 
 /// The surfaces below and above the line, seen from above.
-std::vector<Station> profile_from_above(const raytrace::RayScene& rays, const Line& line, double top_m) {
+/// @param walls that the line meets, along it: what is thinner than the spacing
+std::vector<Station> profile_from_above(const raytrace::RayScene& rays, const Line& line, double top_m,
+                                        std::span<const double> walls) {
   constexpr double kSpacing_m = 0.25;
   constexpr int kFewest = 16, kMost = 512;
   const int count = std::clamp(static_cast<int>(line.length_m / kSpacing_m), kFewest, kMost);
   const double level = std::hypot(line.direction.x(), line.direction.y());
   std::vector<Station> profile;
-  profile.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) {
-    const Vector3d on_line = line.at(line.length_m * (i + 0.5) / count);
+  profile.reserve(static_cast<std::size_t>(count) + walls.size());
+  const auto look = [&](double along) {
+    const Vector3d on_line = line.at(along);
     const Vector3d above(on_line.x(), on_line.y(), std::max(top_m, on_line.z()) + 1);
     const auto hit = rays.cast({above, -Vector3d::UnitZ()});
-    if (!hit) continue;
+    if (!hit) return;
     const double over = above.z() - hit->range_m - on_line.z();
-    const Station s{line.length_m * (i + 0.5) / count + over * line.direction.z(), over * level};
+    const Station s{along + over * line.direction.z(), over * level};
     if (s.along > 0 && s.along < line.length_m) profile.push_back(s);
-  }
+  };
+  for (int i = 0; i < count; ++i) look(line.length_m * (i + 0.5) / count);
+  for (const double along : walls) look(along);
   return profile;
 }
 
@@ -97,7 +101,13 @@ bool clear(const raytrace::RayScene& rays, const Vector3d& from, const Vector3d&
 double obstruction_db(const raytrace::RayScene& rays, const Line& line, double top_m, double wavelength_m) {
   const Vector3d antenna = line.at(line.length_m);
   const bool in_sight = clear(rays, line.from, antenna);
-  Station over = equivalent_edge(profile_from_above(rays, line, top_m), line.length_m);
+  std::vector<double> walls;
+  const auto first = rays.cast({line.from, line.direction, line.length_m}, rays.surface_offset_m(line.from));
+  const auto last = rays.cast({antenna, -line.direction, line.length_m}, rays.surface_offset_m(antenna));
+  constexpr double kInside_m = 0.01;
+  if (first) walls.push_back(first->range_m + kInside_m);
+  if (last) walls.push_back(line.length_m - last->range_m - kInside_m);
+  Station over = equivalent_edge(profile_from_above(rays, line, top_m, walls), line.length_m);
   if (in_sight) {
     // What is above a clear line is a bridge or a roof over it.
     return over.over < 0 ? edge_loss_db(over, line.length_m, wavelength_m) : 0;
@@ -105,16 +115,14 @@ double obstruction_db(const raytrace::RayScene& rays, const Line& line, double t
   over.over = std::max(over.over, 0.0);
   double power = std::pow(10, -edge_loss_db(over, line.length_m, wavelength_m) / 10);
 
-  const auto first = rays.cast({line.from, line.direction, line.length_m}, rays.surface_offset_m(line.from));
-  const auto last = rays.cast({antenna, -line.direction, line.length_m}, rays.surface_offset_m(antenna));
   const Vector3d across = line.direction.cross(Vector3d::UnitZ());
   if (first && last && across.norm() > 1e-6) {
     for (const double sign : {1.0, -1.0}) {
       const Vector3d side = sign * across.normalized();
-      const std::vector<Station> walls =
+      const std::vector<Station> aside =
           profile_aside(rays, line, side, first->range_m, line.length_m - last->range_m);
-      if (walls.empty()) continue;
-      const Station edge = equivalent_edge(walls, line.length_m);
+      if (aside.empty()) continue;
+      const Station edge = equivalent_edge(aside, line.length_m);
       constexpr double kBeside_m = 0.05;
       const Vector3d corner = line.at(edge.along) + (edge.over + kBeside_m) * side;
       if (!clear(rays, line.from, corner) || !clear(rays, corner, antenna)) continue;

@@ -3,8 +3,20 @@
 #include <map>
 
 #include "canyon/gnss/satellite_id.hpp"
+#include "canyon/propagation/arrival.hpp"
+#include "canyon/tracking/signal_options.hpp"
+
+// What a restart takes from a receiver.
 
 namespace canyon::receiver {
+
+/// Options of channels that search for everything.
+[[nodiscard]] inline tracking::SignalOptions searching_anew(tracking::SignalOptions options,
+                                                            const propagation::Restart& restart) {
+  options.lock.cold_acquisition_s = restart.search_s;
+  options.lock.warm_start = false;
+  return options;
+}
 
 /// Whose ephemerides a receiver has read since it began anew.
 class KnownEphemerides {

@@ -15,6 +15,7 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/receiver/known_ephemerides.hpp"
+#include "canyon/receiver/spoofing_check.hpp"
 #include "canyon/tracking/channel.hpp"
 #include "canyon/tracking/channel_rate.hpp"
 
@@ -83,6 +84,7 @@ struct Receiver::State {
       }
     }
     if (options.filter.enabled) filter.emplace(options.filter, options.fix);
+    if (options.spoofing_check.enabled) check.emplace(options.spoofing_check);
   }
 
   /// Begins anew where the arrival says so for the first time.
@@ -94,12 +96,8 @@ struct Receiver::State {
     channels.clear();
     ranging = Ranging(options);
     if (filter) filter.emplace(options.filter, options.fix);
-    if (signals) {
-      tracking::SignalOptions fresh = options.signal;
-      fresh.lock.cold_acquisition_s = restart->search_s;
-      fresh.lock.warm_start = false;
-      signals.emplace(std::move(fresh), seed, options.name, draws);
-    }
+    if (check) check.emplace(options.spoofing_check);
+    if (signals) signals.emplace(searching_anew(options.signal, *restart), seed, options.name, draws);
     motion.first_epoch = now;
     motion.epoch_before.reset();
   }
@@ -141,9 +139,7 @@ struct Receiver::State {
     if (!signals) return result;
     for (const auto& of_system : tracks) {
       for (const gnss::Signal* signal : of_system) {
-        const auto load = options.signal.antenna.hears(signal::band_of(signal->carrier_hz))
-                              ? signals->front_end_load(*signal, motion.interference)
-                              : tracking::ChannelModel::FrontEndLoad{};
+        const auto load = signals->front_end_load(*signal, motion.interference);
         auto found = std::find_if(result.begin(), result.end(), [&](const BandState& band) {
           return band.carrier_hz == signal->carrier_hz;
         });
@@ -301,10 +297,9 @@ struct Receiver::State {
     const double rate = tracking::path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu) +
                         kSpeedOfLight * (clock_drift - line.state.clock_drift) +
                         atmosphere_rate_mps(line, m.carrier_frequency_hz);
-    // Of the turn at this carrier.
-    const double turns = gnss::kL1_hz / m.carrier_frequency_hz / (2 * geodesy::kPi);
+    const double cycles_per_rad = gnss::kL1_hz / m.carrier_frequency_hz / (2 * geodesy::kPi);
     m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * rate / (1 + clock_drift) -
-                   view.carrier_turn_radps * turns + doppler_noise_hz;
+                   view.carrier_turn_radps * cycles_per_rad + doppler_noise_hz;
     if (tracked != nullptr && tracked->reception.phase) {
       const tracking::TrackedPhase& phase = *tracked->reception.phase;
       // The ionosphere advances a phase by what it delays a code.
@@ -312,7 +307,7 @@ struct Receiver::State {
                             kSpeedOfLight * (clock_bias_s - line.state.clock_bias_s) +
                             observation.troposphere_m - observation.ionosphere_m;
       m.carrier_phase_cycles = metres * (m.carrier_frequency_hz / kSpeedOfLight) +
-                               view.carrier_turn_rad * turns + phase.ambiguity + loops.phase_cycles;
+                               view.carrier_turn_rad * cycles_per_rad + phase.ambiguity + loops.phase_cycles;
       m.carrier_phase_sigma_cycles = loops.phase_sigma_cycles;
       m.phase_since = phase.since;
     }
@@ -357,6 +352,7 @@ struct Receiver::State {
   std::map<gnss::SatelliteId, std::vector<tracking::Channel>> channels;
   Ranging ranging;
   std::optional<positioning::PositionFilter> filter;
+  std::optional<SpoofingCheck> check;
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
   double noise_sigma_m = 0;
@@ -367,6 +363,7 @@ struct Receiver::State {
   // Of the epoch in hand.
   geodesy::GpsTime now;
   double clock_bias_s = 0, clock_drift = 0;
+  std::vector<tracking::HeardWave> heard;
   tracking::AntennaMotion motion;
   geodesy::Geodetic place;
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
@@ -401,7 +398,8 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   state.clock_bias_s = state.clock.bias_s() + context.arrival.clock_bias_s;
   state.clock_drift = state.clock.drift() + context.arrival.clock_drift;
   const orbit::Sky& sky = context.arrival.broadcast ? *context.arrival.broadcast : context.sky;
-  state.motion.interference = context.arrival.interference;
+  if (state.signals) state.signals->hear(context.arrival.interference, state.heard);
+  state.motion.interference = state.heard;
   state.place = geodesy::geodetic_from_ecef(antenna.position_ecef);
   state.klobuchar = &context.klobuchar;
 
@@ -484,6 +482,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
 
   if (!free) {
     epoch.fix.status = positioning::FixStatus::NoSignal;
+    if (state.check) epoch.spoofing = state.check->update(epoch);
     return epoch;
   }
   epoch.fix = solve_fix(epoch.receiver_time, measurements, sky, options.fix, context.klobuchar);
@@ -493,6 +492,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   for (SatelliteObservation& observation : epoch.satellites) {
     observation.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), observation.id);
   }
+  if (state.check) epoch.spoofing = state.check->update(epoch);
   return epoch;
 }
 

@@ -106,7 +106,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "[GPS-IIR], uses: [E5a], ionosphere_sigma_m: 4, sigma_factor: [GLONASS=2], smoothing: {method: hatch, "
       "window_s: 60}, biases: {code_m: [GLONASS=3], glonass_channel_m: 0.1, drift_sigma_m: 0.2, "
       "drift_time_s: "
-      "600}, combination: "
+      "600}, spoofing_check: {enabled: true, gain_db: 2, jump_m: 100, hold_s: 10}, combination: "
       "ionosphere_free, covariance_by_residuals: true, "
       "elevation_mask_deg: 5, cn0_mask_dbhz: 6, min_satellites: 4, "
       "max_pdop: 25, max_iterations: 20, convergence_m: 1e-6, weights: {weighting: cn0, elevation_a_m: 0.4, "

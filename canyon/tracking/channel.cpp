@@ -92,13 +92,27 @@ double ChannelModel::offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
   return offset_db;
 }
 
+void ChannelModel::hear(std::span<const propagation::Interference> waves,
+                        std::vector<HeardWave>& heard) const {
+  heard.clear();
+  for (const propagation::Interference& wave : waves) {
+    HeardWave& behind = heard.emplace_back(HeardWave{wave.spectrum, wave.copy_of, {}});
+    for (const signal::Band band : {signal::Band::Lower, signal::Band::Upper}) {
+      if (!options_.antenna.hears(band)) continue;
+      behind.over_noise_hz[static_cast<std::size_t>(band)] =
+          std::pow(10, (wave.power_dbw - noise_dbw_per_hz_) / 10) * gain_for(options_.antenna, wave, band);
+    }
+  }
+}
+
 double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
-                                  double received_hz, std::span<const propagation::Interference> waves) {
+                                  double received_hz, std::span<const HeardWave> waves) {
   if (waves.empty()) return 1;
+  const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
   Kind& kind = mutable_kind(signal);
   const Correlation& correlation = kind.tracker.correlation();
   double sum = 0;
-  for (const propagation::Interference& wave : waves) {
+  for (const HeardWave& wave : waves) {
     if (wave.copy_of == id) continue;
     double separation = 0;
     if (wave.spectrum.shape == propagation::Spectrum::Shape::Tone) {
@@ -118,20 +132,19 @@ double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId 
       }
       separation = found->second;
     }
-    sum += std::pow(10, (wave.power_dbw - noise_dbw_per_hz_) / 10) *
-           gain_for(options_.antenna, wave, signal.carrier_hz) * separation;
+    sum += wave.over_noise_hz[band] * separation;
   }
   return 1 + sum / std::sqrt(kind.peak_power);
 }
 
-ChannelModel::FrontEndLoad ChannelModel::front_end_load(
-    const gnss::Signal& signal, std::span<const propagation::Interference> waves) const {
+ChannelModel::FrontEndLoad ChannelModel::front_end_load(const gnss::Signal& signal,
+                                                        std::span<const HeardWave> waves) const {
   FrontEndLoad load;
+  const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
   double bandwidth_hz = correlation_of(signal, options_).bandwidth_hz;
   if (std::isinf(bandwidth_hz)) bandwidth_hz = 4 * signal.chip_rate_hz;
-  for (const propagation::Interference& wave : waves) {
-    const double ratio = std::pow(10, (wave.power_dbw - noise_dbw_per_hz_) / 10) / bandwidth_hz *
-                         gain_for(options_.antenna, wave, signal.carrier_hz) *
+  for (const HeardWave& wave : waves) {
+    const double ratio = wave.over_noise_hz[band] / bandwidth_hz *
                          share_within(wave.spectrum, signal.carrier_hz, bandwidth_hz);
     load.interference += ratio;
     if (wave.spectrum.shape == propagation::Spectrum::Shape::Tone) load.tones += ratio;
@@ -184,55 +197,55 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
   const Correlation& correlation = tracker.correlation();
   const double turning = view.turning_radps();
 
+  // Beside a spoofer's signal: a carrier loop does not follow, nor change over to, a frequency that is
+  // farther from its own than an FLL pulls in, half a turn in an integration (Kaplan & Hegarty, 2nd ed.
+  // 2006, 5.3).
+  const bool spoofed = std::any_of(paths.begin(), paths.end(),
+                                   [](const Path& path) { return path.kind == PathKind::Transmitted; });
+  rates_mps_.resize(paths.size());
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    rates_mps_[i] = path_rate_mps(line, motion.velocity_ecef, paths[i], motion.ecef_from_enu);
+  }
+  const auto within_reach = [&](std::size_t i) {
+    return !spoofed || !loop_ || !aid_ ||
+           std::abs(rates_mps_[i] - geometry_->rate_mps - aid_offset_mps_) <=
+               wavelength / (2 * options.fll.integration_s);
+  };
+
   // The carrier takes the replica along, as long as it is there.
-  std::optional<std::size_t> aided;
   if (loop_ && aid_) {
     const auto same = std::find_if(paths.begin(), paths.end(), [this](const Path& path) {
       return path.kind == aid_->kind && path.reflector == aid_->reflector && path.signals == aid_->signals;
     });
-    if (same != paths.end()) {
-      aided = static_cast<std::size_t>(same - paths.begin());
+    if (same != paths.end() && within_reach(static_cast<std::size_t>(same - paths.begin()))) {
       loop_->delay_m += same->carrier_excess_m() - aid_->carrier_excess_m();
     }
   }
-  const std::uint32_t own_bit = 1U << gnss::index_of(*signal_);
-  const double pull_in_mps = wavelength / (2 * options.fll.integration_s);
-
-  const double rate_of_aided =
-      aided ? path_rate_mps(line, motion.velocity_ecef, paths[*aided], motion.ecef_from_enu) : 0;
-  constexpr double kLeastHere = 0.03;
 
   // Amplitudes, and the strongest of the paths where the replica stands. Bundles count by their mean, or the
   // carrier would follow their fading.
   signal::path_amplitudes(view, carrier_hz, options.antenna, options.strength, amplitudes_);
   paths_.resize(paths.size());
-  rates_mps_.resize(paths.size());
   tracked_ = 0;
+  constexpr double kLeastHere = 0.03;
   double strongest = -1;
   double strongest_anywhere = -1;
   std::size_t anywhere = 0;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const Path& path = paths[i];
-    if ((path.signals & own_bit) == 0) amplitudes_[i] = 0;
+    if ((path.signals & (1U << gnss::index_of(*signal_))) == 0) amplitudes_[i] = 0;
     paths_[i] = {path.excess_m, amplitudes_[i], 0};
-    rates_mps_[i] = path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu);
-    const bool transmitted = path.kind == PathKind::Transmitted;
     const double amplitude = std::sqrt(std::norm(paths_[i].amplitude));
     const double near =
         loop_ ? std::abs(correlation.value((loop_->delay_m - path.excess_m) / correlation.chip_m())) : 1;
-    // A loop with a code of its own does not look for a spoofer's that is far off.
-    if (amplitude > strongest_anywhere && !(transmitted && near < kLeastHere)) {
+    // A loop that has a code does not look for a spoofer's that is far off.
+    if (amplitude > strongest_anywhere && (path.kind != PathKind::Transmitted || near >= kLeastHere)) {
       strongest_anywhere = amplitude;
       anywhere = i;
     }
     if (!loop_) continue;
     const double here = amplitude * near;
-    // Nor does a carrier loop change over to a frequency beyond its reach.
-    if (aided && i != *aided && (transmitted || paths[*aided].kind == PathKind::Transmitted) &&
-        std::abs(rates_mps_[i] - rate_of_aided) > pull_in_mps) {
-      continue;
-    }
-    if (here > strongest) {
+    if (here > strongest && within_reach(i)) {
       strongest = here;
       tracked_ = i;
     }
@@ -349,6 +362,7 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   }
   const Path& path = view.paths.paths[tracked_];
   aid_ = path;
+  aid_offset_mps_ = rates_mps_[tracked_] - geometry_->rate_mps;
   if (result.lock == LockState::Tracking && result.cn0_dbhz &&
       *result.cn0_dbhz >= options.phase_threshold_dbhz && path.kind != PathKind::Diffuse) {
     result.phase = follow_phase(motion, path, code->prompt, geodesy::kSpeedOfLight / carrier_hz);

@@ -16,6 +16,13 @@
 
 namespace canyon::tracking {
 
+/// What interferes, behind an antenna.
+struct HeardWave {
+  propagation::Spectrum spectrum;
+  std::optional<gnss::SatelliteId> copy_of;
+  std::array<double, 2> over_noise_hz{};  ///< I / N0 [Hz] in the bands of antennas, by signal::Band
+};
+
 /// What the channels of one receiver share: options, phases of paths, a code loop for each kind of signal.
 class ChannelModel {
  public:
@@ -46,12 +53,14 @@ class ChannelModel {
   /// SignalOptions::offset_db, and N(0, satellite_sigma_db) by seed and satellite.
   [[nodiscard]] double offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
                                  geodesy::GpsTime time) const;
+  /// What interferes behind this receiver's antenna. @param heard replaced; it keeps its memory
+  void hear(std::span<const propagation::Interference> waves, std::vector<HeardWave>& heard) const;
   /// Power of noise and interference together over noise alone behind a correlator [1], >= 1: 1 + sum of (I /
   /// N0) kappa / R(0) (spectral_separation_per_hz(); J. W. Betz, Navigation 48(4), 2001), so that C/N0 less
   /// this is the effective C/N0. @param id whose copies do not count
   /// @param carrier_hz of the satellite; @param received_hz the same as it arrives
   [[nodiscard]] double noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
-                                    double received_hz, std::span<const propagation::Interference> waves);
+                                    double received_hz, std::span<const HeardWave> waves);
   /// What the front end around a signal's carrier meets, over its own noise [1]. Without a filter it is taken
   /// as four chip rates wide.
   struct FrontEndLoad {
@@ -59,7 +68,7 @@ class ChannelModel {
     double tones = 0;  ///< of it
   };
   [[nodiscard]] FrontEndLoad front_end_load(const gnss::Signal& signal,
-                                            std::span<const propagation::Interference> waves) const;
+                                            std::span<const HeardWave> waves) const;
   /// The random stream of a satellite's signal in this receiver for one purpose.
   [[nodiscard]] RandomStream stream(gnss::SatelliteId id, const gnss::Signal& signal,
                                     std::string_view purpose) const;
@@ -83,7 +92,7 @@ struct AntennaMotion {
   double step_m = 0;                                            ///< of the antenna since then [m], >= 0
   Eigen::Vector3d velocity_ecef = Eigen::Vector3d::Zero();      ///< [m/s], in the rotating frame
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();  ///< of the frame that paths are given in
-  std::span<const propagation::Interference> interference;      ///< that arrives; for the epoch alone
+  std::span<const HeardWave> interference;                      ///< for the epoch alone
 };
 
 /// Accumulated carrier phase of a channel, as far as it is no geometric range or clock.
@@ -161,6 +170,7 @@ class Channel {
   PathFades fades_;
   std::optional<CodeLoopState> loop_;     // of the code
   std::optional<propagation::Path> aid_;  // whose carrier was tracked at the last epoch with a signal
+  double aid_offset_mps_ = 0;             // its rate over the line of sight's
   std::optional<Geometry> geometry_;
   std::optional<Phase> phase_;
   RandomStream ambiguity_;

@@ -93,9 +93,10 @@ double share_within(const Spectrum& s, double centre_hz, double bandwidth_hz) {
 }
 
 double gain_for(const signal::AntennaPattern& antenna, const propagation::Interference& wave,
-                double carrier_hz) {
+                signal::Band band) {
+  const double in_band_hz = band == signal::Band::Lower ? 1.2e9 : gnss::kL1_hz;
   const signal::AntennaGain gain =
-      antenna.gain(std::asin(std::clamp(wave.arrival.z(), -1.0, 1.0)), carrier_hz);
+      antenna.gain(std::asin(std::clamp(wave.arrival.z(), -1.0, 1.0)), in_band_hz);
   const double right = std::pow(10, gain.rhcp_dbic / 10), left = std::pow(10, gain.lhcp_dbic / 10);
   switch (wave.polarisation) {
     case propagation::Polarisation::Right:

@@ -29,8 +29,8 @@ namespace canyon::tracking {
                                   double bandwidth_hz);
 
 /// Gain of an antenna for a wave [1, power] over an isotropic one of the wave's own polarisation; half of a
-/// linear one's power is in each hand. @param carrier_hz tells the antenna's band
+/// linear one's power is in each hand. @param band that the antenna hears
 [[nodiscard]] double gain_for(const signal::AntennaPattern& antenna, const propagation::Interference& wave,
-                              double carrier_hz);
+                              signal::Band band);
 
 }  // namespace canyon::tracking

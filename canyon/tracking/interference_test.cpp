@@ -184,12 +184,13 @@ TEST(Interference, AntennasTakeTheirHand) {
   wave.arrival = {0, std::cos(0.1), std::sin(0.1)};
   const signal::AntennaPattern pattern("two", {{-90, 1, -9}, {90, 1, -9}});
   wave.polarisation = propagation::Polarisation::Right;
-  EXPECT_NEAR(gain_for(pattern, wave, 1.5e9), std::pow(10, 0.1), 1e-12);
+  EXPECT_NEAR(gain_for(pattern, wave, signal::Band::Upper), std::pow(10, 0.1), 1e-12);
   wave.polarisation = propagation::Polarisation::Left;
-  EXPECT_NEAR(gain_for(pattern, wave, 1.5e9), std::pow(10, -0.9), 1e-12);
+  EXPECT_NEAR(gain_for(pattern, wave, signal::Band::Upper), std::pow(10, -0.9), 1e-12);
   wave.polarisation = propagation::Polarisation::Linear;
-  EXPECT_NEAR(gain_for(pattern, wave, 1.5e9), (std::pow(10, 0.1) + std::pow(10, -0.9)) / 2, 1e-12);
-  EXPECT_NEAR(db(gain_for(signal::isotropic_antenna(), wave, 1.5e9)), -3.01, 0.01);
+  EXPECT_NEAR(gain_for(pattern, wave, signal::Band::Upper), (std::pow(10, 0.1) + std::pow(10, -0.9)) / 2,
+              1e-12);
+  EXPECT_NEAR(db(gain_for(signal::isotropic_antenna(), wave, signal::Band::Upper)), -3.01, 0.01);
 }
 
 }  // namespace
