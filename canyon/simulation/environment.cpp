@@ -75,11 +75,9 @@ propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Ve
 propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                                           const Tracer& trace) const {
   const geodesy::LocalFrame& frame = city().frame;
-  propagation::Arrival arrival = make_arrival(
+  return make_arrival(
       *impl_->sky, impl_->satellites, scene(),
       {time, frame.ecef_from_local(antenna_enu), antenna_enu, frame.ecef_from_local_rotation()}, trace);
-  arrival.broadcast = impl_->sky;
-  return arrival;
 }
 
 propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::SatelliteId> satellites,
