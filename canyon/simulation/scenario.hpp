@@ -12,6 +12,7 @@
 #include "canyon/city/mesh_import_options.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/disturbance/disturbance.hpp"
+#include "canyon/disturbance/fault.hpp"
 #include "canyon/disturbance/street_options.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/satellite_id.hpp"
@@ -130,10 +131,11 @@ struct Scenario {
   CityConfig city;
   SkyConfig sky;
   TrajectoryConfig trajectory;
-  std::optional<geodesy::GpsTime> start;  ///< where empty: the trajectory file's first time
-  std::optional<double> duration_s;       ///< empty: the whole trajectory
-  std::optional<double> rate_hz;          ///< empty: the trajectory file's own rate (1 Hz for waypoints)
-  std::vector<ReceiverConfig> receivers;  ///< at least one
+  std::optional<geodesy::GpsTime> start;   ///< where empty: the trajectory file's first time
+  std::optional<double> duration_s;        ///< empty: the whole trajectory
+  std::optional<double> rate_hz;           ///< empty: the trajectory file's own rate (1 Hz for waypoints)
+  std::vector<ReceiverConfig> receivers;   ///< at least one
+  std::vector<disturbance::Fault> faults;  ///< their times count from `start`, or the trajectory's first
   std::uint64_t seed = 1;
   OutputConfig outputs;
   std::optional<LiveOptions> live;  ///< how `canyon live` runs it; others pass it over
