@@ -222,6 +222,7 @@ void Session::Impl::make_receivers() {
     config.rate_hz = 1e9 / static_cast<double>(interval_ns);
     config.receiver = receiver;
     config.seed = scenario.seed;
+    config.faults = scenario.faults;
     receivers.emplace_back(std::move(config), scene, start);
   }
 }
