@@ -213,6 +213,16 @@ TEST(ReceiverInterference, GainControlAndBands) {
   }
 }
 
+// A chip from early to late is too far for Galileo's signal: no matter while GPS alone is in the sky.
+TEST(ReceiverInterference, OfSystemsThatAreNotThere) {
+  ReceiverOptions options = plain();
+  options.signal.dll.spacing_chips = 1;
+  Receiver receiver(options, 1);
+  const ReceiverEpoch epoch =
+      observe_amid(receiver, one_satellite(), 0, {wave(Shape::Band, 1575.42e6, -130, 20e6)});
+  EXPECT_GT(epoch.bands.size(), 1U);
+}
+
 // C/N0 alone decides: lost below the tracking threshold, found again when the jammer is gone.
 TEST(ReceiverInterference, LosesLockAndFindsItAgain) {
   ReceiverOptions options = plain();
