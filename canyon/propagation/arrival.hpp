@@ -25,7 +25,7 @@ struct SatelliteView {
   SatellitePaths paths;
   /// Where a receiver takes it to be when it judges its elevation mask [rad], if that is not where it stands:
   /// of a spoofed satellite below the true horizon.
-  std::optional<double> shown_elevation_rad;
+  std::optional<double> shown_elevation_rad{};
 
   /// Rate at which the satellite's direction turns in the axes of the Earth [rad/s].
   [[nodiscard]] double turning_radps() const {
@@ -41,7 +41,7 @@ struct Arrival {
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();
   Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();  ///< the antenna in that frame [m]
   /// What else comes to the antenna; powers add.
-  std::vector<Interference> interference;
+  std::vector<Interference> interference{};
 };
 
 }  // namespace canyon::propagation
