@@ -206,11 +206,12 @@ void Spoofing::apply(const propagation::Antenna& antenna, propagation::Arrival& 
       if (!line) continue;
       propagation::SatelliteView added;
       added.line = *std::move(line);
-      added.shown_elevation_rad = now->elevation_rad;
       arrival.views.push_back(std::move(added));
       view = arrival.views.end() - 1;
     }
     const orbit::LineOfSight& line = view->line;
+    // The fix masks by the place that it finds.
+    if (!options_.aligned()) view->shown_elevation_rad = std::max(line.elevation_rad, now->elevation_rad);
     path.code_ahead_m = now->range_m - now->carrier_m;
     const double rate_mps = (after->carrier_m - before->carrier_m) / (2 * kHalfStep_s);
     path.code_ahead_mps = (after->range_m - before->range_m) / (2 * kHalfStep_s) - rate_mps;

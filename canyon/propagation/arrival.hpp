@@ -23,8 +23,8 @@ struct Antenna {
 struct SatelliteView {
   orbit::LineOfSight line;
   SatellitePaths paths;
-  /// Where a receiver takes it to be when it judges its elevation mask [rad], if that is not where it stands:
-  /// of a spoofed satellite below the true horizon.
+  /// What a receiver may take for its elevation when it judges its mask [rad], if not the true one: the
+  /// higher of both where a spoofer shows another place.
   std::optional<double> shown_elevation_rad{};
 
   /// Rate at which the satellite's direction turns in the axes of the Earth [rad/s].
