@@ -86,7 +86,6 @@ Jamming::Jamming(const JammingOptions& options, FaultContext context)
 
 void Jamming::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
   for (const EmissionOptions& each : emissions_) {
-    const TransmitterWay way = transmitter_.way(antenna.time, arrival.antenna_enu, each.centre_hz);
     propagation::Interference wave;
     using Kind = propagation::Spectrum::Shape;
     wave.spectrum.shape = each.shape == Shape::Noise   ? Kind::Band
@@ -95,10 +94,12 @@ void Jamming::apply(const propagation::Antenna& antenna, propagation::Arrival& a
     wave.spectrum.centre_hz = each.centre_hz;
     if (each.shape != Shape::Tone) wave.spectrum.width_hz = each.width_hz;
     if (each.shape == Shape::Chirp) wave.spectrum.period_s = each.period_s;
-    wave.power_dbw = each.power_dbm - 30 + way.gain_db;
     wave.polarisation = polarisation_;
-    wave.arrival = way.arrival;
-    arrival.interference.push_back(wave);
+    for (const TransmitterWay& way : transmitter_.ways(antenna.time, arrival.antenna_enu, each.centre_hz)) {
+      wave.power_dbw = each.power_dbm - 30 + way.gain_db;
+      wave.arrival = way.arrival;
+      arrival.interference.push_back(wave);
+    }
   }
 }
 

@@ -181,17 +181,17 @@ void Spoofing::apply(const propagation::Antenna& antenna, propagation::Arrival& 
   constexpr double kHalfStep_s = 0.1;  // of rates
   const Scene scene{antenna, arrival.antenna_enu, arrival.ecef_from_enu};
   const orbit::Observer here(antenna.position_ecef);
-  const TransmitterWay way = transmitter_.way(antenna.time, arrival.antenna_enu, gnss::kL1_hz);
+  const std::vector<TransmitterWay> ways = transmitter_.ways(antenna.time, arrival.antenna_enu, gnss::kL1_hz);
+  const double straight_m = ways.front().length_m;
+  const Vector3d velocity_enu = arrival.ecef_from_enu.transpose() * antenna.velocity_ecef;
   const double seconds = antenna.time - context_.begin;
   const double ramp_db =
       seconds < options_.ramp_s ? options_.ramp_from_db * (seconds / options_.ramp_s - 1) : 0;
 
   propagation::Path path;
   path.kind = propagation::PathKind::Transmitted;
-  path.arrival = way.arrival;
-  path.arrival_elevation_rad = std::asin(std::clamp(way.arrival.z(), -1.0, 1.0));
   path.point = transmitter_.position(antenna.time);
-  path.reflector = RandomStream(context_.seed, "spoofing/" + context_.name).next();
+  const std::uint64_t name = RandomStream(context_.seed, "spoofing/" + context_.name).next();
 
   for (const gnss::SatelliteId id : all_) {
     if (!sends(id)) continue;
@@ -206,37 +206,43 @@ void Spoofing::apply(const propagation::Antenna& antenna, propagation::Arrival& 
       if (!line) continue;
       propagation::SatelliteView added;
       added.line = *std::move(line);
-      added.shown_elevation_rad = now->elevation_rad;
       arrival.views.push_back(std::move(added));
       view = arrival.views.end() - 1;
     }
     const orbit::LineOfSight& line = view->line;
-    path.excess_m = now->range_m - line.range_m;
+    // The fix masks by the place that it finds.
+    if (!options_.aligned()) view->shown_elevation_rad = std::max(line.elevation_rad, now->elevation_rad);
     path.code_ahead_m = now->range_m - now->carrier_m;
-    path.range_rate_mps = (after->carrier_m - before->carrier_m) / (2 * kHalfStep_s);
-    path.code_ahead_mps = (after->range_m - before->range_m) / (2 * kHalfStep_s) - path.range_rate_mps;
-    for (const gnss::Signal* signal : signals_) {
-      if (signal->system != id.system || !gnss::transmits(id, *signal, antenna.time)) continue;
-      const double nominal = nominal_dbw(*signal, line.elevation_rad);
-      const double advantage_db =
-          ramp_db + (options_.power_dbm ? *options_.power_dbm - 30 + way.gain_db - nominal
-                                        : options_.advantage_db - way.obstruction_db);
-      path.amplitude_factor = std::pow(10, advantage_db / 20);
-      path.signals = 1U << gnss::index_of(*signal);
-      view->paths.paths.push_back(path);
+    const double rate_mps = (after->carrier_m - before->carrier_m) / (2 * kHalfStep_s);
+    path.code_ahead_mps = (after->range_m - before->range_m) / (2 * kHalfStep_s) - rate_mps;
+    for (const TransmitterWay& way : ways) {
+      path.arrival = way.arrival;
+      path.arrival_elevation_rad = std::asin(std::clamp(way.arrival.z(), -1.0, 1.0));
+      path.reflector = name ^ way.reflector;
+      path.excess_m = now->range_m - line.range_m + (way.length_m - straight_m);
+      path.range_rate_mps = rate_mps + (ways.front().arrival - way.arrival).dot(velocity_enu);
+      for (const gnss::Signal* signal : signals_) {
+        if (signal->system != id.system || !gnss::transmits(id, *signal, antenna.time)) continue;
+        const double nominal = nominal_dbw(*signal, line.elevation_rad);
+        const double advantage_db =
+            ramp_db + (options_.power_dbm ? *options_.power_dbm - 30 + way.gain_db - nominal
+                                          : options_.advantage_db - way.obstruction_db +
+                                                20 * std::log10(straight_m / way.length_m));
+        path.amplitude_factor = std::pow(10, advantage_db / 20);
+        path.signals = 1U << gnss::index_of(*signal);
+        view->paths.paths.push_back(path);
 
-      propagation::Interference wave;
-      wave.spectrum = {propagation::Spectrum::Shape::Code,
-                       gnss::carrier_hz(*signal, line.state.carrier_frequency_hz),
-                       0,
-                       0,
-                       signal->modulation,
-                       signal->chip_rate_hz};
-      wave.power_dbw = nominal + advantage_db;
-      wave.polarisation = propagation::Polarisation::Right;
-      wave.arrival = way.arrival;
-      wave.copy_of = id;
-      arrival.interference.push_back(wave);
+        propagation::Interference wave;
+        wave.spectrum.shape = propagation::Spectrum::Shape::Code;
+        wave.spectrum.centre_hz = gnss::carrier_hz(*signal, line.state.carrier_frequency_hz);
+        wave.spectrum.modulation = signal->modulation;
+        wave.spectrum.chip_rate_hz = signal->chip_rate_hz;
+        wave.power_dbw = nominal + advantage_db;
+        wave.polarisation = propagation::Polarisation::Right;
+        wave.arrival = way.arrival;
+        wave.copy_of = id;
+        arrival.interference.push_back(wave);
+      }
     }
   }
 }

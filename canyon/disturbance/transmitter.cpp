@@ -11,6 +11,9 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
+#include "canyon/propagation/reflector_id.hpp"
+#include "canyon/signal/fresnel.hpp"
+#include "canyon/signal/radio_materials.hpp"
 
 namespace canyon::disturbance {
 namespace {
@@ -171,7 +174,9 @@ Transmitter::Transmitter(const TransmitterOptions& options, const FaultContext& 
               (context.city ? context.city : throw InputError("a transmitter needs a city"))->frame,
               context.begin),
       beam_(options.beam),
-      rays_(context.rays) {
+      rays_(context.rays),
+      city_(context.city),
+      facets_(std::make_shared<propagation::FacetSet>(context.city->mesh, false)) {
   if (!context.city->mesh.vertices.empty()) top_m_ = context.city->bounds().max.z();
 }
 
@@ -190,6 +195,43 @@ TransmitterWay Transmitter::way(geodesy::GpsTime time, const Vector3d& antenna_e
   way.gain_db = beam_gain_db(beam_, direction) - 20 * std::log10(4 * geodesy::kPi * far_m / wavelength_m) -
                 way.obstruction_db;
   return way;
+}
+
+std::vector<TransmitterWay> Transmitter::ways(geodesy::GpsTime time, const Vector3d& antenna,
+                                              double frequency_hz) const {
+  std::vector<TransmitterWay> result{way(time, antenna, frequency_hz)};
+  if (!rays_) return result;
+  const Vector3d from = position(time);
+  const double wavelength_m = geodesy::kSpeedOfLight / frequency_hz;
+  propagation::FacingFacets facing;
+  constexpr double kClearance_m = 0.01;
+  facets_->gather(antenna, kReach_m, kClearance_m, facing);
+  for (const std::uint32_t index : facing.facet) {
+    const propagation::Facet& facet = facets_->facets()[index];
+    const double here_m = facet.normal.dot(antenna) - facet.offset;
+    const double there_m = facet.normal.dot(from) - facet.offset;
+    if (there_m < kClearance_m) continue;
+    const Vector3d image = from - 2 * there_m * facet.normal;
+    const Vector3d point = antenna + here_m / (here_m + there_m) * (image - antenna);
+    if ((point - antenna).norm() > kReach_m) continue;
+    const auto triangle = facets_->triangle_at(facet, point);
+    if (!triangle) continue;
+    const Vector3d lifted = point + (rays_->surface_offset_m(point) + facet.deviation) * facet.normal;
+    if (!clear(*rays_, antenna, lifted) || !clear(*rays_, lifted, from)) continue;
+
+    TransmitterWay& found = result.emplace_back();
+    found.length_m = (image - antenna).norm();
+    found.arrival = (point - antenna).normalized();
+    const signal::LinearReflection wall = signal::reflect_half_space(
+        signal::complex_permittivity(signal::radio_material(city_->mesh.materials[*triangle]), frequency_hz),
+        std::acos(std::min(1.0, facet.normal.dot(-found.arrival))));
+    const double share = (std::norm(wall.perpendicular) + std::norm(wall.parallel)) / 2;
+    found.obstruction_db = -10 * std::log10(share);
+    found.gain_db = beam_gain_db(beam_, (point - from).normalized()) -
+                    20 * std::log10(4 * geodesy::kPi * found.length_m / wavelength_m) - found.obstruction_db;
+    found.reflector = propagation::reflector_id(propagation::PathKind::Reflected, {0, index});
+  }
+  return result;
 }
 
 }  // namespace canyon::disturbance

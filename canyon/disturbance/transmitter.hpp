@@ -4,10 +4,12 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "canyon/disturbance/course.hpp"
 #include "canyon/disturbance/fault_context.hpp"
 #include "canyon/options/fwd.hpp"
+#include "canyon/propagation/index/facets.hpp"
 #include "canyon/propagation/interference.hpp"
 
 namespace canyon::disturbance {
@@ -43,6 +45,7 @@ struct TransmitterWay {
   double gain_db = 0;
   /// Of it, what stands in the way takes [dB]: 0 or above; less by some 1 dB beside an edge.
   double obstruction_db = 0;
+  std::uint64_t reflector = 0;  ///< that it comes by; 0: none
 };
 
 /// A transmitter in a city.
@@ -51,21 +54,32 @@ struct TransmitterWay {
 /// stands between, what goes over the roofs is Bullington's equivalent knife edge over the profile of the
 /// surfaces below the line (K. Bullington, Proc. IRE 35(10), 1947; ITU-R P.526-15, 4.5.1, without its
 /// correction for terrain), what goes around both sides of the first and the last wall the same in the
-/// horizontal plane, each where its legs are clear; powers add. The knife edge is exact (knife_edge_field()).
+/// horizontal plane, each where its legs are clear; powers add.
+///
+/// Walls reflect by the method of images, once, the mean of both linear polarisations' power by their
+/// material's half space (signal::reflect_half_space()). Second reflections, and edges and walls in a row,
+/// are left out.
 class Transmitter {
  public:
   /// Throws InputError where options do not validate() or the context has no city.
   Transmitter(const TransmitterOptions& options, const FaultContext& context);
 
   [[nodiscard]] Eigen::Vector3d position(geodesy::GpsTime time) const { return course_.at(time); }
-  /// The way to an antenna. @param antenna_enu [m] in the city's frame
+  /// The straight way to an antenna, or what bends around what stands in it.
+  /// @param antenna_enu [m] in the city's frame
   [[nodiscard]] TransmitterWay way(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                                    double frequency_hz) const;
+  /// That, and those by walls within kReach_m of the antenna.
+  [[nodiscard]] std::vector<TransmitterWay> ways(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                                 double frequency_hz) const;
+  static constexpr double kReach_m = 300;
 
  private:
   Course course_;
   BeamOptions beam_;
   std::shared_ptr<const raytrace::RayScene> rays_;
+  std::shared_ptr<const city::City> city_;
+  std::shared_ptr<const propagation::FacetSet> facets_;
   double top_m_ = 0;  // of the city
 };
 

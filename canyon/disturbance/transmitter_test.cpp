@@ -125,6 +125,30 @@ TEST(Transmitter, BendsAroundBothSides) {
               0.2);
 }
 
+// A wall of metal 30 m beside a line of 80 m is a mirror: its image is 2 sqrt(40^2 + 30^2) = 100 m away, with
+// all of the power. Where a tower stands in the line, that is what is left.
+TEST(Transmitter, IsReflectedByWalls) {
+  FaultContext context = scene({{{-10, 39.9, 0}, {10, 40.1, 400}}});
+  city::City city = *context.city;
+  city::append_box(city.mesh, "mirror", city::Surface::Building, city::Material::Metal, {30, -500, 0},
+                   {31, 500, 50});
+  context.city = std::make_shared<const city::City>(city);
+  context.rays = std::make_shared<const raytrace::RayScene>(city.mesh);
+  TransmitterOptions options = at({0, 0, 2});
+  const auto ways = Transmitter(options, context).ways(kBegin, {0, 80, 2}, kHz);
+  ASSERT_EQ(ways.size(), 2U);
+  EXPECT_GT(ways[0].obstruction_db, 20);
+  EXPECT_NEAR(ways[1].length_m, 100, 1e-9);
+  EXPECT_NEAR(ways[1].gain_db, -76.40, 0.05);
+  EXPECT_LT((ways[1].arrival - Vector3d(0.6, -0.8, 0)).norm(), 1e-9);
+  // Behind a wall that ends where it would itself be a mirror, nothing comes by it.
+  city::append_box(city.mesh, "screen", city::Surface::Building, city::Material::Concrete, {20, 10, 0},
+                   {21, 35, 50});
+  context.city = std::make_shared<const city::City>(city);
+  context.rays = std::make_shared<const raytrace::RayScene>(city.mesh);
+  EXPECT_EQ(Transmitter(options, context).ways(kBegin, {0, 80, 2}, kHz).size(), 1U);
+}
+
 // Bullington: two roofs 18 m over the line at a quarter and three quarters are one edge of 36 m in the
 // middle.
 TEST(Transmitter, TakesTwoRoofsAsOneEdge) {

@@ -26,9 +26,9 @@ struct Antenna {
 struct SatelliteView {
   orbit::LineOfSight line;
   SatellitePaths paths;
-  /// Where a receiver takes it to be when it judges its elevation mask [rad], if that is not where it stands:
-  /// of a spoofed satellite below the true horizon.
-  std::optional<double> shown_elevation_rad;
+  /// What a receiver may take for its elevation when it judges its mask [rad], if not the true one: the
+  /// higher of both where a spoofer shows another place.
+  std::optional<double> shown_elevation_rad{};
   /// What the carrier at 1575.42 MHz turns by on its way, the code not, on all paths [rad], and its rate; of
   /// other carriers by the inverse of their frequency, as phase scintillation is.
   double carrier_turn_rad = 0, carrier_turn_radps = 0;
@@ -54,17 +54,17 @@ struct Arrival {
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();
   Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();  ///< the antenna in that frame [m]
   /// What else comes to the antenna; powers add.
-  std::vector<Interference> interference;
+  std::vector<Interference> interference{};
   /// What the satellites say of themselves: the fix goes by it. Null: the truth.
-  std::shared_ptr<const orbit::Sky> broadcast;
+  std::shared_ptr<const orbit::Sky> broadcast{};
   /// The messages that say so; null: those of the sky.
-  std::shared_ptr<const gnss::NavigationData> messages;
+  std::shared_ptr<const gnss::NavigationData> messages{};
   /// Of the receiver's oscillator, beside what its own clock does [s, s/s].
   double clock_bias_s = 0, clock_drift = 0;
   /// What the receiver's firmware gets wrong of the date: GPS weeks, and seconds of UTC.
   int weeks_off = 0, utc_off_s = 0;
-  std::optional<Restart> restart;
-  std::vector<std::string> faults;  ///< names of those at work (disturbance::FaultTimeline)
+  std::optional<Restart> restart{};
+  std::vector<std::string> faults{};  ///< names of those at work (disturbance::FaultTimeline)
 };
 
 }  // namespace canyon::propagation

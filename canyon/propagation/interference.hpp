@@ -37,7 +37,7 @@ struct Interference {
   /// Unit, from the antenna towards where it comes from, in the frame of the arrival's paths.
   Eigen::Vector3d arrival = Eigen::Vector3d::UnitZ();
   /// Whose signal it repeats: to that satellite's channels it is a path, and no noise.
-  std::optional<gnss::SatelliteId> copy_of;
+  std::optional<gnss::SatelliteId> copy_of{};
 };
 
 }  // namespace canyon::propagation

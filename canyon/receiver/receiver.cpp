@@ -134,7 +134,7 @@ struct Receiver::State {
   }
 
   /// The front end around each carrier that is tracked of any system.
-  [[nodiscard]] std::vector<BandState> bands() const {
+  [[nodiscard]] std::vector<BandState> bands() {
     std::vector<BandState> result;
     if (!signals) return result;
     for (const auto& of_system : tracks) {

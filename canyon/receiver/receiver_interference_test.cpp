@@ -1,11 +1,17 @@
 // What interference does to a receiver: effective C/N0, gain control, lock.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <limits>
+#include <memory>
+#include <string>
 #include <vector>
 
+#include "canyon/city/city.hpp"
+#include "canyon/disturbance/jamming.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "tests/support/signal_scene.hpp"
 
@@ -207,6 +213,16 @@ TEST(ReceiverInterference, GainControlAndBands) {
   }
 }
 
+// A chip from early to late is too far for Galileo's signal: no matter while GPS alone is in the sky.
+TEST(ReceiverInterference, OfSystemsThatAreNotThere) {
+  ReceiverOptions options = plain();
+  options.signal.dll.spacing_chips = 1;
+  Receiver receiver(options, 1);
+  const ReceiverEpoch epoch =
+      observe_amid(receiver, one_satellite(), 0, {wave(Shape::Band, 1575.42e6, -130, 20e6)});
+  EXPECT_GT(epoch.bands.size(), 1U);
+}
+
 // C/N0 alone decides: lost below the tracking threshold, found again when the jammer is gone.
 TEST(ReceiverInterference, LosesLockAndFindsItAgain) {
   ReceiverOptions options = plain();
@@ -228,6 +244,65 @@ TEST(ReceiverInterference, LosesLockAndFindsItAgain) {
       EXPECT_NEAR(*seen.cn0_dbhz, clear_cn0_dbhz() - 30.0, 0.05);
     }
   }
+}
+
+// Past a jammer of 10 dBm that stands 40 m beside the road, with a long house between for a while: 20 MHz of
+// noise, by Friis and the density of C/A as they stand here.
+TEST(ReceiverInterference, ADriveByAJammer) {
+  city::City city;
+  city.frame = kFrame;
+  city::append_box(city.mesh, "house", city::Surface::Building, city::Material::Brick, {60, 20, -5},
+                   {140, 25, 15});
+  disturbance::FaultContext context;
+  context.name = "jammer";
+  context.begin = kTime;
+  context.city = std::make_shared<const city::City>(city);
+  context.rays = std::make_shared<const raytrace::RayScene>(city.mesh);
+  disturbance::JammingOptions jammer;
+  jammer.transmitter.course.position.east_m = 100;
+  jammer.transmitter.course.position.north_m = 40;
+  jammer.transmitter.course.position.up_m = 0;
+  jammer.emissions.resize(1);
+  disturbance::Jamming jamming(jammer, context);
+  const double share =
+      integral(-10e6, 10e6, [](double f) { return bpsk(f, 1.023e6); });  // of C/A's power under the noise
+
+  ReceiverOptions options = plain();
+  options.signal.lock.reacquisition_s = 2;
+  Receiver receiver(options, 1);
+  bool lost = false, found_again = false;
+  double most_db = 0, shadow_db = 1e9;
+  for (int t = 0; t <= 160; ++t) {
+    const Eigen::Vector3d place(-1500.0 + 20 * t, 0, 0);  // 20 m/s eastwards
+    const Eigen::Vector3d antenna = kFrame.ecef_from_local(place);
+    propagation::Arrival arrival;
+    arrival.views = open_sky(one_satellite(), kTime + 1.0 * t, antenna);
+    arrival.ecef_from_enu = kEcefFromEnu;
+    arrival.antenna_enu = place;
+    const propagation::Antenna moving{kTime + 1.0 * t, antenna, kEcefFromEnu * Eigen::Vector3d(20, 0, 0)};
+    jamming.apply(moving, arrival);
+    const SatelliteObservation seen =
+        receiver.observe({moving, arrival, one_satellite(), {}}).satellites.front();
+    const double far_m = (place - Eigen::Vector3d(100, 40, 0)).norm();
+    const double over_noise = 10 - 30 - 20 * std::log10(4 * kPi * far_m / kWavelength_m) - kNoise;
+    const double free_db = 10 * std::log10(1 + std::pow(10, over_noise / 10) * share / 20e6);
+    const double loss_db = clear_cn0_dbhz() - *seen.cn0_dbhz;
+    // The way crosses the house where its wall is nearer to the road than to the jammer.
+    const double crossing_m = place.x() + (100 - place.x()) * 22.5 / 40;
+    if (crossing_m > 65 && crossing_m < 135) {
+      shadow_db = std::min(shadow_db, loss_db);
+      EXPECT_LT(loss_db, free_db - 10) << place.x();
+    } else if (crossing_m < 40 || crossing_m > 160) {
+      EXPECT_NEAR(loss_db, free_db, 0.5) << place.x();
+      most_db = std::max(most_db, loss_db);
+    }
+    if (loss_db > 31) lost = true;
+    if (lost && seen.lock == tracking::LockState::Tracking && place.x() > 300) found_again = true;
+    EXPECT_FALSE(loss_db > 31 && seen.lock == tracking::LockState::Tracking) << place.x();
+  }
+  std::printf("most loss in sight %.1f dB, least behind the house %.1f dB\n", most_db, shadow_db);
+  EXPECT_TRUE(lost);
+  EXPECT_TRUE(found_again);
 }
 
 }  // namespace

@@ -250,6 +250,8 @@ TEST(ReceiverSpoofing, OverwhelmingCopiesShowAnywhere) {
   int below = 0;
   for (const SatelliteObservation& each : seen.epoch.satellites) {
     below += each.used && each.elevation_rad < 0;
+    // The receiver's mask is that of the place it believes in.
+    EXPECT_EQ(each.used, each.lock == tracking::LockState::Tracking) << gnss::to_string(each.id);
   }
   EXPECT_GT(below, 2);
 }

@@ -49,6 +49,17 @@ SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<d
   return path;
 }
 
+/// compute(), unless it is known for that spectrum.
+template <typename Compute>
+double remembered(SpectrumValues& known, const propagation::Spectrum& spectrum, const Compute& compute) {
+  const auto found =
+      std::find_if(known.begin(), known.end(), [&](const auto& each) { return each.first == spectrum; });
+  if (found != known.end()) return found->second;
+  constexpr std::size_t kMost = 256;  // of a jammer that never keeps its frequency
+  if (known.size() >= kMost) known.clear();
+  return known.emplace_back(spectrum, compute()).second;
+}
+
 /// What sets a signal's draws apart from others': of the one near L1 the satellite alone.
 std::string draws_of(gnss::SatelliteId id, const gnss::Signal& signal) {
   return gnss::index_of(signal) == 0 ? gnss::to_string(id)
@@ -122,15 +133,8 @@ double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId 
     } else {
       propagation::Spectrum off = wave.spectrum;
       off.centre_hz -= carrier_hz;
-      auto found = std::find_if(kind.separations.begin(), kind.separations.end(),
-                                [&](const auto& each) { return each.first == off; });
-      if (found == kind.separations.end()) {
-        constexpr std::size_t kMost = 256;  // of a jammer that never keeps its frequency
-        if (kind.separations.size() >= kMost) kind.separations.clear();
-        kind.separations.emplace_back(off, spectral_separation_per_hz(correlation, 0, off));
-        found = kind.separations.end() - 1;
-      }
-      separation = found->second;
+      separation =
+          remembered(kind.separations, off, [&] { return spectral_separation_per_hz(correlation, 0, off); });
     }
     sum += wave.over_noise_hz[band] * separation;
   }
@@ -138,14 +142,18 @@ double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId 
 }
 
 ChannelModel::FrontEndLoad ChannelModel::front_end_load(const gnss::Signal& signal,
-                                                        std::span<const HeardWave> waves) const {
+                                                        std::span<const HeardWave> waves) {
   FrontEndLoad load;
+  if (waves.empty()) return load;
   const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
   double bandwidth_hz = correlation_of(signal, options_).bandwidth_hz;
   if (std::isinf(bandwidth_hz)) bandwidth_hz = 4 * signal.chip_rate_hz;
+  SpectrumValues& shares = shares_[&signal];
   for (const HeardWave& wave : waves) {
-    const double ratio = wave.over_noise_hz[band] / bandwidth_hz *
-                         share_within(wave.spectrum, signal.carrier_hz, bandwidth_hz);
+    propagation::Spectrum off = wave.spectrum;
+    off.centre_hz -= signal.carrier_hz;
+    const double share = remembered(shares, off, [&] { return share_within(off, 0, bandwidth_hz); });
+    const double ratio = wave.over_noise_hz[band] / bandwidth_hz * share;
     load.interference += ratio;
     if (wave.spectrum.shape == propagation::Spectrum::Shape::Tone) load.tones += ratio;
   }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -23,15 +24,17 @@ struct HeardWave {
   std::array<double, 2> over_noise_hz{};  ///< I / N0 [Hz] in the bands of antennas, by signal::Band
 };
 
+/// Numbers by what interferes, centre_hz counted from a carrier.
+using SpectrumValues = std::vector<std::pair<propagation::Spectrum, double>>;
+
 /// What the channels of one receiver share: options, phases of paths, a code loop for each kind of signal.
 class ChannelModel {
  public:
   /// One kind of signal in this receiver.
   struct Kind {
     CodeTracker tracker;
-    double peak_power = 1;  ///< R(0)^2: of the prompt correlator on a path of power 1
-    /// Spectral separations that were asked for, by what interferes and how far off the carrier; not tones'.
-    std::vector<std::pair<propagation::Spectrum, double>> separations;
+    double peak_power = 1;       ///< R(0)^2: of the prompt correlator on a path of power 1
+    SpectrumValues separations;  ///< spectral separations that were asked for; not tones'
   };
 
   /// Throws InputError where options.validate() does.
@@ -67,8 +70,7 @@ class ChannelModel {
     double interference = 0;
     double tones = 0;  ///< of it
   };
-  [[nodiscard]] FrontEndLoad front_end_load(const gnss::Signal& signal,
-                                            std::span<const HeardWave> waves) const;
+  [[nodiscard]] FrontEndLoad front_end_load(const gnss::Signal& signal, std::span<const HeardWave> waves);
   /// The random stream of a satellite's signal in this receiver for one purpose.
   [[nodiscard]] RandomStream stream(gnss::SatelliteId id, const gnss::Signal& signal,
                                     std::string_view purpose) const;
@@ -81,6 +83,7 @@ class ChannelModel {
   std::uint64_t seed_;
   std::string receiver_, draws_;
   PathPhases phases_;
+  std::map<const gnss::Signal*, SpectrumValues> shares_;  // within the front end, that were asked for
   std::array<std::array<std::unique_ptr<Kind>, gnss::kMostSignals>, gnss::kSystemCount> kinds_;
 };
 
