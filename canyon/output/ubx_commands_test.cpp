@@ -152,7 +152,8 @@ TEST(UbxDevice, IsConfiguredByArduPilot) {
     const auto poll = [&](MessageId id) {
       return device.send(0x0601, Payload().u1(id >> 8).u1(id & 0xFF).bytes());
     };
-    for (const MessageId id : {0x0107, 0x0120, 0x0102, 0x0103, 0x0112, 0x0104, 0x0A09, 0x0A0B, 0x0215}) {
+    for (const MessageId id :
+         {0x0107, 0x0120, 0x0102, 0x0103, 0x0112, 0x0104, 0x0A09, 0x0A0B, 0x0215, 0x0D03}) {
       const auto reply = poll(id);
       ASSERT_THAT(ids(reply), ElementsAre(0x0601, kAck)) << std::hex << id;
       EXPECT_EQ(reply[0].payload.size(), 8U);
