@@ -44,16 +44,21 @@ std::int64_t floor_div(std::int64_t a, std::int64_t b) {
   return a / b - (a % b < 0 ? 1 : 0);
 }
 
+/// The record with the nearest toe, the newer one among equals, as BroadcastSky has it. Galileo's begin to be
+/// sent at toe, and readers refuse earlier ones: the last one of the past where there is any.
 template <typename Record>
-const Record* nearest(const std::vector<Record>& records, gnss::SatelliteId id, GpsTime t) {
+const Record* sent_record(const std::vector<Record>& records, gnss::SatelliteId id, GpsTime t) {
   const Record* best = nullptr;
+  const auto to_come = [&](const Record& r) { return id.system == System::Galileo && r.toe > t; };
   for (const Record& record : records) {
     if (record.id != id) continue;
     if constexpr (std::is_same_v<Record, gnss::KeplerEphemeris>) {
       if (gnss::is_galileo_fnav(record)) continue;  // is sent on E5a
     }
-    // The newer one among equals, as BroadcastSky has it.
-    if (best == nullptr || std::abs(t - record.toe) <= std::abs(t - best->toe)) best = &record;
+    if (best == nullptr || to_come(record) < to_come(*best) ||
+        (to_come(record) == to_come(*best) && std::abs(t - record.toe) <= std::abs(t - best->toe))) {
+      best = &record;
+    }
   }
   return best;
 }
@@ -84,7 +89,9 @@ std::vector<std::uint32_t> words_of(const gnss::KeplerEphemeris& e, const gnss::
                      : std::vector<std::uint32_t>();
   }
   if (k % 5 < 3) return lnav_subframe(e, static_cast<int>(k % 5) + 1, start);
-  if (k % 5 == 3 && k / 5 % 25 == 17 && navigation.klobuchar.count(system) > 0) {
+  // The 25 pages begin anew with each week.
+  const std::int64_t frame = start.nanosecond_of_week() / (30 * kSecond);
+  if (k % 5 == 3 && frame % 25 == 17 && navigation.klobuchar.count(system) > 0) {
     return lnav_page18(system, system_message(navigation, system, start), start);
   }
   return {};
@@ -109,8 +116,8 @@ std::vector<SentMessage> Schedule::sent(const gnss::NavigationData& navigation, 
       current.frame = frame;
       current.ephemeris = std::monostate();
       if (id.system == System::GLONASS) {
-        if (const auto* e = nearest(navigation.glonass, id, frame_start)) current.ephemeris = *e;
-      } else if (const auto* e = nearest(navigation.kepler, id, frame_start)) {
+        if (const auto* e = sent_record(navigation.glonass, id, frame_start)) current.ephemeris = *e;
+      } else if (const auto* e = sent_record(navigation.kepler, id, frame_start)) {
         current.ephemeris = *e;
       }
     }

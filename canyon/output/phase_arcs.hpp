@@ -18,6 +18,7 @@ class PhaseArcs {
     /// Not continuous with the satellite's phase before: cycles were lost in between. False for the
     /// satellite's first phase, which has nothing before it.
     bool slip = false;
+    bool begins = false;  ///< of an arc this is the first phase
     /// Whole cycles that bring the arc's first phase nearest to its pseudorange over the wavelength, the same
     /// along the arc.
     double alignment_cycles = 0;
@@ -36,7 +37,7 @@ class PhaseArcs {
           measurement.pseudorange_m * measurement.carrier_frequency_hz / geodesy::kSpeedOfLight;
       arc = {*measurement.phase_since, std::round(range_cycles - *measurement.carrier_phase_cycles)};
     }
-    return Link{begins && !first, arc.alignment_cycles};
+    return Link{begins && !first, begins, arc.alignment_cycles};
   }
 
  private:

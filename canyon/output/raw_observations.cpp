@@ -15,12 +15,14 @@ RawEpoch RawObservations::next(const receiver::ReceiverEpoch& seen) {
     const auto add = [&](const receiver::SignalObservation& observed, const gnss::Signal& signal) {
       if (!observed.measurement) return;
       const positioning::Measurement& m = *observed.measurement;
-      RawObservation o{satellite.id, &signal, &m, m.pseudorange_m + geodesy::kSpeedOfLight * shift_s,
-                       {},           false};
+      RawObservation o{satellite.id, &signal, &m, m.pseudorange_m + geodesy::kSpeedOfLight * shift_s};
       if (const auto link = arcs_.next(m, gnss::index_of(signal))) {
         o.carrier_phase_cycles =
             *m.carrier_phase_cycles + link->alignment_cycles + m.carrier_frequency_hz * shift_s;
         o.slip = link->slip;
+        geodesy::GpsTime& begun = begun_[{satellite.id, gnss::index_of(signal)}];
+        if (link->begins) begun = seen.time;
+        o.locked_s = seen.time - begun;
       }
       epoch.observations.push_back(o);
     };

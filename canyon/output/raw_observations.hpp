@@ -20,7 +20,8 @@ struct RawObservation {
   /// Arcs begin within half a cycle of the pseudorange over the wavelength, as receivers have it, and never
   /// at 0, which readers take for a missing value.
   std::optional<double> carrier_phase_cycles;
-  bool slip = false;  ///< not continuous with the signal's phase before
+  bool slip = false;    ///< not continuous with the signal's phase before
+  double locked_s = 0;  ///< since the first phase of its arc
 };
 
 struct RawEpoch {
@@ -38,6 +39,7 @@ class RawObservations {
  private:
   std::int64_t step_ns_;
   PhaseArcs arcs_;
+  std::map<std::pair<gnss::SatelliteId, std::size_t>, geodesy::GpsTime> begun_;  ///< arcs of signals
 };
 
 }  // namespace canyon::output

@@ -49,7 +49,8 @@ class Observations {
 
   /// All messages of an epoch; none without measurements. Epochs are told in whole milliseconds of the
   /// receiver's clock: pseudoranges and phases follow the rounding, as in the RINEX observation file.
-  /// Pseudoranges from 0 to 255 ms can be told. Give epochs in order of time.
+  /// Pseudoranges from 0 to 254 ms can be told. Lock times count from the epoch at which an arc is first
+  /// told. Give epochs in order of time.
   [[nodiscard]] std::vector<broadcast::Bits> messages(const receiver::ReceiverEpoch& seen);
 
  private:
@@ -57,8 +58,13 @@ class Observations {
   std::vector<Satellite> satellites_of(const receiver::ReceiverEpoch& seen, gnss::System system,
                                        double shift_s);
 
+  struct Arc {
+    geodesy::GpsTime since, first_told;
+  };
+
   std::map<gnss::SatelliteId, int> glonass_channels_;
   PhaseArcs arcs_;
+  std::map<std::pair<gnss::SatelliteId, std::string_view>, Arc> told_;
 };
 
 /// Ephemerides of what a receiver measures: when a satellite's is new, and again every 30 s.

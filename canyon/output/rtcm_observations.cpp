@@ -174,7 +174,10 @@ std::vector<Observations::Satellite> Observations::satellites_of(const receiver:
       if (const auto link = arcs_.next(m, gnss::index_of(signal))) {
         cell.phase_range_m = (*m.carrier_phase_cycles + link->alignment_cycles) * wavelength_m +
                              geodesy::kSpeedOfLight * shift_s;
-        cell.lock_s = std::max(0.0, seen.time - *m.phase_since);
+        // Of what was told: so a slip always shows as 0, however short the arc before it was.
+        const auto [at, first] = told_.try_emplace({observed.id, signal.code});
+        if (first || at->second.since != *m.phase_since) at->second = {*m.phase_since, seen.time};
+        cell.lock_s = seen.time - at->second.first_told;
       }
       if (m.doppler_hz) cell.rate_mps = -*m.doppler_hz * wavelength_m;
       cell.cn0_dbhz = m.cn0_dbhz.value_or(0);
@@ -188,9 +191,15 @@ std::vector<Observations::Satellite> Observations::satellites_of(const receiver:
     const double middle_ms = (low->range_m + high->range_m) / 2 / kMillisecond_m;
     if (!(middle_ms >= 0 && middle_ms < kNoRoughRange - 1)) continue;
     satellite.rough = std::llround(middle_ms * kRoughSteps);
+    // Signals that came by different ways differ by more than fine rates hold: the middle leaves out the
+    // fewest.
+    double least_mps = HUGE_VAL, most_mps = -HUGE_VAL;
     for (const auto& cell : satellite.cells) {
-      if (cell.rate_mps && satellite.rough_mps == none(14)) satellite.rough_mps = or_none(*cell.rate_mps, 14);
+      if (!cell.rate_mps) continue;
+      least_mps = std::min(least_mps, *cell.rate_mps);
+      most_mps = std::max(most_mps, *cell.rate_mps);
     }
+    satellite.rough_mps = or_none((least_mps + most_mps) / 2, 14);
     std::sort(satellite.cells.begin(), satellite.cells.end(),
               [](const auto& a, const auto& b) { return a.signal < b.signal; });
     if (system == System::GLONASS) {

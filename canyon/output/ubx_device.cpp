@@ -112,7 +112,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     const receiver::ReceiverEpoch& seen = last_->observed;
     std::vector<ubx::RawMeasurement> raw;
     for (const RawObservation& o : raw_.observations) {
-      raw.push_back({o.id, o.signal, o.measurement, o.pseudorange_m, o.carrier_phase_cycles});
+      raw.push_back({o.id, o.signal, o.measurement, o.pseudorange_m, o.carrier_phase_cycles, o.locked_s});
     }
     return ubx::payload(id, {seen, round_to(seen.time, kMillisecond), generation_, first_fix_.has_value(),
                              first_fix_ ? *first_fix_ - begin_ : 0, seen.time - begin_,

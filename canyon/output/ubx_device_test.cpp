@@ -211,7 +211,8 @@ TEST(UbxDevice, HasNoPositionWithoutAFix) {
 
 TEST(UbxDevice, TellsSatellitesAndRawMeasurements) {
   const auto e = epoch();
-  const auto messages = Device(encode_ubx).encode(e);
+  Device device(encode_ubx);
+  const auto messages = device.encode(e);
   const Message& sat = find(messages, 0x0135);
   ASSERT_EQ(sat.payload.size(), 8U + 12 * e.observed.satellites.size());
   // G05: 60.2 deg, 45.5 deg, 46.3 dB-Hz, residual 0.5 m, used, code and carrier locked.
@@ -238,11 +239,19 @@ TEST(UbxDevice, TellsSatellitesAndRawMeasurements) {
   EXPECT_EQ(raw.u(11, 1), measured);
   EXPECT_EQ(raw.u(13, 1), 1U);
   EXPECT_NEAR(r8(16), e.observed.satellites[0].measurement->pseudorange_m + 299792458.0 * 43e-9, 1e-6);
-  EXPECT_EQ(raw.u(16 + 24, 2), 125U) << "locked for 125 ms";
+  EXPECT_EQ(raw.u(16 + 24, 2), 0U) << "its first phase";
   EXPECT_EQ(raw.u(16 + 26, 1), 46U);
   EXPECT_EQ(raw.u(16 + 28, 1), 3U);  // 0.01 cycles in steps of 0.004
   EXPECT_EQ(raw.u(16 + 30, 1), 7U);
   EXPECT_EQ(raw.u(16 + 32 + 30, 1), 1U) << "G12 has no phase";
+  // The time of lock counts from the first phase on, and anew behind a slip.
+  auto later = e;
+  later.observed.time = e.observed.time + 0.5;
+  later.observed.receiver_time = e.observed.receiver_time + 0.5;
+  EXPECT_EQ(find(device.encode(later), 0x0215).u(16 + 24, 2), 500U);
+  later.observed.time = e.observed.time + 1;
+  later.observed.satellites[0].measurement->phase_since = e.observed.time + 0.9;
+  EXPECT_EQ(find(device.encode(later), 0x0215).u(16 + 24, 2), 0U);
   // R24 has channel -7.
   const std::size_t r24 = 16 + 32 * 4;
   EXPECT_EQ(raw.u(r24 + 20, 2), 24U << 8 | 6U);

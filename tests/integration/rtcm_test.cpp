@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "canyon/broadcast/accuracy_index.hpp"
@@ -50,8 +51,13 @@ constexpr const char* kOutputs =
 
 // Resolutions of MSM7 and of RINEX, half a step of each: code 2^-29 ms and 1 mm, phase 2^-31 ms and 0.001
 // cycles, range rate 0.1 mm/s and 0.001 Hz, C/N0 1/16 and 0.001 dB.
-/// How many observations of each signal were compared.
-std::map<std::string, int> compare_observations(const std::string& yaml) {
+struct Compared {
+  std::map<std::string, int> signals;  ///< observations by system and code
+  int slips = 0, slips_told = 0;       ///< cycle slips of ours; that the judge flags too
+  int false_slips = 0;                 ///< that it flags where ours goes on
+  int no_doppler = 0;                  ///< observations whose Doppler does not come through
+};
+Compared compare_observations(const std::string& yaml) {
   const test::TemporaryFolder folder;
   // Clocks whose readings are off whole milliseconds, so that all values move with the tags.
   const auto simulation = test::prepare(yaml + R"(
@@ -68,14 +74,14 @@ receivers:
                                         folder.path());
   test::run_and_write(simulation, folder.path());
   convert(folder / "receiver.rtcm3", simulation.begin(), folder.path(), "judged");
-  std::map<std::string, int> compared;
+  Compared compared;
+  std::set<std::pair<gnss::SatelliteId, std::string>> begun;
   rinex::ObservationOptions all;
   all.all_signals = true;
   const auto ours = rinex::read_rinex_observations(folder / "receiver.obs", all);
   const auto theirs = rinex::read_rinex_observations(folder / "judged.obs", all);
   EXPECT_EQ(theirs.epochs.size(), ours.epochs.size());
   if (theirs.epochs.size() != ours.epochs.size()) return compared;
-  EXPECT_EQ(ours.epochs.size(), 201U);
   EXPECT_EQ(theirs.header.receiver, "Canyon");
   using geodesy::kSpeedOfLight;
   constexpr double kMillisecond_m = kSpeedOfLight * 1e-3;
@@ -98,33 +104,61 @@ receivers:
       const int channel = s.id.system == gnss::System::GLONASS ? ours.header.glonass_channels.at(s.id) : 0;
       const double carrier_hz = gnss::carrier_hz(*s.signal, gnss::l1_frequency_hz(s.id.system, channel));
       const double wavelength_m = kSpeedOfLight / carrier_hz;
-      EXPECT_TRUE(s.pseudorange_m && t.pseudorange_m && s.doppler_hz && t.doppler_hz);
-      if (!t.pseudorange_m || !t.doppler_hz) continue;
+      EXPECT_EQ(t.pseudorange_m.has_value(), s.pseudorange_m.has_value());
+      if (!t.pseudorange_m) continue;
       EXPECT_NEAR(*t.pseudorange_m, *s.pseudorange_m + kSpeedOfLight * shift_s, code_m);
-      EXPECT_NEAR(*t.doppler_hz, *s.doppler_hz, 0.5e-4 / wavelength_m + 0.00101);
+      if (t.doppler_hz) {
+        EXPECT_NEAR(*t.doppler_hz, *s.doppler_hz, 0.5e-4 / wavelength_m + 0.00101);
+      }
+      compared.no_doppler += t.doppler_hz ? 0 : 1;
       EXPECT_NEAR(t.cn0_dbhz.value(), s.cn0_dbhz.value(), 1.0 / 32 + 0.0011);
       EXPECT_EQ(t.carrier_phase_cycles.has_value(), s.carrier_phase_cycles.has_value());
       if (s.carrier_phase_cycles && t.carrier_phase_cycles) {
         EXPECT_NEAR(*t.carrier_phase_cycles, *s.carrier_phase_cycles + carrier_hz * shift_s,
                     phase_m / wavelength_m + 0.00101 + 1e-4);
+        const bool first = begun.insert({s.id, s.code.data()}).second;
+        const bool slip = (s.loss_of_lock & 1) != 0, told = (t.loss_of_lock & 1) != 0;
+        compared.slips += slip ? 1 : 0;
+        compared.slips_told += slip && told ? 1 : 0;
+        compared.false_slips += told && !slip && !first ? 1 : 0;
       }
-      ++compared[std::string(1, gnss::letter(s.id.system)) + s.code.data()];
+      ++compared.signals[std::string(1, gnss::letter(s.id.system)) + s.code.data()];
     }
   }
   int total = 0;
-  for (const auto& [signal, count] : compared) total += count;
-  std::cout << total << " observations of " << compared.size() << " signals compared\n";
+  for (const auto& [signal, count] : compared.signals) total += count;
+  std::cout << fmt::format(
+      "{} observations of {} signals compared, {} without Doppler; of {} cycle slips {} are told, {} where "
+      "none is\n",
+      total, compared.signals.size(), compared.no_doppler, compared.slips, compared.slips_told,
+      compared.false_slips);
   return compared;
 }
 
 TEST(RtcmByConvbin, ObservationsAreThoseOfTheRinexFile) {
   CANYON_NEEDS_PROGRAM("convbin");
-  const auto compared =
+  const Compared compared =
       compare_observations(std::string(kOpenField) +
                            "sky: {nominal: true, systems: [GPS, GLONASS, Galileo, BeiDou]}\n"
                            "start: 2026-03-01T10:00:00Z\n");
   // RTKLIB 2.4.3 b34 knows neither B1C nor B2a in MSM; BeiDou-3 has no B2I.
-  EXPECT_EQ(compared.size(), 11U);
+  EXPECT_EQ(compared.signals.size(), 11U);
+  EXPECT_GE(compared.signals.at("G1C"), 201 * 6);
+  EXPECT_EQ(compared.false_slips + compared.no_doppler, 0);
+}
+
+TEST(RtcmByConvbin, CycleSlipsShowInTheLockTime) {
+  CANYON_NEEDS_PROGRAM("convbin");
+  const Compared compared = compare_observations(
+      "city: {synthetic: {blocks_east: 4, blocks_north: 3, street_width_m: 18, min_height_m: 35, "
+      "max_height_m: 60, "
+      "seed: 7}, origin: {latitude_deg: 22.298, longitude_deg: 114.178, height_m: 10}}\n"
+      "sky: {nominal: true, systems: [GPS, GLONASS, Galileo, BeiDou]}\nstart: 2026-03-01T10:00:00Z\n");
+  EXPECT_GT(compared.slips, 20);
+  // A reader sees a slip where the lock time has become shorter, not where an arc was shorter still than the
+  // new one is (RTCM 10403.3, DF407).
+  EXPECT_GE(compared.slips_told, 0.9 * compared.slips);
+  EXPECT_EQ(compared.false_slips, 0);
 }
 
 TEST(RtcmByConvbin, ObservationsOfQzssAndSbasAreThoseOfTheRinexFile) {
@@ -140,12 +174,12 @@ TEST(RtcmByConvbin, ObservationsOfQzssAndSbasAreThoseOfTheRinexFile) {
          "     7.321700000000E+03 0.000000000000E+00 0.000000000000E+00 0.000000000000E+00\n"
          "     4.152340000000E+04 0.000000000000E+00 0.000000000000E+00 4.000000000000E+00\n"
          "     0.000000000000E+00 0.000000000000E+00 0.000000000000E+00 1.760000000000E+02\n";
-  const auto compared = compare_observations(
+  const Compared compared = compare_observations(
       "city: {open: true, origin: {latitude_deg: 50, longitude_deg: 80, height_m: 10}}\nsky: {navigation: [" +
       fs::absolute(path).string() + ", " + (folder / "sbas.nav").string() +
       "], systems: [GPS, QZSS, SBAS]}\nstart: 2020-06-25T12:10:00Z\n");
-  EXPECT_EQ(compared.count("J1C"), 1U);
-  EXPECT_EQ(compared.count("S1C"), 1U);
+  EXPECT_EQ(compared.signals.count("J1C"), 1U);
+  EXPECT_EQ(compared.signals.count("S1C"), 1U);
 }
 
 /// `a` within what 12 digits leave of `b`.

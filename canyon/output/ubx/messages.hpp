@@ -24,6 +24,7 @@ struct RawMeasurement {
   const positioning::Measurement* measurement = nullptr;
   double pseudorange_m = 0;                    ///< for the epoch's tag
   std::optional<double> carrier_phase_cycles;  ///< likewise
+  double locked_s = 0;                         ///< since the first phase of its arc
 };
 
 /// What an epoch's messages are made of.

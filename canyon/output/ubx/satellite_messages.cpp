@@ -142,13 +142,12 @@ std::string rxm_rawx(const Epoch& epoch) {
     // As u-blox's phases of geostationary BeiDou satellites are, half a cycle off; readers put it back.
     const bool d2 = raw.id.system == gnss::System::BeiDou && message_signal(raw.id) == 1;
     if (raw.carrier_phase_cycles && d2) phase -= 0.5;
-    const double locked_s = raw.carrier_phase_cycles && m.phase_since ? epoch.seen.time - *m.phase_since : 0;
     list.r8(raw.pseudorange_m).r8(phase).r4(static_cast<float>(m.doppler_hz.value_or(0)));
     list.u1(name->gnss)
         .u1(name->satellite)
         .u1(m8 ? 0 : *signal)
         .u1(frequency(raw.id, epoch.glonass_channels));
-    list.u2(static_cast<std::uint64_t>(std::clamp(std::floor(locked_s * 1e3), 0.0, 64500.0)));
+    list.u2(static_cast<std::uint64_t>(std::clamp(std::floor(raw.locked_s * 1e3 + 1e-6), 0.0, 64500.0)));
     list.u1(m.cn0_dbhz ? static_cast<std::uint64_t>(std::clamp(std::lround(*m.cn0_dbhz), 0L, 255L)) : 0);
     list.u1(doubling(m.sigma_m, 0.01));
     list.u1(raw.carrier_phase_cycles ? static_cast<std::uint64_t>(std::clamp(

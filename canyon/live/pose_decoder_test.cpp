@@ -1,0 +1,287 @@
+#include "canyon/live/pose_decoder.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/mavlink/frames.hpp"
+
+namespace canyon::live {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using simulation::BodyAxes;
+using simulation::PoseFormat;
+using simulation::PoseSourceOptions;
+using simulation::WorldAxes;
+using ::testing::HasSubstr;
+
+PoseSourceOptions options(PoseFormat format, WorldAxes axes = WorldAxes::ENU, BodyAxes body = BodyAxes::FLU) {
+  PoseSourceOptions o;
+  o.format = format;
+  o.axes = axes;
+  o.body = body;
+  return o;
+}
+
+std::vector<PoseReport> heard(PoseDecoder& decoder, std::string_view bytes, std::size_t step = 1 << 20,
+                              std::uint64_t reader = 0) {
+  std::vector<PoseReport> reports;
+  for (; !bytes.empty(); bytes.remove_prefix(std::min(step, bytes.size()))) {
+    decoder.hear(reader, bytes.substr(0, step), [&](const PoseReport& r) { reports.push_back(r); });
+  }
+  return reports;
+}
+
+void expect_near(const Vector3d& actual, const Vector3d& expected, double tolerance = 1e-6) {
+  EXPECT_LE((actual - expected).norm(), tolerance)
+      << actual.transpose() << ", expected " << expected.transpose();
+}
+
+// A vehicle whose forward axis points along (3, 2, 1) of the axes told, rolled by 0.4: no symmetry. Its axes
+// in the world are what an attitude is for.
+Quaterniond skew() {
+  return Quaterniond(AngleAxisd(0.6, Vector3d::UnitZ()) * AngleAxisd(-0.3, Vector3d::UnitY()) *
+                     AngleAxisd(0.4, Vector3d::UnitX()));
+}
+
+std::string json(const Quaterniond& q) {
+  return fmt::format(
+      R"({{"time_s": 2.5, "id": "uav", "position_m": [1, 2, -3], "attitude": [{}, {}, {}, {}], )"
+      R"("velocity_mps": [4, 5, -6], "rates_radps": [0.1, 0.2, 0.3]}})"
+      "\n",
+      q.w(), q.x(), q.y(), q.z());
+}
+
+TEST(JsonPoses, AreTakenAsTheyAreInEnuAndFlu) {
+  const auto decoder = make_decoder(options(PoseFormat::Json));
+  const auto reports = heard(*decoder, json(skew()), 7);
+  ASSERT_EQ(reports.size(), 1U);
+  const PoseReport& r = reports.front();
+  EXPECT_EQ(r.id, "uav");
+  EXPECT_EQ(r.stamp_s, 2.5);
+  EXPECT_EQ(*r.position_m, Vector3d(1, 2, -3));
+  EXPECT_EQ(*r.velocity_mps, Vector3d(4, 5, -6));
+  EXPECT_EQ(*r.rates_body_radps, Vector3d(0.1, 0.2, 0.3));
+  expect_near(*r.attitude * Vector3d::UnitX(), skew() * Vector3d::UnitX());
+  EXPECT_EQ(decoder->take_complaint(), "");
+}
+
+TEST(JsonPoses, AreTurnedFromNedAndFrd) {
+  const auto decoder = make_decoder(options(PoseFormat::Json, WorldAxes::NED, BodyAxes::FRD));
+  const auto reports = heard(*decoder, json(skew()));
+  ASSERT_EQ(reports.size(), 1U);
+  const PoseReport& r = reports.front();
+  // North, east, down = 1, 2, -3.
+  EXPECT_EQ(*r.position_m, Vector3d(2, 1, 3));
+  EXPECT_EQ(*r.velocity_mps, Vector3d(5, 4, 6));
+  EXPECT_EQ(*r.rates_body_radps, Vector3d(0.1, -0.2, -0.3));
+  // Forward, left and up of the body, each by its own words: forward is the first FRD axis, left the second
+  // turned round, up the third turned round; and NED's first component is ENU's second.
+  const auto enu = [](const Vector3d& ned) { return Vector3d(ned.y(), ned.x(), -ned.z()); };
+  expect_near(*r.attitude * Vector3d::UnitX(), enu(skew() * Vector3d::UnitX()));
+  expect_near(*r.attitude * Vector3d::UnitY(), enu(skew() * -Vector3d::UnitY()));
+  expect_near(*r.attitude * Vector3d::UnitZ(), enu(skew() * -Vector3d::UnitZ()));
+}
+
+TEST(JsonPoses, YawIsFromTheFirstAxisOfTheTold) {
+  const std::string line = R"({"position_m": [0, 0, 0], "yaw_deg": 30})";
+  const auto enu = heard(*make_decoder(options(PoseFormat::Json)), line);
+  const auto ned = heard(*make_decoder(options(PoseFormat::Json, WorldAxes::NED)), line);
+  const double c = std::cos(geodesy::radians(30)), s = std::sin(geodesy::radians(30));
+  expect_near(*enu.at(0).attitude * Vector3d::UnitX(), {c, s, 0});
+  expect_near(*ned.at(0).attitude * Vector3d::UnitX(), {s, c, 0});  // 30 degrees east of north
+  expect_near(*ned.at(0).attitude * Vector3d::UnitZ(), {0, 0, 1});
+}
+
+TEST(JsonPoses, MayBeOnTheEarth) {
+  const auto reports = heard(*make_decoder(options(PoseFormat::Json)),
+                             "{\"latitude_deg\": 22.3, \"longitude_deg\": 114.2, \"height_m\": 12.5}");
+  ASSERT_EQ(reports.size(), 1U);
+  EXPECT_NEAR(geodesy::degrees(reports[0].place->latitude_rad), 22.3, 1e-12);
+  EXPECT_EQ(reports[0].place->height_m, 12.5);
+  EXPECT_FALSE(reports[0].stamp_s);
+}
+
+TEST(JsonPoses, SayWhatIsNone) {
+  const auto decoder = make_decoder(options(PoseFormat::Json));
+  for (const auto& [line, problem] : std::vector<std::pair<std::string, std::string>>{
+           {"hello\n", "no JSON object"},
+           {"[1, 2]\n", "no JSON object"},
+           {"{\"time_s\": 1}\n", "neither 'position_m'"},
+           {"{\"position_m\": [1, 2]}\n", "'position_m' is no list of 3 numbers"},
+           {"{\"position_m\": [1, 2, \"x\"]}\n", "'position_m' is no list of 3 numbers"},
+           {"{\"position_m\": [1, 2, 3], \"attitude\": [0, 0, 0, 0]}\n", "no direction"},
+           {"{\"latitude_deg\": 91, \"longitude_deg\": 0, \"height_m\": 0}\n", "out of range"},
+           {std::string(10'000, '[') + "\n", "more than 4096 bytes"}}) {
+    EXPECT_TRUE(heard(*decoder, line).empty()) << line.substr(0, 50);
+    EXPECT_THAT(decoder->take_complaint(), HasSubstr(problem)) << line.substr(0, 50);
+  }
+  // The next one is taken all the same.
+  EXPECT_EQ(heard(*decoder, "{\"position_m\": [1, 2, 3]}\n").size(), 1U);
+  EXPECT_EQ(decoder->take_complaint(), "");
+  // Two senders do not cut each other's lines.
+  decoder->hear(1, "{\"position_m\": [1,", [](const PoseReport&) { ADD_FAILURE(); });
+  EXPECT_EQ(heard(*decoder, "{\"position_m\": [4, 5, 6]}\n", 100, 2).size(), 1U);
+  EXPECT_EQ(heard(*decoder, " 2, 3]}\n", 100, 1).size(), 1U);
+}
+
+/// The binary form by its table.
+std::string binary(std::uint16_t flags, const std::array<double, 3>& position, std::uint32_t id = 7) {
+  std::string b(kBinarySize, '\0');
+  const auto put = [&b](std::size_t at, auto value) { std::memcpy(b.data() + at, &value, sizeof value); };
+  std::memcpy(b.data(), "CNY1", 4);
+  put(4, flags);
+  put(8, id);
+  put(12, 2.5);
+  for (std::size_t i = 0; i < 3; ++i) put(20 + 8 * i, position[i]);
+  const Quaterniond q = skew();
+  put(44, static_cast<float>(q.w()));
+  put(48, static_cast<float>(q.x()));
+  put(52, static_cast<float>(q.y()));
+  put(56, static_cast<float>(q.z()));
+  for (std::size_t i = 0; i < 3; ++i) put(60 + 4 * i, 4.0F + static_cast<float>(i));
+  for (std::size_t i = 0; i < 3; ++i) put(72 + 4 * i, 0.5F + static_cast<float>(i));
+  put(84, static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(b.data()), 84)));
+  return b;
+}
+
+TEST(BinaryPoses, AreReadByTheirTable) {
+  const auto decoder = make_decoder(options(PoseFormat::Binary, WorldAxes::NED, BodyAxes::FRD));
+  const auto reports = heard(*decoder, binary(3, {1, 2, -3}) + binary(4 | 8 | 16, {22.3, 114.2, 5}), 5);
+  ASSERT_EQ(reports.size(), 2U);
+  EXPECT_EQ(reports[0].id, "7");
+  EXPECT_EQ(reports[0].stamp_s, 2.5);
+  EXPECT_EQ(*reports[0].position_m, Vector3d(2, 1, 3));
+  EXPECT_EQ(*reports[0].velocity_mps, Vector3d(5, 4, -6));
+  EXPECT_EQ(*reports[0].rates_body_radps, Vector3d(0.5, -1.5, -2.5));
+  const Vector3d forward = skew() * Vector3d::UnitX();
+  expect_near(*reports[0].attitude * Vector3d::UnitX(), {forward.y(), forward.x(), -forward.z()});
+  EXPECT_NEAR(geodesy::degrees(reports[1].place->longitude_rad), 114.2, 1e-12);
+  EXPECT_FALSE(reports[1].stamp_s || reports[1].attitude || reports[1].velocity_mps);
+}
+
+TEST(BinaryPoses, AreFoundAmongRubbish) {
+  const auto decoder = make_decoder(options(PoseFormat::Binary));
+  std::string broken = binary(0, {9, 9, 9});
+  broken[30] ^= 1;
+  const std::string bytes = "CNCNY" + broken + "CNY1" + binary(0, {1, 2, 3}) + "xyz" + binary(0, {4, 5, 6});
+  for (const std::size_t step : {1, 13, 1000}) {
+    const auto reports = heard(*decoder, bytes + std::string(200, 'C'), step);
+    ASSERT_EQ(reports.size(), 2U) << step;
+    EXPECT_EQ(*reports[0].position_m, Vector3d(1, 2, 3));
+    EXPECT_THAT(decoder->take_complaint(), HasSubstr("no pose"));
+  }
+}
+
+std::string frame(const mavlink::Message& message, std::uint8_t system = 1) {
+  return mavlink::encode(message, 0, {system, 1});
+}
+
+mavlink::Quaternion told(const Quaterniond& q) {
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+
+TEST(MavlinkPoses, ComeInTheirOwnFrames) {
+  const auto decoder = make_decoder(options(PoseFormat::MAVLink));
+  mavlink::SimState sim;
+  sim.ned_from_frd = told(skew());
+  sim.fine_latitude_deg = 22.3;
+  sim.fine_longitude_deg = 114.2;
+  sim.altitude_m = 30;
+  sim.velocity_ned_mps = {4, 5, -6};
+  sim.rates_frd_radps = {0.1, 0.2, 0.3};
+  mavlink::AttPosMocap mocap;
+  mocap.time_us = 5'000'000;
+  mocap.ned_from_frd = told(skew());
+  mocap.position_ned_m = {1, 2, -3};
+  mavlink::VisionPositionEstimate vision;
+  vision.position_ned_m = {1, 2, -3};
+  vision.roll_pitch_yaw_rad = {0.4, -0.3, 0.6};  // skew()
+  const auto reports =
+      heard(*decoder, frame(sim, 3) + frame(mocap) + frame(vision) + frame(mavlink::Heartbeat{}));
+  ASSERT_EQ(reports.size(), 3U);
+  const auto enu = [](const Vector3d& ned) { return Vector3d(ned.y(), ned.x(), -ned.z()); };
+  for (const PoseReport& r : reports) {
+    expect_near(*r.attitude * Vector3d::UnitX(), enu(skew() * Vector3d::UnitX()));
+    expect_near(*r.attitude * Vector3d::UnitY(), enu(skew() * -Vector3d::UnitY()));
+  }
+  EXPECT_EQ(reports[0].id, "3");
+  EXPECT_NEAR(geodesy::degrees(reports[0].place->latitude_rad), 22.3, 1e-6);
+  EXPECT_FALSE(reports[0].stamp_s);  // SIM_STATE has none
+  expect_near(*reports[0].velocity_mps, {5, 4, 6});
+  expect_near(*reports[0].rates_body_radps, {0.1, -0.2, -0.3});
+  EXPECT_EQ(reports[1].stamp_s, 5);
+  expect_near(*reports[1].position_m, {2, 1, 3});
+  expect_near(*reports[2].position_m, {2, 1, 3});
+}
+
+TEST(MavlinkPoses, OdometrySaysItsFrames) {
+  const auto decoder = make_decoder(options(PoseFormat::MAVLink));
+  mavlink::Odometry m;
+  m.position_m = {1, 2, -3};
+  m.frame_from_body = told(skew());
+  m.velocity_mps = {4, 5, -6};
+  m.rates_radps = {0.1, 0.2, 0.3};
+  const auto enu = [](const Vector3d& ned) { return Vector3d(ned.y(), ned.x(), -ned.z()); };
+  m.frame = 1;        // LOCAL_NED
+  m.child_frame = 8;  // BODY_NED, which is FRD
+  PoseReport r = heard(*decoder, frame(m)).at(0);
+  expect_near(*r.position_m, {2, 1, 3});
+  expect_near(*r.velocity_mps, enu(skew() * Vector3d(4, 5, -6)));
+  m.frame = 21;        // LOCAL_FLU
+  m.child_frame = 13;  // BODY_FLU
+  r = heard(*decoder, frame(m)).at(0);
+  expect_near(*r.position_m, {1, 2, -3});
+  expect_near(*r.velocity_mps, skew() * Vector3d(4, 5, -6));
+  expect_near(*r.rates_body_radps, {0.1, 0.2, 0.3});
+  m.frame = 0;  // GLOBAL: no place for metres
+  EXPECT_TRUE(heard(*decoder, frame(m)).empty());
+  EXPECT_THAT(decoder->take_complaint(), HasSubstr("MAV_FRAME 0"));
+}
+
+TEST(MavlinkPoses, EstimatesAreTakenOnlyWhereTheyAreNamed) {
+  mavlink::AttitudeQuaternion attitude;
+  attitude.ned_from_frd = told(skew());
+  mavlink::LocalPositionNed position;
+  position.boot_s = 12.5;
+  position.position_ned_m = {1, 2, -3};
+  position.velocity_ned_mps = {4, 5, -6};
+  const std::string bytes = frame(attitude) + frame(position);
+  EXPECT_TRUE(heard(*make_decoder(options(PoseFormat::MAVLink)), bytes).empty());
+  PoseSourceOptions named = options(PoseFormat::MAVLink);
+  named.messages = {"LOCAL_POSITION_NED"};
+  const auto decoder = make_decoder(named);
+  const auto reports = heard(*decoder, bytes);
+  ASSERT_EQ(reports.size(), 1U);
+  EXPECT_EQ(reports[0].stamp_s, 12.5);
+  expect_near(*reports[0].velocity_mps, {5, 4, 6});
+  ASSERT_TRUE(reports[0].attitude);
+  EXPECT_FALSE(decoder->request().empty());
+  named.messages = {"SIM_STAT"};
+  EXPECT_THROW((void)make_decoder(named), InputError);
+}
+
+TEST(Poses, HostileBytesAreNoneAndCostNothing) {
+  std::mt19937 random(1);
+  for (const PoseFormat format : {PoseFormat::Json, PoseFormat::Binary, PoseFormat::MAVLink}) {
+    const auto decoder = make_decoder(options(format));
+    for (int i = 0; i < 200; ++i) {
+      std::string bytes(1 + random() % 3000, '\0');
+      for (char& c : bytes) c = static_cast<char>(random());
+      EXPECT_TRUE(heard(*decoder, bytes, bytes.size(), random() % 1000).empty());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace canyon::live

@@ -1,0 +1,274 @@
+#include "canyon/live/session.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "canyon/transport/transport.hpp"
+#include "tests/support/free_port.hpp"
+#include "tests/support/local_connection.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon::live {
+namespace {
+
+using simulation::Epoch;
+using simulation::Scenario;
+using ::testing::HasSubstr;
+
+/// Keeps epochs without what they lend.
+class Kept final : public simulation::EpochSink {
+ public:
+  void write(const Epoch& epoch) override {
+    epochs.push_back(epoch);
+    epochs.back().arrival = nullptr;
+    if (each) each(epoch);
+  }
+  void finish() override { ++finished; }
+  std::vector<Epoch> epochs;
+  std::function<void(const Epoch&)> each;
+  int finished = 0;
+};
+
+std::shared_ptr<simulation::CityScene> city_of(const Scenario& scenario) {
+  std::vector<std::string> warnings;
+  return std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
+}
+
+Scenario scenario(const std::string& live, const std::string& rest = "rate_hz: 10\n",
+                  const std::string& receivers = "receivers: [{name: rover, profile: ublox-m8t}]\n") {
+  return simulation::parse_scenario(
+      "city: {synthetic: {seed: 3}}\nsky: {nominal: true, systems: [GPS]}\n"
+      "start: 2026-06-01T12:00:00Z\n" +
+          rest + receivers + live,
+      "test.yaml", {false});
+}
+
+Figures run(const Scenario& s, Kept& kept, std::vector<std::string>* notes = nullptr,
+            const std::atomic<bool>* stop = nullptr) {
+  Session session(s, city_of(s));
+  RunOptions options;
+  options.stop = stop;
+  options.note = [&](const std::string& line) {
+    if (notes != nullptr) notes->push_back(line);
+  };
+  return session.run({&kept}, options);
+}
+
+const std::string kDrive =
+    "rate_hz: 10\nduration_s: 2\n"
+    "trajectory: {waypoints: [{east_m: -40, north_m: 1, up_m: 2}, {east_m: 60, north_m: 3, up_m: 2}]}\n";
+
+// The same code computes both; what could differ is the pose's way into it.
+TEST(Session, TrajectoryGivesTheNumbersOfSimulate) {
+  const Scenario s = scenario("live: {speed: 20}\n", kDrive);
+  Kept live, offline;
+  const Figures figures = run(s, live);
+  const simulation::Simulation simulation(s, city_of(s));
+  (void)simulation.run({&offline}, {});
+  ASSERT_EQ(live.epochs.size(), 21U);
+  ASSERT_EQ(offline.epochs.size(), 21U);
+  EXPECT_EQ(figures.epochs, 21U);
+  EXPECT_EQ(figures.missed, 0U);
+  EXPECT_EQ(live.finished, 1);
+  for (std::size_t i = 0; i < live.epochs.size(); ++i) {
+    const Epoch &a = live.epochs[i], &b = offline.epochs[i];
+    EXPECT_EQ(a.observed.time, b.observed.time);
+    EXPECT_EQ(a.observed.visible, b.observed.visible);
+    EXPECT_LE((a.truth_ecef - b.truth_ecef).norm(), 1e-6);
+    ASSERT_EQ(a.observed.fix.solved(), b.observed.fix.solved());
+    if (a.observed.fix.solved()) {
+      EXPECT_LE((a.error_enu_m - b.error_enu_m).norm(), 1e-5);
+    }
+  }
+}
+
+TEST(Session, TakesAsMuchRealTimeAsItsSpeedSays) {
+  const auto begin = std::chrono::steady_clock::now();
+  Kept kept;
+  (void)run(scenario("live: {speed: 4}\n", kDrive), kept);
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(500));
+}
+
+std::string pose_line(double t, double east) {
+  return nlohmann::json{{"time_s", t}, {"position_m", {east, 1, 2}}, {"yaw_deg", 0}}.dump() + "\n";
+}
+
+TEST(Session, LogPosesComeAtTheirStampsAndGoIntoTheCity) {
+  const test::TemporaryFolder folder;
+  const std::string log = (folder / "log.jsonl").string();
+  {
+    std::ofstream file(log);
+    for (int i = 0; i <= 100; ++i) file << pose_line(1000 + 0.01 * i, 0.05 * i);
+  }
+  // 5 m/s along the room's x axis, which lies north in the city, twice as large there.
+  Kept kept;
+  const Scenario s = scenario("live: {clock: stamps, poses: [{from: 'file:" + log +
+                              "', east_m: 10, north_m: 20, up_m: 1, heading_deg: 90, scale: 2}]}\n");
+  const Figures figures = run(s, kept);
+  ASSERT_EQ(kept.epochs.size(), 11U);
+  EXPECT_EQ(figures.poses, 101U);
+  const auto scene = city_of(s);
+  for (std::size_t k = 0; k < kept.epochs.size(); ++k) {
+    const double way = 2 * 0.5 * static_cast<double>(k);
+    const Eigen::Vector3d at = scene->city.frame.local_from_geodetic(kept.epochs[k].truth.position);
+    EXPECT_LE((at - Eigen::Vector3d(10 - 2, 20 + way, 1 + 4)).norm(), 1e-6) << k;
+    if (k > 0) {
+      EXPECT_NEAR(kept.epochs[k].truth.velocity_enu_mps.y(), 10, 1e-3) << k;
+    }
+    EXPECT_NEAR(kept.epochs[k].truth.yaw_rad, M_PI / 2, 1e-9);
+  }
+}
+
+TEST(Session, StandardFormsOfPosesByUdpMoveTheReceiver) {
+  const int port = test::free_port();
+  const std::string address = "udp-listen://127.0.0.1:" + std::to_string(port);
+  const Scenario s = scenario("live: {wait_s: 0.2, poses: [{from: '" + address + "', timeout_s: 0.3}]}\n",
+                              "rate_hz: 20\nduration_s: 2\n");
+  Kept kept;
+  std::atomic<bool> over{false};
+  std::thread driver([&] {
+    const auto out = transport::open_transport("udp://127.0.0.1:" + std::to_string(port));
+    // Poses for a second, then silence.
+    const auto begin = std::chrono::steady_clock::now();
+    for (int i = 0; !over; ++i) {
+      const double t = 0.01 * i;
+      if (t > 1) break;
+      std::this_thread::sleep_until(begin + std::chrono::milliseconds(10 * i));
+      out->send(pose_line(t, 5 * t));
+      if (i % 10 == 0) out->send("rubbish\n");
+    }
+  });
+  std::vector<std::string> notes;
+  const Figures figures = run(s, kept, &notes);
+  over = true;
+  driver.join();
+  EXPECT_EQ(figures.epochs, 41U);
+  EXPECT_GT(figures.poses, 50U);
+  EXPECT_GT(figures.fixes, 0U);
+  EXPECT_GT(figures.no_truth, 5U);
+  EXPECT_THAT(notes, ::testing::Contains(HasSubstr("no JSON object")));
+  // Silence is no frozen fix.
+  const Epoch& last = kept.epochs.back();
+  EXPECT_FALSE(last.observed.fix.solved());
+  EXPECT_TRUE(std::isnan(last.truth.position.latitude_rad));
+  EXPECT_EQ(last.placement, raytrace::Placement::Unknown);
+}
+
+TEST(Session, SendsStreamsAndTakesCommands) {
+  const int nmea = test::free_port(), control = test::free_port();
+  const Scenario s = scenario(
+      "live: {changes: true, control: 'tcp://127.0.0.1:" + std::to_string(control) +
+          "', streams: [{format: nmea, to: 'tcp://127.0.0.1:" + std::to_string(nmea) + "', rate_hz: 5}]}\n",
+      "rate_hz: 10\nduration_s: 1000\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 30}}\n");
+  Session session(s, city_of(s));
+  Kept kept;
+  Figures figures;
+  std::thread server([&] { figures = session.run({&kept}, {}); });
+  {
+    test::LocalConnection reader(nmea), commands(control);
+    EXPECT_THAT(reader.read(200), HasSubstr("RMC,"));
+    const auto answer = [&](const std::string& line) {
+      commands.say(line + "\n");
+      std::string text;
+      while (text.find('\n') == std::string::npos) {
+        const std::string more = commands.read_some();
+        if (more.empty()) break;
+        text += more;
+      }
+      return nlohmann::json::parse(text, nullptr, false);
+    };
+    const auto status = answer(R"({"command": "status"})");
+    EXPECT_EQ(status["ok"], true) << status;
+    EXPECT_EQ(status["receivers"][0]["name"], "rover");
+    EXPECT_EQ(answer("{]")["ok"], false);
+    EXPECT_THAT(answer(R"({"command": "statu"})")["cure"].get<std::string>(), HasSubstr("'status'"));
+    EXPECT_EQ(answer(R"({"command": "set", "options": {"clock.bias_s": 0.001}})")["ok"], true);
+    EXPECT_THAT(answer(R"({"command": "options"})")["options"].get<std::string>(),
+                HasSubstr("clock.bias_s: 0.001"));
+    EXPECT_EQ(answer(R"({"command": "set", "options": {"clock.bias_s": "x"}})")["ok"], false);
+    EXPECT_EQ(answer(R"({"command": "stop"})")["ok"], true);
+  }
+  server.join();
+  EXPECT_EQ(kept.finished, 1);
+  EXPECT_EQ(figures.epochs, kept.epochs.size());
+}
+
+TEST(Session, CommandsThatChangeNeedToBeSwitchedOn) {
+  const int control = test::free_port();
+  const Scenario s =
+      scenario("live: {control: 'tcp://127.0.0.1:" + std::to_string(control) + "'}\n",
+               "rate_hz: 10\nduration_s: 1000\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 30}}\n");
+  Session session(s, city_of(s));
+  std::atomic<bool> stop{false};
+  std::thread server([&] {
+    RunOptions options;
+    options.stop = &stop;
+    (void)session.run({}, options);
+  });
+  test::LocalConnection commands(control);
+  commands.say("{\"command\": \"stop\"}\n");
+  EXPECT_THAT(commands.read_some(), HasSubstr("live.changes: true"));
+  stop = true;
+  server.join();
+}
+
+TEST(Session, RefusesSourcesThatDoNotFit) {
+  const auto problem =
+      [](const std::string& live, const std::string& rest = "rate_hz: 10\n",
+         const std::string& receivers =
+             "receivers: [{name: a, profile: ideal}, {name: b, profile: ideal}]\n") -> std::string {
+    try {
+      const Scenario s = scenario(live, rest, receivers);
+      const Session session(s, city_of(s));
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "nothing";
+  };
+  EXPECT_THAT(problem("live: {poses: [{from: 'stdin:', receivers: [c]}]}\n"), HasSubstr("no receiver 'c'"));
+  EXPECT_THAT(problem("live: {poses: [{from: 'stdin:', receivers: [a]}]}\n"),
+              HasSubstr("nothing moves receiver 'b'"));
+  EXPECT_THAT(
+      problem("live: {poses: [{from: 'stdin:', receivers: [a, b]}, {from: 'stdin:', receivers: [a]}]}\n"),
+      HasSubstr("both move receiver 'a'"));
+  EXPECT_THAT(problem("live: {speed: 2, poses: [{from: 'stdin:'}]}\n"), HasSubstr("poses come in real time"));
+  EXPECT_THAT(problem("live: {poses: [{from: 'stdin:'}], streams: [{format: nmea, to: 'pty:'}]}\n"),
+              HasSubstr("does not say of which receiver"));
+  EXPECT_THAT(problem("live: {poses: [{from: 'file:/nowhere'}]}\n"), HasSubstr("/nowhere"));
+  EXPECT_THAT(problem("live: {poses: [{from: 'elsewhere'}]}\n"), HasSubstr("is no address"));
+}
+
+TEST(Session, StaggeredReceiversHaveInstantsOfTheirOwn) {
+  const Scenario s = scenario("live: {speed: 20, stagger: true}\n", kDrive,
+                              "receivers: [{name: a, profile: ideal}, {name: b, profile: ideal}]\n");
+  Kept kept;
+  (void)run(s, kept);
+  ASSERT_EQ(kept.epochs.size(), 42U);
+  for (const Epoch& epoch : kept.epochs) {
+    const double tenths = (epoch.observed.time - kept.epochs.front().observed.time) * 10;
+    EXPECT_NEAR(tenths - std::floor(tenths + 1e-6), epoch.receiver == 0 ? 0 : 0.5, 1e-6);
+  }
+}
+
+TEST(Latencies, QuantilesAreWithinATenthOfAMillisecond) {
+  Latencies latencies;
+  EXPECT_EQ(latencies.quantile(0.99), 0);
+  for (int i = 1; i <= 100; ++i) latencies.add(i * 1e-3 - 5e-5);
+  EXPECT_NEAR(latencies.quantile(0.5), 0.05, 1e-4);
+  EXPECT_NEAR(latencies.quantile(0.99), 0.099, 1e-4);
+  latencies.add(3);
+  EXPECT_EQ(latencies.quantile(1), 3);
+  EXPECT_EQ(latencies.greatest_s(), 3);
+}
+
+}  // namespace
+}  // namespace canyon::live
