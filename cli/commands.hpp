@@ -30,6 +30,7 @@ void add_skyplot(CLI::App& app, Action& action);
 void add_city(CLI::App& app, Action& action);
 void add_profiles(CLI::App& app, Action& action);
 void add_scenario(CLI::App& app, Action& action);
+void add_faults(CLI::App& app, Action& action);
 void add_validate(CLI::App& app, Action& action);
 void add_calibrate(CLI::App& app, Action& action);
 void add_heatmap(CLI::App& app, Action& action);

@@ -64,6 +64,7 @@ int main(int argc, char** argv) {
   add_skyplot(app, action);
   add_city(app, action);
   add_scenario(app, action);
+  add_faults(app, action);
   add_profiles(app, action);
   add_validate(app, action);
   add_calibrate(app, action);

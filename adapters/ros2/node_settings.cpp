@@ -107,6 +107,31 @@ Node& child_of(Node& mapping, std::string_view key) {
   return mapping.entries.back().value;
 }
 
+/// Faults that name others go with these.
+void only_faults_of(Node& root, const Node& receiver) {
+  const auto list = std::find_if(root.entries.begin(), root.entries.end(),
+                                 [](const Node::Entry& entry) { return entry.key == "faults"; });
+  if (list == root.entries.end()) return;
+  const Node::Entry* name = receiver.find("name");
+  const std::string own = name == nullptr ? "rover" : name->value.text;
+  for (Node& fault : list->value.items) {
+    const auto named = std::find_if(fault.entries.begin(), fault.entries.end(),
+                                    [](const Node::Entry& entry) { return entry.key == "receivers"; });
+    if (named == fault.entries.end()) continue;
+    std::vector<Node>& names = named->value.items;
+    const auto is_own = [&](const Node& each) { return each.text == own; };
+    if (is_own(named->value) || std::any_of(names.begin(), names.end(), is_own)) {
+      fault.entries.erase(named);  // it is the only one here
+    } else {
+      fault.kind = Node::Kind::Empty;
+    }
+  }
+  std::vector<Node>& faults = list->value.items;
+  const bool any = !faults.empty();
+  std::erase_if(faults, [](const Node& fault) { return fault.kind == Node::Kind::Empty; });
+  if (any && faults.empty()) root.entries.erase(list);
+}
+
 /// The one receiver of the tree, made where there is none; the others go.
 Node& only_receiver(Node& root, const std::string& name) {
   Node& receivers = child_of(root, "receivers");
@@ -126,6 +151,7 @@ Node& only_receiver(Node& root, const std::string& name) {
     std::swap(*at, receivers.items.front());
   }
   receivers.items.resize(1);
+  only_faults_of(root, receivers.items.front());
   return receivers.items.front();
 }
 
@@ -309,7 +335,8 @@ Parameters parameters_of(const NodeSettings& settings) {
 
 simulation::LiveConfig live_config(const NodeSettings& settings, const std::string& own_name) {
   const simulation::Scenario& world = settings.world;
-  simulation::LiveConfig config{world.sky, world.start, world.rate_hz, world.receivers.front(), world.seed};
+  simulation::LiveConfig config{world.sky,  world.start, world.rate_hz, world.receivers.front(),
+                                world.seed, world.faults};
   config.receiver.options.own_draws = true;
   if (!settings.named) config.receiver.options.name = own_name;
   return config;

@@ -19,9 +19,11 @@ class Disturbance {
   Disturbance& operator=(const Disturbance&) = delete;
 
   /// Changes one epoch; called once for each, in order of time. It may
-  /// - weaken a path (Path::amplitude_factor), delay it (excess_m, never below 0), take it out, or add one;
+  /// - weaken a path (Path::amplitude_factor), delay it (excess_m, never below 0 but on a spoofer's), take it
+  /// out, or
+  ///   add one;
   /// - take a satellite's view out, or add one (sorted by id at the end);
-  /// - raise the noise (SatelliteView::noise_factor: add the share of your own).
+  /// - add what interferes (Arrival::interference): each signal's noise follows from its spectrum.
   /// Order of paths and Visibility are made anew behind the last disturbance. Where arrival.placement is not
   /// Free no path arrives.
   virtual void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) = 0;

@@ -17,22 +17,22 @@ constexpr double kL1 = kL1_hz, kL2 = 1227.6e6, kL5 = 1176.45e6, kE5b = 1207.14e6
 // IS-GPS-200 table 3-Va, IS-GPS-800 3.2.1.9, IS-GPS-705 table 3-III (Q5); L2C of IIR-M and IIF: CL, half of
 // -160.
 constexpr Signal kGps[]{
-    {System::GPS, "L1CA", "1C", kL1, 0, BPSK, 1.023e6, -158.5},
+    {System::GPS, "L1CA", "1C", kL1, 0, BPSK, 1.023e6, -158.5, 1e3},
     {System::GPS, "L1C", "1L", kL1, 0, TMBOC, 1.023e6, -158.25},
     {System::GPS, "L2C", "2L", kL2, 0, BPSK, 1.023e6, -163},
     {System::GPS, "L5", "5Q", kL5, 0, BPSK, 10.23e6, -157.9},
 };
 // IS-QZSS-PNT table 3.1.1-1 and 3.1.5-1: as GPS.
 constexpr Signal kQzss[]{
-    {System::QZSS, "L1CA", "1C", kL1, 0, BPSK, 1.023e6, -158.5},
+    {System::QZSS, "L1CA", "1C", kL1, 0, BPSK, 1.023e6, -158.5, 1e3},
     {System::QZSS, "L1C", "1L", kL1, 0, TMBOC, 1.023e6, -158.25},
     {System::QZSS, "L2C", "2L", kL2, 0, BPSK, 1.023e6, -163},
     {System::QZSS, "L5", "5Q", kL5, 0, BPSK, 10.23e6, -157.9},
 };
 // ICD GLONASS L1, L2 (5.1, 2008) 3.3.1.1 and 3.3.1.6.
 constexpr Signal kGlonass[]{
-    {System::GLONASS, "G1", "1C", 1602e6, 0.5625e6, BPSK, 0.511e6, -161},
-    {System::GLONASS, "G2", "2C", 1246e6, 0.4375e6, BPSK, 0.511e6, -167},
+    {System::GLONASS, "G1", "1C", 1602e6, 0.5625e6, BPSK, 0.511e6, -161, 1e3},
+    {System::GLONASS, "G2", "2C", 1246e6, 0.4375e6, BPSK, 0.511e6, -167, 1e3},
 };
 // OS SIS ICD 2.1, table 12: data and pilot together, as receivers track them; X of RINEX 3.04, table 6.
 constexpr Signal kGalileo[]{
@@ -51,7 +51,7 @@ constexpr Signal kBeiDou[]{
 };
 
 // RTCA DO-229 A.2 (C/A codes of 1.023 Mchip/s) and ICAO Annex 10, Volume I, 3.7.3.4.4.3.
-constexpr Signal kSbas[]{{System::SBAS, "L1CA", "1C", kL1, 0, BPSK, 1.023e6, -161}};
+constexpr Signal kSbas[]{{System::SBAS, "L1CA", "1C", kL1, 0, BPSK, 1.023e6, -161, 1e3}};
 
 enum class Block { IIR, IIRM, IIF, III };
 

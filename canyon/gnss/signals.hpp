@@ -34,6 +34,9 @@ struct Signal {
   /// Power of what is tracked that the document promises at least [dBW], of a 0 dBic RHCP antenna near the
   /// ground and a satellite above 5 degrees.
   double minimum_dbw = 0;
+  /// Between the lines of its spectrum [Hz]: of a code that repeats once in 1 / line_hz and has no secondary
+  /// code. 0: closer than an integration tells apart.
+  double line_hz = 0;
 };
 
 /// Carrier of GPS L1, which delays of the ionosphere refer to unless said otherwise [Hz].

@@ -109,6 +109,56 @@ struct Commands::Impl {
     changed.set_config(simulation::changed_live_config(changed.config(), text, {}));
     return {{"ok", true}};
   }
+  /// The receivers that a command is for: the one that it names, or all.
+  template <typename Do>
+  void each(const nlohmann::json& command, const Do& act) {
+    if (command.contains("receiver")) {
+      act(receiver(command));
+    } else {
+      for (simulation::LiveReceiver& one : context.receivers) act(one);
+    }
+  }
+  Json faults(const nlohmann::json& command) {
+    Json json{{"ok", true}, {"faults", Json::object()}};
+    each(command, [&](const simulation::LiveReceiver& one) {
+      Json list = Json::array();
+      for (const disturbance::FaultState& state : one.faults()) {
+        Json each{
+            {"name", state.name}, {"kind", state.kind}, {"from_s", state.from_s}, {"active", state.active}};
+        if (state.until_s) each["until_s"] = *state.until_s;
+        list.push_back(std::move(each));
+      }
+      json["faults"][one.config().receiver.options.name] = std::move(list);
+    });
+    return json;
+  }
+  Json add_fault(const nlohmann::json& command) {
+    const auto found = command.find("fault");
+    if (found == command.end() || !(found->is_object() || found->is_string())) {
+      throw InputError("'add_fault' has no fault",
+                       R"(write {"command": "add_fault", "fault": {"duration_s": 10, "outage": {}}})");
+    }
+    const std::string text = found->is_string() ? found->get<std::string>() : found->dump();
+    Json json{{"ok", true}};
+    each(command, [&](simulation::LiveReceiver& one) { json["name"] = one.add_fault(text); });
+    return json;
+  }
+  Json end_fault(const nlohmann::json& command) {
+    const std::string name = command.value("name", "");
+    bool ended = false;
+    std::optional<InputError> refused;
+    // A fault need not be one of every receiver.
+    each(command, [&](simulation::LiveReceiver& one) {
+      try {
+        one.end_fault(name);
+        ended = true;
+      } catch (const InputError& e) {
+        refused = e;
+      }
+    });
+    if (!ended && refused) throw *refused;
+    return {{"ok", true}};
+  }
   Json end(const nlohmann::json&) {
     stop = true;
     return {{"ok", true}};
@@ -122,6 +172,13 @@ const std::vector<Commands::Impl::Entry>& Commands::Impl::entries() {
       {"options", false, "a receiver's options as they are: {\"receiver\": NAME}", &Impl::options},
       {"set", true, "changes them; the receiver begins anew: {\"receiver\": NAME, \"options\": {KEY: VALUE}}",
        &Impl::set},
+      {"faults", false, "every receiver's timeline", &Impl::faults},
+      {"add_fault", true,
+       "puts a fault on the timeline, from now on without 'from_s': {\"fault\": {\"duration_s\": 10, KIND: "
+       "{...}}}; "
+       "'canyon faults list' has the kinds",
+       &Impl::add_fault},
+      {"end_fault", true, "ends one: {\"name\": NAME}", &Impl::end_fault},
       {"stop", true, "ends the run", &Impl::end}};
   return kEntries;
 }

@@ -63,7 +63,7 @@ struct Schedule {
 
 /// What carries antennas: a source of poses and the receivers on it.
 struct Vehicle {
-  std::unique_ptr<PoseSource> source;  ///< null: the trajectory
+  std::unique_ptr<PoseSource> source;  ///< null: the trajectory, or receivers that stand still
   std::optional<Log> log;
   std::shared_ptr<transport::Link> link;
   int listener = 0;
@@ -107,7 +107,10 @@ struct Session::Impl {
         options(scenario.live.value_or(simulation::LiveOptions{})),
         scene(std::move(city)) {
     if (!scene) throw InputError("a live session needs a scene");
-    for (const auto& receiver : scenario.receivers) names.push_back(receiver.options.name);
+    for (auto& receiver : scenario.receivers) {
+      names.push_back(receiver.options.name);
+      if (receiver.fixed) receiver.fixed->settle(scene->city.frame);
+    }
     if (options.poses.empty()) options.poses.emplace_back();
     set_time();
     make_receivers();
@@ -135,6 +138,11 @@ struct Session::Impl {
   void read_log(Vehicle& vehicle, std::int64_t until_ns);
   [[nodiscard]] bool is_due(Vehicle& vehicle, const Schedule& schedule, std::int64_t now);
   [[nodiscard]] bool ended(const Vehicle& vehicle) const;
+  /// All of those that move, or where nothing does, all.
+  [[nodiscard]] bool ended() const;
+  [[nodiscard]] bool stands_still(const Vehicle& vehicle) const {
+    return !vehicle.receivers.empty() && scenario.receivers[vehicle.receivers.front().receiver].fixed;
+  }
   /// The epochs of a vehicle that are due.
   void gather(Vehicle& vehicle, std::int64_t now);
   void gather(Vehicle& vehicle, Schedule& schedule, std::int64_t now);
@@ -214,6 +222,7 @@ void Session::Impl::make_receivers() {
     config.rate_hz = 1e9 / static_cast<double>(interval_ns);
     config.receiver = receiver;
     config.seed = scenario.seed;
+    config.faults = scenario.faults;
     receivers.emplace_back(std::move(config), scene, start);
   }
 }
@@ -227,6 +236,10 @@ std::shared_ptr<transport::Link> Session::Impl::link_of(const std::string& addre
 void Session::Impl::make_vehicles() {
   std::vector<const std::string*> driver(names.size(), nullptr);
   const auto take = [&](Vehicle& vehicle, std::size_t r, const std::string& from) {
+    if (scenario.receivers[r].fixed) {
+      throw error(fmt::format("live.poses: '{}' moves receiver '{}', which is fixed", from, names[r]),
+                  "leave one of them out");
+    }
     if (driver[r] != nullptr) {
       throw error(
           fmt::format("live.poses: '{}' and '{}' both move receiver '{}'", *driver[r], from, names[r]),
@@ -253,7 +266,7 @@ void Session::Impl::make_vehicles() {
     Vehicle& vehicle = vehicles[i];
     if (source.receivers.empty()) {
       for (std::size_t r = 0; r < names.size(); ++r) {
-        if (driver[r] == nullptr) take(vehicle, r, source.from);
+        if (driver[r] == nullptr && !scenario.receivers[r].fixed) take(vehicle, r, source.from);
       }
     }
     if (source.from == kTrajectory) continue;
@@ -278,6 +291,10 @@ void Session::Impl::make_vehicles() {
   }
   for (std::size_t r = 0; r < names.size(); ++r) {
     if (driver[r] != nullptr) continue;
+    if (scenario.receivers[r].fixed) {
+      vehicles.emplace_back().receivers.push_back({r, 0, 0});
+      continue;
+    }
     throw error(fmt::format("live.poses: nothing moves receiver '{}'", names[r]),
                 "name it in a source, or add a source without 'receivers'");
   }
@@ -289,11 +306,12 @@ void Session::Impl::open_streams() {
     try {
       const std::size_t r = output::find_receiver(request, names);
       const simulation::BuiltSky& sky = receivers[r].sky();
-      streams.push_back(
-          output::open_stream(request, r,
-                              output::describe_receiver(scenario.receivers[r].options, *sky.sky,
-                                                        sky.navigation, start, seconds(interval_ns)),
-                              link_of(request.address)));
+      output::ReceiverDescription description = output::describe_receiver(
+          scenario.receivers[r].options, *sky.sky, sky.navigation, start, seconds(interval_ns));
+      if (const auto& fixed = scenario.receivers[r].fixed) {
+        description.station_ecef = geodesy::ecef_from_geodetic(fixed->place);
+      }
+      streams.push_back(output::open_stream(request, r, description, link_of(request.address)));
     } catch (const InputError& e) {
       if (!e.file().empty()) throw;
       throw error(fmt::format("live.streams[{}]: {}", i, e.problem()), e.cure());
@@ -352,6 +370,14 @@ bool Session::Impl::ended(const Vehicle& vehicle) const {
   return vehicle.link && vehicle.link->transport().ended() && by_stamps();
 }
 
+bool Session::Impl::ended() const {
+  const bool moving = !std::all_of(vehicles.begin(), vehicles.end(),
+                                   [this](const Vehicle& vehicle) { return stands_still(vehicle); });
+  return std::all_of(vehicles.begin(), vehicles.end(), [&](const Vehicle& vehicle) {
+    return (moving && stands_still(vehicle)) || ended(vehicle);
+  });
+}
+
 bool Session::Impl::is_due(Vehicle& vehicle, const Schedule& schedule, std::int64_t now) {
   const std::int64_t at = instant_ns(schedule);
   if (is_over(schedule) || (!by_stamps() && now < at)) return false;
@@ -395,7 +421,9 @@ void Session::Impl::gather(Vehicle& vehicle, Schedule& schedule, std::int64_t no
     }
   }
   Due epoch{r, seconds(at), {}, came, {}};
-  if (!vehicle.source) {
+  if (const auto& fixed = scenario.receivers[r].fixed) {
+    epoch.antenna = simulation::antenna_state({start + seconds(at), fixed->place}, scene->city.frame);
+  } else if (!vehicle.source) {
     epoch.antenna =
         simulation::antenna_state(trajectory->antenna_pose(r, start + seconds(at)), scene->city.frame);
   } else if (body) {
@@ -537,10 +565,7 @@ Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const Run
     }
     impl.compute_and_write();
     impl.once_a_second();
-    if (std::all_of(impl.vehicles.begin(), impl.vehicles.end(),
-                    [&](const Vehicle& vehicle) { return impl.ended(vehicle); })) {
-      break;
-    }
+    if (impl.ended()) break;
     impl.wait();
   }
   std::exception_ptr failure;

@@ -1,8 +1,8 @@
 #include "canyon/mavlink/frames.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <type_traits>
@@ -31,6 +31,15 @@ std::uint64_t bytes_at(std::string_view from, std::size_t at, std::size_t bytes)
   return bits;
 }
 
+/// std::bit_cast, which GCC 10 has not.
+template <typename To, typename From>
+To same_bytes(const From& from) {
+  static_assert(sizeof(To) == sizeof(From));
+  To to;
+  std::memcpy(&to, &from, sizeof(to));
+  return to;
+}
+
 struct Limits {
   double low, high;
 };
@@ -48,7 +57,7 @@ std::uint64_t bits_of(const Field& field, double value) {
     constexpr double kLargest = std::numeric_limits<float>::max();
     const auto narrow =
         static_cast<float>(std::isfinite(count) ? std::clamp(count, -kLargest, kLargest) : count);
-    return std::bit_cast<std::uint32_t>(narrow);
+    return same_bytes<std::uint32_t>(narrow);
   }
   const Limits range = limits(field.type);
   double count = field.unknown.value_or(0);
@@ -63,7 +72,7 @@ double value_of(const Field& field, std::uint64_t bits) {
   double count = 0;
   switch (field.type) {
     case Wire::F32:
-      count = std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+      count = same_bytes<float>(static_cast<std::uint32_t>(bits));
       break;
     case Wire::I8:
       count = static_cast<std::int8_t>(bits);

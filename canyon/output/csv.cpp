@@ -58,6 +58,17 @@ std::string header(const std::vector<std::string>& columns) {
   return std::move(row).line();
 }
 
+/// A cell of any text (RFC 4180).
+std::string quoted(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string cell = "\"";
+  for (const char c : text) {
+    if (c == '"') cell += c;
+    cell += c;
+  }
+  return cell + '"';
+}
+
 class EpochsCsv final : public Encoder {
  public:
   std::string begin() override { return header(epochs_csv_columns()); }
@@ -101,6 +112,7 @@ class EpochsCsv final : public Encoder {
     }
     row.add(static_cast<std::int64_t>(fix.excluded.size()));
     row.add(!fix.consistent ? "" : *fix.consistent ? "1" : "0");
+    row.add(quoted(fault_names(epoch.faults)));
     return std::move(row).line();
   }
 };
@@ -321,7 +333,7 @@ const std::vector<std::string>& epochs_csv_columns() {
       "fix_velocity_east_mps", "fix_velocity_north_mps", "fix_velocity_up_mps", "sigma_east_m",
       "sigma_north_m", "sigma_up_m", "covariance_east_north_m2", "covariance_east_up_m2",
       "covariance_north_up_m2", "clock_gps_s", "clock_glonass_s", "clock_galileo_s", "clock_beidou_s",
-      "clock_qzss_s", "excluded", "consistent"};
+      "clock_qzss_s", "excluded", "consistent", "faults"};
   return columns;
 }
 

@@ -313,6 +313,24 @@ TEST(PathsCsv, WithoutStrengthOrPathsCellsAndLinesAreMissing) {
   EXPECT_TRUE(sample.written(folder.path()).empty());
 }
 
+TEST(EpochsCsv, NamesFaultsAndQuotesThem) {
+  const test::TemporaryFolder folder;
+  const auto sink = open_file("epochs_csv", folder / "epochs.csv", 0);
+  auto epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  sink->write(epoch);
+  epoch.faults = {"jammer", "outage 2"};
+  sink->write(epoch);
+  epoch.faults = {"say \"no\", twice"};
+  sink->write(epoch);
+  sink->finish();
+  // RFC 4180, 2.5 to 2.7.
+  TextFile file(folder / "epochs.csv");
+  (void)file.next_line();
+  EXPECT_TRUE(file.next_line()->ends_with(","));
+  EXPECT_TRUE(file.next_line()->ends_with(",jammer; outage 2"));
+  EXPECT_TRUE(file.next_line()->ends_with(",\"say \"\"no\"\", twice\""));
+}
+
 TEST(EpochsCsv, StatementOfRaim) {
   const test::TemporaryFolder folder;
   const auto sink = open_file("epochs_csv", folder / "epochs.csv", 0);

@@ -1,5 +1,7 @@
 #include "canyon/output/epoch_values.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -42,6 +44,10 @@ double wrapped_azimuth_deg(double azimuth_rad, int decimals) {
   if (deg < 0) deg += 360.0;
   const double half_step = 0.5 * std::pow(10.0, -decimals);
   return deg >= 360.0 - half_step ? 0.0 : deg;
+}
+
+std::string fault_names(const std::vector<std::string>& faults) {
+  return fmt::format("{}", fmt::join(faults, "; "));
 }
 
 double horizontal_m(const Eigen::Vector3d& error_enu_m) {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/receiver/receiver.hpp"
@@ -37,6 +39,9 @@ namespace canyon::output {
 
 /// Degrees of an azimuth [rad], in [0, 360) also after rounding to `decimals`.
 [[nodiscard]] double wrapped_azimuth_deg(double azimuth_rad, int decimals);
+
+/// "jammer; outage 2": names have no semicolon.
+[[nodiscard]] std::string fault_names(const std::vector<std::string>& faults);
 
 /// Horizontal error [m] of an east-north-up error; NaN stays NaN.
 [[nodiscard]] double horizontal_m(const Eigen::Vector3d& error_enu_m);

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <map>
 
 #include "canyon/base/utf8.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -11,7 +13,7 @@
 namespace canyon::output {
 namespace {
 
-constexpr std::string_view kFixRgb = "999999";
+constexpr std::string_view kFixRgb = "999999", kFaultRgb = "cc79a7";
 
 /// KML writes colours as alpha, blue, green, red.
 std::string kml_colour(std::string_view rgb) {
@@ -72,6 +74,15 @@ class Kml final : public Encoder {
     if (epochs_++ == 0) begin_ = epoch.observed.time;
     end_ = epoch.observed.time;
     truth_.add(epoch.truth.position);
+    for (const std::string& name : epoch.faults) faults_[name];
+    for (auto& [name, stretches] : faults_) {
+      const bool active = std::find(epoch.faults.begin(), epoch.faults.end(), name) != epoch.faults.end();
+      if (active) {
+        stretches.add(epoch.truth.position);
+      } else {
+        stretches.interrupt();
+      }
+    }
     if (fix.solved()) {
       ++fixes_;
       fix_line_.add(fix.position);
@@ -105,10 +116,14 @@ class Kml final : public Encoder {
     put(style("truth", kTruthRgb, 4));
     put(style("fix", kFixRgb, 1.5));
     put(style("outage", kOutageRgb, 6));
+    if (!faults_.empty()) put(style("fault", kFaultRgb, 8));
     for (const ErrorClass& c : error_classes()) put(style(c.id, c.rgb, 2));
     placemark("True track", "truth", truth_);
     placemark("Without fix (true place)", "outage", outages_);
     placemark("Fixes, connected", "fix", fix_line_);
+    for (const auto& [name, stretches] : faults_) {
+      placemark(fmt::format("Fault {} (true place)", xml_escaped(name)), "fault", stretches);
+    }
     put("  <Folder>\n  <name>Fixes by horizontal error</name>\n");
     for (std::size_t i = 0; i < kErrorClassCount; ++i) {
       const ErrorClass& c = error_classes()[i];
@@ -123,6 +138,7 @@ class Kml final : public Encoder {
   std::size_t epochs_ = 0, fixes_ = 0;
   geodesy::GpsTime begin_, end_;
   Stretches truth_, fix_line_, outages_;
+  std::map<std::string, Stretches> faults_;  // by name
   std::array<Stretches, kErrorClassCount> points_;
 };
 

@@ -108,18 +108,24 @@ class MavlinkStream : public Encoder {
 
 class GpsInputStream final : public MavlinkStream {
   using MavlinkStream::MavlinkStream;
-  mavlink::Message each_epoch(const simulation::Epoch& epoch) const override { return gps_input(epoch); }
+  [[nodiscard]] mavlink::Message each_epoch(const simulation::Epoch& epoch) const override {
+    return gps_input(epoch);
+  }
 };
 
 class HilGpsStream final : public MavlinkStream {
   using MavlinkStream::MavlinkStream;
-  mavlink::Message each_epoch(const simulation::Epoch& epoch) const override { return hil_gps(epoch); }
+  [[nodiscard]] mavlink::Message each_epoch(const simulation::Epoch& epoch) const override {
+    return hil_gps(epoch);
+  }
 };
 
 class GpsRawIntStream final : public MavlinkStream {
   using MavlinkStream::MavlinkStream;
-  mavlink::Message each_epoch(const simulation::Epoch& epoch) const override { return gps_raw_int(epoch); }
-  std::vector<mavlink::Message> each_second(const simulation::Epoch& epoch) const override {
+  [[nodiscard]] mavlink::Message each_epoch(const simulation::Epoch& epoch) const override {
+    return gps_raw_int(epoch);
+  }
+  [[nodiscard]] std::vector<mavlink::Message> each_second(const simulation::Epoch& epoch) const override {
     return {system_time(epoch, begin_of_run()), gps_status(epoch)};
   }
 };
@@ -134,7 +140,8 @@ mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
   GpsInput m;
   m.time_us = unix_us(seen.time);
   m.week = static_cast<std::uint16_t>(seen.time.week());
-  m.time_of_week_s = static_cast<double>(seen.time.nanosecond_of_week() / 1'000'000) / 1e3;
+  const std::int64_t ms = seen.time.nanosecond_of_week() / 1'000'000;
+  m.time_of_week_s = static_cast<double>(ms) / 1e3;
   m.satellites = satellites(fix);
   m.fix_type = solved ? k3d : kNoFix;
   if (!solved) {

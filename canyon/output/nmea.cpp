@@ -249,7 +249,7 @@ std::optional<int> nmea_satellite_number(gnss::SatelliteId id) {
 std::string nmea_epoch(const simulation::Epoch& epoch) {
   const receiver::ReceiverEpoch& seen = epoch.observed;
   const std::string_view talker = solution_talker(seen);
-  const Clock clock = utc_clock(seen.time);
+  const Clock clock = utc_clock(seen.stated_utc());
   return rmc(seen, talker, clock) + gga(seen, talker, clock) + gsa(seen, talker) + gst(seen, talker, clock) +
          gsv(seen);
 }

@@ -78,6 +78,13 @@ TEST(Nmea, SouthWestAndRoundingToAWholeDegree) {
               ElementsAre("GNGGA,125803.00,3400.000000,S,07050.000000,W,1,09,1.25,-5.000,M,0.0,M,,"));
 }
 
+// 1024 weeks before 2019-04-28 it was 1999-09-12.
+TEST(Nmea, StatesTheDateThatTheReceiverBelieves) {
+  simulation::Epoch epoch = epoch_at(0, false);
+  epoch.observed.weeks_off = -1024;
+  epoch.observed.utc_off_s = 1;
+  EXPECT_THAT(bodies(nmea_epoch(epoch), "RMC"), ElementsAre("GNRMC,125804.00,V,,,,,,,120999,,,N,V"));
+}
 TEST(Nmea, WithoutAFixNothingLooksLikeAPosition) {
   simulation::Epoch epoch = epoch_at(0, false);
   epoch.observed.fix.position = {};  // 0, 0: must not come out

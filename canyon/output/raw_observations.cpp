@@ -15,7 +15,11 @@ RawEpoch RawObservations::next(const receiver::ReceiverEpoch& seen) {
     const auto add = [&](const receiver::SignalObservation& observed, const gnss::Signal& signal) {
       if (!observed.measurement) return;
       const positioning::Measurement& m = *observed.measurement;
-      RawObservation o{satellite.id, &signal, &m, m.pseudorange_m + geodesy::kSpeedOfLight * shift_s};
+      RawObservation o;
+      o.id = satellite.id;
+      o.signal = &signal;
+      o.measurement = &m;
+      o.pseudorange_m = m.pseudorange_m + geodesy::kSpeedOfLight * shift_s;
       if (const auto link = arcs_.next(m, gnss::index_of(signal))) {
         o.carrier_phase_cycles =
             *m.carrier_phase_cycles + link->alignment_cycles + m.carrier_frequency_hz * shift_s;

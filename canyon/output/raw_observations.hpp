@@ -1,6 +1,8 @@
 #pragma once
 
+#include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "canyon/output/phase_arcs.hpp"
@@ -19,7 +21,7 @@ struct RawObservation {
   double pseudorange_m = 0;
   /// Arcs begin within half a cycle of the pseudorange over the wavelength, as receivers have it, and never
   /// at 0, which readers take for a missing value.
-  std::optional<double> carrier_phase_cycles;
+  std::optional<double> carrier_phase_cycles = std::nullopt;
   bool slip = false;    ///< not continuous with the signal's phase before
   double locked_s = 0;  ///< since the first phase of its arc
 };

@@ -38,6 +38,13 @@ struct RunSummary {
   /// From the first epoch without fix to the next fix; at the end of the run to one interval behind the last
   /// epoch.
   double longest_outage_s = 0;
+  /// What the epochs were like at which a fault was at work, by the order of their beginnings.
+  struct Fault {
+    std::string name;
+    std::size_t epochs = 0, fixes = 0;
+    double horizontal_p95_m = 0;  ///< NaN without fix
+  };
+  std::vector<Fault> faults;
 };
 
 /// Collects RunSummary of every receiver.

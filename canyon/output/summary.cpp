@@ -40,7 +40,18 @@ struct Tally {
   double longest_outage_s = 0;
   std::optional<geodesy::GpsTime> outage_began;
   std::optional<geodesy::GpsTime> last, last_but_one;
+  struct Fault {
+    std::string name;
+    std::size_t epochs = 0;
+    std::vector<double> horizontal_m;  // of its fixes
+  };
+  std::vector<Fault> faults;
 
+  Fault& fault(const std::string& name) {
+    const auto at =
+        std::find_if(faults.begin(), faults.end(), [&](const Fault& f) { return f.name == name; });
+    return at != faults.end() ? *at : faults.emplace_back(Fault{name, 0, {}});
+  }
   void close_outage(geodesy::GpsTime end) {
     if (!outage_began) return;
     longest_outage_s = std::max(longest_outage_s, end - *outage_began);
@@ -73,6 +84,11 @@ void SummarySink::write(const simulation::Epoch& epoch) {
     tally.close_outage(seen.time);
   } else if (!tally.outage_began) {
     tally.outage_began = seen.time;
+  }
+  for (const std::string& name : epoch.faults) {
+    Tally::Fault& fault = tally.fault(name);
+    ++fault.epochs;
+    if (seen.fix.solved()) fault.horizontal_m.push_back(output::horizontal_m(epoch.error_enu_m));
   }
   tally.visible += seen.visible;
   tally.blocked += seen.blocked;
@@ -136,6 +152,10 @@ std::vector<RunSummary> SummarySink::summaries() const {
     s.raim_tested = tally.raim_tested;
     s.inconsistent = tally.inconsistent;
     s.longest_outage_s = tally.longest_outage_s;
+    for (const Tally::Fault& fault : tally.faults) {
+      s.faults.push_back({fault.name, fault.epochs, fault.horizontal_m.size(),
+                          quantile(fault.horizontal_m, 0.95).value_or(kNan)});
+    }
     result.push_back(std::move(s));
   }
   return result;
@@ -191,9 +211,34 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
   // By RAIM, or by the position filter's gate.
   if (any(asked)) lines.push_back({"satellites excluded, in all", count(asked, &RunSummary::exclusions)});
   if (any(tested)) lines.push_back({"epochs that failed RAIM", count(tested, &RunSummary::inconsistent)});
+  // A fault that two receivers meet stands in one line.
+  std::vector<std::string> faults;
+  for (const RunSummary& s : summaries) {
+    for (const RunSummary::Fault& fault : s.faults) {
+      if (std::find(faults.begin(), faults.end(), fault.name) == faults.end()) faults.push_back(fault.name);
+    }
+  }
+  for (const std::string& name : faults) {
+    const auto told = [name](const auto& cell) {
+      return [name, cell](const RunSummary& s) {
+        for (const RunSummary::Fault& fault : s.faults) {
+          if (fault.name == name) return cell(fault);
+        }
+        return std::string("-");
+      };
+    };
+    lines.push_back({fmt::format("during {}: with fix", name), told([](const RunSummary::Fault& fault) {
+                       return fmt::format("{} of {}", fault.fixes, fault.epochs);
+                     })});
+    lines.push_back(
+        {fmt::format("during {}: error, 95 % [m]", name), told([](const RunSummary::Fault& fault) {
+           return std::isfinite(fault.horizontal_p95_m) ? fmt::format("{:.3f}", fault.horizontal_p95_m)
+                                                        : std::string("-");
+         })});
+  }
   constexpr std::size_t kPerBlock = 4;  // receivers side by side on 80 to 100 columns
   std::size_t label_width = 0;
-  for (const Line& line : lines) label_width = std::max(label_width, line.label.size());
+  for (const Line& line : lines) label_width = std::max(label_width, display_width(line.label));
 
   std::string text;
   const std::size_t shown = std::min(summaries.size(), kMostSummarized);
@@ -207,7 +252,8 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
       widths.push_back(width);
     }
     const auto row = [&](std::string_view label, const std::function<std::string(const RunSummary&)>& cell) {
-      text += fmt::format("{:<{}}", label, label_width);
+      text += label;
+      text.append(label_width - display_width(label), ' ');
       for (std::size_t i = first; i < end; ++i) {
         const std::string value = cell(summaries[i]);
         text.append(2 + widths[i - first] - display_width(value), ' ');

@@ -100,6 +100,31 @@ TEST(Summary, StrengthAndIntegrity) {
   EXPECT_THAT(plain, HasSubstr("satellites tracked, mean"));
 }
 
+// Horizontal errors 0, 1, 2 of the fixes during it: numpy.percentile([0, 1, 2], 95) = 1.9.
+TEST(Summary, SaysWhatTheFixWasLikeDuringAFault) {
+  SummarySink sink({"hit", "spared"});
+  for (int i = 0; i < 6; ++i) {
+    auto epoch = test::sample_epoch(test::sample_time() + i, test::sample_place(), {0, 1.0 * i, 0}, i != 3);
+    if (i < 4) epoch.faults = {"storm"};
+    if (i == 5) epoch.faults = {"outage 2"};
+    sink.write(epoch);
+    epoch.receiver = 1;
+    epoch.faults.clear();
+    sink.write(epoch);
+  }
+  const auto summaries = sink.summaries();
+  ASSERT_EQ(summaries[0].faults.size(), 2U);
+  EXPECT_EQ(summaries[0].faults[0].name, "storm");
+  EXPECT_EQ(summaries[0].faults[0].epochs, 4U);
+  EXPECT_EQ(summaries[0].faults[0].fixes, 3U);
+  EXPECT_NEAR(summaries[0].faults[0].horizontal_p95_m, 1.9, 1e-12);
+  EXPECT_TRUE(summaries[1].faults.empty());
+  const std::string table = format_summary_table(summaries);
+  EXPECT_THAT(table, testing::ContainsRegex("during storm: with fix +3 of 4 +-\n"));
+  EXPECT_THAT(table, testing::ContainsRegex("during storm: error, 95 % .m. +1.900 +-\n"));
+  EXPECT_THAT(table, testing::ContainsRegex("during outage 2: with fix +1 of 1 +-\n"));
+}
+
 TEST(Summary, EmptyRun) {
   const auto summaries = SummarySink({"a", "b"}).summaries();
   ASSERT_EQ(summaries.size(), 2U);

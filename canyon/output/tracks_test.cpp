@@ -122,6 +122,22 @@ TEST(GeoJson, HoldsTruthFixesAndOutages) {
   EXPECT_EQ(truth.at("geometry").at("coordinates").size(), 8U);
 }
 
+TEST(Tracks, NameFaults) {
+  const test::TemporaryFolder folder;
+  auto epochs = sample_run();
+  for (const std::size_t i : {1, 2, 5}) epochs[i].faults = {"a <jammer>"};
+  feed(*open_file("geojson", folder / "track.geojson", 0, {"rover"}), epochs);
+  feed(*open_file("kml", folder / "track.kml", 0, {"rover"}), epochs);
+  const auto file = nlohmann::json::parse(test::read_bytes(folder / "track.geojson"));
+  EXPECT_EQ(file.at("features")[1].at("properties").at("faults"), nlohmann::json::array({"a <jammer>"}));
+  EXPECT_FALSE(file.at("features")[0].at("properties").contains("faults"));
+  const std::string kml = test::read_bytes(folder / "track.kml");
+  EXPECT_EQ(occurrences(kml, "Fault a &lt;jammer&gt; (true place)"), 1U);
+  const std::string placemark = kml.substr(kml.find("Fault a"), kml.find("Fixes by") - kml.find("Fault a"));
+  EXPECT_EQ(occurrences(placemark, "<LineString>"), 1U) << "seconds 1 and 2";
+  EXPECT_EQ(occurrences(placemark, "<Point>"), 1U) << "second 5";
+}
+
 TEST(GeoJson, OneEpochAndNone) {
   const test::TemporaryFolder folder;
   feed(*open_file("geojson", folder / "one.geojson", 0, {"rover"}), {sample_run().front()});

@@ -88,7 +88,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     const bool nmea = settings.value(ubx::kOutputNmea).value_or(0) != 0 && commands_.running();
     if (nmea) text += sentences(turn);
     for (const ubx::MessageInfo& info : ubx::messages()) {
-      if (speaks && is_periodic(info.id) && turn(info.id)) text += ubx::frame(info.id, *output(info.id));
+      if (speaks && of_epochs(info) && turn(info.id)) text += ubx::frame(info.id, *output(info.id));
     }
     return text;
   }
@@ -101,14 +101,18 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
  private:
   static constexpr ubx::MessageId kSubframes = 0x0213;
 
-  static bool is_periodic(ubx::MessageId id) {
-    constexpr ubx::MessageId kCorrections = 0x0232;  // has nothing to tell
-    return id < 0xF000 && id != kSubframes && id != kCorrections;
+  static bool of_epochs(const ubx::MessageInfo& info) {
+    constexpr ubx::MessageId kNmea = 0xF000;
+    return info.sent == ubx::Sent::Epochs && info.id < kNmea;
   }
 
   /// Of a message by its name; empty where there has been no epoch, or it is no message of an epoch.
   [[nodiscard]] std::optional<std::string> output(ubx::MessageId id) const override {
-    if (!last_ || !is_periodic(id)) return std::nullopt;
+    const auto known = ubx::messages();
+    const bool is_there = std::any_of(known.begin(), known.end(), [&](const ubx::MessageInfo& info) {
+      return info.id == id && of_epochs(info);
+    });
+    if (!last_ || !is_there) return std::nullopt;
     const receiver::ReceiverEpoch& seen = last_->observed;
     std::vector<ubx::RawMeasurement> raw;
     for (const RawObservation& o : raw_.observations) {

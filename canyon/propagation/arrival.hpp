@@ -1,10 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "canyon/geodesy/gps_time.hpp"
+#include "canyon/gnss/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
+#include "canyon/propagation/interference.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
@@ -21,14 +26,24 @@ struct Antenna {
 struct SatelliteView {
   orbit::LineOfSight line;
   SatellitePaths paths;
-  /// Power of the noise in this signal's band over the receiver's own noise [1], >= 1. What interferes adds
-  /// its own share: powers add.
-  double noise_factor = 1;
+  /// What a receiver may take for its elevation when it judges its mask [rad], if not the true one: the
+  /// higher of both where a spoofer shows another place.
+  std::optional<double> shown_elevation_rad{};
+  /// What the carrier at 1575.42 MHz turns by on its way, the code not, on all paths [rad], and its rate; of
+  /// other carriers by the inverse of their frequency, as phase scintillation is.
+  double carrier_turn_rad = 0, carrier_turn_radps = 0;
 
   /// Rate at which the satellite's direction turns in the axes of the Earth [rad/s].
   [[nodiscard]] double turning_radps() const {
     return line.direction_ecef.cross(line.velocity_at_reception_mps).norm() / line.range_m;
   }
+};
+
+/// A receiver that begins anew.
+struct Restart {
+  geodesy::GpsTime at;     ///< one instant is one restart
+  double search_s = 0;     ///< from a signal's presence to its first measurement
+  double ephemeris_s = 0;  ///< for so long a satellite must be tracked before the fix uses it
 };
 
 /// What arrives at an antenna at one instant.
@@ -38,6 +53,18 @@ struct Arrival {
   /// Rotation of the frame that the views' paths are given in.
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();
   Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();  ///< the antenna in that frame [m]
+  /// What else comes to the antenna; powers add.
+  std::vector<Interference> interference{};
+  /// What the satellites say of themselves: the fix goes by it. Null: the truth.
+  std::shared_ptr<const orbit::Sky> broadcast{};
+  /// The messages that say so; null: those of the sky.
+  std::shared_ptr<const gnss::NavigationData> messages{};
+  /// Of the receiver's oscillator, beside what its own clock does [s, s/s].
+  double clock_bias_s = 0, clock_drift = 0;
+  /// What the receiver's firmware gets wrong of the date: GPS weeks, and seconds of UTC.
+  int weeks_off = 0, utc_off_s = 0;
+  std::optional<Restart> restart{};
+  std::vector<std::string> faults{};  ///< names of those at work (disturbance::FaultTimeline)
 };
 
 }  // namespace canyon::propagation

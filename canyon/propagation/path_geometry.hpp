@@ -34,7 +34,7 @@ struct PathGeometry {
   double edge_radius_m = 0;
   double edge_bending_rad = 0;
   double edge_leg_m = 0;
-  double excess_m = 0;  ///< longer than the straight line by this much, all detours together, >= 0
+  double excess_m = 0;  ///< longer than the straight line by this much, all detours together, >= 0 on a way
   double arrival_elevation_rad = 0;  ///< of the direction that the ray comes from, [-pi/2, pi/2]
   double foliage_depth_m = 0;        ///< of vegetation along the ray, >= 0
 };

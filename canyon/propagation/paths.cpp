@@ -2,7 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <optional>
 #include <tuple>
+#include <utility>
 
 namespace canyon::propagation {
 
@@ -30,6 +32,8 @@ std::string_view name(PathKind kind) {
       return "diffracted";
     case PathKind::Diffuse:
       return "diffuse";
+    case PathKind::Transmitted:
+      return "spoofed";
   }
   return "direct";
 }
@@ -47,10 +51,12 @@ void SatellitePaths::arrange() {
       return std::tie(p.excess_m, p.order, p.kind, p.instance, p.triangle, p.far_instance, p.far_triangle,
                       p.reflector);
     };
-    const bool a_direct = a.kind == PathKind::Direct, b_direct = b.kind == PathKind::Direct;
-    return a_direct != b_direct ? a_direct : key(a) < key(b);
+    const auto rank = [](PathKind kind) {
+      return kind == PathKind::Direct ? 0 : kind == PathKind::Transmitted ? 2 : 1;
+    };
+    return std::pair(rank(a.kind), key(a)) < std::pair(rank(b.kind), key(b));
   });
-  if (paths.empty()) {
+  if (paths.empty() || paths.front().kind == PathKind::Transmitted) {
     visibility = Visibility::Blocked;
   } else if (paths.front().kind != PathKind::Direct) {
     visibility = Visibility::NLOS;
@@ -62,10 +68,12 @@ void SatellitePaths::arrange() {
 }
 
 double SatellitePaths::tracked_excess_m() const {
-  if (paths.empty()) return 0;
-  return std::min_element(paths.begin(), paths.end(),
-                          [](const Path& a, const Path& b) { return a.excess_m < b.excess_m; })
-      ->excess_m;
+  std::optional<double> shortest_m;
+  for (const Path& path : paths) {
+    if (path.kind == PathKind::Transmitted) continue;
+    shortest_m = std::min(shortest_m.value_or(path.excess_m), path.excess_m);
+  }
+  return shortest_m.value_or(0);
 }
 
 double plane_turn_rad(const Eigen::Vector3d& direction, const Eigen::Vector3d& first_normal,

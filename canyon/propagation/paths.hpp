@@ -12,11 +12,12 @@ namespace canyon::propagation {
 
 enum class PathKind : std::uint8_t {
   Direct,
-  Reflected,   ///< by one or two facets, as by mirrors
-  Diffracted,  ///< around one edge
-  Diffuse,     ///< scattered by a rough or structured facade: a bundle of ways with one mean detour
+  Reflected,    ///< by one or two facets, as by mirrors
+  Diffracted,   ///< around one edge
+  Diffuse,      ///< scattered by a rough or structured facade: a bundle of ways with one mean detour
+  Transmitted,  ///< not from the satellite: a copy of its signal from a transmitter (disturbance::Spoofing)
 };
-/// "direct", "reflected", "diffracted", "diffuse": the words of every output.
+/// "direct", "reflected", "diffracted", "diffuse", "spoofed": the words of every output.
 [[nodiscard]] std::string_view name(PathKind kind);
 
 /// One way from satellite to antenna. Directions and points are in the city's ENU frame. `point` and what
@@ -45,6 +46,15 @@ struct Path : PathGeometry {
   /// Multiplies the path's amplitude [1], >= 0: what its geometry does not know (disturbance::Disturbance).
   double amplitude_factor = 1;
 
+  // Transmitted: amplitude_factor is over the satellite's clear line of sight in front of the antenna, for a
+  // right-hand wave; excess_m may be of either sign and of any size.
+  double range_rate_mps = 0;  ///< of range and excess together, as the carrier shows it [m/s]
+  /// What of excess_m only the code has, and its rate: the carrier is shorter by that.
+  double code_ahead_m = 0, code_ahead_mps = 0;
+  std::uint32_t signals = ~0U;  ///< that are sent: bit gnss::index_of(signal)
+
+  /// Excess of the carrier [m].
+  [[nodiscard]] double carrier_excess_m() const { return excess_m - code_ahead_m; }
   /// Between ray and facet normal, [0, pi/2): at `point`, and at `far_point`; 0 where nothing reflects.
   [[nodiscard]] double incidence_rad() const {
     return incidence_count > 0 ? incidences[static_cast<std::size_t>(incidence_count) - 1].incidence_rad : 0;
@@ -75,7 +85,8 @@ enum class Visibility : std::uint8_t {
 /// "LOS", "LOS+multipath", "NLOS", "blocked": the words of every output.
 [[nodiscard]] std::string_view name(Visibility visibility);
 
-/// All paths of one satellite, Direct first, then by excess path, of equal ones the lower order first.
+/// All paths of one satellite, Direct first, then by excess path, of equal ones the lower order first,
+/// Transmitted ones last. Visibility is the satellite's own: these do not count.
 struct SatellitePaths {
   Visibility visibility = Visibility::Blocked;
   std::vector<Path> paths;
@@ -85,8 +96,8 @@ struct SatellitePaths {
   [[nodiscard]] bool received() const { return visibility != Visibility::Blocked; }
   /// Excess path [m] of the signal that an ideal receiver tracks, one that hears every path and follows the
   /// first: 0 with a direct path (through leaves too), else that of the shortest path of any kind, around an
-  /// edge or diffuse, however weak; 0 when blocked. What a real correlator makes of all paths and their
-  /// strengths is the receiver's signal model.
+  /// edge or diffuse, however weak; 0 when blocked. Transmitted ones it does not hear. What a real correlator
+  /// makes of all paths and their strengths is the receiver's signal model.
   [[nodiscard]] double tracked_excess_m() const;
 };
 

@@ -14,6 +14,8 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/receiver/known_ephemerides.hpp"
+#include "canyon/receiver/spoofing_check.hpp"
 #include "canyon/tracking/channel.hpp"
 #include "canyon/tracking/channel_rate.hpp"
 
@@ -82,6 +84,22 @@ struct Receiver::State {
       }
     }
     if (options.filter.enabled) filter.emplace(options.filter, options.fix);
+    if (options.spoofing_check.enabled) check.emplace(options.spoofing_check);
+  }
+
+  /// Begins anew where the arrival says so for the first time.
+  void restart_as(const std::optional<propagation::Restart>& restart) {
+    if (!restart || (restarted && restarted->at == restart->at)) return;
+    restarted = restart;
+    // Signals without strength need no search.
+    known = KnownEphemerides(restart->ephemeris_s + (signals ? 0 : restart->search_s));
+    channels.clear();
+    ranging = Ranging(options);
+    if (filter) filter.emplace(options.filter, options.fix);
+    if (check) check.emplace(options.spoofing_check);
+    if (signals) signals.emplace(searching_anew(options.signal, *restart), seed, options.name, draws);
+    motion.first_epoch = now;
+    motion.epoch_before.reset();
   }
 
   [[nodiscard]] InputError error(const std::string& problem, const char* cure) const {
@@ -113,6 +131,28 @@ struct Receiver::State {
     motion.ecef_from_enu = ecef_from_enu;
     last = time;
     last_antenna = antenna.position_ecef;
+  }
+
+  /// The front end around each carrier that is tracked of any system.
+  [[nodiscard]] std::vector<BandState> bands() {
+    std::vector<BandState> result;
+    if (!signals) return result;
+    for (const auto& of_system : tracks) {
+      for (const gnss::Signal* signal : of_system) {
+        const auto load = signals->front_end_load(*signal, motion.interference);
+        auto found = std::find_if(result.begin(), result.end(), [&](const BandState& band) {
+          return band.carrier_hz == signal->carrier_hz;
+        });
+        if (found == result.end()) found = result.insert(found, BandState{signal->carrier_hz, 0, 0});
+        if (load.interference > found->interference_ratio) {
+          found->interference_ratio = load.interference;
+          found->tone_ratio = load.tones;
+        }
+      }
+    }
+    std::sort(result.begin(), result.end(),
+              [](const BandState& a, const BandState& b) { return a.carrier_hz < b.carrier_hz; });
+    return result;
   }
 
   /// What it tracks of a satellite now, in the order of gnss::signals_of().
@@ -244,8 +284,8 @@ struct Receiver::State {
     const double atmosphere = observation.ionosphere_m + observation.troposphere_m;
     const double corrected = delay_m(options.fix.correct_ionosphere, options.fix.correct_troposphere);
     observation.pseudorange_error_m = observation.excess_m + observation.noise_m + (atmosphere - corrected);
-    m.pseudorange_m = positioning::pseudorange_m(line, observation.excess_m, clock.bias_s(), atmosphere,
-                                                 observation.noise_m);
+    m.pseudorange_m =
+        positioning::pseudorange_m(line, observation.excess_m, clock_bias_s, atmosphere, observation.noise_m);
     observation.bias_m = bias_m(line.id, signal, m.carrier_frequency_hz);
     m.pseudorange_m += observation.bias_m;
     // For the first one this is 0.
@@ -255,17 +295,19 @@ struct Receiver::State {
     assert(!view.paths.paths.empty());
     const propagation::Path& path = view.paths.paths[tracked != nullptr ? tracked->reception.tracked : 0];
     const double rate = tracking::path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu) +
-                        kSpeedOfLight * (clock.drift() - line.state.clock_drift) +
+                        kSpeedOfLight * (clock_drift - line.state.clock_drift) +
                         atmosphere_rate_mps(line, m.carrier_frequency_hz);
-    m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * rate / (1 + clock.drift()) + doppler_noise_hz;
+    const double cycles_per_rad = gnss::kL1_hz / m.carrier_frequency_hz / (2 * geodesy::kPi);
+    m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * rate / (1 + clock_drift) -
+                   view.carrier_turn_radps * cycles_per_rad + doppler_noise_hz;
     if (tracked != nullptr && tracked->reception.phase) {
       const tracking::TrackedPhase& phase = *tracked->reception.phase;
       // The ionosphere advances a phase by what it delays a code.
       const double metres = line.range_m + phase.excess_m +
-                            kSpeedOfLight * (clock.bias_s() - line.state.clock_bias_s) +
+                            kSpeedOfLight * (clock_bias_s - line.state.clock_bias_s) +
                             observation.troposphere_m - observation.ionosphere_m;
-      m.carrier_phase_cycles =
-          metres * (m.carrier_frequency_hz / kSpeedOfLight) + phase.ambiguity + loops.phase_cycles;
+      m.carrier_phase_cycles = metres * (m.carrier_frequency_hz / kSpeedOfLight) +
+                               view.carrier_turn_rad * cycles_per_rad + phase.ambiguity + loops.phase_cycles;
       m.carrier_phase_sigma_cycles = loops.phase_sigma_cycles;
       m.phase_since = phase.since;
     }
@@ -310,13 +352,18 @@ struct Receiver::State {
   std::map<gnss::SatelliteId, std::vector<tracking::Channel>> channels;
   Ranging ranging;
   std::optional<positioning::PositionFilter> filter;
+  std::optional<SpoofingCheck> check;
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
   double noise_sigma_m = 0;
   double noise_doppler_sigma_hz = 0;
+  std::optional<propagation::Restart> restarted;
+  KnownEphemerides known;  // since then
 
   // Of the epoch in hand.
   geodesy::GpsTime now;
+  double clock_bias_s = 0, clock_drift = 0;
+  std::vector<tracking::HeardWave> heard;
   tracking::AntennaMotion motion;
   geodesy::Geodetic place;
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
@@ -347,14 +394,23 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   }
   state.go_to(antenna, context.arrival.ecef_from_enu);
   state.disturb(antenna, context.arrival);
+  state.restart_as(context.arrival.restart);
+  state.clock_bias_s = state.clock.bias_s() + context.arrival.clock_bias_s;
+  state.clock_drift = state.clock.drift() + context.arrival.clock_drift;
+  const orbit::Sky& sky = context.arrival.broadcast ? *context.arrival.broadcast : context.sky;
+  if (state.signals) state.signals->hear(context.arrival.interference, state.heard);
+  state.motion.interference = state.heard;
   state.place = geodesy::geodetic_from_ecef(antenna.position_ecef);
   state.klobuchar = &context.klobuchar;
 
   ReceiverEpoch epoch;
   epoch.time = time;
-  epoch.clock_bias_s = state.clock.bias_s();
-  epoch.clock_drift = state.clock.drift();
-  epoch.receiver_time = time + state.clock.bias_s();
+  epoch.clock_bias_s = state.clock_bias_s;
+  epoch.clock_drift = state.clock_drift;
+  epoch.receiver_time = time + state.clock_bias_s;
+  epoch.weeks_off = context.arrival.weeks_off;
+  epoch.utc_off_s = context.arrival.utc_off_s;
+  epoch.bands = state.bands();
   const std::vector<propagation::SatelliteView>& views = context.arrival.views;
   epoch.satellites.reserve(views.size());
 
@@ -373,7 +429,8 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     observation.id = view.line.id;
     observation.azimuth_rad = view.line.azimuth_rad;
     observation.elevation_rad = view.line.elevation_rad;
-    observation.above_mask = view.line.elevation_rad >= options.fix.elevation_mask_rad;
+    observation.above_mask =
+        view.shown_elevation_rad.value_or(view.line.elevation_rad) >= options.fix.elevation_mask_rad;
     if (free) observation.visibility = view.paths.visibility;
     const bool received = observation.visibility != Visibility::Blocked;  // by whoever hears everything
     observation.signal = wanted.front();
@@ -396,6 +453,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   const bool drifting = options.noise.drifts(antenna.velocity_ecef.norm(), los);
   std::vector<positioning::Measurement> measurements;
   measurements.reserve(views.size());
+  const double step_s = state.motion.epoch_before ? time - *state.motion.epoch_before : 0;
   std::size_t next = 0;
   for (std::size_t i = 0; i < view_of.size(); ++i) {
     SatelliteObservation& satellite = epoch.satellites[i];
@@ -410,7 +468,10 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     const bool modelled =
         options.fix.correct_ionosphere && options.ranging.combination == Combination::Uncombined;
     const double model_m = state.atmosphere_m(modelled, false, view.line, gnss::kL1_hz);
-    if (const auto ranged = state.ranging.next(satellite, view.line.state, time, model_m)) {
+    const bool known =
+        state.known.read(satellite.id, satellite.lock == tracking::LockState::Tracking, step_s);
+    const auto ranged = state.ranging.next(satellite, view.line.state, time, model_m);
+    if (ranged && known) {
       measurements.push_back(ranged->measurement);
       satellite.estimated_ionosphere_m = ranged->ionosphere_m;
     }
@@ -421,16 +482,17 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
 
   if (!free) {
     epoch.fix.status = positioning::FixStatus::NoSignal;
+    if (state.check) epoch.spoofing = state.check->update(epoch);
     return epoch;
   }
-  epoch.fix = solve_fix(epoch.receiver_time, measurements, context.sky, options.fix, context.klobuchar);
+  epoch.fix = solve_fix(epoch.receiver_time, measurements, sky, options.fix, context.klobuchar);
   if (state.filter) {
-    epoch.fix =
-        state.filter->update(epoch.receiver_time, measurements, context.sky, epoch.fix, context.klobuchar);
+    epoch.fix = state.filter->update(epoch.receiver_time, measurements, sky, epoch.fix, context.klobuchar);
   }
   for (SatelliteObservation& observation : epoch.satellites) {
     observation.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), observation.id);
   }
+  if (state.check) epoch.spoofing = state.check->update(epoch);
   return epoch;
 }
 

@@ -87,21 +87,29 @@ struct ReceiverEpoch {
   /// What the receiver's clock showed, to the nearest nanosecond; pseudoranges hold the exact reading (a
   /// satellite moves 2 micrometres in the difference).
   geodesy::GpsTime receiver_time;
-  double clock_bias_s = 0;                       ///< of the receiver, true
-  double clock_drift = 0;                        ///< of the receiver, true [s/s]
+  double clock_bias_s = 0;  ///< of the receiver, true
+  double clock_drift = 0;   ///< of the receiver, true [s/s]
+  /// What its firmware gets wrong of the date (propagation::Arrival): instants here are right.
+  int weeks_off = 0, utc_off_s = 0;
   std::vector<SatelliteObservation> satellites;  ///< above the horizon, ascending
   positioning::Fix fix;          ///< of this epoch's measurements; with a position filter the filter's answer
   std::vector<BandState> bands;  ///< of what it tracks, by carrier; empty where signals have no strength
   SpoofingState spoofing = SpoofingState::Unknown;
   int visible = 0;  ///< tracked, above the mask (at the true place)
   int blocked = 0;  ///< above the mask, not tracked
+
+  /// The GPS time that it states.
+  [[nodiscard]] geodesy::GpsTime stated_time() const;
+  /// The instant whose UTC is the one that it states: days behind or ahead by whole weeks, the leap seconds
+  /// those that satellites send today.
+  [[nodiscard]] geodesy::GpsTime stated_utc() const;
 };
 
 /// What a receiver is given of an epoch.
 struct EpochContext {
   propagation::Antenna antenna;
   propagation::Arrival& arrival;  ///< as the environment answers; disturbed in place
-  const orbit::Sky& sky;          ///< for the fix
+  const orbit::Sky& sky;          ///< for the fix, where arrival.broadcast is null
   /// Needed where ReceiverOptions::ionosphere or FixOptions::correct_ionosphere is on.
   const std::map<gnss::System, gnss::Klobuchar>& klobuchar;
 };

@@ -72,6 +72,18 @@ bool is_tracked(const ReceiverOptions& o, std::string_view signal_name) {
 
 }  // namespace
 
+void SpoofingCheckOptions::validate() const {
+  options::check(*this, "spoofing check");
+}
+
+void visit(options::Visitor& v, SpoofingCheckOptions& o) {
+  v.boolean({"enabled", "", "says whether it finds signs of spoofing"}, o.enabled);
+  v.number({"gain_db", "dB", "by which gain control gives way though signals do not weaken"}, o.gain_db,
+           {0.1, 30});
+  v.number({"jump_m", "m", "of place or clock against the fix's own velocity and drift"}, o.jump_m, {1, 1e6});
+  v.number({"hold_s", "s", "for which it says so after the last sign"}, o.hold_s, {0, 1e5});
+}
+
 void ReceiverOptions::validate() const {
   if (name.empty()) throw InputError("a receiver has no name", "give every receiver a name of its own");
   try {
@@ -83,6 +95,7 @@ void ReceiverOptions::validate() const {
                        "choose dual_patch, survey, phone or isotropic, or give antenna_lower_rows");
     }
     ranging.validate();
+    spoofing_check.validate();
     for (const std::string& name_of_signal : ranging.uses) {
       if (!is_tracked(*this, name_of_signal)) {
         throw InputError(fmt::format("its fixes use {}, which it does not track", name_of_signal),
@@ -139,6 +152,7 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
   v.part("biases", o.biases);
   v.part("signal", o.signal);
   v.part("noise", o.noise);
+  v.part("spoofing_check", o.spoofing_check);
 }
 
 }  // namespace canyon::receiver

@@ -51,6 +51,19 @@ struct BiasOptions {
 /// Its fields.
 void visit(options::Visitor& v, BiasOptions& o);
 
+/// What a receiver looks at to notice spoofing (SpoofingCheck).
+struct SpoofingCheckOptions {
+  bool enabled = false;
+  double gain_db = 1;  ///< [0.1, 30]
+  /// Of place or clock [m], [1, 1e6]. Echoes that come and go in a street move a fix by tens of metres.
+  double jump_m = 150;
+  double hold_s = 30;  ///< [0, 1e5]
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, SpoofingCheckOptions& o);
+
 struct ReceiverOptions {
   std::string name = "receiver";
   /// Names of gnss::signals_of(), of any system: these are tracked, of systems without any nothing. Empty: of
@@ -68,6 +81,7 @@ struct ReceiverOptions {
   positioning::FixOptions fix;
   NoiseOptions noise;
   tracking::ClockOptions clock;
+  SpoofingCheckOptions spoofing_check;
   tracking::SignalOptions signal;
   /// Position filter behind the fix; off: each epoch's fix stands alone, as in the paper.
   positioning::PositionFilterOptions filter;

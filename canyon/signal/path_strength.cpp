@@ -111,6 +111,12 @@ Complex path_amplitude(const propagation::Path& path, double satellite_elevation
   const double factor = path.amplitude_factor;
   if (!(factor >= 0) || !std::isfinite(factor))
     throw InputError(fmt::format("path with an amplitude factor of {}", factor), "give 0 or more");
+  if (path.kind == propagation::PathKind::Transmitted) {
+    propagation::PathGeometry wave = path;
+    wave.excess_m = 0;
+    return factor * phasor(path.carrier_excess_m() / wavelength_m(frequency_hz)) *
+           path_amplitude(wave, satellite_elevation_rad, frequency_hz, antenna, options);
+  }
   if (path.kind == propagation::PathKind::Diffracted && path.edge_nu) {
     // trace() gives nu of its own carrier.
     propagation::PathGeometry here = path;

@@ -58,7 +58,8 @@ void visit(options::Visitor& v, StrengthOptions& o);
 /// Diffuse: sqrt(scattered_power) times the antenna's
 /// response to an unpolarised wave (half of its power in each hand) over that to the line of sight,
 /// sqrt((G_R + G_L) / 2 / G_R(satellite)), with the phase of its excess; the phase of the way itself is
-/// random (tracking::PathPhases). `options` but for their validity do not matter there. All: times
+/// random (tracking::PathPhases). `options` but for their validity do not matter there.
+/// Transmitted: a right-hand wave's, with the phase of its carrier's excess. All: times
 /// Path::amplitude_factor. InputError also for a negative scattered power or factor.
 [[nodiscard]] std::complex<double> path_amplitude(const propagation::Path& path,
                                                   double satellite_elevation_rad, double frequency_hz,

@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
@@ -21,6 +23,8 @@ struct Epoch {
   /// The paths behind it, disturbed, in the ENU frame of the city. Lent for the call that hands the epoch
   /// over (EpochSink::write()); null where the epoch comes without.
   const propagation::Arrival* arrival = nullptr;
+  /// Names of the faults at work, in the order of the timeline.
+  std::vector<std::string> faults;
   /// What the satellites send; lent likewise. Null or empty for skies that no message describes.
   const gnss::NavigationData* navigation = nullptr;
   /// Fix minus truth in ENU at the truth [m]; NaN without fix.

@@ -56,10 +56,26 @@ const options::Description& live_description() {
   return description;
 }
 
+namespace {
+
+/// With what hosts whose settings have no lists of mappings cannot say.
+struct LiveConfigWithFaults {
+  LiveConfig live;
+};
+
+void visit(options::Visitor& v, LiveConfigWithFaults& config) {
+  visit(v, config.live);
+  const std::vector<std::string> name{config.live.receiver.options.name};
+  disturbance::visit_faults(v, config.live.faults, name);
+}
+
+}  // namespace
+
 LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name) {
-  LiveConfig config;
-  parse(text, name, live_description(), "scenario", "it needs at least city, sky and trajectory", config);
-  return config;
+  static const options::Description description = options::describe<LiveConfigWithFaults>();
+  LiveConfigWithFaults config;
+  parse(text, name, description, "scenario", "it needs at least city, sky and trajectory", config);
+  return std::move(config.live);
 }
 
 const options::Description& running_description() {

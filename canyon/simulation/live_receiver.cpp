@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/fault_surroundings.hpp"
 #include "canyon/simulation/street_sources.hpp"
 
 namespace canyon::simulation {
@@ -28,24 +30,37 @@ std::shared_ptr<CityScene> checked(std::shared_ptr<CityScene> scene) {
 
 struct LiveReceiver::Impl {
   Impl(LiveConfig c, std::shared_ptr<CityScene> s, GpsTime t)
-      : config(std::move(c)), scene(checked(std::move(s))), start(t), receiver(make_receiver()) {
+      : config(std::move(c)),
+        scene(checked(std::move(s))),
+        start(t),
+        faults(make_faults()),
+        receiver(make_receiver()) {
     make_sky(start);
   }
 
   [[nodiscard]] receiver::Receiver make_receiver() const {
-    return {config.receiver.options, config.seed, with_streets(config.receiver, scene->city, road)};
+    std::vector<disturbance::Source> sources = with_streets(config.receiver, scene->city, road);
+    sources.push_back(disturbance::FaultTimeline::source(faults));
+    return {config.receiver.options, config.seed, sources};
   }
+  [[nodiscard]] std::shared_ptr<disturbance::FaultTimeline> make_faults() const {
+    return std::make_shared<disturbance::FaultTimeline>(start, config.faults, config.receiver.options.name);
+  }
+  /// Of the host's time: of the last step, or of the first one.
+  [[nodiscard]] double now_s() const { return std::max(last_s, 0.0); }
   void make_sky(GpsTime from);
   void check(const ReceiverConfig& other) const;
   void make_environment();
   GpsTime go_to(double seconds);
   void restart();
+  void begin_anew();
   void bring_sky_to(GpsTime t);
 
   LiveConfig config;
   std::shared_ptr<CityScene> scene;
   GpsTime start;
   std::shared_ptr<disturbance::Road> road = std::make_shared<disturbance::Road>();  // driven so far
+  std::shared_ptr<disturbance::FaultTimeline> faults;
   receiver::Receiver receiver;
   Tracer tracer;
   BuiltSky sky;
@@ -77,17 +92,24 @@ void LiveReceiver::Impl::check(const ReceiverConfig& other) const {
   if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(sky);
 }
 
-void LiveReceiver::Impl::make_environment() {
-  propagator.reset();
-  environment.emplace(scene, sky.sky, sky.navigation.klobuchar);
-  propagator.emplace(environment->make_propagator(config.receiver.propagation));
-}
-
-void LiveReceiver::Impl::restart() {
+void LiveReceiver::Impl::begin_anew() {
   road->clear();
   receiver = make_receiver();
   last_s = -std::numeric_limits<double>::infinity();
   said_empty = false;
+}
+
+void LiveReceiver::Impl::make_environment() {
+  propagator.reset();
+  environment.emplace(scene, sky.sky, sky.navigation.klobuchar);
+  faults->set_surroundings(surroundings(scene, sky.sky));
+  propagator.emplace(environment->make_propagator(config.receiver.propagation));
+}
+
+void LiveReceiver::Impl::restart() {
+  faults = make_faults();
+  faults->set_surroundings(surroundings(scene, sky.sky));
+  begin_anew();
 }
 
 GpsTime LiveReceiver::Impl::go_to(double seconds) {
@@ -141,8 +163,24 @@ void LiveReceiver::set_config(LiveConfig config) {
   config.sky = impl_->config.sky;
   config.start = impl_->config.start;
   impl_->config = std::move(config);
-  restart();
+  impl_->begin_anew();
   impl_->make_environment();
+}
+
+std::string LiveReceiver::add_fault(const std::string& text, const std::string& source) {
+  disturbance::Fault fault =
+      disturbance::parse_fault(text, source, impl_->now_s(), impl_->faults->next_number());
+  std::string name = fault.name;
+  impl_->faults->add(std::move(fault));
+  return name;
+}
+
+void LiveReceiver::end_fault(const std::string& name) {
+  impl_->faults->end(name, impl_->now_s());
+}
+
+std::vector<disturbance::FaultState> LiveReceiver::faults() const {
+  return impl_->faults->states(impl_->now_s());
 }
 
 LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& antenna) {
@@ -171,8 +209,9 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   truth.yaw_rad = antenna.yaw_rad;
   truth.yaw_rate_radps = antenna.yaw_rate_radps;
   impl.last_truth = truth;
+  step.arrival.messages = lent(impl.sky.navigation);
   step.epoch = observe_epoch(impl.receiver, truth, step.arrival, *impl.environment);
-  step.epoch.navigation = &impl.sky.navigation;
+  step.epoch.navigation = step.arrival.messages.get();
 
   if (step.arrival.views.empty() && !impl.said_empty) {
     impl.said_empty = true;
@@ -193,8 +232,9 @@ LiveReceiver::Step LiveReceiver::lose(double seconds) {
   step.arrival.placement = raytrace::Placement::Unknown;
   step.arrival.ecef_from_enu = frame.ecef_from_local_rotation();
   step.arrival.antenna_enu = frame.local_from_geodetic(truth.position);
+  step.arrival.messages = lent(impl.sky.navigation);
   step.epoch = observe_epoch(impl.receiver, truth, step.arrival, *impl.environment);
-  step.epoch.navigation = &impl.sky.navigation;
+  step.epoch.navigation = step.arrival.messages.get();
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   step.epoch.truth.position = {kNan, kNan, kNan};
   step.epoch.truth.velocity_enu_mps.setConstant(kNan);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/disturbance/fault_timeline.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/pose_motion.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -22,19 +23,20 @@ struct LiveConfig {
   std::optional<double> rate_hz;          ///< empty: the host's own
   ReceiverConfig receiver;
   std::uint64_t seed = 1;
+  std::vector<disturbance::Fault> faults;  ///< their times count from the host's time 0
 };
 
-/// Reads YAML with the scenario's keys `sky`, `start`, `rate_hz`, `seed` and, beside them, those of one
-/// receiver (`receivers[]` in docs/scenario.md) without its brackets. `name` stands in messages. Relative
+/// Reads YAML with the scenario's keys `sky`, `start`, `rate_hz`, `seed`, `faults` and, beside them, those of
+/// one receiver (`receivers[]` in docs/scenario.md) without its brackets. `name` stands in messages. Relative
 /// paths belong to the folder of `name`. Throws InputError as parse_scenario() does.
 [[nodiscard]] LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name);
-/// Its fields; a host reads a tree of its own settings by options::read().
+/// Its fields but `faults`; a host reads a tree of its own settings by options::read().
 void visit(options::Visitor& v, LiveConfig& config);
-/// The keys that parse_live_config() knows, with dots: "noise.sigma_m_per_sqrt_s".
+/// The keys that parse_live_config() knows, with dots: "noise.sigma_m_per_sqrt_s"; `faults` aside.
 [[nodiscard]] const options::Description& live_description();
 
 /// `config` with what a YAML or JSON text changes of it while the receiver runs: any key of
-/// parse_live_config() but `sky`, `start` and `name`, nested ("clock: {bias_s: 1}") or with dots
+/// parse_live_config() but `sky`, `start`, `name` and `faults`, nested ("clock: {bias_s: 1}") or with dots
 /// ("clock.bias_s: 1"). Keys that are absent stay as they are; `profile` sets all those of a receiver but
 /// name, own_draws, lever_arm and streets, and what stands beside it overrides it. `name` of the text as for
 /// parse_live_config(). Throws InputError as that does.
@@ -82,7 +84,7 @@ class LiveReceiver {
   void check(const LiveConfig& config) const;
 
   struct Step {
-    Epoch epoch;  ///< receiver 0; its own `arrival` is null, `navigation` is the receiver's sky()'s
+    Epoch epoch;  ///< receiver 0; its own `arrival` is null, `navigation` is arrival.messages
     propagation::Arrival arrival;  ///< the paths behind it, disturbed, in the scene's ENU frame
   };
   /// One epoch `seconds` of host time after `start`. A time before the last step's begins anew, as
@@ -94,8 +96,17 @@ class LiveReceiver {
   /// the true place NaN.
   [[nodiscard]] Step lose(double seconds);
 
-  /// As constructed.
+  /// As constructed: faults are those of config() again.
   void restart();
+
+  /// Puts a fault on the running timeline; the receiver goes on. @param text an item of a scenario's
+  /// `faults:`, YAML or JSON; without `from_s` it begins with the next step. Returns its name; a fault of
+  /// other `receivers` does nothing. Throws InputError naming `source`, line and cure.
+  std::string add_fault(const std::string& text, const std::string& source = "fault");
+  /// Ends a fault, before the next step. Throws InputError where none of that name is at work or still to
+  /// come.
+  void end_fault(const std::string& name);
+  [[nodiscard]] std::vector<disturbance::FaultState> faults() const;
 
   /// Warnings since the last call, one line each: stale ephemerides, the end of the orbits.
   [[nodiscard]] std::vector<std::string> take_warnings();

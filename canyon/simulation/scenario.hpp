@@ -12,6 +12,7 @@
 #include "canyon/city/mesh_import_options.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/disturbance/disturbance.hpp"
+#include "canyon/disturbance/fault.hpp"
 #include "canyon/disturbance/street_options.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/satellite_id.hpp"
@@ -97,8 +98,12 @@ struct TrajectoryConfig {
 /// Where an antenna stands for good.
 struct FixedPlace {
   geodesy::Geodetic place;
-  /// East, north, up [m] from the city's origin, where it was given so; Simulation makes `place` of it.
+  /// East, north, up [m] from the city's origin, where it was given so: settle() makes `place` of it.
   std::optional<Eigen::Vector3d> local_m;
+
+  void settle(const geodesy::LocalFrame& city) {
+    if (local_m) place = city.geodetic_from_local(*local_m);
+  }
 };
 
 struct ReceiverConfig {
@@ -126,10 +131,11 @@ struct Scenario {
   CityConfig city;
   SkyConfig sky;
   TrajectoryConfig trajectory;
-  std::optional<geodesy::GpsTime> start;  ///< where empty: the trajectory file's first time
-  std::optional<double> duration_s;       ///< empty: the whole trajectory
-  std::optional<double> rate_hz;          ///< empty: the trajectory file's own rate (1 Hz for waypoints)
-  std::vector<ReceiverConfig> receivers;  ///< at least one
+  std::optional<geodesy::GpsTime> start;   ///< where empty: the trajectory file's first time
+  std::optional<double> duration_s;        ///< empty: the whole trajectory
+  std::optional<double> rate_hz;           ///< empty: the trajectory file's own rate (1 Hz for waypoints)
+  std::vector<ReceiverConfig> receivers;   ///< at least one
+  std::vector<disturbance::Fault> faults;  ///< their times count from `start`, or the trajectory's first
   std::uint64_t seed = 1;
   OutputConfig outputs;
   std::optional<LiveOptions> live;  ///< how `canyon live` runs it; others pass it over

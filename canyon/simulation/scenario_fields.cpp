@@ -581,6 +581,9 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
   v.section("trajectory", [&] { visit_trajectory(v, scenario.trajectory, scenario.city); });
   visit_receivers(v, scenario.receivers, scenario.city);
   visit_streets(v, scenario);
+  std::vector<std::string> names;
+  for (const ReceiverConfig& receiver : scenario.receivers) names.push_back(receiver.options.name);
+  disturbance::visit_faults(v, scenario.faults, names);
   visit_seed(v, scenario.seed);
   v.part("outputs", scenario.outputs);
   if (!v.wants(v.reads() ? v.has("live") : scenario.live.has_value())) return;

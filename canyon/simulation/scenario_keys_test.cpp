@@ -89,6 +89,12 @@ std::vector<std::string> scenarios_with_every_key() {
       "rinex_observation: true, "
       "rinex4_observation: true, "
       "rinex_navigation: true, kml: true, geojson: true, pictures: true}\n"
+      "live: {poses: [{from: 'stdin:', format: mavlink, id: a, receivers: [rover], messages: [SIM_STATE], "
+      "axes: "
+      "ned, body: frd, east_m: 1, north_m: 2, up_m: 3, heading_deg: 4, scale: 5, timeout_s: 1, smoothing_s: "
+      "0.1}], streams: [{receiver: rover, format: ubx, to: 'pty:', rate_hz: 5, latency_s: 0.1, jitter_s: "
+      "0.01}], "
+      "clock: stamps, speed: 2, wait_s: 0.1, stagger: true, control: 'tcp://127.0.0.1:7878', changes: true}\n"
       "propagation: " +
           propagation + "\nnoise: " + noise + "\nshadowing: " + shadowing + "\n",
       "streets: {enabled: true, region: east_asia, class: arterial, lanes: 2, vehicles_per_km: 30, "
@@ -108,7 +114,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "[GPS-IIR], uses: [E5a], ionosphere_sigma_m: 4, sigma_factor: [GLONASS=2], smoothing: {method: hatch, "
       "window_s: 60}, biases: {code_m: [GLONASS=3], glonass_channel_m: 0.1, drift_sigma_m: 0.2, "
       "drift_time_s: "
-      "600}, combination: "
+      "600}, spoofing_check: {enabled: true, gain_db: 2, jump_m: 100, hold_s: 10}, combination: "
       "ionosphere_free, covariance_by_residuals: true, "
       "elevation_mask_deg: 5, cn0_mask_dbhz: 6, min_satellites: 4, "
       "max_pdop: 25, max_iterations: 20, convergence_m: 1e-6, weights: {weighting: cn0, elevation_a_m: 0.4, "
@@ -146,6 +152,41 @@ std::vector<std::string> scenarios_with_every_key() {
       "terrain_spacing_m: 10, tree_height_m: 9, tree_crown_m: 4, wood_height_m: 10}\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {file: c.canyon}\ntrajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
+      "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\n"
+      "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n"
+      "faults: [{jamming: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}, beam: {width_deg: 60, "
+      "azimuth_deg: 10, elevation_deg: 5, front_to_back_db: 15}, polarisation: left, emissions: [{shape: "
+      "chirp, "
+      "centre_hz: 1.5e9, width_hz: 1e6, period_s: 1e-5, power_dbm: 3}]}}, {jamming: {waypoints: [{east_m: 1, "
+      "north_m: 2, up_m: 3}, {latitude_deg: 1, longitude_deg: 2, height_m: 3}], speed_mps: 3, preset: "
+      "privacy_l1}}, {spoofing: {position: {east_m: 1, north_m: 2, up_m: 3}, beam: {width_deg: 60, "
+      "azimuth_deg: 10, elevation_deg: 5, front_to_back_db: 15}, kind: meaconing, shows: {position: {east_m: "
+      "1, "
+      "north_m: 2, up_m: 3}}, pull_off: {hold_s: 1, rate_mps: 2, acceleration_mps2: 1, east_m: 1, north_m: "
+      "2, up_m: "
+      "3, clock_m: 4}, carrier: held, delay_s: 1e-6, advantage_db: 4, ramp_s: 2, ramp_from_db: 10, "
+      "satellites: "
+      "[GPS], signals: [L1CA], mask_deg: 3}}, {spoofing: {waypoints: [{east_m: 1, north_m: 2, up_m: 3}, "
+      "{latitude_deg: "
+      "1, longitude_deg: 2, height_m: 3}], speed_mps: 3, power_dbm: 1, shows: {waypoints: [{east_m: 1, "
+      "north_m: 2, "
+      "up_m: 3}, {latitude_deg: 1, longitude_deg: 2, height_m: 3}], speed_mps: 2}}}, {spoofing: {position: "
+      "{latitude_deg: 1, longitude_deg: 2, height_m: 3}, shows: {position: {latitude_deg: 1, longitude_deg: "
+      "2, "
+      "height_m: 3}}}}, {jamming: {position: {east_m: 1, north_m: 2, up_m: 3}, preset: privacy_l1}}, {name: "
+      "f, from_s: 1, until_s: 2, receivers: [rover], outage: {satellites: [G05, Galileo], "
+      "mode: "
+      "unhealthy}}, {from_s: 1, duration_s: 3, ephemeris: {satellites: [G05], radial_m: 1, along_m: 2, "
+      "cross_m: 3, "
+      "radial_mps: 1, along_mps: 2, cross_mps: 3, clock_offset_s: 1e-7, clock_drift: 1e-10, clock_in: "
+      "signal}}, "
+      "{clock: {jump_s: 1e-3, drift: 1e-8}}, {time: {weeks: -1024, utc_s: 1}}, {antenna: {azimuth_from_deg: "
+      "1, "
+      "azimuth_to_deg: 2, elevation_from_deg: 3, elevation_to_deg: 4, loss_db: 5, stage: behind, "
+      "amplifier_gain_db: 20, amplifier_noise_db: 1, receiver_noise_db: 4, period_s: 3, on_s: 1}}, {restart: "
+      "{kind: warm, search_s: 2, ephemeris_s: 20}}, {scintillation: {satellites: [GPS], s4: 0.6, "
+      "sigma_phi_rad: "
+      "0.2, correlation_s: 1, phase_correlation_s: 3}}]\n",
       "city: {synthetic: {}}\nsky: {frozen: {satNum: 1, satAzimuth: 1, satElevation: 1}}\ninterval_s: 60\n"
       "trajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n"};
 }
@@ -410,6 +451,9 @@ TEST(ScenarioSchema, AcceptsTheExamplesAndRefusesBrokenOnes) {
       ok + "rate_hz: 1\ninterval_s: 1\n",
       ok + "interval_s: 0\n",
       ok + "receivers: {name: a}\n",
+      ok + "faults: [{from_s: 1}]\n",
+      ok + "faults: [{outage: {}, clock: {}}]\n",
+      ok + "faults: [{until_s: 1, duration_s: 1, outage: {}}]\n",
       ok + "receivers: []\n",
       ok + "receivers: [{elevation_mask_deg: 90}]\n",
       ok + "receivers: [{elevation_mask_deg: ten}]\n",

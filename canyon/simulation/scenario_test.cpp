@@ -258,6 +258,10 @@ TEST(Scenario, NamesWrongTypesUnitsAndRanges) {
   EXPECT_THAT(receiver("clock: 5"), HasSubstr("'receivers[].clock' is not a mapping"));
   EXPECT_THAT(fault(kMinimal + "receivers: {name: a}\n"), HasSubstr("receivers: is not a list"));
   EXPECT_THAT(fault(kMinimal + "receivers: []\n"), HasSubstr("the list is empty"));
+  EXPECT_THAT(fault(kMinimal + "receivers: [{name: a, fixed: {latitude_deg: 1, longitude_deg: 2}}]\n"),
+              AllOf(HasSubstr("'height_m' is missing"), HasSubstr("a base station's place needs a height")));
+  EXPECT_THAT(fault(kMinimal + "receivers: [{name: a, fixed: {east_m: 1, up_m: 2}}]\n"),
+              HasSubstr("'north_m' is missing"));
   EXPECT_THAT(fault(kMinimal + "seed: -1\n"), HasSubstr("seed: -1 is out of range"));
   EXPECT_THAT(fault(kMinimal + "rate_hz: 0\n"), HasSubstr("rate_hz: 0 is out of range; it is above 0"));
   EXPECT_THAT(fault(kMinimal + "noise: {theta_per_s: 0}\n"), HasSubstr("theta_per_s: 0 is out of range"));

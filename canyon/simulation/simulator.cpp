@@ -15,6 +15,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/antenna_pose.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/fault_surroundings.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/street_sources.hpp"
@@ -184,6 +185,7 @@ struct Simulation::Impl {
       : scenario(std::move(s)),
         plan(std::move(p)),
         sky(build_sky(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position)),
+        city_scene(scene),
         environment(std::move(scene), sky.sky, sky.navigation.klobuchar) {
     warnings = scenario.warnings;
     warnings.insert(warnings.end(), plan.warnings.begin(), plan.warnings.end());
@@ -191,14 +193,17 @@ struct Simulation::Impl {
     check_ionosphere(scenario, sky);
     check_places();
     check_masks();
+    check_faults();
     make_propagators();
   }
 
   void check_places();
   void check_masks();
+  void check_faults();
   void make_propagators();
   void check_near(const Geodetic& place, const std::string& what, GpsTime t) const;
   [[nodiscard]] Pose vehicle_pose(GpsTime t) const;
+  [[nodiscard]] std::vector<receiver::Receiver> make_receivers() const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
   [[nodiscard]] PureEpoch pure_epoch(std::size_t receiver, GpsTime t) const;
   [[nodiscard]] std::shared_ptr<const disturbance::Road> road() const;
@@ -209,6 +214,7 @@ struct Simulation::Impl {
   Plan plan;
   BuiltSky sky;
   std::vector<std::string> warnings;
+  std::shared_ptr<CityScene> city_scene;
   Environment environment;
   std::vector<propagation::Propagator> propagators;  // one for each distinct set of options
   std::vector<std::size_t> propagator_of;            // receiver -> propagators
@@ -260,6 +266,30 @@ void Simulation::Impl::check_masks() {
         "{}: elevation_mask_deg is {:.3g} deg; were radians meant? They would be {:.3g} deg",
         receiver.options.name, geodesy::degrees(mask_rad), geodesy::degrees(geodesy::degrees(mask_rad))));
   }
+}
+
+void Simulation::Impl::check_faults() {
+  for (const disturbance::Fault& fault : scenario.faults) {
+    if (plan.at(plan.epochs - 1) >= plan.begin + fault.from_s) continue;
+    warnings.push_back(
+        fmt::format("fault '{}' begins after {} s, when the run has ended", fault.name, fault.from_s));
+  }
+}
+
+std::vector<receiver::Receiver> Simulation::Impl::make_receivers() const {
+  std::vector<receiver::Receiver> receivers;
+  const std::shared_ptr<const disturbance::Road> way = road();
+  for (const ReceiverConfig& config : scenario.receivers) {
+    // Streets are those of the trajectory; a base station stands beside them.
+    std::vector<disturbance::Source> sources =
+        config.fixed ? config.disturbances : with_streets(config, environment.city(), way);
+    auto faults =
+        std::make_shared<disturbance::FaultTimeline>(plan.begin, scenario.faults, config.options.name);
+    faults->set_surroundings(surroundings(city_scene, sky.sky));
+    if (!faults->empty()) sources.push_back(disturbance::FaultTimeline::source(faults));
+    receivers.emplace_back(config.options, scenario.seed, sources);
+  }
+  return receivers;
 }
 
 void Simulation::Impl::make_propagators() {
@@ -342,6 +372,7 @@ Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation
                         arrival,
                         environment.sky(),
                         environment.klobuchar()});
+  epoch.faults = arrival.faults;
   if (epoch.observed.fix.solved()) {
     epoch.error_enu_m = enu_from_ecef * (epoch.observed.fix.position_ecef - epoch.truth_ecef);
   }
@@ -359,9 +390,7 @@ Simulation::Simulation(Scenario scenario, std::shared_ptr<CityScene> scene) {
   }
   scenario.trajectory.local_waypoints.clear();
   for (ReceiverConfig& receiver : scenario.receivers) {
-    if (receiver.fixed && receiver.fixed->local_m) {
-      receiver.fixed->place = city.frame.geodetic_from_local(*receiver.fixed->local_m);
-    }
+    if (receiver.fixed) receiver.fixed->settle(city.frame);
   }
   Plan plan = make_plan(scenario);
   check_city(scenario, city);
@@ -408,14 +437,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   RunResult result;
   result.planned = impl.plan.epochs;
 
-  std::vector<receiver::Receiver> receivers;
-  const std::shared_ptr<const disturbance::Road> road = impl.road();
-  for (const ReceiverConfig& config : impl.scenario.receivers) {
-    // Streets are those of the trajectory; a base station stands beside them.
-    receivers.emplace_back(
-        config.options, impl.scenario.seed,
-        config.fixed ? config.disturbances : with_streets(config, impl.environment.city(), road));
-  }
+  std::vector<receiver::Receiver> receivers = impl.make_receivers();
   std::vector<std::array<std::size_t, 3>> placements(receiver_count);
   Progress progress(options.progress, result.planned);
   const EpochSink* broken = nullptr;
@@ -432,10 +454,11 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   const auto observe = [&](std::size_t instant, std::vector<PureEpoch>& epochs) {
     for (std::size_t r = 0; r < receiver_count; ++r) {
       PureEpoch& from = epochs[r];
+      from.arrival.messages = lent(impl.sky.navigation);
       Epoch epoch = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment);
       epoch.receiver = r;
       epoch.arrival = &from.arrival;
-      epoch.navigation = &impl.sky.navigation;
+      epoch.navigation = from.arrival.messages.get();
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
       for (EpochSink* sink : sinks) {
         broken = sink;

@@ -9,6 +9,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/tracking/channel_rate.hpp"
+#include "canyon/tracking/interference.hpp"
 
 namespace canyon::tracking {
 namespace {
@@ -48,6 +49,17 @@ SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<d
   return path;
 }
 
+/// compute(), unless it is known for that spectrum.
+template <typename Compute>
+double remembered(SpectrumValues& known, const propagation::Spectrum& spectrum, const Compute& compute) {
+  const auto found =
+      std::find_if(known.begin(), known.end(), [&](const auto& each) { return each.first == spectrum; });
+  if (found != known.end()) return found->second;
+  constexpr std::size_t kMost = 256;  // of a jammer that never keeps its frequency
+  if (known.size() >= kMost) known.clear();
+  return known.emplace_back(spectrum, compute()).second;
+}
+
 /// What sets a signal's draws apart from others': of the one near L1 the satellite alone.
 std::string draws_of(gnss::SatelliteId id, const gnss::Signal& signal) {
   return gnss::index_of(signal) == 0 ? gnss::to_string(id)
@@ -63,15 +75,16 @@ ChannelModel::ChannelModel(SignalOptions options, std::uint64_t seed, std::strin
       draws_(std::move(draws)),
       phases_(seed_, draws_) {
   options_.validate();
+  noise_dbw_per_hz_ = signal::noise_density_dbw_per_hz(options_.link);
 }
 
-const ChannelModel::Kind& ChannelModel::kind(const gnss::Signal& signal) {
-  std::unique_ptr<const Kind>& kind = kinds_[static_cast<std::size_t>(signal.system)][gnss::index_of(signal)];
+ChannelModel::Kind& ChannelModel::mutable_kind(const gnss::Signal& signal) {
+  std::unique_ptr<Kind>& kind = kinds_[static_cast<std::size_t>(signal.system)][gnss::index_of(signal)];
   if (kind == nullptr) {
     try {
       CodeTracker tracker(correlation_of(signal, options_), options_.dll);
       const double peak = tracker.correlation().value(0);
-      kind = std::make_unique<const Kind>(Kind{std::move(tracker), peak * peak});
+      kind = std::make_unique<Kind>(Kind{std::move(tracker), peak * peak, {}});
     } catch (const InputError& error) {
       throw InputError(fmt::format("receiver '{}', {} {}: {}", receiver_, gnss::name(signal.system),
                                    signal.name, error.problem()),
@@ -88,6 +101,63 @@ double ChannelModel::offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
     offset_db += options_.satellite_sigma_db * RandomStream(seed_, gnss::to_string(id) + "/power").normal();
   }
   return offset_db;
+}
+
+void ChannelModel::hear(std::span<const propagation::Interference> waves,
+                        std::vector<HeardWave>& heard) const {
+  heard.clear();
+  for (const propagation::Interference& wave : waves) {
+    HeardWave& behind = heard.emplace_back(HeardWave{wave.spectrum, wave.copy_of, {}});
+    for (const signal::Band band : {signal::Band::Lower, signal::Band::Upper}) {
+      if (!options_.antenna.hears(band)) continue;
+      behind.over_noise_hz[static_cast<std::size_t>(band)] =
+          std::pow(10, (wave.power_dbw - noise_dbw_per_hz_) / 10) * gain_for(options_.antenna, wave, band);
+    }
+  }
+}
+
+double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
+                                  double received_hz, std::span<const HeardWave> waves) {
+  if (waves.empty()) return 1;
+  const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
+  Kind& kind = mutable_kind(signal);
+  const Correlation& correlation = kind.tracker.correlation();
+  double sum = 0;
+  for (const HeardWave& wave : waves) {
+    if (wave.copy_of == id) continue;
+    double separation = 0;
+    if (wave.spectrum.shape == propagation::Spectrum::Shape::Tone) {
+      separation =
+          spectral_separation_per_hz(correlation, received_hz, wave.spectrum) *
+          line_factor(wave.spectrum.centre_hz - received_hz, signal.line_hz, options_.dll.integration_s);
+    } else {
+      propagation::Spectrum off = wave.spectrum;
+      off.centre_hz -= carrier_hz;
+      separation =
+          remembered(kind.separations, off, [&] { return spectral_separation_per_hz(correlation, 0, off); });
+    }
+    sum += wave.over_noise_hz[band] * separation;
+  }
+  return 1 + sum / std::sqrt(kind.peak_power);
+}
+
+ChannelModel::FrontEndLoad ChannelModel::front_end_load(const gnss::Signal& signal,
+                                                        std::span<const HeardWave> waves) {
+  FrontEndLoad load;
+  if (waves.empty()) return load;
+  const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
+  double bandwidth_hz = correlation_of(signal, options_).bandwidth_hz;
+  if (std::isinf(bandwidth_hz)) bandwidth_hz = 4 * signal.chip_rate_hz;
+  SpectrumValues& shares = shares_[&signal];
+  for (const HeardWave& wave : waves) {
+    propagation::Spectrum off = wave.spectrum;
+    off.centre_hz -= signal.carrier_hz;
+    const double share = remembered(shares, off, [&] { return share_within(off, 0, bandwidth_hz); });
+    const double ratio = wave.over_noise_hz[band] / bandwidth_hz * share;
+    load.interference += ratio;
+    if (wave.spectrum.shape == propagation::Spectrum::Shape::Tone) load.tones += ratio;
+  }
+  return load;
 }
 
 RandomStream ChannelModel::stream(gnss::SatelliteId id, const gnss::Signal& signal,
@@ -135,42 +205,60 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
   const Correlation& correlation = tracker.correlation();
   const double turning = view.turning_radps();
 
+  // Beside a spoofer's signal: a carrier loop does not follow, nor change over to, a frequency that is
+  // farther from its own than an FLL pulls in, half a turn in an integration (Kaplan & Hegarty, 2nd ed.
+  // 2006, 5.3).
+  const bool spoofed = std::any_of(paths.begin(), paths.end(),
+                                   [](const Path& path) { return path.kind == PathKind::Transmitted; });
+  rates_mps_.resize(paths.size());
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    rates_mps_[i] = path_rate_mps(line, motion.velocity_ecef, paths[i], motion.ecef_from_enu);
+  }
+  const auto within_reach = [&](std::size_t i) {
+    return !spoofed || !loop_ || !aid_ ||
+           std::abs(rates_mps_[i] - geometry_->rate_mps - aid_offset_mps_) <=
+               wavelength / (2 * options.fll.integration_s);
+  };
+
   // The carrier takes the replica along, as long as it is there.
   if (loop_ && aid_) {
     const auto same = std::find_if(paths.begin(), paths.end(), [this](const Path& path) {
-      return path.kind == aid_->kind && path.reflector == aid_->reflector;
+      return path.kind == aid_->kind && path.reflector == aid_->reflector && path.signals == aid_->signals;
     });
-    if (same != paths.end()) loop_->delay_m += same->excess_m - aid_->excess_m;
+    if (same != paths.end() && within_reach(static_cast<std::size_t>(same - paths.begin()))) {
+      loop_->delay_m += same->carrier_excess_m() - aid_->carrier_excess_m();
+    }
   }
 
   // Amplitudes, and the strongest of the paths where the replica stands. Bundles count by their mean, or the
   // carrier would follow their fading.
   signal::path_amplitudes(view, carrier_hz, options.antenna, options.strength, amplitudes_);
   paths_.resize(paths.size());
-  rates_mps_.resize(paths.size());
   tracked_ = 0;
+  constexpr double kLeastHere = 0.03;
   double strongest = -1;
   double strongest_anywhere = -1;
   std::size_t anywhere = 0;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const Path& path = paths[i];
+    if ((path.signals & (1U << gnss::index_of(*signal_))) == 0) amplitudes_[i] = 0;
     paths_[i] = {path.excess_m, amplitudes_[i], 0};
-    rates_mps_[i] = path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu);
     const double amplitude = std::sqrt(std::norm(paths_[i].amplitude));
-    if (amplitude > strongest_anywhere) {
+    const double near =
+        loop_ ? std::abs(correlation.value((loop_->delay_m - path.excess_m) / correlation.chip_m())) : 1;
+    // A loop that has a code does not look for a spoofer's that is far off.
+    if (amplitude > strongest_anywhere && (path.kind != PathKind::Transmitted || near >= kLeastHere)) {
       strongest_anywhere = amplitude;
       anywhere = i;
     }
     if (!loop_) continue;
-    const double here =
-        amplitude * std::abs(correlation.value((loop_->delay_m - path.excess_m) / correlation.chip_m()));
-    if (here > strongest) {
+    const double here = amplitude * near;
+    if (here > strongest && within_reach(i)) {
       strongest = here;
       tracked_ = i;
     }
   }
   // Below it the replica stands beside every path, and the carrier is another's.
-  constexpr double kLeastHere = 0.03;
   if (strongest < kLeastHere * strongest_anywhere) tracked_ = anywhere;
 
   const double elapsed = motion.epoch_before ? motion.time - *motion.epoch_before : 0;
@@ -182,10 +270,10 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
     const double fading_hz = fading_rate_hz(drift_mps, wavelength);
     if (path.kind != PathKind::Diffuse) {
       paths_[i].fading_hz = fading_hz;
-      paths_[i].drift_mps = drift_mps;
+      paths_[i].drift_mps = drift_mps + path.code_ahead_mps;
       // An edge's wave keeps its phase against the direct one: together they are the field at the boundary of
       // a shadow, which a random phase would tear.
-      if (path.kind == PathKind::Reflected) {
+      if (path.kind == PathKind::Reflected || path.kind == PathKind::Transmitted) {
         paths_[i].amplitude *= fades_.fixed(model.phases(), path.reflector);
       }
       continue;
@@ -215,7 +303,8 @@ std::optional<CodeLock> Channel::follow_code(const AntennaMotion& motion, const 
 std::optional<TrackedPhase> Channel::follow_phase(const AntennaMotion& motion, const Path& path,
                                                   std::complex<double> prompt, double wavelength_m) {
   const geodesy::GpsTime lock_since = *lock_.tracking_since();
-  const double turned = wrapped(std::arg(prompt) + 2 * geodesy::kPi * path.excess_m / wavelength_m);
+  const double excess_m = path.carrier_excess_m();
+  const double turned = wrapped(std::arg(prompt) + 2 * geodesy::kPi * excess_m / wavelength_m);
   if (phase_ && phase_->kind == path.kind && phase_->reflector == path.reflector &&
       phase_->lock_since == lock_since) {
     phase_->turned_rad += wrapped(turned - phase_->turned_rad);
@@ -231,7 +320,7 @@ std::optional<TrackedPhase> Channel::follow_phase(const AntennaMotion& motion, c
         motion.epoch_before && lock_since <= *motion.epoch_before ? motion.time : lock_since;
     phase_ = fresh;
   }
-  phase_->tracked.excess_m = path.excess_m - phase_->turned_rad / (2 * geodesy::kPi) * wavelength_m;
+  phase_->tracked.excess_m = excess_m - phase_->turned_rad / (2 * geodesy::kPi) * wavelength_m;
   return phase_->tracked;
 }
 
@@ -263,8 +352,10 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
 
   Reception result;
   result.tracked = tracked_;
-  const double clear_cn0_dbhz = model.clear_cn0_dbhz(*signal_, view.line.elevation_rad, offset_db_) -
-                                10 * std::log10(view.noise_factor);
+  const double received_hz = carrier_hz * (1 - rates_mps_[tracked_] / geodesy::kSpeedOfLight);
+  const double noise = model.noise_factor(*signal_, id_, carrier_hz, received_hz, motion.interference);
+  const double clear_cn0_dbhz =
+      model.clear_cn0_dbhz(*signal_, view.line.elevation_rad, offset_db_) - 10 * std::log10(noise);
   const std::optional<CodeLock> code = follow_code(motion, kind, clear_cn0_dbhz);
   if (code && code->prompt_power > 0) {
     result.cn0_dbhz = clear_cn0_dbhz + 10 * std::log10(code->prompt_power / kind.peak_power);
@@ -279,6 +370,7 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   }
   const Path& path = view.paths.paths[tracked_];
   aid_ = path;
+  aid_offset_mps_ = rates_mps_[tracked_] - geometry_->rate_mps;
   if (result.lock == LockState::Tracking && result.cn0_dbhz &&
       *result.cn0_dbhz >= options.phase_threshold_dbhz && path.kind != PathKind::Diffuse) {
     result.phase = follow_phase(motion, path, code->prompt, geodesy::kSpeedOfLight / carrier_hz);

@@ -2,8 +2,10 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,13 +17,24 @@
 
 namespace canyon::tracking {
 
+/// What interferes, behind an antenna.
+struct HeardWave {
+  propagation::Spectrum spectrum;
+  std::optional<gnss::SatelliteId> copy_of;
+  std::array<double, 2> over_noise_hz{};  ///< I / N0 [Hz] in the bands of antennas, by signal::Band
+};
+
+/// Numbers by what interferes, centre_hz counted from a carrier.
+using SpectrumValues = std::vector<std::pair<propagation::Spectrum, double>>;
+
 /// What the channels of one receiver share: options, phases of paths, a code loop for each kind of signal.
 class ChannelModel {
  public:
   /// One kind of signal in this receiver.
   struct Kind {
     CodeTracker tracker;
-    double peak_power = 1;  ///< R(0)^2: of the prompt correlator on a path of power 1
+    double peak_power = 1;       ///< R(0)^2: of the prompt correlator on a path of power 1
+    SpectrumValues separations;  ///< spectral separations that were asked for; not tones'
   };
 
   /// Throws InputError where options.validate() does.
@@ -33,7 +46,7 @@ class ChannelModel {
   [[nodiscard]] const PathPhases& phases() const { return phases_; }
   /// Made when first asked for (2 ms with a front end). InputError where its correlators are too far apart
   /// for the signal, naming system and signal.
-  [[nodiscard]] const Kind& kind(const gnss::Signal& signal);
+  [[nodiscard]] const Kind& kind(const gnss::Signal& signal) { return mutable_kind(signal); }
   /// C/N0 [dB-Hz] of a signal in a clear line of sight: link budget and offset_db().
   [[nodiscard]] double clear_cn0_dbhz(const gnss::Signal& signal, double elevation_rad,
                                       double offset_db) const {
@@ -43,16 +56,35 @@ class ChannelModel {
   /// SignalOptions::offset_db, and N(0, satellite_sigma_db) by seed and satellite.
   [[nodiscard]] double offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
                                  geodesy::GpsTime time) const;
+  /// What interferes behind this receiver's antenna. @param heard replaced; it keeps its memory
+  void hear(std::span<const propagation::Interference> waves, std::vector<HeardWave>& heard) const;
+  /// Power of noise and interference together over noise alone behind a correlator [1], >= 1: 1 + sum of (I /
+  /// N0) kappa / R(0) (spectral_separation_per_hz(); J. W. Betz, Navigation 48(4), 2001), so that C/N0 less
+  /// this is the effective C/N0. @param id whose copies do not count
+  /// @param carrier_hz of the satellite; @param received_hz the same as it arrives
+  [[nodiscard]] double noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
+                                    double received_hz, std::span<const HeardWave> waves);
+  /// What the front end around a signal's carrier meets, over its own noise [1]. Without a filter it is taken
+  /// as four chip rates wide.
+  struct FrontEndLoad {
+    double interference = 0;
+    double tones = 0;  ///< of it
+  };
+  [[nodiscard]] FrontEndLoad front_end_load(const gnss::Signal& signal, std::span<const HeardWave> waves);
   /// The random stream of a satellite's signal in this receiver for one purpose.
   [[nodiscard]] RandomStream stream(gnss::SatelliteId id, const gnss::Signal& signal,
                                     std::string_view purpose) const;
 
  private:
+  Kind& mutable_kind(const gnss::Signal& signal);
+
   SignalOptions options_;
+  double noise_dbw_per_hz_ = 0;
   std::uint64_t seed_;
   std::string receiver_, draws_;
   PathPhases phases_;
-  std::array<std::array<std::unique_ptr<const Kind>, gnss::kMostSignals>, gnss::kSystemCount> kinds_;
+  std::map<const gnss::Signal*, SpectrumValues> shares_;  // within the front end, that were asked for
+  std::array<std::array<std::unique_ptr<Kind>, gnss::kMostSignals>, gnss::kSystemCount> kinds_;
 };
 
 /// The antenna at one epoch.
@@ -63,6 +95,7 @@ struct AntennaMotion {
   double step_m = 0;                                            ///< of the antenna since then [m], >= 0
   Eigen::Vector3d velocity_ecef = Eigen::Vector3d::Zero();      ///< [m/s], in the rotating frame
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();  ///< of the frame that paths are given in
+  std::span<const HeardWave> interference;                      ///< for the epoch alone
 };
 
 /// Accumulated carrier phase of a channel, as far as it is no geometric range or clock.
@@ -140,6 +173,7 @@ class Channel {
   PathFades fades_;
   std::optional<CodeLoopState> loop_;     // of the code
   std::optional<propagation::Path> aid_;  // whose carrier was tracked at the last epoch with a signal
+  double aid_offset_mps_ = 0;             // its rate over the line of sight's
   std::optional<Geometry> geometry_;
   std::optional<Phase> phase_;
   RandomStream ambiguity_;

@@ -10,6 +10,7 @@ double path_rate_mps(const orbit::LineOfSight& line, const Eigen::Vector3d& ante
                      const propagation::Path& path, const Eigen::Matrix3d& ecef_from_enu) {
   const Eigen::Vector3d& e = line.direction_ecef;
   const Eigen::Vector3d& satellite = line.velocity_at_reception_mps;
+  if (path.kind == propagation::PathKind::Transmitted) return path.range_rate_mps;
   double rate = e.dot(satellite);
   if (path.kind == propagation::PathKind::Direct) {
     rate -= e.dot(antenna_velocity_ecef);

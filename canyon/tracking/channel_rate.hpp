@@ -15,7 +15,8 @@ namespace canyon::tracking {
 ///   a plane, excess 2 h (n.e), n along e - a: 2 h n.e' = 2 excess (e - a).e' / |e - a|^2;
 ///   a point of an edge or a rough facade at distance d, excess d (1 - e.a): -d a.e', which is the same
 /// (centimetres per second). Two planes have e' times the way from the antenna's image in both to the antenna
-/// (propagation::antenna_image()). Within 1 mm/s of differences of ranges (receiver_test.cpp).
+/// (propagation::antenna_image()). A transmitter's path has its own, of its carrier. Within 1 mm/s of
+/// differences of ranges (receiver_test.cpp).
 /// @param antenna_velocity_ecef [m/s], in the rotating frame; @param path in the frame that `ecef_from_enu`
 /// turns
 [[nodiscard]] double path_rate_mps(const orbit::LineOfSight& line,

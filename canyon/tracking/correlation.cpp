@@ -149,6 +149,16 @@ Correlation::Correlation(const CorrelationOptions& options) : options_(options) 
   }
 }
 
+double Correlation::density(double frequency) const {
+  const double x = kPi * frequency * knot_spacing_;
+  const double sinc = std::abs(x) < 1e-8 ? 1 : std::sin(x) / x;
+  double sum = knot_values_.front();
+  for (std::size_t k = 1; k < knot_values_.size(); ++k) {
+    sum += 2 * knot_values_[k] * std::cos(2 * x * static_cast<double>(k));
+  }
+  return knot_spacing_ * sinc * sinc * sum;
+}
+
 double Correlation::filtered(double delay_chips) const {
   double knot = -1;
   double sum = 0;

@@ -59,6 +59,10 @@ class Correlation {
   }
   /// dR/dtau [1/chip]; at a knot of the infinite-bandwidth form the mean of both sides (0 at the peak).
   [[nodiscard]] double slope(double delay_chips) const;
+  /// Power spectral density in front of the front end at a frequency [chips^-1] off the carrier, any finite
+  /// value; its integral over all of them is 1. The transform of the piecewise linear R: with knots h apart,
+  /// h sinc^2(pi f h) times the sum of R(k h) cos(2 pi f k h) over all k; sinc^2(pi f) for BPSK.
+  [[nodiscard]] double density(double frequency) const;
   /// Metres of light in one chip: 293.05 m for 1.023 Mchip/s.
   [[nodiscard]] double chip_m() const { return chip_m_; }
   /// Chips between knots of the infinite-bandwidth form: 1 (BPSK), 1/2 (BOC(1,1)), 1/12 (the others).

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "canyon/buildings/sources/overpass.hpp"
+#include "canyon/disturbance/receiver_faults.hpp"
+#include "canyon/disturbance/satellite_faults.hpp"
 #include "canyon/heatmap/pictures/map_pictures.hpp"
 #include "canyon/io.hpp"
 #include "canyon/options/read.hpp"
@@ -24,15 +26,18 @@ class EveryOption : public ::testing::Test {};
 using Lists = ::testing::Types<
     buildings::BuildOptions, buildings::HeightDefaults, buildings::OverpassOptions, buildings::TerrainOptions,
     city::FacadeOptions, city::GazeboOptions, city::MeshImportOptions, city::SyntheticCityOptions,
-    disturbance::ShadowingOptions, drawing::CityPictureOptions, drawing::SkySheet, drawing::SkyplotOptions,
-    heatmap::DrawOptions, heatmap::Grid, heatmap::MapPictureOptions, heatmap::RouteOptions,
-    positioning::FixOptions, positioning::PositionFilterOptions, positioning::RaimOptions,
-    positioning::WeightOptions, propagation::DiffractionOptions, propagation::DiffuseOptions,
-    propagation::EdgeOptions, propagation::PropagationOptions, receiver::NoiseOptions,
-    receiver::ReceiverOptions, signal::LinkBudgetOptions, signal::StrengthOptions, tracking::ClockOptions,
-    tracking::DllOptions, tracking::FllOptions, tracking::OuOptions, tracking::PllOptions,
-    tracking::SignalLockOptions, tracking::SignalOptions, validation::AlignOptions, validation::ClockOptions,
-    validation::FigureOptions, validation::ResidualOptions>;
+    disturbance::AntennaFaultOptions, disturbance::DateOptions, disturbance::EphemerisOptions,
+    disturbance::OscillatorOptions, disturbance::OutageOptions, disturbance::RestartOptions,
+    disturbance::ScintillationOptions, disturbance::ShadowingOptions, drawing::CityPictureOptions,
+    drawing::SkySheet, drawing::SkyplotOptions, heatmap::DrawOptions, heatmap::Grid,
+    heatmap::MapPictureOptions, heatmap::RouteOptions, positioning::FixOptions,
+    positioning::PositionFilterOptions, positioning::RaimOptions, positioning::WeightOptions,
+    propagation::DiffractionOptions, propagation::DiffuseOptions, propagation::EdgeOptions,
+    propagation::PropagationOptions, receiver::NoiseOptions, receiver::ReceiverOptions,
+    signal::LinkBudgetOptions, signal::StrengthOptions, tracking::ClockOptions, tracking::DllOptions,
+    tracking::FllOptions, tracking::OuOptions, tracking::PllOptions, tracking::SignalLockOptions,
+    tracking::SignalOptions, validation::AlignOptions, validation::ClockOptions, validation::FigureOptions,
+    validation::ResidualOptions>;
 TYPED_TEST_SUITE(EveryOption, Lists);
 
 TYPED_TEST(EveryOption, IsRefusedOutsideItsRangeAndToldApart) {

@@ -16,7 +16,10 @@ inline receiver::ReceiverEpoch observe_views(receiver::Receiver& receiver, geode
                                              const Eigen::Matrix3d& ecef_from_enu,
                                              raytrace::Placement placement, const orbit::Sky& sky,
                                              const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {}) {
-  propagation::Arrival arrival{placement, std::move(views), ecef_from_enu};
+  propagation::Arrival arrival;
+  arrival.placement = placement;
+  arrival.views = std::move(views);
+  arrival.ecef_from_enu = ecef_from_enu;
   return receiver.observe({{time, antenna_ecef, velocity_ecef}, arrival, sky, klobuchar});
 }
 

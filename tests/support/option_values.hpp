@@ -49,6 +49,7 @@ inline std::string another_value(const options::Key& key) {
   for (const char* list : {"tracks", "uses", "leaves_out"}) {
     if (key.path.ends_with(list)) return "L1CA";
   }
+  if (key.type == Type::Texts && key.path.ends_with("satellites")) return "GPS";
   if (key.path.ends_with("vehicle_shares")) return "car=7";
   if (key.type == Type::Text || key.type == Type::Texts) return "GPS=7";
   const options::Range range = key.range.value();

@@ -64,6 +64,8 @@ msgs::GnssPath::Kind kind_of(propagation::PathKind kind) {
       return msgs::GnssPath::DIFFRACTED;
     case propagation::PathKind::Diffuse:
       return msgs::GnssPath::DIFFUSE;
+    case propagation::PathKind::Transmitted:
+      return msgs::GnssPath::SPOOFED;
   }
   return msgs::GnssPath::DIRECT;
 }

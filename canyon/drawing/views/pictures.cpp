@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -25,6 +26,7 @@ struct Snapshot {
   geodesy::GpsTime time;
   Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();
   raytrace::Placement placement = raytrace::Placement::Free;
+  std::vector<std::string> faults;
   struct Satellite {
     gnss::SatelliteId id;
     SkyPoint point;
@@ -58,6 +60,17 @@ class Snapshots {
   std::size_t seen_ = 0;
   std::size_t stride_ = 1;
 };
+
+/// Behind a subtitle; of many names the first.
+std::string told(const std::vector<std::string>& faults) {
+  if (faults.empty()) return {};
+  constexpr std::size_t kMost = 4;
+  const std::size_t shown = std::min(faults.size(), kMost);
+  const std::vector<std::string> first(faults.begin(), faults.begin() + static_cast<std::ptrdiff_t>(shown));
+  std::string text = fmt::format("  \u00B7  faults: {}", fmt::join(first, ", "));
+  if (shown < faults.size()) text += fmt::format(" and {} more", faults.size() - shown);
+  return text;
+}
 
 /// Rounded to 0.1, never "-0.0".
 double tenths(double value) {
@@ -115,6 +128,7 @@ class Pictures final : public simulation::EpochSink {
     const Strength strength = mean_strength(observed);
     moment.cn0_los_dbhz = strength.los_dbhz;
     moment.cn0_nlos_dbhz = strength.nlos_dbhz;
+    add_faults(epoch);
     timeline_.push_back(moment);
 
     if (!snapshots_.wanted()) {
@@ -125,6 +139,7 @@ class Pictures final : public simulation::EpochSink {
     snapshot.time = observed.time;
     snapshot.antenna_enu = antenna;
     snapshot.placement = epoch.placement;
+    snapshot.faults = epoch.faults;
     for (const receiver::SatelliteObservation& s : observed.satellites) {
       snapshot.satellites.push_back({s.id, {s.azimuth_rad, s.elevation_rad, s.visibility}, s.used});
     }
@@ -146,6 +161,23 @@ class Pictures final : public simulation::EpochSink {
   }
 
  private:
+  /// Before the epoch's own point is there.
+  void add_faults(const simulation::Epoch& epoch) {
+    for (const std::string& name : epoch.faults) {
+      auto at = std::find_if(faults_.begin(), faults_.end(),
+                             [&](const TimelineFault& fault) { return fault.name == name; });
+      if (at == faults_.end()) at = faults_.insert(at, TimelineFault{name, {}});
+      const geodesy::GpsTime now = epoch.observed.time;
+      const bool goes_on = !at->stretches.empty() && !timeline_.empty() &&
+                           at->stretches.back().second == timeline_.back().time;
+      if (goes_on) {
+        at->stretches.back().second = now;
+      } else {
+        at->stretches.emplace_back(now, now);
+      }
+    }
+  }
+
   [[nodiscard]] const receiver::ReceiverOptions& options() const {
     return simulation_.scenario().receivers.at(receiver_).options;
   }
@@ -163,6 +195,9 @@ class Pictures final : public simulation::EpochSink {
     const city::City& city = simulation_.environment().city();
     drawing.title = fmt::format("{}: true track and fixes", options().name);
     drawing.subtitle = fmt::format("{}  \u00B7  {}", city.name, span());
+    std::vector<std::string> names;
+    for (const TimelineFault& fault : faults_) names.push_back(fault.name);
+    drawing.subtitle += told(names);
     drawing.mesh = &city.mesh;
     drawing.points = track_;
     return drawing;
@@ -182,6 +217,7 @@ class Pictures final : public simulation::EpochSink {
       drawing.subtitle += "  \u00B7  inside a building";
     if (middle.placement == raytrace::Placement::UnderTerrain)
       drawing.subtitle += "  \u00B7  under the terrain";
+    drawing.subtitle += told(middle.faults);
     drawing.elevation_mask_rad = options().fix.elevation_mask_rad;
     if (!simulation_.environment().city().mesh.triangles.empty()) {
       drawing.mask = make_sky_mask(simulation_.environment().scene(), middle.antenna_enu);
@@ -207,7 +243,7 @@ class Pictures final : public simulation::EpochSink {
 
   [[nodiscard]] TimelineDrawing timeline_drawing() const {
     return {fmt::format("{}: accuracy and satellites", options().name),
-            fmt::format("{}  \u00B7  {}", simulation_.environment().city().name, span()), timeline_};
+            fmt::format("{}  \u00B7  {}", simulation_.environment().city().name, span()), timeline_, faults_};
   }
 
   const simulation::Simulation& simulation_;
@@ -216,6 +252,7 @@ class Pictures final : public simulation::EpochSink {
   std::vector<OutputFile> files_;
   std::vector<TrackPoint> track_;
   std::vector<TimelinePoint> timeline_;
+  std::vector<TimelineFault> faults_;
   Snapshots snapshots_;
   bool finished_ = false;
 };

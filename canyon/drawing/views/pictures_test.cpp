@@ -252,6 +252,24 @@ TEST(TimelinePicture, StrengthHasAPlotOfItsOwn) {
   EXPECT_FALSE(Pixels::is(pixels.at({late, y(25)}), nlos));
 }
 
+// A row of 18 units for each fault above the plots, and 12 to spare.
+TEST(TimelinePicture, FaultsHaveBandsAndNames) {
+  TimelineDrawing drawing{"t", "s", minutes(120, 1), {}};
+  const auto at = [&](std::size_t i) { return drawing.points[i].time; };
+  drawing.faults = {{"a", {{at(0), at(9)}, {at(100), at(119)}}}, {"b", {{at(50), at(59)}}}};
+  const Picture picture = draw_timeline(drawing);
+  const Pixels pixels(picture.png);
+  EXPECT_EQ(pixels.height(), 2 * (800 + 48));
+  const auto band = [&](double minute, double row) {
+    return Pixels::is(pixels.at({84 + 940 * (minute + 0.5) / 120, 92 + 18 * row + 7}), rgb(0xCC79A7));
+  };
+  EXPECT_TRUE(band(5, 0));
+  EXPECT_FALSE(band(20, 0));
+  EXPECT_TRUE(band(110, 0));
+  EXPECT_TRUE(band(55, 1));
+  EXPECT_FALSE(band(5, 1));
+}
+
 TEST(TimelinePicture, OneEpochAndManyEpochs) {
   EXPECT_THAT(draw_timeline({"t", "s", minutes(1, 1)}).png, StartsWith(kPngSignature));
   const Picture many = draw_timeline({"t", "s", minutes(200'000, 0.1)});

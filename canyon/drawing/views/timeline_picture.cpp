@@ -19,6 +19,8 @@ constexpr double kHeight = 800;
 constexpr double kStrengthHeight = 170;  // more, with C/N0
 constexpr double kLeft = 84;
 constexpr double kPlotWidth = 940;
+constexpr double kFaultRow = 18;
+constexpr Colour kFault = rgb(0xCC79A7);
 constexpr Colour kShade = rgb(0xF4DDCF);
 constexpr Colour kUsed = kGreen;
 constexpr Colour kUnused = rgb(0x9BD9C4);
@@ -35,9 +37,10 @@ class Timeline {
 
   void draw(Canvas& canvas) {
     draw_title(canvas, kLeft, drawing_.title, drawing_.subtitle);
-    const Rect error{kLeft, 92, kPlotWidth, 260};
-    const Rect satellites{kLeft, 392, kPlotWidth, 170};
-    const Rect hdop{kLeft, 602, kPlotWidth, 130};
+    const double down = faults_height(drawing_);
+    const Rect error{kLeft, 92 + down, kPlotWidth, 260};
+    const Rect satellites{kLeft, 392 + down, kPlotWidth, 170};
+    const Rect hdop{kLeft, 602 + down, kPlotWidth, 130};
     draw_values(canvas, error, "Horizontal error [m]", kBlue,
                 [](const TimelinePoint& p) { return p.error_m; });
     draw_satellites(canvas, satellites);
@@ -50,6 +53,13 @@ class Timeline {
       draw_times(canvas, strength, {error, satellites, hdop, strength});
     }
     draw_legend(canvas, error, satellites);
+    draw_faults(canvas, {error, satellites, hdop});
+  }
+
+  /// Of their rows, above everything else.
+  [[nodiscard]] static double faults_height(const TimelineDrawing& drawing) {
+    if (drawing.faults.empty()) return 0;
+    return kFaultRow * static_cast<double>(std::min(drawing.faults.size(), kMostFaultRows)) + 12;
   }
 
   [[nodiscard]] static bool has_strength(const TimelineDrawing& drawing) {
@@ -86,6 +96,28 @@ class Timeline {
       const double to = std::min(area.right(), x_at(area, seconds(points_[last]) + 0.5 * step_s_));
       canvas.rectangle({from, area.y, std::max(0.7, to - from), area.height}, kShade);
       i = last + 1;
+    }
+  }
+
+  void draw_faults(Canvas& canvas, const std::vector<Rect>& areas) const {
+    Rect row{kLeft, 92, kPlotWidth, kFaultRow - 4};
+    for (std::size_t i = 0; i < std::min(drawing_.faults.size(), kMostFaultRows); ++i) {
+      const TimelineFault& fault = drawing_.faults[i];
+      for (const auto& [first, last] : fault.stretches) {
+        const double from = std::max(row.x, x_at(row, first - begin_ - 0.5 * step_s_));
+        const double to = std::min(row.right(), x_at(row, last - begin_ + 0.5 * step_s_));
+        const double width = std::max(1.0, to - from);
+        canvas.rectangle({from, row.y, width, row.height}, kFault);
+        for (const Rect& area : areas) {
+          canvas.rectangle({from, area.y, width, area.height}, kFault.with_alpha(0.07));
+        }
+      }
+      const bool more = i + 1 == kMostFaultRows && drawing_.faults.size() > kMostFaultRows;
+      const std::string label =
+          more ? fmt::format("{} and {} more", fault.name, drawing_.faults.size() - kMostFaultRows)
+               : fault.name;
+      canvas.text({row.right() + 22, row.centre().y}, label, {.size = 11, .level = Level::Middle});
+      row.y += kFaultRow;
     }
   }
 
@@ -290,7 +322,8 @@ class Timeline {
 }  // namespace
 
 Picture draw_timeline(const TimelineDrawing& drawing) {
-  const double height = kHeight + (Timeline::has_strength(drawing) ? kStrengthHeight : 0);
+  const double height =
+      kHeight + Timeline::faults_height(drawing) + (Timeline::has_strength(drawing) ? kStrengthHeight : 0);
   return render(kWidth, height, [&drawing](Canvas& canvas) { Timeline(drawing).draw(canvas); });
 }
 

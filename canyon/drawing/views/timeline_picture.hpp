@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "canyon/drawing/canvas.hpp"
@@ -22,15 +24,25 @@ struct TimelinePoint {
   double cn0_nlos_dbhz = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// A fault of the run: the first and the last epoch of each stretch at which it was at work.
+struct TimelineFault {
+  std::string name;
+  std::vector<std::pair<geodesy::GpsTime, geodesy::GpsTime>> stretches;
+};
+
 struct TimelineDrawing {
   std::string title;
   std::string subtitle;
-  std::vector<TimelinePoint> points;  ///< ascending in time; not empty
+  std::vector<TimelinePoint> points;       ///< ascending in time; not empty
+  std::vector<TimelineFault> faults = {};  ///< a row of bands each, kMostFaultRows at most
 };
 
-/// Horizontal error, satellites (used, tracked but unused, not tracked; stacked) and HDOP over UTC, and below
-/// them C/N0 where any point has one: then the picture is higher. Stretches without a fix are shaded. Runs of
-/// more epochs than fit are drawn column by column, from smallest to largest value.
+inline constexpr std::size_t kMostFaultRows = 12;
+
+/// Faults by name, where there are any; below them horizontal error, satellites (used, tracked but unused,
+/// not tracked; stacked) and HDOP over UTC, and below them C/N0 where any point has one: then the picture is
+/// higher. Stretches without a fix are shaded. Runs of more epochs than fit are drawn column by column, from
+/// smallest to largest value.
 [[nodiscard]] Picture draw_timeline(const TimelineDrawing& drawing);
 
 }  // namespace canyon::drawing

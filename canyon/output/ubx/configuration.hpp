@@ -18,13 +18,20 @@ enum class Generation : std::uint8_t { M8, F9 };
 inline constexpr int kPorts = 5;  ///< I2C (DDC), UART1, UART2, USB, SPI
 inline constexpr int kOwnPort = 1;
 
+/// What makes the device send a message.
+enum class Sent : std::uint8_t {
+  Epochs,  ///< every so many epochs
+  Events,  ///< what does not come with epochs, or never comes about here
+  Never    ///< known, not made: a rate other than 0 is refused
+};
+
 /// A message whose rate can be set.
 struct MessageInfo {
   MessageId id = 0;
   std::uint32_t key = 0;  ///< CFG-MSGOUT-..._I2C, that of the other ports follow; 0: it has none
   bool m8 = false, f9 = false;
-  int rate = 0;      ///< from the start, on the own port
-  bool made = true;  ///< false: known, never sent; a rate other than 0 is refused
+  int rate = 0;  ///< from the start, on the own port
+  Sent sent = Sent::Epochs;
 
   [[nodiscard]] bool known(Generation generation) const { return generation == Generation::M8 ? m8 : f9; }
 };

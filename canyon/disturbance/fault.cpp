@@ -1,0 +1,200 @@
+#include "canyon/disturbance/fault.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <type_traits>
+#include <utility>
+
+#include "canyon/base/text.hpp"
+#include "canyon/disturbance/jamming.hpp"
+#include "canyon/disturbance/receiver_faults.hpp"
+#include "canyon/disturbance/satellite_faults.hpp"
+#include "canyon/disturbance/spoofing.hpp"
+#include "canyon/options/node.hpp"
+#include "canyon/options/read.hpp"
+#include "canyon/options/values.hpp"
+
+namespace canyon::disturbance {
+namespace {
+
+template <typename Options, typename Effect>
+class SettingsOf final : public FaultSettings {
+ public:
+  static std::unique_ptr<FaultSettings> fresh() { return std::make_unique<SettingsOf>(); }
+  void fields(options::Visitor& v) override { visit(v, options_); }
+  void validate() const override {
+    if constexpr (requires { options_.validate(); }) {
+      options_.validate();
+    } else {
+      options::check(options_);
+    }
+  }
+  [[nodiscard]] std::unique_ptr<Disturbance> make(const FaultContext& context) const override {
+    return std::make_unique<Effect>(options_, context);
+  }
+  [[nodiscard]] std::optional<double> duration_s() const override {
+    if constexpr (requires { options_.duration_s(); }) {
+      return options_.duration_s();
+    } else {
+      return std::nullopt;
+    }
+  }
+
+ private:
+  Options options_;
+};
+
+constexpr std::array kKinds{
+    FaultKind{"jamming", "a transmitter that drowns the bands in noise, chirps or tones",
+              "{from_s: 10, jamming: {position: {east_m: 100, north_m: 0, up_m: 2}, preset: privacy_l1}}",
+              &SettingsOf<JammingOptions, Jamming>::fresh},
+    FaultKind{
+        "spoofing", "a transmitter that sends what satellites would: another place or time, or a delay",
+        "{from_s: 10, spoofing: {position: {east_m: 100, north_m: 0, up_m: 30}, pull_off: {east_m: 200}}}",
+        &SettingsOf<SpoofingOptions, Spoofing>::fresh},
+    FaultKind{"outage", "satellites that send nothing, or say that they are not to be used",
+              "{from_s: 10, until_s: 40, outage: {satellites: [G05, Galileo], mode: silent}}",
+              &SettingsOf<OutageOptions, Outage>::fresh},
+    FaultKind{"ephemeris", "satellites whose messages have the wrong orbit or clock",
+              "{from_s: 10, ephemeris: {satellites: G05, radial_m: 100}}",
+              &SettingsOf<EphemerisOptions, EphemerisFault>::fresh},
+    FaultKind{"clock", "the receiver's oscillator jumps, or runs at another rate",
+              "{from_s: 10, duration_s: 20, clock: {jump_s: 1e-3, drift: 1e-7}}",
+              &SettingsOf<OscillatorOptions, OscillatorFault>::fresh},
+    FaultKind{"time", "a firmware that misreads the date: week rollover, leap second",
+              "{from_s: 10, time: {weeks: -1024}}", &SettingsOf<DateOptions, DateFault>::fresh},
+    FaultKind{"antenna", "a shaded sector of the antenna, a cable that loses, a loose contact",
+              "{from_s: 10, antenna: {azimuth_from_deg: 315, azimuth_to_deg: 45, loss_db: 15}}",
+              &SettingsOf<AntennaFaultOptions, AntennaFault>::fresh},
+    FaultKind{"restart", "the receiver begins anew: hot, warm or cold", "{from_s: 10, restart: {kind: cold}}",
+              &SettingsOf<RestartOptions, RestartFault>::fresh},
+    FaultKind{"scintillation", "a stormy ionosphere: amplitude and phase scintillate",
+              "{from_s: 10, scintillation: {s4: 0.8, sigma_phi_rad: 0.5}}",
+              &SettingsOf<ScintillationOptions, Scintillation>::fresh},
+};
+
+template <std::size_t... I>
+void one_kind(options::Visitor& v, std::index_sequence<I...> /*all*/) {
+  v.one_of({kKinds[I].name...}, "give the section of its kind, such as 'outage: {}'");
+}
+
+/// A name stands in tables and pictures, between others.
+void check_name(const options::Visitor& v, const std::string& name) {
+  const bool fits = name.size() <= 60 && std::none_of(name.begin(), name.end(), [](char c) {
+                      return c == ';' || static_cast<unsigned char>(c) < 0x20;
+                    });
+  if (!fits) throw v.fault("name", "cannot stand in tables", "give at most 60 letters, without ';'");
+}
+
+void visit_times(options::Visitor& v, Fault& fault) {
+  constexpr options::Range kTimes{0, 1e8};
+  v.number({"from_s", "s", "its begin, since the scenario's start"}, fault.from_s, kTimes);
+  v.one_of({"until_s", "duration_s"});
+  v.number({"until_s", "s", "its end, likewise", "none; of restart the time to the first fix"}, fault.until_s,
+           kTimes);
+  if (v.wants(v.has("duration_s"))) {
+    std::optional<double> duration_s;
+    v.number({"duration_s", "s", "instead: how long it lasts"}, duration_s, {0, 1e8, true});
+    if (duration_s) fault.until_s = fault.from_s + *duration_s;
+  }
+  if (v.reads() && fault.until_s && *fault.until_s <= fault.from_s) {
+    throw v.fault(
+        v.has("until_s") ? "until_s" : "from_s",
+        fmt::format("the end at {} s is not behind the begin at {} s", *fault.until_s, fault.from_s),
+        "give an until_s above from_s, or duration_s");
+  }
+}
+
+void visit_kind(options::Visitor& v, Fault& fault) {
+  one_kind(v, std::make_index_sequence<kKinds.size()>());
+  for (const FaultKind& kind : kKinds) {
+    if (v.reads() && v.has(kind.name)) {
+      fault.kind = &kind;
+      fault.settings = kind.settings();
+    }
+    if (v.describes()) {
+      v.part(kind.name, *kind.settings());
+    } else if (fault.kind == &kind) {
+      v.part(kind.name, *fault.settings);
+    }
+  }
+}
+
+}  // namespace
+
+void visit(options::Visitor& v, FaultSettings& settings) {
+  settings.fields(v);
+}
+
+std::span<const FaultKind> fault_kinds() {
+  return kKinds;
+}
+
+const FaultKind& fault_kind_named(std::string_view name) {
+  std::vector<std::string> names;
+  for (const FaultKind& kind : kKinds) {
+    if (kind.name == name) return kind;
+    names.emplace_back(kind.name);
+  }
+  const auto meant = closest(std::string(name), names);
+  throw InputError(fmt::format("there is no fault '{}'", name),
+                   meant ? fmt::format("did you mean '{}'?", *meant)
+                         : fmt::format("there are {}", fmt::join(names, ", ")));
+}
+
+options::Description description(const FaultKind& kind) {
+  options::Describer describer;
+  kind.settings()->fields(describer);
+  return std::move(describer).take();
+}
+
+bool Fault::concerns(std::string_view receiver) const {
+  return receivers.empty() || std::find(receivers.begin(), receivers.end(), receiver) != receivers.end();
+}
+
+void visit(options::Visitor& v, Fault& fault) {
+  v.text({"name", "", "stands in tables and pictures", "kind and number in the list"}, fault.name);
+  if (v.reads()) check_name(v, fault.name);
+  visit_times(v, fault);
+  v.texts({"receivers", "", "names of those that it hits", "all"}, fault.receivers);
+  visit_kind(v, fault);
+  if (v.reads() && !fault.until_s) {
+    if (const auto duration_s = fault.settings->duration_s()) fault.until_s = fault.from_s + *duration_s;
+  }
+}
+
+void visit_faults(options::Visitor& v, std::vector<Fault>& faults, std::span<const std::string> receivers) {
+  std::vector<std::string> names;
+  v.list("faults", faults, [&](Fault& fault) {
+    visit(v, fault);
+    if (!v.reads()) return;
+    if (fault.name.empty()) fault.name = fmt::format("{} {}", fault.kind->name, names.size() + 1);
+    if (std::find(names.begin(), names.end(), fault.name) != names.end()) {
+      throw v.fault("name", fmt::format("'{}' names two faults", fault.name), "give each its own name");
+    }
+    names.push_back(fault.name);
+    for (const std::string& receiver : fault.receivers) {
+      if (std::find(receivers.begin(), receivers.end(), receiver) != receivers.end()) continue;
+      throw v.fault("receivers", fmt::format("there is no receiver '{}'", receiver),
+                    fmt::format("there are {}", fmt::join(receivers, ", ")));
+    }
+  });
+}
+
+Fault parse_fault(const std::string& text, const std::string& source, double now_s, int number) {
+  options::Document document;
+  document.file = source;
+  document.kind = "fault";
+  document.page = "docs/faults.md";
+  document.known = options::describe<Fault>().paths();
+  Fault fault;
+  fault.from_s = now_s;
+  options::read(options::parse_yaml(text, document, "it needs the section of its kind, such as 'outage: {}'"),
+                document, fault);
+  if (fault.name.empty()) fault.name = fmt::format("{} {}", fault.kind->name, number);
+  return fault;
+}
+
+}  // namespace canyon::disturbance

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/disturbance/fault.hpp"
+
+namespace canyon::disturbance {
+
+/// What stands in a timeline now.
+struct FaultState {
+  std::string name;
+  std::string_view kind;
+  double from_s = 0;
+  std::optional<double> until_s;
+  bool active = false;
+};
+
+/// The faults of one receiver, which may change while it runs. Not thread-safe: changes belong between two
+/// epochs.
+class FaultTimeline {
+ public:
+  /// What is around the receiver, for effects that need it.
+  struct Surroundings {
+    std::shared_ptr<const orbit::Sky> sky;
+    std::shared_ptr<const city::City> city;
+    std::shared_ptr<const raytrace::RayScene> rays;
+    friend bool operator==(const Surroundings&, const Surroundings&) = default;
+  };
+
+  /// @param start where seconds count from @param receiver those of `faults` that do not name it are left out
+  FaultTimeline(geodesy::GpsTime start, const std::vector<Fault>& faults, std::string receiver);
+
+  /// Effects that are at work are made anew in other surroundings, and have no memory of before.
+  void set_surroundings(Surroundings surroundings) { surroundings_ = std::move(surroundings); }
+  /// False where it does not concern this receiver. Throws InputError for a name that stands there already.
+  bool add(Fault fault);
+  /// Throws InputError where none of that name is still to come or at work, naming those that are.
+  void end(const std::string& name, double at_s);
+  [[nodiscard]] std::vector<FaultState> states(double now_s) const;
+  [[nodiscard]] bool empty() const { return entries_.empty(); }
+  /// Of the next fault, from 1; with its kind a name that is free.
+  [[nodiscard]] int next_number() const { return static_cast<int>(next_) + 1; }
+
+  /// What applies a timeline: each fault's effect while its begin <= now < its end, in the timeline's order,
+  /// made at its first epoch. Sets Arrival::faults.
+  [[nodiscard]] static Source source(std::shared_ptr<const FaultTimeline> timeline);
+
+ private:
+  class Effects;
+  struct Entry {
+    std::uint64_t number;
+    Fault fault;
+  };
+
+  geodesy::GpsTime start_;
+  std::string receiver_;
+  Surroundings surroundings_;
+  std::vector<Entry> entries_;
+  std::uint64_t next_ = 0;
+};
+
+}  // namespace canyon::disturbance

@@ -1,0 +1,166 @@
+#include "canyon/disturbance/receiver_faults.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/options/values.hpp"
+
+namespace canyon::disturbance {
+namespace {
+
+double ratio(double db) {
+  return std::pow(10, db / 10);
+}
+
+}  // namespace
+
+void visit(options::Visitor& v, OscillatorOptions& o) {
+  v.number({"jump_s", "s", "added to the receiver's clock while it lasts"}, o.jump_s, {-0.1, 0.1});
+  v.number({"drift", "s/s", "added to its rate while it lasts"}, o.drift, {-1e-4, 1e-4});
+}
+
+void OscillatorFault::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
+  arrival.clock_bias_s += options_.jump_s + options_.drift * (antenna.time - begin_);
+  arrival.clock_drift += options_.drift;
+}
+
+void DateOptions::validate() const {
+  options::check(*this, "date fault");
+  if (weeks == 0 && utc_s == 0) {
+    throw InputError("nothing is wrong with the date", "give weeks (-1024) or utc_s (1)");
+  }
+}
+
+void visit(options::Visitor& v, DateOptions& o) {
+  v.integer({"weeks", "weeks",
+             "by which the stated date is off: -1024 behind a rollover that the firmware "
+             "does not know of"},
+            o.weeks, -2048, 2048);
+  v.integer({"utc_s", "s", "by which the stated UTC is off: 1 for a leap second that it has not inserted"},
+            o.utc_s, -60, 60);
+}
+
+void DateFault::apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& arrival) {
+  arrival.weeks_off += options_.weeks;
+  arrival.utc_off_s += options_.utc_s;
+}
+
+void AntennaFaultOptions::validate() const {
+  options::check(*this, "antenna fault");
+  if (elevation_from_rad > elevation_to_rad) {
+    throw InputError("elevation_from_deg lies above elevation_to_deg", "exchange them");
+  }
+  if (period_s > 0 && on_s > period_s) {
+    throw InputError("on_s is longer than period_s", "give at most the period");
+  }
+}
+
+void visit(options::Visitor& v, AntennaFaultOptions& o) {
+  static constexpr std::string_view kStages[]{"before", "behind"};
+  v.angle({"azimuth_from_deg", "deg", "sector, clockwise from here"}, o.azimuth_from_rad, {0, 360});
+  v.angle({"azimuth_to_deg", "deg", "to here; may lead over north"}, o.azimuth_to_rad, {0, 360});
+  v.angle({"elevation_from_deg", "deg", "lower edge; reflections come from below the horizon, too"},
+          o.elevation_from_rad, {-90, 90});
+  v.angle({"elevation_to_deg", "deg", "upper edge"}, o.elevation_to_rad, {-90, 90});
+  v.number({"loss_db", "dB", "of signals from there; none: nothing comes through"}, o.loss_db,
+           options::or_none({0, std::numeric_limits<double>::infinity()}));
+  v.choice(
+      {"stage", "",
+       "the loss is before the antenna's amplifier (C/N0 falls as much) or behind it (by Friis' formula)"},
+      o.stage, kStages);
+  v.number({"amplifier_gain_db", "dB", "of that amplifier"}, o.amplifier_gain_db, {0, 60});
+  v.number({"amplifier_noise_db", "dB", "its noise figure"}, o.amplifier_noise_db, {0, 20});
+  v.number({"receiver_noise_db", "dB", "noise figure of the receiver behind the cable"}, o.receiver_noise_db,
+           {0, 20});
+  v.number({"period_s", "s", "of a loose contact; 0: there all the time"}, o.period_s, {0, 1e6});
+  v.number({"on_s", "s", "for so long the loss is there in each period"}, o.on_s, {0, 1e6});
+}
+
+double AntennaFaultOptions::cn0_loss_db() const {
+  if (stage == AntennaStage::Before || std::isinf(loss_db)) return loss_db;
+  const auto noise = [&](double loss) {
+    return ratio(amplifier_noise_db) + (loss * ratio(receiver_noise_db) - 1) / ratio(amplifier_gain_db);
+  };
+  return 10 * std::log10(noise(ratio(loss_db)) / noise(1));
+}
+
+bool AntennaFault::concerns(const Eigen::Vector3d& direction) const {
+  const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(direction);
+  if (look.elevation_rad < options_.elevation_from_rad || look.elevation_rad > options_.elevation_to_rad) {
+    return false;
+  }
+  constexpr double kTurn = 2 * geodesy::kPi;
+  const auto clockwise = [](double from, double to) {
+    const double angle = std::fmod(to - from, kTurn);
+    return angle < 0 ? angle + kTurn : angle;
+  };
+  const double width = options_.azimuth_to_rad - options_.azimuth_from_rad;
+  if (std::abs(width) >= kTurn) return true;
+  return clockwise(options_.azimuth_from_rad, look.azimuth_rad) <=
+         clockwise(options_.azimuth_from_rad, options_.azimuth_to_rad);
+}
+
+void AntennaFault::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
+  if (options_.period_s > 0 && std::fmod(antenna.time - begin_, options_.period_s) >= options_.on_s) return;
+  const double loss_db = options_.cn0_loss_db();
+  const double amplitude = std::pow(10, -loss_db / 20);
+  // Over the receiver's own noise all that the antenna hears falls alike.
+  for (propagation::Interference& wave : arrival.interference) {
+    if (concerns(wave.arrival)) wave.power_dbw -= loss_db;
+  }
+  for (propagation::SatelliteView& view : arrival.views) {
+    const Eigen::Vector3d direct =
+        geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad);
+    std::vector<propagation::Path>& paths = view.paths.paths;
+    const auto concerned = [&](const propagation::Path& path) {
+      return concerns(path.kind == propagation::PathKind::Direct ? direct : path.arrival);
+    };
+    if (std::isinf(loss_db)) {
+      std::erase_if(paths, concerned);
+      continue;
+    }
+    for (propagation::Path& path : paths) {
+      if (concerned(path)) path.amplitude_factor *= amplitude;
+    }
+  }
+}
+
+namespace {
+
+struct RestartTimes {
+  double search_s, ephemeris_s;
+};
+constexpr std::array<RestartTimes, 3> kRestarts{{{1, 0}, {1, 25}, {2, 24}}};
+
+}  // namespace
+
+double RestartOptions::search() const {
+  return search_s.value_or(kRestarts[static_cast<std::size_t>(kind)].search_s);
+}
+
+double RestartOptions::ephemeris() const {
+  return ephemeris_s.value_or(kRestarts[static_cast<std::size_t>(kind)].ephemeris_s);
+}
+
+void visit(options::Visitor& v, RestartOptions& o) {
+  static constexpr std::string_view kKinds[]{"hot", "warm", "cold"};
+  v.choice({"kind", "", "what the receiver still knows: all; time and place, no ephemerides; nothing"},
+           o.kind, kKinds);
+  v.number({"search_s", "s", "until signals are measured again", "1 hot and warm, 2 cold"}, o.search_s,
+           {0, 1e4});
+  v.number(
+      {"ephemeris_s", "s", "then, of each satellite, until its ephemeris is read", "0 hot, 25 warm, 24 cold"},
+      o.ephemeris_s, {0, 1e4});
+}
+
+RestartFault::RestartFault(const RestartOptions& options, const FaultContext& context)
+    : restart_{context.begin, options.search(), options.ephemeris()} {}
+
+void RestartFault::apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& arrival) {
+  arrival.restart = restart_;
+}
+
+}  // namespace canyon::disturbance

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "canyon/disturbance/disturbance.hpp"
+#include "canyon/disturbance/fault_context.hpp"
+#include "canyon/options/visitor.hpp"
+
+// Faults of one receiver: oscillator, date, antenna, restart.
+
+namespace canyon::disturbance {
+
+/// Beside what the receiver's own clock does, while it lasts: at its end the clock goes back.
+struct OscillatorOptions {
+  double jump_s = 0;  ///< +-0.1
+  double drift = 0;   ///< from the fault's begin on [s/s], +-1e-4
+};
+void visit(options::Visitor& v, OscillatorOptions& o);
+
+/// A firmware that misreads the date. Measurements and fix are as ever; what the receiver states is off.
+struct DateOptions {
+  int weeks = 0;  ///< +-2048; -1024: as after a rollover of the ten-bit week that it does not know of
+  int utc_s = 0;  ///< +-60; 1: a leap second that it has not inserted
+  void validate() const;
+};
+void visit(options::Visitor& v, DateOptions& o);
+
+enum class AntennaStage : std::uint8_t { Before, Behind };
+/// A part of the sky that the antenna does not see, or a cable that loses. Strength acts where signals have
+/// one; without a limit ("none") nothing arrives, for all receivers.
+struct AntennaFaultOptions {
+  double azimuth_from_rad = 0, azimuth_to_rad = 6.283185307179586;  ///< clockwise; [0, 360] deg
+  double elevation_from_rad = -1.5707963267948966, elevation_to_rad = 1.5707963267948966;
+  double loss_db = 20;                        ///< [0, infinity]
+  AntennaStage stage = AntennaStage::Before;  ///< of the amplifier at the antenna
+  double amplifier_gain_db = 27;              ///< [0, 60]; assumed: active antennas have 15 to 40
+  double amplifier_noise_db = 1.5;            ///< noise figure, [0, 20]; assumed: 0.8 to 2.5
+  double receiver_noise_db = 3;               ///< likewise, behind the cable; assumed: 2 to 6
+  /// A loose contact: on for the first `on_s` of each period [s]; no period: always.
+  double period_s = 0, on_s = 1;
+  void validate() const;
+
+  /// What C/N0 loses [dB]: of a loss before the amplifier all of it, behind it what Friis' formula says of
+  /// the noise figures in a row (H. T. Friis, Proc. IRE 32(7), 1944), sources at 290 K.
+  [[nodiscard]] double cn0_loss_db() const;
+};
+void visit(options::Visitor& v, AntennaFaultOptions& o);
+
+enum class RestartKind : std::uint8_t { Hot, Warm, Cold };
+/// A receiver that begins anew at the fault's begin.
+struct RestartOptions {
+  RestartKind kind = RestartKind::Cold;
+  /// Empty: by kind. Hot: 1 s and 0 s; warm: 1 s and 25 s; cold: 2 s and 24 s. Time to first fix then is 1 s
+  /// hot and 26 s cold, as the data sheet of u-blox M8 modules has it (UBX-15031506); F9: 2 s and 24 s, M10:
+  /// 1 s and 24 s (their data sheets). The share of the search is assumed. Each GPS satellite repeats its
+  /// ephemeris every 30 s, in 18 s of it (IS-GPS-200 20.3.2).
+  std::optional<double> search_s, ephemeris_s;  ///< [0, 1e4]
+
+  [[nodiscard]] double search() const;
+  [[nodiscard]] double ephemeris() const;
+  /// Until the first fix under a free sky.
+  [[nodiscard]] double duration_s() const { return search() + ephemeris(); }
+};
+void visit(options::Visitor& v, RestartOptions& o);
+
+class OscillatorFault final : public Disturbance {
+ public:
+  OscillatorFault(const OscillatorOptions& options, const FaultContext& context)
+      : options_(options), begin_(context.begin) {}
+  void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
+
+ private:
+  OscillatorOptions options_;
+  geodesy::GpsTime begin_;
+};
+
+class DateFault final : public Disturbance {
+ public:
+  DateFault(const DateOptions& options, const FaultContext& /*context*/) : options_(options) {}
+  void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
+
+ private:
+  DateOptions options_;
+};
+
+class AntennaFault final : public Disturbance {
+ public:
+  AntennaFault(const AntennaFaultOptions& options, const FaultContext& context)
+      : options_(options), begin_(context.begin) {}
+  void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
+
+ private:
+  [[nodiscard]] bool concerns(const Eigen::Vector3d& direction) const;
+
+  AntennaFaultOptions options_;
+  geodesy::GpsTime begin_;
+};
+
+class RestartFault final : public Disturbance {
+ public:
+  RestartFault(const RestartOptions& options, const FaultContext& context);
+  void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
+
+ private:
+  propagation::Restart restart_;
+};
+
+}  // namespace canyon::disturbance

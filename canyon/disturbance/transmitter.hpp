@@ -1,0 +1,86 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "canyon/disturbance/course.hpp"
+#include "canyon/disturbance/fault_context.hpp"
+#include "canyon/options/fwd.hpp"
+#include "canyon/propagation/index/facets.hpp"
+#include "canyon/propagation/interference.hpp"
+
+namespace canyon::disturbance {
+
+/// Where a transmitter's antenna sends: everywhere alike, or in one beam.
+struct BeamOptions {
+  /// Half power to half power [deg], (0, 360]; infinite: isotropic.
+  double width_deg = std::numeric_limits<double>::infinity();
+  double azimuth_deg = 0;        ///< of its axis, from north, clockwise, [0, 360)
+  double elevation_deg = 0;      ///< of its axis, [-90, 90]
+  double front_to_back_db = 20;  ///< of what leaves it far from its axis, [0, 60]
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, BeamOptions& o);
+/// Gain over that of the axis [dB], <= 0: a parabola in dB, 12 (angle / width)^2, down to the front-to-back
+/// ratio (the antenna element of 3GPP TR 36.814, table A.2.1.1-2).
+[[nodiscard]] double beam_gain_db(const BeamOptions& beam, const Eigen::Vector3d& direction);
+
+struct TransmitterOptions {
+  CourseOptions course;
+  BeamOptions beam;
+  void validate() const;
+};
+/// Its fields: those of the course, and `beam`.
+void visit(options::Visitor& v, TransmitterOptions& o);
+
+/// One way of a transmitter's wave to an antenna.
+struct TransmitterWay {
+  Eigen::Vector3d arrival = Eigen::Vector3d::UnitZ();  ///< unit, ENU, from the antenna to where it comes from
+  double length_m = 0;
+  /// Power at an isotropic antenna over the transmitter's EIRP on the beam's axis [dB].
+  double gain_db = 0;
+  /// Of it, what stands in the way takes [dB]: 0 or above; less by some 1 dB beside an edge.
+  double obstruction_db = 0;
+  std::uint64_t reflector = 0;  ///< that it comes by; 0: none
+};
+
+/// A transmitter in a city.
+///
+/// In sight its power falls as in free space, (lambda / 4 pi d)^2, d at least a wavelength. Where the city
+/// stands between, what goes over the roofs is Bullington's equivalent knife edge over the profile of the
+/// surfaces below the line (K. Bullington, Proc. IRE 35(10), 1947; ITU-R P.526-15, 4.5.1, without its
+/// correction for terrain), what goes around both sides of the first and the last wall the same in the
+/// horizontal plane, each where its legs are clear; powers add.
+///
+/// Walls reflect by the method of images, once, the mean of both linear polarisations' power by their
+/// material's half space (signal::reflect_half_space()). Second reflections, and edges and walls in a row,
+/// are left out.
+class Transmitter {
+ public:
+  /// Throws InputError where options do not validate() or the context has no city.
+  Transmitter(const TransmitterOptions& options, const FaultContext& context);
+
+  [[nodiscard]] Eigen::Vector3d position(geodesy::GpsTime time) const { return course_.at(time); }
+  /// The straight way to an antenna, or what bends around what stands in it.
+  /// @param antenna_enu [m] in the city's frame
+  [[nodiscard]] TransmitterWay way(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                   double frequency_hz) const;
+  /// That, and those by walls within kReach_m of the antenna.
+  [[nodiscard]] std::vector<TransmitterWay> ways(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                                 double frequency_hz) const;
+  static constexpr double kReach_m = 300;
+
+ private:
+  Course course_;
+  BeamOptions beam_;
+  std::shared_ptr<const raytrace::RayScene> rays_;
+  std::shared_ptr<const city::City> city_;
+  std::shared_ptr<const propagation::FacetSet> facets_;
+  double top_m_ = 0;  // of the city
+};
+
+}  // namespace canyon::disturbance

@@ -1,0 +1,17 @@
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/receiver/receiver.hpp"
+
+namespace canyon::receiver {
+
+geodesy::GpsTime ReceiverEpoch::stated_time() const {
+  return time + static_cast<double>(weeks_off) * static_cast<double>(geodesy::GpsTime::kSecondsPerWeek);
+}
+
+geodesy::GpsTime ReceiverEpoch::stated_utc() const {
+  if (weeks_off == 0 && utc_off_s == 0) return time;
+  const geodesy::GpsTime stated = stated_time();
+  return stated +
+         static_cast<double>(geodesy::leap_seconds(stated) - geodesy::leap_seconds(time) + utc_off_s);
+}
+
+}  // namespace canyon::receiver

@@ -1,0 +1,51 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/disturbance/fault.hpp"
+#include "canyon/options/describe.hpp"
+#include "cli/commands.hpp"
+
+namespace canyon::cli {
+namespace {
+
+int list() {
+  std::vector<std::vector<std::string>> rows;
+  for (const disturbance::FaultKind& kind : disturbance::fault_kinds()) {
+    rows.push_back({std::string(kind.name), std::string(kind.summary)});
+  }
+  print_table({"fault", "what happens"}, rows);
+  fmt::print("\n'canyon faults list KIND' describes one with its keys.\n");
+  return kOk;
+}
+
+int describe(const std::string& name) {
+  const disturbance::FaultKind& kind = disturbance::fault_kind_named(name);
+  std::vector<options::Key> keys = disturbance::description(kind).keys;
+  for (options::Key& key : keys) {
+    if (const std::string values = key.values(); !values.empty()) key.meaning += fmt::format(" ({})", values);
+  }
+  fmt::print(
+      "{}: {}\n\nKeys below '{}:', beside the fault's own name, from_s, until_s or duration_s, "
+      "receivers:\n{}\nExample:\nfaults:\n  - {}\n",
+      kind.name, kind.summary, kind.name, options::plain_text(keys), kind.example);
+  return kOk;
+}
+
+}  // namespace
+
+void add_faults(CLI::App& app, Action& action) {
+  CLI::App* group = app.add_subcommand("faults", "what can go wrong on purpose");
+  group->require_subcommand(1);
+  const auto kind = std::make_shared<std::string>();
+  CLI::App* command =
+      group->add_subcommand("list", "list the kinds of faults, or describe one with its keys");
+  command->add_option("kind", *kind, "describe this one")->type_name("KIND");
+  command->footer("A scenario has them as a timeline, 'faults: [...]'; see docs/faults.md.");
+  command->callback(
+      [&action, kind] { action = [kind] { return kind->empty() ? list() : describe(*kind); }; });
+}
+
+}  // namespace canyon::cli
