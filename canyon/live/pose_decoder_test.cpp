@@ -11,6 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/live/pose_source.hpp"
 #include "canyon/mavlink/frames.hpp"
 
 namespace canyon::live {
@@ -222,7 +223,26 @@ TEST(MavlinkPoses, ComeInTheirOwnFrames) {
   expect_near(*reports[0].rates_body_radps, {0.1, -0.2, -0.3});
   EXPECT_EQ(reports[1].stamp_s, 5);
   expect_near(*reports[1].position_m, {2, 1, 3});
+  EXPECT_FALSE(reports[2].stamp_s);  // a time of 0 is none, as in PX4's HIL_STATE_QUATERNION
   expect_near(*reports[2].position_m, {2, 1, 3});
+}
+
+// As PX4 and ArduPilot tell a vehicle that stands: without times, several messages read at once.
+TEST(MavlinkPoses, WithoutTimesAVehicleMayStand) {
+  const geodesy::LocalFrame frame_of_city(geodesy::Geodetic::from_degrees(22.3, 114.2, 0));
+  PoseSource source(options(PoseFormat::MAVLink), frame_of_city);
+  mavlink::HilStateQuaternion state;
+  state.ned_from_frd = told(skew());
+  state.latitude_deg = 22.3;
+  state.longitude_deg = 114.2;
+  std::string reason;
+  for (std::int64_t i = 0; i < 10; ++i) {
+    const std::int64_t now_ns = 40'000'000 * i;
+    source.hear(0, frame(state) + frame(state), now_ns);
+    EXPECT_TRUE(source.track().at(now_ns, reason)) << reason;
+  }
+  EXPECT_GE(source.count(), 10U);
+  EXPECT_TRUE(source.take_notes().empty());
 }
 
 TEST(MavlinkPoses, OdometrySaysItsFrames) {

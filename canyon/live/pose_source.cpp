@@ -79,7 +79,8 @@ void PoseSource::hear(std::uint64_t reader, std::string_view bytes, std::int64_t
         ++not_finite_;
         break;
       case simulation::PoseTrack::Taken::Old:
-        ++old_;
+        // Without stamps two of a vehicle that stands are alike where they are read together.
+        if (report.stamp_s) ++old_;
         break;
     }
   });
