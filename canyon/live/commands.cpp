@@ -107,6 +107,7 @@ struct Commands::Impl {
     simulation::LiveReceiver& changed = receiver(command);
     const std::string text = found->is_string() ? found->get<std::string>() : found->dump();
     changed.set_config(simulation::changed_live_config(changed.config(), text, {}));
+    if (context.changed) context.changed(changed);
     return {{"ok", true}};
   }
   /// The receivers that a command is for: the one that it names, or all.

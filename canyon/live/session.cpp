@@ -120,6 +120,7 @@ struct Session::Impl {
 
   void set_time();
   void make_receivers();
+  void share_propagator(LiveReceiver& receiver);
   void make_vehicles();
   void open_streams();
   [[nodiscard]] std::shared_ptr<transport::Link> link_of(const std::string& address);
@@ -163,6 +164,8 @@ struct Session::Impl {
   std::int64_t interval_ns = 0;
   std::int64_t last = std::numeric_limits<std::int64_t>::max();  // number of the last epoch
   bool now_starts = false;                                       // at the next full second
+  std::vector<std::shared_ptr<const propagation::Propagator>>
+      propagators;  // one for each distinct set of options
   std::vector<LiveReceiver> receivers;
   std::map<std::string, std::shared_ptr<transport::Link>> links;
   std::vector<Vehicle> vehicles;
@@ -224,7 +227,26 @@ void Session::Impl::make_receivers() {
     config.seed = scenario.seed;
     config.faults = scenario.faults;
     receivers.emplace_back(std::move(config), scene, start);
+    share_propagator(receivers.back());
   }
+}
+
+// What is found in the city's surfaces is large: receivers that look in the same way have it once, and in the
+// processor's cache.
+void Session::Impl::share_propagator(LiveReceiver& receiver) {
+  const propagation::PropagationOptions& wanted = receiver.config().receiver.propagation;
+  auto found = std::find_if(propagators.begin(), propagators.end(),
+                            [&](const auto& each) { return each->options() == wanted; });
+  if (found == propagators.end()) {
+    propagators.push_back(
+        std::make_shared<const propagation::Propagator>(scene->city.mesh, scene->scene, wanted));
+    found = propagators.end() - 1;
+  }
+  receiver.set_tracer([propagator = *found](const Eigen::Vector3d& antenna,
+                                            std::span<const Eigen::Vector3d> directions,
+                                            std::span<propagation::SatellitePaths> result) {
+    propagator->trace(antenna, directions, result);
+  });
 }
 
 std::shared_ptr<transport::Link> Session::Impl::link_of(const std::string& address) {
@@ -318,7 +340,12 @@ void Session::Impl::open_streams() {
     }
   }
   if (options.control.empty()) return;
-  CommandContext context{scenario, receivers, figures, options.changes, [this] { return seconds(now_ns()); }};
+  CommandContext context{scenario,
+                         receivers,
+                         figures,
+                         options.changes,
+                         [this] { return seconds(now_ns()); },
+                         [this](LiveReceiver& receiver) { share_propagator(receiver); }};
   commands = std::make_unique<Commands>(std::move(context), link_of(options.control));
 }
 
