@@ -120,12 +120,65 @@ std::string set(const OptionsRequest& request, const Receivers& receivers) {
   return text;
 }
 
+std::string faults(const Receivers& receivers) {
+  std::string text;
+  for (const AdjustableReceiver& each : receivers) {
+    for (const disturbance::FaultState& fault : each.receiver->faults()) {
+      text += fmt::format("{}: {} ({}) from {} s", each.name, fault.name, fault.kind, fault.from_s);
+      if (fault.until_s) text += fmt::format(" until {} s", *fault.until_s);
+      text += fault.active ? ", at work\n" : "\n";
+    }
+  }
+  if (text.empty()) return "none";
+  text.pop_back();
+  return text;
+}
+
+std::string add_fault(const OptionsRequest& request, const Receivers& receivers) {
+  std::string text;
+  for (const AdjustableReceiver& each : receivers) {
+    text += fmt::format("added {}: {}\n", each.name, each.receiver->add_fault(request.text, "request"));
+  }
+  text.pop_back();
+  return text;
+}
+
+std::string end_fault(const OptionsRequest& request, const Receivers& receivers) {
+  const std::string name(trim(request.text));
+  std::string text;
+  std::optional<InputError> refused;
+  // A fault need not be one of every receiver.
+  for (const AdjustableReceiver& each : receivers) {
+    try {
+      each.receiver->end_fault(name);
+      text += fmt::format("ended {}: {}\n", each.name, name);
+    } catch (const InputError& error) {
+      refused = error;
+    }
+  }
+  if (text.empty() && refused) throw *refused;
+  text.pop_back();
+  return text;
+}
+
 }  // namespace
 
 std::string answer(const OptionsRequest& request, const Receivers& receivers) {
   try {
     const Receivers asked = meant_by(request, receivers);
-    return request.kind == OptionsRequest::Kind::Get ? get(request, asked) : set(request, asked);
+    switch (request.kind) {
+      case OptionsRequest::Kind::Get:
+        return get(request, asked);
+      case OptionsRequest::Kind::Set:
+        return set(request, asked);
+      case OptionsRequest::Kind::Faults:
+        return faults(asked);
+      case OptionsRequest::Kind::AddFault:
+        return add_fault(request, asked);
+      case OptionsRequest::Kind::EndFault:
+        return end_fault(request, asked);
+    }
+    return {};
   } catch (const InputError& error) {
     return fmt::format("refused: {}", error.what());
   }

@@ -12,17 +12,18 @@
 
 #include "canyon/simulation/live_receiver.hpp"
 
-// Options of receivers, read and set while a host runs. Requests come from any thread; the host's own thread
-// answers them between two steps.
+// Options and faults of receivers, read and set while a host runs. Requests come from any thread; the host's
+// own thread answers them between two steps.
 
 namespace canyon::adapters {
 
 struct OptionsRequest {
-  enum class Kind { Get, Set };
+  enum class Kind { Get, Set, Faults, AddFault, EndFault };
 
   Kind kind = Kind::Get;
   std::string receiver;  ///< its name; empty: all receivers
   /// Get: a key or a section, empty for all. Set: YAML or JSON of simulation::changed_live_config().
+  /// AddFault: an item of a scenario's `faults`, YAML or JSON. EndFault: a fault's name.
   std::string text = {};
 };
 
@@ -38,6 +39,8 @@ struct AdjustableReceiver {
 ///  - Get, of one receiver: "key: value" a line, which Set takes; of all: sections of such lines by receiver.
 ///  - Set: "set NAME: key: old -> new" for each change, or "unchanged: ..."; all receivers that are asked for
 ///  take their change, and begin anew, or none does.
+///  - Faults: "NAME: FAULT (KIND) from 3 s until 23 s, at work" a line; "none".
+///  - AddFault, EndFault: "added NAME: FAULT", "ended NAME: FAULT" for each receiver; they go on.
 ///  - "refused: why; cure", and nothing has changed.
 /// Never throws InputError.
 [[nodiscard]] std::string answer(const OptionsRequest& request,

@@ -63,6 +63,19 @@ TEST_F(OptionsDeskTest, SetsWhatItIsToldAndSaysWhatChanged) {
   EXPECT_EQ(changed_, 2);
 }
 
+TEST_F(OptionsDeskTest, PutsFaultsOnTheTimelineAndEndsThem) {
+  EXPECT_EQ(ask(Kind::Faults, "", ""), "none");
+  EXPECT_EQ(ask(Kind::AddFault, "car", "{name: dark, duration_s: 5, outage: {}}"), "added car: dark");
+  EXPECT_EQ(ask(Kind::Faults, "", ""), "car: dark (outage) from 0 s until 5 s, at work");
+  const simulation::AntennaState at{{0, 0, 2}};
+  EXPECT_FALSE(car_.observe(1, at).epoch.observed.fix.solved());
+  EXPECT_EQ(ask(Kind::EndFault, "", " dark "), "ended car: dark");
+  EXPECT_TRUE(car_.observe(2, at).epoch.observed.fix.solved());
+  EXPECT_THAT(ask(Kind::EndFault, "", "dark"), StartsWith("refused: "));
+  EXPECT_THAT(ask(Kind::AddFault, "", "{outage: {satelites: [G05]}}"), StartsWith("refused: "));
+  EXPECT_EQ(changed_, 0);
+}
+
 TEST_F(OptionsDeskTest, RefusesWhatCannotBeAndChangesNothing) {
   for (const char* wrong : {"elevation_mask_deg: 100", "elevation_mask_deg: high", "no_such_key: 1",
                             "sky: {systems: [GPS]}", "start: 2026-06-02T08:00:00Z", "name: other", "- a\n- b",

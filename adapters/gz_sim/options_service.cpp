@@ -21,7 +21,10 @@ struct Service {
   OptionsRequest::Kind kind;
 };
 constexpr Service kServices[]{{"get_options", OptionsRequest::Kind::Get},
-                              {"set_options", OptionsRequest::Kind::Set}};
+                              {"set_options", OptionsRequest::Kind::Set},
+                              {"get_faults", OptionsRequest::Kind::Faults},
+                              {"add_fault", OptionsRequest::Kind::AddFault},
+                              {"end_fault", OptionsRequest::Kind::EndFault}};
 
 }  // namespace
 

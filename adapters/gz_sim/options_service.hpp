@@ -12,7 +12,10 @@ namespace canyon::adapters::gz_sim {
 /// Services of a world's receivers, gz.msgs.StringMsg in and out, as answer() says:
 ///     /world/WORLD/canyon/get_options             a key, a section or nothing
 ///     /world/WORLD/canyon/set_options             YAML or JSON of what changes, for all receivers
-///     /world/WORLD/canyon/RECEIVER/get_options    and set_options: of one
+///     /world/WORLD/canyon/get_faults              the timelines of faults
+///     /world/WORLD/canyon/add_fault               YAML or JSON of one fault (docs/faults.md)
+///     /world/WORLD/canyon/end_fault               its name
+///     /world/WORLD/canyon/RECEIVER/get_options    and so on: of one
 /// RECEIVER is the receiver's name with '/' for '::'. A request waits for serve(), one second at most.
 class OptionsService {
  public:

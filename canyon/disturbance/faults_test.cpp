@@ -209,7 +209,13 @@ TEST(AntennaFault, ShadesASectorOverNorthAndComesAndGoes) {
   AntennaFault fault(options, context());
   const auto at = [&](double seconds) {
     propagation::Arrival arrival = two_satellites();
+    arrival.interference.resize(2);
+    arrival.interference[0].arrival = Eigen::Vector3d::UnitY();  // north
+    arrival.interference[1].arrival = Eigen::Vector3d::UnitX();
     fault.apply(antenna(seconds), arrival);
+    EXPECT_NEAR(arrival.interference[0].power_dbw - arrival.interference[1].power_dbw,
+                20 * std::log10(arrival.views[0].paths.paths[0].amplitude_factor), 1e-12)
+        << "what jams from there falls alike";
     EXPECT_EQ(arrival.views[1].paths.paths[0].amplitude_factor, 1) << "190 deg is outside";
     return arrival.views[0].paths.paths[0].amplitude_factor;
   };

@@ -138,9 +138,9 @@ mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
   const positioning::Fix& fix = seen.fix;
   const bool solved = fix.solved() && fix.velocity_enu_mps;
   GpsInput m;
-  m.time_us = unix_us(seen.time);
-  m.week = static_cast<std::uint16_t>(seen.time.week());
-  const std::int64_t ms = seen.time.nanosecond_of_week() / 1'000'000;
+  m.time_us = unix_us(seen.stated_utc());
+  m.week = static_cast<std::uint16_t>(seen.stated_time().week());
+  const std::int64_t ms = seen.stated_time().nanosecond_of_week() / 1'000'000;
   m.time_of_week_s = static_cast<double>(ms) / 1e3;
   m.satellites = satellites(fix);
   m.fix_type = solved ? k3d : kNoFix;
@@ -173,7 +173,7 @@ mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
 mavlink::HilGps hil_gps(const simulation::Epoch& epoch) {
   const positioning::Fix& fix = epoch.observed.fix;
   mavlink::HilGps m;
-  m.time_us = unix_us(epoch.observed.time);
+  m.time_us = unix_us(epoch.observed.stated_utc());
   m.satellites = satellites(fix);
   m.fix_type = kNoFix;
   if (!fix.solved() || !fix.velocity_enu_mps) return m;
@@ -192,7 +192,7 @@ mavlink::HilGps hil_gps(const simulation::Epoch& epoch) {
 mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
   const positioning::Fix& fix = epoch.observed.fix;
   mavlink::GpsRawInt m;
-  m.time_us = unix_us(epoch.observed.time);
+  m.time_us = unix_us(epoch.observed.stated_utc());
   m.satellites = satellites(fix);
   m.fix_type = kNoFix;
   if (!fix.solved()) return m;
@@ -241,7 +241,7 @@ mavlink::GpsStatus gps_status(const simulation::Epoch& epoch) {
 }
 
 mavlink::SystemTime system_time(const simulation::Epoch& epoch, geodesy::GpsTime begin) {
-  return {unix_us(epoch.observed.time), epoch.observed.time - begin};
+  return {unix_us(epoch.observed.stated_utc()), epoch.observed.time - begin};
 }
 
 std::unique_ptr<Encoder> encode_gps_input(const ReceiverDescription& receiver) {

@@ -35,6 +35,13 @@ simulation::Epoch without_velocity() {
   return still;
 }
 
+ReceiverDescription rover() {
+  ReceiverDescription description;
+  description.name = "rover";
+  description.begin = test::sample_time();
+  return description;
+}
+
 // Expected frames: the same fields packed by pymavlink 2.4.43 (dialect ardupilotmega), system 1, component
 // 220.
 TEST(Mavlink, GpsInput) {
@@ -83,7 +90,7 @@ TEST(Mavlink, CourseAccuracyIsThatAcrossTheWay) {
 }
 
 TEST(Mavlink, StreamsCountTheirFramesAndBeatOnceASecond) {
-  const auto encoder = format_named("gps_raw_int").make({.name = "rover", .begin = test::sample_time()});
+  const auto encoder = format_named("gps_raw_int").make(rover());
   std::vector<mavlink::Frame> frames;
   mavlink::Parser parser;
   for (int k = 0; k < 25; ++k) {  // 2.5 s at 10 Hz
@@ -106,7 +113,7 @@ TEST(Mavlink, AnotherDecoderReadsTheStreams) {
   CANYON_NEEDS_NODE_MAVLINK();
   std::string bytes;
   for (const char* format : {"gps_input", "hil_gps", "gps_raw_int"}) {
-    const auto encoder = format_named(format).make({.name = "rover", .begin = test::sample_time()});
+    const auto encoder = format_named(format).make(rover());
     bytes += encoder->encode(epoch());
     bytes += encoder->encode(epoch(false));
   }

@@ -1,9 +1,11 @@
 #include "tests/fuzz/targets.hpp"
 
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <osmium/io/pbf_output.hpp>
 #include <osmium/io/reader.hpp>
@@ -11,6 +13,7 @@
 #include <osmium/io/xml_input.hpp>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/cityjson_reader.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/city/city_file.hpp"
@@ -20,12 +23,15 @@
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/heatmap/kernels/grid.hpp"
+#include "canyon/live/commands.hpp"
+#include "canyon/live/pose_source.hpp"
 #include "canyon/mavlink/frames.hpp"
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/ubx/frame.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
+#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/trajectory.hpp"
 #include "canyon/validation/recording_list.hpp"
@@ -251,6 +257,86 @@ void hear_ubx(const fs::path& path) {
   }
 }
 
+/// What a source of poses hears, cut as the bytes say.
+template <simulation::PoseFormat kFormat>
+void hear_poses(const fs::path& path) {
+  const std::string bytes = test::read_bytes(path);
+  const geodesy::LocalFrame frame(test::sample_place());
+  simulation::PoseSourceOptions options;
+  options.format = kFormat;
+  options.axes = simulation::WorldAxes::NED;
+  options.messages = kFormat == simulation::PoseFormat::MAVLink
+                         ? std::vector<std::string>{"SIM_STATE", "ODOMETRY", "LOCAL_POSITION_NED"}
+                         : std::vector<std::string>{};
+  live::PoseSource source(options, frame);
+  std::size_t at = 0;
+  for (std::int64_t piece = 0; at < bytes.size(); ++piece) {
+    const std::size_t size = 1 + static_cast<unsigned char>(bytes[at]);
+    source.hear(static_cast<std::uint64_t>(piece % 7), std::string_view(bytes).substr(at, size),
+                piece * 1'000'000);
+    at += size;
+  }
+  std::string reason;
+  const auto motion = source.track().at(1'000'000'000, reason);
+  if (motion && !motion->pose.position_m.allFinite()) std::abort();
+  (void)source.take_notes();
+  std::optional<double> first_s;
+  live::PoseSource log(options, frame);
+  log.hear_log(bytes, first_s, [](std::int64_t) {});
+}
+std::vector<std::string> json_poses() {
+  return {
+      R"({"time_s": 12.34, "id": "uav1", "position_m": [1.5, -2, 0.8], "attitude": [1, 0, 0, 0], "velocity_mps": )"
+      R"([0, 0.1, 0], "rates_radps": [0, 0, 0.2]})"
+      "\n",
+      R"({"time_s": 12.35, "latitude_deg": 22.301, "longitude_deg": 114.172, "height_m": 12, "yaw_deg": 90})"
+      "\n"};
+}
+std::string binary_pose() {
+  std::string b(live::kBinarySize, '\0');
+  b.replace(0, 5, "CNY1\x03");
+  const auto crc = static_cast<std::uint32_t>(
+      crc32(0, reinterpret_cast<const Bytef*>(b.data()), static_cast<uInt>(b.size() - 4)));
+  std::memcpy(b.data() + b.size() - 4, &crc, 4);
+  return b + b;
+}
+/// Commands to receivers that go on from one input to the next.
+void take_commands(const fs::path& path) {
+  struct Deaf final : transport::Transport {
+    void send(std::string_view) override {}
+    void finish(const std::optional<transport::Correction>&) override {}
+  };
+  static const auto scenario = simulation::parse_scenario(
+      "city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}\n"
+      "sky: {frozen: {satAzimuth: [0, 1.5, 3, 4.5, 2], satElevation: [0.5, 0.6, 0.7, 0.8, 1.4]}}\n"
+      "start: 2026-06-01T12:00:00Z\nreceivers: [{name: rover, profile: ideal}]\n",
+      "commands", {false});
+  static std::vector<simulation::LiveReceiver> receivers = [] {
+    simulation::LiveConfig config;
+    config.sky = scenario.sky;
+    config.receiver = scenario.receivers.front();
+    city::City city{"open", geodesy::LocalFrame(test::sample_place()), {}, {}};
+    std::vector<simulation::LiveReceiver> made;
+    made.emplace_back(config, std::make_shared<simulation::CityScene>(std::move(city)), *scenario.start);
+    return made;
+  }();
+  static const live::Figures figures;
+  live::Commands commands({scenario, receivers, figures, true, [] { return 1.0; }},
+                          std::make_shared<transport::Link>(std::make_unique<Deaf>()));
+  const std::string text = test::read_bytes(path);
+  for (const std::string_view line : split(text, '\n')) {
+    if (commands.answer(line).back() != '\n') std::abort();
+  }
+}
+std::vector<std::string> command_lines() {
+  return {
+      "{\"command\": \"help\"}\n{\"command\": \"status\"}\n{\"command\": \"options\", \"receiver\": "
+      "\"rover\"}\n",
+      "{\"command\": \"set\", \"options\": {\"clock.bias_s\": 1e-3}}\n{\"command\": \"faults\"}\n",
+      "{\"command\": \"add_fault\", \"fault\": {\"duration_s\": 20, \"name\": \"a\", \"outage\": "
+      "{\"satellites\": "
+      "[\"G05\"]}}}\n{\"command\": \"end_fault\", \"name\": \"a\"}\n{\"command\": \"stop\"}\n"};
+}
 std::string ubx_frame(output::ubx::MessageId id, std::initializer_list<unsigned> payload) {
   std::string bytes;
   for (const unsigned byte : payload) bytes += static_cast<char>(byte);
@@ -334,6 +420,10 @@ const std::vector<Target>& targets() {
        trajectory("urbannav"),
        {"2051,46701.5,22.3,114.17,5\n2051,46702.5,22.3,114.1701,5\n"}},
       {"mavlink", "frames.mavlink", read_mavlink, {mavlink_stream()}},
+      {"poses_json", "poses.jsonl", hear_poses<simulation::PoseFormat::Json>, json_poses()},
+      {"poses_binary", "poses.bin", hear_poses<simulation::PoseFormat::Binary>, {binary_pose()}},
+      {"poses_mavlink", "poses.mavlink", hear_poses<simulation::PoseFormat::MAVLink>, {mavlink_stream()}},
+      {"commands", "commands.jsonl", take_commands, command_lines()},
       {"geojson",
        "area.geojson",
        [](const fs::path& path) {

@@ -74,7 +74,7 @@ double horizontal_dop(const positioning::Fix& fix, int axis) {
 std::string pvt(const Epoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
-  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.time);
+  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc());
   Payload p;
   p.u4(itow(epoch)).u2(static_cast<std::uint64_t>(utc.year)).u1(static_cast<std::uint64_t>(utc.month));
   p.u1(static_cast<std::uint64_t>(utc.day)).u1(static_cast<std::uint64_t>(utc.hour));
@@ -124,7 +124,7 @@ std::string dops(const Epoch& epoch) {
 
 // NAV-TIMEGPS, 3.15.24.
 std::string time_gps(const Epoch& epoch) {
-  const geodesy::GpsTime t = epoch.seen.time;
+  const geodesy::GpsTime t = epoch.seen.stated_time();
   const geodesy::GpsTime nearest = epoch.nearest_ms;
   Payload p;
   p.u4(itow(epoch)).u4(static_cast<std::uint64_t>(t.nanoseconds() - nearest.nanoseconds()));
@@ -135,7 +135,7 @@ std::string time_gps(const Epoch& epoch) {
 
 // NAV-TIMEUTC, 3.15.28.
 std::string time_utc(const Epoch& epoch) {
-  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.time);
+  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc());
   Payload p;
   p.u4(itow(epoch)).unsigned_field(quality_of(epoch.seen.fix).time_s, 1e-9, 4);
   p.u4(static_cast<std::uint64_t>(utc.nanosecond)).u2(static_cast<std::uint64_t>(utc.year));
@@ -197,7 +197,8 @@ std::string solution(const Epoch& epoch) {
     }
   }
   Payload p;
-  p.u4(itow(epoch)).u4(static_cast<std::uint64_t>(epoch.seen.time.nanoseconds() - nearest.nanoseconds()));
+  p.u4(itow(epoch))
+      .u4(static_cast<std::uint64_t>(epoch.seen.stated_time().nanoseconds() - nearest.nanoseconds()));
   p.u2(static_cast<std::uint64_t>(nearest.week())).u1(fix_type(fix));
   p.u1((fix.solved() ? 1 : 0) | (epoch.time_known ? 0b1100 : 0));
   for (int i = 0; i < 3; ++i) p.signed_field(ecef[i], 0.01, 4);
