@@ -1,0 +1,157 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/live/commands.hpp"
+#include "canyon/live/pose_source.hpp"
+#include "canyon/live/session.hpp"
+#include "canyon/output/stream.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/simulator.hpp"
+
+// What a session is made of: session_setup.cpp makes it, session.cpp runs it.
+
+namespace canyon::live {
+
+using geodesy::GpsTime;
+using simulation::LiveClock;
+using simulation::LiveReceiver;
+using Clock = std::chrono::steady_clock;
+
+inline double seconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
+}
+
+/// A log whose poses come at their own stamps.
+struct Log {
+  std::string text;
+  std::size_t at = 0;
+  /// The next line, or so many bytes of what has no lines.
+  [[nodiscard]] std::string_view next(bool lines) {
+    const std::string_view rest = std::string_view(text).substr(at);
+    const std::size_t end = lines ? rest.find('\n') : std::string_view::npos;
+    const std::string_view piece =
+        rest.substr(0, end == std::string_view::npos ? (lines ? rest.size() : kBinarySize) : end + 1);
+    at += piece.size();
+    return piece;
+  }
+  [[nodiscard]] bool ended() const { return at == text.size(); }
+};
+
+/// When a receiver's epochs are due.
+struct Schedule {
+  std::size_t receiver = 0;
+  std::int64_t offset_ns = 0;  ///< of its epochs from whole multiples of the interval
+  std::int64_t next = 0;       ///< number of its next epoch
+};
+
+/// What carries antennas: a source of poses and the receivers on it.
+struct Vehicle {
+  std::unique_ptr<PoseSource> source;  ///< null: the trajectory, or receivers that stand still
+  std::optional<Log> log;
+  std::shared_ptr<transport::Link> link;
+  int listener = 0;
+  std::vector<Schedule> receivers;
+  std::optional<double> first_stamp_s;  ///< of a log, and where stamps are the clock
+  std::uint64_t asked_at_count = 0;     ///< poses when it was last asked for some
+};
+
+/// One epoch of one receiver that is due.
+struct Due {
+  std::size_t receiver = 0;
+  double host_s = 0;
+  std::optional<simulation::AntennaState> antenna;  ///< empty: no truth
+  std::optional<Clock::time_point> pose_came;
+  std::optional<LiveReceiver::Step> step;
+};
+
+struct Session::Impl {
+  Impl(simulation::Scenario s, std::shared_ptr<simulation::CityScene> city)
+      : scenario(std::move(s)),
+        options(scenario.live.value_or(simulation::LiveOptions{})),
+        scene(std::move(city)) {
+    if (!scene) throw InputError("a live session needs a scene");
+    for (auto& receiver : scenario.receivers) {
+      names.push_back(receiver.options.name);
+      if (receiver.fixed) receiver.fixed->settle(scene->city.frame);
+    }
+    if (options.poses.empty()) options.poses.emplace_back();
+    set_time();
+    make_receivers();
+    make_vehicles();
+    open_streams();
+  }
+
+  void set_time();
+  void make_receivers();
+  void share_propagator(LiveReceiver& receiver);
+  void make_vehicles();
+  void open_streams();
+  [[nodiscard]] std::shared_ptr<transport::Link> link_of(const std::string& address);
+  [[nodiscard]] InputError error(std::string_view problem, std::string_view cure) const {
+    return {scenario.file, 0, problem, cure};
+  }
+
+  void begin_clock();
+  [[nodiscard]] std::int64_t now_ns() const;
+  [[nodiscard]] std::int64_t instant_ns(const Schedule& schedule) const {
+    return schedule.next * interval_ns + schedule.offset_ns;
+  }
+  [[nodiscard]] bool is_over(const Schedule& schedule) const { return schedule.next > last; }
+  [[nodiscard]] Clock::time_point wall_of(std::int64_t host_ns) const;
+  [[nodiscard]] bool by_stamps() const { return options.clock == LiveClock::Stamps; }
+  void read_log(Vehicle& vehicle, std::int64_t until_ns);
+  [[nodiscard]] bool is_due(Vehicle& vehicle, const Schedule& schedule, std::int64_t now);
+  [[nodiscard]] bool ended(const Vehicle& vehicle) const;
+  /// All of those that move, or where nothing does, all.
+  [[nodiscard]] bool ended() const;
+  [[nodiscard]] bool stands_still(const Vehicle& vehicle) const {
+    return !vehicle.receivers.empty() && scenario.receivers[vehicle.receivers.front().receiver].fixed;
+  }
+  /// The epochs of a vehicle that are due.
+  void gather(Vehicle& vehicle, std::int64_t now);
+  void gather(Vehicle& vehicle, Schedule& schedule, std::int64_t now);
+  void compute_and_write();
+  void serve();
+  void once_a_second();
+  void wait() const;
+  void note(const std::string& text) const {
+    if (run_options != nullptr && run_options->note) run_options->note(text);
+  }
+
+  simulation::Scenario scenario;
+  simulation::LiveOptions options;
+  std::shared_ptr<simulation::CityScene> scene;
+  std::vector<std::string> names;
+  std::unique_ptr<simulation::Simulation> trajectory;  // null: poses come from outside
+  GpsTime start;
+  std::int64_t interval_ns = 0;
+  std::int64_t last = std::numeric_limits<std::int64_t>::max();  // number of the last epoch
+  bool now_starts = false;                                       // at the next full second
+  std::vector<std::shared_ptr<const propagation::Propagator>>
+      propagators;  // one for each distinct set of options
+  std::vector<LiveReceiver> receivers;
+  std::map<std::string, std::shared_ptr<transport::Link>> links;
+  std::vector<Vehicle> vehicles;
+  std::vector<std::unique_ptr<output::EncodedStream>> streams;
+  std::unique_ptr<Commands> commands;
+
+  // Of a run.
+  const RunOptions* run_options = nullptr;
+  const std::vector<simulation::EpochSink*>* sinks = nullptr;
+  Clock::time_point wall_begin;
+  Clock::time_point next_second;
+  std::vector<Due> due;
+  Figures figures;
+};
+
+}  // namespace canyon::live

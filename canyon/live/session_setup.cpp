@@ -1,0 +1,181 @@
+#include "canyon/base/text_file.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/live/session_impl.hpp"
+
+namespace canyon::live {
+namespace {
+
+constexpr std::string_view kTrajectory = "trajectory";
+constexpr std::string_view kFile = "file:";
+
+}  // namespace
+
+void Session::Impl::set_time() {
+  const bool moved = std::any_of(options.poses.begin(), options.poses.end(),
+                                 [](const auto& source) { return source.from == kTrajectory; });
+  const bool has_start = scenario.start || scenario.trajectory.file;
+  if (!has_start) {
+    const auto utc = std::chrono::system_clock::now().time_since_epoch();
+    const auto second = std::chrono::ceil<std::chrono::seconds>(utc);
+    scenario.start = geodesy::gps_from_unix(std::chrono::nanoseconds(second).count());
+    now_starts = !by_stamps();
+  }
+  if (moved) {
+    trajectory = std::make_unique<simulation::Simulation>(scenario, scene);
+    start = trajectory->begin();
+    interval_ns = std::llround(trajectory->interval_s() * 1e9);
+    last = static_cast<std::int64_t>(trajectory->epoch_count()) - 1;
+  } else {
+    if (!scenario.start)
+      throw error("'start' is missing", "say when the poses begin, or leave the trajectory out");
+    start = *scenario.start;
+    interval_ns = std::llround(1e9 / scenario.rate_hz.value_or(10));
+    if (scenario.duration_s)
+      last = static_cast<std::int64_t>(std::floor(*scenario.duration_s * 1e9 + 0.5)) / interval_ns;
+  }
+  const bool real = std::any_of(options.poses.begin(), options.poses.end(), [](const auto& source) {
+    return source.from != kTrajectory && !source.from.starts_with(kFile);
+  });
+  if (real && by_stamps() && options.poses.size() > 1) {
+    throw error("live.clock is stamps, and there are several sources of poses",
+                "have one source with all vehicles' poses in their order, or take the wall clock");
+  }
+  if (real && options.speed != 1) {
+    throw error(fmt::format("live.speed is {}, and poses come in real time", options.speed),
+                "leave it out; it is for trajectories and logs");
+  }
+}
+
+void Session::Impl::make_receivers() {
+  for (const auto& receiver : scenario.receivers) {
+    simulation::LiveConfig config;
+    config.sky = scenario.sky;
+    config.start = start;
+    config.rate_hz = 1e9 / static_cast<double>(interval_ns);
+    config.receiver = receiver;
+    config.seed = scenario.seed;
+    config.faults = scenario.faults;
+    receivers.emplace_back(std::move(config), scene, start);
+    share_propagator(receivers.back());
+  }
+}
+
+// What is found in the city's surfaces is large: receivers that look in the same way have it once, and in the
+// processor's cache.
+void Session::Impl::share_propagator(LiveReceiver& receiver) {
+  const propagation::PropagationOptions& wanted = receiver.config().receiver.propagation;
+  auto found = std::find_if(propagators.begin(), propagators.end(),
+                            [&](const auto& each) { return each->options() == wanted; });
+  if (found == propagators.end()) {
+    propagators.push_back(
+        std::make_shared<const propagation::Propagator>(scene->city.mesh, scene->scene, wanted));
+    found = propagators.end() - 1;
+  }
+  receiver.set_tracer([propagator = *found](const Eigen::Vector3d& antenna,
+                                            std::span<const Eigen::Vector3d> directions,
+                                            std::span<propagation::SatellitePaths> result) {
+    propagator->trace(antenna, directions, result);
+  });
+}
+
+std::shared_ptr<transport::Link> Session::Impl::link_of(const std::string& address) {
+  std::shared_ptr<transport::Link>& link = links[address];
+  if (!link) link = std::make_shared<transport::Link>(address);
+  return link;
+}
+
+void Session::Impl::make_vehicles() {
+  std::vector<const std::string*> driver(names.size(), nullptr);
+  const auto take = [&](Vehicle& vehicle, std::size_t r, const std::string& from) {
+    if (scenario.receivers[r].fixed) {
+      throw error(fmt::format("live.poses: '{}' moves receiver '{}', which is fixed", from, names[r]),
+                  "leave one of them out");
+    }
+    if (driver[r] != nullptr) {
+      throw error(
+          fmt::format("live.poses: '{}' and '{}' both move receiver '{}'", *driver[r], from, names[r]),
+          "name each receiver in one source");
+    }
+    driver[r] = &from;
+    const auto n = static_cast<std::int64_t>(names.size());
+    const std::int64_t offset_ns = options.stagger ? interval_ns * static_cast<std::int64_t>(r) / n : 0;
+    vehicle.receivers.push_back({r, offset_ns, 0});
+  };
+  for (const simulation::PoseSourceOptions& source : options.poses) {
+    Vehicle& vehicle = vehicles.emplace_back();
+    for (const std::string& name : source.receivers) {
+      const auto at = std::find(names.begin(), names.end(), name);
+      if (at == names.end()) {
+        throw error(fmt::format("live.poses: the scenario has no receiver '{}'", name),
+                    fmt::format("receivers: {}", fmt::join(names, ", ")));
+      }
+      take(vehicle, static_cast<std::size_t>(at - names.begin()), source.from);
+    }
+  }
+  for (std::size_t i = 0; i < vehicles.size(); ++i) {
+    const simulation::PoseSourceOptions& source = options.poses[i];
+    Vehicle& vehicle = vehicles[i];
+    if (source.receivers.empty()) {
+      for (std::size_t r = 0; r < names.size(); ++r) {
+        if (driver[r] == nullptr && !scenario.receivers[r].fixed) take(vehicle, r, source.from);
+      }
+    }
+    if (source.from == kTrajectory) continue;
+    vehicle.source = std::make_unique<PoseSource>(source, scene->city.frame);
+    if (source.from.starts_with(kFile)) {
+      vehicle.log.emplace();
+      vehicle.log->text = TextFile(source.from.substr(kFile.size())).text();
+      continue;
+    }
+    vehicle.link = link_of(source.from);
+    vehicle.listener = vehicle.link->listen([this, i](const transport::Heard& heard) {
+      Vehicle& self = vehicles[i];
+      if (!by_stamps()) {
+        self.source->hear(heard.reader, heard.bytes, now_ns());
+        return;
+      }
+      self.source->hear_log(heard.bytes, self.first_stamp_s, [&](std::int64_t now) {
+        gather(self, now);
+        compute_and_write();
+      });
+    });
+  }
+  for (std::size_t r = 0; r < names.size(); ++r) {
+    if (driver[r] != nullptr) continue;
+    if (scenario.receivers[r].fixed) {
+      vehicles.emplace_back().receivers.push_back({r, 0, 0});
+      continue;
+    }
+    throw error(fmt::format("live.poses: nothing moves receiver '{}'", names[r]),
+                "name it in a source, or add a source without 'receivers'");
+  }
+}
+
+void Session::Impl::open_streams() {
+  for (std::size_t i = 0; i < options.streams.size(); ++i) {
+    const simulation::StreamRequest& request = options.streams[i];
+    try {
+      const std::size_t r = output::find_receiver(request, names);
+      const simulation::BuiltSky& sky = receivers[r].sky();
+      output::ReceiverDescription description = output::describe_receiver(
+          scenario.receivers[r].options, *sky.sky, sky.navigation, start, seconds(interval_ns));
+      if (const auto& fixed = scenario.receivers[r].fixed) {
+        description.station_ecef = geodesy::ecef_from_geodetic(fixed->place);
+      }
+      streams.push_back(output::open_stream(request, r, description, link_of(request.address)));
+    } catch (const InputError& e) {
+      if (!e.file().empty()) throw;
+      throw error(fmt::format("live.streams[{}]: {}", i, e.problem()), e.cure());
+    }
+  }
+  if (options.control.empty()) return;
+  CommandContext context{scenario,
+                         receivers,
+                         figures,
+                         options.changes,
+                         [this] { return seconds(now_ns()); },
+                         [this](LiveReceiver& receiver) { share_propagator(receiver); }};
+  commands = std::make_unique<Commands>(std::move(context), link_of(options.control));
+}
+
+}  // namespace canyon::live
