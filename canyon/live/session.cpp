@@ -231,6 +231,7 @@ void Session::Impl::wait() const {
   std::vector<int> handles;
   for (const auto& [address, link] : links) link->transport().add_handles(handles);
   std::vector<pollfd> polled;
+  polled.reserve(handles.size());
   for (const int handle : handles) polled.push_back({handle, POLLIN, 0});
   const auto left = std::max<std::int64_t>(0, nanoseconds(until - Clock::now()));
   const timespec timeout{static_cast<time_t>(left / 1'000'000'000), static_cast<long>(left % 1'000'000'000)};

@@ -15,7 +15,7 @@ using asio::ip::tcp;
 asio::ip::address_v4 listening_address(const HostPort& at) {
   if (at.host == "localhost") return asio::ip::address_v4::loopback();
   error_code error;
-  const auto address = asio::ip::make_address_v4(at.host, error);
+  auto address = asio::ip::make_address_v4(at.host, error);
   if (error) {
     throw InputError(fmt::format("'{}' is no address to listen at", at.host),
                      "write 127.0.0.1 for programs of this machine, or 0.0.0.0 for everybody");
