@@ -30,6 +30,13 @@ Json refusal(std::string_view problem, std::string_view cure) {
   return json;
 }
 
+/// A value that is YAML as a string, or JSON as it stands; empty: neither.
+std::optional<std::string> text_of(const nlohmann::json& command, const char* key) {
+  const auto found = command.find(key);
+  if (found == command.end() || !(found->is_object() || found->is_string())) return std::nullopt;
+  return found->is_string() ? found->get<std::string>() : found->dump();
+}
+
 }  // namespace
 
 struct Commands::Impl {
@@ -99,14 +106,13 @@ struct Commands::Impl {
     return {{"ok", true}, {"options", simulation::running_options(receiver(command).config())}};
   }
   Json set(const nlohmann::json& command) {
-    const auto found = command.find("options");
-    if (found == command.end() || !(found->is_object() || found->is_string())) {
+    const auto text = text_of(command, "options");
+    if (!text) {
       throw InputError("'set' has no options",
                        R"(write {"command": "set", "receiver": "rover", "options": {"clock.bias_s": 1}})");
     }
     simulation::LiveReceiver& changed = receiver(command);
-    const std::string text = found->is_string() ? found->get<std::string>() : found->dump();
-    changed.set_config(simulation::changed_live_config(changed.config(), text, {}));
+    changed.set_config(simulation::changed_live_config(changed.config(), *text, {}));
     if (context.changed) context.changed(changed);
     return {{"ok", true}};
   }
@@ -134,14 +140,13 @@ struct Commands::Impl {
     return json;
   }
   Json add_fault(const nlohmann::json& command) {
-    const auto found = command.find("fault");
-    if (found == command.end() || !(found->is_object() || found->is_string())) {
+    const auto text = text_of(command, "fault");
+    if (!text) {
       throw InputError("'add_fault' has no fault",
                        R"(write {"command": "add_fault", "fault": {"duration_s": 10, "outage": {}}})");
     }
-    const std::string text = found->is_string() ? found->get<std::string>() : found->dump();
     Json json{{"ok", true}};
-    each(command, [&](simulation::LiveReceiver& one) { json["name"] = one.add_fault(text); });
+    each(command, [&](simulation::LiveReceiver& one) { json["name"] = one.add_fault(*text); });
     return json;
   }
   Json end_fault(const nlohmann::json& command) {

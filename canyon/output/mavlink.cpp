@@ -106,6 +106,16 @@ class MavlinkStream : public Encoder {
   std::uint8_t sequence_ = 0;
 };
 
+/// Where a fix is, and how well it says so: alike in all messages.
+template <typename Message>
+void put_place(const positioning::Fix& fix, Message& m) {
+  m.latitude_deg = degrees(fix.position.latitude_rad);
+  m.longitude_deg = degrees(fix.position.longitude_rad);
+  m.altitude_m = fix.position.height_m;
+  m.horizontal_accuracy_m = horizontal_sigma_m(fix);
+  m.vertical_accuracy_m = vertical_sigma_m(fix);
+}
+
 class GpsInputStream final : public MavlinkStream {
   using MavlinkStream::MavlinkStream;
   [[nodiscard]] mavlink::Message each_epoch(const simulation::Epoch& epoch) const override {
@@ -150,12 +160,8 @@ mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
                GpsInput::kVerticalAccuracy;
     return m;
   }
-  m.latitude_deg = degrees(fix.position.latitude_rad);
-  m.longitude_deg = degrees(fix.position.longitude_rad);
-  m.altitude_m = fix.position.height_m;
+  put_place(fix, m);
   m.velocity_ned_mps = ned(*fix.velocity_enu_mps);
-  m.horizontal_accuracy_m = horizontal_sigma_m(fix);
-  m.vertical_accuracy_m = vertical_sigma_m(fix);
   if (fix.dop) {
     m.hdop = fix.dop->hdop;
     m.vdop = fix.dop->vdop;
@@ -178,11 +184,7 @@ mavlink::HilGps hil_gps(const simulation::Epoch& epoch) {
   m.fix_type = kNoFix;
   if (!fix.solved() || !fix.velocity_enu_mps) return m;
   m.fix_type = k3d;
-  m.latitude_deg = degrees(fix.position.latitude_rad);
-  m.longitude_deg = degrees(fix.position.longitude_rad);
-  m.altitude_m = fix.position.height_m;
-  m.horizontal_accuracy_m = horizontal_sigma_m(fix);
-  m.vertical_accuracy_m = vertical_sigma_m(fix);
+  put_place(fix, m);
   m.velocity_ned_mps = ned(*fix.velocity_enu_mps);
   m.speed_mps = fix.velocity_enu_mps->head<2>().norm();
   m.course_deg = course_deg(*fix.velocity_enu_mps);
@@ -197,11 +199,8 @@ mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
   m.fix_type = kNoFix;
   if (!fix.solved()) return m;
   m.fix_type = k3d;
-  m.latitude_deg = degrees(fix.position.latitude_rad);
-  m.longitude_deg = degrees(fix.position.longitude_rad);
-  m.altitude_m = m.ellipsoidal_height_m = fix.position.height_m;
-  m.horizontal_accuracy_m = horizontal_sigma_m(fix);
-  m.vertical_accuracy_m = vertical_sigma_m(fix);
+  put_place(fix, m);
+  m.ellipsoidal_height_m = fix.position.height_m;
   if (fix.dop) {
     m.hdop = fix.dop->hdop;
     m.vdop = fix.dop->vdop;
