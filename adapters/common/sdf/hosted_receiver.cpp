@@ -35,11 +35,6 @@ std::string place_name(const ReceiverIdentity& identity) {
   return name;
 }
 
-bool operator==(const HostOrigin& a, const HostOrigin& b) {
-  return a.origin.latitude_rad == b.origin.latitude_rad && a.origin.longitude_rad == b.origin.longitude_rad &&
-         a.origin.height_m == b.origin.height_m && a.heading_rad == b.heading_rad;
-}
-
 WorldFrame world_frame(const std::optional<HostOrigin>& host, const PluginSettings& settings,
                        std::vector<std::string>& warnings) {
   WorldFrame frame;
