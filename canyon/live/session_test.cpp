@@ -212,8 +212,14 @@ TEST(Session, UbxRestartsTheReceiver) {
   Session session(s, city_of(s));
   Kept kept;
   std::atomic<bool> stop{false};
-  std::atomic<std::size_t> epochs{0};
-  kept.each = [&](const Epoch&) { ++epochs; };
+  std::mutex mutex;
+  std::condition_variable grown;
+  std::size_t epochs = 0;
+  kept.each = [&](const Epoch&) {
+    const std::lock_guard lock(mutex);
+    ++epochs;
+    grown.notify_one();
+  };
   std::vector<std::string> notes;
   std::thread server([&] {
     RunOptions options;
@@ -221,16 +227,16 @@ TEST(Session, UbxRestartsTheReceiver) {
     options.note = [&](const std::string& line) { notes.push_back(line); };
     (void)session.run({&kept}, options);
   });
-  const auto until = [&](std::size_t count) {
-    for (int i = 0; i < 20'000 && epochs < count; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+  const auto more = [&](std::size_t count) {
+    std::unique_lock lock(mutex);
+    EXPECT_TRUE(grown.wait_for(lock, std::chrono::seconds(20),
+                               [&, wanted = epochs + count] { return epochs >= wanted; }));
   };
   {
     const test::LocalConnection driver(ubx);
-    until(50);
+    more(50);
     driver.say(output::ubx::frame(0x0604, output::ubx::Payload().u2(0xFFFF).u1(2).u1(0).bytes()));
-    until(epochs + 400);
+    more(400);
   }
   stop = true;
   server.join();
