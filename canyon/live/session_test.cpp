@@ -221,16 +221,15 @@ TEST(Session, UbxRestartsTheReceiver) {
     options.note = [&](const std::string& line) { notes.push_back(line); };
     (void)session.run({&kept}, options);
   });
-  const auto until = [&](std::size_t count) {
-    for (int i = 0; i < 20'000 && epochs < count; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-  };
   {
-    const test::LocalConnection driver(ubx);
-    until(50);
+    test::LocalConnection driver(ubx);
+    const auto read_until = [&](std::size_t count) {
+      while (epochs < count && !driver.read_some().empty()) {
+      }
+    };
+    read_until(50);
     driver.say(output::ubx::frame(0x0604, output::ubx::Payload().u2(0xFFFF).u1(2).u1(0).bytes()));
-    until(epochs + 400);
+    read_until(epochs + 400);
   }
   stop = true;
   server.join();
