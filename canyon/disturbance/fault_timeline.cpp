@@ -9,6 +9,12 @@
 #include "canyon/options/values.hpp"
 
 namespace canyon::disturbance {
+namespace {
+
+/// More than a scenario has; clients of a running receiver add some without end.
+constexpr std::size_t kMostFaults = 10'000;
+
+}  // namespace
 
 /// Of one receiver; begins anew with it.
 class FaultTimeline::Effects final : public Disturbance {
@@ -74,6 +80,10 @@ bool FaultTimeline::add(Fault fault) {
   const auto same = [&](const Entry& entry) { return entry.fault.name == fault.name; };
   if (std::any_of(entries_.begin(), entries_.end(), same)) {
     throw InputError(fmt::format("'{}' names two faults", fault.name), "give each its own name");
+  }
+  if (entries_.size() >= kMostFaults) {
+    throw InputError(fmt::format("a timeline takes {} faults, ended ones included", kMostFaults),
+                     "begin the run anew");
   }
   if (surroundings_.sky) fault.check(*surroundings_.sky);
   ++next_;  // whoever it concerns, so that all receivers of a host number alike

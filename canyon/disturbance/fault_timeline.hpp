@@ -37,7 +37,7 @@ class FaultTimeline {
   /// Fault::check().
   void set_surroundings(Surroundings surroundings);
   /// False where it does not concern this receiver. Throws InputError for a name that stands there already,
-  /// and as Fault::check().
+  /// beyond 10,000 faults, and as Fault::check().
   bool add(Fault fault);
   /// Throws InputError where none of that name is still to come or at work, naming those that are.
   void end(const std::string& name, double at_s);

@@ -189,10 +189,14 @@ void Session::Impl::serve() {
     stream->send_due();
     const auto kind = stream->take_restart();
     if (!kind) continue;
-    const std::string fault = receivers[stream->receiver()].add_fault(
-        fmt::format("restart: {{kind: {}}}", disturbance::name(*kind)));
-    note(fmt::format("{}: {} start, asked for over its line: fault '{}'", names[stream->receiver()],
-                     disturbance::name(*kind), fault));
+    try {
+      const std::string fault = receivers[stream->receiver()].add_fault(
+          fmt::format("restart: {{kind: {}}}", disturbance::name(*kind)));
+      note(fmt::format("{}: {} start, asked for over its line: fault '{}'", names[stream->receiver()],
+                       disturbance::name(*kind), fault));
+    } catch (const InputError& error) {
+      note(fmt::format("{}: no restart: {}", names[stream->receiver()], error.what()));
+    }
   }
 }
 
