@@ -237,7 +237,7 @@ void ReceiverNode::Impl::begin_poses() {
     simulation::LiveReceiver& live = poses->receiver();
     streams.push_back(make_stream_publisher(
         "parameter 'streams'", stream,
-        output::describe_receiver(live.config().receiver.options, *live.sky().sky, live.sky().navigation,
+        output::describe_receiver(live.config().receiver, *live.sky().sky, live.sky().navigation,
                                   live.start(), schedule.interval_s())));
   }
 }

@@ -109,8 +109,8 @@ void HostedReceiver::say(Tone tone, const std::string& line) {
 
 output::ReceiverDescription HostedReceiver::description() const {
   const simulation::BuiltSky& sky = receiver_->sky();
-  return output::describe_receiver(settings_.live.receiver.options, *sky.sky, sky.navigation,
-                                   receiver_->start(), schedule_.interval_s());
+  return output::describe_receiver(settings_.live.receiver, *sky.sky, sky.navigation, receiver_->start(),
+                                   schedule_.interval_s());
 }
 
 void HostedReceiver::add(std::unique_ptr<EpochPublisher> publisher) {
