@@ -77,7 +77,7 @@ void visit(options::Visitor& v, DriveOptions& o) {
   v.require("count");
   v.integer({"count", "", "so many drives at random through the streets of the run's city"}, o.count, 1,
             kMost);
-  v.number({"length_m", "m", "length of each, at least"}, o.length_m, {10, 1e6});
+  v.number({"length_m", "m", "length of each"}, o.length_m, {10, 1e6});
   v.number({"speed_mps", "m/s", "speed on the legs"}, o.speed_mps, {0, 100, true});
   v.number({"acceleration_mps2", "m/s^2", "within which speeds change and corners are turned"},
            o.acceleration_mps2, {0, 100, true});
@@ -87,7 +87,8 @@ void visit(options::Visitor& v, DriveOptions& o) {
 void visit(options::Visitor& v, Axis& o) {
   v.text({"name", "", "names its coordinate in the results", "last word of the key"}, o.name);
   v.text({"key", "",
-          "what it sets: a key of the scenario with dots, receivers[0].profile, receivers[].fix.solver; a "
+          "what it sets: a key of the scenario with dots, receivers[0].profile, "
+          "receivers[].elevation_mask_deg; a "
           "section as well (city, faults). Left out: each value is a mapping of such keys",
           "none"},
          o.key);

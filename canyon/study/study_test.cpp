@@ -5,12 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <set>
+#include <sstream>
 
 #include "canyon/study/design.hpp"
 #include "canyon/study/runner.hpp"
 #include "canyon/study/settings_tree.hpp"
 #include "tests/support/simulation_support.hpp"
+#include "tests/support/source_dir.hpp"
 
 namespace canyon::study {
 namespace {
@@ -191,6 +195,14 @@ TEST(Study, KeyFollowsWhatResultsDependOn) {
   const std::string way = "0,22.3,114.17,5\n3,22.3001,114.17,5\n";
   EXPECT_EQ(study(one, way), study(two, way));
   EXPECT_NE(study(one, way), study(two, "0,22.3,114.17,5\n3,22.3002,114.17,5\n"));
+}
+
+TEST(Study, DocumentationHasTheSameTable) {
+  std::stringstream page;
+  page << std::ifstream(std::filesystem::path(canyon_source_dir) / "docs/study.md").rdbuf();
+  EXPECT_THAT(page.str(), HasSubstr("<!-- begin: keys of a study -->\n" +
+                                    options::markdown(study_description().keys) + "<!-- end -->\n"))
+      << "put this table between the marks";
 }
 
 struct BadStudy {
