@@ -365,7 +365,7 @@ P
   runs 2 "${judge[@]}" --align --reach 1; one_line; says err reach
   runs 2 "${judge[@]}" --models miror; one_line; says err miror "'mirror'"
   runs 2 "${judge[@]}" --models mirror --ladder
-  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --format gpx; one_line; says err gpx urbannav
+  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --format igc; one_line; says err igc urbannav
   runs 2 "${judge[@]}" --report judge.yaml; one_line; says err judge.yaml
   runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs; one_line; says err --truth
   runs 2 "$canyon" validate judge.yaml --obs none.obs --truth truth.csv; one_line; says err none.obs
@@ -863,7 +863,7 @@ P
   runs 2 "$canyon" heatmap query map/map.nc --at 22.3; one_line; says err LATITUDE,LONGITUDE
   runs 2 "$canyon" heatmap query map/map.nc --at 48,11; one_line; says err --at outside
   runs 2 "$canyon" heatmap query map/map.nc --at 22.3,114.17 --time 2026-04-01T10:00:00Z; one_line; says err --time 2026-04-01
-  runs 2 "$canyon" heatmap query map/map.nc --path truth.csv --format gpx; one_line; says err gpx urbannav
+  runs 2 "$canyon" heatmap query map/map.nc --path truth.csv --format igc; one_line; says err igc urbannav
   runs 2 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --speed 0; one_line; says err --speed
   runs 2 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --time 2027-01-01T00:00:00Z
   one_line; says err truth.csv outside
