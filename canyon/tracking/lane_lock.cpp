@@ -70,6 +70,24 @@ void prompt(const float* table, const float* tau, std::size_t paths, const float
   for (std::size_t k = 0; k < kWidth; ++k) power[k] = r[k] * r[k] + i[k] * i[k] + c[k];
 }
 
+/// The same where all lanes' replicas stand at one delay: R is looked up once for each path.
+CANYON_CLONES
+void prompt_at(const float* table, float tau, std::size_t paths, const float* delay, const float* re,
+               const float* im, const float* incoherent, std::size_t stride, float* power) {
+  Lanes r{}, i{}, c{};
+  for (std::size_t p = 0; p < paths; ++p) {
+    const float x = std::min(std::fabs(tau - delay[p]) * kStepsPerChip, kReach * kStepsPerChip);
+    const int j = static_cast<int>(x);
+    const float u = table[j] + (x - static_cast<float>(j)) * (table[j + 1] - table[j]);
+    for (std::size_t k = 0; k < kWidth; ++k) {
+      r[k] += re[p * stride + k] * u;
+      i[k] += im[p * stride + k] * u;
+      c[k] += incoherent[p * stride + k] * (u * u);
+    }
+  }
+  for (std::size_t k = 0; k < kWidth; ++k) power[k] = r[k] * r[k] + i[k] * i[k] + c[k];
+}
+
 }  // namespace
 
 /// Eight lanes on their way.
@@ -145,9 +163,8 @@ bool LaneCodeLock::lock_group(const Paths& paths, std::size_t first, Group& g) c
   for (std::size_t p = 0; p < count; ++p) {
     earliest = std::min(earliest, delays[p]);
     latest = std::max(latest, delays[p]);
-    Lanes at, power;
-    at.fill(delays[p]);
-    prompt(table_.data(), at.data(), count, delays, re, im, incoherent, stride, power.data());
+    Lanes power;
+    prompt_at(table_.data(), delays[p], count, delays, re, im, incoherent, stride, power.data());
     for (std::size_t i = 0; i < kWidth; ++i) {
       const std::size_t k = p * stride + i;
       const float own = re[k] * re[k] + im[k] * im[k] + incoherent[k];

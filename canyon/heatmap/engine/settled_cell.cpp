@@ -47,6 +47,7 @@ SettledCell::SettledCell(const SettledSky& sky, const propagation::Propagator& p
 
 PathNode SettledCell::trace(const Vector3d& place) {
   PathNode node;
+  node.place = place;
   propagator_.trace(place, sky_.directions(), traced_, &node.edges);
   std::sort(node.edges.begin(), node.edges.end());
   for (std::size_t k = 0; k < traced_.size(); ++k) {
@@ -67,33 +68,33 @@ PathNode SettledCell::trace(const Vector3d& place) {
   return node;
 }
 
-const SettledCell::Reflector& SettledCell::reflector(std::size_t satellite, const Path& path) {
-  std::uint64_t key = mix64(path.reflector + kGolden64 * (satellite + 1));
-  for (int i = 0; i < path.incidence_count; ++i) {
-    key = mix64(key + static_cast<std::uint64_t>(path.incidences[static_cast<std::size_t>(i)].material));
-  }
-  const auto [found, made] = reflectors_.try_emplace(key);
+std::pair<SettledCell::Reflector&, bool> SettledCell::reflector(std::uint64_t key, std::size_t satellite,
+                                                                std::uint64_t name, const Vector3d& arrival) {
+  const auto [found, made] = reflectors_.try_emplace(mix64(key + kGolden64 * (satellite + 1)));
   Reflector& r = found->second;
+  if (!made) return {r, false};
+  r.re.resize(sky_.padded());
+  r.im.resize(sky_.padded());
+  sky_.phases_of(satellite, name, r.re.data(), r.im.data());
+  if (sky_.has_blockages()) {
+    r.factor.resize(sky_.padded(), 1);
+    sky_.blockages_of(arrival, shadowings_, r.factor.data());
+  }
+  return {r, true};
+}
+
+const SettledCell::Reflector& SettledCell::reflector(std::size_t satellite, const Path& path) {
+  std::uint64_t key = path.reflector;
+  for (int i = 0; i < path.incidence_count; ++i) {
+    key = mix64(key + static_cast<std::uint64_t>(path.incidences[static_cast<std::size_t>(i)].material) + 1);
+  }
+  const auto [r, made] = reflector(key, satellite, path.reflector, path.arrival);
   if (!made) return r;
   const SettledSatellite& s = sky_.satellites()[satellite];
   Path without_detour = path;
   without_detour.excess_m = 0;
   r.amplitude = signal::path_amplitude(without_detour, s.line.elevation_rad, s.carrier_hz,
                                        options_.signal.antenna, options_.signal.strength);
-  r.re.resize(sky_.padded());
-  r.im.resize(sky_.padded());
-  sky_.phases_of(satellite, path.reflector, r.re.data(), r.im.data());
-  return r;
-}
-
-/// Without an amplitude.
-const SettledCell::Reflector& SettledCell::phases(std::size_t satellite, std::uint64_t reflector) {
-  const auto [found, made] = reflectors_.try_emplace(mix64(reflector + kGolden64 * (satellite + 1)));
-  Reflector& r = found->second;
-  if (!made) return r;
-  r.re.resize(sky_.padded());
-  r.im.resize(sky_.padded());
-  sky_.phases_of(satellite, reflector, r.re.data(), r.im.data());
   return r;
 }
 
@@ -114,7 +115,7 @@ const float* SettledCell::blockage(const Vector3d& arrival) {
 }
 
 /// The paths of one satellite.
-void SettledCell::gather(std::size_t satellite, std::span<const NodePath> far) {
+void SettledCell::gather(std::size_t satellite, std::span<const NodePath> far, const Vector3d& from_node) {
   const SettledSatellite& s = sky_.satellites()[satellite];
   paths_.clear();
   for (const Path& path : traced_[satellite].paths) {
@@ -126,30 +127,36 @@ void SettledCell::gather(std::size_t satellite, std::span<const NodePath> far) {
       p.amplitude = r.amplitude * phasor(path.excess_m / s.wavelength_m);
       p.re = r.re.data();
       p.im = r.im.data();
+      if (!r.factor.empty()) p.factor = r.factor.data();
     } else {
       p.amplitude = signal::path_amplitude(path, s.line.elevation_rad, s.carrier_hz, options_.signal.antenna,
                                            options_.signal.strength);
     }
-    p.factor = path.kind == PathKind::Direct ? direct_factors_[satellite].data() : blockage(path.arrival);
+    if (path.kind == PathKind::Direct) p.factor = direct_factors_[satellite].data();
+    if (path.kind == PathKind::Diffracted) p.factor = blockage(path.arrival);
   }
   std::size_t bundles = 0;
   for (const NodePath& path : far) {
     CellPath& p = paths_.emplace_back();
-    p.excess_m = path.excess_m;
+    const Vector3d arrival = path.arrival.cast<double>();
+    // Exact over planes, of first order over facades that scatter (antenna_image()).
+    const double longer_m = (s.direction - arrival).dot(from_node);
+    p.excess_m = std::max(0.0, path.excess_m + longer_m);
     p.rate_mps = path.rate_mps;
-    p.amplitude = path.amplitude;
-    p.factor = blockage(path.arrival.cast<double>());
+    p.amplitude = path.amplitude * phasor(longer_m / s.wavelength_m);
     p.diffuse = path.diffuse;
     if (path.diffuse) {
+      p.factor = blockage(arrival);
       const std::size_t at = bundles++ * sky_.padded();
       assert(at < s.fade_re.size());
       p.re = s.fade_re.data() + at;
       p.im = s.fade_im.data() + at;
       p.power = s.fade_power.data() + at;
     } else {
-      const Reflector& r = phases(satellite, path.reflector);
+      const Reflector& r = reflector(path.reflector, satellite, path.reflector, arrival).first;
       p.re = r.re.data();
       p.im = r.im.data();
+      if (!r.factor.empty()) p.factor = r.factor.data();
     }
   }
 }
@@ -308,7 +315,8 @@ void SettledCell::locate(bool statistics, CellValues& values) {
 }
 
 void SettledCell::solve(const Vector3d& place, std::span<const propagation::KnownEdge> edges,
-                        std::span<const NodePath> far, bool statistics, CellValues& values) {
+                        const PathNode& node, bool statistics, CellValues& values) {
+  const std::span<const NodePath> far = node.paths;
   propagator_.trace_near(place, sky_.directions(), edges, traced_);
   for (std::vector<SettledRange>& ranges : ranges_) ranges.clear();
   los_ = nlos_ = visible_ = blocked_ = 0;
@@ -317,7 +325,7 @@ void SettledCell::solve(const Vector3d& place, std::span<const propagation::Know
   for (std::size_t k = 0; k < traced_.size(); ++k) {
     std::size_t last = first;
     while (last < far.size() && far[last].satellite == k) ++last;
-    gather(k, far.subspan(first, last - first));
+    gather(k, far.subspan(first, last - first), place - node.place);
     first = last;
     measure(k);
   }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "canyon/heatmap/engine/cell_values.hpp"
@@ -26,6 +27,7 @@ struct NodePath {
 
 /// What was traced at one cell.
 struct PathNode {
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
   std::vector<propagation::KnownEdge> edges;  ///< ascending
   std::vector<NodePath> paths;                ///< by satellite, each one's in its channels' order
 };
@@ -38,10 +40,10 @@ class SettledCell {
               const receiver::ReceiverOptions& options, const Eigen::Matrix3d& ecef_from_enu);
 
   [[nodiscard]] PathNode trace(const Eigen::Vector3d& place);
-  /// @param edges that may bend signals here, ascending; @param far of the node next to the place
+  /// @param edges that may bend signals here, ascending; @param node next to the place
   /// @param statistics whether layers over draws are wanted
   void solve(const Eigen::Vector3d& place, std::span<const propagation::KnownEdge> edges,
-             std::span<const NodePath> far, bool statistics, CellValues& values);
+             const PathNode& node, bool statistics, CellValues& values);
 
  private:
   /// A path as the lanes' channels meet it. Null: 1 in all lanes.
@@ -57,10 +59,13 @@ class SettledCell {
   struct Reflector {
     std::complex<double> amplitude;  ///< without the detour's phase: alike wherever a facet is seen
     std::vector<float> re, im;
+    std::vector<float> factor;  ///< by blockages; empty: 1
   };
-  void gather(std::size_t satellite, std::span<const NodePath> far);
+  void gather(std::size_t satellite, std::span<const NodePath> far, const Eigen::Vector3d& from_node);
   const Reflector& reflector(std::size_t satellite, const propagation::Path& path);
-  const Reflector& phases(std::size_t satellite, std::uint64_t reflector);
+  /// One with that key, without an amplitude. @param arrival unit, ENU
+  std::pair<Reflector&, bool> reflector(std::uint64_t key, std::size_t satellite, std::uint64_t name,
+                                        const Eigen::Vector3d& arrival);
   const float* blockage(const Eigen::Vector3d& arrival);
   void fill_lanes(const SettledSatellite& satellite);
   void measure(std::size_t satellite);

@@ -144,7 +144,7 @@ void SettledReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std:
           if (cells.state[i] == CellState::Computed) {
             if (!gathered) blocks.gather(block, quadrant, known);
             gathered = true;
-            solver.solve(cells.place(i), known, blocks.nodes[block].paths, statistics, values);
+            solver.solve(cells.place(i), known, blocks.nodes[block], statistics, values);
           }
           for (std::size_t k = 0; k < wanted.size(); ++k) {
             if (wanted[k] != Layer::SkyView) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];
