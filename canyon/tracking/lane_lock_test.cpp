@@ -79,8 +79,8 @@ TEST(LaneCodeLock, StandsWhereTheLoopStands) {
       compare(lock, direct, &worst_m, &others);
       std::cout << name(modulation) << (direct ? ", direct path: " : ", echoes alone: ") << worst_m
                 << " m at most, " << others << " of 9600 stand elsewhere\n";
-      EXPECT_LT(worst_m, 0.05);
-      EXPECT_LE(others, 9600 / 100);
+      EXPECT_LT(worst_m, 0.02);
+      EXPECT_LE(others, 9600 / 1000);
     }
   }
 }

@@ -31,7 +31,7 @@ struct CellReceiverOptions {
   ReceiverModel model = ReceiverModel::Settled;
   /// Settled: paths are searched at places so far apart [m], and constructed anew at the cells between;
   /// [0, 100]. 0: searched at every cell.
-  double path_nodes_m = 8;
+  double path_nodes_m = 6;
   [[nodiscard]] bool operator==(const CellReceiverOptions&) const = default;
   /// Throws InputError naming the field and its bound.
   void validate() const;

@@ -4,7 +4,7 @@
 //   heatmap_engine_engine_receivers_bench [profile=ublox-m8t] [city=bench|synthetic]
 //   [models=run|settled|both]
 //     [sky=recorded|nominal] [stride=61: every 61st tile] [tile=32] [spacing=2] [altitude=2] [draws=8]
-//     [nodes=8]
+//     [nodes=6]
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -147,7 +147,7 @@ int main(int argc, char** argv) {
   }
   if (models == "run") return 0;
   request.receivers.model = ReceiverModel::Settled;
-  request.receivers.path_nodes_m = std::atof(given("nodes", "8").c_str());
+  request.receivers.path_nodes_m = std::atof(given("nodes", "6").c_str());
   const Sampled settled = sample(Heatmap(environment, receiver, request, ""), stride);
   describe("settled", settled);
   if (run.computed > 0) compare(request.layers, run, settled);

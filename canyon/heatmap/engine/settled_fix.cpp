@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// (pivot over its own diagonal element): solve_fix() compares pivots of the design matrix, whose squares
+/// Of a pivot over its own diagonal element: solve_fix() compares pivots of the design matrix, whose squares
 /// these are.
 constexpr double kLeastPivot = positioning::kRankThreshold * positioning::kRankThreshold;
 

@@ -45,8 +45,8 @@ ReceiverConfig sold(const char* profile) {
 using Values = std::vector<std::vector<double>>;
 
 /// Tiles of 8 cells at 2 m, every so many, over the middle of downtown.
-Values sample(const ReceiverConfig& receiver, const CellReceiverOptions& how, std::size_t stride,
-              std::vector<Layer> layers, double across_m) {
+Values sample_map(const ReceiverConfig& receiver, const CellReceiverOptions& how, std::size_t stride,
+                  std::vector<Layer> layers, double across_m) {
   Request request;
   request.grid = Grid::covering(-across_m / 2, -across_m / 2, across_m / 2, across_m / 2, 2);
   request.grid.tile_size = 8;
@@ -96,8 +96,8 @@ TEST(SettledReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) 
   for (const char* profile : {"ublox-m8t", "phone"}) {
     const ReceiverConfig receiver = sold(profile);
     ASSERT_TRUE(SettledReceivers::fits(receiver) || receiver.options.filter.enabled);
-    const Values run = sample(receiver, kRun, 23, layers, 200);
-    const Values settled = sample(receiver, {ReceiverModel::Settled, 0}, 23, layers, 200);
+    const Values run = sample_map(receiver, kRun, 23, layers, 200);
+    const Values settled = sample_map(receiver, {ReceiverModel::Settled, 0}, 23, layers, 200);
     ASSERT_GT(run[0].size(), 200U);
     for (std::size_t l = 0; l < layers.size(); ++l) {
       std::size_t alike = 0;
@@ -114,14 +114,14 @@ TEST(SettledReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) 
   }
 }
 
-// With nodes 8 m apart: medians and 95th percentiles of errors over places within 5 %, availability within
+// With nodes 6 m apart: medians and 95th percentiles of errors over places within 5 %, availability within
 // 1 %. docs/heatmap-receivers.md has the same over larger samples, and for Hong Kong.
 TEST(SettledReceivers, HoldTheirBoundsBetweenNodes) {
   const std::vector<Layer> layers{Layer::HorizontalErrorP50, Layer::HorizontalErrorP95,
                                   Layer::HorizontalErrorMean, Layer::VerticalErrorP50, Layer::Availability};
   const ReceiverConfig receiver = sold("ublox-m8t");
-  const Values run = sample(receiver, kRun, 19, layers, 560);
-  const Values settled = sample(receiver, {}, 19, layers, 560);
+  const Values run = sample_map(receiver, kRun, 19, layers, 560);
+  const Values settled = sample_map(receiver, {}, 19, layers, 560);
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const std::vector<double> a = finite(run[l]), b = finite(settled[l]);
     if (layers[l] == Layer::Availability) {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <complex>
 
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
-#include <unordered_map>
 #include <vector>
 
 #include "canyon/disturbance/shadowing.hpp"
@@ -29,7 +28,6 @@ struct SettledSatellite {
   double peak_power = 1;              ///< of the prompt correlator on a path of power 1
   double jitter_1 = 0, jitter_2 = 0;  ///< dll_jitter_m()^2 = jitter_1 / (C/N0) + jitter_2 / (C/N0)^2
   double sigma_factor = 1;            ///< RangingOptions::sigma_factor
-  double elevation_sigma_m = 1;       ///< of weights that do not go by strength; 0: those of sigma_m
   std::vector<double> clear_cn0_hz;   ///< [lane] in a clear line of sight
   std::vector<double> direct_factor;  ///< [lane] what shadows leave of the direct path's amplitude
   std::vector<double> error_m;        ///< [lane] of the pseudorange, but for paths and code loop
