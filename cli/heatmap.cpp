@@ -111,6 +111,7 @@ class Command {
       warn({"a map is of a place and has no faults: those of the scenario are left out"});
     if (arguments_.seed) scenario_.seed = *arguments_.seed;
     request_.draws = {arguments_.noise.draws, scenario_.seed};
+    request_.receivers = arguments_.receivers;
     request_.times = for_option(
         "--times", [&] { return heatmap::parse_times(arguments_.times, scenario_start(scenario_)); });
     std::string instants = arguments_.times;
@@ -370,6 +371,8 @@ void add_heatmap(CLI::App& app, Action& action) {
   command->add_option("--receiver", arguments->receiver, "which of the scenario's (the first)")
       ->type_name("NAME");
   add_field(*command, "--draws", arguments->noise, "draws");
+  add_field(*command, "--receivers", arguments->receivers, "model");
+  add_field(*command, "--path-nodes", arguments->receivers, "path_nodes_m");
   command->add_option("--seed", arguments->seed, "instead of the scenario's seed")->type_name("N");
   add_threads(*command, arguments->threads);
   arguments->grid.tile_size = 0;

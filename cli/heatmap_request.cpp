@@ -207,6 +207,10 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
                   [](heatmap::Layer layer) { return heatmap::info(layer).draws; })) {
     add("--draws", std::to_string(request.draws.draws));
   }
+  if (!(request.receivers == heatmap::CellReceiverOptions{})) {
+    add("--receivers", request.receivers.model == heatmap::ReceiverModel::Run ? "run" : "settled");
+    add("--path-nodes", fmt::format("{:g}", request.receivers.path_nodes_m));
+  }
   add("--seed", std::to_string(request.draws.seed));
   if (arguments.grid.tile_size > 0) add("--tile", std::to_string(arguments.grid.tile_size));
   return text;

@@ -17,6 +17,7 @@ struct HeatmapArguments {
   std::string bbox, enu_box, area;
   heatmap::Grid grid;  ///< spacing; tile_size: 0 is not given
   heatmap::DrawOptions noise;
+  heatmap::CellReceiverOptions receivers;
   std::string altitudes = "15", altitude_kind = "terrain";
   std::string times, layers, formats = "all", model, receiver;
   std::optional<std::uint64_t> seed;

@@ -95,6 +95,11 @@ struct EdgeDiffraction::Impl {
   void find(const EdgeSet& set, raytrace::InstanceId instance, const Isometry3d* enu_from_set,
             const Vector3d& antenna, std::span<const Vector3d> directions, std::span<const bool> blocked,
             Scratch& s) const;
+  void bend(const EdgeSet& set, std::uint32_t index, raytrace::InstanceId instance,
+            const Isometry3d* enu_from_set, const Vector3d& antenna, const Vector3d& here,
+            std::uint32_t satellite, const Vector3d& towards, bool blocked, Scratch& s) const;
+  void choose(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
+              std::span<std::vector<DiffractedPath>> result) const;
   [[nodiscard]] bool is_clear(const Vector3d& antenna, const Vector3d& direction, const Candidate& c) const;
 };
 
@@ -111,43 +116,50 @@ void EdgeDiffraction::Impl::find(const EdgeSet& set, raytrace::InstanceId instan
     const Vector3d towards = enu_from_set != nullptr
                                  ? Vector3d(enu_from_set->linear().transpose() * directions[i])
                                  : directions[i];
-    const double max_excess = blocked[i] ? shadow_excess : lit_excess;
-    mark_diffracting(s.near, towards, max_excess, s.marks);
+    mark_diffracting(s.near, towards, blocked[i] ? shadow_excess : lit_excess, s.marks);
     for (std::size_t word = 0; word < s.marks.size(); word += 8) {
       std::uint64_t eight;
       std::memcpy(&eight, s.marks.data() + word, 8);
       if (eight == 0) continue;
       for (std::size_t k = word; k < word + 8; ++k) {
         if (s.marks[k] == 0) continue;
-        // The same again in doubles.
-        const Edge& edge = set.edges()[s.near.edge[k]];
-        const auto at = diffraction_point(edge, here, towards);
-        if (!at || at->excess_m > max_excess || at->leg_m > options.max_range_m ||
-            at->bending_rad > options.max_bending_rad) {
-          continue;
-        }
-        const double nu = signed_knife_edge_nu(at->excess_m, wavelength, true);
-
-        Candidate& c = s.candidates.emplace_back();
-        c.satellite = static_cast<std::uint32_t>(i);
-        c.path.point = enu_from_set != nullptr ? Vector3d(*enu_from_set * at->point) : at->point;
-        c.path.arrival = (c.path.point - antenna) / at->leg_m;
-        c.path.excess_m = at->excess_m;
-        c.path.bending_rad = at->bending_rad;
-        c.path.leg_m = at->leg_m;
-        c.path.nu = blocked[i] && at->shadowed ? nu : -nu;
-        c.path.loss_db = approximate_knife_edge_loss_db(blocked[i] ? nu : -nu);
-        c.path.edge = s.near.edge[k];
-        c.path.instance = instance;
-        const double offset = scene->surface_offset_m(c.path.point) + edge.deviation_m;
-        const Vector3d off = lift(edge, offset);
-        c.lifted = c.path.point + (enu_from_set != nullptr ? Vector3d(enu_from_set->linear() * off) : off);
-        c.offset_m = offset;
-        c.edge = &edge;
-        c.enu_from_set = enu_from_set;
+        bend(set, s.near.edge[k], instance, enu_from_set, antenna, here, static_cast<std::uint32_t>(i),
+             towards, blocked[i], s);
       }
     }
   }
+}
+
+/// Appends what the geometry gives for one edge, in doubles. `here` and `towards` in the set's frame.
+void EdgeDiffraction::Impl::bend(const EdgeSet& set, std::uint32_t index, raytrace::InstanceId instance,
+                                 const Isometry3d* enu_from_set, const Vector3d& antenna,
+                                 const Vector3d& here, std::uint32_t satellite, const Vector3d& towards,
+                                 bool blocked, Scratch& s) const {
+  const Edge& edge = set.edges()[index];
+  const auto at = diffraction_point(edge, here, towards);
+  if (!at || at->excess_m > (blocked ? shadow_excess : lit_excess) || at->leg_m > options.max_range_m ||
+      at->bending_rad > options.max_bending_rad) {
+    return;
+  }
+  const double nu = signed_knife_edge_nu(at->excess_m, wavelength, true);
+
+  Candidate& c = s.candidates.emplace_back();
+  c.satellite = satellite;
+  c.path.point = enu_from_set != nullptr ? Vector3d(*enu_from_set * at->point) : at->point;
+  c.path.arrival = (c.path.point - antenna) / at->leg_m;
+  c.path.excess_m = at->excess_m;
+  c.path.bending_rad = at->bending_rad;
+  c.path.leg_m = at->leg_m;
+  c.path.nu = blocked && at->shadowed ? nu : -nu;
+  c.path.loss_db = approximate_knife_edge_loss_db(blocked ? nu : -nu);
+  c.path.edge = index;
+  c.path.instance = instance;
+  const double offset = scene->surface_offset_m(c.path.point) + edge.deviation_m;
+  const Vector3d off = lift(edge, offset);
+  c.lifted = c.path.point + (enu_from_set != nullptr ? Vector3d(enu_from_set->linear() * off) : off);
+  c.offset_m = offset;
+  c.edge = &edge;
+  c.enu_from_set = enu_from_set;
 }
 
 /// Both legs, and the air on the edge's faces: where another body goes on from there there is no edge. A seam
@@ -172,6 +184,25 @@ bool EdgeDiffraction::Impl::is_clear(const Vector3d& antenna, const Vector3d& di
   }
   return !scene->occluded({c.lifted, turned(edge.normal[0].cross(edge.direction)), kStep}) &&
          !scene->occluded({c.lifted, turned(edge.direction.cross(edge.normal[1])), kStep});
+}
+
+/// Keeps the strongest clear candidates of each satellite.
+void EdgeDiffraction::Impl::choose(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
+                                   std::span<std::vector<DiffractedPath>> result) const {
+  // Weakest last; the rest are not even looked at once a satellite has its paths.
+  std::sort(s.candidates.begin(), s.candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return std::tie(a.satellite, a.path.excess_m, a.path.instance, a.path.edge) <
+           std::tie(b.satellite, b.path.excess_m, b.path.instance, b.path.edge);
+  });
+  for (auto& paths : result) paths.clear();
+  for (const Candidate& c : s.candidates) {
+    std::vector<DiffractedPath>& paths = result[c.satellite];
+    if (paths.size() >= static_cast<std::size_t>(options.max_paths)) continue;
+    const bool seen = std::any_of(paths.begin(), paths.end(), [&](const DiffractedPath& path) {
+      return (path.point - c.path.point).squaredNorm() < kSamePlace * kSamePlace;
+    });
+    if (!seen && is_clear(antenna, directions[c.satellite], c)) paths.push_back(c.path);
+  }
 }
 
 EdgeDiffraction::EdgeDiffraction(const city::Mesh& city, const raytrace::RayScene& scene,
@@ -207,20 +238,25 @@ void EdgeDiffraction::trace(const Vector3d& antenna, std::span<const Vector3d> d
   for (const raytrace::PlacedInstance& placed : impl.scene->placed_instances()) {
     impl.find(impl.edges_of(placed), placed.id, &placed.enu_from_instance, antenna, directions, blocked, s);
   }
-  // Weakest last; the rest are not even looked at once a satellite has its paths.
-  std::sort(s.candidates.begin(), s.candidates.end(), [](const Candidate& a, const Candidate& b) {
-    return std::tie(a.satellite, a.path.excess_m, a.path.instance, a.path.edge) <
-           std::tie(b.satellite, b.path.excess_m, b.path.instance, b.path.edge);
-  });
-  for (auto& paths : result) paths.clear();
-  for (const Candidate& c : s.candidates) {
-    std::vector<DiffractedPath>& paths = result[c.satellite];
-    if (paths.size() >= static_cast<std::size_t>(impl.options.max_paths)) continue;
-    const bool seen = std::any_of(paths.begin(), paths.end(), [&](const DiffractedPath& path) {
-      return (path.point - c.path.point).squaredNorm() < kSamePlace * kSamePlace;
-    });
-    if (!seen && impl.is_clear(antenna, directions[c.satellite], c)) paths.push_back(c.path);
+  impl.choose(antenna, directions, s, result);
+}
+
+void EdgeDiffraction::retrace(const Vector3d& antenna, std::span<const Vector3d> directions,
+                              std::span<const bool> blocked, std::span<const KnownEdge> known,
+                              std::span<std::vector<DiffractedPath>> result) const {
+  const Impl& impl = *impl_;
+  Scratch& s = scratch();
+  s.candidates.clear();
+  const double clearance = 2 * impl.scene->surface_offset_m(antenna);
+  for (const KnownEdge& at : known) {
+    const Edge& edge = impl.city.edges()[at.edge];
+    const Vector3d from = antenna - edge.start;
+    const double above = std::max(edge.normal[0].dot(from), edge.normal[1].dot(from));
+    if (above <= clearance + 2 * edge.deviation_m) continue;
+    impl.bend(impl.city, at.edge, 0, nullptr, antenna, antenna, at.satellite, directions[at.satellite],
+              blocked[at.satellite], s);
   }
+  impl.choose(antenna, directions, s, result);
 }
 
 }  // namespace canyon::propagation

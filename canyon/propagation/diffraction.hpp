@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <compare>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -26,6 +27,13 @@ struct DiffractedPath {
   double loss_db = 0;      ///< see EdgeDiffraction::trace
   std::uint32_t edge = 0;  ///< of the instance's EdgeSet
   std::uint32_t instance = 0;
+};
+
+/// An edge of the city that bends a satellite's signal somewhere.
+struct KnownEdge {
+  std::uint32_t satellite = 0;  ///< index of its direction
+  std::uint32_t edge = 0;       ///< of EdgeDiffraction::edges()
+  [[nodiscard]] auto operator<=>(const KnownEdge&) const = default;
 };
 
 /// Finds the paths around single edges of a city and of the scene's movable instances (as they stood at its
@@ -64,6 +72,10 @@ class EdgeDiffraction {
   /// reflections.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<const bool> blocked, std::span<std::vector<DiffractedPath>> result) const;
+  /// The same, of the city's edges that `known` names alone.
+  void retrace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+               std::span<const bool> blocked, std::span<const KnownEdge> known,
+               std::span<std::vector<DiffractedPath>> result) const;
 
  private:
   struct Impl;

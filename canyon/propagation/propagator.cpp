@@ -213,10 +213,13 @@ struct Propagator::Impl {
                             std::span<bool> blocked, Scratch& s) const;
   void add_material(const Scratch& s, raytrace::InstanceId instance, std::uint32_t triangle,
                     Incidence& incidence) const;
-  void add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
+  std::span<bool> look(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
+                       std::span<SatellitePaths> result) const;
+  void add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions, int order, Scratch& s,
                        std::span<SatellitePaths> result) const;
   void add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
-                       std::span<const bool> blocked, Scratch& s, std::span<SatellitePaths> result) const;
+                       std::span<const bool> blocked, Scratch& s, const std::span<const KnownEdge>* only,
+                       std::span<SatellitePaths> result, std::vector<KnownEdge>* known) const;
   void add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
                    std::span<SatellitePaths> result) const;
   void trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
@@ -283,7 +286,7 @@ void Propagator::Impl::add_material(const Scratch& s, raytrace::InstanceId insta
 }
 
 void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                       Scratch& s, std::span<SatellitePaths> result) const {
+                                       int order, Scratch& s, std::span<SatellitePaths> result) const {
   s.placed.clear();
   for (const PlacedSet& set : s.sets) {
     const Prepared& of = *set.prepared;
@@ -297,7 +300,7 @@ void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const 
     path.arrival_elevation_rad = elevation_rad(path.arrival);
     add_material(s, path.instance, path.triangle, path.incidences[0]);
   }
-  if (options.reflection_order < 2) return;
+  if (order < 2) return;
   for (const auto& found :
        s.second_order.trace(*scene, s.placed, antenna, directions,
                             {options.max_range_m, min_cosine, clearance}, s.first_order.facing_of_city())) {
@@ -312,9 +315,15 @@ void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const 
 
 void Propagator::Impl::add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
                                        std::span<const bool> blocked, Scratch& s,
-                                       std::span<SatellitePaths> result) const {
+                                       const std::span<const KnownEdge>* only,
+                                       std::span<SatellitePaths> result,
+                                       std::vector<KnownEdge>* known) const {
   const auto found = lists(s.diffracted, directions.size());
-  diffraction->trace(antenna, directions, blocked, found);
+  if (only != nullptr) {
+    diffraction->retrace(antenna, directions, blocked, *only, found);
+  } else {
+    diffraction->trace(antenna, directions, blocked, found);
+  }
   for (std::size_t i = 0; i < directions.size(); ++i) {
     for (const DiffractedPath& around : found[i]) {
       Path& path = result[i].paths.emplace_back();
@@ -329,6 +338,9 @@ void Propagator::Impl::add_diffraction(const Vector3d& antenna, std::span<const 
       path.edge_bending_rad = around.bending_rad;
       path.edge_leg_m = around.leg_m;
       path.arrival_elevation_rad = elevation_rad(around.arrival);
+      if (known != nullptr && around.instance == 0) {
+        known->push_back({static_cast<std::uint32_t>(i), around.edge});
+      }
     }
   }
 }
@@ -388,41 +400,68 @@ const PropagationOptions& Propagator::options() const {
   return impl_->options;
 }
 
-void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> directions,
-                       std::span<SatellitePaths> result) const {
-  assert(directions.size() == result.size());
-  if (!antenna.allFinite()) {
-    throw InputError(
-        fmt::format("the antenna's place ({}, {}, {}) is not finite", antenna.x(), antenna.y(), antenna.z()),
-        "check the trajectory");
-  }
-  const Impl& impl = *impl_;
-  Scratch& s = scratch();
+namespace {
 
+void check_antenna(const Vector3d& antenna) {
+  if (antenna.allFinite()) return;
+  throw InputError(
+      fmt::format("the antenna's place ({}, {}, {}) is not finite", antenna.x(), antenna.y(), antenna.z()),
+      "check the trajectory");
+}
+
+}  // namespace
+
+/// Begins `result` with the direct paths; which satellites have none.
+std::span<bool> Propagator::Impl::look(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                       Scratch& s, std::span<SatellitePaths> result) const {
   s.rays.clear();
   for (const Vector3d& direction : directions) {
     assert(std::abs(direction.squaredNorm() - 1) < 1e-6);
     s.rays.push_back({antenna, direction});
   }
   const std::span<bool> blocked = s.blocked.resize(directions.size());
-  impl.scene->occluded(s.rays, blocked, impl.scene->surface_offset_m(antenna));
+  scene->occluded(s.rays, blocked, scene->surface_offset_m(antenna));
   s.foliage_m.assign(directions.size(), 0);
-  impl.place(s);
-  const bool specular = impl.options.model == Model::Specular;
-  if (specular && impl.options.through_foliage) impl.look_through_foliage(antenna, directions, blocked, s);
+  place(s);
+  if (options.model == Model::Specular && options.through_foliage) {
+    look_through_foliage(antenna, directions, blocked, s);
+  }
   for (std::size_t i = 0; i < directions.size(); ++i) {
     result[i].paths.clear();
     if (!blocked[i]) result[i].paths.push_back(direct_path(directions[i], s.foliage_m[i]));
   }
+  return blocked;
+}
 
-  if (!specular) {
+void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> directions,
+                       std::span<SatellitePaths> result, std::vector<KnownEdge>* edges) const {
+  assert(directions.size() == result.size());
+  check_antenna(antenna);
+  const Impl& impl = *impl_;
+  const int order = impl.options.reflection_order;
+  Scratch& s = scratch();
+  if (edges != nullptr) edges->clear();
+  const std::span<bool> blocked = impl.look(antenna, directions, s, result);
+  if (impl.options.model != Model::Specular) {
     impl.trace_mirror(antenna, directions, blocked, s, result);
   } else {
-    if (impl.options.reflection_order > 0) impl.add_reflections(antenna, directions, s, result);
-    if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, result);
+    if (order > 0) impl.add_reflections(antenna, directions, order, s, result);
+    if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, nullptr, result, edges);
     if (impl.diffuse) impl.add_diffuse(antenna, directions, s, result);
   }
+  for (SatellitePaths& satellite : result) satellite.arrange();
+}
 
+void Propagator::trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
+                            std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const {
+  assert(directions.size() == result.size());
+  check_antenna(antenna);
+  const Impl& impl = *impl_;
+  assert(impl.options.model == Model::Specular && impl.scene->placed_instances().empty());
+  Scratch& s = scratch();
+  const std::span<bool> blocked = impl.look(antenna, directions, s, result);
+  if (impl.options.reflection_order > 0) impl.add_reflections(antenna, directions, 1, s, result);
+  if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, &edges, result, nullptr);
   for (SatellitePaths& satellite : result) satellite.arrange();
 }
 

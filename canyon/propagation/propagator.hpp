@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "canyon/city/fwd.hpp"
 #include "canyon/propagation/diffraction.hpp"
@@ -64,7 +65,19 @@ class Propagator {
   /// direct ray has no limit: walls farther than max_range_m block too. Material and incidence are those of
   /// the facet that the mirror ray meets.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-             std::span<SatellitePaths> result) const;
+             std::span<SatellitePaths> result) const {
+    trace(antenna, directions, result, nullptr);
+  }
+  /// The same. @param edges replaced by the city's edges that bend signals here; may be null
+  void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+             std::span<SatellitePaths> result, std::vector<KnownEdge>* edges) const;
+
+  /// Of the paths that trace() finds at this antenna those that change from step to step: direct ones,
+  /// reflections of the first order, and around edges only those that `edges` names (places nearby mostly
+  /// have the same). Each path is as trace() has it. Left out are reflections of the second order and diffuse
+  /// paths, which cost most. Specular; without movable instances (asserted).
+  void trace_near(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+                  std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const;
 
  private:
   struct Impl;

@@ -15,6 +15,7 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/receiver/known_ephemerides.hpp"
+#include "canyon/receiver/receiver_draws.hpp"
 #include "canyon/receiver/spoofing_check.hpp"
 #include "canyon/tracking/channel.hpp"
 #include "canyon/tracking/channel_rate.hpp"
@@ -56,7 +57,7 @@ struct Receiver::State {
         std::span<const disturbance::Source> sources)
       : options(std::move(receiver_options)),
         seed(stream_seed),
-        draws(options.own_draws ? options.name : ""),
+        draws(draws_of(options)),
         clock(options.clock, RandomStream(seed, draws + "/clock")),
         ranging(options) {
     options.validate();
@@ -155,30 +156,13 @@ struct Receiver::State {
     return result;
   }
 
-  /// What it tracks of a satellite now, in the order of gnss::signals_of().
-  void signals_to_track(gnss::SatelliteId id, std::vector<const gnss::Signal*>& found) const {
-    found = tracks[static_cast<std::size_t>(id.system)];
-    if (options.tracks.empty() && options.leaves_out.empty()) return;
-    std::erase_if(found, [&](const gnss::Signal* signal) {
-      return !gnss::transmits(id, *signal, now) ||
-             std::any_of(options.leaves_out.begin(), options.leaves_out.end(),
-                         [&](const std::string& group) { return gnss::in_group(group, id, *signal, now); });
-    });
-  }
-
   /// Of the receiver's way for a satellite's signal now [m].
   double bias_m(gnss::SatelliteId id, const gnss::Signal& signal, double carrier_hz) {
-    const BiasOptions& o = options.biases;
-    double bias_m = gnss::sum_of(o.code_m, id, signal, now);
-    if (signal.channel_hz > 0) {
-      bias_m += o.glonass_channel_m * std::round((carrier_hz - signal.carrier_hz) / signal.channel_hz);
-    }
-    if (o.drift_sigma_m == 0) return bias_m;
+    const double bias_m = fixed_bias_m(options.biases, id, signal, carrier_hz, now);
+    if (options.biases.drift_sigma_m == 0) return bias_m;
     auto found = drifts.find(&signal);
     if (found == drifts.end()) {
-      const tracking::OuOptions ou{1 / o.drift_time_s, 0, o.drift_sigma_m * std::sqrt(2 / o.drift_time_s)};
-      const std::string key = fmt::format("{}/{}/{}/bias", draws, gnss::name(signal.system), signal.name);
-      found = drifts.emplace(&signal, Drift{tracking::OuProcess(ou, RandomStream(seed, key)), now}).first;
+      found = drifts.emplace(&signal, Drift{bias_drift(options, seed, signal), now}).first;
     }
     const double drift_m = found->second.process.advance(now - found->second.last);
     found->second.last = now;
@@ -189,13 +173,11 @@ struct Receiver::State {
     const std::size_t index = gnss::index_of(signal);
     const auto found = noises.find({id, index});
     if (found != noises.end()) return found->second;
-    std::string key = draws + "/" + gnss::to_string(id);
-    if (index > 0) key += fmt::format("/{}", signal.name);
+    const std::string key = noise_key(options, id, signal);
     const double mean = options.noise.drift_mu_sigma_m * RandomStream(seed, key + "/mean").normal();
     return noises
-        .emplace(std::pair(id, index),
-                 SignalNoise{tracking::OuProcess(options.noise.ou, RandomStream(seed, key + "/code")),
-                             RandomStream(seed, key + "/doppler"), mean, now})
+        .emplace(std::pair(id, index), SignalNoise{pseudorange_noise(options, seed, id, signal),
+                                                   RandomStream(seed, key + "/doppler"), mean, now})
         .first->second;
   }
 
@@ -423,7 +405,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   int los = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const propagation::SatelliteView& view = views[i];
-    state.signals_to_track(view.line.id, wanted);
+    signals_to_track(options, view.line.id, time, wanted);
     if (wanted.empty()) continue;
     SatelliteObservation observation;
     observation.id = view.line.id;

@@ -24,27 +24,18 @@ double wrapped(double angle_rad) {
   return std::remainder(angle_rad, 2 * geodesy::kPi);
 }
 
-/// A diffuse bundle as the code loop sees it. The integration and the loop's filter are those of a process
-/// with the bundle's Doppler spread; CodeTracker knows single waves only, so that its share of coherent power
-/// is met by an equivalent frequency, low enough for its own integration loss to be undone.
+/// A diffuse bundle as the code loop sees it.
 SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<double> factor,
                   std::complex<double> s_per_s, const DllOptions& loop) {
-  const double k = 4 * loop.loop_bandwidth_hz;
-  const double share = filtered_share(s_per_s, loop.loop_bandwidth_hz);
-  const double frequency =
-      std::min(std::sqrt(std::max(0.0, 1 / share - 1)) * k / (2 * geodesy::kPi), 0.1 / loop.integration_s);
-  const double ratio = 2 * geodesy::kPi * frequency / k;
-  const double coherent = 1 / (1 + ratio * ratio);
-  const double turn = geodesy::kPi * frequency * loop.integration_s;
+  const BundleShare share = bundle_share(s_per_s, loop.loop_bandwidth_hz, loop.integration_s);
+  const double turn = geodesy::kPi * share.frequency_hz * loop.integration_s;
   const double sinc = turn > 1e-8 ? std::sin(turn) / turn : 1;
-  // What fades within the loop's memory counts by its mean power, the rest by its present one.
   const double present = std::norm(factor);
-  const double fading = coherent * present + (1 - coherent);
-  const double power = integrated_power(s_per_s, loop.integration_s) * fading;
+  const double power = share.power(present);
   SignalPath path;
   path.delay_m = delay_m;
   if (present > 0) path.amplitude = amplitude * factor * (std::sqrt(std::max(0.0, power / present)) / sinc);
-  path.fading_hz = frequency;
+  path.fading_hz = share.frequency_hz;
   path.diffuse = true;
   return path;
 }
@@ -82,9 +73,9 @@ ChannelModel::Kind& ChannelModel::mutable_kind(const gnss::Signal& signal) {
   std::unique_ptr<Kind>& kind = kinds_[static_cast<std::size_t>(signal.system)][gnss::index_of(signal)];
   if (kind == nullptr) {
     try {
-      CodeTracker tracker(correlation_of(signal, options_), options_.dll);
-      const double peak = tracker.correlation().value(0);
-      kind = std::make_unique<Kind>(Kind{std::move(tracker), peak * peak, {}});
+      auto tracker = shared_code_tracker(correlation_of(signal, options_), options_.dll);
+      const double peak = tracker->correlation().value(0);
+      kind = std::make_unique<Kind>(Kind{tracker, *tracker, peak * peak, {}});
     } catch (const InputError& error) {
       throw InputError(fmt::format("receiver '{}', {} {}: {}", receiver_, gnss::name(signal.system),
                                    signal.name, error.problem()),
@@ -165,13 +156,17 @@ RandomStream ChannelModel::stream(gnss::SatelliteId id, const gnss::Signal& sign
   return {seed_, fmt::format("{}/{}/{}", draws_, draws_of(id, signal), purpose)};
 }
 
+PathFades ChannelModel::fades(gnss::SatelliteId id, const gnss::Signal& signal) const {
+  return {draws_of(id, signal), stream(id, signal, "diffuse")};
+}
+
 Channel::Channel(const ChannelModel& model, gnss::SatelliteId id, const gnss::Signal& signal,
                  const AntennaMotion& motion)
     : id_(id),
       signal_(&signal),
       offset_db_(model.offset_db(id, signal, motion.time)),
       lock_(model.options().lock),
-      fades_(draws_of(id, signal), model.stream(id, signal, "diffuse")),
+      fades_(model.fades(id, signal)),
       ambiguity_(model.stream(id, signal, "ambiguity")),
       cn0_noise_(model.stream(id, signal, "cn0")),
       code_noise_(model.options().dll.loop_bandwidth_hz, model.stream(id, signal, "dll")),

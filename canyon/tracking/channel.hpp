@@ -32,7 +32,8 @@ class ChannelModel {
  public:
   /// One kind of signal in this receiver.
   struct Kind {
-    CodeTracker tracker;
+    std::shared_ptr<const CodeTracker> shared;
+    const CodeTracker& tracker = *shared;
     double peak_power = 1;       ///< R(0)^2: of the prompt correlator on a path of power 1
     SpectrumValues separations;  ///< spectral separations that were asked for; not tones'
   };
@@ -44,7 +45,7 @@ class ChannelModel {
 
   [[nodiscard]] const SignalOptions& options() const { return options_; }
   [[nodiscard]] const PathPhases& phases() const { return phases_; }
-  /// Made when first asked for (2 ms with a front end). InputError where its correlators are too far apart
+  /// Made when first asked for. InputError where its correlators are too far apart
   /// for the signal, naming system and signal.
   [[nodiscard]] const Kind& kind(const gnss::Signal& signal) { return mutable_kind(signal); }
   /// C/N0 [dB-Hz] of a signal in a clear line of sight: link budget and offset_db().
@@ -71,6 +72,8 @@ class ChannelModel {
     double tones = 0;  ///< of it
   };
   [[nodiscard]] FrontEndLoad front_end_load(const gnss::Signal& signal, std::span<const HeardWave> waves);
+  /// Random factors of a satellite's paths.
+  [[nodiscard]] PathFades fades(gnss::SatelliteId id, const gnss::Signal& signal) const;
   /// The random stream of a satellite's signal in this receiver for one purpose.
   [[nodiscard]] RandomStream stream(gnss::SatelliteId id, const gnss::Signal& signal,
                                     std::string_view purpose) const;

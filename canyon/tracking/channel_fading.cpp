@@ -1,8 +1,11 @@
 #include "canyon/tracking/channel_fading.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>
+
+#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::tracking {
 
@@ -17,6 +20,18 @@ double integrated_power(std::complex<double> s_per_s, double integration_s) {
 double filtered_share(std::complex<double> s_per_s, double loop_bandwidth_hz) {
   const double k = 4 * loop_bandwidth_hz;
   return k * (k + s_per_s.real()) / std::norm(k + s_per_s);
+}
+
+BundleShare bundle_share(std::complex<double> s_per_s, double loop_bandwidth_hz, double integration_s) {
+  const double k = 4 * loop_bandwidth_hz;
+  const double share = filtered_share(s_per_s, loop_bandwidth_hz);
+  BundleShare result;
+  result.frequency_hz =
+      std::min(std::sqrt(std::max(0.0, 1 / share - 1)) * k / (2 * geodesy::kPi), 0.1 / integration_s);
+  const double ratio = 2 * geodesy::kPi * result.frequency_hz / k;
+  result.coherent = 1 / (1 + ratio * ratio);
+  result.integrated = integrated_power(s_per_s, integration_s);
+  return result;
 }
 
 PathFades::PathFades(std::string satellite, RandomStream stream)

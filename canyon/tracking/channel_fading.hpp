@@ -25,6 +25,23 @@ inline constexpr double kCoherenceWavelengths = 0.27884;
 /// k = 4 Bn; for tau_c infinite it is that of docs/tracking.md, 1 / (1 + (2 pi f / 4 Bn)^2).
 [[nodiscard]] double filtered_share(std::complex<double> s_per_s, double loop_bandwidth_hz);
 
+/// A bundle as a code loop meets it that knows single waves only (CodeTracker): one that fades with
+/// `frequency_hz`, low enough for the loss of its integration to be undone.
+struct BundleShare {
+  double frequency_hz = 0;
+  double coherent = 1;    ///< share of the power that passes the loop's filter
+  double integrated = 1;  ///< share of the power that integration leaves
+
+  /// Power over the bundle's mean: what fades within the loop's memory counts by its mean power, the rest by
+  /// its present one, over the mean.
+  [[nodiscard]] double power(double present) const {
+    return integrated * (coherent * present + (1 - coherent));
+  }
+};
+/// Of a process with the bundle's Doppler spread.
+[[nodiscard]] BundleShare bundle_share(std::complex<double> s_per_s, double loop_bandwidth_hz,
+                                       double integration_s);
+
 /// Random factors of one satellite's paths, kept while a path is there: of a mirror e^(j phi0)
 /// (PathPhases), of a diffuse bundle a complex Gaussian of mean power 1 (its amplitude is Rayleigh's), a
 /// Gauss-Markov process over the antenna's way.

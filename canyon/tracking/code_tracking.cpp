@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
@@ -471,6 +472,19 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
   const CodeLock lock = prompt(delay, at_end.all);
   if (lock.prompt_power < kLeastPrompt * at_end.strongest * r0 * r0) return std::nullopt;
   return lock;
+}
+
+std::shared_ptr<const CodeTracker> shared_code_tracker(const CorrelationOptions& signal,
+                                                       const DllOptions& loop) {
+  static std::mutex mutex;
+  static std::vector<std::shared_ptr<const CodeTracker>> made;
+  constexpr std::size_t kMost = 64;  // of receivers whose options never repeat: calibration
+  const std::lock_guard lock(mutex);
+  for (const auto& each : made) {
+    if (each->correlation().options() == signal && each->options() == loop) return each;
+  }
+  if (made.size() >= kMost) made.erase(made.begin());
+  return made.emplace_back(std::make_shared<const CodeTracker>(signal, loop));
 }
 
 void DllOptions::validate() const {

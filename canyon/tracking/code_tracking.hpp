@@ -3,6 +3,7 @@
 #include <array>
 #include <complex>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -42,6 +43,7 @@ struct DllOptions {
   /// Wilson, ION NTM 1999), or an earlier path within a chip and a half. Infinite: never, and a loop rests on
   /// a side peak or an echo for as long as it is tracked.
   double peak_check_s = 1;
+  [[nodiscard]] bool operator==(const DllOptions&) const = default;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
@@ -168,5 +170,10 @@ class CodeTracker {
   double gain_chips_ = 0;  // 1 / slope of the normalised discriminator
   double side_peak_chips_ = 0;
 };
+
+/// A tracker of these options, made once: a front end's table of correlation takes 2 ms, more than an epoch.
+/// Thread-safe. Throws as the constructor does.
+[[nodiscard]] std::shared_ptr<const CodeTracker> shared_code_tracker(const CorrelationOptions& signal,
+                                                                     const DllOptions& loop);
 
 }  // namespace canyon::tracking

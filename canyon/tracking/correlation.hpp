@@ -22,6 +22,7 @@ struct CorrelationOptions {
   /// Two-sided bandwidth of the front end [Hz], an ideal filter without phase; [0.5, 1000] chip rates, or
   /// infinite (the default).
   double bandwidth_hz = std::numeric_limits<double>::infinity();
+  [[nodiscard]] bool operator==(const CorrelationOptions&) const = default;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };

@@ -92,6 +92,22 @@ void visit(options::Visitor& v, DrawOptions& o) {
   v.integer({"seed", "", "of the draws, the same at every cell"}, o.seed);
 }
 
+void CellReceiverOptions::validate() const {
+  options::check(*this, "map's receivers");
+}
+
+void visit(options::Visitor& v, CellReceiverOptions& o) {
+  static constexpr std::string_view kModels[]{"settled", "run"};
+  v.choice(
+      {"model", "",
+       "receivers whose signals have strength: settled (what their loops come to) or run (each by itself, "
+       "slow)"},
+      o.model, kModels);
+  v.number({"path_nodes_m", "m",
+            "settled: paths are searched so far apart and constructed anew between; 0: at every cell"},
+           o.path_nodes_m, {0, 100});
+}
+
 struct CellSolver::Impl {
   receiver::ReceiverOptions receiver;
   DrawOptions draws;

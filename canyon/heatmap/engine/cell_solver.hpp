@@ -22,6 +22,23 @@ struct DrawOptions {
 /// Its fields.
 void visit(options::Visitor& v, DrawOptions& o);
 
+/// How receivers whose signals have strength stand in cells.
+enum class ReceiverModel : std::uint8_t {
+  Settled,  ///< what their loops and fix come to, without running them (SettledReceivers), where that fits
+  Run,      ///< each is run (CellReceivers): some hundred times slower, and the judge of the other
+};
+struct CellReceiverOptions {
+  ReceiverModel model = ReceiverModel::Settled;
+  /// Settled: paths are searched at places so far apart [m], and constructed anew at the cells between;
+  /// [0, 100]. 0: searched at every cell.
+  double path_nodes_m = 6;
+  [[nodiscard]] bool operator==(const CellReceiverOptions&) const = default;
+  /// Throws InputError naming the field and its bound.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, CellReceiverOptions& o);
+
 /// Layers of a tile from its signals. Cells that receive the same satellites share one solution matrix: with
 /// directions H of the used satellites and their weights W, the error of a fix is
 ///   dx = K m,  K = (H^T W H)^-1 H^T W

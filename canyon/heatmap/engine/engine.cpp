@@ -17,6 +17,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/engine_key.hpp"
 #include "canyon/heatmap/engine/engine_receivers.hpp"
+#include "canyon/heatmap/engine/settled_receivers.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/options/values.hpp"
 
@@ -27,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 /// Part of the key: raised when the same request gives other values than before.
-constexpr int kValuesVersion = 1;
+constexpr int kValuesVersion = 2;
 /// So many units suffice to keep threads and ranks busy and to lose little when killed.
 constexpr std::size_t kManyUnits = 256;
 
@@ -125,6 +126,7 @@ void visit(options::Visitor& v, Request& o) {
     if (v.reads()) layer = layer_by_name(name);
   });
   v.part("draws", o.draws);
+  v.part("receivers", o.receivers);
 }
 
 struct Heatmap::Impl {
@@ -135,6 +137,7 @@ struct Heatmap::Impl {
   TileTracer tracer;
   std::optional<CellSolver> solver;
   std::optional<CellReceivers> receivers;
+  std::optional<SettledReceivers> settled;
   std::size_t tiles = 0, times_per_unit = 1, chunks = 1;
   bool received = false;  ///< some layer asks for what arrives beyond the line of sight
   std::optional<std::size_t> los, sky_view;
@@ -153,6 +156,8 @@ struct Heatmap::Impl {
     if (received) {
       if (receiver.disturbances.empty() && !receiver.streets.enabled && CellSolver::fits(receiver.options)) {
         solver.emplace(receiver.options, request.draws, e.klobuchar());
+      } else if (request.receivers.model == ReceiverModel::Settled && SettledReceivers::fits(receiver)) {
+        settled.emplace(e, tracer.propagator(), receiver, request.draws, request.receivers.path_nodes_m);
       } else {
         receivers.emplace(e, tracer.propagator(), receiver, request.draws);
       }
@@ -266,7 +271,7 @@ void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, con
       std::copy(first.begin(), first.end(), slice(*sky_view, t).begin());
     }
   }
-  const bool signals_wanted = solver.has_value() || (los.has_value() && !receivers);
+  const bool signals_wanted = solver.has_value() || (los.has_value() && !receivers && !settled);
   TileSignals signals;
   std::vector<std::span<float>> layers(request.layers.size());
   for (std::size_t t = 0; t < unit.times; ++t) {
@@ -277,6 +282,8 @@ void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, con
       solver->solve(cells, signals, request.layers, layers);
     } else if (receivers) {
       receivers->solve(cells, time, request.layers, layers);
+    } else if (settled) {
+      settled->solve(cells, time, request.layers, layers);
     } else if (los) {
       count_los(cells, signals, layers[*los]);
     }

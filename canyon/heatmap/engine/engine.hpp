@@ -27,6 +27,7 @@ struct Request {
   std::vector<geodesy::GpsTime> times;           ///< ascending, at least one
   std::vector<Layer> layers = default_layers();  ///< at least one, each once
   DrawOptions draws;
+  CellReceiverOptions receivers;
   /// Throws InputError for empty, unordered, repeated or not finite values.
   void validate() const;
 };

@@ -3,14 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
-#include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/gnss/signals.hpp"
@@ -23,12 +20,6 @@ namespace {
 
 using Eigen::Vector3d;
 using propagation::Visibility;
-
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
-std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw) {
-  return RandomStream(draws.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
-}
 
 /// Signals beyond the first, where no fix takes them: what the first is measured at does not depend on them.
 void leave_out_unused_signals(receiver::ReceiverOptions& options) {
@@ -54,28 +45,9 @@ Vector3d error_of(const positioning::Fix& fix, const Vector3d& truth_ecef) {
 
 }  // namespace
 
-struct CellReceivers::CellValues {
-  std::array<float, static_cast<std::size_t>(Layer::SkyView) + 1> of{};
-
-  CellValues() { of.fill(kNan); }
-  void set(Layer layer, double value) { of[static_cast<std::size_t>(layer)] = static_cast<float>(value); }
-  /// Mean, RMS, median and 95th percentile, in this order from `mean` on.
-  void describe(Layer mean, std::vector<double>& errors) {
-    if (errors.empty()) return;
-    std::sort(errors.begin(), errors.end());
-    double sum = 0, squares = 0;
-    for (const double error : errors) {
-      sum += error;
-      squares += error * error;
-    }
-    const auto count = static_cast<double>(errors.size());
-    const auto first = static_cast<std::size_t>(mean);
-    of[first] = static_cast<float>(sum / count);
-    of[first + 1] = static_cast<float>(std::sqrt(squares / count));
-    of[first + 2] = static_cast<float>(*quantile(errors, 0.5));
-    of[first + 3] = static_cast<float>(*quantile(errors, 0.95));
-  }
-};
+std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw) {
+  return RandomStream(draws.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
+}
 
 CellReceivers::CellReceivers(const simulation::Environment& environment,
                              const propagation::Propagator& propagator,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/engine/cell_values.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -37,7 +38,6 @@ class CellReceivers {
              std::span<const std::span<float>> layers) const;
 
  private:
-  struct CellValues;
   /// One epoch of a receiver of its own. @param arrival a copy, for it is disturbed
   [[nodiscard]] receiver::ReceiverEpoch observe(const receiver::ReceiverOptions& options, int draw,
                                                 std::span<const disturbance::Source> disturbances,

@@ -430,6 +430,7 @@ void expect_as_receiver(const std::function<void(receiver::ReceiverOptions&)>& c
   request.altitudes_m = {2};
   request.times.resize(1);
   request.draws.draws = 5;
+  request.receivers.model = ReceiverModel::Run;
   request.layers = {Layer::HorizontalErrorMean, Layer::Availability, Layer::SatellitesVisible,
                     Layer::SatellitesLos};
   const std::vector<float> values = computed(Heatmap(downtown(), receiver, request, ""));

@@ -1,0 +1,335 @@
+#include "canyon/heatmap/engine/settled_cell.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/positioning/fix.hpp"
+#include "canyon/signal/path_strength.hpp"
+#include "canyon/tracking/channel_rate.hpp"
+
+namespace canyon::heatmap {
+namespace {
+
+using Eigen::Vector3d;
+using propagation::Path;
+using propagation::PathKind;
+
+std::complex<double> phasor(double turns) {
+  return std::polar(1.0, -2 * geodesy::kPi * (turns - std::trunc(turns)));
+}
+
+/// Directions that a blockage is asked for once: 1.4 deg apart, blockages are alike within 10 deg.
+constexpr double kArrivalSteps = 40;
+
+}  // namespace
+
+SettledCell::SettledCell(const SettledSky& sky, const propagation::Propagator& propagator,
+                         const receiver::ReceiverOptions& options, const Eigen::Matrix3d& ecef_from_enu)
+    : sky_(sky),
+      propagator_(propagator),
+      options_(options),
+      ecef_from_enu_(ecef_from_enu),
+      noise_sigma_m_(options.noise.enabled ? options.noise.ou.standard_deviation_m() : 0),
+      fix_(sky.satellites(), options.fix),
+      shadowings_(sky.shadowings()),
+      traced_(sky.satellites().size()),
+      delay_m_(sky.padded()),
+      power_(sky.padded()),
+      tracked_(sky.padded()),
+      ranges_(static_cast<std::size_t>(sky.lanes())) {
+  for (const SettledSatellite& satellite : sky.satellites()) {
+    direct_factors_.emplace_back(satellite.direct_factor.begin(), satellite.direct_factor.end());
+  }
+}
+
+PathNode SettledCell::trace(const Vector3d& place) {
+  PathNode node;
+  node.place = place;
+  propagator_.trace(place, sky_.directions(), traced_, &node.edges);
+  std::sort(node.edges.begin(), node.edges.end());
+  for (std::size_t k = 0; k < traced_.size(); ++k) {
+    const SettledSatellite& satellite = sky_.satellites()[k];
+    for (const Path& path : traced_[k].paths) {
+      if (path.kind != PathKind::Diffuse && path.order < 2) continue;
+      NodePath& far = node.paths.emplace_back();
+      far.satellite = static_cast<std::uint32_t>(k);
+      far.diffuse = path.kind == PathKind::Diffuse;
+      far.excess_m = path.excess_m;
+      far.rate_mps = tracking::path_rate_mps(satellite.line, Vector3d::Zero(), path, ecef_from_enu_);
+      far.amplitude = signal::path_amplitude(path, satellite.line.elevation_rad, satellite.carrier_hz,
+                                             options_.signal.antenna, options_.signal.strength);
+      far.reflector = path.reflector;
+      far.arrival = path.arrival.cast<float>();
+    }
+  }
+  return node;
+}
+
+std::pair<SettledCell::Reflector&, bool> SettledCell::reflector(std::uint64_t key, std::size_t satellite,
+                                                                std::uint64_t name, const Vector3d& arrival) {
+  const auto [found, made] = reflectors_.try_emplace(mix64(key + kGolden64 * (satellite + 1)));
+  Reflector& r = found->second;
+  if (!made) return {r, false};
+  r.re.resize(sky_.padded());
+  r.im.resize(sky_.padded());
+  sky_.phases_of(satellite, name, r.re.data(), r.im.data());
+  if (sky_.has_blockages()) {
+    r.factor.resize(sky_.padded(), 1);
+    sky_.blockages_of(arrival, shadowings_, r.factor.data());
+  }
+  return {r, true};
+}
+
+const SettledCell::Reflector& SettledCell::reflector(std::size_t satellite, const Path& path) {
+  std::uint64_t key = path.reflector;
+  for (int i = 0; i < path.incidence_count; ++i) {
+    key = mix64(key + static_cast<std::uint64_t>(path.incidences[static_cast<std::size_t>(i)].material) + 1);
+  }
+  const auto [r, made] = reflector(key, satellite, path.reflector, path.arrival);
+  if (!made) return r;
+  const SettledSatellite& s = sky_.satellites()[satellite];
+  Path without_detour = path;
+  without_detour.excess_m = 0;
+  r.amplitude = signal::path_amplitude(without_detour, s.line.elevation_rad, s.carrier_hz,
+                                       options_.signal.antenna, options_.signal.strength);
+  return r;
+}
+
+const float* SettledCell::blockage(const Vector3d& arrival) {
+  if (!sky_.has_blockages()) return nullptr;
+  std::uint64_t key = 0;
+  Vector3d rounded;
+  for (int axis = 0; axis < 3; ++axis) {
+    rounded[axis] = std::round(arrival[axis] * kArrivalSteps);
+    key = 128 * key + static_cast<std::uint64_t>(rounded[axis] + kArrivalSteps);
+  }
+  const auto [found, made] = blockages_.try_emplace(key);
+  if (made) {
+    found->second.resize(sky_.padded(), 1);
+    sky_.blockages_of(rounded.normalized(), shadowings_, found->second.data());
+  }
+  return found->second.data();
+}
+
+/// The paths of one satellite.
+void SettledCell::gather(std::size_t satellite, std::span<const NodePath> far, const Vector3d& from_node) {
+  const SettledSatellite& s = sky_.satellites()[satellite];
+  paths_.clear();
+  for (const Path& path : traced_[satellite].paths) {
+    CellPath& p = paths_.emplace_back();
+    p.excess_m = path.excess_m;
+    p.rate_mps = tracking::path_rate_mps(s.line, Vector3d::Zero(), path, ecef_from_enu_);
+    if (path.kind == PathKind::Reflected) {
+      const Reflector& r = reflector(satellite, path);
+      p.amplitude = r.amplitude * phasor(path.excess_m / s.wavelength_m);
+      p.re = r.re.data();
+      p.im = r.im.data();
+      if (!r.factor.empty()) p.factor = r.factor.data();
+    } else {
+      p.amplitude = signal::path_amplitude(path, s.line.elevation_rad, s.carrier_hz, options_.signal.antenna,
+                                           options_.signal.strength);
+    }
+    if (path.kind == PathKind::Direct) p.factor = direct_factors_[satellite].data();
+    if (path.kind == PathKind::Diffracted) p.factor = blockage(path.arrival);
+  }
+  std::size_t bundles = 0;
+  for (const NodePath& path : far) {
+    CellPath& p = paths_.emplace_back();
+    const Vector3d arrival = path.arrival.cast<double>();
+    // Exact over planes, of first order over facades that scatter (antenna_image()).
+    const double longer_m = (s.direction - arrival).dot(from_node);
+    p.excess_m = std::max(0.0, path.excess_m + longer_m);
+    p.rate_mps = path.rate_mps;
+    p.amplitude = path.amplitude * phasor(longer_m / s.wavelength_m);
+    p.diffuse = path.diffuse;
+    if (path.diffuse) {
+      p.factor = blockage(arrival);
+      const std::size_t at = bundles++ * sky_.padded();
+      assert(at < s.fade_re.size());
+      p.re = s.fade_re.data() + at;
+      p.im = s.fade_im.data() + at;
+      p.power = s.fade_power.data() + at;
+    } else {
+      const Reflector& r = reflector(path.reflector, satellite, path.reflector, arrival).first;
+      p.re = r.re.data();
+      p.im = r.im.data();
+      if (!r.factor.empty()) p.factor = r.factor.data();
+    }
+  }
+}
+
+/// As Channel::gather() at a receiver's first epoch, for all lanes.
+void SettledCell::fill_lanes(const SettledSatellite& s) {
+  const auto lanes = static_cast<std::size_t>(sky_.lanes());
+  const double chip_m = s.code->tracker().correlation().chip_m();
+  lanes_.clear(sky_.padded());
+  std::array<float, 64> strongest;
+  std::vector<float> many;
+  float* best = strongest.data();
+  if (lanes > strongest.size()) {
+    many.resize(lanes);
+    best = many.data();
+  }
+  std::fill(best, best + lanes, -1.0F);
+  for (std::size_t p = 0; p < paths_.size(); ++p) {
+    const auto size = static_cast<float>(std::abs(paths_[p].amplitude));
+    const float* factor = paths_[p].factor;
+    for (std::size_t i = 0; i < lanes; ++i) {
+      const float here = factor != nullptr ? size * factor[i] : size;
+      if (here > best[i]) {
+        best[i] = here;
+        tracked_[i] = p;
+      }
+    }
+  }
+
+  const tracking::DllOptions& dll = options_.signal.dll;
+  const double coherence_m = tracking::kCoherenceWavelengths * s.wavelength_m;
+  for (const CellPath& p : paths_) {
+    const std::size_t at = lanes_.add(p.excess_m / chip_m);
+    std::size_t of = paths_.size();  // the tracked path that these are against
+    float c_re = 0, c_im = 0, incoherent = 0, coherent = 0;
+    tracking::BundleShare bundle;
+    const double power = std::norm(p.amplitude);
+    for (std::size_t i = 0; i < lanes; ++i) {
+      if (tracked_[i] != of) {
+        of = tracked_[i];
+        const double fading_hz = tracking::fading_rate_hz(p.rate_mps - paths_[of].rate_mps, s.wavelength_m);
+        if (p.diffuse) {
+          const std::complex<double> rate(p.excess_m * s.turning_radps / coherence_m,
+                                          -2 * geodesy::kPi * fading_hz);
+          bundle = tracking::bundle_share(rate, dll.loop_bandwidth_hz, dll.integration_s);
+          const std::complex<double> unit = p.amplitude / std::sqrt(power) * std::sqrt(bundle.coherent);
+          c_re = static_cast<float>(unit.real());
+          c_im = static_cast<float>(unit.imag());
+          // The integration's loss is in the share, once.
+          coherent = static_cast<float>(bundle.coherent);
+          incoherent = 1 - coherent;
+        } else {
+          const tracking::LaneCodeLock::Share share = s.code->average(fading_hz);
+          c_re = static_cast<float>(p.amplitude.real() * share.coherent);
+          c_im = static_cast<float>(p.amplitude.imag() * share.coherent);
+          incoherent = static_cast<float>(power * share.incoherent);
+        }
+      }
+      const float factor = p.factor != nullptr ? p.factor[i] : 1;
+      float re = c_re, im = c_im;
+      if (p.re != nullptr) {
+        re = c_re * p.re[i] - c_im * p.im[i];
+        im = c_re * p.im[i] + c_im * p.re[i];
+      }
+      float size = factor, spread = incoherent * factor * factor;
+      if (p.diffuse) {
+        const auto mean = static_cast<float>(power * bundle.integrated);
+        const float now = mean * factor * factor * (coherent * p.power[i] + (1 - coherent));
+        size = std::sqrt(now);
+        spread = now * incoherent;
+      }
+      lanes_.re[at + i] = re * size;
+      lanes_.im[at + i] = im * size;
+      lanes_.incoherent[at + i] = spread;
+    }
+  }
+}
+
+/// Each lane's measurement of one satellite, and what the one without noise counts.
+void SettledCell::measure(std::size_t satellite) {
+  const SettledSatellite& s = sky_.satellites()[satellite];
+  const tracking::SignalLockOptions& lock = options_.signal.lock;
+  const bool direct =
+      !traced_[satellite].paths.empty() && traced_[satellite].paths.front().kind == PathKind::Direct;
+  if (paths_.empty()) {
+    std::fill(power_.begin(), power_.end(), 0.0F);
+  } else {
+    fill_lanes(s);
+    s.code->lock(lanes_, delay_m_, power_);
+  }
+  positioning::Measurement m;
+  m.sigma_factor = s.sigma_factor;
+  const bool equal = options_.fix.weights.weighting == positioning::Weighting::Equal;
+  bool tracks = false, hears = false;
+  for (std::size_t i = 0; i < ranges_.size(); ++i) {
+    if (!(power_[i] > 0)) continue;
+    const double ratio_hz = s.clear_cn0_hz[i] * static_cast<double>(power_[i]) / s.peak_power;
+    const double cn0_dbhz = 10 * std::log10(ratio_hz);
+    if (i == 0) {
+      tracks = cn0_dbhz >= lock.acquisition_threshold_dbhz;
+      hears = cn0_dbhz >= lock.tracking_threshold_dbhz;
+    }
+    if (cn0_dbhz < lock.acquisition_threshold_dbhz) continue;
+    const double jitter_m = std::sqrt((s.jitter_1 + s.jitter_2 / ratio_hz) / ratio_hz);
+    double stated_dbhz = cn0_dbhz + s.cn0_noise_db[i];
+    const double step_db = options_.signal.cn0_step_db;
+    if (step_db > 0) stated_dbhz = step_db * std::round(stated_dbhz / step_db);
+    if (stated_dbhz < options_.fix.cn0_mask_dbhz) continue;
+    m.cn0_dbhz = stated_dbhz;
+    m.sigma_m = std::hypot(noise_sigma_m_, jitter_m);
+    if (m.sigma_m == 0) m.sigma_m = 1;
+    m.sigma_m *= s.sigma_factor;
+    const double sigma_m = equal ? 1 : options_.fix.weights.sigma_m(m, s.line.elevation_rad);
+    ranges_[i].push_back({static_cast<std::uint32_t>(satellite),
+                          static_cast<double>(delay_m_[i]) + s.error_m[i] + s.code_normal[i] * jitter_m,
+                          1 / (sigma_m * sigma_m)});
+  }
+  los_ += direct ? 1 : 0;
+  ++(tracks ? visible_ : blocked_);
+  if (!tracks) return;
+  nlos_ += !direct && hears ? 1 : 0;
+  largest_excess_m_ = std::max(largest_excess_m_, static_cast<double>(delay_m_[0]));
+}
+
+void SettledCell::locate(bool statistics, CellValues& values) {
+  values.set(Layer::SatellitesLos, los_);
+  values.set(Layer::SatellitesVisible, visible_);
+  values.set(Layer::SatellitesBlocked, blocked_);
+  if (visible_ > 0) {
+    values.set(Layer::NlosShare, static_cast<double>(nlos_) / visible_);
+    values.set(Layer::LargestExcess, largest_excess_m_);
+  }
+  const SettledFix::Answer quiet = fix_.solve(ranges_[0]);
+  values.set(Layer::Availability, quiet.solved ? 1 : 0);
+  values.set(Layer::SatellitesUsed, quiet.used);
+  if (quiet.solved) {
+    values.set(Layer::HorizontalError, quiet.error.head<2>().norm());
+    values.set(Layer::VerticalError, quiet.error.z());
+    values.set(Layer::Hdop, quiet.dop.hdop);
+    values.set(Layer::Pdop, quiet.dop.pdop);
+    values.set(Layer::Vdop, quiet.dop.vdop);
+  }
+  if (ranges_.size() == 1) return;
+  std::vector<double> horizontal, vertical;
+  for (std::size_t i = 1; i < ranges_.size(); ++i) {
+    const SettledFix::Answer answer = fix_.solve(ranges_[i]);
+    if (!answer.solved) continue;
+    horizontal.push_back(answer.error.head<2>().norm());
+    vertical.push_back(std::abs(answer.error.z()));
+  }
+  values.set(Layer::Availability,
+             static_cast<double>(horizontal.size()) / static_cast<double>(ranges_.size() - 1));
+  if (!statistics) return;
+  values.describe(Layer::HorizontalErrorMean, horizontal);
+  values.describe(Layer::VerticalErrorMean, vertical);
+}
+
+void SettledCell::solve(const Vector3d& place, std::span<const propagation::KnownEdge> edges,
+                        const PathNode& node, bool statistics, CellValues& values) {
+  const std::span<const NodePath> far = node.paths;
+  propagator_.trace_near(place, sky_.directions(), edges, traced_);
+  for (std::vector<SettledRange>& ranges : ranges_) ranges.clear();
+  los_ = nlos_ = visible_ = blocked_ = 0;
+  largest_excess_m_ = 0;
+  std::size_t first = 0;
+  for (std::size_t k = 0; k < traced_.size(); ++k) {
+    std::size_t last = first;
+    while (last < far.size() && far[last].satellite == k) ++last;
+    gather(k, far.subspan(first, last - first), place - node.place);
+    first = last;
+    measure(k);
+  }
+  locate(statistics, values);
+}
+
+}  // namespace canyon::heatmap

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "canyon/heatmap/engine/cell_values.hpp"
+#include "canyon/heatmap/engine/settled_fix.hpp"
+#include "canyon/heatmap/engine/settled_sky.hpp"
+#include "canyon/propagation/propagator.hpp"
+
+namespace canyon::heatmap {
+
+/// A path that a node has for the cells about it: diffuse, or of the second order.
+struct NodePath {
+  std::uint32_t satellite = 0;
+  bool diffuse = false;
+  double excess_m = 0, rate_mps = 0;
+  std::complex<double> amplitude;  ///< signal::path_amplitude()
+  std::uint64_t reflector = 0;
+  Eigen::Vector3f arrival;
+};
+
+/// What was traced at one cell.
+struct PathNode {
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  std::vector<propagation::KnownEdge> edges;  ///< ascending
+  std::vector<NodePath> paths;                ///< by satellite, each one's in its channels' order
+};
+
+/// The cells of one task, one after another. Not thread-safe.
+class SettledCell {
+ public:
+  /// The references must outlive it. @param ecef_from_enu of the city
+  SettledCell(const SettledSky& sky, const propagation::Propagator& propagator,
+              const receiver::ReceiverOptions& options, const Eigen::Matrix3d& ecef_from_enu);
+
+  [[nodiscard]] PathNode trace(const Eigen::Vector3d& place);
+  /// @param edges that may bend signals here, ascending; @param node next to the place
+  /// @param statistics whether layers over draws are wanted
+  void solve(const Eigen::Vector3d& place, std::span<const propagation::KnownEdge> edges,
+             const PathNode& node, bool statistics, CellValues& values);
+
+ private:
+  /// A path as the lanes' channels meet it. Null: 1 in all lanes.
+  struct CellPath {
+    double excess_m = 0, rate_mps = 0;
+    std::complex<double> amplitude;
+    const float *re = nullptr, *im = nullptr;  ///< random phasor
+    const float* power = nullptr;              ///< of a bundle, present over mean
+    const float* factor = nullptr;             ///< of the amplitude
+    bool diffuse = false;
+  };
+  /// A reflector in the random phases of all lanes.
+  struct Reflector {
+    std::complex<double> amplitude;  ///< without the detour's phase: alike wherever a facet is seen
+    std::vector<float> re, im;
+    std::vector<float> factor;  ///< by blockages; empty: 1
+  };
+  void gather(std::size_t satellite, std::span<const NodePath> far, const Eigen::Vector3d& from_node);
+  const Reflector& reflector(std::size_t satellite, const propagation::Path& path);
+  /// One with that key, without an amplitude. @param arrival unit, ENU
+  std::pair<Reflector&, bool> reflector(std::uint64_t key, std::size_t satellite, std::uint64_t name,
+                                        const Eigen::Vector3d& arrival);
+  const float* blockage(const Eigen::Vector3d& arrival);
+  void fill_lanes(const SettledSatellite& satellite);
+  void measure(std::size_t satellite);
+  void locate(bool statistics, CellValues& values);
+
+  const SettledSky& sky_;
+  const propagation::Propagator& propagator_;
+  const receiver::ReceiverOptions& options_;
+  Eigen::Matrix3d ecef_from_enu_;
+  double noise_sigma_m_ = 0;
+  SettledFix fix_;
+  std::vector<disturbance::Shadowing> shadowings_;
+  std::unordered_map<std::uint64_t, Reflector> reflectors_;
+  std::unordered_map<std::uint64_t, std::vector<float>> blockages_;
+  std::vector<std::vector<float>> direct_factors_;  // [satellite][lane]
+  // Of the cell in hand, kept for their memory.
+  std::vector<propagation::SatellitePaths> traced_;
+  std::vector<CellPath> paths_;
+  tracking::LaneCodeLock::Paths lanes_;
+  std::vector<float> delay_m_, power_;
+  std::vector<std::size_t> tracked_;               // [lane] index of the path whose carrier is followed
+  std::vector<std::vector<SettledRange>> ranges_;  // [lane]
+  int los_ = 0, nlos_ = 0, visible_ = 0, blocked_ = 0;
+  double largest_excess_m_ = 0;
+};
+
+}  // namespace canyon::heatmap

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "canyon/heatmap/engine/settled_sky.hpp"
+#include "canyon/positioning/dop.hpp"
+
+namespace canyon::heatmap {
+
+/// A pseudorange of a fix.
+struct SettledRange {
+  std::uint32_t satellite = 0;  ///< of SettledSky::satellites()
+  double error_m = 0;
+  double weight = 1;  ///< 1 / sigma^2
+};
+
+/// positioning::solve_fix() about the true place, where it is linear: dx = (H^T W H)^-1 H^T W m (Misra and
+/// Enge, Global Positioning System, 2nd ed. 2011, section 6.1), with its rules for clocks, satellites that
+/// are too few and PDOP. What is left out: the curvature of the ranges, 0.3 m for an error of 3 km, and what
+/// the place found does to mask, weights and atmosphere. Not thread-safe.
+class SettledFix {
+ public:
+  struct Answer {
+    bool solved = false;
+    int used = 0;
+    Eigen::Vector3d error = Eigen::Vector3d::Zero();  ///< east, north, up [m]
+    positioning::Dop dop;
+  };
+
+  SettledFix(const std::vector<SettledSatellite>& satellites, const positioning::FixOptions& options);
+  [[nodiscard]] Answer solve(std::span<const SettledRange> ranges);
+
+ private:
+  static constexpr std::size_t kMost = 3 + gnss::kSystemCount;
+  using Matrix = Eigen::Matrix<double, kMost, kMost>;
+
+  const std::vector<SettledSatellite>& satellites_;
+  const positioning::FixOptions& options_;
+  /// The geometry asked for last: neighbours and draws mostly have the same.
+  std::vector<std::uint32_t> geometry_, used_;
+  std::optional<positioning::Dop> dop_;
+};
+
+}  // namespace canyon::heatmap

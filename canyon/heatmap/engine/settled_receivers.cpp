@@ -1,0 +1,158 @@
+#include "canyon/heatmap/engine/settled_receivers.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/heatmap/engine/settled_cell.hpp"
+#include "canyon/heatmap/kernels/tile_tasks.hpp"
+
+namespace canyon::heatmap {
+namespace {
+
+using Eigen::Vector3d;
+using propagation::KnownEdge;
+
+/// A tile's blocks of cells, each with a node at the computed cell next to its middle.
+struct Blocks {
+  std::size_t size, across, down;  ///< cells across a block; blocks
+  std::size_t columns, rows;       ///< of the tile
+  std::vector<PathNode> nodes;
+
+  Blocks(const TileCells& cells, double nodes_m)
+      : size(std::max<std::size_t>(1, static_cast<std::size_t>(nodes_m / cells.plane.spacing_m + 1e-9))),
+        across((cells.tile.columns + size - 1) / size),
+        down((cells.tile.rows + size - 1) / size),
+        columns(cells.tile.columns),
+        rows(cells.tile.rows),
+        nodes(across * down) {}
+
+  /// Calls f(cell) for the cells [row_0, row_1) x [column_0, column_1) of a block's own.
+  template <typename F>
+  void for_each(std::size_t block, int quadrant, const F& f) const {
+    const std::size_t x = block % across * size, y = block / across * size;
+    const std::size_t half = size / 2;
+    const bool east = (quadrant & 1) != 0, north = (quadrant & 2) != 0;
+    for (std::size_t r = y + (north ? half : 0); r < std::min(rows, y + (north ? size : half)); ++r) {
+      for (std::size_t c = x + (east ? half : 0); c < std::min(columns, x + (east ? size : half)); ++c) {
+        f(r * columns + c);
+      }
+    }
+  }
+  /// The computed cell next to the middle of a block; none: columns * rows.
+  [[nodiscard]] std::size_t middle(const TileCells& cells, std::size_t block) const {
+    const double x = static_cast<double>(block % across * size) + 0.5 * static_cast<double>(size - 1);
+    const double y = static_cast<double>(block / across * size) + 0.5 * static_cast<double>(size - 1);
+    std::size_t best = columns * rows;
+    double nearest = 1e300;
+    for (int quadrant = 0; quadrant < 4; ++quadrant) {
+      for_each(block, quadrant, [&](std::size_t i) {
+        if (cells.state[i] != CellState::Computed) return;
+        const double dx = static_cast<double>(i % columns) - x, dy = static_cast<double>(i / columns) - y;
+        const double apart = dx * dx + dy * dy;
+        if (apart < nearest || (apart == nearest && i < best)) {
+          nearest = apart;
+          best = i;
+        }
+      });
+    }
+    return best;
+  }
+  /// Edges of the block's node, and of the three next to a quadrant of it. @param known replaced
+  void gather(std::size_t block, int quadrant, std::vector<KnownEdge>& known) const {
+    known = nodes[block].edges;
+    if (size == 1) return;
+    const auto x = static_cast<std::ptrdiff_t>(block % across),
+               y = static_cast<std::ptrdiff_t>(block / across);
+    const std::ptrdiff_t east = (quadrant & 1) != 0 ? 1 : -1, north = (quadrant & 2) != 0 ? 1 : -1;
+    for (const auto& [dx, dy] :
+         {std::pair(east, std::ptrdiff_t{0}), {std::ptrdiff_t{0}, north}, {east, north}}) {
+      const std::ptrdiff_t u = x + dx, v = y + dy;
+      if (u < 0 || v < 0 || u >= static_cast<std::ptrdiff_t>(across) ||
+          v >= static_cast<std::ptrdiff_t>(down)) {
+        continue;
+      }
+      const PathNode& other = nodes[static_cast<std::size_t>(v) * across + static_cast<std::size_t>(u)];
+      known.insert(known.end(), other.edges.begin(), other.edges.end());
+    }
+    std::sort(known.begin(), known.end());
+    known.erase(std::unique(known.begin(), known.end()), known.end());
+  }
+};
+
+}  // namespace
+
+bool SettledReceivers::fits(const simulation::ReceiverConfig& receiver) {
+  const receiver::ReceiverOptions& o = receiver.options;
+  return o.signal.enabled && receiver.disturbances.empty() && !receiver.streets.enabled &&
+         receiver.propagation.model == propagation::Model::Specular &&
+         o.ranging.combination == receiver::Combination::First && o.ranging.uses.empty() &&
+         !o.fix.raim.enabled && !o.noise.drift_enabled && !o.filter.enabled;
+}
+
+SettledReceivers::SettledReceivers(const simulation::Environment& environment,
+                                   const propagation::Propagator& propagator,
+                                   const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
+                                   double path_nodes_m)
+    : environment_(&environment),
+      propagator_(&propagator),
+      options_(receiver.options),
+      draws_(draws),
+      path_nodes_m_(path_nodes_m) {
+  options_.validate();
+  draws_.validate();
+  if (!fits(receiver)) {
+    throw InputError("this receiver cannot be settled without running it", "run receivers: receivers: run");
+  }
+}
+
+void SettledReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
+                             std::span<const std::span<float>> layers) const {
+  assert(wanted.size() == layers.size());
+  const auto has = [&](const auto& is) { return std::any_of(wanted.begin(), wanted.end(), is); };
+  const bool statistics = has([](Layer layer) { return info(layer).draws; });
+  const bool draws = statistics || has([](Layer layer) { return layer == Layer::Availability; });
+  const double half = cells.plane.spacing_m / 2;
+  const Vector3d centre(cells.plane.first.x() + half * (cells.tile.columns - 1),
+                        cells.plane.first.y() + half * (cells.tile.rows - 1), cells.plane.z);
+  const propagation::PropagationOptions& propagation = propagator_->options();
+  const SettledSky sky(*environment_, options_, propagation.diffuse ? propagation.scattering.max_paths : 0,
+                       draws_, draws ? draws_.draws + 1 : 1, centre, time);
+  const Eigen::Matrix3d ecef_from_enu = environment_->city().frame.ecef_from_local_rotation();
+  const auto task = [&] { return SettledCell(sky, *propagator_, options_, ecef_from_enu); };
+
+  Blocks blocks(cells, path_nodes_m_);
+  const std::size_t none = cells.tile.cells();
+  spread(blocks.down, [&](std::size_t row) {
+    SettledCell tracer = task();
+    for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
+      const std::size_t at = blocks.middle(cells, block);
+      if (at != none) blocks.nodes[block] = tracer.trace(cells.place(at));
+    }
+  });
+  spread(blocks.down, [&](std::size_t row) {
+    SettledCell solver = task();
+    std::vector<KnownEdge> known;
+    for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
+      for (int quadrant = 0; quadrant < 4; ++quadrant) {
+        bool gathered = false;
+        blocks.for_each(block, quadrant, [&](std::size_t i) {
+          CellValues values;
+          if (cells.state[i] == CellState::Computed) {
+            if (!gathered) blocks.gather(block, quadrant, known);
+            gathered = true;
+            solver.solve(cells.place(i), known, blocks.nodes[block], statistics, values);
+          }
+          for (std::size_t k = 0; k < wanted.size(); ++k) {
+            if (wanted[k] != Layer::SkyView) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];
+          }
+        });
+      }
+    }
+  });
+}
+
+}  // namespace canyon::heatmap

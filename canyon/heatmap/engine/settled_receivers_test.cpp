@@ -1,0 +1,183 @@
+#include "canyon/heatmap/engine/settled_receivers.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/city/synthetic_city.hpp"
+#include "canyon/heatmap/engine/engine.hpp"
+#include "canyon/simulation/profile.hpp"
+#include "tests/support/circular_sky.hpp"
+
+namespace canyon::heatmap {
+namespace {
+
+using simulation::ReceiverConfig;
+using test::CircularSky;
+
+constexpr geodesy::GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
+
+const simulation::Environment& downtown() {
+  static const simulation::Environment environment(
+      city::synthetic_city({}),
+      std::make_shared<CircularSky>(std::vector{gnss::System::GPS, gnss::System::Galileo}));
+  return environment;
+}
+
+ReceiverConfig sold(const char* profile) {
+  ReceiverConfig receiver =
+      simulation::parse_profile(std::string(simulation::built_in_profile(profile).text), profile).receiver;
+  receiver.options.signal.shadowing.blockage.share = 0.2;
+  return receiver;
+}
+
+/// Layers of sampled tiles, [layer][computed cell].
+using Values = std::vector<std::vector<double>>;
+
+/// Tiles of 8 cells at 2 m, every so many, over the middle of downtown.
+Values sample_map(const ReceiverConfig& receiver, const CellReceiverOptions& how, std::size_t stride,
+                  std::vector<Layer> layers, double across_m) {
+  Request request;
+  request.grid = Grid::covering(-across_m / 2, -across_m / 2, across_m / 2, across_m / 2, 2);
+  request.grid.tile_size = 8;
+  request.times = {kTime};
+  request.altitudes_m = {2};
+  request.draws.draws = 8;
+  request.receivers = how;
+  request.layers = std::move(layers);
+  const Heatmap map(downtown(), receiver, request, "");
+  Values values(request.layers.size());
+  for (std::size_t i = stride / 2; i < map.unit_count(); i += stride) {
+    const TileValues tile = map.compute(i);
+    for (std::size_t c = 0; c < tile.state.size(); ++c) {
+      if (tile.state[c] != CellState::Computed) continue;
+      for (std::size_t l = 0; l < values.size(); ++l) {
+        values[l].push_back(static_cast<double>(tile.values[l * tile.state.size() + c]));
+      }
+    }
+  }
+  return values;
+}
+
+std::vector<double> finite(const std::vector<double>& values) {
+  std::vector<double> result;
+  std::copy_if(values.begin(), values.end(), std::back_inserter(result),
+               [](double value) { return std::isfinite(value); });
+  return result;
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+constexpr CellReceiverOptions kRun{ReceiverModel::Run, 0};
+
+// The judge is receiver::Receiver, in every cell and draw. Paths traced at every cell: what is left are
+// single precision, directions of the tile's centre and the linear fix. Without blockages, which edges and
+// facades ask for in steps of 1.4 deg.
+TEST(SettledReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
+  const std::vector<Layer> layers{
+      Layer::HorizontalError,   Layer::VerticalError,       Layer::Hdop,
+      Layer::SatellitesVisible, Layer::SatellitesUsed,      Layer::SatellitesLos,
+      Layer::SatellitesBlocked, Layer::NlosShare,           Layer::LargestExcess,
+      Layer::Availability,      Layer::HorizontalErrorMean, Layer::VerticalErrorRms};
+  for (const char* profile : {"ublox-m8t", "phone"}) {
+    ReceiverConfig receiver = sold(profile);
+    receiver.options.filter = {};
+    receiver.options.signal.shadowing.blockage.share = 0;
+    ASSERT_TRUE(SettledReceivers::fits(receiver));
+    const Values run = sample_map(receiver, kRun, 23, layers, 200);
+    const Values settled = sample_map(receiver, {ReceiverModel::Settled, 0}, 23, layers, 200);
+    ASSERT_GT(run[0].size(), 200U);
+    for (std::size_t l = 0; l < layers.size(); ++l) {
+      std::size_t alike = 0;
+      for (std::size_t i = 0; i < run[l].size(); ++i) {
+        const double a = run[l][i], b = settled[l][i];
+        const double near = info(layers[l]).draws ? 0.05 + 0.05 * std::abs(a) : 0.02 + 0.002 * std::abs(a);
+        alike += (std::isnan(a) && std::isnan(b)) || std::abs(a - b) < near;
+      }
+      const double share = static_cast<double>(alike) / static_cast<double>(run[l].size());
+      std::cout << profile << ", " << info(layers[l]).name << ": " << share << " of " << run[l].size()
+                << " cells alike\n";
+      EXPECT_GT(share, 0.97) << info(layers[l]).name;
+    }
+  }
+}
+
+// With nodes 6 m apart: medians and 95th percentiles of errors over places within 5 %, availability within
+// 1 %. docs/heatmap-receivers.md has the same over larger samples, and for Hong Kong.
+TEST(SettledReceivers, HoldTheirBoundsBetweenNodes) {
+  const std::vector<Layer> layers{Layer::HorizontalErrorP50, Layer::HorizontalErrorP95,
+                                  Layer::HorizontalErrorMean, Layer::VerticalErrorP50, Layer::Availability};
+  const ReceiverConfig receiver = sold("ublox-m8t");
+  const Values run = sample_map(receiver, kRun, 19, layers, 560);
+  const Values settled = sample_map(receiver, {}, 19, layers, 560);
+  for (std::size_t l = 0; l < layers.size(); ++l) {
+    const std::vector<double> a = finite(run[l]), b = finite(settled[l]);
+    if (layers[l] == Layer::Availability) {
+      EXPECT_NEAR(mean(b), mean(a), 0.01);
+      continue;
+    }
+    for (const double p : {0.5, 0.95}) {
+      const double expected = *quantile(a, p), found = *quantile(b, p);
+      std::cout << info(layers[l]).name << ", " << p << " of " << a.size() << " cells: " << expected
+                << " m run, " << found << " m settled\n";
+      EXPECT_NEAR(found, expected, 0.05 * expected) << info(layers[l]).name << " " << p;
+    }
+  }
+}
+
+TEST(SettledReceivers, AreTheSameOnAnyNumberOfThreads) {
+  Request request;
+  request.grid = Grid::covering(-40, -40, 40, 40, 2);
+  request.grid.tile_size = 40;
+  request.times = {kTime};
+  request.altitudes_m = {2};
+  request.draws.draws = 3;
+  request.layers = {Layer::HorizontalErrorP95, Layer::Availability, Layer::LargestExcess};
+  const Heatmap map(downtown(), sold("ublox-m10"), request, "");
+  std::vector<float> first;
+  for (const int threads : {1, 2, 3}) {
+    tbb::task_arena arena(threads);
+    std::vector<float> values;
+    arena.execute([&] { values = map.compute(0).values; });
+    if (first.empty()) first = values;
+    ASSERT_EQ(values.size(), first.size());
+    EXPECT_EQ(std::memcmp(values.data(), first.data(), values.size() * sizeof(float)), 0);
+  }
+}
+
+TEST(SettledReceivers, LeaveOthersToThoseThatRun) {
+  ReceiverConfig receiver = sold("ublox-m8t");
+  receiver.options.filter = {};
+  EXPECT_TRUE(SettledReceivers::fits(receiver));
+  ReceiverConfig raim = receiver;
+  raim.options.fix.raim.enabled = true;
+  EXPECT_FALSE(SettledReceivers::fits(raim));
+  ReceiverConfig in_street = receiver;
+  in_street.streets.enabled = true;
+  EXPECT_FALSE(SettledReceivers::fits(in_street));
+  ReceiverConfig mirror = receiver;
+  mirror.propagation.model = propagation::Model::Mirror;
+  EXPECT_FALSE(SettledReceivers::fits(mirror));
+  const propagation::Propagator propagator = downtown().make_propagator(raim.propagation);
+  EXPECT_THROW(SettledReceivers(downtown(), propagator, raim, {}, 8), InputError);
+  CellReceiverOptions far;
+  far.path_nodes_m = 101;
+  EXPECT_THROW(far.validate(), InputError);
+}
+
+}  // namespace
+}  // namespace canyon::heatmap

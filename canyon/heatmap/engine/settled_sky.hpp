@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "canyon/disturbance/shadowing.hpp"
+#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/kernels/tile_tracer.hpp"
+#include "canyon/receiver/receiver.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/tracking/channel.hpp"
+#include "canyon/tracking/lane_lock.hpp"
+
+namespace canyon::heatmap {
+
+/// A satellite above the mask of a tile, and what the receivers of all lanes have of it whatever the place.
+/// Lane 0 is the receiver without noise, lane d + 1 that of draw d; lists of lanes are padded.
+struct SettledSatellite {
+  orbit::LineOfSight line;    ///< from the tile's centre
+  Eigen::Vector3d direction;  ///< unit, ENU of the city
+  Eigen::Vector3d local;      ///< unit, ENU of the tile's centre
+  double turning_radps = 0;   ///< SatelliteView::turning_radps()
+  const gnss::Signal* signal = nullptr;
+  double carrier_hz = 0, wavelength_m = 0;
+  std::shared_ptr<const tracking::LaneCodeLock> code;
+  double peak_power = 1;              ///< of the prompt correlator on a path of power 1
+  double jitter_1 = 0, jitter_2 = 0;  ///< dll_jitter_m()^2 = jitter_1 / (C/N0) + jitter_2 / (C/N0)^2
+  double sigma_factor = 1;            ///< RangingOptions::sigma_factor
+  std::vector<double> clear_cn0_hz;   ///< [lane] in a clear line of sight
+  std::vector<double> direct_factor;  ///< [lane] what shadows leave of the direct path's amplitude
+  std::vector<double> error_m;        ///< [lane] of the pseudorange, but for paths and code loop
+  std::vector<double> code_normal;    ///< [lane] code loop's noise over its deviation
+  std::vector<double> cn0_noise_db;   ///< [lane] of the stated C/N0
+  /// Of diffuse bundles in their order, [bundle][lane]: unit phasor, and power over its mean.
+  std::vector<float> fade_re, fade_im, fade_power;
+};
+
+/// The sky and the draws of one tile and time: whatever does not depend on the cell. Const, thread-safe.
+class SettledSky {
+ public:
+  SettledSky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
+             int most_bundles, const DrawOptions& draws, int lanes, const Eigen::Vector3d& centre,
+             geodesy::GpsTime time);
+
+  [[nodiscard]] const std::vector<SettledSatellite>& satellites() const { return satellites_; }
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& directions() const { return directions_; }
+  [[nodiscard]] int lanes() const { return lanes_; }
+  /// A multiple of LaneCodeLock::kWidth.
+  [[nodiscard]] std::size_t padded() const { return padded_; }
+  /// e^(j phi0) of a reflector in each lane. @param re, im padded() each
+  void phases_of(std::size_t satellite, std::uint64_t reflector, float* re, float* im) const;
+  /// Whether paths that are not direct are shadowed as well.
+  [[nodiscard]] bool has_blockages() const { return has_blockages_; }
+  /// Shadows of each draw; a task has a copy of its own.
+  [[nodiscard]] const std::vector<disturbance::Shadowing>& shadowings() const { return shadowings_; }
+  /// What blockages leave of amplitudes that arrive from a direction (unit, ENU). @param factor padded()
+  void blockages_of(const Eigen::Vector3d& arrival, std::vector<disturbance::Shadowing>& shadowings,
+                    float* factor) const;
+
+ private:
+  int lanes_;
+  std::size_t padded_;
+  bool has_blockages_ = false;
+  std::vector<SettledSatellite> satellites_;
+  std::vector<Eigen::Vector3d> directions_;
+  std::vector<tracking::ChannelModel> models_;      // [draw]
+  std::vector<disturbance::Shadowing> shadowings_;  // [draw]
+};
+
+}  // namespace canyon::heatmap

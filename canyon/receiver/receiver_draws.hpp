@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "canyon/gnss/signals.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+
+// What a receiver makes of its options and seed alone, whatever arrives.
+
+namespace canyon::receiver {
+
+/// What sets a receiver's random streams apart: its name with ReceiverOptions::own_draws, else nothing.
+[[nodiscard]] std::string draws_of(const ReceiverOptions& options);
+/// What it tracks of a satellite at a time, in the order of gnss::signals_of(). @param found replaced
+void signals_to_track(const ReceiverOptions& options, gnss::SatelliteId id, geodesy::GpsTime time,
+                      std::vector<const gnss::Signal*>& found);
+/// Of the receiver's way for a satellite's signal [m], as BiasOptions says, without the drift.
+[[nodiscard]] double fixed_bias_m(const BiasOptions& options, gnss::SatelliteId id,
+                                  const gnss::Signal& signal, double carrier_hz, geodesy::GpsTime time);
+/// The drift of that, where drift_sigma_m is above 0.
+[[nodiscard]] tracking::OuProcess bias_drift(const ReceiverOptions& options, std::uint64_t seed,
+                                             const gnss::Signal& signal);
+/// Key of a signal's own streams: "/code", "/doppler" and "/mean" behind it.
+[[nodiscard]] std::string noise_key(const ReceiverOptions& options, gnss::SatelliteId id,
+                                    const gnss::Signal& signal);
+/// The process of a signal's pseudorange noise (NoiseOptions::ou).
+[[nodiscard]] tracking::OuProcess pseudorange_noise(const ReceiverOptions& options, std::uint64_t seed,
+                                                    gnss::SatelliteId id, const gnss::Signal& signal);
+
+}  // namespace canyon::receiver

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "canyon/tracking/code_tracking.hpp"
+
+namespace canyon::tracking {
+
+/// CodeTracker::lock() without a prior for many receivers at once ("lanes"), which hear the same paths with
+/// phases and strengths of their own: eight at a time in single precision, from a table of the correlation.
+/// Delays agree within 1 cm (of a chip of 293 m), prompt powers within 1e-4 of themselves. Where a lane finds
+/// nothing that way, and for other discriminators than early minus late power, CodeTracker::lock() itself
+/// answers. Const, thread-safe.
+class LaneCodeLock {
+ public:
+  static constexpr std::size_t kWidth = 8;
+
+  /// What arrives after integration and loop filter: see average().
+  struct Paths {
+    std::size_t lanes = 0;           ///< a multiple of kWidth
+    std::vector<float> delay_chips;  ///< [path]
+    std::vector<float> re, im;       ///< [path][lane], adds up with its phase
+    std::vector<float> incoherent;   ///< [path][lane], power that adds up without
+
+    [[nodiscard]] std::size_t size() const { return delay_chips.size(); }
+    /// No paths; memory is kept.
+    void clear(std::size_t of_lanes);
+    /// Appends a path without power; its place in the lists of lanes.
+    std::size_t add(double at_chips);
+  };
+
+  explicit LaneCodeLock(std::shared_ptr<const CodeTracker> tracker);
+
+  [[nodiscard]] const CodeTracker& tracker() const { return *tracker_; }
+  /// What the loop's filter keeps of a path that fades with fading_hz (CodeTracker): amplitudes times
+  /// `coherent` add up with their phase, powers times `incoherent` without.
+  struct Share {
+    double coherent = 1, incoherent = 0;
+  };
+  [[nodiscard]] Share average(double fading_hz) const;
+
+  /// @param delay_m, prompt_power [lane]; where a lane has no lock the power is 0
+  void lock(const Paths& paths, std::span<float> delay_m, std::span<float> prompt_power) const;
+
+ private:
+  struct Group;
+  /// False where lanes of the group did not get there; their power is -1.
+  bool lock_group(const Paths& paths, std::size_t first, Group& group) const;
+  void lock_alone(const Paths& paths, std::size_t lane, float& delay_m, float& prompt_power) const;
+
+  std::shared_ptr<const CodeTracker> tracker_;
+  std::vector<float> table_;  // R
+  float half_spacing_ = 0, step_ = 0, gain_ = 0, least_ = 0;
+};
+
+}  // namespace canyon::tracking
