@@ -23,13 +23,28 @@ from . import _canyon
 from ._canyon import Encoder, Epoch, __version__
 from .city import PLACEMENTS, City, CityObject
 from .errors import InputError, Interrupted, OutputError
+from .heatmap import CELL_STATES, HeatMap, heatmap, map_layers
 from .live import LiveReceiver
+from .models import Arrival, Disturbance, Models, Problem, Solver
+from .recordings import Calibration, Recording, calibrate
 from .scenario import Scenario, fault_kinds, profiles, scenario_keys
 from .simulation import Run, Simulation, simulate
 from .sky import PATH_KINDS, VISIBILITIES, Sky, Tracer, trace
 from .tables import Table
 
 __all__ = [
+    "Arrival",
+    "CELL_STATES",
+    "Calibration",
+    "Disturbance",
+    "HeatMap",
+    "Models",
+    "Problem",
+    "Recording",
+    "Solver",
+    "calibrate",
+    "heatmap",
+    "map_layers",
     "City",
     "CityObject",
     "Encoder",

@@ -1,4 +1,4 @@
-from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -138,7 +138,7 @@ class Stream:
     def close(self) -> None: ...
 
 class Simulation:
-    def __init__(self, scenario: Scenario, city: Optional[City] = None) -> None: ...
+    def __init__(self, scenario: Scenario, city: Optional[City] = None, models: Any = None) -> None: ...
     @property
     def epoch_count(self) -> int: ...
     @property
@@ -159,7 +159,7 @@ class Simulation:
 
 class LiveReceiver:
     def __init__(
-        self, settings: Mapping[str, Any], city: City, start: Any = None, faults: Sequence[Any] = ...
+        self, settings: Mapping[str, Any], city: City, start: Any = None, faults: Sequence[Any] = ..., models: Any = None
     ) -> None: ...
     def observe(
         self,
@@ -184,6 +184,121 @@ class LiveReceiver:
     def take_warnings(self) -> List[str]: ...
     def encoder(self, format: str, interval_s: float = 1.0) -> Encoder: ...
 
+class ArrivingPath:
+    """A path of a satellite that arrives."""
+
+    excess_m: float
+    """Detour [m], at least 0."""
+    amplitude_factor: float
+    """Multiplies the path's amplitude, at least 0."""
+    @property
+    def kind(self) -> str: ...
+    @property
+    def order(self) -> int: ...
+    @property
+    def arrival(self) -> NDArray[np.float64]:
+        """Unit vector, east, north, up, towards where it comes from."""
+
+class ArrivingSatellite:
+    """A satellite above the horizon of an antenna."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def azimuth_rad(self) -> float: ...
+    @property
+    def elevation_rad(self) -> float: ...
+    @property
+    def visibility(self) -> str: ...
+    @property
+    def paths(self) -> List[ArrivingPath]: ...
+    def keep_paths(self, indices: Sequence[int]) -> None:
+        """These of its paths stay, in this order; the others go."""
+
+class Arrival:
+    """What arrives at an antenna at one instant, lent for one call."""
+
+    @property
+    def time(self) -> np.datetime64: ...
+    @property
+    def gps_ns(self) -> int: ...
+    @property
+    def antenna_enu_m(self) -> NDArray[np.float64]: ...
+    @property
+    def velocity_ecef_mps(self) -> NDArray[np.float64]: ...
+    @property
+    def placement(self) -> str: ...
+    @property
+    def satellites(self) -> List[ArrivingSatellite]: ...
+    def remove(self, satellite: str) -> None: ...
+    def interfere(self, power_dbw: float, towards: Any, width_hz: float = 20e6) -> None:
+        """Adds noise about L1: its power at an isotropic antenna, and the direction (ENU) it comes from."""
+
+class Problem:
+    """Ranges of one epoch, for a solver."""
+
+    @property
+    def time(self) -> np.datetime64: ...
+    @property
+    def gps_ns(self) -> int: ...
+    @property
+    def satellites(self) -> List[str]: ...
+    @property
+    def position_ecef_m(self) -> NDArray[np.float64]:
+        """(n, 3): satellites at transmission, in the Earth's axes of reception."""
+    @property
+    def range_m(self) -> NDArray[np.float64]:
+        """(n,): pseudoranges less satellite clocks and atmosphere: distance and receiver clock, one a system."""
+    @property
+    def sigma_m(self) -> NDArray[np.float64]: ...
+    @property
+    def cn0_dbhz(self) -> NDArray[np.float64]: ...
+    @property
+    def doppler_hz(self) -> NDArray[np.float64]: ...
+    @property
+    def start_ecef_m(self) -> Optional[NDArray[np.float64]]:
+        """The engine's own least squares; None where that has no solution."""
+
+class Map:
+    def __init__(
+        self,
+        scenario: Scenario,
+        city: Optional[City],
+        box: Any,
+        spacing_m: float,
+        altitudes_m: List[float],
+        altitude_kind: str,
+        times: Any,
+        layers: List[str],
+        model: str,
+        receiver: str,
+        draws: int,
+    ) -> None: ...
+    def run(self, folder: str, threads: int = 0) -> bool: ...
+    def values(self) -> Dict[str, Any]: ...
+    def write(self, path: str, format: str) -> None: ...
+
+class Recording:
+    def __init__(
+        self,
+        scenario: Scenario,
+        obs: str,
+        truth: str = "",
+        truth_format: str = "",
+        nmea: str = "",
+        atmosphere: bool = True,
+    ) -> None: ...
+    @property
+    def epoch_count(self) -> int: ...
+    @property
+    def warnings(self) -> List[str]: ...
+    def align(self, share: float, heading: bool = False, threads: int = 0) -> Any: ...
+    def validate(self, begin: float, end: float, models: List[str], threads: int = 0) -> Any: ...
+
+def calibrate(
+    recordings: List[Recording], begin: float, end: float, resamples: int, iterations: int, threads: int = 0
+) -> Dict[str, Any]: ...
+def map_layers() -> Dict[str, Tuple[str, str]]: ...
 def scenario_keys() -> List[Dict[str, str]]: ...
 def fault_kinds() -> List[Dict[str, Any]]: ...
 def profiles() -> Dict[str, str]: ...

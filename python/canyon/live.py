@@ -6,6 +6,7 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Union
 
 from . import _canyon
 from .city import City
+from .models import Models
 
 __all__ = ["LiveReceiver"]
 
@@ -20,6 +21,8 @@ class LiveReceiver:
         Instant of the caller's time 0; else the key ``start`` of `settings`.
     faults : list of dict, optional
         Items of a scenario's ``faults:``.
+    models : Models, optional
+        Own models.
     **settings
         Keys of one receiver of a scenario (``profile``, ``clock``, ...) and ``sky``, ``seed``, ``start``.
 
@@ -39,9 +42,10 @@ class LiveReceiver:
         start: Any = None,
         *,
         faults: Optional[Sequence[Union[str, Mapping[str, Any]]]] = None,
+        models: Optional[Models] = None,
         **settings: Any,
     ) -> None:
-        self._handle = _canyon.LiveReceiver(settings, city._handle, start, list(faults or []))
+        self._handle = _canyon.LiveReceiver(settings, city._handle, start, list(faults or []), models)
         self.observe = self._handle.observe  # each microsecond counts
 
     def lose(self, seconds: float) -> "_canyon.Epoch":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Union
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from . import _canyon
 from .city import City
 from .errors import Interrupted
+from .models import Models
 from .scenario import Scenario, Settings, as_scenario
 from .tables import Table
 
@@ -130,6 +131,8 @@ class Simulation:
     scenario : Scenario, dict or path
     city : City, optional
         One that several simulations share, instead of the scenario's own.
+    models : Models or dict, optional
+        Own models of all receivers, or by receivers' names.
 
     Examples
     --------
@@ -143,9 +146,16 @@ class Simulation:
     [True, True, True, True, True]
     """
 
-    def __init__(self, scenario: Union[Scenario, Settings], city: Optional[City] = None) -> None:
+    def __init__(
+        self,
+        scenario: Union[Scenario, Settings],
+        city: Optional[City] = None,
+        *,
+        models: Union[Models, Mapping[str, Models], None] = None,
+    ) -> None:
         self.scenario = as_scenario(scenario)
-        self._handle = _canyon.Simulation(self.scenario._handle, None if city is None else city._handle)
+        own = dict(models) if isinstance(models, Mapping) else models
+        self._handle = _canyon.Simulation(self.scenario._handle, None if city is None else city._handle, own)
 
     @property
     def receivers(self) -> List[str]:
@@ -219,6 +229,7 @@ def simulate(
     scenario: Union[Scenario, Settings],
     city: Optional[City] = None,
     *,
+    models: Union[Models, Mapping[str, Models], None] = None,
     threads: int = 0,
     paths: bool = False,
     out: "str | os.PathLike[str] | None" = None,
@@ -238,4 +249,4 @@ def simulate(
     >>> list(run.epochs["status"][:2])
     ['fix', 'fix']
     """
-    return Simulation(scenario, city).run(threads, paths, out)
+    return Simulation(scenario, city, models=models).run(threads, paths, out)

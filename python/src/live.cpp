@@ -6,6 +6,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/epochs.hpp"
+#include "python/src/models.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {
@@ -17,9 +18,10 @@ using simulation::LiveReceiver;
 class Live {
  public:
   Live(const py::object& settings, std::shared_ptr<simulation::CityScene> city, const py::object& start,
-       std::vector<py::object> faults)
+       const std::vector<py::object>& faults, const py::object& models)
       : scene_(std::move(city)) {
     auto config = read_tree<simulation::LiveConfig>(tree_of(settings), "receiver");
+    put_models(models, config.receiver);
     const std::optional<geodesy::GpsTime> begin = start.is_none() ? config.start : time_of(start);
     if (!begin) throw InputError("'start' is missing", "say at which instant the host's time 0 is");
     {
@@ -77,8 +79,9 @@ class Live {
 void bind_live(py::module_& m) {
   py::class_<Live>(m, "LiveReceiver")
       .def(py::init<const py::object&, std::shared_ptr<simulation::CityScene>, const py::object&,
-                    std::vector<py::object>>(),
-           "settings"_a, "city"_a, "start"_a = py::none(), "faults"_a = std::vector<py::object>{})
+                    const std::vector<py::object>&, const py::object&>(),
+           "settings"_a, "city"_a, "start"_a = py::none(), "faults"_a = std::vector<py::object>{},
+           "models"_a = py::none())
       .def("observe", &Live::observe, "seconds"_a, "position"_a, "velocity"_a = py::none(), "yaw"_a = 0.0,
            "yaw_rate"_a = 0.0, "paths"_a = false)
       .def("lose", &Live::lose, "seconds"_a)

@@ -58,7 +58,10 @@ PYBIND11_MODULE(_canyon, m) {
   bind_city(m);
   bind_sky(m);
   bind_trace(m);
+  bind_models(m);
   bind_epochs(m);
   bind_simulation(m);
   bind_live(m);
+  bind_heatmap(m);
+  bind_validation(m);
 }

@@ -14,6 +14,7 @@
 #include "canyon/simulation/simulator.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/epochs.hpp"
+#include "python/src/models.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {
@@ -209,12 +210,14 @@ void write(const SimulationPtr& simulation, std::size_t receiver, const std::vec
 
 void bind_simulation(py::module_& m) {
   py::class_<Simulation, SimulationPtr>(m, "Simulation")
-      .def(py::init([](const ScenarioTree& tree, const std::shared_ptr<simulation::CityScene>& city) {
+      .def(py::init([](const ScenarioTree& tree, const std::shared_ptr<simulation::CityScene>& city,
+                       const py::object& models) {
              if (!tree.scenario.trajectory.file && tree.scenario.trajectory.waypoints.empty()) {
                throw InputError(tree.file, 0, "'trajectory' is missing",
                                 "add trajectory: {file: ...}, waypoints or position");
              }
              simulation::Scenario scenario = tree.scenario;
+             put_models(models, scenario.receivers);
              const py::gil_scoped_release release;
              if (city) return std::make_shared<Simulation>(std::move(scenario), city);
              std::vector<std::string> warnings;
@@ -222,7 +225,7 @@ void bind_simulation(py::module_& m) {
              scenario.warnings.insert(scenario.warnings.end(), warnings.begin(), warnings.end());
              return std::make_shared<Simulation>(std::move(scenario), std::move(own));
            }),
-           "scenario"_a, "city"_a = nullptr)
+           "scenario"_a, "city"_a = nullptr, "models"_a = py::none())
       .def_property_readonly("epoch_count", &Simulation::epoch_count)
       .def_property_readonly("interval_s", &Simulation::interval_s)
       .def_property_readonly("begin", [](const Simulation& self) { return datetime(self.begin()); })
