@@ -26,6 +26,7 @@ using test::street_car;
 using test::street_excess_m;
 using test::street_world;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using namespace std::chrono_literals;
 
 class RosWorld : public testing::Test {
@@ -51,6 +52,15 @@ class RosWorld : public testing::Test {
       fields[std::string(keys[i])] = texts[i];
     }
     return fields;
+  }
+  /// What a node of another process hears: "True added ...".
+  static std::string ask_service(const std::string& service, const std::string& fault) {
+    const std::string call =
+        "import rospy; from canyon_msgs.srv import FaultCommand; rospy.init_node('asker', anonymous=True); "
+        "rospy.wait_for_service('" +
+        service + "', 30); r = rospy.ServiceProxy('" + service + "', FaultCommand)('" + fault +
+        "'); print(r.success, r.message)";
+    return run_program("timeout 60 python3 -c \"" + call + "\" 2>&1").output;
   }
   static double number(std::map<std::string, std::string>& fields, const std::string& field) {
     EXPECT_EQ(fields.count(field), 1U) << field;
@@ -109,6 +119,47 @@ TEST_F(RosWorld, TruthComesFromRos) {
       eventually([&] { return (satellites = echo("/multipath/satellites"))["field.fix_status"] == "1"; }));
   EXPECT_NEAR(number(satellites, "field.satellites0.excess_path"), street_excess_m(7, 45), 1e-3);
   EXPECT_NEAR(number(satellites, "field.satellites1.excess_path"), street_excess_m(13, 50), 1e-3);
+  server.unload();
+}
+
+// A fault by a service, as a node of another process calls it: the receiver loses its fix and has it again.
+TEST_F(RosWorld, FaultsComeAndGoByServices) {
+  InProcessServer& server = InProcessServer::get();
+  const std::string open_sky =
+      "<sky><nominal>true</nominal><systems>GPS</systems></sky>"
+      "<start>2026-06-01T08:00:00Z</start><profile>ideal</profile>";
+  std::string text = street_world(
+      street_car("<ros><namespace>/car</namespace><changes>true</changes></ros>" + open_sky), 0, false);
+  const std::string name = "<world name='street'>";
+  ASSERT_NE(text.find(name), std::string::npos);
+  server.load(text.replace(text.find(name), name.size(), "<world name='faults'>"));
+  const auto ask = [&](const std::string& service, const std::string& fault) {
+    auto reply = std::async(std::launch::async, [&] { return ask_service(service, fault); });
+    while (reply.wait_for(5ms) != std::future_status::ready) server.step(10);
+    return reply.get();
+  };
+  // Services come back with a new master, as topics do.
+  for (int master = 0; master < 2; ++master) {
+    const RosCore core;
+    const std::string dark = "dark" + std::to_string(master);
+    EXPECT_THAT(ask("/car/gnss/get_faults", ""), Not(HasSubstr(dark)));
+    EXPECT_THAT(ask("/car/gnss/add_fault", "{name: " + dark + ", outage: {}}"), HasSubstr("True added "));
+    EXPECT_EQ(echo("/car/fix")["field.status.status"], "-1");
+    EXPECT_THAT(ask("/car/gnss/get_faults", ""), HasSubstr(": " + dark + " (outage) from "));
+    EXPECT_THAT(ask("/car/gnss/end_fault", dark), HasSubstr("True ended "));
+    EXPECT_EQ(echo("/car/fix")["field.status.status"], "0");
+    EXPECT_THAT(ask("/car/gnss/add_fault", "{outage: {satelites: G05}}"), HasSubstr("False refused: "));
+  }
+  server.unload();
+}
+
+// Where nothing is said of changes.
+TEST_F(RosWorld, FaultsAreRefusedUnlessTheyAreAllowed) {
+  const RosCore core;
+  InProcessServer& server = InProcessServer::get();
+  server.load(street_world(street_car(test::paper_elements())));
+  EXPECT_THAT(ask_service("/multipath/gnss/add_fault", "{outage: {}}"),
+              testing::AllOf(HasSubstr("False refused: "), HasSubstr("<changes>")));
   server.unload();
 }
 

@@ -52,6 +52,7 @@ struct Track {
   std::array<bool, gnss::kConstellations.size()> known{};  ///< the constellation has a clock
   StateVector x = StateVector::Zero();
   StateMatrix p = StateMatrix::Zero();
+  double excess = 1;  ///< variance of the position over p's: errors last and are larger than the weights say
 
   [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
   [[nodiscard]] Eigen::Vector3d velocity() const { return x.segment<3>(kVelocity); }

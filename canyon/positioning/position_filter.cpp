@@ -197,7 +197,7 @@ bool somewhere(const Track& track) {
 }
 
 bool accurate(const Track& track, const PositionFilterOptions& options) {
-  return std::sqrt(track.p.block<3, 3>(kPosition, kPosition).trace()) <= options.max_sigma_m;
+  return std::sqrt(track.excess * track.p.block<3, 3>(kPosition, kPosition).trace()) <= options.max_sigma_m;
 }
 
 void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen::Matrix3d& enu_from_ecef) {
@@ -229,6 +229,32 @@ void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen:
   if (const std::optional<Cofactor> q = cofactor(design)) fix.dop = dop_from_cofactor(*q);
 }
 
+/// How much larger the variance of the position is than that of white errors as small as the weights say
+/// (PositionFilterOptions::error_correlation_s). Stays where the measurements have no redundancy.
+void weigh_lasting_errors(Track& track, const Epoch& epoch, const Fix& fix, double dt,
+                          const PositionFilterOptions& options, bool by_residuals) {
+  double squares = 0;
+  int count = 0;
+  std::array<bool, kConstellations.size()> clock{};
+  for (RangedSatellite satellite : epoch.satellites) {
+    if (!satellite.above_mask) continue;
+    place_satellite(satellite, track.position());
+    const Row row = pseudorange_row(track, satellite);
+    squares += std::pow(row.innovation / row.sigma, 2);
+    ++count;
+    clock[clock_index(satellite.measured->id.system)] = true;
+  }
+  const auto redundancy = count - 3 - std::count(clock.begin(), clock.end(), true);
+  if (redundancy < 1) return;
+  double excess = by_residuals ? std::max(1.0, squares / static_cast<double>(redundancy)) : 1;
+  if (options.error_correlation_s > 0) excess /= std::tanh(dt / (2 * options.error_correlation_s));
+  // Averaged or not, the same satellites tell no less than in one epoch.
+  if (fix.solved()) {
+    excess = std::min(excess, fix.covariance_enu.trace() / track.p.block<3, 3>(kPosition, kPosition).trace());
+  }
+  track.excess = std::max(1.0, excess);
+}
+
 Fix describe(const Track& track, const Epoch& epoch) {
   Fix fix;
   fix.status = FixStatus::Fix;
@@ -236,7 +262,8 @@ Fix describe(const Track& track, const Epoch& epoch) {
   fix.position_ecef = track.position();
   fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(fix.position);
-  fix.covariance_enu = enu_from_ecef * track.p.block<3, 3>(kPosition, kPosition) * enu_from_ecef.transpose();
+  fix.covariance_enu =
+      track.excess * enu_from_ecef * track.p.block<3, 3>(kPosition, kPosition) * enu_from_ecef.transpose();
   fix.velocity_enu_mps = enu_from_ecef * track.velocity();
   fix.velocity_covariance_enu =
       enu_from_ecef * track.p.block<3, 3>(kVelocity, kVelocity) * enu_from_ecef.transpose();
@@ -294,6 +321,8 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
       if (!somewhere(*track)) {
         track.reset();
         lost = true;
+      } else if (dt > 0) {
+        weigh_lasting_errors(*track, epoch, fix, dt, options, state_->fix.covariance_by_residuals);
       }
     }
   }

@@ -96,6 +96,9 @@ void visit(options::Visitor& v, PositionFilterOptions& o) {
            {0, 3600, true});
   v.number({"max_sigma_m", "m", "a position of a larger standard deviation is none"}, o.max_sigma_m,
            options::or_none({0, kInfinity, true}));
+  v.number(
+      {"error_correlation_s", "s", "it states its accuracy as for errors of this time constant; 0: white"},
+      o.error_correlation_s, {0, 3600});
 }
 
 }  // namespace canyon::positioning

@@ -107,6 +107,13 @@ struct PositionFilterOptions {
   /// A position of a larger standard deviation (root of the sum of the three variances) [m] is none, and
   /// begins nothing; > 0, infinite: any.
   double max_sigma_m = std::numeric_limits<double>::infinity();
+  /// Time constant of errors that last [s], [0, 3600]; 0: white ones. The filter averages as if they were
+  /// white, and says how much that helps: variances of the position times (1 + a) / (1 - a), a = exp(-dt /
+  /// error_correlation_s), which is what the mean of many errors with the correlation a^|k| has over that of
+  /// white ones (Bartlett 1946). With FixOptions::covariance_by_residuals they are multiplied by max(1, s^2)
+  /// as well, s^2 of all satellites above the masks, those that failed the gate included. They stay between
+  /// the filter's own and those that the fix of this epoch states.
+  double error_correlation_s = 0;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };

@@ -24,6 +24,7 @@ using gnss::System;
 
 struct Errors {
   std::vector<double> horizontal, vertical;
+  std::vector<double> over_stated;  ///< horizontal, over its stated standard deviation
   int epochs = 0;
   int clock_jumps = 0;
 
@@ -64,9 +65,11 @@ Drive read(const std::filesystem::path& folder) {
 }
 
 Errors errors(const Drive& drive, const orbit::Sky& sky, const positioning::FixOptions& options,
-              bool filtered) {
+              bool filtered, double error_correlation_s = 0) {
   Errors errors;
-  positioning::PositionFilter filter({}, options);
+  positioning::PositionFilterOptions filter_options;
+  filter_options.error_correlation_s = error_correlation_s;
+  positioning::PositionFilter filter(filter_options, options);
   Eigen::Vector3d start = Eigen::Vector3d::Zero();
   double last_clock_s = 0;
   for (const rinex::ObservationEpoch& epoch : drive.recorded.epochs) {
@@ -102,6 +105,8 @@ Errors errors(const Drive& drive, const orbit::Sky& sky, const positioning::FixO
                                 (fix.position_ecef - geodesy::ecef_from_geodetic(truth->second));
     errors.horizontal.push_back(enu.head<2>().norm());
     errors.vertical.push_back(std::abs(enu.z()));
+    errors.over_stated.push_back(enu.head<2>().norm() /
+                                 std::sqrt(fix.covariance_enu.topLeftCorner<2, 2>().trace()));
   }
   return errors;
 }
@@ -135,6 +140,22 @@ TEST(RecordedDrive, FilterThroughClockJumpsAndDetours) {
   EXPECT_LT(Errors::quantile(filtered.horizontal, 0.5), 0.75 * Errors::quantile(cn0.horizontal, 0.5));
   EXPECT_LT(Errors::quantile(filtered.horizontal, 0.95), 0.5 * Errors::quantile(cn0.horizontal, 0.95));
   EXPECT_LT(Errors::quantile(filtered.vertical, 0.95), 0.5 * Errors::quantile(cn0.vertical, 0.95));
+}
+
+// Of normal errors 5 % are larger than 1.73 stated deviations (Rayleigh: sqrt(ln 20)).
+TEST(RecordedDrive, FilterStatesWhatItsErrorsAre) {
+  CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
+  const Drive drive = read(folder);
+  const orbit::BroadcastSky sky(drive.navigation);
+  positioning::FixOptions options;
+  options.correct_ionosphere = options.correct_troposphere = true;
+  options.weights.weighting = positioning::Weighting::Cn0;
+  const Errors white = errors(drive, sky, options, true);
+  options.covariance_by_residuals = true;
+  const Errors lasting = errors(drive, sky, options, true, 2);
+  EXPECT_GT(Errors::quantile(white.over_stated, 0.95), 4);
+  EXPECT_LT(Errors::quantile(lasting.over_stated, 0.95), 2.5);
+  EXPECT_GT(Errors::quantile(lasting.over_stated, 0.5), 0.2);
 }
 
 }  // namespace
