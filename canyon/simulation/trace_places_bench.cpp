@@ -55,7 +55,7 @@ void TenThousandPlaces(benchmark::State& state) {
   }
   state.counters["satellites"] = static_cast<double>(satellites.size());
 }
-BENCHMARK(TenThousandPlaces)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(TenThousandPlaces)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
 
 void Observe(benchmark::State& state) {
   LiveReceiver receiver(parse_live_config("profile: ublox-m10\nown_draws: false\n", "benchmark"), downtown(),
@@ -66,7 +66,7 @@ void Observe(benchmark::State& state) {
     t += 0.1;
   }
 }
-BENCHMARK(Observe)->Unit(benchmark::kMicrosecond)->Iterations(2000)->UseRealTime();
+BENCHMARK(Observe)->Unit(benchmark::kMicrosecond)->Iterations(2000)->MeasureProcessCPUTime()->UseRealTime();
 
 }  // namespace
 }  // namespace canyon::simulation

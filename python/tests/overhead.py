@@ -1,5 +1,7 @@
 """What Python costs over C++: paired runs of the same calls, one after the other. Not a test.
 
+Times are the processor's, of all threads: they bear a machine that is busy with other things.
+
 usage: overhead.py BUILD_FOLDER [PAIRS]     (ninja canyon_python simulation_trace_places_bench)
 """
 
@@ -29,7 +31,7 @@ def in_cpp(name, repetitions):
         capture_output=True, check=True, text=True,
     ).stdout
     runs = [b for b in json.loads(out)["benchmarks"] if b["run_type"] == "iteration"]
-    return statistics.median(b["real_time"] for b in runs) * {"ms": 1e-3, "us": 1e-6}[runs[0]["time_unit"]]
+    return statistics.median(b["cpu_time"] for b in runs) * {"ms": 1e-3, "us": 1e-6}[runs[0]["time_unit"]]
 
 
 def tell(name, cpp, python):
@@ -37,7 +39,7 @@ def tell(name, cpp, python):
     differences = [(p - c) * 1e6 for c, p in zip(cpp, python)]
     print(f"{name}: C++ {statistics.median(cpp) * 1e3:.3f} ms, Python {statistics.median(python) * 1e3:.3f} ms; "
           f"of {len(ratios)} pairs the median ratio is {statistics.median(ratios):.3f} "
-          f"({min(ratios):.3f} to {max(ratios):.3f}), the median difference {statistics.median(differences):+.1f} us")
+          f"({min(ratios):.3f} to {max(ratios):.3f}), the median difference {statistics.median(differences):+.1f} us", flush=True)
 
 
 sky = canyon.Sky(NOON)
@@ -49,24 +51,26 @@ tracer = canyon.Tracer(city)
 
 
 def trace_once():
-    begin = time.perf_counter()
+    begin = time.process_time()
     tracer.at(places, sky, NOON, satellites)
-    return time.perf_counter() - begin
+    return time.process_time() - begin
 
 
 def observe_many(count=2000):
     receiver = canyon.LiveReceiver(city, NOON, profile="ublox-m10", own_draws=False)
-    begin = time.perf_counter()
+    begin = time.process_time()
     for i in range(count):
         t = 0.1 * i
         receiver.observe(t, (0.0, t % 60, 2.0), (0.0, 1.0, 0.0)).error_enu_m
-    return (time.perf_counter() - begin) / count
+    return (time.process_time() - begin) / count
 
 
 def plain_run(**models):
     scenario = canyon.Scenario.load("examples/synthetic_drive.yaml", outputs={"pictures": False})
     simulation = canyon.Simulation(scenario, models=canyon.Models(**models))
-    return simulation.run().wall_s
+    begin = time.process_time()
+    simulation.run()
+    return time.process_time() - begin
 
 
 class Nothing:
@@ -96,4 +100,4 @@ for name, models in {
     "a solver": {"solver": Engine()},
 }.items():
     ratios = [plain_run(**models) / plain_run() for _ in range(pairs)]
-    print(f"{name}: a run takes {statistics.median(ratios):.2f} times as long ({min(ratios):.2f} to {max(ratios):.2f})")
+    print(f"{name}: a run takes {statistics.median(ratios):.2f} times as long ({min(ratios):.2f} to {max(ratios):.2f})", flush=True)
