@@ -60,14 +60,15 @@ class Live {
   }
   [[nodiscard]] std::unique_ptr<EpochEncoder> encoder(const std::string& format, double interval_s) const {
     return std::make_unique<EpochEncoder>(
-        format, output::describe_receiver(receiver_->config().receiver.options, *receiver_->sky().sky,
+        format, output::describe_receiver(receiver_->config().receiver, *receiver_->sky().sky,
                                           receiver_->sky().navigation, receiver_->start(), interval_s));
   }
   LiveReceiver& receiver() { return *receiver_; }
 
  private:
   EpochPtr kept(const LiveReceiver::Step& step, bool paths) {
-    return std::make_shared<KeptEpoch>(step.epoch, step.arrival, paths, receiver_);
+    // The messages are those of the sky of this day.
+    return std::make_shared<KeptEpoch>(step.epoch, step.arrival, paths, receiver_->shared_sky());
   }
 
   std::shared_ptr<simulation::CityScene> scene_;
