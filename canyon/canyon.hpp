@@ -30,6 +30,7 @@
 #include "canyon/simulation/profile.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "canyon/simulation/trace_places.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/models.hpp"

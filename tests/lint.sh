@@ -30,7 +30,7 @@ done < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/[a-z]*\.hpp$' | xargs 
 
 # 2. The engine knows no host.
 grep_each "the engine includes a host's header" \
-  '#include [<"](gazebo|gz|ignition|ros|rclcpp|mavlink|sensor_msgs|std_msgs|geometry_msgs|adapters|cli)/' "${sources[@]}"
+  '#include [<"](gazebo|gz|ignition|ros|rclcpp|mavlink|sensor_msgs|std_msgs|geometry_msgs|adapters|cli|pybind11|python)/' "${sources[@]}"
 
 # 3. Only raytrace knows Embree; only canyon::io's files know Assimp, Cairo and rasters.
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/raytrace/')

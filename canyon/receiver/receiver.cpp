@@ -54,7 +54,7 @@ bool in_line_of_sight(Visibility visibility) {
 
 struct Receiver::State {
   State(ReceiverOptions receiver_options, std::uint64_t stream_seed,
-        std::span<const disturbance::Source> sources)
+        std::span<const disturbance::Source> sources, const ModelSource& source_of_models)
       : options(std::move(receiver_options)),
         seed(stream_seed),
         draws(draws_of(options)),
@@ -84,8 +84,31 @@ struct Receiver::State {
             "its Source::make must give one");
       }
     }
+    if (source_of_models) models = source_of_models(seed, draws);
+    if (models.sigma_m) options.fix.weights.weighting = positioning::Weighting::Sigma;
+    if (models.solve) options.filter.enabled = false;
     if (options.filter.enabled) filter.emplace(options.filter, options.fix);
     if (options.spoofing_check.enabled) check.emplace(options.spoofing_check);
+  }
+
+  /// The program's weight of a measurement.
+  void weigh(positioning::Measurement& measurement, double elevation_rad) const {
+    if (!models.sigma_m) return;
+    measurement.sigma_m = models.sigma_m(measurement, elevation_rad);
+    if (measurement.sigma_m > 0 && std::isfinite(measurement.sigma_m)) return;
+    throw error(
+        fmt::format("the weighting gives {} m for {}", measurement.sigma_m, gnss::to_string(measurement.id)),
+        "it must give a standard deviation above 0");
+  }
+
+  /// The position of an epoch's measurements.
+  [[nodiscard]] positioning::Fix solve(geodesy::GpsTime receiver_time,
+                                       const std::vector<positioning::Measurement>& measurements,
+                                       const orbit::Sky& sky) {
+    if (models.solve) return models.solve(receiver_time, measurements, sky, options.fix, *klobuchar);
+    positioning::Fix fix = solve_fix(receiver_time, measurements, sky, options.fix, *klobuchar);
+    if (filter) fix = filter->update(receiver_time, measurements, sky, fix, *klobuchar);
+    return fix;
   }
 
   /// Begins anew where the arrival says so for the first time.
@@ -330,6 +353,7 @@ struct Receiver::State {
   std::map<std::pair<gnss::SatelliteId, std::size_t>, SignalNoise> noises;  // and index_of() its signal
   std::map<const gnss::Signal*, Drift> drifts;  // of biases; signals are gnss::signals_of()'s
   std::vector<std::unique_ptr<disturbance::Disturbance>> disturbances;
+  OwnModels models;
   std::optional<tracking::ChannelModel> signals;
   std::map<gnss::SatelliteId, std::vector<tracking::Channel>> channels;
   Ranging ranging;
@@ -352,8 +376,8 @@ struct Receiver::State {
 };
 
 Receiver::Receiver(ReceiverOptions options, std::uint64_t seed,
-                   std::span<const disturbance::Source> disturbances)
-    : state_(std::make_unique<State>(std::move(options), seed, disturbances)) {}
+                   std::span<const disturbance::Source> disturbances, const ModelSource& models)
+    : state_(std::make_unique<State>(std::move(options), seed, disturbances, models)) {}
 Receiver::~Receiver() = default;
 Receiver::Receiver(Receiver&&) noexcept = default;
 Receiver& Receiver::operator=(Receiver&&) noexcept = default;
@@ -455,6 +479,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     const auto ranged = state.ranging.next(satellite, view.line.state, time, model_m);
     if (ranged && known) {
       measurements.push_back(ranged->measurement);
+      state.weigh(measurements.back(), satellite.elevation_rad);
       satellite.estimated_ionosphere_m = ranged->ionosphere_m;
     }
   }
@@ -467,10 +492,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     if (state.check) epoch.spoofing = state.check->update(epoch);
     return epoch;
   }
-  epoch.fix = solve_fix(epoch.receiver_time, measurements, sky, options.fix, context.klobuchar);
-  if (state.filter) {
-    epoch.fix = state.filter->update(epoch.receiver_time, measurements, sky, epoch.fix, context.klobuchar);
-  }
+  epoch.fix = state.solve(epoch.receiver_time, measurements, sky);
   for (SatelliteObservation& observation : epoch.satellites) {
     observation.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), observation.id);
   }

@@ -13,6 +13,7 @@
 #include "canyon/positioning/fix.hpp"
 #include "canyon/positioning/position_filter.hpp"
 #include "canyon/propagation/arrival.hpp"
+#include "canyon/receiver/own_models.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/tracking/clock.hpp"
 #include "canyon/tracking/noise.hpp"
@@ -125,9 +126,10 @@ struct EpochContext {
 class Receiver {
  public:
   /// @param disturbances behind that of SignalOptions::shadowing, in this order
+  /// @param models in place of its own weights and position; empty: its own
   /// Throws InputError where options.validate() does, or a disturbance cannot be made.
   Receiver(ReceiverOptions options, std::uint64_t seed,
-           std::span<const disturbance::Source> disturbances = {});
+           std::span<const disturbance::Source> disturbances = {}, const ModelSource& models = {});
   ~Receiver();
   Receiver(Receiver&&) noexcept;
   Receiver& operator=(Receiver&&) noexcept;

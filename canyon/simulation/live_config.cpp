@@ -28,6 +28,7 @@ void visit(options::Visitor& v, RunningConfig& config) {
     other.streets = receiver.streets;
     other.lever_arm_m = receiver.lever_arm_m;
     other.disturbances = receiver.disturbances;
+    other.models = receiver.models;
     receiver = std::move(other);
   }
   visit(v, receiver);

@@ -43,7 +43,7 @@ struct LiveReceiver::Impl {
   [[nodiscard]] receiver::Receiver make_receiver() const {
     std::vector<disturbance::Source> sources = with_streets(config.receiver, scene->city, road);
     sources.push_back(disturbance::FaultTimeline::source(faults));
-    return {config.receiver.options, config.seed, sources};
+    return {config.receiver.options, config.seed, sources, config.receiver.models};
   }
   [[nodiscard]] std::shared_ptr<disturbance::FaultTimeline> make_faults() const {
     return std::make_shared<disturbance::FaultTimeline>(start, config.faults, config.receiver.options.name);

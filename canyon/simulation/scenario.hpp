@@ -18,6 +18,7 @@
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/propagation/propagation_options.hpp"
+#include "canyon/receiver/own_models.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/simulation/live_options.hpp"
 #include "canyon/simulation/trajectory.hpp"
@@ -126,6 +127,7 @@ struct ReceiverConfig {
   disturbance::StreetOptions streets;                     ///< one for all receivers of a scenario
   /// Of a program's own, between what arrives and this receiver, in this order; no scenario file names them.
   std::vector<disturbance::Source> disturbances;
+  receiver::ModelSource models;  ///< likewise, in place of the receiver's own weights and position
 };
 
 struct OutputConfig {

@@ -60,7 +60,8 @@ class Comparer {
         registration_(registration),
         options_(long_since_on(receiver.options, options.position_filter)),
         propagator_(environment.make_propagator(receiver.propagation)),
-        receiver_(options_, seed, simulation::with_streets(receiver, environment.city(), road())),
+        receiver_(options_, seed, simulation::with_streets(receiver, environment.city(), road()),
+                  receiver.models),
         ecef_from_map_(environment.city().frame.ecef_from_local_rotation() *
                        Eigen::AngleAxisd(registration.heading_rad, Eigen::Vector3d::UnitZ())),
         clear_(recording.residuals.observations.size(), 0) {

@@ -218,6 +218,10 @@ Request checked(Request request, const simulation::ReceiverConfig& receiver) {
 Heatmap::Heatmap(const simulation::Environment& environment, simulation::ReceiverConfig receiver,
                  Request request, std::string input_key) {
   request = checked(std::move(request), receiver);
+  if (receiver.models) {
+    throw InputError("a heat map takes no weights and positions of a program's own",
+                     "run the receiver at places of interest instead");
+  }
   receiver.options.filter = {};  // each cell stands by itself, without an epoch before
   positioning::Weighting& weighting = receiver.options.fix.weights.weighting;
   if (weighting == positioning::Weighting::Cn0 && !receiver.options.signal.enabled) {

@@ -1,0 +1,145 @@
+#include "canyon/simulation/trace_places.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/simulation/ordered_blocks.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+// Places of one step of work: small enough that threads end together, large enough that TBB costs nothing.
+constexpr std::size_t kStep = 16, kBlock = 64;
+
+TracedSatellite told(const propagation::SatellitePaths& paths, double azimuth_rad, double elevation_rad,
+                     raytrace::Placement placement) {
+  TracedSatellite satellite;
+  satellite.azimuth_rad = azimuth_rad;
+  satellite.elevation_rad = elevation_rad;
+  satellite.visibility = paths.visibility;
+  satellite.excess_m = paths.received() ? paths.tracked_excess_m() : kNan;
+  satellite.above_horizon = true;
+  satellite.placement = placement;
+  satellite.paths = static_cast<std::uint8_t>(std::min<std::size_t>(paths.paths.size(), 255));
+  return satellite;
+}
+
+void keep(std::vector<TracedPath>& paths, std::size_t place, std::size_t satellite,
+          const propagation::SatellitePaths& from) {
+  for (const propagation::Path& path : from.paths) {
+    paths.push_back({static_cast<std::uint32_t>(place), static_cast<std::uint32_t>(satellite), path});
+  }
+}
+
+/// trace(place, paths) for all places; `paths` null where nobody asks for them.
+template <typename Trace>
+void for_each_place(std::size_t places, const TracePlacesOptions& options, const Trace& trace) {
+  using Found = std::vector<TracedPath>;
+  const std::size_t steps = (places + kStep - 1) / kStep;
+  const auto make = [&](std::size_t step) {
+    Found found;
+    for (std::size_t i = step * kStep; i < std::min(places, (step + 1) * kStep); ++i) {
+      trace(i, options.paths == nullptr ? nullptr : &found);
+    }
+    return found;
+  };
+  const auto take = [&](std::size_t step, Found& found) {
+    if (options.paths != nullptr) options.paths->insert(options.paths->end(), found.begin(), found.end());
+    if (options.progress) options.progress(std::min(places, (step + 1) * kStep), places);
+  };
+  for_each_in_order<Found>(
+      steps, kBlock, options.threads, [] { return true; }, make, take);
+}
+
+void check(std::size_t places, std::size_t satellites, std::span<TracedSatellite> result) {
+  if (result.size() != places * satellites) {
+    throw InputError(
+        fmt::format("{} results for {} places and {} satellites", result.size(), places, satellites));
+  }
+}
+
+}  // namespace
+
+void trace_places(const Environment& environment, const propagation::Propagator& propagator,
+                  std::span<const geodesy::GpsTime> times, std::span<const Eigen::Vector3d> places_enu,
+                  std::span<const gnss::SatelliteId> satellites, std::span<TracedSatellite> result,
+                  const TracePlacesOptions& options) {
+  check(places_enu.size(), satellites.size(), result);
+  if (times.size() != 1 && times.size() != places_enu.size()) {
+    throw InputError(fmt::format("{} times for {} places", times.size(), places_enu.size()),
+                     "give one time, or one for each place");
+  }
+  const std::vector<gnss::SatelliteId> wanted(satellites.begin(), satellites.end());
+  std::vector<std::pair<gnss::SatelliteId, std::size_t>> sorted;  // and its number in `satellites`
+  for (std::size_t k = 0; k < satellites.size(); ++k) sorted.emplace_back(satellites[k], k);
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<gnss::SatelliteId> ascending;
+  for (const auto& [id, number] : sorted) ascending.push_back(id);
+
+  const geodesy::LocalFrame& frame = environment.city().frame;
+  const Tracer tracer = [&propagator](const Eigen::Vector3d& antenna,
+                                      std::span<const Eigen::Vector3d> directions,
+                                      std::span<propagation::SatellitePaths> paths) {
+    propagator.trace(antenna, directions, paths);
+  };
+  for_each_place(places_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
+    const Eigen::Vector3d& place = places_enu[i];
+    if (!place.allFinite()) {
+      throw InputError(fmt::format("NaN: place {} is not finite", i), "give east, north and up in metres");
+    }
+    const propagation::Arrival arrival =
+        make_arrival(environment.sky(), ascending, environment.scene(),
+                     {times[times.size() == 1 ? 0 : i], frame.ecef_from_local(place), place,
+                      frame.ecef_from_local_rotation()},
+                     tracer);
+    const std::span<TracedSatellite> row = result.subspan(i * satellites.size(), satellites.size());
+    std::fill(
+        row.begin(), row.end(),
+        TracedSatellite{kNan, kNan, kNan, propagation::Visibility::Blocked, false, arrival.placement, 0});
+    std::size_t k = 0;
+    for (const propagation::SatelliteView& view : arrival.views) {  // both ascend
+      while (ascending[k] != view.line.id) ++k;
+      const std::size_t number = sorted[k++].second;
+      row[number] = told(view.paths, view.line.azimuth_rad, view.line.elevation_rad, arrival.placement);
+      if (paths != nullptr) keep(*paths, i, number, view.paths);
+    }
+  });
+}
+
+void trace_places(const Environment& environment, const propagation::Propagator& propagator,
+                  std::span<const Eigen::Vector3d> places_enu, std::span<const Eigen::Vector3d> directions,
+                  std::span<TracedSatellite> result, const TracePlacesOptions& options) {
+  check(places_enu.size(), directions.size(), result);
+  std::vector<geodesy::AzimuthElevation> looks;
+  for (const Eigen::Vector3d& direction : directions) {
+    if (!direction.allFinite() || std::abs(direction.norm() - 1) > 1e-6) {
+      throw InputError(fmt::format("direction {} is no unit vector", looks.size()),
+                       "give east, north and up of length 1");
+    }
+    looks.push_back(geodesy::azimuth_elevation_from_enu(direction));
+  }
+  for_each_place(places_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
+    const Eigen::Vector3d& place = places_enu[i];
+    if (!place.allFinite()) {
+      throw InputError(fmt::format("NaN: place {} is not finite", i), "give east, north and up in metres");
+    }
+    const raytrace::Placement placement = environment.scene().placement(place);
+    std::vector<propagation::SatellitePaths> found(directions.size());
+    if (placement == raytrace::Placement::Free) propagator.trace(place, directions, found);
+    for (std::size_t k = 0; k < directions.size(); ++k) {
+      TracedSatellite& satellite = result[i * directions.size() + k];
+      satellite = told(found[k], looks[k].azimuth_rad, looks[k].elevation_rad, placement);
+      satellite.above_horizon = looks[k].elevation_rad > 0;
+      if (paths != nullptr) keep(*paths, i, k, found[k]);
+    }
+  });
+}
+
+}  // namespace canyon::simulation

@@ -1,0 +1,88 @@
+"""Canyon: what a GNSS receiver sees in a city.
+
+A drive through a made-up downtown, and its error:
+
+>>> import canyon
+>>> scenario = canyon.Scenario(
+...     city={"synthetic": {"blocks_east": 4, "blocks_north": 4, "seed": 7},
+...           "origin": {"latitude_deg": 22.3, "longitude_deg": 114.17, "height_m": 0}},
+...     start="2026-06-01T08:00:00Z",
+...     trajectory={"waypoints": [{"east_m": -76, "north_m": 0}, {"east_m": 76, "north_m": 0}],
+...                 "speed_mps": 8, "height_above_terrain_m": 1.5},
+... )
+>>> run = canyon.simulate(scenario)
+>>> len(run), run.epochs.units["error_horizontal_m"]
+(20, 'm')
+"""
+
+from __future__ import annotations
+
+from typing import Dict, Tuple
+
+from . import _canyon
+from ._canyon import Encoder, Epoch, __version__
+from .city import PLACEMENTS, City, CityObject
+from .errors import InputError, Interrupted, OutputError
+from .heatmap import CELL_STATES, HeatMap, heatmap, map_layers
+from .live import LiveReceiver
+from .models import Arrival, Disturbance, Models, Problem, Solver
+from .recordings import Calibration, Recording, calibrate
+from .scenario import Scenario, fault_kinds, profiles, scenario_keys
+from .simulation import Run, Simulation, simulate
+from .sky import PATH_KINDS, VISIBILITIES, Sky, Tracer, trace
+from .tables import Table
+
+__all__ = [
+    "Arrival",
+    "CELL_STATES",
+    "Calibration",
+    "Disturbance",
+    "HeatMap",
+    "Models",
+    "Problem",
+    "Recording",
+    "Solver",
+    "calibrate",
+    "heatmap",
+    "map_layers",
+    "City",
+    "CityObject",
+    "Encoder",
+    "Epoch",
+    "InputError",
+    "Interrupted",
+    "LiveReceiver",
+    "MATERIALS",
+    "OutputError",
+    "PATH_KINDS",
+    "PLACEMENTS",
+    "Run",
+    "Scenario",
+    "Simulation",
+    "Sky",
+    "Table",
+    "Tracer",
+    "VISIBILITIES",
+    "__version__",
+    "fault_kinds",
+    "formats",
+    "profiles",
+    "scenario_keys",
+    "simulate",
+    "trace",
+]
+
+MATERIALS: Tuple[str, ...] = tuple(_canyon.material_names())
+"""What the numbers of :attr:`City.materials` mean."""
+
+
+def formats() -> Dict[str, str]:
+    """Formats of results: name to the name of the file in a folder of results (docs/outputs.md).
+
+    Examples
+    --------
+    >>> import canyon
+    >>> canyon.formats()["nmea"]
+    'receiver.nmea'
+    """
+    return _canyon.formats()

@@ -1,0 +1,163 @@
+"""Maps of error, visibility and DOP over a city."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import weakref
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _canyon
+from .city import City
+from .errors import Interrupted
+from .scenario import Scenario, Settings, as_scenario
+
+__all__ = ["CELL_STATES", "HeatMap", "heatmap", "map_layers"]
+
+CELL_STATES: Tuple[str, ...] = ("computed", "inside building", "under terrain", "outside area", "no terrain")
+"""What the numbers of :attr:`HeatMap.state` mean; 255: not computed."""
+
+
+def map_layers() -> Dict[str, Tuple[str, str]]:
+    """Layers that maps may have: name to (unit, meaning)."""
+    return _canyon.map_layers()
+
+
+class HeatMap:
+    """A map of a city.
+
+    Attributes
+    ----------
+    layers : dict
+        Name to float32 array of shape (time, altitude, row, column); NaN where there is no value.
+    state : (altitude, row, column) array
+        Index into :data:`CELL_STATES` of each cell.
+    east_m, north_m : arrays
+        Centres of columns and rows in the city's frame; row 0 is the southernmost.
+    times : array of datetime64, UTC
+    altitudes_m : list of float
+    cells_computed, wall_s : int, float
+        Cells (times altitudes and times) of this call, and how long it took.
+    """
+
+    def __init__(self, handle: "_canyon.Map", folder: "tempfile.TemporaryDirectory[str] | None") -> None:
+        self._handle = handle
+        if folder is not None:
+            weakref.finalize(self, folder.cleanup)  # the writers read tiles from there
+        values = handle.values()
+        self.layers: Dict[str, NDArray[np.float32]] = values["layers"]
+        self.state: NDArray[np.uint8] = values["state"]
+        self.east_m: NDArray[np.float64] = values["east_m"]
+        self.north_m: NDArray[np.float64] = values["north_m"]
+        self.times: NDArray[np.datetime64] = values["time"]
+        self.altitudes_m: List[float] = values["altitude_m"]
+        self.cells_computed: int = values["cells_computed"]
+        self.wall_s: float = values["wall_s"]
+        self._about: Dict[str, Tuple[str, str]] = values["about"]
+
+    def __getitem__(self, layer: str) -> NDArray[np.float32]:
+        return self.layers[layer]
+
+    def to_xarray(self) -> Any:
+        """An ``xarray.Dataset`` with units; xarray is imported here."""
+        import xarray
+
+        axes = ("time", "altitude", "y", "x")
+        data: Dict[str, Any] = {
+            name: (axes, values, {"units": self._about[name][0], "long_name": self._about[name][1]})
+            for name, values in self.layers.items()
+        }
+        data["cell_state"] = (axes[1:], self.state, {"flag_meanings": " ".join(s.replace(" ", "_") for s in CELL_STATES)})
+        coordinates = {
+            "time": ("time", self.times, {"standard_name": "time"}),
+            "altitude": ("altitude", self.altitudes_m, {"units": "m"}),
+            "y": ("y", self.north_m, {"units": "m", "standard_name": "projection_y_coordinate"}),
+            "x": ("x", self.east_m, {"units": "m", "standard_name": "projection_x_coordinate"}),
+        }
+        return xarray.Dataset(data, coordinates, {"Conventions": "CF-1.10", "source": f"Canyon {_canyon.__version__}"})
+
+    def write(self, path: "str | os.PathLike[str]", format: Optional[str] = None) -> None:
+        """Writes the map as `canyon heatmap` does.
+
+        Parameters
+        ----------
+        path : path
+            A file for NetCDF, a folder for the others.
+        format : {"netcdf", "geotiff", "png"}, optional
+            "netcdf" for names that end in .nc, else "png".
+        """
+        name = os.fspath(path)
+        self._handle.write(name, format or ("netcdf" if name.endswith(".nc") else "png"))
+
+
+def heatmap(
+    scenario: Union[Scenario, Settings],
+    city: Optional[City] = None,
+    *,
+    box: Optional[Sequence[float]] = None,
+    spacing_m: float = 2.0,
+    altitudes_m: Union[float, Sequence[float]] = 15.0,
+    altitude_kind: str = "terrain",
+    times: Any = None,
+    layers: Sequence[str] = (),
+    model: Optional[str] = None,
+    receiver: str = "",
+    draws: int = 64,
+    threads: int = 0,
+    folder: "str | os.PathLike[str] | None" = None,
+) -> HeatMap:
+    """A map of what a receiver gets at every place.
+
+    Parameters
+    ----------
+    scenario : Scenario, dict or path
+        Its city, sky and a receiver; it needs no trajectory.
+    city : City, optional
+        Instead of the scenario's own.
+    box : (west_m, south_m, east_m, north_m), optional
+        Part of the city's frame; else all that is built.
+    spacing_m : float
+        Width of a cell.
+    altitudes_m : float or sequence
+        Of the antenna, above the terrain, or above the ellipsoid (`altitude_kind`).
+    times : optional
+        One or several instants, or text as for ``canyon heatmap --times``; else the scenario's start.
+    layers : sequence of str
+        Of :func:`map_layers`, or "all"; else error without noise, satellites in sight, HDOP.
+    model : str, optional
+        Step of the ladder instead of the scenario's propagation: "mirror", "specular", ...
+    draws : int
+        Of noise, for layers over draws.
+    folder : path, optional
+        Keeps finished tiles: the same call goes on from there.
+
+    Raises
+    ------
+    Interrupted
+        On Ctrl-C, with the finished tiles as ``result``.
+
+    Examples
+    --------
+    >>> import canyon
+    >>> scenario = canyon.Scenario(
+    ...     city={"synthetic": {"blocks_east": 2, "blocks_north": 2, "seed": 7},
+    ...           "origin": {"latitude_deg": 22.3, "longitude_deg": 114.17, "height_m": 0}},
+    ...     start="2026-06-01T08:00:00Z", sky={"systems": ["GPS"]})
+    >>> sky = canyon.heatmap(scenario, spacing_m=10, altitudes_m=2, layers=["satellites_los"])
+    >>> sky["satellites_los"].shape == (1, 1) + sky.state.shape[1:]
+    True
+    """
+    altitudes = [float(altitudes_m)] if np.isscalar(altitudes_m) else [float(a) for a in altitudes_m]  # type: ignore[union-attr,arg-type]
+    handle = _canyon.Map(
+        as_scenario(scenario)._handle, None if city is None else city._handle, box, spacing_m, altitudes,
+        altitude_kind, times, list(layers), model or "", receiver, draws,
+    )
+    kept = None if folder is not None else tempfile.TemporaryDirectory(prefix="canyon-map-")
+    finished = handle.run(os.fspath(folder) if folder is not None else os.path.join(kept.name, "tiles"), threads)  # type: ignore[union-attr]
+    result = HeatMap(handle, kept)
+    if not finished:
+        raise Interrupted("interrupted: the map has holes", result)
+    return result

@@ -1,0 +1,252 @@
+"""Runs of whole scenarios."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _canyon
+from .city import City
+from .errors import Interrupted
+from .models import Models
+from .scenario import Scenario, Settings, as_scenario
+from .tables import Table
+
+__all__ = ["Epoch", "Run", "Simulation", "simulate"]
+
+Epoch = _canyon.Epoch
+
+
+class Run:
+    """What the receivers of a scenario saw, epoch by epoch.
+
+    Attributes
+    ----------
+    receivers : list of str
+    warnings : list of str
+        What is worth saying about the run.
+    summaries : list of dict
+        Of each receiver: fixes, percentiles of errors [m], shares of satellites [1], ... (docs/outputs.md).
+    interrupted : bool
+        Whether Ctrl-C ended it early.
+    wall_s : float
+        How long the engine took [s].
+    """
+
+    def __init__(self, simulation: "Simulation", result: Dict[str, Any]) -> None:
+        self._simulation = simulation
+        self._epochs: List[List[Epoch]] = result["epochs"]
+        self.receivers = simulation.receivers
+        self.summaries: List[Dict[str, Any]] = result["summaries"]
+        self.warnings: List[str] = result["warnings"]
+        self.interrupted: bool = result["interrupted"]
+        self.wall_s: float = result["wall_s"]
+
+    def _index(self, receiver: Union[int, str]) -> int:
+        if isinstance(receiver, str):
+            if receiver not in self.receivers:
+                raise _canyon_input_error(receiver, self.receivers)
+            return self.receivers.index(receiver)
+        return range(len(self.receivers))[receiver]
+
+    def epochs_of(self, receiver: Union[int, str] = 0) -> List[Epoch]:
+        """The epochs of a receiver, in order."""
+        return self._epochs[self._index(receiver)]
+
+    def table(self, name: str = "epochs", receiver: Union[int, str] = 0) -> Table:
+        """A table of a receiver.
+
+        Parameters
+        ----------
+        name : {"epochs", "satellites", "signals", "paths"}
+            Paths are there where the run kept them (``paths=True``).
+        receiver : int or str
+            Index or name.
+        """
+        index = self._index(receiver)
+        columns = _canyon.table(self._epochs[index], name)
+        return Table(name, columns, {"receiver": self.receivers[index], "source": f"Canyon {_canyon.__version__}"})
+
+    @property
+    def epochs(self) -> Table:
+        """Table: Truth, fix, error and DOP of the first receiver's epochs."""
+        return self.table("epochs")
+
+    @property
+    def satellites(self) -> Table:
+        """Table: Every satellite above the horizon at every epoch of the first receiver."""
+        return self.table("satellites")
+
+    @property
+    def summary(self) -> Dict[str, Any]:
+        """dict: Figures of the first receiver."""
+        return self.summaries[0]
+
+    def to_pandas(self, name: str = "epochs", receiver: Union[int, str] = 0) -> Any:
+        """A table as a ``pandas.DataFrame``."""
+        return self.table(name, receiver).to_pandas()
+
+    def to_xarray(self, name: str = "epochs", receiver: Union[int, str] = 0) -> Any:
+        """A table as an ``xarray.Dataset`` with units and CF names."""
+        return self.table(name, receiver).to_xarray()
+
+    def write(
+        self, path: "str | os.PathLike[str]", format: Optional[str] = None, receiver: Union[int, str] = 0
+    ) -> None:
+        """Writes a receiver's epochs as `canyon simulate` does; the file is whole or absent.
+
+        Parameters
+        ----------
+        path : path
+            Endings tell formats where one is left out: .obs, .rnx, .nmea, .ubx, .rtcm3, .kml, .geojson, .nav,
+            and the names of docs/outputs.md.
+        format : str, optional
+            One of :func:`canyon.formats`, or "navigation".
+        receiver : int or str
+        """
+        index = self._index(receiver)
+        self._simulation._handle.write(index, self._epochs[index], os.fspath(path), format or "")
+
+    def __len__(self) -> int:
+        return len(self._epochs[0])
+
+    def __repr__(self) -> str:
+        return f"<canyon.Run: {len(self)} epochs of {', '.join(self.receivers)}>"
+
+
+def _canyon_input_error(receiver: str, known: Sequence[str]) -> Exception:
+    from .errors import InputError
+
+    return InputError(f"the run has no receiver '{receiver}'", f"it has {', '.join(known)}")
+
+
+class Simulation:
+    """A scenario made ready: city loaded, sky chosen, trajectory checked against both.
+
+    Parameters
+    ----------
+    scenario : Scenario, dict or path
+    city : City, optional
+        One that several simulations share, instead of the scenario's own.
+    models : Models or dict, optional
+        Own models of all receivers, or by receivers' names.
+
+    Examples
+    --------
+    >>> import canyon
+    >>> simulation = canyon.Simulation({
+    ...     "city": {"open": True, "origin": {"latitude_deg": 48.1, "longitude_deg": 11.6, "height_m": 520}},
+    ...     "start": "2026-06-01T08:00:00Z", "duration_s": 4,
+    ...     "trajectory": {"position": {"east_m": 0, "north_m": 0, "up_m": 1.5}},
+    ... })
+    >>> [epoch.solved for epoch in simulation]
+    [True, True, True, True, True]
+    """
+
+    def __init__(
+        self,
+        scenario: Union[Scenario, Settings],
+        city: Optional[City] = None,
+        *,
+        models: Union[Models, Mapping[str, Models], None] = None,
+    ) -> None:
+        self.scenario = as_scenario(scenario)
+        own = dict(models) if isinstance(models, Mapping) else models
+        self._handle = _canyon.Simulation(self.scenario._handle, None if city is None else city._handle, own)
+
+    @property
+    def receivers(self) -> List[str]:
+        """list of str: Names."""
+        return self._handle.receivers
+
+    @property
+    def warnings(self) -> List[str]:
+        """list of str: What is worth saying before the run."""
+        return self._handle.warnings
+
+    @property
+    def begin(self) -> np.datetime64:
+        """numpy.datetime64: The first epoch, UTC."""
+        return self._handle.begin
+
+    @property
+    def interval_s(self) -> float:
+        """float: From epoch to epoch [s]."""
+        return self._handle.interval_s
+
+    def __len__(self) -> int:
+        return self._handle.epoch_count
+
+    def antenna(self, times: Any, receiver: int = 0) -> NDArray[np.float64]:
+        """Where a receiver's antenna is at times: east, north, up [m], (n, 3)."""
+        return self._handle.antenna_enu(times, receiver)
+
+    def __iter__(self) -> Iterator[Epoch]:
+        return self.stream()
+
+    def stream(self, threads: int = 0, paths: bool = False) -> Iterator[Epoch]:
+        """Epochs of all receivers, one by one, by time and then by receiver, while the engine works ahead.
+
+        Leaving the loop ends the run. Every call begins anew.
+        """
+        stream = self._handle.stream(threads, paths)
+        try:
+            yield from stream
+        finally:
+            stream.close()
+
+    def run(self, threads: int = 0, paths: bool = False, out: "str | os.PathLike[str] | None" = None) -> Run:
+        """The whole run.
+
+        Parameters
+        ----------
+        threads : int
+            0: as many as cores. The numbers do not depend on it.
+        paths : bool
+            Keep every path of every satellite: some kilobytes an epoch.
+        out : path, optional
+            A folder for the files that the scenario's ``outputs:`` asks for.
+
+        Raises
+        ------
+        Interrupted
+            On Ctrl-C, with the epochs until then as ``result``; files in `out` are whole.
+        """
+        result = Run(self, self._handle.run(threads, paths, "" if out is None else os.fspath(out)))
+        if result.interrupted:
+            raise Interrupted(f"interrupted: {len(result)} of {len(self)} epochs finished", result)
+        return result
+
+    def encoder(self, format: str, receiver: int = 0) -> "_canyon.Encoder":
+        """Makes bytes of epochs: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`."""
+        return self._handle.encoder(format, receiver)
+
+
+def simulate(
+    scenario: Union[Scenario, Settings],
+    city: Optional[City] = None,
+    *,
+    models: Union[Models, Mapping[str, Models], None] = None,
+    threads: int = 0,
+    paths: bool = False,
+    out: "str | os.PathLike[str] | None" = None,
+) -> Run:
+    """Runs a scenario: :class:`Simulation` and its :meth:`~Simulation.run` in one.
+
+    Examples
+    --------
+    >>> import canyon
+    >>> run = canyon.simulate({
+    ...     "city": {"open": True, "origin": {"latitude_deg": 48.1, "longitude_deg": 11.6, "height_m": 520}},
+    ...     "start": "2026-06-01T08:00:00Z", "duration_s": 4,
+    ...     "trajectory": {"position": {"east_m": 0, "north_m": 0, "up_m": 1.5}},
+    ... })
+    >>> run.summary["fixes"], run.epochs.units["error_east_m"]
+    (5, 'm')
+    >>> list(run.epochs["status"][:2])
+    ['fix', 'fix']
+    """
+    return Simulation(scenario, city, models=models).run(threads, paths, out)

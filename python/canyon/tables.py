@@ -1,0 +1,91 @@
+"""Columns of results, as dicts of arrays, pandas frames and xarray datasets."""
+
+from __future__ import annotations
+
+from typing import Any, Dict, Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _canyon
+
+__all__ = ["Table"]
+
+
+class Table(Mapping[str, NDArray[Any]]):
+    """Columns of equal length, by the names of docs/outputs.md, with ``time`` (UTC) in front.
+
+    Numbers that are not known are NaN, flags 0 and 1.
+
+    Attributes
+    ----------
+    units : dict
+        Of each column, as UDUNITS writes them.
+    """
+
+    def __init__(self, name: str, columns: Dict[str, NDArray[Any]], attributes: Mapping[str, Any]) -> None:
+        self.name = name
+        self._columns = columns
+        self.attributes = dict(attributes)
+        about = _canyon.columns(name)
+        self.units: Dict[str, str] = {column: about[column][0] for column in columns if about[column][0]}
+        self._standard_names = {column: about[column][1] for column in columns if about[column][1]}
+
+    def __getitem__(self, column: str) -> NDArray[Any]:
+        return self._columns[column]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    @property
+    def rows(self) -> int:
+        """int: Length of the columns."""
+        return len(next(iter(self._columns.values())))
+
+    def column_attributes(self, column: str) -> Dict[str, str]:
+        """CF attributes of a column: ``units``, and ``standard_name`` where the conventions have one."""
+        attributes = {}
+        if column in self.units:
+            attributes["units"] = self.units[column]
+        if column in self._standard_names:
+            attributes["standard_name"] = self._standard_names[column]
+        return attributes
+
+    def to_structured(self) -> NDArray[Any]:
+        """One structured array, a row each. Copies."""
+        rows = np.empty(self.rows, dtype=[(name, values.dtype) for name, values in self._columns.items()])
+        for name, values in self._columns.items():
+            rows[name] = values
+        return rows
+
+    def to_pandas(self) -> Any:
+        """A ``pandas.DataFrame``; units stand in ``frame.attrs["units"]``. pandas is imported here."""
+        import pandas
+
+        frame = pandas.DataFrame(self._columns)
+        frame.attrs = {**self.attributes, "units": dict(self.units)}
+        return frame
+
+    def to_xarray(self) -> Any:
+        """An ``xarray.Dataset`` with CF attributes. xarray is imported here.
+
+        Epochs lie along ``time``; the rows of other tables along ``row``, with ``time`` beside them.
+        """
+        import xarray
+
+        dimension = "time" if self.name == "epochs" else "row"
+        data = {
+            name: (dimension, values, self.column_attributes(name))
+            for name, values in self._columns.items()
+            if name != dimension
+        }
+        coordinates = {}
+        if dimension == "time":
+            coordinates["time"] = ("time", self._columns["time"], {"standard_name": "time"})
+        return xarray.Dataset(data, coordinates, {"Conventions": "CF-1.10", **self.attributes})
+
+    def __repr__(self) -> str:
+        return f"<canyon.Table {self.name!r}: {self.rows} rows, {len(self)} columns>"

@@ -1,0 +1,113 @@
+#include "python/src/epochs.hpp"
+
+#include <fmt/format.h>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/output/epoch_values.hpp"
+#include "python/src/arrays.hpp"
+#include "python/src/settings.hpp"
+
+namespace canyon::python {
+
+py::dict columns_of(const std::string& name);
+
+namespace {
+
+py::tuple degrees_of(const geodesy::Geodetic& place) {
+  return py::make_tuple(geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad),
+                        place.height_m);
+}
+
+py::array_t<double> matrix(const Eigen::Matrix3d& m) {
+  const Eigen::Matrix3d turned = m.transpose();  // NumPy's rows are Eigen's columns
+  return py::array_t<double>({py::ssize_t{3}, py::ssize_t{3}}, turned.data());
+}
+
+const output::Format& format_of(const std::filesystem::path& path, const std::string& name) {
+  if (!name.empty()) return output::format_named(name);
+  std::string known;
+  const std::string ending = path.extension().string();
+  for (const output::Format& format : output::formats()) {
+    const std::filesystem::path file(format.file);
+    if (path.filename() == file) return format;
+    if (!ending.empty() && ending == file.extension() && ending != ".csv" && ending != ".mavlink")
+      return format;
+    known += fmt::format("{}{}", known.empty() ? "" : ", ", format.name);
+  }
+  throw InputError(fmt::format("the name '{}' tells no format", path.filename().string()),
+                   "give format=; known are " + known);
+}
+
+}  // namespace
+
+KeptEpoch::KeptEpoch(const simulation::Epoch& from, const propagation::Arrival& arrived, bool with_paths,
+                     std::shared_ptr<const void> keeper)
+    : epoch(from), messages(arrived.messages), owner(std::move(keeper)) {
+  if (with_paths) arrival = std::make_shared<const propagation::Arrival>(arrived);
+  epoch.arrival = arrival.get();
+  epoch.navigation = messages.get();
+}
+
+void write_epochs(const std::filesystem::path& path, const std::string& format,
+                  const output::ReceiverDescription& receiver, const std::vector<EpochPtr>& epochs) {
+  const auto encoder = format_of(path, format).make(receiver);
+  OutputFile file(path);
+  file.write(encoder->begin());
+  for (const EpochPtr& epoch : epochs) file.write(encoder->encode(epoch->epoch));
+  file.write(encoder->end());
+  if (const auto correction = encoder->correction()) file.overwrite(correction->offset, correction->bytes);
+  file.commit();
+}
+
+void bind_epochs(py::module_& m) {
+  m.def("columns", &columns_of, "table"_a);
+  py::class_<KeptEpoch, EpochPtr>(m, "Epoch")
+      .def_property_readonly("time", [](const KeptEpoch& e) { return datetime(e.epoch.observed.time); })
+      .def_property_readonly("gps_ns", [](const KeptEpoch& e) { return e.epoch.observed.time.nanoseconds(); })
+      .def_property_readonly("receiver", [](const KeptEpoch& e) { return e.epoch.receiver; })
+      .def_property_readonly("solved", [](const KeptEpoch& e) { return e.epoch.observed.fix.solved(); })
+      .def_property_readonly(
+          "status", [](const KeptEpoch& e) { return std::string(output::status_word(e.epoch.observed.fix)); })
+      .def_property_readonly("reason",
+                             [](const KeptEpoch& e) {
+                               const positioning::Fix& fix = e.epoch.observed.fix;
+                               return fix.solved() ? std::string()
+                                                   : std::string(positioning::reason(fix.status));
+                             })
+      .def_property_readonly("truth", [](const KeptEpoch& e) { return degrees_of(e.epoch.truth.position); })
+      .def_property_readonly("position",
+                             [](const KeptEpoch& e) -> py::object {
+                               if (!e.epoch.observed.fix.solved()) return py::none();
+                               return degrees_of(e.epoch.observed.fix.position);
+                             })
+      .def_property_readonly("position_ecef_m",
+                             [](const KeptEpoch& e) { return array_of(e.epoch.observed.fix.position_ecef); })
+      .def_property_readonly("truth_ecef_m", [](const KeptEpoch& e) { return array_of(e.epoch.truth_ecef); })
+      .def_property_readonly("error_enu_m", [](const KeptEpoch& e) { return array_of(e.epoch.error_enu_m); })
+      .def_property_readonly("covariance_enu_m2",
+                             [](const KeptEpoch& e) { return matrix(e.epoch.observed.fix.covariance_enu); })
+      .def_property_readonly("velocity_enu_mps",
+                             [](const KeptEpoch& e) -> py::object {
+                               const auto& velocity = e.epoch.observed.fix.velocity_enu_mps;
+                               if (!velocity) return py::none();
+                               return array_of(*velocity);
+                             })
+      .def_property_readonly("used",
+                             [](const KeptEpoch& e) { return output::used_count(e.epoch.observed.fix); })
+      .def_property_readonly("visible", [](const KeptEpoch& e) { return e.epoch.observed.visible; })
+      .def_property_readonly("blocked", [](const KeptEpoch& e) { return e.epoch.observed.blocked; })
+      .def_property_readonly(
+          "placement",
+          [](const KeptEpoch& e) { return std::string(output::placement_word(e.epoch.placement)); })
+      .def_property_readonly("faults", [](const KeptEpoch& e) { return e.epoch.faults; })
+      .def(
+          "table", [](const EpochPtr& e, const std::string& name) { return table_of({e}, name); }, "name"_a);
+  py::class_<EpochEncoder>(m, "Encoder")
+      .def("begin", &EpochEncoder::begin)
+      .def("encode", &EpochEncoder::encode, "epoch"_a)
+      .def("end", &EpochEncoder::end);
+}
+
+}  // namespace canyon::python

@@ -1,0 +1,42 @@
+#pragma once
+
+#include "canyon/output/encoder.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "python/src/binding.hpp"
+
+namespace canyon::python {
+
+/// An epoch that Python keeps. What the engine lends for a call is copied or kept alive here.
+struct KeptEpoch {
+  simulation::Epoch epoch;
+  std::shared_ptr<const propagation::Arrival> arrival;  ///< null where nobody asked for paths
+  std::shared_ptr<const gnss::NavigationData> messages;
+  std::shared_ptr<const void> owner;  ///< of what messages refer to: simulation, live receiver
+
+  /// @param with_paths keeps the arrival as well: some kilobytes
+  KeptEpoch(const simulation::Epoch& from, const propagation::Arrival& arrived, bool with_paths,
+            std::shared_ptr<const void> keeper);
+};
+using EpochPtr = std::shared_ptr<KeptEpoch>;
+
+/// A table of epochs by its name: "epochs", "satellites", "signals", "paths": column name to array.
+[[nodiscard]] py::dict table_of(const std::vector<EpochPtr>& epochs, const std::string& name);
+
+/// Encodes epochs of one receiver: what `canyon simulate` writes.
+class EpochEncoder {
+ public:
+  EpochEncoder(const std::string& format, const output::ReceiverDescription& receiver)
+      : encoder_(output::format_named(format).make(receiver)) {}
+  [[nodiscard]] py::bytes begin() { return encoder_->begin(); }
+  [[nodiscard]] py::bytes encode(const KeptEpoch& epoch) { return encoder_->encode(epoch.epoch); }
+  [[nodiscard]] py::bytes end() { return encoder_->end(); }
+
+ private:
+  std::unique_ptr<output::Encoder> encoder_;
+};
+
+/// All epochs into one file, whole or absent. @param format empty: by the file's name
+void write_epochs(const std::filesystem::path& path, const std::string& format,
+                  const output::ReceiverDescription& receiver, const std::vector<EpochPtr>& epochs);
+
+}  // namespace canyon::python

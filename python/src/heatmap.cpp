@@ -1,0 +1,240 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <thread>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/heatmap/engine/map_request.hpp"
+#include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/heatmap/engine/store_slices.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/validation/models.hpp"
+#include "python/src/arrays.hpp"
+#include "python/src/settings.hpp"
+
+namespace canyon::python {
+namespace {
+
+struct Stopped {};
+
+/// A map with everything that its writers need.
+class Map {
+ public:
+  Map(const ScenarioTree& tree, std::shared_ptr<simulation::CityScene> city, const py::object& box,
+      double spacing_m, std::vector<double> altitudes_m, const std::string& altitude_kind,
+      const py::object& times, const std::vector<std::string>& layers, const std::string& model,
+      const std::string& receiver, int draws)
+      : scenario_(tree.scenario), city_(std::move(city)) {
+    receiver_ = scenario_.receivers[simulation::find_receiver(scenario_, receiver)];
+    if (!model.empty()) receiver_ = validation::models_of(receiver_, {model}).front().receiver;
+    std::sort(altitudes_m.begin(), altitudes_m.end());
+    request_.altitudes_m = std::move(altitudes_m);
+    if (altitude_kind != "terrain" && altitude_kind != "ellipsoid") {
+      throw InputError(fmt::format("altitude_kind '{}' is not known", altitude_kind),
+                       "give terrain or ellipsoid");
+    }
+    if (altitude_kind == "ellipsoid") request_.altitude_kind = heatmap::AltitudeKind::Ellipsoid;
+    if (!times.is_none()) {
+      request_.times = py::isinstance<py::str>(times)
+                           ? heatmap::parse_times(times.cast<std::string>(), scenario_.start)
+                           : times_of(times);
+    } else {
+      request_.times = heatmap::parse_times("", scenario_.start);
+    }
+    if (!layers.empty()) request_.layers.clear();
+    for (const std::string& layer : layers) {
+      if (layer == "all") {
+        request_.layers.clear();
+        for (const heatmap::LayerInfo& each : heatmap::all_layers()) request_.layers.push_back(each.layer);
+        break;
+      }
+      request_.layers.push_back(heatmap::layer_by_name(layer));
+    }
+    request_.draws = {draws, scenario_.seed};
+    std::vector<double> edges;
+    if (!box.is_none()) {
+      const py::array_t<double> sides = py::array_t<double>::ensure(box);
+      if (!sides || sides.ndim() != 1 || sides.shape(0) != 4) {
+        PyErr_Clear();
+        throw InputError("the box is not four numbers", "give (west_m, south_m, east_m, north_m)");
+      }
+      edges.assign(sides.data(), sides.data() + 4);
+    }
+    const py::gil_scoped_release release;
+    if (!city_) {
+      std::vector<std::string> warnings;
+      city_ = std::make_shared<simulation::CityScene>(simulation::load_city(scenario_, warnings));
+    }
+    heatmap::EnuBox area;
+    if (!edges.empty()) {
+      area = {{edges[0], edges[1]}, {edges[2], edges[3]}};
+      if (!(edges[0] < edges[2] && edges[1] < edges[3])) {
+        throw InputError(fmt::format("the box {}, {}, {}, {} is reversed or empty", edges[0], edges[1],
+                                     edges[2], edges[3]),
+                         "give west below east and south below north");
+      }
+      heatmap::check_near_city(area, city_->city);
+    } else if (!city_->city.mesh.triangles.empty()) {
+      area = heatmap::built_box(city_->city);
+    } else {
+      throw InputError("the city is an open field without bounds",
+                       "give box=(west_m, south_m, east_m, north_m)");
+    }
+    request_.grid =
+        heatmap::Grid::covering(area.min.x(), area.min.y(), area.max.x(), area.max.y(), spacing_m);
+    // A receiver for each cell takes milliseconds there: Ctrl-C must not wait for 65,536 of them.
+    if (receiver_.options.signal.enabled) request_.grid.tile_size = std::min(request_.grid.tile_size, 16U);
+    heatmap::check_altitudes(request_, city_->city);
+    request_.validate();
+    if (heatmap::value_count(request_) > kMostValues) {
+      throw InputError(
+          fmt::format("the map has {:.3g} values", heatmap::value_count(request_)),
+          fmt::format("they stand in memory: at most {:.0g}; take a larger spacing, or `canyon heatmap`",
+                      kMostValues));
+    }
+    sky_ = simulation::build_sky(scenario_.sky, request_.times.front(), request_.times.back(),
+                                 city_->city.frame.origin());
+    if (receiver_.options.ionosphere || receiver_.options.fix.correct_ionosphere)
+      simulation::require_ionosphere(sky_);
+    for (const geodesy::GpsTime t : request_.times) {
+      if (!simulation::has_satellites(*sky_.sky, t)) {
+        throw InputError("no satellite has an ephemeris at a time of the map",
+                         "give times that the sky knows");
+      }
+    }
+    environment_ = std::make_unique<simulation::Environment>(city_, sky_.sky, sky_.navigation.klobuchar);
+    heatmap_ = std::make_unique<heatmap::Heatmap>(*environment_, receiver_, request_,
+                                                  heatmap::input_key(*environment_, request_.times));
+  }
+
+  /// Computes into a store in `folder`, which a later call goes on from. False: interrupted.
+  bool run(const std::string& folder, int threads) {
+    store_ = std::make_unique<heatmap::TileStore>(folder, heatmap_->key(), "a map of Python's");
+    // Progress comes from any thread, Python's handlers run in this one: it waits beside the work.
+    Signals signals;
+    std::atomic<bool> done{false};
+    std::exception_ptr failure;
+    heatmap::RunOptions options;
+    options.threads = threads;
+    options.stop = signals.stop();
+    std::thread worker([&] {
+      try {
+        result_ = heatmap_->run(*store_, options);
+      } catch (...) {
+        failure = std::current_exception();
+      }
+      done = true;
+    });
+    {
+      const py::gil_scoped_release release;
+      while (!done) {
+        (void)signals.interrupted();
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }
+      worker.join();
+    }
+    if (failure) std::rethrow_exception(failure);
+    return !signals.take_interrupt();
+  }
+
+  /// (layers by name: (time, altitude, row, column), state: (altitude, row, column))
+  py::dict values() const {
+    const heatmap::Grid& grid = request_.grid;
+    const std::size_t times = request_.times.size(), altitudes = request_.altitudes_m.size(),
+                      cells = grid.cells();
+    std::vector<std::vector<float>> layers(request_.layers.size(),
+                                           std::vector<float>(times * altitudes * cells, std::nanf("")));
+    std::vector<std::uint8_t> state(altitudes * cells, 255);
+    for (std::size_t u = 0; u < heatmap_->unit_count(); ++u) {
+      const auto found = store_->load(u);
+      if (!found) continue;
+      const heatmap::Tile tile = heatmap_->unit(u).tile;
+      const std::size_t n = tile.cells();
+      for (std::size_t a = 0; a < altitudes; ++a) {
+        for (std::size_t c = 0; c < n; ++c) {
+          const std::size_t cell =
+              (tile.first_row + c / tile.columns) * grid.columns + tile.first_column + c % tile.columns;
+          state[a * cells + cell] = static_cast<std::uint8_t>(found->state[a * n + c]);
+          for (std::size_t l = 0; l < layers.size(); ++l) {
+            for (std::size_t t = 0; t < found->times; ++t) {
+              layers[l][((found->first_time + t) * altitudes + a) * cells + cell] =
+                  found->values[((l * found->times + t) * altitudes + a) * n + c];
+            }
+          }
+        }
+      }
+    }
+    const auto rows = static_cast<py::ssize_t>(grid.rows), columns = static_cast<py::ssize_t>(grid.columns);
+    const auto size = [](std::size_t n) { return static_cast<py::ssize_t>(n); };
+    py::dict named, units;
+    for (std::size_t l = 0; l < layers.size(); ++l) {
+      const heatmap::LayerInfo& info = heatmap::info(request_.layers[l]);
+      named[py::str(std::string(info.name))] =
+          owning_array(std::move(layers[l]), {size(times), size(altitudes), rows, columns});
+      units[py::str(std::string(info.name))] =
+          py::make_tuple(std::string(info.unit), std::string(info.long_name));
+    }
+    std::vector<double> east, north;
+    for (std::uint32_t i = 0; i < grid.columns; ++i) east.push_back(grid.centre(i, 0).x());
+    for (std::uint32_t i = 0; i < grid.rows; ++i) north.push_back(grid.centre(0, i).y());
+    std::vector<std::int64_t> instants;
+    for (const geodesy::GpsTime t : request_.times) instants.push_back(unix_ns(t));
+    return py::dict("layers"_a = named, "about"_a = units,
+                    "state"_a = owning_array(std::move(state), {size(altitudes), rows, columns}),
+                    "east_m"_a = owning_array(std::move(east)), "north_m"_a = owning_array(std::move(north)),
+                    "time"_a = datetimes(std::move(instants)), "altitude_m"_a = request_.altitudes_m,
+                    "cells_computed"_a = result_.cells_computed, "wall_s"_a = result_.wall_s);
+  }
+
+  void write(const std::string& path, const std::string& format) const {
+    heatmap::MapSource source = heatmap::map_source(*heatmap_, *store_, *environment_, receiver_, scenario_);
+    source.history = "import canyon";
+    source.source = "Canyon " CANYON_VERSION;
+    if (format == "netcdf") {
+      heatmap::write_netcdf(path, source);
+    } else if (format == "geotiff") {
+      (void)heatmap::write_geotiffs(path, source);
+    } else if (format == "png") {
+      (void)heatmap::write_map_pictures(path, source, city_->city);
+    } else {
+      throw InputError(fmt::format("the format '{}' is not known", format), "give netcdf, geotiff or png");
+    }
+  }
+
+ private:
+  static constexpr double kMostValues = 5e8;
+  simulation::Scenario scenario_;
+  std::shared_ptr<simulation::CityScene> city_;
+  simulation::ReceiverConfig receiver_;
+  heatmap::Request request_;
+  simulation::BuiltSky sky_;
+  std::unique_ptr<simulation::Environment> environment_;
+  std::unique_ptr<heatmap::Heatmap> heatmap_;
+  std::unique_ptr<heatmap::TileStore> store_;
+  heatmap::RunResult result_;
+};
+
+}  // namespace
+
+void bind_heatmap(py::module_& m) {
+  py::class_<Map>(m, "Map")
+      .def(py::init<const ScenarioTree&, std::shared_ptr<simulation::CityScene>, const py::object&, double,
+                    std::vector<double>, const std::string&, const py::object&,
+                    const std::vector<std::string>&, const std::string&, const std::string&, int>(),
+           "scenario"_a, "city"_a, "box"_a, "spacing_m"_a, "altitudes_m"_a, "altitude_kind"_a, "times"_a,
+           "layers"_a, "model"_a, "receiver"_a, "draws"_a)
+      .def("run", &Map::run, "folder"_a, "threads"_a = 0)
+      .def("values", &Map::values)
+      .def("write", &Map::write, "path"_a, "format"_a);
+  m.def("map_layers", [] {
+    py::dict layers;
+    for (const heatmap::LayerInfo& info : heatmap::all_layers()) {
+      layers[py::str(std::string(info.name))] =
+          py::make_tuple(std::string(info.unit), std::string(info.long_name));
+    }
+    return layers;
+  });
+}
+
+}  // namespace canyon::python

@@ -1,0 +1,408 @@
+#include "python/src/models.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/output/epoch_values.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
+#include "python/src/arrays.hpp"
+#include "python/src/settings.hpp"
+
+namespace canyon::python {
+namespace {
+
+using propagation::Path;
+using propagation::SatelliteView;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// What is lent to Python for one call of apply(). Afterwards it is gone, whoever kept it.
+struct Lent {
+  const propagation::Antenna* antenna;
+  propagation::Arrival* arrival;
+};
+struct LentArrival {
+  std::shared_ptr<Lent> lent;
+
+  [[nodiscard]] propagation::Arrival& arrival() const {
+    if (lent->arrival == nullptr) {
+      throw InputError("an arrival is lent for the call of apply() alone", "keep copies of its numbers");
+    }
+    return *lent->arrival;
+  }
+};
+struct LentView {
+  LentArrival of;
+  gnss::SatelliteId id;
+
+  [[nodiscard]] SatelliteView& view() const {
+    for (SatelliteView& each : of.arrival().views) {
+      if (each.line.id == id) return each;
+    }
+    throw InputError(fmt::format("{} was removed from the arrival", gnss::to_string(id)));
+  }
+};
+struct LentPath {
+  LentView of;
+  std::size_t index;
+
+  [[nodiscard]] Path& path() const {
+    std::vector<Path>& paths = of.view().paths.paths;
+    if (index < paths.size()) return paths[index];
+    throw InputError("the path was removed");
+  }
+};
+
+double finite(double value, double least, const char* what) {
+  if (std::isfinite(value) && value >= least) return value;
+  throw InputError(fmt::format("{} of {} is out of range", what, value),
+                   fmt::format("it is {} or more", least));
+}
+
+/// Python's `apply(arrival)`.
+class PythonDisturbance final : public disturbance::Disturbance {
+ public:
+  explicit PythonDisturbance(Held object) : object_(std::move(object)) {}
+  void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override {
+    const py::gil_scoped_acquire gil;
+    const auto lent = std::make_shared<Lent>(Lent{&antenna, &arrival});
+    struct Return {
+      Lent& lent;
+      ~Return() { lent.arrival = nullptr; }
+    } const back{*lent};
+    object_.get().attr("apply")(LentArrival{lent});
+  }
+
+ private:
+  Held object_;
+};
+
+/// The object of one receiver: made by a factory `make(seed, receiver)`, or the object itself, which is told
+/// by `begin(seed, receiver)` that it begins anew, if it has that.
+py::object begun(const py::object& object, const char* method, std::uint64_t seed,
+                 const std::string& receiver) {
+  if (py::hasattr(object, method) && !py::isinstance<py::type>(object)) {
+    if (py::hasattr(object, "begin")) object.attr("begin")(seed, receiver);
+    return object;
+  }
+  return object(seed, receiver);
+}
+
+disturbance::Source source_of(const Held& object) {
+  const std::string name = py::repr(object.get()).cast<std::string>();
+  return {name, [object](std::uint64_t seed, const std::string& receiver) {
+            const py::gil_scoped_acquire gil;
+            return std::make_unique<PythonDisturbance>(Held(begun(object.get(), "apply", seed, receiver)));
+          }};
+}
+
+/// gain(elevation_rad, carrier_hz) -> (rhcp_dbic, lhcp_dbic), sampled once at each degree.
+signal::AntennaPattern pattern_of(const py::object& antenna) {
+  const auto rows = [&](double carrier_hz) {
+    std::vector<signal::PatternPoint> points;
+    for (int deg = -90; deg <= 90; ++deg) {
+      const py::tuple gain = py::tuple(antenna(geodesy::radians(deg), carrier_hz));
+      if (gain.size() != 2)
+        throw InputError("the antenna gives no pair of gains", "give (rhcp_dbic, lhcp_dbic)");
+      points.push_back({static_cast<double>(deg), gain[0].cast<double>(), gain[1].cast<double>()});
+    }
+    return points;
+  };
+  return {"Python's own", rows(1575.42e6), rows(1227.60e6)};
+}
+
+/// What a solver is given, as arrays; satellites stand where they do at transmission, in the axes of
+/// reception.
+struct Problem {
+  geodesy::GpsTime time;
+  std::vector<std::string> satellites;
+  py::object position_ecef_m, range_m, sigma_m, cn0_dbhz, doppler_hz, start_ecef_m;
+};
+
+/// Ranges from the satellites to `place`, their clocks and DOP: what makes a fix of a position.
+positioning::Fix fix_at(const Eigen::Vector3d& place, std::vector<positioning::RangedSatellite> satellites,
+                        const positioning::Fix& own) {
+  positioning::Fix fix = own;
+  const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
+  if (!positioning::is_near_ground(geodetic.height_m)) {
+    fix = {};
+    fix.status = positioning::FixStatus::NotConverged;
+    return fix;
+  }
+  fix.status = positioning::FixStatus::Fix;
+  fix.position_ecef = place;
+  fix.position = geodetic;
+  fix.used.clear();
+  fix.residuals_m.clear();
+  fix.excluded.clear();
+  fix.consistent.reset();
+  fix.clock_bias_s.clear();
+  std::array<int, gnss::kSystemCount> of_system{};
+  for (positioning::RangedSatellite& s : satellites) {
+    for (int i = 0; i < 3; ++i) positioning::place_satellite(s, place);
+    ++of_system[static_cast<std::size_t>(gnss::clock_system(s.measured->id.system))];
+  }
+  const positioning::Clocks clocks = positioning::clocks_of(of_system);
+  const auto column = [&](const positioning::RangedSatellite& s) {
+    return clocks.column[static_cast<std::size_t>(gnss::clock_system(s.measured->id.system))];
+  };
+  std::erase_if(satellites, [&](const auto& s) { return column(s) < 0; });
+  const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(geodetic);
+  positioning::Design design =
+      positioning::Design::Zero(static_cast<Eigen::Index>(satellites.size()), 3 + clocks.count);
+  positioning::Design weighted = design;
+  Eigen::VectorXd bias = Eigen::VectorXd::Zero(clocks.count), weight = bias;
+  for (std::size_t i = 0; i < satellites.size(); ++i) {
+    const positioning::RangedSatellite& s = satellites[i];
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::Index clock = column(s) - 3;
+    design.block<1, 3>(row, 0) = -(enu * s.direction).transpose();
+    design(row, 3 + clock) = 1;
+    weighted.row(row) = design.row(row) / s.sigma_m;
+    const double w = 1 / (s.sigma_m * s.sigma_m);
+    bias[clock] += w * (s.pseudorange_m - s.atmosphere_m - s.range_m);
+    weight[clock] += w;
+  }
+  bias = bias.cwiseQuotient(weight);
+  for (const positioning::RangedSatellite& s : satellites) {
+    const double clock_m = bias[column(s) - 3];
+    fix.used.push_back(s.measured->id);
+    fix.residuals_m.push_back(s.pseudorange_m - s.atmosphere_m - s.range_m - clock_m);
+    fix.clock_bias_s[gnss::clock_system(s.measured->id.system)] = clock_m / geodesy::kSpeedOfLight;
+  }
+  fix.unknowns = 3 + clocks.count;
+  fix.dop.reset();
+  if (const auto cofactor = positioning::cofactor(design))
+    fix.dop = positioning::dop_from_cofactor(*cofactor);
+  fix.covariance_enu.setConstant(std::numeric_limits<double>::quiet_NaN());
+  if (const auto covariance = positioning::cofactor(weighted))
+    fix.covariance_enu = covariance->topLeftCorner<3, 3>();
+  return fix;
+}
+
+template <typename Value>
+py::object numbers(const std::vector<positioning::RangedSatellite>& satellites, const Value& value) {
+  std::vector<double> all;
+  for (const positioning::RangedSatellite& s : satellites) all.push_back(value(s));
+  return owning_array(std::move(all));
+}
+
+positioning::Fix solve(const Held& solver, geodesy::GpsTime time,
+                       const std::vector<positioning::Measurement>& measurements, const orbit::Sky& sky,
+                       const positioning::FixOptions& options,
+                       const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
+  positioning::Fix own = positioning::solve_fix(time, measurements, sky, options, klobuchar);
+  std::vector<positioning::RangedSatellite> satellites =
+      positioning::ranged_satellites(time, measurements, sky, options);
+  // Satellites are turned by the Earth's rotation over the flight, which needs a place: the engine's own, or
+  // below them all.
+  Eigen::Vector3d start = own.position_ecef;
+  if (!own.solved()) {
+    start.setZero();
+    for (const auto& s : satellites) start += s.state.position_m.normalized();
+    start = start.norm() > 0 ? start.normalized() * 6.371e6 : Eigen::Vector3d(6.371e6, 0, 0);
+  }
+  for (positioning::RangedSatellite& s : satellites) {
+    for (int i = 0; i < 3; ++i) positioning::place_satellite(s, start);
+  }
+  if (own.solved()) positioning::look_up(satellites, start, time, options, klobuchar);
+  std::erase_if(satellites, [](const auto& s) { return !s.above_mask; });
+
+  const py::gil_scoped_acquire gil;
+  Problem problem;
+  problem.time = time;
+  std::vector<double> places;
+  for (const positioning::RangedSatellite& s : satellites) {
+    problem.satellites.push_back(gnss::to_string(s.measured->id));
+    places.insert(places.end(), {s.position.x(), s.position.y(), s.position.z()});
+  }
+  const auto n = static_cast<py::ssize_t>(satellites.size());
+  problem.position_ecef_m = owning_array(std::move(places), {n, 3});
+  problem.range_m = numbers(satellites, [](const auto& s) { return s.pseudorange_m - s.atmosphere_m; });
+  problem.sigma_m = numbers(satellites, [](const auto& s) { return s.sigma_m; });
+  problem.cn0_dbhz = numbers(satellites, [](const auto& s) { return s.measured->cn0_dbhz.value_or(kNan); });
+  problem.doppler_hz =
+      numbers(satellites, [](const auto& s) { return s.measured->doppler_hz.value_or(kNan); });
+  problem.start_ecef_m = own.solved() ? py::object(array_of(own.position_ecef)) : py::none();
+  const py::object answer = solver.get().attr("solve")(problem);
+  if (answer.is_none()) {
+    positioning::Fix none;
+    none.status = satellites.size() < 4 ? positioning::FixStatus::TooFewSatellites
+                                        : positioning::FixStatus::NotConverged;
+    none.available = own.available;
+    return none;
+  }
+  return fix_at(vector3(answer, "the solver's position"), std::move(satellites), own);
+}
+
+/// weighting(satellite, elevation_rad, cn0_dbhz, sigma_m) -> sigma_m
+receiver::ModelSource models_of(const py::object& weighting, const py::object& solver) {
+  const Held weigh(weighting), solves(solver);
+  return [weigh, solves](std::uint64_t seed, const std::string& name) {
+    const py::gil_scoped_acquire gil;
+    receiver::OwnModels models;
+    if (!weigh.get().is_none()) {
+      models.sigma_m = [weigh](const positioning::Measurement& m, double elevation_rad) {
+        const py::gil_scoped_acquire lock;
+        return weigh
+            .get()(gnss::to_string(m.id), elevation_rad,
+                   m.cn0_dbhz.value_or(std::numeric_limits<double>::quiet_NaN()), m.sigma_m)
+            .cast<double>();
+      };
+    }
+    if (!solves.get().is_none()) {
+      const Held solver_of_this(begun(solves.get(), "solve", seed, name));
+      models.solve = [solver_of_this](geodesy::GpsTime time, const auto& measurements, const orbit::Sky& sky,
+                                      const auto& options, const auto& klobuchar) {
+        return solve(solver_of_this, time, measurements, sky, options, klobuchar);
+      };
+    }
+    return models;
+  };
+}
+
+}  // namespace
+
+void put_models(const py::object& models, simulation::ReceiverConfig& receiver) {
+  if (models.is_none()) return;
+  for (const char* part : {"disturbances", "antenna", "weighting", "solver"}) {
+    if (!py::hasattr(models, part))
+      throw InputError("models are of no kind that is known", "give a canyon.Models");
+  }
+  for (const py::handle each : models.attr("disturbances")) {
+    const py::object object = py::reinterpret_borrow<py::object>(each);
+    if (!py::hasattr(object, "apply") && PyCallable_Check(object.ptr()) == 0) {
+      throw InputError(fmt::format("{} is no disturbance", py::repr(object).cast<std::string>()),
+                       "it has apply(arrival), or makes one as make(seed, receiver)");
+    }
+    receiver.disturbances.push_back(source_of(Held(object)));
+  }
+  const py::object antenna = models.attr("antenna"), weighting = models.attr("weighting"),
+                   solver = models.attr("solver");
+  for (const auto& [what, object] : {std::pair("antenna", antenna), std::pair("weighting", weighting)}) {
+    if (!object.is_none() && PyCallable_Check(object.ptr()) == 0) {
+      throw InputError(fmt::format("the {} is no function", what), "docs/python.md shows one");
+    }
+  }
+  if (!solver.is_none() && !py::hasattr(solver, "solve") && PyCallable_Check(solver.ptr()) == 0) {
+    throw InputError("the solver is none", "it has solve(problem), or makes one as make(seed, receiver)");
+  }
+  if (!antenna.is_none()) receiver.options.signal.antenna = pattern_of(antenna);
+  if (!weighting.is_none() || !solver.is_none()) receiver.models = models_of(weighting, solver);
+}
+
+void put_models(const py::object& models, std::vector<simulation::ReceiverConfig>& receivers) {
+  if (!py::isinstance<py::dict>(models)) {
+    for (simulation::ReceiverConfig& receiver : receivers) put_models(models, receiver);
+    return;
+  }
+  for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(models)) {
+    const std::string name = py::str(key).cast<std::string>();
+    const auto found = std::find_if(receivers.begin(), receivers.end(),
+                                    [&](const auto& receiver) { return receiver.options.name == name; });
+    if (found == receivers.end()) {
+      throw InputError(fmt::format("models are given for '{}', and there is no such receiver", name));
+    }
+    put_models(py::reinterpret_borrow<py::object>(value), *found);
+  }
+}
+
+void bind_models(py::module_& m) {
+  py::class_<LentPath>(m, "ArrivingPath")
+      .def_property_readonly("kind",
+                             [](const LentPath& p) { return std::string(propagation::name(p.path().kind)); })
+      .def_property_readonly("order", [](const LentPath& p) { return p.path().order; })
+      .def_property_readonly("arrival", [](const LentPath& p) { return array_of(p.path().arrival); })
+      .def_property(
+          "excess_m", [](const LentPath& p) { return p.path().excess_m; },
+          [](const LentPath& p, double v) { p.path().excess_m = finite(v, 0, "an excess path"); })
+      .def_property(
+          "amplitude_factor", [](const LentPath& p) { return p.path().amplitude_factor; },
+          [](const LentPath& p, double v) {
+            p.path().amplitude_factor = finite(v, 0, "an amplitude factor");
+          });
+  py::class_<LentView>(m, "ArrivingSatellite")
+      .def_property_readonly("name", [](const LentView& v) { return gnss::to_string(v.id); })
+      .def_property_readonly("azimuth_rad", [](const LentView& v) { return v.view().line.azimuth_rad; })
+      .def_property_readonly("elevation_rad", [](const LentView& v) { return v.view().line.elevation_rad; })
+      .def_property_readonly(
+          "visibility",
+          [](const LentView& v) { return std::string(propagation::name(v.view().paths.visibility)); })
+      .def_property_readonly("paths",
+                             [](const LentView& v) {
+                               std::vector<LentPath> paths;
+                               for (std::size_t i = 0; i < v.view().paths.paths.size(); ++i)
+                                 paths.push_back({v, i});
+                               return paths;
+                             })
+      .def(
+          "keep_paths",
+          [](const LentView& v, const std::vector<std::size_t>& indices) {
+            std::vector<Path> kept;
+            for (const std::size_t i : indices) kept.push_back(v.view().paths.paths.at(i));
+            v.view().paths.paths = std::move(kept);
+          },
+          "indices"_a);
+  py::class_<LentArrival>(m, "Arrival")
+      .def_property_readonly("time",
+                             [](const LentArrival& a) {
+                               (void)a.arrival();
+                               return datetime(a.lent->antenna->time);
+                             })
+      .def_property_readonly("gps_ns",
+                             [](const LentArrival& a) {
+                               (void)a.arrival();
+                               return a.lent->antenna->time.nanoseconds();
+                             })
+      .def_property_readonly("antenna_enu_m",
+                             [](const LentArrival& a) { return array_of(a.arrival().antenna_enu); })
+      .def_property_readonly("velocity_ecef_mps",
+                             [](const LentArrival& a) {
+                               (void)a.arrival();
+                               return array_of(a.lent->antenna->velocity_ecef);
+                             })
+      .def_property_readonly(
+          "placement",
+          [](const LentArrival& a) { return std::string(output::placement_word(a.arrival().placement)); })
+      .def_property_readonly("satellites",
+                             [](const LentArrival& a) {
+                               std::vector<LentView> views;
+                               for (const SatelliteView& view : a.arrival().views)
+                                 views.push_back({a, view.line.id});
+                               return views;
+                             })
+      .def(
+          "remove",
+          [](const LentArrival& a, const std::string& name) {
+            const auto id = gnss::parse_satellite(name);
+            if (id)
+              std::erase_if(a.arrival().views,
+                            [&](const SatelliteView& view) { return view.line.id == *id; });
+          },
+          "satellite"_a)
+      .def(
+          "interfere",
+          [](const LentArrival& a, double power_dbw, const py::object& towards, double width_hz) {
+            propagation::Interference wave;
+            wave.spectrum.shape = propagation::Spectrum::Shape::Band;
+            wave.spectrum.width_hz = finite(width_hz, 1, "a width in Hz");
+            wave.power_dbw = finite(power_dbw, -400, "a power in dBW");
+            wave.arrival = vector3(towards, "the direction").normalized();
+            a.arrival().interference.push_back(wave);
+          },
+          "power_dbw"_a, "towards"_a, "width_hz"_a = 20e6);
+  py::class_<Problem>(m, "Problem")
+      .def_property_readonly("time", [](const Problem& p) { return datetime(p.time); })
+      .def_property_readonly("gps_ns", [](const Problem& p) { return p.time.nanoseconds(); })
+      .def_readonly("satellites", &Problem::satellites)
+      .def_readonly("position_ecef_m", &Problem::position_ecef_m)
+      .def_readonly("range_m", &Problem::range_m)
+      .def_readonly("sigma_m", &Problem::sigma_m)
+      .def_readonly("cn0_dbhz", &Problem::cn0_dbhz)
+      .def_readonly("doppler_hz", &Problem::doppler_hz)
+      .def_readonly("start_ecef_m", &Problem::start_ecef_m);
+}
+
+}  // namespace canyon::python

@@ -1,0 +1,208 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/calibration/calibrate.hpp"
+#include "canyon/rinex/observation_reader.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/profile.hpp"
+#include "canyon/validation/alignment.hpp"
+#include "canyon/validation/figures.hpp"
+#include "canyon/validation/models.hpp"
+#include "python/src/settings.hpp"
+
+namespace canyon::python {
+namespace {
+
+/// Thrown by progress callbacks once a signal handler raised something.
+struct Stopped {};
+constexpr std::size_t kFewestEpochs = 20;
+
+/// Python's exception out of the engine's callbacks, or KeyboardInterrupt.
+template <typename Work>
+auto interruptible(const Work& work) {
+  Signals signals;
+  try {
+    const py::gil_scoped_release release;
+    return work([&signals] {
+      if (signals.interrupted()) throw Stopped{};
+    });
+  } catch (const Stopped&) {
+    (void)signals.take_interrupt();
+    PyErr_SetNone(PyExc_KeyboardInterrupt);
+    throw py::error_already_set();
+  }
+}
+
+py::object from_json(const std::string& text) {
+  return py::module_::import("json").attr("loads")(text);
+}
+
+/// A recording with its scenario: city, sky, truth.
+class Recorded {
+ public:
+  Recorded(const ScenarioTree& tree, const std::string& obs, const std::string& truth,
+           const std::string& truth_format, const std::string& nmea, bool atmosphere)
+      : scenario_(tree.scenario) {
+    if (truth.empty() && !scenario_.trajectory.file) {
+      throw InputError("truth is missing, and the scenario's trajectory is no file",
+                       "give the file of true positions");
+    }
+    const py::gil_scoped_release release;
+    rinex::ObservationOptions wanted;
+    wanted.systems = scenario_.sky.systems;
+    wanted.all_signals = true;
+    rinex::RinexObservations recorded = rinex::read_rinex_observations(obs, wanted);
+    city::City city = simulation::load_city(scenario_.city, scenario_.seed);
+    simulation::BuiltSky sky =
+        simulation::build_sky(scenario_.sky, recorded.epochs.front().receiver_time,
+                              recorded.epochs.back().receiver_time, city.frame.origin());
+    warnings_ = scenario_.warnings;
+    warnings_.insert(warnings_.end(), sky.warnings.begin(), sky.warnings.end());
+    sky_ = sky.sky;
+    environment_ = std::make_unique<simulation::Environment>(std::move(city), sky_, sky.navigation.klobuchar);
+    validation::RecordingOptions options;
+    options.ionosphere = options.troposphere = atmosphere;
+    if (!nmea.empty()) options.nmea = nmea;
+    const std::string own_format = scenario_.trajectory.file ? scenario_.trajectory.format : "csv";
+    recording_ =
+        validation::join_recording(scenario_, *environment_, obs, std::move(recorded),
+                                   truth.empty() ? *scenario_.trajectory.file : std::filesystem::path(truth),
+                                   truth_format.empty() ? own_format : truth_format, options);
+    warnings_.insert(warnings_.end(), recording_.warnings.begin(), recording_.warnings.end());
+  }
+
+  [[nodiscard]] std::size_t epochs() const { return recording_.residuals.epochs.size(); }
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
+
+  py::object align(double share, bool heading, int threads) {
+    const std::size_t count = part(0, share).second;
+    validation::AlignOptions options;
+    options.heading = heading;
+    options.threads = threads;
+    options.seed = scenario_.seed;
+    const std::string text = interruptible([&](const auto& look) {
+      options.progress = [&](std::size_t, std::size_t) { look(); };
+      const validation::Alignment found =
+          validation::align(recording_, *environment_,
+                            scenario_.receivers.front().options.fix.elevation_mask_rad, 0, count, options);
+      registration_ = found.registration;
+      return validation::to_json(found);
+    });
+    return from_json(text);
+  }
+
+  /// Figures of each model on [from, to) of the epochs, as `canyon validate --json` has them.
+  py::object validate(double from, double to, const std::vector<std::string>& keys, int threads) const {
+    const auto [first, count] = part(from, to);
+    std::vector<validation::Model> models;
+    const simulation::ReceiverConfig& receiver = scenario_.receivers.front();
+    models.push_back({"", fmt::format("{} (the scenario's)", receiver.options.name), receiver});
+    for (validation::Model& more : validation::models_of(receiver, keys)) models.push_back(std::move(more));
+    const std::string text = interruptible([&, first = first, count = count](const auto& look) {
+      std::vector<validation::Figures> figures;
+      validation::CompareOptions options;
+      options.threads = threads;
+      options.progress = [&](std::size_t, std::size_t) { look(); };
+      for (const validation::Model& model : models) {
+        options.name = model.name;
+        const auto compare = [&] {
+          return validation::compare(recording_, model.receiver, *environment_, registration_, scenario_.seed,
+                                     options);
+        };
+        validation::Comparison comparison = compare();
+        if (figures.empty()) {
+          const auto never = validation::never_tracked(comparison);
+          for (const validation::NeverTracked& s : never) options.leave_out.insert(s.id);
+          if (!never.empty()) comparison = compare();
+        }
+        figures.push_back(validation::figures(comparison, first, count,
+                                              validation::describe_part(comparison, first, count, "part")));
+      }
+      return validation::to_json(figures, std::nullopt);
+    });
+    return from_json(text);
+  }
+
+  [[nodiscard]] calibration::Drive drive(double from, double to) const {
+    const auto [first, count] = part(from, to);
+    calibration::Drive d;
+    d.name = "recording";
+    d.environment = environment_.get();
+    d.sky = sky_;
+    d.recording = calibration::part_of(recording_, first, count);
+    d.registration = registration_;
+    d.receiver = scenario_.receivers.front();
+    d.systems = scenario_.sky.systems;
+    d.seed = scenario_.seed;
+    return d;
+  }
+
+ private:
+  /// First epoch and count of shares [from, to) of the recording.
+  [[nodiscard]] std::pair<std::size_t, std::size_t> part(double from, double to) const {
+    if (!(from >= 0 && from < to && to <= 1)) {
+      throw InputError(fmt::format("the part from {} to {} is none", from, to),
+                       "give shares of the recording, 0 to 1");
+    }
+    const auto at = [&](double share) {
+      return static_cast<std::size_t>(std::lround(share * static_cast<double>(epochs())));
+    };
+    const std::size_t count = at(to) - at(from);
+    if (count < kFewestEpochs) {
+      throw InputError(fmt::format("the part has {} epochs of {}", count, epochs()),
+                       fmt::format("give at least {}", kFewestEpochs));
+    }
+    return {at(from), count};
+  }
+
+  simulation::Scenario scenario_;
+  std::shared_ptr<const orbit::Sky> sky_;
+  std::unique_ptr<simulation::Environment> environment_;
+  validation::Recording recording_;
+  validation::Registration registration_;
+  std::vector<std::string> warnings_;
+};
+
+py::dict calibrate(const std::vector<const Recorded*>& recordings, double from, double to, int resamples,
+                   int iterations, int threads) {
+  if (recordings.empty()) throw InputError("there is no recording to calibrate by", "give at least one");
+  std::vector<calibration::Drive> drives;
+  for (const Recorded* each : recordings) drives.push_back(each->drive(from, to));
+  calibration::CalibrateOptions options;
+  options.resamples = resamples;
+  options.iterations = iterations;
+  options.threads = threads;
+  const calibration::Calibration result = interruptible([&](const auto& look) {
+    options.progress = [&](const std::string&, std::size_t, std::size_t) { look(); };
+    return calibration::calibrate(drives, options);
+  });
+  simulation::ReceiverConfig receiver = drives.front().receiver;
+  receiver.options.name = simulation::ReceiverConfig().options.name;
+  calibration::set_values(result.values, receiver);
+  calibration::ProfileHead head;
+  head.base = "the scenario";
+  head.description = "calibrated in Python";
+  head.notes = {"Written by canyon " CANYON_VERSION " (Python); docs/calibration.md says how."};
+  return py::dict("estimates"_a = from_json(calibration::to_json(result.estimates)),
+                  "values"_a = result.values, "notes"_a = result.notes,
+                  "profile"_a = calibration::profile_text(receiver, result.estimates, head));
+}
+
+}  // namespace
+
+void bind_validation(py::module_& m) {
+  py::class_<Recorded>(m, "Recording")
+      .def(py::init<const ScenarioTree&, const std::string&, const std::string&, const std::string&,
+                    const std::string&, bool>(),
+           "scenario"_a, "obs"_a, "truth"_a = "", "truth_format"_a = "", "nmea"_a = "", "atmosphere"_a = true)
+      .def_property_readonly("epoch_count", &Recorded::epochs)
+      .def_property_readonly("warnings", &Recorded::warnings)
+      .def("align", &Recorded::align, "share"_a, "heading"_a = false, "threads"_a = 0)
+      .def("validate", &Recorded::validate, "begin"_a, "end"_a, "models"_a, "threads"_a = 0);
+  m.def("calibrate", &calibrate, "recordings"_a, "begin"_a, "end"_a, "resamples"_a, "iterations"_a,
+        "threads"_a = 0);
+}
+
+}  // namespace canyon::python

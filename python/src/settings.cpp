@@ -1,0 +1,307 @@
+#include "python/src/settings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/base/text_file.hpp"
+#include "canyon/disturbance/fault.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/geodesy/time_text.hpp"
+#include "canyon/output/formats.hpp"
+#include "canyon/simulation/profile.hpp"
+#include "python/src/arrays.hpp"
+
+namespace canyon::python {
+namespace {
+
+using options::Node;
+constexpr int kDeepest = 100;
+constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
+// 1970 to 1980 [s].
+constexpr std::int64_t kUnixOfGps_s = 315'964'800;
+
+std::string with(const std::string& path, const std::string& key) {
+  return path.empty() ? key : path + "." + key;
+}
+
+InputError value_error(const std::string& path, const std::string& problem, const std::string& cure) {
+  return InputError(path.empty() ? problem : fmt::format("{}: {}", path, problem), cure);
+}
+
+bool is_a(py::handle object, const char* module, const char* name) {
+  return py::isinstance(object, py::module_::import(module).attr(name));
+}
+
+/// ISO 8601 with its zone; a datetime without one is UTC, as everywhere in scenarios.
+std::string time_text(py::handle object) {
+  if (is_a(object, "numpy", "datetime64")) {
+    return py::str(py::module_::import("numpy").attr("datetime_as_string")(object)).cast<std::string>() + "Z";
+  }
+  const std::string text = py::str(object.attr("isoformat")()).cast<std::string>();
+  return object.attr("tzinfo").is_none() ? text + "Z" : text;
+}
+
+Node scalar(std::string text) {
+  Node node;
+  node.kind = Node::Kind::Scalar;
+  node.text = std::move(text);
+  return node;
+}
+
+Node tree(py::handle object, const std::string& path, int depth) {
+  if (depth > kDeepest) throw value_error(path, "the settings are too deep", "look for a dict in itself");
+  if (object.is_none()) return {};
+  if (py::isinstance<py::bool_>(object)) return scalar(object.cast<bool>() ? "true" : "false");
+  if (py::isinstance<py::str>(object)) return scalar(object.cast<std::string>());
+  if (py::isinstance<py::int_>(object)) return scalar(py::str(object).cast<std::string>());
+  if (py::isinstance<py::float_>(object)) {
+    const double value = object.cast<double>();
+    if (std::isnan(value)) throw value_error(path, "NaN is no value", "give a number, or leave the key out");
+    return scalar(options::show(value));
+  }
+  if (py::isinstance<py::dict>(object)) {
+    Node node;
+    node.kind = Node::Kind::Mapping;
+    for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(object)) {
+      if (!py::isinstance<py::str>(key)) {
+        throw value_error(path, fmt::format("the key {} is no text", py::repr(key).cast<std::string>()),
+                          "keys are names, as docs/scenario.md has them");
+      }
+      const std::string name = key.cast<std::string>();
+      node.entries.push_back({name, 0, tree(value, with(path, name), depth + 1)});
+    }
+    return node;
+  }
+  if (py::isinstance<py::list>(object) || py::isinstance<py::tuple>(object)) {
+    Node node;
+    node.kind = Node::Kind::List;
+    for (const py::handle item : py::reinterpret_borrow<py::sequence>(object)) {
+      node.items.push_back(tree(item, fmt::format("{}[{}]", path, node.items.size()), depth + 1));
+    }
+    return node;
+  }
+  if (py::isinstance<ScenarioTree>(object)) return object.cast<ScenarioTree&>().tree;
+  if (is_a(object, "numpy", "datetime64") || is_a(object, "datetime", "datetime")) {
+    return scalar(time_text(object));
+  }
+  if (py::hasattr(object, "__fspath__")) return scalar(object.attr("__fspath__")().cast<std::string>());
+  if (py::hasattr(object, "tolist")) return tree(object.attr("tolist")(), path, depth + 1);
+  throw value_error(path,
+                    fmt::format("an object of type '{}' is no setting",
+                                py::type::of(object).attr("__name__").cast<std::string>()),
+                    "give text, numbers, booleans, times, paths, and dicts and lists of these");
+}
+
+/// A scalar as YAML 1.2's core schema reads it.
+py::object plain(const std::string& text) {
+  if (text == "true" || text == "false") return py::bool_(text == "true");
+  const bool digits = !text.empty() && text.find_first_not_of("-0123456789") == std::string::npos;
+  if (const std::optional<double> number = parse_double(text); number && std::isfinite(*number)) {
+    if (digits) return py::int_(py::str(text));
+    return py::float_(*number);
+  }
+  return py::str(text);
+}
+
+py::list keys_of(const options::Description& description) {
+  py::list keys;
+  for (const options::Key& key : description.keys) {
+    keys.append(py::dict("path"_a = key.path, "unit"_a = key.unit, "default"_a = key.default_value,
+                         "values"_a = key.values(), "meaning"_a = key.meaning));
+  }
+  return keys;
+}
+
+py::list fault_list() {
+  py::list kinds;
+  for (const disturbance::FaultKind& kind : disturbance::fault_kinds()) {
+    kinds.append(py::dict("name"_a = std::string(kind.name), "summary"_a = std::string(kind.summary),
+                          "example"_a = std::string(kind.example),
+                          "keys"_a = keys_of(disturbance::description(kind))));
+  }
+  return kinds;
+}
+
+py::dict profile_list() {
+  py::dict profiles;
+  for (const simulation::BuiltInProfile& profile : simulation::built_in_profiles()) {
+    profiles[py::str(std::string(profile.name))] =
+        simulation::parse_profile(std::string(profile.text), fmt::format("profile {}", profile.name))
+            .description;
+  }
+  return profiles;
+}
+
+}  // namespace
+
+options::Node tree_of(py::handle object, const std::string& path) {
+  return tree(object, path, 0);
+}
+
+py::object object_of(const options::Node& node) {
+  switch (node.kind) {
+    case Node::Kind::Empty:
+      return py::none();
+    case Node::Kind::Scalar:
+      return plain(node.text);
+    case Node::Kind::List: {
+      py::list list;
+      for (const Node& item : node.items) list.append(object_of(item));
+      return list;
+    }
+    case Node::Kind::Mapping:
+      break;
+  }
+  py::dict dict;
+  for (const Node::Entry& entry : node.entries) dict[py::str(entry.key)] = object_of(entry.value);
+  return dict;
+}
+
+void merge(options::Node& base, const options::Node& over) {
+  if (base.kind != Node::Kind::Mapping || over.kind != Node::Kind::Mapping) {
+    base = over;
+    return;
+  }
+  for (const Node::Entry& entry : over.entries) {
+    const auto found = std::find_if(base.entries.begin(), base.entries.end(),
+                                    [&](const Node::Entry& each) { return each.key == entry.key; });
+    if (found == base.entries.end()) {
+      base.entries.push_back(entry);
+    } else {
+      found->line = entry.line;
+      merge(found->value, entry.value);
+    }
+  }
+}
+
+options::Document document_of(const std::filesystem::path& file, const std::string& kind,
+                              const options::Description& description) {
+  options::Document document;
+  document.file = file;
+  document.kind = kind;
+  document.known = description.paths();
+  document.fault = [file](const std::string& path, const std::string& key, int line, std::string_view problem,
+                          std::string_view cure) {
+    const std::string name = line > 0 || key.empty() ? key : with(path, key);
+    return InputError(file, line, name.empty() ? std::string(problem) : fmt::format("{}: {}", name, problem),
+                      cure);
+  };
+  return document;
+}
+
+ScenarioTree::ScenarioTree(options::Node settings, std::filesystem::path from)
+    : tree(std::move(settings)), file(std::move(from)) {
+  scenario.file = file;
+  const options::Document document = document_of(file, "scenario", simulation::scenario_description());
+  simulation::ScenarioOfAnyTrajectory any{scenario};
+  options::read(tree, document, any);
+}
+
+std::int64_t unix_ns(geodesy::GpsTime t) {
+  return t.nanoseconds() +
+         (kUnixOfGps_s - geodesy::leap_seconds(t)) * geodesy::GpsTime::kNanosecondsPerSecond;
+}
+
+geodesy::GpsTime time_of(py::handle object) {
+  if (py::isinstance<py::str>(object)) return geodesy::parse_simulated_time(object.cast<std::string>());
+  if (py::isinstance<py::int_>(object))
+    return geodesy::GpsTime::from_nanoseconds(object.cast<std::int64_t>());
+  if (is_a(object, "numpy", "datetime64") || is_a(object, "datetime", "datetime")) {
+    return geodesy::parse_simulated_time(time_text(object));
+  }
+  throw InputError(fmt::format("{} is no time", py::repr(object).cast<std::string>()),
+                   "give text like '2026-06-01T08:00:00Z', a datetime or a numpy.datetime64");
+}
+
+std::vector<geodesy::GpsTime> times_of(const py::object& object) {
+  if (py::isinstance<py::array>(object) || py::isinstance<py::list>(object) ||
+      py::isinstance<py::tuple>(object)) {
+    std::vector<geodesy::GpsTime> times;
+    for (const py::handle each : object) times.push_back(time_of(each));
+    if (times.empty()) throw InputError("no time is given", "give at least one");
+    return times;
+  }
+  return {time_of(object)};
+}
+
+py::object datetimes(std::vector<std::int64_t>&& unix_ns) {
+  return owning_array(std::move(unix_ns)).attr("view")("datetime64[ns]");
+}
+
+py::object datetime(geodesy::GpsTime t) {
+  return py::module_::import("numpy").attr("datetime64")(unix_ns(t), "ns");
+}
+
+geodesy::Geodetic place_of(const py::object& object, const char* what) {
+  const Eigen::Vector3d v = vector3(object, what);
+  const geodesy::Geodetic place = geodesy::Geodetic::from_degrees(v.x(), v.y(), v.z());
+  geodesy::check_geodetic(place, what);
+  return place;
+}
+
+void bind_settings(py::module_& m) {
+  py::class_<ScenarioTree, ScenarioPtr>(m, "Scenario")
+      .def_static(
+          "from_settings",
+          [](const py::object& settings) {
+            return std::make_shared<ScenarioTree>(tree_of(settings), std::filesystem::path());
+          },
+          "settings"_a)
+      .def_static(
+          "from_text",
+          [](const std::string& text, const std::string& name) {
+            const options::Document document =
+                document_of(name, "scenario", simulation::scenario_description());
+            return std::make_shared<ScenarioTree>(
+                options::parse_yaml(text, document, "it needs at least city, sky and trajectory"), name);
+          },
+          "text"_a, "name"_a = "")
+      .def_static(
+          "from_file",
+          [](const std::string& path) {
+            const TextFile file(path, kMaxBytes);
+            const options::Document document =
+                document_of(path, "scenario", simulation::scenario_description());
+            return std::make_shared<ScenarioTree>(
+                options::parse_yaml(std::string(file.text()), document,
+                                    "it needs at least city, sky and trajectory"),
+                path);
+          },
+          "path"_a)
+      .def(
+          "changed",
+          [](const ScenarioTree& self, const py::dict& changes) {
+            options::Node tree = self.tree;
+            merge(tree, tree_of(changes));
+            return std::make_shared<ScenarioTree>(std::move(tree), self.file);
+          },
+          "changes"_a)
+      .def("settings", [](const ScenarioTree& self) { return object_of(self.tree); })
+      .def("yaml", [](const ScenarioTree& self) { return simulation::scenario_yaml(self.scenario); })
+      .def_property_readonly("file", [](const ScenarioTree& self) { return self.file.string(); })
+      .def_property_readonly("seed", [](const ScenarioTree& self) { return self.scenario.seed; })
+      .def_property_readonly("warnings", [](const ScenarioTree& self) { return self.scenario.warnings; })
+      .def_property_readonly("receivers", [](const ScenarioTree& self) {
+        std::vector<std::string> names;
+        for (const simulation::ReceiverConfig& receiver : self.scenario.receivers) {
+          names.push_back(receiver.options.name);
+        }
+        return names;
+      });
+  m.def("scenario_keys", [] { return keys_of(simulation::scenario_description()); });
+  m.def("fault_kinds", &fault_list);
+  m.def("profiles", &profile_list);
+  m.def("formats", [] {
+    py::dict formats;
+    for (const output::Format& format : output::formats()) {
+      formats[py::str(std::string(format.name))] = std::string(format.file);
+    }
+    return formats;
+  });
+}
+
+}  // namespace canyon::python

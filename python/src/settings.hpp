@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+
+#include "canyon/options/describe.hpp"
+#include "canyon/options/node.hpp"
+#include "canyon/options/read.hpp"
+#include "canyon/simulation/live_receiver.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "python/src/binding.hpp"
+
+namespace canyon::python {
+
+/// A tree of settings of Python's: dict, list, tuple, array, str, bool, int, float, datetime, path, None.
+/// Throws InputError with the key's path for NaN and for what is none of these.
+[[nodiscard]] options::Node tree_of(py::handle object, const std::string& path = "");
+/// Back again: words that YAML takes for numbers and booleans become these.
+[[nodiscard]] py::object object_of(const options::Node& tree);
+/// `over` laid over `base`: mappings key by key, anything else replaced.
+void merge(options::Node& base, const options::Node& over);
+
+/// A document whose faults name file and line where a text has them, else the key's whole path.
+[[nodiscard]] options::Document document_of(const std::filesystem::path& file, const std::string& kind,
+                                            const options::Description& description);
+/// A tree into a struct, by the struct's list of fields.
+template <typename Options>
+Options read_tree(const options::Node& tree, const std::string& kind) {
+  static const options::Description description = options::describe<Options>();
+  Options result;
+  options::read(tree, document_of({}, kind, description), result);
+  return result;
+}
+
+/// A scenario with the tree that it was read from, which changes are laid over.
+struct ScenarioTree {
+  options::Node tree;
+  std::filesystem::path file;  ///< empty: Python's own
+  simulation::Scenario scenario;
+
+  ScenarioTree(options::Node settings, std::filesystem::path from);
+};
+using ScenarioPtr = std::shared_ptr<ScenarioTree>;
+
+/// "2026-06-01T08:00:00Z", datetime, datetime64 (UTC) or integer nanoseconds of GPS time.
+[[nodiscard]] geodesy::GpsTime time_of(py::handle object);
+/// The same of one or several.
+[[nodiscard]] std::vector<geodesy::GpsTime> times_of(const py::object& object);
+/// Nanoseconds since 1970 of UTC, as numpy.datetime64[ns] counts.
+[[nodiscard]] std::int64_t unix_ns(geodesy::GpsTime t);
+/// numpy.datetime64[ns] arrays of such.
+[[nodiscard]] py::object datetimes(std::vector<std::int64_t>&& unix_ns);
+[[nodiscard]] py::object datetime(geodesy::GpsTime t);
+/// (latitude_deg, longitude_deg, height_m)
+[[nodiscard]] geodesy::Geodetic place_of(const py::object& object, const char* what);
+
+}  // namespace canyon::python

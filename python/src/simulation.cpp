@@ -1,0 +1,271 @@
+#include <fmt/format.h>
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/drawing/views/pictures.hpp"
+#include "canyon/output/sinks.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "python/src/arrays.hpp"
+#include "python/src/epochs.hpp"
+#include "python/src/models.hpp"
+#include "python/src/settings.hpp"
+
+namespace canyon::python {
+namespace {
+
+using simulation::Simulation;
+using SimulationPtr = std::shared_ptr<Simulation>;
+
+/// Keeps epochs as they come.
+class Keeper final : public simulation::EpochSink {
+ public:
+  Keeper(SimulationPtr simulation, bool with_paths)
+      : simulation_(std::move(simulation)), with_paths_(with_paths) {}
+  void write(const simulation::Epoch& epoch) override {
+    epochs.push_back(std::make_shared<KeptEpoch>(epoch, *epoch.arrival, with_paths_, simulation_));
+  }
+  void finish() override {}
+
+  std::vector<EpochPtr> epochs;
+
+ private:
+  SimulationPtr simulation_;
+  bool with_paths_;
+};
+
+/// Lets Python's signal handlers run between epochs.
+class Watch final : public simulation::EpochSink {
+ public:
+  explicit Watch(Signals& signals) : signals_(signals) {}
+  void write(const simulation::Epoch&) override { (void)signals_.interrupted(); }
+  void finish() override {}
+
+ private:
+  Signals& signals_;
+};
+
+py::dict summary_of(const output::RunSummary& s) {
+  return py::dict("receiver"_a = s.receiver, "epochs"_a = s.epochs, "fixes"_a = s.fixes,
+                  "horizontal_p50_m"_a = s.horizontal_p50_m, "horizontal_p95_m"_a = s.horizontal_p95_m,
+                  "horizontal_max_m"_a = s.horizontal_max_m, "vertical_p50_m"_a = s.vertical_p50_m,
+                  "vertical_p95_m"_a = s.vertical_p95_m, "mean_visible"_a = s.mean_visible,
+                  "mean_blocked"_a = s.mean_blocked, "mean_used"_a = s.mean_used, "los_share"_a = s.los_share,
+                  "los_multipath_share"_a = s.los_multipath_share, "nlos_share"_a = s.nlos_share,
+                  "blocked_share"_a = s.blocked_share, "median_hdop"_a = s.median_hdop,
+                  "mean_cn0_los_dbhz"_a = s.mean_cn0_los_dbhz, "mean_cn0_nlos_dbhz"_a = s.mean_cn0_nlos_dbhz,
+                  "exclusions"_a = s.exclusions, "longest_outage_s"_a = s.longest_outage_s);
+}
+
+std::vector<std::string> names_of(const Simulation& simulation) {
+  std::vector<std::string> names;
+  for (const simulation::ReceiverConfig& receiver : simulation.scenario().receivers) {
+    names.push_back(receiver.options.name);
+  }
+  return names;
+}
+
+/// A whole run: (epochs by receiver, result). Ctrl-C ends it early, with what is done.
+py::dict run(const SimulationPtr& simulation, int threads, bool with_paths, const std::string& folder) {
+  Keeper keeper(simulation, with_paths);
+  output::SummarySink figures(names_of(*simulation));
+  Signals signals;
+  Watch watch(signals);
+  std::vector<simulation::EpochSink*> sinks{&keeper, &figures, &watch};
+  std::vector<std::unique_ptr<simulation::EpochSink>> files;
+  simulation::RunResult result;
+  {
+    const py::gil_scoped_release release;
+    if (!folder.empty()) {
+      files = output::make_file_sinks(*simulation, folder);
+      for (std::size_t i = 0;
+           i < simulation->scenario().receivers.size() && simulation->scenario().outputs.pictures; ++i) {
+        files.push_back(drawing::make_pictures(*simulation, output::receiver_folder(*simulation, folder, i),
+                                               i, signals.stop()));
+      }
+    }
+    for (const auto& file : files) sinks.push_back(file.get());
+    simulation::RunOptions options;
+    options.threads = threads;
+    options.stop = signals.stop();
+    result = simulation->run(sinks, options);
+  }
+  std::vector<std::vector<EpochPtr>> epochs(simulation->scenario().receivers.size());
+  for (EpochPtr& epoch : keeper.epochs) epochs[epoch->epoch.receiver].push_back(std::move(epoch));
+  std::vector<py::dict> summaries;
+  for (const output::RunSummary& each : figures.summaries()) summaries.push_back(summary_of(each));
+  std::vector<std::string> warnings = simulation->warnings();
+  warnings.insert(warnings.end(), result.warnings.begin(), result.warnings.end());
+  return py::dict("epochs"_a = epochs, "summaries"_a = summaries, "warnings"_a = warnings,
+                  "interrupted"_a = signals.take_interrupt(), "wall_s"_a = result.wall_s);
+}
+
+/// Runs in a thread of its own and hands epochs over one by one.
+class Stream {
+ public:
+  Stream(SimulationPtr simulation, int threads, bool with_paths)
+      : simulation_(std::move(simulation)),
+        worker_([this, threads, with_paths] { work(threads, with_paths); }) {}
+  ~Stream() { close(); }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+
+  EpochPtr next() {
+    EpochPtr epoch;
+    while (true) {
+      bool over = false;
+      {
+        const py::gil_scoped_release release;
+        std::unique_lock lock(mutex_);
+        filled_.wait_for(lock, std::chrono::milliseconds(100), [&] { return !queue_.empty() || done_; });
+        if (!queue_.empty()) {
+          epoch = std::move(queue_.front());
+          queue_.pop_front();
+          taken_.notify_one();
+        } else {
+          over = done_;
+        }
+      }
+      if (epoch) return epoch;
+      if (over) break;
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    }
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+    throw py::stop_iteration();
+  }
+
+  void close() {
+    const py::gil_scoped_release release;  // the worker may wait for the GIL
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+      taken_.notify_one();
+    }
+    if (worker_.joinable()) worker_.join();
+  }
+
+ private:
+  static constexpr std::size_t kMostWaiting = 256;
+
+  class Queue final : public simulation::EpochSink {
+   public:
+    Queue(Stream& stream, bool with_paths) : stream_(stream), with_paths_(with_paths) {}
+    void write(const simulation::Epoch& epoch) override {
+      auto kept = std::make_shared<KeptEpoch>(epoch, *epoch.arrival, with_paths_, stream_.simulation_);
+      std::unique_lock lock(stream_.mutex_);
+      stream_.taken_.wait(lock, [&] { return stream_.queue_.size() < kMostWaiting || stream_.stop_; });
+      stream_.queue_.push_back(std::move(kept));
+      stream_.filled_.notify_one();
+    }
+    void finish() override {}
+
+   private:
+    Stream& stream_;
+    bool with_paths_;
+  };
+
+  void work(int threads, bool with_paths) {
+    Queue queue(*this, with_paths);
+    simulation::RunOptions options;
+    options.threads = threads;
+    options.stop = &stop_;
+    options.block = 64;  // the first epoch shall not wait for many
+    try {
+      (void)simulation_->run({&queue}, options);
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+    const std::lock_guard lock(mutex_);
+    done_ = true;
+    filled_.notify_one();
+  }
+
+  SimulationPtr simulation_;
+  std::mutex mutex_;
+  std::condition_variable filled_, taken_;
+  std::deque<EpochPtr> queue_;
+  std::exception_ptr failure_;
+  std::atomic<bool> stop_{false};
+  bool done_ = false;
+  std::thread worker_;  // last: it uses the others
+};
+
+void write(const SimulationPtr& simulation, std::size_t receiver, const std::vector<EpochPtr>& epochs,
+           const std::string& path, const std::string& format) {
+  const py::gil_scoped_release release;
+  if (format == "navigation" || (format.empty() && std::filesystem::path(path).extension() == ".nav")) {
+    rinex::write_rinex_navigation(path, simulation->navigation());
+    return;
+  }
+  write_epochs(path, format, output::describe_receiver(*simulation, receiver), epochs);
+}
+
+}  // namespace
+
+void bind_simulation(py::module_& m) {
+  py::class_<Simulation, SimulationPtr>(m, "Simulation")
+      .def(py::init([](const ScenarioTree& tree, const std::shared_ptr<simulation::CityScene>& city,
+                       const py::object& models) {
+             if (!tree.scenario.trajectory.file && tree.scenario.trajectory.waypoints.empty()) {
+               throw InputError(tree.file, 0, "'trajectory' is missing",
+                                "add trajectory: {file: ...}, waypoints or position");
+             }
+             simulation::Scenario scenario = tree.scenario;
+             put_models(models, scenario.receivers);
+             const py::gil_scoped_release release;
+             if (city) return std::make_shared<Simulation>(std::move(scenario), city);
+             std::vector<std::string> warnings;
+             city::City own = simulation::load_city(scenario, warnings);
+             scenario.warnings.insert(scenario.warnings.end(), warnings.begin(), warnings.end());
+             return std::make_shared<Simulation>(std::move(scenario), std::move(own));
+           }),
+           "scenario"_a, "city"_a = nullptr, "models"_a = py::none())
+      .def_property_readonly("epoch_count", &Simulation::epoch_count)
+      .def_property_readonly("interval_s", &Simulation::interval_s)
+      .def_property_readonly("begin", [](const Simulation& self) { return datetime(self.begin()); })
+      .def_property_readonly("warnings", &Simulation::warnings)
+      .def_property_readonly("receivers", &names_of)
+      .def_property_readonly("length_m", [](const Simulation& self) { return self.trajectory().length_m(); })
+      .def(
+          "antenna_enu",
+          [](const Simulation& self, const py::object& times, std::size_t receiver) {
+            std::vector<double> places;
+            for (const geodesy::GpsTime t : times_of(times)) {
+              const Eigen::Vector3d p = self.environment().city().frame.local_from_geodetic(
+                  self.antenna_pose(receiver, t).position);
+              places.insert(places.end(), {p.x(), p.y(), p.z()});
+            }
+            const auto rows = static_cast<py::ssize_t>(places.size() / 3);
+            return owning_array(std::move(places), {rows, 3});
+          },
+          "times"_a, "receiver"_a = 0)
+      .def("run", &run, "threads"_a = 0, "paths"_a = false, "folder"_a = "")
+      .def("write", &write, "receiver"_a, "epochs"_a, "path"_a, "format"_a = "")
+      .def(
+          "encoder",
+          [](const SimulationPtr& self, const std::string& format, std::size_t receiver) {
+            return std::make_unique<EpochEncoder>(format, output::describe_receiver(*self, receiver));
+          },
+          "format"_a, "receiver"_a = 0)
+      .def(
+          "stream",
+          [](const SimulationPtr& self, int threads, bool paths) {
+            return std::make_unique<Stream>(self, threads, paths);
+          },
+          "threads"_a = 0, "paths"_a = false);
+  py::class_<Stream>(m, "Stream")
+      .def(
+          "__iter__", [](Stream& self) -> Stream& { return self; },
+          py::return_value_policy::reference_internal)
+      .def("__next__", &Stream::next)
+      .def("close", &Stream::close);
+  m.def("table", &table_of, "epochs"_a, "name"_a);
+}
+
+}  // namespace canyon::python

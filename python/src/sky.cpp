@@ -1,0 +1,78 @@
+#include "python/src/sky.hpp"
+
+#include <limits>
+
+#include "canyon/gnss/satellite_id.hpp"
+#include "python/src/arrays.hpp"
+#include "python/src/settings.hpp"
+
+namespace canyon::python {
+namespace {
+
+std::vector<std::string> names_of(const std::vector<gnss::SatelliteId>& ids) {
+  std::vector<std::string> names;
+  for (const gnss::SatelliteId id : ids) names.push_back(gnss::to_string(id));
+  return names;
+}
+
+/// Azimuth, elevation, range and place of every satellite at every time, seen from one place.
+py::dict look(const SkyHandle& self, const py::object& when, const py::object& where) {
+  const std::vector<geodesy::GpsTime> times = times_of(when);
+  const orbit::Observer observer(geodesy::ecef_from_geodetic(place_of(where, "the place")));
+  const std::size_t n = times.size() * self.satellites.size();
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> azimuth(n, kNan), elevation(n, kNan), range(n, kNan), position(3 * n, kNan);
+  {
+    const py::gil_scoped_release release;
+    std::size_t i = 0;
+    for (const geodesy::GpsTime t : times) {
+      for (const gnss::SatelliteId id : self.satellites) {
+        if (const auto line = orbit::line_of_sight(*self.built.sky, id, t, observer)) {
+          azimuth[i] = line->azimuth_rad;
+          elevation[i] = line->elevation_rad;
+          range[i] = line->range_m;
+          for (std::size_t k = 0; k < 3; ++k) {
+            position[3 * i + k] = line->position_at_reception_m[static_cast<Eigen::Index>(k)];
+          }
+        }
+        ++i;
+      }
+    }
+  }
+  const std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(times.size()),
+                                       static_cast<py::ssize_t>(self.satellites.size())};
+  return py::dict("azimuth_rad"_a = owning_array(std::move(azimuth), shape),
+                  "elevation_rad"_a = owning_array(std::move(elevation), shape),
+                  "range_m"_a = owning_array(std::move(range), shape),
+                  "position_ecef_m"_a = owning_array(std::move(position), {shape[0], shape[1], 3}));
+}
+
+}  // namespace
+
+void bind_sky(py::module_& m) {
+  py::class_<SkyHandle, SkyPtr>(m, "Sky")
+      .def_static(
+          "from_settings",
+          [](const py::object& settings, const py::object& begin, const py::object& end,
+             const py::object& place) {
+            options::Node tree = tree_of(settings);
+            const auto config =
+                tree.kind == options::Node::Kind::Empty || tree.entries.empty()
+                    ? read_tree<simulation::SkyConfig>(tree_of(py::dict("nominal"_a = true)), "sky")
+                    : read_tree<simulation::SkyConfig>(tree, "sky");
+            const geodesy::GpsTime from = time_of(begin), to = end.is_none() ? from : time_of(end);
+            const geodesy::Geodetic seen_from =
+                place.is_none() ? geodesy::Geodetic{} : place_of(place, "place");
+            const py::gil_scoped_release release;
+            auto sky = std::make_shared<SkyHandle>();
+            sky->built = simulation::build_sky(config, from, to, seen_from);
+            sky->satellites = sky->built.sky->satellites();
+            return sky;
+          },
+          "settings"_a, "begin"_a, "end"_a = py::none(), "place"_a = py::none())
+      .def_property_readonly("satellites", [](const SkyHandle& self) { return names_of(self.satellites); })
+      .def_property_readonly("warnings", [](const SkyHandle& self) { return self.built.warnings; })
+      .def("look", &look, "times"_a, "place"_a);
+}
+
+}  // namespace canyon::python

@@ -1,0 +1,132 @@
+#include <fmt/format.h>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/trace_places.hpp"
+#include "python/src/arrays.hpp"
+#include "python/src/settings.hpp"
+#include "python/src/sky.hpp"
+
+namespace canyon::python {
+namespace {
+
+using simulation::TracedSatellite;
+
+/// A path as NumPy sees it.
+struct PathRow {
+  std::uint32_t place, satellite;
+  std::uint8_t kind, order;
+  double excess_m;
+  std::array<double, 3> arrival, point, far_point;
+  double incidence_rad, foliage_depth_m;
+};
+
+/// A city with a propagator: what trace() needs made once. The scene outlives what refers to it.
+class Tracer {
+ public:
+  Tracer(std::shared_ptr<simulation::CityScene> scene, const py::object& settings)
+      : scene_(std::move(scene)),
+        propagator_(scene_->city.mesh, scene_->scene,
+                    settings.is_none()
+                        ? propagation::PropagationOptions{}
+                        : read_tree<propagation::PropagationOptions>(tree_of(settings), "propagation")) {}
+
+  py::object at(const SkyPtr& sky, const py::object& where, const py::object& when, const py::object& whom,
+                int threads, bool with_paths) const {
+    const Points places(where, "places");
+    const std::vector<geodesy::GpsTime> times = times_of(when);
+    std::vector<gnss::SatelliteId> satellites = sky->satellites;
+    if (!whom.is_none()) {
+      satellites.clear();
+      for (const py::handle name : whom) {
+        const std::string text = py::str(name).cast<std::string>();
+        const auto id = gnss::parse_satellite(text);
+        if (!id)
+          throw InputError(fmt::format("'{}' is no satellite", text), "satellites are called G05, E11, C23");
+        satellites.push_back(*id);
+      }
+    }
+    const simulation::Environment environment(scene_, sky->built.sky, sky->built.navigation.klobuchar);
+    return run(places, satellites.size(), threads, with_paths, [&](auto& rows, const auto& options) {
+      simulation::trace_places(environment, propagator_, times, places.span(), satellites, rows, options);
+    });
+  }
+
+  py::object towards(const py::object& where, const py::object& whither, int threads, bool with_paths) const {
+    const Points places(where, "places"), directions(whither, "directions");
+    const simulation::Environment environment(scene_, std::make_shared<NoSky>());
+    return run(places, directions.size(), threads, with_paths, [&](auto& rows, const auto& options) {
+      simulation::trace_places(environment, propagator_, places.span(), directions.span(), rows, options);
+    });
+  }
+
+ private:
+  class NoSky final : public orbit::Sky {
+   public:
+    [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override { return {}; }
+    [[nodiscard]] std::optional<orbit::SatelliteState> state(gnss::SatelliteId,
+                                                             geodesy::GpsTime) const override {
+      return std::nullopt;
+    }
+    [[nodiscard]] std::string source(gnss::SatelliteId, geodesy::GpsTime) const override { return "none"; }
+  };
+  struct Stopped {};
+
+  template <typename Trace>
+  static py::object run(const Points& places, std::size_t satellites, int threads, bool with_paths,
+                        const Trace& trace) {
+    std::vector<TracedSatellite> rows(places.size() * satellites);
+    std::vector<simulation::TracedPath> paths;
+    Signals signals;
+    simulation::TracePlacesOptions options;
+    options.threads = threads;
+    if (with_paths) options.paths = &paths;
+    options.progress = [&](std::size_t, std::size_t) {
+      if (signals.interrupted()) throw Stopped{};
+    };
+    try {
+      const py::gil_scoped_release release;
+      trace(rows, options);
+    } catch (const Stopped&) {
+      // Half a table says nothing: whoever wants parts asks for parts.
+      if (signals.take_interrupt()) {
+        PyErr_SetNone(PyExc_KeyboardInterrupt);
+        throw py::error_already_set();
+      }
+    }
+    py::array table = owning_array(
+        std::move(rows), {static_cast<py::ssize_t>(places.size()), static_cast<py::ssize_t>(satellites)});
+    if (!with_paths) return table;
+    std::vector<PathRow> path_rows;
+    path_rows.reserve(paths.size());
+    const auto three = [](const Eigen::Vector3d& v) { return std::array<double, 3>{v.x(), v.y(), v.z()}; };
+    for (const simulation::TracedPath& each : paths) {
+      const propagation::Path& path = each.path;
+      path_rows.push_back({each.place, each.satellite, static_cast<std::uint8_t>(path.kind), path.order,
+                           path.excess_m, three(path.arrival), three(path.point), three(path.far_point),
+                           path.incidence_rad(), path.foliage_depth_m});
+    }
+    return py::make_tuple(table, owning_array(std::move(path_rows)));
+  }
+
+  std::shared_ptr<simulation::CityScene> scene_;
+  propagation::Propagator propagator_;
+};
+
+}  // namespace
+
+void bind_trace(py::module_& m) {
+  PYBIND11_NUMPY_DTYPE(TracedSatellite, azimuth_rad, elevation_rad, excess_m, visibility, above_horizon,
+                       placement, paths);
+  PYBIND11_NUMPY_DTYPE(PathRow, place, satellite, kind, order, excess_m, arrival, point, far_point,
+                       incidence_rad, foliage_depth_m);
+  py::class_<Tracer>(m, "Tracer")
+      .def(py::init<std::shared_ptr<simulation::CityScene>, const py::object&>(), "city"_a,
+           "propagation"_a = py::none())
+      .def("at", &Tracer::at, "sky"_a, "places"_a, "times"_a, "satellites"_a = py::none(), "threads"_a = 0,
+           "paths"_a = false)
+      .def("towards", &Tracer::towards, "places"_a, "directions"_a, "threads"_a = 0, "paths"_a = false);
+}
+
+}  // namespace canyon::python

@@ -1,0 +1,137 @@
+"""Runs of scenarios: what Python gets is what the command line writes; bad input is one clear error each."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import numpy as np
+
+import canyon
+
+DRIVE = "examples/synthetic_drive.yaml"
+
+
+class Run(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.scenario = canyon.Scenario.load(DRIVE, duration_s=20, outputs={"pictures": False})
+        cls.run_ = canyon.simulate(cls.scenario)
+
+    def test_files_are_the_command_lines(self):
+        """The sinks of `canyon simulate` and the kept epochs give the same bytes in every format."""
+        with tempfile.TemporaryDirectory() as folder:
+            outputs = {name: True for name in canyon.formats()}
+            scenario = self.scenario.changed(outputs={**outputs, "pictures": False})
+            run = canyon.simulate(scenario, out=folder, paths=True)
+            for name, file in canyon.formats().items():
+                run.write(f"{folder}/again", name)
+                self.assertEqual(pathlib.Path(folder, "again").read_bytes(), pathlib.Path(folder, file).read_bytes(), name)
+
+    def test_table_is_the_csv(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.run_.write(f"{folder}/epochs.csv")
+            lines = pathlib.Path(folder, "epochs.csv").read_text().splitlines()
+        head = lines[0].split(",")
+        for name in ["true_latitude_deg", "error_east_m", "hdop", "used"]:
+            written = [float(line.split(",")[head.index(name)]) for line in lines[1:]]
+            np.testing.assert_allclose(self.run_.epochs[name], written, atol=1e-4)
+
+    def test_stream_is_the_run(self):
+        streamed = [epoch.error_enu_m for epoch in canyon.Simulation(self.scenario)]
+        kept = [epoch.error_enu_m for epoch in self.run_.epochs_of("car")]
+        np.testing.assert_array_equal(streamed, kept)
+
+    def test_stream_may_be_left(self):
+        for number, _ in enumerate(canyon.Simulation(self.scenario)):
+            if number == 3:
+                break
+
+    def test_live_is_the_run(self):
+        """The same poses give the same numbers, by the same code (the receiver's draws are its own live)."""
+        # Draws hang on the name of a live receiver, and on the seed alone in a scenario.
+        simulation = canyon.Simulation(self.scenario.changed(receivers=[{"name": "car", "own_draws": True}]))
+        receiver = canyon.LiveReceiver(canyon.City.of_scenario(self.scenario), simulation.begin, name="car",
+                                       sky={"nominal": True, "systems": ["GPS", "Galileo"]})
+        begin = simulation.begin
+        for number, epoch in enumerate(simulation.stream()):
+            step = np.timedelta64(int(number * simulation.interval_s * 1e9), "ns")
+            if number == 5:
+                break
+            truth = epoch.table("epochs")
+            velocity = tuple(truth[f"true_velocity_{axis}_mps"][0] for axis in ("east", "north", "up"))
+            live = receiver.observe(number * simulation.interval_s, simulation.antenna(begin + step)[0], velocity)
+            np.testing.assert_allclose(live.error_enu_m, epoch.error_enu_m, atol=1e-3)
+
+    def test_threads_do_not_matter(self):
+        one = canyon.simulate(self.scenario, threads=1).epochs
+        for name, values in self.run_.epochs.items():
+            np.testing.assert_array_equal(values, one[name])
+
+    def test_pandas_and_xarray(self):
+        try:
+            import pandas  # noqa: F401
+            import xarray  # noqa: F401
+        except ImportError:
+            self.skipTest("pandas or xarray is missing")
+        frame = self.run_.to_pandas("satellites")
+        self.assertEqual(frame.attrs["units"]["excess_path_m"], "m")
+        data = self.run_.to_xarray()
+        self.assertEqual(data["true_latitude_deg"].attrs["standard_name"], "latitude")
+        self.assertEqual(data.sizes["time"], len(self.run_))
+
+    def test_no_pandas_before_it_is_asked_for(self):
+        code = "import canyon, sys; sys.exit(any(m in sys.modules for m in ('pandas', 'xarray', 'gymnasium')))"
+        self.assertEqual(subprocess.run([sys.executable, "-c", code]).returncode, 0)
+
+    def test_interrupt_keeps_what_is_done(self):
+        scenario = canyon.Scenario.load(DRIVE, rate_hz=100)  # half a minute of work
+        timer = threading.Timer(1.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer.start()
+        with self.assertRaises(canyon.Interrupted) as caught:
+            canyon.simulate(scenario)
+        run = caught.exception.result
+        self.assertTrue(run.interrupted)
+        self.assertGreater(len(run), 0)
+        self.assertEqual(run.epochs.rows, len(run))
+
+
+class BadInput(unittest.TestCase):
+    def wrong(self, problem, cure, call):
+        with self.assertRaises(canyon.InputError) as caught:
+            call()
+        self.assertIn(problem, str(caught.exception))
+        self.assertIn(cure, caught.exception.cure)
+        return caught.exception
+
+    def test_scenarios(self):
+        load = lambda **changes: lambda: canyon.Scenario.load(DRIVE, **changes)
+        self.wrong("unknown key 'systms' in 'sky'", "'systems'", load(sky={"systms": ["GPS"]}))
+        self.wrong("duration_s: NaN", "leave the key out", load(duration_s=float("nan")))
+        self.wrong("seed: 'x' is not a whole number", "digits", load(seed="x"))
+        self.wrong("receivers[].elevation_mask_deg: 95", "90", load(receivers=[{"elevation_mask_deg": 95}]))
+        self.wrong("is no setting", "numbers", load(duration_s=object()))
+        self.wrong("the key 3 is no text", "names", load(sky={3: 4}))
+        loop = {}
+        loop["sky"] = loop
+        self.wrong("too deep", "dict in itself", lambda: canyon.Scenario(loop))
+        error = self.wrong("", "indentation", lambda: canyon.Scenario("city: {open: true}\nseed: [\n"))
+        self.assertEqual(error.line, 3)
+        error = self.wrong("no such file", "path", lambda: canyon.Scenario.load("nowhere.yaml"))
+        self.assertEqual((error.file, error.line), ("nowhere.yaml", None))
+        self.wrong("'trajectory' is missing", "waypoints", lambda: canyon.simulate({"city": {"synthetic": {}}, "start": "2026-06-01T08:00:00Z"}))
+
+    def test_results(self):
+        run = canyon.simulate(canyon.Scenario.load(DRIVE, duration_s=1))
+        self.wrong("no table 'satelites'", "satellites", lambda: run.table("satelites"))
+        self.wrong("no receiver 'bus'", "car", lambda: run.table("epochs", "bus"))
+        self.wrong("tells no format", "nmea", lambda: run.write("somewhere.xyz"))
+        self.wrong("nmae", "nmea", lambda: run.write("somewhere.xyz", "nmae"))
+
+
+if __name__ == "__main__":
+    unittest.main()
