@@ -7,6 +7,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "cli/commands.hpp"
+#include "cli/view_command.hpp"
 
 namespace {
 

@@ -24,6 +24,7 @@
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
+#include "cli/view_command.hpp"
 
 namespace canyon::cli {
 namespace {

@@ -9,7 +9,7 @@ export class CameraControl {
   readonly camera = new PerspectiveCamera(50, 1, 0.5, 20_000);
   /** Azimuth that the camera looks towards, from north clockwise, and how steeply down [deg]. */
   azimuth = 35;
-  down = 32;
+  down = 38;
   distance = 260;
   readonly target = new Vector3();
   private mode: CameraMode = 'follow';
@@ -94,7 +94,7 @@ export class CameraControl {
       this.azimuth = this.heading;
       this.down = -18;
     } else if (was === 'first' || (was === 'top' && mode !== 'top')) {
-      this.down = 32;
+      this.down = 38;
     }
     if (mode === 'follow' || mode === 'top') this.target.copy(this.vehicle);
   }

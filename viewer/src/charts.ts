@@ -24,11 +24,18 @@ export class Chart {
               private readonly goTo: (seconds: number) => void) {
     new ResizeObserver(() => this.plot?.setSize(this.size())).observe(host);
     state.listen((change) => {
-      if (change === 'time') this.plot?.redraw(false);
+      if (change === 'time') this.showNow();
       if (change === 'receiver' || change === 'look') this.rebuild();
       if ((change === 'selection' || change === 'data') && this.kind === 'cn0') this.rebuild();
     });
     this.rebuild();
+  }
+
+  /** The line at the instant, and, while no mouse is over the chart, its values in the legend. */
+  private showNow(): void {
+    if (!this.plot) return;
+    this.plot.redraw(false);
+    if ((this.plot.cursor.left ?? -1) < 0) this.plot.setLegend({ idx: this.state.epoch }, false);
   }
 
   show(kind: ChartKind): void {
@@ -105,7 +112,7 @@ export class Chart {
       scales: { x: { time: false } },
       cursor: { y: false, drag: { x: false, y: false }, points: { size: 5 } },
       axes: [
-        { ...axis, size: 22, values: (_u, splits) => splits.map((s) => `${s} s`) },
+        { ...axis, size: 22, space: 90, values: (_u, splits) => splits.map((s) => `${s} s`) },
         { ...axis, size: 46, label: unit, labelSize: 13, labelFont: '10px system-ui', labelGap: 0 },
       ],
       series: [
@@ -115,7 +122,8 @@ export class Chart {
           value: (_u, v) => (v === null || v === undefined ? '–' : v.toFixed(2)),
         })),
       ],
-      hooks: { draw: [(u) => this.drawNow(u)] },
+      // Behind uPlot's own first picture, which empties the legend.
+      hooks: { draw: [(u) => this.drawNow(u)], ready: [() => setTimeout(() => this.showNow())] },
     };
     this.plot = new uPlot(options, [clean(times), ...series.map((s) => clean(s.values))] as uPlot.AlignedData, this.host);
     this.plot.over.addEventListener('click', (e) => {

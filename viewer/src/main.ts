@@ -3,7 +3,7 @@ import { Chart, type ChartKind } from './charts';
 import { SignalBars } from './bars';
 import { checkHeader, openSource, type Header } from './format';
 import { helpHtml } from './help';
-import { kVisibilityColours, kErrorColour, kFixColour } from './palette';
+import { kErrorColour, kFixColour, visibilityColour } from './palette';
 import { clock, Details, Readout, SatelliteTable, summaryHtml } from './panels';
 import { SceneView } from './scene';
 import { mark, SkyPlot } from './skyplot';
@@ -58,6 +58,7 @@ class App {
     this.tabs();
     this.keys(timed);
     this.legend(timed);
+    state.listen((change) => change === 'look' && this.legend(timed));
     state.listen((change) => {
       if (change === 'receiver') this.receiverChanged();
       if (change === 'selection' && (state.satellite !== null || state.object !== null)) this.showTab('details');
@@ -289,7 +290,9 @@ class App {
   }
 
   private legend(timed: boolean): void {
-    if (!timed) return by('legend').remove();
+    by('legend').textContent = '';
+    by('legend').hidden = !timed;
+    if (!timed) return;
     const add = (text: string, draw: (c: CanvasRenderingContext2D) => void): void => {
       const canvas = Object.assign(document.createElement('canvas'), { width: 32, height: 28 });
       canvas.style.width = '16px';
@@ -308,7 +311,7 @@ class App {
       c.fillRect(0, 5.5, 16, 3);
     };
     this.store.header.words.visibility.forEach((word, i) =>
-      add(word, (c) => mark(c, i, 8, 7, 5, kVisibilityColours[i] ?? '#777', '#0000')));
+      add(word, (c) => mark(c, i, 8, 7, 5, visibilityColour(i, this.state.theme), '#0000')));
     add('truth', line('#7d8790'));
     add('fix, 95 %', line(kFixColour));
     add('error, no fix', line(kErrorColour));

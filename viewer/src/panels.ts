@@ -8,6 +8,11 @@ const kMissing = '–';
 export const fixed = (value: number | null | undefined, decimals: number): string =>
   value === null || value === undefined || !Number.isFinite(value) ? kMissing : value.toFixed(decimals);
 
+/** Words of the files, as a narrow table takes them; the whole word stands in its tooltip. */
+const kShort: Record<string, string> = { 'LOS+multipath': 'LOS+mp', tracking: 'track', searching: 'search', holding: 'hold' };
+const shortened = (word: string | undefined): string =>
+  `<span title="${word ?? ''}">${kShort[word ?? ''] ?? word ?? ''}</span>`;
+
 const escaped = (text: string): string =>
   text.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('>', '&gt;').replaceAll('"', '&quot;');
 
@@ -63,9 +68,9 @@ export class SatelliteTable {
   constructor(host: HTMLElement, private readonly store: Store, private readonly state: State) {
     host.innerHTML = `<table class="satellites"><thead><tr>
       <th>sat</th><th title="elevation [deg]">el °</th><th title="azimuth from north, clockwise [deg]">az °</th>
-      <th>signal</th><th title="C/N0 that the receiver states [dB-Hz]">C/N0</th><th>lock</th>
-      <th title="used in the fix">used</th><th title="code delay by paths [m]">excess m</th>
-      <th title="error of the pseudorange [m]">error m</th><th title="residual of the fix [m]">resid. m</th>
+      <th class="word">signal</th><th title="C/N0 that the receiver states [dB-Hz]">C/N0</th><th class="word">lock</th>
+      <th title="used in the fix; x: excluded by it">fix</th><th title="code delay by paths [m]">excess m</th>
+      <th title="error of the pseudorange [m]">error m</th><th title="residual of the fix [m]">res. m</th>
       </tr></thead><tbody></tbody></table>`;
     this.body = host.querySelector('tbody') as HTMLTableSectionElement;
     this.body.addEventListener('click', (e) => {
@@ -83,9 +88,9 @@ export class SatelliteTable {
       <tr data-satellite="${s.satellite}" class="${s.satellite === state.satellite ? 'chosen' : ''} ${s.aboveMask ? '' : 'low'}">
       <th>${escaped(store.header.satellites[s.satellite]?.id ?? '?')}</th>
       <td>${fixed(s.elevation, 1)}</td><td>${fixed(s.azimuth, 1)}</td>
-      <td class="word"><i style="background:${visibilityColour(s.visibility, state.theme)}"></i>${words.visibility[s.visibility] ?? ''}</td>
-      <td data-name="cn0">${fixed(s.cn0, 1)}</td><td class="word">${words.lock[s.lock] ?? ''}</td>
-      <td>${s.used ? 'yes' : s.excluded ? 'excl.' : ''}</td>
+      <td class="word"><i style="background:${visibilityColour(s.visibility, state.theme)}"></i>${shortened(words.visibility[s.visibility])}</td>
+      <td data-name="cn0">${fixed(s.cn0, 1)}</td><td class="word">${shortened(words.lock[s.lock])}</td>
+      <td>${s.used ? '✓' : s.excluded ? 'x' : ''}</td>
       <td data-name="excess">${fixed(s.excess, 2)}</td><td data-name="error">${fixed(s.error, 2)}</td>
       <td data-name="residual">${fixed(s.residual, 2)}</td></tr>`).join('');
   }

@@ -98,7 +98,7 @@ export class SceneView {
     for (const m of [this.points, this.satellites, this.antenna, this.fixMark]) this.scene.add(m.points);
     this.control = new CameraControl(this.renderer.domElement, () => this.request(), (x, y) => this.pick(x, y));
     this.control.target.set(this.ground.position.x, this.ground.position.y, 0);
-    if (store.tracks.length === 0) this.control.distance = 1.1 * span;
+    this.control.distance = store.tracks.length > 0 ? 2.1 * this.radius : 1.1 * span;
     new ResizeObserver(() => this.resize()).observe(host);
     this.resize();
     state.listen((change) => {
@@ -159,6 +159,8 @@ export class SceneView {
   }
 
   private pick(x: number, y: number): void {
+    // By the camera as it is now: its last picture may be older.
+    this.control.apply(this.host.clientWidth / Math.max(1, this.host.clientHeight));
     const ray = new Raycaster();
     ray.setFromCamera(new Vector2(x, y), this.control.camera);
     this.state.selectObject(this.city.pick(ray));
