@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <optional>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -134,10 +133,17 @@ std::string faults(const Receivers& receivers) {
   return text;
 }
 
+std::vector<simulation::LiveReceiver*> live(const Receivers& receivers) {
+  std::vector<simulation::LiveReceiver*> all;
+  for (const AdjustableReceiver& each : receivers) all.push_back(each.receiver);
+  return all;
+}
+
 std::string add_fault(const OptionsRequest& request, const Receivers& receivers) {
+  const std::vector<std::string> names = simulation::add_fault(live(receivers), request.text, "request");
   std::string text;
-  for (const AdjustableReceiver& each : receivers) {
-    text += fmt::format("added {}: {}\n", each.name, each.receiver->add_fault(request.text, "request"));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text += fmt::format("added {}: {}\n", receivers[i].name, names[i]);
   }
   text.pop_back();
   return text;
@@ -145,18 +151,12 @@ std::string add_fault(const OptionsRequest& request, const Receivers& receivers)
 
 std::string end_fault(const OptionsRequest& request, const Receivers& receivers) {
   const std::string name(trim(request.text));
+  const auto ended = simulation::end_fault(live(receivers), name);
   std::string text;
-  std::optional<InputError> refused;
-  // A fault need not be one of every receiver.
   for (const AdjustableReceiver& each : receivers) {
-    try {
-      each.receiver->end_fault(name);
-      text += fmt::format("ended {}: {}\n", each.name, name);
-    } catch (const InputError& error) {
-      refused = error;
-    }
+    if (std::find(ended.begin(), ended.end(), each.receiver) == ended.end()) continue;
+    text += fmt::format("ended {}: {}\n", each.name, name);
   }
-  if (text.empty() && refused) throw *refused;
   text.pop_back();
   return text;
 }

@@ -73,6 +73,12 @@ std::vector<std::string> RosTopics::all() const {
   return names;
 }
 
+std::vector<std::string> RosTopics::claimed() const {
+  std::vector<std::string> names = all();
+  names.push_back(own);
+  return names;
+}
+
 std::string ros_name_part(std::string_view name) {
   std::string part(name);
   for (char& c : part) {
@@ -99,6 +105,7 @@ RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity, 
   const std::string private_base = base + '/' + ros_name_part(identity.plugin);
   RosTopics topics;
   topics.base = base;
+  topics.own = private_base;
   const std::array<std::pair<const char*, std::string*>, 5> named{{{"fix", &topics.fix},
                                                                    {"fix_velocity", &topics.fix_velocity},
                                                                    {"gnss_multipath", &topics.gnss_multipath},
@@ -141,16 +148,16 @@ RosTopics claimed_ros_topics(const ReceiverIdentity& identity, const RosSettings
                              const std::function<std::string(const std::vector<std::string>&)>& claim,
                              std::vector<std::string>& notes) {
   RosTopics topics = ros_topics(ros_namespace(identity, settings), identity, settings, notes);
-  std::string taken = claim(topics.all());
+  std::string taken = claim(topics.claimed());
   if (!taken.empty() && settings.ros_namespace.empty()) {
     notes.clear();
     topics = ros_topics(own_namespace(identity), identity, settings, notes);
-    const std::string other = std::exchange(taken, claim(topics.all()));
-    notes.push_back(fmt::format("another receiver has the ROS topic {}; those of this one are in {}", other,
-                                topics.base));
+    const std::string other = std::exchange(taken, claim(topics.claimed()));
+    notes.push_back(
+        fmt::format("another receiver has the ROS name {}; those of this one are in {}", other, topics.base));
   }
   if (!taken.empty()) {
-    throw InputError(fmt::format("another receiver has the ROS topic {} already", taken),
+    throw InputError(fmt::format("another receiver has the ROS name {} already", taken),
                      "give each receiver a <ros><namespace> of its own");
   }
   return topics;

@@ -17,11 +17,13 @@ struct RosSettings {
   std::vector<std::pair<std::string, std::string>> remappings;
   std::string frame_id;       ///< empty: the link's name
   bool publish_scan = false;  ///< ranges of the rays, as a laser scan
+  bool changes = false;       ///< services may change the simulation
 };
 
 /// Names of a receiver's topics, absolute: "/iris/fix".
 struct RosTopics {
   std::string base;  ///< the namespace that they are in where nothing renames them
+  std::string own;   ///< "~" of the receiver, where its services are: base and the plugin's name
   std::string fix;
   std::string fix_velocity;
   std::string gnss_multipath;
@@ -30,6 +32,8 @@ struct RosTopics {
 
   /// Those that are published.
   [[nodiscard]] std::vector<std::string> all() const;
+  /// Names that no other receiver may have.
+  [[nodiscard]] std::vector<std::string> claimed() const;
 };
 
 /// Whether `name` is parts of letters, digits and '_', each beginning with a letter (ROS: "Names"), with one
@@ -49,9 +53,9 @@ struct RosTopics {
 [[nodiscard]] RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity,
                                    const RosSettings& settings, std::vector<std::string>& notes);
 
-/// ros_topics() that no other receiver has: in ros_namespace() or, where that is the model's by default and
-/// is taken, in a namespace of its link and sensor, with a note. `claim` takes names, or says which is taken.
-/// Throws InputError as ros_topics(), and where a namespace that was asked for is taken.
+/// ros_topics() whose claimed() no other receiver has: in ros_namespace() or, where that is the model's by
+/// default and is taken, in a namespace of its link and sensor, with a note. `claim` takes names, or says
+/// which is taken. Throws InputError as ros_topics(), and where a namespace that was asked for is taken.
 [[nodiscard]] RosTopics claimed_ros_topics(
     const ReceiverIdentity& identity, const RosSettings& settings,
     const std::function<std::string(const std::vector<std::string>&)>& claim,

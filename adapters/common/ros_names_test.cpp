@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "canyon/base/input_error.hpp"
 
 namespace canyon::adapters {
@@ -69,6 +71,26 @@ TEST(RosTopics, HaveTheirNamesInTheNamespace) {
   RosSettings without_scan;
   EXPECT_THAT(ros_topics("/iris", iris(), without_scan, notes).all(),
               ElementsAre("/iris/fix", "/iris/fix_velocity", "/iris/gnss_multipath", "/iris/satellites"));
+  EXPECT_THAT(notes, IsEmpty());
+}
+
+// A namespace that is asked for twice would have services of one name, whatever the topics are called.
+TEST(RosTopics, ServicesAreClaimedAsTopicsAre) {
+  std::set<std::string> taken;
+  const auto claim = [&](const std::vector<std::string>& names) -> std::string {
+    for (const std::string& name : names) {
+      if (taken.contains(name)) return name;
+    }
+    taken.insert(names.begin(), names.end());
+    return {};
+  };
+  std::vector<std::string> notes;
+  RosSettings settings;
+  settings.ros_namespace = "/car";
+  EXPECT_EQ(claimed_ros_topics(iris(), settings, claim, notes).own, "/car/gnss");
+  settings.remappings = {
+      {"fix", "fix2"}, {"fix_velocity", "v2"}, {"gnss_multipath", "m2"}, {"satellites", "s2"}};
+  EXPECT_THROW((void)claimed_ros_topics(iris(), settings, claim, notes), InputError);
   EXPECT_THAT(notes, IsEmpty());
 }
 

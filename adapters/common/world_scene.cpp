@@ -396,6 +396,11 @@ std::vector<std::string> WorldScene::take_notes() {
   return std::exchange(impl_->notes, {});
 }
 
+bool operator==(const HostOrigin& a, const HostOrigin& b) {
+  return a.origin.latitude_rad == b.origin.latitude_rad && a.origin.longitude_rad == b.origin.longitude_rad &&
+         a.origin.height_m == b.origin.height_m && a.heading_rad == b.heading_rad;
+}
+
 bool operator==(const WorldFrame& a, const WorldFrame& b) {
   const geodesy::Geodetic &at = a.enu.origin(), &other = b.enu.origin();
   return at.latitude_rad == other.latitude_rad && at.longitude_rad == other.longitude_rad &&

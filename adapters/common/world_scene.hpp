@@ -15,6 +15,16 @@
 
 namespace canyon::adapters {
 
+/// Where a host says that its world lies.
+struct HostOrigin {
+  geodesy::Geodetic origin;
+  double heading_rad = 0;  ///< of the world's x axis, counter-clockwise from east
+
+  /// The world's own axes.
+  [[nodiscard]] geodesy::LocalFrame frame() const { return geodesy::LocalFrame(origin, heading_rad); }
+  friend bool operator==(const HostOrigin& a, const HostOrigin& b);
+};
+
 /// Where a host's world lies on the Earth: its origin, and its x axis turned counter-clockwise from east.
 struct WorldFrame {
   geodesy::LocalFrame enu;
@@ -26,6 +36,11 @@ struct WorldFrame {
   }
   friend bool operator==(const WorldFrame& a, const WorldFrame& b);
 };
+
+/// Mixes a value into a fingerprint.
+inline void mix(std::uint64_t& sum, std::uint64_t value) {
+  sum ^= value + 0x9E3779B97F4A7C15ULL + (sum << 6) + (sum >> 2);
+}
 
 /// A host's world as WorldScene reads it. Ids are the host's own and unique in the world while the thing
 /// lives. Asked in the simulation's thread only.

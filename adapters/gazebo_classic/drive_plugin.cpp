@@ -5,7 +5,6 @@
 #include <gazebo/common/Console.hh>
 #include <gazebo/common/Events.hh>
 #include <gazebo/common/Plugin.hh>
-#include <gazebo/common/SphericalCoordinates.hh>
 #include <gazebo/physics/physics.hh>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 #include "adapters/common/sdf/drive_settings.hpp"
 #include "adapters/gazebo_classic/ignition_types.hpp"
 #include "adapters/gazebo_classic/resource_paths.hpp"
+#include "adapters/gazebo_classic/world_geometry.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
@@ -20,15 +20,6 @@ namespace {
 using ignition::math::Pose3d;
 using ignition::math::Quaterniond;
 using Vector = ignition::math::Vector3d;
-
-geodesy::LocalFrame frame_of(const gazebo::physics::World& world) {
-  const auto coordinates = world.SphericalCoords();
-  if (!coordinates) return geodesy::LocalFrame();
-  return geodesy::LocalFrame(
-      {coordinates->LatitudeReference().Radian(), coordinates->LongitudeReference().Radian(),
-       coordinates->GetElevationReference()},
-      coordinates->HeadingOffset().Radian());
-}
 
 }  // namespace
 
@@ -39,7 +30,8 @@ class DrivePlugin final : public gazebo::ModelPlugin {
         "plugin '" + sdf->Get<std::string>("name") + "' of model '" + model->GetName() + "'";
     try {
       const auto folder = std::filesystem::path(sdf->FilePath()).parent_path();
-      settings_ = read_drive_settings(sdf, name, folder, gazebos_paths(), frame_of(*model->GetWorld()));
+      settings_ = read_drive_settings(sdf, name, folder, gazebos_paths(),
+                                      origin_of(*model->GetWorld()).value_or(HostOrigin{}).frame());
     } catch (const std::exception& error) {
       gzerr << "[canyon] " << error.what() << "\n[canyon] the model stays where it is\n";
       return;

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <gazebo/common/Console.hh>
 #include <gazebo/common/Events.hh>
-#include <gazebo/common/SphericalCoordinates.hh>
 #include <gazebo/physics/physics.hh>
 #include <gazebo/sensors/RaySensor.hh>
 #include <gazebo/sensors/Sensor.hh>
@@ -18,7 +17,6 @@
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/resource_paths.hpp"
 #include "adapters/gazebo_classic/world_geometry.hpp"
-#include "canyon/base/input_error.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
@@ -38,14 +36,6 @@ ReceiverIdentity identify(const Attachment& at) {
   if (at.sensor) identity.sensor = at.sensor->Name();
   identity.plugin = at.sdf->Get<std::string>("name");
   return identity;
-}
-
-std::optional<HostOrigin> origin_of(const gazebo::physics::World& world) {
-  const gazebo::common::SphericalCoordinatesPtr at = world.SphericalCoords();
-  if (!at) return std::nullopt;
-  return HostOrigin{
-      {at->LatitudeReference().Radian(), at->LongitudeReference().Radian(), at->GetElevationReference()},
-      at->HeadingOffset().Radian()};
 }
 
 PluginSettings read_settings(const Attachment& at, const ReceiverIdentity& identity, bool on_ray_sensor) {
@@ -76,6 +66,8 @@ struct GnssSensor::Impl {
                         std::span<propagation::SatellitePaths> result);
 
   Attachment at;
+  std::string name;  // "iris::gps0::link::gps", for requests
+  std::shared_ptr<OptionsDesk> desk = std::make_shared<OptionsDesk>();  // which may come from any thread
   gazebo::transport::NodePtr node;
   std::unique_ptr<PoseSource> pose_source;
   std::unique_ptr<PhysicsRays> physics;
@@ -120,18 +112,15 @@ GnssSensor::Impl::Impl(const Attachment& attachment) : at(attachment) {
   if (settings.publish_px4) receiver->add(make_px4_publisher(node, identity, settings));
   if (settings.show_rays || settings.show_bubble) receiver->add(make_visuals(node, identity, settings));
   if (settings.publish_ros) {
-    try {
-      receiver->add(make_ros_publisher(identity, settings));
-    } catch (const InputError& e) {  // the other ways out are still good
-      receiver->say(HostedReceiver::Tone::Error,
-                    std::string(e.what()) + "; nothing of this receiver goes to ROS");
-    }
+    name = identity.link + "::" + (identity.sensor.empty() ? identity.plugin : identity.sensor);
+    receiver->add(make_ros_publisher(identity, settings, hosted_faults(desk, name, settings)));
   }
   connection = gazebo::event::Events::ConnectWorldUpdateEnd([this] { update(); });
 }
 
 GnssSensor::Impl::~Impl() {
   connection.reset();
+  desk->close();
   receiver.reset();
   pose_source.reset();
   if (node) node->Fini();  // takes its topics back
@@ -140,6 +129,7 @@ GnssSensor::Impl::~Impl() {
 void GnssSensor::Impl::update() {
   // The model was removed; a sensor's plugin is some time later.
   if (!at.link->GetParent()) return;
+  desk->serve([this] { return std::vector{receiver->adjustable(name)}; });
   const gazebo::common::Time now = at.world->SimTime();
   receiver->update(nanoseconds(now), [&](std::string& reason) { return pose_source->at(now, reason); });
 }

@@ -1,6 +1,8 @@
 #include "adapters/gazebo_classic/publishers.hpp"
 
 // Where built without ROS 1.
+#include <utility>
+
 #ifndef CANYON_WITH_ROS
 #ifdef CANYON_WITH_ROS2
 #include "adapters/ros2/host_publisher.hpp"
@@ -9,9 +11,10 @@
 namespace canyon::adapters::gazebo_classic {
 
 std::unique_ptr<EpochPublisher> make_ros_publisher([[maybe_unused]] const ReceiverIdentity& identity,
-                                                   [[maybe_unused]] const PluginSettings& settings) {
+                                                   [[maybe_unused]] const PluginSettings& settings,
+                                                   [[maybe_unused]] FaultAnswerer faults) {
 #ifdef CANYON_WITH_ROS2
-  return ros2::make_host_publisher(identity, settings);
+  return ros2::make_host_publisher(identity, settings, std::move(faults));
 #else
   return nullptr;
 #endif

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "adapters/common/epoch_publisher.hpp"
+#include "adapters/common/fault_services.hpp"
 #include "adapters/common/sdf/plugin_settings.hpp"
 
 // The ways out of the plugin. Each is made once per receiver; InputError where it cannot be.
@@ -26,8 +27,10 @@ namespace canyon::adapters::gazebo_classic {
                                                            const ReceiverIdentity& identity,
                                                            const PluginSettings& settings);
 
-/// ROS 1 topics, with the first master that answers; never blocks. Null where built without ROS.
+/// ROS 1 topics, and kFaultServices below RosTopics::own, with the first master that answers; never blocks.
+/// Null where built without ROS.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
-                                                                 const PluginSettings& settings);
+                                                                 const PluginSettings& settings,
+                                                                 FaultAnswerer faults);
 
 }  // namespace canyon::adapters::gazebo_classic

@@ -9,6 +9,7 @@
 #include "adapters/common/ros_names.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/ros_link.hpp"
+#include "adapters/gazebo_classic/ros_services.hpp"
 #include "adapters/ros/conversions.hpp"
 #include "adapters/ros/ros1_types.hpp"
 
@@ -101,16 +102,32 @@ class ReceiverTopics final : public RosClient {
   std::optional<Publishers> publishers_;
 };
 
+std::vector<RosService> services_of(const RosTopics& names, FaultAnswerer faults) {
+  const auto answerer = std::make_shared<const FaultAnswerer>(std::move(faults));
+  std::vector<RosService> services;
+  for (const FaultService& service : kFaultServices) {
+    services.push_back({names.own + '/' + service.name, [answerer, kind = service.kind](const auto& text) {
+                          ServiceReply reply = answerer->call(kind, text);
+                          return std::pair(reply.success, std::move(reply.message));
+                        }});
+  }
+  return services;
+}
+
 class RosPublisher final : public EpochPublisher {
  public:
-  RosPublisher(std::shared_ptr<RosLink> link, const RosTopics& names, std::string frame_id)
+  RosPublisher(std::shared_ptr<RosLink> link, const RosTopics& names, std::string frame_id,
+               FaultAnswerer faults)
       : link_(std::move(link)),
-        names_(names.all()),
-        topics_(std::make_shared<ReceiverTopics>(names, std::move(frame_id))) {
+        names_(names.claimed()),
+        topics_(std::make_shared<ReceiverTopics>(names, std::move(frame_id))),
+        services_(make_ros_services(services_of(names, std::move(faults)))) {
     link_->add(topics_);
+    link_->add(services_);
   }
   ~RosPublisher() override {
     link_->remove(topics_);
+    link_->remove(services_);
     link_->release(names_);
   }
   RosPublisher(const RosPublisher&) = delete;
@@ -128,13 +145,14 @@ class RosPublisher final : public EpochPublisher {
   std::shared_ptr<RosLink> link_;
   std::vector<std::string> names_;
   std::shared_ptr<ReceiverTopics> topics_;
+  std::shared_ptr<RosClient> services_;
   bool said_ = false;
 };
 
 }  // namespace
 
 std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
-                                                   const PluginSettings& settings) {
+                                                   const PluginSettings& settings, FaultAnswerer faults) {
   std::vector<std::string> notes;
   const std::shared_ptr<RosLink> link = RosLink::get();
   const RosTopics topics = claimed_ros_topics(
@@ -143,7 +161,7 @@ std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity& ident
     gzwarn << "[canyon] plugin '" << identity.plugin << "' of model '" << identity.model << "': " << note
            << std::endl;
   }
-  return std::make_unique<RosPublisher>(link, topics, ros_frame_id(identity, settings));
+  return std::make_unique<RosPublisher>(link, topics, ros_frame_id(identity, settings), std::move(faults));
 }
 
 }  // namespace canyon::adapters::gazebo_classic

@@ -77,7 +77,7 @@ class RosPublisher : public testing::Test {
 TEST_F(RosPublisher, WithoutMasterNothingWaits) {
   const SampleReport sample;
   const auto begin = Clock::now();
-  auto publisher = make_ros_publisher(sample_identity(), settings_in("/alone"));
+  auto publisher = make_ros_publisher(sample_identity(), settings_in("/alone"), {});
   for (int i = 0; i < 1000; ++i) publisher->publish(sample.report);
   publisher->reset();
   EXPECT_LT(Clock::now() - begin, 1s);
@@ -88,7 +88,7 @@ TEST_F(RosPublisher, WithoutMasterNothingWaits) {
 
 TEST_F(RosPublisher, ComesWithAMasterThatComesLater) {
   const SampleReport sample;
-  const auto publisher = make_ros_publisher(sample_identity(), settings_in("/late"));
+  const auto publisher = make_ros_publisher(sample_identity(), settings_in("/late"), {});
   publisher->publish(sample.report);
   const RosCore core;
   EXPECT_TRUE(eventually(
@@ -107,7 +107,7 @@ TEST_F(RosPublisher, EchoesWhatWasPublished) {
   const RosCore core;
   const SampleReport sample;
   const positioning::Fix& fix = sample.step.epoch.observed.fix;
-  const auto publisher = make_ros_publisher(sample_identity(), settings_in("/echo"));
+  const auto publisher = make_ros_publisher(sample_identity(), settings_in("/echo"), {});
 
   auto navsat = echo("/echo/fix", *publisher, sample.report);
   EXPECT_EQ(navsat["field.header.stamp"], "12345678901");
@@ -158,7 +158,7 @@ TEST_F(RosPublisher, EchoesWhatWasPublished) {
 
 TEST_F(RosPublisher, SaysThatThereIsNoFixAndNoTruth) {
   const RosCore core;
-  const auto publisher = make_ros_publisher(sample_identity(), settings_in("/nofix"));
+  const auto publisher = make_ros_publisher(sample_identity(), settings_in("/nofix"), {});
   const SampleReport without_fix(false);
   auto navsat = echo("/nofix/fix", *publisher, without_fix.report);
   EXPECT_EQ(navsat["field.status.status"], "-1");
@@ -177,7 +177,7 @@ TEST_F(RosPublisher, SaysThatThereIsNoFixAndNoTruth) {
 TEST_F(RosPublisher, KeepsTheRate) {
   const RosCore core;
   const SampleReport sample;
-  const auto publisher = make_ros_publisher(sample_identity(), settings_in("/rate"));
+  const auto publisher = make_ros_publisher(sample_identity(), settings_in("/rate"), {});
   auto result = std::async(std::launch::async, [] {
     // rostopic hz ends by Ctrl-C only.
     return run_program("PYTHONUNBUFFERED=1 timeout --signal=INT 12 rostopic hz -w 30 /rate/satellites 2>&1");
@@ -208,7 +208,7 @@ TEST_F(RosPublisher, ABagGivesBackTheSameBytes) {
   CANYON_NEEDS_PROGRAM("rosbag");
   const RosCore core;
   const SampleReport sample;
-  const auto publisher = make_ros_publisher(sample_identity(), settings_in("/bag"));
+  const auto publisher = make_ros_publisher(sample_identity(), settings_in("/bag"), {});
   const std::string bag = (RosEnvironment::get().folder() / "receiver.bag").string();
   const std::string topics = "/bag/fix /bag/fix_velocity /bag/gnss_multipath /bag/satellites /bag/scan";
   publish_while("rosbag record -l 3 -O " + bag + " " + topics + " 2>&1", *publisher, sample.report);
@@ -258,7 +258,7 @@ TEST_F(RosPublisher, OutlivesAMasterAndFindsTheNext) {
   };
   {
     const RosCore first;
-    publisher = make_ros_publisher(sample_identity(), settings_in("/again"));
+    publisher = make_ros_publisher(sample_identity(), settings_in("/again"), {});
     EXPECT_EQ(echo("/again/fix", *publisher, sample.report)["field.status.status"], "0");
     listener = std::make_unique<ChildProgram>(
         std::vector<std::string>{"rostopic", "echo", "-p", "/again/satellites/gps_week"}, heard);
@@ -285,7 +285,7 @@ TEST_F(RosPublisher, LeavesAMasterThatHangsBehind) {
   ChildProgram master({"rosmaster", "--core", "-p", std::to_string(RosEnvironment::get().master().port)},
                       RosEnvironment::get().folder() / "rosmaster.log");
   const SampleReport sample;
-  auto publisher = make_ros_publisher(sample_identity(), settings_in("/hangs"));
+  auto publisher = make_ros_publisher(sample_identity(), settings_in("/hangs"), {});
   EXPECT_TRUE(eventually(
       [] { return run_program("rostopic list 2>&1").output.find("/hangs/fix\n") != std::string::npos; }));
   master.signal(SIGSTOP);
@@ -297,7 +297,7 @@ TEST_F(RosPublisher, LeavesAMasterThatHangsBehind) {
   EXPECT_LT(Clock::now() - begin, 3s);
   // The next receiver does not wait either, and comes when the master does.
   begin = Clock::now();
-  publisher = make_ros_publisher(sample_identity(), settings_in("/next"));
+  publisher = make_ros_publisher(sample_identity(), settings_in("/next"), {});
   publisher->publish(sample.report);
   EXPECT_LT(Clock::now() - begin, 1s);
   master.signal(SIGCONT);
@@ -308,8 +308,8 @@ TEST_F(RosPublisher, LeavesAMasterThatHangsBehind) {
 TEST_F(RosPublisher, TakesItsTopicsAwayWithIt) {
   const RosCore core;
   const SampleReport sample;
-  auto stays = make_ros_publisher(sample_identity(), settings_in("/stays"));
-  auto goes = make_ros_publisher(sample_identity(), settings_in("/goes"));
+  auto stays = make_ros_publisher(sample_identity(), settings_in("/stays"), {});
+  auto goes = make_ros_publisher(sample_identity(), settings_in("/goes"), {});
   const auto listed = [](const std::string& topic) {
     return run_program("rostopic list 2>&1").output.find(topic + "\n") != std::string::npos;
   };
@@ -323,8 +323,8 @@ TEST_F(RosPublisher, TakesItsTopicsAwayWithIt) {
 TEST_F(RosPublisher, GivesReceiversOfAModelTopicsOfTheirOwn) {
   const RosCore core;
   PluginSettings settings;
-  const auto first = make_ros_publisher(sample_identity(), settings);
-  const auto second = make_ros_publisher(sample_identity(), settings);  // the model's name is taken
+  const auto first = make_ros_publisher(sample_identity(), settings, {});
+  const auto second = make_ros_publisher(sample_identity(), settings, {});  // the model's name is taken
   std::string listed;
   EXPECT_TRUE(eventually([&] {
     listed = run_program("rostopic list 2>&1").output;
@@ -332,16 +332,16 @@ TEST_F(RosPublisher, GivesReceiversOfAModelTopicsOfTheirOwn) {
   })) << listed;
   EXPECT_THAT(listed, HasSubstr("/iris/fix\n"));
   EXPECT_EQ(listed.find("/scan\n"), std::string::npos);  // output_type does not ask for it
-  EXPECT_THROW((void)make_ros_publisher(sample_identity(), settings), InputError);
-  const auto third = make_ros_publisher(sample_identity(), settings_in("/own"));
-  EXPECT_THROW((void)make_ros_publisher(sample_identity(), settings_in("/own")), InputError);
+  EXPECT_THROW((void)make_ros_publisher(sample_identity(), settings, {}), InputError);
+  const auto third = make_ros_publisher(sample_identity(), settings_in("/own"), {});
+  EXPECT_THROW((void)make_ros_publisher(sample_identity(), settings_in("/own"), {}), InputError);
 }
 
 TEST_F(RosPublisher, RefusesNamesThatAreNone) {
-  EXPECT_THROW((void)make_ros_publisher(sample_identity(), settings_in("no name")), InputError);
+  EXPECT_THROW((void)make_ros_publisher(sample_identity(), settings_in("no name"), {}), InputError);
   PluginSettings settings = settings_in("/ok");
   settings.remappings = {{"fix", "a b"}};
-  EXPECT_THROW((void)make_ros_publisher(sample_identity(), settings), InputError);
+  EXPECT_THROW((void)make_ros_publisher(sample_identity(), settings, {}), InputError);
 }
 
 }  // namespace

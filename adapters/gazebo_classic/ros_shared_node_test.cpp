@@ -22,7 +22,7 @@ TEST(RosSharedNode, IsUsedAndLeftRunning) {
   const test::RosCore core;
   ros::init(ros::M_string{}, "gazebo", ros::init_options::NoSigintHandler);
   ros::NodeHandle theirs;
-  auto publisher = make_ros_publisher(canyon::test::sample_identity(), {});
+  auto publisher = make_ros_publisher(canyon::test::sample_identity(), {}, {});
   EXPECT_TRUE(eventually([] {
     return run_program("rostopic info /iris/fix 2>&1").output.find(" * /gazebo (") != std::string::npos;
   }));
@@ -40,7 +40,7 @@ TEST(RosSharedNode, MayEndFirst) {
   const test::RosCore core;
   ros::init(ros::M_string{}, "gazebo", ros::init_options::NoSigintHandler);
   auto theirs = std::make_unique<ros::NodeHandle>();
-  auto publisher = make_ros_publisher(canyon::test::sample_identity(), {});
+  auto publisher = make_ros_publisher(canyon::test::sample_identity(), {}, {});
   EXPECT_TRUE(eventually(
       [] { return run_program("rostopic list 2>&1").output.find("/iris/fix\n") != std::string::npos; }));
   ros::shutdown();

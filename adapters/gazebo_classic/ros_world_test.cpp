@@ -112,6 +112,55 @@ TEST_F(RosWorld, TruthComesFromRos) {
   server.unload();
 }
 
+// A fault by a service, as a node of another process calls it: the receiver loses its fix and has it again.
+TEST_F(RosWorld, FaultsComeAndGoByServices) {
+  InProcessServer& server = InProcessServer::get();
+  const std::string open_sky =
+      "<sky><nominal>true</nominal><systems>GPS</systems></sky>"
+      "<start>2026-06-01T08:00:00Z</start><profile>ideal</profile>";
+  std::string text = street_world(
+      street_car("<ros><namespace>/car</namespace><changes>true</changes></ros>" + open_sky), 0, false);
+  const std::string name = "<world name='street'>";
+  ASSERT_NE(text.find(name), std::string::npos);
+  server.load(text.replace(text.find(name), name.size(), "<world name='faults'>"));
+  const auto ask = [&](const std::string& service, const std::string& fault) {
+    const std::string call =
+        "import rospy; from canyon_msgs.srv import FaultCommand; rospy.wait_for_service('" + service +
+        "', 30); r = rospy.ServiceProxy('" + service + "', FaultCommand)('" + fault +
+        "'); print(r.success, r.message)";
+    auto result = std::async(std::launch::async,
+                             [&] { return run_program("timeout 60 python3 -c \"" + call + "\" 2>&1"); });
+    while (result.wait_for(5ms) != std::future_status::ready) server.step(10);
+    return result.get().output;
+  };
+  // Services come back with a new master, as topics do.
+  for (int master = 0; master < 2; ++master) {
+    const RosCore core;
+    EXPECT_EQ(ask("/car/gnss/get_faults", ""), "True none\n");
+    EXPECT_THAT(ask("/car/gnss/add_fault", "{name: dark, outage: {}}"), HasSubstr("True added "));
+    EXPECT_EQ(echo("/car/fix")["field.status.status"], "-1");
+    EXPECT_THAT(ask("/car/gnss/get_faults", ""), HasSubstr(": dark (outage) from "));
+    EXPECT_THAT(ask("/car/gnss/end_fault", "dark"), HasSubstr("True ended "));
+    EXPECT_EQ(echo("/car/fix")["field.status.status"], "0");
+    EXPECT_THAT(ask("/car/gnss/add_fault", "{outage: {satelites: G05}}"), HasSubstr("False refused: "));
+  }
+  server.unload();
+}
+
+// Where nothing is said of changes.
+TEST_F(RosWorld, FaultsAreRefusedUnlessTheyAreAllowed) {
+  const RosCore core;
+  InProcessServer& server = InProcessServer::get();
+  server.load(street_world(street_car(test::paper_elements())));
+  const std::string call =
+      "import rospy; from canyon_msgs.srv import FaultCommand; s = '/multipath/gnss/add_fault'; "
+      "rospy.wait_for_service(s, 30); r = rospy.ServiceProxy(s, FaultCommand)('{outage: {}}'); "
+      "print(r.success, r.message)";
+  EXPECT_THAT(run_program("timeout 60 python3 -c \"" + call + "\" 2>&1").output,
+              testing::AllOf(HasSubstr("False refused: "), HasSubstr("<changes>")));
+  server.unload();
+}
+
 TEST_F(RosWorld, AServerWhoseRoscoreIsGoneEndsByItself) {
   CANYON_NEEDS_PROGRAM("gzserver");
   const std::filesystem::path file = RosEnvironment::get().folder() / "street.world";

@@ -93,7 +93,7 @@ std::optional<SitlGps> sitl_gps_of(const ReceiverReport& report) {
   if (report.step == nullptr) return std::nullopt;
   const receiver::ReceiverEpoch& seen = report.step->epoch.observed;
   const positioning::Fix& fix = seen.fix;
-  if (!fix.solved() || !fix.velocity_enu_mps) return std::nullopt;
+  if (!fix.measured() || !fix.velocity_enu_mps) return std::nullopt;
   constexpr std::int64_t kMicroseconds = 1'000'000;
   constexpr std::int64_t kGpsEpochUnix_s = 315'964'800;  // 1980-01-06, date -u -d 1980-01-06 +%s
   SitlGps gps;

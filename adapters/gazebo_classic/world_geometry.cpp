@@ -3,6 +3,7 @@
 #include <atomic>
 #include <boost/weak_ptr.hpp>
 #include <gazebo/common/Events.hh>
+#include <gazebo/common/SphericalCoordinates.hh>
 #include <gazebo/physics/Link.hh>
 #include <gazebo/physics/Model.hh>
 #include <gazebo/physics/PhysicsEngine.hh>
@@ -20,15 +21,11 @@ using gazebo::physics::Link;
 using gazebo::physics::Model;
 using gazebo::physics::ModelPtr;
 
-void hash(std::uint64_t& sum, std::uint64_t value) {
-  sum ^= value + 0x9E3779B97F4A7C15ULL + (sum << 6) + (sum >> 2);
-}
-
 std::uint64_t structure_of(const Model& model) {
   const ignition::math::Vector3d scale = model.Scale();
   std::uint64_t sum = model.GetLinks().size();
-  for (int i = 0; i < 3; ++i) hash(sum, std::hash<double>()(scale[static_cast<std::size_t>(i)]));
-  for (const ModelPtr& nested : model.NestedModels()) hash(sum, nested ? structure_of(*nested) : 0);
+  for (int i = 0; i < 3; ++i) mix(sum, std::hash<double>()(scale[static_cast<std::size_t>(i)]));
+  for (const ModelPtr& nested : model.NestedModels()) mix(sum, nested ? structure_of(*nested) : 0);
   return sum;
 }
 
@@ -72,8 +69,8 @@ class GazeboWorld final : public HostWorld {
   std::uint64_t shapes(Id model) override {
     std::uint64_t sum = 0;
     for_each_link(*at(model), [&](const gazebo::physics::LinkPtr& link) {
-      hash(sum, link->GetId());
-      hash(sum, shapes_.fingerprint(*link));
+      mix(sum, link->GetId());
+      mix(sum, shapes_.fingerprint(*link));
     });
     return sum;
   }
@@ -122,6 +119,14 @@ std::shared_ptr<WorldScene> scene_of(const gazebo::physics::WorldPtr& world, boo
                                      const WorldFrame& frame) {
   return WorldScene::of(world.get(), {world->Name(), visual, frame},
                         [&] { return std::make_unique<GazeboWorld>(world, visual); });
+}
+
+std::optional<HostOrigin> origin_of(const gazebo::physics::World& world) {
+  const gazebo::common::SphericalCoordinatesPtr at = world.SphericalCoords();
+  if (!at) return std::nullopt;
+  return HostOrigin{
+      {at->LatitudeReference().Radian(), at->LongitudeReference().Radian(), at->GetElevationReference()},
+      at->HeadingOffset().Radian()};
 }
 
 HostWorld::Id topmost_id(const ModelPtr& model) {

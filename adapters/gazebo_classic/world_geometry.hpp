@@ -2,6 +2,7 @@
 
 #include <gazebo/physics/PhysicsTypes.hh>
 #include <memory>
+#include <optional>
 
 #include "adapters/common/world_scene.hpp"
 
@@ -10,6 +11,9 @@ namespace canyon::adapters::gazebo_classic {
 /// The scene of a Gazebo world that its receivers share. It holds the world weakly.
 [[nodiscard]] std::shared_ptr<WorldScene> scene_of(const gazebo::physics::WorldPtr& world, bool visual,
                                                    const WorldFrame& frame);
+
+/// Empty where the world has no spherical_coordinates.
+[[nodiscard]] std::optional<HostOrigin> origin_of(const gazebo::physics::World& world);
 
 /// The topmost model that `model` belongs to, as the scene knows it.
 [[nodiscard]] HostWorld::Id topmost_id(const gazebo::physics::ModelPtr& model);

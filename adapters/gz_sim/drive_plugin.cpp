@@ -9,11 +9,11 @@
 #include <gz/sim/components/AngularVelocity.hh>
 #include <gz/sim/components/LinearVelocity.hh>
 #include <gz/sim/components/Pose.hh>
-#include <gz/sim/components/SphericalCoordinates.hh>
 #include <optional>
 #include <string>
 
 #include "adapters/common/sdf/drive_settings.hpp"
+#include "adapters/gz_sim/gz_host_world.hpp"
 #include "adapters/gz_sim/resource_paths.hpp"
 
 namespace canyon::adapters::gz_sim {
@@ -21,14 +21,6 @@ namespace {
 
 namespace components = gz::sim::components;
 using Ecm = gz::sim::EntityComponentManager;
-
-geodesy::LocalFrame frame_of(const Ecm& ecm) {
-  const auto at = ecm.ComponentData<components::SphericalCoordinates>(gz::sim::worldEntity(ecm));
-  if (!at) return geodesy::LocalFrame();
-  return geodesy::LocalFrame(
-      {at->LatitudeReference().Radian(), at->LongitudeReference().Radian(), at->ElevationReference()},
-      at->HeadingOffset().Radian());
-}
 
 gz::math::Vector3d gz_from(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
@@ -47,7 +39,8 @@ class DriveSystem final : public gz::sim::System,
     const std::string name = "plugin 'canyon::DriveSystem' of model '" + model_.Name(ecm) + "'";
     try {
       const auto folder = std::filesystem::path(element->FilePath()).parent_path();
-      settings_ = read_drive_settings(element->Clone(), name, folder, gazebos_paths(), frame_of(ecm));
+      settings_ = read_drive_settings(element->Clone(), name, folder, gazebos_paths(),
+                                      origin_of(ecm).value_or(HostOrigin{}).frame());
     } catch (const std::exception& error) {
       gzerr << "[canyon] " << error.what() << "\n[canyon] the model stays where it is\n";
       return;

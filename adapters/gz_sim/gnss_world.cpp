@@ -15,7 +15,6 @@
 #include <gz/sim/components/ParentEntity.hh>
 #include <gz/sim/components/Pose.hh>
 #include <gz/sim/components/Sensor.hh>
-#include <gz/sim/components/SphericalCoordinates.hh>
 #include <gz/sim/components/World.hh>
 #include <map>
 #include <mutex>
@@ -86,14 +85,6 @@ std::optional<sdf::Sensor> sdf_of(Entity sensor, const Ecm& ecm) {
   return found == nullptr ? std::nullopt : std::optional(*found);
 }
 
-std::optional<HostOrigin> origin_of(const Ecm& ecm) {
-  const auto at = ecm.ComponentData<components::SphericalCoordinates>(gz::sim::worldEntity(ecm));
-  if (!at) return std::nullopt;
-  return HostOrigin{
-      {at->LatitudeReference().Radian(), at->LongitudeReference().Radian(), at->ElevationReference()},
-      at->HeadingOffset().Radian()};
-}
-
 ReceiverIdentity identify(Entity sensor, const Ecm& ecm) {
   const Entity link = parent_of(sensor, ecm);
   ReceiverIdentity identity;
@@ -160,6 +151,7 @@ struct GnssWorld::Impl {
   struct Root {
     sdf::ElementPtr defaults;
     bool all = false;
+    bool bad = false;     // `defaults` are wrong, which was said
     bool found = false;   // a sensor to serve
     bool looked = false;  // and whether there is one was said
   };
@@ -219,7 +211,9 @@ void GnssWorld::serve(Entity root, const sdf::ElementPtr& defaults, Ecm& ecm) {
     place.resources = gazebos_paths();
     entry.all = read_plugin_settings(defaults, place).serve_all;
   } catch (const std::exception& e) {
-    say(HostedReceiver::Tone::Error, e.what());
+    entry.bad = true;
+    say(HostedReceiver::Tone::Error,
+        fmt::format("{}\n[canyon] its receivers are switched off; the simulation goes on", e.what()));
   }
   impl_->look_for_sensors(ecm, true);
 }
@@ -266,7 +260,7 @@ void GnssWorld::Impl::take_over(Entity entity, const sdf::Sensor& sensor, Ecm& e
   const bool is_gnss = !is_navsat && element->HasAttribute("gz:type") &&
                        element->GetAttribute("gz:type")->GetAsString() == "gnss";
   const bool is_marked = element->HasElement("canyon");
-  if (root == nullptr || !(is_gnss || (is_navsat && (is_marked || root->all)))) return;
+  if (root == nullptr || root->bad || !(is_gnss || (is_navsat && (is_marked || root->all)))) return;
   // Now: Gazebo's own NavSat system would publish the truth on the same topic.
   ecm.RemoveComponent<components::NavSat>(entity);
   const sdf::ElementPtr own = is_marked ? element->GetElement("canyon") : nullptr;
@@ -286,7 +280,7 @@ void GnssWorld::Impl::start_due(Ecm& ecm) {
     }
   }
   for (auto& [entity, root] : roots) {
-    if (std::exchange(root.looked, true) || root.found) continue;
+    if (std::exchange(root.looked, true) || root.found || root.bad) continue;
     gzerr << "[canyon] no sensor to serve in '" << name_of(entity, ecm)
           << "' yet: a navsat sensor needs a <canyon> element (or the plugin <serve>all</serve>), another "
              "<sensor type=\"custom\" gz:type=\"gnss\">\n";
@@ -313,6 +307,7 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   }
   const WorldFrame frame = world_frame(origin, settings, settings.warnings);
 
+  if (!options) options = std::make_unique<OptionsService>(identity.world);
   Receiver receiver;
   receiver.sensor = entity;
   receiver.link = parent_of(entity, ecm);
@@ -334,13 +329,15 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
     receiver.hosted->add(make_gnss_publisher(identity, gnss_topic_beside(topic, own_topic)));
   }
 #ifdef CANYON_WITH_ROS2
-  if (settings.publish_ros) receiver.hosted->add(ros2::make_host_publisher(identity, settings));
+  if (settings.publish_ros) {
+    receiver.hosted->add(ros2::make_host_publisher(identity, settings,
+                                                   hosted_faults(options->desk(), receiver.name, settings)));
+  }
 #endif
   if (settings.show_rays || settings.show_bubble) {
     receiver.hosted->add(make_markers(
         identity, {settings.show_rays, settings.show_bubble, settings.bubble_scale, settings.ray_length_m}));
   }
-  if (!options) options = std::make_unique<OptionsService>(identity.world);
   options->add(receiver.name);
   gzmsg << "[canyon] " << receiver.name << " publishes on " << (topic.starts_with('/') ? "" : "/") << topic
         << " every " << receiver.hosted->interval_s() << " s\n";

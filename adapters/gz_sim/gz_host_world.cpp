@@ -26,11 +26,15 @@ namespace {
 // A shape that something changed without saying so is seen after so many looks.
 constexpr unsigned kUnsaidAge = 50;
 
-void hash(std::uint64_t& sum, std::uint64_t value) {
-  sum ^= value + 0x9E3779B97F4A7C15ULL + (sum << 6) + (sum >> 2);
-}
-
 }  // namespace
+
+std::optional<HostOrigin> origin_of(const gz::sim::EntityComponentManager& ecm) {
+  const auto at = ecm.ComponentData<components::SphericalCoordinates>(gz::sim::worldEntity(ecm));
+  if (!at) return std::nullopt;
+  return HostOrigin{
+      {at->LatitudeReference().Radian(), at->LongitudeReference().Radian(), at->ElevationReference()},
+      at->HeadingOffset().Radian()};
+}
 
 void GzHostWorld::look(const gz::sim::EntityComponentManager& ecm) {
   ecm_ = &ecm;
@@ -112,10 +116,10 @@ std::uint64_t GzHostWorld::shapes(Id model) {
   std::vector<Id> ids;
   links(model, ids);
   for (const Id link : ids) {
-    hash(known.sum, link);
+    mix(known.sum, link);
     for_each_shape(link, [&](Id entity, const sdf::Geometry& geometry, const gz::math::Pose3d& pose) {
-      hash(known.sum, entity);
-      hash(known.sum, fingerprint(geometry, eigen(pose)));
+      mix(known.sum, entity);
+      mix(known.sum, fingerprint(geometry, eigen(pose)));
     });
   }
   return known.sum;

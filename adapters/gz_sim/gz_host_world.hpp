@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gz/sim/EntityComponentManager.hh>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -8,6 +9,9 @@
 #include "adapters/gz_sim/gz_shape_files.hpp"
 
 namespace canyon::adapters::gz_sim {
+
+/// Empty where the world has no spherical_coordinates.
+[[nodiscard]] std::optional<HostOrigin> origin_of(const gz::sim::EntityComponentManager& ecm);
 
 /// The entities of a Gazebo Sim world as WorldScene reads them.
 class GzHostWorld final : public HostWorld {

@@ -75,6 +75,10 @@ void OptionsService::remove(const std::string& receiver) {
   for (const Service& service : kServices) (void)impl_->node.UnadvertiseSrv(impl_->topic(receiver, service));
 }
 
+std::shared_ptr<OptionsDesk> OptionsService::desk() const {
+  return impl_->desk;
+}
+
 void OptionsService::serve(const std::function<std::vector<AdjustableReceiver>()>& receivers) {
   impl_->desk->serve(receivers);
 }

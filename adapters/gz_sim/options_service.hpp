@@ -27,6 +27,8 @@ class OptionsService {
   /// Offers the services of a receiver, "iris::base_link::gps", which serve() then has under that name.
   void add(const std::string& receiver);
   void remove(const std::string& receiver);
+  /// For other transports that ask serve().
+  [[nodiscard]] std::shared_ptr<OptionsDesk> desk() const;
   /// The simulation's thread, at every update, also while paused (OptionsDesk::serve()).
   void serve(const std::function<std::vector<AdjustableReceiver>()>& receivers);
 

@@ -1,6 +1,7 @@
 // The system publishes on ROS 2 from the server's own process.
 #include <gtest/gtest.h>
 
+#include <canyon_msgs/srv/fault_command.hpp>
 #include <cmath>
 #include <rclcpp/rclcpp.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
@@ -43,6 +44,50 @@ TEST(Ros2, HasCovarianceAndStatus) {
   };
   EXPECT_LT(stamp_s(fix), 1000);
   EXPECT_NEAR(std::fmod(stamp_s(fix) + 0.05, 0.1), 0.05, 1e-6);
+}
+
+// The services of two receivers of one world: a fault goes to the one that is asked.
+TEST(Ros2, FaultsComeAndGoByServices) {
+  using canyon_msgs::srv::FaultCommand;
+  const std::string ros = "<ros><namespace>/NAME</namespace><changes>CHANGES</changes></ros>";
+  const auto sensor = [&ros](const std::string& name, const std::string& changes) {
+    std::string own = ros;
+    own.replace(own.find("NAME"), 4, name).replace(own.find("CHANGES"), 7, changes);
+    return "<sensor name='" + name + "' type='navsat'><update_rate>10</update_rate><canyon>" + own +
+           "<sky><nominal>true</nominal><systems>GPS</systems></sky><start>2026-06-01T08:00:00Z</start>"
+           "<profile>ideal</profile></canyon></sensor>";
+  };
+  test::SimServer server(
+      test::street_world(test::street_car(sensor("front", "true") + sensor("rear", "false")), 0, false));
+  server.step(1);
+  const auto node = std::make_shared<rclcpp::Node>("caller");
+  const auto ask = [&](const std::string& service, const std::string& text) {
+    const auto client = node->create_client<FaultCommand>(service);
+    EXPECT_TRUE(client->wait_for_service(std::chrono::seconds(20))) << service;
+    const auto request = std::make_shared<FaultCommand::Request>();
+    request->fault = text;
+    auto reply = client->async_send_request(request);
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (std::chrono::steady_clock::now() < deadline) {
+      server.step(1);
+      if (rclcpp::spin_until_future_complete(node, reply, std::chrono::milliseconds(10)) ==
+          rclcpp::FutureReturnCode::SUCCESS) {
+        return *reply.get();
+      }
+    }
+    ADD_FAILURE() << service << " does not answer";
+    return FaultCommand::Response();
+  };
+  EXPECT_EQ(ask("/front/canyon/get_faults", "").message, "none");
+  const auto added = ask("/front/canyon/add_fault", "{name: dark, from_s: 0, outage: {}}");
+  EXPECT_TRUE(added.success);
+  EXPECT_EQ(added.message, "added car::body::front: dark");
+  EXPECT_EQ(ask("/front/canyon/get_faults", "").message, "car::body::front: dark (outage) from 0 s, at work");
+  EXPECT_EQ(ask("/rear/canyon/get_faults", "").message, "none");
+  const auto refused = ask("/rear/canyon/add_fault", "{outage: {}}");
+  EXPECT_FALSE(refused.success);
+  EXPECT_NE(refused.message.find("<changes>"), std::string::npos) << refused.message;
+  EXPECT_TRUE(ask("/front/canyon/end_fault", "dark").success);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <thread>
 #include <utility>
 
+#include "adapters/ros2/node_services.hpp"
 #include "adapters/ros2/receiver_topics.hpp"
 
 namespace canyon::adapters::ros2 {
@@ -66,7 +67,7 @@ class Process {
 
 class HostPublisher final : public EpochPublisher {
  public:
-  HostPublisher(const ReceiverIdentity& identity, const RosSettings& settings)
+  HostPublisher(const ReceiverIdentity& identity, const RosSettings& settings, FaultAnswerer faults)
       : process_(Process::get()),
         names_(claimed_ros_topics(
             identity, settings,
@@ -83,9 +84,10 @@ class HostPublisher final : public EpochPublisher {
       names.raw_observations = names_.base + "/raw_observations";
       names.scan = names_.scan;
       topics_ = std::make_unique<ReceiverTopics>(NodeParts(*node_), names);
+      services_ = std::make_unique<FaultServices>(*node_, std::move(faults));
       process_->add(node_);
     } catch (...) {
-      process_->release(names_.all());
+      process_->release(names_.claimed());
       throw;
     }
     health_.name = node_->get_fully_qualified_name();
@@ -93,7 +95,7 @@ class HostPublisher final : public EpochPublisher {
   }
   ~HostPublisher() override {
     process_->remove(node_);
-    process_->release(names_.all());
+    process_->release(names_.claimed());
   }
   HostPublisher(const HostPublisher&) = delete;
   HostPublisher& operator=(const HostPublisher&) = delete;
@@ -116,6 +118,7 @@ class HostPublisher final : public EpochPublisher {
   std::string frame_id_;
   rclcpp::Node::SharedPtr node_;
   std::unique_ptr<ReceiverTopics> topics_;
+  std::unique_ptr<FaultServices> services_;
   ros_messages::ReceiverHealth health_;
   bool said_ = false;
 };
@@ -123,8 +126,8 @@ class HostPublisher final : public EpochPublisher {
 }  // namespace
 
 std::unique_ptr<EpochPublisher> make_host_publisher(const ReceiverIdentity& identity,
-                                                    const RosSettings& settings) {
-  return std::make_unique<HostPublisher>(identity, settings);
+                                                    const RosSettings& settings, FaultAnswerer faults) {
+  return std::make_unique<HostPublisher>(identity, settings, std::move(faults));
 }
 
 }  // namespace canyon::adapters::ros2

@@ -55,7 +55,7 @@ TEST(HostPublisher, BeginsRosAndPublishes) {
   settings.frame_id = "antenna";
   settings.publish_scan = true;
   settings.remappings = {{"fix", "gps/fix"}, {"~/out", "ranges"}};
-  const auto publisher = make_host_publisher(iris(), settings);
+  const auto publisher = make_host_publisher(iris(), settings, {});
   ASSERT_TRUE(rclcpp::ok());
   Listener listener;
   const auto fixes = listener.listen<sensor_msgs::msg::NavSatFix>("/iris/gps/fix");
@@ -97,16 +97,16 @@ TEST(HostPublisher, BeginsRosAndPublishes) {
 }
 
 TEST(HostPublisher, ReceiversHaveTopicsOfTheirOwn) {
-  const auto first = make_host_publisher(iris("gps"), {});
+  const auto first = make_host_publisher(iris("gps"), {}, {});
   EXPECT_THAT(first->take_notes(), IsEmpty());
-  const auto second = make_host_publisher(iris("gps1"), {});
+  const auto second = make_host_publisher(iris("gps1"), {}, {});
   EXPECT_THAT(second->take_notes(),
-              ElementsAre("another receiver has the ROS topic /iris/fix; those of this one are in "
+              ElementsAre("another receiver has the ROS name /iris/fix; those of this one are in "
                           "/iris/link/gps1"));
   RosSettings asked;
   asked.ros_namespace = "/iris";
   try {
-    (void)make_host_publisher(iris("gps2"), asked);
+    (void)make_host_publisher(iris("gps2"), asked, {});
     FAIL();
   } catch (const InputError& e) {
     EXPECT_THAT(e.what(), HasSubstr("<ros><namespace> of its own"));

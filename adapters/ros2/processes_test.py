@@ -13,7 +13,7 @@ import unittest
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from testing.processes import (CANYON, ORIGIN, PREFIX, Listener, Process, folder, parameters, receiver,  # noqa: E402
+from testing.processes import (CANYON, OPEN_FIELD, PREFIX, Listener, Process, folder, parameters, receiver,  # noqa: E402
                                ros2, seconds_of, simulated, until, write_drive)
 
 from canyon_msgs.msg import GnssMultipath, GnssRawObservations, GnssSatellites  # noqa: E402
@@ -27,8 +27,6 @@ from sensor_msgs.msg import NavSatFix  # noqa: E402
 TOPICS = {"/fix": NavSatFix, "/fix_velocity": TwistWithCovarianceStamped, "/gnss_multipath": GnssMultipath,
           "/satellites": GnssSatellites, "/raw_observations": GnssRawObservations, "/diagnostics": DiagnosticArray,
           "/clock": Clock}
-OPEN_FIELD = {**ORIGIN, "city.open": True, "profile": "ideal", "sky.nominal": True, "start": "2026-06-01T08:00:00Z",
-              "pose.source": "pose", "autostart": True}
 
 
 def geodetic(east, north):

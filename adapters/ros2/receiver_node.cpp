@@ -18,6 +18,7 @@
 #include "adapters/common/stream_publisher.hpp"
 #include "adapters/common/update_schedule.hpp"
 #include "adapters/ros2/node_parameters.hpp"
+#include "adapters/ros2/node_services.hpp"
 #include "adapters/ros2/pose_receiver.hpp"
 #include "adapters/ros2/receiver_topics.hpp"
 #include "adapters/ros2/scenario_run.hpp"
@@ -55,6 +56,8 @@ struct ReceiverNode::Impl {
   void look_up();
   void begin_poses();
 
+  [[nodiscard]] std::string answer_faults(const OptionsRequest& request);
+
   void tick_clock();
   void tick();
   void take_epochs();
@@ -81,6 +84,7 @@ struct ReceiverNode::Impl {
   std::shared_ptr<simulation::CityScene> scene;
   std::shared_ptr<const simulation::Simulation> simulation;  // of a scenario's own drive
   std::unique_ptr<ReceiverTopics> topics;
+  std::unique_ptr<FaultServices> services;
   std::unique_ptr<ScenarioRun> run;
   std::optional<PoseReceiver> poses;
   UpdateSchedule schedule{kDefaultRate_hz};
@@ -131,6 +135,10 @@ void ReceiverNode::Impl::configure() {
   TopicNames names;
   if (settings.drive_clock) names.clock = "/clock";
   topics = std::make_unique<ReceiverTopics>(NodeParts(node), names);
+  const bool changes = settings.world.live && settings.world.live->changes;
+  services = std::make_unique<FaultServices>(
+      node, FaultAnswerer{[this](const OptionsRequest& request) { return answer_faults(request); }, changes,
+                          "set the parameter live.changes before the node is configured"});
   health = {};
   health.name = node.get_name();
   health.receiver = settings.world.receivers.front().options.name;
@@ -181,6 +189,7 @@ void ReceiverNode::Impl::deactivate() {
 
 void ReceiverNode::Impl::cleanup() {
   deactivate();
+  services.reset();
   topics.reset();
   simulation.reset();
   scene.reset();
@@ -228,7 +237,7 @@ void ReceiverNode::Impl::begin_poses() {
     simulation::LiveReceiver& live = poses->receiver();
     streams.push_back(make_stream_publisher(
         "parameter 'streams'", stream,
-        output::describe_receiver(live.config().receiver.options, *live.sky().sky, live.sky().navigation,
+        output::describe_receiver(live.config().receiver, *live.sky().sky, live.sky().navigation,
                                   live.start(), schedule.interval_s())));
   }
 }
@@ -266,6 +275,17 @@ void ReceiverNode::Impl::look_up() {
   } catch (const tf2::TransformException&) {  // not yet; the epoch says that no pose has come
   }
 #endif
+}
+
+// Called by the executor, between two ticks.
+std::string ReceiverNode::Impl::answer_faults(const OptionsRequest& request) {
+  if (run) {
+    return "refused: the faults of a scenario's own drive are those of its file; take poses from outside "
+           "(pose.source) for faults that come and go";
+  }
+  if (!poses) return "refused: no receiver runs yet; activate the node";
+  simulation::LiveReceiver& receiver = poses->receiver();
+  return answer(request, {{receiver.config().receiver.options.name, &receiver}});
 }
 
 // Every tick of the clock that this node drives. Time waits for an epoch that is not made yet.

@@ -27,6 +27,8 @@ class Bits {
   /// Words of 32 bits from the first bit on, the last one filled with zeros.
   [[nodiscard]] std::vector<std::uint32_t> words32() const;
 
+  friend bool operator==(const Bits&, const Bits&) = default;
+
  private:
   std::vector<std::uint8_t> bits_;  ///< 0 or 1
 };

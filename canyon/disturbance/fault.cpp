@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 #include <type_traits>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/orbit/sky.hpp"
 
 namespace canyon::disturbance {
 namespace {
@@ -33,6 +35,13 @@ class SettingsOf final : public FaultSettings {
   }
   [[nodiscard]] std::unique_ptr<Disturbance> make(const FaultContext& context) const override {
     return std::make_unique<Effect>(options_, context);
+  }
+  [[nodiscard]] SatelliteSet satellites() const override {
+    if constexpr (requires { options_.satellites; }) {
+      return options_.satellites;
+    } else {
+      return {};
+    }
   }
   [[nodiscard]] std::optional<double> duration_s() const override {
     if constexpr (requires { options_.duration_s(); }) {
@@ -113,6 +122,9 @@ void visit_kind(options::Visitor& v, Fault& fault) {
     if (v.reads() && v.has(kind.name)) {
       fault.kind = &kind;
       fault.settings = kind.settings();
+      const InputError here = v.fault(kind.name, {});
+      fault.file = here.file();
+      fault.line = here.line();
     }
     if (v.describes()) {
       v.part(kind.name, *kind.settings());
@@ -152,6 +164,19 @@ options::Description description(const FaultKind& kind) {
 
 bool Fault::concerns(std::string_view receiver) const {
   return receivers.empty() || std::find(receivers.begin(), receivers.end(), receiver) != receivers.end();
+}
+
+void Fault::check(const orbit::Sky& sky) const {
+  const std::vector<gnss::SatelliteId> known = sky.satellites();
+  for (const std::string& word : settings->satellites()) {
+    const auto named = [&](gnss::SatelliteId id) { return holds({word}, id); };
+    if (std::any_of(known.begin(), known.end(), named)) continue;
+    std::set<std::string_view> systems;
+    for (const gnss::SatelliteId id : known) systems.insert(gnss::name(id.system));
+    throw InputError(
+        file, line, fmt::format("fault '{}': the sky has no {}", name, word),
+        fmt::format("leave it out, or name others; there are satellites of {}", fmt::join(systems, ", ")));
+  }
 }
 
 void visit(options::Visitor& v, Fault& fault) {

@@ -9,6 +9,7 @@
 
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/disturbance/fault_context.hpp"
+#include "canyon/disturbance/satellite_set.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/visitor.hpp"
 
@@ -29,6 +30,8 @@ class FaultSettings {
   virtual void validate() const = 0;
   /// What it does to one receiver from context.begin on.
   [[nodiscard]] virtual std::unique_ptr<Disturbance> make(const FaultContext& context) const = 0;
+  /// The satellites that it is of; of kinds that know none: empty, all.
+  [[nodiscard]] virtual SatelliteSet satellites() const = 0;
   /// How long it lasts by itself [s]; empty: until somebody ends it.
   [[nodiscard]] virtual std::optional<double> duration_s() const = 0;
 };
@@ -57,7 +60,12 @@ struct Fault {
   const FaultKind* kind = nullptr;          ///< of fault_kinds()
   std::shared_ptr<FaultSettings> settings;  ///< of that kind; shared by copies, which leave it as it is
 
+  std::string file;  ///< where its section stands; empty: in no file
+  int line = 0;
+
   [[nodiscard]] bool concerns(std::string_view receiver) const;
+  /// Throws InputError for satellites and systems that the sky has not: they would be without effect.
+  void check(const orbit::Sky& sky) const;
 };
 /// Its fields. A reader takes absent ones as they are, gives it the end that its kind has by itself, and
 /// judges the whole.

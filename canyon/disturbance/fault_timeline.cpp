@@ -9,6 +9,12 @@
 #include "canyon/options/values.hpp"
 
 namespace canyon::disturbance {
+namespace {
+
+/// More than a scenario has; clients of a running receiver add some without end.
+constexpr std::size_t kMostFaults = 10'000;
+
+}  // namespace
 
 /// Of one receiver; begins anew with it.
 class FaultTimeline::Effects final : public Disturbance {
@@ -61,6 +67,12 @@ FaultTimeline::FaultTimeline(geodesy::GpsTime start, const std::vector<Fault>& f
   for (const Fault& fault : faults) add(fault);
 }
 
+void FaultTimeline::set_surroundings(Surroundings surroundings) {
+  surroundings_ = std::move(surroundings);
+  if (!surroundings_.sky) return;
+  for (const Entry& entry : entries_) entry.fault.check(*surroundings_.sky);
+}
+
 bool FaultTimeline::add(Fault fault) {
   if (fault.kind == nullptr || !fault.settings) {
     throw InputError(fmt::format("fault '{}' is of no kind", fault.name), "give the settings of its kind");
@@ -69,6 +81,11 @@ bool FaultTimeline::add(Fault fault) {
   if (std::any_of(entries_.begin(), entries_.end(), same)) {
     throw InputError(fmt::format("'{}' names two faults", fault.name), "give each its own name");
   }
+  if (entries_.size() >= kMostFaults) {
+    throw InputError(fmt::format("a timeline takes {} faults, ended ones included", kMostFaults),
+                     "begin the run anew");
+  }
+  if (surroundings_.sky) fault.check(*surroundings_.sky);
   ++next_;  // whoever it concerns, so that all receivers of a host number alike
   if (!fault.concerns(receiver_)) return false;
   entries_.push_back({next_, std::move(fault)});

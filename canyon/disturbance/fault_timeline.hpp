@@ -33,9 +33,11 @@ class FaultTimeline {
   /// @param start where seconds count from @param receiver those of `faults` that do not name it are left out
   FaultTimeline(geodesy::GpsTime start, const std::vector<Fault>& faults, std::string receiver);
 
-  /// Effects that are at work are made anew in other surroundings, and have no memory of before.
-  void set_surroundings(Surroundings surroundings) { surroundings_ = std::move(surroundings); }
-  /// False where it does not concern this receiver. Throws InputError for a name that stands there already.
+  /// Effects that are at work are made anew in other surroundings, and have no memory of before. Throws as
+  /// Fault::check().
+  void set_surroundings(Surroundings surroundings);
+  /// False where it does not concern this receiver. Throws InputError for a name that stands there already,
+  /// beyond 10,000 faults, and as Fault::check().
   bool add(Fault fault);
   /// Throws InputError where none of that name is still to come or at work, naming those that are.
   void end(const std::string& name, double at_s);

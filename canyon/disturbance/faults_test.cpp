@@ -119,6 +119,18 @@ TEST(FaultTimeline, EffectsActFromBeginToEndAndChangeWhileTheyRun) {
   EXPECT_THROW(plan->add(parse_fault("{name: a, outage: {}}", "f", 0, 1)), InputError);
 }
 
+// Clients of a running receiver cannot fill the memory.
+TEST(FaultTimeline, IsBounded) {
+  FaultTimeline plan(kBegin, {}, "rover");
+  Fault fault = parse_fault("{outage: {}}", "f", 0, 1);
+  for (int i = 0; i < 10'000; ++i) {
+    fault.name = std::to_string(i);
+    plan.add(fault);
+  }
+  fault.name = "one more";
+  EXPECT_THROW(plan.add(fault), InputError);
+}
+
 // Raw moments of Gamma(m, 1/m): E P^k = m (m + 1) ... (m + k - 1) / m^k. The deviation of S4^2 = E P^2 - 1
 // over n independent powers by the delta method.
 TEST(Scintillation, HasTheS4ThatIsAskedForAndSoManyFades) {

@@ -134,8 +134,13 @@ struct RestartTimes {
   double search_s, ephemeris_s;
 };
 constexpr std::array<RestartTimes, 3> kRestarts{{{1, 0}, {1, 25}, {2, 24}}};
+constexpr std::string_view kRestartNames[]{"hot", "warm", "cold"};
 
 }  // namespace
+
+std::string_view name(RestartKind kind) {
+  return kRestartNames[static_cast<std::size_t>(kind)];
+}
 
 double RestartOptions::search() const {
   return search_s.value_or(kRestarts[static_cast<std::size_t>(kind)].search_s);
@@ -146,9 +151,8 @@ double RestartOptions::ephemeris() const {
 }
 
 void visit(options::Visitor& v, RestartOptions& o) {
-  static constexpr std::string_view kKinds[]{"hot", "warm", "cold"};
   v.choice({"kind", "", "what the receiver still knows: all; time and place, no ephemerides; nothing"},
-           o.kind, kKinds);
+           o.kind, kRestartNames);
   v.number({"search_s", "s", "until signals are measured again", "1 hot and warm, 2 cold"}, o.search_s,
            {0, 1e4});
   v.number(

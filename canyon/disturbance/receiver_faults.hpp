@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/disturbance/fault_context.hpp"
@@ -48,6 +49,8 @@ struct AntennaFaultOptions {
 void visit(options::Visitor& v, AntennaFaultOptions& o);
 
 enum class RestartKind : std::uint8_t { Hot, Warm, Cold };
+/// "hot", "warm", "cold".
+[[nodiscard]] std::string_view name(RestartKind kind);
 /// A receiver that begins anew at the fault's begin.
 struct RestartOptions {
   RestartKind kind = RestartKind::Cold;

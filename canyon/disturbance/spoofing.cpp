@@ -26,10 +26,6 @@ double nominal_dbw(const gnss::Signal& signal, double elevation_rad) {
   return signal.minimum_dbw + kLink.above_minimum_db + signal::elevation_rise_db(elevation_rad);
 }
 
-bool names(const std::string& word, gnss::SatelliteId id) {
-  return word == gnss::name(id.system) || gnss::parse_satellite(word) == id;
-}
-
 }  // namespace
 
 PullOffOptions::Progress PullOffOptions::progress(double seconds, double target_m) const {
@@ -67,15 +63,7 @@ void SpoofingOptions::validate() const {
   if (kind == Kind::Meaconing && delay_s < 0) {
     throw InputError(fmt::format("a repeater has a delay of {} s", delay_s), "give 0 s or more");
   }
-  for (const std::string& word : satellites) {
-    const bool known = gnss::parse_satellite(word) ||
-                       std::any_of(gnss::kAllSystems.begin(), gnss::kAllSystems.end(),
-                                   [&](gnss::System system) { return word == gnss::name(system); });
-    if (!known) {
-      throw InputError(fmt::format("satellites of a spoofer: '{}' is none", word),
-                       "write systems (GPS, Galileo) and satellites (G05)");
-    }
-  }
+  check_satellites(satellites);
 }
 
 void visit(options::Visitor& v, SpoofingOptions& o) {
@@ -96,7 +84,7 @@ void visit(options::Visitor& v, SpoofingOptions& o) {
            o.power_dbm, {-200, 60});
   v.number({"ramp_s", "s", "for which the power rises at first"}, o.ramp_s, {0, 1e5});
   v.number({"ramp_from_db", "dB", "below the full power at which it begins"}, o.ramp_from_db, {0, 100});
-  v.texts({"satellites", "", "systems and satellites that it copies: [GPS, E05]", "all"}, o.satellites);
+  visit_satellites(v, o.satellites);
   gnss::visit_signals(v, {"signals", "", "that it sends: [L1CA, E1]", "of each system the one near L1"},
                       o.signals);
   v.number({"mask_deg", "deg", "satellites lower than this at the shown place are not sent"}, o.mask_deg,
@@ -135,9 +123,7 @@ Spoofing::Spoofing(const SpoofingOptions& options, FaultContext context)
 }
 
 bool Spoofing::sends(gnss::SatelliteId id) const {
-  const std::vector<std::string>& words = options_.satellites;
-  return words.empty() ||
-         std::any_of(words.begin(), words.end(), [id](const std::string& word) { return names(word, id); });
+  return holds(options_.satellites, id);
 }
 
 /// Seconds `dt_s` from the epoch, with the antenna's velocity. Signals are those of a place at a time `late`

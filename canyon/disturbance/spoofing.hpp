@@ -8,6 +8,7 @@
 #include "canyon/disturbance/course.hpp"
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/disturbance/fault_context.hpp"
+#include "canyon/disturbance/satellite_set.hpp"
 #include "canyon/disturbance/transmitter.hpp"
 #include "canyon/options/fwd.hpp"
 
@@ -56,8 +57,7 @@ struct SpoofingOptions {
   /// Power begins at ramp_from_db below that, and rises evenly in dB for ramp_s [s], [0, 1e5].
   double ramp_s = 0;
   double ramp_from_db = 20;
-  /// Systems and satellites ("GPS", "G05"); empty: all.
-  std::vector<std::string> satellites;
+  SatelliteSet satellites;  ///< that it copies
   /// Names of gnss::signals_of(); empty: of each system the one near L1.
   std::vector<std::string> signals;
   /// Satellites lower than this where it says to be are not sent [deg], [0, 90].

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -12,13 +11,12 @@
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/live/pose_decoder.hpp"
+#include "canyon/transport/readers.hpp"
 
 namespace canyon::live {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr std::size_t kMostReaders = 64;
 
 std::string one_line(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
@@ -43,7 +41,7 @@ struct Commands::Impl {
   CommandContext context;
   std::shared_ptr<transport::Link> link;
   int listener = 0;
-  std::map<std::uint64_t, std::string> held;
+  transport::Readers<transport::LineCutter> readers;
   struct Latest {
     geodesy::GpsTime time;
     positioning::Fix fix;
@@ -117,26 +115,25 @@ struct Commands::Impl {
     return {{"ok", true}};
   }
   /// The receivers that a command is for: the one that it names, or all.
-  template <typename Do>
-  void each(const nlohmann::json& command, const Do& act) {
-    if (command.contains("receiver")) {
-      act(receiver(command));
-    } else {
-      for (simulation::LiveReceiver& one : context.receivers) act(one);
-    }
+  std::vector<simulation::LiveReceiver*> meant_by(const nlohmann::json& command) {
+    if (command.contains("receiver")) return {&receiver(command)};
+    std::vector<simulation::LiveReceiver*> all;
+    for (simulation::LiveReceiver& one : context.receivers) all.push_back(&one);
+    return all;
   }
+
   Json faults(const nlohmann::json& command) {
     Json json{{"ok", true}, {"faults", Json::object()}};
-    each(command, [&](const simulation::LiveReceiver& one) {
+    for (const simulation::LiveReceiver* one : meant_by(command)) {
       Json list = Json::array();
-      for (const disturbance::FaultState& state : one.faults()) {
+      for (const disturbance::FaultState& state : one->faults()) {
         Json each{
             {"name", state.name}, {"kind", state.kind}, {"from_s", state.from_s}, {"active", state.active}};
         if (state.until_s) each["until_s"] = *state.until_s;
         list.push_back(std::move(each));
       }
-      json["faults"][one.config().receiver.options.name] = std::move(list);
-    });
+      json["faults"][one->config().receiver.options.name] = std::move(list);
+    }
     return json;
   }
   Json add_fault(const nlohmann::json& command) {
@@ -145,26 +142,13 @@ struct Commands::Impl {
       throw InputError("'add_fault' has no fault",
                        R"(write {"command": "add_fault", "fault": {"duration_s": 10, "outage": {}}})");
     }
-    Json json{{"ok", true}};
-    each(command, [&](simulation::LiveReceiver& one) { json["name"] = one.add_fault(*text); });
-    return json;
+    return {{"ok", true}, {"name", simulation::add_fault(meant_by(command), *text).back()}};
   }
   Json end_fault(const nlohmann::json& command) {
-    const std::string name = command.value("name", "");
-    bool ended = false;
-    std::optional<InputError> refused;
-    // A fault need not be one of every receiver.
-    each(command, [&](simulation::LiveReceiver& one) {
-      try {
-        one.end_fault(name);
-        ended = true;
-      } catch (const InputError& e) {
-        refused = e;
-      }
-    });
-    if (!ended && refused) throw *refused;
+    (void)simulation::end_fault(meant_by(command), command.value("name", ""));
     return {{"ok", true}};
   }
+
   Json end(const nlohmann::json&) {
     stop = true;
     return {{"ok", true}};
@@ -190,20 +174,13 @@ const std::vector<Commands::Impl::Entry>& Commands::Impl::entries() {
 }
 
 void Commands::Impl::hear(const transport::Heard& heard, Commands& self) {
-  if (held.size() > kMostReaders) held.clear();
-  std::string& line = held[heard.reader];
-  line += heard.bytes;
-  for (std::size_t end = line.find('\n'); end != std::string::npos; end = line.find('\n')) {
-    const std::string text = line.substr(0, end);
-    line.erase(0, end + 1);
-    if (trim(text).empty()) continue;
-    link->transport().answer(heard.reader, self.answer(text));
-  }
   constexpr std::size_t kLongestCommand = 65536;
-  if (line.size() <= kLongestCommand) return;
-  line.clear();
-  link->transport().answer(heard.reader,
-                           one_line(refusal("a line is too long", "end each command with a line")));
+  readers.of(heard.reader, kLongestCommand).hear(heard.bytes, [&](std::optional<std::string_view> line) {
+    if (line && trim(*line).empty()) return;
+    link->transport().answer(
+        heard.reader,
+        line ? self.answer(*line) : one_line(refusal("a line is too long", "end each command with a line")));
+  });
 }
 
 Commands::Commands(CommandContext context, std::shared_ptr<transport::Link> link)

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <string_view>
 #include <utility>
 #include <variant>
@@ -13,6 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/mavlink/frames.hpp"
+#include "canyon/transport/readers.hpp"
 
 namespace canyon::live {
 namespace {
@@ -94,9 +94,7 @@ class MavlinkPoses final : public PoseDecoder {
 
   void hear(std::uint64_t reader, std::string_view bytes,
             const std::function<void(const PoseReport&)>& each) override {
-    constexpr std::size_t kMostReaders = 64;
-    if (parsers_.size() > kMostReaders) parsers_.clear();
-    parsers_[reader].hear(bytes, [&](const mavlink::Frame& frame) {
+    parsers_.of(reader).hear(bytes, [&](const mavlink::Frame& frame) {
       std::visit([&](const auto& message) { take(frame.sender, message, each); }, frame.message);
     });
   }
@@ -252,7 +250,7 @@ class MavlinkPoses final : public PoseDecoder {
     Vector3d rates = Vector3d::Zero();
   };
   std::vector<std::string> taken_;
-  std::map<std::uint64_t, mavlink::Parser> parsers_;
+  transport::Readers<mavlink::Parser> parsers_;
   std::map<std::uint8_t, Turned> attitudes_;
   std::uint8_t sequence_ = 0;
   std::string complaint_;

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -14,6 +13,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/live/mavlink_poses.hpp"
+#include "canyon/transport/readers.hpp"
 
 namespace canyon::live {
 
@@ -84,47 +84,21 @@ class JsonPoses final : public PoseDecoder {
 
   void hear(std::uint64_t reader, std::string_view bytes,
             const std::function<void(const PoseReport&)>& each) override {
-    constexpr std::size_t kMostReaders = 64;
-    if (held_.size() > kMostReaders) held_.clear();
-    Held& held = held_[reader];
-    for (std::size_t end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
-      add(held, bytes.substr(0, end));
-      take(held, each);
-      bytes.remove_prefix(end + 1);
-    }
-    add(held, bytes);
+    transport::LineCutter& lines = lines_.of(reader, kLongestLine);
+    const auto take = [&](std::optional<std::string_view> line) {
+      if (line && trim(*line).empty()) return;
+      const std::string why =
+          line ? read(*line, each) : fmt::format("a line of more than {} bytes", kLongestLine);
+      if (!why.empty()) complaints_.add(why);
+    };
+    lines.hear(bytes, take);
     // A datagram may come without an end of line: what is whole counts.
-    if (!held.too_long && !held.line.empty() && held.line.back() == '}' &&
-        nlohmann::json::accept(held.line)) {
-      take(held, each);
-    }
+    const std::string& rest = lines.rest();
+    if (!rest.empty() && rest.back() == '}' && nlohmann::json::accept(rest)) lines.finish(take);
   }
   [[nodiscard]] std::string take_complaint() override { return complaints_.take(); }
 
  private:
-  struct Held {
-    std::string line;
-    bool too_long = false;
-  };
-  static void add(Held& held, std::string_view bytes) {
-    held.too_long = held.too_long || held.line.size() + bytes.size() > kLongestLine;
-    if (held.too_long) {
-      held.line.clear();
-    } else {
-      held.line += bytes;
-    }
-  }
-  void take(Held& held, const std::function<void(const PoseReport&)>& each) {
-    const std::string line = std::exchange(held.line, {});
-    if (std::exchange(held.too_long, false)) {
-      complaints_.add(fmt::format("a line of more than {} bytes", kLongestLine));
-      return;
-    }
-    if (trim(line).empty()) return;
-    const std::string why = read(line, each);
-    if (!why.empty()) complaints_.add(why);
-  }
-
   static std::optional<double> number(const nlohmann::json& object, const char* key, std::string& why) {
     const auto found = object.find(key);
     if (found == object.end() || found->is_null()) return std::nullopt;
@@ -150,7 +124,7 @@ class JsonPoses final : public PoseDecoder {
   }
 
   /// What is wrong; empty: nothing.
-  [[nodiscard]] std::string read(const std::string& line,
+  [[nodiscard]] std::string read(std::string_view line,
                                  const std::function<void(const PoseReport&)>& each) const {
     const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
     if (!object.is_object()) return "no JSON object";
@@ -185,7 +159,7 @@ class JsonPoses final : public PoseDecoder {
   }
 
   Axes axes_;
-  std::map<std::uint64_t, Held> held_;
+  transport::Readers<transport::LineCutter> lines_;
   Complaints complaints_;
 };
 
@@ -195,9 +169,7 @@ class BinaryPoses final : public PoseDecoder {
 
   void hear(std::uint64_t reader, std::string_view bytes,
             const std::function<void(const PoseReport&)>& each) override {
-    constexpr std::size_t kMostReaders = 64;
-    if (held_.size() > kMostReaders) held_.clear();
-    std::string& held = held_[reader];
+    std::string& held = held_.of(reader);
     held += bytes;
     std::string_view rest = held;
     while (true) {
@@ -277,7 +249,7 @@ class BinaryPoses final : public PoseDecoder {
   }
 
   Axes axes_;
-  std::map<std::uint64_t, std::string> held_;
+  transport::Readers<std::string> held_;
   Complaints complaints_;
 };
 

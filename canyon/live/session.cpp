@@ -185,7 +185,19 @@ void Session::Impl::compute_and_write() {
 
 void Session::Impl::serve() {
   for (const auto& [address, link] : links) link->serve();
-  for (const auto& stream : streams) stream->send_due();
+  for (const auto& stream : streams) {
+    stream->send_due();
+    const auto kind = stream->take_restart();
+    if (!kind) continue;
+    try {
+      const std::string fault = receivers[stream->receiver()].add_fault(
+          fmt::format("restart: {{kind: {}}}", disturbance::name(*kind)));
+      note(fmt::format("{}: {} start, asked for over its line: fault '{}'", names[stream->receiver()],
+                       disturbance::name(*kind), fault));
+    } catch (const InputError& error) {
+      note(fmt::format("{}: no restart: {}", names[stream->receiver()], error.what()));
+    }
+  }
 }
 
 void Session::Impl::once_a_second() {
@@ -281,17 +293,21 @@ Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const Run
     impl.wait();
   }
   std::exception_ptr failure;
-  const auto finish = [&](simulation::EpochSink& sink) {
+  const auto finish = [&](const auto& end) {
     try {
-      sink.finish();
+      end();
     } catch (...) {
       if (!failure) failure = std::current_exception();
     }
   };
-  for (const auto& stream : impl.streams) finish(*stream);
-  for (simulation::EpochSink* sink : sinks) finish(*sink);
+  for (const auto& stream : impl.streams) finish([&] { stream->finish(); });
+  for (simulation::EpochSink* sink : sinks) finish([&] { sink->finish(); });
   impl.next_second = {};
   impl.once_a_second();
+  // A link that poses and streams share ends here.
+  for (Vehicle& vehicle : impl.vehicles) {
+    if (vehicle.link) finish([&] { vehicle.link->finish(vehicle.listener, {}); });
+  }
   if (failure) std::rethrow_exception(failure);
   return impl.figures;
 }

@@ -47,6 +47,7 @@ void Session::Impl::set_time() {
 }
 
 void Session::Impl::make_receivers() {
+  std::shared_ptr<const simulation::BuiltSky> sky;
   for (const auto& receiver : scenario.receivers) {
     simulation::LiveConfig config;
     config.sky = scenario.sky;
@@ -55,7 +56,8 @@ void Session::Impl::make_receivers() {
     config.receiver = receiver;
     config.seed = scenario.seed;
     config.faults = scenario.faults;
-    receivers.emplace_back(std::move(config), scene, start);
+    receivers.emplace_back(std::move(config), scene, start, sky);
+    sky = receivers.back().shared_sky();
     share_propagator(receivers.back());
   }
 }
@@ -157,11 +159,8 @@ void Session::Impl::open_streams() {
     try {
       const std::size_t r = output::find_receiver(request, names);
       const simulation::BuiltSky& sky = receivers[r].sky();
-      output::ReceiverDescription description = output::describe_receiver(
-          scenario.receivers[r].options, *sky.sky, sky.navigation, start, seconds(interval_ns));
-      if (const auto& fixed = scenario.receivers[r].fixed) {
-        description.station_ecef = geodesy::ecef_from_geodetic(fixed->place);
-      }
+      const output::ReceiverDescription description = output::describe_receiver(
+          scenario.receivers[r], *sky.sky, sky.navigation, start, seconds(interval_ns));
       streams.push_back(output::open_stream(request, r, description, link_of(request.address)));
     } catch (const InputError& e) {
       if (!e.file().empty()) throw;

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/output/ubx/frame.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -200,6 +201,48 @@ TEST(Session, SendsStreamsAndTakesCommands) {
   server.join();
   EXPECT_EQ(kept.finished, 1);
   EXPECT_EQ(figures.epochs, kept.epochs.size());
+}
+
+// CFG-RST, a cold start: searched for 2 s, and ephemerides read 24 s later (RestartOptions).
+TEST(Session, UbxRestartsTheReceiver) {
+  const int ubx = test::free_port();
+  const Scenario s = scenario(
+      "live: {speed: 20, streams: [{format: ubx, to: 'tcp://127.0.0.1:" + std::to_string(ubx) + "'}]}\n",
+      "rate_hz: 10\nduration_s: 1000\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 300}}\n");
+  Session session(s, city_of(s));
+  Kept kept;
+  std::atomic<bool> stop{false};
+  std::atomic<std::size_t> epochs{0};
+  kept.each = [&](const Epoch&) { ++epochs; };
+  std::vector<std::string> notes;
+  std::thread server([&] {
+    RunOptions options;
+    options.stop = &stop;
+    options.note = [&](const std::string& line) { notes.push_back(line); };
+    (void)session.run({&kept}, options);
+  });
+  {
+    test::LocalConnection driver(ubx);
+    const auto read_until = [&](std::size_t count) {
+      while (epochs < count && !driver.read_some().empty()) {
+      }
+    };
+    read_until(50);
+    driver.say(output::ubx::frame(0x0604, output::ubx::Payload().u2(0xFFFF).u1(2).u1(0).bytes()));
+    read_until(epochs + 400);
+  }
+  stop = true;
+  server.join();
+  EXPECT_THAT(notes, testing::Contains(HasSubstr("rover: cold start")));
+  const auto hit = std::find_if(kept.epochs.begin(), kept.epochs.end(),
+                                [](const Epoch& epoch) { return !epoch.faults.empty(); });
+  ASSERT_NE(hit, kept.epochs.end());
+  EXPECT_EQ(hit->faults, std::vector<std::string>{"restart 1"});
+  EXPECT_FALSE(hit->observed.fix.solved());
+  const auto again =
+      std::find_if(hit, kept.epochs.end(), [](const Epoch& epoch) { return epoch.observed.fix.solved(); });
+  ASSERT_NE(again, kept.epochs.end());
+  EXPECT_NEAR(again->observed.time - hit->observed.time, 26, 1);
 }
 
 TEST(Session, CommandsThatChangeNeedToBeSwitchedOn) {

@@ -50,7 +50,26 @@ double mean_motion(double a_m) {
   return std::sqrt(kEarth_m3ps2 / a_m) / a_m;
 }
 
+/// Readers keep what they have until the issue of data is another. Not a step that issues make by themselves,
+/// and faults on top of each other differ; of BeiDou it is an age in hours.
+void issue_anew(gnss::KeplerEphemeris& e) {
+  constexpr int kStep = 97;
+  switch (e.id.system) {
+    case gnss::System::Galileo:
+      e.iode = (e.iode + kStep) % 1024;
+      break;
+    case gnss::System::BeiDou:
+      e.iode = (e.iode + 1) % 25;
+      e.iodc = (e.iodc + 1) % 25;
+      break;
+    default:
+      e.iode = (e.iode + kStep) % 256;
+      e.iodc = e.iodc / 256 * 256 + (e.iodc + kStep) % 256;  // its low bits are the IODE
+  }
+}
+
 void spoil(gnss::KeplerEphemeris& e, const MessageError& error) {
+  issue_anew(e);
   e.af0 += error.clock_s + error.clock_drift * (e.toc - error.since);
   e.af1 += error.clock_drift;
   const double a = e.sqrt_a * e.sqrt_a;
@@ -113,6 +132,7 @@ gnss::NavigationData wrong_messages(gnss::NavigationData messages, const Satelli
     e.frequency_bias += error.clock_drift;
   });
   each(messages.sbas, [&](gnss::SbasEphemeris& e) {
+    e.iodn = (e.iodn + 1) % 256;
     spoil_vectors(e, error);
     e.clock_drift += error.clock_drift;
   });

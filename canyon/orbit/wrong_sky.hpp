@@ -41,7 +41,7 @@ class WrongSky final : public Sky {
 /// The messages that say so. Health and clocks exactly. Orbits to first order in their eccentricity, radial
 /// and along track only (semi-major axis at the same mean motion, mean anomaly and motion): Kepler's elements
 /// have no constant cross-track offset and no radial rate. GLONASS and SBAS: positions and velocities at toe,
-/// all three.
+/// all three. They have another issue of data, where their system has one.
 [[nodiscard]] gnss::NavigationData wrong_messages(gnss::NavigationData messages,
                                                   const SatelliteFilter& concerned,
                                                   const MessageError& error);

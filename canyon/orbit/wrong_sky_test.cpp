@@ -98,7 +98,15 @@ TEST(WrongMessages, SayTheSame) {
   EXPECT_GT(compared, 80);
   error.unhealthy = true;
   const gnss::NavigationData ill = wrong_messages(messages(), is_one, error);
-  for (const gnss::KeplerEphemeris& e : ill.kepler) EXPECT_EQ(e.health != 0, e.id == kOne);
+  const gnss::NavigationData well = messages();
+  for (std::size_t i = 0; i < ill.kepler.size(); ++i) {
+    const gnss::KeplerEphemeris& e = ill.kepler[i];
+    EXPECT_EQ(e.health != 0, e.id == kOne);
+    EXPECT_EQ(e.iode != well.kepler[i].iode, e.id == kOne) << "readers keep what has the same issue";
+    // IS-GPS-200 20.3.4.4: the IODE equals the low bits of the IODC.
+    if (e.id.system != System::GPS) continue;
+    EXPECT_EQ(e.iodc & 0xFF, e.iode);
+  }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/disturbance/receiver_faults.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/tracking/signal_options.hpp"
 #include "canyon/transport/transport.hpp"
@@ -30,8 +31,9 @@ struct ReceiverDescription {
   std::optional<Eigen::Vector3d> station_ecef = {};
 };
 
-/// `begin` and `interval_s` are the host's; the rest comes from the receiver and its sky.
-[[nodiscard]] ReceiverDescription describe_receiver(const receiver::ReceiverOptions& options,
+/// `begin` and `interval_s` are the host's; the rest comes from the receiver and its sky. A fixed place is
+/// settled (FixedPlace::settle()).
+[[nodiscard]] ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver,
                                                     const orbit::Sky& sky,
                                                     const gnss::NavigationData& navigation,
                                                     geodesy::GpsTime begin, double interval_s);
@@ -58,6 +60,8 @@ class Encoder {
   [[nodiscard]] virtual std::string hear(std::uint64_t /*reader*/, std::string_view /*bytes*/) { return {}; }
   /// The rate that the other end asked for since the last call, in use behind the answer [baud].
   [[nodiscard]] virtual std::optional<int> take_baud() { return std::nullopt; }
+  /// How the other end asked the receiver to begin anew since the last call. Whoever drives it has to do it.
+  [[nodiscard]] virtual std::optional<disturbance::RestartKind> take_restart() { return std::nullopt; }
 };
 
 /// A way to write epochs down; docs/outputs.md describes each.

@@ -23,17 +23,6 @@ std::string_view placement_word(raytrace::Placement placement) {
   return "free";
 }
 
-const receiver::SignalObservation* measured_signal(const receiver::SatelliteObservation& satellite,
-                                                   const gnss::Signal& signal) {
-  // Observations made by hand may leave the first signal unnamed.
-  const receiver::SignalObservation* found =
-      satellite.signal == &signal || satellite.signal == nullptr ? &satellite : nullptr;
-  for (const auto& other : satellite.more) {
-    if (other.signal == &signal) found = &other;
-  }
-  return found != nullptr && found->measurement ? found : nullptr;
-}
-
 bool measured(const receiver::SatelliteObservation& satellite) {
   return satellite.measurement || std::any_of(satellite.more.begin(), satellite.more.end(),
                                               [](const auto& s) { return s.measurement.has_value(); });

@@ -30,11 +30,7 @@ namespace canyon::output {
          !(satellite.cn0_dbhz && satellite.lock != tracking::LockState::Tracking);
 }
 
-/// What the receiver made of a satellite's signal; null where it does not track it, or measured nothing of
-/// it.
-[[nodiscard]] const receiver::SignalObservation* measured_signal(
-    const receiver::SatelliteObservation& satellite, const gnss::Signal& signal);
-/// Whether it measured any.
+/// Whether the receiver measured any of its signals.
 [[nodiscard]] bool measured(const receiver::SatelliteObservation& satellite);
 
 /// Degrees of an azimuth [rad], in [0, 360) also after rounding to `decimals`.

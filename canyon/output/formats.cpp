@@ -52,15 +52,17 @@ const Format& format_named(std::string_view name) {
                                fmt::join(known, ", ")));
 }
 
-ReceiverDescription describe_receiver(const receiver::ReceiverOptions& options, const orbit::Sky& sky,
+ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver, const orbit::Sky& sky,
                                       const gnss::NavigationData& navigation, geodesy::GpsTime begin,
                                       double interval_s) {
+  const receiver::ReceiverOptions& options = receiver.options;
   ReceiverDescription description;
   description.name = options.name;
   description.tracks = options.tracks;
   description.signal = options.signal;
   description.interval_s = interval_s;
   description.begin = begin;
+  if (receiver.fixed) description.station_ecef = geodesy::ecef_from_geodetic(receiver.fixed->place);
   for (const auto& record : navigation.glonass) description.glonass_channels[record.id] = record.channel;
   const double first_hz = gnss::l1_frequency_hz(gnss::System::GLONASS, 0);
   const double step_hz = gnss::l1_frequency_hz(gnss::System::GLONASS, 1) - first_hz;
@@ -77,12 +79,8 @@ ReceiverDescription describe_receiver(const receiver::ReceiverOptions& options, 
 }
 
 ReceiverDescription describe_receiver(const simulation::Simulation& simulation, std::size_t receiver) {
-  const simulation::ReceiverConfig& config = simulation.scenario().receivers.at(receiver);
-  ReceiverDescription description =
-      describe_receiver(config.options, simulation.environment().sky(), simulation.navigation(),
-                        simulation.begin(), simulation.interval_s());
-  if (config.fixed) description.station_ecef = geodesy::ecef_from_geodetic(config.fixed->place);
-  return description;
+  return describe_receiver(simulation.scenario().receivers.at(receiver), simulation.environment().sky(),
+                           simulation.navigation(), simulation.begin(), simulation.interval_s());
 }
 
 }  // namespace canyon::output

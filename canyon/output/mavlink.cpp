@@ -17,6 +17,8 @@ namespace {
 using geodesy::degrees;
 using gnss::System;
 
+// MAVLink has no type for dead reckoning. It is no fix here: autopilots' drivers make that of u-blox's fix
+// type 1, and go on by their own sensors, which know more than the receiver's prediction.
 constexpr std::uint8_t kNoFix = 1, k3d = 3;
 
 std::uint64_t unix_us(geodesy::GpsTime t) {
@@ -146,7 +148,7 @@ mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
   using mavlink::GpsInput;
   const receiver::ReceiverEpoch& seen = epoch.observed;
   const positioning::Fix& fix = seen.fix;
-  const bool solved = fix.solved() && fix.velocity_enu_mps;
+  const bool solved = fix.measured() && fix.velocity_enu_mps;
   GpsInput m;
   m.time_us = unix_us(seen.stated_utc());
   m.week = static_cast<std::uint16_t>(seen.stated_time().week());
@@ -182,7 +184,7 @@ mavlink::HilGps hil_gps(const simulation::Epoch& epoch) {
   m.time_us = unix_us(epoch.observed.stated_utc());
   m.satellites = satellites(fix);
   m.fix_type = kNoFix;
-  if (!fix.solved() || !fix.velocity_enu_mps) return m;
+  if (!fix.measured() || !fix.velocity_enu_mps) return m;
   m.fix_type = k3d;
   put_place(fix, m);
   m.velocity_ned_mps = ned(*fix.velocity_enu_mps);
@@ -197,7 +199,7 @@ mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
   m.time_us = unix_us(epoch.observed.stated_utc());
   m.satellites = satellites(fix);
   m.fix_type = kNoFix;
-  if (!fix.solved()) return m;
+  if (!fix.measured()) return m;
   m.fix_type = k3d;
   put_place(fix, m);
   m.ellipsoidal_height_m = fix.position.height_m;

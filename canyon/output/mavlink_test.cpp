@@ -81,6 +81,17 @@ TEST(Mavlink, WithoutAFixThereIsNoPosition) {
   EXPECT_TRUE(std::isnan(gps_raw_int(without_velocity()).course_deg));
 }
 
+// As PX4's and ArduPilot's drivers take u-blox's fix type 1.
+TEST(Mavlink, APredictionIsNoFix) {
+  const simulation::Epoch now = test::predicted(epoch());
+  ASSERT_TRUE(now.observed.fix.predicted());
+  EXPECT_EQ(gps_input(now).fix_type, 1);
+  EXPECT_EQ(gps_input(now).latitude_deg, 0);
+  EXPECT_EQ(hil_gps(now).fix_type, 1);
+  EXPECT_EQ(gps_raw_int(now).fix_type, 1);
+  EXPECT_EQ(gps_raw_int(now).satellites, 0);
+}
+
 TEST(Mavlink, CourseAccuracyIsThatAcrossTheWay) {
   simulation::Epoch north = epoch();
   north.observed.fix.velocity_enu_mps = Eigen::Vector3d(0, 10, 0);

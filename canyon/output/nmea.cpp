@@ -92,6 +92,18 @@ std::string position_fields(const positioning::Fix& fix) {
          angle_field(fix.position.longitude_rad, 3, 'E', 'W');
 }
 
+/// GGA's quality: 1 autonomous, 6 estimated (dead reckoning).
+int quality(const positioning::Fix& fix) {
+  if (fix.predicted()) return 6;
+  return fix.solved() ? 1 : 0;
+}
+
+/// RMC's mode: autonomous, estimated, none.
+char mode(const positioning::Fix& fix) {
+  if (fix.predicted()) return 'E';
+  return fix.solved() ? 'A' : 'N';
+}
+
 std::string dop_field(const positioning::Fix& fix, double positioning::Dop::*member) {
   if (!fix.solved() || !fix.dop) return {};
   return fixed((*fix.dop).*member, 2);
@@ -108,7 +120,7 @@ std::string rmc(const receiver::ReceiverEpoch& seen, std::string_view talker, co
   // Navigational status V: Canyon gives no integrity statement.
   return nmea_sentence(fmt::format("{}RMC,{},{},{},{},{},{},,,{},V", talker, clock.time,
                                    fix.solved() ? 'A' : 'V', position_fields(fix), speed, course, clock.date,
-                                   fix.solved() ? 'A' : 'N'));
+                                   mode(fix)));
 }
 
 std::string gga(const receiver::ReceiverEpoch& seen, std::string_view talker, const Clock& clock) {
@@ -116,8 +128,8 @@ std::string gga(const receiver::ReceiverEpoch& seen, std::string_view talker, co
   // No geoid model: the height is ellipsoidal and the separation 0, so that their sum is right.
   const std::string height = fix.solved() ? fixed(fix.position.height_m, 3) + ",M,0.0,M" : ",M,,M";
   return nmea_sentence(fmt::format("{}GGA,{},{},{},{:02d},{},{},,", talker, clock.time, position_fields(fix),
-                                   fix.solved() ? 1 : 0, used_count(fix),
-                                   dop_field(fix, &positioning::Dop::hdop), height));
+                                   quality(fix), used_count(fix), dop_field(fix, &positioning::Dop::hdop),
+                                   height));
 }
 
 std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
@@ -126,7 +138,9 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
   const std::string dops = dop_field(fix, &positioning::Dop::pdop) + ',' +
                            dop_field(fix, &positioning::Dop::hdop) + ',' +
                            dop_field(fix, &positioning::Dop::vdop);
-  if (!fix.solved()) return nmea_sentence(fmt::format("{}GSA,A,1,,,,,,,,,,,,,{},", talker, dops));
+  if (!fix.measured()) {
+    return nmea_sentence(fmt::format("{}GSA,A,{},,,,,,,,,,,,,{},", talker, fix.predicted() ? 2 : 1, dops));
+  }
   std::map<System, std::vector<int>> used;
   for (const auto id : fix.used) {
     std::vector<int>& numbers = used[listed_with(id.system)];

@@ -78,6 +78,19 @@ TEST(Nmea, SouthWestAndRoundingToAWholeDegree) {
               ElementsAre("GNGGA,125803.00,3400.000000,S,07050.000000,W,1,09,1.25,-5.000,M,0.0,M,,"));
 }
 
+// Quality 6, mode E, status A and GSA's 2 of a dead reckoning fix: the table of position fix flags in
+// u-blox's interface descriptions (UBX-18010854, 4.1.6).
+TEST(Nmea, APredictionIsEstimated) {
+  simulation::Epoch epoch = test::predicted(epoch_at(0));
+  epoch.observed.fix.position = geodesy::Geodetic::from_degrees(22.29825, 114.17875, 12.3456);
+  const std::string text = nmea_epoch(epoch);
+  EXPECT_THAT(bodies(text, "RMC"),
+              ElementsAre("GNRMC,125803.00,A,2217.895000,N,11410.725000,E,10.147,143.57,280419,,,E,V"));
+  EXPECT_THAT(bodies(text, "GGA"),
+              ElementsAre("GNGGA,125803.00,2217.895000,N,11410.725000,E,6,00,,12.346,M,0.0,M,,"));
+  EXPECT_THAT(bodies(text, "GSA"), ElementsAre("GNGSA,A,2,,,,,,,,,,,,,,,,"));
+}
+
 // 1024 weeks before 2019-04-28 it was 1999-09-12.
 TEST(Nmea, StatesTheDateThatTheReceiverBelieves) {
   simulation::Epoch epoch = epoch_at(0, false);
@@ -85,6 +98,7 @@ TEST(Nmea, StatesTheDateThatTheReceiverBelieves) {
   epoch.observed.utc_off_s = 1;
   EXPECT_THAT(bodies(nmea_epoch(epoch), "RMC"), ElementsAre("GNRMC,125804.00,V,,,,,,,120999,,,N,V"));
 }
+
 TEST(Nmea, WithoutAFixNothingLooksLikeAPosition) {
   simulation::Epoch epoch = epoch_at(0, false);
   epoch.observed.fix.position = {};  // 0, 0: must not come out

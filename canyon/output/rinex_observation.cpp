@@ -70,11 +70,12 @@ class RinexObservation final : public Encoder {
     if (!position_) position_ = epoch.truth_ecef;
     const RawEpoch raw = observations_.next(epoch.observed);
     if (raw.observations.empty()) return {};
-    std::string text = started_ ? std::string() : header(raw.tag);
-    last_ = raw.tag;
+    const geodesy::GpsTime tag = epoch.observed.stated(raw.tag);
+    std::string text = started_ ? std::string() : header(tag, epoch.observed.time);
+    last_ = tag;
     std::map<gnss::SatelliteId, std::map<const gnss::Signal*, const RawObservation*>> satellites;
     for (const RawObservation& o : raw.observations) satellites[o.id][o.signal] = &o;
-    const geodesy::CalendarTime c = geodesy::calendar_from_gps(raw.tag);
+    const geodesy::CalendarTime c = geodesy::calendar_from_gps(tag);
     text += fmt::format("> {:04d} {:02d} {:02d} {:02d} {:02d} {:2d}.{:07d}  0{:3d}\n", c.year, c.month, c.day,
                         c.hour, c.minute, c.second, c.nanosecond / kTagStep_ns, satellites.size());
     for (const auto& [id, signals] : satellites) {
@@ -93,7 +94,7 @@ class RinexObservation final : public Encoder {
     return text;
   }
 
-  std::string end() override { return started_ ? std::string() : header(receiver_.begin); }
+  std::string end() override { return started_ ? std::string() : header(receiver_.begin, receiver_.begin); }
   std::optional<Correction> correction() override {
     return Correction{last_position_, time_record(last_, "TIME OF LAST OBS")};
   }
@@ -117,7 +118,8 @@ class RinexObservation final : public Encoder {
     return text;
   }
 
-  std::string header(geodesy::GpsTime first) {
+  /// @param first as the receiver states it @param day when leap seconds are what they are
+  std::string header(geodesy::GpsTime first, geodesy::GpsTime day) {
     started_ = true;
     last_ = first;
     std::string text;
@@ -170,7 +172,7 @@ class RinexObservation final : public Encoder {
       }
       if (version_ == Version::V304) line(biases, "GLONASS COD/PHS/BIS");
     }
-    line(fmt::format("{:6d}", geodesy::leap_seconds(first)), "LEAP SECONDS");
+    line(fmt::format("{:6d}", geodesy::leap_seconds(day)), "LEAP SECONDS");
     line("", "END OF HEADER");
     return text;
   }

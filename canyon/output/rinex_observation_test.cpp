@@ -112,6 +112,21 @@ void write(const std::filesystem::path& path, const std::vector<simulation::Epoc
   sink->finish();
 }
 
+// A receiver behind a rollover writes 1999, and the leap seconds that satellites tell today.
+TEST(RinexObservation, HasTheDateThatTheReceiverBelieves) {
+  const test::TemporaryFolder folder;
+  std::vector<simulation::Epoch> epochs = sample_run();
+  for (auto& epoch : epochs) epoch.observed.weeks_off = -1024;
+  write(folder / "off.obs", epochs);
+  write(folder / "right.obs", sample_run());
+  const Parsed off = read_back(folder / "off.obs"), right = read_back(folder / "right.obs");
+  ASSERT_EQ(off.epochs.size(), right.epochs.size());
+  EXPECT_EQ(right.epochs[0].tag - off.epochs[0].tag, 1024 * 604'800.0);
+  EXPECT_EQ(off.epochs[0].observations, right.epochs[0].observations);
+  EXPECT_EQ(off.one("TIME OF FIRST OBS").substr(2, 16), "1999     9    12");
+  EXPECT_EQ(off.one("LEAP SECONDS"), right.one("LEAP SECONDS"));
+}
+
 TEST(RinexObservation, HeaderIsComplete) {
   const test::TemporaryFolder folder;
   write(folder / "receiver.obs", sample_run());

@@ -3,11 +3,11 @@
 #include <map>
 #include <string>
 #include <string_view>
-#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "canyon/broadcast/bits.hpp"
-#include "canyon/output/phase_arcs.hpp"
+#include "canyon/output/raw_observations.hpp"
 #include "canyon/simulation/epoch.hpp"
 
 // RTCM 10403.3, Differential GNSS Services, version 3. Signs, fields and tables are named by its DF numbers
@@ -49,25 +49,21 @@ class Observations {
 
   /// All messages of an epoch; none without measurements. Epochs are told in whole milliseconds of the
   /// receiver's clock: pseudoranges and phases follow the rounding, as in the RINEX observation file.
-  /// Pseudoranges from 0 to 254 ms can be told. Lock times count from the epoch at which an arc is first
-  /// told. Give epochs in order of time.
+  /// Pseudoranges from 0 to 254 ms can be told. Lock times count from an arc's first epoch
+  /// here, so that a slip always shows as 0, however short the arc before it was. Give epochs in order of
+  /// time.
   [[nodiscard]] std::vector<broadcast::Bits> messages(const receiver::ReceiverEpoch& seen);
 
  private:
   struct Satellite;
-  std::vector<Satellite> satellites_of(const receiver::ReceiverEpoch& seen, gnss::System system,
-                                       double shift_s);
-
-  struct Arc {
-    geodesy::GpsTime since, first_told;
-  };
+  [[nodiscard]] std::vector<Satellite> satellites_of(const RawEpoch& raw, gnss::System system) const;
 
   std::map<gnss::SatelliteId, int> glonass_channels_;
-  PhaseArcs arcs_;
-  std::map<std::pair<gnss::SatelliteId, std::string_view>, Arc> told_;
+  RawObservations observations_{1'000'000};
 };
 
-/// Ephemerides of what a receiver measures: when a satellite's is new, and again every 30 s.
+/// Ephemerides of what a receiver measures: when a satellite's is new, whatever has changed of it, and again
+/// every 30 s.
 class Ephemerides {
  public:
   [[nodiscard]] std::vector<broadcast::Bits> due(const simulation::Epoch& epoch);
@@ -76,7 +72,8 @@ class Ephemerides {
   /// Satellite, and whether it is Galileo's F/NAV.
   using Key = std::pair<gnss::SatelliteId, bool>;
   struct Sent {
-    geodesy::GpsTime at, toe, transmission;
+    geodesy::GpsTime at;
+    broadcast::Bits message;
   };
   template <typename Ephemeris>
   void add_due(const std::vector<Ephemeris>& records, const simulation::Epoch& epoch,

@@ -272,13 +272,10 @@ void Ephemerides::add_due(const std::vector<Ephemeris>& records, const simulatio
     if (record == nullptr || !validity(*record).contains(now - record->toe)) continue;
     const auto [sent, first] = sent_.try_emplace(key);
     Sent& last = sent->second;
-    if (!first && last.toe == record->toe && last.transmission == record->transmission &&
-        now - last.at < kRepeat_s) {
-      continue;
-    }
-    last = {now, record->toe, record->transmission};
     Bits message = ephemeris(*record);
-    if (message.size() > 0) messages.push_back(std::move(message));
+    if (!first && last.message == message && now - last.at < kRepeat_s) continue;
+    if (message.size() > 0) messages.push_back(message);
+    last = {now, std::move(message)};
   }
 }
 

@@ -8,8 +8,6 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
-#include "canyon/output/epoch_values.hpp"
-#include "canyon/output/number.hpp"
 #include "canyon/output/rtcm.hpp"
 
 namespace canyon::output::rtcm {
@@ -21,7 +19,7 @@ using gnss::System;
 namespace {
 
 constexpr double kMillisecond_m = geodesy::kSpeedOfLight * 1e-3;
-constexpr std::int64_t kTagStep_ns = 1'000'000;
+constexpr std::int64_t kMillisecond_ns = 1'000'000;
 constexpr std::size_t kMostCells = 64;
 constexpr int kRoughSteps = 1024;   ///< of a millisecond: DF398
 constexpr int kNoRoughRange = 255;  ///< ms, DF397
@@ -61,11 +59,12 @@ int mask_number(gnss::SatelliteId id) {
 /// DF004, DF416 with DF034, DF248, DF427, DF428: 30 bits.
 std::uint64_t epoch_time(System system, GpsTime tag) {
   if (system == System::BeiDou) tag = tag - std::chrono::seconds(geodesy::kBdtSecondsOffset);
-  if (system != System::GLONASS) return static_cast<std::uint64_t>(tag.nanosecond_of_week() / kTagStep_ns);
+  if (system != System::GLONASS)
+    return static_cast<std::uint64_t>(tag.nanosecond_of_week() / kMillisecond_ns);
   geodesy::CalendarTime moscow = geodesy::glonass_from_gps(tag);
   moscow.second = std::min(moscow.second, 59);
   // Of a week that begins on Sunday, as GPS's does.
-  const std::int64_t ms = geodesy::gps_from_calendar(moscow).nanosecond_of_week() / kTagStep_ns;
+  const std::int64_t ms = geodesy::gps_from_calendar(moscow).nanosecond_of_week() / kMillisecond_ns;
   constexpr std::int64_t kDay_ms = 86'400'000;
   return static_cast<std::uint64_t>(ms / kDay_ms) << 27 | static_cast<std::uint64_t>(ms % kDay_ms);
 }
@@ -156,33 +155,27 @@ int lock_time_indicator(double seconds) {
   return static_cast<int>(std::ldexp(ms, -k)) + 32 * k;
 }
 
-std::vector<Observations::Satellite> Observations::satellites_of(const receiver::ReceiverEpoch& seen,
-                                                                 System system, double shift_s) {
+std::vector<Observations::Satellite> Observations::satellites_of(const RawEpoch& raw, System system) const {
   std::vector<Satellite> satellites;
-  for (const auto& observed : seen.satellites) {
-    if (observed.id.system != system) continue;
+  for (auto o = raw.observations.begin(); o != raw.observations.end();) {
+    const gnss::SatelliteId id = o->id;
+    if (id.system != system) {
+      ++o;
+      continue;
+    }
     Satellite satellite;
-    satellite.number = mask_number(observed.id);
-    for (const gnss::Signal& signal : gnss::signals_of(system)) {
-      const receiver::SignalObservation* of_signal = measured_signal(observed, signal);
-      if (of_signal == nullptr) continue;
-      const positioning::Measurement& m = *of_signal->measurement;
+    satellite.number = mask_number(id);
+    for (; o != raw.observations.end() && o->id == id; ++o) {
+      const positioning::Measurement& m = *o->measurement;
       const double wavelength_m = geodesy::kSpeedOfLight / m.carrier_frequency_hz;
       Satellite::Cell cell;
-      cell.signal = msm_signal(system, signal.code);
-      cell.range_m = m.pseudorange_m + geodesy::kSpeedOfLight * shift_s;
-      if (const auto link = arcs_.next(m, gnss::index_of(signal))) {
-        cell.phase_range_m = (*m.carrier_phase_cycles + link->alignment_cycles) * wavelength_m +
-                             geodesy::kSpeedOfLight * shift_s;
-        // Of what was told: so a slip always shows as 0, however short the arc before it was.
-        const auto [at, first] = told_.try_emplace({observed.id, signal.code});
-        if (first || at->second.since != *m.phase_since) at->second = {*m.phase_since, seen.time};
-        cell.lock_s = seen.time - at->second.first_told;
-      }
+      cell.signal = msm_signal(id.system, o->signal->code);
+      cell.range_m = o->pseudorange_m;
+      if (o->carrier_phase_cycles) cell.phase_range_m = *o->carrier_phase_cycles * wavelength_m;
+      cell.lock_s = o->locked_s;
       if (m.doppler_hz) cell.rate_mps = -*m.doppler_hz * wavelength_m;
       cell.cn0_dbhz = m.cn0_dbhz.value_or(0);
       if (cell.signal != 0) satellite.cells.push_back(cell);
-      if (observed.signal == nullptr) break;  // made by hand: one signal, unnamed
     }
     if (satellite.cells.empty() || satellite.number == 0) continue;
     const auto [low, high] =
@@ -203,7 +196,7 @@ std::vector<Observations::Satellite> Observations::satellites_of(const receiver:
     std::sort(satellite.cells.begin(), satellite.cells.end(),
               [](const auto& a, const auto& b) { return a.signal < b.signal; });
     if (system == System::GLONASS) {
-      const auto channel = glonass_channels_.find(observed.id);
+      const auto channel = glonass_channels_.find(id);
       const bool known = channel != glonass_channels_.end() && channel->second <= 6;
       satellite.extended = known ? static_cast<unsigned>(channel->second + 7) : 15;
     }
@@ -213,8 +206,8 @@ std::vector<Observations::Satellite> Observations::satellites_of(const receiver:
 }
 
 std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen) {
-  const GpsTime tag = round_to(seen.receiver_time, kTagStep_ns);
-  const double shift_s = tag - seen.receiver_time;
+  const RawEpoch raw = observations_.next(seen);
+  const GpsTime tag = raw.tag;
   // A message holds 64 cells at most, counting those of signals that a satellite lacks.
   struct Part {
     System system;
@@ -224,7 +217,7 @@ std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen) {
   std::vector<Part> parts;
   for (const System system : kSystems) {
     std::set<int> signals;
-    std::vector<Satellite> all = satellites_of(seen, system, shift_s);
+    std::vector<Satellite> all = satellites_of(raw, system);
     for (const Satellite& satellite : all) {
       for (const auto& cell : satellite.cells) signals.insert(cell.signal);
     }

@@ -119,6 +119,26 @@ TEST(Rtcm, EphemeridesComeAtOnceWhenNewAndEveryHalfMinute) {
   EXPECT_EQ(seconds, expected);
 }
 
+// A fault changes what is said, and keeps toe and time of transmission.
+TEST(Rtcm, ChangedEphemeridesComeAtOnceAndSoDoTheOldOnes) {
+  gnss::NavigationData right;
+  gnss::KeplerEphemeris e;
+  e.id = *gnss::parse_satellite("G05");
+  e.sqrt_a = 5153.7;
+  e.toc = e.toe = e.transmission = test::sample_time() - 1000;
+  right.kepler.push_back(e);
+  gnss::NavigationData wrong = right;
+  wrong.kepler[0].af0 = 1e-6;
+  std::vector<int> seconds;
+  rtcm::Ephemerides ephemerides;
+  for (int s = 0; s < 30; ++s) {
+    simulation::Epoch epoch = test::sample_epoch(test::sample_time() + s, test::sample_place(), {0, 0, 0});
+    epoch.navigation = s >= 10 && s < 17 ? &wrong : &right;
+    if (!ephemerides.due(epoch).empty()) seconds.push_back(s);
+  }
+  EXPECT_EQ(seconds, (std::vector<int>{0, 10, 17}));
+}
+
 TEST(Rtcm, NoMessageHoldsMoreThan64Cells) {
   // Twenty satellites with four signals: two messages, of 16 and 4 satellites, and the first says that more
   // of the epoch follow (DF393, bit 54).
@@ -150,8 +170,9 @@ TEST(Rtcm, NoMessageHoldsMoreThan64Cells) {
 TEST(Rtcm, RangesThatCannotBeToldAreLeftOut) {
   simulation::Epoch epoch;
   epoch.observed.time = epoch.observed.receiver_time = test::sample_time();
-  auto satellite = test::sample_satellite("G05", 0, 45, propagation::Visibility::LOS);
-  epoch.observed.satellites = {satellite, satellite};
+  for (const char* id : {"G05", "G07"}) {
+    epoch.observed.satellites.push_back(test::sample_satellite(id, 0, 45, propagation::Visibility::LOS));
+  }
   epoch.observed.satellites[0].measurement->pseudorange_m = -1e6;
   epoch.observed.satellites[1].measurement->pseudorange_m = 0.2541 * 299'792'458.0;
   rtcm::Observations observations({});

@@ -48,6 +48,9 @@ class EncodedStream final : public simulation::EpochSink {
   /// When serve() has the next bytes to send; empty: none wait.
   [[nodiscard]] std::optional<Clock::time_point> next_due() const;
   [[nodiscard]] std::vector<std::string> take_notes() { return link_->take_notes(); }
+  [[nodiscard]] std::size_t receiver() const { return receiver_; }
+  /// As Encoder::take_restart().
+  [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() { return encoder_->take_restart(); }
 
  private:
   struct Waiting {

@@ -236,6 +236,27 @@ TEST(UbxDevice, KeepsWhatIsSavedOverARestart) {
   EXPECT_THAT(device.counts(5), IsEmpty());
   (void)device.send(0x0604, Payload().u2(0).u1(9).u1(0).bytes());
   EXPECT_EQ(device.counts(5)[0x0107], 5);
+  // GNSS only: what was set stays.
+  EXPECT_TRUE(device.accepts(0x068A, values(1, {{0x30210001, 250}})));
+  (void)device.send(0x0604, Payload().u2(0).u1(2).u1(0).bytes());
+  EXPECT_EQ(device.send(0x0608)[0].u(0, 2), 250U);
+}
+
+// Masks 0, 1 and 0xFFFF are the hot, warm and cold start of UBX-13003221 (CFG-RST).
+TEST(UbxDevice, AsksTheReceiverToRestart) {
+  using disturbance::RestartKind;
+  const auto encoder = encode_ubx(ReceiverDescription{"rover"});
+  const auto asked = [&](std::uint64_t forgotten, std::uint64_t mode) {
+    EXPECT_EQ(encoder->hear(0, ubx::frame(0x0604, Payload().u2(forgotten).u1(mode).u1(0).bytes())), "");
+    const auto kind = encoder->take_restart();
+    EXPECT_FALSE(encoder->take_restart()) << "told once";
+    return kind;
+  };
+  EXPECT_EQ(asked(0, 0), RestartKind::Hot);
+  EXPECT_EQ(asked(1, 1), RestartKind::Warm);
+  EXPECT_EQ(asked(0xFFFF, 2), RestartKind::Cold);
+  EXPECT_EQ(asked(0xFFFF, 8), std::nullopt) << "a controlled stop";
+  EXPECT_EQ(asked(0xFFFF, 9), RestartKind::Cold) << "and start";
 }
 
 TEST(UbxDevice, ListsItsKeysInPieces) {

@@ -70,6 +70,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     last_->arrival = nullptr;
     last_->navigation = nullptr;
     const receiver::ReceiverEpoch& seen = epoch.observed;
+    if (epoch.arrival != nullptr) begin_anew(epoch.arrival->restart);
     if (seen.fix.solved() && !first_fix_) first_fix_ = seen.time;
     raw_ = observations_.next(last_->observed);
     const ubx::Configuration& settings = commands_.configuration();
@@ -97,6 +98,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     return commands_.hear(reader, bytes);
   }
   std::optional<int> take_baud() override { return commands_.take_baud(); }
+  std::optional<disturbance::RestartKind> take_restart() override { return commands_.take_restart(); }
 
  private:
   static constexpr ubx::MessageId kSubframes = 0x0213;
@@ -104,6 +106,13 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   static bool of_epochs(const ubx::MessageInfo& info) {
     constexpr ubx::MessageId kNmea = 0xF000;
     return info.sent == ubx::Sent::Epochs && info.id < kNmea;
+  }
+
+  /// Whoever asked for it: the time to the first fix counts from there.
+  void begin_anew(const std::optional<propagation::Restart>& restart) {
+    if (!restart || restart->at == begin_) return;
+    begin_ = restart->at;
+    first_fix_.reset();
   }
 
   /// Of a message by its name; empty where there has been no epoch, or it is no message of an epoch.

@@ -87,6 +87,21 @@ TEST(UbxDevice, TellsTheFix) {
   EXPECT_EQ(time.u(11, 1), 7U);
 }
 
+// Fix type 1 is dead reckoning only, valid with gnssFixOK (UBX-22008968 3.15.13, 3.15.18).
+TEST(UbxDevice, APredictionIsDeadReckoning) {
+  const auto e = test::predicted(ubx_epoch());
+  const auto messages = Device(encode_ubx).encode(e);
+  const Message& pvt = find(messages, 0x0107);
+  EXPECT_EQ(pvt.u(20, 1), 1U);
+  EXPECT_EQ(pvt.u(21, 1) & 1, 1U);
+  EXPECT_EQ(pvt.u(23, 1), 0U);
+  EXPECT_NEAR(static_cast<double>(pvt.i4(28)) * 1e-7, geodesy::degrees(e.observed.fix.position.latitude_rad),
+              0.5e-7);
+  EXPECT_EQ(pvt.u(40, 4), 2500U);
+  EXPECT_EQ(pvt.u(76, 2), 9999U);
+  EXPECT_EQ(find(messages, 0x0103).u(4, 2), 0b1101U << 8 | 1);
+}
+
 TEST(UbxDevice, HasNoPositionWithoutAFix) {
   Device device(encode_ubx);
   (void)device.encode(ubx_epoch());
@@ -158,10 +173,41 @@ TEST(UbxDevice, TellsSatellitesAndRawMeasurements) {
   EXPECT_EQ(raw.u(r24 + 23, 1), 0U);
 }
 
+// UBX-22008968 3.15.18: ttff and msss count from startup or reset.
+TEST(UbxDevice, CountsFromTheReceiversRestart) {
+  Device device(encode_ubx);
+  (void)device.encode(ubx_epoch());
+  propagation::Arrival arrival;
+  arrival.restart = propagation::Restart{test::sample_time() + 5, 2, 24};
+  auto e = test::sample_epoch(test::sample_time() + 6, test::sample_place(), {0, 0, 0}, false);
+  e.arrival = &arrival;
+  const auto lost = find(device.encode(e), 0x0103);
+  EXPECT_EQ(lost.u(8, 4), 0U);
+  EXPECT_EQ(lost.u(12, 4), 1000U);
+  e = test::sample_epoch(test::sample_time() + 31, test::sample_place(), {0, 0, 0});
+  e.arrival = &arrival;
+  const auto found = find(device.encode(e), 0x0103);
+  EXPECT_EQ(found.u(8, 4), 26000U);
+  EXPECT_EQ(found.u(12, 4), 26000U);
+}
+
+TEST(UbxDevice, RawMeasurementsAreOfTheDayThatItBelieves) {
+  auto e = ubx_epoch();
+  e.observed.weeks_off = -1024;
+  const auto messages = Device(encode_ubx).encode(e);
+  EXPECT_EQ(find(messages, 0x0215).u(8, 2), 2051U - 1024);
+  EXPECT_EQ(find(messages, 0x0215).u(10, 1), 18U) << "satellites tell the leap seconds of today";
+  EXPECT_EQ(find(messages, 0x0120).u(8, 2), 2051U - 1024);
+  EXPECT_EQ(find(messages, 0x0120).u(10, 1), 18U);
+}
+
 TEST(UbxDevice, TellsJammingAndSpoofing) {
   Device f9(encode_ubx), m8(encode_ubx_m8);
   auto e = ubx_epoch();
-  EXPECT_EQ(find(f9.encode(e), 0x0A38).u(5, 1), 0U) << "not known";
+  const auto quiet = f9.encode(e);
+  EXPECT_EQ(find(quiet, 0x0A38).u(5, 1), 0U) << "not known";
+  EXPECT_EQ(find(quiet, 0x0A38).u(18, 2), 8191U) << "the gain of a receiver that nothing disturbs";
+  EXPECT_EQ(find(quiet, 0x0A38).u(20, 1), 0U);
   e.observed.time = e.observed.time + 1;
   e.observed.bands = {{1575.42e6, 3, 3}, {1176.45e6, 0, 0}};
   e.observed.spoofing = receiver::SpoofingState::Indicated;

@@ -89,6 +89,10 @@ struct [[nodiscard]] Fix {
   int unknowns = 0;  ///< 3 + constellation clocks
 
   [[nodiscard]] bool solved() const { return status == FixStatus::Fix; }
+  /// By satellites of this epoch.
+  [[nodiscard]] bool measured() const { return solved() && !used.empty(); }
+  /// Dead reckoning: a position filter's prediction, no satellite of this epoch is in it.
+  [[nodiscard]] bool predicted() const { return solved() && used.empty(); }
 };
 
 /// Iterated weighted least squares on pseudoranges, one clock per constellation; velocity from Doppler.

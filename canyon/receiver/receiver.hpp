@@ -98,8 +98,10 @@ struct ReceiverEpoch {
   int visible = 0;  ///< tracked, above the mask (at the true place)
   int blocked = 0;  ///< above the mask, not tracked
 
-  /// The GPS time that it states.
-  [[nodiscard]] geodesy::GpsTime stated_time() const;
+  /// The GPS time that it states of an instant.
+  [[nodiscard]] geodesy::GpsTime stated(geodesy::GpsTime instant) const;
+  /// And of the epoch.
+  [[nodiscard]] geodesy::GpsTime stated_time() const { return stated(time); }
   /// The instant whose UTC is the one that it states: days behind or ahead by whole weeks, the leap seconds
   /// those that satellites send today.
   [[nodiscard]] geodesy::GpsTime stated_utc() const;

@@ -3,8 +3,8 @@
 
 namespace canyon::receiver {
 
-geodesy::GpsTime ReceiverEpoch::stated_time() const {
-  return time + static_cast<double>(weeks_off) * static_cast<double>(geodesy::GpsTime::kSecondsPerWeek);
+geodesy::GpsTime ReceiverEpoch::stated(geodesy::GpsTime instant) const {
+  return instant + static_cast<double>(weeks_off) * static_cast<double>(geodesy::GpsTime::kSecondsPerWeek);
 }
 
 geodesy::GpsTime ReceiverEpoch::stated_utc() const {

@@ -217,6 +217,20 @@ TEST(DateFault, StatesAnotherDateOfTheSameDay) {
   EXPECT_LT(seen[0].epoch.error_enu_m.norm(), 1e-3);
 }
 
+// What a fault names and the sky has not would be without effect.
+TEST(Faults, OfSatellitesThatTheSkyHasNotAreRefused) {
+  const auto refused = [](const std::string& fault) {
+    return std::string(error_of([&] { (void)run(fault, ""); }).what());
+  };
+  EXPECT_THAT(
+      refused("{name: early,\n  outage: {satellites: [G05, GLONASS]}}"),
+      HasSubstr("s.yaml:8: fault 'early': the sky has no GLONASS; leave it out, or name others; there "
+                "are satellites of GPS, Galileo"));
+  EXPECT_THAT(refused("{ephemeris: {satellites: J02, radial_m: 1}}"), HasSubstr("the sky has no J02"));
+  EXPECT_THAT(refused("{spoofing: {position: {east_m: 9, north_m: 0, up_m: 30}, satellites: [G05, E60]}}"),
+              HasSubstr("s.yaml:7: satellites: 'E60' is no satellite"));
+}
+
 const std::string kStrength = ", signal: {enabled: true, cn0_sigma_db: 0, lock: {warm_start: true}}";
 
 TEST(AntennaFault, TakesSoMuchOfTheStrengthOrAll) {
@@ -321,6 +335,8 @@ TEST(FaultTimeline, ChangesWhileAReceiverRuns) {
   EXPECT_THAT(error_of([&] { live.end_fault("outage 1"); }).what(), HasSubstr("there are later"));
   EXPECT_THAT(error_of([&] { live.add_fault("clock: {jump_s: 3}", "socket"); }).what(),
               HasSubstr("socket:1: jump_s: 3 is out of range"));
+  EXPECT_THAT(error_of([&] { live.add_fault("outage: {satellites: J02}", "socket"); }).what(),
+              HasSubstr("socket:1: fault 'outage 3': the sky has no J02"));
   EXPECT_THAT(error_of([&] { live.add_fault("{name: later, outage: {}}"); }).what(),
               HasSubstr("'later' names two faults"));
   EXPECT_EQ(host.step(0).observed.clock_bias_s, 0) << "as constructed";

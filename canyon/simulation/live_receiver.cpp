@@ -29,13 +29,15 @@ std::shared_ptr<CityScene> checked(std::shared_ptr<CityScene> scene) {
 }  // namespace
 
 struct LiveReceiver::Impl {
-  Impl(LiveConfig c, std::shared_ptr<CityScene> s, GpsTime t)
+  Impl(LiveConfig c, std::shared_ptr<CityScene> s, GpsTime t, std::shared_ptr<const BuiltSky> given)
       : config(std::move(c)),
         scene(checked(std::move(s))),
         start(t),
         faults(make_faults()),
         receiver(make_receiver()) {
-    make_sky(start);
+    use_sky(given ? std::move(given) : make_sky(start), start);
+    warnings.insert(warnings.end(), sky->warnings.begin(), sky->warnings.end());
+    check(config.receiver);
   }
 
   [[nodiscard]] receiver::Receiver make_receiver() const {
@@ -48,7 +50,8 @@ struct LiveReceiver::Impl {
   }
   /// Of the host's time: of the last step, or of the first one.
   [[nodiscard]] double now_s() const { return std::max(last_s, 0.0); }
-  void make_sky(GpsTime from);
+  [[nodiscard]] std::shared_ptr<const BuiltSky> make_sky(GpsTime from) const;
+  void use_sky(std::shared_ptr<const BuiltSky> other, GpsTime from);
   void check(const ReceiverConfig& other) const;
   void make_environment();
   GpsTime go_to(double seconds);
@@ -63,25 +66,24 @@ struct LiveReceiver::Impl {
   std::shared_ptr<disturbance::FaultTimeline> faults;
   receiver::Receiver receiver;
   Tracer tracer;
-  BuiltSky sky;
+  std::shared_ptr<const BuiltSky> sky;
   GpsTime sky_begin;
   std::optional<Environment> environment;
-  std::optional<propagation::Propagator> propagator;
+  std::optional<propagation::Propagator> propagator;  // made where no tracer stands in for it
   std::optional<Pose> last_truth;
   double last_s = -std::numeric_limits<double>::infinity();
   bool said_empty = false;
   std::vector<std::string> warnings;
 };
 
-void LiveReceiver::Impl::make_sky(GpsTime from) {
-  const bool first = !sky.sky;
+std::shared_ptr<const BuiltSky> LiveReceiver::Impl::make_sky(GpsTime from) const {
   const GpsTime to = config.sky.nominal ? from + kSkySpan_s : from;
-  sky = build_sky(config.sky, from, to, scene->city.frame.origin());
+  return std::make_shared<const BuiltSky>(build_sky(config.sky, from, to, scene->city.frame.origin()));
+}
+
+void LiveReceiver::Impl::use_sky(std::shared_ptr<const BuiltSky> other, GpsTime from) {
+  sky = std::move(other);
   sky_begin = from;
-  if (first) {
-    warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
-    check(config.receiver);
-  }
   make_environment();
 }
 
@@ -89,7 +91,7 @@ void LiveReceiver::Impl::check(const ReceiverConfig& other) const {
   other.options.validate();
   other.propagation.validate();
   other.streets.validate();
-  if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(sky);
+  if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(*sky);
 }
 
 void LiveReceiver::Impl::begin_anew() {
@@ -101,14 +103,13 @@ void LiveReceiver::Impl::begin_anew() {
 
 void LiveReceiver::Impl::make_environment() {
   propagator.reset();
-  environment.emplace(scene, sky.sky, sky.navigation.klobuchar);
-  faults->set_surroundings(surroundings(scene, sky.sky));
-  propagator.emplace(environment->make_propagator(config.receiver.propagation));
+  environment.emplace(scene, sky->sky, sky->navigation.klobuchar);
+  faults->set_surroundings(surroundings(scene, sky->sky));
 }
 
 void LiveReceiver::Impl::restart() {
   faults = make_faults();
-  faults->set_surroundings(surroundings(scene, sky.sky));
+  faults->set_surroundings(surroundings(scene, sky->sky));
   begin_anew();
 }
 
@@ -126,11 +127,12 @@ GpsTime LiveReceiver::Impl::go_to(double seconds) {
 // Only nominal orbits can be made for any time; files say what they say.
 void LiveReceiver::Impl::bring_sky_to(GpsTime t) {
   if (!config.sky.nominal) return;
-  if (t - sky_begin < 0 || t - sky_begin > kSkySpan_s) make_sky(t);
+  if (t - sky_begin < 0 || t - sky_begin > kSkySpan_s) use_sky(make_sky(t), t);
 }
 
-LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start)
-    : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start)) {}
+LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
+                           std::shared_ptr<const BuiltSky> sky)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start, std::move(sky))) {}
 LiveReceiver::~LiveReceiver() = default;
 LiveReceiver::LiveReceiver(LiveReceiver&&) noexcept = default;
 
@@ -141,6 +143,9 @@ GpsTime LiveReceiver::start() const {
   return impl_->start;
 }
 const BuiltSky& LiveReceiver::sky() const {
+  return *impl_->sky;
+}
+std::shared_ptr<const BuiltSky> LiveReceiver::shared_sky() const {
   return impl_->sky;
 }
 
@@ -197,6 +202,9 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   }
 
   const geodesy::LocalFrame& frame = impl.scene->city.frame;
+  if (!impl.tracer && !impl.propagator) {
+    impl.propagator.emplace(impl.environment->make_propagator(impl.config.receiver.propagation));
+  }
   Step step;
   step.arrival = impl.tracer ? impl.environment->arrival(t, antenna.position_enu_m, impl.tracer)
                              : impl.environment->arrival(t, antenna.position_enu_m, *impl.propagator);
@@ -209,7 +217,7 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   truth.yaw_rad = antenna.yaw_rad;
   truth.yaw_rate_radps = antenna.yaw_rate_radps;
   impl.last_truth = truth;
-  step.arrival.messages = lent(impl.sky.navigation);
+  step.arrival.messages = lent(impl.sky->navigation);
   step.epoch = observe_epoch(impl.receiver, truth, step.arrival, *impl.environment);
   step.epoch.navigation = step.arrival.messages.get();
 
@@ -232,7 +240,7 @@ LiveReceiver::Step LiveReceiver::lose(double seconds) {
   step.arrival.placement = raytrace::Placement::Unknown;
   step.arrival.ecef_from_enu = frame.ecef_from_local_rotation();
   step.arrival.antenna_enu = frame.local_from_geodetic(truth.position);
-  step.arrival.messages = lent(impl.sky.navigation);
+  step.arrival.messages = lent(impl.sky->navigation);
   step.epoch = observe_epoch(impl.receiver, truth, step.arrival, *impl.environment);
   step.epoch.navigation = step.arrival.messages.get();
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -248,6 +256,29 @@ void LiveReceiver::restart() {
 
 std::vector<std::string> LiveReceiver::take_warnings() {
   return std::exchange(impl_->warnings, {});
+}
+
+std::vector<std::string> add_fault(std::span<LiveReceiver* const> receivers, const std::string& text,
+                                   const std::string& source) {
+  std::vector<std::string> names;
+  for (LiveReceiver* const each : receivers) names.push_back(each->add_fault(text, source));
+  return names;
+}
+
+std::vector<const LiveReceiver*> end_fault(std::span<LiveReceiver* const> receivers,
+                                           const std::string& name) {
+  std::vector<const LiveReceiver*> ended;
+  std::optional<InputError> refused;
+  for (LiveReceiver* const each : receivers) {
+    try {
+      each->end_fault(name);
+      ended.push_back(each);
+    } catch (const InputError& error) {
+      refused = error;
+    }
+  }
+  if (ended.empty() && refused) throw *refused;
+  return ended;
 }
 
 }  // namespace canyon::simulation

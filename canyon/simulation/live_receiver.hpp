@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -59,9 +60,11 @@ class LiveReceiver {
   /// @param scene shared by the receivers of one world; the host moves its instances between steps.
   /// `propagation` as config.receiver says.
   /// @param start GPS time of the host's time 0
+  /// @param sky of another receiver with the same config.sky and start, see shared_sky(); null: its own
   /// Throws InputError where the sky has no satellite at `start` (see build_sky()), or coefficients are
   /// missing.
-  LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start);
+  LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start,
+               std::shared_ptr<const BuiltSky> sky = nullptr);
   ~LiveReceiver();
   LiveReceiver(LiveReceiver&&) noexcept;
 
@@ -69,6 +72,8 @@ class LiveReceiver {
   [[nodiscard]] geodesy::GpsTime start() const;
   /// In use until observe() builds the next one: of nominal skies once a day.
   [[nodiscard]] const BuiltSky& sky() const;
+  /// For further receivers under it.
+  [[nodiscard]] std::shared_ptr<const BuiltSky> shared_sky() const;
 
   /// The host rebuilt its world: rays go through this one from now on.
   void set_scene(std::shared_ptr<CityScene> scene);
@@ -115,5 +120,13 @@ class LiveReceiver {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Puts a fault on the timelines of several receivers of one host; its name in each. Throws as
+/// LiveReceiver::add_fault().
+std::vector<std::string> add_fault(std::span<LiveReceiver* const> receivers, const std::string& text,
+                                   const std::string& source = "fault");
+/// Ends it in those of `receivers` that have it, which need not be all; returns them. Throws InputError where
+/// none has it.
+std::vector<const LiveReceiver*> end_fault(std::span<LiveReceiver* const> receivers, const std::string& name);
 
 }  // namespace canyon::simulation

@@ -126,6 +126,21 @@ TEST(LiveReceiver, HasNominalOrbitsAnyTimeOn) {
 }
 
 // 30 deg high in the east, behind the wall; the mirror ray of range 12 m gives 2 * 12 * cos^2(30 deg) = 18 m.
+// Beyond the day that nominal orbits are written for each goes on with a sky of its own.
+TEST(LiveReceiver, ReceiversMayShareTheirSky) {
+  const GpsTime start = *live_config().start;
+  const auto scene = downtown();
+  LiveReceiver first(live_config(), scene, start);
+  LiveReceiver second(live_config(), scene, start, first.shared_sky());
+  EXPECT_EQ(second.shared_sky(), first.shared_sky());
+  AntennaState antenna;
+  antenna.position_enu_m = {0, 0, 1.5};
+  for (const double seconds : {0.0, 1.0, 100'000.0}) {
+    expect_same(first.observe(seconds, antenna).epoch, second.observe(seconds, antenna).epoch);
+  }
+  EXPECT_NE(second.shared_sky(), first.shared_sky());
+}
+
 TEST(LiveReceiver, TakesTheHostsRays) {
   LiveConfig config = parse_live_config(R"(
 sky: {frozen: {satAzimuth: [1.5707963, 4.7123890], satElevation: [0.5235988, 0.5235988]}}

@@ -90,6 +90,16 @@ inline simulation::Epoch sample_epoch(geodesy::GpsTime time, const geodesy::Geod
   return epoch;
 }
 
+/// A position filter's prediction: no satellite of the epoch is in it, and there is no DOP.
+inline simulation::Epoch predicted(simulation::Epoch epoch) {
+  for (auto& satellite : epoch.observed.satellites) satellite.used = false;
+  positioning::Fix& fix = epoch.observed.fix;
+  fix.used.clear();
+  fix.residuals_m.clear();
+  fix.dop.reset();
+  return epoch;
+}
+
 inline geodesy::Geodetic sample_place() {
   return geodesy::Geodetic::from_degrees(22.298251, 114.178761, 12.345);
 }

@@ -35,11 +35,6 @@ std::string place_name(const ReceiverIdentity& identity) {
   return name;
 }
 
-bool operator==(const HostOrigin& a, const HostOrigin& b) {
-  return a.origin.latitude_rad == b.origin.latitude_rad && a.origin.longitude_rad == b.origin.longitude_rad &&
-         a.origin.height_m == b.origin.height_m && a.heading_rad == b.heading_rad;
-}
-
 WorldFrame world_frame(const std::optional<HostOrigin>& host, const PluginSettings& settings,
                        std::vector<std::string>& warnings) {
   WorldFrame frame;
@@ -114,8 +109,8 @@ void HostedReceiver::say(Tone tone, const std::string& line) {
 
 output::ReceiverDescription HostedReceiver::description() const {
   const simulation::BuiltSky& sky = receiver_->sky();
-  return output::describe_receiver(settings_.live.receiver.options, *sky.sky, sky.navigation,
-                                   receiver_->start(), schedule_.interval_s());
+  return output::describe_receiver(settings_.live.receiver, *sky.sky, sky.navigation, receiver_->start(),
+                                   schedule_.interval_s());
 }
 
 void HostedReceiver::add(std::unique_ptr<EpochPublisher> publisher) {

@@ -21,12 +21,6 @@ namespace canyon::adapters {
 /// For messages: "plugin 'gnss' of model 'car', sensor 'gps'".
 [[nodiscard]] std::string place_name(const ReceiverIdentity& identity);
 
-/// Where a host says that its world lies; empty where it does not say.
-struct HostOrigin {
-  geodesy::Geodetic origin;
-  double heading_rad = 0;  ///< of the world's x axis, counter-clockwise from east
-  friend bool operator==(const HostOrigin& a, const HostOrigin& b);
-};
 /// `settings.origin` first, then the host's; at latitude 0, longitude 0 with a line in `warnings` where it is
 /// the host's.
 [[nodiscard]] WorldFrame world_frame(const std::optional<HostOrigin>& host, const PluginSettings& settings,

@@ -197,6 +197,8 @@ void visit_ros(Visitor& v, PluginSettings& settings) {
       add_remapping(v, "remapping", trim(std::string_view(text).substr(0, at)),
                     trim(std::string_view(text).substr(at + 2)), settings);
     }
+    v.boolean({"changes", "", "the ROS services ~/add_fault and ~/end_fault may change the simulation"},
+              settings.changes);
   });
   v.text({"topicName", "", "publishes the scan on this ROS topic"}, scan_topic);
   if (!scan_topic.empty()) add_remapping(v, "topicName", "~/out", scan_topic, settings);

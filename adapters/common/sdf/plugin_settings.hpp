@@ -16,8 +16,9 @@ namespace canyon::adapters {
 
 enum class RayEngine : std::uint8_t { Physics, Embree };
 
-/// Everything that a plugin element says: ros/namespace, ros/remapping "from:=to", frame_id (or frameName),
-/// output_type sensor_msgs/LaserScan as RosSettings, and what follows. docs/gazebo.md has the table.
+/// Everything that a plugin element says: ros/namespace, ros/remapping "from:=to", ros/changes, frame_id (or
+/// frameName), output_type sensor_msgs/LaserScan as RosSettings, and what follows. docs/gazebo.md has the
+/// table.
 struct PluginSettings : RosSettings {
   /// Keys of the scenario: sky, start, rate_hz, seed, and those of a receiver. The paper's satNum,
   /// satAzimuth, satElevation become sky.frozen, disableNoise becomes noise.enabled.

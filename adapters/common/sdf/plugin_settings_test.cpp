@@ -50,7 +50,7 @@ sdf::ElementPtr plugin(const std::string& children) {
     return sdf->Root();
   }();
   auto sdf = std::make_shared<sdf::SDF>();
-  sdf->Root(description->Clone());
+  sdf->Root()->Copy(description);
   const std::string world = R"(<sdf version="1.6"><world name="w"><model name="car"><link name="base">
       <sensor name="rays" type="ray"><plugin name="gnss" filename="libMultipathSensorPlugin.so">)" +
                             children + "</plugin></sensor></link></model></world></sdf>";

@@ -18,6 +18,8 @@ PATIENCE = 60  # of a busy machine [s]
 
 # On the surface of WGS 84 at 22.3 N, 114.17 E.
 ORIGIN = {"city.origin.latitude_deg": 22.3, "city.origin.longitude_deg": 114.17}
+OPEN_FIELD = {**ORIGIN, "city.open": True, "profile": "ideal", "sky.nominal": True, "start": "2026-06-01T08:00:00Z",
+              "pose.source": "pose", "autostart": True}
 DRIVE = """
 city: {synthetic: {seed: 7}, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
 sky: {nominal: true, systems: [GPS, Galileo]}

@@ -81,11 +81,10 @@ Commands::Commands(Generation generation, int interval_ms, const std::set<gnss::
       told_baud_(*settings_.current.value(kBaud)) {}
 
 std::string Commands::hear(std::uint64_t reader, std::string_view bytes) {
-  if (readers_.count(reader) == 0 && readers_.size() >= kMostReaders) readers_.erase(readers_.begin());
   std::string answer;
   const Parser::Handlers handlers{[&](MessageId id, std::string_view payload) { take(id, payload, answer); },
                                   [&](std::string_view sentence) { take_line(sentence); }};
-  readers_[reader].hear(bytes, handlers);
+  readers_.of(reader).hear(bytes, handlers);
   return answer;
 }
 
@@ -287,13 +286,19 @@ Commands::Reply Commands::save(std::string_view payload) {
   return Reply::Acknowledge;
 }
 
-// CFG-RST is not acknowledged. What the receiver itself makes of a restart is the scenario's.
+// CFG-RST is not acknowledged. Its mask names what the receiver forgets.
 Commands::Reply Commands::restart(std::string_view payload) {
   if (payload.size() != 4) return Reply::Refuse;
-  constexpr std::uint64_t kStop = 8, kStart = 9;
+  constexpr std::uint64_t kGnssOnly = 2, kStop = 8, kStart = 9;
   const std::uint64_t mode = number_at(payload, 2, 1);
   running_ = mode != kStop;
-  if (mode != kStop && mode != kStart) settings_.current = settings_.saved;
+  if (!running_) return Reply::Silent;
+  if (mode != kGnssOnly && mode != kStart) settings_.current = settings_.saved;
+  constexpr std::uint64_t kEphemerides = 1, kAlmanacPlaceOrClock = 1 << 1 | 1 << 4 | 1 << 8;
+  const std::uint64_t forgotten = number_at(payload, 0, 2);
+  restart_ = (forgotten & kEphemerides) == 0           ? disturbance::RestartKind::Hot
+             : (forgotten & kAlmanacPlaceOrClock) == 0 ? disturbance::RestartKind::Warm
+                                                       : disturbance::RestartKind::Cold;
   return Reply::Silent;
 }
 

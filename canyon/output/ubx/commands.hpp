@@ -1,15 +1,17 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "canyon/disturbance/receiver_faults.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/output/ubx/configuration.hpp"
 #include "canyon/output/ubx/frame.hpp"
+#include "canyon/transport/readers.hpp"
 
 namespace canyon::output::ubx {
 
@@ -28,8 +30,6 @@ class Commands {
  public:
   /// Answers of one call are cut off behind as many bytes, as a sending buffer that is full.
   static constexpr std::size_t kMostAnswer = 64 << 10;
-  /// Of more readers at once the one with the smallest number is forgotten: its unfinished command is lost.
-  static constexpr std::size_t kMostReaders = 64;
 
   /// @param interval_ms of the epochs; @param systems that CFG-GNSS calls enabled
   Commands(Generation generation, int interval_ms, const std::set<gnss::System>& systems,
@@ -37,6 +37,10 @@ class Commands {
 
   [[nodiscard]] std::string hear(std::uint64_t reader, std::string_view bytes);
   [[nodiscard]] std::optional<int> take_baud();
+  /// What CFG-RST asked of the receiver since the last call.
+  [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() {
+    return std::exchange(restart_, std::nullopt);
+  }
 
   [[nodiscard]] const Configuration& configuration() const { return settings_.current; }
   /// From one navigation solution to the next [ms].
@@ -69,8 +73,9 @@ class Commands {
     Configuration current, saved, factory;
   } settings_;
   std::string systems_;  ///< CFG-GNSS
-  std::map<std::uint64_t, Parser> readers_;
+  transport::Readers<Parser> readers_;
   bool running_ = true;
+  std::optional<disturbance::RestartKind> restart_;
   std::uint64_t told_baud_;
 };
 

@@ -9,7 +9,7 @@ namespace canyon::output::ubx {
 namespace {
 
 struct Band {
-  double interference = 0, tone = 0, agc = 0;
+  double interference = 0, tone = 0, agc = 1;  // undisturbed: so are bands that nothing is known of
   bool known = false;
 };
 
@@ -32,7 +32,7 @@ Band band(const Epoch& epoch, int block) {
 std::uint64_t jamming_state(const Epoch& epoch, const Band& band) {
   if (!epoch.jamming_monitor || !band.known) return 0;
   if (band.interference < 1) return 1;
-  return epoch.seen.fix.solved() ? 2 : 3;
+  return epoch.seen.fix.measured() ? 2 : 3;
 }
 
 std::uint64_t noise_per_ms(const Band& band) {

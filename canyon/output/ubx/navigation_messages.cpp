@@ -50,8 +50,10 @@ double height_of(const positioning::Fix& fix) {
   return fix.solved() ? fix.position.height_m : 0;
 }
 
-/// 0 no fix, 3 3D fix: Canyon's solver knows no other.
+/// 0 no fix, 1 dead reckoning, 3 3D fix: Canyon's solver knows no other. gnssFixOK is set with 1, too: it
+/// says that accuracy keeps the limits, which is what makes a filter's prediction a fix here.
 std::uint64_t fix_type(const positioning::Fix& fix) {
+  if (fix.predicted()) return 1;
   return fix.solved() ? 3 : 0;
 }
 
@@ -128,7 +130,8 @@ std::string time_gps(const Epoch& epoch) {
   const geodesy::GpsTime nearest = epoch.nearest_ms;
   Payload p;
   p.u4(itow(epoch)).u4(static_cast<std::uint64_t>(t.nanoseconds() - nearest.nanoseconds()));
-  p.u2(static_cast<std::uint64_t>(nearest.week())).u1(static_cast<std::uint64_t>(geodesy::leap_seconds(t)));
+  p.u2(static_cast<std::uint64_t>(nearest.week()))
+      .u1(static_cast<std::uint64_t>(geodesy::leap_seconds(epoch.seen.time)));
   p.u1(epoch.time_known ? 0b111 : 0);
   return p.unsigned_field(quality_of(epoch.seen.fix).time_s, 1e-9, 4).bytes();
 }

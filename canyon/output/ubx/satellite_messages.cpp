@@ -156,10 +156,10 @@ std::string rxm_rawx(const Epoch& epoch) {
     list.u1(doubling(m.doppler_sigma_hz, 0.002));
     list.u1(raw.carrier_phase_cycles ? 0b111 : 0b001).u1(0);
   }
-  const geodesy::GpsTime t = epoch.tag;
+  const geodesy::GpsTime t = epoch.seen.stated(epoch.tag);
   Payload p;
   p.r8(t.seconds_of_week()).u2(static_cast<std::uint64_t>(t.week()));
-  p.u1(static_cast<std::uint64_t>(geodesy::leap_seconds(t))).u1(count).u1(1).u1(1).zeros(2);
+  p.u1(static_cast<std::uint64_t>(geodesy::leap_seconds(epoch.seen.time))).u1(count).u1(1).u1(1).zeros(2);
   return p.raw(list.bytes()).bytes();
 }
 

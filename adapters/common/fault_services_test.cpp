@@ -1,0 +1,62 @@
+#include "adapters/common/fault_services.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "canyon/city/city.hpp"
+#include "canyon/simulation/city_scene.hpp"
+
+namespace canyon::adapters {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+using Kind = OptionsRequest::Kind;
+
+// A host's thread that serves its desk, and calls from another one.
+TEST(FaultServices, ChangeAReceiverWhereThatIsAllowed) {
+  const auto config = simulation::parse_live_config(
+      "{sky: {nominal: true, systems: [GPS]}, start: 2026-06-01T08:00:00Z, profile: ideal}", "test");
+  simulation::LiveReceiver car(config, std::make_shared<simulation::CityScene>(city::City{}), *config.start);
+  simulation::LiveReceiver other(config, std::make_shared<simulation::CityScene>(city::City{}),
+                                 *config.start);
+  const auto desk = std::make_shared<OptionsDesk>();
+  std::atomic<bool> stop{false};
+  std::thread host([&] {
+    while (!stop) {
+      desk->serve([&] { return std::vector<AdjustableReceiver>{{"car", &car}, {"other", &other}}; });
+      std::this_thread::yield();
+    }
+  });
+
+  RosSettings settings;
+  const FaultAnswerer closed = hosted_faults(desk, "car", settings);
+  EXPECT_TRUE(closed.call(Kind::Faults, "").success);
+  for (const Kind kind : {Kind::AddFault, Kind::EndFault}) {
+    const ServiceReply refused = closed.call(kind, "{outage: {}}");
+    EXPECT_FALSE(refused.success);
+    EXPECT_THAT(refused.message, HasSubstr("<ros><changes>true</changes></ros>"));
+  }
+  settings.changes = true;
+  const FaultAnswerer open = hosted_faults(desk, "car", settings);
+  const ServiceReply added = open.call(Kind::AddFault, "{name: dark, outage: {}}");
+  EXPECT_TRUE(added.success);
+  EXPECT_EQ(added.message, "added car: dark");
+  EXPECT_EQ(open.call(Kind::Faults, "").message, "car: dark (outage) from 0 s, at work");
+  const ServiceReply wrong = open.call(Kind::AddFault, "{outage: {satelites: G05}}");
+  EXPECT_FALSE(wrong.success);
+  EXPECT_THAT(wrong.message, StartsWith("refused: "));
+  stop = true;
+  host.join();
+  EXPECT_EQ(car.faults().size(), 1U);
+  EXPECT_TRUE(other.faults().empty());
+  // Nobody serves any longer.
+  desk->close();
+  EXPECT_FALSE(open.call(Kind::EndFault, "dark").success);
+}
+
+}  // namespace
+}  // namespace canyon::adapters

@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""Faults of the receiver's node by services, between processes: see processes_test.py."""
+import os
+import sys
+import time
+import unittest
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from testing.processes import OPEN_FIELD, Listener, folder, receiver, ros2, write_drive  # noqa: E402
+
+from canyon_msgs.srv import FaultCommand  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from geometry_msgs.msg import PoseStamped  # noqa: E402
+from lifecycle_msgs.msg import Transition  # noqa: E402
+from sensor_msgs.msg import NavSatFix  # noqa: E402
+
+
+class Faults(unittest.TestCase):
+    """Faults that come and go by services, while poses come."""
+
+    def ask(self, listener, service, text=""):
+        reply = listener.call(FaultCommand, f"/receiver/{service}", FaultCommand.Request(fault=text))
+        return reply.success, reply.message
+
+    def test_come_and_go(self):
+        with receiver({**OPEN_FIELD, "live.changes": True, "name": "car"}) as node, Listener() as listener:
+            fixes = listener.listen(NavSatFix, "/fix")
+            poses = listener.node.create_publisher(PoseStamped, "/pose", 10)
+
+            def settles(status):
+                """Whether it comes to be that of four fixes on end, while poses come."""
+                end = time.monotonic() + 30
+                fixes.clear()
+                while [m.status.status for m in fixes[-4:]] != 4 * [status] and time.monotonic() < end:
+                    pose = PoseStamped()
+                    pose.header.stamp = listener.node.get_clock().now().to_msg()
+                    pose.pose.orientation.w, pose.pose.position.z = 1.0, 2.0
+                    poses.publish(pose)
+                    listener.spin_for(0.05)
+                return [m.status.status for m in fixes[-4:]] == 4 * [status]
+
+            self.assertTrue(settles(0), node.output())
+            self.assertEqual(self.ask(listener, "get_faults"), (True, "none"))
+            self.assertEqual(self.ask(listener, "add_fault", "{name: dark, outage: {}}"), (True, "added car: dark"))
+            self.assertTrue(settles(-1))  # without a satellite there is no fix
+            done, said = self.ask(listener, "get_faults")
+            self.assertTrue(done)
+            self.assertRegex(said, r"^car: dark \(outage\) from [0-9.]+ s, at work$")
+            # As people type it.
+            typed = ros2("service", "call", "/receiver/end_fault", "canyon_msgs/srv/FaultCommand", "{fault: dark}")
+            self.assertIn("success=True, message='ended car: dark'", typed)
+            self.assertTrue(settles(0))
+            done, said = self.ask(listener, "add_fault", "{outage: {satelites: G05}}")
+            self.assertFalse(done)
+            self.assertRegex(said, "refused: .*satelites.*'satellites'")
+            self.assertEqual(self.ask(listener, "end_fault", "bright")[0], False)
+
+    def test_are_refused_where_nothing_may_change(self):
+        with receiver(OPEN_FIELD) as node, Listener() as listener:
+            told = listener.listen(DiagnosticArray, "/diagnostics", reliable=True)
+            listener.spin_until(lambda: told, node.output())
+            done, said = self.ask(listener, "add_fault", "{outage: {}}")
+            self.assertFalse(done)
+            self.assertIn("live.changes", said)
+            self.assertEqual(self.ask(listener, "end_fault", "outage 1")[0], False)
+            self.assertEqual(self.ask(listener, "get_faults"), (True, "none"))
+
+    def test_are_refused_by_a_scenarios_own_drive(self):
+        with folder() as path:
+            values = {"scenario": write_drive(path, 60), "live.changes": True}
+            with receiver(values) as node, Listener() as listener:
+                self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_CONFIGURE), node.output())
+                self.assertIn("activate", self.ask(listener, "add_fault", "{outage: {}}")[1])
+                self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_ACTIVATE), node.output())
+                done, said = self.ask(listener, "add_fault", "{outage: {}}")
+                self.assertFalse(done)
+                self.assertIn("pose.source", said)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace canyon::transport {
+
+/// What is kept for each of those who are heard (Heard::reader), of kMost at a time: of more the one with the
+/// smallest number is forgotten.
+template <typename Kept>
+class Readers {
+ public:
+  static constexpr std::size_t kMost = 64;
+
+  /// @param fresh what a new reader's is made of
+  template <typename... Fresh>
+  [[nodiscard]] Kept& of(std::uint64_t reader, Fresh&&... fresh) {
+    if (kept_.count(reader) == 0 && kept_.size() >= kMost) kept_.erase(kept_.begin());
+    return kept_.try_emplace(reader, std::forward<Fresh>(fresh)...).first->second;
+  }
+
+ private:
+  std::map<std::uint64_t, Kept> kept_;
+};
+
+/// Lines of bytes that come cut anywhere.
+class LineCutter {
+ public:
+  /// @param longest bytes of a line; longer ones are passed over
+  explicit LineCutter(std::size_t longest) : longest_(longest) {}
+
+  /// @param take gets every line that ends here, without its end; of one that was too long nothing
+  template <typename Take>
+  void hear(std::string_view bytes, const Take& take) {
+    for (std::size_t end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
+      add(bytes.substr(0, end));
+      finish(take);
+      bytes.remove_prefix(end + 1);
+    }
+    add(bytes);
+  }
+  /// What has no end so far; empty where it is too long.
+  [[nodiscard]] const std::string& rest() const { return line_; }
+  /// Takes the rest for a line.
+  template <typename Take>
+  void finish(const Take& take) {
+    const std::string line = std::exchange(line_, {});
+    const bool too_long = std::exchange(too_long_, false);
+    take(too_long ? std::nullopt : std::optional<std::string_view>(line));
+  }
+
+ private:
+  void add(std::string_view bytes) {
+    too_long_ = too_long_ || line_.size() + bytes.size() > longest_;
+    if (too_long_) {
+      line_.clear();
+    } else {
+      line_ += bytes;
+    }
+  }
+
+  std::size_t longest_;
+  std::string line_;
+  bool too_long_ = false;
+};
+
+}  // namespace canyon::transport
