@@ -45,7 +45,7 @@ export class CityMesh {
     const gltf = JSON.parse(new TextDecoder().decode(new Uint8Array(glb, 20, jsonBytes))) as Gltf;
     const binary = 20 + jsonBytes + 8;
     this.materialNames = gltf.materials.map((m) => m.name);
-    this.highest = Math.max(20, ...objects.filter((o) => o.surface === 'building').map((o) => o.high_m - o.low_m));
+    this.highest = objects.reduce((most, o) => (o.surface === 'building' ? Math.max(most, o.high_m - o.low_m) : most), 20);
     const tiles = this.sortIntoTiles(gltf, glb, binary);
     let triangles = 0;
     for (const tile of tiles.values()) triangles += tile.objects.length;
