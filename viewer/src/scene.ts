@@ -70,8 +70,10 @@ export class SceneView {
     private readonly store: Store,
     private readonly state: State,
   ) {
-    this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: false });
-    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
+    // Without a graphics processor smooth edges cost more than all the rest.
+    const software = drawsInSoftware();
+    this.renderer = new WebGLRenderer({ antialias: !software });
+    this.renderer.setPixelRatio(software ? 1 : Math.min(2, devicePixelRatio));
     host.prepend(this.renderer.domElement);
     this.renderer.domElement.setAttribute('aria-label', 'three-dimensional view of the city');
     this.city = new CityMesh(glb, store.header.city.objects);
@@ -341,6 +343,15 @@ export class SceneView {
       if (seen) element.style.transform = `translate(${((p.x + 1) / 2) * width}px, ${((1 - p.y) / 2) * height}px)`;
     }
   }
+}
+
+/** Whether WebGL runs on the processor: SwiftShader, llvmpipe, Microsoft's Basic Render Driver. */
+function drawsInSoftware(): boolean {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const info = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = gl && info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
 function shifted(from: Place, direction: Place, metres: number): Place {
