@@ -70,10 +70,8 @@ class App {
     state.changed('time');
     this.receiverChanged();
     requestAnimationFrame((t) => this.frame(t));
-    if (timed) {
-      await store.loadAround(0, 0, () => {});
-      state.changed('data');
-    }
+    // Whoever waits for the first picture need not wait for the rest of the run.
+    if (timed) void store.loadAround(0, 0, () => {}).then(() => state.changed('data'));
   }
 
   /** Goes to a time [s], and has its satellites loaded. */

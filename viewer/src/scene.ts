@@ -2,7 +2,7 @@
 
 import {
   AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Fog, HemisphereLight, Mesh,
-  MeshBasicMaterial, PlaneGeometry, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+  MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import { CameraControl } from './camera';
 import { CityMesh } from './city';
@@ -87,7 +87,7 @@ export class SceneView {
     const known = Number.isFinite(lowX);
     const span = known ? Math.max(highX - lowX, highY - lowY) : 500;
     // Below everything: an open field, or the land around a city.
-    this.ground = new Mesh(new PlaneGeometry(40 * span, 40 * span), new MeshBasicMaterial());
+    this.ground = new Mesh(new PlaneGeometry(40 * span, 40 * span), new MeshLambertMaterial());
     this.ground.position.set(known ? (lowX + highX) / 2 : 0, known ? (lowY + highY) / 2 : 0, (known ? lowZ : 0) - 0.6);
     this.scene.add(this.ground);
     this.ellipse = new Mesh(new BufferGeometry(), new MeshBasicMaterial({
@@ -154,7 +154,7 @@ export class SceneView {
     const paint = kPaint[this.state.theme];
     this.scene.background = new Color(paint.sky);
     this.scene.fog = new Fog(paint.sky, 1500, 9000);
-    (this.ground.material as MeshBasicMaterial).color.set(paint.ground);
+    (this.ground.material as MeshLambertMaterial).color.set(paint.ground);
     this.city.paint(this.state.colour, this.state.theme);
     this.city.show(this.state.object, paint.accent);
     this.request();
@@ -287,7 +287,9 @@ export class SceneView {
         if (this.state.layers.points && (!thin || chosen)) this.points.add(corner, colour);
         from = corner;
       }
-      lines.add(from, shifted(from, towards, reach(at, from, towards, this.radius)), colour);
+      // Echoes' last legs all run towards the satellite; drawn whole, those of twenty satellites would hide the city.
+      const whole = chosen || from === at;
+      lines.add(from, shifted(from, towards, whole ? reach(at, from, towards, this.radius) : 0.2 * this.radius), colour);
     }
   }
 

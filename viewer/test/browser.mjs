@@ -32,7 +32,7 @@ export class Session {
     const begin = Date.now();
     session.url = pathToFileURL(file).href;
     await session.page.goto(session.url);
-    await session.page.waitForSelector('body[data-loaded=true], .fatal');
+    await session.page.waitForSelector('body[data-loaded=true], .fatal', { state: 'attached' });
     session.loadedMs = Date.now() - begin;
     return session;
   }
