@@ -43,8 +43,8 @@ export class Session {
   raw(name) {
     return this.page.locator(`#readout [data-name="${name}"]`).getAttribute('data-raw').then(Number);
   }
-  run(script) {
-    return this.page.evaluate(script);
+  run(script, argument) {
+    return this.page.evaluate(script, argument);
   }
   /** A picture for people, in test-output/. */
   async picture(name) {
