@@ -34,6 +34,7 @@ void add_faults(CLI::App& app, Action& action);
 void add_validate(CLI::App& app, Action& action);
 void add_calibrate(CLI::App& app, Action& action);
 void add_heatmap(CLI::App& app, Action& action);
+void add_study(CLI::App& app, Action& action);
 
 /// "22.3,114.17,10" -> position (degrees, degrees, metres; the height may be left out). Throws InputError
 /// naming the option.

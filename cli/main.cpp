@@ -70,6 +70,7 @@ int main(int argc, char** argv) {
   add_validate(app, action);
   add_calibrate(app, action);
   add_heatmap(app, action);
+  add_study(app, action);
   add_view(app, action);
   if (argc < 2) {
     fmt::print(stderr, "{}", app.help());

@@ -28,7 +28,7 @@ long long launched() {
 Ranks::Ranks() {
   if (!heatmap::MpiProcesses::built_in() && launched() > 1) {
     throw InputError(
-        fmt::format("mpirun started {} processes, and this canyon cannot share a map among them", launched()),
+        fmt::format("mpirun started {} processes, and this canyon cannot share work among them", launched()),
         "build it with -DCANYON_BUILD_MPI=ON, or start one process");
   }
   processes_ = std::make_unique<heatmap::MpiProcesses>(nullptr, nullptr);

@@ -7,7 +7,8 @@
 
 namespace canyon::cli {
 
-/// The processes that mpirun started for one map; one alone where it did not. One object in a process.
+/// The processes that mpirun started for one map or study; one alone where it did not. One object in a
+/// process.
 class Ranks {
  public:
   /// Throws InputError under mpirun with several processes where this build cannot share work among them.
@@ -21,6 +22,9 @@ class Ranks {
   [[nodiscard]] std::size_t sum(std::size_t here) const {
     return static_cast<std::size_t>(processes_->sum(here));
   }
+  /// Numbers dealt over all of them, see MpiProcesses.
+  void begin_dealing() { processes_->begin_dealing(); }
+  [[nodiscard]] std::size_t next() { return processes_->next(); }
   /// Runs `work` and returns its result. If it throws and there are several processes, prints the error as
   /// main() does and ends all of them: the others would wait for this one for ever.
   [[nodiscard]] int guard(const std::function<int()>& work) const;

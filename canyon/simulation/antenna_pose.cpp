@@ -1,5 +1,7 @@
 #include "canyon/simulation/antenna_pose.hpp"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -29,12 +31,29 @@ Pose mounted_antenna(Pose pose, const Eigen::Vector3d& lever) {
   if (lever.isZero(0)) return pose;
   const double c = std::cos(pose.yaw_rad);
   const double s = std::sin(pose.yaw_rad);
-  const Eigen::Vector3d enu(c * lever.x() - s * lever.y(), s * lever.x() + c * lever.y(), lever.z());
+  // Roll, then pitch, then yaw. The level case keeps its bytes.
+  Eigen::Vector3d body = lever;
+  if (pose.roll_rad != 0 || pose.pitch_rad != 0) {
+    body = Eigen::AngleAxisd(-pose.pitch_rad, Eigen::Vector3d::UnitY()) *
+           (Eigen::AngleAxisd(pose.roll_rad, Eigen::Vector3d::UnitX()) * lever);
+  }
+  const Eigen::Vector3d enu(c * body.x() - s * body.y(), s * body.x() + c * body.y(), body.z());
   pose.velocity_enu_mps += pose.yaw_rate_radps * Eigen::Vector3d(-enu.y(), enu.x(), 0);
   pose.position =
       geodesy::geodetic_from_ecef(geodesy::ecef_from_geodetic(pose.position) +
                                   geodesy::enu_from_ecef_rotation(pose.position).transpose() * enu);
   return pose;
+}
+
+void tilt_antenna(propagation::Arrival& arrival, const Pose& pose, const geodesy::LocalFrame& frame) {
+  if (pose.roll_rad == 0 && pose.pitch_rad == 0) return;
+  const Eigen::Vector3d up = frame.ecef_from_local_rotation().transpose() *
+                             (geodesy::enu_from_ecef_rotation(pose.position).transpose() * pose.up_enu());
+  for (propagation::SatelliteView& view : arrival.views) {
+    for (propagation::Path& path : view.paths.paths) {
+      path.arrival_elevation_rad = std::asin(std::clamp(path.arrival.dot(up), -1.0, 1.0));
+    }
+  }
 }
 
 }  // namespace canyon::simulation

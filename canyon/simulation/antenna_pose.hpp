@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/propagation/arrival.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/simulation/trajectory.hpp"
 
@@ -16,7 +17,13 @@ namespace canyon::simulation {
                                     const raytrace::RayScene& scene, double height_m);
 
 /// The pose of an antenna that is mounted at `lever_arm_m` (forward, left, up) from the vehicle's reference
-/// point, roll and pitch 0.
+/// point and turns with it. Its velocity has the yaw rate's part; roll and pitch count as slow.
 [[nodiscard]] Pose mounted_antenna(Pose vehicle, const Eigen::Vector3d& lever_arm_m);
+
+/// Turns the antenna's pattern with a tilted vehicle: elevations at which paths come in (PathGeometry) are
+/// counted from the vehicle's own horizon. What stands in the arrival is all that is turned: paths that
+/// disturbances add afterwards (spoofers, bodies) meet a level antenna. Nothing changes where the pose is
+/// level. @param frame of the city, in which arrivals are given
+void tilt_antenna(propagation::Arrival& arrival, const Pose& pose, const geodesy::LocalFrame& frame);
 
 }  // namespace canyon::simulation

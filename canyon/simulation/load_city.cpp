@@ -120,26 +120,40 @@ CityConfig city_config(const std::filesystem::path& file, const std::optional<ge
   return config;
 }
 
-city::City load_city(const CityConfig& config, std::uint64_t seed) {
-  const bool trusted = config.map.has_value();
-  const bool keep = config.facades.keeps_named(trusted);
+city::City load_city_source(const CityConfig& config) {
   CityConfig source = config;
-  if (source.map && config.facades.drawn() && keep) {
+  if (source.map && config.facades.drawn() && config.facades.keeps_named(true)) {
     source.map->build.untagged_facade = city::Material::Unknown;
   }
-  city::City city = load_city_with_report(source).city;
+  return load_city_with_report(source).city;
+}
+
+namespace {
+
+city::City draw_facades(city::City city, const CityConfig& config, std::uint64_t seed) {
+  const bool keep = config.facades.keeps_named(config.map.has_value());
   const std::string drawn = city::dress_facades(city, config.facades, keep, seed);
   if (!drawn.empty()) city.notes.push_back(drawn);
   return city;
 }
 
-city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings) {
-  city::City city = load_city(scenario.city, scenario.seed);
+}  // namespace
+
+city::City load_city(const CityConfig& config, std::uint64_t seed) {
+  return draw_facades(load_city_source(config), config, seed);
+}
+
+city::City draw_city(city::City source, const Scenario& scenario, std::vector<std::string>& warnings) {
+  city::City city = draw_facades(std::move(source), scenario.city, scenario.seed);
   if (const auto shift = draw_city_shift(scenario.city.georeference, scenario.seed)) {
     move_city(city, *shift);
     warnings.push_back(describe(*shift));
   }
   return city;
+}
+
+city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings) {
+  return draw_city(load_city_source(scenario.city), scenario, warnings);
 }
 
 }  // namespace canyon::simulation

@@ -28,6 +28,12 @@ namespace canyon::simulation {
 /// place whose standard deviations are all 0 are not touched.
 [[nodiscard]] city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings);
 
+/// The two halves of load_city(), for many runs over one source: what is read once, and what each run draws
+/// by its seed.
+[[nodiscard]] city::City load_city_source(const CityConfig& config);
+[[nodiscard]] city::City draw_city(city::City source, const Scenario& scenario,
+                                   std::vector<std::string>& warnings);
+
 /// The city as its source gives it, facades and place left alone, with the report and the map's features,
 /// both empty where the city comes from no map; `progress` is called with features done and in all while a
 /// map is built.

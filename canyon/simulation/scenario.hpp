@@ -20,6 +20,7 @@
 #include "canyon/propagation/propagation_options.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/simulation/live_options.hpp"
+#include "canyon/simulation/trajectory.hpp"
 
 namespace canyon::simulation {
 
@@ -90,8 +91,18 @@ struct TrajectoryConfig {
   /// `waypoints`. Where that origin is not known before the city's file is read they stand there as {}:
   /// Simulation puts all of these in place.
   std::vector<std::pair<std::size_t, Eigen::Vector3d>> local_waypoints;
+  /// What a waypoint says of itself, instead of what holds for all.
+  struct Leg {
+    std::optional<double> height_above_terrain_m;  ///< at the waypoint; between two the height is linear
+    std::optional<double> speed_mps, hold_s;
+
+    bool operator==(const Leg&) const = default;
+  };
+  std::vector<Leg> legs;  ///< one for each waypoint; empty where none says anything
   double speed_mps = 10;
   double hold_s = 0;
+  std::optional<double> acceleration_mps2;  ///< rounds corners and speeds; empty: both change at once
+  Attitude attitude = Attitude::Level;
   std::optional<double> height_above_terrain_m;  ///< clamps; empty: heights as given
 };
 

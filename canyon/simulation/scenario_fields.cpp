@@ -15,7 +15,6 @@
 #include "canyon/options/folder_name.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/profile.hpp"
-#include "canyon/simulation/trajectory.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -28,7 +27,6 @@ using options::Visitor;
 constexpr Range kLatitude_deg{-90, 90};
 constexpr Range kLongitude_deg{-180, 180};
 constexpr Range kHeight_m{-10e3, 100e3};
-constexpr Range kLocal_m{-1e6, 1e6};
 
 // --- city
 // ----------------------------------------------------------------------------------------------------
@@ -319,115 +317,6 @@ void visit_seed(Visitor& v, std::uint64_t& seed) {
 
 namespace {
 
-struct PlaceKeys {
-  std::optional<double> latitude_deg, longitude_deg, height_m, east_m, north_m, up_m;
-};
-
-PlaceKeys keys_of(const TrajectoryConfig& config, std::size_t index) {
-  PlaceKeys keys;
-  for (const auto& [number, enu] : config.local_waypoints) {
-    if (number != index) continue;
-    keys.east_m = enu.x(), keys.north_m = enu.y(), keys.up_m = enu.z();
-    return keys;
-  }
-  const Geodetic& place = config.waypoints[index];
-  keys.latitude_deg = options::exact_degrees(place.latitude_rad);
-  keys.longitude_deg = options::exact_degrees(place.longitude_rad);
-  keys.height_m = place.height_m;
-  return keys;
-}
-
-// The city's frame, or nothing where only its file knows.
-std::optional<geodesy::LocalFrame> known_frame(Visitor& v, const CityConfig& city) {
-  std::optional<geodesy::LocalFrame> frame;
-  if (v.reads() && city.origin_known()) frame.emplace(city.import.origin);
-  return frame;
-}
-
-// What keys say of a place. `height_cure`: instead of a height; empty: it may be left out.
-FixedPlace place_of(Visitor& v, const PlaceKeys& keys, const std::optional<geodesy::LocalFrame>& frame,
-                    std::string_view height_cure) {
-  const auto height = [&](std::string_view key, const std::optional<double>& value) {
-    if (!value && !height_cure.empty()) throw v.fault({}, fmt::format("'{}' is missing", key), height_cure);
-    return value.value_or(0);
-  };
-  FixedPlace place;
-  if (keys.east_m || keys.north_m || keys.up_m) {
-    v.require("east_m");
-    v.require("north_m");
-    place.local_m = Eigen::Vector3d(*keys.east_m, *keys.north_m, height("up_m", keys.up_m));
-    if (frame) place.place = frame->geodetic_from_local(*place.local_m);
-  } else {
-    v.require("latitude_deg");
-    v.require("longitude_deg");
-    place.place =
-        Geodetic::from_degrees(*keys.latitude_deg, *keys.longitude_deg, height("height_m", keys.height_m));
-  }
-  return place;
-}
-
-// A place becomes the next waypoint.
-void add_place(Visitor& v, const PlaceKeys& keys, const std::optional<geodesy::LocalFrame>& frame,
-               TrajectoryConfig& config) {
-  const FixedPlace place = place_of(
-      v, keys, frame, config.height_above_terrain_m ? "" : "give it, or trajectory.height_above_terrain_m");
-  if (place.local_m) config.local_waypoints.emplace_back(config.waypoints.size(), *place.local_m);
-  config.waypoints.push_back(place.place);
-}
-
-// `height_note`: behind the help of heights.
-void visit_place(Visitor& v, PlaceKeys& keys, const std::string& what, const std::string& height_note) {
-  const bool local = keys.east_m || v.has("east_m") || v.has("north_m") || v.has("up_m");
-  const std::string latitude = what + ": geodetic latitude (WGS 84)";
-  const std::string height = "ellipsoidal height" + height_note, up = "above the city's origin" + height_note;
-  if (v.wants(!local)) {
-    v.number({"latitude_deg", "deg", latitude}, keys.latitude_deg, kLatitude_deg);
-    v.number({"longitude_deg", "deg", "longitude, east positive"}, keys.longitude_deg, kLongitude_deg);
-    v.number({"height_m", "m", height}, keys.height_m, kHeight_m);
-  }
-  if (v.wants(local)) {
-    v.number({"east_m", "m", "instead: east of the city's origin, with north_m and up_m"}, keys.east_m,
-             kLocal_m);
-    v.number({"north_m", "m", "north of the city's origin"}, keys.north_m, kLocal_m);
-    v.number({"up_m", "m", up}, keys.up_m, kLocal_m);
-  }
-}
-const char* const kHeightNote = "; may be left out with height_above_terrain_m";
-
-void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& city) {
-  const std::optional<geodesy::LocalFrame> frame = known_frame(v, city);
-  v.one_of({"file", "waypoints", "position"}, "give one of file, waypoints or position");
-  v.number(
-      {"height_above_terrain_m", "m", "puts the vehicle this high above the terrain", "heights as given"},
-      config.height_above_terrain_m, {-100, 10e3});
-  v.file({"file", "", "recorded positions (one of file, waypoints, position)"}, config.file);
-  if (v.wants(config.file.has_value())) {
-    const std::vector<std::string_view> formats(trajectory_formats().begin(), trajectory_formats().end());
-    v.word(
-        {"format", "",
-         "csv: time (ISO 8601, or seconds from start), latitude, longitude [deg], height [m]; urbannav: GPS "
-         "week, time of week, latitude, longitude, height; nmea: GGA with RMC or ZDA"},
-        config.format, formats);
-  }
-  std::vector<PlaceKeys> places;
-  for (std::size_t i = 0; i < config.waypoints.size() && !v.reads(); ++i)
-    places.push_back(keys_of(config, i));
-  v.list("waypoints", places, [&](PlaceKeys& keys) {
-    visit_place(v, keys, "corners of a drive in straight legs", kHeightNote);
-    if (v.reads()) add_place(v, keys, frame, config);
-  });
-  if (v.wants(v.reads() ? v.has("waypoints") : !places.empty())) {
-    v.number({"speed_mps", "m/s", "along the legs between waypoints"}, config.speed_mps, {0, 1e4, true});
-    v.number({"hold_s", "s", "standstill at each waypoint"}, config.hold_s, {0, 1e6});
-  }
-  if (!v.wants(v.reads())) return;  // one place is written as a list of one
-  v.section("position", [&] {
-    PlaceKeys keys;
-    visit_place(v, keys, "one place, for duration_s", kHeightNote);
-    if (v.reads()) add_place(v, keys, frame, config);
-  });
-}
-
 // --- receivers
 // -----------------------------------------------------------------------------------------------
 
@@ -443,22 +332,6 @@ ReceiverConfig profile_of(Visitor& v, const std::string& name) {
   } catch (const InputError& e) {
     throw v.fault("profile", e.problem(), e.cure());
   }
-}
-
-void visit_fixed(Visitor& v, std::optional<FixedPlace>& fixed, const CityConfig& city) {
-  if (!v.wants(v.reads() ? v.has("fixed") : fixed.has_value())) return;
-  v.section("fixed", [&] {
-    PlaceKeys keys;
-    if (fixed && fixed->local_m) {
-      keys.east_m = fixed->local_m->x(), keys.north_m = fixed->local_m->y(), keys.up_m = fixed->local_m->z();
-    } else if (fixed) {
-      keys.latitude_deg = options::exact_degrees(fixed->place.latitude_rad);
-      keys.longitude_deg = options::exact_degrees(fixed->place.longitude_rad);
-      keys.height_m = fixed->place.height_m;
-    }
-    visit_place(v, keys, "a base station's antenna, which neither trajectory nor lever_arm moves", "");
-    if (v.reads()) fixed = place_of(v, keys, known_frame(v, city), "a base station's place needs a height");
-  });
 }
 
 void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const CityConfig& city) {

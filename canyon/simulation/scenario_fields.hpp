@@ -16,6 +16,9 @@ namespace canyon::simulation {
 
 void visit_rate(options::Visitor& v, std::optional<double>& rate_hz);
 void visit_seed(options::Visitor& v, std::uint64_t& seed);
+/// A reader puts waypoints by east, north, up in place where the city's origin is known.
+void visit_trajectory(options::Visitor& v, TrajectoryConfig& config, const CityConfig& city);
+void visit_fixed(options::Visitor& v, std::optional<FixedPlace>& fixed, const CityConfig& city);
 /// Name and profile, which a reader lets stand for the defaults of all other fields. `several`: a name is
 /// needed.
 void visit_name_and_profile(options::Visitor& v, ReceiverConfig& config, bool several);

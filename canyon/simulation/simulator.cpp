@@ -18,6 +18,7 @@
 #include "canyon/simulation/fault_surroundings.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario_trajectory.hpp"
 #include "canyon/simulation/street_sources.hpp"
 
 namespace canyon::simulation {
@@ -54,31 +55,11 @@ InputError scenario_error(const Scenario& scenario, std::string_view problem, st
   return {scenario.file, 0, problem, cure};
 }
 
-TrajectoryFile make_trajectory(const Scenario& scenario) {
-  const TrajectoryConfig& config = scenario.trajectory;
-  if (config.file)
-    return read_trajectory_file(*config.file, config.format, scenario.start.value_or(GpsTime{}));
-  if (!scenario.start) {
-    throw scenario_error(scenario, "'start' is missing, and the trajectory has no times of its own",
-                         "add start: 2026-01-01T12:00:00Z");
-  }
-  if (config.waypoints.size() == 1) {
-    if (!scenario.duration_s) {
-      throw scenario_error(scenario, "'duration_s' is missing",
-                           "say how long the receiver stays at its position");
-    }
-    return {Trajectory::fixed(*scenario.start, config.waypoints.front(), *scenario.duration_s), false, {}};
-  }
-  return {Trajectory::from_waypoints(*scenario.start, config.waypoints, config.speed_mps, config.hold_s),
-          false,
-          {}};
-}
-
 Plan make_plan(const Scenario& scenario) {
   if (scenario.receivers.empty())
     throw scenario_error(scenario, "the scenario has no receiver", "give at least one");
   TrajectoryFile file = make_trajectory(scenario);
-  Plan plan{std::move(file.trajectory), {}, 0, 0, std::move(file.warnings)};
+  Plan plan{file.trajectory.with_attitude(scenario.trajectory.attitude), {}, 0, 0, std::move(file.warnings)};
   const GpsTime first = plan.trajectory.begin();
   const GpsTime last = plan.trajectory.end();
   plan.begin = first;
@@ -181,10 +162,10 @@ class Progress {
 }  // namespace
 
 struct Simulation::Impl {
-  Impl(Scenario s, std::shared_ptr<CityScene> scene, Plan p)
+  Impl(Scenario s, std::shared_ptr<CityScene> scene, Plan p, const SkyBuilder& build)
       : scenario(std::move(s)),
         plan(std::move(p)),
-        sky(build_sky(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position)),
+        sky(build(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position)),
         city_scene(scene),
         environment(std::move(scene), sky.sky, sky.navigation.klobuchar) {
     warnings = scenario.warnings;
@@ -326,6 +307,7 @@ PureEpoch Simulation::Impl::pure_epoch(std::size_t receiver, GpsTime t) const {
   pure.truth = antenna_pose(receiver, t);
   pure.arrival = environment.arrival(t, environment.city().frame.local_from_geodetic(pure.truth.position),
                                      propagators[propagator_of[receiver]]);
+  if (!scenario.receivers[receiver].fixed) tilt_antenna(pure.arrival, pure.truth, environment.city().frame);
   return pure;
 }
 
@@ -382,19 +364,20 @@ Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation
 Simulation::Simulation(Scenario scenario, city::City city)
     : Simulation(std::move(scenario), std::make_shared<CityScene>(std::move(city))) {}
 
-Simulation::Simulation(Scenario scenario, std::shared_ptr<CityScene> scene) {
-  if (!scene) throw InputError("a simulation needs a scene");
+Simulation::Simulation(Scenario scenario, std::shared_ptr<CityScene> scene, const SkyBuilder& sky) {
+  if (!scene || !sky) throw InputError("a simulation needs a scene");
   const city::City& city = scene->city;
   for (const auto& [index, enu] : scenario.trajectory.local_waypoints) {
     scenario.trajectory.waypoints.at(index) = city.frame.geodetic_from_local(enu);
   }
   scenario.trajectory.local_waypoints.clear();
+  put_on_terrain(scenario, *scene);
   for (ReceiverConfig& receiver : scenario.receivers) {
     if (receiver.fixed) receiver.fixed->settle(city.frame);
   }
   Plan plan = make_plan(scenario);
   check_city(scenario, city);
-  impl_ = std::make_unique<Impl>(std::move(scenario), std::move(scene), std::move(plan));
+  impl_ = std::make_unique<Impl>(std::move(scenario), std::move(scene), std::move(plan), sky);
 }
 Simulation::~Simulation() = default;
 

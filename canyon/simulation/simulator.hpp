@@ -42,6 +42,20 @@ struct RunResult {
   std::vector<std::string> warnings;
 };
 
+/// Builds the sky that `config` asks for, valid over [begin, end], seen from `place` (frozen skies). Throws
+/// InputError, with both spans and the cure, where no satellite at all has an ephemeris at `begin`; warns
+/// where the ephemerides end before `end`, or are older than their system allows (allow_stale).
+struct BuiltSky {
+  std::shared_ptr<const orbit::Sky> sky;
+  gnss::NavigationData navigation;
+  std::vector<std::string> warnings;
+};
+[[nodiscard]] BuiltSky build_sky(const SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
+                                 const geodesy::Geodetic& place);
+/// Stands for build_sky() where skies are shared.
+using SkyBuilder =
+    std::function<BuiltSky(const SkyConfig&, geodesy::GpsTime, geodesy::GpsTime, const geodesy::Geodetic&)>;
+
 /// A scenario made ready: city loaded, sky chosen, trajectory checked against both.
 class Simulation {
  public:
@@ -49,8 +63,8 @@ class Simulation {
   /// simulation/load_city.hpp). Throws InputError where the trajectory lies outside the ephemerides, or more
   /// than 10 km from the city.
   Simulation(Scenario scenario, city::City city);
-  /// The same over a scene that others share.
-  Simulation(Scenario scenario, std::shared_ptr<CityScene> scene);
+  /// The same over a scene that others share, and under a sky of theirs.
+  Simulation(Scenario scenario, std::shared_ptr<CityScene> scene, const SkyBuilder& sky = build_sky);
   ~Simulation();
 
   [[nodiscard]] const Scenario& scenario() const;
@@ -77,17 +91,6 @@ class Simulation {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// Builds the sky that `config` asks for, valid over [begin, end], seen from `place` (frozen skies). Throws
-/// InputError, with both spans and the cure, where no satellite at all has an ephemeris at `begin`; warns
-/// where the ephemerides end before `end`, or are older than their system allows (allow_stale).
-struct BuiltSky {
-  std::shared_ptr<const orbit::Sky> sky;
-  gnss::NavigationData navigation;
-  std::vector<std::string> warnings;
-};
-[[nodiscard]] BuiltSky build_sky(const SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
-                                 const geodesy::Geodetic& place);
 
 /// Whether any satellite at all is known at `t`.
 [[nodiscard]] bool has_satellites(const orbit::Sky& sky, geodesy::GpsTime t);

@@ -9,11 +9,65 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/smooth_drive.hpp"
 
 namespace canyon::simulation {
 
 using geodesy::Geodetic;
 using geodesy::GpsTime;
+
+namespace {
+
+using Samples = std::vector<std::pair<GpsTime, Geodetic>>;
+constexpr double kGravity_mps2 = 9.80665;
+
+Samples straight_samples(GpsTime start, const std::vector<Waypoint>& waypoints) {
+  Samples samples;
+  GpsTime t = start;
+  Eigen::Vector3d previous = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < waypoints.size(); ++i) {
+    const Waypoint& waypoint = waypoints[i];
+    const Eigen::Vector3d ecef = geodesy::ecef_from_geodetic(waypoint.place);
+    if (i > 0) {
+      const double duration_s = (ecef - previous).norm() / waypoint.speed_mps;
+      if (!(duration_s < 1e8)) {
+        throw InputError(fmt::format("the leg to waypoint {} takes {:.0f} s", i + 1, duration_s),
+                         "check the waypoint and speed_mps");
+      }
+      t = t + duration_s;
+    }
+    // Two waypoints at one place are one, with the holds of both.
+    if (samples.empty() || t > samples.back().first) samples.emplace_back(t, waypoint.place);
+    t = t + waypoint.hold_s;
+    if (t > samples.back().first) samples.emplace_back(t, waypoint.place);
+    previous = ecef;
+  }
+  return samples;
+}
+
+// Roll and pitch of a vehicle that accelerates so; its yaw is there already.
+void set_attitude(Pose& pose, const Eigen::Vector3d& acceleration_enu, Attitude attitude) {
+  const Eigen::Vector3d& v = pose.velocity_enu_mps;
+  if (attitude == Attitude::Aircraft) {
+    const double level_mps = v.head<2>().norm();
+    if (level_mps < Trajectory::kStandstill_mps) return;
+    pose.roll_rad = -std::atan(level_mps * pose.yaw_rate_radps / kGravity_mps2);
+    pose.pitch_rad = std::atan2(v.z(), level_mps);
+  } else if (attitude == Attitude::Multirotor) {
+    const Eigen::Vector3d up = (acceleration_enu + kGravity_mps2 * Eigen::Vector3d::UnitZ()).normalized();
+    const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
+    pose.roll_rad = -std::asin(std::clamp(-s * up.x() + c * up.y(), -1.0, 1.0));
+    pose.pitch_rad = std::atan2(-(c * up.x() + s * up.y()), up.z());
+  }
+}
+
+}  // namespace
+
+Eigen::Vector3d Pose::up_enu() const {
+  const double forward = -std::cos(roll_rad) * std::sin(pitch_rad), left = -std::sin(roll_rad);
+  const double c = std::cos(yaw_rad), s = std::sin(yaw_rad);
+  return {c * forward - s * left, s * forward + c * left, std::cos(roll_rad) * std::cos(pitch_rad)};
+}
 
 struct Trajectory::Track {
   std::vector<GpsTime> times;
@@ -36,8 +90,8 @@ struct Trajectory::Track {
   }
   void set_velocities();
   void set_held_yaws();
-  [[nodiscard]] Pose at(GpsTime t) const;
-  [[nodiscard]] Pose in_segment(std::size_t segment, GpsTime t) const;
+  [[nodiscard]] Pose at(GpsTime t, Attitude attitude) const;
+  [[nodiscard]] Pose in_segment(std::size_t segment, GpsTime t, Attitude attitude) const;
 };
 
 Trajectory::Track::Track(std::vector<std::pair<GpsTime, Geodetic>> samples, bool straight)
@@ -117,7 +171,7 @@ void Trajectory::Track::set_held_yaws() {
   if (first_moving < n) std::fill_n(held_yaw.begin(), first_moving, held_yaw[first_moving]);
 }
 
-Pose Trajectory::Track::in_segment(std::size_t i, GpsTime t) const {
+Pose Trajectory::Track::in_segment(std::size_t i, GpsTime t, Attitude attitude) const {
   const double h = spacing(i);
   const double s = (t - times[i]) / h;
   const Eigen::Vector3d& p0 = positions[i];
@@ -158,18 +212,19 @@ Pose Trajectory::Track::in_segment(std::size_t i, GpsTime t) const {
   if (straight) pose.velocity_enu_mps.z() = (places[i + 1].height_m - places[i].height_m) / h;
 
   const Eigen::Vector3d& v = pose.velocity_enu_mps;
+  const Eigen::Vector3d a = enu_from_frame * acceleration;
   const double speed_squared = v.head<2>().squaredNorm();
   if (speed_squared >= kStandstill_mps * kStandstill_mps) {
-    const Eigen::Vector3d a = enu_from_frame * acceleration;
     pose.yaw_rad = std::atan2(v.y(), v.x());
     pose.yaw_rate_radps = (v.x() * a.y() - v.y() * a.x()) / speed_squared;
   } else {
     pose.yaw_rad = held_yaw[i];
   }
+  set_attitude(pose, a, attitude);
   return pose;
 }
 
-Pose Trajectory::Track::at(GpsTime t) const {
+Pose Trajectory::Track::at(GpsTime t, Attitude attitude) const {
   t = std::clamp(t, times.front(), times.back());
   if (times.size() == 1) {
     Pose pose;
@@ -179,7 +234,7 @@ Pose Trajectory::Track::at(GpsTime t) const {
   }
   const auto after = std::upper_bound(times.begin(), times.end(), t);
   const auto index = static_cast<std::size_t>(after - times.begin());
-  return in_segment(std::min(index, times.size() - 1) - 1, t);
+  return in_segment(std::min(index, times.size() - 1) - 1, t, attitude);
 }
 
 Trajectory::Trajectory(std::vector<std::pair<GpsTime, Geodetic>> samples) {
@@ -196,36 +251,30 @@ Trajectory::Trajectory(std::vector<std::pair<GpsTime, Geodetic>> samples) {
 
 Trajectory Trajectory::from_waypoints(GpsTime start, const std::vector<Geodetic>& waypoints, double speed_mps,
                                       double hold_s) {
+  std::vector<Waypoint> same;
+  for (const Geodetic& place : waypoints) same.push_back({place, speed_mps, hold_s});
+  return from_waypoints(start, same, std::nullopt);
+}
+
+Trajectory Trajectory::from_waypoints(GpsTime start, const std::vector<Waypoint>& waypoints,
+                                      std::optional<double> acceleration_mps2) {
   if (waypoints.empty()) throw InputError("the list of waypoints is empty", "give at least one");
-  if (!(speed_mps > 0) || !(speed_mps <= 1e5)) {
-    throw InputError(fmt::format("speed_mps: {} m/s is out of range", speed_mps),
-                     "it is above 0 and at most 100000 m/s");
-  }
-  if (!(hold_s >= 0) || !(hold_s <= 1e8)) {
-    throw InputError(fmt::format("hold_s: {} s is out of range", hold_s), "it runs from 0 to 1e8 s");
-  }
-  std::vector<std::pair<GpsTime, Geodetic>> samples;
-  GpsTime t = start;
-  Eigen::Vector3d previous = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < waypoints.size(); ++i) {
-    geodesy::check_geodetic(waypoints[i], fmt::format("waypoint {}", i + 1).c_str());
-    const Eigen::Vector3d ecef = geodesy::ecef_from_geodetic(waypoints[i]);
-    if (i > 0) {
-      const double duration_s = (ecef - previous).norm() / speed_mps;
-      if (!(duration_s < 1e8)) {
-        throw InputError(fmt::format("the leg to waypoint {} takes {:.0f} s", i + 1, duration_s),
-                         "check the waypoint and speed_mps");
-      }
-      t = t + duration_s;
+    const Waypoint& w = waypoints[i];
+    geodesy::check_geodetic(w.place, fmt::format("waypoint {}", i + 1).c_str());
+    if (!(w.speed_mps > 0) || !(w.speed_mps <= 1e5)) {
+      throw InputError(fmt::format("speed_mps: {} m/s is out of range", w.speed_mps),
+                       "it is above 0 and at most 100000 m/s");
     }
-    // Two waypoints at one place are one, with the holds of both.
-    if (samples.empty() || t > samples.back().first) samples.emplace_back(t, waypoints[i]);
-    t = t + hold_s;
-    if (t > samples.back().first) samples.emplace_back(t, waypoints[i]);
-    previous = ecef;
+    if (!(w.hold_s >= 0) || !(w.hold_s <= 1e8)) {
+      throw InputError(fmt::format("hold_s: {} s is out of range", w.hold_s), "it runs from 0 to 1e8 s");
+    }
   }
-  Trajectory trajectory(std::vector<std::pair<GpsTime, Geodetic>>{samples.front()});
-  trajectory.track_ = std::make_shared<Track>(std::move(samples), true);
+  Samples samples = acceleration_mps2 && waypoints.size() > 1
+                        ? smooth_samples(start, waypoints, *acceleration_mps2)
+                        : straight_samples(start, waypoints);
+  Trajectory trajectory(Samples{samples.front()});
+  trajectory.track_ = std::make_shared<Track>(std::move(samples), !acceleration_mps2);
   return trajectory;
 }
 
@@ -250,7 +299,13 @@ double Trajectory::sample_interval_s() const {
   return track_->sample_interval_s;
 }
 Pose Trajectory::at(GpsTime t) const {
-  return track_->at(t);
+  return track_->at(t, attitude_);
+}
+
+Trajectory Trajectory::with_attitude(Attitude attitude) const {
+  Trajectory tilted = *this;
+  tilted.attitude_ = attitude;
+  return tilted;
 }
 
 double Trajectory::length_m() const {

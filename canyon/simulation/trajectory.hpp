@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,25 @@ struct Pose {
   Eigen::Vector3d velocity_enu_mps = Eigen::Vector3d::Zero();
   double yaw_rad = 0;         ///< ENU yaw of the direction of travel; the last moving one at standstill
   double yaw_rate_radps = 0;  ///< counter-clockwise; 0 at standstill and at corners of straight legs
+  double roll_rad = 0;  ///< about the forward axis, the left side up; 0 unless the trajectory has an attitude
+  double pitch_rad = 0;  ///< nose up; likewise
+
+  /// The vehicle's up in ENU: z turned by roll, pitch and yaw.
+  [[nodiscard]] Eigen::Vector3d up_enu() const;
+};
+
+/// How a vehicle tilts as it moves.
+enum class Attitude : std::uint8_t {
+  Level,     ///< roll and pitch 0
+  Aircraft,  ///< nose along the flight path, banked so that a turn is coordinated: tan(roll) = v yaw rate / g
+  Multirotor  ///< its thrust makes the acceleration: up along acceleration plus gravity
+};
+
+/// A corner of a drive.
+struct Waypoint {
+  geodesy::Geodetic place;
+  double speed_mps = 10;  ///< on the leg that ends here; above 0
+  double hold_s = 0;      ///< standstill here
 };
 
 /// A path through time. Samples are interpolated so that position and velocity are continuous (cubic Hermite
@@ -38,6 +58,15 @@ class Trajectory {
   [[nodiscard]] static Trajectory from_waypoints(geodesy::GpsTime start,
                                                  const std::vector<geodesy::Geodetic>& waypoints,
                                                  double speed_mps, double hold_s = 0);
+  /// The same with a speed for each leg and a hold for each waypoint. With an acceleration [m/s^2, (0, 100]]
+  /// the drive is smooth: ends and holds are reached at rest, speeds change no faster than that, and corners
+  /// without a hold are cut by arcs on which v^2 / r stays within it. An arc is as wide as the legs' speed
+  /// needs and takes at most 45 % of the shorter leg; where that is too little, the speed is lowered. Turns
+  /// of more than 170 deg are driven to and from at rest.
+  [[nodiscard]] static Trajectory from_waypoints(geodesy::GpsTime start,
+                                                 const std::vector<Waypoint>& waypoints,
+                                                 std::optional<double> acceleration_mps2);
+  static constexpr double kSmooth_s = 0.1;
   /// One place for `duration_s`.
   [[nodiscard]] static Trajectory fixed(geodesy::GpsTime start, const geodesy::Geodetic& place,
                                         double duration_s);
@@ -49,10 +78,14 @@ class Trajectory {
   /// Clamped to [begin, end].
   [[nodiscard]] Pose at(geodesy::GpsTime t) const;
   [[nodiscard]] double length_m() const;
+  /// The same path with Pose::roll_rad and pitch_rad of this kind of vehicle; yaw stays the direction of
+  /// travel.
+  [[nodiscard]] Trajectory with_attitude(Attitude attitude) const;
 
  private:
   struct Track;
   std::shared_ptr<const Track> track_;
+  Attitude attitude_ = Attitude::Level;
 };
 
 /// "csv": header or not; columns time, latitude, longitude, height. Time is ISO 8601, or seconds from the

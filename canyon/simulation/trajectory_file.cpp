@@ -15,6 +15,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
 #include "canyon/simulation/nmea_fixes.hpp"
+#include "canyon/simulation/track_file.hpp"
 #include "canyon/simulation/trajectory.hpp"
 
 namespace canyon::simulation {
@@ -434,7 +435,7 @@ NmeaFixes read_nmea(TextFile& file, GpsTime start) {
 }  // namespace
 
 const std::vector<std::string>& trajectory_formats() {
-  static const std::vector<std::string> formats{"csv", "urbannav", "nmea"};
+  static const std::vector<std::string> formats{"csv", "urbannav", "nmea", "gpx", "kml"};
   return formats;
 }
 
@@ -442,7 +443,18 @@ TrajectoryFile read_trajectory_file(const std::filesystem::path& path, const std
                                     GpsTime start) {
   if (std::find(trajectory_formats().begin(), trajectory_formats().end(), format) ==
       trajectory_formats().end()) {
-    throw InputError(fmt::format("trajectory format '{}' is unknown", format), "it is csv, urbannav or nmea");
+    throw InputError(fmt::format("trajectory format '{}' is unknown", format),
+                     "it is csv, urbannav, nmea, gpx or kml");
+  }
+  if (is_track_format(format)) {
+    TrackFile track = read_track_file(path, format);
+    if (track.times.empty()) {
+      throw InputError(path, 0, "the path has no times", "name it in a scenario, with trajectory.speed_mps");
+    }
+    Samples samples;
+    for (std::size_t i = 0; i < track.places.size(); ++i)
+      samples.emplace_back(track.times[i], track.places[i]);
+    return {Trajectory(std::move(samples)), true, std::move(track.warnings)};
   }
   TextFile file(path);
   if (format == "csv") return read_csv(file, start);

@@ -100,7 +100,7 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault("time,latitude,longitude,height\n", "csv"), HasSubstr("no position"));
   EXPECT_THAT(fault("time,latitude,height\n1,2,3\n", "csv"), HasSubstr("no column 'longitude'"));
   EXPECT_THAT(fault("time,lat_rad,lon_rad,height\n1,0.2,1,3\n", "csv"), HasSubstr("radians"));
-  EXPECT_THAT(fault("0,22.3,114.17,1\n", "gpx"), HasSubstr("'gpx' is unknown"));
+  EXPECT_THAT(fault("0,22.3,114.17,1\n", "igc"), HasSubstr("'igc' is unknown"));
   EXPECT_THAT(error_of([] { (void)read_trajectory("/nowhere/track.csv", "csv", kStart); }).what(),
               HasSubstr("/nowhere/track.csv"));
 }

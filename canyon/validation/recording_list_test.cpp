@@ -66,8 +66,8 @@ TEST_F(RecordingListTest, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault("recordings:\n  - {name: a, scenario: a.yaml, profile: ublox" + rest),
               AllOf(HasSubstr("list.yaml:2"), HasSubstr("profile"), HasSubstr("ublox-")));
   EXPECT_THAT(fault("recordings:\n  - {name: a, scenario: a.yaml, split: 1" + rest), HasSubstr("split"));
-  EXPECT_THAT(fault("recordings:\n  - {name: a, scenario: a.yaml, truth_format: gpx" + rest),
-              AllOf(HasSubstr("gpx"), HasSubstr("urbannav")));
+  EXPECT_THAT(fault("recordings:\n  - {name: a, scenario: a.yaml, truth_format: igc" + rest),
+              AllOf(HasSubstr("igc"), HasSubstr("urbannav")));
   EXPECT_THAT(fault("recordings:\n  - {name: a, scenario: a.yaml, align_heading: true" + rest),
               HasSubstr("align: true"));
   const std::string one = "  - {name: a, scenario: a.yaml" + rest;

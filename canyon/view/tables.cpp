@@ -14,6 +14,8 @@ constexpr std::array kEpochColumns{
     Column{"north_m", F64, "m", ""},
     Column{"up_m", F64, "m", ""},
     Column{"yaw_deg", F64, "deg", "direction of travel, from east counter-clockwise"},
+    Column{"roll_deg", F64, "deg", "left side up; 0 unless the trajectory has an attitude"},
+    Column{"pitch_deg", F64, "deg", "nose up"},
     Column{"velocity_east_mps", F64, "m/s", "true"},
     Column{"velocity_north_mps", F64, "m/s", ""},
     Column{"velocity_up_mps", F64, "m/s", ""},

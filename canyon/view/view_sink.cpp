@@ -110,6 +110,8 @@ class Recorder {
                antenna.y(),
                antenna.z(),
                geodesy::degrees(epoch.truth.yaw_rad),
+               geodesy::degrees(epoch.truth.roll_rad),
+               geodesy::degrees(epoch.truth.pitch_rad),
                v.x(),
                v.y(),
                v.z(),

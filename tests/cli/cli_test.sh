@@ -365,7 +365,7 @@ P
   runs 2 "${judge[@]}" --align --reach 1; one_line; says err reach
   runs 2 "${judge[@]}" --models miror; one_line; says err miror "'mirror'"
   runs 2 "${judge[@]}" --models mirror --ladder
-  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --format gpx; one_line; says err gpx urbannav
+  runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --format igc; one_line; says err igc urbannav
   runs 2 "${judge[@]}" --report judge.yaml; one_line; says err judge.yaml
   runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs; one_line; says err --truth
   runs 2 "$canyon" validate judge.yaml --obs none.obs --truth truth.csv; one_line; says err none.obs
@@ -781,6 +781,57 @@ assert abs(min(east) - 10.9999) < 3e-5 and abs(max(east) - 11.0001) < 3e-5, ring
 assert abs(min(north) - 47.9999) < 3e-5 and abs(max(north) - 48.0001) < 3e-5, ring
 P
   ;;
+study)
+  cat >study.yaml <<'Y'
+scenario: small.yaml
+axes:
+  - seeds: 3
+  - {key: "receivers[0].elevation_mask_deg", values: [5, 25]}
+Y
+  sed -i '$a receivers: [{name: car}]\nduration_s: 3' small.yaml
+  runs 0 "$canyon" study --help; says out --shard --dry-run merge axes[].seeds
+  runs 0 "$canyon" study study.yaml --dry-run; says out "6 runs of 1 receivers (car)" elevation_mask_deg luck
+  runs 0 "$canyon" study study.yaml --out whole --threads 1; says out "receiver" "runs" "intervals"
+  for f in study.nc table.csv errors.png boxes.svg availability.png distributions.svg; do [ -s whole/$f ] || fail "no $f"; done
+  head -1 whole/table.csv | grep -q '^elevation_mask_deg,receiver,runs,figure,unit,mean,low,high,' || fail "table.csv has another header"
+  [ "$(wc -l <whole/table.csv)" -eq 11 ] || fail "table.csv has not two groups of five figures"
+  # A run is canyon simulate's.
+  runs 0 "$canyon" study study.yaml --print-run 3; cp out run.yaml
+  runs 0 "$canyon" simulate run.yaml --out run; says out "horizontal error, 95 %"
+  p95=$(awk '/horizontal error, 95/ {print $NF}' out)
+  python3 - "$p95" <<'P' || fail "run 3 has another error than canyon simulate"
+import glob, json, sys
+for name in glob.glob("whole/runs/*.jsonl"):
+    for line in open(name):
+        record = json.loads(line[9:])
+        if record["run"] == 3:
+            assert record["seed"] == 2 and record["at"] == ["2", "25"], record["at"]
+            assert abs(record["receivers"][0]["figures"][4] - float(sys.argv[1])) < 6e-4
+            sys.exit(0)
+sys.exit(1)
+P
+  # Shards, threads, interruption: the same bytes.
+  runs 0 "$canyon" study study.yaml --out a --shard 1/2 --quiet
+  runs 0 "$canyon" study study.yaml --out b --shard 2/2 --threads 2 --quiet
+  [ ! -e a/study.nc ] || fail "half a study has results"
+  runs 2 "$canyon" study merge a --out c; says err "3 of 6 runs are missing"
+  runs 0 "$canyon" study merge a b --out c --quiet
+  for f in study.nc table.csv errors.png; do cmp whole/$f c/$f || fail "other bytes of $f from shards"; done
+  runs 0 "$canyon" study study.yaml --out whole; says err "0 runs"
+  # Bad input.
+  sed 's/seeds: 3/seeds: 4/' study.yaml >other.yaml
+  runs 2 "$canyon" study other.yaml --out whole; one_line; says err "another study" "give another folder"
+  runs 0 "$canyon" study other.yaml --out d --shard 1/2 --quiet
+  runs 2 "$canyon" study merge a d --out e; one_line; says err "a shard of another study"
+  runs 2 "$canyon" study merge . --out e; one_line; says err "holds no study"
+  runs 2 "$canyon" study study.yaml; one_line; says err "--out is missing"
+  runs 2 "$canyon" study study.yaml --out x --shard 3/2; one_line; says err "no part of a study"
+  runs 2 "$canyon" study study.yaml --print-run 6; one_line; says err "runs 0 to 5"
+  sed 's/seeds: 3/seed: 3/' study.yaml >bad.yaml
+  runs 2 "$canyon" study bad.yaml --dry-run; one_line; says err "bad.yaml:3"
+  printf '%s\n' 'keep: epochs' >>bad.yaml; sed -i 's/seed: 3/seeds: 1000000/; s/values: .*/values: [5]}/' bad.yaml
+  printf '%s\n' 'max_output_gb: 0.1' >>bad.yaml
+  runs 2 "$canyon" study bad.yaml --dry-run; one_line; says err "would write about" "max_output_gb" ;;
 heatmap_query)
   runs 0 "$canyon" heatmap query --help; says out --at --path --format --speed --altitude --time --stretch --json
   runs 0 "$canyon" heatmap small.yaml --out map --enu-box=-70,-8,70,8 --spacing 2 --altitude 2,15 --times 0/600/300 \
@@ -812,7 +863,7 @@ P
   runs 2 "$canyon" heatmap query map/map.nc --at 22.3; one_line; says err LATITUDE,LONGITUDE
   runs 2 "$canyon" heatmap query map/map.nc --at 48,11; one_line; says err --at outside
   runs 2 "$canyon" heatmap query map/map.nc --at 22.3,114.17 --time 2026-04-01T10:00:00Z; one_line; says err --time 2026-04-01
-  runs 2 "$canyon" heatmap query map/map.nc --path truth.csv --format gpx; one_line; says err gpx urbannav
+  runs 2 "$canyon" heatmap query map/map.nc --path truth.csv --format igc; one_line; says err igc urbannav
   runs 2 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --speed 0; one_line; says err --speed
   runs 2 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --time 2027-01-01T00:00:00Z
   one_line; says err truth.csv outside

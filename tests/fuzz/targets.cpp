@@ -34,6 +34,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/trajectory.hpp"
+#include "canyon/study/study.hpp"
 #include "canyon/validation/recording_list.hpp"
 #include "tests/support/cityjson_house.hpp"
 #include "tests/support/observation_text.hpp"
@@ -419,6 +420,27 @@ const std::vector<Target>& targets() {
        "track.csv",
        trajectory("urbannav"),
        {"2051,46701.5,22.3,114.17,5\n2051,46702.5,22.3,114.1701,5\n"}},
+      {"gpx",
+       "track.gpx",
+       trajectory("gpx"),
+       {"<gpx><trk><trkseg><trkpt lat=\"22.3\" "
+        "lon=\"114.17\"><ele>5</ele><time>2026-06-01T08:00:00Z</time></trkpt>\n"
+        "<trkpt lat='22.31' lon='114.17'><time>2026-06-01T08:00:01Z</time></trkpt></trkseg></trk></gpx>\n"}},
+      {"kml",
+       "track.kml",
+       trajectory("kml"),
+       {"<kml><gx:Track><when>2026-06-01T08:00:00Z</when><when>2026-06-01T08:00:01Z</when>\n"
+        "<gx:coord>114.17 22.3 5</gx:coord><gx:coord>114.171 22.3 6</gx:coord></gx:Track></kml>\n"}},
+      {"study",
+       "study.yaml",
+       [](const fs::path& path) { (void)study::StudyPlan::read(path); },
+       {"scenario: {city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}, start: "
+        "2026-01-01T00:00:00Z,\n"
+        "  duration_s: 1, trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}}\n"
+        "axes:\n  - seeds: 3\n  - {key: 'receivers[].elevation_mask_deg', range: {from: 0, to: 9}, crossed: "
+        "false}\n"
+        "  - {key: rate_hz, values: [1, 2]}\n  - {times: {from: 2026-01-01T00:00:00Z, span_s: 10}}\n"
+        "design: latin_hypercube\nruns: 5\n"}},
       {"mavlink", "frames.mavlink", read_mavlink, {mavlink_stream()}},
       {"poses_json", "poses.jsonl", hear_poses<simulation::PoseFormat::Json>, json_poses()},
       {"poses_binary", "poses.bin", hear_poses<simulation::PoseFormat::Binary>, {binary_pose()}},

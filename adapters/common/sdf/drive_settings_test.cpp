@@ -92,7 +92,7 @@ TEST_F(DriveElementTest, NamesElementAndCure) {
       {file + place, "<waypoint>: stands beside 'trajectory'; keep one of trajectory or waypoint"},
       {"<trajectory>none.csv</trajectory>", "there is no file 'none.csv'"},
       {"<trajectory>broken.csv</trajectory>", "broken.csv:2"},
-      {file + "<format>gpx</format>", "<format>"},
+      {file + "<format>igc</format>", "<format>"},
       {file + "<start>yesterday</start>", "<start>"},
       {file + "<start><week>2312</week></start>", "<start>: 'tow' is missing; give week and tow"},
       {file + "<speed_mps>3</speed_mps>", "belongs to waypoints"},

@@ -16,6 +16,24 @@ namespace canyon::heatmap {
 
 #ifdef CANYON_WITH_MPI
 
+/// A number at rank 0 that every rank can reach.
+struct MpiProcesses::Counter {
+  MPI_Win window = MPI_WIN_NULL;
+  std::uint64_t* value = nullptr;
+
+  explicit Counter(int rank) {
+    MPI_Win_allocate(rank == 0 ? sizeof(std::uint64_t) : 0, sizeof(std::uint64_t), MPI_INFO_NULL,
+                     MPI_COMM_WORLD, &value, &window);
+    if (rank == 0) *value = 0;
+    MPI_Barrier(MPI_COMM_WORLD);
+    MPI_Win_lock_all(0, window);
+  }
+  void free() {
+    MPI_Win_unlock_all(window);
+    MPI_Win_free(&window);
+  }
+};
+
 namespace {
 
 /// Launchers tell processes their number so: Open MPI, PMIx, PMI (MPICH, Intel), Slurm. Without them MPI is
@@ -37,8 +55,8 @@ MpiProcesses::MpiProcesses(int* argc, char*** argv) : exceptions_(std::uncaught_
   if (!is_launched()) return;
   // The library's own error handler stays: it ends the job, saying why.
   int provided = MPI_THREAD_SINGLE;
-  MPI_Init_thread(argc, argv, MPI_THREAD_FUNNELED, &provided);
-  if (provided < MPI_THREAD_FUNNELED) {
+  MPI_Init_thread(argc, argv, MPI_THREAD_SERIALIZED, &provided);
+  if (provided < MPI_THREAD_SERIALIZED) {
     MPI_Finalize();
     throw InputError("the MPI library bears no threads beside it", "use one that was built with threads");
   }
@@ -50,6 +68,7 @@ MpiProcesses::MpiProcesses(int* argc, char*** argv) : exceptions_(std::uncaught_
 MpiProcesses::~MpiProcesses() {
   if (!joined_) return;
   if (std::uncaught_exceptions() > exceptions_ && ranks_ > 1) MPI_Abort(MPI_COMM_WORLD, 1);
+  if (counter_) counter_->free();
   MPI_Finalize();
 }
 
@@ -62,6 +81,19 @@ std::vector<std::uint64_t> MpiProcesses::gather(std::uint64_t value) const {
   std::vector<std::uint64_t> all(rank_ == 0 ? static_cast<std::size_t>(ranks_) : 0);
   MPI_Gather(&value, 1, MPI_UINT64_T, all.data(), 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
   return all;
+}
+
+void MpiProcesses::begin_dealing() {
+  if (joined_) counter_ = std::make_unique<Counter>(rank_);
+}
+
+std::size_t MpiProcesses::next() {
+  if (!counter_) return next_++;
+  const std::uint64_t one = 1;
+  std::uint64_t mine = 0;
+  MPI_Fetch_and_op(&one, &mine, MPI_UINT64_T, 0, 0, MPI_SUM, counter_->window);
+  MPI_Win_flush(0, counter_->window);
+  return mine;
 }
 
 std::uint64_t MpiProcesses::sum(std::uint64_t value) const {
@@ -77,6 +109,8 @@ void MpiProcesses::abort(int status) const {
 
 #else
 
+struct MpiProcesses::Counter {};
+
 bool MpiProcesses::built_in() {
   return false;
 }
@@ -88,6 +122,10 @@ std::vector<std::uint64_t> MpiProcesses::gather(std::uint64_t value) const {
 }
 std::uint64_t MpiProcesses::sum(std::uint64_t value) const {
   return value;
+}
+void MpiProcesses::begin_dealing() {}
+std::size_t MpiProcesses::next() {
+  return next_++;
 }
 void MpiProcesses::abort(int status) const {
   std::_Exit(status);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace canyon::heatmap {
@@ -11,7 +13,8 @@ namespace canyon::heatmap {
 ///
 /// Ranks share nothing but the folder of a TileStore (rank 0 opens it, then a barrier, then the others) and
 /// take the units of their number (RunOptions::rank). All calls are collective: every rank makes the same
-/// ones in the same order, from the thread that made the object (MPI_THREAD_FUNNELED).
+/// ones in the same order, from the thread that made the object; next() alone may come from others
+/// (MPI_THREAD_SERIALIZED).
 class MpiProcesses {
  public:
   /// Whether this build knows MPI.
@@ -36,13 +39,22 @@ class MpiProcesses {
   [[nodiscard]] std::vector<std::uint64_t> gather(std::uint64_t value) const;
   /// Sum over the ranks, at each of them.
   [[nodiscard]] std::uint64_t sum(std::uint64_t value) const;
+  /// Deals 0, 1, 2, ... to whoever asks, over all ranks and threads, each number once. Collective once,
+  /// before the first next(); alone it counts by itself.
+  void begin_dealing();
+  /// Not collective; one thread of a rank at a time.
+  [[nodiscard]] std::size_t next();
+
   /// Ends the processes of all ranks at once, this one included. Not collective.
   [[noreturn]] void abort(int status) const;
 
  private:
   int rank_ = 0, ranks_ = 1;
   bool joined_ = false;
-  int exceptions_ = 0;  ///< in flight when it was made
+  int exceptions_ = 0;    ///< in flight when it was made
+  std::size_t next_ = 0;  ///< of next() where alone
+  struct Counter;
+  std::unique_ptr<Counter> counter_;  ///< of next() among several
 };
 
 }  // namespace canyon::heatmap

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "canyon/base/output_file.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -26,6 +27,19 @@ int locked(const Call& call) {
 }
 
 }  // namespace
+
+double unix_seconds(geodesy::GpsTime t) {
+  constexpr std::int64_t kGpsEpoch = 315'964'800;  // 1980-01-06 is day 3657
+  constexpr std::int64_t kNanoseconds = geodesy::GpsTime::kNanosecondsPerSecond;
+  std::int64_t seconds = t.nanoseconds() / kNanoseconds;
+  std::int64_t rest = t.nanoseconds() % kNanoseconds;
+  if (rest < 0) {
+    --seconds;
+    rest += kNanoseconds;
+  }
+  return static_cast<double>(seconds + kGpsEpoch - geodesy::leap_seconds(t)) +
+         static_cast<double>(rest) / kNanoseconds;
+}
 
 void NetcdfFile::check_written(int status) const {
   if (status == NC_NOERR) return;
@@ -157,6 +171,11 @@ void NetcdfFile::write(int variable, const Index& start, const Index& count, con
     return nc_put_vara_longlong(id_, variable, start.data(), count.data(),
                                 reinterpret_cast<const long long*>(values));
   }));
+}
+
+void NetcdfFile::write(int variable, const Index& start, const Index& count, const char* characters) {
+  check_written(
+      locked([&] { return nc_put_vara_text(id_, variable, start.data(), count.data(), characters); }));
 }
 
 void NetcdfFile::close() {

@@ -12,7 +12,12 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/geodesy/gps_time.hpp"
+
 namespace canyon::heatmap {
+
+/// Seconds since 1970-01-01 00:00:00 UTC without leap seconds, as CF's standard calendar counts them.
+[[nodiscard]] double unix_seconds(geodesy::GpsTime t);
 
 /// An open NetCDF file. The library is not thread-safe: every call of all files goes through one lock. What
 /// fails is an InputError that names the file. Part of canyon::io.
@@ -50,6 +55,7 @@ class NetcdfFile {
   void write(int variable, const Index& start, const Index& count, const double* values);
   void write(int variable, const Index& start, const Index& count, const signed char* values);
   void write(int variable, const Index& start, const Index& count, const std::int64_t* values);
+  void write(int variable, const Index& start, const Index& count, const char* characters);
   void close();
 
   // Reading; empty where there is no such thing (of that type).

@@ -29,20 +29,6 @@ constexpr int kDeflateLevel = 4;
 /// Latitude and longitude of every cell would outweigh the layers of larger maps.
 constexpr std::size_t kMostCellsWithLatitude = 4'000'000;
 
-/// Seconds since 1970-01-01 00:00:00 UTC without leap seconds, as CF's standard calendar counts them.
-double unix_seconds(geodesy::GpsTime t) {
-  constexpr std::int64_t kGpsEpoch = 315'964'800;  // 1980-01-06 is day 3657
-  constexpr std::int64_t kNanoseconds = geodesy::GpsTime::kNanosecondsPerSecond;
-  std::int64_t seconds = t.nanoseconds() / kNanoseconds;
-  std::int64_t rest = t.nanoseconds() % kNanoseconds;
-  if (rest < 0) {
-    --seconds;
-    rest += kNanoseconds;
-  }
-  return static_cast<double>(seconds + kGpsEpoch - geodesy::leap_seconds(t)) +
-         static_cast<double>(rest) / kNanoseconds;
-}
-
 class Writer {
  public:
   Writer(const std::filesystem::path& at, const std::filesystem::path& shown, const MapSource& source)

@@ -1,0 +1,68 @@
+#include "canyon/simulation/scenario_trajectory.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/simulation/antenna_pose.hpp"
+#include "canyon/simulation/track_file.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using geodesy::Geodetic;
+using geodesy::GpsTime;
+
+InputError scenario_error(const Scenario& scenario, std::string_view problem, std::string_view cure) {
+  return {scenario.file, 0, problem, cure};
+}
+
+}  // namespace
+
+TrajectoryFile make_trajectory(const Scenario& scenario) {
+  const TrajectoryConfig& config = scenario.trajectory;
+  TrackFile track;
+  if (config.file && is_track_format(config.format)) track = read_track_file(*config.file, config.format);
+  if (config.file && (track.places.empty() || !track.times.empty()))
+    return read_trajectory_file(*config.file, config.format, scenario.start.value_or(GpsTime{}));
+  if (!scenario.start) {
+    throw scenario_error(scenario, "'start' is missing, and the trajectory has no times of its own",
+                         "add start: 2026-01-01T12:00:00Z");
+  }
+  if (config.waypoints.size() == 1) {
+    if (!scenario.duration_s) {
+      throw scenario_error(scenario, "'duration_s' is missing",
+                           "say how long the receiver stays at its position");
+    }
+    return {Trajectory::fixed(*scenario.start, config.waypoints.front(), *scenario.duration_s), false, {}};
+  }
+  std::vector<Waypoint> waypoints;
+  for (const Geodetic& place : track.places) waypoints.push_back({place, config.speed_mps, config.hold_s});
+  for (std::size_t i = 0; i < config.waypoints.size(); ++i) {
+    const TrajectoryConfig::Leg leg = config.legs.empty() ? TrajectoryConfig::Leg{} : config.legs.at(i);
+    waypoints.push_back(
+        {config.waypoints[i], leg.speed_mps.value_or(config.speed_mps), leg.hold_s.value_or(config.hold_s)});
+  }
+  return {Trajectory::from_waypoints(*scenario.start, waypoints, config.acceleration_mps2), false,
+          std::move(track.warnings)};
+}
+
+void put_on_terrain(Scenario& scenario, const CityScene& scene) {
+  TrajectoryConfig& config = scenario.trajectory;
+  for (std::size_t i = 0; i < config.legs.size() && i < config.waypoints.size(); ++i) {
+    std::optional<double>& height_m = config.legs[i].height_above_terrain_m;
+    if (!height_m) continue;
+    Pose pose;
+    pose.position = config.waypoints[i];
+    if (!clamp_to_terrain(pose, scene.city.frame, scene.scene, *height_m)) {
+      throw scenario_error(
+          scenario, fmt::format("waypoint {}: height_above_terrain_m, and no terrain lies there", i + 1),
+          "use a mesh with terrain there (see city.terrain_names), or give height_m");
+    }
+    config.waypoints[i] = pose.position;
+    height_m.reset();  // it is part of the place now
+  }
+}
+
+}  // namespace canyon::simulation

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/trajectory.hpp"
+
+namespace canyon::simulation {
+
+/// The way that a scenario's trajectory is, waypoints in place. Throws InputError as readers of files do, and
+/// where start or duration_s is needed and absent.
+[[nodiscard]] TrajectoryFile make_trajectory(const Scenario& scenario);
+
+/// Gives waypoints that say how high above the terrain they lie their heights. Throws InputError where no
+/// terrain lies there.
+void put_on_terrain(Scenario& scenario, const CityScene& scene);
+
+}  // namespace canyon::simulation

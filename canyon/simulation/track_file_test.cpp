@@ -1,0 +1,103 @@
+#include "canyon/simulation/track_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/trajectory.hpp"
+#include "tests/support/simulation_support.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using test::error_of;
+using test::TemporaryFolder;
+using ::testing::HasSubstr;
+
+// A track as the GPX 1.1 schema has it (topografix.com/GPX/1/1), with what must be passed over around it.
+constexpr const char* kGpx = R"(<?xml version="1.0"?>
+<gpx version="1.1" creator="x > y" xmlns="http://www.topografix.com/GPX/1/1">
+  <!-- <trkpt lat="1" lon="1"/> -->
+  <wpt lat="0" lon="0"><ele>1</ele></wpt>
+  <trk><name>way</name><trkseg>
+    <trkpt lat="22.3" lon='114.17'><ele>5.5</ele><time>2026-06-01T08:00:00Z</time></trkpt>
+    <trkpt lon="114.171" lat="22.3"><ele>6.5</ele><time>2026-06-01T08:00:10.5Z</time>
+      <extensions><x:speed xmlns:x="y">10</x:speed></extensions></trkpt>
+    <trkpt lat="22.3" lon="114.171"><ele>6.5</ele><time>2026-06-01T08:00:10.5Z</time></trkpt>
+  </trkseg></trk>
+</gpx>
+)";
+constexpr const char* kKmlTrack = R"(<kml xmlns:gx="http://www.google.com/kml/ext/2.2"><Placemark><gx:Track>
+  <when>2026-06-01T08:00:00Z</when><when>2026-06-01T08:00:05Z</when>
+  <gx:coord>114.17 22.3 5.5</gx:coord><gx:coord>114.171 22.3 6.5</gx:coord>
+</gx:Track></Placemark></kml>)";
+constexpr const char* kKmlLine = R"(<kml><Placemark><Point><coordinates>0,0</coordinates></Point></Placemark>
+<Placemark><LineString><coordinates>
+  114.17,22.3,5.5 114.171,22.3
+</coordinates></LineString></Placemark></kml>)";
+
+TEST(TrackFile, ReadsGpxTracks) {
+  const TemporaryFolder folder;
+  const TrackFile track = read_track_file(folder.write("a.gpx", kGpx), "gpx");
+  ASSERT_EQ(track.places.size(), 2U);  // the third's time does not follow
+  EXPECT_NEAR(geodesy::degrees(track.places[1].longitude_rad), 114.171, 1e-12);
+  EXPECT_EQ(track.places[1].height_m, 6.5);
+  EXPECT_DOUBLE_EQ(track.times[1] - track.times[0], 10.5);
+  EXPECT_THAT(track.warnings, ::testing::Contains(HasSubstr("1 points whose time")));
+  EXPECT_THAT(track.warnings, ::testing::Contains(HasSubstr("sea level")));
+  const Trajectory drive = read_trajectory(folder.path() / "a.gpx", "gpx", {});
+  EXPECT_DOUBLE_EQ(drive.end() - drive.begin(), 10.5);
+}
+
+TEST(TrackFile, ReadsKml) {
+  const TemporaryFolder folder;
+  const TrackFile track = read_track_file(folder.write("a.kml", kKmlTrack), "kml");
+  ASSERT_EQ(track.places.size(), 2U);
+  EXPECT_DOUBLE_EQ(track.times[1] - track.times[0], 5);
+  EXPECT_EQ(track.places[0].height_m, 5.5);
+  const TrackFile line = read_track_file(folder.write("b.kml", kKmlLine), "kml");
+  ASSERT_EQ(line.places.size(), 2U);
+  EXPECT_TRUE(line.times.empty());
+  EXPECT_NEAR(geodesy::degrees(line.places[0].latitude_rad), 22.3, 1e-12);
+  EXPECT_THAT(line.warnings, ::testing::Contains(HasSubstr("1 points have no height")));
+}
+
+TEST(TrackFile, RefusesWhatIsNone) {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::string& text, const std::string& format) {
+    const auto path = folder.write("bad", text);
+    return std::string(error_of([&] { (void)read_track_file(path, format); }).what());
+  };
+  EXPECT_THAT(refused("", "gpx"), HasSubstr("no track point"));
+  EXPECT_THAT(refused("a,b,c", "kml"), HasSubstr("no gx:Track"));
+  EXPECT_THAT(refused("<trkpt lat=\"95\" lon=\"0\"/>", "gpx"), HasSubstr("no place"));
+  EXPECT_THAT(refused("\n<trkpt lat=\"x\" lon=\"0\"/>", "gpx"), HasSubstr("bad:2: the latitude 'x'"));
+  EXPECT_THAT(refused("<trkpt lat=\"9\"/>", "gpx"), HasSubstr("longitude ''"));
+  EXPECT_THAT(refused("<trkpt lat=\"9\" lon=\"0\"", "gpx"), HasSubstr("does not end"));
+  EXPECT_THAT(refused("<trkpt lat=\"9\" lon=\"0\"><time>then</time></trkpt>", "gpx"), HasSubstr("then"));
+  EXPECT_THAT(refused("<trkpt lat=\"9\" lon=\"0\"><time>2026-01-01T00:00:00Z</time></trkpt>"
+                      "<trkpt lat=\"9\" lon=\"0\"></trkpt>",
+                      "gpx"),
+              HasSubstr("1 of 2 points have no time"));
+  EXPECT_THAT(refused("<gx:coord>1 2</gx:coord>", "kml"), HasSubstr("0 times for 1 places"));
+  const auto line = folder.write("b.kml", kKmlLine);
+  EXPECT_THAT(error_of([&] { (void)read_trajectory(line, "kml", {}); }).what(), HasSubstr("no times"));
+}
+
+// Without times of its own a path is driven as waypoints are.
+TEST(TrackFile, PathsWithoutTimesAreDriven) {
+  const TemporaryFolder folder;
+  (void)folder.write("b.kml", kKmlLine);
+  const Scenario scenario = parse_scenario(R"(
+city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
+start: 2026-06-01T08:00:00Z
+trajectory: {file: b.kml, format: kml, speed_mps: 5, acceleration_mps2: 1, attitude: aircraft}
+)",
+                                           folder.path() / "s.yaml");
+  EXPECT_EQ(scenario.trajectory.speed_mps, 5);
+  EXPECT_EQ(scenario.trajectory.attitude, Attitude::Aircraft);
+}
+
+}  // namespace
+}  // namespace canyon::simulation

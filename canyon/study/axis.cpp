@@ -1,0 +1,226 @@
+#include "canyon/study/axis.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/geodesy/time_text.hpp"
+#include "canyon/options/folder_name.hpp"
+#include "canyon/study/settings_tree.hpp"
+
+namespace canyon::study {
+namespace {
+
+constexpr std::uint32_t kMost = 100'000'000;
+constexpr double kYears100_s = 100 * 366 * 86'400.0;
+
+void visit_count(options::Visitor& v, std::optional<std::uint32_t>& count, std::string_view help) {
+  std::uint32_t number = count.value_or(0);
+  if (v.wants(v.reads() ? v.has("count") : count.has_value())) {
+    v.integer({"count", "", help, "none"}, number, 1, kMost);
+    if (v.reads()) count = number;
+  }
+}
+
+void visit_range(options::Visitor& v, Axis& o) {
+  v.require("from");
+  v.require("to");
+  v.number({"from", "", "numbers from this one"}, o.from, {});
+  v.number({"to", "", "to this one, which is among them"}, o.to, {});
+  v.one_of({"step", "count"});
+  v.number({"step", "", "from one to the next", "none: continuous, for samples"}, o.step, {0, 1e300, true});
+  visit_count(v, o.count, "or so many, at even distances");
+  if (v.reads() && !(o.from < o.to && std::isfinite(o.to - o.from)))
+    throw v.fault("to", "is not above from", "give from below to");
+}
+
+void visit_times(options::Visitor& v, Axis& o) {
+  std::string text = "2026-01-01T00:00:00Z";
+  if (!v.reads() && !v.describes()) text = geodesy::format_gpst(o.first, 9);
+  v.require("from");
+  v.text({"from", "UTC or GPST", "starts of runs: the first"}, text);
+  if (v.reads()) {
+    try {
+      o.first = geodesy::parse_simulated_time(text);
+    } catch (const InputError& e) {
+      throw v.fault("from", e.problem(), e.cure());
+    }
+  }
+  v.require("span_s", "give it in seconds: 86400 is a day, 31557600 a year");
+  v.number({"span_s", "s", "all lie before so long after it: 86400 is a day, 31557600 a year", "none"},
+           o.span_s, {0, kYears100_s, true});
+  v.one_of({"step_s", "count"});
+  v.number({"step_s", "s", "from one to the next", "none: continuous, for samples"}, o.step,
+           {0, kYears100_s, true});
+  visit_count(v, o.count, "or so many, at even distances");
+}
+
+/// More are refused by StudyPlan, whatever max_runs is.
+constexpr double kMostValues = 1e12;
+
+std::size_t steps(double span, double step) {
+  return static_cast<std::size_t>(std::min(std::max(0.0, span / step), kMostValues));
+}
+
+std::string number_text(double value) {
+  // 0.1 + 0.2 shall not show: 12 digits are enough for a grid.
+  return fmt::format("{:.12g}", value);
+}
+
+}  // namespace
+
+void visit(options::Visitor& v, DriveOptions& o) {
+  v.require("count");
+  v.integer({"count", "", "so many drives at random through the streets of the run's city"}, o.count, 1,
+            kMost);
+  v.number({"length_m", "m", "length of each"}, o.length_m, {10, 1e6});
+  v.number({"speed_mps", "m/s", "speed on the legs"}, o.speed_mps, {0, 100, true});
+  v.number({"acceleration_mps2", "m/s^2", "within which speeds change and corners are turned"},
+           o.acceleration_mps2, {0, 100, true});
+  v.number({"height_m", "m", "above the terrain"}, o.height_m, {0, 1000, true});
+}
+
+void visit(options::Visitor& v, Axis& o) {
+  v.text({"name", "", "names its coordinate in the results", "last word of the key"}, o.name);
+  v.text({"key", "",
+          "what it sets: a key of the scenario with dots, receivers[0].profile, "
+          "receivers[].elevation_mask_deg; a "
+          "section as well (city, faults). Left out: each value is a mapping of such keys",
+          "none"},
+         o.key);
+  v.one_of({"values", "range", "times", "seeds", "drives"},
+           "give one of values, range, times, seeds and drives");
+  if (v.wants(o.kind == Axis::Kind::Values || v.has("values"))) {
+    v.texts({"values", "", "a list of anything that may stand at the key", "none"}, o.values);
+    v.texts({"labels", "", "a word for each value, for tables and pictures", "the values"}, o.labels);
+  }
+  if (v.wants(v.reads() ? v.has("range") : o.kind == Axis::Kind::Range)) {
+    v.section("range", [&] { visit_range(v, o); });
+    if (v.reads()) o.kind = Axis::Kind::Range;
+  }
+  if (v.wants(v.reads() ? v.has("times") : o.kind == Axis::Kind::Times)) {
+    v.section("times", [&] { visit_times(v, o); });
+    if (v.reads()) o.kind = Axis::Kind::Times;
+  }
+  if (v.wants(v.reads() ? v.has("seeds") : o.kind == Axis::Kind::Seeds)) {
+    std::uint32_t seeds = o.count.value_or(0);
+    v.integer({"seeds", "", "so many draws of all noise: seed 1, 2, ...", "none"}, seeds, 1, kMost);
+    if (v.reads()) o.kind = Axis::Kind::Seeds, o.count = seeds;
+  }
+  if (v.wants(v.reads() ? v.has("drives") : o.kind == Axis::Kind::Drives)) {
+    v.section("drives", [&] { visit(v, o.drives); });
+    if (v.reads()) o.kind = Axis::Kind::Drives;
+  }
+  if (v.reads()) o.luck = o.kind != Axis::Kind::Values && o.kind != Axis::Kind::Range;
+  v.boolean(
+      {"luck", "",
+       "its values are occasions (times, seeds, paths), over which settings are compared: each has random "
+       "numbers of its own, which all settings share",
+       "true of times, seeds and drives"},
+      o.luck);
+  v.boolean({"crossed", "", "in a sample: every value at every point, for comparisons; not drawn"},
+            o.crossed);
+  if (!v.reads()) return;
+
+  const bool own_key =
+      o.kind == Axis::Kind::Times || o.kind == Axis::Kind::Seeds || o.kind == Axis::Kind::Drives;
+  if (own_key && !o.key.empty()) {
+    throw v.fault("key", "times, seeds and drives have their own", "leave it out");
+  }
+  if (o.kind == Axis::Kind::Times) o.key = "start";
+  if (o.kind == Axis::Kind::Seeds) o.key = "seed";
+  if (o.kind == Axis::Kind::Range && o.key.empty()) throw v.fault("key", "is missing", "name what it sets");
+  if (!o.labels.empty() && o.labels.size() != o.values.size()) {
+    throw v.fault("labels", fmt::format("{} for {} values", o.labels.size(), o.values.size()),
+                  "give one for each value, or none");
+  }
+  if (o.name.empty()) {
+    o.name = o.kind == Axis::Kind::Drives ? "drive" : o.key.substr(o.key.rfind('.') + 1);
+    if (o.name.find('[') != std::string::npos) o.name.erase(o.name.find('['));
+    if (o.name.empty()) throw v.fault("name", "is missing", "name an axis whose values are several keys");
+  }
+  options::check_folder_name(v, "name", o.name);
+  static constexpr std::array kTaken{"run", "receiver", "error_bin", "hour", "seed_of_run", "epoch"};
+  if (std::find(kTaken.begin(), kTaken.end(), o.name) != kTaken.end()) {
+    throw v.fault("name", fmt::format("'{}' is a name of the results' own", o.name), "give another name");
+  }
+}
+
+std::size_t Axis::size() const {
+  switch (kind) {
+    case Kind::Values:
+      return values.size();
+    case Kind::Seeds:
+      return count.value_or(1);
+    case Kind::Drives:
+      return drives.count;
+    case Kind::Range:
+      if (count) return *count;
+      return step ? steps(to - from + 1e-9 * *step, *step) + 1 : 0;
+    case Kind::Times:
+      if (count) return *count;
+      return step ? steps(span_s - 1e-9 * *step, *step) + 1 : 0;
+  }
+  return 0;
+}
+
+bool Axis::is_numeric() const {
+  if (kind != Kind::Values) return kind != Kind::Times;
+  return labels.empty() && std::all_of(values.begin(), values.end(), [](const std::string& text) {
+           return parse_double(text).has_value();
+         });
+}
+
+AxisValue value_at(const Axis& axis, const Level& level) {
+  AxisValue value;
+  const auto index = static_cast<double>(level.index);
+  const auto n = static_cast<double>(axis.size());
+  switch (axis.kind) {
+    case Axis::Kind::Values:
+      value.tree = axis.trees.at(level.index);
+      value.text = axis.values.at(level.index);
+      value.label = axis.labels.empty() ? value.text : axis.labels.at(level.index);
+      return value;
+    case Axis::Kind::Seeds:
+    case Axis::Kind::Drives:
+      value.text = fmt::format("{}", level.index + 1);
+      break;
+    case Axis::Kind::Range: {
+      double number = axis.from + level.u * (axis.to - axis.from);
+      if (axis.step) number = axis.from + index * *axis.step;
+      if (axis.count) number = n > 1 ? axis.from + (axis.to - axis.from) * index / (n - 1) : axis.from;
+      value.text = number_text(number);
+      break;
+    }
+    case Axis::Kind::Times: {
+      double later_s = std::floor(level.u * axis.span_s);  // whole seconds are easier to name
+      if (axis.step) later_s = index * *axis.step;
+      if (axis.count) later_s = axis.span_s * index / n;
+      value.text = geodesy::format_gpst(axis.first + later_s, 9);
+      value.label = geodesy::format_gpst(axis.first + later_s, 0);
+      break;
+    }
+  }
+  if (value.label.empty()) value.label = value.text;
+  value.tree = scalar_node(value.text, axis.line);
+  return value;
+}
+
+std::vector<std::pair<std::string, const options::Node*>> settings_of(const Axis& axis,
+                                                                      const AxisValue& value) {
+  std::vector<std::pair<std::string, const options::Node*>> settings;
+  if (axis.kind == Axis::Kind::Drives) return settings;
+  if (!axis.key.empty()) {
+    settings.emplace_back(axis.key, &value.tree);
+  } else {
+    for (const options::Node::Entry& entry : value.tree.entries)
+      settings.emplace_back(entry.key, &entry.value);
+  }
+  return settings;
+}
+
+}  // namespace canyon::study

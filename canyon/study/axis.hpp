@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/options/node.hpp"
+#include "canyon/options/visitor.hpp"
+
+namespace canyon::study {
+
+/// Drives drawn at random through a city: legs in free directions between walls, on its terrain.
+struct DriveOptions {
+  std::uint32_t count = 0;  ///< 1 or more
+  double length_m = 500;    ///< of each, at least
+  double speed_mps = 8;     ///< where nothing forces it lower
+  double acceleration_mps2 = 2;
+  double height_m = 1.5;  ///< above the terrain
+};
+void visit(options::Visitor& v, DriveOptions& o);
+
+/// One thing that a study varies.
+struct Axis {
+  enum class Kind : std::uint8_t { Values, Range, Times, Seeds, Drives };
+
+  std::string name;  ///< of its coordinate; by default the key's last word
+  std::string key;   ///< of the scenario; empty: each value is a mapping of keys
+  Kind kind = Kind::Values;
+  std::vector<std::string> values;     ///< as flow_text() has them
+  std::vector<std::string> labels;     ///< one for each value; empty: the values themselves
+  std::vector<options::Node> trees;    ///< of `values`
+  double from = 0, to = 0;             ///< Range
+  std::optional<double> step;          ///< Range; Times [s]
+  std::optional<std::uint32_t> count;  ///< Range, Times, Seeds
+  geodesy::GpsTime first;              ///< Times
+  double span_s = 0;                   ///< Times: first and all before first + span
+  DriveOptions drives;
+  bool luck = false;     ///< part of a run's luck, not of its settings
+  bool crossed = false;  ///< in a sample: every value at every point
+  int line = 0;
+
+  /// How many values are listed; 0 where it is continuous.
+  [[nodiscard]] std::size_t size() const;
+  /// Whether values are numbers (of Kind::Times: seconds).
+  [[nodiscard]] bool is_numeric() const;
+};
+void visit(options::Visitor& v, Axis& o);
+
+/// Where a run stands on an axis.
+struct Level {
+  std::size_t index = 0;  ///< of a listed value
+  double u = 0;           ///< [0, 1): share of a continuous axis
+};
+
+/// A value of an axis: what is set, and how it is told.
+struct AxisValue {
+  options::Node tree;
+  std::string text;   ///< unique: luck and stored runs go by it
+  std::string label;  ///< for people
+};
+[[nodiscard]] AxisValue value_at(const Axis& axis, const Level& level);
+
+/// The dotted keys that a value sets, with their trees.
+[[nodiscard]] std::vector<std::pair<std::string, const options::Node*>> settings_of(const Axis& axis,
+                                                                                    const AxisValue& value);
+
+}  // namespace canyon::study

@@ -1,0 +1,219 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "canyon/base/random.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/base/utf8.hpp"
+#include "canyon/study/results.hpp"
+
+namespace canyon::study {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+/// Draws of occasions in all: larger studies get fewer resamples, at least kLeastResamples.
+constexpr double kMostDraws = 2e7;
+constexpr std::uint32_t kLeastResamples = 100;
+
+template <std::size_t I>
+std::optional<double> figure(const ReceiverRecord& record) {
+  const double value = record.figures.at(I);
+  if (!std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+std::optional<double> available_share(const ReceiverRecord& record) {
+  const double epochs = std::accumulate(record.epochs.begin(), record.epochs.end(), 0.0);
+  if (epochs == 0) return std::nullopt;
+  return std::accumulate(record.available.begin(), record.available.end(), 0.0) / epochs;
+}
+
+/// Means over the values of the occasions drawn; NaN of none.
+double mean_of(const std::vector<double>& values, const std::vector<std::uint32_t>& drawn) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const std::uint32_t i : drawn) {
+    if (std::isnan(values[i])) continue;
+    sum += values[i];
+    ++count;
+  }
+  return count > 0 ? sum / static_cast<double>(count) : kNan;
+}
+
+std::optional<Estimate> estimate(const std::vector<double>& values,
+                                 const std::vector<std::vector<std::uint32_t>>& resamples,
+                                 double confidence) {
+  std::vector<std::uint32_t> all(values.size());
+  std::iota(all.begin(), all.end(), 0U);
+  Estimate e{mean_of(values, all), kNan, kNan};
+  if (std::isnan(e.mean)) return std::nullopt;
+  std::vector<double> means;
+  for (const auto& drawn : resamples) {
+    const double mean = mean_of(values, drawn);
+    if (!std::isnan(mean)) means.push_back(mean);
+  }
+  const auto known = std::count_if(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
+  if (known > 1 && !means.empty()) {
+    e.low = *quantile(means, (1 - confidence) / 2);
+    e.high = *quantile(means, (1 + confidence) / 2);
+  }
+  return e;
+}
+
+std::string number(double value, int decimals) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "-";
+}
+
+std::string csv_text(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+}  // namespace
+
+const std::vector<Compared>& compared_figures() {
+  static const std::vector<Compared> figures{{"available", "%", 100, available_share},
+                                             {"horizontal_error_p50", "m", 1, figure<3>},
+                                             {"horizontal_error_p95", "m", 1, figure<4>},
+                                             {"vertical_error_p95", "m", 1, figure<7>},
+                                             {"satellites_used", "1", 1, figure<11>}};
+  return figures;
+}
+
+Comparison compare(const Manifest& manifest, const std::vector<std::optional<RunRecord>>& records) {
+  Comparison result;
+  for (const Manifest::Coordinate& axis : manifest.axes) {
+    if (axis.groups) result.axes.push_back(axis.name);
+  }
+  // Groups and occasions in the order of their first runs; receivers run fastest.
+  std::map<std::string, std::size_t> occasions;
+  std::map<std::pair<std::string, std::size_t>, std::size_t> groups;
+  for (const auto& record : records) {
+    if (!record) continue;
+    std::string occasion, setting;
+    std::vector<std::string> labels;
+    for (std::size_t i = 0; i < manifest.axes.size(); ++i) {
+      const Manifest::Coordinate& axis = manifest.axes[i];
+      (axis.groups ? setting : occasion) += record->at[i] + '\n';
+      if (axis.groups) labels.push_back(axis.label(record->at[i]));
+    }
+    const std::size_t luck = occasions.emplace(occasion, occasions.size()).first->second;
+    for (const ReceiverRecord& receiver : record->receivers) {
+      const auto name = static_cast<std::size_t>(
+          std::find(manifest.receivers.begin(), manifest.receivers.end(), receiver.name) -
+          manifest.receivers.begin());
+      const auto [at, is_new] = groups.emplace(std::pair{setting, name}, result.groups.size());
+      if (is_new) result.groups.push_back({labels, receiver.name, 0, {}, {}, {}});
+      Group& group = result.groups[at->second];
+      if (group.records.size() <= luck) group.records.resize(luck + 1, nullptr);
+      group.records[luck] = &receiver;
+      ++group.runs;
+    }
+  }
+  const std::size_t n = occasions.size();
+  if (n == 0) return result;
+  const auto resample_count = static_cast<std::uint32_t>(
+      std::clamp(kMostDraws / static_cast<double>(n), static_cast<double>(kLeastResamples),
+                 static_cast<double>(std::max(kLeastResamples, manifest.bootstrap))));
+  RandomStream random(manifest.seed, "study bootstrap");
+  std::vector<std::vector<std::uint32_t>> resamples(n > 1 ? resample_count : 0);
+  for (auto& drawn : resamples) {
+    drawn.resize(n);
+    for (std::uint32_t& i : drawn) i = static_cast<std::uint32_t>(random.uniform() * static_cast<double>(n));
+  }
+  for (const Compared& compared : compared_figures()) {
+    std::vector<double> first;
+    for (Group& group : result.groups) {
+      group.records.resize(n, nullptr);
+      std::vector<double> values(n, kNan), differences(n, kNan);
+      for (std::size_t i = 0; i < n; ++i) {
+        if (group.records[i] == nullptr) continue;
+        values[i] = compared.of(*group.records[i]).value_or(kNan) * compared.scale;
+      }
+      if (first.empty()) first = values;
+      for (std::size_t i = 0; i < n; ++i) differences[i] = values[i] - first[i];
+      group.estimates.push_back(estimate(values, resamples, manifest.confidence));
+      group.differences.push_back(&group == &result.groups.front()
+                                      ? std::nullopt
+                                      : estimate(differences, resamples, manifest.confidence));
+    }
+  }
+  return result;
+}
+
+std::string comparison_csv(const Manifest& manifest, const Comparison& comparison) {
+  std::string text;
+  for (const std::string& axis : comparison.axes) text += csv_text(axis) + ",";
+  text += "receiver,runs,figure,unit,mean,low,high,difference,difference_low,difference_high\n";
+  const auto numbers = [](const std::optional<Estimate>& e) {
+    const auto one = [](double v) { return std::isfinite(v) ? fmt::format("{:.6g}", v) : std::string(); };
+    return e ? fmt::format("{},{},{}", one(e->mean), one(e->low), one(e->high)) : std::string(",,");
+  };
+  (void)manifest;
+  for (const Group& group : comparison.groups) {
+    for (std::size_t k = 0; k < group.estimates.size(); ++k) {
+      for (const std::string& value : group.at) text += csv_text(value) + ",";
+      const Compared& figure = compared_figures()[k];
+      text += fmt::format("{},{},{},{},{},{}\n", csv_text(group.receiver), group.runs, figure.name,
+                          figure.unit, numbers(group.estimates[k]), numbers(group.differences[k]));
+    }
+  }
+  return text;
+}
+
+std::string comparison_text(const Manifest& manifest, const Comparison& comparison) {
+  constexpr std::size_t kMostShown = 40;
+  std::vector<std::vector<std::string>> rows;
+  std::vector<std::string> header = comparison.axes;
+  for (const char* word : {"receiver", "runs"}) header.emplace_back(word);
+  const std::size_t words = header.size();
+  header.insert(header.end(),
+                {"available [%]", "error, median [m]", "error, 95 % [m]", "95 %, to the first [m]"});
+  rows.push_back(header);
+  const auto interval = [](const std::optional<Estimate>& e, int decimals) {
+    if (!e) return std::string("-");
+    if (!std::isfinite(e->low)) return number(e->mean, decimals);
+    return fmt::format("{} ({}..{})", number(e->mean, decimals), number(e->low, decimals),
+                       number(e->high, decimals));
+  };
+  const std::size_t shown = std::min(kMostShown, comparison.groups.size());
+  for (std::size_t i = 0; i < shown; ++i) {
+    const Group& group = comparison.groups[i];
+    std::vector<std::string> row = group.at;
+    row.push_back(group.receiver);
+    row.push_back(fmt::format("{}", group.runs));
+    row.push_back(interval(group.estimates[0], 1));
+    row.push_back(interval(group.estimates[1], 2));
+    row.push_back(interval(group.estimates[2], 2));
+    row.push_back(interval(group.differences[2], 2));
+    rows.push_back(std::move(row));
+  }
+  std::string text;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    std::string line;
+    for (std::size_t c = 0; c < header.size(); ++c) {
+      std::size_t width = 0;
+      for (const auto& row : rows) width = std::max(width, display_width(row[c]));
+      const std::string blanks(width - display_width(rows[r][c]), ' ');
+      line += (c > 0 ? "  " : "") + (c < words ? rows[r][c] + blanks : blanks + rows[r][c]);
+    }
+    while (!line.empty() && line.back() == ' ') line.pop_back();
+    text += line + '\n';
+    if (r == 0) text += std::string(line.size(), '-') + '\n';
+  }
+  if (shown < comparison.groups.size()) {
+    text += fmt::format("(and {} more groups, in table.csv)\n", comparison.groups.size() - shown);
+  }
+  text += fmt::format("means over runs; in brackets {:.0f} % intervals (bootstrap over {})\n",
+                      manifest.confidence * 100,
+                      manifest.luck.empty() ? "runs" : fmt::format("{}", fmt::join(manifest.luck, ", ")));
+  return text;
+}
+
+}  // namespace canyon::study

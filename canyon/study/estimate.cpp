@@ -1,0 +1,32 @@
+#include "canyon/study/estimate.hpp"
+
+#include <algorithm>
+
+#include "canyon/simulation/trajectory.hpp"
+
+namespace canyon::study {
+
+double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives) {
+  const simulation::TrajectoryConfig& way = scenario.trajectory;
+  double way_s = scenario.duration_s.value_or(0), rate_hz = scenario.rate_hz.value_or(1);
+  if (drives != nullptr) {
+    way_s = drives->drives.length_m / drives->drives.speed_mps;
+  } else if (way.file) {
+    const simulation::Trajectory trajectory =
+        simulation::read_trajectory(*way.file, way.format, scenario.start.value_or(geodesy::GpsTime{}));
+    way_s = trajectory.end() - trajectory.begin();
+    rate_hz = scenario.rate_hz.value_or(1 / trajectory.sample_interval_s());
+  } else if (way.waypoints.size() > 1) {
+    // Of waypoints in the frame of a city that is not read yet nothing but their distances is known.
+    std::vector<Eigen::Vector3d> places;
+    for (const auto& place : way.waypoints) places.push_back(geodesy::ecef_from_geodetic(place));
+    for (const auto& [index, local] : way.local_waypoints) places.at(index) = local;
+    way_s = way.hold_s * static_cast<double>(places.size());
+    for (std::size_t i = 1; i < places.size(); ++i)
+      way_s += (places[i] - places[i - 1]).norm() / way.speed_mps;
+  }
+  if (scenario.duration_s) way_s = std::min(way_s, *scenario.duration_s);
+  return std::max(1.0, way_s * rate_hz + 1);
+}
+
+}  // namespace canyon::study

@@ -1,0 +1,148 @@
+#include "canyon/study/record.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::study {
+namespace {
+
+using nlohmann::ordered_json;
+using output::RunSummary;
+
+constexpr std::array kFigures{
+    Figure{"epochs", "1", "epochs", [](const RunSummary& s) { return static_cast<double>(s.epochs); }},
+    Figure{"fix_share", "1", "share of epochs with a fix",
+           [](const RunSummary& s) {
+             return s.epochs > 0 ? static_cast<double>(s.fixes) / static_cast<double>(s.epochs)
+                                 : std::numeric_limits<double>::quiet_NaN();
+           }},
+    Figure{"longest_outage", "s", "longest time without a fix",
+           [](const RunSummary& s) { return s.longest_outage_s; }},
+    Figure{"horizontal_error_p50", "m", "median of the horizontal error",
+           [](const RunSummary& s) { return s.horizontal_p50_m; }},
+    Figure{"horizontal_error_p95", "m", "95 % of the horizontal error",
+           [](const RunSummary& s) { return s.horizontal_p95_m; }},
+    Figure{"horizontal_error_max", "m", "largest horizontal error",
+           [](const RunSummary& s) { return s.horizontal_max_m; }},
+    Figure{"vertical_error_p50", "m", "median of the vertical error without its sign",
+           [](const RunSummary& s) { return s.vertical_p50_m; }},
+    Figure{"vertical_error_p95", "m", "95 % of the vertical error without its sign",
+           [](const RunSummary& s) { return s.vertical_p95_m; }},
+    Figure{"hdop", "1", "median of the horizontal dilution of precision",
+           [](const RunSummary& s) { return s.median_hdop; }},
+    Figure{"satellites_tracked", "1", "satellites tracked, mean",
+           [](const RunSummary& s) { return s.mean_visible; }},
+    Figure{"satellites_not_tracked", "1", "satellites above the mask that are not tracked, mean",
+           [](const RunSummary& s) { return s.mean_blocked; }},
+    Figure{"satellites_used", "1", "satellites used in fixes, mean",
+           [](const RunSummary& s) { return s.mean_used; }},
+    Figure{"los_share", "1", "share of satellites above the mask in line of sight alone",
+           [](const RunSummary& s) { return s.los_share; }},
+    Figure{"los_multipath_share", "1", "share in line of sight with multipath",
+           [](const RunSummary& s) { return s.los_multipath_share; }},
+    Figure{"nlos_share", "1", "share without line of sight that are received",
+           [](const RunSummary& s) { return s.nlos_share; }},
+    Figure{"blocked_share", "1", "share that is blocked",
+           [](const RunSummary& s) { return s.blocked_share; }},
+    Figure{"cn0_los", "dB", "C/N0 of satellites in line of sight, mean (dB-Hz)",
+           [](const RunSummary& s) { return s.mean_cn0_los_dbhz; }},
+    Figure{"cn0_nlos", "dB", "C/N0 of satellites without line of sight, mean (dB-Hz)",
+           [](const RunSummary& s) { return s.mean_cn0_nlos_dbhz; }},
+    Figure{"exclusions", "1", "satellites excluded from fixes, in all",
+           [](const RunSummary& s) { return static_cast<double>(s.exclusions); }},
+    Figure{"raim_failures", "1", "epochs that failed RAIM",
+           [](const RunSummary& s) { return static_cast<double>(s.inconsistent); }},
+};
+
+/// Counts as [index, count, index, count, ...] of those that are not 0.
+template <std::size_t N>
+ordered_json sparse(const std::array<std::uint32_t, N>& counts) {
+  ordered_json list = ordered_json::array();
+  for (std::size_t i = 0; i < N; ++i) {
+    if (counts[i] == 0) continue;
+    list.push_back(i);
+    list.push_back(counts[i]);
+  }
+  return list;
+}
+
+template <std::size_t N>
+void dense(const ordered_json& list, std::array<std::uint32_t, N>& counts) {
+  for (std::size_t i = 0; i + 1 < list.size(); i += 2) {
+    counts.at(list[i].get<std::size_t>()) = list[i + 1].get<std::uint32_t>();
+  }
+}
+
+}  // namespace
+
+std::span<const Figure> figures() {
+  return kFigures;
+}
+
+std::size_t error_bin(double error_m) {
+  const double bin =
+      std::floor(kBinsPerDecade * std::log10(std::max(error_m, kLeastError_m) / kLeastError_m));
+  return std::min(static_cast<std::size_t>(std::max(bin, 0.0)), kErrorBins - 1);
+}
+
+double error_edge_m(std::size_t bin) {
+  return kLeastError_m * std::pow(10.0, static_cast<double>(bin) / kBinsPerDecade);
+}
+
+std::string to_line(const RunRecord& record) {
+  ordered_json line{{"run", record.number}, {"seed", record.seed}, {"at", record.at}};
+  if (!record.problem.empty()) line["problem"] = record.problem;
+  ordered_json receivers = ordered_json::array();
+  for (const ReceiverRecord& receiver : record.receivers) {
+    ordered_json values = ordered_json::array();
+    for (const double value : receiver.figures) {
+      if (std::isfinite(value)) {
+        values.push_back(value);
+      } else {
+        values.push_back(nullptr);
+      }
+    }
+    receivers.push_back({{"name", receiver.name},
+                         {"figures", values},
+                         {"errors", sparse(receiver.errors)},
+                         {"epochs", sparse(receiver.epochs)},
+                         {"available", sparse(receiver.available)}});
+  }
+  line["receivers"] = std::move(receivers);
+  return line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+RunRecord from_line(std::string_view line) {
+  try {
+    const ordered_json from = ordered_json::parse(line);
+    RunRecord record;
+    record.number = from.at("run").get<std::size_t>();
+    record.seed = from.at("seed").get<std::uint64_t>();
+    record.at = from.at("at").get<std::vector<std::string>>();
+    if (from.contains("problem")) record.problem = from["problem"].get<std::string>();
+    for (const ordered_json& each : from.at("receivers")) {
+      ReceiverRecord receiver;
+      receiver.name = each.at("name").get<std::string>();
+      for (const ordered_json& value : each.at("figures")) {
+        receiver.figures.push_back(value.is_null() ? std::numeric_limits<double>::quiet_NaN()
+                                                   : value.get<double>());
+      }
+      dense(each.at("errors"), receiver.errors);
+      dense(each.at("epochs"), receiver.epochs);
+      dense(each.at("available"), receiver.available);
+      if (receiver.figures.size() != kFigures.size()) throw InputError("other figures than this program's");
+      record.receivers.push_back(std::move(receiver));
+    }
+    return record;
+  } catch (const nlohmann::json::exception& e) {
+    throw InputError(std::string("is no record of a run: ") + e.what());
+  } catch (const std::out_of_range&) {
+    throw InputError("is no record of a run: a count out of range");
+  }
+}
+
+}  // namespace canyon::study

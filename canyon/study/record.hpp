@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/output/sinks.hpp"
+
+namespace canyon::study {
+
+/// A figure of a run's summary.
+struct Figure {
+  const char* name;  ///< of its variable
+  const char* unit;  ///< as CF and UDUNITS write it
+  const char* meaning;
+  double (*of)(const output::RunSummary& summary);
+};
+/// Those of `canyon simulate`'s table, in the order of records and files.
+[[nodiscard]] std::span<const Figure> figures();
+
+/// Horizontal errors are counted in bins of a twentieth of a decade from 1 mm to 100 km; the first also has
+/// what is less, the last what is more.
+inline constexpr std::size_t kErrorBins = 160;
+inline constexpr double kBinsPerDecade = 20, kLeastError_m = 1e-3;
+[[nodiscard]] std::size_t error_bin(double error_m);
+/// Lower edge of a bin [m]; of kErrorBins the upper edge of the last.
+[[nodiscard]] double error_edge_m(std::size_t bin);
+
+/// An epoch, where epochs are kept. Errors are NaN without a fix.
+struct EpochRecord {
+  double time_s = 0;  ///< from the run's first epoch
+  float east_m = 0, north_m = 0, up_m = 0;
+  float hdop = 0;
+  std::int16_t visible = 0, used = 0;
+};
+
+/// What is kept of one receiver of one run.
+struct ReceiverRecord {
+  std::string name;
+  std::vector<double> figures;  ///< by figures()
+  std::array<std::uint32_t, kErrorBins> errors{};
+  std::array<std::uint32_t, 24> epochs{}, available{};  ///< by hour of the day, UTC
+  std::vector<EpochRecord> kept;                        ///< not in the record's line
+};
+
+struct RunRecord {
+  std::size_t number = 0;
+  std::uint64_t seed = 0;
+  std::vector<std::string> at;  ///< AxisValue::text by axis
+  std::string problem;          ///< why there are no figures; empty: there are
+  std::vector<ReceiverRecord> receivers;
+};
+
+/// One line of JSON without its end, the same for the same record on any machine: numbers in the fewest
+/// digits that give them back, NaN as null.
+[[nodiscard]] std::string to_line(const RunRecord& record);
+/// Throws InputError, without a file, for anything else than what to_line() gives.
+[[nodiscard]] RunRecord from_line(std::string_view line);
+
+}  // namespace canyon::study

@@ -1,0 +1,51 @@
+#include "canyon/study/record_sink.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/epoch_values.hpp"
+
+namespace canyon::study {
+
+RecordSink::RecordSink(const std::vector<std::string>& receivers, std::optional<double> available_m,
+                       bool keep_epochs)
+    : summary_(receivers), records_(receivers.size()), available_m_(available_m), keep_(keep_epochs) {
+  for (std::size_t i = 0; i < receivers.size(); ++i) records_[i].name = receivers[i];
+}
+
+void RecordSink::write(const simulation::Epoch& epoch) {
+  summary_.write(epoch);
+  ReceiverRecord& record = records_.at(epoch.receiver);
+  const geodesy::GpsTime time = epoch.observed.time;
+  if (!first_) first_ = time;
+  const auto hour = static_cast<std::size_t>(geodesy::utc_from_gps(epoch.truth.time).hour) % 24;
+  const bool solved = epoch.observed.fix.solved();
+  const double error_m = solved ? output::horizontal_m(epoch.error_enu_m) : 0;
+  ++record.epochs[hour];
+  if (solved) {
+    ++record.errors[error_bin(error_m)];
+    if (!available_m_ || error_m <= *available_m_) ++record.available[hour];
+  }
+  if (!keep_) return;
+  EpochRecord kept;
+  kept.time_s = time - *first_;
+  kept.east_m = static_cast<float>(epoch.error_enu_m.x());
+  kept.north_m = static_cast<float>(epoch.error_enu_m.y());
+  kept.up_m = static_cast<float>(epoch.error_enu_m.z());
+  kept.hdop = solved && epoch.observed.fix.dop ? static_cast<float>(epoch.observed.fix.dop->hdop)
+                                               : std::numeric_limits<float>::quiet_NaN();
+  kept.visible = static_cast<std::int16_t>(epoch.observed.visible);
+  kept.used = static_cast<std::int16_t>(output::used_count(epoch.observed.fix));
+  record.kept.push_back(kept);
+}
+
+std::vector<ReceiverRecord> RecordSink::take() {
+  const std::vector<output::RunSummary> summaries = summary_.summaries();
+  for (std::size_t i = 0; i < records_.size(); ++i) {
+    for (const Figure& figure : figures()) records_[i].figures.push_back(figure.of(summaries[i]));
+  }
+  return std::move(records_);
+}
+
+}  // namespace canyon::study

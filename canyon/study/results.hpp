@@ -1,0 +1,66 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/study/run_store.hpp"
+
+// What a finished study becomes: one NetCDF file, a table, pictures. The same bytes for the same records,
+// whoever computed them in whatever order.
+
+namespace canyon::study {
+
+/// Writes `path`: dimensions run and receiver, the axes as coordinates of runs, the figures over both; errors
+/// counted by error_bin, epochs and available ones by hour; with epochs kept a dimension epoch, NaN behind
+/// the end of shorter runs. CF-1.10; text coordinates are UTF-8 characters, which xarray reads as strings.
+/// Every run is there. Throws OutputError as OutputFile does. @param folder of the store, for epochs
+void write_study_netcdf(const std::filesystem::path& path, const Manifest& manifest,
+                        std::vector<std::optional<RunRecord>>& records, const std::filesystem::path& folder);
+
+/// A mean with its interval.
+struct Estimate {
+  double mean = 0, low = 0, high = 0;
+};
+/// A figure whose means are compared.
+struct Compared {
+  const char* name;
+  const char* unit;
+  double scale;  ///< from records' figures to the unit
+  std::optional<double> (*of)(const ReceiverRecord& record);
+};
+[[nodiscard]] const std::vector<Compared>& compared_figures();
+
+/// The runs of one setting: one value on each axis that groups, one receiver.
+struct Group {
+  std::vector<std::string> at;  ///< labels on the axes that group
+  std::string receiver;
+  std::size_t runs = 0;
+  /// By compared_figures(): over the group's runs; and minus the first group, over the luck that both have.
+  std::vector<std::optional<Estimate>> estimates, differences;
+  std::vector<const ReceiverRecord*> records;  ///< by luck, null where it has none
+};
+
+struct Comparison {
+  std::vector<std::string> axes;  ///< that group
+  std::vector<Group> groups;
+};
+
+/// Means of runs' figures for every group, with percentile bootstrap intervals (Efron and Tibshirani, An
+/// Introduction to the Bootstrap, 1993, chapter 13) over occasions of luck: these are drawn with replacement,
+/// the same ones for all groups, so that differences are of pairs. Runs that failed and figures that a run
+/// does not have are left out of means.
+[[nodiscard]] Comparison compare(const Manifest& manifest,
+                                 const std::vector<std::optional<RunRecord>>& records);
+/// Long form: a line for each group and figure.
+[[nodiscard]] std::string comparison_csv(const Manifest& manifest, const Comparison& comparison);
+/// A table for terminals of the figures that matter most.
+[[nodiscard]] std::string comparison_text(const Manifest& manifest, const Comparison& comparison);
+
+/// Writes errors, boxes, availability and distributions as PNG and SVG; returns their names.
+std::vector<std::string> write_study_pictures(const std::filesystem::path& folder, const Manifest& manifest,
+                                              const Comparison& comparison);
+
+}  // namespace canyon::study

@@ -1,0 +1,286 @@
+#include "canyon/study/runner.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <future>
+#include <list>
+#include <map>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/random.hpp"
+#include "canyon/options/values.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "canyon/study/drives.hpp"
+#include "canyon/study/record_sink.hpp"
+
+namespace canyon::study {
+namespace {
+
+/// Of a triangle with its vertices and its part of the rays' tree, about.
+constexpr double kSourceBytes = 150, kSceneBytes = 600;
+
+/// Things that are made once by their key and kept while they fit; the least recently used go first. Who
+/// still uses a thing keeps it. Thread-safe: who asks for what another thread is making waits.
+template <typename Thing>
+class Shared {
+ public:
+  explicit Shared(double most_bytes) : most_(most_bytes) {}
+
+  template <typename Make, typename Size>
+  std::shared_ptr<const Thing> get(const std::string& key, const Make& make, const Size& size) {
+    std::promise<std::shared_ptr<const Thing>> promise;
+    std::shared_future<std::shared_ptr<const Thing>> future;
+    bool mine = false;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      const auto found = things_.find(key);
+      if (found != things_.end()) {
+        recent_.splice(recent_.begin(), recent_, found->second.place);
+        future = found->second.future;
+      } else {
+        mine = true;
+        recent_.push_front(key);
+        future = promise.get_future().share();
+        things_.emplace(key, Entry{future, recent_.begin(), 0});
+      }
+    }
+    if (!mine) return future.get();
+    try {
+      std::shared_ptr<const Thing> thing = make();
+      promise.set_value(thing);
+      keep(key, size(*thing));
+      return thing;
+    } catch (...) {
+      promise.set_exception(std::current_exception());
+      const std::lock_guard<std::mutex> lock(mutex_);
+      erase(things_.find(key));
+      throw;
+    }
+  }
+
+ private:
+  struct Entry {
+    std::shared_future<std::shared_ptr<const Thing>> future;
+    std::list<std::string>::iterator place;
+    double bytes = 0;  // 0: in the making
+  };
+  void keep(const std::string& key, double bytes) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    things_.at(key).bytes = bytes;
+    total_ += bytes;
+    for (auto last = recent_.end(); total_ > most_ && last != recent_.begin();) {
+      --last;
+      const auto oldest = things_.find(*last);
+      if (oldest->second.bytes == 0) continue;
+      ++last;
+      erase(oldest);
+    }
+  }
+  void erase(typename std::map<std::string, Entry>::iterator entry) {
+    total_ -= entry->second.bytes;
+    recent_.erase(entry->second.place);
+    things_.erase(entry);
+  }
+
+  double most_, total_ = 0;
+  std::mutex mutex_;
+  std::list<std::string> recent_;
+  std::map<std::string, Entry> things_;
+};
+
+}  // namespace
+
+Manifest manifest_of(const StudyPlan& plan) {
+  const Study& study = plan.study();
+  Manifest manifest;
+  manifest.key = plan.key();
+  manifest.title = study.file.stem().string();
+  manifest.runs = plan.size();
+  manifest.receivers = plan.receivers();
+  manifest.epochs = study.keep == Keep::Epochs;
+  manifest.seed = study.seed;
+  manifest.confidence = study.confidence;
+  manifest.bootstrap = study.bootstrap;
+  manifest.available_m = study.available_m;
+  for (const Axis& axis : study.axes) {
+    Manifest::Coordinate coordinate{axis.name,         axis.key, Manifest::Coordinate::Kind::Text,
+                                    plan.groups(axis), {},       {}};
+    if (axis.is_numeric()) coordinate.kind = Manifest::Coordinate::Kind::Number;
+    if (axis.kind == Axis::Kind::Times) coordinate.kind = Manifest::Coordinate::Kind::Time;
+    if (!axis.labels.empty()) {
+      coordinate.texts = axis.values;
+      coordinate.labels = axis.labels;
+    }
+    if (axis.luck) manifest.luck.push_back(axis.name);
+    manifest.axes.push_back(std::move(coordinate));
+  }
+  return manifest;
+}
+
+std::size_t shard_of(std::size_t run, std::size_t shards) {
+  const std::size_t row = run / shards;
+  return (run % shards + static_cast<std::size_t>(mix64(row + 1) % shards)) % shards;
+}
+
+struct RunMaker::Impl {
+  const StudyPlan& plan;
+  // Half for cities as they are read: of these there are few.
+  mutable Shared<city::City> sources;
+  mutable Shared<simulation::CityScene> scenes;
+  mutable Shared<simulation::BuiltSky> skies;
+
+  explicit Impl(const StudyPlan& p)
+      : plan(p),
+        sources(p.study().city_memory_gb * 0.5e9),
+        scenes(p.study().city_memory_gb * 0.5e9),
+        skies(64) {}  // of one byte each: so many
+
+  /// @param drawn false: the city as its source gives it, whatever the seed
+  [[nodiscard]] std::shared_ptr<simulation::CityScene> scene(const simulation::Scenario& scenario,
+                                                             bool drawn = true) const;
+  [[nodiscard]] simulation::BuiltSky sky(const simulation::SkyConfig& config, geodesy::GpsTime begin,
+                                         geodesy::GpsTime end, const geodesy::Geodetic& place) const;
+};
+
+std::shared_ptr<simulation::CityScene> RunMaker::Impl::scene(const simulation::Scenario& scenario,
+                                                             bool drawn) const {
+  simulation::CityConfig plain = scenario.city;
+  plain.georeference = {};
+  const std::string source_key = options::exact_text(plain);
+  const simulation::Georeference& place = scenario.city.georeference;
+  const bool by_seed = scenario.city.facades.drawn() || place.sigma_m > 0 || place.heading_sigma_rad > 0;
+  std::string key = "as read " + source_key;
+  if (drawn) key = options::exact_text(scenario.city) + (by_seed ? std::to_string(scenario.seed) : "");
+  const auto triangles = [](const city::City& city) {
+    return static_cast<double>(city.mesh.triangles.size()) + 1;
+  };
+  const auto made = scenes.get(
+      key,
+      [&]() -> std::shared_ptr<const simulation::CityScene> {
+        const auto source = sources.get(
+            source_key,
+            [&] { return std::make_shared<const city::City>(simulation::load_city_source(scenario.city)); },
+            [&](const city::City& city) { return kSourceBytes * triangles(city); });
+        if (!drawn) return std::make_shared<const simulation::CityScene>(*source);
+        std::vector<std::string> ignored;
+        return std::make_shared<const simulation::CityScene>(
+            simulation::draw_city(*source, scenario, ignored));
+      },
+      [&](const simulation::CityScene& scene) { return kSceneBytes * triangles(scene.city); });
+  // A simulation moves nothing in its scene.
+  return std::const_pointer_cast<simulation::CityScene>(made);
+}
+
+// Skies of files are those of all times, as far as they know one; nominal ones are made for theirs.
+simulation::BuiltSky RunMaker::Impl::sky(const simulation::SkyConfig& config, geodesy::GpsTime begin,
+                                         geodesy::GpsTime end, const geodesy::Geodetic& place) const {
+  const auto make = [&] {
+    return std::make_shared<const simulation::BuiltSky>(simulation::build_sky(config, begin, end, place));
+  };
+  const auto one = [](const simulation::BuiltSky&) { return 1.0; };
+  if (!config.frozen_azimuth_rad.empty()) return *make();
+  std::string key = options::exact_text(config);
+  if (config.nominal) {
+    key += fmt::format("{} {}", begin.nanoseconds(), end.nanoseconds());
+    return *skies.get(key, make, one);
+  }
+  const auto found = skies.get(key, make, one);
+  return simulation::has_satellites(*found->sky, begin) ? *found : *make();
+}
+
+RunMaker::RunMaker(const StudyPlan& plan) : impl_(std::make_unique<Impl>(plan)) {}
+RunMaker::~RunMaker() = default;
+
+simulation::Scenario RunMaker::scenario(std::size_t number) const {
+  const Run run = impl_->plan.run(number);
+  simulation::Scenario scenario = impl_->plan.scenario(run);
+  const Axis* drives = impl_->plan.drives();
+  if (drives == nullptr) return scenario;
+  for (std::size_t i = 0; i < run.at.size(); ++i) {
+    if (&impl_->plan.study().axes[i] != drives) continue;
+    const simulation::Attitude attitude = scenario.trajectory.attitude;
+    scenario.trajectory = random_drive(*impl_->scene(scenario, false), drives->drives,
+                                       impl_->plan.study().seed, run.at[i].text);
+    scenario.trajectory.attitude = attitude;
+  }
+  return scenario;
+}
+
+std::optional<RunRecord> RunMaker::make(std::size_t number, int threads,
+                                        const std::atomic<bool>* stop) const {
+  const Run run = impl_->plan.run(number);
+  RunRecord record;
+  record.number = number;
+  for (const AxisValue& value : run.at) record.at.push_back(value.text);
+  try {
+    simulation::Scenario scenario = this->scenario(number);
+    record.seed = scenario.seed;
+    std::vector<std::string> names;
+    for (const simulation::ReceiverConfig& receiver : scenario.receivers)
+      names.push_back(receiver.options.name);
+    auto scene = impl_->scene(scenario);
+    const simulation::Simulation simulation(
+        std::move(scenario), std::move(scene),
+        [this](const simulation::SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
+               const geodesy::Geodetic& place) { return impl_->sky(config, begin, end, place); });
+    RecordSink sink(names, impl_->plan.study().available_m, impl_->plan.study().keep == Keep::Epochs);
+    simulation::RunOptions options;
+    options.threads = threads;
+    options.stop = stop;
+    if (simulation.run({&sink}, options).interrupted) return std::nullopt;
+    record.receivers = sink.take();
+  } catch (const OutputError&) {
+    throw;
+  } catch (const InputError& error) {
+    record.problem = error.problem();
+  }
+  return record;
+}
+
+void run_all(const RunMaker& maker, RunStore& store, const std::vector<std::size_t>& todo,
+             const RunnerOptions& options) {
+  std::size_t threads = options.threads > 0 ? static_cast<std::size_t>(options.threads)
+                                            : std::max(1U, std::thread::hardware_concurrency());
+  // Few runs: threads that have none of their own help within them.
+  const int within =
+      static_cast<int>(std::max<std::size_t>(1, threads / std::max<std::size_t>(1, todo.size())));
+  threads = std::max<std::size_t>(1, std::min(threads, todo.size()));
+  std::mutex mutex;
+  std::exception_ptr failure;
+  std::size_t next = 0, done = 0;
+  std::atomic<bool> over{false};
+  const auto stopped = [&] { return over.load() || (options.stop != nullptr && options.stop->load()); };
+  const auto work = [&] {
+    while (!stopped()) {
+      try {
+        std::size_t mine = 0;
+        {
+          const std::lock_guard<std::mutex> lock(mutex);
+          mine = options.deal ? options.deal() : next++;
+        }
+        if (mine >= todo.size()) return;
+        const std::optional<RunRecord> record = maker.make(todo[mine], within, options.stop);
+        if (!record) return;
+        store.add(*record);
+        const std::lock_guard<std::mutex> lock(mutex);
+        ++done;
+        if (options.progress) options.progress(done);
+      } catch (...) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        if (!failure) failure = std::current_exception();
+        over = true;
+      }
+    }
+  };
+  std::vector<std::thread> others;
+  for (std::size_t i = 1; i < threads; ++i) others.emplace_back(work);
+  work();
+  for (std::thread& other : others) other.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace canyon::study

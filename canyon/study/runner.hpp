@@ -1,0 +1,55 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/study/run_store.hpp"
+#include "canyon/study/study.hpp"
+
+namespace canyon::study {
+
+[[nodiscard]] Manifest manifest_of(const StudyPlan& plan);
+
+/// A part of a study for one of several machines: shards of one study are disjoint and make it whole. Of each
+/// `shards` runs in a row every shard has one, in an order that changes from row to row.
+[[nodiscard]] std::size_t shard_of(std::size_t run, std::size_t shards);
+
+/// Computes runs, and shares between them what they have in common: cities as they are read, cities as they
+/// were drawn by one seed, skies. Thread-safe.
+class RunMaker {
+ public:
+  explicit RunMaker(const StudyPlan& plan);
+  ~RunMaker();
+  RunMaker(const RunMaker&) = delete;
+  RunMaker& operator=(const RunMaker&) = delete;
+
+  /// The figures of a run, those of `canyon simulate`; a scenario that cannot be run becomes
+  /// RunRecord::problem. Empty where `stop` was set before its end. Throws what is not the scenario's fault.
+  [[nodiscard]] std::optional<RunRecord> make(std::size_t number, int threads,
+                                              const std::atomic<bool>* stop = nullptr) const;
+  /// The scenario of a run as `canyon simulate` takes it.
+  [[nodiscard]] simulation::Scenario scenario(std::size_t number) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+struct RunnerOptions {
+  int threads = 0;  ///< 0: as many as cores
+  const std::atomic<bool>* stop = nullptr;
+  std::function<void(std::size_t done)> progress;  ///< from any thread, one at a time
+  /// The next of `todo` for this process; empty: the first that it has not had.
+  std::function<std::size_t()> deal;
+};
+/// Runs what is dealt of `todo`, keeping each in the store. Throws the first exception of any thread, after
+/// the others have ended their run.
+void run_all(const RunMaker& maker, RunStore& store, const std::vector<std::size_t>& todo,
+             const RunnerOptions& options);
+
+}  // namespace canyon::study

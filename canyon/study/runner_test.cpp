@@ -1,0 +1,267 @@
+#include "canyon/study/runner.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <numeric>
+#include <sstream>
+
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "canyon/study/results.hpp"
+#include "tests/support/simulation_support.hpp"
+
+namespace canyon::study {
+namespace {
+
+using simulation::test::error_of;
+using simulation::test::TemporaryFolder;
+using ::testing::HasSubstr;
+
+constexpr const char* kStudy = R"(scenario:
+  city: {synthetic: {blocks_east: 2, blocks_north: 2}, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
+  sky: {nominal: true, systems: [GPS]}
+  start: 2026-06-01T08:00:00Z
+  duration_s: 4
+  trajectory: {position: {east_m: 0, north_m: 10}, height_above_terrain_m: 2}
+  receivers: [{name: car}, {name: plain, profile: ideal}]
+axes:
+  - {seeds: 3}
+  - {key: "receivers[].elevation_mask_deg", values: [5, 20]}
+keep: epochs
+)";
+
+constexpr int kTellFile = 9;
+
+StudyPlan make_plan() {
+  return StudyPlan::parse(kStudy, "study.yaml");
+}
+
+std::vector<std::size_t> numbers(std::size_t n) {
+  std::vector<std::size_t> all(n);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
+}
+
+std::string bytes_of(const std::filesystem::path& path) {
+  std::stringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+/// Runs what is missing, writes the results and returns their bytes.
+std::string finish(const StudyPlan& plan, const std::filesystem::path& folder, int threads) {
+  const Manifest manifest = manifest_of(plan);
+  {
+    RunStore store(folder, manifest);
+    std::vector<std::size_t> todo;
+    const auto there = read_records(folder, plan.size());
+    for (const std::size_t i : numbers(plan.size())) {
+      if (!there[i]) todo.push_back(i);
+    }
+    run_all(RunMaker(plan), store, todo, {threads, nullptr, {}, {}});
+  }
+  auto records = read_records(folder, plan.size());
+  write_study_netcdf(folder / "study.nc", manifest, records, folder);
+  return bytes_of(folder / "study.nc") + comparison_csv(manifest, compare(manifest, records));
+}
+
+// The figures are those of `canyon simulate` with the run's scenario.
+TEST(StudyRuns, HaveTheFiguresOfASimulation) {
+  const StudyPlan plan = make_plan();
+  const RunMaker maker(plan);
+  const auto record = maker.make(3, 1);
+  ASSERT_TRUE(record);
+  EXPECT_EQ(record->problem, "");
+  const simulation::Scenario scenario =
+      simulation::parse_scenario(simulation::scenario_yaml(maker.scenario(3)), "run.yaml");
+  std::vector<std::string> warnings;
+  const simulation::Simulation simulation(scenario, simulation::load_city(scenario, warnings));
+  output::SummarySink sink({"car", "plain"});
+  (void)simulation.run({&sink});
+  const auto summaries = sink.summaries();
+  for (std::size_t r = 0; r < 2; ++r) {
+    for (std::size_t k = 0; k < figures().size(); ++k) {
+      const double expected = figures()[k].of(summaries[r]), value = record->receivers[r].figures[k];
+      EXPECT_TRUE(expected == value || (std::isnan(expected) && std::isnan(value))) << figures()[k].name;
+    }
+  }
+}
+
+TEST(StudyRuns, RecordsReadBack) {
+  const auto record = RunMaker(make_plan()).make(0, 1);
+  ASSERT_TRUE(record);
+  EXPECT_EQ(to_line(from_line(to_line(*record))), to_line(*record));
+  EXPECT_THAT(error_of([] { (void)from_line("{\"run\": 1}"); }).what(), HasSubstr("no record"));
+}
+
+TEST(StudyRuns, BytesDoNotDependOnThreadsOrShards) {
+  const StudyPlan plan = make_plan();
+  const TemporaryFolder one, two, shards;
+  const std::string expected = finish(plan, one.path() / "out", 1);
+  EXPECT_GT(expected.size(), 1000U);
+  EXPECT_EQ(finish(plan, two.path() / "out", 3), expected);
+  for (const std::size_t shard : {1U, 0U}) {
+    RunStore store(shards.path() / "out", manifest_of(plan));
+    std::vector<std::size_t> todo;
+    for (const std::size_t i : numbers(plan.size())) {
+      if (shard_of(i, 2) == shard) todo.push_back(i);
+    }
+    EXPECT_EQ(todo.size(), plan.size() / 2);
+    run_all(RunMaker(plan), store, todo, {1, nullptr, {}, {}});
+  }
+  EXPECT_EQ(finish(plan, shards.path() / "out", 1), expected);
+}
+
+// The process that the next test kills: it says each run that is finished, and waits behind the second. A
+// program of its own, since threads do not live on in a forked one.
+TEST(StudyRuns, DISABLED_Child) {
+  const StudyPlan plan = make_plan();
+  const char* folder = std::getenv("CANYON_STUDY_FOLDER");
+  ASSERT_NE(folder, nullptr);
+  RunStore store(folder, manifest_of(plan));
+  RunnerOptions options;
+  options.threads = 1;
+  options.progress = [&](std::size_t done) {
+    const char one = 'x';
+    if (write(kTellFile, &one, 1) != 1 || done == 2) pause();
+  };
+  run_all(RunMaker(plan), store, numbers(plan.size()), options);
+}
+
+// A process that is killed while it runs loses no finished run, and the same bytes come of going on.
+TEST(StudyRuns, KilledProcessLosesNothingFinished) {
+  const StudyPlan plan = make_plan();
+  const TemporaryFolder whole, cut;
+  const std::string expected = finish(plan, whole.path() / "out", 1);
+  const auto folder = cut.path() / "out";
+  std::array<int, 2> finished{};
+  ASSERT_EQ(pipe(finished.data()), 0);
+  const std::string variable = "CANYON_STUDY_FOLDER=" + folder.string();
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(finished[1], kTellFile);
+    std::array<char*, 2> environment{const_cast<char*>(variable.c_str()), nullptr};
+    execle("/proc/self/exe", "test_study", "--gtest_filter=StudyRuns.DISABLED_Child",
+           "--gtest_also_run_disabled_tests", nullptr, environment.data());
+    _exit(1);
+  }
+  close(finished[1]);
+  char one = 0;
+  for (int i = 0; i < 2; ++i) ASSERT_EQ(read(finished[0], &one, 1), 1);
+  kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status));
+  close(finished[0]);
+  // Half a line, as a process leaves it that dies while it writes.
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "runs")) {
+    if (entry.path().extension() == ".jsonl")
+      std::ofstream(entry.path(), std::ios::app) << "00000000 {\"run\": 4";
+  }
+  const auto kept = read_records(folder, plan.size());
+  EXPECT_EQ(std::count_if(kept.begin(), kept.end(), [](const auto& record) { return record.has_value(); }),
+            2);
+  EXPECT_EQ(finish(plan, folder, 2), expected);
+}
+
+TEST(StudyStore, RefusesOtherStudiesAndDamage) {
+  const StudyPlan plan = make_plan();
+  const TemporaryFolder folder;
+  const auto out = folder.path() / "out";
+  RunStore store(out, manifest_of(plan));
+  Manifest other = manifest_of(plan);
+  other.key += "x";
+  EXPECT_THAT(error_of([&] { const RunStore wrong(out, other); }).what(), HasSubstr("another study"));
+  EXPECT_THAT(error_of([&] { (void)read_manifest(folder.path()); }).what(), HasSubstr("holds no study"));
+  run_all(RunMaker(plan), store, {0, 1}, {1, nullptr, {}, {}});
+  for (const auto& entry : std::filesystem::directory_iterator(out / "runs")) {
+    if (entry.path().extension() != ".jsonl") continue;
+    std::string text = bytes_of(entry.path());
+    text[text.find("figures")] = 'F';
+    std::ofstream(entry.path(), std::ios::binary) << text;
+  }
+  const InputError error = error_of([&] { (void)read_records(out, plan.size()); });
+  EXPECT_THAT(error.what(), HasSubstr("damaged"));
+  EXPECT_EQ(error.line(), 1);
+}
+
+// A scenario that cannot be run is told in its record; the others go on.
+TEST(StudyRuns, ProblemsStayWithTheirRuns) {
+  const StudyPlan plan = StudyPlan::parse(R"(scenario:
+  city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
+  sky: {nominal: true}
+  start: 2026-06-01T08:00:00Z
+  duration_s: 1
+  trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}
+axes:
+  - {key: trajectory.height_above_terrain_m, values: [1]}
+  - {key: city, values: [{open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}, {synthetic: {}, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}]}
+)",
+                                          "study.yaml");
+  const RunMaker maker(plan);
+  EXPECT_THAT(maker.make(0, 1)->problem, HasSubstr("no terrain"));
+  EXPECT_EQ(maker.make(1, 1)->problem, "");
+}
+
+RunRecord made_up(std::size_t number, const std::string& seed, const std::string& mask, double p95_m) {
+  RunRecord record;
+  record.number = number;
+  record.at = {seed, mask};
+  ReceiverRecord receiver;
+  receiver.name = "car";
+  receiver.figures.assign(figures().size(), 1);
+  receiver.figures[4] = p95_m;
+  receiver.epochs[3] = 10;
+  receiver.available[3] = 5;
+  record.receivers.push_back(receiver);
+  return record;
+}
+
+// Closed form: values 1..n and the same plus 2. The difference is 2 under every resample, so its interval is
+// [2, 2]; the mean's is about 1.96 standard errors wide at each side.
+TEST(StudyComparison, PairsUnderTheSameLuck) {
+  constexpr int kN = 400;
+  Manifest manifest;
+  manifest.axes = {{"seed", "seed", Manifest::Coordinate::Kind::Number, false, {}, {}},
+                   {"mask", "mask", Manifest::Coordinate::Kind::Number, true, {}, {}}};
+  manifest.receivers = {"car"};
+  manifest.bootstrap = 4000;
+  std::vector<std::optional<RunRecord>> records;
+  for (int i = 0; i < kN; ++i) {
+    for (const bool high : {false, true}) {
+      records.push_back(
+          made_up(records.size(), std::to_string(i), high ? "10" : "5", i + 1 + (high ? 2 : 0)));
+    }
+  }
+  const Comparison comparison = compare(manifest, records);
+  ASSERT_EQ(comparison.groups.size(), 2U);
+  const Estimate mean = *comparison.groups[0].estimates[2], difference = *comparison.groups[1].differences[2];
+  EXPECT_DOUBLE_EQ(mean.mean, (kN + 1) / 2.0);
+  const double standard_error = std::sqrt((kN * kN - 1) / 12.0 / kN);
+  EXPECT_NEAR(mean.high - mean.low, 2 * 1.96 * standard_error, 0.1 * 2 * 1.96 * standard_error);
+  EXPECT_NEAR(difference.low, 2, 1e-9);
+  EXPECT_NEAR(difference.high, 2, 1e-9);
+  EXPECT_DOUBLE_EQ(comparison.groups[0].estimates[0]->mean, 50);
+  EXPECT_THAT(comparison_csv(manifest, comparison), HasSubstr("10,car,400,horizontal_error_p95,m,202.5,"));
+  const TemporaryFolder folder;
+  EXPECT_EQ(write_study_pictures(folder.path(), manifest, comparison).size(), 8U);
+}
+
+TEST(StudyRecords, ErrorBinsHoldTheirEdges) {
+  for (const std::size_t bin : {0U, 1U, 60U, 159U}) {
+    EXPECT_EQ(error_bin(error_edge_m(bin) * 1.0001), bin);
+    EXPECT_EQ(error_bin(error_edge_m(bin + 1) * 0.9999), bin);
+  }
+  EXPECT_EQ(error_bin(0), 0U);
+  EXPECT_EQ(error_bin(1e9), kErrorBins - 1);
+}
+
+}  // namespace
+}  // namespace canyon::study

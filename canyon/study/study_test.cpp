@@ -1,0 +1,241 @@
+#include "canyon/study/study.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "canyon/study/design.hpp"
+#include "canyon/study/runner.hpp"
+#include "canyon/study/settings_tree.hpp"
+#include "tests/support/simulation_support.hpp"
+#include "tests/support/source_dir.hpp"
+
+namespace canyon::study {
+namespace {
+
+using simulation::test::error_of;
+using simulation::test::TemporaryFolder;
+using ::testing::HasSubstr;
+
+constexpr const char* kScenario = R"(scenario:
+  city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
+  sky: {nominal: true, systems: [GPS]}
+  start: 2026-06-01T08:00:00Z
+  duration_s: 3
+  trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}
+  receivers: [{name: car, profile: ideal}, {name: other, profile: ideal}]
+  seed: 5
+)";
+
+StudyPlan plan_of(const std::string& rest) {
+  return StudyPlan::parse(kScenario + rest, "study.yaml");
+}
+
+options::Node tree_of(const std::string& yaml) {
+  options::Document document;
+  document.file = "text";
+  return options::parse_yaml(yaml, document, "");
+}
+
+TEST(SettingsTree, SetsValuesSectionsAndItems) {
+  options::Node root = tree_of("{a: {b: 1}, list: [{name: x, k: 1}, {name: y}]}");
+  set_at(root, "a.b", scalar_node("2"));
+  set_at(root, "a.new.deep", scalar_node("3"));
+  set_at(root, "list[].k", scalar_node("7"));
+  set_at(root, "list[y].k", scalar_node("8"));
+  set_at(root, "list[0].m", tree_of("{p: [1, 2]}"));
+  EXPECT_EQ(flow_text(root),
+            "{a: {b: 2, new: {deep: 3}}, list: [{name: x, k: 7, m: {p: [1, 2]}}, {name: y, k: 8}]}");
+  EXPECT_THAT(error_of([&] { set_at(root, "list[5].k", scalar_node("1")); }).what(), HasSubstr("no item 5"));
+  EXPECT_THAT(error_of([&] { set_at(root, "a.b.c", scalar_node("1")); }).what(), HasSubstr("no section"));
+}
+
+// What is written on one line reads back as the same tree.
+TEST(SettingsTree, FlowTextReadsBack) {
+  const options::Node root =
+      tree_of("{a: \"x: y\", b: [\"{\", \"say \\\"so\\\"\", \" blank \"], c: -1.5e-3}");
+  EXPECT_EQ(flow_text(tree_of(flow_text(root))), flow_text(root));
+  EXPECT_EQ(tree_of(flow_text(root)).find("a")->value.text, "x: y");
+}
+
+// 2 x 3 x 4 values: their product of runs, each combination once, the last axis fastest.
+TEST(Study, GridHasEachCombinationOnce) {
+  const StudyPlan plan = plan_of(R"(axes:
+  - {key: "receivers[].elevation_mask_deg", values: [5, 10]}
+  - {key: "receivers[0].profile", values: [ideal, ublox-m8t, survey]}
+  - {seeds: 4}
+)");
+  ASSERT_EQ(plan.size(), 24U);
+  std::set<std::vector<std::string>> seen;
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    std::vector<std::string> at;
+    for (const AxisValue& value : plan.run(i).at) at.push_back(value.text);
+    seen.insert(at);
+  }
+  EXPECT_EQ(seen.size(), 24U);
+  EXPECT_EQ(plan.run(1).at[2].text, "2");
+  EXPECT_EQ(plan.run(23).at[0].text, "10");
+  EXPECT_THAT(plan.receivers(), ::testing::ElementsAre("car", "other"));
+}
+
+// A range from 0 to 1 in steps of 0.25 has 5 values; 96 starts in a day lie 900 s apart, the last 900 s
+// before its end.
+TEST(Study, RangesAndTimes) {
+  const StudyPlan plan = plan_of(R"(axes:
+  - {key: "receivers[].elevation_mask_deg", range: {from: 0, to: 1, step: 0.25}}
+)" + std::string());
+  EXPECT_EQ(plan.size(), 5U);
+  const StudyPlan day = plan_of("axes: [{times: {from: 2026-01-01T00:00:00Z, span_s: 86400, count: 96}}]\n");
+  ASSERT_EQ(day.size(), 96U);
+  const auto first = day.scenario(day.run(0)).start, second = day.scenario(day.run(1)).start,
+             last = day.scenario(day.run(95)).start;
+  EXPECT_DOUBLE_EQ(*second - *first, 900);
+  EXPECT_DOUBLE_EQ(*last - *first, 86400 - 900);
+}
+
+// McKay, Beckman and Conover's definition: of n points each stratum of each axis has exactly one.
+TEST(Study, LatinHypercubeHasOnePointInEachStratum) {
+  constexpr std::size_t kN = 101;
+  const std::vector<double> a = draw_sample(3, "a", kN, true), b = draw_sample(3, "b", kN, true);
+  for (const auto* axis : {&a, &b}) {
+    std::set<std::size_t> strata;
+    for (const double u : *axis) strata.insert(static_cast<std::size_t>(u * kN));
+    EXPECT_EQ(strata.size(), kN);
+    EXPECT_EQ(*strata.rbegin(), kN - 1);
+  }
+  EXPECT_NE(a, b);
+  EXPECT_EQ(a, draw_sample(3, "a", kN, true));
+  // Alone, all strata of 101 are hit with probability 101!/101^101 = 1e-43.
+  std::set<std::size_t> strata;
+  for (const double u : draw_sample(3, "a", kN, false)) strata.insert(static_cast<std::size_t>(u * kN));
+  EXPECT_LT(strata.size(), kN);
+}
+
+// In a sample listed axes are drawn in equal shares, crossed ones stand at every point.
+TEST(Study, SamplesCrossAxes) {
+  const StudyPlan plan = plan_of(R"(axes:
+  - {name: mask, key: "receivers[].elevation_mask_deg", range: {from: 5, to: 25}}
+  - {name: profile, key: "receivers[0].profile", values: [ideal, survey], crossed: true}
+design: latin_hypercube
+runs: 10
+)");
+  ASSERT_EQ(plan.size(), 20U);
+  for (std::size_t point = 0; point < 10; ++point) {
+    const canyon::study::Run one = plan.run(2 * point), two = plan.run(2 * point + 1);
+    EXPECT_EQ(one.at[0].text, two.at[0].text);
+    EXPECT_NE(one.at[1].text, two.at[1].text);
+    EXPECT_EQ(plan.scenario(one).seed, plan.scenario(two).seed);
+    EXPECT_NE(plan.scenario(one).seed, plan.scenario(plan.run((2 * point + 2) % 20)).seed);
+  }
+}
+
+// Settings share the luck of a seed and a time; seeds alone are the scenario's own.
+TEST(Study, SettingsShareTheirLuck) {
+  const StudyPlan plan = plan_of(R"(axes:
+  - {seeds: 3}
+  - {key: "receivers[].elevation_mask_deg", values: [5, 10]}
+)");
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(plan.scenario(plan.run(2 * k)).seed, k + 1);
+    EXPECT_EQ(plan.scenario(plan.run(2 * k + 1)).seed, k + 1);
+  }
+  const StudyPlan times = plan_of(R"(axes:
+  - {times: {from: 2026-01-01T00:00:00Z, span_s: 86400, count: 2}}
+  - {key: "receivers[].elevation_mask_deg", values: [5, 10]}
+)");
+  EXPECT_EQ(times.scenario(times.run(0)).seed, times.scenario(times.run(1)).seed);
+  EXPECT_NE(times.scenario(times.run(0)).seed, times.scenario(times.run(2)).seed);
+}
+
+TEST(Study, AxesOverSectionsAndSeveralKeys) {
+  const StudyPlan plan = plan_of(R"(axes:
+  - name: world
+    values:
+      - {duration_s: 1, "receivers[0].profile": survey}
+      - {city: {synthetic: {}}, duration_s: 2}
+    labels: [open, town]
+)");
+  EXPECT_EQ(plan.scenario(plan.run(0)).duration_s, 1);
+  EXPECT_TRUE(plan.scenario(plan.run(0)).city.open);
+  EXPECT_TRUE(plan.scenario(plan.run(1)).city.synthetic.has_value());
+  EXPECT_EQ(plan.run(1).at[0].label, "town");
+}
+
+// Each row of N runs is dealt once to every shard.
+TEST(Study, ShardsArePartsOfTheWhole) {
+  for (const std::size_t shards : {1U, 2U, 3U, 8U}) {
+    for (std::size_t row = 0; row < 20; ++row) {
+      std::set<std::size_t> dealt;
+      for (std::size_t i = 0; i < shards; ++i) dealt.insert(shard_of(row * shards + i, shards));
+      EXPECT_EQ(dealt.size(), shards);
+      EXPECT_LT(*dealt.rbegin(), shards);
+    }
+  }
+}
+
+TEST(Study, KeyFollowsWhatResultsDependOn) {
+  const std::string axes = "axes: [{seeds: 3}]\n";
+  EXPECT_EQ(plan_of(axes).key(), plan_of(axes + "city_memory_gb: 1\n").key());
+  EXPECT_NE(plan_of(axes).key(), plan_of("axes: [{seeds: 4}]\n").key());
+  EXPECT_NE(plan_of(axes).key(), plan_of(axes + "keep: epochs\n").key());
+  // A file counts by its contents, wherever it lies.
+  const TemporaryFolder one, two;
+  const auto study = [](const TemporaryFolder& folder, const std::string& way) {
+    (void)folder.write("way.csv", way);
+    return StudyPlan::parse(kScenario + std::string("axes: [{key: trajectory, values: [{file: way.csv}]}]\n"),
+                            folder.path() / "study.yaml")
+        .key();
+  };
+  const std::string way = "0,22.3,114.17,5\n3,22.3001,114.17,5\n";
+  EXPECT_EQ(study(one, way), study(two, way));
+  EXPECT_NE(study(one, way), study(two, "0,22.3,114.17,5\n3,22.3002,114.17,5\n"));
+}
+
+TEST(Study, DocumentationHasTheSameTable) {
+  std::stringstream page;
+  page << std::ifstream(std::filesystem::path(canyon_source_dir) / "docs/study.md").rdbuf();
+  EXPECT_THAT(page.str(), HasSubstr("<!-- begin: keys of a study -->\n" +
+                                    options::markdown(study_description().keys) + "<!-- end -->\n"))
+      << "put this table between the marks";
+}
+
+struct BadStudy {
+  std::string rest, problem;
+};
+class BadStudies : public ::testing::TestWithParam<BadStudy> {};
+
+TEST_P(BadStudies, AreRefused) {
+  const InputError error = error_of([&] { (void)plan_of(GetParam().rest); });
+  EXPECT_THAT(error.what(), HasSubstr(GetParam().problem));
+  EXPECT_THAT(error.file(), HasSubstr("study.yaml"));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadStudies,
+    ::testing::Values(
+        BadStudy{"", "axes"}, BadStudy{"axes: [{seed: 3}]\n", "seeds"},
+        BadStudy{"axes: [{seeds: 0}]\n", "seeds"},
+        BadStudy{"axes: [{key: \"receivers[].elevation_mask\", values: [1]}]\n", "elevation_mask_deg"},
+        BadStudy{"axes: [{key: \"receivers[].elevation_mask_deg\", values: [1, 200]}]\n", "200"},
+        BadStudy{"axes: [{key: \"receivers[2].elevation_mask_deg\", values: [1]}]\n", "no item 2"},
+        BadStudy{"axes: [{key: rate_hz, values: [1, 1]}]\n", "twice"},
+        BadStudy{"axes: [{key: rate_hz, values: [1], range: {from: 1, to: 2}}]\n", "range"},
+        BadStudy{"axes: [{key: rate_hz, range: {from: 1, to: 2}}]\n", "lists no values"},
+        BadStudy{"axes: [{key: rate_hz, range: {from: 2, to: 1, count: 3}}]\n", "above from"},
+        BadStudy{"axes: [{key: rate_hz, values: [1], labels: [a, b]}]\n", "labels"},
+        BadStudy{"axes: [{seeds: 3}, {seeds: 4}]\n", "two axes"}, BadStudy{"axes: [{values: [1]}]\n", "name"},
+        BadStudy{"axes: [{times: {from: yesterday, span_s: 10, count: 2}}]\n", "yesterday"},
+        BadStudy{"axes: [{seeds: 3}]\nruns: 4\n", "grid"},
+        BadStudy{"axes: [{seeds: 3}]\ndesign: random\n", "runs"},
+        BadStudy{"axes: [{seeds: 2000000}]\n", "max_runs"},
+        // 1e6 runs of 2 receivers with 1e6 epochs of 64 bytes are 128 TB.
+        BadStudy{"axes: [{seeds: 1000000}, {key: duration_s, values: [1000000]}]\nkeep: epochs\n", "GB"}));
+
+}  // namespace
+}  // namespace canyon::study

@@ -1,0 +1,268 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/options/describe.hpp"
+#include "canyon/study/results.hpp"
+#include "canyon/study/runner.hpp"
+#include "cli/commands.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "cli/ranks.hpp"
+
+namespace canyon::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::string study, out, shard;
+  std::vector<std::string> folders;  ///< of merge
+  std::optional<std::size_t> print_run;
+  int threads = 0;
+  bool dry_run = false, no_pictures = false, quiet = false;
+};
+
+struct Shard {
+  std::size_t index = 0, count = 1;
+};
+
+Shard parse_shard(const std::string& text) {
+  if (text.empty()) return {};
+  const std::vector<std::string_view> parts = split(text, '/');
+  const long long index = parse_integer(parts.front()).value_or(0);
+  const long long count = parts.size() == 2 ? parse_integer(parts.back()).value_or(0) : 0;
+  if (index < 1 || count < index || count > 1'000'000) {
+    throw InputError(fmt::format("--shard '{}' is no part of a study", text), "give K/N, K from 1 to N: 3/8");
+  }
+  return {static_cast<std::size_t>(index - 1), static_cast<std::size_t>(count)};
+}
+
+std::string list_of(const std::vector<std::size_t>& numbers) {
+  constexpr std::size_t kMost = 8;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kMost, numbers.size()); ++i)
+    text += fmt::format("{}{}", i > 0 ? ", " : "", numbers[i]);
+  if (numbers.size() > kMost) text += fmt::format(" and {} more", numbers.size() - kMost);
+  return text;
+}
+
+void note(const Arguments& arguments, const std::string& text) {
+  if (arguments.quiet) return;
+  std::fflush(stdout);
+  fmt::print(stderr, "{}\n", text);
+}
+
+void tell_plan(const study::StudyPlan& plan) {
+  std::vector<std::vector<std::string>> rows;
+  for (const study::Axis& axis : plan.study().axes) {
+    const std::size_t n = axis.size();
+    const std::string first = study::value_at(axis, {0, 0}).label;
+    const std::string last = study::value_at(axis, {n > 0 ? n - 1 : 0, 1 - 1e-12}).label;
+    rows.push_back({axis.name, axis.key.empty() ? "-" : axis.key, n > 0 ? fmt::format("{}", n) : "continuous",
+                    first, last, axis.luck ? "luck" : "setting"});
+  }
+  print_table({"axis", "key", "values", "first", "last", ""}, rows);
+  fmt::print("\n{} runs of {} receivers ({}), about {:.0f} epochs each; about {}B of results\n", plan.size(),
+             plan.receivers().size(), fmt::join(plan.receivers(), ", "), plan.epochs_per_run(),
+             short_count(plan.estimated_bytes()));
+}
+
+/// NetCDF, table and pictures of a folder whose runs are all there.
+void write_results(const Arguments& arguments, const study::Manifest& manifest, const fs::path& folder,
+                   std::vector<std::optional<study::RunRecord>>& records) {
+  study::write_study_netcdf(folder / "study.nc", manifest, records, folder);
+  const study::Comparison comparison = study::compare(manifest, records);
+  write_file(folder / "table.csv", study::comparison_csv(manifest, comparison));
+  std::size_t pictures = 0;
+  if (!arguments.no_pictures) pictures = study::write_study_pictures(folder, manifest, comparison).size();
+  if (!arguments.quiet) fmt::print("\n{}\n", study::comparison_text(manifest, comparison));
+  std::vector<std::size_t> failed;
+  for (const auto& record : records) {
+    if (!record->problem.empty()) failed.push_back(record->number);
+  }
+  if (!failed.empty()) {
+    print_warnings({fmt::format("{} of {} runs have no figures (runs {}); the first: {}", failed.size(),
+                                records.size(), list_of(failed), records[failed.front()]->problem)});
+  }
+  note(arguments,
+       fmt::format("study.nc, table.csv{} in {}",
+                   pictures > 0 ? fmt::format(" and {} pictures", pictures) : "", folder.string()));
+}
+
+std::vector<std::size_t> unfinished(const std::vector<std::optional<study::RunRecord>>& records,
+                                    const Shard& shard = {}) {
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    if (!records[i] && study::shard_of(i, shard.count) == shard.index) numbers.push_back(i);
+  }
+  return numbers;
+}
+
+int compute(const Arguments& arguments, Ranks& ranks) {
+  const Shard shard = parse_shard(arguments.shard);
+  const study::StudyPlan plan = study::StudyPlan::read(arguments.study);
+  if (arguments.print_run) {
+    if (*arguments.print_run >= plan.size()) {
+      throw InputError(
+          fmt::format("--print-run {}: the study has runs 0 to {}", *arguments.print_run, plan.size() - 1));
+    }
+    fmt::print("{}", simulation::scenario_yaml(study::RunMaker(plan).scenario(*arguments.print_run)));
+    return kOk;
+  }
+  if (arguments.dry_run) {
+    if (ranks.rank() == 0) tell_plan(plan);
+    return kOk;
+  }
+  if (arguments.out.empty())
+    throw InputError("--out is missing", "say which folder the results shall stand in");
+  const study::Manifest manifest = study::manifest_of(plan);
+  // Rank 0 makes the folder; all read what is there before anyone adds to it.
+  std::optional<study::RunStore> store;
+  if (ranks.rank() == 0) store.emplace(arguments.out, manifest);
+  ranks.barrier();
+  if (ranks.rank() != 0) store.emplace(arguments.out, manifest);
+  const std::vector<std::size_t> todo = unfinished(study::read_records(arguments.out, plan.size()), shard);
+  ranks.barrier();
+
+  const std::atomic<bool>& stop = catch_interrupts();
+  const auto begin = std::chrono::steady_clock::now();
+  std::size_t done = 0;
+  {
+    Progress bar("running", arguments.quiet || ranks.rank() != 0, "runs");
+    bar.update(0, todo.size());
+    study::RunnerOptions options;
+    options.threads = arguments.threads;
+    options.stop = &stop;
+    options.progress = [&](std::size_t runs) {
+      done = runs;
+      bar.update(runs, ranks.size() > 1
+                           ? std::max<std::size_t>(runs, todo.size() / static_cast<std::size_t>(ranks.size()))
+                           : todo.size());
+    };
+    if (ranks.size() > 1) {
+      ranks.begin_dealing();
+      options.deal = [&ranks] { return ranks.next(); };
+    }
+    study::run_all(study::RunMaker(plan), *store, todo, options);
+  }
+  const std::size_t computed = ranks.sum(done);
+  const bool interrupted = ranks.sum(stop.load() ? 1 : 0) > 0;
+  if (ranks.rank() != 0) return interrupted ? kInterrupted : kOk;
+  note(arguments, fmt::format("{} runs in {:.2f} s", computed, seconds_since(begin)));
+
+  std::vector<std::optional<study::RunRecord>> records = study::read_records(arguments.out, plan.size());
+  const std::vector<std::size_t> missing = unfinished(records);
+  if (interrupted) {
+    fmt::print(stderr,
+               "canyon: interrupted: {} of {} runs are finished and kept in {}; the same command goes on\n",
+               records.size() - missing.size(), records.size(), arguments.out);
+    return kInterrupted;
+  }
+  if (!missing.empty()) {
+    note(arguments,
+         fmt::format("shard {} is whole; 'canyon study merge' makes the study of all shards' folders",
+                     arguments.shard));
+    return kOk;
+  }
+  write_results(arguments, manifest, arguments.out, records);
+  return kOk;
+}
+
+int merge(const Arguments& arguments) {
+  if (arguments.out.empty())
+    throw InputError("--out is missing", "say which folder the whole study shall stand in");
+  const study::Manifest manifest = study::read_manifest(arguments.folders.front());
+  std::vector<std::optional<study::RunRecord>> records(manifest.runs);
+  std::vector<const std::string*> origin(manifest.runs, nullptr);
+  for (const std::string& folder : arguments.folders) {
+    const study::Manifest of = study::read_manifest(folder);
+    if (of.key != manifest.key) {
+      throw InputError(folder, 0,
+                       fmt::format("is a shard of another study ('{}') than {} ('{}')", of.title,
+                                   arguments.folders.front(), manifest.title),
+                       "merge folders of one study, with the same options and files");
+    }
+    std::vector<std::optional<study::RunRecord>> some = study::read_records(folder, manifest.runs);
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      if (some[i] && !records[i]) records[i] = std::move(some[i]), origin[i] = &folder;
+    }
+  }
+  const std::vector<std::size_t> missing = unfinished(records);
+  if (!missing.empty()) {
+    throw InputError(
+        fmt::format("{} of {} runs are missing: {}", missing.size(), records.size(), list_of(missing)),
+        "give the folders of all shards, and run again those that were cut short");
+  }
+  study::RunStore store(arguments.out, manifest);
+  const std::vector<std::size_t> todo = unfinished(study::read_records(arguments.out, manifest.runs));
+  for (const std::size_t i : todo) {
+    if (manifest.epochs && !records[i]->receivers.empty()) study::read_epochs(*origin[i], *records[i]);
+    store.add(*records[i]);
+    for (study::ReceiverRecord& receiver : records[i]->receivers) receiver.kept = {};
+  }
+  write_results(arguments, manifest, arguments.out, records);
+  return kOk;
+}
+
+constexpr const char* kFooter =
+    R"(Finished runs stand in DIR/runs at once: after Ctrl-C, a crash or a full disk the same command goes on
+from there. When all are done: study.nc (NetCDF, for xarray), table.csv, and pictures.
+
+Examples:
+  canyon study examples/studies/receivers.yaml --dry-run
+  canyon study examples/studies/receivers.yaml --out out/receivers
+  canyon study big.yaml --out out/part3 --shard 3/8        (one of eight machines)
+  canyon study merge out/part1 out/part2 ... --out out/big
+  canyon study big.yaml --print-run 17 > run17.yaml        (for canyon simulate)
+  mpirun -n 8 canyon study big.yaml --out /shared/big      (a build with CANYON_BUILD_MPI)
+
+docs/study.md explains them. Keys of a study:
+
+)";
+
+}  // namespace
+
+void add_study(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("study", "many runs of a scenario over axes, and what they say together");
+  command->require_subcommand(0, 1);
+  command->add_option("study", arguments->study, "study file (YAML)")->type_name("STUDY");
+  command->add_option("-o,--out", arguments->out, "folder for the results, made where needed")
+      ->type_name("DIR");
+  command->add_flag("--dry-run", arguments->dry_run, "print runs, axes and estimated size, and run nothing");
+  command->add_option("--shard", arguments->shard, "only this part of the runs, for one of N machines")
+      ->type_name("K/N");
+  command->add_option("--print-run", arguments->print_run, "print the scenario of a run, and run nothing")
+      ->type_name("N");
+  command->add_flag("--no-pictures", arguments->no_pictures, "leave the pictures out");
+  add_threads(*command, arguments->threads);
+  command->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
+  command->footer(kFooter + options::plain_text(study::study_description().keys));
+  CLI::App* merged = command->add_subcommand("merge", "make a whole study of its shards' folders");
+  merged->add_option("folders", arguments->folders, "folders of shards")->type_name("DIR")->required();
+  merged->add_option("-o,--out", arguments->out, "folder for the whole study")->type_name("DIR");
+  merged->add_flag("--no-pictures", arguments->no_pictures, "leave the pictures out");
+  merged->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
+  command->callback([arguments, merged, &action] {
+    if (merged->parsed()) {
+      action = [arguments] { return merge(*arguments); };
+      return;
+    }
+    action = [arguments] {
+      if (arguments->study.empty()) throw InputError("STUDY is missing", "canyon study STUDY --out DIR");
+      Ranks ranks;
+      return ranks.guard([&] { return compute(*arguments, ranks); });
+    };
+  });
+}
+
+}  // namespace canyon::cli
