@@ -53,14 +53,14 @@ TEST(Chunk, LayoutIsTheDocumentedOne) {
 TEST(Chunk, NegativeAndLargeWholeNumbersKeepTheirBits) {
   Rows rows(kEpochs);
   const std::size_t columns = tables()[kEpochs].columns.size();
-  ASSERT_EQ(columns, 31U);
-  rows.add({0.5, 1,  2,  3,  4,  5,  6,  7,  1,  0,  8,  9,     10,  11, 12, 13,
-            14,  15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 65535, 300, 2,  -1});
+  ASSERT_EQ(columns, 33U);
+  rows.add({0.5, 1,  2,  3,  4,  40, 41, 5,  6,  7,  1,  0,  8,     9,   10, 11, 12,
+            13,  14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 65535, 300, 2,  -1});
   const std::string bytes = encode_chunk({&rows});
   // One row: every column takes 8 bytes with its padding, from 24 on.
   EXPECT_EQ(at<double>(bytes, 24), 0.5);
-  EXPECT_EQ(at<std::uint16_t>(bytes, 24 + 8 * 27), 65535U);
-  EXPECT_EQ(at<std::int32_t>(bytes, 24 + 8 * 30), -1);
+  EXPECT_EQ(at<std::uint16_t>(bytes, 24 + 8 * 29), 65535U);
+  EXPECT_EQ(at<std::int32_t>(bytes, 24 + 8 * 32), -1);
 }
 
 TEST(Chunk, GzipUnpacksToTheSameBytes) {

@@ -8,7 +8,7 @@ const kPut = { f64: 'setFloat64', f32: 'setFloat32', i32: 'setInt32', u32: 'setU
 const column = (name, type = 'f64', values = 1) => ({ name, type, unit: '', values });
 export const kTables = [
   { name: 'epochs', columns: [
-    ...['time_s', 'east_m', 'north_m', 'up_m', 'yaw_deg', 'velocity_east_mps', 'velocity_north_mps', 'velocity_up_mps'].map((n) => column(n)),
+    ...['time_s', 'east_m', 'north_m', 'up_m', 'yaw_deg', 'roll_deg', 'pitch_deg', 'velocity_east_mps', 'velocity_north_mps', 'velocity_up_mps'].map((n) => column(n)),
     column('status', 'u8'), column('placement', 'u8'),
     ...['fix_east_m', 'fix_north_m', 'fix_up_m', 'error_east_m', 'error_north_m', 'error_up_m', 'covariance_east_m2', 'covariance_north_m2',
       'covariance_up_m2', 'covariance_east_north_m2', 'covariance_east_up_m2', 'covariance_north_up_m2', 'gdop', 'pdop', 'hdop', 'vdop',
@@ -101,7 +101,7 @@ export function sampleView({ grid = 8, epochs = 120, block = 40 } = {}) {
     // Error: e/10 m east, e/20 m north, 1 m up; the largest at the last epoch.
     const error = lost ? [NaN, NaN, NaN] : [e / 10, e / 20, 1];
     const covariance = lost ? Array(6).fill(NaN) : [9, 4, 16, 2, 0, 0];
-    rows.push([e, east, 0, 1.5, 0, 4, 0, 0, lost ? 2 : 1, 0, east + error[0], error[1], 1.5 + error[2], ...error, ...covariance,
+    rows.push([e, east, 0, 1.5, 0, 0, 0, 4, 0, 0, lost ? 2 : 1, 0, east + error[0], error[1], 1.5 + error[2], ...error, ...covariance,
       ...(lost ? Array(5).fill(NaN) : [2.5, 2.1, 1.25, 1.7, 1.3]), lost ? 0 : 9, lost ? 3 : 9, lost ? 9 : 3, 0]);
     if (e % block === 0) blocks.push({ first: e, satellites: [], paths: [] });
     const b = blocks.at(-1);
