@@ -7,6 +7,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "cli/commands.hpp"
+#include "cli/view_command.hpp"
 
 namespace {
 
@@ -70,6 +71,7 @@ int main(int argc, char** argv) {
   add_calibrate(app, action);
   add_heatmap(app, action);
   add_study(app, action);
+  add_view(app, action);
   if (argc < 2) {
     fmt::print(stderr, "{}", app.help());
     return kBadInput;

@@ -19,6 +19,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "canyon/view/view_sink.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
@@ -39,6 +40,7 @@ struct Arguments {
   bool quiet = false;
   std::vector<std::string> streams;
   bool realtime = false;
+  bool view = false;
 };
 
 /// How many satellites of which system: "GPS 9, BeiDou 14".
@@ -113,6 +115,9 @@ int run(const Arguments& arguments) {
     if (drawn < scenario.receivers.size()) {
       note(fmt::format("pictures    of the first {} of {} receivers", drawn, scenario.receivers.size()));
     }
+  }
+  if (arguments.view) {
+    sinks.push_back(view::make_view(simulation, std::filesystem::path(arguments.out) / "view"));
   }
   std::vector<std::unique_ptr<output::EncodedStream>> streams;
   const auto tell_notes = [&](std::size_t i) {
@@ -193,6 +198,7 @@ void add_simulate(CLI::App& app, Action& action) {
       ->type_name("STREAM")
       ->allow_extra_args(false);
   command->add_flag("--realtime", arguments->realtime, "no faster than the wall clock");
+  command->add_flag("--view", arguments->view, "write DIR/view as well, which 'canyon view DIR' shows");
   command->add_flag("--quiet", arguments->quiet, "print errors only");
   command->footer("Keys of a scenario (docs/scenario.md explains them):\n\n" +
                   options::plain_text(simulation::scenario_keys()));

@@ -10,9 +10,9 @@
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
+#include "canyon/output/path_loss.hpp"
 #include "canyon/output/phase_arcs.hpp"
 #include "canyon/output/sinks.hpp"
-#include "canyon/signal/path_strength.hpp"
 
 namespace canyon::output {
 namespace {
@@ -231,35 +231,25 @@ class PathsCsv final : public Encoder {
   std::string begin() override { return header(paths_csv_columns()); }
   std::string encode(const simulation::Epoch& epoch) override {
     std::string lines;
-    if (epoch.arrival == nullptr) return lines;
     const std::string tow = seconds_of_week(epoch.observed.time);
-    auto satellite = epoch.observed.satellites.begin();
-    const auto end = epoch.observed.satellites.end();
-    for (const propagation::SatelliteView& view : epoch.arrival->views) {  // both ascend
-      while (satellite != end && satellite->id < view.line.id) ++satellite;
-      if (satellite == end) break;
-      if (satellite->id != view.line.id) continue;
-      const gnss::Signal& signal =
-          satellite->signal != nullptr ? *satellite->signal : gnss::signals_of(satellite->id.system).front();
-      const double carrier_hz = gnss::carrier_hz(signal, view.line.state.carrier_frequency_hz);
-      std::int64_t number = 0;
-      for (const propagation::Path& path : view.paths.paths) {
-        Row row;
-        row.add(epoch.observed.time.week()).add(tow).add(gnss::to_string(satellite->id)).add(number++);
-        add_path(row, path, view.line.elevation_rad, carrier_hz);
-        lines += std::move(row).line();
-      }
-    }
+    for_each_view(
+        epoch.observed, epoch.arrival,
+        [&](const receiver::SatelliteObservation& satellite, const propagation::SatelliteView& view) {
+          std::int64_t number = 0;
+          for (const propagation::Path& path : view.paths.paths) {
+            Row row;
+            row.add(epoch.observed.time.week()).add(tow);
+            row.add(gnss::to_string(satellite.id)).add(number++);
+            add_path(row, path, first_signal_amplitude(satellite, view, path, signal_));
+            lines += std::move(row).line();
+          }
+        });
     return lines;
   }
 
  private:
-  void add_path(Row& row, const propagation::Path& path, double elevation_rad, double carrier_hz) const {
+  static void add_path(Row& row, const propagation::Path& path, std::complex<double> amplitude) {
     row.add(propagation::name(path.kind)).add(static_cast<std::int64_t>(path.order)).add(path.excess_m, 4);
-    const std::complex<double> amplitude =
-        signal_.enabled
-            ? signal::path_amplitude(path, elevation_rad, carrier_hz, signal_.antenna, signal_.strength)
-            : 0;
     if (amplitude != 0.0) {
       row.add(-20 * std::log10(std::abs(amplitude)), 2).add(degrees(std::arg(amplitude)), 1);
     } else {

@@ -993,6 +993,30 @@ heatmap_ranks)
   diff -rq whole lost || fail "other bytes after a lost rank"
   # Bad input ends all of them, with one cause.
   runs 2 "${ranks[@]}" "$canyon" heatmap small.yaml --out bad --layers hdpo; says err "canyon: --layers" "mean hdop" ;;
+view)
+  # The page is the viewer's matter (viewer/test/); here a stand-in takes the data.
+  echo '<html><body><!--canyon:data--></body></html>' >page.html; export CANYON_VIEWER=$PWD/page.html
+  runs 0 "$canyon" view small.yaml --export scene.html --out v --duration 5; says err "MB, opens from disk"
+  says scene.html 'id="canyon-view"' 'data-canyon-file="city.glb.gz"' 'data-canyon-file="block-0-00000.bin.gz"' 'data-canyon-file="track-0.bin.gz"'
+  grep -q 'canyon:data' scene.html && fail "the place of the data is still there"
+  gzip -t v/*.gz || fail "not gzip"
+  [ "$(gzip -dc v/track-0.bin.gz | head -c 8)" = canyonV1 ] || fail "no chunk"
+  # The same again from the folder, and from a run that wrote it beside its files.
+  runs 0 "$canyon" view v --export again.html --quiet; cmp scene.html again.html || fail "other bytes from the folder"
+  runs 0 "$canyon" simulate small.yaml --out res --duration 5 --view --quiet
+  diff -rq v res/view || fail "simulate --view writes something else"
+  block_osm >block.osm
+  runs 0 "$canyon" view block.osm --out c --quiet; says c/view.json '"height_source":"height"' '"height_source":"default"' '"time":null'
+  if python3 -c 'import jsonschema' 2>/dev/null; then
+    for header in v c; do
+      python3 -c 'import json, sys, jsonschema; jsonschema.validate(json.load(open(sys.argv[1])), json.load(open(sys.argv[2])))' \
+        $header/view.json "$root/viewer/schema.json" || fail "$header/view.json is not what the schema says"
+    done
+  else echo "SKIPPED: the schema (no python3-jsonschema)"; fi
+  runs 2 "$canyon" view small.yaml; one_line; says err "nothing to write" --export
+  runs 2 "$canyon" view nothing.yaml --export x.html; one_line
+  echo hello >page.html; runs 2 "$canyon" view v --export x.html; one_line; says err "no page of Canyon's viewer"
+  export CANYON_VIEWER=none.html; runs 2 "$canyon" view v --export x.html; one_line; [ ! -e x.html ] || fail "half a page" ;;
 *) echo "no case '$case'"; exit 2 ;;
 esac
 exit "$failed"

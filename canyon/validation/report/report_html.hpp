@@ -1,9 +1,9 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "canyon/base/base64.hpp"
 #include "canyon/validation/report/report.hpp"
 
 namespace canyon::validation {
@@ -15,9 +15,6 @@ struct ReportFigure {
   std::string alt;   ///< what it shows, for those who do not see it
   std::string caption;
 };
-
-/// RFC 4648, section 4, padded.
-[[nodiscard]] std::string base64(std::string_view bytes);
 
 /// The report as one HTML page that is well-formed XML too, its pictures as data: URIs; loads nothing.
 [[nodiscard]] std::string report_html(const ReportInput& input, const std::vector<ReportFigure>& figures);

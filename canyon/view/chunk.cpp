@@ -1,0 +1,101 @@
+#include "canyon/view/chunk.hpp"
+
+#include <zlib.h>
+
+#include <bit>
+#include <cassert>
+#include <new>
+
+namespace canyon::view {
+namespace {
+
+void put_little(std::string& out, std::uint64_t bits, std::size_t bytes) {
+  for (std::size_t i = 0; i < bytes; ++i) out += static_cast<char>(bits >> 8 * i & 0xFFU);
+}
+
+void pad(std::string& out) {
+  out.append((8 - out.size() % 8) % 8, '\0');
+}
+
+}  // namespace
+
+Rows::Rows(TableIndex table) : table_(table), columns_(tables()[table].columns.size()) {}
+
+void Rows::put(std::size_t column, double value) {
+  const ColumnType type = tables()[table_].columns[column].type;
+  std::string& out = columns_[column];
+  switch (type) {
+    case ColumnType::F64:
+      return put_little(out, std::bit_cast<std::uint64_t>(value), 8);
+    case ColumnType::F32:
+      return put_little(out, std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
+    case ColumnType::I32:
+    case ColumnType::U32:
+    case ColumnType::U16:
+    case ColumnType::U8:
+      return put_little(out, static_cast<std::uint64_t>(static_cast<std::int64_t>(value)), size_of(type));
+  }
+}
+
+void Rows::add(std::initializer_list<double> values) {
+  assert(values.size() == columns_.size());
+  std::size_t column = 0;
+  for (const double value : values) put(column++, value);
+  ++rows_;
+}
+
+void Rows::add_bytes(std::string_view bytes) {
+  assert(columns_.size() == 1);
+  columns_.front() += bytes;
+  ++rows_;
+}
+
+void Rows::set_last(std::size_t column, double value) {
+  assert(rows_ > 0);
+  std::string& out = columns_[column];
+  out.resize(out.size() - size_of(tables()[table_].columns[column].type));
+  put(column, value);
+}
+
+void Rows::clear() {
+  rows_ = 0;
+  for (std::string& column : columns_) column.clear();
+}
+
+std::string encode_chunk(const std::vector<const Rows*>& tables) {
+  std::string out = "canyonV1";
+  put_little(out, tables.size(), 4);
+  put_little(out, 0, 4);
+  for (const Rows* rows : tables) {
+    put_little(out, rows->table(), 4);
+    put_little(out, rows->size(), 4);
+  }
+  for (const Rows* rows : tables) {
+    for (const std::string& column : rows->columns_) {
+      pad(out);
+      out += column;
+    }
+  }
+  pad(out);
+  return out;
+}
+
+std::string gzip(std::string_view bytes) {
+  z_stream stream{};
+  // 15 bits of window, and 16 for gzip's frame instead of zlib's.
+  if (deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK) {
+    throw std::bad_alloc();
+  }
+  std::string packed(deflateBound(&stream, static_cast<uLong>(bytes.size())), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_out = static_cast<uInt>(packed.size());
+  const int result = deflate(&stream, Z_FINISH);
+  packed.resize(stream.total_out);
+  deflateEnd(&stream);
+  if (result != Z_STREAM_END) throw std::bad_alloc();
+  return packed;
+}
+
+}  // namespace canyon::view

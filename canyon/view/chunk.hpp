@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/view/tables.hpp"
+
+namespace canyon::view {
+
+/// Rows of one table, kept by columns.
+class Rows {
+ public:
+  explicit Rows(TableIndex table);
+
+  [[nodiscard]] TableIndex table() const { return table_; }
+  [[nodiscard]] std::size_t size() const { return rows_; }
+  [[nodiscard]] bool empty() const { return rows_ == 0; }
+  /// A row: one value for each column, converted to its type. Precondition: as many as columns, in the range
+  /// of their types.
+  void add(std::initializer_list<double> values);
+  /// A row of a table of one column of bytes, as many as each row has.
+  void add_bytes(std::string_view bytes);
+  /// Overwrites a value of the last row. Precondition: there is one.
+  void set_last(std::size_t column, double value);
+  void clear();
+
+ private:
+  friend std::string encode_chunk(const std::vector<const Rows*>& tables);
+
+  void put(std::size_t column, double value);
+
+  TableIndex table_;
+  std::size_t rows_ = 0;
+  std::vector<std::string> columns_;
+};
+
+/// The bytes of a chunk (docs/view-format.md): "canyonV1", u32 number of tables, u32 reserved, of each u32
+/// index in the header and u32 rows; then, each begun at a multiple of 8 bytes, the columns of each table.
+[[nodiscard]] std::string encode_chunk(const std::vector<const Rows*>& tables);
+
+/// RFC 1952, as browsers unpack it; the same bytes every time.
+[[nodiscard]] std::string gzip(std::string_view bytes);
+
+}  // namespace canyon::view

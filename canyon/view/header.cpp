@@ -1,0 +1,188 @@
+#include "canyon/view/header.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "canyon/base/output_file.hpp"
+#include "canyon/city/mesh_marks.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/epoch_values.hpp"
+#include "canyon/positioning/fix.hpp"
+#include "canyon/propagation/paths.hpp"
+#include "canyon/tracking/signal_lock.hpp"
+#include "canyon/view/tables.hpp"
+
+namespace canyon::view {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string_view surface_word(city::Surface surface) {
+  switch (surface) {
+    case city::Surface::Building:
+      return "building";
+    case city::Surface::Terrain:
+      return "terrain";
+    case city::Surface::Foliage:
+      return "foliage";
+    case city::Surface::Vehicle:
+      return "vehicle";
+  }
+  return "building";
+}
+
+/// JSON has no NaN: what is not known is null.
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+/// To a millimetre, so that large cities stay short.
+double millimetres(double metres) {
+  return std::round(metres * 1000) / 1000 + 0.0;
+}
+
+Json city_json(const SceneCity& city) {
+  Json objects = Json::array();
+  for (const SceneObject& object : city.objects) {
+    Json json{{"id", object.id},
+              {"surface", surface_word(object.surface)},
+              {"material", city::material_name(object.material)},
+              {"low_m", millimetres(object.low_m)},
+              {"high_m", millimetres(object.high_m)}};
+    if (!object.height_source.empty()) json["height_source"] = object.height_source;
+    objects.push_back(std::move(json));
+  }
+  return {{"name", city.name},
+          {"file", kCityChunk},
+          {"triangles", city.triangles},
+          {"notes", city.notes},
+          {"objects", std::move(objects)}};
+}
+
+/// The words that columns index.
+Json words() {
+  Json status = Json::array(), placement = Json::array(), visibility = Json::array(), lock = Json::array(),
+       path = Json::array();
+  for (int i = 0; i <= static_cast<int>(positioning::FixStatus::NoSignal); ++i) {
+    const auto s = static_cast<positioning::FixStatus>(i);
+    status.push_back(s == positioning::FixStatus::Fix ? positioning::name(s) : positioning::reason(s));
+  }
+  for (int i = 0; i <= static_cast<int>(raytrace::Placement::Unknown); ++i) {
+    placement.push_back(output::placement_word(static_cast<raytrace::Placement>(i)));
+  }
+  for (int i = 0; i <= static_cast<int>(propagation::Visibility::Blocked); ++i) {
+    visibility.push_back(propagation::name(static_cast<propagation::Visibility>(i)));
+  }
+  for (int i = 0; i <= static_cast<int>(tracking::LockState::Holding); ++i) {
+    lock.push_back(tracking::name(static_cast<tracking::LockState>(i)));
+  }
+  for (int i = 0; i <= static_cast<int>(propagation::PathKind::Transmitted); ++i) {
+    path.push_back(propagation::name(static_cast<propagation::PathKind>(i)));
+  }
+  return {{"status", status},
+          {"placement", placement},
+          {"visibility", visibility},
+          {"lock", lock},
+          {"path", path}};
+}
+
+Json summary_json(const output::RunSummary& s) {
+  return {{"epochs", s.epochs},
+          {"fixes", s.fixes},
+          {"horizontal_p50_m", number(s.horizontal_p50_m)},
+          {"horizontal_p95_m", number(s.horizontal_p95_m)},
+          {"horizontal_max_m", number(s.horizontal_max_m)},
+          {"vertical_p50_m", number(s.vertical_p50_m)},
+          {"vertical_p95_m", number(s.vertical_p95_m)},
+          {"median_hdop", number(s.median_hdop)},
+          {"mean_used", number(s.mean_used)},
+          {"mean_visible", number(s.mean_visible)},
+          {"mean_blocked", number(s.mean_blocked)},
+          {"los_share", number(s.los_share)},
+          {"los_multipath_share", number(s.los_multipath_share)},
+          {"nlos_share", number(s.nlos_share)},
+          {"blocked_share", number(s.blocked_share)},
+          {"longest_outage_s", number(s.longest_outage_s)}};
+}
+
+Json receiver_json(const ReceiverHeader& receiver) {
+  Json faults = Json::array();
+  for (const FaultStretch& f : receiver.faults) {
+    faults.push_back({{"name", f.name}, {"from_s", f.from_s}, {"until_s", f.until_s}});
+  }
+  return {{"name", receiver.name},
+          {"strength", receiver.strength},
+          {"elevation_mask_deg", receiver.elevation_mask_deg},
+          {"faults", std::move(faults)},
+          {"summary", summary_json(receiver.summary)}};
+}
+
+Json tables_json() {
+  Json json = Json::array();
+  for (const Table& table : tables()) {
+    Json columns = Json::array();
+    for (const Column& column : table.columns) {
+      columns.push_back({{"name", column.name},
+                         {"type", name(column.type)},
+                         {"unit", column.unit},
+                         {"values", table.name == "skylines" ? kSkylineSectors : 1}});
+    }
+    json.push_back({{"name", table.name}, {"columns", std::move(columns)}});
+  }
+  return json;
+}
+
+Json chunk_json(const ChunkEntry& chunk) {
+  return {{"file", chunk.file},         {"kind", chunk.track ? "track" : "block"},
+          {"receiver", chunk.receiver}, {"first_epoch", chunk.first_epoch},
+          {"epochs", chunk.epochs},     {"satellites", chunk.satellites},
+          {"paths", chunk.paths},       {"bytes", chunk.bytes}};
+}
+
+}  // namespace
+
+std::string header_json(const Header& header) {
+  const geodesy::Geodetic& origin = header.city.origin;
+  Json json{{"format", "canyon view"},
+            {"version", 1},
+            {"title", header.title},
+            {"frame",
+             {{"axes", "east north up"},
+              {"unit", "m"},
+              {"origin",
+               {{"latitude_deg", geodesy::degrees(origin.latitude_rad)},
+                {"longitude_deg", geodesy::degrees(origin.longitude_rad)},
+                {"height_m", origin.height_m}}}}}};
+  if (header.begin) {
+    json["time"] = {{"begin_utc", geodesy::format_utc(*header.begin)},
+                    {"begin_gpst", geodesy::format_gpst(*header.begin)},
+                    {"gps_week", header.begin->week()},
+                    {"gps_tow", header.begin->seconds_of_week()},
+                    {"interval_s", header.interval_s}};
+  } else {
+    json["time"] = nullptr;
+  }
+  json["city"] = city_json(header.city);
+  json["words"] = words();
+  json["paths_per_satellite"] = header.paths_per_satellite;
+  json["receivers"] = Json::array();
+  for (const ReceiverHeader& receiver : header.receivers)
+    json["receivers"].push_back(receiver_json(receiver));
+  json["satellites"] = Json::array();
+  for (const gnss::SatelliteId id : header.satellites) {
+    json["satellites"].push_back({{"id", gnss::to_string(id)}, {"system", gnss::name(id.system)}});
+  }
+  json["tables"] = tables_json();
+  json["chunks"] = Json::array();
+  for (const ChunkEntry& chunk : header.chunks) json["chunks"].push_back(chunk_json(chunk));
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void write_header(const Header& header, const std::filesystem::path& folder) {
+  OutputFile file(folder / kHeaderFile);
+  file.write(header_json(header));
+  file.commit();
+}
+
+}  // namespace canyon::view

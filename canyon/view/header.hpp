@@ -1,0 +1,59 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/output/sinks.hpp"
+#include "canyon/view/scene_city.hpp"
+
+namespace canyon::view {
+
+/// Name of a view's header in its folder.
+inline constexpr const char* kHeaderFile = "view.json";
+
+/// A file of rows beside the header.
+struct ChunkEntry {
+  std::string file;
+  std::size_t receiver = 0;
+  bool track = false;  ///< all epochs and skylines of the receiver; else a block of its satellites and paths
+  std::size_t first_epoch = 0, epochs = 0;
+  std::size_t bytes = 0;                  ///< unpacked
+  std::size_t satellites = 0, paths = 0;  ///< rows
+};
+
+/// When a fault was at work, by the epochs that say so.
+struct FaultStretch {
+  std::string name;
+  double from_s = 0, until_s = 0;  ///< first and last epoch, since the begin
+};
+
+struct ReceiverHeader {
+  std::string name;
+  bool strength = false;          ///< signals have a strength: C/N0, lock, loss of paths
+  double elevation_mask_deg = 0;  ///< of its fix
+  std::vector<FaultStretch> faults;
+  output::RunSummary summary;
+};
+
+/// What view.json says; docs/view-format.md and viewer/schema.json define it.
+struct Header {
+  std::string title;
+  SceneCity city;
+  std::optional<geodesy::GpsTime> begin;  ///< without receivers: none
+  double interval_s = 1;
+  std::size_t paths_per_satellite = 0;  ///< kept at most
+  std::vector<ReceiverHeader> receivers;
+  std::vector<gnss::SatelliteId> satellites;  ///< ascending
+  std::vector<ChunkEntry> chunks;
+};
+
+/// The JSON, ending with a newline.
+[[nodiscard]] std::string header_json(const Header& header);
+/// Writes it to `folder`, whole or not at all.
+void write_header(const Header& header, const std::filesystem::path& folder);
+
+}  // namespace canyon::view

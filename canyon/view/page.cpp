@@ -1,0 +1,96 @@
+#include "canyon/view/page.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "canyon/base/base64.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/view/header.hpp"
+
+namespace canyon::view {
+namespace {
+
+/// Where a page takes its data; viewer/index.html has it.
+constexpr std::string_view kMark = "<!--canyon:data-->";
+
+/// JSON within a <script>: no "</script>" may stand in it.
+std::string for_script(const std::string& json) {
+  std::string text;
+  for (const char c : json) {
+    if (c == '<') {
+      text += "\\u003c";
+    } else {
+      text += c;
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string read_bytes(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::error_code error;
+  if (!in || std::filesystem::is_directory(path, error)) {
+    throw InputError(path, 0, "cannot be read", "check its name and permissions");
+  }
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+std::filesystem::path find_page() {
+  if (const char* named = std::getenv("CANYON_VIEWER"); named != nullptr && *named != '\0') return named;
+  std::error_code error;
+  std::vector<std::filesystem::path> places;
+  // Of an installed program share/ lies beside bin/; of one that was built the source tree has the page.
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (!error) places.push_back(program.parent_path().parent_path() / "share/canyon/viewer.html");
+  places.emplace_back(CANYON_VIEWER_BUILT);
+  for (const std::filesystem::path& place : places) {
+    if (std::filesystem::is_regular_file(place, error)) return place;
+  }
+  throw InputError("the viewer's page is not built",
+                   "run ./run view, which needs Node.js; or name a viewer.html in CANYON_VIEWER");
+}
+
+std::size_t export_page(const std::filesystem::path& page, const std::filesystem::path& folder,
+                        const std::filesystem::path& target) {
+  const std::string html = read_bytes(page);
+  const std::size_t mark = html.find(kMark);
+  if (mark == std::string::npos) {
+    throw InputError(page, 0, "is no page of Canyon's viewer", "build it anew: ./run view");
+  }
+  const std::string header = read_bytes(folder / kHeaderFile);
+  const nlohmann::json json = nlohmann::json::parse(header, nullptr, false);
+  if (json.is_discarded() || !json.contains("chunks")) {
+    throw InputError(folder / kHeaderFile, 0, "is no view of Canyon's", "write it anew");
+  }
+  std::vector<std::string> files{json["city"]["file"].get<std::string>()};
+  for (const auto& chunk : json["chunks"]) files.push_back(chunk["file"].get<std::string>());
+
+  OutputFile out(target);
+  std::size_t size = 0;
+  const auto write = [&](std::string_view bytes) {
+    out.write(bytes);
+    size += bytes.size();
+  };
+  write(std::string_view(html).substr(0, mark));
+  write("<script type=\"application/json\" id=\"canyon-view\">" + for_script(header) + "</script>\n");
+  for (const std::string& file : files) {
+    write(fmt::format("<script type=\"text/plain\" data-canyon-file=\"{}\">", file));
+    write(base64(read_bytes(folder / file)));
+    write("</script>\n");
+  }
+  write(std::string_view(html).substr(mark + kMark.size()));
+  out.commit();
+  return size;
+}
+
+}  // namespace canyon::view

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace canyon::view {
+
+/// The viewer as one HTML page, built from viewer/ (`./run view`): CANYON_VIEWER where the environment names
+/// one, else viewer.html of the installed share/canyon, else that of the source tree. Throws InputError, with
+/// the command that builds it, where there is none.
+[[nodiscard]] std::filesystem::path find_page();
+
+/// Fills a page in with the view of a folder: `target` opens from disk, without a server and without a
+/// network. Returns its size in bytes. Throws InputError where the folder has no view, a file of it is
+/// missing, or the page is none of Canyon's.
+std::size_t export_page(const std::filesystem::path& page, const std::filesystem::path& folder,
+                        const std::filesystem::path& target);
+
+/// The bytes of a file. Throws InputError where it cannot be read.
+[[nodiscard]] std::string read_bytes(const std::filesystem::path& path);
+
+}  // namespace canyon::view

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "canyon/simulation/simulator.hpp"
+
+namespace canyon::view {
+
+struct ViewOptions {
+  /// Of each satellite at most so many paths are kept: the first (the direct one where there is one) and the
+  /// strongest, without strength the shortest. [1, 1000]
+  std::size_t paths_per_satellite = 12;
+  /// Epochs of a receiver that share a file. [1, 100,000]
+  std::size_t epochs_per_block = 64;
+  /// Where the antenna has moved by less since the last skyline, that one is shown [m]; >= 0.
+  double skyline_step_m = 3;
+  /// Where heights of buildings came from, by objects' names.
+  std::map<std::string, std::string> height_sources;
+  /// Throws InputError naming the field and its bound.
+  void validate() const;
+};
+
+/// Writes a run as "canyon view 1" into `folder`, which is made where needed (docs/view-format.md): the city
+/// at once, blocks as they fill, the rest at the end. Of a run only the epochs' own rows are held in memory,
+/// 250 bytes each. `simulation` must outlive it. Throws InputError for options that do not validate(), and
+/// where the folder does not take the files.
+[[nodiscard]] std::unique_ptr<simulation::EpochSink> make_view(const simulation::Simulation& simulation,
+                                                               const std::filesystem::path& folder,
+                                                               ViewOptions options = {});
+
+}  // namespace canyon::view

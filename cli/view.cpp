@@ -1,0 +1,193 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+#include <system_error>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/output/sinks.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "canyon/view/header.hpp"
+#include "canyon/view/page.hpp"
+#include "canyon/view/view_sink.hpp"
+#include "cli/city_commands.hpp"
+#include "cli/commands.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "cli/view_command.hpp"
+
+namespace canyon::cli {
+namespace {
+
+struct Arguments {
+  std::string input;
+  std::string exported;
+  std::string out;
+  std::optional<double> duration_s;
+  std::size_t paths = view::ViewOptions{}.paths_per_satellite;
+  int threads = 0;
+  bool quiet = false;
+};
+
+/// A folder for the view: the user's, or one that goes with the program.
+class Workplace {
+ public:
+  explicit Workplace(const std::string& wanted) : path_(wanted), own_(wanted.empty()) {
+    if (own_) {
+      std::random_device random;
+      path_ = std::filesystem::temp_directory_path() / fmt::format("canyon-view-{:08x}", random());
+    }
+    make_output_folder(path_);
+  }
+  ~Workplace() {
+    std::error_code error;
+    if (own_) std::filesystem::remove_all(path_, error);
+  }
+  Workplace(const Workplace&) = delete;
+  Workplace& operator=(const Workplace&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  bool own_;
+};
+
+/// The view of a finished run, where `input` is a folder with one.
+std::optional<std::filesystem::path> finished_view(const std::filesystem::path& input) {
+  std::error_code error;
+  for (const std::filesystem::path& folder : {input, input / "view"}) {
+    if (std::filesystem::is_regular_file(folder / view::kHeaderFile, error)) return folder;
+  }
+  return {};
+}
+
+bool is_scenario(const std::filesystem::path& path) {
+  return path.extension() == ".yaml" || path.extension() == ".yml";
+}
+
+/// Words for where a map's heights came from, by its features.
+std::map<std::string, std::string> height_sources(const buildings::BuiltCity& built) {
+  std::map<std::string, std::string> sources;
+  for (const buildings::BuiltFeature& feature : built.features) {
+    if (feature.built) sources[feature.id] = buildings::name(feature.shape.height_source);
+  }
+  return sources;
+}
+
+/// Runs a scenario into a view.
+int run_scenario(const Arguments& arguments, const std::filesystem::path& folder) {
+  simulation::Scenario scenario = simulation::read_scenario(arguments.input);
+  if (arguments.duration_s) {
+    if (!(*arguments.duration_s >= 0)) throw InputError("--duration is negative", "give seconds");
+    scenario.duration_s = arguments.duration_s;
+  }
+  std::vector<std::string> warnings;
+  city::City city = simulation::load_city(scenario, warnings);
+  const simulation::Simulation simulation(scenario, std::move(city));
+  if (!arguments.quiet) {
+    print_warnings(warnings);
+    print_warnings(simulation.warnings());
+  }
+  view::ViewOptions options;
+  options.paths_per_satellite = arguments.paths;
+  const auto sink = view::make_view(simulation, folder, options);
+  const std::atomic<bool>& stop_requested = catch_interrupts();
+  simulation::RunResult result;
+  {
+    Progress progress("simulating", arguments.quiet);
+    simulation::RunOptions run;
+    run.threads = arguments.threads;
+    run.stop = &stop_requested;
+    run.progress = progress.callback();
+    result = simulation.run({sink.get()}, run);
+  }
+  if (!arguments.quiet) print_warnings(result.warnings);
+  if (!result.interrupted) return kOk;
+  fmt::print(stderr, "canyon: interrupted: {} of {} epochs are in the view\n", result.epochs, result.planned);
+  return kInterrupted;
+}
+
+/// A city alone: no satellites, no time.
+void write_city_view(const Arguments& arguments, const std::filesystem::path& folder) {
+  const buildings::BuiltCity built =
+      load_city(city_config(arguments.input, ""), "building the city", arguments.quiet);
+  view::Header header;
+  header.title = std::filesystem::path(arguments.input).stem().string();
+  header.city = view::write_city(built.city, height_sources(built), folder);
+  view::write_header(header, folder);
+}
+
+int run(const Arguments& arguments) {
+  if (arguments.exported.empty() && arguments.out.empty()) {
+    throw InputError("nothing to write", "give --export scene.html, or --out DIR");
+  }
+  // The page first: a run of minutes should not end at a viewer that was never built.
+  const std::filesystem::path page = arguments.exported.empty() ? "" : view::find_page();
+  const std::optional<std::filesystem::path> finished = finished_view(arguments.input);
+  int status = kOk;
+  std::optional<Workplace> workplace;
+  std::filesystem::path folder;
+  if (finished) {
+    folder = *finished;
+  } else {
+    workplace.emplace(arguments.out);
+    folder = workplace->path();
+    if (is_scenario(arguments.input)) {
+      status = run_scenario(arguments, folder);
+    } else {
+      write_city_view(arguments, folder);
+    }
+  }
+  if (!arguments.exported.empty()) {
+    const std::size_t bytes = view::export_page(page, folder, arguments.exported);
+    if (!arguments.quiet) {
+      fmt::print(stderr, "{}: {:.2f} MB, opens from disk\n", arguments.exported,
+                 static_cast<double>(bytes) / 1e6);
+    }
+  }
+  return status;
+}
+
+}  // namespace
+
+void add_view(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("view", "show a run or a city in the browser");
+  command
+      ->add_option(
+          "input", arguments->input,
+          "a scenario, which is run; a folder that --out or 'canyon simulate --view' wrote; or a city, any "
+          "file that 'canyon city info' reads")
+      ->type_name("WHAT")
+      ->required();
+  command
+      ->add_option("--export", arguments->exported,
+                   "one HTML file that opens from disk, without a server or network")
+      ->type_name("HTML");
+  command->add_option("-o,--out", arguments->out, "folder for the view's files (docs/view-format.md)")
+      ->type_name("DIR");
+  command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")
+      ->type_name("S");
+  command
+      ->add_option(
+          "--paths", arguments->paths,
+          fmt::format("of each satellite at most so many paths, the strongest ({})", arguments->paths))
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000));
+  add_threads(*command, arguments->threads);
+  command->add_flag("--quiet", arguments->quiet, "print errors only");
+  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+}
+
+}  // namespace canyon::cli

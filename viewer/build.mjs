@@ -1,0 +1,28 @@
+// Builds the viewer into one HTML file, dist/viewer.html: script and styles stand in it, nothing is loaded.
+import { build } from 'esbuild';
+import { mkdir, readFile, writeFile } from 'node:fs/promises';
+import { dirname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const here = dirname(fileURLToPath(import.meta.url));
+const bundle = await build({
+  absWorkingDir: here,
+  entryPoints: ['src/main.ts'],
+  bundle: true,
+  minify: true,
+  format: 'iife',
+  target: ['es2022'],
+  write: false,
+  legalComments: 'none',
+  outdir: 'dist',
+  loader: { '.css': 'css' },
+});
+const text = (ending) => bundle.outputFiles.find((file) => file.path.endsWith(ending)).text;
+// Within a <script> no "</script" may stand; as a string it reads the same.
+const script = text('.js').replaceAll('</script', '<\\/script');
+const html = (await readFile(join(here, 'src/index.html'), 'utf8'))
+  .replace('<!--canyon:style-->', () => `<style>${text('.css')}</style>`)
+  .replace('<!--canyon:script-->', () => `<script>${script}</script>`);
+await mkdir(join(here, 'dist'), { recursive: true });
+await writeFile(join(here, 'dist/viewer.html'), html);
+console.log(`dist/viewer.html: ${(html.length / 1e6).toFixed(2)} MB`);

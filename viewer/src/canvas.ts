@@ -1,0 +1,34 @@
+// A canvas that is as sharp as the screen and drawn anew when it or its data change.
+
+export class Canvas {
+  readonly element: HTMLCanvasElement;
+  width = 0;
+  height = 0;
+
+  constructor(host: HTMLElement, label: string, private readonly draw: (c: CanvasRenderingContext2D, w: number, h: number) => void) {
+    this.element = document.createElement('canvas');
+    this.element.setAttribute('role', 'img');
+    this.element.setAttribute('aria-label', label);
+    host.append(this.element);
+    new ResizeObserver(() => this.update()).observe(host);
+  }
+
+  update(): void {
+    const host = this.element.parentElement;
+    if (!host) return;
+    const scale = devicePixelRatio || 1;
+    this.width = host.clientWidth;
+    this.height = host.clientHeight;
+    this.element.width = Math.max(1, Math.round(this.width * scale));
+    this.element.height = Math.max(1, Math.round(this.height * scale));
+    this.element.style.width = `${this.width}px`;
+    this.element.style.height = `${this.height}px`;
+    const c = this.element.getContext('2d');
+    if (!c || this.width < 2 || this.height < 2) return;
+    c.setTransform(scale, 0, 0, scale, 0, 0);
+    c.clearRect(0, 0, this.width, this.height);
+    this.draw(c, this.width, this.height);
+  }
+}
+
+export const kFont = 'system-ui, "Segoe UI", "DejaVu Sans", sans-serif';

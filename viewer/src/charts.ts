@@ -1,0 +1,162 @@
+// Over time: errors, satellites and DOP, C/N0 of what is selected. A click goes there.
+
+import uPlot from 'uplot';
+import 'uplot/dist/uPlot.min.css';
+import { kErrorColour, kFixColour, kPaint, visibilityColour } from './palette';
+import type { State } from './state';
+import type { Store } from './store';
+
+export type ChartKind = 'error' | 'dop' | 'cn0';
+
+interface Series {
+  label: string;
+  colour: string;
+  values: ArrayLike<number>;
+  width?: number;
+  points?: boolean;
+}
+
+export class Chart {
+  kind: ChartKind = 'error';
+  private plot: uPlot | null = null;
+
+  constructor(private readonly host: HTMLElement, private readonly store: Store, private readonly state: State,
+              private readonly goTo: (seconds: number) => void) {
+    new ResizeObserver(() => this.plot?.setSize(this.size())).observe(host);
+    state.listen((change) => {
+      if (change === 'time') this.showNow();
+      if (change === 'receiver' || change === 'look') this.rebuild();
+      if ((change === 'selection' || change === 'data') && this.kind === 'cn0') this.rebuild();
+    });
+    this.rebuild();
+  }
+
+  /** The line at the instant, and, while no mouse is over the chart, its values in the legend. */
+  private showNow(): void {
+    if (!this.plot) return;
+    this.plot.redraw(false);
+    if ((this.plot.cursor.left ?? -1) < 0) this.plot.setLegend({ idx: this.state.epoch }, false);
+  }
+
+  show(kind: ChartKind): void {
+    this.kind = kind;
+    this.rebuild();
+  }
+
+  private size(): { width: number; height: number } {
+    return { width: Math.max(120, this.host.clientWidth), height: Math.max(60, this.host.clientHeight) };
+  }
+
+  private series(): { times: ArrayLike<number>; unit: string; series: Series[]; note?: string } {
+    const { state, store } = this;
+    const track = store.tracks[state.receiver];
+    if (!track) return { times: [], unit: '', series: [] };
+    const column = (name: string): ArrayLike<number> => track.epochs.column(name);
+    if (this.kind === 'dop') {
+      return { times: track.time, unit: 'satellites, DOP', series: [
+        { label: 'satellites used', colour: visibilityColour(1, state.theme), values: column('used') },
+        { label: 'HDOP', colour: kErrorColour, values: column('hdop') },
+        { label: 'VDOP', colour: kFixColour, values: column('vdop') },
+      ] };
+    }
+    if (this.kind === 'cn0') return this.cn0();
+    const up = Float64Array.from(column('error_up_m'), Math.abs);
+    return { times: track.time, unit: 'm', series: [
+      { label: 'vertical error', colour: kFixColour, values: up, width: 1 },
+      { label: 'horizontal error', colour: kErrorColour, values: track.horizontal, width: 1.8 },
+    ] };
+  }
+
+  /** Of the selected satellite, in the blocks that are loaded. */
+  private cn0(): { times: ArrayLike<number>; unit: string; series: Series[]; note?: string } {
+    const { state, store } = this;
+    const track = store.tracks[state.receiver];
+    if (state.satellite === null || !track) return { times: [], unit: 'dB-Hz', series: [], note: 'Select a satellite.' };
+    const size = track.size;
+    const stated = new Float64Array(size).fill(NaN);
+    const real = new Float64Array(size).fill(NaN);
+    for (const block of store.loadedBlocks(state.receiver)) {
+      const s = block.satellites;
+      const which = s.column('satellite');
+      for (let row = 0; row < s.size; ++row) {
+        if (which[row] !== state.satellite) continue;
+        const epoch = s.at('epoch', row);
+        stated[epoch] = s.at('cn0_dbhz', row);
+        real[epoch] = s.at('true_cn0_dbhz', row);
+      }
+    }
+    const id = store.header.satellites[state.satellite]?.id ?? '';
+    return { times: track.time, unit: 'dB-Hz', series: [
+      { label: `${id} true C/N0`, colour: kPaint[state.theme].faint, values: real, width: 1 },
+      { label: `${id} stated C/N0`, colour: kPaint[state.theme].accent, values: stated, width: 1.8 },
+    ] };
+  }
+
+  private rebuild(): void {
+    this.plot?.destroy();
+    this.host.textContent = '';
+    const { times, unit, series, note } = this.series();
+    if (series.length === 0) {
+      this.host.textContent = note ?? 'No time in this view.';
+      this.plot = null;
+      return;
+    }
+    const paint = kPaint[this.state.theme];
+    const axis = { stroke: paint.faint, grid: { stroke: paint.rule, width: 1 }, ticks: { show: false }, font: '10px system-ui' };
+    const clean = (values: ArrayLike<number>): (number | null)[] =>
+      Array.from(values, (v) => (Number.isFinite(v) ? v : null));
+    const options: uPlot.Options = {
+      ...this.size(),
+      padding: [8, 10, 0, 0],
+      legend: { show: true, live: true },
+      scales: { x: { time: false } },
+      cursor: { y: false, drag: { x: false, y: false }, points: { size: 5 } },
+      axes: [
+        { ...axis, size: 22, space: 90, values: (_u, splits) => splits.map((s) => `${s} s`) },
+        { ...axis, size: 46, label: unit, labelSize: 13, labelFont: '10px system-ui', labelGap: 0 },
+      ],
+      series: [
+        { label: 'time', value: (_u, v) => (v === null ? '–' : `${v.toFixed(1)} s`) },
+        ...series.map((s): uPlot.Series => ({
+          label: s.label, stroke: s.colour, width: s.width ?? 1.5, points: { show: false }, spanGaps: false,
+          value: (_u, v) => (v === null || v === undefined ? '–' : v.toFixed(2)),
+        })),
+      ],
+      // Behind uPlot's own first picture, which empties the legend.
+      hooks: { draw: [(u) => this.drawNow(u)], ready: [() => setTimeout(() => this.showNow())] },
+    };
+    this.plot = new uPlot(options, [clean(times), ...series.map((s) => clean(s.values))] as uPlot.AlignedData, this.host);
+    this.plot.over.addEventListener('click', (e) => {
+      if (!this.plot) return;
+      this.goTo(this.plot.posToVal(e.clientX - this.plot.over.getBoundingClientRect().left, 'x'));
+    });
+  }
+
+  /** Where the instant is; and, at the bottom, where there is no fix. */
+  private drawNow(u: uPlot): void {
+    const c = u.ctx;
+    const { left, top, width, height } = u.bbox;
+    const x = (s: number): number => Math.min(left + width, Math.max(left, u.valToPos(s, 'x', true)));
+    const track = this.store.tracks[this.state.receiver];
+    c.save();
+    if (track) {
+      const interval = this.store.header.time?.interval_s ?? 0;
+      c.fillStyle = 'rgba(213,94,0,0.22)';
+      for (let i = 0; i < track.size; ++i) {
+        if (track.fixed(i)) continue;
+        let end = i;
+        while (end + 1 < track.size && !track.fixed(end + 1)) ++end;
+        const from = x(track.time[i] ?? 0);
+        c.fillRect(from, top, Math.max(1, x((track.time[end] ?? 0) + interval) - from), height);
+        i = end;
+      }
+    }
+    c.strokeStyle = kPaint[this.state.theme].accent;
+    c.lineWidth = 2 * (devicePixelRatio || 1);
+    c.beginPath();
+    c.moveTo(x(this.state.time), top);
+    c.lineTo(x(this.state.time), top + height);
+    c.stroke();
+    c.restore();
+  }
+}

@@ -1,0 +1,209 @@
+// The city's mesh: read from glTF binary, merged into tiles of one colour attribute each.
+
+import {
+  BufferAttribute, BufferGeometry, Color, DoubleSide, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh,
+  MeshLambertMaterial, type Raycaster,
+} from 'three';
+import type { CityObject } from './format';
+import { kMaterialColours, kPaint, type Theme } from './palette';
+
+interface Gltf {
+  nodes: { mesh?: number; translation?: [number, number, number] }[];
+  meshes: { primitives: { attributes: { POSITION: number }; indices: number; material: number }[] }[];
+  accessors: { bufferView: number; byteOffset?: number; count: number }[];
+  bufferViews: { byteOffset?: number; byteLength: number }[];
+  materials: { name: string }[];
+}
+
+/** Side of a tile [m]: what lies outside the picture is not drawn, tile by tile. */
+const kTile = 250;
+/** Above so many triangles edges of buildings are left out: they cost as much again. */
+const kMostEdged = 120_000;
+
+class Tile {
+  positions: number[] = [];
+  objects: number[] = [];
+  materials: number[] = [];
+}
+
+export class CityMesh {
+  readonly group = new Group();
+  readonly objects: CityObject[];
+  /** x, y, z of the lowest and the highest corner of what stands on the ground. */
+  readonly low: [number, number, number] = [Infinity, Infinity, Infinity];
+  readonly high: [number, number, number] = [-Infinity, -Infinity, -Infinity];
+  private readonly meshes: Mesh[] = [];
+  private readonly edges: LineSegments[] = [];
+  private readonly materialNames: string[];
+  private readonly highest: number;
+  private highlight: Mesh | null = null;
+
+  constructor(glb: ArrayBuffer, objects: CityObject[]) {
+    this.objects = objects;
+    const view = new DataView(glb);
+    const jsonBytes = view.getUint32(12, true);
+    const gltf = JSON.parse(new TextDecoder().decode(new Uint8Array(glb, 20, jsonBytes))) as Gltf;
+    const binary = 20 + jsonBytes + 8;
+    this.materialNames = gltf.materials.map((m) => m.name);
+    this.highest = objects.reduce((most, o) => (o.surface === 'building' ? Math.max(most, o.high_m - o.low_m) : most), 20);
+    const tiles = this.sortIntoTiles(gltf, glb, binary);
+    let triangles = 0;
+    for (const tile of tiles.values()) triangles += tile.objects.length;
+    for (const tile of tiles.values()) this.addTile(tile, triangles <= kMostEdged);
+  }
+
+  private sortIntoTiles(gltf: Gltf, glb: ArrayBuffer, binary: number): Map<string, Tile> {
+    const tiles = new Map<string, Tile>();
+    let object = -1;
+    for (const node of gltf.nodes) {
+      if (node.mesh === undefined) continue;
+      ++object;  // nodes and the header's objects are in one order
+      const [tx, ty, tz] = node.translation ?? [0, 0, 0];
+      for (const primitive of gltf.meshes[node.mesh]?.primitives ?? []) {
+        const at = (accessor: number): [number, number] => {
+          const a = gltf.accessors[accessor];
+          const v = a && gltf.bufferViews[a.bufferView];
+          if (!a || !v) throw new Error('the city has a broken glTF');
+          return [binary + (v.byteOffset ?? 0) + (a.byteOffset ?? 0), a.count];
+        };
+        const [p, vertices] = at(primitive.attributes.POSITION);
+        const [i, indices] = at(primitive.indices);
+        const position = new Float32Array(glb.slice(p, p + 12 * vertices));
+        const index = new Uint32Array(glb.slice(i, i + 4 * indices));
+        // glTF: x east, y up, z south. By the object's place; terrain by each triangle's, since it spans the city.
+        const terrain = this.objects[object]?.surface === 'terrain';
+        for (let t = 0; t < indices; t += 3) {
+          const corners: number[] = [];
+          for (let k = 0; k < 3; ++k) {
+            const v = 3 * (index[t + k] ?? 0);
+            corners.push((position[v] ?? 0) + tx, -((position[v + 2] ?? 0) + tz), (position[v + 1] ?? 0) + ty);
+          }
+          const [x, y] = terrain ? [corners[0] ?? 0, corners[1] ?? 0] : [tx, -tz];
+          const key = `${Math.floor(x / kTile)},${Math.floor(y / kTile)}`;
+          let tile = tiles.get(key);
+          if (!tile) tiles.set(key, (tile = new Tile()));
+          for (const c of corners) tile.positions.push(c);
+          tile.objects.push(object);
+          tile.materials.push(primitive.material);
+          if (!terrain) this.grow(corners);
+        }
+      }
+    }
+    return tiles;
+  }
+
+  private grow(corners: number[]): void {
+    for (let k = 0; k < 9; ++k) {
+      const axis = (k % 3) as 0 | 1 | 2;
+      const value = corners[k] ?? 0;
+      this.low[axis] = Math.min(this.low[axis], value);
+      this.high[axis] = Math.max(this.high[axis], value);
+    }
+  }
+
+  private addTile(tile: Tile, edged: boolean): void {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(new Float32Array(tile.positions), 3));
+    geometry.setAttribute('normal', new BufferAttribute(normals(tile.positions), 3, true));
+    geometry.setAttribute('color', new BufferAttribute(new Uint8Array(tile.positions.length), 3, true));
+    geometry.computeBoundingSphere();
+    const mesh = new Mesh(geometry, kCityMaterial);
+    mesh.userData['objects'] = Uint32Array.from(tile.objects);
+    mesh.userData['materials'] = Uint16Array.from(tile.materials);
+    mesh.matrixAutoUpdate = false;
+    this.meshes.push(mesh);
+    this.group.add(mesh);
+    if (!edged) return;
+    const edges = new LineSegments(new EdgesGeometry(geometry, 25), kEdgeMaterial);
+    edges.matrixAutoUpdate = false;
+    this.edges.push(edges);
+    this.group.add(edges);
+  }
+
+  /** Gives all surfaces their colours anew. Facades are darker near the ground, as between buildings. */
+  paint(by: 'height' | 'material', theme: Theme): void {
+    const paint = kPaint[theme];
+    const low = new Color(paint.lowRoof), high = new Color(paint.highRoof), ground = new Color(paint.ground);
+    kEdgeMaterial.color.set(theme === 'dark' ? '#0B0F14' : '#6D7681');
+    const ofObject = this.objects.map((o) =>
+      o.surface === 'terrain' ? ground
+        : o.surface === 'foliage' ? new Color(kMaterialColours['foliage'])
+        : low.clone().lerp(high, Math.sqrt(Math.max(0, o.high_m - o.low_m) / this.highest)));
+    const ofMaterial = this.materialNames.map((name) => new Color(kMaterialColours[name] ?? '#BDBDBD')
+      .multiplyScalar(theme === 'dark' ? 0.6 : 1));
+    for (const mesh of this.meshes) {
+      const objects = mesh.userData['objects'] as Uint32Array;
+      const materials = mesh.userData['materials'] as Uint16Array;
+      const position = mesh.geometry.getAttribute('position').array;
+      const attribute = mesh.geometry.getAttribute('color') as BufferAttribute;
+      const colours = attribute.array;
+      for (let t = 0; t < objects.length; ++t) {
+        const object = this.objects[objects[t] ?? 0];
+        const terrain = object?.surface === 'terrain';
+        const c = (by === 'material' && !terrain ? ofMaterial[materials[t] ?? 0] : ofObject[objects[t] ?? 0]) ?? ground;
+        for (let k = 0; k < 3; ++k) {
+          const at = 9 * t + 3 * k;
+          const above = (position[at + 2] ?? 0) - (object?.low_m ?? 0);
+          const shade = terrain ? 255 : 255 * (0.72 + 0.28 * Math.min(1, above / 40));
+          colours[at] = c.r * shade;
+          colours[at + 1] = c.g * shade;
+          colours[at + 2] = c.b * shade;
+        }
+      }
+      attribute.needsUpdate = true;
+    }
+  }
+
+  /** The object that a ray meets first, and where; null for terrain and the sky. */
+  pick(ray: Raycaster): number | null {
+    const hit = ray.intersectObjects(this.meshes, false)[0];
+    if (!hit || hit.faceIndex === undefined || hit.faceIndex === null) return null;
+    const object = (hit.object.userData['objects'] as Uint32Array)[hit.faceIndex] ?? null;
+    return object !== null && this.objects[object]?.surface !== 'terrain' ? object : null;
+  }
+
+  /** Lays a colour over one object. */
+  show(object: number | null, colour: string): void {
+    if (this.highlight) {
+      this.group.remove(this.highlight);
+      this.highlight.geometry.dispose();
+      this.highlight = null;
+    }
+    if (object === null) return;
+    const positions: number[] = [];
+    for (const mesh of this.meshes) {
+      const objects = mesh.userData['objects'] as Uint32Array;
+      const position = mesh.geometry.getAttribute('position').array;
+      objects.forEach((o, t) => {
+        if (o === object) for (let k = 0; k < 9; ++k) positions.push(position[9 * t + k] ?? 0);
+      });
+    }
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(new Float32Array(positions), 3));
+    geometry.setAttribute('normal', new BufferAttribute(normals(positions), 3, true));
+    this.highlight = new Mesh(geometry, new MeshLambertMaterial({
+      color: colour, emissive: colour, emissiveIntensity: 0.35, side: DoubleSide, polygonOffset: true,
+      polygonOffsetFactor: -1, polygonOffsetUnits: -1,
+    }));
+    this.group.add(this.highlight);
+  }
+}
+
+const kCityMaterial = new MeshLambertMaterial({
+  vertexColors: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+});
+const kEdgeMaterial = new LineBasicMaterial({ color: '#6D7681', transparent: true, opacity: 0.55 });
+
+/** Of each triangle, three times; a byte each. */
+function normals(positions: ArrayLike<number>): Int8Array {
+  const result = new Int8Array(positions.length);
+  const p = (i: number): number => positions[i] ?? 0;
+  for (let i = 0; i < positions.length; i += 9) {
+    const ax = p(i + 3) - p(i), ay = p(i + 4) - p(i + 1), az = p(i + 5) - p(i + 2);
+    const bx = p(i + 6) - p(i), by = p(i + 7) - p(i + 1), bz = p(i + 8) - p(i + 2);
+    const n = [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
+    const length = Math.hypot(n[0] ?? 0, n[1] ?? 0, n[2] ?? 0) || 1;
+    for (let k = 0; k < 9; ++k) result[i + k] = Math.round((127 * (n[k % 3] ?? 0)) / length);
+  }
+  return result;
+}

@@ -1,0 +1,182 @@
+// The format "canyon view 1" (docs/view-format.md): types of the header, and chunks as typed arrays.
+
+export interface Column {
+  name: string;
+  type: 'f64' | 'f32' | 'i32' | 'u32' | 'u16' | 'u8';
+  unit: string;
+  values: number;
+}
+
+export interface CityObject {
+  id: string;
+  surface: 'building' | 'terrain' | 'foliage' | 'vehicle';
+  material: string;
+  low_m: number;
+  high_m: number;
+  height_source?: string;
+}
+
+export interface Summary {
+  epochs: number;
+  fixes: number;
+  horizontal_p50_m: number | null;
+  horizontal_p95_m: number | null;
+  horizontal_max_m: number | null;
+  vertical_p50_m: number | null;
+  vertical_p95_m: number | null;
+  median_hdop: number | null;
+  mean_used: number | null;
+  mean_visible: number | null;
+  mean_blocked: number | null;
+  los_share: number | null;
+  los_multipath_share: number | null;
+  nlos_share: number | null;
+  blocked_share: number | null;
+  longest_outage_s: number | null;
+}
+
+export interface Receiver {
+  name: string;
+  strength: boolean;
+  elevation_mask_deg: number;
+  faults: { name: string; from_s: number; until_s: number }[];
+  summary: Summary;
+}
+
+export interface ChunkEntry {
+  file: string;
+  kind: 'track' | 'block';
+  receiver: number;
+  first_epoch: number;
+  epochs: number;
+  satellites: number;
+  paths: number;
+  bytes: number;
+}
+
+export interface Header {
+  format: string;
+  version: number;
+  title: string;
+  frame: { axes: string; unit: string; origin: { latitude_deg: number; longitude_deg: number; height_m: number } };
+  time: { begin_utc: string; begin_gpst: string; gps_week: number; gps_tow: number; interval_s: number } | null;
+  city: { name: string; file: string; triangles: number; notes: string[]; objects: CityObject[] };
+  words: { status: string[]; placement: string[]; visibility: string[]; lock: string[]; path: string[] };
+  paths_per_satellite: number;
+  receivers: Receiver[];
+  satellites: { id: string; system: string }[];
+  tables: { name: string; columns: Column[] }[];
+  chunks: ChunkEntry[];
+}
+
+export type Values = Float64Array | Float32Array | Int32Array | Uint32Array | Uint16Array | Uint8Array;
+
+/** Rows of one table: a typed array for each column. */
+export class Rows {
+  readonly size: number;
+  private readonly columns: Map<string, Values>;
+
+  constructor(size: number, columns: Map<string, Values>) {
+    this.size = size;
+    this.columns = columns;
+  }
+
+  /** A whole column; throws for a name that the file does not have. */
+  column(name: string): Values {
+    const values = this.columns.get(name);
+    if (!values) throw new Error(`no column ${name}`);
+    return values;
+  }
+
+  at(name: string, row: number): number {
+    return this.column(name)[row] ?? NaN;
+  }
+}
+
+const kTypes = {
+  f64: Float64Array,
+  f32: Float32Array,
+  i32: Int32Array,
+  u32: Uint32Array,
+  u16: Uint16Array,
+  u8: Uint8Array,
+} as const;
+
+/** Takes a chunk apart; nothing is copied. Typed arrays are little-endian wherever browsers run. */
+export function decodeChunk(buffer: ArrayBuffer, header: Header): Map<string, Rows> {
+  const view = new DataView(buffer);
+  const magic = new TextDecoder().decode(new Uint8Array(buffer, 0, 8));
+  if (magic !== 'canyonV1') throw new Error('this is no chunk of "canyon view 1"');
+  const count = view.getUint32(8, true);
+  let offset = 16 + 8 * count;
+  const result = new Map<string, Rows>();
+  for (let i = 0; i < count; ++i) {
+    const table = header.tables[view.getUint32(16 + 8 * i, true)];
+    const rows = view.getUint32(20 + 8 * i, true);
+    if (!table) throw new Error('a chunk has a table that the header does not name');
+    const columns = new Map<string, Values>();
+    for (const column of table.columns) {
+      offset = Math.ceil(offset / 8) * 8;
+      const values = new kTypes[column.type](buffer, offset, rows * column.values);
+      columns.set(column.name, values);
+      offset += values.byteLength;
+    }
+    result.set(table.name, new Rows(rows, columns));
+  }
+  return result;
+}
+
+/** Unpacks gzip. */
+export async function gunzip(bytes: Uint8Array<ArrayBuffer>): Promise<ArrayBuffer> {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
+  return new Response(stream).arrayBuffer();
+}
+
+/** Where a view comes from: the page itself, or the server that sent it. */
+export interface Source {
+  header(): Promise<Header>;
+  file(name: string): Promise<ArrayBuffer>;
+}
+
+class EmbeddedSource implements Source {
+  async header(): Promise<Header> {
+    return JSON.parse(document.getElementById('canyon-view')?.textContent ?? 'null') as Header;
+  }
+
+  async file(name: string): Promise<ArrayBuffer> {
+    const script = document.querySelector(`script[data-canyon-file="${CSS.escape(name)}"]`);
+    if (!script) throw new Error(`${name} is not in this page`);
+    const text = atob(script.textContent ?? '');
+    const bytes = new Uint8Array(text.length);
+    for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
+    return gunzip(bytes);
+  }
+}
+
+class ServedSource implements Source {
+  private async get(name: string): Promise<Response> {
+    const response = await fetch(`view/${name}`);
+    if (!response.ok) throw new Error(`${name}: ${response.status} ${response.statusText}`);
+    return response;
+  }
+
+  async header(): Promise<Header> {
+    return (await (await this.get('view.json')).json()) as Header;
+  }
+
+  async file(name: string): Promise<ArrayBuffer> {
+    return gunzip(new Uint8Array(await (await this.get(name)).arrayBuffer()));
+  }
+}
+
+export function openSource(): Source {
+  return document.getElementById('canyon-view') ? new EmbeddedSource() : new ServedSource();
+}
+
+/** Throws, in words for people, where a header is of another format or version. */
+export function checkHeader(header: Header | null): asserts header is Header {
+  if (!header || header.format !== 'canyon view') throw new Error('This page has no data of Canyon.');
+  if (header.version !== 1) {
+    throw new Error(`The data have version ${header.version} of the format; this viewer reads version 1.`);
+  }
+}

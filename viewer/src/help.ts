@@ -1,0 +1,38 @@
+// Keys and what is what.
+
+export const kKeys: [string, string][] = [
+  ['Space', 'play or pause'],
+  ['← →', 'an epoch back or on; with Shift ten'],
+  ['Home, End', 'begin, end of the run'],
+  ['+ −', 'faster, slower'],
+  ['L', 'to the next loss of fix'],
+  ['E', 'to the largest horizontal error'],
+  ['1 2 3 4', 'camera: free, follow, top, first person'],
+  ['N', 'next satellite; Shift+N: the one before'],
+  ['Esc', 'select nothing'],
+  ['C', 'buildings by height or by material'],
+  ['D', 'light or dark'],
+  ['?', 'this help'],
+];
+
+export function helpHtml(): string {
+  return `<h2>What is what <button style="float:right" autofocus onclick="this.closest('dialog').close()">Close</button></h2>
+  <div class="columns"><table>
+    <tr><th>satellites</th><td>stand on a dome about the antenna, at their true directions. Disc and green: line of sight.
+      Square, blue: line of sight with echoes. Triangle, orange: echoes only (NLOS). Cross, grey: nothing that this receiver can track.
+      Pale: not used in the fix.</td></tr>
+    <tr><th>rays</th><td>are the ways of the signals, over reflection points and edges. Thin ones are scattered or more than
+      20 dB weaker than a clear line of sight. With a satellite selected only its own are shown.</td></tr>
+    <tr><th>dark line</th><td>the true track of the antenna; red where there was no fix.</td></tr>
+    <tr><th>pink line</th><td>the fixes, drawn at the antenna’s height. The pink mark is the fix of this instant, at its own height;
+      the ellipse about it should hold 95 % of the truth by the covariance that the receiver states; the red line is the error.</td></tr>
+    <tr><th>sky plot</th><td>north up, zenith in the middle; grey is hidden by buildings, dashed the elevation mask.</td></tr>
+    <tr><th>time bar</th><td>red: no fix. Brackets: faults at work.</td></tr>
+    <tr><th>frame</th><td>east, north, up in metres about the city’s origin (WGS 84); azimuths from north, clockwise. Times: UTC, and seconds
+      since the begin.</td></tr>
+  </table><table>${kKeys.map(([key, what]) => `<tr><th>${key}</th><td>${what}</td></tr>`).join('')}
+    <tr><th>mouse</th><td>drag: turn; right button or Shift: move; wheel: nearer; click: select a building</td></tr>
+    <tr><th>touch</th><td>one finger: turn; two: nearer</td></tr>
+  </table></div>
+  <p class="hint">The engine computes; this page only draws what it wrote, and loads nothing from any network.</p>`;
+}

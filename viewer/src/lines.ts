@@ -1,0 +1,106 @@
+// Lines of a width in pixels and marks of a size in pixels; each is drawn once in front of buildings and once, faint,
+// through them, so that what happens behind a facade can be followed.
+
+import { BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, Points, PointsMaterial } from 'three';
+import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
+import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
+import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
+
+export class Segments {
+  readonly group = new Group();
+  private readonly materials: LineMaterial[];
+  private positions: number[] = [];
+  private colours: number[] = [];
+  private readonly colour = new Color();
+
+  /** @param through opacity of what stands behind something */
+  constructor(width: number, opacity: number, through: number, dashed = false) {
+    const make = (alpha: number, test: boolean): LineMaterial =>
+      new LineMaterial({
+        linewidth: width, vertexColors: true, transparent: true, opacity: alpha, depthTest: test, depthWrite: false,
+        dashed, dashSize: 5, gapSize: 5,
+      });
+    this.materials = [make(opacity, true)];
+    if (through > 0) this.materials.push(make(through, false));
+  }
+
+  clear(): void {
+    this.positions = [];
+    this.colours = [];
+  }
+  add(from: readonly number[], to: readonly number[], colour: string): void {
+    this.positions.push(from[0] ?? 0, from[1] ?? 0, from[2] ?? 0, to[0] ?? 0, to[1] ?? 0, to[2] ?? 0);
+    this.colour.set(colour);
+    const { r, g, b } = this.colour;
+    this.colours.push(r, g, b, r, g, b);
+  }
+  /** Shows what was added since clear(). */
+  finish(): void {
+    for (const child of [...this.group.children]) {
+      (child as LineSegments2).geometry.dispose();
+      this.group.remove(child);
+    }
+    if (this.positions.length === 0) return;
+    const geometry = new LineSegmentsGeometry();
+    geometry.setPositions(this.positions);
+    geometry.setColors(this.colours);
+    for (const material of this.materials) {
+      const line = new LineSegments2(geometry, material);
+      if (material.dashed) line.computeLineDistances();
+      line.frustumCulled = false;
+      line.renderOrder = 2;
+      this.group.add(line);
+    }
+  }
+}
+
+let disc: CanvasTexture | null = null;
+function discTexture(): CanvasTexture {
+  if (disc) return disc;
+  const canvas = document.createElement('canvas');
+  canvas.width = canvas.height = 64;
+  const c = canvas.getContext('2d');
+  if (c) {
+    c.fillStyle = '#fff';
+    c.strokeStyle = 'rgba(0,0,0,0.85)';
+    c.lineWidth = 5;
+    c.beginPath();
+    c.arc(32, 32, 27, 0, 2 * Math.PI);
+    c.fill();
+    c.stroke();
+  }
+  return (disc = new CanvasTexture(canvas));
+}
+
+export class Marks {
+  readonly points: Points;
+  private positions: number[] = [];
+  private colours: number[] = [];
+  private readonly colour = new Color();
+
+  constructor(size: number, depthTest: boolean) {
+    this.points = new Points(new BufferGeometry(), new PointsMaterial({
+      size, sizeAttenuation: false, vertexColors: true, map: discTexture(), alphaTest: 0.3, transparent: true, depthTest,
+      depthWrite: false,
+    }));
+    this.points.frustumCulled = false;
+    this.points.renderOrder = 3;
+  }
+  clear(): void {
+    this.positions = [];
+    this.colours = [];
+  }
+  add(at: readonly number[], colour: string): void {
+    this.positions.push(at[0] ?? 0, at[1] ?? 0, at[2] ?? 0);
+    this.colour.set(colour);
+    this.colours.push(this.colour.r, this.colour.g, this.colour.b);
+  }
+  finish(): void {
+    this.points.geometry.dispose();
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(new Float32Array(this.positions), 3));
+    geometry.setAttribute('color', new BufferAttribute(new Float32Array(this.colours), 3));
+    this.points.geometry = geometry;
+    this.points.visible = this.positions.length > 0;
+  }
+}

@@ -1,0 +1,342 @@
+import './style.css';
+import { Chart, type ChartKind } from './charts';
+import { SignalBars } from './bars';
+import { checkHeader, openSource, type Header } from './format';
+import { helpHtml } from './help';
+import { kErrorColour, kFixColour, visibilityColour } from './palette';
+import { clock, Details, Readout, SatelliteTable, summaryHtml } from './panels';
+import { SceneView } from './scene';
+import { mark, SkyPlot } from './skyplot';
+import { kLayers, State, type CameraMode, type Layer } from './state';
+import { Store } from './store';
+import { Timeline } from './timeline';
+
+const kSpeeds = [0.25, 0.5, 1, 2, 5, 10, 20, 60];
+
+function by<T extends HTMLElement = HTMLElement>(id: string): T {
+  const element = document.getElementById(id);
+  if (!element) throw new Error(`no element ${id}`);
+  return element as T;
+}
+
+class App {
+  readonly state = new State();
+  private toastTimer = 0;
+  private lastFrame = 0;
+  private view!: SceneView;
+
+  constructor(readonly store: Store) {}
+
+  async start(): Promise<void> {
+    const { state, store } = this;
+    const header = store.header;
+    by('title').innerHTML = '';
+    by('title').append(header.title, Object.assign(document.createElement('small'), {
+      textContent: header.time ? `${header.time.begin_utc.slice(0, 10)}, ${header.city.name}` : header.city.name,
+    }));
+    document.title = `${header.title} – Canyon`;
+    const [glb] = await Promise.all([store.city(), store.loadTracks()]);
+    const timed = store.tracks.some((t) => t.size > 0);
+    document.body.classList.toggle('no-time', !timed);
+    if (!timed) state.camera = 'free';
+    if (matchMedia('(prefers-color-scheme: dark)').matches) state.theme = 'dark';
+    document.documentElement.dataset['theme'] = state.theme;
+    this.view = new SceneView(by('stage'), by('overlay'), glb, store, state);
+    this.view.control.setMode(state.camera);
+    if (timed) {
+      this.goTo(0);
+      await store.load(0, 0);
+      new SkyPlot(by('skyplot'), store, state);
+      new SignalBars(by('bars'), store, state);
+      new Readout(by('readout'), store, state);
+      new SatelliteTable(by('tab-satellites'), store, state);
+      this.chart = new Chart(by('chart'), store, state, (s) => this.goTo(s));
+      new Timeline(by('timeline'), store, state, (s) => this.goTo(s));
+    }
+    new Details(by('tab-details'), store, state);
+    this.header(timed);
+    this.tabs();
+    this.keys(timed);
+    this.legend(timed);
+    state.listen((change) => change === 'look' && this.legend(timed));
+    state.listen((change) => {
+      if (change === 'receiver') this.receiverChanged();
+      if (change === 'selection' && (state.satellite !== null || state.object !== null)) this.showTab('details');
+      if (change === 'time' && header.time) {
+        by('clock').textContent = `${clock(header.time.begin_utc, state.time)} UTC`;
+        by('clock').title = `${state.time.toFixed(1)} s since ${header.time.begin_gpst}`;
+      }
+    });
+    state.changed('time');
+    this.receiverChanged();
+    requestAnimationFrame((t) => this.frame(t));
+    // Whoever waits for the first picture need not wait for the rest of the run.
+    if (timed) void store.loadAround(0, 0, () => {}).then(() => state.changed('data'));
+  }
+
+  /** Goes to a time [s], and has its satellites loaded. */
+  goTo(seconds: number): void {
+    const { state, store } = this;
+    const track = store.tracks[state.receiver];
+    if (!track || track.size === 0) return;
+    const last = track.time[track.size - 1] ?? 0;
+    state.time = Math.min(last, Math.max(0, seconds));
+    const epoch = track.epochAt(state.time);
+    state.epoch = epoch;
+    if (!store.loaded(state.receiver, epoch)) {
+      void store.load(state.receiver, epoch).then(() => state.epoch === epoch && state.changed('data'));
+    } else if (epoch + 1 < track.size && !store.loaded(state.receiver, Math.min(track.size - 1, epoch + 40))) {
+      void store.load(state.receiver, Math.min(track.size - 1, epoch + 40));
+    }
+    state.changed('time');
+  }
+
+  private step(epochs: number): void {
+    const track = this.store.tracks[this.state.receiver];
+    if (!track) return;
+    const epoch = Math.min(track.size - 1, Math.max(0, this.state.epoch + epochs));
+    this.goTo(track.time[epoch] ?? 0);
+  }
+
+  private play(on: boolean): void {
+    const { state, store } = this;
+    const track = store.tracks[state.receiver];
+    if (on && track && state.epoch >= track.size - 1) this.goTo(0);
+    state.playing = on;
+    by('play').textContent = on ? 'Pause' : 'Play';
+    this.lastFrame = 0;
+    state.changed('playing');
+  }
+
+  private frame(now: number): void {
+    const { state, store } = this;
+    if (state.playing) {
+      const step = this.lastFrame > 0 ? Math.min(0.25, (now - this.lastFrame) / 1000) : 0;
+      const track = store.tracks[state.receiver];
+      this.lastFrame = now;
+      const time = state.time + step * state.speed;
+      // Panels are drawn once an epoch, not once a picture.
+      if (track && track.epochAt(time) !== state.epoch) this.goTo(time);
+      else state.time = time;
+      if (track && time >= (track.time[track.size - 1] ?? 0)) this.play(false);
+    }
+    this.view.frame();
+    requestAnimationFrame((t) => this.frame(t));
+  }
+
+  nextLoss(): void {
+    const { state, store } = this;
+    const track = store.tracks[state.receiver];
+    if (!track) return;
+    for (let k = 1; k <= track.size; ++k) {
+      const i = (state.epoch + k) % track.size;
+      if (!track.fixed(i) && (i === 0 || track.fixed(i - 1))) return this.goTo(track.time[i] ?? 0);
+    }
+    this.toast('This run never loses its fix.');
+  }
+
+  largestError(): void {
+    const track = this.store.tracks[this.state.receiver];
+    if (!track) return;
+    let best = -1;
+    track.horizontal.forEach((e, i) => {
+      if (Number.isFinite(e) && (best < 0 || e > (track.horizontal[best] ?? 0))) best = i;
+    });
+    if (best < 0) return this.toast('This run has no fix.');
+    this.goTo(track.time[best] ?? 0);
+  }
+
+  private toast(text: string): void {
+    const toast = by('toast');
+    toast.textContent = text;
+    toast.classList.add('shown');
+    clearTimeout(this.toastTimer);
+    this.toastTimer = window.setTimeout(() => toast.classList.remove('shown'), 3000);
+  }
+
+  private receiverChanged(): void {
+    const { state, store } = this;
+    by('tab-summary').innerHTML = summaryHtml(store, state.receiver);
+    if (store.tracks[state.receiver]) this.goTo(state.time);
+  }
+
+  private setCamera(mode: CameraMode): void {
+    this.state.camera = mode;
+    for (const b of document.querySelectorAll<HTMLElement>('#cameras button')) {
+      b.setAttribute('aria-pressed', String(b.dataset['camera'] === mode));
+    }
+    this.state.changed('camera');
+  }
+
+  private look(): void {
+    document.documentElement.dataset['theme'] = this.state.theme;
+    by('theme').textContent = this.state.theme === 'dark' ? 'Light' : 'Dark';
+    by<HTMLSelectElement>('colour').value = this.state.colour;
+    this.state.changed('look');
+  }
+
+  private header(timed: boolean): void {
+    const { state, store } = this;
+    const receiver = by<HTMLSelectElement>('receiver');
+    store.header.receivers.forEach((r, i) => receiver.add(new Option(r.name, String(i))));
+    by('receiver-choice').hidden = store.header.receivers.length < 2;
+    receiver.onchange = () => {
+      state.receiver = Number(receiver.value);
+      state.changed('receiver');
+      void store.loadAround(state.receiver, state.epoch, () => {}).then(() => state.changed('data'));
+    };
+    for (const b of document.querySelectorAll<HTMLElement>('#cameras button')) {
+      b.onclick = () => this.setCamera(b.dataset['camera'] as CameraMode);
+      b.hidden = !timed && (b.dataset['camera'] === 'follow' || b.dataset['camera'] === 'first');
+    }
+    this.setCamera(state.camera);
+    by('colour').onchange = () => {
+      state.colour = by<HTMLSelectElement>('colour').value as 'height' | 'material';
+      this.look();
+    };
+    by('theme').onclick = () => {
+      state.theme = state.theme === 'dark' ? 'light' : 'dark';
+      this.look();
+    };
+    this.look();
+    by('layers').hidden = !timed;
+    const layers = document.querySelector('#layers div') as HTMLElement;
+    for (const [layer, what] of Object.entries(kLayers) as [Layer, string][]) {
+      const box = Object.assign(document.createElement('input'), { type: 'checkbox', checked: state.layers[layer] });
+      box.onchange = () => {
+        state.layers[layer] = box.checked;
+        state.changed('selection');
+      };
+      const label = document.createElement('label');
+      label.append(box, ` ${what}`);
+      layers.append(label);
+    }
+    const help = by<HTMLDialogElement>('help');
+    help.innerHTML = helpHtml();
+    by('help-button').onclick = () => help.showModal();
+    by('play').onclick = () => this.play(!state.playing);
+    by('back').onclick = () => this.step(-1);
+    by('forward').onclick = () => this.step(1);
+    by('next-loss').onclick = () => this.nextLoss();
+    by('largest').onclick = () => this.largestError();
+    const speed = by<HTMLSelectElement>('speed');
+    for (const s of kSpeeds) speed.add(new Option(`${s}×`, String(s), s === 1, s === 1));
+    speed.onchange = () => (state.speed = Number(speed.value));
+  }
+
+  private showTab(name: string): void {
+    for (const b of document.querySelectorAll<HTMLElement>('#tabs button')) {
+      b.setAttribute('aria-selected', String(b.dataset['tab'] === name));
+      by(`tab-${b.dataset['tab'] ?? ''}`).hidden = b.dataset['tab'] !== name;
+    }
+  }
+
+  private tabs(): void {
+    for (const b of document.querySelectorAll<HTMLElement>('#tabs button')) {
+      b.onclick = () => this.showTab(b.dataset['tab'] ?? 'summary');
+    }
+    if (document.body.classList.contains('no-time')) this.showTab('summary');
+    for (const b of document.querySelectorAll<HTMLElement>('#chart-kinds button')) {
+      b.onclick = () => this.showChart(b.dataset['chart'] as ChartKind);
+    }
+    this.showChart('error');
+  }
+
+  private chart: Chart | null = null;
+  private showChart(kind: ChartKind): void {
+    for (const b of document.querySelectorAll<HTMLElement>('#chart-kinds button')) {
+      b.setAttribute('aria-pressed', String(b.dataset['chart'] === kind));
+    }
+    this.chart?.show(kind);
+  }
+
+  private keys(timed: boolean): void {
+    const { state, store } = this;
+    const neighbour = (way: number): void => {
+      const rows = store.satellites(state.receiver, state.epoch, false);
+      if (rows.length === 0) return;
+      const at = rows.findIndex((r) => r.satellite === state.satellite);
+      const next = rows[(at + way + rows.length + (at < 0 && way < 0 ? 1 : 0)) % rows.length];
+      if (next) state.selectSatellite(next.satellite);
+    };
+    const faster = (way: number): void => {
+      const i = Math.min(kSpeeds.length - 1, Math.max(0, kSpeeds.indexOf(state.speed) + way));
+      state.speed = kSpeeds[i] ?? 1;
+      by<HTMLSelectElement>('speed').value = String(state.speed);
+    };
+    const actions: Record<string, (shift: boolean) => void> = {
+      '1': () => this.setCamera('free'), '3': () => this.setCamera('top'),
+      Escape: () => { state.satellite = null; state.selectObject(null); },
+      c: () => { state.colour = state.colour === 'height' ? 'material' : 'height'; this.look(); },
+      d: () => by('theme').click(), '?': () => by<HTMLDialogElement>('help').showModal(),
+      ...(timed ? {
+        ' ': () => this.play(!state.playing), ArrowLeft: (s: boolean) => this.step(s ? -10 : -1),
+        ArrowRight: (s: boolean) => this.step(s ? 10 : 1), Home: () => this.goTo(0), End: () => this.goTo(Infinity),
+        '+': () => faster(1), '-': () => faster(-1), l: () => this.nextLoss(), e: () => this.largestError(),
+        '2': () => this.setCamera('follow'), '4': () => this.setCamera('first'), n: (s: boolean) => neighbour(s ? -1 : 1),
+      } : {}),
+    };
+    addEventListener('keydown', (e) => {
+      const at = e.target as HTMLElement;
+      if (e.ctrlKey || e.altKey || e.metaKey || at.tagName === 'SELECT' || by<HTMLDialogElement>('help').open) return;
+      if (at.tagName === 'BUTTON' && (e.key === ' ' || e.key === 'Enter')) return;
+      const action = actions[e.key.length === 1 ? e.key.toLowerCase() : e.key];
+      if (!action) return;
+      e.preventDefault();
+      action(e.shiftKey);
+    });
+  }
+
+  private legend(timed: boolean): void {
+    by('legend').textContent = '';
+    by('legend').hidden = !timed;
+    if (!timed) return;
+    const add = (text: string, draw: (c: CanvasRenderingContext2D) => void): void => {
+      const canvas = Object.assign(document.createElement('canvas'), { width: 32, height: 28 });
+      canvas.style.width = '16px';
+      canvas.style.height = '14px';
+      const c = canvas.getContext('2d');
+      if (c) {
+        c.scale(2, 2);
+        draw(c);
+      }
+      const span = document.createElement('span');
+      span.append(canvas, text);
+      by('legend').append(span);
+    };
+    const line = (colour: string) => (c: CanvasRenderingContext2D) => {
+      c.fillStyle = colour;
+      c.fillRect(0, 5.5, 16, 3);
+    };
+    this.store.header.words.visibility.forEach((word, i) =>
+      add(word, (c) => mark(c, i, 8, 7, 5, visibilityColour(i, this.state.theme), '#0000')));
+    add('truth', line('#7d8790'));
+    add('fix, 95 %', line(kFixColour));
+    add('error, no fix', line(kErrorColour));
+  }
+
+  /** For tests and measurements. */
+  get scene(): SceneView {
+    return this.view;
+  }
+}
+
+async function main(): Promise<void> {
+  try {
+    const source = openSource();
+    const header: Header | null = await source.header();
+    checkHeader(header);
+    const app = new App(new Store(source, header));
+    (window as unknown as { canyon: App }).canyon = app;
+    await app.start();
+    document.body.dataset['loaded'] = 'true';
+  } catch (error) {
+    const message = document.createElement('p');
+    message.className = 'fatal';
+    message.textContent = error instanceof Error ? error.message : String(error);
+    document.body.replaceChildren(message);
+    console.error(error);
+  }
+}
+
+void main();

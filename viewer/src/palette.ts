@@ -1,0 +1,46 @@
+// Colours: Okabe and Ito's, the same in all of Canyon's pictures (canyon/drawing/palette.hpp).
+
+/** By the index of words.visibility: LOS, LOS with multipath, NLOS, blocked. */
+export const kVisibilityColours = ['#009E73', '#0072B2', '#E69F00', '#7A7A7A'] as const;
+/** On dark paper blue and green are lighter, so that thin lines keep a contrast of 3 to 1. */
+const kVisibilityOnDark = ['#1FC298', '#4FB0EC', '#F0B32E', '#9AA0A6'] as const;
+
+export const kFixColour = '#CC79A7';
+export const kErrorColour = '#D55E00';
+
+export type Theme = 'light' | 'dark';
+
+export function visibilityColour(visibility: number, theme: Theme): string {
+  return (theme === 'dark' ? kVisibilityOnDark : kVisibilityColours)[visibility] ?? '#7A7A7A';
+}
+
+/** What the three-dimensional view and the canvases are painted with. */
+export interface Paint {
+  sky: string;
+  ground: string;
+  lowRoof: string;
+  highRoof: string;
+  ink: string;
+  faint: string;
+  rule: string;
+  panel: string;
+  skyline: string;
+  accent: string;
+}
+
+export const kPaint: Record<Theme, Paint> = {
+  light: {
+    sky: '#E4EBF1', ground: '#EFEBE4', lowRoof: '#EEE8DE', highRoof: '#8FA0B5', ink: '#1D2329', faint: '#5D6670',
+    rule: '#D3D8DD', panel: '#FFFFFF', skyline: '#C9CED4', accent: '#005A9C',
+  },
+  dark: {
+    sky: '#12181F', ground: '#232A31', lowRoof: '#454E57', highRoof: '#93A5BA', ink: '#E8ECEF', faint: '#9BA6B0',
+    rule: '#38424C', panel: '#1A2129', skyline: '#414B55', accent: '#6CB8F0',
+  },
+};
+
+/** Of facades and roofs, by the words of the header. */
+export const kMaterialColours: Record<string, string> = {
+  unknown: '#BDBDBD', concrete: '#C9C4BA', glass: '#7FB2D6', brick: '#B5705A', metal: '#8D99A6', stone: '#A89F91',
+  wood: '#B98B5E', plaster: '#E2D6C3', ground: '#D8D2C6', foliage: '#6E9B62',
+};

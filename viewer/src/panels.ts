@@ -1,0 +1,171 @@
+// Panels of text: figures of the instant, table of satellites, what is selected, summary of the run.
+
+import { visibilityColour } from './palette';
+import type { State } from './state';
+import type { Store } from './store';
+
+const kMissing = '–';
+export const fixed = (value: number | null | undefined, decimals: number): string =>
+  value === null || value === undefined || !Number.isFinite(value) ? kMissing : value.toFixed(decimals);
+
+/** Words of the files, as a narrow table takes them; the whole word stands in its tooltip. */
+const kShort: Record<string, string> = { 'LOS+multipath': 'LOS+mp', tracking: 'track', searching: 'search', holding: 'hold' };
+const shortened = (word: string | undefined): string =>
+  `<span title="${word ?? ''}">${kShort[word ?? ''] ?? word ?? ''}</span>`;
+
+const escaped = (text: string): string =>
+  text.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('>', '&gt;').replaceAll('"', '&quot;');
+
+/** "08:00:12.5": the time of day, UTC, so many seconds behind the begin (no leap second is counted). */
+export function clock(beginUtc: string, seconds: number): string {
+  const t = new Date(Date.parse(beginUtc) + Math.round(seconds * 1000));
+  return Number.isNaN(t.getTime()) ? kMissing : t.toISOString().slice(11, 21);
+}
+
+export class Readout {
+  constructor(private readonly host: HTMLElement, private readonly store: Store, private readonly state: State) {
+    state.listen((change) => (change === 'time' || change === 'receiver') && this.update());
+    this.update();
+  }
+
+  private update(): void {
+    const { store, state } = this;
+    const track = store.tracks[state.receiver];
+    if (!track || !store.header.time) {
+      this.host.innerHTML = '';
+      return;
+    }
+    const i = state.epoch;
+    const e = track.epochs;
+    const status = store.header.words.status[track.status[i] ?? 0] ?? '';
+    const place = store.header.words.placement[e.at('placement', i)] ?? '';
+    const item = (name: string, label: string, value: number, decimals: number, unit: string): string =>
+      `<div><dt>${label}</dt><dd data-name="${name}" data-raw="${value}">${fixed(value, decimals)}${unit ? `<small> ${unit}</small>` : ''}</dd></div>`;
+    const fault = (store.header.receivers[state.receiver]?.faults ?? [])
+      .filter((f) => (track.time[i] ?? 0) >= f.from_s && (track.time[i] ?? 0) <= f.until_s).map((f) => f.name);
+    this.host.innerHTML = `
+      <p><b class="${track.fixed(i) ? 'good' : 'bad'}" data-name="status">${track.fixed(i) ? 'fix' : `no fix: ${escaped(status)}`}</b>
+        <span data-name="clock">${clock(store.header.time.begin_utc, track.time[i] ?? 0)}</span> UTC
+        ${place !== 'free' ? `<b class="bad">${escaped(place)}</b>` : ''}
+        ${fault.map((name) => `<b class="bad">${escaped(name)}</b>`).join(' ')}</p>
+      <dl>
+        ${item('horizontal', 'horizontal error', track.horizontal[i] ?? NaN, 2, 'm')}
+        ${item('error_east_m', 'east', e.at('error_east_m', i), 2, 'm')}
+        ${item('error_north_m', 'north', e.at('error_north_m', i), 2, 'm')}
+        ${item('error_up_m', 'up', e.at('error_up_m', i), 2, 'm')}
+        ${item('used', 'used', e.at('used', i), 0, '')}
+        ${item('visible', 'tracked', e.at('visible', i), 0, '')}
+        ${item('hdop', 'HDOP', e.at('hdop', i), 2, '')}
+        ${item('pdop', 'PDOP', e.at('pdop', i), 2, '')}
+        ${item('speed', 'speed', Math.hypot(e.at('velocity_east_mps', i), e.at('velocity_north_mps', i)), 1, 'm/s')}
+      </dl>`;
+  }
+}
+
+export class SatelliteTable {
+  private readonly body: HTMLTableSectionElement;
+
+  constructor(host: HTMLElement, private readonly store: Store, private readonly state: State) {
+    host.innerHTML = `<table class="satellites"><thead><tr>
+      <th>sat</th><th title="elevation [deg]">el °</th><th title="azimuth from north, clockwise [deg]">az °</th>
+      <th class="word">signal</th><th title="C/N0 that the receiver states [dB-Hz]">C/N0</th><th class="word">lock</th>
+      <th title="used in the fix; x: excluded by it">fix</th><th title="code delay by paths [m]">excess m</th>
+      <th title="error of the pseudorange [m]">error m</th><th title="residual of the fix [m]">res. m</th>
+      </tr></thead><tbody></tbody></table>`;
+    this.body = host.querySelector('tbody') as HTMLTableSectionElement;
+    this.body.addEventListener('click', (e) => {
+      const row = (e.target as Element).closest('tr');
+      if (row?.dataset['satellite']) state.selectSatellite(Number(row.dataset['satellite']));
+    });
+    state.listen((change) => change !== 'playing' && change !== 'camera' && this.update());
+    this.update();
+  }
+
+  private update(): void {
+    const { store, state } = this;
+    const words = store.header.words;
+    this.body.innerHTML = store.satellites(state.receiver, state.epoch, false).map((s) => `
+      <tr data-satellite="${s.satellite}" class="${s.satellite === state.satellite ? 'chosen' : ''} ${s.aboveMask ? '' : 'low'}">
+      <th>${escaped(store.header.satellites[s.satellite]?.id ?? '?')}</th>
+      <td>${fixed(s.elevation, 1)}</td><td>${fixed(s.azimuth, 1)}</td>
+      <td class="word"><i style="background:${visibilityColour(s.visibility, state.theme)}"></i>${shortened(words.visibility[s.visibility])}</td>
+      <td data-name="cn0">${fixed(s.cn0, 1)}</td><td class="word">${shortened(words.lock[s.lock])}</td>
+      <td>${s.used ? '✓' : s.excluded ? 'x' : ''}</td>
+      <td data-name="excess">${fixed(s.excess, 2)}</td><td data-name="error">${fixed(s.error, 2)}</td>
+      <td data-name="residual">${fixed(s.residual, 2)}</td></tr>`).join('');
+  }
+}
+
+/** The selected satellite's paths, or the selected building. */
+export class Details {
+  constructor(private readonly host: HTMLElement, private readonly store: Store, private readonly state: State) {
+    state.listen((change) => change !== 'playing' && change !== 'camera' && this.update());
+    this.update();
+  }
+
+  private update(): void {
+    const { state } = this;
+    if (state.object !== null) this.host.innerHTML = this.building(state.object);
+    else if (state.satellite !== null) this.host.innerHTML = this.satellite(state.satellite);
+    else this.host.innerHTML = '<p class="hint">Click a satellite or a building.</p>';
+  }
+
+  private building(index: number): string {
+    const o = this.store.header.city.objects[index];
+    if (!o) return '';
+    const sources: Record<string, string> = {
+      height: 'tagged in the map', levels: 'storeys in the map', default: 'a default: the map does not say',
+    };
+    const source = o.height_source ? (sources[o.height_source] ?? o.height_source) : 'not known: the city came as a mesh, or was made up';
+    return `<h3>${escaped(o.id)}</h3><dl class="pairs">
+      <dt>kind</dt><dd>${o.surface}</dd>
+      <dt>height</dt><dd data-name="height">${fixed(o.high_m - o.low_m, 1)} m</dd>
+      <dt>height from</dt><dd>${escaped(source)}</dd>
+      <dt>top, base (up)</dt><dd>${fixed(o.high_m, 1)} m, ${fixed(o.low_m, 1)} m</dd>
+      <dt>material</dt><dd>${escaped(o.material)}, by area</dd></dl>`;
+  }
+
+  private satellite(index: number): string {
+    const { store, state } = this;
+    const id = store.header.satellites[index];
+    if (!id) return '';
+    const row = store.satellites(state.receiver, state.epoch).find((s) => s.satellite === index);
+    if (!row) return `<h3>${id.id} <small>${id.system}</small></h3><p class="hint">below the horizon at this time</p>`;
+    const words = store.header.words;
+    const paths = row.paths.map((p) => `<tr><td class="word">${words.path[p.kind] ?? ''}${p.order > 1 ? `, ${p.order} times` : ''}</td>
+      <td>${fixed(p.excess, 2)}</td><td>${fixed(p.loss, 1)}</td></tr>`).join('');
+    const most = row.paths.length >= store.header.paths_per_satellite ? `the first and the strongest; no more than ${store.header.paths_per_satellite} are kept` : '';
+    return `<h3>${id.id} <small>${id.system}, ${words.visibility[row.visibility] ?? ''}, ${words.lock[row.lock] ?? ''}</small></h3>
+      <dl class="pairs">
+      <dt>azimuth, elevation</dt><dd>${fixed(row.azimuth, 1)}°, ${fixed(row.elevation, 1)}°</dd>
+      <dt>C/N0 stated, true</dt><dd>${fixed(row.cn0, 1)}, ${fixed(row.trueCn0, 1)} dB-Hz</dd>
+      <dt>pseudorange error</dt><dd>${fixed(row.error, 2)} m, of it ${fixed(row.excess, 2)} m by paths</dd>
+      <dt>in the fix</dt><dd>${row.used ? `yes, residual ${fixed(row.residual, 2)} m` : row.excluded ? 'excluded' : 'no'}</dd></dl>
+      ${row.paths.length === 0 ? '<p class="hint">nothing arrives</p>' : `<table class="paths"><thead><tr><th>path</th><th>excess m</th><th>loss dB</th></tr></thead>
+      <tbody>${paths}</tbody></table><p class="hint">${most}</p>`}`;
+  }
+}
+
+export function summaryHtml(store: Store, receiver: number): string {
+  const s = store.header.receivers[receiver]?.summary;
+  const city = store.header.city;
+  const origin = store.header.frame.origin;
+  const buildings = city.objects.filter((o) => o.surface === 'building').length;
+  const share = (v: number | null): string => (v === null ? kMissing : `${fixed(100 * v, 1)} %`);
+  const rows: [string, string, string][] = s ? [
+    ['epochs', 'epochs', `${s.epochs}`],
+    ['fixes', 'with fix', `${s.fixes} (${fixed((100 * s.fixes) / Math.max(1, s.epochs), 1)} %)`],
+    ['longest_outage_s', 'longest outage', `${fixed(s.longest_outage_s, 1)} s`],
+    ['horizontal_p50_m', 'horizontal error, median', `${fixed(s.horizontal_p50_m, 3)} m`],
+    ['horizontal_p95_m', 'horizontal error, 95 %', `${fixed(s.horizontal_p95_m, 3)} m`],
+    ['horizontal_max_m', 'horizontal error, largest', `${fixed(s.horizontal_max_m, 3)} m`],
+    ['vertical_p95_m', 'vertical error, 95 %', `${fixed(s.vertical_p95_m, 3)} m`],
+    ['median_hdop', 'HDOP, median', fixed(s.median_hdop, 2)],
+    ['mean_used', 'satellites used, mean', fixed(s.mean_used, 1)],
+    ['shares', 'LOS, with multipath, NLOS, blocked', `${share(s.los_share)}, ${share(s.los_multipath_share)}, ${share(s.nlos_share)}, ${share(s.blocked_share)}`],
+  ] : [];
+  return `<dl class="pairs">${rows.map(([key, label, value]) => `<dt>${label}</dt><dd data-name="${key}">${value}</dd>`).join('')}
+    <dt>city</dt><dd>${escaped(city.name)}: ${buildings} buildings, ${city.triangles} triangles</dd>
+    <dt>frame</dt><dd>east, north, up [m] about ${fixed(origin.latitude_deg, 6)}°, ${fixed(origin.longitude_deg, 6)}°, ${fixed(origin.height_m, 1)} m (WGS 84)</dd></dl>
+    ${city.notes.map((n) => `<p class="hint">${escaped(n)}</p>`).join('')}`;
+}

@@ -1,0 +1,370 @@
+// The three-dimensional view. East is x, north y, up z: the city's frame.
+
+import {
+  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Fog, HemisphereLight, Mesh,
+  MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+} from 'three';
+import { CameraControl } from './camera';
+import { CityMesh } from './city';
+import { Marks, Segments } from './lines';
+import { kErrorColour, kFixColour, kPaint, visibilityColour } from './palette';
+import type { State } from './state';
+import type { SatelliteRow, Store } from './store';
+
+const kRadians = Math.PI / 180;
+type Place = [number, number, number];
+
+/** Unit vector, east north up, of an azimuth from north clockwise and an elevation [deg]. */
+export function direction(azimuth: number, elevation: number): Place {
+  const a = azimuth * kRadians;
+  const e = elevation * kRadians;
+  return [Math.sin(a) * Math.cos(e), Math.cos(a) * Math.cos(e), Math.sin(e)];
+}
+
+/** Half axes [m] and angle from east counter-clockwise [rad] of the ellipse that holds 95 % of a plane normal
+ *  distribution with this covariance [m^2] (chi-square with 2 degrees of freedom: 5.991). */
+export function ellipse95(ee: number, nn: number, en: number): { major: number; minor: number; angle: number } {
+  const mean = (ee + nn) / 2;
+  const d = Math.hypot((ee - nn) / 2, en);
+  return {
+    major: Math.sqrt(5.991 * (mean + d)),
+    minor: Math.sqrt(5.991 * Math.max(0, mean - d)),
+    angle: 0.5 * Math.atan2(2 * en, ee - nn),
+  };
+}
+
+interface Label {
+  element: HTMLElement;
+  place: Vector3;
+}
+
+export class SceneView {
+  readonly control: CameraControl;
+  readonly city: CityMesh;
+  /** Milliseconds that the last pictures took, newest last. */
+  readonly frameTimes: number[] = [];
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly ground: Mesh;
+  private readonly strong = new Segments(2, 0.95, 0.22);
+  private readonly weak = new Segments(1.2, 0.5, 0.1);
+  private readonly chosen = new Segments(4, 1, 0.35);
+  private readonly blocked = new Segments(1.2, 0.6, 0.25, true);
+  private readonly trueTrack = new Segments(3, 0.9, 0.3);
+  private readonly fixTrack = new Segments(2, 0.9, 0.35);
+  private readonly dome = new Segments(1, 0.35, 0);
+  private readonly trails = new Segments(2, 0.7, 0.25);
+  private readonly error = new Segments(3, 1, 0.9);
+  private readonly points = new Marks(7, false);
+  private readonly satellites = new Marks(11, false);
+  private readonly antenna = new Marks(13, false);
+  private readonly fixMark = new Marks(11, false);
+  private readonly ellipse: Mesh;
+  private readonly labels = new Map<string, Label>();
+  private wanted = true;
+
+  constructor(
+    private readonly host: HTMLElement,
+    private readonly overlay: HTMLElement,
+    glb: ArrayBuffer,
+    private readonly store: Store,
+    private readonly state: State,
+  ) {
+    // Without a graphics processor smooth edges cost more than all the rest.
+    const software = drawsInSoftware();
+    this.renderer = new WebGLRenderer({ antialias: !software });
+    this.renderer.setPixelRatio(software ? 1 : Math.min(2, devicePixelRatio));
+    host.prepend(this.renderer.domElement);
+    this.renderer.domElement.setAttribute('aria-label', 'three-dimensional view of the city');
+    this.city = new CityMesh(glb, store.header.city.objects);
+    this.scene.add(this.city.group);
+    this.scene.add(new AmbientLight('#ffffff', 0.9), new HemisphereLight('#ffffff', '#b9b0a0', 0.9));
+    const sun = new DirectionalLight('#fff4e0', 2.1);
+    sun.position.set(-0.6, -0.8, 1.1);
+    this.scene.add(sun);
+    const [lowX, lowY, lowZ] = this.city.low;
+    const [highX, highY] = this.city.high;
+    const known = Number.isFinite(lowX);
+    const span = known ? Math.max(highX - lowX, highY - lowY) : 500;
+    // Below everything: an open field, or the land around a city.
+    this.ground = new Mesh(new PlaneGeometry(40 * span, 40 * span), new MeshLambertMaterial());
+    this.ground.position.set(known ? (lowX + highX) / 2 : 0, known ? (lowY + highY) / 2 : 0, (known ? lowZ : 0) - 0.6);
+    this.scene.add(this.ground);
+    this.ellipse = new Mesh(new BufferGeometry(), new MeshBasicMaterial({
+      color: kFixColour, transparent: true, opacity: 0.28, side: DoubleSide, depthTest: false, depthWrite: false,
+    }));
+    this.ellipse.frustumCulled = false;
+    this.scene.add(this.ellipse);
+    for (const s of [this.dome, this.trails, this.weak, this.strong, this.blocked, this.chosen, this.trueTrack,
+      this.fixTrack, this.error]) this.scene.add(s.group);
+    for (const m of [this.points, this.satellites, this.antenna, this.fixMark]) this.scene.add(m.points);
+    this.control = new CameraControl(this.renderer.domElement, () => this.request(), (x, y) => this.pick(x, y));
+    this.control.target.set(this.ground.position.x, this.ground.position.y, 0);
+    this.control.distance = store.tracks.length > 0 ? 2.1 * this.radius : 1.1 * span;
+    new ResizeObserver(() => this.resize()).observe(host);
+    this.resize();
+    state.listen((change) => {
+      if (change === 'camera') this.control.setMode(state.camera);
+      if (change === 'look') this.paint();
+      if (change === 'data' || change === 'receiver' || change === 'look') this.drawTracks();
+      if (change === 'selection') this.city.show(state.object, kPaint[state.theme].accent);
+      if (change !== 'playing') this.update();
+    });
+    this.paint();
+    this.drawTracks();
+    this.update();
+  }
+
+  /** Radius of the dome [m]: above the buildings near the antenna, and no landscape of its own. */
+  get radius(): number {
+    const height = Number.isFinite(this.city.high[2]) ? this.city.high[2] - this.city.low[2] : 0;
+    return Math.min(600, Math.max(180, 1.3 * height));
+  }
+
+  request(): void {
+    this.wanted = true;
+  }
+
+  /** Draws a picture where something changed; true where it did. */
+  frame(): boolean {
+    if (!this.wanted) return false;
+    this.wanted = false;
+    const begin = performance.now();
+    const { clientWidth, clientHeight } = this.host;
+    this.control.apply(clientWidth / Math.max(1, clientHeight));
+    this.renderer.render(this.scene, this.control.camera);
+    // Where drawing is done in software the call returns early: a pixel that is read waits for it.
+    if (this.measuring) {
+      const gl = this.renderer.getContext();
+      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    }
+    this.placeLabels(clientWidth, clientHeight);
+    this.frameTimes.push(performance.now() - begin);
+    if (this.frameTimes.length > 240) this.frameTimes.shift();
+    return true;
+  }
+  measuring = false;
+
+  private resize(): void {
+    this.renderer.setSize(this.host.clientWidth, this.host.clientHeight);
+    this.request();
+  }
+
+  private paint(): void {
+    const paint = kPaint[this.state.theme];
+    this.scene.background = new Color(paint.sky);
+    this.scene.fog = new Fog(paint.sky, 1500, 9000);
+    (this.ground.material as MeshLambertMaterial).color.set(paint.ground);
+    this.city.paint(this.state.colour, this.state.theme);
+    this.city.show(this.state.object, paint.accent);
+    this.request();
+  }
+
+  private pick(x: number, y: number): void {
+    // By the camera as it is now: its last picture may be older.
+    this.control.apply(this.host.clientWidth / Math.max(1, this.host.clientHeight));
+    const ray = new Raycaster();
+    ray.setFromCamera(new Vector2(x, y), this.control.camera);
+    this.state.selectObject(this.city.pick(ray));
+  }
+
+  /** What does not change with time: both tracks. */
+  private drawTracks(): void {
+    const track = this.store.tracks[this.state.receiver];
+    this.trueTrack.clear();
+    this.fixTrack.clear();
+    if (track) {
+      const ink = this.state.theme === 'dark' ? '#F2F4F6' : '#2A3138';
+      const fixEast = track.epochs.column('fix_east_m');
+      const fixNorth = track.epochs.column('fix_north_m');
+      for (let i = 1; i < track.size; ++i) {
+        const place = (k: number): Place => [track.east[k] ?? 0, track.north[k] ?? 0, (track.up[k] ?? 0) - 1];
+        this.trueTrack.add(place(i - 1), place(i), track.fixed(i) ? ink : kErrorColour);
+        if (!track.fixed(i) || !track.fixed(i - 1)) continue;
+        // On the ground: heights of fixes scatter more than a street is wide, and would hide where they are.
+        const fix = (k: number): Place => [fixEast[k] ?? 0, fixNorth[k] ?? 0, (track.up[k] ?? 0) - 0.5];
+        this.fixTrack.add(fix(i - 1), fix(i), kFixColour);
+      }
+    }
+    this.trueTrack.finish();
+    this.fixTrack.finish();
+    this.request();
+  }
+
+  /** What belongs to an instant. */
+  update(): void {
+    const { state, store } = this;
+    const track = store.tracks[state.receiver];
+    for (const s of [this.strong, this.weak, this.chosen, this.blocked, this.dome, this.trails, this.error]) s.clear();
+    for (const m of [this.points, this.satellites, this.antenna, this.fixMark]) m.clear();
+    this.ellipse.visible = false;
+    const labels = new Set<string>();
+    if (track && track.size > 0) {
+      const i = state.epoch;
+      const at: Place = [track.east[i] ?? 0, track.north[i] ?? 0, track.up[i] ?? 0];
+      this.control.moveVehicle(new Vector3(...at), 90 - track.epochs.at('yaw_deg', i));
+      this.antenna.add(at, this.state.theme === 'dark' ? '#FFFFFF' : '#20262C');
+      const rows = store.satellites(state.receiver, i);
+      if (state.layers.dome) this.drawDome(at, rows, labels);
+      for (const row of rows) this.drawPaths(at, row);
+      if (state.layers.fix) this.drawFix(at, i);
+    }
+    this.trueTrack.group.visible = this.fixTrack.group.visible = state.layers.tracks;
+    for (const s of [this.strong, this.weak, this.chosen, this.blocked, this.dome, this.trails, this.error]) s.finish();
+    for (const m of [this.points, this.satellites, this.antenna, this.fixMark]) m.finish();
+    for (const [key, label] of this.labels) {
+      if (labels.has(key)) continue;
+      label.element.remove();
+      this.labels.delete(key);
+    }
+    this.request();
+  }
+
+  private drawDome(at: Place, rows: SatelliteRow[], labels: Set<string>): void {
+    const r = this.radius;
+    const paint = kPaint[this.state.theme];
+    const on = (azimuth: number, elevation: number): Place => shifted(at, direction(azimuth, elevation), r);
+    for (const elevation of [0, 30, 60]) {
+      for (let a = 0; a < 360; a += 5) this.dome.add(on(a, elevation), on(a + 5, elevation), paint.faint);
+    }
+    for (let a = 0; a < 360; a += 45) {
+      for (let e = 0; e < 90; e += 10) this.dome.add(on(a, e), on(a, e + 10), paint.faint);
+    }
+    for (const [name, a] of [['N', 0], ['E', 90], ['S', 180], ['W', 270]] as const) {
+      this.label(`compass-${name}`, name, 'compass', on(a, 0), labels);
+    }
+    for (const row of rows) {
+      const colour = visibilityColour(row.visibility, this.state.theme);
+      const place = on(row.azimuth, row.elevation);
+      this.satellites.add(place, colour);
+      const id = this.store.header.satellites[row.satellite]?.id ?? '?';
+      const chosen = row.satellite === this.state.satellite;
+      const label = this.label(`satellite-${row.satellite}`, id, 'satellite', place, labels);
+      label.style.setProperty('--colour', colour);
+      label.classList.toggle('chosen', chosen);
+      label.classList.toggle('unused', !row.used);
+      label.onclick = () => this.state.selectSatellite(row.satellite);
+    }
+    this.drawTrails(at, rows);
+  }
+
+  /** Where satellites stood before, as far as blocks are loaded: one point of each block. */
+  private drawTrails(at: Place, rows: SatelliteRow[]): void {
+    const last = new Map(rows.map((r) => [r.satellite, [r.azimuth, r.elevation] as [number, number]]));
+    const blocks = this.store.loadedBlocks(this.state.receiver).filter((b) => b.entry.first_epoch <= this.state.epoch);
+    for (const block of blocks.reverse().slice(0, 120)) {
+      const [begin, end] = block.range(block.entry.first_epoch);
+      for (let k = begin; k < end; ++k) {
+        const row = block.row(k, false);
+        const next = last.get(row.satellite);
+        if (!next) continue;
+        this.trails.add(shifted(at, direction(row.azimuth, row.elevation), this.radius),
+          shifted(at, direction(...next), this.radius), visibilityColour(row.visibility, this.state.theme));
+        last.set(row.satellite, [row.azimuth, row.elevation]);
+      }
+    }
+  }
+
+  private drawPaths(at: Place, row: SatelliteRow): void {
+    const chosen = row.satellite === this.state.satellite;
+    if (this.state.satellite !== null && !chosen) return;  // one satellite's ways are followed alone
+    const colour = visibilityColour(row.visibility, this.state.theme);
+    const towards = direction(row.azimuth, row.elevation);
+    if (row.visibility === 3) {
+      if (this.state.layers.blocked || chosen) this.blocked.add(at, shifted(at, towards, this.radius), colour);
+    } else if (!this.state.layers.rays && !chosen) {
+      return;
+    }
+    for (const path of row.paths) {
+      // Scattered and weak ways are thin: a facade's bundle would hide the rest.
+      const thin = path.kind === 3 || path.loss > 20;
+      if (row.visibility === 3 && !chosen) continue;
+      const lines = chosen ? (thin ? this.strong : this.chosen) : thin ? this.weak : this.strong;
+      let from: Place = at;
+      for (const corner of [path.point, path.far]) {
+        if (!corner) continue;
+        lines.add(from, corner, colour);
+        if (this.state.layers.points && (!thin || chosen)) this.points.add(corner, colour);
+        from = corner;
+      }
+      // Echoes' last legs all run towards the satellite; drawn whole, those of twenty satellites would hide the city.
+      const whole = chosen || from === at;
+      lines.add(from, shifted(from, towards, whole ? reach(at, from, towards, this.radius) : 0.2 * this.radius), colour);
+    }
+  }
+
+  private drawFix(at: Place, i: number): void {
+    const track = this.store.tracks[this.state.receiver];
+    if (!track?.fixed(i)) return;
+    const e = track.epochs;
+    const fix: Place = [e.at('fix_east_m', i), e.at('fix_north_m', i), e.at('fix_up_m', i)];
+    this.error.add(at, fix, kErrorColour);
+    this.fixMark.add(fix, kFixColour);
+    const { major, minor, angle } = ellipse95(e.at('covariance_east_m2', i), e.at('covariance_north_m2', i),
+      e.at('covariance_east_north_m2', i));
+    const positions: number[] = [];
+    const on = (turn: number): Place => [
+      fix[0] + major * Math.cos(turn) * Math.cos(angle) - minor * Math.sin(turn) * Math.sin(angle),
+      fix[1] + major * Math.cos(turn) * Math.sin(angle) + minor * Math.sin(turn) * Math.cos(angle),
+      fix[2],
+    ];
+    for (let k = 0; k < 64; ++k) {
+      const a = on((k * Math.PI) / 32);
+      const b = on(((k + 1) * Math.PI) / 32);
+      positions.push(...fix, ...a, ...b);
+      this.error.add(a, b, kFixColour);
+    }
+    this.ellipse.geometry.dispose();
+    this.ellipse.geometry = new BufferGeometry();
+    this.ellipse.geometry.setAttribute('position', new BufferAttribute(new Float32Array(positions), 3));
+    this.ellipse.visible = true;
+  }
+
+  private label(key: string, text: string, kind: string, place: Place, used: Set<string>): HTMLElement {
+    used.add(key);
+    let label = this.labels.get(key);
+    if (!label) {
+      const element = document.createElement(kind === 'satellite' ? 'button' : 'span');
+      element.className = `label ${kind}`;
+      element.textContent = text;
+      if (kind === 'satellite') element.title = `select satellite ${text}`;
+      this.overlay.append(element);
+      label = { element, place: new Vector3() };
+      this.labels.set(key, label);
+    }
+    label.place.set(...place);
+    return label.element;
+  }
+
+  private placeLabels(width: number, height: number): void {
+    const p = new Vector3();
+    for (const { element, place } of this.labels.values()) {
+      p.copy(place).project(this.control.camera);
+      const seen = p.z < 1 && Math.abs(p.x) < 1.02 && Math.abs(p.y) < 1.02;
+      element.style.display = seen ? '' : 'none';
+      if (seen) element.style.transform = `translate(${((p.x + 1) / 2) * width}px, ${((1 - p.y) / 2) * height}px)`;
+    }
+  }
+}
+
+/** Whether WebGL runs on the processor: SwiftShader, llvmpipe, Microsoft's Basic Render Driver. */
+function drawsInSoftware(): boolean {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const info = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = gl && info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
+function shifted(from: Place, direction: Place, metres: number): Place {
+  return [from[0] + metres * direction[0], from[1] + metres * direction[1], from[2] + metres * direction[2]];
+}
+
+/** How far it is from a point in a direction to the sphere about `centre`; at least a tenth of its radius. */
+function reach(centre: Place, from: Place, towards: Place, radius: number): number {
+  const d = [from[0] - centre[0], from[1] - centre[1], from[2] - centre[2]] as const;
+  const b = d[0] * towards[0] + d[1] * towards[1] + d[2] * towards[2];
+  const c = d[0] ** 2 + d[1] ** 2 + d[2] ** 2 - radius ** 2;
+  const root = b * b - c;
+  return Math.max(radius / 10, root > 0 ? -b + Math.sqrt(root) : 0);
+}

@@ -1,0 +1,146 @@
+// The sky over the antenna: zenith in the middle, horizon outside, north up; what buildings hide is grey.
+
+import { Canvas, kFont } from './canvas';
+import { kPaint, visibilityColour } from './palette';
+import type { State } from './state';
+import type { Store } from './store';
+
+interface Spot {
+  satellite: number;
+  x: number;
+  y: number;
+}
+
+export class SkyPlot {
+  private readonly canvas: Canvas;
+  private spots: Spot[] = [];
+
+  constructor(host: HTMLElement, private readonly store: Store, private readonly state: State) {
+    this.canvas = new Canvas(host, 'sky plot: satellites by azimuth and elevation, with the skyline of buildings',
+      (c, w, h) => this.draw(c, w, h));
+    this.canvas.element.addEventListener('click', (e) => {
+      const box = this.canvas.element.getBoundingClientRect();
+      const near = this.spots
+        .map((s) => ({ s, d: Math.hypot(s.x - (e.clientX - box.left), s.y - (e.clientY - box.top)) }))
+        .sort((a, b) => a.d - b.d)[0];
+      state.selectSatellite(near && near.d < 16 ? near.s.satellite : null);
+    });
+    state.listen((change) => change !== 'playing' && change !== 'camera' && this.canvas.update());
+  }
+
+  private draw(c: CanvasRenderingContext2D, w: number, h: number): void {
+    const paint = kPaint[this.state.theme];
+    const cx = w / 2;
+    const cy = h / 2;
+    const r = Math.min(w, h) / 2 - 17;
+    const on = (azimuth: number, elevation: number): [number, number] => {
+      const d = (r * (90 - elevation)) / 90;
+      const a = (azimuth * Math.PI) / 180;
+      return [cx + d * Math.sin(a), cy - d * Math.cos(a)];
+    };
+    this.skyline(c, paint.skyline, r, cx, cy, on);
+    c.strokeStyle = paint.rule;
+    c.lineWidth = 1;
+    for (const elevation of [0, 30, 60]) {
+      c.beginPath();
+      c.arc(cx, cy, (r * (90 - elevation)) / 90, 0, 2 * Math.PI);
+      c.stroke();
+    }
+    c.beginPath();
+    for (const a of [0, 45, 90, 135]) {
+      c.moveTo(...on(a, 0));
+      c.lineTo(...on(a + 180, 0));
+    }
+    c.stroke();
+    const mask = this.store.header.receivers[this.state.receiver]?.elevation_mask_deg ?? 0;
+    if (mask > 0) {
+      c.setLineDash([3, 3]);
+      c.strokeStyle = paint.faint;
+      c.beginPath();
+      c.arc(cx, cy, (r * (90 - mask)) / 90, 0, 2 * Math.PI);
+      c.stroke();
+      c.setLineDash([]);
+    }
+    c.fillStyle = paint.faint;
+    c.font = `600 11px ${kFont}`;
+    c.textAlign = 'center';
+    c.textBaseline = 'middle';
+    for (const [name, a] of [['N', 0], ['E', 90], ['S', 180], ['W', 270]] as const) c.fillText(name, ...on(a, -8));
+    c.font = `10px ${kFont}`;
+    c.fillText('30°', ...on(22.5, 30));
+    c.fillText('60°', ...on(22.5, 60));
+    this.satellites(c, on);
+  }
+
+  private skyline(c: CanvasRenderingContext2D, colour: string, r: number, cx: number, cy: number,
+                  on: (a: number, e: number) => [number, number]): void {
+    const skyline = this.store.tracks[this.state.receiver]?.skyline(this.state.epoch) ?? new Float64Array();
+    if (skyline.length === 0) return;
+    const step = 360 / skyline.length;
+    c.fillStyle = colour;
+    c.beginPath();
+    c.arc(cx, cy, r, 0, 2 * Math.PI);
+    // Against the circle's turn, so that the open middle is cut out.
+    for (let k = skyline.length - 1; k >= 0; --k) {
+      const e = skyline[k] ?? 0;
+      const to = on((k + 1) * step, e);
+      if (k === skyline.length - 1) c.moveTo(...to);
+      else c.lineTo(...to);
+      c.lineTo(...on(k * step, e));
+    }
+    c.closePath();
+    c.fill('evenodd');
+  }
+
+  private satellites(c: CanvasRenderingContext2D, on: (a: number, e: number) => [number, number]): void {
+    const paint = kPaint[this.state.theme];
+    this.spots = [];
+    for (const row of this.store.satellites(this.state.receiver, this.state.epoch, false)) {
+      const [x, y] = on(row.azimuth, row.elevation);
+      this.spots.push({ satellite: row.satellite, x, y });
+      const colour = visibilityColour(row.visibility, this.state.theme);
+      mark(c, row.visibility, x, y, 6, colour, row.used ? paint.ink : paint.panel);
+      if (row.satellite === this.state.satellite) {
+        c.strokeStyle = paint.accent;
+        c.lineWidth = 2.5;
+        c.beginPath();
+        c.arc(x, y, 10.5, 0, 2 * Math.PI);
+        c.stroke();
+      }
+      c.fillStyle = paint.ink;
+      c.font = `10px ${kFont}`;
+      c.textAlign = 'center';
+      c.textBaseline = 'alphabetic';
+      c.fillText(this.store.header.satellites[row.satellite]?.id ?? '?', x, y - 9);
+    }
+  }
+}
+
+/** Kinds differ in shape as well as colour: disc, square, triangle, cross. */
+export function mark(c: CanvasRenderingContext2D, visibility: number, x: number, y: number, r: number, fill: string,
+                     edge: string): void {
+  c.fillStyle = fill;
+  c.strokeStyle = edge;
+  c.lineWidth = 1.3;
+  c.beginPath();
+  if (visibility === 0) c.arc(x, y, r, 0, 2 * Math.PI);
+  else if (visibility === 1) c.rect(x - r * 0.85, y - r * 0.85, 1.7 * r, 1.7 * r);
+  else if (visibility === 2) {
+    c.moveTo(x, y - 1.1 * r);
+    c.lineTo(x + 1.05 * r, y + 0.8 * r);
+    c.lineTo(x - 1.05 * r, y + 0.8 * r);
+    c.closePath();
+  } else {
+    c.strokeStyle = fill;
+    c.lineWidth = 2.2;
+    const d = 0.7 * r;
+    c.moveTo(x - d, y - d);
+    c.lineTo(x + d, y + d);
+    c.moveTo(x + d, y - d);
+    c.lineTo(x - d, y + d);
+    c.stroke();
+    return;
+  }
+  c.fill();
+  c.stroke();
+}

@@ -1,0 +1,52 @@
+// What the user has chosen; everything that draws listens to it.
+
+import type { Theme } from './palette';
+
+export type CameraMode = 'free' | 'follow' | 'top' | 'first';
+export type Change = 'time' | 'receiver' | 'selection' | 'data' | 'look' | 'camera' | 'playing';
+
+export const kLayers = {
+  rays: 'rays of received satellites',
+  blocked: 'directions of blocked satellites',
+  points: 'reflection points and edges',
+  dome: 'sky dome and satellites',
+  tracks: 'true and estimated track',
+  fix: 'fix, error vector, 95 % ellipse',
+} as const;
+export type Layer = keyof typeof kLayers;
+
+export class State {
+  receiver = 0;
+  /** Seconds since the begin of the run. */
+  time = 0;
+  /** The receiver's epoch at that time. */
+  epoch = 0;
+  playing = false;
+  speed = 1;
+  satellite: number | null = null;
+  object: number | null = null;
+  camera: CameraMode = 'follow';
+  colour: 'height' | 'material' = 'height';
+  theme: Theme = 'light';
+  layers: Record<Layer, boolean> = { rays: true, blocked: false, points: true, dome: true, tracks: true, fix: true };
+
+  private readonly listeners: ((change: Change) => void)[] = [];
+
+  listen(listener: (change: Change) => void): void {
+    this.listeners.push(listener);
+  }
+  changed(change: Change): void {
+    for (const listener of this.listeners) listener(change);
+  }
+  /** Another click on what is selected lets go of it. */
+  selectSatellite(satellite: number | null): void {
+    this.satellite = satellite === this.satellite ? null : satellite;
+    if (this.satellite !== null) this.object = null;
+    this.changed('selection');
+  }
+  selectObject(object: number | null): void {
+    this.object = object;
+    if (object !== null) this.satellite = null;
+    this.changed('selection');
+  }
+}

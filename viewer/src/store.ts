@@ -1,0 +1,278 @@
+// What is loaded of a run: all epochs of every receiver, and blocks of satellites and paths as they are needed.
+
+import { decodeChunk, type ChunkEntry, type Header, type Rows, type Source } from './format';
+
+/** Blocks are dropped, the one not used for longest first, beyond so many bytes (unpacked). */
+export const kMostBlockBytes = 160e6;
+
+export class Track {
+  readonly epochs: Rows;
+  readonly skylines: Rows;
+  readonly time: Float64Array;
+  readonly east: Float64Array;
+  readonly north: Float64Array;
+  readonly up: Float64Array;
+  readonly status: Uint8Array;
+  /** Horizontal error [m], NaN without a fix. */
+  readonly horizontal: Float64Array;
+
+  constructor(epochs: Rows, skylines: Rows) {
+    this.epochs = epochs;
+    this.skylines = skylines;
+    this.time = epochs.column('time_s') as Float64Array;
+    this.east = epochs.column('east_m') as Float64Array;
+    this.north = epochs.column('north_m') as Float64Array;
+    this.up = epochs.column('up_m') as Float64Array;
+    this.status = epochs.column('status') as Uint8Array;
+    const e = epochs.column('error_east_m');
+    const n = epochs.column('error_north_m');
+    this.horizontal = Float64Array.from(e, (value, i) => Math.hypot(value, n[i] ?? NaN));
+  }
+
+  get size(): number {
+    return this.epochs.size;
+  }
+  fixed(epoch: number): boolean {
+    return this.status[epoch] === 1;
+  }
+  /** The last epoch at or before a time [s]; the first one before all. */
+  epochAt(seconds: number): number {
+    let low = 0;
+    let high = this.size - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if ((this.time[middle] ?? 0) <= seconds + 1e-9) low = middle;
+      else high = middle - 1;
+    }
+    return low;
+  }
+  /** Elevations [deg] of the skyline at an epoch, from north clockwise; empty where none is known. */
+  skyline(epoch: number): Float64Array {
+    const row = this.epochs.at('skyline', epoch);
+    if (!(row >= 0)) return new Float64Array();
+    const all = this.skylines.column('elevation');
+    const sectors = all.length / Math.max(1, this.skylines.size);
+    return Float64Array.from(all.subarray(row * sectors, (row + 1) * sectors), (half) => half / 2);
+  }
+}
+
+export interface PathRow {
+  kind: number;
+  order: number;
+  excess: number;
+  loss: number;
+  point: [number, number, number] | null;
+  far: [number, number, number] | null;
+}
+
+export interface SatelliteRow {
+  satellite: number;
+  azimuth: number;
+  elevation: number;
+  visibility: number;
+  aboveMask: boolean;
+  used: boolean;
+  measured: boolean;
+  excluded: boolean;
+  lock: number;
+  cn0: number;
+  trueCn0: number;
+  excess: number;
+  error: number;
+  residual: number;
+  paths: PathRow[];
+}
+
+export class Block {
+  readonly entry: ChunkEntry;
+  readonly satellites: Rows;
+  readonly paths: Rows;
+  lastUse = 0;
+  private readonly begins: Uint32Array;
+  private readonly firstPath: Uint32Array;
+
+  constructor(entry: ChunkEntry, satellites: Rows, paths: Rows) {
+    this.entry = entry;
+    this.satellites = satellites;
+    this.paths = paths;
+    const epoch = satellites.column('epoch');
+    const count = satellites.column('paths');
+    this.begins = new Uint32Array(entry.epochs + 1).fill(satellites.size);
+    this.firstPath = new Uint32Array(satellites.size + 1);
+    for (let row = satellites.size - 1; row >= 0; --row) this.begins[(epoch[row] ?? 0) - entry.first_epoch] = row;
+    for (let e = entry.epochs - 1; e >= 0; --e) {
+      // An epoch without satellites begins where the next one does.
+      this.begins[e] = Math.min(this.begins[e] ?? 0, this.begins[e + 1] ?? satellites.size);
+    }
+    for (let row = 0; row < satellites.size; ++row) {
+      this.firstPath[row + 1] = (this.firstPath[row] ?? 0) + (count[row] ?? 0);
+    }
+  }
+
+  /** First and behind the last row of an epoch. */
+  range(epoch: number): [number, number] {
+    const e = epoch - this.entry.first_epoch;
+    return [this.begins[e] ?? 0, this.begins[e + 1] ?? 0];
+  }
+
+  row(row: number, withPaths: boolean): SatelliteRow {
+    const s = this.satellites;
+    const flags = s.at('flags', row);
+    return {
+      satellite: s.at('satellite', row),
+      azimuth: s.at('azimuth_deg', row),
+      elevation: s.at('elevation_deg', row),
+      visibility: s.at('visibility', row),
+      aboveMask: (flags & 1) !== 0,
+      used: (flags & 2) !== 0,
+      measured: (flags & 4) !== 0,
+      excluded: (flags & 8) !== 0,
+      lock: s.at('lock', row),
+      cn0: s.at('cn0_dbhz', row),
+      trueCn0: s.at('true_cn0_dbhz', row),
+      excess: s.at('excess_m', row),
+      error: s.at('pseudorange_error_m', row),
+      residual: s.at('residual_m', row),
+      paths: withPaths ? this.pathsOf(row) : [],
+    };
+  }
+
+  private pathsOf(row: number): PathRow[] {
+    const p = this.paths;
+    const result: PathRow[] = [];
+    const place = (prefix: string, i: number): [number, number, number] | null => {
+      const east = p.at(`${prefix}_east_m`, i);
+      return Number.isNaN(east) ? null : [east, p.at(`${prefix}_north_m`, i), p.at(`${prefix}_up_m`, i)];
+    };
+    for (let i = this.firstPath[row] ?? 0; i < (this.firstPath[row + 1] ?? 0); ++i) {
+      result.push({
+        kind: p.at('kind', i),
+        order: p.at('order', i),
+        excess: p.at('excess_m', i),
+        loss: p.at('loss_db', i),
+        point: place('point', i),
+        far: place('far', i),
+      });
+    }
+    return result;
+  }
+}
+
+export class Store {
+  readonly header: Header;
+  readonly tracks: Track[] = [];
+  private readonly source: Source;
+  private readonly blocks = new Map<string, Block>();
+  private readonly pending = new Map<string, Promise<Block>>();
+  private readonly entries: ChunkEntry[][];
+  private uses = 0;
+
+  constructor(source: Source, header: Header) {
+    this.source = source;
+    this.header = header;
+    this.entries = header.receivers.map((_, r) =>
+      header.chunks.filter((c) => c.kind === 'block' && c.receiver === r).sort((a, b) => a.first_epoch - b.first_epoch),
+    );
+  }
+
+  /** All epochs of every receiver. */
+  async loadTracks(): Promise<void> {
+    for (let r = 0; r < this.header.receivers.length; ++r) {
+      const entry = this.header.chunks.find((c) => c.kind === 'track' && c.receiver === r);
+      if (!entry) throw new Error(`receiver ${r} has no track`);
+      const tables = decodeChunk(await this.source.file(entry.file), this.header);
+      const epochs = tables.get('epochs');
+      const skylines = tables.get('skylines');
+      if (!epochs || !skylines) throw new Error(`${entry.file} is no track`);
+      this.tracks.push(new Track(epochs, skylines));
+    }
+  }
+
+  private entryOf(receiver: number, epoch: number): ChunkEntry | undefined {
+    return this.entries[receiver]?.find((c) => epoch >= c.first_epoch && epoch < c.first_epoch + c.epochs);
+  }
+
+  /** The block of an epoch if it is loaded. */
+  loaded(receiver: number, epoch: number): Block | undefined {
+    const entry = this.entryOf(receiver, epoch);
+    const block = entry && this.blocks.get(entry.file);
+    if (block) block.lastUse = ++this.uses;
+    return block;
+  }
+
+  /** All loaded blocks of a receiver in order of time. */
+  loadedBlocks(receiver: number): Block[] {
+    return [...this.blocks.values()]
+      .filter((b) => b.entry.receiver === receiver)
+      .sort((a, b) => a.entry.first_epoch - b.entry.first_epoch);
+  }
+
+  /** The block of an epoch; undefined where the run has none. */
+  async load(receiver: number, epoch: number): Promise<Block | undefined> {
+    const entry = this.entryOf(receiver, epoch);
+    if (!entry) return undefined;
+    const there = this.loaded(receiver, epoch);
+    if (there) return there;
+    let pending = this.pending.get(entry.file);
+    if (!pending) {
+      pending = this.fetchBlock(entry);
+      this.pending.set(entry.file, pending);
+    }
+    return pending;
+  }
+
+  private async fetchBlock(entry: ChunkEntry): Promise<Block> {
+    try {
+      const tables = decodeChunk(await this.source.file(entry.file), this.header);
+      const satellites = tables.get('satellites');
+      const paths = tables.get('paths');
+      if (!satellites || !paths) throw new Error(`${entry.file} is no block`);
+      const block = new Block(entry, satellites, paths);
+      block.lastUse = ++this.uses;
+      this.blocks.set(entry.file, block);
+      this.dropOldest();
+      return block;
+    } finally {
+      this.pending.delete(entry.file);
+    }
+  }
+
+  private dropOldest(): void {
+    const bytes = (): number => [...this.blocks.values()].reduce((sum, b) => sum + b.entry.bytes, 0);
+    while (this.blocks.size > 2 && bytes() > kMostBlockBytes) {
+      let oldest: Block | undefined;
+      for (const b of this.blocks.values()) if (!oldest || b.lastUse < oldest.lastUse) oldest = b;
+      if (oldest) this.blocks.delete(oldest.entry.file);
+    }
+  }
+
+  /** Loads the blocks about an epoch, nearest first, as many as the memory for them takes. */
+  async loadAround(receiver: number, epoch: number, onBlock: () => void): Promise<void> {
+    const entries = [...(this.entries[receiver] ?? [])];
+    entries.sort((a, b) => Math.abs(a.first_epoch - epoch) - Math.abs(b.first_epoch - epoch));
+    let bytes = 0;
+    for (const entry of entries) {
+      bytes += entry.bytes;
+      if (bytes > kMostBlockBytes / Math.max(1, this.header.receivers.length)) return;
+      if (this.blocks.has(entry.file)) continue;
+      await this.load(receiver, entry.first_epoch);
+      onBlock();
+      // The page stays alive between blocks.
+      await new Promise((resolve) => setTimeout(resolve));
+    }
+  }
+
+  async city(): Promise<ArrayBuffer> {
+    return this.source.file(this.header.city.file);
+  }
+
+  /** Satellites at an epoch; empty while its block is not loaded. */
+  satellites(receiver: number, epoch: number, withPaths = true): SatelliteRow[] {
+    const block = this.loaded(receiver, epoch);
+    if (!block) return [];
+    const [begin, end] = block.range(epoch);
+    const result: SatelliteRow[] = [];
+    for (let row = begin; row < end; ++row) result.push(block.row(row, withPaths));
+    return result;
+  }
+}

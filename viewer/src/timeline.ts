@@ -1,0 +1,99 @@
+// The time bar: where the run is, where there is no fix, where faults are at work.
+
+import { Canvas, kFont } from './canvas';
+import { kErrorColour, kPaint } from './palette';
+import type { State } from './state';
+import type { Store } from './store';
+
+const kMargin = 8;
+
+export class Timeline {
+  private readonly canvas: Canvas;
+
+  constructor(private readonly host: HTMLElement, private readonly store: Store, private readonly state: State,
+              goTo: (seconds: number) => void) {
+    this.canvas = new Canvas(host, 'time line', (c, w, h) => this.draw(c, w, h));
+    host.setAttribute('role', 'slider');
+    host.setAttribute('aria-label', 'time');
+    host.tabIndex = 0;
+    const scrub = (e: PointerEvent): void => {
+      const box = host.getBoundingClientRect();
+      const share = (e.clientX - box.left - kMargin) / Math.max(1, box.width - 2 * kMargin);
+      goTo(Math.min(1, Math.max(0, share)) * this.length);
+    };
+    host.addEventListener('pointerdown', (e) => {
+      host.setPointerCapture(e.pointerId);
+      scrub(e);
+    });
+    host.addEventListener('pointermove', (e) => {
+      if (e.buttons & 1) scrub(e);
+    });
+    state.listen((change) => {
+      if (change === 'time' || change === 'receiver' || change === 'look') this.update();
+    });
+    this.update();
+  }
+
+  private get length(): number {
+    const track = this.store.tracks[this.state.receiver];
+    return track && track.size > 1 ? (track.time[track.size - 1] ?? 1) : 1;
+  }
+
+  private update(): void {
+    this.host.setAttribute('aria-valuemin', '0');
+    this.host.setAttribute('aria-valuemax', this.length.toFixed(1));
+    this.host.setAttribute('aria-valuenow', this.state.time.toFixed(1));
+    this.canvas.update();
+  }
+
+  private draw(c: CanvasRenderingContext2D, w: number, h: number): void {
+    const paint = kPaint[this.state.theme];
+    const track = this.store.tracks[this.state.receiver];
+    const x = (s: number): number => kMargin + ((w - 2 * kMargin) * s) / this.length;
+    const y = h / 2 - 4;
+    c.fillStyle = paint.rule;
+    c.fillRect(kMargin, y, w - 2 * kMargin, 8);
+    c.fillStyle = paint.accent;
+    c.globalAlpha = 0.45;
+    c.fillRect(kMargin, y, x(this.state.time) - kMargin, 8);
+    c.globalAlpha = 1;
+    if (track) {
+      const interval = this.store.header.time?.interval_s ?? 0;
+      c.fillStyle = kErrorColour;
+      for (let i = 0; i < track.size; ++i) {
+        if (track.fixed(i)) continue;
+        const from = i;
+        while (i + 1 < track.size && !track.fixed(i + 1)) ++i;
+        const left = x(track.time[from] ?? 0);
+        c.fillRect(left, y, Math.max(1.5, Math.min(w - kMargin, x((track.time[i] ?? 0) + interval)) - left), 8);
+      }
+    }
+    this.drawFaults(c, x, y, paint.ink);
+    c.fillStyle = paint.accent;
+    c.strokeStyle = paint.panel;
+    c.lineWidth = 2;
+    c.beginPath();
+    c.arc(x(this.state.time), h / 2, 8, 0, 2 * Math.PI);
+    c.fill();
+    c.stroke();
+  }
+
+  /** Brackets over the bar, each with its name. */
+  private drawFaults(c: CanvasRenderingContext2D, x: (s: number) => number, y: number, ink: string): void {
+    c.strokeStyle = c.fillStyle = ink;
+    c.lineWidth = 1.5;
+    c.font = `9px ${kFont}`;
+    c.textBaseline = 'alphabetic';
+    for (const f of this.store.header.receivers[this.state.receiver]?.faults ?? []) {
+      const left = x(f.from_s);
+      const right = Math.max(left + 2, x(f.until_s));
+      c.beginPath();
+      c.moveTo(left, y + 14);
+      c.lineTo(left, y + 11);
+      c.lineTo(right, y + 11);
+      c.lineTo(right, y + 14);
+      c.stroke();
+      c.fillText(f.name, left + 3, y + 21);
+    }
+  }
+}

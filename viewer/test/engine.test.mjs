@@ -1,0 +1,122 @@
+// What the engine writes, on the page: numbers equal those of the CSV files of the same scenario. CANYON names the program
+// (default: ../build-release/bin/canyon); without it these tests are skipped, and say so.
+import Ajv from 'ajv';
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { existsSync } from 'node:fs';
+import { mkdtemp, readFile, rm, stat } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { after, before, test } from 'node:test';
+import { Session, withoutChromium } from './browser.mjs';
+
+const root = fileURLToPath(new URL('../..', import.meta.url));
+const program = process.env.CANYON ?? join(root, 'build-release/bin/canyon');
+const skip = withoutChromium || (existsSync(program) ? false : `SKIPPED: no ${program} (./run build)`);
+const seconds = '60';
+let folder;
+let s;
+let epochs;
+let satellites;
+
+/** Rows of a CSV file without quoted cells, by the names of its columns. */
+async function csv(file) {
+  const [head, ...lines] = (await readFile(file, 'utf8')).trimEnd().split('\n');
+  const names = head.split(',');
+  return lines.map((line) => Object.fromEntries(line.split(',').map((cell, i) => [names[i], cell])));
+}
+
+before(async () => {
+  if (skip) return;
+  folder = await mkdtemp(join(tmpdir(), 'canyon-engine-'));
+  const scenario = join(root, 'examples/synthetic_drive.yaml');
+  const env = { ...process.env, CANYON_VIEWER: join(root, 'viewer/dist/viewer.html') };
+  execFileSync(program, ['simulate', scenario, '--duration', seconds, '--out', folder, '--view', '--quiet'], { env, stdio: 'inherit' });
+  execFileSync(program, ['view', folder, '--export', join(folder, 'scene.html'), '--quiet'], { env, stdio: 'inherit' });
+  epochs = await csv(join(folder, 'epochs.csv'));
+  satellites = await csv(join(folder, 'satellites.csv'));
+  s = await Session.open(join(folder, 'scene.html'));
+  await s.run(async () => {
+    for (let e = 0; e < canyon.store.tracks[0].size; e += 64) await canyon.store.load(0, e);
+  });
+});
+after(async () => {
+  await s?.close();
+  if (folder) await rm(folder, { recursive: true, force: true });
+});
+
+test('the header is what the schema says', { skip }, async () => {
+  const schema = JSON.parse(await readFile(join(root, 'viewer/schema.json'), 'utf8'));
+  const validate = new Ajv({ allowUnionTypes: true }).compile(schema);
+  const header = JSON.parse(await readFile(join(folder, 'view/view.json'), 'utf8'));
+  assert.ok(validate(header), JSON.stringify(validate.errors));
+  assert.equal(header.receivers[0].summary.epochs, epochs.length);
+});
+
+test('opens from disk: no complaint, no request, below 5 MB', { skip }, async () => {
+  assert.deepEqual(s.complaints, []);
+  assert.deepEqual(s.foreignRequests(), []);
+  assert.ok((await stat(join(folder, 'scene.html'))).size < 5e6);
+});
+
+test('every epoch has the numbers of epochs.csv', { skip }, async () => {
+  const names = ['error_east_m', 'error_north_m', 'error_up_m', 'gdop', 'pdop', 'hdop', 'vdop', 'tdop', 'used', 'visible', 'blocked',
+    'covariance_east_north_m2'];
+  const columns = await s.run((list) => list.map((n) => Array.from(canyon.store.tracks[0].epochs.column(n), String)), names);
+  const time = await s.run(() => Array.from(canyon.store.tracks[0].time));
+  assert.equal(time.length, epochs.length);
+  epochs.forEach((row, i) => {
+    assert.ok(Math.abs(time[i] - (Number(row.gps_tow) - Number(epochs[0].gps_tow))) < 1e-9);
+    names.forEach((n, k) => {
+      if (row[n] === '') return assert.equal(columns[k][i], 'NaN', `${n} at epoch ${i}`);
+      const digits = row[n].split('.')[1]?.length ?? 0;
+      // The file rounds; a tie may fall either way.
+      assert.ok(Math.abs(Number(columns[k][i]) - Number(row[n])) <= 0.5000001 * 10 ** -digits, `${n} at epoch ${i}`);
+    });
+  });
+});
+
+test('every satellite has the numbers of satellites.csv', { skip }, async () => {
+  const rows = await s.run(() => {
+    const { store } = canyon;
+    const result = [];
+    for (let e = 0; e < store.tracks[0].size; ++e) {
+      for (const r of store.satellites(0, e, false)) {
+        result.push([store.header.satellites[r.satellite].id, r.azimuth, r.elevation, store.header.words.visibility[r.visibility],
+          r.used ? '1' : '0', store.header.words.lock[r.lock], String(r.cn0), String(r.trueCn0), String(r.excess), String(r.error),
+          String(r.residual)]);
+      }
+    }
+    return result;
+  });
+  assert.equal(rows.length, satellites.length);
+  // Single precision: 6e-8 of the value, beside half a digit of the file.
+  const near = (shown, cell, digits) => (cell === '' ? shown === 'NaN'
+    : Math.abs(Number(shown) - Number(cell)) <= 0.51 * 10 ** -digits + 1.2e-7 * Math.abs(Number(cell)));
+  rows.forEach(([id, azimuth, elevation, visibility, used, lock, cn0, trueCn0, excess, error, residual], i) => {
+    const row = satellites[i];
+    const where = `${row.sat} in row ${i}`;
+    assert.equal(id, row.sat, where);
+    assert.ok(Math.abs(((azimuth - Number(row.azimuth_deg) + 540) % 360) - 180) < 2e-5, where);
+    assert.ok(Math.abs(elevation - Number(row.elevation_deg)) < 1e-5, where);
+    assert.deepEqual([visibility, used, lock], [row.visibility, row.used, row.lock], where);
+    assert.ok(near(cn0, row.cn0_dbhz, 2) && near(trueCn0, row.true_cn0_dbhz, 2), `C/N0 of ${where}`);
+    assert.ok(near(excess, row.excess_path_m, 4) && near(error, row.pseudorange_error_m, 4) && near(residual, row.residual_m, 4),
+      `errors of ${where}`);
+  });
+});
+
+test('what people read is what the file says', { skip }, async () => {
+  for (const i of [0, Math.floor(epochs.length / 2), epochs.length - 1]) {
+    await s.run((seconds) => canyon.goTo(seconds), Number(epochs[i].gps_tow) - Number(epochs[0].gps_tow));
+    const row = epochs[i];
+    for (const n of ['error_east_m', 'error_north_m', 'error_up_m']) {
+      const shown = (await s.text(`#readout [data-name="${n}"]`)).split(' ')[0];
+      if (row[n] === '') assert.equal(shown, '–');
+      else assert.ok(Math.abs(Number(shown) - Number(row[n])) <= 0.0051, `${n}: ${shown}, ${row[n]}`);
+    }
+    const ids = await s.page.locator('tr[data-satellite] th').allInnerTexts();
+    assert.deepEqual(ids, satellites.filter((r) => r.gps_tow === row.gps_tow).map((r) => r.sat));
+  }
+});

@@ -1,0 +1,147 @@
+// The page with a made-up view whose numbers are known by hand (sample.mjs).
+import Ajv from 'ajv';
+import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { after, before, test } from 'node:test';
+import { Session, withoutChromium } from './browser.mjs';
+import { fillPage, sampleView } from './sample.mjs';
+
+const skip = withoutChromium;
+const page = await readFile(new URL('../dist/viewer.html', import.meta.url), 'utf8');
+let s;
+before(async () => {
+  if (!skip) s = await Session.open(fillPage(page, sampleView()));
+});
+after(() => s?.close());
+const clean = () => {
+  assert.deepEqual(s.complaints, []);
+  assert.deepEqual(s.foreignRequests(), []);
+};
+
+test('the sample is what the schema says', async () => {
+  const schema = JSON.parse(await readFile(new URL('../schema.json', import.meta.url), 'utf8'));
+  const validate = new Ajv({ allowUnionTypes: true }).compile(schema);
+  assert.ok(validate(sampleView().header), JSON.stringify(validate.errors));
+  assert.ok(!validate({ ...sampleView().header, version: 2 }));
+});
+
+test('opens from disk without a network or a complaint', { skip }, async () => {
+  assert.equal(await s.text('[data-name="status"]'), 'fix');
+  assert.match(await s.text('#title'), /^sample <\/script> drive/);
+  clean();
+});
+
+test('something is drawn in three dimensions', { skip }, async () => {
+  const drawn = await s.run(() => {
+    const { scene } = window.canyon;
+    scene.request();
+    scene.frame();
+    const gl = document.querySelector('#stage canvas').getContext('webgl2');
+    const pixels = new Uint8Array(4 * 64 * 64);
+    gl.readPixels(gl.drawingBufferWidth / 2 - 32, gl.drawingBufferHeight / 2 - 32, 64, 64, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return new Set(new Uint32Array(pixels.buffer)).size;
+  });
+  assert.ok(drawn > 50, `${drawn} colours`);
+});
+
+test('scrubbing goes to the epoch under the mouse', { skip }, async () => {
+  const box = await s.page.locator('#timeline').boundingBox();
+  // 119 s over the bar less 8 px on each side: 30 s.
+  await s.page.mouse.click(box.x + 8 + ((box.width - 16) * 30.2) / 119, box.y + box.height / 2);
+  assert.equal(await s.run('canyon.state.epoch'), 30);
+  assert.equal(await s.raw('error_east_m'), 3);      // e / 10
+  assert.equal(await s.raw('error_north_m'), 1.5);   // e / 20
+  assert.ok(Math.abs((await s.raw('horizontal')) - Math.hypot(3, 1.5)) < 1e-12);
+  assert.equal(await s.text('[data-name="clock"]'), '08:00:30.0');
+  clean();
+});
+
+test('to the next loss of fix, and to the largest error', { skip }, async () => {
+  await s.page.keyboard.press('Home');
+  await s.page.keyboard.press('l');
+  assert.equal(await s.run('canyon.state.epoch'), 50);
+  assert.equal(await s.text('[data-name="status"]'), 'no fix: too few satellites');
+  assert.match(await s.text('#readout p'), /jammer/);
+  await s.page.click('#largest');
+  assert.equal(await s.run('canyon.state.epoch'), 119);
+  await s.page.keyboard.press('l');  // round the end
+  assert.equal(await s.run('canyon.state.epoch'), 50);
+  clean();
+});
+
+test('a click in one panel selects in all', { skip }, async () => {
+  await s.page.keyboard.press('Home');
+  await s.page.click('#tabs [data-tab=satellites]');
+  await s.page.click('tr[data-satellite="2"]');
+  assert.equal(await s.run('canyon.state.satellite'), 2);
+  assert.match(await s.text('#tab-details h3'), /^G12 GPS, NLOS, tracking/);
+  assert.equal(await s.page.locator('.label.chosen').innerText(), 'G12');
+  assert.deepEqual(await s.page.locator('table.paths tbody tr').allInnerTexts(),
+    ['reflected\t12.50\t6.0', 'reflected, 2 times\t30.00\t14.0']);
+  // Sky plot: E07 (index 7) stands at azimuth 210, elevation 15 + 203 mod 70 = 78.
+  const box = await s.page.locator('#skyplot canvas').boundingBox();
+  const r = (Math.min(box.width, box.height) / 2 - 17) * (90 - 78) / 90;
+  const a = (210 * Math.PI) / 180;
+  await s.page.mouse.click(box.x + box.width / 2 + r * Math.sin(a), box.y + box.height / 2 - r * Math.cos(a));
+  assert.equal(await s.run('canyon.state.satellite'), 7);
+  await s.page.keyboard.press('Escape');
+  assert.equal(await s.run('canyon.state.satellite'), null);
+  clean();
+});
+
+test('a click on a building tells its height and where that came from', { skip }, async () => {
+  // From above, the camera over the middle of block 1 (-296..-236 east and north).
+  await s.run(() => {
+    const { canyon } = window;
+    canyon.state.camera = 'top';
+    canyon.state.changed('camera');
+    canyon.scene.control.target.set(-266, -266, 0);
+  });
+  const box = await s.page.locator('#stage').boundingBox();
+  await s.page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+  assert.equal(await s.text('#tab-details h3'), 'block 1');
+  assert.equal(await s.text('[data-name="height"]'), '12.0 m');
+  assert.match(await s.text('#tab-details'), /storeys in the map/);
+  clean();
+});
+
+test('every camera, both themes, both colourings and the help', { skip }, async () => {
+  await s.page.keyboard.press('Escape');
+  for (const key of ['1', '4', '3', '2', 'd', 'c']) await s.page.keyboard.press(key);
+  assert.equal(await s.page.getAttribute('#cameras [data-camera=follow]', 'aria-pressed'), 'true');
+  assert.equal(await s.page.getAttribute('html', 'data-theme'), 'dark');
+  await s.page.keyboard.press('?');
+  assert.match(await s.text('#help'), /What is what/);
+  await s.page.keyboard.press('Escape');
+  await s.page.keyboard.press('d');
+  await s.page.keyboard.press('c');
+  clean();
+});
+
+test('plays on at its speed and stops at the end', { skip }, async () => {
+  await s.run(() => window.canyon.goTo(110));
+  await s.page.selectOption('#speed', '60');
+  await s.page.keyboard.press(' ');
+  await s.page.waitForFunction(() => !window.canyon.state.playing);
+  assert.equal(await s.run('canyon.state.epoch'), 119);
+  await s.page.selectOption('#speed', '1');
+  clean();
+});
+
+test('nothing is cut off at 1280 x 720', { skip }, async () => {
+  const over = await s.run(() => [...document.querySelectorAll('header > *, #controls > *, aside')].filter((e) => {
+    const b = e.getBoundingClientRect();
+    return b.width > 0 && (b.right > innerWidth + 0.5 || b.bottom > innerHeight + 0.5);
+  }).map((e) => e.id || e.tagName));
+  assert.deepEqual(over, []);
+});
+
+test('says what is wrong with data of another version', { skip }, async () => {
+  const view = sampleView({ epochs: 2 });
+  const other = await Session.open(fillPage(page, { ...view, header: { ...view.header, version: 2 } }));
+  try {
+    assert.match(await other.text('.fatal'), /version 2/);
+  } finally {
+    await other.close();
+  }
+});
