@@ -93,7 +93,7 @@ class Maps(unittest.TestCase):
         timer.start()
         with self.assertRaises(canyon.Interrupted) as caught:
             canyon.heatmap(dict(self.scenario, receivers=[{"name": "car"}]), box=(-100, -100, 100, 100),
-                           spacing_m=1, altitudes_m=2)
+                           spacing_m=1, altitudes_m=2, receivers="run")
         self.assertIn(255, caught.exception.result.state)
 
     def test_bad_maps(self):
@@ -107,6 +107,8 @@ class Maps(unittest.TestCase):
         wrong("four numbers", box=(10, 0))
         wrong("values", spacing_m=0.01)
         wrong("altitude_kind", altitude_kind="sea")
+        wrong("model", receivers="walk")
+        wrong("path_nodes_m", path_nodes_m=-1)
 
 
 if __name__ == "__main__":
