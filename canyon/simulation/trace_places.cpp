@@ -91,9 +91,7 @@ void trace_places(const Environment& environment, const propagation::Propagator&
   };
   for_each_place(places_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
     const Eigen::Vector3d& place = places_enu[i];
-    if (!place.allFinite()) {
-      throw InputError(fmt::format("NaN: place {} is not finite", i), "give east, north and up in metres");
-    }
+    raytrace::check_place(place, fmt::format("place {}", i));
     const propagation::Arrival arrival =
         make_arrival(environment.sky(), ascending, environment.scene(),
                      {times[times.size() == 1 ? 0 : i], frame.ecef_from_local(place), place,
@@ -127,9 +125,7 @@ void trace_places(const Environment& environment, const propagation::Propagator&
   }
   for_each_place(places_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
     const Eigen::Vector3d& place = places_enu[i];
-    if (!place.allFinite()) {
-      throw InputError(fmt::format("NaN: place {} is not finite", i), "give east, north and up in metres");
-    }
+    raytrace::check_place(place, fmt::format("place {}", i));
     const raytrace::Placement placement = environment.scene().placement(place);
     std::vector<propagation::SatellitePaths> found(directions.size());
     if (placement == raytrace::Placement::Free) propagator.trace(place, directions, found);
