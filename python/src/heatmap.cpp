@@ -45,8 +45,7 @@ class Map {
     if (!layers.empty()) request_.layers.clear();
     for (const std::string& layer : layers) {
       if (layer == "all") {
-        request_.layers.clear();
-        for (const heatmap::LayerInfo& each : heatmap::all_layers()) request_.layers.push_back(each.layer);
+        request_.layers = heatmap::layers_of_one_look();
         break;
       }
       request_.layers.push_back(heatmap::layer_by_name(layer));
