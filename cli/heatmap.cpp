@@ -470,8 +470,9 @@ void add_heatmap(CLI::App& app, Action& action) {
   command->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
   command->footer("Layers:" + layer_list() + kFooter);
   const CLI::App* query = add_heatmap_query(*command, action);
-  command->callback([arguments, query, &action] {
-    if (!query->parsed()) action = [arguments] { return run(*arguments); };
+  const CLI::App* judge = add_heatmap_judge(*command, action);
+  command->callback([arguments, query, judge, &action] {
+    if (!query->parsed() && !judge->parsed()) action = [arguments] { return run(*arguments); };
   });
 }
 
