@@ -1033,6 +1033,38 @@ low, middle = sorted(one)[:2]
 assert abs(low + 0.1 * (middle - low) - p95) < 1e-5, (one, p95)
 P
   runs 2 "$canyon" "${many[@]}" --runs 0 --out bad; one_line; says err --runs ;;
+heatmap_judge)
+  # Canyon's own receiver as the recorded one, beside a map of it: its errors are those of the simulation, and the
+  # table counts them.
+  sed -i 's/speed_mps: 6/speed_mps: 3/' small.yaml
+  runs 0 "$canyon" simulate small.yaml --out res --quiet
+  awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' res/epochs.csv >truth.csv
+  sed 's/^sky:.*/sky: {navigation: [res\/sky.nav]}/' small.yaml >judge.yaml
+  runs 0 "$canyon" heatmap small.yaml --out map --enu-box=-70,-8,70,8 --spacing 2 --altitude 2 --times 0/40/20 --draws 40 \
+    --layers horizontal_error_p50,horizontal_error_p95,availability --format netcdf --quiet
+  judge=("$canyon" heatmap judge map/map.nc judge.yaml --obs res/receiver.obs --truth truth.csv --format urbannav --no-atmosphere)
+  runs 0 "${judge[@]}" --out judged
+  says out "whole recording" "in computed cells" "map's best third" "within 95 %"
+  for f in judged.csv judged.png judged.svg; do [ -s judged/$f ] || fail "no $f"; done
+  python3 - <<'P' || fail "judged.csv is not what was simulated"
+import csv, math
+rows = list(csv.DictReader(open("judged/judged.csv")))
+drive = list(csv.DictReader(open("res/epochs.csv")))
+assert 39 <= len(rows) <= 41 and all(r["known"] == "1" for r in rows), len(rows)
+east, north = (next(k for k in drive[0] if k.startswith("error_" + axis)) for axis in ("east", "north"))
+errors = [math.hypot(float(d[east]), float(d[north])) for d in drive]
+for r in rows:
+    assert min(abs(float(r["error_m"]) - e) for e in errors) < 0.1, r
+within = sum(float(r["error_m"]) <= float(r["map_p95_m"]) for r in rows) / len(rows)
+all_of = next(line for line in open("out") if line.startswith("all ")).split()
+assert abs(float(all_of[4]) - 100 * within) < 0.06, (all_of, within)
+P
+  runs 0 "${judge[@]}" --quiet; [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
+  runs 0 "$canyon" heatmap small.yaml --out poor --enu-box=-9,-8,9,8 --layers hdop --format netcdf --quiet
+  runs 2 "$canyon" heatmap judge poor/map.nc "${judge[@]:4}"; one_line; says err "no layer horizontal_error_p50"
+  runs 0 "$canyon" heatmap small.yaml --out far --enu-box=60,60,70,70 --altitude 2 --layers horizontal_error_p50,horizontal_error_p95 --format netcdf --quiet
+  runs 2 "$canyon" heatmap judge far/map.nc "${judge[@]:4}"; one_line; says err "knows no place"
+  runs 2 "$canyon" heatmap judge absent.nc "${judge[@]:4}"; one_line; says err absent.nc ;;
 study_ranks)
   sed -i '$a receivers: [{name: car}]\nduration_s: 2' small.yaml
   printf '%s\n' 'scenario: small.yaml' 'axes: [{seeds: 40}]' >study.yaml
