@@ -246,15 +246,15 @@ class Command {
     return kInterrupted;
   }
 
-  [[nodiscard]] heatmap::MapSource source(heatmap::OverRuns what) const {
+  [[nodiscard]] heatmap::MapSource source(heatmap::OverRuns over) const {
     heatmap::MapSource source =
         heatmap::map_source(*heatmap_, *stores_.front(), *environment_, receiver_, scenario_);
     if (arguments_.runs > 1) {
       // All runs are cut alike, so that one map tells where the units of each stand.
       std::vector<std::function<std::optional<heatmap::MapSource::Slice>(std::size_t, std::size_t)>> runs;
       for (const auto& store : stores_) runs.push_back(heatmap::store_slices(*heatmap_, *store));
-      source.slice = heatmap::slices_over_runs(std::move(runs), request_.layers, what);
-      const bool mean = what == heatmap::OverRuns::Mean;
+      source.slice = heatmap::slices_over_runs(std::move(runs), request_.layers, over);
+      const bool mean = over == heatmap::OverRuns::Mean;
       source.title += fmt::format(", {} {} runs", mean ? "mean of" : "95 % over", arguments_.runs);
       source.attributes["runs"] = std::to_string(arguments_.runs);
       source.attributes.erase("georeference");
@@ -269,9 +269,9 @@ class Command {
     return source;
   }
 
-  void write(const fs::path& folder, heatmap::OverRuns what) const {
+  void write(const fs::path& folder, heatmap::OverRuns over) const {
     make_output_folder(folder);
-    heatmap::MapSource map = source(what);
+    heatmap::MapSource map = source(over);
     const auto with_progress = [&](const char* what, auto&& writer) {
       Progress progress(what, quiet());
       map.progress = progress.callback();
@@ -296,20 +296,22 @@ class Command {
         }
       });
     }
-    if (!quiet()) tell(summary, folder, files, what);
+    if (!quiet()) tell(summary, folder, files, over);
   }
 
   void tell(const heatmap::MapSummary& summary, const fs::path& folder, const std::vector<std::string>& files,
-            heatmap::OverRuns what) const {
+            heatmap::OverRuns over) const {
     const auto cells = static_cast<double>(summary.cells);
     const auto in = [&](heatmap::CellState state) { return static_cast<double>(summary.in_state(state)); };
-    std::vector<std::vector<std::string>> figures{
-        {"cells (times altitudes)", short_count(cells)},
-        {"computed now", fmt::format("{} in {:.2f} s, {} cells/s",
+    std::vector<std::vector<std::string>> figures{{"cells (times altitudes)", short_count(cells)}};
+    if (over == heatmap::OverRuns::Mean) {
+      figures.push_back({"computed now",
+                         fmt::format("{} in {:.2f} s, {} cells/s",
                                      short_count(static_cast<double>(result_.cells_computed)), result_.wall_s,
                                      short_count(static_cast<double>(result_.cells_computed) /
-                                                 std::max(result_.wall_s, 1e-9)))},
-        {"inside buildings", percent(in(heatmap::CellState::InsideBuilding), cells)}};
+                                                 std::max(result_.wall_s, 1e-9)))});
+    }
+    figures.push_back({"inside buildings", percent(in(heatmap::CellState::InsideBuilding), cells)});
     for (const auto& [state, what] : {std::pair{heatmap::CellState::UnderTerrain, "under terrain"},
                                       std::pair{heatmap::CellState::NoTerrain, "without terrain"},
                                       std::pair{heatmap::CellState::OutsideArea, "outside the area"}}) {
@@ -317,7 +319,7 @@ class Command {
     }
     if (summary.availability) figures.push_back({"availability of a fix", percent(*summary.availability, 1)});
     const std::string name = arguments_.runs == 1              ? "map"
-                             : what == heatmap::OverRuns::Mean ? "mean of runs"
+                             : over == heatmap::OverRuns::Mean ? "mean of runs"
                                                                : "95 % over runs";
     fmt::print("\n");
     print_table({name, ""}, figures);
