@@ -169,6 +169,7 @@ double CellReceivers::first_fix_at(geodesy::GpsTime time, const Vector3d& place)
   if (limits_.start == StartKind::Hot) lock.cold_acquisition_s = lock.reacquisition_s;
   const std::vector<disturbance::Source> disturbances = disturbances_at(place);
   std::vector<std::unique_ptr<receiver::Receiver>> starting;
+  starting.reserve(static_cast<std::size_t>(draws_.draws));
   for (int d = 0; d < draws_.draws; ++d) {
     starting.push_back(std::make_unique<receiver::Receiver>(options, seed_of(draws_, time, d), disturbances));
   }

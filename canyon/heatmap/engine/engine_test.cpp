@@ -199,7 +199,9 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
       EXPECT_FALSE(result.interrupted);
       EXPECT_TRUE(same_bits(stored(map, store), expected)) << threads;
     }
-    // As two processes: each its own map and its own view of the folder, one count for both.
+    // As two processes: each its own map and its own view of the folder, one count for both. The first makes
+    // the folder before the other comes.
+    { const TileStore made(folder / "ranks", map.key(), ""); }
     std::atomic<std::size_t> next{0}, units{0};
     std::atomic<int> ready{0};
     const auto process = [&] {
