@@ -1,5 +1,7 @@
 #include "canyon/study/runner.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <exception>
 #include <future>

@@ -42,6 +42,7 @@ using Draws = std::vector<std::vector<std::uint16_t>>;
 
 Draws draw(const std::vector<MapEpoch>& epochs) {
   std::vector<geodesy::GpsTime> times;
+  times.reserve(epochs.size());
   for (const MapEpoch& epoch : epochs) times.push_back(epoch.time);
   return block_draws(epochs.size(), epochs_in(kBlock_s, times), kResamples, 1);
 }
