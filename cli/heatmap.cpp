@@ -36,6 +36,8 @@ namespace {
 namespace fs = std::filesystem;
 using geodesy::GpsTime;
 
+constexpr int kMostRuns = 10'000;
+
 /// Ctrl-C while files are written: thrown through the writers.
 struct Interrupted {};
 
@@ -48,43 +50,75 @@ std::string percent(double part, double whole) {
 
 class Command {
  public:
-  Command(const HeatmapArguments& arguments, const Ranks& ranks)
+  Command(const HeatmapArguments& arguments, Ranks& ranks)
       : arguments_(arguments), ranks_(ranks), stop_(catch_interrupts()) {}
 
   int run() {
     read();
     load();
-    const heatmap::Heatmap heatmap(*environment_, receiver_, request_,
-                                   heatmap::input_key(*environment_, request_.times));
-    const fs::path tiles = fs::path(arguments_.out) / "tiles";
-    // The first rank makes the folder, or refuses one of another map; then the others find it.
-    std::unique_ptr<heatmap::TileStore> store;
-    if (ranks_.rank() == 0) store = open(tiles, heatmap);
-    ranks_.barrier();
-    if (!store) store = open(tiles, heatmap);
-    compute(heatmap, *store);
-    const bool interrupted = ranks_.sum(result_.interrupted ? 1 : 0) > 0;
-    result_.cells_computed = ranks_.sum(result_.cells_computed);
-    result_.resumed = ranks_.sum(result_.resumed);
+    // Everything of one run before the next one: cities are large. The first one's stays, for the writers.
+    for (int i = 0; i < arguments_.runs; ++i) {
+      simulation::Scenario scenario = scenario_;
+      scenario.seed += static_cast<std::uint64_t>(i);
+      std::vector<std::string> drawn;
+      std::unique_ptr<simulation::Environment> environment = environment_of(scenario, drawn);
+      if (i == 0) warn(drawn);
+      heatmap::Request request = request_;
+      request.draws.seed = scenario.seed;
+      auto heatmap = std::make_unique<heatmap::Heatmap>(*environment, receiver_, request,
+                                                        heatmap::input_key(*environment, request.times));
+      // The first rank makes the folder, or refuses one of another map; then the others find it.
+      std::unique_ptr<heatmap::TileStore> store;
+      if (ranks_.rank() == 0) store = open(tiles_of(i), *heatmap);
+      ranks_.barrier();
+      if (!store) store = open(tiles_of(i), *heatmap);
+      const heatmap::RunResult result = compute(*heatmap, *store, i);
+      result_.cells_computed += ranks_.sum(result.cells_computed);
+      result_.resumed += result.resumed;
+      result_.wall_s += result.wall_s;
+      stores_.push_back(std::move(store));
+      if (i == 0) {
+        environment_ = std::move(environment);
+        heatmap_ = std::move(heatmap);
+      }
+      result_.interrupted = ranks_.sum(result.interrupted ? 1 : 0) > 0;
+      if (result_.interrupted) break;
+    }
     // The first one writes; the others wait for it, so that all end with one status.
-    int status = interrupted ? kInterrupted : kOk;
-    if (ranks_.rank() == 0)
-      status = interrupted ? tell_interrupted(heatmap, *store) : finish(heatmap, *store);
+    int status = result_.interrupted ? kInterrupted : kOk;
+    if (ranks_.rank() == 0) status = result_.interrupted ? tell_interrupted() : finish();
     return static_cast<int>(ranks_.sum(ranks_.rank() == 0 ? static_cast<std::size_t>(status) : 0));
   }
 
  private:
-  int finish(const heatmap::Heatmap& heatmap, heatmap::TileStore& store) const {
+  int finish() const {
     if (result_.resumed > 0) {
-      note(fmt::format("resumed     {} of {} tiles were there", result_.resumed, heatmap.unit_count()));
+      note(fmt::format("resumed     {} of {} tiles were there", result_.resumed, tiles()));
     }
     try {
-      write(heatmap, store);
+      write(arguments_.out, heatmap::OverRuns::Mean);
+      if (arguments_.runs > 1) {
+        write(fs::path(arguments_.out) / "p95", heatmap::OverRuns::P95);
+      }
     } catch (const Interrupted&) {
-      return tell_interrupted(heatmap, store);
+      return tell_interrupted();
     }
-    if (!arguments_.keep_tiles) store.remove();
+    if (!arguments_.keep_tiles) {
+      for (const auto& store : stores_) store->remove();
+      if (arguments_.runs > 1) {
+        std::error_code ignored;  // of another program's files in it
+        fs::remove(fs::path(arguments_.out) / "tiles", ignored);
+      }
+    }
     return kOk;
+  }
+
+  [[nodiscard]] fs::path tiles_of(int run) const {
+    const fs::path tiles = fs::path(arguments_.out) / "tiles";
+    return arguments_.runs == 1 ? tiles : tiles / fmt::format("run-{:04}", run + 1);
+  }
+  [[nodiscard]] std::size_t tiles() const {
+    return heatmap_->unit_count() * static_cast<std::size_t>(arguments_.runs);
   }
 
   [[nodiscard]] bool quiet() const { return arguments_.quiet || ranks_.rank() > 0; }
@@ -112,6 +146,7 @@ class Command {
     if (arguments_.seed) scenario_.seed = *arguments_.seed;
     request_.draws = {arguments_.noise.draws, scenario_.seed};
     request_.receivers = arguments_.receivers;
+    request_.limits = arguments_.limits;
     request_.times = for_option(
         "--times", [&] { return heatmap::parse_times(arguments_.times, scenario_start(scenario_)); });
     std::string instants = arguments_.times;
@@ -120,14 +155,18 @@ class Command {
       if (ranks_.rank() == 0 && piece.find(':') != std::string_view::npos) warn_of_no_zone(piece);
     }
     receiver_ = choose_receiver(scenario_, arguments_.receiver, arguments_.model);
+    if (arguments_.runs < 1 || arguments_.runs > kMostRuns) {
+      throw InputError(fmt::format("--runs {} is out of range", arguments_.runs),
+                       fmt::format("give 1 to {}", kMostRuns));
+    }
     make_output_folder(arguments_.out);
+    if (arguments_.runs > 1) make_output_folder(fs::path(arguments_.out) / "tiles");
   }
 
   void load() {
     const auto begin = std::chrono::steady_clock::now();
-    std::vector<std::string> warnings;
-    city::City city = simulation::load_city(scenario_, warnings);
-    warn(warnings);
+    city_ = simulation::load_city_source(scenario_.city);
+    const city::City& city = city_;
     if (!scenario_.city.open && city.mesh.triangles.empty()) {
       throw InputError(scenario_.file, 0,
                        fmt::format("the city '{}' is empty: it has no triangle", city.name),
@@ -147,13 +186,20 @@ class Command {
       simulation::require_ionosphere(sky);
     }
     check_times(*sky.sky);
-    environment_ =
-        std::make_unique<simulation::Environment>(std::move(city), sky.sky, sky.navigation.klobuchar);
+    sky_ = std::move(sky);
     const heatmap::Grid& grid = request_.grid;
     note(fmt::format("grid        {} x {} cells of {:g} m, {} altitude{}, {} time{} from {}", grid.columns,
                      grid.rows, grid.spacing_m, request_.altitudes_m.size(),
                      request_.altitudes_m.size() > 1 ? "s" : "", times.size(), times.size() > 1 ? "s" : "",
                      geodesy::format_utc(times.front(), 0)));
+  }
+
+  /// The city as one run draws it, under the sky of all.
+  [[nodiscard]] std::unique_ptr<simulation::Environment> environment_of(const simulation::Scenario& scenario,
+                                                                        std::vector<std::string>& drawn) {
+    const bool last = scenario.seed + 1 == scenario_.seed + static_cast<std::uint64_t>(arguments_.runs);
+    city::City city = simulation::draw_city(last ? std::move(city_) : city::City(city_), scenario, drawn);
+    return std::make_unique<simulation::Environment>(std::move(city), sky_.sky, sky_.navigation.klobuchar);
   }
 
   void check_times(const orbit::Sky& sky) const {
@@ -170,31 +216,50 @@ class Command {
     return std::make_unique<heatmap::TileStore>(folder, heatmap.key(), command_of(arguments_, request_));
   }
 
-  void compute(const heatmap::Heatmap& heatmap, heatmap::TileStore& store) {
-    Progress progress("mapping", quiet(), "cells");
+  [[nodiscard]] heatmap::RunResult compute(const heatmap::Heatmap& heatmap, heatmap::TileStore& store,
+                                           int run) {
+    Progress progress(arguments_.runs == 1 ? std::string("mapping")
+                                           : fmt::format("mapping {} of {}", run + 1, arguments_.runs),
+                      quiet(), "cells");
     heatmap::RunOptions options;
     options.threads = arguments_.threads;
     options.stop = &stop_;
-    options.rank = ranks_.rank();
-    options.ranks = ranks_.size();
+    if (ranks_.size() > 1) {
+      options.processes = ranks_.size();
+      options.begin_dealing = [this] { ranks_.begin_dealing(); };
+      options.deal = [this] { return ranks_.next(); };
+    }
     options.progress = progress.callback();
-    result_ = heatmap.run(store, options);
+    return heatmap.run(store, options);
   }
 
-  int tell_interrupted(const heatmap::Heatmap& heatmap, const heatmap::TileStore& store) const {
+  int tell_interrupted() const {
     std::size_t finished = 0;
-    for (std::size_t i = 0; i < heatmap.unit_count(); ++i) finished += store.has(i) ? 1 : 0;
+    for (const auto& store : stores_) {
+      for (std::size_t i = 0; i < heatmap_->unit_count(); ++i) finished += store->has(i) ? 1 : 0;
+    }
     fmt::print(
         stderr,
         "canyon: interrupted: {} of {} tiles are finished and kept in {}; the same command goes on from "
         "there\n",
-        finished, heatmap.unit_count(), (fs::path(arguments_.out) / "tiles").string());
+        finished, tiles(), (fs::path(arguments_.out) / "tiles").string());
     return kInterrupted;
   }
 
-  [[nodiscard]] heatmap::MapSource source(const heatmap::Heatmap& heatmap,
-                                          const heatmap::TileStore& store) const {
-    heatmap::MapSource source = heatmap::map_source(heatmap, store, *environment_, receiver_, scenario_);
+  [[nodiscard]] heatmap::MapSource source(heatmap::OverRuns over) const {
+    heatmap::MapSource source =
+        heatmap::map_source(*heatmap_, *stores_.front(), *environment_, receiver_, scenario_);
+    if (arguments_.runs > 1) {
+      // All runs are cut alike, so that one map tells where the units of each stand.
+      std::vector<std::function<std::optional<heatmap::MapSource::Slice>(std::size_t, std::size_t)>> runs;
+      for (const auto& store : stores_) runs.push_back(heatmap::store_slices(*heatmap_, *store));
+      source.slice = heatmap::slices_over_runs(std::move(runs), request_.layers, over);
+      const bool mean = over == heatmap::OverRuns::Mean;
+      source.title += fmt::format(", {} {} runs", mean ? "mean of" : "95 % over", arguments_.runs);
+      source.attributes["runs"] = std::to_string(arguments_.runs);
+      source.attributes.erase("georeference");
+      source.over_runs = mean ? "mean" : "percentile (95th, of layers where more is better the 5th)";
+    }
     source.history = command_of(arguments_, request_);
     source.source = "Canyon " CANYON_VERSION;
     source.slice = [this, slices = std::move(source.slice)](std::size_t tile, std::size_t time) {
@@ -204,8 +269,9 @@ class Command {
     return source;
   }
 
-  void write(const heatmap::Heatmap& heatmap, const heatmap::TileStore& store) const {
-    heatmap::MapSource map = source(heatmap, store);
+  void write(const fs::path& folder, heatmap::OverRuns over) const {
+    make_output_folder(folder);
+    heatmap::MapSource map = source(over);
     const auto with_progress = [&](const char* what, auto&& writer) {
       Progress progress(what, quiet());
       map.progress = progress.callback();
@@ -213,7 +279,6 @@ class Command {
       map.progress = nullptr;
     };
     const heatmap::MapSummary summary = heatmap::summarize(map);
-    const fs::path folder = arguments_.out;
     std::vector<std::string> files;
     if (formats_.netcdf) {
       with_progress("writing NetCDF", [&] { heatmap::write_netcdf(folder / "map.nc", map); });
@@ -231,27 +296,33 @@ class Command {
         }
       });
     }
-    if (!quiet()) tell(summary, files);
+    if (!quiet()) tell(summary, folder, files, over);
   }
 
-  void tell(const heatmap::MapSummary& summary, const std::vector<std::string>& files) const {
+  void tell(const heatmap::MapSummary& summary, const fs::path& folder, const std::vector<std::string>& files,
+            heatmap::OverRuns over) const {
     const auto cells = static_cast<double>(summary.cells);
     const auto in = [&](heatmap::CellState state) { return static_cast<double>(summary.in_state(state)); };
-    std::vector<std::vector<std::string>> figures{
-        {"cells (times altitudes)", short_count(cells)},
-        {"computed now", fmt::format("{} in {:.2f} s, {} cells/s",
+    std::vector<std::vector<std::string>> figures{{"cells (times altitudes)", short_count(cells)}};
+    if (over == heatmap::OverRuns::Mean) {
+      figures.push_back({"computed now",
+                         fmt::format("{} in {:.2f} s, {} cells/s",
                                      short_count(static_cast<double>(result_.cells_computed)), result_.wall_s,
                                      short_count(static_cast<double>(result_.cells_computed) /
-                                                 std::max(result_.wall_s, 1e-9)))},
-        {"inside buildings", percent(in(heatmap::CellState::InsideBuilding), cells)}};
+                                                 std::max(result_.wall_s, 1e-9)))});
+    }
+    figures.push_back({"inside buildings", percent(in(heatmap::CellState::InsideBuilding), cells)});
     for (const auto& [state, what] : {std::pair{heatmap::CellState::UnderTerrain, "under terrain"},
                                       std::pair{heatmap::CellState::NoTerrain, "without terrain"},
                                       std::pair{heatmap::CellState::OutsideArea, "outside the area"}}) {
       if (in(state) > 0) figures.push_back({what, percent(in(state), cells)});
     }
     if (summary.availability) figures.push_back({"availability of a fix", percent(*summary.availability, 1)});
+    const std::string name = arguments_.runs == 1              ? "map"
+                             : over == heatmap::OverRuns::Mean ? "mean of runs"
+                                                               : "95 % over runs";
     fmt::print("\n");
-    print_table({"map", ""}, figures);
+    print_table({name, ""}, figures);
     std::vector<std::vector<std::string>> rows;
     for (const heatmap::LayerSummary& layer : summary.layers) {
       const heatmap::LayerInfo& about = heatmap::info(layer.layer);
@@ -270,33 +341,37 @@ class Command {
       list += (list.empty() ? "" : ", ") + files[i];
     }
     if (files.size() > kListed) list += fmt::format(" and {} more", files.size() - kListed);
-    note(fmt::format("\n{} file{} in {}: {}", files.size(), files.size() == 1 ? "" : "s", arguments_.out,
+    note(fmt::format("\n{} file{} in {}: {}", files.size(), files.size() == 1 ? "" : "s", folder.string(),
                      list));
   }
 
   const HeatmapArguments& arguments_;
-  const Ranks& ranks_;
+  Ranks& ranks_;
   const std::atomic<bool>& stop_;
   HeatmapFormats formats_;
   heatmap::Request request_;
   simulation::Scenario scenario_;
   simulation::ReceiverConfig receiver_;
-  std::unique_ptr<simulation::Environment> environment_;
-  heatmap::RunResult result_;
+  city::City city_;  ///< as its source gives it
+  simulation::BuiltSky sky_;
+  std::unique_ptr<simulation::Environment> environment_;  ///< of the first run, as the map
+  std::unique_ptr<heatmap::Heatmap> heatmap_;
+  std::vector<std::unique_ptr<heatmap::TileStore>> stores_;  ///< of each run
+  heatmap::RunResult result_;                                ///< of all
 };
 
 int run(const HeatmapArguments& arguments) {
   if (arguments.scenario.empty())
     throw InputError("SCENARIO is missing", "canyon heatmap SCENARIO --out DIR");
   if (arguments.out.empty()) throw InputError("--out is missing", "say which folder the map shall stand in");
-  const Ranks ranks;
+  Ranks ranks;
   return ranks.guard([&] { return Command(arguments, ranks).run(); });
 }
 
 std::string layer_list() {
   std::string text;
   for (const heatmap::LayerInfo& layer : heatmap::all_layers()) {
-    text += fmt::format("\n  {:<22} {} [{}]", layer.name, layer.long_name, layer.unit);
+    text += fmt::format("\n  {:<27} {} [{}]", layer.name, layer.long_name, layer.unit);
   }
   return text;
 }
@@ -320,6 +395,8 @@ Examples:
   canyon heatmap city.yaml --out out/day --bbox 114.170,22.298,114.176,22.304 --times day/15min
   canyon heatmap city.yaml --out out/risk --area flight.geojson --altitude 30,60,90 \
       --layers horizontal_error_p95,availability --draws 200 --format netcdf
+  canyon heatmap city.yaml --out out/landing --altitude 5 --error-limit 3 --alert-limit 25 \
+      --layers horizontal_error_exceedance,protected_availability
   canyon heatmap query out/risk/map.nc --path route.csv --altitude 60
   mpirun -n 8 canyon heatmap city.yaml --out out/large --spacing 1   (a build with CANYON_BUILD_MPI)
 
@@ -359,8 +436,9 @@ void add_heatmap(CLI::App& app, Action& action) {
                    "(the scenario's start)")
       ->type_name("T,...");
   command
-      ->add_option("--layers", arguments->layers,
-                   "names, see below, or all (horizontal_error,satellites_visible,hdop)")
+      ->add_option(
+          "--layers", arguments->layers,
+          "names, see below, or all but time_to_first_fix: all (horizontal_error,satellites_visible,hdop)")
       ->type_name("LIST");
   command->add_option("--format", arguments->formats, "netcdf,geotiff,png or all (all)")->type_name("LIST");
   command
@@ -373,7 +451,18 @@ void add_heatmap(CLI::App& app, Action& action) {
   add_field(*command, "--draws", arguments->noise, "draws");
   add_field(*command, "--receivers", arguments->receivers, "model");
   add_field(*command, "--path-nodes", arguments->receivers, "path_nodes_m");
+  add_field(*command, "--error-limit", arguments->limits, "error_m");
+  add_field(*command, "--alert-limit", arguments->limits, "alert_m");
+  add_field(*command, "--protection-factor", arguments->limits, "protection_factor");
+  add_field(*command, "--start", arguments->limits, "start");
+  add_field(*command, "--first-fix-limit", arguments->limits, "first_fix_s");
   command->add_option("--seed", arguments->seed, "instead of the scenario's seed")->type_name("N");
+  command
+      ->add_option(
+          "--runs", arguments->runs,
+          "so many maps, with the seeds from the scenario's on: facades, the city's place and all noise "
+          "drawn anew; map: their mean, p95/map: their 95 % (1)")
+      ->type_name("N");
   add_threads(*command, arguments->threads);
   arguments->grid.tile_size = 0;
   add_field(*command, "--tile", arguments->grid, "tile_size");
@@ -383,8 +472,9 @@ void add_heatmap(CLI::App& app, Action& action) {
   command->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
   command->footer("Layers:" + layer_list() + kFooter);
   const CLI::App* query = add_heatmap_query(*command, action);
-  command->callback([arguments, query, &action] {
-    if (!query->parsed()) action = [arguments] { return run(*arguments); };
+  const CLI::App* judge = add_heatmap_judge(*command, action);
+  command->callback([arguments, query, judge, &action] {
+    if (!query->parsed() && !judge->parsed()) action = [arguments] { return run(*arguments); };
   });
 }
 

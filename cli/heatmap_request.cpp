@@ -70,7 +70,8 @@ std::vector<heatmap::Layer> parse_layers(const std::string& text) {
   std::vector<heatmap::Layer> layers;
   for (const std::string_view piece : split(text, ',')) {
     if (lower_case(trim(piece)) == "all") {
-      for (const heatmap::LayerInfo& each : heatmap::all_layers()) layers.push_back(each.layer);
+      const std::vector<heatmap::Layer> all = heatmap::layers_of_one_look();
+      layers.insert(layers.end(), all.begin(), all.end());
       continue;
     }
     layers.push_back(for_option("--layers", [&] { return heatmap::layer_by_name(piece); }));
@@ -144,7 +145,13 @@ void choose_area(const HeatmapArguments& arguments, const city::City& city, heat
   if (!option.empty()) for_option(option, [&] { heatmap::check_near_city(box, city); });
   request.grid =
       heatmap::Grid::covering(box.min.x(), box.min.y(), box.max.x(), box.max.y(), arguments.grid.spacing_m);
-  if (const std::uint32_t size = arguments.grid.tile_size; size > 0) {
+  std::uint32_t size = arguments.grid.tile_size;
+  // Tens of cells a second: what Ctrl-C loses is a tile.
+  if (size == 0 && std::find(request.layers.begin(), request.layers.end(), heatmap::Layer::TimeToFirstFix) !=
+                       request.layers.end()) {
+    size = 16;
+  }
+  if (size > 0) {
     if (size > 16 && size * arguments.grid.spacing_m > heatmap::kWidestTile_m) {
       throw InputError(
           fmt::format("--tile {}: tiles of {} cells of {} m are out of range", size, size,
@@ -157,11 +164,11 @@ void choose_area(const HeatmapArguments& arguments, const city::City& city, heat
 }
 
 void check_size(const HeatmapArguments& arguments, const heatmap::Request& request) {
-  const double values = heatmap::value_count(request);
+  const double values = heatmap::value_count(request) * arguments.runs;
   const std::string what =
-      fmt::format("{} x {} cells, {} altitude(s), {} time(s) and {} layer(s) are {} values",
+      fmt::format("{} x {} cells, {} altitude(s), {} time(s), {} layer(s) and {} run(s) are {} values",
                   request.grid.columns, request.grid.rows, request.altitudes_m.size(), request.times.size(),
-                  request.layers.size(), short_count(values));
+                  request.layers.size(), arguments.runs, short_count(values));
   const char* cure =
       "take a larger --spacing, a smaller box or fewer times; --large computes it all the same";
   if (arguments.large) return;
@@ -211,6 +218,21 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
     add("--receivers", request.receivers.model == heatmap::ReceiverModel::Run ? "run" : "settled");
     add("--path-nodes", fmt::format("{:g}", request.receivers.path_nodes_m));
   }
+  const auto has = [&request](heatmap::Layer layer) {
+    return std::find(request.layers.begin(), request.layers.end(), layer) != request.layers.end();
+  };
+  const heatmap::LimitOptions& limits = request.limits;
+  using heatmap::Layer;
+  if (has(Layer::HorizontalErrorExceedance)) add("--error-limit", fmt::format("{:g}", limits.error_m));
+  if (has(Layer::ProtectedAvailability)) add("--alert-limit", fmt::format("{:g}", limits.alert_m));
+  if (has(Layer::ProtectionLevel) || has(Layer::ProtectedAvailability) || has(Layer::MisleadingShare)) {
+    add("--protection-factor", fmt::format("{:g}", limits.protection_factor));
+  }
+  if (has(Layer::TimeToFirstFix)) {
+    add("--start", limits.start == heatmap::StartKind::Hot ? "hot" : "cold");
+    add("--first-fix-limit", std::to_string(limits.first_fix_s));
+  }
+  if (arguments.runs > 1) add("--runs", std::to_string(arguments.runs));
   add("--seed", std::to_string(request.draws.seed));
   if (arguments.grid.tile_size > 0) add("--tile", std::to_string(arguments.grid.tile_size));
   return text;

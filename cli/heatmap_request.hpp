@@ -18,9 +18,11 @@ struct HeatmapArguments {
   heatmap::Grid grid;  ///< spacing; tile_size: 0 is not given
   heatmap::DrawOptions noise;
   heatmap::CellReceiverOptions receivers;
+  heatmap::LimitOptions limits;
   std::string altitudes = "15", altitude_kind = "terrain";
   std::string times, layers, formats = "all", model, receiver;
   std::optional<std::uint64_t> seed;
+  int runs = 1;
   int threads = 0;
   bool keep_tiles = false, large = false, quiet = false;
 };

@@ -83,6 +83,12 @@ void write_results(const Arguments& arguments, const study::Manifest& manifest, 
   write_file(folder / "table.csv", study::comparison_csv(manifest, comparison));
   std::size_t pictures = 0;
   if (!arguments.no_pictures) pictures = study::write_study_pictures(folder, manifest, comparison).size();
+  if (manifest.along_m) {
+    const auto along = study::errors_along(manifest, comparison, records, folder);
+    write_file(folder / "along.csv", study::along_csv(comparison, along));
+    if (!arguments.no_pictures)
+      pictures += study::write_along_pictures(folder, manifest, comparison, along).size();
+  }
   if (!arguments.quiet) fmt::print("\n{}\n", study::comparison_text(manifest, comparison));
   std::vector<std::size_t> failed;
   for (const auto& record : records) {
@@ -93,7 +99,7 @@ void write_results(const Arguments& arguments, const study::Manifest& manifest, 
                                 records.size(), list_of(failed), records[failed.front()]->problem)});
   }
   note(arguments,
-       fmt::format("study.nc, table.csv{} in {}",
+       fmt::format("study.nc, table.csv{}{} in {}", manifest.along_m ? ", along.csv" : "",
                    pictures > 0 ? fmt::format(" and {} pictures", pictures) : "", folder.string()));
 }
 

@@ -9,7 +9,7 @@
 #include "canyon/base/random.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/utf8.hpp"
-#include "canyon/study/results.hpp"
+#include "canyon/study/resamples.hpp"
 
 namespace canyon::study {
 namespace {
@@ -44,8 +44,7 @@ double mean_of(const std::vector<double>& values, const std::vector<std::uint32_
   return count > 0 ? sum / static_cast<double>(count) : kNan;
 }
 
-std::optional<Estimate> estimate(const std::vector<double>& values,
-                                 const std::vector<std::vector<std::uint32_t>>& resamples,
+std::optional<Estimate> estimate(const std::vector<double>& values, const Resamples& resamples,
                                  double confidence) {
   std::vector<std::uint32_t> all(values.size());
   std::iota(all.begin(), all.end(), 0U);
@@ -68,14 +67,28 @@ std::string number(double value, int decimals) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "-";
 }
 
+}  // namespace
+
+Resamples occasion_resamples(const Manifest& manifest, std::size_t occasions) {
+  const auto count = static_cast<std::uint32_t>(
+      std::clamp(kMostDraws / static_cast<double>(occasions), static_cast<double>(kLeastResamples),
+                 static_cast<double>(std::max(kLeastResamples, manifest.bootstrap))));
+  RandomStream random(manifest.seed, "study bootstrap");
+  Resamples resamples(occasions > 1 ? count : 0);
+  for (auto& drawn : resamples) {
+    drawn.resize(occasions);
+    for (std::uint32_t& i : drawn)
+      i = static_cast<std::uint32_t>(random.uniform() * static_cast<double>(occasions));
+  }
+  return resamples;
+}
+
 std::string csv_text(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
   return quoted + '"';
 }
-
-}  // namespace
 
 const std::vector<Compared>& compared_figures() {
   static const std::vector<Compared> figures{{"available", "%", 100, available_share},
@@ -118,15 +131,7 @@ Comparison compare(const Manifest& manifest, const std::vector<std::optional<Run
   }
   const std::size_t n = occasions.size();
   if (n == 0) return result;
-  const auto resample_count = static_cast<std::uint32_t>(
-      std::clamp(kMostDraws / static_cast<double>(n), static_cast<double>(kLeastResamples),
-                 static_cast<double>(std::max(kLeastResamples, manifest.bootstrap))));
-  RandomStream random(manifest.seed, "study bootstrap");
-  std::vector<std::vector<std::uint32_t>> resamples(n > 1 ? resample_count : 0);
-  for (auto& drawn : resamples) {
-    drawn.resize(n);
-    for (std::uint32_t& i : drawn) i = static_cast<std::uint32_t>(random.uniform() * static_cast<double>(n));
-  }
+  const Resamples resamples = occasion_resamples(manifest, n);
   for (const Compared& compared : compared_figures()) {
     std::vector<double> first;
     for (Group& group : result.groups) {

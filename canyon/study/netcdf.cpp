@@ -183,14 +183,15 @@ void Writer::define() {
   if (manifest_.epochs) {
     epochs_ = std::max<std::size_t>(1, epochs_);
     epoch_dim_ = file_.define_dimension("epoch", epochs_);
-    static constexpr std::array<std::array<const char*, 3>, 7> kKept{
+    static constexpr std::array<std::array<const char*, 3>, 8> kKept{
         {{"time_of_epoch", "s", "since the run's first epoch"},
          {"error_east", "m", "fix minus truth, east"},
          {"error_north", "m", "fix minus truth, north"},
          {"error_up", "m", "fix minus truth, up"},
          {"hdop_of_epoch", "1", "horizontal dilution of precision"},
          {"tracked_of_epoch", "1", "satellites tracked"},
-         {"used_of_epoch", "1", "satellites used in the fix"}}};
+         {"used_of_epoch", "1", "satellites used in the fix"},
+         {"way_of_epoch", "m", "that the antenna has gone since the run's first epoch"}}};
     for (const auto& [name, unit, meaning] : kKept) {
       const int variable = define(name, NC_DOUBLE, {run_dim_, receiver_dim_, epoch_dim_}, unit, meaning);
       file_.put_number(variable, "_FillValue", kNan);
@@ -289,13 +290,14 @@ void Writer::write_epochs(std::size_t run) {
       const ReceiverRecord* from = receiver(run, r);
       for (std::size_t i = 0; from != nullptr && i < from->kept.size(); ++i) {
         const EpochRecord& e = from->kept[i];
-        const std::array<double, 7> all{e.time_s,
+        const std::array<double, 8> all{e.time_s,
                                         e.east_m,
                                         e.north_m,
                                         e.up_m,
                                         e.hdop,
                                         static_cast<double>(e.visible),
-                                        static_cast<double>(e.used)};
+                                        static_cast<double>(e.used),
+                                        e.way_m};
         values[r * epochs_ + i] = all[k];
       }
     }

@@ -165,6 +165,40 @@ class Sheet {
     });
   }
 
+  [[nodiscard]] drawing::Picture along(const std::vector<std::vector<Stretch>>& stretches) const {
+    std::vector<double> all{0};
+    double longest_m = 1;
+    for (std::size_t g = 0; g < drawn_; ++g) {
+      for (const Stretch& stretch : stretches[g]) {
+        longest_m = std::max(longest_m, stretch.to_m);
+        if (!stretch.p95) continue;
+        all.push_back(stretch.p95->mean);
+        if (std::isfinite(stretch.p95->high)) all.push_back(stretch.p95->high);
+      }
+    }
+    // An end that one wild stretch alone would ask for leaves nothing of the others.
+    const double high = std::min(*std::max_element(all.begin(), all.end()), 3 * *quantile(all, 0.9));
+    return draw(
+        "Horizontal errors along the way",
+        fmt::format("median (solid) and 95 % (thin), stretches of {:g} m; bands: {:g} % intervals over runs",
+                    manifest_.along_m.value_or(0), 100 * manifest_.confidence),
+        [&](Canvas& canvas) {
+          Plot plot = make_plot("Way gone [m]", "Horizontal error [m]");
+          plot.x = drawing::linear_scale(0, longest_m, 8);
+          plot.x.low = 0, plot.x.high = longest_m;
+          plot.y = drawing::linear_scale(0, std::max(high, 0.01), 6);
+          plot.y.low = 0;
+          plot.draw_ground(canvas);
+          canvas.clipped(plot.area, [&] {
+            for (std::size_t g = 0; g < drawn_; ++g) {
+              for (const bool median : {false, true}) draw_along(canvas, plot, g, stretches[g], median);
+            }
+          });
+          plot.draw_frame(canvas);
+          legend(canvas, plot);
+        });
+  }
+
   [[nodiscard]] drawing::Picture boxes() const {
     return draw("Errors of runs", "95 % of each run's horizontal error: quartiles, 5 % to 95 % of runs",
                 [&](Canvas& canvas) {
@@ -231,6 +265,31 @@ class Sheet {
     plot.draw_frame(canvas);
     legend(canvas, plot);
   }
+  /// Steps from stretch to stretch; those without a fix are gaps.
+  static void draw_along(Canvas& canvas, const Plot& plot, std::size_t group,
+                         const std::vector<Stretch>& stretches, bool median) {
+    std::vector<Point> line;
+    const auto flush = [&] {
+      drawing::Stroke stroke = stroke_of(group);
+      stroke.width = median ? 2.2 : 1;
+      if (line.size() > 1) canvas.polyline(line, stroke);
+      line.clear();
+    };
+    for (const Stretch& stretch : stretches) {
+      const std::optional<Estimate>& value = median ? stretch.median : stretch.p95;
+      if (!value) {
+        flush();
+        continue;
+      }
+      line.push_back(plot.at(stretch.from_m, value->mean));
+      line.push_back(plot.at(stretch.to_m, value->mean));
+      if (!std::isfinite(value->low)) continue;
+      const Point upper = plot.at(stretch.from_m, value->high), lower = plot.at(stretch.to_m, value->low);
+      canvas.rectangle({upper.x, upper.y, lower.x - upper.x, lower.y - upper.y},
+                       kColours[group].with_alpha(median ? 0.35 : 0.15));
+    }
+    flush();
+  }
   static void draw_box(Canvas& canvas, const Plot& plot, std::size_t group,
                        const std::vector<double>& values) {
     if (values.empty()) return;
@@ -258,6 +317,15 @@ void put(const std::filesystem::path& path, const std::string& bytes) {
 }
 
 }  // namespace
+
+std::vector<std::string> write_along_pictures(const std::filesystem::path& folder, const Manifest& manifest,
+                                              const Comparison& comparison,
+                                              const std::vector<std::vector<Stretch>>& along) {
+  const drawing::Picture picture = Sheet(manifest, comparison).along(along);
+  put(folder / "along.png", picture.png);
+  put(folder / "along.svg", picture.svg);
+  return {"along.png", "along.svg"};
+}
 
 std::vector<std::string> write_study_pictures(const std::filesystem::path& folder, const Manifest& manifest,
                                               const Comparison& comparison) {

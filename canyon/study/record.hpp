@@ -35,6 +35,7 @@ struct EpochRecord {
   float east_m = 0, north_m = 0, up_m = 0;
   float hdop = 0;
   std::int16_t visible = 0, used = 0;
+  float way_m = 0;  ///< that the antenna has gone since the first epoch
 };
 
 /// What is kept of one receiver of one run.

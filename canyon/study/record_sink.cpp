@@ -10,7 +10,11 @@ namespace canyon::study {
 
 RecordSink::RecordSink(const std::vector<std::string>& receivers, std::optional<double> available_m,
                        bool keep_epochs)
-    : summary_(receivers), records_(receivers.size()), available_m_(available_m), keep_(keep_epochs) {
+    : summary_(receivers),
+      records_(receivers.size()),
+      available_m_(available_m),
+      keep_(keep_epochs),
+      ways_(receivers.size()) {
   for (std::size_t i = 0; i < receivers.size(); ++i) records_[i].name = receivers[i];
 }
 
@@ -37,6 +41,10 @@ void RecordSink::write(const simulation::Epoch& epoch) {
                                                : std::numeric_limits<float>::quiet_NaN();
   kept.visible = static_cast<std::int16_t>(epoch.observed.visible);
   kept.used = static_cast<std::int16_t>(output::used_count(epoch.observed.fix));
+  Way& way = ways_.at(epoch.receiver);
+  if (way.last_ecef) way.gone_m += (epoch.truth_ecef - *way.last_ecef).norm();
+  way.last_ecef = epoch.truth_ecef;
+  kept.way_m = static_cast<float>(way.gone_m);
   record.kept.push_back(kept);
 }
 

@@ -21,6 +21,11 @@ class RecordSink final : public simulation::EpochSink {
   std::optional<double> available_m_;
   bool keep_;
   std::optional<geodesy::GpsTime> first_;
+  struct Way {
+    std::optional<Eigen::Vector3d> last_ecef;
+    double gone_m = 0;
+  };
+  std::vector<Way> ways_;  ///< by receiver
 };
 
 }  // namespace canyon::study

@@ -59,6 +59,30 @@ struct Comparison {
 /// A table for terminals of the figures that matter most.
 [[nodiscard]] std::string comparison_text(const Manifest& manifest, const Comparison& comparison);
 
+/// A stretch of the way that all runs of a group go.
+struct Stretch {
+  double from_m = 0, to_m = 0;
+  std::size_t epochs = 0;  ///< of all runs
+  double available = 0;    ///< share of these with a fix
+  /// Of horizontal errors of all its epochs with a fix [m], with intervals over occasions of luck.
+  std::optional<Estimate> median, p95;
+};
+/// Errors along the way, in stretches of Manifest::along_m, one list for each group; reads the runs' epochs
+/// one after the other. Quantiles are of all runs' epochs together; intervals as in compare(), whole runs
+/// being drawn with replacement, since errors of one drive hang together. Beyond 10,000 stretches:
+/// InputError.
+[[nodiscard]] std::vector<std::vector<Stretch>> errors_along(const Manifest& manifest,
+                                                             const Comparison& comparison,
+                                                             std::vector<std::optional<RunRecord>>& records,
+                                                             const std::filesystem::path& folder);
+/// A line for each group and stretch.
+[[nodiscard]] std::string along_csv(const Comparison& comparison,
+                                    const std::vector<std::vector<Stretch>>& along);
+/// Writes along.png and along.svg: median and 95 % over the way with their intervals; returns their names.
+std::vector<std::string> write_along_pictures(const std::filesystem::path& folder, const Manifest& manifest,
+                                              const Comparison& comparison,
+                                              const std::vector<std::vector<Stretch>>& along);
+
 /// Writes errors, boxes, availability and distributions as PNG and SVG; returns their names.
 std::vector<std::string> write_study_pictures(const std::filesystem::path& folder, const Manifest& manifest,
                                               const Comparison& comparison);

@@ -26,7 +26,7 @@ using nlohmann::ordered_json;
 constexpr const char* kManifest = "study.json";
 constexpr const char* kRuns = "runs";
 constexpr const char* kFormat = "canyon study";
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
 std::uint32_t crc_of(std::string_view bytes) {
   return static_cast<std::uint32_t>(
@@ -56,6 +56,7 @@ ordered_json to_json(const Manifest& manifest) {
                     {"confidence", manifest.confidence},
                     {"bootstrap", manifest.bootstrap}};
   if (manifest.available_m) json["available_m"] = *manifest.available_m;
+  if (manifest.along_m) json["along_m"] = *manifest.along_m;
   return json;
 }
 
@@ -94,7 +95,7 @@ void write_epochs(const fs::path& folder, const RunRecord& record) {
     for (const EpochRecord& e : receiver.kept) {
       put(bytes, e.time_s), put(bytes, e.east_m), put(bytes, e.north_m), put(bytes, e.up_m),
           put(bytes, e.hdop);
-      put(bytes, e.visible), put(bytes, e.used);
+      put(bytes, e.visible), put(bytes, e.used), put(bytes, e.way_m);
     }
   }
   std::string crc;
@@ -215,6 +216,7 @@ Manifest read_manifest(const fs::path& folder) {
     from.at("confidence").get_to(manifest.confidence);
     from.at("bootstrap").get_to(manifest.bootstrap);
     if (from.contains("available_m")) manifest.available_m = from["available_m"].get<double>();
+    if (from.contains("along_m")) manifest.along_m = from["along_m"].get<double>();
     for (const ordered_json& each : from.at("axes")) {
       Manifest::Coordinate axis;
       each.at("name").get_to(axis.name);
@@ -288,7 +290,7 @@ void read_epochs(const fs::path& folder, RunRecord& record) {
     receiver.kept.resize(count);
     for (EpochRecord& e : receiver.kept) {
       if (!(get(bytes, e.time_s) && get(bytes, e.east_m) && get(bytes, e.north_m) && get(bytes, e.up_m) &&
-            get(bytes, e.hdop) && get(bytes, e.visible) && get(bytes, e.used))) {
+            get(bytes, e.hdop) && get(bytes, e.visible) && get(bytes, e.used) && get(bytes, e.way_m))) {
         throw damaged();
       }
     }

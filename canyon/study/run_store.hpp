@@ -31,7 +31,7 @@ struct Manifest {
   std::uint64_t seed = 1;
   double confidence = 0.95;
   std::uint32_t bootstrap = 1000;
-  std::optional<double> available_m;
+  std::optional<double> available_m, along_m;
 };
 
 /// Records of finished runs in a folder: `study.json` (the manifest) and `runs/NAME.jsonl`, one line a run

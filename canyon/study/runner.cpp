@@ -1,5 +1,7 @@
 #include "canyon/study/runner.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <exception>
 #include <future>
@@ -9,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "canyon/base/dealing.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/options/values.hpp"
@@ -106,6 +109,7 @@ Manifest manifest_of(const StudyPlan& plan) {
   manifest.confidence = study.confidence;
   manifest.bootstrap = study.bootstrap;
   manifest.available_m = study.available_m;
+  manifest.along_m = study.along_m;
   for (const Axis& axis : study.axes) {
     Manifest::Coordinate coordinate{axis.name,         axis.key, Manifest::Coordinate::Kind::Text,
                                     plan.groups(axis), {},       {}};
@@ -251,17 +255,14 @@ void run_all(const RunMaker& maker, RunStore& store, const std::vector<std::size
   threads = std::max<std::size_t>(1, std::min(threads, todo.size()));
   std::mutex mutex;
   std::exception_ptr failure;
-  std::size_t next = 0, done = 0;
+  std::size_t done = 0;
+  Dealing dealing(options.deal);
   std::atomic<bool> over{false};
   const auto stopped = [&] { return over.load() || (options.stop != nullptr && options.stop->load()); };
   const auto work = [&] {
     while (!stopped()) {
       try {
-        std::size_t mine = 0;
-        {
-          const std::lock_guard<std::mutex> lock(mutex);
-          mine = options.deal ? options.deal() : next++;
-        }
+        const std::size_t mine = dealing.take();
         if (mine >= todo.size()) return;
         const std::optional<RunRecord> record = maker.make(todo[mine], within, options.stop);
         if (!record) return;

@@ -254,6 +254,56 @@ TEST(StudyComparison, PairsUnderTheSameLuck) {
   EXPECT_EQ(write_study_pictures(folder.path(), manifest, comparison).size(), 8U);
 }
 
+// Closed form: run i of 20 is i + 1 metres off on the first ten metres and 100 more on the next, where every
+// other epoch has no fix. Median and 95 % by definition 7: ranks 9.5 and 18.05. An interval of the median
+// holds it, and lies within the runs.
+TEST(StudyAlong, StretchesHaveTheErrorsOfAllRuns) {
+  Manifest manifest;
+  manifest.key = "k";
+  manifest.runs = 20;
+  manifest.axes = {{"seed", "seed", Manifest::Coordinate::Kind::Number, false, {}, {}}};
+  manifest.receivers = {"car"};
+  manifest.epochs = true;
+  manifest.along_m = 10;
+  const TemporaryFolder folder;
+  {
+    RunStore store(folder.path() / "s", manifest);
+    for (std::size_t i = 0; i < manifest.runs; ++i) {
+      RunRecord record = made_up(i, std::to_string(i), "", 1);
+      record.at.resize(1);
+      for (int epoch = 0; epoch < 4; ++epoch) {
+        EpochRecord e;
+        e.way_m = 5.0F * static_cast<float>(epoch);
+        e.east_m = 0;
+        e.north_m = static_cast<float>(i + 1) + (epoch >= 2 ? 100.0F : 0.0F);
+        if (epoch == 3) e.east_m = e.north_m = NAN;
+        record.receivers.front().kept.push_back(e);
+      }
+      store.add(record);
+    }
+  }
+  EXPECT_EQ(read_manifest(folder.path() / "s").along_m, 10);
+  auto records = read_records(folder.path() / "s", manifest.runs);
+  const Comparison comparison = compare(manifest, records);
+  const auto along = errors_along(manifest, comparison, records, folder.path() / "s");
+  ASSERT_EQ(along.size(), 1U);
+  ASSERT_EQ(along[0].size(), 2U);
+  for (const int k : {0, 1}) {
+    const Stretch& stretch = along[0][static_cast<std::size_t>(k)];
+    EXPECT_EQ(stretch.epochs, 40U);
+    EXPECT_DOUBLE_EQ(stretch.available, k == 0 ? 1 : 0.5);
+    // The first stretch has each error twice: ranks 19.5 and 37.05 of 40 lie between the same two.
+    EXPECT_NEAR(stretch.median->mean, 10.5 + 100 * k, 1e-5);
+    EXPECT_NEAR(stretch.p95->mean, 19.05 + 100 * k, 1e-5);
+    EXPECT_LT(stretch.median->low, stretch.median->mean);
+    EXPECT_GT(stretch.median->high, stretch.median->mean);
+    EXPECT_GE(stretch.median->low, 1 + 100 * k);
+    EXPECT_LE(stretch.p95->high, 20 + 100 * k);
+  }
+  EXPECT_THAT(along_csv(comparison, along), HasSubstr("\ncar,10,20,40,0.5,110.5,"));
+  EXPECT_EQ(write_along_pictures(folder.path(), manifest, comparison, along).size(), 2U);
+}
+
 TEST(StudyRecords, ErrorBinsHoldTheirEdges) {
   for (const std::size_t bin : {0U, 1U, 60U, 159U}) {
     EXPECT_EQ(error_bin(error_edge_m(bin) * 1.0001), bin);

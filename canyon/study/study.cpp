@@ -86,6 +86,9 @@ void visit(options::Visitor& v, Study& o) {
   v.choice({"keep", "", "of each run: its summary, or every epoch as well"}, o.keep, kKeeps);
   v.number({"available_m", "m", "an epoch is available where a fix is within this of the truth", "any fix"},
            o.available_m, {0, 1e6, true});
+  v.number(
+      {"along_m", "m", "errors along the way, in stretches of this length: along.csv and a picture", "none"},
+      o.along_m, {0.1, 1e6});
   v.integer({"max_runs", "", "more are refused"}, o.max_runs, 1, 1'000'000'000);
   v.number({"max_output_gb", "GB", "a study that would write more is refused"}, o.max_output_gb,
            {0, 1e9, true});
@@ -108,6 +111,12 @@ void visit(options::Visitor& v, Study& o) {
                     "give step or count, or draw a sample (design: random)");
     }
     drives += axis.kind == Axis::Kind::Drives ? 1 : 0;
+  }
+  if (o.along_m && o.keep != Keep::Epochs) {
+    throw v.fault("along_m", "needs every epoch", "add keep: epochs");
+  }
+  if (o.along_m && drives > 0) {
+    throw v.fault("along_m", "needs one way for all runs, and an axis draws drives", "leave one of them out");
   }
   if (drives > 1) throw v.fault("axes", "two axes draw drives", "keep one");
 }

@@ -30,6 +30,7 @@ struct Study {
   std::uint64_t seed = 1;             ///< of a sample's points, of drives and of the bootstrap
   Keep keep = Keep::Summary;
   std::optional<double> available_m;  ///< an epoch is available with a fix that is so good; empty: with any
+  std::optional<double> along_m;      ///< errors along the way of all runs, in stretches of this length
   std::uint64_t max_runs = 1'000'000;
   double max_output_gb = 20;
   double city_memory_gb = 4;  ///< of cities that are kept for later runs

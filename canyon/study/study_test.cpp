@@ -64,6 +64,14 @@ TEST(SettingsTree, FlowTextReadsBack) {
   EXPECT_EQ(tree_of(flow_text(root)).find("a")->value.text, "x: y");
 }
 
+TEST(Study, ErrorsAlongAWayNeedEpochsAndOneWay) {
+  EXPECT_THAT(error_of([] { (void)plan_of("axes: [{seeds: 2}]\nalong_m: 10\n"); }).what(),
+              HasSubstr("add keep: epochs"));
+  EXPECT_THAT(
+      error_of([] { (void)plan_of("axes: [{drives: {count: 2}}]\nalong_m: 10\nkeep: epochs\n"); }).what(),
+      HasSubstr("one way for all runs"));
+}
+
 // 2 x 3 x 4 values: their product of runs, each combination once, the last axis fastest.
 TEST(Study, GridHasEachCombinationOnce) {
   const StudyPlan plan = plan_of(R"(axes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import weakref
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,6 +108,7 @@ def heatmap(
     draws: int = 64,
     receivers: str = "settled",
     path_nodes_m: float = 6.0,
+    limits: Optional[Mapping[str, Any]] = None,
     threads: int = 0,
     folder: "str | os.PathLike[str] | None" = None,
 ) -> HeatMap:
@@ -128,7 +129,7 @@ def heatmap(
     times : optional
         One or several instants, or text as for ``canyon heatmap --times``; else the scenario's start.
     layers : sequence of str
-        Of :func:`map_layers`, or "all"; else error without noise, satellites in sight, HDOP.
+        Of :func:`map_layers`, or "all" but time_to_first_fix; else error without noise, satellites in sight, HDOP.
     model : str, optional
         Step of the ladder instead of the scenario's propagation: "mirror", "specular", ...
     draws : int
@@ -138,6 +139,9 @@ def heatmap(
         run, a dozen times slower (docs/heatmap-receivers.md).
     path_nodes_m : float
         Settled receivers take far paths from places so far apart; 0: searched at every cell.
+    limits : mapping, optional
+        What layers for planners compare with: "error_m", "alert_m", "protection_factor", "start", "first_fix_s"
+        (docs/heatmap-planning.md).
     folder : path, optional
         Keeps finished tiles: the same call goes on from there.
 
@@ -160,7 +164,7 @@ def heatmap(
     altitudes = [float(altitudes_m)] if np.isscalar(altitudes_m) else [float(a) for a in altitudes_m]  # type: ignore[union-attr,arg-type]
     handle = _canyon.Map(
         as_scenario(scenario)._handle, None if city is None else city._handle, box, spacing_m, altitudes,
-        altitude_kind, times, list(layers), model or "", receiver, draws, receivers, path_nodes_m,
+        altitude_kind, times, list(layers), model or "", receiver, draws, receivers, path_nodes_m, dict(limits or {}),
     )
     kept = None if folder is not None else tempfile.TemporaryDirectory(prefix="canyon-map-")
     finished = handle.run(os.fspath(folder) if folder is not None else os.path.join(kept.name, "tiles"), threads)  # type: ignore[union-attr]

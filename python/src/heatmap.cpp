@@ -24,7 +24,8 @@ class Map {
   Map(const ScenarioTree& tree, std::shared_ptr<simulation::CityScene> city, const py::object& box,
       double spacing_m, std::vector<double> altitudes_m, const std::string& altitude_kind,
       const py::object& times, const std::vector<std::string>& layers, const std::string& model,
-      const std::string& receiver, int draws, const std::string& receivers, double path_nodes_m)
+      const std::string& receiver, int draws, const std::string& receivers, double path_nodes_m,
+      const py::dict& limits)
       : scenario_(tree.scenario), city_(std::move(city)) {
     receiver_ = scenario_.receivers[simulation::find_receiver(scenario_, receiver)];
     if (!model.empty()) receiver_ = validation::models_of(receiver_, {model}).front().receiver;
@@ -45,8 +46,7 @@ class Map {
     if (!layers.empty()) request_.layers.clear();
     for (const std::string& layer : layers) {
       if (layer == "all") {
-        request_.layers.clear();
-        for (const heatmap::LayerInfo& each : heatmap::all_layers()) request_.layers.push_back(each.layer);
+        request_.layers = heatmap::layers_of_one_look();
         break;
       }
       request_.layers.push_back(heatmap::layer_by_name(layer));
@@ -54,6 +54,7 @@ class Map {
     request_.draws = {draws, scenario_.seed};
     request_.receivers = read_tree<heatmap::CellReceiverOptions>(
         tree_of(py::dict("model"_a = receivers, "path_nodes_m"_a = path_nodes_m)), "receivers of a map");
+    request_.limits = read_tree<heatmap::LimitOptions>(tree_of(limits), "limits of a map");
     std::vector<double> edges;
     if (!box.is_none()) {
       const py::array_t<double> sides = py::array_t<double>::ensure(box);
@@ -228,9 +229,9 @@ void bind_heatmap(py::module_& m) {
       .def(py::init<const ScenarioTree&, std::shared_ptr<simulation::CityScene>, const py::object&, double,
                     std::vector<double>, const std::string&, const py::object&,
                     const std::vector<std::string>&, const std::string&, const std::string&, int,
-                    const std::string&, double>(),
+                    const std::string&, double, const py::dict&>(),
            "scenario"_a, "city"_a, "box"_a, "spacing_m"_a, "altitudes_m"_a, "altitude_kind"_a, "times"_a,
-           "layers"_a, "model"_a, "receiver"_a, "draws"_a, "receivers"_a, "path_nodes_m"_a)
+           "layers"_a, "model"_a, "receiver"_a, "draws"_a, "receivers"_a, "path_nodes_m"_a, "limits"_a)
       .def("run", &Map::run, "folder"_a, "threads"_a = 0)
       .def("values", &Map::values)
       .def("write", &Map::write, "path"_a, "format"_a);

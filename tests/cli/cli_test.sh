@@ -58,6 +58,37 @@ block_osm() {
 X
 }
 
+# needs_ranks COMMAND...: skips the case where this build has no MPI: told that it is one of two processes, it
+# must refuse then, for each would compute the whole. Sets ranks.
+needs_ranks() {
+  local status
+  OMPI_COMM_WORLD_SIZE=2 timeout 60 "$@" >out 2>err; status=$?
+  if [ "$status" -ne 0 ]; then
+    [ "$status" -eq 2 ] || fail "exit status $status instead of 2"
+    one_line; says err CANYON_BUILD_MPI; [ "$failed" -eq 0 ] || exit 1
+    echo "SKIPPED: this build has no MPI (CANYON_BUILD_MPI)"; exit 77
+  fi
+  command -v mpirun >/dev/null || { echo "SKIPPED: mpirun is not installed"; exit 77; }
+  # As root (containers) and on machines of one core as well.
+  export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
+  export PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
+  ranks=(mpirun -n 2)
+}
+# lose_a_rank N OF COMMAND...: kills one of two ranks once OF, a function, counts N. The job must fail.
+lose_a_rank() {
+  local many=$1 count=$2 program victim; shift 2
+  "${ranks[@]}" "$@" >out 2>err &
+  program=$!
+  for _ in $(seq 3000); do
+    [ "$($count)" -ge "$many" ] && break
+    kill -0 "$program" 2>/dev/null || break
+    sleep 0.01
+  done
+  victim=$(pgrep -P "$program" -x "$(basename "$canyon")" | tail -n 1)
+  [ -n "$victim" ] && kill -KILL "$victim" || fail "no rank to kill"
+  wait "$program" && fail "a lost rank went unnoticed"
+}
+
 # Maps of a receiver whose signals have a strength take a thousand times as long.
 case $case in heatmap*) echo 'receivers: [{profile: ideal, elevation_mask_deg: 10, noise: {enabled: true}}]' >>small.yaml ;; esac
 
@@ -766,7 +797,7 @@ G
   says out "outside the area" sky_view
   runs 0 "$canyon" heatmap small.yaml --out all --enu-box=-8,-8,8,8 --spacing 4 --layers all --draws 4 --format netcdf,geotiff
   says out largest_excess vertical_error_rms
-  [ "$(ls all/*.tif | wc -l)" -eq 21 ] || fail "$(ls all)"
+  [ "$(ls all/*.tif | wc -l)" -eq 25 ] || fail "$(ls all)"
   # No trajectory is needed, nor a city where a box is given.
   printf 'city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\nsky: {nominal: true}\nstart: 2026-03-01T10:00:00Z\n' >open.yaml
   runs 0 "$canyon" heatmap open.yaml --out open --bbox 10.9999,47.9999,11.0001,48.0001 --format geotiff
@@ -978,20 +1009,102 @@ heatmap_resume)
   runs 0 "$canyon" "${map[@]}" --out kept --keep-tiles --quiet
   rm kept/tiles/unit-000000003.tile kept/map.nc
   runs 0 "$canyon" "${map[@]}" --out kept; diff -rq whole kept || fail "other bytes after a lost tile" ;;
+heatmap_planning)
+  # P(error > X) with X the map's own 95 % is a twentieth, where draws are many.
+  box=(heatmap small.yaml --enu-box=-40,-8,40,8 --spacing 8 --altitude 40 --format netcdf)
+  runs 0 "$canyon" "${box[@]}" --out p --draws 200 --error-limit 2.5 --alert-limit 30 --layers \
+    horizontal_error_p95,horizontal_error_exceedance,protection_level,protected_availability,misleading_share
+  says out horizontal_error_exceedance misleading_share
+  runs 0 "$canyon" heatmap query p/map.nc --at 22.3,114.17 --json
+  python3 - <<'P' || fail "the limits' layers contradict each other"
+import json
+v = json.load(open("out"))["values"]
+assert 0 <= v["horizontal_error_exceedance"] <= 1 and v["protected_availability"] == (v["protection_level"] <= 30)
+assert (v["horizontal_error_p95"] > 2.5) == (v["horizontal_error_exceedance"] > 0.05)
+assert v["misleading_share"] == 0 or v["protection_level"] < 10
+P
+  if command -v ncdump >/dev/null; then
+    ncdump -h p/map.nc >out; says out 'horizontal_error_exceedance:comment = "more than 2.5 m, of the draws with a fix"' DO-229D
+    says out '--error-limit 2.5' '--alert-limit 30'
+  fi
+  runs 0 "$canyon" "${box[@]}" --out t --layers time_to_first_fix --draws 3 --start hot --quiet
+  runs 2 "$canyon" heatmap small.yaml --out bad --error-limit 0; one_line; says err error_m
+  runs 2 "$canyon" heatmap small.yaml --out bad --start tepid; one_line; says err tepid "cold"
+  # Runs: the mean over cities drawn anew, and their 95 %; the same bytes on any number of threads.
+  sed '/^city/d' small.yaml >runs.yaml
+  echo 'city: {synthetic: {blocks_east: 3, blocks_north: 3, seed: 2}, georeference: {sigma_m: 3}}' >>runs.yaml
+  many=(heatmap runs.yaml --enu-box=-40,-8,40,8 --spacing 4 --tile 16 --altitude 2 --format netcdf,png
+    --layers satellites_los,horizontal_error)
+  runs 0 "$canyon" "${many[@]}" --runs 3 --out r --threads 1; says out "mean of runs" "95 % over runs"
+  for f in map.nc map.png p95/map.nc p95/map.png; do [ -s r/$f ] || fail "no r/$f"; done
+  [ ! -e r/tiles ] || fail "the tiles were left"
+  runs 0 "$canyon" "${many[@]}" --runs 3 --out r2 --threads 2 --quiet; diff -r r r2 || fail "other bytes on another number of threads"
+  for seed in 1 2 3; do
+    runs 0 "$canyon" "${many[@]}" --seed $seed --out one$seed --quiet
+    runs 0 "$canyon" heatmap query one$seed/map.nc --at 22.3,114.17006 --json; cp out one$seed.json
+  done
+  runs 0 "$canyon" heatmap query r/map.nc --at 22.3,114.17006 --json; cp out mean.json
+  runs 0 "$canyon" heatmap query r/p95/map.nc --at 22.3,114.17006 --json; cp out p95.json
+  python3 - <<'P' || fail "the runs' map is not the mean of the runs"
+import json
+one = [json.load(open(f"one{s}.json"))["values"]["satellites_los"] for s in (1, 2, 3)]
+mean, p95 = (json.load(open(f))["values"]["satellites_los"] for f in ("mean.json", "p95.json"))
+assert abs(sum(one) / 3 - mean) < 1e-5, (one, mean)
+low, middle = sorted(one)[:2]
+assert abs(low + 0.1 * (middle - low) - p95) < 1e-5, (one, p95)
+P
+  runs 2 "$canyon" "${many[@]}" --runs 0 --out bad; one_line; says err --runs ;;
+heatmap_judge)
+  # Canyon's own receiver as the recorded one, beside a map of it: its errors are those of the simulation, and the
+  # table counts them.
+  sed -i 's/speed_mps: 6/speed_mps: 3/' small.yaml
+  runs 0 "$canyon" simulate small.yaml --out res --quiet
+  awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' res/epochs.csv >truth.csv
+  sed 's/^sky:.*/sky: {navigation: [res\/sky.nav]}/' small.yaml >judge.yaml
+  runs 0 "$canyon" heatmap small.yaml --out map --enu-box=-70,-8,70,8 --spacing 2 --altitude 2 --times 0/40/20 --draws 40 \
+    --layers horizontal_error_p50,horizontal_error_p95,availability --format netcdf --quiet
+  judge=("$canyon" heatmap judge map/map.nc judge.yaml --obs res/receiver.obs --truth truth.csv --format urbannav --no-atmosphere)
+  runs 0 "${judge[@]}" --out judged
+  says out "whole recording" "in computed cells" "map's best third" "within 95 %"
+  for f in judged.csv judged.png judged.svg; do [ -s judged/$f ] || fail "no $f"; done
+  python3 - <<'P' || fail "judged.csv is not what was simulated"
+import csv, math
+rows = list(csv.DictReader(open("judged/judged.csv")))
+drive = list(csv.DictReader(open("res/epochs.csv")))
+assert 39 <= len(rows) <= 41 and all(r["known"] == "1" for r in rows), len(rows)
+east, north = (next(k for k in drive[0] if k.startswith("error_" + axis)) for axis in ("east", "north"))
+errors = [math.hypot(float(d[east]), float(d[north])) for d in drive]
+for r in rows:
+    assert min(abs(float(r["error_m"]) - e) for e in errors) < 0.1, r
+within = sum(float(r["error_m"]) <= float(r["map_p95_m"]) for r in rows) / len(rows)
+all_of = next(line for line in open("out") if line.startswith("all ")).split()
+assert abs(float(all_of[4]) - 100 * within) < 0.06, (all_of, within)
+P
+  runs 0 "${judge[@]}" --quiet; [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
+  runs 0 "$canyon" heatmap small.yaml --out poor --enu-box=-9,-8,9,8 --layers hdop --format netcdf --quiet
+  runs 2 "$canyon" heatmap judge poor/map.nc "${judge[@]:4}"; one_line; says err "no layer horizontal_error_p50"
+  runs 0 "$canyon" heatmap small.yaml --out far --enu-box=60,60,70,70 --altitude 2 --layers horizontal_error_p50,horizontal_error_p95 --format netcdf --quiet
+  runs 2 "$canyon" heatmap judge far/map.nc "${judge[@]:4}"; one_line; says err "knows no place"
+  runs 2 "$canyon" heatmap judge absent.nc "${judge[@]:4}"; one_line; says err absent.nc ;;
+study_ranks)
+  sed -i '$a receivers: [{name: car}]\nduration_s: 2' small.yaml
+  printf '%s\n' 'scenario: small.yaml' 'axes: [{seeds: 40}]' >study.yaml
+  study=(study study.yaml --threads 1 --no-pictures)
+  needs_ranks "$canyon" "${study[@]}" --out none --quiet
+  runs 0 "$canyon" "${study[@]}" --out one --quiet
+  runs 0 "${ranks[@]}" "$canyon" "${study[@]}" --out two; says err "40 runs in"
+  for f in study.nc table.csv; do cmp one/$f two/$f || fail "other bytes of $f on two ranks"; done
+  [ "$(cat two/runs/*.jsonl | wc -l)" -eq 40 ] || fail "runs were dealt twice"
+  # What is finished when a rank is lost is kept; the rest is computed by the next run.
+  finished() { cat lost/runs/*.jsonl 2>/dev/null | wc -l; }
+  lose_a_rank 5 finished "$canyon" "${study[@]}" --out lost
+  [ ! -e lost/study.nc ] || fail "the study was over before a rank was lost"
+  n=$(finished); [ "$n" -ge 5 ] || fail "$n runs are kept"
+  runs 0 "$canyon" "${study[@]}" --out lost; says err "$((40 - n)) runs in"
+  for f in study.nc table.csv; do cmp one/$f lost/$f || fail "other bytes of $f after a lost rank"; done ;;
 heatmap_ranks)
   map=(heatmap small.yaml --spacing 2 --tile 16 --format netcdf,geotiff --threads 1 --quiet)
-  # Told that it is one of two, a build without MPI refuses: each would compute the whole map.
-  OMPI_COMM_WORLD_SIZE=2 timeout 60 "$canyon" "${map[@]}" --out none >out 2>err; status=$?
-  if [ "$status" -ne 0 ]; then
-    [ "$status" -eq 2 ] || fail "exit status $status instead of 2"
-    one_line; says err CANYON_BUILD_MPI; [ "$failed" -eq 0 ] || exit 1
-    echo "SKIPPED: this build has no MPI (CANYON_BUILD_MPI)"; exit 77
-  fi
-  command -v mpirun >/dev/null || { echo "SKIPPED: mpirun is not installed"; exit 77; }
-  # As root (containers) and on machines of one core as well.
-  export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
-  export PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
-  ranks=(mpirun -n 2)
+  needs_ranks "$canyon" "${map[@]}" --out none
   runs 0 "$canyon" "${map[@]}" --out one
   runs 0 "${ranks[@]}" "$canyon" "${map[@]}" --out two
   [ ! -s out ] || { fail "--quiet printed something"; cat out; }
@@ -999,18 +1112,11 @@ heatmap_ranks)
   # A rank that is lost ends the others; its tiles are computed by the next run, on any number of ranks.
   map=(heatmap small.yaml --enu-box=-110,-110,110,110 --spacing 0.5 --tile 16 --format netcdf --layers horizontal_error_p95 --draws 32 --threads 1)
   runs 0 "$canyon" "${map[@]}" --out whole --quiet
-  "${ranks[@]}" "$canyon" "${map[@]}" --out lost >out 2>err &
-  program=$!
-  for _ in $(seq 3000); do
-    [ "$(ls lost/tiles 2>/dev/null | grep -c '\.tile$')" -ge 5 ] && break
-    kill -0 "$program" 2>/dev/null || break
-    sleep 0.01
-  done
-  victim=$(pgrep -P "$program" -x "$(basename "$canyon")" | tail -n 1)
-  [ -n "$victim" ] && kill -KILL "$victim" || fail "no rank to kill"
-  wait "$program" && fail "a lost rank went unnoticed"
+  tiles() { ls lost/tiles 2>/dev/null | grep -c '\.tile$'; }
+  lose_a_rank 5 tiles "$canyon" "${map[@]}" --out lost
   [ ! -e lost/map.nc ] || fail "the run was over before a rank was lost"
-  runs 0 "$canyon" "${map[@]}" --out lost; says err "resumed"
+  n=$(tiles)
+  runs 0 "$canyon" "${map[@]}" --out lost; says err "resumed     $n of "
   diff -rq whole lost || fail "other bytes after a lost rank"
   # Bad input ends all of them, with one cause.
   runs 2 "${ranks[@]}" "$canyon" heatmap small.yaml --out bad --layers hdpo; says err "canyon: --layers" "mean hdop" ;;

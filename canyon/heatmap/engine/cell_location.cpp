@@ -8,6 +8,7 @@
 
 #include "canyon/heatmap/engine/cell_solution.hpp"
 #include "canyon/positioning/fix.hpp"
+#include "canyon/positioning/protection_level.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/propagation/index/simd_clones.hpp"
 
@@ -256,7 +257,7 @@ std::optional<CellFix> TileSolutions::locate(const CellErrors& cell, int draw) {
     x.reset();
   }
   if (!x) return solve_alone(cell, draw);
-  return CellFix{set.used, set.dop, *x, true};
+  return CellFix{set.used, set.dop, set.spread_m, *x, true};
 }
 
 std::optional<CellFix> TileSolutions::solve_alone(const CellErrors& cell, int draw) const {
@@ -288,6 +289,7 @@ std::optional<CellFix> TileSolutions::solve_alone(const CellErrors& cell, int dr
   const positioning::Fix fix = positioning::solve_fix(time_, measurements, sky, options_.fix, klobuchar_);
   if (!fix.solved()) return std::nullopt;
   return CellFix{static_cast<int>(fix.used.size()), fix.dop.value_or(kNoDop),
+                 positioning::horizontal_protection_level_m(variance_m2_ * fix.covariance_enu, 1),
                  enu_from_ecef_ * (fix.position_ecef - antenna), false};
 }
 

@@ -11,6 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/positioning/protection_level.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/propagation/atmosphere.hpp"
 #include "canyon/tracking/noise.hpp"
@@ -77,6 +78,12 @@ TileSolutions::TileSolutions(const receiver::ReceiverOptions& options,
   assert(signals.directions.size() == signals.satellites.size());
   slots_.assign(64, 0);
   drawn_m_.resize(3 * static_cast<std::size_t>(draws));
+  if (options.noise.enabled && options.fix.weights.weighting != positioning::Weighting::Elevation) {
+    // As receiver::Receiver states it, which takes 1 m where there is no noise.
+    const double drift_m = options.noise.drift_enabled ? options.noise.drift_mu_sigma_m : 0;
+    const double sigma_m = std::hypot(options.noise.ou.standard_deviation_m(), drift_m);
+    if (sigma_m > 0) variance_m2_ = sigma_m * sigma_m;
+  }
   if (signals.satellites.empty()) return;
   place_satellites(signals);
   // To the microsecond: flight times are rounded to nanoseconds, and no tile's centre may tell in the key.
@@ -214,6 +221,7 @@ void TileSolutions::solve(SetSolution& solution, const SatelliteSet& set) const 
   // (H^T W H)^-1 H^T = K W^-1, and (H^T W H)^-1 = K W^-1 K^T.
   const Matrix gain = k.topRows<3>() * weight.cwiseInverse().asDiagonal();
   const Matrix3d covariance = gain * k.topRows<3>().transpose();
+  solution.spread_m = positioning::horizontal_protection_level_m(variance_m2_ * covariance, 1);
   // The least-squares condition H(y)^T W(y) r = 0 at the place found, y from the centre: H changes by
   // G_i = (P_i y)^T / r_i, P_i = I - u_i u_i^T, and W by its slope; both against the residuals r.
   Matrix bend(9, rows);

@@ -101,6 +101,7 @@ struct SetSolution {
   bool doubtful = false;  ///< PDOP is so near its limit that places within the tile may differ
   int used = 0;
   positioning::Dop dop;
+  double spread_m = 0;          ///< d_major of the stated covariance (horizontal_protection_level_m())
   double margin = 0;            ///< sine of the lowest received satellite's elevation above the mask's
   std::vector<Column> columns;  ///< [satellite]; 0 for those not used
   Column constant;              ///< by the noise's mean; the bend's part of the atmosphere as well
@@ -127,6 +128,7 @@ struct CellErrors {
 struct CellFix {
   int used = 0;
   positioning::Dop dop;
+  double spread_m = 0;  ///< SetSolution's
   Eigen::Vector3d error = Eigen::Vector3d::Zero();
   bool shared = false;  ///< by the solution of all that is received, no edge near
 };
@@ -248,6 +250,7 @@ class TileSolutions {
   bool corrects_ = false;
   double sine_of_mask_ = 0;
 
+  double variance_m2_ = 1;  ///< that a measurement states, over that which weights are of
   const std::vector<orbit::LineOfSight>& lines_;
   std::vector<TileSatellite> satellites_;
   Eigen::Vector3d centre_ecef_ = Eigen::Vector3d::Zero();

@@ -20,7 +20,6 @@ namespace {
 
 using positioning::Weighting;
 
-constexpr std::size_t kLayerCount = static_cast<std::size_t>(Layer::SkyView) + 1;
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 /// Shared solutions are settled to the end. positioning::solve_fix() does so within these bounds: the last
 /// change, times what a metre changes in the atmosphere (6e-3 at 3 deg) and PDOP 100, is below 1 mm.
@@ -30,13 +29,13 @@ constexpr double kConvergence_m = 1e-3;
 constexpr std::size_t kBlock = 512;
 
 bool over_draws(Layer layer) {
-  return layer >= Layer::HorizontalErrorMean && layer <= Layer::VerticalErrorP95;
+  return info(layer).draws && of_solver(layer);
 }
 [[maybe_unused]] bool of_error(Layer layer) {
-  return layer <= Layer::VerticalErrorP95;
+  return layer <= Layer::VerticalErrorP95 || over_draws(layer);
 }
 bool of_fix(Layer layer) {
-  return layer <= Layer::Vdop || layer == Layer::SatellitesUsed;
+  return info(layer).error && of_solver(layer);
 }
 
 using Values = std::array<float, kLayerCount>;
@@ -112,13 +111,15 @@ struct CellSolver::Impl {
   receiver::ReceiverOptions receiver;
   DrawOptions draws;
   std::map<gnss::System, gnss::Klobuchar> klobuchar;
+  LimitOptions limits;
 };
 
 CellSolver::CellSolver(const receiver::ReceiverOptions& receiver, const DrawOptions& draws,
-                       const std::map<gnss::System, gnss::Klobuchar>& klobuchar)
-    : impl_(std::make_unique<Impl>(Impl{receiver, draws, klobuchar})) {
+                       const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const LimitOptions& limits)
+    : impl_(std::make_unique<Impl>(Impl{receiver, draws, klobuchar, limits})) {
   receiver.validate();
   draws.validate();
+  limits.validate();
   if (!fits(receiver)) {
     throw InputError(fmt::format("receiver '{}' has signals of its own choice, signals of some strength, "
                                  "biases, C/N0 weights, RAIM, a position filter, fewer "
@@ -167,6 +168,22 @@ void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::
   const int satellites = static_cast<int>(signals.satellites.size());
   const CellPlane& plane = cells.plane;
 
+  // Before quantiles put the errors in another order.
+  const auto compare = [this](const std::vector<double>& errors_m, double spread_m, Values& values) {
+    const LimitOptions& limits = impl_->limits;
+    const double protection_m = limits.protection_factor * spread_m;
+    const auto share_above = [&](double limit_m) {
+      const auto above = std::count_if(errors_m.begin(), errors_m.end(),
+                                       [limit_m](double error_m) { return error_m > limit_m; });
+      return static_cast<float>(above) / static_cast<float>(errors_m.size());
+    };
+    at(values, Layer::HorizontalErrorExceedance) = share_above(limits.error_m);
+    at(values, Layer::MisleadingShare) = share_above(protection_m);
+    if (protection_m <= limits.alert_m) {
+      at(values, Layer::ProtectedAvailability) =
+          static_cast<float>(errors_m.size()) / static_cast<float>(impl_->draws.draws);
+    }
+  };
   Block block;
   CellErrors cell;
   std::vector<double> horizontal, vertical;
@@ -224,10 +241,14 @@ void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::
             at(values, Layer::Hdop) = static_cast<float>(fix->dop.hdop);
             at(values, Layer::Pdop) = static_cast<float>(fix->dop.pdop);
             at(values, Layer::Vdop) = static_cast<float>(fix->dop.vdop);
+            at(values, Layer::ProtectionLevel) =
+                static_cast<float>(impl_->limits.protection_factor * fix->spread_m);
           }
+          if (draws) at(values, Layer::ProtectedAvailability) = 0;
           if (fix && draws) {
             solutions.locate_draws(cell, *fix, horizontal, vertical);
             if (!horizontal.empty()) {
+              compare(horizontal, fix->spread_m, values);
               describe(horizontal, Layer::HorizontalErrorMean, horizontal_quantiles, values);
               describe(vertical, Layer::VerticalErrorMean, vertical_quantiles, values);
             }
@@ -235,7 +256,7 @@ void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::
         }
       }
       for (std::size_t k = 0; k < wanted.size(); ++k) {
-        if (wanted[k] != Layer::SkyView) layers[k][index] = values[static_cast<std::size_t>(wanted[k])];
+        if (of_solver(wanted[k])) layers[k][index] = values[static_cast<std::size_t>(wanted[k])];
       }
     }
   }

@@ -66,14 +66,15 @@ class CellSolver {
   /// @param klobuchar per system, GPS's as fallback; needed where an ionosphere is in the signal or corrected
   /// Throws InputError for bad options, a receiver that does not fit and missing Klobuchar coefficients.
   CellSolver(const receiver::ReceiverOptions& receiver, const DrawOptions& draws,
-             const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {});
+             const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {}, const LimitOptions& limits = {});
   ~CellSolver();
   CellSolver(CellSolver&&) noexcept;
   CellSolver& operator=(CellSolver&&) noexcept;
   [[nodiscard]] static bool fits(const receiver::ReceiverOptions& receiver);
 
-  /// layers[k] has one float for each cell, of wanted[k] (SkyView: left alone); NaN in cells that are not
-  /// Computed.
+  /// layers[k] has one float for each cell, of wanted[k] (SkyView and TimeToFirstFix: left alone); NaN in
+  /// cells that are not Computed. Protection levels are those of the weights alone: receivers that scale by
+  /// their residuals (FixOptions::covariance_by_residuals) are not for these.
   /// @param signals of at most 128 satellites, else InputError. Excess is needed for errors (asserted);
   /// without it LargestExcess is NaN, and DOPs, counts and availability are those of a receiver that finds
   /// itself at the cell (which matters for a satellite at the very mask alone).

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -95,6 +96,67 @@ TEST(CellSolver, DrawsHaveTheClosedFormsMoments) {
     EXPECT_NEAR(maps[4][cell], 1.95996 * s, 0.06 * s);
   }
   EXPECT_NEAR(maps[0][0], maps[0][1], 1e-4);  // common random numbers
+}
+
+/// Share of a normal error, deviations a and b along the axes of its ellipse, that is longer than `limit`:
+/// the integral over directions of s^2 exp(-limit^2 / (2 s^2)) / (2 pi a b), 1/s^2 = cos^2/a^2 + sin^2/b^2.
+double share_beyond(double a, double b, double limit) {
+  double sum = 0;
+  constexpr int kSteps = 3600;
+  for (int i = 0; i < kSteps; ++i) {
+    const double angle = 2 * geodesy::kPi * i / kSteps;
+    const double s2 = 1 / (std::pow(std::cos(angle) / a, 2) + std::pow(std::sin(angle) / b, 2));
+    sum += s2 * std::exp(-limit * limit / (2 * s2)) / (a * b);
+  }
+  return sum / kSteps;
+}
+
+// Nothing reflected, so that errors are normal with sigma^2 K K^T: the level is K times its larger half axis,
+// and shares beyond limits are those of the bivariate normal distribution, 10,000 draws each (standard error
+// below 0.5 %).
+TEST(CellSolver, LimitsAreExceededAsOftenAsTheNormalDistributionSays) {
+  TileScene scene(kThree, kHongKong);
+  scene.lay({0, 0}, 2, 3, 1, 15);
+  ReceiverOptions options;
+  options.noise.ou.theta_per_s = 0.05;
+  options.noise.ou.sigma_m_per_sqrt_s = 1.2;
+  const double sigma = 1.2 / std::sqrt(0.1);
+  scene.look(options.fix.elevation_mask_rad);
+  scene.receive(1, 0, 0, 8);
+  LimitOptions limits;
+  limits.error_m = 3;
+  limits.protection_factor = 1.5;
+  const std::vector<Layer> wanted{Layer::ProtectionLevel, Layer::HorizontalErrorExceedance,
+                                  Layer::MisleadingShare, Layer::ProtectedAvailability};
+  std::vector<Eigen::Index> column;
+  std::vector<System> systems;
+  for (const orbit::LineOfSight& line : scene.signals.satellites) {
+    const System system = line.id.system;
+    auto found = std::find(systems.begin(), systems.end(), system);
+    if (found == systems.end()) found = systems.insert(systems.end(), system);
+    column.push_back(3 + (found - systems.begin()));
+  }
+  const auto rows = static_cast<Eigen::Index>(column.size());
+  Eigen::MatrixXd h = Eigen::MatrixXd::Zero(rows, 3 + static_cast<Eigen::Index>(systems.size()));
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const auto i = static_cast<std::size_t>(row);
+    const orbit::LineOfSight& line = scene.signals.satellites[i];
+    h.row(row).head<3>() =
+        -geodesy::enu_from_azimuth_elevation(line.azimuth_rad, line.elevation_rad).transpose();
+    h(row, column[i]) = 1;
+  }
+  const Eigen::Matrix2d spread = (sigma * sigma * (h.transpose() * h).inverse()).topLeftCorner<2, 2>();
+  const Eigen::Vector2d axes =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvalues().cwiseSqrt();
+  limits.alert_m = 1.5 * axes[1] + 0.01;
+  const Maps maps = solve(CellSolver(options, {10'000, 5}, {}, limits), scene.cells, scene.signals, wanted);
+  EXPECT_NEAR(maps[0][1], 1.5 * axes[1], 1e-3 * axes[1]);
+  EXPECT_NEAR(maps[1][1], share_beyond(axes[0], axes[1], 3), 0.02);
+  EXPECT_NEAR(maps[2][1], share_beyond(axes[0], axes[1], 1.5 * axes[1]), 0.02);
+  EXPECT_EQ(maps[3][1], 1);
+  limits.alert_m = 1.5 * axes[1] - 0.01;
+  const Maps strict = solve(CellSolver(options, {100, 5}, {}, limits), scene.cells, scene.signals, wanted);
+  EXPECT_EQ(strict[3][1], 0);
 }
 
 // One draw is the fix of measurements with its noise, from each satellite's own stream: at large, through a

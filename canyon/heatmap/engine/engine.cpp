@@ -13,6 +13,7 @@
 #include <set>
 #include <utility>
 
+#include "canyon/base/dealing.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/engine_key.hpp"
@@ -35,8 +36,8 @@ constexpr std::size_t kManyUnits = 256;
 /// Cells done, told to one callback from many threads.
 class Progress {
  public:
-  Progress(const std::function<void(std::size_t, std::size_t)>& callback, std::size_t total)
-      : callback_(callback), total_(total) {}
+  Progress(const std::function<void(std::size_t, std::size_t)>& callback, std::size_t total, int processes)
+      : callback_(callback), total_(total), processes_(static_cast<std::size_t>(processes)) {}
 
   void add(std::size_t cells) {
     if (!callback_) return;
@@ -45,18 +46,20 @@ class Progress {
     const Clock::time_point now = Clock::now();
     if (now - last_ < std::chrono::milliseconds(100)) return;
     last_ = now;
-    callback_(done_, total_);
+    callback();
   }
   /// Whatever the time is.
   void tell() {
     if (!callback_) return;
     const std::lock_guard lock(mutex_);
-    callback_(done_, total_);
+    callback();
   }
 
  private:
+  void callback() { callback_(done_, std::max(done_, total_ / processes_)); }
+
   const std::function<void(std::size_t, std::size_t)>& callback_;
-  std::size_t total_;
+  std::size_t total_, processes_;
   std::mutex mutex_;
   std::size_t done_ = 0;
   Clock::time_point last_ = Clock::now();
@@ -92,6 +95,7 @@ void Request::validate() const {
   if (!is_ascending(times, std::less<>())) {
     throw InputError("the map's times do not ascend", "give each once, the earliest first");
   }
+  limits.validate();
   if (layers.empty()) throw InputError("the map has no layer", "give at least one");
   std::set<Layer> once;
   for (const Layer layer : layers) {
@@ -127,6 +131,7 @@ void visit(options::Visitor& v, Request& o) {
   });
   v.part("draws", o.draws);
   v.part("receivers", o.receivers);
+  v.part("limits", o.limits);
 }
 
 struct Heatmap::Impl {
@@ -140,7 +145,8 @@ struct Heatmap::Impl {
   std::optional<SettledReceivers> settled;
   std::size_t tiles = 0, times_per_unit = 1, chunks = 1;
   bool received = false;  ///< some layer asks for what arrives beyond the line of sight
-  std::optional<std::size_t> los, sky_view;
+  std::optional<std::size_t> los, sky_view, first_fix;
+  std::optional<CellReceivers> starting;  ///< of first_fix
 
   Impl(const simulation::Environment& e, simulation::ReceiverConfig r, Request q, std::string k)
       : environment(&e),
@@ -149,32 +155,42 @@ struct Heatmap::Impl {
         input_key(std::move(k)),
         tracer(e, receiver.propagation, receiver.options.fix.elevation_mask_rad) {
     for (std::size_t i = 0; i < request.layers.size(); ++i) {
-      received |= info(request.layers[i]).received;
+      received |= info(request.layers[i]).received && of_solver(request.layers[i]);
       if (request.layers[i] == Layer::SatellitesLos) los = i;
       if (request.layers[i] == Layer::SkyView) sky_view = i;
+      if (request.layers[i] == Layer::TimeToFirstFix) first_fix = i;
     }
+    if (first_fix) starting.emplace(e, tracer.propagator(), receiver, request.draws, request.limits);
     if (received) {
-      if (receiver.disturbances.empty() && !receiver.streets.enabled && CellSolver::fits(receiver.options)) {
-        solver.emplace(receiver.options, request.draws, e.klobuchar());
+      if (receiver.disturbances.empty() && !receiver.streets.enabled && CellSolver::fits(receiver.options) &&
+          !(receiver.options.fix.covariance_by_residuals && wants_protection())) {
+        solver.emplace(receiver.options, request.draws, e.klobuchar(), request.limits);
       } else if (request.receivers.model == ReceiverModel::Settled && SettledReceivers::fits(receiver)) {
-        settled.emplace(e, tracer.propagator(), receiver, request.draws, request.receivers.path_nodes_m);
+        settled.emplace(e, tracer.propagator(), receiver, request.draws, request.limits,
+                        request.receivers.path_nodes_m);
       } else {
-        receivers.emplace(e, tracer.propagator(), receiver, request.draws);
+        receivers.emplace(e, tracer.propagator(), receiver, request.draws, request.limits);
       }
     }
     cut();
   }
 
+  [[nodiscard]] bool wants_protection() const {
+    return std::any_of(request.layers.begin(), request.layers.end(), [](Layer layer) {
+      return layer == Layer::ProtectionLevel || layer == Layer::ProtectedAvailability ||
+             layer == Layer::MisleadingShare;
+    });
+  }
   void cut();
   [[nodiscard]] Unit unit(std::size_t i) const;
-  [[nodiscard]] std::size_t turn(std::size_t i) const;
   [[nodiscard]] std::size_t slices(const Unit& unit) const {
     return unit.tile.cells() * request.altitudes_m.size() * unit.times;
   }
   [[nodiscard]] std::optional<TileValues> compute(const Unit& unit, const std::atomic<bool>* stop,
                                                   const std::atomic<bool>* failed, Progress* progress) const;
   void compute_altitude(const Unit& unit, std::size_t altitude, const TileCells& cells,
-                        const std::function<bool()>& go_on, TileValues& result) const;
+                        const std::function<bool()>& stopped, const std::function<bool()>& go_on,
+                        TileValues& result) const;
 };
 
 void Heatmap::Impl::cut() {
@@ -246,23 +262,17 @@ std::size_t Heatmap::unit_of(std::size_t tile, std::size_t time) const {
   return tile * impl_->chunks + time / impl_->times_per_unit;
 }
 
-/// Row by row, every other one backwards, so that neighbours, whose work is much alike, are of different
-/// ranks.
-std::size_t Heatmap::Impl::turn(std::size_t i) const {
-  const std::size_t across = request.grid.tiles_across();
-  const std::size_t tile = i / chunks, row = tile / across, column = tile % across;
-  return (row * across + (row % 2 == 0 ? column : across - 1 - column)) * chunks + i % chunks;
-}
-
 std::string Heatmap::key() const {
   return hash_text(fmt::format("values: {}\ntimes per unit: {}\ninput: {}\n", kValuesVersion,
                                impl_->times_per_unit, impl_->input_key) +
                    canonical_text(impl_->request, impl_->receiver, impl_->environment->klobuchar()));
 }
 
-/// All times of a unit at one altitude. Ends early where `go_on`, asked after each time, says so.
+/// All times of a unit at one altitude. Ends early where `go_on`, asked after each finished time, says so,
+/// and within a time where `stopped` does.
 void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, const TileCells& cells,
-                                     const std::function<bool()>& go_on, TileValues& result) const {
+                                     const std::function<bool()>& stopped, const std::function<bool()>& go_on,
+                                     TileValues& result) const {
   const std::size_t count = unit.tile.cells(), altitudes = request.altitudes_m.size();
   const auto slice = [&](std::size_t layer, std::size_t time) {
     const std::size_t first = ((layer * unit.times + time) * altitudes + altitude) * count;
@@ -291,6 +301,10 @@ void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, con
     } else if (los) {
       count_los(cells, signals, layers[*los]);
     }
+    if (starting) {
+      starting->first_fix(cells, time, layers[*first_fix], stopped);
+      if (stopped()) return;  // cells are missing
+    }
     if (!go_on()) return;
   }
 }
@@ -304,17 +318,20 @@ std::optional<TileValues> Heatmap::Impl::compute(const Unit& unit, const std::at
   result.values.assign(request.layers.size() * unit.times * altitudes * count, kNan);
   result.state.resize(altitudes * count);
   std::size_t slices_done = 0;
+  const auto stopped = [&] {
+    return (stop != nullptr && stop->load()) || (failed != nullptr && failed->load());
+  };
   const auto go_on = [&] {
     ++slices_done;
     if (progress != nullptr) progress->add(count);
-    return !(stop != nullptr && stop->load()) && !(failed != nullptr && failed->load());
+    return !stopped();
   };
   for (std::size_t a = 0; a < altitudes; ++a) {
     const TileCells cells = tracer.cells(request.grid, unit.tile, request.area ? &*request.area : nullptr,
                                          request.altitudes_m[a], request.altitude_kind);
     std::copy(cells.state.begin(), cells.state.end(),
               result.state.begin() + static_cast<std::ptrdiff_t>(a * count));
-    compute_altitude(unit, a, cells, go_on, result);
+    compute_altitude(unit, a, cells, stopped, go_on, result);
     if (slices_done < (a + 1) * unit.times) return std::nullopt;
   }
   return result;
@@ -331,18 +348,13 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
     throw InputError(fmt::format("{} threads are out of range", options.threads),
                      "give 0 (as many as cores) to 4096");
   }
-  if (options.ranks < 1 || options.rank < 0 || options.rank >= options.ranks) {
-    throw InputError(fmt::format("rank {} of {} does not exist", options.rank, options.ranks),
-                     "give a rank from 0 to one less than the ranks");
-  }
+  assert(options.processes >= 1 && (options.processes == 1 || options.deal));
 
   RunResult result;
+  result.units = unit_count();
   std::vector<std::size_t> missing;
   std::size_t cells_total = 0, cells_resumed = 0;
   for (std::size_t i = 0; i < unit_count(); ++i) {
-    if (impl.turn(i) % static_cast<std::size_t>(options.ranks) != static_cast<std::size_t>(options.rank))
-      continue;
-    ++result.units;
     const std::size_t cells = impl.slices(impl.unit(i));
     cells_total += cells;
     if (store.has(i)) {
@@ -352,22 +364,32 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
       missing.push_back(i);
     }
   }
-  Progress progress(options.progress, cells_total);
-  progress.add(cells_resumed);
+  if (options.begin_dealing) options.begin_dealing();
+  Progress progress(options.progress, cells_total, options.processes);
+  progress.add(cells_resumed / static_cast<std::size_t>(options.processes));
   progress.tell();
 
-  std::atomic<std::size_t> next{0}, computed{0}, cells_computed{0};
-  std::atomic<bool> failed{false};
+  Dealing dealing(options.deal);
+  std::atomic<std::size_t> computed{0}, cells_computed{0};
+  std::atomic<bool> failed{false}, cut_short{false};
   std::mutex failing;
   std::exception_ptr failure;
+  // Units are begun in order, whichever task comes first. There are as many tasks as units: of several
+  // processes one may compute them all.
   const auto one = [&] {
-    // Units are begun in order, whichever task comes first.
-    const std::size_t k = next.fetch_add(1);
-    if (failed.load() || (options.stop != nullptr && options.stop->load())) return;
+    if (failed.load() || (options.stop != nullptr && options.stop->load())) {
+      cut_short = true;
+      return;
+    }
     try {
+      const std::size_t k = dealing.take();
+      if (k >= missing.size()) return;
       const Unit unit = impl.unit(missing[k]);
       const auto values = impl.compute(unit, options.stop, &failed, &progress);
-      if (!values) return;
+      if (!values) {
+        cut_short = true;
+        return;
+      }
       store.save(missing[k], *values);
       computed.fetch_add(1);
       cells_computed.fetch_add(impl.slices(unit));
@@ -385,7 +407,7 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
   progress.tell();
   result.computed = computed.load();
   result.cells_computed = cells_computed.load();
-  result.interrupted = result.computed + result.resumed < result.units;
+  result.interrupted = cut_short.load();
   result.wall_s = std::chrono::duration<double>(Clock::now() - started).count();
   return result;
 }

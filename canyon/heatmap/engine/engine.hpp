@@ -28,6 +28,7 @@ struct Request {
   std::vector<Layer> layers = default_layers();  ///< at least one, each once
   DrawOptions draws;
   CellReceiverOptions receivers;
+  LimitOptions limits;
   /// Throws InputError for empty, unordered, repeated or not finite values.
   void validate() const;
 };
@@ -73,16 +74,21 @@ struct RunOptions {
   int threads = 0;                          ///< 0: as many as cores; at most that
   const std::atomic<bool>* stop = nullptr;  ///< looked at between the times and altitudes of a unit
   /// Cells (times altitudes and times) done, those of resumed units included, and in all, of this process's
-  /// share. From any thread, but one call at a time; in order; at the beginning, at the end, and at most ten
-  /// times a second between.
+  /// share (of several an equal one, until it has done more). From any thread, but one call at a time; in
+  /// order; at the beginning, at the end, and at most ten times a second between.
   std::function<void(std::size_t, std::size_t)> progress;
-  int rank = 0, ranks = 1;  ///< of the units, dealt out in turn along a snake through the tiles
+  /// Of several processes over one store: their number, and what deals places in the list of missing units
+  /// over all of them (Dealing). Called once before the first is dealt, by all: each must have the same list,
+  /// so none may begin before the last has made it (MpiProcesses::begin_dealing()).
+  int processes = 1;
+  std::function<void()> begin_dealing;
+  std::function<std::size_t()> deal;
 };
 
 struct RunResult {
-  std::size_t units = 0;  ///< of this process's share
-  std::size_t computed = 0, resumed = 0;
-  bool interrupted = false;  ///< computed + resumed < units
+  std::size_t units = 0;                  ///< in all
+  std::size_t computed = 0, resumed = 0;  ///< by this process; found there by all
+  bool interrupted = false;               ///< units were left that this process should have computed
   double wall_s = 0;
   std::size_t cells_computed = 0;  ///< in this run, times altitudes and times, of finished units
 };
@@ -122,9 +128,9 @@ class Heatmap {
 
   /// Values of one unit; the same on any thread and rank, and inside any task arena.
   [[nodiscard]] TileValues compute(std::size_t unit) const;
-  /// Computes what `store` does not have yet of this process's units, in order. Ends early, with all finished
-  /// units saved, when `stop` is set; throws InputError for options out of range, a damaged unit, and a disk
-  /// that takes no more.
+  /// Computes what `store` does not have yet, in order, of several processes what is dealt to this one. Ends
+  /// early, with all finished units saved, when `stop` is set; throws InputError for options out of range, a
+  /// damaged unit, and a disk that takes no more.
   RunResult run(TileStore& store, const RunOptions& options = {}) const;
 
  private:

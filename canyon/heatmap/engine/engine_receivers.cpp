@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -51,15 +53,18 @@ std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw)
 
 CellReceivers::CellReceivers(const simulation::Environment& environment,
                              const propagation::Propagator& propagator,
-                             const simulation::ReceiverConfig& receiver, const DrawOptions& draws)
+                             const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
+                             const LimitOptions& limits)
     : environment_(&environment),
       propagator_(&propagator),
       options_(receiver.options),
       disturbances_(receiver.disturbances),
       streets_(simulation::streets_of(receiver, environment.city(), nullptr)),
-      draws_(draws) {
+      draws_(draws),
+      limits_(limits) {
   options_.validate();
   draws_.validate();
+  limits_.validate();
   options_.signal.lock.warm_start = true;
   leave_out_unused_signals(options_);
 }
@@ -125,43 +130,87 @@ void CellReceivers::solve_without_noise(const propagation::Antenna& antenna,
     values.set(Layer::Pdop, fix.dop->pdop);
     values.set(Layer::Vdop, fix.dop->vdop);
   }
+  values.set(Layer::ProtectionLevel,
+             positioning::horizontal_protection_level_m(fix.covariance_enu, limits_.protection_factor));
 }
 
-void CellReceivers::draw(const propagation::Antenna& antenna, const propagation::Arrival& arrival,
-                         bool statistics, CellValues& values) const {
-  std::vector<double> horizontal, vertical;
-  int solved = 0;
+std::vector<disturbance::Source> CellReceivers::disturbances_at(const Vector3d& place) const {
   std::vector<disturbance::Source> disturbances = disturbances_;
   if (streets_) {
     disturbance::StreetsOptions streets = *streets_;
     streets.above_point_m = 0;
-    const Vector3d& place = arrival.antenna_enu;
     if (const auto terrain = environment_->scene().terrain_height(place.x(), place.y())) {
       streets.street.antenna_height_m = std::clamp(place.z() - *terrain, 0.0, 1000.0);
     }
     disturbances.insert(disturbances.begin(), disturbance::streets_source(streets));
   }
+  return disturbances;
+}
+
+void CellReceivers::draw(const propagation::Antenna& antenna, const propagation::Arrival& arrival,
+                         bool statistics, CellValues& values) const {
+  DrawnFixes fixes;
+  const std::vector<disturbance::Source> disturbances = disturbances_at(arrival.antenna_enu);
   for (int d = 0; d < draws_.draws; ++d) {
     const receiver::ReceiverEpoch epoch = observe(options_, d, disturbances, antenna, arrival);
     if (!epoch.fix.solved()) continue;
-    ++solved;
-    const Vector3d error = error_of(epoch.fix, antenna.position_ecef);
-    horizontal.push_back(error.head<2>().norm());
-    vertical.push_back(std::abs(error.z()));
+    fixes.add(error_of(epoch.fix, antenna.position_ecef), epoch.fix.covariance_enu, limits_);
   }
   if (options_.signal.enabled) {
-    values.set(Layer::Availability, static_cast<double>(solved) / draws_.draws);
+    values.set(Layer::Availability, static_cast<double>(fixes.horizontal_m.size()) / draws_.draws);
   }
-  if (!statistics) return;
-  values.describe(Layer::HorizontalErrorMean, horizontal);
-  values.describe(Layer::VerticalErrorMean, vertical);
+  if (statistics) fixes.describe(limits_, draws_.draws, values);
+}
+
+double CellReceivers::first_fix_at(geodesy::GpsTime time, const Vector3d& place) const {
+  receiver::ReceiverOptions options = options_;
+  tracking::SignalLockOptions& lock = options.signal.lock;
+  lock.warm_start = false;
+  if (limits_.start == StartKind::Hot) lock.cold_acquisition_s = lock.reacquisition_s;
+  const std::vector<disturbance::Source> disturbances = disturbances_at(place);
+  std::vector<std::unique_ptr<receiver::Receiver>> starting;
+  starting.reserve(static_cast<std::size_t>(draws_.draws));
+  for (int d = 0; d < draws_.draws; ++d) {
+    starting.push_back(std::make_unique<receiver::Receiver>(options, seed_of(draws_, time, d), disturbances));
+  }
+  // The median is known as soon as more than half of them have a fix.
+  const std::size_t half = starting.size() / 2;
+  std::vector<double> times_s;
+  for (int second = 0; second <= limits_.first_fix_s && times_s.size() <= half; ++second) {
+    const geodesy::GpsTime now = time + static_cast<double>(second);
+    const propagation::Arrival arrival = environment_->arrival(now, place, *propagator_);
+    const propagation::Antenna antenna{now, environment_->city().frame.ecef_from_local(place),
+                                       Vector3d::Zero()};
+    for (std::unique_ptr<receiver::Receiver>& one : starting) {
+      if (!one) continue;
+      propagation::Arrival own = arrival;
+      if (!one->observe({antenna, own, environment_->sky(), environment_->klobuchar()}).fix.solved())
+        continue;
+      times_s.push_back(second);
+      one.reset();
+    }
+  }
+  if (times_s.size() <= half) return std::numeric_limits<double>::quiet_NaN();
+  const bool odd = starting.size() % 2 == 1;
+  return odd ? times_s[half] : 0.5 * (times_s[half - 1] + times_s[half]);
+}
+
+void CellReceivers::first_fix(const TileCells& cells, geodesy::GpsTime time, std::span<float> seconds,
+                              const std::function<bool()>& stop) const {
+  spread(cells.tile.rows, [&](std::size_t row) {
+    if (stop()) return;
+    for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
+      if (cells.state[i] != CellState::Computed) continue;
+      seconds[i] = static_cast<float>(first_fix_at(time, cells.place(i)));
+    }
+  });
 }
 
 void CellReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
                           std::span<const std::span<float>> layers) const {
   assert(wanted.size() == layers.size());
-  const bool statistics =
-      std::any_of(wanted.begin(), wanted.end(), [](Layer layer) { return info(layer).draws; });
+  const bool statistics = std::any_of(wanted.begin(), wanted.end(),
+                                      [](Layer layer) { return info(layer).draws && of_solver(layer); });
   const bool draws =
       statistics || (options_.signal.enabled &&
                      std::find(wanted.begin(), wanted.end(), Layer::Availability) != wanted.end());
@@ -177,7 +226,7 @@ void CellReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::sp
         if (draws) draw(antenna, arrival, statistics, values);
       }
       for (std::size_t k = 0; k < wanted.size(); ++k) {
-        if (wanted[k] != Layer::SkyView) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];
+        if (of_solver(wanted[k])) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];
       }
     }
   });

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <memory>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -31,11 +31,19 @@ class CellReceivers {
   /// The environment and the propagator must outlive it. Throws InputError for options that do not
   /// validate().
   CellReceivers(const simulation::Environment& environment, const propagation::Propagator& propagator,
-                const simulation::ReceiverConfig& receiver, const DrawOptions& draws);
+                const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
+                const LimitOptions& limits = {});
 
-  /// As CellSolver::solve(), for all layers but SkyView, which is left alone.
+  /// As CellSolver::solve(), for the layers of_solver(); others are left alone.
   void solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
              std::span<const std::span<float>> layers) const;
+
+  /// TimeToFirstFix: the receiver of each draw begins at `time` and observes once a second until it has a
+  /// fix, satellites, paths and streets going on meanwhile. What it knows is LimitOptions::start; signals
+  /// without strength are measured at once. Some hundred times slower than one look: 30 epochs, each traced.
+  /// @param seconds one for each cell @param stop asked after each row of cells; true leaves the rest
+  void first_fix(const TileCells& cells, geodesy::GpsTime time, std::span<float> seconds,
+                 const std::function<bool()>& stop) const;
 
  private:
   /// One epoch of a receiver of its own. @param arrival a copy, for it is disturbed
@@ -47,6 +55,9 @@ class CellReceivers {
                            CellValues& values) const;
   void draw(const propagation::Antenna& antenna, const propagation::Arrival& arrival, bool statistics,
             CellValues& values) const;
+  /// Those of draws at a place: a street of its own each, where the receiver has one.
+  [[nodiscard]] std::vector<disturbance::Source> disturbances_at(const Eigen::Vector3d& place) const;
+  [[nodiscard]] double first_fix_at(geodesy::GpsTime time, const Eigen::Vector3d& place) const;
 
   const simulation::Environment* environment_;
   const propagation::Propagator* propagator_;
@@ -54,6 +65,7 @@ class CellReceivers {
   std::vector<disturbance::Source> disturbances_;
   std::optional<disturbance::StreetsOptions> streets_;
   DrawOptions draws_;
+  LimitOptions limits_;
 };
 
 }  // namespace canyon::heatmap

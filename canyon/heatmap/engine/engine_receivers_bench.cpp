@@ -131,7 +131,7 @@ int main(int argc, char** argv) {
   request.times = {time};
   request.altitudes_m = {std::atof(given("altitude", "2").c_str())};
   request.layers.clear();
-  for (const LayerInfo& each : all_layers()) request.layers.push_back(each.layer);
+  request.layers = layers_of_one_look();
   request.draws.draws = std::atoi(given("draws", "8").c_str());
   simulation::ReceiverConfig receiver =
       simulation::parse_profile(std::string(simulation::built_in_profile(profile).text), profile).receiver;

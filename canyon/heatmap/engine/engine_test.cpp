@@ -10,6 +10,7 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <thread>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -108,19 +109,13 @@ bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
-std::vector<Layer> every_layer() {
-  std::vector<Layer> layers;
-  for (const LayerInfo& each : all_layers()) layers.push_back(each.layer);
-  return layers;
-}
-
 TEST(Heatmap, UnitsCoverEveryCellAndTimeOnceAndAreBounded) {
   for (const std::size_t times : {std::size_t{1}, std::size_t{7}, std::size_t{300}}) {
     Request request;
     request.grid = Grid::covering(0, 0, 700, 530, 1);
     request.times.clear();
     for (std::size_t t = 0; t < times; ++t) request.times.push_back(kTime + 30.0 * static_cast<double>(t));
-    request.layers = every_layer();
+    request.layers = layers_of_one_look();
     request.altitudes_m = {2, 15, 40};
     const Heatmap map = map_of(Model::Mirror, request);
     std::vector<int> seen(request.grid.cells() * times);
@@ -149,7 +144,7 @@ TEST(Heatmap, UnitsCoverEveryCellAndTimeOnceAndAreBounded) {
   // One time alone may be larger, but not without bound.
   Request deep = small_request();
   deep.grid = Grid::covering(0, 0, 300, 300, 1);
-  deep.layers = every_layer();
+  deep.layers = layers_of_one_look();
   deep.altitudes_m.clear();
   for (int i = 0; i < 40; ++i) deep.altitudes_m.push_back(i);
   EXPECT_EQ(map_of(Model::Mirror, deep).unit(0).times, 1U);
@@ -188,7 +183,7 @@ TEST(Heatmap, RequestsAreChecked) {
 TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
   for (const Model model : {Model::Mirror, Model::Specular}) {
     Request request = small_request();
-    request.layers = every_layer();
+    request.layers = layers_of_one_look();
     request.draws.draws = 8;
     const Heatmap map = map_of(model, request);
     const std::vector<float> expected = computed(map);
@@ -204,19 +199,30 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
       EXPECT_FALSE(result.interrupted);
       EXPECT_TRUE(same_bits(stored(map, store), expected)) << threads;
     }
-    std::size_t units = 0;
-    for (const int rank : {1, 0}) {
-      // A process of its own: its own map and its own view of the folder.
+    // As two processes: each its own map and its own view of the folder, one count for both. The first makes
+    // the folder before the other comes.
+    { const TileStore made(folder / "ranks", map.key(), ""); }
+    std::atomic<std::size_t> next{0}, units{0};
+    std::atomic<int> ready{0};
+    const auto process = [&] {
       const Heatmap of_rank = map_of(model, request);
       TileStore store(folder / "ranks", of_rank.key(), "");
       RunOptions options;
-      options.rank = rank;
-      options.ranks = 2;
+      options.threads = 1;
+      options.processes = 2;
+      options.begin_dealing = [&] {
+        ++ready;
+        while (ready < 2) std::this_thread::yield();
+      };
+      options.deal = [&] { return next++; };
       const RunResult result = of_rank.run(store, options);
       EXPECT_EQ(result.resumed, 0U);
       EXPECT_FALSE(result.interrupted);
-      units += result.units;
-    }
+      units += result.computed;
+    };
+    std::thread other(process);
+    process();
+    other.join();
     EXPECT_EQ(units, map.unit_count());
     EXPECT_TRUE(same_bits(stored(map, TileStore(folder / "ranks", map.key(), "")), expected));
   }
@@ -339,7 +345,7 @@ TEST(Heatmap, ReceiversOfTheirOwnForEachCellAgree) {
   EXPECT_GT(check.fixes, 100U);
   EXPECT_LE(check.different, 2U);
 
-  request.layers = every_layer();
+  request.layers = layers_of_one_look();
   request.draws.draws = 300;
   request.grid = Grid::covering(-40.3, -36.7, -40.3 + 16, -36.7 + 16, 2);
   request.altitudes_m = {40};
@@ -359,7 +365,35 @@ TEST(Heatmap, ReceiversOfTheirOwnForEachCellAgree) {
     // 300 draws: the standard error of an RMS is 4 %, of a quantile some 8 %; four of them for many cells.
     EXPECT_LT(difference, info(layer).draws ? 0.4 : 0.03) << info(layer).name;
   }
-  EXPECT_EQ(worst.size(), all_layers().size());
+  EXPECT_EQ(worst.size(), request.layers.size());
+}
+
+// In the open: what the lock's options say of a cold and a hot start; nothing to acquire where signals have
+// no strength; with three satellites never.
+TEST(Heatmap, TimesToFirstFixAreThoseOfAcquisition) {
+  const simulation::Environment open(
+      city::City(), std::make_shared<CircularSky>(std::vector{gnss::System::GPS, gnss::System::Galileo}));
+  Request request;
+  request.grid = Grid::covering(0, 0, 4, 2, 2);
+  request.times = {kTime};
+  request.draws.draws = 4;
+  request.layers = {Layer::TimeToFirstFix, Layer::SatellitesLos};
+  request.limits.first_fix_s = 40;
+  ReceiverConfig receiver = receiver_of(Model::Specular);
+  const auto seconds = [&] { return Heatmap(open, receiver, request, "").compute(0).values[0]; };
+  EXPECT_EQ(seconds(), 0);
+  receiver.options.signal.enabled = true;
+  receiver.options.signal.lock.cold_acquisition_s = 23;
+  receiver.options.signal.lock.reacquisition_s = 2;
+  EXPECT_EQ(seconds(), 23);
+  request.limits.start = StartKind::Hot;
+  EXPECT_EQ(seconds(), 2);
+  receiver.options.signal.lock.reacquisition_s = 41;
+  EXPECT_TRUE(std::isnan(seconds()));
+  receiver.options.signal.lock.reacquisition_s = 2;
+  receiver.disturbances = {
+      test::always("three are left", [](propagation::Arrival& arrival) { arrival.views.resize(3); })};
+  EXPECT_TRUE(std::isnan(seconds()));
 }
 
 TEST(Heatmap, HonoursDisturbances) {
@@ -545,7 +579,7 @@ TEST(Heatmap, ResumesWhatIsLost) {
 TEST(Heatmap, StopsBetweenTimesAndKeepsWhatIsDone) {
   const TemporaryFolder folder;
   Request request = small_request(192);  // slow enough to be stopped by the first report after its beginning
-  request.layers = every_layer();
+  request.layers = layers_of_one_look();
   request.grid.tile_size = 64;
   const Heatmap map = map_of(Model::Specular, request);
   TileStore store(folder / "tiles", map.key(), "");
@@ -574,14 +608,9 @@ TEST(Heatmap, DamagedUnitsAndBadOptionsStopIt) {
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("unit-000000002.tile"), std::string::npos);
   }
-  for (const auto& [rank, ranks, threads] :
-       {std::array{2, 2, 1}, std::array{-1, 2, 1}, std::array{0, 0, 1}, std::array{0, 1, -1}}) {
-    RunOptions options;
-    options.rank = rank;
-    options.ranks = ranks;
-    options.threads = threads;
-    EXPECT_THROW((void)map.run(store, options), InputError);
-  }
+  RunOptions options;
+  options.threads = -1;
+  EXPECT_THROW((void)map.run(store, options), InputError);
   // A store that cannot be written to any more: no unit is lost, and the error comes out.
   fs::remove_all(folder / "tiles");
   EXPECT_THROW((void)map.run(store), InputError);

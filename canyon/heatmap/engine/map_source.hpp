@@ -19,6 +19,7 @@ struct MapSource {
   geodesy::LocalFrame frame;           ///< of the city
   std::string title, history, source;  ///< CF attributes; no date, so that equal runs give equal bytes
   std::map<std::string, std::string> attributes;  ///< further global ones: model, receiver, systems, seed
+  std::string over_runs;                          ///< CF cell method over several maps, "mean"; empty: of one
   /// Values of one tile at one time, layout [layer][altitude][cell], and the states [altitude][cell]. Empty:
   /// not computed (an interrupted run): written as missing.
   struct Slice {

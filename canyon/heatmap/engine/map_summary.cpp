@@ -34,7 +34,8 @@ double value_of(std::size_t bin) {
 }
 
 bool nan_without_fix(Layer layer) {
-  return info(layer).error && layer != Layer::Availability && layer != Layer::SatellitesUsed;
+  return info(layer).error && layer != Layer::Availability && layer != Layer::SatellitesUsed &&
+         layer != Layer::ProtectedAvailability && layer != Layer::TimeToFirstFix;
 }
 
 }  // namespace

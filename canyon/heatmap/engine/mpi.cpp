@@ -84,7 +84,10 @@ std::vector<std::uint64_t> MpiProcesses::gather(std::uint64_t value) const {
 }
 
 void MpiProcesses::begin_dealing() {
-  if (joined_) counter_ = std::make_unique<Counter>(rank_);
+  next_ = 0;
+  if (!joined_) return;
+  if (counter_) counter_->free();
+  counter_ = std::make_unique<Counter>(rank_);
 }
 
 std::size_t MpiProcesses::next() {
@@ -123,7 +126,9 @@ std::vector<std::uint64_t> MpiProcesses::gather(std::uint64_t value) const {
 std::uint64_t MpiProcesses::sum(std::uint64_t value) const {
   return value;
 }
-void MpiProcesses::begin_dealing() {}
+void MpiProcesses::begin_dealing() {
+  next_ = 0;
+}
 std::size_t MpiProcesses::next() {
   return next_++;
 }

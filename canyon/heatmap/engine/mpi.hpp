@@ -11,8 +11,8 @@ namespace canyon::heatmap {
 /// that nothing else knows it. Without CANYON_BUILD_MPI, or where nothing started the process as one of
 /// several, it is alone: rank 0 of 1.
 ///
-/// Ranks share nothing but the folder of a TileStore (rank 0 opens it, then a barrier, then the others) and
-/// take the units of their number (RunOptions::rank). All calls are collective: every rank makes the same
+/// Ranks share nothing but a folder of results (rank 0 opens it, then a barrier, then the others) and the
+/// numbers that next() deals. All calls are collective: every rank makes the same
 /// ones in the same order, from the thread that made the object; next() alone may come from others
 /// (MPI_THREAD_SERIALIZED).
 class MpiProcesses {
@@ -39,8 +39,8 @@ class MpiProcesses {
   [[nodiscard]] std::vector<std::uint64_t> gather(std::uint64_t value) const;
   /// Sum over the ranks, at each of them.
   [[nodiscard]] std::uint64_t sum(std::uint64_t value) const;
-  /// Deals 0, 1, 2, ... to whoever asks, over all ranks and threads, each number once. Collective once,
-  /// before the first next(); alone it counts by itself.
+  /// From here on next() deals 0, 1, 2, ... to whoever asks, over all ranks and threads, each number once.
+  /// Returns once every rank is here; alone it counts by itself.
   void begin_dealing();
   /// Not collective; one thread of a rank at a time.
   [[nodiscard]] std::size_t next();

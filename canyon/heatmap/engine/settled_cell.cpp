@@ -27,10 +27,12 @@ constexpr double kArrivalSteps = 40;
 }  // namespace
 
 SettledCell::SettledCell(const SettledSky& sky, const propagation::Propagator& propagator,
-                         const receiver::ReceiverOptions& options, const Eigen::Matrix3d& ecef_from_enu)
+                         const receiver::ReceiverOptions& options, const LimitOptions& limits,
+                         const Eigen::Matrix3d& ecef_from_enu)
     : sky_(sky),
       propagator_(propagator),
       options_(options),
+      limits_(limits),
       ecef_from_enu_(ecef_from_enu),
       noise_sigma_m_(options.noise.enabled ? options.noise.ou.standard_deviation_m() : 0),
       fix_(sky.satellites(), options.fix),
@@ -272,7 +274,7 @@ void SettledCell::measure(std::size_t satellite) {
     const double sigma_m = equal ? 1 : options_.fix.weights.sigma_m(m, s.line.elevation_rad);
     ranges_[i].push_back({static_cast<std::uint32_t>(satellite),
                           static_cast<double>(delay_m_[i]) + s.error_m[i] + s.code_normal[i] * jitter_m,
-                          1 / (sigma_m * sigma_m)});
+                          1 / (sigma_m * sigma_m), m.sigma_m * m.sigma_m});
   }
   los_ += direct ? 1 : 0;
   ++(tracks ? visible_ : blocked_);
@@ -289,7 +291,7 @@ void SettledCell::locate(bool statistics, CellValues& values) {
     values.set(Layer::NlosShare, static_cast<double>(nlos_) / visible_);
     values.set(Layer::LargestExcess, largest_excess_m_);
   }
-  const SettledFix::Answer quiet = fix_.solve(ranges_[0]);
+  const SettledFix::Answer quiet = fix_.solve(ranges_[0], true);
   values.set(Layer::Availability, quiet.solved ? 1 : 0);
   values.set(Layer::SatellitesUsed, quiet.used);
   if (quiet.solved) {
@@ -298,20 +300,18 @@ void SettledCell::locate(bool statistics, CellValues& values) {
     values.set(Layer::Hdop, quiet.dop.hdop);
     values.set(Layer::Pdop, quiet.dop.pdop);
     values.set(Layer::Vdop, quiet.dop.vdop);
+    values.set(Layer::ProtectionLevel,
+               positioning::horizontal_protection_level_m(quiet.covariance, limits_.protection_factor));
   }
   if (ranges_.size() == 1) return;
-  std::vector<double> horizontal, vertical;
+  DrawnFixes fixes;
   for (std::size_t i = 1; i < ranges_.size(); ++i) {
-    const SettledFix::Answer answer = fix_.solve(ranges_[i]);
-    if (!answer.solved) continue;
-    horizontal.push_back(answer.error.head<2>().norm());
-    vertical.push_back(std::abs(answer.error.z()));
+    const SettledFix::Answer answer = fix_.solve(ranges_[i], statistics);
+    if (answer.solved) fixes.add(answer.error, answer.covariance, limits_);
   }
-  values.set(Layer::Availability,
-             static_cast<double>(horizontal.size()) / static_cast<double>(ranges_.size() - 1));
-  if (!statistics) return;
-  values.describe(Layer::HorizontalErrorMean, horizontal);
-  values.describe(Layer::VerticalErrorMean, vertical);
+  const auto draws = static_cast<int>(ranges_.size()) - 1;
+  values.set(Layer::Availability, static_cast<double>(fixes.horizontal_m.size()) / draws);
+  if (statistics) fixes.describe(limits_, draws, values);
 }
 
 void SettledCell::solve(const Vector3d& place, std::span<const propagation::KnownEdge> edges,

@@ -37,7 +37,8 @@ class SettledCell {
  public:
   /// The references must outlive it. @param ecef_from_enu of the city
   SettledCell(const SettledSky& sky, const propagation::Propagator& propagator,
-              const receiver::ReceiverOptions& options, const Eigen::Matrix3d& ecef_from_enu);
+              const receiver::ReceiverOptions& options, const LimitOptions& limits,
+              const Eigen::Matrix3d& ecef_from_enu);
 
   [[nodiscard]] PathNode trace(const Eigen::Vector3d& place);
   /// @param edges that may bend signals here, ascending; @param node next to the place
@@ -74,6 +75,7 @@ class SettledCell {
   const SettledSky& sky_;
   const propagation::Propagator& propagator_;
   const receiver::ReceiverOptions& options_;
+  const LimitOptions& limits_;
   Eigen::Matrix3d ecef_from_enu_;
   double noise_sigma_m_ = 0;
   SettledFix fix_;

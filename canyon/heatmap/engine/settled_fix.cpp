@@ -51,7 +51,7 @@ SettledFix::SettledFix(const std::vector<SettledSatellite>& satellites,
                        const positioning::FixOptions& options)
     : satellites_(satellites), options_(options) {}
 
-SettledFix::Answer SettledFix::solve(std::span<const SettledRange> ranges) {
+SettledFix::Answer SettledFix::solve(std::span<const SettledRange> ranges, bool covariance) {
   Answer answer;
   std::array<int, gnss::kSystemCount> count{};
   for (const SettledRange& range : ranges) {
@@ -107,6 +107,34 @@ SettledFix::Answer SettledFix::solve(std::span<const SettledRange> ranges) {
   answer.dop = *dop_;
   answer.used = static_cast<int>(used_.size());
   answer.solved = true;
+  if (!covariance) return answer;
+  for (Eigen::Index j = 0; j < 3; ++j) {
+    std::array<double, kMost> unit{};
+    unit[static_cast<std::size_t>(j)] = 1;
+    substitute(normal, unknowns, unit);
+    for (Eigen::Index i = 0; i < 3; ++i) answer.covariance(i, j) = unit[static_cast<std::size_t>(i)];
+  }
+  // As positioning::solve_fix(): equal weights stand for the mean of the variances, and the residuals may say
+  // that all are larger.
+  double variances = 0, squares = 0;
+  for (const SettledRange& range : ranges) {
+    const SettledSatellite& s = satellites_[range.satellite];
+    const int column = clocks.column[static_cast<std::size_t>(s.line.id.system)];
+    if (column < 0) continue;
+    variances += range.variance_m2;
+    const double residual =
+        range.error_m + s.local.dot(answer.error) - right[static_cast<std::size_t>(column)];
+    squares += range.weight * residual * residual;
+  }
+  const auto rows = static_cast<double>(used_.size());
+  const bool equal = options_.weights.weighting == positioning::Weighting::Equal;
+  if (equal) {
+    answer.covariance *= variances / rows;
+    squares *= rows / variances;
+  }
+  if (options_.covariance_by_residuals && used_.size() > unknowns) {
+    answer.covariance *= std::max(1.0, squares / (rows - static_cast<double>(unknowns)));
+  }
   return answer;
 }
 

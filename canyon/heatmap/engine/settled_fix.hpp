@@ -16,7 +16,8 @@ namespace canyon::heatmap {
 struct SettledRange {
   std::uint32_t satellite = 0;  ///< of SettledSky::satellites()
   double error_m = 0;
-  double weight = 1;  ///< 1 / sigma^2
+  double weight = 1;       ///< 1 / sigma^2; of equal weights 1
+  double variance_m2 = 1;  ///< that the measurement states
 };
 
 /// positioning::solve_fix() about the true place, where it is linear: dx = (H^T W H)^-1 H^T W m (Misra and
@@ -30,10 +31,12 @@ class SettledFix {
     int used = 0;
     Eigen::Vector3d error = Eigen::Vector3d::Zero();  ///< east, north, up [m]
     positioning::Dop dop;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< stated, ENU [m^2]; zero unless asked for
   };
 
   SettledFix(const std::vector<SettledSatellite>& satellites, const positioning::FixOptions& options);
-  [[nodiscard]] Answer solve(std::span<const SettledRange> ranges);
+  /// @param covariance whether Answer::covariance is asked for
+  [[nodiscard]] Answer solve(std::span<const SettledRange> ranges, bool covariance = false);
 
  private:
   static constexpr std::size_t kMost = 3 + gnss::kSystemCount;

@@ -96,11 +96,12 @@ bool SettledReceivers::fits(const simulation::ReceiverConfig& receiver) {
 SettledReceivers::SettledReceivers(const simulation::Environment& environment,
                                    const propagation::Propagator& propagator,
                                    const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
-                                   double path_nodes_m)
+                                   const LimitOptions& limits, double path_nodes_m)
     : environment_(&environment),
       propagator_(&propagator),
       options_(receiver.options),
       draws_(draws),
+      limits_(limits),
       path_nodes_m_(path_nodes_m) {
   options_.validate();
   draws_.validate();
@@ -113,7 +114,7 @@ void SettledReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std:
                              std::span<const std::span<float>> layers) const {
   assert(wanted.size() == layers.size());
   const auto has = [&](const auto& is) { return std::any_of(wanted.begin(), wanted.end(), is); };
-  const bool statistics = has([](Layer layer) { return info(layer).draws; });
+  const bool statistics = has([](Layer layer) { return info(layer).draws && of_solver(layer); });
   const bool draws = statistics || has([](Layer layer) { return layer == Layer::Availability; });
   const double half = cells.plane.spacing_m / 2;
   const Vector3d centre(cells.plane.first.x() + half * (cells.tile.columns - 1),
@@ -122,7 +123,7 @@ void SettledReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std:
   const SettledSky sky(*environment_, options_, propagation.diffuse ? propagation.scattering.max_paths : 0,
                        draws_, draws ? draws_.draws + 1 : 1, centre, time);
   const Eigen::Matrix3d ecef_from_enu = environment_->city().frame.ecef_from_local_rotation();
-  const auto task = [&] { return SettledCell(sky, *propagator_, options_, ecef_from_enu); };
+  const auto task = [&] { return SettledCell(sky, *propagator_, options_, limits_, ecef_from_enu); };
 
   Blocks blocks(cells, path_nodes_m_);
   const std::size_t none = cells.tile.cells();
@@ -147,7 +148,7 @@ void SettledReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std:
             solver.solve(cells.place(i), known, blocks.nodes[block], statistics, values);
           }
           for (std::size_t k = 0; k < wanted.size(); ++k) {
-            if (wanted[k] != Layer::SkyView) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];
+            if (of_solver(wanted[k])) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];
           }
         });
       }

@@ -24,9 +24,10 @@ class SettledReceivers {
   /// The environment and the propagator must outlive it. @param path_nodes_m most distance of nodes; 0: one
   /// in every cell. Throws InputError for options that do not validate() and a receiver that does not fit.
   SettledReceivers(const simulation::Environment& environment, const propagation::Propagator& propagator,
-                   const simulation::ReceiverConfig& receiver, const DrawOptions& draws, double path_nodes_m);
+                   const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
+                   const LimitOptions& limits, double path_nodes_m);
 
-  /// As CellReceivers::solve().
+  /// As CellReceivers::solve(); TimeToFirstFix is left alone as well.
   void solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
              std::span<const std::span<float>> layers) const;
 
@@ -35,6 +36,7 @@ class SettledReceivers {
   const propagation::Propagator* propagator_;
   receiver::ReceiverOptions options_;
   DrawOptions draws_;
+  LimitOptions limits_;
   double path_nodes_m_;
 };
 

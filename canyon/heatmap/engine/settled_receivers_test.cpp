@@ -89,10 +89,12 @@ constexpr CellReceiverOptions kRun{ReceiverModel::Run, 0};
 // facades ask for in steps of 1.4 deg.
 TEST(SettledReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
   const std::vector<Layer> layers{
-      Layer::HorizontalError,   Layer::VerticalError,       Layer::Hdop,
-      Layer::SatellitesVisible, Layer::SatellitesUsed,      Layer::SatellitesLos,
-      Layer::SatellitesBlocked, Layer::NlosShare,           Layer::LargestExcess,
-      Layer::Availability,      Layer::HorizontalErrorMean, Layer::VerticalErrorRms};
+      Layer::HorizontalError,      Layer::VerticalError,       Layer::Hdop,
+      Layer::SatellitesVisible,    Layer::SatellitesUsed,      Layer::SatellitesLos,
+      Layer::SatellitesBlocked,    Layer::NlosShare,           Layer::LargestExcess,
+      Layer::Availability,         Layer::HorizontalErrorMean, Layer::VerticalErrorRms,
+      Layer::ProtectionLevel,      Layer::MisleadingShare,     Layer::HorizontalErrorExceedance,
+      Layer::ProtectedAvailability};
   for (const char* profile : {"ublox-m8t", "phone"}) {
     ReceiverConfig receiver = sold(profile);
     receiver.options.filter = {};
@@ -173,7 +175,7 @@ TEST(SettledReceivers, LeaveOthersToThoseThatRun) {
   mirror.propagation.model = propagation::Model::Mirror;
   EXPECT_FALSE(SettledReceivers::fits(mirror));
   const propagation::Propagator propagator = downtown().make_propagator(raim.propagation);
-  EXPECT_THROW(SettledReceivers(downtown(), propagator, raim, {}, 8), InputError);
+  EXPECT_THROW(SettledReceivers(downtown(), propagator, raim, {}, {}, 8), InputError);
   CellReceiverOptions far;
   far.path_nodes_m = 101;
   EXPECT_THROW(far.validate(), InputError);

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <list>
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -86,6 +88,44 @@ std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_s
     const Heatmap& heatmap, const TileStore& store) {
   auto reader = std::make_shared<Reader>(heatmap, store);
   return [reader](std::size_t tile, std::size_t time) { return reader->slice(tile, time); };
+}
+
+std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> slices_over_runs(
+    std::vector<std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)>> runs,
+    std::vector<Layer> layers, OverRuns what) {
+  assert(!runs.empty());
+  return [runs = std::move(runs), layers = std::move(layers), what](
+             std::size_t tile, std::size_t time) -> std::optional<MapSource::Slice> {
+    std::vector<MapSource::Slice> slices;
+    for (const auto& run : runs) {
+      std::optional<MapSource::Slice> slice = run(tile, time);
+      if (!slice) return std::nullopt;
+      slices.push_back(std::move(*slice));
+    }
+    MapSource::Slice result = slices.front();
+    for (std::size_t i = 0; i < result.state.size(); ++i) {
+      for (const MapSource::Slice& slice : slices) {
+        if (slice.state[i] == CellState::Computed) result.state[i] = CellState::Computed;
+      }
+    }
+    std::vector<double> values;
+    const std::size_t plane = result.values.size() / layers.size();
+    for (std::size_t i = 0; i < result.values.size(); ++i) {
+      values.clear();
+      for (const MapSource::Slice& slice : slices) {
+        if (!std::isnan(slice.values[i])) values.push_back(static_cast<double>(slice.values[i]));
+      }
+      if (values.empty()) continue;
+      double value = 0;
+      if (what == OverRuns::Mean) {
+        for (const double each : values) value += each / static_cast<double>(values.size());
+      } else {
+        value = *quantile(values, more_is_better(layers[i / plane]) ? 0.05 : 0.95);
+      }
+      result.values[i] = static_cast<float>(value);
+    }
+    return result;
+  };
 }
 
 MapSource map_source(const Heatmap& heatmap, const TileStore& store,

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "canyon/heatmap/engine/engine.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
@@ -14,6 +16,20 @@ namespace canyon::heatmap {
 /// through.
 [[nodiscard]] std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_slices(
     const Heatmap& heatmap, const TileStore& store);
+
+/// What is made of several maps, cell by cell.
+enum class OverRuns : std::uint8_t {
+  Mean,
+  /// What 95 % of the runs do not fall short of: the 95th percentile, of layers where more is better the 5th
+  /// (definition 7 of Hyndman and Fan 1996).
+  P95,
+};
+/// MapSource::slice over maps of one request that differ in their seed, each a slice of its own: over the
+/// runs that have a value there; states are the first run's that computed the cell, else the first's. Empty
+/// where any of them is. Memory: a slice of each run.
+[[nodiscard]] std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> slices_over_runs(
+    std::vector<std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)>> runs,
+    std::vector<Layer> layers, OverRuns what);
 
 /// The whole map as writers see it: store_slices(), and what it is a map of. `history` is left to the caller.
 /// `scenario` is the one that `environment` was made of, for the names of what was computed. All must outlive

@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <functional>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
@@ -99,6 +103,35 @@ TEST_F(StoreSlices, AreEmptyWhereTheStoreHasNone) {
   EXPECT_TRUE(slices(0, 2));
   store_->save(lost, map_->compute(lost));
   EXPECT_TRUE(slices(1, 2));
+}
+
+// 1 to 5 in five runs, one of them without a value in the second cell and one without a state in the third:
+// mean and quantiles of definition 7 by hand; more satellites are better, larger errors are not.
+TEST(SlicesOverRuns, AreMeansAndTheBadEnd) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<Layer> layers{Layer::HorizontalError, Layer::SatellitesUsed};
+  std::vector<std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)>> runs;
+  for (int run = 1; run <= 5; ++run) {
+    runs.emplace_back([run](std::size_t, std::size_t) {
+      const auto value = static_cast<float>(run);
+      MapSource::Slice slice;
+      slice.values = {value, run == 5 ? kNan : value, kNan, value, value, value};
+      slice.state = {CellState::Computed, CellState::Computed,
+                     run == 4 ? CellState::Computed : CellState::InsideBuilding};
+      return std::optional(slice);
+    });
+  }
+  const auto mean = slices_over_runs(runs, layers, OverRuns::Mean)(0, 0).value();
+  EXPECT_FLOAT_EQ(mean.values[0], 3);
+  EXPECT_FLOAT_EQ(mean.values[1], 2.5);
+  EXPECT_TRUE(std::isnan(mean.values[2]));
+  EXPECT_EQ(mean.state[2], CellState::Computed);
+  const auto p95 = slices_over_runs(runs, layers, OverRuns::P95)(0, 0).value();
+  EXPECT_FLOAT_EQ(p95.values[0], 4.8F);
+  EXPECT_FLOAT_EQ(p95.values[1], 3.85F);
+  EXPECT_FLOAT_EQ(p95.values[3], 1.2F);
+  runs.emplace_back([](std::size_t, std::size_t) { return std::nullopt; });
+  EXPECT_FALSE(slices_over_runs(runs, layers, OverRuns::Mean)(0, 0));
 }
 
 TEST_F(StoreSlices, PassOnThatATileIsDamaged) {

@@ -275,6 +275,8 @@ void Writer::write_one(GDALDatasetH values, std::size_t layer, std::size_t altit
   tag("history", source_.history);
   for (const auto& [key, value] : source_.attributes) tag(key.c_str(), value);
   tag("layer", std::string(about.name));
+  tag("comment", limits_text(about.layer, request_.limits));
+  tag("over_runs", source_.over_runs);
   tag("time", geodesy::format_utc(request_.times[time], decimals_));
   tag("altitude_m", fmt::format("{}", request_.altitudes_m[altitude]));
   tag("altitude_above", request_.altitude_kind == AltitudeKind::Ellipsoid ? "WGS 84 ellipsoid" : "terrain");

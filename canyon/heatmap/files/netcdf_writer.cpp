@@ -227,7 +227,11 @@ void Writer::define_layers() {
     file_.put_float(variable, "_FillValue", kNan);
     file_.put_text(variable, "long_name", about.long_name);
     file_.put_text(variable, "units", about.unit);
-    file_.put_text(variable, "cell_methods", "area: point");
+    file_.put_text(variable, "cell_methods",
+                   "area: point" + (source_.over_runs.empty() ? "" : " realization: " + source_.over_runs));
+    if (const std::string limits = limits_text(layer, request_.limits); !limits.empty()) {
+      file_.put_text(variable, "comment", limits);
+    }
     file_.put_text(variable, "ancillary_variables", layout::kState);
     file_.put_text(variable, "grid_mapping", "crs");
     if (with_latitude_) file_.put_text(variable, "coordinates", "lat lon");

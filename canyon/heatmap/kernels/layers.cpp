@@ -7,6 +7,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -48,13 +49,22 @@ constexpr std::array kLayers{
     LayerInfo{Layer::LargestExcess, "largest_excess", "largest excess path of a received satellite", "m"},
     LayerInfo{Layer::SkyView, "sky_view", "sky view factor: share of the hemisphere that is clear", "1",
               false, false, kLineOfSight},
+    LayerInfo{Layer::HorizontalErrorExceedance, "horizontal_error_exceedance",
+              "probability of a horizontal error above the limit", "1", kFix, kDraws},
+    LayerInfo{Layer::ProtectionLevel, "protection_level", "horizontal protection level", "m", kFix},
+    LayerInfo{Layer::ProtectedAvailability, "protected_availability",
+              "availability of a fix whose protection level is below the alert limit", "1", kFix, kDraws},
+    LayerInfo{Layer::MisleadingShare, "misleading_share",
+              "probability of an error above the protection level", "1", kFix, kDraws},
+    LayerInfo{Layer::TimeToFirstFix, "time_to_first_fix", "median time to the first position fix", "s", kFix,
+              kDraws},
 };
 
 constexpr bool in_order() {
   for (std::size_t i = 0; i < kLayers.size(); ++i) {
     if (kLayers[i].layer != static_cast<Layer>(i)) return false;
   }
-  return kLayers.size() == static_cast<std::size_t>(Layer::SkyView) + 1;
+  return kLayers.size() == kLayerCount;
 }
 static_assert(in_order());
 
@@ -81,6 +91,54 @@ Layer layer_by_name(std::string_view name) {
   for (const std::string& each : names) all += (all.empty() ? "" : ", ") + each;
   throw InputError(fmt::format("there is no layer '{}'", name),
                    meant ? fmt::format("did you mean {}?", *meant) : "layers are " + all);
+}
+
+void LimitOptions::validate() const {
+  options::check(*this, "map's limits");
+}
+
+void visit(options::Visitor& v, LimitOptions& o) {
+  static constexpr std::string_view kStarts[]{"cold", "hot"};
+  v.number({"error_m", "m", "horizontal_error_exceedance: probability of a larger horizontal error"},
+           o.error_m, {0, 1e6, true});
+  v.number({"alert_m", "m", "protected_availability: largest horizontal protection level"}, o.alert_m,
+           {0, 1e6, true});
+  v.number({"protection_factor", "",
+            "protection level over the larger half axis of the stated standard deviations"},
+           o.protection_factor, {0, 100, true});
+  v.choice({"start", "", "time_to_first_fix: what the receiver knows, nothing (cold) or all (hot)"}, o.start,
+           kStarts);
+  v.integer({"first_fix_s", "s", "time_to_first_fix: a start is given up after so long"}, o.first_fix_s, 1,
+            3600);
+}
+
+std::string limits_text(Layer layer, const LimitOptions& limits) {
+  const std::string level =
+      fmt::format("{:g} times the larger half axis of the stated horizontal deviations (RTCA DO-229D, J.1)",
+                  limits.protection_factor);
+  switch (layer) {
+    case Layer::HorizontalErrorExceedance:
+      return fmt::format("more than {:g} m, of the draws with a fix", limits.error_m);
+    case Layer::ProtectionLevel:
+      return level + ", without noise";
+    case Layer::ProtectedAvailability:
+      return fmt::format("level {}, limit {:g} m", level, limits.alert_m);
+    case Layer::MisleadingShare:
+      return fmt::format("level {}, of the draws with a fix", level);
+    case Layer::TimeToFirstFix:
+      return fmt::format("{} start, median over the draws, given up after {} s",
+                         limits.start == StartKind::Hot ? "hot" : "cold", limits.first_fix_s);
+    default:
+      return {};
+  }
+}
+
+std::vector<Layer> layers_of_one_look() {
+  std::vector<Layer> layers;
+  for (const LayerInfo& each : kLayers) {
+    if (each.layer != Layer::TimeToFirstFix) layers.push_back(each.layer);
+  }
+  return layers;
 }
 
 std::vector<Layer> default_layers() {

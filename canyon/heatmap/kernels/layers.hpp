@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/options/fwd.hpp"
+
 namespace canyon::heatmap {
 
 /// A quantity that a map gives for each cell, time and altitude. Values are floats, NaN where there is none.
@@ -31,23 +33,66 @@ enum class Layer : std::uint8_t {
   NlosShare,          ///< of the received ones, NaN for none [1]
   LargestExcess,      ///< of received satellites [m], NaN for none
   SkyView,  ///< share of the sky's hemisphere (by solid angle) that is clear [1]; the same at all times
+  HorizontalErrorExceedance,  ///< share of the draws with a fix whose error is above LimitOptions::error_m
+  ProtectionLevel,            ///< positioning::horizontal_protection_level_m() of the fix without noise [m]
+  /// Share of the draws that have a fix with a protection level up to LimitOptions::alert_m [1].
+  ProtectedAvailability,
+  MisleadingShare,  ///< share of the draws with a fix whose horizontal error is above the protection level
+  /// From a start without knowledge to the first fix, median over the draws [s]; NaN where half of them or
+  /// more have none within LimitOptions::first_fix_s.
+  TimeToFirstFix,
 };
+inline constexpr std::size_t kLayerCount = static_cast<std::size_t>(Layer::TimeToFirstFix) + 1;
 
 struct LayerInfo {
   Layer layer;
   std::string_view name;       ///< "horizontal_error_p95": of options, NetCDF variables and files
   std::string_view long_name;  ///< for people
-  std::string_view unit;       ///< UDUNITS: "m", "1"
+  std::string_view unit;       ///< UDUNITS: "m", "1", "s"
   bool error = false;          ///< needs a fix (its errors, geometry or satellites)
   bool draws = false;          ///< needs noise draws
   /// Needs to know what arrives beyond the line of sight: all but SatellitesLos and SkyView.
   bool received = true;
 };
+/// How a receiver is started for TimeToFirstFix.
+enum class StartKind : std::uint8_t {
+  Cold,  ///< signals are measured after SignalLockOptions::cold_acquisition_s
+  Hot,   ///< after SignalLockOptions::reacquisition_s
+};
+/// What layers for planners compare with.
+struct LimitOptions {
+  double error_m = 10;  ///< of HorizontalErrorExceedance; (0, 1e6]
+  /// Of ProtectedAvailability; (0, 1e6]. Default: horizontal alert limit of APV-I and LPV approaches (ICAO
+  /// Annex 10 volume I, table 3.7.2.4-1).
+  double alert_m = 40;
+  /// K of protection levels, (0, 100]. Default: K_H,PA of RTCA DO-229D appendix J.2.1; K_H,NPA is 6.18.
+  double protection_factor = 6.0;
+  StartKind start = StartKind::Cold;
+  int first_fix_s = 120;  ///< a start is given up after so long [s]; [1, 3600]
+  [[nodiscard]] bool operator==(const LimitOptions&) const = default;
+  /// Throws InputError naming the field and its bound.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, LimitOptions& o);
 /// In the order of Layer.
 [[nodiscard]] std::span<const LayerInfo> all_layers();
 [[nodiscard]] const LayerInfo& info(Layer layer);
+/// Whether the solver of cells gives it: all but SkyView, which needs none, and TimeToFirstFix.
+[[nodiscard]] constexpr bool of_solver(Layer layer) {
+  return layer != Layer::SkyView && layer != Layer::TimeToFirstFix;
+}
+/// Whether large values are good ones. Of VerticalError neither are; false.
+[[nodiscard]] constexpr bool more_is_better(Layer layer) {
+  return layer == Layer::Availability || layer == Layer::ProtectedAvailability || layer == Layer::SkyView ||
+         layer == Layer::SatellitesLos || layer == Layer::SatellitesVisible || layer == Layer::SatellitesUsed;
+}
 /// By its name, upper or lower case; InputError, with the closest one, for another. "all" is not one.
 [[nodiscard]] Layer layer_by_name(std::string_view name);
+/// What a layer compares with, for people: "more than 10 m, of the draws with a fix"; empty for most.
+[[nodiscard]] std::string limits_text(Layer layer, const LimitOptions& limits);
+/// What "all" means to people: those that one look at each cell gives, all but TimeToFirstFix.
+[[nodiscard]] std::vector<Layer> layers_of_one_look();
 /// HorizontalError, SatellitesVisible, Hdop: the paper's panels.
 [[nodiscard]] std::vector<Layer> default_layers();
 

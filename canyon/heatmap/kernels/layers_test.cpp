@@ -18,7 +18,7 @@ TEST(Layers, EveryLayerIsFoundByItsName) {
     EXPECT_EQ(layer_by_name(each.name), each.layer);
     EXPECT_TRUE(names.insert(each.name).second) << each.name;
     EXPECT_FALSE(each.long_name.empty());
-    EXPECT_TRUE(each.unit == "m" || each.unit == "1") << each.name;
+    EXPECT_TRUE(each.unit == "m" || each.unit == "1" || each.unit == "s") << each.name;
     EXPECT_TRUE(std::all_of(each.name.begin(), each.name.end(), [](char c) {
       return c == '_' || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
     })) << each.name;
@@ -28,7 +28,9 @@ TEST(Layers, EveryLayerIsFoundByItsName) {
 
 TEST(Layers, SayWhatTheyNeed) {
   for (const LayerInfo& each : all_layers()) {
-    const bool statistics = each.name.find("error_") != std::string_view::npos;
+    const bool statistics = each.name.find("error_") != std::string_view::npos ||
+                            each.layer == Layer::ProtectedAvailability ||
+                            each.layer == Layer::MisleadingShare || each.layer == Layer::TimeToFirstFix;
     EXPECT_EQ(each.draws, statistics) << each.name;
     EXPECT_EQ(each.received, each.layer != Layer::SatellitesLos && each.layer != Layer::SkyView) << each.name;
     if (each.draws) {
@@ -50,6 +52,23 @@ TEST(Layers, AnotherNameIsAnErrorThatNamesTheClosest) {
   }
   EXPECT_THROW((void)layer_by_name("all"), InputError);
   EXPECT_THROW((void)layer_by_name(""), InputError);
+}
+
+// "all" must not cost a hundred times what it did: what is run through time is asked for by name.
+TEST(Layers, OneLookGivesAllButTheTimeToFirstFix) {
+  const std::vector<Layer> layers = layers_of_one_look();
+  EXPECT_EQ(layers.size(), all_layers().size() - 1);
+  EXPECT_EQ(std::find(layers.begin(), layers.end(), Layer::TimeToFirstFix), layers.end());
+}
+
+TEST(Layers, LimitsHaveBounds) {
+  LimitOptions limits;
+  EXPECT_NO_THROW(limits.validate());
+  limits.error_m = 0;
+  EXPECT_THROW(limits.validate(), InputError);
+  limits = {};
+  limits.first_fix_s = 3601;
+  EXPECT_THROW(limits.validate(), InputError);
 }
 
 TEST(Layers, ThePaperShowsThree) {

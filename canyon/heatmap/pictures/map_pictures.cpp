@@ -201,6 +201,15 @@ class Writer {
       if (found == source_.attributes.end() || found->second.empty()) continue;
       lines[1] += fmt::format("{}{}: {}", lines[1].empty() ? "" : kDot, word, found->second);
     }
+    for (const Layer layer : request_.layers) {
+      const LimitOptions& limits = request_.limits;
+      std::string text;
+      if (layer == Layer::HorizontalErrorExceedance)
+        text = fmt::format("error limit: {:g} m", limits.error_m);
+      if (layer == Layer::ProtectedAvailability) text = fmt::format("alert limit: {:g} m", limits.alert_m);
+      if (layer == Layer::TimeToFirstFix) text = limits.start == StartKind::Hot ? "hot start" : "cold start";
+      if (!text.empty()) lines[1] += (lines[1].empty() ? "" : kDot) + text;
+    }
     return lines;
   }
 

@@ -70,7 +70,7 @@ void scale_lengths(ColourScale& scale, const ValueCounts& values) {
   const double step = some ? drawing::nice_ceil(robust / (both ? 3 : 5)) : 0.5;
   scale.high = some ? step * std::ceil(robust / step - 1e-9) : 1;
   if (both) scale.low = -scale.high;
-  scale.unit = "m";
+  scale.unit = scale.style.kind == ValueKind::Duration ? "s" : "m";
   if (!some || robust <= kSkewed * values.quantile(0.5)) {
     label_evenly(scale, step);
     return;
@@ -157,6 +157,7 @@ LayerStyle style_of(Layer layer) {
     case Layer::VerticalErrorP50:
     case Layer::VerticalErrorP95:
     case Layer::LargestExcess:
+    case Layer::ProtectionLevel:
       return {ValueKind::Length, &bright_inferno, true};
     case Layer::VerticalError:
       return {ValueKind::SignedLength, &orange_purple, false};
@@ -171,8 +172,13 @@ LayerStyle style_of(Layer layer) {
     case Layer::SatellitesBlocked:
       return {ValueKind::Count, &drawing::viridis, true};
     case Layer::NlosShare:
+    case Layer::HorizontalErrorExceedance:
+    case Layer::MisleadingShare:
       return {ValueKind::Share, &cividis, true};
+    case Layer::TimeToFirstFix:
+      return {ValueKind::Duration, &bright_inferno, true};
     case Layer::Availability:
+    case Layer::ProtectedAvailability:
     case Layer::SkyView:
       break;
   }
@@ -204,6 +210,7 @@ ColourScale make_colour_scale(Layer layer, const ValueCounts& values) {
   switch (scale.style.kind) {
     case ValueKind::Length:
     case ValueKind::SignedLength:
+    case ValueKind::Duration:
       scale_lengths(scale, values);
       break;
     case ValueKind::Dop:

@@ -29,6 +29,7 @@ namespace canyon::heatmap {
 enum class ValueKind : std::uint8_t {
   Length,  ///< [m], from 0
   SignedLength,
+  Duration,  ///< [s], from 0
   Dop,
   Count,  ///< of satellites: discrete steps
   Share,  ///< shown in per cent

@@ -98,9 +98,9 @@ TEST(MapStyle, BrightIsGood) {
   for (const LayerInfo& each : all_layers()) {
     if (each.layer == Layer::VerticalError) continue;
     const ColourScale scale = make_colour_scale(each.layer, values);
-    const bool good = each.name == "availability" || each.name == "sky_view" ||
-                      each.name == "satellites_los" || each.name == "satellites_visible" ||
-                      each.name == "satellites_used";
+    const bool good = each.name == "availability" || each.name == "protected_availability" ||
+                      each.name == "sky_view" || each.name == "satellites_los" ||
+                      each.name == "satellites_visible" || each.name == "satellites_used";
     const double low = lightness(scale.colour_at(0)), high = lightness(scale.colour_at(1));
     EXPECT_TRUE(good ? low < high : low > high) << each.name;
   }

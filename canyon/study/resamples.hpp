@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "canyon/study/results.hpp"
+
+// What the tables of a study share.
+
+namespace canyon::study {
+
+/// Occasions of luck drawn with replacement: places in Group::records.
+using Resamples = std::vector<std::vector<std::uint32_t>>;
+/// Manifest::bootstrap of them, fewer for many occasions, none for one; the same for equal manifests.
+[[nodiscard]] Resamples occasion_resamples(const Manifest& manifest, std::size_t occasions);
+
+/// A field of a CSV line, in quotes where it needs them.
+[[nodiscard]] std::string csv_text(const std::string& text);
+
+}  // namespace canyon::study

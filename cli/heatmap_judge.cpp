@@ -1,0 +1,124 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/validation/comparison.hpp"
+#include "canyon/validation/map_judgement.hpp"
+#include "canyon/validation/report/map_picture.hpp"
+#include "cli/commands.hpp"
+#include "cli/heatmap_commands.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "cli/recorded_drive.hpp"
+
+namespace canyon::cli {
+namespace {
+
+struct Arguments : DriveArguments {
+  std::string map, out;
+};
+
+class Judge : public RecordedDrive {
+ public:
+  Judge(const Arguments& arguments, const validation::ListedRecording& recording)
+      : RecordedDrive(arguments, recording, false), arguments_(arguments) {}
+
+  int run() {
+    const heatmap::StoredMap map(arguments_.map);
+    load();
+    validation::Comparison comparison;
+    {
+      Progress progress("solving the recorded fixes", arguments_.quiet);
+      validation::CompareOptions options;
+      options.threads = arguments_.threads;
+      options.progress = progress_of(progress);
+      comparison = validation::compare(recording_, scenario_.receivers.front(), *environment_, registration(),
+                                       scenario_.seed, options);
+    }
+    const std::vector<validation::MapEpoch> epochs = validation::map_epochs(
+        comparison, part_.first, part_.count, environment_->city().frame,
+        [&map](const Eigen::Vector2d& enu, double altitude_m, geodesy::GpsTime time) {
+          return map.at(enu, altitude_m, time);
+        },
+        map.frame(), map.layers(), altitude(map));
+    const validation::MapJudgement judgement = validation::judge_map(epochs);
+    if (judgement.known == 0) {
+      throw InputError(arguments_.map, 0, "knows no place of the drive at its times",
+                       "map the drive's area and its times: --bbox, --times");
+    }
+    if (!arguments_.out.empty()) write(epochs);
+    if (!arguments_.quiet) fmt::print("{}\n{}", part_.name, validation::to_text(judgement));
+    return kOk;
+  }
+
+ private:
+  /// Maps above the terrain know nothing of heights above the ellipsoid.
+  [[nodiscard]] std::optional<double> altitude(const heatmap::StoredMap& map) const {
+    if (map.altitude_kind() == heatmap::AltitudeKind::Ellipsoid) return std::nullopt;
+    return scenario_.trajectory.height_above_terrain_m.value_or(map.altitudes_m().front());
+  }
+
+  void write(const std::vector<validation::MapEpoch>& epochs) const {
+    make_output_folder(arguments_.out);
+    const std::filesystem::path folder = arguments_.out;
+    write_file(folder / "judged.csv", validation::to_csv(epochs));
+    const drawing::Picture picture =
+        validation::draw_map_judgement("A map beside " + scenario_.file.stem().string(), epochs);
+    write_file(folder / "judged.png", picture.png);
+    write_file(folder / "judged.svg", picture.svg);
+    note(fmt::format("judged.csv, judged.png and judged.svg in {}", arguments_.out));
+  }
+
+  const Arguments& arguments_;
+};
+
+int run(const Arguments& arguments) {
+  if (validation::is_recording_list(arguments.scenario)) {
+    throw InputError(arguments.scenario, 0, "is a list of recordings, and a map is of one city",
+                     "give the scenario of one recording, and --obs");
+  }
+  try {
+    return Judge(arguments, recordings_of(arguments, false).front()).run();
+  } catch (const Interrupted&) {
+    fmt::print(stderr, "canyon: interrupted: nothing is written\n");
+    return kInterrupted;
+  }
+}
+
+constexpr const char* kFooter = R"(
+Fixes are solved anew from the recorded pseudoranges, epoch by epoch, with the receiver's own settings, as a map's
+are. The map needs horizontal_error_p50 and _p95 at the drive's places, altitude and times.
+
+Example:
+  canyon heatmap drive.yaml --out out/map --altitude 2 --spacing 2 --times 0/480/60 --draws 32 \
+      --layers horizontal_error_p50,horizontal_error_p95,availability --format netcdf
+  canyon heatmap judge out/map/map.nc drive.yaml --obs drive.obs --align --part all --out out/judged)";
+
+}  // namespace
+
+CLI::App* add_heatmap_judge(CLI::App& heatmap, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      heatmap.add_subcommand("judge", "a finished map beside the errors of a recorded receiver");
+  command->add_option("map", arguments->map, "the map's NetCDF file")->type_name("MAP.nc")->required();
+  add_drive_options(*command, *arguments);
+  command
+      ->add_option("--part", arguments->part,
+                   "of the recording: first, rest or all (with --align the rest, else all)")
+      ->type_name("PART")
+      ->check(CLI::IsMember({"first", "rest", "all"}));
+  command->add_option("-o,--out", arguments->out, "folder for judged.csv and a picture")->type_name("DIR");
+  command->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
+  command->footer(kFooter);
+  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+  return command;
+}
+
+}  // namespace canyon::cli
