@@ -25,6 +25,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "cli/view_command.hpp"
+#include "cli/view_map.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -33,6 +34,7 @@ struct Arguments {
   std::string input;
   std::string exported;
   std::string out;
+  std::string map, city;
   std::optional<double> duration_s;
   std::size_t paths = view::ViewOptions{}.paths_per_satellite;
   int threads = 0;
@@ -119,9 +121,8 @@ int run_scenario(const Arguments& arguments, const std::filesystem::path& folder
 }
 
 /// A city alone: no satellites, no time.
-void write_city_view(const Arguments& arguments, const std::filesystem::path& folder) {
-  const buildings::BuiltCity built =
-      load_city(city_config(arguments.input, ""), "building the city", arguments.quiet);
+void write_city_view(const Arguments& arguments, const buildings::BuiltCity& built,
+                     const std::filesystem::path& folder) {
   view::Header header;
   header.title = std::filesystem::path(arguments.input).stem().string();
   header.city = view::write_city(built.city, height_sources(built), folder);
@@ -138,16 +139,23 @@ int run(const Arguments& arguments) {
   int status = kOk;
   std::optional<Workplace> workplace;
   std::filesystem::path folder;
-  if (finished) {
+  const ViewedMap map({arguments.input, arguments.map, arguments.city, finished.has_value(), arguments.quiet});
+  if (finished && !map) {
     folder = *finished;
   } else {
     workplace.emplace(arguments.out);
     folder = workplace->path();
-    if (is_scenario(arguments.input)) {
+    if (finished) {
+      copy_view(*finished, folder);
+    } else if (is_scenario(arguments.input)) {
       status = run_scenario(arguments, folder);
+    } else if (map.alone()) {
+      write_city_view(arguments, map.city(), folder);
     } else {
-      write_city_view(arguments, folder);
+      write_city_view(arguments,
+                      load_city(city_config(arguments.input, ""), "building the city", arguments.quiet), folder);
     }
+    if (map) map.add_to(folder);
   }
   if (!arguments.exported.empty()) {
     const std::size_t bytes = view::export_page(page, folder, arguments.exported);
@@ -167,8 +175,8 @@ void add_view(CLI::App& app, Action& action) {
   command
       ->add_option(
           "input", arguments->input,
-          "a scenario, which is run; a folder that --out or 'canyon simulate --view' wrote; or a city, any "
-          "file that 'canyon city info' reads")
+          "a scenario, which is run; a folder that --out or 'canyon simulate --view' wrote; a heat map "
+          "(map.nc); or a city, any file that 'canyon city info' reads")
       ->type_name("WHAT")
       ->required();
   command
@@ -177,6 +185,11 @@ void add_view(CLI::App& app, Action& action) {
       ->type_name("HTML");
   command->add_option("-o,--out", arguments->out, "folder for the view's files (docs/view-format.md)")
       ->type_name("DIR");
+  command->add_option("--map", arguments->map, "a heat map of the same city, laid over it")->type_name("MAP.nc");
+  command
+      ->add_option("--city", arguments->city,
+                   "that a heat map is shown in: a city, or a scenario, whose city is meant")
+      ->type_name("CITY");
   command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")
       ->type_name("S");
   command

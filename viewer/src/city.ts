@@ -154,12 +154,12 @@ export class CityMesh {
     }
   }
 
-  /** The object that a ray meets first, and where; null for terrain and the sky. */
-  pick(ray: Raycaster): number | null {
+  /** The object that a ray meets first, and how far from its origin; null for terrain and the sky. */
+  pick(ray: Raycaster): { object: number; distance: number } | null {
     const hit = ray.intersectObjects(this.meshes, false)[0];
     if (!hit || hit.faceIndex === undefined || hit.faceIndex === null) return null;
     const object = (hit.object.userData['objects'] as Uint32Array)[hit.faceIndex] ?? null;
-    return object !== null && this.objects[object]?.surface !== 'terrain' ? object : null;
+    return object !== null && this.objects[object]?.surface !== 'terrain' ? { object, distance: hit.distance } : null;
   }
 
   /** Lays a colour over one object. */

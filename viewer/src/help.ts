@@ -12,6 +12,7 @@ export const kKeys: [string, string][] = [
   ['Esc', 'select nothing'],
   ['C', 'buildings by height or by material'],
   ['D', 'light or dark'],
+  ['M , .', 'heat map: show or hide; the time before, the next'],
   ['?', 'this help'],
 ];
 
@@ -28,6 +29,8 @@ export function helpHtml(): string {
       the ellipse about it should hold 95 % of the truth by the covariance that the receiver states; the red line is the error.</td></tr>
     <tr><th>sky plot</th><td>north up, zenith in the middle; grey is hidden by buildings, dashed the elevation mask.</td></tr>
     <tr><th>time bar</th><td>red: no fix. Brackets: faults at work.</td></tr>
+    <tr><th>heat map</th><td>the cells of a map at the height that they were computed at. Grey: no value there (no fix, or nothing
+      received). Clear: inside a building, or outside the area.</td></tr>
     <tr><th>frame</th><td>east, north, up in metres about the city’s origin (WGS 84); azimuths from north, clockwise. Times: UTC, and seconds
       since the begin.</td></tr>
   </table><table>${kKeys.map(([key, what]) => `<tr><th>${key}</th><td>${what}</td></tr>`).join('')}

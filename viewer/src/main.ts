@@ -1,8 +1,10 @@
 import './style.css';
 import { Chart, type ChartKind } from './charts';
 import { SignalBars } from './bars';
-import { checkHeader, openSource, type Header } from './format';
+import { checkHeader, openSource, type Header, type MapHeader } from './format';
+import { HeatMap } from './heatmap';
 import { helpHtml } from './help';
+import { MapPanel } from './mappanel';
 import { kErrorColour, kFixColour, visibilityColour } from './palette';
 import { clock, Details, Readout, SatelliteTable, summaryHtml } from './panels';
 import { SceneView } from './scene';
@@ -53,7 +55,8 @@ class App {
       this.chart = new Chart(by('chart'), store, state, (s) => this.goTo(s));
       new Timeline(by('timeline'), store, state, (s) => this.goTo(s));
     }
-    new Details(by('tab-details'), store, state);
+    if (header.map) await this.showMap(header.map);
+    new Details(by('tab-details'), store, state, (column, row) => this.heat?.cellHtml(column, row) ?? '');
     this.header(timed);
     this.tabs();
     this.keys(timed);
@@ -61,7 +64,7 @@ class App {
     state.listen((change) => change === 'look' && this.legend(timed));
     state.listen((change) => {
       if (change === 'receiver') this.receiverChanged();
-      if (change === 'selection' && (state.satellite !== null || state.object !== null)) this.showTab('details');
+      if (change === 'selection' && (state.satellite !== null || state.object !== null || state.cell)) this.showTab('details');
       if (change === 'time' && header.time) {
         by('clock').textContent = `${clock(header.time.begin_utc, state.time)} UTC`;
         by('clock').title = `${state.time.toFixed(1)} s since ${header.time.begin_gpst}`;
@@ -72,6 +75,18 @@ class App {
     requestAnimationFrame((t) => this.frame(t));
     // Whoever waits for the first picture need not wait for the rest of the run.
     if (timed) void store.loadAround(0, 0, () => {}).then(() => state.changed('data'));
+  }
+
+  heat: HeatMap | null = null;
+  private panel: MapPanel | null = null;
+  private async showMap(map: MapHeader): Promise<void> {
+    this.heat = new HeatMap(this.store, map, this.state);
+    await this.heat.show();
+    by('map').hidden = false;
+    const panel = new MapPanel(by('map'), map, this.heat, this.state);
+    this.view.showMap(this.heat, (cell) => panel.read(cell));
+    this.panel = panel;
+    this.state.changed('map');
   }
 
   /** Goes to a time [s], and has its satellites loaded. */
@@ -268,6 +283,7 @@ class App {
       '1': () => this.setCamera('free'), '3': () => this.setCamera('top'),
       Escape: () => { state.satellite = null; state.selectObject(null); },
       c: () => { state.colour = state.colour === 'height' ? 'material' : 'height'; this.look(); },
+      ...(this.heat ? { m: () => this.panel?.toggle(), ',': () => this.heat?.step(-1), '.': () => this.heat?.step(1) } : {}),
       d: () => by('theme').click(), '?': () => by<HTMLDialogElement>('help').showModal(),
       ...(timed ? {
         ' ': () => this.play(!state.playing), ArrowLeft: (s: boolean) => this.step(s ? -10 : -1),
@@ -278,7 +294,7 @@ class App {
     };
     addEventListener('keydown', (e) => {
       const at = e.target as HTMLElement;
-      if (e.ctrlKey || e.altKey || e.metaKey || at.tagName === 'SELECT' || by<HTMLDialogElement>('help').open) return;
+      if (e.ctrlKey || e.altKey || e.metaKey || at.tagName === 'SELECT' || (at as HTMLInputElement).type === 'number' || by<HTMLDialogElement>('help').open) return;
       if (at.tagName === 'BUTTON' && (e.key === ' ' || e.key === 'Enter')) return;
       const action = actions[e.key.length === 1 ? e.key.toLowerCase() : e.key];
       if (!action) return;

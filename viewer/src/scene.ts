@@ -6,6 +6,7 @@ import {
 } from 'three';
 import { CameraControl } from './camera';
 import { CityMesh } from './city';
+import type { HeatMap } from './heatmap';
 import { Marks, Segments } from './lines';
 import { kErrorColour, kFixColour, kPaint, visibilityColour } from './palette';
 import type { State } from './state';
@@ -60,6 +61,7 @@ export class SceneView {
   private readonly antenna = new Marks(13, false);
   private readonly fixMark = new Marks(11, false);
   private readonly ellipse: Mesh;
+  private readonly cellMark = new Segments(2.5, 1, 0.5);
   private readonly labels = new Map<string, Label>();
   private wanted = true;
 
@@ -96,7 +98,7 @@ export class SceneView {
     this.ellipse.frustumCulled = false;
     this.scene.add(this.ellipse);
     for (const s of [this.dome, this.trails, this.weak, this.strong, this.blocked, this.chosen, this.trueTrack,
-      this.fixTrack, this.error]) this.scene.add(s.group);
+      this.fixTrack, this.error, this.cellMark]) this.scene.add(s.group);
     for (const m of [this.points, this.satellites, this.antenna, this.fixMark]) this.scene.add(m.points);
     this.control = new CameraControl(this.renderer.domElement, () => this.request(), (x, y) => this.pick(x, y));
     this.control.target.set(this.ground.position.x, this.ground.position.y, 0);
@@ -108,7 +110,9 @@ export class SceneView {
       if (change === 'look') this.paint();
       if (change === 'data' || change === 'receiver' || change === 'look') this.drawTracks();
       if (change === 'selection') this.city.show(state.object, kPaint[state.theme].accent);
-      if (change !== 'playing') this.update();
+      if (change === 'selection' || change === 'map') this.markCell();
+      if (change === 'map') this.request();
+      else if (change !== 'playing') this.update();
     });
     this.paint();
     this.drawTracks();
@@ -165,7 +169,44 @@ export class SceneView {
     this.control.apply(this.host.clientWidth / Math.max(1, this.host.clientHeight));
     const ray = new Raycaster();
     ray.setFromCamera(new Vector2(x, y), this.control.camera);
-    this.state.selectObject(this.city.pick(ray));
+    const object = this.city.pick(ray);
+    const cell = this.heat?.hit(ray.ray);
+    if (cell && !(object && object.distance < cell.distance)) this.state.selectCell(cell);
+    else this.state.selectObject(object?.object ?? null);
+  }
+
+  private heat: HeatMap | null = null;
+  /** Lays a heat map over the city. @param read is told of the cell under the pointer, null: of none */
+  showMap(heat: HeatMap, read: (cell: { column: number; row: number } | null) => void): void {
+    this.heat = heat;
+    this.scene.add(heat.mesh);
+    const canvas = this.renderer.domElement;
+    canvas.addEventListener('pointermove', (e) => {
+      if (e.buttons !== 0) return;
+      const box = canvas.getBoundingClientRect();
+      const ray = new Raycaster();
+      const x = ((e.clientX - box.left) / box.width) * 2 - 1;
+      ray.setFromCamera(new Vector2(x, 1 - ((e.clientY - box.top) / box.height) * 2), this.control.camera);
+      const cell = heat.hit(ray.ray);
+      // Behind a building there is nothing to point at.
+      const hidden = cell && (this.city.pick(ray)?.distance ?? Infinity) < cell.distance;
+      read(hidden ? null : cell);
+    });
+    canvas.addEventListener('pointerleave', () => read(null));
+  }
+
+  private markCell(): void {
+    this.cellMark.clear();
+    const { cell, theme } = this.state;
+    if (cell && this.heat?.mesh.visible) {
+      const [x, y, up] = this.heat.centre(cell.column, cell.row);
+      const half = Math.max(0.5, this.heat.spacing / 2);
+      const z = (Number.isFinite(up) ? up : 0) + 0.05;
+      const corners: Place[] = [[x - half, y - half, z], [x + half, y - half, z], [x + half, y + half, z], [x - half, y + half, z]];
+      corners.forEach((c, i) => this.cellMark.add(c, corners[(i + 1) % 4] ?? c, kPaint[theme].accent));
+    }
+    this.cellMark.finish();
+    this.request();
   }
 
   /** What does not change with time: both tracks. */

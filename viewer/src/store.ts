@@ -1,9 +1,12 @@
 // What is loaded of a run: all epochs of every receiver, and blocks of satellites and paths as they are needed.
 
-import { decodeChunk, type ChunkEntry, type Header, type Rows, type Source } from './format';
+import { decodeChunk, type ChunkEntry, type Header, type MapChunkEntry, type Rows, type Source } from './format';
 
 /** Blocks are dropped, the one not used for longest first, beyond so many bytes (unpacked). */
 export const kMostBlockBytes = 160e6;
+
+/** Slices of a heat map that are kept. */
+const kMostSlices = 8;
 
 export class Track {
   readonly epochs: Rows;
@@ -165,13 +168,14 @@ export class Store {
   private readonly blocks = new Map<string, Block>();
   private readonly pending = new Map<string, Promise<Block>>();
   private readonly entries: ChunkEntry[][];
+  private readonly slices = new Map<string, Promise<Rows>>();
   private uses = 0;
 
   constructor(source: Source, header: Header) {
     this.source = source;
     this.header = header;
     this.entries = header.receivers.map((_, r) =>
-      header.chunks.filter((c) => c.kind === 'block' && c.receiver === r).sort((a, b) => a.first_epoch - b.first_epoch),
+      header.chunks.filter((c): c is ChunkEntry => c.kind === 'block' && c.receiver === r).sort((a, b) => a.first_epoch - b.first_epoch),
     );
   }
 
@@ -260,6 +264,32 @@ export class Store {
       // The page stays alive between blocks.
       await new Promise((resolve) => setTimeout(resolve));
     }
+  }
+
+  /** Of the heat map: cells of an altitude. */
+  mapCells(altitude: number): Promise<Rows> {
+    return this.slice('map_cells', (c) => c.kind === 'map-cells' && c.altitude === altitude);
+  }
+  /** Of the heat map: values of an altitude at a time, layer by layer. */
+  mapValues(altitude: number, time: number): Promise<Rows> {
+    return this.slice('map_values', (c) => c.kind === 'map-values' && c.altitude === altitude && c.time === time);
+  }
+
+  private slice(table: string, wanted: (c: MapChunkEntry) => boolean): Promise<Rows> {
+    const entry = this.header.chunks.find((c): c is MapChunkEntry => 'altitude' in c && wanted(c));
+    if (!entry) throw new Error('the heat map has no such part');
+    let there = this.slices.get(entry.file);
+    if (!there) {
+      there = this.source.file(entry.file).then((bytes) => {
+        const rows = decodeChunk(bytes, this.header).get(table);
+        if (!rows) throw new Error(`${entry.file} is no part of a heat map`);
+        return rows;
+      });
+      this.slices.set(entry.file, there);
+      // The oldest goes; what is shown is held by who shows it.
+      if (this.slices.size > kMostSlices) this.slices.delete(this.slices.keys().next().value ?? '');
+    }
+    return there;
   }
 
   async city(): Promise<ArrayBuffer> {

@@ -20,6 +20,8 @@ export const kTables = [
     ...['cn0_dbhz', 'true_cn0_dbhz', 'excess_m', 'pseudorange_error_m', 'residual_m'].map((n) => column(n, 'f32')), column('paths', 'u16')] },
   { name: 'paths', columns: [column('kind', 'u8'), column('order', 'u8'), ...['excess_m', 'loss_db', 'point_east_m', 'point_north_m',
     'point_up_m', 'far_east_m', 'far_north_m', 'far_up_m'].map((n) => column(n, 'f32'))] },
+  { name: 'map_cells', columns: [column('state', 'u8'), column('up_m', 'f32')] },
+  { name: 'map_values', columns: [column('value', 'f32')] },
 ];
 
 /** The bytes of a chunk; rows: one array of rows (arrays of values) for each table, by its index. */
@@ -149,6 +151,38 @@ export function sampleView({ grid = 8, epochs = 120, block = 40 } = {}) {
     tables: kTables, chunks,
   };
   return { header, files };
+}
+
+/** Lays a heat map over a view: 40 x 20 cells of 10 m, 2 altitudes, 3 times, an error and a count. Row by row from the south-west
+ *  corner the first five rows are inside a building; the error is column / 10 m, a step higher at each time; in the last row it
+ *  has no value. */
+export function withMap({ header, files }) {
+  const [columns, rows] = [40, 20];
+  const altitudes = [1.5, 50];
+  const times = ['2026-06-01T08:00:00.000Z', '2026-06-01T09:00:00.000Z', '2026-06-01T10:00:00.000Z'];
+  const chunks = [...header.chunks];
+  const put = (file, entry, bytes) => {
+    files.set(file, gzipSync(bytes));
+    chunks.push({ file, ...entry, bytes: bytes.length });
+  };
+  const each = (value) => Array.from({ length: columns * rows }, (_, i) => value(i % columns, Math.floor(i / columns)));
+  altitudes.forEach((up, a) => {
+    put(`map-${a}.bin.gz`, { kind: 'map-cells', altitude: a }, encodeChunk([[4, each((_, row) => [row < 5 ? 1 : 0, up])]]));
+    times.forEach((_, t) => put(`map-${a}-${t}.bin.gz`, { kind: 'map-values', altitude: a, time: t },
+      encodeChunk([[5, [...each((c, row) => [row === rows - 1 ? NaN : c / 10 + t]), ...each((_, row) => [row])]]])));
+  });
+  const grey = (n) => Array.from({ length: n }, (_, i) => `#${Math.round((255 * i) / (n - 1)).toString(16).padStart(2, '0').repeat(3)}`);
+  const map = {
+    name: 'errors', grid: { west_m: -200, south_m: -100, spacing_m: 10, columns, rows }, altitudes_m: altitudes, altitude_above: 'terrain',
+    times_utc: times,
+    layers: [
+      { name: 'horizontal_error', title: 'horizontal error', unit: 'm', factor: 1, decimals: 2, low: 0, high: 4, progression: 'linear',
+        classes: 0, colours: 'grey', large_is_bad: false },
+      { name: 'availability', title: 'availability', unit: '%', factor: 100, decimals: 2, low: 0, high: 20, progression: 'square root',
+        classes: 0, colours: 'grey', large_is_bad: true }],
+    states: ['computed', 'inside a building'], colours: { grey: grey(65), other: grey(65).reverse() },
+  };
+  return { header: { ...header, map, chunks }, files };
 }
 
 /** Puts a view into the viewer's page, as `canyon view --export` does. */
