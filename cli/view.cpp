@@ -71,6 +71,9 @@ std::optional<std::filesystem::path> finished_view(const std::filesystem::path& 
   for (const std::filesystem::path& folder : {input, input / "view"}) {
     if (std::filesystem::is_regular_file(folder / view::kHeaderFile, error)) return folder;
   }
+  if (std::filesystem::is_regular_file(input / "report.html", error)) {
+    throw InputError(input, 0, "is a report without a view", "run canyon validate with --report DIR --view");
+  }
   return {};
 }
 
@@ -139,7 +142,8 @@ int run(const Arguments& arguments) {
   int status = kOk;
   std::optional<Workplace> workplace;
   std::filesystem::path folder;
-  const ViewedMap map({arguments.input, arguments.map, arguments.city, finished.has_value(), arguments.quiet});
+  const ViewedMap map(
+      {arguments.input, arguments.map, arguments.city, finished.has_value(), arguments.quiet});
   if (finished && !map) {
     folder = *finished;
   } else {
@@ -153,7 +157,8 @@ int run(const Arguments& arguments) {
       write_city_view(arguments, map.city(), folder);
     } else {
       write_city_view(arguments,
-                      load_city(city_config(arguments.input, ""), "building the city", arguments.quiet), folder);
+                      load_city(city_config(arguments.input, ""), "building the city", arguments.quiet),
+                      folder);
     }
     if (map) map.add_to(folder);
   }
@@ -173,10 +178,10 @@ void add_view(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("view", "show a run or a city in the browser");
   command
-      ->add_option(
-          "input", arguments->input,
-          "a scenario, which is run; a folder that --out or 'canyon simulate --view' wrote; a heat map "
-          "(map.nc); or a city, any file that 'canyon city info' reads")
+      ->add_option("input", arguments->input,
+                   "a scenario, which is run; a folder that --out, 'canyon simulate --view' or 'canyon "
+                   "validate --report DIR --view' wrote; a heat map "
+                   "(map.nc); or a city, any file that 'canyon city info' reads")
       ->type_name("WHAT")
       ->required();
   command
@@ -185,7 +190,8 @@ void add_view(CLI::App& app, Action& action) {
       ->type_name("HTML");
   command->add_option("-o,--out", arguments->out, "folder for the view's files (docs/view-format.md)")
       ->type_name("DIR");
-  command->add_option("--map", arguments->map, "a heat map of the same city, laid over it")->type_name("MAP.nc");
+  command->add_option("--map", arguments->map, "a heat map of the same city, laid over it")
+      ->type_name("MAP.nc");
   command
       ->add_option("--city", arguments->city,
                    "that a heat map is shown in: a city, or a scenario, whose city is meant")

@@ -7,7 +7,8 @@
 
 namespace canyon::cli {
 
-ViewedMap::ViewedMap(const Wanted& wanted) : alone_(std::filesystem::path(wanted.input).extension() == ".nc") {
+ViewedMap::ViewedMap(const Wanted& wanted)
+    : alone_(std::filesystem::path(wanted.input).extension() == ".nc") {
   if (alone_ && !wanted.map.empty()) {
     throw InputError("--map beside a map", "give the city or run that it is laid over, or no --map");
   }

@@ -16,9 +16,9 @@ namespace canyon::cli {
 class ViewedMap {
  public:
   struct Wanted {
-    std::string input;  ///< what is viewed
-    std::string map;    ///< --map; empty: none
-    std::string city;   ///< --city; empty: none
+    std::string input;      ///< what is viewed
+    std::string map;        ///< --map; empty: none
+    std::string city;       ///< --city; empty: none
     bool finished = false;  ///< `input` is a finished view: its city is a picture, no city to stand on
     bool quiet = false;
   };

@@ -10,14 +10,12 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/pictures/map_style.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/view/chunk.hpp"
-#include "canyon/view/header.hpp"
-#include "canyon/view/page.hpp"
+#include "canyon/view/header_extension.hpp"
 #include "canyon/view/tables.hpp"
 
 namespace canyon::view {
@@ -80,8 +78,8 @@ Json layer_json(heatmap::Layer layer, const heatmap::ValueCounts& values) {
 
 void check_place(const StoredMap& map, const city::City& city) {
   const Grid& grid = map.grid();
-  for (const Eigen::Vector3d place : {Eigen::Vector3d(grid.west_m, grid.south_m, 0),
-                                      Eigen::Vector3d(grid.east_m(), grid.north_m(), 0)}) {
+  for (const Eigen::Vector3d place :
+       {Eigen::Vector3d(grid.west_m, grid.south_m, 0), Eigen::Vector3d(grid.east_m(), grid.north_m(), 0)}) {
     const Eigen::Vector3d there = city.frame.local_from_ecef(map.frame().ecef_from_local(place));
     if ((there - place).norm() < kSamePlace_m) continue;
     throw InputError(fmt::format("the map's coordinates are not those of the city {}", city.name),
@@ -188,13 +186,9 @@ class Writer {
   }
 
   void put(const std::string& name, const Rows& rows, Json entry) {
-    const std::string bytes = encode_chunk({&rows});
-    OutputFile file(folder_ / name);
-    file.write(gzip(bytes));
-    file.commit();
     Json chunk{{"file", name}};
     chunk.update(entry);
-    chunk["bytes"] = bytes.size();
+    chunk["bytes"] = write_chunk(folder_, name, {&rows});
     chunks_.push_back(std::move(chunk));
   }
 
@@ -214,10 +208,6 @@ void add_map(const StoredMap& map, const std::string& name, const city::City& ci
                                  map.grid().columns, map.grid().rows, kMostMapCells, kMostMapColumns),
                      "compute one of a smaller area (--bbox, --enu-box) or with a wider --spacing");
   }
-  Json header = Json::parse(read_bytes(folder / kHeaderFile), nullptr, false);
-  if (header.is_discarded() || !header.contains("chunks")) {
-    throw InputError(folder / kHeaderFile, 0, "is no view of Canyon's", "write it anew");
-  }
   std::optional<raytrace::RayScene> terrain;
   if (has_terrain(city)) terrain.emplace(city.mesh);
   Writer writer(map, folder);
@@ -225,16 +215,7 @@ void add_map(const StoredMap& map, const std::string& name, const city::City& ci
     writer.add_cells(altitude, terrain ? &*terrain : nullptr);
     for (std::size_t time = 0; time < map.times().size(); ++time) writer.add_values(altitude, time);
   }
-  header["map"] = writer.header(name);
-  Json chunks = Json::array();
-  for (const Json& chunk : header["chunks"]) {
-    if (!chunk["kind"].get<std::string>().starts_with("map-")) chunks.push_back(chunk);
-  }
-  for (const Json& chunk : writer.chunks()) chunks.push_back(chunk);
-  header["chunks"] = std::move(chunks);
-  OutputFile file(folder / kHeaderFile);
-  file.write(header.dump() + "\n");
-  file.commit();
+  extend_header(folder, "map", writer.header(name), writer.chunks());
 }
 
 city::City field_of(const StoredMap& map) {

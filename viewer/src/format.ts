@@ -58,6 +58,16 @@ export interface ChunkEntry {
 export type MapChunkEntry = { file: string; bytes: number; altitude: number } & (
   { kind: 'map-cells' } | { kind: 'map-values'; time: number });
 
+/** Of a validation: what recorded and simulated differ by, at each epoch. */
+export interface ComparisonChunkEntry { file: string; bytes: number; kind: 'comparison' }
+
+/** Two receivers of the view beside each other, and the streets of the drive. */
+export interface Comparison {
+  recorded: number;
+  simulated: number;
+  streets: { from_s: number; until_s: number; length_m: number; heading_deg: number }[];
+}
+
 export interface MapLayer {
   name: string;
   title: string;
@@ -98,7 +108,8 @@ export interface Header {
   satellites: { id: string; system: string }[];
   tables: { name: string; columns: Column[] }[];
   map?: MapHeader;
-  chunks: (ChunkEntry | MapChunkEntry)[];
+  comparison?: Comparison;
+  chunks: (ChunkEntry | MapChunkEntry | ComparisonChunkEntry)[];
 }
 
 export type Values = Float64Array | Float32Array | Int32Array | Uint32Array | Uint16Array | Uint8Array;

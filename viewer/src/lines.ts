@@ -2,6 +2,7 @@
 // through them, so that what happens behind a facade can be followed.
 
 import { BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, Points, PointsMaterial } from 'three';
+import type { Shape } from './palette';
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
@@ -54,9 +55,26 @@ export class Segments {
   }
 }
 
-let disc: CanvasTexture | null = null;
-function discTexture(): CanvasTexture {
-  if (disc) return disc;
+/** Outline of a shape within a square of this side. */
+export function outline(c: CanvasRenderingContext2D, shape: Shape, side: number): void {
+  const low = 0.08 * side;
+  const high = 0.92 * side;
+  const middle = side / 2;
+  c.beginPath();
+  if (shape === 'disc') c.arc(middle, middle, middle - low, 0, 2 * Math.PI);
+  else if (shape === 'square') c.rect(low * 1.7, low * 1.7, high - low * 2.4, high - low * 2.4);
+  else {
+    const corners = shape === 'diamond' ? [[middle, low], [high, middle], [middle, high], [low, middle]]
+      : [[middle, low], [high, high], [low, high]];
+    for (const [x, y] of corners) c.lineTo(x ?? 0, y ?? 0);
+    c.closePath();
+  }
+}
+
+const textures = new Map<Shape, CanvasTexture>();
+function texture(shape: Shape): CanvasTexture {
+  const known = textures.get(shape);
+  if (known) return known;
   const canvas = document.createElement('canvas');
   canvas.width = canvas.height = 64;
   const c = canvas.getContext('2d');
@@ -64,12 +82,13 @@ function discTexture(): CanvasTexture {
     c.fillStyle = '#fff';
     c.strokeStyle = 'rgba(0,0,0,0.85)';
     c.lineWidth = 5;
-    c.beginPath();
-    c.arc(32, 32, 27, 0, 2 * Math.PI);
+    outline(c, shape, 64);
     c.fill();
     c.stroke();
   }
-  return (disc = new CanvasTexture(canvas));
+  const made = new CanvasTexture(canvas);
+  textures.set(shape, made);
+  return made;
 }
 
 export class Marks {
@@ -78,9 +97,9 @@ export class Marks {
   private colours: number[] = [];
   private readonly colour = new Color();
 
-  constructor(size: number, depthTest: boolean) {
+  constructor(size: number, depthTest: boolean, shape: Shape = 'disc') {
     this.points = new Points(new BufferGeometry(), new PointsMaterial({
-      size, sizeAttenuation: false, vertexColors: true, map: discTexture(), alphaTest: 0.3, transparent: true, depthTest,
+      size, sizeAttenuation: false, vertexColors: true, map: texture(shape), alphaTest: 0.3, transparent: true, depthTest,
       depthWrite: false,
     }));
     this.points.frustumCulled = false;

@@ -5,7 +5,8 @@ import { checkHeader, openSource, type Header, type MapHeader } from './format';
 import { HeatMap } from './heatmap';
 import { helpHtml } from './help';
 import { MapPanel } from './mappanel';
-import { kErrorColour, kFixColour, visibilityColour } from './palette';
+import { outline } from './lines';
+import { kErrorColour, receiverColour, receiverShape, visibilityColour } from './palette';
 import { clock, Details, Readout, SatelliteTable, summaryHtml } from './panels';
 import { SceneView } from './scene';
 import { mark, SkyPlot } from './skyplot';
@@ -74,7 +75,14 @@ class App {
     this.receiverChanged();
     requestAnimationFrame((t) => this.frame(t));
     // Whoever waits for the first picture need not wait for the rest of the run.
-    if (timed) void store.loadAround(0, 0, () => {}).then(() => state.changed('data'));
+    if (timed) void this.loadAll();
+  }
+
+  private async loadAll(): Promise<void> {
+    for (let r = 0; r < this.store.tracks.length; ++r) {
+      await this.store.loadAround(r, 0, () => {});
+      this.state.changed('data');
+    }
   }
 
   heat: HeatMap | null = null;
@@ -161,6 +169,18 @@ class App {
     this.goTo(track.time[best] ?? 0);
   }
 
+  /** Where recorded and simulated differ most; again: the street where they differ next most. */
+  nextDifference(): void {
+    const { state, store } = this;
+    const most = store.differences();
+    const epoch = most[(most.indexOf(state.epoch) + 1) % Math.max(1, most.length)];
+    const track = store.tracks[store.header.comparison?.recorded ?? 0];
+    if (epoch === undefined || !track) return this.toast('Nothing here was measured and simulated.');
+    this.goTo(track.time[epoch] ?? 0);
+    this.toast(`Pseudoranges differ by ${(store.comparison?.at('difference_rms_m', epoch) ?? NaN).toFixed(1)} m (rms of ${
+      store.comparison?.at('both', epoch) ?? 0} satellites): ${most.indexOf(epoch) + 1} of ${most.length} streets`);
+  }
+
   private toast(text: string): void {
     const toast = by('toast');
     toast.textContent = text;
@@ -217,10 +237,12 @@ class App {
     by('layers').hidden = !timed;
     const layers = document.querySelector('#layers div') as HTMLElement;
     for (const [layer, what] of Object.entries(kLayers) as [Layer, string][]) {
+      if (layer === 'ranges' && !store.comparison) continue;
+      if (layer === 'others' && store.tracks.length < 2) continue;
       const box = Object.assign(document.createElement('input'), { type: 'checkbox', checked: state.layers[layer] });
       box.onchange = () => {
         state.layers[layer] = box.checked;
-        state.changed('selection');
+        state.changed('layers');
       };
       const label = document.createElement('label');
       label.append(box, ` ${what}`);
@@ -234,6 +256,8 @@ class App {
     by('forward').onclick = () => this.step(1);
     by('next-loss').onclick = () => this.nextLoss();
     by('largest').onclick = () => this.largestError();
+    by('difference').onclick = () => this.nextDifference();
+    by('difference').hidden = by('ranges').hidden = store.comparison === null;
     const speed = by<HTMLSelectElement>('speed');
     for (const s of kSpeeds) speed.add(new Option(`${s}×`, String(s), s === 1, s === 1));
     speed.onchange = () => (state.speed = Number(speed.value));
@@ -254,7 +278,7 @@ class App {
     for (const b of document.querySelectorAll<HTMLElement>('#chart-kinds button')) {
       b.onclick = () => this.showChart(b.dataset['chart'] as ChartKind);
     }
-    this.showChart('error');
+    this.showChart(this.store.comparison ? 'ranges' : 'error');
   }
 
   private chart: Chart | null = null;
@@ -289,6 +313,7 @@ class App {
         ' ': () => this.play(!state.playing), ArrowLeft: (s: boolean) => this.step(s ? -10 : -1),
         ArrowRight: (s: boolean) => this.step(s ? 10 : 1), Home: () => this.goTo(0), End: () => this.goTo(Infinity),
         '+': () => faster(1), '-': () => faster(-1), l: () => this.nextLoss(), e: () => this.largestError(),
+        ...(store.comparison ? { v: () => this.nextDifference() } : {}),
         '2': () => this.setCamera('follow'), '4': () => this.setCamera('first'), n: (s: boolean) => neighbour(s ? -1 : 1),
       } : {}),
     };
@@ -327,8 +352,15 @@ class App {
     this.store.header.words.visibility.forEach((word, i) =>
       add(word, (c) => mark(c, i, 8, 7, 5, visibilityColour(i, this.state.theme), '#0000')));
     add('truth', line('#7d8790'));
-    add('fix, 95 %', line(kFixColour));
-    add('error, no fix', line(kErrorColour));
+    const { receivers } = this.store.header;
+    receivers.forEach((receiver, i) => add(receivers.length > 1 ? `fix, ${receiver.name}` : 'fix, 95 %', (c) => {
+      c.fillStyle = receiverColour(i, this.state.theme);
+      c.fillRect(0, 5.5, 16, 3);
+      c.translate(2, 1);
+      outline(c, receiverShape(i), 12);
+      c.fill();
+    }));
+    add(receivers.length > 1 ? 'no fix' : 'error, no fix', line(kErrorColour));
   }
 
   /** For tests and measurements. */

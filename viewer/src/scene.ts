@@ -6,11 +6,12 @@ import {
 } from 'three';
 import { CameraControl } from './camera';
 import { CityMesh } from './city';
+import type { Rows } from './format';
 import type { HeatMap } from './heatmap';
 import { Marks, Segments } from './lines';
-import { kErrorColour, kFixColour, kPaint, visibilityColour } from './palette';
+import { kErrorColour, kPaint, kShapes, receiverColour, receiverShape, visibilityColour, type Shape } from './palette';
 import type { State } from './state';
-import type { SatelliteRow, Store } from './store';
+import type { SatelliteRow, Store, Track } from './store';
 
 const kRadians = Math.PI / 180;
 type Place = [number, number, number];
@@ -33,6 +34,9 @@ export function ellipse95(ee: number, nn: number, en: number): { major: number; 
     angle: 0.5 * Math.atan2(2 * en, ee - nn),
   };
 }
+
+/** Errors beyond are drawn so high [m]. */
+const kHighestFence = 60;
 
 interface Label {
   element: HTMLElement;
@@ -59,7 +63,8 @@ export class SceneView {
   private readonly points = new Marks(7, false);
   private readonly satellites = new Marks(11, false);
   private readonly antenna = new Marks(13, false);
-  private readonly fixMark = new Marks(11, false);
+  private readonly fixMarks = Object.fromEntries(kShapes.map((shape) => [shape, new Marks(12, false, shape)])) as Record<Shape, Marks>;
+  private readonly fence = new Segments(2, 0.8, 0.25);
   private readonly ellipse: Mesh;
   private readonly cellMark = new Segments(2.5, 1, 0.5);
   private readonly labels = new Map<string, Label>();
@@ -93,13 +98,13 @@ export class SceneView {
     this.ground.position.set(known ? (lowX + highX) / 2 : 0, known ? (lowY + highY) / 2 : 0, (known ? lowZ : 0) - 0.6);
     this.scene.add(this.ground);
     this.ellipse = new Mesh(new BufferGeometry(), new MeshBasicMaterial({
-      color: kFixColour, transparent: true, opacity: 0.28, side: DoubleSide, depthTest: false, depthWrite: false,
+      transparent: true, opacity: 0.28, side: DoubleSide, depthTest: false, depthWrite: false,
     }));
     this.ellipse.frustumCulled = false;
     this.scene.add(this.ellipse);
     for (const s of [this.dome, this.trails, this.weak, this.strong, this.blocked, this.chosen, this.trueTrack,
-      this.fixTrack, this.error, this.cellMark]) this.scene.add(s.group);
-    for (const m of [this.points, this.satellites, this.antenna, this.fixMark]) this.scene.add(m.points);
+      this.fixTrack, this.error, this.cellMark, this.fence]) this.scene.add(s.group);
+    for (const m of this.marks) this.scene.add(m.points);
     this.control = new CameraControl(this.renderer.domElement, () => this.request(), (x, y) => this.pick(x, y));
     this.control.target.set(this.ground.position.x, this.ground.position.y, 0);
     this.control.distance = store.tracks.length > 0 ? 2.1 * this.radius : 1.1 * span;
@@ -108,7 +113,7 @@ export class SceneView {
     state.listen((change) => {
       if (change === 'camera') this.control.setMode(state.camera);
       if (change === 'look') this.paint();
-      if (change === 'data' || change === 'receiver' || change === 'look') this.drawTracks();
+      if (change === 'data' || change === 'receiver' || change === 'look' || change === 'layers') this.drawTracks();
       if (change === 'selection') this.city.show(state.object, kPaint[state.theme].accent);
       if (change === 'selection' || change === 'map') this.markCell();
       if (change === 'map') this.request();
@@ -117,6 +122,10 @@ export class SceneView {
     this.paint();
     this.drawTracks();
     this.update();
+  }
+
+  private get marks(): Marks[] {
+    return [this.points, this.satellites, this.antenna, ...Object.values(this.fixMarks)];
   }
 
   /** Radius of the dome [m]: above the buildings near the antenna, and no landscape of its own. */
@@ -209,27 +218,58 @@ export class SceneView {
     this.request();
   }
 
-  /** What does not change with time: both tracks. */
+  /** What does not change with time: true tracks and fixes, and the fence of pseudorange errors. */
   private drawTracks(): void {
-    const track = this.store.tracks[this.state.receiver];
-    this.trueTrack.clear();
-    this.fixTrack.clear();
-    if (track) {
-      const ink = this.state.theme === 'dark' ? '#F2F4F6' : '#2A3138';
-      const fixEast = track.epochs.column('fix_east_m');
-      const fixNorth = track.epochs.column('fix_north_m');
-      for (let i = 1; i < track.size; ++i) {
-        const place = (k: number): Place => [track.east[k] ?? 0, track.north[k] ?? 0, (track.up[k] ?? 0) - 1];
-        this.trueTrack.add(place(i - 1), place(i), track.fixed(i) ? ink : kErrorColour);
-        if (!track.fixed(i) || !track.fixed(i - 1)) continue;
-        // On the ground: heights of fixes scatter more than a street is wide, and would hide where they are.
-        const fix = (k: number): Place => [fixEast[k] ?? 0, fixNorth[k] ?? 0, (track.up[k] ?? 0) - 0.5];
-        this.fixTrack.add(fix(i - 1), fix(i), kFixColour);
+    for (const lines of [this.trueTrack, this.fixTrack, this.fence]) lines.clear();
+    const { tracks } = this.store;
+    const own = tracks[this.state.receiver];
+    tracks.forEach((track, receiver) => {
+      const chosen = receiver === this.state.receiver;
+      if (!chosen && !this.state.layers.others) return;
+      // Receivers of one vehicle have one true track: that of the chosen one, with its losses of fix.
+      this.drawTrack(track, receiver, chosen || !own || !together(track, own));
+    });
+    if (this.state.layers.ranges) this.drawFence();
+    for (const lines of [this.trueTrack, this.fixTrack, this.fence]) lines.finish();
+    this.request();
+  }
+
+  private drawTrack(track: Track, receiver: number, withTruth: boolean): void {
+    const { theme } = this.state;
+    const ink = theme === 'dark' ? '#F2F4F6' : '#2A3138';
+    const colour = receiverColour(receiver, theme);
+    const fixEast = track.epochs.column('fix_east_m');
+    const fixNorth = track.epochs.column('fix_north_m');
+    for (let i = 1; i < track.size; ++i) {
+      const place = (k: number): Place => [track.east[k] ?? 0, track.north[k] ?? 0, (track.up[k] ?? 0) - 1];
+      if (withTruth) this.trueTrack.add(place(i - 1), place(i), track.fixed(i) ? ink : kErrorColour);
+      if (!track.fixed(i) || !track.fixed(i - 1)) continue;
+      // On the ground: heights of fixes scatter more than a street is wide, and would hide where they are.
+      const fix = (k: number): Place => [fixEast[k] ?? 0, fixNorth[k] ?? 0, (track.up[k] ?? 0) - 0.5];
+      this.fixTrack.add(fix(i - 1), fix(i), colour);
+    }
+  }
+
+  /** Of a validation: rms of recorded and simulated pseudorange errors, side by side, a metre high for a metre. */
+  private drawFence(): void {
+    const { comparison, header } = this.store;
+    const pair = header.comparison;
+    const track = this.store.tracks[pair?.recorded ?? 0];
+    if (!comparison || !pair || !track) return;
+    let last = -1;
+    for (let i = 0; i < track.size; ++i) {
+      const [x, y, z] = [track.east[i] ?? 0, track.north[i] ?? 0, track.up[i] ?? 0];
+      if (last >= 0 && Math.hypot(x - (track.east[last] ?? 0), y - (track.north[last] ?? 0)) < 4) continue;
+      last = i;
+      const yaw = track.epochs.at('yaw_deg', i) * kRadians;
+      const pairs = [['recorded_rms_m', pair.recorded, 0], ['simulated_rms_m', pair.simulated, 1.6]] as const;
+      for (const [column, receiver, along] of pairs) {
+        const high = Math.min(kHighestFence, comparison.at(column, i));
+        if (!Number.isFinite(high)) continue;
+        const [east, north] = [x + along * Math.cos(yaw), y + along * Math.sin(yaw)];
+        this.fence.add([east, north, z], [east, north, z + high], receiverColour(receiver, this.state.theme));
       }
     }
-    this.trueTrack.finish();
-    this.fixTrack.finish();
-    this.request();
   }
 
   /** What belongs to an instant. */
@@ -237,7 +277,7 @@ export class SceneView {
     const { state, store } = this;
     const track = store.tracks[state.receiver];
     for (const s of [this.strong, this.weak, this.chosen, this.blocked, this.dome, this.trails, this.error]) s.clear();
-    for (const m of [this.points, this.satellites, this.antenna, this.fixMark]) m.clear();
+    for (const m of this.marks) m.clear();
     this.ellipse.visible = false;
     const labels = new Set<string>();
     if (track && track.size > 0) {
@@ -248,11 +288,11 @@ export class SceneView {
       const rows = store.satellites(state.receiver, i);
       if (state.layers.dome) this.drawDome(at, rows, labels);
       for (const row of rows) this.drawPaths(at, row);
-      if (state.layers.fix) this.drawFix(at, i);
+      if (state.layers.fix) store.tracks.forEach((_, receiver) => this.drawFix(receiver));
     }
-    this.trueTrack.group.visible = this.fixTrack.group.visible = state.layers.tracks;
+    this.trueTrack.group.visible = this.fixTrack.group.visible = this.fence.group.visible = state.layers.tracks;
     for (const s of [this.strong, this.weak, this.chosen, this.blocked, this.dome, this.trails, this.error]) s.finish();
-    for (const m of [this.points, this.satellites, this.antenna, this.fixMark]) m.finish();
+    for (const m of this.marks) m.finish();
     for (const [key, label] of this.labels) {
       if (labels.has(key)) continue;
       label.element.remove();
@@ -334,13 +374,25 @@ export class SceneView {
     }
   }
 
-  private drawFix(at: Place, i: number): void {
-    const track = this.store.tracks[this.state.receiver];
-    if (!track?.fixed(i)) return;
+  private drawFix(receiver: number): void {
+    const track = this.store.tracks[receiver];
+    const chosen = receiver === this.state.receiver;
+    if (!track || track.size === 0 || (!chosen && !this.state.layers.others)) return;
+    const i = track.epochAt(this.state.time);
+    const at: Place = [track.east[i] ?? 0, track.north[i] ?? 0, track.up[i] ?? 0];
+    const colour = receiverColour(receiver, this.state.theme);
+    if (!chosen) this.antenna.add(at, colour);
+    if (!track.fixed(i)) return;
     const e = track.epochs;
     const fix: Place = [e.at('fix_east_m', i), e.at('fix_north_m', i), e.at('fix_up_m', i)];
-    this.error.add(at, fix, kErrorColour);
-    this.fixMark.add(fix, kFixColour);
+    this.error.add(at, fix, this.store.tracks.length > 1 ? colour : kErrorColour);
+    this.fixMarks[receiverShape(receiver)].add(fix, colour);
+    if (chosen) this.drawEllipse(fix, e, i, colour);
+  }
+
+  private drawEllipse(fix: Place, e: Rows, i: number, colour: string): void {
+    if (!Number.isFinite(e.at('covariance_east_m2', i))) return;
+    (this.ellipse.material as MeshBasicMaterial).color.set(colour);
     const { major, minor, angle } = ellipse95(e.at('covariance_east_m2', i), e.at('covariance_north_m2', i),
       e.at('covariance_east_north_m2', i));
     const positions: number[] = [];
@@ -353,7 +405,7 @@ export class SceneView {
       const a = on((k * Math.PI) / 32);
       const b = on(((k + 1) * Math.PI) / 32);
       positions.push(...fix, ...a, ...b);
-      this.error.add(a, b, kFixColour);
+      this.error.add(a, b, colour);
     }
     this.ellipse.geometry.dispose();
     this.ellipse.geometry = new BufferGeometry();
@@ -386,6 +438,15 @@ export class SceneView {
       if (seen) element.style.transform = `translate(${((p.x + 1) / 2) * width}px, ${((1 - p.y) / 2) * height}px)`;
     }
   }
+}
+
+/** Whether two receivers are at one place, at begin, middle and end. */
+function together(a: Track, b: Track): boolean {
+  return [0, 0.5, 1].every((share) => {
+    const i = Math.floor(share * (a.size - 1));
+    const j = b.epochAt(a.time[i] ?? 0);
+    return Math.hypot((a.east[i] ?? 0) - (b.east[j] ?? 0), (a.north[i] ?? 0) - (b.north[j] ?? 0)) < 2;
+  });
 }
 
 /** Whether WebGL runs on the processor: SwiftShader, llvmpipe, Microsoft's Basic Render Driver. */

@@ -3,7 +3,7 @@
 import type { Theme } from './palette';
 
 export type CameraMode = 'free' | 'follow' | 'top' | 'first';
-export type Change = 'time' | 'receiver' | 'selection' | 'data' | 'look' | 'camera' | 'playing' | 'map';
+export type Change = 'time' | 'receiver' | 'selection' | 'data' | 'look' | 'camera' | 'playing' | 'map' | 'layers';
 
 export const kLayers = {
   rays: 'rays of received satellites',
@@ -12,6 +12,8 @@ export const kLayers = {
   dome: 'sky dome and satellites',
   tracks: 'true and estimated track',
   fix: 'fix, error vector, 95 % ellipse',
+  others: 'the other receivers',
+  ranges: 'pseudorange errors along the street (rms, 1 m high for 1 m)',
 } as const;
 export type Layer = keyof typeof kLayers;
 
@@ -30,7 +32,7 @@ export class State {
   camera: CameraMode = 'follow';
   colour: 'height' | 'material' = 'height';
   theme: Theme = 'light';
-  layers: Record<Layer, boolean> = { rays: true, blocked: false, points: true, dome: true, tracks: true, fix: true };
+  layers: Record<Layer, boolean> = { rays: true, blocked: false, points: true, dome: true, tracks: true, fix: true, others: true, ranges: true };
 
   private readonly listeners: ((change: Change) => void)[] = [];
 

@@ -164,6 +164,8 @@ export class Block {
 export class Store {
   readonly header: Header;
   readonly tracks: Track[] = [];
+  /** Of a validation: one row for each epoch. */
+  comparison: Rows | null = null;
   private readonly source: Source;
   private readonly blocks = new Map<string, Block>();
   private readonly pending = new Map<string, Promise<Block>>();
@@ -182,7 +184,7 @@ export class Store {
   /** All epochs of every receiver. */
   async loadTracks(): Promise<void> {
     for (let r = 0; r < this.header.receivers.length; ++r) {
-      const entry = this.header.chunks.find((c) => c.kind === 'track' && c.receiver === r);
+      const entry = this.header.chunks.find((c): c is ChunkEntry => c.kind === 'track' && c.receiver === r);
       if (!entry) throw new Error(`receiver ${r} has no track`);
       const tables = decodeChunk(await this.source.file(entry.file), this.header);
       const epochs = tables.get('epochs');
@@ -190,6 +192,8 @@ export class Store {
       if (!epochs || !skylines) throw new Error(`${entry.file} is no track`);
       this.tracks.push(new Track(epochs, skylines));
     }
+    const comparison = this.header.chunks.find((c) => c.kind === 'comparison');
+    if (comparison) this.comparison = decodeChunk(await this.source.file(comparison.file), this.header).get('comparison') ?? null;
   }
 
   private entryOf(receiver: number, epoch: number): ChunkEntry | undefined {
@@ -248,6 +252,38 @@ export class Store {
       for (const b of this.blocks.values()) if (!oldest || b.lastUse < oldest.lastUse) oldest = b;
       if (oldest) this.blocks.delete(oldest.entry.file);
     }
+  }
+
+  /** Error [m] of a satellite's pseudorange over a receiver's epochs; NaN where there is none or no block is loaded. */
+  errorsOf(receiver: number, satellite: number): Float64Array {
+    const result = new Float64Array(this.tracks[receiver]?.size ?? 0).fill(NaN);
+    for (const block of this.loadedBlocks(receiver)) {
+      const which = block.satellites.column('satellite');
+      for (let row = 0; row < block.satellites.size; ++row) {
+        if (which[row] !== satellite) continue;
+        result[block.satellites.at('epoch', row)] = block.satellites.at('pseudorange_error_m', row);
+      }
+    }
+    return result;
+  }
+
+  /** Epochs where recorded and simulated pseudoranges differ most: one of each street, the largest first. */
+  differences(): number[] {
+    const track = this.tracks[this.header.comparison?.recorded ?? 0];
+    const difference = this.comparison?.column('difference_rms_m');
+    if (!track || !difference) return [];
+    const streets = this.header.comparison?.streets ?? [];
+    const stretches = streets.length > 0 ? streets : [{ from_s: -Infinity, until_s: Infinity }];
+    const largest = stretches.map((street) => {
+      let best = -1;
+      for (let i = 0; i < track.size; ++i) {
+        const t = track.time[i] ?? 0;
+        if (t < street.from_s || t > street.until_s || !((difference[i] ?? NaN) > (best < 0 ? -1 : difference[best] ?? 0))) continue;
+        best = i;
+      }
+      return best;
+    });
+    return largest.filter((i) => i >= 0).sort((a, b) => (difference[b] ?? 0) - (difference[a] ?? 0));
   }
 
   /** Loads the blocks about an epoch, nearest first, as many as the memory for them takes. */
