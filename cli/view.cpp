@@ -26,6 +26,7 @@
 #include "cli/progress.hpp"
 #include "cli/view_command.hpp"
 #include "cli/view_map.hpp"
+#include "cli/view_record.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -35,6 +36,7 @@ struct Arguments {
   std::string exported;
   std::string out;
   std::string map, city;
+  RecordArguments record;
   std::optional<double> duration_s;
   std::size_t paths = view::ViewOptions{}.paths_per_satellite;
   int threads = 0;
@@ -133,11 +135,13 @@ void write_city_view(const Arguments& arguments, const buildings::BuiltCity& bui
 }
 
 int run(const Arguments& arguments) {
-  if (arguments.exported.empty() && arguments.out.empty()) {
-    throw InputError("nothing to write", "give --export scene.html, or --out DIR");
+  const bool filmed = !arguments.record.file.empty();
+  if (arguments.exported.empty() && arguments.out.empty() && !filmed) {
+    throw InputError("nothing to write", "give --export scene.html, --record film.webp, or --out DIR");
   }
   // The page first: a run of minutes should not end at a viewer that was never built.
-  const std::filesystem::path page = arguments.exported.empty() ? "" : view::find_page();
+  const std::filesystem::path page = arguments.exported.empty() && !filmed ? "" : view::find_page();
+  if (filmed) check_record(arguments.record, page);
   const std::optional<std::filesystem::path> finished = finished_view(arguments.input);
   int status = kOk;
   std::optional<Workplace> workplace;
@@ -168,6 +172,11 @@ int run(const Arguments& arguments) {
       fmt::print(stderr, "{}: {:.2f} MB, opens from disk\n", arguments.exported,
                  static_cast<double>(bytes) / 1e6);
     }
+  }
+  if (filmed) {
+    const Workplace film("");
+    view::export_page(page, folder, film.path() / "scene.html");
+    record_page(arguments.record, page, film.path() / "scene.html", film.path(), arguments.quiet);
   }
   return status;
 }
@@ -204,6 +213,7 @@ void add_view(CLI::App& app, Action& action) {
           fmt::format("of each satellite at most so many paths, the strongest ({})", arguments->paths))
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
+  add_record_options(*command, arguments->record);
   add_threads(*command, arguments->threads);
   command->add_flag("--quiet", arguments->quiet, "print errors only");
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });

@@ -363,6 +363,31 @@ class App {
     add(receivers.length > 1 ? 'no fix' : 'error, no fix', line(kErrorColour));
   }
 
+  /** For `canyon view --record`: a picture at a share of the film. A run passes by; a city alone is flown about once. */
+  async film(at: { share: number; from?: number; until?: number; camera?: CameraMode }): Promise<void> {
+    const { state, store } = this;
+    if (at.camera && at.camera !== state.camera) this.setCamera(at.camera);
+    const track = store.tracks[state.receiver];
+    if (track && track.size > 0) {
+      const last = track.time[track.size - 1] ?? 0;
+      const from = at.from ?? 0;
+      const until = Math.min(last, at.until ?? last);
+      const time = from + at.share * (until - from);
+      await store.load(state.receiver, track.epochAt(time));
+      this.goTo(time);
+      // As slowly as somebody walks about it, so that depth is seen.
+      this.filmed ??= this.view.control.azimuth;
+      if (state.camera === 'follow') this.view.control.azimuth = this.filmed + 40 * at.share;
+    } else {
+      this.filmed ??= this.view.control.azimuth;
+      this.view.control.azimuth = this.filmed + 360 * at.share;
+    }
+    this.view.request();
+    // The second frame comes behind the first one's picture.
+    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+  }
+  private filmed: number | null = null;
+
   /** For tests and measurements. */
   get scene(): SceneView {
     return this.view;

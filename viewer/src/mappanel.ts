@@ -15,7 +15,7 @@ export class MapPanel {
   private readonly time: HTMLSelectElement;
 
   constructor(private readonly host: HTMLElement, map: MapHeader, private readonly heat: HeatMap, private readonly state: State) {
-    host.innerHTML = `<p><b title="heat map">${''}</b><label><input type="checkbox" id="map-on" checked> show</label></p>
+    host.innerHTML = `<p><span>heat map <b></b></span><label><input type="checkbox" id="map-on" checked> show</label></p>
       <select id="map-layer" aria-label="layer"></select>
       <div class="line"><select id="map-altitude" aria-label="altitude"></select></div>
       <div class="line"><button id="map-before" aria-label="time before" title="time before (,)">◂</button>
@@ -96,7 +96,8 @@ export class MapPanel {
     const colours = this.heat.barColours(128);
     colours.forEach(([r, g, b], i) => {
       c.fillStyle = `rgb(${r} ${g} ${b})`;
-      c.fillRect((i * width) / colours.length, 0, width / colours.length + 0.5, 13);
+      const from = Math.floor((i * width) / colours.length);
+      c.fillRect(from, 0, width - from, 13);  // the next one covers what is not its own
     });
     c.fillStyle = kPaint[this.state.theme].ink;
     c.font = '10px system-ui, "DejaVu Sans", sans-serif';
