@@ -124,6 +124,11 @@ export class SceneView {
     this.update();
   }
 
+  /** For tests: fixes that are drawn, by their shapes. */
+  get fixMarksShown(): Record<string, number> {
+    return Object.fromEntries(Object.entries(this.fixMarks).map(([shape, marks]) => [shape, marks.points.geometry.getAttribute('position').count]));
+  }
+
   private get marks(): Marks[] {
     return [this.points, this.satellites, this.antenna, ...Object.values(this.fixMarks)];
   }

@@ -22,6 +22,7 @@ export const kTables = [
     'point_up_m', 'far_east_m', 'far_north_m', 'far_up_m'].map((n) => column(n, 'f32'))] },
   { name: 'map_cells', columns: [column('state', 'u8'), column('up_m', 'f32')] },
   { name: 'map_values', columns: [column('value', 'f32')] },
+  { name: 'comparison', columns: [...['recorded_rms_m', 'simulated_rms_m', 'difference_rms_m'].map((n) => column(n, 'f32')), column('both', 'u16')] },
 ];
 
 /** The bytes of a chunk; rows: one array of rows (arrays of values) for each table, by its index. */
@@ -151,6 +152,25 @@ export function sampleView({ grid = 8, epochs = 120, block = 40 } = {}) {
     tables: kTables, chunks,
   };
   return { header, files };
+}
+
+/** The sample as a validation of three streets of 40 s: the receiver is the recorded one, the simulated one is the same again. The
+ *  rms are e / 10, e / 5 and, the largest of each street at its end, 10, 30 and 20 times e mod 40 / 39. */
+export function withPair({ header, files }) {
+  const epochs = header.receivers[0].summary.epochs;
+  const chunks = [...header.chunks];
+  for (const chunk of header.chunks) {
+    const file = chunk.file.replace('-0', '-1');
+    files.set(file, files.get(chunk.file));
+    chunks.push({ ...chunk, file, receiver: 1 });
+  }
+  const rows = Array.from({ length: epochs }, (_, e) => [e / 10, e / 5, ([10, 30, 20][Math.floor(e / 40)] * (e % 40)) / 39, 5]);
+  const bytes = encodeChunk([[6, rows]]);
+  files.set('comparison.bin.gz', gzipSync(bytes));
+  chunks.push({ file: 'comparison.bin.gz', kind: 'comparison', bytes: bytes.length });
+  const streets = [0, 40, 80].map((from) => ({ from_s: from, until_s: from + 39, length_m: 156, heading_deg: 90 }));
+  return { header: { ...header, receivers: ['recorded', 'simulated'].map((name) => ({ ...header.receivers[0], name })),
+    comparison: { recorded: 0, simulated: 1, streets }, chunks }, files };
 }
 
 /** Lays a heat map over a view: 40 x 20 cells of 10 m, 2 altitudes, 3 times, an error and a count. Row by row from the south-west
