@@ -38,7 +38,9 @@ void ViewedMap::add_to(const std::filesystem::path& folder) const {
 
 void copy_view(const std::filesystem::path& from, const std::filesystem::path& folder) {
   std::error_code error;
-  std::filesystem::copy(from, folder, std::filesystem::copy_options::overwrite_existing, error);
+  std::filesystem::copy(
+      from, folder,
+      std::filesystem::copy_options::recursive | std::filesystem::copy_options::overwrite_existing, error);
   if (error) throw InputError(from, 0, "cannot be copied: " + error.message(), "give --out another folder");
 }
 
