@@ -1,26 +1,32 @@
 // Lines of a width in pixels and marks of a size in pixels; each is drawn once in front of buildings and once, faint,
 // through them, so that what happens behind a facade can be followed.
 
-import { BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, Points, PointsMaterial } from 'three';
+import {
+  BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, LineBasicMaterial, LineSegments, Points, PointsMaterial,
+} from 'three';
 import type { Shape } from './palette';
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
 
+/** Width [pixels] up to which lines are drawn as thin as they come. */
+const kThin = 1.1;
+
 export class Segments {
   readonly group = new Group();
-  private readonly materials: LineMaterial[];
+  private readonly materials: (LineMaterial | LineBasicMaterial)[];
   private positions: number[] = [];
   private colours: number[] = [];
   private readonly colour = new Color();
 
   /** @param through opacity of what stands behind something */
   constructor(width: number, opacity: number, through: number, dashed = false) {
-    const make = (alpha: number, test: boolean): LineMaterial =>
-      new LineMaterial({
-        linewidth: width, vertexColors: true, transparent: true, opacity: alpha, depthTest: test, depthWrite: false,
-        dashed, dashSize: 5, gapSize: 5,
-      });
+    const make = (alpha: number, test: boolean): LineMaterial | LineBasicMaterial => {
+      const common = { vertexColors: true, transparent: true, opacity: alpha, depthTest: test, depthWrite: false };
+      // Lines of a pixel are the graphics library's own: a fifth of the work where that is done in software.
+      return width <= kThin ? new LineBasicMaterial(common)
+        : new LineMaterial({ ...common, linewidth: width, dashed, dashSize: 5, gapSize: 5 });
+    };
     this.materials = [make(opacity, true)];
     if (through > 0) this.materials.push(make(through, false));
   }
@@ -38,16 +44,22 @@ export class Segments {
   /** Shows what was added since clear(). */
   finish(): void {
     for (const child of [...this.group.children]) {
-      (child as LineSegments2).geometry.dispose();
+      (child as LineSegments2 | LineSegments).geometry.dispose();
       this.group.remove(child);
     }
     if (this.positions.length === 0) return;
-    const geometry = new LineSegmentsGeometry();
-    geometry.setPositions(this.positions);
-    geometry.setColors(this.colours);
+    const thin = new BufferGeometry();
+    const wide = new LineSegmentsGeometry();
+    if (this.materials[0] instanceof LineMaterial) {
+      wide.setPositions(this.positions);
+      wide.setColors(this.colours);
+    } else {
+      thin.setAttribute('position', new BufferAttribute(new Float32Array(this.positions), 3));
+      thin.setAttribute('color', new BufferAttribute(new Float32Array(this.colours), 3));
+    }
     for (const material of this.materials) {
-      const line = new LineSegments2(geometry, material);
-      if (material.dashed) line.computeLineDistances();
+      const line = material instanceof LineMaterial ? new LineSegments2(wide, material) : new LineSegments(thin, material);
+      if (material instanceof LineMaterial && material.dashed) (line as LineSegments2).computeLineDistances();
       line.frustumCulled = false;
       line.renderOrder = 2;
       this.group.add(line);

@@ -1,13 +1,13 @@
 // The three-dimensional view. East is x, north y, up z: the city's frame.
 
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Fog, HemisphereLight, Mesh,
-  MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+  BufferAttribute, BufferGeometry, Color, DoubleSide, Fog, Mesh, MeshBasicMaterial, PlaneGeometry, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import { CameraControl } from './camera';
 import { CityMesh } from './city';
 import type { Rows } from './format';
 import type { HeatMap } from './heatmap';
+import { light } from './light';
 import { Marks, Segments } from './lines';
 import { kErrorColour, kPaint, kShapes, receiverColour, receiverShape, visibilityColour, type Shape } from './palette';
 import type { State } from './state';
@@ -52,7 +52,7 @@ export class SceneView {
   private readonly scene = new Scene();
   private readonly ground: Mesh;
   private readonly strong = new Segments(2, 0.95, 0.22);
-  private readonly weak = new Segments(1.2, 0.5, 0.1);
+  private readonly weak = new Segments(1, 0.55, 0.12);
   private readonly chosen = new Segments(4, 1, 0.35);
   private readonly blocked = new Segments(1.2, 0.6, 0.25, true);
   private readonly trueTrack = new Segments(3, 0.9, 0.3);
@@ -85,16 +85,14 @@ export class SceneView {
     this.renderer.domElement.setAttribute('aria-label', 'three-dimensional view of the city');
     this.city = new CityMesh(glb, store.header.city.objects);
     this.scene.add(this.city.group);
-    this.scene.add(new AmbientLight('#ffffff', 0.9), new HemisphereLight('#ffffff', '#b9b0a0', 0.9));
-    const sun = new DirectionalLight('#fff4e0', 2.1);
-    sun.position.set(-0.6, -0.8, 1.1);
-    this.scene.add(sun);
     const [lowX, lowY, lowZ] = this.city.low;
     const [highX, highY] = this.city.high;
     const known = Number.isFinite(lowX);
     const span = known ? Math.max(highX - lowX, highY - lowY) : 500;
     // Below everything: an open field, or the land around a city.
-    this.ground = new Mesh(new PlaneGeometry(40 * span, 40 * span), new MeshLambertMaterial());
+    this.ground = new Mesh(new PlaneGeometry(40 * span, 40 * span), new MeshBasicMaterial());
+    // Behind all that hides it.
+    this.ground.renderOrder = 1;
     this.ground.position.set(known ? (lowX + highX) / 2 : 0, known ? (lowY + highY) / 2 : 0, (known ? lowZ : 0) - 0.6);
     this.scene.add(this.ground);
     this.ellipse = new Mesh(new BufferGeometry(), new MeshBasicMaterial({
@@ -124,6 +122,11 @@ export class SceneView {
     this.update();
   }
 
+  /** For measurements: calls and triangles of the last picture. */
+  get drawn(): { calls: number; triangles: number } {
+    const { calls, triangles } = this.renderer.info.render;
+    return { calls, triangles };
+  }
   /** For tests: fixes that are drawn, by their shapes. */
   get fixMarksShown(): Record<string, number> {
     return Object.fromEntries(Object.entries(this.fixMarks).map(([shape, marks]) => [shape, marks.points.geometry.getAttribute('position').count]));
@@ -172,7 +175,7 @@ export class SceneView {
     const paint = kPaint[this.state.theme];
     this.scene.background = new Color(paint.sky);
     this.scene.fog = new Fog(paint.sky, 1500, 9000);
-    (this.ground.material as MeshLambertMaterial).color.set(paint.ground);
+    (this.ground.material as MeshBasicMaterial).color.set(paint.ground).multiply(light(0, 0, 1, new Color()));
     this.city.paint(this.state.colour, this.state.theme);
     this.city.show(this.state.object, paint.accent);
     this.request();
