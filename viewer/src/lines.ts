@@ -23,7 +23,7 @@ export class Segments {
   constructor(width: number, opacity: number, through: number, dashed = false) {
     const make = (alpha: number, test: boolean): LineMaterial | LineBasicMaterial => {
       const common = { vertexColors: true, transparent: true, opacity: alpha, depthTest: test, depthWrite: false };
-      // Lines of a pixel are the graphics library's own: a fifth of the work where that is done in software.
+      // Lines of a pixel are the graphics library's own: less work than strips of triangles.
       return width <= kThin ? new LineBasicMaterial(common)
         : new LineMaterial({ ...common, linewidth: width, dashed, dashSize: 5, gapSize: 5 });
     };
