@@ -249,6 +249,15 @@ class ComparisonView {
     header_.chunks.push_back({file, side, false, first, count, bytes, rows.size(), paths.size()});
   }
 
+  /// Of the way between epochs of the view, [first, end).
+  [[nodiscard]] double length_m(std::size_t first, std::size_t end) const {
+    double length = 0;
+    for (std::size_t i = first + 1; i < end; ++i) {
+      length += (epoch(i).place_enu_m - epoch(i - 1).place_enu_m).head<2>().norm();
+    }
+    return length;
+  }
+
   /// What both differ by, and the streets.
   void extend() const {
     using Json = nlohmann::ordered_json;
@@ -270,7 +279,7 @@ class ComparisonView {
       if (from >= end) continue;
       streets.push_back({{"from_s", time_s(from - input_.first)},
                          {"until_s", time_s(end - 1 - input_.first)},
-                         {"length_m", s.length_m},
+                         {"length_m", length_m(from - input_.first, end - input_.first)},
                          {"heading_deg", s.heading_deg}});
     }
     const char* file = "comparison.bin.gz";

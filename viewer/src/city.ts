@@ -17,7 +17,7 @@ interface Gltf {
 }
 
 /** Side of a tile [m]: what lies outside the picture is not drawn, tile by tile. */
-const kTile = 250;
+const kTile = 500;
 /** Above so many triangles edges of buildings are left out: they cost as much again. */
 const kMostEdged = 120_000;
 

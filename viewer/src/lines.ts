@@ -12,23 +12,23 @@ import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeome
 /** Width [pixels] up to which lines are drawn as thin as they come. */
 const kThin = 1.1;
 
+/** More pieces than this are drawn thin, whatever their width: without a graphics processor they take seconds otherwise. */
+const kMostWide = 3000;
+
 export class Segments {
   readonly group = new Group();
-  private readonly materials: (LineMaterial | LineBasicMaterial)[];
+  private readonly wide: LineMaterial[];
+  private readonly thin: LineBasicMaterial[];
   private positions: number[] = [];
   private colours: number[] = [];
   private readonly colour = new Color();
 
   /** @param through opacity of what stands behind something */
-  constructor(width: number, opacity: number, through: number, dashed = false) {
-    const make = (alpha: number, test: boolean): LineMaterial | LineBasicMaterial => {
-      const common = { vertexColors: true, transparent: true, opacity: alpha, depthTest: test, depthWrite: false };
-      // Lines of a pixel are the graphics library's own: less work than strips of triangles.
-      return width <= kThin ? new LineBasicMaterial(common)
-        : new LineMaterial({ ...common, linewidth: width, dashed, dashSize: 5, gapSize: 5 });
-    };
-    this.materials = [make(opacity, true)];
-    if (through > 0) this.materials.push(make(through, false));
+  constructor(private readonly width: number, opacity: number, through: number, dashed = false) {
+    const passes = [{ opacity, depthTest: true }, ...(through > 0 ? [{ opacity: through, depthTest: false }] : [])]
+      .map((pass) => ({ ...pass, vertexColors: true, transparent: true, depthWrite: false }));
+    this.wide = passes.map((pass) => new LineMaterial({ ...pass, linewidth: width, dashed, dashSize: 5, gapSize: 5 }));
+    this.thin = passes.map((pass) => new LineBasicMaterial(pass));
   }
 
   clear(): void {
@@ -48,22 +48,31 @@ export class Segments {
       this.group.remove(child);
     }
     if (this.positions.length === 0) return;
-    const thin = new BufferGeometry();
-    const wide = new LineSegmentsGeometry();
-    if (this.materials[0] instanceof LineMaterial) {
-      wide.setPositions(this.positions);
-      wide.setColors(this.colours);
-    } else {
-      thin.setAttribute('position', new BufferAttribute(new Float32Array(this.positions), 3));
-      thin.setAttribute('color', new BufferAttribute(new Float32Array(this.colours), 3));
-    }
-    for (const material of this.materials) {
-      const line = material instanceof LineMaterial ? new LineSegments2(wide, material) : new LineSegments(thin, material);
-      if (material instanceof LineMaterial && material.dashed) (line as LineSegments2).computeLineDistances();
+    // Lines of a pixel are the graphics library's own: less work than strips of triangles.
+    const lines = this.width <= kThin || this.positions.length > 6 * kMostWide ? this.thinLines() : this.wideLines();
+    for (const line of lines) {
       line.frustumCulled = false;
       line.renderOrder = 2;
       this.group.add(line);
     }
+  }
+
+  private thinLines(): LineSegments[] {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(new Float32Array(this.positions), 3));
+    geometry.setAttribute('color', new BufferAttribute(new Float32Array(this.colours), 3));
+    return this.thin.map((material) => new LineSegments(geometry, material));
+  }
+
+  private wideLines(): LineSegments2[] {
+    const geometry = new LineSegmentsGeometry();
+    geometry.setPositions(this.positions);
+    geometry.setColors(this.colours);
+    return this.wide.map((material) => {
+      const line = new LineSegments2(geometry, material);
+      if (material.dashed) line.computeLineDistances();
+      return line;
+    });
   }
 }
 

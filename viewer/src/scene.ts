@@ -35,6 +35,8 @@ export function ellipse95(ee: number, nn: number, en: number): { major: number; 
   };
 }
 
+/** Of a track. */
+const kMostPieces = 6000;
 /** Errors beyond are drawn so high [m]. */
 const kHighestFence = 60;
 
@@ -248,14 +250,31 @@ export class SceneView {
     const colour = receiverColour(receiver, theme);
     const fixEast = track.epochs.column('fix_east_m');
     const fixNorth = track.epochs.column('fix_north_m');
-    for (let i = 1; i < track.size; ++i) {
-      const place = (k: number): Place => [track.east[k] ?? 0, track.north[k] ?? 0, (track.up[k] ?? 0) - 1];
-      if (withTruth) this.trueTrack.add(place(i - 1), place(i), track.fixed(i) ? ink : kErrorColour);
-      if (!track.fixed(i) || !track.fixed(i - 1)) continue;
-      // On the ground: heights of fixes scatter more than a street is wide, and would hide where they are.
-      const fix = (k: number): Place => [fixEast[k] ?? 0, fixNorth[k] ?? 0, (track.up[k] ?? 0) - 0.5];
-      this.fixTrack.add(fix(i - 1), fix(i), colour);
+    // Of a long run not every epoch: more pieces than this nobody sees, and drawing them takes longer than all else.
+    const step = Math.max(0.3, track.length / kMostPieces);
+    const pieces = (at: (k: number) => Place | null, draw: (from: Place, to: Place, i: number) => void): void => {
+      let last: Place | null = null;
+      let before: Place | null = null;
+      for (let i = 0; i < track.size; ++i) {
+        const here = at(i);
+        const ends = i + 1 === track.size || track.fixed(i) !== track.fixed(i + 1);
+        if (here && last && (ends || Math.hypot(here[0] - last[0], here[1] - last[1]) >= step)) {
+          draw(last, here, i);
+          last = here;
+        } else if (!here || !last) {
+          if (!here && last && before) draw(last, before, i);
+          last = here;
+        }
+        before = here;
+      }
+    };
+    if (withTruth) {
+      pieces((k) => [track.east[k] ?? 0, track.north[k] ?? 0, (track.up[k] ?? 0) - 1],
+        (from, to, i) => this.trueTrack.add(from, to, track.fixed(i) ? ink : kErrorColour));
     }
+    // On the ground: heights of fixes scatter more than a street is wide, and would hide where they are.
+    pieces((k) => (track.fixed(k) ? [fixEast[k] ?? 0, fixNorth[k] ?? 0, (track.up[k] ?? 0) - 0.5] : null),
+      (from, to) => this.fixTrack.add(from, to, colour));
   }
 
   /** Of a validation: rms of recorded and simulated pseudorange errors, side by side, a metre high for a metre. */
@@ -389,7 +408,8 @@ export class SceneView {
     const i = track.epochAt(this.state.time);
     const at: Place = [track.east[i] ?? 0, track.north[i] ?? 0, track.up[i] ?? 0];
     const colour = receiverColour(receiver, this.state.theme);
-    if (!chosen) this.antenna.add(at, colour);
+    const own = this.store.tracks[this.state.receiver];
+    if (!chosen && own && !together(track, own)) this.antenna.add(at, colour);
     if (!track.fixed(i)) return;
     const e = track.epochs;
     const fix: Place = [e.at('fix_east_m', i), e.at('fix_north_m', i), e.at('fix_up_m', i)];

@@ -35,6 +35,14 @@ export class Track {
   get size(): number {
     return this.epochs.size;
   }
+  /** Of the true way [m]. */
+  get length(): number {
+    let sum = 0;
+    for (let i = 1; i < this.size; ++i) {
+      sum += Math.hypot((this.east[i] ?? 0) - (this.east[i - 1] ?? 0), (this.north[i] ?? 0) - (this.north[i - 1] ?? 0));
+    }
+    return sum;
+  }
   fixed(epoch: number): boolean {
     return this.status[epoch] === 1;
   }

@@ -87,24 +87,25 @@ function glb(boxes) {
   return Buffer.concat([head, Buffer.from(json), middle, binary]);
 }
 
-/** A view: its header and its files. @param grid buildings in a row; @param epochs one second apart */
-export function sampleView({ grid = 8, epochs = 120, block = 40 } = {}) {
+/** A view: its header and its files. @param grid buildings in a row; @param epochs `interval` seconds apart @param more satellites */
+export function sampleView({ grid = 8, epochs = 120, block = 40, interval = 1, more = 0 } = {}) {
   const boxes = [];
   for (let i = 0; i < grid * grid; ++i) {
     const w = 76 * ((i % grid) - grid / 2) + 8;
     const s = 76 * (Math.floor(i / grid) - grid / 2) + 8;
     boxes.push([`block ${i + 1}`, w, s, w + 60, s + 60, 12 + ((i * 37) % 90)]);
   }
-  const satellites = ['G01', 'G05', 'G12', 'G17', 'G24', 'G30', 'E02', 'E07', 'E11', 'E19', 'E30', 'E36'];
+  const satellites = ['G01', 'G05', 'G12', 'G17', 'G24', 'G30', 'E02', 'E07', 'E11', 'E19', 'E30', 'E36',
+    ...Array.from({ length: more }, (_, i) => `C${String(i + 1).padStart(2, '0')}`)];
   const rows = [];
   const blocks = [];
   for (let e = 0; e < epochs; ++e) {
     const lost = e >= 50 && e < 60;
-    const east = -228 + 4 * e;
+    const east = -228 + 4 * ((e * interval) % 120);
     // Error: e/10 m east, e/20 m north, 1 m up; the largest at the last epoch.
     const error = lost ? [NaN, NaN, NaN] : [e / 10, e / 20, 1];
     const covariance = lost ? Array(6).fill(NaN) : [9, 4, 16, 2, 0, 0];
-    rows.push([e, east, 0, 1.5, 0, 0, 0, 4, 0, 0, lost ? 2 : 1, 0, east + error[0], error[1], 1.5 + error[2], ...error, ...covariance,
+    rows.push([e * interval, east, 0, 1.5, 0, 0, 0, 4, 0, 0, lost ? 2 : 1, 0, east + error[0], error[1], 1.5 + error[2], ...error, ...covariance,
       ...(lost ? Array(5).fill(NaN) : [2.5, 2.1, 1.25, 1.7, 1.3]), lost ? 0 : 9, lost ? 3 : 9, lost ? 9 : 3, 0]);
     if (e % block === 0) blocks.push({ first: e, satellites: [], paths: [] });
     const b = blocks.at(-1);
@@ -138,7 +139,7 @@ export function sampleView({ grid = 8, epochs = 120, block = 40 } = {}) {
   const header = {
     format: 'canyon view', version: 1, title: 'sample </script> drive',
     frame: { axes: 'east north up', unit: 'm', origin: { latitude_deg: 22.3, longitude_deg: 114.17, height_m: 0 } },
-    time: { begin_utc: '2026-06-01T08:00:00.000Z', begin_gpst: '2026-06-01T08:00:18.000 GPST', gps_week: 2421, gps_tow: 115218, interval_s: 1 },
+    time: { begin_utc: '2026-06-01T08:00:00.000Z', begin_gpst: '2026-06-01T08:00:18.000 GPST', gps_week: 2421, gps_tow: 115218, interval_s: interval },
     city: { name: 'boxes', file: 'city.glb.gz', triangles: 10 * boxes.length, notes: ['made up'],
       objects: boxes.map(([id, , , , , h]) => ({ id, surface: 'building', material: 'concrete', low_m: 0, high_m: h, height_source: 'levels' })) },
     words: { status: ['not solved', 'fix', 'too few satellites'], placement: ['free'], visibility: ['LOS', 'LOS+multipath', 'NLOS', 'blocked'],
