@@ -1,7 +1,5 @@
 #include "canyon/propagation/diffraction.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
@@ -9,7 +7,6 @@
 #include <cstring>
 #include <tuple>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
@@ -226,11 +223,7 @@ void EdgeDiffraction::trace(const Vector3d& antenna, std::span<const Vector3d> d
                             std::span<const bool> blocked,
                             std::span<std::vector<DiffractedPath>> result) const {
   assert(directions.size() == blocked.size() && directions.size() == result.size());
-  if (!antenna.allFinite()) {
-    throw InputError(
-        fmt::format("the antenna's place ({}, {}, {}) is not finite", antenna.x(), antenna.y(), antenna.z()),
-        "check the trajectory");
-  }
+  raytrace::check_place(antenna, "the antenna's place");
   const Impl& impl = *impl_;
   Scratch& s = scratch();
   s.candidates.clear();

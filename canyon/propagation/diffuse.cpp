@@ -366,11 +366,7 @@ void DiffuseScattering::trace(const Vector3d& antenna, std::span<const Vector3d>
                               std::span<const bool> wanted,
                               std::span<std::vector<DiffusePath>> result) const {
   assert(directions.size() == wanted.size() && directions.size() == result.size());
-  if (!antenna.allFinite()) {
-    throw InputError(
-        fmt::format("the antenna's place ({}, {}, {}) is not finite", antenna.x(), antenna.y(), antenna.z()),
-        "check the trajectory");
-  }
+  raytrace::check_place(antenna, "the antenna's place");
   bool any = false;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     result[i].clear();

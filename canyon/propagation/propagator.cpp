@@ -1,7 +1,5 @@
 #include "canyon/propagation/propagator.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -9,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/first_order.hpp"
@@ -400,17 +397,6 @@ const PropagationOptions& Propagator::options() const {
   return impl_->options;
 }
 
-namespace {
-
-void check_antenna(const Vector3d& antenna) {
-  if (antenna.allFinite()) return;
-  throw InputError(
-      fmt::format("the antenna's place ({}, {}, {}) is not finite", antenna.x(), antenna.y(), antenna.z()),
-      "check the trajectory");
-}
-
-}  // namespace
-
 /// Begins `result` with the direct paths; which satellites have none.
 std::span<bool> Propagator::Impl::look(const Vector3d& antenna, std::span<const Vector3d> directions,
                                        Scratch& s, std::span<SatellitePaths> result) const {
@@ -436,7 +422,7 @@ std::span<bool> Propagator::Impl::look(const Vector3d& antenna, std::span<const 
 void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> directions,
                        std::span<SatellitePaths> result, std::vector<KnownEdge>* edges) const {
   assert(directions.size() == result.size());
-  check_antenna(antenna);
+  raytrace::check_place(antenna, "the antenna's place");
   const Impl& impl = *impl_;
   const int order = impl.options.reflection_order;
   Scratch& s = scratch();
@@ -455,7 +441,7 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
 void Propagator::trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
                             std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const {
   assert(directions.size() == result.size());
-  check_antenna(antenna);
+  raytrace::check_place(antenna, "the antenna's place");
   const Impl& impl = *impl_;
   assert(impl.options.model == Model::Specular && impl.scene->placed_instances().empty());
   Scratch& s = scratch();

@@ -365,11 +365,15 @@ double RayScene::surface_offset_m(const Vector3d& point) const {
   return 0.5e-3 + 4e-7 * (reach + (point - impl_->city.centre).norm());
 }
 
+void check_place(const Vector3d& place, std::string_view what) {
+  if (place.norm() <= 1e7) return;  // false of NaN
+  throw InputError(fmt::format("{} ({:g}, {:g}, {:g}) is not finite, or more than 10000 km away", what,
+                               place.x(), place.y(), place.z()),
+                   "places are metres east, north and up in the city's frame; check what moves the antenna");
+}
+
 Placement RayScene::placement(const Vector3d& point) const {
-  if (!point.allFinite()) {
-    throw InputError(fmt::format("the place ({}, {}, {}) is not finite", point.x(), point.y(), point.z()),
-                     "check what made it");
-  }
+  check_place(point, "the place");
   std::vector<Impl::Crossing> found;
 
   // Straight up: terrain and roofs.

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "canyon/city/fwd.hpp"
@@ -19,6 +20,11 @@ struct Ray {
   Eigen::Vector3d direction;
   double max_range_m = std::numeric_limits<double>::infinity();
 };
+
+/// Throws InputError where `place` is not finite, or more than 10,000 km from the origin of its frame: rays
+/// are cast in single precision, and nothing of a city is left there. @param what names the place in the
+/// message
+void check_place(const Eigen::Vector3d& place, std::string_view what);
 
 /// Movable things: 0 is the static city, add_instance() gives 1, 2, ...
 using InstanceId = std::uint32_t;

@@ -83,9 +83,7 @@ propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Ve
 propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::SatelliteId> satellites,
                                   const raytrace::RayScene& scene, const Standpoint& standpoint,
                                   const Tracer& trace) {
-  if (!standpoint.antenna_enu.allFinite()) {
-    throw InputError("NaN pose: the antenna's position is not finite", "give east, north and up in metres");
-  }
+  raytrace::check_place(standpoint.antenna_enu, "the antenna's position");
   const orbit::Observer observer(standpoint.antenna_ecef);
 
   propagation::Arrival arrival;

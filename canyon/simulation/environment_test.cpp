@@ -87,13 +87,14 @@ TEST(Environment, InsideABuildingEverySatelliteIsBlocked) {
   }
 }
 
-TEST(Environment, RefusesANanPose) {
+TEST(Environment, RefusesWhatIsNoPlace) {
   const Environment environment(one_building(), sky());
   const auto propagator = environment.make_propagator({});
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const Eigen::Vector3d& pose : {Eigen::Vector3d(nan, 0, 2), Eigen::Vector3d(0, 0, INFINITY)}) {
+  for (const Eigen::Vector3d& pose :
+       {Eigen::Vector3d(nan, 0, 2), Eigen::Vector3d(0, 0, INFINITY), Eigen::Vector3d(1e300, 0, 2)}) {
     EXPECT_THAT(error_of([&] { (void)environment.arrival(kTime, pose, propagator); }).what(),
-                HasSubstr("NaN pose"));
+                HasSubstr("is not finite, or more than 10000 km away"));
   }
   EXPECT_THROW(Environment(one_building(), nullptr), InputError);
 }

@@ -190,9 +190,10 @@ std::vector<disturbance::FaultState> LiveReceiver::faults() const {
 
 LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& antenna) {
   Impl& impl = *impl_;
-  if (!antenna.position_enu_m.allFinite() || !antenna.velocity_enu_mps.allFinite() ||
-      !std::isfinite(antenna.yaw_rad) || !std::isfinite(antenna.yaw_rate_radps)) {
-    throw InputError("NaN pose: the antenna's position, velocity or yaw is not finite",
+  raytrace::check_place(antenna.position_enu_m, "the antenna's position");
+  if (!(antenna.velocity_enu_mps.norm() <= 1e6) || !std::isfinite(antenna.yaw_rad) ||
+      !std::isfinite(antenna.yaw_rate_radps)) {
+    throw InputError("the antenna's velocity or yaw is not finite, or it is faster than 1000 km/s",
                      "check what moves the vehicle");
   }
   const GpsTime t = impl.go_to(seconds);

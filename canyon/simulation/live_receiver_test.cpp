@@ -241,10 +241,16 @@ TEST(LiveReceiver, FollowsMovedInstancesAndNewScenes) {
 TEST(LiveReceiver, RefusesWhatIsNoPlaceOrTime) {
   LiveReceiver live(live_config(), wall(), *live_config().start);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(error_text([&] {
-                (void)live.observe(0, {{nan, 0, 0}, Eigen::Vector3d::Zero()});
-              }),
-              HasSubstr("NaN pose"));
+  for (const double place : {nan, 1e300}) {
+    EXPECT_THAT(error_text([&] {
+                  (void)live.observe(0, {{place, 0, 0}, Eigen::Vector3d::Zero()});
+                }),
+                HasSubstr("is not finite, or more than 10000 km away"));
+    EXPECT_THAT(error_text([&] {
+                  (void)live.observe(0, {{0, 0, 50}, {0, place, 0}});
+                }),
+                HasSubstr("velocity"));
+  }
   EXPECT_THAT(error_text([&] { (void)live.observe(nan, {}); }), HasSubstr("out of range"));
   // What was refused leaves no trace.
   EXPECT_TRUE(live.observe(0, {{-500, 0, 150}, Eigen::Vector3d::Zero()}).epoch.observed.fix.solved());

@@ -9,7 +9,9 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -76,7 +78,11 @@ void trace_places(const Environment& environment, const propagation::Propagator&
     throw InputError(fmt::format("{} times for {} places", times.size(), places_enu.size()),
                      "give one time, or one for each place");
   }
-  const std::vector<gnss::SatelliteId> wanted(satellites.begin(), satellites.end());
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if ((i > 0 && times[i] == times[i - 1]) || has_satellites(environment.sky(), times[i])) continue;
+    throw InputError(fmt::format("no satellite has an ephemeris at {}", geodesy::format_utc(times[i], 0)),
+                     "give times that the sky knows");
+  }
   std::vector<std::pair<gnss::SatelliteId, std::size_t>> sorted;  // and its number in `satellites`
   for (std::size_t k = 0; k < satellites.size(); ++k) sorted.emplace_back(satellites[k], k);
   std::sort(sorted.begin(), sorted.end());
@@ -91,9 +97,7 @@ void trace_places(const Environment& environment, const propagation::Propagator&
   };
   for_each_place(places_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
     const Eigen::Vector3d& place = places_enu[i];
-    if (!place.allFinite()) {
-      throw InputError(fmt::format("NaN: place {} is not finite", i), "give east, north and up in metres");
-    }
+    raytrace::check_place(place, fmt::format("place {}", i));
     const propagation::Arrival arrival =
         make_arrival(environment.sky(), ascending, environment.scene(),
                      {times[times.size() == 1 ? 0 : i], frame.ecef_from_local(place), place,
@@ -127,9 +131,7 @@ void trace_places(const Environment& environment, const propagation::Propagator&
   }
   for_each_place(places_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
     const Eigen::Vector3d& place = places_enu[i];
-    if (!place.allFinite()) {
-      throw InputError(fmt::format("NaN: place {} is not finite", i), "give east, north and up in metres");
-    }
+    raytrace::check_place(place, fmt::format("place {}", i));
     const raytrace::Placement placement = environment.scene().placement(place);
     std::vector<propagation::SatellitePaths> found(directions.size());
     if (placement == raytrace::Placement::Free) propagator.trace(place, directions, found);
