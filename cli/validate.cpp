@@ -9,6 +9,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/comparison.hpp"
@@ -17,6 +18,7 @@
 #include "canyon/validation/recording_list.hpp"
 #include "canyon/validation/recording_table.hpp"
 #include "canyon/validation/report/report.hpp"
+#include "canyon/view/comparison_view.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/recorded_drive.hpp"
@@ -29,7 +31,7 @@ constexpr int kResamples = 200;
 
 struct Arguments : DriveArguments {
   std::string report, models, json, markdown;
-  bool ladder = false, all_satellites = false;
+  bool ladder = false, all_satellites = false, view = false;
   std::optional<int> runs;
 };
 
@@ -65,6 +67,15 @@ class Judge : public RecordedDrive {
     report.alignment = alignment_;
     report.notes = notes_;
     validation::write_report(folder, report);
+    if (!arguments_.view) return;
+    view::ComparisonInput view;
+    view.title = report.title + ", recorded and simulated";
+    view.environment = environment_.get();
+    view.comparison = &own_;
+    view.first = part_.first;
+    view.count = part_.count;
+    view.elevation_mask_deg = geodesy::degrees(scenario_.receivers.front().options.fix.elevation_mask_rad);
+    view::write_comparison(view, folder / "view");
   }
   [[nodiscard]] std::string json() const {
     return validation::to_json(figures_,
@@ -270,6 +281,9 @@ void write(const Arguments& arguments, const std::vector<std::unique_ptr<Judge>>
 }
 
 int run(const Arguments& arguments) {
+  if (arguments.view && arguments.report.empty()) {
+    throw InputError("--view without --report", "give --report DIR: the view goes to DIR/view");
+  }
   try {
     const bool listed = validation::is_recording_list(arguments.scenario);
     std::vector<std::unique_ptr<Judge>> judges;
@@ -316,6 +330,9 @@ void add_validate(CLI::App& app, Action& action) {
       ->add_option("--report", arguments->report,
                    "folder for report.html and its pictures, made where needed")
       ->type_name("DIR");
+  command->add_flag(
+      "--view", arguments->view,
+      "write the report's view/ as well: canyon view DIR --export scene.html makes a page of it");
   command->add_option("--json", arguments->json, "write the figures as JSON; -: to standard output, alone")
       ->type_name("FILE");
   command

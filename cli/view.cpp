@@ -25,6 +25,8 @@
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "cli/view_command.hpp"
+#include "cli/view_map.hpp"
+#include "cli/view_record.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -33,6 +35,8 @@ struct Arguments {
   std::string input;
   std::string exported;
   std::string out;
+  std::string map, city;
+  RecordArguments record;
   std::optional<double> duration_s;
   std::size_t paths = view::ViewOptions{}.paths_per_satellite;
   int threads = 0;
@@ -68,6 +72,9 @@ std::optional<std::filesystem::path> finished_view(const std::filesystem::path& 
   std::error_code error;
   for (const std::filesystem::path& folder : {input, input / "view"}) {
     if (std::filesystem::is_regular_file(folder / view::kHeaderFile, error)) return folder;
+  }
+  if (std::filesystem::is_regular_file(input / "report.html", error)) {
+    throw InputError(input, 0, "is a report without a view", "run canyon validate with --report DIR --view");
   }
   return {};
 }
@@ -119,9 +126,8 @@ int run_scenario(const Arguments& arguments, const std::filesystem::path& folder
 }
 
 /// A city alone: no satellites, no time.
-void write_city_view(const Arguments& arguments, const std::filesystem::path& folder) {
-  const buildings::BuiltCity built =
-      load_city(city_config(arguments.input, ""), "building the city", arguments.quiet);
+void write_city_view(const Arguments& arguments, const buildings::BuiltCity& built,
+                     const std::filesystem::path& folder) {
   view::Header header;
   header.title = std::filesystem::path(arguments.input).stem().string();
   header.city = view::write_city(built.city, height_sources(built), folder);
@@ -129,25 +135,36 @@ void write_city_view(const Arguments& arguments, const std::filesystem::path& fo
 }
 
 int run(const Arguments& arguments) {
-  if (arguments.exported.empty() && arguments.out.empty()) {
-    throw InputError("nothing to write", "give --export scene.html, or --out DIR");
+  const bool filmed = !arguments.record.file.empty();
+  if (arguments.exported.empty() && arguments.out.empty() && !filmed) {
+    throw InputError("nothing to write", "give --export scene.html, --record film.webp, or --out DIR");
   }
   // The page first: a run of minutes should not end at a viewer that was never built.
-  const std::filesystem::path page = arguments.exported.empty() ? "" : view::find_page();
+  const std::filesystem::path page = arguments.exported.empty() && !filmed ? "" : view::find_page();
+  if (filmed) check_record(arguments.record, page);
   const std::optional<std::filesystem::path> finished = finished_view(arguments.input);
   int status = kOk;
   std::optional<Workplace> workplace;
   std::filesystem::path folder;
-  if (finished) {
+  const ViewedMap map(
+      {arguments.input, arguments.map, arguments.city, finished.has_value(), arguments.quiet});
+  if (finished && !map) {
     folder = *finished;
   } else {
     workplace.emplace(arguments.out);
     folder = workplace->path();
-    if (is_scenario(arguments.input)) {
+    if (finished) {
+      copy_view(*finished, folder);
+    } else if (is_scenario(arguments.input)) {
       status = run_scenario(arguments, folder);
+    } else if (map.alone()) {
+      write_city_view(arguments, map.city(), folder);
     } else {
-      write_city_view(arguments, folder);
+      write_city_view(arguments,
+                      load_city(city_config(arguments.input, ""), "building the city", arguments.quiet),
+                      folder);
     }
+    if (map) map.add_to(folder);
   }
   if (!arguments.exported.empty()) {
     const std::size_t bytes = view::export_page(page, folder, arguments.exported);
@@ -155,6 +172,11 @@ int run(const Arguments& arguments) {
       fmt::print(stderr, "{}: {:.2f} MB, opens from disk\n", arguments.exported,
                  static_cast<double>(bytes) / 1e6);
     }
+  }
+  if (filmed) {
+    const Workplace film("");
+    view::export_page(page, folder, film.path() / "scene.html");
+    record_page(arguments.record, page, film.path() / "scene.html", film.path(), arguments.quiet);
   }
   return status;
 }
@@ -165,10 +187,10 @@ void add_view(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("view", "show a run or a city in the browser");
   command
-      ->add_option(
-          "input", arguments->input,
-          "a scenario, which is run; a folder that --out or 'canyon simulate --view' wrote; or a city, any "
-          "file that 'canyon city info' reads")
+      ->add_option("input", arguments->input,
+                   "a scenario, which is run; a folder that --out, 'canyon simulate --view' or 'canyon "
+                   "validate --report DIR --view' wrote; a heat map "
+                   "(map.nc); or a city, any file that 'canyon city info' reads")
       ->type_name("WHAT")
       ->required();
   command
@@ -177,6 +199,12 @@ void add_view(CLI::App& app, Action& action) {
       ->type_name("HTML");
   command->add_option("-o,--out", arguments->out, "folder for the view's files (docs/view-format.md)")
       ->type_name("DIR");
+  command->add_option("--map", arguments->map, "a heat map of the same city, laid over it")
+      ->type_name("MAP.nc");
+  command
+      ->add_option("--city", arguments->city,
+                   "that a heat map is shown in: a city, or a scenario, whose city is meant")
+      ->type_name("CITY");
   command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")
       ->type_name("S");
   command
@@ -185,6 +213,7 @@ void add_view(CLI::App& app, Action& action) {
           fmt::format("of each satellite at most so many paths, the strongest ({})", arguments->paths))
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
+  add_record_options(*command, arguments->record);
   add_threads(*command, arguments->threads);
   command->add_flag("--quiet", arguments->quiet, "print errors only");
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });

@@ -6,6 +6,8 @@
 #include <cassert>
 #include <new>
 
+#include "canyon/base/output_file.hpp"
+
 namespace canyon::view {
 namespace {
 
@@ -78,6 +80,15 @@ std::string encode_chunk(const std::vector<const Rows*>& tables) {
   }
   pad(out);
   return out;
+}
+
+std::size_t write_chunk(const std::filesystem::path& folder, const std::string& name,
+                        const std::vector<const Rows*>& tables) {
+  const std::string bytes = encode_chunk(tables);
+  OutputFile file(folder / name);
+  file.write(gzip(bytes));
+  file.commit();
+  return bytes.size();
 }
 
 std::string gzip(std::string_view bytes) {

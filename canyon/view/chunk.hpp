@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <initializer_list>
 #include <string>
 #include <string_view>
@@ -41,6 +42,11 @@ class Rows {
 /// The bytes of a chunk (docs/view-format.md): "canyonV1", u32 number of tables, u32 reserved, of each u32
 /// index in the header and u32 rows; then, each begun at a multiple of 8 bytes, the columns of each table.
 [[nodiscard]] std::string encode_chunk(const std::vector<const Rows*>& tables);
+
+/// Writes a chunk to a folder's file, packed; returns its bytes unpacked. Throws InputError where the folder
+/// does not take it.
+std::size_t write_chunk(const std::filesystem::path& folder, const std::string& file,
+                        const std::vector<const Rows*>& tables);
 
 /// RFC 1952, as browsers unpack it; the same bytes every time.
 [[nodiscard]] std::string gzip(std::string_view bytes);

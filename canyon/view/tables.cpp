@@ -77,8 +77,26 @@ constexpr std::array kPathColumns{
     Column{"far_up_m", F32, "m", ""},
 };
 
-constexpr std::array kTables{Table{"epochs", kEpochColumns}, Table{"skylines", kSkylineColumns},
-                             Table{"satellites", kSatelliteColumns}, Table{"paths", kPathColumns}};
+constexpr std::array kMapCellColumns{
+    Column{"state", U8, "", "index into map.states; 0 has values"},
+    Column{"up_m", F32, "m", "of the cell's centre, city's frame; NaN without terrain"},
+};
+
+constexpr std::array kMapValueColumns{
+    Column{"value", F32, "", "layer by layer, of each all cells; in the layer's unit over its factor"},
+};
+
+constexpr std::array kComparisonColumns{
+    Column{"recorded_rms_m", F32, "m", "of the recorded pseudorange errors; NaN without one"},
+    Column{"simulated_rms_m", F32, "m", "of the simulated ones"},
+    Column{"difference_rms_m", F32, "m", "recorded less simulated, of satellites that both measure"},
+    Column{"both", U16, "", "so many satellites"},
+};
+
+constexpr std::array kTables{Table{"epochs", kEpochColumns},         Table{"skylines", kSkylineColumns},
+                             Table{"satellites", kSatelliteColumns}, Table{"paths", kPathColumns},
+                             Table{"map_cells", kMapCellColumns},    Table{"map_values", kMapValueColumns},
+                             Table{"comparison", kComparisonColumns}};
 
 }  // namespace
 

@@ -28,7 +28,15 @@ struct Table {
 /// The tables of "canyon view 1" in the order of the header; a chunk names them by that order.
 /// docs/view-format.md has the same list.
 [[nodiscard]] std::span<const Table> tables();
-enum TableIndex : std::uint32_t { kEpochs, kSkylines, kSatellites, kPaths };
+enum TableIndex : std::uint32_t {
+  kEpochs,
+  kSkylines,
+  kSatellites,
+  kPaths,
+  kMapCells,
+  kMapValues,
+  kComparison
+};
 
 /// Directions of a skyline, from north clockwise; one column for all is as many bytes in a row.
 inline constexpr int kSkylineSectors = 120;

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/drawing/views/sky_mask.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/output/path_loss.hpp"
@@ -18,6 +17,7 @@
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/view/chunk.hpp"
 #include "canyon/view/header.hpp"
+#include "canyon/view/skyline.hpp"
 
 namespace canyon::view {
 namespace {
@@ -31,17 +31,6 @@ double rounded(double value, double steps_per_unit) {
 
 double value_or_nan(const std::optional<double>& value) {
   return value.value_or(kNone);
-}
-
-/// Half degrees of the highest hidden elevation in each direction.
-std::string skyline_bytes(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu) {
-  const drawing::SkyMask mask = drawing::make_sky_mask(scene, antenna_enu, kSkylineSectors);
-  std::string bytes;
-  for (const auto& stretches : mask.azimuths) {
-    const double high_rad = stretches.empty() ? 0 : stretches.back().high_rad;
-    bytes += static_cast<char>(std::lround(2 * geodesy::degrees(high_rad)));
-  }
-  return bytes;
 }
 
 /// The rows of one receiver.
@@ -71,7 +60,7 @@ class Recorder {
   void finish() {
     finish_block();
     const std::string file = fmt::format("track-{}.bin.gz", receiver_);
-    put(file, {&rows_, &skylines_}, {file, receiver_, true, 0, epochs_});
+    put(file, {&rows_, &skylines_.rows()}, {file, receiver_, true, 0, epochs_});
   }
 
   [[nodiscard]] ReceiverHeader& header() { return header_; }
@@ -137,16 +126,7 @@ class Recorder {
                static_cast<double>(output::used_count(fix)),
                static_cast<double>(epoch.observed.visible),
                static_cast<double>(epoch.observed.blocked),
-               static_cast<double>(skyline(antenna))});
-  }
-
-  /// Row of the skyline at a place.
-  int skyline(const Eigen::Vector3d& antenna) {
-    if (skylines_.empty() || !((antenna - skyline_place_).norm() < options_.skyline_step_m)) {
-      skylines_.add_bytes(skyline_bytes(simulation_.environment().scene(), antenna));
-      skyline_place_ = antenna;
-    }
-    return static_cast<int>(skylines_.size()) - 1;
+               static_cast<double>(skylines_.row_at(simulation_.environment().scene(), antenna))});
   }
 
   void add_satellites(const simulation::Epoch& epoch, const std::vector<gnss::SatelliteId>& satellites) {
@@ -228,11 +208,7 @@ class Recorder {
   }
 
   void put(const std::string& name, const std::vector<const Rows*>& tables, ChunkEntry entry) {
-    const std::string bytes = encode_chunk(tables);
-    entry.bytes = bytes.size();
-    OutputFile file(folder_ / name);
-    file.write(gzip(bytes));
-    file.commit();
+    entry.bytes = write_chunk(folder_, name, tables);
     chunks_.push_back(std::move(entry));
   }
 
@@ -243,9 +219,9 @@ class Recorder {
   tracking::SignalOptions signal_;
   ReceiverHeader header_;
   std::vector<ChunkEntry> chunks_;
-  Rows rows_{kEpochs}, skylines_{kSkylines}, satellites_{kSatellites}, paths_{kPaths};
+  Rows rows_{kEpochs}, satellites_{kSatellites}, paths_{kPaths};
+  Skylines skylines_{options_.skyline_step_m};
   std::size_t epochs_ = 0, block_begin_ = 0;
-  Eigen::Vector3d skyline_place_ = Eigen::Vector3d::Zero();
   std::optional<double> last_time_s_;
 };
 

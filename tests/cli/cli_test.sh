@@ -26,6 +26,12 @@ says() {
 one_line() {
   [ "$(grep -c '^canyon: ' err)" -eq 1 ] && tail -n 1 err | grep -q '^canyon: ' || { fail "not one line of error:"; cat err; }
 }
+# schema_holds FILE: a view's header is what viewer/schema.json says.
+schema_holds() {
+  python3 -c 'import jsonschema' 2>/dev/null || { echo "SKIPPED: the schema (no python3-jsonschema)"; return; }
+  python3 -c 'import json, sys, jsonschema; jsonschema.validate(json.load(open(sys.argv[1])), json.load(open(sys.argv[2])))' \
+    "$1" "$root/viewer/schema.json" || fail "$1 is not what the schema says"
+}
 needs_data() { [ -e "$data/$1" ] || { echo "SKIPPED: real data ../shared/data/$1 is not here"; exit 77; }; }
 
 cat >small.yaml <<'Y'
@@ -272,7 +278,7 @@ validate)
   awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' res/epochs.csv >truth.csv
   sed 's/^sky:.*/sky: {navigation: [res\/sky.nav]}/' small.yaml >judge.yaml
   judge=("$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --format urbannav --no-atmosphere)
-  runs 0 "${judge[@]}" --json figures.json --markdown table.md --report rep
+  runs 0 "${judge[@]}" --json figures.json --markdown table.md --report rep --view
   says out "whole recording" "epochs" AUC "Tracked satellites" "Fixes by the same solver"
   python3 - <<'P' || fail "figures.json is not what was simulated"
 import json
@@ -286,6 +292,24 @@ p = f["position"]
 assert abs(p["measured"]["horizontal_error_m"]["p95"] - p["simulated"]["horizontal_error_m"]["p95"]) < 0.1, p
 P
   [ -s rep/report.html ] && [ -s table.md ] || fail "no report or no table"
+  python3 - <<'P' || fail "the view is not what was judged"
+import gzip, json, struct
+h = json.load(open("rep/view/view.json"))
+p = json.load(open("figures.json"))["models"][0]["position"]
+for r, side in zip(h["receivers"], ("measured", "simulated")):
+    error = p[side]["horizontal_error_m"]
+    assert r["summary"]["fixes"] == p[side]["fixes"], (side, r["summary"])
+    for p_ in ("p50", "p95"):
+        assert abs(r["summary"][f"horizontal_{p_}_m"] - error[p_]) < 1e-6, (side, p_)
+# docs/view-format.md: magic, one table, reserved; its index and rows.
+chunk = gzip.open("rep/view/comparison.bin.gz").read()
+assert chunk[:8] == b"canyonV1" and struct.unpack("<IIII", chunk[8:24])[0] == 1
+assert h["tables"][struct.unpack("<I", chunk[16:20])[0]]["name"] == "comparison"
+assert struct.unpack("<I", chunk[20:24])[0] == h["receivers"][0]["summary"]["epochs"]
+assert [r["name"] for r in h["receivers"]] == ["recorded", "simulated"] and h["comparison"]["streets"]
+P
+  schema_holds rep/view/view.json
+  runs 2 "${judge[@]}" --view; one_line; says err "--view without --report"
   grep -qE '\b(nan|inf)\b' out figures.json table.md && fail "a number that is none"
   runs 0 "${judge[@]}" --align --reach 4 --models mirror,specular --json - --quiet
   python3 -c 'import json; f = json.load(open("out")); assert len(f["models"]) == 3 and 19 <= f["alignment"]["epochs"] <= 21, f' || fail "--json - is not what was asked for"
@@ -1134,12 +1158,26 @@ view)
   diff -rq v res/view || fail "simulate --view writes something else"
   block_osm >block.osm
   runs 0 "$canyon" view block.osm --out c --quiet; says c/view.json '"height_source":"height"' '"height_source":"default"' '"time":null'
-  if python3 -c 'import jsonschema' 2>/dev/null; then
-    for header in v c; do
-      python3 -c 'import json, sys, jsonschema; jsonschema.validate(json.load(open(sys.argv[1])), json.load(open(sys.argv[2])))' \
-        $header/view.json "$root/viewer/schema.json" || fail "$header/view.json is not what the schema says"
-    done
-  else echo "SKIPPED: the schema (no python3-jsonschema)"; fi
+  schema_holds v/view.json; schema_holds c/view.json
+  # A heat map alone, in its city, over a run and over a finished one.
+  runs 0 "$canyon" heatmap small.yaml --out map --enu-box -20,-20,20,20 --spacing 4 --altitude 2,10 --layers hdop,sky_view --model specular --quiet --format netcdf
+  runs 0 "$canyon" view map/map.nc --out m1 --quiet; says m1/view.json '"name":"no city"' '"rows":10' '"map-values"'
+  runs 0 "$canyon" view map/map.nc --city small.yaml --export map.html --out m2 --quiet
+  says map.html 'data-canyon-file="map-1.bin.gz"' 'data-canyon-file="map-1-0.bin.gz"'
+  runs 0 "$canyon" view small.yaml --map map/map.nc --duration 5 --out m3 --quiet
+  runs 0 "$canyon" view v --map map/map.nc --city small.yaml --out m4 --quiet; diff -rq m3 m4 || fail "another map over the finished run"
+  cmp m2/map-0-0.bin.gz m3/map-0-0.bin.gz || fail "other values in another view"
+  schema_holds m1/view.json; schema_holds m3/view.json
+  runs 2 "$canyon" view v --map map/map.nc --out m5; one_line; says err "--city"
+  runs 2 "$canyon" view map/map.nc --city block.osm --out m5; one_line; says err "coordinates are not those of the city"
+  runs 2 "$canyon" view small.yaml --city small.yaml --out m5; one_line; says err "--city without a heat map"
+  runs 2 "$canyon" view map/map.nc --map map/map.nc --out m5; one_line; says err "--map beside a map"
+  mkdir report; : >report/report.html; runs 2 "$canyon" view report --out m5; one_line; says err "canyon validate" --view
+  # Films: what is missing is said before any work.
+  runs 2 "$canyon" view v --record film.jpg; one_line; says err "no film ends in .jpg"
+  runs 2 "$canyon" view v --record film.webp --record-size 801x600; one_line; says err --record-size
+  runs 2 env PATH=/none "$canyon" view v --record film.mp4; one_line; says err ffmpeg
+  runs 2 env PATH=/none "$canyon" view v --record film.webp; one_line; says err Node.js
   runs 2 "$canyon" view small.yaml; one_line; says err "nothing to write" --export
   runs 2 "$canyon" view nothing.yaml --export x.html; one_line
   echo hello >page.html; runs 2 "$canyon" view v --export x.html; one_line; says err "no page of Canyon's viewer"

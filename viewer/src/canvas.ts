@@ -1,5 +1,8 @@
 // A canvas that is as sharp as the screen and drawn anew when it or its data change.
 
+/** Smaller than this [pixels] nothing is drawn. */
+const kLeast = 24;
+
 export class Canvas {
   readonly element: HTMLCanvasElement;
   width = 0;
@@ -24,7 +27,7 @@ export class Canvas {
     this.element.style.width = `${this.width}px`;
     this.element.style.height = `${this.height}px`;
     const c = this.element.getContext('2d');
-    if (!c || this.width < 2 || this.height < 2) return;
+    if (!c || Math.min(this.width, this.height) < kLeast) return;
     c.setTransform(scale, 0, 0, scale, 0, 0);
     c.clearRect(0, 0, this.width, this.height);
     this.draw(c, this.width, this.height);

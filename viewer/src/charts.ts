@@ -2,11 +2,11 @@
 
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
-import { kErrorColour, kFixColour, kPaint, visibilityColour } from './palette';
+import { kErrorColour, kFixColour, kPaint, receiverColour, visibilityColour } from './palette';
 import type { State } from './state';
 import type { Store } from './store';
 
-export type ChartKind = 'error' | 'dop' | 'cn0';
+export type ChartKind = 'error' | 'dop' | 'cn0' | 'ranges';
 
 interface Series {
   label: string;
@@ -26,7 +26,7 @@ export class Chart {
     state.listen((change) => {
       if (change === 'time') this.showNow();
       if (change === 'receiver' || change === 'look') this.rebuild();
-      if ((change === 'selection' || change === 'data') && this.kind === 'cn0') this.rebuild();
+      if ((change === 'selection' || change === 'data') && (this.kind === 'cn0' || this.kind === 'ranges')) this.rebuild();
     });
     this.rebuild();
   }
@@ -60,10 +60,46 @@ export class Chart {
       ] };
     }
     if (this.kind === 'cn0') return this.cn0();
+    if (this.kind === 'ranges') return this.ranges();
+    if (store.tracks.length > 1) return this.receivers();
     const up = Float64Array.from(column('error_up_m'), Math.abs);
     return { times: track.time, unit: 'm', series: [
       { label: 'vertical error', colour: kFixColour, values: up, width: 1 },
       { label: 'horizontal error', colour: kErrorColour, values: track.horizontal, width: 1.8 },
+    ] };
+  }
+
+  /** Horizontal errors of all receivers, at the epochs of the one that the panels show. */
+  private receivers(): { times: ArrayLike<number>; unit: string; series: Series[] } {
+    const { state, store } = this;
+    const own = store.tracks[state.receiver];
+    return { times: own?.time ?? [], unit: 'm', series: store.tracks.map((track, r) => ({
+      label: `horizontal error, ${store.header.receivers[r]?.name ?? ''}`,
+      colour: receiverColour(r, state.theme),
+      values: r === state.receiver ? track.horizontal
+        : Float64Array.from(own?.time ?? [], (t) => (track.size > 0 ? track.horizontal[track.epochAt(t)] ?? NaN : NaN)),
+      width: r === state.receiver ? 2 : 1.2,
+    })) };
+  }
+
+  /** Recorded and simulated pseudorange errors: of the selected satellite, else of all of an epoch. */
+  private ranges(): { times: ArrayLike<number>; unit: string; series: Series[]; note?: string } {
+    const { state, store } = this;
+    const pair = store.header.comparison;
+    if (!pair || !store.comparison) return { times: [], unit: 'm', series: [], note: 'No recording in this view.' };
+    const times = store.tracks[pair.recorded]?.time ?? [];
+    const colours = [receiverColour(pair.recorded, state.theme), receiverColour(pair.simulated, state.theme)] as const;
+    if (state.satellite !== null) {
+      const id = store.header.satellites[state.satellite]?.id ?? '';
+      return { times, unit: 'm', series: [
+        { label: `${id} pseudorange error, recorded`, colour: colours[0], values: store.errorsOf(pair.recorded, state.satellite), width: 1.8 },
+        { label: 'simulated', colour: colours[1], values: store.errorsOf(pair.simulated, state.satellite), width: 1.8 },
+      ] };
+    }
+    return { times, unit: 'm', series: [
+      { label: 'pseudorange errors (rms), recorded', colour: colours[0], values: store.comparison.column('recorded_rms_m') },
+      { label: 'simulated', colour: colours[1], values: store.comparison.column('simulated_rms_m') },
+      { label: 'difference', colour: kPaint[state.theme].ink, values: store.comparison.column('difference_rms_m'), width: 1 },
     ] };
   }
 

@@ -2,9 +2,10 @@
 
 import {
   BufferAttribute, BufferGeometry, Color, DoubleSide, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh,
-  MeshLambertMaterial, type Raycaster,
+  MeshBasicMaterial, type Raycaster,
 } from 'three';
 import type { CityObject } from './format';
+import { lightOfTriangles } from './light';
 import { kMaterialColours, kPaint, type Theme } from './palette';
 
 interface Gltf {
@@ -16,7 +17,7 @@ interface Gltf {
 }
 
 /** Side of a tile [m]: what lies outside the picture is not drawn, tile by tile. */
-const kTile = 250;
+const kTile = 500;
 /** Above so many triangles edges of buildings are left out: they cost as much again. */
 const kMostEdged = 120_000;
 
@@ -70,15 +71,17 @@ export class CityMesh {
         const [i, indices] = at(primitive.indices);
         const position = new Float32Array(glb.slice(p, p + 12 * vertices));
         const index = new Uint32Array(glb.slice(i, i + 4 * indices));
-        // glTF: x east, y up, z south. By the object's place; terrain by each triangle's, since it spans the city.
+        // glTF: x east, y up, z south. By the object's first corner; terrain by each triangle's, since it spans the city.
         const terrain = this.objects[object]?.surface === 'terrain';
+        let place: [number, number] | null = null;
         for (let t = 0; t < indices; t += 3) {
           const corners: number[] = [];
           for (let k = 0; k < 3; ++k) {
             const v = 3 * (index[t + k] ?? 0);
             corners.push((position[v] ?? 0) + tx, -((position[v + 2] ?? 0) + tz), (position[v + 1] ?? 0) + ty);
           }
-          const [x, y] = terrain ? [corners[0] ?? 0, corners[1] ?? 0] : [tx, -tz];
+          if (terrain || !place) place = [corners[0] ?? 0, corners[1] ?? 0];
+          const [x, y] = place;
           const key = `${Math.floor(x / kTile)},${Math.floor(y / kTile)}`;
           let tile = tiles.get(key);
           if (!tile) tiles.set(key, (tile = new Tile()));
@@ -104,11 +107,11 @@ export class CityMesh {
   private addTile(tile: Tile, edged: boolean): void {
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(new Float32Array(tile.positions), 3));
-    geometry.setAttribute('normal', new BufferAttribute(normals(tile.positions), 3, true));
     geometry.setAttribute('color', new BufferAttribute(new Uint8Array(tile.positions.length), 3, true));
     geometry.computeBoundingSphere();
     const mesh = new Mesh(geometry, kCityMaterial);
     mesh.userData['objects'] = Uint32Array.from(tile.objects);
+    mesh.userData['light'] = lightOfTriangles(tile.positions);
     mesh.userData['materials'] = Uint16Array.from(tile.materials);
     mesh.matrixAutoUpdate = false;
     this.meshes.push(mesh);
@@ -134,6 +137,7 @@ export class CityMesh {
     for (const mesh of this.meshes) {
       const objects = mesh.userData['objects'] as Uint32Array;
       const materials = mesh.userData['materials'] as Uint16Array;
+      const lights = mesh.userData['light'] as Float32Array;
       const position = mesh.geometry.getAttribute('position').array;
       const attribute = mesh.geometry.getAttribute('color') as BufferAttribute;
       const colours = attribute.array;
@@ -145,21 +149,21 @@ export class CityMesh {
           const at = 9 * t + 3 * k;
           const above = (position[at + 2] ?? 0) - (object?.low_m ?? 0);
           const shade = terrain ? 255 : 255 * (0.72 + 0.28 * Math.min(1, above / 40));
-          colours[at] = c.r * shade;
-          colours[at + 1] = c.g * shade;
-          colours[at + 2] = c.b * shade;
+          colours[at] = Math.min(255, c.r * shade * (lights[3 * t] ?? 1));
+          colours[at + 1] = Math.min(255, c.g * shade * (lights[3 * t + 1] ?? 1));
+          colours[at + 2] = Math.min(255, c.b * shade * (lights[3 * t + 2] ?? 1));
         }
       }
       attribute.needsUpdate = true;
     }
   }
 
-  /** The object that a ray meets first, and where; null for terrain and the sky. */
-  pick(ray: Raycaster): number | null {
+  /** The object that a ray meets first, and how far from its origin; null for terrain and the sky. */
+  pick(ray: Raycaster): { object: number; distance: number } | null {
     const hit = ray.intersectObjects(this.meshes, false)[0];
     if (!hit || hit.faceIndex === undefined || hit.faceIndex === null) return null;
     const object = (hit.object.userData['objects'] as Uint32Array)[hit.faceIndex] ?? null;
-    return object !== null && this.objects[object]?.surface !== 'terrain' ? object : null;
+    return object !== null && this.objects[object]?.surface !== 'terrain' ? { object, distance: hit.distance } : null;
   }
 
   /** Lays a colour over one object. */
@@ -180,30 +184,19 @@ export class CityMesh {
     }
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(new Float32Array(positions), 3));
-    geometry.setAttribute('normal', new BufferAttribute(normals(positions), 3, true));
-    this.highlight = new Mesh(geometry, new MeshLambertMaterial({
-      color: colour, emissive: colour, emissiveIntensity: 0.35, side: DoubleSide, polygonOffset: true,
-      polygonOffsetFactor: -1, polygonOffsetUnits: -1,
+    // Of the light a part only: the colour should be told on the dark side, too.
+    const paint = new Color(colour).toArray();
+    const lights = lightOfTriangles(positions);
+    const colours = Float32Array.from(positions, (_, i) => (paint[i % 3] ?? 0) * (0.5 + 0.5 * (lights[3 * Math.floor(i / 9) + (i % 3)] ?? 1)));
+    geometry.setAttribute('color', new BufferAttribute(colours, 3));
+    this.highlight = new Mesh(geometry, new MeshBasicMaterial({
+      vertexColors: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1,
     }));
     this.group.add(this.highlight);
   }
 }
 
-const kCityMaterial = new MeshLambertMaterial({
+const kCityMaterial = new MeshBasicMaterial({
   vertexColors: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
 });
 const kEdgeMaterial = new LineBasicMaterial({ color: '#6D7681', transparent: true, opacity: 0.55 });
-
-/** Of each triangle, three times; a byte each. */
-function normals(positions: ArrayLike<number>): Int8Array {
-  const result = new Int8Array(positions.length);
-  const p = (i: number): number => positions[i] ?? 0;
-  for (let i = 0; i < positions.length; i += 9) {
-    const ax = p(i + 3) - p(i), ay = p(i + 4) - p(i + 1), az = p(i + 5) - p(i + 2);
-    const bx = p(i + 6) - p(i), by = p(i + 7) - p(i + 1), bz = p(i + 8) - p(i + 2);
-    const n = [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
-    const length = Math.hypot(n[0] ?? 0, n[1] ?? 0, n[2] ?? 0) || 1;
-    for (let k = 0; k < 9; ++k) result[i + k] = Math.round((127 * (n[k % 3] ?? 0)) / length);
-  }
-  return result;
-}

@@ -43,6 +43,7 @@ export interface Receiver {
   summary: Summary;
 }
 
+/** Of a receiver: all its epochs, or satellites and paths of some. */
 export interface ChunkEntry {
   file: string;
   kind: 'track' | 'block';
@@ -52,6 +53,46 @@ export interface ChunkEntry {
   satellites: number;
   paths: number;
   bytes: number;
+}
+/** Of a heat map: cells of an altitude, or values of an altitude and a time. */
+export type MapChunkEntry = { file: string; bytes: number; altitude: number } & (
+  { kind: 'map-cells' } | { kind: 'map-values'; time: number });
+
+/** Of a validation: what recorded and simulated differ by, at each epoch. */
+export interface ComparisonChunkEntry { file: string; bytes: number; kind: 'comparison' }
+
+/** Two receivers of the view beside each other, and the streets of the drive. */
+export interface Comparison {
+  recorded: number;
+  simulated: number;
+  streets: { from_s: number; until_s: number; length_m: number; heading_deg: number }[];
+}
+
+export interface MapLayer {
+  name: string;
+  title: string;
+  unit: string;
+  /** Values times this are in the unit. */
+  factor: number;
+  decimals: number;
+  low: number;
+  high: number;
+  progression: 'linear' | 'square root' | 'logarithm';
+  /** Of a count: so many steps; 0: continuous. */
+  classes: number;
+  colours: string;
+  large_is_bad: boolean;
+}
+
+export interface MapHeader {
+  name: string;
+  grid: { west_m: number; south_m: number; spacing_m: number; columns: number; rows: number };
+  altitudes_m: number[];
+  altitude_above: 'terrain' | 'ellipsoid';
+  times_utc: string[];
+  layers: MapLayer[];
+  states: string[];
+  colours: Record<string, string[]>;
 }
 
 export interface Header {
@@ -66,7 +107,9 @@ export interface Header {
   receivers: Receiver[];
   satellites: { id: string; system: string }[];
   tables: { name: string; columns: Column[] }[];
-  chunks: ChunkEntry[];
+  map?: MapHeader;
+  comparison?: Comparison;
+  chunks: (ChunkEntry | MapChunkEntry | ComparisonChunkEntry)[];
 }
 
 export type Values = Float64Array | Float32Array | Int32Array | Uint32Array | Uint16Array | Uint8Array;

@@ -7,11 +7,13 @@ export const kKeys: [string, string][] = [
   ['+ −', 'faster, slower'],
   ['L', 'to the next loss of fix'],
   ['E', 'to the largest horizontal error'],
+  ['V', 'validation: to where recorded and simulated pseudoranges differ most; again: next street'],
   ['1 2 3 4', 'camera: free, follow, top, first person'],
   ['N', 'next satellite; Shift+N: the one before'],
   ['Esc', 'select nothing'],
   ['C', 'buildings by height or by material'],
   ['D', 'light or dark'],
+  ['M , .', 'heat map: show or hide; the time before, the next'],
   ['?', 'this help'],
 ];
 
@@ -26,8 +28,13 @@ export function helpHtml(): string {
     <tr><th>dark line</th><td>the true track of the antenna; red where there was no fix.</td></tr>
     <tr><th>pink line</th><td>the fixes, drawn at the antenna’s height. The pink mark is the fix of this instant, at its own height;
       the ellipse about it should hold 95 % of the truth by the covariance that the receiver states; the red line is the error.</td></tr>
+    <tr><th>several receivers</th><td>have colours and shapes of their own; the panels show the one chosen above.</td></tr>
+    <tr><th>validation</th><td>recorded and simulated fixes; the bars along the street are the rms of the pseudorange errors of each, a metre
+      high for a metre. Green, blue, orange and grey are what the city says of a satellite.</td></tr>
     <tr><th>sky plot</th><td>north up, zenith in the middle; grey is hidden by buildings, dashed the elevation mask.</td></tr>
     <tr><th>time bar</th><td>red: no fix. Brackets: faults at work.</td></tr>
+    <tr><th>heat map</th><td>the cells of a map at the height that they were computed at. Grey: no value there (no fix, or nothing
+      received). Clear: inside a building, or outside the area.</td></tr>
     <tr><th>frame</th><td>east, north, up in metres about the city’s origin (WGS 84); azimuths from north, clockwise. Times: UTC, and seconds
       since the begin.</td></tr>
   </table><table>${kKeys.map(([key, what]) => `<tr><th>${key}</th><td>${what}</td></tr>`).join('')}

@@ -1,27 +1,34 @@
 // Lines of a width in pixels and marks of a size in pixels; each is drawn once in front of buildings and once, faint,
 // through them, so that what happens behind a facade can be followed.
 
-import { BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, Points, PointsMaterial } from 'three';
+import {
+  BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, LineBasicMaterial, LineSegments, Points, PointsMaterial,
+} from 'three';
+import type { Shape } from './palette';
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
 
+/** Width [pixels] up to which lines are drawn as thin as they come. */
+const kThin = 1.1;
+
+/** More pieces than this are drawn thin, whatever their width: without a graphics processor they take seconds otherwise. */
+const kMostWide = 3000;
+
 export class Segments {
   readonly group = new Group();
-  private readonly materials: LineMaterial[];
+  private readonly wide: LineMaterial[];
+  private readonly thin: LineBasicMaterial[];
   private positions: number[] = [];
   private colours: number[] = [];
   private readonly colour = new Color();
 
   /** @param through opacity of what stands behind something */
-  constructor(width: number, opacity: number, through: number, dashed = false) {
-    const make = (alpha: number, test: boolean): LineMaterial =>
-      new LineMaterial({
-        linewidth: width, vertexColors: true, transparent: true, opacity: alpha, depthTest: test, depthWrite: false,
-        dashed, dashSize: 5, gapSize: 5,
-      });
-    this.materials = [make(opacity, true)];
-    if (through > 0) this.materials.push(make(through, false));
+  constructor(private readonly width: number, opacity: number, through: number, dashed = false) {
+    const passes = [{ opacity, depthTest: true }, ...(through > 0 ? [{ opacity: through, depthTest: false }] : [])]
+      .map((pass) => ({ ...pass, vertexColors: true, transparent: true, depthWrite: false }));
+    this.wide = passes.map((pass) => new LineMaterial({ ...pass, linewidth: width, dashed, dashSize: 5, gapSize: 5 }));
+    this.thin = passes.map((pass) => new LineBasicMaterial(pass));
   }
 
   clear(): void {
@@ -37,26 +44,58 @@ export class Segments {
   /** Shows what was added since clear(). */
   finish(): void {
     for (const child of [...this.group.children]) {
-      (child as LineSegments2).geometry.dispose();
+      (child as LineSegments2 | LineSegments).geometry.dispose();
       this.group.remove(child);
     }
     if (this.positions.length === 0) return;
-    const geometry = new LineSegmentsGeometry();
-    geometry.setPositions(this.positions);
-    geometry.setColors(this.colours);
-    for (const material of this.materials) {
-      const line = new LineSegments2(geometry, material);
-      if (material.dashed) line.computeLineDistances();
+    // Lines of a pixel are the graphics library's own: less work than strips of triangles.
+    const lines = this.width <= kThin || this.positions.length > 6 * kMostWide ? this.thinLines() : this.wideLines();
+    for (const line of lines) {
       line.frustumCulled = false;
       line.renderOrder = 2;
       this.group.add(line);
     }
   }
+
+  private thinLines(): LineSegments[] {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(new Float32Array(this.positions), 3));
+    geometry.setAttribute('color', new BufferAttribute(new Float32Array(this.colours), 3));
+    return this.thin.map((material) => new LineSegments(geometry, material));
+  }
+
+  private wideLines(): LineSegments2[] {
+    const geometry = new LineSegmentsGeometry();
+    geometry.setPositions(this.positions);
+    geometry.setColors(this.colours);
+    return this.wide.map((material) => {
+      const line = new LineSegments2(geometry, material);
+      if (material.dashed) line.computeLineDistances();
+      return line;
+    });
+  }
 }
 
-let disc: CanvasTexture | null = null;
-function discTexture(): CanvasTexture {
-  if (disc) return disc;
+/** Outline of a shape within a square of this side. */
+export function outline(c: CanvasRenderingContext2D, shape: Shape, side: number): void {
+  const low = 0.08 * side;
+  const high = 0.92 * side;
+  const middle = side / 2;
+  c.beginPath();
+  if (shape === 'disc') c.arc(middle, middle, middle - low, 0, 2 * Math.PI);
+  else if (shape === 'square') c.rect(low * 1.7, low * 1.7, high - low * 2.4, high - low * 2.4);
+  else {
+    const corners = shape === 'diamond' ? [[middle, low], [high, middle], [middle, high], [low, middle]]
+      : [[middle, low], [high, high], [low, high]];
+    for (const [x, y] of corners) c.lineTo(x ?? 0, y ?? 0);
+    c.closePath();
+  }
+}
+
+const textures = new Map<Shape, CanvasTexture>();
+function texture(shape: Shape): CanvasTexture {
+  const known = textures.get(shape);
+  if (known) return known;
   const canvas = document.createElement('canvas');
   canvas.width = canvas.height = 64;
   const c = canvas.getContext('2d');
@@ -64,12 +103,13 @@ function discTexture(): CanvasTexture {
     c.fillStyle = '#fff';
     c.strokeStyle = 'rgba(0,0,0,0.85)';
     c.lineWidth = 5;
-    c.beginPath();
-    c.arc(32, 32, 27, 0, 2 * Math.PI);
+    outline(c, shape, 64);
     c.fill();
     c.stroke();
   }
-  return (disc = new CanvasTexture(canvas));
+  const made = new CanvasTexture(canvas);
+  textures.set(shape, made);
+  return made;
 }
 
 export class Marks {
@@ -78,9 +118,9 @@ export class Marks {
   private colours: number[] = [];
   private readonly colour = new Color();
 
-  constructor(size: number, depthTest: boolean) {
+  constructor(size: number, depthTest: boolean, shape: Shape = 'disc') {
     this.points = new Points(new BufferGeometry(), new PointsMaterial({
-      size, sizeAttenuation: false, vertexColors: true, map: discTexture(), alphaTest: 0.3, transparent: true, depthTest,
+      size, sizeAttenuation: false, vertexColors: true, map: texture(shape), alphaTest: 0.3, transparent: true, depthTest,
       depthWrite: false,
     }));
     this.points.frustumCulled = false;

@@ -1,9 +1,12 @@
 import './style.css';
 import { Chart, type ChartKind } from './charts';
 import { SignalBars } from './bars';
-import { checkHeader, openSource, type Header } from './format';
+import { checkHeader, openSource, type Header, type MapHeader } from './format';
+import { HeatMap } from './heatmap';
 import { helpHtml } from './help';
-import { kErrorColour, kFixColour, visibilityColour } from './palette';
+import { MapPanel } from './mappanel';
+import { outline } from './lines';
+import { kErrorColour, receiverColour, receiverShape, visibilityColour } from './palette';
 import { clock, Details, Readout, SatelliteTable, summaryHtml } from './panels';
 import { SceneView } from './scene';
 import { mark, SkyPlot } from './skyplot';
@@ -53,7 +56,8 @@ class App {
       this.chart = new Chart(by('chart'), store, state, (s) => this.goTo(s));
       new Timeline(by('timeline'), store, state, (s) => this.goTo(s));
     }
-    new Details(by('tab-details'), store, state);
+    if (header.map) await this.showMap(header.map);
+    new Details(by('tab-details'), store, state, (column, row) => this.heat?.cellHtml(column, row) ?? '');
     this.header(timed);
     this.tabs();
     this.keys(timed);
@@ -61,7 +65,7 @@ class App {
     state.listen((change) => change === 'look' && this.legend(timed));
     state.listen((change) => {
       if (change === 'receiver') this.receiverChanged();
-      if (change === 'selection' && (state.satellite !== null || state.object !== null)) this.showTab('details');
+      if (change === 'selection' && (state.satellite !== null || state.object !== null || state.cell)) this.showTab('details');
       if (change === 'time' && header.time) {
         by('clock').textContent = `${clock(header.time.begin_utc, state.time)} UTC`;
         by('clock').title = `${state.time.toFixed(1)} s since ${header.time.begin_gpst}`;
@@ -71,7 +75,26 @@ class App {
     this.receiverChanged();
     requestAnimationFrame((t) => this.frame(t));
     // Whoever waits for the first picture need not wait for the rest of the run.
-    if (timed) void store.loadAround(0, 0, () => {}).then(() => state.changed('data'));
+    if (timed) void this.loadAll();
+  }
+
+  private async loadAll(): Promise<void> {
+    for (let r = 0; r < this.store.tracks.length; ++r) {
+      await this.store.loadAround(r, 0, () => {});
+      this.state.changed('data');
+    }
+  }
+
+  heat: HeatMap | null = null;
+  private panel: MapPanel | null = null;
+  private async showMap(map: MapHeader): Promise<void> {
+    this.heat = new HeatMap(this.store, map, this.state);
+    await this.heat.show();
+    by('map').hidden = false;
+    const panel = new MapPanel(by('map'), map, this.heat, this.state);
+    this.view.showMap(this.heat, (cell) => panel.read(cell));
+    this.panel = panel;
+    this.state.changed('map');
   }
 
   /** Goes to a time [s], and has its satellites loaded. */
@@ -146,6 +169,18 @@ class App {
     this.goTo(track.time[best] ?? 0);
   }
 
+  /** Where recorded and simulated differ most; again: the street where they differ next most. */
+  nextDifference(): void {
+    const { state, store } = this;
+    const most = store.differences();
+    const epoch = most[(most.indexOf(state.epoch) + 1) % Math.max(1, most.length)];
+    const track = store.tracks[store.header.comparison?.recorded ?? 0];
+    if (epoch === undefined || !track) return this.toast('Nothing here was measured and simulated.');
+    this.goTo(track.time[epoch] ?? 0);
+    this.toast(`Pseudoranges differ by ${(store.comparison?.at('difference_rms_m', epoch) ?? NaN).toFixed(1)} m (rms of ${
+      store.comparison?.at('both', epoch) ?? 0} satellites): ${most.indexOf(epoch) + 1} of ${most.length} streets`);
+  }
+
   private toast(text: string): void {
     const toast = by('toast');
     toast.textContent = text;
@@ -202,10 +237,12 @@ class App {
     by('layers').hidden = !timed;
     const layers = document.querySelector('#layers div') as HTMLElement;
     for (const [layer, what] of Object.entries(kLayers) as [Layer, string][]) {
+      if (layer === 'ranges' && !store.comparison) continue;
+      if (layer === 'others' && store.tracks.length < 2) continue;
       const box = Object.assign(document.createElement('input'), { type: 'checkbox', checked: state.layers[layer] });
       box.onchange = () => {
         state.layers[layer] = box.checked;
-        state.changed('selection');
+        state.changed('layers');
       };
       const label = document.createElement('label');
       label.append(box, ` ${what}`);
@@ -219,6 +256,8 @@ class App {
     by('forward').onclick = () => this.step(1);
     by('next-loss').onclick = () => this.nextLoss();
     by('largest').onclick = () => this.largestError();
+    by('difference').onclick = () => this.nextDifference();
+    by('difference').hidden = by('ranges').hidden = store.comparison === null;
     const speed = by<HTMLSelectElement>('speed');
     for (const s of kSpeeds) speed.add(new Option(`${s}×`, String(s), s === 1, s === 1));
     speed.onchange = () => (state.speed = Number(speed.value));
@@ -239,7 +278,7 @@ class App {
     for (const b of document.querySelectorAll<HTMLElement>('#chart-kinds button')) {
       b.onclick = () => this.showChart(b.dataset['chart'] as ChartKind);
     }
-    this.showChart('error');
+    this.showChart(this.store.comparison ? 'ranges' : 'error');
   }
 
   private chart: Chart | null = null;
@@ -268,17 +307,19 @@ class App {
       '1': () => this.setCamera('free'), '3': () => this.setCamera('top'),
       Escape: () => { state.satellite = null; state.selectObject(null); },
       c: () => { state.colour = state.colour === 'height' ? 'material' : 'height'; this.look(); },
+      ...(this.heat ? { m: () => this.panel?.toggle(), ',': () => this.heat?.step(-1), '.': () => this.heat?.step(1) } : {}),
       d: () => by('theme').click(), '?': () => by<HTMLDialogElement>('help').showModal(),
       ...(timed ? {
         ' ': () => this.play(!state.playing), ArrowLeft: (s: boolean) => this.step(s ? -10 : -1),
         ArrowRight: (s: boolean) => this.step(s ? 10 : 1), Home: () => this.goTo(0), End: () => this.goTo(Infinity),
         '+': () => faster(1), '-': () => faster(-1), l: () => this.nextLoss(), e: () => this.largestError(),
+        ...(store.comparison ? { v: () => this.nextDifference() } : {}),
         '2': () => this.setCamera('follow'), '4': () => this.setCamera('first'), n: (s: boolean) => neighbour(s ? -1 : 1),
       } : {}),
     };
     addEventListener('keydown', (e) => {
       const at = e.target as HTMLElement;
-      if (e.ctrlKey || e.altKey || e.metaKey || at.tagName === 'SELECT' || by<HTMLDialogElement>('help').open) return;
+      if (e.ctrlKey || e.altKey || e.metaKey || at.tagName === 'SELECT' || (at as HTMLInputElement).type === 'number' || by<HTMLDialogElement>('help').open) return;
       if (at.tagName === 'BUTTON' && (e.key === ' ' || e.key === 'Enter')) return;
       const action = actions[e.key.length === 1 ? e.key.toLowerCase() : e.key];
       if (!action) return;
@@ -311,9 +352,41 @@ class App {
     this.store.header.words.visibility.forEach((word, i) =>
       add(word, (c) => mark(c, i, 8, 7, 5, visibilityColour(i, this.state.theme), '#0000')));
     add('truth', line('#7d8790'));
-    add('fix, 95 %', line(kFixColour));
-    add('error, no fix', line(kErrorColour));
+    const { receivers } = this.store.header;
+    receivers.forEach((receiver, i) => add(receivers.length > 1 ? `fix, ${receiver.name}` : 'fix, 95 %', (c) => {
+      c.fillStyle = receiverColour(i, this.state.theme);
+      c.fillRect(0, 5.5, 16, 3);
+      c.translate(2, 1);
+      outline(c, receiverShape(i), 12);
+      c.fill();
+    }));
+    add(receivers.length > 1 ? 'no fix' : 'error, no fix', line(kErrorColour));
   }
+
+  /** For `canyon view --record`: a picture at a share of the film. A run passes by; a city alone is flown about once. */
+  async film(at: { share: number; from?: number; until?: number; camera?: CameraMode }): Promise<void> {
+    const { state, store } = this;
+    if (at.camera && at.camera !== state.camera) this.setCamera(at.camera);
+    const track = store.tracks[state.receiver];
+    if (track && track.size > 0) {
+      const last = track.time[track.size - 1] ?? 0;
+      const from = at.from ?? 0;
+      const until = Math.min(last, at.until ?? last);
+      const time = from + at.share * (until - from);
+      await store.load(state.receiver, track.epochAt(time));
+      this.goTo(time);
+      // As slowly as somebody walks about it, so that depth is seen.
+      this.filmed ??= this.view.control.azimuth;
+      if (state.camera === 'follow') this.view.control.azimuth = this.filmed + 40 * at.share;
+    } else {
+      this.filmed ??= this.view.control.azimuth;
+      this.view.control.azimuth = this.filmed + 360 * at.share;
+    }
+    this.view.request();
+    // The second frame comes behind the first one's picture.
+    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+  }
+  private filmed: number | null = null;
 
   /** For tests and measurements. */
   get scene(): SceneView {

@@ -8,11 +8,22 @@ const kVisibilityOnDark = ['#1FC298', '#4FB0EC', '#F0B32E', '#9AA0A6'] as const;
 export const kFixColour = '#CC79A7';
 export const kErrorColour = '#D55E00';
 
+/** Of receivers beside each other; shapes differ as well. The first is that of a single one's fixes. */
+const kReceiverColours = [kFixColour, '#56B4E9', '#8A6A00', '#7B4BB3'] as const;
+const kReceiverOnDark = [kFixColour, '#56B4E9', '#F0E442', '#B79BE8'] as const;
+export const kShapes = ['disc', 'square', 'diamond', 'triangle'] as const;
+export type Shape = (typeof kShapes)[number];
+
 export type Theme = 'light' | 'dark';
 
 export function visibilityColour(visibility: number, theme: Theme): string {
   return (theme === 'dark' ? kVisibilityOnDark : kVisibilityColours)[visibility] ?? '#7A7A7A';
 }
+
+export function receiverColour(receiver: number, theme: Theme): string {
+  return (theme === 'dark' ? kReceiverOnDark : kReceiverColours)[receiver % kShapes.length] ?? kFixColour;
+}
+export const receiverShape = (receiver: number): Shape => kShapes[receiver % kShapes.length] ?? 'disc';
 
 /** What the three-dimensional view and the canvases are painted with. */
 export interface Paint {

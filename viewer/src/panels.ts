@@ -98,14 +98,17 @@ export class SatelliteTable {
 
 /** The selected satellite's paths, or the selected building. */
 export class Details {
-  constructor(private readonly host: HTMLElement, private readonly store: Store, private readonly state: State) {
+  /** @param cell what a heat map's cell says */
+  constructor(private readonly host: HTMLElement, private readonly store: Store, private readonly state: State,
+              private readonly cell: (column: number, row: number) => string = () => '') {
     state.listen((change) => change !== 'playing' && change !== 'camera' && this.update());
     this.update();
   }
 
   private update(): void {
     const { state } = this;
-    if (state.object !== null) this.host.innerHTML = this.building(state.object);
+    if (state.cell) this.host.innerHTML = this.cell(state.cell.column, state.cell.row);
+    else if (state.object !== null) this.host.innerHTML = this.building(state.object);
     else if (state.satellite !== null) this.host.innerHTML = this.satellite(state.satellite);
     else this.host.innerHTML = '<p class="hint">Click a satellite or a building.</p>';
   }

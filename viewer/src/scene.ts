@@ -1,15 +1,17 @@
 // The three-dimensional view. East is x, north y, up z: the city's frame.
 
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Fog, HemisphereLight, Mesh,
-  MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+  BufferAttribute, BufferGeometry, Color, DoubleSide, Fog, Mesh, MeshBasicMaterial, PlaneGeometry, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import { CameraControl } from './camera';
 import { CityMesh } from './city';
+import type { Rows } from './format';
+import type { HeatMap } from './heatmap';
+import { light } from './light';
 import { Marks, Segments } from './lines';
-import { kErrorColour, kFixColour, kPaint, visibilityColour } from './palette';
+import { kErrorColour, kPaint, kShapes, receiverColour, receiverShape, visibilityColour, type Shape } from './palette';
 import type { State } from './state';
-import type { SatelliteRow, Store } from './store';
+import type { SatelliteRow, Store, Track } from './store';
 
 const kRadians = Math.PI / 180;
 type Place = [number, number, number];
@@ -33,6 +35,11 @@ export function ellipse95(ee: number, nn: number, en: number): { major: number; 
   };
 }
 
+/** Of a track. */
+const kMostPieces = 6000;
+/** Errors beyond are drawn so high [m]. */
+const kHighestFence = 60;
+
 interface Label {
   element: HTMLElement;
   place: Vector3;
@@ -47,7 +54,7 @@ export class SceneView {
   private readonly scene = new Scene();
   private readonly ground: Mesh;
   private readonly strong = new Segments(2, 0.95, 0.22);
-  private readonly weak = new Segments(1.2, 0.5, 0.1);
+  private readonly weak = new Segments(1, 0.55, 0.12);
   private readonly chosen = new Segments(4, 1, 0.35);
   private readonly blocked = new Segments(1.2, 0.6, 0.25, true);
   private readonly trueTrack = new Segments(3, 0.9, 0.3);
@@ -58,8 +65,10 @@ export class SceneView {
   private readonly points = new Marks(7, false);
   private readonly satellites = new Marks(11, false);
   private readonly antenna = new Marks(13, false);
-  private readonly fixMark = new Marks(11, false);
+  private readonly fixMarks = Object.fromEntries(kShapes.map((shape) => [shape, new Marks(12, false, shape)])) as Record<Shape, Marks>;
+  private readonly fence = new Segments(2, 0.8, 0.25);
   private readonly ellipse: Mesh;
+  private readonly cellMark = new Segments(2.5, 1, 0.5);
   private readonly labels = new Map<string, Label>();
   private wanted = true;
 
@@ -78,26 +87,24 @@ export class SceneView {
     this.renderer.domElement.setAttribute('aria-label', 'three-dimensional view of the city');
     this.city = new CityMesh(glb, store.header.city.objects);
     this.scene.add(this.city.group);
-    this.scene.add(new AmbientLight('#ffffff', 0.9), new HemisphereLight('#ffffff', '#b9b0a0', 0.9));
-    const sun = new DirectionalLight('#fff4e0', 2.1);
-    sun.position.set(-0.6, -0.8, 1.1);
-    this.scene.add(sun);
     const [lowX, lowY, lowZ] = this.city.low;
     const [highX, highY] = this.city.high;
     const known = Number.isFinite(lowX);
     const span = known ? Math.max(highX - lowX, highY - lowY) : 500;
     // Below everything: an open field, or the land around a city.
-    this.ground = new Mesh(new PlaneGeometry(40 * span, 40 * span), new MeshLambertMaterial());
+    this.ground = new Mesh(new PlaneGeometry(40 * span, 40 * span), new MeshBasicMaterial());
+    // Behind all that hides it.
+    this.ground.renderOrder = 1;
     this.ground.position.set(known ? (lowX + highX) / 2 : 0, known ? (lowY + highY) / 2 : 0, (known ? lowZ : 0) - 0.6);
     this.scene.add(this.ground);
     this.ellipse = new Mesh(new BufferGeometry(), new MeshBasicMaterial({
-      color: kFixColour, transparent: true, opacity: 0.28, side: DoubleSide, depthTest: false, depthWrite: false,
+      transparent: true, opacity: 0.28, side: DoubleSide, depthTest: false, depthWrite: false,
     }));
     this.ellipse.frustumCulled = false;
     this.scene.add(this.ellipse);
     for (const s of [this.dome, this.trails, this.weak, this.strong, this.blocked, this.chosen, this.trueTrack,
-      this.fixTrack, this.error]) this.scene.add(s.group);
-    for (const m of [this.points, this.satellites, this.antenna, this.fixMark]) this.scene.add(m.points);
+      this.fixTrack, this.error, this.cellMark, this.fence]) this.scene.add(s.group);
+    for (const m of this.marks) this.scene.add(m.points);
     this.control = new CameraControl(this.renderer.domElement, () => this.request(), (x, y) => this.pick(x, y));
     this.control.target.set(this.ground.position.x, this.ground.position.y, 0);
     this.control.distance = store.tracks.length > 0 ? 2.1 * this.radius : 1.1 * span;
@@ -106,13 +113,29 @@ export class SceneView {
     state.listen((change) => {
       if (change === 'camera') this.control.setMode(state.camera);
       if (change === 'look') this.paint();
-      if (change === 'data' || change === 'receiver' || change === 'look') this.drawTracks();
+      if (change === 'data' || change === 'receiver' || change === 'look' || change === 'layers') this.drawTracks();
       if (change === 'selection') this.city.show(state.object, kPaint[state.theme].accent);
-      if (change !== 'playing') this.update();
+      if (change === 'selection' || change === 'map') this.markCell();
+      if (change === 'map') this.request();
+      else if (change !== 'playing') this.update();
     });
     this.paint();
     this.drawTracks();
     this.update();
+  }
+
+  /** For measurements: calls and triangles of the last picture. */
+  get drawn(): { calls: number; triangles: number } {
+    const { calls, triangles } = this.renderer.info.render;
+    return { calls, triangles };
+  }
+  /** For tests: fixes that are drawn, by their shapes. */
+  get fixMarksShown(): Record<string, number> {
+    return Object.fromEntries(Object.entries(this.fixMarks).map(([shape, marks]) => [shape, marks.points.geometry.getAttribute('position').count]));
+  }
+
+  private get marks(): Marks[] {
+    return [this.points, this.satellites, this.antenna, ...Object.values(this.fixMarks)];
   }
 
   /** Radius of the dome [m]: above the buildings near the antenna, and no landscape of its own. */
@@ -154,7 +177,7 @@ export class SceneView {
     const paint = kPaint[this.state.theme];
     this.scene.background = new Color(paint.sky);
     this.scene.fog = new Fog(paint.sky, 1500, 9000);
-    (this.ground.material as MeshLambertMaterial).color.set(paint.ground);
+    (this.ground.material as MeshBasicMaterial).color.set(paint.ground).multiply(light(0, 0, 1, new Color()));
     this.city.paint(this.state.colour, this.state.theme);
     this.city.show(this.state.object, paint.accent);
     this.request();
@@ -165,30 +188,115 @@ export class SceneView {
     this.control.apply(this.host.clientWidth / Math.max(1, this.host.clientHeight));
     const ray = new Raycaster();
     ray.setFromCamera(new Vector2(x, y), this.control.camera);
-    this.state.selectObject(this.city.pick(ray));
+    const object = this.city.pick(ray);
+    const cell = this.heat?.hit(ray.ray);
+    if (cell && !(object && object.distance < cell.distance)) this.state.selectCell(cell);
+    else this.state.selectObject(object?.object ?? null);
   }
 
-  /** What does not change with time: both tracks. */
+  private heat: HeatMap | null = null;
+  /** Lays a heat map over the city. @param read is told of the cell under the pointer, null: of none */
+  showMap(heat: HeatMap, read: (cell: { column: number; row: number } | null) => void): void {
+    this.heat = heat;
+    this.scene.add(heat.mesh);
+    const canvas = this.renderer.domElement;
+    canvas.addEventListener('pointermove', (e) => {
+      if (e.buttons !== 0) return;
+      const box = canvas.getBoundingClientRect();
+      const ray = new Raycaster();
+      const x = ((e.clientX - box.left) / box.width) * 2 - 1;
+      ray.setFromCamera(new Vector2(x, 1 - ((e.clientY - box.top) / box.height) * 2), this.control.camera);
+      const cell = heat.hit(ray.ray);
+      // Behind a building there is nothing to point at.
+      const hidden = cell && (this.city.pick(ray)?.distance ?? Infinity) < cell.distance;
+      read(hidden ? null : cell);
+    });
+    canvas.addEventListener('pointerleave', () => read(null));
+  }
+
+  private markCell(): void {
+    this.cellMark.clear();
+    const { cell, theme } = this.state;
+    if (cell && this.heat?.mesh.visible) {
+      const [x, y, up] = this.heat.centre(cell.column, cell.row);
+      const half = Math.max(0.5, this.heat.spacing / 2);
+      const z = (Number.isFinite(up) ? up : 0) + 0.05;
+      const corners: Place[] = [[x - half, y - half, z], [x + half, y - half, z], [x + half, y + half, z], [x - half, y + half, z]];
+      corners.forEach((c, i) => this.cellMark.add(c, corners[(i + 1) % 4] ?? c, kPaint[theme].accent));
+    }
+    this.cellMark.finish();
+    this.request();
+  }
+
+  /** What does not change with time: true tracks and fixes, and the fence of pseudorange errors. */
   private drawTracks(): void {
-    const track = this.store.tracks[this.state.receiver];
-    this.trueTrack.clear();
-    this.fixTrack.clear();
-    if (track) {
-      const ink = this.state.theme === 'dark' ? '#F2F4F6' : '#2A3138';
-      const fixEast = track.epochs.column('fix_east_m');
-      const fixNorth = track.epochs.column('fix_north_m');
-      for (let i = 1; i < track.size; ++i) {
-        const place = (k: number): Place => [track.east[k] ?? 0, track.north[k] ?? 0, (track.up[k] ?? 0) - 1];
-        this.trueTrack.add(place(i - 1), place(i), track.fixed(i) ? ink : kErrorColour);
-        if (!track.fixed(i) || !track.fixed(i - 1)) continue;
-        // On the ground: heights of fixes scatter more than a street is wide, and would hide where they are.
-        const fix = (k: number): Place => [fixEast[k] ?? 0, fixNorth[k] ?? 0, (track.up[k] ?? 0) - 0.5];
-        this.fixTrack.add(fix(i - 1), fix(i), kFixColour);
+    for (const lines of [this.trueTrack, this.fixTrack, this.fence]) lines.clear();
+    const { tracks } = this.store;
+    const own = tracks[this.state.receiver];
+    tracks.forEach((track, receiver) => {
+      const chosen = receiver === this.state.receiver;
+      if (!chosen && !this.state.layers.others) return;
+      // Receivers of one vehicle have one true track: that of the chosen one, with its losses of fix.
+      this.drawTrack(track, receiver, chosen || !own || !together(track, own));
+    });
+    if (this.state.layers.ranges) this.drawFence();
+    for (const lines of [this.trueTrack, this.fixTrack, this.fence]) lines.finish();
+    this.request();
+  }
+
+  private drawTrack(track: Track, receiver: number, withTruth: boolean): void {
+    const { theme } = this.state;
+    const ink = theme === 'dark' ? '#F2F4F6' : '#2A3138';
+    const colour = receiverColour(receiver, theme);
+    const fixEast = track.epochs.column('fix_east_m');
+    const fixNorth = track.epochs.column('fix_north_m');
+    // Of a long run not every epoch: more pieces than this nobody sees, and drawing them takes longer than all else.
+    const step = Math.max(0.3, track.length / kMostPieces);
+    const pieces = (at: (k: number) => Place | null, draw: (from: Place, to: Place, i: number) => void): void => {
+      let last: Place | null = null;
+      let before: Place | null = null;
+      for (let i = 0; i < track.size; ++i) {
+        const here = at(i);
+        const ends = i + 1 === track.size || track.fixed(i) !== track.fixed(i + 1);
+        if (here && last && (ends || Math.hypot(here[0] - last[0], here[1] - last[1]) >= step)) {
+          draw(last, here, i);
+          last = here;
+        } else if (!here || !last) {
+          if (!here && last && before) draw(last, before, i);
+          last = here;
+        }
+        before = here;
+      }
+    };
+    if (withTruth) {
+      pieces((k) => [track.east[k] ?? 0, track.north[k] ?? 0, (track.up[k] ?? 0) - 1],
+        (from, to, i) => this.trueTrack.add(from, to, track.fixed(i) ? ink : kErrorColour));
+    }
+    // On the ground: heights of fixes scatter more than a street is wide, and would hide where they are.
+    pieces((k) => (track.fixed(k) ? [fixEast[k] ?? 0, fixNorth[k] ?? 0, (track.up[k] ?? 0) - 0.5] : null),
+      (from, to) => this.fixTrack.add(from, to, colour));
+  }
+
+  /** Of a validation: rms of recorded and simulated pseudorange errors, side by side, a metre high for a metre. */
+  private drawFence(): void {
+    const { comparison, header } = this.store;
+    const pair = header.comparison;
+    const track = this.store.tracks[pair?.recorded ?? 0];
+    if (!comparison || !pair || !track) return;
+    let last = -1;
+    for (let i = 0; i < track.size; ++i) {
+      const [x, y, z] = [track.east[i] ?? 0, track.north[i] ?? 0, track.up[i] ?? 0];
+      if (last >= 0 && Math.hypot(x - (track.east[last] ?? 0), y - (track.north[last] ?? 0)) < 4) continue;
+      last = i;
+      const yaw = track.epochs.at('yaw_deg', i) * kRadians;
+      const pairs = [['recorded_rms_m', pair.recorded, 0], ['simulated_rms_m', pair.simulated, 1.6]] as const;
+      for (const [column, receiver, along] of pairs) {
+        const high = Math.min(kHighestFence, comparison.at(column, i));
+        if (!Number.isFinite(high)) continue;
+        const [east, north] = [x + along * Math.cos(yaw), y + along * Math.sin(yaw)];
+        this.fence.add([east, north, z], [east, north, z + high], receiverColour(receiver, this.state.theme));
       }
     }
-    this.trueTrack.finish();
-    this.fixTrack.finish();
-    this.request();
   }
 
   /** What belongs to an instant. */
@@ -196,7 +304,7 @@ export class SceneView {
     const { state, store } = this;
     const track = store.tracks[state.receiver];
     for (const s of [this.strong, this.weak, this.chosen, this.blocked, this.dome, this.trails, this.error]) s.clear();
-    for (const m of [this.points, this.satellites, this.antenna, this.fixMark]) m.clear();
+    for (const m of this.marks) m.clear();
     this.ellipse.visible = false;
     const labels = new Set<string>();
     if (track && track.size > 0) {
@@ -207,11 +315,11 @@ export class SceneView {
       const rows = store.satellites(state.receiver, i);
       if (state.layers.dome) this.drawDome(at, rows, labels);
       for (const row of rows) this.drawPaths(at, row);
-      if (state.layers.fix) this.drawFix(at, i);
+      if (state.layers.fix) store.tracks.forEach((_, receiver) => this.drawFix(receiver));
     }
-    this.trueTrack.group.visible = this.fixTrack.group.visible = state.layers.tracks;
+    this.trueTrack.group.visible = this.fixTrack.group.visible = this.fence.group.visible = state.layers.tracks;
     for (const s of [this.strong, this.weak, this.chosen, this.blocked, this.dome, this.trails, this.error]) s.finish();
-    for (const m of [this.points, this.satellites, this.antenna, this.fixMark]) m.finish();
+    for (const m of this.marks) m.finish();
     for (const [key, label] of this.labels) {
       if (labels.has(key)) continue;
       label.element.remove();
@@ -293,13 +401,26 @@ export class SceneView {
     }
   }
 
-  private drawFix(at: Place, i: number): void {
-    const track = this.store.tracks[this.state.receiver];
-    if (!track?.fixed(i)) return;
+  private drawFix(receiver: number): void {
+    const track = this.store.tracks[receiver];
+    const chosen = receiver === this.state.receiver;
+    if (!track || track.size === 0 || (!chosen && !this.state.layers.others)) return;
+    const i = track.epochAt(this.state.time);
+    const at: Place = [track.east[i] ?? 0, track.north[i] ?? 0, track.up[i] ?? 0];
+    const colour = receiverColour(receiver, this.state.theme);
+    const own = this.store.tracks[this.state.receiver];
+    if (!chosen && own && !together(track, own)) this.antenna.add(at, colour);
+    if (!track.fixed(i)) return;
     const e = track.epochs;
     const fix: Place = [e.at('fix_east_m', i), e.at('fix_north_m', i), e.at('fix_up_m', i)];
-    this.error.add(at, fix, kErrorColour);
-    this.fixMark.add(fix, kFixColour);
+    this.error.add(at, fix, this.store.tracks.length > 1 ? colour : kErrorColour);
+    this.fixMarks[receiverShape(receiver)].add(fix, colour);
+    if (chosen) this.drawEllipse(fix, e, i, colour);
+  }
+
+  private drawEllipse(fix: Place, e: Rows, i: number, colour: string): void {
+    if (!Number.isFinite(e.at('covariance_east_m2', i))) return;
+    (this.ellipse.material as MeshBasicMaterial).color.set(colour);
     const { major, minor, angle } = ellipse95(e.at('covariance_east_m2', i), e.at('covariance_north_m2', i),
       e.at('covariance_east_north_m2', i));
     const positions: number[] = [];
@@ -312,7 +433,7 @@ export class SceneView {
       const a = on((k * Math.PI) / 32);
       const b = on(((k + 1) * Math.PI) / 32);
       positions.push(...fix, ...a, ...b);
-      this.error.add(a, b, kFixColour);
+      this.error.add(a, b, colour);
     }
     this.ellipse.geometry.dispose();
     this.ellipse.geometry = new BufferGeometry();
@@ -345,6 +466,15 @@ export class SceneView {
       if (seen) element.style.transform = `translate(${((p.x + 1) / 2) * width}px, ${((1 - p.y) / 2) * height}px)`;
     }
   }
+}
+
+/** Whether two receivers are at one place, at begin, middle and end. */
+function together(a: Track, b: Track): boolean {
+  return [0, 0.5, 1].every((share) => {
+    const i = Math.floor(share * (a.size - 1));
+    const j = b.epochAt(a.time[i] ?? 0);
+    return Math.hypot((a.east[i] ?? 0) - (b.east[j] ?? 0), (a.north[i] ?? 0) - (b.north[j] ?? 0)) < 2;
+  });
 }
 
 /** Whether WebGL runs on the processor: SwiftShader, llvmpipe, Microsoft's Basic Render Driver. */

@@ -32,7 +32,7 @@ export class SkyPlot {
     const paint = kPaint[this.state.theme];
     const cx = w / 2;
     const cy = h / 2;
-    const r = Math.min(w, h) / 2 - 17;
+    const r = Math.max(4, Math.min(w, h) / 2 - 17);
     const on = (azimuth: number, elevation: number): [number, number] => {
       const d = (r * (90 - elevation)) / 90;
       const a = (azimuth * Math.PI) / 180;

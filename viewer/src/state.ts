@@ -3,7 +3,7 @@
 import type { Theme } from './palette';
 
 export type CameraMode = 'free' | 'follow' | 'top' | 'first';
-export type Change = 'time' | 'receiver' | 'selection' | 'data' | 'look' | 'camera' | 'playing';
+export type Change = 'time' | 'receiver' | 'selection' | 'data' | 'look' | 'camera' | 'playing' | 'map' | 'layers';
 
 export const kLayers = {
   rays: 'rays of received satellites',
@@ -12,6 +12,8 @@ export const kLayers = {
   dome: 'sky dome and satellites',
   tracks: 'true and estimated track',
   fix: 'fix, error vector, 95 % ellipse',
+  others: 'the other receivers',
+  ranges: 'pseudorange errors along the street (rms, 1 m high for 1 m)',
 } as const;
 export type Layer = keyof typeof kLayers;
 
@@ -25,10 +27,12 @@ export class State {
   speed = 1;
   satellite: number | null = null;
   object: number | null = null;
+  /** Of the heat map. */
+  cell: { column: number; row: number } | null = null;
   camera: CameraMode = 'follow';
   colour: 'height' | 'material' = 'height';
   theme: Theme = 'light';
-  layers: Record<Layer, boolean> = { rays: true, blocked: false, points: true, dome: true, tracks: true, fix: true };
+  layers: Record<Layer, boolean> = { rays: true, blocked: false, points: true, dome: true, tracks: true, fix: true, others: true, ranges: true };
 
   private readonly listeners: ((change: Change) => void)[] = [];
 
@@ -41,12 +45,18 @@ export class State {
   /** Another click on what is selected lets go of it. */
   selectSatellite(satellite: number | null): void {
     this.satellite = satellite === this.satellite ? null : satellite;
-    if (this.satellite !== null) this.object = null;
+    if (this.satellite !== null) this.object = this.cell = null;
     this.changed('selection');
   }
   selectObject(object: number | null): void {
     this.object = object;
+    this.cell = null;
     if (object !== null) this.satellite = null;
+    this.changed('selection');
+  }
+  selectCell(cell: { column: number; row: number }): void {
+    this.cell = cell;
+    this.object = this.satellite = null;
     this.changed('selection');
   }
 }

@@ -1,9 +1,12 @@
 // What is loaded of a run: all epochs of every receiver, and blocks of satellites and paths as they are needed.
 
-import { decodeChunk, type ChunkEntry, type Header, type Rows, type Source } from './format';
+import { decodeChunk, type ChunkEntry, type Header, type MapChunkEntry, type Rows, type Source } from './format';
 
 /** Blocks are dropped, the one not used for longest first, beyond so many bytes (unpacked). */
 export const kMostBlockBytes = 160e6;
+
+/** Slices of a heat map that are kept. */
+const kMostSlices = 8;
 
 export class Track {
   readonly epochs: Rows;
@@ -31,6 +34,14 @@ export class Track {
 
   get size(): number {
     return this.epochs.size;
+  }
+  /** Of the true way [m]. */
+  get length(): number {
+    let sum = 0;
+    for (let i = 1; i < this.size; ++i) {
+      sum += Math.hypot((this.east[i] ?? 0) - (this.east[i - 1] ?? 0), (this.north[i] ?? 0) - (this.north[i - 1] ?? 0));
+    }
+    return sum;
   }
   fixed(epoch: number): boolean {
     return this.status[epoch] === 1;
@@ -161,24 +172,27 @@ export class Block {
 export class Store {
   readonly header: Header;
   readonly tracks: Track[] = [];
+  /** Of a validation: one row for each epoch. */
+  comparison: Rows | null = null;
   private readonly source: Source;
   private readonly blocks = new Map<string, Block>();
   private readonly pending = new Map<string, Promise<Block>>();
   private readonly entries: ChunkEntry[][];
+  private readonly slices = new Map<string, Promise<Rows>>();
   private uses = 0;
 
   constructor(source: Source, header: Header) {
     this.source = source;
     this.header = header;
     this.entries = header.receivers.map((_, r) =>
-      header.chunks.filter((c) => c.kind === 'block' && c.receiver === r).sort((a, b) => a.first_epoch - b.first_epoch),
+      header.chunks.filter((c): c is ChunkEntry => c.kind === 'block' && c.receiver === r).sort((a, b) => a.first_epoch - b.first_epoch),
     );
   }
 
   /** All epochs of every receiver. */
   async loadTracks(): Promise<void> {
     for (let r = 0; r < this.header.receivers.length; ++r) {
-      const entry = this.header.chunks.find((c) => c.kind === 'track' && c.receiver === r);
+      const entry = this.header.chunks.find((c): c is ChunkEntry => c.kind === 'track' && c.receiver === r);
       if (!entry) throw new Error(`receiver ${r} has no track`);
       const tables = decodeChunk(await this.source.file(entry.file), this.header);
       const epochs = tables.get('epochs');
@@ -186,6 +200,8 @@ export class Store {
       if (!epochs || !skylines) throw new Error(`${entry.file} is no track`);
       this.tracks.push(new Track(epochs, skylines));
     }
+    const comparison = this.header.chunks.find((c) => c.kind === 'comparison');
+    if (comparison) this.comparison = decodeChunk(await this.source.file(comparison.file), this.header).get('comparison') ?? null;
   }
 
   private entryOf(receiver: number, epoch: number): ChunkEntry | undefined {
@@ -246,6 +262,38 @@ export class Store {
     }
   }
 
+  /** Error [m] of a satellite's pseudorange over a receiver's epochs; NaN where there is none or no block is loaded. */
+  errorsOf(receiver: number, satellite: number): Float64Array {
+    const result = new Float64Array(this.tracks[receiver]?.size ?? 0).fill(NaN);
+    for (const block of this.loadedBlocks(receiver)) {
+      const which = block.satellites.column('satellite');
+      for (let row = 0; row < block.satellites.size; ++row) {
+        if (which[row] !== satellite) continue;
+        result[block.satellites.at('epoch', row)] = block.satellites.at('pseudorange_error_m', row);
+      }
+    }
+    return result;
+  }
+
+  /** Epochs where recorded and simulated pseudoranges differ most: one of each street, the largest first. */
+  differences(): number[] {
+    const track = this.tracks[this.header.comparison?.recorded ?? 0];
+    const difference = this.comparison?.column('difference_rms_m');
+    if (!track || !difference) return [];
+    const streets = this.header.comparison?.streets ?? [];
+    const stretches = streets.length > 0 ? streets : [{ from_s: -Infinity, until_s: Infinity }];
+    const largest = stretches.map((street) => {
+      let best = -1;
+      for (let i = 0; i < track.size; ++i) {
+        const t = track.time[i] ?? 0;
+        if (t < street.from_s || t > street.until_s || !((difference[i] ?? NaN) > (best < 0 ? -1 : difference[best] ?? 0))) continue;
+        best = i;
+      }
+      return best;
+    });
+    return largest.filter((i) => i >= 0).sort((a, b) => (difference[b] ?? 0) - (difference[a] ?? 0));
+  }
+
   /** Loads the blocks about an epoch, nearest first, as many as the memory for them takes. */
   async loadAround(receiver: number, epoch: number, onBlock: () => void): Promise<void> {
     const entries = [...(this.entries[receiver] ?? [])];
@@ -260,6 +308,32 @@ export class Store {
       // The page stays alive between blocks.
       await new Promise((resolve) => setTimeout(resolve));
     }
+  }
+
+  /** Of the heat map: cells of an altitude. */
+  mapCells(altitude: number): Promise<Rows> {
+    return this.slice('map_cells', (c) => c.kind === 'map-cells' && c.altitude === altitude);
+  }
+  /** Of the heat map: values of an altitude at a time, layer by layer. */
+  mapValues(altitude: number, time: number): Promise<Rows> {
+    return this.slice('map_values', (c) => c.kind === 'map-values' && c.altitude === altitude && c.time === time);
+  }
+
+  private slice(table: string, wanted: (c: MapChunkEntry) => boolean): Promise<Rows> {
+    const entry = this.header.chunks.find((c): c is MapChunkEntry => 'altitude' in c && wanted(c));
+    if (!entry) throw new Error('the heat map has no such part');
+    let there = this.slices.get(entry.file);
+    if (!there) {
+      there = this.source.file(entry.file).then((bytes) => {
+        const rows = decodeChunk(bytes, this.header).get(table);
+        if (!rows) throw new Error(`${entry.file} is no part of a heat map`);
+        return rows;
+      });
+      this.slices.set(entry.file, there);
+      // The oldest goes; what is shown is held by who shows it.
+      if (this.slices.size > kMostSlices) this.slices.delete(this.slices.keys().next().value ?? '');
+    }
+    return there;
   }
 
   async city(): Promise<ArrayBuffer> {

@@ -69,6 +69,7 @@ export class Timeline {
       }
     }
     this.drawFaults(c, x, y, paint.ink);
+    this.drawStreets(c, x, y, paint.faint);
     c.fillStyle = paint.accent;
     c.strokeStyle = paint.panel;
     c.lineWidth = 2;
@@ -78,7 +79,18 @@ export class Timeline {
     c.stroke();
   }
 
-  /** Brackets over the bar, each with its name. */
+  /** Where streets of a validation begin, with their lengths where there is room. */
+  private drawStreets(c: CanvasRenderingContext2D, x: (s: number) => number, y: number, ink: string): void {
+    c.fillStyle = ink;
+    c.font = `9px ${kFont}`;
+    for (const street of this.store.header.comparison?.streets ?? []) {
+      c.fillRect(x(street.from_s), y - 9, 1, 8);
+      const text = `${street.length_m.toFixed(0)} m`;
+      if (c.measureText(text).width + 6 < x(street.until_s) - x(street.from_s)) c.fillText(text, x(street.from_s) + 3, y - 3);
+    }
+  }
+
+  /** Brackets under the bar, each with its name. */
   private drawFaults(c: CanvasRenderingContext2D, x: (s: number) => number, y: number, ink: string): void {
     c.strokeStyle = c.fillStyle = ink;
     c.lineWidth = 1.5;

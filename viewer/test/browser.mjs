@@ -10,31 +10,45 @@ export const kChromium = [process.env.CANYON_CHROMIUM, '/usr/bin/chromium', '/us
   .find((path) => path && existsSync(path));
 /** For `skip:` of a test: false, or why. */
 export const withoutChromium = kChromium ? false : 'SKIPPED: no Chromium here (Debian: chromium)';
+if (withoutChromium) console.error(withoutChromium);
+/** Of one step of a test [ms]: a busy machine draws a picture in a second, none takes this long. */
+export const kPatience = 30_000;
 
 /** Opens an HTML text or file from disk; what the page complains of, and asks the network for, is kept. */
 export class Session {
   static async open(html, { width = 1280, height = 720, colorScheme = 'light' } = {}) {
     const session = new Session();
-    session.folder = await mkdtemp(join(tmpdir(), 'canyon-viewer-'));
-    const file = existsSync(html) ? html : join(session.folder, 'page.html');
+    try {
+      await session.start(html, { width, height, colorScheme });
+    } catch (error) {
+      // A browser left open would keep the tests from ending.
+      await session.close();
+      throw error;
+    }
+    return session;
+  }
+
+  async start(html, { width, height, colorScheme }) {
+    this.folder = await mkdtemp(join(tmpdir(), 'canyon-viewer-'));
+    const file = existsSync(html) ? html : join(this.folder, 'page.html');
     if (file !== html) await writeFile(file, html);
-    session.browser = await chromium.launch({
+    this.browser = await chromium.launch({
       executablePath: kChromium,
+      timeout: kPatience,
       args: ['--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-sandbox'],
     });
-    session.page = await session.browser.newPage({ viewport: { width, height }, colorScheme });
-    session.page.setDefaultTimeout(120_000);
-    session.complaints = [];
-    session.requests = [];
-    session.page.on('console', (m) => ['error', 'warning'].includes(m.type()) && session.complaints.push(m.text()));
-    session.page.on('pageerror', (e) => session.complaints.push(e.message));
-    session.page.on('request', (r) => session.requests.push(r.url()));
+    this.page = await this.browser.newPage({ viewport: { width, height }, colorScheme });
+    this.page.setDefaultTimeout(kPatience);
+    this.complaints = [];
+    this.requests = [];
+    this.page.on('console', (m) => ['error', 'warning'].includes(m.type()) && this.complaints.push(m.text()));
+    this.page.on('pageerror', (e) => this.complaints.push(e.message));
+    this.page.on('request', (r) => this.requests.push(r.url()));
     const begin = Date.now();
-    session.url = pathToFileURL(file).href;
-    await session.page.goto(session.url);
-    await session.page.waitForSelector('body[data-loaded=true], .fatal', { state: 'attached' });
-    session.loadedMs = Date.now() - begin;
-    return session;
+    this.url = pathToFileURL(file).href;
+    await this.page.goto(this.url);
+    await this.page.waitForSelector('body[data-loaded=true], .fatal', { state: 'attached' });
+    this.loadedMs = Date.now() - begin;
   }
 
   text(selector) {
@@ -57,7 +71,8 @@ export class Session {
     return this.requests.filter((url) => url !== this.url && !url.startsWith('data:') && !url.startsWith('blob:'));
   }
   async close() {
-    await this.browser?.close();
+    // One that does not answer is ended with this process.
+    await Promise.race([this.browser?.close().catch(() => {}), new Promise((done) => setTimeout(done, 5000).unref())]);
     await rm(this.folder, { recursive: true, force: true });
   }
 }

@@ -9,7 +9,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { after, before, test } from 'node:test';
-import { Session, withoutChromium } from './browser.mjs';
+import { kPatience, Session, withoutChromium } from './browser.mjs';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
 const program = process.env.CANYON ?? join(root, 'build-release/bin/canyon');
@@ -32,8 +32,8 @@ before(async () => {
   folder = await mkdtemp(join(tmpdir(), 'canyon-engine-'));
   const scenario = join(root, 'examples/synthetic_drive.yaml');
   const env = { ...process.env, CANYON_VIEWER: join(root, 'viewer/dist/viewer.html') };
-  execFileSync(program, ['simulate', scenario, '--duration', seconds, '--out', folder, '--view', '--quiet'], { env, stdio: 'inherit' });
-  execFileSync(program, ['view', folder, '--export', join(folder, 'scene.html'), '--quiet'], { env, stdio: 'inherit' });
+  execFileSync(program, ['simulate', scenario, '--duration', seconds, '--out', folder, '--view', '--quiet'], { env, stdio: 'inherit', timeout: kPatience });
+  execFileSync(program, ['view', folder, '--export', join(folder, 'scene.html'), '--quiet'], { env, stdio: 'inherit', timeout: kPatience });
   epochs = await csv(join(folder, 'epochs.csv'));
   satellites = await csv(join(folder, 'satellites.csv'));
   s = await Session.open(join(folder, 'scene.html'));

@@ -20,6 +20,9 @@ export const kTables = [
     ...['cn0_dbhz', 'true_cn0_dbhz', 'excess_m', 'pseudorange_error_m', 'residual_m'].map((n) => column(n, 'f32')), column('paths', 'u16')] },
   { name: 'paths', columns: [column('kind', 'u8'), column('order', 'u8'), ...['excess_m', 'loss_db', 'point_east_m', 'point_north_m',
     'point_up_m', 'far_east_m', 'far_north_m', 'far_up_m'].map((n) => column(n, 'f32'))] },
+  { name: 'map_cells', columns: [column('state', 'u8'), column('up_m', 'f32')] },
+  { name: 'map_values', columns: [column('value', 'f32')] },
+  { name: 'comparison', columns: [...['recorded_rms_m', 'simulated_rms_m', 'difference_rms_m'].map((n) => column(n, 'f32')), column('both', 'u16')] },
 ];
 
 /** The bytes of a chunk; rows: one array of rows (arrays of values) for each table, by its index. */
@@ -84,24 +87,25 @@ function glb(boxes) {
   return Buffer.concat([head, Buffer.from(json), middle, binary]);
 }
 
-/** A view: its header and its files. @param grid buildings in a row; @param epochs one second apart */
-export function sampleView({ grid = 8, epochs = 120, block = 40 } = {}) {
+/** A view: its header and its files. @param grid buildings in a row; @param epochs `interval` seconds apart @param more satellites */
+export function sampleView({ grid = 8, epochs = 120, block = 40, interval = 1, more = 0 } = {}) {
   const boxes = [];
   for (let i = 0; i < grid * grid; ++i) {
     const w = 76 * ((i % grid) - grid / 2) + 8;
     const s = 76 * (Math.floor(i / grid) - grid / 2) + 8;
     boxes.push([`block ${i + 1}`, w, s, w + 60, s + 60, 12 + ((i * 37) % 90)]);
   }
-  const satellites = ['G01', 'G05', 'G12', 'G17', 'G24', 'G30', 'E02', 'E07', 'E11', 'E19', 'E30', 'E36'];
+  const satellites = ['G01', 'G05', 'G12', 'G17', 'G24', 'G30', 'E02', 'E07', 'E11', 'E19', 'E30', 'E36',
+    ...Array.from({ length: more }, (_, i) => `C${String(i + 1).padStart(2, '0')}`)];
   const rows = [];
   const blocks = [];
   for (let e = 0; e < epochs; ++e) {
     const lost = e >= 50 && e < 60;
-    const east = -228 + 4 * e;
+    const east = -228 + 4 * ((e * interval) % 120);
     // Error: e/10 m east, e/20 m north, 1 m up; the largest at the last epoch.
     const error = lost ? [NaN, NaN, NaN] : [e / 10, e / 20, 1];
     const covariance = lost ? Array(6).fill(NaN) : [9, 4, 16, 2, 0, 0];
-    rows.push([e, east, 0, 1.5, 0, 0, 0, 4, 0, 0, lost ? 2 : 1, 0, east + error[0], error[1], 1.5 + error[2], ...error, ...covariance,
+    rows.push([e * interval, east, 0, 1.5, 0, 0, 0, 4, 0, 0, lost ? 2 : 1, 0, east + error[0], error[1], 1.5 + error[2], ...error, ...covariance,
       ...(lost ? Array(5).fill(NaN) : [2.5, 2.1, 1.25, 1.7, 1.3]), lost ? 0 : 9, lost ? 3 : 9, lost ? 9 : 3, 0]);
     if (e % block === 0) blocks.push({ first: e, satellites: [], paths: [] });
     const b = blocks.at(-1);
@@ -135,7 +139,7 @@ export function sampleView({ grid = 8, epochs = 120, block = 40 } = {}) {
   const header = {
     format: 'canyon view', version: 1, title: 'sample </script> drive',
     frame: { axes: 'east north up', unit: 'm', origin: { latitude_deg: 22.3, longitude_deg: 114.17, height_m: 0 } },
-    time: { begin_utc: '2026-06-01T08:00:00.000Z', begin_gpst: '2026-06-01T08:00:18.000 GPST', gps_week: 2421, gps_tow: 115218, interval_s: 1 },
+    time: { begin_utc: '2026-06-01T08:00:00.000Z', begin_gpst: '2026-06-01T08:00:18.000 GPST', gps_week: 2421, gps_tow: 115218, interval_s: interval },
     city: { name: 'boxes', file: 'city.glb.gz', triangles: 10 * boxes.length, notes: ['made up'],
       objects: boxes.map(([id, , , , , h]) => ({ id, surface: 'building', material: 'concrete', low_m: 0, high_m: h, height_source: 'levels' })) },
     words: { status: ['not solved', 'fix', 'too few satellites'], placement: ['free'], visibility: ['LOS', 'LOS+multipath', 'NLOS', 'blocked'],
@@ -149,6 +153,57 @@ export function sampleView({ grid = 8, epochs = 120, block = 40 } = {}) {
     tables: kTables, chunks,
   };
   return { header, files };
+}
+
+/** The sample as a validation of three streets of 40 s: the receiver is the recorded one, the simulated one is the same again. The
+ *  rms are e / 10, e / 5 and, the largest of each street at its end, 10, 30 and 20 times e mod 40 / 39. */
+export function withPair({ header, files }) {
+  const epochs = header.receivers[0].summary.epochs;
+  const chunks = [...header.chunks];
+  for (const chunk of header.chunks) {
+    const file = chunk.file.replace('-0', '-1');
+    files.set(file, files.get(chunk.file));
+    chunks.push({ ...chunk, file, receiver: 1 });
+  }
+  const rows = Array.from({ length: epochs }, (_, e) => [e / 10, e / 5, ([10, 30, 20][Math.floor(e / 40)] * (e % 40)) / 39, 5]);
+  const bytes = encodeChunk([[6, rows]]);
+  files.set('comparison.bin.gz', gzipSync(bytes));
+  chunks.push({ file: 'comparison.bin.gz', kind: 'comparison', bytes: bytes.length });
+  const streets = [0, 40, 80].map((from) => ({ from_s: from, until_s: from + 39, length_m: 156, heading_deg: 90 }));
+  return { header: { ...header, receivers: ['recorded', 'simulated'].map((name) => ({ ...header.receivers[0], name })),
+    comparison: { recorded: 0, simulated: 1, streets }, chunks }, files };
+}
+
+/** Lays a heat map over a view: 40 x 20 cells of 10 m, 2 altitudes, 3 times, an error and a count. Row by row from the south-west
+ *  corner the first five rows are inside a building; the error is column / 10 m, a step higher at each time; in the last row it
+ *  has no value. */
+export function withMap({ header, files }) {
+  const [columns, rows] = [40, 20];
+  const altitudes = [1.5, 50];
+  const times = ['2026-06-01T08:00:00.000Z', '2026-06-01T09:00:00.000Z', '2026-06-01T10:00:00.000Z'];
+  const chunks = [...header.chunks];
+  const put = (file, entry, bytes) => {
+    files.set(file, gzipSync(bytes));
+    chunks.push({ file, ...entry, bytes: bytes.length });
+  };
+  const each = (value) => Array.from({ length: columns * rows }, (_, i) => value(i % columns, Math.floor(i / columns)));
+  altitudes.forEach((up, a) => {
+    put(`map-${a}.bin.gz`, { kind: 'map-cells', altitude: a }, encodeChunk([[4, each((_, row) => [row < 5 ? 1 : 0, up])]]));
+    times.forEach((_, t) => put(`map-${a}-${t}.bin.gz`, { kind: 'map-values', altitude: a, time: t },
+      encodeChunk([[5, [...each((c, row) => [row === rows - 1 ? NaN : c / 10 + t]), ...each((_, row) => [row])]]])));
+  });
+  const grey = (n) => Array.from({ length: n }, (_, i) => `#${Math.round((255 * i) / (n - 1)).toString(16).padStart(2, '0').repeat(3)}`);
+  const map = {
+    name: 'errors', grid: { west_m: -200, south_m: -100, spacing_m: 10, columns, rows }, altitudes_m: altitudes, altitude_above: 'terrain',
+    times_utc: times,
+    layers: [
+      { name: 'horizontal_error', title: 'horizontal error', unit: 'm', factor: 1, decimals: 2, low: 0, high: 4, progression: 'linear',
+        classes: 0, colours: 'grey', large_is_bad: false },
+      { name: 'availability', title: 'availability', unit: '%', factor: 100, decimals: 2, low: 0, high: 20, progression: 'square root',
+        classes: 0, colours: 'grey', large_is_bad: true }],
+    states: ['computed', 'inside a building'], colours: { grey: grey(65), other: grey(65).reverse() },
+  };
+  return { header: { ...header, map, chunks }, files };
 }
 
 /** Puts a view into the viewer's page, as `canyon view --export` does. */

@@ -1,0 +1,308 @@
+#include "canyon/view/comparison_view.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/tracking/signal_lock.hpp"
+#include "canyon/view/chunk.hpp"
+#include "canyon/view/header.hpp"
+#include "canyon/view/header_extension.hpp"
+#include "canyon/view/skyline.hpp"
+
+namespace canyon::view {
+namespace {
+
+using Eigen::Vector3d;
+using validation::ComparedEpoch;
+using validation::ComparedSatellite;
+using validation::Comparison;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kEpochsPerBlock = 64;
+constexpr double kSkylineStep_m = 3;
+/// Paths that are known: the direct one.
+constexpr std::size_t kPathsKept = 1;
+
+enum Side : std::size_t { kRecorded, kSimulated };
+
+bool is_measured(const ComparedSatellite& s, Side side) {
+  return side == kRecorded ? s.measured : s.simulated;
+}
+double error_of(const ComparedSatellite& s, Side side) {
+  return (side == kRecorded ? s.measured_error_m : s.simulated_error_m).value_or(kNone);
+}
+double cn0_of(const ComparedSatellite& s, Side side) {
+  return (side == kRecorded ? s.measured_cn0_dbhz : s.simulated_cn0_dbhz).value_or(kNone);
+}
+const validation::ComparedFix& fix_of(const ComparedEpoch& epoch, Side side) {
+  return side == kRecorded ? epoch.measured : epoch.simulated;
+}
+
+/// Root mean square of what was added; NaN of nothing.
+class MeanSquare {
+ public:
+  void add(double value) {
+    if (std::isnan(value)) return;
+    sum_ += value * value;
+    ++count_;
+  }
+  [[nodiscard]] double root() const { return count_ > 0 ? std::sqrt(sum_ / count_) : kNone; }
+  [[nodiscard]] int count() const { return count_; }
+
+ private:
+  double sum_ = 0;
+  int count_ = 0;
+};
+
+class ComparisonView {
+ public:
+  ComparisonView(const ComparisonInput& input, const std::filesystem::path& folder)
+      : input_(input), comparison_(*input.comparison), folder_(folder) {
+    for (const ComparedSatellite& s : comparison_.satellites) ids_.insert(s.id);
+  }
+
+  void write() {
+    make_output_folder(folder_);
+    header_.title = input_.title;
+    header_.city = write_city(input_.environment->city(), {}, folder_);
+    header_.begin = epoch(0).time;
+    header_.interval_s = interval_s();
+    header_.paths_per_satellite = kPathsKept;
+    header_.satellites.assign(ids_.begin(), ids_.end());
+    for (const Side side : {kRecorded, kSimulated}) add_receiver(side);
+    write_header(header_, folder_);
+    extend();
+  }
+
+ private:
+  [[nodiscard]] const ComparedEpoch& epoch(std::size_t i) const {
+    return comparison_.epochs[input_.first + i];
+  }
+  [[nodiscard]] double time_s(std::size_t i) const { return epoch(i).time - epoch(0).time; }
+  [[nodiscard]] std::span<const ComparedSatellite> satellites(std::size_t i) const {
+    return std::span(comparison_.satellites).subspan(epoch(i).first, epoch(i).count);
+  }
+
+  /// The median of what lies between epochs [s].
+  [[nodiscard]] double interval_s() const {
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < input_.count; ++i) steps.push_back(time_s(i) - time_s(i - 1));
+    return median(steps).value_or(1);
+  }
+
+  /// Of the true places, from the epoch before to the next.
+  [[nodiscard]] Vector3d velocity(std::size_t i) const {
+    const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 1, input_.count - 1);
+    const double step_s = time_s(after) - time_s(before);
+    if (!(step_s > 0)) return Vector3d::Zero();
+    return (epoch(after).place_enu_m - epoch(before).place_enu_m) / step_s;
+  }
+
+  void add_receiver(Side side) {
+    ReceiverHeader receiver;
+    receiver.name = side == kRecorded ? "recorded" : "simulated";
+    receiver.strength = std::any_of(comparison_.satellites.begin(), comparison_.satellites.end(),
+                                    [&](const auto& s) { return !std::isnan(cn0_of(s, side)); });
+    receiver.elevation_mask_deg = input_.elevation_mask_deg;
+    receiver.summary = add_epochs(side);
+    for (std::size_t i = 0; i < input_.count; i += kEpochsPerBlock) {
+      add_block(side, i, std::min(kEpochsPerBlock, input_.count - i));
+    }
+    header_.receivers.push_back(std::move(receiver));
+  }
+
+  output::RunSummary add_epochs(Side side) {
+    Rows rows(kEpochs);
+    Skylines skylines(kSkylineStep_m);
+    output::RunSummary summary;
+    std::vector<double> horizontal, vertical;
+    double outage_from_s = kNone, used = 0, visible = 0, blocked = 0;
+    double yaw_deg = 0;
+    for (std::size_t i = 0; i < input_.count; ++i) {
+      const ComparedEpoch& e = epoch(i);
+      const validation::ComparedFix& fix = fix_of(e, side);
+      const Vector3d error = fix.solved ? fix.error_enu_m : Vector3d(Vector3d::Constant(kNone));
+      const Vector3d place = e.place_enu_m + comparison_.registration.direction_in_city(error);
+      const Vector3d v = velocity(i);
+      // Of a car that stands the heading before it stood.
+      if (v.head<2>().norm() > 0.5) yaw_deg = geodesy::degrees(std::atan2(v.y(), v.x()));
+      const auto list = satellites(i);
+      const auto measured =
+          std::count_if(list.begin(), list.end(), [&](const auto& s) { return is_measured(s, side); });
+      const auto rest = static_cast<std::ptrdiff_t>(list.size()) - measured;
+      rows.add(
+          {time_s(i),
+           e.place_enu_m.x(),
+           e.place_enu_m.y(),
+           e.place_enu_m.z(),
+           yaw_deg,
+           0,
+           0,
+           v.x(),
+           v.y(),
+           v.z(),
+           static_cast<double>(fix.solved ? positioning::FixStatus::Fix : positioning::FixStatus::NotSolved),
+           static_cast<double>(raytrace::Placement::Free),
+           place.x(),
+           place.y(),
+           place.z(),
+           error.x(),
+           error.y(),
+           error.z(),
+           kNone,
+           kNone,
+           kNone,
+           kNone,
+           kNone,
+           kNone,
+           kNone,
+           kNone,
+           kNone,
+           kNone,
+           kNone,
+           static_cast<double>(fix.used),
+           static_cast<double>(measured),
+           static_cast<double>(rest),
+           static_cast<double>(skylines.row_at(input_.environment->scene(), e.place_enu_m))});
+      used += fix.used;
+      visible += static_cast<double>(measured);
+      blocked += static_cast<double>(rest);
+      if (fix.solved) {
+        horizontal.push_back(error.head<2>().norm());
+        vertical.push_back(std::abs(error.z()));
+        outage_from_s = kNone;
+      } else {
+        if (std::isnan(outage_from_s)) outage_from_s = time_s(i);
+        summary.longest_outage_s =
+            std::max(summary.longest_outage_s, time_s(i) + header_.interval_s - outage_from_s);
+      }
+    }
+    const auto n = static_cast<double>(input_.count);
+    summary.epochs = input_.count;
+    summary.fixes = horizontal.size();
+    summary.mean_used = used / n;
+    summary.mean_visible = visible / n;
+    summary.mean_blocked = blocked / n;
+    summary.horizontal_max_m =
+        horizontal.empty() ? kNone : *std::max_element(horizontal.begin(), horizontal.end());
+    summary.horizontal_p50_m = quantile(horizontal, 0.5).value_or(kNone);
+    summary.horizontal_p95_m = quantile(horizontal, 0.95).value_or(kNone);
+    summary.vertical_p50_m = quantile(vertical, 0.5).value_or(kNone);
+    summary.vertical_p95_m = quantile(vertical, 0.95).value_or(kNone);
+    summary.median_hdop = kNone;
+    add_shares(summary);
+    const std::string file = fmt::format("track-{}.bin.gz", static_cast<std::size_t>(side));
+    const std::size_t bytes = write_chunk(folder_, file, {&rows, &skylines.rows()});
+    header_.chunks.push_back({file, side, true, 0, input_.count, bytes, 0, 0});
+    return summary;
+  }
+
+  void add_shares(output::RunSummary& summary) const {
+    std::array<double, 4> by_word{};
+    double all = 0;
+    for (std::size_t i = 0; i < input_.count; ++i) {
+      for (const ComparedSatellite& s : satellites(i)) {
+        ++by_word[static_cast<std::size_t>(s.visibility)];
+        ++all;
+      }
+    }
+    for (double& share : by_word) share = all > 0 ? share / all : kNone;
+    summary.los_share = by_word[0];
+    summary.los_multipath_share = by_word[1];
+    summary.nlos_share = by_word[2];
+    summary.blocked_share = by_word[3];
+  }
+
+  void add_block(Side side, std::size_t first, std::size_t count) {
+    Rows rows(kSatellites), paths(kPaths);
+    for (std::size_t i = first; i < first + count; ++i) {
+      for (const ComparedSatellite& s : satellites(i)) {
+        const bool measured = is_measured(s, side);
+        const bool used = side == kRecorded ? s.used_measured : s.used_simulated;
+        const double excess_m = s.prediction ? s.prediction->excess_m : kNone;
+        if (s.clear)
+          paths.add({static_cast<double>(propagation::PathKind::Direct), 0, 0, kNone, kNone, kNone, kNone,
+                     kNone, kNone, kNone});
+        rows.add(
+            {static_cast<double>(i), static_cast<double>(std::distance(ids_.begin(), ids_.find(s.id))),
+             geodesy::degrees(s.azimuth_rad), geodesy::degrees(s.elevation_rad),
+             static_cast<double>(s.visibility),
+             static_cast<double>(kAboveMask | (used ? kUsed : 0) | (measured ? kMeasured : 0)),
+             static_cast<double>(measured ? tracking::LockState::Tracking : tracking::LockState::Searching),
+             cn0_of(s, side), kNone, side == kSimulated ? excess_m : kNone, error_of(s, side), kNone,
+             s.clear ? 1.0 : 0.0});
+      }
+    }
+    const std::string file = fmt::format("block-{}-{:05}.bin.gz", static_cast<std::size_t>(side), first);
+    const std::size_t bytes = write_chunk(folder_, file, {&rows, &paths});
+    header_.chunks.push_back({file, side, false, first, count, bytes, rows.size(), paths.size()});
+  }
+
+  /// Of the way between epochs of the view, [first, end).
+  [[nodiscard]] double length_m(std::size_t first, std::size_t end) const {
+    double length = 0;
+    for (std::size_t i = first + 1; i < end; ++i) {
+      length += (epoch(i).place_enu_m - epoch(i - 1).place_enu_m).head<2>().norm();
+    }
+    return length;
+  }
+
+  /// What both differ by, and the streets.
+  void extend() const {
+    using Json = nlohmann::ordered_json;
+    Rows rows(kComparison);
+    for (std::size_t i = 0; i < input_.count; ++i) {
+      MeanSquare recorded, simulated, difference;
+      for (const ComparedSatellite& s : satellites(i)) {
+        recorded.add(error_of(s, kRecorded));
+        simulated.add(error_of(s, kSimulated));
+        difference.add(error_of(s, kRecorded) - error_of(s, kSimulated));
+      }
+      rows.add(
+          {recorded.root(), simulated.root(), difference.root(), static_cast<double>(difference.count())});
+    }
+    Json streets = Json::array();
+    for (const validation::Segment& s : comparison_.segments) {
+      const std::size_t from = std::max(s.first, input_.first);
+      const std::size_t end = std::min(s.first + s.count, input_.first + input_.count);
+      if (from >= end) continue;
+      streets.push_back({{"from_s", time_s(from - input_.first)},
+                         {"until_s", time_s(end - 1 - input_.first)},
+                         {"length_m", length_m(from - input_.first, end - input_.first)},
+                         {"heading_deg", s.heading_deg}});
+    }
+    const char* file = "comparison.bin.gz";
+    const std::size_t bytes = write_chunk(folder_, file, {&rows});
+    extend_header(folder_, "comparison", {{"recorded", 0}, {"simulated", 1}, {"streets", std::move(streets)}},
+                  Json::array({{{"file", file}, {"kind", "comparison"}, {"bytes", bytes}}}));
+  }
+
+  const ComparisonInput& input_;
+  const Comparison& comparison_;
+  const std::filesystem::path& folder_;
+  std::set<gnss::SatelliteId> ids_;
+  Header header_;
+};
+
+}  // namespace
+
+void write_comparison(const ComparisonInput& input, const std::filesystem::path& folder) {
+  assert(input.environment != nullptr && input.comparison != nullptr);
+  assert(input.first + input.count <= input.comparison->epochs.size());
+  if (input.count == 0)
+    throw InputError("the comparison has no epoch", "give a longer part of the recording");
+  ComparisonView(input, folder).write();
+}
+
+}  // namespace canyon::view

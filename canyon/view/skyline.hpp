@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "canyon/raytrace/ray_scene.hpp"
+#include "canyon/view/chunk.hpp"
+
+namespace canyon::view {
+
+/// The table "skylines" of a drive: one row for each place where the antenna has moved far enough.
+class Skylines {
+ public:
+  /// @param step_m where the antenna has moved by less, the last skyline stays [m]; >= 0
+  explicit Skylines(double step_m) : step_m_(step_m) {}
+
+  /// Row of the skyline at a place of the city's frame: the last one, or a new one.
+  int row_at(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu);
+  [[nodiscard]] const Rows& rows() const { return rows_; }
+
+ private:
+  double step_m_;
+  Rows rows_{kSkylines};
+  Eigen::Vector3d place_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace canyon::view

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "canyon/buildings/city_builder.hpp"
+
+namespace canyon::heatmap {
+class StoredMap;
+}
+
+namespace canyon::cli {
+
+/// The heat map that `canyon view` is asked for, as what it shows or laid over it.
+class ViewedMap {
+ public:
+  struct Wanted {
+    std::string input;      ///< what is viewed
+    std::string map;        ///< --map; empty: none
+    std::string city;       ///< --city; empty: none
+    bool finished = false;  ///< `input` is a finished view: its city is a picture, no city to stand on
+    bool quiet = false;
+  };
+  /// Reads the map and loads its city. Throws InputError for options that do not go together.
+  explicit ViewedMap(const Wanted& wanted);
+  ~ViewedMap();
+  ViewedMap(const ViewedMap&) = delete;
+  ViewedMap& operator=(const ViewedMap&) = delete;
+
+  /// Whether there is a map.
+  explicit operator bool() const { return map_ != nullptr; }
+  /// The map is all that is viewed.
+  [[nodiscard]] bool alone() const { return alone_; }
+  /// That of --city, else an empty field about the map.
+  [[nodiscard]] const buildings::BuiltCity& city() const { return city_; }
+  /// Precondition: there is a map.
+  void add_to(const std::filesystem::path& folder) const;
+
+ private:
+  std::unique_ptr<heatmap::StoredMap> map_;
+  std::string name_;
+  bool alone_ = false;
+  buildings::BuiltCity city_;
+};
+
+/// The files of a view to another folder.
+void copy_view(const std::filesystem::path& from, const std::filesystem::path& folder);
+
+}  // namespace canyon::cli

@@ -1,0 +1,240 @@
+#include "cli/view_record.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/drawing/apng.hpp"
+#include "canyon/view/page.hpp"
+#include "cli/progress.hpp"
+
+extern char** environ;
+
+namespace canyon::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kLargestSide = 3840;
+constexpr double kMostFrames = 3600;
+
+enum class Film { Frames, AnimatedPng, AnimatedWebp, Encoded };
+
+Film film_of(const std::string& file) {
+  const std::string ending = lower_case(fs::path(file).extension().string());
+  if (ending.empty()) return Film::Frames;
+  if (ending == ".png" || ending == ".apng") return Film::AnimatedPng;
+  if (ending == ".webp") return Film::AnimatedWebp;
+  if (ending == ".mp4" || ending == ".webm" || ending == ".gif") return Film::Encoded;
+  throw InputError("--record: no film ends in " + ending,
+                   "give .webp or .png, which need no encoder, .mp4, .webm or .gif, or a folder for frames");
+}
+
+/// A program in the search path.
+bool is_installed(const std::string& program) {
+  const char* path = std::getenv("PATH");
+  if (path == nullptr) return false;
+  for (const std::string_view folder : split(path, ':')) {
+    if (access((fs::path(folder) / program).c_str(), X_OK) == 0) return true;
+  }
+  return false;
+}
+
+/// Runs a program to its end; `line` is told of each line that it prints. What it complains of goes to
+/// `complaints`, a file. Returns its exit status.
+int run_program(const std::vector<std::string>& words, const fs::path& complaints,
+                const std::function<void(std::string_view)>& line) {
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC) != 0) throw InputError(std::string("pipe: ") + std::strerror(errno));
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, complaints.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
+                                   0644);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  std::vector<char*> argv;
+  for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
+  argv.push_back(nullptr);
+  pid_t child = 0;
+  const int spawned = posix_spawnp(&child, argv.front(), &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  close(ends[1]);
+  if (spawned != 0) {
+    close(ends[0]);
+    throw InputError(words.front() + ": " + std::strerror(spawned), "install it");
+  }
+  if (FILE* printed = fdopen(ends[0], "r")) {
+    std::array<char, 256> text{};
+    while (std::fgets(text.data(), text.size(), printed) != nullptr) line(trim(text.data()));
+    std::fclose(printed);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+}
+
+std::string first_line(const fs::path& file) {
+  const std::string text = view::read_bytes(file);
+  const std::string line = text.substr(0, text.find('\n'));
+  return line.empty() ? "it says nothing" : line;
+}
+
+std::pair<int, int> size_of(const std::string& text) {
+  const std::vector<std::string_view> parts = split(text, 'x');
+  std::array<int, 2> sides{};
+  bool whole = parts.size() == 2;
+  for (std::size_t i = 0; whole && i < 2; ++i) {
+    const char* end = parts[i].data() + parts[i].size();
+    const auto read = std::from_chars(parts[i].data(), end, sides[i]);
+    whole = read.ec == std::errc() && read.ptr == end && sides[i] >= 320 && sides[i] <= kLargestSide;
+  }
+  // Encoders halve colours in both directions.
+  if (!whole || sides[0] % 2 != 0 || sides[1] % 2 != 0) {
+    throw InputError("--record-size is no size: " + text,
+                     fmt::format("give WIDTHxHEIGHT, even, from 320 to {}", kLargestSide));
+  }
+  return {sides[0], sides[1]};
+}
+
+int frames_of(const RecordArguments& arguments) {
+  return static_cast<int>(std::clamp(std::round(arguments.seconds * arguments.fps), 1.0, kMostFrames));
+}
+
+fs::path script_of(const fs::path& page) {
+  return page.parent_path().parent_path() / "record.mjs";
+}
+
+std::vector<fs::path> frames_in(const fs::path& folder, int frames) {
+  std::vector<fs::path> files;
+  for (int i = 0; i < frames; ++i) files.push_back(folder / fmt::format("{:05}.png", i));
+  return files;
+}
+
+void encode(const RecordArguments& arguments, const fs::path& frames, const fs::path& complaints) {
+  const fs::path target = arguments.file;
+  // Under another name until it is whole; the encoder knows the format by the ending.
+  const fs::path part =
+      target.parent_path() / fmt::format(".part{}{}", getpid(), target.extension().string());
+  std::vector<std::string> words{"ffmpeg",     "-loglevel",
+                                 "error",      "-y",
+                                 "-framerate", std::to_string(arguments.fps),
+                                 "-i",         (frames / "%05d.png").string()};
+  if (target.extension() == ".gif") {
+    words.insert(words.end(), {"-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse", "-loop", "0"});
+  } else {
+    words.insert(words.end(), {"-pix_fmt", "yuv420p"});
+  }
+  words.push_back(part.string());
+  std::error_code error;
+  if (run_program(words, complaints, [](std::string_view) {}) != 0) {
+    fs::remove(part, error);
+    throw InputError(target, 0, "ffmpeg: " + first_line(complaints), "give a .webp, which needs no encoder");
+  }
+  fs::rename(part, target, error);
+  if (error) throw InputError(target, 0, error.message(), "check its name and permissions");
+}
+
+}  // namespace
+
+void add_record_options(CLI::App& command, RecordArguments& arguments) {
+  command
+      .add_option(
+          "--record", arguments.file,
+          "a film of it: .webp or .png (animated); .mp4, .webm or .gif by ffmpeg; or a folder for PNG "
+          "frames. Needs Node.js and Chromium")
+      ->type_name("FILM");
+  command.add_option("--record-size", arguments.size, "of the film (1280x720)")->type_name("WxH");
+  command.add_option("--record-seconds", arguments.seconds, "length of the film (10)")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 600.0));
+  command.add_option("--record-fps", arguments.fps, "pictures a second (10)")->check(CLI::Range(1, 60));
+  command.add_option("--record-quality", arguments.quality, "of .webp, in per cent (75)")
+      ->check(CLI::Range(1, 100));
+  command.add_option("--record-camera", arguments.camera, "free, follow, top or first")
+      ->check(CLI::IsMember({"free", "follow", "top", "first"}));
+  command.add_option("--record-from", arguments.from_s, "seconds of the run (begin)")->type_name("S");
+  command.add_option("--record-until", arguments.until_s, "seconds of the run (end)")->type_name("S");
+}
+
+void check_record(const RecordArguments& arguments, const fs::path& page) {
+  const Film film = film_of(arguments.file);
+  (void)size_of(arguments.size);
+  if (film == Film::Encoded && !is_installed("ffmpeg")) {
+    throw InputError("--record: " + arguments.file + " needs ffmpeg, which is not here",
+                     "install it (Debian: ffmpeg), or give a .webp or .png");
+  }
+  if (!is_installed("node")) throw InputError("--record needs Node.js", "install it (Debian: nodejs)");
+  std::error_code error;
+  if (!fs::is_regular_file(script_of(page), error)) {
+    throw InputError("--record needs the viewer's source folder beside its page",
+                     "use the page that ./run view builds");
+  }
+}
+
+void record_page(const RecordArguments& arguments, const fs::path& viewer, const fs::path& exported,
+                 const fs::path& folder, bool quiet) {
+  const Film film = film_of(arguments.file);
+  const auto [width, height] = size_of(arguments.size);
+  const int frames = frames_of(arguments);
+  const fs::path pictures = film == Film::Frames ? fs::path(arguments.file) : folder / "frames";
+  make_output_folder(pictures);
+  nlohmann::json wanted{{"page", exported.string()},
+                        {"folder", pictures.string()},
+                        {"width", width},
+                        {"height", height},
+                        {"frames", frames},
+                        {"fps", arguments.fps},
+                        {"quality", arguments.quality}};
+  if (!arguments.camera.empty()) wanted["camera"] = arguments.camera;
+  if (arguments.from_s) wanted["from"] = *arguments.from_s;
+  if (arguments.until_s) wanted["until"] = *arguments.until_s;
+  const fs::path webp = folder / "film.webp";
+  if (film == Film::AnimatedWebp) wanted["webp"] = webp.string();
+  const fs::path complaints = folder / "complaints.txt";
+  {
+    Progress progress("filming", quiet);
+    const auto told = progress.callback();
+    std::size_t done = 0;
+    const int status = run_program({"node", script_of(viewer).string(), wanted.dump()}, complaints,
+                                   [&](std::string_view) { told(++done, static_cast<std::size_t>(frames)); });
+    if (status != 0) throw InputError("--record: " + first_line(complaints));
+  }
+  switch (film) {
+    case Film::Frames:
+      break;
+    case Film::AnimatedPng: {
+      drawing::AnimatedPng png(arguments.file, static_cast<std::uint32_t>(frames), 1.0 / arguments.fps);
+      for (const fs::path& frame : frames_in(pictures, frames)) png.add(view::read_bytes(frame));
+      png.commit();
+      break;
+    }
+    case Film::AnimatedWebp: {
+      OutputFile out(arguments.file);
+      out.write(view::read_bytes(webp));
+      out.commit();
+      break;
+    }
+    case Film::Encoded:
+      encode(arguments, pictures, complaints);
+      break;
+  }
+}
+
+}  // namespace canyon::cli
