@@ -11,7 +11,7 @@
 #include "canyon/positioning/fix.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/tracking/signal_lock.hpp"
-#include "canyon/view/tables.hpp"
+#include "canyon/view/tables/tables.hpp"
 
 namespace canyon::view {
 namespace {
