@@ -14,17 +14,20 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/page.hpp"
+#include "canyon/view/probe.hpp"
 #include "canyon/view/view_sink.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "cli/view_command.hpp"
+#include "cli/view_serve.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -36,6 +39,7 @@ struct Arguments {
   std::optional<double> duration_s;
   std::size_t paths = view::ViewOptions{}.paths_per_satellite;
   int threads = 0;
+  ServeOptions serve;
   bool quiet = false;
 };
 
@@ -85,16 +89,35 @@ std::map<std::string, std::string> height_sources(const buildings::BuiltCity& bu
   return sources;
 }
 
-/// Runs a scenario into a view.
-int run_scenario(const Arguments& arguments, const std::filesystem::path& folder) {
+/// A finished run's folder that has no view in it.
+bool is_bare_run(const std::filesystem::path& input) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(input, error)) return false;
+  if (std::filesystem::exists(input / "epochs.csv", error)) return true;
+  for (const auto& entry : std::filesystem::directory_iterator(input, error)) {
+    if (std::filesystem::exists(entry.path() / "epochs.csv", error)) return true;
+  }
+  return false;
+}
+
+/// A scenario that was run into a view.
+struct Run {
+  std::shared_ptr<simulation::CityScene> scene;
+  std::unique_ptr<simulation::Simulation> simulation;
+  int status = kOk;
+};
+
+Run run_scenario(const Arguments& arguments, const std::filesystem::path& folder) {
   simulation::Scenario scenario = simulation::read_scenario(arguments.input);
   if (arguments.duration_s) {
     if (!(*arguments.duration_s >= 0)) throw InputError("--duration is negative", "give seconds");
     scenario.duration_s = arguments.duration_s;
   }
   std::vector<std::string> warnings;
-  city::City city = simulation::load_city(scenario, warnings);
-  const simulation::Simulation simulation(scenario, std::move(city));
+  Run done;
+  done.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
+  done.simulation = std::make_unique<simulation::Simulation>(scenario, done.scene);
+  const simulation::Simulation& simulation = *done.simulation;
   if (!arguments.quiet) {
     print_warnings(warnings);
     print_warnings(simulation.warnings());
@@ -113,9 +136,10 @@ int run_scenario(const Arguments& arguments, const std::filesystem::path& folder
     result = simulation.run({sink.get()}, run);
   }
   if (!arguments.quiet) print_warnings(result.warnings);
-  if (!result.interrupted) return kOk;
+  if (!result.interrupted) return done;
   fmt::print(stderr, "canyon: interrupted: {} of {} epochs are in the view\n", result.epochs, result.planned);
-  return kInterrupted;
+  done.status = kInterrupted;
+  return done;
 }
 
 /// A city alone: no satellites, no time.
@@ -129,22 +153,24 @@ void write_city_view(const Arguments& arguments, const std::filesystem::path& fo
 }
 
 int run(const Arguments& arguments) {
-  if (arguments.exported.empty() && arguments.out.empty()) {
-    throw InputError("nothing to write", "give --export scene.html, or --out DIR");
-  }
+  const bool serves = arguments.exported.empty() && arguments.out.empty();
   // The page first: a run of minutes should not end at a viewer that was never built.
-  const std::filesystem::path page = arguments.exported.empty() ? "" : view::find_page();
+  const std::filesystem::path page = serves || !arguments.exported.empty() ? view::find_page() : "";
   const std::optional<std::filesystem::path> finished = finished_view(arguments.input);
-  int status = kOk;
+  if (!finished && is_bare_run(arguments.input)) {
+    throw InputError(arguments.input, 0, "is a run without a view",
+                     "run it again with 'canyon simulate SCENARIO --out DIR --view', or show its scenario");
+  }
   std::optional<Workplace> workplace;
   std::filesystem::path folder;
+  Run done;
   if (finished) {
     folder = *finished;
   } else {
     workplace.emplace(arguments.out);
     folder = workplace->path();
     if (is_scenario(arguments.input)) {
-      status = run_scenario(arguments, folder);
+      done = run_scenario(arguments, folder);
     } else {
       write_city_view(arguments, folder);
     }
@@ -156,14 +182,25 @@ int run(const Arguments& arguments) {
                  static_cast<double>(bytes) / 1e6);
     }
   }
-  return status;
+  if (!serves || done.status != kOk) return done.status;
+  view::Site site{view::read_bytes(page), folder, view::no_probe};
+  std::optional<view::Probe> probe;
+  if (done.simulation) {
+    probe.emplace(*done.simulation, done.scene, arguments.paths);
+    site.answer = [&probe](const std::string& message) { return probe->answer(message); };
+  }
+  ServeOptions options = arguments.serve;
+  options.quiet = arguments.quiet;
+  serve(std::move(site), options);
+  return kOk;
 }
 
 }  // namespace
 
 void add_view(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("view", "show a run or a city in the browser");
+  CLI::App* command = app.add_subcommand(
+      "view", "show a run or a city in the browser: serves it on this machine until Ctrl-C, or writes it");
   command
       ->add_option(
           "input", arguments->input,
@@ -185,6 +222,10 @@ void add_view(CLI::App& app, Action& action) {
           fmt::format("of each satellite at most so many paths, the strongest ({})", arguments->paths))
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
+  command->add_option("--port", arguments->serve.port, "port of 127.0.0.1 to serve at (a free one)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 65535));
+  command->add_flag("--open", arguments->serve.open, "open it in the browser (xdg-open)");
   add_threads(*command, arguments->threads);
   command->add_flag("--quiet", arguments->quiet, "print errors only");
   command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });

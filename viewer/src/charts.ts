@@ -80,7 +80,7 @@ export class Chart {
       const which = s.column('satellite');
       for (let row = 0; row < s.size; ++row) {
         if (which[row] !== state.satellite) continue;
-        const epoch = s.at('epoch', row);
+        const epoch = block.epochOf(row);
         stated[epoch] = s.at('cn0_dbhz', row);
         real[epoch] = s.at('true_cn0_dbhz', row);
       }

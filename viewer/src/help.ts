@@ -9,7 +9,8 @@ export const kKeys: [string, string][] = [
   ['E', 'to the largest horizontal error'],
   ['1 2 3 4', 'camera: free, follow, top, first person'],
   ['N', 'next satellite; Shift+N: the one before'],
-  ['Esc', 'select nothing'],
+  ['P', 'the next click puts an antenna there; Shift+click does so at once'],
+  ['Esc', 'select nothing; take the antenna away'],
   ['C', 'buildings by height or by material'],
   ['D', 'light or dark'],
   ['?', 'this help'],
@@ -27,11 +28,13 @@ export function helpHtml(): string {
     <tr><th>pink line</th><td>the fixes, drawn at the antenna’s height. The pink mark is the fix of this instant, at its own height;
       the ellipse about it should hold 95 % of the truth by the covariance that the receiver states; the red line is the error.</td></tr>
     <tr><th>sky plot</th><td>north up, zenith in the middle; grey is hidden by buildings, dashed the elevation mask.</td></tr>
+    <tr><th>an antenna put somewhere</th><td>is a receiver of the scenario, just switched on there and standing still: the running
+      <code>canyon view</code> traces it. It follows the time.</td></tr>
     <tr><th>time bar</th><td>red: no fix. Brackets: faults at work.</td></tr>
     <tr><th>frame</th><td>east, north, up in metres about the city’s origin (WGS 84); azimuths from north, clockwise. Times: UTC, and seconds
       since the begin.</td></tr>
   </table><table>${kKeys.map(([key, what]) => `<tr><th>${key}</th><td>${what}</td></tr>`).join('')}
-    <tr><th>mouse</th><td>drag: turn; right button or Shift: move; wheel: nearer; click: select a building</td></tr>
+    <tr><th>mouse</th><td>drag: turn; right button or Shift: move; wheel: nearer; click: select a building; Shift+click: put an antenna there</td></tr>
     <tr><th>touch</th><td>one finger: turn; two: nearer</td></tr>
   </table></div>
   <p class="hint">The engine computes; this page only draws what it wrote, and loads nothing from any network.</p>`;

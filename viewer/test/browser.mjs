@@ -11,12 +11,13 @@ export const kChromium = [process.env.CANYON_CHROMIUM, '/usr/bin/chromium', '/us
 /** For `skip:` of a test: false, or why. */
 export const withoutChromium = kChromium ? false : 'SKIPPED: no Chromium here (Debian: chromium)';
 
-/** Opens an HTML text or file from disk; what the page complains of, and asks the network for, is kept. */
+/** Opens an HTML text or file from disk, or an address; what the page complains of, and asks the network for, is kept. */
 export class Session {
   static async open(html, { width = 1280, height = 720, colorScheme = 'light' } = {}) {
     const session = new Session();
     session.folder = await mkdtemp(join(tmpdir(), 'canyon-viewer-'));
-    const file = existsSync(html) ? html : join(session.folder, 'page.html');
+    const served = html.startsWith('http:');
+    const file = served || existsSync(html) ? html : join(session.folder, 'page.html');
     if (file !== html) await writeFile(file, html);
     session.browser = await chromium.launch({
       executablePath: kChromium,
@@ -30,7 +31,7 @@ export class Session {
     session.page.on('pageerror', (e) => session.complaints.push(e.message));
     session.page.on('request', (r) => session.requests.push(r.url()));
     const begin = Date.now();
-    session.url = pathToFileURL(file).href;
+    session.url = served ? html : pathToFileURL(file).href;
     await session.page.goto(session.url);
     await session.page.waitForSelector('body[data-loaded=true], .fatal', { state: 'attached' });
     session.loadedMs = Date.now() - begin;
