@@ -36,6 +36,7 @@ struct Arguments {
   std::string input;
   std::string exported;
   std::string out;
+  std::string live;
   std::optional<double> duration_s;
   std::size_t paths = view::ViewOptions{}.paths_per_satellite;
   int threads = 0;
@@ -142,18 +143,25 @@ Run run_scenario(const Arguments& arguments, const std::filesystem::path& folder
   return done;
 }
 
-/// A city alone: no satellites, no time.
+/// A city alone: no satellites, no time; or those of a host that runs.
 void write_city_view(const Arguments& arguments, const std::filesystem::path& folder) {
   const buildings::BuiltCity built =
       load_city(city_config(arguments.input, ""), "building the city", arguments.quiet);
   view::Header header;
   header.title = std::filesystem::path(arguments.input).stem().string();
   header.city = view::write_city(built.city, height_sources(built), folder);
-  view::write_header(header, folder);
+  if (arguments.live.empty()) return view::write_header(header, folder);
+  serve_live(arguments.live, std::move(header), built.city, folder, arguments.serve);
 }
 
 int run(const Arguments& arguments) {
   const bool serves = arguments.exported.empty() && arguments.out.empty();
+  if (!arguments.live.empty()) {
+    if (!serves) throw InputError("--live is served, not written", "leave --export and --out out");
+    const Workplace workplace("");
+    write_city_view(arguments, workplace.path());
+    return kOk;
+  }
   // The page first: a run of minutes should not end at a viewer that was never built.
   const std::filesystem::path page = serves || !arguments.exported.empty() ? view::find_page() : "";
   const std::optional<std::filesystem::path> finished = finished_view(arguments.input);
@@ -183,15 +191,16 @@ int run(const Arguments& arguments) {
     }
   }
   if (!serves || done.status != kOk) return done.status;
-  view::Site site{view::read_bytes(page), folder, view::no_probe};
+  view::Site site{view::read_bytes(page), folder, [](const std::string& message) {
+                    return view::no_probe(
+                        message, "There is no scenario to trace with: start 'canyon view SCENARIO'.");
+                  }};
   std::optional<view::Probe> probe;
   if (done.simulation) {
     probe.emplace(*done.simulation, done.scene, arguments.paths);
     site.answer = [&probe](const std::string& message) { return probe->answer(message); };
   }
-  ServeOptions options = arguments.serve;
-  options.quiet = arguments.quiet;
-  serve(std::move(site), options);
+  serve(std::move(site), arguments.serve);
   return kOk;
 }
 
@@ -222,13 +231,22 @@ void add_view(CLI::App& app, Action& action) {
           fmt::format("of each satellite at most so many paths, the strongest ({})", arguments->paths))
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
+  command
+      ->add_option(
+          "--live", arguments->live,
+          "in the city of WHAT, what a host sends as the stream 'view=ADDRESS': canyon live, a plugin of "
+          "Gazebo, a ROS node; tcp://127.0.0.1:PORT")
+      ->type_name("ADDRESS");
   command->add_option("--port", arguments->serve.port, "port of 127.0.0.1 to serve at (a free one)")
       ->type_name("N")
       ->check(CLI::Range(0, 65535));
   command->add_flag("--open", arguments->serve.open, "open it in the browser (xdg-open)");
   add_threads(*command, arguments->threads);
   command->add_flag("--quiet", arguments->quiet, "print errors only");
-  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+  command->callback([arguments, &action] {
+    arguments->serve.quiet = arguments->quiet;
+    action = [arguments] { return run(*arguments); };
+  });
 }
 
 }  // namespace canyon::cli

@@ -30,6 +30,12 @@ double value_or_nan(const std::optional<double>& value) {
 EpochRows::EpochRows(tracking::SignalOptions signal, std::size_t paths_per_satellite)
     : signal_(signal), paths_per_satellite_(paths_per_satellite) {}
 
+void EpochRows::clear() {
+  epochs.clear();
+  satellites.clear();
+  paths.clear();
+}
+
 void EpochRows::add_epoch(const simulation::Epoch& epoch, double time_s, int skyline, const ToLocal& local) {
   const Eigen::Vector3d antenna = local(epoch.truth_ecef);
   const positioning::Fix& fix = epoch.observed.fix;

@@ -29,6 +29,8 @@ class EpochRows {
   void add(const simulation::Epoch& epoch, std::size_t number, double time_s, int skyline,
            const ToLocal& local, std::span<const gnss::SatelliteId> satellites);
 
+  void clear();
+
   view::Rows epochs{view::kEpochs}, satellites{view::kSatellites}, paths{view::kPaths};
 
  private:

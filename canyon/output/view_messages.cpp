@@ -4,7 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "canyon/base/base64.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/satellite_id.hpp"
+#include "canyon/output/encoder.hpp"
 
 namespace canyon::output {
 namespace {
@@ -26,6 +29,20 @@ Json begun(const char* type, const std::optional<std::int64_t>& id) {
 }
 
 }  // namespace
+
+std::string hello_message(const ReceiverDescription& receiver) {
+  Json json = begun("hello", {});
+  json["begin_utc"] = geodesy::format_utc(receiver.begin);
+  json["begin_gpst"] = geodesy::format_gpst(receiver.begin);
+  json["gps_week"] = receiver.begin.week();
+  json["gps_tow"] = receiver.begin.seconds_of_week();
+  json["interval_s"] = receiver.interval_s;
+  json["receivers"] = Json::array();
+  json["receivers"].push_back({{"name", receiver.name},
+                               {"strength", receiver.signal.enabled},
+                               {"elevation_mask_deg", geodesy::degrees(receiver.elevation_mask_rad)}});
+  return text_of(json);
+}
 
 std::string epoch_message(const EpochMessage& message, const EpochRows& rows) {
   Json json = begun("epoch", message.id);

@@ -15,6 +15,11 @@ namespace canyon::output {
 /// stream; docs/view-format.md and viewer/schema.json define them. This is their version.
 inline constexpr int kViewMessages = 1;
 
+struct ReceiverDescription;
+
+/// {"type":"hello",...}: of which receiver, and from when on, epochs follow.
+[[nodiscard]] std::string hello_message(const ReceiverDescription& receiver);
+
 /// An epoch on its own, as the page shows it.
 struct EpochMessage {
   std::string receiver;            ///< its name

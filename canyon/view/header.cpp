@@ -154,6 +154,7 @@ std::string header_json(const Header& header) {
                {{"latitude_deg", geodesy::degrees(origin.latitude_rad)},
                 {"longitude_deg", geodesy::degrees(origin.longitude_rad)},
                 {"height_m", origin.height_m}}}}}};
+  if (header.live) json["live"] = true;
   if (header.begin) {
     json["time"] = {{"begin_utc", geodesy::format_utc(*header.begin)},
                     {"begin_gpst", geodesy::format_gpst(*header.begin)},

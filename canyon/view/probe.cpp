@@ -152,9 +152,8 @@ std::string Probe::answer(const std::string& message) {
   }
 }
 
-std::string no_probe(const std::string& message) {
-  return output::error_message(id_of(Json::parse(message, nullptr, false)),
-                               "There is no scenario to trace with: start 'canyon view SCENARIO'.");
+std::string no_probe(const std::string& message, std::string_view why) {
+  return output::error_message(id_of(Json::parse(message, nullptr, false)), why);
 }
 
 }  // namespace canyon::view

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "canyon/simulation/simulator.hpp"
 
@@ -26,7 +27,7 @@ class Probe {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What is answered where there is no scenario to trace with: an "error" that says so.
-[[nodiscard]] std::string no_probe(const std::string& message);
+/// What is answered where there is nothing to trace with: an "error" that says why.
+[[nodiscard]] std::string no_probe(const std::string& message, std::string_view why);
 
 }  // namespace canyon::view

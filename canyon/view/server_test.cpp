@@ -2,37 +2,33 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/time.h>
 
 #include <fstream>
 #include <thread>
 #include <utility>  // which some of Boost.Asio's headers lack
 
 #include <boost/asio.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/websocket.hpp>
 
 #include "canyon/base/input_error.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/view_listener.hpp"
 
 namespace canyon::view {
 namespace {
 
 namespace asio = boost::asio;
-namespace websocket = boost::beast::websocket;
 using asio::ip::tcp;
+using test::Listener;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 using Clock = std::chrono::steady_clock;
 
-/// A client that writes what it is told, byte for byte. Nothing waits longer than 20 s.
+/// A client that writes what it is told, byte for byte.
 class Client {
  public:
   explicit Client(const Server& server) : socket_(io_) {
     socket_.connect({asio::ip::address_v4::loopback(), static_cast<unsigned short>(server.port())});
-    const timeval patience{20, 0};
-    setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   }
   void write(std::string_view bytes) {
     boost::system::error_code error;  // the server may have closed already
@@ -93,33 +89,6 @@ class ServerTest : public testing::Test {
 
  private:
   test::TemporaryFolder parent_;
-};
-
-/// A WebSocket client of the server's messages.
-class Listener {
- public:
-  explicit Listener(const Server& server, const std::string& origin = "") : socket_(io_) {
-    tcp::socket& raw = socket_.next_layer();
-    raw.connect({asio::ip::address_v4::loopback(), static_cast<unsigned short>(server.port())});
-    const timeval patience{20, 0};
-    setsockopt(raw.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    const std::string at = "127.0.0.1:" + std::to_string(server.port());
-    socket_.set_option(websocket::stream_base::decorator([=](websocket::request_type& request) {
-      request.set(boost::beast::http::field::origin, origin.empty() ? "http://" + at : origin);
-    }));
-    socket_.handshake(at, "/messages", error);
-  }
-  std::string read() {
-    boost::beast::flat_buffer buffer;
-    socket_.read(buffer, error);
-    return error ? "" : boost::beast::buffers_to_string(buffer.data());
-  }
-  void write(const std::string& text) { socket_.write(asio::buffer(text), error); }
-  boost::system::error_code error;
-
- private:
-  asio::io_context io_;
-  websocket::stream<tcp::socket> socket_;
 };
 
 TEST(ServedName, LeadsNowhereElse) {

@@ -50,7 +50,7 @@ class App {
     this.view.control.setMode(state.camera);
     this.connect();
     if (timed) {
-      this.goTo(0);
+      this.show(0);
       await store.load(0, 0);
       new SkyPlot(by('skyplot'), store, state);
       new SignalBars(by('bars'), store, state);
@@ -158,6 +158,7 @@ class App {
   }
 
   private frame(now: number): void {
+    requestAnimationFrame((t) => this.frame(t));
     const { state } = this;
     if (state.playing) {
       const step = this.lastFrame > 0 ? Math.min(0.25, (now - this.lastFrame) / 1000) : 0;
@@ -171,7 +172,6 @@ class App {
     }
     this.live?.frame(now);
     this.view.frame();
-    requestAnimationFrame((t) => this.frame(t));
   }
 
   nextLoss(): void {

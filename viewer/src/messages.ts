@@ -47,6 +47,9 @@ export interface ProbeMessage {
   place: { east_m: number; north_m: number; up_m: number };
 }
 
+/** Of satellites that no header names, by RINEX's letter. */
+const kSystems: Record<string, string> = { G: 'GPS', R: 'GLONASS', E: 'Galileo', C: 'BeiDou', J: 'QZSS', I: 'NavIC', S: 'SBAS' };
+
 /** The tables of an epoch; its satellites become places in the header's list, which takes in new ones. */
 export function tablesOf(message: EpochMessage, header: Header): Map<string, Rows> {
   const tables = decodeChunk(unpacked(message.chunk).buffer, header);
@@ -54,7 +57,7 @@ export function tablesOf(message: EpochMessage, header: Header): Map<string, Row
   if (!which || !tables.get('epochs') || !tables.get('paths')) throw new Error('an epoch lacks a table');
   const known = message.satellites.map((id) => {
     const index = header.satellites.findIndex((s) => s.id === id);
-    return index >= 0 ? index : header.satellites.push({ id, system: '' }) - 1;
+    return index >= 0 ? index : header.satellites.push({ id, system: kSystems[id[0] ?? ''] ?? '' }) - 1;
   });
   for (let i = 0; i < which.length; ++i) which[i] = known[which[i] ?? 0] ?? 0;
   return tables;

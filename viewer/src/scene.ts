@@ -100,7 +100,7 @@ export class SceneView {
     for (const m of [this.points, this.satellites, this.antenna, this.fixMark]) this.scene.add(m.points);
     this.control = new CameraControl(this.renderer.domElement, () => this.request(), (x, y, shift) => this.pick(x, y, shift));
     this.control.target.set(this.ground.position.x, this.ground.position.y, 0);
-    this.control.distance = store.tracks.length > 0 ? 2.1 * this.radius : 1.1 * span;
+    this.control.distance = store.tracks.length > 0 || store.header.live ? 2.1 * this.radius : 1.1 * span;
     new ResizeObserver(() => this.resize()).observe(host);
     this.resize();
     state.listen((change) => {
