@@ -9,6 +9,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/trace_places.hpp"
 
@@ -93,9 +94,9 @@ class TracePlaces : public ::testing::Test {
   const geodesy::GpsTime noon = geodesy::parse_time("2026-06-01T12:00:00Z");
   std::shared_ptr<CityScene> scene = std::make_shared<CityScene>(city::synthetic_city({}));
   SkyConfig config = [] {
-    SkyConfig sky;
-    sky.nominal = true;
-    return sky;
+    SkyConfig made;
+    made.nominal = true;
+    return made;
   }();
   BuiltSky sky = build_sky(config, noon, noon, scene->city.frame.origin());
   Environment environment{scene, sky.sky};

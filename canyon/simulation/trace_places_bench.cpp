@@ -57,8 +57,8 @@ void TenThousandPlaces(benchmark::State& state) {
 }
 BENCHMARK(TenThousandPlaces)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
 
-void Observe(benchmark::State& state) {
-  LiveReceiver receiver(parse_live_config("profile: ublox-m10\nown_draws: false\n", "benchmark"), downtown(),
+void observe(benchmark::State& state, const std::shared_ptr<CityScene>& scene) {
+  LiveReceiver receiver(parse_live_config("profile: ublox-m10\nown_draws: false\n", "benchmark"), scene,
                         kNoon);
   double t = 0;
   for (auto _ : state) {
@@ -66,7 +66,25 @@ void Observe(benchmark::State& state) {
     t += 0.1;
   }
 }
-BENCHMARK(Observe)->Unit(benchmark::kMicrosecond)->Iterations(2000)->MeasureProcessCPUTime()->UseRealTime();
+void ObserveDowntown(benchmark::State& state) {
+  observe(state, downtown());
+}
+BENCHMARK(ObserveDowntown)
+    ->Unit(benchmark::kMicrosecond)
+    ->Iterations(600)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+/// Steps are short here, so that what a call costs beside them stands out.
+void ObserveOpenField(benchmark::State& state) {
+  city::City city;
+  city.frame = downtown()->city.frame;
+  observe(state, std::make_shared<CityScene>(std::move(city)));
+}
+BENCHMARK(ObserveOpenField)
+    ->Unit(benchmark::kMicrosecond)
+    ->Iterations(600)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 
 }  // namespace
 }  // namespace canyon::simulation

@@ -106,6 +106,8 @@ def heatmap(
     model: Optional[str] = None,
     receiver: str = "",
     draws: int = 64,
+    receivers: str = "settled",
+    path_nodes_m: float = 6.0,
     threads: int = 0,
     folder: "str | os.PathLike[str] | None" = None,
 ) -> HeatMap:
@@ -131,6 +133,11 @@ def heatmap(
         Step of the ladder instead of the scenario's propagation: "mirror", "specular", ...
     draws : int
         Of noise, for layers over draws.
+    receivers : {"settled", "run"}
+        How receivers whose signals have strength stand in cells: what their loops and fixes come to, or each
+        run, a dozen times slower (docs/heatmap-receivers.md).
+    path_nodes_m : float
+        Settled receivers take far paths from places so far apart; 0: searched at every cell.
     folder : path, optional
         Keeps finished tiles: the same call goes on from there.
 
@@ -153,7 +160,7 @@ def heatmap(
     altitudes = [float(altitudes_m)] if np.isscalar(altitudes_m) else [float(a) for a in altitudes_m]  # type: ignore[union-attr,arg-type]
     handle = _canyon.Map(
         as_scenario(scenario)._handle, None if city is None else city._handle, box, spacing_m, altitudes,
-        altitude_kind, times, list(layers), model or "", receiver, draws,
+        altitude_kind, times, list(layers), model or "", receiver, draws, receivers, path_nodes_m,
     )
     kept = None if folder is not None else tempfile.TemporaryDirectory(prefix="canyon-map-")
     finished = handle.run(os.fspath(folder) if folder is not None else os.path.join(kept.name, "tiles"), threads)  # type: ignore[union-attr]

@@ -42,12 +42,21 @@ const output::Format& format_of(const std::filesystem::path& path, const std::st
 
 }  // namespace
 
-KeptEpoch::KeptEpoch(const simulation::Epoch& from, const propagation::Arrival& arrived, bool with_paths,
-                     std::shared_ptr<const void> keeper)
-    : epoch(from), messages(arrived.messages), owner(std::move(keeper)) {
-  if (with_paths) arrival = std::make_shared<const propagation::Arrival>(arrived);
+KeptEpoch::KeptEpoch(simulation::Epoch from, std::shared_ptr<const gnss::NavigationData> its_messages,
+                     std::shared_ptr<const propagation::Arrival> paths, std::shared_ptr<const void> keeper)
+    : epoch(std::move(from)),
+      arrival(std::move(paths)),
+      messages(std::move(its_messages)),
+      owner(std::move(keeper)) {
   epoch.arrival = arrival.get();
   epoch.navigation = messages.get();
+}
+
+std::shared_ptr<KeptEpoch> KeptEpoch::copy(const simulation::Epoch& lent, bool with_paths,
+                                           std::shared_ptr<const void> keeper) {
+  return std::make_shared<KeptEpoch>(
+      lent, lent.arrival->messages,
+      with_paths ? std::make_shared<const propagation::Arrival>(*lent.arrival) : nullptr, std::move(keeper));
 }
 
 void write_epochs(const std::filesystem::path& path, const std::string& format,

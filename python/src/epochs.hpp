@@ -13,9 +13,12 @@ struct KeptEpoch {
   std::shared_ptr<const gnss::NavigationData> messages;
   std::shared_ptr<const void> owner;  ///< of what messages refer to: simulation, live receiver
 
-  /// @param with_paths keeps the arrival as well: some kilobytes
-  KeptEpoch(const simulation::Epoch& from, const propagation::Arrival& arrived, bool with_paths,
-            std::shared_ptr<const void> keeper);
+  /// @param paths kept as well, some kilobytes; may be null
+  KeptEpoch(simulation::Epoch from, std::shared_ptr<const gnss::NavigationData> its_messages,
+            std::shared_ptr<const propagation::Arrival> paths, std::shared_ptr<const void> keeper);
+  /// A copy of an epoch that a sink is lent.
+  static std::shared_ptr<KeptEpoch> copy(const simulation::Epoch& lent, bool with_paths,
+                                         std::shared_ptr<const void> keeper);
 };
 using EpochPtr = std::shared_ptr<KeptEpoch>;
 

@@ -24,7 +24,7 @@ class Map {
   Map(const ScenarioTree& tree, std::shared_ptr<simulation::CityScene> city, const py::object& box,
       double spacing_m, std::vector<double> altitudes_m, const std::string& altitude_kind,
       const py::object& times, const std::vector<std::string>& layers, const std::string& model,
-      const std::string& receiver, int draws)
+      const std::string& receiver, int draws, const std::string& receivers, double path_nodes_m)
       : scenario_(tree.scenario), city_(std::move(city)) {
     receiver_ = scenario_.receivers[simulation::find_receiver(scenario_, receiver)];
     if (!model.empty()) receiver_ = validation::models_of(receiver_, {model}).front().receiver;
@@ -52,6 +52,8 @@ class Map {
       request_.layers.push_back(heatmap::layer_by_name(layer));
     }
     request_.draws = {draws, scenario_.seed};
+    request_.receivers = read_tree<heatmap::CellReceiverOptions>(
+        tree_of(py::dict("model"_a = receivers, "path_nodes_m"_a = path_nodes_m)), "receivers of a map");
     std::vector<double> edges;
     if (!box.is_none()) {
       const py::array_t<double> sides = py::array_t<double>::ensure(box);
@@ -83,8 +85,12 @@ class Map {
     }
     request_.grid =
         heatmap::Grid::covering(area.min.x(), area.min.y(), area.max.x(), area.max.y(), spacing_m);
-    // A receiver for each cell takes milliseconds there: Ctrl-C must not wait for 65,536 of them.
-    if (receiver_.options.signal.enabled) request_.grid.tile_size = std::min(request_.grid.tile_size, 16U);
+    // Receivers that run take milliseconds for a cell, settled ones a fifth of one: Ctrl-C must not wait for
+    // 65,536 of them.
+    if (receiver_.options.signal.enabled) {
+      const std::uint32_t most = request_.receivers.model == heatmap::ReceiverModel::Run ? 16 : 64;
+      request_.grid.tile_size = std::min(request_.grid.tile_size, most);
+    }
     heatmap::check_altitudes(request_, city_->city);
     request_.validate();
     if (heatmap::value_count(request_) > kMostValues) {
@@ -221,9 +227,10 @@ void bind_heatmap(py::module_& m) {
   py::class_<Map>(m, "Map")
       .def(py::init<const ScenarioTree&, std::shared_ptr<simulation::CityScene>, const py::object&, double,
                     std::vector<double>, const std::string&, const py::object&,
-                    const std::vector<std::string>&, const std::string&, const std::string&, int>(),
+                    const std::vector<std::string>&, const std::string&, const std::string&, int,
+                    const std::string&, double>(),
            "scenario"_a, "city"_a, "box"_a, "spacing_m"_a, "altitudes_m"_a, "altitude_kind"_a, "times"_a,
-           "layers"_a, "model"_a, "receiver"_a, "draws"_a)
+           "layers"_a, "model"_a, "receiver"_a, "draws"_a, "receivers"_a, "path_nodes_m"_a)
       .def("run", &Map::run, "folder"_a, "threads"_a = 0)
       .def("values", &Map::values)
       .def("write", &Map::write, "path"_a, "format"_a);

@@ -39,8 +39,7 @@ class Live {
     antenna.yaw_rad = yaw;
     antenna.yaw_rate_radps = yaw_rate;
     const py::gil_scoped_release release;
-    const LiveReceiver::Step step = receiver_->observe(seconds, antenna);
-    return kept(step, paths);
+    return kept(receiver_->observe(seconds, antenna), paths);
   }
   EpochPtr lose(double seconds) {
     const py::gil_scoped_release release;
@@ -66,9 +65,12 @@ class Live {
   LiveReceiver& receiver() { return *receiver_; }
 
  private:
-  EpochPtr kept(const LiveReceiver::Step& step, bool paths) {
-    // The messages are those of the sky of this day.
-    return std::make_shared<KeptEpoch>(step.epoch, step.arrival, paths, receiver_->shared_sky());
+  EpochPtr kept(LiveReceiver::Step step, bool paths) {
+    auto messages = step.arrival.messages;  // those of the sky of this day
+    return std::make_shared<KeptEpoch>(
+        std::move(step.epoch), std::move(messages),
+        paths ? std::make_shared<const propagation::Arrival>(std::move(step.arrival)) : nullptr,
+        receiver_->shared_sky());
   }
 
   std::shared_ptr<simulation::CityScene> scene_;

@@ -29,7 +29,7 @@ class Keeper final : public simulation::EpochSink {
   Keeper(SimulationPtr simulation, bool with_paths)
       : simulation_(std::move(simulation)), with_paths_(with_paths) {}
   void write(const simulation::Epoch& epoch) override {
-    epochs.push_back(std::make_shared<KeptEpoch>(epoch, *epoch.arrival, with_paths_, simulation_));
+    epochs.push_back(KeptEpoch::copy(epoch, with_paths_, simulation_));
   }
   void finish() override {}
 
@@ -157,7 +157,7 @@ class Stream {
    public:
     Queue(Stream& stream, bool with_paths) : stream_(stream), with_paths_(with_paths) {}
     void write(const simulation::Epoch& epoch) override {
-      auto kept = std::make_shared<KeptEpoch>(epoch, *epoch.arrival, with_paths_, stream_.simulation_);
+      auto kept = KeptEpoch::copy(epoch, with_paths_, stream_.simulation_);
       std::unique_lock lock(stream_.mutex_);
       stream_.taken_.wait(lock, [&] { return stream_.queue_.size() < kMostWaiting || stream_.stop_; });
       stream_.queue_.push_back(std::move(kept));

@@ -818,6 +818,27 @@ P
   runs 0 "$canyon" study merge a b --out c --quiet
   for f in study.nc table.csv errors.png; do cmp whole/$f c/$f || fail "other bytes of $f from shards"; done
   runs 0 "$canyon" study study.yaml --out whole; says err "0 runs"
+  # A disk that fills up in the middle: what is finished is kept, and the same command goes on.
+  sed 's/seeds: 3/seeds: 10/' study.yaml >many.yaml
+  runs 0 "$canyon" study many.yaml --out many --quiet
+  mkdir disk
+  cat >full.sh <<'F'
+mount -t tmpfs -o size=8k none disk || exit 77
+"$1" study many.yaml --out disk/s --threads 1 --quiet; echo "status $?"
+cat disk/s/runs/*.jsonl | wc -l
+mount -o remount,size=1m disk
+"$1" study many.yaml --out disk/s --threads 1 && cmp disk/s/study.nc many/study.nc && cmp disk/s/table.csv many/table.csv
+F
+  if unshare -rm true 2>/dev/null; then
+    runs 0 unshare -rm bash full.sh "$canyon"
+    says err "No space left on device; finished runs are kept: free disk space and run the same command again"
+    says out "status 1"
+    kept=$(sed -n '/^status/{n;p}' out)
+    [ "$kept" -gt 0 ] && [ "$kept" -lt 20 ] || fail "$kept of 20 runs fitted on the disk"
+    says err "$((20 - kept)) runs in"
+  else
+    echo "SKIPPED: a full disk (no namespaces of users here)"
+  fi
   # Bad input.
   sed 's/seeds: 3/seeds: 4/' study.yaml >other.yaml
   runs 2 "$canyon" study other.yaml --out whole; one_line; says err "another study" "give another folder"

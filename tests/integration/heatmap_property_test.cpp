@@ -177,6 +177,7 @@ Case draw_case(int number, const std::filesystem::path& folder) {
   request.times = {drawn.time};
   request.layers = kLayers;
   request.draws.draws = 1;
+  request.receivers.model = heatmap::ReceiverModel::Run;  // settled ones have bounds and tests of their own
 
   scenario.receivers.resize(1);
   simulation::ReceiverConfig& receiver = scenario.receivers.front();
