@@ -1037,6 +1037,9 @@ view)
   rm -r res/view; runs 2 "$canyon" view res; one_line; says err "res: is a run without a view" --view
   runs 2 "$canyon" view small.yaml --live tcp://127.0.0.1:1 --out x; one_line; says err "--live is served"
   runs 2 "$canyon" view small.yaml --live nowhere; one_line; says err nowhere
+  # A host brings the motion: of its scenario the city is enough.
+  printf 'city: {synthetic: {seed: 3}}\nsky: {nominal: true}\nreceivers: [{name: rover}]\n' >moved.yaml
+  runs 2 "$canyon" view moved.yaml --live nowhere; one_line; says err nowhere
   "$canyon" view v --quiet >address & served=$!
   until [ -s address ]; do kill -0 "$served" || fail "canyon view ended"; sleep 0.1; done
   python3 -c 'import sys, urllib.request; sys.stdout.buffer.write(urllib.request.urlopen(sys.argv[1]).read())' "$(cat address)view/view.json" |
