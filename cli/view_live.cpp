@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <string>
 
@@ -13,6 +14,7 @@ namespace canyon::cli {
 
 void serve_live(const std::string& address, view::Header header, city::City city,
                 const std::filesystem::path& folder, const ServeOptions& options) {
+  setpriority(PRIO_PROCESS, 0, 10);  // the host has to be on time, a picture of it has not
   const simulation::CityScene scene(std::move(city));
   view::LiveRelay relay(address, std::move(header), folder, scene.scene);
   view::ServerOptions bounds;
