@@ -103,7 +103,7 @@ void EpochRows::add(const simulation::Epoch& epoch, std::size_t number, double t
       residual_m = fix.residuals_m[at];
     }
     const auto found = views.find(s.id);
-    const std::size_t paths = found == views.end() ? 0 : add_paths(s, *found->second);
+    const std::size_t count = found == views.end() ? 0 : add_paths(s, *found->second);
     const auto& m = s.measurement;
     satellites.add({static_cast<double>(number), static_cast<double>(index - known.begin()),
                     geodesy::degrees(s.azimuth_rad), geodesy::degrees(s.elevation_rad),
@@ -112,7 +112,7 @@ void EpochRows::add(const simulation::Epoch& epoch, std::size_t number, double t
                                         (m ? view::kMeasured : 0) | (excluded ? view::kExcluded : 0)),
                     static_cast<double>(s.lock), value_or_nan(m ? m->cn0_dbhz : std::nullopt),
                     value_or_nan(s.cn0_dbhz), has_tracked_excess(s) ? s.excess_m : kNone,
-                    m ? s.pseudorange_error_m : kNone, residual_m, static_cast<double>(paths)});
+                    m ? s.pseudorange_error_m : kNone, residual_m, static_cast<double>(count)});
   }
 }
 
