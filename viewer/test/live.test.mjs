@@ -53,7 +53,7 @@ test('shows the city and waits for a host', { skip }, async () => {
 });
 
 test('follows the newest epoch; its numbers are those of the CSV file', { skip }, async () => {
-  host = await drive(15, 'epochs.csv');
+  host = await drive(10, 'epochs.csv');
   await s.page.waitForFunction(() => window.canyon?.store.tracks[0]?.size >= 4);
   assert.equal(await s.text('#follow-live'), 'Live');
   assert.ok(await s.page.locator('tr[data-satellite]').count() > 5);
