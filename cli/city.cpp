@@ -83,7 +83,7 @@ simulation::CityConfig city_config(const std::string& input, const std::string& 
       throw InputError("--origin belongs to a mesh or map file",
                        "a scenario says its own origin under city:");
     }
-    return simulation::read_scenario(input).city;
+    return simulation::read_scenario(input, {false}).city;
   }
   if (origin.empty()) return simulation::city_config(input);
   return simulation::city_config(input, parse_place(origin, "--origin"));

@@ -14,11 +14,13 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/page.hpp"
+#include "canyon/view/probe.hpp"
 #include "canyon/view/view_sink.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
@@ -27,6 +29,7 @@
 #include "cli/view_command.hpp"
 #include "cli/view_map.hpp"
 #include "cli/view_record.hpp"
+#include "cli/view_serve.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -36,10 +39,12 @@ struct Arguments {
   std::string exported;
   std::string out;
   std::string map, city;
+  std::string live;
   RecordArguments record;
   std::optional<double> duration_s;
   std::size_t paths = view::ViewOptions{}.paths_per_satellite;
   int threads = 0;
+  ServeOptions serve;
   bool quiet = false;
 };
 
@@ -92,16 +97,35 @@ std::map<std::string, std::string> height_sources(const buildings::BuiltCity& bu
   return sources;
 }
 
-/// Runs a scenario into a view.
-int run_scenario(const Arguments& arguments, const std::filesystem::path& folder) {
+/// A finished run's folder that has no view in it.
+bool is_bare_run(const std::filesystem::path& input) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(input, error)) return false;
+  if (std::filesystem::exists(input / "epochs.csv", error)) return true;
+  for (const auto& entry : std::filesystem::directory_iterator(input, error)) {
+    if (std::filesystem::exists(entry.path() / "epochs.csv", error)) return true;
+  }
+  return false;
+}
+
+/// A scenario that was run into a view.
+struct Run {
+  std::shared_ptr<simulation::CityScene> scene;
+  std::unique_ptr<simulation::Simulation> simulation;
+  int status = kOk;
+};
+
+Run run_scenario(const Arguments& arguments, const std::filesystem::path& folder) {
   simulation::Scenario scenario = simulation::read_scenario(arguments.input);
   if (arguments.duration_s) {
     if (!(*arguments.duration_s >= 0)) throw InputError("--duration is negative", "give seconds");
     scenario.duration_s = arguments.duration_s;
   }
   std::vector<std::string> warnings;
-  city::City city = simulation::load_city(scenario, warnings);
-  const simulation::Simulation simulation(scenario, std::move(city));
+  Run done;
+  done.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
+  done.simulation = std::make_unique<simulation::Simulation>(scenario, done.scene);
+  const simulation::Simulation& simulation = *done.simulation;
   if (!arguments.quiet) {
     print_warnings(warnings);
     print_warnings(simulation.warnings());
@@ -120,34 +144,50 @@ int run_scenario(const Arguments& arguments, const std::filesystem::path& folder
     result = simulation.run({sink.get()}, run);
   }
   if (!arguments.quiet) print_warnings(result.warnings);
-  if (!result.interrupted) return kOk;
+  if (!result.interrupted) return done;
   fmt::print(stderr, "canyon: interrupted: {} of {} epochs are in the view\n", result.epochs, result.planned);
-  return kInterrupted;
+  done.status = kInterrupted;
+  return done;
 }
 
-/// A city alone: no satellites, no time.
+/// A city alone: no satellites, no time; or those of a host that runs.
 void write_city_view(const Arguments& arguments, const buildings::BuiltCity& built,
                      const std::filesystem::path& folder) {
   view::Header header;
   header.title = std::filesystem::path(arguments.input).stem().string();
   header.city = view::write_city(built.city, height_sources(built), folder);
-  view::write_header(header, folder);
+  if (arguments.live.empty()) return view::write_header(header, folder);
+  serve_live(arguments.live, std::move(header), built.city, folder, arguments.serve);
 }
 
 int run(const Arguments& arguments) {
   const bool filmed = !arguments.record.file.empty();
-  if (arguments.exported.empty() && arguments.out.empty() && !filmed) {
-    throw InputError("nothing to write", "give --export scene.html, --record film.webp, or --out DIR");
+  const bool serves = arguments.exported.empty() && arguments.out.empty() && !filmed;
+  const auto built_city = [&] {
+    return load_city(city_config(arguments.input, ""), "building the city", arguments.quiet);
+  };
+  if (!arguments.live.empty()) {
+    if (!serves || !arguments.map.empty()) {
+      throw InputError("--live is served, not written", "leave --export, --record, --out and --map out");
+    }
+    const Workplace workplace("");
+    write_city_view(arguments, built_city(), workplace.path());
+    return kOk;
   }
   // The page first: a run of minutes should not end at a viewer that was never built.
-  const std::filesystem::path page = arguments.exported.empty() && !filmed ? "" : view::find_page();
+  const bool paged = serves || filmed || !arguments.exported.empty();
+  const std::filesystem::path page = paged ? view::find_page() : "";
   if (filmed) check_record(arguments.record, page);
   const std::optional<std::filesystem::path> finished = finished_view(arguments.input);
-  int status = kOk;
+  if (!finished && is_bare_run(arguments.input)) {
+    throw InputError(arguments.input, 0, "is a run without a view",
+                     "run it again with 'canyon simulate SCENARIO --out DIR --view', or show its scenario");
+  }
   std::optional<Workplace> workplace;
   std::filesystem::path folder;
   const ViewedMap map(
       {arguments.input, arguments.map, arguments.city, finished.has_value(), arguments.quiet});
+  Run done;
   if (finished && !map) {
     folder = *finished;
   } else {
@@ -156,13 +196,11 @@ int run(const Arguments& arguments) {
     if (finished) {
       copy_view(*finished, folder);
     } else if (is_scenario(arguments.input)) {
-      status = run_scenario(arguments, folder);
+      done = run_scenario(arguments, folder);
     } else if (map.alone()) {
       write_city_view(arguments, map.city(), folder);
     } else {
-      write_city_view(arguments,
-                      load_city(city_config(arguments.input, ""), "building the city", arguments.quiet),
-                      folder);
+      write_city_view(arguments, built_city(), folder);
     }
     if (map) map.add_to(folder);
   }
@@ -178,14 +216,26 @@ int run(const Arguments& arguments) {
     view::export_page(page, folder, film.path() / "scene.html");
     record_page(arguments.record, page, film.path() / "scene.html", film.path(), arguments.quiet);
   }
-  return status;
+  if (!serves || done.status != kOk) return done.status;
+  view::Site site{view::read_bytes(page), folder, [](const std::string& message) {
+                    return view::no_probe(
+                        message, "There is no scenario to trace with: start 'canyon view SCENARIO'.");
+                  }};
+  std::optional<view::Probe> probe;
+  if (done.simulation) {
+    probe.emplace(*done.simulation, done.scene, arguments.paths);
+    site.answer = [&probe](const std::string& message) { return probe->answer(message); };
+  }
+  serve(std::move(site), arguments.serve);
+  return kOk;
 }
 
 }  // namespace
 
 void add_view(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("view", "show a run or a city in the browser");
+  CLI::App* command = app.add_subcommand(
+      "view", "show a run or a city in the browser: serves it on this machine until Ctrl-C, or writes it");
   command
       ->add_option("input", arguments->input,
                    "a scenario, which is run; a folder that --out, 'canyon simulate --view' or 'canyon "
@@ -214,9 +264,22 @@ void add_view(CLI::App& app, Action& action) {
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
   add_record_options(*command, arguments->record);
+  command
+      ->add_option(
+          "--live", arguments->live,
+          "in the city of WHAT, what a host sends as the stream 'view=ADDRESS': canyon live, a plugin of "
+          "Gazebo, a ROS node; tcp://127.0.0.1:PORT")
+      ->type_name("ADDRESS");
+  command->add_option("--port", arguments->serve.port, "port of 127.0.0.1 to serve at (a free one)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 65535));
+  command->add_flag("--open", arguments->serve.open, "open it in the browser (xdg-open)");
   add_threads(*command, arguments->threads);
   command->add_flag("--quiet", arguments->quiet, "print errors only");
-  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+  command->callback([arguments, &action] {
+    arguments->serve.quiet = arguments->quiet;
+    action = [arguments] { return run(*arguments); };
+  });
 }
 
 }  // namespace canyon::cli

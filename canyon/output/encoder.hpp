@@ -29,6 +29,7 @@ struct ReceiverDescription {
   geodesy::GpsTime begin = {};          ///< of the run
   /// Antenna of a receiver that stands for good, a base station's [m, ECEF].
   std::optional<Eigen::Vector3d> station_ecef = {};
+  double elevation_mask_rad = 0;  ///< of its fix
 };
 
 /// `begin` and `interval_s` are the host's; the rest comes from the receiver and its sky. A fixed place is
@@ -68,7 +69,7 @@ class Encoder {
 struct Format {
   std::string_view name;  ///< in `canyon simulate --stream NAME=...` and under the scenario's `outputs:`
   std::string_view file;  ///< its name in the folder of results
-  bool simulation::OutputConfig::*wanted;  ///< the scenario's key
+  bool simulation::OutputConfig::*wanted;  ///< the scenario's key; null: it has none, and streams alone
   bool live;                               ///< its bytes say something before the last one is there
   std::unique_ptr<Encoder> (*make)(const ReceiverDescription&);
 };

@@ -70,6 +70,7 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simula
     if (at != folder) make_output_folder(at);
     const ReceiverDescription description = describe_receiver(simulation, i);
     for (const Format& format : formats()) {
+      if (format.wanted == nullptr) continue;
       if (wanted.*format.wanted) sinks.push_back(open_file(format.name, at / format.file, i, description));
     }
   }

@@ -28,6 +28,7 @@ constexpr std::array kFormats{
     Format{"rtcm", "receiver.rtcm3", &OutputConfig::rtcm, true, encode_rtcm},
     Format{"ubx", "receiver.ubx", &OutputConfig::ubx, true, encode_ubx},
     Format{"ubx_m8", "receiver-m8.ubx", &OutputConfig::ubx_m8, true, encode_ubx_m8},
+    Format{"view", "view.jsonl", nullptr, true, encode_view},
     Format{"rinex_observation", "receiver.obs", &OutputConfig::rinex_observation, false,
            encode_rinex_observation},
     Format{"rinex4_observation", "receiver.rnx", &OutputConfig::rinex4_observation, false,
@@ -62,6 +63,7 @@ ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver
   description.signal = options.signal;
   description.interval_s = interval_s;
   description.begin = begin;
+  description.elevation_mask_rad = options.fix.elevation_mask_rad;
   if (receiver.fixed) description.station_ecef = geodesy::ecef_from_geodetic(receiver.fixed->place);
   for (const auto& record : navigation.glonass) description.glonass_channels[record.id] = record.channel;
   const double first_hz = gnss::l1_frequency_hz(gnss::System::GLONASS, 0);

@@ -31,6 +31,9 @@ namespace canyon::output {
 /// hears, and sends what it is told to.
 [[nodiscard]] std::unique_ptr<Encoder> encode_ubx(const ReceiverDescription& receiver);
 [[nodiscard]] std::unique_ptr<Encoder> encode_ubx_m8(const ReceiverDescription& receiver);
+/// Messages of the viewer, a JSON object a line (docs/view-format.md, Messages). Epochs that come without
+/// `arrival` are left out.
+[[nodiscard]] std::unique_ptr<Encoder> encode_view(const ReceiverDescription& receiver);
 /// KML 2.2 and GeoJSON (RFC 7946): true track, fixes by horizontal error, places without fix. They hold the
 /// track in memory, about 200 bytes an epoch.
 [[nodiscard]] std::unique_ptr<Encoder> encode_kml(const ReceiverDescription& receiver);

@@ -1,4 +1,4 @@
-#include "canyon/view/chunk.hpp"
+#include "canyon/view/tables/chunk.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -15,10 +15,10 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/tracking/signal_lock.hpp"
-#include "canyon/view/chunk.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/header_extension.hpp"
 #include "canyon/view/skyline.hpp"
+#include "canyon/view/tables/chunk.hpp"
 
 namespace canyon::view {
 namespace {

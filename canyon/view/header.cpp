@@ -11,7 +11,7 @@
 #include "canyon/positioning/fix.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/tracking/signal_lock.hpp"
-#include "canyon/view/tables.hpp"
+#include "canyon/view/tables/tables.hpp"
 
 namespace canyon::view {
 namespace {
@@ -154,6 +154,7 @@ std::string header_json(const Header& header) {
                {{"latitude_deg", geodesy::degrees(origin.latitude_rad)},
                 {"longitude_deg", geodesy::degrees(origin.longitude_rad)},
                 {"height_m", origin.height_m}}}}}};
+  if (header.live) json["live"] = true;
   if (header.begin) {
     json["time"] = {{"begin_utc", geodesy::format_utc(*header.begin)},
                     {"begin_gpst", geodesy::format_gpst(*header.begin)},

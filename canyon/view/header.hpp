@@ -42,6 +42,7 @@ struct ReceiverHeader {
 /// What view.json says; docs/view-format.md and viewer/schema.json define it.
 struct Header {
   std::string title;
+  bool live = false;  ///< epochs come as messages; no chunks
   SceneCity city;
   std::optional<geodesy::GpsTime> begin;  ///< without receivers: none
   double interval_s = 1;

@@ -14,9 +14,9 @@
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/pictures/map_style.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
-#include "canyon/view/chunk.hpp"
 #include "canyon/view/header_extension.hpp"
-#include "canyon/view/tables.hpp"
+#include "canyon/view/tables/chunk.hpp"
+#include "canyon/view/tables/tables.hpp"
 
 namespace canyon::view {
 namespace {

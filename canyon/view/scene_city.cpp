@@ -10,7 +10,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/gltf_writer.hpp"
 #include "canyon/city/mesh_parts.hpp"
-#include "canyon/view/chunk.hpp"
+#include "canyon/view/tables/chunk.hpp"
 
 namespace canyon::view {
 namespace {

@@ -1,15 +1,13 @@
 #include "canyon/view/skyline.hpp"
 
 #include <cmath>
-#include <string>
 
 #include "canyon/drawing/views/sky_mask.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/view/tables/tables.hpp"
 
 namespace canyon::view {
-namespace {
 
-/// Half degrees of the highest hidden elevation in each direction.
 std::string skyline_bytes(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu) {
   const drawing::SkyMask mask = drawing::make_sky_mask(scene, antenna_enu, kSkylineSectors);
   std::string bytes;
@@ -19,8 +17,6 @@ std::string skyline_bytes(const raytrace::RayScene& scene, const Eigen::Vector3d
   }
   return bytes;
 }
-
-}  // namespace
 
 int Skylines::row_at(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu) {
   if (rows_.empty() || !((antenna_enu - place_).norm() < step_m_)) {

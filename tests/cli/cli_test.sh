@@ -1178,7 +1178,17 @@ view)
   runs 2 "$canyon" view v --record film.webp --record-size 801x600; one_line; says err --record-size
   runs 2 env PATH=/none "$canyon" view v --record film.mp4; one_line; says err ffmpeg
   runs 2 env PATH=/none "$canyon" view v --record film.webp; one_line; says err Node.js
-  runs 2 "$canyon" view small.yaml; one_line; says err "nothing to write" --export
+  rm -r res/view; runs 2 "$canyon" view res; one_line; says err "res: is a run without a view" --view
+  runs 2 "$canyon" view small.yaml --live tcp://127.0.0.1:1 --out x; one_line; says err "--live is served"
+  runs 2 "$canyon" view small.yaml --live nowhere; one_line; says err nowhere
+  # A host brings the motion: of its scenario the city is enough.
+  printf 'city: {synthetic: {seed: 3}}\nsky: {nominal: true}\nreceivers: [{name: rover}]\n' >moved.yaml
+  runs 2 "$canyon" view moved.yaml --live nowhere; one_line; says err nowhere
+  "$canyon" view v --quiet >address & served=$!
+  until [ -s address ]; do kill -0 "$served" || fail "canyon view ended"; sleep 0.1; done
+  python3 -c 'import sys, urllib.request; sys.stdout.buffer.write(urllib.request.urlopen(sys.argv[1]).read())' "$(cat address)view/view.json" |
+    cmp - v/view.json || fail "serves another header"
+  kill "$served"; wait "$served" || fail "canyon view did not end by itself"
   runs 2 "$canyon" view nothing.yaml --export x.html; one_line
   echo hello >page.html; runs 2 "$canyon" view v --export x.html; one_line; says err "no page of Canyon's viewer"
   export CANYON_VIEWER=none.html; runs 2 "$canyon" view v --export x.html; one_line; [ ! -e x.html ] || fail "half a page" ;;

@@ -19,8 +19,8 @@ export class CameraControl {
   private moved = 0;
 
   /** @param onMove the picture must be drawn anew
-   *  @param onPick a click, in the element's normalised coordinates */
-  constructor(element: HTMLElement, onMove: () => void, onPick: (x: number, y: number) => void) {
+   *  @param onPick a click, in the element's normalised coordinates; whether Shift was held */
+  constructor(element: HTMLElement, onMove: () => void, onPick: (x: number, y: number, shift: boolean) => void) {
     element.addEventListener('pointerdown', (e) => {
       element.setPointerCapture(e.pointerId);
       this.pointers.set(e.pointerId, { x: e.clientX, y: e.clientY });
@@ -43,7 +43,7 @@ export class CameraControl {
       if (!this.pointers.delete(e.pointerId)) return;
       if (e.type !== 'pointerup' || this.moved > 4) return;
       const box = element.getBoundingClientRect();
-      onPick(((e.clientX - box.left) / box.width) * 2 - 1, 1 - ((e.clientY - box.top) / box.height) * 2);
+      onPick(((e.clientX - box.left) / box.width) * 2 - 1, 1 - ((e.clientY - box.top) / box.height) * 2, e.shiftKey);
     };
     element.addEventListener('pointerup', release);
     element.addEventListener('pointercancel', release);

@@ -116,7 +116,7 @@ export class Chart {
       const which = s.column('satellite');
       for (let row = 0; row < s.size; ++row) {
         if (which[row] !== state.satellite) continue;
-        const epoch = s.at('epoch', row);
+        const epoch = block.epochOf(row);
         stated[epoch] = s.at('cn0_dbhz', row);
         real[epoch] = s.at('true_cn0_dbhz', row);
       }
@@ -152,7 +152,7 @@ export class Chart {
         { ...axis, size: 46, label: unit, labelSize: 13, labelFont: '10px system-ui', labelGap: 0 },
       ],
       series: [
-        { label: 'time', value: (_u, v) => (v === null ? '–' : `${v.toFixed(1)} s`) },
+        { label: 'time', value: (_u, v) => (v === null || v === undefined ? '–' : `${v.toFixed(1)} s`) },
         ...series.map((s): uPlot.Series => ({
           label: s.label, stroke: s.colour, width: s.width ?? 1.5, points: { show: false }, spanGaps: false,
           value: (_u, v) => (v === null || v === undefined ? '–' : v.toFixed(2)),

@@ -2,7 +2,7 @@
 
 import {
   BufferAttribute, BufferGeometry, Color, DoubleSide, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh,
-  MeshBasicMaterial, type Raycaster,
+  MeshBasicMaterial, type Intersection, type Raycaster,
 } from 'three';
 import type { CityObject } from './format';
 import { lightOfTriangles } from './light';
@@ -160,10 +160,15 @@ export class CityMesh {
 
   /** The object that a ray meets first, and how far from its origin; null for terrain and the sky. */
   pick(ray: Raycaster): { object: number; distance: number } | null {
-    const hit = ray.intersectObjects(this.meshes, false)[0];
+    const hit = this.hit(ray);
     if (!hit || hit.faceIndex === undefined || hit.faceIndex === null) return null;
     const object = (hit.object.userData['objects'] as Uint32Array)[hit.faceIndex] ?? null;
     return object !== null && this.objects[object]?.surface !== 'terrain' ? { object, distance: hit.distance } : null;
+  }
+
+  /** Where a ray meets the city first. */
+  hit(ray: Raycaster): Intersection | undefined {
+    return ray.intersectObjects(this.meshes, false)[0];
   }
 
   /** Lays a colour over one object. */

@@ -40,7 +40,7 @@ export interface Receiver {
   strength: boolean;
   elevation_mask_deg: number;
   faults: { name: string; from_s: number; until_s: number }[];
-  summary: Summary;
+  summary: Summary | null;
 }
 
 /** Of a receiver: all its epochs, or satellites and paths of some. */
@@ -110,6 +110,8 @@ export interface Header {
   map?: MapHeader;
   comparison?: Comparison;
   chunks: (ChunkEntry | MapChunkEntry | ComparisonChunkEntry)[];
+  /** Epochs come as messages. */
+  live?: boolean;
 }
 
 export type Values = Float64Array | Float32Array | Int32Array | Uint32Array | Uint16Array | Uint8Array;
@@ -175,13 +177,25 @@ export async function gunzip(bytes: Uint8Array<ArrayBuffer>): Promise<ArrayBuffe
   return new Response(stream).arrayBuffer();
 }
 
+/** Bytes of base64. */
+export function unpacked(text: string): Uint8Array<ArrayBuffer> {
+  const letters = atob(text);
+  const bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < letters.length; ++i) bytes[i] = letters.charCodeAt(i);
+  return bytes;
+}
+
 /** Where a view comes from: the page itself, or the server that sent it. */
 export interface Source {
+  /** Whether a running `canyon` can be asked. */
+  readonly served: boolean;
   header(): Promise<Header>;
   file(name: string): Promise<ArrayBuffer>;
 }
 
 class EmbeddedSource implements Source {
+  readonly served = false;
+
   async header(): Promise<Header> {
     return JSON.parse(document.getElementById('canyon-view')?.textContent ?? 'null') as Header;
   }
@@ -189,14 +203,13 @@ class EmbeddedSource implements Source {
   async file(name: string): Promise<ArrayBuffer> {
     const script = document.querySelector(`script[data-canyon-file="${CSS.escape(name)}"]`);
     if (!script) throw new Error(`${name} is not in this page`);
-    const text = atob(script.textContent ?? '');
-    const bytes = new Uint8Array(text.length);
-    for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
-    return gunzip(bytes);
+    return gunzip(unpacked(script.textContent ?? ''));
   }
 }
 
 class ServedSource implements Source {
+  readonly served = true;
+
   private async get(name: string): Promise<Response> {
     const response = await fetch(`view/${name}`);
     if (!response.ok) throw new Error(`${name}: ${response.status} ${response.statusText}`);

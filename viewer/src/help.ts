@@ -10,7 +10,8 @@ export const kKeys: [string, string][] = [
   ['V', 'validation: to where recorded and simulated pseudoranges differ most; again: next street'],
   ['1 2 3 4', 'camera: free, follow, top, first person'],
   ['N', 'next satellite; Shift+N: the one before'],
-  ['Esc', 'select nothing'],
+  ['P', 'the next click puts an antenna there; Shift+click does so at once'],
+  ['Esc', 'select nothing; take the antenna away'],
   ['C', 'buildings by height or by material'],
   ['D', 'light or dark'],
   ['M , .', 'heat map: show or hide; the time before, the next'],
@@ -32,13 +33,15 @@ export function helpHtml(): string {
     <tr><th>validation</th><td>recorded and simulated fixes; the bars along the street are the rms of the pseudorange errors of each, a metre
       high for a metre. Green, blue, orange and grey are what the city says of a satellite.</td></tr>
     <tr><th>sky plot</th><td>north up, zenith in the middle; grey is hidden by buildings, dashed the elevation mask.</td></tr>
+    <tr><th>an antenna put somewhere</th><td>is a receiver of the scenario, just switched on there and standing still: the running
+      <code>canyon view</code> traces it. It follows the time.</td></tr>
     <tr><th>time bar</th><td>red: no fix. Brackets: faults at work.</td></tr>
     <tr><th>heat map</th><td>the cells of a map at the height that they were computed at. Grey: no value there (no fix, or nothing
       received). Clear: inside a building, or outside the area.</td></tr>
     <tr><th>frame</th><td>east, north, up in metres about the city’s origin (WGS 84); azimuths from north, clockwise. Times: UTC, and seconds
       since the begin.</td></tr>
   </table><table>${kKeys.map(([key, what]) => `<tr><th>${key}</th><td>${what}</td></tr>`).join('')}
-    <tr><th>mouse</th><td>drag: turn; right button or Shift: move; wheel: nearer; click: select a building</td></tr>
+    <tr><th>mouse</th><td>drag: turn; right button or Shift: move; wheel: nearer; click: select a building; Shift+click: put an antenna there</td></tr>
     <tr><th>touch</th><td>one finger: turn; two: nearer</td></tr>
   </table></div>
   <p class="hint">The engine computes; this page only draws what it wrote, and loads nothing from any network.</p>`;

@@ -4,14 +4,17 @@ import { SignalBars } from './bars';
 import { checkHeader, openSource, type Header, type MapHeader } from './format';
 import { HeatMap } from './heatmap';
 import { helpHtml } from './help';
+import { Live } from './live';
 import { MapPanel } from './mappanel';
 import { outline } from './lines';
+import { Connection, type Message } from './messages';
 import { kErrorColour, receiverColour, receiverShape, visibilityColour } from './palette';
 import { clock, Details, Readout, SatelliteTable, summaryHtml } from './panels';
+import { Probe } from './probe';
 import { SceneView } from './scene';
 import { mark, SkyPlot } from './skyplot';
 import { kLayers, State, type CameraMode, type Layer } from './state';
-import { Store } from './store';
+import { Store, type Track } from './store';
 import { Timeline } from './timeline';
 
 const kSpeeds = [0.25, 0.5, 1, 2, 5, 10, 20, 60];
@@ -27,8 +30,10 @@ class App {
   private toastTimer = 0;
   private lastFrame = 0;
   private view!: SceneView;
+  private live: Live | null = null;
+  probe!: Probe;
 
-  constructor(readonly store: Store) {}
+  constructor(readonly store: Store, private readonly served: boolean) {}
 
   async start(): Promise<void> {
     const { state, store } = this;
@@ -39,15 +44,16 @@ class App {
     }));
     document.title = `${header.title} – Canyon`;
     const [glb] = await Promise.all([store.city(), store.loadTracks()]);
-    const timed = store.tracks.some((t) => t.size > 0);
+    const timed = header.live === true || store.tracks.some((t) => t.size > 0);
     document.body.classList.toggle('no-time', !timed);
     if (!timed) state.camera = 'free';
     if (matchMedia('(prefers-color-scheme: dark)').matches) state.theme = 'dark';
     document.documentElement.dataset['theme'] = state.theme;
     this.view = new SceneView(by('stage'), by('overlay'), glb, store, state);
     this.view.control.setMode(state.camera);
+    this.connect();
     if (timed) {
-      this.goTo(0);
+      this.show(0);
       await store.load(0, 0);
       new SkyPlot(by('skyplot'), store, state);
       new SignalBars(by('bars'), store, state);
@@ -97,13 +103,51 @@ class App {
     this.state.changed('map');
   }
 
-  /** Goes to a time [s], and has its satellites loaded. */
+  /** The line to the `canyon view` that served the page; an exported one has none. */
+  private connect(): void {
+    const connection = this.served ? new Connection((m) => this.take(m), () => this.lineChanged(connection)) : null;
+    this.probe = new Probe(this.store, this.state, connection, {
+      toast: (text) => this.toast(text),
+      arm: (on) => {
+        this.view.putting = on;
+        by('stage').classList.toggle('putting', on);
+      },
+    });
+    this.view.onPut = (place) => this.probe.put(place);
+    by('put').onclick = () => this.probe.arm();
+    if (!this.store.header.live || !connection) return;
+    this.live = new Live(this.store, this.state, connection, by('follow-live'), {
+      goTo: (seconds) => this.show(seconds),
+      redraw: () => {
+        this.state.changed('data');
+        this.chart?.show(this.chart.kind);
+      },
+    });
+  }
+
+  private take(message: Message): void {
+    if (message.type === 'hello') this.live?.hello(message);
+    else if (!this.probe.take(message) && message.type === 'epoch') this.live?.take(message);
+  }
+
+  private lineChanged(connection: Connection | null): void {
+    if (connection && !connection.open) this.probe?.lost();
+    this.live?.say();
+  }
+
+  /** Goes to a time [s], and has its satellites loaded; of a live run it is then followed no more. */
   goTo(seconds: number): void {
+    this.live?.follow(seconds >= this.store.span[1]);
+    this.show(seconds);
+  }
+
+  private show(seconds: number): void {
     const { state, store } = this;
+    if (state.receiver === this.probe?.receiver) return this.probe.goTo(seconds);
     const track = store.tracks[state.receiver];
     if (!track || track.size === 0) return;
     const last = track.time[track.size - 1] ?? 0;
-    state.time = Math.min(last, Math.max(0, seconds));
+    state.time = Math.min(last, Math.max(track.time[0] ?? 0, seconds));
     const epoch = track.epochAt(state.time);
     state.epoch = epoch;
     if (!store.loaded(state.receiver, epoch)) {
@@ -114,17 +158,22 @@ class App {
     state.changed('time');
   }
 
+  /** The track that time goes by: of an antenna that was put somewhere the run's. */
+  private get clock(): Track | undefined {
+    return this.store.tracks[this.probe.active ? this.probe.base : this.state.receiver];
+  }
+
   private step(epochs: number): void {
-    const track = this.store.tracks[this.state.receiver];
+    const track = this.clock;
     if (!track) return;
-    const epoch = Math.min(track.size - 1, Math.max(0, this.state.epoch + epochs));
+    const epoch = Math.min(track.size - 1, Math.max(0, track.epochAt(this.state.time) + epochs));
     this.goTo(track.time[epoch] ?? 0);
   }
 
   private play(on: boolean): void {
-    const { state, store } = this;
-    const track = store.tracks[state.receiver];
-    if (on && track && state.epoch >= track.size - 1) this.goTo(0);
+    const { state } = this;
+    const track = this.clock;
+    if (on && track && track.epochAt(state.time) >= track.size - 1) this.goTo(0);
     state.playing = on;
     by('play').textContent = on ? 'Pause' : 'Play';
     this.lastFrame = 0;
@@ -132,19 +181,20 @@ class App {
   }
 
   private frame(now: number): void {
-    const { state, store } = this;
+    requestAnimationFrame((t) => this.frame(t));
+    const { state } = this;
     if (state.playing) {
       const step = this.lastFrame > 0 ? Math.min(0.25, (now - this.lastFrame) / 1000) : 0;
-      const track = store.tracks[state.receiver];
+      const track = this.clock;
       this.lastFrame = now;
       const time = state.time + step * state.speed;
       // Panels are drawn once an epoch, not once a picture.
-      if (track && track.epochAt(time) !== state.epoch) this.goTo(time);
+      if (track && track.epochAt(time) !== track.epochAt(state.time)) this.goTo(time);
       else state.time = time;
       if (track && time >= (track.time[track.size - 1] ?? 0)) this.play(false);
     }
+    this.live?.frame(now);
     this.view.frame();
-    requestAnimationFrame((t) => this.frame(t));
   }
 
   nextLoss(): void {
@@ -186,13 +236,13 @@ class App {
     toast.textContent = text;
     toast.classList.add('shown');
     clearTimeout(this.toastTimer);
-    this.toastTimer = window.setTimeout(() => toast.classList.remove('shown'), 3000);
+    this.toastTimer = window.setTimeout(() => toast.classList.remove('shown'), 5000);
   }
 
   private receiverChanged(): void {
     const { state, store } = this;
     by('tab-summary').innerHTML = summaryHtml(store, state.receiver);
-    if (store.tracks[state.receiver]) this.goTo(state.time);
+    if (store.tracks[state.receiver]) this.show(state.time);
   }
 
   private setCamera(mode: CameraMode): void {
@@ -216,6 +266,7 @@ class App {
     store.header.receivers.forEach((r, i) => receiver.add(new Option(r.name, String(i))));
     by('receiver-choice').hidden = store.header.receivers.length < 2;
     receiver.onchange = () => {
+      this.probe.end();
       state.receiver = Number(receiver.value);
       state.changed('receiver');
       void store.loadAround(state.receiver, state.epoch, () => {}).then(() => state.changed('data'));
@@ -305,7 +356,8 @@ class App {
     };
     const actions: Record<string, (shift: boolean) => void> = {
       '1': () => this.setCamera('free'), '3': () => this.setCamera('top'),
-      Escape: () => { state.satellite = null; state.selectObject(null); },
+      Escape: () => { this.probe.end(); state.satellite = null; state.selectObject(null); },
+      p: () => this.probe.arm(),
       c: () => { state.colour = state.colour === 'height' ? 'material' : 'height'; this.look(); },
       ...(this.heat ? { m: () => this.panel?.toggle(), ',': () => this.heat?.step(-1), '.': () => this.heat?.step(1) } : {}),
       d: () => by('theme').click(), '?': () => by<HTMLDialogElement>('help').showModal(),
@@ -319,7 +371,7 @@ class App {
     };
     addEventListener('keydown', (e) => {
       const at = e.target as HTMLElement;
-      if (e.ctrlKey || e.altKey || e.metaKey || at.tagName === 'SELECT' || (at as HTMLInputElement).type === 'number' || by<HTMLDialogElement>('help').open) return;
+      if (e.ctrlKey || e.altKey || e.metaKey || at.tagName === 'SELECT' || (at.tagName === 'INPUT' && ['number', 'text'].includes((at as HTMLInputElement).type)) || by<HTMLDialogElement>('help').open) return;
       if (at.tagName === 'BUTTON' && (e.key === ' ' || e.key === 'Enter')) return;
       const action = actions[e.key.length === 1 ? e.key.toLowerCase() : e.key];
       if (!action) return;
@@ -399,7 +451,7 @@ async function main(): Promise<void> {
     const source = openSource();
     const header: Header | null = await source.header();
     checkHeader(header);
-    const app = new App(new Store(source, header));
+    const app = new App(new Store(source, header), source.served);
     (window as unknown as { canyon: App }).canyon = app;
     await app.start();
     document.body.dataset['loaded'] = 'true';

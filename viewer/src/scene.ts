@@ -14,7 +14,7 @@ import type { State } from './state';
 import type { SatelliteRow, Store, Track } from './store';
 
 const kRadians = Math.PI / 180;
-type Place = [number, number, number];
+export type Place = [number, number, number];
 
 /** Unit vector, east north up, of an azimuth from north clockwise and an elevation [deg]. */
 export function direction(azimuth: number, elevation: number): Place {
@@ -105,9 +105,9 @@ export class SceneView {
     for (const s of [this.dome, this.trails, this.weak, this.strong, this.blocked, this.chosen, this.trueTrack,
       this.fixTrack, this.error, this.cellMark, this.fence]) this.scene.add(s.group);
     for (const m of this.marks) this.scene.add(m.points);
-    this.control = new CameraControl(this.renderer.domElement, () => this.request(), (x, y) => this.pick(x, y));
+    this.control = new CameraControl(this.renderer.domElement, () => this.request(), (x, y, shift) => this.pick(x, y, shift));
     this.control.target.set(this.ground.position.x, this.ground.position.y, 0);
-    this.control.distance = store.tracks.length > 0 ? 2.1 * this.radius : 1.1 * span;
+    this.control.distance = store.tracks.length > 0 || store.header.live ? 2.1 * this.radius : 1.1 * span;
     new ResizeObserver(() => this.resize()).observe(host);
     this.resize();
     state.listen((change) => {
@@ -183,11 +183,22 @@ export class SceneView {
     this.request();
   }
 
-  private pick(x: number, y: number): void {
+  /** Takes clicks with Shift, and all while `putting`: a place on the ground or on a building. */
+  onPut: ((place: Place) => void) | null = null;
+  putting = false;
+
+  private pick(x: number, y: number, shift: boolean): void {
     // By the camera as it is now: its last picture may be older.
     this.control.apply(this.host.clientWidth / Math.max(1, this.host.clientHeight));
     const ray = new Raycaster();
     ray.setFromCamera(new Vector2(x, y), this.control.camera);
+    if (this.onPut && (shift || this.putting)) {
+      // The ground that is drawn below everything lies 0.6 m below the city's.
+      const below = ray.intersectObject(this.ground, false)[0]?.point.clone().setZ(this.ground.position.z + 0.6);
+      const point = this.city.hit(ray)?.point ?? below;
+      if (point) this.onPut([point.x, point.y, point.z]);
+      return;
+    }
     const object = this.city.pick(ray);
     const cell = this.heat?.hit(ray.ray);
     if (cell && !(object && object.distance < cell.distance)) this.state.selectCell(cell);

@@ -1,6 +1,7 @@
 // What is loaded of a run: all epochs of every receiver, and blocks of satellites and paths as they are needed.
 
-import { decodeChunk, type ChunkEntry, type Header, type MapChunkEntry, type Rows, type Source } from './format';
+import { decodeChunk, Rows, type ChunkEntry, type Header, type MapChunkEntry, type Source, type Values } from './format';
+import { tablesOf, type EpochMessage } from './messages';
 
 /** Blocks are dropped, the one not used for longest first, beyond so many bytes (unpacked). */
 export const kMostBlockBytes = 160e6;
@@ -99,6 +100,7 @@ export class Block {
   readonly satellites: Rows;
   readonly paths: Rows;
   lastUse = 0;
+  private readonly base: number;  // what the rows count epochs from
   private readonly begins: Uint32Array;
   private readonly firstPath: Uint32Array;
 
@@ -106,6 +108,7 @@ export class Block {
     this.entry = entry;
     this.satellites = satellites;
     this.paths = paths;
+    this.base = entry.first_epoch;
     const epoch = satellites.column('epoch');
     const count = satellites.column('paths');
     this.begins = new Uint32Array(entry.epochs + 1).fill(satellites.size);
@@ -124,6 +127,11 @@ export class Block {
   range(epoch: number): [number, number] {
     const e = epoch - this.entry.first_epoch;
     return [this.begins[e] ?? 0, this.begins[e + 1] ?? 0];
+  }
+
+  /** The receiver's epoch that a row belongs to. */
+  epochOf(row: number): number {
+    return this.satellites.at('epoch', row) - this.base + this.entry.first_epoch;
   }
 
   row(row: number, withPaths: boolean): SatelliteRow {
@@ -169,6 +177,77 @@ export class Block {
   }
 }
 
+class HistoryTrack extends Track {
+  constructor(epochs: Rows, private readonly skylines_: Float64Array[]) {
+    super(epochs, new Rows(0, new Map()));
+  }
+  override skyline(epoch: number): Float64Array {
+    return this.skylines_[epoch] ?? new Float64Array();
+  }
+}
+
+/** Epochs that came as messages: the newest of a live receiver, or the one of an antenna that was put somewhere. */
+class History {
+  readonly blocks: Block[] = [];
+  private readonly columns = new Map<string, Values>();
+  private readonly skylines: Float64Array[] = [];
+  private begin = 0;
+  private end = 0;
+
+  /** @param keep so many epochs are kept, the newest */
+  constructor(private readonly header: Header, private readonly receiver: number, private readonly keep: number) {}
+
+  get size(): number {
+    return this.end - this.begin;
+  }
+
+  clear(): void {
+    this.blocks.length = this.skylines.length = 0;
+    this.begin = this.end = 0;
+  }
+
+  add(message: EpochMessage): void {
+    const tables = tablesOf(message, this.header);
+    const epoch = tables.get('epochs') as Rows;
+    this.makeRoom();
+    for (const column of this.header.tables.find((t) => t.name === 'epochs')?.columns ?? []) {
+      const from = epoch.column(column.name);
+      let all = this.columns.get(column.name);
+      if (!all) this.columns.set(column.name, (all = new (from.constructor as new (n: number) => Values)(2 * this.keep)));
+      all[this.end] = from[0] ?? NaN;
+    }
+    ++this.end;
+    this.skylines.push(message.skyline ? Float64Array.from(message.skyline, (half) => half / 2)
+      : this.skylines.at(-1) ?? new Float64Array());
+    const satellites = tables.get('satellites') as Rows;
+    const paths = tables.get('paths') as Rows;
+    const block = new Block({ file: '', kind: 'block', receiver: this.receiver, first_epoch: 0, epochs: 1,
+      satellites: satellites.size, paths: paths.size, bytes: 0 }, satellites, paths);
+    block.entry.first_epoch = this.size - 1;
+    this.blocks.push(block);
+  }
+
+  track(): Track {
+    const columns = new Map<string, Values>();
+    for (const [name, values] of this.columns) columns.set(name, values.subarray(this.begin, this.end) as Values);
+    return new HistoryTrack(new Rows(this.size, columns), this.skylines);
+  }
+
+  /** The oldest goes where all are kept; every `keep` epochs the rest moves to the front of its arrays. */
+  private makeRoom(): void {
+    if (this.size === this.keep) {
+      ++this.begin;
+      this.blocks.shift();
+      this.skylines.shift();
+      for (const block of this.blocks) --block.entry.first_epoch;
+    }
+    if (this.end < 2 * this.keep) return;
+    for (const values of this.columns.values()) values.copyWithin(0, this.begin, this.end);
+    this.end -= this.begin;
+    this.begin = 0;
+  }
+}
+
 export class Store {
   readonly header: Header;
   readonly tracks: Track[] = [];
@@ -179,6 +258,8 @@ export class Store {
   private readonly pending = new Map<string, Promise<Block>>();
   private readonly entries: ChunkEntry[][];
   private readonly slices = new Map<string, Promise<Rows>>();
+  /** Of receivers whose epochs come as messages. */
+  private readonly histories: History[] = [];
   private uses = 0;
 
   constructor(source: Source, header: Header) {
@@ -192,6 +273,7 @@ export class Store {
   /** All epochs of every receiver. */
   async loadTracks(): Promise<void> {
     for (let r = 0; r < this.header.receivers.length; ++r) {
+      if (this.header.live) continue;
       const entry = this.header.chunks.find((c): c is ChunkEntry => c.kind === 'track' && c.receiver === r);
       if (!entry) throw new Error(`receiver ${r} has no track`);
       const tables = decodeChunk(await this.source.file(entry.file), this.header);
@@ -204,12 +286,32 @@ export class Store {
     if (comparison) this.comparison = decodeChunk(await this.source.file(comparison.file), this.header).get('comparison') ?? null;
   }
 
+  /** Takes an epoch that came as a message. @param keep so many of the receiver are kept, the newest */
+  append(receiver: number, message: EpochMessage, keep: number): void {
+    const history = (this.histories[receiver] ??= new History(this.header, receiver, keep));
+    const last = this.tracks[receiver]?.time.at(-1);
+    // Time that goes back is another run.
+    if (keep === 1 || (last !== undefined && message.time_s < last)) history.clear();
+    history.add(message);
+    this.tracks[receiver] = history.track();
+  }
+
+  /** First and last time of all receivers [s]. */
+  get span(): [number, number] {
+    const tracks = this.tracks.filter((t) => t.size > 0);
+    if (tracks.length === 0) return [0, 1];
+    const from = Math.min(...tracks.map((t) => t.time[0] ?? 0));
+    return [from, Math.max(from + 1e-3, ...tracks.map((t) => t.time[t.size - 1] ?? 0))];
+  }
+
   private entryOf(receiver: number, epoch: number): ChunkEntry | undefined {
     return this.entries[receiver]?.find((c) => epoch >= c.first_epoch && epoch < c.first_epoch + c.epochs);
   }
 
   /** The block of an epoch if it is loaded. */
   loaded(receiver: number, epoch: number): Block | undefined {
+    const history = this.histories[receiver];
+    if (history) return history.blocks[epoch];
     const entry = this.entryOf(receiver, epoch);
     const block = entry && this.blocks.get(entry.file);
     if (block) block.lastUse = ++this.uses;
@@ -218,6 +320,8 @@ export class Store {
 
   /** All loaded blocks of a receiver in order of time. */
   loadedBlocks(receiver: number): Block[] {
+    const history = this.histories[receiver];
+    if (history) return [...history.blocks];
     return [...this.blocks.values()]
       .filter((b) => b.entry.receiver === receiver)
       .sort((a, b) => a.entry.first_epoch - b.entry.first_epoch);

@@ -19,7 +19,8 @@ export class Timeline {
     const scrub = (e: PointerEvent): void => {
       const box = host.getBoundingClientRect();
       const share = (e.clientX - box.left - kMargin) / Math.max(1, box.width - 2 * kMargin);
-      goTo(Math.min(1, Math.max(0, share)) * this.length);
+      const [from, to] = store.span;
+      goTo(from + Math.min(1, Math.max(0, share)) * (to - from));
     };
     host.addEventListener('pointerdown', (e) => {
       host.setPointerCapture(e.pointerId);
@@ -34,14 +35,10 @@ export class Timeline {
     this.update();
   }
 
-  private get length(): number {
-    const track = this.store.tracks[this.state.receiver];
-    return track && track.size > 1 ? (track.time[track.size - 1] ?? 1) : 1;
-  }
-
   private update(): void {
-    this.host.setAttribute('aria-valuemin', '0');
-    this.host.setAttribute('aria-valuemax', this.length.toFixed(1));
+    const [from, to] = this.store.span;
+    this.host.setAttribute('aria-valuemin', from.toFixed(1));
+    this.host.setAttribute('aria-valuemax', to.toFixed(1));
     this.host.setAttribute('aria-valuenow', this.state.time.toFixed(1));
     this.canvas.update();
   }
@@ -49,7 +46,8 @@ export class Timeline {
   private draw(c: CanvasRenderingContext2D, w: number, h: number): void {
     const paint = kPaint[this.state.theme];
     const track = this.store.tracks[this.state.receiver];
-    const x = (s: number): number => kMargin + ((w - 2 * kMargin) * s) / this.length;
+    const [from, to] = this.store.span;
+    const x = (s: number): number => kMargin + ((w - 2 * kMargin) * (s - from)) / (to - from);
     const y = h / 2 - 4;
     c.fillStyle = paint.rule;
     c.fillRect(kMargin, y, w - 2 * kMargin, 8);
@@ -62,9 +60,9 @@ export class Timeline {
       c.fillStyle = kErrorColour;
       for (let i = 0; i < track.size; ++i) {
         if (track.fixed(i)) continue;
-        const from = i;
+        const first = i;
         while (i + 1 < track.size && !track.fixed(i + 1)) ++i;
-        const left = x(track.time[from] ?? 0);
+        const left = x(track.time[first] ?? 0);
         c.fillRect(left, y, Math.max(1.5, Math.min(w - kMargin, x((track.time[i] ?? 0) + interval)) - left), 8);
       }
     }

@@ -14,7 +14,7 @@ if (withoutChromium) console.error(withoutChromium);
 /** Of one step of a test [ms]: a busy machine draws a picture in a second, none takes this long. */
 export const kPatience = 30_000;
 
-/** Opens an HTML text or file from disk; what the page complains of, and asks the network for, is kept. */
+/** Opens an HTML text or file from disk, or an address; what the page complains of, and asks the network for, is kept. */
 export class Session {
   static async open(html, { width = 1280, height = 720, colorScheme = 'light' } = {}) {
     const session = new Session();
@@ -30,7 +30,8 @@ export class Session {
 
   async start(html, { width, height, colorScheme }) {
     this.folder = await mkdtemp(join(tmpdir(), 'canyon-viewer-'));
-    const file = existsSync(html) ? html : join(this.folder, 'page.html');
+    const served = html.startsWith('http:');
+    const file = served || existsSync(html) ? html : join(this.folder, 'page.html');
     if (file !== html) await writeFile(file, html);
     this.browser = await chromium.launch({
       executablePath: kChromium,
@@ -45,7 +46,7 @@ export class Session {
     this.page.on('pageerror', (e) => this.complaints.push(e.message));
     this.page.on('request', (r) => this.requests.push(r.url()));
     const begin = Date.now();
-    this.url = pathToFileURL(file).href;
+    this.url = served ? html : pathToFileURL(file).href;
     await this.page.goto(this.url);
     await this.page.waitForSelector('body[data-loaded=true], .fatal', { state: 'attached' });
     this.loadedMs = Date.now() - begin;

@@ -1,4 +1,4 @@
-#include "canyon/view/tables.hpp"
+#include "canyon/view/tables/tables.hpp"
 
 #include <array>
 #include <cstddef>

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/view/tables.hpp"
+#include "canyon/view/tables/tables.hpp"
 
 namespace canyon::view {
 

@@ -1,0 +1,160 @@
+#include "canyon/view/live_relay.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/output/stream.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/transport/transport.hpp"
+#include "canyon/view/page.hpp"
+#include "tests/support/free_port.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "tests/support/view_listener.hpp"
+
+namespace canyon::view {
+namespace {
+
+using Json = nlohmann::json;
+using testing::HasSubstr;
+
+/// Keeps epochs with what they lend.
+class Kept final : public simulation::EpochSink {
+ public:
+  void write(const simulation::Epoch& epoch) override {
+    arrivals.push_back(std::make_unique<propagation::Arrival>(*epoch.arrival));
+    epochs.push_back(epoch);
+    epochs.back().arrival = arrivals.back().get();
+  }
+  void finish() override {}
+  std::vector<simulation::Epoch> epochs;
+  std::vector<std::unique_ptr<propagation::Arrival>> arrivals;
+};
+
+class LiveRelayTest : public testing::Test {
+ protected:
+  static simulation::Scenario scenario() {
+    return simulation::parse_scenario(
+        "city: {synthetic: {seed: 3}}\nsky: {nominal: true, systems: [GPS]}\nstart: 2026-06-01T12:00:00Z\n"
+        "trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\nduration_s: 2\n"
+        "receivers: [{name: rover, profile: ublox-m8t}]\n",
+        "live.yaml");
+  }
+  LiveRelayTest() {
+    std::vector<std::string> warnings;
+    scene_ = std::make_shared<simulation::CityScene>(simulation::load_city(scenario(), warnings));
+    simulation_ = std::make_unique<simulation::Simulation>(scenario(), scene_);
+    simulation_->run({&run_});
+    address_ = "tcp://127.0.0.1:" + std::to_string(test::free_port());
+    server_ = std::make_unique<Server>(Site{"page", folder_.path()});
+    Header header;
+    header.title = "live";
+    header.city.origin = scene_->city.frame.origin();
+    relay_ = std::make_unique<LiveRelay>(address_, header, folder_.path(), scene_->scene);
+  }
+  [[nodiscard]] std::unique_ptr<output::EncodedStream> host() const {
+    return output::open_stream(output::parse_stream("view=" + address_), *simulation_);
+  }
+  /// So many messages that a page hears while both ends are served.
+  std::vector<Json> hear(test::Listener& page, std::size_t count, output::EncodedStream& stream) {
+    std::atomic<bool> heard_all{false};
+    std::thread work([&] {
+      while (!heard_all) {
+        stream.serve();
+        relay_->serve(*server_);
+      }
+    });
+    std::vector<Json> heard;
+    for (std::size_t i = 0; i < count; ++i) heard.push_back(Json::parse(page.read(), nullptr, false));
+    heard_all = true;
+    work.join();
+    return heard;
+  }
+  [[nodiscard]] Json header() const { return Json::parse(read_bytes(folder_.path() / kHeaderFile)); }
+
+  test::TemporaryFolder folder_;
+  std::shared_ptr<simulation::CityScene> scene_;
+  std::unique_ptr<simulation::Simulation> simulation_;
+  Kept run_;
+  std::string address_;
+  std::unique_ptr<Server> server_;
+  std::unique_ptr<LiveRelay> relay_;
+};
+
+TEST_F(LiveRelayTest, TakesAHostsEpochsToPagesAndGreetsLateOnesWithTheNewest) {
+  EXPECT_EQ(header()["live"], true);
+  EXPECT_EQ(header()["time"], nullptr);
+  const auto stream = host();
+  test::Listener page(*server_);
+  std::vector<Json> heard = hear(page, 1, *stream);
+  EXPECT_EQ(heard[0]["type"], "hello");
+  EXPECT_EQ(heard[0]["begin_utc"], "2026-06-01T12:00:00.000Z");
+  EXPECT_EQ(heard[0]["receivers"][0]["name"], "rover");
+  // The header tells the same, for pages that come from now on.
+  EXPECT_EQ(header()["time"]["begin_utc"], "2026-06-01T12:00:00.000Z");
+  EXPECT_EQ(header()["time"]["interval_s"], simulation_->interval_s());
+  EXPECT_EQ(header()["receivers"][0]["name"], "rover");
+  EXPECT_EQ(header()["receivers"][0]["strength"], true);
+
+  for (const simulation::Epoch& epoch : run_.epochs) stream->write(epoch);
+  ASSERT_EQ(run_.epochs.size(), 3U);
+  heard = hear(page, 3, *stream);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(heard[i]["type"], "epoch");
+    EXPECT_EQ(heard[i]["time_s"], static_cast<double>(i));
+    EXPECT_NEAR(heard[i]["place"]["up_m"].get<double>(), 2, 1e-6);
+    EXPECT_EQ(heard[i]["satellites"].size(), run_.epochs[i].observed.satellites.size());
+    EXPECT_EQ(heard[i]["skyline"].size(), 120U);
+  }
+  test::Listener late(*server_);
+  const std::vector<Json> greeting = hear(late, 2, *stream);
+  EXPECT_EQ(greeting[0]["type"], "hello");
+  EXPECT_EQ(greeting[1], heard[2]);
+}
+
+TEST_F(LiveRelayTest, ConnectsAnewWhenItsHostComesBack) {
+  test::Listener page(*server_);
+  {
+    const auto stream = host();
+    EXPECT_EQ(hear(page, 1, *stream)[0]["type"], "hello");
+  }
+  const auto again = host();
+  EXPECT_EQ(hear(page, 1, *again)[0]["type"], "hello");
+  again->write(run_.epochs[0]);
+  EXPECT_EQ(hear(page, 1, *again)[0]["type"], "epoch");
+}
+
+TEST_F(LiveRelayTest, PassesOverWhatIsNoStreamOfTheViewer) {
+  const auto other = transport::open_transport(address_);
+  other->begin("hello\n\xff\xfe\n{\"type\":7}\n[]\n{\"version\":1}\n{\"type\":\"hello\",\"version\":1}\n");
+  std::vector<std::string> notes;
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (notes.empty() && std::chrono::steady_clock::now() < until) {
+    other->serve();
+    relay_->serve(*server_);
+    for (std::string& note : relay_->take_notes()) {
+      if (note.find("stream") != std::string::npos) notes.push_back(std::move(note));
+    }
+  }
+  EXPECT_THAT(notes, testing::ElementsAre(HasSubstr("is not the stream 'view'")));  // said once
+  EXPECT_EQ(header()["time"], nullptr);
+  EXPECT_THROW(LiveRelay("nowhere", Header{}, folder_.path(), scene_->scene), InputError);
+}
+
+TEST(ViewStream, SaysNothingOfEpochsWithoutArrival) {
+  const auto encoder = output::format_named("view").make({"rover"});
+  const std::string first = encoder->begin();
+  EXPECT_EQ(first.back(), '\n');
+  EXPECT_EQ(Json::parse(first)["type"], "hello");
+  EXPECT_EQ(encoder->encode(simulation::Epoch{}), "");
+}
+
+}  // namespace
+}  // namespace canyon::view

@@ -1,0 +1,159 @@
+#include "canyon/view/probe.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/output/view_messages.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/live_receiver.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/view/skyline.hpp"
+
+namespace canyon::view {
+namespace {
+
+using Json = nlohmann::json;
+
+/// An antenna may stand so far outside the city [m]: as far as a trajectory may (Simulation).
+constexpr double kReach_m = 10'000;
+
+std::optional<std::int64_t> id_of(const Json& json) {
+  if (!json.is_object()) return std::nullopt;
+  const auto id = json.find("id");
+  if (id == json.end() || !id->is_number_integer()) return std::nullopt;
+  return id->get<std::int64_t>();
+}
+
+struct Question {
+  std::size_t receiver = 0;
+  double time_s = 0;
+  Eigen::Vector3d place;
+};
+
+double number(const Json& json, const char* key, double low, double high) {
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_number()) {
+    throw InputError(fmt::format("'{}' is no number", key), "see docs/view-format.md, Messages");
+  }
+  const double value = found->get<double>();
+  if (!(value >= low && value <= high)) {
+    throw InputError(fmt::format("'{}' is {}", key, value), fmt::format("it runs from {} to {}", low, high));
+  }
+  return value;
+}
+
+}  // namespace
+
+struct Probe::Impl {
+  Impl(const simulation::Simulation& simulation, std::shared_ptr<simulation::CityScene> given,
+       std::size_t paths)
+      : scene(std::move(given)), paths_per_satellite(paths) {
+    const simulation::Scenario& scenario = simulation.scenario();
+    const std::size_t epochs = simulation.epoch_count();
+    last_s = static_cast<double>(epochs > 0 ? epochs - 1 : 0) * simulation.interval_s();
+    std::shared_ptr<const simulation::BuiltSky> sky;
+    for (const simulation::ReceiverConfig& receiver : scenario.receivers) {
+      simulation::LiveConfig config;
+      config.sky = scenario.sky;
+      config.start = simulation.begin();
+      config.rate_hz = 1 / simulation.interval_s();
+      config.receiver = receiver;
+      config.seed = scenario.seed;
+      config.faults = scenario.faults;
+      receivers.emplace_back(std::move(config), scene, simulation.begin(), sky);
+      sky = receivers.back().shared_sky();
+    }
+    for (const Eigen::Vector3d& vertex : scene->city.mesh.vertices) {
+      low = low.cwiseMin(vertex);
+      high = high.cwiseMax(vertex);
+    }
+  }
+
+  [[nodiscard]] Question read(const Json& json) const {
+    if (!json.is_object() || json.value("type", Json()) != "probe") {
+      throw InputError("this is no message that the server knows", "it answers \"type\": \"probe\"");
+    }
+    if (json.value("version", Json()) != output::kViewMessages) {
+      throw InputError(fmt::format("the message is not of version {}", output::kViewMessages),
+                       "load the page anew: it is not this program's");
+    }
+    Question question;
+    const double receiver = number(json, "receiver", 0, static_cast<double>(receivers.size()) - 1);
+    if (receiver != std::floor(receiver)) {
+      throw InputError(fmt::format("'receiver' is {}", receiver), "it is a whole number");
+    }
+    question.receiver = static_cast<std::size_t>(receiver);
+    question.time_s = number(json, "time_s", 0, last_s);
+    const auto place = json.find("place");
+    if (place == json.end() || !place->is_object()) {
+      throw InputError("'place' is missing", "give east_m, north_m and up_m in the city's frame");
+    }
+    const auto axis = [&](const char* key, int i) {
+      return number(*place, key, std::floor(low[i] - kReach_m), std::ceil(high[i] + kReach_m));
+    };
+    question.place = {axis("east_m", 0), axis("north_m", 1), axis("up_m", 2)};
+    return question;
+  }
+
+  [[nodiscard]] std::string trace(const Question& question, std::optional<std::int64_t> id) {
+    simulation::LiveReceiver& receiver = receivers[question.receiver];
+    receiver.restart();
+    simulation::AntennaState antenna;
+    antenna.position_enu_m = question.place;
+    simulation::LiveReceiver::Step step = receiver.observe(question.time_s, antenna);
+    step.epoch.arrival = &step.arrival;
+
+    const receiver::ReceiverOptions& options = receiver.config().receiver.options;
+    output::EpochMessage message;
+    message.receiver = options.name;
+    message.id = id;
+    message.place = question.place;
+    message.time_s = question.time_s;
+    message.faults = step.epoch.faults;
+    message.skyline = skyline_bytes(scene->scene, question.place);
+    for (const auto& satellite : step.epoch.observed.satellites) message.satellites.push_back(satellite.id);
+    output::EpochRows rows(options.signal, paths_per_satellite);
+    rows.add(
+        step.epoch, 0, question.time_s, -1,
+        [this](const Eigen::Vector3d& ecef) { return scene->city.frame.local_from_ecef(ecef); },
+        message.satellites);
+    return output::epoch_message(message, rows);
+  }
+
+  std::shared_ptr<simulation::CityScene> scene;
+  std::size_t paths_per_satellite;
+  std::vector<simulation::LiveReceiver> receivers;
+  double last_s = 0;
+  /// Of the city and its origin.
+  Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
+};
+
+Probe::Probe(const simulation::Simulation& simulation, std::shared_ptr<simulation::CityScene> scene,
+             std::size_t paths_per_satellite)
+    : impl_(std::make_unique<Impl>(simulation, std::move(scene), paths_per_satellite)) {}
+Probe::~Probe() = default;
+
+std::string Probe::answer(const std::string& message) {
+  const Json json = Json::parse(message, nullptr, false);
+  const auto id = id_of(json);
+  try {
+    if (json.is_discarded()) throw InputError("this is no JSON", "numbers are finite: JSON knows no NaN");
+    return impl_->trace(impl_->read(json), id);
+  } catch (const InputError& error) {
+    return output::error_message(id, error.what());
+  }
+}
+
+std::string no_probe(const std::string& message, std::string_view why) {
+  return output::error_message(id_of(Json::parse(message, nullptr, false)), why);
+}
+
+}  // namespace canyon::view

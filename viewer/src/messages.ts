@@ -1,0 +1,108 @@
+// Messages between this page and the `canyon view` that serves it (docs/view-format.md, Messages).
+
+import { decodeChunk, unpacked, type Header, type Rows } from './format';
+
+export const kMessages = 1;
+
+export interface EpochMessage {
+  type: 'epoch';
+  version: number;
+  id?: number;
+  receiver: string;
+  time_s: number;
+  place: { east_m: number | null; north_m: number | null; up_m: number | null };
+  faults: string[];
+  satellites: string[];
+  skyline?: number[];
+  chunk: string;
+}
+
+export interface ErrorMessage {
+  type: 'error';
+  version: number;
+  id?: number;
+  message: string;
+}
+
+/** A live run, as the server knows it: another one is another page. */
+export interface HelloMessage {
+  type: 'hello';
+  version: number;
+  begin_utc: string;
+  begin_gpst: string;
+  gps_week: number;
+  gps_tow: number;
+  interval_s: number;
+  receivers: { name: string; strength: boolean; elevation_mask_deg: number }[];
+}
+
+export type Message = EpochMessage | ErrorMessage | HelloMessage;
+
+export interface ProbeMessage {
+  type: 'probe';
+  version: number;
+  id: number;
+  receiver: number;
+  time_s: number;
+  place: { east_m: number; north_m: number; up_m: number };
+}
+
+/** Of satellites that no header names, by RINEX's letter. */
+const kSystems: Record<string, string> = { G: 'GPS', R: 'GLONASS', E: 'Galileo', C: 'BeiDou', J: 'QZSS', I: 'NavIC', S: 'SBAS' };
+
+/** The tables of an epoch; its satellites become places in the header's list, which takes in new ones. */
+export function tablesOf(message: EpochMessage, header: Header): Map<string, Rows> {
+  const tables = decodeChunk(unpacked(message.chunk).buffer, header);
+  const which = tables.get('satellites')?.column('satellite');
+  if (!which || !tables.get('epochs') || !tables.get('paths')) throw new Error('an epoch lacks a table');
+  const known = message.satellites.map((id) => {
+    const index = header.satellites.findIndex((s) => s.id === id);
+    return index >= 0 ? index : header.satellites.push({ id, system: kSystems[id[0] ?? ''] ?? '' }) - 1;
+  });
+  for (let i = 0; i < which.length; ++i) which[i] = known[which[i] ?? 0] ?? 0;
+  return tables;
+}
+
+const kRetryMs = 1000;
+
+/** The line to the server: broken, it is tried again every second. */
+export class Connection {
+  private socket: WebSocket | null = null;
+  private ended = false;
+  open = false;
+
+  /** @param onState after `open` has changed, and after every try that failed */
+  constructor(private readonly onMessage: (message: Message) => void, private readonly onState: () => void) {
+    addEventListener('pagehide', () => {
+      this.ended = true;
+      this.socket?.close();
+    });
+    this.connect();
+  }
+
+  /** False where there is no line. */
+  send(message: ProbeMessage): boolean {
+    if (!this.open || !this.socket) return false;
+    this.socket.send(JSON.stringify(message));
+    return true;
+  }
+
+  private connect(): void {
+    if (this.ended) return;
+    const socket = new WebSocket(`ws://${location.host}/messages`);
+    this.socket = socket;
+    socket.onopen = () => {
+      this.open = true;
+      this.onState();
+    };
+    socket.onmessage = (event) => {
+      const message = JSON.parse(String(event.data)) as Message;
+      if (message.version === kMessages) this.onMessage(message);
+    };
+    socket.onclose = () => {
+      this.open = false;
+      this.onState();
+      setTimeout(() => this.connect(), kRetryMs);
+    };
+  }
+}

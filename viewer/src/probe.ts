@@ -1,0 +1,125 @@
+// An antenna that is put anywhere: the running `canyon view` traces it, and the panels show it as a receiver of its own.
+
+import type { Connection, EpochMessage, ErrorMessage } from './messages';
+import type { Place } from './scene';
+import type { State } from './state';
+import type { Store } from './store';
+
+function by<T extends HTMLElement = HTMLElement>(id: string): T {
+  return document.getElementById(id) as T;
+}
+
+export class Probe {
+  /** Place of its receiver in the store, behind those of the run. */
+  readonly receiver: number;
+  /** Milliseconds from the last question to its answer. */
+  answerMs = NaN;
+  private surface: Place | null = null;
+  /** The run's receiver that it is one of. */
+  base = 0;
+  private epoch = -1;  // of that one
+  private asked = 0;
+  private answered = 0;
+  private askedAt = 0;
+  private again = false;
+
+  constructor(private readonly store: Store, private readonly state: State, private readonly connection: Connection | null,
+              private readonly hooks: { toast: (text: string) => void; arm: (on: boolean) => void }) {
+    this.receiver = store.header.receivers.length;
+    by('probe').onsubmit = (e) => e.preventDefault();
+    by('probe-height').onchange = () => this.ask();
+    by('probe-end').onclick = () => this.end();
+  }
+
+  get active(): boolean {
+    return this.surface !== null;
+  }
+
+  arm(): void {
+    if (!this.connection) {
+      return this.hooks.toast('This page was exported: to put antennas, show the scenario with a running “canyon view”.');
+    }
+    by('probe').hidden = false;
+    this.hooks.arm(true);
+  }
+
+  put(surface: Place): void {
+    if (!this.connection) return this.arm();
+    if (!this.active) this.base = this.state.receiver;
+    this.surface = surface;
+    by('probe').hidden = false;
+    by('probe-where').textContent = `${surface.map((v) => v.toFixed(1)).join(', ')} (east, north, up)`;
+    this.hooks.arm(false);
+    this.ask();
+  }
+
+  end(): void {
+    by('probe').hidden = true;
+    by('probe-where').textContent = 'the next click';
+    this.hooks.arm(false);
+    if (!this.active) return;
+    this.surface = null;
+    if (this.state.receiver !== this.receiver) return;
+    this.state.receiver = this.base;
+    this.state.changed('receiver');
+  }
+
+  /** Goes with the run's time: asked anew where the receiver has another epoch. */
+  goTo(seconds: number): void {
+    const track = this.store.tracks[this.base];
+    const [from, to] = this.store.span;
+    this.state.time = Math.min(to, Math.max(from, seconds));
+    const epoch = track ? track.epochAt(this.state.time) : 0;
+    if (epoch !== this.epoch) this.ask();
+    this.state.changed('time');
+  }
+
+  private ask(): void {
+    if (!this.surface || !this.connection) return;
+    if (this.asked !== this.answered) {  // one question at a time, the newest next
+      this.again = true;
+      return;
+    }
+    const track = this.store.tracks[this.base];
+    this.epoch = track ? track.epochAt(this.state.time) : 0;
+    const [east_m, north_m, up_m] = this.surface;
+    const height = Number(by<HTMLInputElement>('probe-height').value);
+    this.askedAt = performance.now();
+    const sent = this.connection.send({ type: 'probe', version: 1, id: this.asked + 1, receiver: this.base,
+      time_s: track?.time[this.epoch] ?? this.state.time, place: { east_m, north_m, up_m: up_m + height } });
+    if (sent) ++this.asked;
+    else this.hooks.toast('There is no connection to canyon: is “canyon view” still running?');
+  }
+
+  /** True where the message is an answer of this page's. */
+  take(message: EpochMessage | ErrorMessage): boolean {
+    if (message.id === undefined) return false;
+    this.answered = this.asked;
+    this.answerMs = performance.now() - this.askedAt;
+    if (message.type === 'error') this.hooks.toast(message.message);
+    else if (this.active) this.show(message);
+    if (this.again) {
+      this.again = false;
+      this.ask();
+    }
+    return true;
+  }
+
+  /** The line broke: what was asked is not answered any more. */
+  lost(): void {
+    this.answered = this.asked;
+  }
+
+  private show(message: EpochMessage): void {
+    const { store, state } = this;
+    const like = store.header.receivers[this.base];
+    if (!like) return;
+    store.header.receivers[this.receiver] = { ...like, name: `antenna put as ${like.name}`, faults: [],
+      summary: null };
+    store.append(this.receiver, message, 1);
+    state.epoch = 0;
+    if (state.receiver === this.receiver) return state.changed('time');
+    state.receiver = this.receiver;
+    state.changed('receiver');
+  }
+}
