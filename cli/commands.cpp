@@ -10,7 +10,7 @@
 #include "canyon/base/utf8.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::cli {
 ExitCode exit_code(const InputError& error) {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/disturbance/fault.hpp"
+#include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/options/describe.hpp"
 #include "cli/commands.hpp"
 

@@ -15,7 +15,7 @@
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/engine/route_report.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 #include "cli/heatmap_commands.hpp"

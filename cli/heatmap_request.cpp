@@ -11,7 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/validation/models.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"

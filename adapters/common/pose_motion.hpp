@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "canyon/simulation/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 namespace canyon::adapters {
 

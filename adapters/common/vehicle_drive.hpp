@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::adapters {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::live {
 

@@ -9,7 +9,7 @@
 
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/live/pose_decoder.hpp"
-#include "canyon/simulation/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 #include "canyon/transport/link.hpp"
 
 namespace canyon::live {

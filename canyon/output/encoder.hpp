@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/disturbance/receiver_faults.hpp"
+#include "canyon/disturbance/faults/receiver_faults.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/tracking/signal_options.hpp"
 #include "canyon/transport/transport.hpp"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "canyon/city/city.hpp"
-#include "canyon/disturbance/spoofing.hpp"
+#include "canyon/disturbance/faults/spoofing.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/receiver/spoofing_check.hpp"
 #include "canyon/signal/link_budget.hpp"

@@ -9,7 +9,7 @@
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {
 

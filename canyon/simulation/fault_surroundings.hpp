@@ -3,7 +3,7 @@
 #include <memory>
 #include <utility>
 
-#include "canyon/disturbance/fault_timeline.hpp"
+#include "canyon/disturbance/faults/fault_timeline.hpp"
 #include "canyon/simulation/city_scene.hpp"
 
 namespace canyon::simulation {

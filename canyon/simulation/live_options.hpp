@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "canyon/options/fwd.hpp"
-#include "canyon/simulation/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 namespace canyon::simulation {
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "canyon/disturbance/fault_timeline.hpp"
+#include "canyon/disturbance/faults/fault_timeline.hpp"
 #include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 

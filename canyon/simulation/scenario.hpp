@@ -12,7 +12,7 @@
 #include "canyon/city/mesh_import_options.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/disturbance/disturbance.hpp"
-#include "canyon/disturbance/fault.hpp"
+#include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/disturbance/street_options.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/satellite_id.hpp"
@@ -21,7 +21,7 @@
 #include "canyon/receiver/own_models.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/simulation/live_options.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/simulation/antenna_pose.hpp"
-#include "canyon/simulation/track_file.hpp"
+#include "canyon/simulation/motion/antenna_pose.hpp"
+#include "canyon/simulation/motion/track_file.hpp"
 
 namespace canyon::simulation {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario.hpp"
-#include "canyon/simulation/trajectory.hpp"
 
 namespace canyon::simulation {
 

@@ -1,11 +1,11 @@
-#include "canyon/simulation/track_file.hpp"
+#include "canyon/simulation/motion/track_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario.hpp"
-#include "canyon/simulation/trajectory.hpp"
 #include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation {

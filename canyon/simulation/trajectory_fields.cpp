@@ -7,9 +7,9 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/simulation/motion/track_file.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario_fields.hpp"
-#include "canyon/simulation/track_file.hpp"
-#include "canyon/simulation/trajectory.hpp"
 
 namespace canyon::simulation {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::study {
 

@@ -18,7 +18,7 @@
 #include "canyon/options/fwd.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/rinex/observation_reader.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 // How wrong each recorded pseudorange was, the receiver's place being known. With docs/receiver.md's equation
 //

@@ -19,7 +19,7 @@
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/support/bootstrap.hpp"

@@ -9,10 +9,10 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/rinex/observation_reader.hpp"
-#include "canyon/simulation/antenna_pose.hpp"
-#include "canyon/simulation/nmea_fixes.hpp"
+#include "canyon/simulation/motion/antenna_pose.hpp"
+#include "canyon/simulation/motion/nmea_fixes.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario.hpp"
-#include "canyon/simulation/trajectory.hpp"
 #include "canyon/validation/comparison.hpp"
 
 namespace canyon::validation {

@@ -10,8 +10,8 @@
 #include "canyon/options/describe.hpp"
 #include "canyon/options/folder_name.hpp"
 #include "canyon/options/read.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/profile.hpp"
-#include "canyon/simulation/trajectory.hpp"
 
 namespace canyon::validation {
 namespace {

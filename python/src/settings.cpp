@@ -8,7 +8,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/disturbance/fault.hpp"
+#include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
 #include "canyon/output/formats.hpp"

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "canyon/buildings/sources/overpass.hpp"
-#include "canyon/disturbance/receiver_faults.hpp"
-#include "canyon/disturbance/satellite_faults.hpp"
+#include "canyon/disturbance/faults/receiver_faults.hpp"
+#include "canyon/disturbance/faults/satellite_faults.hpp"
 #include "canyon/heatmap/pictures/map_pictures.hpp"
 #include "canyon/io.hpp"
 #include "canyon/options/read.hpp"

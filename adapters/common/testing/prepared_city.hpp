@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario.hpp"
-#include "canyon/simulation/trajectory.hpp"
 
 // The cities that tests/gazebo/prepare.sh exported.
 

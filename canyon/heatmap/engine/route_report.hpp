@@ -11,7 +11,7 @@
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/kernels/layers.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 // Judges a route by a map, for planners.
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "canyon/disturbance/receiver_faults.hpp"
+#include "canyon/disturbance/faults/receiver_faults.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/output/ubx/configuration.hpp"
 #include "canyon/output/ubx/frame.hpp"

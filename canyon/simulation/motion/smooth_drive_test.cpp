@@ -5,8 +5,8 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/simulation/antenna_pose.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/antenna_pose.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation {

@@ -1,4 +1,4 @@
-#include "canyon/disturbance/spoofing.hpp"
+#include "canyon/disturbance/faults/spoofing.hpp"
 
 #include <fmt/format.h>
 

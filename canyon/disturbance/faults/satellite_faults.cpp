@@ -1,4 +1,4 @@
-#include "canyon/disturbance/satellite_faults.hpp"
+#include "canyon/disturbance/faults/satellite_faults.hpp"
 
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/special_functions/gamma.hpp>

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {
 

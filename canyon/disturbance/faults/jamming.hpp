@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "canyon/disturbance/disturbance.hpp"
-#include "canyon/disturbance/fault_context.hpp"
-#include "canyon/disturbance/transmitter.hpp"
+#include "canyon/disturbance/faults/fault_context.hpp"
+#include "canyon/disturbance/faults/transmitter.hpp"
 #include "canyon/options/fwd.hpp"
 
 namespace canyon::disturbance {

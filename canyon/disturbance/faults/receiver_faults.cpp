@@ -1,4 +1,4 @@
-#include "canyon/disturbance/receiver_faults.hpp"
+#include "canyon/disturbance/faults/receiver_faults.hpp"
 
 #include <algorithm>
 #include <array>

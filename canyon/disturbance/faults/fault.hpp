@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "canyon/disturbance/disturbance.hpp"
-#include "canyon/disturbance/fault_context.hpp"
-#include "canyon/disturbance/satellite_set.hpp"
+#include "canyon/disturbance/faults/fault_context.hpp"
+#include "canyon/disturbance/faults/satellite_set.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/visitor.hpp"
 

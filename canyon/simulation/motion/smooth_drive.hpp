@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {
 

@@ -1,4 +1,4 @@
-#include "canyon/disturbance/transmitter.hpp"
+#include "canyon/disturbance/faults/transmitter.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/smooth_drive.hpp"
+#include "canyon/simulation/motion/smooth_drive.hpp"
 
 namespace canyon::simulation {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/disturbance/fault.hpp"
+#include "canyon/disturbance/faults/fault.hpp"
 
 namespace canyon::disturbance {
 

@@ -1,4 +1,4 @@
-#include "canyon/disturbance/jamming.hpp"
+#include "canyon/disturbance/faults/jamming.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,4 +1,4 @@
-#include "canyon/disturbance/fault.hpp"
+#include "canyon/disturbance/faults/fault.hpp"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "canyon/base/text.hpp"
-#include "canyon/disturbance/jamming.hpp"
-#include "canyon/disturbance/receiver_faults.hpp"
-#include "canyon/disturbance/satellite_faults.hpp"
-#include "canyon/disturbance/spoofing.hpp"
+#include "canyon/disturbance/faults/jamming.hpp"
+#include "canyon/disturbance/faults/receiver_faults.hpp"
+#include "canyon/disturbance/faults/satellite_faults.hpp"
+#include "canyon/disturbance/faults/spoofing.hpp"
 #include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/options/values.hpp"

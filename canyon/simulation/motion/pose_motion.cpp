@@ -1,4 +1,4 @@
-#include "canyon/simulation/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 #include <fmt/format.h>
 

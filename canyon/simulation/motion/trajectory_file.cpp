@@ -14,9 +14,9 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
-#include "canyon/simulation/nmea_fixes.hpp"
-#include "canyon/simulation/track_file.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/nmea_fixes.hpp"
+#include "canyon/simulation/motion/track_file.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "canyon/disturbance/course.hpp"
-#include "canyon/disturbance/fault_context.hpp"
+#include "canyon/disturbance/faults/fault_context.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/propagation/index/facets.hpp"
 #include "canyon/propagation/interference.hpp"

@@ -3,8 +3,8 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/nmea_fixes.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/nmea_fixes.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 

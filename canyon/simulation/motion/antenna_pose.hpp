@@ -5,7 +5,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/propagation/arrival.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {
 

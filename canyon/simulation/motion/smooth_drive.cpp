@@ -1,4 +1,4 @@
-#include "canyon/simulation/smooth_drive.hpp"
+#include "canyon/simulation/motion/smooth_drive.hpp"
 
 #include <fmt/format.h>
 

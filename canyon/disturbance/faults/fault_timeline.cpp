@@ -1,4 +1,4 @@
-#include "canyon/disturbance/fault_timeline.hpp"
+#include "canyon/disturbance/faults/fault_timeline.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "canyon/simulation/antenna_pose.hpp"
+#include "canyon/simulation/motion/antenna_pose.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

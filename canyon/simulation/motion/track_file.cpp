@@ -1,4 +1,4 @@
-#include "canyon/simulation/track_file.hpp"
+#include "canyon/simulation/motion/track_file.hpp"
 
 #include <fmt/format.h>
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <set>
 
-#include "canyon/disturbance/fault_timeline.hpp"
-#include "canyon/disturbance/receiver_faults.hpp"
-#include "canyon/disturbance/satellite_faults.hpp"
+#include "canyon/disturbance/faults/fault_timeline.hpp"
+#include "canyon/disturbance/faults/receiver_faults.hpp"
+#include "canyon/disturbance/faults/satellite_faults.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
 

@@ -7,9 +7,9 @@
 
 #include "canyon/disturbance/course.hpp"
 #include "canyon/disturbance/disturbance.hpp"
-#include "canyon/disturbance/fault_context.hpp"
-#include "canyon/disturbance/satellite_set.hpp"
-#include "canyon/disturbance/transmitter.hpp"
+#include "canyon/disturbance/faults/fault_context.hpp"
+#include "canyon/disturbance/faults/satellite_set.hpp"
+#include "canyon/disturbance/faults/transmitter.hpp"
 #include "canyon/options/fwd.hpp"
 
 namespace canyon::disturbance {

@@ -1,4 +1,4 @@
-#include "canyon/disturbance/transmitter.hpp"
+#include "canyon/disturbance/faults/transmitter.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/disturbance/jamming.hpp"
-#include "canyon/disturbance/spoofing.hpp"
+#include "canyon/disturbance/faults/jamming.hpp"
+#include "canyon/disturbance/faults/spoofing.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::disturbance {

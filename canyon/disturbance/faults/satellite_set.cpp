@@ -1,4 +1,4 @@
-#include "canyon/disturbance/satellite_set.hpp"
+#include "canyon/disturbance/faults/satellite_set.hpp"
 
 #include <fmt/format.h>
 

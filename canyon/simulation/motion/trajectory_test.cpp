@@ -1,4 +1,4 @@
-#include "canyon/simulation/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
