@@ -91,7 +91,7 @@ class Command {
   }
 
  private:
-  int finish() const {
+  [[nodiscard]] int finish() const {
     if (result_.resumed > 0) {
       note(fmt::format("resumed     {} of {} tiles were there", result_.resumed, tiles()));
     }
@@ -233,7 +233,7 @@ class Command {
     return heatmap.run(store, options);
   }
 
-  int tell_interrupted() const {
+  [[nodiscard]] int tell_interrupted() const {
     std::size_t finished = 0;
     for (const auto& store : stores_) {
       for (std::size_t i = 0; i < heatmap_->unit_count(); ++i) finished += store->has(i) ? 1 : 0;
