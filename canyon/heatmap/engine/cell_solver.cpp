@@ -228,7 +228,8 @@ void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::
           cell.received.drifting = impl_->receiver.noise.drifts(kSpeed_mps, direct);
           // From the tile's centre, where directions are from.
           const double column = static_cast<double>(index % plane.columns) - 0.5 * (plane.columns - 1);
-          const double row = static_cast<double>(index / plane.columns) - 0.5 * (plane.rows - 1);
+          const std::size_t northward = index / plane.columns;
+          const double row = static_cast<double>(northward) - 0.5 * (plane.rows - 1);
           const double up = cells.flat() ? 0 : double{cells.z[index]} - plane.z;
           cell.place = enu_from_city * Eigen::Vector3d(column * plane.spacing_m, row * plane.spacing_m, up);
           const std::optional<CellFix> fix = solutions.locate(cell);

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <functional>
@@ -121,7 +123,7 @@ TEST(Heatmap, UnitsCoverEveryCellAndTimeOnceAndAreBounded) {
     std::vector<int> seen(request.grid.cells() * times);
     for (std::size_t i = 0; i < map.unit_count(); ++i) {
       const Heatmap::Unit unit = map.unit(i);
-      EXPECT_LE(21 * 3 * unit.times * unit.tile.cells() * sizeof(float), Heatmap::kUnitBytes);
+      EXPECT_LE(std::size_t{21} * 3 * unit.times * unit.tile.cells() * sizeof(float), Heatmap::kUnitBytes);
       for (std::size_t t = unit.first_time; t < unit.first_time + unit.times; ++t) {
         for (std::size_t k = 0; k < unit.tile.cells(); ++k) {
           const std::size_t column = unit.tile.first_column + k % unit.tile.columns;
@@ -537,7 +539,7 @@ TEST(Heatmap, LineOfSightAndSkyNeedNoReceiver) {
   const std::vector<float> with_others = computed(map_of(Model::Mirror, request));
   std::size_t different = 0;
   for (std::size_t i = 0; i < alone.size(); ++i) {
-    different += std::memcmp(&alone[i], &with_others[i], sizeof(float)) != 0;
+    different += std::bit_cast<std::uint32_t>(alone[i]) != std::bit_cast<std::uint32_t>(with_others[i]);
   }
   EXPECT_EQ(different, 0U);
   // The sky is the same at all times.
@@ -571,7 +573,7 @@ TEST(Heatmap, ResumesWhatIsLost) {
   EXPECT_EQ(result.resumed, map.unit_count() - 3);
   EXPECT_EQ(result.cells_computed, 3U * 256 * 2);
   EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
-  EXPECT_EQ(told.front(), map.request().grid.cells() * 2 * 3 - 3 * 256 * 2);
+  EXPECT_EQ(told.front(), map.request().grid.cells() * 2 * 3 - std::size_t{3} * 256 * 2);
   EXPECT_EQ(told.back(), map.request().grid.cells() * 2 * 3);
   EXPECT_TRUE(same_bits(stored(map, store), expected));
 }

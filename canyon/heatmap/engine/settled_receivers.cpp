@@ -44,14 +44,16 @@ struct Blocks {
   }
   /// The computed cell next to the middle of a block; none: columns * rows.
   [[nodiscard]] std::size_t middle(const TileCells& cells, std::size_t block) const {
-    const double x = static_cast<double>(block % across * size) + 0.5 * static_cast<double>(size - 1);
-    const double y = static_cast<double>(block / across * size) + 0.5 * static_cast<double>(size - 1);
+    const std::size_t first_column = block % across * size, first_row = block / across * size;
+    const double x = static_cast<double>(first_column) + 0.5 * static_cast<double>(size - 1);
+    const double y = static_cast<double>(first_row) + 0.5 * static_cast<double>(size - 1);
     std::size_t best = columns * rows;
     double nearest = 1e300;
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
       for_each(block, quadrant, [&](std::size_t i) {
         if (cells.state[i] != CellState::Computed) return;
-        const double dx = static_cast<double>(i % columns) - x, dy = static_cast<double>(i / columns) - y;
+        const std::size_t column = i % columns, row = i / columns;
+        const double dx = static_cast<double>(column) - x, dy = static_cast<double>(row) - y;
         const double apart = dx * dx + dy * dy;
         if (apart < nearest || (apart == nearest && i < best)) {
           nearest = apart;
