@@ -109,6 +109,8 @@ CLI::App* add_heatmap_judge(CLI::App& heatmap, Action& action) {
       heatmap.add_subcommand("judge", "a finished map beside the errors of a recorded receiver");
   command->add_option("map", arguments->map, "the map's NetCDF file")->type_name("MAP.nc")->required();
   add_drive_options(*command, *arguments);
+  // Own fixes are a filter's, and a map's cells have none.
+  command->remove_option(command->get_option("--nmea"));
   command
       ->add_option("--part", arguments->part,
                    "of the recording: first, rest or all (with --align the rest, else all)")
