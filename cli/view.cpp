@@ -167,8 +167,9 @@ int run(const Arguments& arguments) {
     return load_city(city_config(arguments.input, ""), "building the city", arguments.quiet);
   };
   if (!arguments.live.empty()) {
-    if (!serves || !arguments.map.empty()) {
-      throw InputError("--live is served, not written", "leave --export, --record, --out and --map out");
+    if (!serves || !arguments.map.empty() || !arguments.city.empty()) {
+      throw InputError("--live is served, not written, in the city of WHAT",
+                       "leave --export, --out, --record, --map and --city out");
     }
     const Workplace workplace("");
     write_city_view(arguments, built_city(), workplace.path());
