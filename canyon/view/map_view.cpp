@@ -78,7 +78,7 @@ Json layer_json(heatmap::Layer layer, const heatmap::ValueCounts& values) {
 
 void check_place(const StoredMap& map, const city::City& city) {
   const Grid& grid = map.grid();
-  for (const Eigen::Vector3d place :
+  for (const Eigen::Vector3d& place :
        {Eigen::Vector3d(grid.west_m, grid.south_m, 0), Eigen::Vector3d(grid.east_m(), grid.north_m(), 0)}) {
     const Eigen::Vector3d there = city.frame.local_from_ecef(map.frame().ecef_from_local(place));
     if ((there - place).norm() < kSamePlace_m) continue;
