@@ -4,7 +4,7 @@ import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import { kErrorColour, kFixColour, kPaint, receiverColour, visibilityColour } from './palette';
 import type { State } from './state';
-import type { Store } from './store';
+import type { Store, Track } from './store';
 
 export type ChartKind = 'error' | 'dop' | 'cn0' | 'ranges';
 
@@ -20,8 +20,11 @@ export class Chart {
   kind: ChartKind = 'error';
   private plot: uPlot | null = null;
 
+  /** @param run whether a receiver is one of the run, and which of these the chart is about: an antenna that was put
+   *  somewhere knows one instant only */
   constructor(private readonly host: HTMLElement, private readonly store: Store, private readonly state: State,
-              private readonly goTo: (seconds: number) => void) {
+              private readonly goTo: (seconds: number) => void,
+              private readonly run: { receiver: () => number; has: (receiver: number) => boolean }) {
     new ResizeObserver(() => this.plot?.setSize(this.size())).observe(host);
     state.listen((change) => {
       if (change === 'time') this.showNow();
@@ -31,11 +34,15 @@ export class Chart {
     this.rebuild();
   }
 
+  private get track(): Track | undefined {
+    return this.store.tracks[this.run.receiver()];
+  }
+
   /** The line at the instant, and, while no mouse is over the chart, its values in the legend. */
   private showNow(): void {
     if (!this.plot) return;
     this.plot.redraw(false);
-    if ((this.plot.cursor.left ?? -1) < 0) this.plot.setLegend({ idx: this.state.epoch }, false);
+    if ((this.plot.cursor.left ?? -1) < 0) this.plot.setLegend({ idx: this.track?.epochAt(this.state.time) ?? 0 }, false);
   }
 
   show(kind: ChartKind): void {
@@ -48,8 +55,7 @@ export class Chart {
   }
 
   private series(): { times: ArrayLike<number>; unit: string; series: Series[]; note?: string } {
-    const { state, store } = this;
-    const track = store.tracks[state.receiver];
+    const { state, track } = this;
     if (!track) return { times: [], unit: '', series: [] };
     const column = (name: string): ArrayLike<number> => track.epochs.column(name);
     if (this.kind === 'dop') {
@@ -61,7 +67,7 @@ export class Chart {
     }
     if (this.kind === 'cn0') return this.cn0();
     if (this.kind === 'ranges') return this.ranges();
-    if (store.tracks.length > 1) return this.receivers();
+    if (this.store.tracks.filter((_t, r) => this.run.has(r)).length > 1) return this.receivers();
     const up = Float64Array.from(column('error_up_m'), Math.abs);
     return { times: track.time, unit: 'm', series: [
       { label: 'vertical error', colour: kFixColour, values: up, width: 1 },
@@ -72,14 +78,15 @@ export class Chart {
   /** Horizontal errors of all receivers, at the epochs of the one that the panels show. */
   private receivers(): { times: ArrayLike<number>; unit: string; series: Series[] } {
     const { state, store } = this;
-    const own = store.tracks[state.receiver];
+    const chosen = this.run.receiver();
+    const own = store.tracks[chosen];
     return { times: own?.time ?? [], unit: 'm', series: store.tracks.map((track, r) => ({
       label: `horizontal error, ${store.header.receivers[r]?.name ?? ''}`,
       colour: receiverColour(r, state.theme),
-      values: r === state.receiver ? track.horizontal
+      values: r === chosen ? track.horizontal
         : Float64Array.from(own?.time ?? [], (t) => (track.size > 0 ? track.horizontal[track.epochAt(t)] ?? NaN : NaN)),
-      width: r === state.receiver ? 2 : 1.2,
-    })) };
+      width: r === chosen ? 2 : 1.2,
+    })).filter((_s, r) => this.run.has(r)) };
   }
 
   /** Recorded and simulated pseudorange errors: of the selected satellite, else of all of an epoch. */
@@ -105,13 +112,12 @@ export class Chart {
 
   /** Of the selected satellite, in the blocks that are loaded. */
   private cn0(): { times: ArrayLike<number>; unit: string; series: Series[]; note?: string } {
-    const { state, store } = this;
-    const track = store.tracks[state.receiver];
+    const { state, store, track } = this;
     if (state.satellite === null || !track) return { times: [], unit: 'dB-Hz', series: [], note: 'Select a satellite.' };
     const size = track.size;
     const stated = new Float64Array(size).fill(NaN);
     const real = new Float64Array(size).fill(NaN);
-    for (const block of store.loadedBlocks(state.receiver)) {
+    for (const block of store.loadedBlocks(this.run.receiver())) {
       const s = block.satellites;
       const which = s.column('satellite');
       for (let row = 0; row < s.size; ++row) {
@@ -173,7 +179,7 @@ export class Chart {
     const c = u.ctx;
     const { left, top, width, height } = u.bbox;
     const x = (s: number): number => Math.min(left + width, Math.max(left, u.valToPos(s, 'x', true)));
-    const track = this.store.tracks[this.state.receiver];
+    const { track } = this;
     c.save();
     if (track) {
       const interval = this.store.header.time?.interval_s ?? 0;

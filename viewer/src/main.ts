@@ -59,7 +59,10 @@ class App {
       new SignalBars(by('bars'), store, state);
       new Readout(by('readout'), store, state);
       new SatelliteTable(by('tab-satellites'), store, state);
-      this.chart = new Chart(by('chart'), store, state, (s) => this.goTo(s));
+      this.chart = new Chart(by('chart'), store, state, (s) => this.goTo(s), {
+        receiver: () => (this.probe?.active ? this.probe.base : state.receiver),
+        has: (receiver) => receiver !== this.probe?.receiver,
+      });
       new Timeline(by('timeline'), store, state, (s) => this.goTo(s));
     }
     if (header.map) await this.showMap(header.map);

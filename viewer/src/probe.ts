@@ -61,6 +61,7 @@ export class Probe {
     this.surface = null;
     if (this.state.receiver !== this.receiver) return;
     this.state.receiver = this.base;
+    this.store.drop(this.receiver);
     this.state.changed('receiver');
   }
 

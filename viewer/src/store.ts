@@ -296,6 +296,12 @@ export class Store {
     this.tracks[receiver] = history.track();
   }
 
+  /** Forgets a receiver whose epochs came as messages, the last of all. */
+  drop(receiver: number): void {
+    this.tracks.length = receiver;
+    this.header.receivers.length = receiver;
+  }
+
   /** First and last time of all receivers [s]. */
   get span(): [number, number] {
     const tracks = this.tracks.filter((t) => t.size > 0);

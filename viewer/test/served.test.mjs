@@ -71,6 +71,9 @@ test('an antenna where the receiver is has its sky', { skip }, async () => {
   assert.equal(await s.page.locator('tr[data-satellite]').count(), expected.length);
   assert.ok(await s.run(() => canyon.store.tracks[1].skyline(0).some((e) => e > 5)));
   assert.match(await s.text('#probe-where'), /east, north, up/);
+  // The chart stays that of the drive.
+  assert.equal(await s.run('canyon.chart.plot.data[0].length'), await s.run('canyon.store.tracks[0].size'));
+  assert.equal(await s.run('canyon.chart.plot.series[1].label'), 'vertical error');
   assert.deepEqual(s.complaints, []);
 });
 
@@ -81,6 +84,7 @@ test('goes with the time, one question after the other', { skip }, async () => {
   await s.page.waitForFunction(() => canyon.store.tracks[1].time[0] === canyon.store.tracks[0].time[18]);
   await s.page.keyboard.press('Escape');
   assert.equal(await s.run('canyon.state.receiver'), 0);
+  assert.equal(await s.run('canyon.store.tracks.length'), 1);
   assert.ok(await s.page.locator('#probe').isHidden());
 });
 
