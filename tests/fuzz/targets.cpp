@@ -36,6 +36,7 @@
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/study/study.hpp"
 #include "canyon/validation/recording_list.hpp"
+#include "canyon/view/probe.hpp"
 #include "tests/support/cityjson_house.hpp"
 #include "tests/support/observation_text.hpp"
 #include "tests/support/osm_text.hpp"
@@ -329,6 +330,23 @@ void take_commands(const fs::path& path) {
     if (commands.answer(line).back() != '\n') std::abort();
   }
 }
+/// Questions of the viewer's page, one to a line.
+void take_questions(const fs::path& path) {
+  static const auto scenario = simulation::parse_scenario(
+      "city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}\n"
+      "sky: {frozen: {satAzimuth: [0, 1.5, 3, 4.5, 2], satElevation: [0.5, 0.6, 0.7, 0.8, 1.4]}}\n"
+      "start: 2026-06-01T12:00:00Z\nduration_s: 9\nreceivers: [{name: rover, profile: ideal}]\n"
+      "trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\n",
+      "questions", {});
+  static const auto scene = std::make_shared<simulation::CityScene>(
+      city::City{"open", geodesy::LocalFrame(test::sample_place()), {}, {}});
+  static const simulation::Simulation simulation(scenario, scene);
+  static view::Probe probe(simulation, scene, 12);
+  const std::string text = test::read_bytes(path);
+  for (const std::string_view line : split(text, '\n')) {
+    if (probe.answer(std::string(line)).back() != '}') std::abort();
+  }
+}
 std::vector<std::string> command_lines() {
   return {
       "{\"command\": \"help\"}\n{\"command\": \"status\"}\n{\"command\": \"options\", \"receiver\": "
@@ -446,6 +464,11 @@ const std::vector<Target>& targets() {
       {"poses_binary", "poses.bin", hear_poses<simulation::PoseFormat::Binary>, {binary_pose()}},
       {"poses_mavlink", "poses.mavlink", hear_poses<simulation::PoseFormat::MAVLink>, {mavlink_stream()}},
       {"commands", "commands.jsonl", take_commands, command_lines()},
+      {"view_questions",
+       "questions.jsonl",
+       take_questions,
+       {R"({"type": "probe", "version": 1, "id": 7, "receiver": 0, "time_s": 3.5, "place": {"east_m": 1, )"
+        R"("north_m": -2, "up_m": 10}})"}},
       {"geojson",
        "area.geojson",
        [](const fs::path& path) {
