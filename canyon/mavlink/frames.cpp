@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <type_traits>
 #include <utility>
+
+#include "canyon/base/same_bytes.hpp"
 
 namespace canyon::mavlink {
 
@@ -29,15 +30,6 @@ std::uint64_t bytes_at(std::string_view from, std::size_t at, std::size_t bytes)
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < bytes; ++i) bits |= std::uint64_t{byte_at(from, at + i)} << (8 * i);
   return bits;
-}
-
-/// std::bit_cast, which GCC 10 has not.
-template <typename To, typename From>
-To same_bytes(const From& from) {
-  static_assert(sizeof(To) == sizeof(From));
-  To to;
-  std::memcpy(&to, &from, sizeof(to));
-  return to;
 }
 
 struct Limits {

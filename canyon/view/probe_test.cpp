@@ -3,12 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "canyon/base/same_bytes.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/output/view_messages.hpp"
 #include "canyon/simulation/city_scene.hpp"
@@ -56,9 +56,9 @@ std::map<std::string, std::vector<double>> columns_of(const std::string& bytes) 
       for (std::uint32_t row = 0; row < rows; ++row, offset += size_of(column.type)) {
         std::uint64_t bits = 0;
         std::memcpy(&bits, bytes.data() + offset, size_of(column.type));
-        values.push_back(column.type == ColumnType::F64 ? std::bit_cast<double>(bits)
+        values.push_back(column.type == ColumnType::F64 ? same_bytes<double>(bits)
                          : column.type == ColumnType::F32
-                             ? std::bit_cast<float>(static_cast<std::uint32_t>(bits))
+                             ? same_bytes<float>(static_cast<std::uint32_t>(bits))
                              : static_cast<double>(bits));
       }
     }

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -16,6 +15,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/same_bytes.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/heatmap/engine/engine_receivers.hpp"
@@ -539,7 +539,7 @@ TEST(Heatmap, LineOfSightAndSkyNeedNoReceiver) {
   const std::vector<float> with_others = computed(map_of(Model::Mirror, request));
   std::size_t different = 0;
   for (std::size_t i = 0; i < alone.size(); ++i) {
-    different += std::bit_cast<std::uint32_t>(alone[i]) != std::bit_cast<std::uint32_t>(with_others[i]);
+    different += same_bytes<std::uint32_t>(alone[i]) != same_bytes<std::uint32_t>(with_others[i]);
   }
   EXPECT_EQ(different, 0U);
   // The sky is the same at all times.

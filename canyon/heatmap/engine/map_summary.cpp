@@ -4,9 +4,9 @@
 #include <cassert>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 
+#include "canyon/base/same_bytes.hpp"
 #include "canyon/city/city.hpp"
 
 namespace canyon::heatmap {
@@ -19,8 +19,7 @@ constexpr std::uint32_t kMagnitude = 0x7fff'ffff, kInfinite = 0x7f80'0000;
 constexpr std::size_t kZero = kInfinite >> kDropped;
 
 std::size_t bin_of(float value) {
-  std::uint32_t bits;  // std::bit_cast is not in GCC 10
-  std::memcpy(&bits, &value, sizeof bits);
+  const auto bits = same_bytes<std::uint32_t>(value);
   const std::size_t size = ((bits & kMagnitude) + (1U << (kDropped - 1))) >> kDropped;
   return (bits & ~kMagnitude) != 0 ? kZero - size : kZero + size;
 }
@@ -28,8 +27,7 @@ std::size_t bin_of(float value) {
 double value_of(std::size_t bin) {
   const std::size_t size = bin < kZero ? kZero - bin : bin - kZero;
   const auto bits = static_cast<std::uint32_t>(size << kDropped);
-  float value;
-  std::memcpy(&value, &bits, sizeof value);
+  const auto value = same_bytes<float>(bits);
   return bin < kZero ? -value : value;
 }
 

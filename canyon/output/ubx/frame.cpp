@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstring>
+
+#include "canyon/base/same_bytes.hpp"
 
 namespace canyon::output::ubx {
 namespace {
@@ -18,15 +19,6 @@ std::string checksum(std::string_view bytes) {
     b = static_cast<std::uint8_t>(b + a);
   }
   return {static_cast<char>(a), static_cast<char>(b)};
-}
-
-/// std::bit_cast is not in GCC 10.
-template <typename Bits, typename Value>
-Bits bits_of(Value value) {
-  static_assert(sizeof(Bits) == sizeof(Value));
-  Bits bits = 0;
-  std::memcpy(&bits, &value, sizeof bits);
-  return bits;
 }
 
 /// What Parser makes of the bytes from one that may begin something.
@@ -80,11 +72,11 @@ Payload& Payload::signed_field(double value, double step, int bytes) {
 }
 
 Payload& Payload::r4(float value) {
-  return put(bits_of<std::uint32_t>(value), 4);
+  return put(same_bytes<std::uint32_t>(value), 4);
 }
 
 Payload& Payload::r8(double value) {
-  return put(bits_of<std::uint64_t>(value), 8);
+  return put(same_bytes<std::uint64_t>(value), 8);
 }
 
 Payload& Payload::zeros(std::size_t bytes) {

@@ -2,11 +2,11 @@
 
 #include <zlib.h>
 
-#include <bit>
 #include <cassert>
 #include <new>
 
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/same_bytes.hpp"
 
 namespace canyon::view {
 namespace {
@@ -28,9 +28,9 @@ void Rows::put(std::size_t column, double value) {
   std::string& out = columns_[column];
   switch (type) {
     case ColumnType::F64:
-      return put_little(out, std::bit_cast<std::uint64_t>(value), 8);
+      return put_little(out, same_bytes<std::uint64_t>(value), 8);
     case ColumnType::F32:
-      return put_little(out, std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
+      return put_little(out, same_bytes<std::uint32_t>(static_cast<float>(value)), 4);
     case ColumnType::I32:
     case ColumnType::U32:
     case ColumnType::U16:

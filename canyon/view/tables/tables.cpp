@@ -6,7 +6,9 @@
 namespace canyon::view {
 namespace {
 
-using enum ColumnType;
+// One by one: GCC 10 has no `using enum`.
+constexpr ColumnType F64 = ColumnType::F64, F32 = ColumnType::F32, I32 = ColumnType::I32,
+                     U32 = ColumnType::U32, U16 = ColumnType::U16, U8 = ColumnType::U8;
 
 constexpr std::array kEpochColumns{
     Column{"time_s", F64, "s", "since the header's time.begin"},
