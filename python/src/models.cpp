@@ -185,6 +185,7 @@ positioning::Fix fix_at(const Eigen::Vector3d& place, std::vector<positioning::R
 template <typename Value>
 py::object numbers(const std::vector<positioning::RangedSatellite>& satellites, const Value& value) {
   std::vector<double> all;
+  all.reserve(satellites.size());
   for (const positioning::RangedSatellite& s : satellites) all.push_back(value(s));
   return owning_array(std::move(all));
 }
@@ -341,6 +342,7 @@ void bind_models(py::module_& m) {
           "keep_paths",
           [](const LentView& v, const std::vector<std::size_t>& indices) {
             std::vector<Path> kept;
+            kept.reserve(indices.size());
             for (const std::size_t i : indices) kept.push_back(v.view().paths.paths.at(i));
             v.view().paths.paths = std::move(kept);
           },
