@@ -161,7 +161,7 @@ TEST_F(ServerTest, RefusesOtherMethodsBodiesLongHeadersAndGarbage) {
   for (const std::string& bytes :
        {"POST / HTTP/1.1\r\n" + host(server) + "Content-Length: 4\r\n\r\nbody",
         "GET / HTTP/1.1\r\n" + host(server) + "X-Long: " + std::string(9000, 'x') + "\r\n\r\n",
-        std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03 hello\r\n\r\n"),
+        std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03 hello\r\n\r\n", 21),
         std::string("\r\n\0\0\xff\xff\r\n\r\n", 10), std::string("GET  /  HTTP/9.9\r\n\r\n")}) {
     Client client(server);
     client.write(bytes);
@@ -187,7 +187,9 @@ TEST_F(ServerTest, BoundsItsClients) {
 }
 
 TEST_F(ServerTest, LetsStalledClientsGoAndServesOthersMeanwhile) {
-  put("large.bin", std::string(64'000'000, 'x'));  // more than the system's buffers hold
+  std::string large;
+  large.resize(64'000'000, 'x');  // more than the system's buffers hold
+  put("large.bin", large);
   ServerOptions options;
   options.timeout = std::chrono::milliseconds(300);
   const Server server(site(), options);

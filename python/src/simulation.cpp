@@ -112,7 +112,12 @@ class Stream {
   Stream(SimulationPtr simulation, int threads, bool with_paths)
       : simulation_(std::move(simulation)),
         worker_([this, threads, with_paths] { work(threads, with_paths); }) {}
-  ~Stream() { close(); }
+  ~Stream() {
+    try {
+      close();
+    } catch (...) {  // what threads and mutexes throw, and nobody can mend here
+    }
+  }
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 

@@ -79,7 +79,7 @@ struct Trajectory::Track {
   double sample_interval_s = 1;
   bool all_straight = false;
 
-  Track(std::vector<std::pair<GpsTime, Geodetic>> samples, bool straight);
+  Track(const std::vector<std::pair<GpsTime, Geodetic>>& samples, bool straight);
 
   [[nodiscard]] double spacing(std::size_t i) const { return times[i + 1] - times[i]; }
   [[nodiscard]] bool is_straight(std::size_t segment) const {
@@ -94,7 +94,7 @@ struct Trajectory::Track {
   [[nodiscard]] Pose in_segment(std::size_t segment, GpsTime t, Attitude attitude) const;
 };
 
-Trajectory::Track::Track(std::vector<std::pair<GpsTime, Geodetic>> samples, bool straight)
+Trajectory::Track::Track(const std::vector<std::pair<GpsTime, Geodetic>>& samples, bool straight)
     : all_straight(straight) {
   if (samples.empty()) throw InputError("the trajectory is empty", "it needs at least one position");
   times.reserve(samples.size());
@@ -252,6 +252,7 @@ Trajectory::Trajectory(std::vector<std::pair<GpsTime, Geodetic>> samples) {
 Trajectory Trajectory::from_waypoints(GpsTime start, const std::vector<Geodetic>& waypoints, double speed_mps,
                                       double hold_s) {
   std::vector<Waypoint> same;
+  same.reserve(waypoints.size());
   for (const Geodetic& place : waypoints) same.push_back({place, speed_mps, hold_s});
   return from_waypoints(start, same, std::nullopt);
 }
