@@ -69,6 +69,7 @@ int run_program(const std::vector<std::string>& words, const fs::path& complaint
                                    0644);
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
   pid_t child = 0;
@@ -123,6 +124,7 @@ fs::path script_of(const fs::path& page) {
 
 std::vector<fs::path> frames_in(const fs::path& folder, int frames) {
   std::vector<fs::path> files;
+  files.reserve(static_cast<std::size_t>(frames));
   for (int i = 0; i < frames; ++i) files.push_back(folder / fmt::format("{:05}.png", i));
   return files;
 }

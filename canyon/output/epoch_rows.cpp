@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
@@ -28,7 +29,7 @@ double value_or_nan(const std::optional<double>& value) {
 }  // namespace
 
 EpochRows::EpochRows(tracking::SignalOptions signal, std::size_t paths_per_satellite)
-    : signal_(signal), paths_per_satellite_(paths_per_satellite) {}
+    : signal_(std::move(signal)), paths_per_satellite_(paths_per_satellite) {}
 
 void EpochRows::clear() {
   epochs.clear();

@@ -104,6 +104,7 @@ class TracePlaces : public ::testing::Test {
   std::vector<gnss::SatelliteId> satellites = sky.sky->satellites();
   std::vector<Eigen::Vector3d> places = [] {
     std::vector<Eigen::Vector3d> all;
+    all.reserve(40);
     for (int i = 0; i < 40; ++i) all.emplace_back(5.0 * i - 100, 3.0 * i - 60, 2);  // streets, and rooms
     return all;
   }();

@@ -143,6 +143,7 @@ void LiveRelay::serve(Server& server) {
   std::vector<int> handles;
   impl.transport->add_handles(handles);
   std::vector<pollfd> polled;
+  polled.reserve(handles.size());
   for (const int handle : handles) polled.push_back({handle, POLLIN, 0});
   poll(polled.data(), polled.size(), kWait_ms);
 }

@@ -146,7 +146,7 @@ class Map {
   }
 
   /// (layers by name: (time, altitude, row, column), state: (altitude, row, column))
-  py::dict values() const {
+  [[nodiscard]] py::dict values() const {
     const heatmap::Grid& grid = request_.grid;
     const std::size_t times = request_.times.size(), altitudes = request_.altitudes_m.size(),
                       cells = grid.cells();

@@ -94,7 +94,8 @@ class Recorded {
   }
 
   /// Figures of each model on [from, to) of the epochs, as `canyon validate --json` has them.
-  py::object validate(double from, double to, const std::vector<std::string>& keys, int threads) const {
+  [[nodiscard]] py::object validate(double from, double to, const std::vector<std::string>& keys,
+                                    int threads) const {
     const auto [first, count] = part(from, to);
     std::vector<validation::Model> models;
     const simulation::ReceiverConfig& receiver = scenario_.receivers.front();
@@ -169,6 +170,7 @@ py::dict calibrate(const std::vector<const Recorded*>& recordings, double from, 
                    int iterations, int threads) {
   if (recordings.empty()) throw InputError("there is no recording to calibrate by", "give at least one");
   std::vector<calibration::Drive> drives;
+  drives.reserve(recordings.size());
   for (const Recorded* each : recordings) drives.push_back(each->drive(from, to));
   calibration::CalibrateOptions options;
   options.resamples = resamples;

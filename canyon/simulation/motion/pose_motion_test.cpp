@@ -148,7 +148,7 @@ TEST(PoseTrack, AveragesTheNoiseOfMeasuredPoses) {
     // 10 m/s, and an error of 1 cm in the last pose, 10 ms after the one before.
     for (int i = 0; i <= 20; ++i) {
       track.add(told({{0.1 * i + (i == 20 ? 0.01 : 0), 0, 0}, Quaterniond::Identity()}, 0.01 * i),
-                10 * i * kMs);
+                std::int64_t{10} * i * kMs);
     }
     std::string reason;
     return track.at(200 * kMs, reason)->linear_velocity.x();
