@@ -81,9 +81,11 @@ test('a heat map from above; a validation', { skip }, async () => {
   }
 });
 
-for (const [name, width, height] of [['tablet upright', 820, 1180], ['tablet', 1024, 768], ['small window', 700, 600], ['tiny window', 500, 420]]) {
+for (const [name, width, height] of [['projector', 1280, 720], ['tablet upright', 820, 1180], ['tablet', 1024, 768], ['small window', 700, 600], ['tiny window', 500, 420]]) {
   test(`${name}, ${width} x ${height}: all is within reach`, { skip }, async () => {
-    const s = await open(withPair(sampleView()), { width, height });
+    const view = withPair(sampleView());
+    view.header.title = 'A drive with a long name, recorded and simulated, through the streets of a town';
+    const s = await open(view, { width, height });
     try {
       const over = await s.run(() => [...document.querySelectorAll('header > *, #controls > *, #tabs > *, #stage, aside')].filter((e) => {
         const b = e.getBoundingClientRect();
