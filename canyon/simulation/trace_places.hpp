@@ -41,8 +41,8 @@ struct TracePlacesOptions {
 /// Environment::arrival() has it. Same answers on any number of threads.
 /// @param times one for all places, or one for each
 /// @param places_enu antennas in the city's frame [m], finite
-/// Throws InputError for other counts of times or results, a place that is none (raytrace::check_place()), and
-/// a time at which no satellite of the sky has an ephemeris.
+/// Throws InputError for other counts of times or results, a place that is none (raytrace::check_place()),
+/// and a time at which no satellite of the sky has an ephemeris.
 void trace_places(const Environment& environment, const propagation::Propagator& propagator,
                   std::span<const geodesy::GpsTime> times, std::span<const Eigen::Vector3d> places_enu,
                   std::span<const gnss::SatelliteId> satellites, std::span<TracedSatellite> result,
