@@ -21,10 +21,6 @@ struct Arguments {
   bool json = false;
 };
 
-bool is_scenario(const std::filesystem::path& path) {
-  return path.extension() == ".yaml" || path.extension() == ".yml";
-}
-
 int run(const Arguments& arguments) {
   const simulation::CityConfig config = city_config(arguments.input, arguments.origin);
   const auto begin = std::chrono::steady_clock::now();
@@ -76,6 +72,10 @@ int run(const Arguments& arguments) {
 }
 
 }  // namespace
+
+bool is_scenario(const std::filesystem::path& path) {
+  return path.extension() == ".yaml" || path.extension() == ".yml";
+}
 
 simulation::CityConfig city_config(const std::string& input, const std::string& origin) {
   if (is_scenario(input)) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <string>
 
 #include "canyon/simulation/load_city.hpp"
@@ -12,6 +13,9 @@ namespace canyon::cli {
 /// The subcommands of `canyon city`, one file each.
 void add_city_build(CLI::App& city, Action& action);
 void add_city_view(CLI::App& city, Action& action);
+
+/// By the ending of its name: .yaml or .yml.
+[[nodiscard]] bool is_scenario(const std::filesystem::path& path);
 
 /// What `canyon city` takes as a city: a file of any kind, a Gazebo model's folder, or a scenario, whose city
 /// is meant. `origin` ("LAT,LON,HEIGHT" or empty) is for meshes and maps. Throws InputError where it stands

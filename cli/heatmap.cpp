@@ -20,6 +20,7 @@
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/engine/store_slices.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/require_satellites.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/models.hpp"
 #include "cli/commands.hpp"
@@ -203,12 +204,7 @@ class Command {
   }
 
   void check_times(const orbit::Sky& sky) const {
-    for (const GpsTime t : request_.times) {
-      if (simulation::has_satellites(sky, t)) continue;
-      throw InputError(
-          fmt::format("--times: no satellite has an ephemeris at {}", geodesy::format_utc(t, 0)),
-          "give times near those that the scenario's ephemerides are of, or ephemerides of that day");
-    }
+    for_option("--times", [&] { simulation::require_satellites(sky, request_.times); });
   }
 
   [[nodiscard]] std::unique_ptr<heatmap::TileStore> open(const fs::path& folder,

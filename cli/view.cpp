@@ -84,10 +84,6 @@ std::optional<std::filesystem::path> finished_view(const std::filesystem::path& 
   return {};
 }
 
-bool is_scenario(const std::filesystem::path& path) {
-  return path.extension() == ".yaml" || path.extension() == ".yml";
-}
-
 /// Words for where a map's heights came from, by its features.
 std::map<std::string, std::string> height_sources(const buildings::BuiltCity& built) {
   std::map<std::string, std::string> sources;

@@ -11,6 +11,7 @@
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/simulation/require_satellites.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 
@@ -40,6 +41,7 @@ std::vector<GpsTime> probes(GpsTime begin, GpsTime end) {
   const double span = end - begin;
   const int steps = static_cast<int>(std::clamp(span / 600, 1.0, 1000.0));
   std::vector<GpsTime> times;
+  times.reserve(static_cast<std::size_t>(steps) + 1);
   for (int i = 0; i < steps; ++i) times.push_back(begin + span * i / steps);
   times.push_back(end);
   return times;
@@ -173,6 +175,18 @@ BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const ge
 bool has_satellites(const orbit::Sky& sky, GpsTime t) {
   const std::vector<gnss::SatelliteId> ids = sky.satellites();
   return std::any_of(ids.begin(), ids.end(), [&](gnss::SatelliteId id) { return sky.state(id, t); });
+}
+
+void require_satellites(const orbit::Sky& sky, std::span<const GpsTime> times) {
+  const std::vector<gnss::SatelliteId> ids = sky.satellites();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (i > 0 && times[i] == times[i - 1]) continue;
+    if (std::any_of(ids.begin(), ids.end(), [&](gnss::SatelliteId id) { return sky.state(id, times[i]); })) {
+      continue;
+    }
+    throw InputError(fmt::format("no satellite has an ephemeris at {}", geodesy::format_utc(times[i], 0)),
+                     "give times near those that the sky's ephemerides are of, or ephemerides of that day");
+  }
 }
 
 void require_ionosphere(const BuiltSky& sky) {

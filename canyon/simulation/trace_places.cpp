@@ -9,9 +9,8 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
-#include "canyon/simulation/simulator.hpp"
+#include "canyon/simulation/require_satellites.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -78,15 +77,12 @@ void trace_places(const Environment& environment, const propagation::Propagator&
     throw InputError(fmt::format("{} times for {} places", times.size(), places_enu.size()),
                      "give one time, or one for each place");
   }
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    if ((i > 0 && times[i] == times[i - 1]) || has_satellites(environment.sky(), times[i])) continue;
-    throw InputError(fmt::format("no satellite has an ephemeris at {}", geodesy::format_utc(times[i], 0)),
-                     "give times that the sky knows");
-  }
+  require_satellites(environment.sky(), times);
   std::vector<std::pair<gnss::SatelliteId, std::size_t>> sorted;  // and its number in `satellites`
   for (std::size_t k = 0; k < satellites.size(); ++k) sorted.emplace_back(satellites[k], k);
   std::sort(sorted.begin(), sorted.end());
   std::vector<gnss::SatelliteId> ascending;
+  ascending.reserve(sorted.size());
   for (const auto& [id, number] : sorted) ascending.push_back(id);
 
   const geodesy::LocalFrame& frame = environment.city().frame;

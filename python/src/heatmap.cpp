@@ -9,6 +9,7 @@
 #include "canyon/heatmap/engine/store_slices.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/require_satellites.hpp"
 #include "canyon/validation/models.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/settings.hpp"
@@ -104,12 +105,7 @@ class Map {
                                  city_->city.frame.origin());
     if (receiver_.options.ionosphere || receiver_.options.fix.correct_ionosphere)
       simulation::require_ionosphere(sky_);
-    for (const geodesy::GpsTime t : request_.times) {
-      if (!simulation::has_satellites(*sky_.sky, t)) {
-        throw InputError("no satellite has an ephemeris at a time of the map",
-                         "give times that the sky knows");
-      }
-    }
+    simulation::require_satellites(*sky_.sky, request_.times);
     environment_ = std::make_unique<simulation::Environment>(city_, sky_.sky, sky_.navigation.klobuchar);
     heatmap_ = std::make_unique<heatmap::Heatmap>(*environment_, receiver_, request_,
                                                   heatmap::input_key(*environment_, request_.times));
