@@ -223,6 +223,7 @@ int run(const Arguments& given) {
   std::vector<validation::ListedRecording> recordings = recordings_of(arguments, listed);
   const std::string base = unite_profiles(arguments, recordings);
   std::vector<std::unique_ptr<CalibrationDrive>> drives;
+  drives.reserve(recordings.size());
   for (const validation::ListedRecording& recording : recordings) {
     drives.push_back(std::make_unique<CalibrationDrive>(arguments, recording, listed));
   }

@@ -34,10 +34,6 @@ heatmap::EnuBox parse_enu_box(const std::string& text) {
     throw InputError(fmt::format("--enu-box '{}' is not a box", text),
                      "give WEST,SOUTH,EAST,NORTH in metres of the city's frame, e.g. -200,-100,200,100");
   }
-  if (!(values[0] < values[2] && values[1] < values[3])) {
-    throw InputError(fmt::format("--enu-box {} is reversed or empty", text),
-                     "give WEST,SOUTH,EAST,NORTH in metres with west below east and south below north");
-  }
   return {{values[0], values[1]}, {values[2], values[3]}};
 }
 
@@ -136,13 +132,10 @@ void choose_area(const HeatmapArguments& arguments, const city::City& city, heat
   } else if (!arguments.enu_box.empty()) {
     box = parse_enu_box(arguments.enu_box);
     option = "--enu-box";
-  } else if (!city.mesh.triangles.empty()) {
-    box = heatmap::built_box(city);
   } else {
-    throw InputError(fmt::format("the city '{}' is an open field without bounds", city.name),
-                     "give --bbox, --enu-box or --area");
+    box = heatmap::built_box(city);
   }
-  if (!option.empty()) for_option(option, [&] { heatmap::check_near_city(box, city); });
+  if (!option.empty()) for_option(option, [&] { heatmap::check_box(box, city); });
   request.grid =
       heatmap::Grid::covering(box.min.x(), box.min.y(), box.max.x(), box.max.y(), arguments.grid.spacing_m);
   std::uint32_t size = arguments.grid.tile_size;

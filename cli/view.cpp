@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -10,6 +8,7 @@
 #include <random>
 #include <string>
 #include <system_error>
+#include <thread>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
@@ -21,6 +20,7 @@
 #include "canyon/view/header.hpp"
 #include "canyon/view/page.hpp"
 #include "canyon/view/probe.hpp"
+#include "canyon/view/run_relay.hpp"
 #include "canyon/view/view_sink.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
@@ -39,7 +39,7 @@ struct Arguments {
   std::string exported;
   std::string out;
   std::string map, city;
-  std::string live;
+  std::vector<std::string> live;
   RecordArguments record;
   std::optional<double> duration_s;
   std::size_t paths = view::ViewOptions{}.paths_per_satellite;
@@ -93,57 +93,83 @@ std::map<std::string, std::string> height_sources(const buildings::BuiltCity& bu
   return sources;
 }
 
-/// A finished run's folder that has no view in it.
-bool is_bare_run(const std::filesystem::path& input) {
-  std::error_code error;
-  if (!std::filesystem::is_directory(input, error)) return false;
-  if (std::filesystem::exists(input / "epochs.csv", error)) return true;
-  for (const auto& entry : std::filesystem::directory_iterator(input, error)) {
-    if (std::filesystem::exists(entry.path() / "epochs.csv", error)) return true;
-  }
-  return false;
-}
-
-/// A scenario that was run into a view.
+/// A scenario made ready to run.
 struct Run {
   std::shared_ptr<simulation::CityScene> scene;
   std::unique_ptr<simulation::Simulation> simulation;
-  int status = kOk;
 };
 
-Run run_scenario(const Arguments& arguments, const std::filesystem::path& folder) {
+Run make_run(const Arguments& arguments) {
   simulation::Scenario scenario = simulation::read_scenario(arguments.input);
   if (arguments.duration_s) {
     if (!(*arguments.duration_s >= 0)) throw InputError("--duration is negative", "give seconds");
     scenario.duration_s = arguments.duration_s;
   }
   std::vector<std::string> warnings;
-  Run done;
-  done.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
-  done.simulation = std::make_unique<simulation::Simulation>(scenario, done.scene);
-  const simulation::Simulation& simulation = *done.simulation;
+  Run made;
+  made.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
+  made.simulation = std::make_unique<simulation::Simulation>(scenario, made.scene);
   if (!arguments.quiet) {
     print_warnings(warnings);
-    print_warnings(simulation.warnings());
+    print_warnings(made.simulation->warnings());
   }
-  view::ViewOptions options;
-  options.paths_per_satellite = arguments.paths;
-  const auto sink = view::make_view(simulation, folder, options);
-  const std::atomic<bool>& stop_requested = catch_interrupts();
+  return made;
+}
+
+/// Runs it into the view's folder; pages that `watching` has see it meanwhile. False where Ctrl-C ended it.
+bool compute(const Run& made, const Arguments& arguments, simulation::EpochSink& view,
+             view::RunRelay* watching = nullptr) {
+  simulation::RunOptions run;
+  run.threads = arguments.threads;
+  run.stop = &catch_interrupts();
+  std::vector<simulation::EpochSink*> sinks{&view};
   simulation::RunResult result;
   {
     Progress progress("simulating", arguments.quiet);
-    simulation::RunOptions run;
-    run.threads = arguments.threads;
-    run.stop = &stop_requested;
     run.progress = progress.callback();
-    result = simulation.run({sink.get()}, run);
+    if (watching != nullptr) {
+      sinks.push_back(watching);
+      // Epochs come as they are made, not by the hundred.
+      const std::size_t receivers = made.simulation->scenario().receivers.size();
+      run.block = 4 * receivers * std::max(1U, std::thread::hardware_concurrency());
+      run.progress = [&](std::size_t done, std::size_t planned) {
+        progress.update(done, planned);
+        watching->progress(done, planned);
+      };
+    }
+    result = made.simulation->run(sinks, run);
   }
   if (!arguments.quiet) print_warnings(result.warnings);
-  if (!result.interrupted) return done;
-  fmt::print(stderr, "canyon: interrupted: {} of {} epochs are in the view\n", result.epochs, result.planned);
-  done.status = kInterrupted;
-  return done;
+  if (!result.interrupted) return true;
+  fmt::print(stderr, "canyon: interrupted: {} of {} epochs {}\n", result.epochs, result.planned,
+             watching == nullptr ? "are in the view" : "were computed");
+  return false;
+}
+
+view::ViewOptions view_options(const Arguments& arguments) {
+  view::ViewOptions options;
+  options.paths_per_satellite = arguments.paths;
+  return options;
+}
+
+/// Serves a scenario until Ctrl-C, from before its first epoch is computed.
+int serve_run(const Arguments& arguments, const std::filesystem::path& page,
+              const std::filesystem::path& folder, const ViewedMap& map) {
+  const Run made = make_run(arguments);
+  view::ViewOptions options = view_options(arguments);
+  options.watched = true;
+  const auto sink = view::make_view(*made.simulation, folder, options);
+  if (map) map.add_to(folder);
+  view::Probe probe(*made.simulation, made.scene, arguments.paths);
+  view::Site site{view::read_bytes(page), folder,
+                  [&probe](const std::string& message) { return probe.answer(message); }};
+  return serve(std::move(site), arguments.serve, [&](view::Server& server) {
+    view::RunRelay relay(*made.simulation, server, arguments.paths);
+    if (!compute(made, arguments, *sink, &relay)) return false;
+    if (map) map.add_to(folder);
+    relay.finished();
+    return true;
+  });
 }
 
 /// A city alone: no satellites, no time; or those of a host that runs.
@@ -153,12 +179,19 @@ void write_city_view(const Arguments& arguments, const buildings::BuiltCity& bui
   header.title = std::filesystem::path(arguments.input).stem().string();
   header.city = view::write_city(built.city, height_sources(built), folder);
   if (arguments.live.empty()) return view::write_header(header, folder);
-  serve_live(arguments.live, std::move(header), built.city, folder, arguments.serve);
+  LiveView live{arguments.live, std::move(header), std::make_shared<simulation::CityScene>(built.city)};
+  if (is_scenario(arguments.input)) live.scenario = simulation::read_scenario(arguments.input, {false});
+  live.paths_per_satellite = arguments.paths;
+  serve_live(std::move(live), folder, arguments.serve);
 }
 
 int run(const Arguments& arguments) {
   const bool filmed = !arguments.record.file.empty();
   const bool serves = arguments.exported.empty() && arguments.out.empty() && !filmed;
+  if (!serves && (arguments.serve.open || arguments.serve.port != 0)) {
+    throw InputError("--open and --port are of a view that is served, --export, --out and --record write one",
+                     "leave one or the other out");
+  }
   const auto built_city = [&] {
     return load_city(city_config(arguments.input, ""), "building the city", arguments.quiet);
   };
@@ -176,15 +209,17 @@ int run(const Arguments& arguments) {
   const std::filesystem::path page = paged ? view::find_page() : "";
   if (filmed) check_record(arguments.record, page);
   const std::optional<std::filesystem::path> finished = finished_view(arguments.input);
-  if (!finished && is_bare_run(arguments.input)) {
-    throw InputError(arguments.input, 0, "is a run without a view",
-                     "run it again with 'canyon simulate SCENARIO --out DIR --view', or show its scenario");
+  if (finished) {
+    (void)view::view_files(*finished);
+  } else if (std::filesystem::is_directory(arguments.input)) {
+    throw InputError(arguments.input, 0, "is a folder without a view",
+                     "write one with 'canyon simulate SCENARIO --out DIR --view', or show the scenario");
   }
   std::optional<Workplace> workplace;
   std::filesystem::path folder;
+  bool interrupted = false;
   const ViewedMap map(
       {arguments.input, arguments.map, arguments.city, finished.has_value(), arguments.quiet});
-  Run done;
   if (finished && !map) {
     folder = *finished;
   } else {
@@ -193,7 +228,10 @@ int run(const Arguments& arguments) {
     if (finished) {
       copy_view(*finished, folder);
     } else if (is_scenario(arguments.input)) {
-      done = run_scenario(arguments, folder);
+      if (serves) return serve_run(arguments, page, folder, map);
+      const Run made = make_run(arguments);
+      const auto sink = view::make_view(*made.simulation, folder, view_options(arguments));
+      interrupted = !compute(made, arguments, *sink);
     } else if (map.alone()) {
       write_city_view(arguments, map.city(), folder);
     } else {
@@ -213,18 +251,14 @@ int run(const Arguments& arguments) {
     view::export_page(page, folder, film.path() / "scene.html");
     record_page(arguments.record, page, film.path() / "scene.html", film.path(), arguments.quiet);
   }
-  if (!serves || done.status != kOk) return done.status;
-  view::Site site{view::read_bytes(page), folder, [](const std::string& message) {
-                    return view::no_probe(
-                        message, "There is no scenario to trace with: start 'canyon view SCENARIO'.");
-                  }};
-  std::optional<view::Probe> probe;
-  if (done.simulation) {
-    probe.emplace(*done.simulation, done.scene, arguments.paths);
-    site.answer = [&probe](const std::string& message) { return probe->answer(message); };
-  }
-  serve(std::move(site), arguments.serve);
-  return kOk;
+  if (interrupted) return kInterrupted;
+  if (!serves) return kOk;
+  return serve({view::read_bytes(page), folder,
+                [](const std::string& message) {
+                  return view::no_probe(message,
+                                        "There is no scenario to trace with: start 'canyon view SCENARIO'.");
+                }},
+               arguments.serve);
 }
 
 }  // namespace
@@ -265,8 +299,10 @@ void add_view(CLI::App& app, Action& action) {
       ->add_option(
           "--live", arguments->live,
           "in the city of WHAT, what a host sends as the stream 'view=ADDRESS': canyon live, a plugin of "
-          "Gazebo, a ROS node; tcp://127.0.0.1:PORT")
-      ->type_name("ADDRESS");
+          "Gazebo, a ROS node; tcp://127.0.0.1:PORT, of several receivers one each; may be given several "
+          "times")
+      ->type_name("ADDRESS")
+      ->allow_extra_args(false);
   command->add_option("--port", arguments->serve.port, "port of 127.0.0.1 to serve at (a free one)")
       ->type_name("N")
       ->check(CLI::Range(0, 65535));

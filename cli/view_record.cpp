@@ -1,19 +1,11 @@
 #include "cli/view_record.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -22,9 +14,8 @@
 #include "canyon/base/text.hpp"
 #include "canyon/drawing/apng.hpp"
 #include "canyon/view/page.hpp"
+#include "cli/program.hpp"
 #include "cli/progress.hpp"
-
-extern char** environ;
 
 namespace canyon::cli {
 namespace {
@@ -44,51 +35,6 @@ Film film_of(const std::string& file) {
   if (ending == ".mp4" || ending == ".webm" || ending == ".gif") return Film::Encoded;
   throw InputError("--record: no film ends in " + ending,
                    "give .webp or .png, which need no encoder, .mp4, .webm or .gif, or a folder for frames");
-}
-
-/// A program in the search path.
-bool is_installed(const std::string& program) {
-  const char* path = std::getenv("PATH");
-  if (path == nullptr) return false;
-  for (const std::string_view folder : split(path, ':')) {
-    if (access((fs::path(folder) / program).c_str(), X_OK) == 0) return true;
-  }
-  return false;
-}
-
-/// Runs a program to its end; `line` is told of each line that it prints. What it complains of goes to
-/// `complaints`, a file. Returns its exit status.
-int run_program(const std::vector<std::string>& words, const fs::path& complaints,
-                const std::function<void(std::string_view)>& line) {
-  std::array<int, 2> ends{};
-  if (pipe2(ends.data(), O_CLOEXEC) != 0) throw InputError(std::string("pipe: ") + std::strerror(errno));
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, complaints.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
-                                   0644);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
-  for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
-  argv.push_back(nullptr);
-  pid_t child = 0;
-  const int spawned = posix_spawnp(&child, argv.front(), &actions, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  close(ends[1]);
-  if (spawned != 0) {
-    close(ends[0]);
-    throw InputError(words.front() + ": " + std::strerror(spawned), "install it");
-  }
-  if (FILE* printed = fdopen(ends[0], "r")) {
-    std::array<char, 256> text{};
-    while (std::fgets(text.data(), text.size(), printed) != nullptr) line(trim(text.data()));
-    std::fclose(printed);
-  }
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
 }
 
 std::string first_line(const fs::path& file) {
@@ -145,7 +91,7 @@ void encode(const RecordArguments& arguments, const fs::path& frames, const fs::
   }
   words.push_back(part.string());
   std::error_code error;
-  if (run_program(words, complaints, [](std::string_view) {}) != 0) {
+  if (run_program(words, {complaints, {}}) != 0) {
     fs::remove(part, error);
     throw InputError(target, 0, "ffmpeg: " + first_line(complaints), "give a .webp, which needs no encoder");
   }
@@ -156,23 +102,35 @@ void encode(const RecordArguments& arguments, const fs::path& frames, const fs::
 }  // namespace
 
 void add_record_options(CLI::App& command, RecordArguments& arguments) {
-  command
-      .add_option(
-          "--record", arguments.file,
-          "a film of it: .webp or .png (animated); .mp4, .webm or .gif by ffmpeg; or a folder for PNG "
-          "frames. Needs Node.js and Chromium")
-      ->type_name("FILM");
-  command.add_option("--record-size", arguments.size, "of the film (1280x720)")->type_name("WxH");
+  CLI::Option* const film =
+      command
+          .add_option(
+              "--record", arguments.file,
+              "a film of it: .webp or .png (animated); .mp4, .webm or .gif by ffmpeg; or a folder for PNG "
+              "frames. Needs Node.js and Chromium")
+          ->type_name("FILM");
+  command.add_option("--record-size", arguments.size, "of the film (1280x720)")
+      ->type_name("WxH")
+      ->needs(film);
   command.add_option("--record-seconds", arguments.seconds, "length of the film (10)")
       ->type_name("S")
-      ->check(CLI::Range(0.1, 600.0));
-  command.add_option("--record-fps", arguments.fps, "pictures a second (10)")->check(CLI::Range(1, 60));
+      ->check(CLI::Range(0.1, 600.0))
+      ->needs(film);
+  command.add_option("--record-fps", arguments.fps, "pictures a second (10)")
+      ->check(CLI::Range(1, 60))
+      ->needs(film);
   command.add_option("--record-quality", arguments.quality, "of .webp, in per cent (75)")
-      ->check(CLI::Range(1, 100));
+      ->check(CLI::Range(1, 100))
+      ->needs(film);
   command.add_option("--record-camera", arguments.camera, "free, follow, top or first")
-      ->check(CLI::IsMember({"free", "follow", "top", "first"}));
-  command.add_option("--record-from", arguments.from_s, "seconds of the run (begin)")->type_name("S");
-  command.add_option("--record-until", arguments.until_s, "seconds of the run (end)")->type_name("S");
+      ->check(CLI::IsMember({"free", "follow", "top", "first"}))
+      ->needs(film);
+  command.add_option("--record-from", arguments.from_s, "seconds of the run (begin)")
+      ->type_name("S")
+      ->needs(film);
+  command.add_option("--record-until", arguments.until_s, "seconds of the run (end)")
+      ->type_name("S")
+      ->needs(film);
 }
 
 void check_record(const RecordArguments& arguments, const fs::path& page) {
@@ -214,8 +172,9 @@ void record_page(const RecordArguments& arguments, const fs::path& viewer, const
     Progress progress("filming", quiet);
     const auto told = progress.callback();
     std::size_t done = 0;
-    const int status = run_program({"node", script_of(viewer).string(), wanted.dump()}, complaints,
-                                   [&](std::string_view) { told(++done, static_cast<std::size_t>(frames)); });
+    const int status =
+        run_program({"node", script_of(viewer).string(), wanted.dump()},
+                    {complaints, [&](std::string_view) { told(++done, static_cast<std::size_t>(frames)); }});
     if (status != 0) throw InputError("--record: " + first_line(complaints));
   }
   switch (film) {

@@ -1,9 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include "canyon/city/city.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/server.hpp"
 
@@ -18,12 +23,20 @@ struct ServeOptions {
 /// Prints the address of a server, and has the browser open it where that is asked for.
 void announce(const view::Server& server, const ServeOptions& options);
 
-/// Serves a view until Ctrl-C.
-void serve(view::Site site, const ServeOptions& options);
+/// Serves a view until Ctrl-C, and returns the exit status. @param work that is done meanwhile; false where
+/// Ctrl-C has ended it. Where it throws pages are told why, and the exception goes on
+int serve(view::Site site, const ServeOptions& options, const std::function<bool(view::Server&)>& work = {});
 
-/// Serves what a host sends to `address` as the stream "view", in a city, until Ctrl-C.
-/// @param header of the city, whose mesh is in `folder` already
-void serve_live(const std::string& address, view::Header header, city::City city,
-                const std::filesystem::path& folder, const ServeOptions& options);
+/// What `canyon view --live` shows.
+struct LiveView {
+  std::vector<std::string> addresses;            ///< of the hosts' streams "view"
+  view::Header header;                           ///< of the city, whose mesh is in the folder already
+  std::shared_ptr<simulation::CityScene> scene;  ///< the city
+  /// Of the hosts, where it is known: antennas are put by it.
+  std::optional<simulation::Scenario> scenario = {};
+  std::size_t paths_per_satellite = 12;
+};
+/// Serves what hosts send, in a city, until Ctrl-C.
+void serve_live(LiveView view, const std::filesystem::path& folder, const ServeOptions& options);
 
 }  // namespace canyon::cli

@@ -82,6 +82,11 @@ grep_each "inside, include what is needed" '#include "canyon/(canyon|io)\.hpp"' 
 grep_each "no 'using namespace' in a header" '^ *using namespace' $(printf '%s\n' "${sources[@]}" | grep hpp$)
 while IFS= read -r file; do breach "$file: no '#pragma once'"; done \
   < <(printf '%s\n' "${sources[@]}" | grep 'hpp$' | xargs grep -L '^#pragma once')
+for source in $(printf '%s\n' "${sources[@]}" | grep '^canyon/.*\.cpp$'); do
+  header=${source%cpp}hpp
+  [ ! -e "$header" ] || [ "$(grep -m1 '^#include' "$source")" = "#include \"$header\"" ] ||
+    breach "$source: its own header comes first: so it is proved to compile alone"
+done
 grep_each "not ASCII" '[^ -~	]' $(printf '%s\n' "${sources[@]}")
 grep_each "a test may not sleep" 'sleep_for|usleep\(|[^_a-z]sleep\(' $(printf '%s\n' "${sources[@]}" | grep '_test\.cpp$')
 

@@ -37,6 +37,10 @@ plant canyon/validation/planted.cpp '#include <osmium/osm.hpp>'
 plant canyon/city/planted.hpp '#pragma once
 using namespace std;'
 plant canyon/city/planted.hpp '// no pragma once'
+echo '#pragma once' >"$copy/canyon/tracking/planted.hpp"
+plant canyon/tracking/planted.cpp '#include <vector>
+#include "canyon/tracking/planted.hpp"'
+rm "$copy/canyon/tracking/planted.hpp"
 plant canyon/tracking/planted.cpp $'// caf\xc3\xa9'
 plant canyon/heatmap/files/planted_test.cpp 'usleep(10);'
 plant canyon/city/planted_test.cpp 'std::this_thread::sleep_for(1s);'

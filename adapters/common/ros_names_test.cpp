@@ -6,6 +6,7 @@
 #include <set>
 
 #include "canyon/base/input_error.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace canyon::adapters {
 namespace {
@@ -28,12 +29,7 @@ RosTopics topics(const std::vector<std::pair<std::string, std::string>>& remappi
 
 std::string error_of(const std::vector<std::pair<std::string, std::string>>& remappings) {
   std::vector<std::string> notes;
-  try {
-    (void)topics(remappings, notes);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "no error";
+  return canyon::test::refusal([&] { (void)topics(remappings, notes); });
 }
 
 TEST(RosNamespace, IsTheModelsNameWhereNobodySaysIt) {

@@ -3,10 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <limits>
 
-#include "canyon/base/input_error.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace canyon::adapters {
 namespace {
@@ -15,15 +14,6 @@ using Eigen::Vector3d;
 using geodesy::Geodetic;
 using geodesy::GpsTime;
 using geodesy::LocalFrame;
-
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 // 5 m along a 3-4-5 triangle, 4 m up, then back over 3 m along -x; 2 m/s, 1 s at each.
 const std::vector<Vector3d> kPath = {{1, 2, 0.5}, {4, 6, 0.5}, {4, 6, 4.5}, {1, 6, 4.5}};
@@ -107,7 +97,7 @@ TEST(VehicleDrive, PlacesTrajectoriesByTheWorldsHeading) {
 TEST(VehicleDrive, RefusesWhatItCannotFollow) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto waypoints = [](const std::vector<Vector3d>& points, double speed, double hold) {
-    return message_of([&] { (void)VehicleDrive::along_waypoints(points, {speed, hold, false}); });
+    return canyon::test::refusal([&] { (void)VehicleDrive::along_waypoints(points, {speed, hold, false}); });
   };
   EXPECT_NE(waypoints({}, 1, 0).find("list of waypoints is empty"), std::string::npos);
   EXPECT_NE(waypoints({{0, 0, 0}, {0, nan, 0}}, 1, 0).find("waypoint 2 is not finite"), std::string::npos);
@@ -118,7 +108,7 @@ TEST(VehicleDrive, RefusesWhatItCannotFollow) {
   const GpsTime start = GpsTime::from_week(2050, 1000);
   const auto drive = simulation::Trajectory::fixed(start, place, 60);
   const auto along = [&](GpsTime zero, const LocalFrame& world) {
-    return message_of([&] { (void)VehicleDrive::along_trajectory(drive, zero, world, false); });
+    return canyon::test::refusal([&] { (void)VehicleDrive::along_trajectory(drive, zero, world, false); });
   };
   EXPECT_NE(along(start, LocalFrame()).find("<spherical_coordinates>"), std::string::npos);
   EXPECT_NE(along(start + 61, LocalFrame(place)).find("ended 1.000 s before"), std::string::npos);

@@ -12,8 +12,8 @@
 #include <random>
 
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
-#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/frames.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters::gazebo_classic {
@@ -339,21 +339,12 @@ TEST_F(PhysicsRaysTest, LeavesNoTraceInTheWorld) {
   EXPECT_EQ(lorry->WorldLinearVel(), ignition::math::Vector3d::Zero);
 }
 
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 TEST_F(PhysicsRaysTest, RefusesWhatIsNoRay) {
   load(kVehicle + kWall);
   PhysicsRays rays(vehicle_link(), nullptr, "receiver 'r'");
   std::vector<double> ranges(1, -1);
   const auto refusal = [&](const PhysicsRay& ray) {
-    return message_of([&] { rays.cast({&ray, 1}, nullptr, ranges); });
+    return canyon::test::refusal([&] { rays.cast({&ray, 1}, nullptr, ranges); });
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(refusal({{nan, 0, 0}, Vector3d::UnitX()}).find("receiver 'r': ray 0 is not finite"),
@@ -365,7 +356,7 @@ TEST_F(PhysicsRaysTest, RefusesWhatIsNoRay) {
             std::string::npos);
   EXPECT_NE(refusal({{0, 0, 0}, Vector3d::UnitX(), 0}).find("above 0"), std::string::npos);
   const std::vector<PhysicsRay> two(2, {{0, 0, 0}, Vector3d::UnitX()});
-  EXPECT_NE(message_of([&] { rays.cast(two, nullptr, ranges); }).find("2 rays, but 1 ranges"),
+  EXPECT_NE(canyon::test::refusal([&] { rays.cast(two, nullptr, ranges); }).find("2 rays, but 1 ranges"),
             std::string::npos);
   EXPECT_EQ(ranges[0], -1);
 }
@@ -375,7 +366,7 @@ TEST_F(PhysicsRaysTest, NamesTheCureForOtherEngines) {
     load(kVehicle, engine);
     if (world_->Physics()->GetType() != engine) continue;  // not built in
     const std::string message =
-        message_of([&] { PhysicsRays rays(vehicle_link(), nullptr, "receiver 'r'"); });
+        canyon::test::refusal([&] { PhysicsRays rays(vehicle_link(), nullptr, "receiver 'r'"); });
     EXPECT_NE(message.find("'" + engine + "'"), std::string::npos) << message;
     EXPECT_NE(message.find("<ray_engine>embree</ray_engine>"), std::string::npos) << message;
   }

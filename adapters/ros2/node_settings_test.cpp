@@ -6,8 +6,8 @@
 #include <fstream>
 #include <set>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/options/values.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -37,12 +37,7 @@ class Settings : public testing::Test {
   Settings() { std::ofstream(file_) << kScenario; }
 
   static std::string fault_of(const Parameters& given) {
-    try {
-      (void)read_settings(given);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "no fault";
+    return canyon::test::refusal([&] { (void)read_settings(given); });
   }
 
   test::TemporaryFolder folder_;

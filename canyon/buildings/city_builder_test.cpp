@@ -18,6 +18,7 @@
 #include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -498,12 +499,7 @@ TEST(CityBuilder, ProgressRunsToTheEnd) {
 }
 
 std::string error_of(const MapData& map, const BuildOptions& options = {}) {
-  try {
-    (void)build_city(map, nullptr, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::refusal([&] { (void)build_city(map, nullptr, options); });
 }
 
 TEST(CityBuilder, BadInputSaysWhy) {

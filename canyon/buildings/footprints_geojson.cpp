@@ -1,26 +1,18 @@
 #include "canyon/buildings/footprints_geojson.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/rounded.hpp"
 #include "canyon/city/mesh_marks.hpp"
 
 namespace canyon::buildings {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// The shortest number within half a unit of the last of `decimals` digits; null where it is not finite.
-Json rounded(double value, int decimals) {
-  if (!std::isfinite(value)) return nullptr;
-  const double scale = std::pow(10.0, decimals);
-  const double result = std::round(value * scale) / scale;
-  return result == 0 ? 0.0 : result;
-}
 
 /// Twice the signed area [deg^2], about the first corner so that small rings keep their digits; positive when
 /// counter-clockwise.

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "canyon/base/input_error.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace canyon::city {
 namespace {
@@ -24,12 +25,7 @@ Mesh two_boxes_on_ground() {
 }
 
 std::string message_of(const Mesh& mesh) {
-  try {
-    check_mesh(mesh, "test mesh");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return test::refusal([&] { check_mesh(mesh, "test mesh"); });
 }
 
 TEST(Mesh, SurfaceOfEveryTriangle) {

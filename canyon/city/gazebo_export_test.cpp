@@ -12,6 +12,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "tests/support/city_comparison.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -131,38 +132,31 @@ TEST(GazeboExport, ReplacesOnlyItsOwnModel) {
   EXPECT_EQ(names, (std::set<std::string>{"town", "mine", "w_model"}));
 }
 
-template <typename Call>
-std::string error_of(const Call& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 TEST(GazeboExport, RefusesWhatCannotBeWritten) {
   const TemporaryFolder folder;
   const City city = odd_city();
-  EXPECT_THAT(error_of([&] { write_gazebo_world(folder / "a.world", City{}); }), HasSubstr("no triangle"));
-  EXPECT_THAT(error_of([&] { write_gazebo_model(folder / "a", City{}); }), HasSubstr("no triangle"));
-  EXPECT_THAT(error_of([&] { write_gazebo_world(folder / "a.xml", city); }), HasSubstr(".world or .sdf"));
-  EXPECT_THAT(error_of([&] { write_gazebo_world(folder / "no" / "a.world", city); }), HasSubstr("a.world"));
-  EXPECT_THAT(error_of([&] { write_gazebo_model(folder / "no" / "a", city); }),
+  EXPECT_THAT(test::refusal([&] { write_gazebo_world(folder / "a.world", City{}); }),
+              HasSubstr("no triangle"));
+  EXPECT_THAT(test::refusal([&] { write_gazebo_model(folder / "a", City{}); }), HasSubstr("no triangle"));
+  EXPECT_THAT(test::refusal([&] { write_gazebo_world(folder / "a.xml", city); }),
+              HasSubstr(".world or .sdf"));
+  EXPECT_THAT(test::refusal([&] { write_gazebo_world(folder / "no" / "a.world", city); }),
+              HasSubstr("a.world"));
+  EXPECT_THAT(test::refusal([&] { write_gazebo_model(folder / "no" / "a", city); }),
               HasSubstr("folder cannot be made"));
   std::ofstream(folder / "file") << "x";
-  EXPECT_THAT(error_of([&] { write_gazebo_model(folder / "file", city); }), HasSubstr("is a file"));
+  EXPECT_THAT(test::refusal([&] { write_gazebo_model(folder / "file", city); }), HasSubstr("is a file"));
   GazeboOptions options;
   options.name = "a city";
-  EXPECT_THAT(error_of([&] { write_gazebo_model(folder / "a", city, options); }),
+  EXPECT_THAT(test::refusal([&] { write_gazebo_model(folder / "a", city, options); }),
               HasSubstr("Gazebo name 'a city'"));
   options = {};
   options.triangles_per_mesh = 0;
-  EXPECT_THAT(error_of([&] { write_gazebo_model(folder / "a", city, options); }),
+  EXPECT_THAT(test::refusal([&] { write_gazebo_model(folder / "a", city, options); }),
               HasSubstr("triangles_per_mesh"));
   options = {};
   options.gps_time = "--> <evil/>";
-  EXPECT_THAT(error_of([&] { write_gazebo_model(folder / "a", city, options); }), HasSubstr("GPS time"));
+  EXPECT_THAT(test::refusal([&] { write_gazebo_model(folder / "a", city, options); }), HasSubstr("GPS time"));
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
 }
 

@@ -9,6 +9,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::city {
@@ -31,12 +32,7 @@ class GazeboImport : public ::testing::Test {
               "<?xml version='1.0'?>\n<sdf version='1.6'>\n<world name='w'>\n" + body + "\n</world></sdf>"));
   }
   std::string error(const std::string& body) {
-    try {
-      (void)world(body);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
+    return test::refusal([&] { (void)world(body); });
   }
 
   canyon::test::TemporaryFolder folder_;

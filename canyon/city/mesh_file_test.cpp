@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::city {
@@ -42,12 +42,7 @@ class MeshFile : public ::testing::Test {
     return folder_ / name;
   }
   static std::string error_of(const std::filesystem::path& path, const MeshImportOptions& options = {}) {
-    try {
-      static_cast<void>(read_mesh_city(path, options));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "no error";
+    return test::refusal([&] { static_cast<void>(read_mesh_city(path, options)); });
   }
 
   std::filesystem::path folder_;

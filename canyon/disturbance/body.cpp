@@ -129,13 +129,6 @@ Complex edge_field(double nu) {
   return nu < 0 ? 1.0 - field : field;
 }
 
-bool Body::holds(const Vector3d& point, double margin_m) const {
-  const Vector2d from = point.head<2>() - centre;
-  return std::abs(from.dot(ahead)) < half_length_m + margin_m &&
-         std::abs(cross(ahead, from)) < half_width_m + margin_m && point.z() < top_m + margin_m &&
-         (grounded || point.z() > bottom_m - margin_m);
-}
-
 Sight::Sight(const Vector3d& antenna, const Vector3d& arrival, double leg_m) : from(antenna) {
   const double horizontal = arrival.head<2>().norm();
   along = horizontal > 0 ? Vector2d(arrival.head<2>() / horizontal) : Vector2d::UnitX();

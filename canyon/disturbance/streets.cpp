@@ -293,6 +293,7 @@ void Streets::apply(const propagation::Antenna& antenna, propagation::Arrival& a
   std::erase_if(bodies_, [&](const Body& body) {
     return body.kind != Body::Kind::Crown && body.holds(place, kAntennaMargin_m);
   });
+  arrival.bodies.insert(arrival.bodies.end(), bodies_.begin(), bodies_.end());
   for (propagation::SatelliteView& view : arrival.views) {
     if (view.paths.paths.empty()) continue;
     pass(place, view, (arrival.ecef_from_enu.transpose() * view.line.direction_ecef).normalized());

@@ -279,6 +279,25 @@ TEST(Streets, MakeADirectPathADiffractedOneWhereABusCutsIt) {
   EXPECT_EQ(mirrored, cut);
 }
 
+TEST(Streets, TellWhereTheirBodiesAre) {
+  StreetsOptions options;
+  options.street = traffic();
+  const std::vector<Body> expected = bodies(Street(options.street, 3), kStart);
+  ASSERT_FALSE(expected.empty());
+  Streets streets(options, 3);
+  for (int epoch = 0; epoch < 2; ++epoch) {
+    propagation::Arrival one = arrival(geodesy::enu_from_azimuth_elevation(0, geodesy::radians(30)));
+    one.bodies.emplace_back().name = 7;  // a host's
+    streets.apply({kStart, {}, {}}, one);
+    ASSERT_EQ(one.bodies.size(), expected.size() + 1);
+    EXPECT_EQ(one.bodies[0].name, 7U);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_EQ(one.bodies[i + 1].name, expected[i].name);
+      EXPECT_EQ(one.bodies[i + 1].centre, expected[i].centre);
+    }
+  }
+}
+
 TEST(Streets, AddTheCrownsOnTheWay) {
   StreetsOptions options;
   options.street = traffic();

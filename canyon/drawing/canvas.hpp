@@ -9,7 +9,8 @@
 
 #include "canyon/drawing/palette.hpp"
 
-typedef struct _cairo cairo_t;  // as <cairo.h> says; users of this header need not have it
+// As <cairo.h> says; users of this header need not have it.
+typedef struct _cairo cairo_t;  // NOLINT(bugprone-reserved-identifier)
 
 namespace canyon::drawing {
 

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/output/ubx/frame.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
@@ -16,6 +15,7 @@
 #include "canyon/transport/transport.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/local_connection.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::live {
@@ -269,13 +269,10 @@ TEST(Session, RefusesSourcesThatDoNotFit) {
       [](const std::string& live, const std::string& rest = "rate_hz: 10\n",
          const std::string& receivers =
              "receivers: [{name: a, profile: ideal}, {name: b, profile: ideal}]\n") -> std::string {
-    try {
+    return test::refusal([&] {
       const Scenario s = scenario(live, rest, receivers);
       const Session session(s, city_of(s));
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "nothing";
+    });
   };
   EXPECT_THAT(problem("live: {poses: [{from: 'stdin:', receivers: [c]}]}\n"), HasSubstr("no receiver 'c'"));
   EXPECT_THAT(problem("live: {poses: [{from: 'stdin:', receivers: [a]}]}\n"),

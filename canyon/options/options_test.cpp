@@ -10,6 +10,8 @@
 #include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/options/values.hpp"
+#include "tests/support/refusal.hpp"
+#include "tests/support/spoiled_options.hpp"
 
 namespace canyon::options {
 namespace {
@@ -82,12 +84,7 @@ Options read_text(const std::string& text) {
 
 template <typename Options = Car>
 std::string fault(const std::string& text) {
-  try {
-    (void)read_text<Options>(text);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return test::refusal([&] { (void)read_text<Options>(text); });
 }
 
 TEST(Options, ReadersFillWhatIsThereAndLeaveTheRest) {
@@ -163,16 +160,7 @@ TEST(Options, HostsSpeakTheirOwnLanguageAboutFaults) {
 }
 
 TEST(Options, ChecksNameFieldAndBound) {
-  const auto message = [](const auto& spoil) {
-    Car car;
-    spoil(car);
-    try {
-      car.validate();
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  };
+  const test::SpoiledOptions<Car> message;
   EXPECT_EQ(message([](Car&) {}), "");
   EXPECT_EQ(message([](Car& c) { c.speed_mps = -1; }),
             "speed_mps of the car is -1; it must be at least 0 and at most 100 m/s");

@@ -23,37 +23,9 @@ namespace canyon::orbit {
 namespace {
 
 using geodesy::GpsTime;
-
-constexpr std::int64_t kUnixOfGpsEpoch = 315'964'800;  // 1980-01-06 00:00:00, `date -u -d 1980-01-06 +%s`
-
-RtklibTime rtklib_time(GpsTime t) {
-  const std::int64_t s = t.nanoseconds() / GpsTime::kNanosecondsPerSecond;  // after 1980
-  return {static_cast<std::time_t>(s + kUnixOfGpsEpoch),
-          static_cast<double>(t.nanoseconds() - s * GpsTime::kNanosecondsPerSecond) * 1e-9};
-}
-
-GpsTime gps_time(RtklibTime t) {
-  return GpsTime::from_nanoseconds((t.time - kUnixOfGpsEpoch) * GpsTime::kNanosecondsPerSecond +
-                                   std::llround(t.sec * 1e9));
-}
-
-int rtklib_satellite(gnss::SatelliteId id) {
-  switch (id.system) {
-    case gnss::System::GPS:
-      return satno(0x01, id.number);
-    case gnss::System::GLONASS:
-      return satno(0x04, id.number);
-    case gnss::System::Galileo:
-      return satno(0x08, id.number);
-    case gnss::System::QZSS:
-      return satno(0x10, id.number + 192);
-    case gnss::System::BeiDou:
-      return satno(0x20, id.number);
-    case gnss::System::SBAS:
-      return satno(0x02, id.number + 100);
-  }
-  return 0;
-}
+using test::gps_time;
+using test::rtklib_satellite;
+using test::rtklib_time;
 
 RtklibEphemeris rtklib_ephemeris(const gnss::KeplerEphemeris& e) {
   RtklibEphemeris r{};

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace canyon::orbit {
 namespace {
@@ -20,12 +20,7 @@ const std::vector<double> kAzimuth{0.1, 2.7, -1.2, 6.9, 4.0};
 const std::vector<double> kElevation{0, 0.35, 1.1, 1.5, 0.7};
 
 std::string message(const std::vector<double>& azimuth, const std::vector<double>& elevation) {
-  try {
-    const FrozenSky sky(kPlace, azimuth, elevation);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "no error";
+  return test::refusal([&] { const FrozenSky sky(kPlace, azimuth, elevation); });
 }
 
 TEST(FrozenSky, GivesBackTheAnglesAtAnyTime) {
@@ -81,7 +76,7 @@ TEST(FrozenSky, NamesWhatIsWrong) {
   EXPECT_THAT(message({1}, {-0.1}), HasSubstr("0 to pi/2 rad"));
   EXPECT_THAT(message({1}, {std::numeric_limits<double>::quiet_NaN()}), HasSubstr("out of range"));
   EXPECT_THAT(message({std::numeric_limits<double>::infinity()}, {1}), HasSubstr("not a finite number"));
-  EXPECT_EQ(message({1}, {1.5708}), "no error");
+  EXPECT_EQ(message({1}, {1.5708}), "");
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/output/path_loss.hpp"
+#include "canyon/view/tables/epoch_row.hpp"
 
 namespace canyon::output {
 namespace {
@@ -32,61 +33,37 @@ EpochRows::EpochRows(tracking::SignalOptions signal, std::size_t paths_per_satel
     : signal_(std::move(signal)), paths_per_satellite_(paths_per_satellite) {}
 
 void EpochRows::clear() {
-  epochs.clear();
-  satellites.clear();
-  paths.clear();
+  for (view::Rows* rows : {&epochs, &satellites, &paths, &bodies}) rows->clear();
 }
 
 void EpochRows::add_epoch(const simulation::Epoch& epoch, double time_s, int skyline, const ToLocal& local) {
-  const Eigen::Vector3d antenna = local(epoch.truth_ecef);
   const positioning::Fix& fix = epoch.observed.fix;
-  const Eigen::Vector3d& v = epoch.truth.velocity_enu_mps;
-  const bool solved = fix.solved();
-  Eigen::Vector3d place = Eigen::Vector3d::Constant(kNone);
-  if (solved) place = local(fix.position_ecef);
-  const Eigen::Vector3d error = solved ? epoch.error_enu_m : place;
-  const Eigen::Matrix3d covariance =
-      solved ? fix.covariance_enu : Eigen::Matrix3d(Eigen::Matrix3d::Constant(kNone));
-  const positioning::Dop dop =
-      solved && fix.dop ? *fix.dop : positioning::Dop{kNone, kNone, kNone, kNone, kNone};
-  epochs.add({time_s,
-              antenna.x(),
-              antenna.y(),
-              antenna.z(),
-              geodesy::degrees(epoch.truth.yaw_rad),
-              geodesy::degrees(epoch.truth.roll_rad),
-              geodesy::degrees(epoch.truth.pitch_rad),
-              v.x(),
-              v.y(),
-              v.z(),
-              static_cast<double>(fix.status),
-              static_cast<double>(epoch.placement),
-              place.x(),
-              place.y(),
-              place.z(),
-              error.x(),
-              error.y(),
-              error.z(),
-              covariance(0, 0),
-              covariance(1, 1),
-              covariance(2, 2),
-              covariance(0, 1),
-              covariance(0, 2),
-              covariance(1, 2),
-              dop.gdop,
-              dop.pdop,
-              dop.hdop,
-              dop.vdop,
-              dop.tdop,
-              static_cast<double>(used_count(fix)),
-              static_cast<double>(epoch.observed.visible),
-              static_cast<double>(epoch.observed.blocked),
-              static_cast<double>(skyline)});
+  view::EpochRow row;
+  row.time_s = time_s;
+  row.antenna_m = local(epoch.truth_ecef);
+  row.yaw_deg = geodesy::degrees(epoch.truth.yaw_rad);
+  row.roll_deg = geodesy::degrees(epoch.truth.roll_rad);
+  row.pitch_deg = geodesy::degrees(epoch.truth.pitch_rad);
+  row.velocity_mps = epoch.truth.velocity_enu_mps;
+  row.status = fix.status;
+  row.placement = epoch.placement;
+  if (fix.solved()) {
+    row.fix_m = local(fix.position_ecef);
+    row.error_m = epoch.error_enu_m;
+    row.covariance_m2 = fix.covariance_enu;
+    if (fix.dop) row.dop = *fix.dop;
+  }
+  row.used = static_cast<int>(used_count(fix));
+  row.visible = epoch.observed.visible;
+  row.blocked = epoch.observed.blocked;
+  row.skyline = skyline;
+  row.add_to(epochs);
 }
 
 void EpochRows::add(const simulation::Epoch& epoch, std::size_t number, double time_s, int skyline,
                     const ToLocal& local, std::span<const gnss::SatelliteId> known) {
   add_epoch(epoch, time_s, skyline, local);
+  if (epoch.arrival != nullptr) add_bodies(epoch.arrival->bodies, number);
   const positioning::Fix& fix = epoch.observed.fix;
   std::map<gnss::SatelliteId, const propagation::SatelliteView*> views;
   for_each_view(epoch.observed, epoch.arrival,
@@ -114,6 +91,15 @@ void EpochRows::add(const simulation::Epoch& epoch, std::size_t number, double t
                     static_cast<double>(s.lock), value_or_nan(m ? m->cn0_dbhz : std::nullopt),
                     value_or_nan(s.cn0_dbhz), has_tracked_excess(s) ? s.excess_m : kNone,
                     m ? s.pseudorange_error_m : kNone, residual_m, static_cast<double>(count)});
+  }
+}
+
+void EpochRows::add_bodies(const std::vector<propagation::Body>& about, std::size_t number) {
+  for (const propagation::Body& body : about) {
+    bodies.add({static_cast<double>(number), static_cast<double>(body.kind), rounded(body.centre.x(), 64),
+                rounded(body.centre.y(), 64), rounded(body.bottom_m, 64), rounded(body.top_m, 64),
+                rounded(geodesy::degrees(std::atan2(body.ahead.y(), body.ahead.x())), 64),
+                rounded(2 * body.half_length_m, 64), rounded(2 * body.half_width_m, 64)});
   }
 }
 

@@ -31,10 +31,11 @@ class EpochRows {
 
   void clear();
 
-  view::Rows epochs{view::kEpochs}, satellites{view::kSatellites}, paths{view::kPaths};
+  view::Rows epochs{view::kEpochs}, satellites{view::kSatellites}, paths{view::kPaths}, bodies{view::kBodies};
 
  private:
   void add_epoch(const simulation::Epoch& epoch, double time_s, int skyline, const ToLocal& local);
+  void add_bodies(const std::vector<propagation::Body>& about, std::size_t number);
   std::size_t add_paths(const receiver::SatelliteObservation& satellite,
                         const propagation::SatelliteView& view);
 

@@ -1,7 +1,7 @@
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "canyon/base/rounded.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"
@@ -17,14 +17,6 @@ using Json = nlohmann::ordered_json;
 
 std::string colour(std::string_view rgb) {
   return '#' + std::string(rgb);
-}
-
-/// The shortest number within half a unit of the last of `decimals` digits; null where it is not finite.
-Json rounded(double value, int decimals) {
-  if (!std::isfinite(value)) return nullptr;
-  const double scale = std::pow(10.0, decimals);
-  const double result = std::round(value * scale) / scale;
-  return result == 0 ? 0.0 : result;
 }
 
 /// Longitude, latitude [deg, 9 decimals: 0.1 mm], ellipsoidal height [m] (RFC 7946, 3.1.1 and 4).
@@ -54,7 +46,7 @@ class GeoJson final : public Encoder {
     if (seen.fix.solved()) {
       properties["error_horizontal_m"] = rounded(horizontal_m(epoch.error_enu_m), 3);
       properties["error_up_m"] = rounded(epoch.error_enu_m.z(), 3);
-      properties["hdop"] = seen.fix.dop ? rounded(seen.fix.dop->hdop, 3) : Json(nullptr);
+      properties["hdop"] = seen.fix.dop ? Json(rounded(seen.fix.dop->hdop, 3)) : Json(nullptr);
       properties["used"] = used_count(seen.fix);
       properties["marker-color"] = colour(error_classes()[error_class(horizontal_m(epoch.error_enu_m))].rgb);
     } else {

@@ -30,17 +30,20 @@ Json begun(const char* type, const std::optional<std::int64_t>& id) {
 
 }  // namespace
 
-std::string hello_message(const ReceiverDescription& receiver) {
+std::string hello_message(std::span<const ReceiverDescription> receivers) {
   Json json = begun("hello", {});
-  json["begin_utc"] = geodesy::format_utc(receiver.begin);
-  json["begin_gpst"] = geodesy::format_gpst(receiver.begin);
-  json["gps_week"] = receiver.begin.week();
-  json["gps_tow"] = receiver.begin.seconds_of_week();
-  json["interval_s"] = receiver.interval_s;
+  const geodesy::GpsTime begin = receivers.front().begin;
+  json["begin_utc"] = geodesy::format_utc(begin);
+  json["begin_gpst"] = geodesy::format_gpst(begin);
+  json["gps_week"] = begin.week();
+  json["gps_tow"] = begin.seconds_of_week();
+  json["interval_s"] = receivers.front().interval_s;
   json["receivers"] = Json::array();
-  json["receivers"].push_back({{"name", receiver.name},
-                               {"strength", receiver.signal.enabled},
-                               {"elevation_mask_deg", geodesy::degrees(receiver.elevation_mask_rad)}});
+  for (const ReceiverDescription& receiver : receivers) {
+    json["receivers"].push_back({{"name", receiver.name},
+                                 {"strength", receiver.signal.enabled},
+                                 {"elevation_mask_deg", geodesy::degrees(receiver.elevation_mask_rad)}});
+  }
   return text_of(json);
 }
 
@@ -55,13 +58,32 @@ std::string epoch_message(const EpochMessage& message, const EpochRows& rows) {
   json["satellites"] = Json::array();
   for (const gnss::SatelliteId id : message.satellites) json["satellites"].push_back(gnss::to_string(id));
   if (!message.skyline.empty()) {
-    json["skyline"] = Json::array();
-    for (const char half_degrees : message.skyline) {
-      json["skyline"].push_back(static_cast<unsigned char>(half_degrees));
-    }
+    json["skyline"] = std::vector<unsigned char>(message.skyline.begin(), message.skyline.end());
   }
-  json["chunk"] = base64(view::encode_chunk({&rows.epochs, &rows.satellites, &rows.paths}));
+  json["chunk"] = base64(view::encode_chunk({&rows.epochs, &rows.satellites, &rows.paths, &rows.bodies}));
   return text_of(json);
+}
+
+std::string epoch_message(EpochMessage message, const simulation::Epoch& epoch,
+                          const EpochRows::ToLocal& local, EpochRows& rows) {
+  message.place = local(epoch.truth_ecef);
+  message.faults = epoch.faults;
+  message.satellites.clear();
+  for (const auto& satellite : epoch.observed.satellites) message.satellites.push_back(satellite.id);
+  rows.clear();
+  rows.add(epoch, 0, message.time_s, -1, local, message.satellites);
+  return epoch_message(message, rows);
+}
+
+std::string progress_message(std::size_t done, std::size_t planned) {
+  Json json = begun("progress", {});
+  json["done"] = done;
+  json["planned"] = planned;
+  return text_of(json);
+}
+
+std::string finished_message() {
+  return text_of(begun("finished", {}));
 }
 
 std::string error_message(std::optional<std::int64_t> id, std::string_view problem) {

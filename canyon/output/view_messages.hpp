@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,8 +18,9 @@ inline constexpr int kViewMessages = 1;
 
 struct ReceiverDescription;
 
-/// {"type":"hello",...}: of which receiver, and from when on, epochs follow.
-[[nodiscard]] std::string hello_message(const ReceiverDescription& receiver);
+/// {"type":"hello",...}: of which receivers, and from when on, epochs follow.
+/// Precondition: there is one; begin and interval are the first one's.
+[[nodiscard]] std::string hello_message(std::span<const ReceiverDescription> receivers);
 
 /// An epoch on its own, as the page shows it.
 struct EpochMessage {
@@ -33,8 +35,18 @@ struct EpochMessage {
 };
 /// {"type":"epoch",...}; `rows` is one epoch with its satellites and paths.
 [[nodiscard]] std::string epoch_message(const EpochMessage& message, const EpochRows& rows);
+/// The same of an epoch: its place, faults, satellites and rows; the rest is as `message` says.
+/// @param rows of the receiver; what they held is gone
+[[nodiscard]] std::string epoch_message(EpochMessage message, const simulation::Epoch& epoch,
+                                        const EpochRows::ToLocal& local, EpochRows& rows);
 
-/// {"type":"error",...}: what was wrong with a question, for people.
+/// {"type":"progress",...}: so many epochs of a run are computed.
+[[nodiscard]] std::string progress_message(std::size_t done, std::size_t planned);
+
+/// {"type":"finished",...}: the run has ended, and the folder holds all of it.
+[[nodiscard]] std::string finished_message();
+
+/// {"type":"error",...}: what was wrong with a question or, without one, with the run; for people.
 [[nodiscard]] std::string error_message(std::optional<std::int64_t> id, std::string_view problem);
 
 }  // namespace canyon::output

@@ -1,5 +1,5 @@
-#include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "canyon/output/formats.hpp"
 #include "canyon/output/view_messages.hpp"
@@ -16,7 +16,7 @@ class ViewStream final : public Encoder {
   explicit ViewStream(const ReceiverDescription& receiver)
       : receiver_(receiver), rows_(receiver.signal, kPaths) {}
 
-  std::string begin() override { return hello_message(receiver_) + "\n"; }
+  std::string begin() override { return hello_message({&receiver_, 1}) + "\n"; }
 
   std::string encode(const simulation::Epoch& epoch) override {
     if (epoch.arrival == nullptr) return {};
@@ -26,13 +26,8 @@ class ViewStream final : public Encoder {
     };
     EpochMessage message;
     message.receiver = receiver_.name;
-    message.place = local(epoch.truth_ecef);
     message.time_s = epoch.observed.time - receiver_.begin;
-    message.faults = epoch.faults;
-    for (const auto& satellite : epoch.observed.satellites) message.satellites.push_back(satellite.id);
-    rows_.clear();
-    rows_.add(epoch, 0, message.time_s, -1, local, message.satellites);
-    return epoch_message(message, rows_) + "\n";
+    return epoch_message(std::move(message), epoch, local, rows_) + "\n";
   }
 
  private:

@@ -14,6 +14,7 @@
 #include "canyon/orbit/frozen_sky.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "tests/support/circular_sky.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/spoiled_options.hpp"
 
 namespace canyon::positioning {
@@ -402,12 +403,7 @@ TEST(SolveFix, RefusesWhatIsNoMeasurement) {
   const auto message = [&](auto&& spoil) {
     std::vector<Measurement> bad = good;
     spoil(bad);
-    try {
-      static_cast<void>(solve_fix(kTime, bad, four_systems(), FixOptions{}));
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::refusal([&] { static_cast<void>(solve_fix(kTime, bad, four_systems(), FixOptions{})); });
   };
   using List = std::vector<Measurement>;
   const std::string sat = gnss::to_string(good[2].id);

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "tests/support/circular_sky.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/test_drive.hpp"
 
 namespace canyon::positioning {
@@ -334,12 +334,7 @@ TEST(RaimOptions, NamesTheFieldThatIsOutOfRange) {
   const auto message = [](auto&& spoil) {
     FixOptions options;
     spoil(options.raim);
-    try {
-      options.validate();
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::refusal([&] { options.validate(); });
   };
   EXPECT_EQ(message([](RaimOptions&) {}), "");
   EXPECT_THAT(message([](RaimOptions& o) { o.false_alarm = 0; }), testing::HasSubstr("false_alarm"));

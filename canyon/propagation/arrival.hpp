@@ -9,6 +9,7 @@
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
+#include "canyon/propagation/body.hpp"
 #include "canyon/propagation/interference.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
@@ -64,6 +65,9 @@ struct Arrival {
   /// What the receiver's firmware gets wrong of the date: GPS weeks, and seconds of UTC.
   int weeks_off = 0, utc_off_s = 0;
   std::optional<Restart> restart{};
+  /// What stands or moves about the antenna and is not in the city, in the paths' frame, for who wants to see
+  /// it: paths know of it already.
+  std::vector<Body> bodies{};
   std::vector<std::string> faults{};  ///< names of those at work (disturbance::FaultTimeline)
 };
 

@@ -115,7 +115,7 @@ void EdgeDiffraction::Impl::find(const EdgeSet& set, raytrace::InstanceId instan
                                  : directions[i];
     mark_diffracting(s.near, towards, blocked[i] ? shadow_excess : lit_excess, s.marks);
     for (std::size_t word = 0; word < s.marks.size(); word += 8) {
-      std::uint64_t eight;
+      std::uint64_t eight = 0;
       std::memcpy(&eight, s.marks.data() + word, 8);
       if (eight == 0) continue;
       for (std::size_t k = word; k < word + 8; ++k) {
@@ -223,7 +223,6 @@ void EdgeDiffraction::trace(const Vector3d& antenna, std::span<const Vector3d> d
                             std::span<const bool> blocked,
                             std::span<std::vector<DiffractedPath>> result) const {
   assert(directions.size() == blocked.size() && directions.size() == result.size());
-  raytrace::check_place(antenna, "the antenna's place");
   const Impl& impl = *impl_;
   Scratch& s = scratch();
   s.candidates.clear();

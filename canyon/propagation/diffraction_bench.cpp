@@ -2,7 +2,6 @@
 // as propagator_bench.cpp.
 
 #include <benchmark/benchmark.h>
-#include <fmt/format.h>
 
 #include <cstddef>
 #include <memory>
@@ -12,7 +11,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/propagation/diffraction.hpp"
 #include "canyon/propagation/propagator.hpp"
-#include "tests/support/bench_city.hpp"
+#include "tests/support/bench_scene.hpp"
 
 namespace {
 
@@ -23,10 +22,7 @@ using canyon::propagation::Propagator;
 using canyon::propagation::SatellitePaths;
 using canyon::propagation::Visibility;
 
-struct Fixture {
-  canyon::bench::BenchCity city = canyon::bench::bench_city();
-  std::vector<Eigen::Vector3d> sky = canyon::bench::spread_sky(50);
-  canyon::raytrace::RayScene scene{city.city.mesh};
+struct Fixture : canyon::bench::BenchScene {
   /// Of all satellites at all places.
   std::unique_ptr<bool[]> blocked = std::make_unique<bool[]>(sky.size() * city.places.size());
 
@@ -119,10 +115,5 @@ BENCHMARK(PrepareEdges)->Unit(benchmark::kMillisecond);
 }  // namespace
 
 int main(int argc, char** argv) {
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  fmt::print("{}, {} triangles, {} places, {} satellites\n", fixture().city.city.name,
-             fixture().city.city.mesh.triangles.size(), fixture().city.places.size(), fixture().sky.size());
-  benchmark::RunSpecifiedBenchmarks();
-  return 0;
+  return canyon::bench::run_benchmarks(argc, argv, fixture);
 }

@@ -366,7 +366,6 @@ void DiffuseScattering::trace(const Vector3d& antenna, std::span<const Vector3d>
                               std::span<const bool> wanted,
                               std::span<std::vector<DiffusePath>> result) const {
   assert(directions.size() == wanted.size() && directions.size() == result.size());
-  raytrace::check_place(antenna, "the antenna's place");
   bool any = false;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     result[i].clear();

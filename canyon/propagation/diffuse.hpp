@@ -66,9 +66,9 @@ class DiffuseScattering {
   [[nodiscard]] const DiffuseOptions& options() const;
 
   /// Of satellites in the given directions (unit, ENU, antenna to satellite) with wanted[i], by excess path,
-  /// at most options().max_paths each; result[i] belongs to directions[i] and is empty where not wanted. The
-  /// antenna must be finite and wanted directions unit to 1e-6 (InputError). Buildings and vehicles scatter,
-  /// terrain and foliage do not; patches must see the satellite. Spans of one length.
+  /// at most options().max_paths each; result[i] belongs to directions[i] and is empty where not wanted.
+  /// Wanted directions must be unit to 1e-6 (InputError). Buildings and vehicles scatter, terrain and foliage
+  /// do not; patches must see the satellite. Spans of one length; raytrace::check_place(antenna) passes.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<const bool> wanted, std::span<std::vector<DiffusePath>> result) const;
 

@@ -2,7 +2,6 @@
 // propagator_bench.cpp, and what it gains in certainty with more rays.
 
 #include <benchmark/benchmark.h>
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +12,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/propagation/diffuse.hpp"
-#include "tests/support/bench_city.hpp"
+#include "tests/support/bench_scene.hpp"
 
 namespace {
 
@@ -21,10 +20,7 @@ using canyon::propagation::DiffuseOptions;
 using canyon::propagation::DiffusePath;
 using canyon::propagation::DiffuseScattering;
 
-struct Fixture {
-  canyon::bench::BenchCity city = canyon::bench::bench_city();
-  std::vector<Eigen::Vector3d> sky = canyon::bench::spread_sky(50);
-  canyon::raytrace::RayScene scene{city.city.mesh};
+struct Fixture : canyon::bench::BenchScene {
   /// Of all satellites at all places, at most twenty of each.
   std::unique_ptr<bool[]> wanted = std::make_unique<bool[]>(sky.size() * city.places.size());
   double wanted_per_place = 0;
@@ -161,10 +157,5 @@ BENCHMARK(Directive)->Arg(96)->Arg(192)->Arg(384)->Arg(1024)->Unit(benchmark::kM
 }  // namespace
 
 int main(int argc, char** argv) {
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  fmt::print("{}, {} triangles, {} places, {} satellites\n", fixture().city.city.name,
-             fixture().city.city.mesh.triangles.size(), fixture().city.places.size(), fixture().sky.size());
-  benchmark::RunSpecifiedBenchmarks();
-  return 0;
+  return canyon::bench::run_benchmarks(argc, argv, fixture);
 }

@@ -107,7 +107,7 @@ struct Scratch {
   std::vector<std::vector<DiffractedPath>> diffracted;
   std::vector<std::vector<DiffusePath>> diffuse;
 
-  const Prepared& prepared(raytrace::InstanceId instance) const {
+  [[nodiscard]] const Prepared& prepared(raytrace::InstanceId instance) const {
     const auto found =
         std::lower_bound(sets.begin(), sets.end(), instance,
                          [](const PlacedSet& set, raytrace::InstanceId id) { return set.instance < id; });
@@ -400,6 +400,7 @@ const PropagationOptions& Propagator::options() const {
 /// Begins `result` with the direct paths; which satellites have none.
 std::span<bool> Propagator::Impl::look(const Vector3d& antenna, std::span<const Vector3d> directions,
                                        Scratch& s, std::span<SatellitePaths> result) const {
+  raytrace::check_place(antenna, "the antenna's place");
   s.rays.clear();
   for (const Vector3d& direction : directions) {
     assert(std::abs(direction.squaredNorm() - 1) < 1e-6);
@@ -422,7 +423,6 @@ std::span<bool> Propagator::Impl::look(const Vector3d& antenna, std::span<const 
 void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> directions,
                        std::span<SatellitePaths> result, std::vector<KnownEdge>* edges) const {
   assert(directions.size() == result.size());
-  raytrace::check_place(antenna, "the antenna's place");
   const Impl& impl = *impl_;
   const int order = impl.options.reflection_order;
   Scratch& s = scratch();
@@ -441,7 +441,6 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
 void Propagator::trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
                             std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const {
   assert(directions.size() == result.size());
-  raytrace::check_place(antenna, "the antenna's place");
   const Impl& impl = *impl_;
   assert(impl.options.model == Model::Specular && impl.scene->placed_instances().empty());
   Scratch& s = scratch();

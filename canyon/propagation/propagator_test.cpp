@@ -19,6 +19,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "tests/support/shared_data.hpp"
+#include "tests/support/spoiled_options.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -137,16 +138,7 @@ TEST(Paths, TheImageIsWhereTheMirrorsShowTheAntenna) {
 }
 
 TEST(PropagationOptions, NameTheFieldThatIsWrong) {
-  const auto message = [](auto&& change) -> std::string {
-    PropagationOptions options;
-    change(options);
-    try {
-      options.validate();
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
-  };
+  const canyon::test::SpoiledOptions<PropagationOptions> message;
   using testing::HasSubstr;
   EXPECT_EQ(message([](PropagationOptions&) {}), "");
   EXPECT_THAT(message([](PropagationOptions& o) { o.reflection_order = 3; }),

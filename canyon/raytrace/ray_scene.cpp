@@ -33,6 +33,7 @@ std::runtime_error embree_failure(RTCDevice device, const char* what) {
 /// A mesh in Embree and what is needed to compute exact ranges.
 struct BuiltMesh {
   city::Mesh mesh;
+  Eigen::AlignedBox3d bounds;
   Vector3d centre = Vector3d::Zero();
   double radius = 0;  ///< of the vertices about the centre
   embree::Scene scene;
@@ -40,14 +41,10 @@ struct BuiltMesh {
   BuiltMesh() = default;
   BuiltMesh(RTCDevice device, const city::Mesh& from, const std::string& name, bool filtered) : mesh(from) {
     city::check_mesh(mesh, name);
-    Vector3d low = Vector3d::Constant(1e300), high = Vector3d::Constant(-1e300);
-    for (const Vector3d& v : mesh.vertices) {
-      low = low.cwiseMin(v);
-      high = high.cwiseMax(v);
-    }
-    if (!mesh.vertices.empty()) {
-      centre = 0.5 * (low + high);
-      radius = 0.5 * (high - low).norm();
+    for (const Vector3d& v : mesh.vertices) bounds.extend(v);
+    if (!bounds.isEmpty()) {
+      centre = bounds.center();
+      radius = 0.5 * bounds.diagonal().norm();
     }
     scene.reset(rtcNewScene(device));
     if (!scene) throw embree_failure(device, "no scene");
@@ -282,7 +279,7 @@ void RayScene::commit() {
     // A millionth and a millimetre more than the mesh, for what floats make of it.
     impl_->movers.push_back(
         {centre, built.radius * (1 + 1e-6) + 1e-3, instance->pose.linear().transpose(), &built});
-    impl_->placed.push_back({static_cast<InstanceId>(i + 1), &built.mesh, instance->pose});
+    impl_->placed.push_back({static_cast<InstanceId>(i + 1), &built.mesh, instance->pose, built.bounds});
     impl_->movers_radius =
         std::max(impl_->movers_radius, (centre - impl_->city.centre).norm() + built.radius);
   }

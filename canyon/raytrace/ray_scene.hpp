@@ -51,6 +51,7 @@ struct PlacedInstance {
   InstanceId id = 0;
   const city::Mesh* mesh = nullptr;  ///< in its own frame; valid until the next commit()
   Eigen::Isometry3d enu_from_instance = Eigen::Isometry3d::Identity();
+  Eigen::AlignedBox3d bounds;  ///< of the mesh, in its own frame
 };
 
 /// Rays through a static city and movable instances. All const members are thread-safe; the non-const ones

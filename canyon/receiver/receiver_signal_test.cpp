@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/signal_scene.hpp"
 
 namespace canyon::receiver {
@@ -547,24 +546,15 @@ TEST(ReceiverSignal, SwitchedOffNothingOfItShows) {
   }
 }
 
-std::string refusal(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return {};
-}
-
 TEST(ReceiverSignal, BadOptionsNameTheReceiver) {
   ReceiverOptions options = plain();
   options.name = "rover";
   options.signal.cn0_step_db = -1;
-  EXPECT_THAT(refusal([&] { Receiver receiver(options, 1); }),
+  EXPECT_THAT(test::refusal([&] { Receiver receiver(options, 1); }),
               testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("cn0_step_db")));
   options.signal.cn0_step_db = 0;
   options.filter.gate_sigmas = 0;
-  EXPECT_THAT(refusal([&] { Receiver receiver(options, 1); }),
+  EXPECT_THAT(test::refusal([&] { Receiver receiver(options, 1); }),
               testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("gate_sigmas")));
   // A BOC's side peaks are half a chip away: GPS takes correlators a chip apart, Galileo does not.
   options = plain();
@@ -572,7 +562,7 @@ TEST(ReceiverSignal, BadOptionsNameTheReceiver) {
   options.signal.dll.spacing_chips = 1;
   Receiver receiver(options, 1);
   EXPECT_TRUE(observe_one(receiver, 0, clear).measurement);
-  EXPECT_THAT(refusal([&] {
+  EXPECT_THAT(test::refusal([&] {
                 static_cast<void>(
                     observe(receiver, four_systems(), kTime, open_sky(four_systems(), kTime, kAntenna)));
               }),

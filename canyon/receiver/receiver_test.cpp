@@ -18,6 +18,7 @@
 #include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/observe.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::receiver {
@@ -618,15 +619,6 @@ TEST(ReceiverAtmosphere, IonosphereWithoutCoefficientsIsRefused) {
   EXPECT_THROW(observe_open_sky(receiver, four_systems(), kTime, ecef), InputError);
 }
 
-std::string refusal(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return {};
-}
-
 TEST(Receiver, RefusesPosesAndTimesThatAreNone) {
   const Eigen::Vector3d ecef = kFrame.ecef_from_local({0, 0, 0});
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -635,7 +627,7 @@ TEST(Receiver, RefusesPosesAndTimesThatAreNone) {
   Receiver receiver(options, 1);
   const std::vector<SatelliteView> views = open_sky(four_systems(), kTime, ecef);
   const auto observe = [&](GpsTime time, const Eigen::Vector3d& antenna, const Eigen::Vector3d& velocity) {
-    return refusal([&] {
+    return test::refusal([&] {
       static_cast<void>(test::observe_views(receiver, time, antenna, velocity, views, kEcefFromEnu,
                                             Placement::Free, four_systems()));
     });
@@ -653,7 +645,7 @@ TEST(ReceiverOptionsTest, NamesReceiverAndField) {
     ReceiverOptions options;
     options.name = "rover";
     spoil(options);
-    return refusal([&] { Receiver receiver(options, 1); });
+    return test::refusal([&] { Receiver receiver(options, 1); });
   };
   using Options = ReceiverOptions;
   EXPECT_EQ(message([](Options&) {}), "");

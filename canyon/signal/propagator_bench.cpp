@@ -3,7 +3,6 @@
 // epoch.
 
 #include <benchmark/benchmark.h>
-#include <fmt/format.h>
 
 #include <cmath>
 #include <complex>
@@ -13,7 +12,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/propagation/propagator.hpp"
 #include "canyon/signal/path_strength.hpp"
-#include "tests/support/bench_city.hpp"
+#include "tests/support/bench_scene.hpp"
 
 namespace propagation = canyon::propagation;
 
@@ -26,11 +25,7 @@ using canyon::propagation::SatellitePaths;
 using canyon::propagation::Visibility;
 using canyon::signal::AntennaPattern;
 
-struct Fixture {
-  canyon::bench::BenchCity city = canyon::bench::bench_city();
-  std::vector<Eigen::Vector3d> sky = canyon::bench::spread_sky(50);
-  canyon::raytrace::RayScene scene{city.city.mesh};
-};
+using Fixture = canyon::bench::BenchScene;
 
 const Fixture& fixture() {
   static const Fixture fixture;
@@ -181,10 +176,5 @@ BENCHMARK(PrepareSecondOrder)->Unit(benchmark::kMillisecond);
 }  // namespace
 
 int main(int argc, char** argv) {
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  fmt::print("{}, {} triangles, {} places, {} satellites\n", fixture().city.city.name,
-             fixture().city.city.mesh.triangles.size(), fixture().city.places.size(), fixture().sky.size());
-  benchmark::RunSpecifiedBenchmarks();
-  return 0;
+  return canyon::bench::run_benchmarks(argc, argv, fixture);
 }

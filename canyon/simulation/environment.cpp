@@ -18,6 +18,9 @@ struct Environment::Impl {
 
 namespace {
 
+/// Movable models that stand farther from the antenna are not among Arrival::bodies [m].
+constexpr double kNear_m = 300;
+
 template <typename T>
 std::shared_ptr<T> checked(std::shared_ptr<T> part, const char* what) {
   if (!part) throw InputError(std::string("an environment needs a ") + what);
@@ -83,13 +86,11 @@ propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Ve
 propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::SatelliteId> satellites,
                                   const raytrace::RayScene& scene, const Standpoint& standpoint,
                                   const Tracer& trace) {
-  raytrace::check_place(standpoint.antenna_enu, "the antenna's position");
-  const orbit::Observer observer(standpoint.antenna_ecef);
-
   propagation::Arrival arrival;
   arrival.ecef_from_enu = standpoint.ecef_from_enu;
   arrival.antenna_enu = standpoint.antenna_enu;
   arrival.placement = scene.placement(standpoint.antenna_enu);
+  const orbit::Observer observer(standpoint.antenna_ecef);
   arrival.views.reserve(satellites.size());
   std::vector<Eigen::Vector3d> directions;
   directions.reserve(satellites.size());
@@ -100,6 +101,10 @@ propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::S
     if (!line || !(line->elevation_rad > 0)) continue;
     directions.emplace_back(standpoint.ecef_from_enu.transpose() * line->direction_ecef);
     arrival.views.push_back({*std::move(line), {}});
+  }
+  for (const raytrace::PlacedInstance& instance : scene.placed_instances()) {
+    propagation::Body body = propagation::body_of(instance);
+    if ((body.centre - standpoint.antenna_enu.head<2>()).norm() < kNear_m) arrival.bodies.push_back(body);
   }
   if (arrival.placement != raytrace::Placement::Free) return arrival;
 

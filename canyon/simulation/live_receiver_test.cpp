@@ -111,6 +111,7 @@ TEST(LiveReceiver, BeginsAnewWhenTimeJumpsBack) {
   LiveReceiver live(live_config(), downtown(), *live_config().start);
   const AntennaState antenna{{0, 0, 1.5}, Eigen::Vector3d::Zero()};
   std::vector<Epoch> first;
+  first.reserve(5);
   for (int k = 0; k < 5; ++k) first.push_back(live.observe(0.1 * k, antenna).epoch);
   for (int k = 0; k < 5; ++k)
     expect_same(first[static_cast<std::size_t>(k)], live.observe(0.1 * k, antenna).epoch);
@@ -234,6 +235,27 @@ TEST(LiveReceiver, FollowsMovedInstancesAndNewScenes) {
   empty->scene.set_pose(bus, Eigen::Isometry3d(Eigen::Translation3d(10, 0, 0)));
   empty->scene.commit();
   EXPECT_EQ(visibility(0.1), propagation::Visibility::Blocked);
+  // Who looks on is told of it: the upright box about it, turned by 30 deg and tilted by 90 deg about its own
+  // x.
+  empty->scene.set_pose(bus,
+                        Eigen::Isometry3d(Eigen::Translation3d(20, 10, 40) *
+                                          Eigen::AngleAxisd(geodesy::radians(30), Eigen::Vector3d::UnitZ()) *
+                                          Eigen::AngleAxisd(geodesy::radians(90), Eigen::Vector3d::UnitX())));
+  empty->scene.commit();
+  const std::vector<propagation::Body> near = live.observe(0.15, antenna).arrival.bodies;
+  ASSERT_EQ(near.size(), 1U);
+  // Its 30 m of height lie along its right side now: its middle is 15 m to the right of (20, 10).
+  EXPECT_NEAR(near[0].centre.x(), 20 + 15 * 0.5, 1e-9);
+  EXPECT_NEAR(near[0].centre.y(), 10 - 15 * std::sqrt(0.75), 1e-9);
+  EXPECT_NEAR(near[0].half_length_m, 1, 1e-9);
+  EXPECT_NEAR(near[0].half_width_m, 15, 1e-9);
+  EXPECT_NEAR(near[0].bottom_m, 35, 1e-9);
+  EXPECT_NEAR(near[0].top_m, 45, 1e-9);
+  EXPECT_NEAR(std::atan2(near[0].ahead.y(), near[0].ahead.x()), geodesy::radians(30), 1e-9);
+  EXPECT_EQ(near[0].name, bus);
+  empty->scene.set_pose(bus, Eigen::Isometry3d(Eigen::Translation3d(400, 0, 0)));
+  empty->scene.commit();
+  EXPECT_TRUE(live.observe(0.17, antenna).arrival.bodies.empty()) << "far away";
   live.set_scene(std::make_shared<CityScene>(city::City{}));
   EXPECT_EQ(visibility(0.2), propagation::Visibility::LOS);
 }

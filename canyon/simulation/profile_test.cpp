@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <sstream>
 
 #include "canyon/base/input_error.hpp"
@@ -44,9 +43,8 @@ TEST(Profile, TheLibraryHasTheFilesOfTheRepository) {
   std::vector<std::string> names;
   for (const BuiltInProfile& profile : built_in_profiles()) {
     names.emplace_back(profile.name);
-    std::stringstream text;
-    text << std::ifstream(kSource / "profiles" / (names.back() + ".yaml")).rdbuf();
-    EXPECT_EQ(profile.text, text.str()) << profile.name;
+    EXPECT_EQ(profile.text, canyon::test::read_bytes(kSource / "profiles" / (names.back() + ".yaml")))
+        << profile.name;
   }
   EXPECT_THAT(names, ElementsAre("ideal", "paper", "phone", "survey", "ublox-f9p", "ublox-m10", "ublox-m8t"));
 }

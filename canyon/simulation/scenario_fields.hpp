@@ -14,6 +14,8 @@
 
 namespace canyon::simulation {
 
+inline constexpr options::Range kLatitude_deg{-90, 90}, kLongitude_deg{-180, 180}, kHeight_m{-10e3, 100e3};
+
 void visit_rate(options::Visitor& v, std::optional<double>& rate_hz);
 void visit_seed(options::Visitor& v, std::uint64_t& seed);
 /// A reader puts waypoints by east, north, up in place where the city's origin is known.

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
@@ -28,6 +27,7 @@ namespace {
 using canyon::test::another_value;
 using canyon::test::bad_values;
 using canyon::test::nested;
+using canyon::test::read_bytes;
 using canyon::test::run_program;
 using options::Node;
 using test::error_of;
@@ -36,12 +36,6 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 const std::filesystem::path kSource = canyon_source_dir;
-
-std::string read_text(const std::filesystem::path& path) {
-  std::stringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
 
 // Key paths of a YAML text, lists of mappings as "[]".
 void collect(const YAML::Node& node, const std::string& path, std::set<std::string>& paths) {
@@ -335,7 +329,7 @@ TEST(ReceiverKeys, ScenariosAndHostsHaveThoseOfProfiles) {
 }
 
 TEST(ScenarioKeys, DocumentationHasTheSameTable) {
-  const std::string page = read_text(kSource / "docs/scenario.md");
+  const std::string page = read_bytes(kSource / "docs/scenario.md");
   const std::string begin = "<!-- begin: canyon scenario keys --markdown -->\n";
   const std::string end = "<!-- end -->\n";
   const std::size_t from = page.find(begin);
@@ -374,7 +368,7 @@ std::map<std::string, std::string> all_scenarios(const TemporaryFolder& folder) 
   std::map<std::string, std::string> texts;
   for (const auto& entry : std::filesystem::directory_iterator(kSource / "examples")) {
     if (entry.path().extension() != ".yaml" || entry.path().filename() == "recordings.yaml") continue;
-    texts[entry.path().filename().string()] = read_text(entry.path());
+    texts[entry.path().filename().string()] = read_bytes(entry.path());
   }
   for (const BuiltInProfile& profile : built_in_profiles()) {
     texts[std::string(profile.name)] = fmt::format(

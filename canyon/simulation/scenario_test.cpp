@@ -5,9 +5,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -19,6 +17,7 @@
 namespace canyon::simulation {
 namespace {
 
+using canyon::test::read_bytes;
 using geodesy::degrees;
 using geodesy::GpsTime;
 using geodesy::radians;
@@ -31,12 +30,6 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 const std::filesystem::path kSource = canyon_source_dir;
-
-std::string read_text(const std::filesystem::path& path) {
-  std::stringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
 
 // What is said about a scenario of this text, from its name on.
 std::string fault(const std::string& text) {
@@ -118,16 +111,16 @@ TEST(Scenario, ExamplesOfTheRepositoryParse) {
   EXPECT_EQ(frozen.sky.frozen_elevation_rad[2], 1.02);
   EXPECT_EQ(frozen.receivers[0].propagation.model, propagation::Model::Mirror);
   const IssueFolder data;
-  const std::string drive = read_text(kSource / "examples/urbannav_tst.yaml");
+  const std::string drive = read_bytes(kSource / "examples/urbannav_tst.yaml");
   (void)read_scenario(data.folder.write("urbannav_tst.yaml", drive));
   const Scenario judged = read_scenario(
-      data.folder.write("urbannav_tst_m8t.yaml", read_text(kSource / "examples/urbannav_tst_m8t.yaml")));
+      data.folder.write("urbannav_tst_m8t.yaml", read_bytes(kSource / "examples/urbannav_tst_m8t.yaml")));
   EXPECT_TRUE(judged.receivers[0].options.signal.enabled);
   EXPECT_THAT(drive, EndsWith(kIssueExample)) << "the example and the one in the documentation are one";
 }
 
 TEST(Scenario, TheExampleOfTheDocumentationIsTheTestedOne) {
-  EXPECT_THAT(read_text(kSource / "docs/scenario.md"), HasSubstr("```yaml\n" + kIssueExample + "```"));
+  EXPECT_THAT(read_bytes(kSource / "docs/scenario.md"), HasSubstr("```yaml\n" + kIssueExample + "```"));
 }
 
 TEST(Scenario, SystemsMayStandInOneText) {

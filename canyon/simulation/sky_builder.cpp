@@ -178,12 +178,8 @@ bool has_satellites(const orbit::Sky& sky, GpsTime t) {
 }
 
 void require_satellites(const orbit::Sky& sky, std::span<const GpsTime> times) {
-  const std::vector<gnss::SatelliteId> ids = sky.satellites();
   for (std::size_t i = 0; i < times.size(); ++i) {
-    if (i > 0 && times[i] == times[i - 1]) continue;
-    if (std::any_of(ids.begin(), ids.end(), [&](gnss::SatelliteId id) { return sky.state(id, times[i]); })) {
-      continue;
-    }
+    if ((i > 0 && times[i] == times[i - 1]) || has_satellites(sky, times[i])) continue;
     throw InputError(fmt::format("no satellite has an ephemeris at {}", geodesy::format_utc(times[i], 0)),
                      "give times near those that the sky's ephemerides are of, or ephemerides of that day");
   }

@@ -59,11 +59,14 @@ void for_each_place(std::size_t places, const TracePlacesOptions& options, const
       steps, kBlock, options.threads, [] { return true; }, make, take);
 }
 
-void check(std::size_t places, std::size_t satellites, std::span<TracedSatellite> result) {
-  if (result.size() != places * satellites) {
+void check(std::span<const Eigen::Vector3d> places, std::size_t satellites,
+           std::span<TracedSatellite> result) {
+  if (result.size() != places.size() * satellites) {
     throw InputError(
-        fmt::format("{} results for {} places and {} satellites", result.size(), places, satellites));
+        fmt::format("{} results for {} places and {} satellites", result.size(), places.size(), satellites));
   }
+  for (std::size_t i = 0; i < places.size(); ++i)
+    raytrace::check_place(places[i], fmt::format("place {}", i));
 }
 
 }  // namespace
@@ -72,7 +75,7 @@ void trace_places(const Environment& environment, const propagation::Propagator&
                   std::span<const geodesy::GpsTime> times, std::span<const Eigen::Vector3d> places_enu,
                   std::span<const gnss::SatelliteId> satellites, std::span<TracedSatellite> result,
                   const TracePlacesOptions& options) {
-  check(places_enu.size(), satellites.size(), result);
+  check(places_enu, satellites.size(), result);
   if (times.size() != 1 && times.size() != places_enu.size()) {
     throw InputError(fmt::format("{} times for {} places", times.size(), places_enu.size()),
                      "give one time, or one for each place");
@@ -93,7 +96,6 @@ void trace_places(const Environment& environment, const propagation::Propagator&
   };
   for_each_place(places_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
     const Eigen::Vector3d& place = places_enu[i];
-    raytrace::check_place(place, fmt::format("place {}", i));
     const propagation::Arrival arrival =
         make_arrival(environment.sky(), ascending, environment.scene(),
                      {times[times.size() == 1 ? 0 : i], frame.ecef_from_local(place), place,
@@ -116,7 +118,7 @@ void trace_places(const Environment& environment, const propagation::Propagator&
 void trace_places(const Environment& environment, const propagation::Propagator& propagator,
                   std::span<const Eigen::Vector3d> places_enu, std::span<const Eigen::Vector3d> directions,
                   std::span<TracedSatellite> result, const TracePlacesOptions& options) {
-  check(places_enu.size(), directions.size(), result);
+  check(places_enu, directions.size(), result);
   std::vector<geodesy::AzimuthElevation> looks;
   for (const Eigen::Vector3d& direction : directions) {
     if (!direction.allFinite() || std::abs(direction.norm() - 1) > 1e-6) {
@@ -127,7 +129,6 @@ void trace_places(const Environment& environment, const propagation::Propagator&
   }
   for_each_place(places_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
     const Eigen::Vector3d& place = places_enu[i];
-    raytrace::check_place(place, fmt::format("place {}", i));
     const raytrace::Placement placement = environment.scene().placement(place);
     std::vector<propagation::SatellitePaths> found(directions.size());
     if (placement == raytrace::Placement::Free) propagator.trace(place, directions, found);

@@ -18,9 +18,6 @@ using geodesy::Geodetic;
 using options::Range;
 using options::Visitor;
 
-constexpr Range kLatitude_deg{-90, 90};
-constexpr Range kLongitude_deg{-180, 180};
-constexpr Range kHeight_m{-10e3, 100e3};
 constexpr Range kLocal_m{-1e6, 1e6};
 
 struct PlaceKeys {

@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <numeric>
-#include <sstream>
 
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -49,12 +48,6 @@ std::vector<std::size_t> numbers(std::size_t n) {
   return all;
 }
 
-std::string bytes_of(const std::filesystem::path& path) {
-  std::stringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
-
 /// Runs what is missing, writes the results and returns their bytes.
 std::string finish(const StudyPlan& plan, const std::filesystem::path& folder, int threads) {
   const Manifest manifest = manifest_of(plan);
@@ -69,7 +62,7 @@ std::string finish(const StudyPlan& plan, const std::filesystem::path& folder, i
   }
   auto records = read_records(folder, plan.size());
   write_study_netcdf(folder / "study.nc", manifest, records, folder);
-  return bytes_of(folder / "study.nc") + comparison_csv(manifest, compare(manifest, records));
+  return test::read_bytes(folder / "study.nc") + comparison_csv(manifest, compare(manifest, records));
 }
 
 // The figures are those of `canyon simulate` with the run's scenario.
@@ -183,7 +176,7 @@ TEST(StudyStore, RefusesOtherStudiesAndDamage) {
   run_all(RunMaker(plan), store, {0, 1}, {1, nullptr, {}, {}});
   for (const auto& entry : std::filesystem::directory_iterator(out / "runs")) {
     if (entry.path().extension() != ".jsonl") continue;
-    std::string text = bytes_of(entry.path());
+    std::string text = test::read_bytes(entry.path());
     text[text.find("figures")] = 'F';
     std::ofstream(entry.path(), std::ios::binary) << text;
   }

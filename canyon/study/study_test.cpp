@@ -6,9 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "canyon/study/design.hpp"
 #include "canyon/study/runner.hpp"
@@ -206,10 +204,9 @@ TEST(Study, KeyFollowsWhatResultsDependOn) {
 }
 
 TEST(Study, DocumentationHasTheSameTable) {
-  std::stringstream page;
-  page << std::ifstream(std::filesystem::path(canyon_source_dir) / "docs/study.md").rdbuf();
-  EXPECT_THAT(page.str(), HasSubstr("<!-- begin: keys of a study -->\n" +
-                                    options::markdown(study_description().keys) + "<!-- end -->\n"))
+  EXPECT_THAT(canyon::test::read_bytes(std::filesystem::path(canyon_source_dir) / "docs/study.md"),
+              HasSubstr("<!-- begin: keys of a study -->\n" + options::markdown(study_description().keys) +
+                        "<!-- end -->\n"))
       << "put this table between the marks";
 }
 

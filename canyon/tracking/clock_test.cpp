@@ -7,6 +7,7 @@
 #include <string>
 
 #include "canyon/base/input_error.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace canyon::tracking {
 namespace {
@@ -56,12 +57,7 @@ TEST(ReceiverClock, RefusesBadOptionsAndSteps) {
     options.bias_s = bias;
     options.drift = drift;
     options.drift_walk = walk;
-    try {
-      options.validate();
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::refusal([&] { options.validate(); });
   };
   EXPECT_THAT(message(0.2, 0, 0), testing::HasSubstr("bias_s"));
   EXPECT_THAT(message(std::nan(""), 0, 0), testing::HasSubstr("bias_s"));

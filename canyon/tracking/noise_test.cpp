@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace canyon::tracking {
 namespace {
@@ -145,14 +146,7 @@ TEST(OuProcess, VeryLongGapDrawsFromTheStationaryDistribution) {
 }
 
 TEST(OuProcess, RefusesBadOptionsAndSteps) {
-  const auto message = [](const OuOptions& options) {
-    try {
-      options.validate();
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  };
+  const auto message = [](const OuOptions& options) { return test::refusal([&] { options.validate(); }); };
   EXPECT_THAT(message(ou(0, 0, 1)), testing::HasSubstr("theta_per_s"));
   EXPECT_THAT(message(ou(std::nan(""), 0, 1)), testing::HasSubstr("theta_per_s"));
   EXPECT_THAT(message(ou(1, INFINITY, 1)), testing::HasSubstr("mu_m"));

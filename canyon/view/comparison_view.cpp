@@ -19,6 +19,7 @@
 #include "canyon/view/header_extension.hpp"
 #include "canyon/view/skyline.hpp"
 #include "canyon/view/tables/chunk.hpp"
+#include "canyon/view/tables/epoch_row.hpp"
 
 namespace canyon::view {
 namespace {
@@ -132,61 +133,36 @@ class ComparisonView {
     for (std::size_t i = 0; i < input_.count; ++i) {
       const ComparedEpoch& e = epoch(i);
       const validation::ComparedFix& fix = fix_of(e, side);
-      const Vector3d error = fix.solved ? fix.error_enu_m : Vector3d(Vector3d::Constant(kNone));
-      const Vector3d place = e.place_enu_m + comparison_.registration.direction_in_city(error);
-      const Vector3d v = velocity(i);
+      EpochRow row;
+      row.time_s = time_s(i);
+      row.antenna_m = e.place_enu_m;
+      row.velocity_mps = velocity(i);
       // Of a car that stands the heading before it stood.
+      const Vector3d& v = row.velocity_mps;
       if (v.head<2>().norm() > 0.5) yaw_deg = geodesy::degrees(std::atan2(v.y(), v.x()));
+      row.yaw_deg = yaw_deg;
       const auto list = satellites(i);
-      const auto measured =
-          std::count_if(list.begin(), list.end(), [&](const auto& s) { return is_measured(s, side); });
-      const auto rest = static_cast<std::ptrdiff_t>(list.size()) - measured;
-      rows.add(
-          {time_s(i),
-           e.place_enu_m.x(),
-           e.place_enu_m.y(),
-           e.place_enu_m.z(),
-           yaw_deg,
-           0,
-           0,
-           v.x(),
-           v.y(),
-           v.z(),
-           static_cast<double>(fix.solved ? positioning::FixStatus::Fix : positioning::FixStatus::NotSolved),
-           static_cast<double>(raytrace::Placement::Free),
-           place.x(),
-           place.y(),
-           place.z(),
-           error.x(),
-           error.y(),
-           error.z(),
-           kNone,
-           kNone,
-           kNone,
-           kNone,
-           kNone,
-           kNone,
-           kNone,
-           kNone,
-           kNone,
-           kNone,
-           kNone,
-           static_cast<double>(fix.used),
-           static_cast<double>(measured),
-           static_cast<double>(rest),
-           static_cast<double>(skylines.row_at(input_.environment->scene(), e.place_enu_m))});
+      row.used = fix.used;
+      row.visible = static_cast<int>(
+          std::count_if(list.begin(), list.end(), [&](const auto& s) { return is_measured(s, side); }));
+      row.blocked = static_cast<int>(list.size()) - row.visible;
+      row.skyline = skylines.row_at(input_.environment->scene(), e.place_enu_m);
       used += fix.used;
-      visible += static_cast<double>(measured);
-      blocked += static_cast<double>(rest);
+      visible += row.visible;
+      blocked += row.blocked;
       if (fix.solved) {
-        horizontal.push_back(error.head<2>().norm());
-        vertical.push_back(std::abs(error.z()));
+        row.status = positioning::FixStatus::Fix;
+        row.error_m = fix.error_enu_m;
+        row.fix_m = e.place_enu_m + comparison_.registration.direction_in_city(fix.error_enu_m);
+        horizontal.push_back(fix.error_enu_m.head<2>().norm());
+        vertical.push_back(std::abs(fix.error_enu_m.z()));
         outage_from_s = kNone;
       } else {
         if (std::isnan(outage_from_s)) outage_from_s = time_s(i);
         summary.longest_outage_s =
             std::max(summary.longest_outage_s, time_s(i) + header_.interval_s - outage_from_s);
       }
+      row.add_to(rows);
     }
     const auto n = static_cast<double>(input_.count);
     summary.epochs = input_.count;

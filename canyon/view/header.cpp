@@ -9,6 +9,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/positioning/fix.hpp"
+#include "canyon/propagation/body.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/tracking/signal_lock.hpp"
 #include "canyon/view/tables/tables.hpp"
@@ -63,7 +64,7 @@ Json city_json(const SceneCity& city) {
 /// The words that columns index.
 Json words() {
   Json status = Json::array(), placement = Json::array(), visibility = Json::array(), lock = Json::array(),
-       path = Json::array();
+       path = Json::array(), body = Json::array();
   for (int i = 0; i <= static_cast<int>(positioning::FixStatus::NoSignal); ++i) {
     const auto s = static_cast<positioning::FixStatus>(i);
     status.push_back(s == positioning::FixStatus::Fix ? positioning::name(s) : positioning::reason(s));
@@ -80,11 +81,11 @@ Json words() {
   for (int i = 0; i <= static_cast<int>(propagation::PathKind::Transmitted); ++i) {
     path.push_back(propagation::name(static_cast<propagation::PathKind>(i)));
   }
-  return {{"status", status},
-          {"placement", placement},
-          {"visibility", visibility},
-          {"lock", lock},
-          {"path", path}};
+  for (int i = 0; i <= static_cast<int>(propagation::Body::Kind::Crown); ++i) {
+    body.push_back(propagation::name(static_cast<propagation::Body::Kind>(i)));
+  }
+  return {{"status", status}, {"placement", placement}, {"visibility", visibility},
+          {"lock", lock},     {"path", path},           {"body", body}};
 }
 
 Json summary_json(const output::RunSummary& s) {

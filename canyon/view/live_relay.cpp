@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 #include <poll.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -23,8 +25,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kLongestLine = std::size_t{4} << 20;
 constexpr int kWait_ms = 20;
-/// Where the antenna has moved by less since the last skyline, that one holds [m]; as ViewOptions has it.
-constexpr double kSkylineStep_m = 3;
 
 /// Where a host listens, this one connects.
 std::string reader_of(const std::string& address) {
@@ -42,114 +42,171 @@ Eigen::Vector3d place_of(const Json& message) {
   return {axis("east_m"), axis("north_m"), axis("up_m")};
 }
 
+std::string text_of(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// Where a receiver runs.
+struct Host {
+  std::string address;
+  std::unique_ptr<transport::Transport> transport;
+  transport::LineCutter lines{kLongestLine};
+  Json hello;                                ///< its last one; null: none yet
+  geodesy::GpsTime begin;                    ///< that this one tells
+  std::map<std::string, std::string> names;  ///< of its receivers on the page
+  std::string complaint;
+};
+
 }  // namespace
 
 struct LiveRelay::Impl {
-  Impl(const std::string& address, Header about, std::filesystem::path at, const raytrace::RayScene& rays)
-      : header(std::move(about)),
-        folder(std::move(at)),
-        scene(rays),
-        transport(transport::open_transport(reader_of(address))) {
+  Impl(std::span<const std::string> addresses, Header about, std::filesystem::path at,
+       const raytrace::RayScene& rays)
+      : header(std::move(about)), folder(std::move(at)), scene(rays) {
+    for (const std::string& address : addresses) {
+      if (std::count(addresses.begin(), addresses.end(), address) > 1) {
+        throw InputError(fmt::format("{} is given twice", address), "each receiver's stream has its own");
+      }
+      Host& host = hosts.emplace_back();
+      host.address = address;
+      host.transport = transport::open_transport(reader_of(address));
+    }
     header.live = true;
     write_header(header, folder);
   }
 
-  void hear(Server& server, std::string_view line) {
+  void hear(Server& server, Host& host, std::string_view line) {
     try {
       Json message = Json::parse(line);
       if (message.at("version") != output::kViewMessages) {
-        return complain("the host speaks another version of the viewer's messages");
+        return complain(host, "the host speaks another version of the viewer's messages");
       }
       if (message.at("type") == "hello") {
-        take_hello(server, message, std::string(line));
-      } else if (message.at("type") == "epoch" && !hello.empty()) {
-        take_epoch(server, message);
+        take_hello(server, host, std::move(message));
+      } else if (message.at("type") == "epoch" && !host.hello.is_null()) {
+        take_epoch(server, host, message);
       }
     } catch (const Json::exception&) {
-      complain("what comes there is not the stream 'view'");
+      complain(host, "what comes there is not the stream 'view'");
     }
   }
 
-  void take_hello(Server& server, const Json& message, std::string line) {
-    Header told = header;
-    told.begin =
+  /// All receivers of all hosts become one hello: their times count from the begin of the first host's.
+  void take_hello(Server& server, Host& from, Json message) {
+    const auto begin =
         geodesy::GpsTime::from_week(message.at("gps_week").get<int>(), message.at("gps_tow").get<double>());
-    told.interval_s = message.at("interval_s").get<double>();
+    Header told = header;
+    told.begin.reset();
     told.receivers.clear();
-    for (const Json& receiver : message.at("receivers")) {
-      ReceiverHeader& one = told.receivers.emplace_back();
-      one.name = receiver.at("name").get<std::string>();
-      one.strength = receiver.at("strength").get<bool>();
-      one.elevation_mask_deg = receiver.at("elevation_mask_deg").get<double>();
+    Json all;
+    std::set<std::string> taken;
+    std::vector<std::map<std::string, std::string>> names;
+    for (const Host& host : hosts) {
+      const Json& said = &host == &from ? message : host.hello;
+      names.emplace_back();
+      if (said.is_null()) continue;
+      if (!told.begin) {
+        told.begin = &host == &from ? begin : host.begin;
+        told.interval_s = said.at("interval_s").get<double>();
+        all = said;
+        all["receivers"] = Json::array();
+      }
+      for (const Json& receiver : said.at("receivers")) {
+        ReceiverHeader& one = told.receivers.emplace_back();
+        const auto name = receiver.at("name").get<std::string>();
+        one.name = taken.insert(name).second ? name : fmt::format("{} ({})", name, host.address);
+        one.strength = receiver.at("strength").get<bool>();
+        one.elevation_mask_deg = receiver.at("elevation_mask_deg").get<double>();
+        names.back()[name] = one.name;
+        all["receivers"].push_back(receiver);
+        all["receivers"].back()["name"] = one.name;
+      }
     }
     header = std::move(told);
     write_header(header, folder);
-    skyline_place.reset();
-    hello = std::move(line);
+    told_anew = true;
+    for (std::size_t i = 0; i < hosts.size(); ++i) hosts[i].names = std::move(names[i]);
+    from.begin = begin;
+    from.hello = std::move(message);
+    for (const auto& [name, shown] : from.names) skylines.erase(shown);
+    newest.clear();
+    hello = text_of(all);
     server.greet({hello});
     server.send(hello);
   }
 
-  void take_epoch(Server& server, Json& message) {
+  void take_epoch(Server& server, const Host& host, Json& message) {
+    const auto name = host.names.find(message.at("receiver").get<std::string>());
+    if (name == host.names.end()) return;
+    message["receiver"] = name->second;
+    message["time_s"] = message.at("time_s").get<double>() + (host.begin - *header.begin);
     const Eigen::Vector3d place = place_of(message);
     if (place.allFinite()) {
-      if (!skyline_place || !((place - *skyline_place).norm() < kSkylineStep_m)) {
-        skyline_place = place;
-        skyline = Json::array();
-        for (const char half_degrees : skyline_bytes(scene, place)) {
-          skyline.push_back(static_cast<unsigned char>(half_degrees));
-        }
-      }
-      message["skyline"] = skyline;
+      MovingSkyline& skyline = skylines[name->second];
+      skyline.move(scene, place);
+      message["skyline"] = std::vector<unsigned char>(skyline.bytes().begin(), skyline.bytes().end());
     }
-    const std::string text = message.dump(-1, ' ', false, Json::error_handler_t::replace);
-    server.greet({hello, text});
-    server.send(text);
+    newest[name->second] = text_of(message);
+    std::vector<std::string> greeting{hello};
+    for (const auto& [receiver, epoch] : newest) greeting.push_back(epoch);
+    server.greet(std::move(greeting));
+    server.send(newest[name->second]);
   }
 
-  void complain(const char* what) {
-    if (complaint != what) notes.emplace_back(what);
-    complaint = what;
+  void complain(Host& host, const char* what) {
+    if (host.complaint != what) notes.push_back(fmt::format("{}: {}", host.address, what));
+    host.complaint = what;
   }
 
   Header header;
   std::filesystem::path folder;
   const raytrace::RayScene& scene;
-  std::unique_ptr<transport::Transport> transport;
-  transport::LineCutter lines{kLongestLine};
-  std::string hello;
-  std::optional<Eigen::Vector3d> skyline_place;
-  Json skyline;
-  std::string complaint;
+  std::vector<Host> hosts;
+  std::string hello;  ///< of all; empty: none yet
+  bool told_anew = false;
+  /// By the receivers' names on the page.
+  std::map<std::string, std::string> newest;
+  std::map<std::string, MovingSkyline> skylines;
   std::vector<std::string> notes;
 };
 
-LiveRelay::LiveRelay(const std::string& address, Header header, std::filesystem::path folder,
+LiveRelay::LiveRelay(std::span<const std::string> addresses, Header header, std::filesystem::path folder,
                      const raytrace::RayScene& scene)
-    : impl_(std::make_unique<Impl>(address, std::move(header), std::move(folder), scene)) {}
+    : impl_(std::make_unique<Impl>(addresses, std::move(header), std::move(folder), scene)) {}
 LiveRelay::~LiveRelay() = default;
 
 void LiveRelay::serve(Server& server) {
   Impl& impl = *impl_;
-  impl.transport->serve();
   bool any = false;
-  for (const transport::Heard& heard : impl.transport->take_heard()) {
-    any = true;
-    impl.lines.hear(heard.bytes, [&](const std::optional<std::string_view>& line) {
-      if (line) impl.hear(server, *line);
-    });
+  for (Host& host : impl.hosts) {
+    host.transport->serve();
+    for (const transport::Heard& heard : host.transport->take_heard()) {
+      any = true;
+      host.lines.hear(heard.bytes, [&](const std::optional<std::string_view>& line) {
+        if (line) impl.hear(server, host, *line);
+      });
+    }
   }
   if (any) return;
   std::vector<int> handles;
-  impl.transport->add_handles(handles);
+  for (const Host& host : impl.hosts) host.transport->add_handles(handles);
   std::vector<pollfd> polled;
   polled.reserve(handles.size());
   for (const int handle : handles) polled.push_back({handle, POLLIN, 0});
   poll(polled.data(), polled.size(), kWait_ms);
 }
 
+std::optional<Header> LiveRelay::take_header() {
+  if (!std::exchange(impl_->told_anew, false)) return std::nullopt;
+  return impl_->header;
+}
+
 std::vector<std::string> LiveRelay::take_notes() {
-  for (std::string& note : impl_->transport->take_notes()) impl_->notes.push_back(std::move(note));
+  for (const Host& host : impl_->hosts) {
+    for (const std::string& note : host.transport->take_notes()) {
+      impl_->notes.push_back(fmt::format("{}: {}", host.address, note));
+    }
+  }
   return std::exchange(impl_->notes, {});
 }
 

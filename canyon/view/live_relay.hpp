@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,22 +13,26 @@
 
 namespace canyon::view {
 
-/// Takes the format "view" of a host that runs (`canyon live`, a simulator's plugin, a ROS node) to pages.
-/// The host sends to this alone and waits for nobody; where it is gone it is tried again every second.
+/// Takes the format "view" of hosts that run (`canyon live`, a simulator's plugins, ROS nodes) to pages: each
+/// stream is of one receiver, and a page shows them all. A host sends to this alone and waits for nobody;
+/// where it is gone it is tried again every second.
 class LiveRelay {
  public:
-  /// @param address that the host's stream listens at, "tcp://127.0.0.1:PORT", or any other that
-  /// transport::open_transport() hears from
-  /// @param header of the city; time and receivers are the host's to tell. It is written to `folder` at once
+  /// @param addresses that the hosts' streams listen at, "tcp://127.0.0.1:PORT", or any other that
+  /// transport::open_transport() hears from. Receivers stand in their order; of equal names the later ones
+  /// have their address behind them, and all times count from the begin that the first host tells
+  /// @param header of the city; time and receivers are the hosts' to tell. It is written to `folder` at once
   /// @param scene of the city, for skylines; must outlive it
-  /// Throws InputError for what is no address, and where the folder does not take the header.
-  LiveRelay(const std::string& address, Header header, std::filesystem::path folder,
+  /// Throws InputError for what is no address, or given twice, and where the folder does not take the header.
+  LiveRelay(std::span<const std::string> addresses, Header header, std::filesystem::path folder,
             const raytrace::RayScene& scene);
   ~LiveRelay();
 
   /// Hands on what has come; waits 20 ms at most where nothing has.
   void serve(Server& server);
-  /// What there is to say since the last call, one line each.
+  /// What the hosts have told, where one has begun since the last call.
+  [[nodiscard]] std::optional<Header> take_header();
+  /// What there is to say since the last call, one line each, the address in front.
   [[nodiscard]] std::vector<std::string> take_notes();
 
  private:

@@ -54,20 +54,25 @@ class LiveRelayTest : public testing::Test {
     simulation_->run({&run_});
     address_ = "tcp://127.0.0.1:" + std::to_string(test::free_port());
     server_ = std::make_unique<Server>(Site{"page", folder_.path()});
+    relay_ = relay({address_});
+  }
+  [[nodiscard]] std::unique_ptr<LiveRelay> relay(const std::vector<std::string>& addresses) const {
     Header header;
     header.title = "live";
     header.city.origin = scene_->city.frame.origin();
-    relay_ = std::make_unique<LiveRelay>(address_, header, folder_.path(), scene_->scene);
+    return std::make_unique<LiveRelay>(addresses, header, folder_.path(), scene_->scene);
   }
   [[nodiscard]] std::unique_ptr<output::EncodedStream> host() const {
     return output::open_stream(output::parse_stream("view=" + address_), *simulation_);
   }
   /// So many messages that a page hears while both ends are served.
-  std::vector<Json> hear(test::Listener& page, std::size_t count, output::EncodedStream& stream) {
+  std::vector<Json> hear(test::Listener& page, std::size_t count, output::EncodedStream& stream,
+                         output::EncodedStream* other = nullptr) {
     std::atomic<bool> heard_all{false};
     std::thread work([&] {
       while (!heard_all) {
         stream.serve();
+        if (other != nullptr) other->serve();
         relay_->serve(*server_);
       }
     });
@@ -97,6 +102,8 @@ TEST_F(LiveRelayTest, TakesAHostsEpochsToPagesAndGreetsLateOnesWithTheNewest) {
   EXPECT_EQ(heard[0]["type"], "hello");
   EXPECT_EQ(heard[0]["begin_utc"], "2026-06-01T12:00:00.000Z");
   EXPECT_EQ(heard[0]["receivers"][0]["name"], "rover");
+  ASSERT_TRUE(relay_->take_header());
+  EXPECT_FALSE(relay_->take_header());  // once
   // The header tells the same, for pages that come from now on.
   EXPECT_EQ(header()["time"]["begin_utc"], "2026-06-01T12:00:00.000Z");
   EXPECT_EQ(header()["time"]["interval_s"], simulation_->interval_s());
@@ -145,7 +152,42 @@ TEST_F(LiveRelayTest, PassesOverWhatIsNoStreamOfTheViewer) {
   }
   EXPECT_THAT(notes, testing::ElementsAre(HasSubstr("is not the stream 'view'")));  // said once
   EXPECT_EQ(header()["time"], nullptr);
-  EXPECT_THROW(LiveRelay("nowhere", Header{}, folder_.path(), scene_->scene), InputError);
+  EXPECT_THROW(relay({"nowhere"}), InputError);
+  EXPECT_THROW(relay({address_, address_}), InputError);
+}
+
+TEST_F(LiveRelayTest, ShowsTheReceiversOfAllHostsInOneTime) {
+  simulation::Scenario later = scenario();
+  later.start = *later.start + 10.0;
+  const simulation::Simulation other(later, scene_);
+  Kept epochs;
+  other.run({&epochs});
+  const std::string second = "tcp://127.0.0.1:" + std::to_string(test::free_port());
+  relay_ = relay({address_, second});
+  const auto stream = host();
+  const auto stream_of_other = output::open_stream(output::parse_stream("view=" + second), other);
+  test::Listener page(*server_);
+  const std::string name = "rover (" + second + ")";  // both say "rover"
+  Json hello = Json::object();
+  for (int i = 0; i < 4 && hello.value("receivers", Json::array()).size() < 2; ++i) {
+    hello = hear(page, 1, *stream, stream_of_other.get())[0];
+  }
+  ASSERT_EQ(hello["receivers"].size(), 2U);
+  EXPECT_EQ(hello["receivers"][0]["name"], "rover");
+  EXPECT_EQ(hello["receivers"][1]["name"], name);
+  EXPECT_EQ(hello["begin_utc"], "2026-06-01T12:00:00.000Z");
+  EXPECT_EQ(header()["receivers"].size(), 2U);
+
+  stream->write(run_.epochs[1]);
+  Json first = hear(page, 1, *stream, stream_of_other.get())[0];
+  EXPECT_EQ(first["receiver"], "rover");
+  EXPECT_EQ(first["time_s"], 1);
+  stream_of_other->write(epochs.epochs[1]);
+  first = hear(page, 1, *stream, stream_of_other.get())[0];
+  EXPECT_EQ(first["receiver"], name);
+  EXPECT_EQ(first["time_s"], 11);
+  test::Listener late(*server_);
+  EXPECT_EQ(hear(late, 3, *stream)[2]["receiver"], name);
 }
 
 TEST(ViewStream, SaysNothingOfEpochsWithoutArrival) {

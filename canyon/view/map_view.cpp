@@ -185,7 +185,7 @@ class Writer {
     }
   }
 
-  void put(const std::string& name, const Rows& rows, Json entry) {
+  void put(const std::string& name, const Rows& rows, const Json& entry) {
     Json chunk{{"file", name}};
     chunk.update(entry);
     chunk["bytes"] = write_chunk(folder_, name, {&rows});

@@ -2,13 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cstdint>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string_view>
 #include <system_error>
-#include <vector>
 
 #include "canyon/base/base64.hpp"
 #include "canyon/base/input_error.hpp"
@@ -20,6 +22,16 @@ namespace {
 
 /// Where a page takes its data; viewer/index.html has it.
 constexpr std::string_view kMark = "<!--canyon:data-->";
+
+/// Of a gzip file, as its end says (RFC 1952, 2.3.1: ISIZE); empty: it has no end.
+std::optional<std::uint32_t> unpacked_bytes(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::array<unsigned char, 4> end{};
+  if (!in.seekg(-4, std::ios::end) || !in.read(reinterpret_cast<char*>(end.data()), end.size())) return {};
+  std::uint32_t size = 0;
+  for (std::size_t i = 0; i < end.size(); ++i) size |= std::uint32_t{end[i]} << (8 * i);
+  return size;
+}
 
 /// JSON within a <script>: no "</script>" may stand in it.
 std::string for_script(const std::string& json) {
@@ -60,6 +72,26 @@ std::filesystem::path find_page() {
                    "run ./run view, which needs Node.js; or name a viewer.html in CANYON_VIEWER");
 }
 
+std::vector<std::string> view_files(const std::filesystem::path& folder) {
+  const char* const again = "write it anew: 'canyon simulate SCENARIO --out DIR --view'";
+  std::vector<std::string> files;
+  try {
+    const auto json = nlohmann::json::parse(read_bytes(folder / kHeaderFile));
+    files.push_back(json.at("city").at("file").get<std::string>());
+    for (const auto& chunk : json.at("chunks")) {
+      files.push_back(chunk.at("file").get<std::string>());
+      const std::filesystem::path path = folder / files.back();
+      if (!std::filesystem::exists(path)) throw InputError(path, 0, "is missing from the view", again);
+      if (unpacked_bytes(path) != chunk.at("bytes").get<std::uint32_t>()) {
+        throw InputError(path, 0, "is cut off or damaged", again);
+      }
+    }
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(folder / kHeaderFile, 0, "is no view of Canyon's, or a damaged one", again);
+  }
+  return files;
+}
+
 std::size_t export_page(const std::filesystem::path& page, const std::filesystem::path& folder,
                         const std::filesystem::path& target) {
   const std::string html = read_bytes(page);
@@ -68,12 +100,7 @@ std::size_t export_page(const std::filesystem::path& page, const std::filesystem
     throw InputError(page, 0, "is no page of Canyon's viewer", "build it anew: ./run view");
   }
   const std::string header = read_bytes(folder / kHeaderFile);
-  const nlohmann::json json = nlohmann::json::parse(header, nullptr, false);
-  if (json.is_discarded() || !json.contains("chunks")) {
-    throw InputError(folder / kHeaderFile, 0, "is no view of Canyon's", "write it anew");
-  }
-  std::vector<std::string> files{json["city"]["file"].get<std::string>()};
-  for (const auto& chunk : json["chunks"]) files.push_back(chunk["file"].get<std::string>());
+  const std::vector<std::string> files = view_files(folder);
 
   OutputFile out(target);
   std::size_t size = 0;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace canyon::view {
 
@@ -10,9 +11,13 @@ namespace canyon::view {
 /// the command that builds it, where there is none.
 [[nodiscard]] std::filesystem::path find_page();
 
+/// The files of the view in a folder, the city's first. Throws InputError where it has no view, or a file of
+/// it is missing or cut off.
+[[nodiscard]] std::vector<std::string> view_files(const std::filesystem::path& folder);
+
 /// Fills a page in with the view of a folder: `target` opens from disk, without a server and without a
-/// network. Returns its size in bytes. Throws InputError where the folder has no view, a file of it is
-/// missing, or the page is none of Canyon's.
+/// network. Returns its size in bytes. Throws InputError where view_files() does, or where the page is
+/// none of Canyon's.
 std::size_t export_page(const std::filesystem::path& page, const std::filesystem::path& folder,
                         const std::filesystem::path& target);
 

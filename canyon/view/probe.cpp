@@ -24,6 +24,8 @@ using Json = nlohmann::json;
 
 /// An antenna may stand so far outside the city [m]: as far as a trajectory may (Simulation).
 constexpr double kReach_m = 10'000;
+/// Of a run whose end nobody knows: three years.
+constexpr double kLongest_s = 1e8;
 
 std::optional<std::int64_t> id_of(const Json& json) {
   if (!json.is_object()) return std::nullopt;
@@ -53,22 +55,19 @@ double number(const Json& json, const char* key, double low, double high) {
 }  // namespace
 
 struct Probe::Impl {
-  Impl(const simulation::Simulation& simulation, std::shared_ptr<simulation::CityScene> given,
-       std::size_t paths)
-      : scene(std::move(given)), paths_per_satellite(paths) {
-    const simulation::Scenario& scenario = simulation.scenario();
-    const std::size_t epochs = simulation.epoch_count();
-    last_s = static_cast<double>(epochs > 0 ? epochs - 1 : 0) * simulation.interval_s();
+  Impl(const simulation::Scenario& scenario, geodesy::GpsTime begin, double interval_s,
+       std::shared_ptr<simulation::CityScene> given, std::size_t paths, double last)
+      : scene(std::move(given)), paths_per_satellite(paths), last_s(last) {
     std::shared_ptr<const simulation::BuiltSky> sky;
     for (const simulation::ReceiverConfig& receiver : scenario.receivers) {
       simulation::LiveConfig config;
       config.sky = scenario.sky;
-      config.start = simulation.begin();
-      config.rate_hz = 1 / simulation.interval_s();
+      config.start = begin;
+      config.rate_hz = 1 / interval_s;
       config.receiver = receiver;
       config.seed = scenario.seed;
       config.faults = scenario.faults;
-      receivers.emplace_back(std::move(config), scene, simulation.begin(), sky);
+      receivers.emplace_back(std::move(config), scene, begin, sky);
       sky = receivers.back().shared_sky();
     }
     for (const Eigen::Vector3d& vertex : scene->city.mesh.vertices) {
@@ -115,30 +114,33 @@ struct Probe::Impl {
     output::EpochMessage message;
     message.receiver = options.name;
     message.id = id;
-    message.place = question.place;
     message.time_s = question.time_s;
-    message.faults = step.epoch.faults;
     message.skyline = skyline_bytes(scene->scene, question.place);
-    for (const auto& satellite : step.epoch.observed.satellites) message.satellites.push_back(satellite.id);
     output::EpochRows rows(options.signal, paths_per_satellite);
-    rows.add(
-        step.epoch, 0, question.time_s, -1,
-        [this](const Eigen::Vector3d& ecef) { return scene->city.frame.local_from_ecef(ecef); },
-        message.satellites);
-    return output::epoch_message(message, rows);
+    return output::epoch_message(
+        std::move(message), step.epoch,
+        [this](const Eigen::Vector3d& ecef) { return scene->city.frame.local_from_ecef(ecef); }, rows);
   }
 
   std::shared_ptr<simulation::CityScene> scene;
   std::size_t paths_per_satellite;
   std::vector<simulation::LiveReceiver> receivers;
-  double last_s = 0;
+  double last_s;
   /// Of the city and its origin.
   Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
 };
 
 Probe::Probe(const simulation::Simulation& simulation, std::shared_ptr<simulation::CityScene> scene,
              std::size_t paths_per_satellite)
-    : impl_(std::make_unique<Impl>(simulation, std::move(scene), paths_per_satellite)) {}
+    : impl_(
+          std::make_unique<Impl>(simulation.scenario(), simulation.begin(), simulation.interval_s(),
+                                 std::move(scene), paths_per_satellite,
+                                 static_cast<double>(std::max<std::size_t>(1, simulation.epoch_count()) - 1) *
+                                     simulation.interval_s())) {}
+Probe::Probe(const simulation::Scenario& scenario, geodesy::GpsTime begin, double interval_s,
+             std::shared_ptr<simulation::CityScene> scene, std::size_t paths_per_satellite)
+    : impl_(std::make_unique<Impl>(scenario, begin, interval_s, std::move(scene), paths_per_satellite,
+                                   kLongest_s)) {}
 Probe::~Probe() = default;
 
 std::string Probe::answer(const std::string& message) {

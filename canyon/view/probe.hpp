@@ -16,6 +16,9 @@ class Probe {
   /// Throws InputError as simulation::LiveReceiver does.
   Probe(const simulation::Simulation& simulation, std::shared_ptr<simulation::CityScene> scene,
         std::size_t paths_per_satellite);
+  /// Of a run whose end nobody knows, from `begin` on. @param scenario whose receivers are those of the page
+  Probe(const simulation::Scenario& scenario, geodesy::GpsTime begin, double interval_s,
+        std::shared_ptr<simulation::CityScene> scene, std::size_t paths_per_satellite);
   ~Probe();
 
   /// Answers a message "probe" with a message "epoch", and whatever is wrong with it with a message "error"

@@ -217,6 +217,15 @@ TEST_F(ProbeTest, SaysInOneMessageWhatIsWrong) {
   EXPECT_EQ(ask(question({38, 38, 1.5}))["type"], "epoch");  // and goes on
 }
 
+// A live run has the same sky at the same time, and no end.
+TEST_F(ProbeTest, TracesARunWhoseEndNobodyKnows) {
+  const auto live = std::make_unique<Probe>(simulation_->scenario(), simulation_->begin(), 1.0, scene_, 12);
+  const std::string at_5 = question({38, 38, 1.5}, 5, 1).dump();
+  EXPECT_EQ(live->answer(at_5), probe_->answer(at_5));
+  EXPECT_EQ(Json::parse(live->answer(question({38, 38, 1.5}, 10'000).dump()))["type"], "epoch");
+  EXPECT_EQ(Json::parse(live->answer(question({38, 38, 1.5}, 1e300).dump()))["type"], "error");
+}
+
 TEST(NoProbe, SaysWhy) {
   const Json answer = Json::parse(no_probe(R"({"type":"probe","id":3})", "no scenario"));
   EXPECT_EQ(answer["type"], "error");

@@ -3,9 +3,11 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <deque>
+#include <future>
 #include <optional>
 #include <set>
 #include <system_error>
@@ -111,6 +113,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
     waiting_.push_back({std::move(text), must});
     if (waiting_.size() == 1) write();
   }
+  /// Nothing waits to be sent.
+  [[nodiscard]] bool idle() const { return waiting_.empty(); }
 
  private:
   struct Waiting {
@@ -416,6 +420,21 @@ void Server::send(std::string message) {
                const std::vector<Socket*> sockets(shared->sockets.begin(), shared->sockets.end());
                for (Socket* socket : sockets) socket->send(text, false);
              });
+}
+
+bool Server::flush(std::chrono::milliseconds most) {
+  const auto until = std::chrono::steady_clock::now() + most;
+  const auto idle = [shared = impl_->shared] {
+    return std::all_of(shared->sockets.begin(), shared->sockets.end(),
+                       [](const Socket* s) { return s->idle(); });
+  };
+  for (;;) {
+    std::promise<bool> answer;
+    asio::post(impl_->io, [&] { answer.set_value(idle()); });
+    if (answer.get_future().get()) return true;
+    if (std::chrono::steady_clock::now() >= until) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
 }
 
 std::size_t Server::clients() const {

@@ -57,6 +57,8 @@ class Server {
   /// A message to every WebSocket client. Returns at once; a client that does not read loses the oldest.
   /// From any thread.
   void send(std::string message);
+  /// Waits until all messages are on their way; false where clients do not take them within `most`.
+  bool flush(std::chrono::milliseconds most);
   /// Connections now, and messages that were dropped since the begin. From any thread.
   [[nodiscard]] std::size_t clients() const;
   [[nodiscard]] std::size_t dropped() const;

@@ -18,11 +18,15 @@ std::string skyline_bytes(const raytrace::RayScene& scene, const Eigen::Vector3d
   return bytes;
 }
 
+bool MovingSkyline::move(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu) {
+  if (!bytes_.empty() && (antenna_enu - place_).norm() < step_m_) return false;
+  place_ = antenna_enu;
+  bytes_ = skyline_bytes(scene, antenna_enu);
+  return true;
+}
+
 int Skylines::row_at(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu) {
-  if (rows_.empty() || !((antenna_enu - place_).norm() < step_m_)) {
-    rows_.add_bytes(skyline_bytes(scene, antenna_enu));
-    place_ = antenna_enu;
-  }
+  if (skyline_.move(scene, antenna_enu)) rows_.add_bytes(skyline_.bytes());
   return static_cast<int>(rows_.size()) - 1;
 }
 

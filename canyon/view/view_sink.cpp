@@ -76,11 +76,10 @@ class Recorder {
   void finish_block() {
     if (epochs_ == block_begin_) return;
     const std::string file = fmt::format("block-{}-{:05}.bin.gz", receiver_, block_begin_);
-    put(file, {&rows_.satellites, &rows_.paths},
+    put(file, {&rows_.satellites, &rows_.paths, &rows_.bodies},
         {file, receiver_, false, block_begin_, epochs_ - block_begin_, 0, rows_.satellites.size(),
          rows_.paths.size()});
-    rows_.satellites.clear();
-    rows_.paths.clear();
+    for (Rows* rows : {&rows_.satellites, &rows_.paths, &rows_.bodies}) rows->clear();
     block_begin_ = epochs_;
   }
 
@@ -124,6 +123,11 @@ class View final : public simulation::EpochSink {
     for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
       recorders_.push_back(std::make_unique<Recorder>(simulation, folder_, i, options_));
     }
+    if (!options_.watched) return;
+    Header begun = header_;
+    begun.live = true;
+    for (const auto& recorder : recorders_) begun.receivers.push_back(recorder->header());
+    write_header(begun, folder_);
   }
 
   void write(const simulation::Epoch& epoch) override {

@@ -19,6 +19,9 @@ struct ViewOptions {
   double skyline_step_m = 3;
   /// Where heights of buildings came from, by objects' names.
   std::map<std::string, std::string> height_sources;
+  /// The header is written at once as that of a live view, for pages that RunRelay shows the run to while it
+  /// is computed; at the end the whole one takes its place.
+  bool watched = false;
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };

@@ -56,37 +56,27 @@ class Map {
     request_.receivers = read_tree<heatmap::CellReceiverOptions>(
         tree_of(py::dict("model"_a = receivers, "path_nodes_m"_a = path_nodes_m)), "receivers of a map");
     request_.limits = read_tree<heatmap::LimitOptions>(tree_of(limits), "limits of a map");
-    std::vector<double> edges;
+    std::optional<heatmap::EnuBox> area;
     if (!box.is_none()) {
       const py::array_t<double> sides = py::array_t<double>::ensure(box);
       if (!sides || sides.ndim() != 1 || sides.shape(0) != 4) {
         PyErr_Clear();
         throw InputError("the box is not four numbers", "give (west_m, south_m, east_m, north_m)");
       }
-      edges.assign(sides.data(), sides.data() + 4);
+      area = {{sides.at(0), sides.at(1)}, {sides.at(2), sides.at(3)}};
     }
     const py::gil_scoped_release release;
     if (!city_) {
       std::vector<std::string> warnings;
       city_ = std::make_shared<simulation::CityScene>(simulation::load_city(scenario_, warnings));
     }
-    heatmap::EnuBox area;
-    if (!edges.empty()) {
-      area = {{edges[0], edges[1]}, {edges[2], edges[3]}};
-      if (!(edges[0] < edges[2] && edges[1] < edges[3])) {
-        throw InputError(fmt::format("the box {}, {}, {}, {} is reversed or empty", edges[0], edges[1],
-                                     edges[2], edges[3]),
-                         "give west below east and south below north");
-      }
-      heatmap::check_near_city(area, city_->city);
-    } else if (!city_->city.mesh.triangles.empty()) {
-      area = heatmap::built_box(city_->city);
+    if (area) {
+      heatmap::check_box(*area, city_->city);
     } else {
-      throw InputError("the city is an open field without bounds",
-                       "give box=(west_m, south_m, east_m, north_m)");
+      area = heatmap::built_box(city_->city);
     }
     request_.grid =
-        heatmap::Grid::covering(area.min.x(), area.min.y(), area.max.x(), area.max.y(), spacing_m);
+        heatmap::Grid::covering(area->min.x(), area->min.y(), area->max.x(), area->max.y(), spacing_m);
     // Receivers that run take milliseconds for a cell, settled ones a fifth of one: Ctrl-C must not wait for
     // 65,536 of them.
     if (receiver_.options.signal.enabled) {

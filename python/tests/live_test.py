@@ -9,11 +9,8 @@ import unittest
 import numpy as np
 
 import canyon
+from support import CITY
 
-CITY = {
-    "synthetic": {"blocks_east": 3, "blocks_north": 3, "seed": 2},
-    "origin": {"latitude_deg": 22.3, "longitude_deg": 114.17, "height_m": 0},
-}
 START = "2026-03-01T10:00:00Z"
 
 

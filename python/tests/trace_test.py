@@ -5,11 +5,8 @@ import unittest
 import numpy as np
 
 import canyon
+from support import CITY
 
-CITY = {
-    "synthetic": {"blocks_east": 4, "blocks_north": 4, "seed": 7},
-    "origin": {"latitude_deg": 22.3, "longitude_deg": 114.17, "height_m": 0},
-}
 NOON = "2026-06-01T12:00:00Z"
 
 

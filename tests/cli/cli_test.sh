@@ -1178,7 +1178,15 @@ view)
   runs 2 "$canyon" view v --record film.webp --record-size 801x600; one_line; says err --record-size
   runs 2 env PATH=/none "$canyon" view v --record film.mp4; one_line; says err ffmpeg
   runs 2 env PATH=/none "$canyon" view v --record film.webp; one_line; says err Node.js
-  rm -r res/view; runs 2 "$canyon" view res; one_line; says err "res: is a run without a view" --view
+  runs 2 "$canyon" view v --export x.html --record-fps 5; says err "--record-fps requires --record"
+  runs 2 "$canyon" view v --export x.html --open; one_line; says err "--open and --port are of a view that is served"
+  # What is cut off is found before it is shown.
+  cp -r v cut; truncate -s -1 cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is cut off"
+  runs 2 "$canyon" view cut --export x.html; one_line; [ ! -e x.html ] || fail "a page of a damaged view"
+  rm cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is missing"
+  truncate -s 500 cut/view.json; runs 2 "$canyon" view cut; one_line; says err "view.json: is no view of Canyon's, or a damaged one"
+  mkdir empty; runs 2 "$canyon" view empty; one_line; says err "empty: is a folder without a view"
+  rm -r res/view; runs 2 "$canyon" view res; one_line; says err "res: is a folder without a view" --view
   runs 2 "$canyon" view small.yaml --live tcp://127.0.0.1:1 --out x; one_line; says err "--live is served"
   runs 2 "$canyon" view small.yaml --live nowhere; one_line; says err nowhere
   # A host brings the motion: of its scenario the city is enough.

@@ -1,6 +1,11 @@
 #pragma once
 
+#include <cmath>
+#include <cstdint>
 #include <ctime>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/gnss/satellite_id.hpp"
 
 // The few functions of RTKLIB 2.4.3 b34 (librtklib-dev, which packages no header) that judge Canyon's orbits,
 // and the layout of the structs that they take. broadcast_sky_rtklib_test.cpp would not agree with a wrong
@@ -71,3 +76,39 @@ void seph2pos(RtklibTime time, const RtklibSbasEphemeris* eph, double* position_
 int readrnx(const char* file, int receiver, const char* options, void* observations,
             RtklibNavigation* navigation, void* station);
 }
+
+namespace canyon::test {
+
+inline constexpr std::int64_t kUnixOfGpsEpoch = 315'964'800;  // 1980-01-06: `date -u -d 1980-01-06 +%s`
+
+inline RtklibTime rtklib_time(geodesy::GpsTime t) {
+  const std::int64_t s = t.nanoseconds() / geodesy::GpsTime::kNanosecondsPerSecond;  // after 1980
+  return {static_cast<std::time_t>(s + kUnixOfGpsEpoch),
+          static_cast<double>(t.nanoseconds() - s * geodesy::GpsTime::kNanosecondsPerSecond) * 1e-9};
+}
+
+inline geodesy::GpsTime gps_time(RtklibTime t) {
+  return geodesy::GpsTime::from_nanoseconds(
+      (t.time - kUnixOfGpsEpoch) * geodesy::GpsTime::kNanosecondsPerSecond + std::llround(t.sec * 1e9));
+}
+
+/// RTKLIB's number of a satellite; 0 where its build leaves the system out.
+inline int rtklib_satellite(gnss::SatelliteId id) {
+  switch (id.system) {
+    case gnss::System::GPS:
+      return satno(0x01, id.number);
+    case gnss::System::GLONASS:
+      return satno(0x04, id.number);
+    case gnss::System::Galileo:
+      return satno(0x08, id.number);
+    case gnss::System::QZSS:
+      return satno(0x10, id.number + 192);
+    case gnss::System::BeiDou:
+      return satno(0x20, id.number);
+    case gnss::System::SBAS:
+      return satno(0x02, id.number + 100);
+  }
+  return 0;
+}
+
+}  // namespace canyon::test

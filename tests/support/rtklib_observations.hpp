@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -10,8 +9,6 @@
 #include <string_view>
 #include <utility>
 
-#include "canyon/geodesy/gps_time.hpp"
-#include "canyon/gnss/satellite_id.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "tests/support/rtklib.hpp"
 
@@ -36,32 +33,6 @@ struct RtklibObservations {
 };
 
 extern "C" char* code2obs(unsigned char code);  ///< "1C"; "" of none
-
-inline constexpr std::int64_t kUnixOfGpsEpoch = 315'964'800;  // 1980-01-06: `date -u -d 1980-01-06 +%s`
-
-inline geodesy::GpsTime gps_time(RtklibTime t) {
-  return geodesy::GpsTime::from_nanoseconds(
-      (t.time - kUnixOfGpsEpoch) * geodesy::GpsTime::kNanosecondsPerSecond + std::llround(t.sec * 1e9));
-}
-
-/// RTKLIB's number of a satellite; 0 where its build leaves the system out.
-inline int rtklib_satellite(gnss::SatelliteId id) {
-  switch (id.system) {
-    case gnss::System::GPS:
-      return satno(0x01, id.number);
-    case gnss::System::GLONASS:
-      return satno(0x04, id.number);
-    case gnss::System::Galileo:
-      return satno(0x08, id.number);
-    case gnss::System::QZSS:
-      return satno(0x10, id.number + 192);
-    case gnss::System::BeiDou:
-      return satno(0x20, id.number);
-    case gnss::System::SBAS:
-      return satno(0x02, id.number + 100);
-  }
-  return 0;
-}
 
 /// Reads an observation file with RTKLIB too: every value of ours is its own, and nothing of its own is
 /// missing. Of each satellite RTKLIB's first frequency is compared, with ObservationOptions::all_signals (of

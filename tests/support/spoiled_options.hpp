@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "canyon/base/input_error.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace canyon::test {
 
@@ -13,12 +13,7 @@ struct SpoiledOptions {
   std::string operator()(const Spoil& spoil) const {
     Options options;
     spoil(options);
-    try {
-      options.validate();
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    return refusal([&] { options.validate(); });
   }
 };
 

@@ -7,6 +7,7 @@ export class Canvas {
   readonly element: HTMLCanvasElement;
   width = 0;
   height = 0;
+  private scale = 0;
 
   constructor(host: HTMLElement, label: string, private readonly draw: (c: CanvasRenderingContext2D, w: number, h: number) => void) {
     this.element = document.createElement('canvas');
@@ -20,13 +21,17 @@ export class Canvas {
     const host = this.element.parentElement;
     if (!host) return;
     const scale = devicePixelRatio || 1;
-    this.width = host.clientWidth;
-    this.height = host.clientHeight;
-    this.element.width = Math.max(1, Math.round(this.width * scale));
-    this.element.height = Math.max(1, Math.round(this.height * scale));
-    this.element.style.width = `${this.width}px`;
-    this.element.style.height = `${this.height}px`;
-    const c = this.element.getContext('2d');
+    const { clientWidth, clientHeight } = host;
+    // A canvas that gets a size, be it the same, gets new memory.
+    if (clientWidth !== this.width || clientHeight !== this.height || scale !== this.scale) {
+      [this.width, this.height, this.scale] = [clientWidth, clientHeight, scale];
+      this.element.width = Math.max(1, Math.round(this.width * scale));
+      this.element.height = Math.max(1, Math.round(this.height * scale));
+      this.element.style.width = `${this.width}px`;
+      this.element.style.height = `${this.height}px`;
+    }
+    // Drawn by the processor: so small a picture is done before a graphics processor, or what stands in for one, has begun.
+    const c = this.element.getContext('2d', { willReadFrequently: true });
     if (!c || Math.min(this.width, this.height) < kLeast) return;
     c.setTransform(scale, 0, 0, scale, 0, 0);
     c.clearRect(0, 0, this.width, this.height);

@@ -19,6 +19,8 @@ interface Series {
 export class Chart {
   kind: ChartKind = 'error';
   private plot: uPlot | null = null;
+  /** The line at the instant: an element of its own, so that the curves need not be drawn anew. */
+  private readonly now = Object.assign(document.createElement('div'), { className: 'now' });
 
   /** @param run whether a receiver is one of the run, and which of these the chart is about: an antenna that was put
    *  somewhere knows one instant only */
@@ -41,7 +43,9 @@ export class Chart {
   /** The line at the instant, and, while no mouse is over the chart, its values in the legend. */
   private showNow(): void {
     if (!this.plot) return;
-    this.plot.redraw(false);
+    const { over } = this.plot;
+    const x = Math.min(over.clientWidth, Math.max(0, this.plot.valToPos(this.state.time, 'x')));
+    this.now.style.transform = `translateX(${x.toFixed(1)}px)`;
     if ((this.plot.cursor.left ?? -1) < 0) this.plot.setLegend({ idx: this.track?.epochAt(this.state.time) ?? 0 }, false);
   }
 
@@ -151,7 +155,8 @@ export class Chart {
       ...this.size(),
       padding: [8, 10, 0, 0],
       legend: { show: true, live: true },
-      scales: { x: { time: false } },
+      // Legend and buttons lie over the upper edge.
+      scales: { x: { time: false }, y: { range: { min: { pad: 0.05, soft: 0, mode: 2 }, max: { pad: 0.3, soft: 0, mode: 2 } } } },
       cursor: { y: false, drag: { x: false, y: false }, points: { size: 5 } },
       axes: [
         { ...axis, size: 22, space: 90, values: (_u, splits) => splits.map((s) => `${s} s`) },
@@ -165,40 +170,33 @@ export class Chart {
         })),
       ],
       // Behind uPlot's own first picture, which empties the legend.
-      hooks: { draw: [(u) => this.drawNow(u)], ready: [() => setTimeout(() => this.showNow())] },
+      hooks: { drawClear: [(u) => this.drawLosses(u)], setSize: [() => this.showNow()], ready: [() => setTimeout(() => this.showNow())] },
     };
     this.plot = new uPlot(options, [clean(times), ...series.map((s) => clean(s.values))] as uPlot.AlignedData, this.host);
+    this.plot.over.append(this.now);
     this.plot.over.addEventListener('click', (e) => {
       if (!this.plot) return;
       this.goTo(this.plot.posToVal(e.clientX - this.plot.over.getBoundingClientRect().left, 'x'));
     });
   }
 
-  /** Where the instant is; and, at the bottom, where there is no fix. */
-  private drawNow(u: uPlot): void {
-    const c = u.ctx;
+  /** Behind the curves: where there is no fix. */
+  private drawLosses(u: uPlot): void {
     const { left, top, width, height } = u.bbox;
     const x = (s: number): number => Math.min(left + width, Math.max(left, u.valToPos(s, 'x', true)));
     const { track } = this;
-    c.save();
-    if (track) {
-      const interval = this.store.header.time?.interval_s ?? 0;
-      c.fillStyle = 'rgba(213,94,0,0.22)';
-      for (let i = 0; i < track.size; ++i) {
-        if (track.fixed(i)) continue;
-        let end = i;
-        while (end + 1 < track.size && !track.fixed(end + 1)) ++end;
-        const from = x(track.time[i] ?? 0);
-        c.fillRect(from, top, Math.max(1, x((track.time[end] ?? 0) + interval) - from), height);
-        i = end;
-      }
+    if (!track) return;
+    const interval = this.store.header.time?.interval_s ?? 0;
+    u.ctx.save();
+    u.ctx.fillStyle = 'rgba(213,94,0,0.22)';
+    for (let i = 0; i < track.size; ++i) {
+      if (track.fixed(i)) continue;
+      let end = i;
+      while (end + 1 < track.size && !track.fixed(end + 1)) ++end;
+      const from = x(track.time[i] ?? 0);
+      u.ctx.fillRect(from, top, Math.max(1, x((track.time[end] ?? 0) + interval) - from), height);
+      i = end;
     }
-    c.strokeStyle = kPaint[this.state.theme].accent;
-    c.lineWidth = 2 * (devicePixelRatio || 1);
-    c.beginPath();
-    c.moveTo(x(this.state.time), top);
-    c.lineTo(x(this.state.time), top + height);
-    c.stroke();
-    c.restore();
+    u.ctx.restore();
   }
 }

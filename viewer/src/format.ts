@@ -102,7 +102,7 @@ export interface Header {
   frame: { axes: string; unit: string; origin: { latitude_deg: number; longitude_deg: number; height_m: number } };
   time: { begin_utc: string; begin_gpst: string; gps_week: number; gps_tow: number; interval_s: number } | null;
   city: { name: string; file: string; triangles: number; notes: string[]; objects: CityObject[] };
-  words: { status: string[]; placement: string[]; visibility: string[]; lock: string[]; path: string[] };
+  words: { status: string[]; placement: string[]; visibility: string[]; lock: string[]; path: string[]; body?: string[] };
   paths_per_satellite: number;
   receivers: Receiver[];
   satellites: { id: string; system: string }[];
@@ -171,10 +171,12 @@ export function decodeChunk(buffer: ArrayBuffer, header: Header): Map<string, Ro
   return result;
 }
 
-/** Unpacks gzip. */
-export async function gunzip(bytes: Uint8Array<ArrayBuffer>): Promise<ArrayBuffer> {
+/** Unpacks gzip. @param name of the file, for what is said of a damaged one */
+export async function gunzip(bytes: Uint8Array<ArrayBuffer>, name: string): Promise<ArrayBuffer> {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
-  return new Response(stream).arrayBuffer();
+  return new Response(stream).arrayBuffer().catch(() => {
+    throw new Error(`${name} is damaged: make the view again with “canyon view” or “canyon simulate --view”.`);
+  });
 }
 
 /** Bytes of base64. */
@@ -203,7 +205,7 @@ class EmbeddedSource implements Source {
   async file(name: string): Promise<ArrayBuffer> {
     const script = document.querySelector(`script[data-canyon-file="${CSS.escape(name)}"]`);
     if (!script) throw new Error(`${name} is not in this page`);
-    return gunzip(unpacked(script.textContent ?? ''));
+    return gunzip(unpacked(script.textContent ?? ''), name);
   }
 }
 
@@ -221,7 +223,7 @@ class ServedSource implements Source {
   }
 
   async file(name: string): Promise<ArrayBuffer> {
-    return gunzip(new Uint8Array(await (await this.get(name)).arrayBuffer()));
+    return gunzip(new Uint8Array(await (await this.get(name)).arrayBuffer()), name);
   }
 }
 

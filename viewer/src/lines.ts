@@ -1,8 +1,8 @@
-// Lines of a width in pixels and marks of a size in pixels; each is drawn once in front of buildings and once, faint,
-// through them, so that what happens behind a facade can be followed.
+// Lines of a width in pixels and marks of a size in pixels; each is drawn once in front of buildings and once, thin and
+// faint, through them, so that what happens behind a facade can be followed.
 
 import {
-  BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, LineBasicMaterial, LineSegments, Points, PointsMaterial,
+  BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, LineBasicMaterial, LineDashedMaterial, LineSegments, Points, PointsMaterial,
 } from 'three';
 import type { Shape } from './palette';
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
@@ -17,18 +17,23 @@ const kMostWide = 3000;
 
 export class Segments {
   readonly group = new Group();
-  private readonly wide: LineMaterial[];
-  private readonly thin: LineBasicMaterial[];
+  private readonly wide: LineMaterial;
+  private readonly thin: LineBasicMaterial;
+  /** Behind things. Thin, since drawing it wide costs as much as all that is in front. */
+  private readonly behind: LineBasicMaterial | null;
   private positions: number[] = [];
   private colours: number[] = [];
   private readonly colour = new Color();
 
-  /** @param through opacity of what stands behind something */
+  /** @param through opacity of what stands behind something; 0: hidden; 1: drawn over everything */
   constructor(private readonly width: number, opacity: number, through: number, dashed = false) {
-    const passes = [{ opacity, depthTest: true }, ...(through > 0 ? [{ opacity: through, depthTest: false }] : [])]
-      .map((pass) => ({ ...pass, vertexColors: true, transparent: true, depthWrite: false }));
-    this.wide = passes.map((pass) => new LineMaterial({ ...pass, linewidth: width, dashed, dashSize: 5, gapSize: 5 }));
-    this.thin = passes.map((pass) => new LineBasicMaterial(pass));
+    const common = { opacity, vertexColors: true, transparent: true, depthWrite: false, depthTest: through < 1 };
+    const dashes = { dashSize: 5, gapSize: 5 };
+    const thin = (more: object): LineBasicMaterial =>
+      (dashed ? new LineDashedMaterial({ ...common, ...dashes, ...more }) : new LineBasicMaterial({ ...common, ...more }));
+    this.wide = new LineMaterial({ ...common, ...dashes, linewidth: width, dashed });
+    this.thin = thin({});
+    this.behind = through > 0 && through < 1 ? thin({ opacity: through, depthTest: false }) : null;
   }
 
   clear(): void {
@@ -48,31 +53,26 @@ export class Segments {
       this.group.remove(child);
     }
     if (this.positions.length === 0) return;
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(new Float32Array(this.positions), 3));
+    geometry.setAttribute('color', new BufferAttribute(new Float32Array(this.colours), 3));
     // Lines of a pixel are the graphics library's own: less work than strips of triangles.
-    const lines = this.width <= kThin || this.positions.length > 6 * kMostWide ? this.thinLines() : this.wideLines();
+    const thin = this.width <= kThin || this.positions.length > 6 * kMostWide;
+    const lines = [thin ? new LineSegments(geometry, this.thin) : this.wideLines()];
+    if (this.behind) lines.push(new LineSegments(geometry, this.behind));
     for (const line of lines) {
+      if (this.wide.dashed) line.computeLineDistances();
       line.frustumCulled = false;
       line.renderOrder = 2;
       this.group.add(line);
     }
   }
 
-  private thinLines(): LineSegments[] {
-    const geometry = new BufferGeometry();
-    geometry.setAttribute('position', new BufferAttribute(new Float32Array(this.positions), 3));
-    geometry.setAttribute('color', new BufferAttribute(new Float32Array(this.colours), 3));
-    return this.thin.map((material) => new LineSegments(geometry, material));
-  }
-
-  private wideLines(): LineSegments2[] {
+  private wideLines(): LineSegments2 {
     const geometry = new LineSegmentsGeometry();
     geometry.setPositions(this.positions);
     geometry.setColors(this.colours);
-    return this.wide.map((material) => {
-      const line = new LineSegments2(geometry, material);
-      if (material.dashed) line.computeLineDistances();
-      return line;
-    });
+    return new LineSegments2(geometry, this.wide);
   }
 }
 
@@ -85,7 +85,10 @@ export function outline(c: CanvasRenderingContext2D, shape: Shape, side: number)
   if (shape === 'disc') c.arc(middle, middle, middle - low, 0, 2 * Math.PI);
   else if (shape === 'square') c.rect(low * 1.7, low * 1.7, high - low * 2.4, high - low * 2.4);
   else {
-    const corners = shape === 'diamond' ? [[middle, low], [high, middle], [middle, high], [low, middle]]
+    const a = 0.16 * side;  // of an arm's end, along the square's side
+    const corners = shape === 'cross' ? [[low, low + a], [middle - a, middle], [low, high - a], [low + a, high], [middle, middle + a], [high - a, high],
+      [high, high - a], [middle + a, middle], [high, low + a], [high - a, low], [middle, middle - a], [low + a, low]]
+      : shape === 'diamond' ? [[middle, low], [high, middle], [middle, high], [low, middle]]
       : [[middle, low], [high, high], [low, high]];
     for (const [x, y] of corners) c.lineTo(x ?? 0, y ?? 0);
     c.closePath();
@@ -98,7 +101,7 @@ function texture(shape: Shape): CanvasTexture {
   if (known) return known;
   const canvas = document.createElement('canvas');
   canvas.width = canvas.height = 64;
-  const c = canvas.getContext('2d');
+  const c = canvas.getContext('2d', { willReadFrequently: true });  // without waiting for a graphics processor
   if (c) {
     c.fillStyle = '#fff';
     c.strokeStyle = 'rgba(0,0,0,0.85)';

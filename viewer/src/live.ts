@@ -1,12 +1,13 @@
-// Follows a receiver that runs now: its newest epoch is shown until somebody looks at an earlier one.
+// Follows receivers that run now, or a run that is being computed: the newest epoch is shown until somebody looks at an
+// earlier one.
 
-import type { Connection, EpochMessage, HelloMessage } from './messages';
+import type { Connection, EpochMessage, HelloMessage, ProgressMessage } from './messages';
 import type { State } from './state';
 import type { Store } from './store';
 
 /** Epochs that are kept of each receiver, with their paths: two minutes at 10 Hz. */
 export const kKept = 1200;
-/** Without an epoch for so long a receiver is silent [ms]. */
+/** Without an epoch for so long a host is silent [ms]. */
 const kSilentMs = 3000;
 
 export class Live {
@@ -14,14 +15,43 @@ export class Live {
   private lastMs = -Infinity;
   private fresh = false;
   private drawnMs = 0;
+  /** Whether a host has told where its antenna is. */
+  private placed = true;
+  private progress: ProgressMessage | null = null;
+  private readonly clock: number;
+  /** Of the receivers, without antennas that are put somewhere. */
+  private readonly names: string;
 
   /** @param goTo shows a time; @param redraw draws what knows all epochs */
   constructor(private readonly store: Store, private readonly state: State, private readonly connection: Connection,
               private readonly button: HTMLElement,
               private readonly hooks: { goTo: (seconds: number) => void; redraw: () => void }) {
+    this.names = store.header.receivers.map((r) => r.name).join('\n');
     button.hidden = false;
     button.onclick = () => this.follow(true);
-    setInterval(() => this.say(), 500);
+    this.clock = window.setInterval(() => this.say(), 500);
+    this.say();
+  }
+
+  /** The run is followed no more. */
+  end(): void {
+    clearInterval(this.clock);
+    this.button.hidden = true;
+  }
+
+  /** The run has ended without being whole. */
+  fail(why: () => void): void {
+    clearInterval(this.clock);
+    this.button.textContent = 'The run failed';
+    this.button.title = 'why';
+    this.button.classList.add('bad');
+    this.button.onclick = why;
+    why();
+  }
+
+  /** Of a run that is being computed. */
+  computed(progress: ProgressMessage): void {
+    this.progress = progress;
     this.say();
   }
 
@@ -34,13 +64,15 @@ export class Live {
   /** Another run than the page was loaded for is another page. */
   hello(message: HelloMessage): void {
     const header = this.store.header;
-    const same = message.receivers.every((r, i) => header.receivers[i]?.name === r.name);
+    const same = message.receivers.map((r) => r.name).join('\n') === this.names;
     if (header.time?.begin_utc !== message.begin_utc || !same) location.reload();
   }
 
   take(message: EpochMessage): void {
     const receiver = this.store.header.receivers.findIndex((r) => r.name === message.receiver);
     if (receiver < 0) return;
+    this.placed = message.place.east_m !== null || this.store.tracks[receiver] !== undefined;
+    if (!this.placed) return;  // there is nowhere to draw it
     this.store.append(receiver, message, kKept);
     // Faults of the newest epoch alone: a live run does not know when they will end.
     const entry = this.store.header.receivers[receiver];
@@ -62,8 +94,11 @@ export class Live {
   }
 
   say(): void {
-    const silent = performance.now() - this.lastMs > kSilentMs;
+    const { progress } = this;
+    const silent = !progress && performance.now() - this.lastMs > kSilentMs;
     const text = !this.connection.open ? 'Connection lost; trying again'
+      : progress ? `Computing: ${progress.done} of ${progress.planned} epochs${this.following ? '' : '; go to the newest'}`
+      : !this.placed ? 'Live: the host has no pose yet'
       : this.lastMs === -Infinity ? 'Live: waiting for an epoch'
       : silent ? `Live: no epoch for ${((performance.now() - this.lastMs) / 1000).toFixed(0)} s`
       : this.following ? 'Live' : 'Live: go to now';

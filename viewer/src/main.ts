@@ -8,7 +8,7 @@ import { Live } from './live';
 import { MapPanel } from './mappanel';
 import { outline } from './lines';
 import { Connection, type Message } from './messages';
-import { kErrorColour, receiverColour, receiverShape, visibilityColour } from './palette';
+import { kErrorColour, kPaint, receiverColour, receiverShape, visibilityColour } from './palette';
 import { clock, Details, Readout, SatelliteTable, summaryHtml } from './panels';
 import { Probe } from './probe';
 import { SceneView } from './scene';
@@ -130,17 +130,46 @@ class App {
 
   private take(message: Message): void {
     if (message.type === 'hello') this.live?.hello(message);
+    else if (message.type === 'progress') this.live?.computed(message);
+    else if (message.type === 'finished') void this.finished();
+    else if (message.type === 'error' && message.id === undefined) this.failed(message.message);
     else if (!this.probe.take(message) && message.type === 'epoch') this.live?.take(message);
   }
 
+  /** A run that was shown while it was computed has ended: all of it is loaded, and the page stays as it is. */
+  private async finished(): Promise<void> {
+    const { live, state, store } = this;
+    if (!live) return;
+    this.live = null;
+    await store.adopt();
+    live.end();
+    this.show(state.time);
+    state.changed('receiver');
+    await this.loadAll();
+  }
+
+  /** The run that was being computed. */
+  private failed(why: string): void {
+    this.live?.fail(() => this.toast(why, Infinity));
+    this.live = null;
+    this.over = true;
+  }
+
+  private lineWasOpen = false;
+  private over = false;  // why has been said
   private lineChanged(connection: Connection | null): void {
-    if (connection && !connection.open) this.probe?.lost();
+    if (connection && !connection.open) {
+      this.probe?.lost();
+      if (!this.live && !this.over && this.lineWasOpen) this.toast('“canyon view” has ended: what is not loaded yet stays away, and antennas cannot be put.');
+    }
+    this.lineWasOpen = connection?.open ?? false;
     this.live?.say();
   }
 
   /** Goes to a time [s], and has its satellites loaded; of a live run it is then followed no more. */
   goTo(seconds: number): void {
     this.live?.follow(seconds >= this.store.span[1]);
+    by('toast').classList.remove('shown');
     this.show(seconds);
   }
 
@@ -201,18 +230,18 @@ class App {
   }
 
   nextLoss(): void {
-    const { state, store } = this;
-    const track = store.tracks[state.receiver];
+    const track = this.clock;
     if (!track) return;
+    const now = track.epochAt(this.state.time);
     for (let k = 1; k <= track.size; ++k) {
-      const i = (state.epoch + k) % track.size;
+      const i = (now + k) % track.size;
       if (!track.fixed(i) && (i === 0 || track.fixed(i - 1))) return this.goTo(track.time[i] ?? 0);
     }
     this.toast('This run never loses its fix.');
   }
 
   largestError(): void {
-    const track = this.store.tracks[this.state.receiver];
+    const track = this.clock;
     if (!track) return;
     let best = -1;
     track.horizontal.forEach((e, i) => {
@@ -234,12 +263,12 @@ class App {
       store.comparison?.at('both', epoch) ?? 0} satellites): ${most.indexOf(epoch) + 1} of ${most.length} streets`);
   }
 
-  private toast(text: string): void {
+  private toast(text: string, seconds = 5): void {
     const toast = by('toast');
     toast.textContent = text;
     toast.classList.add('shown');
     clearTimeout(this.toastTimer);
-    this.toastTimer = window.setTimeout(() => toast.classList.remove('shown'), 5000);
+    if (seconds < Infinity) this.toastTimer = window.setTimeout(() => toast.classList.remove('shown'), 1000 * seconds);
   }
 
   private receiverChanged(): void {
@@ -292,7 +321,7 @@ class App {
     const layers = document.querySelector('#layers div') as HTMLElement;
     for (const [layer, what] of Object.entries(kLayers) as [Layer, string][]) {
       if (layer === 'ranges' && !store.comparison) continue;
-      if (layer === 'others' && store.tracks.length < 2) continue;
+      if (layer === 'others' && store.header.receivers.length < 2) continue;
       const box = Object.assign(document.createElement('input'), { type: 'checkbox', checked: state.layers[layer] });
       box.onchange = () => {
         state.layers[layer] = box.checked;
@@ -372,9 +401,19 @@ class App {
         '2': () => this.setCamera('follow'), '4': () => this.setCamera('first'), n: (s: boolean) => neighbour(s ? -1 : 1),
       } : {}),
     };
+    const layers = by<HTMLDetailsElement>('layers');
+    const closeLayers = (): void => {
+      layers.open = false;
+    };
+    addEventListener('pointerdown', (e) => !layers.contains(e.target as Node) && closeLayers());
+    // A button that was clicked with a mouse keeps no keys to itself; one that was reached by Tab does.
+    addEventListener('click', (e) => e.detail > 0 && (e.target as HTMLElement).closest('button')?.blur());
     addEventListener('keydown', (e) => {
       const at = e.target as HTMLElement;
-      if (e.ctrlKey || e.altKey || e.metaKey || at.tagName === 'SELECT' || (at.tagName === 'INPUT' && ['number', 'text'].includes((at as HTMLInputElement).type)) || by<HTMLDialogElement>('help').open) return;
+      // A box that numbers are written in keeps all keys but those that leave it.
+      if (at.tagName === 'INPUT' && ['Escape', 'Enter'].includes(e.key)) at.blur();
+      if (e.key === 'Escape') closeLayers();
+      if (e.ctrlKey || e.altKey || e.metaKey || at.tagName === 'SELECT' || (at.tagName === 'INPUT' && e.key !== 'Escape' && ['number', 'text'].includes((at as HTMLInputElement).type)) || by<HTMLDialogElement>('help').open) return;
       if (at.tagName === 'BUTTON' && (e.key === ' ' || e.key === 'Enter')) return;
       const action = actions[e.key.length === 1 ? e.key.toLowerCase() : e.key];
       if (!action) return;
@@ -391,7 +430,7 @@ class App {
       const canvas = Object.assign(document.createElement('canvas'), { width: 32, height: 28 });
       canvas.style.width = '16px';
       canvas.style.height = '14px';
-      const c = canvas.getContext('2d');
+      const c = canvas.getContext('2d', { willReadFrequently: true });
       if (c) {
         c.scale(2, 2);
         draw(c);
@@ -406,7 +445,7 @@ class App {
     };
     this.store.header.words.visibility.forEach((word, i) =>
       add(word, (c) => mark(c, i, 8, 7, 5, visibilityColour(i, this.state.theme), '#0000')));
-    add('truth', line('#7d8790'));
+    add('truth', line(kPaint[this.state.theme].truth));
     const { receivers } = this.store.header;
     receivers.forEach((receiver, i) => add(receivers.length > 1 ? `fix, ${receiver.name}` : 'fix, 95 %', (c) => {
       c.fillStyle = receiverColour(i, this.state.theme);
@@ -415,7 +454,7 @@ class App {
       outline(c, receiverShape(i), 12);
       c.fill();
     }));
-    add(receivers.length > 1 ? 'no fix' : 'error, no fix', line(kErrorColour));
+    add(receivers.length > 1 ? 'no fix' : 'error; track without fix', line(kErrorColour));
   }
 
   /** For `canyon view --record`: a picture at a share of the film. A run passes by; a city alone is flown about once. */
@@ -437,7 +476,7 @@ class App {
       this.filmed ??= this.view.control.azimuth;
       this.view.control.azimuth = this.filmed + 360 * at.share;
     }
-    this.view.request();
+    this.view.sharpen();
     // The second frame comes behind the first one's picture.
     await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
   }

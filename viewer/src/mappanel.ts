@@ -67,8 +67,8 @@ export class MapPanel {
 
   private range(): void {
     const { factor } = this.heat.chosen;
-    const low = Number(this.low.value) / factor;
-    const high = Number(this.high.value) / factor;
+    const value = (box: HTMLInputElement): number => (box.value === '' ? NaN : Number(box.value) / factor);
+    const [low, high] = [value(this.low), value(this.high)];
     // A range that is none is put back.
     if (high > low) this.heat.rescale({ low, high });
     else this.update();
@@ -90,7 +90,7 @@ export class MapPanel {
     this.bar.width = width * scale;
     this.bar.height = 30 * scale;
     this.bar.style.width = `${width}px`;
-    const c = this.bar.getContext('2d');
+    const c = this.bar.getContext('2d', { willReadFrequently: true });
     if (!c) return;
     c.scale(scale, scale);
     const colours = this.heat.barColours(128);

@@ -36,7 +36,21 @@ export interface HelloMessage {
   receivers: { name: string; strength: boolean; elevation_mask_deg: number }[];
 }
 
-export type Message = EpochMessage | ErrorMessage | HelloMessage;
+/** Of a run that is being computed. */
+export interface ProgressMessage {
+  type: 'progress';
+  version: number;
+  done: number;
+  planned: number;
+}
+
+/** The run has ended: what is served is all of it. */
+export interface FinishedMessage {
+  type: 'finished';
+  version: number;
+}
+
+export type Message = EpochMessage | ErrorMessage | HelloMessage | ProgressMessage | FinishedMessage;
 
 export interface ProbeMessage {
   type: 'probe';

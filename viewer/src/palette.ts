@@ -12,7 +12,9 @@ export const kErrorColour = '#D55E00';
 const kReceiverColours = [kFixColour, '#56B4E9', '#8A6A00', '#7B4BB3'] as const;
 const kReceiverOnDark = [kFixColour, '#56B4E9', '#F0E442', '#B79BE8'] as const;
 export const kShapes = ['disc', 'square', 'diamond', 'triangle'] as const;
-export type Shape = (typeof kShapes)[number];
+export type Shape = (typeof kShapes)[number] | 'cross';
+/** By the index of words.visibility, as on the sky plot. */
+export const kVisibilityShapes: readonly Shape[] = ['disc', 'square', 'triangle', 'cross'];
 
 export type Theme = 'light' | 'dark';
 
@@ -37,16 +39,22 @@ export interface Paint {
   panel: string;
   skyline: string;
   accent: string;
+  vehicle: string;
+  structure: string;
+  /** The true track, and the arrow of the vehicle that carries the antenna. */
+  truth: string;
 }
 
 export const kPaint: Record<Theme, Paint> = {
   light: {
     sky: '#E4EBF1', ground: '#EFEBE4', lowRoof: '#EEE8DE', highRoof: '#8FA0B5', ink: '#1D2329', faint: '#5D6670',
     rule: '#D3D8DD', panel: '#FFFFFF', skyline: '#C9CED4', accent: '#005A9C',
+    vehicle: '#5B6B8C', structure: '#9A7B4F', truth: '#2A3138',
   },
   dark: {
     sky: '#12181F', ground: '#232A31', lowRoof: '#454E57', highRoof: '#93A5BA', ink: '#E8ECEF', faint: '#9BA6B0',
     rule: '#38424C', panel: '#1A2129', skyline: '#414B55', accent: '#6CB8F0',
+    vehicle: '#8FA3CC', structure: '#C4A36F', truth: '#F2F4F6',
   },
 };
 

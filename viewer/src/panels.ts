@@ -1,6 +1,6 @@
 // Panels of text: figures of the instant, table of satellites, what is selected, summary of the run.
 
-import { visibilityColour } from './palette';
+import { kVisibilityShapes, visibilityColour } from './palette';
 import type { State } from './state';
 import type { Store } from './store';
 
@@ -43,10 +43,12 @@ export class Readout {
       `<div><dt>${label}</dt><dd data-name="${name}" data-raw="${value}">${fixed(value, decimals)}${unit ? `<small> ${unit}</small>` : ''}</dd></div>`;
     const fault = (store.header.receivers[state.receiver]?.faults ?? [])
       .filter((f) => (track.time[i] ?? 0) >= f.from_s && (track.time[i] ?? 0) <= f.until_s).map((f) => f.name);
+    const { name } = store.header.receivers[state.receiver] ?? {};
     this.host.innerHTML = `
-      <p><b class="${track.fixed(i) ? 'good' : 'bad'}" data-name="status">${track.fixed(i) ? 'fix' : `no fix: ${escaped(status)}`}</b>
+      ${store.tracks.length > 1 ? `<p class="name">${escaped(name ?? '')}</p>` : ''}
+      <p><b class="${track.fixed(i) ? 'good' : 'bad'}" data-name="status">${track.fixed(i) ? 'fix' : `no fix: ${place === 'unknown' ? 'nobody knows where the antenna is' : escaped(status)}`}</b>
         <span data-name="clock">${clock(store.header.time.begin_utc, track.time[i] ?? 0)}</span> UTC
-        ${place !== 'free' ? `<b class="bad">${escaped(place)}</b>` : ''}
+        ${place !== 'free' && track.fixed(i) ? `<b class="bad">${escaped(place)}</b>` : ''}
         ${fault.map((name) => `<b class="bad">${escaped(name)}</b>`).join(' ')}</p>
       <dl>
         ${item('horizontal', 'horizontal error', track.horizontal[i] ?? NaN, 2, 'm')}
@@ -88,7 +90,7 @@ export class SatelliteTable {
       <tr data-satellite="${s.satellite}" class="${s.satellite === state.satellite ? 'chosen' : ''} ${s.aboveMask ? '' : 'low'}">
       <th>${escaped(store.header.satellites[s.satellite]?.id ?? '?')}</th>
       <td>${fixed(s.elevation, 1)}</td><td>${fixed(s.azimuth, 1)}</td>
-      <td class="word"><i style="background:${visibilityColour(s.visibility, state.theme)}"></i>${shortened(words.visibility[s.visibility])}</td>
+      <td class="word"><i class="${kVisibilityShapes[s.visibility] ?? ''}" style="background:${visibilityColour(s.visibility, state.theme)}"></i>${shortened(words.visibility[s.visibility])}</td>
       <td data-name="cn0">${fixed(s.cn0, 1)}</td><td class="word">${shortened(words.lock[s.lock])}</td>
       <td>${s.used ? '✓' : s.excluded ? 'x' : ''}</td>
       <td data-name="excess">${fixed(s.excess, 2)}</td><td data-name="error">${fixed(s.error, 2)}</td>
@@ -150,7 +152,7 @@ export class Details {
 }
 
 export function summaryHtml(store: Store, receiver: number): string {
-  const s = store.header.receivers[receiver]?.summary;
+  const s = store.header.live ? null : store.header.receivers[receiver]?.summary;
   const city = store.header.city;
   const origin = store.header.frame.origin;
   const buildings = city.objects.filter((o) => o.surface === 'building').length;

@@ -22,6 +22,7 @@ export class Probe {
   private answered = 0;
   private askedAt = 0;
   private again = false;
+  private shown = false;  // an answer of this antenna
 
   constructor(private readonly store: Store, private readonly state: State, private readonly connection: Connection | null,
               private readonly hooks: { toast: (text: string) => void; arm: (on: boolean) => void }) {
@@ -45,7 +46,7 @@ export class Probe {
 
   put(surface: Place): void {
     if (!this.connection) return this.arm();
-    if (!this.active) this.base = this.state.receiver;
+    if (!this.active) [this.base, this.shown] = [this.state.receiver, false];
     this.surface = surface;
     by('probe').hidden = false;
     by('probe-where').textContent = `${surface.map((v) => v.toFixed(1)).join(', ')} (east, north, up)`;
@@ -84,7 +85,9 @@ export class Probe {
     const track = this.store.tracks[this.base];
     this.epoch = track ? track.epochAt(this.state.time) : 0;
     const [east_m, north_m, up_m] = this.surface;
-    const height = Number(by<HTMLInputElement>('probe-height').value);
+    const box = by<HTMLInputElement>('probe-height');
+    if (box.value === '' || !box.validity.valid) return this.hooks.toast('The antenna’s height is a number of metres, from 0 to 1000.');
+    const height = Number(box.value);
     this.askedAt = performance.now();
     const sent = this.connection.send({ type: 'probe', version: 1, id: this.asked + 1, receiver: this.base,
       time_s: track?.time[this.epoch] ?? this.state.time, place: { east_m, north_m, up_m: up_m + height } });
@@ -97,7 +100,10 @@ export class Probe {
     if (message.id === undefined) return false;
     this.answered = this.asked;
     this.answerMs = performance.now() - this.askedAt;
-    if (message.type === 'error') this.hooks.toast(message.message);
+    if (message.type === 'error') {
+      this.hooks.toast(message.message);
+      if (!this.shown) this.end();
+    }
     else if (this.active) this.show(message);
     if (this.again) {
       this.again = false;
@@ -113,9 +119,10 @@ export class Probe {
 
   private show(message: EpochMessage): void {
     const { store, state } = this;
+    this.shown = true;
     const like = store.header.receivers[this.base];
     if (!like) return;
-    store.header.receivers[this.receiver] = { ...like, name: `antenna put as ${like.name}`, faults: [],
+    store.header.receivers[this.receiver] = { ...like, name: `antenna put as ${like.name}, just switched on`, faults: [],
       summary: null };
     store.append(this.receiver, message, 1);
     state.epoch = 0;

@@ -3,15 +3,17 @@
 import {
   BufferAttribute, BufferGeometry, Color, DoubleSide, Fog, Mesh, MeshBasicMaterial, PlaneGeometry, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from 'three';
+import { Bodies } from './bodies';
 import { CameraControl } from './camera';
 import { CityMesh } from './city';
 import type { Rows } from './format';
 import type { HeatMap } from './heatmap';
 import { light } from './light';
 import { Marks, Segments } from './lines';
-import { kErrorColour, kPaint, kShapes, receiverColour, receiverShape, visibilityColour, type Shape } from './palette';
+import { kErrorColour, kPaint, kShapes, kVisibilityShapes, receiverColour, receiverShape, visibilityColour, type Shape } from './palette';
 import type { State } from './state';
 import type { SatelliteRow, Store, Track } from './store';
+import { together, Tracks } from './tracks';
 
 const kRadians = Math.PI / 180;
 export type Place = [number, number, number];
@@ -35,10 +37,13 @@ export function ellipse95(ee: number, nn: number, en: number): { major: number; 
   };
 }
 
-/** Of a track. */
-const kMostPieces = 6000;
-/** Errors beyond are drawn so high [m]. */
-const kHighestFence = 60;
+/** Without a graphics processor, pictures that follow one another at once have so many pixels a side for each of the screen's ... */
+const kCoarse = 0.5;
+/** ... and after so many frames without a change comes a sharp one. */
+const kRest = 8;
+
+/** An antenna that is put on a wall stands so far before it [m]. */
+const kBeforeWall = 0.5;
 
 interface Label {
   element: HTMLElement;
@@ -57,20 +62,23 @@ export class SceneView {
   private readonly weak = new Segments(1, 0.55, 0.12);
   private readonly chosen = new Segments(4, 1, 0.35);
   private readonly blocked = new Segments(1.2, 0.6, 0.25, true);
-  private readonly trueTrack = new Segments(3, 0.9, 0.3);
-  private readonly fixTrack = new Segments(2, 0.9, 0.35);
   private readonly dome = new Segments(1, 0.35, 0);
   private readonly trails = new Segments(2, 0.7, 0.25);
-  private readonly error = new Segments(3, 1, 0.9);
+  private readonly error = new Segments(3, 1, 1);
   private readonly points = new Marks(7, false);
-  private readonly satellites = new Marks(11, false);
+  private readonly satellites = kVisibilityShapes.map((shape) => new Marks(12, false, shape));
   private readonly antenna = new Marks(13, false);
   private readonly fixMarks = Object.fromEntries(kShapes.map((shape) => [shape, new Marks(12, false, shape)])) as Record<Shape, Marks>;
-  private readonly fence = new Segments(2, 0.8, 0.25);
   private readonly ellipse: Mesh;
   private readonly cellMark = new Segments(2.5, 1, 0.5);
+  private readonly tracks: Tracks;
+  private readonly bodies = new Bodies();
   private readonly labels = new Map<string, Label>();
   private wanted = true;
+  private readonly software: boolean;
+  private coarse = false;
+  /** Frames since the last one that something changed in. */
+  private rested = kRest;
 
   constructor(
     private readonly host: HTMLElement,
@@ -79,10 +87,16 @@ export class SceneView {
     private readonly store: Store,
     private readonly state: State,
   ) {
-    // Without a graphics processor smooth edges cost more than all the rest.
-    const software = drawsInSoftware();
-    this.renderer = new WebGLRenderer({ antialias: !software });
-    this.renderer.setPixelRatio(software ? 1 : Math.min(2, devicePixelRatio));
+    // Without a graphics processor smooth edges cost more than all the rest, and a context that is made to look at takes half a
+    // second: the first one is kept there.
+    let context = newContext(false);
+    this.software = drawsInSoftware(context);
+    if (!this.software) {
+      context.getExtension('WEBGL_lose_context')?.loseContext();
+      context = newContext(true);
+    }
+    this.renderer = new WebGLRenderer({ canvas: context.canvas, context });
+    this.sharpen();
     host.prepend(this.renderer.domElement);
     this.renderer.domElement.setAttribute('aria-label', 'three-dimensional view of the city');
     this.city = new CityMesh(glb, store.header.city.objects);
@@ -98,12 +112,14 @@ export class SceneView {
     this.ground.position.set(known ? (lowX + highX) / 2 : 0, known ? (lowY + highY) / 2 : 0, (known ? lowZ : 0) - 0.6);
     this.scene.add(this.ground);
     this.ellipse = new Mesh(new BufferGeometry(), new MeshBasicMaterial({
-      transparent: true, opacity: 0.28, side: DoubleSide, depthTest: false, depthWrite: false,
+      transparent: true, opacity: 0.16, side: DoubleSide, depthTest: false, depthWrite: false,
     }));
     this.ellipse.frustumCulled = false;
     this.scene.add(this.ellipse);
-    for (const s of [this.dome, this.trails, this.weak, this.strong, this.blocked, this.chosen, this.trueTrack,
-      this.fixTrack, this.error, this.cellMark, this.fence]) this.scene.add(s.group);
+    for (const s of [this.dome, this.trails, this.weak, this.strong, this.blocked, this.chosen, this.error,
+      this.cellMark]) this.scene.add(s.group);
+    this.tracks = new Tracks(store, state);
+    this.scene.add(this.tracks.group, this.bodies.mesh);
     for (const m of this.marks) this.scene.add(m.points);
     this.control = new CameraControl(this.renderer.domElement, () => this.request(), (x, y, shift) => this.pick(x, y, shift));
     this.control.target.set(this.ground.position.x, this.ground.position.y, 0);
@@ -135,7 +151,7 @@ export class SceneView {
   }
 
   private get marks(): Marks[] {
-    return [this.points, this.satellites, this.antenna, ...Object.values(this.fixMarks)];
+    return [this.points, ...this.satellites, this.antenna, ...Object.values(this.fixMarks)];
   }
 
   /** Radius of the dome [m]: above the buildings near the antenna, and no landscape of its own. */
@@ -150,8 +166,14 @@ export class SceneView {
 
   /** Draws a picture where something changed; true where it did. */
   frame(): boolean {
+    if (!this.wanted && ++this.rested === kRest && this.coarse) this.sharpen();
     if (!this.wanted) return false;
+    if (this.software && !this.coarse && this.rested < kRest) {
+      this.coarse = true;
+      this.renderer.setPixelRatio(kCoarse);
+    }
     this.wanted = false;
+    this.rested = 0;
     const begin = performance.now();
     const { clientWidth, clientHeight } = this.host;
     this.control.apply(clientWidth / Math.max(1, clientHeight));
@@ -167,6 +189,14 @@ export class SceneView {
     return true;
   }
   measuring = false;
+
+  /** The next picture has all pixels. */
+  sharpen(): void {
+    this.coarse = false;
+    this.rested = kRest;
+    this.renderer.setPixelRatio(this.software ? 1 : Math.min(2, devicePixelRatio));
+    this.request();
+  }
 
   private resize(): void {
     this.renderer.setSize(this.host.clientWidth, this.host.clientHeight);
@@ -195,7 +225,13 @@ export class SceneView {
     if (this.onPut && (shift || this.putting)) {
       // The ground that is drawn below everything lies 0.6 m below the city's.
       const below = ray.intersectObject(this.ground, false)[0]?.point.clone().setZ(this.ground.position.z + 0.6);
-      const point = this.city.hit(ray)?.point ?? below;
+      const hit = this.city.hit(ray);
+      const point = hit?.point ?? below;
+      // Before a wall, not in it.
+      const normal = hit?.face?.normal;
+      if (point && normal && Math.abs(normal.z) < 0.5) {
+        point.addScaledVector(normal, normal.dot(ray.ray.direction) < 0 ? kBeforeWall : -kBeforeWall);
+      }
       if (point) this.onPut([point.x, point.y, point.z]);
       return;
     }
@@ -239,75 +275,9 @@ export class SceneView {
     this.request();
   }
 
-  /** What does not change with time: true tracks and fixes, and the fence of pseudorange errors. */
   private drawTracks(): void {
-    for (const lines of [this.trueTrack, this.fixTrack, this.fence]) lines.clear();
-    const { tracks } = this.store;
-    const own = tracks[this.state.receiver];
-    tracks.forEach((track, receiver) => {
-      const chosen = receiver === this.state.receiver;
-      if (!chosen && !this.state.layers.others) return;
-      // Receivers of one vehicle have one true track: that of the chosen one, with its losses of fix.
-      this.drawTrack(track, receiver, chosen || !own || !together(track, own));
-    });
-    if (this.state.layers.ranges) this.drawFence();
-    for (const lines of [this.trueTrack, this.fixTrack, this.fence]) lines.finish();
+    this.tracks.draw();
     this.request();
-  }
-
-  private drawTrack(track: Track, receiver: number, withTruth: boolean): void {
-    const { theme } = this.state;
-    const ink = theme === 'dark' ? '#F2F4F6' : '#2A3138';
-    const colour = receiverColour(receiver, theme);
-    const fixEast = track.epochs.column('fix_east_m');
-    const fixNorth = track.epochs.column('fix_north_m');
-    // Of a long run not every epoch: more pieces than this nobody sees, and drawing them takes longer than all else.
-    const step = Math.max(0.3, track.length / kMostPieces);
-    const pieces = (at: (k: number) => Place | null, draw: (from: Place, to: Place, i: number) => void): void => {
-      let last: Place | null = null;
-      let before: Place | null = null;
-      for (let i = 0; i < track.size; ++i) {
-        const here = at(i);
-        const ends = i + 1 === track.size || track.fixed(i) !== track.fixed(i + 1);
-        if (here && last && (ends || Math.hypot(here[0] - last[0], here[1] - last[1]) >= step)) {
-          draw(last, here, i);
-          last = here;
-        } else if (!here || !last) {
-          if (!here && last && before) draw(last, before, i);
-          last = here;
-        }
-        before = here;
-      }
-    };
-    if (withTruth) {
-      pieces((k) => [track.east[k] ?? 0, track.north[k] ?? 0, (track.up[k] ?? 0) - 1],
-        (from, to, i) => this.trueTrack.add(from, to, track.fixed(i) ? ink : kErrorColour));
-    }
-    // On the ground: heights of fixes scatter more than a street is wide, and would hide where they are.
-    pieces((k) => (track.fixed(k) ? [fixEast[k] ?? 0, fixNorth[k] ?? 0, (track.up[k] ?? 0) - 0.5] : null),
-      (from, to) => this.fixTrack.add(from, to, colour));
-  }
-
-  /** Of a validation: rms of recorded and simulated pseudorange errors, side by side, a metre high for a metre. */
-  private drawFence(): void {
-    const { comparison, header } = this.store;
-    const pair = header.comparison;
-    const track = this.store.tracks[pair?.recorded ?? 0];
-    if (!comparison || !pair || !track) return;
-    let last = -1;
-    for (let i = 0; i < track.size; ++i) {
-      const [x, y, z] = [track.east[i] ?? 0, track.north[i] ?? 0, track.up[i] ?? 0];
-      if (last >= 0 && Math.hypot(x - (track.east[last] ?? 0), y - (track.north[last] ?? 0)) < 4) continue;
-      last = i;
-      const yaw = track.epochs.at('yaw_deg', i) * kRadians;
-      const pairs = [['recorded_rms_m', pair.recorded, 0], ['simulated_rms_m', pair.simulated, 1.6]] as const;
-      for (const [column, receiver, along] of pairs) {
-        const high = Math.min(kHighestFence, comparison.at(column, i));
-        if (!Number.isFinite(high)) continue;
-        const [east, north] = [x + along * Math.cos(yaw), y + along * Math.sin(yaw)];
-        this.fence.add([east, north, z], [east, north, z + high], receiverColour(receiver, this.state.theme));
-      }
-    }
   }
 
   /** What belongs to an instant. */
@@ -316,6 +286,7 @@ export class SceneView {
     const track = store.tracks[state.receiver];
     for (const s of [this.strong, this.weak, this.chosen, this.blocked, this.dome, this.trails, this.error]) s.clear();
     for (const m of this.marks) m.clear();
+    this.bodies.clear();
     this.ellipse.visible = false;
     const labels = new Set<string>();
     if (track && track.size > 0) {
@@ -324,19 +295,30 @@ export class SceneView {
       this.control.moveVehicle(new Vector3(...at), 90 - track.epochs.at('yaw_deg', i));
       this.antenna.add(at, this.state.theme === 'dark' ? '#FFFFFF' : '#20262C');
       const rows = store.satellites(state.receiver, i);
+      if (state.layers.bodies) this.drawBodies(at, track);
       if (state.layers.dome) this.drawDome(at, rows, labels);
       for (const row of rows) this.drawPaths(at, row);
       if (state.layers.fix) store.tracks.forEach((_, receiver) => this.drawFix(receiver));
     }
-    this.trueTrack.group.visible = this.fixTrack.group.visible = this.fence.group.visible = state.layers.tracks;
+    this.tracks.group.visible = state.layers.tracks;
     for (const s of [this.strong, this.weak, this.chosen, this.blocked, this.dome, this.trails, this.error]) s.finish();
     for (const m of this.marks) m.finish();
+    this.bodies.finish();
     for (const [key, label] of this.labels) {
       if (labels.has(key)) continue;
       label.element.remove();
       this.labels.delete(key);
     }
     this.request();
+  }
+
+  private drawBodies(at: Place, track: Track): void {
+    const { state, store } = this;
+    const words = store.header.words.body ?? [];
+    for (const body of store.bodies(state.receiver, state.epoch)) this.bodies.add(body, words[body.kind] ?? '', state.theme);
+    const angle = (name: string): number => track.epochs.at(name, state.epoch);
+    // From the antenna nothing is seen of it.
+    if (state.camera !== 'first') this.bodies.arrow(at, angle('yaw_deg'), angle('roll_deg'), angle('pitch_deg'), kPaint[state.theme].truth);
   }
 
   private drawDome(at: Place, rows: SatelliteRow[], labels: Set<string>): void {
@@ -355,7 +337,7 @@ export class SceneView {
     for (const row of rows) {
       const colour = visibilityColour(row.visibility, this.state.theme);
       const place = on(row.azimuth, row.elevation);
-      this.satellites.add(place, colour);
+      this.satellites[row.visibility]?.add(place, colour);
       const id = this.store.header.satellites[row.satellite]?.id ?? '?';
       const chosen = row.satellite === this.state.satellite;
       const label = this.label(`satellite-${row.satellite}`, id, 'satellite', place, labels);
@@ -434,6 +416,8 @@ export class SceneView {
     (this.ellipse.material as MeshBasicMaterial).color.set(colour);
     const { major, minor, angle } = ellipse95(e.at('covariance_east_m2', i), e.at('covariance_north_m2', i),
       e.at('covariance_east_north_m2', i));
+    // From within it would tint all that there is.
+    (this.ellipse.material as MeshBasicMaterial).opacity = 0.16 * Math.min(1, this.control.distance / (3 * major));
     const positions: number[] = [];
     const on = (turn: number): Place => [
       fix[0] + major * Math.cos(turn) * Math.cos(angle) - minor * Math.sin(turn) * Math.sin(angle),
@@ -479,22 +463,16 @@ export class SceneView {
   }
 }
 
-/** Whether two receivers are at one place, at begin, middle and end. */
-function together(a: Track, b: Track): boolean {
-  return [0, 0.5, 1].every((share) => {
-    const i = Math.floor(share * (a.size - 1));
-    const j = b.epochAt(a.time[i] ?? 0);
-    return Math.hypot((a.east[i] ?? 0) - (b.east[j] ?? 0), (a.north[i] ?? 0) - (b.north[j] ?? 0)) < 2;
-  });
+function newContext(antialias: boolean): WebGL2RenderingContext {
+  const context = document.createElement('canvas').getContext('webgl2', { antialias });
+  if (!context) throw new Error('This browser has no WebGL 2, which the city is drawn with.');
+  return context;
 }
 
 /** Whether WebGL runs on the processor: SwiftShader, llvmpipe, Microsoft's Basic Render Driver. */
-function drawsInSoftware(): boolean {
-  const gl = document.createElement('canvas').getContext('webgl2');
-  const info = gl?.getExtension('WEBGL_debug_renderer_info');
-  const name = gl && info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
-  gl?.getExtension('WEBGL_lose_context')?.loseContext();
-  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+function drawsInSoftware(gl: WebGL2RenderingContext): boolean {
+  const info = gl.getExtension('WEBGL_debug_renderer_info');
+  return info !== null && /swiftshader|llvmpipe|software|basic render/i.test(String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)));
 }
 
 function shifted(from: Place, direction: Place, metres: number): Place {

@@ -107,13 +107,28 @@ export class SkyPlot {
         c.arc(x, y, 10.5, 0, 2 * Math.PI);
         c.stroke();
       }
-      c.fillStyle = paint.ink;
-      c.font = `10px ${kFont}`;
-      c.textAlign = 'center';
-      c.textBaseline = 'alphabetic';
-      c.fillText(this.store.header.satellites[row.satellite]?.id ?? '?', x, y - 9);
+    }
+    c.fillStyle = paint.ink;
+    c.font = `10px ${kFont}`;
+    c.textAlign = 'center';
+    c.textBaseline = 'middle';
+    const taken = this.spots.map(({ x, y }): Spot => ({ satellite: -1, x, y }));
+    for (const { satellite, x, y } of this.spots) {
+      const free = labelPlace(x, y, taken);
+      taken.push({ satellite, ...free });
+      c.fillText(this.store.header.satellites[satellite]?.id ?? '?', free.x, free.y);
     }
   }
+}
+
+/** Middle of a label: above its mark, else where fewest marks and labels lie under it. */
+function labelPlace(x: number, y: number, taken: Spot[]): { x: number; y: number } {
+  const covered = (place: { x: number; y: number }): number => taken.filter((t) => {
+    const label = t.satellite >= 0;
+    return Math.abs(t.x - place.x) < (label ? 21 : 15) && Math.abs(t.y - place.y) < (label ? 10 : 9);
+  }).length;
+  const places = [[0, -13], [0, 13], [18, 0], [-18, 0], [16, -11], [-16, -11]].map(([dx = 0, dy = 0]) => ({ x: x + dx, y: y + dy }));
+  return places.reduce((best, place) => (covered(place) < covered(best) ? place : best));
 }
 
 /** Kinds differ in shape as well as colour: disc, square, triangle, cross. */

@@ -10,6 +10,7 @@ export const kLayers = {
   blocked: 'directions of blocked satellites',
   points: 'reflection points and edges',
   dome: 'sky dome and satellites',
+  bodies: 'the vehicle, traffic, trees and signs',
   tracks: 'true and estimated track',
   fix: 'fix, error vector, 95 % ellipse',
   others: 'the other receivers',
@@ -32,7 +33,7 @@ export class State {
   camera: CameraMode = 'follow';
   colour: 'height' | 'material' = 'height';
   theme: Theme = 'light';
-  layers: Record<Layer, boolean> = { rays: true, blocked: false, points: true, dome: true, tracks: true, fix: true, others: true, ranges: true };
+  layers: Record<Layer, boolean> = { rays: true, blocked: false, points: true, dome: true, bodies: true, tracks: true, fix: true, others: true, ranges: true };
 
   private readonly listeners: ((change: Change) => void)[] = [];
 

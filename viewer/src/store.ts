@@ -95,29 +95,51 @@ export interface SatelliteRow {
   paths: PathRow[];
 }
 
+/** What stands or moves about the antenna and is not in the city [m, deg]. */
+export interface BodyRow {
+  kind: number;
+  east: number;
+  north: number;
+  low: number;
+  high: number;
+  yaw: number;
+  length: number;
+  width: number;
+}
+
+/** Of each epoch of a block, and behind the last: its first row. */
+function beginsOf(rows: Rows, entry: ChunkEntry): Uint32Array {
+  const epoch = rows.column('epoch');
+  const begins = new Uint32Array(entry.epochs + 1).fill(rows.size);
+  for (let row = rows.size - 1; row >= 0; --row) begins[(epoch[row] ?? 0) - entry.first_epoch] = row;
+  for (let e = entry.epochs - 1; e >= 0; --e) {
+    // An epoch without rows begins where the next one does.
+    begins[e] = Math.min(begins[e] ?? 0, begins[e + 1] ?? rows.size);
+  }
+  return begins;
+}
+
 export class Block {
-  readonly entry: ChunkEntry;
   readonly satellites: Rows;
   readonly paths: Rows;
+  private readonly bodies: Rows | undefined;  // views written before there were any have none
   lastUse = 0;
   private readonly base: number;  // what the rows count epochs from
   private readonly begins: Uint32Array;
+  private readonly bodyBegins: Uint32Array;
   private readonly firstPath: Uint32Array;
 
-  constructor(entry: ChunkEntry, satellites: Rows, paths: Rows) {
-    this.entry = entry;
+  constructor(readonly entry: ChunkEntry, tables: Map<string, Rows>) {
+    const [satellites, paths] = [tables.get('satellites'), tables.get('paths')];
+    if (!satellites || !paths) throw new Error(`${entry.file} is no block`);
     this.satellites = satellites;
     this.paths = paths;
+    this.bodies = tables.get('bodies');
     this.base = entry.first_epoch;
-    const epoch = satellites.column('epoch');
     const count = satellites.column('paths');
-    this.begins = new Uint32Array(entry.epochs + 1).fill(satellites.size);
+    this.begins = beginsOf(satellites, entry);
+    this.bodyBegins = this.bodies ? beginsOf(this.bodies, entry) : new Uint32Array(entry.epochs + 1);
     this.firstPath = new Uint32Array(satellites.size + 1);
-    for (let row = satellites.size - 1; row >= 0; --row) this.begins[(epoch[row] ?? 0) - entry.first_epoch] = row;
-    for (let e = entry.epochs - 1; e >= 0; --e) {
-      // An epoch without satellites begins where the next one does.
-      this.begins[e] = Math.min(this.begins[e] ?? 0, this.begins[e + 1] ?? satellites.size);
-    }
     for (let row = 0; row < satellites.size; ++row) {
       this.firstPath[row + 1] = (this.firstPath[row] ?? 0) + (count[row] ?? 0);
     }
@@ -156,6 +178,18 @@ export class Block {
     };
   }
 
+  bodiesAt(epoch: number): BodyRow[] {
+    const { bodies } = this;
+    const e = epoch - this.entry.first_epoch;
+    const result: BodyRow[] = [];
+    for (let i = this.bodyBegins[e] ?? 0; bodies && i < (this.bodyBegins[e + 1] ?? 0); ++i) {
+      const at = (name: string): number => bodies.at(name, i);
+      result.push({ kind: at('kind'), east: at('east_m'), north: at('north_m'), low: at('low_m'), high: at('high_m'),
+        yaw: at('yaw_deg'), length: at('length_m'), width: at('width_m') });
+    }
+    return result;
+  }
+
   private pathsOf(row: number): PathRow[] {
     const p = this.paths;
     const result: PathRow[] = [];
@@ -186,6 +220,8 @@ class HistoryTrack extends Track {
   }
 }
 
+const kPlace = ['east_m', 'north_m', 'up_m'];
+
 /** Epochs that came as messages: the newest of a live receiver, or the one of an antenna that was put somewhere. */
 class History {
   readonly blocks: Block[] = [];
@@ -215,14 +251,13 @@ class History {
       let all = this.columns.get(column.name);
       if (!all) this.columns.set(column.name, (all = new (from.constructor as new (n: number) => Values)(2 * this.keep)));
       all[this.end] = from[0] ?? NaN;
+      // Where nobody knows the place it stays the last one that was known.
+      if (kPlace.includes(column.name) && Number.isNaN(all[this.end]) && this.size > 0) all[this.end] = all[this.end - 1] ?? NaN;
     }
     ++this.end;
     this.skylines.push(message.skyline ? Float64Array.from(message.skyline, (half) => half / 2)
       : this.skylines.at(-1) ?? new Float64Array());
-    const satellites = tables.get('satellites') as Rows;
-    const paths = tables.get('paths') as Rows;
-    const block = new Block({ file: '', kind: 'block', receiver: this.receiver, first_epoch: 0, epochs: 1,
-      satellites: satellites.size, paths: paths.size, bytes: 0 }, satellites, paths);
+    const block = new Block({ file: '', kind: 'block', receiver: this.receiver, first_epoch: 0, epochs: 1, satellites: 0, paths: 0, bytes: 0 }, tables);
     block.entry.first_epoch = this.size - 1;
     this.blocks.push(block);
   }
@@ -256,18 +291,34 @@ export class Store {
   private readonly source: Source;
   private readonly blocks = new Map<string, Block>();
   private readonly pending = new Map<string, Promise<Block>>();
-  private readonly entries: ChunkEntry[][];
+  private entries: ChunkEntry[][] = [];
   private readonly slices = new Map<string, Promise<Rows>>();
   /** Of receivers whose epochs come as messages. */
-  private readonly histories: History[] = [];
+  private readonly histories: (History | undefined)[] = [];
   private uses = 0;
 
   constructor(source: Source, header: Header) {
     this.source = source;
     this.header = header;
-    this.entries = header.receivers.map((_, r) =>
-      header.chunks.filter((c): c is ChunkEntry => c.kind === 'block' && c.receiver === r).sort((a, b) => a.first_epoch - b.first_epoch),
-    );
+    this.index();
+  }
+
+  private index(): void {
+    this.entries = this.header.receivers.map((_, r) => this.header.chunks
+      .filter((c): c is ChunkEntry => c.kind === 'block' && c.receiver === r).sort((a, b) => a.first_epoch - b.first_epoch));
+  }
+
+  /** The whole run takes the place of what came of it as messages; an antenna that was put somewhere stays. */
+  async adopt(): Promise<void> {
+    const whole = new Store(this.source, await this.source.header());
+    await whole.loadTracks();
+    const put = this.header.receivers.slice(whole.tracks.length);
+    Object.assign(this.header, whole.header);
+    delete this.header.live;
+    this.tracks.splice(0, whole.tracks.length, ...whole.tracks);
+    this.histories.fill(undefined, 0, whole.tracks.length);
+    this.index();
+    this.header.receivers.push(...put);
   }
 
   /** All epochs of every receiver. */
@@ -350,10 +401,7 @@ export class Store {
   private async fetchBlock(entry: ChunkEntry): Promise<Block> {
     try {
       const tables = decodeChunk(await this.source.file(entry.file), this.header);
-      const satellites = tables.get('satellites');
-      const paths = tables.get('paths');
-      if (!satellites || !paths) throw new Error(`${entry.file} is no block`);
-      const block = new Block(entry, satellites, paths);
+      const block = new Block(entry, tables);
       block.lastUse = ++this.uses;
       this.blocks.set(entry.file, block);
       this.dropOldest();
@@ -448,6 +496,11 @@ export class Store {
 
   async city(): Promise<ArrayBuffer> {
     return this.source.file(this.header.city.file);
+  }
+
+  /** What stands or moves about the antenna at an epoch; empty while its block is not loaded. */
+  bodies(receiver: number, epoch: number): BodyRow[] {
+    return this.loaded(receiver, epoch)?.bodiesAt(epoch) ?? [];
   }
 
   /** Satellites at an epoch; empty while its block is not loaded. */

@@ -3,37 +3,27 @@
 import Ajv from 'ajv';
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { existsSync } from 'node:fs';
-import { mkdtemp, readFile, rm, stat } from 'node:fs/promises';
+import { mkdtemp, readFile, rm, stat, writeFile } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { fileURLToPath } from 'node:url';
 import { after, before, test } from 'node:test';
 import { kPatience, Session, withoutChromium } from './browser.mjs';
+import { csv, program, root, withoutProgram } from './program.mjs';
 
-const root = fileURLToPath(new URL('../..', import.meta.url));
-const program = process.env.CANYON ?? join(root, 'build-release/bin/canyon');
-const skip = withoutChromium || (existsSync(program) ? false : `SKIPPED: no ${program} (./run build)`);
+const skip = withoutChromium || withoutProgram;
 const seconds = '60';
 let folder;
 let s;
 let epochs;
 let satellites;
 
-/** Rows of a CSV file without quoted cells, by the names of its columns. */
-async function csv(file) {
-  const [head, ...lines] = (await readFile(file, 'utf8')).trimEnd().split('\n');
-  const names = head.split(',');
-  return lines.map((line) => Object.fromEntries(line.split(',').map((cell, i) => [names[i], cell])));
-}
-
 before(async () => {
   if (skip) return;
   folder = await mkdtemp(join(tmpdir(), 'canyon-engine-'));
-  const scenario = join(root, 'examples/synthetic_drive.yaml');
-  const env = { ...process.env, CANYON_VIEWER: join(root, 'viewer/dist/viewer.html') };
-  execFileSync(program, ['simulate', scenario, '--duration', seconds, '--out', folder, '--view', '--quiet'], { env, stdio: 'inherit', timeout: kPatience });
-  execFileSync(program, ['view', folder, '--export', join(folder, 'scene.html'), '--quiet'], { env, stdio: 'inherit', timeout: kPatience });
+  const scenario = join(folder, 'drive.yaml');
+  await writeFile(scenario, `${await readFile(join(root, 'examples/synthetic_drive.yaml'), 'utf8')}\nstreets: {enabled: true, region: east_asia}\n`);
+  execFileSync(program, ['simulate', scenario, '--duration', seconds, '--out', folder, '--view', '--quiet'], { stdio: 'inherit', timeout: kPatience });
+  execFileSync(program, ['view', folder, '--export', join(folder, 'scene.html'), '--quiet'], { stdio: 'inherit', timeout: kPatience });
   epochs = await csv(join(folder, 'epochs.csv'));
   satellites = await csv(join(folder, 'satellites.csv'));
   s = await Session.open(join(folder, 'scene.html'));
@@ -119,4 +109,26 @@ test('what people read is what the file says', { skip }, async () => {
     const ids = await s.page.locator('tr[data-satellite] th').allInnerTexts();
     assert.deepEqual(ids, satellites.filter((r) => r.gps_tow === row.gps_tow).map((r) => r.sat));
   }
+});
+
+test('traffic and what stands in the street is about the antenna', { skip }, async () => {
+  const seen = await s.run(() => {
+    const { store } = canyon;
+    const track = store.tracks[0];
+    const { body } = store.header.words;
+    const result = [];
+    for (let e = 0; e < track.size; ++e) {
+      for (const b of store.bodies(0, e)) {
+        result.push({ kind: body[b.kind], far: Math.hypot(b.east - track.east[e], b.north - track.north[e]), high: b.high - b.low, length: b.length });
+      }
+    }
+    return result;
+  });
+  // docs/streets.md: 50 m along the road, and across it at most both lanes and pavements; classes of vehicles by their lengths and heights.
+  assert.ok(seen.every((b) => b.far < Math.hypot(50, 30)), `${Math.max(...seen.map((b) => b.far))} m`);
+  const vehicles = seen.filter((b) => b.kind === 'vehicle').map((b) => `${b.length.toFixed(1)} x ${b.high.toFixed(1)}`);
+  const classes = ['4.5 x 1.5', '5.3 x 1.9', '5.9 x 2.4', '12.0 x 3.2', '12.0 x 4.4', '9.0 x 3.6'];
+  assert.deepEqual([...new Set(vehicles)].filter((v) => !classes.includes(v)), []);
+  assert.ok(vehicles.includes('4.5 x 1.5'));
+  assert.deepEqual([...new Set(seen.map((b) => b.kind))].sort(), ['crown', 'structure', 'vehicle']);
 });

@@ -1,7 +1,8 @@
 // `canyon view WHAT --live ADDRESS` beside a `canyon live`: epochs as they come, and what happens when either goes away.
 import Ajv from 'ajv';
 import assert from 'node:assert/strict';
-import { mkdtemp, readFile, rm } from 'node:fs/promises';
+import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
+import { createSocket } from 'node:dgram';
 import { createServer } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -113,6 +114,30 @@ test('an earlier epoch stays until one goes back to now', { skip }, async () => 
   await s.page.waitForFunction((t) => canyon.state.time > t, time);
 });
 
+test('an antenna is put into the host\'s sky, and goes with its time', { skip }, async () => {
+  await s.run(() => {
+    const t = canyon.store.tracks[0];
+    document.getElementById('probe-height').value = '0';
+    canyon.probe.put([t.east.at(-1), t.north.at(-1), t.up.at(-1)]);
+  });
+  await s.page.waitForFunction(() => canyon.state.receiver === 1);
+  const [own, put] = await s.run(() => [0, 1].map((r) => {
+    const time = canyon.store.tracks[1].time[0];
+    const epoch = r === 1 ? 0 : canyon.store.tracks[0].epochAt(time);
+    return { time: canyon.store.tracks[r].time[epoch], rows: canyon.store.satellites(r, epoch).map((row) =>
+      [canyon.store.header.satellites[row.satellite].id, row.azimuth, row.elevation]) };
+  }));
+  assert.equal(put.time, own.time);
+  assert.deepEqual(put.rows.map((row) => row[0]), own.rows.map((row) => row[0]));
+  // An epoch may have come between place and time: 4 m in 20,000 km.
+  put.rows.forEach(([id, azimuth, elevation], i) => {
+    assert.ok(Math.abs(((azimuth - own.rows[i][1] + 540) % 360) - 180) < 1e-3 && Math.abs(elevation - own.rows[i][2]) < 1e-4, id);
+  });
+  await s.page.waitForFunction((t) => canyon.store.tracks[1].time[0] > t, put.time);
+  await s.page.keyboard.press('Escape');
+  assert.equal(await s.run('canyon.state.receiver'), 0);
+});
+
 test('messages are what the schema says; of a long run the newest are kept', { skip }, async () => {
   const schema = JSON.parse(await readFile(join(root, 'viewer/schema.json'), 'utf8'));
   const ajv = new Ajv({ allowUnionTypes: true });
@@ -139,4 +164,66 @@ test('messages are what the schema says; of a long run the newest are kept', { s
     return { size: t.size, inOrder: blocks.every((first, i) => first === i), blocks: blocks.length, satellites: last.length };
   }, got[2]);
   assert.deepEqual(kept, { size: 1200, inOrder: true, blocks: 1200, satellites: got[2].satellites.length });
+});
+
+test('receivers of several streams are on one page', { skip }, async () => {
+  const two = join(folder, 'two.yaml');
+  await writeFile(two, (await readFile(scenario, 'utf8')).replace('receivers:\n', 'receivers:\n  - {name: phone, profile: phone}\n'));
+  const streams = [`tcp://127.0.0.1:${await freePort()}`, `tcp://127.0.0.1:${await freePort()}`];
+  const other = await Running.start(['view', two, '--live', streams[0], '--live', streams[1], '--quiet']);
+  const both = await Running.start(['live', two, '--duration', '280', '--quiet', '--stream', `phone/view=${streams[0]}`,
+    '--stream', `car/view=${streams[1]}`], { serves: false });
+  let page;
+  try {
+    page = await Session.open(other.address);
+    await page.page.waitForFunction(() => window.canyon?.store.tracks[0]?.size > 2 && canyon.store.tracks[1]?.size > 2);
+    assert.deepEqual(await page.page.locator('#receiver option').allInnerTexts(), ['phone', 'car']);
+    assert.ok(await page.page.locator('#receiver-choice').isVisible());
+    assert.equal(await page.page.getByText('the other receivers', { exact: true }).count(), 1);
+    // One drive, one time: where both have an epoch they are at one place.
+    const apart = await page.run(() => {
+      const [a, b] = canyon.store.tracks;
+      const at = Array.from(b.time).findIndex((t) => a.time.includes(t));
+      const i = a.time.indexOf(b.time[at]);
+      return at < 0 ? Infinity : Math.hypot(a.east[i] - b.east[at], a.north[i] - b.north[at]);
+    });
+    assert.ok(apart < 1e-6, `${apart} m`);
+    await page.page.selectOption('#receiver', '1');
+    assert.equal(await page.run('canyon.state.receiver'), 1);
+    assert.deepEqual(page.complaints, []);
+  } finally {
+    await page?.close();
+    await both.stop();
+    await other.stop();
+  }
+});
+
+test('a host without poses is waited for; where they stop, the antenna stays where it was', { skip }, async () => {
+  const address = `tcp://127.0.0.1:${await freePort()}`;
+  const [listener, sender] = [createSocket('udp4'), createSocket('udp4')];
+  await new Promise((resolve) => listener.bind(0, '127.0.0.1', resolve));
+  const { port: poses } = listener.address();
+  await new Promise((resolve) => listener.close(resolve));
+  const other = await Running.start(['view', scenario, '--live', address, '--quiet']);
+  const flight = await Running.start(['live', scenario, '--quiet', '--poses', `udp-listen://127.0.0.1:${poses}`, '--stream', `view=${address}`], { serves: false });
+  let page;
+  let beat;
+  try {
+    page = await Session.open(other.address);
+    await page.page.waitForFunction(() => document.getElementById('follow-live').textContent === 'Live: the host has no pose yet');
+    const begin = Date.now();
+    beat = setInterval(() => sender.send(`{"time_s": ${(Date.now() - begin) / 1000}, "position_m": [38, -76, 1.5]}\n`, poses, '127.0.0.1'), 50);
+    await page.page.waitForFunction(() => canyon.store.tracks[0]?.size > 2);
+    clearInterval(beat);
+    await page.page.waitForFunction(() => /nobody knows where/.test(document.getElementById('readout').innerText));
+    const place = await page.run(() => canyon.scene.control.target.toArray());
+    [38, -76, 1.5].forEach((metres, axis) => assert.ok(Math.abs(place[axis] - metres) < 1e-3, String(place)));
+    assert.deepEqual(page.complaints, []);
+  } finally {
+    clearInterval(beat);
+    sender.close();
+    await page?.close();
+    await flight.stop();
+    await other.stop();
+  }
 });

@@ -20,9 +20,9 @@ export async function csv(file) {
 /** A `canyon` that runs until it is stopped. */
 export class Running {
   /** Starts it and waits for the address that it prints, where it is one that serves. */
-  static async start(args, { serves = true } = {}) {
+  static async start(args, { serves = true, environment = {} } = {}) {
     const running = new Running();
-    running.child = spawn(program, args, { stdio: ['ignore', 'pipe', 'inherit'] });
+    running.child = spawn(program, args, { stdio: ['ignore', 'pipe', 'inherit'], env: { ...process.env, ...environment } });
     running.ended = new Promise((resolve) => running.child.once('exit', (code) => resolve(code)));
     if (!serves) return running;
     running.address = await new Promise((resolve, reject) => {

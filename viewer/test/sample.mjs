@@ -23,6 +23,8 @@ export const kTables = [
   { name: 'map_cells', columns: [column('state', 'u8'), column('up_m', 'f32')] },
   { name: 'map_values', columns: [column('value', 'f32')] },
   { name: 'comparison', columns: [...['recorded_rms_m', 'simulated_rms_m', 'difference_rms_m'].map((n) => column(n, 'f32')), column('both', 'u16')] },
+  { name: 'bodies', columns: [column('epoch', 'u32'), column('kind', 'u8'), ...['east_m', 'north_m', 'low_m', 'high_m', 'yaw_deg', 'length_m',
+    'width_m'].map((n) => column(n, 'f32'))] },
 ];
 
 /** The bytes of a chunk; rows: one array of rows (arrays of values) for each table, by its index. */
@@ -107,8 +109,11 @@ export function sampleView({ grid = 8, epochs = 120, block = 40, interval = 1, m
     const covariance = lost ? Array(6).fill(NaN) : [9, 4, 16, 2, 0, 0];
     rows.push([e * interval, east, 0, 1.5, 0, 0, 0, 4, 0, 0, lost ? 2 : 1, 0, east + error[0], error[1], 1.5 + error[2], ...error, ...covariance,
       ...(lost ? Array(5).fill(NaN) : [2.5, 2.1, 1.25, 1.7, 1.3]), lost ? 0 : 9, lost ? 3 : 9, lost ? 9 : 3, 0]);
-    if (e % block === 0) blocks.push({ first: e, satellites: [], paths: [] });
+    if (e % block === 0) blocks.push({ first: e, satellites: [], paths: [], bodies: [] });
     const b = blocks.at(-1);
+    // A bus north of the antenna, across its street, and, at every second epoch, a tree.
+    b.bodies.push([e, 0, east, 8, 0, 3, 90, 12, 2.5]);
+    if (e % 2 === 1) b.bodies.push([e, 2, east, -8, 3, 7, 0, 4, 4]);
     satellites.forEach((_, s) => {
       const azimuth = (30 * s + e / 60) % 360;
       const elevation = 15 + ((s * 29) % 70);
@@ -133,7 +138,7 @@ export function sampleView({ grid = 8, epochs = 120, block = 40, interval = 1, m
   };
   for (const b of blocks) {
     put(`block-0-${String(b.first).padStart(5, '0')}.bin.gz`, { kind: 'block', first_epoch: b.first, epochs: Math.min(block, epochs - b.first),
-      satellites: b.satellites.length, paths: b.paths.length }, encodeChunk([[2, b.satellites], [3, b.paths]]));
+      satellites: b.satellites.length, paths: b.paths.length }, encodeChunk([[2, b.satellites], [3, b.paths], [7, b.bodies]]));
   }
   put('track-0.bin.gz', { kind: 'track', first_epoch: 0, epochs }, encodeChunk([[0, rows], [1, [skyline]]]));
   const header = {
@@ -143,7 +148,8 @@ export function sampleView({ grid = 8, epochs = 120, block = 40, interval = 1, m
     city: { name: 'boxes', file: 'city.glb.gz', triangles: 10 * boxes.length, notes: ['made up'],
       objects: boxes.map(([id, , , , , h]) => ({ id, surface: 'building', material: 'concrete', low_m: 0, high_m: h, height_source: 'levels' })) },
     words: { status: ['not solved', 'fix', 'too few satellites'], placement: ['free'], visibility: ['LOS', 'LOS+multipath', 'NLOS', 'blocked'],
-      lock: ['searching', 'tracking', 'holding'], path: ['direct', 'reflected', 'diffracted', 'diffuse', 'spoofed'] },
+      lock: ['searching', 'tracking', 'holding'], path: ['direct', 'reflected', 'diffracted', 'diffuse', 'spoofed'],
+      body: ['vehicle', 'structure', 'crown'] },
     paths_per_satellite: 12,
     receivers: [{ name: 'car', strength: true, elevation_mask_deg: 10, faults: [{ name: 'jammer', from_s: 48, until_s: 60 }],
       summary: { epochs, fixes: epochs - 10, horizontal_p50_m: 6.5, horizontal_p95_m: 12.5, horizontal_max_m: 13.3, vertical_p50_m: 1,

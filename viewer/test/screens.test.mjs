@@ -18,7 +18,7 @@ const kOdd = 0.03;
 /** Mean colours of the view, row by row. */
 const means = (s) => s.run(([across, along]) => {
   const { scene } = window.canyon;
-  scene.request();
+  scene.sharpen();
   scene.frame();
   const small = new OffscreenCanvas(across * 8, along * 8).getContext('2d', { willReadFrequently: true });
   small.drawImage(document.querySelector('#stage canvas'), 0, 0, across * 8, along * 8);

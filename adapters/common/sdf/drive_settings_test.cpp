@@ -4,10 +4,9 @@
 
 #include <cmath>
 #include <fstream>
-#include <functional>
 #include <limits>
 
-#include "canyon/base/input_error.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -18,15 +17,6 @@ using Eigen::Vector3d;
 using geodesy::Geodetic;
 using geodesy::GpsTime;
 using geodesy::LocalFrame;
-
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 class DriveElementTest : public ::testing::Test {
  protected:
@@ -41,7 +31,7 @@ class DriveElementTest : public ::testing::Test {
     return read_drive_settings(plugin, "plugin 'rails'", folder_.path(), {}, LocalFrame(place_));
   }
   [[nodiscard]] std::string refusal(const std::string& children) const {
-    return message_of([&] { (void)read(children); });
+    return canyon::test::refusal([&] { (void)read(children); });
   }
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;

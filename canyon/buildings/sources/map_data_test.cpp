@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "canyon/base/input_error.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace canyon::buildings {
 namespace {
@@ -13,12 +13,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::string problem(const LonLatBox& box) {
-  try {
-    box.validate();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return {};
+  return test::refusal([&] { box.validate(); });
 }
 
 TEST(LonLatBox, ValidateNamesTheBound) {

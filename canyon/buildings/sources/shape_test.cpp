@@ -7,8 +7,8 @@
 #include <limits>
 #include <random>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace canyon::buildings {
 namespace {
@@ -124,12 +124,7 @@ TEST(Names, AreTheMapsWords) {
 
 TEST(HeightDefaults, ValidateNamesTheField) {
   const auto problem = [](const HeightDefaults& defaults) -> std::string {
-    try {
-      defaults.validate();
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return {};
+    return test::refusal([&] { defaults.validate(); });
   };
   EXPECT_EQ(problem({}), "");
   HeightDefaults level, building, type;

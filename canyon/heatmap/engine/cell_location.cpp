@@ -203,7 +203,7 @@ std::optional<Vector3d> TileSolutions::end_of_looks(const SetSolution& set, cons
                                                     const Vector3d& x) const {
   const bool troposphere = options_.fix.correct_troposphere;
   Vector3d delay = Vector3d::Zero();
-  const std::optional<Vector3d> end = settle(set, terms, place, x, troposphere ? &delay : nullptr);
+  std::optional<Vector3d> end = settle(set, terms, place, x, troposphere ? &delay : nullptr);
   if (!end) return std::nullopt;
   const Vector3d last = place + *end, without = last + delay;
   const double delay_m = delay.lpNorm<1>();

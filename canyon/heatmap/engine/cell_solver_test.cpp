@@ -11,6 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/tile_scene.hpp"
 
 namespace canyon::heatmap {
@@ -406,12 +407,7 @@ TEST(CellSolver, SaysWhichReceiversItIsFor) {
 
 TEST(CellSolver, RefusesWhatItCannotDo) {
   const auto problem = [](const ReceiverOptions& options, const DrawOptions& draws) {
-    try {
-      CellSolver solver(options, draws);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::refusal([&] { CellSolver solver(options, draws); });
   };
   EXPECT_EQ(problem({}, {}), "");
   EXPECT_EQ(problem({}, {10'000, 0}), "");

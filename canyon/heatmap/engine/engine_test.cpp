@@ -21,6 +21,7 @@
 #include "canyon/heatmap/engine/engine_receivers.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/disturbances.hpp"
+#include "tests/support/downtown.hpp"
 #include "tests/support/observe.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -35,16 +36,10 @@ using receiver::Receiver;
 using receiver::ReceiverEpoch;
 using simulation::ReceiverConfig;
 using test::CircularSky;
+using test::downtown;
 using test::TemporaryFolder;
 
 constexpr geodesy::GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
-
-const simulation::Environment& downtown() {
-  static const simulation::Environment environment(
-      city::synthetic_city({}),
-      std::make_shared<CircularSky>(std::vector{gnss::System::GPS, gnss::System::Galileo}));
-  return environment;
-}
 
 ReceiverConfig receiver_of(Model model) {
   ReceiverConfig receiver;

@@ -125,10 +125,13 @@ EnuBox enu_box(const std::array<double, 4>& degrees, const geodesy::LocalFrame& 
   return result;
 }
 
-/// Around everything, but no farther than kRim_m beyond all that is not terrain, which may reach far.
 EnuBox built_box(const city::City& city) {
+  if (city.mesh.triangles.empty()) {
+    throw InputError(fmt::format("the city '{}' is an open field without bounds", city.name),
+                     "give a box: there is nothing to map around");
+  }
   const city::Box bounds = city.bounds();
-  const EnuBox all{bounds.min.head<2>(), bounds.max.head<2>()};
+  EnuBox all{bounds.min.head<2>(), bounds.max.head<2>()};
   EnuBox built{Vector2d::Constant(1e300), Vector2d::Constant(-1e300)};
   for (const city::Object& object : city.mesh.objects) {
     if (object.surface == city::Surface::Terrain) continue;
@@ -144,7 +147,14 @@ EnuBox built_box(const city::City& city) {
           all.max.cwiseMin(built.max + Vector2d::Constant(kRim_m))};
 }
 
-void check_near_city(const EnuBox& box, const city::City& city) {
+void check_box(const EnuBox& box, const city::City& city) {
+  if (!(box.min.x() < box.max.x() && box.min.y() < box.max.y())) {
+    throw InputError(
+        fmt::format("the box {:g},{:g},{:g},{:g} is reversed or empty", box.min.x(), box.min.y(), box.max.x(),
+                    box.max.y()),
+        "give west, south, east and north in metres of the city's frame, with west below east and "
+        "south below north");
+  }
   if (city.mesh.triangles.empty()) return;
   const city::Box bounds = city.bounds();
   const Vector2d low = bounds.min.head<2>(), high = bounds.max.head<2>();
@@ -155,11 +165,13 @@ void check_near_city(const EnuBox& box, const city::City& city) {
       geodesy::degrees(city.frame.origin().longitude_rad));
   const double apart = (low - box.max).cwiseMax(box.min - high).maxCoeff();
   if (apart >= 0) {
-    throw InputError(fmt::format("lies outside the city '{}', {:.1f} km away", city.name, apart / 1e3), cure);
+    throw InputError(
+        fmt::format("the box lies outside the city '{}', {:.1f} km away", city.name, apart / 1e3), cure);
   }
   const double beyond = (low - box.min).cwiseMax(box.max - high).maxCoeff();
   if (beyond > kFarFromCity_m) {
-    throw InputError(fmt::format("reaches {:.1f} km beyond the city '{}'", beyond / 1e3, city.name), cure);
+    throw InputError(fmt::format("the box reaches {:.1f} km beyond the city '{}'", beyond / 1e3, city.name),
+                     cure);
   }
 }
 

@@ -20,12 +20,12 @@ struct EnuBox {
 /// Around a box in degrees (west, south, east, north). Throws InputError for one that is reversed, empty or
 /// not on Earth.
 [[nodiscard]] EnuBox enu_box(const std::array<double, 4>& degrees, const geodesy::LocalFrame& frame);
-/// Around the whole city, but at most 150 m beyond all that is not terrain, which may reach far. The city
-/// must have a triangle.
+/// Around the whole city, but at most 150 m beyond all that is not terrain, which may reach far. Throws
+/// InputError for a city without triangles.
 [[nodiscard]] EnuBox built_box(const city::City& city);
-/// Throws InputError where the box lies outside the city, or reaches more than 10 km beyond it: rays are
-/// exact within that (RayScene). Nothing for a city without triangles.
-void check_near_city(const EnuBox& box, const city::City& city);
+/// Throws InputError for a box that is reversed or empty, lies outside the city, or reaches more than 10 km
+/// beyond it: rays are exact within that (RayScene). A city without triangles has no outside.
+void check_box(const EnuBox& box, const city::City& city);
 /// Throws InputError where an altitude lies under everything that the city has.
 void check_altitudes(const Request& request, const city::City& city);
 

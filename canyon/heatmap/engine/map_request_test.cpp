@@ -8,6 +8,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "tests/support/circular_sky.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -20,12 +21,7 @@ using ::testing::HasSubstr;
 const GpsTime kStart = parse_time("2026-03-01T10:00:00Z");
 
 std::string fault(const std::string& text, std::optional<GpsTime> start = kStart) {
-  try {
-    (void)parse_times(text, start);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::refusal([&] { (void)parse_times(text, start); });
 }
 
 TEST(MapRequest, ReadsTimes) {
@@ -57,11 +53,13 @@ TEST(MapRequest, BoxesAroundACity) {
   EXPECT_NEAR(box.min.x(), -50, 0.01);
   EXPECT_NEAR(box.min.y(), -40, 0.01);
   EXPECT_NEAR(box.max.y() - box.min.y(), 110.7, 0.2);
-  EXPECT_NO_THROW(check_near_city(box, city));
+  EXPECT_NO_THROW(check_box(box, city));
   EXPECT_THROW((void)enu_box({1, 2, 1, 3}, city.frame), InputError);
   EXPECT_THROW((void)enu_box({1, 95, 2, 96}, city.frame), InputError);
-  EXPECT_THROW(check_near_city({{1e5, 1e5}, {1.1e5, 1.1e5}}, city), InputError);
-  EXPECT_THROW(check_near_city({{-2e4, -10}, {10, 10}}, city), InputError);
+  EXPECT_THROW(check_box({{10, 0}, {-10, 5}}, city::City{}), InputError);
+  EXPECT_THROW((void)built_box(city::City{}), InputError);
+  EXPECT_THROW(check_box({{1e5, 1e5}, {1.1e5, 1.1e5}}, city), InputError);
+  EXPECT_THROW(check_box({{-2e4, -10}, {10, 10}}, city), InputError);
 }
 
 TEST(MapRequest, RefusesAltitudesBelowTheCity) {

@@ -18,21 +18,16 @@
 #include "canyon/heatmap/engine/engine.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "tests/support/circular_sky.hpp"
+#include "tests/support/downtown.hpp"
 
 namespace canyon::heatmap {
 namespace {
 
 using simulation::ReceiverConfig;
 using test::CircularSky;
+using test::downtown;
 
 constexpr geodesy::GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
-
-const simulation::Environment& downtown() {
-  static const simulation::Environment environment(
-      city::synthetic_city({}),
-      std::make_shared<CircularSky>(std::vector{gnss::System::GPS, gnss::System::Galileo}));
-  return environment;
-}
 
 ReceiverConfig sold(const char* profile) {
   ReceiverConfig receiver =

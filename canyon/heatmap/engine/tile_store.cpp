@@ -137,7 +137,7 @@ void TileStore::Impl::check_manifest(const std::string& description) const {
   if (!file) throw InputError(path, 0, "has vanished", "let nothing else clear this folder");
   std::string text;
   std::array<char, 4096> block{};
-  for (std::size_t got; (got = std::fread(block.data(), 1, block.size(), file.get())) > 0;) {
+  for (std::size_t got = 0; (got = std::fread(block.data(), 1, block.size(), file.get())) > 0;) {
     text.append(block.data(), got);
   }
   const nlohmann::json manifest = nlohmann::json::parse(text, nullptr, false);

@@ -49,15 +49,15 @@ class Reader {
     throw InputError(path_, 0, problem, cure);
   }
   const Json& member(const Json& object, const char* key) const;
-  std::string type_of(const Json& object) const;
+  [[nodiscard]] std::string type_of(const Json& object) const;
   void take_object(const Json& object);
   void take_geometry(const Json& geometry);
   void take_polygon(const Json& coordinates);
-  Ring take_ring(const Json& positions) const;
-  Eigen::Vector2d take_position(const Json& position) const;
-  Eigen::Vector2d plane_from_degrees(const Eigen::Vector2d& lon_lat) const;
+  [[nodiscard]] Ring take_ring(const Json& positions) const;
+  [[nodiscard]] Eigen::Vector2d take_position(const Json& position) const;
+  [[nodiscard]] Eigen::Vector2d plane_from_degrees(const Eigen::Vector2d& lon_lat) const;
   void append_line(Ring& ring, const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
-  Area joined() const;
+  [[nodiscard]] Area joined() const;
   void check_near(const Area& area) const;
 
   std::filesystem::path path_;
@@ -136,7 +136,7 @@ Eigen::Vector2d Reader::take_position(const Json& position) const {
   if (!position.is_array() || position.size() < 2 || !position[0].is_number() || !position[1].is_number()) {
     fail("a position is not a list of longitude and latitude", "give [longitude, latitude] in degrees");
   }
-  const Eigen::Vector2d place(position[0].get<double>(), position[1].get<double>());
+  Eigen::Vector2d place(position[0].get<double>(), position[1].get<double>());
   if (!(std::abs(place.x()) <= 180) || !(std::abs(place.y()) <= 90)) {
     fail(fmt::format("[{}, {}] is not a longitude and latitude", place.x(), place.y()),
          "give WGS 84 degrees, the longitude first; convert other systems with ogr2ogr -t_srs EPSG:4326");

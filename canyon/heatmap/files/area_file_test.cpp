@@ -7,6 +7,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/heatmap/kernels/grid.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::heatmap {
@@ -23,12 +24,7 @@ Area area_of(const std::string& json) {
 }
 
 std::string problem(const std::string& json) {
-  try {
-    (void)area_of(json);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return {};
+  return test::refusal([&] { (void)area_of(json); });
 }
 
 std::string polygon(const std::string& rings) {

@@ -20,7 +20,7 @@ class DirectionBins {
   [[nodiscard]] std::size_t groups() const { return groups_.size(); }
   /// The slice [0, kSlices) that holds a coordinate; what is beyond -1 or 1 is in the outermost one.
   [[nodiscard]] static int slice(float coordinate) {
-    const float k = (coordinate + 1) * (kSlices / 2);
+    const float k = (coordinate + 1) * (0.5F * kSlices);
     return static_cast<int>(k < 0 ? 0 : k > kSlices - 1 ? kSlices - 1 : k);
   }
   /// A bit for each direction of the group whose coordinates are in slices low[axis] to high[axis].

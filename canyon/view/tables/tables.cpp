@@ -95,10 +95,22 @@ constexpr std::array kComparisonColumns{
     Column{"both", U16, "", "so many satellites"},
 };
 
-constexpr std::array kTables{Table{"epochs", kEpochColumns},         Table{"skylines", kSkylineColumns},
-                             Table{"satellites", kSatelliteColumns}, Table{"paths", kPathColumns},
-                             Table{"map_cells", kMapCellColumns},    Table{"map_values", kMapValueColumns},
-                             Table{"comparison", kComparisonColumns}};
+constexpr std::array kBodyColumns{
+    Column{"epoch", U32, "", "index of the receiver's epoch"},
+    Column{"kind", U8, "", "index into words.body"},
+    Column{"east_m", F32, "m", "of its middle, city's frame, to 1/64"},
+    Column{"north_m", F32, "m", ""},
+    Column{"low_m", F32, "m", "up, of its lowest and its highest point"},
+    Column{"high_m", F32, "m", ""},
+    Column{"yaw_deg", F32, "deg", "of its length, from east counter-clockwise"},
+    Column{"length_m", F32, "m", ""},
+    Column{"width_m", F32, "m", ""},
+};
+
+constexpr std::array kTables{Table{"epochs", kEpochColumns},          Table{"skylines", kSkylineColumns},
+                             Table{"satellites", kSatelliteColumns},  Table{"paths", kPathColumns},
+                             Table{"map_cells", kMapCellColumns},     Table{"map_values", kMapValueColumns},
+                             Table{"comparison", kComparisonColumns}, Table{"bodies", kBodyColumns}};
 
 }  // namespace
 

@@ -35,7 +35,8 @@ enum TableIndex : std::uint32_t {
   kPaths,
   kMapCells,
   kMapValues,
-  kComparison
+  kComparison,
+  kBodies
 };
 
 /// Directions of a skyline, from north clockwise; one column for all is as many bytes in a row.

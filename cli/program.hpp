@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace canyon::cli {
+
+/// What a program that is run apart from the user's terminal says.
+struct ProgramOutput {
+  std::filesystem::path complaints;            ///< a file for its standard error
+  std::function<void(std::string_view)> line;  ///< told of each line that it prints
+};
+
+/// A program in the search path.
+[[nodiscard]] bool is_installed(const std::string& program);
+
+/// Runs a program to its end and returns its exit status, 128 where a signal ended it. Throws InputError
+/// where it cannot be started. @param output empty: it has the terminal of this program
+int run_program(const std::vector<std::string>& words, const ProgramOutput& output = {});
+
+}  // namespace canyon::cli

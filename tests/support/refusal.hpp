@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::test {
+
+/// What the InputError says that `call` throws; "" where it throws none.
+template <typename Call>
+std::string refusal(const Call& call) {
+  try {
+    call();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace canyon::test

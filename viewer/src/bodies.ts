@@ -1,0 +1,88 @@
+// What no map has, about the antenna at an instant: vehicles, signs, awnings, crowns of trees, a host's moving models;
+// and an arrow for the vehicle that carries the antenna.
+
+import { BufferAttribute, BufferGeometry, Color, DoubleSide, IcosahedronGeometry, Mesh, MeshBasicMaterial } from 'three';
+import { lightOfTriangles } from './light';
+import { kMaterialColours, kPaint, type Theme } from './palette';
+import type { Place } from './scene';
+import type { BodyRow } from './store';
+
+const kRadians = Math.PI / 180;
+/** Corners of a box's 12 triangles: bit 0 ahead, 1 left, 2 up. */
+const kBox = [0, 1, 3, 0, 3, 2, 4, 7, 5, 4, 6, 7, 0, 5, 1, 0, 4, 5, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3];
+const kCrown = new IcosahedronGeometry(1, 1).getAttribute('position').array;
+/** An arrow: nose, left, right, notch, top; ahead, left, up [m]. A car's length. */
+const kArrow = [[2.6, 0, 0], [-1.9, 1.3, 0], [-1.9, -1.3, 0], [-1.1, 0, 0], [-1, 0, 0.8]] as const;
+const kArrowFaces = [0, 1, 4, 0, 4, 2, 1, 3, 4, 3, 2, 4, 0, 3, 1, 0, 2, 3];
+
+export class Bodies {
+  readonly mesh = new Mesh(new BufferGeometry(), new MeshBasicMaterial({ vertexColors: true, side: DoubleSide }));
+  private positions: number[] = [];
+  private colours: Color[] = [];  // of each triangle
+
+  constructor() {
+    this.mesh.frustumCulled = false;
+  }
+
+  clear(): void {
+    this.positions = [];
+    this.colours = [];
+  }
+
+  /** @param word of its kind */
+  add(body: BodyRow, word: string, theme: Theme): void {
+    const { east, north, low, high } = body;
+    const colour = new Color(word === 'crown' ? kMaterialColours['foliage'] : word === 'structure' ? kPaint[theme].structure : kPaint[theme].vehicle);
+    if (word === 'crown') {
+      const [middle, half] = [(low + high) / 2, (high - low) / 2];
+      for (let i = 0; i < kCrown.length; i += 3) {
+        this.positions.push(east + (body.width / 2) * (kCrown[i] ?? 0), north + (body.width / 2) * (kCrown[i + 1] ?? 0),
+          middle + half * (kCrown[i + 2] ?? 0));
+      }
+      return this.paint(colour);
+    }
+    const [c, s] = [Math.cos(body.yaw * kRadians), Math.sin(body.yaw * kRadians)];
+    for (const corner of kBox) {
+      const ahead = (corner & 1 ? 0.5 : -0.5) * body.length;
+      const left = (corner & 2 ? 0.5 : -0.5) * body.width;
+      this.positions.push(east + c * ahead - s * left, north + s * ahead + c * left, corner & 4 ? high : low);
+    }
+    this.paint(colour);
+  }
+
+  /** The vehicle's arrow. Angles [deg]: yaw from east counter-clockwise, roll left side up, pitch nose up. */
+  arrow(at: Place, yaw: number, roll: number, pitch: number, colour: string): void {
+    const [cy, sy] = [Math.cos(yaw * kRadians), Math.sin(yaw * kRadians)];
+    const [cp, sp] = [Math.cos(pitch * kRadians), Math.sin(pitch * kRadians)];
+    const [cr, sr] = [Math.cos(roll * kRadians), Math.sin(roll * kRadians)];
+    const nose = [cy * cp, sy * cp, sp];
+    const side = [-sy, cy, 0];
+    const top = [-cy * sp, -sy * sp, cp];
+    for (const corner of kArrowFaces) {
+      const [ahead, left, up] = kArrow[corner] ?? kArrow[0];
+      for (let k = 0; k < 3; ++k) {
+        const leftwards = (side[k] ?? 0) * cr + (top[k] ?? 0) * sr;
+        const upwards = (top[k] ?? 0) * cr - (side[k] ?? 0) * sr;
+        this.positions.push((at[k] ?? 0) + ahead * (nose[k] ?? 0) + left * leftwards + up * upwards);
+      }
+    }
+    this.paint(new Color(colour));
+  }
+
+  private paint(colour: Color): void {
+    while (this.colours.length < this.positions.length / 9) this.colours.push(colour);
+  }
+
+  /** Shows what was added since clear(). */
+  finish(): void {
+    const lights = lightOfTriangles(this.positions);
+    const colours = Float32Array.from(this.positions, (_, i) =>
+      (this.colours[Math.floor(i / 9)]?.toArray()[i % 3] ?? 0) * (0.35 + 0.65 * (lights[3 * Math.floor(i / 9) + (i % 3)] ?? 1)));
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(new Float32Array(this.positions), 3));
+    geometry.setAttribute('color', new BufferAttribute(colours, 3));
+    this.mesh.geometry.dispose();
+    this.mesh.geometry = geometry;
+    this.mesh.visible = this.positions.length > 0;
+  }
+}
