@@ -99,8 +99,8 @@ struct Run {
   std::unique_ptr<simulation::Simulation> simulation;
 };
 
-Run make_run(const Arguments& arguments) {
-  simulation::Scenario scenario = simulation::read_scenario(arguments.input);
+Run make_run(const Arguments& arguments, const std::string& file) {
+  simulation::Scenario scenario = simulation::read_scenario(file);
   if (arguments.duration_s) {
     if (!(*arguments.duration_s >= 0)) throw InputError("--duration is negative", "give seconds");
     scenario.duration_s = arguments.duration_s;
@@ -155,7 +155,7 @@ view::ViewOptions view_options(const Arguments& arguments) {
 /// Serves a scenario until Ctrl-C, from before its first epoch is computed.
 int serve_run(const Arguments& arguments, const std::filesystem::path& page,
               const std::filesystem::path& folder, const ViewedMap& map) {
-  const Run made = make_run(arguments);
+  const Run made = make_run(arguments, arguments.input);
   view::ViewOptions options = view_options(arguments);
   options.watched = true;
   const auto sink = view::make_view(*made.simulation, folder, options);
@@ -172,17 +172,62 @@ int serve_run(const Arguments& arguments, const std::filesystem::path& page,
   });
 }
 
-/// A city alone: no satellites, no time; or those of a host that runs.
-void write_city_view(const Arguments& arguments, const buildings::BuiltCity& built,
-                     const std::filesystem::path& folder) {
+/// Who answers pages that put antennas into what is not computed anew.
+struct Antennas {
+  std::unique_ptr<view::Probe> probe;
+  std::string why_not =
+      "There is no scenario to trace with: start 'canyon view SCENARIO', or of a finished run "
+      "or a heat map 'canyon view WHAT --city SCENARIO'.";
+};
+
+/// By the scenario of --city, which a finished run must be of.
+Antennas antennas_in_run(const Arguments& arguments, const std::filesystem::path& folder) {
+  Antennas antennas;
+  const Run made = make_run(arguments, arguments.city);
+  try {
+    view::check_run(folder, *made.simulation);
+  } catch (const InputError& error) {
+    if (arguments.map.empty()) throw;
+    antennas.why_not = error.what();  // the city alone is what was asked for
+    return antennas;
+  }
+  antennas.probe = std::make_unique<view::Probe>(*made.simulation, made.scene, arguments.paths);
+  return antennas;
+}
+
+/// Likewise of a heat map, from its first time on; `header` gets the scenario's receivers.
+Antennas antennas_in_map(const Arguments& arguments, const ViewedMap& map, view::Header& header) {
+  const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
+  header.begin = map.begin();
+  header.interval_s = 1 / scenario.rate_hz.value_or(1);
+  header.paths_per_satellite = arguments.paths;
+  for (const simulation::ReceiverConfig& receiver : scenario.receivers) {
+    header.receivers.push_back(view::receiver_header(receiver.options));
+  }
+  Antennas antennas;
+  antennas.probe = std::make_unique<view::Probe>(scenario, map.begin(), header.interval_s,
+                                                 std::make_shared<simulation::CityScene>(map.city().city),
+                                                 arguments.paths);
+  return antennas;
+}
+
+/// What a city's view says of it; its mesh goes to the folder.
+view::Header city_header(const Arguments& arguments, const buildings::BuiltCity& built,
+                         const std::filesystem::path& folder) {
   view::Header header;
   header.title = std::filesystem::path(arguments.input).stem().string();
   header.city = view::write_city(built.city, height_sources(built), folder);
-  if (arguments.live.empty()) return view::write_header(header, folder);
-  LiveView live{arguments.live, std::move(header), std::make_shared<simulation::CityScene>(built.city)};
+  return header;
+}
+
+/// A city with what hosts send, until Ctrl-C.
+void serve_live_city(const Arguments& arguments, const buildings::BuiltCity& built) {
+  const Workplace workplace("");
+  LiveView live{arguments.live, city_header(arguments, built, workplace.path()),
+                std::make_shared<simulation::CityScene>(built.city)};
   if (is_scenario(arguments.input)) live.scenario = simulation::read_scenario(arguments.input, {false});
   live.paths_per_satellite = arguments.paths;
-  serve_live(std::move(live), folder, arguments.serve);
+  serve_live(std::move(live), workplace.path(), arguments.serve);
 }
 
 int run(const Arguments& arguments) {
@@ -200,8 +245,7 @@ int run(const Arguments& arguments) {
       throw InputError("--live is served, not written, in the city of WHAT",
                        "leave --export, --out, --record, --map and --city out");
     }
-    const Workplace workplace("");
-    write_city_view(arguments, built_city(), workplace.path());
+    serve_live_city(arguments, built_city());
     return kOk;
   }
   // The page first: a run of minutes should not end at a viewer that was never built.
@@ -215,6 +259,9 @@ int run(const Arguments& arguments) {
     throw InputError(arguments.input, 0, "is a folder without a view",
                      "write one with 'canyon simulate SCENARIO --out DIR --view', or show the scenario");
   }
+  // Of a page that no canyon serves nobody asks anything.
+  const bool asked = serves && !arguments.city.empty() && is_scenario(arguments.city);
+  Antennas antennas;
   std::optional<Workplace> workplace;
   std::filesystem::path folder;
   bool interrupted = false;
@@ -222,20 +269,22 @@ int run(const Arguments& arguments) {
       {arguments.input, arguments.map, arguments.city, finished.has_value(), arguments.quiet});
   if (finished && !map) {
     folder = *finished;
+    if (asked) antennas = antennas_in_run(arguments, folder);
   } else {
     workplace.emplace(arguments.out);
     folder = workplace->path();
     if (finished) {
       copy_view(*finished, folder);
+      if (asked) antennas = antennas_in_run(arguments, folder);
     } else if (is_scenario(arguments.input)) {
       if (serves) return serve_run(arguments, page, folder, map);
-      const Run made = make_run(arguments);
+      const Run made = make_run(arguments, arguments.input);
       const auto sink = view::make_view(*made.simulation, folder, view_options(arguments));
       interrupted = !compute(made, arguments, *sink);
-    } else if (map.alone()) {
-      write_city_view(arguments, map.city(), folder);
     } else {
-      write_city_view(arguments, built_city(), folder);
+      view::Header header = city_header(arguments, map.alone() ? map.city() : built_city(), folder);
+      if (asked && map.alone()) antennas = antennas_in_map(arguments, map, header);
+      view::write_header(header, folder);
     }
     if (map) map.add_to(folder);
   }
@@ -254,9 +303,9 @@ int run(const Arguments& arguments) {
   if (interrupted) return kInterrupted;
   if (!serves) return kOk;
   return serve({view::read_bytes(page), folder,
-                [](const std::string& message) {
-                  return view::no_probe(message,
-                                        "There is no scenario to trace with: start 'canyon view SCENARIO'.");
+                [&antennas](const std::string& message) {
+                  return antennas.probe ? antennas.probe->answer(message)
+                                        : view::no_probe(message, antennas.why_not);
                 }},
                arguments.serve);
 }
@@ -283,8 +332,10 @@ void add_view(CLI::App& app, Action& action) {
   command->add_option("--map", arguments->map, "a heat map of the same city, laid over it")
       ->type_name("MAP.nc");
   command
-      ->add_option("--city", arguments->city,
-                   "that a heat map is shown in: a city, or a scenario, whose city is meant")
+      ->add_option(
+          "--city", arguments->city,
+          "that a heat map is shown in: a city, or a scenario, by which antennas can be put in it as "
+          "well; of a finished run its scenario")
       ->type_name("CITY");
   command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")
       ->type_name("S");

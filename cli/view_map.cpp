@@ -14,7 +14,10 @@ ViewedMap::ViewedMap(const Wanted& wanted)
   }
   const std::string file = alone_ ? wanted.input : wanted.map;
   if (file.empty()) {
-    if (!wanted.city.empty()) throw InputError("--city without a heat map", "give --map MAP.nc");
+    if (!wanted.city.empty() && !(wanted.finished && is_scenario(wanted.city))) {
+      throw InputError("--city without a heat map or a finished run",
+                       "it is the city that a map (--map MAP.nc) is shown in, or a finished run's scenario");
+    }
     return;
   }
   if (wanted.finished && wanted.city.empty()) {
@@ -31,6 +34,10 @@ ViewedMap::ViewedMap(const Wanted& wanted)
 }
 
 ViewedMap::~ViewedMap() = default;
+
+geodesy::GpsTime ViewedMap::begin() const {
+  return map_->times().front();
+}
 
 void ViewedMap::add_to(const std::filesystem::path& folder) const {
   view::add_map(*map_, name_, city_.city, folder);

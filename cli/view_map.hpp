@@ -5,6 +5,7 @@
 #include <string>
 
 #include "canyon/buildings/city_builder.hpp"
+#include "canyon/geodesy/gps_time.hpp"
 
 namespace canyon::heatmap {
 class StoredMap;
@@ -34,6 +35,8 @@ class ViewedMap {
   [[nodiscard]] bool alone() const { return alone_; }
   /// That of --city, else an empty field about the map.
   [[nodiscard]] const buildings::BuiltCity& city() const { return city_; }
+  /// Its first time. Precondition: there is a map.
+  [[nodiscard]] geodesy::GpsTime begin() const;
   /// Precondition: there is a map.
   void add_to(const std::filesystem::path& folder) const;
 

@@ -181,6 +181,10 @@ std::string header_json(const Header& header) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+ReceiverHeader receiver_header(const receiver::ReceiverOptions& options) {
+  return {options.name, options.signal.enabled, geodesy::degrees(options.fix.elevation_mask_rad), {}, {}};
+}
+
 void write_header(const Header& header, const std::filesystem::path& folder) {
   OutputFile file(folder / kHeaderFile);
   file.write(header_json(header));

@@ -8,6 +8,7 @@
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/view/scene_city.hpp"
 
 namespace canyon::view {
@@ -51,6 +52,9 @@ struct Header {
   std::vector<gnss::SatelliteId> satellites;  ///< ascending
   std::vector<ChunkEntry> chunks;
 };
+
+/// Of a receiver that has seen nothing yet.
+[[nodiscard]] ReceiverHeader receiver_header(const receiver::ReceiverOptions& options);
 
 /// The JSON, ending with a newline.
 [[nodiscard]] std::string header_json(const Header& header);

@@ -3,16 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_rows.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/view/header.hpp"
+#include "canyon/view/page.hpp"
 #include "canyon/view/skyline.hpp"
 #include "canyon/view/tables/chunk.hpp"
 
@@ -28,12 +31,7 @@ class Recorder {
         folder_(std::move(folder)),
         receiver_(receiver),
         options_(options),
-        rows_(simulation.scenario().receivers.at(receiver).options.signal, options.paths_per_satellite) {
-    const receiver::ReceiverOptions& config = simulation.scenario().receivers.at(receiver).options;
-    header_.name = config.name;
-    header_.strength = config.signal.enabled;
-    header_.elevation_mask_deg = geodesy::degrees(config.fix.elevation_mask_rad);
-  }
+        rows_(simulation.scenario().receivers.at(receiver).options.signal, options.paths_per_satellite) {}
 
   void write(const simulation::Epoch& epoch, const std::vector<gnss::SatelliteId>& satellites) {
     const Eigen::Vector3d antenna = frame().local_from_ecef(epoch.truth_ecef);
@@ -53,7 +51,7 @@ class Recorder {
     put(file, {&rows_.epochs, &skylines_.rows()}, {file, receiver_, true, 0, epochs_});
   }
 
-  [[nodiscard]] ReceiverHeader& header() { return header_; }
+  [[nodiscard]] const std::vector<FaultStretch>& faults() const { return faults_; }
   [[nodiscard]] const std::vector<ChunkEntry>& chunks() const { return chunks_; }
 
  private:
@@ -62,12 +60,12 @@ class Recorder {
   /// Beside the epoch before, a fault goes on; else a new stretch begins.
   void add_faults(const std::vector<std::string>& names, double time_s) {
     for (const std::string& name : names) {
-      const auto open = std::find_if(header_.faults.rbegin(), header_.faults.rend(),
+      const auto open = std::find_if(faults_.rbegin(), faults_.rend(),
                                      [&](const FaultStretch& f) { return f.name == name; });
-      if (open != header_.faults.rend() && last_time_s_ && open->until_s == *last_time_s_) {
+      if (open != faults_.rend() && last_time_s_ && open->until_s == *last_time_s_) {
         open->until_s = time_s;
       } else {
-        header_.faults.push_back({name, time_s, time_s});
+        faults_.push_back({name, time_s, time_s});
       }
     }
     last_time_s_ = time_s;
@@ -92,13 +90,29 @@ class Recorder {
   std::filesystem::path folder_;
   std::size_t receiver_;
   const ViewOptions& options_;
-  ReceiverHeader header_;
+  std::vector<FaultStretch> faults_;
   std::vector<ChunkEntry> chunks_;
   output::EpochRows rows_;
   Skylines skylines_{options_.skyline_step_m};
   std::size_t epochs_ = 0, block_begin_ = 0;
   std::optional<double> last_time_s_;
 };
+
+/// What a header says of a run before its first epoch, but for the city's objects.
+Header begun(const simulation::Simulation& simulation) {
+  const simulation::Scenario& scenario = simulation.scenario();
+  const city::City& city = simulation.environment().city();
+  Header header;
+  header.title = scenario.file.empty() ? "Canyon" : scenario.file.stem().string();
+  header.city = {city.name, city.frame.origin(), city.notes, {}, city.mesh.triangles.size()};
+  header.begin = simulation.begin();
+  header.interval_s = simulation.interval_s();
+  header.satellites = simulation.environment().sky().satellites();
+  std::sort(header.satellites.begin(), header.satellites.end());
+  for (const auto& receiver : scenario.receivers)
+    header.receivers.push_back(receiver_header(receiver.options));
+  return header;
+}
 
 std::vector<std::string> receiver_names(const simulation::Simulation& simulation) {
   std::vector<std::string> names;
@@ -109,25 +123,21 @@ std::vector<std::string> receiver_names(const simulation::Simulation& simulation
 class View final : public simulation::EpochSink {
  public:
   View(const simulation::Simulation& simulation, std::filesystem::path folder, ViewOptions options)
-      : folder_(std::move(folder)), options_(std::move(options)), figures_(receiver_names(simulation)) {
+      : folder_(std::move(folder)),
+        options_(std::move(options)),
+        figures_(receiver_names(simulation)),
+        header_(begun(simulation)) {
     options_.validate();
     make_output_folder(folder_);
-    const simulation::Scenario& scenario = simulation.scenario();
-    header_.title = scenario.file.empty() ? "Canyon" : scenario.file.stem().string();
     header_.city = write_city(simulation.environment().city(), options_.height_sources, folder_);
-    header_.begin = simulation.begin();
-    header_.interval_s = simulation.interval_s();
     header_.paths_per_satellite = options_.paths_per_satellite;
-    header_.satellites = simulation.environment().sky().satellites();
-    std::sort(header_.satellites.begin(), header_.satellites.end());
-    for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
+    for (std::size_t i = 0; i < simulation.scenario().receivers.size(); ++i) {
       recorders_.push_back(std::make_unique<Recorder>(simulation, folder_, i, options_));
     }
     if (!options_.watched) return;
-    Header begun = header_;
-    begun.live = true;
-    for (const auto& recorder : recorders_) begun.receivers.push_back(recorder->header());
-    write_header(begun, folder_);
+    Header live = header_;
+    live.live = true;
+    write_header(live, folder_);
   }
 
   void write(const simulation::Epoch& epoch) override {
@@ -142,8 +152,8 @@ class View final : public simulation::EpochSink {
     for (std::size_t i = 0; i < recorders_.size(); ++i) {
       Recorder& recorder = *recorders_[i];
       recorder.finish();
-      recorder.header().summary = std::move(summaries.at(i));
-      header_.receivers.push_back(recorder.header());
+      header_.receivers[i].faults = recorder.faults();
+      header_.receivers[i].summary = std::move(summaries.at(i));
       header_.chunks.insert(header_.chunks.end(), recorder.chunks().begin(), recorder.chunks().end());
     }
     write_header(header_, folder_);
@@ -168,6 +178,33 @@ void ViewOptions::validate() const {
     throw InputError("epochs_per_block is out of range", "it runs from 1 to 100,000");
   }
   if (!(skyline_step_m >= 0)) throw InputError("skyline_step_m is negative", "give metres");
+}
+
+void check_run(const std::filesystem::path& folder, const simulation::Simulation& simulation) {
+  using Json = nlohmann::json;
+  const Json shown = Json::parse(read_bytes(folder / kHeaderFile), nullptr, false);
+  const Json ours = Json::parse(header_json(begun(simulation)));
+  const auto at = [](const Json& json, const char* pointer) {
+    const Json::json_pointer where(pointer);
+    return json.contains(where) ? json.at(where) : Json();
+  };
+  const auto names = [](const Json& receivers) {
+    std::vector<Json> result;
+    for (const Json& receiver : receivers) {
+      result.push_back(receiver.is_object() ? receiver.value("name", Json()) : Json());
+    }
+    return result;
+  };
+  std::string_view differ;
+  if (at(shown, "/satellites") != ours["satellites"]) differ = "satellites";
+  if (at(shown, "/time") != ours["time"]) differ = "times";
+  if (names(at(shown, "/receivers")) != names(ours["receivers"])) differ = "receivers";
+  if (at(shown, "/frame") != ours["frame"] || at(shown, "/city/triangles") != ours["city"]["triangles"]) {
+    differ = "walls";
+  }
+  if (differ.empty()) return;
+  throw InputError(folder, 0, fmt::format("is of a run with other {} than the scenario's", differ),
+                   "give the scenario that it was computed from");
 }
 
 std::unique_ptr<simulation::EpochSink> make_view(const simulation::Simulation& simulation,

@@ -34,4 +34,8 @@ struct ViewOptions {
                                                                const std::filesystem::path& folder,
                                                                ViewOptions options = {});
 
+/// Throws InputError, saying what differs, where the view in `folder` cannot be of a run of `simulation`:
+/// other walls, receivers, times or satellites.
+void check_run(const std::filesystem::path& folder, const simulation::Simulation& simulation);
+
 }  // namespace canyon::view

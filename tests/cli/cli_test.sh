@@ -1197,6 +1197,10 @@ view)
   python3 -c 'import sys, urllib.request; sys.stdout.buffer.write(urllib.request.urlopen(sys.argv[1]).read())' "$(cat address)view/view.json" |
     cmp - v/view.json || fail "serves another header"
   kill "$served"; wait "$served" || fail "canyon view did not end by itself"
+  # Antennas in a finished run are put by its own scenario.
+  sed 's/seed: [0-9]*/seed: 5/' small.yaml >other.yaml; cmp -s small.yaml other.yaml && fail "the same scenario"
+  runs 2 "$canyon" view v --city other.yaml; one_line; says err "v: is of a run with other walls than the scenario's"
+  runs 2 "$canyon" view v --city block.osm; one_line; says err "--city without a heat map or a finished run"
   runs 2 "$canyon" view nothing.yaml --export x.html; one_line
   echo hello >page.html; runs 2 "$canyon" view v --export x.html; one_line; says err "no page of Canyon's viewer"
   export CANYON_VIEWER=none.html; runs 2 "$canyon" view v --export x.html; one_line; [ ! -e x.html ] || fail "half a page" ;;

@@ -1,7 +1,7 @@
 // What no map has, about the antenna at an instant: vehicles, signs, awnings, crowns of trees, a host's moving models;
 // and an arrow for the vehicle that carries the antenna.
 
-import { BufferAttribute, BufferGeometry, Color, DoubleSide, IcosahedronGeometry, Mesh, MeshBasicMaterial } from 'three';
+import { BufferAttribute, BufferGeometry, Color, DoubleSide, IcosahedronGeometry, Mesh, MeshBasicMaterial, type Raycaster } from 'three';
 import { lightOfTriangles } from './light';
 import { kMaterialColours, kPaint, type Theme } from './palette';
 import type { Place } from './scene';
@@ -11,6 +11,7 @@ const kRadians = Math.PI / 180;
 /** Corners of a box's 12 triangles: bit 0 ahead, 1 left, 2 up. */
 const kBox = [0, 1, 3, 0, 3, 2, 4, 7, 5, 4, 6, 7, 0, 5, 1, 0, 4, 5, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3];
 const kCrown = new IcosahedronGeometry(1, 1).getAttribute('position').array;
+const kNames: Record<string, string> = { vehicle: 'Vehicle', structure: 'Sign, awning or footbridge', crown: 'Crown of a tree' };
 /** An arrow: nose, left, right, notch, top; ahead, left, up [m]. A car's length. */
 const kArrow = [[2.6, 0, 0], [-1.9, 1.3, 0], [-1.9, -1.3, 0], [-1.1, 0, 0], [-1, 0, 0.8]] as const;
 const kArrowFaces = [0, 1, 4, 0, 4, 2, 1, 3, 4, 3, 2, 4, 0, 3, 1, 0, 2, 3];
@@ -19,6 +20,7 @@ export class Bodies {
   readonly mesh = new Mesh(new BufferGeometry(), new MeshBasicMaterial({ vertexColors: true, side: DoubleSide }));
   private positions: number[] = [];
   private colours: Color[] = [];  // of each triangle
+  private words: string[] = [];  // of each triangle of a body: what it is
 
   constructor() {
     this.mesh.frustumCulled = false;
@@ -27,11 +29,14 @@ export class Bodies {
   clear(): void {
     this.positions = [];
     this.colours = [];
+    this.words = [];
   }
 
   /** @param word of its kind */
   add(body: BodyRow, word: string, theme: Theme): void {
     const { east, north, low, high } = body;
+    const size = word === 'crown' ? `${body.width.toFixed(1)} m across` : `${body.length.toFixed(1)} m long, ${body.width.toFixed(1)} m wide`;
+    const what = `${kNames[word] ?? word}: ${size}, from ${low.toFixed(1)} to ${high.toFixed(1)} m (up)`;
     const colour = new Color(word === 'crown' ? kMaterialColours['foliage'] : word === 'structure' ? kPaint[theme].structure : kPaint[theme].vehicle);
     if (word === 'crown') {
       const [middle, half] = [(low + high) / 2, (high - low) / 2];
@@ -39,7 +44,7 @@ export class Bodies {
         this.positions.push(east + (body.width / 2) * (kCrown[i] ?? 0), north + (body.width / 2) * (kCrown[i + 1] ?? 0),
           middle + half * (kCrown[i + 2] ?? 0));
       }
-      return this.paint(colour);
+      return this.paint(colour, what);
     }
     const [c, s] = [Math.cos(body.yaw * kRadians), Math.sin(body.yaw * kRadians)];
     for (const corner of kBox) {
@@ -47,7 +52,7 @@ export class Bodies {
       const left = (corner & 2 ? 0.5 : -0.5) * body.width;
       this.positions.push(east + c * ahead - s * left, north + s * ahead + c * left, corner & 4 ? high : low);
     }
-    this.paint(colour);
+    this.paint(colour, what);
   }
 
   /** The vehicle's arrow. Angles [deg]: yaw from east counter-clockwise, roll left side up, pitch nose up. */
@@ -66,11 +71,20 @@ export class Bodies {
         this.positions.push((at[k] ?? 0) + ahead * (nose[k] ?? 0) + left * leftwards + up * upwards);
       }
     }
-    this.paint(new Color(colour));
+    this.paint(new Color(colour), 'The vehicle that carries the antenna');
   }
 
-  private paint(colour: Color): void {
-    while (this.colours.length < this.positions.length / 9) this.colours.push(colour);
+  private paint(colour: Color, what: string): void {
+    while (this.colours.length < this.positions.length / 9) {
+      this.colours.push(colour);
+      this.words.push(what);
+    }
+  }
+
+  /** What a ray meets first of it. */
+  pick(ray: Raycaster): { what: string; distance: number } | null {
+    const hit = ray.intersectObject(this.mesh, false)[0];
+    return hit ? { what: this.words[hit.faceIndex ?? -1] ?? '', distance: hit.distance } : null;
   }
 
   /** Shows what was added since clear(). */

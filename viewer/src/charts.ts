@@ -1,10 +1,11 @@
-// Over time: errors, satellites and DOP, C/N0 of what is selected. A click goes there.
+// Over time: errors, satellites and DOP, C/N0 of what is selected. A click goes there, dragging along it.
 
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import { kErrorColour, kFixColour, kPaint, receiverColour, visibilityColour } from './palette';
 import type { State } from './state';
 import type { Store, Track } from './store';
+import { onDrag } from './timeline';
 
 export type ChartKind = 'error' | 'dop' | 'cn0' | 'ranges';
 
@@ -174,10 +175,7 @@ export class Chart {
     };
     this.plot = new uPlot(options, [clean(times), ...series.map((s) => clean(s.values))] as uPlot.AlignedData, this.host);
     this.plot.over.append(this.now);
-    this.plot.over.addEventListener('click', (e) => {
-      if (!this.plot) return;
-      this.goTo(this.plot.posToVal(e.clientX - this.plot.over.getBoundingClientRect().left, 'x'));
-    });
+    onDrag(this.plot.over, (x) => this.plot && this.goTo(this.plot.posToVal(x, 'x')));
   }
 
   /** Behind the curves: where there is no fix. */

@@ -177,6 +177,12 @@ export class HeatMap {
     const { west_m, south_m, spacing_m } = this.map.grid;
     return [west_m + (column + 0.5) * spacing_m, south_m + (row + 0.5) * spacing_m, this.up(column, row)];
   }
+  /** What the antenna of a cell stands on, and how high above it [m]; above the ellipsoid the ground is not known, and this is 0. */
+  footOf(column: number, row: number): { foot: [number, number, number]; height: number } {
+    const [east, north, up] = this.centre(column, row);
+    const height = this.map.altitude_above === 'terrain' ? this.map.altitudes_m[this.altitude] ?? 0 : 0;
+    return { foot: [east, north, up - height], height };
+  }
   get spacing(): number {
     return this.map.grid.spacing_m;
   }
@@ -200,6 +206,7 @@ export class HeatMap {
     return `<h3>cell <small>east ${shown(east)} m, north ${shown(north)} m, up ${Number.isFinite(up) ? shown(up) : '–'} m</small></h3>
       <dl class="pairs">${this.map.layers.map((l, k) =>
         `<dt>${escaped(l.title)}</dt><dd data-layer="${l.name}">${escaped(this.text(column, row, k))}</dd>`).join('')}</dl>
+      ${Number.isFinite(up) ? '<p><button data-put>Put antenna here</button></p>' : ''}
       <p class="hint">${escaped(this.where)}; cells of ${this.map.grid.spacing_m} m</p>`;
   }
 

@@ -25,6 +25,12 @@ function by<T extends HTMLElement = HTMLElement>(id: string): T {
   return element as T;
 }
 
+/** Of a heat map's time, since the view's begin. */
+function secondsOf(header: Header, time: number): number {
+  const seconds = (Date.parse(header.map?.times_utc[time] ?? '') - Date.parse(header.time?.begin_utc ?? '')) / 1000;
+  return Number.isFinite(seconds) ? seconds : 0;
+}
+
 class App {
   readonly state = new State();
   private toastTimer = 0;
@@ -45,6 +51,8 @@ class App {
     document.title = `${header.title} – Canyon`;
     const [glb] = await Promise.all([store.city(), store.loadTracks()]);
     const timed = header.live === true || store.tracks.some((t) => t.size > 0);
+    // Without receivers there is nothing to see the sky with; with receivers and no time an antenna can be put.
+    const skied = header.receivers.length > 0;
     document.body.classList.toggle('no-time', !timed);
     if (!timed) state.camera = 'free';
     if (matchMedia('(prefers-color-scheme: dark)').matches) state.theme = 'dark';
@@ -55,10 +63,14 @@ class App {
     if (timed) {
       this.show(0);
       await store.load(0, 0);
+    }
+    if (skied) {
       new SkyPlot(by('skyplot'), store, state);
       new SignalBars(by('bars'), store, state);
       new Readout(by('readout'), store, state);
       new SatelliteTable(by('tab-satellites'), store, state);
+    }
+    if (timed) {
       this.chart = new Chart(by('chart'), store, state, (s) => this.goTo(s), {
         receiver: () => (this.probe?.active ? this.probe.base : state.receiver),
         has: (receiver) => receiver !== this.probe?.receiver,
@@ -67,13 +79,20 @@ class App {
     }
     if (header.map) await this.showMap(header.map);
     new Details(by('tab-details'), store, state, (column, row) => this.heat?.cellHtml(column, row) ?? '');
+    by('tab-details').addEventListener('click', (e) => {
+      const { cell } = state;
+      if (!cell || !this.heat || !(e.target as Element).closest('[data-put]')) return;
+      const { foot, height } = this.heat.footOf(cell.column, cell.row);
+      this.probe.put(foot, height);
+    });
     this.header(timed);
     this.tabs();
     this.keys(timed);
-    this.legend(timed);
-    state.listen((change) => change === 'look' && this.legend(timed));
+    this.legend(skied);
+    state.listen((change) => change === 'look' && this.legend(skied));
     state.listen((change) => {
       if (change === 'receiver') this.receiverChanged();
+      if (change === 'map' && !timed && header.map && this.heat) this.probe.goTo(secondsOf(header, this.heat.time));
       if (change === 'selection' && (state.satellite !== null || state.object !== null || state.cell)) this.showTab('details');
       if (change === 'time' && header.time) {
         by('clock').textContent = `${clock(header.time.begin_utc, state.time)} UTC`;
@@ -117,6 +136,7 @@ class App {
       },
     });
     this.view.onPut = (place) => this.probe.put(place);
+    this.view.onBody = (what) => this.toast(what);
     by('put').onclick = () => this.probe.arm();
     if (!this.store.header.live || !connection) return;
     this.live = new Live(this.store, this.state, connection, by('follow-live'), {
@@ -273,6 +293,8 @@ class App {
 
   private receiverChanged(): void {
     const { state, store } = this;
+    const put = this.probe.active && state.receiver === this.probe.receiver;
+    document.body.classList.toggle('put', put);
     by('tab-summary').innerHTML = summaryHtml(store, state.receiver);
     if (store.tracks[state.receiver]) this.show(state.time);
   }
@@ -317,7 +339,7 @@ class App {
       this.look();
     };
     this.look();
-    by('layers').hidden = !timed;
+    by('layers').hidden = store.header.receivers.length === 0;
     const layers = document.querySelector('#layers div') as HTMLElement;
     for (const [layer, what] of Object.entries(kLayers) as [Layer, string][]) {
       if (layer === 'ranges' && !store.comparison) continue;

@@ -69,14 +69,16 @@ export class MapPanel {
     const { factor } = this.heat.chosen;
     const value = (box: HTMLInputElement): number => (box.value === '' ? NaN : Number(box.value) / factor);
     const [low, high] = [value(this.low), value(this.high)];
-    // A range that is none is put back.
-    if (high > low) this.heat.rescale({ low, high });
-    else this.update();
+    const ordered = high > low;
+    this.high.setCustomValidity(ordered ? '' : 'A range runs from a smaller number to a larger one.');
+    if (ordered) this.heat.rescale({ low, high });
+    else this.high.reportValidity();
   }
 
   update(): void {
     const { heat } = this;
     const { factor } = heat.chosen;
+    this.high.setCustomValidity('');
     this.low.value = String(+(heat.scale.low * factor).toPrecision(6));
     this.high.value = String(+(heat.scale.high * factor).toPrecision(6));
     this.colours.value = heat.scale.colours;

@@ -152,7 +152,8 @@ export class Details {
 }
 
 export function summaryHtml(store: Store, receiver: number): string {
-  const s = store.header.live ? null : store.header.receivers[receiver]?.summary;
+  const run = store.header.receivers[receiver]?.summary;
+  const s = store.header.live || !run?.epochs ? null : run;  // of what is not over, or never ran, there are no figures
   const city = store.header.city;
   const origin = store.header.frame.origin;
   const buildings = city.objects.filter((o) => o.surface === 'building').length;

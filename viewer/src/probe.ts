@@ -3,7 +3,7 @@
 import type { Connection, EpochMessage, ErrorMessage } from './messages';
 import type { Place } from './scene';
 import type { State } from './state';
-import type { Store } from './store';
+import type { Store, Track } from './store';
 
 function by<T extends HTMLElement = HTMLElement>(id: string): T {
   return document.getElementById(id) as T;
@@ -17,7 +17,7 @@ export class Probe {
   private surface: Place | null = null;
   /** The run's receiver that it is one of. */
   base = 0;
-  private epoch = -1;  // of that one
+  private when = NaN;  // asked for: its epoch; where it has none, the time [s]
   private asked = 0;
   private answered = 0;
   private askedAt = 0;
@@ -44,8 +44,10 @@ export class Probe {
     this.hooks.arm(true);
   }
 
-  put(surface: Place): void {
+  /** @param height above it [m]; otherwise what the box says */
+  put(surface: Place, height?: number): void {
     if (!this.connection) return this.arm();
+    if (height !== undefined) by<HTMLInputElement>('probe-height').value = String(height);
     if (!this.active) [this.base, this.shown] = [this.state.receiver, false];
     this.surface = surface;
     by('probe').hidden = false;
@@ -68,12 +70,18 @@ export class Probe {
 
   /** Goes with the run's time: asked anew where the receiver has another epoch. */
   goTo(seconds: number): void {
-    const track = this.store.tracks[this.base];
-    const [from, to] = this.store.span;
+    const [from, to] = this.track ? this.store.span : [seconds, seconds];
     this.state.time = Math.min(to, Math.max(from, seconds));
-    const epoch = track ? track.epochAt(this.state.time) : 0;
-    if (epoch !== this.epoch) this.ask();
+    if (this.now !== this.when) this.ask();
     this.state.changed('time');
+  }
+
+  /** Of the run's receiver; a heat map in a scenario's city has none. */
+  private get track(): Track | undefined {
+    return this.store.tracks[this.base];
+  }
+  private get now(): number {
+    return this.track?.epochAt(this.state.time) ?? this.state.time;
   }
 
   private ask(): void {
@@ -82,15 +90,14 @@ export class Probe {
       this.again = true;
       return;
     }
-    const track = this.store.tracks[this.base];
-    this.epoch = track ? track.epochAt(this.state.time) : 0;
+    this.when = this.now;
     const [east_m, north_m, up_m] = this.surface;
     const box = by<HTMLInputElement>('probe-height');
     if (box.value === '' || !box.validity.valid) return this.hooks.toast('The antenna’s height is a number of metres, from 0 to 1000.');
     const height = Number(box.value);
     this.askedAt = performance.now();
     const sent = this.connection.send({ type: 'probe', version: 1, id: this.asked + 1, receiver: this.base,
-      time_s: track?.time[this.epoch] ?? this.state.time, place: { east_m, north_m, up_m: up_m + height } });
+      time_s: this.track?.time[this.when] ?? this.state.time, place: { east_m, north_m, up_m: up_m + height } });
     if (sent) ++this.asked;
     else this.hooks.toast('There is no connection to canyon: is “canyon view” still running?');
   }

@@ -216,6 +216,8 @@ export class SceneView {
   /** Takes clicks with Shift, and all while `putting`: a place on the ground or on a building. */
   onPut: ((place: Place) => void) | null = null;
   putting = false;
+  /** Takes clicks on what no map has, with what it is. */
+  onBody: ((what: string) => void) | null = null;
 
   private pick(x: number, y: number, shift: boolean): void {
     // By the camera as it is now: its last picture may be older.
@@ -236,6 +238,8 @@ export class SceneView {
       return;
     }
     const object = this.city.pick(ray);
+    const body = this.bodies.pick(ray);
+    if (body && !(object && object.distance < body.distance)) return this.onBody?.(body.what);
     const cell = this.heat?.hit(ray.ray);
     if (cell && !(object && object.distance < cell.distance)) this.state.selectCell(cell);
     else this.state.selectObject(object?.object ?? null);

@@ -324,7 +324,7 @@ export class Store {
   /** All epochs of every receiver. */
   async loadTracks(): Promise<void> {
     for (let r = 0; r < this.header.receivers.length; ++r) {
-      if (this.header.live) continue;
+      if (this.header.live || !this.header.chunks.some((c) => c.kind === 'track')) continue;
       const entry = this.header.chunks.find((c): c is ChunkEntry => c.kind === 'track' && c.receiver === r);
       if (!entry) throw new Error(`receiver ${r} has no track`);
       const tables = decodeChunk(await this.source.file(entry.file), this.header);

@@ -7,6 +7,19 @@ import type { Store } from './store';
 
 const kMargin = 8;
 
+/** Clicks on an element and drags along it, with the place from its left edge [px]. */
+export function onDrag(element: HTMLElement, to: (x: number) => void): void {
+  const go = (e: PointerEvent): void => to(e.clientX - element.getBoundingClientRect().left);
+  element.addEventListener('pointerdown', (e) => {
+    if (e.button !== 0) return;
+    element.setPointerCapture(e.pointerId);
+    go(e);
+  });
+  element.addEventListener('pointermove', (e) => {
+    if (element.hasPointerCapture(e.pointerId)) go(e);
+  });
+}
+
 export class Timeline {
   private readonly canvas: Canvas;
 
@@ -16,18 +29,10 @@ export class Timeline {
     host.setAttribute('role', 'slider');
     host.setAttribute('aria-label', 'time');
     host.tabIndex = 0;
-    const scrub = (e: PointerEvent): void => {
-      const box = host.getBoundingClientRect();
-      const share = (e.clientX - box.left - kMargin) / Math.max(1, box.width - 2 * kMargin);
+    onDrag(host, (x) => {
+      const share = (x - kMargin) / Math.max(1, host.clientWidth - 2 * kMargin);
       const [from, to] = store.span;
       goTo(from + Math.min(1, Math.max(0, share)) * (to - from));
-    };
-    host.addEventListener('pointerdown', (e) => {
-      host.setPointerCapture(e.pointerId);
-      scrub(e);
-    });
-    host.addEventListener('pointermove', (e) => {
-      if (e.buttons & 1) scrub(e);
     });
     state.listen((change) => {
       if (change === 'time' || change === 'receiver' || change === 'look') this.update();

@@ -67,6 +67,14 @@ test('times, altitudes, layers, colours and their range are chosen', { skip }, a
   await s.page.fill('#map-high', '2.2');
   await s.page.keyboard.press('Tab');
   assert.deepEqual(await shown(), [255, 255, 255, 255]);
+  // A range that is none is said, not shown.
+  await s.page.fill('#map-low', '3');
+  await s.page.keyboard.press('Tab');
+  assert.match(await s.run(() => document.querySelector('#map-high').validationMessage), /from a smaller number to a larger/);
+  assert.deepEqual(await shown(), [255, 255, 255, 255]);
+  await s.page.fill('#map-low', '0');
+  await s.page.keyboard.press('Tab');
+  assert.equal(await s.run(() => document.querySelector('#map-high').validationMessage), '');
   await s.page.selectOption('#map-colours', 'other');
   assert.deepEqual(await shown(), [0, 0, 0, 255]);
   await s.page.click('#map-reset');

@@ -114,6 +114,42 @@ test('scrubbing goes to the epoch under the mouse', { skip }, async () => {
   clean();
 });
 
+test('dragging along the chart goes through time', { skip }, async () => {
+  const box = await s.page.locator('#chart .u-over').boundingBox();
+  const at = (share) => [box.x + share * box.width, box.y + box.height / 2];
+  await s.page.mouse.move(...at(0.25));
+  await s.page.mouse.down();
+  assert.equal(await s.run('canyon.state.epoch'), 29);  // of 119 s
+  await s.page.mouse.move(...at(0.5), { steps: 5 });
+  assert.equal(await s.run('canyon.state.epoch'), 59);
+  await s.page.mouse.up();
+  await s.page.mouse.move(...at(0.75));
+  assert.equal(await s.run('canyon.state.epoch'), 59, 'the button is up');
+  clean();
+});
+
+test('a click on what no map has tells what it is', { skip }, async () => {
+  await s.run('canyon.goTo(31)');
+  await s.page.keyboard.press('3');  // from above
+  const box = await s.page.locator('#stage').boundingBox();
+  const click = async (east, north) => {
+    const [x, y] = await s.run(([e, n]) => {
+      const { scene, store, state } = window.canyon;
+      const at = scene.control.target.clone().set(store.tracks[0].east[state.epoch] + e, store.tracks[0].north[state.epoch] + n, 3);
+      scene.control.apply(scene.host.clientWidth / scene.host.clientHeight);
+      at.project(scene.control.camera);
+      return [(at.x + 1) / 2, (1 - at.y) / 2];
+    }, [east, north]);
+    await s.page.mouse.click(box.x + x * box.width, box.y + y * box.height);
+    return s.text('#toast');
+  };
+  assert.equal(await click(0, 7.3), 'Vehicle: 12.0 m long, 2.5 m wide, from 0.0 to 3.0 m (up)');
+  assert.equal(await click(0, -7.3), 'Crown of a tree: 4.0 m across, from 3.0 to 7.0 m (up)');
+  assert.match(await s.text('#tab-details'), /Click a satellite or a building/);
+  await s.page.keyboard.press('2');
+  clean();
+});
+
 test('to the next loss of fix, and to the largest error', { skip }, async () => {
   await s.page.keyboard.press('Home');
   await s.page.keyboard.press('l');

@@ -180,6 +180,29 @@ test('an exported page says that it needs a running canyon', { skip }, async () 
   }
 });
 
+test('antennas can be put in a finished run whose scenario is given', { skip }, async () => {
+  const scenario = join(root, 'examples/synthetic_drive.yaml');
+  const run = join(folder, 'run');
+  execFileSync(program, ['view', scenario, '--duration', '3', '--out', run, '--quiet'], { stdio: 'inherit' });
+  for (const given of [[], ['--city', scenario]]) {
+    const finished = await Running.start(['view', run, ...given, '--quiet']);
+    const page = await Session.open(finished.address);
+    try {
+      await page.page.waitForFunction(() => canyon.store.loaded(0, 0));
+      await page.run(() => canyon.probe.put([0, 0, 0]));
+      if (given.length) {
+        await page.page.waitForFunction(() => canyon.state.receiver === 1 && canyon.store.satellites(1, 0).length > 5);
+      } else {
+        await page.page.waitForFunction(() => /no scenario to trace with.*--city SCENARIO/.test(document.getElementById('toast').textContent));
+      }
+      assert.deepEqual(page.complaints, []);
+    } finally {
+      await page.close();
+      assert.equal(await finished.stop(), 0);
+    }
+  }
+});
+
 test('a finished run is shown from its folder, and a bare one says what to do', { skip }, async () => {
   const bare = await Running.refused(['view', folder]);
   assert.match(bare, /is a folder without a view; write one with 'canyon simulate SCENARIO --out DIR --view'/);
