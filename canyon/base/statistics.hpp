@@ -7,6 +7,9 @@
 
 namespace canyon {
 
+/// Standard deviation over the median of magnitudes, of a normal distribution.
+inline constexpr double kMadToSigma = 1.4826;
+
 /// Value at rank p (n - 1) of the ordered values, counted from 0, linear between neighbours: definition 7 of
 /// Hyndman and Fan (The American Statistician 50, 1996), NumPy's and R's default. Empty for no values.
 /// @param values none is NaN

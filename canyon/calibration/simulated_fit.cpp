@@ -247,7 +247,7 @@ Solution solve(const Problem& problem, int iterations) {
   const VectorXd residuals = problem.plain(s.x).cwiseAbs();
   const double middle =
       *median(std::span<const double>(residuals.data(), static_cast<std::size_t>(residuals.size())));
-  s.misfit = std::max(1.0, std::pow(1.4826 * middle, 2));
+  s.misfit = std::max(1.0, std::pow(kMadToSigma * middle, 2));
   const MatrixXd data = s.jacobian.topRows(rows);
   const MatrixXd covariance =
       (data.transpose() * data / s.misfit + MatrixXd::Identity(problem.inputs(), problem.inputs())).inverse();

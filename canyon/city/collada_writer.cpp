@@ -10,8 +10,6 @@
 namespace canyon::city {
 namespace {
 
-constexpr std::size_t kFlushBytes = std::size_t{1} << 20;
-
 class ColladaWriter {
  public:
   ColladaWriter(OutputFile& file, const Mesh& mesh, const Eigen::Vector3d& origin)

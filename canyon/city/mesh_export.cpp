@@ -25,8 +25,6 @@
 namespace canyon::city {
 namespace {
 
-constexpr std::size_t kFlushBytes = std::size_t{1} << 20;
-
 std::string origin_line(const City& city) {
   const geodesy::Geodetic& origin = city.frame.origin();
   return fmt::format("east-north-up about latitude {:.9f} deg, longitude {:.9f} deg, height {:.4f} m",

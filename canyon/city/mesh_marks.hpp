@@ -17,6 +17,9 @@ namespace canyon::city {
 /// Stands near the beginning of every mesh file that Canyon writes: each node is one object as it stands.
 inline constexpr std::string_view kMeshMark = "Canyon city, one object in each node";
 
+/// Writers of mesh files hand text on in pieces of so many bytes.
+inline constexpr std::size_t kFlushBytes = std::size_t{1} << 20;
+
 /// Whether kMeshMark stands in the first 64 KiB. False for a file that cannot be read.
 [[nodiscard]] bool has_mesh_mark(const std::filesystem::path& path);
 

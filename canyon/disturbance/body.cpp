@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 
+#include "canyon/city/planar.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
 #include "canyon/propagation/reflector_id.hpp"
@@ -15,13 +16,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Complex = std::complex<double>;
+using city::cross;
 
 // Farther in the light than this an edge adds less than 0.6 dB of ripple: 1 / (pi sqrt(2) nu).
 constexpr double kClear_nu = 3;
-
-double cross(const Vector2d& a, const Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 /// Outline of a screen: its leftmost and rightmost points, ahead and to the left of the ray, and the stretch
 /// of the ray over it.

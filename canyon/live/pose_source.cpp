@@ -12,14 +12,6 @@ namespace canyon::live {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-namespace {
-
-double seconds(std::int64_t ns) {
-  return static_cast<double>(ns) * 1e-9;
-}
-
-}  // namespace
-
 PoseSource::PoseSource(const simulation::PoseSourceOptions& options, const geodesy::LocalFrame& frame)
     : options_(options),
       frame_(frame),

@@ -14,6 +14,11 @@
 
 namespace canyon::live {
 
+/// Of nanoseconds.
+[[nodiscard]] constexpr double seconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
+}
+
 /// Poses of one vehicle from outside, in the city: what a decoder finds, turned, scaled and moved there, and
 /// kept as a track.
 class PoseSource {

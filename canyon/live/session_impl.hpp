@@ -27,10 +27,6 @@ using simulation::LiveClock;
 using simulation::LiveReceiver;
 using Clock = std::chrono::steady_clock;
 
-inline double seconds(std::int64_t ns) {
-  return static_cast<double>(ns) * 1e-9;
-}
-
 /// A log whose poses come at their own stamps.
 struct Log {
   std::string text;

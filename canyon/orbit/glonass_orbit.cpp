@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 
 namespace canyon::orbit {
@@ -7,20 +8,17 @@ namespace {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// PZ-90, ICD GLONASS L1, L2 5.1, table 3.2 and A.3.1.2.
-constexpr double kMu = 3.986004418e14;         // [m^3/s^2]
-constexpr double kEquatorialRadius = 6378136;  // [m]
-constexpr double kJ2 = 1.08262575e-3;
-constexpr double kOmega = 7.2921150e-5;  // [rad/s]
-constexpr double kLargestStep = 60;      // [s]
+constexpr double kOmega = geodesy::kPz90RotationRate;
+constexpr double kLargestStep = 60;  // [s]
 
 // Equations of motion in the rotating frame, ICD GLONASS L1, L2 5.1, A.3.1.2.
 Vector6d derivative(const Vector6d& x, const Eigen::Vector3d& luni_solar) {
   const double r2 = x.head<3>().squaredNorm();
   const double r = std::sqrt(r2);
-  const double flattening = 1.5 * kJ2 * kMu * kEquatorialRadius * kEquatorialRadius / (r2 * r2 * r);
+  const double flattening = 1.5 * geodesy::kPz90J2 * geodesy::kPz90Mu * geodesy::kPz90SemiMajorAxis *
+                            geodesy::kPz90SemiMajorAxis / (r2 * r2 * r);
   const double z2 = 5 * x[2] * x[2] / r2;
-  const double central = -kMu / (r2 * r);
+  const double central = -geodesy::kPz90Mu / (r2 * r);
   Vector6d d;
   d.head<3>() = x.tail<3>();
   const double in_plane = central - flattening * (1 - z2);

@@ -23,8 +23,8 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 constexpr double kMaxSpan_s = 60 * 86'400.0;
 
 // The user algorithms' own constants: the records must fit the code that reads them.
-constexpr double kMuGps = 3.986005e14;        // IS-GPS-200, 20.3.3.4.3.3
-constexpr double kMuOthers = 3.986004418e14;  // Galileo OS-SIS-ICD 5.1.1; BDS-SIS-ICD B1I 5.2.4.12
+constexpr double kMuGps = 3.986005e14;           // IS-GPS-200, 20.3.3.4.3.3
+constexpr double kMuOthers = geodesy::kEarthMu;  // Galileo OS-SIS-ICD 5.1.1; BDS-SIS-ICD B1I 5.2.4.12
 constexpr double kGeoTilt_rad = geodesy::radians(5);
 
 /// `start + rate * t` wrapped to [-pi, pi]. Long double: decades of orbits are 2e5 rad, where a double's
@@ -119,18 +119,16 @@ gnss::KeplerEphemeris kepler_record(const Slot& slot, const Issue& issue, GpsTim
   return e;
 }
 
-// ICD GLONASS L1, L2 5.1, table 3.2 and A.3.1.2 (PZ-90.11).
-constexpr double kGlonassMu = 3.986004418e14;
-constexpr double kGlonassJ2 = 1.08262575e-3;
-constexpr double kGlonassRadius = 6'378'136;
-constexpr double kGlonassEarthRate = 7.292115e-5;
+using geodesy::kPz90J2;
+using geodesy::kPz90Mu;
+using geodesy::kPz90SemiMajorAxis;
 
 /// Two-body and J2 motion in a frame that does not rotate; rows position, velocity.
 Vector6d inertial_rate(const Vector6d& state) {
   const Eigen::Vector3d p = state.head<3>();
   const double r2 = p.squaredNorm();
-  const double g = kGlonassMu / (r2 * std::sqrt(r2));
-  const double k = 1.5 * kGlonassJ2 * kGlonassRadius * kGlonassRadius / r2;
+  const double g = kPz90Mu / (r2 * std::sqrt(r2));
+  const double k = 1.5 * kPz90J2 * kPz90SemiMajorAxis * kPz90SemiMajorAxis / r2;
   const double z2 = 5 * p.z() * p.z() / r2;
   Vector6d rate;
   rate << state.tail<3>(), -g * p.x() * (1 + k * (1 - z2)), -g * p.y() * (1 + k * (1 - z2)),
@@ -162,11 +160,11 @@ double argument_of_latitude(const Vector6d& state) {
 /// (3 - 4 sin^2 i)); Vallado, eqs. 9-37, 9-39, 9-41).
 double circular_axis(double rate, double inclination) {
   const double s = std::sin(inclination);
-  double a = std::cbrt(kGlonassMu / (rate * rate));
+  double a = std::cbrt(kPz90Mu / (rate * rate));
   for (int i = 0; i < 5; ++i) {
-    const double q = kGlonassRadius / a;
-    const double n = rate / (1 + 1.5 * kGlonassJ2 * q * q * (3 - 4 * s * s));
-    a = std::cbrt(kGlonassMu / (n * n));
+    const double q = kPz90SemiMajorAxis / a;
+    const double n = rate / (1 + 1.5 * kPz90J2 * q * q * (3 - 4 * s * s));
+    a = std::cbrt(kPz90Mu / (n * n));
   }
   return a;
 }
@@ -194,7 +192,8 @@ gnss::GlonassEphemeris glonass_start(const Slot& slot, GpsTime t) {
   state << orbit.col(0) * a, orbit.col(1) * speed;
 
   const Eigen::Vector3d position = state.head<3>();
-  const Eigen::Vector3d velocity = state.tail<3>() - Eigen::Vector3d(0, 0, kGlonassEarthRate).cross(position);
+  const Eigen::Vector3d velocity =
+      state.tail<3>() - Eigen::Vector3d(0, 0, geodesy::kPz90RotationRate).cross(position);
   gnss::GlonassEphemeris e;
   e.id = slot.id;
   e.toe = e.transmission = t;

@@ -23,7 +23,6 @@ using geodesy::GpsTime;
 using geodesy::kEarthRotationRate;
 using geodesy::kSpeedOfLight;
 
-constexpr double kMu = 3.986004418e14;
 constexpr std::size_t kPoints = 11;
 
 /// A record ready for interpolation.
@@ -32,7 +31,7 @@ struct Node {
   Eigen::Vector3d rest;  ///< position in the axes of Table::origin, less the reference orbit
 };
 
-struct Series {
+struct TabulatedOrbit {
   std::vector<Sp3Record> records;
   std::vector<Node> nodes;  ///< one for each record
   ReferenceOrbit reference;
@@ -42,7 +41,8 @@ struct Series {
 /// Position and velocity, in the axes of Table::origin, of the polynomial through 11 nodes plus the reference
 /// orbit. The variable is the true anomaly: in it the equations of an eccentric orbit have no poles near the
 /// real axis, so that the polynomials converge fast at perigee too.
-std::pair<Eigen::Vector3d, Eigen::Vector3d> interpolate(const Series& series, std::size_t first, GpsTime t) {
+std::pair<Eigen::Vector3d, Eigen::Vector3d> interpolate(const TabulatedOrbit& series, std::size_t first,
+                                                        GpsTime t) {
   const ReferenceOrbit::State reference = series.reference.at(t);
   const Node* const nodes = &series.nodes[first];
   std::array<double, kPoints> x{};
@@ -79,7 +79,7 @@ struct PreciseSky::Table {
   GpsTime origin;  ///< first epoch; its axes are the common ones
   GpsTime last;
   double spacing_s = 0;
-  std::map<gnss::SatelliteId, Series> series;
+  std::map<gnss::SatelliteId, TabulatedOrbit> series;
 
   Table(TextFile file, const std::set<gnss::System>& systems) : path(file.path()) {
     Sp3File sp3 = read_sp3(file, systems);
@@ -90,7 +90,7 @@ struct PreciseSky::Table {
       spacing_s = std::min(spacing_s, sp3.epochs[i] - sp3.epochs[i - 1]);
     }
     for (auto& [id, records] : sp3.records) {
-      Series& s = series[id];
+      TabulatedOrbit& s = series[id];
       s.carrier_frequency_hz = carrier_frequency(id);
       s.records = std::move(records);
       for (Sp3Record& r : s.records) r.position_m = rotate_earth(r.position_m, origin - r.t);
@@ -99,7 +99,7 @@ struct PreciseSky::Table {
     }
   }
 
-  static void make_nodes(Series& s) {
+  static void make_nodes(TabulatedOrbit& s) {
     s.nodes.clear();
     for (const Sp3Record& r : s.records) {
       const ReferenceOrbit::State reference = s.reference.at(r.t);
@@ -108,7 +108,7 @@ struct PreciseSky::Table {
   }
 
   /// The record closest to the middle that a polynomial goes through.
-  [[nodiscard]] std::optional<std::size_t> centre_of_good_records(const Series& s) const {
+  [[nodiscard]] std::optional<std::size_t> centre_of_good_records(const TabulatedOrbit& s) const {
     const std::size_t count = s.records.size();
     for (std::size_t i = 0; i < count; ++i) {
       // Middle, one before, one after, two before, ...
@@ -118,7 +118,7 @@ struct PreciseSky::Table {
     return std::nullopt;
   }
 
-  void fit_reference(Series& s) const {
+  void fit_reference(TabulatedOrbit& s) const {
     const std::optional<std::size_t> centre = centre_of_good_records(s);
     if (!centre) return;
     const GpsTime epoch = s.records[*centre].t;
@@ -146,7 +146,7 @@ struct PreciseSky::Table {
 
   /// The records around `t`, one of them twice where `t` is its epoch; or why there are none.
   struct Bracket {
-    const Series* series = nullptr;
+    const TabulatedOrbit* series = nullptr;
     std::size_t low = 0;
     std::size_t high = 0;
     std::string missing;
@@ -250,7 +250,7 @@ std::optional<SatelliteState> PreciseSky::state(gnss::SatelliteId id, GpsTime t)
   // IS-GPS-200, 20.3.3.3.3.1, and its time derivative on a Kepler orbit.
   constexpr double kC2 = kSpeedOfLight * kSpeedOfLight;
   const double relativity = -2 * position.dot(velocity) / kC2;
-  const double relativity_rate = -2 * (velocity.squaredNorm() - kMu / position.norm()) / kC2;
+  const double relativity_rate = -2 * (velocity.squaredNorm() - geodesy::kEarthMu / position.norm()) / kC2;
   state.clock_bias_s = low.clock_bias_s + slope * (t - low.t) + relativity;
   state.clock_drift = slope + relativity_rate;
   state.carrier_frequency_hz = b.series->carrier_frequency_hz;

@@ -6,25 +6,22 @@
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::orbit {
-namespace {
 
-constexpr double kMu = 3.986004418e14;
-constexpr double kJ2 = 1.08262668e-3;
-constexpr double kEarthRadius = 6'378'137;
-
-}  // namespace
+using geodesy::kEarthJ2;
+using geodesy::kEarthMu;
+using geodesy::kSemiMajorAxis;
 
 // Elements from vectors: Vallado, Fundamentals of Astrodynamics, 2.5; secular rates: the same, 9-37 to 9-41.
 ReferenceOrbit::ReferenceOrbit(geodesy::GpsTime epoch, const Eigen::Vector3d& position,
                                const Eigen::Vector3d& velocity)
     : epoch_(epoch) {
   const double r = position.norm();
-  const double a = 1 / (2 / r - velocity.squaredNorm() / kMu);
+  const double a = 1 / (2 / r - velocity.squaredNorm() / kEarthMu);
   const Eigen::Vector3d h = position.cross(velocity);
-  const Eigen::Vector3d to_perigee = velocity.cross(h) / kMu - position / r;
+  const Eigen::Vector3d to_perigee = velocity.cross(h) / kEarthMu - position / r;
   const double e = to_perigee.norm();
   // Negated so that NaN falls out.
-  if (!(a > kEarthRadius && a < 1e9 && e < 0.9)) return;
+  if (!(a > kSemiMajorAxis && a < 1e9 && e < 0.9)) return;
   semi_major_axis_ = a;
   eccentricity_ = e;
   axes_.col(2) = h.normalized();
@@ -34,9 +31,9 @@ ReferenceOrbit::ReferenceOrbit(geodesy::GpsTime epoch, const Eigen::Vector3d& po
   const double eccentric =
       std::atan2(position.dot(axes_.col(1)) / std::sqrt(1 - e * e), position.dot(axes_.col(0)) + a * e);
   mean_anomaly_ = eccentric - e * std::sin(eccentric);
-  mean_motion_ = std::sqrt(kMu / (a * a * a));
+  mean_motion_ = std::sqrt(kEarthMu / (a * a * a));
   const double p = a * (1 - e * e);
-  const double k = 1.5 * mean_motion_ * kJ2 * (kEarthRadius / p) * (kEarthRadius / p);
+  const double k = 1.5 * mean_motion_ * kEarthJ2 * (kSemiMajorAxis / p) * (kSemiMajorAxis / p);
   const double cos_i = axes_(2, 2);
   node_rate_ = -k * cos_i;
   perigee_rate_ = k * (2 - 2.5 * (1 - cos_i * cos_i));

@@ -19,11 +19,9 @@ constexpr double kEarthRateBeiDou = 7.2921150e-5;  // BDS-SIS-ICD B1I 3.0, 5.2.4
 
 /// Secular rate of the node from J2 (Vallado, Fundamentals of Astrodynamics, eq. 9-37, e = 0) [rad/s].
 double j2_node_rate(double a, double inclination) {
-  constexpr double kMu = 3.986004418e14;
-  constexpr double kJ2 = 1.08262668e-3;
-  constexpr double kRadius = 6'378'137;
-  const double n = std::sqrt(kMu / (a * a * a));
-  return -1.5 * n * kJ2 * (kRadius / a) * (kRadius / a) * std::cos(inclination);
+  const double n = std::sqrt(geodesy::kEarthMu / (a * a * a));
+  const double q = geodesy::kSemiMajorAxis / a;
+  return -1.5 * n * geodesy::kEarthJ2 * q * q * std::cos(inclination);
 }
 
 /// Rate of the argument of latitude that brings the slot's ground track back after `revolutions` in `days`
@@ -129,7 +127,7 @@ std::vector<Slot> galileo_slots() {
 // no published number: they were read, to the degree, from the broadcast ephemerides of 2020-06-25. The IGSO
 // track is centred on 118 deg east and its three planes go with those of the MEO: choices.
 std::vector<Slot> beidou_slots() {
-  constexpr double kRadius = 6'378'137;
+  constexpr double kRadius = geodesy::kSemiMajorAxis;
   // Satellites in order of phase, 45 deg apart. C41 to C46 were not up yet: they fill the free slots.
   constexpr std::array<std::array<std::uint8_t, 8>, 3> kMeo{
       {{22, 19, 20, 32, 41, 33, 42, 21}, {37, 23, 25, 24, 26, 45, 36, 46}, {34, 43, 35, 29, 30, 27, 28, 44}}};

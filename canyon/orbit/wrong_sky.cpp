@@ -46,8 +46,7 @@ int unhealthy(gnss::System system) {
 
 /// Mean motion without its correction [rad/s], all systems' gravity taken as one: only its change counts.
 double mean_motion(double a_m) {
-  constexpr double kEarth_m3ps2 = 3.986004418e14;
-  return std::sqrt(kEarth_m3ps2 / a_m) / a_m;
+  return std::sqrt(geodesy::kEarthMu / a_m) / a_m;
 }
 
 /// Readers keep what they have until the issue of data is another. Not a step that issues make by themselves,

@@ -20,6 +20,9 @@ enum class Weighting : std::uint8_t {
 /// "sigma", "equal", "elevation", "cn0": the words of scenarios.
 [[nodiscard]] std::string_view name(Weighting weighting);
 
+/// Of a measurement that carries no C/N0.
+inline constexpr double kUnknownCn0_dbhz = 30;
+
 struct WeightOptions {
   Weighting weighting = Weighting::Sigma;
   /// a and b [m], (0, 1e6]. Defaults: RTKLIB 2.4.3's stats-errphase and stats-errphaseel, 0.003 m each, times

@@ -14,8 +14,6 @@ namespace {
 
 /// Lower satellites weigh as one at 5 deg, RTKLIB's MIN_EL: 1 / sin would grow beyond any bound.
 constexpr double kLowestElevation_rad = geodesy::radians(5);
-/// A signal that carries no C/N0.
-constexpr double kUnknownCn0_dbhz = 30;
 
 }  // namespace
 

@@ -19,7 +19,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 /// Paths of one satellite nearer than this are one.
-constexpr double kSamePlace = 2e-3;  // m
+constexpr double kSamePoint = 2e-3;  // m
 /// Faces must be free from the edge for this far; a quarter of the wavelength of L1.
 constexpr double kStep = 0.05;  // m
 /// A point is lifted by at most this many times the offset, where the faces enclose next to nothing.
@@ -36,14 +36,14 @@ struct Candidate {
 };
 
 /// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
-struct Scratch {
+struct DiffractionScratch {
   NearEdges near;
   std::vector<std::uint8_t> marks;
   std::vector<Candidate> candidates;
 };
 
-Scratch& scratch() {
-  static thread_local Scratch scratch;
+DiffractionScratch& diffraction_scratch() {
+  static thread_local DiffractionScratch scratch;
   return scratch;
 }
 
@@ -91,11 +91,11 @@ struct EdgeDiffraction::Impl {
 
   void find(const EdgeSet& set, raytrace::InstanceId instance, const Isometry3d* enu_from_set,
             const Vector3d& antenna, std::span<const Vector3d> directions, std::span<const bool> blocked,
-            Scratch& s) const;
+            DiffractionScratch& s) const;
   void bend(const EdgeSet& set, std::uint32_t index, raytrace::InstanceId instance,
             const Isometry3d* enu_from_set, const Vector3d& antenna, const Vector3d& here,
-            std::uint32_t satellite, const Vector3d& towards, bool blocked, Scratch& s) const;
-  void choose(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
+            std::uint32_t satellite, const Vector3d& towards, bool blocked, DiffractionScratch& s) const;
+  void choose(const Vector3d& antenna, std::span<const Vector3d> directions, DiffractionScratch& s,
               std::span<std::vector<DiffractedPath>> result) const;
   [[nodiscard]] bool is_clear(const Vector3d& antenna, const Vector3d& direction, const Candidate& c) const;
 };
@@ -104,7 +104,7 @@ struct EdgeDiffraction::Impl {
 void EdgeDiffraction::Impl::find(const EdgeSet& set, raytrace::InstanceId instance,
                                  const Isometry3d* enu_from_set, const Vector3d& antenna,
                                  std::span<const Vector3d> directions, std::span<const bool> blocked,
-                                 Scratch& s) const {
+                                 DiffractionScratch& s) const {
   const Vector3d here = enu_from_set != nullptr ? enu_from_set->inverse() * antenna : antenna;
   const double clearance = 2 * scene->surface_offset_m(antenna);
   set.gather(here, options.max_range_m, clearance, s.near);
@@ -131,7 +131,7 @@ void EdgeDiffraction::Impl::find(const EdgeSet& set, raytrace::InstanceId instan
 void EdgeDiffraction::Impl::bend(const EdgeSet& set, std::uint32_t index, raytrace::InstanceId instance,
                                  const Isometry3d* enu_from_set, const Vector3d& antenna,
                                  const Vector3d& here, std::uint32_t satellite, const Vector3d& towards,
-                                 bool blocked, Scratch& s) const {
+                                 bool blocked, DiffractionScratch& s) const {
   const Edge& edge = set.edges()[index];
   const auto at = diffraction_point(edge, here, towards);
   if (!at || at->excess_m > (blocked ? shadow_excess : lit_excess) || at->leg_m > options.max_range_m ||
@@ -184,7 +184,8 @@ bool EdgeDiffraction::Impl::is_clear(const Vector3d& antenna, const Vector3d& di
 }
 
 /// Keeps the strongest clear candidates of each satellite.
-void EdgeDiffraction::Impl::choose(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
+void EdgeDiffraction::Impl::choose(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                   DiffractionScratch& s,
                                    std::span<std::vector<DiffractedPath>> result) const {
   // Weakest last; the rest are not even looked at once a satellite has its paths.
   std::sort(s.candidates.begin(), s.candidates.end(), [](const Candidate& a, const Candidate& b) {
@@ -196,7 +197,7 @@ void EdgeDiffraction::Impl::choose(const Vector3d& antenna, std::span<const Vect
     std::vector<DiffractedPath>& paths = result[c.satellite];
     if (paths.size() >= static_cast<std::size_t>(options.max_paths)) continue;
     const bool seen = std::any_of(paths.begin(), paths.end(), [&](const DiffractedPath& path) {
-      return (path.point - c.path.point).squaredNorm() < kSamePlace * kSamePlace;
+      return (path.point - c.path.point).squaredNorm() < kSamePoint * kSamePoint;
     });
     if (!seen && is_clear(antenna, directions[c.satellite], c)) paths.push_back(c.path);
   }
@@ -224,7 +225,7 @@ void EdgeDiffraction::trace(const Vector3d& antenna, std::span<const Vector3d> d
                             std::span<std::vector<DiffractedPath>> result) const {
   assert(directions.size() == blocked.size() && directions.size() == result.size());
   const Impl& impl = *impl_;
-  Scratch& s = scratch();
+  DiffractionScratch& s = diffraction_scratch();
   s.candidates.clear();
   impl.find(impl.city, 0, nullptr, antenna, directions, blocked, s);
   for (const raytrace::PlacedInstance& placed : impl.scene->placed_instances()) {
@@ -237,7 +238,7 @@ void EdgeDiffraction::retrace(const Vector3d& antenna, std::span<const Vector3d>
                               std::span<const bool> blocked, std::span<const KnownEdge> known,
                               std::span<std::vector<DiffractedPath>> result) const {
   const Impl& impl = *impl_;
-  Scratch& s = scratch();
+  DiffractionScratch& s = diffraction_scratch();
   s.candidates.clear();
   const double clearance = 2 * impl.scene->surface_offset_m(antenna);
   for (const KnownEdge& at : known) {

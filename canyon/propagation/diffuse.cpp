@@ -91,7 +91,7 @@ struct Class {
 };
 
 /// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
-struct Scratch {
+struct DiffuseScratch {
   std::vector<Patch> patches;
   std::vector<Way> ways;
   std::vector<Class> classes;
@@ -108,8 +108,8 @@ struct Scratch {
   }
 };
 
-Scratch& scratch() {
-  static thread_local Scratch scratch;
+DiffuseScratch& diffuse_scratch() {
+  static thread_local DiffuseScratch scratch;
   return scratch;
 }
 
@@ -213,10 +213,10 @@ struct DiffuseScattering::Impl {
   }
 
   void look_around(const Vector3d& antenna, std::vector<Patch>& patches) const;
-  void scatter(const Vector3d& antenna, const Vector3d& direction, Scratch& s,
+  void scatter(const Vector3d& antenna, const Vector3d& direction, DiffuseScratch& s,
                std::vector<DiffusePath>& result) const;
   [[nodiscard]] DiffusePath sum_up(const Vector3d& antenna, const Vector3d& direction, const Class& ways,
-                                   Scratch& s) const;
+                                   DiffuseScratch& s) const;
 };
 
 /// Every patch that rays from the antenna meet, and those that they meet over it.
@@ -269,7 +269,7 @@ void DiffuseScattering::Impl::look_around(const Vector3d& antenna, std::vector<P
 
 /// A class as it arrives: power 0 where nothing of it is lit.
 DiffusePath DiffuseScattering::Impl::sum_up(const Vector3d& antenna, const Vector3d& direction,
-                                            const Class& ways, Scratch& s) const {
+                                            const Class& ways, DiffuseScratch& s) const {
   s.rays.clear();
   for (std::uint32_t k = ways.first; k < ways.last; ++k)
     s.rays.push_back({s.patches[s.ways[k].patch].lifted, direction});
@@ -296,7 +296,7 @@ DiffusePath DiffuseScattering::Impl::sum_up(const Vector3d& antenna, const Vecto
   return path;
 }
 
-void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& direction, Scratch& s,
+void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& direction, DiffuseScratch& s,
                                       std::vector<DiffusePath>& result) const {
   s.ways.clear();
   for (std::uint32_t k = 0; k < s.patches.size(); ++k) {
@@ -378,7 +378,7 @@ void DiffuseScattering::trace(const Vector3d& antenna, std::span<const Vector3d>
     any = true;
   }
   if (!any || impl_->scattered == 0) return;
-  Scratch& s = scratch();
+  DiffuseScratch& s = diffuse_scratch();
   impl_->look_around(antenna, s.patches);
   if (s.patches.empty()) return;
   for (std::size_t i = 0; i < directions.size(); ++i)

@@ -14,12 +14,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Reflections of one satellite are one where their planes are less than this and 1 deg apart: walls that two
-/// buildings share are not drawn at quite the same place. Points along the planes then differ by this over
-/// the cosine of incidence.
-constexpr double kSamePlace = 2e-3;
-const double kSameNormal = std::cos(geodesy::radians(1));
-
 }  // namespace
 
 std::span<const FirstOrderSearch::Found> FirstOrderSearch::trace(const raytrace::RayScene& scene,

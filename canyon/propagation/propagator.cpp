@@ -95,7 +95,7 @@ struct PlacedSet {
 };
 
 /// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
-struct Scratch {
+struct PropagationScratch {
   std::vector<Ray> rays;
   Flags blocked, wanted;
   std::vector<double> foliage_m;
@@ -116,8 +116,8 @@ struct Scratch {
   }
 };
 
-Scratch& scratch() {
-  static thread_local Scratch scratch;
+PropagationScratch& propagation_scratch() {
+  static thread_local PropagationScratch scratch;
   return scratch;
 }
 
@@ -203,28 +203,30 @@ struct Propagator::Impl {
     if (o.diffuse) diffuse.emplace(mesh, from, o.scattering);
   }
 
-  void place(Scratch& s) const;
+  void place(PropagationScratch& s) const;
   [[nodiscard]] std::optional<double> foliage_depth(const Vector3d& antenna, const Vector3d& direction,
-                                                    Scratch& s) const;
+                                                    PropagationScratch& s) const;
   void look_through_foliage(const Vector3d& antenna, std::span<const Vector3d> directions,
-                            std::span<bool> blocked, Scratch& s) const;
-  void add_material(const Scratch& s, raytrace::InstanceId instance, std::uint32_t triangle,
+                            std::span<bool> blocked, PropagationScratch& s) const;
+  void add_material(const PropagationScratch& s, raytrace::InstanceId instance, std::uint32_t triangle,
                     Incidence& incidence) const;
-  std::span<bool> look(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
+  std::span<bool> look(const Vector3d& antenna, std::span<const Vector3d> directions, PropagationScratch& s,
                        std::span<SatellitePaths> result) const;
-  void add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions, int order, Scratch& s,
-                       std::span<SatellitePaths> result) const;
+  void add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions, int order,
+                       PropagationScratch& s, std::span<SatellitePaths> result) const;
   void add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
-                       std::span<const bool> blocked, Scratch& s, const std::span<const KnownEdge>* only,
-                       std::span<SatellitePaths> result, std::vector<KnownEdge>* known) const;
-  void add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
+                       std::span<const bool> blocked, PropagationScratch& s,
+                       const std::span<const KnownEdge>* only, std::span<SatellitePaths> result,
+                       std::vector<KnownEdge>* known) const;
+  void add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions, PropagationScratch& s,
                    std::span<SatellitePaths> result) const;
   void trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
-                    std::span<const bool> blocked, Scratch& s, std::span<SatellitePaths> result) const;
+                    std::span<const bool> blocked, PropagationScratch& s,
+                    std::span<SatellitePaths> result) const;
 };
 
 /// Lists the city and the instances as they stand, by id.
-void Propagator::Impl::place(Scratch& s) const {
+void Propagator::Impl::place(PropagationScratch& s) const {
   s.sets.clear();
   s.sets.push_back({&city, 0, nullptr});
   for (const raytrace::PlacedInstance& placed : scene->placed_instances()) {
@@ -236,7 +238,7 @@ void Propagator::Impl::place(Scratch& s) const {
 
 /// Of vegetation on the direct ray; empty where something else stands in it.
 std::optional<double> Propagator::Impl::foliage_depth(const Vector3d& antenna, const Vector3d& direction,
-                                                      Scratch& s) const {
+                                                      PropagationScratch& s) const {
   const double step = scene->surface_offset_m(antenna);
   double from = step;
   while (const auto hit = scene->cast({antenna, direction}, from)) {
@@ -261,7 +263,7 @@ std::optional<double> Propagator::Impl::foliage_depth(const Vector3d& antenna, c
 
 /// Unblocks the satellites that only vegetation hides, and notes how much of it.
 void Propagator::Impl::look_through_foliage(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                            std::span<bool> blocked, Scratch& s) const {
+                                            std::span<bool> blocked, PropagationScratch& s) const {
   const bool any = std::any_of(s.sets.begin(), s.sets.end(),
                                [](const PlacedSet& set) { return !set.prepared->foliage.empty(); });
   if (!any) return;
@@ -274,8 +276,8 @@ void Propagator::Impl::look_through_foliage(const Vector3d& antenna, std::span<c
   }
 }
 
-void Propagator::Impl::add_material(const Scratch& s, raytrace::InstanceId instance, std::uint32_t triangle,
-                                    Incidence& incidence) const {
+void Propagator::Impl::add_material(const PropagationScratch& s, raytrace::InstanceId instance,
+                                    std::uint32_t triangle, Incidence& incidence) const {
   const Skin& skin = s.prepared(instance).skins[triangle];
   incidence.material = skin.material;
   // The ground does not scatter (DiffuseScattering).
@@ -283,7 +285,8 @@ void Propagator::Impl::add_material(const Scratch& s, raytrace::InstanceId insta
 }
 
 void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                       int order, Scratch& s, std::span<SatellitePaths> result) const {
+                                       int order, PropagationScratch& s,
+                                       std::span<SatellitePaths> result) const {
   s.placed.clear();
   for (const PlacedSet& set : s.sets) {
     const Prepared& of = *set.prepared;
@@ -311,7 +314,7 @@ void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const 
 }
 
 void Propagator::Impl::add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                       std::span<const bool> blocked, Scratch& s,
+                                       std::span<const bool> blocked, PropagationScratch& s,
                                        const std::span<const KnownEdge>* only,
                                        std::span<SatellitePaths> result,
                                        std::vector<KnownEdge>* known) const {
@@ -342,8 +345,8 @@ void Propagator::Impl::add_diffraction(const Vector3d& antenna, std::span<const 
   }
 }
 
-void Propagator::Impl::add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions, Scratch& s,
-                                   std::span<SatellitePaths> result) const {
+void Propagator::Impl::add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                   PropagationScratch& s, std::span<SatellitePaths> result) const {
   const auto found = lists(s.diffuse, directions.size());
   const std::span<bool> wanted = s.wanted.resize(directions.size());
   std::fill(wanted.begin(), wanted.end(), true);
@@ -366,7 +369,7 @@ void Propagator::Impl::add_diffuse(const Vector3d& antenna, std::span<const Vect
 
 /// The paper's algorithm 2 for satellites whose line of sight is blocked.
 void Propagator::Impl::trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                    std::span<const bool> blocked, Scratch& s,
+                                    std::span<const bool> blocked, PropagationScratch& s,
                                     std::span<SatellitePaths> result) const {
   const double min_range = scene->surface_offset_m(antenna);
   for (std::size_t i = 0; i < directions.size(); ++i) {
@@ -399,7 +402,7 @@ const PropagationOptions& Propagator::options() const {
 
 /// Begins `result` with the direct paths; which satellites have none.
 std::span<bool> Propagator::Impl::look(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                       Scratch& s, std::span<SatellitePaths> result) const {
+                                       PropagationScratch& s, std::span<SatellitePaths> result) const {
   raytrace::check_place(antenna, "the antenna's place");
   s.rays.clear();
   for (const Vector3d& direction : directions) {
@@ -425,7 +428,7 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
   assert(directions.size() == result.size());
   const Impl& impl = *impl_;
   const int order = impl.options.reflection_order;
-  Scratch& s = scratch();
+  PropagationScratch& s = propagation_scratch();
   if (edges != nullptr) edges->clear();
   const std::span<bool> blocked = impl.look(antenna, directions, s, result);
   if (impl.options.model != Model::Specular) {
@@ -443,7 +446,7 @@ void Propagator::trace_near(const Vector3d& antenna, std::span<const Vector3d> d
   assert(directions.size() == result.size());
   const Impl& impl = *impl_;
   assert(impl.options.model == Model::Specular && impl.scene->placed_instances().empty());
-  Scratch& s = scratch();
+  PropagationScratch& s = propagation_scratch();
   const std::span<bool> blocked = impl.look(antenna, directions, s, result);
   if (impl.options.reflection_order > 0) impl.add_reflections(antenna, directions, 1, s, result);
   if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, &edges, result, nullptr);

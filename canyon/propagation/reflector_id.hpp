@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <initializer_list>
 
 #include "canyon/base/random.hpp"
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/paths.hpp"
 
 namespace canyon::propagation {
@@ -17,5 +19,11 @@ namespace canyon::propagation {
   for (const std::uint32_t name : names) hash = mix64(hash + kGolden64 + name);
   return hash != 0 ? hash : 1;
 }
+
+/// Reflections of one satellite are one where their planes are less than this [m] and 1 deg apart: walls that
+/// two buildings share are not drawn at quite the same place. Points along the planes then differ by this
+/// over the cosine of incidence.
+inline constexpr double kSamePlace = 2e-3;
+inline const double kSameNormal = std::cos(geodesy::radians(1));
 
 }  // namespace canyon::propagation

@@ -18,10 +18,6 @@ using Eigen::Vector3d;
 /// Facets whose hidden regions are used. More hide little more: in Tsim Sha Tsui 686 facets face an antenna
 /// in the street, of which 8 leave 372 in view, 16 leave 323, 48 leave 226 (means over the drive).
 constexpr std::size_t kOccluders = 48;
-/// Reflections are one where both points are on planes less than this and 1 deg apart (as in the first
-/// order).
-constexpr double kSamePlace = 2e-3;
-const double kSameNormal = std::cos(geodesy::radians(1));
 /// Outlines are asked only for points that are within this of the facet's bounds.
 constexpr double kBoundsSlack = 1e-3;
 

@@ -9,17 +9,12 @@
 
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/rinex/fields.hpp"
 #include "canyon/rinex/navigation_record.hpp"
 
 namespace canyon::rinex {
 namespace {
 
-// A file that is damaged throughout says so in so many lines and a count.
-constexpr int kListedDamages = 20;
-
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
 bool is_upper(char c) {
   return c >= 'A' && c <= 'Z';
 }
@@ -206,7 +201,7 @@ class Reader {
            Message::kUnnamed);
       return;
     }
-    if (other_system(first)) {
+    if (other_system(first.substr(0, 3))) {
       ++skipped_[fmt::format("records of system {}", first[0])];
       return;
     }
@@ -276,11 +271,6 @@ class Reader {
       beta_[*system] = {value(4), value(5), value(6), value(7)};
     }
     return true;
-  }
-
-  /// A system that exists and that Canyon does not use (NavIC).
-  [[nodiscard]] static bool other_system(std::string_view line) {
-    return line.size() >= 3 && line[0] == 'I' && (is_digit(line[1]) || line[1] == ' ') && is_digit(line[2]);
   }
 
   [[nodiscard]] static gnss::SatelliteId satellite(std::string_view line) {
@@ -380,7 +370,7 @@ class Reader {
   std::map<gnss::System, std::array<double, 4>> alpha_;
   std::map<gnss::System, std::array<double, 4>> beta_;
   std::map<std::string, int> skipped_;
-  int damages_ = 0;
+  std::size_t damages_ = 0;
   int first_damage_line_ = 0;
   std::string first_damage_;
 };

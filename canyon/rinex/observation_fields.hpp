@@ -6,14 +6,12 @@
 #include <string_view>
 
 #include "canyon/geodesy/gps_time.hpp"
+#include "canyon/rinex/fields.hpp"
 
 // Fields and epoch lines of observation files, for RinexObservationReader.
 
 namespace canyon::rinex {
 
-[[nodiscard]] constexpr bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
 /// Nothing but spaces, or nothing.
 [[nodiscard]] bool is_blank(std::string_view text);
 

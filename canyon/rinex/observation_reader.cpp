@@ -20,8 +20,6 @@ namespace {
 using gnss::SatelliteId;
 using gnss::System;
 
-// A file that is damaged throughout says so in so many lines and a count.
-constexpr std::size_t kListedDamages = 20;
 /// An observation is F14.3, I1, I1.
 constexpr std::size_t kField = 16;
 constexpr std::size_t kFieldsPerLine2 = 5;
@@ -31,11 +29,6 @@ constexpr std::size_t kSatellitesPerLine2 = 12;
 std::optional<SatelliteId> satellite(std::string_view text) {
   if (text.size() != 3 || text[0] < 'A' || text[0] > 'Z') return std::nullopt;
   return gnss::parse_satellite(text);
-}
-
-/// A system that exists and that Canyon does not use (NavIC).
-bool other_system(std::string_view text) {
-  return text.size() == 3 && text[0] == 'I' && (is_digit(text[1]) || text[1] == ' ') && is_digit(text[2]);
 }
 
 /// Where the values of one code stand among the fields of a satellite; -1: nowhere.

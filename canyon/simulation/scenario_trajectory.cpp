@@ -9,7 +9,6 @@
 #include "canyon/simulation/motion/track_file.hpp"
 
 namespace canyon::simulation {
-namespace {
 
 using geodesy::Geodetic;
 using geodesy::GpsTime;
@@ -17,8 +16,6 @@ using geodesy::GpsTime;
 InputError scenario_error(const Scenario& scenario, std::string_view problem, std::string_view cure) {
   return {scenario.file, 0, problem, cure};
 }
-
-}  // namespace
 
 TrajectoryFile make_trajectory(const Scenario& scenario) {
   const TrajectoryConfig& config = scenario.trajectory;

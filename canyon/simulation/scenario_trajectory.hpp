@@ -1,10 +1,17 @@
 #pragma once
 
+#include <string_view>
+
+#include "canyon/base/input_error.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario.hpp"
 
 namespace canyon::simulation {
+
+/// What is wrong with a scenario, by its file.
+[[nodiscard]] InputError scenario_error(const Scenario& scenario, std::string_view problem,
+                                        std::string_view cure);
 
 /// The way that a scenario's trajectory is, waypoints in place. Throws InputError as readers of files do, and
 /// where start or duration_s is needed and absent.

@@ -51,10 +51,6 @@ struct Plan {
   }
 };
 
-InputError scenario_error(const Scenario& scenario, std::string_view problem, std::string_view cure) {
-  return {scenario.file, 0, problem, cure};
-}
-
 Plan make_plan(const Scenario& scenario) {
   if (scenario.receivers.empty())
     throw scenario_error(scenario, "the scenario has no receiver", "give at least one");

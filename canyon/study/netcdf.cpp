@@ -15,7 +15,7 @@ namespace {
 
 using heatmap::NetcdfFile;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr int kDeflateLevel = 4;
 /// Runs of a chunk, and of what is in memory at a time.
 constexpr std::size_t kBlock = 1024;
@@ -163,7 +163,7 @@ void Writer::define() {
   for (const Figure& figure : figures()) {
     figures_.push_back(
         define(figure.name, NC_DOUBLE, {run_dim_, receiver_dim_}, figure.unit, figure.meaning));
-    file_.put_number(figures_.back(), "_FillValue", kNan);
+    file_.put_number(figures_.back(), "_FillValue", kMissing);
     file_.put_text(figures_.back(), "coordinates", coordinates);
     store(figures_.back(), {block, receivers}, block * receivers * 8);
   }
@@ -194,7 +194,7 @@ void Writer::define() {
          {"way_of_epoch", "m", "that the antenna has gone since the run's first epoch"}}};
     for (const auto& [name, unit, meaning] : kKept) {
       const int variable = define(name, NC_DOUBLE, {run_dim_, receiver_dim_, epoch_dim_}, unit, meaning);
-      file_.put_number(variable, "_FillValue", kNan);
+      file_.put_number(variable, "_FillValue", kMissing);
       file_.put_text(variable, "coordinates", coordinates);
       const std::size_t chunk = std::min(kEpochBlock, epochs_);
       store(variable, {1, receivers, chunk}, receivers * epochs_ * 8 + (1U << 16));
@@ -230,7 +230,7 @@ void Writer::write_axes(std::size_t first, std::size_t count) {
       const std::string& text = records_[run]->at[i];
       switch (axis.kind) {
         case Manifest::Coordinate::Kind::Number:
-          numbers.push_back(parse_double(text).value_or(kNan));
+          numbers.push_back(parse_double(text).value_or(kMissing));
           break;
         case Manifest::Coordinate::Kind::Time:
           numbers.push_back(heatmap::unix_seconds(geodesy::parse_simulated_time(text)));
@@ -260,7 +260,7 @@ void Writer::write_block(std::size_t first, std::size_t count) {
     for (std::size_t run = first; run < first + count; ++run) {
       for (std::size_t r = 0; r < receivers; ++r) {
         const ReceiverRecord* from = receiver(run, r);
-        values.push_back(from == nullptr ? kNan : from->figures[k]);
+        values.push_back(from == nullptr ? kMissing : from->figures[k]);
       }
     }
     file_.write(figures_[k], {first, 0}, {count, receivers}, values.data());
@@ -285,7 +285,7 @@ void Writer::write_epochs(std::size_t run) {
   if (!record.receivers.empty()) read_epochs(folder_, record);
   const std::size_t receivers = manifest_.receivers.size();
   for (std::size_t k = 0; k < kept_.size(); ++k) {
-    std::vector<double> values(receivers * epochs_, kNan);
+    std::vector<double> values(receivers * epochs_, kMissing);
     for (std::size_t r = 0; r < receivers; ++r) {
       const ReceiverRecord* from = receiver(run, r);
       for (std::size_t i = 0; from != nullptr && i < from->kept.size(); ++i) {

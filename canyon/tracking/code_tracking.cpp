@@ -21,7 +21,6 @@ constexpr int kMostSamples = 8000;     // of one scan; there are at most three
 constexpr double kStep = 0.25;         // of a time constant, between two looks at the discriminator
 constexpr double kCheckedChips = 1.5;  // before the replica, for earlier paths
 constexpr double kAtRest = 1e-10;      // chips
-constexpr double kLeastPrompt = 1e-3;  // of the strongest path's power
 constexpr double kSilent = 1e-13;      // D below this share of all power is no pull but rounding
 
 double sinc(double x) {

@@ -13,6 +13,9 @@
 
 namespace canyon::tracking {
 
+/// A loop whose prompt correlator has less of the strongest path's power has found nothing.
+inline constexpr double kLeastPrompt = 1e-3;
+
 /// How a delay lock loop forms its error signal from correlators E (early), P (prompt) and L (late).
 enum class Discriminator : std::uint8_t {
   /// Re[(E - L) P*] / |P|: a phase lock loop keeps the carrier on the prompt correlator.

@@ -15,9 +15,8 @@ using Lanes = std::array<float, kWidth>;
 
 /// Linear between steps: with 4 curvature / 8 steps^2 below 4e-6 for a front end of four chip rates.
 constexpr float kStepsPerChip = 512;
-constexpr float kReach = 4;            // chips; beyond it R is as at its end
-constexpr float kAtRest = 3e-6F;       // of the correlators' power: below it D is rounding
-constexpr double kLeastPrompt = 1e-3;  // as CodeTracker
+constexpr float kReach = 4;           // chips; beyond it R is as at its end
+constexpr float kLaneAtRest = 3e-6F;  // of the correlators' power: below it D is rounding
 constexpr int kMostSteps = 96;
 constexpr int kMostRefinements = 24;
 
@@ -187,7 +186,7 @@ bool LaneCodeLock::lock_group(const Paths& paths, std::size_t first, Group& g) c
   for (std::size_t i = 0; i < kWidth; ++i) {
     if (!(strongest[i] > 0)) {
       state[i] = State::Lost;
-    } else if (std::abs(g.d[i]) <= kAtRest * g.total[i]) {
+    } else if (std::abs(g.d[i]) <= kLaneAtRest * g.total[i]) {
       state[i] = State::Done;
     } else {
       way[i] = g.d[i] < 0 ? 1.0F : -1.0F;
@@ -206,7 +205,7 @@ bool LaneCodeLock::lock_group(const Paths& paths, std::size_t first, Group& g) c
       if (state[i] != State::Scanning) continue;
       if (tau[i] < earliest - 1 || tau[i] > latest + 1) {
         state[i] = State::Lost;
-      } else if (std::abs(g.d[i]) <= kAtRest * g.total[i]) {
+      } else if (std::abs(g.d[i]) <= kLaneAtRest * g.total[i]) {
         state[i] = State::Done;
       } else if ((g.d[i] < 0) != (d_from[i] < 0)) {
         const bool up = way[i] > 0;
@@ -238,7 +237,7 @@ bool LaneCodeLock::lock_group(const Paths& paths, std::size_t first, Group& g) c
     pull(tau);
     for (std::size_t i = 0; i < kWidth; ++i) {
       if (state[i] != State::Refining) continue;
-      if (std::abs(g.d[i]) <= kAtRest * g.total[i] || high[i] - low[i] < 1e-5F) {
+      if (std::abs(g.d[i]) <= kLaneAtRest * g.total[i] || high[i] - low[i] < 1e-5F) {
         state[i] = State::Done;
       } else if (g.d[i] > 0) {
         high[i] = tau[i];

@@ -12,6 +12,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/positioning/positioning_options.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
 #include "canyon/validation/statistics.hpp"
 
@@ -22,13 +23,11 @@ using geodesy::kSpeedOfLight;
 using gnss::kSystemCount;
 using gnss::System;
 
-constexpr double kUnknownCn0_dbhz = 30;
 constexpr int kMostIterations = 100;
 /// Steps of clocks and biases below this [m] end the iteration.
 constexpr double kSettled_m = 1e-4;
 /// Without scatter (simulated pseudoranges) weights would have no scale.
 constexpr double kSmallestScatter = 1e-6;
-constexpr double kMadToSigma = 1.4826;  // of a normal distribution
 
 /// Value with half of the weight on either side; the middle where the halves meet between two. Reorders.
 double weighted_median(std::vector<std::pair<double, double>>& value_and_weight) {
@@ -97,7 +96,7 @@ class ClockEstimator {
         error.clear = clear_view(o, residuals_.epochs[e]);
         error.gross = std::abs(o.residual_m - origin_[e]) > options_.gross_m;
         observed_[index(o.id.system)] = true;
-        const double cn0 = o.cn0_dbhz.value_or(kUnknownCn0_dbhz);
+        const double cn0 = o.cn0_dbhz.value_or(positioning::kUnknownCn0_dbhz);
         weight_[i] =
             1 / (options_.variance_floor_m2 + options_.variance_scale_m2_hz * std::pow(10.0, -cn0 / 10));
         if (usable(i) && error.clear) ++result_.clocks[e].clear;

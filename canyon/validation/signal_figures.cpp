@@ -9,13 +9,11 @@
 #include <utility>
 
 #include "canyon/gnss/signals.hpp"
+#include "canyon/positioning/positioning_options.hpp"
 #include "canyon/validation/statistics.hpp"
 
 namespace canyon::validation {
 namespace {
-
-constexpr double kMadToSigma = 1.4826;  // of a normal distribution
-constexpr double kUnknownCn0_dbhz = 30;
 
 /// What one receiver's phases of one signal say.
 struct PhaseSample {
@@ -69,8 +67,8 @@ class PhaseWalk {
     const double azimuth = satellite.azimuth_rad, elevation = satellite.elevation_rad;
     const Eigen::Vector3d direction(std::sin(azimuth) * std::cos(elevation),
                                     std::cos(azimuth) * std::cos(elevation), std::sin(elevation));
-    thirds_.push_back(
-        {third, std::pow(10, cn0_dbhz.value_or(kUnknownCn0_dbhz) / 10), direction, nlos, &sample});
+    thirds_.push_back({third, std::pow(10, cn0_dbhz.value_or(positioning::kUnknownCn0_dbhz) / 10), direction,
+                       nlos, &sample});
   }
 
   /// Takes off what this epoch's third differences share (PhaseView::noise_m).

@@ -236,7 +236,7 @@ class ComparisonView {
 
   /// What both differ by, and the streets.
   void extend() const {
-    using Json = nlohmann::ordered_json;
+    using OrderedJson = nlohmann::ordered_json;
     Rows rows(kComparison);
     for (std::size_t i = 0; i < input_.count; ++i) {
       MeanSquare recorded, simulated, difference;
@@ -248,7 +248,7 @@ class ComparisonView {
       rows.add(
           {recorded.root(), simulated.root(), difference.root(), static_cast<double>(difference.count())});
     }
-    Json streets = Json::array();
+    OrderedJson streets = OrderedJson::array();
     for (const validation::Segment& s : comparison_.segments) {
       const std::size_t from = std::max(s.first, input_.first);
       const std::size_t end = std::min(s.first + s.count, input_.first + input_.count);
@@ -261,7 +261,7 @@ class ComparisonView {
     const char* file = "comparison.bin.gz";
     const std::size_t bytes = write_chunk(folder_, file, {&rows});
     extend_header(folder_, "comparison", {{"recorded", 0}, {"simulated", 1}, {"streets", std::move(streets)}},
-                  Json::array({{{"file", file}, {"kind", "comparison"}, {"bytes", bytes}}}));
+                  OrderedJson::array({{{"file", file}, {"kind", "comparison"}, {"bytes", bytes}}}));
   }
 
   const ComparisonInput& input_;

@@ -17,7 +17,7 @@
 namespace canyon::view {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 std::string_view surface_word(city::Surface surface) {
   switch (surface) {
@@ -34,8 +34,8 @@ std::string_view surface_word(city::Surface surface) {
 }
 
 /// JSON has no NaN: what is not known is null.
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
+OrderedJson number(double value) {
+  return std::isfinite(value) ? OrderedJson(value) : OrderedJson(nullptr);
 }
 
 /// To a millimetre, so that large cities stay short.
@@ -43,14 +43,14 @@ double millimetres(double metres) {
   return std::round(metres * 1000) / 1000 + 0.0;
 }
 
-Json city_json(const SceneCity& city) {
-  Json objects = Json::array();
+OrderedJson city_json(const SceneCity& city) {
+  OrderedJson objects = OrderedJson::array();
   for (const SceneObject& object : city.objects) {
-    Json json{{"id", object.id},
-              {"surface", surface_word(object.surface)},
-              {"material", city::material_name(object.material)},
-              {"low_m", millimetres(object.low_m)},
-              {"high_m", millimetres(object.high_m)}};
+    OrderedJson json{{"id", object.id},
+                     {"surface", surface_word(object.surface)},
+                     {"material", city::material_name(object.material)},
+                     {"low_m", millimetres(object.low_m)},
+                     {"high_m", millimetres(object.high_m)}};
     if (!object.height_source.empty()) json["height_source"] = object.height_source;
     objects.push_back(std::move(json));
   }
@@ -62,9 +62,10 @@ Json city_json(const SceneCity& city) {
 }
 
 /// The words that columns index.
-Json words() {
-  Json status = Json::array(), placement = Json::array(), visibility = Json::array(), lock = Json::array(),
-       path = Json::array(), body = Json::array();
+OrderedJson words() {
+  OrderedJson status = OrderedJson::array(), placement = OrderedJson::array(),
+              visibility = OrderedJson::array(), lock = OrderedJson::array(), path = OrderedJson::array(),
+              body = OrderedJson::array();
   for (int i = 0; i <= static_cast<int>(positioning::FixStatus::NoSignal); ++i) {
     const auto s = static_cast<positioning::FixStatus>(i);
     status.push_back(s == positioning::FixStatus::Fix ? positioning::name(s) : positioning::reason(s));
@@ -88,7 +89,7 @@ Json words() {
           {"lock", lock},     {"path", path},           {"body", body}};
 }
 
-Json summary_json(const output::RunSummary& s) {
+OrderedJson summary_json(const output::RunSummary& s) {
   return {{"epochs", s.epochs},
           {"fixes", s.fixes},
           {"horizontal_p50_m", number(s.horizontal_p50_m)},
@@ -107,8 +108,8 @@ Json summary_json(const output::RunSummary& s) {
           {"longest_outage_s", number(s.longest_outage_s)}};
 }
 
-Json receiver_json(const ReceiverHeader& receiver) {
-  Json faults = Json::array();
+OrderedJson receiver_json(const ReceiverHeader& receiver) {
+  OrderedJson faults = OrderedJson::array();
   for (const FaultStretch& f : receiver.faults) {
     faults.push_back({{"name", f.name}, {"from_s", f.from_s}, {"until_s", f.until_s}});
   }
@@ -119,10 +120,10 @@ Json receiver_json(const ReceiverHeader& receiver) {
           {"summary", summary_json(receiver.summary)}};
 }
 
-Json tables_json() {
-  Json json = Json::array();
+OrderedJson tables_json() {
+  OrderedJson json = OrderedJson::array();
   for (const Table& table : tables()) {
-    Json columns = Json::array();
+    OrderedJson columns = OrderedJson::array();
     for (const Column& column : table.columns) {
       columns.push_back({{"name", column.name},
                          {"type", name(column.type)},
@@ -134,7 +135,7 @@ Json tables_json() {
   return json;
 }
 
-Json chunk_json(const ChunkEntry& chunk) {
+OrderedJson chunk_json(const ChunkEntry& chunk) {
   return {{"file", chunk.file},         {"kind", chunk.track ? "track" : "block"},
           {"receiver", chunk.receiver}, {"first_epoch", chunk.first_epoch},
           {"epochs", chunk.epochs},     {"satellites", chunk.satellites},
@@ -145,16 +146,16 @@ Json chunk_json(const ChunkEntry& chunk) {
 
 std::string header_json(const Header& header) {
   const geodesy::Geodetic& origin = header.city.origin;
-  Json json{{"format", "canyon view"},
-            {"version", 1},
-            {"title", header.title},
-            {"frame",
-             {{"axes", "east north up"},
-              {"unit", "m"},
-              {"origin",
-               {{"latitude_deg", geodesy::degrees(origin.latitude_rad)},
-                {"longitude_deg", geodesy::degrees(origin.longitude_rad)},
-                {"height_m", origin.height_m}}}}}};
+  OrderedJson json{{"format", "canyon view"},
+                   {"version", 1},
+                   {"title", header.title},
+                   {"frame",
+                    {{"axes", "east north up"},
+                     {"unit", "m"},
+                     {"origin",
+                      {{"latitude_deg", geodesy::degrees(origin.latitude_rad)},
+                       {"longitude_deg", geodesy::degrees(origin.longitude_rad)},
+                       {"height_m", origin.height_m}}}}}};
   if (header.live) json["live"] = true;
   if (header.begin) {
     json["time"] = {{"begin_utc", geodesy::format_utc(*header.begin)},
@@ -168,17 +169,17 @@ std::string header_json(const Header& header) {
   json["city"] = city_json(header.city);
   json["words"] = words();
   json["paths_per_satellite"] = header.paths_per_satellite;
-  json["receivers"] = Json::array();
+  json["receivers"] = OrderedJson::array();
   for (const ReceiverHeader& receiver : header.receivers)
     json["receivers"].push_back(receiver_json(receiver));
-  json["satellites"] = Json::array();
+  json["satellites"] = OrderedJson::array();
   for (const gnss::SatelliteId id : header.satellites) {
     json["satellites"].push_back({{"id", gnss::to_string(id)}, {"system", gnss::name(id.system)}});
   }
   json["tables"] = tables_json();
-  json["chunks"] = Json::array();
+  json["chunks"] = OrderedJson::array();
   for (const ChunkEntry& chunk : header.chunks) json["chunks"].push_back(chunk_json(chunk));
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 
 ReceiverHeader receiver_header(const receiver::ReceiverOptions& options) {

@@ -21,12 +21,12 @@
 namespace canyon::view {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 using heatmap::ColourScale;
 using heatmap::Grid;
 using heatmap::StoredMap;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
 /// Places of one frame that are nearer than this in another are the same [m].
 constexpr double kSamePlace_m = 0.05;
 /// Colours of a bar: between them nobody sees a step.
@@ -37,8 +37,8 @@ std::string hex(const drawing::Colour& colour) {
   return fmt::format("#{:02x}{:02x}{:02x}", byte(colour.r), byte(colour.g), byte(colour.b));
 }
 
-Json bar(drawing::Colour (*colours)(double)) {
-  Json list = Json::array();
+OrderedJson bar(drawing::Colour (*colours)(double)) {
+  OrderedJson list = OrderedJson::array();
   for (int i = 0; i < kColours; ++i) list.push_back(hex(colours(static_cast<double>(i) / (kColours - 1))));
   return list;
 }
@@ -60,7 +60,7 @@ std::string_view bar_word(const heatmap::LayerStyle& style) {
   return style.colours == &heatmap::orange_purple ? "orange-purple" : "inferno";
 }
 
-Json layer_json(heatmap::Layer layer, const heatmap::ValueCounts& values) {
+OrderedJson layer_json(heatmap::Layer layer, const heatmap::ValueCounts& values) {
   const heatmap::LayerInfo& info = heatmap::info(layer);
   const ColourScale scale = heatmap::make_colour_scale(layer, values);
   return {{"name", info.name},
@@ -91,8 +91,9 @@ void check_place(const StoredMap& map, const city::City& city) {
 double cell_height(const StoredMap& map, const Eigen::Vector2d& centre, double altitude_m,
                    const raytrace::RayScene* terrain) {
   if (map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain) {
-    return terrain == nullptr ? altitude_m
-                              : terrain->terrain_height(centre.x(), centre.y()).value_or(kNone) + altitude_m;
+    return terrain == nullptr
+               ? altitude_m
+               : terrain->terrain_height(centre.x(), centre.y()).value_or(kNoHeight) + altitude_m;
   }
   Eigen::Vector3d place(centre.x(), centre.y(), 0);
   for (int step = 0; step < 3; ++step) {
@@ -145,9 +146,9 @@ class Writer {
         {{"kind", "map-values"}, {"altitude", altitude}, {"time", time}});
   }
 
-  [[nodiscard]] Json header(const std::string& name) const {
+  [[nodiscard]] OrderedJson header(const std::string& name) const {
     const Grid& grid = map_.grid();
-    Json layers = Json::array(), times = Json::array();
+    OrderedJson layers = OrderedJson::array(), times = OrderedJson::array();
     for (std::size_t k = 0; k < counts_.size(); ++k) {
       layers.push_back(layer_json(map_.layers()[k], counts_[k]));
     }
@@ -171,7 +172,7 @@ class Writer {
               {"cividis", bar(&heatmap::cividis)},
               {"orange-purple", bar(&heatmap::orange_purple)}}}};
   }
-  [[nodiscard]] const Json& chunks() const { return chunks_; }
+  [[nodiscard]] const OrderedJson& chunks() const { return chunks_; }
 
  private:
   /// Row by row from the south-west corner. A cell has an answer: its centre lies in the grid, and its time
@@ -185,8 +186,8 @@ class Writer {
     }
   }
 
-  void put(const std::string& name, const Rows& rows, const Json& entry) {
-    Json chunk{{"file", name}};
+  void put(const std::string& name, const Rows& rows, const OrderedJson& entry) {
+    OrderedJson chunk{{"file", name}};
     chunk.update(entry);
     chunk["bytes"] = write_chunk(folder_, name, {&rows});
     chunks_.push_back(std::move(chunk));
@@ -195,7 +196,7 @@ class Writer {
   const StoredMap& map_;
   const std::filesystem::path& folder_;
   std::vector<heatmap::ValueCounts> counts_;
-  Json chunks_ = Json::array();
+  OrderedJson chunks_ = OrderedJson::array();
 };
 
 }  // namespace

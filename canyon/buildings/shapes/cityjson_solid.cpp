@@ -19,7 +19,7 @@ namespace canyon::buildings {
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
-using Ring = std::vector<std::uint32_t>;
+using IndexRing = std::vector<std::uint32_t>;
 
 constexpr double kWeld_m = 1e-3;
 constexpr double kSmallest_m2 = 1e-6;
@@ -55,7 +55,7 @@ class Welder {
 };
 
 /// Twice the vector area of a ring, to the side from which it is seen counter-clockwise (Newell's method).
-Eigen::Vector3d twice_area(const Ring& ring, const std::vector<Eigen::Vector3d>& points) {
+Eigen::Vector3d twice_area_vector(const IndexRing& ring, const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
     sum += (points[ring[i]] - points[ring[0]]).cross(points[ring[i + 1]] - points[ring[0]]);
@@ -64,7 +64,7 @@ Eigen::Vector3d twice_area(const Ring& ring, const std::vector<Eigen::Vector3d>&
 }
 
 /// Without repeated points and without spikes (a, b, a).
-Ring tidy(Ring ring) {
+IndexRing tidy(IndexRing ring) {
   bool again = true;
   while (again && ring.size() >= 3) {
     again = false;
@@ -82,10 +82,10 @@ Ring tidy(Ring ring) {
 }
 
 /// Triangles of a polygon in space with its front; empty where it is none.
-std::vector<Triangle> triangles_of(const Ring& outer, const std::vector<Ring>& inners,
+std::vector<Triangle> triangles_of(const IndexRing& outer, const std::vector<IndexRing>& inners,
                                    const std::vector<Eigen::Vector3d>& points) {
   if (outer.size() < 3) return {};
-  const Eigen::Vector3d front = twice_area(outer, points);
+  const Eigen::Vector3d front = twice_area_vector(outer, points);
   if (!(0.5 * front.norm() > kSmallest_m2)) return {};
   if (outer.size() == 3 && inners.empty()) return {{outer[0], outer[1], outer[2]}};
   // Seen along the axis closest to its normal, from its front side: a linear map, so that the triangulation
@@ -98,7 +98,7 @@ std::vector<Triangle> triangles_of(const Ring& outer, const std::vector<Ring>& i
   const Eigen::Vector3d& origin = points[outer[0]];
   Polygon2 flat;
   std::vector<std::uint32_t> index;
-  const auto flatten = [&](const Ring& ring) {
+  const auto flatten = [&](const IndexRing& ring) {
     std::vector<Point2> result;
     for (const std::uint32_t i : ring) {
       result.emplace_back(points[i][u] - origin[u], points[i][v] - origin[v]);
@@ -107,9 +107,9 @@ std::vector<Triangle> triangles_of(const Ring& outer, const std::vector<Ring>& i
     return result;
   };
   flat.outer = flatten(outer);
-  for (Ring inner : inners) {
+  for (IndexRing inner : inners) {
     if (inner.size() < 3) continue;
-    if (twice_area(inner, points)[axis] * front[axis] > 0) std::reverse(inner.begin(), inner.end());
+    if (twice_area_vector(inner, points)[axis] * front[axis] > 0) std::reverse(inner.begin(), inner.end());
     flat.holes.push_back(flatten(inner));
   }
   std::vector<Triangle> triangles = triangulate(flat);
@@ -139,7 +139,7 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
                      city::Material roof) {
   Welder welder;
   const auto ring_of = [&](const std::vector<Eigen::Vector3d>& points) {
-    Ring ring;
+    IndexRing ring;
     for (const Eigen::Vector3d& p : points) {
       ring.push_back(
           welder.add(frame.local_from_geodetic(geodesy::Geodetic::from_degrees(p.y(), p.x(), p.z()))));
@@ -150,8 +150,8 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
   std::vector<city::Material> materials;
   std::size_t left_out = 0;
   for (const MapSurface& surface : surfaces) {
-    const Ring outer = ring_of(surface.outer);
-    std::vector<Ring> inners;
+    const IndexRing outer = ring_of(surface.outer);
+    std::vector<IndexRing> inners;
     for (const auto& inner : surface.inners) inners.push_back(ring_of(inner));
     const std::vector<Triangle> made = triangles_of(outer, inners, welder.points());
     if (made.empty()) ++left_out;

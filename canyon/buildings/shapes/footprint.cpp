@@ -21,13 +21,7 @@ constexpr double kSeam_m = 0.02;
 /// A vertex is the tip of a spike when the ring turns back on itself there and the sides are this close.
 constexpr double kSpike_m = 2e-3;
 /// As check_mesh() has it; on the grid such coordinates are integers of 30 bits.
-constexpr double kFarthest_m = 1e6;
-
-double perimeter(const std::vector<Point2>& ring) {
-  double sum = 0;
-  for (std::size_t i = 0; i < ring.size(); ++i) sum += (ring[(i + 1) % ring.size()] - ring[i]).norm();
-  return sum;
-}
+constexpr double kFarthestPoint_m = 1e6;
 
 /// The ring from a to b to c turns back at b, and its sides there are closer than kSpike_m where the shorter
 /// one ends.
@@ -80,7 +74,7 @@ CleanedRing clean(const std::vector<Point2>& raw) {
 
 bool is_placed(const std::vector<Point2>& ring) {
   return std::all_of(ring.begin(), ring.end(), [](const Point2& p) {
-    return std::abs(p.x()) <= kFarthest_m && std::abs(p.y()) <= kFarthest_m;  // false for NaN
+    return std::abs(p.x()) <= kFarthestPoint_m && std::abs(p.y()) <= kFarthestPoint_m;  // false for NaN
   });
 }
 
@@ -153,6 +147,12 @@ double twice_area(const std::vector<Point2>& ring) {
     const Point2 a = ring[i] - ring[0], b = ring[i + 1] - ring[0];
     sum += a.x() * b.y() - a.y() * b.x();
   }
+  return sum;
+}
+
+double perimeter(const std::vector<Point2>& ring) {
+  double sum = 0;
+  for (std::size_t i = 0; i < ring.size(); ++i) sum += (ring[(i + 1) % ring.size()] - ring[i]).norm();
   return sum;
 }
 

@@ -19,7 +19,8 @@ struct Polygon2 {
 /// Twice the signed area of a ring, positive when counter-clockwise; taken about its first point, so that far
 /// coordinates cost no digits.
 [[nodiscard]] double twice_area(const std::vector<Point2>& ring);
-[[nodiscard]] double area(const Polygon2& polygon);  ///< [m^2], holes taken out
+[[nodiscard]] double perimeter(const std::vector<Point2>& ring);  ///< [m]
+[[nodiscard]] double area(const Polygon2& polygon);               ///< [m^2], holes taken out
 
 /// Makes valid polygons of rings as maps have them, with GEOS: orientation, repeated points, spikes,
 /// self-crossings, holes that touch or cross the outer ring, overlapping outers. Points closer than 1 mm

@@ -54,12 +54,6 @@ class Grid2 {
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 
-double perimeter(const std::vector<Point2>& ring) {
-  double sum = 0;
-  for (std::size_t i = 0; i < ring.size(); ++i) sum += (ring[(i + 1) % ring.size()] - ring[i]).norm();
-  return sum;
-}
-
 }  // namespace
 
 double total_area(const std::vector<Polygon2>& polygons) {

@@ -6,15 +6,14 @@
 #include <limits>
 #include <utility>
 
+#include "canyon/city/planar.hpp"
+
 namespace canyon::buildings {
 namespace {
+using city::cross;
 
 constexpr int kRoundStrips = 8;
 constexpr double kHalfCompassPoint_rad = M_PI / 16;
-
-double cross(const Point2& u, const Point2& v) {
-  return u.x() * v.y() - u.y() * v.x();
-}
 
 Point2 left_of(const Point2& direction) {
   return {-direction.y(), direction.x()};

@@ -30,9 +30,6 @@ constexpr std::size_t kMostSets = 4096;
 /// PDOPs of one set differ by less within a tile.
 constexpr double kDopChange = 1e-3;
 
-/// Of WGS 84.
-constexpr double kSemiMajor_m = 6'378'137, kFlattening = 1 / 298.257223563;
-
 /// Rotation that takes the vectors b to the vectors a (Kabsch, Acta Crystallographica A 32, 1976).
 Matrix3d rotation_between(const Matrix3d& sum_of_a_bt) {
   const Eigen::JacobiSVD<Matrix3d> svd(sum_of_a_bt, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -100,8 +97,9 @@ void TileSolutions::place_satellites(const TileSignals& signals) {
   height_m_ = centre.height_m;
   // Radii of curvature of the ellipsoid, prime vertical and meridian (Snyder, Map Projections, USGS 1987,
   // 4-20 and 4-18).
-  const double eccentricity2 = kFlattening * (2 - kFlattening), sine = std::sin(centre.latitude_rad);
-  const double w2 = 1 - eccentricity2 * sine * sine, prime_vertical = kSemiMajor_m / std::sqrt(w2);
+  const double eccentricity2 = geodesy::kFlattening * (2 - geodesy::kFlattening),
+               sine = std::sin(centre.latitude_rad);
+  const double w2 = 1 - eccentricity2 * sine * sine, prime_vertical = geodesy::kSemiMajorAxis / std::sqrt(w2);
   curvature_east_ = 1 / (prime_vertical + height_m_);
   curvature_north_ = 1 / (prime_vertical * (1 - eccentricity2) / w2 + height_m_);
   if (options_.troposphere || options_.fix.correct_troposphere) zenith_.emplace(centre);

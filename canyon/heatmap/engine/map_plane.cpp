@@ -8,13 +8,10 @@
 namespace canyon::heatmap {
 
 double projection_scale(const geodesy::LocalFrame& frame) {
-  // WGS 84 (NGA.STND.0036, table 3.1).
-  constexpr double kSemiMajorAxis = 6378137.0;
-  constexpr double kFlattening = 1 / 298.257223563;
-  constexpr double kEccentricitySquared = kFlattening * (2 - kFlattening);
+  constexpr double kEccentricitySquared = geodesy::kFlattening * (2 - geodesy::kFlattening);
   const double sine = std::sin(frame.origin().latitude_rad);
-  const double radius =
-      kSemiMajorAxis * std::sqrt(1 - kEccentricitySquared) / (1 - kEccentricitySquared * sine * sine);
+  const double radius = geodesy::kSemiMajorAxis * std::sqrt(1 - kEccentricitySquared) /
+                        (1 - kEccentricitySquared * sine * sine);
   return 1 + frame.origin().height_m / radius;
 }
 

@@ -124,9 +124,9 @@ std::string compact_utc(geodesy::GpsTime t, int decimals) {
   return text;
 }
 
-class Writer {
+class GeotiffWriter {
  public:
-  Writer(const fs::path& folder, const MapSource& source)
+  GeotiffWriter(const fs::path& folder, const MapSource& source)
       : folder_(folder),
         source_(source),
         request_(*source.request),
@@ -184,7 +184,7 @@ class Writer {
   std::vector<float> rows_;
 };
 
-std::string Writer::name(std::size_t layer, std::size_t altitude, std::size_t time) const {
+std::string GeotiffWriter::name(std::size_t layer, std::size_t altitude, std::size_t time) const {
   std::string text(info(request_.layers[layer]).name);
   if (request_.altitudes_m.size() > 1) text += fmt::format("_a{}m", request_.altitudes_m[altitude]);
   if (request_.times.size() > 1) text += "_t" + compact_utc(request_.times[time], decimals_);
@@ -193,7 +193,7 @@ std::string Writer::name(std::size_t layer, std::size_t altitude, std::size_t ti
 
 /// Values of one time, a band for each layer and altitude. COGs are made from whole rasters; this one,
 /// without compression, takes tiles in any order.
-void Writer::gather(std::size_t time) {
+void GeotiffWriter::gather(std::size_t time) {
   const Failures failures;
   const Strings options = strings({"TILED=YES", "BLOCKXSIZE=256", "BLOCKYSIZE=256", "INTERLEAVE=BAND",
                                    "SPARSE_OK=TRUE", "BIGTIFF=IF_SAFER"});
@@ -218,7 +218,7 @@ void Writer::gather(std::size_t time) {
   failures.check(true, folder_);
 }
 
-void Writer::put(GDALDatasetH dataset, std::size_t i, std::size_t time, const Failures& failures) {
+void GeotiffWriter::put(GDALDatasetH dataset, std::size_t i, std::size_t time, const Failures& failures) {
   const std::optional<MapSource::Slice> slice = source_.slice(i, time);
   if (!slice) return;
   const Tile tile = grid_.tile(i);
@@ -240,7 +240,7 @@ void Writer::put(GDALDatasetH dataset, std::size_t i, std::size_t time, const Fa
   }
 }
 
-void Writer::publish(std::size_t time) {
+void GeotiffWriter::publish(std::size_t time) {
   const Failures failures;
   const gdal::Dataset values(GDALOpen(gathered().c_str(), GA_ReadOnly));
   failures.check(values != nullptr, folder_);
@@ -252,7 +252,8 @@ void Writer::publish(std::size_t time) {
   }
 }
 
-void Writer::write_one(GDALDatasetH values, std::size_t layer, std::size_t altitude, std::size_t time) {
+void GeotiffWriter::write_one(GDALDatasetH values, std::size_t layer, std::size_t altitude,
+                              std::size_t time) {
   const Failures failures;
   const std::string file = name(layer, altitude, time);
   const fs::path shown = folder_ / file;
@@ -298,7 +299,7 @@ std::vector<std::string> write_geotiffs(const fs::path& folder, const MapSource&
          !source.request->altitudes_m.empty() && source.request->grid.cells() > 0);
   if (source.request->layers.empty()) return {};
   make_output_folder(folder);
-  return Writer(folder, source).write();
+  return GeotiffWriter(folder, source).write();
 }
 
 }  // namespace canyon::heatmap

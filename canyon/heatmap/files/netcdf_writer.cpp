@@ -29,9 +29,9 @@ constexpr int kDeflateLevel = 4;
 /// Latitude and longitude of every cell would outweigh the layers of larger maps.
 constexpr std::size_t kMostCellsWithLatitude = 4'000'000;
 
-class Writer {
+class NetcdfWriter {
  public:
-  Writer(const std::filesystem::path& at, const std::filesystem::path& shown, const MapSource& source)
+  NetcdfWriter(const std::filesystem::path& at, const std::filesystem::path& shown, const MapSource& source)
       : source_(source),
         request_(*source.request),
         grid_(request_.grid),
@@ -76,7 +76,7 @@ class Writer {
   std::vector<int> layers_;
 };
 
-void Writer::define() {
+void NetcdfWriter::define() {
   time_dim_ = file_.define_dimension(layout::kTime, request_.times.size());
   altitude_dim_ = file_.define_dimension(layout::kAltitude, request_.altitudes_m.size());
   y_dim_ = file_.define_dimension(layout::kY, grid_.rows);
@@ -89,7 +89,7 @@ void Writer::define() {
   file_.end_definitions();
 }
 
-void Writer::global_attributes() {
+void NetcdfWriter::global_attributes() {
   std::set<std::string> taken;
   const auto put = [&](const std::string& name, const std::string& value) {
     if (!value.empty() && taken.insert(name).second) file_.put_text(NC_GLOBAL, name, value);
@@ -116,7 +116,7 @@ void Writer::global_attributes() {
       request_.altitude_kind == AltitudeKind::Ellipsoid ? layout::kEllipsoid : layout::kAboveTerrain);
 }
 
-void Writer::define_coordinates() {
+void NetcdfWriter::define_coordinates() {
   const int corner_dim = file_.define_dimension("bnds", 2);
   time_ = file_.define_variable(layout::kTime, NC_DOUBLE, {time_dim_});
   file_.put_text(time_, "standard_name", "time");
@@ -175,7 +175,7 @@ void Writer::define_coordinates() {
   store_by_tile(longitude_, 0, sizeof(double));
 }
 
-void Writer::define_plane() {
+void NetcdfWriter::define_plane() {
   const int crs = file_.define_variable("crs", NC_INT, {});
   const geodesy::Geodetic& origin = source_.frame.origin();
   const double latitude_deg = geodesy::degrees(origin.latitude_rad);
@@ -191,7 +191,7 @@ void Writer::define_plane() {
   }  // CF has no name for a turned one (its oblique_mercator is not rectified to a given angle): crs_wkt has
      // it
   file_.put_text(crs, "reference_ellipsoid_name", "WGS 84");
-  file_.put_number(crs, "semi_major_axis", 6378137.0);
+  file_.put_number(crs, "semi_major_axis", geodesy::kSemiMajorAxis);
   file_.put_number(crs, "inverse_flattening", 298.257223563);
   file_.put_text(crs, "prime_meridian_name", "Greenwich");
   file_.put_number(crs, "longitude_of_prime_meridian", 0);
@@ -203,7 +203,7 @@ void Writer::define_plane() {
   file_.put_text(crs, "spatial_ref", projection_wkt(source_.frame, "WKT1_GDAL"));
 }
 
-void Writer::store_by_tile(int variable, std::size_t outer, std::size_t value_size) {
+void NetcdfWriter::store_by_tile(int variable, std::size_t outer, std::size_t value_size) {
   std::vector<std::size_t> chunk(outer, 1);
   chunk.push_back(std::min(grid_.tile_size, grid_.rows));
   chunk.push_back(std::min(grid_.tile_size, grid_.columns));
@@ -211,7 +211,7 @@ void Writer::store_by_tile(int variable, std::size_t outer, std::size_t value_si
   file_.set_storage(variable, chunk, kDeflateLevel, chunk[outer] * chunk[outer + 1] * value_size);
 }
 
-void Writer::define_layers() {
+void NetcdfWriter::define_layers() {
   state_ = file_.define_variable(layout::kState, NC_BYTE, {altitude_dim_, y_dim_, x_dim_});
   file_.put_bytes(state_, "_FillValue", {layout::kNotComputed});
   file_.put_text(state_, "long_name", "why a cell has no values");
@@ -242,7 +242,7 @@ void Writer::define_layers() {
 
 /// Chunks have checksums of their own; the index that finds them has none, and a chunk that it has lost reads
 /// as missing values.
-void Writer::define_checksums() {
+void NetcdfWriter::define_checksums() {
   const int tile_dim = file_.define_dimension(layout::kTile, grid_.tile_count());
   checksum_ = file_.define_variable(layout::kChecksum, NC_INT64, {tile_dim, time_dim_, altitude_dim_});
   file_.put_long(checksum_, "_FillValue", -1);
@@ -254,7 +254,7 @@ void Writer::define_checksums() {
                     times * altitudes * sizeof(std::int64_t));
 }
 
-void Writer::write_axis(int variable, int bounds, double first, std::size_t count) {
+void NetcdfWriter::write_axis(int variable, int bounds, double first, std::size_t count) {
   constexpr std::size_t kBatch = 65536;
   std::vector<double> centres, sides;
   for (std::size_t begin = 0; begin < count; begin += kBatch) {
@@ -272,7 +272,7 @@ void Writer::write_axis(int variable, int bounds, double first, std::size_t coun
   }
 }
 
-void Writer::write_coordinates() {
+void NetcdfWriter::write_coordinates() {
   std::vector<double> utc;
   std::vector<std::int64_t> gps;
   for (const geodesy::GpsTime t : request_.times) {
@@ -286,7 +286,7 @@ void Writer::write_coordinates() {
   write_axis(x_, x_bounds_, grid_.west_m, grid_.columns);
 }
 
-void Writer::write_latitudes(const Tile& tile) {
+void NetcdfWriter::write_latitudes(const Tile& tile) {
   // Cut to whole 2^-27 deg (0.8 mm on the ground), which halves their size.
   const auto cut = [](double deg) { return std::ldexp(std::round(std::ldexp(deg, 27)), -27); };
   std::vector<double> latitudes, longitudes;
@@ -305,7 +305,7 @@ void Writer::write_latitudes(const Tile& tile) {
   step();
 }
 
-void Writer::write_tile(std::size_t i) {
+void NetcdfWriter::write_tile(std::size_t i) {
   const Tile tile = grid_.tile(i);
   const std::size_t cells = tile.cells(), altitudes = request_.altitudes_m.size();
   if (with_latitude_) write_latitudes(tile);
@@ -345,7 +345,7 @@ void write_netcdf(const std::filesystem::path& path, const MapSource& source) {
   assert(source.request != nullptr && source.slice && !source.request->times.empty() &&
          !source.request->altitudes_m.empty() && source.request->grid.cells() > 0);
   OutputFile file(path);
-  Writer(file.temporary_path(), path, source).write();
+  NetcdfWriter(file.temporary_path(), path, source).write();
   file.commit();
 }
 

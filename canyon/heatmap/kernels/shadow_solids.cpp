@@ -8,10 +8,12 @@
 #include <utility>
 
 #include "canyon/city/mesh_topology.hpp"
+#include "canyon/city/planar.hpp"
 
 namespace canyon::heatmap {
 namespace {
 
+using city::cross;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
@@ -22,10 +24,6 @@ constexpr double kFloorTolerance_m = 1e-6;
 constexpr double kContact_m = 1e-6;
 /// Nearer than this to an edge, a count of crossings is in doubt.
 constexpr double kDoubt_m = 1e-9;
-
-double cross(const Vector2d& a, const Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 /// A connected part with welded vertices.
 class Part {

@@ -6,10 +6,12 @@
 #include <limits>
 
 #include "canyon/city/city.hpp"
+#include "canyon/city/planar.hpp"
 
 namespace canyon::heatmap {
 namespace {
 
+using city::cross;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
@@ -18,10 +20,6 @@ using Eigen::Vector3d;
 constexpr double kSeam = 1e-9;
 /// Below this area seen from above [m^2] a triangle stands upright.
 constexpr double kUpright_m2 = 1e-12;
-
-double cross(const Vector2d& a, const Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 struct Bounds {
   Vector2d min, max;

@@ -26,10 +26,12 @@ struct Crossing {
 };
 
 /// Of a triangle, as it runs from position to position.
-struct Side {
+struct Boundary {
   std::size_t low, high;
   bool rising;
-  bool operator<(const Side& other) const { return std::tie(low, high) < std::tie(other.low, other.high); }
+  bool operator<(const Boundary& other) const {
+    return std::tie(low, high) < std::tie(other.low, other.high);
+  }
 };
 
 /// T. Moeller and B. Trumbore, "Fast, minimum storage ray-triangle intersection", J. Graphics Tools 2(1),
@@ -129,7 +131,7 @@ FoliageVolumes::FoliageVolumes(const city::Mesh& mesh) {
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return group[a] < group[b]; });
 
-  std::vector<Side> sides;
+  std::vector<Boundary> sides;
   for (std::size_t i = 0; i < order.size();) {
     Volume volume;
     volume.first = i;

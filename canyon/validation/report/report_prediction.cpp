@@ -19,7 +19,7 @@ namespace {
 using drawing::Canvas;
 using drawing::Point;
 
-constexpr double kSide = 560, kStrip = 88, kLeft = 88, kTop = 100;
+constexpr double kSide = 560, kStrip = 88, kPredictionLeft = 88, kPredictionTop = 100;
 
 /// Observations that paths of one kind explain.
 struct Kind {
@@ -85,14 +85,18 @@ class Prediction {
     unit_ = kSide / (y_.high - y_.low);
   }
 
-  [[nodiscard]] double width() const { return kLeft + kStrip + unit_ * (x_.high - x_.low) + 410; }
+  [[nodiscard]] double width() const { return kPredictionLeft + kStrip + unit_ * (x_.high - x_.low) + 410; }
 
   void draw(Canvas& canvas) {
-    drawing::draw_title(canvas, kLeft, "Measured NLOS errors beside the predicted code delay",
+    drawing::draw_title(canvas, kPredictionLeft, "Measured NLOS errors beside the predicted code delay",
                         report_subtitle(input_));
-    drawing::Plot strip{
-        {kLeft, kTop, kStrip, kSide}, {0, 1, false, {}}, y_, "", "Measured pseudorange error [m]", {}};
-    drawing::Plot plot{{kLeft + kStrip, kTop, unit_ * (x_.high - x_.low), kSide},
+    drawing::Plot strip{{kPredictionLeft, kPredictionTop, kStrip, kSide},
+                        {0, 1, false, {}},
+                        y_,
+                        "",
+                        "Measured pseudorange error [m]",
+                        {}};
+    drawing::Plot plot{{kPredictionLeft + kStrip, kPredictionTop, unit_ * (x_.high - x_.low), kSide},
                        x_,
                        y_,
                        "Predicted code delay [m]",
@@ -125,7 +129,7 @@ class Prediction {
       plot.draw_note(canvas, without_.empty() ? "no NLOS satellite was measured"
                                               : "no measured NLOS error is predicted");
     }
-    draw_table(canvas, {plot.area.right() + 26, kTop + 10});
+    draw_table(canvas, {plot.area.right() + 26, kPredictionTop + 10});
   }
 
  private:
@@ -200,7 +204,8 @@ class Prediction {
 
 drawing::Picture draw_report_prediction(const ReportInput& input) {
   const double width = Prediction(input).width();
-  return drawing::render(width, kTop + kSide + 62, [&](Canvas& canvas) { Prediction(input).draw(canvas); });
+  return drawing::render(width, kPredictionTop + kSide + 62,
+                         [&](Canvas& canvas) { Prediction(input).draw(canvas); });
 }
 
 }  // namespace canyon::validation

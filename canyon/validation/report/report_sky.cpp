@@ -18,7 +18,7 @@ using drawing::Canvas;
 using drawing::Level;
 using drawing::Point;
 
-constexpr double kRadius = 320, kWidth = 1010, kHeight = 800;
+constexpr double kRadius = 320, kSkyWidth = 1010, kSkyHeight = 800;
 constexpr Point kCentre{386, 440};
 
 /// Disc for LOS, triangle for NLOS; filled by C/N0, hollow where none was measured.
@@ -85,7 +85,7 @@ drawing::Picture draw_report_sky(const ReportInput& input) {
   const auto satellites = satellites_of(comparison, epoch);
   const drawing::SkyMask mask = drawing::make_sky_mask(input.environment->scene(), epoch.place_enu_m);
   const drawing::Scale scale = cn0_scale(satellites);
-  return drawing::render(kWidth, kHeight, [&](Canvas& canvas) {
+  return drawing::render(kSkyWidth, kSkyHeight, [&](Canvas& canvas) {
     const drawing::SkyLens lens{kCentre, kRadius, drawing::SkyProjection::Equidistant, false};
     drawing::draw_title(canvas, 40, fmt::format("Sky and measured C/N0 at {} GPST", clock_gpst(epoch.time)),
                         report_subtitle(input));

@@ -22,7 +22,7 @@ using drawing::Point;
 using drawing::Rect;
 
 constexpr double kLargestPanelWidth = 620, kLargestPanelHeight = 640;
-constexpr double kLeft = 76, kTop = 132, kBetween = 40, kBelow = 62;
+constexpr double kTrackLeft = 76, kTrackTop = 132, kBetween = 40, kBelow = 62;
 
 /// One kind of fixes on its map.
 struct Panel {
@@ -50,16 +50,17 @@ class TrackMaps {
   }
 
   [[nodiscard]] double width() const {
-    return std::max(820.0, kLeft + width_ + (beside_ ? kBetween + width_ : 0) + 24);
+    return std::max(820.0, kTrackLeft + width_ + (beside_ ? kBetween + width_ : 0) + 24);
   }
-  [[nodiscard]] double height() const { return kTop + height_ + (beside_ ? 0 : kBelow + height_) + 84; }
+  [[nodiscard]] double height() const { return kTrackTop + height_ + (beside_ ? 0 : kBelow + height_) + 84; }
 
   void draw(Canvas& canvas) const {
-    drawing::draw_title(canvas, kLeft, "Recorded and simulated fixes over the city", report_subtitle(input_));
+    drawing::draw_title(canvas, kTrackLeft, "Recorded and simulated fixes over the city",
+                        report_subtitle(input_));
     for (std::size_t k = 0; k < kPanels.size(); ++k) {
       const double shift = static_cast<double>(k);
-      const Rect area{kLeft + (beside_ ? shift * (width_ + kBetween) : 0),
-                      kTop + (beside_ ? 0 : shift * (height_ + kBelow)), width_, height_};
+      const Rect area{kTrackLeft + (beside_ ? shift * (width_ + kBetween) : 0),
+                      kTrackTop + (beside_ ? 0 : shift * (height_ + kBelow)), width_, height_};
       draw_panel(canvas, kPanels[k], area, k == 0);
     }
     draw_marks(canvas);
@@ -136,7 +137,7 @@ class TrackMaps {
 
   /// Legend of the marks, one row at the foot.
   void draw_marks(Canvas& canvas) const {
-    double x = kLeft;
+    double x = kTrackLeft;
     const double y = height() - 18;
     const auto entry = [&](const std::function<void(Point)>& mark, const std::string& label) {
       const drawing::TextStyle style{.size = 11.5, .level = drawing::Level::Middle};
