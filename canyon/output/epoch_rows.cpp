@@ -19,7 +19,7 @@ namespace {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// To a binary fraction: digits that nobody sees make files twice as large.
-double rounded(double value, double steps_per_unit) {
+double in_steps(double value, double steps_per_unit) {
   return std::round(value * steps_per_unit) / steps_per_unit;
 }
 
@@ -96,10 +96,10 @@ void EpochRows::add(const simulation::Epoch& epoch, std::size_t number, double t
 
 void EpochRows::add_bodies(const std::vector<propagation::Body>& about, std::size_t number) {
   for (const propagation::Body& body : about) {
-    bodies.add({static_cast<double>(number), static_cast<double>(body.kind), rounded(body.centre.x(), 64),
-                rounded(body.centre.y(), 64), rounded(body.bottom_m, 64), rounded(body.top_m, 64),
-                rounded(geodesy::degrees(std::atan2(body.ahead.y(), body.ahead.x())), 64),
-                rounded(2 * body.half_length_m, 64), rounded(2 * body.half_width_m, 64)});
+    bodies.add({static_cast<double>(number), static_cast<double>(body.kind), in_steps(body.centre.x(), 64),
+                in_steps(body.centre.y(), 64), in_steps(body.bottom_m, 64), in_steps(body.top_m, 64),
+                in_steps(geodesy::degrees(std::atan2(body.ahead.y(), body.ahead.x())), 64),
+                in_steps(2 * body.half_length_m, 64), in_steps(2 * body.half_width_m, 64)});
   }
 }
 
@@ -126,15 +126,15 @@ std::size_t EpochRows::add_paths(const receiver::SatelliteObservation& satellite
     kept.resize(paths_per_satellite_);
   }
   const auto place = [](const Eigen::Vector3d& point, bool known, int axis) {
-    return known ? rounded(point[axis], 64) : kNone;
+    return known ? in_steps(point[axis], 64) : kNone;
   };
   for (const Kept& k : kept) {
     const propagation::Path& p = *k.path;
     const bool has_point =
         p.kind != propagation::PathKind::Direct && p.kind != propagation::PathKind::Transmitted;
     const bool has_far = p.order > 1;
-    paths.add({static_cast<double>(p.kind), static_cast<double>(p.order), rounded(p.excess_m, 1024),
-               rounded(k.loss_db, 64), place(p.point, has_point, 0), place(p.point, has_point, 1),
+    paths.add({static_cast<double>(p.kind), static_cast<double>(p.order), in_steps(p.excess_m, 1024),
+               in_steps(k.loss_db, 64), place(p.point, has_point, 0), place(p.point, has_point, 1),
                place(p.point, has_point, 2), place(p.far_point, has_far, 0), place(p.far_point, has_far, 1),
                place(p.far_point, has_far, 2)});
   }
