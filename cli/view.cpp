@@ -269,13 +269,11 @@ int run(const Arguments& arguments) {
       {arguments.input, arguments.map, arguments.city, finished.has_value(), arguments.quiet});
   if (finished && !map) {
     folder = *finished;
-    if (asked) antennas = antennas_in_run(arguments, folder);
   } else {
     workplace.emplace(arguments.out);
     folder = workplace->path();
     if (finished) {
       copy_view(*finished, folder);
-      if (asked) antennas = antennas_in_run(arguments, folder);
     } else if (is_scenario(arguments.input)) {
       if (serves) return serve_run(arguments, page, folder, map);
       const Run made = make_run(arguments, arguments.input);
@@ -288,6 +286,7 @@ int run(const Arguments& arguments) {
     }
     if (map) map.add_to(folder);
   }
+  if (asked && finished) antennas = antennas_in_run(arguments, folder);
   if (!arguments.exported.empty()) {
     const std::size_t bytes = view::export_page(page, folder, arguments.exported);
     if (!arguments.quiet) {

@@ -16,11 +16,16 @@ const kNames: Record<string, string> = { vehicle: 'Vehicle', structure: 'Sign, a
 const kArrow = [[2.6, 0, 0], [-1.9, 1.3, 0], [-1.9, -1.3, 0], [-1.1, 0, 0], [-1, 0, 0.8]] as const;
 const kArrowFaces = [0, 1, 4, 0, 4, 2, 1, 3, 4, 3, 2, 4, 0, 3, 1, 0, 2, 3];
 
+function described({ length, width, low, high }: BodyRow, word: string): string {
+  const size = word === 'crown' ? `${width.toFixed(1)} m across` : `${length.toFixed(1)} m long, ${width.toFixed(1)} m wide`;
+  return `${kNames[word] ?? word}: ${size}, from ${low.toFixed(1)} to ${high.toFixed(1)} m (up)`;
+}
+
 export class Bodies {
   readonly mesh = new Mesh(new BufferGeometry(), new MeshBasicMaterial({ vertexColors: true, side: DoubleSide }));
   private positions: number[] = [];
   private colours: Color[] = [];  // of each triangle
-  private words: string[] = [];  // of each triangle of a body: what it is
+  private owners: ({ body: BodyRow; word: string } | null)[] = [];  // of each triangle; null: the arrow
 
   constructor() {
     this.mesh.frustumCulled = false;
@@ -29,14 +34,12 @@ export class Bodies {
   clear(): void {
     this.positions = [];
     this.colours = [];
-    this.words = [];
+    this.owners = [];
   }
 
   /** @param word of its kind */
   add(body: BodyRow, word: string, theme: Theme): void {
     const { east, north, low, high } = body;
-    const size = word === 'crown' ? `${body.width.toFixed(1)} m across` : `${body.length.toFixed(1)} m long, ${body.width.toFixed(1)} m wide`;
-    const what = `${kNames[word] ?? word}: ${size}, from ${low.toFixed(1)} to ${high.toFixed(1)} m (up)`;
     const colour = new Color(word === 'crown' ? kMaterialColours['foliage'] : word === 'structure' ? kPaint[theme].structure : kPaint[theme].vehicle);
     if (word === 'crown') {
       const [middle, half] = [(low + high) / 2, (high - low) / 2];
@@ -44,7 +47,7 @@ export class Bodies {
         this.positions.push(east + (body.width / 2) * (kCrown[i] ?? 0), north + (body.width / 2) * (kCrown[i + 1] ?? 0),
           middle + half * (kCrown[i + 2] ?? 0));
       }
-      return this.paint(colour, what);
+      return this.paint(colour, { body, word });
     }
     const [c, s] = [Math.cos(body.yaw * kRadians), Math.sin(body.yaw * kRadians)];
     for (const corner of kBox) {
@@ -52,7 +55,7 @@ export class Bodies {
       const left = (corner & 2 ? 0.5 : -0.5) * body.width;
       this.positions.push(east + c * ahead - s * left, north + s * ahead + c * left, corner & 4 ? high : low);
     }
-    this.paint(colour, what);
+    this.paint(colour, { body, word });
   }
 
   /** The vehicle's arrow. Angles [deg]: yaw from east counter-clockwise, roll left side up, pitch nose up. */
@@ -71,20 +74,22 @@ export class Bodies {
         this.positions.push((at[k] ?? 0) + ahead * (nose[k] ?? 0) + left * leftwards + up * upwards);
       }
     }
-    this.paint(new Color(colour), 'The vehicle that carries the antenna');
+    this.paint(new Color(colour), null);
   }
 
-  private paint(colour: Color, what: string): void {
+  private paint(colour: Color, owner: { body: BodyRow; word: string } | null): void {
     while (this.colours.length < this.positions.length / 9) {
       this.colours.push(colour);
-      this.words.push(what);
+      this.owners.push(owner);
     }
   }
 
   /** What a ray meets first of it. */
   pick(ray: Raycaster): { what: string; distance: number } | null {
     const hit = ray.intersectObject(this.mesh, false)[0];
-    return hit ? { what: this.words[hit.faceIndex ?? -1] ?? '', distance: hit.distance } : null;
+    if (!hit) return null;
+    const owner = this.owners[hit.faceIndex ?? -1];
+    return { what: owner ? described(owner.body, owner.word) : 'The vehicle that carries the antenna', distance: hit.distance };
   }
 
   /** Shows what was added since clear(). */
