@@ -8,13 +8,12 @@ import { colourAt, figure, position, rgb, valueAt, type Rgb, type Scale } from '
 import type { MapHeader, MapLayer, Rows } from './format';
 import type { State } from './state';
 import type { Store } from './store';
+import { escaped } from './text';
 
 /** Vertices of the picture across: hills are smoother than cells. */
 const kMostVertices = 257;
 /** A computed cell without a value: no fix, or nothing received. */
 const kNoValue: Rgb = [128, 128, 128];
-
-const escaped = (text: string): string => text.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('>', '&gt;');
 
 export class HeatMap {
   readonly mesh: Mesh;

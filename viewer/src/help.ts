@@ -9,7 +9,7 @@ export const kKeys: [string, string][] = [
   ['E', 'to the largest horizontal error'],
   ['V', 'validation: to where recorded and simulated pseudoranges differ most; again: next street'],
   ['1 2 3 4', 'camera: free, follow, top, first person'],
-  ['N', 'next satellite; Shift+N: the one before'],
+  ['N', 'next satellite; Shift+N: the one before (in the table: Tab and Enter)'],
   ['P', 'the next click puts an antenna there; Shift+click does so at once'],
   ['Esc', 'select nothing; take the antenna away'],
   ['C', 'buildings by height or by material'],

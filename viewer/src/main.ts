@@ -9,12 +9,13 @@ import { MapPanel } from './mappanel';
 import { outline } from './lines';
 import { Connection, type Message } from './messages';
 import { kErrorColour, kPaint, receiverColour, receiverShape, visibilityColour } from './palette';
-import { clock, Details, Readout, SatelliteTable, summaryHtml } from './panels';
+import { Details, Readout, SatelliteTable, summaryHtml } from './panels';
 import { Probe } from './probe';
 import { SceneView } from './scene';
 import { mark, SkyPlot } from './skyplot';
 import { kLayers, State, type CameraMode, type Layer } from './state';
 import { Store, type Track } from './store';
+import { clock } from './text';
 import { Timeline } from './timeline';
 
 const kSpeeds = [0.25, 0.5, 1, 2, 5, 10, 20, 60];

@@ -3,24 +3,12 @@
 import { kVisibilityShapes, visibilityColour } from './palette';
 import type { State } from './state';
 import type { Store } from './store';
-
-const kMissing = '–';
-export const fixed = (value: number | null | undefined, decimals: number): string =>
-  value === null || value === undefined || !Number.isFinite(value) ? kMissing : value.toFixed(decimals);
+import { clock, escaped, fixed, kMissing } from './text';
 
 /** Words of the files, as a narrow table takes them; the whole word stands in its tooltip. */
 const kShort: Record<string, string> = { 'LOS+multipath': 'LOS+mp', tracking: 'track', searching: 'search', holding: 'hold' };
 const shortened = (word: string | undefined): string =>
   `<span title="${word ?? ''}">${kShort[word ?? ''] ?? word ?? ''}</span>`;
-
-const escaped = (text: string): string =>
-  text.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('>', '&gt;').replaceAll('"', '&quot;');
-
-/** "08:00:12.5": the time of day, UTC, so many seconds behind the begin (no leap second is counted). */
-export function clock(beginUtc: string, seconds: number): string {
-  const t = new Date(Date.parse(beginUtc) + Math.round(seconds * 1000));
-  return Number.isNaN(t.getTime()) ? kMissing : t.toISOString().slice(11, 21);
-}
 
 export class Readout {
   constructor(private readonly host: HTMLElement, private readonly store: Store, private readonly state: State) {
@@ -86,15 +74,18 @@ export class SatelliteTable {
   private update(): void {
     const { store, state } = this;
     const words = store.header.words;
+    const row = this.body.contains(document.activeElement) ? document.activeElement?.closest('tr') : null;
+    const focused = row?.dataset['satellite'];
     this.body.innerHTML = store.satellites(state.receiver, state.epoch, false).map((s) => `
       <tr data-satellite="${s.satellite}" class="${s.satellite === state.satellite ? 'chosen' : ''} ${s.aboveMask ? '' : 'low'}">
-      <th>${escaped(store.header.satellites[s.satellite]?.id ?? '?')}</th>
+      <th><button aria-pressed="${s.satellite === state.satellite}">${escaped(store.header.satellites[s.satellite]?.id ?? '?')}</button></th>
       <td>${fixed(s.elevation, 1)}</td><td>${fixed(s.azimuth, 1)}</td>
       <td class="word"><i class="${kVisibilityShapes[s.visibility] ?? ''}" style="background:${visibilityColour(s.visibility, state.theme)}"></i>${shortened(words.visibility[s.visibility])}</td>
       <td data-name="cn0">${fixed(s.cn0, 1)}</td><td class="word">${shortened(words.lock[s.lock])}</td>
       <td>${s.used ? '✓' : s.excluded ? 'x' : ''}</td>
       <td data-name="excess">${fixed(s.excess, 2)}</td><td data-name="error">${fixed(s.error, 2)}</td>
       <td data-name="residual">${fixed(s.residual, 2)}</td></tr>`).join('');
+    if (focused) this.body.querySelector<HTMLElement>(`[data-satellite="${focused}"] button`)?.focus({ preventScroll: true });
   }
 }
 

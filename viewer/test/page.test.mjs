@@ -183,6 +183,19 @@ test('a click in one panel selects in all', { skip }, async () => {
   clean();
 });
 
+test('the table is walked by the keyboard', { skip }, async () => {
+  await s.page.keyboard.press('Home');
+  await s.page.click('#tabs [data-tab=satellites]');
+  await s.page.focus('tr[data-satellite="2"] button');
+  await s.page.keyboard.press('ArrowRight');
+  assert.equal(await s.run('canyon.state.epoch'), 1);
+  assert.equal(await s.run('document.activeElement.closest("tr")?.dataset.satellite'), '2');
+  await s.page.keyboard.press('Enter');
+  assert.equal(await s.run('canyon.state.satellite'), 2);
+  await s.page.keyboard.press('Escape');
+  clean();
+});
+
 test('a click on a building tells its height and where that came from', { skip }, async () => {
   // From above, the camera over the middle of block 1 (-296..-236 east and north).
   await s.run(() => {
