@@ -1,7 +1,8 @@
 # Targets of the pipeline's folders. Each folder canyon/NAME (a folder in a folder: A/B, NAME then is A_B) becomes
 #   canyon_NAME        object library: its sources for canyon::canyon
 #   canyon_NAME_io     object library: the sources named under IO (or ALL), for canyon::io
-#   test_NAME          its *_test.cpp, linked with this folder and those above it
+#   test_NAME          its *_test.cpp, linked with this folder and those above it, canyon::io's among them where it has
+#                      sources for canyon::io or says IO_TESTS
 #   NAME_FILE_bench    one program for each *_bench.cpp, built by the target `benchmarks`
 # The target `unit_tests` builds all test_NAME; ctest runs them alone by `-L unit`.
 
@@ -43,30 +44,39 @@ if(CANYON_BUILD_FUZZERS)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
-# What nearly every file includes from outside is parsed once: PCH_LIBRARY for the engine, PCH_TEST for tests and
-# benchmarks. No header of Canyon's is among it, so that a change rebuilds what includes it and nothing else.
+# What nearly every file includes from outside is parsed once: canyon_pch for the engine and its benchmarks,
+# canyon_test_pch for tests. No header of Canyon's is among it, so that a change rebuilds what includes it and nothing else.
+# The tests of a release test the release, but are themselves optimised less: they compile in two thirds of the time.
+set(canyon_test_options $<$<CONFIG:Release>:-O1>)
 if(CANYON_PRECOMPILED_HEADERS)
   set(canyon_common_headers <Eigen/Core> <Eigen/Dense> <fmt/format.h> <algorithm> <array> <cmath> <cstdint> <filesystem>
       <functional> <map> <memory> <optional> <span> <string> <string_view> <vector>)
   set(canyon_empty ${CMAKE_BINARY_DIR}/generated/empty.cpp)
-  file(GENERATE OUTPUT ${canyon_empty} CONTENT "int main() {}\n")
+  file(GENERATE OUTPUT ${canyon_empty} CONTENT "")
   add_library(canyon_pch OBJECT ${canyon_empty})
   target_link_libraries(canyon_pch PRIVATE canyon_cxx canyon_warnings Eigen3::Eigen fmt::fmt)
   target_precompile_headers(canyon_pch PRIVATE ${canyon_common_headers})
   if(CANYON_BUILD_TESTS)
-    add_executable(canyon_test_pch EXCLUDE_FROM_ALL ${canyon_empty})
+    add_library(canyon_test_pch OBJECT EXCLUDE_FROM_ALL ${canyon_empty})
     target_link_libraries(canyon_test_pch PRIVATE canyon_cxx canyon_warnings Eigen3::Eigen fmt::fmt GTest::gmock)
+    target_compile_options(canyon_test_pch PRIVATE ${canyon_test_options})
     target_precompile_headers(canyon_test_pch PRIVATE ${canyon_common_headers} <gtest/gtest.h> <gmock/gmock.h>)
   endif()
 endif()
 function(canyon_precompiled target from)
   if(CANYON_PRECOMPILED_HEADERS)
     target_precompile_headers(${target} REUSE_FROM ${from})
+    target_compile_options(${target} PRIVATE -fPIC)    # for programs, too: GCC wants the flags of the header
   endif()
+endfunction()
+# canyon_test_sources(TARGET): compiled as tests are.
+function(canyon_test_sources target)
+  target_compile_options(${target} PRIVATE ${canyon_test_options})
+  canyon_precompiled(${target} canyon_test_pch)
 endfunction()
 
 function(canyon_folder folder)
-  cmake_parse_arguments(arg "" "" "IO;LIBRARIES;PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "IO_TESTS" "" "IO;LIBRARIES;PRIVATE" ${ARGN})
   string(REPLACE "/" "_" name ${folder})
   set(dir ${CMAKE_CURRENT_SOURCE_DIR}/canyon/${folder})
   file(GLOB sources CONFIGURE_DEPENDS ${dir}/*.cpp)
@@ -96,6 +106,9 @@ function(canyon_folder folder)
     canyon_precompiled(canyon_${name} canyon_pch)
   endif()
   set_property(GLOBAL APPEND PROPERTY CANYON_LIBRARIES ${arg_LIBRARIES})
+  if(io_sources OR arg_IO_TESTS)
+    set_property(GLOBAL APPEND PROPERTY CANYON_IO_TESTS ${name})
+  endif()
   if(io_sources AND CANYON_BUILD_IO)
     add_library(canyon_${name}_io OBJECT ${io_sources})
     target_link_libraries(canyon_${name}_io PUBLIC canyon_${name}_usage PRIVATE canyon_warnings canyon_io_needs
@@ -106,12 +119,21 @@ function(canyon_folder folder)
   set(CANYON_FOLDERS ${CANYON_FOLDERS} CACHE INTERNAL "")
 endfunction()
 
+# canyon_library(TARGET): all folders. canyon_library(TARGET STATIC LAST FOLDER): FOLDER and those above it.
 function(canyon_library target)
-  add_library(${target})
+  cmake_parse_arguments(arg "STATIC" "LAST" "" ${ARGN})
+  set(kind "")
+  if(arg_STATIC)
+    set(kind STATIC)
+  endif()
+  add_library(${target} ${kind})
   foreach(folder IN LISTS CANYON_FOLDERS)
     string(REPLACE "/" "_" name ${folder})
     if(TARGET canyon_${name})
       target_sources(${target} PRIVATE $<TARGET_OBJECTS:canyon_${name}>)
+    endif()
+    if(folder STREQUAL arg_LAST)
+      break()
     endif()
   endforeach()
   get_property(libraries GLOBAL PROPERTY CANYON_LIBRARIES)
@@ -119,9 +141,6 @@ function(canyon_library target)
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(${target} PUBLIC ${libraries})
-  set_target_properties(${target} PROPERTIES EXPORT_NAME canyon VERSION ${PROJECT_VERSION}
-                        SOVERSION ${PROJECT_VERSION_MAJOR})
-  add_library(canyon::canyon ALIAS ${target})
 endfunction()
 
 function(canyon_io_library target)
@@ -140,6 +159,8 @@ endfunction()
 
 function(canyon_tests)
   set(objects "")
+  set(io_objects "")
+  get_property(io_tests GLOBAL PROPERTY CANYON_IO_TESTS)
   add_custom_target(unit_tests)
   if(CANYON_BUILD_BENCHMARKS)
     add_custom_target(benchmarks)
@@ -150,7 +171,7 @@ function(canyon_tests)
       list(APPEND objects canyon_${name})
     endif()
     if(TARGET canyon_${name}_io)
-      list(APPEND objects canyon_${name}_io)
+      list(APPEND io_objects canyon_${name}_io)
     endif()
     set(dir ${CMAKE_CURRENT_SOURCE_DIR}/canyon/${folder})
     file(GLOB tests CONFIGURE_DEPENDS ${dir}/*_test.cpp)
@@ -168,14 +189,18 @@ function(canyon_tests)
     endif()
     # Objects are linked by name so that a folder that reaches below itself does not link.
     set(linked "")
-    foreach(object IN LISTS objects)
+    set(above ${objects})
+    if(name IN_LIST io_tests)
+      list(APPEND above ${io_objects})
+    endif()
+    foreach(object IN LISTS above)
       list(APPEND linked $<TARGET_OBJECTS:${object}>)
     endforeach()
     if(tests)
       add_executable(test_${name} ${tests} ${linked})
       target_link_libraries(test_${name} PRIVATE canyon_${name}_usage canyon_warnings canyon_io_needs
                             canyon_test_support GTest::gmock GTest::gtest_main)
-      canyon_precompiled(test_${name} canyon_test_pch)
+      canyon_test_sources(test_${name})
       if(judged_by_rtklib)
         target_link_libraries(test_${name} PRIVATE ${CANYON_RTKLIB})
       endif()
@@ -196,7 +221,7 @@ function(canyon_tests)
         target_link_libraries(${name}_${stem} PRIVATE canyon::canyon $<TARGET_NAME_IF_EXISTS:canyon::io>
                               canyon_${name}_usage canyon_warnings canyon_io_needs canyon_test_support
                               benchmark::benchmark)
-        canyon_precompiled(${name}_${stem} canyon_test_pch)
+        canyon_precompiled(${name}_${stem} canyon_pch)
         add_dependencies(benchmarks ${name}_${stem})
       endforeach()
     endif()
