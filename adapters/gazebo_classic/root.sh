@@ -101,7 +101,7 @@ inside() {
   trap 'exit 130' INT TERM
   set -m
   chroot --userspec="$owner" "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp LC_ALL=C.UTF-8 \
-    TERM="${TERM:-dumb}" CCACHE_DIR=/var/cache/ccache CCACHE_BASEDIR="$checkout" CCACHE_NOHASHDIR=1 CCACHE_UMASK=000 \
+    TERM="${TERM:-dumb}" CCACHE_DIR=/var/cache/ccache CCACHE_BASEDIR="$checkout" CCACHE_NOHASHDIR=1 CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_UMASK=000 \
     GAZEBO_MASTER_URI=http://127.0.0.1:11345 GAZEBO_IP=127.0.0.1 GAZEBO_MODEL_DATABASE_URI= \
     ROS_MASTER_URI=http://127.0.0.1:11311 ROS_IP=127.0.0.1 IGN_IP=127.0.0.1 ${CANYON_GAZEBO_DATA:+CANYON_GAZEBO_DATA="$CANYON_GAZEBO_DATA"} \
     /bin/sh -c 'cd "$1" && shift && exec "$@"' sh "$folder" "$@" </dev/null &
