@@ -119,14 +119,10 @@ function(canyon_folder folder)
   set(CANYON_FOLDERS ${CANYON_FOLDERS} CACHE INTERNAL "")
 endfunction()
 
-# canyon_library(TARGET): all folders. canyon_library(TARGET STATIC LAST FOLDER): FOLDER and those above it.
+# canyon_library(TARGET [KIND]): all folders; with LAST FOLDER that one and those above it.
 function(canyon_library target)
-  cmake_parse_arguments(arg "STATIC" "LAST" "" ${ARGN})
-  set(kind "")
-  if(arg_STATIC)
-    set(kind STATIC)
-  endif()
-  add_library(${target} ${kind})
+  cmake_parse_arguments(arg "" "LAST" "" ${ARGN})
+  add_library(${target} ${arg_UNPARSED_ARGUMENTS})
   foreach(folder IN LISTS CANYON_FOLDERS)
     string(REPLACE "/" "_" name ${folder})
     if(TARGET canyon_${name})
