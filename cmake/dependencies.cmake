@@ -55,7 +55,10 @@ if(CANYON_BUILD_TESTS)
   add_library(canyon_test_support INTERFACE)
   target_include_directories(canyon_test_support INTERFACE ${CMAKE_CURRENT_SOURCE_DIR})
   file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/generated/source_dir.cpp CONTENT
-       "extern const char* const canyon_source_dir;\nconst char* const canyon_source_dir = \"${CMAKE_CURRENT_SOURCE_DIR}\";\n")
+       "#include \"tests/support/source_dir.hpp\"\n
+const char* const canyon_source_dir = \"${CMAKE_CURRENT_SOURCE_DIR}\";
+const char* const canyon_build_dir = \"${CMAKE_BINARY_DIR}\";\n")
   add_library(canyon_source_dir STATIC ${CMAKE_BINARY_DIR}/generated/source_dir.cpp)
+  target_include_directories(canyon_source_dir PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
   target_link_libraries(canyon_test_support INTERFACE canyon_source_dir)
 endif()

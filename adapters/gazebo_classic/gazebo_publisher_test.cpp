@@ -13,6 +13,7 @@
 #include "adapters/common/testing/sample_report.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
+#include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters::gazebo_classic {
@@ -94,9 +95,10 @@ TEST_F(GazeboPublisher, IsReadByAnotherProcess) {
   identity.model = "boat";  // a topic that no other test in this process had
   const auto publisher = make_gazebo_publisher(node, identity);
   const canyon::test::TemporaryFolder folder;
-  const canyon::test::ChildProcess gz({"env", "LD_PRELOAD=" CANYON_PLUGIN_DIR "/libcanyon_gazebo.so", "gz",
-                                       "topic", "-e", "/gazebo/city/boat/gps/gnss"},
-                                      folder / "echo");
+  const canyon::test::ChildProcess gz(
+      {"env", std::string("LD_PRELOAD=") + canyon_build_dir + "/lib/libcanyon_gazebo.so", "gz", "topic", "-e",
+       "/gazebo/city/boat/gps/gnss"},
+      folder / "echo");
   std::string output;
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   while (output.find("scan_max_range_m") == std::string::npos &&

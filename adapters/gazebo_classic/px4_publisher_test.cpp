@@ -21,6 +21,7 @@
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "adapters/gazebo_classic/testing/px4_stand_in/px4_stand_in.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters::gazebo_classic {
@@ -30,7 +31,7 @@ using canyon::test::sample_identity;
 using canyon::test::SampleReport;
 using ::testing::HasSubstr;
 
-constexpr const char* kStandIn = CANYON_PLUGIN_DIR "/libgazebo_px4_stand_in.so";
+const std::string kStandIn = std::string(canyon_build_dir) + "/lib/libgazebo_px4_stand_in.so";
 constexpr const char* kEmptyWorld = R"(<?xml version="1.0"?><sdf version="1.6"><world name="city"/></sdf>)";
 
 bool stand_in_loaded() {
@@ -39,7 +40,7 @@ bool stand_in_loaded() {
 
 /// Brings PX4's class into the process, as Gazebo does with a plugin.
 const test::Px4StandIn& load_stand_in() {
-  void* const library = dlopen(kStandIn, RTLD_LAZY | RTLD_GLOBAL);
+  void* const library = dlopen(kStandIn.c_str(), RTLD_LAZY | RTLD_GLOBAL);
   if (library == nullptr) throw std::runtime_error(dlerror());
   return *static_cast<const test::Px4StandIn*>(dlsym(library, "px4_stand_in"));
 }
@@ -191,7 +192,7 @@ TEST_F(Px4Publisher, IsReadByAnotherProcess) {
   const auto publisher = make_px4_publisher(node, identity, PluginSettings());
   const canyon::test::TemporaryFolder folder;
   const canyon::test::ChildProcess gz(
-      {"env", std::string("LD_PRELOAD=") + kStandIn, "gz", "topic", "-e", "/gazebo/city/typhoon/link/gps0"},
+      {"env", "LD_PRELOAD=" + kStandIn, "gz", "topic", "-e", "/gazebo/city/typhoon/link/gps0"},
       folder / "echo");
   std::string output;
   EXPECT_TRUE(publish_until(*publisher, [&] {

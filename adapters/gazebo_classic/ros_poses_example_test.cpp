@@ -7,6 +7,7 @@
 #include "canyon/live/pose_decoder.hpp"
 #include "canyon/transport/transport.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/source_dir.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
@@ -25,9 +26,9 @@ void expect_to_arrive(const std::string& type, const std::string& message,
   std::optional<live::PoseReport> last;
   const std::string port = std::to_string(canyon::test::free_port());
   const auto link = transport::open_transport("udp-listen://127.0.0.1:" + port);
-  std::vector<std::string> words{
-      "python3", CANYON_EXAMPLES "/ros1_poses.py", "/mocap/rover", "--to", "127.0.0.1:" + port, "--id",
-      "rover"};
+  const std::string example = std::string(canyon_source_dir) + "/examples/ros1_poses.py";
+  std::vector<std::string> words{"python3",           example, "/mocap/rover", "--to",
+                                 "127.0.0.1:" + port, "--id",  "rover"};
   words.insert(words.end(), options.begin(), options.end());
   const ChildProgram script(words, folder / "script.log");
   const ChildProgram publisher({"rostopic", "pub", "-r", "50", "/mocap/rover", type, message},

@@ -12,6 +12,7 @@
 #include "adapters/gazebo_classic/testing/street_world.hpp"
 #include "canyon/base/text.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/source_dir.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
@@ -168,7 +169,7 @@ TEST_F(RosWorld, AServerWhoseRoscoreIsGoneEndsByItself) {
   const std::filesystem::path file = RosEnvironment::get().folder() / "street.world";
   std::ofstream(file) << street_world(street_car(test::paper_elements()));
   const std::filesystem::path log = RosEnvironment::get().folder() / "gzserver.log";
-  setenv("GAZEBO_PLUGIN_PATH", CANYON_PLUGIN_DIR, 1);
+  setenv("GAZEBO_PLUGIN_PATH", (std::string(canyon_build_dir) + "/lib").c_str(), 1);
   setenv("GAZEBO_IP", "127.0.0.1", 1);
   setenv("GAZEBO_MODEL_DATABASE_URI", "", 1);
   setenv("GAZEBO_MASTER_URI", ("http://127.0.0.1:" + std::to_string(canyon::test::free_port())).c_str(), 1);

@@ -15,6 +15,7 @@
 #include <string>
 
 #include "tests/support/free_port.hpp"
+#include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters::gazebo_classic::test {
@@ -73,7 +74,7 @@ class InProcessServer {
     setenv("GAZEBO_MASTER_URI", master.c_str(), 1);
     setenv("GAZEBO_IP", "127.0.0.1", 1);
     setenv("GAZEBO_MODEL_DATABASE_URI", "", 1);
-    setenv("GAZEBO_PLUGIN_PATH", CANYON_PLUGIN_DIR, 1);
+    setenv("GAZEBO_PLUGIN_PATH", (std::string(canyon_build_dir) + "/lib").c_str(), 1);
     gazebo::common::Console::SetQuiet(false);
     if (!gazebo::setupServer(std::vector<std::string>{})) throw std::runtime_error("no Gazebo server");
     // A world that stops tells everything to stop, the thread that delivers messages as well; here others

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "adapters/common/testing/gnss_log.hpp"
+#include "tests/support/source_dir.hpp"
 
 namespace canyon::adapters::gz_sim::test {
 
@@ -55,7 +56,7 @@ class SimServer {
   static void prepare() {
     setenv("GZ_PARTITION", ("canyon_test_" + std::to_string(getpid())).c_str(), 1);
     setenv("GZ_IP", "127.0.0.1", 1);
-    setenv("GZ_SIM_SYSTEM_PLUGIN_PATH", CANYON_PLUGIN_DIR, 1);
+    setenv("GZ_SIM_SYSTEM_PLUGIN_PATH", (std::string(canyon_build_dir) + "/lib").c_str(), 1);
     gz::common::Console::SetVerbosity(2);
   }
 
