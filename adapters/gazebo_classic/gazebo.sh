@@ -59,7 +59,7 @@ run_tests() {
   say "testing the Gazebo plugin"
   native || "$checkout/tests/gazebo/root_test.sh" || status=1
   cd "$build"    # ctest --test-dir needs CMake 3.20
-  in_gazebo ctest -L gazebo --output-on-failure "$@" || status=$?
+  in_gazebo ctest -L gazebo --output-on-failure -j "$(nproc)" "$@" || status=$?
   return "$status"
 }
 
