@@ -7,6 +7,7 @@
 namespace canyon::broadcast {
 
 Bits& Bits::put(std::uint64_t value, int width) {
+  assert(width >= 0 && width <= 64);
   for (int i = width - 1; i >= 0; --i) bits_.push_back(static_cast<std::uint8_t>(value >> i & 1));
   return *this;
 }

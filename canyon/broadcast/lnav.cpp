@@ -65,7 +65,7 @@ std::vector<std::uint32_t> lnav_subframe(const gnss::KeplerEphemeris& e, int sub
     whole(e.health, 6);
     whole(e.iodc >> 8, 2);
     whole(e.l2p_flag, 1);
-    bits.put(0, 23 + 24 + 24 + 16);
+    bits.put(0, 23).put(0, 24).put(0, 24).put(0, 16);  // reserved
     put(e.group_delay[0], -31, 8);
     whole(e.iodc, 8);
     put(e.toc.seconds_of_week(), 4, 16, false);

@@ -152,7 +152,8 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
       return {};
     }
     std::string text;
-    for (const std::string_view line : split(nmea_epoch(*last_), '\n')) {
+    const std::string epoch = nmea_epoch(*last_);  // split() only points into it
+    for (const std::string_view line : split(epoch, '\n')) {
       for (const auto& [name, id] : kSentences) {
         if (line.size() > 6 && line.substr(3, 3) == name && turn(id)) text.append(line).append("\n");
       }
