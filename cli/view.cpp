@@ -17,6 +17,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "canyon/view/comparison_view.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/page.hpp"
 #include "canyon/view/probe.hpp"
@@ -176,22 +177,36 @@ int serve_run(const Arguments& arguments, const std::filesystem::path& page,
 struct Antennas {
   std::unique_ptr<view::Probe> probe;
   std::string why_not =
-      "There is no scenario to trace with: start 'canyon view SCENARIO', or of a finished run "
-      "or a heat map 'canyon view WHAT --city SCENARIO'.";
+      "There is no scenario to trace with: start 'canyon view SCENARIO', or of a finished run, "
+      "a validation or a heat map 'canyon view WHAT --city SCENARIO'.";
 };
 
-/// By the scenario of --city, which a finished run must be of.
-Antennas antennas_in_run(const Arguments& arguments, const std::filesystem::path& folder) {
-  Antennas antennas;
+std::unique_ptr<view::Probe> probe_of_run(const Arguments& arguments, const std::filesystem::path& folder) {
   const Run made = make_run(arguments, arguments.city);
+  view::check_run(folder, *made.simulation);
+  return std::make_unique<view::Probe>(*made.simulation, made.scene, arguments.paths);
+}
+
+/// Where its city stands is the recording's to tell: none is drawn.
+std::unique_ptr<view::Probe> probe_of_validation(const Arguments& arguments,
+                                                 const std::filesystem::path& folder) {
+  const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
+  return view::comparison_probe(
+      folder, scenario,
+      std::make_shared<simulation::CityScene>(simulation::load_city(scenario.city, scenario.seed)),
+      arguments.paths);
+}
+
+/// By the scenario of --city, which a finished run or validation must be of.
+Antennas antennas_in_finished(const Arguments& arguments, const std::filesystem::path& folder) {
+  Antennas antennas;
   try {
-    view::check_run(folder, *made.simulation);
+    antennas.probe = view::is_comparison(folder) ? probe_of_validation(arguments, folder)
+                                                 : probe_of_run(arguments, folder);
   } catch (const InputError& error) {
     if (arguments.map.empty()) throw;
     antennas.why_not = error.what();  // the city alone is what was asked for
-    return antennas;
   }
-  antennas.probe = std::make_unique<view::Probe>(*made.simulation, made.scene, arguments.paths);
   return antennas;
 }
 
@@ -286,7 +301,7 @@ int run(const Arguments& arguments) {
     }
     if (map) map.add_to(folder);
   }
-  if (asked && finished) antennas = antennas_in_run(arguments, folder);
+  if (asked && finished) antennas = antennas_in_finished(arguments, folder);
   if (!arguments.exported.empty()) {
     const std::size_t bytes = view::export_page(page, folder, arguments.exported);
     if (!arguments.quiet) {
@@ -334,7 +349,7 @@ void add_view(CLI::App& app, Action& action) {
       ->add_option(
           "--city", arguments->city,
           "that a heat map is shown in: a city, or a scenario, by which antennas can be put in it as "
-          "well; of a finished run its scenario")
+          "well; of a finished run or a validation its scenario")
       ->type_name("CITY");
   command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")
       ->type_name("S");

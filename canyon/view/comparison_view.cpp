@@ -14,9 +14,11 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/city_scene.hpp"
 #include "canyon/tracking/signal_lock.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/header_extension.hpp"
+#include "canyon/view/page.hpp"
 #include "canyon/view/skyline.hpp"
 #include "canyon/view/tables/chunk.hpp"
 #include "canyon/view/tables/epoch_row.hpp"
@@ -34,6 +36,9 @@ constexpr std::size_t kEpochsPerBlock = 64;
 constexpr double kSkylineStep_m = 3;
 /// Paths that are known: the direct one.
 constexpr std::size_t kPathsKept = 1;
+
+/// Of what the header says of a comparison.
+constexpr const char* kKey = "comparison";
 
 enum Side : std::size_t { kRecorded, kSimulated };
 
@@ -260,7 +265,7 @@ class ComparisonView {
     }
     const char* file = "comparison.bin.gz";
     const std::size_t bytes = write_chunk(folder_, file, {&rows});
-    extend_header(folder_, "comparison", {{"recorded", 0}, {"simulated", 1}, {"streets", std::move(streets)}},
+    extend_header(folder_, kKey, {{"recorded", 0}, {"simulated", 1}, {"streets", std::move(streets)}},
                   OrderedJson::array({{{"file", file}, {"kind", "comparison"}, {"bytes", bytes}}}));
   }
 
@@ -279,6 +284,35 @@ void write_comparison(const ComparisonInput& input, const std::filesystem::path&
   if (input.count == 0)
     throw InputError("the comparison has no epoch", "give a longer part of the recording");
   ComparisonView(input, folder).write();
+}
+
+bool is_comparison(const std::filesystem::path& folder) {
+  return nlohmann::json::parse(read_bytes(folder / kHeaderFile), nullptr, false).contains(kKey);
+}
+
+std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder, simulation::Scenario scenario,
+                                        std::shared_ptr<simulation::CityScene> scene,
+                                        std::size_t paths_per_satellite) {
+  using Json = nlohmann::json;
+  const Json shown = Json::parse(read_bytes(folder / kHeaderFile), nullptr, false);
+  if (!shows_city(shown, scene->city)) {
+    throw InputError(folder, 0, "is of a validation in another city than the scenario's",
+                     "give the scenario that was validated");
+  }
+  geodesy::GpsTime begin;
+  double interval_s = 0;
+  try {
+    const Json& time = shown.at("time");
+    begin = geodesy::GpsTime::from_week(time.at("gps_week"), time.at("gps_tow"));
+    interval_s = time.at("interval_s");
+  } catch (const Json::exception&) {
+    throw InputError(folder / kHeaderFile, 0, "tells no times", "write it anew: canyon validate --view");
+  }
+  // The page asks by its receivers' numbers; both sides are judged by one model.
+  scenario.receivers.resize(1);
+  scenario.receivers.push_back(scenario.receivers.front());
+  scenario.faults = {};  // nor has the simulated side any
+  return std::make_unique<Probe>(scenario, begin, interval_s, std::move(scene), paths_per_satellite);
 }
 
 }  // namespace canyon::view

@@ -2,10 +2,13 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/validation/comparison.hpp"
+#include "canyon/view/probe.hpp"
 
 namespace canyon::view {
 
@@ -24,5 +27,16 @@ struct ComparisonInput {
 /// errors those of the true world. Of paths there are the direct ones alone. Throws InputError where there is
 /// no epoch or the folder does not take the files.
 void write_comparison(const ComparisonInput& input, const std::filesystem::path& folder);
+
+/// Whether the view in `folder` is of a comparison. Throws InputError where it is no view.
+[[nodiscard]] bool is_comparison(const std::filesystem::path& folder);
+
+/// Antennas in the view of a comparison, at its times, with the scenario's first receiver, which is the
+/// simulated one; in the city where the scenario puts it. Throws InputError where the view shows other walls
+/// than `scene`'s, and as Probe does.
+[[nodiscard]] std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder,
+                                                      simulation::Scenario scenario,
+                                                      std::shared_ptr<simulation::CityScene> scene,
+                                                      std::size_t paths_per_satellite);
 
 }  // namespace canyon::view

@@ -142,20 +142,22 @@ OrderedJson chunk_json(const ChunkEntry& chunk) {
           {"paths", chunk.paths},       {"bytes", chunk.bytes}};
 }
 
+OrderedJson frame_json(const geodesy::Geodetic& origin) {
+  return {{"axes", "east north up"},
+          {"unit", "m"},
+          {"origin",
+           {{"latitude_deg", geodesy::degrees(origin.latitude_rad)},
+            {"longitude_deg", geodesy::degrees(origin.longitude_rad)},
+            {"height_m", origin.height_m}}}};
+}
+
 }  // namespace
 
 std::string header_json(const Header& header) {
-  const geodesy::Geodetic& origin = header.city.origin;
   OrderedJson json{{"format", "canyon view"},
                    {"version", 1},
                    {"title", header.title},
-                   {"frame",
-                    {{"axes", "east north up"},
-                     {"unit", "m"},
-                     {"origin",
-                      {{"latitude_deg", geodesy::degrees(origin.latitude_rad)},
-                       {"longitude_deg", geodesy::degrees(origin.longitude_rad)},
-                       {"height_m", origin.height_m}}}}}};
+                   {"frame", frame_json(header.city.origin)}};
   if (header.live) json["live"] = true;
   if (header.begin) {
     json["time"] = {{"begin_utc", geodesy::format_utc(*header.begin)},
@@ -180,6 +182,13 @@ std::string header_json(const Header& header) {
   json["chunks"] = OrderedJson::array();
   for (const ChunkEntry& chunk : header.chunks) json["chunks"].push_back(chunk_json(chunk));
   return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
+}
+
+bool shows_city(const nlohmann::json& header, const city::City& city) {
+  using Json = nlohmann::json;
+  const Json::json_pointer triangles("/city/triangles");
+  return header.is_object() && header.value("frame", Json()) == Json(frame_json(city.frame.origin())) &&
+         header.contains(triangles) && header.at(triangles) == city.mesh.triangles.size();
 }
 
 ReceiverHeader receiver_header(const receiver::ReceiverOptions& options) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,6 +53,9 @@ struct Header {
   std::vector<gnss::SatelliteId> satellites;  ///< ascending
   std::vector<ChunkEntry> chunks;
 };
+
+/// Whether a header, parsed, is of this city: the same origin, as many triangles.
+[[nodiscard]] bool shows_city(const nlohmann::json& header, const city::City& city);
 
 /// Of a receiver that has seen nothing yet.
 [[nodiscard]] ReceiverHeader receiver_header(const receiver::ReceiverOptions& options);

@@ -130,7 +130,7 @@ export class Details {
     const words = store.header.words;
     const paths = row.paths.map((p) => `<tr><td class="word">${words.path[p.kind] ?? ''}${p.order > 1 ? `, ${p.order} times` : ''}</td>
       <td>${fixed(p.excess, 2)}</td><td>${fixed(p.loss, 1)}</td></tr>`).join('');
-    const most = row.paths.length >= store.header.paths_per_satellite ? `the first and the strongest; no more than ${store.header.paths_per_satellite} are kept` : '';
+    const most = row.paths.length >= store.header.paths_per_satellite && !store.header.comparison ? `the first and the strongest; no more than ${store.header.paths_per_satellite} are kept` : '';
     return `<h3>${id.id} <small>${id.system}, ${words.visibility[row.visibility] ?? ''}, ${words.lock[row.lock] ?? ''}</small></h3>
       <dl class="pairs">
       <dt>azimuth, elevation</dt><dd>${fixed(row.azimuth, 1)}°, ${fixed(row.elevation, 1)}°</dd>

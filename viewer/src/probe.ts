@@ -15,7 +15,7 @@ export class Probe {
   /** Milliseconds from the last question to its answer. */
   answerMs = NaN;
   private surface: Place | null = null;
-  /** The run's receiver that it is one of. */
+  /** The run's receiver that it was put beside. */
   base = 0;
   private when = NaN;  // asked for: its epoch; where it has none, the time [s]
   private asked = 0;
@@ -80,6 +80,10 @@ export class Probe {
   private get track(): Track | undefined {
     return this.store.tracks[this.base];
   }
+  /** The receiver that it is one of: of a validation the simulated one. */
+  private get like(): number {
+    return this.store.header.comparison?.simulated ?? this.base;
+  }
   private get now(): number {
     return this.track?.epochAt(this.state.time) ?? this.state.time;
   }
@@ -96,7 +100,7 @@ export class Probe {
     if (box.value === '' || !box.validity.valid) return this.hooks.toast('The antenna’s height is a number of metres, from 0 to 1000.');
     const height = Number(box.value);
     this.askedAt = performance.now();
-    const sent = this.connection.send({ type: 'probe', version: 1, id: this.asked + 1, receiver: this.base,
+    const sent = this.connection.send({ type: 'probe', version: 1, id: this.asked + 1, receiver: this.like,
       time_s: this.track?.time[this.when] ?? this.state.time, place: { east_m, north_m, up_m: up_m + height } });
     if (sent) ++this.asked;
     else this.hooks.toast('There is no connection to canyon: is “canyon view” still running?');
@@ -127,7 +131,7 @@ export class Probe {
   private show(message: EpochMessage): void {
     const { store, state } = this;
     this.shown = true;
-    const like = store.header.receivers[this.base];
+    const like = store.header.receivers[this.like];
     if (!like) return;
     store.header.receivers[this.receiver] = { ...like, name: `antenna put as ${like.name}, just switched on`, faults: [],
       summary: null };

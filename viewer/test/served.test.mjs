@@ -203,6 +203,51 @@ test('antennas can be put in a finished run whose scenario is given', { skip }, 
   }
 });
 
+test('antennas can be put in a validation whose scenario is given', { skip }, async () => {
+  // The drive of 20 s is the recording, judged by its own scenario.
+  const drive = await readFile(join(root, 'examples/synthetic_drive.yaml'), 'utf8');
+  const scenario = join(folder, 'judge.yaml');
+  await writeFile(scenario, drive.replace('nominal: true', 'navigation: [sky.nav]'));
+  const truth = (await readFile(join(folder, 'epochs.csv'), 'utf8')).trimEnd().split('\n').slice(1).map((line) => line.split(',', 5).join(','));
+  await writeFile(join(folder, 'truth.csv'), `${truth.join('\n')}\n`);
+  const report = join(folder, 'report');
+  execFileSync(program, ['validate', scenario, '--obs', join(folder, 'receiver.obs'), '--truth', join(folder, 'truth.csv'), '--format', 'urbannav',
+    '--no-atmosphere', '--report', report, '--view', '--quiet'], { stdio: 'inherit' });
+  const other = join(folder, 'other.yaml');
+  await writeFile(other, drive.replace('seed: 7', 'seed: 8'));
+  assert.match(await Running.refused(['view', report, '--city', other]), /is of a validation in another city than the scenario's/);
+  const judged = await Running.start(['view', report, '--city', scenario, '--quiet']);
+  const page = await Session.open(judged.address);
+  try {
+    await page.page.waitForFunction(() => canyon.store.loaded(0, 0));
+    await page.run(() => {
+      const t = canyon.store.tracks[0];
+      canyon.goTo(t.time[12]);
+      document.getElementById('probe-height').value = '0';
+      canyon.probe.put([t.east[12], t.north[12], t.up[12]]);
+    });
+    await page.page.waitForFunction(() => canyon.state.receiver === 2);
+    // Whichever side was chosen, it is the simulated receiver that is put.
+    assert.match(await page.run('canyon.store.header.receivers[2].name'), /put as simulated/);
+    const seen = (receiver, epoch) => page.run(([r, e]) => canyon.store.satellites(r, e).map((row) =>
+      ({ id: canyon.store.header.satellites[row.satellite].id, direct: row.paths.some((p) => p.kind === 0), paths: row.paths.length })), [receiver, epoch]);
+    const put = await seen(2, 0);
+    // The recording's first epoch lies nanoseconds before the truth: the view begins with the second.
+    const tow = [...new Set(rows.map((r) => r.gps_tow))][13];
+    assert.deepEqual(put.map((one) => one.id), rows.filter((r) => r.gps_tow === tow).map((r) => r.sat));
+    const judged = await seen(1, 12);
+    assert.ok(judged.length > 5);
+    for (const { id, direct } of judged) assert.equal(put.find((one) => one.id === id).direct, direct, id);
+    assert.ok(put.some((one) => one.paths > 1));
+    await page.page.keyboard.press('Escape');
+    assert.equal(await page.run('canyon.state.receiver'), 0);
+    assert.deepEqual(page.complaints, []);
+  } finally {
+    await page.close();
+    assert.equal(await judged.stop(), 0);
+  }
+});
+
 test('a finished run is shown from its folder, and a bare one says what to do', { skip }, async () => {
   const bare = await Running.refused(['view', folder]);
   assert.match(bare, /is a folder without a view; write one with 'canyon simulate SCENARIO --out DIR --view'/);
