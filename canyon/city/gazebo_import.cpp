@@ -111,14 +111,18 @@ class GazeboImport {
     if (world != nullptr) {
       if (world->NextSiblingElement("world") != nullptr) note("only the first of several worlds is read");
       read_origin(source, *world);
-      read_models(source, *world, Eigen::Affine3d::Identity(), "", 0);
+      read_models(source, *world, Eigen::Affine3d::Identity(), "", 0, true);
     } else {
       note("no spherical_coordinates: the origin is latitude 0, longitude 0, height 0");
       read_models(source, sdf, Eigen::Affine3d::Identity(), "", 0);
     }
     if (city_.mesh.triangles.empty()) {
-      throw InputError(path_, 0, "holds no triangle", "give its links collisions or visuals");
+      throw InputError(path_, 0, "holds no triangle",
+                       moving_.empty()
+                           ? "give its links collisions or visuals"
+                           : "give the models of the city <static>true</static>: others can move");
     }
+    note_moving();
     const Eigen::Matrix3d enu_from_world =
         Eigen::AngleAxisd(heading_rad_, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     if (heading_rad_ != 0) {
@@ -133,6 +137,16 @@ class GazeboImport {
 
  private:
   void note(std::string line) { city_.notes.push_back(std::move(line)); }
+
+  void note_moving() {
+    if (moving_.empty()) return;
+    std::string names = moving_.front();
+    const std::size_t named = std::min<std::size_t>(moving_.size(), 5);
+    for (std::size_t i = 1; i < named; ++i) names += ", " + moving_[i];
+    if (named < moving_.size()) names += ", ...";
+    note(fmt::format("models that can move (without <static>true</static>) left out: {} ({})", moving_.size(),
+                     names));
+  }
 
   /// A model's folder stands for the file that its model.config names.
   std::filesystem::path model_file(const std::filesystem::path& path) {
@@ -246,9 +260,16 @@ class GazeboImport {
     return result;
   }
 
-  /// <model> and <include> children of a world, a model or <sdf>.
+  /// Whether <static> says so, and is true.
+  static std::optional<bool> says_static(const Element& element) {
+    if (element.FirstChildElement("static") == nullptr) return std::nullopt;
+    const std::string word = lower_case(child_text(element, "static"));
+    return word == "true" || word == "1";
+  }
+
+  /// <model> and <include> children of a world, a model or <sdf>. @param only_static leaves out what can move
   void read_models(const Source& source, const Element& parent, const Eigen::Affine3d& world_from_parent,
-                   const std::string& scope, int depth) {
+                   const std::string& scope, int depth, bool only_static = false) {
     if (depth > kDeepestNesting) {
       throw source.error(parent,
                          fmt::format("models are nested or included more than {} deep", kDeepestNesting),
@@ -257,9 +278,13 @@ class GazeboImport {
     for (const Element* e = parent.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       const std::string_view kind = e->Name();
       if (kind == "model") {
+        if (only_static && !says_static(*e).value_or(false)) {
+          moving_.push_back(attribute(*e, "name"));
+          continue;
+        }
         read_model(source, *e, world_from_parent * pose_of(source, *e), scope, attribute(*e, "name"), depth);
       } else if (kind == "include") {
-        read_include(source, *e, world_from_parent, scope, depth);
+        read_include(source, *e, world_from_parent, scope, depth, only_static);
       } else if (kind == "actor" || kind == "population" || kind == "road") {
         ++left_out_[fmt::format("<{}>", kind)];
       }
@@ -291,7 +316,7 @@ class GazeboImport {
   }
 
   void read_include(const Source& source, const Element& include, const Eigen::Affine3d& world_from_parent,
-                    const std::string& scope, int depth) {
+                    const std::string& scope, int depth, bool only_static) {
     const std::string uri = child_text(include, "uri");
     if (uri.empty()) throw source.error(include, "<include> without <uri>");
     const std::optional<std::filesystem::path> found = resolve(source, uri);
@@ -318,6 +343,11 @@ class GazeboImport {
     const Eigen::Affine3d pose = placed ? pose_of(source, include) : pose_of(included, *model);
     std::string name = child_text(include, "name");
     if (name.empty()) name = attribute(*model, "name");
+    // <static> of the include takes the place of the model's own.
+    if (only_static && !says_static(include).value_or(says_static(*model).value_or(false))) {
+      moving_.push_back(name);
+      return;
+    }
     if (depth >= kDeepestNesting) {
       throw source.error(include,
                          fmt::format("models are nested or included more than {} deep", kDeepestNesting),
@@ -478,6 +508,7 @@ class GazeboImport {
   std::map<std::string, Source> sources_;
   std::map<std::string, PartFile> meshes_;
   std::map<std::string, std::size_t> left_out_;
+  std::vector<std::string> moving_;  ///< names of the world's models that are not static
   std::size_t degenerate_ = 0;
 };
 

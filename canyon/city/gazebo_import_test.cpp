@@ -40,8 +40,8 @@ class GazeboImport : public ::testing::Test {
 
 std::string model(const std::string& name, const std::string& pose, const std::string& geometry,
                   const std::string& kind = "collision") {
-  return "<model name='" + name + "'><pose>" + pose + "</pose><link name='link'><" + kind +
-         " name='c'><geometry>" + geometry + "</geometry></" + kind + "></link></model>\n";
+  return "<model name='" + name + "'><static>true</static><pose>" + pose + "</pose><link name='link'><" +
+         kind + " name='c'><geometry>" + geometry + "</geometry></" + kind + "></link></model>\n";
 }
 
 constexpr const char* kBox = "<box><size>2 4 6</size></box>";
@@ -49,7 +49,8 @@ constexpr const char* kBox = "<box><size>2 4 6</size></box>";
 TEST_F(GazeboImport, PosesCompose) {
   // Model at (10, 20, 0) turned 90 deg to the left, link 3 m along its x, box 1 m along that link's x.
   const City city = world(
-      "<model name='m'><pose>10 20 0 0 0 1.5707963267948966</pose><link name='l'><pose>3 0 0 0 0 0"
+      "<model name='m'><static>true</static><pose>10 20 0 0 0 1.5707963267948966</pose><link "
+      "name='l'><pose>3 0 0 0 0 0"
       "</pose><collision name='c'><pose>1 0 3 0 0 0</pose><geometry>" +
       std::string(kBox) + "</geometry></collision></link></model>");
   // The box's 2 m lie along north now: middle at (10, 24), 4 m wide to the east.
@@ -80,21 +81,23 @@ TEST_F(GazeboImport, RollPitchYawFollowSdf) {
   for (const Eigen::Vector3d& v : city.mesh.vertices) nearest = std::min(nearest, (v - corner).norm());
   EXPECT_LT(nearest, 1e-12);
   const City degrees = world(
-      "<model name='m'><pose degrees='true'>0 0 0 0 0 90</pose><link name='l'><collision "
+      "<model name='m'><static>true</static><pose degrees='true'>0 0 0 0 0 90</pose><link "
+      "name='l'><collision "
       "name='c'><geometry>" +
       std::string(kBox) + "</geometry></collision></link></model>");
   EXPECT_NEAR(degrees.bounds().max.x(), 2, 1e-12);
 }
 
 TEST_F(GazeboImport, ReadsPrimitivesNestedModelsAndSurfaces) {
-  const City city = world(
-      model("tower", "0 0 50 0 0 0", "<cylinder><radius>5</radius><length>100</length></cylinder>") +
-      model("ball", "50 0 10 0 0 0", "<sphere><radius>10</radius></sphere>") +
-      model("pill", "80 0 10 0 0 0", "<capsule><radius>5</radius><length>10</length></capsule>") +
-      model("egg", "90 0 10 0 0 0", "<ellipsoid><radii>2 3 10</radii></ellipsoid>") +
-      model("roof", "95 0 10 0 0 0", "<cone><radius>2</radius><length>20</length></cone>") +
-      model("terrain", "0 0 0 0 0 0", "<plane><normal>0 0 1</normal><size>500 400</size></plane>") +
-      "<model name='outer'><pose>100 0 0 0 0 0</pose>" + model("inner", "0 7 3 0 0 0", kBox) + "</model>");
+  const City city =
+      world(model("tower", "0 0 50 0 0 0", "<cylinder><radius>5</radius><length>100</length></cylinder>") +
+            model("ball", "50 0 10 0 0 0", "<sphere><radius>10</radius></sphere>") +
+            model("pill", "80 0 10 0 0 0", "<capsule><radius>5</radius><length>10</length></capsule>") +
+            model("egg", "90 0 10 0 0 0", "<ellipsoid><radii>2 3 10</radii></ellipsoid>") +
+            model("roof", "95 0 10 0 0 0", "<cone><radius>2</radius><length>20</length></cone>") +
+            model("terrain", "0 0 0 0 0 0", "<plane><normal>0 0 1</normal><size>500 400</size></plane>") +
+            "<model name='outer'><static>1</static><pose>100 0 0 0 0 0</pose>" +
+            model("inner", "0 7 3 0 0 0", kBox) + "</model>");
   ASSERT_EQ(city.mesh.objects.size(), 7U);
   EXPECT_EQ(city.mesh.objects[5].surface, Surface::Terrain);
   EXPECT_EQ(city.mesh.objects[6].name, "outer::inner::link::c");
@@ -117,10 +120,11 @@ TEST_F(GazeboImport, ReadsPrimitivesNestedModelsAndSurfaces) {
 TEST_F(GazeboImport, PrefersCollisionsToVisuals) {
   const std::string box_visual =
       "<visual name='v'><geometry><box><size>90 90 90</size></box></geometry></visual>";
-  const City both = world("<model name='m'><link name='l'>" + box_visual + "<collision name='c'><geometry>" +
-                          kBox + "</geometry></collision></link></model>");
+  const City both = world("<model name='m'><static>true</static><link name='l'>" + box_visual +
+                          "<collision name='c'><geometry>" + kBox + "</geometry></collision></link></model>");
   EXPECT_NEAR(both.bounds().max.x(), 1, 1e-12);
-  const City visual = world("<model name='m'><link name='l'>" + box_visual + "</link></model>");
+  const City visual =
+      world("<model name='m'><static>true</static><link name='l'>" + box_visual + "</link></model>");
   EXPECT_NEAR(visual.bounds().max.x(), 45, 1e-12);
 }
 
@@ -182,6 +186,25 @@ TEST_F(GazeboImport, SaysWhatItLeavesOut) {
   EXPECT_THAT(city.notes, Contains(HasSubstr("1 <actor> left out")));
 }
 
+TEST_F(GazeboImport, OfAWorldOnlyWhatIsStatic) {
+  const std::string car = "<model name='car'><link name='l'><collision name='c'><geometry>" +
+                          std::string(kBox) + "</geometry></collision></link></model>";
+  write("cart.sdf", "<sdf version='1.6'>" + car + "</sdf>");
+  const City city =
+      world(model("house", "0 0 3 0 0 0", kBox) + car + "<model name='parked'><static>false</static>" +
+            model("inner", "9 0 0 0 0 0", kBox) +
+            "</model><include><uri>cart.sdf</uri></include>"
+            "<include><uri>cart.sdf</uri><name>kiosk</name><static>true</static></include>");
+  ASSERT_EQ(city.mesh.objects.size(), 2U);
+  EXPECT_EQ(city.mesh.objects[0].name, "house::link::c");
+  EXPECT_EQ(city.mesh.objects[1].name, "kiosk::l::c");
+  EXPECT_THAT(city.notes, Contains("models that can move (without <static>true</static>) left out: 3 (car, "
+                                   "parked, car)"));
+  EXPECT_THAT(error(car), HasSubstr("holds no triangle; give the models of the city <static>true</static>"));
+  // A model alone is the city that it is taken for.
+  EXPECT_EQ(read_gazebo_world(folder_ / "cart.sdf").mesh.objects.size(), 1U);
+}
+
 TEST_F(GazeboImport, NamesTheLineOfBadInput) {
   EXPECT_THAT(error("<model name='m'><link>"), HasSubstr("w.world:4"));
   EXPECT_THAT(error("<model name='m'><link>"), HasSubstr("not well-formed XML"));
@@ -197,8 +220,9 @@ TEST_F(GazeboImport, NamesTheLineOfBadInput) {
               HasSubstr("mesh 'none.dae' is not beside the file"));
   EXPECT_THAT(error("<include><uri>model://none</uri></include>"), HasSubstr("'model://none' is not beside"));
   EXPECT_THAT(error("<include><uri>https://example.org/House</uri></include>"), HasSubstr("is not beside"));
-  EXPECT_THAT(error("<model name='m'><pose relative_to='other'>0 0 0 0 0 0</pose></model>"),
-              HasSubstr("pose relative to 'other'"));
+  EXPECT_THAT(
+      error("<model name='m'><static>true</static><pose relative_to='other'>0 0 0 0 0 0</pose></model>"),
+      HasSubstr("pose relative to 'other'"));
   EXPECT_THAT(error("<spherical_coordinates><latitude_deg>91</latitude_deg></spherical_coordinates>"),
               HasSubstr("latitude_deg"));
   EXPECT_THAT(error("<spherical_coordinates><world_frame_orientation>NED</world_frame_orientation>"
@@ -216,7 +240,8 @@ TEST_F(GazeboImport, NamesTheLineOfBadInput) {
 
 TEST_F(GazeboImport, AModelThatIncludesItselfEnds) {
   write("loop/model.sdf",
-        "<sdf version='1.6'><model name='loop'><include><uri>model://loop</uri></include></model></sdf>");
+        "<sdf version='1.6'><model "
+        "name='loop'><static>true</static><include><uri>model://loop</uri></include></model></sdf>");
   EXPECT_THAT(error("<include><uri>model://loop</uri></include>"), HasSubstr("includes itself"));
 }
 

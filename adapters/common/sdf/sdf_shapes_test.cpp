@@ -53,8 +53,8 @@ struct Files : ShapeFiles {
 };
 
 std::string model(const std::string& name, const std::string& pose, const std::string& geometry) {
-  return "<model name='" + name + "'><link name='link'><collision name='c'><pose>" + pose +
-         "</pose><geometry>" + geometry + "</geometry></collision></link></model>\n";
+  return "<model name='" + name + "'><static>true</static><link name='link'><collision name='c'><pose>" +
+         pose + "</pose><geometry>" + geometry + "</geometry></collision></link></model>\n";
 }
 
 class SdfShapes : public testing::Test {
