@@ -4,7 +4,7 @@ import { decodeChunk, Rows, type ChunkEntry, type Header, type MapChunkEntry, ty
 import { tablesOf, type EpochMessage } from './messages';
 
 /** Blocks are dropped, the one not used for longest first, beyond so many bytes (unpacked). */
-export const kMostBlockBytes = 160e6;
+export const kMostBlockBytes = 96e6;
 
 /** Slices of a heat map that are kept. */
 const kMostSlices = 8;

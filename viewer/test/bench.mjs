@@ -1,4 +1,5 @@
-// How long the page takes, in a headless Chromium with SwiftShader at 1280 x 720: `npm run bench`. Machines are shared, so that
+// How long the page takes, in a headless Chromium with SwiftShader at 1280 x 720: `npm run bench [-- BUILDINGS_A_SIDE...]`, or, of a
+// long drive, `npm run bench -- hour [PAGE.html | ADDRESS]` (made up where none is given). Machines are shared, so that
 // processor time of all of Chromium's processes is told beside wall time.
 import { readdirSync, readFileSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
@@ -45,35 +46,41 @@ function resident() {
   return most.toFixed(0);
 }
 
-/** An hour at 10 Hz with 40 satellites: what it takes to open, and after going through all of it. */
-async function hour() {
-  const view = sampleView({ epochs: 36_000, block: 64, interval: 0.1, more: 28 });
-  const html = fillPage(page, view);
-  console.log(`an hour at 10 Hz with 40 satellites: a page of ${(html.length / 1e6).toFixed(0)} MB, unpacked ${
-    (view.header.chunks.reduce((sum, c) => sum + c.bytes, 0) / 1e6).toFixed(0)} MB`);
+/** An hour at 10 Hz with 40 satellites: what it takes to open, and after going through all of it, a step every 6 s. */
+async function hour(given) {
+  const html = given ?? fillPage(page, sampleView({ epochs: 36_000, block: 64, interval: 0.1, more: 28 }));
   const s = await Session.open(html);
   const heap = () => s.run('performance.memory.usedJSHeapSize').then((bytes) => (bytes / 1e6).toFixed(0));
+  const { epochs, unpacked } = await s.run(() => {
+    const { store } = window.canyon;
+    return { epochs: store.tracks[0].size, unpacked: store.header.chunks.reduce((sum, c) => sum + c.bytes, 0) };
+  });
+  console.log(`${given ?? `made up, a page of ${(html.length / 1e6).toFixed(0)} MB`}: ${epochs} epochs, unpacked ${(unpacked / 1e6).toFixed(0)} MB`);
   console.log(`  first picture after ${(s.loadedMs / 1000).toFixed(1)} s; JavaScript heap ${await heap()} MB, the page's process ${resident()} MB`);
-  for (let t = 0; t < 3600; t += 60) {
-    await s.run(async (seconds) => {
+  let most = 0;
+  for (let e = 0; e < epochs; e += 60) {
+    await s.run(async (epoch) => {
       const { store } = window.canyon;
-      window.canyon.goTo(seconds);
-      await store.load(0, store.tracks[0].epochAt(seconds));
-      await store.load(0, Math.min(35_999, store.tracks[0].epochAt(seconds) + 300));
-    }, t);
+      window.canyon.goTo(store.tracks[0].time[epoch]);
+      await store.load(0, epoch);
+    }, e);
+    most = Math.max(most, Number(resident()));
   }
   const epoch = await timed(20, (n) => s.run(async (count) => {
-    for (let i = 0; i < count; ++i) {
-      window.canyon.goTo(3540 + i / 10);
+    const { store } = window.canyon;
+    const { time } = store.tracks[0];
+    for (let i = count; i > 0; --i) {
+      window.canyon.goTo(time[time.length - i]);
       await new Promise((done) => requestAnimationFrame(done));
     }
   }, n));
-  console.log(`  after going through it: JavaScript heap ${await heap()} MB, the page's process ${resident()} MB; an epoch on: ${epoch}`);
+  console.log(`  going through it: at most ${most} MB; after it JavaScript heap ${await heap()} MB, the page's process ${resident()} MB, ${
+    await s.run('canyon.store.loadedBlocks(0).length')} blocks kept; an epoch on: ${epoch}`);
   await s.close();
 }
 
 if (process.argv[2] === 'hour') {
-  await hour();
+  await hour(process.argv[3]);
   process.exit(0);
 }
 for (const grid of process.argv.slice(2).map(Number).concat(process.argv.length > 2 ? [] : [8, 142])) {
