@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <string>
@@ -57,6 +58,10 @@ std::string text_of(const Element& element) {
 std::string child_text(const Element& element, const char* child) {
   const Element* found = element.FirstChildElement(child);
   return found == nullptr ? "" : text_of(*found);
+}
+
+bool is_true(std::string_view word) {
+  return word == "true" || word == "1";
 }
 
 /// Exactly `count` numbers, each at most `largest`.
@@ -140,12 +145,10 @@ class GazeboImport {
 
   void note_moving() {
     if (moving_.empty()) return;
-    std::string names = moving_.front();
-    const std::size_t named = std::min<std::size_t>(moving_.size(), 5);
-    for (std::size_t i = 1; i < named; ++i) names += ", " + moving_[i];
-    if (named < moving_.size()) names += ", ...";
-    note(fmt::format("models that can move (without <static>true</static>) left out: {} ({})", moving_.size(),
-                     names));
+    const auto named = moving_.begin() + std::min<std::ptrdiff_t>(std::ssize(moving_), 5);
+    note(fmt::format("models that can move (without <static>true</static>) left out: {} ({}{})",
+                     moving_.size(), fmt::join(moving_.begin(), named, ", "),
+                     named == moving_.end() ? "" : ", ..."));
   }
 
   /// A model's folder stands for the file that its model.config names.
@@ -250,8 +253,7 @@ class GazeboImport {
     }
     if (text_of(*pose).empty()) return result;
     const std::vector<double> v = numbers(source, *pose, 6, kLargestPose_m);
-    const std::string degrees = attribute(*pose, "degrees");
-    const double unit = degrees == "true" || degrees == "1" ? geodesy::radians(1) : 1;
+    const double unit = is_true(attribute(*pose, "degrees")) ? geodesy::radians(1) : 1;
     result.translate(Eigen::Vector3d(v[0], v[1], v[2]));
     // SDF: roll about x, then pitch about y, then yaw about z, all of fixed axes.
     result.rotate(Eigen::AngleAxisd(v[5] * unit, Eigen::Vector3d::UnitZ()) *
@@ -260,11 +262,10 @@ class GazeboImport {
     return result;
   }
 
-  /// Whether <static> says so, and is true.
-  static std::optional<bool> says_static(const Element& element) {
-    if (element.FirstChildElement("static") == nullptr) return std::nullopt;
-    const std::string word = lower_case(child_text(element, "static"));
-    return word == "true" || word == "1";
+  /// Of a world's model; <static> of its include takes the place of its own.
+  static bool is_static(const Element& model, const Element* include = nullptr) {
+    const bool included = include != nullptr && include->FirstChildElement("static") != nullptr;
+    return is_true(lower_case(child_text(included ? *include : model, "static")));
   }
 
   /// <model> and <include> children of a world, a model or <sdf>. @param only_static leaves out what can move
@@ -278,7 +279,7 @@ class GazeboImport {
     for (const Element* e = parent.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       const std::string_view kind = e->Name();
       if (kind == "model") {
-        if (only_static && !says_static(*e).value_or(false)) {
+        if (only_static && !is_static(*e)) {
           moving_.push_back(attribute(*e, "name"));
           continue;
         }
@@ -343,8 +344,7 @@ class GazeboImport {
     const Eigen::Affine3d pose = placed ? pose_of(source, include) : pose_of(included, *model);
     std::string name = child_text(include, "name");
     if (name.empty()) name = attribute(*model, "name");
-    // <static> of the include takes the place of the model's own.
-    if (only_static && !says_static(include).value_or(says_static(*model).value_or(false))) {
+    if (only_static && !is_static(*model, &include)) {
       moving_.push_back(name);
       return;
     }

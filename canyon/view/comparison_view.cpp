@@ -15,10 +15,11 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/scenario.hpp"
 #include "canyon/tracking/signal_lock.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/header_extension.hpp"
-#include "canyon/view/page.hpp"
+#include "canyon/view/probe.hpp"
 #include "canyon/view/skyline.hpp"
 #include "canyon/view/tables/chunk.hpp"
 #include "canyon/view/tables/epoch_row.hpp"
@@ -287,14 +288,14 @@ void write_comparison(const ComparisonInput& input, const std::filesystem::path&
 }
 
 bool is_comparison(const std::filesystem::path& folder) {
-  return nlohmann::json::parse(read_bytes(folder / kHeaderFile), nullptr, false).contains(kKey);
+  return read_header(folder).contains(kKey);
 }
 
 std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder, simulation::Scenario scenario,
                                         std::shared_ptr<simulation::CityScene> scene,
                                         std::size_t paths_per_satellite) {
   using Json = nlohmann::json;
-  const Json shown = Json::parse(read_bytes(folder / kHeaderFile), nullptr, false);
+  const Json shown = read_header(folder);
   if (!shows_city(shown, scene->city)) {
     throw InputError(folder, 0, "is of a validation in another city than the scenario's",
                      "give the scenario that was validated");

@@ -6,11 +6,12 @@
 #include <string>
 
 #include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/fwd.hpp"
 #include "canyon/validation/comparison.hpp"
-#include "canyon/view/probe.hpp"
 
 namespace canyon::view {
+
+class Probe;
 
 /// What a view of a validation shows.
 struct ComparisonInput {
@@ -28,7 +29,7 @@ struct ComparisonInput {
 /// no epoch or the folder does not take the files.
 void write_comparison(const ComparisonInput& input, const std::filesystem::path& folder);
 
-/// Whether the view in `folder` is of a comparison. Throws InputError where it is no view.
+/// Whether the view in `folder` is of a comparison. Throws InputError where it has no header.
 [[nodiscard]] bool is_comparison(const std::filesystem::path& folder);
 
 /// Antennas in the view of a comparison, at its times, with the scenario's first receiver, which is the

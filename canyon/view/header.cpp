@@ -12,6 +12,7 @@
 #include "canyon/propagation/body.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/tracking/signal_lock.hpp"
+#include "canyon/view/page.hpp"
 #include "canyon/view/tables/tables.hpp"
 
 namespace canyon::view {
@@ -182,6 +183,10 @@ std::string header_json(const Header& header) {
   json["chunks"] = OrderedJson::array();
   for (const ChunkEntry& chunk : header.chunks) json["chunks"].push_back(chunk_json(chunk));
   return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
+}
+
+nlohmann::json read_header(const std::filesystem::path& folder) {
+  return nlohmann::json::parse(read_bytes(folder / kHeaderFile), nullptr, false);
 }
 
 bool shows_city(const nlohmann::json& header, const city::City& city) {

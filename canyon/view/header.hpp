@@ -54,7 +54,10 @@ struct Header {
   std::vector<ChunkEntry> chunks;
 };
 
-/// Whether a header, parsed, is of this city: the same origin, as many triangles.
+/// The header of the view in `folder`, parsed; discarded where it is no JSON. Throws InputError where it
+/// cannot be read.
+[[nodiscard]] nlohmann::json read_header(const std::filesystem::path& folder);
+/// Whether such a header is of this city: the same origin, as many triangles.
 [[nodiscard]] bool shows_city(const nlohmann::json& header, const city::City& city);
 
 /// Of a receiver that has seen nothing yet.

@@ -15,7 +15,6 @@
 #include "canyon/output/sinks.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/view/header.hpp"
-#include "canyon/view/page.hpp"
 #include "canyon/view/skyline.hpp"
 #include "canyon/view/tables/chunk.hpp"
 
@@ -182,7 +181,7 @@ void ViewOptions::validate() const {
 
 void check_run(const std::filesystem::path& folder, const simulation::Simulation& simulation) {
   using Json = nlohmann::json;
-  const Json shown = Json::parse(read_bytes(folder / kHeaderFile), nullptr, false);
+  const Json shown = read_header(folder);
   const Json ours = Json::parse(header_json(begun(simulation)));
   const auto at = [](const Json& json, const char* pointer) {
     const Json::json_pointer where(pointer);

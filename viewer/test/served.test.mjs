@@ -16,6 +16,14 @@ const messages = async () => {
   const schema = JSON.parse(await readFile(join(root, 'viewer/schema.json'), 'utf8'));
   return new Ajv({ allowUnionTypes: true }).compile({ ...schema.definitions.message, definitions: schema.definitions });
 };
+/** In the page: an antenna where the first receiver is at epoch 12. */
+const putAtEpoch12 = () => {
+  const { canyon } = window;
+  const t = canyon.store.tracks[0];
+  canyon.goTo(t.time[12]);
+  document.getElementById('probe-height').value = '0';
+  canyon.probe.put([t.east[12], t.north[12], t.up[12]]);
+};
 let folder;
 let server;
 let s;
@@ -49,13 +57,7 @@ test('opens from the server: no complaint, and nothing asked of anybody else', {
 
 test('an antenna where the receiver is has its sky', { skip }, async () => {
   // Epoch 12, with no height above the antenna's own place.
-  await s.run(() => {
-    const { canyon } = window;
-    const t = canyon.store.tracks[0];
-    canyon.goTo(t.time[12]);
-    document.getElementById('probe-height').value = '0';
-    canyon.probe.put([t.east[12], t.north[12], t.up[12]]);
-  });
+  await s.run(putAtEpoch12);
   await s.page.waitForFunction(() => canyon.state.receiver === 1);
   const shown = await s.run(() => canyon.store.satellites(1, 0).map((r) => [canyon.store.header.satellites[r.satellite].id,
     r.azimuth, r.elevation, canyon.store.header.words.visibility[r.visibility], r.paths.length]));
@@ -220,12 +222,7 @@ test('antennas can be put in a validation whose scenario is given', { skip }, as
   const page = await Session.open(judged.address);
   try {
     await page.page.waitForFunction(() => canyon.store.loaded(0, 0));
-    await page.run(() => {
-      const t = canyon.store.tracks[0];
-      canyon.goTo(t.time[12]);
-      document.getElementById('probe-height').value = '0';
-      canyon.probe.put([t.east[12], t.north[12], t.up[12]]);
-    });
+    await page.run(putAtEpoch12);
     await page.page.waitForFunction(() => canyon.state.receiver === 2);
     // Whichever side was chosen, it is the simulated receiver that is put.
     assert.match(await page.run('canyon.store.header.receivers[2].name'), /put as simulated/);
@@ -235,9 +232,9 @@ test('antennas can be put in a validation whose scenario is given', { skip }, as
     // The recording's first epoch lies nanoseconds before the truth: the view begins with the second.
     const tow = [...new Set(rows.map((r) => r.gps_tow))][13];
     assert.deepEqual(put.map((one) => one.id), rows.filter((r) => r.gps_tow === tow).map((r) => r.sat));
-    const judged = await seen(1, 12);
-    assert.ok(judged.length > 5);
-    for (const { id, direct } of judged) assert.equal(put.find((one) => one.id === id).direct, direct, id);
+    const simulated = await seen(1, 12);
+    assert.ok(simulated.length > 5);
+    for (const { id, direct } of simulated) assert.equal(put.find((one) => one.id === id).direct, direct, id);
     assert.ok(put.some((one) => one.paths > 1));
     await page.page.keyboard.press('Escape');
     assert.equal(await page.run('canyon.state.receiver'), 0);
