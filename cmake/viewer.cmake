@@ -1,7 +1,10 @@
 # The viewer's page is built by Node.js (./run view), never by this build: the program looks for it when it runs. Where it
 # is there it is installed.
 if(TARGET canyon_view_io)
-  set_property(SOURCE ${CMAKE_CURRENT_SOURCE_DIR}/canyon/view/page.cpp APPEND PROPERTY
-               COMPILE_DEFINITIONS CANYON_VIEWER_BUILT="${CMAKE_CURRENT_SOURCE_DIR}/viewer/dist/viewer.html")
+  # In a file of its own: another clone then knows everything else again.
+  set(file ${CMAKE_BINARY_DIR}/generated/viewer_page.cpp)
+  file(CONFIGURE OUTPUT ${file} CONTENT "#include \"canyon/view/page.hpp\"\n
+const char* const canyon::view::built_page = \"${CMAKE_CURRENT_SOURCE_DIR}/viewer/dist/viewer.html\";\n" @ONLY)
+  target_sources(canyon_view_io PRIVATE ${file})
   install(FILES viewer/dist/viewer.html DESTINATION ${CMAKE_INSTALL_DATADIR}/canyon OPTIONAL)
 endif()

@@ -64,7 +64,7 @@ std::filesystem::path find_page() {
   // Of an installed program share/ lies beside bin/; of one that was built the source tree has the page.
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
   if (!error) places.push_back(program.parent_path().parent_path() / "share/canyon/viewer.html");
-  places.emplace_back(CANYON_VIEWER_BUILT);
+  places.emplace_back(built_page);
   for (const std::filesystem::path& place : places) {
     if (std::filesystem::is_regular_file(place, error)) return place;
   }

@@ -6,6 +6,9 @@
 
 namespace canyon::view {
 
+/// viewer.html of the source tree that this program was built from; cmake/viewer.cmake defines it.
+extern const char* const built_page;
+
 /// The viewer as one HTML page, built from viewer/ (`./run view`): CANYON_VIEWER where the environment names
 /// one, else viewer.html of the installed share/canyon, else that of the source tree. Throws InputError, with
 /// the command that builds it, where there is none.

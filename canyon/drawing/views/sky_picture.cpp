@@ -23,8 +23,8 @@ constexpr std::array kVisibilities{Visibility::LOS, Visibility::LOSMultipath, Vi
                                    Visibility::Blocked};
 constexpr double kRadius = 340;  // of the horizon
 constexpr Point kCentre{410, 456};
-constexpr double kWidth = 990;
-constexpr double kHeight = 836;
+constexpr double kSkyWidth = 990;
+constexpr double kSkyHeight = 836;
 
 /// Says on the picture itself how it differs from a map.
 void draw_fisheye_notes(Canvas& canvas, const Point& at) {
@@ -189,9 +189,9 @@ void draw_sheet(Canvas& canvas, const SkyDrawing& drawing, const SkyLens& lens,
 }
 
 std::string render_sheet(const SkySheet& sheet, const std::function<void(Canvas&)>& draw) {
-  if (sheet.format == PictureFormat::Svg) return render_svg(kWidth, kHeight, draw);
+  if (sheet.format == PictureFormat::Svg) return render_svg(kSkyWidth, kSkyHeight, draw);
   return render_png(sheet.width_px, static_cast<int>(std::lround(sheet.width_px * kSkySheetAspect)),
-                    sheet.width_px / kWidth, draw);
+                    sheet.width_px / kSkyWidth, draw);
 }
 
 std::function<void(Canvas&)> chart(const SkyDrawing& drawing) {
@@ -221,7 +221,7 @@ SkyLens sky_sheet_lens(SkyProjection projection, bool looking_up) {
 }
 
 Picture draw_sky(const SkyDrawing& drawing) {
-  return render(kWidth, kHeight, chart(drawing));
+  return render(kSkyWidth, kSkyHeight, chart(drawing));
 }
 
 std::string draw_sky(const SkyDrawing& drawing, const SkySheet& sheet) {
@@ -233,7 +233,7 @@ std::string draw_fisheye(const SkyDrawing& drawing, const SkySurroundings& surro
                          const SkySheet& sheet) {
   sheet.validate();
   // The image covers whole pixels, so that it goes into the picture as it is.
-  const double scale = sheet.width_px / kWidth;
+  const double scale = sheet.width_px / kSkyWidth;
   const double left = std::floor((kCentre.x - kRadius) * scale),
                top = std::floor((kCentre.y - kRadius) * scale);
   const int width = static_cast<int>(std::ceil((kCentre.x + kRadius) * scale) - left);

@@ -19,7 +19,7 @@ constexpr std::uint32_t kNothing = 0xFFFFFFFFU;
 /// Of distance and height: how fast surfaces fade, how fast streets lighten upwards.
 constexpr double kHaze_m = 450, kMostHaze = 0.6, kStreetDepth_m = 14;
 /// How much darker a wall's line, and the edge between two surfaces.
-constexpr double kLineInk = 0.22, kEdgeInk = 0.16;
+constexpr double kLineInk = 0.22, kSkyEdgeInk = 0.16;
 /// Lines fade where a pixel is as tall as this share of their spacing.
 constexpr double kFinestLines = 0.2;
 
@@ -171,7 +171,7 @@ RgbImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh, con
           light += renderer.shade(x + dx, y + dy).light * (1.0 / kRooks.size());
         }
         // Each edge once: by the pixel above it or to its left.
-        if (crease(here, right) || crease(here, below)) light = light * (1 - kEdgeInk);
+        if (crease(here, right) || crease(here, below)) light = light * (1 - kSkyEdgeInk);
       } else if (here.object != kNothing) {
         const auto span = static_cast<double>(
             0.5F * std::hypot(right.height_m - left.height_m, below.height_m - above.height_m));

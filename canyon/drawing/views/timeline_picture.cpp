@@ -14,8 +14,8 @@
 namespace canyon::drawing {
 namespace {
 
-constexpr double kWidth = 1200;
-constexpr double kHeight = 800;
+constexpr double kTimelineWidth = 1200;
+constexpr double kTimelineHeight = 800;
 constexpr double kStrengthHeight = 170;  // more, with C/N0
 constexpr double kLeft = 84;
 constexpr double kPlotWidth = 940;
@@ -322,9 +322,9 @@ class Timeline {
 }  // namespace
 
 Picture draw_timeline(const TimelineDrawing& drawing) {
-  const double height =
-      kHeight + Timeline::faults_height(drawing) + (Timeline::has_strength(drawing) ? kStrengthHeight : 0);
-  return render(kWidth, height, [&drawing](Canvas& canvas) { Timeline(drawing).draw(canvas); });
+  const double height = kTimelineHeight + Timeline::faults_height(drawing) +
+                        (Timeline::has_strength(drawing) ? kStrengthHeight : 0);
+  return render(kTimelineWidth, height, [&drawing](Canvas& canvas) { Timeline(drawing).draw(canvas); });
 }
 
 }  // namespace canyon::drawing

@@ -19,14 +19,14 @@
 namespace canyon::drawing {
 namespace {
 
-constexpr double kMargin = 0.1;
+constexpr double kTrackMargin = 0.1;
 constexpr double kSmallestExtent_m = 60;
 constexpr double kSlimmest = 0.5;
 constexpr double kOffMapTail = 0.02;
 constexpr double kLeastReach_m = 100;
 constexpr double kLargestMapWidth = 1000;
 constexpr double kLargestMapHeight = 860;
-constexpr double kLegendWidth = 206;
+constexpr double kTrackLegendWidth = 206;
 constexpr double kDotRadius = 3.2;
 /// More dots than this are thinned to one for each cell of 1.5 units, the worst first.
 constexpr std::size_t kManyDots = 5000;
@@ -151,7 +151,7 @@ class TrackMap {
     area_ = {76, 78, units * size.x(), units * size.y()};
   }
 
-  [[nodiscard]] double width() const { return area_.right() + kLegendWidth; }
+  [[nodiscard]] double width() const { return area_.right() + kTrackLegendWidth; }
   [[nodiscard]] double height() const { return std::max(area_.bottom(), area_.y + 520) + 48; }
 
   void draw(Canvas& canvas) {
@@ -339,7 +339,7 @@ city::Box map_extent(const std::vector<TrackPoint>& points) {
     }
   }
   const Eigen::Vector3d centre = 0.5 * (box.min + box.max);
-  Eigen::Vector3d size = (1 + 2 * kMargin) * (box.max - box.min);
+  Eigen::Vector3d size = (1 + 2 * kTrackMargin) * (box.max - box.min);
   size.x() = std::max({size.x(), kSmallestExtent_m, kSlimmest * size.y()});
   size.y() = std::max({size.y(), kSmallestExtent_m, kSlimmest * size.x()});
   return {centre - 0.5 * size, centre + 0.5 * size};
