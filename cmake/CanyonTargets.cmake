@@ -7,9 +7,6 @@
 # With CANYON_UNITY_BUILD, files of a folder are compiled several at a time (canyon_units).
 # The target `unit_tests` builds all test_NAME; ctest runs them alone by `-L unit`.
 
-# Here and not in a function: its variables must reach tests/ as well.
-include(GoogleTest)
-
 set(CANYON_FOLDERS "" CACHE INTERNAL "")
 add_library(canyon_cxx INTERFACE)
 target_compile_features(canyon_cxx INTERFACE cxx_std_20)
@@ -205,6 +202,21 @@ function(canyon_io_library target)
   add_library(canyon::io ALIAS ${target})
 endfunction()
 
+# canyon_discover_tests(TARGET PREFIX [PROPERTY VALUE]...): a ctest entry PREFIX/SUITE for each suite of a program.
+function(canyon_discover_tests target prefix)
+  set(file ${CMAKE_CURRENT_BINARY_DIR}/${target}_tests.cmake)
+  list(JOIN ARGN " " properties)
+  add_custom_command(TARGET ${target} POST_BUILD BYPRODUCTS ${file} VERBATIM
+                     COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:${target}> -D PREFIX=${prefix} -D FILE=${file}
+                             -D FOLDER=${PROJECT_SOURCE_DIR} "-DPROPERTIES=${properties}"
+                             -P ${PROJECT_SOURCE_DIR}/cmake/discover_suites.cmake)
+  # What is not built yet is a test that says so.
+  set(include_file ${CMAKE_CURRENT_BINARY_DIR}/${target}_include.cmake)
+  file(WRITE ${include_file} "if(EXISTS \"${file}\")\n  include(\"${file}\")\nelse()\n"
+       "  add_test(${prefix}/${target}_NOT_BUILT ${target}_NOT_BUILT)\nendif()\n")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${include_file})
+endfunction()
+
 function(canyon_tests)
   set(objects "")
   set(io_objects "")
@@ -248,7 +260,7 @@ function(canyon_tests)
       canyon_units(units test_${name} ${tests})
       add_executable(test_${name} ${units} ${linked})
       target_link_libraries(test_${name} PRIVATE canyon_${name}_usage canyon_warnings canyon_io_needs
-                            canyon_test_support GTest::gmock GTest::gtest_main)
+                            canyon_test_support canyon_test_main GTest::gmock)
       canyon_test_sources(test_${name})
       if(judged_by_rtklib)
         target_link_libraries(test_${name} PRIVATE ${CANYON_RTKLIB})
@@ -256,9 +268,7 @@ function(canyon_tests)
       if(judged_by_sdformat)
         target_link_libraries(test_${name} PRIVATE ${CANYON_SDFORMAT})
       endif()
-      gtest_discover_tests(test_${name} TEST_PREFIX ${folder}/ DISCOVERY_TIMEOUT 60
-                           WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}
-                           PROPERTIES TIMEOUT 300 LABELS unit)
+      canyon_discover_tests(test_${name} ${folder} TIMEOUT 300 LABELS unit)
       add_dependencies(unit_tests test_${name})
     endif()
     # Benchmarks are built by the target `benchmarks` alone, and link the libraries as a user does.

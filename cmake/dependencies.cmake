@@ -61,4 +61,7 @@ const char* const canyon_build_dir = \"${CMAKE_BINARY_DIR}\";\n")
   add_library(canyon_source_dir STATIC ${CMAKE_BINARY_DIR}/generated/source_dir.cpp)
   target_include_directories(canyon_source_dir PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
   target_link_libraries(canyon_test_support INTERFACE canyon_source_dir)
+  add_library(canyon_test_main STATIC tests/support/main.cpp)
+  target_link_libraries(canyon_test_main PUBLIC GTest::gtest)
+  include(GoogleTest)    # of hosts, whose tests each need a process of their own
 endif()
