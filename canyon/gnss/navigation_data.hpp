@@ -76,8 +76,8 @@ struct SbasEphemeris {
   int source = 0;
 };
 
-/// Signals of one system at most.
-inline constexpr std::size_t kMostSignals = 5;
+/// Room for the signals of one system; the tables of signals.cpp assert that they have it.
+inline constexpr std::size_t kMostSignals = 8;
 
 /// Group delays that a satellite's newer messages tell of its signals [s], in the order of signals_of(); NaN:
 /// not told. GPS and QZSS CNAV and CNAV-2: TGD less the inter-signal correction (IS-GPS-200 30.3.3.3.1.1,

@@ -235,6 +235,32 @@ TEST(RinexObservation, EverySignalHasItsCodes) {
   EXPECT_THAT(signal_codes(b1c, 3.03), ElementsAre("1P", "1X", "1D"));
 }
 
+// Codes of real receivers: every pseudorange of their headers is a signal's, but for encrypted P(Y) on L2.
+TEST(RinexObservation, RealHeadersAreKnownSignals) {
+  std::set<std::string> names;
+  for (const char* file : {"rtk-nagoya-20240624/rover.obs",
+                           "urbannav-tst-20210517/20210517.light-urban.tste.ublox.f9p.splitter.obs",
+                           "urbannav-tst-20210517/20210517.light-urban.tste.google.pixel4.obs",
+                           "urbannav-tst-20190428/COM3_190428_124409.obs"}) {
+    CANYON_SHARED_DATA(path, file);
+    RinexObservationReader reader(path, all_signals());
+    for (int i = 0; i < 60; ++i) {
+      const auto epoch = reader.next();
+      if (!epoch) break;
+      for (const ObservedSignal& signal : epoch->signals) {
+        names.insert(fmt::format("{} {}", gnss::name(signal.id.system), signal.signal->name));
+      }
+    }
+    for (const auto& [system, codes] : reader.report().unknown_codes) {
+      EXPECT_EQ(system, 'G');
+      EXPECT_THAT(codes, ElementsAre("2W"));
+    }
+  }
+  EXPECT_THAT(names, testing::IsSupersetOf({"GPS L1CA", "GPS L2C", "GPS L5", "GLONASS G1", "GLONASS G2",
+                                            "Galileo E1", "Galileo E5a", "Galileo E5b", "BeiDou B1I",
+                                            "BeiDou B2I", "BeiDou B3I", "QZSS L1CA"}));
+}
+
 TEST(RinexObservation, AllSignals) {
   const std::string text = header_line("     3.04           OBSERVATION DATA    M", "RINEX VERSION / TYPE") +
                            header_line("G    9 C5X C2W C2X C1C C1L C9Z L5X X1  L9Z", "SYS / # / OBS TYPES") +
