@@ -52,7 +52,8 @@ constexpr Signal kGalileo[]{
     {System::Galileo, "E5b", "7X", "7Q 7I", kE5b, 0, BPSK, 10.23e6, -155.25, All, GroupDelay::BgdE5b, 16, 6},
 };
 // BDS-SIS-ICD-B1I-3.0, B1C-1.0 (MEO; the pilot's QMBOC has the correlation of TMBOC's power shares nearly),
-// B2I of 2.1, B2a-1.0 (MEO), B3I-1.0.
+// B2I of 2.1, B2a-1.0 (MEO), B3I-1.0, B2b-1.0 (MEO; not of geostationary satellites). TGD2 of BeiDou-3 is not
+// B2b's: B-CNAV3 alone tells that.
 constexpr Signal kBeiDou[]{
     {System::BeiDou, "B1I", "2I", "1I 2X 2Q", 1561.098e6, 0, BPSK, 2.046e6, -163, BeiDou2 | BeiDou3, Tgd1, 2,
      0, 1},
@@ -61,6 +62,7 @@ constexpr Signal kBeiDou[]{
     {System::BeiDou, "B2a", "5P", "5X 5D", kL5, 0, BPSK, 10.23e6, -159, BeiDou3, Tgd2, 23, 7},
     {System::BeiDou, "B3I", "6I", "6X 6Q", 1268.52e6, 0, BPSK, 10.23e6, -163, BeiDou2 | BeiDou3, None, 8, 4,
      10},
+    {System::BeiDou, "B2b", "7D", "7Z 7P", kE5b, 0, BPSK, 10.23e6, -160, Block::BeiDou3, None, 25},
 };
 
 // RTCA DO-229 A.2 (C/A codes of 1.023 Mchip/s) and ICAO Annex 10, Volume I, 3.7.3.4.4.3.

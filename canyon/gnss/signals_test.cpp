@@ -63,7 +63,7 @@ TEST(Signals, HaveTheCodesOfWhatIsTracked) {
       {System::GLONASS, "G2", "2C"},  {System::Galileo, "E1", "1X"}, {System::Galileo, "E5a", "5X"},
       {System::Galileo, "E5b", "7X"}, {System::BeiDou, "B1I", "2I"}, {System::BeiDou, "B1C", "1P"},
       {System::BeiDou, "B2I", "7I"},  {System::BeiDou, "B2a", "5P"}, {System::BeiDou, "B3I", "6I"},
-      {System::SBAS, "L1CA", "1C"},
+      {System::BeiDou, "B2b", "7D"},  {System::SBAS, "L1CA", "1C"},
   };
   std::size_t signals = 0;
   for (const System system : kAllSystems) signals += signals_of(system).size();
@@ -89,7 +89,7 @@ TEST(Signals, HaveTheNumbersOfRtcmAndUbx) {
       {System::Galileo, "7X", 16, 6, -1}, {System::BeiDou, "2I", 2, 0, 1},
       {System::BeiDou, "1P", 31, 5, -1},  {System::BeiDou, "7I", 14, 2, 3},
       {System::BeiDou, "5P", 23, 7, -1},  {System::BeiDou, "6I", 8, 4, 10},
-      {System::SBAS, "1C", 2, 0, -1},
+      {System::BeiDou, "7D", 25, -1, -1}, {System::SBAS, "1C", 2, 0, -1},
   };
   std::size_t signals = 0;
   for (const System system : kAllSystems) signals += signals_of(system).size();
@@ -118,6 +118,7 @@ TEST(Signals, HaveTheCarriersOfTheInterfaceDocuments) {
   EXPECT_NEAR(named(System::BeiDou, "B1I").carrier_hz, 152.6 * f0, 1e-3);
   EXPECT_EQ(named(System::BeiDou, "B2I").carrier_hz, 118 * f0);
   EXPECT_EQ(named(System::BeiDou, "B3I").carrier_hz, 124 * f0);
+  EXPECT_EQ(named(System::BeiDou, "B2b").carrier_hz, 118 * f0);
 }
 
 TEST(Signals, FollowTheFrequencyChannelOfGlonass) {
@@ -165,6 +166,9 @@ TEST(Transmits, TellsBeiDou2From3) {
   EXPECT_FALSE(sends(27, "B2I"));
   EXPECT_TRUE(sends(27, "B2a"));
   EXPECT_TRUE(sends(6, "B3I") && sends(27, "B3I"));
+  EXPECT_TRUE(sends(27, "B2b"));
+  EXPECT_FALSE(sends(6, "B2b"));
+  EXPECT_FALSE(sends(60, "B2b")) << "geostationary: PPP-B2b";
 }
 
 TEST(Transmits, EverySignalIsSentByABlockAndEveryBlockSendsTheFirst) {
