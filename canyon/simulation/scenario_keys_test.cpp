@@ -100,7 +100,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "2, block_size_m: 50, street_width_m: 20, "
       "min_height_m: 10, "
       "max_height_m: 30, seed: 2}}\n"
-      "sky: {nominal: true}\nstart: 2026-06-01T12:00:00Z\n"
+      "sky: {nominal: true}\nstart: 2026-06-01T12:00:00Z\noutputs: [nmea, kml]\n"
       "trajectory: {attitude: aircraft, waypoints: [{latitude_deg: 1, longitude_deg: 2, height_m: 3, "
       "height_above_terrain_m: 4, speed_mps: 5, hold_s: 6}, {east_m: 1, north_m: 2, up_m: 3}], "
       "speed_mps: 3, hold_s: 1, acceleration_mps2: 2}\n"
