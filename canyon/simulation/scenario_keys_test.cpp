@@ -82,7 +82,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "gps_input: true, hil_gps: true, gps_raw_int: true, rtcm: true, ubx: true, ubx_m8: true, "
       "rinex_observation: true, "
       "rinex4_observation: true, "
-      "rinex_navigation: true, kml: true, geojson: true, pictures: true}\n"
+      "rinex_navigation: true, kml: true, geojson: true, gpx: true, pictures: true}\n"
       "live: {poses: [{from: 'stdin:', format: mavlink, id: a, receivers: [rover], messages: [SIM_STATE], "
       "axes: "
       "ned, body: frd, east_m: 1, north_m: 2, up_m: 3, heading_deg: 4, scale: 5, timeout_s: 1, smoothing_s: "
