@@ -106,7 +106,7 @@ int run(const Arguments& arguments) {
   const std::atomic<bool>& stop_requested = catch_interrupts();
   std::vector<std::unique_ptr<simulation::EpochSink>> sinks =
       output::make_file_sinks(simulation, arguments.out);
-  if (scenario.outputs.pictures) {
+  if (scenario.outputs.has("pictures")) {
     const std::size_t drawn = std::min(scenario.receivers.size(), kMostDrawn);
     for (std::size_t i = 0; i < drawn; ++i) {
       sinks.push_back(drawing::make_pictures(
@@ -158,9 +158,9 @@ int run(const Arguments& arguments) {
   if (!arguments.quiet) print_warnings(result.warnings);
   if (!arguments.quiet) fmt::print("\n{}\n", output::format_summary_table(figures.summaries()));
   // An end that is asked for while pictures are drawn leaves them out.
-  if (result.interrupted || (scenario.outputs.pictures && stop_requested.load())) {
+  if (result.interrupted || (scenario.outputs.has("pictures") && stop_requested.load())) {
     fmt::print(stderr, "canyon: interrupted: {} of {} epochs finished and written to {}{}\n", result.epochs,
-               result.planned, arguments.out, scenario.outputs.pictures ? ", without pictures" : "");
+               result.planned, arguments.out, scenario.outputs.has("pictures") ? ", without pictures" : "");
     return kInterrupted;
   }
   note(fmt::format("{} epochs in {:.2f} s, {:.0f} times real time; results in {}", result.epochs,

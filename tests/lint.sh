@@ -26,7 +26,7 @@ while IFS=: read -r file line included; do
   elif [ "${rank[$included]}" -gt "${rank[$folder]}" ]; then
     breach "$file:$line: canyon/$folder includes canyon/$included, which lies further down the pipeline"
   fi
-done < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/[a-z]*\.hpp$' | xargs grep -nHE '^#include "canyon/' | sed -E 's|^([^:]*:[0-9]+):#include "canyon/([a-z_/]+)/[a-z0-9_]+.hpp".*|\1:\2|')
+done < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/[a-z]*\.hpp$' | xargs grep -nHE '^#include "canyon/' | sed -E 's|^([^:]*:[0-9]+):#include "canyon/([a-z_/]+)/[a-z0-9_]+[.][a-z]+".*|\1:\2|')
 
 # 2. The engine knows no host.
 grep_each "the engine includes a host's header" \

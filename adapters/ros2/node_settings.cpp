@@ -53,7 +53,7 @@ std::vector<Key> make_keys() {
       if (key.path.starts_with(kReceivers) != receivers) continue;
       if (receivers) key.path.erase(0, kReceivers.size());
       const bool files_own = key.path.find("[]") != std::string::npos || key.type == Type::Rows ||
-                             key.path.starts_with("outputs.");
+                             key.path.starts_with("outputs");
       // A scenario says of all receivers what a receiver may say of itself; here there is but one.
       if (!files_own && names.insert(key.path).second) keys.push_back(std::move(key));
     }

@@ -12,9 +12,12 @@
 namespace canyon::gnss {
 namespace {
 
-constexpr std::array<std::string_view, 9> kKinds{"GPS-IIR",    "GPS-IIRM",    "GPS-IIF",
-                                                 "GPS-III",    "BeiDou-2",    "BeiDou-3",
-                                                 "BeiDou-GEO", "BeiDou-IGSO", "BeiDou-MEO"};
+/// Blocks, and orbits of BeiDou.
+std::vector<std::string_view> kinds() {
+  std::vector<std::string_view> names = block_names();
+  names.insert(names.end(), {"BeiDou-GEO", "BeiDou-IGSO", "BeiDou-MEO"});
+  return names;
+}
 
 /// CSNO's constellation list: geostationary, inclined geosynchronous and medium orbits by PRN.
 std::string_view beidou_orbit(int prn) {
@@ -24,12 +27,12 @@ std::string_view beidou_orbit(int prn) {
 }
 
 bool is_name(std::string_view name) {
-  if (std::find(kKinds.begin(), kKinds.end(), name) != kKinds.end()) return true;
-  return std::any_of(kAllSystems.begin(), kAllSystems.end(), [&](System system) {
-    const auto signals = signals_of(system);
-    return name == gnss::name(system) ||
-           std::any_of(signals.begin(), signals.end(), [&](const Signal& s) { return s.name == name; });
-  });
+  const auto among = [&](const std::vector<std::string_view>& names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  return among(kinds()) || among(signal_names()) ||
+         std::any_of(kAllSystems.begin(), kAllSystems.end(),
+                     [&](System system) { return name == gnss::name(system); });
 }
 
 /// Calls `each` with every name of a group until it answers false; whether it never did.
@@ -71,7 +74,7 @@ void check_group(std::string_view group) {
                    [](System system) { return gnss::name(system); });
     throw InputError(fmt::format("'{}' is no group of signals", name),
                      fmt::format("groups are systems ({}), signals (L1CA, B1I, ...), and {}; & joins them",
-                                 fmt::join(systems, ", "), fmt::join(kKinds, ", ")));
+                                 fmt::join(systems, ", "), fmt::join(kinds(), ", ")));
   }));
 }
 
@@ -84,12 +87,7 @@ double sum_of(const GroupValues& values, SatelliteId id, const Signal& signal, g
 }
 
 void check_signals(const std::vector<std::string>& names) {
-  std::vector<std::string_view> known;
-  for (const System system : kAllSystems) {
-    for (const Signal& signal : signals_of(system)) {
-      if (std::find(known.begin(), known.end(), signal.name) == known.end()) known.push_back(signal.name);
-    }
-  }
+  const std::vector<std::string_view> known = signal_names();
   for (auto name = names.begin(); name != names.end(); ++name) {
     if (std::find(known.begin(), known.end(), *name) == known.end()) {
       throw InputError(fmt::format("no satellite sends a signal '{}'", *name),

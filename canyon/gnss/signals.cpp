@@ -6,54 +6,98 @@
 #include <optional>
 
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
 
 namespace canyon::gnss {
 namespace {
 
 constexpr Modulation BPSK = Modulation::BPSK, TMBOC = Modulation::TMBOC, CBOCPilot = Modulation::CBOCPilot;
+constexpr Block IIR = Block::IIR, IIRM = Block::IIRM, IIF = Block::IIF, III = Block::III, All = Block::All,
+                BeiDou2 = Block::BeiDou2, BeiDou3 = Block::BeiDou3 | Block::BeiDou3Geo;
+constexpr GroupDelay None = GroupDelay::None, Tgd = GroupDelay::Tgd, Tgd1 = GroupDelay::Tgd1,
+                     Tgd2 = GroupDelay::Tgd2;
 
 constexpr double kL1 = kL1_hz, kL2 = 1227.6e6, kL5 = 1176.45e6, kE5b = 1207.14e6;
+
+// One row a signal: system, name, code, codes also read; carrier, step of channels, modulation, chips, least
+// power; blocks, group delay; MSM, UBX (of geostationary satellites); lines.
 
 // IS-GPS-200 table 3-Va, IS-GPS-800 3.2.1.9, IS-GPS-705 table 3-III (Q5); L2C of IIR-M and IIF: CL, half of
 // -160.
 constexpr Signal kGps[]{
-    {System::GPS, "L1CA", "1C", kL1, 0, BPSK, 1.023e6, -158.5, 1e3},
-    {System::GPS, "L1C", "1L", kL1, 0, TMBOC, 1.023e6, -158.25},
-    {System::GPS, "L2C", "2L", kL2, 0, BPSK, 1.023e6, -163},
-    {System::GPS, "L5", "5Q", kL5, 0, BPSK, 10.23e6, -157.9},
+    {System::GPS, "L1CA", "1C", "1S 1L 1X 1P 1W 1Y", kL1, 0, BPSK, 1.023e6, -158.5, IIR | IIRM | IIF | III,
+     Tgd, 2, 0, -1, 1e3},
+    {System::GPS, "L1C", "1L", "1X 1S", kL1, 0, TMBOC, 1.023e6, -158.25, III, Tgd, 31},
+    {System::GPS, "L2C", "2L", "2S 2X", kL2, 0, BPSK, 1.023e6, -163, IIRM | IIF | III, Tgd, 16, 3},
+    {System::GPS, "L5", "5Q", "5X 5I", kL5, 0, BPSK, 10.23e6, -157.9, IIF | III, Tgd, 23, 7},
 };
 // IS-QZSS-PNT table 3.1.1-1 and 3.1.5-1: as GPS.
 constexpr Signal kQzss[]{
-    {System::QZSS, "L1CA", "1C", kL1, 0, BPSK, 1.023e6, -158.5, 1e3},
-    {System::QZSS, "L1C", "1L", kL1, 0, TMBOC, 1.023e6, -158.25},
-    {System::QZSS, "L2C", "2L", kL2, 0, BPSK, 1.023e6, -163},
-    {System::QZSS, "L5", "5Q", kL5, 0, BPSK, 10.23e6, -157.9},
+    {System::QZSS, "L1CA", "1C", "1S 1L 1X 1Z 1B", kL1, 0, BPSK, 1.023e6, -158.5, All, Tgd, 2, 0, -1, 1e3},
+    {System::QZSS, "L1C", "1L", "1X 1S", kL1, 0, TMBOC, 1.023e6, -158.25, All, Tgd, 31},
+    {System::QZSS, "L2C", "2L", "2S 2X", kL2, 0, BPSK, 1.023e6, -163, All, Tgd, 16, 5},
+    {System::QZSS, "L5", "5Q", "5X 5I", kL5, 0, BPSK, 10.23e6, -157.9, All, Tgd, 23, 9},
 };
 // ICD GLONASS L1, L2 (5.1, 2008) 3.3.1.1 and 3.3.1.6.
 constexpr Signal kGlonass[]{
-    {System::GLONASS, "G1", "1C", 1602e6, 0.5625e6, BPSK, 0.511e6, -161, 1e3},
-    {System::GLONASS, "G2", "2C", 1246e6, 0.4375e6, BPSK, 0.511e6, -167, 1e3},
+    {System::GLONASS, "G1", "1C", "1P", 1602e6, 0.5625e6, BPSK, 0.511e6, -161, All, None, 2, 0, -1, 1e3},
+    {System::GLONASS, "G2", "2C", "2P", 1246e6, 0.4375e6, BPSK, 0.511e6, -167, All, GroupDelay::DeltaTau, 8,
+     2, -1, 1e3},
 };
 // OS SIS ICD 2.1, table 12: data and pilot together, as receivers track them; X of RINEX 3.04, table 6.
 constexpr Signal kGalileo[]{
-    {System::Galileo, "E1", "1X", kL1, 0, CBOCPilot, 1.023e6, -157.25},
-    {System::Galileo, "E5a", "5X", kL5, 0, BPSK, 10.23e6, -155.25},
-    {System::Galileo, "E5b", "7X", kE5b, 0, BPSK, 10.23e6, -155.25},
+    {System::Galileo, "E1", "1X", "1C 1B 1Z", kL1, 0, CBOCPilot, 1.023e6, -157.25, All, GroupDelay::BgdE1, 5,
+     0},
+    {System::Galileo, "E5a", "5X", "5Q 5I", kL5, 0, BPSK, 10.23e6, -155.25, All, GroupDelay::BgdE5a, 24, 4},
+    {System::Galileo, "E5b", "7X", "7Q 7I", kE5b, 0, BPSK, 10.23e6, -155.25, All, GroupDelay::BgdE5b, 16, 6},
 };
 // BDS-SIS-ICD-B1I-3.0, B1C-1.0 (MEO; the pilot's QMBOC has the correlation of TMBOC's power shares nearly),
-// B2I of 2.1, B2a-1.0 (MEO), B3I-1.0.
+// B2I of 2.1, B2a-1.0 (MEO), B3I-1.0, B2b-1.0 (MEO; not of geostationary satellites). TGD2 of BeiDou-3 is not
+// B2b's: B-CNAV3 alone tells that.
 constexpr Signal kBeiDou[]{
-    {System::BeiDou, "B1I", "2I", 1561.098e6, 0, BPSK, 2.046e6, -163},
-    {System::BeiDou, "B1C", "1P", kL1, 0, TMBOC, 1.023e6, -160.25},
-    {System::BeiDou, "B2I", "7I", kE5b, 0, BPSK, 2.046e6, -163},
-    {System::BeiDou, "B2a", "5P", kL5, 0, BPSK, 10.23e6, -159},
-    {System::BeiDou, "B3I", "6I", 1268.52e6, 0, BPSK, 10.23e6, -163},
+    {System::BeiDou, "B1I", "2I", "1I 2X 2Q", 1561.098e6, 0, BPSK, 2.046e6, -163, BeiDou2 | BeiDou3, Tgd1, 2,
+     0, 1},
+    {System::BeiDou, "B1C", "1P", "1X 1D", kL1, 0, TMBOC, 1.023e6, -160.25, BeiDou3, Tgd1, 31, 5},
+    {System::BeiDou, "B2I", "7I", "7X 7Q", kE5b, 0, BPSK, 2.046e6, -163, BeiDou2, Tgd2, 14, 2, 3},
+    {System::BeiDou, "B2a", "5P", "5X 5D", kL5, 0, BPSK, 10.23e6, -159, BeiDou3, Tgd2, 23, 7},
+    {System::BeiDou, "B3I", "6I", "6X 6Q", 1268.52e6, 0, BPSK, 10.23e6, -163, BeiDou2 | BeiDou3, None, 8, 4,
+     10},
+    {System::BeiDou, "B2b", "7D", "7Z 7P", kE5b, 0, BPSK, 10.23e6, -160, Block::BeiDou3, None, 25},
 };
 
 // RTCA DO-229 A.2 (C/A codes of 1.023 Mchip/s) and ICAO Annex 10, Volume I, 3.7.3.4.4.3.
-constexpr Signal kSbas[]{{System::SBAS, "L1CA", "1C", kL1, 0, BPSK, 1.023e6, -161, 1e3}};
+constexpr Signal kSbas[]{
+    {System::SBAS, "L1CA", "1C", "", kL1, 0, BPSK, 1.023e6, -161, All, None, 2, 0, -1, 1e3}};
 
-enum class Block { IIR, IIRM, IIF, III };
+/// Whether each row of a table says what no signal does without.
+constexpr bool complete(std::span<const Signal> table, System system) {
+  for (const Signal& s : table) {
+    const bool received = s.carrier_hz > 1e9 && s.chip_rate_hz > 0 && s.minimum_dbw < 0 && s.msm <= 32;
+    if (s.system != system || s.name.empty() || s.code.size() != 2 || !received) return false;
+    if (s.sent_by == Block{} || s.group_delay == GroupDelay::Unstated) return false;
+  }
+  return !table.empty();
+}
+static_assert(complete(kGps, System::GPS) && complete(kQzss, System::QZSS) &&
+                  complete(kGlonass, System::GLONASS) && complete(kGalileo, System::Galileo) &&
+                  complete(kBeiDou, System::BeiDou) && complete(kSbas, System::SBAS),
+              "a signal's row lacks something: carrier, power, who sends it, its group delay");
+static_assert(std::max({std::size(kGps), std::size(kQzss), std::size(kGlonass), std::size(kGalileo),
+                        std::size(kBeiDou), std::size(kSbas)}) <= kMostSignals,
+              "raise kMostSignals (up to 32, the bits of propagation::Path::signals)");
+
+struct BlockName {
+  Block block;
+  std::string_view name;
+};
+constexpr BlockName kBlockNames[]{
+    {IIR, "GPS-IIR"}, {IIRM, "GPS-IIRM"},    {IIF, "GPS-IIF"},
+    {III, "GPS-III"}, {BeiDou2, "BeiDou-2"}, {BeiDou3, "BeiDou-3"},
+};
+
+constexpr bool overlap(Block a, Block b) {
+  return (static_cast<unsigned>(a) & static_cast<unsigned>(b)) != 0;
+}
 
 /// Which block sends as a GPS PRN since a day (GPS constellation status reports); before its first line a PRN
 /// is of the next one's predecessor by kind, IIR.
@@ -91,16 +135,12 @@ Block gps_block(int prn, geodesy::GpsTime time) {
   return block.value_or(Block::III);
 }
 
-// BDS-2 has the PRNs to 16, BDS-3 those from 19 (CSNO's constellation list).
-bool is_second_beidou(int prn) {
-  return prn <= 16;
-}
-
-bool gps_sends(Block block, std::string_view name) {
-  if (name == "L1CA") return true;
-  if (name == "L2C") return block != Block::IIR;
-  if (name == "L5") return block == Block::IIF || block == Block::III;
-  return block == Block::III;  // L1C
+Block block_at(SatelliteId id, geodesy::GpsTime time) {
+  if (id.system == System::GPS) return gps_block(id.number, time);
+  if (id.system != System::BeiDou) return Block::All;
+  // BDS-2 has the PRNs to 16, BDS-3 those from 19 (CSNO's constellation list).
+  if (id.number <= 16) return Block::BeiDou2;
+  return is_beidou_geo(id) ? Block::BeiDou3Geo : Block::BeiDou3;
 }
 
 }  // namespace
@@ -158,29 +198,31 @@ double carrier_hz(const Signal& signal, double l1_carrier_hz) {
 
 bool transmits(SatelliteId id, const Signal& signal, geodesy::GpsTime time) {
   assert(id.system == signal.system);
-  if (id.system == System::GPS) return gps_sends(gps_block(id.number, time), signal.name);
-  if (id.system == System::BeiDou) {
-    const bool second = is_second_beidou(id.number);
-    if (signal.name == "B2I") return second;
-    if (signal.name == "B1C" || signal.name == "B2a") return !second;
-  }
-  return true;
+  return overlap(signal.sent_by, block_at(id, time));
 }
 
 std::string_view block_of(SatelliteId id, geodesy::GpsTime time) {
-  if (id.system == System::BeiDou) return is_second_beidou(id.number) ? "BeiDou-2" : "BeiDou-3";
-  if (id.system != System::GPS) return "";
-  switch (gps_block(id.number, time)) {
-    case Block::IIR:
-      return "GPS-IIR";
-    case Block::IIRM:
-      return "GPS-IIRM";
-    case Block::IIF:
-      return "GPS-IIF";
-    case Block::III:
-      break;
+  const Block block = block_at(id, time);
+  for (const BlockName& known : kBlockNames) {
+    if (overlap(known.block, block)) return known.name;
   }
-  return "GPS-III";
+  return "";
+}
+
+std::vector<std::string_view> block_names() {
+  std::vector<std::string_view> names;
+  for (const BlockName& known : kBlockNames) names.push_back(known.name);
+  return names;
+}
+
+std::vector<std::string_view> signal_names() {
+  std::vector<std::string_view> names;
+  for (const System system : kAllSystems) {
+    for (const Signal& signal : signals_of(system)) {
+      if (std::find(names.begin(), names.end(), signal.name) == names.end()) names.push_back(signal.name);
+    }
+  }
+  return names;
 }
 
 std::array<double, kMostSignals> group_delays_s(const KeplerEphemeris& e, bool fnav) {
@@ -188,25 +230,30 @@ std::array<double, kMostSignals> group_delays_s(const KeplerEphemeris& e, bool f
   const std::span<const Signal> signals = signals_of(e.id.system);
   for (std::size_t i = 0; i < signals.size(); ++i) {
     const double ratio = signals.front().carrier_hz / signals[i].carrier_hz;
-    switch (e.id.system) {
-      case System::GPS:
-      case System::QZSS:
+    // Of E1 in the message's clock, and from E1 to the others.
+    const double own = fnav ? e.group_delay[0] : e.group_delay[1];
+    switch (signals[i].group_delay) {
+      case GroupDelay::Tgd:
         delays[i] = ratio * ratio * e.group_delay[0];
         break;
-      case System::Galileo: {
-        // Of E1 in the message's clock, and from E1 to the others.
-        const double own = fnav ? e.group_delay[0] : e.group_delay[1];
-        const double bgd = signals[i].name == "E5a" ? e.group_delay[0] : e.group_delay[1];
-        delays[i] = i == 0 ? own : own + (ratio * ratio - 1) * bgd;
+      case GroupDelay::BgdE1:
+        delays[i] = own;
         break;
-      }
-      case System::BeiDou:
-        delays[i] = signals[i].name.starts_with("B1")   ? e.group_delay[0]
-                    : signals[i].name.starts_with("B2") ? e.group_delay[1]
-                                                        : 0;
+      case GroupDelay::BgdE5a:
+        delays[i] = own + (ratio * ratio - 1) * e.group_delay[0];
         break;
-      case System::GLONASS:
-      case System::SBAS:
+      case GroupDelay::BgdE5b:
+        delays[i] = own + (ratio * ratio - 1) * e.group_delay[1];
+        break;
+      case GroupDelay::Tgd1:
+        delays[i] = e.group_delay[0];
+        break;
+      case GroupDelay::Tgd2:
+        delays[i] = e.group_delay[1];
+        break;
+      case GroupDelay::Unstated:
+      case GroupDelay::None:
+      case GroupDelay::DeltaTau:  // no Keplerian message has it
         break;
     }
   }

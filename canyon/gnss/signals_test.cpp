@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
@@ -30,6 +31,7 @@ const Signal& named(System system, std::string_view name) {
 TEST(Signals, AreOneOfEachNameAndCode) {
   for (const System system : kAllSystems) {
     std::set<std::string_view> names, codes;
+    std::set<int> masks, numbers;
     const auto signals = signals_of(system);
     ASSERT_LE(signals.size(), kMostSignals);
     EXPECT_EQ(signals.front().carrier_hz, l1_frequency_hz(system));
@@ -38,6 +40,9 @@ TEST(Signals, AreOneOfEachNameAndCode) {
       EXPECT_EQ(signals[i].system, system);
       EXPECT_TRUE(names.insert(signals[i].name).second) << signals[i].name;
       EXPECT_TRUE(codes.insert(signals[i].code).second) << signals[i].name;
+      EXPECT_TRUE(signals[i].msm == 0 || masks.insert(signals[i].msm).second) << signals[i].name;
+      EXPECT_TRUE(signals[i].ubx < 0 || numbers.insert(signals[i].ubx).second) << signals[i].name;
+      EXPECT_TRUE(signals[i].ubx_geo < 0 || numbers.insert(signals[i].ubx_geo).second) << signals[i].name;
       EXPECT_LT(signals[i].minimum_dbw, -150);
       EXPECT_GT(signals[i].minimum_dbw, -170);
     }
@@ -58,12 +63,45 @@ TEST(Signals, HaveTheCodesOfWhatIsTracked) {
       {System::GLONASS, "G2", "2C"},  {System::Galileo, "E1", "1X"}, {System::Galileo, "E5a", "5X"},
       {System::Galileo, "E5b", "7X"}, {System::BeiDou, "B1I", "2I"}, {System::BeiDou, "B1C", "1P"},
       {System::BeiDou, "B2I", "7I"},  {System::BeiDou, "B2a", "5P"}, {System::BeiDou, "B3I", "6I"},
-      {System::SBAS, "L1CA", "1C"},
+      {System::BeiDou, "B2b", "7D"},  {System::SBAS, "L1CA", "1C"},
   };
   std::size_t signals = 0;
   for (const System system : kAllSystems) signals += signals_of(system).size();
   EXPECT_EQ(std::size(rows), signals);
   for (const Row& row : rows) EXPECT_EQ(named(row.system, row.name).code, row.code) << row.name;
+}
+
+// RTCM 10403.3, tables 3.5-91 (GPS), -96 (GLONASS), -99 (Galileo), -102 (SBAS), -105 (QZSS), -108 with
+// amendment 1 (BeiDou), by the RINEX code of what is tracked; UBX-22008968, 1.5.4, where it has the signal.
+TEST(Signals, HaveTheNumbersOfRtcmAndUbx) {
+  struct Row {
+    System system;
+    const char* code;
+    int msm, ubx, ubx_geo;
+  };
+  const Row rows[]{
+      {System::GPS, "1C", 2, 0, -1},      {System::GPS, "1L", 31, -1, -1},
+      {System::GPS, "2L", 16, 3, -1},     {System::GPS, "5Q", 23, 7, -1},
+      {System::QZSS, "1C", 2, 0, -1},     {System::QZSS, "1L", 31, -1, -1},
+      {System::QZSS, "2L", 16, 5, -1},    {System::QZSS, "5Q", 23, 9, -1},
+      {System::GLONASS, "1C", 2, 0, -1},  {System::GLONASS, "2C", 8, 2, -1},
+      {System::Galileo, "1X", 5, 0, -1},  {System::Galileo, "5X", 24, 4, -1},
+      {System::Galileo, "7X", 16, 6, -1}, {System::BeiDou, "2I", 2, 0, 1},
+      {System::BeiDou, "1P", 31, 5, -1},  {System::BeiDou, "7I", 14, 2, 3},
+      {System::BeiDou, "5P", 23, 7, -1},  {System::BeiDou, "6I", 8, 4, 10},
+      {System::BeiDou, "7D", 25, -1, -1}, {System::SBAS, "1C", 2, 0, -1},
+  };
+  std::size_t signals = 0;
+  for (const System system : kAllSystems) signals += signals_of(system).size();
+  EXPECT_EQ(std::size(rows), signals);
+  for (const Row& row : rows) {
+    const auto all = signals_of(row.system);
+    const auto at = std::find_if(all.begin(), all.end(), [&](const Signal& s) { return s.code == row.code; });
+    ASSERT_NE(at, all.end()) << row.code;
+    EXPECT_EQ(at->msm, row.msm) << at->name;
+    EXPECT_EQ(at->ubx, row.ubx) << at->name;
+    EXPECT_EQ(at->ubx_geo, row.ubx_geo) << at->name;
+  }
 }
 
 // Multiples of 10.23 MHz of the interface documents.
@@ -80,6 +118,7 @@ TEST(Signals, HaveTheCarriersOfTheInterfaceDocuments) {
   EXPECT_NEAR(named(System::BeiDou, "B1I").carrier_hz, 152.6 * f0, 1e-3);
   EXPECT_EQ(named(System::BeiDou, "B2I").carrier_hz, 118 * f0);
   EXPECT_EQ(named(System::BeiDou, "B3I").carrier_hz, 124 * f0);
+  EXPECT_EQ(named(System::BeiDou, "B2b").carrier_hz, 118 * f0);
 }
 
 TEST(Signals, FollowTheFrequencyChannelOfGlonass) {
@@ -127,6 +166,30 @@ TEST(Transmits, TellsBeiDou2From3) {
   EXPECT_FALSE(sends(27, "B2I"));
   EXPECT_TRUE(sends(27, "B2a"));
   EXPECT_TRUE(sends(6, "B3I") && sends(27, "B3I"));
+  EXPECT_TRUE(sends(27, "B2b"));
+  EXPECT_FALSE(sends(6, "B2b"));
+  EXPECT_FALSE(sends(60, "B2b")) << "geostationary: PPP-B2b";
+}
+
+TEST(Transmits, EverySignalIsSentByABlockAndEveryBlockSendsTheFirst) {
+  const geodesy::GpsTime now = day(2024, 6, 1);
+  std::set<std::string_view> blocks;
+  for (const System system : kAllSystems) {
+    for (const Signal& signal : signals_of(system)) {
+      int senders = 0;
+      for (std::uint8_t number = 1; number <= 63; ++number) {
+        const SatelliteId id{system, number};
+        const bool sends = transmits(id, signal, now);
+        senders += sends;
+        EXPECT_TRUE(sends || index_of(signal) > 0) << to_string(id);
+        blocks.insert(block_of(id, now));
+      }
+      EXPECT_GT(senders, 0) << signal.name;
+    }
+  }
+  blocks.erase("");
+  const auto names = block_names();
+  EXPECT_EQ(blocks, (std::set<std::string_view>{names.begin(), names.end()}));
 }
 
 double ionosphere_free(double f1, double d1, double f2, double d2) {

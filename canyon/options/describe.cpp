@@ -49,6 +49,11 @@ Json value_schema(const Key& key) {
     case Type::Choice:
       return {{"enum", key.words}};
     case Type::Texts:
+      if (!key.words.empty()) {
+        const Json word{{"enum", key.words}};
+        return {{"anyOf", {word, list_of(word)}}};
+      }
+      return several;
     case Type::Files:
       return several;
     case Type::File:
@@ -76,9 +81,12 @@ Json& section_at(Json& root, const std::string& path) {
     const bool list = name.size() > 2 && name.compare(name.size() - 2, 2, "[]") == 0;
     if (list) name.resize(name.size() - 2);
     Json& property = (*section)["properties"][name];
-    // A key may be a value or a section: `start`.
+    // A key may be a value or a section: `start`, `outputs`.
     Json* whole = &property;
     if (property.contains("anyOf")) {
+      if (!list && !property["anyOf"].back().contains("properties")) {
+        property["anyOf"].push_back(section_schema());
+      }
       whole = &property["anyOf"].back();
     } else if (!property.is_null() && !property.contains("properties") && !property.contains("items")) {
       const Json value = property;
@@ -97,7 +105,7 @@ Json& section_at(Json& root, const std::string& path) {
 
 std::string Key::values() const {
   if (type == Type::Boolean) return "true, false";
-  if (type == Type::Choice) return fmt::format("{}", fmt::join(words, ", "));
+  if (!words.empty()) return fmt::format("{}", fmt::join(words, ", "));
   return range ? range->interval() : "";
 }
 

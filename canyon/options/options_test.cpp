@@ -38,6 +38,7 @@ struct Car {
   std::string name = "car";
   std::optional<double> load_kg;
   std::vector<std::string> owners;
+  std::vector<std::string> extras{"radio"};
   Wheel spare;
   std::vector<Wheel> wheels;
   int serial = 7;  // C++ alone
@@ -59,6 +60,8 @@ void visit(Visitor& v, Car& o) {
   v.text({"name", "", "of the car"}, o.name);
   v.number({"load_kg", "kg", "in the boot", "what it carries"}, o.load_kg, {0, 500});
   v.texts({"owners", "", "one or more"}, o.owners);
+  static constexpr std::string_view kExtras[]{"radio", "roof", "hook"};
+  v.words({"extras", "", "built in"}, o.extras, kExtras);
   v.integer({"serial", "", ""}, o.serial, 0, 9);
   v.part("spare", o.spare);
   v.list("wheels", o.wheels, [&](Wheel& wheel) { visit(v, wheel); });
@@ -113,6 +116,17 @@ TEST(Options, ReadersNameFileLineAndCure) {
   EXPECT_THAT(fault("electric: TrUe"), HasSubstr("'TrUe' is neither true nor false"));
   // What ranges cannot say, at the section's line.
   EXPECT_EQ(fault<Garage>("\ncar:\n  speed_mps: 60\n"), "g.yaml:2: too fast for its doors; take some off");
+}
+
+TEST(Options, WordsAreAListOfSome) {
+  using ::testing::ElementsAre;
+  EXPECT_THAT(read_text<Car>("extras: [hook, roof]").extras, ElementsAre("hook", "roof"));
+  EXPECT_THAT(read_text<Car>("extras: hook").extras, ElementsAre("hook"));
+  EXPECT_THAT(read_text<Car>("extras:").extras, ElementsAre("radio"));
+  EXPECT_EQ(fault("extras: [hook, roff]"),
+            "g.yaml:1: extras: 'roff' is unknown; did you mean 'roof'? known: radio, roof, hook");
+  EXPECT_THAT(fault("extras: [hook, hook]"), HasSubstr("extras: 'hook' stands twice"));
+  EXPECT_THAT(json_schema(describe<Car>(), "car"), HasSubstr("\"roof\""));
 }
 
 TEST(Options, BooleansAreYamls) {

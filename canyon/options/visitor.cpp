@@ -185,15 +185,19 @@ std::filesystem::path read_file(const std::string& text, const Place& place) {
   return path;
 }
 
-template <typename Word>
-std::string read_word(const Node& node, const std::vector<Word>& words, const Place& place) {
-  const std::string text = read_text(node, place);
-  const std::vector<std::string> known(words.begin(), words.end());
-  if (std::find(known.begin(), known.end(), text) != known.end()) return text;
+/// Throws InputError where `text` is none of `known`.
+void require_word(const std::string& text, const std::vector<std::string>& known, const Place& place) {
+  if (std::find(known.begin(), known.end(), text) != known.end()) return;
   const auto similar = closest(text, known);
   throw place.error(fmt::format("'{}' is unknown", text),
                     (similar ? fmt::format("did you mean '{}'? ", *similar) : "") +
                         fmt::format("known: {}", fmt::join(known, ", ")));
+}
+
+std::string read_word(const Node& node, const std::vector<std::string>& words, const Place& place) {
+  const std::string text = read_text(node, place);
+  require_word(text, words, place);
+  return text;
 }
 
 class NumberValue final : public Value {
@@ -384,6 +388,31 @@ class TextsValue final : public Value {
 
  private:
   std::vector<std::string>& value_;
+};
+
+class WordsValue final : public Value {
+ public:
+  WordsValue(std::vector<std::string>& value, std::span<const std::string_view> words)
+      : value_(value), words_(words) {}
+  Type type() const override { return Type::Texts; }
+  bool given() const override { return !value_.empty(); }
+  std::string text() const override { return flow(value_); }
+  std::vector<std::string> words() const override { return {words_.begin(), words_.end()}; }
+  void read(const Node& node, const Place& place) override {
+    if (node.kind == Node::Kind::Empty) return;
+    const std::vector<std::string> texts = read_texts(node, place);
+    for (auto text = texts.begin(); text != texts.end(); ++text) {
+      require_word(*text, words(), place);
+      if (std::find(texts.begin(), text, *text) != text) {
+        throw place.error(fmt::format("'{}' stands twice", *text), "name each once");
+      }
+    }
+    value_ = texts;
+  }
+
+ private:
+  std::vector<std::string>& value_;
+  std::span<const std::string_view> words_;
 };
 
 std::string numbers_text(const std::vector<double>& values) {
@@ -603,6 +632,11 @@ void Visitor::text(const Field& f, std::optional<std::string>& value) {
 }
 void Visitor::texts(const Field& f, std::vector<std::string>& value) {
   TextsValue of(value);
+  field(f, of);
+}
+void Visitor::words(const Field& f, std::vector<std::string>& value,
+                    std::span<const std::string_view> words) {
+  WordsValue of(value, words);
   field(f, of);
 }
 void Visitor::numbers(const Field& f, std::vector<double>& value, const Range& range) {

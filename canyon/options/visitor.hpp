@@ -137,6 +137,8 @@ class Visitor {
   void number(const Field& field, std::optional<double>& value, const Range& range);
   void text(const Field& field, std::optional<std::string>& value);
   void texts(const Field& field, std::vector<std::string>& value);
+  /// The same of `words` alone, none twice. A reader leaves `value` as it is where the key has no value.
+  void words(const Field& field, std::vector<std::string>& value, std::span<const std::string_view> words);
   void numbers(const Field& field, std::vector<double>& value, const Range& range);
   /// "house=7", one or a list. A reader sets the names that are there and leaves the others as they are.
   /// @param form for messages: "TYPE=METRES"

@@ -95,17 +95,18 @@ struct Series {
 
 /// Group delays that messages nearest in time say of single signals.
 void tell_delays(const std::vector<const gnss::SignalDelays*>& told, GpsTime t, SatelliteState& state) {
-  const auto nearest = std::min_element(told.begin(), told.end(),
-                                        [t](const gnss::SignalDelays* a, const gnss::SignalDelays* b) {
-                                          return std::abs(t - a->toc) < std::abs(t - b->toc);
-                                        });
-  if (nearest == told.end()) return;
-  const auto set = [](double& delay_s, double said_s) {
-    if (!std::isnan(said_s)) delay_s = said_s;
-  };
-  set(state.group_delay_s, (*nearest)->group_delay_s[0]);
-  for (std::size_t i = 0; i < state.more_group_delays_s.size(); ++i) {
-    set(state.more_group_delays_s[i], (*nearest)->group_delay_s[i + 1]);
+  // A satellite sends several messages, each of which has fields for some of its signals.
+  std::array<const gnss::SignalDelays*, gnss::kMostSignals> nearest{};
+  for (const gnss::SignalDelays* each : told) {
+    for (std::size_t i = 0; i < nearest.size(); ++i) {
+      if (std::isinf(each->group_delay_s[i])) continue;
+      const bool nearer = nearest[i] == nullptr || std::abs(t - each->toc) < std::abs(t - nearest[i]->toc);
+      if (nearer) nearest[i] = each;
+    }
+  }
+  for (std::size_t i = 0; i < nearest.size(); ++i) {
+    if (nearest[i] == nullptr || std::isnan(nearest[i]->group_delay_s[i])) continue;
+    (i == 0 ? state.group_delay_s : state.more_group_delays_s[i - 1]) = nearest[i]->group_delay_s[i];
   }
 }
 

@@ -181,6 +181,15 @@ TEST(BroadcastSkyTest, TakesDelaysOfSignalsFromNewerMessages) {
   EXPECT_EQ(now->group_delay_s, tgd);
   EXPECT_EQ(now->group_delay_of(gps[2]), 3e-9);
   EXPECT_EQ(now->group_delay_of(gps[3]), 4e-9);
+
+  // A message without a field for a signal does not hide another that has one (CNAV has none for L1C).
+  const double none = std::numeric_limits<double>::infinity();
+  data.signal_delays = {{kG05, toe - 60.0, {1e-9, 5e-9, 2e-9, 4e-9}}, {kG05, toe, {6e-9, none, nan, 7e-9}}};
+  const auto both = BroadcastSky(data).state(kG05, toe + 60.0);
+  EXPECT_EQ(both->group_delay_s, 6e-9);
+  EXPECT_EQ(both->group_delay_of(gps[1]), 5e-9);
+  EXPECT_NE(both->group_delay_of(gps[2]), 2e-9) << "the nearest leaves it blank";
+  EXPECT_EQ(both->group_delay_of(gps[3]), 7e-9);
 }
 
 TEST(Propagate, BeidouGeostationariesStandInTheirPlaces) {

@@ -56,7 +56,11 @@ SatelliteState propagate(const gnss::GlonassEphemeris& e, geodesy::GpsTime t) {
   state.clock_bias_s = e.clock_bias_s + e.frequency_bias * dt;
   state.clock_drift = e.frequency_bias;
   state.carrier_frequency_hz = l1_frequency_hz(gnss::System::GLONASS, e.channel);
-  state.more_group_delays_s[0] = e.group_delay_difference_s;  // ICD GLONASS 4.4: G2 leaves so much later
+  const auto signals = gnss::signals_of(gnss::System::GLONASS);
+  for (std::size_t i = 1; i < signals.size(); ++i) {
+    if (signals[i].group_delay != gnss::GroupDelay::DeltaTau) continue;
+    state.more_group_delays_s[i - 1] = e.group_delay_difference_s;  // ICD GLONASS 4.4: leaves so much later
+  }
   return state;
 }
 

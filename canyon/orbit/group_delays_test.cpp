@@ -62,10 +62,12 @@ TEST(GroupDelaysInMetres, GalileoByEitherClock) {
 }
 
 // BDS-SIS-ICD-B1I-3.0 5.2.4.10 and 2.1 5.2.4.10: clock of B3I; TGD1 of 142 and TGD2 of -53 steps of 0.1 ns.
-// B1C and B2a take those of their neighbours, as the message of B1I and B2I has none for them.
+// B1C and B2a take those of their neighbours, as the message of B1I and B2I has none for them; B2b, which
+// only satellites without B2I send, has none.
 TEST(GroupDelaysInMetres, BeiDou) {
-  expect_delays(propagate(kepler(gnss::System::BeiDou, 142e-10, -53e-10), kTime), gnss::System::BeiDou,
-                {{"B1I", 4.2571}, {"B1C", 4.2571}, {"B2I", -1.5889}, {"B2a", -1.5889}, {"B3I", 0}});
+  expect_delays(
+      propagate(kepler(gnss::System::BeiDou, 142e-10, -53e-10), kTime), gnss::System::BeiDou,
+      {{"B1I", 4.2571}, {"B1C", 4.2571}, {"B2I", -1.5889}, {"B2a", -1.5889}, {"B3I", 0}, {"B2b", 0}});
 }
 
 // ICD GLONASS L1, L2 5.1, 4.4: the clock is that of L1, delta tau n what L2 leaves later; -12 steps of 2^-30

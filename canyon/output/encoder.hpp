@@ -65,12 +65,12 @@ class Encoder {
   [[nodiscard]] virtual std::optional<disturbance::RestartKind> take_restart() { return std::nullopt; }
 };
 
-/// A way to write epochs down; docs/outputs.md describes each.
+/// A way to write epochs down; docs/outputs.md describes each. canyon/simulation/outputs.def has all.
 struct Format {
   std::string_view name;  ///< in `canyon simulate --stream NAME=...` and under the scenario's `outputs:`
   std::string_view file;  ///< its name in the folder of results
-  bool simulation::OutputConfig::*wanted;  ///< the scenario's key; null: it has none, and streams alone
-  bool live;                               ///< its bytes say something before the last one is there
+  bool live;              ///< its bytes say something before the last one is there
+  std::string_view help;  ///< one line; empty: `outputs:` does not have it, and it is for streams alone
   std::unique_ptr<Encoder> (*make)(const ReceiverDescription&);
 };
 /// All of them, in the order in which files are made.

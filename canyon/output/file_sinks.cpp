@@ -63,6 +63,7 @@ std::filesystem::path receiver_folder(const simulation::Simulation& simulation,
 std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simulation::Simulation& simulation,
                                                                     const std::filesystem::path& folder) {
   const simulation::OutputConfig& wanted = simulation.scenario().outputs;
+  wanted.validate();
   std::vector<std::unique_ptr<simulation::EpochSink>> sinks;
   make_output_folder(folder);
   for (std::size_t i = 0; i < simulation.scenario().receivers.size(); ++i) {
@@ -70,11 +71,10 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simula
     if (at != folder) make_output_folder(at);
     const ReceiverDescription description = describe_receiver(simulation, i);
     for (const Format& format : formats()) {
-      if (format.wanted == nullptr) continue;
-      if (wanted.*format.wanted) sinks.push_back(open_file(format.name, at / format.file, i, description));
+      if (wanted.has(format.name)) sinks.push_back(open_file(format.name, at / format.file, i, description));
     }
   }
-  if (wanted.rinex_navigation && !simulation.navigation().empty()) {
+  if (wanted.has("rinex_navigation") && !simulation.navigation().empty()) {
     sinks.push_back(std::make_unique<NavigationFile>(folder / "sky.nav", simulation.navigation()));
   }
   return sinks;

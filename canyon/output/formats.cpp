@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -13,28 +12,11 @@
 
 namespace canyon::output {
 
-using simulation::OutputConfig;
-
-// One line makes a format known to the command line, to scenarios and to every host.
-constexpr std::array kFormats{
-    Format{"epochs_csv", "epochs.csv", &OutputConfig::epochs_csv, true, encode_epochs_csv},
-    Format{"satellites_csv", "satellites.csv", &OutputConfig::satellites_csv, true, encode_satellites_csv},
-    Format{"signals_csv", "signals.csv", &OutputConfig::signals_csv, true, encode_signals_csv},
-    Format{"paths_csv", "paths.csv", &OutputConfig::paths_csv, true, encode_paths_csv},
-    Format{"nmea", "receiver.nmea", &OutputConfig::nmea, true, encode_nmea},
-    Format{"gps_input", "gps_input.mavlink", &OutputConfig::gps_input, true, encode_gps_input},
-    Format{"hil_gps", "hil_gps.mavlink", &OutputConfig::hil_gps, true, encode_hil_gps},
-    Format{"gps_raw_int", "gps_raw_int.mavlink", &OutputConfig::gps_raw_int, true, encode_gps_raw_int},
-    Format{"rtcm", "receiver.rtcm3", &OutputConfig::rtcm, true, encode_rtcm},
-    Format{"ubx", "receiver.ubx", &OutputConfig::ubx, true, encode_ubx},
-    Format{"ubx_m8", "receiver-m8.ubx", &OutputConfig::ubx_m8, true, encode_ubx_m8},
-    Format{"view", "view.jsonl", nullptr, true, encode_view},
-    Format{"rinex_observation", "receiver.obs", &OutputConfig::rinex_observation, false,
-           encode_rinex_observation},
-    Format{"rinex4_observation", "receiver.rnx", &OutputConfig::rinex4_observation, false,
-           encode_rinex4_observation},
-    Format{"kml", "track.kml", &OutputConfig::kml, false, encode_kml},
-    Format{"geojson", "track.geojson", &OutputConfig::geojson, false, encode_geojson},
+#define CANYON_FORMAT(name, file, live, wanted, help) Format{#name, file, live, help, encode_##name},
+#define CANYON_STREAM_FORMAT(name, file) CANYON_FORMAT(name, file, true, false, "")
+#define CANYON_RUN_OUTPUT(name, wanted, help)
+constexpr Format kFormats[]{
+#include "canyon/simulation/outputs.def"
 };
 
 std::span<const Format> formats() {

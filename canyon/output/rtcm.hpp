@@ -22,11 +22,6 @@ namespace canyon::output::rtcm {
 /// DF407 of a phase that has been continuous for so long [s], >= 0 (table 3.5-75): 0 to 704.
 [[nodiscard]] int lock_time_indicator(double seconds);
 
-/// Number of a signal in the masks of MSM messages (tables 3.5-91, -96, -99, -102, -105, -108), 1 to 32; 0
-/// where they have none.
-/// @param rinex_code band and attribute: "1C"
-[[nodiscard]] int msm_signal(gnss::System system, std::string_view rinex_code);
-
 /// Message 1005: where a station's antenna is [m, ECEF].
 [[nodiscard]] broadcast::Bits station(const Eigen::Vector3d& antenna_ecef);
 /// Message 1033: no antenna's phase centre moves here (IGS's ADVNULLANTENNA), the receiver is Canyon.

@@ -85,69 +85,6 @@ struct Observations::Satellite {
   std::vector<Cell> cells;  ///< by signal
 };
 
-int msm_signal(System system, std::string_view code) {
-  struct Entry {
-    std::string_view code;
-    int number;
-  };
-  const auto find = [&](std::initializer_list<Entry> entries) {
-    const auto* at =
-        std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return e.code == code; });
-    return at == entries.end() ? 0 : at->number;
-  };
-  switch (system) {
-    case System::GPS:
-    case System::QZSS:
-    case System::SBAS:
-      return find({{"1C", 2},
-                   {"2S", 15},
-                   {"2L", 16},
-                   {"2X", 17},
-                   {"5I", 22},
-                   {"5Q", 23},
-                   {"5X", 24},
-                   {"1S", 30},
-                   {"1L", 31},
-                   {"1X", 32}});
-    case System::GLONASS:
-      return find({{"1C", 2}, {"1P", 3}, {"2C", 8}, {"2P", 9}});
-    case System::Galileo:
-      return find({{"1C", 2},
-                   {"1B", 4},
-                   {"1X", 5},
-                   {"6C", 8},
-                   {"6B", 10},
-                   {"6X", 11},
-                   {"7I", 14},
-                   {"7Q", 15},
-                   {"7X", 16},
-                   {"8I", 18},
-                   {"8Q", 19},
-                   {"8X", 20},
-                   {"5I", 22},
-                   {"5Q", 23},
-                   {"5X", 24}});
-    case System::BeiDou:
-      return find({{"2I", 2},
-                   {"2Q", 3},
-                   {"2X", 4},
-                   {"6I", 8},
-                   {"6Q", 9},
-                   {"6X", 10},
-                   {"7I", 14},
-                   {"7Q", 15},
-                   {"7X", 16},
-                   {"5D", 22},
-                   {"5P", 23},
-                   {"5X", 24},
-                   {"7D", 25},
-                   {"1D", 30},
-                   {"1P", 31},
-                   {"1X", 32}});
-  }
-  return 0;
-}
-
 int lock_time_indicator(double seconds) {
   const double ms = std::clamp(std::floor(seconds * 1e3 + 1e-6), 0.0, std::ldexp(1.0, 26));
   // Segment k has 32 steps of 2^k ms, the first one 64 of 1 ms.
@@ -169,7 +106,7 @@ std::vector<Observations::Satellite> Observations::satellites_of(const RawEpoch&
       const positioning::Measurement& m = *o->measurement;
       const double wavelength_m = geodesy::kSpeedOfLight / m.carrier_frequency_hz;
       Satellite::Cell cell;
-      cell.signal = msm_signal(id.system, o->signal->code);
+      cell.signal = o->signal->msm;
       cell.range_m = o->pseudorange_m;
       if (o->carrier_phase_cycles) cell.phase_range_m = *o->carrier_phase_cycles * wavelength_m;
       cell.lock_s = o->locked_s;

@@ -130,12 +130,9 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
        "draws noise, clock, shadows and phases by the receiver's name too; false: alike for all receivers "
        "of a seed"},
       o.own_draws);
-  gnss::visit_signals(
-      v,
-      {"tracks", "",
-       "signals: L1CA, L1C, L2C, L5, E1, E5a, E5b, B1I, B1C, B2I, B2a, B3I, G1, G2; left out: "
-       "of each satellite the one near L1"},
-      o.tracks);
+  static const std::string tracks = fmt::format("signals: {}; left out: of each satellite the one near L1",
+                                                fmt::join(gnss::signal_names(), ", "));
+  gnss::visit_signals(v, {"tracks", "", tracks}, o.tracks);
   gnss::visit_groups(
       v, {"leaves_out", "", "groups of signals that it does not track all the same: [BeiDou-GEO]"},
       o.leaves_out);

@@ -230,7 +230,7 @@ class Reader {
                         (system == 'C' && (type == "D1" || type == "D2" || type == "D1D2")) ||
                         (system == 'R' && type == "FDMA") || (system == 'S' && type == "SBAS");
     const bool delays = ((system == 'G' || system == 'J') && (type == "CNAV" || type == "CNV2")) ||
-                        (system == 'C' && (type == "CNV1" || type == "CNV2"));
+                        (system == 'C' && (type == "CNV1" || type == "CNV2" || type == "CNV3"));
     if (!usable && !delays) {
       if (!is_upper(system)) throw DamagedRecord{fmt::format("'> {}' is no record type", record.tag)};
       return pass_over();

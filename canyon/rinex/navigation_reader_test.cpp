@@ -10,6 +10,7 @@
 
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/rinex_sample.hpp"
 #include "tests/support/shared_data.hpp"
@@ -357,9 +358,9 @@ TEST(RinexNavigation, Version4) {
                                             HasSubstr("1 EPH records of system G, CNVX skipped")));
 }
 
-// Orbits of RINEX 4.00, tables A9 (CNAV), A10 (CNV2) and A18 (CNV1): TGD in the sixth line's third field,
-// corrections in the seventh and eighth; numbers made up. Delay of a signal: TGD - ISC
-// (IS-GPS-200 30.3.3.3.1.1).
+// Orbits of RINEX 4.00, tables A9 (CNAV), A10 (CNV2), A18 (CNV1) and A20 (CNV3): TGD in the sixth line's
+// third field, corrections in the seventh and eighth; of CNV3 in the seventh line's last field; numbers made
+// up. Delay of a signal: TGD - ISC (IS-GPS-200 30.3.3.3.1.1).
 TEST(RinexNavigation, Version4TellsDelaysOfSignals) {
   const std::string header =
       "     4.00           N: GNSS NAV DATA    M: MIXED            RINEX VERSION / TYPE\n"
@@ -375,17 +376,24 @@ TEST(RinexNavigation, Version4TellsDelaysOfSignals) {
       header + "> EPH G05 LNAV\n" + kG05 + "> EPH G05 CNAV\nG05" + clock + orbits + delays + row(0, 0, 0, 0) +
       "> EPH G05 CNV2\nG05" + clock + orbits + delays + row(5e-9, 6e-9, 0, 0) + row(0, 0, 0, 0) +
       "> EPH C21 CNV1\nC21" + clock + orbits + row(0, 0, 0, 0) + row(7e-9, 0, 9e-9, 1e-8) + row(0, 0, 0, 0) +
+      row(0, 0, 0, 0) + "> EPH C22 CNV3\nC22" + clock + orbits + row(0, 0, 0, 0) + row(7, 0, 0, -5e-9) +
       row(0, 0, 0, 0) + "> EPH G06 CNAV\nG06" + clock + orbits);
   EXPECT_EQ(data.kepler.size(), 1U);
-  ASSERT_EQ(data.signal_delays.size(), 3U);
+  ASSERT_EQ(data.signal_delays.size(), 4U);
   using testing::DoubleNear;
-  using testing::IsNan;
   const gnss::SignalDelays &cnv1 = data.signal_delays[2], &cnav = data.signal_delays[0],
                            &cnv2 = data.signal_delays[1];
   const auto near = [](double s) { return DoubleNear(s, 1e-18); };
-  EXPECT_THAT(cnav.group_delay_s, ElementsAre(near(-9e-9), IsNan(), near(-6e-9), near(-12e-9), IsNan()));
-  EXPECT_THAT(cnv2.group_delay_s, ElementsAre(near(-9e-9), near(-14e-9), near(-6e-9), near(-12e-9), IsNan()));
-  EXPECT_THAT(cnv1.group_delay_s, ElementsAre(IsNan(), near(9e-9), IsNan(), near(1e-8), IsNan()));
+  const auto told = [](const gnss::SignalDelays& message) {
+    const auto begin = message.group_delay_s.begin();
+    const auto signals = static_cast<std::ptrdiff_t>(gnss::signals_of(message.id.system).size());
+    return std::vector<double>(begin, begin + signals);
+  };
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(told(cnav), ElementsAre(near(-9e-9), kNone, near(-6e-9), near(-12e-9)));
+  EXPECT_THAT(told(cnv2), ElementsAre(near(-9e-9), near(-14e-9), near(-6e-9), near(-12e-9)));
+  EXPECT_THAT(told(cnv1), ElementsAre(kNone, near(9e-9), kNone, near(1e-8), kNone, kNone));
+  EXPECT_THAT(told(data.signal_delays[3]), ElementsAre(kNone, kNone, kNone, kNone, kNone, near(-5e-9)));
   EXPECT_EQ(cnav.toc, parse_time("2022-06-08T10:00:00 GPST"));
   EXPECT_EQ(cnv1.toc, cnav.toc + 14.0);
   EXPECT_THAT(data.warnings, ElementsAre(HasSubstr("CNAV record of G06 has 6 lines where 9 belong")));

@@ -283,7 +283,7 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
 gnss::SignalDelays decode_signal_delays(gnss::SatelliteId id, const std::vector<std::string_view>& lines,
                                         std::string_view type) {
   const bool gps = id.system != gnss::System::BeiDou;
-  const std::size_t needed = gps && type == "CNAV" ? 9 : 10;
+  const std::size_t needed = (gps && type == "CNAV") || type == "CNV3" ? 9 : 10;
   if (lines.size() != needed) {
     throw DamagedRecord{fmt::format("{} record of {} has {} lines where {} belong", type, to_string(id),
                                     lines.size(), needed)};
@@ -293,16 +293,17 @@ gnss::SignalDelays decode_signal_delays(gnss::SatelliteId id, const std::vector<
   delays.id = id;
   delays.toc = parse_epoch(lines.front(), Layout::kVersion3);
   if (!gps) delays.toc = delays.toc + std::chrono::seconds(geodesy::kBdtSecondsOffset);
-  delays.group_delay_s.fill(std::numeric_limits<double>::quiet_NaN());
+  delays.group_delay_s.fill(std::numeric_limits<double>::infinity());
   constexpr double kLargest_s = 1e-6;
   // Twelve or thirteen bits of 2^-34 or 2^-35 s; blank where the satellite says that it does not know.
   const auto set = [&](std::string_view name, std::size_t tgd, std::optional<std::size_t> correction) {
-    if (!f.at(tgd) || (correction && !f.at(*correction))) return;
+    const bool blank = !f.at(tgd) || (correction && !f.at(*correction));
     const auto all = gnss::signals_of(id.system);
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (all[i].name != name) continue;
-      delays.group_delay_s[i] =
-          f.required(tgd, "TGD", kLargest_s) - (correction ? f.required(*correction, "ISC", kLargest_s) : 0);
+      delays.group_delay_s[i] = blank ? std::numeric_limits<double>::quiet_NaN()
+                                      : f.required(tgd, "TGD", kLargest_s) -
+                                            (correction ? f.required(*correction, "ISC", kLargest_s) : 0);
     }
   };
   if (gps) {
@@ -310,6 +311,8 @@ gnss::SignalDelays decode_signal_delays(gnss::SatelliteId id, const std::vector<
     set("L2C", 25, 28);
     set("L5", 25, 30);                       // the pilot, Q5
     if (type == "CNV2") set("L1C", 25, 32);  // the pilot
+  } else if (type == "CNV3") {
+    set("B2b", 30, std::nullopt);
   } else {
     set("B1C", 29, std::nullopt);
     set("B2a", 30, std::nullopt);

@@ -228,11 +228,37 @@ TEST(RinexObservation, EverySignalHasItsCodes) {
       ++signals;
     }
   }
-  EXPECT_EQ(signals, 19U);
+  EXPECT_EQ(signals, 20U);
   EXPECT_THAT(default_codes(System::GPS, 3.04), ElementsAre("1C", "1S", "1L", "1X", "1P", "1W", "1Y"));
   const gnss::Signal& b1c = gnss::signals_of(System::BeiDou)[1];
   EXPECT_THAT(signal_codes(b1c, 3.02), IsEmpty()) << "1X is B1I's there";
   EXPECT_THAT(signal_codes(b1c, 3.03), ElementsAre("1P", "1X", "1D"));
+}
+
+// Codes of real receivers: every pseudorange of their headers is a signal's, but for encrypted P(Y) on L2.
+TEST(RinexObservation, RealHeadersAreKnownSignals) {
+  std::set<std::string> names;
+  for (const char* file : {"rtk-nagoya-20240624/rover.obs",
+                           "urbannav-tst-20210517/20210517.light-urban.tste.ublox.f9p.splitter.obs",
+                           "urbannav-tst-20210517/20210517.light-urban.tste.google.pixel4.obs",
+                           "urbannav-tst-20190428/COM3_190428_124409.obs"}) {
+    CANYON_SHARED_DATA(path, file);
+    RinexObservationReader reader(path, all_signals());
+    for (int i = 0; i < 60; ++i) {
+      const auto epoch = reader.next();
+      if (!epoch) break;
+      for (const ObservedSignal& signal : epoch->signals) {
+        names.insert(fmt::format("{} {}", gnss::name(signal.id.system), signal.signal->name));
+      }
+    }
+    for (const auto& [system, codes] : reader.report().unknown_codes) {
+      EXPECT_EQ(system, 'G');
+      EXPECT_THAT(codes, ElementsAre("2W"));
+    }
+  }
+  EXPECT_THAT(names, testing::IsSupersetOf({"GPS L1CA", "GPS L2C", "GPS L5", "GLONASS G1", "GLONASS G2",
+                                            "Galileo E1", "Galileo E5a", "Galileo E5b", "BeiDou B1I",
+                                            "BeiDou B2I", "BeiDou B3I", "QZSS L1CA"}));
 }
 
 TEST(RinexObservation, AllSignals) {
@@ -249,16 +275,16 @@ TEST(RinexObservation, AllSignals) {
   const auto file = read(text, all_signals());
   EXPECT_THAT(names_of(file.epochs.at(0)),
               ElementsAre("G05 L1CA 1C 1", "G05 L1C 1L 11", "G05 L2C 2X 2", "G05 L5 5X 5", "G06 L1C 1L 11",
-                          "C06 B1I 2I 1", "C06 B3I 6I 6", "E08 E5a 5Q 5"));
+                          "C06 B1I 2I 1", "C06 B3I 6I 6", "C06 B2b 7D 7", "E08 E5a 5Q 5"));
   const auto& signals = file.epochs[0].signals;
   EXPECT_EQ(signals[3].carrier_phase_cycles, 55);
   EXPECT_EQ(signals[3].loss_of_lock, 1);
   EXPECT_TRUE(signals[0].first());
   EXPECT_FALSE(signals[1].first());
   EXPECT_FALSE(signals[4].first()) << "L1C does not stand in for C/A where it is read itself";
-  EXPECT_EQ(file.report.observations, 8U);
-  EXPECT_THAT(file.report.warnings(), ElementsAre("1 codes of C not known: 7D", "1 codes of E not known: 8X",
-                                                  "2 codes of G not known: 2W 9Z"));
+  EXPECT_EQ(file.report.observations, 9U);
+  EXPECT_THAT(file.report.warnings(),
+              ElementsAre("1 codes of E not known: 8X", "2 codes of G not known: 2W 9Z"));
 
   // One of each satellite as before.
   const auto one = read(text);

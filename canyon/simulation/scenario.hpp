@@ -22,6 +22,7 @@
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/simulation/live_options.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/outputs.hpp"
 
 namespace canyon::simulation {
 
@@ -128,13 +129,6 @@ struct ReceiverConfig {
   /// Of a program's own, between what arrives and this receiver, in this order; no scenario file names them.
   std::vector<disturbance::Source> disturbances;
   receiver::ModelSource models;  ///< likewise, in place of the receiver's own weights and position
-};
-
-struct OutputConfig {
-  bool epochs_csv = true, satellites_csv = true, signals_csv = false, paths_csv = false, nmea = true,
-       gps_input = false, hil_gps = false, gps_raw_int = false, rtcm = false, ubx = false, ubx_m8 = false,
-       rinex_observation = true, rinex4_observation = false, rinex_navigation = true, kml = true,
-       geojson = true, pictures = true;
 };
 
 /// A whole scenario, checked. Paths are absolute or relative to the working folder (already resolved against

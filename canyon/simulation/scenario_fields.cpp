@@ -400,29 +400,6 @@ void visit(Visitor& v, ReceiverConfig& config) {
   v.part("propagation", config.propagation);
 }
 
-void visit(Visitor& v, OutputConfig& o) {
-  v.boolean({"epochs_csv", "", "epochs.csv"}, o.epochs_csv);
-  v.boolean({"satellites_csv", "", "satellites.csv"}, o.satellites_csv);
-  v.boolean({"signals_csv", "", "signals.csv: every tracked signal, with its delays in the atmosphere"},
-            o.signals_csv);
-  v.boolean({"paths_csv", "", "paths.csv: every path of every satellite, some 100 bytes each"}, o.paths_csv);
-  v.boolean({"nmea", "", "NMEA 0183"}, o.nmea);
-  v.boolean({"gps_input", "", "gps_input.mavlink: MAVLink 2 GPS_INPUT, for ArduPilot"}, o.gps_input);
-  v.boolean({"hil_gps", "", "hil_gps.mavlink: MAVLink 2 HIL_GPS, for PX4"}, o.hil_gps);
-  v.boolean(
-      {"gps_raw_int", "", "gps_raw_int.mavlink: MAVLink 2 GPS_RAW_INT and GPS_STATUS, for ground stations"},
-      o.gps_raw_int);
-  v.boolean({"rtcm", "", "receiver.rtcm3: RTCM 3, MSM7 and ephemerides"}, o.rtcm);
-  v.boolean({"ubx", "", "receiver.ubx: UBX as a u-blox F9 sends it"}, o.ubx);
-  v.boolean({"ubx_m8", "", "receiver-m8.ubx: UBX as a u-blox M8 sends it"}, o.ubx_m8);
-  v.boolean({"rinex_observation", "", "RINEX 3.04 observations"}, o.rinex_observation);
-  v.boolean({"rinex4_observation", "", "receiver.rnx: the same as RINEX 4.00"}, o.rinex4_observation);
-  v.boolean({"rinex_navigation", "", "RINEX 3.04 navigation of the simulated sky"}, o.rinex_navigation);
-  v.boolean({"kml", "", "track for Google Earth"}, o.kml);
-  v.boolean({"geojson", "", "track for GIS programs"}, o.geojson);
-  v.boolean({"pictures", "", "track, sky plot and timeline as PNG and SVG"}, o.pictures);
-}
-
 namespace {
 
 void visit_streets(Visitor& v, Scenario& scenario) {
@@ -454,7 +431,7 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
   for (const ReceiverConfig& receiver : scenario.receivers) names.push_back(receiver.options.name);
   disturbance::visit_faults(v, scenario.faults, names);
   visit_seed(v, scenario.seed);
-  v.part("outputs", scenario.outputs);
+  visit_outputs(v, scenario.outputs);
   if (!v.wants(v.reads() ? v.has("live") : scenario.live.has_value())) return;
   LiveOptions live = scenario.live.value_or(LiveOptions{});
   v.part("live", live);

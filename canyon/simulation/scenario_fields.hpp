@@ -18,6 +18,8 @@ inline constexpr options::Range kLatitude_deg{-90, 90}, kLongitude_deg{-180, 180
 
 void visit_rate(options::Visitor& v, std::optional<double>& rate_hz);
 void visit_seed(options::Visitor& v, std::uint64_t& seed);
+/// A mapping of names to true and false, or a list of names.
+void visit_outputs(options::Visitor& v, OutputConfig& config);
 /// A reader puts waypoints by east, north, up in place where the city's origin is known.
 void visit_trajectory(options::Visitor& v, TrajectoryConfig& config, const CityConfig& city);
 void visit_fixed(options::Visitor& v, std::optional<FixedPlace>& fixed, const CityConfig& city);

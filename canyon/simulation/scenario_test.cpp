@@ -10,6 +10,8 @@
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/options/describe.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
@@ -141,8 +143,52 @@ TEST(Scenario, LeftOutKeysAreTheDefaultProfilesAndTheStructs) {
   EXPECT_TRUE(rover.signal.enabled);  // of ublox-m10
   EXPECT_EQ(rover.noise.ou.sigma_m_per_sqrt_s, defaults.noise.ou.sigma_m_per_sqrt_s);
   EXPECT_EQ(s.receivers[0].propagation.max_range_m, propagation::PropagationOptions().max_range_m);
-  EXPECT_TRUE(s.outputs.epochs_csv && s.outputs.pictures);
+  EXPECT_TRUE(s.outputs.has("epochs_csv") && s.outputs.has("pictures"));
   EXPECT_EQ(s.city.import.origin.latitude_rad, city::SyntheticCityOptions().origin.latitude_rad);
+}
+
+// A mapping changes what a scenario that says nothing writes; a list is all of it.
+TEST(Scenario, OutputsAreNamesAsAMappingOrAList) {
+  const auto names = [](const std::string& outputs) {
+    return parse_scenario(kMinimal + outputs, "s.yaml").outputs.names;
+  };
+  const std::set<std::string, std::less<>> plain{"epochs_csv", "satellites_csv",    "nmea",
+                                                 "kml",        "rinex_observation", "rinex_navigation",
+                                                 "geojson",    "pictures"};
+  EXPECT_EQ(names(""), plain);
+  EXPECT_EQ(names("outputs:\n"), plain);
+  EXPECT_EQ(names("outputs: {}\n"), plain);
+  auto changed = plain;
+  changed.erase("kml");
+  changed.insert("ubx");
+  EXPECT_EQ(names("outputs: {ubx: true, kml: false, nmea: true}\n"), changed);
+  EXPECT_EQ(names("outputs: [nmea, ubx]\n"), (std::set<std::string, std::less<>>{"nmea", "ubx"}));
+  EXPECT_EQ(names("outputs: nmea\n"), (std::set<std::string, std::less<>>{"nmea"}));
+  const auto refusal = [&](const std::string& text) {
+    return canyon::test::refusal([&] { (void)parse_scenario(kMinimal + text, "s.yaml"); });
+  };
+  EXPECT_THAT(refusal("outputs: {nmae: true}\n"),
+              HasSubstr("unknown key 'nmae' in 'outputs'; did you mean 'nmea'?"));
+  EXPECT_THAT(refusal("outputs: [kml, nmae]\n"),
+              HasSubstr("outputs: 'nmae' is unknown; did you mean 'nmea'?"));
+  EXPECT_THAT(refusal("outputs: [kml, kml]\n"), HasSubstr("outputs: 'kml' stands twice"));
+  EXPECT_THAT(refusal("outputs: [view]\n"), HasSubstr("'view' is unknown"));
+  EXPECT_THAT(refusal("outputs: []\n"), HasSubstr("the list is empty"));
+  // The effective scenario says each name.
+  Scenario scenario = parse_scenario(kMinimal + "outputs: [nmea, ubx]\n", "s.yaml");
+  EXPECT_EQ(parse_scenario(scenario_yaml(scenario), "s.yaml").outputs.names, scenario.outputs.names);
+  EXPECT_THAT(scenario_yaml(scenario), HasSubstr("outputs:\n  epochs_csv: false\n"));
+  // A word, a list of words, or a mapping.
+  const YAML::Node schema = YAML::Load(options::json_schema(scenario_description(), "scenario"));
+  const YAML::Node forms = schema["properties"]["outputs"]["anyOf"];
+  ASSERT_EQ(forms.size(), 3U);
+  EXPECT_EQ(forms[0]["enum"].size(), outputs().size());
+  EXPECT_EQ(forms[1]["items"]["enum"].size(), outputs().size());
+  EXPECT_EQ(forms[2]["properties"].size(), outputs().size());
+  // What a program set is checked when the outputs are opened.
+  scenario.outputs.names.insert("nmae");
+  EXPECT_THAT(canyon::test::refusal([&] { scenario.outputs.validate(); }),
+              HasSubstr("there is no output 'nmae'; did you mean 'nmea'?"));
 }
 
 TEST(Scenario, LaterLayersOverrideKeyByKey) {

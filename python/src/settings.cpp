@@ -298,7 +298,7 @@ void bind_settings(py::module_& m) {
   m.def("formats", [] {
     py::dict formats;
     for (const output::Format& format : output::formats()) {
-      if (format.wanted == nullptr) continue;  // of streams alone
+      if (format.help.empty()) continue;  // of streams alone
       formats[py::str(std::string(format.name))] = std::string(format.file);
     }
     return formats;

@@ -74,7 +74,7 @@ simulation::Simulation strong_and_weak_drive() {
   scenario.duration_s = 60;
   scenario.rate_hz = 2;
   scenario.outputs = {};
-  scenario.outputs.pictures = false;
+  scenario.outputs.names.erase("pictures");
   scenario.receivers.assign(1, {});
   receiver::ReceiverOptions& options = scenario.receivers[0].options;
   options.noise.enabled = false;

@@ -19,6 +19,7 @@ inline std::vector<std::string> bad_values(const options::Key& key) {
   if (key.type == Type::Boolean) return {"perhaps", "[true, false]", "''"};
   if (key.type == Type::Choice) return {"xyzzyplugh", "[a, b]", "''"};
   if (key.type == Type::Text) return {"[a, b]", "''"};
+  if (key.type == Type::Texts && !key.words.empty()) return {"xyzzyplugh", "[]", "''"};
   if (key.type == Type::Texts) return {"{a: 1}", "[]", "''"};
   if (key.type == Type::File) return {"nowhere", "[a, b]", "''"};
   if (key.type == Type::Files) return {"nowhere", "{a: 1}", "[]", "''"};

@@ -29,26 +29,9 @@ std::optional<SatelliteName> satellite_name(gnss::SatelliteId id) {
 }
 
 std::optional<std::uint8_t> signal_number(gnss::SatelliteId id, const gnss::Signal& signal) {
-  struct Number {
-    System system;
-    std::string_view name;
-    std::uint8_t number;
-  };
-  constexpr Number kNumbers[]{
-      {System::GPS, "L1CA", 0},    {System::GPS, "L2C", 3},    {System::GPS, "L5", 7},
-      {System::SBAS, "L1CA", 0},   {System::Galileo, "E1", 0}, {System::Galileo, "E5a", 4},
-      {System::Galileo, "E5b", 6}, {System::BeiDou, "B1I", 0}, {System::BeiDou, "B1C", 5},
-      {System::BeiDou, "B2I", 2},  {System::BeiDou, "B2a", 7}, {System::BeiDou, "B3I", 4},
-      {System::QZSS, "L1CA", 0},   {System::QZSS, "L2C", 5},   {System::QZSS, "L5", 9},
-      {System::GLONASS, "G1", 0},  {System::GLONASS, "G2", 2},
-  };
-  for (const Number& known : kNumbers) {
-    if (known.system != signal.system || known.name != signal.name) continue;
-    // Signals with D2 have numbers of their own: B1I, B2I, B3I of geostationary satellites.
-    if (!gnss::is_beidou_geo(id) || known.number >= 5) return known.number;
-    return static_cast<std::uint8_t>(known.number == 4 ? 10 : known.number + 1);
-  }
-  return std::nullopt;
+  const int number = gnss::is_beidou_geo(id) && signal.ubx_geo >= 0 ? signal.ubx_geo : signal.ubx;
+  if (number < 0) return std::nullopt;
+  return static_cast<std::uint8_t>(number);
 }
 
 std::uint8_t message_signal(gnss::SatelliteId id) {

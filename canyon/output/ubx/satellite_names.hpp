@@ -15,8 +15,7 @@ struct SatelliteName {
 /// Empty for satellites that it has no number for (frozen skies with more than 32).
 [[nodiscard]] std::optional<SatelliteName> satellite_name(gnss::SatelliteId id);
 
-/// sigId of what is tracked of a signal (1.5.4): the pilot where it has one. Empty for signals that it has no
-/// number for (L1C).
+/// Signal::ubx, or ubx_geo of a geostationary satellite. Empty for signals that UBX has no number for (L1C).
 [[nodiscard]] std::optional<std::uint8_t> signal_number(gnss::SatelliteId id, const gnss::Signal& signal);
 /// sigId of the signal whose navigation message broadcast::Schedule sends: L1 C/A, E1-B, B1I D1 or D2, L1OF.
 [[nodiscard]] std::uint8_t message_signal(gnss::SatelliteId id);

@@ -1,0 +1,70 @@
+#include "canyon/simulation/outputs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/simulation/scenario_fields.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+#define CANYON_FORMAT(name, file, live, wanted, help) Output{#name, wanted, help},
+#define CANYON_STREAM_FORMAT(name, file)
+#define CANYON_RUN_OUTPUT(name, wanted, help) Output{#name, wanted, help},
+constexpr Output kAll[]{
+#include "canyon/simulation/outputs.def"
+};
+
+}  // namespace
+
+std::span<const Output> outputs() {
+  return kAll;
+}
+
+OutputConfig::OutputConfig() {
+  for (const Output& output : outputs()) {
+    if (output.wanted) names.emplace(output.name);
+  }
+}
+
+void OutputConfig::validate() const {
+  std::vector<std::string> known;
+  for (const Output& output : outputs()) known.emplace_back(output.name);
+  for (const std::string& name : names) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    const auto similar = closest(name, known);
+    throw InputError(fmt::format("there is no output '{}'", name),
+                     fmt::format("{}known: {}", similar ? fmt::format("did you mean '{}'? ", *similar) : "",
+                                 fmt::join(known, ", ")));
+  }
+}
+
+void visit(options::Visitor& v, OutputConfig& o) {
+  for (const Output& output : outputs()) {
+    bool wanted = o.has(output.name);
+    v.boolean({output.name, "", output.help}, wanted);
+    o.names.erase(std::string(output.name));
+    if (wanted) o.names.emplace(output.name);
+  }
+}
+
+void visit_outputs(options::Visitor& v, OutputConfig& config) {
+  const bool section = v.is_section("outputs");
+  if (v.describes() || (v.reads() && v.has("outputs") && !section)) {
+    std::vector<std::string> listed;
+    std::vector<std::string_view> known;
+    for (const Output& output : outputs()) known.push_back(output.name);
+    v.words({"outputs", "", "a list of names: these and no others; or which of them to add and to leave out",
+             "as below"},
+            listed, known);
+    if (!listed.empty()) config.names = {listed.begin(), listed.end()};
+    if (v.reads()) return;
+  }
+  v.part("outputs", config);
+}
+
+}  // namespace canyon::simulation

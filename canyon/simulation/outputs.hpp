@@ -1,0 +1,30 @@
+#pragma once
+
+#include <functional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace canyon::simulation {
+
+/// Something that a run writes (canyon/simulation/outputs.def).
+struct Output {
+  std::string_view name;  ///< "nmea"
+  bool wanted;            ///< where a scenario says nothing of it
+  std::string_view help;  ///< one line
+};
+/// All that `outputs:` of a scenario may name.
+[[nodiscard]] std::span<const Output> outputs();
+
+/// What a run writes.
+struct OutputConfig {
+  std::set<std::string, std::less<>> names;  ///< of outputs()
+
+  OutputConfig();  ///< those that are wanted where a scenario says nothing
+  [[nodiscard]] bool has(std::string_view name) const { return names.find(name) != names.end(); }
+  /// Throws InputError for a name that is not of outputs(), with the closest known one.
+  void validate() const;
+};
+
+}  // namespace canyon::simulation
