@@ -5,12 +5,14 @@
 #include <memory>
 #include <string>
 
+#include "canyon/disturbance/receiver_events.hpp"
 #include "canyon/propagation/arrival.hpp"
 
 namespace canyon::disturbance {
 
-/// What no map and no orbit knows of an epoch's signals: traffic, foliage, jamming, spoofing. It stands
-/// between what arrives at one antenna and its receiver, offline and live alike, and may have memory.
+/// What no map and no orbit knows of an epoch: traffic, foliage, jamming, spoofing, a restart. It stands
+/// between what arrives at one antenna and its receiver, offline and live alike, and may have memory. It
+/// overrides apply(), happen() or both.
 class Disturbance {
  public:
   virtual ~Disturbance() = default;
@@ -18,7 +20,7 @@ class Disturbance {
   Disturbance(const Disturbance&) = delete;
   Disturbance& operator=(const Disturbance&) = delete;
 
-  /// Changes one epoch; called once for each, in order of time. It may
+  /// Changes what arrives at one epoch; called once for each, in order of time. It may
   /// - weaken a path (Path::amplitude_factor), delay it (excess_m, never below 0 but on a spoofer's), take it
   /// out, or
   ///   add one;
@@ -26,7 +28,10 @@ class Disturbance {
   /// - add what interferes (Arrival::interference): each signal's noise follows from its spectrum.
   /// Order of paths and Visibility are made anew behind the last disturbance. Where arrival.placement is not
   /// Free no path arrives.
-  virtual void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) = 0;
+  virtual void apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& /*arrival*/) {}
+  /// What happens to the receiver itself at this epoch; called right behind apply(). Clock and date: add to
+  /// what others did; of several restarts at one epoch the last counts.
+  virtual void happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& /*events*/) {}
 };
 
 /// What makes the disturbance of one receiver as it is before the first epoch.

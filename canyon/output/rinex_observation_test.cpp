@@ -116,7 +116,7 @@ void write(const std::filesystem::path& path, const std::vector<simulation::Epoc
 TEST(RinexObservation, HasTheDateThatTheReceiverBelieves) {
   const test::TemporaryFolder folder;
   std::vector<simulation::Epoch> epochs = sample_run();
-  for (auto& epoch : epochs) epoch.observed.weeks_off = -1024;
+  for (auto& epoch : epochs) epoch.observed.events.weeks_off = -1024;
   write(folder / "off.obs", epochs);
   write(folder / "right.obs", sample_run());
   const Parsed off = read_back(folder / "off.obs"), right = read_back(folder / "right.obs");

@@ -70,7 +70,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     last_->arrival = nullptr;
     last_->navigation = nullptr;
     const receiver::ReceiverEpoch& seen = epoch.observed;
-    if (epoch.arrival != nullptr) begin_anew(epoch.arrival->restart);
+    begin_anew(seen.events.restart);
     if (seen.fix.solved() && !first_fix_) first_fix_ = seen.time;
     raw_ = observations_.next(last_->observed);
     const ubx::Configuration& settings = commands_.configuration();
@@ -109,7 +109,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   }
 
   /// Whoever asked for it: the time to the first fix counts from there.
-  void begin_anew(const std::optional<propagation::Restart>& restart) {
+  void begin_anew(const std::optional<disturbance::Restart>& restart) {
     if (!restart || restart->at == begin_) return;
     begin_ = restart->at;
     first_fix_.reset();

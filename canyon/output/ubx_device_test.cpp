@@ -232,15 +232,14 @@ TEST(UbxDevice, TellsSatellitesAndRawMeasurements) {
 TEST(UbxDevice, CountsFromTheReceiversRestart) {
   Device device(encode_ubx);
   (void)device.encode(ubx_epoch());
-  propagation::Arrival arrival;
-  arrival.restart = propagation::Restart{test::sample_time() + 5, 2, 24};
+  const disturbance::Restart restart{test::sample_time() + 5, 2, 24};
   auto e = test::sample_epoch(test::sample_time() + 6, test::sample_place(), {0, 0, 0}, false);
-  e.arrival = &arrival;
+  e.observed.events.restart = restart;
   const auto lost = find(device.encode(e), 0x0103);
   EXPECT_EQ(lost.u(8, 4), 0U);
   EXPECT_EQ(lost.u(12, 4), 1000U);
   e = test::sample_epoch(test::sample_time() + 31, test::sample_place(), {0, 0, 0});
-  e.arrival = &arrival;
+  e.observed.events.restart = restart;
   const auto found = find(device.encode(e), 0x0103);
   EXPECT_EQ(found.u(8, 4), 26000U);
   EXPECT_EQ(found.u(12, 4), 26000U);
@@ -248,7 +247,7 @@ TEST(UbxDevice, CountsFromTheReceiversRestart) {
 
 TEST(UbxDevice, RawMeasurementsAreOfTheDayThatItBelieves) {
   auto e = ubx_epoch();
-  e.observed.weeks_off = -1024;
+  e.observed.events.weeks_off = -1024;
   const auto messages = Device(encode_ubx).encode(e);
   EXPECT_EQ(find(messages, 0x0215).u(8, 2), 2051U - 1024);
   EXPECT_EQ(find(messages, 0x0215).u(10, 1), 18U) << "satellites tell the leap seconds of today";

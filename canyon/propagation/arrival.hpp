@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "canyon/geodesy/gps_time.hpp"
@@ -40,13 +39,6 @@ struct SatelliteView {
   }
 };
 
-/// A receiver that begins anew.
-struct Restart {
-  geodesy::GpsTime at;     ///< one instant is one restart
-  double search_s = 0;     ///< from a signal's presence to its first measurement
-  double ephemeris_s = 0;  ///< for so long a satellite must be tracked before the fix uses it
-};
-
 /// What arrives at an antenna at one instant.
 struct Arrival {
   raytrace::Placement placement = raytrace::Placement::Free;  ///< anything else: nothing is received
@@ -60,15 +52,9 @@ struct Arrival {
   std::shared_ptr<const orbit::Sky> broadcast{};
   /// The messages that say so; null: those of the sky.
   std::shared_ptr<const gnss::NavigationData> messages{};
-  /// Of the receiver's oscillator, beside what its own clock does [s, s/s].
-  double clock_bias_s = 0, clock_drift = 0;
-  /// What the receiver's firmware gets wrong of the date: GPS weeks, and seconds of UTC.
-  int weeks_off = 0, utc_off_s = 0;
-  std::optional<Restart> restart{};
   /// What stands or moves about the antenna and is not in the city, in the paths' frame, for who wants to see
   /// it: paths know of it already.
   std::vector<Body> bodies{};
-  std::vector<std::string> faults{};  ///< names of those at work (disturbance::FaultTimeline)
 };
 
 }  // namespace canyon::propagation

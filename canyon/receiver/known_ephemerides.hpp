@@ -2,8 +2,8 @@
 
 #include <map>
 
+#include "canyon/disturbance/receiver_events.hpp"
 #include "canyon/gnss/satellite_id.hpp"
-#include "canyon/propagation/arrival.hpp"
 #include "canyon/tracking/signal_options.hpp"
 
 // What a restart takes from a receiver.
@@ -12,7 +12,7 @@ namespace canyon::receiver {
 
 /// Options of channels that search for everything.
 [[nodiscard]] inline tracking::SignalOptions searching_anew(tracking::SignalOptions options,
-                                                            const propagation::Restart& restart) {
+                                                            const disturbance::Restart& restart) {
   options.lock.cold_acquisition_s = restart.search_s;
   options.lock.warm_start = false;
   return options;

@@ -111,8 +111,8 @@ struct Receiver::State {
     return fix;
   }
 
-  /// Begins anew where the arrival says so for the first time.
-  void restart_as(const std::optional<propagation::Restart>& restart) {
+  /// Begins anew where the epoch says so for the first time.
+  void restart_as(const std::optional<disturbance::Restart>& restart) {
     if (!restart || (restarted && restarted->at == restart->at)) return;
     restarted = restart;
     // Signals without strength need no search.
@@ -131,12 +131,18 @@ struct Receiver::State {
         fmt::format("receiver '{}' at {}: {}", options.name, geodesy::format_gpst(now), problem), cure);
   }
 
-  void disturb(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
-    if (disturbances.empty()) return;
-    for (const auto& disturbance : disturbances) disturbance->apply(antenna, arrival);
+  [[nodiscard]] disturbance::ReceiverEvents disturb(const propagation::Antenna& antenna,
+                                                    propagation::Arrival& arrival) {
+    disturbance::ReceiverEvents events;
+    if (disturbances.empty()) return events;
+    for (const auto& disturbance : disturbances) {
+      disturbance->apply(antenna, arrival);
+      disturbance->happen(antenna, events);
+    }
     for (propagation::SatelliteView& view : arrival.views) view.paths.arrange();
     std::sort(arrival.views.begin(), arrival.views.end(),
               [](const auto& a, const auto& b) { return a.line.id < b.line.id; });
+    return events;
   }
 
   void go_to(const propagation::Antenna& antenna, const Eigen::Matrix3d& ecef_from_enu) {
@@ -363,7 +369,7 @@ struct Receiver::State {
   Eigen::Vector3d last_antenna;
   double noise_sigma_m = 0;
   double noise_doppler_sigma_hz = 0;
-  std::optional<propagation::Restart> restarted;
+  std::optional<disturbance::Restart> restarted;
   KnownEphemerides known;  // since then
 
   // Of the epoch in hand.
@@ -399,23 +405,21 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     throw state.error("the antenna's velocity is not finite", "check the trajectory");
   }
   state.go_to(antenna, context.arrival.ecef_from_enu);
-  state.disturb(antenna, context.arrival);
-  state.restart_as(context.arrival.restart);
-  state.clock_bias_s = state.clock.bias_s() + context.arrival.clock_bias_s;
-  state.clock_drift = state.clock.drift() + context.arrival.clock_drift;
+  ReceiverEpoch epoch;
+  epoch.events = state.disturb(antenna, context.arrival);
+  state.restart_as(epoch.events.restart);
+  state.clock_bias_s = state.clock.bias_s() + epoch.events.clock_bias_s;
+  state.clock_drift = state.clock.drift() + epoch.events.clock_drift;
   const orbit::Sky& sky = context.arrival.broadcast ? *context.arrival.broadcast : context.sky;
   if (state.signals) state.signals->hear(context.arrival.interference, state.heard);
   state.motion.interference = state.heard;
   state.place = geodesy::geodetic_from_ecef(antenna.position_ecef);
   state.klobuchar = &context.klobuchar;
 
-  ReceiverEpoch epoch;
   epoch.time = time;
   epoch.clock_bias_s = state.clock_bias_s;
   epoch.clock_drift = state.clock_drift;
   epoch.receiver_time = time + state.clock_bias_s;
-  epoch.weeks_off = context.arrival.weeks_off;
-  epoch.utc_off_s = context.arrival.utc_off_s;
   epoch.bands = state.bands();
   const std::vector<propagation::SatelliteView>& views = context.arrival.views;
   epoch.satellites.reserve(views.size());

@@ -88,10 +88,9 @@ struct ReceiverEpoch {
   /// What the receiver's clock showed, to the nearest nanosecond; pseudoranges hold the exact reading (a
   /// satellite moves 2 micrometres in the difference).
   geodesy::GpsTime receiver_time;
-  double clock_bias_s = 0;  ///< of the receiver, true
-  double clock_drift = 0;   ///< of the receiver, true [s/s]
-  /// What its firmware gets wrong of the date (propagation::Arrival): instants here are right.
-  int weeks_off = 0, utc_off_s = 0;
+  double clock_bias_s = 0;             ///< of the receiver, true
+  double clock_drift = 0;              ///< of the receiver, true [s/s]
+  disturbance::ReceiverEvents events;  ///< at this epoch; instants here are right whatever date it states
   std::vector<SatelliteObservation> satellites;  ///< above the horizon, ascending
   positioning::Fix fix;          ///< of this epoch's measurements; with a position filter the filter's answer
   std::vector<BandState> bands;  ///< of what it tracks, by carrier; empty where signals have no strength

@@ -4,14 +4,15 @@
 namespace canyon::receiver {
 
 geodesy::GpsTime ReceiverEpoch::stated(geodesy::GpsTime instant) const {
-  return instant + static_cast<double>(weeks_off) * static_cast<double>(geodesy::GpsTime::kSecondsPerWeek);
+  return instant +
+         static_cast<double>(events.weeks_off) * static_cast<double>(geodesy::GpsTime::kSecondsPerWeek);
 }
 
 geodesy::GpsTime ReceiverEpoch::stated_utc() const {
-  if (weeks_off == 0 && utc_off_s == 0) return time;
+  if (events.weeks_off == 0 && events.utc_off_s == 0) return time;
   const geodesy::GpsTime stated = stated_time();
   return stated +
-         static_cast<double>(geodesy::leap_seconds(stated) - geodesy::leap_seconds(time) + utc_off_s);
+         static_cast<double>(geodesy::leap_seconds(stated) - geodesy::leap_seconds(time) + events.utc_off_s);
 }
 
 }  // namespace canyon::receiver

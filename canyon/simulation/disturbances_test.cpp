@@ -183,6 +183,28 @@ TEST(Disturbances, RaiseTheNoiseByTheirPower) {
   EXPECT_GT(lost, 0U) << "weak signals are not tracked any more";
 }
 
+TEST(Disturbances, SayWhatHappensToTheReceiver) {
+  class Mistaken final : public disturbance::Disturbance {
+   public:
+    void happen(const Antenna& /*antenna*/, disturbance::ReceiverEvents& events) override {
+      events.clock_bias_s += 1e-4;
+      events.weeks_off -= 1024;
+    }
+  };
+  const disturbance::Source mistaken{
+      "mistaken", [](std::uint64_t, const std::string&) { return std::make_unique<Mistaken>(); }};
+  const std::vector<Epoch> plain = simulated({}, false);
+  const std::vector<Epoch> twice = simulated({mistaken, mistaken}, false);
+  ASSERT_EQ(twice.size(), plain.size());
+  for (std::size_t k = 0; k < plain.size(); ++k) {
+    EXPECT_NEAR(twice[k].observed.clock_bias_s, plain[k].observed.clock_bias_s + 2e-4, 1e-15);
+    EXPECT_EQ(twice[k].observed.events.weeks_off, -2048);
+    EXPECT_EQ(twice[k].observed.stated_time() - twice[k].observed.time, -2048.0 * 604800);
+    EXPECT_EQ(twice[k].observed.satellites.size(), plain[k].observed.satellites.size())
+        << "what arrives is the same";
+  }
+}
+
 TEST(Disturbances, SeeTheirPathsPutInOrder) {
   // The direct path out, and a strong copy 100 m behind in its place: a late signal is what is left.
   const auto late = canyon::test::always("late copy", [](Arrival& arrival) {

@@ -350,7 +350,7 @@ Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation
                         arrival,
                         environment.sky(),
                         environment.klobuchar()});
-  epoch.faults = arrival.faults;
+  epoch.faults = epoch.observed.events.faults;
   if (epoch.observed.fix.solved()) {
     epoch.error_enu_m = enu_from_ecef * (epoch.observed.fix.position_ecef - epoch.truth_ecef);
   }

@@ -11,12 +11,12 @@ import type { HeatMap } from './heatmap';
 import { light } from './light';
 import { Marks, Segments } from './lines';
 import { kErrorColour, kPaint, kShapes, kVisibilityShapes, receiverColour, receiverShape, visibilityColour, type Shape } from './palette';
+import type { Place } from './place';
 import type { State } from './state';
 import type { SatelliteRow, Store, Track } from './store';
 import { together, Tracks } from './tracks';
 
 const kRadians = Math.PI / 180;
-export type Place = [number, number, number];
 
 /** Unit vector, east north up, of an azimuth from north clockwise and an elevation [deg]. */
 export function direction(azimuth: number, elevation: number): Place {

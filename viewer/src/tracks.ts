@@ -3,7 +3,7 @@
 import { Group } from 'three';
 import { Segments } from './lines';
 import { kErrorColour, kPaint, receiverColour } from './palette';
-import type { Place } from './scene';
+import type { Place } from './place';
 import type { State } from './state';
 import type { Store, Track } from './store';
 

@@ -37,7 +37,15 @@ class FaultTimeline::Effects final : public Disturbance {
       std::unique_ptr<Disturbance>& effect = effects_[entry.number];
       if (!effect) effect = fault.settings->make(context);
       effect->apply(antenna, arrival);
-      arrival.faults.push_back(fault.name);
+    }
+  }
+
+  void happen(const propagation::Antenna& antenna, ReceiverEvents& events) override {
+    for (const Entry& entry : timeline_->entries_) {
+      const auto effect = effects_.find(entry.number);
+      if (effect == effects_.end()) continue;
+      effect->second->happen(antenna, events);
+      events.faults.push_back(entry.fault.name);
     }
   }
 

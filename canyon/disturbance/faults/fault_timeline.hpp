@@ -47,7 +47,7 @@ class FaultTimeline {
   [[nodiscard]] int next_number() const { return static_cast<int>(next_) + 1; }
 
   /// What applies a timeline: each fault's effect while its begin <= now < its end, in the timeline's order,
-  /// made at its first epoch. Sets Arrival::faults.
+  /// made at its first epoch. Sets ReceiverEvents::faults.
   [[nodiscard]] static Source source(std::shared_ptr<const FaultTimeline> timeline);
 
  private:

@@ -102,9 +102,11 @@ TEST(FaultTimeline, EffectsActFromBeginToEndAndChangeWhileTheyRun) {
   const auto effects = FaultTimeline::source(plan).make(1, "");
   const auto at = [&](double seconds) {
     propagation::Arrival arrival = two_satellites();
+    ReceiverEvents events;
     effects->apply(antenna(seconds), arrival);
-    EXPECT_EQ(arrival.views[0].paths.paths.empty(), !arrival.faults.empty());
-    return arrival.faults;
+    effects->happen(antenna(seconds), events);
+    EXPECT_EQ(arrival.views[0].paths.paths.empty(), !events.faults.empty());
+    return events.faults;
   };
   EXPECT_THAT(at(0.999), IsEmpty());
   EXPECT_THAT(at(1), ElementsAre("a"));

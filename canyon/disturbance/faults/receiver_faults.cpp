@@ -22,9 +22,9 @@ void visit(options::Visitor& v, OscillatorOptions& o) {
   v.number({"drift", "s/s", "added to its rate while it lasts"}, o.drift, {-1e-4, 1e-4});
 }
 
-void OscillatorFault::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
-  arrival.clock_bias_s += options_.jump_s + options_.drift * (antenna.time - begin_);
-  arrival.clock_drift += options_.drift;
+void OscillatorFault::happen(const propagation::Antenna& antenna, ReceiverEvents& events) {
+  events.clock_bias_s += options_.jump_s + options_.drift * (antenna.time - begin_);
+  events.clock_drift += options_.drift;
 }
 
 void DateOptions::validate() const {
@@ -43,9 +43,9 @@ void visit(options::Visitor& v, DateOptions& o) {
             o.utc_s, -60, 60);
 }
 
-void DateFault::apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& arrival) {
-  arrival.weeks_off += options_.weeks;
-  arrival.utc_off_s += options_.utc_s;
+void DateFault::happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& events) {
+  events.weeks_off += options_.weeks;
+  events.utc_off_s += options_.utc_s;
 }
 
 void AntennaFaultOptions::validate() const {
@@ -163,8 +163,8 @@ void visit(options::Visitor& v, RestartOptions& o) {
 RestartFault::RestartFault(const RestartOptions& options, const FaultContext& context)
     : restart_{context.begin, options.search(), options.ephemeris()} {}
 
-void RestartFault::apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& arrival) {
-  arrival.restart = restart_;
+void RestartFault::happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& events) {
+  events.restart = restart_;
 }
 
 }  // namespace canyon::disturbance

@@ -71,7 +71,7 @@ class OscillatorFault final : public Disturbance {
  public:
   OscillatorFault(const OscillatorOptions& options, const FaultContext& context)
       : options_(options), begin_(context.begin) {}
-  void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
+  void happen(const propagation::Antenna& antenna, ReceiverEvents& events) override;
 
  private:
   OscillatorOptions options_;
@@ -81,7 +81,7 @@ class OscillatorFault final : public Disturbance {
 class DateFault final : public Disturbance {
  public:
   DateFault(const DateOptions& options, const FaultContext& /*context*/) : options_(options) {}
-  void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
+  void happen(const propagation::Antenna& antenna, ReceiverEvents& events) override;
 
  private:
   DateOptions options_;
@@ -103,10 +103,10 @@ class AntennaFault final : public Disturbance {
 class RestartFault final : public Disturbance {
  public:
   RestartFault(const RestartOptions& options, const FaultContext& context);
-  void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
+  void happen(const propagation::Antenna& antenna, ReceiverEvents& events) override;
 
  private:
-  propagation::Restart restart_;
+  Restart restart_;
 };
 
 }  // namespace canyon::disturbance
