@@ -5,6 +5,7 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 copy=$(mktemp -d)
 trap 'rm -rf "$copy"' EXIT
 cp -r "$root/canyon" "$root/CMakeLists.txt" "$copy"
+mkdir -p "$copy/adapters" && cp -r "$root/adapters/common" "$copy/adapters"
 "$root/tests/lint.sh" "$copy" || { echo "the tree itself has breaches"; exit 1; }
 
 # All are planted at once, each in a file of its own, which the lint must name.
@@ -41,6 +42,8 @@ plant canyon/tracking/planted.cpp $'// caf\xc3\xa9'
 plant canyon/heatmap/files/planted_test.cpp 'usleep(10);'
 plant canyon/city/planted_test.cpp 'std::this_thread::sleep_for(1s);'
 plant canyon/city/planted.cpp '#include "canyon/canyon.hpp"'
+plant adapters/common/planted.hpp '#include <sdf/sdf.hh>'
+plant adapters/common/planted.cpp '#include "adapters/common/sdf/plugin_settings.hpp"'
 # add FILE TEXT NAMED: a line more in a file that is there; the lint must name NAMED.
 add() {
   printf '%s\n' "$2" >>"$copy/$1"

@@ -1,10 +1,14 @@
 #include "adapters/common/ray_visuals.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/frames.hpp"
 
 namespace canyon::adapters {
@@ -164,6 +168,22 @@ std::vector<VisualShape> bubble_shapes(const ReceiverReport& report, double scal
     bubble.colour = drawing::colour_of(Visibility::Blocked).with_alpha(kBubbleAlpha);
   }
   return {bubble};
+}
+
+void validate(const VisualSettings& settings) {
+  for (const auto& [value, key] :
+       {std::pair(settings.bubble_scale, "bubble_scale"), std::pair(settings.ray_length_m, "ray_length_m")}) {
+    if (value > 0 && std::isfinite(value)) continue;
+    throw InputError(fmt::format("visuals/{} is {}", key, value), "give metres above 0");
+  }
+}
+
+std::vector<VisualShape> visual_shapes(const ReceiverReport& report, const VisualSettings& settings) {
+  std::vector<VisualShape> shapes;
+  if (settings.show_rays) shapes = ray_shapes(report, settings.ray_length_m);
+  if (!settings.show_bubble) return shapes;
+  for (VisualShape& shape : bubble_shapes(report, settings.bubble_scale)) shapes.push_back(std::move(shape));
+  return shapes;
 }
 
 }  // namespace canyon::adapters

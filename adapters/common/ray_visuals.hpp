@@ -29,6 +29,16 @@ struct VisualShape {
 };
 [[nodiscard]] bool same_look(const VisualShape& a, const VisualShape& b);  ///< but for place and size
 
+/// What a user asks to see.
+struct VisualSettings {
+  bool show_rays = false;     ///< to each satellite: ray_shapes()
+  bool show_bubble = false;   ///< about the antenna: bubble_shapes()
+  double bubble_scale = 1;    ///< metres of radius for a metre of error; > 0
+  double ray_length_m = 100;  ///< of rays that meet nothing; > 0
+};
+/// Throws InputError for a scale or a length that is not above 0 and finite.
+void validate(const VisualSettings& settings);
+
 /// Paths of one satellite that are drawn at most: the shortest.
 inline constexpr std::size_t kMaxDrawnPaths = 3;
 /// Horizontal error [m] at the end of the bubble's colour scale.
@@ -53,5 +63,25 @@ inline constexpr double kBubbleSmallest_m = 1, kBubbleLargest_m = 30, kBubbleNoF
 /// picture of a drive) from dark at no error to yellow at kBubbleWorst_m and above. Without a fix it is grey,
 /// of radius kBubbleNoFix_m. Nothing (an empty vector) where the report has no epoch.
 [[nodiscard]] std::vector<VisualShape> bubble_shapes(const ReceiverReport& report, double scale);
+
+/// All that is asked for: rays, then the bubble.
+[[nodiscard]] std::vector<VisualShape> visual_shapes(const ReceiverReport& report,
+                                                     const VisualSettings& settings);
+
+/// The look of a shape, in a Material message of Gazebo's: what is not lit shines by itself.
+template <typename Material>
+void set_material(Material& material, const VisualShape& shape) {
+  const auto set = [&shape](auto* to, double strength) {
+    to->set_r(static_cast<float>(strength * shape.colour.r));
+    to->set_g(static_cast<float>(strength * shape.colour.g));
+    to->set_b(static_cast<float>(strength * shape.colour.b));
+    to->set_a(static_cast<float>(shape.colour.a));
+  };
+  set(material.mutable_ambient(), shape.lit ? 0.7 : 0);
+  set(material.mutable_diffuse(), shape.lit ? 0.7 : 0);
+  set(material.mutable_specular(), 0);
+  set(material.mutable_emissive(), shape.lit ? 0.3 : 1);
+  material.set_lighting(true);
+}
 
 }  // namespace canyon::adapters

@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 
 #include "adapters/common/testing/hand_made_sky.hpp"
 #include "adapters/common/visual_ledger.hpp"
+#include "canyon/base/input_error.hpp"
 
 namespace canyon::adapters {
 namespace {
@@ -231,6 +233,49 @@ TEST(VisualLedger, TellsWhatChanged) {
   EXPECT_THAT(told(ledger.update({ball("b", 3)}, true)), ElementsAre("+b", "-a"));
   EXPECT_THAT(ledger.clear(), UnorderedElementsAre("a", "b"));
   EXPECT_THAT(told(ledger.update({ball("b", 3)}, false)), ElementsAre("+b"));
+}
+
+TEST(VisualShapes, AreWhatIsAskedFor) {
+  Sky sky(Vector3d(1, 2, 3));
+  sky.add(5, 90, 30, Visibility::LOS).fix(3, 4, 0);
+  EXPECT_TRUE(visual_shapes(sky.report, {}).empty());
+  EXPECT_EQ(visual_shapes(sky.report, {false, true, 2, 100}), bubble_shapes(sky.report, 2));
+  std::vector<VisualShape> both = ray_shapes(sky.report, 50);
+  both.push_back(bubble_shapes(sky.report, 2).front());
+  EXPECT_EQ(visual_shapes(sky.report, {true, true, 2, 50}), both);
+  EXPECT_THROW(validate({true, true, 0, 50}), InputError);
+  EXPECT_THROW(validate({true, true, 1, std::numeric_limits<double>::infinity()}), InputError);
+}
+
+// A message's material, as Gazebo's two generations have it.
+TEST(VisualShapes, ShineByThemselvesUnlessLit) {
+  struct Colour {
+    float r = 9, g = 9, b = 9, a = 9;
+    void set_r(float v) { r = v; }
+    void set_g(float v) { g = v; }
+    void set_b(float v) { b = v; }
+    void set_a(float v) { a = v; }
+    bool operator==(const Colour&) const = default;
+  };
+  struct {
+    Colour ambient, diffuse, specular, emissive;
+    bool lighting = false;
+    Colour* mutable_ambient() { return &ambient; }
+    Colour* mutable_diffuse() { return &diffuse; }
+    Colour* mutable_specular() { return &specular; }
+    Colour* mutable_emissive() { return &emissive; }
+    void set_lighting(bool on) { lighting = on; }
+  } material;
+  VisualShape shape;
+  shape.colour = {1, 0.5, 0, 0.25};
+  set_material(material, shape);
+  EXPECT_EQ(material.ambient, (Colour{0, 0, 0, 0.25F}));
+  EXPECT_EQ(material.emissive, (Colour{1, 0.5F, 0, 0.25F}));
+  shape.lit = true;
+  set_material(material, shape);
+  EXPECT_EQ(material.diffuse, (Colour{0.7F, 0.35F, 0, 0.25F}));
+  EXPECT_EQ(material.specular, (Colour{0, 0, 0, 0.25F}));
+  EXPECT_TRUE(material.lighting);
 }
 
 TEST(RateLimit, LetsOneThroughPerInterval) {

@@ -59,4 +59,14 @@ std::unique_ptr<EpochPublisher> make_stream_publisher(const std::string& setting
   }
 }
 
+void visit_streams(options::Visitor& v, const options::Field& field, std::vector<std::string>& streams) {
+  v.texts(field, streams);
+  if (!v.reads()) return;
+  try {
+    for (const std::string& text : streams) (void)output::format_named(output::parse_stream(text).format);
+  } catch (const InputError& e) {
+    throw v.fault(field.name, e.problem(), e.cure());
+  }
+}
+
 }  // namespace canyon::adapters

@@ -3,8 +3,10 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "adapters/common/epoch_publisher.hpp"
+#include "canyon/options/visitor.hpp"
 #include "canyon/output/encoder.hpp"
 
 namespace canyon::adapters {
@@ -16,5 +18,8 @@ namespace canyon::adapters {
 /// Throws InputError, which names `setting`, where the stream cannot be opened.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_stream_publisher(
     const std::string& setting, std::string_view stream, const output::ReceiverDescription& description);
+
+/// The field of such texts. A reader throws its fault for a format that is not known.
+void visit_streams(options::Visitor& v, const options::Field& field, std::vector<std::string>& streams);
 
 }  // namespace canyon::adapters

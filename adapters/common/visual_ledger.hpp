@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -39,6 +40,11 @@ class VisualLedger {
   std::function<std::uint32_t()> next_id_;
   std::map<std::string, Entry> entries_;
 };
+
+/// Of the machine's steady clock.
+[[nodiscard]] inline double steady_now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 /// Lets one call through in every interval of a clock that others read.
 class RateLimit {

@@ -10,7 +10,8 @@
 #include <optional>
 #include <vector>
 
-#include "adapters/common/sdf/hosted_receiver.hpp"
+#include "adapters/common/hosted_receiver.hpp"
+#include "adapters/common/sdf/plugin_settings.hpp"
 #include "adapters/gazebo_classic/ignition_types.hpp"
 #include "adapters/gazebo_classic/physics_rays.hpp"
 #include "adapters/gazebo_classic/pose_source.hpp"
@@ -38,7 +39,7 @@ ReceiverIdentity identify(const Attachment& at) {
   return identity;
 }
 
-PluginSettings read_settings(const Attachment& at, const ReceiverIdentity& identity, bool on_ray_sensor) {
+HostSettings read_settings(const Attachment& at, const ReceiverIdentity& identity, bool on_ray_sensor) {
   PluginPlace place;
   place.on_ray_sensor = on_ray_sensor;
   place.name = place_name(identity);
@@ -81,7 +82,7 @@ struct GnssSensor::Impl {
 GnssSensor::Impl::Impl(const Attachment& attachment) : at(attachment) {
   const ReceiverIdentity identity = identify(at);
   const auto ray_sensor = std::dynamic_pointer_cast<gazebo::sensors::RaySensor>(at.sensor);
-  PluginSettings settings = read_settings(at, identity, ray_sensor != nullptr);
+  HostSettings settings = read_settings(at, identity, ray_sensor != nullptr);
   const WorldFrame frame = world_frame(origin_of(*at.world), settings, settings.warnings);
   receiver.emplace(settings, identity, frame,
                    start_of_world(at.world.get(), at.world->Name(), nanoseconds(at.world->SimTime())),

@@ -8,8 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "adapters/common/host_settings.hpp"
 #include "adapters/common/pose_motion.hpp"
-#include "adapters/common/sdf/plugin_settings.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 
@@ -30,6 +30,6 @@ class PoseSource {
 /// differences of the last two messages. Too old after settings.pose_timeout_s of simulated time since
 /// arrival.
 [[nodiscard]] std::unique_ptr<PoseSource> make_topic_pose_source(const gazebo::transport::NodePtr& node,
-                                                                 const PluginSettings& settings);
+                                                                 const HostSettings& settings);
 
 }  // namespace canyon::adapters::gazebo_classic

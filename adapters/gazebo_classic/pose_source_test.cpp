@@ -203,7 +203,7 @@ class TopicPoseSourceTest : public testing::Test {
     world_ = InProcessServer::get().load(kWorld);
     node_ = boost::make_shared<gazebo::transport::Node>();
     node_->Init(world_->Name());
-    PluginSettings settings;
+    HostSettings settings;
     settings.pose_topic = "/mocap/car";
     settings.pose_timeout_s = 0.3;
     source_ = make_topic_pose_source(node_, settings);
@@ -360,7 +360,7 @@ TEST_F(TopicPoseSourceTest, EndsWhileMessagesCome) {
       std::this_thread::yield();
     }
   });
-  PluginSettings settings;
+  HostSettings settings;
   settings.pose_topic = "/mocap/car";
   for (int i = 0; i < 200; ++i) {
     auto source = make_topic_pose_source(node_, settings);

@@ -5,7 +5,7 @@
 
 #include "adapters/common/epoch_publisher.hpp"
 #include "adapters/common/fault_services.hpp"
-#include "adapters/common/sdf/plugin_settings.hpp"
+#include "adapters/common/host_settings.hpp"
 
 // The ways out of the plugin. Each is made once per receiver; InputError where it cannot be.
 
@@ -20,17 +20,17 @@ namespace canyon::adapters::gazebo_classic {
 /// PX4 takes every message for a 3D fix.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_px4_publisher(const gazebo::transport::NodePtr& node,
                                                                  const ReceiverIdentity& identity,
-                                                                 const PluginSettings& settings);
+                                                                 const VisualSettings& settings);
 
 /// Rays and bubble in the world's scene.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_visuals(const gazebo::transport::NodePtr& node,
                                                            const ReceiverIdentity& identity,
-                                                           const PluginSettings& settings);
+                                                           const VisualSettings& settings);
 
 /// ROS 1 topics, and kFaultServices below RosTopics::own, with the first master that answers; never blocks.
 /// Null where built without ROS.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
-                                                                 const PluginSettings& settings,
+                                                                 const HostSettings& settings,
                                                                  FaultAnswerer faults);
 
 }  // namespace canyon::adapters::gazebo_classic

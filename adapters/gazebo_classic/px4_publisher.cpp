@@ -10,7 +10,7 @@ namespace {
 class Px4Publisher final : public EpochPublisher {
  public:
   Px4Publisher(const gazebo::transport::NodePtr& node, const ReceiverIdentity& identity,
-               const PluginSettings& settings)
+               const HostSettings& settings)
       : name_("plugin '" + identity.plugin + "' of '" + identity.link + "'") {
     const std::string& name = settings.px4_topic.empty() ? identity.parent : settings.px4_topic;
     publisher_ = node->Advertise("~/" + identity.model + "/link/" + name, kSitlGpsType, kQueue);
@@ -42,7 +42,7 @@ class Px4Publisher final : public EpochPublisher {
 
 std::unique_ptr<EpochPublisher> make_px4_publisher(const gazebo::transport::NodePtr& node,
                                                    const ReceiverIdentity& identity,
-                                                   const PluginSettings& settings) {
+                                                   const HostSettings& settings) {
   return std::make_unique<Px4Publisher>(node, identity, settings);
 }
 

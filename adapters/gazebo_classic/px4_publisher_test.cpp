@@ -157,7 +157,7 @@ class Px4Publisher : public ::testing::Test {
 };
 
 TEST_F(Px4Publisher, HandsPx4sClassToSubscribersInTheProcessAlsoWhenItIsLoadedLater) {
-  const auto publisher = make_px4_publisher(node, sample_identity(), PluginSettings());
+  const auto publisher = make_px4_publisher(node, sample_identity(), HostSettings());
   const auto subscriber =
       node->Subscribe("/gazebo/city/iris/link/gps0", &Px4Publisher::hear, static_cast<Px4Publisher*>(this));
   ASSERT_TRUE(publish_until(*publisher, [&] { return !raw.empty(); }));
@@ -178,7 +178,7 @@ TEST_F(Px4Publisher, HandsPx4sClassToSubscribersInTheProcessAlsoWhenItIsLoadedLa
 TEST_F(Px4Publisher, HandsPx4sClassToSubscribersWhenItWasThereBefore) {
   const auto& px4 = load_stand_in();
   px4.subscribe("~/iris/link/my_gps");
-  PluginSettings settings;
+  HostSettings settings;
   settings.px4_topic = "my_gps";
   const auto publisher = make_px4_publisher(node, sample_identity(), settings);
   EXPECT_TRUE(publish_until(*publisher, [&] { return px4.received() >= 3; }));
@@ -189,7 +189,7 @@ TEST_F(Px4Publisher, HandsPx4sClassToSubscribersWhenItWasThereBefore) {
 TEST_F(Px4Publisher, IsReadByAnotherProcess) {
   ReceiverIdentity identity = sample_identity();
   identity.model = "typhoon";  // a topic that no other test in this process had
-  const auto publisher = make_px4_publisher(node, identity, PluginSettings());
+  const auto publisher = make_px4_publisher(node, identity, HostSettings());
   const canyon::test::TemporaryFolder folder;
   const canyon::test::ChildProcess gz(
       {"env", "LD_PRELOAD=" + kStandIn, "gz", "topic", "-e", "/gazebo/city/typhoon/link/gps0"},
@@ -204,7 +204,7 @@ TEST_F(Px4Publisher, IsReadByAnotherProcess) {
 }
 
 TEST_F(Px4Publisher, SendsNothingWithoutAFix) {
-  const auto publisher = make_px4_publisher(node, sample_identity(), PluginSettings());
+  const auto publisher = make_px4_publisher(node, sample_identity(), HostSettings());
   const auto subscriber =
       node->Subscribe("/gazebo/city/iris/link/gps0", &Px4Publisher::hear, static_cast<Px4Publisher*>(this));
   ASSERT_TRUE(publish_until(*publisher, [&] { return !raw.empty(); }));

@@ -152,7 +152,7 @@ class RosPublisher final : public EpochPublisher {
 }  // namespace
 
 std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
-                                                   const PluginSettings& settings, FaultAnswerer faults) {
+                                                   const HostSettings& settings, FaultAnswerer faults) {
   std::vector<std::string> notes;
   const std::shared_ptr<RosLink> link = RosLink::get();
   const RosTopics topics = claimed_ros_topics(

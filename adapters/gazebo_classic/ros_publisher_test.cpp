@@ -33,8 +33,8 @@ using ::testing::HasSubstr;
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-PluginSettings settings_in(const std::string& name_space) {
-  PluginSettings settings;
+HostSettings settings_in(const std::string& name_space) {
+  HostSettings settings;
   settings.ros_namespace = name_space;
   settings.publish_scan = true;
   settings.frame_id = "antenna";
@@ -322,7 +322,7 @@ TEST_F(RosPublisher, TakesItsTopicsAwayWithIt) {
 
 TEST_F(RosPublisher, GivesReceiversOfAModelTopicsOfTheirOwn) {
   const RosCore core;
-  PluginSettings settings;
+  HostSettings settings;
   const auto first = make_ros_publisher(sample_identity(), settings, {});
   const auto second = make_ros_publisher(sample_identity(), settings, {});  // the model's name is taken
   std::string listed;
@@ -339,7 +339,7 @@ TEST_F(RosPublisher, GivesReceiversOfAModelTopicsOfTheirOwn) {
 
 TEST_F(RosPublisher, RefusesNamesThatAreNone) {
   EXPECT_THROW((void)make_ros_publisher(sample_identity(), settings_in("no name"), {}), InputError);
-  PluginSettings settings = settings_in("/ok");
+  HostSettings settings = settings_in("/ok");
   settings.remappings = {{"fix", "a b"}};
   EXPECT_THROW((void)make_ros_publisher(sample_identity(), settings, {}), InputError);
 }

@@ -20,7 +20,7 @@ using gazebo::common::Time;
 // Messages come in threads of Gazebo transport and ROS.
 class TopicPoseSource final : public PoseSource {
  public:
-  TopicPoseSource(const gazebo::transport::NodePtr& node, const PluginSettings& settings)
+  TopicPoseSource(const gazebo::transport::NodePtr& node, const HostSettings& settings)
       : topic_(settings.pose_topic), track_(settings.pose_topic, {settings.pose_timeout_s}) {
     // Age counts in simulated time, which messages of another program's clock do not carry. The event may be
     // in progress in the world's thread while this object ends in another, so it holds what it touches.
@@ -80,7 +80,7 @@ class TopicPoseSource final : public PoseSource {
 }  // namespace
 
 std::unique_ptr<PoseSource> make_topic_pose_source(const gazebo::transport::NodePtr& node,
-                                                   const PluginSettings& settings) {
+                                                   const HostSettings& settings) {
   return std::make_unique<TopicPoseSource>(node, settings);
 }
 

@@ -1,6 +1,4 @@
 #include <Eigen/Geometry>
-#include <chrono>
-#include <cmath>
 #include <exception>
 #include <gazebo/common/Console.hh>
 #include <gazebo/common/Exception.hh>
@@ -16,7 +14,6 @@
 #include "adapters/common/visual_ledger.hpp"
 #include "adapters/gazebo_classic/ignition_types.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
-#include "canyon/base/input_error.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
@@ -25,17 +22,6 @@ constexpr double kUpdateInterval_s = 0.1;  // of wall time: what an eye can foll
 /// Clients cannot ask for what was told before they came; to those whose arrival goes unnoticed it is told
 /// again.
 constexpr double kRepeatInterval_s = 5;
-
-[[nodiscard]] double steady_now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-void set_colour(gazebo::msgs::Color* to, const drawing::Colour& colour, double strength) {
-  to->set_r(static_cast<float>(strength * colour.r));
-  to->set_g(static_cast<float>(strength * colour.g));
-  to->set_b(static_cast<float>(strength * colour.b));
-  to->set_a(static_cast<float>(colour.a));
-}
 
 void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
   const VisualShape& shape = change.shape;
@@ -56,12 +42,7 @@ void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
   if (!change.whole) return;
   message.set_cast_shadows(false);
   message.set_transparency(1 - shape.colour.a);
-  gazebo::msgs::Material* material = message.mutable_material();
-  set_colour(material->mutable_ambient(), shape.colour, shape.lit ? 0.7 : 0);
-  set_colour(material->mutable_diffuse(), shape.colour, shape.lit ? 0.7 : 0);
-  set_colour(material->mutable_specular(), {0, 0, 0, shape.colour.a}, 0);
-  set_colour(material->mutable_emissive(), shape.colour, shape.lit ? 0.3 : 1);
-  material->set_lighting(true);
+  set_material(*message.mutable_material(), shape);
 }
 
 /// Draws by messages on ~/visual, which every scene listens to, in clients as well as behind camera sensors.
@@ -70,15 +51,12 @@ void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
 class SceneVisuals final : public EpochPublisher {
  public:
   SceneVisuals(const gazebo::transport::NodePtr& node, const ReceiverIdentity& identity,
-               const PluginSettings& settings)
+               const VisualSettings& settings)
       : node_(node),
         world_(identity.world),
         // Numbered: one that comes in the place of another must not inherit what is being removed.
         prefix_("gnss_" + identity.model + "_" + std::to_string(gazebo::physics::getUniqueId()) + "_"),
-        rays_(settings.show_rays),
-        bubble_(settings.show_bubble),
-        bubble_scale_(settings.bubble_scale),
-        ray_length_m_(settings.ray_length_m),
+        settings_(settings),
         ledger_([] { return gazebo::physics::getUniqueId(); }),
         visuals_(node->Advertise<gazebo::msgs::Visual>("~/visual", kQueueLimit)),
         requests_(node->Advertise<gazebo::msgs::Request>("~/request", kQueueLimit)) {}
@@ -93,13 +71,8 @@ class SceneVisuals final : public EpochPublisher {
     safely([&] {
       const double now = steady_now_s();
       if (!updates_.due(now)) return;
-      std::vector<VisualShape> shapes;
-      if (rays_) shapes = ray_shapes(report, ray_length_m_);
-      if (bubble_) {
-        for (VisualShape& shape : bubble_shapes(report, bubble_scale_)) shapes.push_back(std::move(shape));
-      }
       const bool somebody_new = somebody_came();
-      tell(shapes, repeats_.due(now) || somebody_new);
+      tell(visual_shapes(report, settings_), repeats_.due(now) || somebody_new);
     });
   }
 
@@ -168,8 +141,7 @@ class SceneVisuals final : public EpochPublisher {
   gazebo::transport::NodePtr node_;
   std::string world_;
   std::string prefix_;
-  bool rays_, bubble_;
-  double bubble_scale_, ray_length_m_;
+  VisualSettings settings_;
   VisualLedger ledger_;
   RateLimit updates_{kUpdateInterval_s};
   RateLimit repeats_{kRepeatInterval_s};
@@ -182,15 +154,8 @@ class SceneVisuals final : public EpochPublisher {
 
 std::unique_ptr<EpochPublisher> make_visuals(const gazebo::transport::NodePtr& node,
                                              const ReceiverIdentity& identity,
-                                             const PluginSettings& settings) {
-  if (!(settings.bubble_scale > 0) || !std::isfinite(settings.bubble_scale)) {
-    throw InputError("visuals/bubble_scale is " + std::to_string(settings.bubble_scale),
-                     "give metres of radius for a metre of error, above 0");
-  }
-  if (!(settings.ray_length_m > 0) || !std::isfinite(settings.ray_length_m)) {
-    throw InputError("visuals/ray_length_m is " + std::to_string(settings.ray_length_m),
-                     "give a length in metres, above 0");
-  }
+                                             const VisualSettings& settings) {
+  validate(settings);
   return std::make_unique<SceneVisuals>(node, identity, settings);
 }
 

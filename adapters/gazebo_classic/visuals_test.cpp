@@ -137,7 +137,7 @@ class Visuals : public testing::Test {
   static inline gazebo::physics::WorldPtr world_;  // one for all tests: nothing of them stays in it
   gazebo::transport::NodePtr node_;
   ReceiverIdentity identity_;
-  PluginSettings settings_;
+  HostSettings settings_;
 };
 
 TEST_F(Visuals, ReachAClientAndLeaveIt) {

@@ -28,7 +28,8 @@
 #include <vector>
 
 #include "adapters/common/gazebo_math.hpp"
-#include "adapters/common/sdf/hosted_receiver.hpp"
+#include "adapters/common/hosted_receiver.hpp"
+#include "adapters/common/sdf/plugin_settings.hpp"
 #include "adapters/gz_sim/gz_host_world.hpp"
 #include "adapters/gz_sim/options_service.hpp"
 #include "adapters/gz_sim/pose_topic.hpp"
@@ -107,15 +108,14 @@ bool has_noise(const sdf::Sensor& sensor) {
   return false;
 }
 
-PluginSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentity& identity,
-                             const Ecm& ecm) {
+HostSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentity& identity, const Ecm& ecm) {
   PluginPlace place;
   place.name = place_name(identity);
   const auto world = ecm.ComponentData<components::WorldSdf>(gz::sim::worldEntity(ecm));
   if (world && world->Element())
     place.folder = std::filesystem::path(world->Element()->FilePath()).parent_path();
   place.resources = gazebos_paths();
-  PluginSettings settings = read_plugin_settings(element, place);
+  HostSettings settings = read_plugin_settings(element, place);
   if (settings.ray_engine == RayEngine::Physics) {
     throw InputError(place.name + ": <ray_engine>: Gazebo Sim's physics engines cast no rays for sensors",
                      "write <ray_engine>embree</ray_engine>");
@@ -290,7 +290,7 @@ void GnssWorld::Impl::start_due(Ecm& ecm) {
 void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element,
                             Ecm& ecm) {
   const ReceiverIdentity identity = identify(entity, ecm);
-  PluginSettings settings = read_settings(element, identity, ecm);
+  HostSettings settings = read_settings(element, identity, ecm);
   if (has_noise(sensor)) {
     settings.warnings.emplace_back(
         "the sensor's own <noise> is off: Canyon's receiver makes the errors, <noise> of <canyon> shapes "
@@ -335,8 +335,7 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   }
 #endif
   if (settings.show_rays || settings.show_bubble) {
-    receiver.hosted->add(make_markers(
-        identity, {settings.show_rays, settings.show_bubble, settings.bubble_scale, settings.ray_length_m}));
+    receiver.hosted->add(make_markers(identity, settings));
   }
   options->add(receiver.name);
   gzmsg << "[canyon] " << receiver.name << " publishes on " << (topic.starts_with('/') ? "" : "/") << topic

@@ -4,8 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
-#include <chrono>
-#include <cmath>
 #include <exception>
 #include <gz/transport/Node.hh>
 #include <set>
@@ -14,7 +12,6 @@
 #include "adapters/common/ray_visuals.hpp"
 #include "adapters/common/visual_ledger.hpp"
 #include "adapters/gz_sim/publishers.hpp"
-#include "canyon/base/input_error.hpp"
 
 namespace canyon::adapters::gz_sim {
 namespace {
@@ -27,18 +24,6 @@ constexpr double kRepeatInterval_s = 5;
 constexpr double kLookInterval_s = 1, kFirstLook_s = 2.5;
 /// A client that has not answered for so long is given up; until then it is sent nothing more.
 constexpr double kPatience_s = 5;
-
-[[nodiscard]] double steady_now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-template <typename Colour>
-void set_colour(Colour* to, const drawing::Colour& colour, double strength) {
-  to->set_r(static_cast<float>(strength * colour.r));
-  to->set_g(static_cast<float>(strength * colour.g));
-  to->set_b(static_cast<float>(strength * colour.b));
-  to->set_a(static_cast<float>(colour.a));
-}
 
 template <typename Vector>
 void set_vector(Vector* to, double x, double y, double z) {
@@ -61,19 +46,14 @@ void fill(const VisualShape& shape, bool with_colour, gz::msgs::Marker& marker) 
   pose->mutable_orientation()->set_w(turn.w());
   set_vector(pose->mutable_orientation(), turn.x(), turn.y(), turn.z());
   if (!with_colour) return;  // costly to clients
-  auto* material = marker.mutable_material();
-  set_colour(material->mutable_ambient(), shape.colour, shape.lit ? 0.7 : 0);
-  set_colour(material->mutable_diffuse(), shape.colour, shape.lit ? 0.7 : 0);
-  set_colour(material->mutable_specular(), {0, 0, 0, shape.colour.a}, 0);
-  set_colour(material->mutable_emissive(), shape.colour, shape.lit ? 0.3 : 1);
-  material->set_lighting(true);
+  set_material(*marker.mutable_material(), shape);
 }
 
 class Markers final : public EpochPublisher {
  public:
-  Markers(const ReceiverIdentity& identity, const MarkerOptions& options)
+  Markers(const ReceiverIdentity& identity, const VisualSettings& settings)
       : namespace_("canyon/" + identity.link + "/" + identity.sensor),
-        options_(options),
+        settings_(settings),
         ledger_([id = std::uint32_t{0}]() mutable { return ++id; }) {}  // 0 would be any number
 
   ~Markers() override {
@@ -91,13 +71,7 @@ class Markers final : public EpochPublisher {
     safely([&] {
       const double now = steady_now_s();
       if (!updates_.due(now) || !look_for_client(now)) return;
-      std::vector<VisualShape> shapes;
-      if (options_.rays) shapes = ray_shapes(report, options_.ray_length_m);
-      if (options_.bubble) {
-        for (VisualShape& shape : bubble_shapes(report, options_.bubble_scale))
-          shapes.push_back(std::move(shape));
-      }
-      tell(shapes, now);
+      tell(visual_shapes(report, settings_), now);
     });
   }
 
@@ -175,7 +149,7 @@ class Markers final : public EpochPublisher {
   }
 
   std::string namespace_;
-  MarkerOptions options_;
+  VisualSettings settings_;
   VisualLedger ledger_;
   std::set<std::uint32_t> removed_;  // by their ids: clients have forgotten their colours
   RateLimit updates_{kUpdateInterval_s};
@@ -192,17 +166,12 @@ class Markers final : public EpochPublisher {
   gz::transport::Node node_;
 };
 
-void check_positive(double value, const char* key) {
-  if (value > 0 && std::isfinite(value)) return;
-  throw InputError(std::string("visuals/") + key + " is " + std::to_string(value), "give metres above 0");
-}
-
 }  // namespace
 
-std::unique_ptr<EpochPublisher> make_markers(const ReceiverIdentity& identity, const MarkerOptions& options) {
-  check_positive(options.bubble_scale, "bubble_scale");
-  check_positive(options.ray_length_m, "ray_length_m");
-  return std::make_unique<Markers>(identity, options);
+std::unique_ptr<EpochPublisher> make_markers(const ReceiverIdentity& identity,
+                                             const VisualSettings& settings) {
+  validate(settings);
+  return std::make_unique<Markers>(identity, settings);
 }
 
 }  // namespace canyon::adapters::gz_sim

@@ -4,7 +4,7 @@
 
 namespace canyon::adapters::gz_sim {
 
-PoseTopic::Inbox::Inbox(const PluginSettings& settings)
+PoseTopic::Inbox::Inbox(const HostSettings& settings)
     : topic(settings.pose_topic), track(settings.pose_topic, {settings.pose_timeout_s}) {}
 
 // Comes in a thread of Gazebo transport.
@@ -20,7 +20,7 @@ void PoseTopic::Inbox::take(const gz::msgs::Pose& message) {
         << " are dropped where they are not finite or their quaternion is zero; this is the first\n";
 }
 
-PoseTopic::PoseTopic(const PluginSettings& settings) : inbox_(std::make_shared<Inbox>(settings)) {
+PoseTopic::PoseTopic(const HostSettings& settings) : inbox_(std::make_shared<Inbox>(settings)) {
   std::function<void(const gz::msgs::Pose&)> take = [inbox = inbox_](const gz::msgs::Pose& message) {
     inbox->take(message);
   };

@@ -8,15 +8,15 @@
 #include <optional>
 #include <string>
 
+#include "adapters/common/host_settings.hpp"
 #include "adapters/common/pose_motion.hpp"
-#include "adapters/common/sdf/plugin_settings.hpp"
 
 namespace canyon::adapters::gz_sim {
 
 /// Truth from outside: gz.msgs.Pose on settings.pose_topic, in the world's frame. See PoseTrack.
 class PoseTopic {
  public:
-  explicit PoseTopic(const PluginSettings& settings);
+  explicit PoseTopic(const HostSettings& settings);
   [[nodiscard]] std::optional<TruePose> at(std::int64_t now_ns, std::string& reason);
   /// Tells the world's time in every step: age counts in simulated time, which messages of another program's
   /// clock do not carry.
@@ -26,7 +26,7 @@ class PoseTopic {
  private:
   /// A call of the transport's may still be in progress when the node has ended.
   struct Inbox {
-    explicit Inbox(const PluginSettings& settings);
+    explicit Inbox(const HostSettings& settings);
     void take(const gz::msgs::Pose& message);
     const std::string topic;
     PoseTrack track;

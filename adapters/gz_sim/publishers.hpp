@@ -4,6 +4,7 @@
 #include <string>
 
 #include "adapters/common/epoch_publisher.hpp"
+#include "adapters/common/ray_visuals.hpp"
 
 // The ways out of the system for Gazebo Sim. Each is made once per receiver, holds a transport node of its
 // own, and takes its topics back when it is destroyed; InputError where it cannot be made.
@@ -25,15 +26,9 @@ namespace canyon::adapters::gz_sim {
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_gnss_publisher(const ReceiverIdentity& identity,
                                                                   const std::string& topic);
 
-struct MarkerOptions {
-  bool rays = false;          ///< to each satellite: ray_shapes()
-  bool bubble = false;        ///< about the antenna: bubble_shapes()
-  double bubble_scale = 1;    ///< metres of radius for a metre of error; > 0
-  double ray_length_m = 100;  ///< of rays that meet nothing; > 0
-};
 /// Markers in the scene of whoever offers the service /marker_array, the graphical client: at most ten times
 /// a second of wall time, never waiting for an answer, gone when the publisher goes.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_markers(const ReceiverIdentity& identity,
-                                                           const MarkerOptions& options);
+                                                           const VisualSettings& settings);
 
 }  // namespace canyon::adapters::gz_sim

@@ -2,7 +2,7 @@
 
 #include <gz/sim/Util.hh>
 
-#include "adapters/common/sdf/resource_files.hpp"
+#include "adapters/common/resource_files.hpp"
 
 namespace canyon::adapters::gz_sim {
 

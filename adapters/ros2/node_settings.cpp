@@ -7,12 +7,12 @@
 #include <set>
 #include <utility>
 
+#include "adapters/common/stream_publisher.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/output/stream.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {
@@ -228,19 +228,13 @@ void visit(Visitor& v, NodeSettings& settings) {
   v.number({"speed", "", "of the clock that it drives, times real time"}, settings.speed, {0, 1000, true});
   v.integer({"threads", "", "that compute a scenario's own drive ahead; 0: as many as cores"},
             settings.threads, 0, 4096);
-  v.texts({"streams", "", "FORMAT=ADDRESS, as of canyon simulate --stream: nmea=tcp://127.0.0.1:2947"},
-          settings.streams);
+  visit_streams(v,
+                {"streams", "", "FORMAT=ADDRESS, as of canyon simulate --stream: nmea=tcp://127.0.0.1:2947"},
+                settings.streams);
   v.section("pose", [&] { visit_pose(v, settings); });
   simulation::ScenarioOfAnyTrajectory any{settings.world};
   visit(v, any);
   if (!v.reads()) return;
-  try {
-    for (const std::string& text : settings.streams) {
-      (void)output::format_named(output::parse_stream(text).format);
-    }
-  } catch (const InputError& e) {
-    throw v.fault("streams", e.problem(), e.cure());
-  }
   if (!settings.by_poses()) {
     v.require("trajectory", "add trajectory: {file: ...}, waypoints or position, or set pose.source");
   } else if (settings.drive_clock) {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "adapters/common/resource_files.hpp"
 #include "adapters/common/sdf/plugin_elements.hpp"
-#include "adapters/common/sdf/resource_files.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/simulation/live_receiver.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "adapters/common/sdf/resource_files.hpp"
+#include "adapters/common/resource_files.hpp"
 #include "adapters/common/vehicle_drive.hpp"
 #include "canyon/options/describe.hpp"
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "adapters/common/sdf/resource_files.hpp"
+#include "adapters/common/resource_files.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/read.hpp"

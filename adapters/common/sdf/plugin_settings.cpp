@@ -9,15 +9,12 @@
 
 #include "adapters/common/sdf/plugin_elements.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/output/stream.hpp"
 #include "canyon/propagation/propagator.hpp"
 
 namespace canyon::adapters {
 namespace {
 
-using options::Field;
 using options::Key;
-using options::Visitor;
 
 // Other names of keys: the paper's, the older prototype's, and those of PX4's gps plugin.
 struct OtherName {
@@ -82,7 +79,7 @@ constexpr Difference kDifferences[] = {
 };
 
 std::vector<Key> make_keys() {
-  std::vector<Key> keys = options::describe<PluginSettings>().keys;
+  std::vector<Key> keys = options::describe<HostSettings>().keys;
   const auto at = [&keys](std::string_view path) {
     return std::find_if(keys.begin(), keys.end(), [path](const Key& key) { return key.path == path; });
   };
@@ -146,161 +143,7 @@ bool take_other_names(PluginElements& elements) {
   return paper;
 }
 
-// A topic or a frame.
-void visit_word(Visitor& v, const Field& field, std::string& value) {
-  v.text(field, value);
-  if (v.reads() && split_blanks(value).size() > 1) {
-    throw v.fault(field.name, fmt::format("'{}' has blanks in it", value), "write one word");
-  }
-}
-
-constexpr const char* kRosNameCure =
-    "ROS names have letters, digits, '_' and '/', and begin with a letter, '/' or '~'";
-
-void add_remapping(const Visitor& v, std::string_view key, std::string_view from, std::string_view to,
-                   PluginSettings& settings) {
-  for (const std::string_view name : {from, to}) {
-    const std::size_t home = name.starts_with("~/") ? 2 : name.starts_with('~') ? 1 : 0;
-    if (!is_ros_name(name.substr(home))) {
-      throw v.fault(key, fmt::format("'{}' is no name of ROS", name), kRosNameCure);
-    }
-  }
-  for (const auto& other : settings.remappings) {
-    if (other.first != from) continue;
-    throw v.fault(key, fmt::format("'{}' has a name already, '{}'", from, other.second), "keep one");
-  }
-  settings.remappings.emplace_back(from, to);
-}
-
-void visit_ros(Visitor& v, PluginSettings& settings) {
-  static constexpr std::string_view kScans[]{"sensor_msgs/LaserScan"};
-  std::string scan;
-  std::string scan_topic;
-  v.word({"output_type", "", "publish the rays' ranges, direct and mirror ray of each satellite in turn",
-          "no scan"},
-         scan, kScans);
-  v.section("ros", [&] {
-    std::string& space = settings.ros_namespace;
-    v.text({"namespace", "", "of all ROS topics", "the model's name"}, space);
-    if (v.has("namespace") && space != "/" &&
-        !is_ros_name(std::string_view(space).substr(0, space.size() - (space.back() == '/' ? 1 : 0)))) {
-      throw v.fault("namespace", fmt::format("'{}' is no namespace of ROS", space), kRosNameCure);
-    }
-    std::vector<std::string> remappings;
-    v.texts({"remapping", "", "FROM:=TO, one element each; '~/out' is the scan"}, remappings);
-    for (const std::string& text : remappings) {
-      const std::size_t at = text.find(":=");
-      if (at == std::string::npos) {
-        throw v.fault("remapping", fmt::format("'{}' is no remapping", text),
-                      "write FROM:=TO, as in ~/out:=scan");
-      }
-      add_remapping(v, "remapping", trim(std::string_view(text).substr(0, at)),
-                    trim(std::string_view(text).substr(at + 2)), settings);
-    }
-    v.boolean({"changes", "", "the ROS services ~/add_fault and ~/end_fault may change the simulation"},
-              settings.changes);
-  });
-  v.text({"topicName", "", "publishes the scan on this ROS topic"}, scan_topic);
-  if (!scan_topic.empty()) add_remapping(v, "topicName", "~/out", scan_topic, settings);
-  if (v.reads()) settings.publish_scan = !scan.empty() || !scan_topic.empty();
-  visit_word(v, {"frame_id", "", "of all ROS messages", "the link's name"}, settings.frame_id);
-}
-
-void visit_origin(Visitor& v, std::optional<geodesy::Geodetic>& origin) {
-  constexpr std::string_view kWorlds = "the world's spherical_coordinates";
-  std::optional<double> latitude_deg;
-  std::optional<double> longitude_deg;
-  double height_m = 0;
-  // Without a height of its own an origin lies on the ellipsoid; half a place is none.
-  for (const char* key : {"origin_latitude", "origin_longitude", "origin_altitude"}) {
-    if (!v.has(key) || (v.has("origin_latitude") && v.has("origin_longitude"))) continue;
-    throw v.fault(key, "stands without latitude or longitude",
-                  "give <origin_latitude> and <origin_longitude>, or none of them");
-  }
-  v.number({"origin_latitude", "deg", "of the world's origin: geodetic latitude (WGS 84)", kWorlds},
-           latitude_deg, {-90, 90});
-  v.number({"origin_longitude", "deg", "longitude, east positive", kWorlds}, longitude_deg, {-180, 180});
-  v.number({"origin_altitude", "m", "ellipsoidal height", "0 with origin_latitude, else the world's"},
-           height_m, {-10e3, 100e3});
-  if (latitude_deg) origin = geodesy::Geodetic::from_degrees(*latitude_deg, *longitude_deg, height_m);
-}
-
-void visit_outputs(Visitor& v, PluginSettings& settings) {
-  visit_word(v,
-             {"pose_topic", "",
-              "poses of the antenna, less lever_arm, from outside (the sensor's own pose is not added): "
-              "geometry_msgs/PoseStamped on ROS, gazebo.msgs.PoseStamped on Gazebo transport, in the world's "
-              "frame",
-              "Gazebo's own truth"},
-             settings.pose_topic);
-  v.number(
-      {"pose_timeout_s", "s", "of simulated time since the last pose came; without truth there is no epoch"},
-      settings.pose_timeout_s, {1e-3, 1e6});
-  v.section("publishers", [&] {
-    v.boolean({"gazebo", "", "canyon.msgs.GnssReceiver on Gazebo transport"}, settings.publish_gazebo);
-    v.boolean({"ros", "", "ROS topics, where the plugin is built with ROS"}, settings.publish_ros);
-    v.boolean({"px4", "", "sensor_msgs.msgs.SITLGps on Gazebo transport, for PX4's bridge",
-               "false; true beside elements of PX4's gps plugin"},
-              settings.publish_px4);
-    v.integer({"nmea_port", "", "TCP port of 127.0.0.1 that serves NMEA 0183; 0: none"}, settings.nmea_port,
-              0, 65535);
-    v.texts({"stream", "",
-             "FORMAT=ADDRESS, one element each, as of canyon simulate --stream: nmea=tcp://127.0.0.1:2947"},
-            settings.streams);
-    try {
-      for (const std::string& text : settings.streams) {
-        (void)output::format_named(output::parse_stream(text).format);
-      }
-    } catch (const InputError& e) {
-      throw v.fault("stream", e.problem(), e.cure());
-    }
-  });
-  visit_word(v,
-             {"topic", "", "last part of PX4's topic ~/MODEL/link/TOPIC",
-              "the name of the model right above the link"},
-             settings.px4_topic);
-  v.section("visuals", [&] {
-    v.boolean({"rays", "", "a ray to each satellite in the world, coloured by visibility"},
-              settings.show_rays);
-    v.boolean({"bubble", "", "a translucent sphere about the vehicle that shows the error of its fix"},
-              settings.show_bubble);
-    v.number({"bubble_scale", "m/m", "metres of its radius for a metre of error"}, settings.bubble_scale,
-             {1e-3, 1e3});
-    v.number({"ray_length_m", "m", "length of rays that meet nothing"}, settings.ray_length_m, {0.1, 1e5});
-  });
-}
-
 }  // namespace
-
-void visit(Visitor& v, PluginSettings& settings) {
-  static constexpr std::string_view kEngines[]{"physics", "embree"};
-  static constexpr std::string_view kServed[]{"marked", "all"};
-  static constexpr std::string_view kGeometries[]{"collision", "visual"};
-  visit_ros(v, settings);
-  visit_origin(v, settings.origin);
-  v.choice(
-      {"ray_engine", "",
-       "embree: the engine's own rays; physics: those of Gazebo's physics engine, for the mirror model only",
-       "embree; physics on a ray sensor with satAzimuth"},
-      settings.ray_engine, kEngines);
-  v.text({"link", "", "libGNSSMultipathModelPlugin.so only: the link that carries the antenna",
-          "the model's first"},
-         settings.link);
-  v.choice({"serve", "",
-            "Gazebo Sim's system only: the navsat sensors that have a <canyon> element, or all of them"},
-           settings.serve_all, kServed);
-  v.choice({"geometry", "", "what embree rays meet"}, settings.visual_geometry, kGeometries);
-  v.boolean({"vehicle_blocks", "", "rays meet the receiver's own model"}, settings.vehicle_blocks);
-  visit_outputs(v, settings);
-  visit(v, settings.live);
-  if (v.reads()) settings.named = v.has("name");
-  if (v.has("ray_engine") && settings.ray_engine == RayEngine::Physics &&
-      settings.live.receiver.propagation.model != propagation::Model::Mirror) {
-    throw v.fault("ray_engine", "the physics engine has no facets for the specular model",
-                  "add <propagation><model>mirror</model></propagation>, or write "
-                  "<ray_engine>embree</ray_engine>");
-  }
-}
 
 sdf::ElementPtr with_defaults(const sdf::ElementPtr& own, const sdf::ElementPtr& defaults) {
   sdf::ElementPtr both = own ? own->Clone() : std::make_shared<sdf::Element>();
@@ -320,9 +163,9 @@ const std::vector<Key>& plugin_keys() {
   return keys;
 }
 
-PluginSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place) {
+HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place) {
   PluginElements elements(element, place.name, known_elements());
-  PluginSettings settings;
+  HostSettings settings;
   settings.warnings = elements.warnings();
   settings.publish_px4 = take_foreign(elements, settings.warnings);
   const bool paper = take_other_names(elements);

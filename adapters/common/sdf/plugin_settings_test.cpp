@@ -78,8 +78,8 @@ ResourcePaths gazebos_paths() {
   return {paths("GAZEBO_MODEL_PATH"), paths("GAZEBO_RESOURCE_PATH"), "GAZEBO_RESOURCE_PATH"};
 }
 
-PluginSettings read(const std::string& children, bool on_ray_sensor = false,
-                    const std::filesystem::path& folder = {}) {
+HostSettings read(const std::string& children, bool on_ray_sensor = false,
+                  const std::filesystem::path& folder = {}) {
   return read_plugin_settings(plugin(children), {on_ray_sensor, kName, folder, gazebos_paths()});
 }
 
@@ -126,8 +126,8 @@ class Variable {
   std::optional<std::string> before_;
 };
 
-TEST(PluginSettings, ThePapersSnippetWorksUnchanged) {
-  const PluginSettings s = read(kPaper, true);
+TEST(HostSettings, ThePapersSnippetWorksUnchanged) {
+  const HostSettings s = read(kPaper, true);
   EXPECT_EQ(s.ros_namespace, "/multipath");
   EXPECT_THAT(s.remappings, ElementsAre(Pair("~/out", "scan")));
   EXPECT_TRUE(s.publish_scan);
@@ -145,36 +145,36 @@ TEST(PluginSettings, ThePapersSnippetWorksUnchanged) {
   EXPECT_FALSE(s.origin);
 }
 
-TEST(PluginSettings, DisableNoiseDisablesNoise) {
+TEST(HostSettings, DisableNoiseDisablesNoise) {
   EXPECT_FALSE(read("<disableNoise>1</disableNoise>").live.receiver.options.noise.enabled);
   EXPECT_FALSE(read("<disableNoise>True</disableNoise>").live.receiver.options.noise.enabled);
   EXPECT_TRUE(read("<disableNoise>false</disableNoise>").live.receiver.options.noise.enabled);
 }
 
-TEST(PluginSettings, ThePapersDefaultsGiveWay) {
+TEST(HostSettings, ThePapersDefaultsGiveWay) {
   // Not on a ray sensor there are no rays to take over.
   EXPECT_EQ(read(kPaper, false).ray_engine, RayEngine::Embree);
   EXPECT_EQ(read(kPaper, false).live.receiver.propagation.model, propagation::Model::Mirror);
-  const PluginSettings specular = read(kPaper + "<propagation><model>specular</model></propagation>", true);
+  const HostSettings specular = read(kPaper + "<propagation><model>specular</model></propagation>", true);
   EXPECT_EQ(specular.live.receiver.propagation.model, propagation::Model::Specular);
   EXPECT_EQ(specular.ray_engine, RayEngine::Embree);
   EXPECT_EQ(read(kPaper + "<ray_engine>embree</ray_engine>", true).ray_engine, RayEngine::Embree);
   EXPECT_EQ(read(kPaper + "<propagation><max_range_m>50</max_range_m></propagation>", true).ray_engine,
             RayEngine::Physics);
-  const PluginSettings phone = read(kPaper + "<profile>phone</profile>", true);
+  const HostSettings phone = read(kPaper + "<profile>phone</profile>", true);
   EXPECT_TRUE(phone.live.receiver.options.signal.enabled);
   EXPECT_EQ(phone.ray_engine, RayEngine::Embree);
   // The scenario's own words for the same satellites ask for nothing of the paper's.
-  const PluginSettings frozen = read(
+  const HostSettings frozen = read(
       "<sky><frozen><satAzimuth>1 2</satAzimuth><satElevation>0.5 0.6</satElevation></frozen></sky>", true);
   EXPECT_THAT(frozen.live.sky.frozen_azimuth_rad, ElementsAre(1, 2));
   EXPECT_EQ(frozen.live.receiver.propagation.model, propagation::Model::Specular);
   EXPECT_EQ(frozen.ray_engine, RayEngine::Embree);
 }
 
-TEST(PluginSettings, NothingButDefaults) {
+TEST(HostSettings, NothingButDefaults) {
   for (const sdf::ElementPtr& element : {plugin(""), sdf::ElementPtr()}) {
-    const PluginSettings s = read_plugin_settings(element, {true, kName, {}});
+    const HostSettings s = read_plugin_settings(element, {true, kName, {}});
     EXPECT_TRUE(s.live.sky.nominal);
     EXPECT_FALSE(s.live.start);
     EXPECT_FALSE(s.live.rate_hz);
@@ -203,8 +203,8 @@ TEST(PluginSettings, NothingButDefaults) {
   }
 }
 
-TEST(PluginSettings, EveryElementOfItsOwn) {
-  const PluginSettings s = read(R"(
+TEST(HostSettings, EveryElementOfItsOwn) {
+  const HostSettings s = read(R"(
     <origin_latitude>-33.5</origin_latitude>
     <origin_longitude>151.25</origin_longitude>
     <origin_altitude>58.75</origin_altitude>
@@ -252,8 +252,8 @@ TEST(PluginSettings, EveryElementOfItsOwn) {
   EXPECT_THAT(s.warnings, IsEmpty());
 }
 
-TEST(PluginSettings, EveryElementOfTheScenario) {
-  const PluginSettings s = read(R"(
+TEST(HostSettings, EveryElementOfTheScenario) {
+  const HostSettings s = read(R"(
     <sky><nominal>1</nominal><systems>GPS, Galileo</systems><systems>BeiDou</systems></sky>
     <start>2019-04-28T12:58:03Z</start>
     <rate_hz>8</rate_hz>
@@ -319,12 +319,12 @@ TEST(PluginSettings, EveryElementOfTheScenario) {
   EXPECT_THAT(s.warnings, IsEmpty());
 }
 
-TEST(PluginSettings, StartByWeek) {
-  const PluginSettings s = read("<start><week>2051</week><tow>46701</tow></start>");
+TEST(HostSettings, StartByWeek) {
+  const HostSettings s = read("<start><week>2051</week><tow>46701</tow></start>");
   EXPECT_EQ(*s.live.start, geodesy::GpsTime::from_week(2051, 46701));
 }
 
-TEST(PluginSettings, FilesLieBesideTheWorldOrOnGazebosPaths) {
+TEST(HostSettings, FilesLieBesideTheWorldOrOnGazebosPaths) {
   const TemporaryFolder folder;
   write(folder / "world/nav/a.rnx");
   write(folder / "world/b c.rnx");
@@ -380,7 +380,7 @@ TEST(PluginSettings, FilesLieBesideTheWorldOrOnGazebosPaths) {
   }
 }
 
-TEST(PluginSettings, FilesLieBesideTheModelsOwnFile) {
+TEST(HostSettings, FilesLieBesideTheModelsOwnFile) {
   const TemporaryFolder folder;
   write(folder / "a.rnx");
   const sdf::ElementPtr element = plugin("<sky><navigation>a.rnx</navigation></sky>");
@@ -389,8 +389,8 @@ TEST(PluginSettings, FilesLieBesideTheModelsOwnFile) {
               ElementsAre(folder / "a.rnx"));
 }
 
-TEST(PluginSettings, TheOlderPrototypesNames) {
-  const PluginSettings s = read(R"(
+TEST(HostSettings, TheOlderPrototypesNames) {
+  const HostSettings s = read(R"(
     <frameName>gps_frame</frameName><topicName>/uav/scan</topicName><robotNamespace>/uav</robotNamespace>
     <offsetTopicName>offset</offsetTopicName><satRayTopicName>rays</satRayTopicName>
     <errorScale>2</errorScale>)");
@@ -404,7 +404,7 @@ TEST(PluginSettings, TheOlderPrototypesNames) {
                                       AllOf(HasSubstr("<errorScale>"), HasSubstr("<bubble_scale>"))));
 }
 
-TEST(PluginSettings, Px4sGpsPluginNeedsOnlyItsLineExchanged) {
+TEST(HostSettings, Px4sGpsPluginNeedsOnlyItsLineExchanged) {
   // The children that models/gps/gps.sdf of PX4's Gazebo Classic models gives its plugin.
   const std::string children = R"(
     <robotNamespace></robotNamespace>
@@ -415,7 +415,7 @@ TEST(PluginSettings, Px4sGpsPluginNeedsOnlyItsLineExchanged) {
     <gpsZNoiseDensity>4.0e-4</gpsZNoiseDensity>
     <gpsVXYNoiseDensity>0.2</gpsVXYNoiseDensity>
     <gpsVZNoiseDensity>0.4</gpsVZNoiseDensity>)";
-  const PluginSettings s = read(children);
+  const HostSettings s = read(children);
   EXPECT_TRUE(s.publish_px4);
   EXPECT_EQ(s.ros_namespace, "");
   EXPECT_TRUE(s.live.receiver.options.noise.enabled);
@@ -423,7 +423,7 @@ TEST(PluginSettings, Px4sGpsPluginNeedsOnlyItsLineExchanged) {
                                             HasSubstr("<gpsVZNoiseDensity> without effect"),
                                             HasSubstr("<noise><sigma_m_per_sqrt_s>"))));
   EXPECT_FALSE(read(children + "<publishers><px4>0</px4></publishers>").publish_px4);
-  const PluginSettings other = read("<gpsNoise>0</gpsNoise><topic>gps1</topic><update_rate>5</update_rate>");
+  const HostSettings other = read("<gpsNoise>0</gpsNoise><topic>gps1</topic><update_rate>5</update_rate>");
   EXPECT_TRUE(other.publish_px4);
   EXPECT_FALSE(other.live.receiver.options.noise.enabled);
   EXPECT_EQ(other.px4_topic, "gps1");
@@ -432,8 +432,8 @@ TEST(PluginSettings, Px4sGpsPluginNeedsOnlyItsLineExchanged) {
               ElementsAre(AllOf(HasSubstr("<homeLatitude>"), HasSubstr("<origin_latitude>"))));
 }
 
-TEST(PluginSettings, UnknownElementsWarnByNameAndStopNothing) {
-  const PluginSettings s = read(R"(
+TEST(HostSettings, UnknownElementsWarnByNameAndStopNothing) {
+  const HostSettings s = read(R"(
     <sattNum>8</sattNum><max_range>5</max_range>
     <noise><sigmma_m_per_sqrt_s>1</sigmma_m_per_sqrt_s><elevation_mask_deg>3</elevation_mask_deg>
       <mu_m>0.5</mu_m></noise>
@@ -460,7 +460,7 @@ struct Wrong {
   const char* cure;
 };
 
-TEST(PluginSettings, WrongValuesNamePluginElementAndCure) {
+TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
   const std::vector<Wrong> cases{
       // The scenario's own checks, in the words of SDF.
       {"<noise><sigma_m_per_sqrt_s>-1</sigma_m_per_sqrt_s></noise>", "<noise><sigma_m_per_sqrt_s>",
@@ -501,7 +501,7 @@ TEST(PluginSettings, WrongValuesNamePluginElementAndCure) {
       {"<ray_engine>embre</ray_engine>", "<ray_engine>", "'embre' is unknown", "did you mean 'embree'?"},
       {"<geometry>Visual</geometry>", "<geometry>", "'Visual' is unknown", "collision, visual"},
       {"<ray_engine>physics</ray_engine>", "<ray_engine>", "no facets for the specular model",
-       "<propagation><model>mirror</model></propagation>"},
+       "propagation.model"},
       {"<output_type>sensor_msgs/PointCloud</output_type>", "<output_type>",
        "'sensor_msgs/PointCloud' is unknown", "known: sensor_msgs/LaserScan"},
       {"<pose_timeout_s>0</pose_timeout_s>", "<pose_timeout_s>", "0 is out of range", ""},
@@ -549,20 +549,20 @@ TEST(PluginSettings, WrongValuesNamePluginElementAndCure) {
   }
 }
 
-TEST(PluginSettings, EmptyNamespacesAreTheDefault) {
+TEST(HostSettings, EmptyNamespacesAreTheDefault) {
   EXPECT_EQ(read("<ros><namespace/></ros>").ros_namespace, "");
   EXPECT_EQ(read("<ros><namespace/></ros><robotNamespace>/a</robotNamespace>").ros_namespace, "/a");
   EXPECT_EQ(read("<ros/>").ros_namespace, "");
 }
 
-TEST(PluginSettings, AnOriginWithoutAltitudeLiesOnTheEllipsoid) {
-  const PluginSettings s =
+TEST(HostSettings, AnOriginWithoutAltitudeLiesOnTheEllipsoid) {
+  const HostSettings s =
       read("<origin_latitude>22.3</origin_latitude><origin_longitude>114.18</origin_longitude>");
   EXPECT_EQ(s.origin->height_m, 0);
   EXPECT_NEAR(degrees(s.origin->latitude_rad), 22.3, 1e-12);
 }
 
-TEST(PluginSettings, ValuesAreTextWhateverIsInThem) {
+TEST(HostSettings, ValuesAreTextWhateverIsInThem) {
   // Quotes, backslashes and colons mean something in YAML, and a name is judged by the scenario.
   EXPECT_THAT(error_of("<name>a: \"b\\</name>"), HasSubstr("<name>: 'a: \"b\\' cannot name a folder"));
   EXPECT_THAT(read("<satAzimuth>1\n\t 2</satAzimuth><satElevation>\n0.5 0.25\n</satElevation>")

@@ -1,4 +1,4 @@
-#include "adapters/common/sdf/resource_files.hpp"
+#include "adapters/common/resource_files.hpp"
 
 #include <algorithm>
 #include <cstdlib>

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "adapters/common/epoch_publisher.hpp"
+#include "adapters/common/host_settings.hpp"
 #include "adapters/common/options_desk.hpp"
 #include "adapters/common/pose_motion.hpp"
-#include "adapters/common/sdf/plugin_settings.hpp"
 #include "adapters/common/update_schedule.hpp"
 #include "adapters/common/world_scene.hpp"
 #include "canyon/output/encoder.hpp"
@@ -23,7 +23,7 @@ namespace canyon::adapters {
 
 /// `settings.origin` first, then the host's; at latitude 0, longitude 0 with a line in `warnings` where it is
 /// the host's.
-[[nodiscard]] WorldFrame world_frame(const std::optional<HostOrigin>& host, const PluginSettings& settings,
+[[nodiscard]] WorldFrame world_frame(const std::optional<HostOrigin>& host, const HostSettings& settings,
                                      std::vector<std::string>& warnings);
 
 /// GPS time of a world's time 0 where nobody says it: the machine's when its first receiver was loaded, the
@@ -31,8 +31,8 @@ namespace canyon::adapters {
 [[nodiscard]] geodesy::GpsTime start_of_world(const void* world, const std::string& name,
                                               std::int64_t sim_time_ns);
 
-/// One receiver in the world of a simulator that has SDF: settings, schedule, epochs and publishers. The
-/// simulator brings time, truth and geometry. For the simulation's thread only.
+/// One receiver in the world of a simulator: settings, schedule, epochs and publishers. The simulator brings
+/// time, truth and geometry. For the simulation's thread only.
 class HostedReceiver {
  public:
   /// Says a line to the simulator's console.
@@ -44,13 +44,13 @@ class HostedReceiver {
   /// @param settings whose warnings are said now
   /// @param sensor_rate_hz of the sensor that carries it; 0: none
   /// Throws InputError as LiveReceiver does and where a stream cannot be opened.
-  HostedReceiver(PluginSettings settings, const ReceiverIdentity& identity, const WorldFrame& frame,
+  HostedReceiver(HostSettings settings, const ReceiverIdentity& identity, const WorldFrame& frame,
                  geodesy::GpsTime start_of_world, double sensor_rate_hz, Say say);
   ~HostedReceiver();
   HostedReceiver(const HostedReceiver&) = delete;
   HostedReceiver& operator=(const HostedReceiver&) = delete;
 
-  [[nodiscard]] const PluginSettings& settings() const { return settings_; }
+  [[nodiscard]] const HostSettings& settings() const { return settings_; }
   [[nodiscard]] const WorldFrame& frame() const { return frame_; }
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] double interval_s() const { return schedule_.interval_s(); }
@@ -92,7 +92,7 @@ class HostedReceiver {
   [[nodiscard]] output::ReceiverDescription description() const;
   [[nodiscard]] double rate_hz() const;
 
-  PluginSettings settings_;
+  HostSettings settings_;
   std::string name_;
   WorldFrame frame_;
   Say say_;

@@ -1,4 +1,4 @@
-#include "adapters/common/sdf/hosted_receiver.hpp"
+#include "adapters/common/hosted_receiver.hpp"
 
 #include <fmt/format.h>
 
@@ -35,7 +35,7 @@ std::string place_name(const ReceiverIdentity& identity) {
   return name;
 }
 
-WorldFrame world_frame(const std::optional<HostOrigin>& host, const PluginSettings& settings,
+WorldFrame world_frame(const std::optional<HostOrigin>& host, const HostSettings& settings,
                        std::vector<std::string>& warnings) {
   WorldFrame frame;
   if (host) frame.heading_rad = host->heading_rad;
@@ -44,8 +44,8 @@ WorldFrame world_frame(const std::optional<HostOrigin>& host, const PluginSettin
                                                    : geodesy::Geodetic{};
   if (!settings.origin && origin.latitude_rad == 0 && origin.longitude_rad == 0) {
     warnings.emplace_back(
-        "the world lies at latitude 0, longitude 0; give it <spherical_coordinates>, or the plugin "
-        "<origin_latitude>, <origin_longitude> and <origin_altitude>");
+        "the world lies at latitude 0, longitude 0; give it spherical_coordinates, or the receiver "
+        "origin_latitude, origin_longitude and origin_altitude");
   }
   frame.enu = geodesy::LocalFrame(origin);
   return frame;
@@ -65,7 +65,7 @@ GpsTime start_of_world(const void* world, const std::string& name, std::int64_t 
   return start;
 }
 
-HostedReceiver::HostedReceiver(PluginSettings settings, const ReceiverIdentity& identity,
+HostedReceiver::HostedReceiver(HostSettings settings, const ReceiverIdentity& identity,
                                const WorldFrame& frame, GpsTime start_of_world, double sensor_rate_hz,
                                Say say)
     : settings_(std::move(settings)),

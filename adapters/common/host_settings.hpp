@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "adapters/common/ray_visuals.hpp"
+#include "adapters/common/ros_names.hpp"
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/simulation/live_receiver.hpp"
+
+namespace canyon::adapters {
+
+enum class RayEngine : std::uint8_t { Physics, Embree };
+
+/// What a user sets of one receiver in a host's world, whatever the host's language: ros/namespace,
+/// ros/remapping "from:=to", ros/changes, frame_id, output_type sensor_msgs/LaserScan as RosSettings,
+/// visuals/rays, bubble, bubble_scale, ray_length_m as VisualSettings, and what follows. docs/gazebo.md has
+/// the table.
+struct HostSettings : RosSettings, VisualSettings {
+  /// Keys of the scenario: sky, start, rate_hz, seed, and those of a receiver.
+  simulation::LiveConfig live;
+  bool named = false;  ///< `name` stands; where not, live.receiver.options.name is not the user's
+
+  /// origin_latitude [deg], origin_longitude [deg], origin_altitude [m]; empty: the world's
+  /// spherical_coordinates.
+  std::optional<geodesy::Geodetic> origin;
+
+  RayEngine ray_engine = RayEngine::Embree;  ///< ray_engine: physics or embree
+  bool visual_geometry = false;              ///< geometry: collision or visual
+  bool vehicle_blocks = false;               ///< vehicle_blocks: rays meet the receiver's own model
+  std::string link;                          ///< link; the plugin of a model reads it for itself
+  bool serve_all = false;                    ///< serve: marked or all
+
+  std::string pose_topic;       ///< pose_topic: truth from outside instead of the host's
+  double pose_timeout_s = 0.5;  ///< pose_timeout_s, of simulated time; > 0
+
+  bool publish_gazebo = true;  ///< publishers/gazebo
+  bool publish_ros = true;     ///< publishers/ros
+  bool publish_px4 = false;    ///< publishers/px4; on where elements of PX4's own gps plugin stand
+  std::string px4_topic;       ///< topic; empty: the name of the model right above the link
+  int nmea_port = 0;           ///< publishers/nmea_port; 0: none
+  /// publishers/stream, each FORMAT=ADDRESS (output::parse_stream()).
+  std::vector<std::string> streams;
+
+  /// Of the reader, one line each: settings that have no effect, with what to use instead.
+  std::vector<std::string> warnings;
+};
+
+/// Its fields, for options::read(). Throws InputError where the physics engine is asked for with the specular
+/// model.
+void visit(options::Visitor& v, HostSettings& settings);
+
+}  // namespace canyon::adapters

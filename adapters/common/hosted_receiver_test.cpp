@@ -1,0 +1,192 @@
+// A whole host without SDF: settings in YAML, a world of two boxes, a clock and a car.
+#include "adapters/common/hosted_receiver.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "adapters/common/testing/box_world.hpp"
+#include "adapters/common/testing/street.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/options/describe.hpp"
+#include "canyon/options/read.hpp"
+
+namespace canyon::adapters {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+HostSettings settings_of(const std::string& yaml) {
+  options::Document document;
+  document.file = "host.yaml";
+  document.known = options::describe<HostSettings>().paths();
+  HostSettings settings;
+  options::read(options::parse_yaml(yaml, document, "it needs a sky"), document, settings);
+  return settings;
+}
+
+const std::string kStreetSettings =
+    "{profile: ideal, rate_hz: 5, origin_latitude: 22.3, origin_longitude: 114.17, lever_arm: {up_m: 0.5}, "
+    "sky: {frozen: {satAzimuth: " +
+    test::street_angles(&test::StreetSatellite::azimuth_deg) +
+    ", satElevation: " + test::street_angles(&test::StreetSatellite::elevation_deg) + "}}, %}";
+
+std::string street_settings(const std::string& more) {
+  std::string text = kStreetSettings;
+  return text.replace(text.find('%'), 1, more);
+}
+
+class Collector final : public EpochPublisher {
+ public:
+  struct Seen {
+    std::int64_t sim_time_ns;
+    bool epoch;
+    std::string reason;
+    Vector3d antenna_world_m;
+    std::vector<double> ranges_m;
+    std::vector<receiver::SatelliteObservation> satellites;
+  };
+  explicit Collector(std::vector<Seen>& seen, int& resets) : seen_(seen), resets_(resets) {}
+  void publish(const ReceiverReport& report) override {
+    seen_.push_back({report.sim_time_ns, report.step != nullptr, report.reason, report.antenna_world_m,
+                     report.scan_ranges_m,
+                     report.step != nullptr ? report.step->epoch.observed.satellites
+                                            : std::vector<receiver::SatelliteObservation>{}});
+  }
+  void reset() override { ++resets_; }
+
+ private:
+  std::vector<Seen>& seen_;
+  int& resets_;
+};
+
+/// The car of test::street_satellites() between its two walls, 30 m high.
+class Host {
+ public:
+  explicit Host(const std::string& more = "") {
+    const HostSettings settings = settings_of(street_settings(more));
+    const WorldFrame frame = world_frame(std::nullopt, settings, lines);
+    auto world = std::make_unique<test::BoxWorld>();
+    world->boxes = {{1, {true, {7.5, 0, 15}, {1, 400, 30}, "east"}},
+                    {2, {true, {-13.5, 0, 15}, {1, 400, 30}, "west"}}};
+    ReceiverIdentity identity;
+    identity.model = "car";
+    identity.link = "car::roof";
+    identity.plugin = "gnss";
+    receiver.emplace(settings, identity, frame,
+                     geodesy::gps_from_utc(geodesy::CalendarTime{2026, 6, 1, 8, 0, 0}), 0,
+                     [this](HostedReceiver::Tone tone, const std::string& line) {
+                       lines.push_back((tone == HostedReceiver::Tone::Error ? "error: " : "") + line);
+                     });
+    receiver->add(std::make_unique<Collector>(seen, resets));
+    receiver->set_scene(
+        std::make_shared<WorldScene>(std::move(world), WorldScene::Options{"street", false, frame}),
+        std::nullopt);
+  }
+  void update(std::int64_t now_ms) {
+    receiver->update(now_ms * 1'000'000, [this](std::string& reason) -> std::optional<TruePose> {
+      if (broken) throw std::runtime_error("the engine is gone");
+      if (lost) {
+        reason = "no pose has come";
+        return std::nullopt;
+      }
+      TruePose truth;
+      truth.pose.position_m = {0, 0, 1.5};
+      return truth;
+    });
+  }
+
+  std::vector<std::string> lines;
+  std::vector<Collector::Seen> seen;
+  int resets = 0;
+  bool lost = false, broken = false;
+  std::optional<HostedReceiver> receiver;
+};
+
+TEST(HostSettings, AreReadFromAnyTree) {
+  const HostSettings settings = settings_of(street_settings(
+      "ros: {namespace: /car}, publishers: {px4: true, stream: [\"nmea=file:a.nmea\"]}, geometry: "
+      "visual, name: roof"));
+  EXPECT_EQ(settings.ros_namespace, "/car");
+  EXPECT_TRUE(settings.publish_px4 && settings.visual_geometry && settings.named);
+  EXPECT_THAT(settings.streams, ElementsAre("nmea=file:a.nmea"));
+  EXPECT_NEAR(geodesy::degrees(settings.origin->latitude_rad), 22.3, 1e-12);
+  EXPECT_EQ(settings.live.rate_hz, 5);
+  EXPECT_EQ(settings.live.receiver.lever_arm_m.z(), 0.5);
+  try {
+    (void)settings_of(street_settings("geometry: solid"));
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_EQ(e.file(), "host.yaml");
+    EXPECT_THAT(e.problem(), HasSubstr("geometry: 'solid' is unknown"));
+  }
+}
+
+// Excess paths of the closed forms of test::street_satellites().
+TEST(HostedReceiver, ObservesTheStreetWithoutSdf) {
+  Host host("output_type: sensor_msgs/LaserScan");
+  for (int ms = 0; ms <= 1000; ms += 100) host.update(ms);
+  ASSERT_EQ(host.seen.size(), 6U) << "5 Hz";
+  EXPECT_EQ(host.seen[1].sim_time_ns, 200'000'000);
+  for (const Collector::Seen& seen : host.seen) {
+    ASSERT_TRUE(seen.epoch) << seen.reason;
+    EXPECT_EQ(seen.antenna_world_m, Vector3d(0, 0, 2));
+    ASSERT_EQ(seen.satellites.size(), test::street_satellites().size());
+    ASSERT_EQ(seen.ranges_m.size(), 2 * seen.satellites.size());
+    for (std::size_t i = 0; i < seen.satellites.size(); ++i) {
+      const test::StreetSatellite& expected = test::street_satellites()[i];
+      const bool blocked = expected.specular_m < 0;
+      EXPECT_EQ(seen.satellites[i].visibility == propagation::Visibility::Blocked, blocked) << i;
+      EXPECT_NEAR(seen.satellites[i].excess_m, blocked ? 0 : expected.specular_m, 1e-4) << i;
+    }
+    // Straight to the eastern wall, and back to the western one: 7 m and 13 m away on the ground.
+    EXPECT_NEAR(seen.ranges_m[0], 7 / std::cos(geodesy::radians(45)), 1e-4);
+    EXPECT_NEAR(seen.ranges_m[1], 13 / std::cos(geodesy::radians(45)), 1e-4);
+  }
+  EXPECT_EQ(host.receiver->name(), "plugin 'gnss' of model 'car'");
+  EXPECT_THAT(host.lines, IsEmpty());
+}
+
+TEST(HostedReceiver, SaysWhyThereIsNoEpochAndGoesOn) {
+  Host host;
+  host.lost = true;
+  host.update(0);
+  host.lost = false;
+  host.broken = true;
+  host.update(200);
+  host.update(400);
+  host.broken = false;
+  host.update(600);
+  ASSERT_EQ(host.seen.size(), 4U);
+  EXPECT_FALSE(host.seen[0].epoch);
+  EXPECT_EQ(host.seen[0].reason, "no pose has come");
+  EXPECT_EQ(host.seen[2].reason, "the engine is gone");
+  EXPECT_TRUE(host.seen[3].epoch);
+  EXPECT_THAT(host.lines, ElementsAre("error: plugin 'gnss' of model 'car': the engine is gone")) << "once";
+}
+
+TEST(HostedReceiver, BeginsAnewWhereTimeGoesBack) {
+  Host host;
+  for (const int ms : {0, 200, 400, 0}) host.update(ms);
+  ASSERT_EQ(host.seen.size(), 4U);
+  EXPECT_EQ(host.resets, 1);
+  ASSERT_TRUE(host.seen[3].epoch);
+  for (std::size_t i = 0; i < host.seen[0].satellites.size(); ++i) {
+    EXPECT_EQ(host.seen[3].satellites[i].excess_m, host.seen[0].satellites[i].excess_m);
+  }
+}
+
+TEST(HostedReceiver, WarnsOfAWorldThatLiesNowhere) {
+  HostSettings settings;
+  std::vector<std::string> warnings;
+  const WorldFrame frame = world_frame(HostOrigin{{}, 0.5}, settings, warnings);
+  EXPECT_EQ(frame.heading_rad, 0.5);
+  EXPECT_THAT(warnings, ElementsAre(HasSubstr("latitude 0, longitude 0")));
+}
+
+}  // namespace
+}  // namespace canyon::adapters
