@@ -45,7 +45,8 @@ struct GpsRawInt {
   static constexpr std::uint32_t kId = 24;
   static constexpr std::string_view kName = "GPS_RAW_INT";
   std::uint64_t time_us = 0;
-  std::uint8_t fix_type = 0;  ///< GPS_FIX_TYPE: 0 no GPS, 1 no fix, 2 2D, 3 3D
+  std::uint8_t fix_type =
+      0;  ///< GPS_FIX_TYPE: 0 no GPS, 1 no fix, 2 2D, 3 3D, 4 DGPS, 5 RTK float, 6 RTK fixed
   double latitude_deg = 0, longitude_deg = 0;
   double altitude_m = 0;  ///< above mean sea level
   double hdop = kUnknown, vdop = kUnknown;
@@ -140,7 +141,7 @@ struct HilGps {
   static constexpr std::uint32_t kId = 113;
   static constexpr std::string_view kName = "HIL_GPS";
   std::uint64_t time_us = 0;
-  std::uint8_t fix_type = 0;  ///< 0 or 1 no fix, 2 2D, 3 3D
+  std::uint8_t fix_type = 0;  ///< as GpsRawInt has it
   double latitude_deg = 0, longitude_deg = 0;
   double altitude_m = 0;  ///< above mean sea level
   double horizontal_accuracy_m = kUnknown, vertical_accuracy_m = kUnknown;
@@ -192,7 +193,7 @@ struct GpsInput {
   std::uint16_t ignore = 0;   ///< Ignore
   double time_of_week_s = 0;  ///< GPS time, to the millisecond
   std::uint16_t week = 0;     ///< of GPS
-  std::uint8_t fix_type = 0;  ///< 0 or 1 no fix, 2 2D, 3 3D, 4 differential, 5 RTK
+  std::uint8_t fix_type = 0;  ///< as GpsRawInt has it
   double latitude_deg = 0, longitude_deg = 0;
   double altitude_m = 0;  ///< above mean sea level
   double hdop = kUnknown, vdop = kUnknown;

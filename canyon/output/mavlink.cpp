@@ -9,6 +9,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/mavlink/frames.hpp"
 #include "canyon/output/epoch_values.hpp"
+#include "canyon/output/fix_codes.hpp"
 #include "canyon/output/formats.hpp"
 
 namespace canyon::output {
@@ -17,9 +18,11 @@ namespace {
 using geodesy::degrees;
 using gnss::System;
 
-// MAVLink has no type for dead reckoning. It is no fix here: autopilots' drivers make that of u-blox's fix
-// type 1, and go on by their own sensors, which know more than the receiver's prediction.
-constexpr std::uint8_t kNoFix = 1, k3d = 3;
+constexpr positioning::FixKind kNoFix = positioning::FixKind::None;
+
+std::uint8_t fix_type(positioning::FixKind kind) {
+  return codes_of(kind).mavlink_type;
+}
 
 std::uint64_t unix_us(geodesy::GpsTime t) {
   constexpr std::int64_t kGpsEpoch_s = 315'964'800;  // 1980-01-06 in POSIX time
@@ -155,7 +158,7 @@ mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
   const std::int64_t ms = seen.stated_time().nanosecond_of_week() / 1'000'000;
   m.time_of_week_s = static_cast<double>(ms) / 1e3;
   m.satellites = satellites(fix);
-  m.fix_type = solved ? k3d : kNoFix;
+  m.fix_type = fix_type(solved ? fix.kind() : kNoFix);
   if (!solved) {
     m.ignore = GpsInput::kAltitude | GpsInput::kHdop | GpsInput::kVdop | GpsInput::kHorizontalVelocity |
                GpsInput::kVerticalVelocity | GpsInput::kSpeedAccuracy | GpsInput::kHorizontalAccuracy |
@@ -183,9 +186,9 @@ mavlink::HilGps hil_gps(const simulation::Epoch& epoch) {
   mavlink::HilGps m;
   m.time_us = unix_us(epoch.observed.stated_utc());
   m.satellites = satellites(fix);
-  m.fix_type = kNoFix;
+  m.fix_type = fix_type(kNoFix);
   if (!fix.measured() || !fix.velocity_enu_mps) return m;
-  m.fix_type = k3d;
+  m.fix_type = fix_type(fix.kind());
   put_place(fix, m);
   m.velocity_ned_mps = ned(*fix.velocity_enu_mps);
   m.speed_mps = fix.velocity_enu_mps->head<2>().norm();
@@ -198,9 +201,9 @@ mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
   mavlink::GpsRawInt m;
   m.time_us = unix_us(epoch.observed.stated_utc());
   m.satellites = satellites(fix);
-  m.fix_type = kNoFix;
+  m.fix_type = fix_type(kNoFix);
   if (!fix.measured()) return m;
-  m.fix_type = k3d;
+  m.fix_type = fix_type(fix.kind());
   put_place(fix, m);
   m.ellipsoidal_height_m = fix.position.height_m;
   if (fix.dop) {

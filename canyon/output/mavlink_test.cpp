@@ -84,12 +84,25 @@ TEST(Mavlink, WithoutAFixThereIsNoPosition) {
 // As PX4's and ArduPilot's drivers take u-blox's fix type 1.
 TEST(Mavlink, APredictionIsNoFix) {
   const simulation::Epoch now = test::predicted(epoch());
-  ASSERT_TRUE(now.observed.fix.predicted());
+  ASSERT_EQ(now.observed.fix.kind(), positioning::FixKind::DeadReckoning);
   EXPECT_EQ(gps_input(now).fix_type, 1);
   EXPECT_EQ(gps_input(now).latitude_deg, 0);
   EXPECT_EQ(hil_gps(now).fix_type, 1);
   EXPECT_EQ(gps_raw_int(now).fix_type, 1);
   EXPECT_EQ(gps_raw_int(now).satellites, 0);
+}
+
+// GPS_FIX_TYPE of common.xml: 3 3D, 4 DGPS, 5 RTK float, 6 RTK fixed.
+TEST(Mavlink, SaysWhatTheCorrectionsMadeOfTheFix) {
+  using positioning::FixKind;
+  for (const auto& [kind, type] : {std::pair{FixKind::Single, 3}, std::pair{FixKind::Differential, 4},
+                                   std::pair{FixKind::Float, 5}, std::pair{FixKind::Fixed, 6}}) {
+    const simulation::Epoch now = test::corrected(epoch(), kind);
+    EXPECT_EQ(gps_input(now).fix_type, type);
+    EXPECT_EQ(hil_gps(now).fix_type, type);
+    EXPECT_EQ(gps_raw_int(now).fix_type, type);
+  }
+  EXPECT_EQ(gps_raw_int(test::corrected(epoch(false), FixKind::Fixed)).fix_type, 1);
 }
 
 TEST(Mavlink, CourseAccuracyIsThatAcrossTheWay) {

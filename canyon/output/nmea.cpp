@@ -10,6 +10,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"
+#include "canyon/output/fix_codes.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
 
@@ -92,16 +93,11 @@ std::string position_fields(const positioning::Fix& fix) {
          angle_field(fix.position.longitude_rad, 3, 'E', 'W');
 }
 
-/// GGA's quality: 1 autonomous, 6 estimated (dead reckoning).
-int quality(const positioning::Fix& fix) {
-  if (fix.predicted()) return 6;
-  return fix.solved() ? 1 : 0;
-}
-
-/// RMC's mode: autonomous, estimated, none.
-char mode(const positioning::Fix& fix) {
-  if (fix.predicted()) return 'E';
-  return fix.solved() ? 'A' : 'N';
+/// GGA's age of differential data and reference station (0000 to 4095).
+std::string correction_fields(const positioning::Fix& fix) {
+  if (!corrected(fix.kind())) return ",";
+  return (fix.correction_age_s ? fixed(*fix.correction_age_s, 1) : "") + ',' +
+         (fix.correction_station ? fmt::format("{:04d}", *fix.correction_station) : "");
 }
 
 std::string dop_field(const positioning::Fix& fix, double positioning::Dop::*member) {
@@ -119,17 +115,17 @@ std::string rmc(const receiver::ReceiverEpoch& seen, std::string_view talker, co
   }
   // Navigational status V: Canyon gives no integrity statement.
   return nmea_sentence(fmt::format("{}RMC,{},{},{},{},{},{},,,{},V", talker, clock.time,
-                                   fix.solved() ? 'A' : 'V', position_fields(fix), speed, course, clock.date,
-                                   mode(fix)));
+                                   codes_of(fix.kind()).nmea_status, position_fields(fix), speed, course,
+                                   clock.date, codes_of(fix.kind()).nmea_mode));
 }
 
 std::string gga(const receiver::ReceiverEpoch& seen, std::string_view talker, const Clock& clock) {
   const positioning::Fix& fix = seen.fix;
   // No geoid model: the height is ellipsoidal and the separation 0, so that their sum is right.
   const std::string height = fix.solved() ? fixed(fix.position.height_m, 3) + ",M,0.0,M" : ",M,,M";
-  return nmea_sentence(fmt::format("{}GGA,{},{},{},{:02d},{},{},,", talker, clock.time, position_fields(fix),
-                                   quality(fix), used_count(fix), dop_field(fix, &positioning::Dop::hdop),
-                                   height));
+  return nmea_sentence(fmt::format("{}GGA,{},{},{},{:02d},{},{},{}", talker, clock.time, position_fields(fix),
+                                   codes_of(fix.kind()).gga_quality, used_count(fix),
+                                   dop_field(fix, &positioning::Dop::hdop), height, correction_fields(fix)));
 }
 
 std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
@@ -138,8 +134,9 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
   const std::string dops = dop_field(fix, &positioning::Dop::pdop) + ',' +
                            dop_field(fix, &positioning::Dop::hdop) + ',' +
                            dop_field(fix, &positioning::Dop::vdop);
+  const int mode = codes_of(fix.kind()).gsa_mode;
   if (!fix.measured()) {
-    return nmea_sentence(fmt::format("{}GSA,A,{},,,,,,,,,,,,,{},", talker, fix.predicted() ? 2 : 1, dops));
+    return nmea_sentence(fmt::format("{}GSA,A,{},,,,,,,,,,,,,{},", talker, mode, dops));
   }
   std::map<System, std::vector<int>> used;
   for (const auto id : fix.used) {
@@ -154,7 +151,7 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
       for (std::size_t i = first; i < first + kSlots; ++i) {
         slots += i < numbers.size() ? fmt::format("{:02d},", numbers[i]) : ",";
       }
-      bodies.push_back(fmt::format("GSA,A,3,{}{},{}", slots, dops, codes(system).system_id));
+      bodies.push_back(fmt::format("GSA,A,{},{}{},{}", mode, slots, dops, codes(system).system_id));
       first += kSlots;
     } while (first < numbers.size());
   }

@@ -91,6 +91,30 @@ TEST(Nmea, APredictionIsEstimated) {
   EXPECT_THAT(bodies(text, "GSA"), ElementsAre("GNGSA,A,2,,,,,,,,,,,,,,,,"));
 }
 
+// GGA's quality, age and station, RMC's mode: NMEA 0183 v4.11; position fix flags of UBX-22008968, 1.3.
+TEST(Nmea, SaysWhatTheCorrectionsMadeOfTheFix) {
+  const auto expect = [](positioning::FixKind kind, const std::string& quality, const std::string& mode) {
+    const std::string text = nmea_epoch(test::corrected(epoch_at(0), kind));
+    EXPECT_THAT(text, testing::HasSubstr(",E," + quality + ",09,1.25,")) << text;
+    EXPECT_THAT(text, testing::HasSubstr(",0.0,M,1.6,0007*")) << text;
+    EXPECT_THAT(text, testing::HasSubstr(",280419,,," + mode + ",V*")) << text;
+    EXPECT_THAT(bodies(text, "GSA"), testing::Each(testing::HasSubstr("GSA,A,3,")));
+  };
+  expect(positioning::FixKind::Differential, "2", "D");
+  expect(positioning::FixKind::Float, "5", "F");
+  expect(positioning::FixKind::Fixed, "4", "R");
+
+  simulation::Epoch unknown = test::corrected(epoch_at(0), positioning::FixKind::Fixed);
+  unknown.observed.fix.correction_age_s.reset();
+  unknown.observed.fix.correction_station.reset();
+  EXPECT_THAT(nmea_epoch(unknown), testing::HasSubstr(",0.0,M,,*"));
+  const simulation::Epoch lost = test::corrected(epoch_at(0, false), positioning::FixKind::Fixed);
+  EXPECT_THAT(nmea_epoch(lost), testing::HasSubstr(",0,00,,,M,,M,,*"));
+  const simulation::Epoch prediction =
+      test::corrected(test::predicted(epoch_at(0)), positioning::FixKind::Fixed);
+  EXPECT_THAT(nmea_epoch(prediction), testing::HasSubstr(",0.0,M,,*"));
+}
+
 // 1024 weeks before 2019-04-28 it was 1999-09-12.
 TEST(Nmea, StatesTheDateThatTheReceiverBelieves) {
   simulation::Epoch epoch = epoch_at(0, false);

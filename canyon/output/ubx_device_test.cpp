@@ -102,6 +102,61 @@ TEST(UbxDevice, APredictionIsDeadReckoning) {
   EXPECT_EQ(find(messages, 0x0103).u(4, 2), 0b1101U << 8 | 1);
 }
 
+// UBX-22008968: NAV-PVT flags and flags3 (3.15.13), NAV-STATUS (3.15.18), NAV-SAT (3.15.16), NAV-SIG
+// (3.15.17). A walk with a real receiver and a base (ubx-longmont-20250828) has the same NAV-PVT: fix type 3
+// and flags 67 in its 187 float epochs, 131 in its 349 fixed ones, ages of codes 1 and 2.
+TEST(UbxDevice, SaysWhatTheCorrectionsMadeOfTheFix) {
+  const auto expect = [](positioning::FixKind kind, std::uint64_t pvt_flags, std::uint64_t status,
+                         std::uint64_t satellite, std::uint64_t signal) {
+    const auto e = test::corrected(ubx_epoch(), kind);
+    const auto messages = Device(encode_ubx).encode(e);
+    const Message& pvt = find(messages, 0x0107);
+    EXPECT_EQ(pvt.u(20, 1), 3U);
+    EXPECT_EQ(pvt.u(21, 1), pvt_flags);
+    EXPECT_EQ(pvt.u(78, 2), 2U << 1) << "1 s to 2 s";
+    EXPECT_EQ(find(messages, 0x0103).u(4, 4) & 0xC0FFFFFFU, status);
+    const Message& satellites = find(messages, 0x0135);
+    const Message& signals = find(messages, 0x0143);
+    int used = 0;
+    for (std::size_t i = 0; i < satellites.u(5, 1); ++i) {
+      const std::uint64_t flags = satellites.u(8 + 12 * i + 8, 4);
+      const bool is_used = (flags >> 3 & 1) != 0;
+      used += is_used ? 1 : 0;
+      EXPECT_EQ(flags & 0x007F0040U, is_used ? satellite : 0);
+    }
+    EXPECT_EQ(used, 9);
+    for (std::size_t i = 0; i < signals.u(5, 1); ++i) {
+      const bool is_used = (signals.u(8 + 16 * i + 10, 2) >> 3 & 1) != 0;
+      EXPECT_EQ(signals.u(8 + 16 * i + 8, 1), is_used && satellite != 0 ? 4U : 0U);
+      EXPECT_EQ(signals.u(8 + 16 * i + 10, 2) & 0x1C0U, is_used ? signal : 0);
+    }
+  };
+  using positioning::FixKind;
+  constexpr std::uint64_t kCode = 1 << 6 | 1 << 17 | 1 << 20, kPhase = kCode | 1 << 21;
+  expect(FixKind::Differential, 3, 0x00010F03, kCode, 1 << 6);
+  expect(FixKind::Float, 67, 0x40030F03, kPhase, 3 << 6);
+  expect(FixKind::Fixed, 131, 0x80030F03, kPhase, 3 << 6);
+}
+
+TEST(UbxDevice, AgeOfCorrections) {
+  const auto code = [](std::optional<double> age_s, positioning::FixKind kind) {
+    auto e = test::corrected(ubx_epoch(), kind);
+    e.observed.fix.correction_age_s = age_s;
+    return find(Device(encode_ubx).encode(e), 0x0107).u(78, 2) >> 1;
+  };
+  constexpr auto kFixed = positioning::FixKind::Fixed;
+  EXPECT_EQ(code(std::nullopt, kFixed), 0U);
+  EXPECT_EQ(code(7, positioning::FixKind::Single), 0U);
+  EXPECT_EQ(code(0, kFixed), 1U);
+  EXPECT_EQ(code(1, kFixed), 2U);
+  EXPECT_EQ(code(4.9, kFixed), 3U);
+  EXPECT_EQ(code(5, kFixed), 4U);
+  EXPECT_EQ(code(44, kFixed), 8U);
+  EXPECT_EQ(code(119.9, kFixed), 11U);
+  EXPECT_EQ(code(120, kFixed), 12U);
+  EXPECT_EQ(code(1e6, kFixed), 12U);
+}
+
 TEST(UbxDevice, HasNoPositionWithoutAFix) {
   Device device(encode_ubx);
   (void)device.encode(ubx_epoch());

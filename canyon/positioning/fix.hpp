@@ -69,6 +69,10 @@ enum class FixKind : std::uint8_t {
 };
 /// "none", "single", "differential", "float", "fixed", "dead reckoning".
 [[nodiscard]] std::string_view name(FixKind kind);
+/// Whether a base's corrections are in it: Differential, Float, Fixed.
+[[nodiscard]] constexpr bool corrected(FixKind kind) {
+  return kind == FixKind::Differential || kind == FixKind::Float || kind == FixKind::Fixed;
+}
 
 /// A position solution. Covariance, DOP and counts all come from the system that made the position.
 struct [[nodiscard]] Fix {
@@ -77,9 +81,9 @@ struct [[nodiscard]] Fix {
   /// where there is no position, or no measurement in it.
   FixKind solution = FixKind::Single;
   /// Age of the corrections in use: time of this epoch minus that of the base's observations [s], 0 or more;
-  /// empty where kind() is None, Single or DeadReckoning.
+  /// says nothing where corrected(kind()) is false.
   std::optional<double> correction_age_s;
-  /// Reference station id (RTCM DF003, 0 to 4095) of the base; empty likewise, and where it is not known.
+  /// Reference station id (RTCM DF003, 0 to 4095) of the base; likewise, and empty where it is not known.
   std::optional<int> correction_station;
   /// NaN unless solved.
   Eigen::Vector3d position_ecef = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
@@ -111,8 +115,7 @@ struct [[nodiscard]] Fix {
   [[nodiscard]] bool solved() const { return status == FixStatus::Fix; }
   /// By satellites of this epoch.
   [[nodiscard]] bool measured() const { return solved() && !used.empty(); }
-  /// Dead reckoning: a position filter's prediction, no satellite of this epoch is in it.
-  [[nodiscard]] bool predicted() const { return solved() && used.empty(); }
+  /// DeadReckoning is a position filter's prediction.
   [[nodiscard]] FixKind kind() const {
     if (!solved()) return FixKind::None;
     return used.empty() ? FixKind::DeadReckoning : solution;

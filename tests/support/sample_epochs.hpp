@@ -100,6 +100,15 @@ inline simulation::Epoch predicted(simulation::Epoch epoch) {
   return epoch;
 }
 
+/// By corrections 1.6 s old of station 7.
+inline simulation::Epoch corrected(simulation::Epoch epoch, positioning::FixKind solution) {
+  positioning::Fix& fix = epoch.observed.fix;
+  fix.solution = solution;
+  fix.correction_age_s = 1.6;
+  fix.correction_station = 7;
+  return epoch;
+}
+
 inline geodesy::Geodetic sample_place() {
   return geodesy::Geodetic::from_degrees(22.298251, 114.178761, 12.345);
 }

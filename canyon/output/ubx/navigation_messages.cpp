@@ -1,8 +1,11 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/fix_codes.hpp"
 #include "canyon/output/ubx/messages.hpp"
 
 namespace canyon::output::ubx {
@@ -50,11 +53,12 @@ double height_of(const positioning::Fix& fix) {
   return fix.solved() ? fix.position.height_m : 0;
 }
 
-/// 0 no fix, 1 dead reckoning, 3 3D fix: Canyon's solver knows no other. gnssFixOK is set with 1, too: it
-/// says that accuracy keeps the limits, which is what makes a filter's prediction a fix here.
-std::uint64_t fix_type(const positioning::Fix& fix) {
-  if (fix.predicted()) return 1;
-  return fix.solved() ? 3 : 0;
+/// lastCorrectionAge: 0 not known, n from the n-1st of these ages on.
+std::uint64_t correction_age(const positioning::Fix& fix) {
+  constexpr std::array kFrom_s{1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 120.0};
+  if (!corrected(fix.kind()) || !fix.correction_age_s) return 0;
+  const auto* const next = std::upper_bound(kFrom_s.begin(), kFrom_s.end(), *fix.correction_age_s);
+  return static_cast<std::uint64_t>(next - kFrom_s.begin()) + 1;
 }
 
 std::uint64_t used(const positioning::Fix& fix) {
@@ -72,10 +76,17 @@ double horizontal_dop(const positioning::Fix& fix, int axis) {
   return std::min(99.99, fix.dop->hdop * std::sqrt(p(axis, axis) / (p(0, 0) + p(1, 1))));
 }
 
+/// flags of NAV-STATUS and NAV-SOL: gpsFixOk, diffSoln, wknSet, towSet.
+std::uint64_t solution_flags(const Epoch& epoch) {
+  const std::uint64_t fix = codes_of(epoch.seen.fix.kind()).ubx_flags & (kUbxFixOk | kUbxDifferential);
+  return fix | (epoch.time_known ? 0b1100 : 0);
+}
+
 // NAV-PVT, 3.15.13.
 std::string pvt(const Epoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
+  const FixCodes& codes = codes_of(fix.kind());
   const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc());
   Payload p;
   p.u4(itow(epoch)).u2(static_cast<std::uint64_t>(utc.year)).u1(static_cast<std::uint64_t>(utc.month));
@@ -84,7 +95,7 @@ std::string pvt(const Epoch& epoch) {
   p.u1(epoch.time_known ? 0b111 : 0)
       .unsigned_field(q.time_s, 1e-9, 4)
       .u4(static_cast<std::uint64_t>(utc.nanosecond));
-  p.u1(fix_type(fix)).u1(fix.solved() ? 1 : 0).u1(epoch.time_known ? 0b11100000 : 0).u1(used(fix));
+  p.u1(codes.ubx_type).u1(codes.ubx_flags).u1(epoch.time_known ? 0b11100000 : 0).u1(used(fix));
   p.signed_field(degrees_of(fix, &geodesy::Geodetic::longitude_rad), 1e-7, 4);
   p.signed_field(degrees_of(fix, &geodesy::Geodetic::latitude_rad), 1e-7, 4);
   // No geoid model: as in NMEA, the height above mean sea level is that above the ellipsoid.
@@ -94,8 +105,8 @@ std::string pvt(const Epoch& epoch) {
   p.signed_field(q.ground_mps, 1e-3, 4).signed_field(q.motion_deg, 1e-5, 4);
   p.unsigned_field(q.speed_mps, 1e-3, 4).unsigned_field(q.course_deg, 1e-5, 4);
   p.unsigned_field(dop(fix, &positioning::Dop::pdop), 0.01, 2);
-  p.u2(fix.solved() ? 0 : 1).zeros(4);  // invalidLlh
-  return p.zeros(4 + 2 + 2).bytes();    // headVeh, magDec, magAcc: not known
+  p.u2((fix.solved() ? 0 : 1) | correction_age(fix) << 1).zeros(4);  // invalidLlh, lastCorrectionAge
+  return p.zeros(4 + 2 + 2).bytes();                                 // headVeh, magDec, magAcc: not known
 }
 
 // NAV-STATUS, 3.15.18.
@@ -105,8 +116,10 @@ std::string status(const Epoch& epoch) {
   if (epoch.seen.spoofing == receiver::SpoofingState::None) spoofing = 1;
   if (epoch.seen.spoofing == receiver::SpoofingState::Indicated) spoofing = 2;
   Payload p;
-  p.u4(itow(epoch)).u1(fix_type(fix));
-  p.u1((fix.solved() ? 1 : 0) | (epoch.time_known ? 0b1100 : 0)).u1(0).u1(spoofing << 3);
+  const FixCodes& codes = codes_of(fix.kind());
+  const std::uint64_t carrier = codes.ubx_flags & (kUbxFloat | kUbxFixed);
+  p.u4(itow(epoch)).u1(codes.ubx_type).u1(solution_flags(epoch));
+  p.u1((corrected(fix.kind()) ? 1 : 0) | (carrier != 0 ? 2 : 0)).u1(spoofing << 3 | carrier);
   return p.unsigned_field(epoch.first_fix_s, 1e-3, 4).unsigned_field(epoch.uptime_s, 1e-3, 4).bytes();
 }
 
@@ -202,8 +215,8 @@ std::string solution(const Epoch& epoch) {
   Payload p;
   p.u4(itow(epoch))
       .u4(static_cast<std::uint64_t>(epoch.seen.stated_time().nanoseconds() - nearest.nanoseconds()));
-  p.u2(static_cast<std::uint64_t>(nearest.week())).u1(fix_type(fix));
-  p.u1((fix.solved() ? 1 : 0) | (epoch.time_known ? 0b1100 : 0));
+  p.u2(static_cast<std::uint64_t>(nearest.week()));
+  p.u1(codes_of(fix.kind()).ubx_type).u1(solution_flags(epoch));
   for (int i = 0; i < 3; ++i) p.signed_field(ecef[i], 0.01, 4);
   p.unsigned_field(q.position_m, 0.01, 4);
   for (int i = 0; i < 3; ++i) p.signed_field(speed[i], 0.01, 4);

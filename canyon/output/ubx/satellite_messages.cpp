@@ -56,6 +56,12 @@ std::uint64_t doubling(double sigma, double base) {
   return static_cast<std::uint64_t>(std::clamp(std::ceil(std::log2(sigma / base) - 1e-9), 0.0, 15.0));
 }
 
+/// Which corrections a solution uses of a satellite in it: of the codes (bit 0), of the phases (bit 1).
+std::uint64_t corrections(const receiver::ReceiverEpoch& seen, bool used) {
+  if (!used || !corrected(seen.fix.kind())) return 0;
+  return seen.fix.kind() == positioning::FixKind::Differential ? 1 : 3;
+}
+
 }  // namespace
 
 // 3.15.16
@@ -71,8 +77,10 @@ std::string nav_sat(const Epoch& epoch) {
     list.u1(static_cast<std::uint64_t>(degrees(s.elevation_rad)));
     list.u2(static_cast<std::uint64_t>(azimuth_deg(s.azimuth_rad)));
     list.signed_field(residual_m(epoch.seen, s.id), 0.1, 2);
-    // Health, orbit source and ephemeris of what is measured: healthy, known.
-    list.u4(quality(s) | (used ? 1 << 3 : 0) | (s.measurement ? 1 << 4 | 1 << 8 | 1 << 11 : 0));
+    const std::uint64_t corrections_used = corrections(epoch.seen, used);
+    // Health, orbit source and ephemeris of what is measured: healthy, known. Corrections are RTCM's.
+    list.u4(quality(s) | (used ? 1 << 3 : 0) | (s.measurement ? 1 << 4 | 1 << 8 | 1 << 11 : 0) |
+            (corrections_used != 0 ? 1 << 6 | 1 << 17 : 0) | corrections_used << 20);
   }
   return Payload().u4(itow(epoch)).u1(1).u1(count).zeros(2).raw(list.bytes()).bytes();
 }
@@ -92,9 +100,11 @@ std::string nav_sig(const Epoch& epoch) {
       list.signed_field(used ? residual_m(epoch.seen, s.id) : 0, 0.1, 2)
           .u1(strength(signal))
           .u1(quality(signal));
-      list.u1(0).u1(s.estimated_ionosphere_m ? 1 : 0);  // no corrections; Klobuchar
+      const std::uint64_t corrections_used = corrections(epoch.seen, used);
+      list.u1(corrections_used != 0 ? 4 : 0);     // RTCM 3, observations of a base
+      list.u1(s.estimated_ionosphere_m ? 1 : 0);  // Klobuchar
       list.u2((signal.measurement ? 1 : 0) |
-              (used ? 1 << 3 | (signal.measurement->doppler_hz ? 1 << 5 : 0) : 0));
+              (used ? 1 << 3 | (signal.measurement->doppler_hz ? 1 << 5 : 0) : 0) | corrections_used << 6);
       list.zeros(4);
     };
     const bool used = s.used && s.measurement && epoch.seen.fix.solved();
@@ -119,7 +129,9 @@ std::string nav_svinfo(const Epoch& epoch) {
     if (s.id.system == gnss::System::BeiDou && name->satellite > 37) continue;
     const bool used = s.used && epoch.seen.fix.solved();
     list.u1(count++).u1(static_cast<std::uint64_t>(number));
-    list.u1((used ? 1 : 0) | (s.measurement ? 0b1100 : 0)).u1(quality(s)).u1(strength(s));
+    list.u1((used ? 1 : 0) | (corrections(epoch.seen, used) != 0 ? 2 : 0) | (s.measurement ? 0b1100 : 0))
+        .u1(quality(s))
+        .u1(strength(s));
     list.u1(static_cast<std::uint64_t>(degrees(s.elevation_rad)));
     list.u2(static_cast<std::uint64_t>(azimuth_deg(s.azimuth_rad)));
     list.signed_field(residual_m(epoch.seen, s.id), 0.01, 4);

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "canyon/positioning/fix.hpp"
+
+namespace canyon::output {
+
+/// What the formats call a kind of fix; docs/outputs.md has the same table.
+struct FixCodes {
+  // NMEA 0183 v4.11; position fix flags as in UBX-22008968, "Position fix flags in NMEA".
+  int gga_quality;   ///< GGA, quality indicator
+  char nmea_status;  ///< RMC, status
+  char nmea_mode;    ///< RMC, mode indicator
+  int gsa_mode;      ///< GSA, 1 no fix, 2 2D, 3 3D
+  // UBX-22008968, 3.15.13. A prediction is valid, too: gnssFixOK says that accuracy keeps the limits.
+  std::uint8_t ubx_type;   ///< NAV-PVT fixType; NAV-STATUS, NAV-SOL gpsFix
+  std::uint8_t ubx_flags;  ///< NAV-PVT flags: kUbxFixOk, kUbxDifferential, carrSoln in bits 7 and 6
+  /// GPS_FIX_TYPE of MAVLink's common.xml. It has no type for dead reckoning. That is no fix: autopilots'
+  /// drivers make that of u-blox's fix type 1, and go on by their own sensors, which know more than the
+  /// receiver's prediction.
+  std::uint8_t mavlink_type;
+};
+
+inline constexpr std::uint8_t kUbxFixOk = 1, kUbxDifferential = 2, kUbxFloat = 0x40, kUbxFixed = 0x80;
+
+[[nodiscard]] inline const FixCodes& codes_of(positioning::FixKind kind) {
+  static constexpr std::array<FixCodes, 6> kCodes{{
+      {0, 'V', 'N', 1, 0, 0, 1},                                         // None
+      {1, 'A', 'A', 3, 3, kUbxFixOk, 3},                                 // Single
+      {2, 'A', 'D', 3, 3, kUbxFixOk | kUbxDifferential, 4},              // Differential
+      {5, 'A', 'F', 3, 3, kUbxFixOk | kUbxDifferential | kUbxFloat, 5},  // Float
+      {4, 'A', 'R', 3, 3, kUbxFixOk | kUbxDifferential | kUbxFixed, 6},  // Fixed
+      {6, 'A', 'E', 2, 1, kUbxFixOk, 1},                                 // DeadReckoning
+  }};
+  return kCodes.at(static_cast<std::size_t>(kind));
+}
+
+}  // namespace canyon::output
