@@ -153,6 +153,25 @@ template <class GnssSatellites>
   return 255;
 }
 
+template <class GnssSatellites>
+[[nodiscard]] std::uint8_t kind_code(positioning::FixKind kind) {
+  switch (kind) {
+    case positioning::FixKind::None:
+      return GnssSatellites::KIND_NONE;
+    case positioning::FixKind::Single:
+      return GnssSatellites::KIND_SINGLE;
+    case positioning::FixKind::Differential:
+      return GnssSatellites::KIND_DIFFERENTIAL;
+    case positioning::FixKind::Float:
+      return GnssSatellites::KIND_FLOAT;
+    case positioning::FixKind::Fixed:
+      return GnssSatellites::KIND_FIXED;
+    case positioning::FixKind::DeadReckoning:
+      return GnssSatellites::KIND_DEAD_RECKONING;
+  }
+  return 255;
+}
+
 template <class Satellite>
 [[nodiscard]] Satellite satellite_message(const receiver::SatelliteObservation& seen,
                                           const receiver::ReceiverEpoch& epoch) {
@@ -190,8 +209,10 @@ template <class Satellite>
 }  // namespace detail
 
 /// sensor_msgs/NavSatFix: degrees, metres above the ellipsoid, covariance in ENU [m^2], known. A QZSS signal
-/// has no bit of its own in `service`. Without a fix: status NO_FIX, service 0, NaN position and covariance,
-/// covariance of unknown type. @param epoch null where the truth has not come: no fix.
+/// has no bit of its own in `service`. With a base's corrections, of codes or phases, the status is GBAS_FIX,
+/// the message has no finer words; dead reckoning is FIX. Without a fix: status NO_FIX, service 0, NaN
+/// position and covariance, covariance of unknown type. @param epoch null where the truth has not come: no
+/// fix.
 template <class NavSatFix>
 [[nodiscard]] NavSatFix fix_message(const Head& head, const simulation::Epoch* epoch) {
   using Status = std::remove_reference_t<decltype(std::declval<NavSatFix&>().status)>;
@@ -206,7 +227,7 @@ template <class NavSatFix>
     return message;
   }
   const positioning::Fix& fix = epoch->observed.fix;
-  message.status.status = Status::STATUS_FIX;
+  message.status.status = corrected(fix.kind()) ? Status::STATUS_GBAS_FIX : Status::STATUS_FIX;
   int service = 0;
   for (const gnss::SatelliteId id : fix.used) {
     if (id.system == gnss::System::GPS) service |= Status::SERVICE_GPS;
@@ -298,6 +319,8 @@ template <class GnssSatellites>
   detail::set_header(message.header, head);
   if (epoch == nullptr) {
     message.fix_status = GnssSatellites::NO_TRUTH;
+    message.fix_kind = GnssSatellites::KIND_NONE;
+    message.correction_age = static_cast<float>(detail::kNaN);
     message.gps_week = -1;
     message.gps_tow = message.clock_bias = message.clock_drift = detail::kNaN;
     return message;
@@ -305,6 +328,10 @@ template <class GnssSatellites>
   using Satellite = typename std::remove_reference_t<decltype(message.satellites)>::value_type;
   const receiver::ReceiverEpoch& observed = epoch->observed;
   message.fix_status = detail::status_code<GnssSatellites>(observed.fix.status);
+  const positioning::FixKind kind = observed.fix.kind();
+  message.fix_kind = detail::kind_code<GnssSatellites>(kind);
+  message.correction_age = static_cast<float>(
+      corrected(kind) ? observed.fix.correction_age_s.value_or(detail::kNaN) : detail::kNaN);
   message.gps_week = observed.time.week();
   message.gps_tow = observed.time.seconds_of_week();
   message.clock_bias = observed.clock_bias_s;

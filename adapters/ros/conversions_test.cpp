@@ -52,7 +52,7 @@ struct StandIns : Kind {
   };
   struct NavSatStatus {
     // Values of sensor_msgs/NavSatStatus.msg.
-    enum { STATUS_NO_FIX = -1, STATUS_FIX = 0 };
+    enum { STATUS_NO_FIX = -1, STATUS_FIX = 0, STATUS_GBAS_FIX = 2 };
     enum { SERVICE_GPS = 1, SERVICE_GLONASS = 2, SERVICE_COMPASS = 4, SERVICE_GALILEO = 8 };
     std::int8_t status = 7;
     std::uint16_t service = 7;
@@ -120,8 +120,11 @@ struct StandIns : Kind {
   struct GnssSatellites {
     static constexpr std::uint8_t NOT_SOLVED = 0, FIX = 1, TOO_FEW_SATELLITES = 2, SINGULAR = 3,
                                   NOT_CONVERGED = 4, NO_SIGNAL = 5, NO_TRUTH = 6, WEAK_GEOMETRY = 7;
+    static constexpr std::uint8_t KIND_NONE = 0, KIND_SINGLE = 1, KIND_DIFFERENTIAL = 2, KIND_FLOAT = 3,
+                                  KIND_FIXED = 4, KIND_DEAD_RECKONING = 5;
     Header header;
-    std::uint8_t fix_status = 7;
+    std::uint8_t fix_status = 7, fix_kind = 7;
+    float correction_age = 7;
     std::int32_t gps_week = 7;
     double gps_tow = 7, clock_bias = 7, clock_drift = 7;
     std::vector<GnssSatellite> satellites;
@@ -325,6 +328,8 @@ TYPED_TEST(Conversions, SatellitesCarryEverything) {
   const auto message = satellites_message<Satellites>(sample_head(), &epoch);
   this->expect_head(message.header);
   EXPECT_EQ(static_cast<int>(message.fix_status), static_cast<int>(Satellites::FIX));
+  EXPECT_EQ(static_cast<int>(message.fix_kind), static_cast<int>(Satellites::KIND_SINGLE));
+  EXPECT_TRUE(std::isnan(message.correction_age));
   EXPECT_EQ(message.gps_week, 2051);
   EXPECT_EQ(message.gps_tow, 46701);
   EXPECT_EQ(message.clock_bias, 1.25e-4);
@@ -384,6 +389,31 @@ TYPED_TEST(Conversions, SatellitesCarryEverything) {
   EXPECT_EQ(message.satellites[11].residual, 8.5F);  // J02, the ninth used
 }
 
+// sensor_msgs/NavSatStatus: -1 no fix, 0 fix, 2 with a ground-based augmentation.
+TYPED_TEST(Conversions, SayWhatKindOfFixItIs) {
+  using NavSatFix = typename TypeParam::NavSatFix;
+  using Satellites = typename TypeParam::GnssSatellites;
+  using positioning::FixKind;
+  auto epoch = distinct_epoch();
+  epoch.observed.fix.correction_age_s = 1.5;
+  const auto expect = [&](int kind, int status, bool age) {
+    const auto satellites = satellites_message<Satellites>(sample_head(), &epoch);
+    EXPECT_EQ(static_cast<int>(satellites.fix_kind), kind);
+    EXPECT_EQ(std::isfinite(satellites.correction_age), age);
+    EXPECT_EQ(static_cast<int>(fix_message<NavSatFix>(sample_head(), &epoch).status.status), status);
+  };
+  expect(1, 0, false);
+  int code = 2;
+  for (const FixKind solution : {FixKind::Differential, FixKind::Float, FixKind::Fixed}) {
+    epoch.observed.fix.solution = solution;
+    expect(code++, 2, true);
+  }
+  epoch.observed.fix.used.clear();
+  expect(5, 0, false);
+  epoch.observed.fix.status = positioning::FixStatus::WeakGeometry;
+  expect(0, -1, false);
+}
+
 TYPED_TEST(Conversions, SatellitesSayHowTheFixEnded) {
   using Satellites = typename TypeParam::GnssSatellites;
   using positioning::FixStatus;
@@ -401,6 +431,7 @@ TYPED_TEST(Conversions, SatellitesSayHowTheFixEnded) {
   const auto message = satellites_message<Satellites>(sample_head(), nullptr);
   this->expect_head(message.header);
   EXPECT_EQ(static_cast<int>(message.fix_status), 6);
+  EXPECT_EQ(static_cast<int>(message.fix_kind), 0);
   EXPECT_EQ(message.gps_week, -1);
   EXPECT_TRUE(std::isnan(message.gps_tow) && std::isnan(message.clock_bias) &&
               std::isnan(message.clock_drift));

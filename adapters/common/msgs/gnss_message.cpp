@@ -90,6 +90,24 @@ msgs::GnssFix::Status status_of(positioning::FixStatus status) {
   return msgs::GnssFix::NOT_SOLVED;
 }
 
+msgs::GnssFix::Kind kind_of(positioning::FixKind kind) {
+  switch (kind) {
+    case positioning::FixKind::None:
+      break;
+    case positioning::FixKind::Single:
+      return msgs::GnssFix::SINGLE;
+    case positioning::FixKind::Differential:
+      return msgs::GnssFix::DIFFERENTIAL;
+    case positioning::FixKind::Float:
+      return msgs::GnssFix::FLOAT;
+    case positioning::FixKind::Fixed:
+      return msgs::GnssFix::FIXED;
+    case positioning::FixKind::DeadReckoning:
+      return msgs::GnssFix::DEAD_RECKONING;
+  }
+  return msgs::GnssFix::NONE;
+}
+
 msgs::GnssReceiver::Placement placement_of(raytrace::Placement placement) {
   switch (placement) {
     case raytrace::Placement::Free:
@@ -175,6 +193,13 @@ void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
   const positioning::Fix& fix = epoch.observed.fix;
   message.set_status(status_of(fix.status));
   message.set_reason(std::string(positioning::reason(fix.status)));
+  message.set_kind(kind_of(fix.kind()));
+  if (corrected(fix.kind())) {
+    if (fix.correction_age_s) message.set_correction_age_s(*fix.correction_age_s);
+    if (fix.correction_station) {
+      message.set_correction_station(static_cast<std::uint32_t>(*fix.correction_station));
+    }
+  }
   message.set_available(static_cast<std::uint32_t>(fix.available));
   for (const auto id : fix.excluded) message.add_excluded(gnss::to_string(id));
   if (fix.consistent) message.set_consistent(*fix.consistent);

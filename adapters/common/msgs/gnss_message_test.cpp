@@ -48,7 +48,8 @@ TEST(GnssMessage, FillsEveryFieldButTheDocumentedOnes) {
   std::set<std::string> all, seen;
   note_fields(message, all, seen);
   for (const auto& name : seen) all.erase(name);
-  EXPECT_THAT(all, ElementsAre("canyon.msgs.GnssReceiver.reason"));
+  EXPECT_THAT(all, ElementsAre("canyon.msgs.GnssFix.correction_age_s",
+                               "canyon.msgs.GnssFix.correction_station", "canyon.msgs.GnssReceiver.reason"));
 }
 
 // Numbers are those of SampleReport and tests/support/sample_epochs.hpp.
@@ -95,6 +96,8 @@ TEST(GnssMessage, CarriesTheFix) {
   const msgs::GnssFix& fix = message.fix();
   EXPECT_EQ(fix.status(), msgs::GnssFix::FIX);
   EXPECT_EQ(fix.reason(), "solved");
+  EXPECT_EQ(fix.kind(), msgs::GnssFix::SINGLE);
+  EXPECT_FALSE(fix.has_correction_age_s() || fix.has_correction_station());
   EXPECT_EQ(fix.available(), 11U);
   const auto& solved = sample.step.epoch.observed.fix;
   EXPECT_DOUBLE_EQ(fix.position().latitude_deg(), geodesy::degrees(solved.position.latitude_rad));
@@ -240,6 +243,29 @@ TEST(GnssMessage, NamesEveryKindOfPathAndStatus) {
   fill_gnss_message(sample_identity(), sample.report, message);
   EXPECT_EQ(message.state(), msgs::GnssReceiver::NO_FIX);
   EXPECT_EQ(message.fix().status(), msgs::GnssFix::WEAK_GEOMETRY);
+  EXPECT_EQ(message.fix().kind(), msgs::GnssFix::NONE);
+}
+
+TEST(GnssMessage, SaysWhatTheCorrectionsMadeOfTheFix) {
+  SampleReport sample;
+  positioning::Fix& fix = sample.step.epoch.observed.fix;
+  fix.correction_age_s = 1.5;
+  fix.correction_station = 7;
+  msgs::GnssReceiver message;
+  for (const auto& [solution, kind] :
+       {std::pair{positioning::FixKind::Differential, msgs::GnssFix::DIFFERENTIAL},
+        {positioning::FixKind::Float, msgs::GnssFix::FLOAT},
+        {positioning::FixKind::Fixed, msgs::GnssFix::FIXED}}) {
+    fix.solution = solution;
+    fill_gnss_message(sample_identity(), sample.report, message);
+    EXPECT_EQ(message.fix().kind(), kind);
+    EXPECT_EQ(message.fix().correction_age_s(), 1.5);
+    EXPECT_EQ(message.fix().correction_station(), 7U);
+  }
+  fix.used.clear();
+  fill_gnss_message(sample_identity(), sample.report, message);
+  EXPECT_EQ(message.fix().kind(), msgs::GnssFix::DEAD_RECKONING);
+  EXPECT_FALSE(message.fix().has_correction_age_s() || message.fix().has_correction_station());
 }
 
 TEST(GnssMessage, MatchesPathsToSatellitesByName) {
