@@ -95,7 +95,7 @@ TEST(Nmea, APredictionIsEstimated) {
 TEST(Nmea, SaysWhatTheCorrectionsMadeOfTheFix) {
   const auto expect = [](positioning::FixKind kind, const std::string& quality, const std::string& mode) {
     const std::string text = nmea_epoch(test::corrected(epoch_at(0), kind));
-    EXPECT_THAT(text, testing::HasSubstr(",W," + quality + ",09,1.25,")) << text;
+    EXPECT_THAT(text, testing::HasSubstr(",E," + quality + ",09,1.25,")) << text;
     EXPECT_THAT(text, testing::HasSubstr(",0.0,M,1.6,0007*")) << text;
     EXPECT_THAT(text, testing::HasSubstr(",280419,,," + mode + ",V*")) << text;
     EXPECT_THAT(bodies(text, "GSA"), testing::Each(testing::HasSubstr("GSA,A,3,")));
@@ -118,8 +118,8 @@ TEST(Nmea, SaysWhatTheCorrectionsMadeOfTheFix) {
 // 1024 weeks before 2019-04-28 it was 1999-09-12.
 TEST(Nmea, StatesTheDateThatTheReceiverBelieves) {
   simulation::Epoch epoch = epoch_at(0, false);
-  epoch.observed.events.weeks_off = -1024;
-  epoch.observed.events.utc_off_s = 1;
+  epoch.observed.weeks_off = -1024;
+  epoch.observed.utc_off_s = 1;
   EXPECT_THAT(bodies(nmea_epoch(epoch), "RMC"), ElementsAre("GNRMC,125804.00,V,,,,,,,120999,,,N,V"));
 }
 

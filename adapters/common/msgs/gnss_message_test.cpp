@@ -48,7 +48,8 @@ TEST(GnssMessage, FillsEveryFieldButTheDocumentedOnes) {
   std::set<std::string> all, seen;
   note_fields(message, all, seen);
   for (const auto& name : seen) all.erase(name);
-  EXPECT_THAT(all, ElementsAre("canyon.msgs.GnssReceiver.reason"));
+  EXPECT_THAT(all, ElementsAre("canyon.msgs.GnssFix.correction_age_s",
+                               "canyon.msgs.GnssFix.correction_station", "canyon.msgs.GnssReceiver.reason"));
 }
 
 // Numbers are those of SampleReport and tests/support/sample_epochs.hpp.
