@@ -291,51 +291,39 @@ int run(const Arguments& given) {
 
 }  // namespace
 
-void add_calibrate(CLI::App& app, Action& action) {
+void add_calibrate(Command& app) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("calibrate", "fit a receiver profile to what a real receiver recorded");
-  add_drive_options(*command, *arguments);
-  command->add_option("-o,--out", arguments->out, "the profile to write, FILE.yaml")
-      ->type_name("FILE")
-      ->required();
+  Command& command = app.add_command("calibrate", "fit a receiver profile to what a real receiver recorded");
+  add_drive_options(command, *arguments);
+  command.add_option("-o,--out", arguments->out, "FILE", "the profile to write, FILE.yaml").required();
+  command.add_option("--profile", arguments->profile, "NAME|FILE",
+                     "that is calibrated: one of 'canyon profiles', or a file (that of the first recording)");
+  command.add_option(
+      "--environment", arguments->environment, "FILE",
+      "estimate the facades and their scattering as well, over all recordings, and write them as a "
+      "fragment of a scenario");
   command
-      ->add_option("--profile", arguments->profile,
-                   "that is calibrated: one of 'canyon profiles', or a file (that of the first recording)")
-      ->type_name("NAME|FILE");
-  command
-      ->add_option(
-          "--environment", arguments->environment,
-          "estimate the facades and their scattering as well, over all recordings, and write them as a "
-          "fragment of a scenario")
-      ->type_name("FILE");
-  command
-      ->add_option("--part", arguments->calibrate_by,
-                   "that calibrates: first, the rest then judges (first), or all, and nothing judges")
-      ->type_name("PART")
-      ->check(CLI::IsMember({"first", "all"}));
-  command
-      ->add_option("--json", arguments->json,
-                   "write estimates and figures as JSON; -: to standard output, alone")
-      ->type_name("FILE");
-  command->add_option("--markdown", arguments->markdown, "write the tables as Markdown")->type_name("FILE");
-  command->add_flag("--quiet", arguments->quiet, "print errors only (and what --json - asks for)");
-  command->footer(
+      .add_option("--part", arguments->calibrate_by, "PART",
+                  "that calibrates: first, the rest then judges (first), or all, and nothing judges")
+      .one_of({"first", "all"});
+  command.add_option("--json", arguments->json, "FILE",
+                     "write estimates and figures as JSON; -: to standard output, alone");
+  command.add_option("--markdown", arguments->markdown, "FILE", "write the tables as Markdown");
+  command.add_flag("--quiet", arguments->quiet, "print errors only (and what --json - asks for)");
+  command.footer =
       "Estimates what a profile leaves open and a recording tells: signals and orbits that are tracked, "
       "levels of\n"
       "C/N0, shadows, thresholds, noise, the filter's smoothness. A key keeps the profile's value where the\n"
       "recording says nothing significant of it; comments in the file say where each number came from.\n"
-      "'profile: ./FILE.yaml' then takes it. docs/calibration.md has the method.");
-  command->callback([arguments, &action] {
-    action = [arguments]() -> int {
-      try {
-        return run(*arguments);
-      } catch (const Interrupted&) {
-        fmt::print(stderr, "canyon: interrupted: nothing was written\n");
-        return kInterrupted;
-      }
-    };
-  });
+      "'profile: ./FILE.yaml' then takes it. docs/calibration.md has the method.";
+  command.action = [arguments]() -> int {
+    try {
+      return run(*arguments);
+    } catch (const Interrupted&) {
+      fmt::print(stderr, "canyon: interrupted: nothing was written\n");
+      return kInterrupted;
+    }
+  };
 }
 
 }  // namespace canyon::cli

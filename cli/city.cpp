@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "canyon/base/input_error.hpp"
@@ -103,24 +102,19 @@ std::array<double, 4> parse_bbox(const std::string& text, const std::string& opt
   return {values[0], values[1], values[2], values[3]};
 }
 
-void add_city(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("city", "build, convert and look into city models");
-  command->require_subcommand(1);
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* info = command->add_subcommand("info", "size, buildings, georeference and defects of a city");
-  info->add_option(
-          "input", arguments->input,
-          "city: .canyon, map (.osm .osm.gz .osm.bz2 .osm.pbf, CityJSON .json), mesh (.dae .obj .stl "
-          ".gltf .glb .ply), Gazebo world or model (.world .sdf, folder), or a scenario: its city")
-      ->type_name("FILE")
-      ->required();
-  info->add_option("--origin", arguments->origin,
-                   "where a mesh's zero lies, or a map's shall (degrees, metres)")
-      ->type_name("LAT,LON,HEIGHT");
-  info->add_flag("--json", arguments->json, "print JSON");
-  info->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
-  add_city_build(*command, action);
-  add_city_view(*command, action);
+void add_city(Command& app) {
+  Command& command = app.add_command("city", "build, convert and look into city models");
+  Command& info = command.add_command("info", "size, buildings, georeference and defects of a city");
+  Arguments& arguments = info.run_with(run);
+  info.add_option("input", arguments.input, "FILE",
+                  "city: .canyon, map (.osm .osm.gz .osm.bz2 .osm.pbf, CityJSON .json), mesh (.dae .obj .stl "
+                  ".gltf .glb .ply), Gazebo world or model (.world .sdf, folder), or a scenario: its city")
+      .required();
+  info.add_option("--origin", arguments.origin, "LAT,LON,HEIGHT",
+                  "where a mesh's zero lies, or a map's shall (degrees, metres)");
+  info.add_flag("--json", arguments.json, "print JSON");
+  add_city_build(command);
+  add_city_view(command);
 }
 
 }  // namespace canyon::cli

@@ -106,7 +106,7 @@ bool is_map(const std::string& input) {
   return simulation::city_file_kind(input) == CityFileKind::Map;
 }
 
-simulation::CityConfig make_config(const Arguments& arguments, const CLI::App& command) {
+simulation::CityConfig make_config(const Arguments& arguments, const Command& command) {
   const bool online = !arguments.overpass.empty() || !arguments.place.empty();
   if (arguments.inputs.empty() && !online) {
     throw InputError("nothing to build from",
@@ -130,7 +130,7 @@ simulation::CityConfig make_config(const Arguments& arguments, const CLI::App& c
     }
     for (const char* option : {"--bbox", "--terrain", "--geoid-undulation", "--level-height",
                                "--default-height", "--height", "--foliage", "--utm"}) {
-      if (command.count(option) > 0) {
+      if (command.given(option)) {
         throw InputError(fmt::format("{} has no effect on {}, which is no map", option, input),
                          "leave it out");
       }
@@ -214,7 +214,7 @@ nlohmann::json to_json(const buildings::BuildReport& r) {
           {"warnings", r.warnings}};
 }
 
-int run(const Arguments& arguments, const CLI::App& command) {
+int run(const Arguments& arguments, const Command& command) {
   const bool from_map = arguments.inputs.empty() || is_map(arguments.inputs.front());
   std::vector<Output> outputs;
   for (const std::string& text : arguments.outputs) {
@@ -267,42 +267,36 @@ int run(const Arguments& arguments, const CLI::App& command) {
 
 }  // namespace
 
-void add_city_build(CLI::App& city, Action& action) {
+void add_city_build(Command& city) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* build = city.add_subcommand("build", "make a city of maps, or convert one");
+  Command& build = city.add_command("build", "make a city of maps, or convert one");
+  build.add_option(
+      "input", arguments->inputs, "INPUT",
+      "maps (.osm .osm.gz .osm.bz2 .osm.pbf, CityJSON .json), or one city (.canyon, mesh, Gazebo "
+      "world or model)");
   build
-      ->add_option(
-          "input", arguments->inputs,
-          "maps (.osm .osm.gz .osm.bz2 .osm.pbf, CityJSON .json), or one city (.canyon, mesh, Gazebo "
-          "world or model)")
-      ->type_name("INPUT");
-  build
-      ->add_option("-o,--out", arguments->outputs,
-                   "what to write, by its name: .canyon .glb .obj .dae .geojson .world .sdf, or a folder "
-                   "(ends in / or has no ending): a Gazebo model; may be repeated")
-      ->type_name("OUT")
-      ->required()
-      ->allow_extra_args(false);
-  build->add_option("--bbox", arguments->bbox, "only what touches this box (degrees)")->type_name("W,S,E,N");
-  build->add_option("--origin", arguments->origin, "where the city's zero lies (the middle of the map)")
-      ->type_name("LAT,LON,HEIGHT");
-  build->add_option("--terrain", arguments->terrain, "height rasters (GeoTIFF, SRTM HGT, ...)")
-      ->type_name("FILE");
-  add_field(*build, "--geoid-undulation", arguments->map.terrain_options, "geoid_undulation_m");
-  add_field(*build, "--level-height", arguments->map.build, "level_height_m");
-  add_field(*build, "--default-height", arguments->map.build, "default_height_m");
-  add_field(*build, "--height", arguments->map.build, "heights")->type_name("TYPE=M");
-  build->add_flag("--foliage", arguments->map.build.foliage, "trees, tree rows and woods as well");
-  build->add_flag("--utm", arguments->utm, "UTM grid offsets from the origin instead of east-north-up");
-  build->add_option("--overpass", arguments->overpass, "download from this Overpass endpoint")
-      ->type_name("URL");
-  build->add_option("--place", arguments->place, "download a place by its name")->type_name("NAME");
-  build->add_option("--cache", arguments->cache, "folder for downloads (~/.cache/canyon)")->type_name("DIR");
-  build->add_option("--name", arguments->name, "of the city and of Gazebo's model")->type_name("NAME");
-  build->add_flag("--quiet", arguments->quiet, "print errors only");
-  build->add_flag("--json", arguments->json, "print the report as JSON");
-  build->callback(
-      [arguments, build, &action] { action = [arguments, build] { return run(*arguments, *build); }; });
+      .add_option("-o,--out", arguments->outputs, "OUT",
+                  "what to write, by its name: .canyon .glb .obj .dae .geojson .world .sdf, or a folder "
+                  "(ends in / or has no ending): a Gazebo model; may be repeated")
+      .required()
+      .repeated();
+  build.add_option("--bbox", arguments->bbox, "W,S,E,N", "only what touches this box (degrees)");
+  build.add_option("--origin", arguments->origin, "LAT,LON,HEIGHT",
+                   "where the city's zero lies (the middle of the map)");
+  build.add_option("--terrain", arguments->terrain, "FILE", "height rasters (GeoTIFF, SRTM HGT, ...)");
+  add_field(build, "--geoid-undulation", arguments->map.terrain_options, "geoid_undulation_m");
+  add_field(build, "--level-height", arguments->map.build, "level_height_m");
+  add_field(build, "--default-height", arguments->map.build, "default_height_m");
+  add_field(build, "--height", arguments->map.build, "heights").value = "TYPE=M";
+  build.add_flag("--foliage", arguments->map.build.foliage, "trees, tree rows and woods as well");
+  build.add_flag("--utm", arguments->utm, "UTM grid offsets from the origin instead of east-north-up");
+  build.add_option("--overpass", arguments->overpass, "URL", "download from this Overpass endpoint");
+  build.add_option("--place", arguments->place, "NAME", "download a place by its name");
+  build.add_option("--cache", arguments->cache, "DIR", "folder for downloads (~/.cache/canyon)");
+  build.add_option("--name", arguments->name, "NAME", "of the city and of Gazebo's model");
+  build.add_flag("--quiet", arguments->quiet, "print errors only");
+  build.add_flag("--json", arguments->json, "print the report as JSON");
+  build.action = [arguments, &build] { return run(*arguments, build); };
 }
 
 }  // namespace canyon::cli

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <array>
 #include <filesystem>
 #include <string>
 
@@ -11,8 +11,8 @@
 namespace canyon::cli {
 
 /// The subcommands of `canyon city`, one file each.
-void add_city_build(CLI::App& city, Action& action);
-void add_city_view(CLI::App& city, Action& action);
+void add_city_build(Command& city);
+void add_city_view(Command& city);
 
 /// By the ending of its name: .yaml or .yml.
 [[nodiscard]] bool is_scenario(const std::filesystem::path& path);

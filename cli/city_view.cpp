@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
-
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/drawing/views/city_picture.hpp"
@@ -46,24 +44,20 @@ int run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_city_view(CLI::App& city, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* view = city.add_subcommand("view", "draw a picture of a city");
-  view->add_option("city", arguments->input, "any file that 'canyon city info' reads, or a scenario")
-      ->type_name("CITY")
-      ->required();
-  view->add_option("-o,--out", arguments->out, "the picture")->type_name("PNG")->required();
-  add_field(*view, "--angle", arguments->picture, "elevation_deg");
-  add_field(*view, "--azimuth", arguments->picture, "azimuth_deg");
-  view->add_option(
-          "--size", arguments->size,
-          fmt::format("in pixels ({}x{})", arguments->picture.width_px, arguments->picture.height_px))
-      ->type_name("WxH");
-  add_field(*view, "--title", arguments->picture, "title");
-  add_field(*view, "--credit", arguments->picture, "credit");
-  view->add_flag("--materials", arguments->materials, "colours by material instead of height");
-  view->add_flag("--quiet", arguments->quiet, "print errors only");
-  view->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+void add_city_view(Command& city) {
+  Command& view = city.add_command("view", "draw a picture of a city");
+  Arguments& arguments = view.run_with(run);
+  view.add_option("city", arguments.input, "CITY", "any file that 'canyon city info' reads, or a scenario")
+      .required();
+  view.add_option("-o,--out", arguments.out, "PNG", "the picture").required();
+  add_field(view, "--angle", arguments.picture, "elevation_deg");
+  add_field(view, "--azimuth", arguments.picture, "azimuth_deg");
+  view.add_option("--size", arguments.size, "WxH",
+                  fmt::format("in pixels ({}x{})", arguments.picture.width_px, arguments.picture.height_px));
+  add_field(view, "--title", arguments.picture, "title");
+  add_field(view, "--credit", arguments.picture, "credit");
+  view.add_flag("--materials", arguments.materials, "colours by material instead of height");
+  view.add_flag("--quiet", arguments.quiet, "print errors only");
 }
 
 }  // namespace canyon::cli

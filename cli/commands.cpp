@@ -46,8 +46,8 @@ void check_trajectory_format(const std::string& format) {
                    fmt::format("give {}", fmt::join(known, ", ")));
 }
 
-void add_threads(CLI::App& command, int& threads, const std::string& about) {
-  command.add_option("--threads", threads, about)->type_name("N")->check(CLI::Range(0, 1024));
+void add_threads(Command& command, int& threads, const std::string& about) {
+  command.add_option("--threads", threads, "N", about).within(0, 1024);
 }
 
 void warn_of_no_zone(std::string_view instant) {

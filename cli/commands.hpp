@@ -1,40 +1,39 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
-#include <functional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
+#include "cli/arguments.hpp"
 
 namespace canyon::cli {
-
-/// Exit codes of every command.
-enum ExitCode : int { kOk = 0, kFailure = 1, kBadInput = 2, kInterrupted = 130 };
 
 /// kBadInput; kFailure for what the machine refuses (OutputError).
 [[nodiscard]] ExitCode exit_code(const InputError& error);
 
-/// Each adds its subcommand to `app`; the chosen one leaves what to run in `action`, which returns an
-/// ExitCode.
-using Action = std::function<int()>;
-void add_simulate(CLI::App& app, Action& action);
-void add_live(CLI::App& app, Action& action);
-void add_sky(CLI::App& app, Action& action);
-void add_trace(CLI::App& app, Action& action);
-void add_skyplot(CLI::App& app, Action& action);
-void add_city(CLI::App& app, Action& action);
-void add_profiles(CLI::App& app, Action& action);
-void add_scenario(CLI::App& app, Action& action);
-void add_faults(CLI::App& app, Action& action);
-void add_validate(CLI::App& app, Action& action);
-void add_calibrate(CLI::App& app, Action& action);
-void add_heatmap(CLI::App& app, Action& action);
-void add_study(CLI::App& app, Action& action);
+/// Each adds a command to the program, or to the command that its argument names.
+void add_simulate(Command& app);
+void add_live(Command& app);
+void add_sky(Command& app);
+void add_trace(Command& app);
+void add_skyplot(Command& app);
+void add_city(Command& app);
+void add_profiles(Command& app);
+void add_scenario(Command& app);
+void add_faults(Command& app);
+void add_validate(Command& app);
+void add_calibrate(Command& app);
+void add_heatmap(Command& app);
+void add_heatmap_query(Command& heatmap);
+void add_heatmap_judge(Command& heatmap);
+void add_study(Command& app);
+void add_view(Command& app);
 
 /// "22.3,114.17,10" -> position (degrees, degrees, metres; the height may be left out). Throws InputError
 /// naming the option.
@@ -44,7 +43,7 @@ void add_study(CLI::App& app, Action& action);
 /// Throws InputError, naming --format, unless simulation::trajectory_formats() has it.
 void check_trajectory_format(const std::string& format);
 /// Adds --threads.
-void add_threads(CLI::App& command, int& threads, const std::string& about = "0: one for each core (0)");
+void add_threads(Command& command, int& threads, const std::string& about = "0: one for each core (0)");
 /// Warns on standard error where an instant names no zone.
 void warn_of_no_zone(std::string_view instant);
 /// An instant as geodesy::parse_simulated_time() reads it; warns on standard error where it names no zone.

@@ -36,16 +36,13 @@ int describe(const std::string& name) {
 
 }  // namespace
 
-void add_faults(CLI::App& app, Action& action) {
-  CLI::App* group = app.add_subcommand("faults", "what can go wrong on purpose");
-  group->require_subcommand(1);
+void add_faults(Command& app) {
+  Command& group = app.add_command("faults", "what can go wrong on purpose");
   const auto kind = std::make_shared<std::string>();
-  CLI::App* command =
-      group->add_subcommand("list", "list the kinds of faults, or describe one with its keys");
-  command->add_option("kind", *kind, "describe this one")->type_name("KIND");
-  command->footer("A scenario has them as a timeline, 'faults: [...]'; see docs/faults.md.");
-  command->callback(
-      [&action, kind] { action = [kind] { return kind->empty() ? list() : describe(*kind); }; });
+  Command& command = group.add_command("list", "list the kinds of faults, or describe one with its keys");
+  command.add_option("kind", *kind, "KIND", "describe this one");
+  command.footer = "A scenario has them as a timeline, 'faults: [...]'; see docs/faults.md.";
+  command.action = [kind] { return kind->empty() ? list() : describe(*kind); };
 }
 
 }  // namespace canyon::cli

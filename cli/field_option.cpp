@@ -9,8 +9,8 @@
 
 namespace canyon::cli {
 
-CLI::Option* add_field(CLI::App& command, const std::string& flag, const options::Description& description,
-                       const std::string& name, const std::function<void(options::Visitor&)>& visit) {
+Option& add_field(Command& command, const std::string& flag, const options::Description& description,
+                  const std::string& name, const std::function<void(options::Visitor&)>& visit) {
   using options::Node;
   const auto key = std::find_if(description.keys.begin(), description.keys.end(),
                                 [&name](const options::Key& each) { return each.path == name; });
@@ -20,7 +20,7 @@ CLI::Option* add_field(CLI::App& command, const std::string& flag, const options
   if (!key->default_value.empty()) help += " (" + key->default_value + ")";
   std::string unit = key->unit.empty() ? (key->range ? "n" : "text") : key->unit;
   std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::toupper(c); });
-  const auto read = [flag, name, visit](const std::vector<std::string>& texts) {
+  auto read = [flag, name, visit](const std::vector<std::string>& texts) {
     Node list{Node::Kind::List, 0, {}, {}, {}};
     for (const std::string& text : texts) list.items.push_back({Node::Kind::Scalar, 0, text, {}, {}});
     const Node root{Node::Kind::Mapping, 0, {}, {}, {{name, 0, texts.size() == 1 ? list.items[0] : list}}};
@@ -31,9 +31,9 @@ CLI::Option* add_field(CLI::App& command, const std::string& flag, const options
       visit(reader);
     });
   };
-  CLI::Option* option = command.add_option_function<std::vector<std::string>>(flag, read, help);
-  if (key->type != options::Type::Texts) option->expected(1);
-  return option->type_name(unit)->allow_extra_args(false);
+  Option& option = command.options.emplace_back(Option{flag, std::move(read), unit, help}).repeated();
+  option.takes_one = key->type != options::Type::Texts;
+  return option;
 }
 
 }  // namespace canyon::cli

@@ -25,7 +25,6 @@
 #include "canyon/validation/models.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
-#include "cli/heatmap_commands.hpp"
 #include "cli/heatmap_request.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
@@ -49,9 +48,9 @@ std::string percent(double part, double whole) {
   return whole > 0 ? fmt::format("{:.1f} %", 100 * part / whole) : "-";
 }
 
-class Command {
+class MapRun {
  public:
-  Command(const HeatmapArguments& arguments, Ranks& ranks)
+  MapRun(const HeatmapArguments& arguments, Ranks& ranks)
       : arguments_(arguments), ranks_(ranks), stop_(catch_interrupts()) {}
 
   int run() {
@@ -361,7 +360,7 @@ int run(const HeatmapArguments& arguments) {
     throw InputError("SCENARIO is missing", "canyon heatmap SCENARIO --out DIR");
   if (arguments.out.empty()) throw InputError("--out is missing", "say which folder the map shall stand in");
   Ranks ranks;
-  return ranks.guard([&] { return Command(arguments, ranks).run(); });
+  return ranks.guard([&] { return MapRun(arguments, ranks).run(); });
 }
 
 std::string layer_list() {
@@ -400,78 +399,59 @@ docs/heatmap.md explains layers and files, docs/scaling.md clusters.)";
 
 }  // namespace
 
-void add_heatmap(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<HeatmapArguments>();
-  CLI::App* command = app.add_subcommand("heatmap", "maps of position error, visibility and DOP over a city");
-  command->require_subcommand(0, 1);
-  command->add_option("scenario", arguments->scenario, "scenario file: its city, sky and a receiver")
-      ->type_name("SCENARIO");
-  command->add_option("-o,--out", arguments->out, "folder for the map, made where needed (required)")
-      ->type_name("DIR");
-  CLI::Option* bbox =
-      command->add_option("--bbox", arguments->bbox, "part of the city [deg] (the whole city)");
-  bbox->type_name("W,S,E,N");
-  CLI::Option* enu =
-      command->add_option("--enu-box", arguments->enu_box, "likewise, east and north of its origin [m]");
-  enu->type_name("W,S,E,N")->excludes(bbox);
-  command->add_option("--area", arguments->area, "likewise, polygons of a GeoJSON file (longitude, latitude)")
-      ->type_name("FILE")
-      ->excludes(bbox)
-      ->excludes(enu);
-  add_field(*command, "--spacing", arguments->grid, "spacing_m");
-  command->add_option("--altitude", arguments->altitudes, "altitudes of the antenna [m] (15)")
-      ->type_name("M,...");
+void add_heatmap(Command& app) {
+  Command& command = app.add_command("heatmap", "maps of position error, visibility and DOP over a city");
+  HeatmapArguments& arguments = command.run_with(run);
+  command.add_option("scenario", arguments.scenario, "SCENARIO",
+                     "scenario file: its city, sky and a receiver");
+  command.add_option("-o,--out", arguments.out, "DIR", "folder for the map, made where needed (required)");
+  command.add_option("--bbox", arguments.bbox, "W,S,E,N", "part of the city [deg] (the whole city)");
+  command.add_option("--enu-box", arguments.enu_box, "W,S,E,N", "likewise, east and north of its origin [m]")
+      .excludes("--bbox");
   command
-      ->add_option("--altitude-kind", arguments->altitude_kind,
-                   "above the terrain (terrain), or above the WGS 84 ellipsoid (ellipsoid) (terrain)")
-      ->type_name("KIND");
-  command
-      ->add_option("--times", arguments->times,
-                   "instants (UTC, or with ' GPST' behind) or seconds from the scenario's start: T,T,...; "
-                   "START/END/STEP; day/STEP: a sidereal day from the start. STEP in s, or 15min, 1h "
-                   "(the scenario's start)")
-      ->type_name("T,...");
-  command
-      ->add_option(
-          "--layers", arguments->layers,
-          "names, see below, or all but time_to_first_fix: all (horizontal_error,satellites_visible,hdop)")
-      ->type_name("LIST");
-  command->add_option("--format", arguments->formats, "netcdf,geotiff,png or all (all)")->type_name("LIST");
-  command
-      ->add_option("--model", arguments->model,
-                   "instead of the scenario's propagation, one of the steps of `canyon validate --ladder`: " +
-                       model_list())
-      ->type_name("MODEL");
-  command->add_option("--receiver", arguments->receiver, "which of the scenario's (the first)")
-      ->type_name("NAME");
-  add_field(*command, "--draws", arguments->noise, "draws");
-  add_field(*command, "--receivers", arguments->receivers, "model");
-  add_field(*command, "--path-nodes", arguments->receivers, "path_nodes_m");
-  add_field(*command, "--error-limit", arguments->limits, "error_m");
-  add_field(*command, "--alert-limit", arguments->limits, "alert_m");
-  add_field(*command, "--protection-factor", arguments->limits, "protection_factor");
-  add_field(*command, "--start", arguments->limits, "start");
-  add_field(*command, "--first-fix-limit", arguments->limits, "first_fix_s");
-  command->add_option("--seed", arguments->seed, "instead of the scenario's seed")->type_name("N");
-  command
-      ->add_option(
-          "--runs", arguments->runs,
-          "so many maps, with the seeds from the scenario's on: facades, the city's place and all noise "
-          "drawn anew; map: their mean, p95/map: their 95 % (1)")
-      ->type_name("N");
-  add_threads(*command, arguments->threads);
-  arguments->grid.tile_size = 0;
-  add_field(*command, "--tile", arguments->grid, "tile_size");
-  command->add_flag("--keep-tiles", arguments->keep_tiles, "leave DIR/tiles when the map is whole");
-  command->add_flag("--large", arguments->large,
-                    "more than 1e10 values, or more than the disk seems to hold");
-  command->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
-  command->footer("Layers:" + layer_list() + kFooter);
-  const CLI::App* query = add_heatmap_query(*command, action);
-  const CLI::App* judge = add_heatmap_judge(*command, action);
-  command->callback([arguments, query, judge, &action] {
-    if (!query->parsed() && !judge->parsed()) action = [arguments] { return run(*arguments); };
-  });
+      .add_option("--area", arguments.area, "FILE",
+                  "likewise, polygons of a GeoJSON file (longitude, latitude)")
+      .excludes("--bbox")
+      .excludes("--enu-box");
+  add_field(command, "--spacing", arguments.grid, "spacing_m");
+  command.add_option("--altitude", arguments.altitudes, "M,...", "altitudes of the antenna [m] (15)");
+  command.add_option("--altitude-kind", arguments.altitude_kind, "KIND",
+                     "above the terrain (terrain), or above the WGS 84 ellipsoid (ellipsoid) (terrain)");
+  command.add_option("--times", arguments.times, "T,...",
+                     "instants (UTC, or with ' GPST' behind) or seconds from the scenario's start: T,T,...; "
+                     "START/END/STEP; day/STEP: a sidereal day from the start. STEP in s, or 15min, 1h "
+                     "(the scenario's start)");
+  command.add_option(
+      "--layers", arguments.layers, "LIST",
+      "names, see below, or all but time_to_first_fix: all (horizontal_error,satellites_visible,hdop)");
+  command.add_option("--format", arguments.formats, "LIST", "netcdf,geotiff,png or all (all)");
+  command.add_option(
+      "--model", arguments.model, "MODEL",
+      "instead of the scenario's propagation, one of the steps of `canyon validate --ladder`: " +
+          model_list());
+  command.add_option("--receiver", arguments.receiver, "NAME", "which of the scenario's (the first)");
+  add_field(command, "--draws", arguments.noise, "draws");
+  add_field(command, "--receivers", arguments.receivers, "model");
+  add_field(command, "--path-nodes", arguments.receivers, "path_nodes_m");
+  add_field(command, "--error-limit", arguments.limits, "error_m");
+  add_field(command, "--alert-limit", arguments.limits, "alert_m");
+  add_field(command, "--protection-factor", arguments.limits, "protection_factor");
+  add_field(command, "--start", arguments.limits, "start");
+  add_field(command, "--first-fix-limit", arguments.limits, "first_fix_s");
+  command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
+  command.add_option(
+      "--runs", arguments.runs, "N",
+      "so many maps, with the seeds from the scenario's on: facades, the city's place and all noise "
+      "drawn anew; map: their mean, p95/map: their 95 % (1)");
+  add_threads(command, arguments.threads);
+  arguments.grid.tile_size = 0;
+  add_field(command, "--tile", arguments.grid, "tile_size");
+  command.add_flag("--keep-tiles", arguments.keep_tiles, "leave DIR/tiles when the map is whole");
+  command.add_flag("--large", arguments.large, "more than 1e10 values, or more than the disk seems to hold");
+  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
+  command.footer = "Layers:" + layer_list() + kFooter;
+  add_heatmap_query(command);
+  add_heatmap_judge(command);
 }
 
 }  // namespace canyon::cli

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,7 +12,6 @@
 #include "canyon/validation/map_judgement.hpp"
 #include "canyon/validation/report/map_picture.hpp"
 #include "cli/commands.hpp"
-#include "cli/heatmap_commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "cli/recorded_drive.hpp"
@@ -103,24 +101,20 @@ Example:
 
 }  // namespace
 
-CLI::App* add_heatmap_judge(CLI::App& heatmap, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
-      heatmap.add_subcommand("judge", "a finished map beside the errors of a recorded receiver");
-  command->add_option("map", arguments->map, "the map's NetCDF file")->type_name("MAP.nc")->required();
-  add_drive_options(*command, *arguments);
+void add_heatmap_judge(Command& heatmap) {
+  Command& command = heatmap.add_command("judge", "a finished map beside the errors of a recorded receiver");
+  Arguments& arguments = command.run_with(run);
+  command.add_option("map", arguments.map, "MAP.nc", "the map's NetCDF file").required();
+  add_drive_options(command, arguments);
   // Own fixes are a filter's, and a map's cells have none.
-  command->remove_option(command->get_option("--nmea"));
+  command.options.remove_if([](const Option& option) { return option.has_name("--nmea"); });
   command
-      ->add_option("--part", arguments->part,
-                   "of the recording: first, rest or all (with --align the rest, else all)")
-      ->type_name("PART")
-      ->check(CLI::IsMember({"first", "rest", "all"}));
-  command->add_option("-o,--out", arguments->out, "folder for judged.csv and a picture")->type_name("DIR");
-  command->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
-  command->footer(kFooter);
-  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
-  return command;
+      .add_option("--part", arguments.part, "PART",
+                  "of the recording: first, rest or all (with --align the rest, else all)")
+      .one_of({"first", "rest", "all"});
+  command.add_option("-o,--out", arguments.out, "DIR", "folder for judged.csv and a picture");
+  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
+  command.footer = kFooter;
 }
 
 }  // namespace canyon::cli

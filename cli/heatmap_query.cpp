@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -18,7 +17,6 @@
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
-#include "cli/heatmap_commands.hpp"
 #include "cli/progress.hpp"
 
 namespace canyon::cli {
@@ -324,31 +322,25 @@ Examples:
 
 }  // namespace
 
-CLI::App* add_heatmap_query(CLI::App& heatmap, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = heatmap.add_subcommand("query", "what a finished map says of a place, or along a path");
-  command->add_option("map", arguments->map, "the map's NetCDF file")->type_name("MAP.nc")->required();
-  CLI::Option* at = command->add_option("--at", arguments->place, "a place [deg]");
-  at->type_name("LAT,LON");
-  CLI::Option* path = command->add_option("--path", arguments->path, "a route with times and positions");
-  path->type_name("FILE")->excludes(at);
-  command->add_option("--format", arguments->format, "of the route: csv, urbannav or nmea (csv)")
-      ->type_name("FORMAT")
-      ->needs(path);
-  arguments->route.step_m = 0;
-  add_field(*command, "--altitude", arguments->route, "altitude_m");
-  command
-      ->add_option("--time", arguments->time,
-                   "when (UTC, or with ' GPST' behind it); with --path when it begins (the map's first; the "
-                   "route's own)")
-      ->type_name("T");
-  add_field(*command, "--speed", arguments->route, "speed_mps")->needs(path);
-  add_field(*command, "--stretch", arguments->route, "stretch_m")->needs(path);
-  add_field(*command, "--step", arguments->route, "step_m")->needs(path);
-  command->add_flag("--json", arguments->json, "print JSON, with all stations");
-  command->footer(kFooter);
-  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
-  return command;
+void add_heatmap_query(Command& heatmap) {
+  Command& command = heatmap.add_command("query", "what a finished map says of a place, or along a path");
+  Arguments& arguments = command.run_with(run);
+  command.add_option("map", arguments.map, "MAP.nc", "the map's NetCDF file").required();
+  command.add_option("--at", arguments.place, "LAT,LON", "a place [deg]");
+  command.add_option("--path", arguments.path, "FILE", "a route with times and positions").excludes("--at");
+  command.add_option("--format", arguments.format, "FORMAT", "of the route: csv, urbannav or nmea (csv)")
+      .needs("--path");
+  arguments.route.step_m = 0;
+  add_field(command, "--altitude", arguments.route, "altitude_m");
+  command.add_option(
+      "--time", arguments.time, "T",
+      "when (UTC, or with ' GPST' behind it); with --path when it begins (the map's first; the "
+      "route's own)");
+  add_field(command, "--speed", arguments.route, "speed_mps").needs("--path");
+  add_field(command, "--stretch", arguments.route, "stretch_m").needs("--path");
+  add_field(command, "--step", arguments.route, "step_m").needs("--path");
+  command.add_flag("--json", arguments.json, "print JSON, with all stations");
+  command.footer = kFooter;
 }
 
 }  // namespace canyon::cli

@@ -117,42 +117,38 @@ int run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_live(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
+void add_live(Command& app) {
+  Command& command = app.add_command(
       "live", "run a scenario in real time: poses in, receivers out, with or without a simulator");
+  Arguments& arguments = command.run_with(run);
   command
-      ->add_option("scenario", arguments->scenario, "scenario file (YAML); its key 'live' has what follows")
-      ->type_name("SCENARIO")
-      ->required();
+      .add_option("scenario", arguments.scenario, "SCENARIO",
+                  "scenario file (YAML); its key 'live' has what follows")
+      .required();
   command
-      ->add_option("--poses", arguments->poses,
-                   "where poses come from, instead of live.poses: trajectory, file:LOG, stdin:, "
-                   "udp-listen://127.0.0.1:PORT, tcp-connect://HOST:PORT, serial:DEVICE@BAUD")
-      ->type_name("FROM")
-      ->allow_extra_args(false);
-  command->add_option("--pose-format", arguments->pose_format, "of --poses: json, binary or mavlink (json)")
-      ->check(CLI::IsMember({"json", "binary", "mavlink"}))
-      ->type_name("FORMAT");
+      .add_option("--poses", arguments.poses, "FROM",
+                  "where poses come from, instead of live.poses: trajectory, file:LOG, stdin:, "
+                  "udp-listen://127.0.0.1:PORT, tcp-connect://HOST:PORT, serial:DEVICE@BAUD")
+      .repeated();
   command
-      ->add_option(
-          "--stream", arguments->streams,
-          fmt::format("beside live.streams, [RECEIVER/]FORMAT=ADDRESS. Addresses: {}; behind one may "
-                      "stand ?rate_hz=5&latency_s=0.1&jitter_s=0.02",
-                      transport::address_forms()))
-      ->type_name("STREAM")
-      ->allow_extra_args(false);
-  command->add_option("--control", arguments->control, "address that takes commands: tcp://127.0.0.1:PORT")
-      ->type_name("ADDRESS");
-  command->add_flag("--changes", arguments->changes, "commands may change the simulation");
-  command->add_option("--speed", arguments->speed, "of a trajectory or log, times real time")->type_name("X");
-  command->add_flag("--stamps", arguments->by_stamps, "the poses' stamps are the clock, not real time");
-  command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")
-      ->type_name("S");
-  command->add_option("--seed", arguments->seed, "instead of the scenario's seed")->type_name("N");
-  command->add_flag("--quiet", arguments->quiet, "print errors only");
-  command->footer("docs/live.md explains poses, streams and commands.");
-  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+      .add_option("--pose-format", arguments.pose_format, "FORMAT",
+                  "of --poses: json, binary or mavlink (json)")
+      .one_of({"json", "binary", "mavlink"});
+  command
+      .add_option("--stream", arguments.streams, "STREAM",
+                  fmt::format("beside live.streams, [RECEIVER/]FORMAT=ADDRESS. Addresses: {}; behind one may "
+                              "stand ?rate_hz=5&latency_s=0.1&jitter_s=0.02",
+                              transport::address_forms()))
+      .repeated();
+  command.add_option("--control", arguments.control, "ADDRESS",
+                     "address that takes commands: tcp://127.0.0.1:PORT");
+  command.add_flag("--changes", arguments.changes, "commands may change the simulation");
+  command.add_option("--speed", arguments.speed, "X", "of a trajectory or log, times real time");
+  command.add_flag("--stamps", arguments.by_stamps, "the poses' stamps are the clock, not real time");
+  command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
+  command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
+  command.add_flag("--quiet", arguments.quiet, "print errors only");
+  command.footer = "docs/live.md explains poses, streams and commands.";
 }
 
 }  // namespace canyon::cli

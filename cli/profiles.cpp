@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -27,15 +26,13 @@ int run(const std::string& name) {
 
 }  // namespace
 
-void add_profiles(CLI::App& app, Action& action) {
-  const auto name = std::make_shared<std::string>();
-  CLI::App* command =
-      app.add_subcommand("profiles", "list the receivers that come with Canyon, or print one");
-  command->add_option("profile", *name, "print the file of this one")->type_name("NAME");
-  command->footer(
+void add_profiles(Command& app) {
+  Command& command = app.add_command("profiles", "list the receivers that come with Canyon, or print one");
+  std::string& name = command.run_with(run);
+  command.add_option("profile", name, "NAME", "print the file of this one");
+  command.footer =
       "A scenario takes one as 'receivers: [{profile: NAME}]', or a file of your own as 'profile: "
-      "./FILE.yaml'.");
-  command->callback([&action, name] { action = [name] { return run(*name); }; });
+      "./FILE.yaml'.";
 }
 
 }  // namespace canyon::cli

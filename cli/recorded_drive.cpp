@@ -43,36 +43,29 @@ validation::ListedRecording with_options(validation::ListedRecording recording,
 
 }  // namespace
 
-void add_drive_options(CLI::App& command, DriveArguments& arguments) {
+void add_drive_options(Command& command, DriveArguments& arguments) {
   command
-      .add_option("scenario", arguments.scenario,
+      .add_option("scenario", arguments.scenario, "SCENARIO|LIST",
                   "scenario file: city, sky and first receiver; or a list of recordings, each with its own")
-      ->type_name("SCENARIO|LIST")
-      ->required();
-  command.add_option("--obs", arguments.obs, "recorded observations, RINEX 2, 3 or 4 (not with a list)")
-      ->type_name("FILE");
-  command.add_option("--truth", arguments.truth, "true positions (the scenario's trajectory file)")
-      ->type_name("FILE");
-  CLI::Option* format =
-      command.add_option("--format", arguments.format,
-                         "of the true positions: csv, urbannav or nmea (that of the scenario's trajectory, "
-                         "else csv)");
-  format->type_name("FORMAT");
-  command.add_option("--truth-format", arguments.old_format)->excludes(format)->group("");
-  command
-      .add_option("--nmea", arguments.nmea,
-                  "the recorded receiver's own fixes (GGA), judged beside the position filter's")
-      ->type_name("FILE");
-  CLI::Option* align = command.add_flag(
+      .required();
+  command.add_option("--obs", arguments.obs, "FILE",
+                     "recorded observations, RINEX 2, 3 or 4 (not with a list)");
+  command.add_option("--truth", arguments.truth, "FILE", "true positions (the scenario's trajectory file)");
+  command.add_option("--format", arguments.format, "FORMAT",
+                     "of the true positions: csv, urbannav or nmea (that of the scenario's trajectory, "
+                     "else csv)");
+  command.add_option("--truth-format", arguments.old_format, {}, {}).excludes("--format").hidden();
+  command.add_option("--nmea", arguments.nmea, "FILE",
+                     "the recorded receiver's own fixes (GGA), judged beside the position filter's");
+  command.add_flag(
       "--align", arguments.align,
       "estimate the city's offset on the first part of the recording; figures are then of the rest");
-  command.add_flag("--align-heading", arguments.alignment.heading, "its heading as well")->needs(align);
-  add_field(command, "--reach", arguments.alignment, "reach_m")->needs(align);
-  command.add_option("--split", arguments.split, "share of epochs of the first part (0.5)")
-      ->type_name("SHARE");
+  command.add_flag("--align-heading", arguments.alignment.heading, "its heading as well").needs("--align");
+  add_field(command, "--reach", arguments.alignment, "reach_m").needs("--align");
+  command.add_option("--split", arguments.split, "SHARE", "share of epochs of the first part (0.5)");
   command.add_flag("--no-atmosphere", arguments.no_atmosphere,
                    "recordings are simulated ones without ionosphere and troposphere");
-  command.add_option("--seed", arguments.seed, "instead of the scenario's seed")->type_name("N");
+  command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
   add_threads(command, arguments.threads);
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
@@ -15,6 +14,7 @@
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/recording_list.hpp"
+#include "cli/arguments.hpp"
 
 namespace canyon::cli {
 
@@ -33,7 +33,7 @@ struct DriveArguments {
   int threads = 0;
 };
 /// Adds SCENARIO|LIST and the options of one recording, of alignment, --seed and --threads.
-void add_drive_options(CLI::App& command, DriveArguments& arguments);
+void add_drive_options(Command& command, DriveArguments& arguments);
 /// The recordings of a list, or the one that the command line names.
 [[nodiscard]] std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arguments,
                                                                      bool listed);

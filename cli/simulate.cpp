@@ -170,39 +170,33 @@ int run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_simulate(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("simulate", "run a scenario and write what its receivers see");
-  command->add_option("scenario", arguments->scenario, "scenario file (YAML)")
-      ->type_name("SCENARIO")
-      ->required();
-  command->add_option("-o,--out", arguments->out, "folder for the results, made where needed")
-      ->type_name("DIR")
-      ->required();
-  command->add_option("--seed", arguments->seed, "instead of the scenario's seed")->type_name("N");
-  command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")
-      ->type_name("S");
-  command->add_option("--rate", arguments->rate_hz, "instead of the scenario's rate_hz")->type_name("HZ");
-  add_threads(*command, arguments->threads);
+void add_simulate(Command& app) {
+  Command& command = app.add_command("simulate", "run a scenario and write what its receivers see");
+  Arguments& arguments = command.run_with(run);
+  command.add_option("scenario", arguments.scenario, "SCENARIO", "scenario file (YAML)").required();
+  command.add_option("-o,--out", arguments.out, "DIR", "folder for the results, made where needed")
+      .required();
+  command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
+  command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
+  command.add_option("--rate", arguments.rate_hz, "HZ", "instead of the scenario's rate_hz");
+  add_threads(command, arguments.threads);
   std::string live;
   for (const output::Format& format : output::formats()) {
     if (format.live) live += fmt::format("{}, ", format.name);
   }
   command
-      ->add_option(
-          "--stream", arguments->streams,
+      .add_option(
+          "--stream", arguments.streams, "STREAM",
           "send a format while the run goes on, [RECEIVER/]FORMAT=ADDRESS; may be given several times. "
           "Formats: " +
               live + "and to files all others. Addresses: " + transport::address_forms() +
               "; behind one may stand ?rate_hz=5&latency_s=0.1&jitter_s=0.02")
-      ->type_name("STREAM")
-      ->allow_extra_args(false);
-  command->add_flag("--realtime", arguments->realtime, "no faster than the wall clock");
-  command->add_flag("--view", arguments->view, "write DIR/view as well, which 'canyon view DIR' shows");
-  command->add_flag("--quiet", arguments->quiet, "print errors only");
-  command->footer("Keys of a scenario (docs/scenario.md explains them):\n\n" +
-                  options::plain_text(simulation::scenario_keys()));
-  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+      .repeated();
+  command.add_flag("--realtime", arguments.realtime, "no faster than the wall clock");
+  command.add_flag("--view", arguments.view, "write DIR/view as well, which 'canyon view DIR' shows");
+  command.add_flag("--quiet", arguments.quiet, "print errors only");
+  command.footer = "Keys of a scenario (docs/scenario.md explains them):\n\n" +
+                   options::plain_text(simulation::scenario_keys());
 }
 
 }  // namespace canyon::cli

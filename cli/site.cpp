@@ -45,21 +45,15 @@ void check_near_city(const Eigen::Vector3d& enu, const city::City& city, const c
 
 }  // namespace
 
-CLI::Option* add_site_options(CLI::App& command, SiteArguments& arguments) {
-  command.add_option("scenario", arguments.scenario, "scenario file: its city, sky and propagation")
-      ->type_name("SCENARIO")
-      ->required();
-  CLI::Option* at = command.add_option("--at", arguments.place, "antenna (degrees, ellipsoidal metres)");
-  at->type_name("LAT,LON,HEIGHT");
-  command.add_option("--enu", arguments.enu, "antenna in the city's frame [m]")
-      ->type_name("E,N,U")
-      ->excludes(at);
-  CLI::Option* time = command.add_option("--time", arguments.time,
-                                         "when (the scenario's first epoch); UTC, or with ' GPST' behind it");
-  time->type_name("T");
-  command.add_option("--receiver", arguments.receiver, "whose propagation and antenna (the first)")
-      ->type_name("NAME");
-  return time;
+void add_site_options(Command& command, SiteArguments& arguments) {
+  command
+      .add_option("scenario", arguments.scenario, "SCENARIO", "scenario file: its city, sky and propagation")
+      .required();
+  command.add_option("--at", arguments.place, "LAT,LON,HEIGHT", "antenna (degrees, ellipsoidal metres)");
+  command.add_option("--enu", arguments.enu, "E,N,U", "antenna in the city's frame [m]").excludes("--at");
+  command.add_option("--time", arguments.time, "T",
+                     "when (the scenario's first epoch); UTC, or with ' GPST' behind it");
+  command.add_option("--receiver", arguments.receiver, "NAME", "whose propagation and antenna (the first)");
 }
 
 Site::Site(const SiteArguments& arguments) {

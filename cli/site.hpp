@@ -1,12 +1,12 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "canyon/simulation/simulator.hpp"
+#include "cli/arguments.hpp"
 
 namespace canyon::cli {
 
@@ -19,8 +19,8 @@ struct SiteArguments {
   std::string receiver;  ///< --receiver
 };
 
-/// Adds SCENARIO, --at, --enu, --time and --receiver. Returns the option --time.
-CLI::Option* add_site_options(CLI::App& command, SiteArguments& arguments);
+/// Adds SCENARIO, --at, --enu, --time and --receiver.
+void add_site_options(Command& command, SiteArguments& arguments);
 
 /// A scenario with its city and sky, and where to look from. Where --at and --enu are missing the antenna is
 /// where the scenario's trajectory has it; where --time is missing it is the scenario's first epoch.

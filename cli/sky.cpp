@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "canyon/base/input_error.hpp"
@@ -116,35 +115,26 @@ int run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_sky(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("sky", "who is up, where, and from which file");
+void add_sky(Command& app) {
+  Command& command = app.add_command("sky", "who is up, where, and from which file");
+  Arguments& arguments = command.run_with(run);
+  command.add_option("--nav", arguments.navigation, "FILE",
+                     "RINEX navigation files (2, 3 or 4; .gz too); without them the nominal constellations");
+  command.add_option("--sp3", arguments.sp3, "FILE", "SP3-c/d precise orbits instead").excludes("--nav");
   command
-      ->add_option("--nav", arguments->navigation,
-                   "RINEX navigation files (2, 3 or 4; .gz too); without them the nominal constellations")
-      ->type_name("FILE");
-  command->add_option("--sp3", arguments->sp3, "SP3-c/d precise orbits instead")
-      ->type_name("FILE")
-      ->excludes("--nav");
+      .add_option("--at", arguments.place, "LAT,LON,HEIGHT",
+                  "where: latitude and longitude in degrees, ellipsoidal height in metres")
+      .required();
   command
-      ->add_option("--at", arguments->place,
-                   "where: latitude and longitude in degrees, ellipsoidal height in metres")
-      ->type_name("LAT,LON,HEIGHT")
-      ->required();
-  command
-      ->add_option("--time", arguments->time, "when: 2019-04-28T12:58:03Z (UTC), or with ' GPST' behind it")
-      ->type_name("T")
-      ->required();
-  command
-      ->add_option("--systems", arguments->systems,
-                   "only these: GPS,GLONASS,Galileo,BeiDou,QZSS,SBAS (all but SBAS)")
-      ->type_name("LIST");
-  command->add_option("--mask", arguments->mask_deg, "lowest elevation shown [deg] (0)")->type_name("DEG");
-  command->add_flag("--allow-stale", arguments->allow_stale,
-                    "take ephemerides older than their system allows");
-  command->add_flag("--all", arguments->all, "list the satellites below the mask and without ephemeris too");
-  command->add_flag("--json", arguments->json, "print JSON");
-  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+      .add_option("--time", arguments.time, "T",
+                  "when: 2019-04-28T12:58:03Z (UTC), or with ' GPST' behind it")
+      .required();
+  command.add_option("--systems", arguments.systems, "LIST",
+                     "only these: GPS,GLONASS,Galileo,BeiDou,QZSS,SBAS (all but SBAS)");
+  command.add_option("--mask", arguments.mask_deg, "DEG", "lowest elevation shown [deg] (0)");
+  command.add_flag("--allow-stale", arguments.allow_stale, "take ephemerides older than their system allows");
+  command.add_flag("--all", arguments.all, "list the satellites below the mask and without ephemeris too");
+  command.add_flag("--json", arguments.json, "print JSON");
 }
 
 }  // namespace canyon::cli

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <memory>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
@@ -159,7 +158,8 @@ int draw_frames(const Arguments& arguments, Site& site) {
   return kOk;
 }
 
-int run(Arguments arguments) {
+int run(const Arguments& given) {
+  Arguments arguments = given;
   if (arguments.out.empty() == arguments.frames.empty()) {
     throw InputError("where should the sky be drawn?", "give -o FILE.png, -o FILE.svg or --frames DIR");
   }
@@ -210,46 +210,37 @@ Examples:
 
 }  // namespace
 
-void add_skyplot(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
+void add_skyplot(Command& app) {
+  Command& command = app.add_command(
       "skyplot", "draw the sky over a place: satellites by visibility, buildings; or frames along the drive");
-  CLI::Option* time = add_site_options(*command, arguments->site);
-  CLI::Option* out = command->add_option("-o,--out", arguments->out, "the picture: FILE.png or FILE.svg");
-  out->type_name("FILE");
-  CLI::Option* frames = command->add_option("--frames", arguments->frames,
-                                            "instead: frame_000001.png and so on along the drive");
-  frames->type_name("DIR")->excludes(out)->excludes(time);
-  command->add_option("--style", arguments->style, "sky (a map) or fisheye (a camera) (sky)")
-      ->type_name("STYLE")
-      ->check(CLI::IsMember({"sky", "fisheye"}));
+  Arguments& arguments = command.run_with(run);
+  add_site_options(command, arguments.site);
+  command.add_option("-o,--out", arguments.out, "FILE", "the picture: FILE.png or FILE.svg");
   command
-      ->add_option("--projection", arguments->projection,
-                   "equidistant (even elevations) or stereographic (true shapes) (equidistant)")
-      ->type_name("NAME")
-      ->check(CLI::IsMember({"equidistant", "stereographic"}));
+      .add_option("--frames", arguments.frames, "DIR", "instead: frame_000001.png and so on along the drive")
+      .excludes("--out")
+      .excludes("--time");
+  command.add_option("--style", arguments.style, "STYLE", "sky (a map) or fisheye (a camera) (sky)")
+      .one_of({"sky", "fisheye"});
   command
-      ->add_option("--trails", arguments->trail_min,
-                   "tracks of the last so many minutes, as received at this place [0, 1440] (0)")
-      ->type_name("MINUTES");
+      .add_option("--projection", arguments.projection, "NAME",
+                  "equidistant (even elevations) or stereographic (true shapes) (equidistant)")
+      .one_of({"equidistant", "stereographic"});
+  command.add_option("--trails", arguments.trail_min, "MINUTES",
+                     "tracks of the last so many minutes, as received at this place [0, 1440] (0)");
+  command.add_option("--width", arguments.width_px, "PX",
+                     fmt::format("of a PNG [200, 4000] ({}; {} for frames); the height is 836/990 of it",
+                                 kPictureWidth_px, kFrameWidth_px));
+  command.add_option("--every", arguments.every_s, "SECONDS", "from frame to frame [0.001, 86400] (1)")
+      .needs("--frames");
   command
-      ->add_option("--width", arguments->width_px,
-                   fmt::format("of a PNG [200, 4000] ({}; {} for frames); the height is 836/990 of it",
-                               kPictureWidth_px, kFrameWidth_px))
-      ->type_name("PX");
-  command->add_option("--every", arguments->every_s, "from frame to frame [0.001, 86400] (1)")
-      ->type_name("SECONDS")
-      ->needs(frames);
-  command
-      ->add_option("--first", arguments->first,
-                   "of the frames: a time, or seconds from the drive's beginning (its beginning)")
-      ->type_name("T")
-      ->needs(frames);
-  command->add_option("--last", arguments->last, "likewise (its end)")->type_name("T")->needs(frames);
-  add_threads(*command, arguments->threads, "for frames; 0: one for each core (0)");
-  command->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
-  command->footer(kFooter);
-  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+      .add_option("--first", arguments.first, "T",
+                  "of the frames: a time, or seconds from the drive's beginning (its beginning)")
+      .needs("--frames");
+  command.add_option("--last", arguments.last, "T", "likewise (its end)").needs("--frames");
+  add_threads(command, arguments.threads, "for frames; 0: one for each core (0)");
+  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
+  command.footer = kFooter;
 }
 
 }  // namespace canyon::cli

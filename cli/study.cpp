@@ -236,39 +236,31 @@ docs/study.md explains them. Keys of a study:
 
 }  // namespace
 
-void add_study(CLI::App& app, Action& action) {
+void add_study(Command& app) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("study", "many runs of a scenario over axes, and what they say together");
-  command->require_subcommand(0, 1);
-  command->add_option("study", arguments->study, "study file (YAML)")->type_name("STUDY");
-  command->add_option("-o,--out", arguments->out, "folder for the results, made where needed")
-      ->type_name("DIR");
-  command->add_flag("--dry-run", arguments->dry_run, "print runs, axes and estimated size, and run nothing");
-  command->add_option("--shard", arguments->shard, "only this part of the runs, for one of N machines")
-      ->type_name("K/N");
-  command->add_option("--print-run", arguments->print_run, "print the scenario of a run, and run nothing")
-      ->type_name("N");
-  command->add_flag("--no-pictures", arguments->no_pictures, "leave the pictures out");
-  add_threads(*command, arguments->threads);
-  command->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
-  command->footer(kFooter + options::plain_text(study::study_description().keys));
-  CLI::App* merged = command->add_subcommand("merge", "make a whole study of its shards' folders");
-  merged->add_option("folders", arguments->folders, "folders of shards")->type_name("DIR")->required();
-  merged->add_option("-o,--out", arguments->out, "folder for the whole study")->type_name("DIR");
-  merged->add_flag("--no-pictures", arguments->no_pictures, "leave the pictures out");
-  merged->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
-  command->callback([arguments, merged, &action] {
-    if (merged->parsed()) {
-      action = [arguments] { return merge(*arguments); };
-      return;
-    }
-    action = [arguments] {
-      if (arguments->study.empty()) throw InputError("STUDY is missing", "canyon study STUDY --out DIR");
-      Ranks ranks;
-      return ranks.guard([&] { return compute(*arguments, ranks); });
-    };
-  });
+  Command& command =
+      app.add_command("study", "many runs of a scenario over axes, and what they say together");
+  command.add_option("study", arguments->study, "STUDY", "study file (YAML)");
+  command.add_option("-o,--out", arguments->out, "DIR", "folder for the results, made where needed");
+  command.add_flag("--dry-run", arguments->dry_run, "print runs, axes and estimated size, and run nothing");
+  command.add_option("--shard", arguments->shard, "K/N", "only this part of the runs, for one of N machines");
+  command.add_option("--print-run", arguments->print_run, "N",
+                     "print the scenario of a run, and run nothing");
+  command.add_flag("--no-pictures", arguments->no_pictures, "leave the pictures out");
+  add_threads(command, arguments->threads);
+  command.add_flag("--quiet", arguments->quiet, "print warnings and errors only");
+  command.footer = kFooter + options::plain_text(study::study_description().keys);
+  command.action = [arguments] {
+    if (arguments->study.empty()) throw InputError("STUDY is missing", "canyon study STUDY --out DIR");
+    Ranks ranks;
+    return ranks.guard([&] { return compute(*arguments, ranks); });
+  };
+  Command& merged = command.add_command("merge", "make a whole study of its shards' folders");
+  merged.add_option("folders", arguments->folders, "DIR", "folders of shards").required();
+  merged.add_option("-o,--out", arguments->out, "DIR", "folder for the whole study");
+  merged.add_flag("--no-pictures", arguments->no_pictures, "leave the pictures out");
+  merged.add_flag("--quiet", arguments->quiet, "print warnings and errors only");
+  merged.action = [arguments] { return merge(*arguments); };
 }
 
 }  // namespace canyon::cli

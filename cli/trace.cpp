@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "canyon/city/city.hpp"
@@ -206,12 +205,12 @@ int run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_trace(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("trace", "every path of every satellite at one place and time");
-  add_site_options(*command, arguments->site);
-  command->add_flag("--json", arguments->json, "print JSON");
-  command->footer(
+void add_trace(Command& app) {
+  Command& command = app.add_command("trace", "every path of every satellite at one place and time");
+  Arguments& arguments = command.run_with(run);
+  add_site_options(command, arguments.site);
+  command.add_flag("--json", arguments.json, "print JSON");
+  command.footer =
       "Without --at or --enu the antenna is where the scenario's trajectory has it at that time.\n"
       "Where the receiver has a signal model (signal.enabled), `loss` is how much weaker than the "
       "unobstructed\n"
@@ -220,8 +219,7 @@ void add_trace(CLI::App& app, Action& action) {
       "has it of each signal (`signal_loss_db`; without `tracks` of all that the satellite sends and the "
       "antenna hears), and what "
       "the\n"
-      "unobstructed line of sight would give (`clear_cn0_dbhz`).");
-  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+      "unobstructed line of sight would give (`clear_cn0_dbhz`).";
 }
 
 }  // namespace canyon::cli

@@ -307,53 +307,45 @@ int run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_validate(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("validate", "judge a scenario beside what a real receiver recorded");
-  add_drive_options(*command, *arguments);
+void add_validate(Command& app) {
+  Command& command = app.add_command("validate", "judge a scenario beside what a real receiver recorded");
+  Arguments& arguments = command.run_with(run);
+  add_drive_options(command, arguments);
   command
-      ->add_option("--part", arguments->part,
-                   "that figures are of: first (which the city is aligned by), rest or all (the rest with "
-                   "--align, else all)")
-      ->type_name("PART")
-      ->check(CLI::IsMember({"first", "rest", "all"}));
-  command->add_flag("--all-satellites", arguments->all_satellites,
-                    "keep satellites that the recording never tracks although they stand above 30 deg in "
-                    "clear view for a minute and more");
-  CLI::Option* models = command->add_option("--models", arguments->models,
-                                            "beside the scenario's own: mirror, specular, second, tracking, "
-                                            "diffuse, ground, shadowing, diffraction");
-  models->type_name("LIST");
-  command->add_flag("--ladder", arguments->ladder, "all of these, each an addition to the one before")
-      ->excludes(models);
-  command
-      ->add_option("--report", arguments->report,
-                   "folder for report.html and its pictures, made where needed")
-      ->type_name("DIR");
-  command->add_flag(
-      "--view", arguments->view,
+      .add_option("--part", arguments.part, "PART",
+                  "that figures are of: first (which the city is aligned by), rest or all (the rest with "
+                  "--align, else all)")
+      .one_of({"first", "rest", "all"});
+  command.add_flag("--all-satellites", arguments.all_satellites,
+                   "keep satellites that the recording never tracks although they stand above 30 deg in "
+                   "clear view for a minute and more");
+  command.add_option("--models", arguments.models, "LIST",
+                     "beside the scenario's own: mirror, specular, second, tracking, "
+                     "diffuse, ground, shadowing, diffraction");
+  command.add_flag("--ladder", arguments.ladder, "all of these, each an addition to the one before")
+      .excludes("--models");
+  command.add_option("--report", arguments.report, "DIR",
+                     "folder for report.html and its pictures, made where needed");
+  command.add_flag(
+      "--view", arguments.view,
       "write the report's view/ as well: canyon view DIR --export scene.html makes a page of it");
-  command->add_option("--json", arguments->json, "write the figures as JSON; -: to standard output, alone")
-      ->type_name("FILE");
+  command.add_option("--json", arguments.json, "FILE",
+                     "write the figures as JSON; -: to standard output, alone");
+  command.add_option("--markdown", arguments.markdown, "FILE",
+                     "write the table of all models, or of all recordings of a list, as Markdown");
   command
-      ->add_option("--markdown", arguments->markdown,
-                   "write the table of all models, or of all recordings of a list, as Markdown")
-      ->type_name("FILE");
-  command
-      ->add_option(
-          "--runs", arguments->runs,
+      .add_option(
+          "--runs", arguments.runs, "N",
           "cities drawn by the scenario's city.georeference, whose simulated values are taken together (10)")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1000));
-  command->add_flag("--quiet", arguments->quiet, "print errors only (and what --json - asks for)");
-  command->footer(
+      .within(1, 1000);
+  command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
+  command.footer =
       "Each recorded pseudorange gets its error from the true positions; the city's rays say which "
       "satellites\n"
       "were in line of sight. Signals beyond each satellite's first are judged where the receiver tracks\n"
       "them, carrier phases of all. docs/recordings.md explains the figures, and lists: a YAML file\n"
       "  recordings: [{name: a, scenario: a.yaml, obs: a.obs, class: mass market, align: true}, ...]\n"
-      "whose recordings are judged beside each other, and those of a class together.");
-  command->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+      "whose recordings are judged beside each other, and those of a class together.";
 }
 
 }  // namespace canyon::cli

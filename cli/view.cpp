@@ -27,7 +27,6 @@
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
-#include "cli/view_command.hpp"
 #include "cli/view_map.hpp"
 #include "cli/view_record.hpp"
 #include "cli/view_serve.hpp"
@@ -46,7 +45,6 @@ struct Arguments {
   std::size_t paths = view::ViewOptions{}.paths_per_satellite;
   int threads = 0;
   ServeOptions serve;
-  bool quiet = false;
 };
 
 /// A folder for the view: the user's, or one that goes with the program.
@@ -110,7 +108,7 @@ Run make_run(const Arguments& arguments, const std::string& file) {
   Run made;
   made.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
   made.simulation = std::make_unique<simulation::Simulation>(scenario, made.scene);
-  if (!arguments.quiet) {
+  if (!arguments.serve.quiet) {
     print_warnings(warnings);
     print_warnings(made.simulation->warnings());
   }
@@ -126,7 +124,7 @@ bool compute(const Run& made, const Arguments& arguments, simulation::EpochSink&
   std::vector<simulation::EpochSink*> sinks{&view};
   simulation::RunResult result;
   {
-    Progress progress("simulating", arguments.quiet);
+    Progress progress("simulating", arguments.serve.quiet);
     run.progress = progress.callback();
     if (watching != nullptr) {
       sinks.push_back(watching);
@@ -140,7 +138,7 @@ bool compute(const Run& made, const Arguments& arguments, simulation::EpochSink&
     }
     result = made.simulation->run(sinks, run);
   }
-  if (!arguments.quiet) print_warnings(result.warnings);
+  if (!arguments.serve.quiet) print_warnings(result.warnings);
   if (!result.interrupted) return true;
   fmt::print(stderr, "canyon: interrupted: {} of {} epochs {}\n", result.epochs, result.planned,
              watching == nullptr ? "are in the view" : "were computed");
@@ -253,7 +251,7 @@ int run(const Arguments& arguments) {
                      "leave one or the other out");
   }
   const auto built_city = [&] {
-    return load_city(city_config(arguments.input, ""), "building the city", arguments.quiet);
+    return load_city(city_config(arguments.input, ""), "building the city", arguments.serve.quiet);
   };
   if (!arguments.live.empty()) {
     if (!serves || !arguments.map.empty() || !arguments.city.empty()) {
@@ -281,7 +279,7 @@ int run(const Arguments& arguments) {
   std::filesystem::path folder;
   bool interrupted = false;
   const ViewedMap map(
-      {arguments.input, arguments.map, arguments.city, finished.has_value(), arguments.quiet});
+      {arguments.input, arguments.map, arguments.city, finished.has_value(), arguments.serve.quiet});
   if (finished && !map) {
     folder = *finished;
   } else {
@@ -304,7 +302,7 @@ int run(const Arguments& arguments) {
   if (asked && finished) antennas = antennas_in_finished(arguments, folder);
   if (!arguments.exported.empty()) {
     const std::size_t bytes = view::export_page(page, folder, arguments.exported);
-    if (!arguments.quiet) {
+    if (!arguments.serve.quiet) {
       fmt::print(stderr, "{}: {:.2f} MB, opens from disk\n", arguments.exported,
                  static_cast<double>(bytes) / 1e6);
     }
@@ -312,7 +310,7 @@ int run(const Arguments& arguments) {
   if (filmed) {
     const Workplace film("");
     view::export_page(page, folder, film.path() / "scene.html");
-    record_page(arguments.record, page, film.path() / "scene.html", film.path(), arguments.quiet);
+    record_page(arguments.record, page, film.path() / "scene.html", film.path(), arguments.serve.quiet);
   }
   if (interrupted) return kInterrupted;
   if (!serves) return kOk;
@@ -326,58 +324,42 @@ int run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_view(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
+void add_view(Command& app) {
+  Command& command = app.add_command(
       "view", "show a run or a city in the browser: serves it on this machine until Ctrl-C, or writes it");
+  Arguments& arguments = command.run_with(run);
   command
-      ->add_option("input", arguments->input,
-                   "a scenario, which is run; a folder that --out, 'canyon simulate --view' or 'canyon "
-                   "validate --report DIR --view' wrote; a heat map "
-                   "(map.nc); or a city, any file that 'canyon city info' reads")
-      ->type_name("WHAT")
-      ->required();
+      .add_option("input", arguments.input, "WHAT",
+                  "a scenario, which is run; a folder that --out, 'canyon simulate --view' or 'canyon "
+                  "validate --report DIR --view' wrote; a heat map "
+                  "(map.nc); or a city, any file that 'canyon city info' reads")
+      .required();
+  command.add_option("--export", arguments.exported, "HTML",
+                     "one HTML file that opens from disk, without a server or network");
+  command.add_option("-o,--out", arguments.out, "DIR", "folder for the view's files (docs/view-format.md)");
+  command.add_option("--map", arguments.map, "MAP.nc", "a heat map of the same city, laid over it");
+  command.add_option(
+      "--city", arguments.city, "CITY",
+      "that a heat map is shown in: a city, or a scenario, by which antennas can be put in it as "
+      "well; of a finished run or a validation its scenario");
+  command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
   command
-      ->add_option("--export", arguments->exported,
-                   "one HTML file that opens from disk, without a server or network")
-      ->type_name("HTML");
-  command->add_option("-o,--out", arguments->out, "folder for the view's files (docs/view-format.md)")
-      ->type_name("DIR");
-  command->add_option("--map", arguments->map, "a heat map of the same city, laid over it")
-      ->type_name("MAP.nc");
+      .add_option("--paths", arguments.paths, "N",
+                  fmt::format("of each satellite at most so many paths, the strongest ({})", arguments.paths))
+      .within(1, 1000);
+  add_record_options(command, arguments.record);
   command
-      ->add_option(
-          "--city", arguments->city,
-          "that a heat map is shown in: a city, or a scenario, by which antennas can be put in it as "
-          "well; of a finished run or a validation its scenario")
-      ->type_name("CITY");
-  command->add_option("--duration", arguments->duration_s, "instead of the scenario's duration_s")
-      ->type_name("S");
-  command
-      ->add_option(
-          "--paths", arguments->paths,
-          fmt::format("of each satellite at most so many paths, the strongest ({})", arguments->paths))
-      ->type_name("N")
-      ->check(CLI::Range(1, 1000));
-  add_record_options(*command, arguments->record);
-  command
-      ->add_option(
-          "--live", arguments->live,
+      .add_option(
+          "--live", arguments.live, "ADDRESS",
           "in the city of WHAT, what a host sends as the stream 'view=ADDRESS': canyon live, a plugin of "
           "Gazebo, a ROS node; tcp://127.0.0.1:PORT, of several receivers one each; may be given several "
           "times")
-      ->type_name("ADDRESS")
-      ->allow_extra_args(false);
-  command->add_option("--port", arguments->serve.port, "port of 127.0.0.1 to serve at (a free one)")
-      ->type_name("N")
-      ->check(CLI::Range(0, 65535));
-  command->add_flag("--open", arguments->serve.open, "open it in the browser (xdg-open)");
-  add_threads(*command, arguments->threads);
-  command->add_flag("--quiet", arguments->quiet, "print errors only");
-  command->callback([arguments, &action] {
-    arguments->serve.quiet = arguments->quiet;
-    action = [arguments] { return run(*arguments); };
-  });
+      .repeated();
+  command.add_option("--port", arguments.serve.port, "N", "port of 127.0.0.1 to serve at (a free one)")
+      .within(0, 65535);
+  command.add_flag("--open", arguments.serve.open, "open it in the browser (xdg-open)");
+  add_threads(command, arguments.threads);
+  command.add_flag("--quiet", arguments.serve.quiet, "print errors only");
 }
 
 }  // namespace canyon::cli

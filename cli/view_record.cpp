@@ -101,36 +101,26 @@ void encode(const RecordArguments& arguments, const fs::path& frames, const fs::
 
 }  // namespace
 
-void add_record_options(CLI::App& command, RecordArguments& arguments) {
-  CLI::Option* const film =
-      command
-          .add_option(
-              "--record", arguments.file,
-              "a film of it: .webp or .png (animated); .mp4, .webm or .gif by ffmpeg; or a folder for PNG "
-              "frames. Needs Node.js and Chromium")
-          ->type_name("FILM");
-  command.add_option("--record-size", arguments.size, "of the film (1280x720)")
-      ->type_name("WxH")
-      ->needs(film);
-  command.add_option("--record-seconds", arguments.seconds, "length of the film (10)")
-      ->type_name("S")
-      ->check(CLI::Range(0.1, 600.0))
-      ->needs(film);
-  command.add_option("--record-fps", arguments.fps, "pictures a second (10)")
-      ->check(CLI::Range(1, 60))
-      ->needs(film);
-  command.add_option("--record-quality", arguments.quality, "of .webp, in per cent (75)")
-      ->check(CLI::Range(1, 100))
-      ->needs(film);
-  command.add_option("--record-camera", arguments.camera, "free, follow, top or first")
-      ->check(CLI::IsMember({"free", "follow", "top", "first"}))
-      ->needs(film);
-  command.add_option("--record-from", arguments.from_s, "seconds of the run (begin)")
-      ->type_name("S")
-      ->needs(film);
-  command.add_option("--record-until", arguments.until_s, "seconds of the run (end)")
-      ->type_name("S")
-      ->needs(film);
+void add_record_options(Command& command, RecordArguments& arguments) {
+  command.add_option(
+      "--record", arguments.file, "FILM",
+      "a film of it: .webp or .png (animated); .mp4, .webm or .gif by ffmpeg; or a folder for PNG "
+      "frames. Needs Node.js and Chromium");
+  command.add_option("--record-size", arguments.size, "WxH", "of the film (1280x720)").needs("--record");
+  command.add_option("--record-seconds", arguments.seconds, "S", "length of the film (10)")
+      .within(0.1, 600.0)
+      .needs("--record");
+  command.add_option("--record-fps", arguments.fps, {}, "pictures a second (10)")
+      .within(1, 60)
+      .needs("--record");
+  command.add_option("--record-quality", arguments.quality, {}, "of .webp, in per cent (75)")
+      .within(1, 100)
+      .needs("--record");
+  command.add_option("--record-camera", arguments.camera, {}, "free, follow, top or first")
+      .one_of({"free", "follow", "top", "first"})
+      .needs("--record");
+  command.add_option("--record-from", arguments.from_s, "S", "seconds of the run (begin)").needs("--record");
+  command.add_option("--record-until", arguments.until_s, "S", "seconds of the run (end)").needs("--record");
 }
 
 void check_record(const RecordArguments& arguments, const fs::path& page) {

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>
+
+#include "cli/arguments.hpp"
 
 namespace canyon::cli {
 
@@ -18,7 +19,7 @@ struct RecordArguments {
   std::optional<double> from_s, until_s;  ///< of the run
 };
 /// Adds the options.
-void add_record_options(CLI::App& command, RecordArguments& arguments);
+void add_record_options(Command& command, RecordArguments& arguments);
 
 /// How a film of this name is made, before any work: throws InputError for a name of another ending, and
 /// where what it takes is not on this machine.

@@ -1,0 +1,144 @@
+#include "cli/arguments.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <type_traits>
+
+#include "canyon/base/text.hpp"
+
+namespace canyon::cli {
+namespace {
+
+/// The only place that knows CLI11, whose headers take 10 s to compile.
+class Parser {
+ public:
+  void add(CLI::App& app, Command& command) {
+    for (Option& option : command.options) add(app, option);
+    if (!command.footer.empty()) app.footer(command.footer);  // which its commands inherit
+    for (Command& each : command.commands) add(*app.add_subcommand(each.name, each.help), each);
+    if (!command.commands.empty()) app.require_subcommand(command.action ? 0 : 1, 1);
+    // The innermost command's is called first.
+    app.callback([this, &command] {
+      if (chosen_ == nullptr) chosen_ = &command;
+    });
+  }
+  [[nodiscard]] const Command& chosen() const {
+    for (const auto& [option, parsed] : options_) option->given = parsed->count() > 0;
+    return *chosen_;
+  }
+
+ private:
+  void add(CLI::App& app, Option& option) {
+    const auto add_to = [&](auto& target) -> CLI::Option* {
+      using Target = std::decay_t<decltype(target)>;
+      if constexpr (std::is_same_v<Target, bool*>) {
+        return app.add_flag(option.names, *target, option.help);
+      } else if constexpr (std::is_pointer_v<Target>) {
+        return app.add_option(option.names, *target, option.help);
+      } else {
+        return app.add_option_function<Option::Texts>(option.names, target, option.help);
+      }
+    };
+    CLI::Option* added = std::visit(add_to, option.target);
+    if (!option.value.empty()) added->type_name(option.value);
+    if (option.takes_one) added->expected(1);
+    if (option.one_at_a_time) added->allow_extra_args(false);
+    if (option.is_required) added->required();
+    if (option.is_hidden) added->group("");
+    for (const std::string& name : option.needed) added->needs(name);
+    for (const std::string& name : option.excluded) added->excludes(name);
+    if (!option.words.empty()) added->check(CLI::IsMember(option.words));
+    if (option.range) {
+      const auto [least, most] = *option.range;
+      const bool real = std::holds_alternative<double*>(option.target);
+      added->check(real ? CLI::Range(least, most)
+                        : CLI::Range(static_cast<int>(least), static_cast<int>(most)));
+    }
+    options_.emplace_back(&option, added);
+  }
+
+  const Command* chosen_ = nullptr;
+  std::vector<std::pair<Option*, const CLI::Option*>> options_;
+};
+
+/// "no command 'simulat'; did you mean 'simulate'?" for the first word that stands where a command is needed
+/// and is none, and likewise for options. Empty where every word is known.
+std::string unknown_word(const Command& program, int argc, char** argv) {
+  const Command* command = &program;
+  std::string path = program.name;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    std::vector<std::string> known;
+    const bool option = word.substr(0, 2) == "--";
+    if (option) {
+      known = {"--help"};
+      if (command == &program) known.emplace_back("--version");
+      for (const Option& each : command->options) {
+        for (const std::string_view name : split(each.names, ',')) {
+          if (name.substr(0, 2) == "--") known.emplace_back(name);
+        }
+      }
+      const std::string name = word.substr(0, word.find('='));
+      if (name == "--" || std::find(known.begin(), known.end(), name) != known.end()) continue;
+    } else if (word.empty() || word.front() == '-') {
+      continue;
+    } else {
+      for (const Command& each : command->commands) {
+        known.push_back(each.name);
+        if (each.name != word) continue;
+        command = &each;
+        path += " " + word;
+        known.clear();
+        break;
+      }
+      if (known.empty() || command->action) continue;
+    }
+    const std::string what = fmt::format("no {} '{}'", option ? "option" : "command", word);
+    const auto meant = closest(word, known);
+    if (meant) return fmt::format("{}; did you mean '{}'?", what, *meant);
+    if (!option) return fmt::format("{}; it is one of {}", what, fmt::join(known, ", "));
+    return fmt::format("{}; see {} --help", what, path);
+  }
+  return {};
+}
+
+}  // namespace
+
+bool Option::has_name(std::string_view name) const {
+  const auto each = split(names, ',');
+  return std::find(each.begin(), each.end(), name) != each.end();
+}
+
+bool Command::given(std::string_view name_of_option) const {
+  return std::any_of(options.begin(), options.end(), [name_of_option](const Option& option) {
+    return option.given && option.has_name(name_of_option);
+  });
+}
+
+int run(Command& program, const std::string& version, int argc, char** argv) {
+  CLI::App app(program.help, program.name);
+  app.set_version_flag("--version", version);
+  Parser parser;
+  parser.add(app, program);
+  if (argc < 2) {
+    fmt::print(stderr, "{}", app.help());
+    return kBadInput;
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const std::string unknown = unknown_word(program, argc, argv);
+    if (error.get_exit_code() != 0 && !unknown.empty()) {
+      fmt::print(stderr, "canyon: {}\n", unknown);
+      return kBadInput;
+    }
+    // CLI11's own codes tell apart what no caller needs apart: help is 0, any other is bad input.
+    return app.exit(error) == 0 ? kOk : kBadInput;
+  }
+  return parser.chosen().action();
+}
+
+}  // namespace canyon::cli
