@@ -1,11 +1,11 @@
 #include "canyon/calibration/calibrate.hpp"
+#include "canyon/base/json.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
@@ -21,8 +21,6 @@
 
 namespace canyon::cli {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// Blocks drawn anew for the intervals of the table.
 constexpr int kResamples = 200;
@@ -177,7 +175,8 @@ std::string json_of(const calibration::Calibration& result,
   json["estimates"] = Json::parse(calibration::to_json(result.estimates));
   json["environment"] = Json::parse(calibration::to_json(result.environment));
   json["notes"] = result.notes;
-  json["values"] = result.values;
+  json["values"] = Json::object();
+  for (const auto& [key, value] : result.values) json["values"][key] = value;
   json["judged"] = rows.empty() ? Json(nullptr) : Json::parse(validation::to_json(rows));
   return json.dump(2) + "\n";
 }

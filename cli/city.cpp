@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <nlohmann/json.hpp>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -32,21 +32,21 @@ int run(const Arguments& arguments) {
   const Eigen::Vector3d high = empty ? Eigen::Vector3d::Zero().eval() : summary.bounds.max;
 
   if (arguments.json) {
-    const nlohmann::json out{{"name", city.name},
-                             {"origin",
-                              {{"latitude_deg", geodesy::degrees(origin.latitude_rad)},
-                               {"longitude_deg", geodesy::degrees(origin.longitude_rad)},
-                               {"height_m", origin.height_m}}},
-                             {"buildings", summary.buildings},
-                             {"triangles", summary.triangles},
-                             {"terrain_triangles", summary.terrain_triangles},
-                             {"bounds_min_m", {low.x(), low.y(), low.z()}},
-                             {"bounds_max_m", {high.x(), high.y(), high.z()}},
-                             {"highest_roof_m", summary.highest_roof_m},
-                             {"built_area_fraction", summary.built_area_fraction},
-                             {"notes", city.notes},
-                             {"load_s", load_s}};
-    fmt::print("{}\n", out.dump(2));
+    const Json out{{"name", city.name},
+                   {"origin",
+                    {{"latitude_deg", geodesy::degrees(origin.latitude_rad)},
+                     {"longitude_deg", geodesy::degrees(origin.longitude_rad)},
+                     {"height_m", origin.height_m}}},
+                   {"buildings", summary.buildings},
+                   {"triangles", summary.triangles},
+                   {"terrain_triangles", summary.terrain_triangles},
+                   {"bounds_min_m", {low.x(), low.y(), low.z()}},
+                   {"bounds_max_m", {high.x(), high.y(), high.z()}},
+                   {"highest_roof_m", summary.highest_roof_m},
+                   {"built_area_fraction", summary.built_area_fraction},
+                   {"notes", city.notes},
+                   {"load_s", load_s}};
+    fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
     return kOk;
   }
   fmt::print("{}\n", city.name);

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/buildings/city_builder.hpp"
 #include "canyon/buildings/footprints_geojson.hpp"
 #include "canyon/buildings/sources/overpass.hpp"
@@ -193,7 +193,7 @@ void write(const Output& out, const buildings::BuiltCity& loaded, const Argument
   }
 }
 
-nlohmann::json to_json(const buildings::BuildReport& r) {
+Json to_json(const buildings::BuildReport& r) {
   return {{"buildings", r.buildings},
           {"parts", r.parts},
           {"trees", r.trees},
@@ -243,14 +243,14 @@ int run(const Arguments& arguments, const Command& command) {
 
   const city::CitySummary summary = city::summarize(loaded.city);
   if (arguments.json) {
-    nlohmann::json out{{"name", loaded.city.name},
-                       {"triangles", summary.triangles},
-                       {"highest_roof_m", summary.highest_roof_m},
-                       {"build_s", build_s},
-                       {"write_s", all_s - build_s},
-                       {"outputs", arguments.outputs}};
+    Json out{{"name", loaded.city.name},
+             {"triangles", summary.triangles},
+             {"highest_roof_m", summary.highest_roof_m},
+             {"build_s", build_s},
+             {"write_s", all_s - build_s},
+             {"outputs", arguments.outputs}};
     if (from_map) out["report"] = to_json(loaded.report);
-    fmt::print("{}\n", out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
     return kOk;
   }
   if (arguments.quiet) return kOk;

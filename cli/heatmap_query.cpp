@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -55,9 +55,6 @@ std::string figure(double value) {
   if (std::isnan(value)) return "-";
   const double size = std::abs(value);
   return fmt::format("{:.{}f}", value, size >= 999.5 ? 0 : size >= 99.95 ? 1 : size >= 0.9995 ? 2 : 3);
-}
-nlohmann::json json_number(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
 std::string altitude_text(const StoredMap& map, double altitude_m) {
   return fmt::format("{:g} m above the {}", altitude_m,
@@ -138,17 +135,17 @@ int query_place(const Arguments& arguments, const StoredMap& map) {
                      "the map is " + times_text(map));
   }
   if (arguments.json) {
-    nlohmann::json out{{"latitude_deg", geodesy::degrees(place.latitude_rad)},
-                       {"longitude_deg", geodesy::degrees(place.longitude_rad)},
-                       {"enu_m", {enu.x(), enu.y()}},
-                       {"altitude_m", answer->altitude_m},
-                       {"time_utc", geodesy::format_utc(answer->time)},
-                       {"state", state_word(answer->state)},
-                       {"values", nlohmann::json::object()}};
+    Json out{{"latitude_deg", geodesy::degrees(place.latitude_rad)},
+             {"longitude_deg", geodesy::degrees(place.longitude_rad)},
+             {"enu_m", {enu.x(), enu.y()}},
+             {"altitude_m", answer->altitude_m},
+             {"time_utc", geodesy::format_utc(answer->time)},
+             {"state", state_word(answer->state)},
+             {"values", Json::object()}};
     for (std::size_t k = 0; k < map.layers().size(); ++k) {
-      out["values"][std::string(heatmap::info(map.layers()[k]).name)] = json_number(answer->values[k]);
+      out["values"][std::string(heatmap::info(map.layers()[k]).name)] = answer->values[k];
     }
-    fmt::print("{}\n", out.dump(2));
+    fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
     return kOk;
   }
   fmt::print("{:.7f}, {:.7f} (east {:.2f}, north {:.2f} m), {}, {}: {}\n\n",
@@ -214,54 +211,51 @@ std::string one_line(const RouteReport& report) {
   return text;
 }
 
-nlohmann::json stretch_json(const std::optional<heatmap::RouteStretch>& stretch) {
-  if (!stretch) return nullptr;
+Json stretch_json(const std::optional<heatmap::RouteStretch>& stretch) {
+  if (!stretch) return {};
   return {{"from_m", stretch->from_m}, {"to_m", stretch->to_m}};
 }
 
 void print_json(const RouteReport& report, const StoredMap& map) {
-  nlohmann::json out{{"length_m", report.length_m},
-                     {"duration_s", report.duration_s},
-                     {"summary", one_line(report)},
-                     {"stations_known", report.known},
-                     {"stations_outside", report.outside},
-                     {"stations_without_answer", report.no_answer},
-                     {"availability", report.availability ? json_number(*report.availability) : nullptr},
-                     {"expected_error_layer", nullptr},
-                     {"expected_error_m", nullptr},
-                     {"worst_stretch", stretch_json(report.worst)},
-                     {"longest_without_fix", stretch_json(report.no_fix)},
-                     {"layers", nlohmann::json::object()},
-                     {"stations", nlohmann::json::array()}};
-  if (report.worst) out["worst_stretch"]["error_m"] = json_number(*report.worst_error_m);
+  Json out{{"length_m", report.length_m},
+           {"duration_s", report.duration_s},
+           {"summary", one_line(report)},
+           {"stations_known", report.known},
+           {"stations_outside", report.outside},
+           {"stations_without_answer", report.no_answer},
+           {"availability", report.availability},
+           {"expected_error_layer", nullptr},
+           {"expected_error_m", nullptr},
+           {"worst_stretch", stretch_json(report.worst)},
+           {"longest_without_fix", stretch_json(report.no_fix)},
+           {"layers", Json::object()},
+           {"stations", Json::array()}};
+  if (report.worst) out["worst_stretch"]["error_m"] = *report.worst_error_m;
   if (report.error) {
     const heatmap::RouteLayer& error = report.layers[*report.error];
     out["expected_error_layer"] = std::string(heatmap::info(error.layer).name);
-    out["expected_error_m"] = json_number(error.mean);
+    out["expected_error_m"] = error.mean;
   }
   for (const heatmap::RouteLayer& layer : report.layers) {
-    out["layers"][std::string(heatmap::info(layer.layer).name)] = {{"stations", layer.values},
-                                                                   {"mean", json_number(layer.mean)},
-                                                                   {"median", json_number(layer.median)},
-                                                                   {"p95", json_number(layer.p95)},
-                                                                   {"least", json_number(layer.least)},
-                                                                   {"greatest", json_number(layer.greatest)}};
+    out["layers"][std::string(heatmap::info(layer.layer).name)] = {
+        {"stations", layer.values}, {"mean", layer.mean},   {"median", layer.median},
+        {"p95", layer.p95},         {"least", layer.least}, {"greatest", layer.greatest}};
   }
   for (const heatmap::RouteStation& station : report.stations) {
     const geodesy::Geodetic place = map.frame().geodetic_from_local({station.enu.x(), station.enu.y(), 0});
-    nlohmann::json entry{{"way_m", station.way_m},
-                         {"latitude_deg", geodesy::degrees(place.latitude_rad)},
-                         {"longitude_deg", geodesy::degrees(place.longitude_rad)},
-                         {"time_utc", geodesy::format_utc(station.time)},
-                         {"state", station.answer ? state_word(station.answer->state) : "outside the map"}};
+    Json entry{{"way_m", station.way_m},
+               {"latitude_deg", geodesy::degrees(place.latitude_rad)},
+               {"longitude_deg", geodesy::degrees(place.longitude_rad)},
+               {"time_utc", geodesy::format_utc(station.time)},
+               {"state", station.answer ? state_word(station.answer->state) : "outside the map"}};
     if (station.answer) {
       for (std::size_t k = 0; k < map.layers().size(); ++k) {
-        entry[std::string(heatmap::info(map.layers()[k]).name)] = json_number(station.answer->values[k]);
+        entry[std::string(heatmap::info(map.layers()[k]).name)] = station.answer->values[k];
       }
     }
     out["stations"].push_back(std::move(entry));
   }
-  fmt::print("{}\n", out.dump(2));
+  fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
 }
 
 int query_path(const Arguments& arguments, const StoredMap& map) {

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -61,15 +61,15 @@ int run(const Arguments& arguments) {
   }
 
   if (arguments.json) {
-    nlohmann::json out;
+    Json out;
     out["time_gpst"] = geodesy::format_gpst(time);
     out["time_utc"] = geodesy::format_utc(time);
     out["latitude_deg"] = geodesy::degrees(place.latitude_rad);
     out["longitude_deg"] = geodesy::degrees(place.longitude_rad);
     out["height_m"] = place.height_m;
-    out["satellites"] = nlohmann::json::array();
+    out["satellites"] = Json::array();
     const auto add = [&out](const Row& row, bool visible) {
-      nlohmann::json entry{{"sat", gnss::to_string(row.id)}, {"above_mask", visible}, {"source", row.source}};
+      Json entry{{"sat", gnss::to_string(row.id)}, {"above_mask", visible}, {"source", row.source}};
       if (row.line) {
         entry["azimuth_deg"] = geodesy::degrees(row.line->azimuth_rad);
         entry["elevation_deg"] = geodesy::degrees(row.line->elevation_rad);
@@ -86,7 +86,7 @@ int run(const Arguments& arguments) {
       for (const Row& row : absent) add(row, false);
     }
     out["warnings"] = sky.warnings;
-    fmt::print("{}\n", out.dump(2));
+    fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
     return kOk;
   }
 

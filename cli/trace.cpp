@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "canyon/base/json.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -60,10 +60,6 @@ double loss_db(const propagation::Path& path, const orbit::LineOfSight& line, do
       signal::path_amplitude(path, line.elevation_rad, carrier_hz, signal.antenna, signal.strength);
   return -20 * std::log10(std::abs(amplitude)) + 0.0;
 }
-/// null for what is infinite.
-nlohmann::json number(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-}
 std::string triple(const Eigen::Vector3d& point) {
   return fmt::format("{:.1f}, {:.1f}, {:.1f}", point.x(), point.y(), point.z());
 }
@@ -83,28 +79,28 @@ int run(const Arguments& arguments) {
   const tracking::SignalOptions& signal = receiver.signal;
 
   if (arguments.json) {
-    nlohmann::json out;
+    Json out;
     out["time_gpst"] = geodesy::format_gpst(time);
     out["latitude_deg"] = geodesy::degrees(place.latitude_rad);
     out["longitude_deg"] = geodesy::degrees(place.longitude_rad);
     out["height_m"] = place.height_m;
     out["enu_m"] = {antenna.x(), antenna.y(), antenna.z()};
     out["placement"] = std::string(output::placement_word(arrival.placement));
-    out["satellites"] = nlohmann::json::array();
+    out["satellites"] = Json::array();
     const tracking::ChannelModel model(signal, site.simulation().scenario().seed, receiver.name);
     for (const propagation::SatelliteView& view : arrival.views) {
       const std::vector<SentSignal> sent = sent_signals(view.line, time, receiver);
-      nlohmann::json entry{{"sat", gnss::to_string(view.line.id)},
-                           {"azimuth_deg", geodesy::degrees(view.line.azimuth_rad)},
-                           {"elevation_deg", geodesy::degrees(view.line.elevation_rad)},
-                           {"range_m", view.line.range_m},
-                           {"visibility", std::string(propagation::name(view.paths.visibility))},
-                           {"signals", nlohmann::json::array()},
-                           {"paths", nlohmann::json::array()}};
+      Json entry{{"sat", gnss::to_string(view.line.id)},
+                 {"azimuth_deg", geodesy::degrees(view.line.azimuth_rad)},
+                 {"elevation_deg", geodesy::degrees(view.line.elevation_rad)},
+                 {"range_m", view.line.range_m},
+                 {"visibility", std::string(propagation::name(view.paths.visibility))},
+                 {"signals", Json::array()},
+                 {"paths", Json::array()}};
       for (const SentSignal& s : sent) {
-        nlohmann::json one{{"signal", std::string(s.signal->name)},
-                           {"rinex_code", std::string(s.signal->code)},
-                           {"carrier_hz", s.carrier_hz}};
+        Json one{{"signal", std::string(s.signal->name)},
+                 {"rinex_code", std::string(s.signal->code)},
+                 {"carrier_hz", s.carrier_hz}};
         if (signal.enabled) {
           one["clear_cn0_dbhz"] = model.clear_cn0_dbhz(*s.signal, view.line.elevation_rad,
                                                        model.offset_db(view.line.id, *s.signal, time));
@@ -112,14 +108,14 @@ int run(const Arguments& arguments) {
         entry["signals"].push_back(std::move(one));
       }
       for (const propagation::Path& path : view.paths.paths) {
-        nlohmann::json one{{"kind", std::string(propagation::name(path.kind))},
-                           {"order", path.order},
-                           {"excess_path_m", path.excess_m}};
+        Json one{{"kind", std::string(propagation::name(path.kind))},
+                 {"order", path.order},
+                 {"excess_path_m", path.excess_m}};
         if (signal.enabled) {
-          one["loss_db"] = number(loss_db(path, view.line, view.line.state.carrier_frequency_hz, signal));
-          nlohmann::json& of_signals = one["signal_loss_db"] = nlohmann::json::object();
+          one["loss_db"] = loss_db(path, view.line, view.line.state.carrier_frequency_hz, signal);
+          Json& of_signals = one["signal_loss_db"] = Json::object();
           for (const SentSignal& s : sent) {
-            of_signals[std::string(s.signal->name)] = number(loss_db(path, view.line, s.carrier_hz, signal));
+            of_signals[std::string(s.signal->name)] = loss_db(path, view.line, s.carrier_hz, signal);
           }
         }
         if (path.foliage_depth_m > 0) one["foliage_depth_m"] = path.foliage_depth_m;
@@ -147,7 +143,7 @@ int run(const Arguments& arguments) {
       }
       out["satellites"].push_back(std::move(entry));
     }
-    fmt::print("{}\n", out.dump(2));
+    fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
     return kOk;
   }
 

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/drawing/apng.hpp"
@@ -145,13 +145,13 @@ void record_page(const RecordArguments& arguments, const fs::path& viewer, const
   const int frames = frames_of(arguments);
   const fs::path pictures = film == Film::Frames ? fs::path(arguments.file) : folder / "frames";
   make_output_folder(pictures);
-  nlohmann::json wanted{{"page", exported.string()},
-                        {"folder", pictures.string()},
-                        {"width", width},
-                        {"height", height},
-                        {"frames", frames},
-                        {"fps", arguments.fps},
-                        {"quality", arguments.quality}};
+  Json wanted{{"page", exported.string()},
+              {"folder", pictures.string()},
+              {"width", width},
+              {"height", height},
+              {"frames", frames},
+              {"fps", arguments.fps},
+              {"quality", arguments.quality}};
   if (!arguments.camera.empty()) wanted["camera"] = arguments.camera;
   if (arguments.from_s) wanted["from"] = *arguments.from_s;
   if (arguments.until_s) wanted["until"] = *arguments.until_s;

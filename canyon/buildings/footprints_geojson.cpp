@@ -2,17 +2,15 @@
 
 #include <algorithm>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/rounded.hpp"
 #include "canyon/city/mesh_marks.hpp"
 
 namespace canyon::buildings {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// Twice the signed area [deg^2], about the first corner so that small rings keep their digits; positive when
 /// counter-clockwise.
@@ -46,7 +44,7 @@ Json geometry_of(const std::vector<MapPolygon>& polygons) {
     parts.push_back(std::move(rings));
   }
   if (parts.empty()) return nullptr;  // "unlocated": RFC 7946, 3.2
-  if (parts.size() == 1) return {{"type", "Polygon"}, {"coordinates", std::move(parts.front())}};
+  if (parts.size() == 1) return {{"type", "Polygon"}, {"coordinates", std::move(parts[0])}};
   return {{"type", "MultiPolygon"}, {"coordinates", std::move(parts)}};
 }
 
@@ -111,19 +109,18 @@ bool is_tree(const city::Mesh& mesh, const BuiltFeature& feature) {
 
 std::string format_footprints_geojson(const BuiltCity& built) {
   const city::Mesh& mesh = built.city.mesh;
-  const auto dump = [](const Json& json) {
-    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-  };
-  std::string text = "{\"type\":\"FeatureCollection\",\"name\":" + dump(built.city.name) + ",\"features\":[";
+  std::string text =
+      "{\"type\":\"FeatureCollection\",\"name\":" + Json(built.city.name).dump() + ",\"features\":[";
   bool first = true;
   for (const BuiltFeature& feature : built.features) {
     if (is_tree(mesh, feature)) continue;
     text += first ? "\n" : ",\n";
     first = false;
-    text += dump({{"type", "Feature"},
-                  {"id", feature.id},
-                  {"properties", properties_of(mesh, feature)},
-                  {"geometry", geometry_of(feature.footprint)}});
+    text += Json{{"type", "Feature"},
+                 {"id", feature.id},
+                 {"properties", properties_of(mesh, feature)},
+                 {"geometry", geometry_of(feature.footprint)}}
+                .dump();
   }
   text += "\n]}\n";
   return text;

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/options/values.hpp"
@@ -137,7 +137,6 @@ std::string to_markdown(const std::vector<Estimate>& estimates) {
 }
 
 std::string to_json(const std::vector<Estimate>& estimates) {
-  using Json = nlohmann::ordered_json;
   Json list = Json::array();
   for (const Estimate& e : estimates) {
     list.push_back({{"key", e.key},

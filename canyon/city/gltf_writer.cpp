@@ -6,19 +6,17 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_parts.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::city {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // Constants of the standard: componentType and bufferView.target.
 constexpr int kFloat = 5126;
@@ -58,7 +56,7 @@ class GltfBuilder {
          {"target", kElementArrayBuffer}}};
     const std::size_t binary = positions_.size() + indices_.size();  // whole numbers of 4 bytes each
     json_["buffers"] = {{{"byteLength", binary}}};
-    std::string text = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
+    std::string text = json_.dump();
     text.append((4 - text.size() % 4) % 4, ' ');
     const std::uint64_t total = 12 + 8 + text.size() + 8 + binary;
     if (total > std::numeric_limits<std::uint32_t>::max()) {

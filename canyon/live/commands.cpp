@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -16,10 +16,12 @@
 namespace canyon::live {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 std::string one_line(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+  return json.dump() + '\n';
+}
+std::string name_in(const Json& command, const char* key) {
+  const Json* found = command.find(key);
+  return found != nullptr ? found->text() : std::string();
 }
 
 Json refusal(std::string_view problem, std::string_view cure) {
@@ -29,10 +31,11 @@ Json refusal(std::string_view problem, std::string_view cure) {
 }
 
 /// A value that is YAML as a string, or JSON as it stands; empty: neither.
-std::optional<std::string> text_of(const nlohmann::json& command, const char* key) {
-  const auto found = command.find(key);
-  if (found == command.end() || !(found->is_object() || found->is_string())) return std::nullopt;
-  return found->is_string() ? found->get<std::string>() : found->dump();
+std::optional<std::string> text_of(const Json& command, const char* key) {
+  const Json& value = command[key];
+  if (value.is_string()) return value.text();
+  if (!value.is_object()) return std::nullopt;
+  return value.dump(-1, Json::Order::ByKey);
 }
 
 }  // namespace
@@ -51,7 +54,7 @@ struct Commands::Impl {
   std::vector<std::optional<Latest>> latest;
   bool stop = false;
 
-  using Command = Json (Impl::*)(const nlohmann::json&);
+  using Command = Json (Impl::*)(const Json&);
   struct Entry {
     const char* name;
     bool changes;
@@ -61,17 +64,17 @@ struct Commands::Impl {
   static const std::vector<Entry>& entries();
 
   void hear(const transport::Heard& heard, Commands& self);
-  [[nodiscard]] simulation::LiveReceiver& receiver(const nlohmann::json& command) {
-    return context.receivers[simulation::find_receiver(context.scenario, command.value("receiver", ""))];
+  [[nodiscard]] simulation::LiveReceiver& receiver(const Json& command) {
+    return context.receivers[simulation::find_receiver(context.scenario, name_in(command, "receiver"))];
   }
 
-  Json help(const nlohmann::json&) {
+  Json help(const Json&) {
     Json json{{"ok", true}};
     for (const Entry& entry : entries()) json["commands"][entry.name] = entry.help;
     json["changes"] = context.changes;
     return json;
   }
-  Json status(const nlohmann::json&) {
+  Json status(const Json&) {
     const Figures& f = context.figures;
     Json json{{"ok", true},
               {"time_s", context.now_s()},
@@ -100,10 +103,10 @@ struct Commands::Impl {
     }
     return json;
   }
-  Json options(const nlohmann::json& command) {
+  Json options(const Json& command) {
     return {{"ok", true}, {"options", simulation::running_options(receiver(command).config())}};
   }
-  Json set(const nlohmann::json& command) {
+  Json set(const Json& command) {
     const auto text = text_of(command, "options");
     if (!text) {
       throw InputError("'set' has no options",
@@ -115,14 +118,14 @@ struct Commands::Impl {
     return {{"ok", true}};
   }
   /// The receivers that a command is for: the one that it names, or all.
-  std::vector<simulation::LiveReceiver*> meant_by(const nlohmann::json& command) {
+  std::vector<simulation::LiveReceiver*> meant_by(const Json& command) {
     if (command.contains("receiver")) return {&receiver(command)};
     std::vector<simulation::LiveReceiver*> all;
     for (simulation::LiveReceiver& one : context.receivers) all.push_back(&one);
     return all;
   }
 
-  Json faults(const nlohmann::json& command) {
+  Json faults(const Json& command) {
     Json json{{"ok", true}, {"faults", Json::object()}};
     for (const simulation::LiveReceiver* one : meant_by(command)) {
       Json list = Json::array();
@@ -136,7 +139,7 @@ struct Commands::Impl {
     }
     return json;
   }
-  Json add_fault(const nlohmann::json& command) {
+  Json add_fault(const Json& command) {
     const auto text = text_of(command, "fault");
     if (!text) {
       throw InputError("'add_fault' has no fault",
@@ -144,12 +147,12 @@ struct Commands::Impl {
     }
     return {{"ok", true}, {"name", simulation::add_fault(meant_by(command), *text).back()}};
   }
-  Json end_fault(const nlohmann::json& command) {
-    (void)simulation::end_fault(meant_by(command), command.value("name", ""));
+  Json end_fault(const Json& command) {
+    (void)simulation::end_fault(meant_by(command), name_in(command, "name"));
     return {{"ok", true}};
   }
 
-  Json end(const nlohmann::json&) {
+  Json end(const Json&) {
     stop = true;
     return {{"ok", true}};
   }
@@ -193,11 +196,11 @@ Commands::~Commands() {
 }
 
 std::string Commands::answer(std::string_view line) {
-  const auto command = nlohmann::json::parse(line, nullptr, false);
-  if (!command.is_object() || !command.contains("command") || !command["command"].is_string()) {
+  const Json command = Json::try_parse(line).value_or(Json());
+  if (!command["command"].is_string()) {
     return one_line(refusal("no command", R"(write {"command": "help"})"));
   }
-  const auto name = command["command"].get<std::string>();
+  const std::string& name = command["command"].text();
   for (const Impl::Entry& entry : Impl::entries()) {
     if (entry.name != name) continue;
     if (entry.changes && !impl_->context.changes) {

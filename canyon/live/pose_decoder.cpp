@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/live/mavlink_poses.hpp"
@@ -94,27 +94,27 @@ class JsonPoses final : public PoseDecoder {
     lines.hear(bytes, take);
     // A datagram may come without an end of line: what is whole counts.
     const std::string& rest = lines.rest();
-    if (!rest.empty() && rest.back() == '}' && nlohmann::json::accept(rest)) lines.finish(take);
+    if (!rest.empty() && rest.back() == '}' && Json::try_parse(rest)) lines.finish(take);
   }
   [[nodiscard]] std::string take_complaint() override { return complaints_.take(); }
 
  private:
-  static std::optional<double> number(const nlohmann::json& object, const char* key, std::string& why) {
-    const auto found = object.find(key);
-    if (found == object.end() || found->is_null()) return std::nullopt;
-    if (found->is_number()) return found->get<double>();
+  static std::optional<double> number(const Json& object, const char* key, std::string& why) {
+    const Json& found = object[key];
+    if (found.is_null()) return std::nullopt;
+    if (found.is_number()) return found.get<double>();
     why = fmt::format("'{}' is no number", key);
     return std::nullopt;
   }
   template <int N>
-  static std::optional<Eigen::Matrix<double, N, 1>> numbers(const nlohmann::json& object, const char* key,
+  static std::optional<Eigen::Matrix<double, N, 1>> numbers(const Json& object, const char* key,
                                                             std::string& why) {
-    const auto found = object.find(key);
-    if (found == object.end() || found->is_null()) return std::nullopt;
+    const Json& found = object[key];
+    if (found.is_null()) return std::nullopt;
     Eigen::Matrix<double, N, 1> values;
-    bool good = found->is_array() && found->size() == N;
+    bool good = found.is_array() && found.size() == N;
     for (int i = 0; good && i < N; ++i) {
-      const auto& each = (*found)[static_cast<std::size_t>(i)];
+      const Json& each = found[static_cast<std::size_t>(i)];
       good = each.is_number();
       if (good) values[i] = each.get<double>();
     }
@@ -126,12 +126,12 @@ class JsonPoses final : public PoseDecoder {
   /// What is wrong; empty: nothing.
   [[nodiscard]] std::string read(std::string_view line,
                                  const std::function<void(const PoseReport&)>& each) const {
-    const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+    const Json object = Json::try_parse(line).value_or(Json());
     if (!object.is_object()) return "no JSON object";
     std::string why;
     PoseReport report;
-    if (const auto id = object.find("id"); id != object.end()) {
-      report.id = id->is_string() ? id->get<std::string>() : id->dump();
+    if (const Json* id = object.find("id")) {
+      report.id = id->is_string() ? id->text() : id->dump(-1, Json::Order::ByKey);
     }
     report.stamp_s = number(object, "time_s", why);
     if (const auto p = numbers<3>(object, "position_m", why)) report.position_m = axes_.local(*p);

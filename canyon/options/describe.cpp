@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
+
+#include "canyon/base/json.hpp"
 
 namespace canyon::options {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string join_path(const std::string& section, std::string_view key) {
   return fmt::format("{}{}{}", section, section.empty() ? "" : ".", key);
@@ -195,7 +194,8 @@ std::string plain_text(const std::vector<Key>& keys) {
 
 std::string json_schema(const Description& description, std::string_view title) {
   Json root{{"$schema", "http://json-schema.org/draft-07/schema#"}, {"title", title}};
-  root.update(section_schema());
+  const Json whole = section_schema();
+  for (const auto& [key, value] : whole.members()) root[key] = value;
   root["type"] = "object";
   for (const Key& key : description.keys) {
     const std::size_t dot = key.path.rfind('.');

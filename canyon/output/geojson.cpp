@@ -1,6 +1,6 @@
-#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "canyon/base/json.hpp"
 #include "canyon/base/rounded.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -12,8 +12,6 @@
 
 namespace canyon::output {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string colour(std::string_view rgb) {
   return '#' + std::string(rgb);
@@ -46,7 +44,7 @@ class GeoJson final : public Encoder {
     if (seen.fix.solved()) {
       properties["error_horizontal_m"] = rounded(horizontal_m(epoch.error_enu_m), 3);
       properties["error_up_m"] = rounded(epoch.error_enu_m.z(), 3);
-      properties["hdop"] = seen.fix.dop ? Json(rounded(seen.fix.dop->hdop, 3)) : Json(nullptr);
+      properties["hdop"] = seen.fix.dop ? Json(rounded(seen.fix.dop->hdop, 3)) : Json();
       properties["used"] = used_count(seen.fix);
       properties["marker-color"] = colour(error_classes()[error_class(horizontal_m(epoch.error_enu_m))].rgb);
     } else {
@@ -65,7 +63,7 @@ class GeoJson final : public Encoder {
     std::string text;
     if (!truth_.empty()) {
       const bool line = truth_.size() > 1;  // a LineString needs two positions (RFC 7946, 3.1.4)
-      Json place = line ? std::move(truth_) : std::move(truth_.front());
+      Json place = line ? std::move(truth_) : std::move(truth_[0]);
       text = next(feature({{"kind", "truth"}, {"name", name_}, {"stroke", colour(kTruthRgb)}},
                           line ? "LineString" : "Point", std::move(place)));
     }
@@ -74,8 +72,7 @@ class GeoJson final : public Encoder {
 
  private:
   std::string next(const Json& feature) {
-    return (std::exchange(first_, false) ? "\n" : ",\n") +
-           feature.dump(-1, ' ', false, Json::error_handler_t::replace);
+    return (std::exchange(first_, false) ? "\n" : ",\n") + feature.dump();
   }
 
   std::string name_;

@@ -1,9 +1,7 @@
 #include "canyon/output/view_messages.hpp"
 
-#include <cmath>
-#include <nlohmann/json.hpp>
-
 #include "canyon/base/base64.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/satellite_id.hpp"
@@ -11,16 +9,6 @@
 
 namespace canyon::output {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
-std::string text_of(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
 
 Json begun(const char* type, const std::optional<std::int64_t>& id) {
   Json json{{"type", type}, {"version", kViewMessages}};
@@ -44,16 +32,15 @@ std::string hello_message(std::span<const ReceiverDescription> receivers) {
                                  {"strength", receiver.signal.enabled},
                                  {"elevation_mask_deg", geodesy::degrees(receiver.elevation_mask_rad)}});
   }
-  return text_of(json);
+  return json.dump();
 }
 
 std::string epoch_message(const EpochMessage& message, const EpochRows& rows) {
   Json json = begun("epoch", message.id);
   json["receiver"] = message.receiver;
   json["time_s"] = message.time_s;
-  json["place"] = {{"east_m", number(message.place.x())},
-                   {"north_m", number(message.place.y())},
-                   {"up_m", number(message.place.z())}};
+  json["place"] = {
+      {"east_m", message.place.x()}, {"north_m", message.place.y()}, {"up_m", message.place.z()}};
   json["faults"] = message.faults;
   json["satellites"] = Json::array();
   for (const gnss::SatelliteId id : message.satellites) json["satellites"].push_back(gnss::to_string(id));
@@ -61,7 +48,7 @@ std::string epoch_message(const EpochMessage& message, const EpochRows& rows) {
     json["skyline"] = std::vector<unsigned char>(message.skyline.begin(), message.skyline.end());
   }
   json["chunk"] = base64(view::encode_chunk({&rows.epochs, &rows.satellites, &rows.paths, &rows.bodies}));
-  return text_of(json);
+  return json.dump();
 }
 
 std::string epoch_message(EpochMessage message, const simulation::Epoch& epoch,
@@ -79,17 +66,17 @@ std::string progress_message(std::size_t done, std::size_t planned) {
   Json json = begun("progress", {});
   json["done"] = done;
   json["planned"] = planned;
-  return text_of(json);
+  return json.dump();
 }
 
 std::string finished_message() {
-  return text_of(begun("finished", {}));
+  return begun("finished", {}).dump();
 }
 
 std::string error_message(std::optional<std::int64_t> id, std::string_view problem) {
   Json json = begun("error", id);
   json["message"] = std::string(problem);
-  return text_of(json);
+  return json.dump();
 }
 
 }  // namespace canyon::output

@@ -1,8 +1,9 @@
 #include "canyon/positioning/dop.hpp"
 
-#include <Eigen/QR>
 #include <cassert>
 #include <cmath>
+
+#include "canyon/positioning/least_squares.hpp"
 
 namespace canyon::positioning {
 
@@ -36,15 +37,9 @@ DopRating rate_dop(double dop) {
 std::optional<Cofactor> cofactor(const Design& design, double threshold) {
   const Eigen::Index unknowns = design.cols();
   if (design.rows() < unknowns) return std::nullopt;
-  Eigen::ColPivHouseholderQR<Design> qr(design);
-  qr.setThreshold(threshold);
-  if (qr.rank() < unknowns) return std::nullopt;
-  // A P = Q R gives (A^T A)^-1 = P R^-1 R^-T P^T.
-  const Cofactor r = qr.matrixQR().topRows(unknowns);
-  Cofactor inverse = Cofactor::Identity(unknowns, unknowns);
-  r.triangularView<Eigen::Upper>().solveInPlace(inverse);
-  const Cofactor permuted = qr.colsPermutation() * inverse;
-  return Cofactor(permuted * permuted.transpose());
+  LeastSquares<Design> least_squares(design);
+  if (least_squares.rank(threshold) < unknowns) return std::nullopt;
+  return least_squares.cofactor();
 }
 
 Dop dop_from_cofactor(const Cofactor& cofactor_enu) {

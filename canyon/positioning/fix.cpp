@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +9,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/positioning/raim.hpp"
 
@@ -93,7 +93,7 @@ class Solver {
     // A weak geometry magnifies the rounding of ranges (about 1e-8 m) above the criterion: settled all the
     // same.
     if (fix.status != FixStatus::Fix && place_known && step < 1 && fix.rank == fix.unknowns &&
-        step < 1e-8 * std::sqrt(weighted_cofactor().trace()) / smallest_sigma_m_) {
+        step < 1e-8 * std::sqrt(least_squares_.cofactor().trace()) / smallest_sigma_m_) {
       fix.status = FixStatus::Fix;
     }
     finish(fix);
@@ -158,31 +158,19 @@ class Solver {
                        sigma;
       ++row;
     }
-    qr_.compute(design_);
-    qr_.setThreshold(kRankThreshold);
-    fix.rank = static_cast<int>(qr_.rank());
-    qr_.setThreshold(kWorkingThreshold);
-    if (qr_.rank() < fix.unknowns) {
+    least_squares_.compute(design_);
+    fix.rank = static_cast<int>(least_squares_.rank(kRankThreshold));
+    if (least_squares_.rank(kWorkingThreshold) < fix.unknowns) {
       fix.status = FixStatus::Singular;
       return 0;
     }
-    const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 8, 1> dx = qr_.solve(residual_);
+    const auto dx = least_squares_.solve(residual_);
     residual_ -= design_ * dx;
     position_ += dx.head<3>();
     for (std::size_t system = 0; system < gnss::kSystemCount; ++system) {
       if (clocks_.column[system] >= 0) clock_m_[system] += dx(clocks_.column[system]);
     }
     return dx.norm();
-  }
-
-  /// (A^T W A)^-1 of the last step [m^2].
-  [[nodiscard]] Cofactor weighted_cofactor() const {
-    const Eigen::Index unknowns = design_.cols();
-    const Cofactor r = qr_.matrixQR().topRows(unknowns);
-    Cofactor inverse = Cofactor::Identity(unknowns, unknowns);
-    r.triangularView<Eigen::Upper>().solveInPlace(inverse);
-    const Cofactor permuted = qr_.colsPermutation() * inverse;
-    return permuted * permuted.transpose();
   }
 
   void finish(Fix& fix) {
@@ -215,7 +203,7 @@ class Solver {
     fix.position_ecef = position_;
     fix.position = place;
     fix.covariance_enu =
-        enu_from_ecef * weighted_cofactor().topLeftCorner<3, 3>() * enu_from_ecef.transpose();
+        enu_from_ecef * least_squares_.cofactor().topLeftCorner<3, 3>() * enu_from_ecef.transpose();
     if (options_.covariance_by_residuals && rows_ > fix.unknowns) {
       fix.covariance_enu *= std::max(1.0, residual_.squaredNorm() / (rows_ - fix.unknowns));
     }
@@ -314,15 +302,10 @@ class Solver {
                   doppler.sigma_mps;
       ++row;
     }
-    Eigen::ColPivHouseholderQR<Eigen::Matrix<double, Eigen::Dynamic, 4>> qr(design);
-    qr.setThreshold(kRankThreshold);
-    if (qr.rank() < 4) return;
-    const Eigen::Vector4d x = qr.solve(rate);
-    const Eigen::Matrix4d r = qr.matrixQR().topRows<4>();
-    Eigen::Matrix4d inverse = Eigen::Matrix4d::Identity();
-    r.triangularView<Eigen::Upper>().solveInPlace(inverse);
-    const Eigen::Matrix4d permuted = qr.colsPermutation() * inverse;
-    const Eigen::Matrix4d covariance = permuted * permuted.transpose();
+    LeastSquares<Eigen::Matrix<double, Eigen::Dynamic, 4>> least_squares(design);
+    if (least_squares.rank(kRankThreshold) < 4) return;
+    const Eigen::Vector4d x = least_squares.solve(rate);
+    const Eigen::Matrix4d covariance = least_squares.cofactor();
     fix.velocity_enu_mps = enu_from_ecef * x.head<3>();
     fix.velocity_covariance_enu =
         enu_from_ecef * covariance.topLeftCorner<3, 3>() * enu_from_ecef.transpose();
@@ -339,9 +322,9 @@ class Solver {
   Clocks clocks_;
   int rows_ = 0;
   double smallest_sigma_m_ = 1;
-  Design design_;             ///< weighted
-  Eigen::VectorXd residual_;  ///< weighted; after a step what it leaves
-  Eigen::ColPivHouseholderQR<Design> qr_;
+  Design design_;                       ///< weighted
+  Eigen::VectorXd residual_;            ///< weighted; after a step what it leaves
+  LeastSquares<Design> least_squares_;  ///< of the last step; its cofactor is (A^T W A)^-1 [m^2]
 };
 
 }  // namespace

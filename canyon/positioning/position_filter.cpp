@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/positioning/filter_track.hpp"
+#include "canyon/positioning/least_squares.hpp"
 
 namespace canyon::positioning {
 namespace {
@@ -223,9 +223,7 @@ void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen:
     design(row, column[clock_index(system)]) = 1;
     ++row;
   }
-  Eigen::ColPivHouseholderQR<Design> qr(design);
-  qr.setThreshold(1e-6);
-  fix.rank = static_cast<int>(qr.rank());
+  fix.rank = static_cast<int>(LeastSquares<Design>(design).rank(kRankThreshold));
   if (const std::optional<Cofactor> q = cofactor(design)) fix.dop = dop_from_cofactor(*q);
 }
 

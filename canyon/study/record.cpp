@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 
 namespace canyon::study {
 namespace {
 
-using nlohmann::ordered_json;
 using output::RunSummary;
 
 constexpr std::array kFigures{
@@ -60,8 +59,8 @@ constexpr std::array kFigures{
 
 /// Counts as [index, count, index, count, ...] of those that are not 0.
 template <std::size_t N>
-ordered_json sparse(const std::array<std::uint32_t, N>& counts) {
-  ordered_json list = ordered_json::array();
+Json sparse(const std::array<std::uint32_t, N>& counts) {
+  Json list = Json::array();
   for (std::size_t i = 0; i < N; ++i) {
     if (counts[i] == 0) continue;
     list.push_back(i);
@@ -71,7 +70,7 @@ ordered_json sparse(const std::array<std::uint32_t, N>& counts) {
 }
 
 template <std::size_t N>
-void dense(const ordered_json& list, std::array<std::uint32_t, N>& counts) {
+void dense(const Json& list, std::array<std::uint32_t, N>& counts) {
   for (std::size_t i = 0; i + 1 < list.size(); i += 2) {
     counts.at(list[i].get<std::size_t>()) = list[i + 1].get<std::uint32_t>();
   }
@@ -94,40 +93,32 @@ double error_edge_m(std::size_t bin) {
 }
 
 std::string to_line(const RunRecord& record) {
-  ordered_json line{{"run", record.number}, {"seed", record.seed}, {"at", record.at}};
+  Json line{{"run", record.number}, {"seed", record.seed}, {"at", record.at}};
   if (!record.problem.empty()) line["problem"] = record.problem;
-  ordered_json receivers = ordered_json::array();
+  Json receivers = Json::array();
   for (const ReceiverRecord& receiver : record.receivers) {
-    ordered_json values = ordered_json::array();
-    for (const double value : receiver.figures) {
-      if (std::isfinite(value)) {
-        values.push_back(value);
-      } else {
-        values.push_back(nullptr);
-      }
-    }
     receivers.push_back({{"name", receiver.name},
-                         {"figures", values},
+                         {"figures", receiver.figures},
                          {"errors", sparse(receiver.errors)},
                          {"epochs", sparse(receiver.epochs)},
                          {"available", sparse(receiver.available)}});
   }
   line["receivers"] = std::move(receivers);
-  return line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return line.dump();
 }
 
 RunRecord from_line(std::string_view line) {
   try {
-    const ordered_json from = ordered_json::parse(line);
+    const Json from = Json::parse(line);
     RunRecord record;
     record.number = from.at("run").get<std::size_t>();
     record.seed = from.at("seed").get<std::uint64_t>();
     record.at = from.at("at").get<std::vector<std::string>>();
     if (from.contains("problem")) record.problem = from["problem"].get<std::string>();
-    for (const ordered_json& each : from.at("receivers")) {
+    for (const Json& each : from.at("receivers")) {
       ReceiverRecord receiver;
       receiver.name = each.at("name").get<std::string>();
-      for (const ordered_json& value : each.at("figures")) {
+      for (const Json& value : each.at("figures")) {
         receiver.figures.push_back(value.is_null() ? std::numeric_limits<double>::quiet_NaN()
                                                    : value.get<double>());
       }
@@ -138,7 +129,7 @@ RunRecord from_line(std::string_view line) {
       record.receivers.push_back(std::move(receiver));
     }
     return record;
-  } catch (const nlohmann::json::exception& e) {
+  } catch (const JsonError& e) {
     throw InputError(std::string("is no record of a run: ") + e.what());
   } catch (const std::out_of_range&) {
     throw InputError("is no record of a run: a count out of range");

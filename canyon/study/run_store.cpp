@@ -10,9 +10,9 @@
 #include <charconv>
 #include <cstring>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/study/settings_tree.hpp"
@@ -21,7 +21,6 @@ namespace canyon::study {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::ordered_json;
 
 constexpr const char* kManifest = "study.json";
 constexpr const char* kRuns = "runs";
@@ -33,8 +32,8 @@ std::uint32_t crc_of(std::string_view bytes) {
       crc32_z(0, reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<z_size_t>(bytes.size())));
 }
 
-ordered_json to_json(const Manifest& manifest) {
-  ordered_json axes = ordered_json::array();
+Json to_json(const Manifest& manifest) {
+  Json axes = Json::array();
   for (const Manifest::Coordinate& axis : manifest.axes) {
     axes.push_back({{"name", axis.name},
                     {"key", axis.key},
@@ -43,21 +42,26 @@ ordered_json to_json(const Manifest& manifest) {
                     {"texts", axis.texts},
                     {"labels", axis.labels}});
   }
-  ordered_json json{{"format", kFormat},
-                    {"version", kVersion},
-                    {"key", manifest.key},
-                    {"title", manifest.title},
-                    {"runs", manifest.runs},
-                    {"axes", axes},
-                    {"luck", manifest.luck},
-                    {"receivers", manifest.receivers},
-                    {"epochs", manifest.epochs},
-                    {"seed", manifest.seed},
-                    {"confidence", manifest.confidence},
-                    {"bootstrap", manifest.bootstrap}};
+  Json json{{"format", kFormat},
+            {"version", kVersion},
+            {"key", manifest.key},
+            {"title", manifest.title},
+            {"runs", manifest.runs},
+            {"axes", axes},
+            {"luck", manifest.luck},
+            {"receivers", manifest.receivers},
+            {"epochs", manifest.epochs},
+            {"seed", manifest.seed},
+            {"confidence", manifest.confidence},
+            {"bootstrap", manifest.bootstrap}};
   if (manifest.available_m) json["available_m"] = *manifest.available_m;
   if (manifest.along_m) json["along_m"] = *manifest.along_m;
   return json;
+}
+
+template <typename T>
+void take(const Json& from, const char* key, T& value) {
+  value = from.at(key).get<T>();
 }
 
 fs::path epochs_path(const fs::path& folder, std::size_t run) {
@@ -167,7 +171,7 @@ RunStore::RunStore(fs::path folder, const Manifest& manifest) : impl_(std::make_
         "give another folder, or remove this one if its results are no longer wanted");
   }
   OutputFile file(impl_->folder / kManifest);
-  file.write(to_json(manifest).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  file.write(to_json(manifest).dump(1) + "\n");
   file.commit();
 }
 
@@ -201,35 +205,35 @@ Manifest read_manifest(const fs::path& folder) {
                      "give a folder that 'canyon study' has written");
   }
   try {
-    const ordered_json from = ordered_json::parse(TextFile(path).text());
+    const Json from = Json::parse(TextFile(path).text());
     if (from.at("format") != kFormat || from.at("version") != kVersion) {
       throw InputError(path, 0, "is of another program or version");
     }
     Manifest manifest;
-    from.at("key").get_to(manifest.key);
-    from.at("title").get_to(manifest.title);
-    from.at("runs").get_to(manifest.runs);
-    from.at("luck").get_to(manifest.luck);
-    from.at("receivers").get_to(manifest.receivers);
-    from.at("epochs").get_to(manifest.epochs);
-    from.at("seed").get_to(manifest.seed);
-    from.at("confidence").get_to(manifest.confidence);
-    from.at("bootstrap").get_to(manifest.bootstrap);
+    take(from, "key", manifest.key);
+    take(from, "title", manifest.title);
+    take(from, "runs", manifest.runs);
+    take(from, "luck", manifest.luck);
+    take(from, "receivers", manifest.receivers);
+    take(from, "epochs", manifest.epochs);
+    take(from, "seed", manifest.seed);
+    take(from, "confidence", manifest.confidence);
+    take(from, "bootstrap", manifest.bootstrap);
     if (from.contains("available_m")) manifest.available_m = from["available_m"].get<double>();
     if (from.contains("along_m")) manifest.along_m = from["along_m"].get<double>();
-    for (const ordered_json& each : from.at("axes")) {
+    for (const Json& each : from.at("axes")) {
       Manifest::Coordinate axis;
-      each.at("name").get_to(axis.name);
-      each.at("key").get_to(axis.key);
+      take(each, "name", axis.name);
+      take(each, "key", axis.key);
       axis.kind = static_cast<Manifest::Coordinate::Kind>(std::clamp(each.at("kind").get<int>(), 0, 2));
-      each.at("groups").get_to(axis.groups);
-      each.at("texts").get_to(axis.texts);
-      each.at("labels").get_to(axis.labels);
+      take(each, "groups", axis.groups);
+      take(each, "texts", axis.texts);
+      take(each, "labels", axis.labels);
       if (axis.texts.size() != axis.labels.size()) throw InputError(path, 0, "is damaged");
       manifest.axes.push_back(std::move(axis));
     }
     return manifest;
-  } catch (const nlohmann::json::exception& e) {
+  } catch (const JsonError& e) {
     throw InputError(path, 0, fmt::format("is damaged: {}", e.what()),
                      "remove the folder's 'study.json' and run the same command again; finished runs stay");
   }

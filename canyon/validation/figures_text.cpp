@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "canyon/base/json.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/validation/alignment.hpp"
@@ -14,27 +14,20 @@
 namespace canyon::validation {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-/// NaN and infinity have no place in JSON.
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 Json quantiles_json(const std::array<double, 5>& values, bool any) {
   Json json = Json::object();
   constexpr std::array<const char*, 5> kNames{"p5", "p25", "p50", "p75", "p95"};
-  for (std::size_t i = 0; i < values.size(); ++i) json[kNames[i]] = any ? number(values[i]) : Json(nullptr);
+  for (std::size_t i = 0; i < values.size(); ++i) json[kNames[i]] = any ? Json(values[i]) : Json();
   return json;
 }
 
 Json json_of(const std::optional<Separation>& s, const char* threshold_name, double sign,
              const std::optional<Interval>& interval) {
-  if (!s) return nullptr;
-  Json json{{"auc", number(s->auc)}};
-  if (interval) json["auc_interval_95"] = {number(interval->low), number(interval->high)};
-  json["balanced_accuracy"] = number(s->balanced_accuracy);
-  json[threshold_name] = number(sign * s->threshold);
+  if (!s) return {};
+  Json json{{"auc", s->auc}};
+  if (interval) json["auc_interval_95"] = {interval->low, interval->high};
+  json["balanced_accuracy"] = s->balanced_accuracy;
+  json[threshold_name] = sign * s->threshold;
   return json;
 }
 
@@ -43,7 +36,7 @@ Json json_of(const DistributionPair& pair) {
           {"simulated_n", pair.simulated_n},
           {"measured", quantiles_json(pair.measured, pair.measured_n > 0)},
           {"simulated", quantiles_json(pair.simulated, pair.simulated_n > 0)},
-          {"ks", pair.ks ? number(*pair.ks) : Json(nullptr)}};
+          {"ks", pair.ks}};
 }
 
 Json json_of(const TrackedShare& share) {
@@ -51,17 +44,17 @@ Json json_of(const TrackedShare& share) {
   return {{"satellites", share.satellites},
           {"measured", share.measured},
           {"simulated", share.simulated},
-          {"measured_ratio", any ? number(share.measured_ratio()) : Json(nullptr)},
-          {"simulated_ratio", any ? number(share.simulated_ratio()) : Json(nullptr)}};
+          {"measured_ratio", any ? Json(share.measured_ratio()) : Json()},
+          {"simulated_ratio", any ? Json(share.simulated_ratio()) : Json()}};
 }
 
 Json json_of(const Explained& e) {
-  Json json{{"kind", e.kind}, {"n", e.n}, {"share", number(e.share)}};
-  json["median_difference_m"] = e.median_difference_m ? number(*e.median_difference_m) : Json(nullptr);
+  Json json{{"kind", e.kind}, {"n", e.n}, {"share", e.share}};
+  json["median_difference_m"] = e.median_difference_m;
   if (e.correlation) {
-    json["spearman"] = {{"rho", number(e.correlation->rho)},
-                        {"low_95", number(e.correlation->low)},
-                        {"high_95", number(e.correlation->high)},
+    json["spearman"] = {{"rho", e.correlation->rho},
+                        {"low_95", e.correlation->low},
+                        {"high_95", e.correlation->high},
                         {"n", e.correlation->n}};
   } else {
     json["spearman"] = nullptr;
@@ -73,28 +66,26 @@ Json json_of(const PositionFigures& p) {
   const bool any = p.fixes > 0;
   return {{"epochs", p.epochs},
           {"fixes", p.fixes},
-          {"availability", p.epochs > 0 ? number(static_cast<double>(p.fixes) / static_cast<double>(p.epochs))
-                                        : Json(nullptr)},
-          {"mean_satellites_used", any ? number(p.mean_used) : Json(nullptr)},
+          {"availability",
+           p.epochs > 0 ? Json(static_cast<double>(p.fixes) / static_cast<double>(p.epochs)) : Json()},
+          {"mean_satellites_used", any ? Json(p.mean_used) : Json()},
           {"horizontal_error_m", quantiles_json(p.horizontal_m, any)},
           {"vertical_error_m", quantiles_json(p.vertical_m, any)}};
 }
 
 Json json_of(const PhaseFigures& p) {
   const auto view = [](const PhaseView& v) {
-    const auto share = v.share();
     return Json{{"observations", v.observations},
                 {"with_phase", v.with_phase},
-                {"share", share ? number(*share) : Json(nullptr)},
+                {"share", v.share()},
                 {"noise_n", v.noise_n},
-                {"noise_m", v.noise_m ? number(*v.noise_m) : Json(nullptr)}};
+                {"noise_m", v.noise_m}};
   };
-  const auto between = p.time_between_slips_s();
   return {{"los", view(p.los)},
           {"nlos", view(p.nlos)},
-          {"time_s", number(p.time_s)},
+          {"time_s", p.time_s},
           {"slips", p.slips},
-          {"time_between_slips_s", between ? number(*between) : Json(nullptr)}};
+          {"time_between_slips_s", p.time_between_slips_s()}};
 }
 
 Json json_of(const SignalFigures& f) {
@@ -120,8 +111,8 @@ Json json_of(const Figures& f) {
   json["separation_by_error"] = json_of(f.by_error, "threshold_m", 1, f.by_error_interval);
   json["elevation_bands"] = Json::array();
   for (const Band& band : f.bands) {
-    json["elevation_bands"].push_back({{"low_deg", number(band.low_deg)},
-                                       {"high_deg", number(band.high_deg)},
+    json["elevation_bands"].push_back({{"low_deg", band.low_deg},
+                                       {"high_deg", band.high_deg},
                                        {"los", band.los},
                                        {"nlos", band.nlos},
                                        {"by_cn0", json_of(band.by_cn0, "threshold_dbhz", -1, {})},
@@ -144,7 +135,7 @@ Json json_of(const Figures& f) {
   json["never_tracked"] = Json::array();
   for (const NeverTracked& s : f.never_tracked) {
     json["never_tracked"].push_back(
-        {{"satellite", gnss::to_string(s.id)}, {"clear_s", number(s.clear_s)}, {"left_out", f.left_out}});
+        {{"satellite", gnss::to_string(s.id)}, {"clear_s", s.clear_s}, {"left_out", f.left_out}});
   }
   json["signals"] = Json::array();
   for (const SignalFigures& s : f.signals) json["signals"].push_back(json_of(s));
@@ -152,8 +143,8 @@ Json json_of(const Figures& f) {
   for (const SegmentFigures& s : f.segments) {
     json["segments"].push_back({{"first_epoch", s.segment.first},
                                 {"epochs", s.segment.count},
-                                {"length_m", number(s.segment.length_m)},
-                                {"heading_deg", number(s.segment.heading_deg)},
+                                {"length_m", s.segment.length_m},
+                                {"heading_deg", s.segment.heading_deg},
                                 {"measured", json_of(s.measured)},
                                 {"simulated", json_of(s.simulated)}});
   }
@@ -271,20 +262,20 @@ std::string to_json(const std::vector<Figures>& models, const std::optional<std:
   if (alignment_json) json["alignment"] = Json::parse(*alignment_json);
   json["models"] = Json::array();
   for (const Figures& f : models) json["models"].push_back(json_of(f));
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json.dump(2) + "\n";
 }
 
 std::string to_json(const Alignment& a) {
-  const Json json{{"east_m", number(a.registration.east_m)},
-                  {"north_m", number(a.registration.north_m)},
-                  {"heading_deg", number(geodesy::degrees(a.registration.heading_rad))},
-                  {"pivot_east_m", number(a.registration.pivot.x())},
-                  {"pivot_north_m", number(a.registration.pivot.y())},
-                  {"sigma_east_m", number(a.sigma_east_m)},
-                  {"sigma_north_m", number(a.sigma_north_m)},
-                  {"sigma_heading_deg", number(geodesy::degrees(a.sigma_heading_rad))},
-                  {"score", number(a.score)},
-                  {"score_before", number(a.score_before)},
+  const Json json{{"east_m", a.registration.east_m},
+                  {"north_m", a.registration.north_m},
+                  {"heading_deg", geodesy::degrees(a.registration.heading_rad)},
+                  {"pivot_east_m", a.registration.pivot.x()},
+                  {"pivot_north_m", a.registration.pivot.y()},
+                  {"sigma_east_m", a.sigma_east_m},
+                  {"sigma_north_m", a.sigma_north_m},
+                  {"sigma_heading_deg", geodesy::degrees(a.sigma_heading_rad)},
+                  {"score", a.score},
+                  {"score_before", a.score_before},
                   {"first_epoch", a.first},
                   {"epochs", a.count},
                   {"at_border", a.at_border}};

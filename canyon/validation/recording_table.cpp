@@ -3,31 +3,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
+
+#include "canyon/base/json.hpp"
 
 namespace canyon::validation {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json number(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? Json(*value) : Json(nullptr);
-}
 Json ends(const std::optional<Interval>& interval) {
-  return interval ? Json{number(interval->low), number(interval->high)} : Json(nullptr);
+  return interval ? Json{interval->low, interval->high} : Json();
 }
 
 Json headlines_json(const std::vector<Headline>& headlines) {
   Json json = Json::object();
   for (const Headline& h : headlines) {
     if (h.pair) {
-      json[h.key] = {{"measured", number(h.measured)},
+      json[h.key] = {{"measured", h.measured},
                      {"measured_interval_95", ends(h.measured_interval)},
-                     {"simulated", number(h.simulated)},
+                     {"simulated", h.simulated},
                      {"simulated_interval_95", ends(h.simulated_interval)}};
     } else {
-      json[h.key] = {{"value", number(h.simulated)}, {"interval_95", ends(h.simulated_interval)}};
+      json[h.key] = {{"value", h.simulated}, {"interval_95", ends(h.simulated_interval)}};
     }
   }
   return json;
@@ -122,10 +117,10 @@ std::string to_json(const std::vector<RecordingRow>& rows) {
     Json one{{"name", row.name}, {"class", row.receiver_class}};
     one["headlines"] = headlines_json(row.headlines);
     const Json figures = Json::parse(row.figures_json);
-    for (const auto& [key, value] : figures.items()) one[key] = value;
+    for (const auto& [key, value] : figures.members()) one[key] = value;
     json["recordings"].push_back(std::move(one));
   }
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json.dump(2) + "\n";
 }
 
 }  // namespace canyon::validation

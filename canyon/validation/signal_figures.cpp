@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
 
 #include "canyon/gnss/signals.hpp"
+#include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/positioning_options.hpp"
 #include "canyon/validation/statistics.hpp"
 
@@ -100,10 +100,9 @@ class PhaseWalk {
         const double value = values[static_cast<std::size_t>(i)];
         factor[i] = value <= limit ? 1 : std::sqrt(limit / value);
       }
-      const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(factor.asDiagonal() * design);
-      const Eigen::MatrixXd basis = qr.householderQ() * Eigen::MatrixXd::Identity(n, qr.rank());
-      rest = weighted - design * qr.solve(factor.cwiseProduct(weighted));
-      room = (1 - basis.rowwise().squaredNorm().array()).max(0).sqrt();
+      const positioning::LeastSquares<positioning::Design> least_squares(factor.asDiagonal() * design);
+      rest = weighted - design * least_squares.solve(factor.cwiseProduct(weighted));
+      room = (1 - least_squares.leverages().array()).max(0).sqrt();
     }
     for (Eigen::Index i = 0; i < n; ++i) {
       const Third& d = thirds_[static_cast<std::size_t>(i)];

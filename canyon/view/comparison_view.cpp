@@ -6,11 +6,11 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -242,7 +242,6 @@ class ComparisonView {
 
   /// What both differ by, and the streets.
   void extend() const {
-    using OrderedJson = nlohmann::ordered_json;
     Rows rows(kComparison);
     for (std::size_t i = 0; i < input_.count; ++i) {
       MeanSquare recorded, simulated, difference;
@@ -254,7 +253,7 @@ class ComparisonView {
       rows.add(
           {recorded.root(), simulated.root(), difference.root(), static_cast<double>(difference.count())});
     }
-    OrderedJson streets = OrderedJson::array();
+    Json streets = Json::array();
     for (const validation::Segment& s : comparison_.segments) {
       const std::size_t from = std::max(s.first, input_.first);
       const std::size_t end = std::min(s.first + s.count, input_.first + input_.count);
@@ -267,7 +266,7 @@ class ComparisonView {
     const char* file = "comparison.bin.gz";
     const std::size_t bytes = write_chunk(folder_, file, {&rows});
     extend_header(folder_, kKey, {{"recorded", 0}, {"simulated", 1}, {"streets", std::move(streets)}},
-                  OrderedJson::array({{{"file", file}, {"kind", "comparison"}, {"bytes", bytes}}}));
+                  Json::array({{{"file", file}, {"kind", "comparison"}, {"bytes", bytes}}}));
   }
 
   const ComparisonInput& input_;
@@ -294,7 +293,6 @@ bool is_comparison(const std::filesystem::path& folder) {
 std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder, simulation::Scenario scenario,
                                         std::shared_ptr<simulation::CityScene> scene,
                                         std::size_t paths_per_satellite) {
-  using Json = nlohmann::json;
   const Json shown = read_header(folder);
   if (!shows_city(shown, scene->city)) {
     throw InputError(folder, 0, "is of a validation in another city than the scenario's",
@@ -304,9 +302,9 @@ std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder, sim
   double interval_s = 0;
   try {
     const Json& time = shown.at("time");
-    begin = geodesy::GpsTime::from_week(time.at("gps_week"), time.at("gps_tow"));
-    interval_s = time.at("interval_s");
-  } catch (const Json::exception&) {
+    begin = geodesy::GpsTime::from_week(time.at("gps_week").get<int>(), time.at("gps_tow").get<double>());
+    interval_s = time.at("interval_s").get<double>();
+  } catch (const JsonError&) {
     throw InputError(folder / kHeaderFile, 0, "tells no times", "write it anew: canyon validate --view");
   }
   // The page asks by its receivers' numbers; both sides are judged by one model.

@@ -1,8 +1,8 @@
 #include "canyon/view/header.hpp"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -18,8 +18,6 @@
 namespace canyon::view {
 namespace {
 
-using OrderedJson = nlohmann::ordered_json;
-
 std::string_view surface_word(city::Surface surface) {
   switch (surface) {
     case city::Surface::Building:
@@ -34,24 +32,19 @@ std::string_view surface_word(city::Surface surface) {
   return "building";
 }
 
-/// JSON has no NaN: what is not known is null.
-OrderedJson number(double value) {
-  return std::isfinite(value) ? OrderedJson(value) : OrderedJson(nullptr);
-}
-
 /// To a millimetre, so that large cities stay short.
 double millimetres(double metres) {
   return std::round(metres * 1000) / 1000 + 0.0;
 }
 
-OrderedJson city_json(const SceneCity& city) {
-  OrderedJson objects = OrderedJson::array();
+Json city_json(const SceneCity& city) {
+  Json objects = Json::array();
   for (const SceneObject& object : city.objects) {
-    OrderedJson json{{"id", object.id},
-                     {"surface", surface_word(object.surface)},
-                     {"material", city::material_name(object.material)},
-                     {"low_m", millimetres(object.low_m)},
-                     {"high_m", millimetres(object.high_m)}};
+    Json json{{"id", object.id},
+              {"surface", surface_word(object.surface)},
+              {"material", city::material_name(object.material)},
+              {"low_m", millimetres(object.low_m)},
+              {"high_m", millimetres(object.high_m)}};
     if (!object.height_source.empty()) json["height_source"] = object.height_source;
     objects.push_back(std::move(json));
   }
@@ -63,10 +56,9 @@ OrderedJson city_json(const SceneCity& city) {
 }
 
 /// The words that columns index.
-OrderedJson words() {
-  OrderedJson status = OrderedJson::array(), placement = OrderedJson::array(),
-              visibility = OrderedJson::array(), lock = OrderedJson::array(), path = OrderedJson::array(),
-              body = OrderedJson::array();
+Json words() {
+  Json status = Json::array(), placement = Json::array(), visibility = Json::array(), lock = Json::array(),
+       path = Json::array(), body = Json::array();
   for (int i = 0; i <= static_cast<int>(positioning::FixStatus::NoSignal); ++i) {
     const auto s = static_cast<positioning::FixStatus>(i);
     status.push_back(s == positioning::FixStatus::Fix ? positioning::name(s) : positioning::reason(s));
@@ -90,27 +82,27 @@ OrderedJson words() {
           {"lock", lock},     {"path", path},           {"body", body}};
 }
 
-OrderedJson summary_json(const output::RunSummary& s) {
+Json summary_json(const output::RunSummary& s) {
   return {{"epochs", s.epochs},
           {"fixes", s.fixes},
-          {"horizontal_p50_m", number(s.horizontal_p50_m)},
-          {"horizontal_p95_m", number(s.horizontal_p95_m)},
-          {"horizontal_max_m", number(s.horizontal_max_m)},
-          {"vertical_p50_m", number(s.vertical_p50_m)},
-          {"vertical_p95_m", number(s.vertical_p95_m)},
-          {"median_hdop", number(s.median_hdop)},
-          {"mean_used", number(s.mean_used)},
-          {"mean_visible", number(s.mean_visible)},
-          {"mean_blocked", number(s.mean_blocked)},
-          {"los_share", number(s.los_share)},
-          {"los_multipath_share", number(s.los_multipath_share)},
-          {"nlos_share", number(s.nlos_share)},
-          {"blocked_share", number(s.blocked_share)},
-          {"longest_outage_s", number(s.longest_outage_s)}};
+          {"horizontal_p50_m", s.horizontal_p50_m},
+          {"horizontal_p95_m", s.horizontal_p95_m},
+          {"horizontal_max_m", s.horizontal_max_m},
+          {"vertical_p50_m", s.vertical_p50_m},
+          {"vertical_p95_m", s.vertical_p95_m},
+          {"median_hdop", s.median_hdop},
+          {"mean_used", s.mean_used},
+          {"mean_visible", s.mean_visible},
+          {"mean_blocked", s.mean_blocked},
+          {"los_share", s.los_share},
+          {"los_multipath_share", s.los_multipath_share},
+          {"nlos_share", s.nlos_share},
+          {"blocked_share", s.blocked_share},
+          {"longest_outage_s", s.longest_outage_s}};
 }
 
-OrderedJson receiver_json(const ReceiverHeader& receiver) {
-  OrderedJson faults = OrderedJson::array();
+Json receiver_json(const ReceiverHeader& receiver) {
+  Json faults = Json::array();
   for (const FaultStretch& f : receiver.faults) {
     faults.push_back({{"name", f.name}, {"from_s", f.from_s}, {"until_s", f.until_s}});
   }
@@ -121,10 +113,10 @@ OrderedJson receiver_json(const ReceiverHeader& receiver) {
           {"summary", summary_json(receiver.summary)}};
 }
 
-OrderedJson tables_json() {
-  OrderedJson json = OrderedJson::array();
+Json tables_json() {
+  Json json = Json::array();
   for (const Table& table : tables()) {
-    OrderedJson columns = OrderedJson::array();
+    Json columns = Json::array();
     for (const Column& column : table.columns) {
       columns.push_back({{"name", column.name},
                          {"type", name(column.type)},
@@ -136,14 +128,14 @@ OrderedJson tables_json() {
   return json;
 }
 
-OrderedJson chunk_json(const ChunkEntry& chunk) {
+Json chunk_json(const ChunkEntry& chunk) {
   return {{"file", chunk.file},         {"kind", chunk.track ? "track" : "block"},
           {"receiver", chunk.receiver}, {"first_epoch", chunk.first_epoch},
           {"epochs", chunk.epochs},     {"satellites", chunk.satellites},
           {"paths", chunk.paths},       {"bytes", chunk.bytes}};
 }
 
-OrderedJson frame_json(const geodesy::Geodetic& origin) {
+Json frame_json(const geodesy::Geodetic& origin) {
   return {{"axes", "east north up"},
           {"unit", "m"},
           {"origin",
@@ -155,10 +147,10 @@ OrderedJson frame_json(const geodesy::Geodetic& origin) {
 }  // namespace
 
 std::string header_json(const Header& header) {
-  OrderedJson json{{"format", "canyon view"},
-                   {"version", 1},
-                   {"title", header.title},
-                   {"frame", frame_json(header.city.origin)}};
+  Json json{{"format", "canyon view"},
+            {"version", 1},
+            {"title", header.title},
+            {"frame", frame_json(header.city.origin)}};
   if (header.live) json["live"] = true;
   if (header.begin) {
     json["time"] = {{"begin_utc", geodesy::format_utc(*header.begin)},
@@ -172,28 +164,26 @@ std::string header_json(const Header& header) {
   json["city"] = city_json(header.city);
   json["words"] = words();
   json["paths_per_satellite"] = header.paths_per_satellite;
-  json["receivers"] = OrderedJson::array();
+  json["receivers"] = Json::array();
   for (const ReceiverHeader& receiver : header.receivers)
     json["receivers"].push_back(receiver_json(receiver));
-  json["satellites"] = OrderedJson::array();
+  json["satellites"] = Json::array();
   for (const gnss::SatelliteId id : header.satellites) {
     json["satellites"].push_back({{"id", gnss::to_string(id)}, {"system", gnss::name(id.system)}});
   }
   json["tables"] = tables_json();
-  json["chunks"] = OrderedJson::array();
+  json["chunks"] = Json::array();
   for (const ChunkEntry& chunk : header.chunks) json["chunks"].push_back(chunk_json(chunk));
-  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
+  return json.dump() + "\n";
 }
 
-nlohmann::json read_header(const std::filesystem::path& folder) {
-  return nlohmann::json::parse(read_bytes(folder / kHeaderFile), nullptr, false);
+Json read_header(const std::filesystem::path& folder) {
+  return Json::try_parse(read_bytes(folder / kHeaderFile)).value_or(Json());
 }
 
-bool shows_city(const nlohmann::json& header, const city::City& city) {
-  using Json = nlohmann::json;
-  const Json::json_pointer triangles("/city/triangles");
-  return header.is_object() && header.value("frame", Json()) == Json(frame_json(city.frame.origin())) &&
-         header.contains(triangles) && header.at(triangles) == city.mesh.triangles.size();
+bool shows_city(const Json& header, const city::City& city) {
+  return header["frame"] == frame_json(city.frame.origin()) &&
+         header["city"]["triangles"] == city.mesh.triangles.size();
 }
 
 ReceiverHeader receiver_header(const receiver::ReceiverOptions& options) {

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "canyon/base/json.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/output/sinks.hpp"
@@ -54,11 +54,11 @@ struct Header {
   std::vector<ChunkEntry> chunks;
 };
 
-/// The header of the view in `folder`, parsed; discarded where it is no JSON. Throws InputError where it
+/// The header of the view in `folder`, parsed; null where it is no JSON. Throws InputError where it
 /// cannot be read.
-[[nodiscard]] nlohmann::json read_header(const std::filesystem::path& folder);
+[[nodiscard]] Json read_header(const std::filesystem::path& folder);
 /// Whether such a header is of this city: the same origin, as many triangles.
-[[nodiscard]] bool shows_city(const nlohmann::json& header, const city::City& city);
+[[nodiscard]] bool shows_city(const Json& header, const city::City& city);
 
 /// Of a receiver that has seen nothing yet.
 [[nodiscard]] ReceiverHeader receiver_header(const receiver::ReceiverOptions& options);

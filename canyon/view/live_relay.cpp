@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/output/view_messages.hpp"
 #include "canyon/transport/readers.hpp"
 #include "canyon/transport/transport.hpp"
@@ -20,8 +20,6 @@
 
 namespace canyon::view {
 namespace {
-
-using OrderedJson = nlohmann::ordered_json;
 
 constexpr std::size_t kLongestLine = std::size_t{4} << 20;
 constexpr int kWait_ms = 20;
@@ -33,17 +31,12 @@ std::string reader_of(const std::string& address) {
   return "tcp-connect://" + address.substr(kServer.size());
 }
 
-Eigen::Vector3d place_of(const OrderedJson& message) {
-  const OrderedJson& place = message.at("place");
+Eigen::Vector3d place_of(const Json& message) {
+  const Json& place = message.at("place");
   const auto axis = [&](const char* key) {
-    const OrderedJson& value = place.at(key);
-    return value.is_null() ? std::nan("") : value.get<double>();
+    return place.at(key).is_null() ? std::nan("") : place.at(key).get<double>();
   };
   return {axis("east_m"), axis("north_m"), axis("up_m")};
-}
-
-std::string text_of(const OrderedJson& json) {
-  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 /// Where a receiver runs.
@@ -51,7 +44,7 @@ struct Host {
   std::string address;
   std::unique_ptr<transport::Transport> transport;
   transport::LineCutter lines{kLongestLine};
-  OrderedJson hello;                         ///< its last one; null: none yet
+  Json hello;                                ///< its last one; null: none yet
   geodesy::GpsTime begin;                    ///< that this one tells
   std::map<std::string, std::string> names;  ///< of its receivers on the page
   std::string complaint;
@@ -77,7 +70,7 @@ struct LiveRelay::Impl {
 
   void hear(Server& server, Host& host, std::string_view line) {
     try {
-      OrderedJson message = OrderedJson::parse(line);
+      Json message = Json::parse(line);
       if (message.at("version") != output::kViewMessages) {
         return complain(host, "the host speaks another version of the viewer's messages");
       }
@@ -86,32 +79,32 @@ struct LiveRelay::Impl {
       } else if (message.at("type") == "epoch" && !host.hello.is_null()) {
         take_epoch(server, host, message);
       }
-    } catch (const OrderedJson::exception&) {
+    } catch (const JsonError&) {
       complain(host, "what comes there is not the stream 'view'");
     }
   }
 
   /// All receivers of all hosts become one hello: their times count from the begin of the first host's.
-  void take_hello(Server& server, Host& from, OrderedJson message) {
+  void take_hello(Server& server, Host& from, Json message) {
     const auto begin =
         geodesy::GpsTime::from_week(message.at("gps_week").get<int>(), message.at("gps_tow").get<double>());
     Header told = header;
     told.begin.reset();
     told.receivers.clear();
-    OrderedJson all;
+    Json all;
     std::set<std::string> taken;
     std::vector<std::map<std::string, std::string>> names;
     for (const Host& host : hosts) {
-      const OrderedJson& said = &host == &from ? message : host.hello;
+      const Json& said = &host == &from ? message : host.hello;
       names.emplace_back();
       if (said.is_null()) continue;
       if (!told.begin) {
         told.begin = &host == &from ? begin : host.begin;
         told.interval_s = said.at("interval_s").get<double>();
         all = said;
-        all["receivers"] = OrderedJson::array();
+        all["receivers"] = Json::array();
       }
-      for (const OrderedJson& receiver : said.at("receivers")) {
+      for (const Json& receiver : said.at("receivers")) {
         ReceiverHeader& one = told.receivers.emplace_back();
         const auto name = receiver.at("name").get<std::string>();
         one.name = taken.insert(name).second ? name : fmt::format("{} ({})", name, host.address);
@@ -130,12 +123,12 @@ struct LiveRelay::Impl {
     from.hello = std::move(message);
     for (const auto& [name, shown] : from.names) skylines.erase(shown);
     newest.clear();
-    hello = text_of(all);
+    hello = all.dump();
     server.greet({hello});
     server.send(hello);
   }
 
-  void take_epoch(Server& server, const Host& host, OrderedJson& message) {
+  void take_epoch(Server& server, const Host& host, Json& message) {
     const auto name = host.names.find(message.at("receiver").get<std::string>());
     if (name == host.names.end()) return;
     message["receiver"] = name->second;
@@ -146,7 +139,7 @@ struct LiveRelay::Impl {
       skyline.move(scene, place);
       message["skyline"] = std::vector<unsigned char>(skyline.bytes().begin(), skyline.bytes().end());
     }
-    newest[name->second] = text_of(message);
+    newest[name->second] = message.dump();
     std::vector<std::string> greeting{hello};
     for (const auto& [receiver, epoch] : newest) greeting.push_back(epoch);
     server.greet(std::move(greeting));

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/pictures/map_style.hpp"
@@ -20,8 +20,6 @@
 
 namespace canyon::view {
 namespace {
-
-using OrderedJson = nlohmann::ordered_json;
 using heatmap::ColourScale;
 using heatmap::Grid;
 using heatmap::StoredMap;
@@ -37,8 +35,8 @@ std::string hex(const drawing::Colour& colour) {
   return fmt::format("#{:02x}{:02x}{:02x}", byte(colour.r), byte(colour.g), byte(colour.b));
 }
 
-OrderedJson bar(drawing::Colour (*colours)(double)) {
-  OrderedJson list = OrderedJson::array();
+Json bar(drawing::Colour (*colours)(double)) {
+  Json list = Json::array();
   for (int i = 0; i < kColours; ++i) list.push_back(hex(colours(static_cast<double>(i) / (kColours - 1))));
   return list;
 }
@@ -60,7 +58,7 @@ std::string_view bar_word(const heatmap::LayerStyle& style) {
   return style.colours == &heatmap::orange_purple ? "orange-purple" : "inferno";
 }
 
-OrderedJson layer_json(heatmap::Layer layer, const heatmap::ValueCounts& values) {
+Json layer_json(heatmap::Layer layer, const heatmap::ValueCounts& values) {
   const heatmap::LayerInfo& info = heatmap::info(layer);
   const ColourScale scale = heatmap::make_colour_scale(layer, values);
   return {{"name", info.name},
@@ -146,9 +144,9 @@ class Writer {
         {{"kind", "map-values"}, {"altitude", altitude}, {"time", time}});
   }
 
-  [[nodiscard]] OrderedJson header(const std::string& name) const {
+  [[nodiscard]] Json header(const std::string& name) const {
     const Grid& grid = map_.grid();
-    OrderedJson layers = OrderedJson::array(), times = OrderedJson::array();
+    Json layers = Json::array(), times = Json::array();
     for (std::size_t k = 0; k < counts_.size(); ++k) {
       layers.push_back(layer_json(map_.layers()[k], counts_[k]));
     }
@@ -172,7 +170,7 @@ class Writer {
               {"cividis", bar(&heatmap::cividis)},
               {"orange-purple", bar(&heatmap::orange_purple)}}}};
   }
-  [[nodiscard]] const OrderedJson& chunks() const { return chunks_; }
+  [[nodiscard]] const Json& chunks() const { return chunks_; }
 
  private:
   /// Row by row from the south-west corner. A cell has an answer: its centre lies in the grid, and its time
@@ -186,9 +184,9 @@ class Writer {
     }
   }
 
-  void put(const std::string& name, const Rows& rows, const OrderedJson& entry) {
-    OrderedJson chunk{{"file", name}};
-    chunk.update(entry);
+  void put(const std::string& name, const Rows& rows, const Json& entry) {
+    Json chunk{{"file", name}};
+    for (const auto& [key, value] : entry.members()) chunk[key] = value;
     chunk["bytes"] = write_chunk(folder_, name, {&rows});
     chunks_.push_back(std::move(chunk));
   }
@@ -196,7 +194,7 @@ class Writer {
   const StoredMap& map_;
   const std::filesystem::path& folder_;
   std::vector<heatmap::ValueCounts> counts_;
-  OrderedJson chunks_ = OrderedJson::array();
+  Json chunks_ = Json::array();
 };
 
 }  // namespace

@@ -7,13 +7,13 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 #include <system_error>
 
 #include "canyon/base/base64.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/view/header.hpp"
 
@@ -76,9 +76,9 @@ std::vector<std::string> view_files(const std::filesystem::path& folder) {
   const char* const again = "write it anew: 'canyon simulate SCENARIO --out DIR --view'";
   std::vector<std::string> files;
   try {
-    const auto json = nlohmann::json::parse(read_bytes(folder / kHeaderFile));
+    const Json json = Json::parse(read_bytes(folder / kHeaderFile));
     files.push_back(json.at("city").at("file").get<std::string>());
-    for (const auto& chunk : json.at("chunks")) {
+    for (const Json& chunk : json.at("chunks")) {
       files.push_back(chunk.at("file").get<std::string>());
       const std::filesystem::path path = folder / files.back();
       if (!std::filesystem::exists(path)) throw InputError(path, 0, "is missing from the view", again);
@@ -86,7 +86,7 @@ std::vector<std::string> view_files(const std::filesystem::path& folder) {
         throw InputError(path, 0, "is cut off or damaged", again);
       }
     }
-  } catch (const nlohmann::json::exception&) {
+  } catch (const JsonError&) {
     throw InputError(folder / kHeaderFile, 0, "is no view of Canyon's, or a damaged one", again);
   }
   return files;

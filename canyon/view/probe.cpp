@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/output/view_messages.hpp"
 #include "canyon/simulation/city_scene.hpp"
@@ -20,18 +20,14 @@
 namespace canyon::view {
 namespace {
 
-using Json = nlohmann::json;
-
 /// An antenna may stand so far outside the city [m]: as far as a trajectory may (Simulation).
 constexpr double kReach_m = 10'000;
 /// Of a run whose end nobody knows: three years.
 constexpr double kLongest_s = 1e8;
 
 std::optional<std::int64_t> id_of(const Json& json) {
-  if (!json.is_object()) return std::nullopt;
-  const auto id = json.find("id");
-  if (id == json.end() || !id->is_number_integer()) return std::nullopt;
-  return id->get<std::int64_t>();
+  if (!json["id"].is_integer()) return std::nullopt;
+  return json["id"].get<std::int64_t>();
 }
 
 struct Question {
@@ -41,11 +37,10 @@ struct Question {
 };
 
 double number(const Json& json, const char* key, double low, double high) {
-  const auto found = json.find(key);
-  if (found == json.end() || !found->is_number()) {
+  if (!json[key].is_number()) {
     throw InputError(fmt::format("'{}' is no number", key), "see docs/view-format.md, Messages");
   }
-  const double value = found->get<double>();
+  const auto value = json[key].get<double>();
   if (!(value >= low && value <= high)) {
     throw InputError(fmt::format("'{}' is {}", key, value), fmt::format("it runs from {} to {}", low, high));
   }
@@ -77,10 +72,10 @@ struct Probe::Impl {
   }
 
   [[nodiscard]] Question read(const Json& json) const {
-    if (!json.is_object() || json.value("type", Json()) != "probe") {
+    if (json["type"] != "probe") {
       throw InputError("this is no message that the server knows", "it answers \"type\": \"probe\"");
     }
-    if (json.value("version", Json()) != output::kViewMessages) {
+    if (json["version"] != output::kViewMessages) {
       throw InputError(fmt::format("the message is not of version {}", output::kViewMessages),
                        "load the page anew: it is not this program's");
     }
@@ -91,12 +86,12 @@ struct Probe::Impl {
     }
     question.receiver = static_cast<std::size_t>(receiver);
     question.time_s = number(json, "time_s", 0, last_s);
-    const auto place = json.find("place");
-    if (place == json.end() || !place->is_object()) {
+    const Json& place = json["place"];
+    if (!place.is_object()) {
       throw InputError("'place' is missing", "give east_m, north_m and up_m in the city's frame");
     }
     const auto axis = [&](const char* key, int i) {
-      return number(*place, key, std::floor(low[i] - kReach_m), std::ceil(high[i] + kReach_m));
+      return number(place, key, std::floor(low[i] - kReach_m), std::ceil(high[i] + kReach_m));
     };
     question.place = {axis("east_m", 0), axis("north_m", 1), axis("up_m", 2)};
     return question;
@@ -144,18 +139,18 @@ Probe::Probe(const simulation::Scenario& scenario, geodesy::GpsTime begin, doubl
 Probe::~Probe() = default;
 
 std::string Probe::answer(const std::string& message) {
-  const Json json = Json::parse(message, nullptr, false);
-  const auto id = id_of(json);
+  const std::optional<Json> json = Json::try_parse(message);
+  const auto id = json ? id_of(*json) : std::nullopt;
   try {
-    if (json.is_discarded()) throw InputError("this is no JSON", "numbers are finite: JSON knows no NaN");
-    return impl_->trace(impl_->read(json), id);
+    if (!json) throw InputError("this is no JSON", "numbers are finite: JSON knows no NaN");
+    return impl_->trace(impl_->read(*json), id);
   } catch (const InputError& error) {
     return output::error_message(id, error.what());
   }
 }
 
 std::string no_probe(const std::string& message, std::string_view why) {
-  return output::error_message(id_of(Json::parse(message, nullptr, false)), why);
+  return output::error_message(id_of(Json::try_parse(message).value_or(Json())), why);
 }
 
 }  // namespace canyon::view

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/output/epoch_rows.hpp"
 #include "canyon/output/sinks.hpp"
@@ -180,24 +180,17 @@ void ViewOptions::validate() const {
 }
 
 void check_run(const std::filesystem::path& folder, const simulation::Simulation& simulation) {
-  using Json = nlohmann::json;
   const Json shown = read_header(folder);
   const Json ours = Json::parse(header_json(begun(simulation)));
-  const auto at = [](const Json& json, const char* pointer) {
-    const Json::json_pointer where(pointer);
-    return json.contains(where) ? json.at(where) : Json();
-  };
   const auto names = [](const Json& receivers) {
     std::vector<Json> result;
-    for (const Json& receiver : receivers) {
-      result.push_back(receiver.is_object() ? receiver.value("name", Json()) : Json());
-    }
+    for (const Json& receiver : receivers) result.push_back(receiver["name"]);
     return result;
   };
   std::string_view differ;
-  if (at(shown, "/satellites") != ours["satellites"]) differ = "satellites";
-  if (at(shown, "/time") != ours["time"]) differ = "times";
-  if (names(at(shown, "/receivers")) != names(ours["receivers"])) differ = "receivers";
+  if (shown["satellites"] != ours["satellites"]) differ = "satellites";
+  if (shown["time"] != ours["time"]) differ = "times";
+  if (names(shown["receivers"]) != names(ours["receivers"])) differ = "receivers";
   if (!shows_city(shown, simulation.environment().city())) differ = "walls";
   if (differ.empty()) return;
   throw InputError(folder, 0, fmt::format("is of a run with other {} than the scenario's", differ),

@@ -6,13 +6,13 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/buildings/sources/reference_system.hpp"
@@ -21,25 +21,22 @@
 namespace canyon::buildings {
 namespace {
 
-using nlohmann::json;
-
 constexpr std::string_view kCure = "check the file with cjval or val3dity, or export it again";
 
 /// How many objects are left out, by the message about them.
 using Counts = std::map<std::string, std::size_t>;
 
-double lod_of(const json& geometry) {
-  const auto lod = geometry.find("lod");  // a number in 1.0, text since 1.1
-  if (lod == geometry.end()) return -1;
-  if (lod->is_number()) return lod->get<double>();
-  return lod->is_string() ? parse_double(lod->get_ref<const std::string&>()).value_or(-1) : -1;
+double lod_of(const Json& geometry) {
+  const Json& lod = geometry["lod"];  // a number in 1.0, text since 1.1
+  if (lod.is_number()) return lod.get<double>();
+  return lod.is_string() ? parse_double(lod.text()).value_or(-1) : -1;
 }
 
 /// A tag's text; empty for what is no scalar.
-std::string text_of(const json& value) {
-  if (value.is_string()) return value.get<std::string>();
+std::string text_of(const Json& value) {
+  if (value.is_string()) return value.text();
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (value.is_number_integer()) return fmt::format("{}", value.get<long long>());
+  if (value.is_integer()) return fmt::format("{}", value.get<long long>());
   if (value.is_number()) return fmt::format("{}", value.get<double>());
   return {};
 }
@@ -58,20 +55,20 @@ class Reader {
   [[noreturn]] void fail_object(const std::string& key, std::string_view problem) const {
     fail(fmt::format("city object \"{}\": {}", key, problem));
   }
-  json parse(std::string_view text, int first_line);
-  void read_header(const json& root);
-  void read_objects(const json& root);
-  void read_vertices(const json& root);
-  void read_object(const std::string& key, const json& object);
-  void read_attributes(const json& object, MapFeature& feature) const;
-  const json* choose_geometry(const std::string& key, const json& object);
-  void add_surfaces(const std::string& key, const json& geometry, MapFeature& feature);
-  void add_outline(const std::string& key, const json& geometry, MapFeature& feature);
+  Json parse(std::string_view text, int first_line);
+  void read_header(const Json& root);
+  void read_objects(const Json& root);
+  void read_vertices(const Json& root);
+  void read_object(const std::string& key, const Json& object);
+  void read_attributes(const Json& object, MapFeature& feature) const;
+  const Json* choose_geometry(const std::string& key, const Json& object);
+  void add_surfaces(const std::string& key, const Json& geometry, MapFeature& feature);
+  void add_outline(const std::string& key, const Json& geometry, MapFeature& feature);
   /// The surfaces of any geometry, as (polygon, its value in semantics.values).
-  std::vector<std::pair<const json*, const json*>> flatten(const std::string& key,
-                                                           const json& geometry) const;
-  std::vector<Eigen::Vector3d> ring(const std::string& key, const json& indices);
-  std::optional<MapSurface> surface(const std::string& key, const json& polygon);
+  std::vector<std::pair<const Json*, const Json*>> flatten(const std::string& key,
+                                                           const Json& geometry) const;
+  std::vector<Eigen::Vector3d> ring(const std::string& key, const Json& indices);
+  std::optional<MapSurface> surface(const std::string& key, const Json& polygon);
   void drop_replaced_outlines();
   void finish();
 
@@ -88,31 +85,33 @@ class Reader {
   Counts left_out_;
 };
 
-json Reader::parse(std::string_view text, int first_line) {
+Json Reader::parse(std::string_view text, int first_line) {
   try {
-    return json::parse(text.begin(), text.end());
-  } catch (const json::parse_error& e) {
-    const std::size_t at = std::min<std::size_t>(e.byte > 0 ? e.byte - 1 : 0, text.size());
+    return Json::parse(text);
+  } catch (const JsonError& e) {
+    if (e.byte() == 0) throw;
+    const std::size_t at = std::min<std::size_t>(e.byte() - 1, text.size());
     const auto lines = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
     line_ = first_line + static_cast<int>(lines);
     if (at + 1 >= text.size()) fail("JSON ends early", "is the file cut short? fetch it again");
-    fail(fmt::format("not JSON (byte {} of the text)", e.byte), "give a CityJSON file");
+    fail(fmt::format("not JSON (byte {} of the text)", e.byte()), "give a CityJSON file");
   }
 }
 
-void Reader::read_header(const json& root) {
-  if (!root.is_object() || root.value("type", json()) != "CityJSON") {
+void Reader::read_header(const Json& root) {
+  if (root["type"] != "CityJSON") {
     fail("not CityJSON: no \"type\": \"CityJSON\"", "give a CityJSON file (1.0, 1.1 or 2.0)");
   }
-  const json version = root.value("version", json());
-  const std::string number = version.is_string() ? version.get<std::string>() : "";
+  const Json& version = root["version"];
+  const std::string number = version.is_string() ? version.text() : "";
   if (number.rfind("1.0", 0) != 0 && number.rfind("1.1", 0) != 0 && number.rfind("2.0", 0) != 0) {
-    fail(fmt::format("CityJSON version {} is not known", version.is_null() ? "(none)" : version.dump()),
+    fail(fmt::format("CityJSON version {} is not known",
+                     version.is_null() ? "(none)" : version.dump(-1, Json::Order::ByKey)),
          "convert it to 2.0, e.g. with cjio's upgrade");
   }
-  if (const auto transform = root.find("transform"); transform != root.end()) {
+  if (const Json* transform = root.find("transform")) {
     const auto vector = [&](const char* name) {
-      const json value = transform->is_object() ? transform->value(name, json()) : json();
+      const Json& value = (*transform)[name];
       Eigen::Vector3d result;
       if (!value.is_array() || value.size() != 3)
         fail(fmt::format("transform.{} is not three numbers", name));
@@ -130,28 +129,26 @@ void Reader::read_header(const json& root) {
   } else if (number.rfind("1.0", 0) != 0) {
     fail("no transform, which CityJSON 1.1 and later require");
   }
-  const json metadata = root.value("metadata", json::object());
-  const json reference = metadata.is_object() ? metadata.value("referenceSystem", json()) : json();
+  const Json& reference = root["metadata"]["referenceSystem"];
   if (!reference.is_string()) {
     fail("metadata.referenceSystem is missing: nobody knows where the city stands",
          "set it, e.g. with cjio's crs_assign");
   }
-  const std::string name = reference_name(reference.get_ref<const std::string&>());
+  const std::string name = reference_name(reference.text());
   if (name.empty()) {
-    fail(fmt::format("reference system \"{}\" is not one of EPSG or OGC's CRS84",
-                     reference.get<std::string>()),
+    fail(fmt::format("reference system \"{}\" is not one of EPSG or OGC's CRS84", reference.text()),
          "name its EPSG code, e.g. with cjio's crs_assign");
   }
   system_.emplace(path_, name, geoid_undulation_m_);
   data_.warnings.insert(data_.warnings.end(), system_->notes().begin(), system_->notes().end());
 }
 
-void Reader::read_vertices(const json& root) {
-  const auto list = root.find("vertices");
-  if (list == root.end() || !list->is_array()) fail("\"vertices\" is missing or no list");
+void Reader::read_vertices(const Json& root) {
+  const Json& list = root["vertices"];
+  if (!list.is_array()) fail("\"vertices\" is missing or no list");
   vertices_.clear();
-  vertices_.reserve(list->size());
-  for (const json& vertex : *list) {
+  vertices_.reserve(list.size());
+  for (const Json& vertex : list) {
     if (!vertex.is_array() || vertex.size() != 3 || !vertex[0].is_number() || !vertex[1].is_number() ||
         !vertex[2].is_number()) {
       fail(fmt::format("vertex {} is not three numbers", vertices_.size()));
@@ -166,14 +163,14 @@ void Reader::read_vertices(const json& root) {
   system_->to_wgs84(vertices_);
 }
 
-std::vector<Eigen::Vector3d> Reader::ring(const std::string& key, const json& indices) {
+std::vector<Eigen::Vector3d> Reader::ring(const std::string& key, const Json& indices) {
   if (!indices.is_array()) fail_object(key, "a ring is no list of vertex numbers");
   std::vector<Eigen::Vector3d> points;
   std::size_t last = 0;
   std::size_t first = 0;
-  for (const json& index : indices) {
-    if (!index.is_number_integer())
-      fail_object(key, fmt::format("vertex number {} is no integer", index.dump()));
+  for (const Json& index : indices) {
+    if (!index.is_integer())
+      fail_object(key, fmt::format("vertex number {} is no integer", index.dump(-1, Json::Order::ByKey)));
     const auto number = index.get<long long>();
     if (number < 0 || static_cast<std::size_t>(number) >= vertices_.size()) {
       fail_object(key, fmt::format("vertex number {} is out of range (there are {} vertices)", number,
@@ -194,11 +191,11 @@ std::vector<Eigen::Vector3d> Reader::ring(const std::string& key, const json& in
   return points;
 }
 
-std::optional<MapSurface> Reader::surface(const std::string& key, const json& polygon) {
+std::optional<MapSurface> Reader::surface(const std::string& key, const Json& polygon) {
   if (!polygon.is_array()) fail_object(key, "a surface is no list of rings");
   MapSurface result;
   bool outer = true;
-  for (const json& indices : polygon) {
+  for (const Json& indices : polygon) {
     std::vector<Eigen::Vector3d> points = ring(key, indices);
     if (points.size() < 3) {
       ++left_out_["rings of fewer than three points"];
@@ -214,59 +211,53 @@ std::optional<MapSurface> Reader::surface(const std::string& key, const json& po
   return result;
 }
 
-std::vector<std::pair<const json*, const json*>> Reader::flatten(const std::string& key,
-                                                                 const json& geometry) const {
-  static const json kNull;
-  const auto child = [](const json& values, std::size_t i) -> const json& {
+std::vector<std::pair<const Json*, const Json*>> Reader::flatten(const std::string& key,
+                                                                 const Json& geometry) const {
+  static const Json kNull;
+  const auto child = [](const Json& values, std::size_t i) -> const Json& {
     return values.is_array() && i < values.size() ? values[i] : kNull;
   };
-  const std::string type = text_of(geometry.value("type", json()));
-  const auto boundaries = geometry.find("boundaries");
-  if (boundaries == geometry.end() || !boundaries->is_array())
-    fail_object(key, "its geometry has no boundaries");
-  const json* values = &kNull;
-  if (const auto semantics = geometry.find("semantics");
-      semantics != geometry.end() && semantics->is_object()) {
-    if (const auto found = semantics->find("values"); found != semantics->end()) values = &*found;
-  }
-  std::vector<std::pair<const json*, const json*>> surfaces;
-  const auto add_shell = [&](const json& shell, const json& shell_values) {
+  const std::string type = text_of(geometry["type"]);
+  const Json& boundaries = geometry["boundaries"];
+  if (!boundaries.is_array()) fail_object(key, "its geometry has no boundaries");
+  const Json& values = geometry["semantics"]["values"];
+  std::vector<std::pair<const Json*, const Json*>> surfaces;
+  const auto add_shell = [&](const Json& shell, const Json& shell_values) {
     if (!shell.is_array()) fail_object(key, fmt::format("a {}'s boundaries are nested too little", type));
     for (std::size_t i = 0; i < shell.size(); ++i) surfaces.emplace_back(&shell[i], &child(shell_values, i));
   };
-  const auto add_solid = [&](const json& solid, const json& solid_values) {
+  const auto add_solid = [&](const Json& solid, const Json& solid_values) {
     if (!solid.is_array()) fail_object(key, fmt::format("a {}'s boundaries are nested too little", type));
     if (!solid.empty()) add_shell(solid[0], child(solid_values, 0));  // inner shells are cavities
   };
   if (type == "MultiSurface" || type == "CompositeSurface") {
-    add_shell(*boundaries, *values);
+    add_shell(boundaries, values);
   } else if (type == "Solid") {
-    add_solid(*boundaries, *values);
+    add_solid(boundaries, values);
   } else {  // MultiSolid, CompositeSolid
-    for (std::size_t i = 0; i < boundaries->size(); ++i) add_solid((*boundaries)[i], child(*values, i));
+    for (std::size_t i = 0; i < boundaries.size(); ++i) add_solid(boundaries[i], child(values, i));
   }
   return surfaces;
 }
 
-void Reader::add_surfaces(const std::string& key, const json& geometry, MapFeature& feature) {
-  const json semantics = geometry.value("semantics", json::object());
-  const json types = semantics.is_object() ? semantics.value("surfaces", json::array()) : json::array();
+void Reader::add_surfaces(const std::string& key, const Json& geometry, MapFeature& feature) {
+  const Json& types = geometry["semantics"]["surfaces"];
   for (const auto& [polygon, value] : flatten(key, geometry)) {
     auto made = surface(key, *polygon);
     if (!made) continue;
-    if (value->is_number_integer()) {
+    if (value->is_integer()) {
       const auto number = value->get<long long>();
       if (number < 0 || !types.is_array() || static_cast<std::size_t>(number) >= types.size()) {
         fail_object(key, fmt::format("semantic number {} is out of range", number));
       }
-      const json& type = types[static_cast<std::size_t>(number)];
-      if (type.is_object()) made->semantic = text_of(type.value("type", json()));
+      const Json& type = types[static_cast<std::size_t>(number)];
+      made->semantic = text_of(type["type"]);
     }
     feature.surfaces.push_back(std::move(*made));
   }
 }
 
-void Reader::add_outline(const std::string& key, const json& geometry, MapFeature& feature) {
+void Reader::add_outline(const std::string& key, const Json& geometry, MapFeature& feature) {
   const auto lon_lat = [](const std::vector<Eigen::Vector3d>& points) {
     MapRing result;
     for (const auto& p : points) result.emplace_back(p.x(), p.y());
@@ -281,17 +272,17 @@ void Reader::add_outline(const std::string& key, const json& geometry, MapFeatur
   }
 }
 
-const json* Reader::choose_geometry(const std::string& key, const json& object) {
-  const auto geometries = object.find("geometry");
-  if (geometries == object.end()) return nullptr;
+const Json* Reader::choose_geometry(const std::string& key, const Json& object) {
+  const Json* geometries = object.find("geometry");
+  if (geometries == nullptr) return nullptr;
   if (!geometries->is_array()) fail_object(key, "\"geometry\" is no list");
   static const std::set<std::string> kUsable{"MultiSurface", "CompositeSurface", "Solid", "MultiSolid",
                                              "CompositeSolid"};
-  const json* best = nullptr;
+  const Json* best = nullptr;
   double best_lod = -1;
-  for (const json& geometry : *geometries) {
+  for (const Json& geometry : *geometries) {
     if (!geometry.is_object()) fail_object(key, "a geometry is no JSON object");
-    const std::string type = text_of(geometry.value("type", json()));
+    const std::string type = text_of(geometry["type"]);
     if (kUsable.count(type) == 0) {
       ++left_out_["geometries of type " + (type.empty() ? "(none)" : type)];
       continue;
@@ -305,10 +296,10 @@ const json* Reader::choose_geometry(const std::string& key, const json& object) 
   return best;
 }
 
-void Reader::read_attributes(const json& object, MapFeature& feature) const {
-  const auto attributes = object.find("attributes");
-  if (attributes == object.end() || !attributes->is_object()) return;
-  for (const auto& [name, value] : attributes->items()) {
+void Reader::read_attributes(const Json& object, MapFeature& feature) const {
+  const Json& attributes = object["attributes"];
+  if (!attributes.is_object()) return;
+  for (const auto& [name, value] : attributes.members()) {
     const std::string text = text_of(value);
     if (!text.empty()) feature.tags[name] = text;
   }
@@ -328,9 +319,9 @@ void Reader::read_attributes(const json& object, MapFeature& feature) const {
   }
 }
 
-void Reader::read_object(const std::string& key, const json& object) {
+void Reader::read_object(const std::string& key, const Json& object) {
   if (!object.is_object()) fail_object(key, "is no JSON object");
-  const std::string type = text_of(object.value("type", json()));
+  const std::string type = text_of(object["type"]);
   const bool part = type == "BuildingPart";
   if (!part && type != "Building") {
     ++left_out_["city objects of type " + (type.empty() ? "(none)" : type)];
@@ -341,16 +332,15 @@ void Reader::read_object(const std::string& key, const json& object) {
   feature.kind = part ? FeatureKind::Part : FeatureKind::Building;
   feature.tags[part ? "building:part" : "building"] = "yes";
   read_attributes(object, feature);
-  if (const auto parents = object.find("parents"); part && parents != object.end()) {
-    if (parents->is_array() && !parents->empty()) feature.belongs_to = text_of((*parents)[0]);
-  }
-  const json* geometry = choose_geometry(key, object);
+  const Json& parents = object["parents"];
+  if (part && parents.is_array() && !parents.empty()) feature.belongs_to = text_of(parents[0]);
+  const Json* geometry = choose_geometry(key, object);
   if (geometry != nullptr) {
     lod_of(*geometry) < 1 ? add_outline(key, *geometry, feature) : add_surfaces(key, *geometry, feature);
   }
   if (feature.surfaces.empty() && feature.polygons.empty()) {
-    const auto children = object.find("children");
-    const bool whole_of_parts = children != object.end() && children->is_array() && !children->empty();
+    const Json& children = object["children"];
+    const bool whole_of_parts = children.is_array() && !children.empty();
     if (!whole_of_parts)
       ++left_out_[fmt::format("buildings and parts without a geometry up to LoD {}", max_lod_)];
     return;
@@ -358,11 +348,11 @@ void Reader::read_object(const std::string& key, const json& object) {
   data_.features.push_back(std::move(feature));
 }
 
-void Reader::read_objects(const json& root) {
-  const auto objects = root.find("CityObjects");
-  if (objects == root.end() || !objects->is_object()) fail("\"CityObjects\" is missing or no JSON object");
+void Reader::read_objects(const Json& root) {
+  const Json& objects = root["CityObjects"];
+  if (!objects.is_object()) fail("\"CityObjects\" is missing or no JSON object");
   read_vertices(root);
-  for (const auto& [key, object] : objects->items()) read_object(key, object);
+  for (const auto& [key, object] : objects.members()) read_object(key, object);
 }
 
 void Reader::drop_replaced_outlines() {
@@ -409,27 +399,26 @@ MapData Reader::read() {
   // A sequence has a whole CityJSON object on its first line and more lines after it.
   const std::size_t end = text.find('\n');
   const bool sequence = end != std::string_view::npos && !trim(text.substr(end)).empty() &&
-                        json::accept(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end));
+                        Json::try_parse(text.substr(0, end)).has_value();
   try {
     if (!sequence) {
-      const json root = parse(text, 1);
+      const Json root = parse(text, 1);
       read_header(root);
       read_objects(root);
     } else {
       while (const auto line = file.next_line()) {
         line_ = file.line();
         if (trim(*line).empty()) continue;
-        const json root = parse(*line, line_);
+        const Json root = parse(*line, line_);
         if (!system_) {
           read_header(root);
           continue;
         }
-        if (!root.is_object() || root.value("type", json()) != "CityJSONFeature")
-          fail("not a CityJSONFeature");
+        if (root["type"] != "CityJSONFeature") fail("not a CityJSONFeature");
         read_objects(root);
       }
     }
-  } catch (const json::exception& e) {
+  } catch (const JsonError& e) {
     fail(fmt::format("not as CityJSON has it ({})", e.what()));
   }
   finish();

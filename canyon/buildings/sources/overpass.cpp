@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
@@ -217,22 +217,22 @@ std::vector<Found> places_of(const std::string& body, const OverpassOptions& opt
                                   said.empty() ? "" : ": " + said),
                       "check the address of the endpoint, or give a box");
   };
-  const nlohmann::json answer = nlohmann::json::parse(body, nullptr, false);
-  if (!answer.is_object() || !answer.contains("elements") || !answer["elements"].is_array()) throw damaged();
-  if (answer.contains("remark") && answer["remark"].is_string()) {
-    throw InputError(fmt::format("{} gave up: {}", options.url, excerpt(answer["remark"].get<std::string>())),
+  const Json answer = Json::try_parse(body).value_or(Json());
+  if (!answer["elements"].is_array()) throw damaged();
+  if (answer["remark"].is_string()) {
+    throw InputError(fmt::format("{} gave up: {}", options.url, excerpt(answer["remark"].text())),
                      "allow more time, or give a box");
   }
   std::vector<Found> places;
-  for (const nlohmann::json& element : answer["elements"]) {
+  for (const Json& element : answer["elements"]) {
     if (!element.is_object()) throw damaged();
     if (!element.contains("bounds")) {
       point = true;
       continue;
     }
-    const nlohmann::json& bounds = element["bounds"];
+    const Json& bounds = element["bounds"];
     const auto number = [&](const char* key) {
-      if (!bounds.is_object() || !bounds.contains(key) || !bounds[key].is_number()) throw damaged();
+      if (!bounds[key].is_number()) throw damaged();
       return bounds[key].get<double>();
     };
     Found found;
@@ -243,12 +243,9 @@ std::vector<Found> places_of(const std::string& body, const OverpassOptions& opt
     }
     found.box.validate();
     const auto text = [&](const char* key) {
-      return element.contains(key) && element[key].is_string() ? element[key].get<std::string>()
-                                                               : std::string("?");
+      return element[key].is_string() ? element[key].text() : std::string("?");
     };
-    const std::string id = element.contains("id") && element["id"].is_number_integer()
-                               ? std::to_string(element["id"].get<long long>())
-                               : "?";
+    const std::string id = element["id"].is_integer() ? std::to_string(element["id"].get<long long>()) : "?";
     found.name = text("type") + "/" + id;
     places.push_back(std::move(found));
   }

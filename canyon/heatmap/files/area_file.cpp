@@ -5,13 +5,13 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -22,8 +22,6 @@
 
 namespace canyon::heatmap {
 namespace {
-
-using Json = nlohmann::json;
 using Ring = std::vector<Eigen::Vector2d>;
 using Polygon = std::vector<Ring>;  ///< the outer ring, then holes
 
@@ -66,8 +64,8 @@ class Reader {
 };
 
 const Json& Reader::member(const Json& object, const char* key) const {
-  const auto found = object.find(key);
-  if (found == object.end()) {
+  const Json* found = object.find(key);
+  if (found == nullptr) {
     fail(fmt::format("a GeoJSON object has no \"{}\"", key), "see RFC 7946 for what it needs");
   }
   return *found;
@@ -77,7 +75,7 @@ std::string Reader::type_of(const Json& object) const {
   if (!object.is_object()) fail("is no GeoJSON object", "give a GeoJSON file of polygons");
   const Json& type = member(object, "type");
   if (!type.is_string()) fail("the \"type\" of a GeoJSON object is not a text");
-  return type.get<std::string>();
+  return type.text();
 }
 
 void Reader::take_object(const Json& object) {
@@ -237,17 +235,13 @@ Area Reader::read() {
   const Json json = [&] {
     try {
       return Json::parse(file.text());
-    } catch (const Json::exception& error) {  // also of numbers beyond a double's
-      const std::string what = error.what();
-      // "[json.exception.parse_error.101] parse error at line 1, column 5: ...": without the library's
-      // number.
-      const std::size_t start = what.find("] ");
-      fail("is no JSON: " + (start == std::string::npos ? what : what.substr(start + 2)));
+    } catch (const JsonError& error) {  // also of numbers beyond a double's
+      fail(std::string("is no JSON: ") + error.what());
     }
   }();
-  if (json.is_object() && json.contains("crs") && !json["crs"].is_null()) {
+  if (!json["crs"].is_null()) {
     // Withdrawn by RFC 7946, 4, yet written by many tools.
-    const std::string text = json["crs"].dump();
+    const std::string text = json["crs"].dump(-1, Json::Order::ByKey);
     if (text.find("CRS84") == std::string::npos && text.find("4326") == std::string::npos) {
       fail("its coordinates are not WGS 84: " + text.substr(0, 120),
            "convert it with ogr2ogr -t_srs EPSG:4326 -lco RFC7946=YES");
