@@ -13,7 +13,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/propagation/atmosphere.hpp"

@@ -16,9 +16,9 @@
 #include "canyon/base/dealing.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/heatmap/cells/cell_receivers.hpp"
+#include "canyon/heatmap/cells/steady_receivers.hpp"
 #include "canyon/heatmap/engine/engine_key.hpp"
-#include "canyon/heatmap/engine/engine_receivers.hpp"
-#include "canyon/heatmap/engine/settled_receivers.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/options/values.hpp"
 
@@ -142,7 +142,7 @@ struct Heatmap::Impl {
   TileTracer tracer;
   std::optional<CellSolver> solver;
   std::optional<CellReceivers> receivers;
-  std::optional<SettledReceivers> settled;
+  std::optional<SteadyReceivers> steady;
   std::size_t tiles = 0, times_per_unit = 1, chunks = 1;
   bool received = false;  ///< some layer asks for what arrives beyond the line of sight
   std::optional<std::size_t> los, sky_view, first_fix;
@@ -165,9 +165,9 @@ struct Heatmap::Impl {
       if (receiver.disturbances.empty() && !receiver.streets.enabled && CellSolver::fits(receiver.options) &&
           !(receiver.options.fix.covariance_by_residuals && wants_protection())) {
         solver.emplace(receiver.options, request.draws, e.klobuchar(), request.limits);
-      } else if (request.receivers.model == ReceiverModel::Settled && SettledReceivers::fits(receiver)) {
-        settled.emplace(e, tracer.propagator(), receiver, request.draws, request.limits,
-                        request.receivers.path_nodes_m);
+      } else if (request.receivers.model == ReceiverModel::SteadyState && SteadyReceivers::fits(receiver)) {
+        steady.emplace(e, tracer.propagator(), receiver, request.draws, request.limits,
+                       request.receivers.path_nodes_m);
       } else {
         receivers.emplace(e, tracer.propagator(), receiver, request.draws, request.limits);
       }
@@ -285,7 +285,7 @@ void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, con
       std::copy(first.begin(), first.end(), slice(*sky_view, t).begin());
     }
   }
-  const bool signals_wanted = solver.has_value() || (los.has_value() && !receivers && !settled);
+  const bool signals_wanted = solver.has_value() || (los.has_value() && !receivers && !steady);
   TileSignals signals;
   std::vector<std::span<float>> layers(request.layers.size());
   for (std::size_t t = 0; t < unit.times; ++t) {
@@ -296,8 +296,8 @@ void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, con
       solver->solve(cells, signals, request.layers, layers);
     } else if (receivers) {
       receivers->solve(cells, time, request.layers, layers);
-    } else if (settled) {
-      settled->solve(cells, time, request.layers, layers);
+    } else if (steady) {
+      steady->solve(cells, time, request.layers, layers);
     } else if (los) {
       count_los(cells, signals, layers[*los]);
     }

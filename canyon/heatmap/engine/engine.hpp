@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/kernels/grid.hpp"
 #include "canyon/heatmap/kernels/layers.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"

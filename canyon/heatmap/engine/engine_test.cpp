@@ -18,7 +18,7 @@
 #include "canyon/base/same_bytes.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
-#include "canyon/heatmap/engine/engine_receivers.hpp"
+#include "canyon/heatmap/cells/cell_receivers.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/disturbances.hpp"
 #include "tests/support/downtown.hpp"

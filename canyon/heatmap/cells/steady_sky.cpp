@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/settled_sky.hpp"
+#include "canyon/heatmap/cells/steady_sky.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/gnss/signals.hpp"
-#include "canyon/heatmap/engine/cell_values.hpp"
+#include "canyon/heatmap/cells/cell_values.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/receiver/receiver_draws.hpp"
@@ -32,9 +32,9 @@ std::shared_ptr<const tracking::LaneCodeLock> lane_lock_of(
 
 }  // namespace
 
-SettledSky::SettledSky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
-                       int most_bundles, const DrawOptions& draws, int lanes, const Vector3d& centre,
-                       geodesy::GpsTime time)
+SteadySky::SteadySky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
+                     int most_bundles, const DrawOptions& draws, int lanes, const Vector3d& centre,
+                     geodesy::GpsTime time)
     : lanes_(lanes),
       padded_((static_cast<std::size_t>(lanes) + tracking::LaneCodeLock::kWidth - 1) /
               tracking::LaneCodeLock::kWidth * tracking::LaneCodeLock::kWidth) {
@@ -64,7 +64,7 @@ SettledSky::SettledSky(const simulation::Environment& environment, const receive
     if (!line || !(line->elevation_rad > 0) || line->elevation_rad < options.fix.elevation_mask_rad) continue;
     receiver::signals_to_track(options, id, time, wanted);
     if (wanted.empty()) continue;
-    SettledSatellite s;
+    SteadySatellite s;
     s.line = *line;
     s.direction = frame.ecef_from_local_rotation().transpose() * line->direction_ecef;
     s.local = local_from_ecef * line->direction_ecef;
@@ -138,8 +138,8 @@ SettledSky::SettledSky(const simulation::Environment& environment, const receive
   }
 }
 
-void SettledSky::phases_of(std::size_t satellite, std::uint64_t reflector, float* re, float* im) const {
-  const SettledSatellite& s = satellites_[satellite];
+void SteadySky::phases_of(std::size_t satellite, std::uint64_t reflector, float* re, float* im) const {
+  const SteadySatellite& s = satellites_[satellite];
   for (int lane = 0; lane < lanes_; ++lane) {
     const auto d = static_cast<std::size_t>(std::max(0, lane - 1));
     if (lane == 1) {  // as lane 0
@@ -154,8 +154,8 @@ void SettledSky::phases_of(std::size_t satellite, std::uint64_t reflector, float
   }
 }
 
-void SettledSky::blockages_of(const Vector3d& arrival, std::vector<disturbance::Shadowing>& shadowings,
-                              float* factor) const {
+void SteadySky::blockages_of(const Vector3d& arrival, std::vector<disturbance::Shadowing>& shadowings,
+                             float* factor) const {
   const Vector3d from(arrival.x(), arrival.y(), std::abs(arrival.z()));
   factor[0] = 1;
   for (int lane = 1; lane < lanes_; ++lane) {

@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/heatmap/engine/cell_solution.hpp"
+#include "canyon/heatmap/cells/cell_solution.hpp"
 #include "canyon/options/values.hpp"
 
 namespace canyon::heatmap {
@@ -21,8 +21,8 @@ namespace {
 using positioning::Weighting;
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-/// Shared solutions are settled to the end. positioning::solve_fix() does so within these bounds: the last
-/// change, times what a metre changes in the atmosphere (6e-3 at 3 deg) and PDOP 100, is below 1 mm.
+/// Shared solutions are iterated until they converge. positioning::solve_fix() does so within these bounds:
+/// the last change, times what a metre changes in the atmosphere (6e-3 at 3 deg) and PDOP 100, is below 1 mm.
 constexpr int kIterations = 20;
 constexpr double kConvergence_m = 1e-3;
 /// Cells whose satellites are gathered at once: their bits stay in the first cache.
@@ -96,14 +96,17 @@ void CellReceiverOptions::validate() const {
 }
 
 void visit(options::Visitor& v, CellReceiverOptions& o) {
-  static constexpr std::string_view kModels[]{"settled", "run"};
+  // Before it was steady_state, users wrote "settled": it is read still, and keys of stores keep it.
+  static constexpr std::string_view kRead[]{"steady_state", "run", "settled"}, kInKeys[]{"settled", "run"};
+  const std::span<const std::string_view> read(kRead), in_keys(kInKeys);
   v.choice(
       {"model", "",
-       "receivers whose signals have strength: settled (what their loops come to) or run (each by itself, "
-       "slow)"},
-      o.model, kModels);
+       "receivers whose signals have strength: steady_state (of loops and fixes, computed) or run (each by "
+       "itself, slow)"},
+      o.model, v.purpose() == options::Purpose::Values ? in_keys : read.first(v.reads() ? 3 : 2));
+  if (o.model == static_cast<ReceiverModel>(2)) o.model = ReceiverModel::SteadyState;
   v.number({"path_nodes_m", "m",
-            "settled: paths are searched so far apart and constructed anew between; 0: at every cell"},
+            "steady_state: paths are searched so far apart and constructed anew between; 0: at every cell"},
            o.path_nodes_m, {0, 100});
 }
 

@@ -1,6 +1,6 @@
 // Time of the cells of a map from what arrives at them: layers of one fix, layers over 64 draws of noise, and
 // positioning::solve_fix() at each cell for comparison.
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 
 #include <benchmark/benchmark.h>
 

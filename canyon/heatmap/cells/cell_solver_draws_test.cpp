@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "tests/support/tile_scene.hpp"
 

@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/settled_fix.hpp"
+#include "canyon/heatmap/cells/steady_fix.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -47,14 +47,13 @@ void substitute(const Matrix& a, std::size_t n, Vector& b) {
 
 }  // namespace
 
-SettledFix::SettledFix(const std::vector<SettledSatellite>& satellites,
-                       const positioning::FixOptions& options)
+SteadyFix::SteadyFix(const std::vector<SteadySatellite>& satellites, const positioning::FixOptions& options)
     : satellites_(satellites), options_(options) {}
 
-SettledFix::Answer SettledFix::solve(std::span<const SettledRange> ranges, bool covariance) {
+SteadyFix::Answer SteadyFix::solve(std::span<const SteadyRange> ranges, bool covariance) {
   Answer answer;
   std::array<int, gnss::kSystemCount> count{};
-  for (const SettledRange& range : ranges) {
+  for (const SteadyRange& range : ranges) {
     ++count[static_cast<std::size_t>(satellites_[range.satellite].line.id.system)];
   }
   const positioning::Clocks clocks = positioning::clocks_of(count);
@@ -65,8 +64,8 @@ SettledFix::Answer SettledFix::solve(std::span<const SettledRange> ranges, bool 
   normal.topLeftCorner(n, n).setZero();
   shape.topLeftCorner(n, n).setZero();
   std::array<double, kMost> right{};
-  for (const SettledRange& range : ranges) {
-    const SettledSatellite& s = satellites_[range.satellite];
+  for (const SteadyRange& range : ranges) {
+    const SteadySatellite& s = satellites_[range.satellite];
     const int column = clocks.column[static_cast<std::size_t>(s.line.id.system)];
     if (column < 0) continue;
     used_.push_back(range.satellite);
@@ -117,8 +116,8 @@ SettledFix::Answer SettledFix::solve(std::span<const SettledRange> ranges, bool 
   // As positioning::solve_fix(): equal weights stand for the mean of the variances, and the residuals may say
   // that all are larger.
   double variances = 0, squares = 0;
-  for (const SettledRange& range : ranges) {
-    const SettledSatellite& s = satellites_[range.satellite];
+  for (const SteadyRange& range : ranges) {
+    const SteadySatellite& s = satellites_[range.satellite];
     const int column = clocks.column[static_cast<std::size_t>(s.line.id.system)];
     if (column < 0) continue;
     variances += range.variance_m2;

@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

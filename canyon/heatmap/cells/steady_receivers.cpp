@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/settled_receivers.hpp"
+#include "canyon/heatmap/cells/steady_receivers.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -7,7 +7,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/heatmap/engine/settled_cell.hpp"
+#include "canyon/heatmap/cells/steady_cell.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 
 namespace canyon::heatmap {
@@ -87,7 +87,7 @@ struct Blocks {
 
 }  // namespace
 
-bool SettledReceivers::fits(const simulation::ReceiverConfig& receiver) {
+bool SteadyReceivers::fits(const simulation::ReceiverConfig& receiver) {
   const receiver::ReceiverOptions& o = receiver.options;
   return o.signal.enabled && receiver.disturbances.empty() && !receiver.streets.enabled &&
          receiver.propagation.model == propagation::Model::Specular &&
@@ -95,10 +95,10 @@ bool SettledReceivers::fits(const simulation::ReceiverConfig& receiver) {
          !o.fix.raim.enabled && !o.noise.drift_enabled && !o.filter.enabled;
 }
 
-SettledReceivers::SettledReceivers(const simulation::Environment& environment,
-                                   const propagation::Propagator& propagator,
-                                   const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
-                                   const LimitOptions& limits, double path_nodes_m)
+SteadyReceivers::SteadyReceivers(const simulation::Environment& environment,
+                                 const propagation::Propagator& propagator,
+                                 const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
+                                 const LimitOptions& limits, double path_nodes_m)
     : environment_(&environment),
       propagator_(&propagator),
       options_(receiver.options),
@@ -108,12 +108,13 @@ SettledReceivers::SettledReceivers(const simulation::Environment& environment,
   options_.validate();
   draws_.validate();
   if (!fits(receiver)) {
-    throw InputError("this receiver cannot be settled without running it", "run receivers: receivers: run");
+    throw InputError("the steady state of this receiver cannot be computed without running it",
+                     "run receivers: receivers: run");
   }
 }
 
-void SettledReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
-                             std::span<const std::span<float>> layers) const {
+void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
+                            std::span<const std::span<float>> layers) const {
   assert(wanted.size() == layers.size());
   const auto has = [&](const auto& is) { return std::any_of(wanted.begin(), wanted.end(), is); };
   const bool statistics = has([](Layer layer) { return info(layer).draws && of_solver(layer); });
@@ -122,22 +123,22 @@ void SettledReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std:
   const Vector3d centre(cells.plane.first.x() + half * (cells.tile.columns - 1),
                         cells.plane.first.y() + half * (cells.tile.rows - 1), cells.plane.z);
   const propagation::PropagationOptions& propagation = propagator_->options();
-  const SettledSky sky(*environment_, options_, propagation.diffuse ? propagation.scattering.max_paths : 0,
-                       draws_, draws ? draws_.draws + 1 : 1, centre, time);
+  const SteadySky sky(*environment_, options_, propagation.diffuse ? propagation.scattering.max_paths : 0,
+                      draws_, draws ? draws_.draws + 1 : 1, centre, time);
   const Eigen::Matrix3d ecef_from_enu = environment_->city().frame.ecef_from_local_rotation();
-  const auto task = [&] { return SettledCell(sky, *propagator_, options_, limits_, ecef_from_enu); };
+  const auto task = [&] { return SteadyCell(sky, *propagator_, options_, limits_, ecef_from_enu); };
 
   Blocks blocks(cells, path_nodes_m_);
   const std::size_t none = cells.tile.cells();
   spread(blocks.down, [&](std::size_t row) {
-    SettledCell tracer = task();
+    SteadyCell tracer = task();
     for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
       const std::size_t at = blocks.middle(cells, block);
       if (at != none) blocks.nodes[block] = tracer.trace(cells.place(at));
     }
   });
   spread(blocks.down, [&](std::size_t row) {
-    SettledCell solver = task();
+    SteadyCell solver = task();
     std::vector<KnownEdge> known;
     for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
       for (int quadrant = 0; quadrant < 4; ++quadrant) {

@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/cell_solution.hpp"
+#include "canyon/heatmap/cells/cell_solution.hpp"
 
 #include <fmt/format.h>
 
