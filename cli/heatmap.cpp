@@ -222,8 +222,8 @@ class Command {
     options.stop = &stop_;
     if (ranks_.size() > 1) {
       options.processes = ranks_.size();
-      options.begin_dealing = [this] { ranks_.begin_dealing(); };
-      options.deal = [this] { return ranks_.next(); };
+      options.begin_queue = [this] { ranks_.begin_queue(); };
+      options.next = [this] { return ranks_.next(); };
     }
     options.progress = progress.callback();
     return heatmap.run(store, options);

@@ -154,8 +154,8 @@ int compute(const Arguments& arguments, Ranks& ranks) {
                            : todo.size());
     };
     if (ranks.size() > 1) {
-      ranks.begin_dealing();
-      options.deal = [&ranks] { return ranks.next(); };
+      ranks.begin_queue();
+      options.next = [&ranks] { return ranks.next(); };
     }
     study::run_all(study::RunMaker(plan), *store, todo, options);
   }

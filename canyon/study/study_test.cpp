@@ -173,14 +173,14 @@ TEST(Study, AxesOverSectionsAndSeveralKeys) {
   EXPECT_EQ(plan.run(1).at[0].label, "town");
 }
 
-// Each row of N runs is dealt once to every shard.
+// Each row of N runs has one for every shard.
 TEST(Study, ShardsArePartsOfTheWhole) {
   for (const std::size_t shards : {1U, 2U, 3U, 8U}) {
     for (std::size_t row = 0; row < 20; ++row) {
-      std::set<std::size_t> dealt;
-      for (std::size_t i = 0; i < shards; ++i) dealt.insert(shard_of(row * shards + i, shards));
-      EXPECT_EQ(dealt.size(), shards);
-      EXPECT_LT(*dealt.rbegin(), shards);
+      std::set<std::size_t> taken;
+      for (std::size_t i = 0; i < shards; ++i) taken.insert(shard_of(row * shards + i, shards));
+      EXPECT_EQ(taken.size(), shards);
+      EXPECT_LT(*taken.rbegin(), shards);
     }
   }
 }

@@ -1118,7 +1118,7 @@ study_ranks)
   runs 0 "$canyon" "${study[@]}" --out one --quiet
   runs 0 "${ranks[@]}" "$canyon" "${study[@]}" --out two; says err "40 runs in"
   for f in study.nc table.csv; do cmp one/$f two/$f || fail "other bytes of $f on two ranks"; done
-  [ "$(cat two/runs/*.jsonl | wc -l)" -eq 40 ] || fail "runs were dealt twice"
+  [ "$(cat two/runs/*.jsonl | wc -l)" -eq 40 ] || fail "runs were computed twice"
   # What is finished when a rank is lost is kept; the rest is computed by the next run.
   finished() { cat lost/runs/*.jsonl 2>/dev/null | wc -l; }
   lose_a_rank 5 finished "$canyon" "${study[@]}" --out lost

@@ -13,7 +13,7 @@
 #include <set>
 #include <utility>
 
-#include "canyon/base/dealing.hpp"
+#include "canyon/base/work_queue.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/cells/cell_receivers.hpp"
@@ -348,7 +348,7 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
     throw InputError(fmt::format("{} threads are out of range", options.threads),
                      "give 0 (as many as cores) to 4096");
   }
-  assert(options.processes >= 1 && (options.processes == 1 || options.deal));
+  assert(options.processes >= 1 && (options.processes == 1 || options.next));
 
   RunResult result;
   result.units = unit_count();
@@ -364,12 +364,12 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
       missing.push_back(i);
     }
   }
-  if (options.begin_dealing) options.begin_dealing();
+  if (options.begin_queue) options.begin_queue();
   Progress progress(options.progress, cells_total, options.processes);
   progress.add(cells_resumed / static_cast<std::size_t>(options.processes));
   progress.tell();
 
-  Dealing dealing(options.deal);
+  WorkQueue queue(options.next);
   std::atomic<std::size_t> computed{0}, cells_computed{0};
   std::atomic<bool> failed{false}, cut_short{false};
   std::mutex failing;
@@ -382,7 +382,7 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
       return;
     }
     try {
-      const std::size_t k = dealing.take();
+      const std::size_t k = queue.take();
       if (k >= missing.size()) return;
       const Unit unit = impl.unit(missing[k]);
       const auto values = impl.compute(unit, options.stop, &failed, &progress);

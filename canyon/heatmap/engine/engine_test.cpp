@@ -207,11 +207,11 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
       RunOptions options;
       options.threads = 1;
       options.processes = 2;
-      options.begin_dealing = [&] {
+      options.begin_queue = [&] {
         ++ready;
         while (ready < 2) std::this_thread::yield();
       };
-      options.deal = [&] { return next++; };
+      options.next = [&] { return next++; };
       const RunResult result = of_rank.run(store, options);
       EXPECT_EQ(result.resumed, 0U);
       EXPECT_FALSE(result.interrupted);

@@ -83,7 +83,7 @@ std::vector<std::uint64_t> MpiProcesses::gather(std::uint64_t value) const {
   return all;
 }
 
-void MpiProcesses::begin_dealing() {
+void MpiProcesses::begin_queue() {
   next_ = 0;
   if (!joined_) return;
   if (counter_) counter_->free();
@@ -126,7 +126,7 @@ std::vector<std::uint64_t> MpiProcesses::gather(std::uint64_t value) const {
 std::uint64_t MpiProcesses::sum(std::uint64_t value) const {
   return value;
 }
-void MpiProcesses::begin_dealing() {
+void MpiProcesses::begin_queue() {
   next_ = 0;
 }
 std::size_t MpiProcesses::next() {
