@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "canyon/gnss/navigation_data.hpp"
+#include "canyon/heatmap/cells/linear_fix.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/positioning/dop.hpp"
 #include "canyon/propagation/atmosphere.hpp"
@@ -171,6 +172,16 @@ class TileSolutions {
   /// Of a set, from the cache.
   const SetSolution& solution(const SatelliteSet& set);
   void solve(SetSolution& solution, const SatelliteSet& set) const;
+  /// A satellite of a set that has a clock, and its column.
+  struct Row {
+    std::size_t satellite;
+    int clock;
+  };
+  /// What follows of the set's solution: columns, constant, curvature, turning and atmosphere.
+  /// @param fix factorised @param covariance its covariance()
+  void linearise(SetSolution& solution, const std::vector<Row>& rows, const LinearFix& fix,
+                 const Eigen::Matrix3d& covariance) const;
+  void add_noise(SetSolution& solution, const std::vector<Row>& rows, bool drifting) const;
   void grow();
   [[nodiscard]] SetSolution::Column sum(const SetSolution& set, const CellErrors& cell) const;
   /// What the atmosphere shifts a place by.
@@ -243,6 +254,7 @@ class TileSolutions {
   }
   [[nodiscard]] double sine(const TileSatellite& satellite, const Eigen::Vector3d& place) const;
   void place_satellites(const TileSignals& signals);
+  [[nodiscard]] TileSatellite satellite_of(const orbit::LineOfSight& line) const;
   void draw_noise(std::uint64_t seed);
 
   const receiver::ReceiverOptions& options_;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -9,6 +8,7 @@
 
 #include "canyon/heatmap/cells/steady_sky.hpp"
 #include "canyon/positioning/dop.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
 
 namespace canyon::heatmap {
 
@@ -20,10 +20,9 @@ struct SteadyRange {
   double variance_m2 = 1;  ///< that the measurement states
 };
 
-/// positioning::solve_fix() about the true place, where it is linear: dx = (H^T W H)^-1 H^T W m (Misra and
-/// Enge, Global Positioning System, 2nd ed. 2011, section 6.1), with its rules for clocks, satellites that
-/// are too few and PDOP. What is left out: the curvature of the ranges, 0.3 m for an error of 3 km, and what
-/// the place found does to mask, weights and atmosphere. Not thread-safe.
+/// positioning::solve_fix() about the true place, where it is linear (LinearFix), with its rules for clocks,
+/// satellites that are too few and PDOP. What is left out: the curvature of the ranges, 0.3 m for an error of
+/// 3 km, and what the place found does to mask, weights and atmosphere. Not thread-safe.
 class SteadyFix {
  public:
   struct Answer {
@@ -39,8 +38,8 @@ class SteadyFix {
   [[nodiscard]] Answer solve(std::span<const SteadyRange> ranges, bool covariance = false);
 
  private:
-  static constexpr std::size_t kMost = 3 + gnss::kSystemCount;
-  using Matrix = Eigen::Matrix<double, kMost, kMost>;
+  template <typename F>
+  void for_each(std::span<const SteadyRange> ranges, const positioning::Clocks& clocks, const F& f);
 
   const std::vector<SteadySatellite>& satellites_;
   const positioning::FixOptions& options_;
