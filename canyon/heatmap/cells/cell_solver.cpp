@@ -13,6 +13,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/heatmap/cells/cell_solution.hpp"
+#include "canyon/heatmap/cells/understood_options.hpp"
 #include "canyon/options/values.hpp"
 
 namespace canyon::heatmap {
@@ -39,9 +40,6 @@ bool of_fix(Layer layer) {
 }
 
 using Values = std::array<float, kLayerCount>;
-float& at(Values& values, Layer layer) {
-  return values[static_cast<std::size_t>(layer)];
-}
 
 /// Mean, RMS, p50 and p95, which follow one another in Layer.
 void describe(std::vector<double>& errors, Layer mean, bool quantiles, Values& values) {
@@ -78,6 +76,128 @@ struct Block {
       }
     }
   }
+};
+
+/// A tile: its shared solutions, and the values of one cell after another.
+class TileCellSolver {
+ public:
+  TileCellSolver(const receiver::ReceiverOptions& receiver, const DrawOptions& draws,
+                 const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const LimitOptions& limits,
+                 const TileCells& cells, const TileSignals& signals, std::span<const Layer> wanted)
+      : receiver_(receiver),
+        limits_(limits),
+        cells_(cells),
+        signals_(signals),
+        draws_(std::any_of(wanted.begin(), wanted.end(), over_draws) ? draws.draws : 0),
+        fixes_(std::any_of(wanted.begin(), wanted.end(), of_fix)),
+        solutions_(receiver, klobuchar, signals, draws_, draws.seed) {
+    const auto is_wanted = [&](Layer layer) {
+      return std::find(wanted.begin(), wanted.end(), layer) != wanted.end();
+    };
+    horizontal_quantiles_ = is_wanted(Layer::HorizontalErrorP50) || is_wanted(Layer::HorizontalErrorP95);
+    vertical_quantiles_ = is_wanted(Layer::VerticalErrorP50) || is_wanted(Layer::VerticalErrorP95);
+  }
+
+  /// All layers of a cell; NaN where it is not Computed.
+  const Values& solve(std::size_t index, const SatelliteSet& received, const SatelliteSet& los) {
+    values_.fill(kNone);
+    if (cells_.state[index] != CellState::Computed) return values_;
+    cell_.received = received;
+    const int direct = los.size();
+    count(index, los);
+    if (fixes_) locate(index, direct);
+    return values_;
+  }
+
+ private:
+  void set(Layer layer, double value) {
+    values_[static_cast<std::size_t>(layer)] = static_cast<float>(value);
+  }
+  /// Satellites by what arrives of them, and their excesses.
+  void count(std::size_t index, const SatelliteSet& los) {
+    const int visible = cell_.received.size(), direct = los.size();
+    const auto satellites = static_cast<int>(signals_.satellites.size());
+    cell_.excesses = 0;
+    // In line of sight there is none.
+    double largest = direct > 0 ? 0 : -std::numeric_limits<double>::infinity();
+    const bool excesses = !signals_.excess_m.empty();
+    if (excesses) {
+      SatelliteSet nlos;
+      for (std::size_t w = 0; w < 2; ++w) nlos.bits[w] = cell_.received.bits[w] & ~los.bits[w];
+      nlos.for_each([&](std::size_t i) {
+        const double excess_m = signals_.excess_m[i][index];
+        largest = std::max(largest, excess_m);
+        if (excess_m == 0) return;
+        const auto k = static_cast<std::size_t>(cell_.excesses++);
+        cell_.satellite[k] = static_cast<std::uint8_t>(i);
+        cell_.excess_m[k] = excess_m;
+      });
+    }
+    set(Layer::SatellitesLos, direct);
+    set(Layer::SatellitesVisible, visible);
+    set(Layer::SatellitesBlocked, satellites - visible);
+    if (visible == 0) return;
+    set(Layer::NlosShare, static_cast<float>(visible - direct) / static_cast<float>(visible));
+    if (excesses) set(Layer::LargestExcess, largest);
+  }
+  /// The fix without noise and those of the draws.
+  void locate(std::size_t index, int direct) {
+    solutions_.trim();
+    constexpr double kSpeed_mps = 0;
+    cell_.received.drifting = receiver_.noise.drifts(kSpeed_mps, direct);
+    // From the tile's centre, where directions are from.
+    const CellPlane& plane = cells_.plane;
+    const double column = static_cast<double>(index % plane.columns) - 0.5 * (plane.columns - 1);
+    const std::size_t northward = index / plane.columns;
+    const double row = static_cast<double>(northward) - 0.5 * (plane.rows - 1);
+    const double up = cells_.flat() ? 0 : double{cells_.z[index]} - plane.z;
+    cell_.place =
+        solutions_.enu_from_city() * Eigen::Vector3d(column * plane.spacing_m, row * plane.spacing_m, up);
+    const std::optional<CellFix> fix = solutions_.locate(cell_);
+    set(Layer::Availability, fix ? 1 : 0);
+    set(Layer::SatellitesUsed, fix ? fix->used : 0);
+    if (draws_ > 0) set(Layer::ProtectedAvailability, 0);
+    if (!fix) return;
+    const Eigen::Vector3d error = solutions_.at_vertical(cell_.place, fix->error);
+    set(Layer::HorizontalError, error.head<2>().norm());
+    set(Layer::VerticalError, error.z());
+    set(Layer::Hdop, fix->dop.hdop);
+    set(Layer::Pdop, fix->dop.pdop);
+    set(Layer::Vdop, fix->dop.vdop);
+    set(Layer::ProtectionLevel, limits_.protection_factor * fix->spread_m);
+    if (draws_ == 0) return;
+    solutions_.locate_draws(cell_, *fix, horizontal_m_, vertical_m_);
+    if (horizontal_m_.empty()) return;
+    compare_with_limits(fix->spread_m);
+    describe(horizontal_m_, Layer::HorizontalErrorMean, horizontal_quantiles_, values_);
+    describe(vertical_m_, Layer::VerticalErrorMean, vertical_quantiles_, values_);
+  }
+  /// Before quantiles put the errors in another order.
+  void compare_with_limits(double spread_m) {
+    const double protection_m = limits_.protection_factor * spread_m;
+    const auto share_above = [&](double limit_m) {
+      const auto above = std::count_if(horizontal_m_.begin(), horizontal_m_.end(),
+                                       [limit_m](double error_m) { return error_m > limit_m; });
+      return static_cast<float>(above) / static_cast<float>(horizontal_m_.size());
+    };
+    set(Layer::HorizontalErrorExceedance, share_above(limits_.error_m));
+    set(Layer::MisleadingShare, share_above(protection_m));
+    if (protection_m <= limits_.alert_m) {
+      set(Layer::ProtectedAvailability,
+          static_cast<float>(horizontal_m_.size()) / static_cast<float>(draws_));
+    }
+  }
+
+  const receiver::ReceiverOptions& receiver_;
+  const LimitOptions& limits_;
+  const TileCells& cells_;
+  const TileSignals& signals_;
+  int draws_;
+  bool fixes_, horizontal_quantiles_ = false, vertical_quantiles_ = false;
+  TileSolutions solutions_;
+  CellErrors cell_;
+  std::vector<double> horizontal_m_, vertical_m_;
+  Values values_{};
 };
 
 }  // namespace
@@ -139,12 +259,15 @@ CellSolver::CellSolver(CellSolver&&) noexcept = default;
 CellSolver& CellSolver::operator=(CellSolver&&) noexcept = default;
 
 bool CellSolver::fits(const receiver::ReceiverOptions& receiver) {
-  const auto same = [](const auto& a, const auto& b) {
-    return options::exact_text(a) == options::exact_text(b);
-  };
-  return receiver.tracks.empty() && receiver.leaves_out.empty() &&
-         same(receiver.ranging, receiver::RangingOptions()) &&
-         same(receiver.biases, receiver::BiasOptions()) && !receiver.signal.enabled &&
+  static constexpr std::string_view kUnderstood =
+      "elevation_mask_deg min_satellites max_pdop max_iterations convergence_m correct_ionosphere "
+      "correct_troposphere weights.weighting weights.elevation_a_m weights.elevation_b_m ionosphere "
+      "troposphere noise.enabled noise.theta_per_s noise.mu_m noise.sigma_m_per_sqrt_s "
+      "noise.drift.enabled noise.drift.below_speed_mps noise.drift.below_los noise.drift.mu_sigma_m";
+  // Signals have no strength here; Heatmap looks at covariance_by_residuals.
+  static constexpr std::string_view kElsewhere =
+      "own_draws signal. cn0_mask_dbhz weights.cn0_floor_m2 weights.cn0_scale_m2_hz covariance_by_residuals";
+  return differs_only_in(receiver, {kUnderstood, kElsewhere, kWithoutEffect}) && !receiver.signal.enabled &&
          !receiver.filter.enabled && !receiver.fix.raim.enabled &&
          receiver.fix.weights.weighting != Weighting::Cn0 && receiver.fix.max_iterations >= kIterations &&
          receiver.fix.convergence_m <= kConvergence_m;
@@ -153,114 +276,21 @@ bool CellSolver::fits(const receiver::ReceiverOptions& receiver) {
 void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::span<const Layer> wanted,
                        std::span<const std::span<float>> layers) const {
   assert(wanted.size() == layers.size());
-  const auto any = [&](bool (*kind)(Layer)) { return std::any_of(wanted.begin(), wanted.end(), kind); };
-  const bool fixes = any(of_fix), draws = any(over_draws);
-  const auto is_wanted = [&](Layer layer) {
-    return std::find(wanted.begin(), wanted.end(), layer) != wanted.end();
-  };
-  const bool horizontal_quantiles =
-      is_wanted(Layer::HorizontalErrorP50) || is_wanted(Layer::HorizontalErrorP95);
-  const bool vertical_quantiles = is_wanted(Layer::VerticalErrorP50) || is_wanted(Layer::VerticalErrorP95);
-  [[maybe_unused]] const bool excess = signals.excess_m.size() == signals.satellites.size();
-  assert(excess || !any(of_error));
-  const bool excesses = !signals.excess_m.empty();
-
-  TileSolutions solutions(impl_->receiver, impl_->klobuchar, signals, draws ? impl_->draws.draws : 0,
-                          impl_->draws.seed);
-  const Eigen::Matrix3d& enu_from_city = solutions.enu_from_city();
-  const int satellites = static_cast<int>(signals.satellites.size());
-  const CellPlane& plane = cells.plane;
-
-  // Before quantiles put the errors in another order.
-  const auto compare = [this](const std::vector<double>& errors_m, double spread_m, Values& values) {
-    const LimitOptions& limits = impl_->limits;
-    const double protection_m = limits.protection_factor * spread_m;
-    const auto share_above = [&](double limit_m) {
-      const auto above = std::count_if(errors_m.begin(), errors_m.end(),
-                                       [limit_m](double error_m) { return error_m > limit_m; });
-      return static_cast<float>(above) / static_cast<float>(errors_m.size());
-    };
-    at(values, Layer::HorizontalErrorExceedance) = share_above(limits.error_m);
-    at(values, Layer::MisleadingShare) = share_above(protection_m);
-    if (protection_m <= limits.alert_m) {
-      at(values, Layer::ProtectedAvailability) =
-          static_cast<float>(errors_m.size()) / static_cast<float>(impl_->draws.draws);
-    }
-  };
+  assert(signals.excess_m.size() == signals.satellites.size() ||
+         !std::any_of(wanted.begin(), wanted.end(), of_error));
+  TileCellSolver solver(impl_->receiver, impl_->draws, impl_->klobuchar, impl_->limits, cells, signals,
+                        wanted);
   Block block;
-  CellErrors cell;
-  std::vector<double> horizontal, vertical;
-  Values values;
   const std::size_t count = cells.state.size();
   for (std::size_t first = 0; first < count; first += kBlock) {
     const std::size_t in_block = std::min(kBlock, count - first);
     block.gather(signals, first, in_block);
     for (std::size_t b = 0; b < in_block; ++b) {
-      const std::size_t index = first + b;
-      values.fill(kNone);
-      if (cells.state[index] == CellState::Computed) {
-        SatelliteSet los;
-        cell.received.bits = {block.received[0][b], block.received[1][b]};
-        los.bits = {block.los[0][b], block.los[1][b]};
-        const int visible = cell.received.size(), direct = los.size();
-        cell.excesses = 0;
-        // In line of sight there is none.
-        double largest = direct > 0 ? 0 : -std::numeric_limits<double>::infinity();
-        if (excesses) {
-          SatelliteSet nlos;
-          for (std::size_t w = 0; w < 2; ++w) nlos.bits[w] = cell.received.bits[w] & ~los.bits[w];
-          nlos.for_each([&](std::size_t i) {
-            const double excess_m = signals.excess_m[i][index];
-            largest = std::max(largest, excess_m);
-            if (excess_m == 0) return;
-            const auto k = static_cast<std::size_t>(cell.excesses++);
-            cell.satellite[k] = static_cast<std::uint8_t>(i);
-            cell.excess_m[k] = excess_m;
-          });
-        }
-        at(values, Layer::SatellitesLos) = static_cast<float>(direct);
-        at(values, Layer::SatellitesVisible) = static_cast<float>(visible);
-        at(values, Layer::SatellitesBlocked) = static_cast<float>(satellites - visible);
-        if (visible > 0) {
-          at(values, Layer::NlosShare) = static_cast<float>(visible - direct) / static_cast<float>(visible);
-          if (excesses) at(values, Layer::LargestExcess) = static_cast<float>(largest);
-        }
-        if (fixes) {
-          solutions.trim();
-          constexpr double kSpeed_mps = 0;
-          cell.received.drifting = impl_->receiver.noise.drifts(kSpeed_mps, direct);
-          // From the tile's centre, where directions are from.
-          const double column = static_cast<double>(index % plane.columns) - 0.5 * (plane.columns - 1);
-          const std::size_t northward = index / plane.columns;
-          const double row = static_cast<double>(northward) - 0.5 * (plane.rows - 1);
-          const double up = cells.flat() ? 0 : double{cells.z[index]} - plane.z;
-          cell.place = enu_from_city * Eigen::Vector3d(column * plane.spacing_m, row * plane.spacing_m, up);
-          const std::optional<CellFix> fix = solutions.locate(cell);
-          at(values, Layer::Availability) = fix ? 1 : 0;
-          at(values, Layer::SatellitesUsed) = fix ? static_cast<float>(fix->used) : 0;
-          if (fix) {
-            const Eigen::Vector3d error = solutions.at_vertical(cell.place, fix->error);
-            at(values, Layer::HorizontalError) = static_cast<float>(error.head<2>().norm());
-            at(values, Layer::VerticalError) = static_cast<float>(error.z());
-            at(values, Layer::Hdop) = static_cast<float>(fix->dop.hdop);
-            at(values, Layer::Pdop) = static_cast<float>(fix->dop.pdop);
-            at(values, Layer::Vdop) = static_cast<float>(fix->dop.vdop);
-            at(values, Layer::ProtectionLevel) =
-                static_cast<float>(impl_->limits.protection_factor * fix->spread_m);
-          }
-          if (draws) at(values, Layer::ProtectedAvailability) = 0;
-          if (fix && draws) {
-            solutions.locate_draws(cell, *fix, horizontal, vertical);
-            if (!horizontal.empty()) {
-              compare(horizontal, fix->spread_m, values);
-              describe(horizontal, Layer::HorizontalErrorMean, horizontal_quantiles, values);
-              describe(vertical, Layer::VerticalErrorMean, vertical_quantiles, values);
-            }
-          }
-        }
-      }
+      const SatelliteSet received{{block.received[0][b], block.received[1][b]}};
+      const SatelliteSet los{{block.los[0][b], block.los[1][b]}};
+      const Values& values = solver.solve(first + b, received, los);
       for (std::size_t k = 0; k < wanted.size(); ++k) {
-        if (of_solver(wanted[k])) layers[k][index] = values[static_cast<std::size_t>(wanted[k])];
+        if (of_solver(wanted[k])) layers[k][first + b] = values[static_cast<std::size_t>(wanted[k])];
       }
     }
   }

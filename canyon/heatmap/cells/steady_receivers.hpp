@@ -18,7 +18,7 @@ namespace canyon::heatmap {
 class SteadyReceivers {
  public:
   /// Signals with strength, the specular model, one signal of each satellite in the fix, neither RAIM nor
-  /// drifting noise, streets nor disturbances.
+  /// drifting noise, streets nor disturbances; every option that is not listed there at its default.
   [[nodiscard]] static bool fits(const simulation::ReceiverConfig& receiver);
 
   /// The environment and the propagator must outlive it. @param path_nodes_m most distance of nodes; 0: one
