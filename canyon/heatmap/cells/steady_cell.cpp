@@ -163,11 +163,9 @@ void SteadyCell::gather(std::size_t satellite, std::span<const NodePath> far, co
   }
 }
 
-/// As Channel::gather() at a receiver's first epoch, for all lanes.
-void SteadyCell::fill_lanes(const SteadySatellite& s) {
+/// In each lane the carrier of the strongest path is followed.
+void SteadyCell::follow_strongest() {
   const auto lanes = static_cast<std::size_t>(sky_.lanes());
-  const double chip_m = s.code->tracker().correlation().chip_m();
-  lanes_.clear(sky_.padded());
   std::array<float, 64> strongest;
   std::vector<float> many;
   float* best = strongest.data();
@@ -187,7 +185,13 @@ void SteadyCell::fill_lanes(const SteadySatellite& s) {
       }
     }
   }
+}
 
+/// As Channel::gather() at a receiver's first epoch, for all lanes.
+void SteadyCell::fill_lanes(const SteadySatellite& s) {
+  const auto lanes = static_cast<std::size_t>(sky_.lanes());
+  const double chip_m = s.code->tracker().correlation().chip_m();
+  lanes_.clear(sky_.padded());
   const tracking::DllOptions& dll = options_.signal.dll;
   const double coherence_m = tracking::kCoherenceWavelengths * s.wavelength_m;
   for (const CellPath& p : paths_) {
@@ -246,20 +250,21 @@ void SteadyCell::measure(std::size_t satellite) {
   if (paths_.empty()) {
     std::fill(power_.begin(), power_.end(), 0.0F);
   } else {
+    follow_strongest();
     fill_lanes(s);
     s.code->lock(lanes_, delay_m_, power_);
   }
   positioning::Measurement m;
   m.sigma_factor = s.sigma_factor;
   const bool equal = options_.fix.weights.weighting == positioning::Weighting::Equal;
-  bool tracks = false, hears = false;
+  bool tracks = false, keeps_track = false;
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
     if (!(power_[i] > 0)) continue;
     const double ratio_hz = s.clear_cn0_hz[i] * static_cast<double>(power_[i]) / s.peak_power;
     const double cn0_dbhz = 10 * std::log10(ratio_hz);
     if (i == 0) {
       tracks = cn0_dbhz >= lock.acquisition_threshold_dbhz;
-      hears = cn0_dbhz >= lock.tracking_threshold_dbhz;
+      keeps_track = cn0_dbhz >= lock.tracking_threshold_dbhz;
     }
     if (cn0_dbhz < lock.acquisition_threshold_dbhz) continue;
     const double jitter_m = std::sqrt((s.jitter_1 + s.jitter_2 / ratio_hz) / ratio_hz);
@@ -279,7 +284,7 @@ void SteadyCell::measure(std::size_t satellite) {
   los_ += direct ? 1 : 0;
   ++(tracks ? visible_ : blocked_);
   if (!tracks) return;
-  nlos_ += !direct && hears ? 1 : 0;
+  nlos_ += !direct && keeps_track ? 1 : 0;
   largest_excess_m_ = std::max(largest_excess_m_, static_cast<double>(delay_m_[0]));
 }
 

@@ -68,6 +68,7 @@ class SteadyCell {
   std::pair<Reflector&, bool> reflector(std::uint64_t key, std::size_t satellite, std::uint64_t name,
                                         const Eigen::Vector3d& arrival);
   const float* blockage(const Eigen::Vector3d& arrival);
+  void follow_strongest();
   void fill_lanes(const SteadySatellite& satellite);
   void measure(std::size_t satellite);
   void locate(bool statistics, CellValues& values);

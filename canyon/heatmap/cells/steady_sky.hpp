@@ -60,6 +60,18 @@ class SteadySky {
                     float* factor) const;
 
  private:
+  struct Input {
+    const simulation::Environment& environment;
+    const receiver::ReceiverOptions& options;
+    const std::vector<std::uint64_t>& seeds;  ///< [draw]
+    geodesy::GpsTime time;
+    const geodesy::Geodetic& place;  ///< the tile's centre
+    const Eigen::Matrix3d& local_from_ecef;
+  };
+  [[nodiscard]] SteadySatellite satellite_of(const Input& input, const orbit::LineOfSight& line,
+                                             const gnss::Signal& signal) const;
+  void fill_lanes(const Input& input, std::size_t bundles, SteadySatellite& s);
+
   int lanes_;
   std::size_t padded_;
   bool has_blockages_ = false;
