@@ -49,7 +49,7 @@ ordered_json to_json(const Manifest& manifest) {
                     {"title", manifest.title},
                     {"runs", manifest.runs},
                     {"axes", axes},
-                    {"luck", manifest.luck},
+                    {"luck", manifest.realizations},
                     {"receivers", manifest.receivers},
                     {"epochs", manifest.epochs},
                     {"seed", manifest.seed},
@@ -209,7 +209,7 @@ Manifest read_manifest(const fs::path& folder) {
     from.at("key").get_to(manifest.key);
     from.at("title").get_to(manifest.title);
     from.at("runs").get_to(manifest.runs);
-    from.at("luck").get_to(manifest.luck);
+    from.at("luck").get_to(manifest.realizations);
     from.at("receivers").get_to(manifest.receivers);
     from.at("epochs").get_to(manifest.epochs);
     from.at("seed").get_to(manifest.seed);

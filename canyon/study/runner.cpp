@@ -119,7 +119,7 @@ Manifest manifest_of(const StudyPlan& plan) {
       coordinate.texts = axis.values;
       coordinate.labels = axis.labels;
     }
-    if (axis.luck) manifest.luck.push_back(axis.name);
+    if (axis.realization) manifest.realizations.push_back(axis.name);
     manifest.axes.push_back(std::move(coordinate));
   }
   return manifest;

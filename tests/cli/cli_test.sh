@@ -845,7 +845,7 @@ axes:
 Y
   sed -i '$a receivers: [{name: car}]\nduration_s: 3' small.yaml
   runs 0 "$canyon" study --help; says out --shard --dry-run merge axes[].seeds
-  runs 0 "$canyon" study study.yaml --dry-run; says out "6 runs of 1 receivers (car)" elevation_mask_deg luck
+  runs 0 "$canyon" study study.yaml --dry-run; says out "6 runs of 1 receivers (car)" elevation_mask_deg realization
   runs 0 "$canyon" study study.yaml --out whole --threads 1; says out "receiver" "runs" "intervals"
   for f in study.nc table.csv errors.png boxes.svg availability.png distributions.svg; do [ -s whole/$f ] || fail "no $f"; done
   head -1 whole/table.csv | grep -q '^elevation_mask_deg,receiver,runs,figure,unit,mean,low,high,' || fail "table.csv has another header"
