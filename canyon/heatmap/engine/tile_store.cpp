@@ -33,7 +33,7 @@ constexpr std::string_view kExtension = ".tile";
 /// A temporary file that nobody has written to for so long belongs to a run that was killed.
 constexpr std::chrono::seconds kStray(60);
 
-/// Head of a unit's file, in the machine's byte order (the magic number tells another one's).
+/// Head of a unit's file, in the machine's byte order (another one's shows in the magic number).
 struct Header {
   std::array<char, 8> magic{};
   std::uint32_t byte_order = 0;
