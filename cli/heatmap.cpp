@@ -221,8 +221,8 @@ class MapRun {
     options.stop = &stop_;
     if (ranks_.size() > 1) {
       options.processes = ranks_.size();
-      options.begin_dealing = [this] { ranks_.begin_dealing(); };
-      options.deal = [this] { return ranks_.next(); };
+      options.begin_queue = [this] { ranks_.begin_queue(); };
+      options.next = [this] { return ranks_.next(); };
     }
     options.progress = progress.callback();
     return heatmap.run(store, options);
@@ -245,7 +245,7 @@ class MapRun {
     heatmap::MapSource source =
         heatmap::map_source(*heatmap_, *stores_.front(), *environment_, receiver_, scenario_);
     if (arguments_.runs > 1) {
-      // All runs are cut alike, so that one map tells where the units of each stand.
+      // All runs are cut alike, so that one map says where the units of each stand.
       std::vector<std::function<std::optional<heatmap::MapSource::Slice>(std::size_t, std::size_t)>> runs;
       for (const auto& store : stores_) runs.push_back(heatmap::store_slices(*heatmap_, *store));
       source.slice = heatmap::slices_over_runs(std::move(runs), request_.layers, over);
@@ -291,11 +291,11 @@ class MapRun {
         }
       });
     }
-    if (!quiet()) tell(summary, folder, files, over);
+    if (!quiet()) report(summary, folder, files, over);
   }
 
-  void tell(const heatmap::MapSummary& summary, const fs::path& folder, const std::vector<std::string>& files,
-            heatmap::OverRuns over) const {
+  void report(const heatmap::MapSummary& summary, const fs::path& folder,
+              const std::vector<std::string>& files, heatmap::OverRuns over) const {
     const auto cells = static_cast<double>(summary.cells);
     const auto in = [&](heatmap::CellState state) { return static_cast<double>(summary.in_state(state)); };
     std::vector<std::vector<std::string>> figures{{"cells (times altitudes)", short_count(cells)}};

@@ -23,9 +23,9 @@ struct Arguments : DriveArguments {
   std::string map, out;
 };
 
-class Judge : public RecordedDrive {
+class MapComparison : public RecordedDrive {
  public:
-  Judge(const Arguments& arguments, const validation::ListedRecording& recording)
+  MapComparison(const Arguments& arguments, const validation::ListedRecording& recording)
       : RecordedDrive(arguments, recording, false), arguments_(arguments) {}
 
   int run() {
@@ -83,7 +83,7 @@ int run(const Arguments& arguments) {
                      "give the scenario of one recording, and --obs");
   }
   try {
-    return Judge(arguments, recordings_of(arguments, false).front()).run();
+    return MapComparison(arguments, recordings_of(arguments, false).front()).run();
   } catch (const Interrupted&) {
     fmt::print(stderr, "canyon: interrupted: nothing is written\n");
     return kInterrupted;

@@ -161,7 +161,7 @@ int query_place(const Arguments& arguments, const StoredMap& map) {
   return kOk;
 }
 
-RouteReport judge(const Arguments& arguments, const StoredMap& map) {
+RouteReport report_of(const Arguments& arguments, const StoredMap& map) {
   // Times that count from a start count from the map's.
   const simulation::Trajectory route =
       simulation::read_trajectory(arguments.path, arguments.format, map.times().front());
@@ -172,7 +172,7 @@ RouteReport judge(const Arguments& arguments, const StoredMap& map) {
   if (options.altitude_m || map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain) {
     options.altitude_m = altitude_of(arguments, map);
   }
-  return heatmap::judge_route(
+  return heatmap::report_route(
       [&map](const Vector2d& enu, double altitude_m, GpsTime time) { return map.at(enu, altitude_m, time); },
       map.frame(), map.layers(), route, options);
 }
@@ -259,7 +259,7 @@ void print_json(const RouteReport& report, const StoredMap& map) {
 }
 
 int query_path(const Arguments& arguments, const StoredMap& map) {
-  const RouteReport report = judge(arguments, map);
+  const RouteReport report = report_of(arguments, map);
   if (report.outside == report.stations.size()) {
     throw InputError(fmt::format("{} lies wholly outside the map or its times", arguments.path),
                      fmt::format("the map reaches from {} and is {}; --time moves the route's beginning",
@@ -307,7 +307,7 @@ int run(const Arguments& arguments) {
 constexpr const char* kFooter =
     R"(Expected error: the map's horizontal_error_mean where it has it, else _rms, _p50 or horizontal_error, averaged
 over the way. Values are those of the cell, and of the altitude and time nearest to what is asked for;
-a route is judged at the map's altitude, whatever its own, where the map counts from the terrain.
+a route is looked up at the map's altitude, whatever its own, where the map counts from the terrain.
 
 Examples:
   canyon heatmap query out/map/map.nc --at 22.3012,114.1745

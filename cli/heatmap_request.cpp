@@ -208,7 +208,7 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
     add("--draws", std::to_string(request.draws.draws));
   }
   if (!(request.receivers == heatmap::CellReceiverOptions{})) {
-    add("--receivers", request.receivers.model == heatmap::ReceiverModel::Run ? "run" : "settled");
+    add("--receivers", request.receivers.model == heatmap::ReceiverModel::Run ? "run" : "steady_state");
     add("--path-nodes", fmt::format("{:g}", request.receivers.path_nodes_m));
   }
   const auto has = [&request](heatmap::Layer layer) {

@@ -22,8 +22,8 @@ class Ranks {
   [[nodiscard]] std::size_t sum(std::size_t here) const {
     return static_cast<std::size_t>(processes_->sum(here));
   }
-  /// Numbers dealt over all of them, see MpiProcesses.
-  void begin_dealing() { processes_->begin_dealing(); }
+  /// Places in one queue of all of them, see MpiProcesses.
+  void begin_queue() { processes_->begin_queue(); }
   [[nodiscard]] std::size_t next() { return processes_->next(); }
   /// Runs `work` and returns its result. If it throws and there are several processes, prints the error as
   /// main() does and ends all of them: the others would wait for this one for ever.

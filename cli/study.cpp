@@ -67,7 +67,7 @@ void tell_plan(const study::StudyPlan& plan) {
     const std::string first = study::value_at(axis, {0, 0}).label;
     const std::string last = study::value_at(axis, {n > 0 ? n - 1 : 0, 1 - 1e-12}).label;
     rows.push_back({axis.name, axis.key.empty() ? "-" : axis.key, n > 0 ? fmt::format("{}", n) : "continuous",
-                    first, last, axis.luck ? "luck" : "setting"});
+                    first, last, axis.realization ? "realization" : "setting"});
   }
   print_table({"axis", "key", "values", "first", "last", ""}, rows);
   fmt::print("\n{} runs of {} receivers ({}), about {:.0f} epochs each; about {}B of results\n", plan.size(),
@@ -154,8 +154,8 @@ int compute(const Arguments& arguments, Ranks& ranks) {
                            : todo.size());
     };
     if (ranks.size() > 1) {
-      ranks.begin_dealing();
-      options.deal = [&ranks] { return ranks.next(); };
+      ranks.begin_queue();
+      options.next = [&ranks] { return ranks.next(); };
     }
     study::run_all(study::RunMaker(plan), *store, todo, options);
   }

@@ -36,7 +36,10 @@ grep_each "the engine includes a host's header" \
 mapfile -t shared < <(find adapters/common adapters/common/msgs adapters/common/testing -maxdepth 1 -name '*.?pp' 2>/dev/null | sort)
 grep_each "only adapters/common/sdf may include SDF" '#include [<"](sdf/|adapters/common/sdf/)' "${shared[@]}"
 
-# 3. Only raytrace knows Embree; only canyon::io's files know Assimp, Cairo and rasters.
+# 3. Only canyon/base/json.cpp knows nlohmann/json, and tests, which compare with it; only raytrace knows Embree; only
+# canyon::io's files know Assimp, Cairo and rasters.
+mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/base/json\.cpp$|_test\.cpp$')
+grep_each "only canyon/base/json.cpp may include nlohmann/json" '#include [<"]nlohmann' "${outside[@]}"
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/raytrace/')
 grep_each "only canyon/raytrace may include Embree" '#include [<"]embree' "${outside[@]}"
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/buildings/')

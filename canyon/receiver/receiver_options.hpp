@@ -74,9 +74,9 @@ struct ReceiverOptions {
   std::vector<std::string> leaves_out;
   RangingOptions ranging;
   BiasOptions biases;
-  /// Everything random hangs on seed and satellite, so that receivers that differ in a setting are compared
-  /// under the same luck. True: on the name as well, for antennas whose errors must not be alike (a base
-  /// station beside a rover).
+  /// Everything random depends on seed and satellite: receivers that differ in a setting are compared
+  /// under the same noise realization. True: on the name as well, for antennas whose errors must not be alike
+  /// (a base station beside a rover).
   bool own_draws = false;
   positioning::FixOptions fix;
   NoiseOptions noise;

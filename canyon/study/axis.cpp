@@ -115,13 +115,16 @@ void visit(options::Visitor& v, Axis& o) {
     v.section("drives", [&] { visit(v, o.drives); });
     if (v.reads()) o.kind = Axis::Kind::Drives;
   }
-  if (v.reads()) o.luck = o.kind != Axis::Kind::Values && o.kind != Axis::Kind::Range;
+  if (v.reads()) o.realization = o.kind != Axis::Kind::Values && o.kind != Axis::Kind::Range;
+  // `luck` is how it was written before: it is read still, and keys of studies' folders keep it.
+  const bool as_before = v.purpose() == options::Purpose::Values || v.has("luck");
+  if (v.reads()) v.one_of({"realization", "luck"});
   v.boolean(
-      {"luck", "",
+      {as_before ? "luck" : "realization", "",
        "its values are occasions (times, seeds, paths), over which settings are compared: each has random "
        "numbers of its own, which all settings share",
        "true of times, seeds and drives"},
-      o.luck);
+      o.realization);
   v.boolean({"crossed", "", "in a sample: every value at every point, for comparisons; not drawn"},
             o.crossed);
   if (!v.reads()) return;

@@ -38,8 +38,8 @@ struct Axis {
   geodesy::GpsTime first;              ///< Times
   double span_s = 0;                   ///< Times: first and all before first + span
   DriveOptions drives;
-  bool luck = false;     ///< part of a run's luck, not of its settings
-  bool crossed = false;  ///< in a sample: every value at every point
+  bool realization = false;  ///< chooses a run's noise realization, not its settings
+  bool crossed = false;      ///< in a sample: every value at every point
   int line = 0;
 
   /// How many values are listed; 0 where it is continuous.
@@ -58,7 +58,7 @@ struct Level {
 /// A value of an axis: what is set, and how it is told.
 struct AxisValue {
   options::Node tree;
-  std::string text;   ///< unique: luck and stored runs go by it
+  std::string text;   ///< unique: noise realizations and stored runs go by it
   std::string label;  ///< for people
 };
 [[nodiscard]] AxisValue value_at(const Axis& axis, const Level& level);

@@ -116,7 +116,7 @@ Comparison compare(const Manifest& manifest, const std::vector<std::optional<Run
       (axis.groups ? setting : occasion) += record->at[i] + '\n';
       if (axis.groups) labels.push_back(axis.label(record->at[i]));
     }
-    const std::size_t luck = occasions.emplace(occasion, occasions.size()).first->second;
+    const std::size_t place = occasions.emplace(occasion, occasions.size()).first->second;
     for (const ReceiverRecord& receiver : record->receivers) {
       const auto name = static_cast<std::size_t>(
           std::find(manifest.receivers.begin(), manifest.receivers.end(), receiver.name) -
@@ -124,8 +124,8 @@ Comparison compare(const Manifest& manifest, const std::vector<std::optional<Run
       const auto [at, is_new] = groups.emplace(std::pair{setting, name}, result.groups.size());
       if (is_new) result.groups.push_back({labels, receiver.name, 0, {}, {}, {}});
       Group& group = result.groups[at->second];
-      if (group.records.size() <= luck) group.records.resize(luck + 1, nullptr);
-      group.records[luck] = &receiver;
+      if (group.records.size() <= place) group.records.resize(place + 1, nullptr);
+      group.records[place] = &receiver;
       ++group.runs;
     }
   }
@@ -215,9 +215,9 @@ std::string comparison_text(const Manifest& manifest, const Comparison& comparis
   if (shown < comparison.groups.size()) {
     text += fmt::format("(and {} more groups, in table.csv)\n", comparison.groups.size() - shown);
   }
-  text += fmt::format("means over runs; in brackets {:.0f} % intervals (bootstrap over {})\n",
-                      manifest.confidence * 100,
-                      manifest.luck.empty() ? "runs" : fmt::format("{}", fmt::join(manifest.luck, ", ")));
+  text += fmt::format(
+      "means over runs; in brackets {:.0f} % intervals (bootstrap over {})\n", manifest.confidence * 100,
+      manifest.realizations.empty() ? "runs" : fmt::format("{}", fmt::join(manifest.realizations, ", ")));
   return text;
 }
 

@@ -144,7 +144,7 @@ void Writer::define() {
   file_.put_text(NC_GLOBAL, "title", manifest_.title);
   file_.put_text(NC_GLOBAL, "source", "canyon study");
   file_.put_text(NC_GLOBAL, "canyon_study_key", manifest_.key);
-  file_.put_text(NC_GLOBAL, "canyon_luck", fmt::format("{}", fmt::join(manifest_.luck, " ")));
+  file_.put_text(NC_GLOBAL, "canyon_luck", fmt::format("{}", fmt::join(manifest_.realizations, " ")));
 
   run_ = define("run", NC_INT64, {run_dim_}, "1", "number of the run");
   std::size_t length = 1;

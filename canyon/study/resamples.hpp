@@ -10,7 +10,7 @@
 
 namespace canyon::study {
 
-/// Occasions of luck drawn with replacement: places in Group::records.
+/// Noise realizations drawn with replacement: places in Group::records.
 using Resamples = std::vector<std::vector<std::uint32_t>>;
 /// Manifest::bootstrap of them, fewer for many occasions, none for one; the same for equal manifests.
 [[nodiscard]] Resamples occasion_resamples(const Manifest& manifest, std::size_t occasions);

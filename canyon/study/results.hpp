@@ -38,9 +38,10 @@ struct Group {
   std::vector<std::string> at;  ///< labels on the axes that group
   std::string receiver;
   std::size_t runs = 0;
-  /// By compared_figures(): over the group's runs; and minus the first group, over the luck that both have.
+  /// By compared_figures(): over the group's runs; and minus the first group, over the noise realizations
+  /// that both have.
   std::vector<std::optional<Estimate>> estimates, differences;
-  std::vector<const ReceiverRecord*> records;  ///< by luck, null where it has none
+  std::vector<const ReceiverRecord*> records;  ///< by noise realization, null where it has none
 };
 
 struct Comparison {
@@ -49,9 +50,9 @@ struct Comparison {
 };
 
 /// Means of runs' figures for every group, with percentile bootstrap intervals (Efron and Tibshirani, An
-/// Introduction to the Bootstrap, 1993, chapter 13) over occasions of luck: these are drawn with replacement,
-/// the same ones for all groups, so that differences are of pairs. Runs that failed and figures that a run
-/// does not have are left out of means.
+/// Introduction to the Bootstrap, 1993, chapter 13) over noise realizations: these are drawn with
+/// replacement, the same ones for all groups, so that differences are of pairs. Runs that failed and figures
+/// that a run does not have are left out of means.
 [[nodiscard]] Comparison compare(const Manifest& manifest,
                                  const std::vector<std::optional<RunRecord>>& records);
 /// Long form: a line for each group and figure.
@@ -64,7 +65,7 @@ struct Stretch {
   double from_m = 0, to_m = 0;
   std::size_t epochs = 0;  ///< of all runs
   double available = 0;    ///< share of these with a fix
-  /// Of horizontal errors of all its epochs with a fix [m], with intervals over occasions of luck.
+  /// Of horizontal errors of all its epochs with a fix [m], with intervals over noise realizations.
   std::optional<Estimate> median, p95;
 };
 /// Errors along the way, in stretches of Manifest::along_m, one list for each group; reads the runs' epochs

@@ -48,7 +48,7 @@ Json to_json(const Manifest& manifest) {
             {"title", manifest.title},
             {"runs", manifest.runs},
             {"axes", axes},
-            {"luck", manifest.luck},
+            {"luck", manifest.realizations},
             {"receivers", manifest.receivers},
             {"epochs", manifest.epochs},
             {"seed", manifest.seed},
@@ -213,7 +213,7 @@ Manifest read_manifest(const fs::path& folder) {
     take(from, "key", manifest.key);
     take(from, "title", manifest.title);
     take(from, "runs", manifest.runs);
-    take(from, "luck", manifest.luck);
+    take(from, "luck", manifest.realizations);
     take(from, "receivers", manifest.receivers);
     take(from, "epochs", manifest.epochs);
     take(from, "seed", manifest.seed);

@@ -26,7 +26,7 @@ struct Manifest {
   std::size_t runs = 0;
   std::vector<Coordinate> axes;
   std::vector<std::string> receivers;
-  std::vector<std::string> luck;  ///< names of axes whose values are luck
+  std::vector<std::string> realizations;  ///< names of axes whose values choose noise realizations
   bool epochs = false;
   std::uint64_t seed = 1;
   double confidence = 0.95;

@@ -11,9 +11,9 @@
 #include <thread>
 #include <utility>
 
-#include "canyon/base/dealing.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/random.hpp"
+#include "canyon/base/work_queue.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -119,7 +119,7 @@ Manifest manifest_of(const StudyPlan& plan) {
       coordinate.texts = axis.values;
       coordinate.labels = axis.labels;
     }
-    if (axis.luck) manifest.luck.push_back(axis.name);
+    if (axis.realization) manifest.realizations.push_back(axis.name);
     manifest.axes.push_back(std::move(coordinate));
   }
   return manifest;
@@ -256,13 +256,13 @@ void run_all(const RunMaker& maker, RunStore& store, const std::vector<std::size
   std::mutex mutex;
   std::exception_ptr failure;
   std::size_t done = 0;
-  Dealing dealing(options.deal);
+  WorkQueue queue(options.next);
   std::atomic<bool> over{false};
   const auto stopped = [&] { return over.load() || (options.stop != nullptr && options.stop->load()); };
   const auto work = [&] {
     while (!stopped()) {
       try {
-        const std::size_t mine = dealing.take();
+        const std::size_t mine = queue.take();
         if (mine >= todo.size()) return;
         const std::optional<RunRecord> record = maker.make(todo[mine], within, options.stop);
         if (!record) return;

@@ -45,10 +45,10 @@ struct RunnerOptions {
   const std::atomic<bool>* stop = nullptr;
   std::function<void(std::size_t done)> progress;  ///< from any thread, one at a time
   /// The next of `todo` for this process; empty: the first that it has not had.
-  std::function<std::size_t()> deal;
+  std::function<std::size_t()> next;
 };
-/// Runs what is dealt of `todo`, keeping each in the store. Throws the first exception of any thread, after
-/// the others have ended their run.
+/// Runs what this process takes of `todo`, keeping each in the store. Throws the first exception of any
+/// thread, after the others have ended their run.
 void run_all(const RunMaker& maker, RunStore& store, const std::vector<std::size_t>& todo,
              const RunnerOptions& options);
 

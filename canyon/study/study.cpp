@@ -139,6 +139,7 @@ StudyPlan StudyPlan::parse(const std::string& text, const std::filesystem::path&
   document.kind = "study";
   document.page = "docs/study.md";
   document.known = study_description().paths();
+  document.known.emplace_back("axes[].luck");  // read still
   Node root = options::parse_yaml(text, document, kNeeds);
 
   // Trees that the list of fields does not know become texts on one line there.
@@ -254,7 +255,7 @@ Run StudyPlan::run(std::size_t number) const {
     rest /= axis.size();
   }
   const std::size_t point = rest;
-  if (points_ > 1) run.luck = fmt::format("point={}\n", point);
+  if (points_ > 1) run.realization = fmt::format("point={}\n", point);
   for (std::size_t i = 0; i < study_.axes.size(); ++i) {
     const Axis& axis = study_.axes[i];
     if (!samples_[i].empty()) {
@@ -263,7 +264,8 @@ Run StudyPlan::run(std::size_t number) const {
       run.at[i] = value_at(axis, {static_cast<std::size_t>(u * n), u});
     }
     // Seeds are the scenario's own.
-    if (axis.luck && axis.key != "seed") run.luck += fmt::format("{}={}\n", axis.name, run.at[i].text);
+    if (axis.realization && axis.key != "seed")
+      run.realization += fmt::format("{}={}\n", axis.name, run.at[i].text);
   }
   return run;
 }
@@ -335,8 +337,8 @@ simulation::Scenario StudyPlan::scenario(const Run& run) const {
   } else {
     options::read(root, from, scenario);
   }
-  if (!run.luck.empty()) {
-    scenario.seed = fnv1a(fmt::format("{}\n{}", scenario.seed, run.luck)) & 0x7fffffffffffffffU;
+  if (!run.realization.empty()) {
+    scenario.seed = fnv1a(fmt::format("{}\n{}", scenario.seed, run.realization)) & 0x7fffffffffffffffU;
   }
   return scenario;
 }
@@ -350,7 +352,7 @@ const Axis* StudyPlan::drives() const {
 
 bool StudyPlan::groups(const Axis& axis) const {
   constexpr std::size_t kMostGroups = 64;
-  return !axis.luck && axis.size() > 0 && axis.size() <= kMostGroups;
+  return !axis.realization && axis.size() > 0 && axis.size() <= kMostGroups;
 }
 
 // Each value of each axis once, the others at their first: what no scenario takes is found before hours of

@@ -47,7 +47,7 @@ struct Run {
   std::size_t number = 0;
   std::vector<AxisValue> at;  ///< one for each axis
   std::uint64_t seed = 0;     ///< of the scenario
-  std::string luck;           ///< equal for runs that share their random numbers
+  std::string realization;    ///< equal for runs that share their random numbers
 };
 
 /// A study made ready: files found, every value of every axis tried in the scenario, runs counted.
@@ -73,7 +73,7 @@ class StudyPlan {
   [[nodiscard]] double epochs_per_run() const { return epochs_; }
   /// The axis of drives, or nothing.
   [[nodiscard]] const Axis* drives() const;
-  /// Whether runs are grouped by this axis for comparisons: it holds settings, not luck, and each of its
+  /// Whether runs are grouped by this axis for comparisons: it holds settings, and each of its
   /// listed values has many runs.
   [[nodiscard]] bool groups(const Axis& axis) const;
 

@@ -141,8 +141,18 @@ runs: 10
   }
 }
 
-// Settings share the luck of a seed and a time; seeds alone are the scenario's own.
-TEST(Study, SettingsShareTheirLuck) {
+// `luck` was the name of `realization`.
+TEST(Study, ReadsTheFormerNameOfRealization) {
+  const auto key = [](const std::string& word) {
+    return plan_of("axes: [{key: seed, values: [1, 2], " + word + ": true}]\n").key();
+  };
+  EXPECT_EQ(key("luck"), key("realization"));
+  EXPECT_NE(key("luck"), key("crossed"));
+  EXPECT_THAT(error_of([&] { (void)key("luck: true, realization"); }).what(), HasSubstr("stands beside"));
+}
+
+// Settings share the noise realization of a seed and a time; seeds alone are the scenario's own.
+TEST(Study, SettingsShareTheirNoiseRealization) {
   const StudyPlan plan = plan_of(R"(axes:
   - {seeds: 3}
   - {key: "receivers[].elevation_mask_deg", values: [5, 10]}
@@ -173,14 +183,14 @@ TEST(Study, AxesOverSectionsAndSeveralKeys) {
   EXPECT_EQ(plan.run(1).at[0].label, "town");
 }
 
-// Each row of N runs is dealt once to every shard.
+// Each row of N runs has one for every shard.
 TEST(Study, ShardsArePartsOfTheWhole) {
   for (const std::size_t shards : {1U, 2U, 3U, 8U}) {
     for (std::size_t row = 0; row < 20; ++row) {
-      std::set<std::size_t> dealt;
-      for (std::size_t i = 0; i < shards; ++i) dealt.insert(shard_of(row * shards + i, shards));
-      EXPECT_EQ(dealt.size(), shards);
-      EXPECT_LT(*dealt.rbegin(), shards);
+      std::set<std::size_t> taken;
+      for (std::size_t i = 0; i < shards; ++i) taken.insert(shard_of(row * shards + i, shards));
+      EXPECT_EQ(taken.size(), shards);
+      EXPECT_LT(*taken.rbegin(), shards);
     }
   }
 }

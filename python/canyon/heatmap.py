@@ -106,7 +106,7 @@ def heatmap(
     model: Optional[str] = None,
     receiver: str = "",
     draws: int = 64,
-    receivers: str = "settled",
+    receivers: str = "steady_state",
     path_nodes_m: float = 6.0,
     limits: Optional[Mapping[str, Any]] = None,
     threads: int = 0,
@@ -134,11 +134,11 @@ def heatmap(
         Step of the ladder instead of the scenario's propagation: "mirror", "specular", ...
     draws : int
         Of noise, for layers over draws.
-    receivers : {"settled", "run"}
-        How receivers whose signals have strength stand in cells: what their loops and fixes come to, or each
-        run, a dozen times slower (docs/heatmap-receivers.md).
+    receivers : {"steady_state", "run"}
+        How receivers whose signals have strength stand in cells: the steady state of their loops and
+        fixes, or each run, a dozen times slower (docs/heatmap-receivers.md).
     path_nodes_m : float
-        Settled receivers take far paths from places so far apart; 0: searched at every cell.
+        With "steady_state" receivers take far paths from places so far apart; 0: searched at every cell.
     limits : mapping, optional
         What layers for planners compare with: "error_m", "alert_m", "protection_factor", "start", "first_fix_s"
         (docs/heatmap-planning.md).

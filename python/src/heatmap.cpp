@@ -77,7 +77,7 @@ class Map {
     }
     request_.grid =
         heatmap::Grid::covering(area->min.x(), area->min.y(), area->max.x(), area->max.y(), spacing_m);
-    // Receivers that run take milliseconds for a cell, settled ones a fifth of one: Ctrl-C must not wait for
+    // Receivers that run take milliseconds for a cell, in steady state a fifth of one: Ctrl-C must not wait for
     // 65,536 of them.
     if (receiver_.options.signal.enabled) {
       const std::uint32_t most = request_.receivers.model == heatmap::ReceiverModel::Run ? 16 : 64;

@@ -851,7 +851,7 @@ axes:
 Y
   sed -i '$a receivers: [{name: car}]\nduration_s: 3' small.yaml
   runs 0 "$canyon" study --help; says out --shard --dry-run merge axes[].seeds
-  runs 0 "$canyon" study study.yaml --dry-run; says out "6 runs of 1 receivers (car)" elevation_mask_deg luck
+  runs 0 "$canyon" study study.yaml --dry-run; says out "6 runs of 1 receivers (car)" elevation_mask_deg realization
   runs 0 "$canyon" study study.yaml --out whole --threads 1; says out "receiver" "runs" "intervals"
   for f in study.nc table.csv errors.png boxes.svg availability.png distributions.svg; do [ -s whole/$f ] || fail "no $f"; done
   head -1 whole/table.csv | grep -q '^elevation_mask_deg,receiver,runs,figure,unit,mean,low,high,' || fail "table.csv has another header"
@@ -1124,7 +1124,7 @@ study_ranks)
   runs 0 "$canyon" "${study[@]}" --out one --quiet
   runs 0 "${ranks[@]}" "$canyon" "${study[@]}" --out two; says err "40 runs in"
   for f in study.nc table.csv; do cmp one/$f two/$f || fail "other bytes of $f on two ranks"; done
-  [ "$(cat two/runs/*.jsonl | wc -l)" -eq 40 ] || fail "runs were dealt twice"
+  [ "$(cat two/runs/*.jsonl | wc -l)" -eq 40 ] || fail "runs were computed twice"
   # What is finished when a rank is lost is kept; the rest is computed by the next run.
   finished() { cat lost/runs/*.jsonl 2>/dev/null | wc -l; }
   lose_a_rank 5 finished "$canyon" "${study[@]}" --out lost

@@ -77,7 +77,7 @@ void draw_receiver(Dice& dice, receiver::ReceiverOptions& o) {
   o.fix.elevation_mask_rad = radians(dice.between(0, 25));
   o.fix.min_satellites = dice.chance(0.6) ? 4 : dice.whole(4, 8);
   o.fix.max_iterations = dice.chance(0.8) ? dice.one_of({20, 21, 40, 1000}) : dice.whole(5, 12);
-  // Of 1e-8 m and less rounding decides when a fix settles.
+  // Of 1e-8 m and less rounding decides when a fix converges.
   o.fix.convergence_m = dice.chance(0.6) ? 1e-6 : std::pow(10, dice.between(-7, 0));
   if (dice.chance(0.3)) o.fix.max_pdop = dice.between(1.2, 8);
   o.fix.weights.weighting = dice.one_of({Weighting::Sigma, Weighting::Equal, Weighting::Elevation});
@@ -177,7 +177,7 @@ Case draw_case(int number, const std::filesystem::path& folder) {
   request.times = {drawn.time};
   request.layers = kLayers;
   request.draws.draws = 1;
-  request.receivers.model = heatmap::ReceiverModel::Run;  // settled ones have bounds and tests of their own
+  request.receivers.model = heatmap::ReceiverModel::Run;  // steady states have bounds and tests of their own
 
   scenario.receivers.resize(1);
   simulation::ReceiverConfig& receiver = scenario.receivers.front();

@@ -184,7 +184,7 @@ propagation: {ground_reflection: false, diffuse: {enabled: false}}
   EXPECT_LT(ionosphere_mps, 1e-2);
 }
 
-// Receivers that differ in a setting have the same luck; own_draws sets them apart.
+// Receivers that differ in a setting have the same noise realization; own_draws sets them apart.
 TEST(Draws, AreOfSeedAndSatelliteUnlessAskedOtherwise) {
   const auto receivers = run(R"(
 city: {synthetic: {blocks_east: 4, blocks_north: 4, seed: 5}}

@@ -13,7 +13,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/propagation/atmosphere.hpp"
@@ -91,8 +91,8 @@ struct TileScene {
     double solving_s = 0;  ///< of the processor, in solve_fix()
   };
   /// Of positioning::solve_fix() at a cell. @param noise_m per satellite of the tile, or empty
-  [[nodiscard]] Answer judge(std::size_t cell, const receiver::ReceiverOptions& options,
-                             const std::vector<double>& noise_m = {}) const {
+  [[nodiscard]] Answer reference_fix(std::size_t cell, const receiver::ReceiverOptions& options,
+                                     const std::vector<double>& noise_m = {}) const {
     using geodesy::kSpeedOfLight;
     const Eigen::Vector3d antenna = frame.ecef_from_local(place(cell));
     const geodesy::Geodetic at = geodesy::geodetic_from_ecef(antenna);

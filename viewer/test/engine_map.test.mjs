@@ -15,7 +15,7 @@ test('cells say what the map says', { skip }, async () => {
   const folder = await mkdtemp(join(tmpdir(), 'canyon-map-'));
   const canyon = (...words) => execFileSync(program, words, { timeout: kPatience, encoding: 'utf8' });
   const cells = [[0, 0], [20, 20], [39, 39], [7, 31], [25, 12], [20, 2], [3, 20], [20, 36]];
-  // A receiver without luck: a map's cell and an antenna put there know the same.
+  // A receiver without noise: a map's cell and an antenna put there know the same.
   const scenario = join(folder, 'ideal.yaml');
   await writeFile(scenario, 'city: {synthetic: {seed: 3}}\nsky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-06-01T12:00:00Z\n' +
     'duration_s: 1\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\nreceivers: [{name: rover, profile: ideal}]\n');

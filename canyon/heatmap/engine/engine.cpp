@@ -13,12 +13,12 @@
 #include <set>
 #include <utility>
 
-#include "canyon/base/dealing.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/work_queue.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/heatmap/cells/cell_receivers.hpp"
+#include "canyon/heatmap/cells/steady_receivers.hpp"
 #include "canyon/heatmap/engine/engine_key.hpp"
-#include "canyon/heatmap/engine/engine_receivers.hpp"
-#include "canyon/heatmap/engine/settled_receivers.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/options/values.hpp"
 
@@ -33,7 +33,7 @@ constexpr int kValuesVersion = 2;
 /// So many units suffice to keep threads and ranks busy and to lose little when killed.
 constexpr std::size_t kManyUnits = 256;
 
-/// Cells done, told to one callback from many threads.
+/// Cells done, reported to one callback from many threads.
 class Progress {
  public:
   Progress(const std::function<void(std::size_t, std::size_t)>& callback, std::size_t total, int processes)
@@ -49,7 +49,7 @@ class Progress {
     callback();
   }
   /// Whatever the time is.
-  void tell() {
+  void report() {
     if (!callback_) return;
     const std::lock_guard lock(mutex_);
     callback();
@@ -142,7 +142,7 @@ struct Heatmap::Impl {
   TileTracer tracer;
   std::optional<CellSolver> solver;
   std::optional<CellReceivers> receivers;
-  std::optional<SettledReceivers> settled;
+  std::optional<SteadyReceivers> steady;
   std::size_t tiles = 0, times_per_unit = 1, chunks = 1;
   bool received = false;  ///< some layer asks for what arrives beyond the line of sight
   std::optional<std::size_t> los, sky_view, first_fix;
@@ -165,9 +165,9 @@ struct Heatmap::Impl {
       if (receiver.disturbances.empty() && !receiver.streets.enabled && CellSolver::fits(receiver.options) &&
           !(receiver.options.fix.covariance_by_residuals && wants_protection())) {
         solver.emplace(receiver.options, request.draws, e.klobuchar(), request.limits);
-      } else if (request.receivers.model == ReceiverModel::Settled && SettledReceivers::fits(receiver)) {
-        settled.emplace(e, tracer.propagator(), receiver, request.draws, request.limits,
-                        request.receivers.path_nodes_m);
+      } else if (request.receivers.model == ReceiverModel::SteadyState && SteadyReceivers::fits(receiver)) {
+        steady.emplace(e, tracer.propagator(), receiver, request.draws, request.limits,
+                       request.receivers.path_nodes_m);
       } else {
         receivers.emplace(e, tracer.propagator(), receiver, request.draws, request.limits);
       }
@@ -186,6 +186,11 @@ struct Heatmap::Impl {
   [[nodiscard]] std::size_t slices(const Unit& unit) const {
     return unit.tile.cells() * request.altitudes_m.size() * unit.times;
   }
+  struct Missing {
+    std::vector<std::size_t> units;
+    std::size_t cells = 0, cells_stored = 0;
+  };
+  [[nodiscard]] Missing missing_in(const TileStore& store) const;
   [[nodiscard]] std::optional<TileValues> compute(const Unit& unit, const std::atomic<bool>* stop,
                                                   const std::atomic<bool>* failed, Progress* progress) const;
   void compute_altitude(const Unit& unit, std::size_t altitude, const TileCells& cells,
@@ -285,7 +290,7 @@ void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, con
       std::copy(first.begin(), first.end(), slice(*sky_view, t).begin());
     }
   }
-  const bool signals_wanted = solver.has_value() || (los.has_value() && !receivers && !settled);
+  const bool signals_wanted = solver.has_value() || (los.has_value() && !receivers && !steady);
   TileSignals signals;
   std::vector<std::span<float>> layers(request.layers.size());
   for (std::size_t t = 0; t < unit.times; ++t) {
@@ -296,8 +301,8 @@ void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, con
       solver->solve(cells, signals, request.layers, layers);
     } else if (receivers) {
       receivers->solve(cells, time, request.layers, layers);
-    } else if (settled) {
-      settled->solve(cells, time, request.layers, layers);
+    } else if (steady) {
+      steady->solve(cells, time, request.layers, layers);
     } else if (los) {
       count_los(cells, signals, layers[*los]);
     }
@@ -341,6 +346,17 @@ TileValues Heatmap::compute(std::size_t unit) const {
   return impl_->compute(impl_->unit(unit), nullptr, nullptr, nullptr).value();
 }
 
+/// Units that a store does not have, in order; cells of these and of the others.
+Heatmap::Impl::Missing Heatmap::Impl::missing_in(const TileStore& store) const {
+  Missing missing;
+  for (std::size_t i = 0; i < tiles * chunks; ++i) {
+    const bool stored = store.has(i);
+    (stored ? missing.cells_stored : missing.cells) += slices(unit(i));
+    if (!stored) missing.units.push_back(i);
+  }
+  return missing;
+}
+
 RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
   const Impl& impl = *impl_;
   const Clock::time_point started = Clock::now();
@@ -348,28 +364,18 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
     throw InputError(fmt::format("{} threads are out of range", options.threads),
                      "give 0 (as many as cores) to 4096");
   }
-  assert(options.processes >= 1 && (options.processes == 1 || options.deal));
+  assert(options.processes >= 1 && (options.processes == 1 || options.next));
 
+  const Impl::Missing missing = impl.missing_in(store);
   RunResult result;
   result.units = unit_count();
-  std::vector<std::size_t> missing;
-  std::size_t cells_total = 0, cells_resumed = 0;
-  for (std::size_t i = 0; i < unit_count(); ++i) {
-    const std::size_t cells = impl.slices(impl.unit(i));
-    cells_total += cells;
-    if (store.has(i)) {
-      ++result.resumed;
-      cells_resumed += cells;
-    } else {
-      missing.push_back(i);
-    }
-  }
-  if (options.begin_dealing) options.begin_dealing();
-  Progress progress(options.progress, cells_total, options.processes);
-  progress.add(cells_resumed / static_cast<std::size_t>(options.processes));
-  progress.tell();
+  result.resumed = result.units - missing.units.size();
+  if (options.begin_queue) options.begin_queue();
+  Progress progress(options.progress, missing.cells + missing.cells_stored, options.processes);
+  progress.add(missing.cells_stored / static_cast<std::size_t>(options.processes));
+  progress.report();
 
-  Dealing dealing(options.deal);
+  WorkQueue queue(options.next);
   std::atomic<std::size_t> computed{0}, cells_computed{0};
   std::atomic<bool> failed{false}, cut_short{false};
   std::mutex failing;
@@ -382,15 +388,15 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
       return;
     }
     try {
-      const std::size_t k = dealing.take();
-      if (k >= missing.size()) return;
-      const Unit unit = impl.unit(missing[k]);
+      const std::size_t k = queue.take();
+      if (k >= missing.units.size()) return;
+      const Unit unit = impl.unit(missing.units[k]);
       const auto values = impl.compute(unit, options.stop, &failed, &progress);
       if (!values) {
         cut_short = true;
         return;
       }
-      store.save(missing[k], *values);
+      store.save(missing.units[k], *values);
       computed.fetch_add(1);
       cells_computed.fetch_add(impl.slices(unit));
     } catch (...) {
@@ -401,10 +407,10 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
   };
   tbb::task_arena arena(options.threads == 0 ? static_cast<int>(tbb::task_arena::automatic)
                                              : options.threads);
-  arena.execute([&] { spread(missing.size(), [&](std::size_t) { one(); }); });
+  arena.execute([&] { spread(missing.units.size(), [&](std::size_t) { one(); }); });
   if (failure) std::rethrow_exception(failure);
 
-  progress.tell();
+  progress.report();
   result.computed = computed.load();
   result.cells_computed = cells_computed.load();
   result.interrupted = cut_short.load();

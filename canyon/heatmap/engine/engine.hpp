@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/kernels/grid.hpp"
 #include "canyon/heatmap/kernels/layers.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
@@ -77,12 +77,12 @@ struct RunOptions {
   /// share (of several an equal one, until it has done more). From any thread, but one call at a time; in
   /// order; at the beginning, at the end, and at most ten times a second between.
   std::function<void(std::size_t, std::size_t)> progress;
-  /// Of several processes over one store: their number, and what deals places in the list of missing units
-  /// over all of them (Dealing). Called once before the first is dealt, by all: each must have the same list,
-  /// so none may begin before the last has made it (MpiProcesses::begin_dealing()).
+  /// Of several processes over one store: their number, and the next place over all of them in the queue of
+  /// missing units (WorkQueue). begin_queue() is called once before, by all: each must have the same queue,
+  /// so none may begin before the last has made it (MpiProcesses::begin_queue()).
   int processes = 1;
-  std::function<void()> begin_dealing;
-  std::function<std::size_t()> deal;
+  std::function<void()> begin_queue;
+  std::function<std::size_t()> next;
 };
 
 struct RunResult {
@@ -128,7 +128,7 @@ class Heatmap {
 
   /// Values of one unit; the same on any thread and rank, and inside any task arena.
   [[nodiscard]] TileValues compute(std::size_t unit) const;
-  /// Computes what `store` does not have yet, in order, of several processes what is dealt to this one. Ends
+  /// Computes what `store` does not have yet, in order, of several processes what this one takes. Ends
   /// early, with all finished units saved, when `stop` is set; throws InputError for options out of range, a
   /// damaged unit, and a disk that takes no more.
   RunResult run(TileStore& store, const RunOptions& options = {}) const;

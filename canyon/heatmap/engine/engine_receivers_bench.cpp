@@ -2,7 +2,7 @@
 // receivers that run: sampled tiles of Hong Kong and of the synthetic city at 2 m, a profile and its
 // propagation as it is, all layers, eight draws.
 //   heatmap_engine_engine_receivers_bench [profile=ublox-m8t] [city=bench|synthetic]
-//   [models=run|settled|both]
+//   [models=run|steady_state|both]
 //     [sky=recorded|nominal] [stride=61: every 61st tile] [tile=32] [spacing=2] [altitude=2] [draws=8]
 //     [nodes=6]
 #include <algorithm>
@@ -66,13 +66,13 @@ double mean(const std::vector<double>& values) {
   return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
-void compare(const std::vector<Layer>& layers, const Sampled& run, const Sampled& settled) {
+void compare(const std::vector<Layer>& layers, const Sampled& run, const Sampled& steady) {
   std::printf("| layer | | mean | median | 95 %% | cell by cell: median, 95 %% of the difference |\n");
   for (std::size_t l = 0; l < layers.size(); ++l) {
     if (layers[l] == Layer::SkyView) continue;
     std::vector<double> a, b, apart;
     for (std::size_t i = 0; i < run.of[l].size(); ++i) {
-      const double x = run.of[l][i], y = settled.of[l][i];
+      const double x = run.of[l][i], y = steady.of[l][i];
       if (std::isfinite(x)) a.push_back(x);
       if (std::isfinite(y)) b.push_back(y);
       if (std::isfinite(x) && std::isfinite(y)) apart.push_back(std::abs(x - y));
@@ -81,8 +81,8 @@ void compare(const std::vector<Layer>& layers, const Sampled& run, const Sampled
     if (a.empty() || b.empty() || apart.empty()) continue;
     std::printf("| %s | run | %.4g | %.4g | %.4g | |\n", std::string(info(layers[l]).name).c_str(), mean(a),
                 *quantile(a, 0.5), *quantile(a, 0.95));
-    std::printf("| | settled | %.4g (%+.1f %%) | %.4g (%+.1f %%) | %.4g (%+.1f %%) | %.3g, %.3g |\n", mean(b),
-                100 * (mean(b) / mean(a) - 1), *quantile(b, 0.5),
+    std::printf("| | steady state | %.4g (%+.1f %%) | %.4g (%+.1f %%) | %.4g (%+.1f %%) | %.3g, %.3g |\n",
+                mean(b), 100 * (mean(b) / mean(a) - 1), *quantile(b, 0.5),
                 100 * (*quantile(b, 0.5) / *quantile(a, 0.5) - 1), *quantile(b, 0.95),
                 100 * (*quantile(b, 0.95) / *quantile(a, 0.95) - 1), *quantile(apart, 0.5),
                 *quantile(apart, 0.95));
@@ -140,17 +140,17 @@ int main(int argc, char** argv) {
   receiver.options.signal.shadowing.blockage.share = 0.2;
   const std::string models = given("models", "both");
   Sampled run;
-  if (models != "settled") {
+  if (models != "steady_state") {
     request.receivers.model = ReceiverModel::Run;
     run = sample(Heatmap(environment, receiver, request, ""), stride);
     describe("run", run);
   }
   if (models == "run") return 0;
-  request.receivers.model = ReceiverModel::Settled;
+  request.receivers.model = ReceiverModel::SteadyState;
   request.receivers.path_nodes_m = std::atof(given("nodes", "6").c_str());
-  const Sampled settled = sample(Heatmap(environment, receiver, request, ""), stride);
-  describe("settled", settled);
-  if (run.computed > 0) compare(request.layers, run, settled);
+  const Sampled steady = sample(Heatmap(environment, receiver, request, ""), stride);
+  describe("steady state", steady);
+  if (run.computed > 0) compare(request.layers, run, steady);
   return 0;
 }
 

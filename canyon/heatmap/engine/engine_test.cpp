@@ -18,7 +18,7 @@
 #include "canyon/base/same_bytes.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
-#include "canyon/heatmap/engine/engine_receivers.hpp"
+#include "canyon/heatmap/cells/cell_receivers.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/disturbances.hpp"
 #include "tests/support/downtown.hpp"
@@ -207,11 +207,11 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
       RunOptions options;
       options.threads = 1;
       options.processes = 2;
-      options.begin_dealing = [&] {
+      options.begin_queue = [&] {
         ++ready;
         while (ready < 2) std::this_thread::yield();
       };
-      options.deal = [&] { return next++; };
+      options.next = [&] { return next++; };
       const RunResult result = of_rank.run(store, options);
       EXPECT_EQ(result.resumed, 0U);
       EXPECT_FALSE(result.interrupted);

@@ -39,8 +39,8 @@ bool nan_without_fix(Layer layer) {
 }  // namespace
 
 std::optional<std::size_t> fix_layer(std::span<const Layer> layers) {
-  const auto first = [&](auto&& tells) -> std::optional<std::size_t> {
-    const auto found = std::find_if(layers.begin(), layers.end(), tells);
+  const auto first = [&](auto&& is_one) -> std::optional<std::size_t> {
+    const auto found = std::find_if(layers.begin(), layers.end(), is_one);
     if (found == layers.end()) return std::nullopt;
     return static_cast<std::size_t>(found - layers.begin());
   };

@@ -12,13 +12,13 @@
 
 namespace canyon::heatmap {
 
-/// The layer that tells best whether a cell has a fix: Availability, else an error or a DOP (NaN without),
-/// else SatellitesUsed (0 without). Index into `layers`; empty where none of them tells.
+/// The layer that shows best whether a cell has a fix: Availability, else an error or a DOP (NaN without),
+/// else SatellitesUsed (0 without). Index into `layers`; empty where there is none of them.
 [[nodiscard]] std::optional<std::size_t> fix_layer(std::span<const Layer> layers);
 /// What a value of such a layer says: share of the time with a fix [1].
 [[nodiscard]] double fix_share(Layer layer, float value);
 
-/// Counts values as they come, in bounded memory (2 MiB), and tells quantiles of them: each value is rounded
+/// Counts values as they come, in bounded memory (2 MiB), and gives quantiles of them: each value is rounded
 /// to ten significant bits, so that whole numbers up to 1,024 are exact and others within 1/2048 of
 /// themselves.
 class ValueCounts {
@@ -54,7 +54,7 @@ struct MapSummary {
   std::array<std::size_t, 5> states{};  ///< cells by CellState, of tiles that were computed
   std::size_t missing = 0;              ///< cells times times of tiles that were not
   std::size_t values = 0;               ///< cells times times in CellState::Computed
-  std::optional<double> availability;   ///< mean of fix_share() over them; empty where no layer tells
+  std::optional<double> availability;   ///< mean of fix_share() over them; empty where no layer shows it
   std::vector<LayerSummary> layers;     ///< in the request's order
 
   [[nodiscard]] std::size_t in_state(CellState state) const {

@@ -36,8 +36,8 @@ struct MpiProcesses::Counter {
 
 namespace {
 
-/// Launchers tell processes their number so: Open MPI, PMIx, PMI (MPICH, Intel), Slurm. Without them MPI is
-/// left alone: starting it takes a second, and fails where there is no network.
+/// Launchers give processes their number in these variables: Open MPI, PMIx, PMI (MPICH, Intel), Slurm.
+/// Without them MPI is left alone: starting it takes a second, and fails where there is no network.
 bool is_launched() {
   for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID"}) {
     if (std::getenv(name) != nullptr) return true;
@@ -83,7 +83,7 @@ std::vector<std::uint64_t> MpiProcesses::gather(std::uint64_t value) const {
   return all;
 }
 
-void MpiProcesses::begin_dealing() {
+void MpiProcesses::begin_queue() {
   next_ = 0;
   if (!joined_) return;
   if (counter_) counter_->free();
@@ -126,7 +126,7 @@ std::vector<std::uint64_t> MpiProcesses::gather(std::uint64_t value) const {
 std::uint64_t MpiProcesses::sum(std::uint64_t value) const {
   return value;
 }
-void MpiProcesses::begin_dealing() {
+void MpiProcesses::begin_queue() {
   next_ = 0;
 }
 std::size_t MpiProcesses::next() {

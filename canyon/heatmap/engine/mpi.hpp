@@ -12,7 +12,7 @@ namespace canyon::heatmap {
 /// several, it is alone: rank 0 of 1.
 ///
 /// Ranks share nothing but a folder of results (rank 0 opens it, then a barrier, then the others) and the
-/// numbers that next() deals. All calls are collective: every rank makes the same
+/// numbers that next() gives. All calls are collective: every rank makes the same
 /// ones in the same order, from the thread that made the object; next() alone may come from others
 /// (MPI_THREAD_SERIALIZED).
 class MpiProcesses {
@@ -39,9 +39,9 @@ class MpiProcesses {
   [[nodiscard]] std::vector<std::uint64_t> gather(std::uint64_t value) const;
   /// Sum over the ranks, at each of them.
   [[nodiscard]] std::uint64_t sum(std::uint64_t value) const;
-  /// From here on next() deals 0, 1, 2, ... to whoever asks, over all ranks and threads, each number once.
+  /// From here on next() gives 0, 1, 2, ... to whoever asks, over all ranks and threads, each number once.
   /// Returns once every rank is here; alone it counts by itself.
-  void begin_dealing();
+  void begin_queue();
   /// Not collective; one thread of a rank at a time.
   [[nodiscard]] std::size_t next();
 

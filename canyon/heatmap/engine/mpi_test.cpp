@@ -68,8 +68,8 @@ TEST(Mpi, RanksComputeOneMap) {
   RunOptions options;
   options.threads = 1;
   options.processes = all.ranks();
-  options.begin_dealing = [&all] { all.begin_dealing(); };
-  options.deal = [&all] { return all.next(); };
+  options.begin_queue = [&all] { all.begin_queue(); };
+  options.next = [&all] { return all.next(); };
   const RunResult result = map.run(store, options);
   EXPECT_FALSE(result.interrupted);
   EXPECT_EQ(all.sum(result.computed), map.unit_count());
@@ -87,11 +87,11 @@ TEST(Mpi, RanksComputeOneMap) {
 }
 
 // Each number once, again and again.
-TEST(Mpi, DealsEachNumberOnce) {
+TEST(Mpi, GivesEachNumberOnce) {
   MpiProcesses& all = processes();
   constexpr std::size_t kNumbers = 1000;
   for (int round = 0; round < 2; ++round) {
-    all.begin_dealing();
+    all.begin_queue();
     std::uint64_t sum = 0, count = 0;
     for (std::size_t k = all.next(); k < kNumbers; k = all.next()) {
       sum += k;

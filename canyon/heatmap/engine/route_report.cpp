@@ -124,13 +124,13 @@ void find_worst(RouteReport& report, double piece_m, double stretch_m) {
   }
 }
 
-void find_no_fix(RouteReport& report, const std::vector<Layer>& layers, std::size_t tells, double piece_m) {
+void find_no_fix(RouteReport& report, const std::vector<Layer>& layers, std::size_t layer, double piece_m) {
   double sum = 0;
   std::size_t length = 0;
   for (std::size_t i = 0; i < report.stations.size(); ++i) {
     const RouteStation& station = report.stations[i];
     const bool here = known(station);
-    const double share = here ? fix_share(layers[tells], station.answer->values[tells]) : 0;
+    const double share = here ? fix_share(layers[layer], station.answer->values[layer]) : 0;
     if (here) sum += share;
     length = here && share < 0.5 ? length + 1 : 0;
     if (length > 0 && (!report.no_fix || length > report.no_fix->count)) {
@@ -155,9 +155,9 @@ void visit(options::Visitor& v, RouteOptions& o) {
            o.altitude_m, {});
 }
 
-RouteReport judge_route(const MapLookup& map, const geodesy::LocalFrame& frame,
-                        const std::vector<Layer>& layers, const simulation::Trajectory& trajectory,
-                        const RouteOptions& options) {
+RouteReport report_route(const MapLookup& map, const geodesy::LocalFrame& frame,
+                         const std::vector<Layer>& layers, const simulation::Trajectory& trajectory,
+                         const RouteOptions& options) {
   options.validate();
   const Way way = follow(trajectory, frame);
   RouteReport report;
@@ -193,7 +193,7 @@ RouteReport judge_route(const MapLookup& map, const geodesy::LocalFrame& frame,
   }
   report.error = error_layer(layers);
   if (report.error) find_worst(report, piece_m, options.stretch_m);
-  if (const auto tells = fix_layer(layers)) find_no_fix(report, layers, *tells, piece_m);
+  if (const auto shown = fix_layer(layers)) find_no_fix(report, layers, *shown, piece_m);
   return report;
 }
 

@@ -13,7 +13,7 @@
 #include "canyon/heatmap/kernels/layers.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 
-// Judges a route by a map, for planners.
+// What a map says of a route, for planners.
 
 namespace canyon::heatmap {
 
@@ -60,7 +60,7 @@ struct RouteReport {
   std::size_t known = 0;      ///< stations in computed cells
   std::size_t outside = 0;    ///< of the map or its times
   std::size_t no_answer = 0;  ///< inside buildings, under terrain, outside the map's area
-  /// Share of the known stations with a fix (fix_share()); empty where no layer tells or none is known.
+  /// Share of the known stations with a fix (fix_share()); empty where no layer shows it or none is known.
   std::optional<double> availability;
   /// The map's error that a planner expects: the mean over draws, else RMS, median, the error without noise.
   /// Index into `layers`; empty where the map has none.
@@ -78,8 +78,8 @@ struct RouteReport {
 /// it lasts over 500,000 s); quantiles are definition 7 of Hyndman and Fan (1996).
 /// @param frame of the map @param layers of the map, as its answers have them
 /// Throws InputError for options that do not validate() and routes of more than 10 million stations.
-[[nodiscard]] RouteReport judge_route(const MapLookup& map, const geodesy::LocalFrame& frame,
-                                      const std::vector<Layer>& layers,
-                                      const simulation::Trajectory& trajectory, const RouteOptions& options);
+[[nodiscard]] RouteReport report_route(const MapLookup& map, const geodesy::LocalFrame& frame,
+                                       const std::vector<Layer>& layers,
+                                       const simulation::Trajectory& trajectory, const RouteOptions& options);
 
 }  // namespace canyon::heatmap

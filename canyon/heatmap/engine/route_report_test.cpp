@@ -48,7 +48,7 @@ TEST(JudgeRoute, TellsExpectedErrorAvailabilityAndTheWorstStretch) {
   RouteOptions options;
   options.step_m = 0.5;
   options.stretch_m = 40;
-  const RouteReport report = judge_route(street, kFrame, kLayers, drive({{0, 0}, {200, 0}}, 10), options);
+  const RouteReport report = report_route(street, kFrame, kLayers, drive({{0, 0}, {200, 0}}, 10), options);
   EXPECT_NEAR(report.length_m, 200, 0.01);
   EXPECT_NEAR(report.duration_s, 20, 0.001);
   // The way is a hair longer than 200 m on the ellipsoid, or not: 400 or 401 pieces.
@@ -90,7 +90,7 @@ TEST(JudgeRoute, WalksRoundCornersAtItsOwnPaceOrAnother) {
   const auto route = drive({{0, 0}, {30, 0}, {30, 40}}, 5);
   RouteOptions options;
   options.step_m = 10;
-  RouteReport report = judge_route(map, kFrame, kLayers, route, options);
+  RouteReport report = report_route(map, kFrame, kLayers, route, options);
   EXPECT_NEAR(report.length_m, 70, 0.1);
   EXPECT_EQ(report.outside, report.stations.size());
   EXPECT_EQ(report.known, 0U);
@@ -110,7 +110,7 @@ TEST(JudgeRoute, WalksRoundCornersAtItsOwnPaceOrAnother) {
   options.speed_mps = 2;
   options.start = kStart + 1000.0;
   options.altitude_m = 15;
-  report = judge_route(map, kFrame, kLayers, route, options);
+  report = report_route(map, kFrame, kLayers, route, options);
   EXPECT_NEAR(report.duration_s, 35, 0.1);
   EXPECT_NEAR(times.back() - kStart, 1000 + report.stations.back().way_m / 2, 1e-6);
   EXPECT_EQ(altitudes.front(), 15);
@@ -118,7 +118,7 @@ TEST(JudgeRoute, WalksRoundCornersAtItsOwnPaceOrAnother) {
 
 TEST(JudgeRoute, APlaceIsOneStation) {
   const auto place = simulation::Trajectory::fixed(kStart, kFrame.geodetic_from_local({110, 0, 2}), 60);
-  const RouteReport report = judge_route(street, kFrame, kLayers, place, {});
+  const RouteReport report = report_route(street, kFrame, kLayers, place, {});
   ASSERT_EQ(report.stations.size(), 1U);
   EXPECT_EQ(report.layers[1].mean, 10);
   EXPECT_EQ(*report.availability, 1);
@@ -131,14 +131,14 @@ TEST(JudgeRoute, ExpectsTheMeanOverDrawsWhereThereIsOne) {
   const std::vector<Layer> layers{Layer::HorizontalErrorP95, Layer::HorizontalError,
                                   Layer::HorizontalErrorMean, Layer::Availability};
   const MapLookup map = [](const Vector2d&, double, GpsTime) { return answer({9, 1, 4, 0.25F}); };
-  const RouteReport report = judge_route(map, kFrame, layers, drive({{0, 0}, {20, 0}}, 10), {});
+  const RouteReport report = report_route(map, kFrame, layers, drive({{0, 0}, {20, 0}}, 10), {});
   EXPECT_EQ(report.error, 2U);
   EXPECT_NEAR(*report.availability, 0.25, 1e-12);
   // A fix a quarter of the time is mostly none.
   ASSERT_TRUE(report.no_fix);
   EXPECT_EQ(report.no_fix->count, report.stations.size());
-  const RouteReport blind = judge_route([](const Vector2d&, double, GpsTime) { return answer({1}); }, kFrame,
-                                        {Layer::SkyView}, drive({{0, 0}, {20, 0}}, 10), {});
+  const RouteReport blind = report_route([](const Vector2d&, double, GpsTime) { return answer({1}); }, kFrame,
+                                         {Layer::SkyView}, drive({{0, 0}, {20, 0}}, 10), {});
   EXPECT_FALSE(blind.error);
   EXPECT_FALSE(blind.availability);
 }
@@ -148,7 +148,7 @@ TEST(JudgeRoute, RefusesOptionsOutOfRange) {
   const auto with = [&](auto&& change) {
     RouteOptions options;
     change(options);
-    return judge_route(street, kFrame, kLayers, route, options);
+    return report_route(street, kFrame, kLayers, route, options);
   };
   EXPECT_THROW((void)with([](RouteOptions& o) { o.step_m = 0; }), InputError);
   EXPECT_THROW((void)with([](RouteOptions& o) { o.step_m = 1e-7; }), InputError);

@@ -10,13 +10,13 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string_view>
 #include <system_error>
 #include <type_traits>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/heatmap/engine/engine.hpp"
@@ -33,7 +33,7 @@ constexpr std::string_view kExtension = ".tile";
 /// A temporary file that nobody has written to for so long belongs to a run that was killed.
 constexpr std::chrono::seconds kStray(60);
 
-/// Head of a unit's file, in the machine's byte order (the magic number tells another one's).
+/// Head of a unit's file, in the machine's byte order (another one's shows in the magic number).
 struct Header {
   std::array<char, 8> magic{};
   std::uint32_t byte_order = 0;
@@ -140,13 +140,11 @@ void TileStore::Impl::check_manifest(const std::string& description) const {
   for (std::size_t got = 0; (got = std::fread(block.data(), 1, block.size(), file.get())) > 0;) {
     text.append(block.data(), got);
   }
-  const nlohmann::json manifest = nlohmann::json::parse(text, nullptr, false);
+  const Json manifest = Json::try_parse(text).value_or(Json());
   const auto word = [&](const char* name) -> std::string {
-    if (!manifest.is_object() || !manifest.contains(name) || !manifest[name].is_string()) return {};
-    return manifest[name].get<std::string>();
+    return manifest[name].is_string() ? manifest[name].text() : std::string();
   };
-  if (word("format") != kFormat || word("key").empty() || !manifest.contains("version") ||
-      !manifest["version"].is_number_integer()) {
+  if (word("format") != kFormat || word("key").empty() || !manifest["version"].is_integer()) {
     throw foreign(fmt::format("'{}' is damaged or of another program", kManifest));
   }
   if (manifest["version"].get<std::int64_t>() != kVersion) {
@@ -160,10 +158,9 @@ void TileStore::Impl::check_manifest(const std::string& description) const {
 }
 
 void TileStore::Impl::write_manifest(const std::string& description) const {
-  const nlohmann::ordered_json manifest{
-      {"format", kFormat}, {"version", kVersion}, {"key", key}, {"description", description}};
+  const Json manifest{{"format", kFormat}, {"version", kVersion}, {"key", key}, {"description", description}};
   OutputFile file(folder / kManifest);
-  file.write(manifest.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  file.write(manifest.dump(2));
   file.write("\n");
   file.commit();
 }

@@ -29,8 +29,8 @@ namespace {
 namespace gdal = buildings::gdal;
 namespace fs = std::filesystem;
 
-/// While it lives, GDAL prints nothing on this thread, and any failure that it reports is kept: some are told
-/// in no other way (GDALClose() has no result up to GDAL 3.6).
+/// While it lives, GDAL prints nothing on this thread, and any failure that it reports is kept: some are
+/// reported in no other way (GDALClose() has no result up to GDAL 3.6).
 class Failures {
  public:
   Failures() { CPLPushErrorHandlerEx(&Failures::take, this); }
@@ -98,7 +98,7 @@ Strings strings(const std::vector<std::string>& items) {
   return Strings(list);
 }
 
-/// Digits after the point of a second that tell all times exactly: 0, 3, 6 or 9.
+/// Digits after the point of a second that write all times exactly: 0, 3, 6 or 9.
 int second_decimals(const std::vector<geodesy::GpsTime>& times) {
   int decimals = 0;
   for (const geodesy::GpsTime t : times) {

@@ -43,7 +43,7 @@ double unix_seconds(geodesy::GpsTime t) {
 
 void NetcdfFile::check_written(int status) const {
   if (status == NC_NOERR) return;
-  // HDF5 tells of a failed write, not why; the system's word is often still there.
+  // HDF5 reports a failed write, not why; the system's word is often still there.
   const int code = errno;
   const bool named = code == ENOSPC || code == EFBIG || code == EDQUOT || code == EIO;
   std::error_code unknown;

@@ -28,7 +28,7 @@
 #include "canyon/raytrace/ray_scene.hpp"
 #include "tests/support/bare_embree.hpp"
 #include "tests/support/bench_city.hpp"
-#include "tests/support/shadow_judge.hpp"
+#include "tests/support/shadow_reference.hpp"
 
 namespace {
 
@@ -65,7 +65,7 @@ class BareEmbree {
     r.mask = 0xFFFFFFFFu;
     for (std::uint32_t i = 0; i < kMostCells; ++i) {
       if (i < count_) {
-        const Vector3d at = canyon::heatmap::judge::place(plane, i % plane.columns, i / plane.columns);
+        const Vector3d at = canyon::heatmap::reference::place(plane, i % plane.columns, i / plane.columns);
         r.org_x = static_cast<float>(at.x());
         r.org_y = static_cast<float>(at.y());
       }
@@ -297,7 +297,7 @@ void print_ratios() {
         cells = std::size_t{t.columns} * t.rows;
         f.bare.prepare(t, d);
         for (std::uint32_t i = 0; i < cells; ++i) {
-          rays[i] = {canyon::heatmap::judge::place(t, i % t.columns, i / t.columns), d};
+          rays[i] = {canyon::heatmap::reference::place(t, i % t.columns, i / t.columns), d};
         }
         for (Way& way : ways) {
           const double start = cpu_seconds();
@@ -309,7 +309,7 @@ void print_ratios() {
             if (other[i] == bare[i]) continue;
             ++different;
             const double distance =
-                canyon::heatmap::judge::distance_to_edge(f.city.city.mesh, rays[i].origin, d);
+                canyon::heatmap::reference::distance_to_edge(f.city.city.mesh, rays[i].origin, d);
             beyond_1_mm += distance > 1e-3 ? 1 : 0;
             farthest = std::max(farthest, distance);
           }

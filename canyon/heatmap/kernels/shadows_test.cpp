@@ -19,7 +19,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/heatmap/kernels/shadow_solids.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
-#include "tests/support/shadow_judge.hpp"
+#include "tests/support/shadow_reference.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::heatmap {
@@ -84,7 +84,7 @@ void compare_shadows(const Mesh& mesh, const raytrace::RayScene& scene, const Sh
   std::vector<raytrace::Ray> rays(plane.columns);
   const auto theirs = std::make_unique<bool[]>(plane.columns);
   for (std::uint32_t r = 0; r < plane.rows; ++r) {
-    for (std::uint32_t c = 0; c < plane.columns; ++c) rays[c] = {judge::place(plane, c, r), direction};
+    for (std::uint32_t c = 0; c < plane.columns; ++c) rays[c] = {reference::place(plane, c, r), direction};
     scene.occluded(rays, {theirs.get(), plane.columns});
     for (std::uint32_t c = 0; c < plane.columns; ++c) {
       const std::uint8_t our = ours[std::size_t{r} * plane.columns + c];
@@ -92,7 +92,7 @@ void compare_shadows(const Mesh& mesh, const raytrace::RayScene& scene, const Sh
       sum.blocked += our;
       if (our == (theirs[c] ? 1 : 0)) continue;
       ++sum.different;
-      const double distance = judge::distance_to_edge(mesh, rays[c].origin, direction);
+      const double distance = reference::distance_to_edge(mesh, rays[c].origin, direction);
       sum.beyond_1_mm += distance > 1e-3 ? 1 : 0;
       if (distance > sum.farthest_m) {
         sum.farthest_m = distance;
@@ -116,7 +116,7 @@ void compare_ranges(const Mesh& mesh, const raytrace::RayScene& scene, const Sha
   for (std::uint32_t r = 0; r < plane.rows; ++r) {
     for (std::uint32_t c = 0; c < plane.columns; ++c) {
       const float our = ours[std::size_t{r} * plane.columns + c];
-      const raytrace::Ray ray{judge::place(plane, c, r), direction, max_range_m};
+      const raytrace::Ray ray{reference::place(plane, c, r), direction, max_range_m};
       const auto hit = scene.cast(ray);
       ++sum.cells;
       if (!hit && our == kInfinite) continue;
@@ -134,7 +134,7 @@ void compare_ranges(const Mesh& mesh, const raytrace::RayScene& scene, const Sha
       if (hit && std::abs(hit->range_m - max_range_m) < 1e-3) continue;
       if (!hit && std::abs(static_cast<double>(our) - max_range_m) < 1e-3) continue;
       ++sum.different;
-      sum.farthest_m = std::max(sum.farthest_m, judge::distance_to_edge(mesh, ray.origin, direction));
+      sum.farthest_m = std::max(sum.farthest_m, reference::distance_to_edge(mesh, ray.origin, direction));
     }
   }
 }
@@ -163,7 +163,7 @@ TEST(ShadowCaster, TheShadowOfABoxLiesAwayFromTheSatellite) {
     const double from = std::max(0.0, -z);
     for (std::uint32_t r = 0; r < plane.rows; ++r) {
       for (std::uint32_t c = 0; c < plane.columns; ++c) {
-        const Vector3d at = judge::place(plane, c, r);
+        const Vector3d at = reference::place(plane, c, r);
         const bool expected = z < 20 && at.y() > 0 && at.y() < 4 && at.x() > from && at.x() < 30 - z;
         ASSERT_EQ(blocked[std::size_t{r} * plane.columns + c], expected ? 1 : 0) << at.transpose();
       }
@@ -234,7 +234,7 @@ TEST(ShadowCaster, TheZenithShadowIsTheOutline) {
   const auto too_far = ranges(caster, below, {0, 0, 1}, 7.9);
   for (std::uint32_t r = 0; r < below.rows; ++r) {
     for (std::uint32_t c = 0; c < below.columns; ++c) {
-      const Vector3d at = judge::place(below, c, r);
+      const Vector3d at = reference::place(below, c, r);
       const bool under = at.x() > 0 && at.x() < 10 && at.y() > 0 && at.y() < 4;
       const std::size_t i = std::size_t{r} * below.columns + c;
       ASSERT_EQ(blocked[i], under ? 1 : 0) << at.transpose();
@@ -253,7 +253,7 @@ TEST(ShadowCaster, RangesToAWallGrowWithDistance) {
   const auto found = ranges(caster, plane, west, 60);
   for (std::uint32_t r = 0; r < plane.rows; ++r) {
     for (std::uint32_t c = 0; c < plane.columns; ++c) {
-      const double x = judge::place(plane, c, r).x();
+      const double x = reference::place(plane, c, r).x();
       const double range = x / std::cos(geodesy::radians(30));
       const bool hit = range <= 60 && 1.5 + range * std::sin(geodesy::radians(30)) < 40;
       if (hit) {
@@ -365,8 +365,8 @@ TEST(ShadowCaster, AgreesWithEveryTriangleTestedByItself) {
     const auto our_ranges = ranges(caster, plane, direction);
     for (std::uint32_t r = 0; r < plane.rows; ++r) {
       for (std::uint32_t c = 0; c < plane.columns; ++c) {
-        const Vector3d at = judge::place(plane, c, r);
-        const auto hit = judge::first_hit(mesh, at, direction);
+        const Vector3d at = reference::place(plane, c, r);
+        const auto hit = reference::first_hit(mesh, at, direction);
         const std::size_t i = std::size_t{r} * plane.columns + c;
         ++cells;
         blocked_cells += ours[i];
@@ -376,7 +376,7 @@ TEST(ShadowCaster, AgreesWithEveryTriangleTestedByItself) {
         if (same_range) worst_range = std::max(worst_range, off);
         if (ours[i] == (hit ? 1 : 0) && same_range) continue;
         ++different;
-        farthest = std::max(farthest, judge::distance_to_edge(mesh, at, direction));
+        farthest = std::max(farthest, reference::distance_to_edge(mesh, at, direction));
       }
     }
   }

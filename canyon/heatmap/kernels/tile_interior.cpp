@@ -235,8 +235,8 @@ std::vector<std::uint32_t> Interiors::on_surfaces(const CellPlane& plane, double
   return cells;
 }
 
-bool Interiors::judge(const CellPlane& plane, std::span<const std::uint8_t> wanted,
-                      std::span<std::uint8_t> inside) const {
+bool Interiors::find(const CellPlane& plane, std::span<const std::uint8_t> wanted,
+                     std::span<std::uint8_t> inside) const {
   assert(wanted.size() == std::size_t{plane.columns} * plane.rows && inside.size() == wanted.size());
   const std::vector<End> open = ends(plane.z);
   if (open.size() > kMostEnds) return false;

@@ -28,11 +28,11 @@ class Interiors {
   explicit Interiors(const city::Mesh& mesh);
 
   /// Only for cells with wanted[i] != 0: inside[i] = 1 where most of the seven level rays say so, else 0.
-  /// Whether a roof stands above is the caller's to know. False, with nothing done, where so many chains end
+  /// A roof above is not looked for. False, with nothing done, where so many chains end
   /// in the plane that rays are cheaper. Coordinates of walls are exact to rounding (1e-9 m); cells nearer to
   /// a wall may fall to either side.
-  [[nodiscard]] bool judge(const CellPlane& plane, std::span<const std::uint8_t> wanted,
-                           std::span<std::uint8_t> inside) const;
+  [[nodiscard]] bool find(const CellPlane& plane, std::span<const std::uint8_t> wanted,
+                          std::span<std::uint8_t> inside) const;
   /// Ends of chains in a plane, each counted as often as segments end there without going on.
   [[nodiscard]] std::size_t open_ends(double z) const;
 

@@ -133,7 +133,7 @@ struct TileTracer::Impl {
 
   void set_heights(const Grid& grid, double altitude_m, AltitudeKind kind, TileCells& cells,
                    std::vector<double>& ground) const;
-  void judge_places(const std::vector<double>& ground, TileCells& cells) const;
+  void mark_hidden_places(const std::vector<double>& ground, TileCells& cells) const;
   void block(const TileCells& cells, const Vector3d& direction, std::span<std::uint8_t> blocked) const;
   void see_satellites(const TileCells& cells, geodesy::GpsTime time, TileSignals& result) const;
   void add_mirrored(const TileCells& cells, std::size_t satellite, TileSignals& result) const;
@@ -197,7 +197,7 @@ void TileTracer::Impl::set_heights(const Grid& grid, double altitude_m, Altitude
 }
 
 /// Inside or under: only places with anything above them can be.
-void TileTracer::Impl::judge_places(const std::vector<double>& ground, TileCells& cells) const {
+void TileTracer::Impl::mark_hidden_places(const std::vector<double>& ground, TileCells& cells) const {
   const std::size_t count = cells.tile.cells();
   std::vector<std::uint8_t> covered(count), inside(count);
   block(cells, Vector3d::UnitZ(), covered);
@@ -207,7 +207,7 @@ void TileTracer::Impl::judge_places(const std::vector<double>& ground, TileCells
     // A sheet above the place may or may not hide it.
     ask[i] = covered[i] && !ground.empty() && !(ground[i] < cells.place(i).z());
   }
-  if (cells.flat() && interiors.judge(cells.plane, covered, inside)) {
+  if (cells.flat() && interiors.find(cells.plane, covered, inside)) {
     // Foliage or a vehicle above is no roof; walls that close have a roof, others may lack it.
     const bool roof_above = !(surfaces.foliage || surfaces.vehicles) && ground.empty();
     const bool certain = roof_above || interiors.open_ends(cells.plane.z) == 0;
@@ -250,7 +250,7 @@ TileCells TileTracer::cells(const Grid& grid, const Tile& tile, const Area* area
   }
   std::vector<double> ground;
   impl_->set_heights(grid, altitude_m, kind, cells, ground);
-  impl_->judge_places(ground, cells);
+  impl_->mark_hidden_places(ground, cells);
   if (cells.flat()) {
     // The offset grows with the distance from the city's centre: the largest is a corner's.
     double offset_m = 0;

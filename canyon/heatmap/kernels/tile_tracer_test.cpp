@@ -18,7 +18,7 @@
 #include "canyon/heatmap/kernels/tile_interior.hpp"
 #include "canyon/heatmap/kernels/tile_terrain.hpp"
 #include "tests/support/circular_sky.hpp"
-#include "tests/support/shadow_judge.hpp"
+#include "tests/support/shadow_reference.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::heatmap {

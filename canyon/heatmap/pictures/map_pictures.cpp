@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 /// A middle dot, with spaces.
 constexpr const char* kDot = "  \u00b7  ";
 
-/// Digits of the second that tell all times apart and exactly, at most 9.
+/// Digits of the second that distinguish all times, at most 9.
 int second_decimals(const std::vector<geodesy::GpsTime>& times) {
   int decimals = 0;
   for (const geodesy::GpsTime& t : times) {
@@ -117,7 +117,7 @@ class Writer {
     return {first, first + static_cast<std::ptrdiff_t>(std::min(left, kMostPanels))};
   }
 
-  /// @param moment part of the name that tells the time, left out where there is one alone
+  /// @param moment part of the name that says the time, left out where there is one alone
   [[nodiscard]] std::string name(std::size_t sheet, std::size_t altitude, const std::string& moment) const {
     std::string text = "map";
     if (sheets() > 1) text += fmt::format("_{}", sheet + 1);

@@ -58,7 +58,7 @@ using Outlines = std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>>;
 [[nodiscard]] std::vector<std::uint8_t> outline_coverage(const Outlines& outlines, const SheetLayout& layout,
                                                          double pixels_per_unit);
 
-/// Which shades a sheet's legend tells of.
+/// Which shades a sheet's legend explains.
 using ShadesSeen = std::array<bool, kShades>;
 
 /// Contents of a sheet.

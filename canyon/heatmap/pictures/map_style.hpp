@@ -22,7 +22,7 @@ namespace canyon::heatmap {
 /// within 3.5 % of Matplotlib's table: the same to people who see red and green alike.
 [[nodiscard]] drawing::Colour cividis(double t);
 /// ColorBrewer's PuOr in 11 steps (Brewer, Harrower 2003), from orange at 0 over near-white to purple at 1:
-/// for signed values. Grey tells how far from zero, not to which side.
+/// for signed values. Grey shows how far from zero, not to which side.
 [[nodiscard]] drawing::Colour orange_purple(double t);
 
 /// What a layer's values are, to the eye.

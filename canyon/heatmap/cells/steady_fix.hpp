@@ -1,30 +1,29 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "canyon/heatmap/engine/settled_sky.hpp"
+#include "canyon/heatmap/cells/steady_sky.hpp"
 #include "canyon/positioning/dop.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
 
 namespace canyon::heatmap {
 
 /// A pseudorange of a fix.
-struct SettledRange {
-  std::uint32_t satellite = 0;  ///< of SettledSky::satellites()
+struct SteadyRange {
+  std::uint32_t satellite = 0;  ///< of SteadySky::satellites()
   double error_m = 0;
   double weight = 1;       ///< 1 / sigma^2; of equal weights 1
   double variance_m2 = 1;  ///< that the measurement states
 };
 
-/// positioning::solve_fix() about the true place, where it is linear: dx = (H^T W H)^-1 H^T W m (Misra and
-/// Enge, Global Positioning System, 2nd ed. 2011, section 6.1), with its rules for clocks, satellites that
-/// are too few and PDOP. What is left out: the curvature of the ranges, 0.3 m for an error of 3 km, and what
-/// the place found does to mask, weights and atmosphere. Not thread-safe.
-class SettledFix {
+/// positioning::solve_fix() about the true place, where it is linear (LinearFix), with its rules for clocks,
+/// satellites that are too few and PDOP. What is left out: the curvature of the ranges, 0.3 m for an error of
+/// 3 km, and what the place found does to mask, weights and atmosphere. Not thread-safe.
+class SteadyFix {
  public:
   struct Answer {
     bool solved = false;
@@ -34,15 +33,15 @@ class SettledFix {
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< stated, ENU [m^2]; zero unless asked for
   };
 
-  SettledFix(const std::vector<SettledSatellite>& satellites, const positioning::FixOptions& options);
+  SteadyFix(const std::vector<SteadySatellite>& satellites, const positioning::FixOptions& options);
   /// @param covariance whether Answer::covariance is asked for
-  [[nodiscard]] Answer solve(std::span<const SettledRange> ranges, bool covariance = false);
+  [[nodiscard]] Answer solve(std::span<const SteadyRange> ranges, bool covariance = false);
 
  private:
-  static constexpr std::size_t kMost = 3 + gnss::kSystemCount;
-  using Matrix = Eigen::Matrix<double, kMost, kMost>;
+  template <typename F>
+  void for_each(std::span<const SteadyRange> ranges, const positioning::Clocks& clocks, const F& f);
 
-  const std::vector<SettledSatellite>& satellites_;
+  const std::vector<SteadySatellite>& satellites_;
   const positioning::FixOptions& options_;
   /// The geometry asked for last: neighbours and draws mostly have the same.
   std::vector<std::uint32_t> geometry_, used_;

@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/settled_receivers.hpp"
+#include "canyon/heatmap/cells/steady_receivers.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
@@ -82,7 +82,7 @@ constexpr CellReceiverOptions kRun{ReceiverModel::Run, 0};
 // The judge is receiver::Receiver, in every cell and draw. Paths traced at every cell: what is left are
 // single precision, directions of the tile's centre and the linear fix. Without blockages, which edges and
 // facades ask for in steps of 1.4 deg.
-TEST(SettledReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
+TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
   const std::vector<Layer> layers{
       Layer::HorizontalError,      Layer::VerticalError,       Layer::Hdop,
       Layer::SatellitesVisible,    Layer::SatellitesUsed,      Layer::SatellitesLos,
@@ -94,14 +94,14 @@ TEST(SettledReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) 
     ReceiverConfig receiver = sold(profile);
     receiver.options.filter = {};
     receiver.options.signal.shadowing.blockage.share = 0;
-    ASSERT_TRUE(SettledReceivers::fits(receiver));
+    ASSERT_TRUE(SteadyReceivers::fits(receiver));
     const Values run = sample_map(receiver, kRun, 23, layers, 200);
-    const Values settled = sample_map(receiver, {ReceiverModel::Settled, 0}, 23, layers, 200);
+    const Values steady = sample_map(receiver, {ReceiverModel::SteadyState, 0}, 23, layers, 200);
     ASSERT_GT(run[0].size(), 200U);
     for (std::size_t l = 0; l < layers.size(); ++l) {
       std::size_t alike = 0;
       for (std::size_t i = 0; i < run[l].size(); ++i) {
-        const double a = run[l][i], b = settled[l][i];
+        const double a = run[l][i], b = steady[l][i];
         const double near = info(layers[l]).draws ? 0.05 + 0.05 * std::abs(a) : 0.02 + 0.002 * std::abs(a);
         alike += (std::isnan(a) && std::isnan(b)) || std::abs(a - b) < near;
       }
@@ -115,14 +115,14 @@ TEST(SettledReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) 
 
 // With nodes 6 m apart: medians and 95th percentiles of errors over places within 5 %, availability within
 // 1 %. docs/heatmap-receivers.md has the same over larger samples, and for Hong Kong.
-TEST(SettledReceivers, HoldTheirBoundsBetweenNodes) {
+TEST(SteadyReceivers, HoldTheirBoundsBetweenNodes) {
   const std::vector<Layer> layers{Layer::HorizontalErrorP50, Layer::HorizontalErrorP95,
                                   Layer::HorizontalErrorMean, Layer::VerticalErrorP50, Layer::Availability};
   const ReceiverConfig receiver = sold("ublox-m8t");
   const Values run = sample_map(receiver, kRun, 19, layers, 560);
-  const Values settled = sample_map(receiver, {}, 19, layers, 560);
+  const Values steady = sample_map(receiver, {}, 19, layers, 560);
   for (std::size_t l = 0; l < layers.size(); ++l) {
-    const std::vector<double> a = finite(run[l]), b = finite(settled[l]);
+    const std::vector<double> a = finite(run[l]), b = finite(steady[l]);
     if (layers[l] == Layer::Availability) {
       EXPECT_NEAR(mean(b), mean(a), 0.01);
       continue;
@@ -130,13 +130,13 @@ TEST(SettledReceivers, HoldTheirBoundsBetweenNodes) {
     for (const double p : {0.5, 0.95}) {
       const double expected = *quantile(a, p), found = *quantile(b, p);
       std::cout << info(layers[l]).name << ", " << p << " of " << a.size() << " cells: " << expected
-                << " m run, " << found << " m settled\n";
+                << " m run, " << found << " m in steady state\n";
       EXPECT_NEAR(found, expected, 0.05 * expected) << info(layers[l]).name << " " << p;
     }
   }
 }
 
-TEST(SettledReceivers, AreTheSameOnAnyNumberOfThreads) {
+TEST(SteadyReceivers, AreTheSameOnAnyNumberOfThreads) {
   Request request;
   request.grid = Grid::covering(-40, -40, 40, 40, 2);
   request.grid.tile_size = 40;
@@ -156,21 +156,21 @@ TEST(SettledReceivers, AreTheSameOnAnyNumberOfThreads) {
   }
 }
 
-TEST(SettledReceivers, LeaveOthersToThoseThatRun) {
+TEST(SteadyReceivers, LeaveOthersToThoseThatRun) {
   ReceiverConfig receiver = sold("ublox-m8t");
   receiver.options.filter = {};
-  EXPECT_TRUE(SettledReceivers::fits(receiver));
+  EXPECT_TRUE(SteadyReceivers::fits(receiver));
   ReceiverConfig raim = receiver;
   raim.options.fix.raim.enabled = true;
-  EXPECT_FALSE(SettledReceivers::fits(raim));
+  EXPECT_FALSE(SteadyReceivers::fits(raim));
   ReceiverConfig in_street = receiver;
   in_street.streets.enabled = true;
-  EXPECT_FALSE(SettledReceivers::fits(in_street));
+  EXPECT_FALSE(SteadyReceivers::fits(in_street));
   ReceiverConfig mirror = receiver;
   mirror.propagation.model = propagation::Model::Mirror;
-  EXPECT_FALSE(SettledReceivers::fits(mirror));
+  EXPECT_FALSE(SteadyReceivers::fits(mirror));
   const propagation::Propagator propagator = downtown().make_propagator(raim.propagation);
-  EXPECT_THROW(SettledReceivers(downtown(), propagator, raim, {}, {}, 8), InputError);
+  EXPECT_THROW(SteadyReceivers(downtown(), propagator, raim, {}, {}, 8), InputError);
   CellReceiverOptions far;
   far.path_nodes_m = 101;
   EXPECT_THROW(far.validate(), InputError);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "canyon/gnss/navigation_data.hpp"
+#include "canyon/heatmap/cells/linear_fix.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/positioning/dop.hpp"
 #include "canyon/propagation/atmosphere.hpp"
@@ -135,7 +136,7 @@ struct CellFix {
 
 /// Solutions of one tile at one time. Where a rule of the receiver may go either way between the places that
 /// its iteration passes (mask, height of the troposphere, PDOP), and where the shared solution does not
-/// settle, positioning::solve_fix() itself solves the cell. Not thread-safe: every call has its own.
+/// converge, positioning::solve_fix() itself solves the cell. Not thread-safe: every call has its own.
 class TileSolutions {
  public:
   static constexpr int kNoDraw = -1;
@@ -171,6 +172,16 @@ class TileSolutions {
   /// Of a set, from the cache.
   const SetSolution& solution(const SatelliteSet& set);
   void solve(SetSolution& solution, const SatelliteSet& set) const;
+  /// A satellite of a set that has a clock, and its column.
+  struct Row {
+    std::size_t satellite;
+    int clock;
+  };
+  /// What follows of the set's solution: columns, constant, curvature, turning and atmosphere.
+  /// @param fix factorised @param covariance its covariance()
+  void linearise(SetSolution& solution, const std::vector<Row>& rows, const LinearFix& fix,
+                 const Eigen::Matrix3d& covariance) const;
+  void add_noise(SetSolution& solution, const std::vector<Row>& rows, bool drifting) const;
   void grow();
   [[nodiscard]] SetSolution::Column sum(const SetSolution& set, const CellErrors& cell) const;
   /// What the atmosphere shifts a place by.
@@ -194,14 +205,14 @@ class TileSolutions {
   [[nodiscard]] Terms terms(const SetSolution& set, const Eigen::Vector3d& error,
                             const SetSolution::Column& sums, const Eigen::Vector3d& place,
                             bool corrected) const;
-  /// Solves it from x on. Empty where it does not settle near the ground.
+  /// Solves it from x on. Empty where it does not converge near the ground.
   /// @param delay where the troposphere is corrected, as at the known height nearest to the place found: what
   /// that takes out of the error; null: not corrected
-  [[nodiscard]] std::optional<Eigen::Vector3d> settle(const SetSolution& set, const Terms& terms,
-                                                      const Eigen::Vector3d& place, Eigen::Vector3d x,
-                                                      Eigen::Vector3d* delay) const;
-  /// The error at which the receiver's looks at mask and atmosphere end. Empty where it does not settle near
-  /// the ground, and where a rule of the receiver may go either way.
+  [[nodiscard]] std::optional<Eigen::Vector3d> converge(const SetSolution& set, const Terms& terms,
+                                                        const Eigen::Vector3d& place, Eigen::Vector3d x,
+                                                        Eigen::Vector3d* delay) const;
+  /// The error at which the receiver's looks at mask and atmosphere end. Empty where it does not converge
+  /// near the ground, and where a rule of the receiver may go either way.
   /// @param terms corrected @param x to begin from
   [[nodiscard]] std::optional<Eigen::Vector3d> end_of_looks(const SetSolution& set,
                                                             const SatelliteSet& received, const Terms& terms,
@@ -214,13 +225,14 @@ class TileSolutions {
       const SetSolution& set, const Terms& terms, const Eigen::Vector3d& place, const Eigen::Vector3d& with,
       const Eigen::Vector3d& delay, const Eigen::Vector3d& first) const;
   /// All draws together where no edge is near; else false.
-  bool settle_draws(const SetSolution& set, const Terms& terms, const CellErrors& cell,
-                    const CellFix& undisturbed);
+  bool converge_draws(const SetSolution& set, const Terms& terms, const CellErrors& cell,
+                      const CellFix& undisturbed);
   [[nodiscard]] double height_m(const Eigen::Vector3d& place) const {
     return height_m_ + place.z() +
            0.5 * (place.x() * place.x() * curvature_east_ + place.y() * place.y() * curvature_north_);
   }
-  /// Surely every received satellite is above the mask wherever the receiver looked that settles at a place.
+  /// Surely every received satellite is above the mask wherever the receiver looked whose fix converges at a
+  /// place.
   /// @param shift_m what corrections moved it by
   [[nodiscard]] bool clear_of_mask(const SetSolution& set, const SatelliteSet& received,
                                    const Eigen::Vector3d& place, double shift_m) const {
@@ -242,6 +254,7 @@ class TileSolutions {
   }
   [[nodiscard]] double sine(const TileSatellite& satellite, const Eigen::Vector3d& place) const;
   void place_satellites(const TileSignals& signals);
+  [[nodiscard]] TileSatellite satellite_of(const orbit::LineOfSight& line) const;
   void draw_noise(std::uint64_t seed);
 
   const receiver::ReceiverOptions& options_;

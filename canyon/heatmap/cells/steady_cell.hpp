@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/heatmap/engine/cell_values.hpp"
-#include "canyon/heatmap/engine/settled_fix.hpp"
-#include "canyon/heatmap/engine/settled_sky.hpp"
+#include "canyon/heatmap/cells/cell_values.hpp"
+#include "canyon/heatmap/cells/steady_fix.hpp"
+#include "canyon/heatmap/cells/steady_sky.hpp"
 #include "canyon/propagation/propagator.hpp"
 
 namespace canyon::heatmap {
@@ -33,12 +33,12 @@ struct PathNode {
 };
 
 /// The cells of one task, one after another. Not thread-safe.
-class SettledCell {
+class SteadyCell {
  public:
   /// The references must outlive it. @param ecef_from_enu of the city
-  SettledCell(const SettledSky& sky, const propagation::Propagator& propagator,
-              const receiver::ReceiverOptions& options, const LimitOptions& limits,
-              const Eigen::Matrix3d& ecef_from_enu);
+  SteadyCell(const SteadySky& sky, const propagation::Propagator& propagator,
+             const receiver::ReceiverOptions& options, const LimitOptions& limits,
+             const Eigen::Matrix3d& ecef_from_enu);
 
   [[nodiscard]] PathNode trace(const Eigen::Vector3d& place);
   /// @param edges that may bend signals here, ascending; @param node next to the place
@@ -68,17 +68,18 @@ class SettledCell {
   std::pair<Reflector&, bool> reflector(std::uint64_t key, std::size_t satellite, std::uint64_t name,
                                         const Eigen::Vector3d& arrival);
   const float* blockage(const Eigen::Vector3d& arrival);
-  void fill_lanes(const SettledSatellite& satellite);
+  void follow_strongest();
+  void fill_lanes(const SteadySatellite& satellite);
   void measure(std::size_t satellite);
   void locate(bool statistics, CellValues& values);
 
-  const SettledSky& sky_;
+  const SteadySky& sky_;
   const propagation::Propagator& propagator_;
   const receiver::ReceiverOptions& options_;
   const LimitOptions& limits_;
   Eigen::Matrix3d ecef_from_enu_;
   double noise_sigma_m_ = 0;
-  SettledFix fix_;
+  SteadyFix fix_;
   std::vector<disturbance::Shadowing> shadowings_;
   std::unordered_map<std::uint64_t, Reflector> reflectors_;
   std::unordered_map<std::uint64_t, std::vector<float>> blockages_;
@@ -88,8 +89,8 @@ class SettledCell {
   std::vector<CellPath> paths_;
   tracking::LaneCodeLock::Paths lanes_;
   std::vector<float> delay_m_, power_;
-  std::vector<std::size_t> tracked_;               // [lane] index of the path whose carrier is followed
-  std::vector<std::vector<SettledRange>> ranges_;  // [lane]
+  std::vector<std::size_t> tracked_;              // [lane] index of the path whose carrier is followed
+  std::vector<std::vector<SteadyRange>> ranges_;  // [lane]
   int los_ = 0, nlos_ = 0, visible_ = 0, blocked_ = 0;
   double largest_excess_m_ = 0;
 };

@@ -1,8 +1,8 @@
-#include "canyon/heatmap/engine/cell_solution.hpp"
+#include "canyon/heatmap/cells/cell_solution.hpp"
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -83,7 +83,8 @@ TileSolutions::TileSolutions(const receiver::ReceiverOptions& options,
   }
   if (signals.satellites.empty()) return;
   place_satellites(signals);
-  // To the microsecond: flight times are rounded to nanoseconds, and no tile's centre may tell in the key.
+  // To the microsecond: flight times are rounded to nanoseconds, and the key must not depend on a tile's
+  // centre.
   const orbit::LineOfSight& first = signals.satellites.front();
   const std::int64_t time = (first.transmit_time + first.range_m / kSpeedOfLight).nanoseconds();
   time_ = geodesy::GpsTime::from_nanoseconds((time + (time < 0 ? -500 : 500)) / 1000 * 1000);
@@ -105,57 +106,60 @@ void TileSolutions::place_satellites(const TileSignals& signals) {
   if (options_.troposphere || options_.fix.correct_troposphere) zenith_.emplace(centre);
 
   enu_from_ecef_ = geodesy::enu_from_ecef_rotation(centre);
-  const bool ionosphere = options_.ionosphere || options_.fix.correct_ionosphere;
-  const auto ionosphere_at = [&](const orbit::LineOfSight& line, const Vector3d& enu) {
-    const Vector3d ecef = centre_ecef_ + enu_from_ecef_.transpose() * enu;
-    const geodesy::Geodetic place = geodesy::geodetic_from_ecef(ecef);
-    const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(
-        geodesy::enu_from_ecef_rotation(place) * (line.position_at_reception_m - ecef));
-    return positioning::atmosphere_m(true, false, klobuchar_, line.id.system, line.state.carrier_frequency_hz,
-                                     line.transmit_time + line.range_m / kSpeedOfLight, place, look);
-  };
   Matrix3d products = Matrix3d::Zero();
   double nearest_m = any.range_m;
   for (std::size_t i = 0; i < signals.satellites.size(); ++i) {
-    const orbit::LineOfSight& line = signals.satellites[i];
-    TileSatellite s;
-    s.system = line.id.system;
-    s.direction = enu_from_ecef_ * line.direction_ecef;
-    s.range_m = line.range_m;
-    s.sine = s.direction.z();
-    // Up leans towards the place by its distance over the Earth's radius, the satellite away from it.
-    const Vector3d& u = s.direction;
-    s.sine_slope = Vector3d(u.x() * curvature_east_, u.y() * curvature_north_, 0) -
-                   (Vector3d::UnitZ() - u.z() * u) / s.range_m;
-    const Vector3d omega(0, 0, geodesy::kEarthRotationRate);
-    s.turning =
-        1 / (1 + line.direction_ecef.dot(omega.cross(line.position_at_reception_m)) / kSpeedOfLight) - 1;
-    s.error_scale = 1 + line.direction_ecef.dot(line.velocity_at_reception_mps) / kSpeedOfLight;
-    const positioning::WeightOptions& weights = options_.fix.weights;
-    if (weights.weighting == positioning::Weighting::Elevation) {
-      const auto weight = [&](double elevation_rad) {
-        const double sigma = weights.sigma_m({}, elevation_rad);
-        return 1 / (sigma * sigma);
-      };
-      const double low = std::max(s.sine - 1e-6, -1.0), high = std::min(s.sine + 1e-6, 1.0);
-      s.weight = weight(line.elevation_rad);
-      s.weight_slope = (weight(std::asin(high)) - weight(std::asin(low))) / (high - low);
-    }
-    if (ionosphere) {
-      s.ionosphere_m = ionosphere_at(line, Vector3d::Zero());
-      constexpr double kStep_m = 500;
-      for (int axis = 0; axis < 3; ++axis) {
-        const Vector3d step = kStep_m * Vector3d::Unit(axis);
-        s.ionosphere_slope(axis) = (ionosphere_at(line, step) - ionosphere_at(line, -step)) / (2 * kStep_m);
-      }
-    }
+    const TileSatellite& s = satellites_.emplace_back(satellite_of(signals.satellites[i]));
     products += s.direction * signals.directions[i].transpose();
     nearest_m = std::min(nearest_m, s.range_m);
-    satellites_.push_back(s);
   }
   // Fewer than two directions leave a turn about them open; then there is no fix that would need it.
   if (satellites_.size() >= 2) enu_from_city_ = rotation_between(products);
   sine_change_per_m_ = std::max(curvature_east_, curvature_north_) + 1 / nearest_m;
+}
+
+TileSatellite TileSolutions::satellite_of(const orbit::LineOfSight& line) const {
+  TileSatellite s;
+  s.system = line.id.system;
+  s.direction = enu_from_ecef_ * line.direction_ecef;
+  s.range_m = line.range_m;
+  s.sine = s.direction.z();
+  // Up leans towards the place by its distance over the Earth's radius, the satellite away from it.
+  const Vector3d& u = s.direction;
+  s.sine_slope = Vector3d(u.x() * curvature_east_, u.y() * curvature_north_, 0) -
+                 (Vector3d::UnitZ() - u.z() * u) / s.range_m;
+  const Vector3d omega(0, 0, geodesy::kEarthRotationRate);
+  s.turning =
+      1 / (1 + line.direction_ecef.dot(omega.cross(line.position_at_reception_m)) / kSpeedOfLight) - 1;
+  s.error_scale = 1 + line.direction_ecef.dot(line.velocity_at_reception_mps) / kSpeedOfLight;
+  const positioning::WeightOptions& weights = options_.fix.weights;
+  if (weights.weighting == positioning::Weighting::Elevation) {
+    const auto weight = [&](double elevation_rad) {
+      const double sigma = weights.sigma_m({}, elevation_rad);
+      return 1 / (sigma * sigma);
+    };
+    const double low = std::max(s.sine - 1e-6, -1.0), high = std::min(s.sine + 1e-6, 1.0);
+    s.weight = weight(line.elevation_rad);
+    s.weight_slope = (weight(std::asin(high)) - weight(std::asin(low))) / (high - low);
+  }
+  if (options_.ionosphere || options_.fix.correct_ionosphere) {
+    const auto ionosphere_at = [&](const Vector3d& enu) {
+      const Vector3d ecef = centre_ecef_ + enu_from_ecef_.transpose() * enu;
+      const geodesy::Geodetic place = geodesy::geodetic_from_ecef(ecef);
+      const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(
+          geodesy::enu_from_ecef_rotation(place) * (line.position_at_reception_m - ecef));
+      return positioning::atmosphere_m(true, false, klobuchar_, line.id.system,
+                                       line.state.carrier_frequency_hz,
+                                       line.transmit_time + line.range_m / kSpeedOfLight, place, look);
+    };
+    s.ionosphere_m = ionosphere_at(Vector3d::Zero());
+    constexpr double kStep_m = 500;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3d step = kStep_m * Vector3d::Unit(axis);
+      s.ionosphere_slope(axis) = (ionosphere_at(step) - ionosphere_at(-step)) / (2 * kStep_m);
+    }
+  }
+  return s;
 }
 
 void TileSolutions::draw_noise(std::uint64_t seed) {
@@ -174,7 +178,6 @@ void TileSolutions::draw_noise(std::uint64_t seed) {
 }
 
 void TileSolutions::solve(SetSolution& solution, const SatelliteSet& set) const {
-  using Matrix = Eigen::MatrixXd;
   const positioning::FixOptions& fix = options_.fix;
   std::array<int, gnss::kSystemCount> count{};
   solution.margin = 1;
@@ -183,63 +186,60 @@ void TileSolutions::solve(SetSolution& solution, const SatelliteSet& set) const 
     solution.margin = std::min(solution.margin, satellites_[i].sine - sine_of_mask_);
   });
   const auto clocks = positioning::clocks_of(count);
-  const auto column_of = [&](std::size_t i) {
-    return clocks.column[static_cast<std::size_t>(satellites_[i].system)];
-  };
-  std::vector<std::size_t> used;
+  std::vector<Row> rows;
+  LinearFix weighted(clocks.count), shape(clocks.count);
   set.for_each([&](std::size_t i) {
-    if (column_of(i) >= 0) used.push_back(i);
+    const TileSatellite& s = satellites_[i];
+    const int clock = clocks.column[static_cast<std::size_t>(s.system)];
+    if (clock < 0) return;
+    rows.push_back({i, clock});
+    weighted.add(s.direction, clock, s.weight);
+    shape.add(s.direction, clock, 1);
   });
-  const auto rows = static_cast<Index>(used.size());
-  if (!positioning::enough_satellites(static_cast<int>(rows), clocks.count, fix)) return;
-
-  positioning::Design unit = positioning::Design::Zero(rows, 3 + clocks.count);
-  Eigen::VectorXd weight(rows);
-  for (Index row = 0; row < rows; ++row) {
-    const TileSatellite& satellite = satellites_[used[static_cast<std::size_t>(row)]];
-    unit.row(row).head<3>() = -satellite.direction.transpose();
-    unit(row, column_of(used[static_cast<std::size_t>(row)])) = 1;
-    weight(row) = satellite.weight;
-  }
-  const Eigen::VectorXd root = weight.cwiseSqrt();
-  Eigen::ColPivHouseholderQR<Matrix> qr(root.asDiagonal() * unit);
-  qr.setThreshold(positioning::kRankThreshold);
-  if (qr.rank() < 3 + clocks.count) return;
+  const int used = static_cast<int>(rows.size());
+  if (!positioning::enough_satellites(used, clocks.count, fix)) return;
+  if (rows.size() < weighted.unknowns() || !weighted.factorise()) return;
   std::optional<positioning::Dop> dop;
-  if (const auto cofactor = positioning::cofactor(unit, positioning::kRankThreshold)) {
-    dop = positioning::dop_from_cofactor(*cofactor);
-  }
+  if (shape.factorise()) dop = shape.dop();
   solution.doubtful = dop && std::abs(dop->pdop - fix.max_pdop) <= kDopChange * dop->pdop;
   if (!solution.doubtful && !positioning::strong_enough(dop, fix)) return;
   solution.solved = true;
-  solution.used = static_cast<int>(rows);
+  solution.used = used;
   solution.dop = dop.value_or(kNoDop);
-
-  const Matrix k = qr.solve(Matrix(root.asDiagonal()));
-  // (H^T W H)^-1 H^T = K W^-1, and (H^T W H)^-1 = K W^-1 K^T.
-  const Matrix gain = k.topRows<3>() * weight.cwiseInverse().asDiagonal();
-  const Matrix3d covariance = gain * k.topRows<3>().transpose();
+  const Matrix3d covariance = weighted.covariance();
   solution.spread_m = positioning::horizontal_protection_level_m(variance_m2_ * covariance, 1);
+  linearise(solution, rows, weighted, covariance);
+  add_noise(solution, rows, set.drifting);
+}
+
+void TileSolutions::linearise(SetSolution& solution, const std::vector<Row>& rows, const LinearFix& fix,
+                              const Matrix3d& covariance) const {
+  const auto n = static_cast<Index>(rows.size()), unknowns = static_cast<Index>(fix.unknowns());
   // The least-squares condition H(y)^T W(y) r = 0 at the place found, y from the centre: H changes by
   // G_i = (P_i y)^T / r_i, P_i = I - u_i u_i^T, and W by its slope; both against the residuals r.
-  Matrix bend(9, rows);
+  Eigen::MatrixXd k(unknowns, n), unit = Eigen::MatrixXd::Zero(n, unknowns), bend(9, n);
   solution.curvature.setZero();
   solution.turning.setZero();
   solution.ionosphere.setZero();
   solution.ionosphere_slope.setZero();
   solution.troposphere.setZero();
   solution.troposphere_slope.setZero();
-  Eigen::VectorXd atmosphere = Eigen::VectorXd::Zero(rows);
+  Eigen::VectorXd atmosphere(n);
   const double zenith = zenith_ ? (*zenith_)(height_m_) : 0;
-  const double ionosphere_left = (options_.ionosphere ? 1 : 0) - (fix.correct_ionosphere ? 1 : 0);
-  const double troposphere_left = (options_.troposphere ? 1 : 0) - (fix.correct_troposphere ? 1 : 0);
-  for (Index row = 0; row < rows; ++row) {
-    const TileSatellite& s = satellites_[used[static_cast<std::size_t>(row)]];
+  const double ionosphere_left = (options_.ionosphere ? 1 : 0) - (options_.fix.correct_ionosphere ? 1 : 0);
+  const double troposphere_left = (options_.troposphere ? 1 : 0) - (options_.fix.correct_troposphere ? 1 : 0);
+  for (Index row = 0; row < n; ++row) {
+    const auto [satellite, clock] = rows[static_cast<std::size_t>(row)];
+    const TileSatellite& s = satellites_[satellite];
     const Vector3d& u = s.direction;
+    unit.row(row).head<3>() = -u.transpose();
+    unit(row, clock) = 1;
+    const LinearFix::Unknowns gain = fix.gain(u, clock, s.weight);
+    k.col(row) = Eigen::Map<const Eigen::VectorXd>(gain.data(), unknowns);
     const Vector3d gain_of_error = k.col(row).head<3>();
     const Matrix3d across = (Matrix3d::Identity() - u * u.transpose()) / s.range_m;
     const Matrix3d turns = covariance * (s.weight * across) +
-                           Vector3d(gain.col(row)) * (s.weight_slope * s.sine_slope.transpose());
+                           gain_of_error / s.weight * (s.weight_slope * s.sine_slope.transpose());
     bend.col(row) = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(turns.data());
     Eigen::Matrix<double, 1, 6> quadratic;  // |P y|^2 / (2 r)
     quadratic << across(0, 0) / 2, across(1, 1) / 2, across(2, 2) / 2, across(0, 1), across(0, 2),
@@ -252,28 +252,34 @@ void TileSolutions::solve(SetSolution& solution, const SatelliteSet& set) const 
     solution.troposphere_slope -= gain_of_error * s.sine_slope.transpose() / (s.sine * s.sine);
     atmosphere(row) = ionosphere_left * s.ionosphere_m + troposphere_left * zenith / s.sine;
   }
-  const Matrix residual = Matrix::Identity(rows, rows) - unit * k;
-  const Matrix bend_of_error = bend * residual;
+  // Of the residuals (I - unit k) m.
+  const Eigen::MatrixXd bend_of_error = bend - (bend * unit) * k;
+  const double mean = options_.noise.enabled ? options_.noise.ou.mu_m : 0;
   solution.columns.assign(satellites_.size(), SetSolution::Column::Zero());
   solution.constant.setZero();
-  const double mean = options_.noise.enabled ? options_.noise.ou.mu_m : 0;
-  const auto draws = static_cast<std::size_t>(draws_);
-  solution.noise.assign(3 * draws, 0);
-  for (Index row = 0; row < rows; ++row) {
-    const std::size_t i = used[static_cast<std::size_t>(row)];
+  for (Index row = 0; row < n; ++row) {
+    const std::size_t i = rows[static_cast<std::size_t>(row)].satellite;
     SetSolution::Column& c = solution.columns[i];
     c.head<3>() = k.col(row).head<3>();
     c.tail<9>() = bend_of_error.col(row);
     c *= satellites_[i].error_scale;
     solution.constant += mean * c;
+  }
+  solution.constant.tail<9>() += bend_of_error * atmosphere;
+}
+
+void TileSolutions::add_noise(SetSolution& solution, const std::vector<Row>& rows, bool drifting) const {
+  const auto draws = static_cast<std::size_t>(draws_);
+  solution.noise.assign(3 * draws, 0);
+  for (const auto& [satellite, clock] : rows) {
+    const SetSolution::Column& c = solution.columns[satellite];
     for (std::size_t draw = 0; draw < draws; ++draw) {
-      const double error = drawn_noise_m(i, draw, set.drifting);
+      const double error = drawn_noise_m(satellite, draw, drifting);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         solution.noise[axis * draws + draw] += error * c(static_cast<Index>(axis));
       }
     }
   }
-  solution.constant.tail<9>() += bend_of_error * atmosphere;
 }
 
 const SetSolution& TileSolutions::solution(const SatelliteSet& set) {

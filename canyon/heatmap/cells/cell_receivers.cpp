@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/engine_receivers.hpp"
+#include "canyon/heatmap/cells/cell_receivers.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/settled_receivers.hpp"
+#include "canyon/heatmap/cells/steady_receivers.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -7,7 +7,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/heatmap/engine/settled_cell.hpp"
+#include "canyon/heatmap/cells/steady_cell.hpp"
+#include "canyon/heatmap/cells/understood_options.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 
 namespace canyon::heatmap {
@@ -15,6 +16,29 @@ namespace {
 
 using Eigen::Vector3d;
 using propagation::KnownEdge;
+
+/// Fields of a receiver's options that these computations follow.
+constexpr std::string_view kUnderstood =
+    "own_draws tracks leaves_out sigma_factor elevation_mask_deg cn0_mask_dbhz min_satellites max_pdop "
+    "correct_ionosphere correct_troposphere covariance_by_residuals weights.weighting "
+    "weights.elevation_a_m weights.elevation_b_m weights.cn0_floor_m2 weights.cn0_scale_m2_hz "
+    "ionosphere troposphere biases.code_m biases.glonass_channel_m biases.drift_sigma_m "
+    "signal.enabled signal.antenna signal.antenna_rows signal.antenna_lower_rows signal.link. "
+    "signal.offset_db signal.satellite_sigma_db signal.strength. signal.shadowing. "
+    "signal.front_end_bandwidth_hz signal.wide_front_end_bandwidth_hz signal.dll.discriminator "
+    "signal.dll.spacing_chips signal.dll.loop_bandwidth_hz signal.dll.integration_s "
+    "signal.lock.acquisition_threshold_dbhz signal.lock.tracking_threshold_dbhz "
+    "signal.cn0_sigma_db signal.cn0_step_db signal.loop_noise noise.enabled noise.theta_per_s "
+    "noise.mu_m noise.sigma_m_per_sqrt_s";
+// Of an epoch that follows another, of carriers, of an iteration, of several signals in the fix, of
+// drifting noise.
+constexpr std::string_view kOfNoFirstEpoch =
+    "smoothing.method smoothing.window_s ionosphere_sigma_m max_iterations convergence_m "
+    "biases.drift_time_s signal.dll.peak_check_s signal.pll.loop_bandwidth_hz "
+    "signal.pll.integration_s signal.fll.loop_bandwidth_hz signal.fll.integration_s "
+    "signal.fll.noise_factor signal.phase_threshold_dbhz signal.lock.cold_acquisition_s "
+    "signal.lock.reacquisition_s signal.lock.hold_s signal.lock.memory_s signal.lock.warm_start "
+    "noise.drift.below_speed_mps noise.drift.below_los noise.drift.mu_sigma_m";
 
 /// A tile's blocks of cells, each with a node at the computed cell next to its middle.
 struct Blocks {
@@ -87,18 +111,17 @@ struct Blocks {
 
 }  // namespace
 
-bool SettledReceivers::fits(const simulation::ReceiverConfig& receiver) {
+bool SteadyReceivers::fits(const simulation::ReceiverConfig& receiver) {
   const receiver::ReceiverOptions& o = receiver.options;
-  return o.signal.enabled && receiver.disturbances.empty() && !receiver.streets.enabled &&
-         receiver.propagation.model == propagation::Model::Specular &&
-         o.ranging.combination == receiver::Combination::First && o.ranging.uses.empty() &&
-         !o.fix.raim.enabled && !o.noise.drift_enabled && !o.filter.enabled;
+  return differs_only_in(o, {kUnderstood, kOfNoFirstEpoch, kWithoutEffect}) && o.signal.enabled &&
+         !o.fix.raim.enabled && !o.filter.enabled && receiver.disturbances.empty() &&
+         !receiver.streets.enabled && receiver.propagation.model == propagation::Model::Specular;
 }
 
-SettledReceivers::SettledReceivers(const simulation::Environment& environment,
-                                   const propagation::Propagator& propagator,
-                                   const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
-                                   const LimitOptions& limits, double path_nodes_m)
+SteadyReceivers::SteadyReceivers(const simulation::Environment& environment,
+                                 const propagation::Propagator& propagator,
+                                 const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
+                                 const LimitOptions& limits, double path_nodes_m)
     : environment_(&environment),
       propagator_(&propagator),
       options_(receiver.options),
@@ -108,12 +131,13 @@ SettledReceivers::SettledReceivers(const simulation::Environment& environment,
   options_.validate();
   draws_.validate();
   if (!fits(receiver)) {
-    throw InputError("this receiver cannot be settled without running it", "run receivers: receivers: run");
+    throw InputError("the steady state of this receiver cannot be computed without running it",
+                     "run receivers: receivers: run");
   }
 }
 
-void SettledReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
-                             std::span<const std::span<float>> layers) const {
+void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
+                            std::span<const std::span<float>> layers) const {
   assert(wanted.size() == layers.size());
   const auto has = [&](const auto& is) { return std::any_of(wanted.begin(), wanted.end(), is); };
   const bool statistics = has([](Layer layer) { return info(layer).draws && of_solver(layer); });
@@ -122,22 +146,22 @@ void SettledReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std:
   const Vector3d centre(cells.plane.first.x() + half * (cells.tile.columns - 1),
                         cells.plane.first.y() + half * (cells.tile.rows - 1), cells.plane.z);
   const propagation::PropagationOptions& propagation = propagator_->options();
-  const SettledSky sky(*environment_, options_, propagation.diffuse ? propagation.scattering.max_paths : 0,
-                       draws_, draws ? draws_.draws + 1 : 1, centre, time);
+  const SteadySky sky(*environment_, options_, propagation.diffuse ? propagation.scattering.max_paths : 0,
+                      draws_, draws ? draws_.draws + 1 : 1, centre, time);
   const Eigen::Matrix3d ecef_from_enu = environment_->city().frame.ecef_from_local_rotation();
-  const auto task = [&] { return SettledCell(sky, *propagator_, options_, limits_, ecef_from_enu); };
+  const auto task = [&] { return SteadyCell(sky, *propagator_, options_, limits_, ecef_from_enu); };
 
   Blocks blocks(cells, path_nodes_m_);
   const std::size_t none = cells.tile.cells();
   spread(blocks.down, [&](std::size_t row) {
-    SettledCell tracer = task();
+    SteadyCell tracer = task();
     for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
       const std::size_t at = blocks.middle(cells, block);
       if (at != none) blocks.nodes[block] = tracer.trace(cells.place(at));
     }
   });
   spread(blocks.down, [&](std::size_t row) {
-    SettledCell solver = task();
+    SteadyCell solver = task();
     std::vector<KnownEdge> known;
     for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
       for (int quadrant = 0; quadrant < 4; ++quadrant) {

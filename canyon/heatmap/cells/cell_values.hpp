@@ -11,7 +11,7 @@
 
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/gps_time.hpp"
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/positioning/protection_level.hpp"
 
 namespace canyon::heatmap {

@@ -12,7 +12,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/heatmap/kernels/shadows.hpp"
 
-namespace canyon::heatmap::judge {
+namespace canyon::heatmap::reference {
 
 /// Centre of cell (column, row).
 inline Eigen::Vector3d place(const CellPlane& plane, std::uint32_t column, std::uint32_t row) {
@@ -77,4 +77,4 @@ inline double distance_to_edge(const city::Mesh& mesh, const Eigen::Vector3d& or
   return least;
 }
 
-}  // namespace canyon::heatmap::judge
+}  // namespace canyon::heatmap::reference

@@ -1,6 +1,6 @@
 // Time of the cells of a map from what arrives at them: layers of one fix, layers over 64 draws of noise, and
 // positioning::solve_fix() at each cell for comparison.
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -92,7 +92,7 @@ void cells(benchmark::State& state, const std::vector<Layer>& wanted) {
   int fixes = 0;
   constexpr std::size_t kJudged = 500;
   for (std::size_t i = 0; i < kJudged; ++i) {
-    const test::TileScene::Answer answer = from.judge((i * 317) % 65'536, options);
+    const test::TileScene::Answer answer = from.reference_fix((i * 317) % 65'536, options);
     fix_s += answer.solving_s;
     fixes += answer.fix.solved();
   }

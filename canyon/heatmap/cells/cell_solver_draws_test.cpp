@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "tests/support/tile_scene.hpp"
 
@@ -189,7 +189,7 @@ TEST(CellSolver, ADrawIsTheFixOfItsNoise) {
     int fixes = 0, fewer = 0;
     double worst = 0;
     for (std::size_t i = 0; i < 100; ++i) {
-      const TileScene::Answer answer = scene.judge(i, options, noise_m);
+      const TileScene::Answer answer = scene.reference_fix(i, options, noise_m);
       if (!answer.fix.solved() || !(maps[2][i] < 100)) continue;
       if (std::hypot(answer.horizontal_m, answer.vertical_m) > 1000) continue;
       ++fixes;

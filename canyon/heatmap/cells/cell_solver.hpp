@@ -24,12 +24,12 @@ void visit(options::Visitor& v, DrawOptions& o);
 
 /// How receivers whose signals have strength stand in cells.
 enum class ReceiverModel : std::uint8_t {
-  Settled,  ///< what their loops and fix come to, without running them (SettledReceivers), where that fits
-  Run,      ///< each is run (CellReceivers): some hundred times slower, and the judge of the other
+  SteadyState,  ///< of their loops and fix, computed without running them (SteadyReceivers), where that fits
+  Run,          ///< each is run (CellReceivers): some hundred times slower, and the reference of the other
 };
 struct CellReceiverOptions {
-  ReceiverModel model = ReceiverModel::Settled;
-  /// Settled: paths are searched at places so far apart [m], and constructed anew at the cells between;
+  ReceiverModel model = ReceiverModel::SteadyState;
+  /// SteadyState: paths are searched at places so far apart [m], and constructed anew at the cells between;
   /// [0, 100]. 0: searched at every cell.
   double path_nodes_m = 6;
   [[nodiscard]] bool operator==(const CellReceiverOptions&) const = default;
@@ -43,11 +43,11 @@ void visit(options::Visitor& v, CellReceiverOptions& o);
 /// directions H of the used satellites and their weights W, the error of a fix is
 ///   dx = K m,  K = (H^T W H)^-1 H^T W
 /// (Misra and Enge, Global Positioning System, 2nd ed. 2011, section 6.1), m the pseudorange errors; then
-/// what is not linear, until it is settled: the curvature of the ranges and of H, the Earth's turning,
+/// what is not linear, until it converges: the curvature of the ranges and of H, the Earth's turning,
 /// weights and atmosphere that follow the place found. Same answers as positioning::solve_fix() within 1 mm
 /// for errors below 1 km and PDOP below 100, weights by elevation below 300 m; DOPs within 1e-3 of
 /// themselves. Cells where one of its rules may go either way (mask, ends of the troposphere's model, PDOP
-/// limit) and those that do not settle are solved by positioning::solve_fix() itself. Const, thread-safe.
+/// limit) and those that do not converge are solved by positioning::solve_fix() itself. Const, thread-safe.
 ///
 /// Errors of pseudoranges are excess, the noise's mean, and the atmosphere in the signal less what the fix
 /// takes off. Noise is drawn from the stationary distribution of each satellite's process, drifting mean

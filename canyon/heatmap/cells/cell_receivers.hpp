@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "canyon/heatmap/engine/cell_solver.hpp"
-#include "canyon/heatmap/engine/cell_values.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_values.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario.hpp"

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "canyon/heatmap/engine/cell_solution.hpp"
+#include "canyon/heatmap/cells/cell_solution.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/positioning/protection_level.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
@@ -20,9 +20,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 /// A change of the place that counts as none [m].
-constexpr double kSettled_m = 1e-6;
+constexpr double kConverged_m = 1e-6;
 /// A change after which the next one is none.
-constexpr double kNearlySettled_m = 0.02;
+constexpr double kNearlyConverged_m = 0.02;
 /// More than corrections of the atmosphere move a place, of which only the end is known.
 constexpr double kCorrected_m = 500;
 /// Farther from an end of the troposphere's model than this solver's places are off [m].
@@ -80,7 +80,7 @@ struct Extremes {
   double length_m = 0;                                        ///< in the largest sum of components
 };
 
-/// One pass of TileSolutions::settle() over all draws: x = constant + noise + linear x - curvature(x).
+/// One pass of TileSolutions::converge() over all draws: x = constant + noise + linear x - curvature(x).
 /// Matrices by columns; noise and x [axis][draw].
 CANYON_CLONES Extremes improve(const double* constant, const double* linear, const double* curvature,
                                const double* noise, std::size_t draws, double* x) {
@@ -167,8 +167,8 @@ TileSolutions::Terms TileSolutions::terms(const SetSolution& set, const Vector3d
   return terms;
 }
 
-std::optional<Vector3d> TileSolutions::settle(const SetSolution& set, const Terms& terms,
-                                              const Vector3d& place, Vector3d x, Vector3d* delay) const {
+std::optional<Vector3d> TileSolutions::converge(const SetSolution& set, const Terms& terms,
+                                                const Vector3d& place, Vector3d x, Vector3d* delay) const {
   double before = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < kMostPasses; ++pass) {
     Vector3d next = terms.constant + terms.linear * x - set.curvature * monomials(x);
@@ -179,7 +179,8 @@ std::optional<Vector3d> TileSolutions::settle(const SetSolution& set, const Term
     const double change = (next - x).norm();
     x = next;
     // Each pass shrinks the change by some 1e-3 (PDOP 100 and 1 km: 1e-2).
-    if (change <= kSettled_m || (change <= kNearlySettled_m && change * change <= kSettled_m * x.norm())) {
+    if (change <= kConverged_m ||
+        (change <= kNearlyConverged_m && change * change <= kConverged_m * x.norm())) {
       if (!positioning::is_near_ground(height_m(place + x))) return std::nullopt;
       return x;
     }
@@ -203,7 +204,7 @@ std::optional<Vector3d> TileSolutions::end_of_looks(const SetSolution& set, cons
                                                     const Vector3d& x) const {
   const bool troposphere = options_.fix.correct_troposphere;
   Vector3d delay = Vector3d::Zero();
-  std::optional<Vector3d> end = settle(set, terms, place, x, troposphere ? &delay : nullptr);
+  std::optional<Vector3d> end = converge(set, terms, place, x, troposphere ? &delay : nullptr);
   if (!end) return std::nullopt;
   const Vector3d last = place + *end, without = last + delay;
   const double delay_m = delay.lpNorm<1>();
@@ -225,7 +226,7 @@ std::optional<Vector3d> TileSolutions::end_beside_troposphere(const SetSolution&
                                                               const Vector3d& first) const {
   // A look from within the model's heights leads to the place with the correction, one from beyond them to
   // the place without.
-  const std::optional<Vector3d> without = settle(set, terms, place, with + delay, nullptr);
+  const std::optional<Vector3d> without = converge(set, terms, place, with + delay, nullptr);
   if (!without) return std::nullopt;
   const double bend = terms.linear.norm(), height_without_m = height_m(place + *without);
   if (is_within_troposphere(height_without_m, kBesideEdge_m)) {
@@ -250,7 +251,7 @@ std::optional<CellFix> TileSolutions::locate(const CellErrors& cell, int draw) {
   Vector3d by_ranges = error(set, sums, cell.place);
   if (draw != kNoDraw) by_ranges += noise(set, draw);
   const Terms plain = terms(set, by_ranges, sums, cell.place, false);
-  std::optional<Vector3d> x = settle(set, plain, cell.place, plain.constant, nullptr);
+  std::optional<Vector3d> x = converge(set, plain, cell.place, plain.constant, nullptr);
   if (x && corrects_) {
     x = end_of_looks(set, cell.received, terms(set, by_ranges, sums, cell.place, true), cell.place, *x);
   } else if (x && !clear_of_mask(set, cell.received, cell.place + *x, 0)) {
@@ -293,8 +294,8 @@ std::optional<CellFix> TileSolutions::solve_alone(const CellErrors& cell, int dr
                  enu_from_ecef_ * (fix.position_ecef - antenna), false};
 }
 
-bool TileSolutions::settle_draws(const SetSolution& set, const Terms& terms, const CellErrors& cell,
-                                 const CellFix& undisturbed) {
+bool TileSolutions::converge_draws(const SetSolution& set, const Terms& terms, const CellErrors& cell,
+                                   const CellFix& undisturbed) {
   const auto draws = static_cast<std::size_t>(draws_);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double start = undisturbed.error(static_cast<Index>(axis));
@@ -306,9 +307,9 @@ bool TileSolutions::settle_draws(const SetSolution& set, const Terms& terms, con
   for (int pass = 0; pass < kMostPasses; ++pass) {
     extremes = improve(terms.constant.data(), terms.linear.data(), set.curvature.data(), set.noise.data(),
                        draws, drawn_m_.data());
-    if (extremes.change_m <= kNearlySettled_m) break;
+    if (extremes.change_m <= kNearlyConverged_m) break;
   }
-  if (!(extremes.change_m <= kNearlySettled_m)) return false;
+  if (!(extremes.change_m <= kNearlyConverged_m)) return false;
   const double farthest = cell.place.lpNorm<1>() + extremes.length_m;
   return (farthest + kCorrected_m) * sine_change_per_m_ < set.margin &&
          positioning::is_near_ground(height_m_ - farthest) &&
@@ -330,7 +331,7 @@ void TileSolutions::locate_draws(const CellErrors& cell, const CellFix& undistur
   const SetSolution::Column sums = sum(set, cell);
   const Terms shared = terms(set, error(set, sums, cell.place), sums, cell.place, true);
   if (undisturbed.shared && !options_.fix.correct_troposphere &&
-      settle_draws(set, shared, cell, undisturbed)) {
+      converge_draws(set, shared, cell, undisturbed)) {
     horizontal_m.resize(draws);
     vertical_m.resize(draws);
     measure(drawn_m_.data(), draws, cell.place.x() * curvature_east_, cell.place.y() * curvature_north_,

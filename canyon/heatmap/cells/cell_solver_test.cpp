@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ Agreement compare(const TileScene& scene, const ReceiverOptions& options) {
   const Maps maps = solve(solver, scene.cells, scene.signals, kFixLayers);
   Agreement agreement;
   for (std::size_t i = 0; i < scene.cells.state.size(); ++i) {
-    const TileScene::Answer answer = scene.judge(i, options);
+    const TileScene::Answer answer = scene.reference_fix(i, options);
     const bool solved = answer.fix.solved();
     if (solved && (answer.fix.dop->pdop > 100 || std::hypot(answer.horizontal_m, answer.vertical_m) > 1000)) {
       ++agreement.extreme;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "canyon/disturbance/shadowing.hpp"
-#include "canyon/heatmap/engine/cell_solver.hpp"
+#include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/simulation/environment.hpp"
@@ -17,7 +17,7 @@ namespace canyon::heatmap {
 
 /// A satellite above the mask of a tile, and what the receivers of all lanes have of it whatever the place.
 /// Lane 0 is the receiver without noise, lane d + 1 that of draw d; lists of lanes are padded.
-struct SettledSatellite {
+struct SteadySatellite {
   orbit::LineOfSight line;    ///< from the tile's centre
   Eigen::Vector3d direction;  ///< unit, ENU of the city
   Eigen::Vector3d local;      ///< unit, ENU of the tile's centre
@@ -38,13 +38,13 @@ struct SettledSatellite {
 };
 
 /// The sky and the draws of one tile and time: whatever does not depend on the cell. Const, thread-safe.
-class SettledSky {
+class SteadySky {
  public:
-  SettledSky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
-             int most_bundles, const DrawOptions& draws, int lanes, const Eigen::Vector3d& centre,
-             geodesy::GpsTime time);
+  SteadySky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
+            int most_bundles, const DrawOptions& draws, int lanes, const Eigen::Vector3d& centre,
+            geodesy::GpsTime time);
 
-  [[nodiscard]] const std::vector<SettledSatellite>& satellites() const { return satellites_; }
+  [[nodiscard]] const std::vector<SteadySatellite>& satellites() const { return satellites_; }
   [[nodiscard]] const std::vector<Eigen::Vector3d>& directions() const { return directions_; }
   [[nodiscard]] int lanes() const { return lanes_; }
   /// A multiple of LaneCodeLock::kWidth.
@@ -60,10 +60,22 @@ class SettledSky {
                     float* factor) const;
 
  private:
+  struct Input {
+    const simulation::Environment& environment;
+    const receiver::ReceiverOptions& options;
+    const std::vector<std::uint64_t>& seeds;  ///< [draw]
+    geodesy::GpsTime time;
+    const geodesy::Geodetic& place;  ///< the tile's centre
+    const Eigen::Matrix3d& local_from_ecef;
+  };
+  [[nodiscard]] SteadySatellite satellite_of(const Input& input, const orbit::LineOfSight& line,
+                                             const gnss::Signal& signal) const;
+  void fill_lanes(const Input& input, std::size_t bundles, SteadySatellite& s);
+
   int lanes_;
   std::size_t padded_;
   bool has_blockages_ = false;
-  std::vector<SettledSatellite> satellites_;
+  std::vector<SteadySatellite> satellites_;
   std::vector<Eigen::Vector3d> directions_;
   std::vector<tracking::ChannelModel> models_;      // [draw]
   std::vector<disturbance::Shadowing> shadowings_;  // [draw]

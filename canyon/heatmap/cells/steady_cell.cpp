@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/settled_cell.hpp"
+#include "canyon/heatmap/cells/steady_cell.hpp"
 
 #include <algorithm>
 #include <array>
@@ -26,9 +26,9 @@ constexpr double kArrivalSteps = 40;
 
 }  // namespace
 
-SettledCell::SettledCell(const SettledSky& sky, const propagation::Propagator& propagator,
-                         const receiver::ReceiverOptions& options, const LimitOptions& limits,
-                         const Eigen::Matrix3d& ecef_from_enu)
+SteadyCell::SteadyCell(const SteadySky& sky, const propagation::Propagator& propagator,
+                       const receiver::ReceiverOptions& options, const LimitOptions& limits,
+                       const Eigen::Matrix3d& ecef_from_enu)
     : sky_(sky),
       propagator_(propagator),
       options_(options),
@@ -42,18 +42,18 @@ SettledCell::SettledCell(const SettledSky& sky, const propagation::Propagator& p
       power_(sky.padded()),
       tracked_(sky.padded()),
       ranges_(static_cast<std::size_t>(sky.lanes())) {
-  for (const SettledSatellite& satellite : sky.satellites()) {
+  for (const SteadySatellite& satellite : sky.satellites()) {
     direct_factors_.emplace_back(satellite.direct_factor.begin(), satellite.direct_factor.end());
   }
 }
 
-PathNode SettledCell::trace(const Vector3d& place) {
+PathNode SteadyCell::trace(const Vector3d& place) {
   PathNode node;
   node.place = place;
   propagator_.trace(place, sky_.directions(), traced_, &node.edges);
   std::sort(node.edges.begin(), node.edges.end());
   for (std::size_t k = 0; k < traced_.size(); ++k) {
-    const SettledSatellite& satellite = sky_.satellites()[k];
+    const SteadySatellite& satellite = sky_.satellites()[k];
     for (const Path& path : traced_[k].paths) {
       if (path.kind != PathKind::Diffuse && path.order < 2) continue;
       NodePath& far = node.paths.emplace_back();
@@ -70,8 +70,8 @@ PathNode SettledCell::trace(const Vector3d& place) {
   return node;
 }
 
-std::pair<SettledCell::Reflector&, bool> SettledCell::reflector(std::uint64_t key, std::size_t satellite,
-                                                                std::uint64_t name, const Vector3d& arrival) {
+std::pair<SteadyCell::Reflector&, bool> SteadyCell::reflector(std::uint64_t key, std::size_t satellite,
+                                                              std::uint64_t name, const Vector3d& arrival) {
   const auto [found, made] = reflectors_.try_emplace(mix64(key + kGolden64 * (satellite + 1)));
   Reflector& r = found->second;
   if (!made) return {r, false};
@@ -85,14 +85,14 @@ std::pair<SettledCell::Reflector&, bool> SettledCell::reflector(std::uint64_t ke
   return {r, true};
 }
 
-const SettledCell::Reflector& SettledCell::reflector(std::size_t satellite, const Path& path) {
+const SteadyCell::Reflector& SteadyCell::reflector(std::size_t satellite, const Path& path) {
   std::uint64_t key = path.reflector;
   for (int i = 0; i < path.incidence_count; ++i) {
     key = mix64(key + static_cast<std::uint64_t>(path.incidences[static_cast<std::size_t>(i)].material) + 1);
   }
   const auto [r, made] = reflector(key, satellite, path.reflector, path.arrival);
   if (!made) return r;
-  const SettledSatellite& s = sky_.satellites()[satellite];
+  const SteadySatellite& s = sky_.satellites()[satellite];
   Path without_detour = path;
   without_detour.excess_m = 0;
   r.amplitude = signal::path_amplitude(without_detour, s.line.elevation_rad, s.carrier_hz,
@@ -100,7 +100,7 @@ const SettledCell::Reflector& SettledCell::reflector(std::size_t satellite, cons
   return r;
 }
 
-const float* SettledCell::blockage(const Vector3d& arrival) {
+const float* SteadyCell::blockage(const Vector3d& arrival) {
   if (!sky_.has_blockages()) return nullptr;
   std::uint64_t key = 0;
   Vector3d rounded;
@@ -117,8 +117,8 @@ const float* SettledCell::blockage(const Vector3d& arrival) {
 }
 
 /// The paths of one satellite.
-void SettledCell::gather(std::size_t satellite, std::span<const NodePath> far, const Vector3d& from_node) {
-  const SettledSatellite& s = sky_.satellites()[satellite];
+void SteadyCell::gather(std::size_t satellite, std::span<const NodePath> far, const Vector3d& from_node) {
+  const SteadySatellite& s = sky_.satellites()[satellite];
   paths_.clear();
   for (const Path& path : traced_[satellite].paths) {
     CellPath& p = paths_.emplace_back();
@@ -163,11 +163,9 @@ void SettledCell::gather(std::size_t satellite, std::span<const NodePath> far, c
   }
 }
 
-/// As Channel::gather() at a receiver's first epoch, for all lanes.
-void SettledCell::fill_lanes(const SettledSatellite& s) {
+/// In each lane the carrier of the strongest path is followed.
+void SteadyCell::follow_strongest() {
   const auto lanes = static_cast<std::size_t>(sky_.lanes());
-  const double chip_m = s.code->tracker().correlation().chip_m();
-  lanes_.clear(sky_.padded());
   std::array<float, 64> strongest;
   std::vector<float> many;
   float* best = strongest.data();
@@ -187,7 +185,13 @@ void SettledCell::fill_lanes(const SettledSatellite& s) {
       }
     }
   }
+}
 
+/// As Channel::gather() at a receiver's first epoch, for all lanes.
+void SteadyCell::fill_lanes(const SteadySatellite& s) {
+  const auto lanes = static_cast<std::size_t>(sky_.lanes());
+  const double chip_m = s.code->tracker().correlation().chip_m();
+  lanes_.clear(sky_.padded());
   const tracking::DllOptions& dll = options_.signal.dll;
   const double coherence_m = tracking::kCoherenceWavelengths * s.wavelength_m;
   for (const CellPath& p : paths_) {
@@ -238,28 +242,29 @@ void SettledCell::fill_lanes(const SettledSatellite& s) {
 }
 
 /// Each lane's measurement of one satellite, and what the one without noise counts.
-void SettledCell::measure(std::size_t satellite) {
-  const SettledSatellite& s = sky_.satellites()[satellite];
+void SteadyCell::measure(std::size_t satellite) {
+  const SteadySatellite& s = sky_.satellites()[satellite];
   const tracking::SignalLockOptions& lock = options_.signal.lock;
   const bool direct =
       !traced_[satellite].paths.empty() && traced_[satellite].paths.front().kind == PathKind::Direct;
   if (paths_.empty()) {
     std::fill(power_.begin(), power_.end(), 0.0F);
   } else {
+    follow_strongest();
     fill_lanes(s);
     s.code->lock(lanes_, delay_m_, power_);
   }
   positioning::Measurement m;
   m.sigma_factor = s.sigma_factor;
   const bool equal = options_.fix.weights.weighting == positioning::Weighting::Equal;
-  bool tracks = false, hears = false;
+  bool tracks = false, keeps_track = false;
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
     if (!(power_[i] > 0)) continue;
     const double ratio_hz = s.clear_cn0_hz[i] * static_cast<double>(power_[i]) / s.peak_power;
     const double cn0_dbhz = 10 * std::log10(ratio_hz);
     if (i == 0) {
       tracks = cn0_dbhz >= lock.acquisition_threshold_dbhz;
-      hears = cn0_dbhz >= lock.tracking_threshold_dbhz;
+      keeps_track = cn0_dbhz >= lock.tracking_threshold_dbhz;
     }
     if (cn0_dbhz < lock.acquisition_threshold_dbhz) continue;
     const double jitter_m = std::sqrt((s.jitter_1 + s.jitter_2 / ratio_hz) / ratio_hz);
@@ -279,11 +284,11 @@ void SettledCell::measure(std::size_t satellite) {
   los_ += direct ? 1 : 0;
   ++(tracks ? visible_ : blocked_);
   if (!tracks) return;
-  nlos_ += !direct && hears ? 1 : 0;
+  nlos_ += !direct && keeps_track ? 1 : 0;
   largest_excess_m_ = std::max(largest_excess_m_, static_cast<double>(delay_m_[0]));
 }
 
-void SettledCell::locate(bool statistics, CellValues& values) {
+void SteadyCell::locate(bool statistics, CellValues& values) {
   values.set(Layer::SatellitesLos, los_);
   values.set(Layer::SatellitesVisible, visible_);
   values.set(Layer::SatellitesBlocked, blocked_);
@@ -291,7 +296,7 @@ void SettledCell::locate(bool statistics, CellValues& values) {
     values.set(Layer::NlosShare, static_cast<double>(nlos_) / visible_);
     values.set(Layer::LargestExcess, largest_excess_m_);
   }
-  const SettledFix::Answer quiet = fix_.solve(ranges_[0], true);
+  const SteadyFix::Answer quiet = fix_.solve(ranges_[0], true);
   values.set(Layer::Availability, quiet.solved ? 1 : 0);
   values.set(Layer::SatellitesUsed, quiet.used);
   if (quiet.solved) {
@@ -306,7 +311,7 @@ void SettledCell::locate(bool statistics, CellValues& values) {
   if (ranges_.size() == 1) return;
   DrawnFixes fixes;
   for (std::size_t i = 1; i < ranges_.size(); ++i) {
-    const SettledFix::Answer answer = fix_.solve(ranges_[i], statistics);
+    const SteadyFix::Answer answer = fix_.solve(ranges_[i], statistics);
     if (answer.solved) fixes.add(answer.error, answer.covariance, limits_);
   }
   const auto draws = static_cast<int>(ranges_.size()) - 1;
@@ -314,11 +319,11 @@ void SettledCell::locate(bool statistics, CellValues& values) {
   if (statistics) fixes.describe(limits_, draws, values);
 }
 
-void SettledCell::solve(const Vector3d& place, std::span<const propagation::KnownEdge> edges,
-                        const PathNode& node, bool statistics, CellValues& values) {
+void SteadyCell::solve(const Vector3d& place, std::span<const propagation::KnownEdge> edges,
+                       const PathNode& node, bool statistics, CellValues& values) {
   const std::span<const NodePath> far = node.paths;
   propagator_.trace_near(place, sky_.directions(), edges, traced_);
-  for (std::vector<SettledRange>& ranges : ranges_) ranges.clear();
+  for (std::vector<SteadyRange>& ranges : ranges_) ranges.clear();
   los_ = nlos_ = visible_ = blocked_ = 0;
   largest_excess_m_ = 0;
   std::size_t first = 0;

@@ -1,0 +1,299 @@
+#include "canyon/heatmap/cells/cell_solver.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/heatmap/cells/cell_solution.hpp"
+#include "canyon/heatmap/cells/understood_options.hpp"
+#include "canyon/options/values.hpp"
+
+namespace canyon::heatmap {
+namespace {
+
+using positioning::Weighting;
+
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+/// Shared solutions are iterated until they converge. positioning::solve_fix() does so within these bounds:
+/// the last change, times what a metre changes in the atmosphere (6e-3 at 3 deg) and PDOP 100, is below 1 mm.
+constexpr int kIterations = 20;
+constexpr double kConvergence_m = 1e-3;
+/// Cells whose satellites are gathered at once: their bits stay in the first cache.
+constexpr std::size_t kBlock = 512;
+
+bool over_draws(Layer layer) {
+  return info(layer).draws && of_solver(layer);
+}
+[[maybe_unused]] bool of_error(Layer layer) {
+  return layer <= Layer::VerticalErrorP95 || over_draws(layer);
+}
+bool of_fix(Layer layer) {
+  return info(layer).error && of_solver(layer);
+}
+
+using Values = std::array<float, kLayerCount>;
+
+/// Mean, RMS, p50 and p95, which follow one another in Layer.
+void describe(std::vector<double>& errors, Layer mean, bool quantiles, Values& values) {
+  double sum = 0, squares = 0;
+  for (const double error : errors) {
+    sum += error;
+    squares += error * error;
+  }
+  const auto n = static_cast<double>(errors.size());
+  const auto first = static_cast<std::size_t>(mean);
+  values[first] = static_cast<float>(sum / n);
+  values[first + 1] = static_cast<float>(std::sqrt(squares / n));
+  if (!quantiles) return;
+  std::size_t ranked = 0;
+  values[first + 2] = static_cast<float>(select_quantile(errors, 0.5, ranked));
+  values[first + 3] = static_cast<float>(select_quantile(errors, 0.95, ranked));
+}
+
+/// Satellites received and in line of sight, of a block of cells: two words each.
+struct Block {
+  std::array<std::array<std::uint64_t, kBlock>, 2> received, los;
+
+  void gather(const TileSignals& signals, std::size_t first, std::size_t count) {
+    for (auto* words : {&received, &los}) {
+      for (auto& word : *words) word.fill(0);
+    }
+    for (std::size_t i = 0; i < signals.visibility.size(); ++i) {
+      const CellVisibility* visibility = signals.visibility[i].data() + first;
+      std::uint64_t* any = received[i / 64].data();
+      std::uint64_t* direct = los[i / 64].data();
+      for (std::size_t cell = 0; cell < count; ++cell) {
+        any[cell] |= std::uint64_t{visibility[cell] != CellVisibility::Blocked} << (i % 64);
+        direct[cell] |= std::uint64_t{visibility[cell] == CellVisibility::LOS} << (i % 64);
+      }
+    }
+  }
+};
+
+/// A tile: its shared solutions, and the values of one cell after another.
+class TileCellSolver {
+ public:
+  TileCellSolver(const receiver::ReceiverOptions& receiver, const DrawOptions& draws,
+                 const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const LimitOptions& limits,
+                 const TileCells& cells, const TileSignals& signals, std::span<const Layer> wanted)
+      : receiver_(receiver),
+        limits_(limits),
+        cells_(cells),
+        signals_(signals),
+        draws_(std::any_of(wanted.begin(), wanted.end(), over_draws) ? draws.draws : 0),
+        fixes_(std::any_of(wanted.begin(), wanted.end(), of_fix)),
+        solutions_(receiver, klobuchar, signals, draws_, draws.seed) {
+    const auto is_wanted = [&](Layer layer) {
+      return std::find(wanted.begin(), wanted.end(), layer) != wanted.end();
+    };
+    horizontal_quantiles_ = is_wanted(Layer::HorizontalErrorP50) || is_wanted(Layer::HorizontalErrorP95);
+    vertical_quantiles_ = is_wanted(Layer::VerticalErrorP50) || is_wanted(Layer::VerticalErrorP95);
+  }
+
+  /// All layers of a cell; NaN where it is not Computed.
+  const Values& solve(std::size_t index, const SatelliteSet& received, const SatelliteSet& los) {
+    values_.fill(kNone);
+    if (cells_.state[index] != CellState::Computed) return values_;
+    cell_.received = received;
+    const int direct = los.size();
+    count(index, los);
+    if (fixes_) locate(index, direct);
+    return values_;
+  }
+
+ private:
+  void set(Layer layer, double value) {
+    values_[static_cast<std::size_t>(layer)] = static_cast<float>(value);
+  }
+  /// Satellites by what arrives of them, and their excesses.
+  void count(std::size_t index, const SatelliteSet& los) {
+    const int visible = cell_.received.size(), direct = los.size();
+    const auto satellites = static_cast<int>(signals_.satellites.size());
+    cell_.excesses = 0;
+    // In line of sight there is none.
+    double largest = direct > 0 ? 0 : -std::numeric_limits<double>::infinity();
+    const bool excesses = !signals_.excess_m.empty();
+    if (excesses) {
+      SatelliteSet nlos;
+      for (std::size_t w = 0; w < 2; ++w) nlos.bits[w] = cell_.received.bits[w] & ~los.bits[w];
+      nlos.for_each([&](std::size_t i) {
+        const double excess_m = signals_.excess_m[i][index];
+        largest = std::max(largest, excess_m);
+        if (excess_m == 0) return;
+        const auto k = static_cast<std::size_t>(cell_.excesses++);
+        cell_.satellite[k] = static_cast<std::uint8_t>(i);
+        cell_.excess_m[k] = excess_m;
+      });
+    }
+    set(Layer::SatellitesLos, direct);
+    set(Layer::SatellitesVisible, visible);
+    set(Layer::SatellitesBlocked, satellites - visible);
+    if (visible == 0) return;
+    set(Layer::NlosShare, static_cast<float>(visible - direct) / static_cast<float>(visible));
+    if (excesses) set(Layer::LargestExcess, largest);
+  }
+  /// The fix without noise and those of the draws.
+  void locate(std::size_t index, int direct) {
+    solutions_.trim();
+    constexpr double kSpeed_mps = 0;
+    cell_.received.drifting = receiver_.noise.drifts(kSpeed_mps, direct);
+    // From the tile's centre, where directions are from.
+    const CellPlane& plane = cells_.plane;
+    const double column = static_cast<double>(index % plane.columns) - 0.5 * (plane.columns - 1);
+    const std::size_t northward = index / plane.columns;
+    const double row = static_cast<double>(northward) - 0.5 * (plane.rows - 1);
+    const double up = cells_.flat() ? 0 : double{cells_.z[index]} - plane.z;
+    cell_.place =
+        solutions_.enu_from_city() * Eigen::Vector3d(column * plane.spacing_m, row * plane.spacing_m, up);
+    const std::optional<CellFix> fix = solutions_.locate(cell_);
+    set(Layer::Availability, fix ? 1 : 0);
+    set(Layer::SatellitesUsed, fix ? fix->used : 0);
+    if (draws_ > 0) set(Layer::ProtectedAvailability, 0);
+    if (!fix) return;
+    const Eigen::Vector3d error = solutions_.at_vertical(cell_.place, fix->error);
+    set(Layer::HorizontalError, error.head<2>().norm());
+    set(Layer::VerticalError, error.z());
+    set(Layer::Hdop, fix->dop.hdop);
+    set(Layer::Pdop, fix->dop.pdop);
+    set(Layer::Vdop, fix->dop.vdop);
+    set(Layer::ProtectionLevel, limits_.protection_factor * fix->spread_m);
+    if (draws_ == 0) return;
+    solutions_.locate_draws(cell_, *fix, horizontal_m_, vertical_m_);
+    if (horizontal_m_.empty()) return;
+    compare_with_limits(fix->spread_m);
+    describe(horizontal_m_, Layer::HorizontalErrorMean, horizontal_quantiles_, values_);
+    describe(vertical_m_, Layer::VerticalErrorMean, vertical_quantiles_, values_);
+  }
+  /// Before quantiles put the errors in another order.
+  void compare_with_limits(double spread_m) {
+    const double protection_m = limits_.protection_factor * spread_m;
+    const auto share_above = [&](double limit_m) {
+      const auto above = std::count_if(horizontal_m_.begin(), horizontal_m_.end(),
+                                       [limit_m](double error_m) { return error_m > limit_m; });
+      return static_cast<float>(above) / static_cast<float>(horizontal_m_.size());
+    };
+    set(Layer::HorizontalErrorExceedance, share_above(limits_.error_m));
+    set(Layer::MisleadingShare, share_above(protection_m));
+    if (protection_m <= limits_.alert_m) {
+      set(Layer::ProtectedAvailability,
+          static_cast<float>(horizontal_m_.size()) / static_cast<float>(draws_));
+    }
+  }
+
+  const receiver::ReceiverOptions& receiver_;
+  const LimitOptions& limits_;
+  const TileCells& cells_;
+  const TileSignals& signals_;
+  int draws_;
+  bool fixes_, horizontal_quantiles_ = false, vertical_quantiles_ = false;
+  TileSolutions solutions_;
+  CellErrors cell_;
+  std::vector<double> horizontal_m_, vertical_m_;
+  Values values_{};
+};
+
+}  // namespace
+
+void DrawOptions::validate() const {
+  options::check(*this, "map's noise");
+}
+
+void visit(options::Visitor& v, DrawOptions& o) {
+  v.integer({"draws", "", "of noise, for layers over draws"}, o.draws, 1, 10'000);
+  v.integer({"seed", "", "of the draws, the same at every cell"}, o.seed);
+}
+
+void CellReceiverOptions::validate() const {
+  options::check(*this, "map's receivers");
+}
+
+void visit(options::Visitor& v, CellReceiverOptions& o) {
+  // Before it was steady_state, users wrote "settled": it is read still, and keys of stores keep it.
+  static constexpr std::string_view kRead[]{"steady_state", "run", "settled"}, kInKeys[]{"settled", "run"};
+  const std::span<const std::string_view> read(kRead), in_keys(kInKeys);
+  v.choice(
+      {"model", "",
+       "receivers whose signals have strength: steady_state (of loops and fixes, computed) or run (each by "
+       "itself, slow)"},
+      o.model, v.purpose() == options::Purpose::Values ? in_keys : read.first(v.reads() ? 3 : 2));
+  if (o.model == static_cast<ReceiverModel>(2)) o.model = ReceiverModel::SteadyState;
+  v.number({"path_nodes_m", "m",
+            "steady_state: paths are searched so far apart and constructed anew between; 0: at every cell"},
+           o.path_nodes_m, {0, 100});
+}
+
+struct CellSolver::Impl {
+  receiver::ReceiverOptions receiver;
+  DrawOptions draws;
+  std::map<gnss::System, gnss::Klobuchar> klobuchar;
+  LimitOptions limits;
+};
+
+CellSolver::CellSolver(const receiver::ReceiverOptions& receiver, const DrawOptions& draws,
+                       const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const LimitOptions& limits)
+    : impl_(std::make_unique<Impl>(Impl{receiver, draws, klobuchar, limits})) {
+  receiver.validate();
+  draws.validate();
+  limits.validate();
+  if (!fits(receiver)) {
+    throw InputError(fmt::format("receiver '{}' has signals of its own choice, signals of some strength, "
+                                 "biases, C/N0 weights, RAIM, a position filter, fewer "
+                                 "than {} iterations or a convergence above {} m",
+                                 receiver.name, kIterations, kConvergence_m),
+                     "change these for a map, or let a receiver of its own observe each cell");
+  }
+  if ((receiver.ionosphere || receiver.fix.correct_ionosphere) && klobuchar.empty()) {
+    static_cast<void>(positioning::klobuchar_of(klobuchar, gnss::System::GPS));
+  }
+}
+CellSolver::~CellSolver() = default;
+CellSolver::CellSolver(CellSolver&&) noexcept = default;
+CellSolver& CellSolver::operator=(CellSolver&&) noexcept = default;
+
+bool CellSolver::fits(const receiver::ReceiverOptions& receiver) {
+  static constexpr std::string_view kUnderstood =
+      "elevation_mask_deg min_satellites max_pdop max_iterations convergence_m correct_ionosphere "
+      "correct_troposphere weights.weighting weights.elevation_a_m weights.elevation_b_m ionosphere "
+      "troposphere noise.enabled noise.theta_per_s noise.mu_m noise.sigma_m_per_sqrt_s "
+      "noise.drift.enabled noise.drift.below_speed_mps noise.drift.below_los noise.drift.mu_sigma_m";
+  // Signals have no strength here; Heatmap looks at covariance_by_residuals.
+  static constexpr std::string_view kElsewhere =
+      "own_draws signal. cn0_mask_dbhz weights.cn0_floor_m2 weights.cn0_scale_m2_hz covariance_by_residuals";
+  return differs_only_in(receiver, {kUnderstood, kElsewhere, kWithoutEffect}) && !receiver.signal.enabled &&
+         !receiver.filter.enabled && !receiver.fix.raim.enabled &&
+         receiver.fix.weights.weighting != Weighting::Cn0 && receiver.fix.max_iterations >= kIterations &&
+         receiver.fix.convergence_m <= kConvergence_m;
+}
+
+void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::span<const Layer> wanted,
+                       std::span<const std::span<float>> layers) const {
+  assert(wanted.size() == layers.size());
+  assert(signals.excess_m.size() == signals.satellites.size() ||
+         !std::any_of(wanted.begin(), wanted.end(), of_error));
+  TileCellSolver solver(impl_->receiver, impl_->draws, impl_->klobuchar, impl_->limits, cells, signals,
+                        wanted);
+  Block block;
+  const std::size_t count = cells.state.size();
+  for (std::size_t first = 0; first < count; first += kBlock) {
+    const std::size_t in_block = std::min(kBlock, count - first);
+    block.gather(signals, first, in_block);
+    for (std::size_t b = 0; b < in_block; ++b) {
+      const SatelliteSet received{{block.received[0][b], block.received[1][b]}};
+      const SatelliteSet los{{block.los[0][b], block.los[1][b]}};
+      const Values& values = solver.solve(first + b, received, los);
+      for (std::size_t k = 0; k < wanted.size(); ++k) {
+        if (of_solver(wanted[k])) layers[k][first + b] = values[static_cast<std::size_t>(wanted[k])];
+      }
+    }
+  }
+}
+
+}  // namespace canyon::heatmap
