@@ -9,8 +9,8 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/mavlink/frames.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/fix_codes.hpp"
 #include "canyon/output/formats.hpp"
+#include "canyon/output/ubx/fix_codes.hpp"
 
 namespace canyon::output {
 namespace {

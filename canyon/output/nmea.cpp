@@ -10,9 +10,9 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/fix_codes.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
+#include "canyon/output/ubx/fix_codes.hpp"
 
 // NMEA 0183 v4.11. The standard is not free; the sentences, talkers, system and signal identifiers are as in
 // u-blox F9 HPG 1.32 Interface Description (UBX-22008968), chapter 2, and gpsd's "NMEA Revealed".

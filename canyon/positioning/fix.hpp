@@ -58,7 +58,7 @@ enum class FixStatus : std::uint8_t {
 /// Reason for people: "too few satellites".
 [[nodiscard]] std::string_view reason(FixStatus status);
 
-/// How a position was made. Output formats map it in canyon/output/fix_codes.hpp.
+/// How a position was made. Output formats map it in canyon/output/ubx/fix_codes.hpp.
 enum class FixKind : std::uint8_t {
   None,           ///< there is no position
   Single,         ///< satellites of this epoch, without corrections

@@ -5,7 +5,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/fix_codes.hpp"
+#include "canyon/output/ubx/fix_codes.hpp"
 #include "canyon/output/ubx/messages.hpp"
 
 namespace canyon::output::ubx {
