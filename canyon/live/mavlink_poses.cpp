@@ -95,7 +95,12 @@ class MavlinkPoses final : public PoseDecoder {
   void hear(std::uint64_t reader, std::string_view bytes,
             const std::function<void(const PoseReport&)>& each) override {
     parsers_.of(reader).hear(bytes, [&](const mavlink::Frame& frame) {
-      std::visit([&](const auto& message) { take(frame.sender, message, each); }, frame.message);
+      std::visit(
+          [&](const auto& message) {
+            const std::optional<PoseReport> report = report_of(frame.sender, message);
+            if (report && (report->position_m || report->place)) each(*report);
+          },
+          frame.message);
     });
   }
 
@@ -106,7 +111,7 @@ class MavlinkPoses final : public PoseDecoder {
     const mavlink::Sender self{1, 191};
     std::string bytes = mavlink::encode(heartbeat, sequence_++, self);
     for (const mavlink::Layout& layout : mavlink::layouts()) {
-      if (std::find(taken_.begin(), taken_.end(), layout.name) == taken_.end()) continue;
+      if (!takes(layout.name)) continue;
       mavlink::CommandLong command;
       command.command = 511;  // MAV_CMD_SET_MESSAGE_INTERVAL
       command.parameters = {static_cast<double>(layout.id), 10'000};
@@ -114,10 +119,7 @@ class MavlinkPoses final : public PoseDecoder {
     }
     return bytes;
   }
-  [[nodiscard]] std::string take_complaint() override {
-    if (complaint_.empty()) return {};
-    return std::exchange(complaint_, {});
-  }
+  [[nodiscard]] std::string take_complaint() override { return std::exchange(complaint_, {}); }
 
  private:
   [[nodiscard]] bool takes(std::string_view name) const {
@@ -129,9 +131,6 @@ class MavlinkPoses final : public PoseDecoder {
     report.stamp_s = stamp_s;
     return report;
   }
-  void end(const PoseReport& report, const std::function<void(const PoseReport&)>& each) {
-    if (report.position_m || report.place) each(report);
-  }
   void place(PoseReport& report, std::string_view name, double latitude_deg, double longitude_deg,
              double height_m) {
     if (on_earth(latitude_deg, longitude_deg)) {
@@ -141,13 +140,18 @@ class MavlinkPoses final : public PoseDecoder {
     }
   }
 
-  /// Messages without a pose.
+  /// Empty for messages that are not taken, and for those without a pose.
   template <typename Message>
-  void take(mavlink::Sender, const Message&, const std::function<void(const PoseReport&)>&) {}
+  [[nodiscard]] std::optional<PoseReport> report_of(mavlink::Sender sender, const Message& m) {
+    if constexpr (requires { remember(sender, m); }) {
+      remember(sender, m);
+    } else if constexpr (requires { pose_of(sender, m); }) {
+      if (takes(Message::kName)) return pose_of(sender, m);
+    }
+    return std::nullopt;
+  }
 
-  void take(mavlink::Sender sender, const mavlink::SimState& m,
-            const std::function<void(const PoseReport&)>& each) {
-    if (!takes(m.kName)) return;
+  std::optional<PoseReport> pose_of(mavlink::Sender sender, const mavlink::SimState& m) {
     PoseReport report = begin(sender, std::nullopt);
     place(report, m.kName, m.latitude_deg(), m.longitude_deg(), m.altitude_m);
     report.attitude = attitude(m.ned_from_frd);
@@ -155,43 +159,35 @@ class MavlinkPoses final : public PoseDecoder {
     if (!report.attitude) report.attitude = attitude(m.roll_pitch_yaw_rad);
     report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
     report.rates_body_radps = flu_from_frd() * m.rates_frd_radps;
-    end(report, each);
+    return report;
   }
-  void take(mavlink::Sender sender, const mavlink::HilStateQuaternion& m,
-            const std::function<void(const PoseReport&)>& each) {
-    if (!takes(m.kName)) return;
+  std::optional<PoseReport> pose_of(mavlink::Sender sender, const mavlink::HilStateQuaternion& m) {
     PoseReport report = begin(sender, us(m.time_us));
     place(report, m.kName, m.latitude_deg, m.longitude_deg, m.altitude_m);
     report.attitude = attitude(m.ned_from_frd);
     report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
     report.rates_body_radps = flu_from_frd() * m.rates_frd_radps;
-    end(report, each);
+    return report;
   }
-  void take(mavlink::Sender sender, const mavlink::AttPosMocap& m,
-            const std::function<void(const PoseReport&)>& each) {
-    if (!takes(m.kName)) return;
+  std::optional<PoseReport> pose_of(mavlink::Sender sender, const mavlink::AttPosMocap& m) {
     PoseReport report = begin(sender, us(m.time_us));
     report.position_m = enu_from_ned() * m.position_ned_m;
     report.attitude = attitude(m.ned_from_frd);
-    end(report, each);
+    return report;
   }
-  void take(mavlink::Sender sender, const mavlink::VisionPositionEstimate& m,
-            const std::function<void(const PoseReport&)>& each) {
-    if (!takes(m.kName)) return;
+  std::optional<PoseReport> pose_of(mavlink::Sender sender, const mavlink::VisionPositionEstimate& m) {
     PoseReport report = begin(sender, us(m.time_us));
     report.position_m = enu_from_ned() * m.position_ned_m;
     report.attitude = attitude(m.roll_pitch_yaw_rad);
-    end(report, each);
+    return report;
   }
-  void take(mavlink::Sender sender, const mavlink::Odometry& m,
-            const std::function<void(const PoseReport&)>& each) {
-    if (!takes(m.kName)) return;
+  std::optional<PoseReport> pose_of(mavlink::Sender sender, const mavlink::Odometry& m) {
     const auto world_ned = is_ned(kLocalFrames, m.frame), body_frd = is_ned(kBodyFrames, m.child_frame),
                child_ned = is_ned(kLocalFrames, m.child_frame);
     if (!world_ned || (!body_frd && !child_ned)) {
       complaint_ = fmt::format("ODOMETRY in MAV_FRAME {} with velocities in {}, which Canyon does not know",
                                m.frame, m.child_frame);
-      return;
+      return std::nullopt;
     }
     PoseReport report = begin(sender, us(m.time_us));
     const Matrix3d world = enu_from(*world_ned ? WorldAxes::NED : WorldAxes::ENU);
@@ -206,29 +202,23 @@ class MavlinkPoses final : public PoseDecoder {
       report.velocity_mps = *report.attitude * (body * m.velocity_mps);
     }
     if (m.rates_radps.allFinite()) report.rates_body_radps = body * m.rates_radps;
-    end(report, each);
+    return report;
   }
   // An attitude of its own message goes with the position that follows.
-  void take(mavlink::Sender sender, const mavlink::Attitude& m,
-            const std::function<void(const PoseReport&)>&) {
+  void remember(mavlink::Sender sender, const mavlink::Attitude& m) {
     attitudes_[sender.system] = {attitude(m.roll_pitch_yaw_rad), flu_from_frd() * m.rates_frd_radps};
   }
-  void take(mavlink::Sender sender, const mavlink::AttitudeQuaternion& m,
-            const std::function<void(const PoseReport&)>&) {
+  void remember(mavlink::Sender sender, const mavlink::AttitudeQuaternion& m) {
     attitudes_[sender.system] = {attitude(m.ned_from_frd), flu_from_frd() * m.rates_frd_radps};
   }
-  void take(mavlink::Sender sender, const mavlink::LocalPositionNed& m,
-            const std::function<void(const PoseReport&)>& each) {
-    if (!takes(m.kName)) return;
+  std::optional<PoseReport> pose_of(mavlink::Sender sender, const mavlink::LocalPositionNed& m) {
     PoseReport report = begin(sender, m.boot_s);
     report.position_m = enu_from_ned() * m.position_ned_m;
     report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
     add_attitude(sender, report);
-    end(report, each);
+    return report;
   }
-  void take(mavlink::Sender sender, const mavlink::GlobalPositionInt& m,
-            const std::function<void(const PoseReport&)>& each) {
-    if (!takes(m.kName)) return;
+  std::optional<PoseReport> pose_of(mavlink::Sender sender, const mavlink::GlobalPositionInt& m) {
     PoseReport report = begin(sender, m.boot_s);
     place(report, m.kName, m.latitude_deg, m.longitude_deg, m.altitude_m);
     report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
@@ -236,7 +226,7 @@ class MavlinkPoses final : public PoseDecoder {
     if (!report.attitude && std::isfinite(m.heading_deg)) {
       report.attitude = attitude(Vector3d(0, 0, geodesy::radians(m.heading_deg)));
     }
-    end(report, each);
+    return report;
   }
   void add_attitude(mavlink::Sender sender, PoseReport& report) const {
     const auto found = attitudes_.find(sender.system);

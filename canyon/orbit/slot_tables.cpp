@@ -127,52 +127,40 @@ std::vector<Slot> galileo_slots() {
 // no published number: they were read, to the degree, from the broadcast ephemerides of 2020-06-25. The IGSO
 // track is centred on 118 deg east and its three planes go with those of the MEO: choices.
 std::vector<Slot> beidou_slots() {
-  constexpr double kRadius = geodesy::kSemiMajorAxis;
   // Satellites in order of phase, 45 deg apart. C41 to C46 were not up yet: they fill the free slots.
   constexpr std::array<std::array<std::uint8_t, 8>, 3> kMeo{
       {{22, 19, 20, 32, 41, 33, 42, 21}, {37, 23, 25, 24, 26, 45, 36, 46}, {34, 43, 35, 29, 30, 27, 28, 44}}};
   constexpr std::array<double, 3> kNode_deg{42, 162, 282};
   constexpr std::array<double, 3> kPhase_deg{6, 21, 36};
-  const GpsTime epoch = geodesy::gps_from_calendar({2020, 6, 25, 12, 0, 0, 0});
   std::vector<Slot> slots;
+  const auto add = [&slots](std::size_t number, double height_m, double node_deg) -> Slot& {
+    Slot& s = slots.emplace_back();
+    s.id = {gnss::System::BeiDou, static_cast<std::uint8_t>(number)};
+    s.epoch = geodesy::gps_from_calendar({2020, 6, 25, 12, 0, 0, 0});
+    s.earth_rate = kEarthRateBeiDou;
+    s.semi_major_axis_m = geodesy::kSemiMajorAxis + height_m;
+    s.node_longitude_rad = radians(node_deg);
+    return s;
+  };
+  const auto incline = [](Slot& s, double argument_deg, int revolutions, int days) {
+    s.inclination_rad = radians(55);
+    s.node_rate = j2_node_rate(s.semi_major_axis_m, s.inclination_rad);
+    s.argument_of_latitude_rad = radians(argument_deg);
+    s.argument_of_latitude_rate = repeat_rate(s, revolutions, days);
+  };
   for (std::size_t plane = 0; plane < 3; ++plane) {
+    const double node_deg = kNode_deg[plane];
     for (std::size_t k = 0; k < 8; ++k) {
-      Slot s;
-      s.id = {gnss::System::BeiDou, kMeo[plane][k]};
-      s.epoch = epoch;
-      s.earth_rate = kEarthRateBeiDou;
-      s.semi_major_axis_m = kRadius + 21'528e3;
-      s.inclination_rad = radians(55);
-      s.node_longitude_rad = radians(kNode_deg[plane]);
-      s.node_rate = j2_node_rate(s.semi_major_axis_m, s.inclination_rad);
-      s.argument_of_latitude_rad = radians(kPhase_deg[plane] + 45.0 * static_cast<double>(k));
-      s.argument_of_latitude_rate = repeat_rate(s, 13, 7);
-      slots.push_back(s);
+      incline(add(kMeo[plane][k], 21'528e3, node_deg), kPhase_deg[plane] + 45.0 * static_cast<double>(k), 13,
+              7);
     }
-    Slot igso;
-    igso.id = {gnss::System::BeiDou, static_cast<std::uint8_t>(38 + plane)};
-    igso.epoch = epoch;
-    igso.earth_rate = kEarthRateBeiDou;
-    igso.semi_major_axis_m = kRadius + 35'786e3;
-    igso.inclination_rad = radians(55);
-    igso.node_longitude_rad = radians(kNode_deg[plane]);
-    igso.node_rate = j2_node_rate(igso.semi_major_axis_m, igso.inclination_rad);
     // Node and phase add up to the longitude at which the track crosses the equator northwards.
-    igso.argument_of_latitude_rad = radians(118 - kNode_deg[plane]);
-    igso.argument_of_latitude_rate = repeat_rate(igso, 1, 1);
-    slots.push_back(igso);
+    incline(add(38 + plane, 35'786e3, node_deg), 118 - node_deg, 1, 1);
   }
   // The broadcast algorithm takes C01 to C05 and C59 upwards for geostationary.
   constexpr std::array<double, 3> kGeo_deg{140, 80, 110.5};
   for (std::size_t k = 0; k < 3; ++k) {
-    Slot s;
-    s.id = {gnss::System::BeiDou, static_cast<std::uint8_t>(59 + k)};
-    s.epoch = epoch;
-    s.earth_rate = kEarthRateBeiDou;
-    s.semi_major_axis_m = kRadius + 35'786e3;
-    s.node_longitude_rad = radians(kGeo_deg[k]);
-    s.geostationary = true;
-    slots.push_back(s);
+    add(59 + k, 35'786e3, kGeo_deg[k]).geostationary = true;
   }
   std::sort(slots.begin(), slots.end(), [](const Slot& a, const Slot& b) { return a.id < b.id; });
   return slots;
