@@ -85,7 +85,8 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths, cons
     if (!folder.empty()) {
       files = output::make_file_sinks(*simulation, folder);
       for (std::size_t i = 0;
-           i < simulation->scenario().receivers.size() && simulation->scenario().outputs.has("pictures"); ++i) {
+           i < simulation->scenario().receivers.size() && simulation->scenario().outputs.has("pictures");
+           ++i) {
         files.push_back(drawing::make_pictures(*simulation, output::receiver_folder(*simulation, folder, i),
                                                i, signals.stop()));
       }
