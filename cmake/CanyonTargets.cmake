@@ -80,8 +80,8 @@ endfunction()
 # canyon_units(RESULT TARGET FILE...): what to compile for these files. Most of the time of a small file goes into the
 # headers that its neighbours include as well. So with CANYON_UNITY_BUILD, files are included one after the other in
 # generated files of up to unit_bytes of source. Names of unnamed namespaces must then differ within a folder. Includes
-# are relative to the repository, so that the compiler's cache knows the units of another clone. Tests are compiled
-# alone.
+# are relative to the repository, so that the compiler's cache knows the units of another clone. Files that include the
+# headers of RTKLIB or SDFormat are compiled alone: the first define macros, the second take most of the time.
 function(canyon_units result target)
   set(unit_bytes 60000)
   set(units "")
@@ -90,7 +90,7 @@ function(canyon_units result target)
   foreach(file IN LISTS ARGN ITEMS end)
     set(size ${unit_bytes})
     if(NOT file STREQUAL "end")
-      if(NOT CANYON_UNITY_BUILD OR file MATCHES "_test\\.cpp$")
+      if(NOT CANYON_UNITY_BUILD OR file MATCHES "_(rtklib|sdformat)_test\\.cpp$")
         list(APPEND units ${file})
         continue()
       endif()

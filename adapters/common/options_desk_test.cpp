@@ -9,7 +9,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/city_scene.hpp"
 
-namespace canyon::adapters {
+namespace canyon::adapters::options_desk_test {
 namespace {
 
 using testing::AllOf;
@@ -140,4 +140,4 @@ TEST_F(OptionsDeskTest, NobodyWaitsForAHostThatDoesNotServe) {
 }
 
 }  // namespace
-}  // namespace canyon::adapters
+}  // namespace canyon::adapters::options_desk_test

@@ -12,7 +12,7 @@
 
 // On stand-ins as ROS 2's generator writes messages, and in builds with ROS 2 on the messages themselves.
 
-namespace canyon::ros_messages {
+namespace canyon::ros_messages::raw_conversions_test {
 namespace {
 
 struct StandIns {
@@ -190,4 +190,4 @@ TYPED_TEST(Raw, DiagnosticsSayHowItIs) {
 }
 
 }  // namespace
-}  // namespace canyon::ros_messages
+}  // namespace canyon::ros_messages::raw_conversions_test

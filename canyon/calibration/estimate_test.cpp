@@ -6,7 +6,7 @@
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/profile.hpp"
 
-namespace canyon::calibration {
+namespace canyon::calibration::estimate_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -73,4 +73,4 @@ TEST(Rounded, AsTheDeviationDeserves) {
 }
 
 }  // namespace
-}  // namespace canyon::calibration
+}  // namespace canyon::calibration::estimate_test

@@ -13,7 +13,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "tests/support/spoiled_options.hpp"
 
-namespace canyon::disturbance {
+namespace canyon::disturbance::streets_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -340,4 +340,4 @@ TEST(StreetNumbers, FollowTheFundamentalDiagram) {
 }
 
 }  // namespace
-}  // namespace canyon::disturbance
+}  // namespace canyon::disturbance::streets_test

@@ -12,7 +12,7 @@
 #include "canyon/base/text_file.hpp"
 #include "tests/support/refusal.hpp"
 
-namespace canyon::geodesy {
+namespace canyon::geodesy::time_scales_test {
 namespace {
 
 using std::chrono::nanoseconds;
@@ -265,4 +265,4 @@ TEST(TimeScales, FromPosixTime) {
 }
 
 }  // namespace
-}  // namespace canyon::geodesy
+}  // namespace canyon::geodesy::time_scales_test

@@ -10,7 +10,7 @@
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
 
-namespace canyon::orbit {
+namespace canyon::orbit::wrong_sky_test {
 namespace {
 
 using gnss::SatelliteId;
@@ -110,4 +110,4 @@ TEST(WrongMessages, SayTheSame) {
 }
 
 }  // namespace
-}  // namespace canyon::orbit
+}  // namespace canyon::orbit::wrong_sky_test

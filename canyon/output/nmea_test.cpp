@@ -118,8 +118,8 @@ TEST(Nmea, SaysWhatTheCorrectionsMadeOfTheFix) {
 // 1024 weeks before 2019-04-28 it was 1999-09-12.
 TEST(Nmea, StatesTheDateThatTheReceiverBelieves) {
   simulation::Epoch epoch = epoch_at(0, false);
-  epoch.observed.weeks_off = -1024;
-  epoch.observed.utc_off_s = 1;
+  epoch.observed.events.weeks_off = -1024;
+  epoch.observed.events.utc_off_s = 1;
   EXPECT_THAT(bodies(nmea_epoch(epoch), "RMC"), ElementsAre("GNRMC,125804.00,V,,,,,,,120999,,,N,V"));
 }
 

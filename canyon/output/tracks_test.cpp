@@ -12,7 +12,7 @@
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::output {
+namespace canyon::output::tracks_test {
 namespace {
 
 using testing::HasSubstr;
@@ -222,4 +222,4 @@ TEST(Kml, GdalReadsIt) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::output::tracks_test

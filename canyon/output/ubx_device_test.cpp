@@ -6,7 +6,7 @@
 
 #include "tests/support/ubx_device.hpp"
 
-namespace canyon::output {
+namespace canyon::output::ubx_device_test {
 namespace {
 
 using test::find;
@@ -291,4 +291,4 @@ TEST(UbxDevice, TellsJammingAndSpoofing) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::output::ubx_device_test

@@ -11,7 +11,7 @@
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/test_drive.hpp"
 
-namespace canyon::positioning {
+namespace canyon::positioning::position_filter_limits_test {
 namespace {
 
 using gnss::System;
@@ -227,4 +227,4 @@ TEST(PositionFilterLimits, GivesOutNothingBeyondItsAccuracy) {
 }
 
 }  // namespace
-}  // namespace canyon::positioning
+}  // namespace canyon::positioning::position_filter_limits_test

@@ -13,7 +13,7 @@
 #include "tests/support/spoiled_options.hpp"
 #include "tests/support/test_drive.hpp"
 
-namespace canyon::positioning {
+namespace canyon::positioning::position_filter_test {
 namespace {
 
 using geodesy::GpsTime;
@@ -551,4 +551,4 @@ TEST(PositionFilterOptions, NamesTheFieldThatIsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace canyon::positioning
+}  // namespace canyon::positioning::position_filter_test

@@ -14,7 +14,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/support/test_drive.hpp"
 
-namespace canyon::positioning {
+namespace canyon::positioning::raim_test {
 namespace {
 
 using geodesy::GpsTime;
@@ -345,4 +345,4 @@ TEST(RaimOptions, NamesTheFieldThatIsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace canyon::positioning
+}  // namespace canyon::positioning::raim_test

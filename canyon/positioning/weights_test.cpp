@@ -16,7 +16,7 @@
 #include "tests/support/spoiled_options.hpp"
 #include "tests/support/test_drive.hpp"
 
-namespace canyon::positioning {
+namespace canyon::positioning::weights_test {
 namespace {
 
 using geodesy::GpsTime;
@@ -240,4 +240,4 @@ TEST(FixOptions, NamesTheNewFieldThatIsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace canyon::positioning
+}  // namespace canyon::positioning::weights_test

@@ -21,7 +21,7 @@
 #include "tests/support/shared_data.hpp"
 #include "tests/support/spoiled_options.hpp"
 
-namespace canyon::propagation {
+namespace canyon::propagation::propagator_test {
 namespace {
 
 using city::Material;
@@ -725,4 +725,4 @@ TEST(Propagator, AnswersAlikeForOneAndForManyAndOnThreads) {
 }
 
 }  // namespace
-}  // namespace canyon::propagation
+}  // namespace canyon::propagation::propagator_test

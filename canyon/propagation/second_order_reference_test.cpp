@@ -18,7 +18,7 @@
 #include "tests/support/plain_triangles.hpp"
 #include "tests/support/shared_data.hpp"
 
-namespace canyon::propagation {
+namespace canyon::propagation::second_order_reference_test {
 namespace {
 
 using city::Mesh;
@@ -242,4 +242,4 @@ TEST(SecondOrderReference, FindsThePathsOfThePlainImplementationInHongKong) {
 }
 
 }  // namespace
-}  // namespace canyon::propagation
+}  // namespace canyon::propagation::second_order_reference_test

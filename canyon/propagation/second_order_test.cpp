@@ -20,7 +20,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/propagation/propagator.hpp"
 
-namespace canyon::propagation {
+namespace canyon::propagation::second_order_test {
 namespace {
 
 using city::Material;
@@ -527,4 +527,4 @@ TEST(SecondOrder, AnswersAlikeForOneAndForManyAndOnThreads) {
 }
 
 }  // namespace
-}  // namespace canyon::propagation
+}  // namespace canyon::propagation::second_order_test

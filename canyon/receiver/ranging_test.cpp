@@ -8,7 +8,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/receiver/receiver.hpp"
 
-namespace canyon::receiver {
+namespace canyon::receiver::ranging_test {
 namespace {
 
 using geodesy::kSpeedOfLight;
@@ -214,4 +214,4 @@ TEST(Ranging, SmoothingBeginsAnewAtACycleSlip) {
 }
 
 }  // namespace
-}  // namespace canyon::receiver
+}  // namespace canyon::receiver::ranging_test

@@ -11,7 +11,7 @@
 #include "canyon/signal/radio_materials.hpp"
 #include "tests/support/edge_reference.hpp"
 
-namespace canyon::signal {
+namespace canyon::signal::path_strength_test {
 namespace {
 
 using Complex = std::complex<double>;
@@ -244,4 +244,4 @@ TEST(PathStrength, RefusesWhatIsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace canyon::signal
+}  // namespace canyon::signal::path_strength_test

@@ -23,7 +23,7 @@
 #include "canyon/signal/radio_materials.hpp"
 #include "tests/support/edge_reference.hpp"
 
-namespace canyon::signal {
+namespace canyon::signal::propagator_paths_test {
 namespace {
 
 using city::Material;
@@ -607,4 +607,4 @@ TEST(Everything, NamesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace canyon::signal
+}  // namespace canyon::signal::propagator_paths_test

@@ -15,7 +15,7 @@
 #include "canyon/simulation/live_receiver.hpp"
 #include "tests/support/simulation_support.hpp"
 
-namespace canyon::simulation {
+namespace canyon::simulation::faults_test {
 namespace {
 
 using geodesy::kSpeedOfLight;
@@ -355,4 +355,4 @@ TEST(FaultTimeline, HitsTheReceiversThatItNames) {
 }
 
 }  // namespace
-}  // namespace canyon::simulation
+}  // namespace canyon::simulation::faults_test

@@ -12,7 +12,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "tests/support/simulation_support.hpp"
 
-namespace canyon::simulation {
+namespace canyon::simulation::live_receiver_test {
 namespace {
 
 using geodesy::GpsTime;
@@ -327,4 +327,4 @@ TEST(LiveConfig, TakesNothingOfCityAndTrajectory) {
 }
 
 }  // namespace
-}  // namespace canyon::simulation
+}  // namespace canyon::simulation::live_receiver_test

@@ -13,7 +13,7 @@
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/trace_places.hpp"
 
-namespace canyon::simulation {
+namespace canyon::simulation::own_models_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -175,4 +175,4 @@ TEST_F(TracePlaces, RefuseWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace canyon::simulation
+}  // namespace canyon::simulation::own_models_test

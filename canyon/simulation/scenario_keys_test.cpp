@@ -21,7 +21,7 @@
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
 
-namespace canyon::simulation {
+namespace canyon::simulation::scenario_keys_test {
 namespace {
 
 using canyon::test::another_value;
@@ -520,4 +520,4 @@ TEST(ScenarioRate, IntervalsAndFractionsAreExact) {
 }
 
 }  // namespace
-}  // namespace canyon::simulation
+}  // namespace canyon::simulation::scenario_keys_test

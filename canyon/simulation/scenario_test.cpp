@@ -16,7 +16,7 @@
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
 
-namespace canyon::simulation {
+namespace canyon::simulation::scenario_test {
 namespace {
 
 using canyon::test::read_bytes;
@@ -480,4 +480,4 @@ TEST(Scenario, WarnsOfAStartWithoutAZone) {
 }
 
 }  // namespace
-}  // namespace canyon::simulation
+}  // namespace canyon::simulation::scenario_test

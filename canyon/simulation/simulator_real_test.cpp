@@ -13,7 +13,7 @@
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
 
-namespace canyon::simulation {
+namespace canyon::simulation::simulator_real_test {
 namespace {
 
 using geodesy::GpsTime;
@@ -122,4 +122,4 @@ TEST(UrbanNavDrive, PreciseOrbitsOfAnotherDayAreRefused) {
 }
 
 }  // namespace
-}  // namespace canyon::simulation
+}  // namespace canyon::simulation::simulator_real_test

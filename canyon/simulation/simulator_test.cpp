@@ -21,7 +21,7 @@
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
 
-namespace canyon::simulation {
+namespace canyon::simulation::simulator_test {
 namespace {
 
 using geodesy::Geodetic;
@@ -566,4 +566,4 @@ TEST(Examples, TheSyntheticDriveIsHardButNotHopeless) {
 }
 
 }  // namespace
-}  // namespace canyon::simulation
+}  // namespace canyon::simulation::simulator_test

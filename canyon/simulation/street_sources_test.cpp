@@ -16,7 +16,7 @@
 #include "canyon/simulation/live_receiver.hpp"
 #include "tests/support/simulation_support.hpp"
 
-namespace canyon::simulation {
+namespace canyon::simulation::street_sources_test {
 namespace {
 
 class Collector final : public EpochSink {
@@ -161,4 +161,4 @@ streets: {enabled: true}
 }
 
 }  // namespace
-}  // namespace canyon::simulation
+}  // namespace canyon::simulation::street_sources_test

@@ -10,7 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 
-namespace canyon::tracking {
+namespace canyon::tracking::correlation_test {
 namespace {
 
 using geodesy::kPi;
@@ -190,4 +190,4 @@ TEST(Correlation, RefusesWhatIsNoSignal) {
 }
 
 }  // namespace
-}  // namespace canyon::tracking
+}  // namespace canyon::tracking::correlation_test

@@ -10,7 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 
-namespace canyon::tracking {
+namespace canyon::tracking::loop_noise_test {
 namespace {
 
 using geodesy::kPi;
@@ -254,4 +254,4 @@ TEST(LoopNoise, RefusesBadInput) {
 }
 
 }  // namespace
-}  // namespace canyon::tracking
+}  // namespace canyon::tracking::loop_noise_test

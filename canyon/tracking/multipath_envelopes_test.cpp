@@ -27,7 +27,7 @@
 #include "canyon/tracking/code_tracking.hpp"
 #include "canyon/tracking/signal_options.hpp"
 
-namespace canyon::tracking {
+namespace canyon::tracking::multipath_envelopes_test {
 namespace {
 
 constexpr std::array kModulations{Modulation::BPSK, Modulation::BOC11, Modulation::CBOCData,
@@ -235,4 +235,4 @@ TEST(MultipathEnvelope, EverySignalHasThatOfItsInterfaceDocument) {
 }
 
 }  // namespace
-}  // namespace canyon::tracking
+}  // namespace canyon::tracking::multipath_envelopes_test

@@ -15,7 +15,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 
-namespace canyon::view {
+namespace canyon::view::probe_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -235,4 +235,4 @@ TEST(NoProbe, SaysWhy) {
 }
 
 }  // namespace
-}  // namespace canyon::view
+}  // namespace canyon::view::probe_test

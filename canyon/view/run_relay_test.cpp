@@ -14,7 +14,7 @@
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/view_listener.hpp"
 
-namespace canyon::view {
+namespace canyon::view::run_relay_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -128,4 +128,4 @@ TEST_F(RunRelayTest, WhatIsSentLastArrivesBeforeTheServerEnds) {
 }
 
 }  // namespace
-}  // namespace canyon::view
+}  // namespace canyon::view::run_relay_test

@@ -15,7 +15,7 @@
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
 
-namespace canyon::buildings {
+namespace canyon::buildings::solid_test {
 namespace {
 
 using city::Material;
@@ -482,4 +482,4 @@ TEST(SolidCheck, SeesHolesAndTurnedTriangles) {
 }
 
 }  // namespace
-}  // namespace canyon::buildings
+}  // namespace canyon::buildings::solid_test

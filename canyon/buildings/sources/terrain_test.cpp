@@ -16,7 +16,7 @@
 #include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::buildings {
+namespace canyon::buildings::terrain_test {
 namespace {
 
 using geodesy::Geodetic;
@@ -452,4 +452,4 @@ TEST_F(TerrainTest, GdalLocationInfoAgreesOnPixelCentres) {
 }
 
 }  // namespace
-}  // namespace canyon::buildings
+}  // namespace canyon::buildings::terrain_test

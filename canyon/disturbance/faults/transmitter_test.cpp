@@ -12,7 +12,7 @@
 #include "canyon/disturbance/faults/spoofing.hpp"
 #include "canyon/geodesy/constants.hpp"
 
-namespace canyon::disturbance {
+namespace canyon::disturbance::transmitter_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -215,4 +215,4 @@ TEST(PullOff, IsEvenlyAccelerated) {
 }
 
 }  // namespace
-}  // namespace canyon::disturbance
+}  // namespace canyon::disturbance::transmitter_test

@@ -21,7 +21,7 @@
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "tests/support/png_pixels.hpp"
 
-namespace canyon::drawing {
+namespace canyon::drawing::skyplot_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -366,4 +366,4 @@ TEST(SkyplotTrails, OfTheLastMinutes) {
 }
 
 }  // namespace
-}  // namespace canyon::drawing
+}  // namespace canyon::drawing::skyplot_test

@@ -14,7 +14,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/support/tile_scene.hpp"
 
-namespace canyon::heatmap {
+namespace canyon::heatmap::cell_solver_test {
 namespace {
 
 using geodesy::Geodetic;
@@ -425,4 +425,4 @@ TEST(CellSolver, RefusesWhatItCannotDo) {
 }
 
 }  // namespace
-}  // namespace canyon::heatmap
+}  // namespace canyon::heatmap::cell_solver_test

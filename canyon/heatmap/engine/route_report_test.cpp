@@ -9,7 +9,7 @@
 
 #include "canyon/base/input_error.hpp"
 
-namespace canyon::heatmap {
+namespace canyon::heatmap::route_report_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -158,4 +158,4 @@ TEST(JudgeRoute, RefusesOptionsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace canyon::heatmap
+}  // namespace canyon::heatmap::route_report_test

@@ -20,7 +20,7 @@
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/downtown.hpp"
 
-namespace canyon::heatmap {
+namespace canyon::heatmap::steady_receivers_test {
 namespace {
 
 using simulation::ReceiverConfig;
@@ -177,4 +177,4 @@ TEST(SteadyReceivers, LeaveOthersToThoseThatRun) {
 }
 
 }  // namespace
-}  // namespace canyon::heatmap
+}  // namespace canyon::heatmap::steady_receivers_test

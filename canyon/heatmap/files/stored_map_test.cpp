@@ -14,7 +14,7 @@
 #include "tests/support/sample_map.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::heatmap {
+namespace canyon::heatmap::stored_map_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -228,4 +228,4 @@ TEST(StoredMap, DamageIsSaidOrHarmless) {
 }
 
 }  // namespace
-}  // namespace canyon::heatmap
+}  // namespace canyon::heatmap::stored_map_test

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace canyon::heatmap {
+namespace canyon::heatmap::map_style_test {
 namespace {
 
 using drawing::Colour;
@@ -208,4 +208,4 @@ TEST(MapStyle, LabelsStandApart) {
 }
 
 }  // namespace
-}  // namespace canyon::heatmap
+}  // namespace canyon::heatmap::map_style_test

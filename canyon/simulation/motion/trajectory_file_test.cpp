@@ -8,7 +8,7 @@
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 
-namespace canyon::simulation {
+namespace canyon::simulation::trajectory_file_test {
 namespace {
 
 using geodesy::degrees;
@@ -257,4 +257,4 @@ TEST(TrajectoryFile, DamagedFilesAreReadOrRefused) {
 }
 
 }  // namespace
-}  // namespace canyon::simulation
+}  // namespace canyon::simulation::trajectory_file_test

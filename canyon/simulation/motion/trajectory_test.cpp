@@ -9,7 +9,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "tests/support/simulation_support.hpp"
 
-namespace canyon::simulation {
+namespace canyon::simulation::trajectory_test {
 namespace {
 
 using geodesy::Geodetic;
@@ -225,4 +225,4 @@ TEST(Trajectory, RefusesBadSamples) {
 }
 
 }  // namespace
-}  // namespace canyon::simulation
+}  // namespace canyon::simulation::trajectory_test
