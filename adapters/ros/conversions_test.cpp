@@ -397,6 +397,7 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
       {"status",
        [](const M& m) -> test::Said { return std::string(m.fix_status == M::FIX ? "fix" : "no fix"); }},
       {"clock_bias_s", [](const M& m) -> test::Said { return m.clock_bias; }},
+      {"clock_drift", [](const M& m) -> test::Said { return m.clock_drift; }},
       {"faults",
        [](const M& m) -> test::Said {
          std::vector<std::string> names;

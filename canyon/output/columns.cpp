@@ -329,7 +329,10 @@ constexpr std::array kEpochColumns{
         .not_in_csv(),
     number("clock_bias_s", "s", 13, "true receiver clock minus GPS time", "never",
            [](const Row& r) { return r.epoch.observed.clock_bias_s; })
-        .not_in_csv(),
+        .in_view(F64),
+    number("clock_drift", "", 13, "true rate of the receiver clock, seconds a second", "never",
+           [](const Row& r) { return r.epoch.observed.clock_drift; })
+        .in_view(F64),
 };
 
 constexpr std::array kSatelliteColumns{

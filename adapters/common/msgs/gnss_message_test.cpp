@@ -114,6 +114,7 @@ TEST(GnssMessage, SaysWhatItLacksOfEpochs) {
          return output::fault_names({m.faults().begin(), m.faults().end()});
        }},
       {"clock_bias_s", [](const M& m) -> test::Said { return m.clock_bias_s(); }},
+      {"clock_drift", [](const M& m) -> test::Said { return m.clock_drift(); }},
   };
   const std::set<std::string> lacks{"rating", "error_horizontal_m"};
   const SampleReport sample;
