@@ -202,7 +202,7 @@ template <class Satellite>
   const bool phase = measured && measured->carrier_phase_cycles;
   message.carrier_phase = phase ? *measured->carrier_phase_cycles : kNaN;
   message.phase_lock = phase && measured->phase_since ? epoch.time - *measured->phase_since : kNaN;
-  message.excluded = std::find(fix.excluded.begin(), fix.excluded.end(), seen.id) != fix.excluded.end();
+  message.excluded = output::is_excluded(fix, seen.id);
   return message;
 }
 
@@ -336,6 +336,10 @@ template <class GnssSatellites>
   message.gps_tow = observed.time.seconds_of_week();
   message.clock_bias = observed.clock_bias_s;
   message.clock_drift = observed.clock_drift;
+  for (const std::string& fault : epoch->faults) {
+    message.faults.emplace_back();
+    detail::assign(message.faults.back(), fault);
+  }
   message.satellites.reserve(observed.satellites.size());
   for (const receiver::SatelliteObservation& satellite : observed.satellites) {
     message.satellites.push_back(detail::satellite_message<Satellite>(satellite, observed));

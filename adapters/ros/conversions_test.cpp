@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 
+#include "tests/support/carried_columns.hpp"
 #include "tests/support/sample_signals.hpp"
 
 #ifdef CANYON_WITH_ROS
@@ -127,6 +128,7 @@ struct StandIns : Kind {
     float correction_age = 7;
     std::int32_t gps_week = 7;
     double gps_tow = 7, clock_bias = 7, clock_drift = 7;
+    std::vector<std::string> faults;
     std::vector<GnssSatellite> satellites;
   };
 };
@@ -174,6 +176,7 @@ simulation::Epoch distinct_epoch() {
   *fix.velocity_covariance_enu << 0.11, 0.12, 0.13, 0.21, 0.22, 0.23, 0.31, 0.32, 0.33;
   fix.dop = positioning::Dop{5.5, 1.5, 2.5, 3.5, 4.5};  // GDOP, PDOP, HDOP, VDOP, TDOP
   for (std::size_t i = 0; i < fix.residuals_m.size(); ++i) fix.residuals_m[i] = 0.5 + static_cast<double>(i);
+  epoch.faults = {"jammer", "outage 2"};
   epoch.observed.clock_bias_s = 1.25e-4;
   epoch.observed.clock_drift = -3e-9;
   for (std::size_t i = 0; i < epoch.observed.satellites.size(); ++i) {
@@ -412,6 +415,101 @@ TYPED_TEST(Conversions, SayWhatKindOfFixItIs) {
   expect(5, 0, false);
   epoch.observed.fix.status = positioning::FixStatus::WeakGeometry;
   expect(0, -1, false);
+}
+
+// What the message has of the columns of epochs.csv. The fix stands in the topics fix, velocity and
+// multipath.
+TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
+  using M = typename TypeParam::GnssSatellites;
+  const test::Carried<M> carried{
+      {"gps_week", [](const M& m) -> test::Said { return 1.0 * m.gps_week; }},
+      {"gps_tow", [](const M& m) -> test::Said { return m.gps_tow; }},
+      {"status",
+       [](const M& m) -> test::Said { return std::string(m.fix_status == M::FIX ? "fix" : "no fix"); }},
+      {"clock_bias_s", [](const M& m) -> test::Said { return m.clock_bias; }},
+      {"clock_drift", [](const M& m) -> test::Said { return m.clock_drift; }},
+      {"faults",
+       [](const M& m) -> test::Said {
+         std::vector<std::string> names;
+         for (const auto& fault : m.faults) names.emplace_back(fault.data(), fault.size());
+         return output::fault_names(names);
+       }},
+  };
+  const std::set<std::string> lacks{"true_latitude_deg",
+                                    "true_longitude_deg",
+                                    "true_height_m",
+                                    "fix_latitude_deg",
+                                    "fix_longitude_deg",
+                                    "fix_height_m",
+                                    "error_east_m",
+                                    "error_north_m",
+                                    "error_up_m",
+                                    "gdop",
+                                    "pdop",
+                                    "hdop",
+                                    "vdop",
+                                    "tdop",
+                                    "rating",
+                                    "visible",
+                                    "blocked",
+                                    "used",
+                                    "reason",
+                                    "placement",
+                                    "true_velocity_east_mps",
+                                    "true_velocity_north_mps",
+                                    "true_velocity_up_mps",
+                                    "fix_velocity_east_mps",
+                                    "fix_velocity_north_mps",
+                                    "fix_velocity_up_mps",
+                                    "sigma_east_m",
+                                    "sigma_north_m",
+                                    "sigma_up_m",
+                                    "covariance_east_north_m2",
+                                    "covariance_east_up_m2",
+                                    "covariance_north_up_m2",
+                                    "clock_gps_s",
+                                    "clock_glonass_s",
+                                    "clock_galileo_s",
+                                    "clock_beidou_s",
+                                    "clock_qzss_s",
+                                    "excluded",
+                                    "consistent",
+                                    "error_horizontal_m"};
+  const simulation::Epoch epoch = distinct_epoch();
+  test::expect_carried(output::TableKind::Epochs, epoch, satellites_message<M>(sample_head(), &epoch),
+                       carried, lacks);
+}
+
+// Week and second of the week stand in the message around it. Some numbers have single precision.
+TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfSatellites) {
+  using M = typename TypeParam::GnssSatellites;
+  using S = typename TypeParam::GnssSatellite;
+  const test::Carried<S> carried{
+      {"sat", [](const S& s) -> test::Said { return std::string(s.id.data(), s.id.size()); }},
+      {"azimuth_deg", [](const S& s) -> test::Said { return geodesy::degrees(s.azimuth); }},
+      {"elevation_deg", [](const S& s) -> test::Said { return geodesy::degrees(s.elevation); }},
+      {"visibility", [](const S& s) -> test::Said { return 1.0 * s.visibility; }},
+      {"excess_path_m", [](const S& s) -> test::Said { return 1.0 * s.excess_path; }},
+      {"pseudorange_m", [](const S& s) -> test::Said { return s.pseudorange; }},
+      {"pseudorange_error_m", [](const S& s) -> test::Said { return 1.0 * s.pseudorange_error; }},
+      {"noise_m", [](const S& s) -> test::Said { return 1.0 * s.noise; }},
+      {"used", [](const S& s) -> test::Said { return s.used ? 1.0 : 0.0; }},
+      {"above_mask", [](const S& s) -> test::Said { return s.above_mask ? 1.0 : 0.0; }},
+      {"doppler_hz", [](const S& s) -> test::Said { return s.doppler; }},
+      {"carrier_frequency_hz", [](const S& s) -> test::Said { return s.carrier_frequency; }},
+      {"residual_m", [](const S& s) -> test::Said { return 1.0 * s.residual; }},
+      {"cn0_dbhz", [](const S& s) -> test::Said { return 1.0 * s.cn0; }},
+      {"true_cn0_dbhz", [](const S& s) -> test::Said { return 1.0 * s.true_cn0; }},
+      {"lock", [](const S& s) -> test::Said { return 1.0 * s.lock; }},
+      {"carrier_phase_cycles", [](const S& s) -> test::Said { return s.carrier_phase; }},
+      {"phase_lock_s", [](const S& s) -> test::Said { return s.phase_lock; }},
+      {"excluded", [](const S& s) -> test::Said { return s.excluded ? 1.0 : 0.0; }},
+  };
+  const std::set<std::string> lacks{"gps_week", "gps_tow", "sigma_m", "cycle_slip"};
+  const simulation::Epoch epoch =
+      test::sample_signal_epoch(test::sample_time(), test::sample_time() - 12.5, {1, 2, 3});
+  const auto message = satellites_message<M>(sample_head(), &epoch);
+  test::expect_carried(output::TableKind::Satellites, epoch, message.satellites.at(0), carried, lacks, 1e-6);
 }
 
 TYPED_TEST(Conversions, SatellitesSayHowTheFixEnded) {

@@ -1,11 +1,16 @@
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
 #include <map>
+#include <set>
 
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/stream.hpp"
+#include "canyon/output/view_tables.hpp"
 #include "tests/support/sample_signals.hpp"
 #include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -14,6 +19,15 @@ namespace canyon::output {
 namespace {
 
 using Record = std::map<std::string, std::string>;
+
+/// Names of the columns that a table's CSV file has.
+std::vector<std::string> csv_columns(TableKind kind) {
+  std::vector<std::string> names;
+  for (const Column& column : table(kind).columns) {
+    if (column.csv) names.emplace_back(column.name);
+  }
+  return names;
+}
 
 /// Records of a CSV file by column name; every line must have as many cells as the header.
 std::vector<Record> read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns) {
@@ -55,7 +69,7 @@ TEST(EpochsCsv, KeepsEveryNumberOfAFix) {
   sink->finish();
   sink->finish();
 
-  const auto records = read_csv(folder / "epochs.csv", epochs_csv_columns());
+  const auto records = read_csv(folder / "epochs.csv", csv_columns(TableKind::Epochs));
   ASSERT_EQ(records.size(), 1U);
   const Record& r = records.front();
   EXPECT_EQ(r.at("gps_week"), "2051");
@@ -100,7 +114,7 @@ TEST(EpochsCsv, NoFixLeavesEmptyCells) {
   epoch.observed.fix.used = {*gnss::parse_satellite("G05")};
   sink->write(epoch);
   sink->finish();
-  const auto records = read_csv(folder / "epochs.csv", epochs_csv_columns());
+  const auto records = read_csv(folder / "epochs.csv", csv_columns(TableKind::Epochs));
   ASSERT_EQ(records.size(), 1U);
   const Record& r = records.front();
   EXPECT_EQ(r.at("status"), "no fix");
@@ -120,7 +134,7 @@ TEST(SatellitesCsv, OneLineForEachSatelliteAboveTheHorizon) {
   const auto sink = open_file("satellites_csv", folder / "satellites.csv", 0);
   sink->write(test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3}));
   sink->finish();
-  const auto records = read_csv(folder / "satellites.csv", satellites_csv_columns());
+  const auto records = read_csv(folder / "satellites.csv", csv_columns(TableKind::Satellites));
   ASSERT_EQ(records.size(), 12U);
   const Record& los = records[0];
   EXPECT_EQ(los.at("sat"), "G05");
@@ -173,7 +187,7 @@ TEST(SatellitesCsv, StrengthLockAndPhase) {
   sink->write(first);
   sink->write(second);
   sink->finish();
-  const auto records = read_csv(folder / "satellites.csv", satellites_csv_columns());
+  const auto records = read_csv(folder / "satellites.csv", csv_columns(TableKind::Satellites));
   ASSERT_EQ(records.size(), 24U);
   const Record& tracked = records[0];
   EXPECT_EQ(number(tracked, "cn0_dbhz"), 46.3);
@@ -252,7 +266,7 @@ struct PathsSample {
     const auto sink = open_file("paths_csv", folder / "paths.csv", 0, receiver);
     sink->write(epoch);
     sink->finish();
-    return read_csv(folder / "paths.csv", paths_csv_columns());
+    return read_csv(folder / "paths.csv", csv_columns(TableKind::Paths));
   }
 };
 
@@ -326,9 +340,9 @@ TEST(EpochsCsv, NamesFaultsAndQuotesThem) {
   // RFC 4180, 2.5 to 2.7.
   TextFile file(folder / "epochs.csv");
   (void)file.next_line();
-  EXPECT_TRUE(file.next_line()->ends_with(","));
-  EXPECT_TRUE(file.next_line()->ends_with(",jammer; outage 2"));
-  EXPECT_TRUE(file.next_line()->ends_with(",\"say \"\"no\"\", twice\""));
+  EXPECT_THAT(std::string(*file.next_line()), testing::HasSubstr(",0,,,0.0000"));
+  EXPECT_THAT(std::string(*file.next_line()), testing::HasSubstr(",jammer; outage 2,"));
+  EXPECT_THAT(std::string(*file.next_line()), testing::HasSubstr(",\"say \"\"no\"\", twice\","));
 }
 
 TEST(EpochsCsv, StatementOfRaim) {
@@ -340,7 +354,7 @@ TEST(EpochsCsv, StatementOfRaim) {
   sink->write(epoch);
   sink->write(test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3}));
   sink->finish();
-  const auto records = read_csv(folder / "epochs.csv", epochs_csv_columns());
+  const auto records = read_csv(folder / "epochs.csv", csv_columns(TableKind::Epochs));
   ASSERT_EQ(records.size(), 3U);
   EXPECT_EQ(records[0].at("excluded"), "1");
   EXPECT_EQ(records[0].at("consistent"), "1");
@@ -349,24 +363,39 @@ TEST(EpochsCsv, StatementOfRaim) {
   EXPECT_EQ(records[2].at("consistent"), "") << "no test was made";
 }
 
-/// First cells of the table under a heading of docs/outputs.md.
-std::vector<std::string> documented(const std::string& heading) {
-  TextFile file(std::filesystem::path(canyon_source_dir) / "docs" / "outputs.md");
-  std::vector<std::string> columns;
-  bool here = false;
-  while (const auto line = file.next_line()) {
-    if (!line->empty() && line->front() == '#') here = *line == heading;
-    const bool row = line->substr(0, 3) == "| `";
-    if (here && row) columns.emplace_back(line->substr(3, line->find('`', 3) - 3));
-  }
-  return columns;
+/// That the table stands in a page of docs/ between its marks.
+void expect_documented(const char* file, const std::string& what, const std::string& table) {
+  const std::string page = test::read_bytes(std::filesystem::path(canyon_source_dir) / "docs" / file);
+  const std::string begin = "<!-- begin: columns of " + what + " -->\n";
+  const std::size_t from = page.find(begin);
+  ASSERT_NE(from, std::string::npos) << file << " has no mark " << begin;
+  const std::size_t to = page.find("<!-- end -->\n", from);
+  ASSERT_NE(to, std::string::npos) << begin;
+  EXPECT_EQ(page.substr(from + begin.size(), to - from - begin.size()), table)
+      << file << ": put this between the marks of " << what << ":\n"
+      << table;
 }
 
-TEST(Documentation, ListsEveryColumn) {
-  EXPECT_EQ(documented("## epochs.csv"), epochs_csv_columns());
-  EXPECT_EQ(documented("## satellites.csv"), satellites_csv_columns());
-  EXPECT_EQ(documented("## signals.csv"), signals_csv_columns());
-  EXPECT_EQ(documented("## paths.csv"), paths_csv_columns());
+TEST(Documentation, HasTheTables) {
+  for (const Table& table : tables()) {
+    expect_documented("outputs.md", std::string(table.name) + ".csv", markdown(table));
+  }
+  for (const ViewTableIndex i : {kViewEpochs, kViewSatellites, kViewPaths, kViewBodies}) {
+    const ViewTable& table = view_tables()[i];
+    expect_documented("view-format.md", std::string(table.name), markdown(table));
+  }
+}
+
+TEST(Columns, AreNamedOnceAndSayWhatTheyAre) {
+  for (const Table& table : tables()) {
+    std::set<std::string> names;
+    for (const Column& column : table.columns) {
+      EXPECT_TRUE(names.insert(column.name).second) << column.name;
+      EXPECT_NE(std::string(column.help), "") << column.name;
+      EXPECT_NE(std::string(column.empty), "") << column.name;
+      EXPECT_EQ(column.kind == Column::Kind::Word, column.words > 0) << column.name;
+    }
+  }
 }
 
 // The columns that other programs rely on, in this order.
@@ -396,10 +425,10 @@ TEST(Documentation, AgreedColumnsComeFirst) {
                                             "azimuth_deg",   "elevation_deg", "visibility",
                                             "excess_path_m", "pseudorange_m", "pseudorange_error_m",
                                             "noise_m",       "used"};
-  ASSERT_GE(epochs_csv_columns().size(), epochs.size());
-  EXPECT_TRUE(std::equal(epochs.begin(), epochs.end(), epochs_csv_columns().begin()));
-  ASSERT_GE(satellites_csv_columns().size(), satellites.size());
-  EXPECT_TRUE(std::equal(satellites.begin(), satellites.end(), satellites_csv_columns().begin()));
+  ASSERT_GE(csv_columns(TableKind::Epochs).size(), epochs.size());
+  EXPECT_TRUE(std::equal(epochs.begin(), epochs.end(), csv_columns(TableKind::Epochs).begin()));
+  ASSERT_GE(csv_columns(TableKind::Satellites).size(), satellites.size());
+  EXPECT_TRUE(std::equal(satellites.begin(), satellites.end(), csv_columns(TableKind::Satellites).begin()));
 }
 
 }  // namespace

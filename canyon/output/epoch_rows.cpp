@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <map>
-#include <optional>
 #include <utility>
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/output/path_loss.hpp"
-#include "canyon/view/tables/epoch_row.hpp"
 
 namespace canyon::output {
 namespace {
@@ -23,48 +22,45 @@ double in_steps(double value, double steps_per_unit) {
   return std::round(value * steps_per_unit) / steps_per_unit;
 }
 
-double value_or_nan(const std::optional<double>& value) {
-  return value.value_or(kNone);
-}
-
 }  // namespace
 
-EpochRows::EpochRows(tracking::SignalOptions signal, std::size_t paths_per_satellite)
-    : signal_(std::move(signal)), paths_per_satellite_(paths_per_satellite) {}
+EpochRows::EpochRows(tracking::SignalOptions signal, std::size_t paths_per_satellite,
+                     std::shared_ptr<ViewWords> words)
+    : signal_(std::move(signal)), paths_per_satellite_(paths_per_satellite), words_(std::move(words)) {}
 
 void EpochRows::clear() {
-  for (view::Rows* rows : {&epochs, &satellites, &paths, &bodies}) rows->clear();
+  for (ViewRows* rows : {&epochs, &satellites, &paths, &bodies}) rows->clear();
 }
 
-void EpochRows::add_epoch(const simulation::Epoch& epoch, double time_s, int skyline, const ToLocal& local) {
+void EpochRows::add_epoch(const simulation::Epoch& epoch, const Shown& shown) {
   const positioning::Fix& fix = epoch.observed.fix;
-  view::EpochRow row;
-  row.time_s = time_s;
-  row.antenna_m = local(epoch.truth_ecef);
-  row.yaw_deg = geodesy::degrees(epoch.truth.yaw_rad);
-  row.roll_deg = geodesy::degrees(epoch.truth.roll_rad);
-  row.pitch_deg = geodesy::degrees(epoch.truth.pitch_rad);
-  row.velocity_mps = epoch.truth.velocity_enu_mps;
-  row.status = fix.status;
-  row.placement = epoch.placement;
-  if (fix.solved()) {
-    row.fix_m = local(fix.position_ecef);
-    row.error_m = epoch.error_enu_m;
-    row.covariance_m2 = fix.covariance_enu;
-    if (fix.dop) row.dop = *fix.dop;
-  }
-  row.used = static_cast<int>(used_count(fix));
-  row.visible = epoch.observed.visible;
-  row.blocked = epoch.observed.blocked;
-  row.skyline = skyline;
-  row.add_to(epochs);
+  const Eigen::Vector3d &at = shown.antenna_m, &fix_m = shown.fix_m;
+  const auto variance = [&](int axis) { return fix.solved() ? fix.covariance_enu(axis, axis) : kNone; };
+  epochs.add({shown.time_s, at.x(), at.y(), at.z(), geodesy::degrees(epoch.truth.yaw_rad),
+              geodesy::degrees(epoch.truth.roll_rad), geodesy::degrees(epoch.truth.pitch_rad),
+              static_cast<double>(fix.status), fix_m.x(), fix_m.y(), fix_m.z(), variance(0), variance(1),
+              variance(2), static_cast<double>(shown.skyline)},
+             Row{epoch}, *words_);
+}
+
+void EpochRows::add_satellite(const Row& row, std::size_t number, std::size_t index, int flags,
+                              std::size_t paths_of_it) {
+  satellites.add({static_cast<double>(number), static_cast<double>(index), static_cast<double>(flags),
+                  static_cast<double>(paths_of_it)},
+                 row, *words_);
+}
+
+void EpochRows::add_path(const Row& row) {
+  paths.add({static_cast<double>(row.path->kind)}, row, *words_);
 }
 
 void EpochRows::add(const simulation::Epoch& epoch, std::size_t number, double time_s, int skyline,
                     const ToLocal& local, std::span<const gnss::SatelliteId> known) {
-  add_epoch(epoch, time_s, skyline, local);
-  if (epoch.arrival != nullptr) add_bodies(epoch.arrival->bodies, number);
   const positioning::Fix& fix = epoch.observed.fix;
+  Shown shown{time_s, skyline, local(epoch.truth_ecef)};
+  if (fix.solved()) shown.fix_m = local(fix.position_ecef);
+  add_epoch(epoch, shown);
+  if (epoch.arrival != nullptr) add_bodies(epoch.arrival->bodies, number);
   std::map<gnss::SatelliteId, const propagation::SatelliteView*> views;
   for_each_view(epoch.observed, epoch.arrival,
                 [&](const receiver::SatelliteObservation& s, const propagation::SatelliteView& seen) {
@@ -73,24 +69,12 @@ void EpochRows::add(const simulation::Epoch& epoch, std::size_t number, double t
   for (const receiver::SatelliteObservation& s : epoch.observed.satellites) {
     const auto index = std::lower_bound(known.begin(), known.end(), s.id);
     if (index == known.end() || *index != s.id) continue;
-    const bool excluded = std::find(fix.excluded.begin(), fix.excluded.end(), s.id) != fix.excluded.end();
-    double residual_m = kNone;
-    const auto used = std::lower_bound(fix.used.begin(), fix.used.end(), s.id);
-    const auto at = static_cast<std::size_t>(used - fix.used.begin());
-    if (fix.solved() && used != fix.used.end() && *used == s.id && at < fix.residuals_m.size()) {
-      residual_m = fix.residuals_m[at];
-    }
+    const Row row{epoch, &s, &s};
     const auto found = views.find(s.id);
-    const std::size_t count = found == views.end() ? 0 : add_paths(s, *found->second);
-    const auto& m = s.measurement;
-    satellites.add({static_cast<double>(number), static_cast<double>(index - known.begin()),
-                    geodesy::degrees(s.azimuth_rad), geodesy::degrees(s.elevation_rad),
-                    static_cast<double>(s.visibility),
-                    static_cast<double>((s.above_mask ? view::kAboveMask : 0) | (s.used ? view::kUsed : 0) |
-                                        (m ? view::kMeasured : 0) | (excluded ? view::kExcluded : 0)),
-                    static_cast<double>(s.lock), value_or_nan(m ? m->cn0_dbhz : std::nullopt),
-                    value_or_nan(s.cn0_dbhz), has_tracked_excess(s) ? s.excess_m : kNone,
-                    m ? s.pseudorange_error_m : kNone, residual_m, static_cast<double>(count)});
+    const std::size_t count = found == views.end() ? 0 : add_paths(row, *found->second);
+    const int flags = (s.above_mask ? kAboveMask : 0) | (s.used ? kUsed : 0) |
+                      (s.measurement ? kMeasured : 0) | (is_excluded(fix, s.id) ? kExcluded : 0);
+    add_satellite(row, number, static_cast<std::size_t>(index - known.begin()), flags, count);
   }
 }
 
@@ -104,39 +88,33 @@ void EpochRows::add_bodies(const std::vector<propagation::Body>& about, std::siz
 }
 
 /// Returns how many were kept.
-std::size_t EpochRows::add_paths(const receiver::SatelliteObservation& satellite,
-                                 const propagation::SatelliteView& view) {
+std::size_t EpochRows::add_paths(Row row, const propagation::SatelliteView& view) {
   struct Kept {
     const propagation::Path* path;
-    double loss_db;
+    std::complex<double> amplitude;
   };
   std::vector<Kept> kept;
   for (const propagation::Path& path : view.paths.paths) {
-    const double amplitude = std::abs(first_signal_amplitude(satellite, view, path, signal_));
-    kept.push_back({&path, amplitude > 0 ? -20 * std::log10(amplitude) : kNone});
+    kept.push_back({&path, first_signal_amplitude(*row.satellite, view, path, signal_)});
   }
   // The first stays in front: it is the direct one, or the shortest detour. Ties and what has no strength
   // stay in order of their detours.
   if (kept.size() > paths_per_satellite_) {
-    const auto strength = [](const Kept& k) {
-      return std::isnan(k.loss_db) ? std::numeric_limits<double>::infinity() : k.loss_db;
-    };
-    std::stable_sort(kept.begin() + 1, kept.end(),
-                     [&](const Kept& a, const Kept& b) { return strength(a) < strength(b); });
+    std::stable_sort(kept.begin() + 1, kept.end(), [](const Kept& a, const Kept& b) {
+      return std::abs(a.amplitude) > std::abs(b.amplitude);
+    });
     kept.resize(paths_per_satellite_);
   }
-  const auto place = [](const Eigen::Vector3d& point, bool known, int axis) {
-    return known ? in_steps(point[axis], 64) : kNone;
-  };
   for (const Kept& k : kept) {
-    const propagation::Path& p = *k.path;
-    const bool has_point =
-        p.kind != propagation::PathKind::Direct && p.kind != propagation::PathKind::Transmitted;
-    const bool has_far = p.order > 1;
-    paths.add({static_cast<double>(p.kind), static_cast<double>(p.order), in_steps(p.excess_m, 1024),
-               in_steps(k.loss_db, 64), place(p.point, has_point, 0), place(p.point, has_point, 1),
-               place(p.point, has_point, 2), place(p.far_point, has_far, 0), place(p.far_point, has_far, 1),
-               place(p.far_point, has_far, 2)});
+    row.amplitude = k.amplitude;
+    row.path = k.path;
+    propagation::Path copy;
+    if (k.path->kind == propagation::PathKind::Transmitted) {  // it has no point of interaction
+      copy = *k.path;
+      copy.point.setConstant(kNone);
+      row.path = &copy;
+    }
+    add_path(row);
   }
   return kept.size();
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -21,6 +22,11 @@ namespace canyon::output {
 /// Satellites in the position: 0 without one.
 [[nodiscard]] inline std::size_t used_count(const positioning::Fix& fix) {
   return fix.solved() ? fix.used.size() : 0;
+}
+
+/// Whether RAIM or the position filter took the satellite out of the fix.
+[[nodiscard]] inline bool is_excluded(const positioning::Fix& fix, gnss::SatelliteId id) {
+  return std::find(fix.excluded.begin(), fix.excluded.end(), id) != fix.excluded.end();
 }
 
 /// Whether a satellite's `excess_m` says something: its signal arrives, and where signals have strength the

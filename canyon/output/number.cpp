@@ -4,13 +4,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace canyon::output {
 
+void append_fixed(std::string& text, double value, int decimals) {
+  if (!std::isfinite(value)) return;
+  const std::size_t begin = text.size();
+  fmt::format_to(std::back_inserter(text), "{:.{}f}", value, decimals);
+  if (text[begin] == '-' && text.find_first_not_of("-0.", begin) == std::string::npos) text.erase(begin, 1);
+}
+
 std::string fixed(double value, int decimals) {
-  if (!std::isfinite(value)) return {};
-  std::string text = fmt::format("{:.{}f}", value, decimals);
-  if (text.front() == '-' && text.find_first_not_of("-0.") == std::string::npos) text.erase(0, 1);
+  std::string text;
+  append_fixed(text, value, decimals);
   return text;
 }
 

@@ -9,12 +9,6 @@
 
 namespace canyon::output {
 
-/// Column names of the CSV files, in order; docs/outputs.md lists the same.
-[[nodiscard]] const std::vector<std::string>& epochs_csv_columns();
-[[nodiscard]] const std::vector<std::string>& satellites_csv_columns();
-[[nodiscard]] const std::vector<std::string>& signals_csv_columns();
-[[nodiscard]] const std::vector<std::string>& paths_csv_columns();
-
 /// Figures over a run, for the summary table. Percentiles interpolate linearly between order statistics (rank
 /// p (n - 1) from 0, as NumPy does); vertical errors count without their sign. What has nothing to be made
 /// from (errors without a fix, means without an epoch, shares without a satellite) is NaN.

@@ -42,12 +42,14 @@ std::string epoch_message(const EpochMessage& message, const EpochRows& rows) {
   json["place"] = {
       {"east_m", message.place.x()}, {"north_m", message.place.y()}, {"up_m", message.place.z()}};
   json["faults"] = message.faults;
+  json["words"] = Json::object();
+  for (const auto& [column, words] : rows.words().lists()) json["words"][column] = words;
   json["satellites"] = Json::array();
   for (const gnss::SatelliteId id : message.satellites) json["satellites"].push_back(gnss::to_string(id));
   if (!message.skyline.empty()) {
     json["skyline"] = std::vector<unsigned char>(message.skyline.begin(), message.skyline.end());
   }
-  json["chunk"] = base64(view::encode_chunk({&rows.epochs, &rows.satellites, &rows.paths, &rows.bodies}));
+  json["chunk"] = base64(encode_chunk({&rows.epochs, &rows.satellites, &rows.paths, &rows.bodies}));
   return json.dump();
 }
 
@@ -58,6 +60,7 @@ std::string epoch_message(EpochMessage message, const simulation::Epoch& epoch,
   message.satellites.clear();
   for (const auto& satellite : epoch.observed.satellites) message.satellites.push_back(satellite.id);
   rows.clear();
+  rows.words().clear();
   rows.add(epoch, 0, message.time_s, -1, local, message.satellites);
   return epoch_message(message, rows);
 }

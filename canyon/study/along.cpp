@@ -25,17 +25,21 @@ using Passes = std::vector<std::vector<Passed>>;
 
 void add(Passes& passes, std::size_t occasion, std::size_t occasions, const ReceiverRecord& record,
          double step_m) {
-  for (const EpochRecord& epoch : record.kept) {
-    const auto stretch = static_cast<std::size_t>(static_cast<double>(epoch.way_m) / step_m);
+  if (record.kept.size() == 0) return;
+  const std::vector<float>& east_m = record.kept.columns[kept_column("error_east")];
+  const std::vector<float>& north_m = record.kept.columns[kept_column("error_north")];
+  for (std::size_t i = 0; i < record.kept.size(); ++i) {
+    const double way_m = record.kept.way_m[i];
+    const auto stretch = static_cast<std::size_t>(way_m / step_m);
     if (stretch >= kMostStretches) {
-      throw InputError(fmt::format("along_m: a way of {:.0f} m makes more than {} stretches of {} m",
-                                   epoch.way_m, kMostStretches, step_m),
+      throw InputError(fmt::format("along_m: a way of {:.0f} m makes more than {} stretches of {} m", way_m,
+                                   kMostStretches, step_m),
                        "take longer stretches");
     }
     while (passes.size() <= stretch) passes.emplace_back(occasions);
     Passed& passed = passes[stretch][occasion];
     ++passed.epochs;
-    const double error_m = std::hypot(static_cast<double>(epoch.east_m), static_cast<double>(epoch.north_m));
+    const double error_m = std::hypot(static_cast<double>(east_m[i]), static_cast<double>(north_m[i]));
     if (std::isfinite(error_m)) passed.errors_m.push_back(error_m);
   }
 }

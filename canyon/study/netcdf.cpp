@@ -107,8 +107,7 @@ void Writer::count_epochs() {
     read_epochs(folder_, *record);
     for (ReceiverRecord& receiver : record->receivers) {
       epochs_ = std::max(epochs_, receiver.kept.size());
-      receiver.kept.clear();
-      receiver.kept.shrink_to_fit();
+      receiver.kept = {};
     }
   }
 }
@@ -183,23 +182,18 @@ void Writer::define() {
   if (manifest_.epochs) {
     epochs_ = std::max<std::size_t>(1, epochs_);
     epoch_dim_ = file_.define_dimension("epoch", epochs_);
-    static constexpr std::array<std::array<const char*, 3>, 8> kKept{
-        {{"time_of_epoch", "s", "since the run's first epoch"},
-         {"error_east", "m", "fix minus truth, east"},
-         {"error_north", "m", "fix minus truth, north"},
-         {"error_up", "m", "fix minus truth, up"},
-         {"hdop_of_epoch", "1", "horizontal dilution of precision"},
-         {"tracked_of_epoch", "1", "satellites tracked"},
-         {"used_of_epoch", "1", "satellites used in the fix"},
-         {"way_of_epoch", "m", "that the antenna has gone since the run's first epoch"}}};
-    for (const auto& [name, unit, meaning] : kKept) {
+    const auto define_kept = [&](const char* name, const std::string& unit, const char* meaning) {
       const int variable = define(name, NC_DOUBLE, {run_dim_, receiver_dim_, epoch_dim_}, unit, meaning);
       file_.put_number(variable, "_FillValue", kMissing);
       file_.put_text(variable, "coordinates", coordinates);
       const std::size_t chunk = std::min(kEpochBlock, epochs_);
       store(variable, {1, receivers, chunk}, receivers * epochs_ * 8 + (1U << 16));
       kept_.push_back(variable);
-    }
+    };
+    define_kept("time_of_epoch", "s", "since the run's first epoch");
+    for (const output::Column* column : kept_columns())
+      define_kept(column->kept, column->cf_unit(), column->help);
+    define_kept("way_of_epoch", "m", "that the antenna has gone since the run's first epoch");
   }
   file_.end_definitions();
 }
@@ -284,21 +278,19 @@ void Writer::write_epochs(std::size_t run) {
   RunRecord& record = *records_[run];
   if (!record.receivers.empty()) read_epochs(folder_, record);
   const std::size_t receivers = manifest_.receivers.size();
+  // In the order of their definitions: the time, the columns, the way.
   for (std::size_t k = 0; k < kept_.size(); ++k) {
     std::vector<double> values(receivers * epochs_, kMissing);
     for (std::size_t r = 0; r < receivers; ++r) {
       const ReceiverRecord* from = receiver(run, r);
-      for (std::size_t i = 0; from != nullptr && i < from->kept.size(); ++i) {
-        const EpochRecord& e = from->kept[i];
-        const std::array<double, 8> all{e.time_s,
-                                        e.east_m,
-                                        e.north_m,
-                                        e.up_m,
-                                        e.hdop,
-                                        static_cast<double>(e.visible),
-                                        static_cast<double>(e.used),
-                                        e.way_m};
-        values[r * epochs_ + i] = all[k];
+      if (from == nullptr || from->kept.size() == 0) continue;
+      const KeptEpochs& kept = from->kept;
+      const auto to = values.begin() + static_cast<std::ptrdiff_t>(r * epochs_);
+      if (k == 0) {
+        std::copy(kept.time_s.begin(), kept.time_s.end(), to);
+      } else {
+        const std::vector<float>& column = k + 1 < kept_.size() ? kept.columns[k - 1] : kept.way_m;
+        std::copy(column.begin(), column.end(), to);
       }
     }
     file_.write(kept_[k], {run, 0, 0}, {1, receivers, epochs_}, values.data());

@@ -1,6 +1,7 @@
 #include "canyon/study/record.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -80,6 +81,25 @@ void dense(const Json& list, std::array<std::uint32_t, N>& counts) {
 
 std::span<const Figure> figures() {
   return kFigures;
+}
+
+std::span<const output::Column* const> kept_columns() {
+  static const std::vector<const output::Column*> kept = [] {
+    std::vector<const output::Column*> list;
+    for (const output::Column& column : output::table(output::TableKind::Epochs).columns) {
+      if (*column.kept != '\0') list.push_back(&column);
+    }
+    return list;
+  }();
+  return kept;
+}
+
+std::size_t kept_column(std::string_view name) {
+  const auto all = kept_columns();
+  const auto at =
+      std::find_if(all.begin(), all.end(), [&](const auto* column) { return name == column->kept; });
+  assert(at != all.end());
+  return static_cast<std::size_t>(at - all.begin());
 }
 
 std::size_t error_bin(double error_m) {

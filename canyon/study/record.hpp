@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/output/columns.hpp"
 #include "canyon/output/sinks.hpp"
 
 namespace canyon::study {
@@ -29,13 +30,18 @@ inline constexpr double kBinsPerDecade = 20, kLeastError_m = 1e-3;
 /// Lower edge of a bin [m]; of kErrorBins the upper edge of the last.
 [[nodiscard]] double error_edge_m(std::size_t bin);
 
-/// An epoch, where epochs are kept. Errors are NaN without a fix.
-struct EpochRecord {
-  double time_s = 0;  ///< from the run's first epoch
-  float east_m = 0, north_m = 0, up_m = 0;
-  float hdop = 0;
-  std::int16_t visible = 0, used = 0;
-  float way_m = 0;  ///< that the antenna has gone since the first epoch
+/// Of output::tables(), those that kept epochs have (Column::kept).
+[[nodiscard]] std::span<const output::Column* const> kept_columns();
+/// The place of a column in that list by Column::kept. Precondition: it is there.
+[[nodiscard]] std::size_t kept_column(std::string_view name);
+
+/// Epochs, where epochs are kept, by columns.
+struct KeptEpochs {
+  std::vector<double> time_s;  ///< from the run's first epoch
+  std::vector<float> way_m;    ///< that the antenna has gone since the first epoch
+  std::vector<std::vector<float>> columns;  ///< by kept_columns(), none without epochs; NaN: no value
+
+  [[nodiscard]] std::size_t size() const { return time_s.size(); }
 };
 
 /// What is kept of one receiver of one run.
@@ -44,7 +50,7 @@ struct ReceiverRecord {
   std::vector<double> figures;  ///< by figures()
   std::array<std::uint32_t, kErrorBins> errors{};
   std::array<std::uint32_t, 24> epochs{}, available{};  ///< by hour of the day, UTC
-  std::vector<EpochRecord> kept;                        ///< not in the record's line
+  KeptEpochs kept;                                      ///< not in the record's line
 };
 
 struct RunRecord {

@@ -1,8 +1,5 @@
 #include "canyon/study/record_sink.hpp"
 
-#include <cmath>
-#include <limits>
-
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"
 
@@ -32,20 +29,16 @@ void RecordSink::write(const simulation::Epoch& epoch) {
     if (!available_m_ || error_m <= *available_m_) ++record.available[hour];
   }
   if (!keep_) return;
-  EpochRecord kept;
-  kept.time_s = time - *first_;
-  kept.east_m = static_cast<float>(epoch.error_enu_m.x());
-  kept.north_m = static_cast<float>(epoch.error_enu_m.y());
-  kept.up_m = static_cast<float>(epoch.error_enu_m.z());
-  kept.hdop = solved && epoch.observed.fix.dop ? static_cast<float>(epoch.observed.fix.dop->hdop)
-                                               : std::numeric_limits<float>::quiet_NaN();
-  kept.visible = static_cast<std::int16_t>(epoch.observed.visible);
-  kept.used = static_cast<std::int16_t>(output::used_count(epoch.observed.fix));
+  const auto columns = kept_columns();
+  record.kept.columns.resize(columns.size());
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    record.kept.columns[k].push_back(static_cast<float>(columns[k]->value(output::Row{epoch})));
+  }
+  record.kept.time_s.push_back(time - *first_);
   Way& way = ways_.at(epoch.receiver);
   if (way.last_ecef) way.gone_m += (epoch.truth_ecef - *way.last_ecef).norm();
   way.last_ecef = epoch.truth_ecef;
-  kept.way_m = static_cast<float>(way.gone_m);
-  record.kept.push_back(kept);
+  record.kept.way_m.push_back(static_cast<float>(way.gone_m));
 }
 
 std::vector<ReceiverRecord> RecordSink::take() {

@@ -82,6 +82,27 @@ bool get(std::string_view& bytes, T& value) {
   return true;
 }
 
+template <typename T>
+void put_all(std::string& bytes, const std::vector<T>& values) {
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+}
+
+template <typename T>
+bool get_all(std::string_view& bytes, std::vector<T>& values, std::size_t count) {
+  if (bytes.size() / sizeof(T) < count) return false;
+  values.resize(count);
+  std::memcpy(values.data(), bytes.data(), count * sizeof(T));
+  bytes.remove_prefix(count * sizeof(T));
+  return true;
+}
+
+/// Of the names of what is kept: other programs of Canyon keep other columns.
+std::uint32_t kept_names_crc() {
+  std::string names;
+  for (const output::Column* column : kept_columns()) names.append(column->kept) += '\n';
+  return crc_of(names);
+}
+
 /// What is in a file is on the disk.
 void flush_to_disk(const fs::path& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
@@ -94,13 +115,12 @@ void write_epochs(const fs::path& folder, const RunRecord& record) {
   std::string bytes;
   put(bytes, static_cast<std::uint64_t>(record.number));
   put(bytes, static_cast<std::uint64_t>(record.receivers.size()));
+  put(bytes, kept_names_crc());
   for (const ReceiverRecord& receiver : record.receivers) {
     put(bytes, static_cast<std::uint64_t>(receiver.kept.size()));
-    for (const EpochRecord& e : receiver.kept) {
-      put(bytes, e.time_s), put(bytes, e.east_m), put(bytes, e.north_m), put(bytes, e.up_m),
-          put(bytes, e.hdop);
-      put(bytes, e.visible), put(bytes, e.used), put(bytes, e.way_m);
-    }
+    put_all(bytes, receiver.kept.time_s);
+    put_all(bytes, receiver.kept.way_m);
+    for (const std::vector<float>& column : receiver.kept.columns) put_all(bytes, column);
   }
   std::string crc;
   put(crc, crc_of(bytes));
@@ -180,7 +200,7 @@ RunStore::~RunStore() {
 }
 
 void RunStore::add(const RunRecord& record) {
-  const auto keeps = [](const ReceiverRecord& receiver) { return !receiver.kept.empty(); };
+  const auto keeps = [](const ReceiverRecord& receiver) { return receiver.kept.size() > 0; };
   if (std::any_of(record.receivers.begin(), record.receivers.end(), keeps))
     write_epochs(impl_->folder, record);
   const std::string json = to_line(record);
@@ -282,22 +302,23 @@ void read_epochs(const fs::path& folder, RunRecord& record) {
     return InputError(path, 0, "is damaged", "remove the folder and run the study again");
   };
   std::string_view bytes = file.text();
-  std::uint32_t crc = 0;
+  std::uint32_t crc = 0, names = 0;
   std::uint64_t number = 0, receivers = 0;
   if (!get(bytes, crc) || crc_of(bytes) != crc || !get(bytes, number) || !get(bytes, receivers) ||
-      number != record.number || receivers != record.receivers.size()) {
+      !get(bytes, names) || number != record.number || receivers != record.receivers.size()) {
     throw damaged();
+  }
+  if (names != kept_names_crc()) {
+    throw InputError(path, 0, "has other columns than this version of Canyon keeps",
+                     "remove the folder and run the study again");
   }
   for (ReceiverRecord& receiver : record.receivers) {
     std::uint64_t count = 0;
     if (!get(bytes, count) || count > bytes.size()) throw damaged();
-    receiver.kept.resize(count);
-    for (EpochRecord& e : receiver.kept) {
-      if (!(get(bytes, e.time_s) && get(bytes, e.east_m) && get(bytes, e.north_m) && get(bytes, e.up_m) &&
-            get(bytes, e.hdop) && get(bytes, e.visible) && get(bytes, e.used) && get(bytes, e.way_m))) {
-        throw damaged();
-      }
-    }
+    if (count > 0) receiver.kept.columns.resize(kept_columns().size());
+    bool whole = get_all(bytes, receiver.kept.time_s, count) && get_all(bytes, receiver.kept.way_m, count);
+    for (std::vector<float>& column : receiver.kept.columns) whole = whole && get_all(bytes, column, count);
+    if (!whole) throw damaged();
   }
 }
 

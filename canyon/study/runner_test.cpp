@@ -265,12 +265,13 @@ TEST(StudyAlong, StretchesHaveTheErrorsOfAllRuns) {
       RunRecord record = made_up(i, std::to_string(i), "", 1);
       record.at.resize(1);
       for (int epoch = 0; epoch < 4; ++epoch) {
-        EpochRecord e;
-        e.way_m = 5.0F * static_cast<float>(epoch);
-        e.east_m = 0;
-        e.north_m = static_cast<float>(i + 1) + (epoch >= 2 ? 100.0F : 0.0F);
-        if (epoch == 3) e.east_m = e.north_m = NAN;
-        record.receivers.front().kept.push_back(e);
+        KeptEpochs& kept = record.receivers.front().kept;
+        kept.columns.resize(kept_columns().size());
+        kept.time_s.push_back(epoch);
+        kept.way_m.push_back(5.0F * static_cast<float>(epoch));
+        for (std::vector<float>& column : kept.columns) column.push_back(0);
+        kept.columns[kept_column("error_north")].back() =
+            epoch == 3 ? NAN : static_cast<float>(i + 1) + (epoch >= 2 ? 100.0F : 0.0F);
       }
       store.add(record);
     }

@@ -14,6 +14,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/output/epoch_rows.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/tracking/signal_lock.hpp"
@@ -21,8 +22,6 @@
 #include "canyon/view/header_extension.hpp"
 #include "canyon/view/probe.hpp"
 #include "canyon/view/skyline.hpp"
-#include "canyon/view/tables/chunk.hpp"
-#include "canyon/view/tables/epoch_row.hpp"
 
 namespace canyon::view {
 namespace {
@@ -54,6 +53,20 @@ double cn0_of(const ComparedSatellite& s, Side side) {
 }
 const validation::ComparedFix& fix_of(const ComparedEpoch& epoch, Side side) {
   return side == kRecorded ? epoch.measured : epoch.simulated;
+}
+
+/// What is known of a satellite, as a receiver's observation; the excess is the predicted one.
+receiver::SatelliteObservation observation_of(const ComparedSatellite& s, Side side) {
+  receiver::SatelliteObservation seen;
+  seen.id = s.id;
+  seen.azimuth_rad = s.azimuth_rad;
+  seen.elevation_rad = s.elevation_rad;
+  seen.visibility = s.visibility;
+  seen.excess_m = side == kSimulated && s.prediction ? s.prediction->excess_m : kNone;
+  if (is_measured(s, side)) seen.lock = tracking::LockState::Tracking;
+  seen.measurement.emplace().cn0_dbhz = cn0_of(s, side);
+  seen.pseudorange_error_m = error_of(s, side);
+  return seen;
 }
 
 /// Root mean square of what was added; NaN of nothing.
@@ -130,36 +143,36 @@ class ComparisonView {
   }
 
   output::RunSummary add_epochs(Side side) {
-    Rows rows(kEpochs);
+    output::EpochRows rows({}, kPathsKept);
     Skylines skylines(kSkylineStep_m);
     output::RunSummary summary;
     std::vector<double> horizontal, vertical;
     double outage_from_s = kNone, used = 0, visible = 0, blocked = 0;
-    double yaw_deg = 0;
+    double yaw_rad = 0;
     for (std::size_t i = 0; i < input_.count; ++i) {
       const ComparedEpoch& e = epoch(i);
       const validation::ComparedFix& fix = fix_of(e, side);
-      EpochRow row;
-      row.time_s = time_s(i);
-      row.antenna_m = e.place_enu_m;
-      row.velocity_mps = velocity(i);
+      simulation::Epoch row;
+      row.truth.velocity_enu_mps = velocity(i);
       // Of a car that stands the heading before it stood.
-      const Vector3d& v = row.velocity_mps;
-      if (v.head<2>().norm() > 0.5) yaw_deg = geodesy::degrees(std::atan2(v.y(), v.x()));
-      row.yaw_deg = yaw_deg;
+      const Vector3d& v = row.truth.velocity_enu_mps;
+      if (v.head<2>().norm() > 0.5) yaw_rad = std::atan2(v.y(), v.x());
+      row.truth.yaw_rad = yaw_rad;
       const auto list = satellites(i);
-      row.used = fix.used;
-      row.visible = static_cast<int>(
+      receiver::ReceiverEpoch& seen = row.observed;
+      seen.visible = static_cast<int>(
           std::count_if(list.begin(), list.end(), [&](const auto& s) { return is_measured(s, side); }));
-      row.blocked = static_cast<int>(list.size()) - row.visible;
-      row.skyline = skylines.row_at(input_.environment->scene(), e.place_enu_m);
+      seen.blocked = static_cast<int>(list.size()) - seen.visible;
+      output::EpochRows::Shown shown{time_s(i), skylines.row_at(input_.environment->scene(), e.place_enu_m),
+                                     e.place_enu_m};
       used += fix.used;
-      visible += row.visible;
-      blocked += row.blocked;
+      visible += seen.visible;
+      blocked += seen.blocked;
       if (fix.solved) {
-        row.status = positioning::FixStatus::Fix;
-        row.error_m = fix.error_enu_m;
-        row.fix_m = e.place_enu_m + comparison_.registration.direction_in_city(fix.error_enu_m);
+        seen.fix.status = positioning::FixStatus::Fix;
+        seen.fix.used.resize(static_cast<std::size_t>(fix.used));  // so many; which is not said
+        row.error_enu_m = fix.error_enu_m;
+        shown.fix_m = e.place_enu_m + comparison_.registration.direction_in_city(fix.error_enu_m);
         horizontal.push_back(fix.error_enu_m.head<2>().norm());
         vertical.push_back(std::abs(fix.error_enu_m.z()));
         outage_from_s = kNone;
@@ -168,7 +181,7 @@ class ComparisonView {
         summary.longest_outage_s =
             std::max(summary.longest_outage_s, time_s(i) + header_.interval_s - outage_from_s);
       }
-      row.add_to(rows);
+      rows.add_epoch(row, shown);
     }
     const auto n = static_cast<double>(input_.count);
     summary.epochs = input_.count;
@@ -185,7 +198,7 @@ class ComparisonView {
     summary.median_hdop = kNone;
     add_shares(summary);
     const std::string file = fmt::format("track-{}.bin.gz", static_cast<std::size_t>(side));
-    const std::size_t bytes = write_chunk(folder_, file, {&rows, &skylines.rows()});
+    const std::size_t bytes = output::write_chunk(folder_, file, {&rows.epochs, &skylines.rows()});
     header_.chunks.push_back({file, side, true, 0, input_.count, bytes, 0, 0});
     return summary;
   }
@@ -207,28 +220,25 @@ class ComparisonView {
   }
 
   void add_block(Side side, std::size_t first, std::size_t count) {
-    Rows rows(kSatellites), paths(kPaths);
+    output::EpochRows rows({}, kPathsKept);
+    const simulation::Epoch epoch;  // says nothing of satellites
+    const propagation::Path direct;
     for (std::size_t i = first; i < first + count; ++i) {
       for (const ComparedSatellite& s : satellites(i)) {
-        const bool measured = is_measured(s, side);
+        const receiver::SatelliteObservation seen = observation_of(s, side);
+        const output::Row row{epoch, &seen, &seen, &direct};
+        if (s.clear) rows.add_path(row);
         const bool used = side == kRecorded ? s.used_measured : s.used_simulated;
-        const double excess_m = s.prediction ? s.prediction->excess_m : kNone;
-        if (s.clear)
-          paths.add({static_cast<double>(propagation::PathKind::Direct), 0, 0, kNone, kNone, kNone, kNone,
-                     kNone, kNone, kNone});
-        rows.add(
-            {static_cast<double>(i), static_cast<double>(std::distance(ids_.begin(), ids_.find(s.id))),
-             geodesy::degrees(s.azimuth_rad), geodesy::degrees(s.elevation_rad),
-             static_cast<double>(s.visibility),
-             static_cast<double>(kAboveMask | (used ? kUsed : 0) | (measured ? kMeasured : 0)),
-             static_cast<double>(measured ? tracking::LockState::Tracking : tracking::LockState::Searching),
-             cn0_of(s, side), kNone, side == kSimulated ? excess_m : kNone, error_of(s, side), kNone,
-             s.clear ? 1.0 : 0.0});
+        rows.add_satellite(
+            row, i, static_cast<std::size_t>(std::distance(ids_.begin(), ids_.find(s.id))),
+            output::kAboveMask | (used ? output::kUsed : 0) | (is_measured(s, side) ? output::kMeasured : 0),
+            s.clear ? 1 : 0);
       }
     }
     const std::string file = fmt::format("block-{}-{:05}.bin.gz", static_cast<std::size_t>(side), first);
-    const std::size_t bytes = write_chunk(folder_, file, {&rows, &paths});
-    header_.chunks.push_back({file, side, false, first, count, bytes, rows.size(), paths.size()});
+    const std::size_t bytes = output::write_chunk(folder_, file, {&rows.satellites, &rows.paths});
+    header_.chunks.push_back(
+        {file, side, false, first, count, bytes, rows.satellites.size(), rows.paths.size()});
   }
 
   /// Of the way between epochs of the view, [first, end).
@@ -242,7 +252,7 @@ class ComparisonView {
 
   /// What both differ by, and the streets.
   void extend() const {
-    Rows rows(kComparison);
+    output::ViewRows rows(output::kViewComparison);
     for (std::size_t i = 0; i < input_.count; ++i) {
       MeanSquare recorded, simulated, difference;
       for (const ComparedSatellite& s : satellites(i)) {
@@ -264,7 +274,7 @@ class ComparisonView {
                          {"heading_deg", s.heading_deg}});
     }
     const char* file = "comparison.bin.gz";
-    const std::size_t bytes = write_chunk(folder_, file, {&rows});
+    const std::size_t bytes = output::write_chunk(folder_, file, {&rows});
     extend_header(folder_, kKey, {{"recorded", 0}, {"simulated", 1}, {"streets", std::move(streets)}},
                   Json::array({{{"file", file}, {"kind", "comparison"}, {"bytes", bytes}}}));
   }

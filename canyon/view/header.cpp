@@ -7,13 +7,10 @@
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/epoch_values.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/propagation/body.hpp"
 #include "canyon/propagation/paths.hpp"
-#include "canyon/tracking/signal_lock.hpp"
 #include "canyon/view/page.hpp"
-#include "canyon/view/tables/tables.hpp"
 
 namespace canyon::view {
 namespace {
@@ -56,30 +53,28 @@ Json city_json(const SceneCity& city) {
 }
 
 /// The words that columns index.
-Json words() {
-  Json status = Json::array(), placement = Json::array(), visibility = Json::array(), lock = Json::array(),
-       path = Json::array(), body = Json::array();
-  for (int i = 0; i <= static_cast<int>(positioning::FixStatus::NoSignal); ++i) {
+Json words_json(const output::ViewWords& texts) {
+  Json words;
+  const auto list = [&](std::string_view name, auto last, std::string_view (*word)(std::int64_t)) {
+    Json& all = words[std::string(name)] = Json::array();
+    for (std::int64_t i = 0; i <= static_cast<std::int64_t>(last); ++i) all.push_back(word(i));
+  };
+  list("status", positioning::FixStatus::NoSignal, [](std::int64_t i) {
     const auto s = static_cast<positioning::FixStatus>(i);
-    status.push_back(s == positioning::FixStatus::Fix ? positioning::name(s) : positioning::reason(s));
+    return s == positioning::FixStatus::Fix ? positioning::name(s) : positioning::reason(s);
+  });
+  list("path", propagation::PathKind::Transmitted,
+       [](std::int64_t i) { return propagation::name(static_cast<propagation::PathKind>(i)); });
+  list("body", propagation::Body::Kind::Crown,
+       [](std::int64_t i) { return propagation::name(static_cast<propagation::Body::Kind>(i)); });
+  for (const output::ViewTable& table : output::view_tables()) {
+    for (const output::ViewColumn& column : table.columns) {
+      if (column.from != nullptr && column.from->words > 0)
+        list(column.name, column.from->words - 1, column.from->word);
+    }
   }
-  for (int i = 0; i <= static_cast<int>(raytrace::Placement::Unknown); ++i) {
-    placement.push_back(output::placement_word(static_cast<raytrace::Placement>(i)));
-  }
-  for (int i = 0; i <= static_cast<int>(propagation::Visibility::Blocked); ++i) {
-    visibility.push_back(propagation::name(static_cast<propagation::Visibility>(i)));
-  }
-  for (int i = 0; i <= static_cast<int>(tracking::LockState::Holding); ++i) {
-    lock.push_back(tracking::name(static_cast<tracking::LockState>(i)));
-  }
-  for (int i = 0; i <= static_cast<int>(propagation::PathKind::Transmitted); ++i) {
-    path.push_back(propagation::name(static_cast<propagation::PathKind>(i)));
-  }
-  for (int i = 0; i <= static_cast<int>(propagation::Body::Kind::Crown); ++i) {
-    body.push_back(propagation::name(static_cast<propagation::Body::Kind>(i)));
-  }
-  return {{"status", status}, {"placement", placement}, {"visibility", visibility},
-          {"lock", lock},     {"path", path},           {"body", body}};
+  for (const auto& [column, known] : texts.lists()) words[column] = known;
+  return words;
 }
 
 Json summary_json(const output::RunSummary& s) {
@@ -115,13 +110,14 @@ Json receiver_json(const ReceiverHeader& receiver) {
 
 Json tables_json() {
   Json json = Json::array();
-  for (const Table& table : tables()) {
+  for (const output::ViewTable& table : output::view_tables()) {
     Json columns = Json::array();
-    for (const Column& column : table.columns) {
+    for (const output::ViewColumn& column : table.columns) {
       columns.push_back({{"name", column.name},
-                         {"type", name(column.type)},
+                         {"type", output::name(column.type)},
                          {"unit", column.unit},
-                         {"values", table.name == "skylines" ? kSkylineSectors : 1}});
+                         {"about", column.about},
+                         {"values", table.name == "skylines" ? output::kSkylineSectors : 1}});
     }
     json.push_back({{"name", table.name}, {"columns", std::move(columns)}});
   }
@@ -162,7 +158,7 @@ std::string header_json(const Header& header) {
     json["time"] = nullptr;
   }
   json["city"] = city_json(header.city);
-  json["words"] = words();
+  json["words"] = words_json(header.words);
   json["paths_per_satellite"] = header.paths_per_satellite;
   json["receivers"] = Json::array();
   for (const ReceiverHeader& receiver : header.receivers)

@@ -9,6 +9,7 @@
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/output/view_tables.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/view/scene_city.hpp"
 
@@ -51,6 +52,7 @@ struct Header {
   std::size_t paths_per_satellite = 0;  ///< kept at most
   std::vector<ReceiverHeader> receivers;
   std::vector<gnss::SatelliteId> satellites;  ///< ascending
+  output::ViewWords words;                    ///< what texts in the chunks stand for
   std::vector<ChunkEntry> chunks;
 };
 

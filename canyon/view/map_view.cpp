@@ -13,10 +13,10 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/pictures/map_style.hpp"
+#include "canyon/output/view_chunk.hpp"
+#include "canyon/output/view_tables.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/view/header_extension.hpp"
-#include "canyon/view/tables/chunk.hpp"
-#include "canyon/view/tables/tables.hpp"
 
 namespace canyon::view {
 namespace {
@@ -113,7 +113,7 @@ class Writer {
 
   /// Cells of an altitude; their states are the same at all times.
   void add_cells(std::size_t altitude, const raytrace::RayScene* terrain) {
-    Rows cells(kMapCells);
+    output::ViewRows cells(output::kViewMapCells);
     const double altitude_m = map_.altitudes_m()[altitude];
     for_each_cell([&](const Eigen::Vector2d& centre) {
       const auto answer = map_.at(centre, altitude_m, map_.times().front());
@@ -136,7 +136,7 @@ class Writer {
         counts_[k].add(is_signed ? std::abs(answer->values[k]) : answer->values[k]);
       }
     });
-    Rows rows(kMapValues);
+    output::ViewRows rows(output::kViewMapValues);
     for (const std::vector<float>& layer : values) {
       for (const float value : layer) rows.add({value});
     }
@@ -184,10 +184,10 @@ class Writer {
     }
   }
 
-  void put(const std::string& name, const Rows& rows, const Json& entry) {
+  void put(const std::string& name, const output::ViewRows& rows, const Json& entry) {
     Json chunk{{"file", name}};
     for (const auto& [key, value] : entry.members()) chunk[key] = value;
-    chunk["bytes"] = write_chunk(folder_, name, {&rows});
+    chunk["bytes"] = output::write_chunk(folder_, name, {&rows});
     chunks_.push_back(std::move(chunk));
   }
 

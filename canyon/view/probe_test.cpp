@@ -48,16 +48,16 @@ std::map<std::string, std::vector<double>> columns_of(const std::string& bytes) 
   const std::uint32_t count = u32(8);
   std::size_t offset = 16 + 8 * count;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const Table& table = tables()[u32(16 + 8 * i)];
+    const output::ViewTable& table = output::view_tables()[u32(16 + 8 * i)];
     const std::uint32_t rows = u32(20 + 8 * i);
-    for (const Column& column : table.columns) {
+    for (const output::ViewColumn& column : table.columns) {
       offset = (offset + 7) / 8 * 8;
       auto& values = columns[std::string(table.name) + "." + std::string(column.name)];
-      for (std::uint32_t row = 0; row < rows; ++row, offset += size_of(column.type)) {
+      for (std::uint32_t row = 0; row < rows; ++row, offset += output::size_of(column.type)) {
         std::uint64_t bits = 0;
-        std::memcpy(&bits, bytes.data() + offset, size_of(column.type));
-        values.push_back(column.type == ColumnType::F64 ? same_bytes<double>(bits)
-                         : column.type == ColumnType::F32
+        std::memcpy(&bits, bytes.data() + offset, output::size_of(column.type));
+        values.push_back(column.type == output::ViewType::F64 ? same_bytes<double>(bits)
+                         : column.type == output::ViewType::F32
                              ? same_bytes<float>(static_cast<std::uint32_t>(bits))
                              : static_cast<double>(bits));
       }

@@ -10,7 +10,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/gltf_writer.hpp"
 #include "canyon/city/mesh_parts.hpp"
-#include "canyon/view/tables/chunk.hpp"
+#include "canyon/output/view_chunk.hpp"
 
 namespace canyon::view {
 namespace {
@@ -69,7 +69,7 @@ SceneCity write_city(const city::City& city, const std::map<std::string, std::st
     scene.objects.push_back(describe(city.mesh, object, height_sources));
   }
   OutputFile file(folder / kCityChunk);
-  file.write(gzip(glb_of(city, folder)));
+  file.write(output::gzip(glb_of(city, folder)));
   file.commit();
   return scene;
 }

@@ -4,12 +4,12 @@
 
 #include "canyon/drawing/views/sky_mask.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/view/tables/tables.hpp"
+#include "canyon/output/view_tables.hpp"
 
 namespace canyon::view {
 
 std::string skyline_bytes(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu) {
-  const drawing::SkyMask mask = drawing::make_sky_mask(scene, antenna_enu, kSkylineSectors);
+  const drawing::SkyMask mask = drawing::make_sky_mask(scene, antenna_enu, output::kSkylineSectors);
   std::string bytes;
   for (const auto& stretches : mask.azimuths) {
     const double high_rad = stretches.empty() ? 0 : stretches.back().high_rad;

@@ -3,13 +3,13 @@
 #include <Eigen/Core>
 #include <string>
 
+#include "canyon/output/view_chunk.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
-#include "canyon/view/tables/chunk.hpp"
 
 namespace canyon::view {
 
-/// A row of the table "skylines" at a place in the city's frame [m, east north up]: kSkylineSectors bytes
-/// from north clockwise, half degrees of the highest hidden elevation.
+/// A row of the table "skylines" at a place in the city's frame [m, east north up]: output::kSkylineSectors
+/// bytes from north clockwise, half degrees of the highest hidden elevation.
 [[nodiscard]] std::string skyline_bytes(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu);
 
 /// The skyline of an antenna that moves.
@@ -37,11 +37,11 @@ class Skylines {
 
   /// Row of the skyline at a place of the city's frame: the last one, or a new one.
   int row_at(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu);
-  [[nodiscard]] const Rows& rows() const { return rows_; }
+  [[nodiscard]] const output::ViewRows& rows() const { return rows_; }
 
  private:
   MovingSkyline skyline_;
-  Rows rows_{kSkylines};
+  output::ViewRows rows_{output::kViewSkylines};
 };
 
 }  // namespace canyon::view

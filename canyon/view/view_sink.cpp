@@ -13,10 +13,10 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/output/epoch_rows.hpp"
 #include "canyon/output/sinks.hpp"
+#include "canyon/output/view_chunk.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/skyline.hpp"
-#include "canyon/view/tables/chunk.hpp"
 
 namespace canyon::view {
 namespace {
@@ -25,12 +25,13 @@ namespace {
 class Recorder {
  public:
   Recorder(const simulation::Simulation& simulation, std::filesystem::path folder, std::size_t receiver,
-           const ViewOptions& options)
+           const ViewOptions& options, std::shared_ptr<output::ViewWords> words)
       : simulation_(simulation),
         folder_(std::move(folder)),
         receiver_(receiver),
         options_(options),
-        rows_(simulation.scenario().receivers.at(receiver).options.signal, options.paths_per_satellite) {}
+        rows_(simulation.scenario().receivers.at(receiver).options.signal, options.paths_per_satellite,
+              std::move(words)) {}
 
   void write(const simulation::Epoch& epoch, const std::vector<gnss::SatelliteId>& satellites) {
     const Eigen::Vector3d antenna = frame().local_from_ecef(epoch.truth_ecef);
@@ -76,12 +77,12 @@ class Recorder {
     put(file, {&rows_.satellites, &rows_.paths, &rows_.bodies},
         {file, receiver_, false, block_begin_, epochs_ - block_begin_, 0, rows_.satellites.size(),
          rows_.paths.size()});
-    for (Rows* rows : {&rows_.satellites, &rows_.paths, &rows_.bodies}) rows->clear();
+    for (output::ViewRows* rows : {&rows_.satellites, &rows_.paths, &rows_.bodies}) rows->clear();
     block_begin_ = epochs_;
   }
 
-  void put(const std::string& name, const std::vector<const Rows*>& tables, ChunkEntry entry) {
-    entry.bytes = write_chunk(folder_, name, tables);
+  void put(const std::string& name, const std::vector<const output::ViewRows*>& tables, ChunkEntry entry) {
+    entry.bytes = output::write_chunk(folder_, name, tables);
     chunks_.push_back(std::move(entry));
   }
 
@@ -131,7 +132,7 @@ class View final : public simulation::EpochSink {
     header_.city = write_city(simulation.environment().city(), options_.height_sources, folder_);
     header_.paths_per_satellite = options_.paths_per_satellite;
     for (std::size_t i = 0; i < simulation.scenario().receivers.size(); ++i) {
-      recorders_.push_back(std::make_unique<Recorder>(simulation, folder_, i, options_));
+      recorders_.push_back(std::make_unique<Recorder>(simulation, folder_, i, options_, words_));
     }
     if (!options_.watched) return;
     Header live = header_;
@@ -155,6 +156,7 @@ class View final : public simulation::EpochSink {
       header_.receivers[i].summary = std::move(summaries.at(i));
       header_.chunks.insert(header_.chunks.end(), recorder.chunks().begin(), recorder.chunks().end());
     }
+    header_.words = *words_;
     write_header(header_, folder_);
   }
 
@@ -163,6 +165,7 @@ class View final : public simulation::EpochSink {
   ViewOptions options_;
   output::SummarySink figures_;
   Header header_;
+  std::shared_ptr<output::ViewWords> words_ = std::make_shared<output::ViewWords>();
   std::vector<std::unique_ptr<Recorder>> recorders_;
   bool finished_ = false;
 };

@@ -29,7 +29,7 @@ class Table(Mapping[str, NDArray[Any]]):
         self.attributes = dict(attributes)
         about = _canyon.columns(name)
         self.units: Dict[str, str] = {column: about[column][0] for column in columns if about[column][0]}
-        self._standard_names = {column: about[column][1] for column in columns if about[column][1]}
+        self._about = about
 
     def __getitem__(self, column: str) -> NDArray[Any]:
         return self._columns[column]
@@ -46,13 +46,10 @@ class Table(Mapping[str, NDArray[Any]]):
         return len(next(iter(self._columns.values())))
 
     def column_attributes(self, column: str) -> Dict[str, str]:
-        """CF attributes of a column: ``units``, and ``standard_name`` where the conventions have one."""
-        attributes = {}
-        if column in self.units:
-            attributes["units"] = self.units[column]
-        if column in self._standard_names:
-            attributes["standard_name"] = self._standard_names[column]
-        return attributes
+        """CF attributes of a column: ``long_name``, ``units``, and ``standard_name`` where the conventions have one."""
+        unit, standard_name, meaning = self._about[column]
+        attributes = {"units": unit, "standard_name": standard_name, "long_name": meaning}
+        return {name: text for name, text in attributes.items() if text}
 
     def to_structured(self) -> NDArray[Any]:
         """One structured array, a row each. Copies."""

@@ -43,20 +43,26 @@ const output::Format& format_of(const std::filesystem::path& path, const std::st
 }  // namespace
 
 KeptEpoch::KeptEpoch(simulation::Epoch from, std::shared_ptr<const gnss::NavigationData> its_messages,
-                     std::shared_ptr<const propagation::Arrival> paths, std::shared_ptr<const void> keeper)
+                     std::shared_ptr<const propagation::Arrival> paths,
+                     std::shared_ptr<const tracking::SignalOptions> its_signal,
+                     std::shared_ptr<const void> keeper)
     : epoch(std::move(from)),
       arrival(std::move(paths)),
       messages(std::move(its_messages)),
+      signal(std::move(its_signal)),
       owner(std::move(keeper)) {
   epoch.arrival = arrival.get();
   epoch.navigation = messages.get();
 }
 
 std::shared_ptr<KeptEpoch> KeptEpoch::copy(const simulation::Epoch& lent, bool with_paths,
-                                           std::shared_ptr<const void> keeper) {
+                                           const std::shared_ptr<simulation::Simulation>& simulation) {
   return std::make_shared<KeptEpoch>(
       lent, lent.arrival->messages,
-      with_paths ? std::make_shared<const propagation::Arrival>(*lent.arrival) : nullptr, std::move(keeper));
+      with_paths ? std::make_shared<const propagation::Arrival>(*lent.arrival) : nullptr,
+      std::shared_ptr<const tracking::SignalOptions>(
+          simulation, &simulation->scenario().receivers.at(lent.receiver).options.signal),
+      simulation);
 }
 
 void write_epochs(const std::filesystem::path& path, const std::string& format,

@@ -11,14 +11,16 @@ struct KeptEpoch {
   simulation::Epoch epoch;
   std::shared_ptr<const propagation::Arrival> arrival;  ///< null where nobody asked for paths
   std::shared_ptr<const gnss::NavigationData> messages;
+  std::shared_ptr<const tracking::SignalOptions> signal;  ///< of its receiver
   std::shared_ptr<const void> owner;  ///< of what messages refer to: simulation, live receiver
 
   /// @param paths kept as well, some kilobytes; may be null
   KeptEpoch(simulation::Epoch from, std::shared_ptr<const gnss::NavigationData> its_messages,
-            std::shared_ptr<const propagation::Arrival> paths, std::shared_ptr<const void> keeper);
+            std::shared_ptr<const propagation::Arrival> paths,
+            std::shared_ptr<const tracking::SignalOptions> its_signal, std::shared_ptr<const void> keeper);
   /// A copy of an epoch that a sink is lent.
   static std::shared_ptr<KeptEpoch> copy(const simulation::Epoch& lent, bool with_paths,
-                                         std::shared_ptr<const void> keeper);
+                                         const std::shared_ptr<simulation::Simulation>& simulation);
 };
 using EpochPtr = std::shared_ptr<KeptEpoch>;
 

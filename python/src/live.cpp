@@ -56,6 +56,7 @@ class Live {
     const std::string text =
         py::module_::import("json").attr("dumps")(object_of(tree_of(changes))).cast<std::string>();
     receiver_->set_config(simulation::changed_live_config(receiver_->config(), text, {}));
+    signal_.reset();
   }
   [[nodiscard]] std::unique_ptr<EpochEncoder> encoder(const std::string& format, double interval_s) const {
     return std::make_unique<EpochEncoder>(
@@ -67,14 +68,17 @@ class Live {
  private:
   EpochPtr kept(LiveReceiver::Step step, bool paths) {
     auto messages = step.arrival.messages;  // those of the sky of this day
+    if (!signal_)
+      signal_ = std::make_shared<const tracking::SignalOptions>(receiver_->config().receiver.options.signal);
     return std::make_shared<KeptEpoch>(
         std::move(step.epoch), std::move(messages),
-        paths ? std::make_shared<const propagation::Arrival>(std::move(step.arrival)) : nullptr,
+        paths ? std::make_shared<const propagation::Arrival>(std::move(step.arrival)) : nullptr, signal_,
         receiver_->shared_sky());
   }
 
   std::shared_ptr<simulation::CityScene> scene_;
   std::shared_ptr<LiveReceiver> receiver_;
+  std::shared_ptr<const tracking::SignalOptions> signal_;  ///< the receiver's; null: to be copied anew
 };
 
 }  // namespace

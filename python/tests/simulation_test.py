@@ -1,5 +1,6 @@
 """Runs of scenarios: what Python gets is what the command line writes; bad input is one clear error each."""
 
+import csv
 import os
 import pathlib
 import signal
@@ -32,14 +33,25 @@ class Run(unittest.TestCase):
                 run.write(f"{folder}/again", name)
                 self.assertEqual(pathlib.Path(folder, "again").read_bytes(), pathlib.Path(folder, file).read_bytes(), name)
 
-    def test_table_is_the_csv(self):
+    def test_tables_are_the_csv_files(self):
+        """Every column of every CSV file, cell by cell, to the digits that the file has."""
+        run = canyon.simulate(self.scenario, paths=True)
         with tempfile.TemporaryDirectory() as folder:
-            self.run_.write(f"{folder}/epochs.csv")
-            lines = pathlib.Path(folder, "epochs.csv").read_text().splitlines()
-        head = lines[0].split(",")
-        for name in ["true_latitude_deg", "error_east_m", "hdop", "used"]:
-            written = [float(line.split(",")[head.index(name)]) for line in lines[1:]]
-            np.testing.assert_allclose(self.run_.epochs[name], written, atol=1e-4)
+            for name in ("epochs", "satellites", "signals", "paths"):
+                run.write(f"{folder}/{name}.csv")
+                with open(f"{folder}/{name}.csv", newline="") as file:
+                    rows = list(csv.DictReader(file))
+                table = run.table(name)
+                self.assertEqual(table.rows, len(rows))
+                for column in rows[0]:
+                    cells = [row[column] for row in rows]
+                    if table[column].dtype.kind == "U":
+                        self.assertEqual(list(table[column]), cells, column)
+                        continue
+                    digits = max(len(cell.partition(".")[2]) for cell in cells)
+                    written = [float(cell) if cell else np.nan for cell in cells]
+                    np.testing.assert_allclose(table[column], written, rtol=1e-15, atol=0.51 * 10.0**-digits, err_msg=column)
+                self.assertTrue(all(table.column_attributes(column)["long_name"] for column in table))
 
     def test_stream_is_the_run(self):
         streamed = [epoch.error_enu_m for epoch in canyon.Simulation(self.scenario)]

@@ -4,6 +4,7 @@ export interface Column {
   name: string;
   type: 'f64' | 'f32' | 'i32' | 'u32' | 'u16' | 'u8';
   unit: string;
+  about?: string;
   values: number;
 }
 
@@ -95,6 +96,9 @@ export interface MapHeader {
   colours: Record<string, string[]>;
 }
 
+/** What numbers in columns stand for, by the column's name. */
+export type Words = Record<string, string[] | undefined>;
+
 export interface Header {
   format: string;
   version: number;
@@ -102,7 +106,7 @@ export interface Header {
   frame: { axes: string; unit: string; origin: { latitude_deg: number; longitude_deg: number; height_m: number } };
   time: { begin_utc: string; begin_gpst: string; gps_week: number; gps_tow: number; interval_s: number } | null;
   city: { name: string; file: string; triangles: number; notes: string[]; objects: CityObject[] };
-  words: { status: string[]; placement: string[]; visibility: string[]; lock: string[]; path: string[]; body?: string[] };
+  words: { status: string[]; placement: string[]; visibility: string[]; lock: string[]; path: string[]; body?: string[] } & Words;
   paths_per_satellite: number;
   receivers: Receiver[];
   satellites: { id: string; system: string }[];
@@ -131,6 +135,10 @@ export class Rows {
     const values = this.columns.get(name);
     if (!values) throw new Error(`no column ${name}`);
     return values;
+  }
+
+  has(name: string): boolean {
+    return this.columns.has(name);
   }
 
   at(name: string, row: number): number {

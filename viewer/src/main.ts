@@ -9,7 +9,7 @@ import { MapPanel } from './mappanel';
 import { outline } from './lines';
 import { Connection, type Message } from './messages';
 import { kErrorColour, kPaint, receiverColour, receiverShape, visibilityColour } from './palette';
-import { Details, Readout, SatelliteTable, summaryHtml } from './panels';
+import { Details, EpochTable, Readout, SatelliteTable, summaryHtml } from './panels';
 import { Probe } from './probe';
 import { SceneView } from './scene';
 import { mark, SkyPlot } from './skyplot';
@@ -70,6 +70,7 @@ class App {
       new SignalBars(by('bars'), store, state);
       new Readout(by('readout'), store, state);
       new SatelliteTable(by('tab-satellites'), store, state);
+      new EpochTable(by('tab-epoch'), store, state);
     }
     if (timed) {
       this.chart = new Chart(by('chart'), store, state, (s) => this.goTo(s), {

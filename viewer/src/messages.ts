@@ -13,6 +13,8 @@ export interface EpochMessage {
   place: { east_m: number | null; north_m: number | null; up_m: number | null };
   faults: string[];
   satellites: string[];
+  /** Of columns of open texts, in place of the header's. */
+  words?: Record<string, string[]>;
   skyline?: number[];
   chunk: string;
 }
@@ -64,7 +66,7 @@ export interface ProbeMessage {
 /** Of satellites that no header names, by RINEX's letter. */
 const kSystems: Record<string, string> = { G: 'GPS', R: 'GLONASS', E: 'Galileo', C: 'BeiDou', J: 'QZSS', I: 'NavIC', S: 'SBAS' };
 
-/** The tables of an epoch; its satellites become places in the header's list, which takes in new ones. */
+/** The tables of an epoch; its satellites and words become places in the header's lists, which take in new ones. */
 export function tablesOf(message: EpochMessage, header: Header): Map<string, Rows> {
   const tables = decodeChunk(unpacked(message.chunk).buffer, header);
   const which = tables.get('satellites')?.column('satellite');
@@ -74,6 +76,15 @@ export function tablesOf(message: EpochMessage, header: Header): Map<string, Row
     return index >= 0 ? index : header.satellites.push({ id, system: kSystems[id[0] ?? ''] ?? '' }) - 1;
   });
   for (let i = 0; i < which.length; ++i) which[i] = known[which[i] ?? 0] ?? 0;
+  for (const [column, words] of Object.entries(message.words ?? {})) {
+    const list = (header.words[column] ??= []);
+    const places = words.map((word) => (list.includes(word) ? list.indexOf(word) : list.push(word) - 1));
+    for (const rows of tables.values()) {
+      if (!rows.has(column)) continue;
+      const values = rows.column(column);
+      for (let i = 0; i < values.length; ++i) values[i] = places[values[i] ?? 0] ?? 0;
+    }
+  }
   return tables;
 }
 

@@ -29,15 +29,14 @@ export class Readout {
     const place = store.header.words.placement[e.at('placement', i)] ?? '';
     const item = (name: string, label: string, value: number, decimals: number, unit: string): string =>
       `<div><dt>${label}</dt><dd data-name="${name}" data-raw="${value}">${fixed(value, decimals)}${unit ? `<small> ${unit}</small>` : ''}</dd></div>`;
-    const fault = (store.header.receivers[state.receiver]?.faults ?? [])
-      .filter((f) => (track.time[i] ?? 0) >= f.from_s && (track.time[i] ?? 0) <= f.until_s).map((f) => f.name);
+    const faults = store.faults(state.receiver, i);
     const { name } = store.header.receivers[state.receiver] ?? {};
     this.host.innerHTML = `
       ${store.tracks.length > 1 ? `<p class="name">${escaped(name ?? '')}</p>` : ''}
       <p><b class="${track.fixed(i) ? 'good' : 'bad'}" data-name="status">${track.fixed(i) ? 'fix' : `no fix: ${place === 'unknown' ? 'nobody knows where the antenna is' : escaped(status)}`}</b>
         <span data-name="clock">${clock(store.header.time.begin_utc, track.time[i] ?? 0)}</span> UTC
         ${place !== 'free' && track.fixed(i) ? `<b class="bad">${escaped(place)}</b>` : ''}
-        ${fault.map((name) => `<b class="bad">${escaped(name)}</b>`).join(' ')}</p>
+        ${faults ? `<b class="bad" data-name="faults">${escaped(faults)}</b>` : ''}</p>
       <dl>
         ${item('horizontal', 'horizontal error', track.horizontal[i] ?? NaN, 2, 'm')}
         ${item('error_east_m', 'east', e.at('error_east_m', i), 2, 'm')}
@@ -49,6 +48,27 @@ export class Readout {
         ${item('pdop', 'PDOP', e.at('pdop', i), 2, '')}
         ${item('speed', 'speed', Math.hypot(e.at('velocity_east_mps', i), e.at('velocity_north_mps', i)), 1, 'm/s')}
       </dl>`;
+  }
+}
+
+/** Every column that the view has of the instant, whatever the engine wrote. */
+export class EpochTable {
+  constructor(private readonly host: HTMLElement, private readonly store: Store, private readonly state: State) {
+    state.listen((change) => (change === 'time' || change === 'receiver') && this.update());
+    new MutationObserver(() => this.update()).observe(host, { attributeFilter: ['hidden'] });
+  }
+
+  private update(): void {
+    const { store, state } = this;
+    const rows = store.tracks[state.receiver]?.epochs;
+    if (this.host.hidden || !rows) return;
+    const columns = store.header.tables.find((t) => t.name === 'epochs')?.columns ?? [];
+    this.host.innerHTML = `<dl class="pairs">${columns.filter((c) => rows.has(c.name)).map((c) => {
+      const value = rows.at(c.name, state.epoch);
+      const word = store.header.words[c.name]?.[value];
+      return `<dt title="${escaped(c.about ?? '')}">${c.name}</dt><dd data-name="${c.name}" data-raw="${value}">${
+        word !== undefined ? escaped(word) || kMissing : Number.isFinite(value) ? `${Number(value.toPrecision(9))} ${c.unit}` : kMissing}</dd>`;
+    }).join('')}</dl>`;
   }
 }
 

@@ -347,6 +347,15 @@ export class Store {
     this.tracks[receiver] = history.track();
   }
 
+  /** Names of the faults at work. Of views written before epochs had them the header tells, by their times. */
+  faults(receiver: number, epoch: number): string {
+    const track = this.tracks[receiver];
+    if (!track) return '';
+    if (track.epochs.has('faults')) return this.header.words['faults']?.[track.epochs.at('faults', epoch)] ?? '';
+    const now = track.time[epoch] ?? 0;
+    return (this.header.receivers[receiver]?.faults ?? []).filter((f) => now >= f.from_s && now <= f.until_s).map((f) => f.name).join('; ');
+  }
+
   /** Forgets a receiver whose epochs came as messages, the last of all. */
   drop(receiver: number): void {
     this.tracks.length = receiver;

@@ -21,7 +21,8 @@ before(async () => {
   if (skip) return;
   folder = await mkdtemp(join(tmpdir(), 'canyon-engine-'));
   const scenario = join(folder, 'drive.yaml');
-  await writeFile(scenario, `${await readFile(join(root, 'examples/synthetic_drive.yaml'), 'utf8')}\nstreets: {enabled: true, region: east_asia}\n`);
+  await writeFile(scenario, `${await readFile(join(root, 'examples/synthetic_drive.yaml'), 'utf8')}\nstreets: {enabled: true, region: east_asia}\nfaults:\n`
+    + '  - {name: dark, from_s: 20, until_s: 30, outage: {satellites: Galileo}}\n  - {name: deaf, from_s: 22, until_s: 28, clock: {jump_s: 1e-4}}\n');
   execFileSync(program, ['simulate', scenario, '--duration', seconds, '--out', folder, '--view', '--quiet'], { stdio: 'inherit', timeout: kPatience });
   execFileSync(program, ['view', folder, '--export', join(folder, 'scene.html'), '--quiet'], { stdio: 'inherit', timeout: kPatience });
   epochs = await csv(join(folder, 'epochs.csv'));
@@ -51,8 +52,9 @@ test('opens from disk: no complaint, no request, below 5 MB', { skip }, async ()
 });
 
 test('every epoch has the numbers of epochs.csv', { skip }, async () => {
-  const names = ['error_east_m', 'error_north_m', 'error_up_m', 'gdop', 'pdop', 'hdop', 'vdop', 'tdop', 'used', 'visible', 'blocked',
-    'covariance_east_north_m2'];
+  const names = (await s.run(() => canyon.store.header.tables[0].columns.filter((c) => !canyon.store.header.words[c.name]).map((c) => c.name)))
+    .filter((name) => name in epochs[0]);
+  assert.ok(names.length > 12 && names.includes('hdop'), names.join());
   const columns = await s.run((list) => list.map((n) => Array.from(canyon.store.tracks[0].epochs.column(n), String)), names);
   const time = await s.run(() => Array.from(canyon.store.tracks[0].time));
   assert.equal(time.length, epochs.length);
@@ -65,6 +67,17 @@ test('every epoch has the numbers of epochs.csv', { skip }, async () => {
       assert.ok(Math.abs(Number(columns[k][i]) - Number(row[n])) <= 0.5000001 * 10 ** -digits, `${n} at epoch ${i}`);
     });
   });
+});
+
+test('the faults at work are those of epochs.csv', { skip }, async () => {
+  const shown = await s.run(() => Array.from(canyon.store.tracks[0].time, (_t, i) => canyon.store.faults(0, i)));
+  assert.deepEqual(shown, epochs.map((row) => row.faults));
+  assert.ok(shown.includes('dark; deaf') && shown.includes(''));
+  await s.run(() => canyon.goTo(25));
+  assert.equal(await s.text('#readout [data-name="faults"]'), 'dark; deaf');
+  await s.page.click('#tabs [data-tab=epoch]');
+  assert.equal(await s.text('#tab-epoch [data-name="faults"]'), 'dark; deaf');
+  await s.page.click('#tabs [data-tab=satellites]');
 });
 
 test('every satellite has the numbers of satellites.csv', { skip }, async () => {

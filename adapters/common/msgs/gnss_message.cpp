@@ -1,9 +1,9 @@
 #include "adapters/common/msgs/gnss_message.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/output/epoch_values.hpp"
 
 namespace canyon::adapters {
 namespace {
@@ -174,8 +174,7 @@ void fill_satellite(const receiver::SatelliteObservation& seen, const receiver::
   message.set_used(seen.used);
   message.set_lock(lock_of(seen.lock));
   if (seen.cn0_dbhz) message.set_true_cn0_dbhz(*seen.cn0_dbhz);
-  const auto& excluded = epoch.fix.excluded;
-  message.set_excluded(std::find(excluded.begin(), excluded.end(), seen.id) != excluded.end());
+  message.set_excluded(output::is_excluded(epoch.fix, seen.id));
   if (!seen.measurement) return;
   message.set_pseudorange_m(seen.measurement->pseudorange_m);
   if (seen.measurement->doppler_hz) message.set_doppler_hz(*seen.measurement->doppler_hz);
@@ -267,6 +266,7 @@ void fill_gnss_message(const ReceiverIdentity& identity, const ReceiverReport& r
   message.set_placement(placement_of(epoch.placement));
   message.set_clock_bias_s(seen.clock_bias_s);
   message.set_clock_drift(seen.clock_drift);
+  for (const std::string& fault : epoch.faults) message.add_faults(fault);
 
   fill_fix(epoch, *message.mutable_fix());
   message.set_visible(static_cast<std::uint32_t>(seen.visible));

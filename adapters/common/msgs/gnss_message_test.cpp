@@ -9,6 +9,8 @@
 
 #include "adapters/common/testing/sample_report.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/output/epoch_values.hpp"
+#include "tests/support/carried_columns.hpp"
 
 namespace canyon::adapters {
 namespace {
@@ -50,6 +52,108 @@ TEST(GnssMessage, FillsEveryFieldButTheDocumentedOnes) {
   for (const auto& name : seen) all.erase(name);
   EXPECT_THAT(all, ElementsAre("canyon.msgs.GnssFix.correction_age_s",
                                "canyon.msgs.GnssFix.correction_station", "canyon.msgs.GnssReceiver.reason"));
+}
+
+double clock_bias(const msgs::GnssReceiver& message, msgs::GnssSystem system) {
+  for (const auto& bias : message.fix().clock_biases()) {
+    if (bias.system() == system) return bias.bias_s();
+  }
+  return NAN;
+}
+
+// What the message has of the columns of epochs.csv, and what it lacks.
+TEST(GnssMessage, SaysWhatItLacksOfEpochs) {
+  using M = msgs::GnssReceiver;
+  const test::Carried<M> carried{
+      {"gps_week", [](const M& m) -> test::Said { return 1.0 * m.gps_week(); }},
+      {"gps_tow",
+       [](const M& m) -> test::Said { return 1e-9 * static_cast<double>(m.gps_time_of_week_ns()); }},
+      {"true_latitude_deg", [](const M& m) -> test::Said { return m.antenna().latitude_deg(); }},
+      {"true_longitude_deg", [](const M& m) -> test::Said { return m.antenna().longitude_deg(); }},
+      {"true_height_m", [](const M& m) -> test::Said { return m.antenna().height_m(); }},
+      {"status",
+       [](const M& m) -> test::Said { return std::string(m.state() == M::FIX ? "fix" : "no fix"); }},
+      {"reason", [](const M& m) -> test::Said { return m.reason(); }},
+      {"fix_latitude_deg", [](const M& m) -> test::Said { return m.fix().position().latitude_deg(); }},
+      {"fix_longitude_deg", [](const M& m) -> test::Said { return m.fix().position().longitude_deg(); }},
+      {"fix_height_m", [](const M& m) -> test::Said { return m.fix().position().height_m(); }},
+      {"error_east_m", [](const M& m) -> test::Said { return m.fix().error_enu_m().east(); }},
+      {"error_north_m", [](const M& m) -> test::Said { return m.fix().error_enu_m().north(); }},
+      {"error_up_m", [](const M& m) -> test::Said { return m.fix().error_enu_m().up(); }},
+      {"gdop", [](const M& m) -> test::Said { return m.fix().dop().gdop(); }},
+      {"pdop", [](const M& m) -> test::Said { return m.fix().dop().pdop(); }},
+      {"hdop", [](const M& m) -> test::Said { return m.fix().dop().hdop(); }},
+      {"vdop", [](const M& m) -> test::Said { return m.fix().dop().vdop(); }},
+      {"tdop", [](const M& m) -> test::Said { return m.fix().dop().tdop(); }},
+      {"visible", [](const M& m) -> test::Said { return 1.0 * m.visible(); }},
+      {"blocked", [](const M& m) -> test::Said { return 1.0 * m.blocked(); }},
+      {"used", [](const M& m) -> test::Said { return 1.0 * m.fix().used_size(); }},
+      {"placement", [](const M& m) -> test::Said { return 1.0 * m.placement(); }},
+      {"true_velocity_east_mps",
+       [](const M& m) -> test::Said { return m.antenna_velocity_enu_mps().east(); }},
+      {"true_velocity_north_mps",
+       [](const M& m) -> test::Said { return m.antenna_velocity_enu_mps().north(); }},
+      {"true_velocity_up_mps", [](const M& m) -> test::Said { return m.antenna_velocity_enu_mps().up(); }},
+      {"fix_velocity_east_mps", [](const M& m) -> test::Said { return m.fix().velocity_enu_mps().east(); }},
+      {"fix_velocity_north_mps", [](const M& m) -> test::Said { return m.fix().velocity_enu_mps().north(); }},
+      {"fix_velocity_up_mps", [](const M& m) -> test::Said { return m.fix().velocity_enu_mps().up(); }},
+      {"sigma_east_m", [](const M& m) -> test::Said { return std::sqrt(m.fix().covariance_enu_m2(0)); }},
+      {"sigma_north_m", [](const M& m) -> test::Said { return std::sqrt(m.fix().covariance_enu_m2(4)); }},
+      {"sigma_up_m", [](const M& m) -> test::Said { return std::sqrt(m.fix().covariance_enu_m2(8)); }},
+      {"covariance_east_north_m2", [](const M& m) -> test::Said { return m.fix().covariance_enu_m2(1); }},
+      {"covariance_east_up_m2", [](const M& m) -> test::Said { return m.fix().covariance_enu_m2(2); }},
+      {"covariance_north_up_m2", [](const M& m) -> test::Said { return m.fix().covariance_enu_m2(5); }},
+      {"clock_gps_s", [](const M& m) -> test::Said { return clock_bias(m, msgs::GPS); }},
+      {"clock_glonass_s", [](const M& m) -> test::Said { return clock_bias(m, msgs::GLONASS); }},
+      {"clock_galileo_s", [](const M& m) -> test::Said { return clock_bias(m, msgs::GALILEO); }},
+      {"clock_beidou_s", [](const M& m) -> test::Said { return clock_bias(m, msgs::BEIDOU); }},
+      {"clock_qzss_s", [](const M& m) -> test::Said { return clock_bias(m, msgs::QZSS); }},
+      {"excluded", [](const M& m) -> test::Said { return 1.0 * m.fix().excluded_size(); }},
+      {"consistent", [](const M& m) -> test::Said { return m.fix().consistent() ? 1.0 : 0.0; }},
+      {"faults",
+       [](const M& m) -> test::Said {
+         return output::fault_names({m.faults().begin(), m.faults().end()});
+       }},
+      {"clock_bias_s", [](const M& m) -> test::Said { return m.clock_bias_s(); }},
+      {"clock_drift", [](const M& m) -> test::Said { return m.clock_drift(); }},
+  };
+  const std::set<std::string> lacks{"rating", "error_horizontal_m"};
+  const SampleReport sample;
+  M message;
+  fill_gnss_message(sample_identity(), sample.report, message);
+  test::expect_carried(output::TableKind::Epochs, sample.step.epoch, message, carried, lacks);
+}
+
+// Week and second of the week stand in the message around it, residuals in the fix.
+TEST(GnssMessage, SaysWhatItLacksOfSatellites) {
+  using S = msgs::GnssSatellite;
+  const test::Carried<S> carried{
+      {"sat", [](const S& s) -> test::Said { return s.id(); }},
+      {"azimuth_deg", [](const S& s) -> test::Said { return geodesy::degrees(s.azimuth_rad()); }},
+      {"elevation_deg", [](const S& s) -> test::Said { return geodesy::degrees(s.elevation_rad()); }},
+      {"visibility", [](const S& s) -> test::Said { return 1.0 * s.visibility(); }},
+      {"excess_path_m", [](const S& s) -> test::Said { return s.excess_m(); }},
+      {"pseudorange_m", [](const S& s) -> test::Said { return s.pseudorange_m(); }},
+      {"pseudorange_error_m", [](const S& s) -> test::Said { return s.pseudorange_error_m(); }},
+      {"noise_m", [](const S& s) -> test::Said { return s.noise_m(); }},
+      {"used", [](const S& s) -> test::Said { return s.used() ? 1.0 : 0.0; }},
+      {"above_mask", [](const S& s) -> test::Said { return s.above_mask() ? 1.0 : 0.0; }},
+      {"doppler_hz", [](const S& s) -> test::Said { return s.doppler_hz(); }},
+      {"carrier_frequency_hz", [](const S& s) -> test::Said { return s.carrier_frequency_hz(); }},
+      {"sigma_m", [](const S& s) -> test::Said { return s.sigma_m(); }},
+      {"cn0_dbhz", [](const S& s) -> test::Said { return s.cn0_dbhz(); }},
+      {"true_cn0_dbhz", [](const S& s) -> test::Said { return s.true_cn0_dbhz(); }},
+      {"lock", [](const S& s) -> test::Said { return 1.0 * s.lock(); }},
+      {"carrier_phase_cycles", [](const S& s) -> test::Said { return s.carrier_phase_cycles(); }},
+      {"phase_lock_s", [](const S& s) -> test::Said { return s.phase_lock_s(); }},
+      {"excluded", [](const S& s) -> test::Said { return s.excluded() ? 1.0 : 0.0; }},
+  };
+  const std::set<std::string> lacks{"gps_week", "gps_tow", "residual_m", "cycle_slip"};
+  const SampleReport sample;
+  msgs::GnssReceiver message;
+  fill_gnss_message(sample_identity(), sample.report, message);
+  test::expect_carried(output::TableKind::Satellites, sample.step.epoch, message.satellites(0), carried,
+                       lacks);
 }
 
 // Numbers are those of SampleReport and tests/support/sample_epochs.hpp.

@@ -1,16 +1,17 @@
-#include "canyon/view/tables/chunk.hpp"
+#include "canyon/output/view_chunk.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
-#include "canyon/view/header.hpp"
+#include "tests/support/sample_epochs.hpp"
 
-namespace canyon::view {
+namespace canyon::output {
 namespace {
 
 /// A little-endian value as the machine has it: these tests run on such machines.
@@ -22,11 +23,11 @@ T at(const std::string& bytes, std::size_t offset) {
 }
 
 TEST(Chunk, LayoutIsTheDocumentedOne) {
-  Rows paths(kPaths);
+  ViewRows paths(kViewPaths);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   paths.add({1, 2, 12.5, 6.25, 10, 20, 30, nan, nan, nan});
   paths.add({0, 0, 0, 0, nan, nan, nan, nan, nan, nan});
-  Rows skylines(kSkylines);
+  ViewRows skylines(kViewSkylines);
   skylines.add_bytes(std::string(kSkylineSectors, '\x5A'));
   const std::string bytes = encode_chunk({&skylines, &paths});
 
@@ -51,16 +52,27 @@ TEST(Chunk, LayoutIsTheDocumentedOne) {
 }
 
 TEST(Chunk, NegativeAndLargeWholeNumbersKeepTheirBits) {
-  Rows rows(kEpochs);
-  const std::size_t columns = tables()[kEpochs].columns.size();
-  ASSERT_EQ(columns, 33U);
-  rows.add({0.5, 1,  2,  3,  4,  40, 41, 5,  6,  7,  1,  0,  8,     9,   10, 11, 12,
-            13,  14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 65535, 300, 2,  -1});
+  ViewRows rows(kViewEpochs);
+  ViewWords words;
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {13, 14, 15});
+  epoch.observed.visible = 65535;
+  epoch.faults = {"jammer", "outage 2"};
+  // The own columns; the last is the skyline.
+  rows.add({0.5, 1, 2, 3, 4, 40, 41, 1, 8, 9, 10, 16, 17, 18, -1}, {epoch}, words);
   const std::string bytes = encode_chunk({&rows});
   // One row: every column takes 8 bytes with its padding, from 24 on.
-  EXPECT_EQ(at<double>(bytes, 24), 0.5);
-  EXPECT_EQ(at<std::uint16_t>(bytes, 24 + 8 * 29), 65535U);
-  EXPECT_EQ(at<std::int32_t>(bytes, 24 + 8 * 32), -1);
+  const auto offset = [](std::string_view name) {
+    const auto columns = view_tables()[kViewEpochs].columns;
+    const auto named = [&](const ViewColumn& c) { return c.name == name; };
+    return 24 + 8 * static_cast<std::size_t>(std::find_if(columns.begin(), columns.end(), named) -
+                                             columns.begin());
+  };
+  EXPECT_EQ(at<double>(bytes, offset("time_s")), 0.5);
+  EXPECT_EQ(at<std::int32_t>(bytes, offset("skyline")), -1);
+  EXPECT_EQ(at<double>(bytes, offset("error_up_m")), 15);
+  EXPECT_EQ(at<std::uint16_t>(bytes, offset("visible")), 65535U);
+  EXPECT_EQ(at<std::uint16_t>(bytes, offset("faults")), 1U);
+  EXPECT_EQ(words.lists().at("faults"), (std::vector<std::string>{"", "jammer; outage 2"}));
 }
 
 TEST(Chunk, GzipUnpacksToTheSameBytes) {
@@ -83,22 +95,5 @@ TEST(Chunk, GzipUnpacksToTheSameBytes) {
   EXPECT_EQ(unpacked, text);
 }
 
-TEST(Header, NamesEveryTableAndColumnAndHasNoNaN) {
-  Header header;
-  header.title = "a \"title\"";
-  header.receivers.push_back({"car", true, 10, {{"jammer", 1, 2}}, {}});
-  header.receivers.back().summary.horizontal_p50_m = std::numeric_limits<double>::quiet_NaN();
-  const std::string json = header_json(header);
-  for (const Table& table : tables()) {
-    EXPECT_THAT(json, testing::HasSubstr("\"" + std::string(table.name) + "\""));
-    for (const Column& column : table.columns) {
-      EXPECT_THAT(json, testing::HasSubstr("\"name\":\"" + std::string(column.name) + "\""));
-    }
-  }
-  EXPECT_THAT(json, testing::HasSubstr("\"horizontal_p50_m\":null"));
-  EXPECT_THAT(json, testing::HasSubstr("\"visibility\":[\"LOS\",\"LOS+multipath\",\"NLOS\",\"blocked\"]"));
-  EXPECT_THAT(json, testing::HasSubstr("\"time\":null"));
-}
-
 }  // namespace
-}  // namespace canyon::view
+}  // namespace canyon::output

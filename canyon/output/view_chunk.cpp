@@ -1,14 +1,15 @@
-#include "canyon/view/tables/chunk.hpp"
+#include "canyon/output/view_chunk.hpp"
 
 #include <zlib.h>
 
 #include <cassert>
+#include <cmath>
 #include <new>
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/same_bytes.hpp"
 
-namespace canyon::view {
+namespace canyon::output {
 namespace {
 
 void put_little(std::string& out, std::uint64_t bits, std::size_t bytes) {
@@ -21,58 +22,67 @@ void pad(std::string& out) {
 
 }  // namespace
 
-Rows::Rows(TableIndex table) : table_(table), columns_(tables()[table].columns.size()) {}
+ViewRows::ViewRows(ViewTableIndex table)
+    : table_(table), about_(view_tables()[table].columns), columns_(about_.size()) {}
 
-void Rows::put(std::size_t column, double value) {
-  const ColumnType type = tables()[table_].columns[column].type;
+void ViewRows::put(std::size_t column, double value) {
+  const ViewType type = about_[column].type;
   std::string& out = columns_[column];
   switch (type) {
-    case ColumnType::F64:
+    case ViewType::F64:
       return put_little(out, same_bytes<std::uint64_t>(value), 8);
-    case ColumnType::F32:
+    case ViewType::F32:
       return put_little(out, same_bytes<std::uint32_t>(static_cast<float>(value)), 4);
-    case ColumnType::I32:
-    case ColumnType::U32:
-    case ColumnType::U16:
-    case ColumnType::U8:
+    case ViewType::I32:
+    case ViewType::U32:
+    case ViewType::U16:
+    case ViewType::U8:
       return put_little(out, static_cast<std::uint64_t>(static_cast<std::int64_t>(value)), size_of(type));
   }
 }
 
-void Rows::add(std::initializer_list<double> values) {
+void ViewRows::add(std::initializer_list<double> values) {
   assert(values.size() == columns_.size());
   std::size_t column = 0;
   for (const double value : values) put(column++, value);
   ++rows_;
 }
 
-void Rows::add_bytes(std::string_view bytes) {
+void ViewRows::add(std::initializer_list<double> own, const Row& row, ViewWords& words) {
+  std::size_t column = 0;
+  for (const double value : own) put(column++, value);
+  for (; column < columns_.size(); ++column) {
+    assert(about_[column].from != nullptr);
+    const Column& from = *about_[column].from;
+    double value = from.kind == Column::Kind::Text
+                       ? static_cast<double>(words.index(about_[column].name, from.text(row)))
+                       : from.value(row);
+    if (from.view_steps > 0) value = std::round(value * from.view_steps) / from.view_steps;
+    put(column, value);
+  }
+  ++rows_;
+}
+
+void ViewRows::add_bytes(std::string_view bytes) {
   assert(columns_.size() == 1);
   columns_.front() += bytes;
   ++rows_;
 }
 
-void Rows::set_last(std::size_t column, double value) {
-  assert(rows_ > 0);
-  std::string& out = columns_[column];
-  out.resize(out.size() - size_of(tables()[table_].columns[column].type));
-  put(column, value);
-}
-
-void Rows::clear() {
+void ViewRows::clear() {
   rows_ = 0;
   for (std::string& column : columns_) column.clear();
 }
 
-std::string encode_chunk(const std::vector<const Rows*>& tables) {
+std::string encode_chunk(const std::vector<const ViewRows*>& tables) {
   std::string out = "canyonV1";
   put_little(out, tables.size(), 4);
   put_little(out, 0, 4);
-  for (const Rows* rows : tables) {
+  for (const ViewRows* rows : tables) {
     put_little(out, rows->table(), 4);
     put_little(out, rows->size(), 4);
   }
-  for (const Rows* rows : tables) {
+  for (const ViewRows* rows : tables) {
     for (const std::string& column : rows->columns_) {
       pad(out);
       out += column;
@@ -83,7 +93,7 @@ std::string encode_chunk(const std::vector<const Rows*>& tables) {
 }
 
 std::size_t write_chunk(const std::filesystem::path& folder, const std::string& name,
-                        const std::vector<const Rows*>& tables) {
+                        const std::vector<const ViewRows*>& tables) {
   const std::string bytes = encode_chunk(tables);
   OutputFile file(folder / name);
   file.write(gzip(bytes));
@@ -109,4 +119,4 @@ std::string gzip(std::string_view bytes) {
   return packed;
 }
 
-}  // namespace canyon::view
+}  // namespace canyon::output

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/output/columns.hpp"
+
+namespace canyon::output {
+
+/// "f64", "f32", "i32", "u32", "u16", "u8": the words of the viewer's header.
+[[nodiscard]] std::string_view name(ViewType type);
+/// Bytes of a value.
+[[nodiscard]] std::size_t size_of(ViewType type);
+
+struct ViewColumn {
+  std::string_view name;
+  ViewType type = ViewType::F64;
+  std::string_view unit;         ///< "m", "deg"; empty where there is none
+  std::string_view about;        ///< one line for people
+  const Column* from = nullptr;  ///< that gives its values; null: a column of the viewer's own
+};
+
+struct ViewTable {
+  std::string_view name;
+  /// The viewer's own in front, then those of the table of output::tables() with that name, where it has one.
+  std::span<const ViewColumn> columns;
+};
+
+/// The tables of "canyon view 1" in the order of the header; a chunk names them by that order.
+/// docs/view-format.md has the same list.
+[[nodiscard]] std::span<const ViewTable> view_tables();
+enum ViewTableIndex : std::uint32_t {
+  kViewEpochs,
+  kViewSkylines,
+  kViewSatellites,
+  kViewPaths,
+  kViewMapCells,
+  kViewMapValues,
+  kViewComparison,
+  kViewBodies
+};
+/// Rows of a Markdown table: column, type, unit, meaning.
+[[nodiscard]] std::string markdown(const ViewTable& table);
+
+/// What indices in columns of texts stand for, in the order of their first use; 0 is the empty text.
+class ViewWords {
+ public:
+  [[nodiscard]] std::size_t index(std::string_view column, const std::string& text);
+  /// By column; those without any text but the empty one as well.
+  [[nodiscard]] const std::map<std::string, std::vector<std::string>, std::less<>>& lists() const {
+    return lists_;
+  }
+  void clear();
+  ViewWords() { clear(); }
+
+ private:
+  std::map<std::string, std::vector<std::string>, std::less<>> lists_;
+};
+
+/// Directions of a skyline, from north clockwise; one column for all is as many bytes in a row.
+inline constexpr int kSkylineSectors = 120;
+
+/// Bits of the column "flags" of satellites.
+enum SatelliteFlag : std::uint8_t { kAboveMask = 1, kUsed = 2, kMeasured = 4, kExcluded = 8 };
+
+}  // namespace canyon::output

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+#include <type_traits>
+#include <variant>
+
+#include "canyon/output/columns.hpp"
+
+namespace canyon::test {
+
+/// What a message says: a number (of a Word its index, of a flag 1 or 0), or a text.
+using Said = std::variant<double, std::string>;
+
+/// By column, where a message has its value.
+template <typename Message>
+using Carried = std::map<std::string, Said (*)(const Message&)>;
+
+/// Every column of a table is either carried, and then the message says what the first row does, or stands
+/// among those that the message lacks. @param relative numbers differ by no more
+template <typename Message>
+void expect_carried(output::TableKind kind, const simulation::Epoch& epoch, const Message& message,
+                    const Carried<Message>& carried, const std::set<std::string>& lacks,
+                    double relative = 1e-12) {
+  std::set<std::string> known;
+  bool first = true;
+  output::TableRows(kind, {}).each(epoch, [&](const output::Row& row) {
+    if (!std::exchange(first, false)) return;
+    for (const output::Column& column : output::table(kind).columns) {
+      known.insert(column.name);
+      const auto said = carried.find(column.name);
+      EXPECT_NE(said != carried.end(), lacks.count(column.name) > 0)
+          << column.name << ": put it into the message, or among those that it lacks";
+      if (said == carried.end()) continue;
+      const Said value = said->second(message);
+      if (column.kind == output::Column::Kind::Text) {
+        EXPECT_EQ(std::get<std::string>(value), column.text(row)) << column.name;
+        continue;
+      }
+      const double expected = column.value(row);
+      EXPECT_NEAR(std::get<double>(value), expected, relative * std::abs(expected)) << column.name;
+    }
+  });
+  EXPECT_FALSE(first) << "the epoch has no row";
+  for (const auto& [column, value] : carried) EXPECT_EQ(known.count(column), 1U) << "no column " << column;
+  for (const std::string& column : lacks) EXPECT_EQ(known.count(column), 1U) << "no column " << column;
+}
+
+}  // namespace canyon::test
