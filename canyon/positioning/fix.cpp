@@ -370,6 +370,12 @@ std::string_view reason(FixStatus status) {
   return "antenna inside a building or under the terrain";
 }
 
+std::string_view name(FixKind kind) {
+  constexpr std::array<std::string_view, 6> kNames{"none",  "single", "differential",
+                                                   "float", "fixed",  "dead reckoning"};
+  return kNames.at(static_cast<std::size_t>(kind));
+}
+
 const gnss::Klobuchar& klobuchar_of(const std::map<System, gnss::Klobuchar>& klobuchar, System system) {
   auto found = klobuchar.find(system);
   if (found == klobuchar.end()) found = klobuchar.find(System::GPS);

@@ -58,9 +58,29 @@ enum class FixStatus : std::uint8_t {
 /// Reason for people: "too few satellites".
 [[nodiscard]] std::string_view reason(FixStatus status);
 
+/// How a position was made. Output formats map it in canyon/output/fix_codes.hpp.
+enum class FixKind : std::uint8_t {
+  None,           ///< there is no position
+  Single,         ///< satellites of this epoch, without corrections
+  Differential,   ///< code measurements, corrected by those of a base
+  Float,          ///< carrier phases relative to a base, ambiguities real numbers
+  Fixed,          ///< likewise, ambiguities whole numbers
+  DeadReckoning,  ///< prediction: no satellite of this epoch is in it
+};
+/// "none", "single", "differential", "float", "fixed", "dead reckoning".
+[[nodiscard]] std::string_view name(FixKind kind);
+
 /// A position solution. Covariance, DOP and counts all come from the system that made the position.
 struct [[nodiscard]] Fix {
   FixStatus status = FixStatus::NotSolved;
+  /// Single, Differential, Float or Fixed: what the satellites' measurements were made into. kind() also says
+  /// where there is no position, or no measurement in it.
+  FixKind solution = FixKind::Single;
+  /// Age of the corrections in use: time of this epoch minus that of the base's observations [s], 0 or more;
+  /// empty where kind() is None, Single or DeadReckoning.
+  std::optional<double> correction_age_s;
+  /// Reference station id (RTCM DF003, 0 to 4095) of the base; empty likewise, and where it is not known.
+  std::optional<int> correction_station;
   /// NaN unless solved.
   Eigen::Vector3d position_ecef = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   geodesy::Geodetic position{std::numeric_limits<double>::quiet_NaN(),
@@ -93,6 +113,10 @@ struct [[nodiscard]] Fix {
   [[nodiscard]] bool measured() const { return solved() && !used.empty(); }
   /// Dead reckoning: a position filter's prediction, no satellite of this epoch is in it.
   [[nodiscard]] bool predicted() const { return solved() && used.empty(); }
+  [[nodiscard]] FixKind kind() const {
+    if (!solved()) return FixKind::None;
+    return used.empty() ? FixKind::DeadReckoning : solution;
+  }
 };
 
 /// Iterated weighted least squares on pseudoranges, one clock per constellation; velocity from Doppler.

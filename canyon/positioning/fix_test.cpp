@@ -291,11 +291,37 @@ TEST(SolveFix, CountsSatellitesAgainstClocks) {
 void expect_unsolved(const Fix& fix) {
   EXPECT_FALSE(fix.solved());
   EXPECT_EQ(name(fix.status), "no fix");
+  EXPECT_EQ(fix.kind(), FixKind::None);
   EXPECT_TRUE(fix.position_ecef.array().isNaN().all());
   EXPECT_TRUE(std::isnan(fix.position.latitude_rad) && std::isnan(fix.position.height_m));
   EXPECT_TRUE(fix.covariance_enu.array().isNaN().all());
   EXPECT_FALSE(fix.dop || fix.velocity_enu_mps || fix.clock_drift);
   EXPECT_TRUE(fix.used.empty() && fix.residuals_m.empty() && fix.clock_bias_s.empty());
+}
+
+TEST(FixKind, FollowsFromStatusAndSatellites) {
+  Fix fix;
+  fix.solution = FixKind::Fixed;
+  EXPECT_EQ(fix.kind(), FixKind::None) << "whatever its members hold";
+  fix.status = FixStatus::Fix;
+  EXPECT_EQ(fix.kind(), FixKind::DeadReckoning);
+  fix.used = {{System::GPS, 1}};
+  EXPECT_EQ(fix.kind(), FixKind::Fixed);
+  fix.status = FixStatus::WeakGeometry;
+  EXPECT_EQ(fix.kind(), FixKind::None);
+
+  const Fix least_squares = solve_fix(kTime, measure(four_systems()), four_systems(), FixOptions{});
+  EXPECT_EQ(least_squares.kind(), FixKind::Single);
+  EXPECT_FALSE(least_squares.correction_age_s || least_squares.correction_station);
+}
+
+TEST(FixKind, Words) {
+  EXPECT_EQ(name(FixKind::None), "none");
+  EXPECT_EQ(name(FixKind::Single), "single");
+  EXPECT_EQ(name(FixKind::Differential), "differential");
+  EXPECT_EQ(name(FixKind::Float), "float");
+  EXPECT_EQ(name(FixKind::Fixed), "fixed");
+  EXPECT_EQ(name(FixKind::DeadReckoning), "dead reckoning");
 }
 
 TEST(SolveFix, TooFewSatellitesSaysWhatThereWas) {

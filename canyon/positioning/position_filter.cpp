@@ -255,7 +255,8 @@ void weigh_lasting_errors(Track& track, const Epoch& epoch, const Fix& fix, doub
   track.excess = std::max(1.0, excess);
 }
 
-Fix describe(const Track& track, const Epoch& epoch) {
+/// @param of least squares, of the same measurements
+Fix describe(const Track& track, const Epoch& epoch, const Fix& of) {
   Fix fix;
   fix.status = FixStatus::Fix;
   fix.iterations = 1;
@@ -275,6 +276,11 @@ Fix describe(const Track& track, const Epoch& epoch) {
     if (!epoch.satellites[i].above_mask) continue;
     ++fix.available;
     (epoch.passed[i] ? fix.used : fix.excluded).push_back(epoch.satellites[i].measured->id);
+  }
+  if (of.solution != FixKind::Single && !fix.used.empty()) {
+    fix.solution = FixKind::Differential;
+    fix.correction_age_s = of.correction_age_s;
+    fix.correction_station = of.correction_station;
   }
   add_geometry(fix, track, epoch, enu_from_ecef);
   return fix;
@@ -331,13 +337,13 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
     const std::optional<Track> anew = begin(fresh, fix, state_->fix, klobuchar);
     if (anew && accurate(*anew, options)) {
       state_->track = anew;
-      Fix answer = describe(*anew, fresh);
+      Fix answer = describe(*anew, fresh, fix);
       answer.excluded = fix.excluded;
       return answer;
     }
   }
   state_->track = track;
-  if (track && accurate(*track, options)) return describe(*track, epoch);
+  if (track && accurate(*track, options)) return describe(*track, epoch, fix);
   if (!track && std::isinf(options.max_sigma_m)) return fix;
   Fix none;
   none.status = fix.solved() || track ? FixStatus::WeakGeometry : fix.status;

@@ -33,7 +33,8 @@ class PositionFilter {
   /// @param receiver_time, @param measurements, @param sky, @param klobuchar as solve_fix()
   /// @param fix the least-squares answer of the same measurements: a solved one starts the filter, from its
   /// used satellites, and starts it anew after coast_s; else it is only returned, where the filter has not
-  /// begun
+  /// begun. Where its solution is not Single, the measurements were corrected: the answer is Differential,
+  /// with the fix's correction_age_s and correction_station, as long as it uses satellites.
   ///
   /// Returns the filter's position with its covariance. Fix::used are the satellites whose pseudorange passed
   /// the gate; residuals and DOP are theirs at the filter's position (DOP empty where they do not determine a

@@ -284,6 +284,36 @@ TEST(PositionFilter, AnswersWithFewerThanFourSatellites) {
   }
 }
 
+// The filter takes codes: with corrected ones it is differential, also beside a solution of carrier phases,
+// and where too few satellites are left for least squares. A prediction has no corrections in it.
+TEST(PositionFilter, SaysWhetherItsMeasurementsWereCorrected) {
+  TestDrive drive(two_systems(), kTime, kPlace, 6);
+  PositionFilter filter(PositionFilterOptions{}, FixOptions{});
+  const auto update = [&](std::size_t satellites, FixKind solution) {
+    std::vector<Measurement> measurements = drive.measure();
+    measurements.resize(std::min(satellites, measurements.size()));
+    Fix fix = solve_fix(drive.receiver_time(), measurements, two_systems(), FixOptions{});
+    fix.solution = solution;
+    if (solution != FixKind::Single) {
+      fix.correction_age_s = 1.5;
+      fix.correction_station = 7;
+    }
+    Fix answer = filter.update(drive.receiver_time(), measurements, two_systems(), fix);
+    drive.advance(1);
+    return answer;
+  };
+  EXPECT_EQ(update(99, FixKind::Single).kind(), FixKind::Single);
+  EXPECT_EQ(update(99, FixKind::Differential).kind(), FixKind::Differential);
+  EXPECT_EQ(update(99, FixKind::Fixed).kind(), FixKind::Differential);
+  const Fix three = update(3, FixKind::Differential);
+  EXPECT_EQ(three.kind(), FixKind::Differential);
+  EXPECT_EQ(three.correction_age_s, 1.5);
+  EXPECT_EQ(three.correction_station, 7);
+  const Fix none = update(0, FixKind::Differential);
+  EXPECT_EQ(none.kind(), FixKind::DeadReckoning);
+  EXPECT_FALSE(none.correction_age_s || none.correction_station);
+}
+
 TEST(PositionFilter, NothingBeforeTheFirstFix) {
   TestDrive drive(two_systems(), kTime, kPlace, 7);
   Pair pair;
