@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "adapters/common/epoch_publisher.hpp"
 #include "canyon/output/encoder.hpp"
@@ -13,8 +14,11 @@ namespace canyon::adapters {
 /// output::parse_stream() and transport::open_transport()). Files are whole when it is destroyed. Updates
 /// without an epoch send nothing: a receiver that says nothing is what readers take for a lost one.
 /// @param setting what asked for the stream, for messages: "nmea_port"
+/// @param receivers of the host's receiver, which a stream that names none is of, and of its base, if any:
+/// "base/rtcm=tcp://127.0.0.1:2102"
 /// Throws InputError, which names `setting`, where the stream cannot be opened.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_stream_publisher(
-    const std::string& setting, std::string_view stream, const output::ReceiverDescription& description);
+    const std::string& setting, std::string_view stream,
+    const std::vector<output::ReceiverDescription>& receivers);
 
 }  // namespace canyon::adapters
