@@ -82,12 +82,13 @@ HostedReceiver::HostedReceiver(HostSettings settings, const ReceiverIdentity& id
   }
   for (const std::string& line : std::exchange(settings_.warnings, {})) this->say(Tone::Warning, line);
   start_receiver();
+  const auto descriptions = output::describe_receivers(*receiver_, schedule_.interval_s());
   if (settings_.nmea_port != 0) {
     add(make_stream_publisher("nmea_port", fmt::format("nmea=tcp://127.0.0.1:{}", settings_.nmea_port),
-                              description()));
+                              descriptions));
   }
   for (const std::string& stream : settings_.streams) {
-    add(make_stream_publisher("publishers.stream", stream, description()));
+    add(make_stream_publisher("publishers.stream", stream, descriptions));
   }
 }
 
@@ -105,12 +106,6 @@ double HostedReceiver::rate_hz() const {
 
 void HostedReceiver::say(Tone tone, const std::string& line) {
   if (said_.insert(line).second) say_(tone, fmt::format("{}: {}", name_, line));
-}
-
-output::ReceiverDescription HostedReceiver::description() const {
-  const simulation::BuiltSky& sky = receiver_->sky();
-  return output::describe_receiver(settings_.live.receiver, *sky.sky, sky.navigation, receiver_->start(),
-                                   schedule_.interval_s());
 }
 
 void HostedReceiver::add(std::unique_ptr<EpochPublisher> publisher) {

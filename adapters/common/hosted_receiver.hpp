@@ -89,7 +89,6 @@ class HostedReceiver {
   void start_receiver();
   void observe(const TruePose& truth, ReceiverReport& report);
   [[nodiscard]] std::vector<double> scan(const Eigen::Vector3d& antenna_enu) const;
-  [[nodiscard]] output::ReceiverDescription description() const;
   [[nodiscard]] double rate_hz() const;
 
   HostSettings settings_;

@@ -27,9 +27,13 @@ class StreamPublisher final : public EpochPublisher {
     try {
       stream_->serve();
       if (report.step == nullptr) return;
-      simulation::Epoch epoch = report.step->epoch;
-      epoch.arrival = &report.step->arrival;
-      stream_->write(epoch);
+      for (const simulation::LiveReceiver::Step* step = report.step; step != nullptr;
+           step = step->base.get()) {
+        if (step->epoch.receiver != stream_->receiver()) continue;
+        simulation::Epoch epoch = step->epoch;
+        epoch.arrival = &step->arrival;
+        stream_->write(epoch);
+      }
     } catch (const std::exception& error) {
       broken_ = true;
       notes_.push_back(setting_ + ": " + error.what());
@@ -49,11 +53,16 @@ class StreamPublisher final : public EpochPublisher {
 
 }  // namespace
 
-std::unique_ptr<EpochPublisher> make_stream_publisher(const std::string& setting, std::string_view stream,
-                                                      const output::ReceiverDescription& description) {
+std::unique_ptr<EpochPublisher> make_stream_publisher(
+    const std::string& setting, std::string_view stream,
+    const std::vector<output::ReceiverDescription>& receivers) {
   try {
-    return std::make_unique<StreamPublisher>(
-        setting, output::open_stream(output::parse_stream(stream), 0, description));
+    output::StreamRequest request = output::parse_stream(stream);
+    std::vector<std::string> names;
+    for (const output::ReceiverDescription& receiver : receivers) names.push_back(receiver.name);
+    if (request.receiver.empty()) request.receiver = names.front();
+    const std::size_t r = output::find_receiver(request, names);
+    return std::make_unique<StreamPublisher>(setting, output::open_stream(request, r, receivers[r]));
   } catch (const InputError& e) {
     throw InputError(setting + ": " + e.problem(), e.cure());
   }

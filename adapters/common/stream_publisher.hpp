@@ -15,9 +15,12 @@ namespace canyon::adapters {
 /// output::parse_stream() and transport::open_transport()). Files are whole when it is destroyed. Updates
 /// without an epoch send nothing: a receiver that says nothing is what readers take for a lost one.
 /// @param setting what asked for the stream, for messages: "nmea_port"
+/// @param receivers of the host's receiver, which a stream that names none is of, and of its base, if any:
+/// "base/rtcm=tcp://127.0.0.1:2102"
 /// Throws InputError, which names `setting`, where the stream cannot be opened.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_stream_publisher(
-    const std::string& setting, std::string_view stream, const output::ReceiverDescription& description);
+    const std::string& setting, std::string_view stream,
+    const std::vector<output::ReceiverDescription>& receivers);
 
 /// The field of such texts. A reader throws its fault for a format that is not known.
 void visit_streams(options::Visitor& v, const options::Field& field, std::vector<std::string>& streams);

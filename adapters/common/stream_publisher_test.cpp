@@ -25,7 +25,7 @@ using ::testing::HasSubstr;
 class StreamPublisher : public ::testing::Test {
  protected:
   std::unique_ptr<EpochPublisher> make() {
-    return make_stream_publisher("nmea_port", "nmea=tcp://127.0.0.1:" + std::to_string(port), {});
+    return make_stream_publisher("nmea_port", "nmea=tcp://127.0.0.1:" + std::to_string(port), {{}});
   }
   SampleReport sample;
   const int port = free_port();
@@ -44,6 +44,33 @@ TEST_F(StreamPublisher, SendsEachEpochAsNmea) {
   publisher->publish(sample.report);
   const std::string expected = output::nmea_epoch(no_fix.step.epoch) + output::nmea_epoch(sample.step.epoch);
   EXPECT_EQ(client.read(expected.size()), expected);
+}
+
+TEST_F(StreamPublisher, SendsTheBasesEpochs) {
+  auto of_base = std::make_shared<simulation::LiveReceiver::Step>(sample.step);
+  of_base->epoch.receiver = 1;
+  sample.step.base = of_base;
+  sample.report.step = &sample.step;
+  const canyon::test::TemporaryFolder folder;
+  output::ReceiverDescription rover{"car"}, base{"base"};
+  base.station_ecef = of_base->epoch.truth_ecef;
+  make_stream_publisher("stream", "base/rtcm=file:" + (folder / "base.rtcm").string(), {rover, base})
+      ->publish(sample.report);
+  make_stream_publisher("stream", "rtcm=file:" + (folder / "car.rtcm").string(), {rover, base})
+      ->publish(sample.report);
+  const std::string of_both[] = {canyon::test::read_bytes(folder / "base.rtcm"),
+                                 canyon::test::read_bytes(folder / "car.rtcm")};
+  // Message 1005 (24 bits of frame, then 12 of its number) is a base's alone, and the first.
+  EXPECT_EQ(
+      static_cast<unsigned char>(of_both[0].at(3)) << 4 | static_cast<unsigned char>(of_both[0].at(4)) >> 4,
+      1005);
+  EXPECT_LT(of_both[1].size(), of_both[0].size());
+  try {
+    (void)make_stream_publisher("stream", "bass/rtcm=file:" + (folder / "x").string(), {rover, base});
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.cure(), HasSubstr("receivers: car, base"));
+  }
 }
 
 TEST_F(StreamPublisher, SaysWhichPortIsTaken) {
@@ -87,7 +114,7 @@ TEST_F(StreamPublisher, FeedsGpsd) {
 TEST_F(StreamPublisher, WritesAnyFormatToAFileThatIsWholeAtTheEnd) {
   const canyon::test::TemporaryFolder folder;
   const auto file = folder / "epochs.csv";
-  auto publisher = make_stream_publisher("stream", "epochs_csv=file:" + file.string(), {});
+  auto publisher = make_stream_publisher("stream", "epochs_csv=file:" + file.string(), {{}});
   publisher->publish(sample.report);
   publisher->publish(sample.report);
   EXPECT_FALSE(std::filesystem::exists(file));
@@ -99,7 +126,7 @@ TEST_F(StreamPublisher, WritesAnyFormatToAFileThatIsWholeAtTheEnd) {
 TEST_F(StreamPublisher, BringsThePathsBehindAnEpoch) {
   const canyon::test::TemporaryFolder folder;
   const auto file = folder / "paths.csv";
-  make_stream_publisher("stream", "paths_csv=file:" + file.string(), {})->publish(sample.report);
+  make_stream_publisher("stream", "paths_csv=file:" + file.string(), {{}})->publish(sample.report);
   const std::string text = canyon::test::read_bytes(file);
   // The reflection of G17 is its only path.
   EXPECT_THAT(text, HasSubstr(",G17,0,reflected,2,35.2500,,,"));

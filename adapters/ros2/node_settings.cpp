@@ -107,8 +107,8 @@ Node& child_of(Node& mapping, std::string_view key) {
   return mapping.entries.back().value;
 }
 
-/// Faults that name others go with these.
-void only_faults_of(Node& root, const Node& receiver) {
+/// Faults that name others go with these. @param base "" or the name of the base that stays beside
+void only_faults_of(Node& root, const Node& receiver, const std::string& base) {
   const auto list = std::find_if(root.entries.begin(), root.entries.end(),
                                  [](const Node::Entry& entry) { return entry.key == "faults"; });
   if (list == root.entries.end()) return;
@@ -119,10 +119,11 @@ void only_faults_of(Node& root, const Node& receiver) {
                                     [](const Node::Entry& entry) { return entry.key == "receivers"; });
     if (named == fault.entries.end()) continue;
     std::vector<Node>& names = named->value.items;
-    const auto is_own = [&](const Node& each) { return each.text == own; };
-    if (is_own(named->value) || std::any_of(names.begin(), names.end(), is_own)) {
+    std::erase_if(names, [&](const Node& each) { return each.text != own && each.text != base; });
+    const bool stays = !names.empty() || named->value.text == own || named->value.text == base;
+    if (stays && base.empty()) {
       fault.entries.erase(named);  // it is the only one here
-    } else {
+    } else if (!stays) {
       fault.kind = Node::Kind::Empty;
     }
   }
@@ -132,8 +133,9 @@ void only_faults_of(Node& root, const Node& receiver) {
   if (any && faults.empty()) root.entries.erase(list);
 }
 
-/// The one receiver of the tree, made where there is none; the others go.
-Node& only_receiver(Node& root, const std::string& name) {
+/// The one receiver of the tree, made where there is none, and behind it its base; the others go.
+/// @param base whose corrections it takes; empty: as it says itself
+void only_receiver(Node& root, const std::string& name, std::string base) {
   Node& receivers = child_of(root, "receivers");
   if (receivers.kind == Node::Kind::Empty) receivers.kind = Node::Kind::List;
   if (receivers.items.empty()) receivers.items.emplace_back().kind = Node::Kind::Mapping;
@@ -150,9 +152,20 @@ Node& only_receiver(Node& root, const std::string& name) {
     }
     std::swap(*at, receivers.items.front());
   }
-  receivers.items.resize(1);
-  only_faults_of(root, receivers.items.front());
-  return receivers.items.front();
+  std::vector<Node>& items = receivers.items;
+  if (base.empty()) {
+    const Node::Entry* corrections = items.front().find("corrections");
+    const Node::Entry* from = corrections == nullptr ? nullptr : corrections->value.find("from");
+    if (from != nullptr) base = from->value.text;
+  }
+  const auto named = std::find_if(items.begin() + 1, items.end(), [&base](const Node& item) {
+    const Node::Entry* entry = item.find("name");
+    return entry != nullptr && !base.empty() && entry->value.text == base;
+  });
+  const bool has_base = named != items.end();
+  if (has_base) std::iter_swap(items.begin() + 1, named);
+  items.resize(has_base ? 2 : 1);
+  only_faults_of(root, items.front(), has_base ? base : "");
 }
 
 bool is_file(const std::string& name) {
@@ -211,7 +224,7 @@ void flatten(const Node& node, const std::string& path, Parameters& into) {
       flatten(entry.value, path.empty() ? entry.key : path + "." + entry.key, into);
     }
   } else if (path == "receivers") {
-    for (const Node& item : node.items) flatten(item, "", into);
+    if (!node.items.empty()) flatten(node.items.front(), "", into);  // its base is the file's alone
   } else if (const Key* key = find_parameter(path); key != nullptr && node.kind != Node::Kind::Empty) {
     into[path] = value_of(node, *key);
   }
@@ -303,7 +316,7 @@ NodeSettings read_settings(const Parameters& given) {
     settings.world.file = file;
   }
   if (root.kind == Node::Kind::Mapping) {
-    only_receiver(root, text_of("receiver"));
+    only_receiver(root, text_of("receiver"), text_of("corrections.from"));
     for (const auto& [name, value] : given) {
       const auto node = node_of(value);
       if (!node) continue;
@@ -329,8 +342,9 @@ Parameters parameters_of(const NodeSettings& settings) {
 
 simulation::LiveConfig live_config(const NodeSettings& settings, const std::string& own_name) {
   const simulation::Scenario& world = settings.world;
-  simulation::LiveConfig config{world.sky,  world.start, world.rate_hz, world.receivers.front(),
-                                world.seed, world.faults};
+  simulation::LiveConfig config{world.sky,    world.start, world.rate_hz, world.receivers.front(), world.seed,
+                                world.faults, {}};
+  if (world.receivers.size() > 1) config.base = world.receivers[1];
   config.receiver.options.own_draws = true;
   if (!settings.named) config.receiver.options.name = own_name;
   return config;

@@ -36,7 +36,8 @@ struct NodeSettings {
   Eigen::Vector3d pose_origin_enu_m = Eigen::Vector3d::Zero();  ///< of pose_frame, in the city's frame
   double pose_heading_rad = 0;  ///< of its x axis, from east counter-clockwise
 
-  /// One receiver; with poses from outside the trajectory may be absent.
+  /// One receiver and, where it takes corrections of another, that as its base; with poses from outside the
+  /// trajectory may be absent.
   simulation::Scenario world;
   bool named = false;  ///< `name` was given
 

@@ -60,6 +60,30 @@ TEST_F(Settings, ReceiverChoosesAndOthersGo) {
   EXPECT_THAT(fault_of({{"scenario", file_}, {"receiver", "third"}}), HasSubstr("it has first, second"));
 }
 
+// A receiver that takes corrections keeps its base, by the file or by a parameter.
+TEST_F(Settings, ABaseStaysBesideItsReceiver) {
+  std::ofstream(file_)
+      << kScenario
+      << R"(  - {name: base, profile: survey, own_draws: true, fixed: {east_m: 1, north_m: 2, up_m: 99}}
+faults:
+  - {receivers: [base, second], outage: {}}
+  - {receivers: [second], outage: {}}
+)";
+  const Parameters given{{"scenario", file_}, {"corrections.from", "base"}};
+  const NodeSettings settings = read_settings(given);
+  ASSERT_EQ(settings.world.receivers.size(), 2U);
+  EXPECT_EQ(settings.world.receivers[0].options.name, "first");
+  ASSERT_EQ(settings.world.faults.size(), 1U);
+  EXPECT_EQ(settings.world.faults[0].receivers, std::vector<std::string>{"base"});
+  const simulation::LiveConfig live = live_config(settings, "/first");
+  ASSERT_TRUE(live.base);
+  EXPECT_EQ(live.base->options.name, "base");
+  EXPECT_EQ(std::get<double>(parameters_of(settings).at("elevation_mask_deg")), 12);
+  EXPECT_FALSE(live_config(read_settings({{"scenario", file_}}), "/first").base);
+  EXPECT_THAT(fault_of({{"scenario", file_}, {"corrections.from", "bass"}}),
+              AllOf(HasSubstr("parameter 'corrections.from'"), HasSubstr("'bass'")));
+}
+
 TEST_F(Settings, ParametersStandOverTheFile) {
   const NodeSettings settings = read_settings({{"scenario", file_},
                                                {"elevation_mask_deg", 5.0},

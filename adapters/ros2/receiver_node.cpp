@@ -156,9 +156,12 @@ void ReceiverNode::Impl::activate() {
   const std::int64_t tick_ns = std::min(interval_ns, kTick_ns);
   if (simulation) {
     run = std::make_unique<ScenarioRun>(simulation, settings.threads);
+    std::vector<output::ReceiverDescription> receivers;
+    for (std::size_t i = 0; i < simulation->scenario().receivers.size(); ++i) {
+      receivers.push_back(output::describe_receiver(*simulation, i));
+    }
     for (const std::string& stream : settings.streams) {
-      streams.push_back(
-          make_stream_publisher("parameter 'streams'", stream, output::describe_receiver(*simulation, 0)));
+      streams.push_back(make_stream_publisher("parameter 'streams'", stream, receivers));
     }
   } else {
     listen();
@@ -233,12 +236,9 @@ void ReceiverNode::Impl::begin_poses() {
       simulated ? std::chrono::duration_cast<std::chrono::nanoseconds>(machine).count() : *zero_ns;
   poses.emplace(settings, scene, settings.world.start.value_or(geodesy::gps_from_unix(unix_ns)),
                 std::string(node.get_fully_qualified_name()));
+  const auto receivers = output::describe_receivers(poses->receiver(), schedule.interval_s());
   for (const std::string& stream : settings.streams) {
-    simulation::LiveReceiver& live = poses->receiver();
-    streams.push_back(make_stream_publisher(
-        "parameter 'streams'", stream,
-        output::describe_receiver(live.config().receiver, *live.sky().sky, live.sky().navigation,
-                                  live.start(), schedule.interval_s())));
+    streams.push_back(make_stream_publisher("parameter 'streams'", stream, receivers));
   }
 }
 

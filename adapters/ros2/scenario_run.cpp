@@ -31,10 +31,17 @@ ScenarioRun::~ScenarioRun() {
 }
 
 void ScenarioRun::write(const simulation::Epoch& epoch) {
+  simulation::LiveReceiver::Step step{epoch, *epoch.arrival};
+  step.epoch.arrival = nullptr;
+  if (epoch.receiver == 0) {
+    next_ = std::move(step);
+  } else {
+    next_.base = std::make_shared<const simulation::LiveReceiver::Step>(std::move(step));
+  }
+  if (epoch.receiver + 1 < simulation_->scenario().receivers.size()) return;
   std::unique_lock lock(mutex_);
   taken_one_.wait(lock, [this] { return stop_ || made_.size() < kAhead; });
-  made_.push_back({epoch, *epoch.arrival});
-  made_.back().epoch.arrival = nullptr;
+  made_.push_back(std::move(next_));
 }
 
 bool ScenarioRun::ready() {

@@ -19,7 +19,7 @@ namespace canyon::adapters::ros2 {
 /// simulate`, in a thread of its own that is a few epochs ahead.
 class ScenarioRun final : simulation::EpochSink {
  public:
-  /// Begins at once. @param simulation of one receiver; @param threads as RunOptions
+  /// Begins at once. @param simulation of one receiver, and of its base, if any; @param threads as RunOptions
   ScenarioRun(std::shared_ptr<const simulation::Simulation> simulation, int threads);
   /// Ends the thread after the epochs in flight.
   ~ScenarioRun() override;
@@ -47,6 +47,7 @@ class ScenarioRun final : simulation::EpochSink {
   std::size_t taken_ = 0;
   std::mutex mutex_;
   std::condition_variable taken_one_;
+  simulation::LiveReceiver::Step next_;  // until its base's epoch is there
   std::deque<simulation::LiveReceiver::Step> made_;
   std::exception_ptr failure_;
   std::atomic<bool> stop_{false};

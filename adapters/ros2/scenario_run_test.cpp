@@ -15,14 +15,15 @@ namespace {
 
 using Step = simulation::LiveReceiver::Step;
 
-std::shared_ptr<const simulation::Simulation> small_drive(double duration_s) {
+std::shared_ptr<const simulation::Simulation> small_drive(double duration_s,
+                                                          const std::string& more_receivers = "") {
   const simulation::Scenario scenario = simulation::parse_scenario(
       "city: {synthetic: {seed: 7}, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}\n"
       "sky: {nominal: true, systems: GPS}\nstart: 2026-06-01T08:00:00Z\nrate_hz: 2\n"
       "trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 0, north_m: 150, up_m: 2}], "
       "speed_mps: 1}\n"
       "duration_s: " +
-          std::to_string(duration_s) + "\nreceivers: [{name: car, profile: paper}]\n",
+          std::to_string(duration_s) + "\nreceivers: [{name: car, profile: paper}" + more_receivers + "]\n",
       "drive.yaml");
   std::vector<std::string> warnings;
   return std::make_shared<simulation::Simulation>(scenario, simulation::load_city(scenario, warnings));
@@ -46,6 +47,19 @@ struct Collector final : simulation::EpochSink {
   void finish() override {}
   std::vector<simulation::Epoch> epochs;
 };
+
+TEST(ScenarioRun, HandsOverTheBasesEpochs) {
+  ScenarioRun run(small_drive(5, ", {name: base, profile: ideal, fixed: {east_m: 0, north_m: 0, up_m: 250}}"),
+                  1);
+  const auto steps = take_all(run);
+  ASSERT_EQ(steps.size(), 11U);
+  for (const Step& step : steps) {
+    EXPECT_EQ(step.epoch.receiver, 0U);
+    ASSERT_NE(step.base, nullptr);
+    EXPECT_EQ(step.base->epoch.receiver, 1U);
+    EXPECT_EQ(step.base->epoch.observed.time, step.epoch.observed.time);
+  }
+}
 
 // The numbers are those of Simulation::run(), to the bit; more epochs than are kept ahead.
 TEST(ScenarioRun, IsTheSimulationsRun) {

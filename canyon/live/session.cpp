@@ -92,7 +92,13 @@ bool Session::Impl::ended() const {
 bool Session::Impl::is_due(Vehicle& vehicle, const Schedule& schedule, std::int64_t now) {
   const std::int64_t at = instant_ns(schedule);
   if (is_over(schedule) || (!by_stamps() && now < at)) return false;
-  if (!vehicle.source) return true;
+  if (!vehicle.source) {
+    // By stamps, what stands still goes along with what poses move.
+    const bool along = by_stamps() && stands_still(vehicle) &&
+                       std::any_of(vehicles.begin(), vehicles.end(),
+                                   [](const Vehicle& other) { return other.source != nullptr; });
+    return !along || at <= stamped_ns;
+  }
   if (vehicle.log) {
     read_log(vehicle, at);
     return vehicle.source->track().reaches(at);
@@ -122,6 +128,8 @@ void Session::Impl::gather(Vehicle& vehicle, Schedule& schedule, std::int64_t no
   const std::int64_t at = instant_ns(schedule);
   ++schedule.next;
   const std::size_t r = schedule.receiver;
+  gather_base_of(r, at);
+  if (vehicle.source) stamped_ns = std::max(stamped_ns, at);
   std::string reason;
   std::optional<simulation::TruePose> body;
   std::optional<Clock::time_point> came;
@@ -144,6 +152,17 @@ void Session::Impl::gather(Vehicle& vehicle, Schedule& schedule, std::int64_t no
   due.push_back(std::move(epoch));
 }
 
+void Session::Impl::gather_base_of(std::size_t receiver, std::int64_t until_ns) {
+  const std::optional<std::size_t> base = corrections->base_of(receiver);
+  if (!base) return;
+  for (Vehicle& vehicle : vehicles) {
+    for (Schedule& schedule : vehicle.receivers) {
+      if (schedule.receiver != *base) continue;
+      while (!is_over(schedule) && instant_ns(schedule) <= until_ns) gather(vehicle, schedule, until_ns);
+    }
+  }
+}
+
 void Session::Impl::compute_and_write() {
   if (due.empty()) return;
   const auto observe = [this](std::size_t i) {
@@ -151,21 +170,31 @@ void Session::Impl::compute_and_write() {
     LiveReceiver& receiver = receivers[epoch.receiver];
     epoch.step = epoch.antenna ? receiver.observe(epoch.host_s, *epoch.antenna) : receiver.lose(epoch.host_s);
   };
-  // A receiver may be due twice, where the run is late: its epochs stay in order.
+  // A receiver may be due twice, where the run is late: its epochs stay in order, and behind those of its
+  // base.
   for (std::size_t begin = 0; begin < due.size();) {
     std::size_t end = begin;
     std::vector<bool> seen(receivers.size());
-    while (end < due.size() && !seen[due[end].receiver]) seen[due[end++].receiver] = true;
+    for (; end < due.size(); ++end) {
+      const std::size_t r = due[end].receiver;
+      const std::optional<std::size_t> base = corrections->base_of(r);
+      if (seen[r] || (base && seen[*base])) break;
+      seen[r] = true;
+      if (base) receivers[r].give(corrections->take(r, start + due[end].host_s));
+    }
     if (end - begin == 1) {
       observe(begin);
     } else {
       tbb::parallel_for(begin, end, observe);
     }
-    begin = end;
+    for (; begin < end; ++begin) {
+      simulation::Epoch& epoch = due[begin].step->epoch;
+      epoch.receiver = due[begin].receiver;
+      corrections->send(epoch);
+    }
   }
   for (Due& epoch : due) {
     simulation::Epoch& out = epoch.step->epoch;
-    out.receiver = epoch.receiver;
     out.arrival = &epoch.step->arrival;
     ++figures.epochs;
     if (out.observed.fix.solved()) ++figures.fixes;

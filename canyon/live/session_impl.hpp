@@ -16,6 +16,7 @@
 #include "canyon/live/session.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 // What a session is made of: session_setup.cpp makes it, session.cpp runs it.
@@ -116,6 +117,8 @@ struct Session::Impl {
   /// The epochs of a vehicle that are due.
   void gather(Vehicle& vehicle, std::int64_t now);
   void gather(Vehicle& vehicle, Schedule& schedule, std::int64_t now);
+  /// The epochs up to an instant of the base whose corrections a receiver takes, and of that base's own.
+  void gather_base_of(std::size_t receiver, std::int64_t until_ns);
   void compute_and_write();
   void serve();
   void once_a_second();
@@ -136,6 +139,7 @@ struct Session::Impl {
   std::vector<std::shared_ptr<const propagation::Propagator>>
       propagators;  // one for each distinct set of options
   std::vector<LiveReceiver> receivers;
+  std::optional<simulation::CorrectionLinks> corrections;
   std::map<std::string, std::shared_ptr<transport::Link>> links;
   std::vector<Vehicle> vehicles;
   std::vector<std::unique_ptr<output::EncodedStream>> streams;
@@ -147,6 +151,7 @@ struct Session::Impl {
   Clock::time_point wall_begin;
   Clock::time_point next_second;
   std::vector<Due> due;
+  std::int64_t stamped_ns = -1;  // latest instant of a vehicle that poses move
   Figures figures;
 };
 

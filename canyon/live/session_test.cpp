@@ -299,6 +299,61 @@ TEST(Session, StaggeredReceiversHaveInstantsOfTheirOwn) {
   }
 }
 
+const std::string kRoverAndBase =
+    "receivers:\n"
+    "  - {name: rover, profile: ublox-m8t, own_draws: true, corrections: {from: base}}\n"
+    "  - {name: base, profile: survey, own_draws: true, fixed: {east_m: 0, north_m: 0, up_m: 220}}\n";
+
+// The base's epoch of an instant comes before the rover's, whatever vehicle is gathered first.
+TEST(Session, CorrectionsAreThoseOfTheSameInstant) {
+  const Scenario s = scenario("live: {speed: 20}\n", kDrive, kRoverAndBase);
+  Kept live, offline;
+  (void)run(s, live);
+  const simulation::Simulation simulation(s, city_of(s));
+  (void)simulation.run({&offline}, {});
+  int differential = 0;
+  for (const std::size_t receiver : {0U, 1U}) {
+    for (Kept* kept : {&live, &offline}) {
+      ASSERT_EQ(std::count_if(kept->epochs.begin(), kept->epochs.end(),
+                              [&](const Epoch& epoch) { return epoch.receiver == receiver; }),
+                21);
+    }
+  }
+  for (const Epoch& a : live.epochs) {
+    const auto b = std::find_if(offline.epochs.begin(), offline.epochs.end(), [&](const Epoch& epoch) {
+      return epoch.receiver == a.receiver && epoch.observed.time == a.observed.time;
+    });
+    ASSERT_NE(b, offline.epochs.end());
+    EXPECT_EQ(a.observed.fix.kind(), b->observed.fix.kind());
+    ASSERT_EQ(a.observed.fix.solved(), b->observed.fix.solved());
+    if (!a.observed.fix.solved()) continue;
+    EXPECT_LE((a.error_enu_m - b->error_enu_m).norm(), 1e-5);
+    if (a.observed.fix.kind() != positioning::FixKind::Differential) continue;
+    ++differential;
+    EXPECT_LT(*a.observed.fix.correction_age_s, 1e-3);
+  }
+  EXPECT_GT(differential, 10);
+}
+
+// By stamps a base goes along with the poses, and no further.
+TEST(Session, ByStampsABaseGoesAlongWithThePoses) {
+  const test::TemporaryFolder folder;
+  const std::string log = (folder / "log.jsonl").string();
+  {
+    std::ofstream file(log);
+    for (int i = 0; i <= 100; ++i) file << pose_line(1000 + 0.01 * i, 0.05 * i);
+  }
+  Kept kept;
+  (void)run(scenario("live: {clock: stamps, poses: [{from: 'file:" + log + "'}]}\n", "rate_hz: 10\n",
+                     kRoverAndBase),
+            kept);
+  ASSERT_EQ(kept.epochs.size(), 22U);
+  for (std::size_t i = 0; i < kept.epochs.size(); ++i) {
+    EXPECT_EQ(kept.epochs[i].receiver, i % 2 == 0 ? 1U : 0U);
+    EXPECT_EQ(kept.epochs[i].observed.time, kept.epochs[i - i % 2].observed.time);
+  }
+}
+
 TEST(Latencies, QuantilesAreWithinATenthOfAMillisecond) {
   Latencies latencies;
   EXPECT_EQ(latencies.quantile(0.99), 0);

@@ -16,6 +16,10 @@
 #include "canyon/tracking/signal_options.hpp"
 #include "canyon/transport/transport.hpp"
 
+namespace canyon::simulation {
+class LiveReceiver;
+}
+
 namespace canyon::output {
 
 /// What a file says of its receiver beyond the epochs.
@@ -38,6 +42,9 @@ struct ReceiverDescription {
                                                     const orbit::Sky& sky,
                                                     const gnss::NavigationData& navigation,
                                                     geodesy::GpsTime begin, double interval_s);
+/// Of a host's receiver and, behind it, of its base (LiveConfig::base).
+[[nodiscard]] std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiver& receiver,
+                                                                  double interval_s);
 /// Precondition: `receiver` is an index into simulation.scenario().receivers.
 [[nodiscard]] ReceiverDescription describe_receiver(const simulation::Simulation& simulation,
                                                     std::size_t receiver);

@@ -8,6 +8,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario.hpp"
 
 namespace canyon::output {
@@ -60,6 +61,18 @@ ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver
     }
   }
   return description;
+}
+
+std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiver& receiver,
+                                                    double interval_s) {
+  const simulation::LiveConfig& config = receiver.config();
+  const simulation::BuiltSky& sky = receiver.sky();
+  const auto describe = [&](const simulation::ReceiverConfig& each) {
+    return describe_receiver(each, *sky.sky, sky.navigation, receiver.start(), interval_s);
+  };
+  std::vector<ReceiverDescription> descriptions{describe(config.receiver)};
+  if (config.base) descriptions.push_back(describe(*config.base));
+  return descriptions;
 }
 
 ReceiverDescription describe_receiver(const simulation::Simulation& simulation, std::size_t receiver) {

@@ -8,6 +8,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/receiver.hpp"
 
 namespace canyon::receiver {
@@ -138,15 +139,38 @@ void Ranging::smooth(gnss::SatelliteId id, geodesy::GpsTime time) {
   }
 }
 
+void Ranging::correct(gnss::SatelliteId id, const CodeCorrections& corrections) {
+  std::erase_if(codes_, [&](Code& code) {
+    const CodeCorrections::Correction* correction = corrections.of(id, *code.signal);
+    if (correction == nullptr) return true;
+    Measurement& m = code.measurement;
+    const double sigma_m = std::hypot(m.sigma_m, correction->sigma_m);
+    m.pseudorange_m += correction->metres;
+    m.sigma_factor *= sigma_m / m.sigma_m;
+    m.sigma_m = sigma_m;
+    return false;
+  });
+}
+
 std::optional<Ranging::Ranged> Ranging::next(const SatelliteObservation& satellite,
                                              const orbit::SatelliteState& state, geodesy::GpsTime time,
-                                             double model_m) {
+                                             double model_m, const CodeCorrections* corrections) {
   gather(satellite, time);
   if (options_.smoothing.smoothing != positioning::Smoothing::None) smooth(satellite.id, time);
   choose(*satellite.signal);
-  if (codes_.empty()) return std::nullopt;
+  std::optional<Ranged> ranged = combine(satellite.elevation_rad, state, model_m);
+  if (!ranged || corrections == nullptr) return ranged;
+  correct(satellite.id, *corrections);
+  if (const auto corrected = combine(satellite.elevation_rad, state, model_m)) {
+    ranged->corrected = corrected->measurement;
+  }
+  return ranged;
+}
 
-  Ranged ranged{codes_.front().measurement, std::nullopt};
+std::optional<Ranging::Ranged> Ranging::combine(double elevation_rad, const orbit::SatelliteState& state,
+                                                double model_m) {
+  if (codes_.empty()) return std::nullopt;
+  Ranged ranged{codes_.front().measurement, std::nullopt, std::nullopt};
   Measurement& m = ranged.measurement;
   double group_delay_s = state.group_delay_of(*codes_.front().signal);
   if (options_.combination == Combination::IonosphereFree) {
@@ -174,7 +198,7 @@ std::optional<Ranging::Ranged> Ranging::next(const SatelliteObservation& satelli
     // of C^-1, C = diag(sigma_i^2) + sigma_I^2 g g^T (Sherman & Morrison).
     double sum = 0, sum_g = 0, sum_gg = 0;
     for (Code& code : codes_) {
-      code.sigma_m = fix_.weights.sigma_m(code.measurement, satellite.elevation_rad);
+      code.sigma_m = fix_.weights.sigma_m(code.measurement, elevation_rad);
       const double weight = 1 / squared(code.sigma_m);
       sum += weight;
       sum_g += weight * code.iono_rate;

@@ -17,6 +17,7 @@
 
 namespace canyon::receiver {
 
+class CodeCorrections;
 struct ReceiverOptions;
 struct SatelliteObservation;
 struct SignalObservation;
@@ -60,12 +61,15 @@ class Ranging {
     /// Slant delay of the ionosphere at 1575.42 MHz [m], model and estimate together; only of
     /// Combination::Uncombined with two signals or more.
     std::optional<double> ionosphere_m;
+    /// The measurement with corrections; empty without any.
+    std::optional<positioning::Measurement> corrected;
   };
   /// Of an epoch, once; empty where nothing of the satellite goes into the fix.
   /// @param model_m the ionosphere's delay at 1575.42 MHz that the fix corrects [m]
+  /// @param corrections of smoothed codes; null: none
   [[nodiscard]] std::optional<Ranged> next(const SatelliteObservation& satellite,
                                            const orbit::SatelliteState& state, geodesy::GpsTime time,
-                                           double model_m);
+                                           double model_m, const CodeCorrections* corrections = nullptr);
 
  private:
   /// A signal that may go into the fix.
@@ -83,6 +87,11 @@ class Ranging {
   void gather(const SatelliteObservation& satellite, geodesy::GpsTime time);
   void choose(const gnss::Signal& first);
   void smooth(gnss::SatelliteId id, geodesy::GpsTime time);
+  /// Leaves those that have a correction, corrected.
+  void correct(gnss::SatelliteId id, const CodeCorrections& corrections);
+  /// One measurement of what gather(), smooth(), choose() and correct() left.
+  [[nodiscard]] std::optional<Ranged> combine(double elevation_rad, const orbit::SatelliteState& state,
+                                              double model_m);
   [[nodiscard]] std::optional<double> step_m(const Carrier& carrier, const positioning::Measurement& m) const;
 
   RangingOptions options_;

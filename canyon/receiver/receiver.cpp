@@ -14,6 +14,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/known_ephemerides.hpp"
 #include "canyon/receiver/receiver_draws.hpp"
 #include "canyon/receiver/spoofing_check.hpp"
@@ -25,6 +26,7 @@ namespace {
 
 using geodesy::kSpeedOfLight;
 using propagation::Visibility;
+using Measurements = std::vector<positioning::Measurement>;
 
 /// Noise of one satellite's pseudorange and Doppler that does not come from its strength.
 struct SignalNoise {
@@ -59,7 +61,8 @@ struct Receiver::State {
         seed(stream_seed),
         draws(draws_of(options)),
         clock(options.clock, RandomStream(seed, draws + "/clock")),
-        ranging(options) {
+        ranging(options),
+        corrections(options.corrections) {
     options.validate();
     if (options.noise.enabled) {
       const double drift = options.noise.drift_enabled ? options.noise.drift_mu_sigma_m : 0;
@@ -101,13 +104,29 @@ struct Receiver::State {
         "it must give a standard deviation above 0");
   }
 
-  /// The position of an epoch's measurements.
-  [[nodiscard]] positioning::Fix solve(geodesy::GpsTime receiver_time,
-                                       const std::vector<positioning::Measurement>& measurements,
-                                       const orbit::Sky& sky) {
+  /// The position of an epoch's measurements alone.
+  [[nodiscard]] positioning::Fix solve_alone(geodesy::GpsTime receiver_time, const Measurements& measurements,
+                                             const orbit::Sky& sky) const {
     if (models.solve) return models.solve(receiver_time, measurements, sky, options.fix, *klobuchar);
-    positioning::Fix fix = solve_fix(receiver_time, measurements, sky, options.fix, *klobuchar);
-    if (filter) fix = filter->update(receiver_time, measurements, sky, fix, *klobuchar);
+    return solve_fix(receiver_time, measurements, sky, options.fix, *klobuchar);
+  }
+
+  /// The position of an epoch: of its corrected measurements where they have a solution, else of all.
+  [[nodiscard]] positioning::Fix solve(geodesy::GpsTime receiver_time, const Measurements& measurements,
+                                       const Measurements& corrected, const orbit::Sky& sky) {
+    positioning::Fix fix;
+    if (!corrected.empty()) fix = solve_alone(receiver_time, corrected, sky);
+    const bool differential = fix.solved();
+    if (differential) {
+      fix.solution = positioning::FixKind::Differential;
+      fix.correction_age_s = corrections.age_s(receiver_time);
+      fix.correction_station = corrections.station();
+    } else {
+      fix = solve_alone(receiver_time, measurements, sky);
+    }
+    if (filter) {
+      fix = filter->update(receiver_time, differential ? corrected : measurements, sky, fix, *klobuchar);
+    }
     return fix;
   }
 
@@ -119,6 +138,7 @@ struct Receiver::State {
     known = KnownEphemerides(restart->ephemeris_s + (signals ? 0 : restart->search_s));
     channels.clear();
     ranging = Ranging(options);
+    corrections = CodeCorrections(options.corrections);
     if (filter) filter.emplace(options.filter, options.fix);
     if (check) check.emplace(options.spoofing_check);
     if (signals) signals.emplace(searching_anew(options.signal, *restart), seed, options.name, draws);
@@ -363,6 +383,7 @@ struct Receiver::State {
   std::optional<tracking::ChannelModel> signals;
   std::map<gnss::SatelliteId, std::vector<tracking::Channel>> channels;
   Ranging ranging;
+  CodeCorrections corrections;
   std::optional<positioning::PositionFilter> filter;
   std::optional<SpoofingCheck> check;
   std::optional<geodesy::GpsTime> last;
@@ -461,8 +482,13 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   }
 
   const bool drifting = options.noise.drifts(antenna.velocity_ecef.norm(), los);
-  std::vector<positioning::Measurement> measurements;
+  Measurements measurements, corrected;
   measurements.reserve(views.size());
+  if (context.corrections != nullptr) {
+    state.corrections.take(*context.corrections, sky, options.fix, context.klobuchar);
+  }
+  const CodeCorrections* corrections =
+      state.corrections.age_s(epoch.receiver_time) ? &state.corrections : nullptr;
   const double step_s = state.motion.epoch_before ? time - *state.motion.epoch_before : 0;
   std::size_t next = 0;
   for (std::size_t i = 0; i < view_of.size(); ++i) {
@@ -480,12 +506,14 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     const double model_m = state.atmosphere_m(modelled, false, view.line, gnss::kL1_hz);
     const bool known =
         state.known.read(satellite.id, satellite.lock == tracking::LockState::Tracking, step_s);
-    const auto ranged = state.ranging.next(satellite, view.line.state, time, model_m);
-    if (ranged && known) {
-      measurements.push_back(ranged->measurement);
-      state.weigh(measurements.back(), satellite.elevation_rad);
-      satellite.estimated_ionosphere_m = ranged->ionosphere_m;
-    }
+    const auto ranged = state.ranging.next(satellite, view.line.state, time, model_m, corrections);
+    if (!ranged || !known) continue;
+    measurements.push_back(ranged->measurement);
+    state.weigh(measurements.back(), satellite.elevation_rad);
+    satellite.estimated_ionosphere_m = ranged->ionosphere_m;
+    if (!ranged->corrected) continue;
+    corrected.push_back(*ranged->corrected);
+    state.weigh(corrected.back(), satellite.elevation_rad);
   }
   std::sort(epoch.satellites.begin(), epoch.satellites.end(),
             [](const SatelliteObservation& a, const SatelliteObservation& b) { return a.id < b.id; });
@@ -496,7 +524,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     if (state.check) epoch.spoofing = state.check->update(epoch);
     return epoch;
   }
-  epoch.fix = state.solve(epoch.receiver_time, measurements, sky);
+  epoch.fix = state.solve(epoch.receiver_time, measurements, corrected, sky);
   for (SatelliteObservation& observation : epoch.satellites) {
     observation.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), observation.id);
   }

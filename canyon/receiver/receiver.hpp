@@ -107,6 +107,8 @@ struct ReceiverEpoch {
   [[nodiscard]] geodesy::GpsTime stated_utc() const;
 };
 
+struct Corrections;
+
 /// What a receiver is given of an epoch.
 struct EpochContext {
   propagation::Antenna antenna;
@@ -114,11 +116,17 @@ struct EpochContext {
   const orbit::Sky& sky;          ///< for the fix, where arrival.broadcast is null
   /// Needed where ReceiverOptions::ionosphere or FixOptions::correct_ionosphere is on.
   const std::map<gnss::System, gnss::Klobuchar>& klobuchar;
+  /// Of a reference station, that came since the epoch before; null: none did.
+  const Corrections* corrections = nullptr;
 };
 
 /// The part with memory: disturbances, clock, noise and channels of one antenna, and its position filter.
 /// Same options and seed, same numbers, whatever runs beside it and (without ReceiverOptions::own_draws)
 /// whatever its name. Epochs must be given in order of time.
+///
+/// With corrections of CorrectionOptions::max_age_s or less the fix is that of the satellites that have one
+/// (CodeCorrections), a differential one; where that has no solution, and without corrections, it is that of
+/// all.
 ///
 /// P = r + excess + c (bias - (satellite clock - group delay)) + ionosphere + troposphere + noise, with r the
 /// geometric range to the satellite at transmission, turned with the Earth (docs/receiver.md has every sign).
@@ -137,9 +145,9 @@ class Receiver {
 
   /// Disturbs what arrives, then measures it. Times must not run backwards; a placement other than Free gives
   /// status NoSignal. Throws InputError, naming the receiver, for a pose that is not finite, time running
-  /// backwards, missing Klobuchar coefficients, and, with strength, code correlators too far apart for a
-  /// satellite's signal. Paths then need what their strength depends on (PathGeometry, Path::reflector,
-  /// Path::scattered_power).
+  /// backwards, missing Klobuchar coefficients, corrections that are not numbers, and, with strength, code
+  /// correlators too far apart for a satellite's signal. Paths then need what their strength depends on
+  /// (PathGeometry, Path::reflector, Path::scattered_power).
   [[nodiscard]] ReceiverEpoch observe(const EpochContext& context);
 
  private:

@@ -84,6 +84,16 @@ void visit(options::Visitor& v, SpoofingCheckOptions& o) {
   v.number({"hold_s", "s", "for which it says so after the last sign"}, o.hold_s, {0, 1e5});
 }
 
+void CorrectionOptions::validate() const {
+  options::check(*this, "corrections");
+}
+
+void visit(options::Visitor& v, CorrectionOptions& o) {
+  v.text({"from", "", "name of a receiver with a fixed place, whose measurements correct this one's codes"},
+         o.from);
+  v.number({"max_age_s", "s", "corrections that are older are not used"}, o.max_age_s, {0, 3600, true});
+}
+
 void ReceiverOptions::validate() const {
   if (name.empty()) throw InputError("a receiver has no name", "give every receiver a name of its own");
   try {
@@ -108,6 +118,7 @@ void ReceiverOptions::validate() const {
     clock.validate();
     signal.validate();
     filter.validate();
+    corrections.validate();
   } catch (const InputError& error) {
     throw InputError(fmt::format("receiver '{}': {}", name, error.problem()), error.cure());
   }
@@ -145,6 +156,7 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
       o.ionosphere);
   v.boolean({"troposphere", "", "put Saastamoinen's troposphere into the signals"}, o.troposphere);
   v.part("position_filter", o.filter);
+  v.part("corrections", o.corrections);
   v.part("clock", o.clock);
   v.part("biases", o.biases);
   v.part("signal", o.signal);

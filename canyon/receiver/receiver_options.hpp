@@ -64,6 +64,18 @@ struct SpoofingCheckOptions {
 /// Its fields.
 void visit(options::Visitor& v, SpoofingCheckOptions& o);
 
+/// Whose corrections a receiver takes (docs/corrections.md).
+struct CorrectionOptions {
+  std::string from;  ///< name of a reference station of the same run; empty: none
+  /// Older ones are not used [s], (0, 3600]. Default: that of u-blox F9 receivers (HPG interface description,
+  /// CFG-NAVSPG-CONSTR_DGNSSTO).
+  double max_age_s = 60;
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, CorrectionOptions& o);
+
 struct ReceiverOptions {
   std::string name = "receiver";
   /// Names of gnss::signals_of(), of any system: these are tracked, of systems without any nothing. Empty: of
@@ -85,6 +97,7 @@ struct ReceiverOptions {
   tracking::SignalOptions signal;
   /// Position filter behind the fix; off: each epoch's fix stands alone, as in the paper.
   positioning::PositionFilterOptions filter;
+  CorrectionOptions corrections;
   bool ionosphere = false;  ///< delays are in the signal (the fix corrects them where FixOptions says so)
   bool troposphere = false;
   /// Throws InputError naming receiver and field that are out of range.

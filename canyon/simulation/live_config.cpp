@@ -4,6 +4,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/dotted.hpp"
+#include "canyon/options/folder_name.hpp"
+#include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario_fields.hpp"
 
@@ -25,6 +27,7 @@ void visit(options::Visitor& v, RunningConfig& config) {
     visit_profile(v, other);
     other.options.name = receiver.options.name;
     other.options.own_draws = receiver.options.own_draws;
+    other.options.corrections.from = receiver.options.corrections.from;
     other.streets = receiver.streets;
     other.lever_arm_m = receiver.lever_arm_m;
     other.disturbances = receiver.disturbances;
@@ -34,6 +37,46 @@ void visit(options::Visitor& v, RunningConfig& config) {
   visit(v, receiver);
   v.part("streets", receiver.streets);
   v.judge(receiver.options);
+}
+
+/// A base's own keys; all others are a profile's.
+void visit_base(options::Visitor& v, LiveConfig& config) {
+  if (!v.wants(v.reads() ? v.has("base") : config.base.has_value())) return;
+  ReceiverConfig base = config.base.value_or(ReceiverConfig{});
+  // East and north count from the host's origin, which LiveReceiver knows.
+  CityConfig of_host;
+  of_host.file.emplace();
+  v.section("base", [&] {
+    std::optional<std::string> name;
+    if (!v.reads()) name = base.options.name;
+    v.text(
+        {"name", "", "of a base station in the host's world, whose epochs come with the receiver's", "base"},
+        name);
+    if (v.reads() && name) options::check_folder_name(v, "name", *name);
+    visit_profile(v, base);
+    if (v.reads()) base.options.name = name.value_or("base");
+    if (v.reads()) v.require("fixed", "say where it stands: fixed: {east_m: ..., north_m: ..., up_m: ...}");
+    visit_fixed(v, base.fixed, of_host);
+    if (!v.reads()) return;
+    base.options.own_draws = true;
+    config.base = base;
+    if (base.options.name == config.receiver.options.name) {
+      throw v.fault("name", fmt::format("'{}' is the receiver's", base.options.name), "give it another one");
+    }
+  });
+}
+
+void check_base(options::Visitor& v, const LiveConfig& config) {
+  if (!v.reads()) return;
+  std::vector<ReceiverConfig> receivers{config.receiver};
+  if (config.base) receivers.push_back(*config.base);
+  v.section("corrections", [&] {
+    try {
+      check_corrections(receivers, 0);
+    } catch (const InputError& e) {
+      throw v.fault("from", e.problem(), config.base ? e.cure() : "add base: {fixed: ...}");
+    }
+  });
 }
 
 }  // namespace
@@ -49,7 +92,9 @@ void visit(options::Visitor& v, LiveConfig& config) {
   if (v.reads() || v.describes()) config.receiver.options.own_draws = true;
   visit(v, config.receiver);
   v.part("streets", config.receiver.streets);
+  visit_base(v, config);
   v.judge(config.receiver.options);
+  check_base(v, config);
 }
 
 const options::Description& live_description() {
@@ -66,8 +111,9 @@ struct LiveConfigWithFaults {
 
 void visit(options::Visitor& v, LiveConfigWithFaults& config) {
   visit(v, config.live);
-  const std::vector<std::string> name{config.live.receiver.options.name};
-  disturbance::visit_faults(v, config.live.faults, name);
+  std::vector<std::string> names{config.live.receiver.options.name};
+  if (config.live.base) names.push_back(config.live.base->options.name);
+  disturbance::visit_faults(v, config.live.faults, names);
 }
 
 }  // namespace
@@ -105,7 +151,7 @@ LiveConfig changed_live_config(const LiveConfig& config, const std::string& text
   document.known = running_description().paths();
   const options::Node root =
       options::without_dots(options::parse_yaml(text, document, "write KEY: VALUE"), document);
-  for (const char* fixed : {"name", "sky", "start"}) {
+  for (const char* fixed : {"name", "sky", "start", "base"}) {
     const options::Node::Entry* entry = root.find(fixed);
     if (entry == nullptr) continue;
     throw InputError(name, entry->line, fmt::format("{}: stays as it was when the receiver began", fixed),
@@ -114,6 +160,11 @@ LiveConfig changed_live_config(const LiveConfig& config, const std::string& text
   LiveConfig changed = config;
   RunningConfig running{changed};
   options::read(root, document, running);
+  if (changed.receiver.options.corrections.from != config.receiver.options.corrections.from) {
+    throw InputError(name, root.find("corrections")->line,
+                     "corrections.from: stays as it was when the receiver began",
+                     "write it where the receiver stands, and begin again");
+  }
   return changed;
 }
 

@@ -10,6 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/fault_surroundings.hpp"
 #include "canyon/simulation/street_sources.hpp"
 
@@ -35,13 +36,18 @@ struct LiveReceiver::Impl {
         start(t),
         faults(make_faults()),
         receiver(make_receiver()) {
+    if (config.base) check_base();
     use_sky(given ? std::move(given) : make_sky(start), start);
     warnings.insert(warnings.end(), sky->warnings.begin(), sky->warnings.end());
     check(config.receiver);
+    if (config.base) make_base();
   }
 
   [[nodiscard]] receiver::Receiver make_receiver() const {
-    std::vector<disturbance::Source> sources = with_streets(config.receiver, scene->city, road);
+    // Streets are those that the vehicle drives along; a base station stands beside them.
+    std::vector<disturbance::Source> sources = config.receiver.fixed
+                                                   ? config.receiver.disturbances
+                                                   : with_streets(config.receiver, scene->city, road);
     sources.push_back(disturbance::FaultTimeline::source(faults));
     return {config.receiver.options, config.seed, sources, config.receiver.models};
   }
@@ -53,6 +59,11 @@ struct LiveReceiver::Impl {
   [[nodiscard]] std::shared_ptr<const BuiltSky> make_sky(GpsTime from) const;
   void use_sky(std::shared_ptr<const BuiltSky> other, GpsTime from);
   void check(const ReceiverConfig& other) const;
+  void check_base() const;
+  void make_base();
+  /// The base's epoch of the instant, and what the receiver takes of it.
+  void observe_base(double seconds, Step& step);
+  Epoch observe(const Pose& truth, propagation::Arrival& arrival);
   void make_environment();
   GpsTime go_to(double seconds);
   void restart();
@@ -74,6 +85,8 @@ struct LiveReceiver::Impl {
   double last_s = -std::numeric_limits<double>::infinity();
   bool said_empty = false;
   std::vector<std::string> warnings;
+  std::unique_ptr<LiveReceiver> base;
+  std::shared_ptr<const receiver::Corrections> corrections;  // that came since the last step
 };
 
 std::shared_ptr<const BuiltSky> LiveReceiver::Impl::make_sky(GpsTime from) const {
@@ -94,8 +107,45 @@ void LiveReceiver::Impl::check(const ReceiverConfig& other) const {
   if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(*sky);
 }
 
+void LiveReceiver::Impl::check_base() const {
+  if (!config.base->fixed) throw InputError("the base has no place", "give it fixed: {east_m: ..., ...}");
+  check_corrections({config.receiver, *config.base}, 0);
+}
+
+void LiveReceiver::Impl::make_base() {
+  config.base->fixed->settle(scene->city.frame);
+  LiveConfig of_base = config;
+  of_base.receiver = *config.base;
+  of_base.base.reset();
+  base = std::make_unique<LiveReceiver>(std::move(of_base), scene, start, sky);
+  (void)base->take_warnings();  // of the same sky
+}
+
+void LiveReceiver::Impl::observe_base(double seconds, Step& step) {
+  if (!base) return;
+  const GpsTime t = start + seconds;
+  Step of_base = base->observe(seconds, antenna_state({t, config.base->fixed->place}, scene->city.frame));
+  of_base.epoch.receiver = 1;
+  if (config.receiver.options.corrections.from == config.base->options.name) {
+    corrections = receiver::corrections_of(of_base.epoch.observed, of_base.epoch.truth_ecef);
+  }
+  for (std::string& line : base->take_warnings()) {
+    warnings.push_back(fmt::format("{}: {}", config.base->options.name, line));
+  }
+  step.base = std::make_shared<const Step>(std::move(of_base));
+}
+
+Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arrival) {
+  arrival.messages = lent(sky->navigation);
+  const auto given = std::exchange(corrections, nullptr);
+  Epoch epoch = observe_epoch(receiver, truth, arrival, *environment, given.get());
+  epoch.navigation = arrival.messages.get();
+  return epoch;
+}
+
 void LiveReceiver::Impl::begin_anew() {
   road->clear();
+  corrections.reset();
   receiver = make_receiver();
   last_s = -std::numeric_limits<double>::infinity();
   said_empty = false;
@@ -111,6 +161,7 @@ void LiveReceiver::Impl::restart() {
   faults = make_faults();
   faults->set_surroundings(surroundings(scene, sky->sky));
   begin_anew();
+  if (base) base->restart();
 }
 
 GpsTime LiveReceiver::Impl::go_to(double seconds) {
@@ -153,6 +204,7 @@ void LiveReceiver::set_scene(std::shared_ptr<CityScene> scene) {
   if (scene == impl_->scene) return;
   impl_->scene = checked(std::move(scene));
   impl_->make_environment();
+  if (impl_->base) impl_->base->set_scene(impl_->scene);
 }
 
 void LiveReceiver::set_tracer(Tracer tracer) {
@@ -167,6 +219,7 @@ void LiveReceiver::set_config(LiveConfig config) {
   check(config);
   config.sky = impl_->config.sky;
   config.start = impl_->config.start;
+  config.base = impl_->config.base;
   impl_->config = std::move(config);
   impl_->begin_anew();
   impl_->make_environment();
@@ -176,12 +229,25 @@ std::string LiveReceiver::add_fault(const std::string& text, const std::string& 
   disturbance::Fault fault =
       disturbance::parse_fault(text, source, impl_->now_s(), impl_->faults->next_number());
   std::string name = fault.name;
+  if (impl_->base) impl_->base->impl_->faults->add(fault);
   impl_->faults->add(std::move(fault));
   return name;
 }
 
 void LiveReceiver::end_fault(const std::string& name) {
-  impl_->faults->end(name, impl_->now_s());
+  if (!impl_->base) return impl_->faults->end(name, impl_->now_s());
+  // It may concern one of the two.
+  bool ended = false;
+  try {
+    impl_->base->end_fault(name);
+    ended = true;
+  } catch (const InputError&) {
+  }
+  try {
+    impl_->faults->end(name, impl_->now_s());
+  } catch (const InputError&) {
+    if (!ended) throw;
+  }
 }
 
 std::vector<disturbance::FaultState> LiveReceiver::faults() const {
@@ -218,9 +284,8 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   truth.yaw_rad = antenna.yaw_rad;
   truth.yaw_rate_radps = antenna.yaw_rate_radps;
   impl.last_truth = truth;
-  step.arrival.messages = lent(impl.sky->navigation);
-  step.epoch = observe_epoch(impl.receiver, truth, step.arrival, *impl.environment);
-  step.epoch.navigation = step.arrival.messages.get();
+  impl.observe_base(seconds, step);
+  step.epoch = impl.observe(truth, step.arrival);
 
   if (step.arrival.views.empty() && !impl.said_empty) {
     impl.said_empty = true;
@@ -228,6 +293,10 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
                                         geodesy::format_gpst(t, 0)));
   }
   return step;
+}
+
+void LiveReceiver::give(std::shared_ptr<const receiver::Corrections> corrections) {
+  impl_->corrections = std::move(corrections);
 }
 
 LiveReceiver::Step LiveReceiver::lose(double seconds) {
@@ -241,9 +310,8 @@ LiveReceiver::Step LiveReceiver::lose(double seconds) {
   step.arrival.placement = raytrace::Placement::Unknown;
   step.arrival.ecef_from_enu = frame.ecef_from_local_rotation();
   step.arrival.antenna_enu = frame.local_from_geodetic(truth.position);
-  step.arrival.messages = lent(impl.sky->navigation);
-  step.epoch = observe_epoch(impl.receiver, truth, step.arrival, *impl.environment);
-  step.epoch.navigation = step.arrival.messages.get();
+  impl.observe_base(seconds, step);
+  step.epoch = impl.observe(truth, step.arrival);
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   step.epoch.truth.position = {kNan, kNan, kNan};
   step.epoch.truth.velocity_enu_mps.setConstant(kNan);

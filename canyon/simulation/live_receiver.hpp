@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "canyon/disturbance/faults/fault_timeline.hpp"
+#include "canyon/receiver/corrections.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/motion/pose_motion.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -25,10 +26,15 @@ struct LiveConfig {
   ReceiverConfig receiver;
   std::uint64_t seed = 1;
   std::vector<disturbance::Fault> faults;  ///< their times count from the host's time 0
+  /// A base station with a fixed place in the host's world: its epochs come with those of the receiver
+  /// (LiveReceiver::Step::base), which takes its corrections where receiver.options.corrections.from names
+  /// it.
+  std::optional<ReceiverConfig> base;
 };
 
 /// Reads YAML with the scenario's keys `sky`, `start`, `rate_hz`, `seed`, `faults` and, beside them, those of
-/// one receiver (`receivers[]` in docs/scenario.md) without its brackets. `name` stands in messages. Relative
+/// one receiver (`receivers[]` in docs/scenario.md) without its brackets, and `base` with `name`, `profile`
+/// and `fixed` of a second one. `name` stands in messages. Relative
 /// paths belong to the folder of `name`. Throws InputError as parse_scenario() does.
 [[nodiscard]] LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name);
 /// Its fields but `faults`; a host reads a tree of its own settings by options::read().
@@ -37,10 +43,11 @@ void visit(options::Visitor& v, LiveConfig& config);
 [[nodiscard]] const options::Description& live_description();
 
 /// `config` with what a YAML or JSON text changes of it while the receiver runs: any key of
-/// parse_live_config() but `sky`, `start`, `name` and `faults`, nested ("clock: {bias_s: 1}") or with dots
+/// parse_live_config() but `sky`, `start`, `name`, `base`, `corrections.from` and `faults`, nested ("clock:
+/// {bias_s: 1}") or with dots
 /// ("clock.bias_s: 1"). Keys that are absent stay as they are; `profile` sets all those of a receiver but
-/// name, own_draws, lever_arm and streets, and what stands beside it overrides it. `name` of the text as for
-/// parse_live_config(). Throws InputError as that does.
+/// name, own_draws, corrections.from, lever_arm and streets, and what stands beside it overrides it. `name`
+/// of the text as for parse_live_config(). Throws InputError as that does.
 [[nodiscard]] LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
                                              const std::filesystem::path& name);
 /// The keys that changed_live_config() knows.
@@ -80,7 +87,7 @@ class LiveReceiver {
   /// Rays of the host's own instead of the scene's; empty: back to the scene's.
   void set_tracer(Tracer tracer);
 
-  /// Other options from the next step on: those of changed_live_config(). Sky and start stay, whatever
+  /// Other options from the next step on: those of changed_live_config(). Sky, start and base stay, whatever
   /// `config` says of them. The receiver begins anew, as constructed: noise, clock, tracking and filter have
   /// no memory of before. Throws InputError where check() does; then nothing has changed.
   void set_config(LiveConfig config);
@@ -91,11 +98,16 @@ class LiveReceiver {
   struct Step {
     Epoch epoch;  ///< receiver 0; its own `arrival` is null, `navigation` is arrival.messages
     propagation::Arrival arrival;  ///< the paths behind it, disturbed, in the scene's ENU frame
+    /// Of LiveConfig::base at the same instant, its receiver 1; null without one.
+    std::shared_ptr<const Step> base = nullptr;
   };
   /// One epoch `seconds` of host time after `start`. A time before the last step's begins anew, as
   /// constructed: a world that was reset gives the same numbers again. Throws InputError for a state that is
   /// not finite.
   [[nodiscard]] Step observe(double seconds, const AntennaState& antenna);
+
+  /// Corrections that came since the last step, of a receiver elsewhere or of a stream; used by the next one.
+  void give(std::shared_ptr<const receiver::Corrections> corrections);
 
   /// One epoch of an antenna that nobody knows the place of: nothing arrives, no fix; placement is Unknown,
   /// the true place NaN.

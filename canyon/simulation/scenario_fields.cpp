@@ -13,6 +13,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
 #include "canyon/options/folder_name.hpp"
+#include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/profile.hpp"
 
@@ -356,6 +357,19 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
     visit(v, config);
     v.judge(config.options);
   });
+  std::size_t index = 0;
+  if (v.reads()) {
+    v.list("receivers", receivers, [&](ReceiverConfig&) {
+      v.section("corrections", [&] {
+        try {
+          check_corrections(receivers, index);
+        } catch (const InputError& e) {
+          throw v.fault("from", e.problem(), e.cure());
+        }
+      });
+      ++index;
+    });
+  }
   if (v.describes()) {
     ReceiverConfig defaults;
     v.part("propagation", defaults.propagation);

@@ -14,6 +14,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/fault_surroundings.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
@@ -168,6 +169,7 @@ struct Simulation::Impl {
     warnings.insert(warnings.end(), plan.warnings.begin(), plan.warnings.end());
     warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
     check_ionosphere(scenario, sky);
+    (void)CorrectionLinks(scenario.receivers);
     check_places();
     check_masks();
     check_faults();
@@ -339,7 +341,7 @@ std::vector<std::string> Simulation::Impl::placement_warnings(
 }
 
 Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::Arrival& arrival,
-                    const Environment& environment) {
+                    const Environment& environment, const receiver::Corrections* corrections) {
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth.position);
   Epoch epoch;
   epoch.truth = truth;
@@ -349,7 +351,8 @@ Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation
       receiver.observe({{truth.time, epoch.truth_ecef, enu_from_ecef.transpose() * truth.velocity_enu_mps},
                         arrival,
                         environment.sky(),
-                        environment.klobuchar()});
+                         environment.klobuchar(),
+                         corrections});
   epoch.faults = epoch.observed.events.faults;
   if (epoch.observed.fix.solved()) {
     epoch.error_enu_m = enu_from_ecef * (epoch.observed.fix.position_ecef - epoch.truth_ecef);
@@ -417,6 +420,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   result.planned = impl.plan.epochs;
 
   std::vector<receiver::Receiver> receivers = impl.make_receivers();
+  CorrectionLinks links(impl.scenario.receivers);
   std::vector<std::array<std::size_t, 3>> placements(receiver_count);
   Progress progress(options.progress, result.planned);
   const EpochSink* broken = nullptr;
@@ -430,20 +434,28 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
       epochs.push_back(impl.pure_epoch(r, impl.plan.at(instant)));
     return epochs;
   };
+  const auto write = [&](const Epoch& epoch) {
+    for (EpochSink* sink : sinks) {
+      broken = sink;
+      sink->write(epoch);
+      broken = nullptr;
+    }
+  };
   const auto observe = [&](std::size_t instant, std::vector<PureEpoch>& epochs) {
-    for (std::size_t r = 0; r < receiver_count; ++r) {
+    std::vector<std::optional<Epoch>> made(receiver_count);
+    std::size_t written = 0;
+    for (const std::size_t r : links.order()) {
       PureEpoch& from = epochs[r];
       from.arrival.messages = lent(impl.sky.navigation);
-      Epoch epoch = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment);
+      const auto corrections = links.take(r, from.truth.time);
+      Epoch& epoch = made[r].emplace(
+          observe_epoch(receivers[r], from.truth, from.arrival, impl.environment, corrections.get()));
       epoch.receiver = r;
       epoch.arrival = &from.arrival;
       epoch.navigation = from.arrival.messages.get();
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
-      for (EpochSink* sink : sinks) {
-        broken = sink;
-        sink->write(epoch);
-        broken = nullptr;
-      }
+      links.send(epoch);
+      while (written < receiver_count && made[written]) write(*made[written++]);
     }
     result.epochs = instant + 1;
     progress.tell(result.epochs);

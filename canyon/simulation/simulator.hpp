@@ -18,8 +18,10 @@ struct CityScene;
 /// The epoch that a receiver makes of what arrives at a known place: measurements, fix, and its error.
 /// Simulation and hosts with a clock of their own share it. `arrival` is disturbed in place. Throws as
 /// Receiver::observe() does.
+/// @param corrections that came since the receiver's epoch before; null: none did
 [[nodiscard]] Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth,
-                                  propagation::Arrival& arrival, const Environment& environment);
+                                  propagation::Arrival& arrival, const Environment& environment,
+                                  const receiver::Corrections* corrections = nullptr);
 
 struct RunOptions {
   int threads = 0;                          ///< 0: as many as cores; never more than those
@@ -81,7 +83,8 @@ class Simulation {
   /// where the height above terrain is asked for and no terrain lies there.
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, geodesy::GpsTime t) const;
 
-  /// The pure part runs on `threads`, receivers in order on the caller: same seed, same bytes. Every call
+  /// The pure part runs on `threads`, receivers on the caller, each behind that whose corrections it takes
+  /// (sinks get them as they stand in the scenario): same seed, same bytes. Every call
   /// begins anew. Where a sink or the pure part throws, epochs before it have been written, every other sink
   /// is finished, and the exception goes on to the caller.
   // What sinks got is often enough. NOLINTNEXTLINE(modernize-use-nodiscard)

@@ -59,9 +59,7 @@ class Live {
     signal_.reset();
   }
   [[nodiscard]] std::unique_ptr<EpochEncoder> encoder(const std::string& format, double interval_s) const {
-    return std::make_unique<EpochEncoder>(
-        format, output::describe_receiver(receiver_->config().receiver, *receiver_->sky().sky,
-                                          receiver_->sky().navigation, receiver_->start(), interval_s));
+    return std::make_unique<EpochEncoder>(format, output::describe_receivers(*receiver_, interval_s).front());
   }
   LiveReceiver& receiver() { return *receiver_; }
 

@@ -319,6 +319,20 @@ TEST(HostSettings, EveryElementOfTheScenario) {
   EXPECT_THAT(s.warnings, IsEmpty());
 }
 
+TEST(HostSettings, ABaseStandsInTheWorld) {
+  const simulation::LiveConfig live =
+      read_plugin_settings(
+          plugin("<base><profile>survey</profile><fixed><east_m>400</east_m><north_m>-20</north_m>"
+                 "<up_m>12</up_m></fixed></base><corrections><from>base</from></corrections>"),
+          {false, kName, {}})
+          .live;
+  ASSERT_TRUE(live.base);
+  EXPECT_EQ(live.base->options.name, "base");
+  EXPECT_EQ(*live.base->fixed->local_m, Eigen::Vector3d(400, -20, 12));
+  EXPECT_TRUE(live.base->options.own_draws);
+  EXPECT_EQ(live.receiver.options.corrections.from, "base");
+}
+
 TEST(HostSettings, StartByWeek) {
   const HostSettings s = read("<start><week>2051</week><tow>46701</tow></start>");
   EXPECT_EQ(*s.live.start, geodesy::GpsTime::from_week(2051, 46701));

@@ -1,0 +1,100 @@
+#include "canyon/receiver/corrections.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/receiver/receiver.hpp"
+
+namespace canyon::receiver {
+
+using geodesy::kSpeedOfLight;
+using positioning::Measurement;
+
+std::shared_ptr<const Corrections> corrections_of(const ReceiverEpoch& station,
+                                                  const Eigen::Vector3d& station_ecef) {
+  Corrections corrections;
+  corrections.station_ecef = station_ecef;
+  corrections.receiver_time = station.receiver_time;
+  const auto add = [&](const SignalObservation& seen) {
+    if (seen.measurement) corrections.observations.push_back({seen.signal, *seen.measurement});
+  };
+  for (const SatelliteObservation& satellite : station.satellites) {
+    add(satellite);
+    for (const SignalObservation& signal : satellite.more) add(signal);
+  }
+  if (corrections.observations.empty()) return nullptr;
+  return std::make_shared<const Corrections>(std::move(corrections));
+}
+
+void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky,
+                           const positioning::FixOptions& fix,
+                           const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
+  station_ = corrections.station;
+  time_ = corrections.receiver_time;
+  corrections_.clear();
+  const Eigen::Vector3d& place = corrections.station_ecef;
+  const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
+  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(geodetic);
+
+  // Signals of a satellite leave it within nanoseconds: one state serves them.
+  std::vector<Measurement> firsts;
+  for (const Corrections::Observation& seen : corrections.observations) {
+    if (firsts.empty() || firsts.back().id != seen.measurement.id) firsts.push_back(seen.measurement);
+  }
+  std::vector<positioning::RangedSatellite> satellites =
+      ranged_satellites(corrections.receiver_time, firsts, sky, {});
+  std::map<gnss::SatelliteId, const positioning::RangedSatellite*> satellite_of;
+  for (positioning::RangedSatellite& satellite : satellites) {
+    for (int i = 0; i < 3; ++i) place_satellite(satellite, place);
+    satellite_of[satellite.measured->id] = &satellite;
+  }
+
+  struct Mean {
+    double sum = 0;
+    int count = 0;
+  };
+  std::array<Mean, gnss::kSystemCount> clocks;
+  const auto clock_of = [&](gnss::SatelliteId id) -> Mean& {
+    return clocks[static_cast<std::size_t>(gnss::clock_system(id.system))];
+  };
+  for (const Corrections::Observation& seen : corrections.observations) {
+    const Measurement& m = seen.measurement;
+    const auto found = satellite_of.find(m.id);
+    if (found == satellite_of.end()) continue;
+    const positioning::RangedSatellite& satellite = *found->second;
+    const double atmosphere_m =
+        positioning::atmosphere_m(fix.correct_ionosphere, fix.correct_troposphere, klobuchar, m.id.system,
+                                  m.carrier_frequency_hz, corrections.receiver_time, geodetic,
+                                  geodesy::azimuth_elevation_from_enu(enu_from_ecef * satellite.direction));
+    const double clock_s = satellite.state.clock_bias_s - satellite.state.group_delay_of(*seen.signal);
+    const double metres = satellite.range_m + atmosphere_m - kSpeedOfLight * clock_s - m.pseudorange_m;
+    corrections_[{m.id, seen.signal}] = {metres, m.sigma_m};
+    Mean& clock = clock_of(m.id);
+    clock.sum += metres;
+    ++clock.count;
+  }
+  for (auto& [key, correction] : corrections_) {
+    const Mean& clock = clock_of(key.first);
+    correction.metres -= clock.sum / clock.count;
+  }
+}
+
+std::optional<double> CodeCorrections::age_s(geodesy::GpsTime receiver_time) const {
+  constexpr double kAhead_s = 1;  // clocks of receivers differ by milliseconds
+  if (!time_) return std::nullopt;
+  const double age_s = receiver_time - *time_;
+  if (age_s > max_age_s_ || age_s < -kAhead_s) return std::nullopt;
+  return std::max(age_s, 0.0);
+}
+
+const CodeCorrections::Correction* CodeCorrections::of(gnss::SatelliteId id,
+                                                       const gnss::Signal& signal) const {
+  const auto found = corrections_.find({id, &signal});
+  return found == corrections_.end() ? nullptr : &found->second;
+}
+
+}  // namespace canyon::receiver

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/gnss/signals.hpp"
+#include "canyon/orbit/sky.hpp"
+#include "canyon/positioning/fix.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+
+namespace canyon::receiver {
+
+struct ReceiverEpoch;
+
+/// What a receiver is given of a reference station, beside what arrives at its own antenna: one epoch of the
+/// station as RTCM 3 has it (messages 1005 and MSM7).
+struct Corrections {
+  int station = 0;  ///< its identification, [0, 4095]; 0 is what the RTCM of a run says
+  Eigen::Vector3d station_ecef = Eigen::Vector3d::Zero();  ///< its antenna, as the station states it [m]
+  /// What the station's clock showed; the pseudoranges hold its error.
+  geodesy::GpsTime receiver_time;
+  struct Observation {
+    const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
+    positioning::Measurement measurement;
+  };
+  /// Those of a satellite stand together.
+  std::vector<Observation> observations;
+};
+
+/// An epoch as a station at `station_ecef` gives it; null where it measured nothing.
+[[nodiscard]] std::shared_ptr<const Corrections> corrections_of(const ReceiverEpoch& station,
+                                                                const Eigen::Vector3d& station_ecef);
+
+/// Corrections of pseudoranges by the latest epoch of a reference station: what its place and the ephemerides
+/// say of a signal, less what it measured. What errors of orbits, satellite clocks and atmosphere station and
+/// receiver share is in both.
+class CodeCorrections {
+ public:
+  struct Correction {
+    double metres = 0;   ///< to be added to the pseudorange
+    double sigma_m = 0;  ///< of the station's code
+  };
+
+  explicit CodeCorrections(const CorrectionOptions& options) : max_age_s_(options.max_age_s) {}
+
+  /// The station's epoch in the place of the one before. Its clock, as the mean over the satellites of each
+  /// constellation, is taken off: corrections of a drifting clock would contradict the Doppler.
+  /// @param sky the receiver's ephemerides
+  /// @param fix the models of the atmosphere that the receiver's fix applies are taken off here, so that they
+  /// bridge the places
+  /// Throws InputError as positioning::solve_fix() does.
+  void take(const Corrections& corrections, const orbit::Sky& sky, const positioning::FixOptions& fix,
+            const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
+  /// How old the corrections are [s], >= 0; empty where there are none that may be used: older than
+  /// CorrectionOptions::max_age_s, or more than a second ahead of `receiver_time`.
+  [[nodiscard]] std::optional<double> age_s(geodesy::GpsTime receiver_time) const;
+  /// Null where the station did not measure the signal.
+  [[nodiscard]] const Correction* of(gnss::SatelliteId id, const gnss::Signal& signal) const;
+  [[nodiscard]] int station() const { return station_; }
+
+ private:
+  double max_age_s_;
+  int station_ = 0;
+  std::optional<geodesy::GpsTime> time_;  // of the station's clock
+  std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Correction> corrections_;
+};
+
+}  // namespace canyon::receiver

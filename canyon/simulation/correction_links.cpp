@@ -1,0 +1,94 @@
+#include "canyon/simulation/correction_links.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+std::optional<std::size_t> named(const std::vector<ReceiverConfig>& receivers, const std::string& name) {
+  const auto at = std::find_if(receivers.begin(), receivers.end(), [&name](const ReceiverConfig& receiver) {
+    return receiver.options.name == name;
+  });
+  if (name.empty() || at == receivers.end()) return std::nullopt;
+  return static_cast<std::size_t>(at - receivers.begin());
+}
+
+std::optional<std::size_t> base_of(const std::vector<ReceiverConfig>& receivers, std::size_t index) {
+  return named(receivers, receivers[index].options.corrections.from);
+}
+
+}  // namespace
+
+void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t index) {
+  const receiver::ReceiverOptions& options = receivers[index].options;
+  const std::string& from = options.corrections.from;
+  if (from.empty()) return;
+  const auto refuse = [&](std::string_view problem, std::string_view cure) {
+    throw InputError(
+        fmt::format("receiver '{}' takes corrections from '{}', {}", options.name, from, problem), cure);
+  };
+  const std::optional<std::size_t> base = base_of(receivers, index);
+  if (!base) {
+    std::vector<std::string> names;
+    for (const ReceiverConfig& receiver : receivers) names.push_back(receiver.options.name);
+    refuse("which is none", fmt::format("receivers: {}", fmt::join(names, ", ")));
+  }
+  if (*base == index) refuse("itself", "name a receiver with a fixed place");
+  std::optional<std::size_t> next = base;
+  for (std::size_t steps = 0; next && steps < receivers.size(); ++steps) {
+    next = base_of(receivers, *next);
+    if (next == index) refuse("which needs its own in turn", "leave one of them out");
+  }
+  if (!receivers[*base].fixed) {
+    refuse("whose place nobody knows", "give that receiver fixed: {latitude_deg: ..., longitude_deg: ...}");
+  }
+  if (!options.own_draws && !receivers[*base].options.own_draws) {
+    refuse("and both draw the same noise, which would vanish in the difference",
+           "give one of them own_draws: true");
+  }
+}
+
+CorrectionLinks::CorrectionLinks(const std::vector<ReceiverConfig>& receivers)
+    : on_their_way_(receivers.size()) {
+  for (std::size_t r = 0; r < receivers.size(); ++r) {
+    check_corrections(receivers, r);
+    base_.push_back(simulation::base_of(receivers, r));
+  }
+  std::vector<bool> placed(receivers.size());
+  while (order_.size() < receivers.size()) {
+    // No cycle: in each round the first that is left and needs nothing that is left comes.
+    for (std::size_t r = 0; r < receivers.size(); ++r) {
+      if (placed[r] || (base_[r] && !placed[*base_[r]])) continue;
+      placed[r] = true;
+      order_.push_back(r);
+      break;
+    }
+  }
+}
+
+void CorrectionLinks::send(const Epoch& epoch) {
+  std::shared_ptr<const receiver::Corrections> corrections;
+  for (std::size_t r = 0; r < base_.size(); ++r) {
+    if (base_[r] != epoch.receiver) continue;
+    if (!corrections) corrections = receiver::corrections_of(epoch.observed, epoch.truth_ecef);
+    if (!corrections) return;
+    on_their_way_[r].push_back({epoch.observed.time, corrections});
+  }
+}
+
+std::shared_ptr<const receiver::Corrections> CorrectionLinks::take(std::size_t receiver,
+                                                                   geodesy::GpsTime time) {
+  std::deque<Sent>& coming = on_their_way_[receiver];
+  std::shared_ptr<const receiver::Corrections> latest;
+  for (; !coming.empty() && coming.front().time <= time; coming.pop_front()) {
+    latest = std::move(coming.front().corrections);
+  }
+  return latest;
+}
+
+}  // namespace canyon::simulation
