@@ -428,6 +428,8 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
        [](const M& m) -> test::Said { return std::string(m.fix_status == M::FIX ? "fix" : "no fix"); }},
       {"clock_bias_s", [](const M& m) -> test::Said { return m.clock_bias; }},
       {"clock_drift", [](const M& m) -> test::Said { return m.clock_drift; }},
+      {"fix_kind", [](const M& m) -> test::Said { return 1.0 * m.fix_kind; }},
+      {"correction_age_s", [](const M& m) -> test::Said { return 1.0 * m.correction_age; }},
       {"faults",
        [](const M& m) -> test::Said {
          std::vector<std::string> names;

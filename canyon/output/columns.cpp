@@ -329,9 +329,25 @@ constexpr std::array kEpochColumns{
         .not_in_csv(),
     number("clock_bias_s", "s", 13, "true receiver clock minus GPS time", "never",
            [](const Row& r) { return r.epoch.observed.clock_bias_s; })
+        .not_in_csv()
         .in_view(F64),
     number("clock_drift", "", 13, "true rate of the receiver clock, seconds a second", "never",
            [](const Row& r) { return r.epoch.observed.clock_drift; })
+        .not_in_csv()
+        .in_view(F64),
+    word(
+        "fix_kind", "`none`, `single`, `differential`, `float`, `fixed` or `dead reckoning`", "never",
+        positioning::FixKind::DeadReckoning,
+        [](const Row& r) { return static_cast<std::int64_t>(fix_of(r).kind()); },
+        [](std::int64_t i) { return positioning::name(static_cast<positioning::FixKind>(i)); })
+        .not_in_csv()
+        .in_view(U8),
+    number("correction_age_s", "s", 2, "age of the corrections in the fix", "no corrections in it",
+           [](const Row& r) {
+             const auto& fix = fix_of(r);
+             return positioning::corrected(fix.kind()) ? fix.correction_age_s.value_or(kNone) : kNone;
+           })
+        .not_in_csv()
         .in_view(F64),
 };
 

@@ -340,9 +340,9 @@ TEST(EpochsCsv, NamesFaultsAndQuotesThem) {
   // RFC 4180, 2.5 to 2.7.
   TextFile file(folder / "epochs.csv");
   (void)file.next_line();
-  EXPECT_THAT(std::string(*file.next_line()), testing::HasSubstr(",0,,,0.0000"));
-  EXPECT_THAT(std::string(*file.next_line()), testing::HasSubstr(",jammer; outage 2,"));
-  EXPECT_THAT(std::string(*file.next_line()), testing::HasSubstr(",\"say \"\"no\"\", twice\","));
+  EXPECT_TRUE(file.next_line()->ends_with(","));
+  EXPECT_TRUE(file.next_line()->ends_with(",jammer; outage 2"));
+  EXPECT_TRUE(file.next_line()->ends_with(",\"say \"\"no\"\", twice\""));
 }
 
 TEST(EpochsCsv, StatementOfRaim) {

@@ -15,8 +15,6 @@
 namespace canyon::output {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
 /// To a binary fraction: digits that nobody sees make files twice as large.
 double in_steps(double value, double steps_per_unit) {
   return std::round(value * steps_per_unit) / steps_per_unit;
@@ -35,7 +33,8 @@ void EpochRows::clear() {
 void EpochRows::add_epoch(const simulation::Epoch& epoch, const Shown& shown) {
   const positioning::Fix& fix = epoch.observed.fix;
   const Eigen::Vector3d &at = shown.antenna_m, &fix_m = shown.fix_m;
-  const auto variance = [&](int axis) { return fix.solved() ? fix.covariance_enu(axis, axis) : kNone; };
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const auto variance = [&](int axis) { return fix.solved() ? fix.covariance_enu(axis, axis) : kNan; };
   epochs.add({shown.time_s, at.x(), at.y(), at.z(), geodesy::degrees(epoch.truth.yaw_rad),
               geodesy::degrees(epoch.truth.roll_rad), geodesy::degrees(epoch.truth.pitch_rad),
               static_cast<double>(fix.status), fix_m.x(), fix_m.y(), fix_m.z(), variance(0), variance(1),
@@ -111,7 +110,7 @@ std::size_t EpochRows::add_paths(Row row, const propagation::SatelliteView& view
     propagation::Path copy;
     if (k.path->kind == propagation::PathKind::Transmitted) {  // it has no point of interaction
       copy = *k.path;
-      copy.point.setConstant(kNone);
+      copy.point.setConstant(std::numeric_limits<double>::quiet_NaN());
       row.path = &copy;
     }
     add_path(row);

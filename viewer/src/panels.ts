@@ -29,11 +29,12 @@ export class Readout {
     const place = store.header.words.placement[e.at('placement', i)] ?? '';
     const item = (name: string, label: string, value: number, decimals: number, unit: string): string =>
       `<div><dt>${label}</dt><dd data-name="${name}" data-raw="${value}">${fixed(value, decimals)}${unit ? `<small> ${unit}</small>` : ''}</dd></div>`;
+    const kind = store.header.words.fix_kind?.[e.at('fix_kind', i)];
     const faults = store.faults(state.receiver, i);
     const { name } = store.header.receivers[state.receiver] ?? {};
     this.host.innerHTML = `
       ${store.tracks.length > 1 ? `<p class="name">${escaped(name ?? '')}</p>` : ''}
-      <p><b class="${track.fixed(i) ? 'good' : 'bad'}" data-name="status">${track.fixed(i) ? 'fix' : `no fix: ${place === 'unknown' ? 'nobody knows where the antenna is' : escaped(status)}`}</b>
+      <p><b class="${track.fixed(i) ? 'good' : 'bad'}" data-name="status">${track.fixed(i) ? `fix${kind && kind !== 'single' ? `: ${escaped(kind)}` : ''}` : `no fix: ${place === 'unknown' ? 'nobody knows where the antenna is' : escaped(status)}`}</b>
         <span data-name="clock">${clock(store.header.time.begin_utc, track.time[i] ?? 0)}</span> UTC
         ${place !== 'free' && track.fixed(i) ? `<b class="bad">${escaped(place)}</b>` : ''}
         ${faults ? `<b class="bad" data-name="faults">${escaped(faults)}</b>` : ''}</p>
