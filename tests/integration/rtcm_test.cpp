@@ -264,10 +264,14 @@ TEST(RtcmByConvbin, EphemeridesOfARealDayComeThroughWhole) {
 struct Baselines {
   int fixed = 0, floating = 0, all = 0;
   double horizontal_rms_m = 0, vertical_rms_m = 0;  ///< of the fixed ones
+  // Differential ones of codes, of rnx2rtkp and of the rover itself; RMS in space.
+  int differential = 0, own_differential = 0;
+  double differential_rms_m = 0, own_differential_rms_m = 0;
 };
 
-/// A rover's way from a base station by rnx2rtkp, kinematic and epoch by epoch, from the RTCM of both.
-Baselines solve(const std::string& yaml) {
+/// A rover's way from a base station by rnx2rtkp, epoch by epoch, from the RTCM of both.
+Baselines solve(const std::string& yaml, const std::string& mode = "kinematic",
+                const std::string& frequency = "l1+l2") {
   const test::TemporaryFolder folder;
   const auto simulation = test::prepare(yaml + kOutputs, folder.path());
   const auto epochs = test::run_and_write(simulation, folder.path());
@@ -275,7 +279,8 @@ Baselines solve(const std::string& yaml) {
     convert(folder.path() / name / "receiver.rtcm3", simulation.begin(), folder.path(), name);
   }
   std::ofstream(folder / "rtk.conf")
-      << "pos1-posmode=kinematic\npos1-frequency=l1+l2\npos1-soltype=forward\npos1-elmask=15\npos1-ionoopt="
+      << "pos1-posmode=" << mode << "\npos1-frequency=" << frequency
+      << "\npos1-soltype=forward\npos1-elmask=15\npos1-ionoopt="
          "brdc\n"
          "pos1-tropopt=saas\npos1-navsys=45\npos2-armode=continuous\npos2-gloarmode=off\nant2-postype="
          "rinexhead\n"
@@ -297,18 +302,34 @@ Baselines solve(const std::string& yaml) {
     if (line.rfind('%', 0) == 0 || cells.size() < 7) continue;
     const auto quality = *parse_integer(cells[5]);
     if (quality == 2) ++result.floating;
-    if (quality != 1) continue;
-    ++result.fixed;
+    if (quality != 1 && quality != 4) continue;
     const simulation::Epoch& epoch = *rover.at(std::llround(*parse_double(cells[1]) * 10));
     const Eigen::Vector3d solved(*parse_double(cells[2]), *parse_double(cells[3]), *parse_double(cells[4]));
     // The epoch's tag is the receiver's clock's, which the rover has moved on from by millimetres at most.
     const Eigen::Vector3d error =
         geodesy::enu_from_ecef_rotation(epoch.truth.position) * (solved - epoch.truth_ecef);
+    if (quality == 4) {
+      ++result.differential;
+      result.differential_rms_m += error.squaredNorm();
+      continue;
+    }
+    ++result.fixed;
     result.horizontal_rms_m += error.head<2>().squaredNorm();
     result.vertical_rms_m += error.z() * error.z();
   }
   result.horizontal_rms_m = std::sqrt(result.horizontal_rms_m / std::max(1, result.fixed));
   result.vertical_rms_m = std::sqrt(result.vertical_rms_m / std::max(1, result.fixed));
+  for (const auto& [tag, epoch] : rover) {
+    if (epoch->observed.fix.kind() != positioning::FixKind::Differential) continue;
+    ++result.own_differential;
+    result.own_differential_rms_m += epoch->error_enu_m.squaredNorm();
+  }
+  result.differential_rms_m = std::sqrt(result.differential_rms_m / std::max(1, result.differential));
+  result.own_differential_rms_m =
+      std::sqrt(result.own_differential_rms_m / std::max(1, result.own_differential));
+  std::cout << fmt::format("{} differential, RMS {:.3f} m; of the rover's own fixes {}, {:.3f} m\n",
+                           result.differential, result.differential_rms_m, result.own_differential,
+                           result.own_differential_rms_m);
   std::cout << fmt::format(
       "{} of {} epochs fixed, {} floating; RMS of the fixed ones {:.4f} m horizontal, {:.4f} m "
       "vertical\n",
@@ -349,6 +370,26 @@ TEST(RtcmByRnx2rtkp, AmbiguitiesFloatInAStreet) {
       kBaseAndRover);
   EXPECT_LT(street.fixed, 0.2 * street.all);
   EXPECT_GT(street.floating, 0.5 * street.all);
+}
+
+// Differential fixes of codes, of the same measurements: ours and those that RTKLIB makes of the files.
+TEST(RtcmByRnx2rtkp, DifferentialFixesAreAsGoodAsOurs) {
+  CANYON_NEEDS_PROGRAM("convbin");
+  CANYON_NEEDS_PROGRAM("rnx2rtkp");
+  std::string scenario = std::string(kOpenField) + kBaseAndRover;
+  const std::string keys =
+      "elevation_mask_deg: 15, smoothing: {method: none}, position_filter: {enabled: false}, raim: {enabled: "
+      "false}, ";
+  for (const char* receiver : {"{name: base, ", "{name: rover, "}) {
+    scenario.insert(scenario.find(receiver) + std::string(receiver).size(), keys);
+  }
+  scenario.insert(scenario.find("{name: rover, ") + 14,
+                  "corrections: {from: base}, correct_troposphere: true, ");
+  const Baselines open = solve(scenario, "dgps", "l1");
+  EXPECT_EQ(open.own_differential, open.all);
+  EXPECT_GE(open.differential, 0.99 * open.all);
+  EXPECT_LT(open.own_differential_rms_m, 1.15 * open.differential_rms_m);
+  EXPECT_GT(open.own_differential_rms_m, 0.5 * open.differential_rms_m);
 }
 
 TEST(BaseStation, StandsStillWhereTheScenarioPutsIt) {
