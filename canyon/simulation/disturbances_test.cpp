@@ -14,7 +14,7 @@
 #include "tests/support/disturbances.hpp"
 #include "tests/support/simulation_support.hpp"
 
-namespace canyon::simulation {
+namespace canyon::simulation::disturbances_test {
 namespace {
 
 using canyon::test::without;
@@ -292,4 +292,4 @@ TEST(Disturbances, ThatAreNotMadeAreNamed) {
 }
 
 }  // namespace
-}  // namespace canyon::simulation
+}  // namespace canyon::simulation::disturbances_test
