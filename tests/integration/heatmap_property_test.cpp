@@ -26,7 +26,7 @@
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon {
+namespace canyon::heatmap_property_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -440,4 +440,4 @@ TEST(HeatmapProperty, MapsAreWhatReceiversFindWhateverTheirOptions) {
 }
 
 }  // namespace
-}  // namespace canyon
+}  // namespace canyon::heatmap_property_test

@@ -19,7 +19,7 @@
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon {
+namespace canyon::heatmap_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -118,4 +118,4 @@ INSTANTIATE_TEST_SUITE_P(Models, HeatmapBesideReceivers, ::testing::Values("mirr
                          [](const auto& model) { return model.param; });
 
 }  // namespace
-}  // namespace canyon
+}  // namespace canyon::heatmap_test

@@ -31,7 +31,7 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Heights of one tile that differ by less are one [m].
 constexpr double kFlat_m = 1e-3;
 /// ShadowCaster needs directions that rise by more.
-constexpr double kLeastRise = 0.01;
+constexpr double kLeastCastRise = 0.01;
 
 CellState state_of(Placement placement) {
   switch (placement) {
@@ -268,7 +268,7 @@ TileCells TileTracer::cells(const Grid& grid, const Tile& tile, const Area* area
 /// blocked[i] = 1 where anything lies from Computed cell i towards `direction`, else 0.
 void TileTracer::Impl::block(const TileCells& cells, const Vector3d& direction,
                              std::span<std::uint8_t> blocked) const {
-  if (cells.flat() && direction.z() > kLeastRise) {
+  if (cells.flat() && direction.z() > kLeastCastRise) {
     shadows.shadows(cells.plane, direction, blocked);
     for (const std::uint32_t i : cells.on_walls) {
       const Vector3d from = cells.place(i);
@@ -328,7 +328,7 @@ void TileTracer::Impl::add_mirrored(const TileCells& cells, std::size_t satellit
     if (!hit) return std::nullopt;
     return hit->range_m;
   };
-  if (cells.flat() && mirrored.z() > kLeastRise) {
+  if (cells.flat() && mirrored.z() > kLeastCastRise) {
     static thread_local std::vector<float> ranges;
     ranges.resize(cells.tile.cells());
     shadows.ranges(cells.plane, mirrored, options.max_range_m, ranges);
