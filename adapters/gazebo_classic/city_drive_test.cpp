@@ -27,7 +27,7 @@ void compare_drive(const std::string& city, int seconds) {
   ASSERT_TRUE(listener.at(seconds, std::chrono::seconds(60)));
 
   // Meshes hold floats, the file 0.1 mm.
-  adapters::test::expect_drive(city, folder, seconds, listener.all(), 2e-3);
+  canyon::test::expect_drive(city, folder, seconds, listener.all(), 2e-3);
 }
 
 // The paper's algorithm by Gazebo's rays and by the engine's, along the whole drive.

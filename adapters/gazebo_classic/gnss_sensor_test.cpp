@@ -16,7 +16,7 @@
 namespace canyon::adapters::gazebo_classic {
 namespace {
 
-using adapters::test::expect_street;
+using canyon::test::expect_street;
 using msgs::GnssReceiver;
 using msgs::GnssSatellite;
 using test::GnssListener;

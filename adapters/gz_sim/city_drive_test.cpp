@@ -24,7 +24,7 @@ std::filesystem::path drive_world(const std::filesystem::path& folder, const std
       "<plugin filename='gz-sim-physics-system' name='gz::sim::systems::Physics'/>" + test::kGnssSystem +
       "<model name='car'><link name='body'><gravity>false</gravity><inertial><mass>1</mass></inertial>"
       "<sensor name='antenna' type='navsat'><update_rate>1</update_rate><canyon>" +
-      adapters::test::city_sky(folder) +
+      canyon::test::city_sky(folder) +
       "<profile>ideal</profile></canyon></sensor></link>"
       "<plugin filename='CanyonDriveSystem' name='canyon::DriveSystem'><trajectory>" +
       (folder / "truth.csv").string() + "</trajectory><format>urbannav</format></plugin></model>";
@@ -34,7 +34,7 @@ std::filesystem::path drive_world(const std::filesystem::path& folder, const std
 }
 
 void compare_drive(const std::string& city, int seconds) {
-  const std::filesystem::path folder = adapters::test::prepared_city(city);
+  const std::filesystem::path folder = canyon::test::prepared_city(city);
   if (folder.empty()) {
     GTEST_SKIP() << "SKIPPED: no " << city << " in CANYON_GAZEBO_DATA (tests/gazebo/prepare.sh writes it)";
   }
@@ -45,7 +45,7 @@ void compare_drive(const std::string& city, int seconds) {
   test::GnssListener listener("/world/" + city + "/model/car/link/body/sensor/antenna/gnss");
   server.step(static_cast<unsigned>(10 * seconds));
   ASSERT_TRUE(listener.at(seconds, std::chrono::seconds(60)));
-  adapters::test::expect_drive(city, folder, seconds, listener.all(), 1e-3);
+  canyon::test::expect_drive(city, folder, seconds, listener.all(), 1e-3);
 }
 
 TEST(CityDrive, SyntheticIsThatOfCanyonSimulate) {

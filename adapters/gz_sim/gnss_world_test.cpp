@@ -30,7 +30,7 @@
 namespace canyon::adapters::gz_sim {
 namespace {
 
-using adapters::test::expect_street;
+using canyon::test::expect_street;
 using gz::sim::Entity;
 using msgs::GnssReceiver;
 using msgs::GnssSatellite;

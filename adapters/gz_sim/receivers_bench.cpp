@@ -41,7 +41,7 @@ std::string world_with(const std::filesystem::path& folder, int count) {
       "<plugin filename='gz-sim-physics-system' name='gz::sim::systems::Physics'/>" + test::kGnssSystem;
   for (int i = 0; i < 20; ++i) {
     const std::string sensor = "<sensor name='antenna' type='navsat'><update_rate>10</update_rate><canyon>" +
-                               adapters::test::city_sky(folder) + "</canyon></sensor>";
+                               canyon::test::city_sky(folder) + "</canyon></sensor>";
     inside += fmt::format(
         "<model name='car{}'><link "
         "name='body'><gravity>false</gravity><inertial><mass>1</mass></inertial>{}</link>"
@@ -62,7 +62,7 @@ double median(std::vector<double> of) {
 }
 
 int run(int argc, char** argv) {
-  const std::filesystem::path folder = adapters::test::prepared_city(argc > 1 ? argv[1] : "hongkong");
+  const std::filesystem::path folder = canyon::test::prepared_city(argc > 1 ? argv[1] : "hongkong");
   if (folder.empty()) {
     fmt::print(stderr, "no such city in CANYON_GAZEBO_DATA (tests/gazebo/prepare.sh writes it)\n");
     return 2;

@@ -16,7 +16,7 @@
 
 // A drive in a simulator beside the same drive in `canyon simulate`, which wrote satellites.csv.
 
-namespace canyon::adapters::test {
+namespace canyon::test {
 
 /// A satellite at an instant, as satellites.csv of `canyon simulate` has it.
 struct Seen {
@@ -88,4 +88,4 @@ inline void expect_drive(const std::string& city, const std::filesystem::path& f
              epochs, compared, other_visibility, reflected, largest_m);
 }
 
-}  // namespace canyon::adapters::test
+}  // namespace canyon::test

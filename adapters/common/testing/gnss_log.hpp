@@ -8,7 +8,7 @@
 
 #include "gnss.pb.h"
 
-namespace canyon::adapters::test {
+namespace canyon::test {
 
 /// What a receiver published, kept in order. Messages come from any thread.
 class GnssLog {
@@ -48,4 +48,4 @@ class GnssLog {
   std::vector<msgs::GnssReceiver> messages_;
 };
 
-}  // namespace canyon::adapters::test
+}  // namespace canyon::test

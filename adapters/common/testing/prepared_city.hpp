@@ -9,7 +9,7 @@
 
 // The cities that tests/gazebo/prepare.sh exported.
 
-namespace canyon::adapters::test {
+namespace canyon::test {
 
 /// The folder of a prepared city; empty where it was not prepared.
 inline std::filesystem::path prepared_city(const std::string& name) {
@@ -35,4 +35,4 @@ inline std::string city_sky(const std::filesystem::path& folder) {
          std::to_string(start.seconds_of_week()) + "</tow></start>";
 }
 
-}  // namespace canyon::adapters::test
+}  // namespace canyon::test

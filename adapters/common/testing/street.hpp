@@ -11,7 +11,7 @@
 // eastern and 13 m from the western wall, 2 m above the ground. Frozen satellites whose paths have closed
 // forms.
 
-namespace canyon::adapters::test {
+namespace canyon::test {
 
 struct StreetSatellite {
   double azimuth_deg;
@@ -69,4 +69,4 @@ inline std::string paper_elements(const std::string& ros_namespace = "/multipath
          street_angles(&StreetSatellite::elevation_deg) + "</satElevation>";
 }
 
-}  // namespace canyon::adapters::test
+}  // namespace canyon::test

@@ -7,7 +7,7 @@
 #include "adapters/common/testing/street.hpp"
 #include "gnss.pb.h"
 
-namespace canyon::adapters::test {
+namespace canyon::test {
 
 /// Visibility and excess path of every satellite of the street as its closed forms say.
 inline void expect_street(const msgs::GnssReceiver& message, double StreetSatellite::*excess_m,
@@ -34,4 +34,4 @@ inline void expect_street(const msgs::GnssReceiver& message, double StreetSatell
   }
 }
 
-}  // namespace canyon::adapters::test
+}  // namespace canyon::test

@@ -11,8 +11,8 @@
 
 namespace canyon::adapters::gazebo_classic::test {
 
-using adapters::test::city_sky;
-using adapters::test::prepared_city;
+using canyon::test::city_sky;
+using canyon::test::prepared_city;
 
 /// The city's world with physics in steps of `step_s`, as fast as can be, and `inside` added. Meshes are
 /// named by absolute paths, so it may lie anywhere.

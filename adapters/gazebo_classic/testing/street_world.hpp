@@ -8,7 +8,7 @@
 
 namespace canyon::adapters::gazebo_classic::test {
 
-using namespace canyon::adapters::test;
+using namespace canyon::test;
 
 /// `inside` goes into the world beside the walls.
 inline std::string street_world(const std::string& inside, double heading_deg = 0, bool walls = true) {

@@ -87,7 +87,7 @@ class GnssListener {
   void clear() { log_->clear(); }
 
  private:
-  std::shared_ptr<adapters::test::GnssLog> log_ = std::make_shared<adapters::test::GnssLog>();
+  std::shared_ptr<canyon::test::GnssLog> log_ = std::make_shared<canyon::test::GnssLog>();
   gz::transport::Node node_;
 };
 

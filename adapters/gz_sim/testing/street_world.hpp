@@ -8,7 +8,7 @@
 
 namespace canyon::adapters::gz_sim::test {
 
-using namespace canyon::adapters::test;
+using namespace canyon::test;
 
 inline std::string box(const std::string& size) {
   return "<box><size>" + size + "</size></box>";
