@@ -477,7 +477,9 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
                                     "excluded",
                                     "consistent",
                                     "error_horizontal_m"};
-  const simulation::Epoch epoch = distinct_epoch();
+  simulation::Epoch epoch = distinct_epoch();
+  epoch.observed.fix.solution = positioning::FixKind::Differential;
+  epoch.observed.fix.correction_age_s = 1.5;
   test::expect_carried(output::TableKind::Epochs, epoch, satellites_message<M>(sample_head(), &epoch),
                        carried, lacks);
 }

@@ -113,7 +113,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "elevation_mask_deg: 5, cn0_mask_dbhz: 6, min_satellites: 4, "
       "max_pdop: 25, max_iterations: 20, convergence_m: 1e-6, weights: {weighting: cn0, elevation_a_m: 0.4, "
       "elevation_b_m: 0.5, cn0_floor_m2: 9, cn0_scale_m2_hz: 2e4}, raim: {enabled: true, false_alarm: 1e-4, "
-      "max_exclusions: 2, sigma_scale: 2}, corrections: {max_age_s: 30}, position_filter: {enabled: true, "
+      "max_exclusions: 2, sigma_scale: 2}, corrections: {from: b, max_age_s: 30}, position_filter: {enabled: true, "
       "acceleration_horizontal: 1, "
       "acceleration_vertical: 0.4, clock_frequency_density: 1e-19, clock_drift_density: 1e-19, gate_sigmas: "
       "none, coast_s: 3, max_sigma_m: 90, error_correlation_s: 2}, signal: {enabled: true, antenna: survey, "

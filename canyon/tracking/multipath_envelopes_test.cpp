@@ -208,8 +208,8 @@ TEST(MultipathEnvelope, EverySignalHasThatOfItsInterfaceDocument) {
                               {"E", "E5b", Modulation::BPSK, ten},     {"C", "B1I", Modulation::BPSK, two},
                               {"C", "B1C", Modulation::TMBOC, one},    {"C", "B2I", Modulation::BPSK, two},
                               {"C", "B2a", Modulation::BPSK, ten},     {"C", "B3I", Modulation::BPSK, ten},
-                              {"R", "G1", Modulation::BPSK, half},     {"R", "G2", Modulation::BPSK, half},
-                              {"S", "L1CA", Modulation::BPSK, one}};
+                              {"C", "B2b", Modulation::BPSK, ten},     {"R", "G1", Modulation::BPSK, half},
+                              {"R", "G2", Modulation::BPSK, half},     {"S", "L1CA", Modulation::BPSK, one}};
   SignalOptions options;
   options.front_end_bandwidth_hz = options.wide_front_end_bandwidth_hz = kInfinite;
   const double a = 0.5, d = 0.02;

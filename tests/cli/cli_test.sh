@@ -156,18 +156,18 @@ simulate)
   for file in epochs.csv satellites.csv receiver.nmea receiver.obs sky.nav track.kml track.geojson; do
     [ -s "res/$file" ] || fail "no res/$file"
   done
-  # A list of outputs is all that is written.
-  sed 's/outputs:.*/outputs: [nmea, gpx]/' small.yaml >listed.yaml
-  runs 0 "$canyon" simulate listed.yaml --out listed --duration 2
-  [ "$(ls listed | tr '\n' ' ')" = "receiver.nmea track.gpx " ] || fail "listed holds $(ls listed)"
-  sed 's/outputs:.*/outputs: [nmae]/' small.yaml >unknown.yaml
-  runs 2 "$canyon" simulate unknown.yaml --out unknown; one_line; says err "'nmae' is unknown" "did you mean 'nmea'"
   [ "$(wc -l <res/epochs.csv)" -eq 22 ] || fail "$(wc -l <res/epochs.csv) lines in epochs.csv instead of 21 epochs and a header"
   ls -A res | grep -E 'part|probe' && fail "temporary files left"
   says err city sky trajectory "times real time"
   runs 0 "$canyon" simulate small.yaml --out res2 --quiet
   [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
   cmp res/epochs.csv res2/epochs.csv || fail "same seed, other bytes"
+  # A list of outputs is all that is written.
+  sed 's/outputs:.*/outputs: [nmea, gpx]/' small.yaml >listed.yaml
+  runs 0 "$canyon" simulate listed.yaml --out listed --duration 2
+  [ "$(ls listed | tr '\n' ' ')" = "receiver.nmea track.gpx " ] || fail "listed holds $(ls listed)"
+  sed 's/outputs:.*/outputs: [nmae]/' small.yaml >unknown.yaml
+  runs 2 "$canyon" simulate unknown.yaml --out unknown; one_line; says err "'nmae' is unknown" "did you mean 'nmea'"
   runs 0 "$canyon" simulate small.yaml --out res3 --quiet --seed 9 --duration 5 --rate 2 --threads 1
   [ "$(wc -l <res3/epochs.csv)" -eq 12 ] || fail "--duration 5 --rate 2 is not 11 epochs" ;;
 scenario)

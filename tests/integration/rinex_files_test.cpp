@@ -37,7 +37,7 @@ struct Run {
           "trajectory: {waypoints: [{east_m: -76, north_m: 0}, {east_m: 76, north_m: 0}], speed_mps: "
           "8, height_above_terrain_m: 1.5}\nrate_hz: 2\n"
           "receivers: [{name: rover, profile: survey, ionosphere: true, clock: {bias_s: 2e-4, drift: "
-          "1e-7}, tracks: [L1CA, L1C, L2C, L5, E1, E5a, E5b, B1I, B1C, B2I, B2a, B3I, G1, G2]}]\n"
+          "1e-7}, tracks: [L1CA, L1C, L2C, L5, E1, E5a, E5b, B1I, B1C, B2I, B2a, B3I, B2b, G1, G2]}]\n"
           "outputs: {pictures: false, rinex4_observation: true}\n",
           folder.path()),
       folder.path());

@@ -120,7 +120,9 @@ TEST(GnssMessage, SaysWhatItLacksOfEpochs) {
       {"correction_age_s", [](const M& m) -> test::Said { return m.fix().correction_age_s(); }},
   };
   const std::set<std::string> lacks{"rating", "error_horizontal_m"};
-  const SampleReport sample;
+  SampleReport sample;
+  sample.step.epoch.observed.fix.solution = positioning::FixKind::Differential;
+  sample.step.epoch.observed.fix.correction_age_s = 1.5;
   M message;
   fill_gnss_message(sample_identity(), sample.report, message);
   test::expect_carried(output::TableKind::Epochs, sample.step.epoch, message, carried, lacks);
