@@ -10,12 +10,6 @@
 
 namespace canyon {
 
-template <typename T>
-T* Json::held() const {
-  const auto* at = std::get_if<std::unique_ptr<T>>(&value_);
-  return at != nullptr ? at->get() : nullptr;
-}
-
 Json::Json() noexcept = default;
 Json::Json(std::nullptr_t) noexcept {}
 Json::Json(const char* text) : Json(std::string(text)) {}
@@ -105,28 +99,6 @@ Json::~Json() {
   }
 }
 
-bool Json::is_null() const {
-  return std::holds_alternative<std::nullptr_t>(value_);
-}
-bool Json::is_boolean() const {
-  return std::holds_alternative<bool>(value_);
-}
-bool Json::is_integer() const {
-  return std::holds_alternative<std::int64_t>(value_) || std::holds_alternative<std::uint64_t>(value_);
-}
-bool Json::is_number() const {
-  return is_integer() || std::holds_alternative<double>(value_);
-}
-bool Json::is_string() const {
-  return held<std::string>() != nullptr;
-}
-bool Json::is_array() const {
-  return held<Array>() != nullptr;
-}
-bool Json::is_object() const {
-  return held<Object>() != nullptr;
-}
-
 const char* Json::type() const {
   constexpr std::array kNames{"null", "boolean", "number", "number", "number", "string", "array", "object"};
   return kNames[value_.index()];
@@ -198,12 +170,6 @@ std::size_t Json::size() const {
   if (is_object()) return members().size();
   return is_null() ? 0 : 1;
 }
-Json::Array::const_iterator Json::begin() const {
-  return is_null() ? Array::const_iterator() : items().begin();
-}
-Json::Array::const_iterator Json::end() const {
-  return is_null() ? Array::const_iterator() : items().end();
-}
 
 bool operator==(const Json& a, const Json& b) {
   if (a.is_number() && b.is_number()) {
@@ -234,15 +200,18 @@ class Json::Builder {
   bool string(std::string& value) { return put(std::move(value)) != nullptr; }
   bool binary(nlohmann::json::binary_t& /*value*/) { return false; }  // not of text
   bool start_array(std::size_t /*unknown*/) { return open(array()); }
-  bool end_array() { return close(); }
   bool start_object(std::size_t /*unknown*/) { return open(object()); }
   bool key(std::string& key) {
     key_ = std::move(key);
     return true;
   }
+  bool end_array() {
+    open_.pop_back();
+    return true;
+  }
   bool end_object() {
     merge_repeated(*open_.back()->held<Object>());
-    return close();
+    return end_array();
   }
   bool parse_error(std::size_t byte, const std::string& /*token*/, const nlohmann::json::exception& problem) {
     // "[json.exception.parse_error.101] parse error at line 1, column 5: ...": without the library's number.
@@ -261,10 +230,6 @@ class Json::Builder {
   }
   bool open(Json value) {
     open_.push_back(put(std::move(value)));
-    return true;
-  }
-  bool close() {
-    open_.pop_back();
     return true;
   }
 
@@ -298,8 +263,8 @@ class Json::Builder {
 
 Json Json::parse(std::string_view text) {
   Builder builder;
-  if (nlohmann::json::sax_parse(text.begin(), text.end(), &builder)) return std::move(builder.root);
-  throw builder.error.value();
+  if (!nlohmann::json::sax_parse(text.begin(), text.end(), &builder)) throw builder.error.value();
+  return std::move(builder.root);
 }
 
 std::optional<Json> Json::try_parse(std::string_view text) {

@@ -72,13 +72,13 @@ class Json {
   /// become U+FFFD. Doubles have the fewest digits that read back as the same.
   [[nodiscard]] std::string dump(int indent = -1, Order order = Order::AsAdded) const;
 
-  [[nodiscard]] bool is_null() const;
-  [[nodiscard]] bool is_boolean() const;
-  [[nodiscard]] bool is_integer() const;
-  [[nodiscard]] bool is_number() const;  ///< an integer or a double
-  [[nodiscard]] bool is_string() const;
-  [[nodiscard]] bool is_array() const;
-  [[nodiscard]] bool is_object() const;
+  [[nodiscard]] bool is_null() const { return holds<std::nullptr_t>(); }
+  [[nodiscard]] bool is_boolean() const { return holds<bool>(); }
+  [[nodiscard]] bool is_integer() const { return holds<std::int64_t>() || holds<std::uint64_t>(); }
+  [[nodiscard]] bool is_number() const { return is_integer() || holds<double>(); }
+  [[nodiscard]] bool is_string() const { return holds<std::unique_ptr<std::string>>(); }
+  [[nodiscard]] bool is_array() const { return holds<std::unique_ptr<Array>>(); }
+  [[nodiscard]] bool is_object() const { return holds<std::unique_ptr<Object>>(); }
 
   /// The value as a bool, a number (doubles are cut to integers), a std::string or a std::vector of these.
   /// Throws JsonError where it is of another type.
@@ -122,8 +122,8 @@ class Json {
   [[nodiscard]] std::size_t size() const;
   [[nodiscard]] bool empty() const { return size() == 0; }
   /// The items of an array; none of null. Throws JsonError on anything else.
-  [[nodiscard]] Array::const_iterator begin() const;
-  [[nodiscard]] Array::const_iterator end() const;
+  [[nodiscard]] auto begin() const { return is_null() ? Array::const_iterator() : items().begin(); }
+  [[nodiscard]] auto end() const { return is_null() ? Array::const_iterator() : items().end(); }
 
   /// Numbers are equal by value, objects in any order of their members.
   friend bool operator==(const Json& a, const Json& b);
@@ -151,7 +151,14 @@ class Json {
   [[nodiscard]] const char* type() const;
   [[noreturn]] void fail(const char* wanted) const;
   template <typename T>
-  [[nodiscard]] T* held() const;
+  [[nodiscard]] bool holds() const {
+    return std::holds_alternative<T>(value_);
+  }
+  template <typename T>
+  [[nodiscard]] T* held() const {
+    const auto* at = std::get_if<std::unique_ptr<T>>(&value_);
+    return at != nullptr ? at->get() : nullptr;
+  }
   void move_nested_to(Array& rest);
 
   /// Mutable: a list in braces is const, and what it holds is moved out of it.

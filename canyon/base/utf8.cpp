@@ -1,6 +1,7 @@
 #include "canyon/base/utf8.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace canyon {
 namespace {
@@ -53,26 +54,15 @@ std::size_t display_width(std::string_view utf8) {
 }
 
 std::string xml_escaped(std::string_view text) {
+  constexpr std::string_view kSpecial = "&<>\"'";
+  constexpr std::array<std::string_view, 5> kEntities{"&amp;", "&lt;", "&gt;", "&quot;", "&apos;"};
   std::string escaped;
   for (const char c : valid_utf8(text)) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      case '\'':
-        escaped += "&apos;";
-        break;
-      default:
-        if (static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n') escaped += c;
+    const std::size_t special = kSpecial.find(c);
+    if (special != std::string_view::npos) {
+      escaped += kEntities[special];
+    } else if (static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n') {
+      escaped += c;
     }
   }
   return escaped;

@@ -80,17 +80,6 @@ struct Fields {
   static std::uint64_t radius(double value) { return power(value, -6, 18); }
 };
 
-void put_klobuchar(Bits& bits, const gnss::Klobuchar& k) {
-  for (std::size_t i = 0; i < 4; ++i) {
-    constexpr std::array<int, 4> kAlpha{-30, -27, -24, -24};
-    bits.put_scaled(k.alpha[i], std::ldexp(1.0, kAlpha[i]), 8, true);
-  }
-  for (std::size_t i = 0; i < 4; ++i) {
-    constexpr std::array<int, 4> kBeta{11, 14, 16, 16};
-    bits.put_scaled(k.beta[i], std::ldexp(1.0, kBeta[i]), 8, true);
-  }
-}
-
 std::uint64_t bdt_week(GpsTime start) {
   return static_cast<std::uint64_t>(bdt(start).week() - geodesy::kBdtWeekOffset);
 }

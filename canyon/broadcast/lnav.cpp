@@ -100,17 +100,16 @@ std::vector<std::uint32_t> lnav_subframe(const gnss::KeplerEphemeris& e, int sub
   return subframe_words(bits, subframe, start);
 }
 
+void put_klobuchar(Bits& bits, const gnss::Klobuchar& k) {
+  constexpr std::array<int, 4> kAlpha{-30, -27, -24, -24}, kBeta{11, 14, 16, 16};
+  for (std::size_t i = 0; i < 4; ++i) bits.put_scaled(k.alpha[i], std::ldexp(1.0, kAlpha[i]), 8, true);
+  for (std::size_t i = 0; i < 4; ++i) bits.put_scaled(k.beta[i], std::ldexp(1.0, kBeta[i]), 8, true);
+}
+
 std::vector<std::uint32_t> lnav_page18(gnss::System system, const SystemMessage& message, GpsTime start) {
   Bits bits;
   bits.put(system == gnss::System::QZSS ? 3 : 1, 2).put(56, 6);
-  for (std::size_t i = 0; i < 4; ++i) {
-    constexpr std::array<int, 4> kAlpha{-30, -27, -24, -24};
-    bits.put_scaled(message.klobuchar.alpha[i], std::ldexp(1.0, kAlpha[i]), 8, true);
-  }
-  for (std::size_t i = 0; i < 4; ++i) {
-    constexpr std::array<int, 4> kBeta{11, 14, 16, 16};
-    bits.put_scaled(message.klobuchar.beta[i], std::ldexp(1.0, kBeta[i]), 8, true);
-  }
+  put_klobuchar(bits, message.klobuchar);
   const auto week = static_cast<std::uint64_t>(start.week());
   const auto leap = static_cast<std::uint64_t>(message.leap_seconds);
   bits.put(0, 24 + 32);                                   // A1, A0: UTC is GPST less whole seconds

@@ -20,6 +20,9 @@ struct SystemMessage {
   int leap_seconds = 18;            ///< GPST less UTC
 };
 
+/// Eight coefficients of 8 bits each, alike in LNAV, D1 and D2.
+void put_klobuchar(Bits& bits, const gnss::Klobuchar& k);
+
 /// Subframe 1, 2 or 3 of GPS LNAV (IS-GPS-200 20.3.3.3, 20.3.3.4), also QZSS's: ten words of 30 bits, parity
 /// in the low six. Data bits are those of the ICD, not turned over by the word before, as receivers pass them
 /// on.

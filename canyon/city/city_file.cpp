@@ -5,18 +5,15 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <fstream>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/same_bytes.hpp"
 #include "canyon/city/city.hpp"
 
 // Layout, everything little-endian:
@@ -52,9 +49,8 @@ constexpr auto kLastMaterial = static_cast<std::uint8_t>(Material::Foliage);
 template <typename Number>
 void put(std::string& out, Number value) {
   std::uint64_t bits = 0;
-  static_assert(sizeof(Number) <= sizeof bits);
   if constexpr (std::is_floating_point_v<Number>) {
-    std::memcpy(&bits, &value, sizeof value);
+    bits = same_bytes<std::uint64_t>(value);
   } else {
     bits = static_cast<std::uint64_t>(value);
   }
@@ -67,13 +63,11 @@ Number get(std::string_view in) {
   for (std::size_t byte = 0; byte < sizeof(Number); ++byte) {
     bits |= static_cast<std::uint64_t>(static_cast<unsigned char>(in[byte])) << (8 * byte);
   }
-  Number value{};
   if constexpr (std::is_floating_point_v<Number>) {
-    std::memcpy(&value, &bits, sizeof value);
+    return same_bytes<Number>(bits);
   } else {
-    value = static_cast<Number>(bits);
+    return static_cast<Number>(bits);
   }
-  return value;
 }
 
 void put_text(std::string& out, const std::string& text) {
@@ -90,13 +84,11 @@ std::uint32_t crc_of(std::string_view head, std::string_view body) {
 template <typename Number, typename At>
 std::string planes_of(std::size_t count, const At& number) {
   std::string planes(count * sizeof(Number), '\0');
+  std::string bytes;
   for (std::size_t i = 0; i < count; ++i) {
-    const Number value = number(i);
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, &value, sizeof value);
-    for (std::size_t byte = 0; byte < sizeof(Number); ++byte) {
-      planes[byte * count + i] = static_cast<char>(bits >> (8 * byte) & 0xFF);
-    }
+    bytes.clear();
+    put<Number>(bytes, number(i));
+    for (std::size_t byte = 0; byte < sizeof(Number); ++byte) planes[byte * count + i] = bytes[byte];
   }
   return planes;
 }

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -19,9 +18,7 @@
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/gazebo_names.hpp"
 #include "canyon/city/mesh_file.hpp"
-#include "canyon/city/mesh_import_options.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/city/mesh_names.hpp"
 #include "canyon/city/primitive_meshes.hpp"
 #include "canyon/geodesy/constants.hpp"
 

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
+#include "canyon/base/same_bytes.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_parts.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -29,9 +28,7 @@ void put_u32(std::string& out, std::uint32_t value) {
 }
 
 void put_f32(std::string& out, float value) {
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &value, sizeof bits);
-  put_u32(out, bits);
+  put_u32(out, same_bytes<std::uint32_t>(value));
 }
 
 class GltfBuilder {

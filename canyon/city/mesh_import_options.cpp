@@ -1,11 +1,6 @@
 #include "canyon/city/mesh_import_options.hpp"
 
-#include <fmt/format.h>
-
-#include <cmath>
-
 #include "canyon/base/input_error.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
 
 namespace canyon::city {

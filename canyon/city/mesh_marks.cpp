@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <cstdint>
 #include <fstream>
 #include <optional>
 #include <unordered_map>

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
-#include <string>
 #include <vector>
 
 #include "canyon/city/city.hpp"

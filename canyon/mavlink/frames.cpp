@@ -61,23 +61,11 @@ std::uint64_t bits_of(const Field& field, double value) {
 }
 
 double value_of(const Field& field, std::uint64_t bits) {
-  double count = 0;
-  switch (field.type) {
-    case Wire::F32:
-      count = same_bytes<float>(static_cast<std::uint32_t>(bits));
-      break;
-    case Wire::I8:
-      count = static_cast<std::int8_t>(bits);
-      break;
-    case Wire::I16:
-      count = static_cast<std::int16_t>(bits);
-      break;
-    case Wire::I32:
-      count = static_cast<std::int32_t>(bits);
-      break;
-    default:
-      count = static_cast<double>(bits);
-  }
+  auto count = static_cast<double>(bits);
+  if (field.type == Wire::F32) count = same_bytes<float>(static_cast<std::uint32_t>(bits));
+  if (field.type == Wire::I8) count = static_cast<std::int8_t>(bits);
+  if (field.type == Wire::I16) count = static_cast<std::int16_t>(bits);
+  if (field.type == Wire::I32) count = static_cast<std::int32_t>(bits);
   return field.unknown == count ? kUnknown : count * field.unit;
 }
 

@@ -200,27 +200,73 @@ std::string read_word(const Node& node, const std::vector<std::string>& words, c
   return text;
 }
 
-class NumberValue final : public Value {
+/// A value that is stored in a `T`.
+template <typename T, Type kType>
+class StoredValue : public Value {
  public:
-  NumberValue(double& value, const Range& range) : value_(value), range_(range) {}
-  Type type() const override { return Type::Number; }
-  std::string text() const override { return show(value_); }
-  bool in_range() const override { return range_.holds(value_); }
-  std::string bound() const override { return range_.words(); }
-  std::optional<Range> range() const override { return range_; }
-  void read(const Node& node, const Place& place) override {
-    value_ = to_number(scalar(node, place), range_, place);
+  explicit StoredValue(T& value) : value_(value) {}
+  Type type() const override { return kType; }
+  bool given() const override {
+    if constexpr (requires { value_.empty(); }) {
+      return !value_.empty();
+    } else if constexpr (requires { value_.has_value(); }) {
+      return value_.has_value();
+    } else {
+      return true;
+    }
   }
 
- private:
-  double& value_;
+ protected:
+  ~StoredValue() = default;
+
+  T& value_;
+};
+
+/// One or more numbers of a range.
+template <typename T, Type kType>
+class RangedValue : public StoredValue<T, kType> {
+ public:
+  RangedValue(T& value, const Range& range) : StoredValue<T, kType>(value), range_(range) {}
+  std::string bound() const override { return range_.words(); }
+  std::optional<Range> range() const override { return range_; }
+
+ protected:
+  ~RangedValue() = default;
+
   const Range& range_;
 };
 
-class AngleValue final : public Value {
+/// One or more of a list of words.
+template <typename T, Type kType>
+class ListedValue : public StoredValue<T, kType> {
  public:
-  AngleValue(double& value_rad, const Range& range_deg) : value_(value_rad), range_(range_deg) {}
-  Type type() const override { return Type::Number; }
+  ListedValue(T& value, std::span<const std::string_view> words)
+      : StoredValue<T, kType>(value), words_(words) {}
+  std::vector<std::string> words() const override { return {words_.begin(), words_.end()}; }
+
+ protected:
+  ~ListedValue() = default;
+  bool is_listed(const std::string& word) const {
+    return std::find(words_.begin(), words_.end(), word) != words_.end();
+  }
+  std::string one_of_words() const { return fmt::format("one of {}", fmt::join(words_, ", ")); }
+
+  std::span<const std::string_view> words_;
+};
+
+class NumberValue final : public RangedValue<double, Type::Number> {
+ public:
+  using RangedValue::RangedValue;
+  std::string text() const override { return show(value_); }
+  bool in_range() const override { return range_.holds(value_); }
+  void read(const Node& node, const Place& place) override {
+    value_ = to_number(scalar(node, place), range_, place);
+  }
+};
+
+class AngleValue final : public RangedValue<double, Type::Number> {
+ public:
+  using RangedValue::RangedValue;
   std::string text() const override { return show(exact_degrees(value_)); }
   std::string exact() const override { return show(value_); }
   std::string told() const override {
@@ -233,22 +279,17 @@ class AngleValue final : public Value {
     return range.holds(value_);
   }
   std::string bound() const override { return range_.words() + " deg"; }
-  std::optional<Range> range() const override { return range_; }
   bool is_angle() const override { return true; }
   void read(const Node& node, const Place& place) override {
     value_ = geodesy::radians(to_number(scalar(node, place), range_, place));
   }
-
- private:
-  double& value_;
-  const Range& range_;
 };
 
 template <typename Integer>
-class IntegerValue final : public Value {
+class IntegerValue final : public StoredValue<Integer, Type::Integer> {
  public:
-  IntegerValue(Integer& value, std::int64_t low, std::int64_t high) : value_(value), low_(low), high_(high) {}
-  Type type() const override { return Type::Integer; }
+  IntegerValue(Integer& value, std::int64_t low, std::int64_t high)
+      : StoredValue<Integer, Type::Integer>(value), low_(low), high_(high) {}
   std::string text() const override { return fmt::format("{}", value_); }
   bool in_range() const override {
     const auto value = static_cast<std::int64_t>(value_);
@@ -270,134 +311,85 @@ class IntegerValue final : public Value {
   }
 
  private:
-  Integer& value_;
+  using StoredValue<Integer, Type::Integer>::value_;
   std::int64_t low_, high_;
 };
 
-class BooleanValue final : public Value {
+class BooleanValue final : public StoredValue<bool, Type::Boolean> {
  public:
-  explicit BooleanValue(bool& value) : value_(value) {}
-  Type type() const override { return Type::Boolean; }
+  using StoredValue::StoredValue;
   std::string text() const override { return value_ ? "true" : "false"; }
   void read(const Node& node, const Place& place) override { value_ = read_boolean(node, place); }
-
- private:
-  bool& value_;
 };
 
-class TextValue final : public Value {
+class TextValue final : public StoredValue<std::string, Type::Text> {
  public:
-  explicit TextValue(std::string& value) : value_(value) {}
-  Type type() const override { return Type::Text; }
-  bool given() const override { return !value_.empty(); }
+  using StoredValue::StoredValue;
   std::string text() const override { return yaml_scalar(value_); }
   void read(const Node& node, const Place& place) override { value_ = read_text(node, place); }
-
- private:
-  std::string& value_;
 };
 
-class WordValue final : public Value {
+class WordValue final : public ListedValue<std::string, Type::Choice> {
  public:
-  WordValue(std::string& value, std::span<const std::string_view> words) : value_(value), words_(words) {}
-  Type type() const override { return Type::Choice; }
-  bool given() const override { return !value_.empty(); }
+  using ListedValue::ListedValue;
   std::string text() const override { return value_; }
-  bool in_range() const override {
-    return value_.empty() || std::find(words_.begin(), words_.end(), value_) != words_.end();
-  }
-  std::string bound() const override { return fmt::format("one of {}", fmt::join(words_, ", ")); }
-  std::vector<std::string> words() const override { return {words_.begin(), words_.end()}; }
+  bool in_range() const override { return value_.empty() || is_listed(value_); }
+  std::string bound() const override { return one_of_words(); }
   void read(const Node& node, const Place& place) override { value_ = read_word(node, words(), place); }
-
- private:
-  std::string& value_;
-  std::span<const std::string_view> words_;
 };
 
-class ChoiceValue final : public Value {
+class ChoiceValue final : public ListedValue<int, Type::Choice> {
  public:
-  ChoiceValue(int& index, std::span<const std::string_view> words) : index_(index), words_(words) {}
-  Type type() const override { return Type::Choice; }
+  using ListedValue::ListedValue;
   std::string text() const override {
-    return in_range() ? std::string(words_[static_cast<std::size_t>(index_)]) : fmt::format("{}", index_);
+    return in_range() ? std::string(words_[static_cast<std::size_t>(value_)]) : fmt::format("{}", value_);
   }
-  bool in_range() const override { return index_ >= 0 && static_cast<std::size_t>(index_) < words_.size(); }
-  std::string bound() const override { return fmt::format("one of {}", fmt::join(words_, ", ")); }
-  std::vector<std::string> words() const override { return {words_.begin(), words_.end()}; }
+  bool in_range() const override { return value_ >= 0 && static_cast<std::size_t>(value_) < words_.size(); }
+  std::string bound() const override { return one_of_words(); }
   void read(const Node& node, const Place& place) override {
     const std::string word = read_word(node, words(), place);
-    index_ = static_cast<int>(std::find(words_.begin(), words_.end(), word) - words_.begin());
+    value_ = static_cast<int>(std::find(words_.begin(), words_.end(), word) - words_.begin());
   }
-
- private:
-  int& index_;
-  std::span<const std::string_view> words_;
 };
 
-/// Text and numbers that may be absent.
-template <typename Inner, typename Of, Type kType>
-class OptionalValue final : public Value {
+/// Text and numbers that may be absent. @param range of Inner, if it has one
+template <typename Inner, typename Of, Type kType, typename... Limits>
+class OptionalValue final : public StoredValue<std::optional<Of>, kType> {
  public:
-  OptionalValue(std::optional<Of>& value, std::optional<Range> range)
-      : value_(value), range_(std::move(range)) {}
-  Type type() const override { return kType; }
-  bool given() const override { return value_.has_value(); }
-  std::string text() const override { return value_ ? with(*value_, &Value::text) : ""; }
-  bool in_range() const override {
-    Of copy = value_.value_or(Of());
-    return !value_ || make(copy).in_range();
+  explicit OptionalValue(std::optional<Of>& value, const Limits&... range)
+      : StoredValue<std::optional<Of>, kType>(value), inner_(held_, range...) {
+    held_ = value.value_or(Of());
   }
-  std::string bound() const override { return range_ ? range_->words() : ""; }
-  std::optional<Range> range() const override { return range_; }
+  std::string text() const override { return value_ ? inner_.text() : ""; }
+  bool in_range() const override { return !value_ || inner_.in_range(); }
+  std::string bound() const override { return inner_.bound(); }
+  std::optional<Range> range() const override { return inner_.range(); }
   void read(const Node& node, const Place& place) override {
-    Of value = value_.value_or(Of());
-    make(value).read(node, place);
-    value_ = std::move(value);
+    inner_.read(node, place);
+    value_ = held_;
   }
 
  private:
-  Inner make(Of& value) const {
-    if constexpr (std::is_constructible_v<Inner, Of&, const Range&>) {
-      return Inner(value, *range_);
-    } else {
-      return Inner(value);
-    }
-  }
-  std::string with(const Of& value, std::string (Value::*member)() const) const {
-    Of copy = value;
-    const Inner inner = make(copy);
-    return (inner.*member)();
-  }
-
-  std::optional<Of>& value_;
-  std::optional<Range> range_;
+  using StoredValue<std::optional<Of>, kType>::value_;
+  Of held_{};
+  Inner inner_;
 };
 
-class TextsValue final : public Value {
+class TextsValue final : public StoredValue<std::vector<std::string>, Type::Texts> {
  public:
-  explicit TextsValue(std::vector<std::string>& value) : value_(value) {}
-  Type type() const override { return Type::Texts; }
-  bool given() const override { return !value_.empty(); }
+  using StoredValue::StoredValue;
   std::string text() const override {
     std::vector<std::string> items;
     for (const std::string& item : value_) items.push_back(yaml_scalar(item));
     return flow(items);
   }
   void read(const Node& node, const Place& place) override { value_ = read_texts(node, place); }
-
- private:
-  std::vector<std::string>& value_;
 };
 
-class WordsValue final : public Value {
+class WordsValue final : public ListedValue<std::vector<std::string>, Type::Texts> {
  public:
-  WordsValue(std::vector<std::string>& value, std::span<const std::string_view> words)
-      : value_(value), words_(words) {}
-  Type type() const override { return Type::Texts; }
-  bool given() const override { return !value_.empty(); }
+  using ListedValue::ListedValue;
   std::string text() const override { return flow(value_); }
-  std::vector<std::string> words() const override { return {words_.begin(), words_.end()}; }
   void read(const Node& node, const Place& place) override {
     if (node.kind == Node::Kind::Empty) return;
     const std::vector<std::string> texts = read_texts(node, place);
@@ -409,10 +401,6 @@ class WordsValue final : public Value {
     }
     value_ = texts;
   }
-
- private:
-  std::vector<std::string>& value_;
-  std::span<const std::string_view> words_;
 };
 
 std::string numbers_text(const std::vector<double>& values) {
@@ -421,30 +409,20 @@ std::string numbers_text(const std::vector<double>& values) {
   return flow(items);
 }
 
-class NumbersValue final : public Value {
+class NumbersValue final : public RangedValue<std::vector<double>, Type::Numbers> {
  public:
-  NumbersValue(std::vector<double>& value, const Range& range) : value_(value), range_(range) {}
-  Type type() const override { return Type::Numbers; }
-  bool given() const override { return !value_.empty(); }
+  using RangedValue::RangedValue;
   std::string text() const override { return numbers_text(value_); }
   bool in_range() const override {
     return std::all_of(value_.begin(), value_.end(), [this](double each) { return range_.holds(each); });
   }
-  std::string bound() const override { return range_.words(); }
-  std::optional<Range> range() const override { return range_; }
   void read(const Node& node, const Place& place) override { value_ = read_numbers(node, range_, place); }
-
- private:
-  std::vector<double>& value_;
-  const Range& range_;
 };
 
-class NamedNumbersValue final : public Value {
+class NamedNumbersValue final : public StoredValue<std::map<std::string, double>, Type::Texts> {
  public:
   NamedNumbersValue(std::map<std::string, double>& value, const Range& range, std::string_view form)
-      : value_(value), range_(range), form_(form) {}
-  Type type() const override { return Type::Texts; }
-  bool given() const override { return !value_.empty(); }
+      : StoredValue(value), range_(range), form_(form) {}
   std::string text() const override {
     std::vector<std::string> items;
     for (const auto& item : value_) items.push_back(yaml_scalar(show_item(item)));
@@ -476,32 +454,24 @@ class NamedNumbersValue final : public Value {
     });
   }
 
-  Items& value_;
   const Range& range_;
   std::string_view form_;
 };
 
-class FileValue final : public Value {
+class FileValue final : public StoredValue<std::optional<std::filesystem::path>, Type::File> {
  public:
-  explicit FileValue(std::optional<std::filesystem::path>& value) : value_(value) {}
-  Type type() const override { return Type::File; }
-  bool given() const override { return value_.has_value(); }
+  using StoredValue::StoredValue;
   std::string text() const override {
     return value_ ? yaml_scalar(std::filesystem::absolute(*value_).string()) : "";
   }
   void read(const Node& node, const Place& place) override {
     value_ = read_file(read_text(node, place), place);
   }
-
- private:
-  std::optional<std::filesystem::path>& value_;
 };
 
-class FilesValue final : public Value {
+class FilesValue final : public StoredValue<std::vector<std::filesystem::path>, Type::Files> {
  public:
-  explicit FilesValue(std::vector<std::filesystem::path>& value) : value_(value) {}
-  Type type() const override { return Type::Files; }
-  bool given() const override { return !value_.empty(); }
+  using StoredValue::StoredValue;
   std::string text() const override {
     std::vector<std::string> items;
     for (const auto& item : value_) items.push_back(yaml_scalar(std::filesystem::absolute(item).string()));
@@ -512,37 +482,25 @@ class FilesValue final : public Value {
     for (const std::string& text : read_texts(node, place)) files.push_back(read_file(text, place));
     value_ = std::move(files);
   }
-
- private:
-  std::vector<std::filesystem::path>& value_;
 };
 
-class NameValue final : public Value {
+class NameValue final : public ListedValue<NamedRows, Type::Choice> {
  public:
-  NameValue(NamedRows& value, std::span<const std::string_view> words) : value_(value), words_(words) {}
-  Type type() const override { return Type::Choice; }
-  bool given() const override {
-    return std::find(words_.begin(), words_.end(), value_.name()) != words_.end();
-  }
+  using ListedValue::ListedValue;
+  bool given() const override { return is_listed(value_.name()); }
   std::string text() const override { return value_.name(); }
-  std::vector<std::string> words() const override { return {words_.begin(), words_.end()}; }
   void read(const Node& node, const Place& place) override {
     value_.set_name(read_word(node, words(), place));
   }
-
- private:
-  NamedRows& value_;
-  std::span<const std::string_view> words_;
 };
 
-class RowsValue final : public Value {
+class RowsValue final : public StoredValue<NamedRows, Type::Rows> {
  public:
-  RowsValue(NamedRows& value, std::span<const std::string_view> words, std::size_t columns)
-      : value_(value), words_(words), columns_(columns) {}
-  Type type() const override { return Type::Rows; }
+  RowsValue(NamedRows& value, std::span<const std::string_view> names, std::size_t columns)
+      : StoredValue(value), names_(names), columns_(columns) {}
   // A value of a known name is written by its name.
   bool given() const override {
-    return std::find(words_.begin(), words_.end(), value_.name()) == words_.end();
+    return std::find(names_.begin(), names_.end(), value_.name()) == names_.end();
   }
   std::string text() const override {
     std::vector<std::string> rows;
@@ -559,8 +517,7 @@ class RowsValue final : public Value {
   }
 
  private:
-  NamedRows& value_;
-  std::span<const std::string_view> words_;
+  std::span<const std::string_view> names_;
   std::size_t columns_;
 };
 
@@ -595,87 +552,69 @@ InputError Place::error(std::string_view problem, std::string_view cure) const {
 }
 
 void Visitor::number(const Field& f, double& value, const Range& range) {
-  NumberValue of(value, range);
-  field(f, of);
+  visit_value(f, NumberValue(value, range));
 }
 void Visitor::angle(const Field& f, double& value_rad, const Range& range_deg) {
-  AngleValue of(value_rad, range_deg);
-  field(f, of);
+  visit_value(f, AngleValue(value_rad, range_deg));
 }
 void Visitor::integer(const Field& f, int& value, int low, int high) {
-  IntegerValue<int> of(value, low, high);
-  field(f, of);
+  visit_value(f, IntegerValue<int>(value, low, high));
 }
 void Visitor::integer(const Field& f, std::uint32_t& value, std::uint32_t low, std::uint32_t high) {
-  IntegerValue<std::uint32_t> of(value, low, high);
-  field(f, of);
+  visit_value(f, IntegerValue<std::uint32_t>(value, low, high));
 }
 void Visitor::integer(const Field& f, std::uint64_t& value, std::uint64_t low, std::uint64_t high) {
-  IntegerValue<std::uint64_t> of(value, static_cast<std::int64_t>(low), static_cast<std::int64_t>(high));
-  field(f, of);
+  visit_value(
+      f, IntegerValue<std::uint64_t>(value, static_cast<std::int64_t>(low), static_cast<std::int64_t>(high)));
 }
 void Visitor::boolean(const Field& f, bool& value) {
-  BooleanValue of(value);
-  field(f, of);
+  visit_value(f, BooleanValue(value));
 }
 void Visitor::text(const Field& f, std::string& value) {
-  TextValue of(value);
-  field(f, of);
+  visit_value(f, TextValue(value));
 }
 void Visitor::number(const Field& f, std::optional<double>& value, const Range& range) {
-  OptionalValue<NumberValue, double, Type::Number> of(value, range);
-  field(f, of);
+  visit_value(f, OptionalValue<NumberValue, double, Type::Number, Range>(value, range));
 }
 void Visitor::text(const Field& f, std::optional<std::string>& value) {
-  OptionalValue<TextValue, std::string, Type::Text> of(value, std::nullopt);
-  field(f, of);
+  visit_value(f, OptionalValue<TextValue, std::string, Type::Text>(value));
 }
 void Visitor::texts(const Field& f, std::vector<std::string>& value) {
-  TextsValue of(value);
-  field(f, of);
+  visit_value(f, TextsValue(value));
 }
 void Visitor::words(const Field& f, std::vector<std::string>& value,
                     std::span<const std::string_view> words) {
-  WordsValue of(value, words);
-  field(f, of);
+  visit_value(f, WordsValue(value, words));
 }
 void Visitor::numbers(const Field& f, std::vector<double>& value, const Range& range) {
-  NumbersValue of(value, range);
-  field(f, of);
+  visit_value(f, NumbersValue(value, range));
 }
 void Visitor::named_numbers(const Field& f, std::map<std::string, double>& value, const Range& range,
                             std::string_view form) {
-  NamedNumbersValue of(value, range, form);
-  field(f, of);
+  visit_value(f, NamedNumbersValue(value, range, form));
 }
 void Visitor::file(const Field& f, std::optional<std::filesystem::path>& value) {
-  FileValue of(value);
-  field(f, of);
+  visit_value(f, FileValue(value));
 }
 void Visitor::files(const Field& f, std::vector<std::filesystem::path>& value) {
-  FilesValue of(value);
-  field(f, of);
+  visit_value(f, FilesValue(value));
 }
 void Visitor::word(const Field& f, std::string& value, std::span<const std::string_view> words) {
-  WordValue of(value, words);
-  field(f, of);
+  visit_value(f, WordValue(value, words));
 }
 int Visitor::choose(const Field& f, int now, std::span<const std::string_view> words) {
-  ChoiceValue of(now, words);
-  field(f, of);
+  visit_value(f, ChoiceValue(now, words));
   return now;
 }
 void Visitor::named_rows(const Field& by_name, std::span<const std::string_view> words, const Field& by_rows,
                          std::size_t columns, NamedRows& value) {
   one_of({by_name.name, by_rows.name});
-  NameValue name(value, words);
-  field(by_name, name);
+  visit_value(by_name, NameValue(value, words));
   rows(by_rows, words, columns, value);
 }
 void Visitor::rows(const Field& f, std::span<const std::string_view> words, std::size_t columns,
                    NamedRows& value) {
-  RowsValue of(value, words, columns);
-  field(f, of);
+  visit_value(f, RowsValue(value, words, columns));
 }
 
 InputError Visitor::fault(std::string_view key, std::string_view problem, std::string_view cure) const {

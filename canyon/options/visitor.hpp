@@ -232,6 +232,7 @@ class Visitor {
   virtual void end() = 0;
 
  private:
+  void visit_value(const Field& of, Value&& value) { field(of, value); }
   [[nodiscard]] int choose(const Field& field, int now, std::span<const std::string_view> words);
 };
 

@@ -114,14 +114,9 @@ void tell_delays(const std::vector<const gnss::SignalDelays*>& told, GpsTime t, 
 template <typename F>
 auto of_record(const gnss::NavigationData& data, gnss::SatelliteId id, const Entry& entry, F f) {
   const auto record = static_cast<std::size_t>(entry.record);
-  switch (id.system) {
-    case gnss::System::GLONASS:
-      return f(data.glonass[record]);
-    case gnss::System::SBAS:
-      return f(data.sbas[record]);
-    default:
-      return f(data.kepler[record]);
-  }
+  if (id.system == gnss::System::GLONASS) return f(data.glonass[record]);
+  if (id.system == gnss::System::SBAS) return f(data.sbas[record]);
+  return f(data.kepler[record]);
 }
 
 std::string hours(double seconds) {

@@ -16,17 +16,9 @@ struct EarthModel {
 
 // The constants that each system's control segment fits with: they belong to the message, not to nature.
 EarthModel earth_model(gnss::System system) {
-  switch (system) {
-    case gnss::System::Galileo:
-      return {3.986004418e14, 7.2921151467e-5};  // OS-SIS-ICD 2.0, table 62
-    case gnss::System::BeiDou:
-      return {3.986004418e14, 7.2921150e-5};  // BDS-SIS-ICD B1I 3.0, 3.2
-    case gnss::System::GPS:
-    case gnss::System::QZSS:
-    case gnss::System::GLONASS:
-    case gnss::System::SBAS:
-      break;
-  }
+  // OS-SIS-ICD 2.0, table 62; BDS-SIS-ICD B1I 3.0, 3.2
+  if (system == gnss::System::Galileo) return {3.986004418e14, 7.2921151467e-5};
+  if (system == gnss::System::BeiDou) return {3.986004418e14, 7.2921150e-5};
   return {3.986005e14, 7.2921151467e-5};  // IS-GPS-200 table 20-IV; IS-QZSS-PNT takes them over
 }
 

@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
@@ -47,14 +46,9 @@ struct Issue {
 };
 
 Issue issue_of(gnss::System system) {
-  switch (system) {
-    case gnss::System::GPS:
-      return {7200, GpsTime(), 2.0};
-    case gnss::System::Galileo:
-      return {3600, GpsTime(), 3.12};
-    default:
-      return {3600, geodesy::gps_from_bdt(0, 0), 2.0};
-  }
+  if (system == gnss::System::GPS) return {7200, GpsTime(), 2.0};
+  if (system == gnss::System::Galileo) return {3600, GpsTime(), 3.12};
+  return {3600, geodesy::gps_from_bdt(0, 0), 2.0};
 }
 
 /// Last grid instant at or before `t`.

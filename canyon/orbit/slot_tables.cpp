@@ -169,19 +169,10 @@ std::vector<Slot> beidou_slots() {
 }  // namespace
 
 std::vector<Slot> nominal_slots(gnss::System system) {
-  switch (system) {
-    case gnss::System::GPS:
-      return gps_slots();
-    case gnss::System::GLONASS:
-      return glonass_slots();
-    case gnss::System::Galileo:
-      return galileo_slots();
-    case gnss::System::BeiDou:
-      return beidou_slots();
-    case gnss::System::QZSS:
-    case gnss::System::SBAS:
-      break;
-  }
+  if (system == gnss::System::GPS) return gps_slots();
+  if (system == gnss::System::GLONASS) return glonass_slots();
+  if (system == gnss::System::Galileo) return galileo_slots();
+  if (system == gnss::System::BeiDou) return beidou_slots();
   return {};
 }
 

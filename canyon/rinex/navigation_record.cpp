@@ -193,21 +193,10 @@ std::optional<double> Fields::at(std::size_t i) const {
 }
 
 std::pair<int, int> satellite_numbers(gnss::System system) {
-  switch (system) {
-    case gnss::System::GPS:
-      return {1, 32};
-    case gnss::System::GLONASS:
-      return {1, 27};  // 24 slots and spares
-    case gnss::System::Galileo:
-      return {1, 36};
-    case gnss::System::BeiDou:
-      return {1, 63};
-    case gnss::System::QZSS:
-      return {1, 10};  // PRN 193 to 202
-    case gnss::System::SBAS:
-      return {20, 58};  // PRN 120 to 158
-  }
-  return {};
+  // GLONASS: 24 slots and spares; QZSS: PRN 193 to 202; SBAS: PRN 120 to 158.
+  constexpr std::array<std::pair<int, int>, gnss::kAllSystems.size()> kNumbers{
+      {{1, 32}, {1, 27}, {1, 36}, {1, 63}, {1, 10}, {20, 58}}};
+  return kNumbers[static_cast<std::size_t>(system)];
 }
 
 std::size_t line_count(gnss::System system) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
-#include <variant>
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"

@@ -1,7 +1,6 @@
 #include "canyon/rinex/observation_codes.hpp"
 
 #include <algorithm>
-#include <cassert>
 
 #include "canyon/base/text.hpp"
 #include "canyon/rinex/observation_reader.hpp"
