@@ -6,7 +6,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "canyon/base/input_error.hpp"
@@ -17,7 +16,6 @@
 #include "canyon/buildings/shapes/outlines.hpp"
 #include "canyon/buildings/shapes/part_assignment.hpp"
 #include "canyon/buildings/shapes/solid.hpp"
-#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -2,11 +2,9 @@
 
 #include <Eigen/Core>
 #include <complex>
-#include <cstdint>
 #include <limits>
 #include <optional>
 
-#include "canyon/city/fwd.hpp"
 #include "canyon/propagation/body.hpp"
 #include "canyon/propagation/paths.hpp"
 

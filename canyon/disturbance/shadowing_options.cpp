@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
-#include <cmath>
 #include <span>
 
 #include "canyon/base/input_error.hpp"
@@ -63,16 +61,9 @@ ShadowingParameters interpolated(std::span<const Row> rows, double elevation_deg
 
 ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double elevation_rad) {
   const double elevation_deg = geodesy::degrees(elevation_rad);
-  switch (options.environment) {
-    case ShadowingEnvironment::Urban:
-      return interpolated(kUrban, elevation_deg);
-    case ShadowingEnvironment::Suburban:
-      return interpolated(kSuburban, elevation_deg);
-    case ShadowingEnvironment::Custom:
-      return options.custom;
-  }
-  assert(false);
-  return options.custom;
+  if (options.environment == ShadowingEnvironment::Custom) return options.custom;
+  const bool urban = options.environment == ShadowingEnvironment::Urban;
+  return urban ? interpolated(kUrban, elevation_deg) : interpolated(kSuburban, elevation_deg);
 }
 
 void ShadowingOptions::validate() const {

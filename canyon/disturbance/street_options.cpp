@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cassert>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"

@@ -1,7 +1,6 @@
 #include "canyon/disturbance/streets.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 

@@ -22,17 +22,8 @@ Colour viridis(double t) {
 }
 
 Colour colour_of(propagation::Visibility visibility) {
-  switch (visibility) {
-    case propagation::Visibility::LOS:
-      return kGreen;
-    case propagation::Visibility::LOSMultipath:
-      return kBlue;
-    case propagation::Visibility::NLOS:
-      return kOrange;
-    case propagation::Visibility::Blocked:
-      break;
-  }
-  return rgb(0x7A7A7A);
+  static constexpr std::array kColours{kGreen, kBlue, kOrange, rgb(0x7A7A7A)};
+  return kColours[static_cast<std::size_t>(visibility)];
 }
 
 }  // namespace canyon::drawing

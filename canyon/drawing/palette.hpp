@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string_view>
-
 #include "canyon/propagation/paths.hpp"
 
 namespace canyon::drawing {

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <tuple>
 
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/reflector_id.hpp"
 
 namespace canyon::propagation {

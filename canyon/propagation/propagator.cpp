@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 #include <map>
-#include <utility>
 #include <vector>
 
 #include "canyon/city/city.hpp"

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
-#include <utility>
 
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/reflector_id.hpp"
 
 namespace canyon::propagation {

@@ -1,9 +1,6 @@
 #include "canyon/signal/link_budget.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"

@@ -1,12 +1,8 @@
 #pragma once
 
-#include <array>
 #include <complex>
-#include <cstdint>
-#include <span>
 #include <vector>
 
-#include "canyon/city/fwd.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/propagation/arrival.hpp"
 #include "canyon/propagation/path_geometry.hpp"

@@ -2,9 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <string_view>
 #include <vector>
 
 #include "canyon/gnss/signals.hpp"

@@ -1,11 +1,5 @@
 #include "canyon/tracking/signal_options.hpp"
 
-#include <fmt/format.h>
-
-#include <cassert>
-#include <cmath>
-
-#include "canyon/base/input_error.hpp"
 #include "canyon/options/values.hpp"
 
 namespace canyon::tracking {

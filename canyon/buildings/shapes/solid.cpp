@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
-#include <utility>
 
 #include "canyon/buildings/shapes/roof_planes.hpp"
 #include "canyon/buildings/shapes/roof_surface.hpp"

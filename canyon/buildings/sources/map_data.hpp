@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 

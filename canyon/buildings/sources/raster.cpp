@@ -4,12 +4,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <mutex>
-#include <string_view>
 #include <system_error>
-#include <utility>
 
 #include "canyon/base/dictionary.hpp"
 #include "canyon/base/input_error.hpp"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -108,8 +107,7 @@ RoofShape read_roof_shape(const Tags& tags) {
   std::string_view text = tags.text("roof:shape");
   if (text.empty()) text = tags.text("building:roof:shape");
   if (text.empty()) return RoofShape::Flat;
-  std::string word(text);
-  for (char& c : word) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string word = lower_case(text);
   for (const auto& [shape, shape_name] : kRoofNames) {
     if (word == shape_name) return shape;
   }
@@ -146,15 +144,8 @@ std::string_view name(RoofShape shape) {
 }
 
 std::string_view name(HeightSource source) {
-  switch (source) {
-    case HeightSource::Tag:
-      return "height";
-    case HeightSource::Levels:
-      return "levels";
-    case HeightSource::Default:
-      break;
-  }
-  return "default";
+  constexpr std::array<std::string_view, 3> kNames{"height", "levels", "default"};
+  return kNames[static_cast<std::size_t>(source)];
 }
 
 Shape shape_from_tags(const std::map<std::string, std::string>& raw, const HeightDefaults& defaults,

@@ -1,7 +1,6 @@
 // Single tag values: lengths, directions, materials.
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <optional>
 #include <string>

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/buildings/sources/raster.hpp"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <set>
-#include <type_traits>
 #include <utility>
 
 #include "canyon/base/text.hpp"

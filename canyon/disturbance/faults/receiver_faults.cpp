@@ -1,6 +1,5 @@
 #include "canyon/disturbance/faults/receiver_faults.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 

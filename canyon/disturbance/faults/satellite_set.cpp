@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "canyon/base/text.hpp"
 
@@ -11,21 +12,8 @@ namespace {
 
 /// The largest number that RINEX 3.05 has for a satellite of the system (5.2, table 1).
 int last_number(gnss::System system) {
-  switch (system) {
-    case gnss::System::GPS:
-      return 32;
-    case gnss::System::GLONASS:
-      return 28;
-    case gnss::System::Galileo:
-      return 36;
-    case gnss::System::BeiDou:
-      return 63;
-    case gnss::System::QZSS:
-      return 10;
-    case gnss::System::SBAS:
-      break;
-  }
-  return 58;
+  constexpr std::array<int, gnss::kAllSystems.size()> kLast{32, 28, 36, 63, 10, 58};
+  return kLast[static_cast<std::size_t>(system)];
 }
 
 bool is_system(std::string_view name) {

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "canyon/disturbance/course.hpp"

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/drawing/light.hpp"
@@ -275,16 +274,9 @@ double CityRenderer::Impl::open_sky(const Vector3d& p) const {
 Light CityRenderer::Impl::paint(const raytrace::Hit& hit, const Vector3d& p, const Style& style) const {
   const city::Object& object = mesh.objects[object_of[hit.triangle]];
   if (!hit.front && style.mark_back_faces) return linear(kBackFace);
-  switch (object.surface) {
-    case city::Surface::Terrain:
-      return linear(kBareGround);
-    case city::Surface::Foliage:
-      return linear(kFoliage);
-    case city::Surface::Vehicle:
-      return linear(kVehicle);
-    case city::Surface::Building:
-      break;
-  }
+  if (object.surface == city::Surface::Terrain) return linear(kBareGround);
+  if (object.surface == city::Surface::Foliage) return linear(kFoliage);
+  if (object.surface == city::Surface::Vehicle) return linear(kVehicle);
   if (!style.colour_by_height) return linear(colour_of(mesh.materials[hit.triangle]));
   const double at = heights.at(p.z() - ground.at(p.x(), p.y()));
   return height_light[static_cast<std::size_t>(std::lround(at * (height_light.size() - 1.0)))];

@@ -73,19 +73,10 @@ class Renderer {
     const double depth = 0.64 + 0.36 * (1 - std::exp(-std::max(0.0, height_m) / kStreetDepth_m));
     const double haze = kMostHaze * (1 - std::exp(-hit->range_m / kHaze_m));
     Light surface = mix(palette_.shadow, palette_.wall, std::clamp(lit, 0.0, 1.0));
-    switch (surface_of(*hit)) {
-      case city::Surface::Building:
-        break;
-      case city::Surface::Terrain:
-        surface = palette_.ground * (0.5 + 0.5 * lit);
-        break;
-      case city::Surface::Foliage:
-        surface = palette_.foliage * (0.5 + 0.5 * lit);
-        break;
-      case city::Surface::Vehicle:
-        surface = palette_.vehicle * (0.5 + 0.5 * lit);
-        break;
-    }
+    const city::Surface kind = surface_of(*hit);
+    if (kind == city::Surface::Terrain) surface = palette_.ground * (0.5 + 0.5 * lit);
+    if (kind == city::Surface::Foliage) surface = palette_.foliage * (0.5 + 0.5 * lit);
+    if (kind == city::Surface::Vehicle) surface = palette_.vehicle * (0.5 + 0.5 * lit);
     sample.light = mix(surface * depth, palette_.haze, haze);
     return sample;
   }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -14,7 +13,6 @@
 #include "canyon/city/city.hpp"
 #include "canyon/drawing/axes.hpp"
 #include "canyon/drawing/views/map_marks.hpp"
-#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::drawing {
 namespace {
