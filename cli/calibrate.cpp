@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <memory>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/options/node.hpp"
@@ -15,17 +13,13 @@
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/recording_table.hpp"
 #include "cli/commands.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "cli/recorded_drive.hpp"
 
 namespace canyon::cli {
 namespace {
 
-/// Blocks drawn anew for the intervals of the table.
-constexpr int kResamples = 200;
-
-struct Arguments : DriveArguments {
+struct CalibrateArguments : DriveArguments {
   std::string out, profile, environment, calibrate_by = "first", json, markdown;
 };
 
@@ -127,30 +121,19 @@ class CalibrationDrive : public RecordedDrive {
                             validation::describe_part(comparison, part_.first, part_.count, part_.name));
     figures.never_tracked = *never_;
     figures.left_out = true;
-    validation::RecordingRow row;
-    row.name = fmt::format("{}{}", prefix_, called);
-    row.receiver_class = recorded_.receiver_class;
-    row.part = figures.part;
-    row.never_tracked = validation::never_tracked_text(figures);
     if (recorded_.nmea) {
       options.position_filter = true;
       figures.own_fixes = validation::own_fix_figures(
           validation::own_fixes_of(recording_, comparison, part_.first, part_.count), compare(), part_.first,
           part_.count);
     }
-    row.headlines = validation::headlines(figures);
-    validation::FigureOptions figure_options;
-    figure_options.resamples = kResamples;
-    validation::add_intervals(row.headlines, comparison, part_.first, part_.count, figure_options);
+    validation::RecordingRow row = row_of(prefix_ + called, figures, comparison, {});
     row.figures_json = validation::to_json({figures}, std::nullopt);
     return row;
   }
   [[nodiscard]] std::string calibrated_by(bool whole) const {
     const std::string part = whole ? "whole recording" : first_part_.name;
     return recorded_.name.empty() ? part : fmt::format("{} ({})", recorded_.name, part);
-  }
-  [[nodiscard]] std::string alignment_line() const {
-    return alignment_ ? prefix_ + alignment_text() : std::string();
   }
   [[nodiscard]] const std::atomic<bool>& stop() const { return stop_; }
 
@@ -182,7 +165,8 @@ std::string json_of(const calibration::Calibration& result,
 }
 
 /// All of one profile: that of the command line, else of the first recording.
-std::string unite_profiles(const Arguments& arguments, std::vector<validation::ListedRecording>& recordings) {
+std::string unite_profiles(const CalibrateArguments& arguments,
+                           std::vector<validation::ListedRecording>& recordings) {
   std::string base = arguments.profile;
   if (simulation::is_profile_path(base)) base = std::filesystem::absolute(base).string();
   bool differ = !base.empty();
@@ -209,8 +193,8 @@ std::string unite_profiles(const Arguments& arguments, std::vector<validation::L
   return base;
 }
 
-int run(const Arguments& given) {
-  Arguments arguments = given;
+int calibrate(const CalibrateArguments& given) {
+  CalibrateArguments arguments = given;
   const bool whole = arguments.calibrate_by == "all";
   arguments.part = whole ? "all" : "rest";
   const std::string ending = std::filesystem::path(arguments.out).extension().string();
@@ -288,41 +272,37 @@ int run(const Arguments& given) {
   return kOk;
 }
 
+int run_calibrate(const CalibrateArguments& arguments) {
+  return unless_interrupted([&] { return calibrate(arguments); });
+}
+
 }  // namespace
 
 void add_calibrate(Command& app) {
-  auto arguments = std::make_shared<Arguments>();
   Command& command = app.add_command("calibrate", "fit a receiver profile to what a real receiver recorded");
-  add_drive_options(command, *arguments);
-  command.add_option("-o,--out", arguments->out, "FILE", "the profile to write, FILE.yaml").required();
-  command.add_option("--profile", arguments->profile, "NAME|FILE",
+  CalibrateArguments& arguments = command.run_with(run_calibrate);
+  add_drive_options(command, arguments);
+  command.add_option("-o,--out", arguments.out, "FILE", "the profile to write, FILE.yaml").required();
+  command.add_option("--profile", arguments.profile, "NAME|FILE",
                      "that is calibrated: one of 'canyon profiles', or a file (that of the first recording)");
   command.add_option(
-      "--environment", arguments->environment, "FILE",
+      "--environment", arguments.environment, "FILE",
       "estimate the facades and their scattering as well, over all recordings, and write them as a "
       "fragment of a scenario");
   command
-      .add_option("--part", arguments->calibrate_by, "PART",
+      .add_option("--part", arguments.calibrate_by, "PART",
                   "that calibrates: first, the rest then judges (first), or all, and nothing judges")
       .one_of({"first", "all"});
-  command.add_option("--json", arguments->json, "FILE",
+  command.add_option("--json", arguments.json, "FILE",
                      "write estimates and figures as JSON; -: to standard output, alone");
-  command.add_option("--markdown", arguments->markdown, "FILE", "write the tables as Markdown");
-  command.add_flag("--quiet", arguments->quiet, "print errors only (and what --json - asks for)");
+  command.add_option("--markdown", arguments.markdown, "FILE", "write the tables as Markdown");
+  command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
   command.footer =
       "Estimates what a profile leaves open and a recording tells: signals and orbits that are tracked, "
       "levels of\n"
       "C/N0, shadows, thresholds, noise, the filter's smoothness. A key keeps the profile's value where the\n"
       "recording says nothing significant of it; comments in the file say where each number came from.\n"
       "'profile: ./FILE.yaml' then takes it. docs/calibration.md has the method.";
-  command.action = [arguments]() -> int {
-    try {
-      return run(*arguments);
-    } catch (const Interrupted&) {
-      fmt::print(stderr, "canyon: interrupted: nothing was written\n");
-      return kInterrupted;
-    }
-  };
 }
 
 }  // namespace canyon::cli

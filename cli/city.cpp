@@ -2,7 +2,6 @@
 
 #include <chrono>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"
@@ -14,13 +13,13 @@
 namespace canyon::cli {
 namespace {
 
-struct Arguments {
+struct CityInfoArguments {
   std::string input;
   std::string origin;
   bool json = false;
 };
 
-int run(const Arguments& arguments) {
+int run_city_info(const CityInfoArguments& arguments) {
   const simulation::CityConfig config = city_config(arguments.input, arguments.origin);
   const auto begin = std::chrono::steady_clock::now();
   const city::City city = load_city(config, "building the city", arguments.json).city;
@@ -105,7 +104,7 @@ std::array<double, 4> parse_bbox(const std::string& text, const std::string& opt
 void add_city(Command& app) {
   Command& command = app.add_command("city", "build, convert and look into city models");
   Command& info = command.add_command("info", "size, buildings, georeference and defects of a city");
-  Arguments& arguments = info.run_with(run);
+  CityInfoArguments& arguments = info.run_with(run_city_info);
   info.add_option("input", arguments.input, "FILE",
                   "city: .canyon, map (.osm .osm.gz .osm.bz2 .osm.pbf, CityJSON .json), mesh (.dae .obj .stl "
                   ".gltf .glb .ply), Gazebo world or model (.world .sdf, folder), or a scenario: its city")

@@ -22,7 +22,7 @@ namespace {
 
 using simulation::CityFileKind;
 
-struct Arguments {
+struct CityBuildArguments {
   std::vector<std::string> inputs;
   std::vector<std::string> outputs;
   std::string bbox;
@@ -79,7 +79,8 @@ Output parse_output(const std::string& text, bool from_map) {
   return out;
 }
 
-std::vector<std::filesystem::path> download(const Arguments& arguments, simulation::MapCityConfig& map) {
+std::vector<std::filesystem::path> download(const CityBuildArguments& arguments,
+                                            simulation::MapCityConfig& map) {
   buildings::OverpassOptions options;
   if (!arguments.overpass.empty()) options.url = arguments.overpass;
   options.cache = arguments.cache;
@@ -106,7 +107,7 @@ bool is_map(const std::string& input) {
   return simulation::city_file_kind(input) == CityFileKind::Map;
 }
 
-simulation::CityConfig make_config(const Arguments& arguments, const Command& command) {
+simulation::CityConfig make_config(const CityBuildArguments& arguments, const Command& command) {
   const bool online = !arguments.overpass.empty() || !arguments.place.empty();
   if (arguments.inputs.empty() && !online) {
     throw InputError("nothing to build from",
@@ -171,7 +172,7 @@ std::string model_name(const std::filesystem::path& path) {
   return name;
 }
 
-void write(const Output& out, const buildings::BuiltCity& loaded, const Arguments& arguments) {
+void write(const Output& out, const buildings::BuiltCity& loaded, const CityBuildArguments& arguments) {
   city::GazeboOptions gazebo;
   gazebo.name = arguments.name.empty() ? model_name(out.path) : arguments.name;
   switch (out.format) {
@@ -214,7 +215,7 @@ Json to_json(const buildings::BuildReport& r) {
           {"warnings", r.warnings}};
 }
 
-int run(const Arguments& arguments, const Command& command) {
+int run_city_build(const CityBuildArguments& arguments, const Command& command) {
   const bool from_map = arguments.inputs.empty() || is_map(arguments.inputs.front());
   std::vector<Output> outputs;
   for (const std::string& text : arguments.outputs) {
@@ -268,7 +269,7 @@ int run(const Arguments& arguments, const Command& command) {
 }  // namespace
 
 void add_city_build(Command& city) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CityBuildArguments>();
   Command& build = city.add_command("build", "make a city of maps, or convert one");
   build.add_option(
       "input", arguments->inputs, "INPUT",
@@ -296,7 +297,7 @@ void add_city_build(Command& city) {
   build.add_option("--name", arguments->name, "NAME", "of the city and of Gazebo's model");
   build.add_flag("--quiet", arguments->quiet, "print errors only");
   build.add_flag("--json", arguments->json, "print the report as JSON");
-  build.action = [arguments, &build] { return run(*arguments, build); };
+  build.action = [arguments, &build] { return run_city_build(*arguments, build); };
 }
 
 }  // namespace canyon::cli

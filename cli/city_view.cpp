@@ -9,7 +9,7 @@
 namespace canyon::cli {
 namespace {
 
-struct Arguments {
+struct CityViewArguments {
   std::string input;
   std::string out;
   std::string size;
@@ -18,7 +18,7 @@ struct Arguments {
   drawing::CityPictureOptions picture;
 };
 
-int run(const Arguments& arguments) {
+int run_city_view(const CityViewArguments& arguments) {
   drawing::CityPictureOptions picture = arguments.picture;
   if (!arguments.size.empty()) {
     const std::vector<std::string_view> pieces = split(arguments.size, 'x');
@@ -46,7 +46,7 @@ int run(const Arguments& arguments) {
 
 void add_city_view(Command& city) {
   Command& view = city.add_command("view", "draw a picture of a city");
-  Arguments& arguments = view.run_with(run);
+  CityViewArguments& arguments = view.run_with(run_city_view);
   view.add_option("city", arguments.input, "CITY", "any file that 'canyon city info' reads, or a scenario")
       .required();
   view.add_option("-o,--out", arguments.out, "PNG", "the picture").required();

@@ -1,9 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/options/describe.hpp"
 #include "cli/commands.hpp"

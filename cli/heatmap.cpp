@@ -5,13 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -37,9 +31,6 @@ namespace fs = std::filesystem;
 using geodesy::GpsTime;
 
 constexpr int kMostRuns = 10'000;
-
-/// Ctrl-C while files are written: thrown through the writers.
-struct Interrupted {};
 
 std::string number(double value, int decimals) {
   return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, decimals);
@@ -122,11 +113,7 @@ class MapRun {
   }
 
   [[nodiscard]] bool quiet() const { return arguments_.quiet || ranks_.rank() > 0; }
-  void note(const std::string& text) const {
-    if (quiet()) return;
-    std::fflush(stdout);  // what was printed before it stands before it in a log, too
-    fmt::print(stderr, "{}\n", text);
-  }
+  void note(const std::string& text) const { cli::note(quiet(), text); }
   void warn(const std::vector<std::string>& lines) const {
     if (ranks_.rank() == 0) print_warnings(lines);
   }
@@ -355,7 +342,7 @@ class MapRun {
   heatmap::RunResult result_;                                ///< of all
 };
 
-int run(const HeatmapArguments& arguments) {
+int run_heatmap(const HeatmapArguments& arguments) {
   if (arguments.scenario.empty())
     throw InputError("SCENARIO is missing", "canyon heatmap SCENARIO --out DIR");
   if (arguments.out.empty()) throw InputError("--out is missing", "say which folder the map shall stand in");
@@ -379,7 +366,7 @@ std::string model_list() {
   return text;
 }
 
-constexpr const char* kFooter = R"(
+constexpr const char* kHeatmapFooter = R"(
 
 Cells inside buildings are marked, not computed. Finished tiles stand in DIR/tiles until the map is
 whole: Ctrl-C keeps them, and the same command goes on from there.
@@ -401,7 +388,7 @@ docs/heatmap.md explains layers and files, docs/scaling.md clusters.)";
 
 void add_heatmap(Command& app) {
   Command& command = app.add_command("heatmap", "maps of position error, visibility and DOP over a city");
-  HeatmapArguments& arguments = command.run_with(run);
+  HeatmapArguments& arguments = command.run_with(run_heatmap);
   command.add_option("scenario", arguments.scenario, "SCENARIO",
                      "scenario file: its city, sky and a receiver");
   command.add_option("-o,--out", arguments.out, "DIR", "folder for the map, made where needed (required)");
@@ -449,7 +436,7 @@ void add_heatmap(Command& app) {
   command.add_flag("--keep-tiles", arguments.keep_tiles, "leave DIR/tiles when the map is whole");
   command.add_flag("--large", arguments.large, "more than 1e10 values, or more than the disk seems to hold");
   command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
-  command.footer = "Layers:" + layer_list() + kFooter;
+  command.footer = "Layers:" + layer_list() + kHeatmapFooter;
   add_heatmap_query(command);
   add_heatmap_judge(command);
 }

@@ -1,10 +1,5 @@
 #include <fmt/format.h>
 
-#include <cstdio>
-#include <string>
-#include <vector>
-
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
@@ -12,20 +7,19 @@
 #include "canyon/validation/map_judgement.hpp"
 #include "canyon/validation/report/map_picture.hpp"
 #include "cli/commands.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "cli/recorded_drive.hpp"
 
 namespace canyon::cli {
 namespace {
 
-struct Arguments : DriveArguments {
+struct HeatmapJudgeArguments : DriveArguments {
   std::string map, out;
 };
 
 class MapComparison : public RecordedDrive {
  public:
-  MapComparison(const Arguments& arguments, const validation::ListedRecording& recording)
+  MapComparison(const HeatmapJudgeArguments& arguments, const validation::ListedRecording& recording)
       : RecordedDrive(arguments, recording, false), arguments_(arguments) {}
 
   int run() {
@@ -74,23 +68,19 @@ class MapComparison : public RecordedDrive {
     note(fmt::format("judged.csv, judged.png and judged.svg in {}", arguments_.out));
   }
 
-  const Arguments& arguments_;
+  const HeatmapJudgeArguments& arguments_;
 };
 
-int run(const Arguments& arguments) {
+int run_heatmap_judge(const HeatmapJudgeArguments& arguments) {
   if (validation::is_recording_list(arguments.scenario)) {
     throw InputError(arguments.scenario, 0, "is a list of recordings, and a map is of one city",
                      "give the scenario of one recording, and --obs");
   }
-  try {
-    return MapComparison(arguments, recordings_of(arguments, false).front()).run();
-  } catch (const Interrupted&) {
-    fmt::print(stderr, "canyon: interrupted: nothing is written\n");
-    return kInterrupted;
-  }
+  return unless_interrupted(
+      [&] { return MapComparison(arguments, recordings_of(arguments, false).front()).run(); });
 }
 
-constexpr const char* kFooter = R"(
+constexpr const char* kHeatmapJudgeFooter = R"(
 Fixes are solved anew from the recorded pseudoranges, epoch by epoch, with the receiver's own settings, as a map's
 are. The map needs horizontal_error_p50 and _p95 at the drive's places, altitude and times.
 
@@ -103,7 +93,7 @@ Example:
 
 void add_heatmap_judge(Command& heatmap) {
   Command& command = heatmap.add_command("judge", "a finished map beside the errors of a recorded receiver");
-  Arguments& arguments = command.run_with(run);
+  HeatmapJudgeArguments& arguments = command.run_with(run_heatmap_judge);
   command.add_option("map", arguments.map, "MAP.nc", "the map's NetCDF file").required();
   add_drive_options(command, arguments);
   // Own fixes are a filter's, and a map's cells have none.
@@ -114,7 +104,7 @@ void add_heatmap_judge(Command& heatmap) {
       .one_of({"first", "rest", "all"});
   command.add_option("-o,--out", arguments.out, "DIR", "folder for judged.csv and a picture");
   command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
-  command.footer = kFooter;
+  command.footer = kHeatmapJudgeFooter;
 }
 
 }  // namespace canyon::cli

@@ -2,11 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <string>
-#include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -28,7 +24,7 @@ using heatmap::CellState;
 using heatmap::RouteReport;
 using heatmap::StoredMap;
 
-struct Arguments {
+struct HeatmapQueryArguments {
   std::string map, place, path, format = "csv", time;
   heatmap::RouteOptions route;  ///< step_m: 0 is not given
   bool json = false;
@@ -89,7 +85,7 @@ constexpr double kAltitudeReach_m = 5;
 constexpr double kSameAltitude_m = 0.1;
 
 /// The map counts altitudes; without one asked for, its lowest is meant. Says where another one answers.
-double altitude_of(const Arguments& arguments, const StoredMap& map) {
+double altitude_of(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   if (!arguments.route.altitude_m) return map.altitudes_m().front();
   const double asked_m = *arguments.route.altitude_m;
   const std::vector<double>& known = map.altitudes_m();
@@ -116,7 +112,7 @@ double altitude_of(const Arguments& arguments, const StoredMap& map) {
   return asked_m;
 }
 
-int query_place(const Arguments& arguments, const StoredMap& map) {
+int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   if (split(arguments.place, ',').size() != 2) {
     throw InputError(fmt::format("--at '{}' is not a place on a map", arguments.place),
                      "give LATITUDE,LONGITUDE in degrees, and --altitude where the map has several");
@@ -161,7 +157,7 @@ int query_place(const Arguments& arguments, const StoredMap& map) {
   return kOk;
 }
 
-RouteReport report_of(const Arguments& arguments, const StoredMap& map) {
+RouteReport report_of(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   // Times that count from a start count from the map's.
   const simulation::Trajectory route =
       simulation::read_trajectory(arguments.path, arguments.format, map.times().front());
@@ -258,7 +254,7 @@ void print_json(const RouteReport& report, const StoredMap& map) {
   fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
 }
 
-int query_path(const Arguments& arguments, const StoredMap& map) {
+int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   const RouteReport report = report_of(arguments, map);
   if (report.outside == report.stations.size()) {
     throw InputError(fmt::format("{} lies wholly outside the map or its times", arguments.path),
@@ -295,7 +291,7 @@ int query_path(const Arguments& arguments, const StoredMap& map) {
   return kOk;
 }
 
-int run(const Arguments& arguments) {
+int run_heatmap_query(const HeatmapQueryArguments& arguments) {
   if (arguments.place.empty() == arguments.path.empty()) {
     throw InputError("what should be looked up?", "give --at LAT,LON or --path FILE");
   }
@@ -304,7 +300,7 @@ int run(const Arguments& arguments) {
   return arguments.place.empty() ? query_path(arguments, map) : query_place(arguments, map);
 }
 
-constexpr const char* kFooter =
+constexpr const char* kHeatmapQueryFooter =
     R"(Expected error: the map's horizontal_error_mean where it has it, else _rms, _p50 or horizontal_error, averaged
 over the way. Values are those of the cell, and of the altitude and time nearest to what is asked for;
 a route is looked up at the map's altitude, whatever its own, where the map counts from the terrain.
@@ -318,7 +314,7 @@ Examples:
 
 void add_heatmap_query(Command& heatmap) {
   Command& command = heatmap.add_command("query", "what a finished map says of a place, or along a path");
-  Arguments& arguments = command.run_with(run);
+  HeatmapQueryArguments& arguments = command.run_with(run_heatmap_query);
   command.add_option("map", arguments.map, "MAP.nc", "the map's NetCDF file").required();
   command.add_option("--at", arguments.place, "LAT,LON", "a place [deg]");
   command.add_option("--path", arguments.path, "FILE", "a route with times and positions").excludes("--at");
@@ -334,7 +330,7 @@ void add_heatmap_query(Command& heatmap) {
   add_field(command, "--stretch", arguments.route, "stretch_m").needs("--path");
   add_field(command, "--step", arguments.route, "step_m").needs("--path");
   command.add_flag("--json", arguments.json, "print JSON, with all stations");
-  command.footer = kFooter;
+  command.footer = kHeatmapQueryFooter;
 }
 
 }  // namespace canyon::cli

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <system_error>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"

@@ -2,11 +2,7 @@
 
 #include <unistd.h>
 #include <cstdio>
-#include <memory>
-#include <string>
-#include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/live/session.hpp"
 #include "canyon/output/stream.hpp"
@@ -19,7 +15,7 @@
 namespace canyon::cli {
 namespace {
 
-struct Arguments {
+struct LiveArguments {
   std::string scenario;
   std::vector<std::string> poses;
   std::string pose_format = "json";
@@ -33,7 +29,7 @@ struct Arguments {
   bool quiet = false;
 };
 
-simulation::Scenario read(const Arguments& arguments) {
+simulation::Scenario read_live_scenario(const LiveArguments& arguments) {
   simulation::Scenario scenario = simulation::read_scenario(arguments.scenario, {false});
   simulation::LiveOptions live = scenario.live.value_or(simulation::LiveOptions{});
   if (!arguments.poses.empty()) live.poses.clear();
@@ -70,8 +66,8 @@ std::string figures_line(const live::Figures& figures) {
   return line;
 }
 
-int run(const Arguments& arguments) {
-  const simulation::Scenario scenario = read(arguments);
+int run_live(const LiveArguments& arguments) {
+  const simulation::Scenario scenario = read_live_scenario(arguments);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   bool drawn = false;  // a line that the next one replaces
   const auto note = [&](const std::string& text) {
@@ -120,7 +116,7 @@ int run(const Arguments& arguments) {
 void add_live(Command& app) {
   Command& command = app.add_command(
       "live", "run a scenario in real time: poses in, receivers out, with or without a simulator");
-  Arguments& arguments = command.run_with(run);
+  LiveArguments& arguments = command.run_with(run_live);
   command
       .add_option("scenario", arguments.scenario, "SCENARIO",
                   "scenario file (YAML); its key 'live' has what follows")

@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <exception>
 
-#include "canyon/base/input_error.hpp"
 #include "cli/commands.hpp"
 
 int main(int argc, char** argv) {

@@ -1,15 +1,12 @@
 #include <fmt/format.h>
 
-#include <string>
-#include <vector>
-
 #include "canyon/simulation/profile.hpp"
 #include "cli/commands.hpp"
 
 namespace canyon::cli {
 namespace {
 
-int run(const std::string& name) {
+int run_profiles(const std::string& name) {
   if (!name.empty()) {
     fmt::print("{}", simulation::built_in_profile(name).text);
     return kOk;
@@ -28,7 +25,7 @@ int run(const std::string& name) {
 
 void add_profiles(Command& app) {
   Command& command = app.add_command("profiles", "list the receivers that come with Canyon, or print one");
-  std::string& name = command.run_with(run);
+  std::string& name = command.run_with(run_profiles);
   command.add_option("profile", name, "NAME", "print the file of this one");
   command.footer =
       "A scenario takes one as 'receivers: [{profile: NAME}]', or a file of your own as 'profile: "

@@ -31,6 +31,12 @@ std::string duration_text(double seconds) {
   return fmt::format("{} d {} h", whole / 86'400, whole % 86'400 / 3600);
 }
 
+void note(bool quiet, const std::string& text) {
+  if (quiet) return;
+  std::fflush(stdout);
+  fmt::print(stderr, "{}\n", text);
+}
+
 Progress::Progress(std::string what, bool quiet, std::string unit)
     : what_(std::move(what)), unit_(std::move(unit)), quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
 

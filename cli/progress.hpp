@@ -13,6 +13,9 @@ namespace canyon::cli {
 /// "12 s", "3 min 20 s", "2 h 5 min", "4 d 3 h".
 [[nodiscard]] std::string duration_text(double seconds);
 
+/// Prints a line to standard error, in a log behind what was printed before it; nothing where `quiet`.
+void note(bool quiet, const std::string& text);
+
 /// Wall time.
 [[nodiscard]] inline double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <exception>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "cli/commands.hpp"
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/load_city.hpp"
@@ -15,7 +14,6 @@
 #include "canyon/validation/figures.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 
 namespace canyon::cli {
@@ -97,6 +95,15 @@ std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arg
   return {one};
 }
 
+int unless_interrupted(const std::function<int()>& work) {
+  try {
+    return work();
+  } catch (const Interrupted&) {
+    fmt::print(stderr, "canyon: interrupted: nothing was written\n");
+    return kInterrupted;
+  }
+}
+
 RecordedDrive::RecordedDrive(const DriveArguments& arguments, const validation::ListedRecording& recording,
                              bool listed)
     : arguments_(arguments),
@@ -122,9 +129,7 @@ simulation::Scenario RecordedDrive::read_scenario() const {
 }
 
 void RecordedDrive::note(const std::string& text) const {
-  if (arguments_.quiet) return;
-  std::fflush(stdout);
-  fmt::print(stderr, "{}{}\n", prefix_, text);
+  cli::note(arguments_.quiet, prefix_ + text);
 }
 
 void RecordedDrive::warn(const std::vector<std::string>& lines) {
@@ -139,6 +144,21 @@ std::function<void(std::size_t, std::size_t)> RecordedDrive::progress_of(Progres
     if (stop_.load()) throw Interrupted{};
     progress.update(done, total);
   };
+}
+
+validation::RecordingRow RecordedDrive::row_of(const std::string& name, const validation::Figures& figures,
+                                               const validation::Comparison& comparison,
+                                               const std::vector<validation::Comparison>& runs) const {
+  validation::RecordingRow row;
+  row.name = name;
+  row.receiver_class = recorded_.receiver_class;
+  row.part = figures.part;
+  row.never_tracked = validation::never_tracked_text(figures);
+  row.headlines = validation::headlines(figures);
+  validation::FigureOptions options;
+  options.resamples = kResamples;
+  validation::add_intervals(row.headlines, comparison, part_.first, part_.count, options, runs);
+  return row;
 }
 
 void RecordedDrive::check() {

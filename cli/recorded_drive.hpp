@@ -14,14 +14,16 @@
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/recording_list.hpp"
+#include "canyon/validation/recording_table.hpp"
 #include "cli/arguments.hpp"
+#include "cli/interrupt.hpp"
 
 namespace canyon::cli {
 
 class Progress;
 
-/// Ctrl-C: thrown by progress callbacks, so that nothing half done is written.
-struct Interrupted {};
+/// Blocks drawn anew for the intervals of a table of recordings, each with all of its figures.
+inline constexpr int kResamples = 200;
 
 /// What commands that read recordings are told of them.
 struct DriveArguments {
@@ -38,6 +40,9 @@ void add_drive_options(Command& command, DriveArguments& arguments);
 [[nodiscard]] std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arguments,
                                                                      bool listed);
 
+/// What `work` returns; where Ctrl-C ended it (Interrupted), says that nothing was written.
+[[nodiscard]] int unless_interrupted(const std::function<int()>& work);
+
 /// One recording with its scenario: city, sky, truth, and the city's place. Tells what it does on standard
 /// error.
 class RecordedDrive {
@@ -51,6 +56,10 @@ class RecordedDrive {
 
   [[nodiscard]] const validation::ListedRecording& recorded() const { return recorded_; }
   [[nodiscard]] std::string alignment_text() const;
+  /// alignment_text() behind the recording's name; empty where its city is not aligned.
+  [[nodiscard]] std::string alignment_line() const {
+    return alignment_ ? prefix_ + alignment_text() : std::string();
+  }
 
  protected:
   /// Epochs of a recording, and how they are called.
@@ -62,6 +71,10 @@ class RecordedDrive {
   void note(const std::string& text) const;
   void warn(const std::vector<std::string>& lines);
   [[nodiscard]] std::function<void(std::size_t, std::size_t)> progress_of(Progress& progress) const;
+  /// Its row in a table of several recordings, but for report and JSON.
+  [[nodiscard]] validation::RecordingRow row_of(const std::string& name, const validation::Figures& figures,
+                                                const validation::Comparison& comparison,
+                                                const std::vector<validation::Comparison>& runs) const;
   [[nodiscard]] validation::Registration registration() const {
     return alignment_ ? alignment_->registration : validation::Registration{};
   }

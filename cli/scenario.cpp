@@ -1,8 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
-#include <string>
-
 #include "canyon/options/describe.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "cli/commands.hpp"

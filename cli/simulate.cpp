@@ -4,12 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/drawing/views/pictures.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -30,7 +25,7 @@ namespace {
 /// Pictures of a receiver take about a second, its epochs often less.
 constexpr std::size_t kMostDrawn = 16;
 
-struct Arguments {
+struct SimulateArguments {
   std::string scenario;
   std::string out;
   std::optional<std::uint64_t> seed;
@@ -54,7 +49,7 @@ std::string count_systems(const std::vector<gnss::SatelliteId>& satellites) {
   return text;
 }
 
-simulation::Scenario read(const Arguments& arguments) {
+simulation::Scenario read_simulated_scenario(const SimulateArguments& arguments) {
   simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
   if (arguments.seed) scenario.seed = *arguments.seed;
   if (arguments.duration_s) {
@@ -71,13 +66,9 @@ simulation::Scenario read(const Arguments& arguments) {
   return scenario;
 }
 
-int run(const Arguments& arguments) {
-  const auto note = [&arguments](const std::string& text) {
-    if (arguments.quiet) return;
-    std::fflush(stdout);  // what was printed before it stands before it in a log, too
-    fmt::print(stderr, "{}\n", text);
-  };
-  const simulation::Scenario scenario = read(arguments);
+int run_simulate(const SimulateArguments& arguments) {
+  const auto note = [&arguments](const std::string& text) { cli::note(arguments.quiet, text); };
+  const simulation::Scenario scenario = read_simulated_scenario(arguments);
   make_output_folder(arguments.out);
 
   const auto load_begin = std::chrono::steady_clock::now();
@@ -172,7 +163,7 @@ int run(const Arguments& arguments) {
 
 void add_simulate(Command& app) {
   Command& command = app.add_command("simulate", "run a scenario and write what its receivers see");
-  Arguments& arguments = command.run_with(run);
+  SimulateArguments& arguments = command.run_with(run_simulate);
   command.add_option("scenario", arguments.scenario, "SCENARIO", "scenario file (YAML)").required();
   command.add_option("-o,--out", arguments.out, "DIR", "folder for the results, made where needed")
       .required();

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -12,7 +10,7 @@
 namespace canyon::cli {
 namespace {
 
-struct Arguments {
+struct SkyArguments {
   std::vector<std::string> navigation;
   std::string sp3;
   std::string place;
@@ -30,7 +28,7 @@ struct Row {
   std::string source;
 };
 
-int run(const Arguments& arguments) {
+int run_sky(const SkyArguments& arguments) {
   const geodesy::Geodetic place = parse_place(arguments.place, "--at");
   const geodesy::GpsTime time = parse_instant(arguments.time);
   if (!(arguments.mask_deg >= -90 && arguments.mask_deg < 90)) {
@@ -117,7 +115,7 @@ int run(const Arguments& arguments) {
 
 void add_sky(Command& app) {
   Command& command = app.add_command("sky", "who is up, where, and from which file");
-  Arguments& arguments = command.run_with(run);
+  SkyArguments& arguments = command.run_with(run_sky);
   command.add_option("--nav", arguments.navigation, "FILE",
                      "RINEX navigation files (2, 3 or 4; .gz too); without them the nominal constellations");
   command.add_option("--sp3", arguments.sp3, "FILE", "SP3-c/d precise orbits instead").excludes("--nav");

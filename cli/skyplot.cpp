@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <map>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/drawing/frame_files.hpp"
@@ -24,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct SkyplotArguments {
   SiteArguments site;
   std::string out;
   std::string frames;
@@ -70,7 +68,7 @@ std::string no_signal_in(raytrace::Placement placement) {
                                                           : "under the terrain: no signal there";
 }
 
-int draw_one(const Arguments& arguments, Site& site) {
+int draw_one(const SkyplotArguments& arguments, Site& site) {
   const geodesy::GpsTime time = site.time();
   site.cover(time - arguments.options.trail_s, time);
   const Eigen::Vector3d antenna = site.antenna(time);
@@ -97,7 +95,7 @@ void warn_about_left_frames(const fs::path& folder, std::size_t count) {
   }
 }
 
-int draw_frames(const Arguments& arguments, Site& site) {
+int draw_frames(const SkyplotArguments& arguments, Site& site) {
   const geodesy::GpsTime begin = site.begin(), end = site.end();
   const geodesy::GpsTime first = moment(arguments.first, begin, begin);
   const geodesy::GpsTime last = moment(arguments.last, begin, end);
@@ -158,8 +156,8 @@ int draw_frames(const Arguments& arguments, Site& site) {
   return kOk;
 }
 
-int run(const Arguments& given) {
-  Arguments arguments = given;
+int run_skyplot(const SkyplotArguments& given) {
+  SkyplotArguments arguments = given;
   if (arguments.out.empty() == arguments.frames.empty()) {
     throw InputError("where should the sky be drawn?", "give -o FILE.png, -o FILE.svg or --frames DIR");
   }
@@ -193,7 +191,7 @@ int run(const Arguments& given) {
   return frames ? draw_frames(arguments, site) : draw_one(arguments, site);
 }
 
-constexpr const char* kFooter =
+constexpr const char* kSkyplotFooter =
     R"(Without --at or --enu the antenna is where the scenario's trajectory has it at that time.
 
 Satellites: LOS green disc, LOS+multipath ringed blue disc, NLOS orange triangle, blocked cross.
@@ -213,7 +211,7 @@ Examples:
 void add_skyplot(Command& app) {
   Command& command = app.add_command(
       "skyplot", "draw the sky over a place: satellites by visibility, buildings; or frames along the drive");
-  Arguments& arguments = command.run_with(run);
+  SkyplotArguments& arguments = command.run_with(run_skyplot);
   add_site_options(command, arguments.site);
   command.add_option("-o,--out", arguments.out, "FILE", "the picture: FILE.png or FILE.svg");
   command
@@ -240,7 +238,7 @@ void add_skyplot(Command& app) {
   command.add_option("--last", arguments.last, "T", "likewise (its end)").needs("--frames");
   add_threads(command, arguments.threads, "for frames; 0: one for each core (0)");
   command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
-  command.footer = kFooter;
+  command.footer = kSkyplotFooter;
 }
 
 }  // namespace canyon::cli

@@ -2,12 +2,7 @@
 
 #include <chrono>
 #include <cstdio>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/study/results.hpp"
@@ -22,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct StudyArguments {
   std::string study, out, shard;
   std::vector<std::string> folders;  ///< of merge
   std::optional<std::size_t> print_run;
@@ -54,12 +49,6 @@ std::string list_of(const std::vector<std::size_t>& numbers) {
   return text;
 }
 
-void note(const Arguments& arguments, const std::string& text) {
-  if (arguments.quiet) return;
-  std::fflush(stdout);
-  fmt::print(stderr, "{}\n", text);
-}
-
 void tell_plan(const study::StudyPlan& plan) {
   std::vector<std::vector<std::string>> rows;
   for (const study::Axis& axis : plan.study().axes) {
@@ -76,7 +65,7 @@ void tell_plan(const study::StudyPlan& plan) {
 }
 
 /// NetCDF, table and pictures of a folder whose runs are all there.
-void write_results(const Arguments& arguments, const study::Manifest& manifest, const fs::path& folder,
+void write_results(const StudyArguments& arguments, const study::Manifest& manifest, const fs::path& folder,
                    std::vector<std::optional<study::RunRecord>>& records) {
   study::write_study_netcdf(folder / "study.nc", manifest, records, folder);
   const study::Comparison comparison = study::compare(manifest, records);
@@ -98,7 +87,7 @@ void write_results(const Arguments& arguments, const study::Manifest& manifest, 
     print_warnings({fmt::format("{} of {} runs have no figures (runs {}); the first: {}", failed.size(),
                                 records.size(), list_of(failed), records[failed.front()]->problem)});
   }
-  note(arguments,
+  note(arguments.quiet,
        fmt::format("study.nc, table.csv{}{} in {}", manifest.along_m ? ", along.csv" : "",
                    pictures > 0 ? fmt::format(" and {} pictures", pictures) : "", folder.string()));
 }
@@ -112,7 +101,7 @@ std::vector<std::size_t> unfinished(const std::vector<std::optional<study::RunRe
   return numbers;
 }
 
-int compute(const Arguments& arguments, Ranks& ranks) {
+int compute(const StudyArguments& arguments, Ranks& ranks) {
   const Shard shard = parse_shard(arguments.shard);
   const study::StudyPlan plan = study::StudyPlan::read(arguments.study);
   if (arguments.print_run) {
@@ -162,7 +151,7 @@ int compute(const Arguments& arguments, Ranks& ranks) {
   const std::size_t computed = ranks.sum(done);
   const bool interrupted = ranks.sum(stop.load() ? 1 : 0) > 0;
   if (ranks.rank() != 0) return interrupted ? kInterrupted : kOk;
-  note(arguments, fmt::format("{} runs in {:.2f} s", computed, seconds_since(begin)));
+  note(arguments.quiet, fmt::format("{} runs in {:.2f} s", computed, seconds_since(begin)));
 
   std::vector<std::optional<study::RunRecord>> records = study::read_records(arguments.out, plan.size());
   const std::vector<std::size_t> missing = unfinished(records);
@@ -173,7 +162,7 @@ int compute(const Arguments& arguments, Ranks& ranks) {
     return kInterrupted;
   }
   if (!missing.empty()) {
-    note(arguments,
+    note(arguments.quiet,
          fmt::format("shard {} is whole; 'canyon study merge' makes the study of all shards' folders",
                      arguments.shard));
     return kOk;
@@ -182,7 +171,7 @@ int compute(const Arguments& arguments, Ranks& ranks) {
   return kOk;
 }
 
-int merge(const Arguments& arguments) {
+int merge(const StudyArguments& arguments) {
   if (arguments.out.empty())
     throw InputError("--out is missing", "say which folder the whole study shall stand in");
   const study::Manifest manifest = study::read_manifest(arguments.folders.front());
@@ -218,7 +207,7 @@ int merge(const Arguments& arguments) {
   return kOk;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kStudyFooter =
     R"(Finished runs stand in DIR/runs at once: after Ctrl-C, a crash or a full disk the same command goes on
 from there. When all are done: study.nc (NetCDF, for xarray), table.csv, and pictures.
 
@@ -237,7 +226,7 @@ docs/study.md explains them. Keys of a study:
 }  // namespace
 
 void add_study(Command& app) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<StudyArguments>();
   Command& command =
       app.add_command("study", "many runs of a scenario over axes, and what they say together");
   command.add_option("study", arguments->study, "STUDY", "study file (YAML)");
@@ -249,7 +238,7 @@ void add_study(Command& app) {
   command.add_flag("--no-pictures", arguments->no_pictures, "leave the pictures out");
   add_threads(command, arguments->threads);
   command.add_flag("--quiet", arguments->quiet, "print warnings and errors only");
-  command.footer = kFooter + options::plain_text(study::study_description().keys);
+  command.footer = kStudyFooter + options::plain_text(study::study_description().keys);
   command.action = [arguments] {
     if (arguments->study.empty()) throw InputError("STUDY is missing", "canyon study STUDY --out DIR");
     Ranks ranks;

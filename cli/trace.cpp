@@ -17,7 +17,7 @@
 namespace canyon::cli {
 namespace {
 
-struct Arguments {
+struct TraceArguments {
   SiteArguments site;
   bool json = false;
 };
@@ -67,7 +67,7 @@ std::string angle(double rad) {
   return fmt::format("{:.1f}", geodesy::degrees(rad));
 }
 
-int run(const Arguments& arguments) {
+int run_trace(const TraceArguments& arguments) {
   const Site site(arguments.site);
   const simulation::Environment& environment = site.environment();
   const geodesy::GpsTime time = site.time();
@@ -203,7 +203,7 @@ int run(const Arguments& arguments) {
 
 void add_trace(Command& app) {
   Command& command = app.add_command("trace", "every path of every satellite at one place and time");
-  Arguments& arguments = command.run_with(run);
+  TraceArguments& arguments = command.run_with(run_trace);
   add_site_options(command, arguments.site);
   command.add_flag("--json", arguments.json, "print JSON");
   command.footer =

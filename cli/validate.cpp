@@ -1,21 +1,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
-#include <memory>
-#include <optional>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/georeference.hpp"
-#include "canyon/validation/alignment.hpp"
 #include "canyon/validation/comparison.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/models.hpp"
-#include "canyon/validation/recording_list.hpp"
 #include "canyon/validation/recording_table.hpp"
 #include "canyon/validation/report/report.hpp"
 #include "canyon/view/comparison_view.hpp"
@@ -26,26 +20,17 @@
 namespace canyon::cli {
 namespace {
 
-/// Blocks drawn anew for the intervals of a table of several recordings, each with all of its figures.
-constexpr int kResamples = 200;
-
-struct Arguments : DriveArguments {
+struct ValidateArguments : DriveArguments {
   std::string report, models, json, markdown;
   bool ladder = false, all_satellites = false, view = false;
   std::optional<int> runs;
 };
 
-void note(const Arguments& arguments, const std::string& text) {
-  if (arguments.quiet) return;
-  std::fflush(stdout);
-  fmt::print(stderr, "{}\n", text);
-}
-
 /// One recording, judged. Keeps all that is told of it: everything is written at the end.
 class Judge : public RecordedDrive {
  public:
   /// Checks that need no city, before one is loaded. @param listed among others, by its name
-  Judge(const Arguments& arguments, const validation::ListedRecording& recording, bool listed)
+  Judge(const ValidateArguments& arguments, const validation::ListedRecording& recording, bool listed)
       : RecordedDrive(arguments, recording, listed), arguments_(arguments) {
     choose_models();
   }
@@ -88,9 +73,6 @@ class Judge : public RecordedDrive {
   }
   [[nodiscard]] bool several_models() const { return figures_.size() > 1; }
   [[nodiscard]] std::string markdown() const { return validation::to_markdown(figures_); }
-  [[nodiscard]] std::string alignment_line() const {
-    return alignment_ ? prefix_ + alignment_text() : std::string();
-  }
 
   /// Epochs and runs that the figures are of.
   [[nodiscard]] validation::PooledPart part() const {
@@ -98,17 +80,8 @@ class Judge : public RecordedDrive {
   }
   /// In a table of several.
   [[nodiscard]] validation::RecordingRow row() const {
-    const validation::Figures& own = figures_.front();
-    validation::RecordingRow row;
-    row.name = recorded_.name;
-    row.receiver_class = recorded_.receiver_class;
-    row.headlines = validation::headlines(own);
-    validation::FigureOptions options;
-    options.resamples = kResamples;
-    validation::add_intervals(row.headlines, own_, part_.first, part_.count, options, runs_of_own_);
+    validation::RecordingRow row = row_of(recorded_.name, figures_.front(), own_, runs_of_own_);
     if (!arguments_.report.empty()) row.report = recorded_.name + "/report.html";
-    row.part = own.part;
-    row.never_tracked = validation::never_tracked_text(own);
     row.figures_json = json();
     return row;
   }
@@ -200,7 +173,7 @@ class Judge : public RecordedDrive {
                              0.5 * (bounds.min + bounds.max).head<2>());
   }
 
-  const Arguments& arguments_;
+  const ValidateArguments& arguments_;
   std::vector<validation::Model> models_;
   int runs_ = 1;  ///< of models with a moved city
   std::vector<validation::Figures> figures_;
@@ -240,7 +213,8 @@ std::vector<validation::RecordingRow> pooled_rows(const std::vector<std::unique_
 }
 
 /// Everything at the end: an interrupted run leaves nothing.
-void write(const Arguments& arguments, const std::vector<std::unique_ptr<Judge>>& judges, bool listed) {
+void write(const ValidateArguments& arguments, const std::vector<std::unique_ptr<Judge>>& judges,
+           bool listed) {
   const Judge& one = *judges.front();
   std::vector<validation::RecordingRow> rows;
   if (listed) {
@@ -262,7 +236,7 @@ void write(const Arguments& arguments, const std::vector<std::unique_ptr<Judge>>
     } else {
       one.write_report(folder);
     }
-    note(arguments, fmt::format("report in {}", arguments.report));
+    cli::note(arguments.quiet, fmt::format("report in {}", arguments.report));
   }
   if (!arguments.markdown.empty()) write_file(arguments.markdown, markdown);
   const auto json = [&] { return listed ? validation::to_json(rows) : one.json(); };
@@ -280,11 +254,11 @@ void write(const Arguments& arguments, const std::vector<std::unique_ptr<Judge>>
   fmt::print("\n{}", markdown);
 }
 
-int run(const Arguments& arguments) {
+int run_validate(const ValidateArguments& arguments) {
   if (arguments.view && arguments.report.empty()) {
     throw InputError("--view without --report", "give --report DIR: the view goes to DIR/view");
   }
-  try {
+  return unless_interrupted([&] {
     const bool listed = validation::is_recording_list(arguments.scenario);
     std::vector<std::unique_ptr<Judge>> judges;
     for (const validation::ListedRecording& recording : recordings_of(arguments, listed)) {
@@ -299,17 +273,14 @@ int run(const Arguments& arguments) {
     for (const auto& judge : judges) judge->run();
     write(arguments, judges, listed);
     return kOk;
-  } catch (const Interrupted&) {
-    fmt::print(stderr, "canyon: interrupted: nothing was written\n");
-    return kInterrupted;
-  }
+  });
 }
 
 }  // namespace
 
 void add_validate(Command& app) {
   Command& command = app.add_command("validate", "judge a scenario beside what a real receiver recorded");
-  Arguments& arguments = command.run_with(run);
+  ValidateArguments& arguments = command.run_with(run_validate);
   add_drive_options(command, arguments);
   command
       .add_option("--part", arguments.part, "PART",

@@ -2,15 +2,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <memory>
-#include <optional>
 #include <random>
-#include <string>
 #include <system_error>
 #include <thread>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/simulation/city_scene.hpp"
@@ -34,7 +29,7 @@
 namespace canyon::cli {
 namespace {
 
-struct Arguments {
+struct ViewArguments {
   std::string input;
   std::string exported;
   std::string out;
@@ -98,7 +93,7 @@ struct Run {
   std::unique_ptr<simulation::Simulation> simulation;
 };
 
-Run make_run(const Arguments& arguments, const std::string& file) {
+Run make_run(const ViewArguments& arguments, const std::string& file) {
   simulation::Scenario scenario = simulation::read_scenario(file);
   if (arguments.duration_s) {
     if (!(*arguments.duration_s >= 0)) throw InputError("--duration is negative", "give seconds");
@@ -116,7 +111,7 @@ Run make_run(const Arguments& arguments, const std::string& file) {
 }
 
 /// Runs it into the view's folder; pages that `watching` has see it meanwhile. False where Ctrl-C ended it.
-bool compute(const Run& made, const Arguments& arguments, simulation::EpochSink& view,
+bool compute(const Run& made, const ViewArguments& arguments, simulation::EpochSink& view,
              view::RunRelay* watching = nullptr) {
   simulation::RunOptions run;
   run.threads = arguments.threads;
@@ -145,14 +140,14 @@ bool compute(const Run& made, const Arguments& arguments, simulation::EpochSink&
   return false;
 }
 
-view::ViewOptions view_options(const Arguments& arguments) {
+view::ViewOptions view_options(const ViewArguments& arguments) {
   view::ViewOptions options;
   options.paths_per_satellite = arguments.paths;
   return options;
 }
 
 /// Serves a scenario until Ctrl-C, from before its first epoch is computed.
-int serve_run(const Arguments& arguments, const std::filesystem::path& page,
+int serve_run(const ViewArguments& arguments, const std::filesystem::path& page,
               const std::filesystem::path& folder, const ViewedMap& map) {
   const Run made = make_run(arguments, arguments.input);
   view::ViewOptions options = view_options(arguments);
@@ -179,14 +174,15 @@ struct Antennas {
       "a validation or a heat map 'canyon view WHAT --city SCENARIO'.";
 };
 
-std::unique_ptr<view::Probe> probe_of_run(const Arguments& arguments, const std::filesystem::path& folder) {
+std::unique_ptr<view::Probe> probe_of_run(const ViewArguments& arguments,
+                                          const std::filesystem::path& folder) {
   const Run made = make_run(arguments, arguments.city);
   view::check_run(folder, *made.simulation);
   return std::make_unique<view::Probe>(*made.simulation, made.scene, arguments.paths);
 }
 
 /// Where its city stands is the recording's to tell: none is drawn.
-std::unique_ptr<view::Probe> probe_of_validation(const Arguments& arguments,
+std::unique_ptr<view::Probe> probe_of_validation(const ViewArguments& arguments,
                                                  const std::filesystem::path& folder) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
   return view::comparison_probe(
@@ -196,7 +192,7 @@ std::unique_ptr<view::Probe> probe_of_validation(const Arguments& arguments,
 }
 
 /// By the scenario of --city, which a finished run or validation must be of.
-Antennas antennas_in_finished(const Arguments& arguments, const std::filesystem::path& folder) {
+Antennas antennas_in_finished(const ViewArguments& arguments, const std::filesystem::path& folder) {
   Antennas antennas;
   try {
     antennas.probe = view::is_comparison(folder) ? probe_of_validation(arguments, folder)
@@ -209,7 +205,7 @@ Antennas antennas_in_finished(const Arguments& arguments, const std::filesystem:
 }
 
 /// Likewise of a heat map, from its first time on; `header` gets the scenario's receivers.
-Antennas antennas_in_map(const Arguments& arguments, const ViewedMap& map, view::Header& header) {
+Antennas antennas_in_map(const ViewArguments& arguments, const ViewedMap& map, view::Header& header) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
   header.begin = map.begin();
   header.interval_s = 1 / scenario.rate_hz.value_or(1);
@@ -225,7 +221,7 @@ Antennas antennas_in_map(const Arguments& arguments, const ViewedMap& map, view:
 }
 
 /// What a city's view says of it; its mesh goes to the folder.
-view::Header city_header(const Arguments& arguments, const buildings::BuiltCity& built,
+view::Header city_header(const ViewArguments& arguments, const buildings::BuiltCity& built,
                          const std::filesystem::path& folder) {
   view::Header header;
   header.title = std::filesystem::path(arguments.input).stem().string();
@@ -234,7 +230,7 @@ view::Header city_header(const Arguments& arguments, const buildings::BuiltCity&
 }
 
 /// A city with what hosts send, until Ctrl-C.
-void serve_live_city(const Arguments& arguments, const buildings::BuiltCity& built) {
+void serve_live_city(const ViewArguments& arguments, const buildings::BuiltCity& built) {
   const Workplace workplace("");
   LiveView live{arguments.live, city_header(arguments, built, workplace.path()),
                 std::make_shared<simulation::CityScene>(built.city)};
@@ -243,7 +239,7 @@ void serve_live_city(const Arguments& arguments, const buildings::BuiltCity& bui
   serve_live(std::move(live), workplace.path(), arguments.serve);
 }
 
-int run(const Arguments& arguments) {
+int run_view(const ViewArguments& arguments) {
   const bool filmed = !arguments.record.file.empty();
   const bool serves = arguments.exported.empty() && arguments.out.empty() && !filmed;
   if (!serves && (arguments.serve.open || arguments.serve.port != 0)) {
@@ -327,7 +323,7 @@ int run(const Arguments& arguments) {
 void add_view(Command& app) {
   Command& command = app.add_command(
       "view", "show a run or a city in the browser: serves it on this machine until Ctrl-C, or writes it");
-  Arguments& arguments = command.run_with(run);
+  ViewArguments& arguments = command.run_with(run_view);
   command
       .add_option("input", arguments.input, "WHAT",
                   "a scenario, which is run; a folder that --out, 'canyon simulate --view' or 'canyon "

@@ -4,9 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
@@ -45,19 +42,15 @@ std::string first_line(const fs::path& file) {
 
 std::pair<int, int> size_of(const std::string& text) {
   const std::vector<std::string_view> parts = split(text, 'x');
-  std::array<int, 2> sides{};
-  bool whole = parts.size() == 2;
-  for (std::size_t i = 0; whole && i < 2; ++i) {
-    const char* end = parts[i].data() + parts[i].size();
-    const auto read = std::from_chars(parts[i].data(), end, sides[i]);
-    whole = read.ec == std::errc() && read.ptr == end && sides[i] >= 320 && sides[i] <= kLargestSide;
-  }
+  const auto side = [](std::string_view part) { return parse_integer(part).value_or(0); };
+  const long long width = side(parts.front()), height = side(parts.back());
   // Encoders halve colours in both directions.
-  if (!whole || sides[0] % 2 != 0 || sides[1] % 2 != 0) {
+  const auto possible = [](long long px) { return px >= 320 && px <= kLargestSide && px % 2 == 0; };
+  if (parts.size() != 2 || !possible(width) || !possible(height)) {
     throw InputError("--record-size is no size: " + text,
                      fmt::format("give WIDTHxHEIGHT, even, from 320 to {}", kLargestSide));
   }
-  return {sides[0], sides[1]};
+  return {static_cast<int>(width), static_cast<int>(height)};
 }
 
 int frames_of(const RecordArguments& arguments) {
