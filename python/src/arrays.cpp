@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::python {
 namespace {
@@ -67,6 +68,11 @@ Eigen::Vector3d vector3(py::handle from, const char* what) {
 
 py::array_t<double> array_of(const Eigen::Vector3d& v) {
   return py::array_t<double>({py::ssize_t{3}}, v.data());
+}
+
+py::tuple degrees_of(const geodesy::Geodetic& place) {
+  return py::make_tuple(geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad),
+                        place.height_m);
 }
 
 }  // namespace canyon::python

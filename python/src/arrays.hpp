@@ -1,10 +1,15 @@
 #pragma once
 
+#include <limits>
 #include <span>
 
+#include "canyon/geodesy/frames.hpp"
 #include "python/src/binding.hpp"
 
 namespace canyon::python {
+
+/// What has no value, in arrays of float64.
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// An array that owns a vector: nothing is copied. @param shape of which the product is the vector's length
 template <typename T>
@@ -49,5 +54,7 @@ class Points {
 /// Three finite numbers. Quick for tuples and arrays alike.
 [[nodiscard]] Eigen::Vector3d vector3(py::handle from, const char* what);
 [[nodiscard]] py::array_t<double> array_of(const Eigen::Vector3d& v);
+/// (latitude [deg], longitude [deg], height [m]).
+[[nodiscard]] py::tuple degrees_of(const geodesy::Geodetic& place);
 
 }  // namespace canyon::python

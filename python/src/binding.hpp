@@ -32,6 +32,9 @@ void bind_live(py::module_& m);
 void bind_heatmap(py::module_& m);
 void bind_validation(py::module_& m);
 
+/// Thrown by the engine's callbacks once a signal handler raised something.
+struct Stopped {};
+
 /// Ctrl-C while the engine works without the GIL: Python's handlers run in the main thread, every 50 ms.
 /// Engine callbacks on the calling thread ask it; what a handler raises ends the work.
 class Signals {

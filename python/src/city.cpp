@@ -41,7 +41,6 @@ py::dict cast(const CityScene& self, const py::object& from, const py::object& t
     throw InputError(fmt::format("{} origins and {} directions", origins.size(), directions.size()),
                      "give as many of both, or one of either");
   }
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> range(n, kNan), normal(3 * n, kNan);
   std::vector<std::int64_t> triangle(n, -1);
   {
@@ -66,8 +65,7 @@ py::array terrain(const CityScene& self, const py::object& places) {
   const Points points(places, "places");
   std::vector<double> result;
   for (const Eigen::Vector3d& p : points.span()) {
-    result.push_back(
-        self.scene.terrain_height(p.x(), p.y()).value_or(std::numeric_limits<double>::quiet_NaN()));
+    result.push_back(self.scene.terrain_height(p.x(), p.y()).value_or(kNan));
   }
   return owning_array(std::move(result));
 }
@@ -83,11 +81,6 @@ py::array converted(const py::object& from, const char* what, const Convert& con
   }
   if (points.single()) return owning_array(std::move(result), {3});
   return owning_array(std::move(result), {static_cast<py::ssize_t>(points.size()), 3});
-}
-
-py::tuple degrees_of(const geodesy::Geodetic& place) {
-  return py::make_tuple(geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad),
-                        place.height_m);
 }
 
 py::dict summary(const CityScene& self) {

@@ -15,11 +15,6 @@ py::dict columns_of(const std::string& name);
 
 namespace {
 
-py::tuple degrees_of(const geodesy::Geodetic& place) {
-  return py::make_tuple(geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad),
-                        place.height_m);
-}
-
 py::array_t<double> matrix(const Eigen::Matrix3d& m) {
   const Eigen::Matrix3d turned = m.transpose();  // NumPy's rows are Eigen's columns
   return py::array_t<double>({py::ssize_t{3}, py::ssize_t{3}}, turned.data());

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <thread>
 
 #include "canyon/base/input_error.hpp"
@@ -16,8 +15,6 @@
 
 namespace canyon::python {
 namespace {
-
-struct Stopped {};
 
 /// A map with everything that its writers need.
 class Map {
@@ -77,8 +74,8 @@ class Map {
     }
     request_.grid =
         heatmap::Grid::covering(area->min.x(), area->min.y(), area->max.x(), area->max.y(), spacing_m);
-    // Receivers that run take milliseconds for a cell, in steady state a fifth of one: Ctrl-C must not wait for
-    // 65,536 of them.
+    // Receivers that run take milliseconds for a cell, in steady state a fifth of one: Ctrl-C must not wait
+    // for 65,536 of them.
     if (receiver_.options.signal.enabled) {
       const std::uint32_t most = request_.receivers.model == heatmap::ReceiverModel::Run ? 16 : 64;
       request_.grid.tile_size = std::min(request_.grid.tile_size, most);

@@ -16,7 +16,6 @@ namespace {
 
 using propagation::Path;
 using propagation::SatelliteView;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// What is lent to Python for one call of apply(). Afterwards it is gone, whoever kept it.
 struct Lent {
@@ -176,7 +175,7 @@ positioning::Fix fix_at(const Eigen::Vector3d& place, std::vector<positioning::R
   fix.dop.reset();
   if (const auto cofactor = positioning::cofactor(design))
     fix.dop = positioning::dop_from_cofactor(*cofactor);
-  fix.covariance_enu.setConstant(std::numeric_limits<double>::quiet_NaN());
+  fix.covariance_enu.setConstant(kNan);
   if (const auto covariance = positioning::cofactor(weighted))
     fix.covariance_enu = covariance->topLeftCorner<3, 3>();
   return fix;
@@ -247,9 +246,7 @@ receiver::ModelSource models_of(const py::object& weighting, const py::object& s
     if (!weigh.get().is_none()) {
       models.sigma_m = [weigh](const positioning::Measurement& m, double elevation_rad) {
         const py::gil_scoped_acquire lock;
-        return weigh
-            .get()(gnss::to_string(m.id), elevation_rad,
-                   m.cn0_dbhz.value_or(std::numeric_limits<double>::quiet_NaN()), m.sigma_m)
+        return weigh.get()(gnss::to_string(m.id), elevation_rad, m.cn0_dbhz.value_or(kNan), m.sigma_m)
             .cast<double>();
       };
     }

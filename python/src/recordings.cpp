@@ -15,8 +15,6 @@
 namespace canyon::python {
 namespace {
 
-/// Thrown by progress callbacks once a signal handler raised something.
-struct Stopped {};
 constexpr std::size_t kFewestEpochs = 20;
 
 /// Python's exception out of the engine's callbacks, or KeyboardInterrupt.

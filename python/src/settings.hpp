@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "canyon/options/describe.hpp"
 #include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"

@@ -1,7 +1,5 @@
 #include "python/src/sky.hpp"
 
-#include <limits>
-
 #include "canyon/gnss/satellite_id.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/settings.hpp"
@@ -20,7 +18,6 @@ py::dict look(const SkyHandle& self, const py::object& when, const py::object& w
   const std::vector<geodesy::GpsTime> times = times_of(when);
   const orbit::Observer observer(geodesy::ecef_from_geodetic(place_of(where, "the place")));
   const std::size_t n = times.size() * self.satellites.size();
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> azimuth(n, kNan), elevation(n, kNan), range(n, kNan), position(3 * n, kNan);
   {
     const py::gil_scoped_release release;

@@ -71,7 +71,6 @@ class Tracer {
     }
     [[nodiscard]] std::string source(gnss::SatelliteId, geodesy::GpsTime) const override { return "none"; }
   };
-  struct Stopped {};
 
   template <typename Trace>
   static py::object run(const Points& places, std::size_t satellites, int threads, bool with_paths,
