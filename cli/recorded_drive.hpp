@@ -23,7 +23,7 @@ class Progress;
 /// Ctrl-C: thrown by progress callbacks, so that nothing half done is written.
 struct Interrupted {};
 
-/// What commands that read recordings are told of them.
+/// Options of commands that read recordings.
 struct DriveArguments {
   std::string scenario, obs, truth, format, old_format, nmea, part;
   bool align = false, no_atmosphere = false, quiet = false;
@@ -38,7 +38,7 @@ void add_drive_options(Command& command, DriveArguments& arguments);
 [[nodiscard]] std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arguments,
                                                                      bool listed);
 
-/// One recording with its scenario: city, sky, truth, and the city's place. Tells what it does on standard
+/// One recording with its scenario: city, sky, truth, and the city's place. Reports what it does on standard
 /// error.
 class RecordedDrive {
   const DriveArguments& arguments_;

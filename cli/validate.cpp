@@ -41,11 +41,11 @@ void note(const Arguments& arguments, const std::string& text) {
   fmt::print(stderr, "{}\n", text);
 }
 
-/// One recording, judged. Keeps all that is told of it: everything is written at the end.
-class Judge : public RecordedDrive {
+/// One recording beside its simulation. Keeps all results: everything is written at the end.
+class Drive : public RecordedDrive {
  public:
   /// Checks that need no city, before one is loaded. @param listed among others, by its name
-  Judge(const Arguments& arguments, const validation::ListedRecording& recording, bool listed)
+  Drive(const Arguments& arguments, const validation::ListedRecording& recording, bool listed)
       : RecordedDrive(arguments, recording, listed), arguments_(arguments) {
     choose_models();
   }
@@ -81,7 +81,7 @@ class Judge : public RecordedDrive {
     return validation::to_json(figures_,
                                alignment_ ? std::optional(validation::to_json(*alignment_)) : std::nullopt);
   }
-  /// What terminals are told of one recording.
+  /// What is printed of one recording.
   [[nodiscard]] std::string text() const {
     return (alignment_ ? alignment_text() + "\n" : "") + validation::to_text(figures_.front()) +
            (several_models() ? "\n" + markdown() : "");
@@ -149,9 +149,9 @@ class Judge : public RecordedDrive {
       options.name = model.name;
       const int moved = model.moved_city ? runs_ : 0;
       int done_runs = 0;
-      const auto told = progress_of(progress);
+      const auto step = progress_of(progress);
       options.progress = [&](std::size_t done, std::size_t total) {
-        told(static_cast<std::size_t>(done_runs) * total + done, static_cast<std::size_t>(moved + 1) * total);
+        step(static_cast<std::size_t>(done_runs) * total + done, static_cast<std::size_t>(moved + 1) * total);
       };
       const auto simulate = [&](const validation::Registration& place, std::uint64_t seed) {
         return validation::compare(recording_, model.receiver, *environment_, place, seed, options);
@@ -209,9 +209,9 @@ class Judge : public RecordedDrive {
 };
 
 /// Classes of several recordings, observations of all of them together.
-std::vector<validation::RecordingRow> pooled_rows(const std::vector<std::unique_ptr<Judge>>& judges) {
+std::vector<validation::RecordingRow> pooled_rows(const std::vector<std::unique_ptr<Drive>>& drives) {
   std::vector<validation::RecordingRow> rows;
-  for (const auto& one : judges) {
+  for (const auto& one : drives) {
     const std::string& of = one->recorded().receiver_class;
     const bool done =
         std::any_of(rows.begin(), rows.end(), [&of](const auto& row) { return row.receiver_class == of; });
@@ -220,10 +220,10 @@ std::vector<validation::RecordingRow> pooled_rows(const std::vector<std::unique_
     row.name = "all " + of;
     row.receiver_class = of;
     std::vector<validation::PooledPart> parts;
-    for (const auto& judge : judges) {
-      if (judge->recorded().receiver_class != of) continue;
-      row.pooled.push_back(judge->recorded().name);
-      parts.push_back(judge->part());
+    for (const auto& drive : drives) {
+      if (drive->recorded().receiver_class != of) continue;
+      row.pooled.push_back(drive->recorded().name);
+      parts.push_back(drive->part());
     }
     if (parts.size() < 2) continue;
     const validation::Pooled all = validation::pool(parts);
@@ -240,23 +240,23 @@ std::vector<validation::RecordingRow> pooled_rows(const std::vector<std::unique_
 }
 
 /// Everything at the end: an interrupted run leaves nothing.
-void write(const Arguments& arguments, const std::vector<std::unique_ptr<Judge>>& judges, bool listed) {
-  const Judge& one = *judges.front();
+void write(const Arguments& arguments, const std::vector<std::unique_ptr<Drive>>& drives, bool listed) {
+  const Drive& one = *drives.front();
   std::vector<validation::RecordingRow> rows;
   if (listed) {
-    for (const auto& judge : judges) rows.push_back(judge->row());
-    for (validation::RecordingRow& row : pooled_rows(judges)) rows.push_back(std::move(row));
+    for (const auto& drive : drives) rows.push_back(drive->row());
+    for (validation::RecordingRow& row : pooled_rows(drives)) rows.push_back(std::move(row));
   }
   std::string markdown = listed ? validation::to_markdown(rows) : one.markdown();
-  for (const auto& judge : judges) {
-    if (listed && judge->several_models()) {
-      markdown += fmt::format("\nModels, {}:\n\n{}", judge->recorded().name, judge->markdown());
+  for (const auto& drive : drives) {
+    if (listed && drive->several_models()) {
+      markdown += fmt::format("\nModels, {}:\n\n{}", drive->recorded().name, drive->markdown());
     }
   }
   if (!arguments.report.empty()) {
     const std::filesystem::path folder = arguments.report;
     if (listed) {
-      for (const auto& judge : judges) judge->write_report(folder / judge->recorded().name);
+      for (const auto& drive : drives) drive->write_report(folder / drive->recorded().name);
       validation::write_overview(folder, std::filesystem::path(arguments.scenario).stem().string(), rows,
                                  {"canyon " CANYON_VERSION});
     } else {
@@ -276,7 +276,7 @@ void write(const Arguments& arguments, const std::vector<std::unique_ptr<Judge>>
     fmt::print("{}", one.text());
     return;
   }
-  for (const auto& judge : judges) fmt::print("{}", judge->alignment_line());
+  for (const auto& drive : drives) fmt::print("{}", drive->alignment_line());
   fmt::print("\n{}", markdown);
 }
 
@@ -286,18 +286,18 @@ int run(const Arguments& arguments) {
   }
   try {
     const bool listed = validation::is_recording_list(arguments.scenario);
-    std::vector<std::unique_ptr<Judge>> judges;
+    std::vector<std::unique_ptr<Drive>> drives;
     for (const validation::ListedRecording& recording : recordings_of(arguments, listed)) {
-      judges.push_back(std::make_unique<Judge>(arguments, recording, listed));
+      drives.push_back(std::make_unique<Drive>(arguments, recording, listed));
     }
     if (!arguments.report.empty()) {
       make_output_folder(arguments.report);
-      for (const auto& judge : judges) {
-        if (listed) make_output_folder(std::filesystem::path(arguments.report) / judge->recorded().name);
+      for (const auto& drive : drives) {
+        if (listed) make_output_folder(std::filesystem::path(arguments.report) / drive->recorded().name);
       }
     }
-    for (const auto& judge : judges) judge->run();
-    write(arguments, judges, listed);
+    for (const auto& drive : drives) drive->run();
+    write(arguments, drives, listed);
     return kOk;
   } catch (const Interrupted&) {
     fmt::print(stderr, "canyon: interrupted: nothing was written\n");

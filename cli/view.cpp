@@ -185,7 +185,7 @@ std::unique_ptr<view::Probe> probe_of_run(const Arguments& arguments, const std:
   return std::make_unique<view::Probe>(*made.simulation, made.scene, arguments.paths);
 }
 
-/// Where its city stands is the recording's to tell: none is drawn.
+/// Its city's place follows from the recording: none is drawn.
 std::unique_ptr<view::Probe> probe_of_validation(const Arguments& arguments,
                                                  const std::filesystem::path& folder) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
