@@ -135,7 +135,7 @@ int run(Command& program, const std::string& version, int argc, char** argv) {
       fmt::print(stderr, "canyon: {}\n", unknown);
       return kBadInput;
     }
-    // CLI11's own codes tell apart what no caller needs apart: help is 0, any other is bad input.
+    // CLI11's own codes distinguish what no caller distinguishes: help is 0, any other is bad input.
     return app.exit(error) == 0 ? kOk : kBadInput;
   }
   return parser.chosen().action();

@@ -35,7 +35,7 @@ options::Node first_receiver(const std::filesystem::path& scenario) {
   return receivers->value.items.front();
 }
 
-/// The name or whole path of the profile that a recording is judged with; empty: its scenario has none.
+/// The name or whole path of the profile that a recording is compared with; empty: its scenario has none.
 std::string profile_of(const validation::ListedRecording& recording) {
   if (!recording.profile.empty()) return recording.profile;
   const options::Node receiver = first_receiver(*recording.scenario);
@@ -50,7 +50,7 @@ simulation::Profile base_profile(const std::string& name) {
   return simulation::parse_profile(std::string(simulation::built_in_profile(name).text), name);
 }
 
-/// One recording: its first part calibrates, the rest judges.
+/// One recording: its first part calibrates, the rest validates.
 class CalibrationDrive : public RecordedDrive {
  public:
   using RecordedDrive::RecordedDrive;
@@ -86,9 +86,9 @@ class CalibrationDrive : public RecordedDrive {
     }
   }
   /// Figures of the part that calibrated nothing, as `canyon validate` has them.
-  [[nodiscard]] validation::RecordingRow judge(const std::string& called,
-                                               const calibration::Calibration* calibrated, int threads,
-                                               bool quiet) {
+  [[nodiscard]] validation::RecordingRow validate(const std::string& called,
+                                                  const calibration::Calibration* calibrated, int threads,
+                                                  bool quiet) {
     simulation::ReceiverConfig receiver = scenario_.receivers.front();
     std::unique_ptr<simulation::Environment> dressed;
     if (calibrated != nullptr) {
@@ -235,8 +235,8 @@ int calibrate(const CalibrateArguments& given) {
   for (const auto& drive : drives) {
     drive->warn_of_overrides(result.values);
     if (whole) continue;
-    rows.push_back(drive->judge("before", nullptr, arguments.threads, arguments.quiet));
-    rows.push_back(drive->judge("calibrated", &result, arguments.threads, arguments.quiet));
+    rows.push_back(drive->validate("before", nullptr, arguments.threads, arguments.quiet));
+    rows.push_back(drive->validate("calibrated", &result, arguments.threads, arguments.quiet));
   }
 
   simulation::Profile profile{"calibrated", parts.front().receiver};

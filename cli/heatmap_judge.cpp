@@ -40,13 +40,13 @@ class MapComparison : public RecordedDrive {
           return map.at(enu, altitude_m, time);
         },
         map.frame(), map.layers(), altitude(map));
-    const validation::MapJudgement judgement = validation::judge_map(epochs);
-    if (judgement.known == 0) {
+    const validation::MapJudgement figures = validation::judge_map(epochs);
+    if (figures.known == 0) {
       throw InputError(arguments_.map, 0, "knows no place of the drive at its times",
                        "map the drive's area and its times: --bbox, --times");
     }
     if (!arguments_.out.empty()) write(epochs);
-    if (!arguments_.quiet) fmt::print("{}\n{}", part_.name, validation::to_text(judgement));
+    if (!arguments_.quiet) fmt::print("{}\n{}", part_.name, validation::to_text(figures));
     return kOk;
   }
 

@@ -11,7 +11,7 @@ namespace canyon::cli {
 /// What a program that is run apart from the user's terminal says.
 struct ProgramOutput {
   std::filesystem::path complaints;            ///< a file for its standard error
-  std::function<void(std::string_view)> line;  ///< told of each line that it prints
+  std::function<void(std::string_view)> line;  ///< called with each line that it prints
 };
 
 /// A program in the search path.

@@ -25,7 +25,7 @@ void note(bool quiet, const std::string& text);
 /// few seconds, and nothing for work that ends sooner.
 class Progress {
  public:
-  /// @param unit of what is counted, "cells": counts are then short, and the rate is told. What was done
+  /// @param unit of what is counted, "cells": counts are then short, and the rate is shown. What was done
   /// before the first update counts as found, not as work.
   Progress(std::string what, bool quiet, std::string unit = {});
   ~Progress();

@@ -35,7 +35,7 @@ struct SentSignal {
   const gnss::Signal* signal;
   double carrier_hz;
 };
-/// Of those that the receiver tracks; all that its antenna hears where it names none of the satellite's
+/// Of those that the receiver tracks; all that its antenna receives where it names none of the satellite's
 /// system.
 std::vector<SentSignal> sent_signals(const orbit::LineOfSight& line, geodesy::GpsTime time,
                                      const receiver::ReceiverOptions& receiver) {

@@ -17,19 +17,19 @@
 namespace canyon::cli {
 namespace {
 
-/// Antennas in a live view: a probe of the hosts' scenario under the time that they tell.
+/// Antennas in a live view: a probe of the hosts' scenario under the time that they state.
 class LiveProbe {
  public:
   explicit LiveProbe(const LiveView& view) : view_(view) {
     if (!view.scenario) why_not_ = "There is no scenario to trace with: start 'canyon view SCENARIO --live'.";
   }
 
-  void begin(const view::Header& told) {
+  void begin(const view::Header& header) {
     if (!view_.scenario) return;
     simulation::Scenario scenario = *view_.scenario;
     scenario.receivers.clear();
     std::string why_not;
-    for (const view::ReceiverHeader& receiver : told.receivers) {
+    for (const view::ReceiverHeader& receiver : header.receivers) {
       const auto& all = view_.scenario->receivers;
       const auto at = std::find_if(all.begin(), all.end(),
                                    [&](const auto& config) { return config.options.name == receiver.name; });
@@ -39,7 +39,7 @@ class LiveProbe {
     std::unique_ptr<view::Probe> made;
     try {
       if (why_not.empty()) {
-        made = std::make_unique<view::Probe>(scenario, *told.begin, told.interval_s, view_.scene,
+        made = std::make_unique<view::Probe>(scenario, *header.begin, header.interval_s, view_.scene,
                                              view_.paths_per_satellite);
       }
     } catch (const InputError& error) {  // the host knows of a sky that this machine lacks
@@ -77,7 +77,7 @@ void serve_live(LiveView view, const std::filesystem::path& folder, const ServeO
   announce(server, options);
   while (!stop) {
     relay.serve(server);
-    if (const auto told = relay.take_header()) probe.begin(*told);
+    if (const auto header = relay.take_header()) probe.begin(*header);
     for (const std::string& note : relay.take_notes()) {
       if (!options.quiet) fmt::print(stderr, "{}\n", note);
     }

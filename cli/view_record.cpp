@@ -153,11 +153,11 @@ void record_page(const RecordArguments& arguments, const fs::path& viewer, const
   const fs::path complaints = folder / "complaints.txt";
   {
     Progress progress("filming", quiet);
-    const auto told = progress.callback();
+    const auto step = progress.callback();
     std::size_t done = 0;
     const int status =
         run_program({"node", script_of(viewer).string(), wanted.dump()},
-                    {complaints, [&](std::string_view) { told(++done, static_cast<std::size_t>(frames)); }});
+                    {complaints, [&](std::string_view) { step(++done, static_cast<std::size_t>(frames)); }});
     if (status != 0) throw InputError("--record: " + first_line(complaints));
   }
   switch (film) {

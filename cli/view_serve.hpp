@@ -24,7 +24,7 @@ struct ServeOptions {
 void announce(const view::Server& server, const ServeOptions& options);
 
 /// Serves a view until Ctrl-C, and returns the exit status. @param work that is done meanwhile; false where
-/// Ctrl-C has ended it. Where it throws pages are told why, and the exception goes on
+/// Ctrl-C has ended it. Where it throws pages are sent the reason, and the exception goes on
 int serve(view::Site site, const ServeOptions& options, const std::function<bool(view::Server&)>& work = {});
 
 /// What `canyon view --live` shows.

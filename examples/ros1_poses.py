@@ -21,12 +21,12 @@ import rospy
 def line_of(header, pose, name):
     """One pose as docs/live.md has it."""
     p, q = pose.position, pose.orientation
-    told = {"position_m": [p.x, p.y, p.z], "attitude": [q.w, q.x, q.y, q.z]}
+    line = {"position_m": [p.x, p.y, p.z], "attitude": [q.w, q.x, q.y, q.z]}
     if not header.stamp.is_zero():
-        told["time_s"] = header.stamp.to_sec()
+        line["time_s"] = header.stamp.to_sec()
     if name:
-        told["id"] = name
-    return json.dumps(told) + "\n"
+        line["id"] = name
+    return json.dumps(line) + "\n"
 
 
 def main():

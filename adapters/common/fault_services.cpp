@@ -9,7 +9,7 @@ namespace canyon::adapters {
 namespace {
 
 constexpr std::string_view kRefused = "refused: ";
-/// A transport may have one thread for all that a process hears: it must not be held for long.
+/// A transport may have one thread for all that a process receives: it must not be held for long.
 constexpr std::chrono::milliseconds kPatience(1000);
 
 }  // namespace

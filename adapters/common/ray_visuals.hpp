@@ -24,7 +24,7 @@ struct VisualShape {
   drawing::Colour colour;                           ///< alpha 1 is opaque
   bool lit = false;  ///< shaded by the scene's lights; otherwise the colour is seen as it is
 
-  /// Places that differ by 1e-6 m or less cannot be told apart.
+  /// Places that differ by 1e-6 m or less count as one.
   friend bool operator==(const VisualShape& a, const VisualShape& b);
 };
 [[nodiscard]] bool same_look(const VisualShape& a, const VisualShape& b);  ///< but for place and size

@@ -209,8 +209,8 @@ TEST(BubbleShapes, AreGreyWithoutAFix) {
   shape.colour.r = red;
   return shape;
 }
-/// "+a" told whole, "~a" moved, "-a" hidden.
-[[nodiscard]] std::vector<std::string> told(const std::vector<VisualLedger::Change>& changes) {
+/// "+a" sent whole, "~a" moved, "-a" hidden.
+[[nodiscard]] std::vector<std::string> described(const std::vector<VisualLedger::Change>& changes) {
   std::vector<std::string> result;
   for (const auto& c : changes) result.push_back((!c.visible ? "-" : c.whole ? "+" : "~") + c.name);
   return result;
@@ -220,19 +220,19 @@ TEST(VisualLedger, TellsWhatChanged) {
   std::uint32_t next = 40;
   VisualLedger ledger([&] { return next++; });
   const auto first = ledger.update({ball("a", 1), ball("b", 2)}, false);
-  EXPECT_THAT(told(first), ElementsAre("+a", "+b"));
+  EXPECT_THAT(described(first), ElementsAre("+a", "+b"));
   EXPECT_EQ(first[1].id, 41U);
-  EXPECT_THAT(told(ledger.update({ball("a", 1), ball("b", 2)}, false)), IsEmpty());
-  EXPECT_THAT(told(ledger.update({ball("a", 1), ball("b", 3)}, false)), ElementsAre("~b"));
-  EXPECT_THAT(told(ledger.update({ball("a", 1, 0.7), ball("b", 3)}, false)), ElementsAre("+a"));
-  EXPECT_THAT(told(ledger.update({ball("b", 3)}, false)), ElementsAre("-a"));
-  EXPECT_THAT(told(ledger.update({ball("b", 3)}, false)), IsEmpty());
+  EXPECT_THAT(described(ledger.update({ball("a", 1), ball("b", 2)}, false)), IsEmpty());
+  EXPECT_THAT(described(ledger.update({ball("a", 1), ball("b", 3)}, false)), ElementsAre("~b"));
+  EXPECT_THAT(described(ledger.update({ball("a", 1, 0.7), ball("b", 3)}, false)), ElementsAre("+a"));
+  EXPECT_THAT(described(ledger.update({ball("b", 3)}, false)), ElementsAre("-a"));
+  EXPECT_THAT(described(ledger.update({ball("b", 3)}, false)), IsEmpty());
   const auto back = ledger.update({ball("a", 1, 0.7), ball("b", 3)}, false);
-  EXPECT_THAT(told(back), ElementsAre("~a"));
+  EXPECT_THAT(described(back), ElementsAre("~a"));
   EXPECT_EQ(back[0].id, 40U) << "one shape, one number";
-  EXPECT_THAT(told(ledger.update({ball("b", 3)}, true)), ElementsAre("+b", "-a"));
+  EXPECT_THAT(described(ledger.update({ball("b", 3)}, true)), ElementsAre("+b", "-a"));
   EXPECT_THAT(ledger.clear(), UnorderedElementsAre("a", "b"));
-  EXPECT_THAT(told(ledger.update({ball("b", 3)}, false)), ElementsAre("+b"));
+  EXPECT_THAT(described(ledger.update({ball("b", 3)}, false)), ElementsAre("+b"));
 }
 
 TEST(VisualShapes, AreWhatIsAskedFor) {

@@ -16,7 +16,7 @@ class StreamPublisher final : public EpochPublisher {
   ~StreamPublisher() override {
     try {
       stream_->finish();
-    } catch (const std::exception&) {  // a full disk leaves no file, and nobody is there to be told
+    } catch (const std::exception&) {  // a full disk leaves no file, and nobody is left to report to
     }
   }
   StreamPublisher(const StreamPublisher&) = delete;

@@ -93,17 +93,17 @@ TEST_F(StreamPublisher, FeedsGpsd) {
   const canyon::test::ChildProcess gpsd(
       {"gpsd", "-N", "-n", "-S", gpsd_port, "tcp://127.0.0.1:" + std::to_string(port)});
   // gpspipe says reports of positions until it has one with a height.
-  auto judge = std::async(std::launch::async, [&] {
+  auto gpspipe = std::async(std::launch::async, [&] {
     return canyon::test::run_program("timeout 60 sh -c 'until gpspipe -w -n 40 127.0.0.1:" + gpsd_port +
                                      " 2>/dev/null | grep -m 1 \"TPV.*\\\"mode\\\":3\"; do :; done'");
   });
   auto& epoch = sample.step.epoch;
-  while (judge.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready) {
+  while (gpspipe.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready) {
     publisher->publish(sample.report);
     epoch.truth.time = epoch.observed.time = epoch.observed.time + 0.1;
     epoch.observed.receiver_time = epoch.observed.receiver_time + 0.1;
   }
-  const std::string report = judge.get().output;
+  const std::string report = gpspipe.get().output;
   // The fix of SampleReport: 1.25 m east and 2.5 m south of 22.298251, 114.178761, at 12.345 + 3.75 m.
   EXPECT_THAT(report, HasSubstr("\"device\":\"tcp://127.0.0.1:" + std::to_string(port)));
   EXPECT_THAT(report, HasSubstr("\"time\":\"2019-04-28T12:5"));

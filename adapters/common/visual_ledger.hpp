@@ -11,24 +11,24 @@
 
 namespace canyon::adapters {
 
-/// What has been told of shapes to those who draw them: finds what is new.
+/// What was sent of shapes to those who draw them: finds what is new.
 class VisualLedger {
  public:
   struct Change {
     std::string name;
     std::uint32_t id = 0;
     bool visible = true;  ///< false: only `name` and `id` count
-    bool whole = true;    ///< false: it was told before with this colour; only place and size are new
+    bool whole = true;    ///< false: it was sent before with this colour; only place and size are new
     VisualShape shape;
   };
 
   /// `next_id` gives every shape, when it is first seen, a number unique in its world.
   explicit VisualLedger(std::function<std::uint32_t()> next_id) : next_id_(std::move(next_id)) {}
 
-  /// From now on these are what is to be seen. What to tell: shapes that are new, changed or back
+  /// From now on these are what is to be seen. What to send: shapes that are new, changed or back
   /// (`everything`: all of them, whole), and those that are no longer there.
   [[nodiscard]] std::vector<Change> update(const std::vector<VisualShape>& shapes, bool everything);
-  /// All shapes ever told, hidden ones too; from now on nothing was told.
+  /// All shapes ever sent, hidden ones too; from now on nothing was sent.
   [[nodiscard]] std::vector<std::string> clear();
 
  private:

@@ -76,7 +76,7 @@ class WorldScene {
  public:
   struct Options {
     std::string name;     ///< of the world, for messages
-    bool visual = false;  ///< visual instead of collision geometry, for messages and to tell scenes apart
+    bool visual = false;  ///< visual instead of collision geometry, for messages and to distinguish scenes
     WorldFrame frame;
     friend bool operator==(const Options&, const Options&) = default;
   };

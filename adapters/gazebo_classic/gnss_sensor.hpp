@@ -9,7 +9,7 @@
 
 namespace canyon::adapters::gazebo_classic {
 
-/// Where a receiver's plugin hangs in a world.
+/// Where a receiver's plugin is attached in a world.
 struct Attachment {
   gazebo::physics::WorldPtr world;
   gazebo::physics::LinkPtr link;

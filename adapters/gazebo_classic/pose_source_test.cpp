@@ -224,7 +224,7 @@ class TopicPoseSourceTest : public testing::Test {
     publisher_->Publish(message);
   }
 
-  /// Waits until everything sent so far has been heard, by the source before the listener: callbacks of a
+  /// Waits until everything sent so far has been received, by the source before the listener: callbacks of a
   /// node are called in the order of subscription. False after 20 s.
   bool arrives() {
     std::unique_lock lock(mutex_);

@@ -31,7 +31,7 @@ constexpr auto kAnswerWithin = 1000ms;
 constexpr auto kLeaveWithin = 2s;
 
 /// A node that is shut down and one that starts in its place must not overlap. Never destroyed: a thread that
-/// hangs on its master may outlive static objects.
+/// waits for its master may outlive static objects.
 std::timed_mutex& ros_in_use() {
   static auto* mutex = new std::timed_mutex;
   return *mutex;

@@ -16,10 +16,10 @@ class RosClient {
   virtual ~RosClient() = default;
   /// ROS runs and its master answers. False: it did not work out, try again.
   virtual bool connect(ros::NodeHandle& node) = 0;
-  /// Topics advertised, each with its type: a master that begins anew is told of them, and subscribers that
+  /// Topics advertised, each with its type: a master that begins anew receives them, and subscribers that
   /// are connected stay so.
   [[nodiscard]] virtual std::vector<std::pair<std::string, std::string>> advertised() const { return {}; }
-  /// The master began anew: for what advertised() does not tell.
+  /// The master began anew: for what advertised() does not list.
   virtual void renew(ros::NodeHandle& /*node*/) {}
   /// The last call; also where connect() was never called.
   virtual void disconnect() = 0;

@@ -80,7 +80,7 @@ std::string exchange(int fd, const addrinfo& address, std::string_view request, 
 }
 
 /// The answer is [code, message, value]; code 1 is success, 0 and -1 are not.
-MasterAnswer judge(const std::string& answer) {
+MasterAnswer parse_answer(const std::string& answer) {
   if (answer.empty()) return MasterAnswer::None;
   for (const std::string_view tag : {"<int>", "<i4>"}) {
     const std::size_t begin = answer.find(tag);
@@ -110,7 +110,7 @@ MasterAnswer ask(const MasterAddress& master, const std::string& node, std::chro
   for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
     const Socket socket(*address);
     if (socket.fd() < 0) continue;
-    const MasterAnswer answer = judge(exchange(socket.fd(), *address, request, deadline, stop_fd));
+    const MasterAnswer answer = parse_answer(exchange(socket.fd(), *address, request, deadline, stop_fd));
     if (answer != MasterAnswer::None) return answer;
   }
   return MasterAnswer::None;

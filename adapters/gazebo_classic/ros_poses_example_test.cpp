@@ -17,7 +17,7 @@ using test::eventually;
 using test::RosCore;
 using test::RosEnvironment;
 
-// A pose without symmetry: what is published is what canyon live hears.
+// A pose without symmetry: what is published is what canyon live receives.
 void expect_to_arrive(const std::string& type, const std::string& message,
                       const std::vector<std::string>& options) {
   const RosCore core;

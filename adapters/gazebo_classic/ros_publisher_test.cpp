@@ -247,13 +247,13 @@ TEST_F(RosPublisher, OutlivesAMasterAndFindsTheNext) {
   std::unique_ptr<EpochPublisher> publisher;
   // A subscriber that lives through it all.
   std::unique_ptr<ChildProgram> listener;
-  const std::filesystem::path heard = RosEnvironment::get().folder() / "heard.csv";
-  std::ofstream(heard).flush();
-  const auto hears_more = [&] {
-    const std::uintmax_t size = std::filesystem::file_size(heard);
+  const std::filesystem::path received = RosEnvironment::get().folder() / "heard.csv";
+  std::ofstream(received).flush();
+  const auto receives_more = [&] {
+    const std::uintmax_t size = std::filesystem::file_size(received);
     return eventually([&] {
       publisher->publish(sample.report);
-      return std::filesystem::file_size(heard) > size;
+      return std::filesystem::file_size(received) > size;
     });
   };
   {
@@ -261,8 +261,8 @@ TEST_F(RosPublisher, OutlivesAMasterAndFindsTheNext) {
     publisher = make_ros_publisher(sample_identity(), settings_in("/again"), {});
     EXPECT_EQ(echo("/again/fix", *publisher, sample.report)["field.status.status"], "0");
     listener = std::make_unique<ChildProgram>(
-        std::vector<std::string>{"rostopic", "echo", "-p", "/again/satellites/gps_week"}, heard);
-    EXPECT_TRUE(hears_more());
+        std::vector<std::string>{"rostopic", "echo", "-p", "/again/satellites/gps_week"}, received);
+    EXPECT_TRUE(receives_more());
   }
   const auto begin = Clock::now();
   for (int i = 0; i < 1000; ++i) publisher->publish(sample.report);
@@ -272,7 +272,7 @@ TEST_F(RosPublisher, OutlivesAMasterAndFindsTheNext) {
     EXPECT_TRUE(eventually(
         [] { return run_program("rostopic list 2>&1").output.find("/again/scan\n") != std::string::npos; }));
     EXPECT_EQ(echo("/again/fix", *publisher, sample.report)["field.status.status"], "0");
-    EXPECT_TRUE(hears_more());
+    EXPECT_TRUE(receives_more());
     listener.reset();
   }
   const auto end = Clock::now();

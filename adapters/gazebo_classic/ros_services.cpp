@@ -1,5 +1,5 @@
 // Compiled as C++17: the generated class of a service has requests with std::allocator, which is what its
-// checksum hangs on (see adapters/ros/ros1_types.hpp).
+// checksum depends on (see adapters/ros/ros1_types.hpp).
 #include "adapters/gazebo_classic/ros_services.hpp"
 
 #include <canyon_msgs/FaultCommand.h>

@@ -13,7 +13,7 @@ namespace canyon::adapters::gazebo_classic {
 class ShapeMeshes {
  public:
   /// @param visual visuals instead of collisions
-  /// @param physics_engine gazebo::physics::PhysicsEngine::GetType(): tells which way rows of heightmaps run
+  /// @param physics_engine gazebo::physics::PhysicsEngine::GetType(): states which way rows of heightmaps run
   ShapeMeshes(bool visual, const std::string& physics_engine);
 
   /// All shapes of a link [m], in the link's frame, as LinkShapes::take() says; names are

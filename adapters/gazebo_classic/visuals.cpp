@@ -19,7 +19,7 @@ namespace canyon::adapters::gazebo_classic {
 namespace {
 
 constexpr double kUpdateInterval_s = 0.1;  // of wall time: what an eye can follow
-/// Clients cannot ask for what was told before they came; to those whose arrival goes unnoticed it is told
+/// Clients cannot ask for what was sent before they came; to those whose arrival goes unnoticed it is sent
 /// again.
 constexpr double kRepeatInterval_s = 5;
 
@@ -46,8 +46,8 @@ void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
 }
 
 /// Draws by messages on ~/visual, which every scene listens to, in clients as well as behind camera sensors.
-/// (Markers reach only one of them: they are a service, and the first to answer takes them.) Shapes hang on
-/// the world and not on the vehicle, so that its visuals, frames and selection stay its own.
+/// (Markers reach only one of them: they are a service, and the first to answer takes them.) Shapes belong to
+/// the world and not to the vehicle, so that its visuals, frames and selection stay its own.
 class SceneVisuals final : public EpochPublisher {
  public:
   SceneVisuals(const gazebo::transport::NodePtr& node, const ReceiverIdentity& identity,
@@ -72,13 +72,13 @@ class SceneVisuals final : public EpochPublisher {
       const double now = steady_now_s();
       if (!updates_.due(now)) return;
       const bool somebody_new = somebody_came();
-      tell(visual_shapes(report, settings_), repeats_.due(now) || somebody_new);
+      send(visual_shapes(report, settings_), repeats_.due(now) || somebody_new);
     });
   }
 
   void reset() override {
     safely([this] {
-      tell({}, false);
+      send({}, false);
       updates_.reset();
     });
   }
@@ -108,7 +108,7 @@ class SceneVisuals final : public EpochPublisher {
     return more;
   }
 
-  void tell(const std::vector<VisualShape>& shapes, bool everything) {
+  void send(const std::vector<VisualShape>& shapes, bool everything) {
     for (const VisualLedger::Change& change : ledger_.update(shapes, everything)) {
       gazebo::msgs::Visual message = message_for(change.name, change.id);
       if (change.visible) {
@@ -130,7 +130,7 @@ class SceneVisuals final : public EpochPublisher {
 
   /// Hidden first, since scenes take a request to remove only with their next picture.
   void remove() {
-    tell({}, false);
+    send({}, false);
     for (const std::string& name : ledger_.clear()) {
       const std::unique_ptr<gazebo::msgs::Request> request(
           gazebo::msgs::CreateRequest("entity_delete", prefix_ + name));

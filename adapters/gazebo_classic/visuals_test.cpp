@@ -42,7 +42,7 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Waits until a visual whose name ends so is told with such a visibility, or for 10 s.
+  /// Waits until a visual whose name ends so arrives with such a visibility, or for 10 s.
   bool sees(const std::string& ending, bool visible = true) {
     return wait([&] {
       const auto found = find(ending);
@@ -124,7 +124,7 @@ class Visuals : public testing::Test {
     test::InProcessServer::get().unload();
   }
 
-  /// Publishes until something new of such a visual is told: the clock on the wall limits the rate.
+  /// Publishes until something new of such a visual arrives: the clock on the wall limits the rate.
   static void publish_news(EpochPublisher& visuals, const ReceiverReport& report, Client& client,
                            const std::string& ending) {
     const int before = client.count_of(ending);

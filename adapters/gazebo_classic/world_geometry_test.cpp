@@ -62,7 +62,7 @@ double range(const WorldScene& geometry, const Vector3d& origin, const Vector3d&
 }
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 
-/// The same ray by Gazebo's own physics engine: an independent judge of where shapes stand.
+/// The same ray by Gazebo's own physics engine: an independent check of where shapes stand.
 double physics_range(const WorldPtr& world, const Vector3d& origin, const Vector3d& towards) {
   const auto ray = boost::dynamic_pointer_cast<gazebo::physics::RayShape>(
       world->Physics()->CreateShape("ray", gazebo::physics::CollisionPtr()));

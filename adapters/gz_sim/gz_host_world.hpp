@@ -28,7 +28,7 @@ class GzHostWorld final : public HostWorld {
   void models(std::vector<Id>& ids) override;
   std::string name(Id model) override;
   bool is_static(Id model) override;
-  /// Nothing has a scale of its own here: shapes tell.
+  /// Nothing has a scale of its own here: shapes include it.
   std::uint64_t structure(Id) override { return 0; }
   std::uint64_t shapes(Id model) override;
   void links(Id model, std::vector<Id>& ids) override;

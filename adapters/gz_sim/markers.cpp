@@ -71,13 +71,13 @@ class Markers final : public EpochPublisher {
     safely([&] {
       const double now = steady_now_s();
       if (!updates_.due(now) || !look_for_client(now)) return;
-      tell(visual_shapes(report, settings_), now);
+      update(visual_shapes(report, settings_), now);
     });
   }
 
   void reset() override {
     safely([this] {
-      if (present_) tell({}, steady_now_s());
+      if (present_) update({}, steady_now_s());
       updates_.reset();
     });
   }
@@ -97,7 +97,7 @@ class Markers final : public EpochPublisher {
     }
   }
 
-  /// Whether anybody draws markers. A client that is new is told everything.
+  /// Whether anybody draws markers. A client that is new is sent everything.
   [[nodiscard]] bool look_for_client(double now) {
     if (now - begin_s_ < kFirstLook_s || !looks_.due(now)) return present_;
     std::vector<gz::transport::ServicePublisher> found;
@@ -111,7 +111,7 @@ class Markers final : public EpochPublisher {
     return present_;
   }
 
-  void tell(const std::vector<VisualShape>& shapes, double now) {
+  void update(const std::vector<VisualShape>& shapes, double now) {
     if (*unanswered_) {
       if (now - sent_s_ < kPatience_s) return;
       everything_ = true;  // what it was sent may be lost

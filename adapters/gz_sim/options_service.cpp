@@ -13,7 +13,7 @@
 namespace canyon::adapters::gz_sim {
 namespace {
 
-/// The transport has one thread for all that a process hears: it must not be held for long.
+/// The transport has one thread for all that a process receives: it must not be held for long.
 constexpr std::chrono::milliseconds kPatience(1000);
 
 struct Service {

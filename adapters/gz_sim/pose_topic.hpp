@@ -18,7 +18,7 @@ class PoseTopic {
  public:
   explicit PoseTopic(const HostSettings& settings);
   [[nodiscard]] std::optional<TruePose> at(std::int64_t now_ns, std::string& reason);
-  /// Tells the world's time in every step: age counts in simulated time, which messages of another program's
+  /// Takes the world's time in every step: age counts in simulated time, which messages of another program's
   /// clock do not carry.
   void tick(std::int64_t now_ns) { inbox_->now_ns = now_ns; }
   void reset();

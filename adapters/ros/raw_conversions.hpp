@@ -12,7 +12,7 @@
 namespace canyon::ros_messages {
 
 /// canyon_msgs/GnssRawObservations of one receiver, epoch by epoch in order of time: carrier phases are
-/// followed, so that each begins near its pseudorange and a lost cycle is told once.
+/// followed, so that each begins near its pseudorange and a lost cycle is reported once.
 class RawObservations {
  public:
   /// @param epoch null where the truth has not come: no observations

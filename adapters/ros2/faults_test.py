@@ -28,7 +28,7 @@ class Faults(unittest.TestCase):
             fixes = listener.listen(NavSatFix, "/fix")
             poses = listener.node.create_publisher(PoseStamped, "/pose", 10)
 
-            def settles(status):
+            def reaches(status):
                 """Whether it comes to be that of four fixes on end, while poses come."""
                 end = time.monotonic() + 30
                 fixes.clear()
@@ -40,17 +40,17 @@ class Faults(unittest.TestCase):
                     listener.spin_for(0.05)
                 return [m.status.status for m in fixes[-4:]] == 4 * [status]
 
-            self.assertTrue(settles(0), node.output())
+            self.assertTrue(reaches(0), node.output())
             self.assertEqual(self.ask(listener, "get_faults"), (True, "none"))
             self.assertEqual(self.ask(listener, "add_fault", "{name: dark, outage: {}}"), (True, "added car: dark"))
-            self.assertTrue(settles(-1))  # without a satellite there is no fix
+            self.assertTrue(reaches(-1))  # without a satellite there is no fix
             done, said = self.ask(listener, "get_faults")
             self.assertTrue(done)
             self.assertRegex(said, r"^car: dark \(outage\) from [0-9.]+ s, at work$")
             # As people type it.
             typed = ros2("service", "call", "/receiver/end_fault", "canyon_msgs/srv/FaultCommand", "{fault: dark}")
             self.assertIn("success=True, message='ended car: dark'", typed)
-            self.assertTrue(settles(0))
+            self.assertTrue(reaches(0))
             done, said = self.ask(listener, "add_fault", "{outage: {satelites: G05}}")
             self.assertFalse(done)
             self.assertRegex(said, "refused: .*satelites.*'satellites'")
@@ -58,8 +58,8 @@ class Faults(unittest.TestCase):
 
     def test_are_refused_where_nothing_may_change(self):
         with receiver(OPEN_FIELD) as node, Listener() as listener:
-            told = listener.listen(DiagnosticArray, "/diagnostics", reliable=True)
-            listener.spin_until(lambda: told, node.output())
+            reports = listener.listen(DiagnosticArray, "/diagnostics", reliable=True)
+            listener.spin_until(lambda: reports, node.output())
             done, said = self.ask(listener, "add_fault", "{outage: {}}")
             self.assertFalse(done)
             self.assertIn("live.changes", said)

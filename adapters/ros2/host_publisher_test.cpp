@@ -29,10 +29,10 @@ class Listener {
  public:
   template <class Message>
   std::shared_ptr<std::vector<Message>> listen(const std::string& topic) {
-    auto heard = std::make_shared<std::vector<Message>>();
+    auto inbox = std::make_shared<std::vector<Message>>();
     subscriptions_.push_back(node_->create_subscription<Message>(
-        topic, rclcpp::SensorDataQoS(), [heard](const Message& message) { heard->push_back(message); }));
-    return heard;
+        topic, rclcpp::SensorDataQoS(), [inbox](const Message& message) { inbox->push_back(message); }));
+    return inbox;
   }
   template <class Met>
   void until(const Met& met, const std::function<void()>& work) {
@@ -61,7 +61,7 @@ TEST(HostPublisher, BeginsRosAndPublishes) {
   const auto fixes = listener.listen<sensor_msgs::msg::NavSatFix>("/iris/gps/fix");
   const auto scans = listener.listen<sensor_msgs::msg::LaserScan>("/iris/ranges");
   const auto raw = listener.listen<canyon_msgs::msg::GnssRawObservations>("/iris/raw_observations");
-  const auto told = listener.listen<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics");
+  const auto reports = listener.listen<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics");
 
   simulation::LiveReceiver::Step step{test::sample_signal_epoch(test::sample_time(), test::sample_time()),
                                       {}};
@@ -70,7 +70,7 @@ TEST(HostPublisher, BeginsRosAndPublishes) {
   report.scan_ranges_m = {3, 4};
   report.scan_max_range_m = 100;
   report.sim_time_ns = 12'300'000'000;
-  listener.until([&] { return !fixes->empty() && !scans->empty() && !raw->empty() && !told->empty(); },
+  listener.until([&] { return !fixes->empty() && !scans->empty() && !raw->empty() && !reports->empty(); },
                  [&] {
                    report.sim_time_ns += 1'000'000'000;
                    publisher->publish(report);
@@ -80,20 +80,20 @@ TEST(HostPublisher, BeginsRosAndPublishes) {
   EXPECT_EQ(fix.header.stamp.nanosec, 300'000'000U);
   EXPECT_THAT(scans->back().ranges, ElementsAre(3, 4));
   EXPECT_EQ(raw->back().observations.size(), 10U);  // as in raw_conversions_test.cpp
-  EXPECT_EQ(told->back().status.at(0).name, "/iris/gnss: receiver");
+  EXPECT_EQ(reports->back().status.at(0).name, "/iris/gnss: receiver");
 
   // No truth: no position, and why.
   fixes->clear();
-  told->clear();
+  reports->clear();
   report.step = nullptr;
   report.reason = "pose_topic is silent";
-  listener.until([&] { return !fixes->empty() && !told->empty() && told->back().status[0].level == 2; },
+  listener.until([&] { return !fixes->empty() && !reports->empty() && reports->back().status[0].level == 2; },
                  [&] {
                    report.sim_time_ns += 1'000'000'000;
                    publisher->publish(report);
                  });
   EXPECT_EQ(fixes->back().status.status, -1);
-  EXPECT_EQ(told->back().status[0].message, "pose_topic is silent");
+  EXPECT_EQ(reports->back().status[0].message, "pose_topic is silent");
 }
 
 TEST(HostPublisher, ReceiversHaveTopicsOfTheirOwn) {

@@ -102,8 +102,8 @@ NodeParameters::NodeParameters(rclcpp_lifecycle::LifecycleNode& node, Owner owne
     : node_(node), owner_(std::move(owner)) {
   declare();
   before_ = node_.add_pre_set_parameters_callback(leave_to_engine);
-  judge_ = node_.add_on_set_parameters_callback(
-      [this](const std::vector<rclcpp::Parameter>& changes) { return judge(changes); });
+  check_ = node_.add_on_set_parameters_callback(
+      [this](const std::vector<rclcpp::Parameter>& changes) { return check(changes); });
 }
 
 void NodeParameters::declare() {
@@ -140,7 +140,7 @@ void NodeParameters::show(const NodeSettings& settings) {
   showing_ = false;
 }
 
-SetParametersResult NodeParameters::judge(const std::vector<rclcpp::Parameter>& changes) {
+SetParametersResult NodeParameters::check(const std::vector<rclcpp::Parameter>& changes) {
   SetParametersResult good;
   good.successful = true;
   if (showing_) return good;

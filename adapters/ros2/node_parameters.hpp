@@ -31,14 +31,14 @@ class NodeParameters {
 
  private:
   void declare();
-  rcl_interfaces::msg::SetParametersResult judge(const std::vector<rclcpp::Parameter>& changes);
+  rcl_interfaces::msg::SetParametersResult check(const std::vector<rclcpp::Parameter>& changes);
 
   rclcpp_lifecycle::LifecycleNode& node_;
   Owner owner_;
   Parameters given_;
   bool showing_ = false;
   rclcpp::node_interfaces::PreSetParametersCallbackHandle::SharedPtr before_;
-  rclcpp::node_interfaces::OnSetParametersCallbackHandle::SharedPtr judge_;
+  rclcpp::node_interfaces::OnSetParametersCallbackHandle::SharedPtr check_;
 };
 
 }  // namespace canyon::adapters::ros2

@@ -18,7 +18,7 @@ namespace canyon::adapters::ros2 {
 /// Where a receiver's truth comes from.
 enum class PoseSource : std::uint8_t { Trajectory, Pose, Odometry, Tf };
 
-/// Everything that a receiver's node is told: by a scenario file, and by parameters over it.
+/// Everything that a receiver's node is given: by a scenario file, and by parameters over it.
 struct NodeSettings {
   std::optional<std::filesystem::path> scenario;
   std::string receiver;  ///< of the scenario's; empty: its first

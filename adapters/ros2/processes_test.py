@@ -73,28 +73,28 @@ class Topics(unittest.TestCase):
         self.assertEqual(len(epochs), 81)
         with receiver({"scenario": drive, "drive_clock": True}) as node, Listener() as listener:
             self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_CONFIGURE), node.output())
-            heard = {topic: listener.listen(kind, topic) for topic, kind in TOPICS.items()}
+            received = {topic: listener.listen(kind, topic) for topic, kind in TOPICS.items()}
             listener.spin_for(1)
             began = time.monotonic()
             self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_ACTIVATE), node.output())
-            listener.spin_until(lambda: len(heard["/fix"]) == 81, "81 epochs")
+            listener.spin_until(lambda: len(received["/fix"]) == 81, "81 epochs")
             took = time.monotonic() - began
             listener.spin_for(0.5)
             self.assertEqual(listener.state("/receiver"), "inactive")  # where the drive has ended
         for topic in ("/fix", "/fix_velocity", "/gnss_multipath", "/satellites", "/raw_observations"):
-            stamps = [round(seconds_of(m.header.stamp), 9) for m in heard[topic]]
+            stamps = [round(seconds_of(m.header.stamp), 9) for m in received[topic]]
             self.assertEqual(stamps, [round(0.1 * i, 9) for i in range(81)], topic)
         # 8 s of simulated time at its speed of 1, and what starts and ends.
         self.assertGreater(took, 7.9)
         self.assertLess(took, 12)
-        clock = [seconds_of(m.clock) for m in heard["/clock"]]
+        clock = [seconds_of(m.clock) for m in received["/clock"]]
         self.assertEqual(clock, sorted(clock))
         self.assertEqual((round(clock[0], 9), round(clock[-1], 9), len(clock)), (0, 8.1, 811))  # every 10 ms, to the end of the last interval
         # Once a second, at every change, and at the end.
-        self.assertGreaterEqual(len(heard["/diagnostics"]), 9)
-        self.assertLess(len(heard["/diagnostics"]), 40)
+        self.assertGreaterEqual(len(received["/diagnostics"]), 9)
+        self.assertLess(len(received["/diagnostics"]), 40)
 
-        for row, fix in zip(epochs, heard["/fix"]):
+        for row, fix in zip(epochs, received["/fix"]):
             self.assertEqual(fix.status.status, 0 if row["status"] == "fix" else -1)
             if row["status"] != "fix":
                 self.assertTrue(math.isnan(fix.latitude))
@@ -104,14 +104,14 @@ class Topics(unittest.TestCase):
             self.assertAlmostEqual(fix.longitude, float(row["fix_longitude_deg"]), delta=6e-11)
             self.assertAlmostEqual(fix.altitude, float(row["fix_height_m"]), delta=6e-5)
         names = ["LOS", "LOS+multipath", "NLOS", "blocked"]
-        seen = [s for m in heard["/satellites"] for s in m.satellites]
+        seen = [s for m in received["/satellites"] for s in m.satellites]
         self.assertEqual(len(seen), len(satellites))
         for row, satellite in zip(satellites, seen):
             self.assertEqual(satellite.id, row["sat"])
             self.assertEqual(names[satellite.visibility], row["visibility"])
             if row["excess_path_m"]:
                 self.assertAlmostEqual(satellite.excess_path, float(row["excess_path_m"]), delta=1e-4)
-        measured = {(m, s.id): s for m, message in enumerate(heard["/raw_observations"]) for s in message.observations}
+        measured = {(m, s.id): s for m, raw in enumerate(received["/raw_observations"]) for s in raw.observations}
         epoch, tow, found = -1, None, 0
         for row in satellites:
             epoch, tow = (epoch, tow) if row["gps_tow"] == tow else (epoch + 1, row["gps_tow"])
@@ -211,24 +211,24 @@ class Parameters(unittest.TestCase):
     def test_a_receiver_by_poses_changes_while_it_runs(self):
         with receiver(OPEN_FIELD) as node, Listener() as listener:
             poses = listener.node.create_publisher(PoseStamped, "/pose", 10)
-            heard = listener.listen(GnssSatellites, "/satellites")
+            received = listener.listen(GnssSatellites, "/satellites")
 
             def above():
                 """Satellites above the mask in the next message but one."""
-                heard.clear()
+                received.clear()
                 end = time.monotonic() + 30
-                while len(heard) < 3 and time.monotonic() < end:
+                while len(received) < 3 and time.monotonic() < end:
                     pose = PoseStamped()
                     pose.header.stamp = listener.node.get_clock().now().to_msg()
                     pose.pose.orientation.w = 1.0
                     poses.publish(pose)
                     listener.spin_for(0.05)
-                return sum(s.above_mask for s in heard[-1].satellites)
+                return sum(s.above_mask for s in received[-1].satellites)
 
             self.assertGreater(above(), 0, node.output())
             self.assertEqual(listener.set_parameter("/receiver", "elevation_mask_deg", 60.0), "")
             high = above()
-            self.assertTrue(all(s.above_mask == (s.elevation > math.radians(60)) for s in heard[-1].satellites))
+            self.assertTrue(all(s.above_mask == (s.elevation > math.radians(60)) for s in received[-1].satellites))
             self.assertEqual(listener.set_parameter("/receiver", "elevation_mask_deg", 5.0), "")
             self.assertGreater(above(), high)
             self.assertIn("95", listener.set_parameter("/receiver", "elevation_mask_deg", 95.0))
@@ -240,11 +240,11 @@ class Poses(unittest.TestCase):
     def check(self, source, publish):
         with receiver({**OPEN_FIELD, "pose.source": source}) as node, Listener() as listener:
             fixes = listener.listen(NavSatFix, "/fix")
-            told = listener.listen(DiagnosticArray, "/diagnostics", reliable=True)
-            listener.spin_until(lambda: fixes and told, "the first epoch")
+            reports = listener.listen(DiagnosticArray, "/diagnostics", reliable=True)
+            listener.spin_until(lambda: fixes and reports, "the first epoch")
             self.assertEqual(fixes[-1].status.status, -1)  # no pose yet
             self.assertTrue(math.isnan(fixes[-1].latitude))
-            self.assertEqual(told[-1].status[0].level, b"\x02")
+            self.assertEqual(reports[-1].status[0].level, b"\x02")
             send = publish(listener.node)
             end = time.monotonic() + 30
             while not (fixes[-1].status.status == 0) and time.monotonic() < end:
@@ -362,12 +362,12 @@ class Bag(unittest.TestCase):
             bag = os.path.join(path, "bag")
             with receiver({"scenario": drive, "drive_clock": True}) as node, Listener() as listener:
                 self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_CONFIGURE), node.output())
-                heard = {topic: listener.listen(kind, topic) for topic, kind in kinds.items()}
+                received = {topic: listener.listen(kind, topic) for topic, kind in kinds.items()}
                 with Process(["ros2", "bag", "record", "-s", "sqlite3", "-o", bag, *kinds]) as recorder:
                     until(lambda: all(f"Subscribed to topic '{topic}'" in recorder.output() for topic in kinds),
                           "the recorder")
                     self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_ACTIVATE), node.output())
-                    listener.spin_until(lambda: len(heard["/fix"]) == 51, "the drive")
+                    listener.spin_until(lambda: len(received["/fix"]) == 51, "the drive")
                     listener.spin_for(1)
             print(ros2("bag", "info", bag))
             with Listener() as listener:
@@ -380,7 +380,7 @@ class Bag(unittest.TestCase):
                 listener.spin_for(0.5)
         for topic in kinds:
             # NaN is not equal to itself, its text is.
-            self.assertEqual([str(m) for m in played[topic]], [str(m) for m in heard[topic]], topic)
+            self.assertEqual([str(m) for m in played[topic]], [str(m) for m in received[topic]], topic)
         print({topic: len(messages) for topic, messages in played.items()})
 
 
@@ -437,7 +437,7 @@ class HongKong(unittest.TestCase):
                           "speed:=20"]) as launch:
                 listener.spin_until(lambda: len(fixes) > 300, "fixes of the drive", 120)
             self.assertNotIn("ERROR", launch.output())
-            # A subscriber that joined late misses the first; those heard stand where their stamps say.
+            # A subscriber that joined late misses the first; those received stand where their stamps say.
             interval = float(epochs[1]["gps_tow"]) - float(epochs[0]["gps_tow"])
             for fix in fixes:
                 row = epochs[round(seconds_of(fix.header.stamp) / interval)]

@@ -44,7 +44,7 @@ struct TopicNames {
 };
 
 /// A receiver's topics, with the quality of service of sensor data; diagnostics and clock are reliable. A
-/// subscriber that asks for more than is offered is told of in the log. Only what somebody listens to is
+/// subscriber that asks for more than is offered is named in the log. Only what somebody listens to is
 /// made.
 class ReceiverTopics {
  public:

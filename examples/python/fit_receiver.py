@@ -1,4 +1,4 @@
-"""Fits a receiver's profile to a recording, and judges it by the part that taught nothing.
+"""Fits a receiver's profile to a recording, and validates it by the part that calibrated nothing.
 
 The recording is made here, by a receiver whose level of C/N0 is known: 4.5 dB above the least power that the
 interface documents promise, where the profile says 1.5. A real one is a RINEX file and true positions.
@@ -53,7 +53,7 @@ with tempfile.TemporaryDirectory() as name:
     (folder / "mine.yaml").write_text(fit.profile)
     for profile in ["ublox-m8t", str(folder / "mine.yaml")]:
         settings["receivers"] = [{"name": "car", "profile": profile}]
-        judged = canyon.Recording(settings, folder / "drive.obs", folder / "truth.csv", "urbannav", atmosphere=False)
-        figures = judged.validate((0.5, 1.0))["models"][0]
+        recording = canyon.Recording(settings, folder / "drive.obs", folder / "truth.csv", "urbannav", atmosphere=False)
+        figures = recording.validate((0.5, 1.0))["models"][0]
         ks = figures["distributions"]["los_cn0_dbhz"]["ks"]
         print(f"{pathlib.Path(profile).name:10} distance of the C/N0 in sight, simulated from recorded (Kolmogorov-Smirnov): {ks:.2f}")

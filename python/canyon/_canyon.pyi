@@ -216,7 +216,7 @@ class ArrivingSatellite:
         """These of its paths stay, in this order; the others go."""
 
 class Arrival:
-    """What arrives at an antenna at one instant, lent for one call."""
+    """What arrives at an antenna at one instant, valid during one call."""
 
     @property
     def time(self) -> np.datetime64: ...

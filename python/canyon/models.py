@@ -20,7 +20,7 @@ class Disturbance(Protocol):
     """
 
     def apply(self, arrival: Arrival) -> None:
-        """Called once an epoch, in order of time. `arrival` is lent for the call."""
+        """Called once an epoch, in order of time. `arrival` is valid during the call."""
 
 
 class Solver(Protocol):

@@ -83,7 +83,7 @@ class Recording:
 
 @dataclass
 class Calibration:
-    """What recordings tell of a receiver.
+    """What recordings show of a receiver.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ def calibrate(
     recordings : Recording or sequence
         All of one kind of receiver; the profile that is fitted is that of the first one's scenario.
     part : (float, float)
-        Shares of the recordings to learn from; judge by the rest.
+        Shares of the recordings to learn from; validate by the rest.
     resamples : int
         Of the bootstrap behind the intervals.
     iterations : int

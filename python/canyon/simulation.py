@@ -101,7 +101,7 @@ class Run:
         Parameters
         ----------
         path : path
-            Endings tell formats where one is left out: .obs, .rnx, .nmea, .ubx, .rtcm3, .kml, .geojson, .nav,
+            Endings give formats where one is left out: .obs, .rnx, .nmea, .ubx, .rtcm3, .kml, .geojson, .nav,
             and the names of docs/outputs.md.
         format : str, optional
             One of :func:`canyon.formats`, or "navigation".

@@ -50,13 +50,13 @@ KeptEpoch::KeptEpoch(simulation::Epoch from, std::shared_ptr<const gnss::Navigat
   epoch.navigation = messages.get();
 }
 
-std::shared_ptr<KeptEpoch> KeptEpoch::copy(const simulation::Epoch& lent, bool with_paths,
+std::shared_ptr<KeptEpoch> KeptEpoch::copy(const simulation::Epoch& source, bool with_paths,
                                            const std::shared_ptr<simulation::Simulation>& simulation) {
   return std::make_shared<KeptEpoch>(
-      lent, lent.arrival->messages,
-      with_paths ? std::make_shared<const propagation::Arrival>(*lent.arrival) : nullptr,
+      source, source.arrival->messages,
+      with_paths ? std::make_shared<const propagation::Arrival>(*source.arrival) : nullptr,
       std::shared_ptr<const tracking::SignalOptions>(
-          simulation, &simulation->scenario().receivers.at(lent.receiver).options.signal),
+          simulation, &simulation->scenario().receivers.at(source.receiver).options.signal),
       simulation);
 }
 

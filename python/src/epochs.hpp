@@ -6,7 +6,7 @@
 
 namespace canyon::python {
 
-/// An epoch that Python keeps. What the engine lends for a call is copied or kept alive here.
+/// An epoch that Python keeps. What is valid during a call only is copied or kept alive here.
 struct KeptEpoch {
   simulation::Epoch epoch;
   std::shared_ptr<const propagation::Arrival> arrival;  ///< null where nobody asked for paths
@@ -18,8 +18,8 @@ struct KeptEpoch {
   KeptEpoch(simulation::Epoch from, std::shared_ptr<const gnss::NavigationData> its_messages,
             std::shared_ptr<const propagation::Arrival> paths,
             std::shared_ptr<const tracking::SignalOptions> its_signal, std::shared_ptr<const void> keeper);
-  /// A copy of an epoch that a sink is lent.
-  static std::shared_ptr<KeptEpoch> copy(const simulation::Epoch& lent, bool with_paths,
+  /// A copy of an epoch that a sink receives.
+  static std::shared_ptr<KeptEpoch> copy(const simulation::Epoch& source, bool with_paths,
                                          const std::shared_ptr<simulation::Simulation>& simulation);
 };
 using EpochPtr = std::shared_ptr<KeptEpoch>;

@@ -17,23 +17,23 @@ namespace {
 using propagation::Path;
 using propagation::SatelliteView;
 
-/// What is lent to Python for one call of apply(). Afterwards it is gone, whoever kept it.
-struct Lent {
+/// What Python borrows for one call of apply(). Afterwards it is gone, whoever kept it.
+struct Borrowed {
   const propagation::Antenna* antenna;
   propagation::Arrival* arrival;
 };
-struct LentArrival {
-  std::shared_ptr<Lent> lent;
+struct BorrowedArrival {
+  std::shared_ptr<Borrowed> borrowed;
 
   [[nodiscard]] propagation::Arrival& arrival() const {
-    if (lent->arrival == nullptr) {
+    if (borrowed->arrival == nullptr) {
       throw InputError("an arrival is lent for the call of apply() alone", "keep copies of its numbers");
     }
-    return *lent->arrival;
+    return *borrowed->arrival;
   }
 };
 struct LentView {
-  LentArrival of;
+  BorrowedArrival of;
   gnss::SatelliteId id;
 
   [[nodiscard]] SatelliteView& view() const {
@@ -66,20 +66,20 @@ class PythonDisturbance final : public disturbance::Disturbance {
   explicit PythonDisturbance(Held object) : object_(std::move(object)) {}
   void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override {
     const py::gil_scoped_acquire gil;
-    const auto lent = std::make_shared<Lent>(Lent{&antenna, &arrival});
+    const auto borrowed = std::make_shared<Borrowed>(Borrowed{&antenna, &arrival});
     struct Return {
-      Lent& lent;
-      ~Return() { lent.arrival = nullptr; }
-    } const back{*lent};
-    object_.get().attr("apply")(LentArrival{lent});
+      Borrowed& borrowed;
+      ~Return() { borrowed.arrival = nullptr; }
+    } const back{*borrowed};
+    object_.get().attr("apply")(BorrowedArrival{borrowed});
   }
 
  private:
   Held object_;
 };
 
-/// The object of one receiver: made by a factory `make(seed, receiver)`, or the object itself, which is told
-/// by `begin(seed, receiver)` that it begins anew, if it has that.
+/// The object of one receiver: made by a factory `make(seed, receiver)`, or the object itself, which
+/// `begin(seed, receiver)` resets, if it has that method.
 py::object begun(const py::object& object, const char* method, std::uint64_t seed,
                  const std::string& receiver) {
   if (py::hasattr(object, method) && !py::isinstance<py::type>(object)) {
@@ -344,29 +344,29 @@ void bind_models(py::module_& m) {
             v.view().paths.paths = std::move(kept);
           },
           "indices"_a);
-  py::class_<LentArrival>(m, "Arrival")
+  py::class_<BorrowedArrival>(m, "Arrival")
       .def_property_readonly("time",
-                             [](const LentArrival& a) {
+                             [](const BorrowedArrival& a) {
                                (void)a.arrival();
-                               return datetime(a.lent->antenna->time);
+                               return datetime(a.borrowed->antenna->time);
                              })
       .def_property_readonly("gps_ns",
-                             [](const LentArrival& a) {
+                             [](const BorrowedArrival& a) {
                                (void)a.arrival();
-                               return a.lent->antenna->time.nanoseconds();
+                               return a.borrowed->antenna->time.nanoseconds();
                              })
       .def_property_readonly("antenna_enu_m",
-                             [](const LentArrival& a) { return array_of(a.arrival().antenna_enu); })
+                             [](const BorrowedArrival& a) { return array_of(a.arrival().antenna_enu); })
       .def_property_readonly("velocity_ecef_mps",
-                             [](const LentArrival& a) {
+                             [](const BorrowedArrival& a) {
                                (void)a.arrival();
-                               return array_of(a.lent->antenna->velocity_ecef);
+                               return array_of(a.borrowed->antenna->velocity_ecef);
                              })
       .def_property_readonly(
           "placement",
-          [](const LentArrival& a) { return std::string(output::placement_word(a.arrival().placement)); })
+          [](const BorrowedArrival& a) { return std::string(output::placement_word(a.arrival().placement)); })
       .def_property_readonly("satellites",
-                             [](const LentArrival& a) {
+                             [](const BorrowedArrival& a) {
                                std::vector<LentView> views;
                                for (const SatelliteView& view : a.arrival().views)
                                  views.push_back({a, view.line.id});
@@ -374,7 +374,7 @@ void bind_models(py::module_& m) {
                              })
       .def(
           "remove",
-          [](const LentArrival& a, const std::string& name) {
+          [](const BorrowedArrival& a, const std::string& name) {
             const auto id = gnss::parse_satellite(name);
             if (id)
               std::erase_if(a.arrival().views,
@@ -383,7 +383,7 @@ void bind_models(py::module_& m) {
           "satellite"_a)
       .def(
           "interfere",
-          [](const LentArrival& a, double power_dbw, const py::object& towards, double width_hz) {
+          [](const BorrowedArrival& a, double power_dbw, const py::object& towards, double width_hz) {
             propagation::Interference wave;
             wave.spectrum.shape = propagation::Spectrum::Shape::Band;
             wave.spectrum.width_hz = finite(width_hz, 1, "a width in Hz");

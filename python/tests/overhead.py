@@ -34,7 +34,7 @@ def in_cpp(name, repetitions, of=statistics.median):
     return of(b["cpu_time"] for b in runs) * {"ms": 1e-3, "us": 1e-6}[runs[0]["time_unit"]]
 
 
-def tell(name, cpp, python):
+def report(name, cpp, python):
     ratios = [p / c for c, p in zip(cpp, python)]
     differences = [(p - c) * 1e6 for c, p in zip(cpp, python)]
     print(f"{name}: C++ {statistics.median(cpp) * 1e3:.3f} ms, Python {statistics.median(python) * 1e3:.3f} ms; "
@@ -88,7 +88,7 @@ cpp, python = [], []
 for _ in range(pairs):
     cpp.append(in_cpp("TenThousandPlaces", 3))
     python.append(statistics.median(trace_once() for _ in range(3)))
-tell("trace of 10,000 places x 30 satellites", cpp, python)
+report("trace of 10,000 places x 30 satellites", cpp, python)
 open_field = canyon.City(open=True, origin={"latitude_deg": 22.3, "longitude_deg": 114.17, "height_m": 0})
 for name, title, where in [("ObserveDowntown", "downtown", city), ("ObserveOpenField", "in an open field", open_field)]:
     cpp, python = [], []
@@ -96,7 +96,7 @@ for name, title, where in [("ObserveDowntown", "downtown", city), ("ObserveOpenF
         # The least of several: a difference of microseconds drowns in what other programs do to caches.
         cpp.append(in_cpp(name, 8, min))
         python.append(min(observe_many(where) for _ in range(8)))
-    tell(f"observe() and its error, {title}", cpp, python)
+    report(f"observe() and its error, {title}", cpp, python)
 for name, models in {
     "a disturbance that looks at every satellite": {"disturbances": [Nothing()]},
     "a weighting": {"weighting": lambda satellite, elevation, cn0, sigma: sigma},

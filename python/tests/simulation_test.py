@@ -65,7 +65,7 @@ class Run(unittest.TestCase):
 
     def test_live_is_the_run(self):
         """The same poses give the same numbers, by the same code (the receiver's draws are its own live)."""
-        # Draws hang on the name of a live receiver, and on the seed alone in a scenario.
+        # Draws depend on the name of a live receiver, and on the seed alone in a scenario.
         simulation = canyon.Simulation(self.scenario.changed(receivers=[{"name": "car", "own_draws": True}]))
         receiver = canyon.LiveReceiver(canyon.City.of_scenario(self.scenario), simulation.begin, name="car",
                                        sky={"nominal": True, "systems": ["GPS", "Galileo"]})

@@ -64,7 +64,7 @@ block_osm() {
 X
 }
 
-# needs_ranks COMMAND...: skips the case where this build has no MPI: told that it is one of two processes, it
+# needs_ranks COMMAND...: skips the case where this build has no MPI: as one of two processes, it
 # must refuse then, for each would compute the whole. Sets ranks.
 needs_ranks() {
   local status
@@ -187,7 +187,7 @@ scenario)
   sed 's/speed_mps: 6/speed_mps: 0/' small.yaml >bad.yaml
   runs 2 "$canyon" scenario show bad.yaml; one_line; says err bad.yaml:6: speed_mps "above 0" ;;
 stream)
-  # Paced by the wall clock, so that a client has time to come; it hears the end of what the file holds.
+  # Paced by the wall clock, so that a client has time to come; it receives the end of what the file holds.
   port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
   "$canyon" simulate small.yaml --out res --duration 4 --rate 5 --realtime --stream "nmea=tcp://127.0.0.1:$port" \
     --stream satellites_csv=file:copy.csv >out 2>err &
@@ -267,7 +267,7 @@ for s in json.load(open("out"))["satellites"]:
     names |= set(clear) if s["sat"][0] in "GE" else set()
     # Galileo OS SIS ICD 2.1, table 12: E5a 2 dB above E1.
     if s["sat"][0] == "E": assert abs(clear["E5a"] - clear["E1"] - 2) < 1e-9, s
-    if s["sat"][0] == "R": assert set(clear) == {"G1", "G2"}, s  # none is tracked: all are told
+    if s["sat"][0] == "R": assert set(clear) == {"G1", "G2"}, s  # none is tracked: all are listed
     for path in s["paths"]:
         loss = path["signal_loss_db"]
         assert set(loss) == set(clear), path
@@ -278,7 +278,7 @@ P
   runs 2 "$canyon" trace small.yaml --enu 1,2; one_line; says err EAST,NORTH,UP
   runs 2 "$canyon" trace small.yaml --enu nan,0,2; one_line ;;
 validate)
-  # Canyon's own receiver as the recorded one: made, then judged by the same scenario.
+  # Canyon's own receiver as the recorded one: made, then compared with the same scenario.
   sed -i 's/speed_mps: 6/speed_mps: 3/' small.yaml; echo 'receivers: [{profile: ideal, elevation_mask_deg: 10}]' >>small.yaml
   runs 0 "$canyon" simulate small.yaml --out res --quiet
   awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' res/epochs.csv >truth.csv

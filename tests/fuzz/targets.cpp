@@ -239,7 +239,7 @@ void read_mesh_parts(const fs::path& path) {
   }
 }
 
-// A device of each generation hears the bytes in pieces from two readers, between epochs.
+// A device of each generation receives the bytes in pieces from two readers, between epochs.
 void hear_ubx(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
   for (const auto& make : {output::encode_ubx, output::encode_ubx_m8}) {
@@ -259,7 +259,7 @@ void hear_ubx(const fs::path& path) {
   }
 }
 
-/// What a source of poses hears, cut as the bytes say.
+/// What a source of poses receives, cut as the bytes say.
 template <simulation::PoseFormat kFormat>
 void hear_poses(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);

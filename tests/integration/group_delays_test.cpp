@@ -1,4 +1,4 @@
-// Group delays judged by RTKLIB: rnx2rtkp solves emitted observation files in single-point mode, with group
+// Group delays checked by RTKLIB: rnx2rtkp solves emitted observation files in single-point mode, with group
 // delays of its own from the emitted navigation file. What it takes otherwise than we do stands in the
 // residual of a satellite, or in the clock of its system where all of its satellites have it.
 //
@@ -50,12 +50,12 @@ std::array<double, 2> made_up_delays(gnss::SatelliteId id) {
 }
 
 /// What rnx2rtkp makes of `receiver.obs` and `sky.nav`, in means over the epochs [m].
-struct Judgement {
+struct Estimates {
   std::map<std::string, Mean> residual_m;  ///< by satellite
   std::array<Mean, 4> clock_m;             ///< of GPS; of GLONASS, Galileo and BeiDou less that
 };
 
-Judgement judge(const std::filesystem::path& folder, int systems, bool two_frequencies) {
+Estimates estimate(const std::filesystem::path& folder, int systems, bool two_frequencies) {
   std::ofstream(folder / "rtk.conf")
       << "pos1-posmode=single\npos1-frequency=" << (two_frequencies ? "l1+l2" : "l1")
       << "\npos1-ionoopt=" << (two_frequencies ? "dual-freq" : "off") << "\npos1-navsys=" << systems
@@ -66,26 +66,26 @@ Judgement judge(const std::filesystem::path& folder, int systems, bool two_frequ
                               "' && timeout 120 rnx2rtkp -k rtk.conf -o rtk.pos receiver.obs sky.nav "
                               ">rtk.log 2>&1";
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
-  Judgement judgement;
+  Estimates estimates;
   std::istringstream lines(test::read_bytes(folder / "rtk.pos.stat"));
   for (std::string line; std::getline(lines, line);) {
     const std::vector<std::string_view> cells = split(line, ',');
     if (cells.size() < 9) continue;
     // $SAT, week, tow, satellite, frequency, azimuth, elevation, residual of code [m] ...
     if (cells[0] == "$SAT" && cells[4] == "1") {
-      judgement.residual_m[std::string(cells[3])].add(*parse_double(cells[7]));
+      estimates.residual_m[std::string(cells[3])].add(*parse_double(cells[7]));
     }
     // $CLK, week, tow, status, receiver, clocks [ns].
     for (std::size_t i = 0; cells[0] == "$CLK" && i < 4; ++i) {
-      judgement.clock_m[i].add(*parse_double(cells[5 + i]) * 1e-9 * geodesy::kSpeedOfLight);
+      estimates.clock_m[i].add(*parse_double(cells[5 + i]) * 1e-9 * geodesy::kSpeedOfLight);
     }
   }
-  return judgement;
+  return estimates;
 }
 
 /// Open sky over a place that sees of all systems at once. Each satellite has delays of its own in all of its
 /// records, as RTKLIB takes those of the first one.
-Judgement solve(gnss::NavigationData data, bool with_delays, const std::string& systems,
+Estimates solve(gnss::NavigationData data, bool with_delays, const std::string& systems,
                 const std::string& tracks, int navsys, bool two_frequencies) {
   for (gnss::KeplerEphemeris& e : data.kepler) {
     e.group_delay = {};
@@ -105,16 +105,16 @@ Judgement solve(gnss::NavigationData data, bool with_delays, const std::string& 
           "rate_hz: 1\nduration_s: 300\noutputs: {pictures: false}\n",
       folder.path());
   (void)test::run_and_write(simulation, folder.path());
-  return judge(folder.path(), navsys, two_frequencies);
+  return estimate(folder.path(), navsys, two_frequencies);
 }
 
 struct Case {
   const char* name;
-  char letter;  ///< the system that is judged, beside GPS
+  char letter;  ///< the system under test, beside GPS
   const char* systems;
   const char* tracks;
   int navsys;
-  std::size_t clock;  ///< of it in Judgement::clock_m
+  std::size_t clock;  ///< of it in Estimates::clock_m
   bool two_frequencies;
   std::size_t least;  ///< satellites
 };
@@ -136,8 +136,8 @@ TEST_P(GroupDelaysByRtklib, AreTheSame) {
   data.kepler.erase(std::remove_if(data.kepler.begin(), data.kepler.end(),
                                    [](const gnss::KeplerEphemeris& e) { return is_galileo_fnav(e); }),
                     data.kepler.end());
-  const Judgement with = solve(data, true, c.systems, c.tracks, c.navsys, c.two_frequencies);
-  const Judgement without = solve(data, false, c.systems, c.tracks, c.navsys, c.two_frequencies);
+  const Estimates with = solve(data, true, c.systems, c.tracks, c.navsys, c.two_frequencies);
+  const Estimates without = solve(data, false, c.systems, c.tracks, c.navsys, c.two_frequencies);
   ASSERT_EQ(with.residual_m.size(), without.residual_m.size());
   double worst = 0, largest_m = 0;
   std::size_t compared = 0;

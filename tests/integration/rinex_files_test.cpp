@@ -1,4 +1,4 @@
-// Observation files of every signal: the rules of RINEX 3.04 and 4.00, our reader, and RTKLIB as judges.
+// Observation files of every signal: the rules of RINEX 3.04 and 4.00, checked by our reader and RTKLIB.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -305,12 +305,12 @@ TEST_P(RinexFiles, ComeBackThroughConvbin) {
                                         "' && convbin -r rinex -v 3.04 -od -os -o judged.obs '" +
                                         (run().folder / GetParam()).string() + "' 2>/dev/null");
   ASSERT_EQ(result.status, 0);
-  const ObservationFile judged = parse(read_bytes(folder / "judged.obs"));
-  ASSERT_EQ(judged.epochs.size(), file().epochs.size());
+  const ObservationFile converted = parse(read_bytes(folder / "judged.obs"));
+  ASSERT_EQ(converted.epochs.size(), file().epochs.size());
   std::size_t values = 0, slips = 0;
   std::set<std::string> seen;  // phases: convbin calls the first one a loss of lock
-  for (std::size_t i = 0; i < judged.epochs.size(); ++i) {
-    const ObservationFile::Epoch &ours = file().epochs[i], &theirs = judged.epochs[i];
+  for (std::size_t i = 0; i < converted.epochs.size(); ++i) {
+    const ObservationFile::Epoch &ours = file().epochs[i], &theirs = converted.epochs[i];
     EXPECT_EQ(ours.line, theirs.line);
     ASSERT_EQ(ours.satellites.size(), theirs.satellites.size());
     for (const auto& [satellite, fields] : ours.satellites) {
@@ -329,7 +329,7 @@ TEST_P(RinexFiles, ComeBackThroughConvbin) {
   }
   std::cout << GetParam() << ": convbin gives back " << values << " values with " << slips << " slips\n";
   EXPECT_GT(values, 5000U);
-  EXPECT_EQ(judged.records("GLONASS SLOT / FRQ #"), file().records("GLONASS SLOT / FRQ #"));
+  EXPECT_EQ(converted.records("GLONASS SLOT / FRQ #"), file().records("GLONASS SLOT / FRQ #"));
 }
 
 TEST(RinexFilesOfBothVersions, DifferInTheHeaderAlone) {

@@ -1,4 +1,4 @@
-// RTKLIB's rnx2rtkp as independent judge of the emitted RINEX files and of the fix: the real program reads
+// RTKLIB's rnx2rtkp as independent check of the emitted RINEX files and of the fix: the real program reads
 // receiver.obs and sky.nav and solves them in single-point mode, atmosphere off.
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// RTCM 3 of simulated receivers, judged by RTKLIB: convbin turns it back into RINEX, which must be ours, and
+// RTCM 3 of simulated receivers, checked by RTKLIB: convbin turns it back into RINEX, which must be ours, and
 // rnx2rtkp fixes a rover's ambiguities by a base station's messages.
 
 #include <gmock/gmock.h>
@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// RINEX by convbin: NAME.obs and NAME.nav in `folder`.
-/// @param when the stream's date, which its messages do not tell
+/// @param when the stream's date, which its messages do not state
 void convert(const fs::path& stream, geodesy::GpsTime when, const fs::path& folder, const std::string& name,
              const std::string& options = {}) {
   const geodesy::CalendarTime c = geodesy::calendar_from_gps(when);
@@ -53,7 +53,7 @@ constexpr const char* kOutputs =
 // cycles, range rate 0.1 mm/s and 0.001 Hz, C/N0 1/16 and 0.001 dB.
 struct Compared {
   std::map<std::string, int> signals;  ///< observations by system and code
-  int slips = 0, slips_told = 0;       ///< cycle slips of ours; that the judge flags too
+  int slips = 0, slips_flagged = 0;    ///< cycle slips of ours; that RTKLIB flags too
   int false_slips = 0;                 ///< that it flags where ours goes on
   int no_doppler = 0;                  ///< observations whose Doppler does not come through
 };
@@ -93,13 +93,13 @@ receivers:
     const double shift_s = b.receiver_time - a.receiver_time;
     EXPECT_LE(std::abs(shift_s), 0.0005001);
     EXPECT_EQ(b.receiver_time.nanoseconds() % 1'000'000, 0);
-    std::map<std::pair<gnss::SatelliteId, std::string>, const rinex::ObservedSignal*> judged;
-    for (const auto& s : b.signals) judged[{s.id, s.code.data()}] = &s;
-    EXPECT_EQ(judged.size(), a.signals.size());
+    std::map<std::pair<gnss::SatelliteId, std::string>, const rinex::ObservedSignal*> decoded;
+    for (const auto& s : b.signals) decoded[{s.id, s.code.data()}] = &s;
+    EXPECT_EQ(decoded.size(), a.signals.size());
     for (const auto& s : a.signals) {
-      const auto at = judged.find({s.id, s.code.data()});
-      EXPECT_NE(at, judged.end()) << to_string(s.id) << ' ' << s.code.data();
-      if (at == judged.end()) continue;
+      const auto at = decoded.find({s.id, s.code.data()});
+      EXPECT_NE(at, decoded.end()) << to_string(s.id) << ' ' << s.code.data();
+      if (at == decoded.end()) continue;
       const rinex::ObservedSignal& t = *at->second;
       const int channel = s.id.system == gnss::System::GLONASS ? ours.header.glonass_channels.at(s.id) : 0;
       const double carrier_hz = gnss::carrier_hz(*s.signal, gnss::l1_frequency_hz(s.id.system, channel));
@@ -117,10 +117,10 @@ receivers:
         EXPECT_NEAR(*t.carrier_phase_cycles, *s.carrier_phase_cycles + carrier_hz * shift_s,
                     phase_m / wavelength_m + 0.00101 + 1e-4);
         const bool first = begun.insert({s.id, s.code.data()}).second;
-        const bool slip = (s.loss_of_lock & 1) != 0, told = (t.loss_of_lock & 1) != 0;
+        const bool slip = (s.loss_of_lock & 1) != 0, flagged = (t.loss_of_lock & 1) != 0;
         compared.slips += slip ? 1 : 0;
-        compared.slips_told += slip && told ? 1 : 0;
-        compared.false_slips += told && !slip && !first ? 1 : 0;
+        compared.slips_flagged += slip && flagged ? 1 : 0;
+        compared.false_slips += flagged && !slip && !first ? 1 : 0;
       }
       ++compared.signals[std::string(1, gnss::letter(s.id.system)) + s.code.data()];
     }
@@ -130,7 +130,7 @@ receivers:
   std::cout << fmt::format(
       "{} observations of {} signals compared, {} without Doppler; of {} cycle slips {} are told, {} where "
       "none is\n",
-      total, compared.signals.size(), compared.no_doppler, compared.slips, compared.slips_told,
+      total, compared.signals.size(), compared.no_doppler, compared.slips, compared.slips_flagged,
       compared.false_slips);
   return compared;
 }
@@ -157,7 +157,7 @@ TEST(RtcmByConvbin, CycleSlipsShowInTheLockTime) {
   EXPECT_GT(compared.slips, 20);
   // A reader sees a slip where the lock time has become shorter, not where an arc was shorter still than the
   // new one is (RTCM 10403.3, DF407).
-  EXPECT_GE(compared.slips_told, 0.9 * compared.slips);
+  EXPECT_GE(compared.slips_flagged, 0.9 * compared.slips);
   EXPECT_EQ(compared.false_slips, 0);
 }
 
@@ -192,7 +192,7 @@ TEST(RtcmByConvbin, EphemeridesOfARealDayComeThroughWhole) {
   CANYON_NEEDS_PROGRAM("convbin");
   CANYON_SHARED_DATA(path, test::kRealDays[0]);
   gnss::NavigationData day = rinex::read_rinex_navigation(path);
-  // GLONASS's messages tell the time of the day alone: RTKLIB takes that within 12 h of the noon it is told.
+  // GLONASS's messages state the time of the day alone: RTKLIB takes that within 12 h of the noon given.
   const geodesy::GpsTime noon = geodesy::gps_from_utc({.year = 2020, .month = 6, .day = 25, .hour = 12});
   day.glonass.erase(std::remove_if(day.glonass.begin(), day.glonass.end(),
                                    [&](const auto& e) { return std::abs(e.toe - noon) > 42'000; }),

@@ -12,7 +12,7 @@
 
 namespace canyon::test {
 
-/// Keeps every epoch, without the paths that are lent to it.
+/// Keeps every epoch, without its paths, which last only for the call.
 class Recorder final : public simulation::EpochSink {
  public:
   void write(const simulation::Epoch& epoch) override {

@@ -118,9 +118,9 @@ TEST(SignalFiles, PhaseOfADriveFollowsItsDoppler) {
           // RINEX 3.04, 3.3: the phase falls where the Doppler is positive. The mean of both ends' Doppler is
           // the mean over the interval but for the change of acceleration.
           const double moved = *s.carrier_phase_cycles - *before->second.signal.carrier_phase_cycles;
-          const double told =
+          const double expected =
               -0.5 * (*s.doppler_hz + *before->second.signal.doppler_hz) * (tag - before->second.tag);
-          apart.push_back(std::abs(moved - told));
+          apart.push_back(std::abs(moved - expected));
         }
       }
       last[s.id] = {tag, s};

@@ -1,4 +1,4 @@
-// Receivers that track several signals of each satellite: closed forms between bands, and RTKLIB as judge.
+// Receivers that track several signals of each satellite: closed forms between bands, and RTKLIB as check.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -339,7 +339,7 @@ TEST(Signals, BiasesOfTheReceiverGoWhereTheyBelong) {
       EXPECT_NEAR(geodesy::kSpeedOfLight * (biased.clock_bias_s.at(system) - fix.clock_bias_s.at(system)),
                   bias_m, 1e-4);
     }
-    std::set<double> told;  // of systems with drifting biases
+    std::set<double> biases_m;  // of systems with drifting biases
     for (std::size_t k = 0; k < plain.satellites.size(); ++k) {
       const SatelliteObservation &a = plain.satellites[k], &b = epochs[i + 1].observed.satellites[k];
       if (!a.measurement) continue;
@@ -357,12 +357,12 @@ TEST(Signals, BiasesOfTheReceiverGoWhereTheyBelong) {
       for (const SatelliteObservation& d : epochs[i + 3].observed.satellites) {
         if (d.id != a.id) continue;
         EXPECT_NEAR(d.measurement->pseudorange_m - a.measurement->pseudorange_m, d.bias_m, 1e-6);
-        if (!told.insert(d.bias_m).second) continue;
+        if (!biases_m.insert(d.bias_m).second) continue;
         square_m2 += square(d.bias_m);
         ++drifted;
       }
     }
-    EXPECT_EQ(told.size(), 4U);
+    EXPECT_EQ(biases_m.size(), 4U);
     for (const SatelliteObservation& s : epochs[i + 4].observed.satellites) {
       if (s.id.system == gnss::System::BeiDou && (s.id.number <= 5 || s.id.number >= 59)) ++geostationary;
       if (gnss::block_of(s.id, epochs[i].observed.time) == "GPS-IIR") ++old;

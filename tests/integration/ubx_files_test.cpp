@@ -1,4 +1,4 @@
-// receiver.ubx judged by those who read u-blox receivers: gpsd's decoder and RTKLIB's convbin and rnx2rtkp.
+// receiver.ubx checked by readers of u-blox receivers: gpsd's decoder and RTKLIB's convbin and rnx2rtkp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -178,33 +178,33 @@ struct Loss {
 template <typename Record>
 void compare(const std::vector<Record>& ours, const std::vector<Record>& theirs,
              std::map<System, Loss>& losses) {
-  for (const Record& judged : theirs) {
+  for (const Record& decoded : theirs) {
     const Record* mine = nullptr;
     for (const Record& record : ours) {
       if constexpr (std::is_same_v<Record, gnss::KeplerEphemeris>) {
         if (gnss::is_galileo_fnav(record)) continue;
       }
-      if (record.id == judged.id && record.toe == judged.toe) mine = &record;
+      if (record.id == decoded.id && record.toe == decoded.toe) mine = &record;
     }
-    ASSERT_NE(mine, nullptr) << gnss::to_string(judged.id);
-    Loss& loss = losses[judged.id.system];
+    ASSERT_NE(mine, nullptr) << gnss::to_string(decoded.id);
+    Loss& loss = losses[decoded.id.system];
     ++loss.records;
     // GLONASS records serve a quarter of an hour on either side.
-    const double span_s = judged.id.system == System::GLONASS ? 900 : 3600;
+    const double span_s = decoded.id.system == System::GLONASS ? 900 : 3600;
     for (const double age_s : {-0.5 * span_s, 0.0, 0.5 * span_s, span_s}) {
       const auto a = orbit::propagate(*mine, mine->toe + age_s),
-                 b = orbit::propagate(judged, mine->toe + age_s);
+                 b = orbit::propagate(decoded, mine->toe + age_s);
       loss.orbit_m = std::max(loss.orbit_m, (a.position_m - b.position_m).norm());
       loss.clock_m =
           std::max(loss.clock_m, geodesy::kSpeedOfLight * std::abs(a.clock_bias_s - a.group_delay_s -
                                                                    b.clock_bias_s + b.group_delay_s));
     }
-    EXPECT_EQ(judged.health, mine->health) << gnss::to_string(judged.id);
+    EXPECT_EQ(decoded.health, mine->health) << gnss::to_string(decoded.id);
     if constexpr (std::is_same_v<Record, gnss::KeplerEphemeris>) {
-      EXPECT_EQ(judged.toc, mine->toc);
-      EXPECT_EQ(judged.iode, mine->iode) << gnss::to_string(judged.id);
+      EXPECT_EQ(decoded.toc, mine->toc);
+      EXPECT_EQ(decoded.iode, mine->iode) << gnss::to_string(decoded.id);
     } else {
-      EXPECT_EQ(judged.channel, mine->channel);
+      EXPECT_EQ(decoded.channel, mine->channel);
     }
   }
 }
@@ -318,10 +318,10 @@ TEST(UbxFiles, GiveRecordedEphemeridesBackAsTheyWere) {
   // Of Galileo's two messages E1-B has one, and RTKLIB would take either of sky.nav; it also takes the group
   // delays of a satellite's first record, whatever the time: those that were sent, and no others.
   gnss::NavigationData sent = rinex::read_rinex_navigation(run.folder / "sky.nav");
-  const gnss::NavigationData judged = rinex::read_rinex_navigation(run.folder / "judged.nav");
+  const gnss::NavigationData decoded = rinex::read_rinex_navigation(run.folder / "judged.nav");
   const auto not_sent = [&](const gnss::KeplerEphemeris& e) {
     return gnss::is_galileo_fnav(e) ||
-           std::none_of(judged.kepler.begin(), judged.kepler.end(),
+           std::none_of(decoded.kepler.begin(), decoded.kepler.end(),
                         [&](const auto& other) { return other.id == e.id && other.toe == e.toe; });
   };
   sent.kepler.erase(std::remove_if(sent.kepler.begin(), sent.kepler.end(), not_sent), sent.kepler.end());

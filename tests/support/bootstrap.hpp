@@ -11,14 +11,14 @@
 #include "canyon/base/random.hpp"
 #include "canyon/validation/statistics.hpp"
 
-// The bootstrap by its definition, one resample after the other: what the intervals of figures are judged by.
+// The bootstrap by its definition, one resample after the other: the reference for the intervals of figures.
 
 namespace canyon::validation::test {
 
 struct BootstrapOptions {
   int resamples = 2000;
   double confidence = 0.95;  ///< (0, 1)
-  /// Observations drawn together, in circles (Politis and Romano 1992): as many as hang together in time.
+  /// Observations drawn together, in circles (Politis and Romano 1992): as many as correlate in time.
   std::size_t block = 1;
   std::uint64_t seed = 1;
 };

@@ -7,7 +7,7 @@
 
 #include "canyon/propagation/index/knife_edge.hpp"
 
-// Closed forms that rays around edges are judged by.
+// Closed forms that rays around edges are compared with.
 
 namespace canyon::propagation::test {
 

@@ -13,11 +13,11 @@
 #include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-// npm's node-mavlink (2.3.0), generated from MAVLink's definitions by others, as judge of our frames.
+// npm's node-mavlink (2.3.0), generated from MAVLink's definitions by others, as check of our frames.
 
 namespace canyon::test {
 
-/// A message as the judge read it: counts on the wire, by the definition's names of fields.
+/// A message as node-mavlink read it: counts on the wire, by the definition's names of fields.
 struct JudgedMessage {
   std::string version, name;
   int system = 0, component = 0, sequence = 0;
@@ -32,7 +32,7 @@ inline bool has_node_mavlink() {
 
 struct Judgement {
   std::vector<JudgedMessage> messages;
-  std::string again;  ///< the same, framed by the judge
+  std::string again;  ///< the same, framed by node-mavlink
 };
 
 inline Judgement judge_mavlink(const std::string& bytes) {

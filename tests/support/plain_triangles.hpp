@@ -11,7 +11,7 @@
 
 namespace canyon::test {
 
-/// A mesh as a judge of the engine's rays sees it: every triangle on its own, doubles, no acceleration, a
+/// A mesh as reference for the engine's rays: every triangle on its own, doubles, no acceleration, a
 /// ray-triangle test of its own (Moeller and Trumbore 1997).
 struct PlainTriangles {
   using Vector3d = Eigen::Vector3d;

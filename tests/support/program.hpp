@@ -35,7 +35,7 @@ inline bool has_program(const std::string& name) {
 
 }  // namespace canyon::test
 
-/// Skips the test, saying so, where a program that judges it is not installed.
+/// Skips the test, saying so, where a program that checks it is not installed.
 #define CANYON_NEEDS_PROGRAM(name)                                               \
   if (!::canyon::test::has_program(name)) {                                      \
     GTEST_SKIP() << "SKIPPED: the judge " << (name) << " is not installed here"; \

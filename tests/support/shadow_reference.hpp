@@ -1,6 +1,6 @@
 #pragma once
 
-// Judges of shadows by other means than drawing; for tests and benchmarks.
+// References for shadows by other means than drawing; for tests and benchmarks.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

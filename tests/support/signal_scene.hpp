@@ -36,7 +36,7 @@ inline constexpr GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 inline constexpr double kChip_m = kSpeedOfLight / 1.023e6;
 inline constexpr double kWavelength_m = kSpeedOfLight / 1575.42e6;
 
-/// Hears both hands alike, so that a metal mirror's reflection is as strong as the direct path.
+/// Receives both hands alike, so that a metal mirror's reflection is as strong as the direct path.
 inline AntennaPattern both_hands() {
   return {"both hands", {{0, 0, 0}}};
 }

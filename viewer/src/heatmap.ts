@@ -65,7 +65,7 @@ export class HeatMap {
     if (this.builtAltitude !== altitude) this.build();
     this.builtAltitude = altitude;
     this.colour();
-    for (const told of this.shown) told();
+    for (const listener of this.shown) listener();
   }
 
   private up(column: number, row: number): number {

@@ -15,7 +15,7 @@ export class Live {
   private lastMs = -Infinity;
   private fresh = false;
   private drawnMs = 0;
-  /** Whether a host has told where its antenna is. */
+  /** Whether a host has sent where its antenna is. */
   private placed = true;
   private progress: ProgressMessage | null = null;
   private readonly clock: number;

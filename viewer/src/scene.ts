@@ -246,7 +246,7 @@ export class SceneView {
   }
 
   private heat: HeatMap | null = null;
-  /** Lays a heat map over the city. @param read is told of the cell under the pointer, null: of none */
+  /** Lays a heat map over the city. @param read gets the cell under the pointer, null: none */
   showMap(heat: HeatMap, read: (cell: { column: number; row: number } | null) => void): void {
     this.heat = heat;
     this.scene.add(heat.mesh);

@@ -347,7 +347,7 @@ export class Store {
     this.tracks[receiver] = history.track();
   }
 
-  /** Names of the faults at work. Of views written before epochs had them the header tells, by their times. */
+  /** Names of the faults at work. Of views written before epochs had them by the times in the header. */
   faults(receiver: number, epoch: number): string {
     const track = this.tracks[receiver];
     if (!track) return '';

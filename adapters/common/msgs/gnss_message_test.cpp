@@ -341,11 +341,11 @@ TEST(GnssMessage, NamesEveryKindOfPathAndStatus) {
                                    {propagation::PathKind::Diffuse, msgs::GnssPath::DIFFUSE}}) {
     path.kind = kind;
     fill_gnss_message(sample_identity(), sample.report, message);
-    const auto& told = satellite(message, "G17").paths(0);
-    EXPECT_EQ(told.kind(), code);
-    EXPECT_EQ(told.reflection_point_world_m().z(), 5.6);
-    EXPECT_FALSE(told.has_incidence_rad());
-    EXPECT_FALSE(told.has_far_reflection_point_world_m());
+    const auto& shown = satellite(message, "G17").paths(0);
+    EXPECT_EQ(shown.kind(), code);
+    EXPECT_EQ(shown.reflection_point_world_m().z(), 5.6);
+    EXPECT_FALSE(shown.has_incidence_rad());
+    EXPECT_FALSE(shown.has_far_reflection_point_world_m());
   }
   sample.step.epoch.observed.fix.status = positioning::FixStatus::WeakGeometry;
   fill_gnss_message(sample_identity(), sample.report, message);

@@ -34,7 +34,7 @@ constexpr OtherName kOtherNames[] = {
     {"update_rate", "rate_hz"},
 };
 
-// Elements of other plugins that users exchange for this one; they are known, to be told what serves instead.
+// Elements of other plugins that users exchange for this one; the error names what serves instead.
 struct Foreign {
   const char* name;
   const char* instead;

@@ -577,7 +577,7 @@ TEST(HostSettings, AnOriginWithoutAltitudeLiesOnTheEllipsoid) {
 }
 
 TEST(HostSettings, ValuesAreTextWhateverIsInThem) {
-  // Quotes, backslashes and colons mean something in YAML, and a name is judged by the scenario.
+  // Quotes, backslashes and colons mean something in YAML, and the scenario checks a name.
   EXPECT_THAT(error_of("<name>a: \"b\\</name>"), HasSubstr("<name>: 'a: \"b\\' cannot name a folder"));
   EXPECT_THAT(read("<satAzimuth>1\n\t 2</satAzimuth><satElevation>\n0.5 0.25\n</satElevation>")
                   .live.sky.frozen_azimuth_rad,
@@ -616,7 +616,7 @@ TEST(PluginKeys, HoldEveryKeyOfALiveReceiver) {
 
 TEST(PluginKeys, EveryElementOfTheTableIsRead) {
   // An element that is known but that nothing reads would end in an error of the scenario's reader. A value
-  // that no element takes shows that each is judged by somebody; those that take any word are named.
+  // that no element takes shows that each is checked; those that take any word are named.
   const std::vector<std::string> any_word{"frame_id",  "pose_topic",    "topic",
                                           "frameName", "ros.namespace", "robotNamespace",
                                           "topicName", "name",          "link"};

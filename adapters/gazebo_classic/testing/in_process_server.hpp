@@ -61,7 +61,7 @@ class InProcessServer {
     gazebo::physics::remove_worlds();
     gazebo::sensors::SensorManager::Instance()->Init();
   }
-  /// `iterations` of physics, and everything that hangs on them, done when it returns. Sensors are updated
+  /// `iterations` of physics, and everything that depends on them, done when it returns. Sensors are updated
   /// once afterwards.
   void step(unsigned iterations = 1) {
     world_->Step(iterations);
@@ -77,7 +77,7 @@ class InProcessServer {
     setenv("GAZEBO_PLUGIN_PATH", (std::string(canyon_build_dir) + "/lib").c_str(), 1);
     gazebo::common::Console::SetQuiet(false);
     if (!gazebo::setupServer(std::vector<std::string>{})) throw std::runtime_error("no Gazebo server");
-    // A world that stops tells everything to stop, the thread that delivers messages as well; here others
+    // A world that stops signals everything to stop, the thread that delivers messages as well; here others
     // follow.
     for (int listener = 0; listener < 100; ++listener) gazebo::event::Events::stop.Disconnect(listener);
     is_up_ = true;

@@ -24,7 +24,7 @@ inline std::string street_world(const std::string& inside, double heading_deg = 
          inside + "</world></sdf>";
 }
 
-/// A car whose roof lies under the antenna. `sensor_type` empty: the plugin hangs on the model itself.
+/// A car whose roof lies under the antenna. `sensor_type` empty: the plugin is attached to the model itself.
 inline std::string street_car(const std::string& plugin_elements, const std::string& sensor_type = "ray",
                               const std::string& name = "car", const std::string& pose = "3 0 0 0 0 0") {
   const std::string file =

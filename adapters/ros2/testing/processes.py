@@ -135,11 +135,11 @@ class Listener:
 
     def listen(self, kind, topic, reliable=False):
         """A list that grows."""
-        heard = []
+        received = []
         qos = QoSProfile(depth=500, durability=DurabilityPolicy.VOLATILE,
                          reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
-        self.node.create_subscription(kind, topic, heard.append, qos)
-        return heard
+        self.node.create_subscription(kind, topic, received.append, qos)
+        return received
 
     def spin_until(self, met, what, seconds=PATIENCE):
         end = time.monotonic() + seconds
