@@ -35,8 +35,9 @@ void expect_to_arrive(const std::string& type, const std::string& message,
                                folder / "pub.log");
   EXPECT_TRUE(eventually([&] {
     link->serve();
-    for (const transport::Heard& heard : link->take_heard()) {
-      decoder->hear(heard.reader, heard.bytes, [&](const live::PoseReport& report) { last = report; });
+    for (const transport::Received& received : link->take_received()) {
+      decoder->receive(received.reader, received.bytes,
+                       [&](const live::PoseReport& report) { last = report; });
     }
     return last.has_value();
   })) << canyon::test::read_bytes(folder / "script.log")

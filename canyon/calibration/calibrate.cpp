@@ -19,14 +19,15 @@ namespace {
 
 using Draws = std::vector<std::vector<std::uint16_t>>;
 
-/// Signals that the recording has and the antenna hears, beside those of the profile.
+/// Signals that the recording has and the antenna receives, beside those of the profile.
 std::vector<std::string> all_signals(const Drive& drive) {
   std::set<const gnss::Signal*> wanted;
   bool further = false;
   for (const validation::PseudorangeResidual& o : drive.recording.residuals.observations)
     wanted.insert(o.signal);
   for (const validation::PseudorangeResidual& o : drive.recording.residuals.further) {
-    further = further || drive.receiver.options.signal.antenna.hears(signal::band_of(o.signal->carrier_hz));
+    further =
+        further || drive.receiver.options.signal.antenna.receives(signal::band_of(o.signal->carrier_hz));
     wanted.insert(o.signal);
   }
   const std::vector<std::string>& own = drive.receiver.options.tracks;
@@ -36,7 +37,7 @@ std::vector<std::string> all_signals(const Drive& drive) {
     for (const gnss::Signal* s : receiver::tracked_signals(own, system)) wanted.insert(s);
   }
   for (const gnss::Signal* s : wanted) {
-    if (!drive.receiver.options.signal.antenna.hears(signal::band_of(s->carrier_hz))) continue;
+    if (!drive.receiver.options.signal.antenna.receives(signal::band_of(s->carrier_hz))) continue;
     const std::string name(s->name);
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }

@@ -123,7 +123,7 @@ void add_tracked(std::span<const LevelEvidence> evidence, std::span<const std::s
     for (const gnss::Signal& signal : signals) {
       const bool before = std::find(tracked.begin(), tracked.end(), &signal) != tracked.end();
       const bool now = known ? is_recorded(signal) : before;
-      if (now && !before && !receiver.options.signal.antenna.hears(signal::band_of(signal.carrier_hz))) {
+      if (now && !before && !receiver.options.signal.antenna.receives(signal::band_of(signal.carrier_hz))) {
         levels.notes.push_back(
             fmt::format("{} {} is recorded, and the profile's antenna does not hear it: choose "
                         "another (signal.antenna)",

@@ -63,7 +63,7 @@ struct Commands::Impl {
   };
   static const std::vector<Entry>& entries();
 
-  void hear(const transport::Heard& heard, Commands& self);
+  void receive(const transport::Received& received, Commands& self);
   [[nodiscard]] simulation::LiveReceiver& receiver(const Json& command) {
     return context.receivers[simulation::find_receiver(context.scenario, name_in(command, "receiver"))];
   }
@@ -176,20 +176,22 @@ const std::vector<Commands::Impl::Entry>& Commands::Impl::entries() {
   return kEntries;
 }
 
-void Commands::Impl::hear(const transport::Heard& heard, Commands& self) {
+void Commands::Impl::receive(const transport::Received& received, Commands& self) {
   constexpr std::size_t kLongestCommand = 65536;
-  readers.of(heard.reader, kLongestCommand).hear(heard.bytes, [&](std::optional<std::string_view> line) {
-    if (line && trim(*line).empty()) return;
-    link->transport().answer(
-        heard.reader,
-        line ? self.answer(*line) : one_line(refusal("a line is too long", "end each command with a line")));
-  });
+  readers.of(received.reader, kLongestCommand)
+      .receive(received.bytes, [&](std::optional<std::string_view> line) {
+        if (line && trim(*line).empty()) return;
+        link->transport().answer(
+            received.reader, line ? self.answer(*line)
+                                  : one_line(refusal("a line is too long", "end each command with a line")));
+      });
 }
 
 Commands::Commands(CommandContext context, std::shared_ptr<transport::Link> link)
     : impl_(std::make_unique<Impl>(Impl{std::move(context), std::move(link), 0, {}, {}, false})) {
   impl_->latest.resize(impl_->context.receivers.size());
-  impl_->listener = impl_->link->listen([this](const transport::Heard& heard) { impl_->hear(heard, *this); });
+  impl_->listener =
+      impl_->link->listen([this](const transport::Received& received) { impl_->receive(received, *this); });
 }
 Commands::~Commands() {
   impl_->link->forget(impl_->listener);

@@ -92,9 +92,9 @@ class MavlinkPoses final : public PoseDecoder {
     }
   }
 
-  void hear(std::uint64_t reader, std::string_view bytes,
-            const std::function<void(const PoseReport&)>& each) override {
-    parsers_.of(reader).hear(bytes, [&](const mavlink::Frame& frame) {
+  void receive(std::uint64_t reader, std::string_view bytes,
+               const std::function<void(const PoseReport&)>& each) override {
+    parsers_.of(reader).receive(bytes, [&](const mavlink::Frame& frame) {
       std::visit(
           [&](const auto& message) {
             const std::optional<PoseReport> report = report_of(frame.sender, message);

@@ -82,8 +82,8 @@ class JsonPoses final : public PoseDecoder {
  public:
   explicit JsonPoses(const simulation::PoseSourceOptions& options) : axes_(options) {}
 
-  void hear(std::uint64_t reader, std::string_view bytes,
-            const std::function<void(const PoseReport&)>& each) override {
+  void receive(std::uint64_t reader, std::string_view bytes,
+               const std::function<void(const PoseReport&)>& each) override {
     transport::LineCutter& lines = lines_.of(reader, kLongestLine);
     const auto take = [&](std::optional<std::string_view> line) {
       if (line && trim(*line).empty()) return;
@@ -91,7 +91,7 @@ class JsonPoses final : public PoseDecoder {
           line ? read(*line, each) : fmt::format("a line of more than {} bytes", kLongestLine);
       if (!why.empty()) complaints_.add(why);
     };
-    lines.hear(bytes, take);
+    lines.receive(bytes, take);
     // A datagram may come without an end of line: what is whole counts.
     const std::string& rest = lines.rest();
     if (!rest.empty() && rest.back() == '}' && Json::try_parse(rest)) lines.finish(take);
@@ -167,8 +167,8 @@ class BinaryPoses final : public PoseDecoder {
  public:
   explicit BinaryPoses(const simulation::PoseSourceOptions& options) : axes_(options) {}
 
-  void hear(std::uint64_t reader, std::string_view bytes,
-            const std::function<void(const PoseReport&)>& each) override {
+  void receive(std::uint64_t reader, std::string_view bytes,
+               const std::function<void(const PoseReport&)>& each) override {
     std::string& held = held_.of(reader);
     held += bytes;
     std::string_view rest = held;

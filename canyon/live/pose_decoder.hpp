@@ -29,9 +29,9 @@ struct PoseReport {
 class PoseDecoder {
  public:
   virtual ~PoseDecoder() = default;
-  /// @param reader who said it, see transport::Heard
-  virtual void hear(std::uint64_t reader, std::string_view bytes,
-                    const std::function<void(const PoseReport&)>& each) = 0;
+  /// @param reader who said it, see transport::Received
+  virtual void receive(std::uint64_t reader, std::string_view bytes,
+                       const std::function<void(const PoseReport&)>& each) = 0;
   /// What to send to somebody who tells no poses yet, so that it does; empty: nothing.
   [[nodiscard]] virtual std::string request() { return {}; }
   /// How much was no pose, and why the latest was none; empty: since the last call everything was one.

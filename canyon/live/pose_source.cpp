@@ -57,9 +57,9 @@ std::optional<simulation::ToldPose> PoseSource::in_city(const PoseReport& report
   return told;
 }
 
-void PoseSource::hear(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
-                      const std::function<void()>& taken) {
-  decoder_->hear(reader, bytes, [&](const PoseReport& report) {
+void PoseSource::receive(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
+                         const std::function<void()>& taken) {
+  decoder_->receive(reader, bytes, [&](const PoseReport& report) {
     const auto told = in_city(report, seconds(now_ns));
     if (!told) return;
     switch (track_.add(*told, now_ns)) {
@@ -78,9 +78,9 @@ void PoseSource::hear(std::uint64_t reader, std::string_view bytes, std::int64_t
   });
 }
 
-void PoseSource::hear_log(std::string_view bytes, std::optional<double>& first_stamp_s,
-                          const std::function<void(std::int64_t)>& taken) {
-  decoder_->hear(0, bytes, [&](const PoseReport& report) {
+void PoseSource::receive_log(std::string_view bytes, std::optional<double>& first_stamp_s,
+                             const std::function<void(std::int64_t)>& taken) {
+  decoder_->receive(0, bytes, [&](const PoseReport& report) {
     if (!report.stamp_s || !std::isfinite(*report.stamp_s)) {
       ++not_finite_;
       return;

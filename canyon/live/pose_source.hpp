@@ -28,12 +28,12 @@ class PoseSource {
   PoseSource(const simulation::PoseSourceOptions& options, const geodesy::LocalFrame& frame);
 
   /// Bytes that come at `now_ns` of the host's time; `taken` is called behind each pose that is.
-  void hear(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
-            const std::function<void()>& taken = {});
-  /// As hear(), with poses at the host's time of their stamps, less `first_stamp_s`, which the first one
+  void receive(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
+               const std::function<void()>& taken = {});
+  /// As receive(), with poses at the host's time of their stamps, less `first_stamp_s`, which the first one
   /// sets.
-  void hear_log(std::string_view bytes, std::optional<double>& first_stamp_s,
-                const std::function<void(std::int64_t now_ns)>& taken);
+  void receive_log(std::string_view bytes, std::optional<double>& first_stamp_s,
+                   const std::function<void(std::int64_t now_ns)>& taken);
 
   [[nodiscard]] const simulation::PoseSourceOptions& options() const { return options_; }
   [[nodiscard]] simulation::PoseTrack& track() { return track_; }

@@ -64,7 +64,7 @@ void Session::Impl::read_log(Vehicle& vehicle, std::int64_t until_ns) {
   Log& log = *vehicle.log;
   const bool lines = vehicle.source->options().format == simulation::PoseFormat::Json;
   while (!log.ended() && !vehicle.source->track().reaches(until_ns)) {
-    vehicle.source->hear_log(log.next(lines), vehicle.first_stamp_s, [](std::int64_t) {});
+    vehicle.source->receive_log(log.next(lines), vehicle.first_stamp_s, [](std::int64_t) {});
   }
 }
 

@@ -131,13 +131,13 @@ void Session::Impl::make_vehicles() {
       continue;
     }
     vehicle.link = link_of(source.from);
-    vehicle.listener = vehicle.link->listen([this, i](const transport::Heard& heard) {
+    vehicle.listener = vehicle.link->listen([this, i](const transport::Received& received) {
       Vehicle& self = vehicles[i];
       if (!by_stamps()) {
-        self.source->hear(heard.reader, heard.bytes, now_ns());
+        self.source->receive(received.reader, received.bytes, now_ns());
         return;
       }
-      self.source->hear_log(heard.bytes, self.first_stamp_s, [&](std::int64_t now) {
+      self.source->receive_log(received.bytes, self.first_stamp_s, [&](std::int64_t now) {
         gather(self, now);
         compute_and_write();
       });

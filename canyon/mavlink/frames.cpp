@@ -241,7 +241,7 @@ std::string encode(const Message& message, std::uint8_t sequence, Sender sender,
   return frame;
 }
 
-void Parser::hear(std::string_view bytes, const std::function<void(const Frame&)>& each) {
+void Parser::receive(std::string_view bytes, const std::function<void(const Frame&)>& each) {
   constexpr std::size_t kStep = 512;  // so that hardly more than a frame is held, whatever comes at once
   while (!bytes.empty()) {
     held_ += bytes.substr(0, kStep);

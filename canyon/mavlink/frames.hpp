@@ -53,7 +53,7 @@ struct Frame {
 class Parser {
  public:
   /// Hands over each frame whose last byte is there, in order.
-  void hear(std::string_view bytes, const std::function<void(const Frame&)>& each);
+  void receive(std::string_view bytes, const std::function<void(const Frame&)>& each);
   /// Bytes so far that belonged to no frame.
   [[nodiscard]] std::uint64_t passed_over() const { return passed_over_; }
 

@@ -65,7 +65,9 @@ class Encoder {
 
   /// Bytes that came from the other end, cut anywhere; returns what is to be answered at once.
   /// @param reader tells those at the other end apart, where there are several
-  [[nodiscard]] virtual std::string hear(std::uint64_t /*reader*/, std::string_view /*bytes*/) { return {}; }
+  [[nodiscard]] virtual std::string receive(std::uint64_t /*reader*/, std::string_view /*bytes*/) {
+    return {};
+  }
   /// The rate that the other end asked for since the last call, in use behind the answer [baud].
   [[nodiscard]] virtual std::optional<int> take_baud() { return std::nullopt; }
   /// How the other end asked the receiver to begin anew since the last call. Whoever drives it has to do it.

@@ -120,7 +120,7 @@ TEST(Mavlink, StreamsCountTheirFramesAndBeatOnceASecond) {
   for (int k = 0; k < 25; ++k) {  // 2.5 s at 10 Hz
     simulation::Epoch now = epoch();
     now.observed.time = test::sample_time() + 0.1 * k;
-    parser.hear(encoder->encode(now), [&](const mavlink::Frame& f) { frames.push_back(f); });
+    parser.receive(encoder->encode(now), [&](const mavlink::Frame& f) { frames.push_back(f); });
   }
   std::array<int, std::variant_size_v<mavlink::Message>> counts{};
   for (std::size_t i = 0; i < frames.size(); ++i) {

@@ -23,9 +23,9 @@ EncodedStream::EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<t
       options_(options),
       delays_(seed, fmt::format("stream/{}", receiver)) {
   if (const std::string first = encoder_->begin(); !first.empty()) link_->transport().begin(first);
-  listener_ = link_->listen([this](const transport::Heard& heard) {
-    const std::string answer = encoder_->hear(heard.reader, heard.bytes);
-    if (!answer.empty()) link_->transport().answer(heard.reader, answer);
+  listener_ = link_->listen([this](const transport::Received& received) {
+    const std::string answer = encoder_->receive(received.reader, received.bytes);
+    if (!answer.empty()) link_->transport().answer(received.reader, answer);
     if (const auto baud = encoder_->take_baud()) link_->transport().set_baud(*baud);
   });
 }

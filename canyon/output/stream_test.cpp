@@ -81,10 +81,12 @@ TEST(Stream, TakesOneReceiversEpochsToATcpClient) {
   EXPECT_EQ(client.read(expected.size() + 1), expected);
 }
 
-/// Says back what it hears, and asks for a baud rate.
+/// Says back what it receives, and asks for a baud rate.
 class Echo final : public Encoder {
   std::string encode(const simulation::Epoch&) override { return "e"; }
-  std::string hear(std::uint64_t, std::string_view bytes) override { return "<" + std::string(bytes) + ">"; }
+  std::string receive(std::uint64_t, std::string_view bytes) override {
+    return "<" + std::string(bytes) + ">";
+  }
 };
 
 /// Keeps what it is given.
@@ -92,9 +94,9 @@ class Memory final : public transport::Transport {
  public:
   explicit Memory(std::string& bytes) : bytes_(bytes) {}
   void send(std::string_view bytes) override { bytes_ += bytes; }
-  std::vector<transport::Heard> take_heard() override { return std::exchange(heard, {}); }
+  std::vector<transport::Received> take_received() override { return std::exchange(received, {}); }
   void finish(const std::optional<transport::Correction>&) override { bytes_ += "."; }
-  std::vector<transport::Heard> heard;
+  std::vector<transport::Received> received;
 
  private:
   std::string& bytes_;
@@ -144,10 +146,10 @@ TEST(Stream, LateEpochsWaitAndKeepTheirOrder) {
 TEST(Stream, AnswersAndSharesALinkWithOthers) {
   Recorded to;
   std::string poses;
-  const int listener = to.link->listen([&](const transport::Heard& heard) { poses += heard.bytes; });
+  const int listener = to.link->listen([&](const transport::Received& received) { poses += received.bytes; });
   {
     EncodedStream a(std::make_unique<Echo>(), to.link, 0), b(std::make_unique<Echo>(), to.link, 1);
-    to.transport->heard.push_back({7, "hi"});
+    to.transport->received.push_back({7, "hi"});
     a.serve();
     EXPECT_EQ(to.bytes, "<hi><hi>");
     EXPECT_EQ(poses, "hi");

@@ -139,8 +139,8 @@ TEST(UbxDevice, IsConfiguredByPx4AsAnM8) {
 TEST(UbxDevice, IsConfiguredByArduPilot) {
   for (const bool f9 : {true, false}) {
     Device device(f9 ? encode_ubx : encode_ubx_m8);
-    const auto first = device.hear(ubx::frame(0x0601, Payload().u1(1).u1(6).u1(1).bytes()) +
-                                   "$PUBX,41,1,0023,0001,230400,0*1E\r\n");
+    const auto first = device.receive(ubx::frame(0x0601, Payload().u1(1).u1(6).u1(1).bytes()) +
+                                      "$PUBX,41,1,0023,0001,230400,0*1E\r\n");
     EXPECT_THAT(ids(first), ElementsAre(f9 ? kNak : kAck)) << "an F9 has no NAV-SOL";
     EXPECT_EQ(device.take_baud(), 230400);
     const auto port = device.send(0x0600);
@@ -247,7 +247,7 @@ TEST(UbxDevice, AsksTheReceiverToRestart) {
   using disturbance::RestartKind;
   const auto encoder = encode_ubx(ReceiverDescription{"rover"});
   const auto asked = [&](std::uint64_t forgotten, std::uint64_t mode) {
-    EXPECT_EQ(encoder->hear(0, ubx::frame(0x0604, Payload().u2(forgotten).u1(mode).u1(0).bytes())), "");
+    EXPECT_EQ(encoder->receive(0, ubx::frame(0x0604, Payload().u2(forgotten).u1(mode).u1(0).bytes())), "");
     const auto kind = encoder->take_restart();
     EXPECT_FALSE(encoder->take_restart()) << "told once";
     return kind;
@@ -289,8 +289,8 @@ TEST(UbxDevice, NeverComesFasterThanItsEpochs) {
 TEST(UbxDevice, SpeaksNmeaWhereItIsAsked) {
   ReceiverDescription receiver{"rover"};
   const auto device = encode_ubx(receiver);
-  (void)device->hear(0, ubx::frame(0x0601, Payload().u1(0xF0).u1(0).u1(1).bytes()) +
-                            ubx::frame(0x068A, values(1, {{ubx::kOutputUbx, 0}})));
+  (void)device->receive(0, ubx::frame(0x0601, Payload().u1(0xF0).u1(0).u1(1).bytes()) +
+                               ubx::frame(0x068A, values(1, {{ubx::kOutputUbx, 0}})));
   const std::string text = device->encode(ubx_epoch());
   EXPECT_THAT(text, testing::StartsWith("$GNGGA,125803.125,"));
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
@@ -300,13 +300,13 @@ TEST(UbxDevice, TellsItsReadersApart) {
   const auto device = encode_ubx({"rover"});
   const std::string poll = ubx::frame(0x0A04, "");
   for (std::uint64_t reader = 0; reader < 1000; ++reader)
-    EXPECT_EQ(device->hear(reader, poll.substr(0, 5)), "");
-  EXPECT_EQ(device->hear(5000, poll.substr(5)), "");
-  EXPECT_NE(device->hear(999, poll.substr(5)), "");
+    EXPECT_EQ(device->receive(reader, poll.substr(0, 5)), "");
+  EXPECT_EQ(device->receive(5000, poll.substr(5)), "");
+  EXPECT_NE(device->receive(999, poll.substr(5)), "");
   // A flood of polls in one piece is answered as far as a buffer goes.
   std::string flood;
   for (int i = 0; i < 10'000; ++i) flood += poll;
-  EXPECT_LT(device->hear(1, flood).size(), std::size_t{100} << 10);
+  EXPECT_LT(device->receive(1, flood).size(), std::size_t{100} << 10);
 }
 
 }  // namespace

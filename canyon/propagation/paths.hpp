@@ -94,10 +94,10 @@ struct SatellitePaths {
   /// Puts the paths in order, and says the visibility that they make.
   void arrange();
   [[nodiscard]] bool received() const { return visibility != Visibility::Blocked; }
-  /// Excess path [m] of the signal that an ideal receiver tracks, one that hears every path and follows the
-  /// first: 0 with a direct path (through leaves too), else that of the shortest path of any kind, around an
-  /// edge or diffuse, however weak; 0 when blocked. Transmitted ones it does not hear. What a real correlator
-  /// makes of all paths and their strengths is the receiver's signal model.
+  /// Excess path [m] of the signal that an ideal receiver tracks, one that receives every path and follows
+  /// the first: 0 with a direct path (through leaves too), else that of the shortest path of any kind, around
+  /// an edge or diffuse, however weak; 0 when blocked. Transmitted ones it does not hear. What a real
+  /// correlator makes of all paths and their strengths is the receiver's signal model.
   [[nodiscard]] double tracked_excess_m() const;
 };
 

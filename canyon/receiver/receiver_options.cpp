@@ -56,7 +56,7 @@ namespace {
 const gnss::Signal* unheard(const ReceiverOptions& o) {
   for (const gnss::System system : gnss::kAllSystems) {
     for (const gnss::Signal* signal : tracked_signals(o.tracks, system)) {
-      if (!o.signal.antenna.hears(signal::band_of(signal->carrier_hz))) return signal;
+      if (!o.signal.antenna.receives(signal::band_of(signal->carrier_hz))) return signal;
     }
   }
   return nullptr;

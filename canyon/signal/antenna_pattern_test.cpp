@@ -16,7 +16,7 @@ using geodesy::radians;
 // ITU Radio Regulations' bands; u-blox ZED-F9H integration manual, table 27: 3 and 2 dBic.
 TEST(AntennaPattern, HearsTheBandsThatItIsMadeFor) {
   constexpr double kL5_hz = 1176.45e6, kB3_hz = 1268.52e6;
-  EXPECT_FALSE(patch_antenna().hears(Band::Lower));
+  EXPECT_FALSE(patch_antenna().receives(Band::Lower));
   EXPECT_THROW(static_cast<void>(patch_antenna().gain(1, kL5_hz)), InputError);
   const AntennaPattern dual = dual_patch_antenna();
   for (const double elevation_deg : {-90.0, -15.0, 0.0, 37.0, 90.0}) {

@@ -94,13 +94,13 @@ double ChannelModel::offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
   return offset_db;
 }
 
-void ChannelModel::hear(std::span<const propagation::Interference> waves,
-                        std::vector<HeardWave>& heard) const {
-  heard.clear();
+void ChannelModel::receive(std::span<const propagation::Interference> waves,
+                           std::vector<ReceivedWave>& received) const {
+  received.clear();
   for (const propagation::Interference& wave : waves) {
-    HeardWave& behind = heard.emplace_back(HeardWave{wave.spectrum, wave.copy_of, {}});
+    ReceivedWave& behind = received.emplace_back(ReceivedWave{wave.spectrum, wave.copy_of, {}});
     for (const signal::Band band : {signal::Band::Lower, signal::Band::Upper}) {
-      if (!options_.antenna.hears(band)) continue;
+      if (!options_.antenna.receives(band)) continue;
       behind.over_noise_hz[static_cast<std::size_t>(band)] =
           std::pow(10, (wave.power_dbw - noise_dbw_per_hz_) / 10) * gain_for(options_.antenna, wave, band);
     }
@@ -108,13 +108,13 @@ void ChannelModel::hear(std::span<const propagation::Interference> waves,
 }
 
 double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
-                                  double received_hz, std::span<const HeardWave> waves) {
+                                  double received_hz, std::span<const ReceivedWave> waves) {
   if (waves.empty()) return 1;
   const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
   Kind& kind = mutable_kind(signal);
   const Correlation& correlation = kind.tracker.correlation();
   double sum = 0;
-  for (const HeardWave& wave : waves) {
+  for (const ReceivedWave& wave : waves) {
     if (wave.copy_of == id) continue;
     double separation = 0;
     if (wave.spectrum.shape == propagation::Spectrum::Shape::Tone) {
@@ -133,14 +133,14 @@ double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId 
 }
 
 ChannelModel::FrontEndLoad ChannelModel::front_end_load(const gnss::Signal& signal,
-                                                        std::span<const HeardWave> waves) {
+                                                        std::span<const ReceivedWave> waves) {
   FrontEndLoad load;
   if (waves.empty()) return load;
   const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
   double bandwidth_hz = correlation_of(signal, options_).bandwidth_hz;
   if (std::isinf(bandwidth_hz)) bandwidth_hz = 4 * signal.chip_rate_hz;
   SpectrumValues& shares = shares_[&signal];
-  for (const HeardWave& wave : waves) {
+  for (const ReceivedWave& wave : waves) {
     propagation::Spectrum off = wave.spectrum;
     off.centre_hz -= signal.carrier_hz;
     const double share = remembered(shares, off, [&] { return share_within(off, 0, bandwidth_hz); });

@@ -18,7 +18,7 @@
 namespace canyon::tracking {
 
 /// What interferes, behind an antenna.
-struct HeardWave {
+struct ReceivedWave {
   propagation::Spectrum spectrum;
   std::optional<gnss::SatelliteId> copy_of;
   std::array<double, 2> over_noise_hz{};  ///< I / N0 [Hz] in the bands of antennas, by signal::Band
@@ -57,21 +57,21 @@ class ChannelModel {
   /// SignalOptions::offset_db, and N(0, satellite_sigma_db) by seed and satellite.
   [[nodiscard]] double offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
                                  geodesy::GpsTime time) const;
-  /// What interferes behind this receiver's antenna. @param heard replaced; it keeps its memory
-  void hear(std::span<const propagation::Interference> waves, std::vector<HeardWave>& heard) const;
+  /// What interferes behind this receiver's antenna. @param received replaced; it keeps its memory
+  void receive(std::span<const propagation::Interference> waves, std::vector<ReceivedWave>& received) const;
   /// Power of noise and interference together over noise alone behind a correlator [1], >= 1: 1 + sum of (I /
   /// N0) kappa / R(0) (spectral_separation_per_hz(); J. W. Betz, Navigation 48(4), 2001), so that C/N0 less
   /// this is the effective C/N0. @param id whose copies do not count
   /// @param carrier_hz of the satellite; @param received_hz the same as it arrives
   [[nodiscard]] double noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
-                                    double received_hz, std::span<const HeardWave> waves);
+                                    double received_hz, std::span<const ReceivedWave> waves);
   /// What the front end around a signal's carrier meets, over its own noise [1]. Without a filter it is taken
   /// as four chip rates wide.
   struct FrontEndLoad {
     double interference = 0;
     double tones = 0;  ///< of it
   };
-  [[nodiscard]] FrontEndLoad front_end_load(const gnss::Signal& signal, std::span<const HeardWave> waves);
+  [[nodiscard]] FrontEndLoad front_end_load(const gnss::Signal& signal, std::span<const ReceivedWave> waves);
   /// Random factors of a satellite's paths.
   [[nodiscard]] PathFades fades(gnss::SatelliteId id, const gnss::Signal& signal) const;
   /// The random stream of a satellite's signal in this receiver for one purpose.
@@ -98,7 +98,7 @@ struct AntennaMotion {
   double step_m = 0;                                            ///< of the antenna since then [m], >= 0
   Eigen::Vector3d velocity_ecef = Eigen::Vector3d::Zero();      ///< [m/s], in the rotating frame
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();  ///< of the frame that paths are given in
-  std::span<const HeardWave> interference;                      ///< for the epoch alone
+  std::span<const ReceivedWave> interference;                   ///< for the epoch alone
 };
 
 /// Accumulated carrier phase of a channel, as far as it is no geometric range or clock.

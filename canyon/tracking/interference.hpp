@@ -29,7 +29,7 @@ namespace canyon::tracking {
                                   double bandwidth_hz);
 
 /// Gain of an antenna for a wave [1, power] over an isotropic one of the wave's own polarisation; half of a
-/// linear one's power is in each hand. @param band that the antenna hears
+/// linear one's power is in each hand. @param band that the antenna receives
 [[nodiscard]] double gain_for(const signal::AntennaPattern& antenna, const propagation::Interference& wave,
                               signal::Band band);
 

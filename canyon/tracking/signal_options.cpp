@@ -17,7 +17,8 @@ class AntennaRows final : public options::NamedRows {
  public:
   AntennaRows(AntennaPattern& pattern, Band band) : pattern_(pattern), band_(band) {}
   [[nodiscard]] std::string name() const override {
-    if (band_ == Band::Upper || (pattern_.name() == kRows && pattern_.hears(band_))) return pattern_.name();
+    if (band_ == Band::Upper || (pattern_.name() == kRows && pattern_.receives(band_)))
+      return pattern_.name();
     return std::string(kAsNamed);
   }
   [[nodiscard]] std::vector<std::vector<double>> rows() const override {

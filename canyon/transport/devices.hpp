@@ -49,26 +49,26 @@ bool flush(Device& device, std::string& backlog) {
 }
 
 /// What was said, up to kMostHeard bytes.
-class Hearing {
+class Inbox {
  public:
   void add(std::uint64_t reader, std::string_view bytes) {
-    if (size_ + bytes.size() > kMostHeard) return;
+    if (size_ + bytes.size() > kMostReceived) return;
     size_ += bytes.size();
-    if (!whole_ && !heard_.empty() && heard_.back().reader == reader) {
-      heard_.back().bytes += bytes;
+    if (!whole_ && !received_.empty() && received_.back().reader == reader) {
+      received_.back().bytes += bytes;
     } else {
-      heard_.push_back({reader, std::string(bytes)});
+      received_.push_back({reader, std::string(bytes)});
     }
   }
   /// Every piece stays by itself.
   void keep_datagrams() { whole_ = true; }
-  [[nodiscard]] std::vector<Heard> take() {
+  [[nodiscard]] std::vector<Received> take() {
     size_ = 0;
-    return std::exchange(heard_, {});
+    return std::exchange(received_, {});
   }
 
  private:
-  std::vector<Heard> heard_;
+  std::vector<Received> received_;
   std::size_t size_ = 0;
   bool whole_ = false;
 };
@@ -77,12 +77,12 @@ enum class Line { Open, Ended, Broken };
 
 /// Reads what has come; bounded, so that one who talks without end cannot keep us here.
 template <class Device>
-Line listen(Device& device, std::uint64_t reader, Hearing& hearing) {
+Line listen(Device& device, std::uint64_t reader, Inbox& inbox) {
   std::array<char, 4096> buffer;
   for (int i = 0; i < 16; ++i) {
     error_code error;
     const std::size_t size = device.read_some(asio::buffer(buffer), error);
-    if (size > 0) hearing.add(reader, {buffer.data(), size});
+    if (size > 0) inbox.add(reader, {buffer.data(), size});
     if (!error) continue;
     if (error == asio::error::eof) return Line::Ended;
     return would_block(error) ? Line::Open : Line::Broken;

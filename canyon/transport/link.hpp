@@ -13,11 +13,11 @@
 
 namespace canyon::transport {
 
-/// A transport that several use, to send and to hear: messages to an autopilot and its poses go over one
+/// A transport that several use, to send and to listen: messages to an autopilot and its poses go over one
 /// port. Whatever comes is handed to every listener.
 class Link {
  public:
-  using Listener = std::function<void(const Heard& heard)>;
+  using Listener = std::function<void(const Received& received)>;
 
   /// Opens it. Throws as open_transport() does.
   explicit Link(std::string_view address) : Link(open_transport(address)) {}
@@ -30,13 +30,13 @@ class Link {
     return last_;
   }
   void forget(int listener) { listeners_.erase(listener); }
-  /// Serves the transport, and hands on what it heard.
+  /// Serves the transport, and hands on what it received.
   /// Listeners may send; what they call does not come here again.
   void serve() {
     if (std::exchange(serving_, true)) return;
     transport_->serve();
-    for (const Heard& heard : transport_->take_heard()) {
-      for (const auto& [number, listener] : listeners_) listener(heard);
+    for (const Received& received : transport_->take_received()) {
+      for (const auto& [number, listener] : listeners_) listener(received);
     }
     serving_ = false;
   }

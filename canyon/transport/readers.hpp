@@ -10,7 +10,7 @@
 
 namespace canyon::transport {
 
-/// What is kept for each of those who are heard (Heard::reader), of kMost at a time: of more the one with the
+/// What is kept for each of those who send (Received::reader), of kMost at a time: of more the one with the
 /// smallest number is forgotten.
 template <typename Kept>
 class Readers {
@@ -36,7 +36,7 @@ class LineCutter {
 
   /// @param take gets every line that ends here, without its end; of one that was too long nothing
   template <typename Take>
-  void hear(std::string_view bytes, const Take& take) {
+  void receive(std::string_view bytes, const Take& take) {
     for (std::size_t end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
       add(bytes.substr(0, end));
       finish(take);

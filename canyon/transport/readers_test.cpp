@@ -14,13 +14,13 @@ TEST(LineCutter, GivesLinesHoweverTheyAreCutAndSaysWhichWereTooLong) {
   LineCutter cutter(4);
   std::vector<std::string> lines;
   const auto take = [&](std::optional<std::string_view> line) { lines.emplace_back(line.value_or("long")); };
-  for (const char* piece : {"a", "b\nc\n", "\nabcd\nabcde", "fgh\nx", "y"}) cutter.hear(piece, take);
+  for (const char* piece : {"a", "b\nc\n", "\nabcd\nabcde", "fgh\nx", "y"}) cutter.receive(piece, take);
   EXPECT_THAT(lines, ElementsAre("ab", "c", "", "abcd", "long"));
   EXPECT_EQ(cutter.rest(), "xy");
   cutter.finish(take);
   EXPECT_EQ(lines.back(), "xy");
   EXPECT_EQ(cutter.rest(), "");
-  cutter.hear("abcdef", take);
+  cutter.receive("abcdef", take);
   EXPECT_EQ(cutter.rest(), "") << "nothing is kept of what is too long";
 }
 

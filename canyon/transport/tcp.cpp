@@ -70,7 +70,7 @@ struct TcpServer::Impl {
   tcp::acceptor acceptor;
   std::vector<Client> clients;
   std::uint64_t accepted = 0;
-  Hearing heard;
+  Inbox received;
   std::string first;  ///< what every client gets first
   std::vector<std::string> notes;
   bool full = false;  ///< said so already
@@ -128,7 +128,7 @@ std::size_t TcpServer::clients() const {
 
 void TcpServer::serve() {
   std::erase_if(impl_->clients, [this](Client& client) {
-    const Line line = client.silent ? Line::Ended : listen(client.socket, client.number, impl_->heard);
+    const Line line = client.silent ? Line::Ended : listen(client.socket, client.number, impl_->received);
     client.silent = line == Line::Ended;
     return line == Line::Broken || !flush(client.socket, client.backlog);
   });
@@ -148,8 +148,8 @@ void TcpServer::answer(std::uint64_t reader, std::string_view bytes) {
                 [&](Client& client) { return client.number == reader && !impl_->push(client, bytes); });
 }
 
-std::vector<Heard> TcpServer::take_heard() {
-  return impl_->heard.take();
+std::vector<Received> TcpServer::take_received() {
+  return impl_->received.take();
 }
 
 void TcpServer::add_handles(std::vector<int>& handles) const {
@@ -202,11 +202,11 @@ class TcpClient final : public Transport {
     if (state_ == State::Away) connect();
     if (state_ == State::Connecting) see_whether_connected();
     if (state_ != State::Connected) return;
-    if (listen(socket_, 0, heard_) == Line::Open && flush(socket_, backlog_)) return;
+    if (listen(socket_, 0, received_) == Line::Open && flush(socket_, backlog_)) return;
     notes_.push_back(fmt::format("{} is gone: tried again every second", name_));
     leave();
   }
-  [[nodiscard]] std::vector<Heard> take_heard() override { return heard_.take(); }
+  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
   void add_handles(std::vector<int>& handles) const override {
     if (state_ == State::Connected) handles.push_back(const_cast<tcp::socket&>(socket_).native_handle());
   }
@@ -270,7 +270,7 @@ class TcpClient final : public Transport {
   tcp::socket socket_{io_};
   State state_ = State::Away;
   Clock::time_point next_try_;
-  Hearing heard_;
+  Inbox received_;
   std::string first_, backlog_;
   std::vector<std::string> notes_;
   bool said_away_ = false;

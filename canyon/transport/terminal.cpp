@@ -19,7 +19,7 @@ std::string error_text(int error) {
   return error_code(error, asio::error::get_system_category()).message();
 }
 
-/// A terminal device: what sends, keeps and hears.
+/// A terminal device: what sends, keeps and receives.
 class Terminal : public Transport {
  public:
   void send(std::string_view bytes) override {
@@ -33,13 +33,13 @@ class Terminal : public Transport {
   }
   void serve() override {
     if (!device_.is_open()) return;
-    if (listen(device_, 0, heard_) != Line::Open || !flush(device_, backlog_)) {
+    if (listen(device_, 0, received_) != Line::Open || !flush(device_, backlog_)) {
       backlog_.clear();
       lost();
     }
     if (backlog_.empty()) behind_ = false;
   }
-  [[nodiscard]] std::vector<Heard> take_heard() override { return heard_.take(); }
+  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
   void add_handles(std::vector<int>& handles) const override {
     if (device_.is_open()) {
       handles.push_back(const_cast<asio::posix::stream_descriptor&>(device_).native_handle());
@@ -63,7 +63,7 @@ class Terminal : public Transport {
   std::vector<std::string> notes_;
 
  private:
-  Hearing heard_;
+  Inbox received_;
   bool behind_ = false;  ///< said so already
 };
 
@@ -176,10 +176,10 @@ class StandardInput final : public Transport {
     pollfd wait{STDIN_FILENO, POLLIN, 0};
     if (ended_ || poll(&wait, 1, 0) != 1) return;
     const ssize_t size = read(STDIN_FILENO, buffer.data(), buffer.size());
-    if (size > 0) heard_.add(0, {buffer.data(), static_cast<std::size_t>(size)});
+    if (size > 0) received_.add(0, {buffer.data(), static_cast<std::size_t>(size)});
     if (size == 0 || (size < 0 && errno != EINTR && errno != EAGAIN)) ended_ = true;
   }
-  [[nodiscard]] std::vector<Heard> take_heard() override { return heard_.take(); }
+  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
   void add_handles(std::vector<int>& handles) const override {
     if (!ended_) handles.push_back(STDIN_FILENO);
   }
@@ -187,7 +187,7 @@ class StandardInput final : public Transport {
   void finish(const std::optional<Correction>&) override {}
 
  private:
-  Hearing heard_;
+  Inbox received_;
   bool ended_ = false;
 };
 

@@ -288,16 +288,16 @@ TEST(Transport, SerialPortSpeaksWithTheOtherEnd) {
   close(other_end);
 }
 
-/// What a transport hears within 20 s, at least `size` bytes of it.
-std::vector<Heard> heard_by(Transport& transport, std::size_t size) {
-  std::vector<Heard> all;
+/// What a transport receives within 20 s, at least `size` bytes of it.
+std::vector<Received> received_by(Transport& transport, std::size_t size) {
+  std::vector<Received> all;
   std::size_t got = 0;
   const auto deadline = in_20_s();
   while (got < size && std::chrono::steady_clock::now() < deadline) {
     transport.serve();
-    for (Heard& heard : transport.take_heard()) {
-      got += heard.bytes.size();
-      all.push_back(std::move(heard));
+    for (Received& received : transport.take_received()) {
+      got += received.bytes.size();
+      all.push_back(std::move(received));
     }
   }
   return all;
@@ -309,9 +309,9 @@ TEST(Transport, TcpServerHearsClientsApartAndAnswersTheOneThatAsked) {
   LocalConnection a(port), b(port);
   serve_until(server, 2);
   a.say("ping");
-  const std::vector<Heard> from_a = heard_by(server, 4);
+  const std::vector<Received> from_a = received_by(server, 4);
   b.say("pong");
-  const std::vector<Heard> from_b = heard_by(server, 4);
+  const std::vector<Received> from_b = received_by(server, 4);
   ASSERT_FALSE(from_a.empty());
   ASSERT_FALSE(from_b.empty());
   EXPECT_EQ(from_a.front().bytes, "ping");
@@ -334,9 +334,9 @@ TEST(Transport, KeepsNoMoreOfWhatIsSaidThanItPromises) {
     server.serve();
   }
   std::size_t kept = 0;
-  for (const Heard& heard : server.take_heard()) kept += heard.bytes.size();
+  for (const Received& received : server.take_received()) kept += received.bytes.size();
   EXPECT_GT(kept, 0U);
-  EXPECT_LE(kept, kMostHeard);
+  EXPECT_LE(kept, kMostReceived);
   EXPECT_LT(kept, said);
 }
 
@@ -360,35 +360,35 @@ TEST(Transport, TcpClientConnectsAgainWhenItsServerIsBack) {
   EXPECT_TRUE(serve_until_note("connected to")) << ::testing::PrintToString(notes);
   serve_until(*server, 1);
   client->send("hello");
-  const auto heard = heard_by(*server, 5);
-  ASSERT_FALSE(heard.empty());
-  EXPECT_EQ(heard.front().bytes, "hello");
-  server->answer(heard.front().reader, "welcome");
-  EXPECT_EQ(heard_by(*client, 7).front().bytes, "welcome");
+  const auto received = received_by(*server, 5);
+  ASSERT_FALSE(received.empty());
+  EXPECT_EQ(received.front().bytes, "hello");
+  server->answer(received.front().reader, "welcome");
+  EXPECT_EQ(received_by(*client, 7).front().bytes, "welcome");
   server.reset();
   EXPECT_TRUE(serve_until_note("is gone")) << ::testing::PrintToString(notes);
   server.emplace(port);
   EXPECT_TRUE(serve_until_note("connected to")) << ::testing::PrintToString(notes);
 }
 
-TEST(Transport, UdpListenerSendsToThoseItHeard) {
+TEST(Transport, UdpListenerSendsToThoseItReceivedFrom) {
   const int port = free_port();
   const auto listener = open_transport("udp-listen://127.0.0.1:" + std::to_string(port));
   listener->send("to nobody");
   const auto a = open_transport("udp://127.0.0.1:" + std::to_string(port));
   const auto b = open_transport("udp://127.0.0.1:" + std::to_string(port));
   a->send("from a");
-  const auto first = heard_by(*listener, 6);
+  const auto first = received_by(*listener, 6);
   b->send("one");
   b->send("two");
-  const auto more = heard_by(*listener, 6);
+  const auto more = received_by(*listener, 6);
   ASSERT_EQ(first.size(), 1U);
   ASSERT_EQ(more.size(), 2U);  // datagrams stay apart
   EXPECT_EQ(more[1].bytes, "two");
   listener->answer(first.front().reader, "answer");
   listener->send("all");
-  EXPECT_EQ(heard_by(*a, 9).back().bytes, "all");
-  EXPECT_EQ(heard_by(*b, 3).front().bytes, "all");
+  EXPECT_EQ(received_by(*a, 9).back().bytes, "all");
+  EXPECT_EQ(received_by(*b, 3).front().bytes, "all");
 }
 
 TEST(Transport, PseudoTerminalHearsAndHasALink) {
@@ -400,9 +400,9 @@ TEST(Transport, PseudoTerminalHearsAndHasALink) {
     ASSERT_GE(driver, 0) << link;
     const std::string asked = "\xB5\x62\x0A\x04\n\r\x03";
     ASSERT_EQ(write(driver, asked.data(), asked.size()), static_cast<ssize_t>(asked.size()));
-    const auto heard = heard_by(*transport, asked.size());
-    ASSERT_FALSE(heard.empty());
-    EXPECT_EQ(heard.front().bytes, asked);
+    const auto received = received_by(*transport, asked.size());
+    ASSERT_FALSE(received.empty());
+    EXPECT_EQ(received.front().bytes, asked);
     close(driver);
     // Readers may come and go.
     transport->serve();
@@ -438,11 +438,11 @@ TEST(Transport, SerialPortIsTakenUpAgainAfterItWasUnplugged) {
   EXPECT_TRUE(note("is gone"));
   other.emplace(open_transport("pty:" + link));
   EXPECT_TRUE(note("is back"));
-  EXPECT_EQ(heard_by(**other, 1).front().bytes.front(), 'x');
+  EXPECT_EQ(received_by(**other, 1).front().bytes.front(), 'x');
   serial->set_baud(9600);
   serial->set_baud(123456);  // whatever the machine makes of it, the port goes on
   serial->send("y");
-  EXPECT_FALSE(heard_by(**other, 1).empty());
+  EXPECT_FALSE(received_by(**other, 1).empty());
 }
 
 TEST(Transport, FileAppearsWholeAndCorrected) {

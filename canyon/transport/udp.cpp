@@ -38,7 +38,7 @@ void receive(udp::socket& socket, const Take& take) {
 class Udp final : public Transport {
  public:
   explicit Udp(const HostPort& to) {
-    heard_.keep_datagrams();
+    received_.keep_datagrams();
     error_code error;
     const auto found = udp::resolver(io_).resolve(udp::v4(), to.host, std::to_string(to.port), error);
     if (!error) socket_.connect(*found.begin(), error);
@@ -56,9 +56,9 @@ class Udp final : public Transport {
     });
   }
   void serve() override {
-    receive(socket_, [this](const udp::endpoint&, std::string_view bytes) { heard_.add(0, bytes); });
+    receive(socket_, [this](const udp::endpoint&, std::string_view bytes) { received_.add(0, bytes); });
   }
-  [[nodiscard]] std::vector<Heard> take_heard() override { return heard_.take(); }
+  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
   void add_handles(std::vector<int>& handles) const override {
     handles.push_back(const_cast<udp::socket&>(socket_).native_handle());
   }
@@ -67,13 +67,13 @@ class Udp final : public Transport {
  private:
   asio::io_context io_;
   udp::socket socket_{io_};
-  Hearing heard_;
+  Inbox received_;
 };
 
 class UdpListener final : public Transport {
  public:
   explicit UdpListener(const HostPort& at) {
-    heard_.keep_datagrams();
+    received_.keep_datagrams();
     const asio::ip::address_v4 address = listening_address(at);
     error_code error;
     socket_.open(udp::v4(), error);
@@ -84,7 +84,7 @@ class UdpListener final : public Transport {
   }
   void send(std::string_view bytes) override {
     const auto now = Clock::now();
-    std::erase_if(peers_, [now](const Peer& peer) { return now - peer.heard > kFaithful; });
+    std::erase_if(peers_, [now](const Peer& peer) { return now - peer.received > kFaithful; });
     for (const Peer& peer : peers_) send_to(peer, bytes);
   }
   void answer(std::uint64_t reader, std::string_view bytes) override {
@@ -94,10 +94,10 @@ class UdpListener final : public Transport {
   }
   void serve() override {
     receive(socket_, [this](const udp::endpoint& from, std::string_view bytes) {
-      if (Peer* peer = peer_of(from)) heard_.add(peer->number, bytes);
+      if (Peer* peer = peer_of(from)) received_.add(peer->number, bytes);
     });
   }
-  [[nodiscard]] std::vector<Heard> take_heard() override { return heard_.take(); }
+  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
   void add_handles(std::vector<int>& handles) const override {
     handles.push_back(const_cast<udp::socket&>(socket_).native_handle());
   }
@@ -110,7 +110,7 @@ class UdpListener final : public Transport {
   struct Peer {
     udp::endpoint at;
     std::uint64_t number;
-    Clock::time_point heard;
+    Clock::time_point received;
   };
 
   void send_to(const Peer& peer, std::string_view bytes) {
@@ -125,10 +125,10 @@ class UdpListener final : public Transport {
     const auto found =
         std::find_if(peers_.begin(), peers_.end(), [&](const Peer& peer) { return peer.at == from; });
     if (found != peers_.end()) {
-      found->heard = now;
+      found->received = now;
       return &*found;
     }
-    std::erase_if(peers_, [now](const Peer& peer) { return now - peer.heard > kFaithful; });
+    std::erase_if(peers_, [now](const Peer& peer) { return now - peer.received > kFaithful; });
     if (peers_.size() == kMaxClients) {
       if (!std::exchange(full_, true))
         notes_.push_back(fmt::format("more than {} senders: the rest are not heard", kMaxClients));
@@ -142,7 +142,7 @@ class UdpListener final : public Transport {
   udp::socket socket_{io_};
   std::vector<Peer> peers_;
   std::uint64_t met_ = 0;
-  Hearing heard_;
+  Inbox received_;
   std::vector<std::string> notes_;
   bool full_ = false;  ///< said so already
 };

@@ -68,7 +68,7 @@ struct LiveRelay::Impl {
     write_header(header, folder);
   }
 
-  void hear(Server& server, Host& host, std::string_view line) {
+  void receive(Server& server, Host& host, std::string_view line) {
     try {
       Json message = Json::parse(line);
       if (message.at("version") != output::kViewMessages) {
@@ -173,10 +173,10 @@ void LiveRelay::serve(Server& server) {
   bool any = false;
   for (Host& host : impl.hosts) {
     host.transport->serve();
-    for (const transport::Heard& heard : host.transport->take_heard()) {
+    for (const transport::Received& received : host.transport->take_received()) {
       any = true;
-      host.lines.hear(heard.bytes, [&](const std::optional<std::string_view>& line) {
-        if (line) impl.hear(server, host, *line);
+      host.lines.receive(received.bytes, [&](const std::optional<std::string_view>& line) {
+        if (line) impl.receive(server, host, *line);
       });
     }
   }

@@ -19,7 +19,7 @@ namespace canyon::view {
 class LiveRelay {
  public:
   /// @param addresses that the hosts' streams listen at, "tcp://127.0.0.1:PORT", or any other that
-  /// transport::open_transport() hears from. Receivers stand in their order; of equal names the later ones
+  /// transport::open_transport() receives from. Receivers stand in their order; of equal names the later ones
   /// have their address behind them, and all times count from the begin that the first host tells
   /// @param header of the city; time and receivers are the hosts' to tell. It is written to `folder` at once
   /// @param scene of the city, for skylines; must outlive it

@@ -65,9 +65,9 @@ class LiveRelayTest : public testing::Test {
   [[nodiscard]] std::unique_ptr<output::EncodedStream> host() const {
     return output::open_stream(output::parse_stream("view=" + address_), *simulation_);
   }
-  /// So many messages that a page hears while both ends are served.
-  std::vector<Json> hear(test::Listener& page, std::size_t count, output::EncodedStream& stream,
-                         output::EncodedStream* other = nullptr) {
+  /// So many messages that a page receives while both ends are served.
+  std::vector<Json> receive(test::Listener& page, std::size_t count, output::EncodedStream& stream,
+                            output::EncodedStream* other = nullptr) {
     std::atomic<bool> heard_all{false};
     std::thread work([&] {
       while (!heard_all) {
@@ -76,11 +76,11 @@ class LiveRelayTest : public testing::Test {
         relay_->serve(*server_);
       }
     });
-    std::vector<Json> heard;
-    for (std::size_t i = 0; i < count; ++i) heard.push_back(Json::parse(page.read(), nullptr, false));
+    std::vector<Json> received;
+    for (std::size_t i = 0; i < count; ++i) received.push_back(Json::parse(page.read(), nullptr, false));
     heard_all = true;
     work.join();
-    return heard;
+    return received;
   }
   [[nodiscard]] Json header() const { return Json::parse(read_bytes(folder_.path() / kHeaderFile)); }
 
@@ -98,10 +98,10 @@ TEST_F(LiveRelayTest, TakesAHostsEpochsToPagesAndGreetsLateOnesWithTheNewest) {
   EXPECT_EQ(header()["time"], nullptr);
   const auto stream = host();
   test::Listener page(*server_);
-  std::vector<Json> heard = hear(page, 1, *stream);
-  EXPECT_EQ(heard[0]["type"], "hello");
-  EXPECT_EQ(heard[0]["begin_utc"], "2026-06-01T12:00:00.000Z");
-  EXPECT_EQ(heard[0]["receivers"][0]["name"], "rover");
+  std::vector<Json> received = receive(page, 1, *stream);
+  EXPECT_EQ(received[0]["type"], "hello");
+  EXPECT_EQ(received[0]["begin_utc"], "2026-06-01T12:00:00.000Z");
+  EXPECT_EQ(received[0]["receivers"][0]["name"], "rover");
   ASSERT_TRUE(relay_->take_header());
   EXPECT_FALSE(relay_->take_header());  // once
   // The header tells the same, for pages that come from now on.
@@ -112,30 +112,30 @@ TEST_F(LiveRelayTest, TakesAHostsEpochsToPagesAndGreetsLateOnesWithTheNewest) {
 
   for (const simulation::Epoch& epoch : run_.epochs) stream->write(epoch);
   ASSERT_EQ(run_.epochs.size(), 3U);
-  heard = hear(page, 3, *stream);
+  received = receive(page, 3, *stream);
   for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(heard[i]["type"], "epoch");
-    EXPECT_EQ(heard[i]["time_s"], static_cast<double>(i));
-    EXPECT_NEAR(heard[i]["place"]["up_m"].get<double>(), 2, 1e-6);
-    EXPECT_EQ(heard[i]["satellites"].size(), run_.epochs[i].observed.satellites.size());
-    EXPECT_EQ(heard[i]["skyline"].size(), 120U);
+    EXPECT_EQ(received[i]["type"], "epoch");
+    EXPECT_EQ(received[i]["time_s"], static_cast<double>(i));
+    EXPECT_NEAR(received[i]["place"]["up_m"].get<double>(), 2, 1e-6);
+    EXPECT_EQ(received[i]["satellites"].size(), run_.epochs[i].observed.satellites.size());
+    EXPECT_EQ(received[i]["skyline"].size(), 120U);
   }
   test::Listener late(*server_);
-  const std::vector<Json> greeting = hear(late, 2, *stream);
+  const std::vector<Json> greeting = receive(late, 2, *stream);
   EXPECT_EQ(greeting[0]["type"], "hello");
-  EXPECT_EQ(greeting[1], heard[2]);
+  EXPECT_EQ(greeting[1], received[2]);
 }
 
 TEST_F(LiveRelayTest, ConnectsAnewWhenItsHostComesBack) {
   test::Listener page(*server_);
   {
     const auto stream = host();
-    EXPECT_EQ(hear(page, 1, *stream)[0]["type"], "hello");
+    EXPECT_EQ(receive(page, 1, *stream)[0]["type"], "hello");
   }
   const auto again = host();
-  EXPECT_EQ(hear(page, 1, *again)[0]["type"], "hello");
+  EXPECT_EQ(receive(page, 1, *again)[0]["type"], "hello");
   again->write(run_.epochs[0]);
-  EXPECT_EQ(hear(page, 1, *again)[0]["type"], "epoch");
+  EXPECT_EQ(receive(page, 1, *again)[0]["type"], "epoch");
 }
 
 TEST_F(LiveRelayTest, PassesOverWhatIsNoStreamOfTheViewer) {
@@ -170,7 +170,7 @@ TEST_F(LiveRelayTest, ShowsTheReceiversOfAllHostsInOneTime) {
   const std::string name = "rover (" + second + ")";  // both say "rover"
   Json hello = Json::object();
   for (int i = 0; i < 4 && hello.value("receivers", Json::array()).size() < 2; ++i) {
-    hello = hear(page, 1, *stream, stream_of_other.get())[0];
+    hello = receive(page, 1, *stream, stream_of_other.get())[0];
   }
   ASSERT_EQ(hello["receivers"].size(), 2U);
   EXPECT_EQ(hello["receivers"][0]["name"], "rover");
@@ -179,15 +179,15 @@ TEST_F(LiveRelayTest, ShowsTheReceiversOfAllHostsInOneTime) {
   EXPECT_EQ(header()["receivers"].size(), 2U);
 
   stream->write(run_.epochs[1]);
-  Json first = hear(page, 1, *stream, stream_of_other.get())[0];
+  Json first = receive(page, 1, *stream, stream_of_other.get())[0];
   EXPECT_EQ(first["receiver"], "rover");
   EXPECT_EQ(first["time_s"], 1);
   stream_of_other->write(epochs.epochs[1]);
-  first = hear(page, 1, *stream, stream_of_other.get())[0];
+  first = receive(page, 1, *stream, stream_of_other.get())[0];
   EXPECT_EQ(first["receiver"], name);
   EXPECT_EQ(first["time_s"], 11);
   test::Listener late(*server_);
-  EXPECT_EQ(hear(late, 3, *stream)[2]["receiver"], name);
+  EXPECT_EQ(receive(late, 3, *stream)[2]["receiver"], name);
 }
 
 TEST(ViewStream, SaysNothingOfEpochsWithoutArrival) {

@@ -46,12 +46,12 @@ class RunRelayTest : public testing::Test {
     relay.finished();
   }
   /// What a page gets until the run has ended.
-  static std::vector<Json> hear(test::Listener& page) {
-    std::vector<Json> heard;
+  static std::vector<Json> receive(test::Listener& page) {
+    std::vector<Json> received;
     do {
-      heard.push_back(Json::parse(page.read(), nullptr, false));
-    } while (!heard.back().is_discarded() && heard.back()["type"] != "finished");
-    return heard;
+      received.push_back(Json::parse(page.read(), nullptr, false));
+    } while (!received.back().is_discarded() && received.back()["type"] != "finished");
+    return received;
   }
   static std::vector<Json> of_type(const std::vector<Json>& messages, const std::string& type) {
     std::vector<Json> found;
@@ -79,10 +79,10 @@ TEST_F(RunRelayTest, TakesEpochsToPagesWhileTheyAreComputedAndThenTheWholeView) 
   RunRelay relay(*simulation_, *server_, 12, milliseconds(0));
   test::Listener page(*server_);
   run(relay);
-  const std::vector<Json> heard = hear(page);
-  EXPECT_EQ(heard.front()["type"], "hello");
-  EXPECT_EQ(heard.front()["receivers"].size(), 2U);
-  const std::vector<Json> epochs = of_type(heard, "epoch");
+  const std::vector<Json> received = receive(page);
+  EXPECT_EQ(received.front()["type"], "hello");
+  EXPECT_EQ(received.front()["receivers"].size(), 2U);
+  const std::vector<Json> epochs = of_type(received, "epoch");
   ASSERT_EQ(epochs.size(), 6U);
   for (std::size_t i = 0; i < 6; ++i) {
     const std::size_t instant = i / 2;
@@ -91,9 +91,9 @@ TEST_F(RunRelayTest, TakesEpochsToPagesWhileTheyAreComputedAndThenTheWholeView) 
     EXPECT_NEAR(epochs[i]["place"]["east_m"].get<double>(), i % 2 == 0 ? 0 : 20, 1e-6);
     EXPECT_EQ(epochs[i]["skyline"].size(), 120U);
   }
-  ASSERT_FALSE(of_type(heard, "progress").empty());
-  EXPECT_EQ(of_type(heard, "progress").back()["done"], 3);
-  EXPECT_EQ(of_type(heard, "progress").back()["planned"], 3);
+  ASSERT_FALSE(of_type(received, "progress").empty());
+  EXPECT_EQ(of_type(received, "progress").back()["done"], 3);
+  EXPECT_EQ(of_type(received, "progress").back()["planned"], 3);
 
   // The satellites' numbers stay those of the begin: what is selected stays so.
   const Json whole = header();
@@ -102,7 +102,7 @@ TEST_F(RunRelayTest, TakesEpochsToPagesWhileTheyAreComputedAndThenTheWholeView) 
   EXPECT_EQ(whole["receivers"][0]["summary"]["epochs"], 3);
   EXPECT_FALSE(whole["chunks"].empty());
   test::Listener late(*server_);
-  const std::vector<Json> told = hear(late);
+  const std::vector<Json> told = receive(late);
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[0]["type"], "hello");
 }
@@ -111,7 +111,7 @@ TEST_F(RunRelayTest, SendsNoMoreInstantsThanArePictures) {
   RunRelay relay(*simulation_, *server_, 12, hours(1));
   test::Listener page(*server_);
   run(relay);
-  const std::vector<Json> epochs = of_type(hear(page), "epoch");
+  const std::vector<Json> epochs = of_type(receive(page), "epoch");
   ASSERT_EQ(epochs.size(), 2U);  // both receivers' of the first
   EXPECT_EQ(epochs[1]["receiver"], "base");
   EXPECT_EQ(epochs[1]["time_s"], 0);

@@ -218,9 +218,9 @@ void read_mavlink(const fs::path& path) {
   const auto into = [](std::string& to) {
     return [&to](const mavlink::Frame& f) { to += mavlink::encode(f.message, f.sequence, f.sender); };
   };
-  one.hear(bytes, into(whole));
+  one.receive(bytes, into(whole));
   for (std::size_t at = 0; at < bytes.size(); at += 3)
-    other.hear(std::string_view(bytes).substr(at, 3), into(cut));
+    other.receive(std::string_view(bytes).substr(at, 3), into(cut));
   if (whole != cut || one.passed_over() != other.passed_over()) std::abort();
 }
 
@@ -240,7 +240,7 @@ void read_mesh_parts(const fs::path& path) {
 }
 
 // A device of each generation receives the bytes in pieces from two readers, between epochs.
-void hear_ubx(const fs::path& path) {
+void receive_ubx(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
   for (const auto& make : {output::encode_ubx, output::encode_ubx_m8}) {
     const auto device = make({"rover"});
@@ -248,7 +248,7 @@ void hear_ubx(const fs::path& path) {
     std::size_t at = 0;
     for (std::uint64_t piece = 0; at < bytes.size(); ++piece) {
       const std::size_t size = 1 + static_cast<unsigned char>(bytes[at]) % 64;
-      if (device->hear(piece % 5 == 0 ? 1 : 0, std::string_view(bytes).substr(at, size)).size() >
+      if (device->receive(piece % 5 == 0 ? 1 : 0, std::string_view(bytes).substr(at, size)).size() >
           (96 << 10)) {
         std::abort();  // answers are bounded
       }
@@ -261,7 +261,7 @@ void hear_ubx(const fs::path& path) {
 
 /// What a source of poses receives, cut as the bytes say.
 template <simulation::PoseFormat kFormat>
-void hear_poses(const fs::path& path) {
+void receive_poses(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
   const geodesy::LocalFrame frame(test::sample_place());
   simulation::PoseSourceOptions options;
@@ -274,8 +274,8 @@ void hear_poses(const fs::path& path) {
   std::size_t at = 0;
   for (std::int64_t piece = 0; at < bytes.size(); ++piece) {
     const std::size_t size = 1 + static_cast<unsigned char>(bytes[at]);
-    source.hear(static_cast<std::uint64_t>(piece % 7), std::string_view(bytes).substr(at, size),
-                piece * 1'000'000);
+    source.receive(static_cast<std::uint64_t>(piece % 7), std::string_view(bytes).substr(at, size),
+                   piece * 1'000'000);
     at += size;
   }
   std::string reason;
@@ -284,7 +284,7 @@ void hear_poses(const fs::path& path) {
   (void)source.take_notes();
   std::optional<double> first_s;
   live::PoseSource log(options, frame);
-  log.hear_log(bytes, first_s, [](std::int64_t) {});
+  log.receive_log(bytes, first_s, [](std::int64_t) {});
 }
 std::vector<std::string> json_poses() {
   return {
@@ -391,7 +391,7 @@ const std::vector<Target>& targets() {
          (void)rinex::read_rinex_observations(path);
        },
        {observations3(), observations2()}},
-      {"ubx", "commands.ubx", hear_ubx, ubx_seeds()},
+      {"ubx", "commands.ubx", receive_ubx, ubx_seeds()},
       {"sp3", "some.sp3", read_sp3, {sp3()}},
       {"osm_xml",
        "map.osm",
@@ -460,9 +460,9 @@ const std::vector<Target>& targets() {
         "  - {key: rate_hz, values: [1, 2]}\n  - {times: {from: 2026-01-01T00:00:00Z, span_s: 10}}\n"
         "design: latin_hypercube\nruns: 5\n"}},
       {"mavlink", "frames.mavlink", read_mavlink, {mavlink_stream()}},
-      {"poses_json", "poses.jsonl", hear_poses<simulation::PoseFormat::Json>, json_poses()},
-      {"poses_binary", "poses.bin", hear_poses<simulation::PoseFormat::Binary>, {binary_pose()}},
-      {"poses_mavlink", "poses.mavlink", hear_poses<simulation::PoseFormat::MAVLink>, {mavlink_stream()}},
+      {"poses_json", "poses.jsonl", receive_poses<simulation::PoseFormat::Json>, json_poses()},
+      {"poses_binary", "poses.bin", receive_poses<simulation::PoseFormat::Binary>, {binary_pose()}},
+      {"poses_mavlink", "poses.mavlink", receive_poses<simulation::PoseFormat::MAVLink>, {mavlink_stream()}},
       {"commands", "commands.jsonl", take_commands, command_lines()},
       {"view_questions",
        "questions.jsonl",

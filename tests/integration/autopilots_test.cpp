@@ -106,8 +106,8 @@ class Station {
   /// The last GPS_RAW_INT.
   const mavlink::GpsRawInt& gps() {
     link_->serve();
-    for (const auto& heard : link_->take_heard()) {
-      parser_.hear(heard.bytes, [&](const mavlink::Frame& frame) {
+    for (const auto& received : link_->take_received()) {
+      parser_.receive(received.bytes, [&](const mavlink::Frame& frame) {
         if (const auto* m = std::get_if<mavlink::GpsRawInt>(&frame.message)) gps_ = *m;
       });
     }

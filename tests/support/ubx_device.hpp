@@ -82,9 +82,9 @@ class UbxDevice {
   std::vector<Message> encode(const simulation::Epoch& epoch) {
     return split_frames(encoder_->encode(epoch));
   }
-  std::vector<Message> hear(const std::string& bytes) { return split_frames(encoder_->hear(0, bytes)); }
+  std::vector<Message> receive(const std::string& bytes) { return split_frames(encoder_->receive(0, bytes)); }
   std::vector<Message> send(MessageId id, const std::string& payload = {}) {
-    return hear(ubx::frame(id, payload));
+    return receive(ubx::frame(id, payload));
   }
   /// Sends a CFG message; whether it was acknowledged, by exactly that, behind `answers` other messages.
   bool accepts(MessageId id, const std::string& payload, std::size_t answers = 0) {

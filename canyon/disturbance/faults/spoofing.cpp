@@ -70,8 +70,9 @@ void visit(options::Visitor& v, SpoofingOptions& o) {
   static constexpr std::string_view kKinds[]{"simulated", "meaconing"};
   static constexpr std::string_view kCarriers[]{"follows_code", "held"};
   visit(v, o.transmitter);
-  v.choice({"kind", "", "simulated: signals as at another place and time; meaconing: repeats what it hears"},
-           o.kind, kKinds);
+  v.choice(
+      {"kind", "", "simulated: signals as at another place and time; meaconing: repeats what it receives"},
+      o.kind, kKinds);
   if (v.wants(v.reads() || o.shows.given())) v.part("shows", o.shows);
   v.part("pull_off", o.pull_off);
   v.choice({"carrier", "", "follows_code, or held: stays while the code is drawn off"}, o.carrier, kCarriers);

@@ -80,11 +80,11 @@ Commands::Commands(Generation generation, int interval_ms, const std::set<gnss::
       systems_(gnss_blocks(systems)),
       told_baud_(*settings_.current.value(kBaud)) {}
 
-std::string Commands::hear(std::uint64_t reader, std::string_view bytes) {
+std::string Commands::receive(std::uint64_t reader, std::string_view bytes) {
   std::string answer;
   const Parser::Handlers handlers{[&](MessageId id, std::string_view payload) { take(id, payload, answer); },
                                   [&](std::string_view sentence) { take_line(sentence); }};
-  readers_.of(reader).hear(bytes, handlers);
+  readers_.of(reader).receive(bytes, handlers);
   return answer;
 }
 

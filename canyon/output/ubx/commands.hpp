@@ -35,7 +35,7 @@ class Commands {
   Commands(Generation generation, int interval_ms, const std::set<gnss::System>& systems,
            const Outputs& outputs);
 
-  [[nodiscard]] std::string hear(std::uint64_t reader, std::string_view bytes);
+  [[nodiscard]] std::string receive(std::uint64_t reader, std::string_view bytes);
   [[nodiscard]] std::optional<int> take_baud();
   /// What CFG-RST asked of the receiver since the last call.
   [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() {

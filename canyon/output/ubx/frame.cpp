@@ -107,7 +107,7 @@ std::uint64_t number_at(std::string_view bytes, std::size_t offset, std::size_t 
   return value;
 }
 
-void Parser::hear(std::string_view bytes, const Handlers& handlers) {
+void Parser::receive(std::string_view bytes, const Handlers& handlers) {
   // Whatever comes at once, no more than a frame waits.
   while (!bytes.empty()) {
     const std::size_t taken = std::min(bytes.size(), kMostBytes);

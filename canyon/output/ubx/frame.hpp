@@ -58,7 +58,7 @@ class Parser {
     std::function<void(MessageId, std::string_view payload)> frame;
     std::function<void(std::string_view sentence)> line;  ///< "PUBX,41,...": checksum right, without it
   };
-  void hear(std::string_view bytes, const Handlers& handlers);
+  void receive(std::string_view bytes, const Handlers& handlers);
   [[nodiscard]] std::size_t held() const { return waiting_.size(); }
 
  private:

@@ -13,13 +13,13 @@ std::string bytes(std::initializer_list<unsigned> values) {
   return text;
 }
 
-struct Heard {
+struct Received {
   std::vector<std::pair<MessageId, std::string>> frames;
   std::vector<std::string> lines;
   Parser parser;
-  void hear(std::string_view text) {
-    parser.hear(text, {[&](MessageId id, std::string_view payload) { frames.emplace_back(id, payload); },
-                       [&](std::string_view line) { lines.emplace_back(line); }});
+  void receive(std::string_view text) {
+    parser.receive(text, {[&](MessageId id, std::string_view payload) { frames.emplace_back(id, payload); },
+                          [&](std::string_view line) { lines.emplace_back(line); }});
   }
 };
 
@@ -45,43 +45,43 @@ TEST(Parser, FindsFramesAndLinesHoweverTheyAreCut) {
   const std::string text = "noise\xB5" + frame(0x0601, bytes({1, 6, 1})) +
                            "$PUBX,41,1,0023,0001,115200,0*1C\r\n" + frame(0x0A04, "") + "\xB5\x62";
   for (std::size_t size = 1; size <= text.size(); ++size) {
-    Heard heard;
+    Received received;
     for (std::size_t at = 0; at < text.size(); at += size)
-      heard.hear(std::string_view(text).substr(at, size));
-    ASSERT_EQ(heard.frames.size(), 2U) << size;
-    EXPECT_EQ(heard.frames[0].first, 0x0601);
-    EXPECT_EQ(heard.frames[0].second, bytes({1, 6, 1}));
-    EXPECT_EQ(heard.frames[1].first, 0x0A04);
-    ASSERT_EQ(heard.lines.size(), 1U);
-    EXPECT_EQ(heard.lines[0], "PUBX,41,1,0023,0001,115200,0");
+      received.receive(std::string_view(text).substr(at, size));
+    ASSERT_EQ(received.frames.size(), 2U) << size;
+    EXPECT_EQ(received.frames[0].first, 0x0601);
+    EXPECT_EQ(received.frames[0].second, bytes({1, 6, 1}));
+    EXPECT_EQ(received.frames[1].first, 0x0A04);
+    ASSERT_EQ(received.lines.size(), 1U);
+    EXPECT_EQ(received.lines[0], "PUBX,41,1,0023,0001,115200,0");
   }
 }
 
 TEST(Parser, GoesOnBehindWhatIsDamaged) {
-  Heard heard;
+  Received received;
   std::string damaged = frame(0x0608, bytes({100, 0, 1, 0, 0, 0}));
   damaged[7] ^= 1;
   const std::string good = frame(0x0A04, "");
-  heard.hear(damaged + good);
-  heard.hear("$PUBX,41,1,0023,0001,115200,0*1D\r\n" + good);  // wrong checksum
-  heard.hear(bytes({0xB5, 0x62, 6, 1, 0xFF, 0xFF}) + good);   // too long
-  heard.hear(good.substr(0, 6) + good);                       // cut off
-  EXPECT_EQ(heard.frames.size(), 4U);
-  EXPECT_TRUE(heard.lines.empty());
+  received.receive(damaged + good);
+  received.receive("$PUBX,41,1,0023,0001,115200,0*1D\r\n" + good);  // wrong checksum
+  received.receive(bytes({0xB5, 0x62, 6, 1, 0xFF, 0xFF}) + good);   // too long
+  received.receive(good.substr(0, 6) + good);                       // cut off
+  EXPECT_EQ(received.frames.size(), 4U);
+  EXPECT_TRUE(received.lines.empty());
 }
 
 TEST(Parser, HoldsLittleAndIsQuickWhateverComes) {
-  Heard heard;
+  Received received;
   std::string hostile;
   while (hostile.size() < 1'000'000) hostile += bytes({0xB5, 0x62, 6, 1, 0, 4, '$', 0xB5});
   const auto begin = std::chrono::steady_clock::now();
-  heard.hear(hostile);
+  received.receive(hostile);
   EXPECT_LT(std::chrono::steady_clock::now() - begin,
             std::chrono::seconds(20));  // 0.2 s where it was written
-  EXPECT_LE(heard.parser.held(), Parser::kMostBytes);
-  EXPECT_TRUE(heard.frames.empty());
-  heard.hear(std::string(Parser::kMostBytes, '\0') + frame(0x0A04, ""));
-  EXPECT_EQ(heard.frames.size(), 1U);
+  EXPECT_LE(received.parser.held(), Parser::kMostBytes);
+  EXPECT_TRUE(received.frames.empty());
+  received.receive(std::string(Parser::kMostBytes, '\0') + frame(0x0A04, ""));
+  EXPECT_EQ(received.frames.size(), 1U);
 }
 
 }  // namespace
