@@ -13,12 +13,12 @@
 
 namespace canyon::live {
 
-/// A pose as somebody told it, turned to ENU axes of its local frame and FLU axes of the body.
+/// A received pose, turned to ENU axes of its local frame and FLU axes of the body.
 struct PoseReport {
-  std::string id;                                   ///< of the vehicle; empty: not told
+  std::string id;                                   ///< of the vehicle; empty: not given
   std::optional<double> stamp_s;                    ///< of the sender's clock
   std::optional<Eigen::Vector3d> position_m;        ///< in a local frame; or
-  std::optional<geodesy::Geodetic> place;           ///< on the Earth, heights as told
+  std::optional<geodesy::Geodetic> place;           ///< on the Earth, heights as sent
   std::optional<Eigen::Quaterniond> attitude;       ///< local from body
   std::optional<Eigen::Vector3d> velocity_mps;      ///< local axes
   std::optional<Eigen::Vector3d> rates_body_radps;  ///< about the body's axes
@@ -29,10 +29,10 @@ struct PoseReport {
 class PoseDecoder {
  public:
   virtual ~PoseDecoder() = default;
-  /// @param reader who said it, see transport::Heard
+  /// @param reader the sender, see transport::Heard
   virtual void hear(std::uint64_t reader, std::string_view bytes,
                     const std::function<void(const PoseReport&)>& each) = 0;
-  /// What to send to somebody who tells no poses yet, so that it does; empty: nothing.
+  /// What to send to a peer to request poses from it; empty: nothing.
   [[nodiscard]] virtual std::string request() { return {}; }
   /// How much was no pose, and why the latest was none; empty: since the last call everything was one.
   [[nodiscard]] virtual std::string take_complaint() { return {}; }
@@ -51,7 +51,7 @@ inline constexpr std::size_t kBinarySize = 88;
 /// Longest JSON line; longer ones are passed over.
 inline constexpr std::size_t kLongestLine = 4096;
 
-/// Local ENU from what is told in `axes`, FLU likewise.
+/// Rotates vectors given in `axes` to local ENU, or to FLU.
 [[nodiscard]] Eigen::Matrix3d enu_from(simulation::WorldAxes axes);
 [[nodiscard]] Eigen::Matrix3d flu_from(simulation::BodyAxes axes);
 

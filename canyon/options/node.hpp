@@ -11,7 +11,7 @@
 
 namespace canyon::options {
 
-/// Settings as somebody wrote them, whatever the language: a tree of texts with lines. parse_yaml() makes one
+/// Settings as written, whatever the language: a tree of texts with lines. parse_yaml() makes one
 /// of YAML; a host makes one of its own settings (SDF elements, parameters).
 struct Node {
   enum class Kind { Empty, Scalar, List, Mapping };

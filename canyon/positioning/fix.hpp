@@ -49,7 +49,7 @@ enum class FixStatus : std::uint8_t {
   Fix,
   TooFewSatellites,
   Singular,      ///< the satellites' geometry does not determine position and clocks
-  NotConverged,  ///< did not settle, or settled at no place near the ground (height -10 km to 100 km)
+  NotConverged,  ///< no convergence, or to a height outside -10 km to 100 km
   WeakGeometry,  ///< PDOP beyond FixOptions::max_pdop, accuracy beyond PositionFilterOptions::max_sigma_m
   NoSignal,      ///< the antenna is inside a building or under the terrain
 };

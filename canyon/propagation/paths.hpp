@@ -37,7 +37,7 @@ struct Path : PathGeometry {
   std::uint32_t far_instance = 0;
   double leg_m = 0;  ///< from the antenna to `point` (order 2)
 
-  /// Stays the same while the signal comes over the same surfaces or edge: what random phases hang on
+  /// Stays the same while the signal comes over the same surfaces or edge: what random phases depend on
   /// (tracking::PathPhases). 0 for Direct.
   std::uint64_t reflector = 0;
   /// Mean power [1] over the unobstructed line of sight's at isotropic antennas (Diffuse only); the
@@ -94,10 +94,10 @@ struct SatellitePaths {
   /// Puts the paths in order, and says the visibility that they make.
   void arrange();
   [[nodiscard]] bool received() const { return visibility != Visibility::Blocked; }
-  /// Excess path [m] of the signal that an ideal receiver tracks, one that hears every path and follows the
-  /// first: 0 with a direct path (through leaves too), else that of the shortest path of any kind, around an
-  /// edge or diffuse, however weak; 0 when blocked. Transmitted ones it does not hear. What a real correlator
-  /// makes of all paths and their strengths is the receiver's signal model.
+  /// Excess path [m] of the signal that an ideal receiver tracks, one that receives every path and follows
+  /// the first: 0 with a direct path (through leaves too), else that of the shortest path of any kind, around
+  /// an edge or diffuse, however weak; 0 when blocked. It ignores Transmitted ones. The receiver's signal
+  /// model computes what a real correlator tracks from all paths and their strengths.
   [[nodiscard]] double tracked_excess_m() const;
 };
 

@@ -32,7 +32,7 @@ struct PatternPoint {
 class AntennaPattern {
  public:
   /// @param upper rows of the upper band, by elevation, rising strictly; at least one; gains within +-300 dB.
-  /// @param lower likewise of the lower one; none: the antenna does not hear it
+  /// @param lower likewise of the lower one; none: the antenna does not receive it
   /// Else InputError.
   AntennaPattern(std::string name, std::vector<PatternPoint> upper, std::vector<PatternPoint> lower = {});
 
@@ -42,7 +42,7 @@ class AntennaPattern {
   }
   [[nodiscard]] bool hears(Band band) const { return !points(band).empty(); }
   /// @param elevation_rad [-pi/2, pi/2] (rounding beyond is forgiven); NaN, and a carrier in a band that the
-  /// antenna does not hear, throw InputError
+  /// antenna does not receive, throw InputError
   [[nodiscard]] AntennaGain gain(double elevation_rad, double carrier_hz) const;
 
  private:
@@ -62,7 +62,7 @@ class AntennaPattern {
 /// Survey or geodetic antenna. Model within cited ranges, not a measurement: 5 dBic and 1 dB of axial ratio
 /// at zenith, steep below 10 degrees, small back lobe; alike in both bands (ORBIT/FR ANTE 011-A, manual).
 [[nodiscard]] AntennaPattern survey_antenna();
-/// Phone: linear polarisation, hears both hands alike, at every elevation 10 dB below the survey antenna's
+/// Phone: linear polarisation, receives both hands alike, at every elevation 10 dB below the survey antenna's
 /// zenith (Pesyna et al., ION GNSS+ 2014: 5 to 15 dB); 5 dB less in the lower band (assumed).
 [[nodiscard]] AntennaPattern phone_antenna();
 

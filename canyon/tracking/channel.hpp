@@ -57,7 +57,7 @@ class ChannelModel {
   /// SignalOptions::offset_db, and N(0, satellite_sigma_db) by seed and satellite.
   [[nodiscard]] double offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
                                  geodesy::GpsTime time) const;
-  /// What interferes behind this receiver's antenna. @param heard replaced; it keeps its memory
+  /// The interference behind this receiver's antenna. @param heard replaced; it keeps its memory
   void hear(std::span<const propagation::Interference> waves, std::vector<HeardWave>& heard) const;
   /// Power of noise and interference together over noise alone behind a correlator [1], >= 1: 1 + sum of (I /
   /// N0) kappa / R(0) (spectral_separation_per_hz(); J. W. Betz, Navigation 48(4), 2001), so that C/N0 less

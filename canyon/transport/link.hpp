@@ -13,7 +13,7 @@
 
 namespace canyon::transport {
 
-/// A transport that several use, to send and to hear: messages to an autopilot and its poses go over one
+/// A transport that several use, to send and to receive: messages to an autopilot and its poses go over one
 /// port. Whatever comes is handed to every listener.
 class Link {
  public:
@@ -30,7 +30,7 @@ class Link {
     return last_;
   }
   void forget(int listener) { listeners_.erase(listener); }
-  /// Serves the transport, and hands on what it heard.
+  /// Serves the transport, and hands on what it received.
   /// Listeners may send; what they call does not come here again.
   void serve() {
     if (std::exchange(serving_, true)) return;

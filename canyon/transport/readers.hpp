@@ -10,8 +10,8 @@
 
 namespace canyon::transport {
 
-/// What is kept for each of those who are heard (Heard::reader), of kMost at a time: of more the one with the
-/// smallest number is forgotten.
+/// State of each sender (Heard::reader), of kMost at a time: beyond that the one with the smallest number is
+/// dropped.
 template <typename Kept>
 class Readers {
  public:

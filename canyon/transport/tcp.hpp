@@ -4,8 +4,9 @@
 
 namespace canyon::transport {
 
-/// Sends one stream to whoever connects to a TCP port, and hears them. It has no thread and never waits: the
-/// system takes connections at any time, and each call of serve() and send() does what can be done at once.
+/// Sends one stream to all clients of a TCP port, and receives from them. It has no thread and never waits:
+/// the system takes connections at any time, and each call of serve() and send() does what can be done at
+/// once.
 class TcpServer final : public Transport {
  public:
   /// Listens. Throws InputError for a port outside 1 to 65535, what is no address of this machine, and where

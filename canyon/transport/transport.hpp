@@ -17,9 +17,9 @@ struct Correction {
   std::string bytes;
 };
 
-/// What somebody at the other end said.
+/// Bytes received from one peer.
 struct Heard {
-  std::uint64_t reader = 0;  ///< tells those at the other end apart
+  std::uint64_t reader = 0;  ///< identifies the peer
   std::string bytes;         ///< cut anywhere, but datagrams are whole
 };
 
@@ -27,14 +27,14 @@ inline constexpr std::size_t kLargestDatagram = 1400;  ///< bytes that are sent;
 /// Bytes kept for a reader that does not read as fast as they come, beside the system's own buffers (about as
 /// much again). Ten seconds of NMEA at 10 Hz.
 inline constexpr std::size_t kMaxBacklog = std::size_t{256} * 1024;
-/// Bytes that are kept of what was said until take_heard(); more are thrown away.
+/// Received bytes kept until take_heard(); more are thrown away.
 inline constexpr std::size_t kMostHeard = std::size_t{64} * 1024;
 /// Readers of one transport at a time.
 inline constexpr std::size_t kMaxClients = 16;
 
-/// Takes bytes to somebody, and brings what they say. Everything but finish() returns at once: a reader that
+/// Sends bytes to peers, and receives theirs. Everything but finish() returns at once: a reader that
 /// is too slow loses bytes or its connection, and the caller goes on. What is lost on the way (a client, a
-/// serial port) is said once, and taken up again when it is back.
+/// serial port) is reported once, and taken up again when it is back.
 class Transport {
  public:
   virtual ~Transport() = default;
@@ -42,11 +42,11 @@ class Transport {
   virtual void begin(std::string_view bytes) { send(bytes); }
   /// The bytes of one epoch, to all. Files throw InputError where the disk does not take them.
   virtual void send(std::string_view bytes) = 0;
-  /// To one that was heard; nothing where it is gone.
+  /// To one that sent something; nothing where it is gone.
   virtual void answer(std::uint64_t /*reader*/, std::string_view bytes) { send(bytes); }
   /// Does what can be done between two epochs: takes new readers, sends on what was kept, listens.
   virtual void serve() {}
-  /// What was heard until the last serve().
+  /// What was received until the last serve().
   [[nodiscard]] virtual std::vector<Heard> take_heard() { return {}; }
   /// Of a serial port, behind what was sent so far; others have none.
   virtual void set_baud(int /*baud*/) {}

@@ -19,20 +19,20 @@ namespace canyon::view {
 class LiveRelay {
  public:
   /// @param addresses that the hosts' streams listen at, "tcp://127.0.0.1:PORT", or any other that
-  /// transport::open_transport() hears from. Receivers stand in their order; of equal names the later ones
-  /// have their address behind them, and all times count from the begin that the first host tells
-  /// @param header of the city; time and receivers are the hosts' to tell. It is written to `folder` at once
+  /// transport::open_transport() listens at. Receivers stand in their order; of equal names the later ones
+  /// have their address behind them, and all times count from the begin that the first host sends
+  /// @param header of the city; time and receivers come from the hosts. It is written to `folder` at once
   /// @param scene of the city, for skylines; must outlive it
   /// Throws InputError for what is no address, or given twice, and where the folder does not take the header.
   LiveRelay(std::span<const std::string> addresses, Header header, std::filesystem::path folder,
             const raytrace::RayScene& scene);
   ~LiveRelay();
 
-  /// Hands on what has come; waits 20 ms at most where nothing has.
+  /// Forwards what has arrived; waits 20 ms at most where nothing has.
   void serve(Server& server);
-  /// What the hosts have told, where one has begun since the last call.
+  /// The header of all hosts, where one has begun since the last call.
   [[nodiscard]] std::optional<Header> take_header();
-  /// What there is to say since the last call, one line each, the address in front.
+  /// Messages since the last call, one line each, the address in front.
   [[nodiscard]] std::vector<std::string> take_notes();
 
  private:

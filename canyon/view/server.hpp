@@ -39,7 +39,7 @@ struct Site {
 [[nodiscard]] bool is_served_name(std::string_view name);
 
 /// HTTP and WebSocket for pages of this machine: 127.0.0.1 alone, and only for requests whose Host (and
-/// Origin, where one is told) is this very server, so that no foreign page in the user's browser reads along.
+/// Origin, where given) is this very server, so that no foreign page in the user's browser reads along.
 /// Works on a thread of its own from construction to destruction.
 class Server {
  public:

@@ -53,7 +53,7 @@ struct SkyDrawing {
 };
 
 /// The sky over one place, seen as on a map: zenith in the middle, north up, east to the right, elevation
-/// falling towards the horizon by the drawing's projection. Satellites are told apart by shape and colour:
+/// falling towards the horizon by the drawing's projection. Satellites differ by shape and colour:
 /// LOS disc, LOS with multipath ringed disc, NLOS triangle, blocked cross; names of those in the fix are
 /// bold.
 [[nodiscard]] Picture draw_sky(const SkyDrawing& drawing);

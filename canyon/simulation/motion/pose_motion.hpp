@@ -59,7 +59,7 @@ constexpr double kTeleport_mps = 1000;
 /// `pose` with a unit quaternion. Empty where it is not finite or its quaternion has no direction.
 [[nodiscard]] std::optional<RigidPose> proper_pose(const RigidPose& pose);
 
-/// A pose as somebody tells it.
+/// A pose as received.
 struct ToldPose {
   RigidPose pose;
   double stamp_s = 0;  ///< of the sender's own clock; one that does not run counts as none
@@ -95,7 +95,7 @@ class PoseTrack {
   /// more than the time-out is another run of the sender, and begins anew.
   Taken add(const ToldPose& told, std::int64_t now_ns);
   /// The motion at `now_ns`: between poses by the straight line, behind the last one as moved_on().
-  /// Velocities are the sender's where it tells them, else differences of poses, by the sender's stamps where
+  /// Velocities are the sender's where it sends them, else differences of poses, by the sender's stamps where
   /// these go on, else by the host's time. Empty, with `reason`, where no pose has come or the last is too
   /// old. Time that went back forgets what came in that other time.
   [[nodiscard]] std::optional<TruePose> at(std::int64_t now_ns, std::string& reason);
