@@ -19,7 +19,7 @@ namespace {
 
 using Draws = std::vector<std::vector<std::uint16_t>>;
 
-/// Signals that the recording has and the antenna hears, beside those of the profile.
+/// Signals that the recording has and the antenna receives, beside those of the profile.
 std::vector<std::string> all_signals(const Drive& drive) {
   std::set<const gnss::Signal*> wanted;
   bool further = false;
@@ -92,7 +92,7 @@ Draws joined(const std::vector<Draws>& of_drives) {
   return all;
 }
 
-/// Keys that no recording of pseudoranges tells.
+/// Keys that no recording of pseudoranges determines.
 void add_unidentifiable(const Values& base, Calibration& result) {
   for (const auto& [key, why] :
        {std::pair("signal.front_end_bandwidth_hz",

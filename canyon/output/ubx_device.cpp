@@ -19,11 +19,11 @@ using geodesy::GpsTime;
 
 constexpr std::int64_t kMillisecond = 1'000'000;
 
-/// What satellites send, as far as a receiver has heard whole messages of it.
+/// Messages of satellites that a receiver has received whole.
 class Subframes {
  public:
   /// Messages that ended since the epoch before, of satellites tracked all along.
-  std::vector<broadcast::SentMessage> heard(const simulation::Epoch& epoch) {
+  std::vector<broadcast::SentMessage> completed(const simulation::Epoch& epoch) {
     std::map<gnss::SatelliteId, Tracked> tracked;
     std::vector<broadcast::SentMessage> messages;
     for (const receiver::SatelliteObservation& s : epoch.observed.satellites) {
@@ -76,7 +76,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     const ubx::Configuration& settings = commands_.configuration();
     const bool speaks = settings.value(ubx::kOutputUbx).value_or(0) != 0 && commands_.running();
     std::string text;
-    for (const broadcast::SentMessage& message : subframes_.heard(epoch)) {
+    for (const broadcast::SentMessage& message : subframes_.completed(epoch)) {
       if (!speaks || settings.rate(kSubframes) == 0 || !ubx::satellite_name(message.id)) continue;
       text += ubx::frame(kSubframes, ubx::subframe_payload(message, generation_, channels_));
     }

@@ -260,7 +260,7 @@ struct Receiver::State {
   }
 
   /// Whether any of its signals could be tracked now: not, whether its channel has found it.
-  [[nodiscard]] bool hears(const SatelliteObservation& satellite) const {
+  [[nodiscard]] bool receives(const SatelliteObservation& satellite) const {
     if (!signals) return true;
     const auto strong = [&](const SignalObservation& signal) {
       return signal.cn0_dbhz && *signal.cn0_dbhz >= options.signal.lock.tracking_threshold_dbhz;
@@ -396,7 +396,7 @@ struct Receiver::State {
   // Of the epoch in hand.
   geodesy::GpsTime now;
   double clock_bias_s = 0, clock_drift = 0;
-  std::vector<tracking::HeardWave> heard;
+  std::vector<tracking::HeardWave> interference;
   tracking::AntennaMotion motion;
   geodesy::Geodetic place;
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
@@ -432,8 +432,8 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   state.clock_bias_s = state.clock.bias_s() + epoch.events.clock_bias_s;
   state.clock_drift = state.clock.drift() + epoch.events.clock_drift;
   const orbit::Sky& sky = context.arrival.broadcast ? *context.arrival.broadcast : context.sky;
-  if (state.signals) state.signals->hear(context.arrival.interference, state.heard);
-  state.motion.interference = state.heard;
+  if (state.signals) state.signals->hear(context.arrival.interference, state.interference);
+  state.motion.interference = state.interference;
   state.place = geodesy::geodetic_from_ecef(antenna.position_ecef);
   state.klobuchar = &context.klobuchar;
 
@@ -463,14 +463,14 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     observation.above_mask =
         view.shown_elevation_rad.value_or(view.line.elevation_rad) >= options.fix.elevation_mask_rad;
     if (free) observation.visibility = view.paths.visibility;
-    const bool received = observation.visibility != Visibility::Blocked;  // by whoever hears everything
+    const bool received = observation.visibility != Visibility::Blocked;  // by an ideal receiver
     observation.signal = wanted.front();
     tracked.push_back(state.track(view, free, received, observation));
     for (std::size_t k = 1; k < wanted.size(); ++k) {
       observation.more.emplace_back().signal = wanted[k];
       tracked.push_back(state.track(view, free, received, observation.more.back()));
     }
-    if (observation.visibility == Visibility::NLOS && !state.hears(observation)) {
+    if (observation.visibility == Visibility::NLOS && !state.receives(observation)) {
       observation.visibility = Visibility::Blocked;
     }
     if (observation.above_mask) {

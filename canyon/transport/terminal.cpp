@@ -19,7 +19,7 @@ std::string error_text(int error) {
   return error_code(error, asio::error::get_system_category()).message();
 }
 
-/// A terminal device: what sends, keeps and hears.
+/// A terminal device: sends, buffers and receives.
 class Terminal : public Transport {
  public:
   void send(std::string_view bytes) override {
