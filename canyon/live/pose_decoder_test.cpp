@@ -34,8 +34,8 @@ PoseSourceOptions options(PoseFormat format, WorldAxes axes = WorldAxes::ENU, Bo
   return o;
 }
 
-std::vector<PoseReport> heard(PoseDecoder& decoder, std::string_view bytes, std::size_t step = 1 << 20,
-                              std::uint64_t reader = 0) {
+std::vector<PoseReport> decoded(PoseDecoder& decoder, std::string_view bytes, std::size_t step = 1 << 20,
+                                std::uint64_t reader = 0) {
   std::vector<PoseReport> reports;
   for (; !bytes.empty(); bytes.remove_prefix(std::min(step, bytes.size()))) {
     decoder.hear(reader, bytes.substr(0, step), [&](const PoseReport& r) { reports.push_back(r); });
@@ -48,7 +48,7 @@ void expect_near(const Vector3d& actual, const Vector3d& expected, double tolera
       << actual.transpose() << ", expected " << expected.transpose();
 }
 
-// A vehicle whose forward axis points along (3, 2, 1) of the axes told, rolled by 0.4: no symmetry. Its axes
+// A vehicle whose forward axis points along (3, 2, 1) of the axes given, rolled by 0.4: no symmetry. Its axes
 // in the world are what an attitude is for.
 Quaterniond skew() {
   return Quaterniond(AngleAxisd(0.6, Vector3d::UnitZ()) * AngleAxisd(-0.3, Vector3d::UnitY()) *
@@ -65,7 +65,7 @@ std::string json(const Quaterniond& q) {
 
 TEST(JsonPoses, AreTakenAsTheyAreInEnuAndFlu) {
   const auto decoder = make_decoder(options(PoseFormat::Json));
-  const auto reports = heard(*decoder, json(skew()), 7);
+  const auto reports = decoded(*decoder, json(skew()), 7);
   ASSERT_EQ(reports.size(), 1U);
   const PoseReport& r = reports.front();
   EXPECT_EQ(r.id, "uav");
@@ -79,7 +79,7 @@ TEST(JsonPoses, AreTakenAsTheyAreInEnuAndFlu) {
 
 TEST(JsonPoses, AreTurnedFromNedAndFrd) {
   const auto decoder = make_decoder(options(PoseFormat::Json, WorldAxes::NED, BodyAxes::FRD));
-  const auto reports = heard(*decoder, json(skew()));
+  const auto reports = decoded(*decoder, json(skew()));
   ASSERT_EQ(reports.size(), 1U);
   const PoseReport& r = reports.front();
   // North, east, down = 1, 2, -3.
@@ -96,8 +96,8 @@ TEST(JsonPoses, AreTurnedFromNedAndFrd) {
 
 TEST(JsonPoses, YawIsFromTheFirstAxisOfTheTold) {
   const std::string line = R"({"position_m": [0, 0, 0], "yaw_deg": 30})";
-  const auto enu = heard(*make_decoder(options(PoseFormat::Json)), line);
-  const auto ned = heard(*make_decoder(options(PoseFormat::Json, WorldAxes::NED)), line);
+  const auto enu = decoded(*make_decoder(options(PoseFormat::Json)), line);
+  const auto ned = decoded(*make_decoder(options(PoseFormat::Json, WorldAxes::NED)), line);
   const double c = std::cos(geodesy::radians(30)), s = std::sin(geodesy::radians(30));
   expect_near(*enu.at(0).attitude * Vector3d::UnitX(), {c, s, 0});
   expect_near(*ned.at(0).attitude * Vector3d::UnitX(), {s, c, 0});  // 30 degrees east of north
@@ -105,8 +105,8 @@ TEST(JsonPoses, YawIsFromTheFirstAxisOfTheTold) {
 }
 
 TEST(JsonPoses, MayBeOnTheEarth) {
-  const auto reports = heard(*make_decoder(options(PoseFormat::Json)),
-                             "{\"latitude_deg\": 22.3, \"longitude_deg\": 114.2, \"height_m\": 12.5}");
+  const auto reports = decoded(*make_decoder(options(PoseFormat::Json)),
+                               "{\"latitude_deg\": 22.3, \"longitude_deg\": 114.2, \"height_m\": 12.5}");
   ASSERT_EQ(reports.size(), 1U);
   EXPECT_NEAR(geodesy::degrees(reports[0].place->latitude_rad), 22.3, 1e-12);
   EXPECT_EQ(reports[0].place->height_m, 12.5);
@@ -124,16 +124,16 @@ TEST(JsonPoses, SayWhatIsNone) {
            {"{\"position_m\": [1, 2, 3], \"attitude\": [0, 0, 0, 0]}\n", "no direction"},
            {"{\"latitude_deg\": 91, \"longitude_deg\": 0, \"height_m\": 0}\n", "out of range"},
            {std::string(10'000, '[') + "\n", "more than 4096 bytes"}}) {
-    EXPECT_TRUE(heard(*decoder, line).empty()) << line.substr(0, 50);
+    EXPECT_TRUE(decoded(*decoder, line).empty()) << line.substr(0, 50);
     EXPECT_THAT(decoder->take_complaint(), HasSubstr(problem)) << line.substr(0, 50);
   }
   // The next one is taken all the same.
-  EXPECT_EQ(heard(*decoder, "{\"position_m\": [1, 2, 3]}\n").size(), 1U);
+  EXPECT_EQ(decoded(*decoder, "{\"position_m\": [1, 2, 3]}\n").size(), 1U);
   EXPECT_EQ(decoder->take_complaint(), "");
   // Two senders do not cut each other's lines.
   decoder->hear(1, "{\"position_m\": [1,", [](const PoseReport&) { ADD_FAILURE(); });
-  EXPECT_EQ(heard(*decoder, "{\"position_m\": [4, 5, 6]}\n", 100, 2).size(), 1U);
-  EXPECT_EQ(heard(*decoder, " 2, 3]}\n", 100, 1).size(), 1U);
+  EXPECT_EQ(decoded(*decoder, "{\"position_m\": [4, 5, 6]}\n", 100, 2).size(), 1U);
+  EXPECT_EQ(decoded(*decoder, " 2, 3]}\n", 100, 1).size(), 1U);
 }
 
 /// The binary form by its table.
@@ -158,7 +158,7 @@ std::string binary(std::uint16_t flags, const std::array<double, 3>& position, s
 
 TEST(BinaryPoses, AreReadByTheirTable) {
   const auto decoder = make_decoder(options(PoseFormat::Binary, WorldAxes::NED, BodyAxes::FRD));
-  const auto reports = heard(*decoder, binary(3, {1, 2, -3}) + binary(4 | 8 | 16, {22.3, 114.2, 5}), 5);
+  const auto reports = decoded(*decoder, binary(3, {1, 2, -3}) + binary(4 | 8 | 16, {22.3, 114.2, 5}), 5);
   ASSERT_EQ(reports.size(), 2U);
   EXPECT_EQ(reports[0].id, "7");
   EXPECT_EQ(reports[0].stamp_s, 2.5);
@@ -177,7 +177,7 @@ TEST(BinaryPoses, AreFoundAmongRubbish) {
   broken[30] ^= 1;
   const std::string bytes = "CNCNY" + broken + "CNY1" + binary(0, {1, 2, 3}) + "xyz" + binary(0, {4, 5, 6});
   for (const std::size_t step : {1, 13, 1000}) {
-    const auto reports = heard(*decoder, bytes + std::string(200, 'C'), step);
+    const auto reports = decoded(*decoder, bytes + std::string(200, 'C'), step);
     ASSERT_EQ(reports.size(), 2U) << step;
     EXPECT_EQ(*reports[0].position_m, Vector3d(1, 2, 3));
     EXPECT_THAT(decoder->take_complaint(), HasSubstr("no pose"));
@@ -188,14 +188,14 @@ std::string frame(const mavlink::Message& message, std::uint8_t system = 1) {
   return mavlink::encode(message, 0, {system, 1});
 }
 
-mavlink::Quaternion told(const Quaterniond& q) {
+mavlink::Quaternion to_mavlink(const Quaterniond& q) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
 TEST(MavlinkPoses, ComeInTheirOwnFrames) {
   const auto decoder = make_decoder(options(PoseFormat::MAVLink));
   mavlink::SimState sim;
-  sim.ned_from_frd = told(skew());
+  sim.ned_from_frd = to_mavlink(skew());
   sim.fine_latitude_deg = 22.3;
   sim.fine_longitude_deg = 114.2;
   sim.altitude_m = 30;
@@ -203,13 +203,13 @@ TEST(MavlinkPoses, ComeInTheirOwnFrames) {
   sim.rates_frd_radps = {0.1, 0.2, 0.3};
   mavlink::AttPosMocap mocap;
   mocap.time_us = 5'000'000;
-  mocap.ned_from_frd = told(skew());
+  mocap.ned_from_frd = to_mavlink(skew());
   mocap.position_ned_m = {1, 2, -3};
   mavlink::VisionPositionEstimate vision;
   vision.position_ned_m = {1, 2, -3};
   vision.roll_pitch_yaw_rad = {0.4, -0.3, 0.6};  // skew()
   const auto reports =
-      heard(*decoder, frame(sim, 3) + frame(mocap) + frame(vision) + frame(mavlink::Heartbeat{}));
+      decoded(*decoder, frame(sim, 3) + frame(mocap) + frame(vision) + frame(mavlink::Heartbeat{}));
   ASSERT_EQ(reports.size(), 3U);
   const auto enu = [](const Vector3d& ned) { return Vector3d(ned.y(), ned.x(), -ned.z()); };
   for (const PoseReport& r : reports) {
@@ -227,12 +227,12 @@ TEST(MavlinkPoses, ComeInTheirOwnFrames) {
   expect_near(*reports[2].position_m, {2, 1, 3});
 }
 
-// As PX4 and ArduPilot tell a vehicle that stands: without times, several messages read at once.
+// As PX4 and ArduPilot send a vehicle that stands: without times, several messages read at once.
 TEST(MavlinkPoses, WithoutTimesAVehicleMayStand) {
   const geodesy::LocalFrame frame_of_city(geodesy::Geodetic::from_degrees(22.3, 114.2, 0));
   PoseSource source(options(PoseFormat::MAVLink), frame_of_city);
   mavlink::HilStateQuaternion state;
-  state.ned_from_frd = told(skew());
+  state.ned_from_frd = to_mavlink(skew());
   state.latitude_deg = 22.3;
   state.longitude_deg = 114.2;
   std::string reason;
@@ -249,39 +249,39 @@ TEST(MavlinkPoses, OdometrySaysItsFrames) {
   const auto decoder = make_decoder(options(PoseFormat::MAVLink));
   mavlink::Odometry m;
   m.position_m = {1, 2, -3};
-  m.frame_from_body = told(skew());
+  m.frame_from_body = to_mavlink(skew());
   m.velocity_mps = {4, 5, -6};
   m.rates_radps = {0.1, 0.2, 0.3};
   const auto enu = [](const Vector3d& ned) { return Vector3d(ned.y(), ned.x(), -ned.z()); };
   m.frame = 1;        // LOCAL_NED
   m.child_frame = 8;  // BODY_NED, which is FRD
-  PoseReport r = heard(*decoder, frame(m)).at(0);
+  PoseReport r = decoded(*decoder, frame(m)).at(0);
   expect_near(*r.position_m, {2, 1, 3});
   expect_near(*r.velocity_mps, enu(skew() * Vector3d(4, 5, -6)));
   m.frame = 21;        // LOCAL_FLU
   m.child_frame = 13;  // BODY_FLU
-  r = heard(*decoder, frame(m)).at(0);
+  r = decoded(*decoder, frame(m)).at(0);
   expect_near(*r.position_m, {1, 2, -3});
   expect_near(*r.velocity_mps, skew() * Vector3d(4, 5, -6));
   expect_near(*r.rates_body_radps, {0.1, 0.2, 0.3});
   m.frame = 0;  // GLOBAL: no place for metres
-  EXPECT_TRUE(heard(*decoder, frame(m)).empty());
+  EXPECT_TRUE(decoded(*decoder, frame(m)).empty());
   EXPECT_THAT(decoder->take_complaint(), HasSubstr("MAV_FRAME 0"));
 }
 
 TEST(MavlinkPoses, EstimatesAreTakenOnlyWhereTheyAreNamed) {
   mavlink::AttitudeQuaternion attitude;
-  attitude.ned_from_frd = told(skew());
+  attitude.ned_from_frd = to_mavlink(skew());
   mavlink::LocalPositionNed position;
   position.boot_s = 12.5;
   position.position_ned_m = {1, 2, -3};
   position.velocity_ned_mps = {4, 5, -6};
   const std::string bytes = frame(attitude) + frame(position);
-  EXPECT_TRUE(heard(*make_decoder(options(PoseFormat::MAVLink)), bytes).empty());
+  EXPECT_TRUE(decoded(*make_decoder(options(PoseFormat::MAVLink)), bytes).empty());
   PoseSourceOptions named = options(PoseFormat::MAVLink);
   named.messages = {"LOCAL_POSITION_NED"};
   const auto decoder = make_decoder(named);
-  const auto reports = heard(*decoder, bytes);
+  const auto reports = decoded(*decoder, bytes);
   ASSERT_EQ(reports.size(), 1U);
   EXPECT_EQ(reports[0].stamp_s, 12.5);
   expect_near(*reports[0].velocity_mps, {5, 4, 6});
@@ -298,7 +298,7 @@ TEST(Poses, HostileBytesAreNoneAndCostNothing) {
     for (int i = 0; i < 200; ++i) {
       std::string bytes(1 + random() % 3000, '\0');
       for (char& c : bytes) c = static_cast<char>(random());
-      EXPECT_TRUE(heard(*decoder, bytes, bytes.size(), random() % 1000).empty());
+      EXPECT_TRUE(decoded(*decoder, bytes, bytes.size(), random() % 1000).empty());
     }
   }
 }

@@ -9,7 +9,7 @@
 namespace canyon::mavlink {
 namespace {
 
-std::vector<Frame> heard(Parser& parser, std::string_view bytes, std::size_t step = 1 << 20) {
+std::vector<Frame> parsed(Parser& parser, std::string_view bytes, std::size_t step = 1 << 20) {
   std::vector<Frame> frames;
   for (; !bytes.empty(); bytes.remove_prefix(std::min(step, bytes.size()))) {
     parser.hear(bytes.substr(0, step), [&](const Frame& f) { frames.push_back(f); });
@@ -57,7 +57,7 @@ TEST(MavlinkFrames, Crc) {
 TEST(MavlinkFrames, GoThereAndBackInBothVersions) {
   for (const Version version : {Version::V1, Version::V2}) {
     Parser parser;
-    const auto frames = heard(parser, encode(mocap(), 7, {12, 34}, version), 1);
+    const auto frames = parsed(parser, encode(mocap(), 7, {12, 34}, version), 1);
     ASSERT_EQ(frames.size(), 1U);
     EXPECT_EQ(frames[0].version, version);
     EXPECT_EQ(frames[0].sequence, 7);
@@ -80,7 +80,7 @@ TEST(MavlinkFrames, UnknownAndOutOfRangeValues) {
   m.velocity_ned_mps = {-400, 1.005, 400};
   m.altitude_m = kUnknown;
   Parser parser;
-  const auto back = std::get<HilGps>(heard(parser, encode(m, 0)).at(0).message);
+  const auto back = std::get<HilGps>(parsed(parser, encode(m, 0)).at(0).message);
   EXPECT_NEAR(back.latitude_deg, m.latitude_deg, 1e-12);
   EXPECT_DOUBLE_EQ(back.horizontal_accuracy_m, 655.34) << "the greatest that does not read as unknown";
   EXPECT_TRUE(std::isnan(back.vertical_accuracy_m));
@@ -95,7 +95,7 @@ TEST(MavlinkFrames, TrailingZerosAreCutAndFilledIn) {
   const std::string frame = encode(SystemTime{}, 0);
   EXPECT_EQ(frame.size(), 10U + 1 + 2) << "one byte of payload stays";
   Parser parser;
-  EXPECT_EQ(std::get<SystemTime>(heard(parser, frame).at(0).message).time_us, 0U);
+  EXPECT_EQ(std::get<SystemTime>(parsed(parser, frame).at(0).message).time_us, 0U);
 }
 
 TEST(MavlinkFrames, ResynchronisesBehindGarbageAndBrokenFrames) {
@@ -107,7 +107,7 @@ TEST(MavlinkFrames, ResynchronisesBehindGarbageAndBrokenFrames) {
                              other + std::string(20, '\0');
   for (const std::size_t step : {std::size_t{1}, std::size_t{7}, stream.size()}) {
     Parser parser;
-    const auto frames = heard(parser, stream, step);
+    const auto frames = parsed(parser, stream, step);
     ASSERT_EQ(frames.size(), 4U) << step;
     EXPECT_EQ(frames[0].sequence, 1);
     EXPECT_EQ(frames[1].sequence, 2);
@@ -122,7 +122,7 @@ TEST(MavlinkFrames, PassesOverWhatItDoesNotKnow) {
   std::string future = encode(mocap(), 1);
   future[2] = 2;  // a flag that a reader must understand
   Parser parser;
-  const auto frames = heard(parser, unknown + future + encode(mocap(), 9));
+  const auto frames = parsed(parser, unknown + future + encode(mocap(), 9));
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].sequence, 9);
 }
@@ -147,7 +147,7 @@ TEST(MavlinkFrames, LongerMessagesOfNewerDefinitionsAndSignedOnesAreRead) {
   Parser parser;
   const std::string stream = reframed(payload, 2, 137, 0) + reframed(payload, 2, 137, 1) +
                              std::string("signature\0\0\0\0", 13) + encode(mocap(), 3);
-  const auto frames = heard(parser, stream, 3);
+  const auto frames = parsed(parser, stream, 3);
   ASSERT_EQ(frames.size(), 3U);
   for (int i = 0; i < 2; ++i) {
     EXPECT_EQ(std::get<SystemTime>(frames[i].message).time_us, 5U);
@@ -164,12 +164,12 @@ TEST(MavlinkFrames, RandomBytesGiveNoFrameAndCostNoneBehindThem) {
     c = draw % 4 == 0 ? "\xFD\xFE"[draw / 4 % 2] : static_cast<char>(draw >> 8);  // rich in magic bytes
   }
   Parser parser;
-  EXPECT_LE(heard(parser, noise, 33).size(), 2U) << "16 bits of checksum let few pass";
+  EXPECT_LE(parsed(parser, noise, 33).size(), 2U) << "16 bits of checksum let few pass";
   // What may have begun as a frame in the noise ends within one frame's length.
   const std::string good = encode(mocap(), 9);
   std::string stream = std::string(280, '\0');
   for (int i = 0; i < 10; ++i) stream += good;
-  EXPECT_EQ(heard(parser, stream).size(), 10U);
+  EXPECT_EQ(parsed(parser, stream).size(), 10U);
 }
 
 TEST(MavlinkFrames, SimulatorsPlaceIsTheFinerOne) {
@@ -177,11 +177,11 @@ TEST(MavlinkFrames, SimulatorsPlaceIsTheFinerOne) {
   m.coarse_latitude_deg = 47.25;
   m.coarse_longitude_deg = 8.5;
   Parser parser;
-  auto back = std::get<SimState>(heard(parser, encode(m, 0)).at(0).message);
+  auto back = std::get<SimState>(parsed(parser, encode(m, 0)).at(0).message);
   EXPECT_EQ(back.latitude_deg(), 47.25);
   m.fine_latitude_deg = 47.2500001;
   m.fine_longitude_deg = -8.5000002;
-  back = std::get<SimState>(heard(parser, encode(m, 0)).at(0).message);
+  back = std::get<SimState>(parsed(parser, encode(m, 0)).at(0).message);
   EXPECT_DOUBLE_EQ(back.latitude_deg(), 47.2500001);
   EXPECT_DOUBLE_EQ(back.longitude_deg(), -8.5000002);
 }

@@ -270,7 +270,7 @@ struct PathsSample {
   }
 };
 
-// Half of an amplitude is 6.02 dB. Scattered power comes in both hands alike and the antenna hears one of
+// Half of an amplitude is 6.02 dB. Scattered power comes in both hands alike and the antenna receives one of
 // them: 1 % of it is 23.01 dB less than the clear line of sight. A quarter of a cycle of detour is a quarter
 // of a turn.
 TEST(PathsCsv, OneLineForEachPathOfWhatTheReceiverTracks) {

@@ -81,7 +81,7 @@ TEST(Stream, TakesOneReceiversEpochsToATcpClient) {
   EXPECT_EQ(client.read(expected.size() + 1), expected);
 }
 
-/// Says back what it hears, and asks for a baud rate.
+/// Sends back what it receives, and asks for a baud rate.
 class Echo final : public Encoder {
   std::string encode(const simulation::Epoch&) override { return "e"; }
   std::string hear(std::uint64_t, std::string_view bytes) override { return "<" + std::string(bytes) + ">"; }

@@ -179,7 +179,7 @@ TEST(ReceiverLock, EchoesTooWeakToTrackAreBlocked) {
   });
   EXPECT_EQ(direct.visibility, Visibility::LOS);
   EXPECT_FALSE(direct.measurement);
-  // Whoever hears everything tracks what arrives.
+  // An ideal receiver tracks what arrives.
   options = plain();
   options.signal.enabled = false;
   EXPECT_EQ(seen(-20).visibility, Visibility::NLOS);

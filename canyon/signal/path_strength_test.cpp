@@ -146,7 +146,7 @@ TEST(PathStrength, AntennaOutputIsTheMeanOverAzimuth) {
   EXPECT_NEAR(std::norm(antenna_output(wave, gain)), mean, 1e-13);
 }
 
-// What a facade reflects is heard at best as the RHCP pattern would hear all of it, at least as much as of
+// What a facade reflects is received at best as the RHCP pattern receives all of it, at least as much as of
 // its RHCP part; and steep incidence weakens it by 10 dB and more, grazing incidence hardly.
 TEST(PathStrength, FacadesAreWeakerThanTheLineOfSight) {
   const AntennaPattern patch = patch_antenna();
@@ -189,7 +189,7 @@ TEST(PathStrength, DiffusePathIsUnpolarised) {
   path.scattered_power = 0.01;
   path.excess_m = 30.2;
   path.arrival_elevation_rad = radians(15);
-  // An antenna deaf to one hand hears half the power; the phone, equally good in both hands, all of it.
+  // An antenna of one hand alone receives half the power; the phone, equally good in both hands, all of it.
   EXPECT_NEAR(db(path_amplitude(path, radians(60), kL1, isotropic_antenna())), -20 - 3.0103, 1e-4);
   const AntennaGain phone = phone_antenna().gain(0, kL1);
   ASSERT_EQ(phone.rhcp_dbic, phone.lhcp_dbic);

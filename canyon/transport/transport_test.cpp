@@ -288,7 +288,7 @@ TEST(Transport, SerialPortSpeaksWithTheOtherEnd) {
   close(other_end);
 }
 
-/// What a transport hears within 20 s, at least `size` bytes of it.
+/// What a transport receives within 20 s, at least `size` bytes of it.
 std::vector<Heard> heard_by(Transport& transport, std::size_t size) {
   std::vector<Heard> all;
   std::size_t got = 0;
