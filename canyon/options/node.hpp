@@ -33,7 +33,7 @@ struct Node::Entry {
 };
 
 struct Place;
-/// What a Reader must know of the text around a tree. The functions let a host speak of its own language.
+/// What a Reader must know of the text around a tree. The functions let a host use its own terms.
 struct Document {
   std::filesystem::path file;             ///< names of files belong to its folder
   std::string kind = "scenario";          ///< what the text is, in messages

@@ -52,8 +52,8 @@ struct Arrival {
   std::shared_ptr<const orbit::Sky> broadcast{};
   /// The messages that say so; null: those of the sky.
   std::shared_ptr<const gnss::NavigationData> messages{};
-  /// What stands or moves about the antenna and is not in the city, in the paths' frame, for who wants to see
-  /// it: paths know of it already.
+  /// What stands or moves about the antenna and is not in the city, in the paths' frame, for viewers: the
+  /// paths include its effects already.
   std::vector<Body> bodies{};
 };
 

@@ -13,7 +13,7 @@
 
 namespace canyon::simulation {
 
-/// One receiver at one instant: truth, what it saw, what it believes.
+/// One receiver at one instant: truth, observations and fix.
 struct Epoch {
   std::size_t receiver = 0;  ///< index into Simulation::scenario().receivers
   Pose truth;                ///< of the antenna (lever arm and clamp applied)

@@ -43,8 +43,7 @@ struct PoseSourceOptions {
   /// "trajectory": the scenario's own; "file:PATH": a log; else an address to listen at.
   std::string from = "trajectory";
   PoseFormat format = PoseFormat::Json;
-  std::string
-      id;  ///< of the vehicle, where several speak; empty: whoever speaks. MAVLink: the system's number
+  std::string id;  ///< of the vehicle, where several send; empty: any sender. MAVLink: the system's number
   std::vector<std::string> receivers;  ///< whose vehicle it is; empty: all that no other source names
   std::vector<std::string> messages;   ///< MAVLink messages to take; empty: those that carry the truth
   WorldAxes axes = WorldAxes::ENU;

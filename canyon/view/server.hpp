@@ -30,7 +30,7 @@ struct Site {
   std::string page;              ///< HTML, under "/"
   std::filesystem::path folder;  ///< its plain files under "/view/NAME"; nothing below it, and no links
   /// Answers a WebSocket message with one of its own; called on a thread of its own, one message at a time.
-  /// Empty, or an empty answer: nothing is said.
+  /// Empty, or an empty answer: nothing is sent.
   std::function<std::string(const std::string& message)> answer = {};
 };
 

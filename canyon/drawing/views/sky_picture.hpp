@@ -46,7 +46,7 @@ struct SkyDrawing {
   SkyMask mask;                          ///< may be empty
   double elevation_mask_rad = 0;
   SkyProjection projection = SkyProjection::Equidistant;
-  bool has_fix = true;                             ///< else `used` says nothing, and the legend leaves it out
+  bool has_fix = true;  ///< else `used` has no meaning, and the legend leaves it out
   std::string trail_meaning = "way over the run";  ///< for the legend
   /// Where the antenna is; unless it is free, a note on the picture says why nothing is received.
   raytrace::Placement placement = raytrace::Placement::Free;

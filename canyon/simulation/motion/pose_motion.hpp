@@ -97,7 +97,7 @@ class PoseTrack {
   /// The motion at `now_ns`: between poses by the straight line, behind the last one as moved_on().
   /// Velocities are the sender's where it sends them, else differences of poses, by the sender's stamps where
   /// these go on, else by the host's time. Empty, with `reason`, where no pose has come or the last is too
-  /// old. Time that went back forgets what came in that other time.
+  /// old. When time goes back, the poses received until then are dropped.
   [[nodiscard]] std::optional<TruePose> at(std::int64_t now_ns, std::string& reason);
   /// Whether a pose of `now_ns` or later is there.
   [[nodiscard]] bool reaches(std::int64_t now_ns) const;
