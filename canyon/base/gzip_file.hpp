@@ -17,7 +17,7 @@ class GzipFile {
   explicit GzipFile(std::filesystem::path path);
 
   /// The next bytes into `to`; returns how many, 0 at the end. Throws InputError, at `line` of the text,
-  /// where the packed data are damaged. Data that end early are no error: cut_short() tells.
+  /// where the packed data are damaged. Data that end early are no error: see cut_short().
   [[nodiscard]] std::size_t read(char* to, std::size_t size, int line);
   /// Whether the packed data ended before their end mark; known once read() has returned 0.
   [[nodiscard]] bool cut_short() const { return cut_short_; }

@@ -1,5 +1,5 @@
 // Codes against the equations of the interface documents, fields against their tables. What other programs
-// read from whole messages is judged in tests/integration/ubx_files_test.cpp.
+// read from whole messages is checked in tests/integration/ubx_files_test.cpp.
 #include "canyon/broadcast/messages.hpp"
 
 #include <gtest/gtest.h>
@@ -123,7 +123,7 @@ TEST(LnavSubframe, HasItsPreambleTimeAndZeroBits) {
   EXPECT_EQ(lnav_subframe(ephemeris("G05", start()), 3, GpsTime::from_week(2408, 604794))[1] >> 13, 0U);
 }
 
-// BDS-SIS-ICD-B1I 5.1.3: code words are multiples of x^4 + x + 1, and such a code tells any two apart in
+// BDS-SIS-ICD-B1I 5.1.3: code words are multiples of x^4 + x + 1, and any two words of such a code differ in
 // three bits or more.
 TEST(Bch, GivesCodeWords) {
   std::set<std::uint32_t> words;

@@ -180,7 +180,7 @@ TEST(FootprintsGeojson, FileIsWholeOrNotThere) {
   EXPECT_THROW(write_footprints_geojson(folder / "missing/a.geojson", sample()), InputError);
 }
 
-/// GDAL's GeoJSON driver as the judge.
+/// GDAL's GeoJSON driver as the reference.
 TEST(FootprintsGeojson, OgrinfoReadsIt) {
   CANYON_NEEDS_PROGRAM("ogrinfo");
   const test::TemporaryFolder folder;

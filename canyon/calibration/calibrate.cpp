@@ -93,7 +93,7 @@ Draws joined(const std::vector<Draws>& of_drives) {
   return all;
 }
 
-/// Keys that no recording of pseudoranges tells.
+/// Keys that no recording of pseudoranges determines.
 void add_unidentifiable(const Values& base, Calibration& result) {
   for (const auto& [key, why] :
        {std::pair("signal.front_end_bandwidth_hz",

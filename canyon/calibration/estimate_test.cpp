@@ -30,7 +30,7 @@ TEST(ProfileText, ReadsBack) {
                         {"signal.shadowing.custom.enter", "0.031"},
                         {"signal.antenna_rows", "[[-30, -18, -14], [0, -3, -12], [90, 2, -18]]"}};
     Values own = values;
-    // Rows of the upper band alone hear no signal of another.
+    // Rows of the upper band alone receive no signal of another.
     if (!profile.receiver.options.tracks.empty()) own.erase("signal.antenna_rows");
     set_values(own, profile.receiver);
     const std::vector<Estimate> estimates{

@@ -19,7 +19,7 @@ using Verdict = Estimate::Verdict;
 constexpr double kEdge_s = 2;
 constexpr std::size_t kFewestOfSatellite = 20, kFewestItems = 300;
 constexpr int kFirstRounds = 60, kResampleRounds = 9;
-/// Elevation that the shadows of a published environment are told at [rad].
+/// Elevation at which the shadows of a published environment are given [rad].
 constexpr double kMiddleElevation_rad = 0.87;
 
 struct Chains {

@@ -8,7 +8,7 @@
 #include "canyon/calibration/estimate.hpp"
 #include "canyon/calibration/levels.hpp"
 
-// What a recording tells without a simulated receiver beside it. Private to canyon/calibration.
+// Parameters estimated from a recording alone, without a simulated receiver. Private to canyon/calibration.
 
 namespace canyon::calibration {
 

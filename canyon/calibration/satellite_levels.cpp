@@ -27,7 +27,7 @@ std::string system_of(const SatelliteLevel& s) {
   return std::string(gnss::name(s.id.system));
 }
 
-/// "GPS-IIF", "BeiDou-2&BeiDou-GEO"; the system where blocks are not told apart.
+/// "GPS-IIF", "BeiDou-2&BeiDou-GEO"; the system where blocks are not distinguished.
 std::string block_of(const SatelliteLevel& s) {
   std::string block(gnss::block_of(s.id, s.time));
   for (const char* orbit : {"BeiDou-GEO", "BeiDou-IGSO", "BeiDou-MEO"}) {
@@ -218,7 +218,7 @@ void add_slope(const Groups& groups, Levels& levels) {
 }
 
 /// Takes off what one recording's reference system lies beside the mean of all: another car, antenna or cable
-/// is no spread between satellites. Notes tell of it.
+/// is no spread between satellites. Notes report it.
 std::vector<SatelliteLevel> without_drives(std::span<const SatelliteLevel> satellites,
                                            std::span<const std::string> drives, Levels& levels) {
   std::vector<SatelliteLevel> result(satellites.begin(), satellites.end());
@@ -293,11 +293,11 @@ void add_satellite_levels(std::span<const SatelliteLevel> of_drives, std::span<c
   // Others beside the reference.
   Estimate offsets{"signal.offset_db", "dB", "", "", "", "", Verdict::Agrees, ""};
   gnss::GroupValues after = signal.offset_db;
-  std::vector<std::string> told;
+  std::vector<std::string> offset_texts;
   const auto add = [&](const std::string& group, double difference, double error, std::size_t n) {
     const auto was = signal.offset_db.find(group);
     const double before = was != signal.offset_db.end() ? was->second : 0;
-    told.push_back(fmt::format("{} {} ({})", group, plus_minus(before + difference, error), n));
+    offset_texts.push_back(fmt::format("{} {} ({})", group, plus_minus(before + difference, error), n));
     if (std::abs(difference) < 2 * error) return;
     after[group] = std::stod(rounded(before + difference, error));
     offsets.verdict = Verdict::Fitted;
@@ -313,7 +313,7 @@ void add_satellite_levels(std::span<const SatelliteLevel> of_drives, std::span<c
   for (const auto& [group, level] : further_levels(satellites)) {
     if (level.n >= 2) add(group, level.value, std::sqrt(level.variance), level.n);
   }
-  if (!told.empty()) {
+  if (!offset_texts.empty()) {
     const auto text_of = [](const gnss::GroupValues& values) {
       std::vector<std::string> items;
       for (const auto& [group, value] : values)
@@ -322,7 +322,7 @@ void add_satellite_levels(std::span<const SatelliteLevel> of_drives, std::span<c
     };
     offsets.before = text_of(signal.offset_db);
     offsets.after = text_of(after);
-    offsets.told = fmt::format("{}", fmt::join(told, ", "));
+    offsets.told = fmt::format("{}", fmt::join(offset_texts, ", "));
     offsets.basis = fmt::format("levels beside {}, satellites in brackets", reference);
     if (offsets.verdict == Verdict::Fitted) levels.values[offsets.key] = offsets.after;
     levels.estimates.push_back(offsets);

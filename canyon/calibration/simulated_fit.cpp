@@ -52,7 +52,7 @@ class Simulator {
       compare.threads = options_.threads;
       compare.leave_out = drives_[d].leave_out;
       compare.position_filter = !drive.recording.own_fixes.empty();
-      compare.progress = [this](std::size_t, std::size_t) { tell(); };
+      compare.progress = [this](std::size_t, std::size_t) { report_progress(); };
       const validation::Comparison comparison = validation::compare(
           drive.recording, receiver, environment(d, strong_share), drive.registration, drive.seed, compare);
       FixErrors fixes;
@@ -69,7 +69,7 @@ class Simulator {
   void expect(std::size_t runs) { expected_ = std::max(expected_, done_ + runs); }
 
  private:
-  void tell() const {
+  void report_progress() const {
     if (options_.progress) options_.progress("simulating receivers", done_, std::max(expected_, done_ + 1));
   }
   const simulation::Environment& environment(std::size_t d, double strong_share) {
@@ -204,7 +204,7 @@ std::vector<Row> rows_of(std::span<const FitDrive> drives, bool environment) {
   return rows;
 }
 
-std::string told_of(const Parameter& p, double x, double sigma) {
+std::string rounded_value(const Parameter& p, double x, double sigma) {
   const double value = p.value(x);
   return rounded(value, 0.5 * (p.value(x + sigma) - p.value(x - sigma)));
 }
@@ -242,8 +242,7 @@ Solution solve(const Problem& problem, int iterations) {
   optimiser.minimize(s.x);
   work.df(s.x, s.jacobian);
   const auto rows = static_cast<Eigen::Index>(problem.rows().size());
-  // By the median: moments that no value brings about are told by themselves, and count little by Huber's
-  // function.
+  // By the median: moments that no value reproduces stand out, and count little by Huber's function.
   const VectorXd residuals = problem.plain(s.x).cwiseAbs();
   const double middle =
       *median(std::span<const double>(residuals.data(), static_cast<std::size_t>(residuals.size())));
@@ -280,7 +279,7 @@ Estimate conclude(const Problem& problem, const Solution& s, Eigen::Index i) {
     return e;
   }
   const double deviation = 0.5 * (p.value(s.x[i] + s.sigma[i]) - p.value(s.x[i] - s.sigma[i]));
-  e.told = told_of(p, s.x[i], s.sigma[i]);
+  e.told = rounded_value(p, s.x[i], s.sigma[i]);
   e.interval = fmt::format("{} to {}", rounded(p.value(s.x[i] - 2 * s.sigma[i]), deviation),
                            rounded(p.value(s.x[i] + 2 * s.sigma[i]), deviation));
   e.verdict = std::abs(s.x[i]) > 2 * s.sigma[i] ? Verdict::Fitted : Verdict::Agrees;

@@ -58,8 +58,8 @@ void visit(options::Visitor& v, FacadeOptions& o);
 
 /// Draws one facade type for each building and gives its material to the building's walls: the triangles of
 /// Surface::Building steeper than 60 deg. Roofs, floors, ground, foliage and vehicles stay. A building is an
-/// object; where all buildings are one object it is each of that object's connected parts. The draw hangs on
-/// the seed and the object's name alone, and where names repeat on the number among equal ones, so that a
+/// object; where all buildings are one object it is each of that object's connected parts. The draw depends
+/// on the seed and the object's name alone, and where names repeat on the number among equal ones, so that a
 /// building has its facade whatever stands beside it.
 /// @param keep_named walls whose material is not Unknown stay
 /// @return "facades drawn: 62 coated_glass, 38 concrete; 3 of 103 buildings keep theirs", empty where nothing

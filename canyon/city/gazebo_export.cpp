@@ -236,7 +236,7 @@ void check_city(const std::filesystem::path& path, const City& city) {
   if (city.mesh.triangles.empty()) throw InputError(path, 0, "the city has no triangle to write");
 }
 
-/// Faults inside the temporary folder are told of the folder that was asked for.
+/// Errors inside the temporary folder name the folder that was asked for.
 template <typename Call>
 void in_name_of(const std::filesystem::path& folder, const Call& call) {
   try {

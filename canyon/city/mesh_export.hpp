@@ -11,7 +11,7 @@ namespace canyon::city {
 /// read_mesh_city() finds the same triangles, objects, surfaces and materials again, corners within 1 mm up
 /// to 8 km from the origin (mesh files are read in single precision; .glb keeps that farther out, its nodes
 /// have middles of their own). OBJ and COLLADA hold micrometres, Z up; glTF is Y up as its standard asks. The
-/// origin stands in glTF's asset extras and in comments of the others; whoever reads the file says it again
+/// origin stands in glTF's asset extras and in comments of the others; the reader of the file gives it again
 /// (MeshImportOptions::origin). How names and surfaces are written: mesh_marks.hpp. Objects without triangles
 /// are left out. The same city gives the same bytes. Whole or not at all. Part of canyon::io. Throws
 /// InputError for another ending, for a city without a triangle, or where nothing can be written.

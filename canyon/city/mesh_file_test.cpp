@@ -588,8 +588,8 @@ TEST_F(MeshFile, BadOptions) {
   EXPECT_THAT(error_of(path, options), HasSubstr("city origin"));
 }
 
-// Judged by an independent reader of the COLLADA arrays (Python's re and float over <float_array> and <p>, no
-// library): 4,018 triangles of "Terrain" and 18,446 of the buildings, of which 1,150 have no area and 494
+// Checked by an independent reader of the COLLADA arrays (Python's re and float over <float_array> and <p>,
+// no library): 4,018 triangles of "Terrain" and 18,446 of the buildings, of which 1,150 have no area and 494
 // welded components remain; x -613.338 to 613.281, y -723.5918 to 723.616, z 0 to 274. The file's own
 // orientation is right (every component encloses a positive volume), so nothing is turned.
 TEST(HongKong, MatchesAnIndependentReader) {

@@ -8,7 +8,7 @@
 
 namespace canyon::city {
 
-/// Triangles as vertex indices. The functions below tell how they are connected.
+/// Triangles as vertex indices. The functions below find how they are connected.
 using TriangleIndices = std::vector<std::array<std::uint32_t, 3>>;
 
 /// Area below 1e-8 m^2, or not a number: nothing that a ray can hit. Vertices in metres.
@@ -27,7 +27,7 @@ void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangl
 struct Orientation {
   bool closed = false;     ///< no boundary but in the horizontal plane of its lowest vertex (a missing floor)
   bool manifold = true;    ///< no edge has more than two triangles
-  bool orientable = true;  ///< its sides can be told apart; parts where they cannot are left as they were
+  bool orientable = true;  ///< its two sides are distinct; parts where they are not are left unchanged
   std::size_t turned = 0;  ///< triangles turned
   double volume_m3 = 0;    ///< enclosed, after turning; meaningful when closed
 };

@@ -6,7 +6,7 @@
 namespace canyon::disturbance {
 namespace {
 
-// Closer places tell jitter for a direction.
+// Between closer places the direction is jitter.
 constexpr double kStep_m = 3;
 // The direction is that of the chord this far to both sides.
 constexpr double kChord_m = 5;

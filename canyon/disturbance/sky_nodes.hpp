@@ -11,7 +11,7 @@
 namespace canyon::disturbance {
 
 /// Normal numbers over the sky that are alike in directions close to each other: those of nodes all over it,
-/// blended. Whoever asks for a direction gets the same number, whatever else is asked for.
+/// blended. A direction has the same number, whatever other directions are requested.
 ///
 /// Nodes lie on a Fibonacci lattice, 1.1 `angle` apart. A direction at the angle g from a node has it with
 /// the weight exp(-2 (1 - cos g) / angle^2), and all weights of a direction have unit norm, so that

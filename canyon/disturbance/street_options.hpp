@@ -45,7 +45,7 @@ struct StreetOptions {
   std::optional<double> speed_mps;  ///< where nothing is in the way, (0, 50]; empty: by class
   double cycle_s = 90;              ///< of traffic lights, [1, 1000]
   double red_s = 40;                ///< of each cycle, [0, cycle_s]
-  /// Of each side, by class and region where empty: crowns, signs that hang over the road, awnings; and
+  /// Of each side, by class and region where empty: crowns, signs above the road, awnings; and
   /// footbridges across; [0, 200], footbridges [0, 20].
   std::optional<double> trees_per_km, signs_per_km, awnings_per_km, footbridges_per_km;
   /// Of the trajectory's point over the road [m], [0, 1000]; empty: height_above_terrain_m of the trajectory,

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-// What the files that speak to Cairo share. Private to canyon/drawing.
+// What the files that call Cairo share. Private to canyon/drawing.
 
 namespace canyon::drawing {
 

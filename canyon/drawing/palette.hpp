@@ -27,7 +27,7 @@ struct Colour {
 /// even in lightness, readable by colour-blind people and in grey.
 [[nodiscard]] Colour viridis(double t);
 
-/// Okabe and Ito's palette (Color Universal Design, 2008) for things that are told apart by kind.
+/// Okabe and Ito's palette (Color Universal Design, 2008) for things that differ by kind.
 inline constexpr Colour kBlack = rgb(0x000000), kOrange = rgb(0xE69F00), kSkyBlue = rgb(0x56B4E9),
                         kGreen = rgb(0x009E73), kBlue = rgb(0x0072B2), kVermilion = rgb(0xD55E00),
                         kPurple = rgb(0xCC79A7);

@@ -33,7 +33,7 @@ struct Plot {
   void draw_note(Canvas& canvas, const std::string& note) const;
 };
 
-/// Marks that differ by shape, so that they are told apart in grey as well.
+/// Marks that differ by shape, so that they are distinct in grey as well.
 enum class Mark { Disc, Ring, Square, Diamond, Triangle, Cross };
 /// @param radius of a disc of about the same weight
 void draw_mark(Canvas& canvas, const Point& at, Mark mark, double radius, const Colour& colour);

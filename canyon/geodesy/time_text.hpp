@@ -8,7 +8,7 @@
 namespace canyon::geodesy {
 
 /// Whether a text that parse_time() reads says which clock it shows: Z, UTC, GPST or an offset from UTC. A
-/// time without any of them is taken as UTC, and whoever wrote it may have meant local time.
+/// time without any of them is taken as UTC, although it may be meant as local time.
 [[nodiscard]] bool names_time_scale(std::string_view text);
 
 /// parse_time() of an instant that can be simulated, recorded and written to files: GPS weeks 0 to 9999,

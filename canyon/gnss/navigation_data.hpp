@@ -79,7 +79,7 @@ struct SbasEphemeris {
 /// Room for the signals of one system; the tables of signals.cpp assert that they have it.
 inline constexpr std::size_t kMostSignals = 8;
 
-/// Group delays that a newer message tells of signals [s], in the order of signals_of(); NaN: left blank;
+/// Group delays that a newer message gives for signals [s], in the order of signals_of(); NaN: left blank;
 /// infinity: no such field. GPS, QZSS CNAV, CNAV-2: TGD less inter-signal correction
 /// (IS-GPS-200 30.3.3.3.1.1, IS-GPS-705 20.3.3.3.1.2, IS-GPS-800 3.5.3.9); BeiDou B-CNAV1 and 2: TGD of the
 /// pilots of B1C and B2a (BDS-SIS-ICD-B1C-1.0 7.6.2), B-CNAV3: of B2b's I component (BDS-SIS-ICD-B2b-1.0).

@@ -48,7 +48,7 @@ bool all_names(std::string_view group, const Each& each) {
 
 /// Faults that `check` finds, at the field's place in the text that is read.
 template <class Check>
-void judge(const options::Visitor& v, const options::Field& field, const Check& check) {
+void run_check(const options::Visitor& v, const options::Field& field, const Check& check) {
   if (!v.reads()) return;
   try {
     check();
@@ -101,12 +101,12 @@ void check_signals(const std::vector<std::string>& names) {
 
 void visit_signals(options::Visitor& v, const options::Field& field, std::vector<std::string>& names) {
   v.texts(field, names);
-  judge(v, field, [&] { check_signals(names); });
+  run_check(v, field, [&] { check_signals(names); });
 }
 
 void visit_groups(options::Visitor& v, const options::Field& field, std::vector<std::string>& groups) {
   v.texts(field, groups);
-  judge(v, field, [&] {
+  run_check(v, field, [&] {
     for (const std::string& group : groups) check_group(group);
   });
 }
@@ -114,7 +114,7 @@ void visit_groups(options::Visitor& v, const options::Field& field, std::vector<
 void visit_group_values(options::Visitor& v, const options::Field& field, GroupValues& values,
                         const options::Range& range) {
   v.named_numbers(field, values, range, "GROUP=NUMBER");
-  judge(v, field, [&] {
+  run_check(v, field, [&] {
     for (const auto& [group, value] : values) check_group(group);
   });
 }

@@ -53,7 +53,7 @@ constexpr Signal kGalileo[]{
 };
 // BDS-SIS-ICD-B1I-3.0, B1C-1.0 (MEO; the pilot's QMBOC has the correlation of TMBOC's power shares nearly),
 // B2I of 2.1, B2a-1.0 (MEO), B3I-1.0, B2b-1.0 (MEO; not of geostationary satellites). TGD2 of BeiDou-3 is not
-// B2b's: B-CNAV3 alone tells that.
+// B2b's: B-CNAV3 alone gives that.
 constexpr Signal kBeiDou[]{
     {System::BeiDou, "B1I", "2I", "1I 2X 2Q", 1561.098e6, 0, BPSK, 2.046e6, -163, BeiDou2 | BeiDou3, Tgd1, 2,
      0, 1},

@@ -76,7 +76,7 @@ struct Signal {
   std::int8_t ubx = -1;
   std::int8_t ubx_geo = -1;  ///< of geostationary BeiDou satellites (D2), where that differs
   /// Between the lines of its spectrum [Hz]: of a code that repeats once in 1 / line_hz and has no secondary
-  /// code. 0: closer than an integration tells apart.
+  /// code. 0: closer than an integration resolves.
   double line_hz = 0;
 };
 
@@ -87,7 +87,7 @@ inline constexpr double kL1_hz = 1575.42e6;
 [[nodiscard]] std::span<const Signal> signals_of(System system);
 /// Place among signals_of() its system.
 [[nodiscard]] std::size_t index_of(const Signal& signal);
-/// Carrier [Hz] of a satellite whose carrier near L1 is `l1_carrier_hz`, which tells the channel of GLONASS.
+/// Carrier [Hz] of a satellite whose carrier near L1 is `l1_carrier_hz`, which gives the channel of GLONASS.
 [[nodiscard]] double carrier_hz(const Signal& signal, double l1_carrier_hz);
 
 /// Whether a satellite sends a signal at a time: its block is of Signal::sent_by. A satellite that the table
@@ -110,7 +110,7 @@ inline constexpr double kL1_hz = 1575.42e6;
 ///     (IS-GPS-200 20.3.3.3.3.2);
 ///   Galileo: from BGD(E1,E5a) and BGD(E1,E5b) for the clock of F/NAV or I/NAV (OS SIS ICD 5.1.5);
 ///   BeiDou: clock of B3I, TGD1 at B1I and B1C, TGD2 at B2I and B2a (BDS-SIS-ICD-B1I 5.2.4.10).
-/// Where newer messages tell a signal's own (SignalDelays), that holds instead.
+/// Where newer messages give a signal's own delay (SignalDelays), that holds instead.
 /// @param fnav Galileo: the message's clock is that of F/NAV
 [[nodiscard]] std::array<double, kMostSignals> group_delays_s(const KeplerEphemeris& ephemeris, bool fnav);
 

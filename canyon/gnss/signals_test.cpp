@@ -216,7 +216,7 @@ TEST(GroupDelays, CancelInThePairThatTheClockBelongsTo) {
   EXPECT_EQ(fnav[0], 4e-9);
   EXPECT_NEAR(ionosphere_free(e1, inav[0], e5b, inav[2]), 0, 1e-20);
   EXPECT_NEAR(ionosphere_free(e1, fnav[0], e5a, fnav[1]), 0, 1e-20);
-  // What lies between two signals is the satellite's, whichever clock tells it.
+  // The difference of two signals is the satellite's, whichever message's clock gives it.
   EXPECT_NEAR(inav[1] - inav[0], fnav[1] - fnav[0], 1e-20);
   EXPECT_NEAR(inav[2] - inav[0], fnav[2] - fnav[0], 1e-20);
 

@@ -33,7 +33,7 @@ class Commands {
 
   /// Answers a line; never throws.
   [[nodiscard]] std::string answer(std::string_view line);
-  /// The latest epoch of a receiver, for those who ask.
+  /// The latest epoch of a receiver, for status requests.
   void keep(const simulation::Epoch& epoch);
   /// Somebody asked for the end of the run.
   [[nodiscard]] bool stopped() const;

@@ -155,7 +155,7 @@ class MavlinkPoses final : public PoseDecoder {
     PoseReport report = begin(sender, std::nullopt);
     place(report, m.kName, m.latitude_deg(), m.longitude_deg(), m.altitude_m);
     report.attitude = attitude(m.ned_from_frd);
-    // Simulators that leave the quaternion out tell angles.
+    // Simulators that leave the quaternion out send angles.
     if (!report.attitude) report.attitude = attitude(m.roll_pitch_yaw_rad);
     report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
     report.rates_body_radps = flu_from_frd() * m.rates_frd_radps;
@@ -195,7 +195,7 @@ class MavlinkPoses final : public PoseDecoder {
     report.position_m = world * m.position_m;
     report.attitude = attitude(m.frame_from_body, world, body);
     if (!m.velocity_mps.allFinite()) {
-      // Not told.
+      // Not given.
     } else if (!body_frd) {
       report.velocity_mps = enu_from(*child_ned ? WorldAxes::NED : WorldAxes::ENU) * m.velocity_mps;
     } else if (report.attitude) {

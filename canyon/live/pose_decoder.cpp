@@ -53,15 +53,15 @@ class Complaints {
   std::string latest_;
 };
 
-/// A vector of a told value's own axes turned to ours.
+/// Turns vectors from the sender's axes to ours.
 class Axes {
  public:
   explicit Axes(const simulation::PoseSourceOptions& options)
       : ned_(options.axes == WorldAxes::NED), world_(enu_from(options.axes)), body_(flu_from(options.body)) {}
-  [[nodiscard]] Vector3d local(const Vector3d& told) const { return world_ * told; }
-  [[nodiscard]] Vector3d body(const Vector3d& told) const { return body_ * told; }
-  [[nodiscard]] Quaterniond attitude(const Quaterniond& told) const {
-    return Quaterniond(world_ * told.normalized().toRotationMatrix() * body_.transpose());
+  [[nodiscard]] Vector3d local(const Vector3d& given) const { return world_ * given; }
+  [[nodiscard]] Vector3d body(const Vector3d& given) const { return body_ * given; }
+  [[nodiscard]] Quaterniond attitude(const Quaterniond& given) const {
+    return Quaterniond(world_ * given.normalized().toRotationMatrix() * body_.transpose());
   }
   /// @param yaw_rad from the first axis: of ENU counter-clockwise, of NED clockwise
   [[nodiscard]] Quaterniond level(double yaw_rad) const {

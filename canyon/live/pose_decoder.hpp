@@ -13,12 +13,12 @@
 
 namespace canyon::live {
 
-/// A pose as somebody told it, turned to ENU axes of its local frame and FLU axes of the body.
+/// A received pose, turned to ENU axes of its local frame and FLU axes of the body.
 struct PoseReport {
-  std::string id;                                   ///< of the vehicle; empty: not told
+  std::string id;                                   ///< of the vehicle; empty: not given
   std::optional<double> stamp_s;                    ///< of the sender's clock
   std::optional<Eigen::Vector3d> position_m;        ///< in a local frame; or
-  std::optional<geodesy::Geodetic> place;           ///< on the Earth, heights as told
+  std::optional<geodesy::Geodetic> place;           ///< on the Earth, heights as sent
   std::optional<Eigen::Quaterniond> attitude;       ///< local from body
   std::optional<Eigen::Vector3d> velocity_mps;      ///< local axes
   std::optional<Eigen::Vector3d> rates_body_radps;  ///< about the body's axes
@@ -51,7 +51,7 @@ inline constexpr std::size_t kBinarySize = 88;
 /// Longest JSON line; longer ones are passed over.
 inline constexpr std::size_t kLongestLine = 4096;
 
-/// Local ENU from what is told in `axes`, FLU likewise.
+/// Rotates vectors given in `axes` to local ENU, or to FLU.
 [[nodiscard]] Eigen::Matrix3d enu_from(simulation::WorldAxes axes);
 [[nodiscard]] Eigen::Matrix3d flu_from(simulation::BodyAxes axes);
 

@@ -48,7 +48,7 @@ void expect_near(const Vector3d& actual, const Vector3d& expected, double tolera
       << actual.transpose() << ", expected " << expected.transpose();
 }
 
-// A vehicle whose forward axis points along (3, 2, 1) of the axes told, rolled by 0.4: no symmetry. Its axes
+// A vehicle whose forward axis points along (3, 2, 1) of the axes given, rolled by 0.4: no symmetry. Its axes
 // in the world are what an attitude is for.
 Quaterniond skew() {
   return Quaterniond(AngleAxisd(0.6, Vector3d::UnitZ()) * AngleAxisd(-0.3, Vector3d::UnitY()) *
@@ -188,14 +188,14 @@ std::string frame(const mavlink::Message& message, std::uint8_t system = 1) {
   return mavlink::encode(message, 0, {system, 1});
 }
 
-mavlink::Quaternion told(const Quaterniond& q) {
+mavlink::Quaternion to_mavlink(const Quaterniond& q) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
 TEST(MavlinkPoses, ComeInTheirOwnFrames) {
   const auto decoder = make_decoder(options(PoseFormat::MAVLink));
   mavlink::SimState sim;
-  sim.ned_from_frd = told(skew());
+  sim.ned_from_frd = to_mavlink(skew());
   sim.fine_latitude_deg = 22.3;
   sim.fine_longitude_deg = 114.2;
   sim.altitude_m = 30;
@@ -203,7 +203,7 @@ TEST(MavlinkPoses, ComeInTheirOwnFrames) {
   sim.rates_frd_radps = {0.1, 0.2, 0.3};
   mavlink::AttPosMocap mocap;
   mocap.time_us = 5'000'000;
-  mocap.ned_from_frd = told(skew());
+  mocap.ned_from_frd = to_mavlink(skew());
   mocap.position_ned_m = {1, 2, -3};
   mavlink::VisionPositionEstimate vision;
   vision.position_ned_m = {1, 2, -3};
@@ -227,12 +227,12 @@ TEST(MavlinkPoses, ComeInTheirOwnFrames) {
   expect_near(*reports[2].position_m, {2, 1, 3});
 }
 
-// As PX4 and ArduPilot tell a vehicle that stands: without times, several messages read at once.
+// As PX4 and ArduPilot send a vehicle that stands: without times, several messages read at once.
 TEST(MavlinkPoses, WithoutTimesAVehicleMayStand) {
   const geodesy::LocalFrame frame_of_city(geodesy::Geodetic::from_degrees(22.3, 114.2, 0));
   PoseSource source(options(PoseFormat::MAVLink), frame_of_city);
   mavlink::HilStateQuaternion state;
-  state.ned_from_frd = told(skew());
+  state.ned_from_frd = to_mavlink(skew());
   state.latitude_deg = 22.3;
   state.longitude_deg = 114.2;
   std::string reason;
@@ -249,7 +249,7 @@ TEST(MavlinkPoses, OdometrySaysItsFrames) {
   const auto decoder = make_decoder(options(PoseFormat::MAVLink));
   mavlink::Odometry m;
   m.position_m = {1, 2, -3};
-  m.frame_from_body = told(skew());
+  m.frame_from_body = to_mavlink(skew());
   m.velocity_mps = {4, 5, -6};
   m.rates_radps = {0.1, 0.2, 0.3};
   const auto enu = [](const Vector3d& ned) { return Vector3d(ned.y(), ned.x(), -ned.z()); };
@@ -271,7 +271,7 @@ TEST(MavlinkPoses, OdometrySaysItsFrames) {
 
 TEST(MavlinkPoses, EstimatesAreTakenOnlyWhereTheyAreNamed) {
   mavlink::AttitudeQuaternion attitude;
-  attitude.ned_from_frd = told(skew());
+  attitude.ned_from_frd = to_mavlink(skew());
   mavlink::LocalPositionNed position;
   position.boot_s = 12.5;
   position.position_ned_m = {1, 2, -3};

@@ -20,41 +20,41 @@ PoseSource::PoseSource(const simulation::PoseSourceOptions& options, const geode
 
 std::optional<simulation::ToldPose> PoseSource::in_city(const PoseReport& report, double now_s) {
   if (!options_.id.empty() && report.id != options_.id) return std::nullopt;
-  simulation::ToldPose told;
-  told.stamp_s = report.stamp_s.value_or(now_s);
+  simulation::ToldPose sent;
+  sent.stamp_s = report.stamp_s.value_or(now_s);
   Eigen::Matrix3d turn;
   double scale = 1;
   if (report.place) {
     if (!std::isfinite(report.place->height_m)) {
-      told.pose.position_m.setConstant(report.place->height_m);
-      return told;
+      sent.pose.position_m.setConstant(report.place->height_m);
+      return sent;
     }
-    told.pose.position_m = frame_.local_from_geodetic(*report.place);
+    sent.pose.position_m = frame_.local_from_geodetic(*report.place);
     turn = frame_.ecef_from_local_rotation().transpose() *
            geodesy::enu_from_ecef_rotation(*report.place).transpose();
   } else {
     turn = Eigen::AngleAxisd(options_.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
     scale = options_.scale;
-    told.pose.position_m = options_.origin_enu_m + turn * (scale * *report.position_m);
+    sent.pose.position_m = options_.origin_enu_m + turn * (scale * *report.position_m);
   }
-  if (report.velocity_mps) told.linear_velocity = turn * (scale * *report.velocity_mps);
+  if (report.velocity_mps) sent.linear_velocity = turn * (scale * *report.velocity_mps);
   if (report.attitude) {
-    told.pose.attitude = Quaterniond(turn) * *report.attitude;
-    if (report.rates_body_radps) told.angular_velocity = told.pose.attitude * *report.rates_body_radps;
-    return told;
+    sent.pose.attitude = Quaterniond(turn) * *report.attitude;
+    if (report.rates_body_radps) sent.angular_velocity = sent.pose.attitude * *report.rates_body_radps;
+    return sent;
   }
-  // A vehicle that does not tell its attitude looks where it goes.
-  Vector3d velocity = told.linear_velocity.value_or(Vector3d::Zero());
-  if (!told.linear_velocity && before_ && told.stamp_s > before_->first) {
-    velocity = (told.pose.position_m - before_->second) / (told.stamp_s - before_->first);
+  // A vehicle that sends no attitude looks where it goes.
+  Vector3d velocity = sent.linear_velocity.value_or(Vector3d::Zero());
+  if (!sent.linear_velocity && before_ && sent.stamp_s > before_->first) {
+    velocity = (sent.pose.position_m - before_->second) / (sent.stamp_s - before_->first);
   }
-  before_ = {told.stamp_s, told.pose.position_m};
+  before_ = {sent.stamp_s, sent.pose.position_m};
   if (velocity.head<2>().norm() >= simulation::Trajectory::kStandstill_mps) {
     attitude_ = Eigen::AngleAxisd(std::atan2(velocity.y(), velocity.x()), Vector3d::UnitZ());
   }
-  told.pose.attitude = attitude_;
-  told.angular_velocity = Vector3d::Zero();
-  return told;
+  sent.pose.attitude = attitude_;
+  sent.angular_velocity = Vector3d::Zero();
+  return sent;
 }
 
 void PoseSource::receive(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
@@ -91,10 +91,10 @@ void PoseSource::receive_log(std::string_view bytes, std::optional<double>& firs
       ++not_finite_;
       return;
     }
-    const auto told = in_city(report, now_s);
-    if (!told) return;
+    const auto sent = in_city(report, now_s);
+    if (!sent) return;
     const auto now_ns = static_cast<std::int64_t>(std::llround(now_s * 1e9));
-    if (track_.add(*told, now_ns) != simulation::PoseTrack::Taken::Yes) {
+    if (track_.add(*sent, now_ns) != simulation::PoseTrack::Taken::Yes) {
       ++old_;
       return;
     }

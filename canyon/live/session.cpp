@@ -312,7 +312,7 @@ Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const Run
     impl.serve();
     const std::int64_t now = impl.now_ns();
     for (Vehicle& vehicle : impl.vehicles) {
-      // By stamps, those that are heard of are due when a pose is.
+      // By stamps, vehicles with a link are due when their pose arrives.
       if (impl.by_stamps() && vehicle.link) continue;
       impl.gather(vehicle, now);
     }

@@ -25,7 +25,7 @@ using simulation::Epoch;
 using simulation::Scenario;
 using ::testing::HasSubstr;
 
-/// Keeps epochs without what they lend.
+/// Keeps epochs without what they point to.
 class Kept final : public simulation::EpochSink {
  public:
   void write(const Epoch& epoch) override {

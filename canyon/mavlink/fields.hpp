@@ -12,7 +12,7 @@
 
 namespace canyon::mavlink {
 
-/// Types of fields on the wire, with the names that CRC_EXTRA hangs on.
+/// Types of fields on the wire, with the names that CRC_EXTRA depends on.
 enum class Wire : std::uint8_t { U8, I8, U16, I16, U32, I32, U64, F32 };
 [[nodiscard]] std::size_t size_of(Wire type);
 [[nodiscard]] std::string_view name_of(Wire type);

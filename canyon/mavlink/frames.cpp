@@ -151,7 +151,7 @@ struct Header {
 };
 
 /// Empty where no frame that can be read begins here.
-/// @param more set where further bytes are needed to tell
+/// @param more set where further bytes are needed to decide
 std::optional<Header> header(std::string_view bytes, bool& more) {
   const bool second = bytes[0] == kMagic2;
   const std::size_t header_bytes = second ? kHeader2 : kHeader1;

@@ -14,7 +14,7 @@
 
 namespace canyon::mavlink {
 
-/// What frames hang on beyond their contents, as it follows from the fields of a message.
+/// What frames depend on beyond their contents; it follows from the fields of a message.
 struct Layout {
   std::uint32_t id = 0;
   std::string_view name;

@@ -72,13 +72,13 @@ void check(Version version) {
     if (version == Version::V1 && layouts()[message.index()].id > 255) continue;
     bytes += encode(message, sequence++, {42, 191}, version);
   }
-  const test::Judgement judged = test::judge_mavlink(bytes);
+  const test::Judgement theirs = test::judge_mavlink(bytes);
   std::size_t at = 0;
   for (Message& message : sent) {
     const Layout& layout = layouts()[message.index()];
     if (version == Version::V1 && layout.id > 255) continue;
-    ASSERT_LT(at, judged.messages.size()) << layout.name;
-    const test::JudgedMessage& seen = judged.messages[at];
+    ASSERT_LT(at, theirs.messages.size()) << layout.name;
+    const test::JudgedMessage& seen = theirs.messages[at];
     EXPECT_EQ(seen.name, layout.name);
     EXPECT_EQ(seen.version, version == Version::V1 ? "V1" : "V2");
     EXPECT_EQ(seen.system, 42);
@@ -87,7 +87,7 @@ void check(Version version) {
     for_each_element(message, [&](const Field& field, std::size_t i, std::size_t k, auto&) {
       const auto found = seen.fields.find(std::string(field.name));
       if (found == seen.fields.end()) {
-        EXPECT_TRUE(field.extension) << layout.name << ' ' << field.name;  // newer than the judge
+        EXPECT_TRUE(field.extension) << layout.name << ' ' << field.name;  // newer than the reference
         return;
       }
       ASSERT_LT(i, found->second.size()) << layout.name << ' ' << field.name;
@@ -96,9 +96,9 @@ void check(Version version) {
     });
     ++at;
   }
-  EXPECT_EQ(judged.messages.size(), at);
+  EXPECT_EQ(theirs.messages.size(), at);
 
-  // And back: frames that the judge made of what it had read.
+  // And back: frames that node-mavlink made of what it had read.
   std::vector<Frame> back;
   Parser parser;
   parser.receive(judged.again, [&](const Frame& frame) { back.push_back(frame); });
@@ -107,7 +107,7 @@ void check(Version version) {
   for (std::size_t j = 0; j < back.size(); ++j) {
     for_each_element(back[j].message, [&](const Field& field, std::size_t, std::size_t k, auto& value) {
       const bool absent = field.extension && (version == Version::V1 ||
-                                              judged.messages[j].fields.count(std::string(field.name)) == 0);
+                                              theirs.messages[j].fields.count(std::string(field.name)) == 0);
       using Value = std::remove_reference_t<decltype(value)>;
       if (absent) return;
       if constexpr (std::is_same_v<Value, double>) {

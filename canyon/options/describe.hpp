@@ -72,8 +72,8 @@ template <typename Options>
 [[nodiscard]] std::string markdown(const std::vector<Key>& keys);
 /// The same for a terminal, a line a key.
 [[nodiscard]] std::string plain_text(const std::vector<Key>& keys);
-/// JSON Schema, draft 7, of the texts that a reader of these keys takes. What depends on other keys or on
-/// files it does not judge.
+/// JSON Schema, draft 7, of the texts that a reader of these keys takes. It does not check what depends on
+/// other keys or on files.
 [[nodiscard]] std::string json_schema(const Description& description, std::string_view title);
 
 }  // namespace canyon::options

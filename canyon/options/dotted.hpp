@@ -5,7 +5,7 @@
 #include "canyon/options/node.hpp"
 #include "canyon/options/visitor.hpp"
 
-// Settings as lines "section.key: value", which stand alone: what somebody asks for or changes by the piece.
+// Settings as lines "section.key: value", which stand alone: one line gives or changes one setting.
 
 namespace canyon::options {
 

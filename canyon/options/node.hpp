@@ -11,7 +11,7 @@
 
 namespace canyon::options {
 
-/// Settings as somebody wrote them, whatever the language: a tree of texts with lines. parse_yaml() makes one
+/// Settings as written, whatever the language: a tree of texts with lines. parse_yaml() makes one
 /// of YAML; a host makes one of its own settings (SDF elements, parameters).
 struct Node {
   enum class Kind { Empty, Scalar, List, Mapping };
@@ -33,7 +33,7 @@ struct Node::Entry {
 };
 
 struct Place;
-/// What a Reader must know of the text around a tree. The functions let a host speak of its own language.
+/// What a Reader must know of the text around a tree. The functions let a host use its own terms.
 struct Document {
   std::filesystem::path file;             ///< names of files belong to its folder
   std::string kind = "scenario";          ///< what the text is, in messages

@@ -24,7 +24,7 @@ class Reader final : public Visitor {
   [[nodiscard]] bool is_section(std::string_view key) const override;
   [[nodiscard]] InputError fault(std::string_view key, std::string_view problem,
                                  std::string_view cure) const override;
-  /// Throws InputError for a key that is known and has no effect beside the others.
+  /// Throws InputError for a known key that has no effect beside the others.
   void finish() const;
 
  protected:

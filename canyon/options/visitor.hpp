@@ -74,7 +74,7 @@ class Value {
   [[nodiscard]] virtual std::string text() const = 0;
   /// The stored number itself where text() is of another unit.
   [[nodiscard]] virtual std::string exact() const { return text(); }
-  /// As people are told: text(), of angles both units.
+  /// For messages to users: text(), of angles both units.
   [[nodiscard]] virtual std::string told() const { return text(); }
   [[nodiscard]] virtual bool in_range() const { return true; }
   /// What must hold, to stand behind "it is" or "it must be"; empty: nothing.
@@ -170,7 +170,7 @@ class Visitor {
     fields();
     end();
   }
-  /// The fields of a struct below a key; a reader has its validate() judge what ranges cannot say.
+  /// The fields of a struct below a key; a reader calls its validate() for what ranges cannot check.
   template <typename Options>
   void part(std::string_view name, Options& options) {
     section(name, [&] {
@@ -178,7 +178,7 @@ class Visitor {
       judge(options);
     });
   }
-  /// Where a section was read: options.validate(), its fault told at the section.
+  /// Where a section was read: options.validate(), its error reported at the section.
   template <typename Options>
   void judge(const Options& options) {
     if constexpr (requires { options.validate(); }) {

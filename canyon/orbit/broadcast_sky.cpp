@@ -45,7 +45,7 @@ struct Series {
     entries.push_back(entry);
   }
 
-  // Among records of one toe only the newest message counts; the last one read where that does not tell.
+  // Among records of one toe only the newest message counts; the last one read where these are equal.
   void finish() {
     std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
       return std::tie(a.toe, a.transmission) < std::tie(b.toe, b.transmission);
@@ -94,10 +94,10 @@ struct Series {
 };
 
 /// Group delays that messages nearest in time say of single signals.
-void tell_delays(const std::vector<const gnss::SignalDelays*>& told, GpsTime t, SatelliteState& state) {
+void set_delays(const std::vector<const gnss::SignalDelays*>& delays, GpsTime t, SatelliteState& state) {
   // A satellite sends several messages, each of which has fields for some of its signals.
   std::array<const gnss::SignalDelays*, gnss::kMostSignals> nearest{};
-  for (const gnss::SignalDelays* each : told) {
+  for (const gnss::SignalDelays* each : delays) {
     for (std::size_t i = 0; i < nearest.size(); ++i) {
       if (std::isinf(each->group_delay_s[i])) continue;
       const bool nearer = nearest[i] == nullptr || std::abs(t - each->toc) < std::abs(t - nearest[i]->toc);
@@ -242,7 +242,7 @@ std::optional<SatelliteState> BroadcastSky::state(gnss::SatelliteId id, GpsTime 
   const Entry* entry = Index::choose(*satellite, t, options_.allow_stale).entry;
   if (entry == nullptr || (!entry->healthy && !options_.allow_unhealthy)) return std::nullopt;
   SatelliteState state = of_record(data_, id, *entry, [t](const auto& e) { return propagate(e, t); });
-  tell_delays(satellite->delays, t, state);
+  set_delays(satellite->delays, t, state);
   return state;
 }
 

@@ -1,5 +1,5 @@
-// RTKLIB 2.4.3 b34 as judge of the reader, the writer, the choice of records and the propagation. Debian's
-// build has every system in it (satno() is not 0 for any), so no system needs another judge.
+// RTKLIB 2.4.3 b34 as reference for the reader, the writer, the choice of records and the propagation.
+// Debian's build has every system in it (satno() is not 0 for any), so no system needs another reference.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

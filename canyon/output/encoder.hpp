@@ -36,8 +36,8 @@ struct ReceiverDescription {
   double elevation_mask_rad = 0;  ///< of its fix
 };
 
-/// `begin` and `interval_s` are the host's; the rest comes from the receiver and its sky. A fixed place is
-/// settled (FixedPlace::settle()).
+/// `begin` and `interval_s` are the host's; the rest comes from the receiver and its sky. A fixed place has
+/// its coordinates (FixedPlace::settle()).
 [[nodiscard]] ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver,
                                                     const orbit::Sky& sky,
                                                     const gnss::NavigationData& navigation,
@@ -49,7 +49,7 @@ struct ReceiverDescription {
 [[nodiscard]] ReceiverDescription describe_receiver(const simulation::Simulation& simulation,
                                                     std::size_t receiver);
 
-/// Epochs of one receiver in, bytes out. Knows nothing of where the bytes go.
+/// Epochs of one receiver in, bytes out. Does not depend on where the bytes go.
 class Encoder {
  public:
   using Correction = transport::Correction;
@@ -70,7 +70,7 @@ class Encoder {
   }
   /// The rate that the other end asked for since the last call, in use behind the answer [baud].
   [[nodiscard]] virtual std::optional<int> take_baud() { return std::nullopt; }
-  /// How the other end asked the receiver to begin anew since the last call. Whoever drives it has to do it.
+  /// How the other end asked the receiver to restart since the last call. The caller restarts it.
   [[nodiscard]] virtual std::optional<disturbance::RestartKind> take_restart() { return std::nullopt; }
 };
 

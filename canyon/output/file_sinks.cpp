@@ -41,7 +41,7 @@ std::string safe_name(const std::string& name) {
 }  // namespace
 
 std::vector<std::string> receiver_folder_names(const std::vector<std::string>& receiver_names) {
-  // Letters of either case count as one name: not every file system tells them apart.
+  // Letters of either case count as one name: not every file system distinguishes them.
   std::set<std::string> taken{"sky.nav"};
   std::vector<std::string> folders;
   for (const std::string& name : receiver_names) {

@@ -5,17 +5,17 @@
 
 namespace canyon::output {
 
-// What autopilots and ground stations are told of one epoch. Nothing but a position is a position: without a
-// fix latitude and longitude, which no MAVLink message can leave out, are 0 and the type is 1 (no fix).
+// Messages to autopilots and ground stations about one epoch. Without a fix the type is 1 (no fix), and
+// latitude and longitude, which no MAVLink message can leave out, are 0.
 // Altitudes are heights above the ellipsoid: there is no geoid model at hand. Satellites are those in the
 // fix.
 
 /// What ArduPilot reads with GPS1_TYPE 14. It goes on with the last velocity where a message says to ignore
-/// it: a fix without velocity is told as none.
+/// it: a fix without velocity is sent as no fix.
 [[nodiscard]] mavlink::GpsInput gps_input(const simulation::Epoch& epoch);
 
 /// What PX4 reads from simulators (TCP 4560), and with MAV_USEHILGPS. It takes the velocity of every message
-/// for measured: a fix without one is told as none.
+/// for measured: a fix without one is sent as no fix.
 [[nodiscard]] mavlink::HilGps hil_gps(const simulation::Epoch& epoch);
 
 /// What ground stations show of a vehicle's GPS. A fix without velocity has no speed and no course.

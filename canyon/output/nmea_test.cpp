@@ -315,7 +315,7 @@ TEST_F(GpsdDecode, ReadsTheSameSatellites) {
   {
     std::ofstream out(path, std::ios::binary);
     for (int i = 0; i < 4; ++i) {
-      // gpsd 3.22 ignores the system identifier of GSA and talker GQ, so GPS and GLONASS are judged.
+      // gpsd 3.22 ignores the system identifier of GSA and talker GQ, so GPS and GLONASS are checked.
       simulation::Epoch epoch =
           test::sample_signal_epoch(test::sample_time() + static_cast<double>(i), test::sample_time());
       auto& seen = epoch.observed;

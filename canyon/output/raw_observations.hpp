@@ -17,7 +17,7 @@ inline constexpr std::int64_t kTagStep_ns = 100;
 struct RawObservation {
   gnss::SatelliteId id;
   const gnss::Signal* signal = nullptr;                   ///< of gnss::signals_of()
-  const positioning::Measurement* measurement = nullptr;  ///< lent by the epoch
+  const positioning::Measurement* measurement = nullptr;  ///< points into the epoch
   double pseudorange_m = 0;
   /// Arcs begin within half a cycle of the pseudorange over the wavelength, as receivers have it, and never
   /// at 0, which readers take for a missing value.

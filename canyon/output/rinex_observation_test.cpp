@@ -112,7 +112,7 @@ void write(const std::filesystem::path& path, const std::vector<simulation::Epoc
   sink->finish();
 }
 
-// A receiver behind a rollover writes 1999, and the leap seconds that satellites tell today.
+// A receiver behind a rollover writes 1999, and the leap seconds that satellites send today.
 TEST(RinexObservation, HasTheDateThatTheReceiverBelieves) {
   const test::TemporaryFolder folder;
   std::vector<simulation::Epoch> epochs = sample_run();

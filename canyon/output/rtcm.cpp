@@ -65,14 +65,14 @@ std::string frame(const Bits& message) {
 
 Bits station(const Eigen::Vector3d& antenna_ecef) {
   Bits bits;
-  // DF003 station 0; DF021 year of the frame, not told; DF022 to DF024 it serves GPS, GLONASS, Galileo; DF141
-  // it is no computed one.
+  // DF003 station 0; DF021 year of the frame, not given; DF022 to DF024 it serves GPS, GLONASS, Galileo;
+  // DF141 it is no computed one.
   bits.put(1005, 12).put(0, 12).put(0, 6).put(0b111, 3).put(0, 1);
   const auto coordinate = [&](double metres) { bits.put_scaled(metres, 1e-4, 38, true); };
   coordinate(antenna_ecef.x());
   bits.put(0b10, 2);  // DF142: all signals of one instant; reserved
   coordinate(antenna_ecef.y());
-  bits.put(0, 2);  // DF364: quarter cycles not told
+  bits.put(0, 2);  // DF364: quarter cycles not given
   coordinate(antenna_ecef.z());
   return bits;
 }

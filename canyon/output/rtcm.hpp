@@ -42,9 +42,9 @@ class Observations {
   explicit Observations(std::map<gnss::SatelliteId, int> glonass_channels)
       : glonass_channels_(std::move(glonass_channels)) {}
 
-  /// All messages of an epoch; none without measurements. Epochs are told in whole milliseconds of the
+  /// All messages of an epoch; none without measurements. Epochs are in whole milliseconds of the
   /// receiver's clock: pseudoranges and phases follow the rounding, as in the RINEX observation file.
-  /// Pseudoranges from 0 to 254 ms can be told. Lock times count from an arc's first epoch
+  /// Pseudoranges from 0 to 254 ms can be encoded. Lock times count from an arc's first epoch
   /// here, so that a slip always shows as 0, however short the arc before it was. Give epochs in order of
   /// time.
   [[nodiscard]] std::vector<broadcast::Bits> messages(const receiver::ReceiverEpoch& seen);

@@ -1,4 +1,4 @@
-// Closed forms and the standard's own example; the messages as a whole are judged by RTKLIB in
+// Closed forms and the standard's own example; the messages as a whole are checked by RTKLIB in
 // tests/integration/rtcm_test.cpp.
 #include "canyon/output/rtcm.hpp"
 

@@ -205,8 +205,8 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
   }
   const auto asked = [](const RunSummary& s) { return s.raim_tested > 0 || s.exclusions > 0; };
   const auto tested = [](const RunSummary& s) { return s.raim_tested > 0; };
-  const auto count = [](auto told, std::size_t RunSummary::*member) {
-    return [=](const RunSummary& s) { return told(s) ? fmt::format("{}", s.*member) : std::string("-"); };
+  const auto count = [](auto applies, std::size_t RunSummary::*member) {
+    return [=](const RunSummary& s) { return applies(s) ? fmt::format("{}", s.*member) : std::string("-"); };
   };
   // By RAIM, or by the position filter's gate.
   if (any(asked)) lines.push_back({"satellites excluded, in all", count(asked, &RunSummary::exclusions)});
@@ -219,7 +219,7 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
     }
   }
   for (const std::string& name : faults) {
-    const auto told = [name](const auto& cell) {
+    const auto of_fault = [name](const auto& cell) {
       return [name, cell](const RunSummary& s) {
         for (const RunSummary::Fault& fault : s.faults) {
           if (fault.name == name) return cell(fault);
@@ -227,11 +227,11 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
         return std::string("-");
       };
     };
-    lines.push_back({fmt::format("during {}: with fix", name), told([](const RunSummary::Fault& fault) {
+    lines.push_back({fmt::format("during {}: with fix", name), of_fault([](const RunSummary::Fault& fault) {
                        return fmt::format("{} of {}", fault.fixes, fault.epochs);
                      })});
     lines.push_back(
-        {fmt::format("during {}: error, 95 % [m]", name), told([](const RunSummary::Fault& fault) {
+        {fmt::format("during {}: error, 95 % [m]", name), of_fault([](const RunSummary::Fault& fault) {
            return std::isfinite(fault.horizontal_p95_m) ? fmt::format("{:.3f}", fault.horizontal_p95_m)
                                                         : std::string("-");
          })});

@@ -9,8 +9,8 @@
 
 namespace canyon::output {
 
-/// Classes of horizontal error that maps colour fixes by: Okabe and Ito's palette, told apart by colour-blind
-/// readers too.
+/// Classes of horizontal error that maps colour fixes by: Okabe and Ito's palette, distinct for
+/// colour-blind readers too.
 struct ErrorClass {
   double below_m;          ///< errors below this and not below the class before
   std::string_view id;     ///< "error_0_2"

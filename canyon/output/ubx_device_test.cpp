@@ -1,5 +1,5 @@
 // The device of formats ubx and ubx_m8: what it sends of an epoch, and what it answers. Fields are read at
-// the offsets of UBX-22008968 (F9 HPG 1.32) and UBX-13003221 (M8); gpsd and RTKLIB judge whole files in
+// the offsets of UBX-22008968 (F9 HPG 1.32) and UBX-13003221 (M8); gpsd and RTKLIB check whole files in
 // tests/integration/ubx_files_test.cpp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -52,7 +52,7 @@ TEST(CodeSmoother, StatesTheDeviationOfCorrelatedCodes) {
         x = p * x + noise[0].sigma_m * std::sqrt(1 - p * p) * stream.normal();
         y = q * y + noise[1].sigma_m * std::sqrt(1 - q * q) * stream.normal();
       }
-      // The range grows by 700 m an epoch, which the carrier tells.
+      // The range grows by 700 m an epoch, which the carrier measures.
       const auto s = smoother.next(kStart + kStep_s * k, 2e7 + 700.0 * k + x + y,
                                    k > 0 ? std::optional(700.0) : std::nullopt, noise, options);
       const auto i = static_cast<std::size_t>(k);

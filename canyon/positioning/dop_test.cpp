@@ -55,7 +55,7 @@ TEST(Dop, RegularTetrahedronHasGdopRootFiveHalves) {
 TEST(Dop, GeometryWithoutAnAnswerIsEmpty) {
   EXPECT_FALSE(dop_of_directions({}));
   EXPECT_FALSE(dop_of_directions(zenith_and_ring(2, 0.5, 0)));
-  // All on one cone about the vertical: height and clock cannot be told apart.
+  // All on one cone about the vertical: height and clock cannot be separated.
   auto cone = zenith_and_ring(8, 0.5, 0);
   cone.erase(cone.begin());
   EXPECT_FALSE(dop_of_directions(cone));

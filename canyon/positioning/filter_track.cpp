@@ -126,7 +126,7 @@ void mind_clocks(Track& track, const Epoch& epoch) {
           if (!whole && track.knows(b)) track.p(clock_of(a), clock_of(b)) += kUnknown_m * kUnknown_m;
         }
       }
-      // The clock told the time since the last epoch, and was wrong by its step.
+      // The time since the last epoch is by the clock, and was wrong by its step.
       if (whole) track.x.segment<3>(kPosition) -= track.velocity() * milliseconds * 1e-3;
     }
   }

@@ -24,8 +24,8 @@ inline constexpr int kStates = kClock + static_cast<int>(gnss::kConstellations.s
 using StateVector = Eigen::Matrix<double, kStates, 1>;
 using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
 
-/// Standard deviation of what a start knows nothing of: a fix's own position and clocks, which its
-/// measurements then tell again. 1e-8 of the weight of a pseudorange of 1 m.
+/// Standard deviation of states unknown at a start: a fix's own position and clocks, which its measurements
+/// then determine again. 1e-8 of the weight of a pseudorange of 1 m.
 inline constexpr double kUnknown_m = 1e4;
 
 /// Of the clock that a system's satellites have, among kConstellations.
@@ -101,7 +101,7 @@ struct Epoch {
   std::vector<std::size_t> order;  ///< of satellites, as pseudoranges were looked at
 };
 
-/// Covariance [m^2/s^2, ECEF] of a velocity that nothing is known of.
+/// Covariance [m^2/s^2, ECEF] of an unknown velocity.
 [[nodiscard]] Eigen::Matrix3d unknown_velocity(const Eigen::Vector3d& position_ecef);
 /// @param values not empty
 [[nodiscard]] double median(std::vector<double> values);

@@ -90,8 +90,7 @@ class Solver {
         break;
       }
     }
-    // A weak geometry magnifies the rounding of ranges (about 1e-8 m) above the criterion: settled all the
-    // same.
+    // A weak geometry magnifies the rounding of ranges (about 1e-8 m) above the criterion: it has converged.
     if (fix.status != FixStatus::Fix && place_known && step < 1 && fix.rank == fix.unknowns &&
         step < 1e-8 * std::sqrt(least_squares_.cofactor().trace()) / smallest_sigma_m_) {
       fix.status = FixStatus::Fix;
@@ -234,7 +233,7 @@ class Solver {
   /// Fault detection and exclusion (Kuusniemi 2005): while the global test fails, the satellite with the
   /// largest normalised residual goes; once it passes, what went first is tried again, since the first
   /// exclusions are made beside other faults. With one redundant measurement all normalised residuals are
-  /// alike, and nothing can be told apart: exclusions that lead there and still do not agree have nothing to
+  /// equal, and identify no fault: exclusions that lead there and still do not agree have nothing to
   /// say for themselves, and are taken back (docs/positioning.md has the measurement).
   Fix monitor(Fix fix) {
     fix.consistent = consistent(fix);

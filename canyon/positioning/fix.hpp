@@ -18,7 +18,7 @@
 namespace canyon::positioning {
 
 /// What a receiver measures of one signal of a satellite, or makes of two of them. For the fix it refers to
-/// the signal near L1: whoever gives another takes the difference of group delays off the pseudorange.
+/// the signal near L1: for another the caller takes the difference of group delays off the pseudorange.
 struct Measurement {
   gnss::SatelliteId id;
   double pseudorange_m =
@@ -49,7 +49,7 @@ enum class FixStatus : std::uint8_t {
   Fix,
   TooFewSatellites,
   Singular,      ///< the satellites' geometry does not determine position and clocks
-  NotConverged,  ///< did not settle, or settled at no place near the ground (height -10 km to 100 km)
+  NotConverged,  ///< no convergence, or to a height outside -10 km to 100 km
   WeakGeometry,  ///< PDOP beyond FixOptions::max_pdop, accuracy beyond PositionFilterOptions::max_sigma_m
   NoSignal,      ///< the antenna is inside a building or under the terrain
 };
@@ -81,7 +81,7 @@ struct [[nodiscard]] Fix {
   /// where there is no position, or no measurement in it.
   FixKind solution = FixKind::Single;
   /// Age of the corrections in use: time of this epoch minus that of the base's observations [s], 0 or more;
-  /// says nothing where corrected(kind()) is false.
+  /// has no meaning where corrected(kind()) is false.
   std::optional<double> correction_age_s;
   /// Reference station id (RTCM DF003, 0 to 4095) of the base; likewise, and empty where it is not known.
   std::optional<int> correction_station;

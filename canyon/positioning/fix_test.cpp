@@ -348,7 +348,7 @@ TEST(SolveFix, SatellitesUnknownToTheSkyAreLeftOut) {
   EXPECT_EQ(fix.used.size(), known);
 }
 
-// All satellites at one elevation: height and clock cannot be told apart (dop_test has the closed form).
+// All satellites at one elevation: height and clock cannot be separated (dop_test has the closed form).
 TEST(SolveFix, ConeOfSatellitesIsSingular) {
   const std::vector<double> elevation(7, geodesy::radians(40));
   const std::vector<std::vector<double>> azimuths{{0, 0.9, 1.8, 2.7, 3.6, 4.5, 5.4},

@@ -84,7 +84,7 @@ double excess_of_residuals(const Epoch& epoch, const Fix& fix, const FixOptions&
   return std::sqrt(std::max(1.0, squares / (static_cast<int>(count) - fix.unknowns)));
 }
 
-/// A filter that knows what the fix's satellites tell, correlations of position and clocks included: their
+/// A filter with the information of the fix's satellites, correlations of position and clocks included: their
 /// measurements taken at the fix's position, from (nearly) nothing. Empty where they are not among the
 /// measurements.
 std::optional<Track> begin(Epoch& epoch, const Fix& fix, const FixOptions& options,
@@ -177,8 +177,8 @@ bool correct(Track& track, Epoch& epoch, const PositionFilterOptions& options) {
   for (std::size_t system = 0; system < kConstellations.size(); ++system) {
     all_considered += considered[system];
     all_failed += failed[system];
-    // A clock can be told wrong by the first satellites of its constellation: it is then learned anew. A lone
-    // satellite tells nothing else.
+    // The first satellites of a constellation can give its clock wrongly: it is then estimated anew. A lone
+    // satellite gives nothing else.
     if (considered[system] >= 2 && astray(track.system_astray_since[system], epoch.time, failed[system],
                                           considered[system], options.coast_s)) {
       track.known[system] = false;
@@ -246,7 +246,7 @@ void weigh_lasting_errors(Track& track, const Epoch& epoch, const Fix& fix, doub
   if (redundancy < 1) return;
   double excess = by_residuals ? std::max(1.0, squares / static_cast<double>(redundancy)) : 1;
   if (options.error_correlation_s > 0) excess /= std::tanh(dt / (2 * options.error_correlation_s));
-  // Averaged or not, the same satellites tell no less than in one epoch.
+  // Averaged or not, the same satellites give no less information than in one epoch.
   if (fix.solved()) {
     excess = std::min(excess, fix.covariance_enu.trace() / track.p.block<3, 3>(kPosition, kPosition).trace());
   }

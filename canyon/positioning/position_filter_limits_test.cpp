@@ -78,13 +78,13 @@ TEST(PositionFilterLimits, ForgetsABadStart) {
 }
 
 /// Mean normalised squared error of the position after 80 epochs of 0.5 s at rest, in 100 runs: errors of 3 m
-/// with a time constant of 2 s, which the filter is told of or not.
-double mean_nees_of_lasting_errors(double told_s) {
+/// with a time constant of 2 s, which the filter's options state or not.
+double mean_nees_of_lasting_errors(double assumed_s) {
   constexpr int kRuns = 100;
   const double a = std::exp(-0.5 / 2);
   PositionFilterOptions options;
   options.acceleration_horizontal = options.acceleration_vertical = 0.01;  // it averages over many errors
-  options.error_correlation_s = told_s;
+  options.error_correlation_s = assumed_s;
   double sum = 0;
   for (int run = 0; run < kRuns; ++run) {
     TestDrive drive(sky(), kTime, kPlace, static_cast<std::uint64_t>(run));

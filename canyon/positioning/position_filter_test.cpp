@@ -120,7 +120,7 @@ TEST(PositionFilter, KeepsToTheTruthWithoutNoise) {
   }
 }
 
-// As the fix has it: SBAS has no clock of its own, and tells GPS's where that has no satellite.
+// As the fix has it: SBAS has no clock of its own, and gives GPS's where that has no satellite.
 TEST(PositionFilter, SbasSharesTheClockOfGps) {
   for (const bool with_gps : {true, false}) {
     const test::CircularSky sky(with_gps ? std::vector{System::GPS, System::Galileo, System::SBAS}

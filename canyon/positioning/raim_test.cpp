@@ -88,7 +88,7 @@ TEST(LargestNormalisedResidual, IsThatOfTheWrittenOutCofactors) {
     (residual.array().abs() / q.diagonal().array().sqrt()).maxCoeff(&expected);
     EXPECT_EQ(largest_normalised_residual(design, residual), expected);
   }
-  // A row that alone sets an unknown has no residual to be judged by.
+  // A row that alone sets an unknown has no residual to be tested by.
   Design lone = Design::Zero(3, 2);
   lone << 1, 0, 1, 0, 0, 1;
   const Eigen::Vector3d residual(0.5, -0.5, 1e-9);

@@ -26,7 +26,7 @@ struct Antenna {
 struct SatelliteView {
   orbit::LineOfSight line;
   SatellitePaths paths;
-  /// What a receiver may take for its elevation when it judges its mask [rad], if not the true one: the
+  /// The elevation that a receiver compares with its mask [rad], if not the true one: the
   /// higher of both where a spoofer shows another place.
   std::optional<double> shown_elevation_rad{};
   /// What the carrier at 1575.42 MHz turns by on its way, the code not, on all paths [rad], and its rate; of
@@ -52,8 +52,8 @@ struct Arrival {
   std::shared_ptr<const orbit::Sky> broadcast{};
   /// The messages that say so; null: those of the sky.
   std::shared_ptr<const gnss::NavigationData> messages{};
-  /// What stands or moves about the antenna and is not in the city, in the paths' frame, for who wants to see
-  /// it: paths know of it already.
+  /// What stands or moves about the antenna and is not in the city, in the paths' frame, for viewers: the
+  /// paths include its effects already.
   std::vector<Body> bodies{};
 };
 

@@ -1,4 +1,4 @@
-// RTKLIB 2.4.3 b34 (Debian's librtklib-dev) as judge of the atmosphere models.
+// RTKLIB 2.4.3 b34 (Debian's librtklib-dev) as reference for the atmosphere models.
 
 #include <gtest/gtest.h>
 

@@ -37,7 +37,7 @@ struct Path : PathGeometry {
   std::uint32_t far_instance = 0;
   double leg_m = 0;  ///< from the antenna to `point` (order 2)
 
-  /// Stays the same while the signal comes over the same surfaces or edge: what random phases hang on
+  /// Stays the same while the signal comes over the same surfaces or edge: what random phases depend on
   /// (tracking::PathPhases). 0 for Direct.
   std::uint64_t reflector = 0;
   /// Mean power [1] over the unobstructed line of sight's at isotropic antennas (Diffuse only); the

@@ -5,7 +5,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 
-// The rule by which a place under a roof counts as inside a building, whoever follows its rays:
+// The rule by which a place under a roof counts as inside a building, for every tracer:
 // RayScene::placement() casts them, heat maps count them for all cells at once.
 
 namespace canyon::raytrace {

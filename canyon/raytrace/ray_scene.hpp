@@ -90,7 +90,7 @@ class RayScene {
   /// result[i] = occluded(rays[i], min_range_m); spans of one length. Fastest for coherent rays.
   void occluded(std::span<const Ray> rays, std::span<bool> result, double min_range_m = 0) const;
 
-  /// Free, inside a building, or below the terrain, judged by the static city. Throws InputError for a
+  /// Free, inside a building, or below the terrain, by the static city. Throws InputError for a
   /// non-finite point.
   ///
   /// Inside a building: a roof stands above the point, and on most of seven level rays the walls met from

@@ -446,7 +446,7 @@ TEST(RayScene, AMovingBoxBlocksAndFrees) {
 
 TEST(RayScene, ManyInstancesAnswerAsTheSameMeshesStandingStill) {
   // Boxes of all shapes and turns, once as instances, once as one static mesh: the static answer is the
-  // judge.
+  // reference.
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> place(-60, 60), size(0.3, 12), turn(-3, 3);
   RayScene moving(box({-5, -5, -5}, {5, 5, 5}));

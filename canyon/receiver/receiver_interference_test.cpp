@@ -159,7 +159,7 @@ TEST_F(EffectiveCn0, FollowsJammerToSignalRatio) {
   }
 }
 
-// The same tone beside a line and on it: 20 ms of 1 ms codes tell lines of 1 kHz apart (13 dB, or nothing).
+// The same tone beside a line and on it: 20 ms of 1 ms codes resolve lines of 1 kHz (13 dB, or nothing).
 TEST_F(EffectiveCn0, DependsOnTheLinesOfShortCodes) {
   Receiver quiet(options, 1);
   const ReceiverEpoch still = observe_amid(quiet, one_satellite(), 0, {});

@@ -52,7 +52,7 @@ void visit(options::Visitor& v, BiasOptions& o) {
 
 namespace {
 
-/// A signal that is tracked in a band that the antenna does not hear.
+/// A signal that is tracked in a band that the antenna does not receive.
 const gnss::Signal* unheard(const ReceiverOptions& o) {
   for (const gnss::System system : gnss::kAllSystems) {
     for (const gnss::Signal* signal : tracked_signals(o.tracks, system)) {

@@ -334,7 +334,7 @@ gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<st
     e.health = 1;  // l(3): unfit for navigation
   }
 
-  // Message frame time: seconds of the UTC day (RINEX 2) or week (RINEX 3); the day alone tells, since a
+  // Message frame time: seconds of the UTC day (RINEX 2) or week (RINEX 3); the day suffices, since a
   // message is sent within hours of its tb.
   GpsTime sent = utc;
   const double frame_time = f.optional(2, kUnknown);

@@ -120,12 +120,12 @@ struct ObservationReport {
 /// Epoch flags: 0 and 1 are given; 2 to 5 are events whose header records are applied from there on
 /// (observation types, scale factors, positions); 6 (cycle slips) is passed over, as its values repeat
 /// others. Damaged records are counted in report(), with file and line, and left out alone: a satellite's
-/// line with a field that is no number, a satellite twice, an epoch line that cannot be read with all that
-/// hangs on it. An epoch whose time does not follow that of the epoch line before is left out. Version 2's C1
-/// and P1 are given as "1C" and "1P", 2.12's CA as "1C". BeiDou, which 2.12 alone knows, is C2 there, given
-/// as "2I"; older files that have it all the same are read with their C1. Version 2's C2 is L2C ("2X") before
-/// 2.12, GLONASS's "2C"; C5 and C7 are "5X" and "7X", BeiDou's C7 and C6 "7I" and "6I". Phase, Doppler and
-/// strength of version 2 are those of the band, whichever pseudorange it has them beside.
+/// line with a field that is no number, a satellite twice, an unreadable epoch line with all the
+/// records below it. An epoch whose time does not follow that of the epoch line before is left out. Version
+/// 2's C1 and P1 are given as "1C" and "1P", 2.12's CA as "1C". BeiDou, which 2.12 alone knows, is C2 there,
+/// given as "2I"; older files that have it all the same are read with their C1. Version 2's C2 is L2C ("2X")
+/// before 2.12, GLONASS's "2C"; C5 and C7 are "5X" and "7X", BeiDou's C7 and C6 "7I" and "6I". Phase, Doppler
+/// and strength of version 2 are those of the band, whichever pseudorange it has them beside.
 class RinexObservationReader {
  public:
   /// Reads the header. Throws InputError where the file is missing, no RINEX observation file (Hatanaka

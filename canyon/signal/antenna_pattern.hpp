@@ -32,7 +32,7 @@ struct PatternPoint {
 class AntennaPattern {
  public:
   /// @param upper rows of the upper band, by elevation, rising strictly; at least one; gains within +-300 dB.
-  /// @param lower likewise of the lower one; none: the antenna does not hear it
+  /// @param lower likewise of the lower one; none: the antenna does not receive it
   /// Else InputError.
   AntennaPattern(std::string name, std::vector<PatternPoint> upper, std::vector<PatternPoint> lower = {});
 
@@ -42,7 +42,7 @@ class AntennaPattern {
   }
   [[nodiscard]] bool receives(Band band) const { return !points(band).empty(); }
   /// @param elevation_rad [-pi/2, pi/2] (rounding beyond is forgiven); NaN, and a carrier in a band that the
-  /// antenna does not hear, throw InputError
+  /// antenna does not receive, throw InputError
   [[nodiscard]] AntennaGain gain(double elevation_rad, double carrier_hz) const;
 
  private:

@@ -156,7 +156,7 @@ TEST(DiffuseScattering, EndlessWallFillsHalfTheView) {
 }
 
 /// What the wall [-half, half] x {y} x [0, height], front to the south, scatters to the antenna, by classes
-/// of detour: a midpoint rule over its area, from the formula by area. `lit(point)` tells shadow.
+/// of detour: a midpoint rule over its area, from the formula by area. `lit(point)` is false in shadow.
 struct ByArea {
   std::vector<double> power, power_excess;
   template <typename Lit>

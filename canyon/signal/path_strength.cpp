@@ -135,9 +135,9 @@ Complex path_amplitude(const propagation::Path& path, double satellite_elevation
   const AntennaGain gain = antenna.gain(path.arrival_elevation_rad, frequency_hz);
   const double right = amplitude_of_db(gain.rhcp_dbic), left = amplitude_of_db(gain.lhcp_dbic);
   // Half of an unpolarised wave's power is in each hand.
-  const double heard = std::sqrt(path.scattered_power * (right * right + left * left) / 2);
+  const double received = std::sqrt(path.scattered_power * (right * right + left * left) / 2);
   const double direct = amplitude_of_db(antenna.gain(satellite_elevation_rad, frequency_hz).rhcp_dbic);
-  return factor * (heard / direct) * phasor(path.excess_m / wavelength_m(frequency_hz));
+  return factor * (received / direct) * phasor(path.excess_m / wavelength_m(frequency_hz));
 }
 
 void path_amplitudes(const propagation::SatelliteView& view, double carrier_hz, const AntennaPattern& antenna,

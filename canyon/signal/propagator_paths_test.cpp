@@ -1,4 +1,4 @@
-// What a traced path tells about itself (geometry, reflector, image), and the kinds beside reflections:
+// What a traced path contains (geometry, reflector, image), and the kinds beside reflections:
 // around edges, diffuse, through vegetation.
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // What ways without line of sight carry, by what they come over: a random walk backwards from the antenna, as
-// an independent judge of which orders and combinations are worth tracing. Tsim Sha Tsui where the shared
+// an independent check of which orders and combinations are worth tracing. Tsim Sha Tsui where the shared
 // data is there.
 //
 //   build-release/bin/signal_ways_bench [mix of facades] [scattering coefficient]

@@ -19,7 +19,7 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
 /// What receivers of a run are given of each other.
 class CorrectionLinks {
  public:
-  /// Throws as check_corrections(). Fixed places must be settled.
+  /// Throws as check_corrections(). Call FixedPlace::settle() of fixed places first.
   explicit CorrectionLinks(const std::vector<ReceiverConfig>& receivers);
 
   /// The order of computing an epoch: a receiver behind that whose corrections it takes, else as they stand.

@@ -107,7 +107,7 @@ TEST(Environment, PropagatorsSurviveItsMove) {
 }
 
 // Azimuth and elevation belong to the antenna's own vertical, rays to the city's frame: 8 km east the two
-// verticals are 1.26 mrad apart, and the direction rotated through ECEF tells them apart.
+// verticals are 1.26 mrad apart, and the direction rotated through ECEF distinguishes them.
 TEST(Environment, GetsAnotherSkyOverTheSameCity) {
   const Environment environment(one_building(), sky());
   const auto other =

@@ -13,19 +13,19 @@
 
 namespace canyon::simulation {
 
-/// One receiver at one instant: truth, what it saw, what it believes.
+/// One receiver at one instant: truth, observations and fix.
 struct Epoch {
   std::size_t receiver = 0;  ///< index into Simulation::scenario().receivers
   Pose truth;                ///< of the antenna (lever arm and clamp applied)
   Eigen::Vector3d truth_ecef = Eigen::Vector3d::Zero();
   raytrace::Placement placement = raytrace::Placement::Free;
   receiver::ReceiverEpoch observed;
-  /// The paths behind it, disturbed, in the ENU frame of the city. Lent for the call that hands the epoch
-  /// over (EpochSink::write()); null where the epoch comes without.
+  /// The disturbed paths of the epoch, in the ENU frame of the city. Valid during EpochSink::write() alone;
+  /// null where the epoch has none.
   const propagation::Arrival* arrival = nullptr;
   /// Names of the faults at work, in the order of the timeline.
   std::vector<std::string> faults;
-  /// What the satellites send; lent likewise. Null or empty for skies that no message describes.
+  /// What the satellites send; valid as long. Null or empty for skies that no message describes.
   const gnss::NavigationData* navigation = nullptr;
   /// Fix minus truth in ENU at the truth [m]; NaN without fix.
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());

@@ -15,9 +15,9 @@ namespace canyon::simulation {
           std::shared_ptr<const raytrace::RayScene>(scene, &scene->scene)};
 }
 
-/// As Arrival::messages takes them; the caller's must live on.
-[[nodiscard]] inline std::shared_ptr<const gnss::NavigationData> lent(const gnss::NavigationData& messages) {
-  return {std::shared_ptr<const gnss::NavigationData>(), &messages};
+/// A pointer without ownership for Arrival::messages; `data` must outlive it.
+[[nodiscard]] inline std::shared_ptr<const gnss::NavigationData> unowned(const gnss::NavigationData& data) {
+  return {std::shared_ptr<const gnss::NavigationData>(), &data};
 }
 
 }  // namespace canyon::simulation

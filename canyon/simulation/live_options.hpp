@@ -33,20 +33,19 @@ void visit(options::Visitor& v, StreamRequest& o);
 
 /// How poses are written.
 enum class PoseFormat : std::uint8_t { Json, Binary, MAVLink };
-/// Axes that positions and velocities are told in.
+/// Axes of the positions and velocities sent.
 enum class WorldAxes : std::uint8_t { ENU, NED };
-/// Axes of the body that attitudes and angular rates are told for.
+/// Axes of the body for attitudes and angular rates.
 enum class BodyAxes : std::uint8_t { FLU, FRD };
 
 /// Where poses of a vehicle come from, and what they mean in the city.
 struct PoseSourceOptions {
-  /// "trajectory": the scenario's own; "file:PATH": a log; else an address to hear at.
+  /// "trajectory": the scenario's own; "file:PATH": a log; else an address to listen at.
   std::string from = "trajectory";
   PoseFormat format = PoseFormat::Json;
-  std::string
-      id;  ///< of the vehicle, where several speak; empty: whoever speaks. MAVLink: the system's number
+  std::string id;  ///< of the vehicle, where several send; empty: any sender. MAVLink: the system's number
   std::vector<std::string> receivers;  ///< whose vehicle it is; empty: all that no other source names
-  std::vector<std::string> messages;   ///< MAVLink messages to take; empty: those that tell the truth
+  std::vector<std::string> messages;   ///< MAVLink messages to take; empty: those that carry the truth
   WorldAxes axes = WorldAxes::ENU;
   BodyAxes body = BodyAxes::FLU;
   /// From a room to the city: place = origin + turn(heading) * scale * place in the room.

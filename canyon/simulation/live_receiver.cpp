@@ -136,7 +136,7 @@ void LiveReceiver::Impl::observe_base(double seconds, Step& step) {
 }
 
 Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arrival) {
-  arrival.messages = lent(sky->navigation);
+  arrival.messages = unowned(sky->navigation);
   const auto given = std::exchange(corrections, nullptr);
   Epoch epoch = observe_epoch(receiver, truth, arrival, *environment, given.get());
   epoch.navigation = arrival.messages.get();

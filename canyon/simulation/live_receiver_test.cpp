@@ -235,8 +235,7 @@ TEST(LiveReceiver, FollowsMovedInstancesAndNewScenes) {
   empty->scene.set_pose(bus, Eigen::Isometry3d(Eigen::Translation3d(10, 0, 0)));
   empty->scene.commit();
   EXPECT_EQ(visibility(0.1), propagation::Visibility::Blocked);
-  // Who looks on is told of it: the upright box about it, turned by 30 deg and tilted by 90 deg about its own
-  // x.
+  // Viewers get the upright box about it, turned by 30 deg and tilted by 90 deg about its own x.
   empty->scene.set_pose(bus,
                         Eigen::Isometry3d(Eigen::Translation3d(20, 10, 40) *
                                           Eigen::AngleAxisd(geodesy::radians(30), Eigen::Vector3d::UnitZ()) *

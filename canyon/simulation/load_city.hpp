@@ -18,8 +18,8 @@ namespace canyon::simulation {
                                      const std::optional<geodesy::Geodetic>& origin = {});
 
 /// The city that a scenario asks for: a map, a city file of any kind, synthetic, or open field. Part of
-/// canyon::io. Where it says it stands: CityConfig::georeference is left alone. Facades are drawn by `seed`
-/// where CityConfig::facades says so, which City::notes tell.
+/// canyon::io. It stands where its source says: CityConfig::georeference is not applied. Facades are drawn by
+/// `seed` where CityConfig::facades says so; City::notes state it.
 [[nodiscard]] city::City load_city(const CityConfig& config, std::uint64_t seed = 1);
 
 /// The city of one run: load_city() by the scenario's seed, moved as the georeference and that seed say. What

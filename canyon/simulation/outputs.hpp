@@ -11,7 +11,7 @@ namespace canyon::simulation {
 /// Something that a run writes (canyon/simulation/outputs.def).
 struct Output {
   std::string_view name;  ///< "nmea"
-  bool wanted;            ///< where a scenario says nothing of it
+  bool wanted;            ///< whether a scenario writes it by default
   std::string_view help;  ///< one line
 };
 /// All that `outputs:` of a scenario may name.
@@ -21,7 +21,7 @@ struct Output {
 struct OutputConfig {
   std::set<std::string, std::less<>> names;  ///< of outputs()
 
-  OutputConfig();  ///< those that are wanted where a scenario says nothing
+  OutputConfig();  ///< those that scenarios write by default
   [[nodiscard]] bool has(std::string_view name) const { return names.find(name) != names.end(); }
   /// Throws InputError for a name that is not of outputs(), with the closest known one.
   void validate() const;

@@ -171,7 +171,7 @@ TEST(Profile, ThresholdsAreWithinTheDataSheets) {
 }
 
 // docs/propagation.md: in the recorded drive the GPS C/N0 of the M8T reaches 42 to 44 dB-Hz at the 90th
-// percentile and 48 at most; what phones hear is some 10 dB below what survey antennas do (Pesyna et al.
+// percentile and 48 at most; what phones receive is some 10 dB below what survey antennas do (Pesyna et al.
 // 2014: 5 to 15 dB).
 TEST(Profile, LinkBudgetsGiveTheC_N0OfTheirKind) {
   const auto cn0 = [](std::string_view name, double elevation_deg, gnss::System system) {

@@ -176,7 +176,7 @@ using ScenarioKey = options::Key;
 [[nodiscard]] const options::Description& scenario_description();
 [[nodiscard]] const std::vector<ScenarioKey>& scenario_keys();
 
-/// Fields as users write them; where one depends on another, a reader judges that as well.
+/// Fields as users write them; where one depends on another, a reader checks that as well.
 void visit(options::Visitor& v, Georeference& o);
 void visit(options::Visitor& v, CityConfig& o);
 void visit(options::Visitor& v, SkyConfig& o);

@@ -223,7 +223,7 @@ Node::Entry* at_path(Node& node, const std::string& path) {
   return nullptr;
 }
 
-void expect_told(const InputError& error, const options::Key& key, const std::string& file, int line) {
+void expect_reported(const InputError& error, const options::Key& key, const std::string& file, int line) {
   const std::string name = key.path.substr(key.path.find_last_of('.') + 1);
   EXPECT_EQ(error.file(), file) << key.path << ": " << error.what();
   EXPECT_EQ(error.line(), line) << key.path << ": " << error.what();
@@ -252,8 +252,8 @@ TEST(EveryKey, IsRefusedOutsideItsRangeWithFileLineAndCure) {
         found = true;
         entry->value = options::parse_yaml("bad: " + bad, document, "").entries[0].value;
         Scenario scenario;
-        expect_told(error_of([&] { options::read(root, document, scenario); }), key,
-                    (folder / "s.yaml").string(), entry->line);
+        expect_reported(error_of([&] { options::read(root, document, scenario); }), key,
+                        (folder / "s.yaml").string(), entry->line);
         ++refused;
         break;
       }
@@ -267,9 +267,9 @@ TEST(EveryKey, OfAReceiverIsRefusedByProfilesAndHostsToo) {
   for (const options::Key& key : profile_keys()) {
     for (const std::string& bad : bad_values(key)) {
       const std::string line = "\n" + nested(key.path, bad) + "\n";
-      expect_told(error_of([&] { (void)parse_profile("description: d" + line, "p.yaml"); }), key, "p.yaml",
-                  2);
-      expect_told(error_of([&] { (void)parse_live_config("seed: 1" + line, "host"); }), key, "host", 2);
+      expect_reported(error_of([&] { (void)parse_profile("description: d" + line, "p.yaml"); }), key,
+                      "p.yaml", 2);
+      expect_reported(error_of([&] { (void)parse_live_config("seed: 1" + line, "host"); }), key, "host", 2);
     }
   }
 }
@@ -427,7 +427,7 @@ std::string json_of(const Node& node) {
   return text;
 }
 
-// Judge: Python's jsonschema (Debian: python3-jsonschema).
+// Reference: Python's jsonschema (Debian: python3-jsonschema).
 TEST(ScenarioSchema, AcceptsTheExamplesAndRefusesBrokenOnes) {
   if (run_program("python3 -c 'import jsonschema' 2>/dev/null").status != 0) {
     GTEST_SKIP() << "SKIPPED: the judge python3-jsonschema is not installed here";
@@ -465,21 +465,21 @@ TEST(ScenarioSchema, AcceptsTheExamplesAndRefusesBrokenOnes) {
       "city: {open: true, origin: {latitude_deg: 91, longitude_deg: 1}}\n",
       "city: {open: true, origin: {latitude_deg: 1}}\n",
   };
-  std::string judged = "{\"good\": {";
+  std::string cases = "{\"good\": {";
   for (const auto& [name, text] : good) {
-    judged += fmt::format("{}\"{}\": {}", judged.back() == '{' ? "" : ",\n", name,
-                          json_of(options::parse_yaml(text, document, "")));
+    cases += fmt::format("{}\"{}\": {}", cases.back() == '{' ? "" : ",\n", name,
+                         json_of(options::parse_yaml(text, document, "")));
   }
-  judged += "}, \"broken\": {";
+  cases += "}, \"broken\": {";
   for (const std::string& text : broken) {
     Node name;
     name.kind = Node::Kind::Scalar;
     name.text = text.substr(0, text.size() - 1);
     std::replace(name.text.begin(), name.text.end(), '\n', ' ');
-    judged += fmt::format("{}{}: {}", judged.back() == '{' ? "" : ",\n", json_of(name),
-                          json_of(options::parse_yaml(text, document, "")));
+    cases += fmt::format("{}{}: {}", cases.back() == '{' ? "" : ",\n", json_of(name),
+                         json_of(options::parse_yaml(text, document, "")));
   }
-  (void)folder.write("judged.json", judged + "}}");
+  (void)folder.write("judged.json", cases + "}}");
   (void)folder.write("schema.json", options::json_schema(scenario_description(), "scenario"));
   (void)folder.write("judge.py", R"(
 import json, jsonschema

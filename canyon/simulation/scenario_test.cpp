@@ -115,9 +115,9 @@ TEST(Scenario, ExamplesOfTheRepositoryParse) {
   const IssueFolder data;
   const std::string drive = read_bytes(kSource / "examples/urbannav_tst.yaml");
   (void)read_scenario(data.folder.write("urbannav_tst.yaml", drive));
-  const Scenario judged = read_scenario(
+  const Scenario scenario = read_scenario(
       data.folder.write("urbannav_tst_m8t.yaml", read_bytes(kSource / "examples/urbannav_tst_m8t.yaml")));
-  EXPECT_TRUE(judged.receivers[0].options.signal.enabled);
+  EXPECT_TRUE(scenario.receivers[0].options.signal.enabled);
   EXPECT_THAT(drive, EndsWith(kIssueExample)) << "the example and the one in the documentation are one";
 }
 

@@ -139,7 +139,7 @@ class Progress {
  public:
   Progress(const std::function<void(std::size_t, std::size_t)>& callback, std::size_t total)
       : callback_(callback), total_(total) {}
-  void tell(std::size_t done) {
+  void report(std::size_t done) {
     const auto now = Clock::now();
     if (!callback_ || now - last_ < std::chrono::milliseconds(100)) return;
     last_ = now;
@@ -351,8 +351,8 @@ Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation
       receiver.observe({{truth.time, epoch.truth_ecef, enu_from_ecef.transpose() * truth.velocity_enu_mps},
                         arrival,
                         environment.sky(),
-                         environment.klobuchar(),
-                         corrections});
+                        environment.klobuchar(),
+                        corrections});
   epoch.faults = epoch.observed.events.faults;
   if (epoch.observed.fix.solved()) {
     epoch.error_enu_m = enu_from_ecef * (epoch.observed.fix.position_ecef - epoch.truth_ecef);
@@ -446,7 +446,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
     std::size_t written = 0;
     for (const std::size_t r : links.order()) {
       PureEpoch& from = epochs[r];
-      from.arrival.messages = lent(impl.sky.navigation);
+      from.arrival.messages = unowned(impl.sky.navigation);
       const auto corrections = links.take(r, from.truth.time);
       Epoch& epoch = made[r].emplace(
           observe_epoch(receivers[r], from.truth, from.arrival, impl.environment, corrections.get()));
@@ -458,7 +458,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
       while (written < receiver_count && made[written]) write(*made[written++]);
     }
     result.epochs = instant + 1;
-    progress.tell(result.epochs);
+    progress.report(result.epochs);
   };
 
   try {

@@ -258,19 +258,19 @@ TEST(Simulation, AFailureOnTheWayKeepsWhatWasDone) {
 
 TEST(Simulation, TellsProgress) {
   const Simulation simulation = simulation_of(kDrive + "duration_s: 20\n");
-  std::vector<std::size_t> told;
+  std::vector<std::size_t> reported;
   RunOptions options;
   options.progress = [&](std::size_t done, std::size_t total) {
-    told.push_back(done);
+    reported.push_back(done);
     EXPECT_EQ(total, 21U);
   };
   Collector collector;
   const RunResult result = simulation.run({&collector}, options);
-  ASSERT_FALSE(told.empty());
-  EXPECT_EQ(told.back(), 21U);
-  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  ASSERT_FALSE(reported.empty());
+  EXPECT_EQ(reported.back(), 21U);
+  EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
   EXPECT_NEAR(result.simulated_s, 21, 1e-9);
-  EXPECT_LE(told.size(), 2 + static_cast<std::size_t>(result.wall_s * 10));
+  EXPECT_LE(reported.size(), 2 + static_cast<std::size_t>(result.wall_s * 10));
 }
 
 TEST(Simulation, LeverArmTurnsWithTheVehicle) {

@@ -72,7 +72,7 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
 }
 
 // Satellites that stand in the sky of `place` and cannot be used: unhealthy, or without an ephemeris that is
-// valid at any time of the run. Where they stand is told well enough by stale ephemerides.
+// valid at any time of the run. Stale ephemerides are good enough for their directions.
 void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTime begin, GpsTime end,
                      const geodesy::Geodetic& place, std::vector<std::string>& warnings) {
   constexpr double kWellAboveHorizon_rad = 0.0873;  // 5 deg

@@ -122,7 +122,7 @@ TEST(Streets, AreThoseOfASimulationInAHostOnAStraightRoad) {
     return epochs;
   };
   const std::vector<Epoch> online = drive();
-  // The first place alone does not tell where the road leads.
+  // The first place alone does not give the road's direction.
   for (std::size_t k = 1; k < online.size(); ++k) {
     const auto &a = offline.epochs[k].observed.satellites, &b = online[k].observed.satellites;
     ASSERT_EQ(a.size(), b.size());

@@ -19,8 +19,8 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 // Places of one step of work: small enough that threads end together, large enough that TBB costs nothing.
 constexpr std::size_t kStep = 16, kBlock = 64;
 
-TracedSatellite told(const propagation::SatellitePaths& paths, double azimuth_rad, double elevation_rad,
-                     raytrace::Placement placement) {
+TracedSatellite traced(const propagation::SatellitePaths& paths, double azimuth_rad, double elevation_rad,
+                       raytrace::Placement placement) {
   TracedSatellite satellite;
   satellite.azimuth_rad = azimuth_rad;
   satellite.elevation_rad = elevation_rad;
@@ -109,7 +109,7 @@ void trace_places(const Environment& environment, const propagation::Propagator&
     for (const propagation::SatelliteView& view : arrival.views) {  // both ascend
       while (ascending[k] != view.line.id) ++k;
       const std::size_t number = sorted[k++].second;
-      row[number] = told(view.paths, view.line.azimuth_rad, view.line.elevation_rad, arrival.placement);
+      row[number] = traced(view.paths, view.line.azimuth_rad, view.line.elevation_rad, arrival.placement);
       if (paths != nullptr) keep(*paths, i, number, view.paths);
     }
   });
@@ -134,7 +134,7 @@ void trace_places(const Environment& environment, const propagation::Propagator&
     if (placement == raytrace::Placement::Free) propagator.trace(place, directions, found);
     for (std::size_t k = 0; k < directions.size(); ++k) {
       TracedSatellite& satellite = result[i * directions.size() + k];
-      satellite = told(found[k], looks[k].azimuth_rad, looks[k].elevation_rad, placement);
+      satellite = traced(found[k], looks[k].azimuth_rad, looks[k].elevation_rad, placement);
       satellite.above_horizon = looks[k].elevation_rad > 0;
       if (paths != nullptr) keep(*paths, i, k, found[k]);
     }

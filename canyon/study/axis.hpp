@@ -55,7 +55,7 @@ struct Level {
   double u = 0;           ///< [0, 1): share of a continuous axis
 };
 
-/// A value of an axis: what is set, and how it is told.
+/// A value of an axis: what is set, and its text.
 struct AxisValue {
   options::Node tree;
   std::string text;   ///< unique: noise realizations and stored runs go by it

@@ -70,7 +70,7 @@ struct Stretch {
 };
 /// Errors along the way, in stretches of Manifest::along_m, one list for each group; reads the runs' epochs
 /// one after the other. Quantiles are of all runs' epochs together; intervals as in compare(), whole runs
-/// being drawn with replacement, since errors of one drive hang together. Beyond 10,000 stretches:
+/// being drawn with replacement, since errors of one drive are correlated. Beyond 10,000 stretches:
 /// InputError.
 [[nodiscard]] std::vector<std::vector<Stretch>> errors_along(const Manifest& manifest,
                                                              const Comparison& comparison,

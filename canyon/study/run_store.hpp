@@ -18,7 +18,7 @@ struct Manifest {
     bool groups = false;
     std::vector<std::string> texts, labels;  ///< of what is listed and has other labels than texts
 
-    /// A value's text as people are told.
+    /// A value's text for users.
     [[nodiscard]] std::string label(const std::string& text) const;
   };
   std::string key;  ///< StudyPlan::key()

@@ -185,7 +185,7 @@ TEST(StudyStore, RefusesOtherStudiesAndDamage) {
   EXPECT_EQ(error.line(), 1);
 }
 
-// A scenario that cannot be run is told in its record; the others go on.
+// A scenario that cannot be run is reported in its record; the others go on.
 TEST(StudyRuns, ProblemsStayWithTheirRuns) {
   const StudyPlan plan = StudyPlan::parse(R"(scenario:
   city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}

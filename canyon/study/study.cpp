@@ -270,7 +270,7 @@ Run StudyPlan::run(std::size_t number) const {
   return run;
 }
 
-// Faults of what an axis has set are told at the study's line, and its files lie beside the study.
+// Errors in what an axis has set are reported at the study's line; its files lie beside the study.
 options::Document StudyPlan::document(const std::vector<AxisValue>& at) const {
   options::Document document;
   document.file = base_file_;
@@ -299,9 +299,9 @@ options::Document StudyPlan::document(const std::vector<AxisValue>& at) const {
                                         std::string_view problem, std::string_view cure) {
     const std::string whole = key.empty() ? path : path.empty() ? key : path + "." + key;
     const std::string* axis = blame(whole);
-    const std::string told = key.empty() ? std::string(problem) : fmt::format("{}: {}", key, problem);
-    return axis == nullptr ? InputError(base, line, told, cure)
-                           : InputError(study, line, fmt::format("{}: {}", *axis, told), cure);
+    const std::string message = key.empty() ? std::string(problem) : fmt::format("{}: {}", key, problem);
+    return axis == nullptr ? InputError(base, line, message, cure)
+                           : InputError(study, line, fmt::format("{}: {}", *axis, message), cure);
   };
   document.find_file = [blame, base, study](const std::string& name, const options::Place& place) {
     const std::string whole = place.section.empty() ? place.key : place.section + "." + place.key;

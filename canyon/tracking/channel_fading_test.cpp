@@ -19,7 +19,7 @@ Complex rate(double decay_per_s, double offset_hz) {
   return {decay_per_s, -2 * kPi * offset_hz};
 }
 
-// J0(2 pi d / wavelength) falls to 1/e at kCoherenceWavelengths; std::cyl_bessel_j is the judge.
+// J0(2 pi d / wavelength) falls to 1/e at kCoherenceWavelengths; std::cyl_bessel_j is the reference.
 TEST(ChannelFading, CoherenceIsClarkes) {
   EXPECT_NEAR(std::cyl_bessel_j(0.0, 2 * kPi * kCoherenceWavelengths), std::exp(-1.0), 2e-5);
 }

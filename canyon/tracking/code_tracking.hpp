@@ -129,7 +129,7 @@ class CodeTracker {
 
   /// Moves a loop by its own dynamics over `elapsed_s` >= 0, at whose end `paths` are as given.
   ///
-  /// A first-order loop that the carrier aids: whoever calls moves state.delay_m with the path whose carrier
+  /// A first-order loop that the carrier aids: the caller moves state.delay_m with the path whose carrier
   /// is tracked; here the replica moves against the normalised discriminator e [chips] with rate k e, k = 4
   /// Bn, in steps of T or, where that is longer, a quarter of the time constant 1 / k, each exact for a
   /// constant e. e = D / (sum of the correlators' powers), scaled to unit slope at the peak of a single path

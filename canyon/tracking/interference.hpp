@@ -12,7 +12,7 @@ namespace canyon::tracking {
 /// chips.
 ///   Tone: the signal's density there. Band: its mean over the band.
 ///   Chirp: over the lines of a saw-tooth sweep, 1 / period apart, each of the power that the Fresnel
-///   integrals tell (J. R. Klauder et al., Bell System Technical Journal 39(4), 1960, by whose two edges the
+///   integrals give (J. R. Klauder et al., Bell System Technical Journal 39(4), 1960, by whose two edges the
 ///   ripples are); over 20,000 lines as Band.
 ///   Code: by Simpson's rule within 64 chip rates.
 /// Relative error below 1e-3 (tests). @param carrier_hz of the signal

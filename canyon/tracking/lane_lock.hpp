@@ -9,11 +9,11 @@
 
 namespace canyon::tracking {
 
-/// CodeTracker::lock() without a prior for many receivers at once ("lanes"), which hear the same paths with
-/// phases and strengths of their own: eight at a time in single precision, from a table of the correlation.
-/// Delays agree within 1 cm (of a chip of 293 m), prompt powers within 1e-4 of themselves. Where a lane finds
-/// nothing that way, and for other discriminators than early minus late power, CodeTracker::lock() itself
-/// answers. Const, thread-safe.
+/// CodeTracker::lock() without a prior for many receivers at once ("lanes"), which receive the same paths
+/// with phases and strengths of their own: eight at a time in single precision, from a table of the
+/// correlation. Delays agree within 1 cm (of a chip of 293 m), prompt powers within 1e-4 of themselves. Where
+/// a lane finds nothing that way, and for other discriminators than early minus late power,
+/// CodeTracker::lock() itself answers. Const, thread-safe.
 class LaneCodeLock {
  public:
   static constexpr std::size_t kWidth = 8;

@@ -69,7 +69,7 @@ void compare(const LaneCodeLock& lock, bool direct, double* worst_m, int* others
   }
 }
 
-// The judge is CodeTracker::lock(), which is tested against closed forms.
+// The reference is CodeTracker::lock(), which is tested against closed forms.
 TEST(LaneCodeLock, StandsWhereTheLoopStands) {
   for (const Modulation modulation : {Modulation::BPSK, Modulation::BOC11}) {
     const LaneCodeLock lock = lock_of(modulation);

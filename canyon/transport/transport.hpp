@@ -32,9 +32,9 @@ inline constexpr std::size_t kMostReceived = std::size_t{64} * 1024;
 /// Readers of one transport at a time.
 inline constexpr std::size_t kMaxClients = 16;
 
-/// Takes bytes to somebody, and brings what they say. Everything but finish() returns at once: a reader that
+/// Sends bytes to peers, and receives theirs. Everything but finish() returns at once: a reader that
 /// is too slow loses bytes or its connection, and the caller goes on. What is lost on the way (a client, a
-/// serial port) is said once, and taken up again when it is back.
+/// serial port) is reported once, and taken up again when it is back.
 class Transport {
  public:
   virtual ~Transport() = default;

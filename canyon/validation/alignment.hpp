@@ -30,7 +30,7 @@ struct AlignOptions {
 /// Its fields.
 void visit(options::Visitor& v, AlignOptions& o);
 
-/// Where the city fits a recording best: the move under which the city's LOS and NLOS are told apart best by
+/// Where the city fits a recording best: the move under which the city's LOS and NLOS are separated best by
 /// C/N0 and by pseudorange error together.
 struct Alignment {
   Registration registration;
@@ -43,7 +43,7 @@ struct Alignment {
 
 /// Estimated on epochs [first, first + count) of the recording, from satellites above the mask. The clock is
 /// estimated anew for each move, from what is clear there. Throws InputError for options that do not
-/// validate() and where the city tells no LOS from NLOS in these epochs under any move.
+/// validate() and where no move of the city gives both LOS and NLOS in these epochs.
 [[nodiscard]] Alignment align(const Recording& recording, const simulation::Environment& environment,
                               double elevation_mask_rad, std::size_t first, std::size_t count,
                               const AlignOptions& options = {});

@@ -327,7 +327,7 @@ class Comparer {
     s.measured_phase = {o.phase_residual_m, o.lost_lock};
   }
 
-  /// Recorded errors are about a clock that satellites in clear view tell, with what these have in common.
+  /// Recorded errors are about a clock from satellites in clear view, with what these have in common.
   /// The simulated ones are brought to that: the true clock stands at 0 there.
   void remove_simulated_clock() {
     PseudorangeResiduals residuals;

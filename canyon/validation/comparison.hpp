@@ -57,7 +57,7 @@ struct Recording {
   /// Measured fixes are solved from these: all recorded first signals of satellites with ephemerides and
   /// above the horizon, sigma 1 m, one for each of the epoch's residuals and in their order.
   std::vector<std::vector<positioning::Measurement>> measurements;  ///< one list for each of residuals.epochs
-  /// What the recorded receiver told of its own place, and how wrong that was (RecordingOptions::nmea).
+  /// Positions that the recorded receiver reported, and their errors (RecordingOptions::nmea).
   struct OwnFix {
     geodesy::GpsTime time;
     Eigen::Vector3d error_enu_m = Eigen::Vector3d::Zero();
@@ -95,8 +95,8 @@ struct ComparedSatellite : ComparedSignal {
   gnss::SatelliteId id;
   double azimuth_rad = 0, elevation_rad = 0;
   bool clear = false;  ///< the city says that the direct path is (Visibility LOS or LOSMultipath)
-  /// Of what arrives by the city's word, not of what the simulated receiver could track: classes must not
-  /// depend on the model that is judged by them.
+  /// Of what arrives according to the city, not of what the simulated receiver could track: classes must not
+  /// depend on the model that is validated with them.
   propagation::Visibility visibility = propagation::Visibility::Blocked;
   /// The path that explains an NLOS signal: the strongest at the antenna where signals have strength, else
   /// the shortest; and the code delay [m] that the receiver model makes of all paths, noise left out. Given
@@ -109,7 +109,7 @@ struct ComparedSatellite : ComparedSignal {
   std::optional<Prediction> prediction;
   bool used_measured = false, used_simulated = false;  ///< in the fixes
   /// Those beyond the first that it sends (gnss::transmits()) and the recording or the simulated receiver
-  /// has, in the order of gnss::signals_of(). Their errors are about the clock that first signals tell,
+  /// has, in the order of gnss::signals_of(). Their errors are about the clock from first signals,
   /// measured and simulated. A constant of each is taken off, the median over the run of satellites that are
   /// clear, for receivers have delays of their own in each band.
   std::vector<ComparedSignal> more;

@@ -129,7 +129,7 @@ Agreement agreement(const Comparison& comparison) {
   return a;
 }
 
-// The receiver that is judged has its disturbances: one satellite is taken from it, the others stay as they
+// The simulated receiver has its disturbances: one satellite is taken from it, the others stay as they
 // were.
 TEST(Comparison, HonoursDisturbances) {
   const SimulatedRecording recorded;
@@ -149,7 +149,7 @@ TEST(Comparison, HonoursDisturbances) {
     const ComparedSatellite& after = disturbed.satellites[i++];
     ASSERT_EQ(after.id, before.id);
     ASSERT_EQ(after.simulated_error_m.has_value(), before.simulated_error_m.has_value());
-    // Less the clock that the others tell.
+    // Less the clock from the others.
     if (before.simulated_error_m) {
       ASSERT_NEAR(*after.simulated_error_m, *before.simulated_error_m, 1e-9);
     }
@@ -171,11 +171,11 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
   const simulation::ReceiverConfig& receiver = recorded.scenario().receivers.front();
   CompareOptions options;
   options.name = "itself";
-  std::size_t told = 0;
-  options.progress = [&told](std::size_t done, std::size_t) { told = done; };
+  std::size_t reported = 0;
+  options.progress = [&reported](std::size_t done, std::size_t) { reported = done; };
   const Comparison comparison = compare(recording, receiver, recorded.environment(), moved, 1, options);
   EXPECT_EQ(comparison.name, "itself");
-  EXPECT_EQ(told, comparison.epochs.size());
+  EXPECT_EQ(reported, comparison.epochs.size());
   const Agreement a = agreement(comparison);
   std::printf("%zu observations of both, %zu of one; errors differ by %.2g m at most, fixes by %.2g m\n",
               a.both, a.only_one, quantile(a.error_m, 1).value(), quantile(a.fix_m, 1).value());
@@ -183,7 +183,7 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
   EXPECT_LE(a.only_one, 3U);  // rays within micrometres of an edge
   EXPECT_GT(a.nlos_measured, 100U);
   EXPECT_EQ(a.predictions, a.nlos_measured);
-  // RINEX keeps millimetres, and one satellite may tell the clock; fixes carry that times their DOP.
+  // RINEX keeps millimetres, and one satellite may give the clock; fixes carry that times their DOP.
   EXPECT_LT(quantile(a.error_m, 0.99).value(), 3e-3);
   EXPECT_LT(quantile(a.fix_m, 0.99).value(), 0.02);
 
@@ -285,8 +285,8 @@ TEST(Comparison, LeavesSatellitesOut) {
   EXPECT_LT(i, plain.satellites.size());
 }
 
-// Canyon's own receiver tells its fixes as NMEA; of the recorder's epochs they have the errors that its fixes
-// have (minutes of GGA to 1e-6, 2 mm, and times to 1 ms, 6 mm at 6 m/s).
+// Canyon's own receiver writes its fixes as NMEA; of the recorder's epochs they have the errors that its
+// fixes have (minutes of GGA to 1e-6, 2 mm, and times to 1 ms, 6 mm at 6 m/s).
 TEST(Comparison, OwnFixesAndThePositionFilter) {
   const SimulatedRecording recorded;
   const Recording recording = recorded.read();

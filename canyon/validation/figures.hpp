@@ -87,7 +87,7 @@ struct SignalFigures {
   [[nodiscard]] bool first() const;        ///< the one near L1, that the other figures are of
 };
 
-/// Places that the recorded receiver told itself, beside the position filter's.
+/// Positions that the recorded receiver reported, beside the position filter's.
 struct OwnFixFigures {
   PositionFigures own;                  ///< by NMEA; its satellites are not known: mean_used is NaN
   PositionFigures measured, simulated;  ///< CompareOptions::position_filter
@@ -121,8 +121,8 @@ struct Figures {
 };
 
 struct FigureOptions {
-  /// Blocks of the bootstrap [s]: errors hang together as long as a building does. [1, 600]; at most a fifth
-  /// of the part.
+  /// Blocks of the bootstrap [s]: errors are correlated over the length of a building. [1, 600]; at most a
+  /// fifth of the part.
   double block_s = 60;
   int resamples = 500;  ///< [100, 100,000]; 0: no intervals
   std::uint64_t seed = 1;

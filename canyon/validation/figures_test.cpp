@@ -354,7 +354,7 @@ Hand random_comparison() {
   return hand;
 }
 
-// separation(), which SciPy judged, and the bootstrap by its definition do the same the long way.
+// separation(), checked against SciPy, and the bootstrap by its definition do the same the long way.
 // Two runs beside one recording: what is simulated is theirs, what is measured and what is LOS the
 // comparison's.
 TEST(Figures, SimulatedValuesOfSeveralRuns) {

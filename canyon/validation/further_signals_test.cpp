@@ -120,8 +120,8 @@ TEST(FurtherSignals, PhaseNoiseIsThatOfTheLoop) {
   }
 }
 
-// Among houses, judged by the same receiver under another seed: the same distributions, and the slips that
-// the recording receiver had.
+// Among houses, compared with the same receiver under another seed: the same distributions, and the slips
+// that the recording receiver had.
 TEST(FurtherSignals, EmittedRecordingIsJudgedAsItsOwn) {
   const SimulatedRecording recorded({}, three_bands);
   const Recording recording = recorded.read();
@@ -196,7 +196,7 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
   EXPECT_EQ(l2c(f).error_nlos_m.ks, l2c(f_all).error_nlos_m.ks);
   EXPECT_EQ(l2c(f).simulated_phase.slips, l2c(f_all).simulated_phase.slips);
 
-  // A system that is not tracked at all: the others are judged without it.
+  // A system that is not tracked at all: the others are compared without it.
   const Comparison gps = compare_by(recorded, recording, 2, {"L1CA"});
   for (const ComparedSatellite& s : gps.satellites) ASSERT_EQ(s.id.system, gnss::System::GPS);
   ASSERT_GT(gps.satellites.size(), 1000U);
@@ -204,7 +204,7 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
   for (const ComparedSatellite& s : all.satellites) {
     if (s.id.system != gnss::System::GPS) continue;
     ASSERT_EQ(gps.satellites[satellite].id, s.id);
-    // Simulated errors are about the clock that all clear satellites tell: here of fewer.
+    // Simulated errors are about the clock from all clear satellites: here of fewer.
     ASSERT_EQ(gps.satellites[satellite].simulated_error_m.has_value(), s.simulated_error_m.has_value());
     if (s.simulated_error_m) {
       ASSERT_NEAR(*gps.satellites[satellite].simulated_error_m, *s.simulated_error_m, 5);

@@ -33,7 +33,7 @@ std::size_t needed(const std::vector<heatmap::Layer>& layers, heatmap::Layer lay
                    "compute it with --layers horizontal_error_p50,horizontal_error_p95,availability");
 }
 
-bool is_judged(const MapEpoch& epoch) {
+bool is_comparable(const MapEpoch& epoch) {
   return epoch.known && epoch.solved && std::isfinite(epoch.p50_m) && std::isfinite(epoch.p95_m);
 }
 
@@ -49,8 +49,8 @@ Draws draw(const std::vector<MapEpoch>& epochs) {
 
 /// The share of a stratum's epochs that `is` true of, over all resamples.
 template <typename Is>
-JudgedValue judged_share(const std::vector<MapEpoch>& epochs, const std::vector<std::size_t>& stratum,
-                         const Draws& draws, const Is& is) {
+JudgedValue share_where(const std::vector<MapEpoch>& epochs, const std::vector<std::size_t>& stratum,
+                        const Draws& draws, const Is& is) {
   const auto share = [&](const auto& times_drawn) {
     double all = 0, such = 0;
     for (const std::size_t i : stratum) {
@@ -83,8 +83,8 @@ MapStratum stratum(const std::string& name, const std::vector<MapEpoch>& epochs,
     p95s.push_back(epochs[i].p95_m);
   }
   result.epochs = errors.size();
-  result.within_p50 = judged_share(epochs, in, draws, [](const MapEpoch& e) { return e.error_m <= e.p50_m; });
-  result.within_p95 = judged_share(epochs, in, draws, [](const MapEpoch& e) { return e.error_m <= e.p95_m; });
+  result.within_p50 = share_where(epochs, in, draws, [](const MapEpoch& e) { return e.error_m <= e.p50_m; });
+  result.within_p95 = share_where(epochs, in, draws, [](const MapEpoch& e) { return e.error_m <= e.p95_m; });
   result.recorded_p50_m = quantile(errors, 0.5).value_or(kNan);
   result.recorded_p95_m = quantile(errors, 0.95).value_or(kNan);
   result.map_p50_m = median(p50s).value_or(kNan);
@@ -130,7 +130,7 @@ std::vector<MapEpoch> map_epochs(const Comparison& comparison, std::size_t first
 MapJudgement judge_map(const std::vector<MapEpoch>& epochs) {
   MapJudgement result;
   result.epochs = epochs.size();
-  std::vector<std::size_t> judged;
+  std::vector<std::size_t> compared;
   std::vector<double> errors, p95s;
   double solved = 0, available = 0;
   for (std::size_t i = 0; i < epochs.size(); ++i) {
@@ -139,24 +139,24 @@ MapJudgement judge_map(const std::vector<MapEpoch>& epochs) {
     ++result.known;
     solved += epoch.solved ? 1 : 0;
     available += epoch.availability;
-    if (!is_judged(epoch)) continue;
-    judged.push_back(i);
+    if (!is_comparable(epoch)) continue;
+    compared.push_back(i);
     errors.push_back(epoch.error_m);
     p95s.push_back(epoch.p95_m);
   }
-  result.judged = judged.size();
+  result.judged = compared.size();
   const auto known = static_cast<double>(result.known);
   result.recorded_availability = result.known > 0 ? solved / known : kNan;
   result.map_availability = result.known > 0 ? available / known : kNan;
-  if (judged.empty()) return result;
+  if (compared.empty()) return result;
   result.correlation = spearman(p95s, errors);
   const Draws draws = draw(epochs);
-  result.strata.push_back(stratum("all", epochs, judged, draws));
+  result.strata.push_back(stratum("all", epochs, compared, draws));
   const double low = *quantile(p95s, 1.0 / 3), high = *quantile(p95s, 2.0 / 3);
   constexpr std::array kNames{"map's best third", "map's middle third", "map's worst third"};
   for (std::size_t third = 0; third < 3; ++third) {
     std::vector<std::size_t> in;
-    for (const std::size_t i : judged) {
+    for (const std::size_t i : compared) {
       const std::size_t of = epochs[i].p95_m <= low ? 0 : epochs[i].p95_m <= high ? 1 : 2;
       if (of == third) in.push_back(i);
     }

@@ -50,12 +50,12 @@ struct MapJudgement {
   std::size_t epochs = 0, known = 0;                       ///< of the drive; in computed cells
   std::size_t judged = 0;                                  ///< with a recorded fix and the map's errors
   double recorded_availability = 0, map_availability = 0;  ///< over known epochs; NaN where unknown
-  std::vector<MapStratum> strata;  ///< all, and thirds by the map's 95 %; empty where nothing is judged
+  std::vector<MapStratum> strata;  ///< all, and thirds by the map's 95 %; empty where `judged` is 0
   /// Spearman's of the map's 95 % and the recorded errors; its interval takes epochs as independent.
   std::optional<Correlation> correlation;
 };
 /// Intervals are percentile bootstrap intervals over blocks of a minute (a fifth of the epochs at most),
-/// drawn with replacement: errors next to each other hang together. 1,000 resamples, the same for the same
+/// drawn with replacement: errors next to each other are correlated. 1,000 resamples, the same for the same
 /// epochs.
 [[nodiscard]] MapJudgement judge_map(const std::vector<MapEpoch>& epochs);
 

@@ -180,9 +180,9 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
       }
       if (row.empty()) break;
       const GpsTime reception = recorded.receiver_time - *median(values) / kSpeedOfLight;
-      const bool settled = std::abs(reception - epoch.reception) < 1e-6;
+      const bool converged = std::abs(reception - epoch.reception) < 1e-6;
       epoch.reception = reception;
-      if (settled) break;
+      if (converged) break;
     }
     if (epoch.reception < truth.begin() || epoch.reception > truth.end()) {
       ++result.epochs_outside_truth;

@@ -25,8 +25,8 @@
 //   P = r + c (b - (dts - tgd)) + I + S + isb + error,
 //
 // step one removes all but the receiver clock b, the inter-system bias and the error; step two estimates
-// clock and biases from satellites in clear view. The steps are apart because the second hangs on a city, and
-// is repeated while a city is being aligned.
+// clock and biases from satellites in clear view. The steps are apart because the second depends on a city,
+// and is repeated while a city is being aligned.
 
 namespace canyon::validation {
 
@@ -64,7 +64,7 @@ struct PseudorangeResiduals {
   std::vector<ResidualEpoch> epochs;              ///< with at least one observation, in the order given
   std::vector<PseudorangeResidual> observations;  ///< of satellites' first signals, by epoch
   /// Of the others, by epoch: with the delays of their own carriers and group delays, but a constant that the
-  /// receiver adds to each signal (its inter-frequency bias). They tell no clock.
+  /// receiver adds to each signal (its inter-frequency bias). No clock is estimated from them.
   std::vector<PseudorangeResidual> further;
   // What was left out:
   std::size_t epochs_outside_truth = 0;
@@ -113,7 +113,7 @@ struct ClockOptions {
   /// Fewer satellites in clear view than this, above `elevation_mask_rad`: the epoch's clock is taken from
   /// all satellites. [1, 50].
   int min_clear = 1;
-  /// Satellites below do not tell the clock [rad]. [0, pi/2).
+  /// Satellites below do not contribute to the clock [rad]. [0, pi/2).
   double elevation_mask_rad = 0.17453292519943295;  // 10 deg
   /// Relative weights, 1 / variance with variance = a + b 10^(-C/N0 / 10) (Kuusniemi, User-level reliability
   /// and quality monitoring in satellite-based personal navigation, Tampere University of Technology 2005: a
@@ -152,7 +152,7 @@ struct EpochClock {
   double bias_m = 0;   ///< c times the receiver's time tag minus GPS time, of the reference system
   double sigma_m = 0;  ///< standard error from weights and the run's scatter; 0 for None
   ClockSource source = ClockSource::None;
-  int clear = 0;  ///< satellites in clear view that could tell it
+  int clear = 0;  ///< satellites in clear view that it can be estimated from
   /// Differs from the epoch before by a whole number of milliseconds, not 0, beside the run's median drift,
   /// within 0.02 ms: the receiver steered its clock.
   bool millisecond_jump = false;

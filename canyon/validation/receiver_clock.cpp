@@ -25,7 +25,7 @@ using gnss::System;
 
 constexpr int kMostIterations = 100;
 /// Steps of clocks and biases below this [m] end the iteration.
-constexpr double kSettled_m = 1e-4;
+constexpr double kConverged_m = 1e-4;
 /// Without scatter (simulated pseudoranges) weights would have no scale.
 constexpr double kSmallestScatter = 1e-6;
 
@@ -61,7 +61,7 @@ class ClockEstimator {
   PseudorangeErrors estimate() {
     choose_reference();
     start();
-    settle();
+    converge();
     add_weak_systems();
     for (std::size_t e = 0; e < clock_.size(); ++e) finish(e);
     mark_jumps();
@@ -104,7 +104,7 @@ class ClockEstimator {
     }
   }
 
-  /// May tell a clock at all.
+  /// May be used to estimate a clock.
   [[nodiscard]] bool usable(std::size_t i) const {
     return !result_.observations[i].gross && observation(i).elevation_rad >= options_.elevation_mask_rad;
   }
@@ -189,7 +189,7 @@ class ClockEstimator {
   void measure_scatter() {
     std::vector<double> scaled;
     for (std::size_t e = 0; e < clock_.size(); ++e) {
-      // A single satellite makes its own clock and tells nothing about scatter.
+      // A single satellite makes its own clock and gives no scatter.
       if (result_.clocks[e].clear < 2) continue;
       each(e, [&](std::size_t i) {
         if (joins(i)) scaled.push_back(std::abs(reduced(i) - clock_[e]) * std::sqrt(weight_[i]));
@@ -208,7 +208,7 @@ class ClockEstimator {
   /// Iteratively reweighted least squares for clocks and biases together. With W_es the weight of system s in
   /// epoch e and m_es its mean residual, eliminating the clock of each epoch leaves the normal equations
   ///   sum_e (W_es [s = q] - W_es W_eq / W_e) x_q = sum_e W_es (m_es - m_e).
-  void settle() {
+  void converge() {
     measure_scatter();
     for (int iteration = 0; iteration < kMostIterations; ++iteration) {
       Eigen::Matrix<double, kSystemCount, kSystemCount> normal;
@@ -261,7 +261,7 @@ class ClockEstimator {
         clock_[e] = sum_all / w_all;
       }
       for (std::size_t s = 0; s < kSystemCount; ++s) bias_[s] += step[static_cast<Eigen::Index>(s)];
-      if (largest < kSettled_m) break;
+      if (largest < kConverged_m) break;
       // The scale holds still after a few rounds, or it and the weights could chase each other.
       if (iteration < 5) measure_scatter();
     }
@@ -283,7 +283,7 @@ class ClockEstimator {
         sum += w * reduced(i);
       });
       const double before = std::exchange(clock_[e], sum / w_all);
-      if (std::abs(clock_[e] - before) < kSettled_m) break;
+      if (std::abs(clock_[e] - before) < kConverged_m) break;
     }
     return w_all;
   }

@@ -1,4 +1,4 @@
-// The recorded drive through Tsim Sha Tsui against the city's rays: the first figures of the judge.
+// The recorded drive through Tsim Sha Tsui against the city's rays: the first figures of the comparison.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -82,12 +82,11 @@ std::vector<positioning::Measurement> measurements_of(const PseudorangeResiduals
   return measurements;
 }
 
-/// How wrong the places were that the recorded receiver itself told.
+/// Errors of the positions that the recorded receiver itself reported.
 void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajectory& truth,
                    const Eigen::Vector3d& lever_arm_m, Recording& recording) {
-  simulation::NmeaFixes told =
-      simulation::read_nmea_fixes(nmea, recording.residuals.epochs.front().reception);
-  for (const auto& [time, place] : told.fixes) {
+  simulation::NmeaFixes own = simulation::read_nmea_fixes(nmea, recording.residuals.epochs.front().reception);
+  for (const auto& [time, place] : own.fixes) {
     if (time < truth.begin() || time > truth.end()) continue;
     const geodesy::Geodetic antenna = simulation::mounted_antenna(truth.at(time), lever_arm_m).position;
     recording.own_fixes.push_back(
@@ -97,11 +96,11 @@ void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajecto
   if (recording.own_fixes.empty()) {
     throw InputError(
         nmea, 0,
-        fmt::format("none of its {} fixes ({} to {}) lies in the truth", told.fixes.size(),
-                    format_gpst(told.fixes.front().first, 0), format_gpst(told.fixes.back().first, 0)),
+        fmt::format("none of its {} fixes ({} to {}) lies in the truth", own.fixes.size(),
+                    format_gpst(own.fixes.front().first, 0), format_gpst(own.fixes.back().first, 0)),
         "give what the recorded receiver told during the recording");
   }
-  recording.warnings.insert(recording.warnings.end(), told.warnings.begin(), told.warnings.end());
+  recording.warnings.insert(recording.warnings.end(), own.warnings.begin(), own.warnings.end());
 }
 
 }  // namespace
@@ -134,7 +133,7 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
   }
   recording.warnings = recorded.report.warnings();
 
-  // NMEA tells times of day: the recording knows the day.
+  // NMEA has times of day: the recording has the day.
   const GpsTime first = recorded.epochs.front().receiver_time;
   const GpsTime start = scenario.start.value_or(truth_format == "nmea" ? first : GpsTime{});
   simulation::TrajectoryFile path = simulation::read_trajectory_file(truth, truth_format, start);

@@ -9,7 +9,7 @@
 
 namespace canyon::validation {
 
-/// One recording of a list, and what it is judged with.
+/// One recording of a list, and what it is compared with.
 struct ListedRecording {
   std::string name;  ///< names it in tables, and the folder of its report
   /// Recordings of one class are pooled; empty: with none.
@@ -26,7 +26,7 @@ struct ListedRecording {
 /// Its fields.
 void visit(options::Visitor& v, ListedRecording& r);
 
-/// The recordings that `canyon validate LIST.yaml` judges beside each other: 1 to 50.
+/// The recordings that `canyon validate LIST.yaml` evaluates: 1 to 50.
 struct RecordingList {
   std::vector<ListedRecording> recordings;
 };

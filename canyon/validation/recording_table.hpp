@@ -6,7 +6,7 @@
 
 #include "canyon/validation/figures.hpp"
 
-// Several recordings beside each other, as `canyon validate LIST.yaml` tells them.
+// The table of several recordings that `canyon validate LIST.yaml` prints.
 
 namespace canyon::validation {
 

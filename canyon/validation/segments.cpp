@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kShortest_m = 50;
-/// Steps shorter than this tell no direction [m]: the noise of a truth of centimetres at standstill.
+/// Steps shorter than this give no direction [m]: the noise of a truth of centimetres at standstill.
 constexpr double kStep_m = 0.3;
 
 /// Of two directions of any length but zero.
@@ -46,7 +46,7 @@ std::vector<Segment> street_segments(std::span<const Eigen::Vector3d> places) {
   const double turn = geodesy::radians(30);
   std::vector<Piece> pieces(1);
   pieces.back().count = 1;
-  Vector2d since = places[0].head<2>();  // where the last step that told a direction ended
+  Vector2d since = places[0].head<2>();  // where the last step that gave a direction ended
   for (std::size_t i = 1; i < places.size(); ++i) {
     const Vector2d step = places[i].head<2>() - since;
     if (step.norm() >= kStep_m) {

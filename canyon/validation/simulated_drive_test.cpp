@@ -1,4 +1,4 @@
-// Canyon's own recording, written as RINEX, read back and judged: the errors that were simulated come out.
+// Canyon's own recording, written as RINEX, read back and compared: the errors that were simulated come out.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -73,7 +73,7 @@ TEST(SimulatedDrive, ErrorsComeBackThroughRinex) {
               difference.size(), nlos, half, worst);
   EXPECT_GT(difference.size(), 2000U);
   EXPECT_GT(nlos, 300U);
-  // RINEX keeps millimetres, and the receiver's clock is off by 0.5 mm wherever one satellite tells it.
+  // RINEX keeps millimetres, and the receiver's clock is off by 0.5 mm wherever one satellite gives it.
   EXPECT_LT(half, 1e-3);
   EXPECT_LT(worst, 2e-3);
 }

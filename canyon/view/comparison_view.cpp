@@ -317,7 +317,7 @@ std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder, sim
   } catch (const JsonError&) {
     throw InputError(folder / kHeaderFile, 0, "tells no times", "write it anew: canyon validate --view");
   }
-  // The page asks by its receivers' numbers; both sides are judged by one model.
+  // The page asks by its receivers' numbers; both sides are compared by one model.
   scenario.receivers.resize(1);
   scenario.receivers.push_back(scenario.receivers.front());
   scenario.faults = {};  // nor has the simulated side any

@@ -45,7 +45,7 @@ struct Host {
   std::unique_ptr<transport::Transport> transport;
   transport::LineCutter lines{kLongestLine};
   Json hello;                                ///< its last one; null: none yet
-  geodesy::GpsTime begin;                    ///< that this one tells
+  geodesy::GpsTime begin;                    ///< that this one sends
   std::map<std::string, std::string> names;  ///< of its receivers on the page
   std::string complaint;
 };
@@ -88,9 +88,9 @@ struct LiveRelay::Impl {
   void take_hello(Server& server, Host& from, Json message) {
     const auto begin =
         geodesy::GpsTime::from_week(message.at("gps_week").get<int>(), message.at("gps_tow").get<double>());
-    Header told = header;
-    told.begin.reset();
-    told.receivers.clear();
+    Header merged = header;
+    merged.begin.reset();
+    merged.receivers.clear();
     Json all;
     std::set<std::string> taken;
     std::vector<std::map<std::string, std::string>> names;
@@ -98,14 +98,14 @@ struct LiveRelay::Impl {
       const Json& said = &host == &from ? message : host.hello;
       names.emplace_back();
       if (said.is_null()) continue;
-      if (!told.begin) {
-        told.begin = &host == &from ? begin : host.begin;
-        told.interval_s = said.at("interval_s").get<double>();
+      if (!merged.begin) {
+        merged.begin = &host == &from ? begin : host.begin;
+        merged.interval_s = said.at("interval_s").get<double>();
         all = said;
         all["receivers"] = Json::array();
       }
       for (const Json& receiver : said.at("receivers")) {
-        ReceiverHeader& one = told.receivers.emplace_back();
+        ReceiverHeader& one = merged.receivers.emplace_back();
         const auto name = receiver.at("name").get<std::string>();
         one.name = taken.insert(name).second ? name : fmt::format("{} ({})", name, host.address);
         one.strength = receiver.at("strength").get<bool>();
@@ -115,9 +115,9 @@ struct LiveRelay::Impl {
         all["receivers"].back()["name"] = one.name;
       }
     }
-    header = std::move(told);
+    header = std::move(merged);
     write_header(header, folder);
-    told_anew = true;
+    header_changed = true;
     for (std::size_t i = 0; i < hosts.size(); ++i) hosts[i].names = std::move(names[i]);
     from.begin = begin;
     from.hello = std::move(message);
@@ -156,7 +156,7 @@ struct LiveRelay::Impl {
   const raytrace::RayScene& scene;
   std::vector<Host> hosts;
   std::string hello;  ///< of all; empty: none yet
-  bool told_anew = false;
+  bool header_changed = false;
   /// By the receivers' names on the page.
   std::map<std::string, std::string> newest;
   std::map<std::string, MovingSkyline> skylines;
@@ -190,7 +190,7 @@ void LiveRelay::serve(Server& server) {
 }
 
 std::optional<Header> LiveRelay::take_header() {
-  if (!std::exchange(impl_->told_anew, false)) return std::nullopt;
+  if (!std::exchange(impl_->header_changed, false)) return std::nullopt;
   return impl_->header;
 }
 

@@ -28,11 +28,11 @@ class LiveRelay {
             const raytrace::RayScene& scene);
   ~LiveRelay();
 
-  /// Hands on what has come; waits 20 ms at most where nothing has.
+  /// Forwards what has arrived; waits 20 ms at most where nothing has.
   void serve(Server& server);
-  /// What the hosts have told, where one has begun since the last call.
+  /// The header of all hosts, where one has begun since the last call.
   [[nodiscard]] std::optional<Header> take_header();
-  /// What there is to say since the last call, one line each, the address in front.
+  /// Messages since the last call, one line each, the address in front.
   [[nodiscard]] std::vector<std::string> take_notes();
 
  private:

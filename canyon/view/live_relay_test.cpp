@@ -25,7 +25,7 @@ namespace {
 using Json = nlohmann::json;
 using testing::HasSubstr;
 
-/// Keeps epochs with what they lend.
+/// Keeps epochs with what they point to.
 class Kept final : public simulation::EpochSink {
  public:
   void write(const simulation::Epoch& epoch) override {
@@ -70,7 +70,7 @@ class LiveRelayTest : public testing::Test {
                             output::EncodedStream* other = nullptr) {
     std::atomic<bool> heard_all{false};
     std::thread work([&] {
-      while (!heard_all) {
+      while (!received_all) {
         stream.serve();
         if (other != nullptr) other->serve();
         relay_->serve(*server_);
@@ -104,7 +104,7 @@ TEST_F(LiveRelayTest, TakesAHostsEpochsToPagesAndGreetsLateOnesWithTheNewest) {
   EXPECT_EQ(received[0]["receivers"][0]["name"], "rover");
   ASSERT_TRUE(relay_->take_header());
   EXPECT_FALSE(relay_->take_header());  // once
-  // The header tells the same, for pages that come from now on.
+  // The header states the same, for pages that come from now on.
   EXPECT_EQ(header()["time"]["begin_utc"], "2026-06-01T12:00:00.000Z");
   EXPECT_EQ(header()["time"]["interval_s"], simulation_->interval_s());
   EXPECT_EQ(header()["receivers"][0]["name"], "rover");

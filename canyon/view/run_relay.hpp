@@ -20,7 +20,7 @@ class RunRelay final : public simulation::EpochSink {
            std::chrono::milliseconds step = std::chrono::milliseconds(20));
   ~RunRelay() override;
 
-  /// Sends the epoch where its instant is due and somebody is connected.
+  /// Sends the epoch where its instant is due and a page is connected.
   void write(const simulation::Epoch& epoch) override;
   void finish() override {}
   /// Of RunOptions::progress.

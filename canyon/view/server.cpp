@@ -186,7 +186,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     stream_.expires_after(shared_->options.timeout);
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
       if (!error) return self->handle();
-      // Whoever speaks HTTP badly is told so; whoever is silent or gone is let go.
+      // Bad HTTP gets an error; a silent or closed connection is dropped.
       if (error == http::error::end_of_stream || error == beast::error::timeout ||
           error.category() != make_error_code(http::error::bad_method).category()) {
         return self->close();
@@ -200,7 +200,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void handle() {
     const Request& request = parser_->get();
-    // Told twice, it says nothing.
+    // Given twice, it is not valid.
     if (request.count(http::field::host) != 1 || !shared_->is_here(view_of(request[http::field::host]))) {
       return refuse(http::status::forbidden, "ask for this server by its own address, 127.0.0.1");
     }

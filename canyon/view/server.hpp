@@ -30,7 +30,7 @@ struct Site {
   std::string page;              ///< HTML, under "/"
   std::filesystem::path folder;  ///< its plain files under "/view/NAME"; nothing below it, and no links
   /// Answers a WebSocket message with one of its own; called on a thread of its own, one message at a time.
-  /// Empty, or an empty answer: nothing is said.
+  /// Empty, or an empty answer: nothing is sent.
   std::function<std::string(const std::string& message)> answer = {};
 };
 
@@ -39,7 +39,7 @@ struct Site {
 [[nodiscard]] bool is_served_name(std::string_view name);
 
 /// HTTP and WebSocket for pages of this machine: 127.0.0.1 alone, and only for requests whose Host (and
-/// Origin, where one is told) is this very server, so that no foreign page in the user's browser reads along.
+/// Origin, where given) is this very server, so that no foreign page in the user's browser reads along.
 /// Works on a thread of its own from construction to destruction.
 class Server {
  public:

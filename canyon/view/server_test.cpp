@@ -24,7 +24,7 @@ using testing::Not;
 using testing::StartsWith;
 using Clock = std::chrono::steady_clock;
 
-/// A client that writes what it is told, byte for byte.
+/// A client that writes the bytes it is given.
 class Client {
  public:
   explicit Client(const Server& server) : socket_(io_) {

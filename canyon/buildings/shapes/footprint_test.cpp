@@ -66,7 +66,7 @@ void expect_clean(const std::vector<Polygon2>& polygons) {
   }
 }
 
-/// Judges a triangulation from the outside: areas add up, every ring edge belongs to one triangle, every
+/// Checks a triangulation from the outside: areas add up, every ring edge belongs to one triangle, every
 /// other edge to two. Positions stand for corners, since rings may touch.
 void expect_covers(const Polygon2& polygon, const std::vector<std::array<std::uint32_t, 3>>& triangles) {
   std::vector<Point2> points = polygon.outer;

@@ -152,13 +152,13 @@ TEST_F(CityJsonTest, GdaltransformAgrees) {
                       place.translate, "2.0", "1e-9,1e-9,0.001"));
     std::string point = place.translate;
     std::replace(point.begin(), point.end(), ',', ' ');
-    const auto judged = test::run_program(
+    const auto checked = test::run_program(
         fmt::format("echo '{}' | gdaltransform -s_srs EPSG:{} -t_srs EPSG:4326", point, place.reference));
-    ASSERT_EQ(judged.status, 0);
-    std::istringstream words(judged.output);
+    ASSERT_EQ(checked.status, 0);
+    std::istringstream words(checked.output);
     double lon = 0;
     double lat = 0;
-    ASSERT_TRUE(words >> lon >> lat) << judged.output;
+    ASSERT_TRUE(words >> lon >> lat) << checked.output;
     const Eigen::Vector3d corner = data.features.at(0).surfaces.at(0).outer.at(0);
     EXPECT_NEAR(corner.x(), lon, 1e-9) << place.reference;
     EXPECT_NEAR(corner.y(), lat, 1e-9) << place.reference;

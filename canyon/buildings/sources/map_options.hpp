@@ -63,7 +63,7 @@ struct BuildOptions {
   double tree_height_m = 8;       ///< of trees without a height tag; [1, 150]
   double tree_crown_m = 5;        ///< crown diameter of trees without diameter_crown; [0.5, 50]
   double wood_height_m = 12;      ///< of woods without a height tag; [1, 150]
-  /// Facades without a tag that is known. Unknown lets city::dress_facades() tell them from tagged ones; no
+  /// Facades without a known tag. Unknown lets city::dress_facades() distinguish them from tagged ones; no
   /// key.
   city::Material untagged_facade = city::Material::Concrete;
   /// Throws InputError naming the field and its bound.

@@ -13,7 +13,7 @@ struct OsmReadOptions {
   bool foliage = false;          ///< trees, tree rows, woods as well
 };
 
-/// Reads OpenStreetMap .osm, .osm.gz, .osm.bz2, .osm.pbf through libosmium, told apart by content: closed
+/// Reads OpenStreetMap .osm, .osm.gz, .osm.bz2, .osm.pbf through libosmium, detected by content: closed
 /// ways and multipolygon relations (several outers, inners; old-style ones whose outer ways carry the tags)
 /// tagged building or building:part, type=building relations (roles outline and part give kind and
 /// `belongs_to`, and the relation's tags complete the outline's). A multipolygon stands for its tagged outer

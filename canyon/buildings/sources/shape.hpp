@@ -55,7 +55,7 @@ struct Shape {
 ///
 /// height: `height` (or building:height, est_height), the top with the roof; else (building:levels + roof
 /// levels) x level_m, building:levels counting from the ground; else the default of the building's type, or
-/// for what hangs in the air without a height one storey above min_height. min_height: `min_height`, else
+/// for parts above the ground without a height one storey above min_height. min_height: `min_height`, else
 /// building:min_level x storey height (of height and levels where both are tagged); else for building=roof
 /// and carport 0.3 m below the roof's eaves, for building=bridge one storey. roof: unknown shapes are Flat
 /// with a warning, and kin are taken for each other (half-hipped: Hipped; saltbox and crosspitched: Gabled;

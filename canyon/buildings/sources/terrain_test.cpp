@@ -440,14 +440,14 @@ TEST_F(TerrainTest, GdalLocationInfoAgreesOnPixelCentres) {
               [](double x, double y) { return 100 * std::sin(x / 700) + y / 1e5; });
   const Terrain terrain({folder_ / "utm.tif"});
   for (const auto& [column, row] : {std::pair{0, 0}, std::pair{17, 93}, std::pair{199, 149}}) {
-    const auto judged = test::run_program(
+    const auto checked = test::run_program(
         fmt::format("gdallocationinfo -valonly '{}' {} {}", (folder_ / "utm.tif").string(), column, row));
-    ASSERT_EQ(judged.status, 0);
+    ASSERT_EQ(checked.status, 0);
     const Geodetic at =
         geodesy::geodetic_from_utm({50, true, 200000 + 30 * (column + 0.5), 2480000 - 30 * (row + 0.5)});
     EXPECT_NEAR(
         terrain.height_m({geodesy::degrees(at.longitude_rad), geodesy::degrees(at.latitude_rad)}).value(),
-        std::stod(judged.output), 1e-5);
+        std::stod(checked.output), 1e-5);
   }
 }
 

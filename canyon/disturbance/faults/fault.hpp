@@ -32,7 +32,7 @@ class FaultSettings {
   [[nodiscard]] virtual std::unique_ptr<Disturbance> make(const FaultContext& context) const = 0;
   /// The satellites that it is of; of kinds that know none: empty, all.
   [[nodiscard]] virtual SatelliteSet satellites() const = 0;
-  /// How long it lasts by itself [s]; empty: until somebody ends it.
+  /// Its own duration [s]; empty: until it is ended.
   [[nodiscard]] virtual std::optional<double> duration_s() const = 0;
 };
 void visit(options::Visitor& v, FaultSettings& settings);
@@ -67,15 +67,14 @@ struct Fault {
   /// Throws InputError for satellites and systems that the sky has not: they would be without effect.
   void check(const orbit::Sky& sky) const;
 };
-/// Its fields. A reader takes absent ones as they are, gives it the end that its kind has by itself, and
-/// judges the whole.
+/// Its fields. A reader leaves absent ones unchanged, sets the end that its kind has, and checks the whole.
 void visit(options::Visitor& v, Fault& fault);
 
 /// `faults:` of a scenario or host: names those without a name ("outage 2": the second of the list). A reader
 /// refuses names that stand twice, and receivers that are not among `receivers`.
 void visit_faults(options::Visitor& v, std::vector<Fault>& faults, std::span<const std::string> receivers);
 
-/// One fault as somebody writes it while a receiver runs: an item of `faults:` in YAML or JSON.
+/// One fault as written while a receiver runs: an item of `faults:` in YAML or JSON.
 /// @param now_s begin of a fault that names none @param number behind the kind where it has no name
 /// Throws InputError with line and cure, as a scenario's reader does.
 [[nodiscard]] Fault parse_fault(const std::string& text, const std::string& source, double now_s, int number);

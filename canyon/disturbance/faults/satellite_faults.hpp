@@ -25,7 +25,7 @@ struct OutageOptions {
 void visit(options::Visitor& v, OutageOptions& o);
 
 enum class ClockFault : std::uint8_t {
-  Message,  ///< the clock is right, and what is said of it wrong
+  Message,  ///< the clock is right, and its message is wrong
   Signal,   ///< the clock runs off, and nobody says so
 };
 /// What satellites say of themselves differs from where they are. Pseudoranges are true, but for a clock

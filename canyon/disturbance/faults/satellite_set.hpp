@@ -14,7 +14,7 @@ using SatelliteSet = std::vector<std::string>;
 [[nodiscard]] bool holds(const SatelliteSet& set, gnss::SatelliteId id);
 /// Throws InputError for a name that is neither a satellite's nor a system's.
 void check_satellites(const SatelliteSet& set);
-/// The field `satellites` of options; a reader judges the names.
+/// The field `satellites` of options; a reader checks the names.
 void visit_satellites(options::Visitor& v, SatelliteSet& set);
 
 }  // namespace canyon::disturbance

@@ -69,10 +69,10 @@ struct SpoofingOptions {
 /// Its fields.
 void visit(options::Visitor& v, SpoofingOptions& o);
 
-/// Adds a path of kind Transmitted to each satellite that it copies, satellites that the antenna's place does
-/// not see, and to the interference what the copies are to all other satellites. What a receiver makes of
-/// two signals of one code is its loops' affair (tracking::Channel). Receivers without signal strength hear
-/// satellites alone.
+/// Adds a path of kind Transmitted to each satellite that it copies, adds satellites that the antenna does
+/// not see, and adds the copies as interference to all other satellites. The receiver's loops
+/// (tracking::Channel) decide which of two signals of one code they track. Receivers without signal strength
+/// receive satellites alone.
 class Spoofing : public Disturbance {
  public:
   /// Throws InputError where options do not validate().

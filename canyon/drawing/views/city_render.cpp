@@ -155,7 +155,7 @@ Colour HeightColours::colour(double at) {
 struct CityRenderer::Impl {
   explicit Impl(const city::Mesh& of);
 
-  /// The surface that a ray met, in enough detail to tell neighbours apart.
+  /// The surface that a ray met, in enough detail to distinguish neighbours.
   struct Sample {
     Light light;
     Vector3d normal = Vector3d::Zero();

@@ -62,7 +62,7 @@ class Snapshots {
 };
 
 /// Behind a subtitle; of many names the first.
-std::string told(const std::vector<std::string>& faults) {
+std::string faults_text(const std::vector<std::string>& faults) {
   if (faults.empty()) return {};
   constexpr std::size_t kMost = 4;
   const std::size_t shown = std::min(faults.size(), kMost);
@@ -197,7 +197,7 @@ class Pictures final : public simulation::EpochSink {
     drawing.subtitle = fmt::format("{}  \u00B7  {}", city.name, span());
     std::vector<std::string> names;
     for (const TimelineFault& fault : faults_) names.push_back(fault.name);
-    drawing.subtitle += told(names);
+    drawing.subtitle += faults_text(names);
     drawing.mesh = &city.mesh;
     drawing.points = track_;
     return drawing;
@@ -217,7 +217,7 @@ class Pictures final : public simulation::EpochSink {
       drawing.subtitle += "  \u00B7  inside a building";
     if (middle.placement == raytrace::Placement::UnderTerrain)
       drawing.subtitle += "  \u00B7  under the terrain";
-    drawing.subtitle += told(middle.faults);
+    drawing.subtitle += faults_text(middle.faults);
     drawing.elevation_mask_rad = options().fix.elevation_mask_rad;
     if (!simulation_.environment().city().mesh.triangles.empty()) {
       drawing.mask = make_sky_mask(simulation_.environment().scene(), middle.antenna_enu);

@@ -46,14 +46,14 @@ struct SkyDrawing {
   SkyMask mask;                          ///< may be empty
   double elevation_mask_rad = 0;
   SkyProjection projection = SkyProjection::Equidistant;
-  bool has_fix = true;                             ///< else `used` says nothing, and the legend leaves it out
+  bool has_fix = true;  ///< else `used` has no meaning, and the legend leaves it out
   std::string trail_meaning = "way over the run";  ///< for the legend
   /// Where the antenna is; unless it is free, a note on the picture says why nothing is received.
   raytrace::Placement placement = raytrace::Placement::Free;
 };
 
 /// The sky over one place, seen as on a map: zenith in the middle, north up, east to the right, elevation
-/// falling towards the horizon by the drawing's projection. Satellites are told apart by shape and colour:
+/// falling towards the horizon by the drawing's projection. Satellites differ by shape and colour:
 /// LOS disc, LOS with multipath ringed disc, NLOS triangle, blocked cross; names of those in the fix are
 /// bold.
 [[nodiscard]] Picture draw_sky(const SkyDrawing& drawing);

@@ -30,7 +30,7 @@ struct Palette {
   Light ground = linear(rgb(0xA9A48F)), foliage = linear(kFoliage), vehicle = linear(rgb(0x5B6672));
 };
 
-/// What a ray met, enough to tell neighbours apart; in floats, as there is one for each pixel.
+/// What a ray met, enough to distinguish neighbours; in floats, as there is one for each pixel.
 struct Sample {
   Light light;
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();

@@ -36,8 +36,8 @@ void visit(options::Visitor& v, SkyplotOptions& o);
 /// without a satellite the list is empty; in a building every satellite is blocked and `placement` says so.
 /// @param antenna_enu in the city's frame [m], finite (InputError)
 /// @param propagator of this environment
-/// @param receiver that visibilities are told by, on since long before and without shadowing: what is too
-/// weak for it is blocked, and not drawn; null: of what arrives, however weak
+/// @param receiver whose reception decides visibility, in steady state and without shadowing: signals too
+/// weak for it are blocked and not drawn; null: every signal that arrives, however weak
 [[nodiscard]] SkyDrawing make_sky_drawing(const simulation::Environment& environment,
                                           const propagation::Propagator& propagator, geodesy::GpsTime time,
                                           const Eigen::Vector3d& antenna_enu, const SkyplotOptions& options,

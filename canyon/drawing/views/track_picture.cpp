@@ -118,7 +118,7 @@ void draw_off_map_arrow(Canvas& canvas, const Rect& area, const Point& target, c
                   Stroke{kInk.with_alpha(0.75), 0.7});
 }
 
-/// A label beside the track's end that tells where the run begins or ends.
+/// A label beside the track's end that marks where the run begins or ends.
 void draw_end_label(Canvas& canvas, const Rect& area, const Point& at, const std::string& word) {
   canvas.circle(at, 4.5, kInk, Stroke{kPaper, 1.5});
   const bool left = at.x > area.right() - 120;

@@ -280,7 +280,7 @@ class TileSolutions {
   std::vector<std::uint32_t> slots_;  ///< open addressing: 1 + index into sets_, or 0
   std::vector<SatelliteSet> keys_;
   std::vector<std::unique_ptr<SetSolution>> sets_;
-  std::size_t last_ = 0;  ///< the set asked for last: neighbours mostly ask for the same
+  std::size_t last_ = 0;  ///< the set requested last: neighbours mostly request the same
 };
 
 }  // namespace canyon::heatmap

@@ -90,16 +90,16 @@ void cells(benchmark::State& state, const std::vector<Layer>& wanted) {
   }
   double fix_s = 0;
   int fixes = 0;
-  constexpr std::size_t kJudged = 500;
-  for (std::size_t i = 0; i < kJudged; ++i) {
+  constexpr std::size_t kSolves = 500;
+  for (std::size_t i = 0; i < kSolves; ++i) {
     const test::TileScene::Answer answer = from.reference_fix((i * 317) % 65'536, options);
     fix_s += answer.solving_s;
     fixes += answer.fix.solved();
   }
-  state.counters["with_fix"] = fixes / static_cast<double>(kJudged);
+  state.counters["with_fix"] = fixes / static_cast<double>(kSolves);
   state.counters["satellites"] = static_cast<double>(from.signals.satellites.size());
   state.counters["cells"] = benchmark::Counter(static_cast<double>(solved), benchmark::Counter::kIsRate);
-  state.counters["per_solve_fix"] = fix_s / kJudged / (solver_s / static_cast<double>(solved));
+  state.counters["per_solve_fix"] = fix_s / kSolves / (solver_s / static_cast<double>(solved));
 }
 BENCHMARK_CAPTURE(cells, once, kOnce)
     ->UseManualTime()

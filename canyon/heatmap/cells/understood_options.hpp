@@ -14,7 +14,7 @@ inline constexpr std::string_view kWithoutEffect =
     "spoofing_check.gain_db spoofing_check.jump_m spoofing_check.hold_s raim. position_filter.";
 
 /// Whether every field of a receiver's options has its default but those that are understood. So a
-/// computation refuses an option that is added later, until somebody lists it.
+/// computation refuses an option that is added later, until it is listed.
 /// @param understood paths of fields as in options::exact_text(), with blanks between; one that ends in '.'
 /// is all of a section
 [[nodiscard]] bool differs_only_in(const receiver::ReceiverOptions& options,

@@ -556,20 +556,20 @@ TEST(Heatmap, ResumesWhatIsLost) {
     EXPECT_TRUE(fs::remove(folder / "tiles" / lost)) << lost;
   }
   TileStore store(folder / "tiles", map.key(), "");
-  std::vector<std::size_t> told;
+  std::vector<std::size_t> reported;
   RunOptions options;
   options.progress = [&](std::size_t done, std::size_t total) {
     EXPECT_EQ(total, map.request().grid.cells() * 2 * 3);
-    told.push_back(done);
+    reported.push_back(done);
   };
   const RunResult result = map.run(store, options);
   EXPECT_EQ(result.units, map.unit_count());
   EXPECT_EQ(result.computed, 3U);
   EXPECT_EQ(result.resumed, map.unit_count() - 3);
   EXPECT_EQ(result.cells_computed, 3U * 256 * 2);
-  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
-  EXPECT_EQ(told.front(), map.request().grid.cells() * 2 * 3 - std::size_t{3} * 256 * 2);
-  EXPECT_EQ(told.back(), map.request().grid.cells() * 2 * 3);
+  EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
+  EXPECT_EQ(reported.front(), map.request().grid.cells() * 2 * 3 - std::size_t{3} * 256 * 2);
+  EXPECT_EQ(reported.back(), map.request().grid.cells() * 2 * 3);
   EXPECT_TRUE(same_bits(stored(map, store), expected));
 }
 

@@ -25,7 +25,7 @@ class MpiProcesses {
   /// @param argc, @param argv of main(), for what launchers add to them; null: unknown
   MpiProcesses(int* argc, char*** argv);
   /// Leaves, once all ranks do. Behind an exception, the others would wait for this one for ever: the whole
-  /// job is ended, as by abort(1); whoever wants to say why catches it before.
+  /// job is ended, as by abort(1); a caller that reports why catches it before.
   ~MpiProcesses();
   MpiProcesses(const MpiProcesses&) = delete;
   MpiProcesses& operator=(const MpiProcesses&) = delete;
@@ -39,7 +39,7 @@ class MpiProcesses {
   [[nodiscard]] std::vector<std::uint64_t> gather(std::uint64_t value) const;
   /// Sum over the ranks, at each of them.
   [[nodiscard]] std::uint64_t sum(std::uint64_t value) const;
-  /// From here on next() gives 0, 1, 2, ... to whoever asks, over all ranks and threads, each number once.
+  /// From here on next() gives 0, 1, 2, ... to its callers, over all ranks and threads, each number once.
   /// Returns once every rank is here; alone it counts by itself.
   void begin_queue();
   /// Not collective; one thread of a rank at a time.

@@ -79,7 +79,7 @@ double mean(const std::vector<double>& values) {
 
 constexpr CellReceiverOptions kRun{ReceiverModel::Run, 0};
 
-// The judge is receiver::Receiver, in every cell and draw. Paths traced at every cell: what is left are
+// The reference is receiver::Receiver, in every cell and draw. Paths traced at every cell: what is left are
 // single precision, directions of the tile's centre and the linear fix. Without blockages, which edges and
 // facades ask for in steps of 1.4 deg.
 TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {

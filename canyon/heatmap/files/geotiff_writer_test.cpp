@@ -154,10 +154,10 @@ TEST(GeotiffWriter, ValidatorOfCogFindsNoFault) {
   test::SampleMap map(1100, 700);
   map.request.grid.tile_size = 256;
   for (const std::string& name : write_geotiffs(folder.path(), map.source())) {
-    const test::ProgramResult judged =
+    const test::ProgramResult checked =
         test::run_program(validator + "'" + (folder / name).string() + "' 2>&1");
-    EXPECT_EQ(judged.status, 0) << judged.output;
-    EXPECT_THAT(judged.output, HasSubstr("is a valid cloud optimized GeoTIFF"));
+    EXPECT_EQ(checked.status, 0) << checked.output;
+    EXPECT_THAT(checked.output, HasSubstr("is a valid cloud optimized GeoTIFF"));
   }
 }
 

@@ -137,7 +137,7 @@ struct SignalCount {
   double largest_difference_m = 0;
 };
 /// Every `step`-th computed cell against Propagator::trace() at its own place with its own directions to the
-/// satellites. Reception may differ near an edge only: within `edge_m` of it, as judged by moving the place.
+/// satellites. Reception may differ near an edge only: within `edge_m` of it, found by moving the place.
 SignalCount compare_signals(const simulation::Environment& environment, const PropagationOptions& options,
                             const TileCells& cells, const TileSignals& signals, std::size_t step,
                             double edge_m) {

@@ -78,7 +78,7 @@ Commands::Commands(Generation generation, int interval_ms, const std::set<gnss::
       settings_{Configuration(generation, interval_ms), Configuration(generation, interval_ms),
                 Configuration(generation, interval_ms)},
       systems_(gnss_blocks(systems)),
-      told_baud_(*settings_.current.value(kBaud)) {}
+      reported_baud_(*settings_.current.value(kBaud)) {}
 
 std::string Commands::receive(std::uint64_t reader, std::string_view bytes) {
   std::string answer;
@@ -90,8 +90,8 @@ std::string Commands::receive(std::uint64_t reader, std::string_view bytes) {
 
 std::optional<int> Commands::take_baud() {
   const std::uint64_t baud = *settings_.current.value(kBaud);
-  if (baud == told_baud_) return std::nullopt;
-  told_baud_ = baud;
+  if (baud == reported_baud_) return std::nullopt;
+  reported_baud_ = baud;
   return static_cast<int>(baud);
 }
 

@@ -76,7 +76,7 @@ class Commands {
   transport::Readers<Parser> readers_;
   bool running_ = true;
   std::optional<disturbance::RestartKind> restart_;
-  std::uint64_t told_baud_;
+  std::uint64_t reported_baud_;
 };
 
 }  // namespace canyon::output::ubx

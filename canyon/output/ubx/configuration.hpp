@@ -11,10 +11,10 @@
 
 namespace canyon::output::ubx {
 
-/// Which receivers the device speaks like: protocol 18.00 of the M8, 27.31 of the F9 (HPG 1.32).
+/// Which receivers the device emulates: protocol 18.00 of the M8, 27.31 of the F9 (HPG 1.32).
 enum class Generation : std::uint8_t { M8, F9 };
 
-/// The ports that settings name; the device hangs on UART1.
+/// The ports that settings name; the device is on UART1.
 inline constexpr int kPorts = 5;  ///< I2C (DDC), UART1, UART2, USB, SPI
 inline constexpr int kOwnPort = 1;
 

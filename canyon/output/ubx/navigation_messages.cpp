@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();  // a field's greatest value
 
-/// Standard deviations and what else several messages tell of a fix.
+/// Standard deviations and other properties of a fix that several messages send.
 struct Quality {
   double horizontal_m = kNone, vertical_m = kNone, position_m = kNone, speed_mps = kNone, time_s = kNone;
   double course_deg = 180;

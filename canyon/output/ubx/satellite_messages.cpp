@@ -187,7 +187,7 @@ std::string subframe_payload(const broadcast::SentMessage& message, Generation g
         static_cast<std::uint32_t>(((moscow.hour * 60 + moscow.minute) * 60 + moscow.second) / 30);
     words.push_back((frame / 5 + 1) << 16 | (frame % 5 + 1));
   }
-  // Pages of E1-B come with a ninth word, of which u-blox says nothing; readers tell E5b's by it.
+  // Pages of E1-B come with a ninth word, which u-blox does not document; readers recognise E5b's by it.
   if (message.id.system == gnss::System::Galileo) words.push_back(0);
   Payload p;
   p.u1(name.gnss).u1(name.satellite).u1(generation == Generation::M8 ? 0 : message_signal(message.id));

@@ -190,7 +190,7 @@ std::vector<Piece> pieces_of(const city::Mesh& mesh, const EdgeOptions& options)
       face.normal = (mesh.vertices[corner[1]] - a).cross(mesh.vertices[corner[2]] - a).normalized();
       const Vector3d across = mesh.vertices[sides[i].opposite] - blank.edge.start;
       face.ascending = face.normal.dot(u.cross(across)) > 0;
-      // The normal is square to the edge, but for roundings; it tells the angle better than a sliver would.
+      // The normal is square to the edge, but for roundings; it gives the angle better than a sliver would.
       const Vector3d into = face.ascending ? Vector3d(face.normal.cross(u)) : Vector3d(u.cross(face.normal));
       face.angle = std::atan2(into.dot(y), into.dot(x));
       faces.push_back(face);

@@ -32,7 +32,7 @@ class FoliageVolumes {
   /// Appends where a ray (frame of the mesh, unit direction) is inside a volume, an interval for each time
   /// that it passes one: from a front to the next back of the same surface. A closed surface that the ray
   /// only leaves holds its origin and counts from there; a closed surface whose fronts look inwards is turned
-  /// round. An open sheet, a card of leaves, has no thickness that a mesh would tell: it gives no interval
+  /// round. An open sheet, a card of leaves, has no thickness in a mesh: it gives no interval
   /// unless the ray enters by a front and leaves by a back of the same one (a crown without a floor).
   /// Triangles are met in doubles; crossings within 1 um of each other count as one place, so that rays
   /// through edges and vertices count once and grazing ones not at all.

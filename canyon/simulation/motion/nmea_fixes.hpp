@@ -10,10 +10,10 @@
 
 namespace canyon::simulation {
 
-/// What a receiver told of its own place.
+/// Positions that a receiver reported.
 struct NmeaFixes {
   std::vector<std::pair<geodesy::GpsTime, geodesy::Geodetic>> fixes;  ///< in order of time, at least one
-  bool has_own_dates = true;          ///< false: the file tells times of day, dates are from `start`
+  bool has_own_dates = true;          ///< false: the file has times of day, dates are from `start`
   std::vector<std::string> warnings;  ///< skipped lines, counted by reason
 };
 /// GGA sentences with a fix, dated by RMC or ZDA, else by `start`. Throws InputError as read_trajectory()

@@ -89,17 +89,17 @@ std::optional<RigidPose> proper_pose(const RigidPose& pose) {
 PoseTrack::PoseTrack(std::string source, const PoseTrackOptions& options)
     : source_(std::move(source)), options_(options), timeout_ns_(std::llround(options.timeout_s * 1e9)) {}
 
-PoseTrack::Taken PoseTrack::add(const ToldPose& told, std::int64_t now_ns) {
-  const std::optional<RigidPose> pose = proper_pose(told.pose);
+PoseTrack::Taken PoseTrack::add(const ToldPose& sent, std::int64_t now_ns) {
+  const std::optional<RigidPose> pose = proper_pose(sent.pose);
   const auto finite = [](const std::optional<Vector3d>& v) { return !v || v->allFinite(); };
-  if (!pose || !finite(told.linear_velocity) || !finite(told.angular_velocity) ||
-      !std::isfinite(told.stamp_s)) {
+  if (!pose || !finite(sent.linear_velocity) || !finite(sent.angular_velocity) ||
+      !std::isfinite(sent.stamp_s)) {
     return Taken::NoPose;
   }
   const std::lock_guard lock(mutex_);
   if (!samples_.empty()) {
     const Sample& last = samples_.back();
-    const double step_s = told.stamp_s - last.stamp_s;
+    const double step_s = sent.stamp_s - last.stamp_s;
     if (step_s < 0 && clock_runs_) {
       if (step_s > -options_.timeout_s) return Taken::Old;
       samples_.clear();
@@ -110,13 +110,13 @@ PoseTrack::Taken PoseTrack::add(const ToldPose& told, std::int64_t now_ns) {
       clock_runs_ = step_s > 0;
     }
   }
-  const double offset_s = seconds(now_ns) - told.stamp_s;
+  const double offset_s = seconds(now_ns) - sent.stamp_s;
   const double aged_s =
       samples_.empty() ? 0 : kDrift * std::max(0.0, seconds(now_ns - samples_.back().arrival_ns));
   // A clock that was set is another clock.
   const bool set = std::abs(offset_s - offset_s_) > options_.timeout_s;
   offset_s_ = samples_.empty() || set ? offset_s : std::min(offset_s_ + aged_s, offset_s);
-  Sample sample = after_last(told, *pose, now_ns);
+  Sample sample = after_last(sent, *pose, now_ns);
   if (options_.by_stamp && set) samples_.clear();
   samples_.push_back(std::move(sample));
   if (samples_.size() > kMostPoses) samples_.pop_front();
@@ -172,9 +172,9 @@ void PoseTrack::reset() {
   samples_.clear();
 }
 
-PoseTrack::Sample PoseTrack::after_last(const ToldPose& told, const RigidPose& pose,
+PoseTrack::Sample PoseTrack::after_last(const ToldPose& sent, const RigidPose& pose,
                                         std::int64_t arrival_ns) const {
-  Sample sample{arrival_ns, told.stamp_s, {pose, Vector3d::Zero(), Vector3d::Zero()}};
+  Sample sample{arrival_ns, sent.stamp_s, {pose, Vector3d::Zero(), Vector3d::Zero()}};
   const auto from_poses = [&]() -> TruePose {
     if (samples_.empty()) return sample.motion;
     const std::int64_t arrival_step_ns = arrival_ns - samples_.back().arrival_ns;
@@ -182,7 +182,7 @@ PoseTrack::Sample PoseTrack::after_last(const ToldPose& told, const RigidPose& p
     if (arrival_step_ns < 0 || arrival_step_ns > timeout_ns_) return sample.motion;
     // The sender's clock, if it runs; several messages may come within one step of simulated time.
     const auto since = [&](const Sample& earlier) {
-      return clock_runs_ ? told.stamp_s - earlier.stamp_s : seconds(arrival_ns - earlier.arrival_ns);
+      return clock_runs_ ? sent.stamp_s - earlier.stamp_s : seconds(arrival_ns - earlier.arrival_ns);
     };
     const Sample* from = &samples_.back();
     for (auto earlier = samples_.rbegin(); earlier != samples_.rend(); ++earlier) {
@@ -202,9 +202,9 @@ PoseTrack::Sample PoseTrack::after_last(const ToldPose& told, const RigidPose& p
       return samples_.back().motion;  // the same message again
     return sample.motion;
   };
-  if (!told.linear_velocity || !told.angular_velocity) sample.motion = from_poses();
-  if (told.linear_velocity) sample.motion.linear_velocity = *told.linear_velocity;
-  if (told.angular_velocity) sample.motion.angular_velocity = *told.angular_velocity;
+  if (!sent.linear_velocity || !sent.angular_velocity) sample.motion = from_poses();
+  if (sent.linear_velocity) sample.motion.linear_velocity = *sent.linear_velocity;
+  if (sent.angular_velocity) sample.motion.angular_velocity = *sent.angular_velocity;
   return sample;
 }
 

@@ -59,7 +59,7 @@ constexpr double kTeleport_mps = 1000;
 /// `pose` with a unit quaternion. Empty where it is not finite or its quaternion has no direction.
 [[nodiscard]] std::optional<RigidPose> proper_pose(const RigidPose& pose);
 
-/// A pose as somebody tells it.
+/// A pose as received.
 struct ToldPose {
   RigidPose pose;
   double stamp_s = 0;  ///< of the sender's own clock; one that does not run counts as none
@@ -93,11 +93,11 @@ class PoseTrack {
   };
   /// A pose that comes at `now_ns` of the host's time; dropped unless it is taken. A stamp that went back by
   /// more than the time-out is another run of the sender, and begins anew.
-  Taken add(const ToldPose& told, std::int64_t now_ns);
+  Taken add(const ToldPose& sent, std::int64_t now_ns);
   /// The motion at `now_ns`: between poses by the straight line, behind the last one as moved_on().
-  /// Velocities are the sender's where it tells them, else differences of poses, by the sender's stamps where
+  /// Velocities are the sender's where it sends them, else differences of poses, by the sender's stamps where
   /// these go on, else by the host's time. Empty, with `reason`, where no pose has come or the last is too
-  /// old. Time that went back forgets what came in that other time.
+  /// old. When time goes back, the poses received until then are dropped.
   [[nodiscard]] std::optional<TruePose> at(std::int64_t now_ns, std::string& reason);
   /// Whether a pose of `now_ns` or later is there.
   [[nodiscard]] bool reaches(std::int64_t now_ns) const;
@@ -111,7 +111,7 @@ class PoseTrack {
     double stamp_s = 0;
     TruePose motion;
   };
-  [[nodiscard]] Sample after_last(const ToldPose& told, const RigidPose& pose, std::int64_t arrival_ns) const;
+  [[nodiscard]] Sample after_last(const ToldPose& sent, const RigidPose& pose, std::int64_t arrival_ns) const;
   /// Host's time of a sample [s].
   [[nodiscard]] double time_s(const Sample& sample) const;
 

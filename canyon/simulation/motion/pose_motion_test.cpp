@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-ToldPose told(const RigidPose& pose, double stamp_s) {
+ToldPose sent(const RigidPose& pose, double stamp_s) {
   return {pose, stamp_s, {}, {}};
 }
 
@@ -79,14 +79,14 @@ TEST(PoseTrack, TakesTheSendersClockWhereItRuns) {
   std::string reason;
   EXPECT_FALSE(track.at(0, reason));
   EXPECT_EQ(reason, "no pose has come on /mocap/car yet");
-  EXPECT_EQ(track.add(told({{1, 0, 0}, Quaterniond::Identity()}, 100), 0), PoseTrack::Taken::Yes);
-  EXPECT_EQ(track.add(told({{2, 0, 0}, Quaterniond::Identity()}, 100.01), 100'000'000),
+  EXPECT_EQ(track.add(sent({{1, 0, 0}, Quaterniond::Identity()}, 100), 0), PoseTrack::Taken::Yes);
+  EXPECT_EQ(track.add(sent({{2, 0, 0}, Quaterniond::Identity()}, 100.01), 100'000'000),
             PoseTrack::Taken::Yes);
   EXPECT_NEAR(track.at(100'000'000, reason)->linear_velocity.x(), 100, 1e-6);
-  EXPECT_EQ(track.add(told({{3, 0, 0}, Quaterniond::Identity()}, 100.01), 200'000'000),
+  EXPECT_EQ(track.add(sent({{3, 0, 0}, Quaterniond::Identity()}, 100.01), 200'000'000),
             PoseTrack::Taken::Yes);
   EXPECT_NEAR(track.at(200'000'000, reason)->linear_velocity.x(), 10, 1e-9);
-  EXPECT_EQ(track.add(told({{kNan, 0, 0}, Quaterniond::Identity()}, 101), 300'000'000),
+  EXPECT_EQ(track.add(sent({{kNan, 0, 0}, Quaterniond::Identity()}, 101), 300'000'000),
             PoseTrack::Taken::NoPose);
   EXPECT_TRUE(track.at(500'000'000, reason));
   EXPECT_FALSE(track.at(500'000'001, reason));
@@ -96,7 +96,7 @@ TEST(PoseTrack, TakesTheSendersClockWhereItRuns) {
 constexpr std::int64_t kMs = 1'000'000;
 
 ToldPose at_x(double x, double stamp_s) {
-  return told({{x, 2 * x, -x}, Quaterniond(AngleAxisd(x / 10, Vector3d::UnitZ()))}, stamp_s);
+  return sent({{x, 2 * x, -x}, Quaterniond(AngleAxisd(x / 10, Vector3d::UnitZ()))}, stamp_s);
 }
 
 TEST(PoseTrack, GoesOnForABoundedTimeAndThenKnowsNoTruth) {
@@ -147,7 +147,7 @@ TEST(PoseTrack, AveragesTheNoiseOfMeasuredPoses) {
     PoseTrack track("mocap", {0.5, smoothing_s, true});
     // 10 m/s, and an error of 1 cm in the last pose, 10 ms after the one before.
     for (int i = 0; i <= 20; ++i) {
-      track.add(told({{0.1 * i + (i == 20 ? 0.01 : 0), 0, 0}, Quaterniond::Identity()}, 0.01 * i),
+      track.add(sent({{0.1 * i + (i == 20 ? 0.01 : 0), 0, 0}, Quaterniond::Identity()}, 0.01 * i),
                 std::int64_t{10} * i * kMs);
     }
     std::string reason;

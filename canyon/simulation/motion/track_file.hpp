@@ -13,7 +13,7 @@ namespace canyon::simulation {
 /// A path of a GPX or KML file.
 struct TrackFile {
   std::vector<geodesy::Geodetic> places;  ///< at least one; heights as the file has them, 0 where it has none
-  std::vector<geodesy::GpsTime> times;    ///< one for each place, rising; empty where the file tells none
+  std::vector<geodesy::GpsTime> times;    ///< one for each place, rising; empty where the file has none
   std::vector<std::string> warnings;
 };
 

@@ -99,7 +99,7 @@ class Trajectory {
 /// The same with what there is to say about the file.
 struct TrajectoryFile {
   Trajectory trajectory;
-  bool has_own_dates = true;          ///< false: its times hang on `start`
+  bool has_own_dates = true;          ///< false: its times are relative to `start`
   std::vector<std::string> warnings;  ///< skipped lines, counted by reason
 };
 [[nodiscard]] TrajectoryFile read_trajectory_file(const std::filesystem::path& path,

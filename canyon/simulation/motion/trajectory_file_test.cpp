@@ -166,14 +166,14 @@ TEST(TrajectoryNmea, ReadsPositionAndEllipsoidalHeight) {
 // The same places as the trajectory's, and no others.
 TEST(TrajectoryNmea, FixesAreThoseOfTheLines) {
   const TemporaryFolder folder;
-  const NmeaFixes told =
+  const NmeaFixes own =
       read_nmea_fixes(folder.write("own.nmea", gga("120000") + gga("120001", "0") + gga("120009")), kStart);
-  ASSERT_EQ(told.fixes.size(), 2U);
-  EXPECT_FALSE(told.has_own_dates);
-  EXPECT_THAT(told.warnings, ElementsAre(HasSubstr("1 GGA lines without a fix")));
-  EXPECT_EQ(told.fixes[1].first, parse_time("2019-04-28T12:00:09Z"));
-  EXPECT_NEAR(degrees(told.fixes[1].second.latitude_rad), 22 + 18.06932 / 60, 1e-12);
-  EXPECT_NEAR(told.fixes[1].second.height_m, 9.5 - 2.9, 1e-9);
+  ASSERT_EQ(own.fixes.size(), 2U);
+  EXPECT_FALSE(own.has_own_dates);
+  EXPECT_THAT(own.warnings, ElementsAre(HasSubstr("1 GGA lines without a fix")));
+  EXPECT_EQ(own.fixes[1].first, parse_time("2019-04-28T12:00:09Z"));
+  EXPECT_NEAR(degrees(own.fixes[1].second.latitude_rad), 22 + 18.06932 / 60, 1e-12);
+  EXPECT_NEAR(own.fixes[1].second.height_m, 9.5 - 2.9, 1e-9);
 }
 
 TEST(TrajectoryNmea, TakesTheDateFromRmcOrZdaAndCrossesMidnight) {

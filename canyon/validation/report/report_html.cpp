@@ -101,7 +101,7 @@ std::string paragraph(const std::string& text) {
   return fmt::format("<p>{}</p>\n", xml_escaped(text));
 }
 
-/// Symbol and word: colour alone tells nothing to some.
+/// Symbol and word: some readers do not see the colours.
 std::string verdict(const Target& target) {
   if (!target.value) return kNone;
   return target.reached() ? "<span class=\"reached\">\u2713 reached</span>"

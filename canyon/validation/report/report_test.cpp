@@ -131,7 +131,7 @@ Figures sample_figures(const std::string& model) {
   return f;
 }
 
-/// Report and judge must not tell two stories: pictures count as the figures do.
+/// The report must agree with the figures: pictures count as the figures do.
 TEST(ReportSamples, AreThoseOfTheFigures) {
   const Comparison c = drive();
   FigureOptions options;
