@@ -37,8 +37,8 @@ inline constexpr double kBinsPerDecade = 20, kLeastError_m = 1e-3;
 
 /// Epochs, where epochs are kept, by columns.
 struct KeptEpochs {
-  std::vector<double> time_s;  ///< from the run's first epoch
-  std::vector<float> way_m;    ///< that the antenna has gone since the first epoch
+  std::vector<double> time_s;               ///< from the run's first epoch
+  std::vector<float> way_m;                 ///< that the antenna has gone since the first epoch
   std::vector<std::vector<float>> columns;  ///< by kept_columns(), none without epochs; NaN: no value
 
   [[nodiscard]] std::size_t size() const { return time_s.size(); }

@@ -10,8 +10,8 @@ namespace canyon::adapters {
 
 /// Writes the receiver's solution as gz-sensors' NavSat sensor writes the truth: `message` is a
 /// gz.msgs.NavSat (or anything that has its functions). False, and `message` is as it was, where there is no
-/// fix with a velocity, or only a prediction (FixKind::DeadReckoning): the message can say none of it, and whoever
-/// reads it takes every one for a good 3D fix.
+/// fix with a velocity, or only a prediction (FixKind::DeadReckoning): the message can say none of it, and
+/// whoever reads it takes every one for a good 3D fix.
 /// @param frame_id name of the frame, as gz-sensors has it: the sensor's, "iris::base_link::gps"
 /// @param sequence of this sensor's messages, from 0
 /// Latitude and longitude in degrees (WGS 84), altitude [m] as the world's spherical_coordinates count it
