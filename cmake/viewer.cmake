@@ -3,8 +3,8 @@
 if(TARGET canyon_view_io)
   # In a file of its own: another clone then knows everything else again.
   set(file ${CMAKE_BINARY_DIR}/generated/viewer_page.cpp)
-  file(CONFIGURE OUTPUT ${file} CONTENT "#include \"canyon/view/page.hpp\"\n
-const char* const canyon::view::built_page = \"${CMAKE_CURRENT_SOURCE_DIR}/viewer/dist/viewer.html\";\n" @ONLY)
+  file(GENERATE OUTPUT ${file} CONTENT "#include \"canyon/view/page.hpp\"\n
+const char* const canyon::view::built_page = \"${CMAKE_CURRENT_SOURCE_DIR}/viewer/dist/viewer.html\";\n")
   target_sources(canyon_view_io PRIVATE ${file})
   install(FILES viewer/dist/viewer.html DESTINATION ${CMAKE_INSTALL_DATADIR}/canyon OPTIONAL)
 endif()

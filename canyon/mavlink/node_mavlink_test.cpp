@@ -101,7 +101,7 @@ void check(Version version) {
   // And back: frames that node-mavlink made of what it had read.
   std::vector<Frame> back;
   Parser parser;
-  parser.receive(judged.again, [&](const Frame& frame) { back.push_back(frame); });
+  parser.receive(theirs.again, [&](const Frame& frame) { back.push_back(frame); });
   ASSERT_EQ(back.size(), at);
   EXPECT_EQ(parser.passed_over(), 0U);
   for (std::size_t j = 0; j < back.size(); ++j) {
