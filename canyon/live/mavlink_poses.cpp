@@ -142,7 +142,8 @@ class MavlinkPoses final : public PoseDecoder {
 
   /// Empty for messages that are not taken, and for those without a pose.
   template <typename Message>
-  [[nodiscard]] std::optional<PoseReport> report_of(mavlink::Sender sender, const Message& m) {
+  [[nodiscard]] std::optional<PoseReport> report_of([[maybe_unused]] mavlink::Sender sender,
+                                                    const Message& m) {
     if constexpr (requires { remember(sender, m); }) {
       remember(sender, m);
     } else if constexpr (requires { pose_of(sender, m); }) {

@@ -68,7 +68,7 @@ class LiveRelayTest : public testing::Test {
   /// So many messages that a page receives while both ends are served.
   std::vector<Json> receive(test::Listener& page, std::size_t count, output::EncodedStream& stream,
                             output::EncodedStream* other = nullptr) {
-    std::atomic<bool> heard_all{false};
+    std::atomic<bool> received_all{false};
     std::thread work([&] {
       while (!received_all) {
         stream.serve();
@@ -78,7 +78,7 @@ class LiveRelayTest : public testing::Test {
     });
     std::vector<Json> received;
     for (std::size_t i = 0; i < count; ++i) received.push_back(Json::parse(page.read(), nullptr, false));
-    heard_all = true;
+    received_all = true;
     work.join();
     return received;
   }
