@@ -107,10 +107,10 @@ function(canyon_units result target)
         get_filename_component(first ${first} NAME_WE)
         set(text "")
         foreach(each IN LISTS files)
-          file(RELATIVE_PATH each ${PROJECT_SOURCE_DIR} ${each})
+          file(RELATIVE_PATH each ${canyon_SOURCE_DIR} ${each})
           string(APPEND text "#include \"${each}\"\n")
         endforeach()
-        set(unit ${PROJECT_BINARY_DIR}/generated/units/${target}_${first}.cpp)
+        set(unit ${canyon_BINARY_DIR}/generated/units/${target}_${first}.cpp)
         file(GENERATE OUTPUT ${unit} CONTENT "${text}")
         list(APPEND units ${unit})
       endif()
@@ -208,8 +208,8 @@ function(canyon_discover_tests target prefix)
   list(JOIN ARGN " " properties)
   add_custom_command(TARGET ${target} POST_BUILD BYPRODUCTS ${file} VERBATIM
                      COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:${target}> -D PREFIX=${prefix} -D FILE=${file}
-                             -D FOLDER=${PROJECT_SOURCE_DIR} "-DPROPERTIES=${properties}"
-                             -P ${PROJECT_SOURCE_DIR}/cmake/discover_suites.cmake)
+                             -D FOLDER=${canyon_SOURCE_DIR} "-DPROPERTIES=${properties}"
+                             -P ${canyon_SOURCE_DIR}/cmake/discover_suites.cmake)
   # What is not built yet is a test that says so.
   set(include_file ${CMAKE_CURRENT_BINARY_DIR}/${target}_include.cmake)
   file(WRITE ${include_file} "if(EXISTS \"${file}\")\n  include(\"${file}\")\nelse()\n"

@@ -116,7 +116,7 @@ TEST(GnssMessage, SaysWhatItLacksOfEpochs) {
        }},
       {"clock_bias_s", [](const M& m) -> test::Said { return m.clock_bias_s(); }},
       {"clock_drift", [](const M& m) -> test::Said { return m.clock_drift(); }},
-      {"fix_kind", [](const M& m) -> test::Said { return 1.0 * m.fix().kind(); }},
+      {"fix_kind", [](const M& m) -> test::Said { return static_cast<double>(m.fix().kind()); }},
       {"correction_age_s", [](const M& m) -> test::Said { return m.fix().correction_age_s(); }},
   };
   const std::set<std::string> lacks{"rating", "error_horizontal_m"};
