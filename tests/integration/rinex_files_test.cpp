@@ -185,7 +185,7 @@ TEST_P(RinexFiles, NameTypesOfTheTables) {
     }
     types += list.size();
   }
-  EXPECT_EQ(types, 4U * 14);
+  EXPECT_EQ(types, 4U * 15);
 }
 
 // 9.1 of 3.04: phases of a band are aligned, with a record of each code; A1,1X,A3,1X,F8.5 and
