@@ -20,7 +20,7 @@ namespace canyon::adapters::gazebo_classic {
 /// PX4 takes every message for a 3D fix.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_px4_publisher(const gazebo::transport::NodePtr& node,
                                                                  const ReceiverIdentity& identity,
-                                                                 const VisualSettings& settings);
+                                                                 const HostSettings& settings);
 
 /// Rays and bubble in the world's scene.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_visuals(const gazebo::transport::NodePtr& node,
