@@ -20,7 +20,7 @@ let s;
 const view = () => Running.start(['view', scenario, '--threads', '1', '--quiet'], { environment: { TMPDIR: folder } });
 /** Folders of views that are being computed. */
 const views = async () => (await readdir(folder)).filter((name) => name.startsWith('canyon-view-'));
-const computing = (session) => session.page.waitForFunction(() => /^Computing: \d+ of 609 epochs/.test(document.getElementById('follow-live').textContent)
+const computing = (session) => session.page.waitForFunction(() => /^Computing: \d+ of 3041 epochs/.test(document.getElementById('follow-live').textContent)
   && window.canyon?.store.tracks[0]?.size > 3 && canyon.store.tracks[1]?.size > 3);
 
 before(async () => {
@@ -28,7 +28,7 @@ before(async () => {
   folder = await mkdtemp(join(tmpdir(), 'canyon-computing-'));
   scenario = join(folder, 'drive.yaml');
   const example = await readFile(join(root, 'examples/synthetic_drive.yaml'), 'utf8');
-  await writeFile(scenario, example.replace('receivers:\n', 'receivers:\n  - {name: phone, profile: phone}\n'));
+  await writeFile(scenario, example.replace('rate_hz: 2', 'rate_hz: 10').replace('receivers:\n', 'receivers:\n  - {name: phone, profile: phone}\n'));
 });
 after(async () => {
   await s?.close();
@@ -79,7 +79,7 @@ test('when it has ended the page shows all of it, as it stands', { skip, timeout
   for (const [receiver, name] of ['phone', 'car'].entries()) {
     const rows = await csv(join(out, name, 'epochs.csv'));
     const shown = await s.run(([r, list]) => list.map((n) => Array.from(canyon.store.tracks[r].epochs.column(n), String)), [receiver, names]);
-    assert.equal(rows.length, 609);
+    assert.equal(rows.length, 3041);
     names.forEach((n, k) => {
       assert.equal(shown[k].length, rows.length);
       rows.forEach((row, i) => {
@@ -90,21 +90,21 @@ test('when it has ended the page shows all of it, as it stands', { skip, timeout
     });
     if (name === 'car') {
       await s.page.click('[data-tab="summary"]');
-      assert.equal(await s.text('[data-name="epochs"]'), '609');
+      assert.equal(await s.text('[data-name="epochs"]'), '3041');
       assert.match(await s.text('[data-name="fixes"]'), new RegExp(`^${rows.filter((row) => row.status === 'fix').length} `));
     }
   }
-  assert.equal(await s.run('canyon.chart.plot.data[0].length'), 609);
+  assert.equal(await s.run('canyon.chart.plot.data[0].length'), 3041);
   await s.page.keyboard.press('End');
-  await s.page.waitForFunction(() => canyon.store.loaded(1, 608));
-  assert.equal(await s.run('canyon.state.epoch'), 608);
+  await s.page.waitForFunction(() => canyon.store.loaded(1, 3040));
+  assert.equal(await s.run('canyon.state.epoch'), 3040);
   assert.deepEqual(s.complaints, []);
 });
 
 test('a page that comes later finds the run as any other', { skip }, async () => {
   const late = await Session.open(server.address);
   try {
-    assert.equal(await late.run('canyon.store.tracks[1].size'), 609);
+    assert.equal(await late.run('canyon.store.tracks[1].size'), 3041);
     assert.ok(await late.page.locator('#follow-live').isHidden());
     assert.deepEqual(late.complaints, []);
   } finally {
