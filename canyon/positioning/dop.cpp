@@ -37,7 +37,7 @@ DopRating rate_dop(double dop) {
 std::optional<Cofactor> cofactor(const Design& design, double threshold) {
   const Eigen::Index unknowns = design.cols();
   if (design.rows() < unknowns) return std::nullopt;
-  LeastSquares<Design> least_squares(design);
+  LeastSquares least_squares(design);
   if (least_squares.rank(threshold) < unknowns) return std::nullopt;
   return least_squares.cofactor();
 }

@@ -288,7 +288,7 @@ class Solver {
         satellites_.begin(), satellites_.end(),
         [](const RangedSatellite& satellite) { return satellite.active && satellite.measured->doppler_hz; });
     if (rows < 4) return;
-    Eigen::Matrix<double, Eigen::Dynamic, 4> design(rows, 4);
+    Design design(rows, 4);
     Eigen::VectorXd rate(rows);
     int row = 0;
     for (const RangedSatellite& satellite : satellites_) {
@@ -301,7 +301,7 @@ class Solver {
                   doppler.sigma_mps;
       ++row;
     }
-    LeastSquares<Eigen::Matrix<double, Eigen::Dynamic, 4>> least_squares(design);
+    LeastSquares least_squares(design);
     if (least_squares.rank(kRankThreshold) < 4) return;
     const Eigen::Vector4d x = least_squares.solve(rate);
     const Eigen::Matrix4d covariance = least_squares.cofactor();
@@ -323,7 +323,7 @@ class Solver {
   double smallest_sigma_m_ = 1;
   Design design_;                       ///< weighted
   Eigen::VectorXd residual_;            ///< weighted; after a step what it leaves
-  LeastSquares<Design> least_squares_;  ///< of the last step; its cofactor is (A^T W A)^-1 [m^2]
+  LeastSquares least_squares_;  ///< of the last step; its cofactor is (A^T W A)^-1 [m^2]
 };
 
 }  // namespace

@@ -1,55 +1,46 @@
 #include "canyon/positioning/least_squares.hpp"
 
+#include <Eigen/QR>
+
 namespace canyon::positioning {
 
-template <typename Matrix>
-void LeastSquares<Matrix>::compute(const Matrix& a) {
-  qr_.compute(a);
+struct LeastSquares::Factorization {
+  Eigen::ColPivHouseholderQR<Design> qr;
+};
+
+LeastSquares::LeastSquares() : factorization_(std::make_unique<Factorization>()) {}
+
+LeastSquares::LeastSquares(const Design& a) : LeastSquares() { compute(a); }
+
+LeastSquares::~LeastSquares() = default;
+
+void LeastSquares::compute(const Design& a) { factorization_->qr.compute(a); }
+
+Eigen::Index LeastSquares::rank(double threshold) {
+  factorization_->qr.setThreshold(threshold);
+  return factorization_->qr.rank();
 }
 
-template <typename Matrix>
-Eigen::Index LeastSquares<Matrix>::rank(double threshold) {
-  qr_.setThreshold(threshold);
-  return qr_.rank();
-}
+LeastSquares::Unknowns LeastSquares::solve(const Eigen::VectorXd& b) const { return factorization_->qr.solve(b); }
 
-template <typename Matrix>
-typename LeastSquares<Matrix>::Unknowns LeastSquares<Matrix>::solve(const Eigen::VectorXd& b) const {
-  return qr_.solve(b);
-}
-
-template <typename Matrix>
-typename LeastSquares<Matrix>::Square LeastSquares<Matrix>::cofactor() const {
-  const Eigen::Index unknowns = qr_.cols();
-  const Square r = qr_.matrixQR().topRows(unknowns);
-  Square inverse = Square::Identity(unknowns, unknowns);
-  r.template triangularView<Eigen::Upper>().solveInPlace(inverse);
-  const Square permuted = qr_.colsPermutation() * inverse;
+Cofactor LeastSquares::cofactor() const {
+  const auto& qr = factorization_->qr;
+  const Eigen::Index unknowns = qr.cols();
+  const Cofactor r = qr.matrixQR().topRows(unknowns);
+  Cofactor inverse = Cofactor::Identity(unknowns, unknowns);
+  r.triangularView<Eigen::Upper>().solveInPlace(inverse);
+  const Cofactor permuted = qr.colsPermutation() * inverse;
   return permuted * permuted.transpose();
 }
 
-template <typename Matrix>
-Eigen::MatrixXd LeastSquares<Matrix>::solve_diagonal(const Eigen::VectorXd& diagonal) const {
-  return qr_.solve(Eigen::MatrixXd(diagonal.asDiagonal()));
+Eigen::MatrixXd LeastSquares::solve_diagonal(const Eigen::VectorXd& diagonal) const {
+  return factorization_->qr.solve(Eigen::MatrixXd(diagonal.asDiagonal()));
 }
 
-template <typename Matrix>
-Eigen::VectorXd LeastSquares<Matrix>::leverages() const {
-  const Eigen::MatrixXd basis = qr_.householderQ() * Eigen::MatrixXd::Identity(qr_.rows(), qr_.rank());
+Eigen::VectorXd LeastSquares::leverages() const {
+  const auto& qr = factorization_->qr;
+  const Eigen::MatrixXd basis = qr.householderQ() * Eigen::MatrixXd::Identity(qr.rows(), qr.rank());
   return basis.rowwise().squaredNorm();
 }
-
-template void LeastSquares<Design>::compute(const Design&);
-template Eigen::Index LeastSquares<Design>::rank(double);
-template LeastSquares<Design>::Unknowns LeastSquares<Design>::solve(const Eigen::VectorXd&) const;
-template Cofactor LeastSquares<Design>::cofactor() const;
-template Eigen::MatrixXd LeastSquares<Design>::solve_diagonal(const Eigen::VectorXd&) const;
-template Eigen::VectorXd LeastSquares<Design>::leverages() const;
-
-using FourColumns = Eigen::Matrix<double, Eigen::Dynamic, 4>;
-template void LeastSquares<FourColumns>::compute(const FourColumns&);
-template Eigen::Index LeastSquares<FourColumns>::rank(double);
-template Eigen::Vector4d LeastSquares<FourColumns>::solve(const Eigen::VectorXd&) const;
-template Eigen::Matrix4d LeastSquares<FourColumns>::cofactor() const;
 
 }  // namespace canyon::positioning

@@ -223,7 +223,7 @@ void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen:
     design(row, column[clock_index(system)]) = 1;
     ++row;
   }
-  fix.rank = static_cast<int>(LeastSquares<Design>(design).rank(kRankThreshold));
+  fix.rank = static_cast<int>(LeastSquares(design).rank(kRankThreshold));
   if (const std::optional<Cofactor> q = cofactor(design)) fix.dop = dop_from_cofactor(*q);
 }
 

@@ -100,7 +100,7 @@ class PhaseWalk {
         const double value = values[static_cast<std::size_t>(i)];
         factor[i] = value <= limit ? 1 : std::sqrt(limit / value);
       }
-      const positioning::LeastSquares<positioning::Design> least_squares(factor.asDiagonal() * design);
+      const positioning::LeastSquares least_squares(factor.asDiagonal() * design);
       rest = weighted - design * least_squares.solve(factor.cwiseProduct(weighted));
       room = (1 - least_squares.leverages().array()).max(0).sqrt();
     }
