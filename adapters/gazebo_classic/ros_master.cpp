@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <memory>
 #include <string_view>
-#include <utility>
 
 #include "canyon/base/text.hpp"
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <future>
 #include <gz/common/Console.hh>
 #include <gz/sim/Util.hh>

@@ -1,6 +1,5 @@
 #include "canyon/calibration/observed.hpp"
 
-#include <algorithm>
 #include <cassert>
 #include <map>
 #include <utility>

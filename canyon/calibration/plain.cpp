@@ -8,7 +8,6 @@
 #include <map>
 
 #include "canyon/base/statistics.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/receiver/receiver_options.hpp"

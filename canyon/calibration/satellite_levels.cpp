@@ -10,7 +10,6 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signal_groups.hpp"
-#include "canyon/options/values.hpp"
 
 namespace canyon::calibration {
 namespace {

@@ -4,8 +4,6 @@
 #include <cassert>
 #include <utility>
 
-#include "canyon/tracking/noise.hpp"
-
 namespace canyon::validation {
 
 RankedSample::RankedSample(std::vector<Item> items) : items_(std::move(items)) {

@@ -4,7 +4,6 @@
 #include <array>
 
 #include "canyon/heatmap/cells/linear_fix.hpp"
-#include "canyon/positioning/pseudorange_model.hpp"
 
 namespace canyon::heatmap {
 

@@ -1,8 +1,6 @@
 #include "canyon/heatmap/kernels/shadow_raster.hpp"
 
-#include <array>
 #include <cassert>
-#include <cmath>
 #include <cstring>
 #include <limits>
 

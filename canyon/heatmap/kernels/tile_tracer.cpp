@@ -8,7 +8,6 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
-#include <span>
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
