@@ -59,7 +59,7 @@ class LiveProbe {
   const LiveView& view_;
   std::mutex mutex_;
   std::unique_ptr<view::Probe> probe_;
-  std::string why_not_ = "No host has told its time yet.";
+  std::string why_not_ = "No host has sent its time yet.";
 };
 
 }  // namespace

@@ -132,7 +132,7 @@ std::string fragment_of(const Calibration& c, const std::vector<Drive>& drives) 
     if (e.verdict == Estimate::Verdict::Unidentified)
       text += fmt::format("# not identified: {}: {}\n", e.key, e.basis);
     if (e.verdict == Estimate::Verdict::Agrees)
-      text += fmt::format("# as it is: {}: {} ({})\n", e.key, e.told, e.interval);
+      text += fmt::format("# as it is: {}: {} ({})\n", e.key, e.recorded, e.interval);
   }
   return text;
 }

@@ -64,7 +64,7 @@ void expect_known(const Calibration& c, const std::string& key, double known) {
   const std::size_t to = e.interval.find(" to ");
   ASSERT_NE(to, std::string::npos) << key << ": " << to_string(e.verdict) << ": " << e.basis;
   const double low = *parse_double(e.interval.substr(0, to)), high = *parse_double(e.interval.substr(to + 4));
-  std::printf("%-45s known %6.3f, recorded %s (%s)\n", key.c_str(), known, e.told.c_str(),
+  std::printf("%-45s known %6.3f, recorded %s (%s)\n", key.c_str(), known, e.recorded.c_str(),
               e.interval.c_str());
   const double more = 0.25 * (high - low);
   EXPECT_GE(known, low - more) << key;
@@ -93,7 +93,7 @@ TEST(Calibrate, KnownReceiverComesBack) {
   const Calibration c = calibrate({drive_of(recorded)}, options);
   print(c);
   expect_known(c, "signal.link.above_minimum_db", 1.5 + 4);
-  EXPECT_THAT(of(c, "signal.offset_db").told, HasSubstr("Galileo"));
+  EXPECT_THAT(of(c, "signal.offset_db").recorded, HasSubstr("Galileo"));
   const auto galileo = of(c, "signal.offset_db").after;
   ASSERT_EQ(galileo.find("[Galileo=-"), 0U) << galileo;
   EXPECT_NEAR(*parse_double(galileo.substr(9, galileo.size() - 10)), -3, 0.8);
@@ -148,7 +148,7 @@ TEST(Calibrate, KnownShadowsComeBack) {
   expect_known(c, "signal.shadowing.custom.enter", known.enter);
   // Satellites share shadows, so that there are fewer than the interval takes for granted: 30 %.
   const Estimate& leave = of(c, "signal.shadowing.custom.leave");
-  EXPECT_NEAR(parse_double(leave.told).value_or(0), known.leave, 0.3 * known.leave) << leave.interval;
+  EXPECT_NEAR(parse_double(leave.recorded).value_or(0), known.leave, 0.3 * known.leave) << leave.interval;
   EXPECT_EQ(of(c, "signal.link.above_minimum_db").verdict, Verdict::Agrees) << "shadows are no loss of level";
 }
 

@@ -72,7 +72,7 @@ class NestedText {
 std::string comment_of(const Estimate& e) {
   const std::string range = e.interval.empty() ? "" : fmt::format(", 95 % {}", e.interval);
   if (e.verdict == Verdict::Fitted) return fmt::format("was {}; {}{}", e.before, e.basis, range);
-  return fmt::format("kept: recorded {}{}; {}", e.told, range, e.basis);
+  return fmt::format("kept: recorded {}{}; {}", e.recorded, range, e.basis);
 }
 
 }  // namespace
@@ -130,7 +130,7 @@ std::string to_markdown(const std::vector<Estimate>& estimates) {
     std::replace(basis.begin(), basis.end(), '|', '/');
     text +=
         fmt::format("| `{}`{} | {} | {} | {} | {} | {} |\n", e.key, e.unit.empty() ? "" : " [" + e.unit + "]",
-                    e.before.empty() ? "-" : e.before, e.told.empty() ? "-" : e.told,
+                    e.before.empty() ? "-" : e.before, e.recorded.empty() ? "-" : e.recorded,
                     e.interval.empty() ? "-" : e.interval, to_string(e.verdict), basis);
   }
   return text;
@@ -143,7 +143,7 @@ std::string to_json(const std::vector<Estimate>& estimates) {
                     {"unit", e.unit},
                     {"before", e.before},
                     {"after", e.after},
-                    {"recorded", e.told},
+                    {"recorded", e.recorded},
                     {"interval_95", e.interval},
                     {"verdict", to_string(e.verdict)},
                     {"basis", e.basis}});

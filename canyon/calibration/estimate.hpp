@@ -19,7 +19,7 @@ struct Estimate {
   std::string key;            ///< with dots: "signal.lock.reacquisition_s"
   std::string unit;           ///< may be empty
   std::string before, after;  ///< values as YAML; alike unless Fitted
-  std::string told;           ///< what the recordings say, where that is kept in `after` or not: "14.2"
+  std::string recorded;       ///< what the recordings say, where that is kept in `after` or not: "14.2"
   std::string interval;       ///< 95 %: "13.1 to 15.3"; may be empty
   Verdict verdict = Verdict::Unidentified;
   std::string basis;  ///< one line: what it was estimated from, or why it was not

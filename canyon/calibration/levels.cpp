@@ -180,7 +180,7 @@ class Shadows {
         fmt::format("{} clear views of {} signals, {:.1f} % of them not tracked", chains_.items,
                     chains_.satellites.size(),
                     100 * static_cast<double>(chains_.untracked) / static_cast<double>(chains_.items));
-    on.told = fmt::format("{:.0f} % in shadow", 100 * fit_.shadowed_share);
+    on.recorded = fmt::format("{:.0f} % in shadow", 100 * fit_.shadowed_share);
     on.interval = fmt::format("{:.0f} to {:.0f} %", 100 * share_.low, 100 * share_.high);
     const bool none = fit_.shadowed_share * fit_.depth_db < kNothing_db;
     const bool alike = before_.enabled &&

@@ -34,7 +34,7 @@ std::string list_of(const std::vector<std::string>& items) {
 void conclude(Estimate estimate, const std::vector<std::string>& before,
               const std::vector<std::string>& after, Levels& levels) {
   estimate.before = list_of(before);
-  estimate.after = estimate.told = list_of(after);
+  estimate.after = estimate.recorded = list_of(after);
   estimate.verdict = before == after ? Verdict::Agrees : Verdict::Fitted;
   if (estimate.verdict == Verdict::Fitted) levels.values[estimate.key] = estimate.after;
   levels.estimates.push_back(std::move(estimate));
@@ -125,7 +125,7 @@ void add_tracked(std::span<const LevelEvidence> evidence, std::span<const std::s
       const bool now = known ? is_recorded(signal) : before;
       if (now && !before && !receiver.options.signal.antenna.receives(signal::band_of(signal.carrier_hz))) {
         levels.notes.push_back(
-            fmt::format("{} {} is recorded, and the profile's antenna does not hear it: choose "
+            fmt::format("{} {} is recorded, and the profile's antenna does not receive it: choose "
                         "another (signal.antenna)",
                         gnss::name(system), signal.name));
         continue;
@@ -172,7 +172,7 @@ double add_step(std::span<const LevelEvidence> evidence, const simulation::Recei
       break;
     }
   }
-  estimate.told = estimate.after = options::show(step);
+  estimate.recorded = estimate.after = options::show(step);
   estimate.verdict = step == before ? Verdict::Agrees : Verdict::Fitted;
   estimate.basis = fmt::format("the coarsest step of {} stated C/N0{}", stated.size(),
                                step == 0 ? ": finer than 0.05" : "");
@@ -235,7 +235,7 @@ void add_phase_threshold(std::span<const LevelEvidence> evidence, const simulati
   const double half_step = std::max(0.5 * receiver.options.signal.cn0_step_db, 0.25);
   const double low = std::min(quantile(drawn, 0.025).value_or(value), value) - half_step,
                high = std::max(quantile(drawn, 0.975).value_or(value), value) + half_step;
-  estimate.told = rounded(value, half_step);
+  estimate.recorded = rounded(value, half_step);
   estimate.interval = fmt::format("{} to {}", rounded(low, half_step), rounded(high, half_step));
   estimate.basis = fmt::format("{} clear signals, {} without a phase, {} on the wrong side", items.size(),
                                items.size() - with, wrong);
@@ -245,7 +245,7 @@ void add_phase_threshold(std::span<const LevelEvidence> evidence, const simulati
   } else {
     estimate.verdict = before < low || before > high ? Verdict::Fitted : Verdict::Agrees;
     if (estimate.verdict == Verdict::Fitted) {
-      estimate.after = estimate.told;
+      estimate.after = estimate.recorded;
       levels.values[estimate.key] = estimate.after;
     }
   }

@@ -278,14 +278,14 @@ void add_satellite_levels(std::span<const SatelliteLevel> of_drives, std::span<c
   if (base.n == 0) base = groups.mean_of(in_reference);
   const double sigma = std::sqrt(base.variance);
   const double above_db = std::clamp(signal.link.above_minimum_db + base.value, -10.0, 20.0);
-  common.told = rounded(above_db, sigma);
+  common.recorded = rounded(above_db, sigma);
   common.interval =
       fmt::format("{} to {}", rounded(above_db - 2 * sigma, sigma), rounded(above_db + 2 * sigma, sigma));
   common.verdict = std::abs(base.value) > 2 * sigma ? Verdict::Fitted : Verdict::Agrees;
   common.basis = fmt::format("{} {} satellites in clear view; satellite, antenna, cable and noise together",
                              base.n, reference);
   if (common.verdict == Verdict::Fitted) {
-    common.after = common.told;
+    common.after = common.recorded;
     levels.values[common.key] = common.after;
   }
   levels.estimates.push_back(common);
@@ -322,7 +322,7 @@ void add_satellite_levels(std::span<const SatelliteLevel> of_drives, std::span<c
     };
     offsets.before = text_of(signal.offset_db);
     offsets.after = text_of(after);
-    offsets.told = fmt::format("{}", fmt::join(offset_texts, ", "));
+    offsets.recorded = fmt::format("{}", fmt::join(offset_texts, ", "));
     offsets.basis = fmt::format("levels beside {}, satellites in brackets", reference);
     if (offsets.verdict == Verdict::Fitted) levels.values[offsets.key] = offsets.after;
     levels.estimates.push_back(offsets);
@@ -335,7 +335,7 @@ void add_satellite_levels(std::span<const SatelliteLevel> of_drives, std::span<c
   } else {
     const auto freedom = static_cast<double>(groups.freedom());
     const double value = groups.spread_db(), error = std::max(value, 0.3) / std::sqrt(2 * freedom);
-    spread.told = rounded(value, error);
+    spread.recorded = rounded(value, error);
     spread.interval = fmt::format("{} to {}", rounded(std::max(0.0, value - 2 * error), error),
                                   rounded(value + 2 * error, error));
     spread.verdict =
@@ -343,7 +343,7 @@ void add_satellite_levels(std::span<const SatelliteLevel> of_drives, std::span<c
     spread.basis =
         fmt::format("levels of {} satellites about those of {} groups", groups.size(), groups.names().size());
     if (spread.verdict == Verdict::Fitted) {
-      spread.after = spread.told;
+      spread.after = spread.recorded;
       levels.values[spread.key] = spread.after;
     }
   }

@@ -279,12 +279,12 @@ Estimate conclude(const Problem& problem, const Solution& s, Eigen::Index i) {
     return e;
   }
   const double deviation = 0.5 * (p.value(s.x[i] + s.sigma[i]) - p.value(s.x[i] - s.sigma[i]));
-  e.told = rounded_value(p, s.x[i], s.sigma[i]);
+  e.recorded = rounded_value(p, s.x[i], s.sigma[i]);
   e.interval = fmt::format("{} to {}", rounded(p.value(s.x[i] - 2 * s.sigma[i]), deviation),
                            rounded(p.value(s.x[i] + 2 * s.sigma[i]), deviation));
   e.verdict = std::abs(s.x[i]) > 2 * s.sigma[i] ? Verdict::Fitted : Verdict::Agrees;
   e.basis = fmt::format("by simulation, most by {}", strongest_of(problem, s, i));
-  if (e.verdict == Verdict::Fitted) e.after = e.told;
+  if (e.verdict == Verdict::Fitted) e.after = e.recorded;
   return e;
 }
 
@@ -358,7 +358,7 @@ SimulatedFit fit_by_simulation(std::span<const FitDrive> drives, const Values& b
         fit.facade_shares = facade_shares_of(p.value(solution.x[static_cast<Eigen::Index>(i)]));
         // The scenario has no such number that it could agree with.
         e.verdict = Verdict::Fitted;
-        e.after = e.told;
+        e.after = e.recorded;
       }
       fit.environment.push_back(std::move(e));
       continue;

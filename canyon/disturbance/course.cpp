@@ -48,7 +48,7 @@ void visit(options::Visitor& v, CourseOptions& o) {
   if (!v.wants(v.reads() || !o.waypoints.empty())) return;
   v.list("waypoints", o.waypoints, [&](PlaceOptions& each) {
     visit(v, each);
-    v.judge(each);
+    v.validate(each);
   });
   v.number({"speed_mps", "m/s", "along the legs between waypoints"}, o.speed_mps, {0, 1e4, true});
 }

@@ -15,7 +15,7 @@ void Checker::field(const Field& field, Value& value) {
   const std::string unit = value.is_angle() || field.unit.empty() || value.words().size() > 0
                                ? ""
                                : fmt::format(" {}", field.unit);
-  throw InputError(fmt::format("{}{}{} is {}", prefix ? what_ : "", name, whose, value.told()),
+  throw InputError(fmt::format("{}{}{} is {}", prefix ? what_ : "", name, whose, value.shown()),
                    fmt::format("it must be {}{}", value.bound(), unit));
 }
 

@@ -32,6 +32,7 @@ class Writer final : public Visitor {
   enum class Form { Lines, Yaml };
   explicit Writer(Form form) : form_(form) {}
   [[nodiscard]] std::string take() && { return std::move(text_); }
+  [[nodiscard]] bool leaves_out_defaults() const override { return form_ == Form::Yaml; }
 
  protected:
   void field(const Field& field, Value& value) override;

@@ -269,7 +269,7 @@ class AngleValue final : public RangedValue<double, Type::Number> {
   using RangedValue::RangedValue;
   std::string text() const override { return show(exact_degrees(value_)); }
   std::string exact() const override { return show(value_); }
-  std::string told() const override {
+  std::string shown() const override {
     return fmt::format("{} ({:.9g} deg)", value_, geodesy::degrees(value_));
   }
   bool in_range() const override {
@@ -429,7 +429,7 @@ class NamedNumbersValue final : public StoredValue<std::map<std::string, double>
     return flow(items);
   }
   bool in_range() const override { return wrong() == value_.end(); }
-  std::string told() const override { return in_range() ? text() : show_item(*wrong()); }
+  std::string shown() const override { return in_range() ? text() : show_item(*wrong()); }
   std::string bound() const override { return range_.words(); }
   void read(const Node& node, const Place& place) override {
     for (const std::string& text : read_texts(node, place)) {

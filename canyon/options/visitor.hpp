@@ -75,7 +75,7 @@ class Value {
   /// The stored number itself where text() is of another unit.
   [[nodiscard]] virtual std::string exact() const { return text(); }
   /// For messages to users: text(), of angles both units.
-  [[nodiscard]] virtual std::string told() const { return text(); }
+  [[nodiscard]] virtual std::string shown() const { return text(); }
   [[nodiscard]] virtual bool in_range() const { return true; }
   /// What must hold, to stand behind "it is" or "it must be"; empty: nothing.
   [[nodiscard]] virtual std::string bound() const { return {}; }
@@ -122,6 +122,8 @@ class Visitor {
   virtual ~Visitor() = default;
   [[nodiscard]] virtual Purpose purpose() const { return Purpose::Values; }
   [[nodiscard]] bool reads() const { return purpose() == Purpose::Read; }
+  /// A writer of texts to be read again: a Switch that nobody set stays so.
+  [[nodiscard]] virtual bool leaves_out_defaults() const { return false; }
   [[nodiscard]] bool describes() const { return purpose() == Purpose::Describe; }
 
   void number(const Field& field, double& value, const Range& range);
@@ -175,12 +177,12 @@ class Visitor {
   void part(std::string_view name, Options& options) {
     section(name, [&] {
       visit(*this, options);
-      judge(options);
+      validate(options);
     });
   }
   /// Where a section was read: options.validate(), its error reported at the section.
   template <typename Options>
-  void judge(const Options& options) {
+  void validate(const Options& options) {
     if constexpr (requires { options.validate(); }) {
       if (!reads()) return;
       try {

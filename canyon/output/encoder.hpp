@@ -33,7 +33,8 @@ struct ReceiverDescription {
   geodesy::GpsTime begin = {};          ///< of the run
   /// Antenna of a receiver that stands for good, a base station's [m, ECEF].
   std::optional<Eigen::Vector3d> station_ecef = {};
-  double elevation_mask_rad = 0;  ///< of its fix
+  double elevation_mask_rad = 0;         ///< of its fix
+  std::vector<std::string> errors = {};  ///< that its signals carry: "ionosphere" ...
 };
 
 /// `begin` and `interval_s` are the host's; the rest comes from the receiver and its sky. A fixed place has

@@ -47,6 +47,9 @@ ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver
   description.interval_s = interval_s;
   description.begin = begin;
   description.elevation_mask_rad = options.fix.elevation_mask_rad;
+  if (options.ionosphere) description.errors.emplace_back("ionosphere");
+  if (options.troposphere) description.errors.emplace_back("troposphere");
+  if (options.orbit_errors) description.errors.emplace_back("orbit and clock errors");
   if (receiver.fixed) description.station_ecef = geodesy::ecef_from_geodetic(receiver.fixed->place);
   for (const auto& record : navigation.glonass) description.glonass_channels[record.id] = record.channel;
   const double first_hz = gnss::l1_frequency_hz(gnss::System::GLONASS, 0);
@@ -67,7 +70,8 @@ std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiv
                                                     double interval_s) {
   const simulation::LiveConfig& config = receiver.config();
   const simulation::BuiltSky& sky = receiver.sky();
-  const auto describe = [&](const simulation::ReceiverConfig& each) {
+  const auto describe = [&](simulation::ReceiverConfig each) {
+    each.options.decide(config.sky.errors.enabled, !sky.navigation.klobuchar.empty());
     return describe_receiver(each, *sky.sky, sky.navigation, receiver.start(), interval_s);
   };
   std::vector<ReceiverDescription> descriptions{describe(config.receiver)};

@@ -132,6 +132,9 @@ class RinexObservation final : public Encoder {
     // The date stays empty so that equal runs give equal files.
     line("Canyon", "PGM / RUN BY / DATE");
     line("Simulated; no signal was received", "COMMENT");
+    line(receiver_.errors.empty() ? "No atmosphere, orbit and clock errors are inside"
+                                  : fmt::format("Inside: {}", fmt::join(receiver_.errors, ", ")),
+         "COMMENT");
     line(ascii(receiver_.name), "MARKER NAME");
     line("NON_PHYSICAL", "MARKER TYPE");
     line("", "OBSERVER / AGENCY");

@@ -321,8 +321,8 @@ class Solver {
   Clocks clocks_;
   int rows_ = 0;
   double smallest_sigma_m_ = 1;
-  Design design_;                       ///< weighted
-  Eigen::VectorXd residual_;            ///< weighted; after a step what it leaves
+  Design design_;               ///< weighted
+  Eigen::VectorXd residual_;    ///< weighted; after a step what it leaves
   LeastSquares least_squares_;  ///< of the last step; its cofactor is (A^T W A)^-1 [m^2]
 };
 

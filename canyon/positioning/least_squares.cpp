@@ -10,18 +10,24 @@ struct LeastSquares::Factorization {
 
 LeastSquares::LeastSquares() : factorization_(std::make_unique<Factorization>()) {}
 
-LeastSquares::LeastSquares(const Design& a) : LeastSquares() { compute(a); }
+LeastSquares::LeastSquares(const Design& a) : LeastSquares() {
+  compute(a);
+}
 
 LeastSquares::~LeastSquares() = default;
 
-void LeastSquares::compute(const Design& a) { factorization_->qr.compute(a); }
+void LeastSquares::compute(const Design& a) {
+  factorization_->qr.compute(a);
+}
 
 Eigen::Index LeastSquares::rank(double threshold) {
   factorization_->qr.setThreshold(threshold);
   return factorization_->qr.rank();
 }
 
-LeastSquares::Unknowns LeastSquares::solve(const Eigen::VectorXd& b) const { return factorization_->qr.solve(b); }
+LeastSquares::Unknowns LeastSquares::solve(const Eigen::VectorXd& b) const {
+  return factorization_->qr.solve(b);
+}
 
 Cofactor LeastSquares::cofactor() const {
   const auto& qr = factorization_->qr;

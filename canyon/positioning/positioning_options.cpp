@@ -64,8 +64,12 @@ void visit(options::Visitor& v, FixOptions& o) {
   v.integer({"max_iterations", "", "of the least squares"}, o.max_iterations, 5, 1000);
   // Coordinates of 6,400 km have no finer digits: a shorter step is rounding.
   v.number({"convergence_m", "m", "the step that ends them"}, o.convergence_m, {1e-9, 1});
-  v.boolean({"correct_ionosphere", "", "correct it in the fix"}, o.correct_ionosphere);
-  v.boolean({"correct_troposphere", "", "correct it in the fix"}, o.correct_troposphere);
+  options::visit_switch(v,
+                        {"correct_ionosphere", "", "correct it in the fix; left out: true under sky.errors"},
+                        o.correct_ionosphere);
+  options::visit_switch(v,
+                        {"correct_troposphere", "", "correct it in the fix; left out: true under sky.errors"},
+                        o.correct_troposphere);
   v.boolean({"covariance_by_residuals", "",
              "states a larger covariance where residuals are larger than the weights say"},
             o.covariance_by_residuals);

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "canyon/options/fwd.hpp"
+#include "canyon/options/switch.hpp"
 
 namespace canyon::positioning {
 
@@ -65,10 +66,11 @@ struct FixOptions {
   double elevation_mask_rad = 0.17453292519943295;  ///< 10 deg; [0, pi/2)
   /// Satellites needed, on top of one for each constellation clock beyond the first. >= 4 (the paper: 5).
   int min_satellites = 4;
-  int max_iterations = 20;           ///< 5 to 1000; from the Earth's centre 6 to 8 are needed
-  double convergence_m = 1e-6;       ///< the paper's epsilon, on |dx| (position and clocks); [1e-9, 1]
-  bool correct_ionosphere = false;   ///< by the sky's Klobuchar coefficients
-  bool correct_troposphere = false;  ///< by Saastamoinen
+  int max_iterations = 20;      ///< 5 to 1000; from the Earth's centre 6 to 8 are needed
+  double convergence_m = 1e-6;  ///< the paper's epsilon, on |dx| (position and clocks); [1e-9, 1]
+  /// By the sky's Klobuchar coefficients, and by Saastamoinen. Left out: as the errors of space are in the
+  /// signals (receiver::ReceiverOptions::decide()).
+  options::Switch correct_ionosphere = false, correct_troposphere = false;
   /// Satellites weaker than this are not used [dB-Hz]; those without C/N0 are. 0: no mask. [0, 60].
   double cn0_mask_dbhz = 0;
   WeightOptions weights;

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/propagation/atmosphere.hpp"
 
 namespace canyon::positioning {
 namespace {
@@ -58,10 +58,10 @@ double atmosphere_m(bool ionosphere, bool troposphere,
                     const geodesy::AzimuthElevation& look) {
   double delay_m = 0;
   if (ionosphere) {
-    delay_m += propagation::klobuchar_delay_m(klobuchar_of(klobuchar, system), time, place, look.azimuth_rad,
-                                              look.elevation_rad, carrier_frequency_hz);
+    delay_m += errors::klobuchar_delay_m(klobuchar_of(klobuchar, system), time, place, look.azimuth_rad,
+                                         look.elevation_rad, carrier_frequency_hz);
   }
-  if (troposphere) delay_m += propagation::saastamoinen_delay_m(place, look.elevation_rad);
+  if (troposphere) delay_m += errors::saastamoinen_delay_m(place, look.elevation_rad);
   return delay_m;
 }
 
@@ -159,7 +159,7 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
   geodesy::Geodetic weather = place;
   if (looks >= kTroposphereLooks) {
     weather.height_m =
-        std::clamp(place.height_m, propagation::kTroposphereLowest_m, propagation::kTroposphereHighest_m);
+        std::clamp(place.height_m, errors::kTroposphereLowest_m, errors::kTroposphereHighest_m);
   }
   const double sine_of_mask = std::sin(options.elevation_mask_rad);
   const bool corrects = options.correct_ionosphere || options.correct_troposphere;

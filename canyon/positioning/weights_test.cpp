@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/errors/atmosphere.hpp"
 #include "canyon/positioning/fix.hpp"
-#include "canyon/propagation/atmosphere.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/spoiled_options.hpp"
 #include "tests/support/test_drive.hpp"
@@ -201,7 +201,7 @@ TEST(SolveFix, SettlesWhereTheTroposphereEnds) {
   std::vector<Measurement> measurements = drive.measure();
   for (Measurement& m : measurements) {
     m.sigma_m = 1;
-    m.pseudorange_m += propagation::saastamoinen_delay_m(edge, drive.elevation_rad(m.id));
+    m.pseudorange_m += errors::saastamoinen_delay_m(edge, drive.elevation_rad(m.id));
   }
   FixOptions options;
   EXPECT_GT(solve_fix(kTime, measurements, sky(), options).position.height_m, -99);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "canyon/errors/space_delays.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
@@ -32,6 +33,8 @@ struct SatelliteView {
   /// What the carrier at 1575.42 MHz turns by on its way, the code not, on all paths [rad], and its rate; of
   /// other carriers by the inverse of their frequency, as phase scintillation is.
   double carrier_turn_rad = 0, carrier_turn_radps = 0;
+  /// What the signals carry from space; empty: what broadcast orbits, clocks and models say.
+  std::optional<errors::SpaceDelays> space{};
 
   /// Rate at which the satellite's direction turns in the axes of the Earth [rad/s].
   [[nodiscard]] double turning_radps() const {

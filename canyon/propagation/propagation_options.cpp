@@ -85,12 +85,12 @@ void visit(options::Visitor& v, PropagationOptions& o) {
   v.section("diffraction", [&] {
     v.boolean({"enabled", "", "paths around single edges of roofs and walls; specular only"}, o.diffraction);
     visit(v, o.edges);
-    v.judge(o.edges);
+    v.validate(o.edges);
   });
   v.section("diffuse", [&] {
     v.boolean({"enabled", "", "scattering by facades that are no mirrors; specular only"}, o.diffuse);
     visit(v, o.scattering);
-    v.judge(o.scattering);
+    v.validate(o.scattering);
   });
   v.boolean(
       {"through_foliage", "", "vegetation weakens the direct signal instead of blocking it; specular only"},

@@ -59,8 +59,7 @@ void visit(options::Visitor& v, RangingOptions& o) {
 Ranging::Ranging(const ReceiverOptions& options)
     : options_(options.ranging),
       fix_(options.fix),
-      noise_{options.noise.enabled ? options.noise.ou.standard_deviation_m() : 0,
-             options.noise.ou.theta_per_s},
+      noise_(options.slow_error()),
       loop_rate_per_s_(4 * options.signal.dll.loop_bandwidth_hz) {}
 
 void Ranging::gather(const SatelliteObservation& satellite, geodesy::GpsTime time) {

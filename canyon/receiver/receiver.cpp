@@ -64,9 +64,11 @@ struct Receiver::State {
         ranging(options),
         corrections(options.corrections) {
     options.validate();
+    const std::string around = disturbance_draws_of(options);
+    noise_sigma_m = options.slow_error().sigma_m;
     if (options.noise.enabled) {
-      const double drift = options.noise.drift_enabled ? options.noise.drift_mu_sigma_m : 0;
-      noise_sigma_m = std::hypot(options.noise.ou.standard_deviation_m(), drift);
+      if (options.noise.drift_enabled)
+        noise_sigma_m = std::hypot(noise_sigma_m, options.noise.drift_mu_sigma_m);
       noise_doppler_sigma_hz = options.noise.doppler_sigma_hz;
     }
     for (const gnss::System system : gnss::kAllSystems) {
@@ -76,11 +78,11 @@ struct Receiver::State {
       signals.emplace(options.signal, seed, options.name, draws);
       const disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
       if (shadowing.enabled) {
-        disturbances.push_back(std::make_unique<disturbance::DirectShadowing>(shadowing, seed, draws));
+        disturbances.push_back(std::make_unique<disturbance::DirectShadowing>(shadowing, seed, around));
       }
     }
     for (const disturbance::Source& source : sources) {
-      disturbances.push_back(source.make(seed, draws));
+      disturbances.push_back(source.make(seed, around));
       if (!disturbances.back()) {
         throw InputError(
             fmt::format("receiver '{}': disturbance '{}' was not made", options.name, source.name),
@@ -312,13 +314,20 @@ struct Receiver::State {
     };
     observation.ionosphere_m = delay_m(options.ionosphere, false);
     observation.troposphere_m = delay_m(false, options.troposphere);
+    if (view.space) {
+      const double rate = std::pow(gnss::kL1_hz / m.carrier_frequency_hz, 2);
+      if (options.ionosphere) observation.ionosphere_m = rate * view.space->ionosphere_m;
+      if (options.troposphere) observation.troposphere_m = view.space->troposphere_m;
+      if (options.orbit_errors) observation.orbit_error_m = view.space->orbit_clock_m;
+    }
     const double atmosphere = observation.ionosphere_m + observation.troposphere_m;
     const double corrected = delay_m(options.fix.correct_ionosphere, options.fix.correct_troposphere);
-    observation.pseudorange_error_m = observation.excess_m + observation.noise_m + (atmosphere - corrected);
+    observation.pseudorange_error_m =
+        observation.excess_m + observation.noise_m + observation.orbit_error_m + (atmosphere - corrected);
     m.pseudorange_m =
         positioning::pseudorange_m(line, observation.excess_m, clock_bias_s, atmosphere, observation.noise_m);
     observation.bias_m = bias_m(line.id, signal, m.carrier_frequency_hz);
-    m.pseudorange_m += observation.bias_m;
+    m.pseudorange_m += observation.bias_m + observation.orbit_error_m;
     // For the first one this is 0.
     m.pseudorange_m += kSpeedOfLight * (line.state.group_delay_of(signal) - line.state.group_delay_s);
 
@@ -336,7 +345,7 @@ struct Receiver::State {
       // The ionosphere advances a phase by what it delays a code.
       const double metres = line.range_m + phase.excess_m +
                             kSpeedOfLight * (clock_bias_s - line.state.clock_bias_s) +
-                            observation.troposphere_m - observation.ionosphere_m;
+                            observation.troposphere_m - observation.ionosphere_m + observation.orbit_error_m;
       m.carrier_phase_cycles = metres * (m.carrier_frequency_hz / kSpeedOfLight) +
                                view.carrier_turn_rad * cycles_per_rad + phase.ambiguity + loops.phase_cycles;
       m.carrier_phase_sigma_cycles = loops.phase_sigma_cycles;

@@ -37,11 +37,12 @@ struct SignalObservation {
   /// Empty where the signal is not tracked or the satellite lies below the elevation mask.
   std::optional<positioning::Measurement> measurement;
   double noise_m = 0;  ///< OU value and code loop noise in the pseudorange; 0 without measurement
-  /// Excess + noise + atmosphere left uncorrected (in the signal less what the fix takes off; negative where
-  /// it corrects what is not there); 0 without measurement.
+  /// Excess + noise + orbit_error_m + atmosphere left uncorrected (in the signal less what the fix takes off;
+  /// negative where it corrects what is not there); 0 without measurement.
   double pseudorange_error_m = 0;
   double ionosphere_m = 0, troposphere_m = 0;  ///< delays in the pseudorange; 0 without measurement
-  double bias_m = 0;  ///< BiasOptions' in the pseudorange, not in its error; 0 without measurement
+  double orbit_error_m = 0;  ///< of the broadcast orbit and clock, in code and phase; 0 without measurement
+  double bias_m = 0;         ///< BiasOptions' in the pseudorange, not in its error; 0 without measurement
 };
 
 /// One satellite at one epoch as the receiver saw it, with the truth behind it: its first tracked signal, and
@@ -121,15 +122,16 @@ struct EpochContext {
 };
 
 /// The part with memory: disturbances, clock, noise and channels of one antenna, and its position filter.
-/// Same options and seed, same numbers, whatever runs beside it and (without ReceiverOptions::own_draws)
+/// Same options and seed, same numbers, whatever runs beside it and (with own_draws: false)
 /// whatever its name. Epochs must be given in order of time.
 ///
 /// With corrections of CorrectionOptions::max_age_s or less the fix is that of the satellites that have one
 /// (CodeCorrections), a differential one; where that has no solution, and without corrections, it is that of
 /// all.
 ///
-/// P = r + excess + c (bias - (satellite clock - group delay)) + ionosphere + troposphere + noise, with r the
-/// geometric range to the satellite at transmission, turned with the Earth (docs/receiver.md has every sign).
+/// P = r + excess + c (bias - (satellite clock - group delay)) + ionosphere + troposphere + orbit error +
+/// noise, with r the geometric range to the satellite at transmission, turned with the Earth
+/// (docs/receiver.md has every sign).
 class Receiver {
  public:
   /// @param disturbances behind that of SignalOptions::shadowing, in this order

@@ -8,7 +8,11 @@
 namespace canyon::receiver {
 
 std::string draws_of(const ReceiverOptions& options) {
-  return options.own_draws ? options.name : "";
+  return options.own_draws && options.name != kReceiver ? options.name : "";
+}
+
+std::string disturbance_draws_of(const ReceiverOptions& options) {
+  return options.own_draws.is_set() ? draws_of(options) : "";
 }
 
 void signals_to_track(const ReceiverOptions& options, gnss::SatelliteId id, geodesy::GpsTime time,

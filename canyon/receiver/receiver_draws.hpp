@@ -11,8 +11,11 @@
 
 namespace canyon::receiver {
 
-/// What sets a receiver's random streams apart: its name with ReceiverOptions::own_draws, else nothing.
+/// What sets a receiver's random streams apart, by ReceiverOptions::own_draws: its name, or nothing; that of
+/// kReceiver counts as none.
 [[nodiscard]] std::string draws_of(const ReceiverOptions& options);
+/// Likewise those of its disturbances.
+[[nodiscard]] std::string disturbance_draws_of(const ReceiverOptions& options);
 /// What it tracks of a satellite at a time, in the order of gnss::signals_of(). @param found replaced
 void signals_to_track(const ReceiverOptions& options, gnss::SatelliteId id, geodesy::GpsTime time,
                       std::vector<const gnss::Signal*>& found);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/values.hpp"
@@ -18,7 +19,17 @@ void NoiseOptions::validate() const {
 }
 
 void visit(options::Visitor& v, NoiseOptions& o) {
-  v.boolean({"enabled", "", "noise on pseudoranges and Doppler"}, o.enabled);
+  // Who describes the noise wants it.
+  static constexpr std::array<const char*, 5> kKeys{"theta_per_s", "mu_m", "sigma_m_per_sqrt_s",
+                                                    "doppler_sigma_hz", "drift"};
+  if (v.reads() && std::any_of(kKeys.begin(), kKeys.end(), [&](const char* key) { return v.has(key); })) {
+    o.enabled = true;
+  }
+  options::visit_switch(v,
+                        {"enabled", "",
+                         "noise on pseudoranges and Doppler; left out: false under sky.errors, unless "
+                         "another key of the noise is there"},
+                        o.enabled);
   visit(v, o.ou);
   v.number({"doppler_sigma_hz", "Hz", "standard deviation of white noise on Doppler"}, o.doppler_sigma_hz,
            {0, 1e6});
@@ -124,6 +135,20 @@ void ReceiverOptions::validate() const {
   }
 }
 
+positioning::CodeNoise ReceiverOptions::slow_error() const {
+  if (noise.enabled) return {noise.ou.standard_deviation_m(), noise.ou.theta_per_s};
+  return {orbit_errors ? 1.0 : 0.0, 1.0 / 3600};
+}
+
+void ReceiverOptions::decide(bool space, bool with_ionosphere) {
+  orbit_errors.set_default(space);
+  troposphere.set_default(space);
+  ionosphere.set_default(space && with_ionosphere);
+  fix.correct_troposphere.set_default(space && troposphere);
+  fix.correct_ionosphere.set_default(space && ionosphere);
+  noise.enabled.set_default(!space);
+}
+
 std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>& tracks,
                                                  gnss::System system) {
   const std::span<const gnss::Signal> all = gnss::signals_of(system);
@@ -136,11 +161,11 @@ std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>&
 }
 
 void visit(options::Visitor& v, ReceiverOptions& o) {
-  v.boolean(
-      {"own_draws", "",
-       "draws noise, clock, shadows and phases by the receiver's name too; false: alike for all receivers "
-       "of a seed"},
-      o.own_draws);
+  options::visit_switch(v,
+                        {"own_draws", "",
+                         "draws by the receiver's name too: true, noise, clock, phases and shadows; false, "
+                         "nothing: all receivers of a seed are alike; left out: all but shadows"},
+                        o.own_draws);
   static const std::string tracks = fmt::format("signals: {}; left out: of each satellite the one near L1",
                                                 fmt::join(gnss::signal_names(), ", "));
   gnss::visit_signals(v, {"tracks", "", tracks}, o.tracks);
@@ -149,12 +174,24 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
       o.leaves_out);
   visit(v, o.ranging);
   visit(v, o.fix);
-  v.boolean(
+  options::visit_switch(
+      v,
       {"ionosphere", "",
-       "put the broadcast ionosphere (Klobuchar) into the signals, with the coefficients of the navigation "
-       "files or, under nominal satellites, a standard set"},
+       "put the ionosphere into the signals: that of sky.errors, else Klobuchar's, with the coefficients of "
+       "the navigation files or, under nominal satellites, a standard set; left out: true under sky.errors"},
       o.ionosphere);
-  v.boolean({"troposphere", "", "put Saastamoinen's troposphere into the signals"}, o.troposphere);
+  options::visit_switch(v,
+                        {
+                            "troposphere",
+                            "",
+                            "put the troposphere into the signals: that of sky.errors, else Saastamoinen's",
+                        },
+                        o.troposphere);
+  options::visit_switch(
+      v,
+      {"orbit_errors", "",
+       "put errors of broadcast orbits and clocks into the signals; left out: true under sky.errors"},
+      o.orbit_errors);
   v.part("position_filter", o.filter);
   v.part("corrections", o.corrections);
   v.part("clock", o.clock);

@@ -5,6 +5,7 @@
 
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/fwd.hpp"
+#include "canyon/options/switch.hpp"
 #include "canyon/positioning/positioning_options.hpp"
 #include "canyon/receiver/ranging.hpp"
 #include "canyon/tracking/clock.hpp"
@@ -13,9 +14,11 @@
 
 namespace canyon::receiver {
 
-/// Pseudorange noise, one OU process per satellite; and the paper's drifting mean.
+/// Pseudorange noise, one OU process per satellite; and the paper's drifting mean. It stands for what is left
+/// of orbits, clocks and atmosphere where no errors of space are simulated (errors::SpaceErrors).
 struct NoiseOptions {
-  bool enabled = true;
+  /// Left out: on where no errors of space are.
+  options::Switch enabled = true;
   tracking::OuOptions ou;
   double doppler_sigma_hz = 0.1;  ///< white, per measurement; >= 0
   /// The paper's mu drift mode: while the antenna is slower than drift_below_speed_mps or fewer than
@@ -76,8 +79,11 @@ struct CorrectionOptions {
 /// Its fields.
 void visit(options::Visitor& v, CorrectionOptions& o);
 
+/// A receiver without a name.
+inline constexpr std::string_view kReceiver = "receiver";
+
 struct ReceiverOptions {
-  std::string name = "receiver";
+  std::string name{kReceiver};
   /// Names of gnss::signals_of(), of any system: these are tracked, of systems without any nothing. Empty: of
   /// each satellite its signal near L1.
   std::vector<std::string> tracks;
@@ -86,10 +92,11 @@ struct ReceiverOptions {
   std::vector<std::string> leaves_out;
   RangingOptions ranging;
   BiasOptions biases;
-  /// Everything random depends on seed and satellite: receivers that differ in a setting are compared
-  /// under the same noise realization. True: on the name as well, for antennas whose errors must not be alike
-  /// (a base station beside a rover).
-  bool own_draws = false;
+  /// Whether what is drawn depends on the receiver's name, beside seed and satellite. Left out: noise, clock
+  /// and phases do, shadows and other disturbances do not, so that receivers meet the same streets. True:
+  /// shadows do as well, for antennas on different vehicles. False: nothing does, and receivers that differ
+  /// in a setting are compared under the same noise realization.
+  options::Switch own_draws = true;
   positioning::FixOptions fix;
   NoiseOptions noise;
   tracking::ClockOptions clock;
@@ -98,8 +105,15 @@ struct ReceiverOptions {
   /// Position filter behind the fix; off: each epoch's fix stands alone, as in the paper.
   positioning::PositionFilterOptions filter;
   CorrectionOptions corrections;
-  bool ionosphere = false;  ///< delays are in the signal (the fix corrects them where FixOptions says so)
-  bool troposphere = false;
+  /// Delays are in the signal (the fix corrects them where FixOptions says so), and errors of broadcast
+  /// orbits and clocks. Left out: as the environment has them.
+  options::Switch ionosphere = false, troposphere = false, orbit_errors = false;
+  /// What a receiver takes the errors of its codes to be beside those of its loops: the noise process where
+  /// that is on; under errors of space 1 m (assumed) that changes over an hour.
+  [[nodiscard]] positioning::CodeNoise slow_error() const;
+  /// Decides what the options leave out. @param space whether the environment has errors of space
+  /// @param with_ionosphere whether these have an ionosphere
+  void decide(bool space, bool with_ionosphere);
   /// Throws InputError naming receiver and field that are out of range.
   void validate() const;
 };

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/frozen_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
-#include "canyon/propagation/atmosphere.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/observe.hpp"
@@ -74,6 +74,10 @@ void reflect(SatelliteView& view, const Eigen::Vector3d& antenna, const Eigen::V
   view.paths.visibility = Visibility::NLOS;
   view.paths.paths = {path};
 }
+
+const std::map<System, gnss::Klobuchar> kKlobuchar{
+    {System::GPS,
+     {{8.3819e-9, 1.4901e-8, -5.9605e-8, -5.9605e-8}, {8.8064e4, 3.2768e4, -1.9661e5, -1.9661e5}}}};
 
 ReceiverOptions quiet() {
   ReceiverOptions options;
@@ -376,9 +380,9 @@ TEST(Receiver, SameSeedSameNumbersWhateverRunsBeside) {
   options.clock.drift_walk = 1e-9;
   Receiver a(options, 7), b(options, 7), other_seed(options, 8);
   options.name = "other";
-  Receiver other_name(options, 7);
-  options.own_draws = true;
   Receiver own(options, 7);
+  options.own_draws = false;
+  Receiver other_name(options, 7);
   for (int i = 0; i < 5; ++i) {
     const GpsTime time = kTime + 1.0 * i;
     const ReceiverEpoch ea = observe_open_sky(a, four_systems(), time, ecef);
@@ -398,6 +402,50 @@ TEST(Receiver, SameSeedSameNumbersWhateverRunsBeside) {
       EXPECT_EQ(ea.satellites[k].noise_m, en.satellites[k].noise_m);
       EXPECT_NE(ea.satellites[k].noise_m, eo.satellites[k].noise_m);
     }
+  }
+}
+
+// What signals carry from space is the same in every band and every receiver, but for the ionosphere's f^-2.
+TEST(Receiver, ErrorsOfSpaceAreSharedByBandsAndReceivers) {
+  const Eigen::Vector3d ecef = kFrame.ecef_from_local({0, 0, 0});
+  ReceiverOptions options = quiet();
+  options.tracks = {"L1CA", "L5", "E1", "E5a"};
+  options.decide(true, true);
+  EXPECT_TRUE(options.orbit_errors && options.ionosphere && options.troposphere);
+  EXPECT_TRUE(options.fix.correct_ionosphere && options.fix.correct_troposphere);
+  options.fix.correct_ionosphere = options.fix.correct_troposphere = false;
+  Receiver one(options, 1);
+  options.name = "other";
+  Receiver other(options, 2);
+  std::vector<SatelliteView> views = open_sky(four_systems(), kTime, ecef);
+  for (SatelliteView& view : views) view.space = {0.1 * view.line.id.number, 5.0 + view.line.id.number, 3};
+  const auto observe = [&](Receiver& receiver) {
+    return test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free,
+                               four_systems(), kKlobuchar);
+  };
+  const ReceiverEpoch a = observe(one), b = observe(other);
+  int bands = 0;
+  for (std::size_t k = 0; k < a.satellites.size(); ++k) {
+    const SatelliteObservation& satellite = a.satellites[k];
+    if (!satellite.measurement) continue;
+    EXPECT_DOUBLE_EQ(satellite.pseudorange_error_m, 0.1 * satellite.id.number + 5 + satellite.id.number + 3);
+    EXPECT_EQ(satellite.pseudorange_error_m, b.satellites[k].pseudorange_error_m);
+    for (const SignalObservation& second : satellite.more) {
+      if (!second.measurement) continue;
+      ++bands;
+      EXPECT_EQ(second.orbit_error_m, satellite.orbit_error_m);
+      EXPECT_EQ(second.troposphere_m, satellite.troposphere_m);
+      EXPECT_NEAR(second.ionosphere_m / satellite.ionosphere_m, std::pow(154.0 / 115.0, 2), 1e-9);
+    }
+  }
+  EXPECT_GT(bands, 5);
+
+  // Who says that its signals carry none has none.
+  options.orbit_errors = options.ionosphere = options.troposphere = false;
+  options.decide(true, true);
+  Receiver without(options, 1);
+  for (const SatelliteObservation& satellite : observe(without).satellites) {
+    EXPECT_EQ(satellite.pseudorange_error_m, 0);
   }
 }
 
@@ -562,9 +610,6 @@ TEST(Receiver, CovarianceStatesTheNoise) {
 }
 
 // alpha and beta: the header of a GPS navigation file of 2019 (the values only set the size of the delay).
-const std::map<System, gnss::Klobuchar> kKlobuchar{
-    {System::GPS,
-     {{8.3819e-9, 1.4901e-8, -5.9605e-8, -5.9605e-8}, {8.8064e4, 3.2768e4, -1.9661e5, -1.9661e5}}}};
 
 TEST(ReceiverAtmosphere, DelaysAreInTheSignalAndTheFixTakesThemOff) {
   const Eigen::Vector3d ecef = kFrame.ecef_from_local({0, 0, 0});
@@ -596,10 +641,10 @@ TEST(ReceiverAtmosphere, DelaysAreInTheSignalAndTheFixTakesThemOff) {
       const auto& view = views[i].line;
       double delay = 0;
       if (ionosphere) {
-        delay += propagation::klobuchar_delay_m(kKlobuchar.at(System::GPS), kTime, kPlace, view.azimuth_rad,
-                                                view.elevation_rad, view.state.carrier_frequency_hz);
+        delay += errors::klobuchar_delay_m(kKlobuchar.at(System::GPS), kTime, kPlace, view.azimuth_rad,
+                                           view.elevation_rad, view.state.carrier_frequency_hz);
       }
-      if (troposphere) delay += propagation::saastamoinen_delay_m(kPlace, view.elevation_rad);
+      if (troposphere) delay += errors::saastamoinen_delay_m(kPlace, view.elevation_rad);
       EXPECT_GT(delay, 1);
       const double added = signal_only.satellites[i].measurement->pseudorange_m -
                            none.satellites[i].measurement->pseudorange_m;

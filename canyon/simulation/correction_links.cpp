@@ -49,7 +49,7 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
   }
   if (!options.own_draws && !receivers[*base].options.own_draws) {
     refuse("and both draw the same noise, which would vanish in the difference",
-           "give one of them own_draws: true");
+           "leave own_draws: false out of one of them");
   }
 }
 

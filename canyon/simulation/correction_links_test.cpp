@@ -264,9 +264,9 @@ TEST(Corrections, RefuseWhatCannotBe) {
           "  - {name: a, own_draws: true, fixed: {east_m: 0, north_m: 0, up_m: 9}, corrections: {from: b}}\n"
           "  - {name: b, fixed: {east_m: 9, north_m: 0, up_m: 9}, corrections: {from: a}}\n"),
       AllOf(HasSubstr("s.yaml:4"), HasSubstr("in turn")));
-  EXPECT_THAT(refusal("  - {name: base, fixed: {east_m: 0, north_m: 0, up_m: 99}}\n"
-                      "  - {name: car, corrections: {from: base}}\n"),
-              AllOf(HasSubstr("s.yaml:5"), HasSubstr("own_draws: true")));
+  EXPECT_THAT(refusal("  - {name: base, own_draws: false, fixed: {east_m: 0, north_m: 0, up_m: 99}}\n"
+                      "  - {name: car, own_draws: false, corrections: {from: base}}\n"),
+              AllOf(HasSubstr("s.yaml:5"), HasSubstr("own_draws: false")));
   EXPECT_THAT(refusal(base + "  - {name: car, corrections: {from: base, max_age_s: 0}}\n"),
               AllOf(HasSubstr("s.yaml:5"), HasSubstr("max_age_s")));
 }

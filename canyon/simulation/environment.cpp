@@ -14,6 +14,7 @@ struct Environment::Impl {
   std::shared_ptr<const orbit::Sky> sky;
   std::map<gnss::System, gnss::Klobuchar> klobuchar;
   std::vector<gnss::SatelliteId> satellites;
+  std::shared_ptr<const errors::SpaceErrors> errors;
 };
 
 namespace {
@@ -57,6 +58,13 @@ const raytrace::RayScene& Environment::scene() const {
   return impl_->city_scene->scene;
 }
 
+void Environment::set_errors(std::shared_ptr<const errors::SpaceErrors> errors) {
+  impl_->errors = std::move(errors);
+}
+const errors::SpaceErrors* Environment::errors() const {
+  return impl_->errors.get();
+}
+
 Environment Environment::under(std::shared_ptr<const orbit::Sky> sky,
                                std::map<gnss::System, gnss::Klobuchar> klobuchar) const {
   return {impl_->city_scene, std::move(sky), std::move(klobuchar)};
@@ -78,9 +86,16 @@ propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Ve
 propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                                           const Tracer& trace) const {
   const geodesy::LocalFrame& frame = city().frame;
-  return make_arrival(
-      *impl_->sky, impl_->satellites, scene(),
-      {time, frame.ecef_from_local(antenna_enu), antenna_enu, frame.ecef_from_local_rotation()}, trace);
+  const Eigen::Vector3d antenna_ecef = frame.ecef_from_local(antenna_enu);
+  propagation::Arrival arrival =
+      make_arrival(*impl_->sky, impl_->satellites, scene(),
+                   {time, antenna_ecef, antenna_enu, frame.ecef_from_local_rotation()}, trace);
+  if (impl_->errors) {
+    for (propagation::SatelliteView& view : arrival.views) {
+      view.space = impl_->errors->at(view.line, time, antenna_ecef);
+    }
+  }
+  return arrival;
 }
 
 propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::SatelliteId> satellites,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "canyon/city/fwd.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/propagation/arrival.hpp"
@@ -57,6 +58,9 @@ class Environment {
   [[nodiscard]] const orbit::Sky& sky() const;
   [[nodiscard]] const std::map<gnss::System, gnss::Klobuchar>& klobuchar() const;
   [[nodiscard]] const raytrace::RayScene& scene() const;
+  /// What arrives carries these from then on (SatelliteView::space). Null: none, as at first and under().
+  void set_errors(std::shared_ptr<const errors::SpaceErrors> errors);
+  [[nodiscard]] const errors::SpaceErrors* errors() const;
   /// The same city under another sky; nothing of the city is copied or built.
   [[nodiscard]] Environment under(std::shared_ptr<const orbit::Sky> sky,
                                   std::map<gnss::System, gnss::Klobuchar> klobuchar = {}) const;

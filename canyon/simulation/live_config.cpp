@@ -36,7 +36,7 @@ void visit(options::Visitor& v, RunningConfig& config) {
   }
   visit(v, receiver);
   v.part("streets", receiver.streets);
-  v.judge(receiver.options);
+  v.validate(receiver.options);
 }
 
 /// A base's own keys; all others are a profile's.
@@ -93,7 +93,7 @@ void visit(options::Visitor& v, LiveConfig& config) {
   visit(v, config.receiver);
   v.part("streets", config.receiver.streets);
   visit_base(v, config);
-  v.judge(config.receiver.options);
+  v.validate(config.receiver.options);
   check_base(v, config);
 }
 

@@ -28,7 +28,7 @@ void visit(options::Visitor& v, PoseSourceOptions& o) {
   static constexpr std::string_view kAxes[]{"enu", "ned"};
   static constexpr std::string_view kBody[]{"flu", "frd"};
   v.text({"from", "",
-          "trajectory: the scenario's; file:PATH: a log; else an address to hear at, such as "
+          "trajectory: the scenario's; file:PATH: a log; else an address to listen at, such as "
           "udp-listen://127.0.0.1:14560 or stdin:"},
          o.from);
   v.choice({"format", "", "how poses are written: json (a line each), binary or mavlink"}, o.format,
@@ -50,7 +50,7 @@ void visit(options::Visitor& v, PoseSourceOptions& o) {
             "the vehicle goes on as it moved for so long behind its last pose, then there "
             "is no truth and no signal"},
            o.track.timeout_s, {0.01, 60});
-  v.number({"smoothing_s", "s", "velocities that no pose tells are differences over this time"},
+  v.number({"smoothing_s", "s", "velocities that no pose has are differences over this time"},
            o.track.smoothing_s, {0, 1});
 }
 

@@ -34,10 +34,12 @@ struct LiveReceiver::Impl {
       : config(std::move(c)),
         scene(checked(std::move(s))),
         start(t),
+        sky(given ? std::move(given) : make_sky(start)),
+        sky_begin(start),
         faults(make_faults()),
         receiver(make_receiver()) {
     if (config.base) check_base();
-    use_sky(given ? std::move(given) : make_sky(start), start);
+    make_environment();
     warnings.insert(warnings.end(), sky->warnings.begin(), sky->warnings.end());
     check(config.receiver);
     if (config.base) make_base();
@@ -49,7 +51,9 @@ struct LiveReceiver::Impl {
                                                    ? config.receiver.disturbances
                                                    : with_streets(config.receiver, scene->city, road);
     sources.push_back(disturbance::FaultTimeline::source(faults));
-    return {config.receiver.options, config.seed, sources, config.receiver.models};
+    receiver::ReceiverOptions options = config.receiver.options;
+    decide(options, make_space_errors(config.sky, *sky, config.seed).get());
+    return {std::move(options), config.seed, sources, config.receiver.models};
   }
   [[nodiscard]] std::shared_ptr<disturbance::FaultTimeline> make_faults() const {
     return std::make_shared<disturbance::FaultTimeline>(start, config.faults, config.receiver.options.name);
@@ -73,12 +77,12 @@ struct LiveReceiver::Impl {
   LiveConfig config;
   std::shared_ptr<CityScene> scene;
   GpsTime start;
+  std::shared_ptr<const BuiltSky> sky;
+  GpsTime sky_begin;
   std::shared_ptr<disturbance::Road> road = std::make_shared<disturbance::Road>();  // driven so far
   std::shared_ptr<disturbance::FaultTimeline> faults;
   receiver::Receiver receiver;
   Tracer tracer;
-  std::shared_ptr<const BuiltSky> sky;
-  GpsTime sky_begin;
   std::optional<Environment> environment;
   std::optional<propagation::Propagator> propagator;  // made where no tracer stands in for it
   std::optional<Pose> last_truth;
@@ -154,6 +158,7 @@ void LiveReceiver::Impl::begin_anew() {
 void LiveReceiver::Impl::make_environment() {
   propagator.reset();
   environment.emplace(scene, sky->sky, sky->navigation.klobuchar);
+  environment->set_errors(make_space_errors(config.sky, *sky, config.seed));
   faults->set_surroundings(surroundings(scene, sky->sky));
 }
 

@@ -28,7 +28,7 @@ void visit(options::Visitor& v, Profile& profile) {
   v.require("description", "say in one line what receiver this is");
   v.text({"description", "", "one line"}, profile.description);
   visit(v, profile.receiver);
-  v.judge(profile.receiver.options);
+  v.validate(profile.receiver.options);
 }
 
 const BuiltInProfile& built_in_profile(std::string_view name) {

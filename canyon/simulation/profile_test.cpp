@@ -112,7 +112,7 @@ TEST(Profile, ReceiversWithoutOneAreACommonModule) {
   }
   LiveConfig live = parse_live_config("seed: 1\n", "host");
   EXPECT_TRUE(live.receiver.options.own_draws);  // several vehicles
-  live.receiver.options.own_draws = false;
+  live.receiver.options.own_draws = receiver::ReceiverOptions{}.own_draws;
   EXPECT_EQ(named(live.receiver), module);
   EXPECT_NE(named(parse_scenario(kScene + "receivers: [{profile: ideal}]\n", "s.yaml").receivers.front()),
             module);

@@ -14,6 +14,7 @@
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/disturbance/street_options.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/options/describe.hpp"
@@ -83,6 +84,7 @@ struct SkyConfig {
   std::vector<double> frozen_elevation_rad;
   std::set<gnss::System> systems{gnss::kConstellations.begin(), gnss::kConstellations.end()};
   bool allow_stale = false;
+  errors::SpaceErrorOptions errors;
 };
 
 struct TrajectoryConfig {

@@ -153,7 +153,7 @@ void visit(Visitor& v, CityConfig& city) {
   if (v.reads()) set_origin(v, city, origin);
   if (v.wants(city.mesh.has_value())) {
     visit(v, city.import);
-    v.judge(city.import);
+    v.validate(city.import);
   }
   if (v.wants(city.synthetic.has_value())) {
     city::SyntheticCityOptions none;
@@ -252,6 +252,10 @@ void visit(Visitor& v, SkyConfig& sky) {
   if (v.wants(!sky.navigation.empty())) {
     v.boolean({"allow_stale", "", "use ephemerides older than their system allows (and say so)"},
               sky.allow_stale);
+  }
+  if (v.wants(!frozen)) {
+    v.part("errors", sky.errors);
+    if (v.reads()) sky.errors.enabled.set_default(!sky.navigation.empty());
   }
 }
 
@@ -355,7 +359,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
     if (!v.reads()) visit_name_and_profile(v, config, false);
     visit_fixed(v, config.fixed, city);
     visit(v, config);
-    v.judge(config.options);
+    v.validate(config.options);
   });
   std::size_t index = 0;
   if (v.reads()) {
@@ -383,7 +387,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
 void visit_profile(Visitor& v, ReceiverConfig& config) {
   std::optional<std::string> profile;
   // Every key is written out below it; this one sets no list and no table that keys could only add to.
-  if (!v.reads()) profile = "ideal";
+  if (!v.reads()) profile = kDefaultProfile;  // which sets no options::Switch
   v.text({"profile", "", "one of 'canyon profiles', or a profile file; anything below overrides it",
           kDefaultProfile},
          profile);

@@ -54,6 +54,12 @@ struct BuiltSky {
 };
 [[nodiscard]] BuiltSky build_sky(const SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
                                  const geodesy::Geodetic& place);
+/// The errors of space that receivers under a sky have (SkyConfig::errors); null: none. Of a seed, the same.
+[[nodiscard]] std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& config,
+                                                                           const BuiltSky& sky,
+                                                                           std::uint64_t seed);
+/// A receiver's options with what they leave out decided by these.
+void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors);
 /// Stands for build_sky() where skies are shared.
 using SkyBuilder =
     std::function<BuiltSky(const SkyConfig&, geodesy::GpsTime, geodesy::GpsTime, const geodesy::Geodetic&)>;

@@ -185,6 +185,20 @@ void require_satellites(const orbit::Sky& sky, std::span<const GpsTime> times) {
   }
 }
 
+std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& config, const BuiltSky& sky,
+                                                             std::uint64_t seed) {
+  if (!config.errors.enabled) return nullptr;
+  errors::SpaceErrorOptions options = config.errors;
+  // Precise orbits are what receivers go by as well.
+  if (config.sp3) options.orbit_clock_m.clear();
+  return std::make_shared<const errors::SpaceErrors>(options, seed, sky.sky->satellites(),
+                                                     sky.navigation.klobuchar);
+}
+
+void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors) {
+  options.decide(errors != nullptr, errors != nullptr && errors->has_ionosphere());
+}
+
 void require_ionosphere(const BuiltSky& sky) {
   const auto& klobuchar = sky.navigation.klobuchar;
   if (klobuchar.count(gnss::System::GPS) != 0) return;

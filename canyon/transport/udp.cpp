@@ -131,7 +131,7 @@ class UdpListener final : public Transport {
     std::erase_if(peers_, [now](const Peer& peer) { return now - peer.received > kFaithful; });
     if (peers_.size() == kMaxClients) {
       if (!std::exchange(full_, true))
-        notes_.push_back(fmt::format("more than {} senders: the rest are not heard", kMaxClients));
+        notes_.push_back(fmt::format("more than {} senders: the rest are ignored", kMaxClients));
       return nullptr;
     }
     full_ = false;

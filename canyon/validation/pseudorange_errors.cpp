@@ -7,10 +7,10 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/positioning/fix.hpp"
-#include "canyon/propagation/atmosphere.hpp"
 #include "canyon/validation/statistics.hpp"
 
 namespace canyon::validation {
@@ -157,12 +157,12 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
         const double carrier_hz = gnss::carrier_hz(*s.signal, s.state.carrier_frequency_hz);
         double ionosphere = 0, troposphere = 0;
         if (options.ionosphere) {
-          ionosphere = propagation::klobuchar_delay_m(positioning::klobuchar_of(klobuchar, o.id.system),
-                                                      recorded.receiver_time, epoch.antenna, o.azimuth_rad,
-                                                      o.elevation_rad, carrier_hz);
+          ionosphere = errors::klobuchar_delay_m(positioning::klobuchar_of(klobuchar, o.id.system),
+                                                 recorded.receiver_time, epoch.antenna, o.azimuth_rad,
+                                                 o.elevation_rad, carrier_hz);
         }
         if (options.troposphere) {
-          troposphere = propagation::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);
+          troposphere = errors::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);
         }
         const double clock_m = kSpeedOfLight * s.clock_s();
         // Ranges first: they are alike, and their difference keeps its digits.

@@ -80,8 +80,8 @@ struct PseudorangeResiduals {
 };
 
 struct ResidualOptions {
-  bool ionosphere = true;   ///< corrects by the broadcast model (propagation::klobuchar_delay_m)
-  bool troposphere = true;  ///< corrects by propagation::saastamoinen_delay_m
+  bool ionosphere = true;   ///< corrects by the broadcast model (errors::klobuchar_delay_m)
+  bool troposphere = true;  ///< corrects by errors::saastamoinen_delay_m
   /// Satellites below are left out [rad]. [0, pi/2).
   double elevation_mask_rad = 0;
   /// The antenna's phase centre from the point whose truth is given: forward, left, up [m], by the truth's

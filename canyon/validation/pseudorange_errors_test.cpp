@@ -7,8 +7,8 @@
 #include <map>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/propagation/atmosphere.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/support/circular_sky.hpp"
@@ -64,9 +64,9 @@ struct Recorder {
       if (!line || line->elevation_rad < radians(5)) continue;
       double range = line->range_m;
       range += kSpeedOfLight * (clock_s - (line->state.clock_bias_s - line->state.group_delay_s));
-      range += propagation::klobuchar_delay_m(kModel, reception, place, line->azimuth_rad,
-                                              line->elevation_rad, line->state.carrier_frequency_hz);
-      range += propagation::saastamoinen_delay_m(place, line->elevation_rad);
+      range += errors::klobuchar_delay_m(kModel, reception, place, line->azimuth_rad, line->elevation_rad,
+                                         line->state.carrier_frequency_hz);
+      range += errors::saastamoinen_delay_m(place, line->elevation_rad);
       const auto bias = bias_m.find(id.system);
       if (bias != bias_m.end()) range += bias->second;
       rinex::ObservedSignal signal;

@@ -390,7 +390,7 @@ void ClockOptions::validate() const {
 void visit(options::Visitor& v, ClockOptions& o) {
   v.integer({"min_clear", "satellites", "fewer in clear view: the clock is taken from all"}, o.min_clear, 1,
             50);
-  v.angle({"elevation_mask_deg", "deg", "satellites below do not tell the clock"}, o.elevation_mask_rad,
+  v.angle({"elevation_mask_deg", "deg", "satellites below are not used for the clock"}, o.elevation_mask_rad,
           {0, 90, false, true});
   v.number({"variance_floor_m2", "m^2", "variance that no C/N0 lowers"}, o.variance_floor_m2, {1e-6, 1e6});
   v.number({"variance_scale_m2_hz", "m^2 Hz", "times 10^(-C/N0 / 10)"}, o.variance_scale_m2_hz, {0, 1e9});

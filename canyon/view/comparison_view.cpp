@@ -315,7 +315,7 @@ std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder, sim
     begin = geodesy::GpsTime::from_week(time.at("gps_week").get<int>(), time.at("gps_tow").get<double>());
     interval_s = time.at("interval_s").get<double>();
   } catch (const JsonError&) {
-    throw InputError(folder / kHeaderFile, 0, "tells no times", "write it anew: canyon validate --view");
+    throw InputError(folder / kHeaderFile, 0, "has no times", "write it anew: canyon validate --view");
   }
   // The page asks by its receivers' numbers; both sides are compared by one model.
   scenario.receivers.resize(1);

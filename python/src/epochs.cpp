@@ -31,7 +31,7 @@ const output::Format& format_of(const std::filesystem::path& path, const std::st
       return format;
     known += fmt::format("{}{}", known.empty() ? "" : ", ", format.name);
   }
-  throw InputError(fmt::format("the name '{}' tells no format", path.filename().string()),
+  throw InputError(fmt::format("the name '{}' has no format's ending", path.filename().string()),
                    "give format=; known are " + known);
 }
 

@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/orbit/sky.hpp"
-#include "canyon/propagation/atmosphere.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "tests/support/circular_sky.hpp"
 
@@ -111,10 +111,10 @@ struct TileScene {
       if (options.noise.enabled) m.pseudorange_m += options.noise.ou.mu_m;
       if (options.ionosphere) {
         m.pseudorange_m +=
-            propagation::klobuchar_delay_m(positioning::klobuchar_of(klobuchar, m.id.system), time, at,
-                                           line->azimuth_rad, line->elevation_rad, m.carrier_frequency_hz);
+            errors::klobuchar_delay_m(positioning::klobuchar_of(klobuchar, m.id.system), time, at,
+                                      line->azimuth_rad, line->elevation_rad, m.carrier_frequency_hz);
       }
-      if (options.troposphere) m.pseudorange_m += propagation::saastamoinen_delay_m(at, line->elevation_rad);
+      if (options.troposphere) m.pseudorange_m += errors::saastamoinen_delay_m(at, line->elevation_rad);
       measurements.push_back(m);
     }
     Answer answer;

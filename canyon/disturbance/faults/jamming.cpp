@@ -72,7 +72,7 @@ void visit(options::Visitor& v, JammingOptions& o) {
       o.preset, kPresets);
   v.list("emissions", o.emissions, [&](EmissionOptions& each) {
     visit(v, each);
-    v.judge(each);
+    v.validate(each);
   });
 }
 

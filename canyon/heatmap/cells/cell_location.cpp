@@ -67,12 +67,10 @@ class LinesSky final : public orbit::Sky {
 
 /// By more than so much.
 bool is_within_troposphere(double height_m, double by_m) {
-  return height_m - by_m > propagation::kTroposphereLowest_m &&
-         height_m + by_m < propagation::kTroposphereHighest_m;
+  return height_m - by_m > errors::kTroposphereLowest_m && height_m + by_m < errors::kTroposphereHighest_m;
 }
 bool is_beyond_troposphere(double height_m, double by_m) {
-  return height_m + by_m < propagation::kTroposphereLowest_m ||
-         height_m - by_m > propagation::kTroposphereHighest_m;
+  return height_m + by_m < errors::kTroposphereLowest_m || height_m - by_m > errors::kTroposphereHighest_m;
 }
 
 struct Extremes {

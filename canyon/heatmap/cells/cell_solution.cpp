@@ -10,10 +10,10 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/random.hpp"
+#include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/positioning/protection_level.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
-#include "canyon/propagation/atmosphere.hpp"
 #include "canyon/tracking/noise.hpp"
 
 namespace canyon::heatmap {
@@ -22,9 +22,9 @@ namespace {
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using errors::kTroposphereHighest_m;
+using errors::kTroposphereLowest_m;
 using geodesy::kSpeedOfLight;
-using propagation::kTroposphereHighest_m;
-using propagation::kTroposphereLowest_m;
 
 constexpr std::size_t kMostSets = 4096;
 /// PDOPs of one set differ by less within a tile.
@@ -50,7 +50,7 @@ ZenithDelay::ZenithDelay(const geodesy::Geodetic& place) {
   geodesy::Geodetic at = place;
   for (std::size_t i = 0; i <= steps; ++i) {
     at.height_m = kTroposphereLowest_m + kHeightStep_m * static_cast<double>(i);
-    delay_m_.push_back(propagation::saastamoinen_delay_m(at, geodesy::kPi / 2));
+    delay_m_.push_back(errors::saastamoinen_delay_m(at, geodesy::kPi / 2));
   }
 }
 

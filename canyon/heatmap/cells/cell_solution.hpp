@@ -12,11 +12,11 @@
 #include <optional>
 #include <vector>
 
+#include "canyon/errors/atmosphere.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/heatmap/cells/linear_fix.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/positioning/dop.hpp"
-#include "canyon/propagation/atmosphere.hpp"
 #include "canyon/receiver/receiver.hpp"
 
 // Position solutions of a tile's cells: what CellSolver shares among them. Places and errors are ENU of the
@@ -77,9 +77,8 @@ class ZenithDelay {
   [[nodiscard]] double operator()(double height_m) const;
   /// There that of the nearest.
   [[nodiscard]] double nearest(double height_m) const {
-    const double known_m =
-        std::clamp(height_m, propagation::kTroposphereLowest_m, propagation::kTroposphereHighest_m);
-    const double step = (known_m - propagation::kTroposphereLowest_m) / kHeightStep_m;
+    const double known_m = std::clamp(height_m, errors::kTroposphereLowest_m, errors::kTroposphereHighest_m);
+    const double step = (known_m - errors::kTroposphereLowest_m) / kHeightStep_m;
     const auto i = std::min(static_cast<std::size_t>(step), delay_m_.size() - 2);
     const double part = step - static_cast<double>(i);
     return delay_m_[i] + part * (delay_m_[i + 1] - delay_m_[i]);

@@ -4,9 +4,9 @@
 
 #include <random>
 
+#include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/satellite_id.hpp"
-#include "canyon/propagation/atmosphere.hpp"
 #include "tests/support/rtklib.hpp"
 
 extern "C" {
@@ -15,7 +15,7 @@ double ionmodel(RtklibTime time, const double* alpha_beta, const double* positio
 double tropmodel(RtklibTime time, const double* position, const double* azimuth_elevation, double humidity);
 }
 
-namespace canyon::propagation {
+namespace canyon::errors {
 namespace {
 
 using geodesy::GpsTime;
@@ -47,4 +47,4 @@ TEST(AtmosphereRtklib, BothModelsAgreeWithin1um) {
 }
 
 }  // namespace
-}  // namespace canyon::propagation
+}  // namespace canyon::errors

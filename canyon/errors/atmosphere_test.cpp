@@ -1,4 +1,4 @@
-#include "canyon/propagation/atmosphere.hpp"
+#include "canyon/errors/atmosphere.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 
-namespace canyon::propagation {
+namespace canyon::errors {
 namespace {
 
 using geodesy::Geodetic;
@@ -72,4 +72,4 @@ TEST(Atmosphere, IsNothingBelowTheHorizonAndOutsideTheHeights) {
 }
 
 }  // namespace
-}  // namespace canyon::propagation
+}  // namespace canyon::errors

@@ -4,7 +4,7 @@
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 
-namespace canyon::propagation {
+namespace canyon::errors {
 
 /// Broadcast ionosphere delay [m] on `frequency_hz` (IS-GPS-200, 20.3.3.5.2.5; scaled from L1 by f^-2).
 /// 0 at or below the horizon.
@@ -20,4 +20,4 @@ inline constexpr double kTroposphereLowest_m = -100, kTroposphereHighest_m = 10e
 [[nodiscard]] double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_rad,
                                           double relative_humidity = 0.7);
 
-}  // namespace canyon::propagation
+}  // namespace canyon::errors

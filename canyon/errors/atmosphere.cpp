@@ -1,4 +1,4 @@
-#include "canyon/propagation/atmosphere.hpp"
+#include "canyon/errors/atmosphere.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 
-namespace canyon::propagation {
+namespace canyon::errors {
 namespace {
 
 using geodesy::kPi;
@@ -61,4 +61,4 @@ double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_
   return (hydrostatic + wet) / std::sin(elevation_rad);
 }
 
-}  // namespace canyon::propagation
+}  // namespace canyon::errors

@@ -1,0 +1,127 @@
+#include "canyon/errors/space_errors.hpp"
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/errors/atmosphere.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
+
+namespace canyon::errors {
+namespace {
+
+using geodesy::GpsTime;
+
+/// Along-track and cross-track errors over that of the range; assumed.
+constexpr double kAlong = 2, kCross = 1;
+/// The thin shell that stands for the ionosphere, of IS-GPS-200 and IONEX [m from the Earth's centre].
+constexpr double kShell_m = 6371e3 + 350e3;
+/// Travelling ionospheric disturbances of medium scale: vertical delay at 1575.42 MHz, of 0.3 TECU; assumed
+/// within the usual 0.1 to 1 TECU, 100 to 300 km and 10 to 60 min.
+constexpr double kTravelling_m = 0.05, kTravellingTime_s = 600, kTravellingLength_m = 4e4;
+
+/// Whether one of its signals belongs to the group, and so the satellite.
+double of_satellite(const gnss::GroupValues& values, gnss::SatelliteId id) {
+  return gnss::sum_of(values, id, gnss::signals_of(id.system).front(), GpsTime());
+}
+
+}  // namespace
+
+void SpaceErrorOptions::validate() const {
+  options::check(*this, "errors");
+  for (const auto& [group, sigma_m] : orbit_clock_m) gnss::check_group(group);
+}
+
+void visit(options::Visitor& v, SpaceErrorOptions& o) {
+  options::visit_switch(v,
+                        {"enabled", "",
+                         "orbits, clocks and an atmosphere that the broadcast models do not know, the same "
+                         "for all receivers",
+                         "true with navigation files"},
+                        o.enabled);
+  gnss::visit_group_values(v, {"orbit_clock_m", "m", "error of ranges by broadcast orbits and clocks, rms"},
+                           o.orbit_clock_m, {0, 1e4});
+  v.number({"orbit_clock_time_s", "s", "time over which they change"}, o.orbit_clock_time_s, {60, 1e6});
+  v.number({"ionosphere_share", "", "of the broadcast model's delay, what it lacks, rms"}, o.ionosphere_share,
+           {0, 2});
+  v.number({"ionosphere_time_s", "s", "time over which that changes"}, o.ionosphere_time_s, {60, 1e6});
+  v.number({"ionosphere_length_m", "m", "distance over which that changes"}, o.ionosphere_length_m,
+           {1e3, 1e8});
+  v.number({"troposphere_m", "m", "zenith delay beside that of the standard atmosphere, rms"},
+           o.troposphere_m, {0, 1});
+  v.number({"troposphere_time_s", "s", "time over which that changes"}, o.troposphere_time_s, {60, 1e6});
+  v.number({"troposphere_length_m", "m", "distance over which that changes"}, o.troposphere_length_m,
+           {1e3, 1e8});
+}
+
+SpaceErrors::SpaceErrors(const SpaceErrorOptions& options, std::uint64_t seed,
+                         std::span<const gnss::SatelliteId> satellites,
+                         const std::map<gnss::System, gnss::Klobuchar>& klobuchar)
+    : options_(options),
+      ionosphere_(RandomStream(seed, "space/ionosphere"), options.ionosphere_time_s,
+                  options.ionosphere_length_m),
+      travelling_(RandomStream(seed, "space/travelling"), kTravellingTime_s, kTravellingLength_m),
+      troposphere_(RandomStream(seed, "space/troposphere"), options.troposphere_time_s,
+                   options.troposphere_length_m) {
+  options.validate();
+  constexpr double kEverywhere = std::numeric_limits<double>::infinity();
+  for (const gnss::SatelliteId id : satellites) {
+    const auto waves = [&](const char* what) {
+      return RandomWaves(RandomStream(seed, "space/" + gnss::to_string(id) + what),
+                         options.orbit_clock_time_s, kEverywhere);
+    };
+    satellites_.emplace(id, OfSatellite{of_satellite(options.orbit_clock_m, id), waves("/range"),
+                                        waves("/along"), waves("/cross")});
+  }
+  if (klobuchar.empty()) return;
+  const auto of_gps = klobuchar.find(gnss::System::GPS);
+  klobuchar_ = of_gps != klobuchar.end() ? of_gps->second : klobuchar.begin()->second;
+}
+
+double SpaceErrors::orbit_clock_m(const orbit::LineOfSight& line, GpsTime reception) const {
+  const auto found = satellites_.find(line.id);
+  if (found == satellites_.end() || found->second.range_m == 0) return 0;
+  const OfSatellite& satellite = found->second;
+  const Eigen::Vector3d& position = line.position_at_reception_m;
+  // Along the way in inertial axes.
+  const Eigen::Vector3d turning(0, 0, geodesy::kEarthRotationRate);
+  const Eigen::Vector3d velocity = line.velocity_at_reception_mps + turning.cross(position);
+  const Eigen::Vector3d cross = position.cross(velocity).normalized();
+  const Eigen::Vector3d along = cross.cross(position).normalized();
+  const auto value = [&](const RandomWaves& waves) { return waves.at(reception, Eigen::Vector3d::Zero()); };
+  return satellite.range_m *
+         (value(satellite.range) + kAlong * value(satellite.along) * along.dot(line.direction_ecef) +
+          kCross * value(satellite.cross) * cross.dot(line.direction_ecef));
+}
+
+double SpaceErrors::ionosphere_m(const orbit::LineOfSight& line, GpsTime reception,
+                                 const geodesy::Geodetic& place, const Eigen::Vector3d& receiver_ecef) const {
+  if (!klobuchar_) return 0;
+  const double model_m =
+      klobuchar_delay_m(*klobuchar_, reception, place, line.azimuth_rad, line.elevation_rad, gnss::kL1_hz);
+  // |receiver + s direction| = shell.
+  const double up = receiver_ecef.dot(line.direction_ecef);
+  const double s = -up + std::sqrt(up * up + kShell_m * kShell_m - receiver_ecef.squaredNorm());
+  const Eigen::Vector3d pierced = receiver_ecef + s * line.direction_ecef;
+  const double slant = kShell_m / pierced.dot(line.direction_ecef);  // 1 / cos of the angle there
+  const double delay_m = model_m * (1 + options_.ionosphere_share * ionosphere_.at(reception, pierced)) +
+                         slant * kTravelling_m * travelling_.at(reception, pierced);
+  return std::max(0.0, delay_m);
+}
+
+SpaceDelays SpaceErrors::at(const orbit::LineOfSight& line, GpsTime reception,
+                            const Eigen::Vector3d& receiver_ecef) const {
+  const geodesy::Geodetic place = geodesy::geodetic_from_ecef(receiver_ecef);
+  SpaceDelays delays;
+  delays.orbit_clock_m = orbit_clock_m(line, reception);
+  delays.ionosphere_m = ionosphere_m(line, reception, place, receiver_ecef);
+  const double sine = std::sin(line.elevation_rad);
+  const double mapping = 1.001 / std::sqrt(0.002001 + sine * sine);  // RTCA DO-229, A.4.2.4
+  delays.troposphere_m = saastamoinen_delay_m(place, line.elevation_rad) +
+                         mapping * options_.troposphere_m * troposphere_.at(reception, receiver_ecef);
+  return delays;
+}
+
+}  // namespace canyon::errors

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+
+#include "canyon/errors/random_waves.hpp"
+#include "canyon/errors/space_delays.hpp"
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/gnss/navigation_data.hpp"
+#include "canyon/gnss/signal_groups.hpp"
+#include "canyon/options/fwd.hpp"
+#include "canyon/options/switch.hpp"
+#include "canyon/orbit/sky.hpp"
+
+// What a ranging signal carries from space that no receiver knows: errors of broadcast orbits and clocks, and
+// what the atmosphere delays beside the models that receivers correct by. docs/errors.md has the budget.
+
+namespace canyon::errors {
+
+struct SpaceErrorOptions {
+  /// Left out: on with navigation files, off with other skies.
+  options::Switch enabled = false;
+  /// Error of a range by broadcast orbit and clock, standard deviation by groups of signals [m], [0, 1e4].
+  /// Defaults: global mean signal-in-space range errors of 2017 (O. Montenbruck, P. Steigenberger,
+  /// A. Hauschild, Adv. Space Res. 61(12), 2018); QZSS and SBAS are assumed to be as GPS.
+  gnss::GroupValues orbit_clock_m{{"BeiDou", 1},    {"GLONASS", 2}, {"GPS", 0.6},
+                                  {"Galileo", 0.2}, {"QZSS", 0.6},  {"SBAS", 0.6}};
+  double orbit_clock_time_s = 3600;  ///< [60, 1e6]; assumed: between two uploads and updates
+  /// Of the broadcast model's slant delay, standard deviation of what it lacks [1], [0, 2]. The model takes
+  /// away at least half of the error's rms (IS-GPS-200, 20.3.3.5.2.5): s / sqrt(1 + s^2) = 0.5 makes 0.58.
+  double ionosphere_share = 0.6;
+  double ionosphere_time_s = 7200;     ///< [60, 1e6]; assumed
+  double ionosphere_length_m = 1.8e6;  ///< [1e3, 1e8]; assumed: with the share a gradient of mm/km
+  /// Zenith delay beside the standard atmosphere's, standard deviation [m], [0, 1]; assumed: 0.05 by weather.
+  double troposphere_m = 0.05;
+  double troposphere_time_s = 10'800;  ///< [60, 1e6]; assumed
+  double troposphere_length_m = 3e5;   ///< [1e3, 1e8]; assumed
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, SpaceErrorOptions& o);
+
+/// The errors of one run, the same for all of its receivers and bands: functions of satellite, place and
+/// time, drawn by the seed. Const and thread-safe.
+///
+/// Orbit and clock: one part along the line of sight, the same wherever a receiver stands, and along-track
+/// and cross-track errors of the satellite, of which 2 % reach a range. Ionosphere: the broadcast model of
+/// GPS where the line pierces a shell at 350 km, times 1 plus a smooth field of the shell, plus travelling
+/// disturbances. Troposphere: Saastamoinen's delay, and a smooth field of zenith delays, mapped as RTCA
+/// DO-229 does.
+class SpaceErrors {
+ public:
+  /// @param klobuchar GPS's, or the first there is; empty: no ionosphere
+  SpaceErrors(const SpaceErrorOptions& options, std::uint64_t seed,
+              std::span<const gnss::SatelliteId> satellites,
+              const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
+
+  [[nodiscard]] bool has_ionosphere() const { return klobuchar_.has_value(); }
+  /// @param line of a satellite at reception; @param receiver_ecef [m]
+  [[nodiscard]] SpaceDelays at(const orbit::LineOfSight& line, geodesy::GpsTime reception,
+                               const Eigen::Vector3d& receiver_ecef) const;
+
+ private:
+  struct OfSatellite {
+    double range_m;  ///< standard deviation
+    RandomWaves range, along, cross;
+  };
+  [[nodiscard]] double orbit_clock_m(const orbit::LineOfSight& line, geodesy::GpsTime reception) const;
+  [[nodiscard]] double ionosphere_m(const orbit::LineOfSight& line, geodesy::GpsTime reception,
+                                    const geodesy::Geodetic& place,
+                                    const Eigen::Vector3d& receiver_ecef) const;
+
+  SpaceErrorOptions options_;
+  std::map<gnss::SatelliteId, OfSatellite> satellites_;
+  std::optional<gnss::Klobuchar> klobuchar_;
+  RandomWaves ionosphere_, travelling_, troposphere_;
+};
+
+}  // namespace canyon::errors
