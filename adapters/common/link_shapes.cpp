@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <utility>
 
 #include "canyon/base/text.hpp"
 #include "canyon/city/mesh_marks.hpp"

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <memory>
 #include <string_view>
+#include <utility>
 
 #include "canyon/base/text.hpp"
 

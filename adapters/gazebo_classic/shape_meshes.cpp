@@ -15,7 +15,9 @@
 #include <gazebo/physics/HeightmapShape.hh>
 #include <gazebo/physics/Link.hh>
 #include <gazebo/physics/Shape.hh>
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include "adapters/common/link_shapes.hpp"
 #include "adapters/gazebo_classic/ignition_types.hpp"

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <future>
 #include <gz/common/Console.hh>
 #include <gz/sim/Util.hh>

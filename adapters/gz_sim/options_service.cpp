@@ -6,6 +6,7 @@
 #include <chrono>
 #include <gz/transport/Node.hh>
 #include <gz/transport/TopicUtils.hh>
+#include <utility>
 
 #include "canyon/base/input_error.hpp"
 

@@ -9,6 +9,7 @@
 #include <rclcpp/create_timer.hpp>
 #include <rclcpp_components/register_node_macro.hpp>
 #include <set>
+#include <utility>
 #ifdef CANYON_WITH_TF2
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>

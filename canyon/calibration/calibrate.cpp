@@ -10,6 +10,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/facades.hpp"
 #include "canyon/gnss/signal_groups.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/validation/epoch_interval.hpp"
 #include "canyon/validation/ranked_sample.hpp"
 

@@ -8,6 +8,7 @@
 
 #include "canyon/base/statistics.hpp"
 #include "canyon/calibration/satellite_levels.hpp"
+#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::calibration {
 namespace {

@@ -1,5 +1,6 @@
 #include "canyon/calibration/observed.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <map>
 #include <utility>

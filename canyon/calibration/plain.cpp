@@ -8,6 +8,7 @@
 #include <map>
 
 #include "canyon/base/statistics.hpp"
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/receiver/receiver_options.hpp"

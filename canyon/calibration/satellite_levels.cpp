@@ -10,6 +10,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signal_groups.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::calibration {
 namespace {

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <unsupported/Eigen/NonLinearOptimization>
 
 #include "canyon/base/input_error.hpp"

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/validation/epoch_interval.hpp"

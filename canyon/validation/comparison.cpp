@@ -8,9 +8,11 @@
 #include <complex>
 #include <map>
 #include <memory>
+#include <set>
 #include <span>
 #include <utility>
 
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/position_filter.hpp"

@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "canyon/base/json.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/recording_table.hpp"
@@ -60,25 +62,12 @@ Json json_of(const Explained& e) {
   return json;
 }
 
-/// Error and C/N0 of a signal, or of all.
-template <typename Distributions>
-Json distributions_json(const Distributions& f) {
-  return {{"los_error_m", json_of(f.error_los_m)},
-          {"nlos_error_m", json_of(f.error_nlos_m)},
-          {"los_cn0_dbhz", json_of(f.cn0_los_dbhz)},
-          {"nlos_cn0_dbhz", json_of(f.cn0_nlos_dbhz)}};
-}
-
-/// Of epochs; 0 without any.
-double fix_share(const PositionFigures& p) {
-  return p.epochs > 0 ? static_cast<double>(p.fixes) / static_cast<double>(p.epochs) : 0;
-}
-
 Json json_of(const PositionFigures& p) {
   const bool any = p.fixes > 0;
   return {{"epochs", p.epochs},
           {"fixes", p.fixes},
-          {"availability", p.epochs > 0 ? Json(fix_share(p)) : Json()},
+          {"availability",
+           p.epochs > 0 ? Json(static_cast<double>(p.fixes) / static_cast<double>(p.epochs)) : Json()},
           {"mean_satellites_used", any ? Json(p.mean_used) : Json()},
           {"horizontal_error_m", quantiles_json(p.horizontal_m, any)},
           {"vertical_error_m", quantiles_json(p.vertical_m, any)}};
@@ -106,7 +95,10 @@ Json json_of(const SignalFigures& f) {
             {"tracked_by_the_simulated", f.tracked}};
   if (!f.judged()) return json;
   json["tracked"] = {{"los", json_of(f.tracked_los)}, {"nlos", json_of(f.tracked_nlos)}};
-  json["distributions"] = distributions_json(f);
+  json["distributions"] = {{"los_error_m", json_of(f.error_los_m)},
+                           {"nlos_error_m", json_of(f.error_nlos_m)},
+                           {"los_cn0_dbhz", json_of(f.cn0_los_dbhz)},
+                           {"nlos_cn0_dbhz", json_of(f.cn0_nlos_dbhz)}};
   json["carrier_phase"] = {{"measured", json_of(f.measured_phase)},
                            {"simulated", json_of(f.simulated_phase)}};
   return json;
@@ -129,8 +121,11 @@ Json json_of(const Figures& f) {
   json["tracked"] = {{"los", json_of(f.tracked_los)}, {"nlos", json_of(f.tracked_nlos)}};
   json["explained"] = Json::array();
   for (const Explained& e : f.explained) json["explained"].push_back(json_of(e));
-  json["distributions"] = distributions_json(f);
-  json["distributions"]["satellites_used"] = json_of(f.used);
+  json["distributions"] = {{"los_error_m", json_of(f.error_los_m)},
+                           {"nlos_error_m", json_of(f.error_nlos_m)},
+                           {"los_cn0_dbhz", json_of(f.cn0_los_dbhz)},
+                           {"nlos_cn0_dbhz", json_of(f.cn0_nlos_dbhz)},
+                           {"satellites_used", json_of(f.used)}};
   json["position"] = {{"measured", json_of(f.measured)}, {"simulated", json_of(f.simulated)}};
   if (f.own_fixes) {
     json["own_fixes"] = {{"own", json_of(f.own_fixes->own)},
@@ -186,20 +181,14 @@ std::string distribution_line(const char* what, const DistributionPair& pair) {
                      five(pair.simulated, pair.simulated_n), shown(pair.ks, 3));
 }
 
-template <typename Distributions>
-std::string distribution_lines(const Distributions& f) {
-  return distribution_line("LOS error [m]", f.error_los_m) +
-         distribution_line("NLOS error [m]", f.error_nlos_m) +
-         distribution_line("LOS C/N0 [dB-Hz]", f.cn0_los_dbhz) +
-         distribution_line("NLOS C/N0 [dB-Hz]", f.cn0_nlos_dbhz);
-}
-
 std::string position_line(const char* what, const PositionFigures& p) {
+  const double share =
+      p.epochs > 0 ? 100.0 * static_cast<double>(p.fixes) / static_cast<double>(p.epochs) : 0;
   if (p.fixes == 0) return fmt::format("  {:<22}no fix in {} epochs\n", what, p.epochs);
   return fmt::format(
       "  {:<22}{:.1f} % of {} epochs, {}horizontal p50 {:.1f} p95 {:.1f} m, vertical p50 "
       "{:.1f} p95 {:.1f} m\n",
-      what, 100 * fix_share(p), p.epochs,
+      what, share, p.epochs,
       std::isfinite(p.mean_used) ? fmt::format("{:.1f} satellites; ", p.mean_used) : "", p.horizontal_m[2],
       p.horizontal_m[4], p.vertical_m[2], p.vertical_m[4]);
 }
@@ -223,7 +212,11 @@ std::string further_signals(const Figures& f) {
                                s.recorded ? "recorded, not tracked by the simulated receiver"
                                           : "tracked by the simulated receiver, not recorded");
     } else if (!s.first()) {
-      text += distributions_head(s.name()) + distribution_lines(s);
+      text += distributions_head(s.name());
+      text += distribution_line("LOS error [m]", s.error_los_m);
+      text += distribution_line("NLOS error [m]", s.error_nlos_m);
+      text += distribution_line("LOS C/N0 [dB-Hz]", s.cn0_los_dbhz);
+      text += distribution_line("NLOS C/N0 [dB-Hz]", s.cn0_nlos_dbhz);
       text += tracked_line("tracked LOS", s.tracked_los);
       text += tracked_line("tracked NLOS", s.tracked_nlos);
     }
@@ -320,7 +313,11 @@ std::string to_text(const Figures& f) {
                         100 * e.share, shown(e.median_difference_m, 1),
                         e.correlation ? fmt::format("{:.2f}", e.correlation->rho) : "-");
   }
-  text += distributions_head("Distributions") + distribution_lines(f);
+  text += distributions_head("Distributions");
+  text += distribution_line("LOS error [m]", f.error_los_m);
+  text += distribution_line("NLOS error [m]", f.error_nlos_m);
+  text += distribution_line("LOS C/N0 [dB-Hz]", f.cn0_los_dbhz);
+  text += distribution_line("NLOS C/N0 [dB-Hz]", f.cn0_nlos_dbhz);
   text += distribution_line("satellites used", f.used);
   text += further_signals(f) + phase_lines(f);
   text += "\nFixes by the same solver\n";
@@ -337,9 +334,10 @@ std::string to_text(const Figures& f) {
   if (!f.segments.empty()) text += "\nStreet segments (horizontal error p50, p95)\n";
   for (const SegmentFigures& s : f.segments) {
     const auto fifty = [](const PositionFigures& p) {
-      return p.fixes > 0 ? fmt::format("{:>5.1f} {:>6.1f} m, {:>3.0f} %", p.horizontal_m[2],
-                                       p.horizontal_m[4], 100 * fix_share(p))
-                         : std::string("no fix");
+      return p.fixes > 0
+                 ? fmt::format("{:>5.1f} {:>6.1f} m, {:>3.0f} %", p.horizontal_m[2], p.horizontal_m[4],
+                               100.0 * static_cast<double>(p.fixes) / static_cast<double>(p.epochs))
+                 : std::string("no fix");
     };
     text +=
         fmt::format("  epochs {:>5} to {:>5}, {:>4.0f} m towards {:>3.0f} deg: measured {}; simulated {}\n",

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <utility>
 
+#include "canyon/tracking/noise.hpp"
+
 namespace canyon::validation {
 
 RankedSample::RankedSample(std::vector<Item> items) : items_(std::move(items)) {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/rinex/observation_reader.hpp"

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "adapters/common/resource_files.hpp"
 #include "adapters/common/sdf/plugin_elements.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"

@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <limits>
 #include <memory>
+#include <utility>
+#include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"

@@ -3,14 +3,17 @@
 #include <fmt/format.h>
 
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/positioning/protection_level.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/propagation/atmosphere.hpp"
 #include "canyon/tracking/noise.hpp"
 
 namespace canyon::heatmap {

@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <limits>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/heatmap/cells/cell_solution.hpp"
 #include "canyon/heatmap/cells/understood_options.hpp"
 #include "canyon/options/values.hpp"

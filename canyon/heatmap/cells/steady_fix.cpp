@@ -4,6 +4,7 @@
 #include <array>
 
 #include "canyon/heatmap/cells/linear_fix.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
 
 namespace canyon::heatmap {
 

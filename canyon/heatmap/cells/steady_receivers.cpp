@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/heatmap/cells/steady_cell.hpp"
 #include "canyon/heatmap/cells/understood_options.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/gnss/signals.hpp"

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <limits>
 #include <mutex>
@@ -14,6 +15,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/work_queue.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/cells/cell_receivers.hpp"
 #include "canyon/heatmap/cells/steady_receivers.hpp"
 #include "canyon/heatmap/engine/engine_key.hpp"

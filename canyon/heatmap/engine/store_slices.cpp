@@ -8,8 +8,10 @@
 #include <list>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "canyon/base/statistics.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/scenario.hpp"
 

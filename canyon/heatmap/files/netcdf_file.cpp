@@ -8,6 +8,7 @@
 #include <cstring>
 #include <mutex>
 #include <system_error>
+#include <utility>
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/values.hpp"

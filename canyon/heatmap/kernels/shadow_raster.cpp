@@ -1,6 +1,8 @@
 #include "canyon/heatmap/kernels/shadow_raster.hpp"
 
+#include <array>
 #include <cassert>
+#include <cmath>
 #include <cstring>
 #include <limits>
 

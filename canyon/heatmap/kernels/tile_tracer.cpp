@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"

@@ -1,8 +1,10 @@
 #include "canyon/validation/report/report.hpp"
 
 #include <cassert>
+#include <functional>
 
 #include "canyon/base/output_file.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/validation/report/report_html.hpp"
 #include "canyon/validation/report/report_pictures.hpp"
 

@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <optional>
 
 #include "canyon/base/utf8.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/number.hpp"
+#include "canyon/output/track.hpp"
 #include "canyon/validation/report/report_samples.hpp"
 #include "canyon/validation/report/report_targets.hpp"
 

@@ -12,6 +12,7 @@
 #include "canyon/drawing/views/track_picture.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/validation/report/report_pictures.hpp"
+#include "canyon/validation/report/report_samples.hpp"
 
 namespace canyon::validation {
 namespace {
