@@ -538,6 +538,20 @@ TEST(Simulation, AMaskThatLeavesNoSatelliteIsSaid) {
   EXPECT_THAT(warnings(10), IsEmpty());
 }
 
+// An end does not shorten a restart.
+TEST(Simulation, AnEndOfARestartIsSaidToHaveNoEffect) {
+  const auto warnings = [](const std::string& end) {
+    return simulation_of(kOpen +
+                         "start: 2026-06-01T08:00:00Z\nduration_s: 30\ntrajectory: {position: {east_m: 0, "
+                         "north_m: 0, up_m: 2}}\nfaults: [{from_s: 1, " +
+                         end + "restart: {kind: cold}}]\n")
+        .warnings();
+  };
+  EXPECT_THAT(warnings("until_s: 4, "),
+              Contains(HasSubstr("fault 'restart 1' ends at 4 s in tables alone: the receiver takes 26 s")));
+  EXPECT_THAT(warnings(""), IsEmpty());
+}
+
 // The ground of an open field lies level at its origin's height.
 TEST(Simulation, AnOpenFieldHasGround) {
   const Simulation simulation = simulation_of(
