@@ -212,6 +212,8 @@ Json to_json(const buildings::BuildReport& r) {
           {"materials_default", r.materials_default},
           {"repaired", r.repaired},
           {"skipped", r.skipped},
+          {"foliage_left_out", r.foliage_left_out},
+          {"cautions", r.cautions},
           {"warnings", r.warnings}};
 }
 
@@ -256,6 +258,7 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
   }
   if (arguments.quiet) return kOk;
   if (from_map) {
+    print_warnings(loaded.report.cautions);
     print_warnings(loaded.report.warnings);
     fmt::print("{}", buildings::format_report(loaded.report));
   }

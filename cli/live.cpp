@@ -57,6 +57,7 @@ std::string figures_line(const live::Figures& figures) {
       fmt::format("{:8.1f} s  {} epochs, {} with a fix", figures.host_s, figures.epochs, figures.fixes);
   if (figures.no_truth > 0) line += fmt::format(", {} without truth", figures.no_truth);
   if (figures.missed > 0) line += fmt::format(", {} missed", figures.missed);
+  if (!figures.no_fix.empty()) line += fmt::format("; now none: {}", figures.no_fix);
   if (figures.poses > 0) line += fmt::format("; {} poses", figures.poses);
   if (figures.latency.count() > 0) {
     line += fmt::format("; pose to bytes {:.1f} ms (median), {:.1f} ms (99 %), {:.1f} ms (most)",

@@ -4,8 +4,13 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
+#include <map>
+#include <set>
 
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/base/text_file.hpp"
 #include "canyon/drawing/views/pictures.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/options/describe.hpp"
@@ -48,6 +53,65 @@ std::string count_systems(const std::vector<gnss::SatelliteId>& satellites) {
   }
   return text;
 }
+
+/// The files that runs leave in a folder: DIR/.canyon-results lists those of the last one, so that what the
+/// next does not replace can go. Only what is listed and was not changed since is removed.
+class ResultFiles {
+ public:
+  /// @param folders where this run writes
+  ResultFiles(std::filesystem::path out, std::vector<std::filesystem::path> folders)
+      : out_(std::move(out)), folders_(std::move(folders)), before_(times()) {}
+
+  /// Behind the run: how many files of the last one were removed.
+  std::size_t finish() {
+    std::set<std::string> mine;
+    for (const auto& [path, time] : times()) {
+      const auto old = before_.find(path);
+      if (old == before_.end() || old->second != time)
+        mine.insert(path.lexically_relative(out_).generic_string());
+    }
+    const std::filesystem::path list = out_ / ".canyon-results";
+    std::error_code error;
+    const auto listed_at = std::filesystem::last_write_time(list, error);
+    std::size_t removed = 0;
+    if (!error) {
+      const TextFile last(list);
+      for (const std::string_view line : split(last.text(), '\n')) {
+        const std::filesystem::path path(line);
+        const std::filesystem::path file = out_ / path;
+        if (line.empty() || mine.count(std::string(line)) > 0 || path.is_absolute() ||
+            path.lexically_normal().generic_string().starts_with("..") ||
+            !std::filesystem::is_regular_file(file, error) ||
+            std::filesystem::last_write_time(file, error) > listed_at) {
+          continue;
+        }
+        removed += std::filesystem::remove(file, error) ? 1U : 0U;
+        if (file.parent_path() != out_) std::filesystem::remove(file.parent_path(), error);  // where empty
+      }
+    }
+    OutputFile text(list);
+    for (const std::string& name : mine) text.write(name + "\n");
+    text.commit();
+    return removed;
+  }
+
+ private:
+  using Times = std::map<std::filesystem::path, std::filesystem::file_time_type>;
+  [[nodiscard]] Times times() const {
+    Times times;
+    for (const std::filesystem::path& folder : folders_) {
+      std::error_code error;
+      for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+        if (entry.is_regular_file(error)) times[entry.path()] = entry.last_write_time(error);
+      }
+    }
+    return times;
+  }
+
+  std::filesystem::path out_;
+  std::vector<std::filesystem::path> folders_;
+  Times before_;
+};
 
 simulation::Scenario read_simulated_scenario(const SimulateArguments& arguments) {
   simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
@@ -94,6 +158,11 @@ int run_simulate(const SimulateArguments& arguments) {
     print_warnings(simulation.warnings());
   }
 
+  std::vector<std::filesystem::path> folders{arguments.out, std::filesystem::path(arguments.out) / "view"};
+  for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
+    folders.push_back(output::receiver_folder(simulation, arguments.out, i));
+  }
+  ResultFiles files(arguments.out, folders);
   const std::atomic<bool>& stop_requested = catch_interrupts();
   std::vector<std::unique_ptr<simulation::EpochSink>> sinks =
       output::make_file_sinks(simulation, arguments.out);
@@ -146,6 +215,9 @@ int run_simulate(const SimulateArguments& arguments) {
     result = simulation.run(all, options);
   }
   for (std::size_t i = 0; i < streams.size(); ++i) tell_notes(i);
+  if (const std::size_t removed = files.finish(); removed > 0) {
+    note(fmt::format("removed     {} files that the run before had left in {}", removed, arguments.out));
+  }
   if (!arguments.quiet) print_warnings(result.warnings);
   if (!arguments.quiet) fmt::print("\n{}\n", output::format_summary_table(figures.summaries()));
   // An end that is asked for while pictures are drawn leaves them out.

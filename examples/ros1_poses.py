@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Poses of ROS 1 into `canyon live`: each message of a topic as one line of JSON in a UDP datagram.
 
-    canyon live drive.yaml --poses udp-listen://127.0.0.1:9001 --stream nmea=tcp://127.0.0.1:2947
+    canyon live drive.yaml --poses udp-listen://127.0.0.1:9001 --stream nmea=tcp://127.0.0.1:10110
     python3 ros1_poses.py /mocap/rover/pose --to 127.0.0.1:9001
     python3 ros1_poses.py /odom --odometry --id rover
 

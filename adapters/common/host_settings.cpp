@@ -115,7 +115,7 @@ void visit_outputs(Visitor& v, HostSettings& settings) {
     visit_streams(
         v,
         {"stream", "",
-         "FORMAT=ADDRESS, one element each, as of canyon simulate --stream: nmea=tcp://127.0.0.1:2947"},
+         "FORMAT=ADDRESS, one element each, as of canyon simulate --stream: nmea=tcp://127.0.0.1:10110"},
         settings.streams);
   });
   visit_word(v,

@@ -11,7 +11,7 @@
 
 namespace canyon::adapters {
 
-/// Epochs in any of the engine's formats by any of its transports: "nmea=tcp://127.0.0.1:2947" (see
+/// Epochs in any of the engine's formats by any of its transports: "nmea=tcp://127.0.0.1:10110" (see
 /// output::parse_stream() and transport::open_transport()). Files are whole when it is destroyed. Updates
 /// without an epoch send nothing: a receiver that says nothing is what readers take for a lost one.
 /// @param setting what asked for the stream, for messages: "nmea_port"

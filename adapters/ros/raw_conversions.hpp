@@ -122,7 +122,7 @@ template <class DiagnosticArray>
     if (fix.solved()) {
       say(Status::OK, "fix");
     } else {
-      say(Status::WARN, "no fix: " + std::string(positioning::reason(fix.status)));
+      say(Status::WARN, "no fix: " + std::string(output::no_fix_reason(fix, epoch->placement)));
     }
     add("satellites used", std::to_string(output::used_count(fix)));
     add("satellites tracked", std::to_string(epoch->observed.visible));

@@ -242,7 +242,7 @@ void visit(Visitor& v, NodeSettings& settings) {
   v.integer({"threads", "", "that compute a scenario's own drive ahead; 0: as many as cores"},
             settings.threads, 0, 4096);
   visit_streams(v,
-                {"streams", "", "FORMAT=ADDRESS, as of canyon simulate --stream: nmea=tcp://127.0.0.1:2947"},
+                {"streams", "", "FORMAT=ADDRESS, as of canyon simulate --stream: nmea=tcp://127.0.0.1:10110"},
                 settings.streams);
   v.section("pose", [&] { visit_pose(v, settings); });
   simulation::ScenarioOfAnyTrajectory any{settings.world};

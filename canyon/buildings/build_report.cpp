@@ -47,6 +47,10 @@ std::string format_report(const BuildReport& r) {
                             also(r.parts_beyond, "reaching beyond theirs")));
   if (r.surveyed > 0) line("surfaces", fmt::format("{} with surfaces of their own", r.surveyed));
   if (r.trees > 0 || r.woods > 0) line("foliage", fmt::format("{} trees, {} woods", r.trees, r.woods));
+  if (r.foliage_left_out > 0) {
+    line("foliage", fmt::format("{} trees, rows and woods of the map left out (foliage takes them)",
+                                r.foliage_left_out));
+  }
   line("heights",
        fmt::format("{} tagged, {} from levels, {} by default{}", r.heights_tagged, r.heights_from_levels,
                    r.heights_default, also(r.heights_inherited, "taken from the building of a part")));

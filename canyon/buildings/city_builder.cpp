@@ -7,8 +7,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
+#include <set>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/buildings/build_report.hpp"
 #include "canyon/buildings/ground.hpp"
 #include "canyon/buildings/map_frame.hpp"
@@ -498,12 +500,39 @@ class Builder {
 
   // --- the end ---------------------------------------------------------------------------------------
 
+  void add_cautions() {
+    const BuildReport& r = report();
+    const std::size_t all = r.heights_tagged + r.heights_from_levels + r.heights_default + r.surveyed;
+    if (2 * r.heights_default > all) {
+      report().cautions.push_back(fmt::format(
+          "{} of {} heights are guesses: the map has neither heights nor levels there; 'default_height_m', "
+          "'heights' by type or another map change them",
+          r.heights_default, all));
+    }
+    std::set<std::string, std::less<>> types;
+    for (const MapFeature& feature : map_.features) {
+      for (const char* key : {"building", "building:part"}) {
+        if (const auto tag = feature.tags.find(key); tag != feature.tags.end()) types.insert(tag->second);
+      }
+    }
+    const HeightDefaults known;
+    for (const auto& [type, height_m] : known.by_type) types.insert(type);
+    for (const auto& [type, height_m] : options_.heights.by_type) {
+      if (types.count(type) > 0) continue;
+      const auto meant = closest(type, {types.begin(), types.end()});
+      report().cautions.push_back(fmt::format("heights: the map has no building of type '{}'{}", type,
+                                              meant ? fmt::format("; did you mean '{}'?", *meant) : ""));
+    }
+  }
+
   void finish() {
     check_mesh(mesh(), map_.source);
     std::vector<std::string>& warnings = report().warnings;
     warnings = map_.warnings;
     const std::vector<std::string> own = complaints_.lines();
     warnings.insert(warnings.end(), own.begin(), own.end());
+    report().foliage_left_out = map_.foliage_left_out;
+    add_cautions();
     std::vector<std::string>& notes = result_.city.notes;
     const std::string text = format_report(report());
     for (std::size_t begin = 0; begin < text.size();) {

@@ -307,6 +307,19 @@ TEST(CityBuilder, BrokenOutlinesAreRepairedOrSkippedWithTheirIds) {
   EXPECT_THAT(built.report.warnings, Contains(HasSubstr("way/4")));
 }
 
+TEST(CityBuilder, SaysWhatIsGuessedAndWhichOptionsHaveNoEffect) {
+  Sketch sketch;
+  sketch.building("way/1", {{"building", "house"}}, sketch.box(0, 0, 10, 10));
+  BuildOptions options;
+  options.heights.by_type["hous"] = 7;
+  const BuiltCity guessed = sketch.build(options);
+  EXPECT_THAT(guessed.report.cautions,
+              testing::ElementsAre(HasSubstr("1 of 1 heights are guesses"),
+                                   "heights: the map has no building of type 'hous'; did you mean 'house'?"));
+  sketch.building("way/2", {{"building", "yes"}, {"height", "12"}}, sketch.box(30, 0, 40, 10));
+  EXPECT_THAT(sketch.build().report.cautions, testing::IsEmpty());
+}
+
 TEST(CityBuilder, FoliageIsOptional) {
   Sketch sketch;
   sketch.building("way/1", {{"building", "yes"}}, sketch.box(0, 0, 10, 10));

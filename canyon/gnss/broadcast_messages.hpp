@@ -22,7 +22,7 @@ namespace canyon::gnss {
 ///    (negative SISA: none). F/NAV pages know only E5a: its DVS and HS (bits 3 to 5) must be zero as well.
 ///  - BeiDou: SatH1 zero (BDS-SIS-ICD B1I 5.2.4.6).
 [[nodiscard]] bool is_healthy(const KeplerEphemeris& ephemeris);
-/// Bn (RINEX: 0 healthy) and, from RINEX 3.05 on, l(3).
+/// Bn (RINEX: 0 healthy) and, from RINEX 3.05 on, l(3) and the almanac's Cn.
 [[nodiscard]] bool is_healthy(const GlonassEphemeris& ephemeris);
 /// Whether the satellite may be ranged to: bits 0 (ranging off), 4 (health not known) and 5 (no accuracy
 /// given) zero; without corrections (bit 1) or integrity (2) it may (RINEX 3.05, 5.4.4; message 17).

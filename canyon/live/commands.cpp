@@ -11,6 +11,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/epoch_values.hpp"
 #include "canyon/transport/readers.hpp"
 
 namespace canyon::live {
@@ -50,6 +51,7 @@ struct Commands::Impl {
     positioning::Fix fix;
     Eigen::Vector3d error_enu_m;
     int visible = 0;
+    std::string_view no_fix;
   };
   std::vector<std::optional<Latest>> latest;
   bool stop = false;
@@ -91,6 +93,7 @@ struct Commands::Impl {
         each["gpst"] = geodesy::format_gpst(now.time, 3);
         each["fix"] = now.fix.solved();
         each["visible"] = now.visible;
+        if (!now.fix.solved()) each["reason"] = now.no_fix;
         if (now.fix.solved()) {
           each["latitude_deg"] = geodesy::degrees(now.fix.position.latitude_rad);
           each["longitude_deg"] = geodesy::degrees(now.fix.position.longitude_rad);
@@ -198,10 +201,13 @@ Commands::~Commands() {
 }
 
 std::string Commands::answer(std::string_view line) {
-  const Json command = Json::try_parse(line).value_or(Json());
-  if (!command["command"].is_string()) {
-    return one_line(refusal("no command", R"(write {"command": "help"})"));
-  }
+  constexpr std::string_view kCure = R"(write {"command": "help"})";
+  const std::optional<Json> parsed = Json::try_parse(line);
+  if (!parsed) return one_line(refusal("the line is no JSON", kCure));
+  const Json& command = *parsed;
+  if (!command.is_object()) return one_line(refusal("the line is no JSON object", kCure));
+  if (!command.contains("command")) return one_line(refusal("the object has no key 'command'", kCure));
+  if (!command["command"].is_string()) return one_line(refusal("'command' is no text", kCure));
   const std::string& name = command["command"].text();
   for (const Impl::Entry& entry : Impl::entries()) {
     if (entry.name != name) continue;
@@ -227,7 +233,8 @@ std::string Commands::answer(std::string_view line) {
 
 void Commands::keep(const simulation::Epoch& epoch) {
   impl_->latest.at(epoch.receiver) = {epoch.observed.time, epoch.observed.fix, epoch.error_enu_m,
-                                      epoch.observed.visible};
+                                      epoch.observed.visible,
+                                      output::no_fix_reason(epoch.observed.fix, epoch.placement)};
 }
 
 bool Commands::stopped() const {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::live {
@@ -57,6 +58,19 @@ std::optional<simulation::ToldPose> PoseSource::in_city(const PoseReport& report
   return sent;
 }
 
+void PoseSource::count(const PoseReport& report, const simulation::ToldPose& sent) {
+  // Streets end long before, and the city's axes are 1 deg off the vehicle's.
+  constexpr double kFar_m = 100e3;
+  ++count_;
+  last_stamp_s_ = report.stamp_s;
+  const double distance_m = sent.pose.position_m.norm();
+  if (distance_m <= kFar_m) {
+    said_far_ = false;
+  } else if (!std::exchange(said_far_, true)) {
+    far_m_ = distance_m;
+  }
+}
+
 void PoseSource::receive(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
                          const std::function<void()>& taken) {
   decoder_->receive(reader, bytes, [&](const PoseReport& report) {
@@ -64,7 +78,7 @@ void PoseSource::receive(std::uint64_t reader, std::string_view bytes, std::int6
     if (!told) return;
     switch (track_.add(*told, now_ns)) {
       case simulation::PoseTrack::Taken::Yes:
-        ++count_;
+        count(report, *told);
         if (taken) taken();
         break;
       case simulation::PoseTrack::Taken::NoPose:
@@ -98,7 +112,7 @@ void PoseSource::receive_log(std::string_view bytes, std::optional<double>& firs
       ++old_;
       return;
     }
-    ++count_;
+    count(report, *sent);
     taken(now_ns);
   });
 }
@@ -106,6 +120,14 @@ void PoseSource::receive_log(std::string_view bytes, std::optional<double>& firs
 std::vector<std::string> PoseSource::take_notes() {
   std::vector<std::string> notes;
   if (std::string complaint = decoder_->take_complaint(); !complaint.empty()) notes.push_back(complaint);
+  if (const double far_m = std::exchange(far_m_, 0); far_m > 0) {
+    notes.push_back(
+        fmt::format("warning: the vehicle is {:.0f} km from the city's origin ({:.4f}, {:.4f}), where no "
+                    "street is: check the "
+                    "poses' latitude and longitude, or the source's east_m, north_m and scale",
+                    far_m / 1e3, geodesy::degrees(frame_.origin().latitude_rad),
+                    geodesy::degrees(frame_.origin().longitude_rad)));
+  }
   if (const auto n = std::exchange(not_finite_, 0); n > 0) {
     notes.push_back(
         fmt::format("{} {} not finite or had no stamp: dropped", n, n == 1 ? "pose was" : "poses were"));

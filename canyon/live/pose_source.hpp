@@ -39,13 +39,16 @@ class PoseSource {
   [[nodiscard]] simulation::PoseTrack& track() { return track_; }
   /// Poses that were taken so far.
   [[nodiscard]] std::uint64_t count() const { return count_; }
+  /// Of the latest pose that was taken; empty: it had none.
+  [[nodiscard]] std::optional<double> last_stamp_s() const { return last_stamp_s_; }
   [[nodiscard]] std::string request() { return decoder_->request(); }
-  /// What there is to say since the last call, one line each: poses that were dropped.
+  /// What there is to say since the last call, one line each: poses that were dropped, or lie far away.
   [[nodiscard]] std::vector<std::string> take_notes();
 
  private:
   /// In the city; empty: of another vehicle, or none.
   [[nodiscard]] std::optional<simulation::ToldPose> in_city(const PoseReport& report, double now_s);
+  void count(const PoseReport& report, const simulation::ToldPose& sent);
 
   simulation::PoseSourceOptions options_;
   const geodesy::LocalFrame& frame_;
@@ -53,6 +56,9 @@ class PoseSource {
   simulation::PoseTrack track_;
   Eigen::Quaterniond attitude_ = Eigen::Quaterniond::Identity();  // of the last motion
   std::optional<std::pair<double, Eigen::Vector3d>> before_;      // time and place of the last pose
+  std::optional<double> last_stamp_s_;
+  double far_m_ = 0;  // of the first of those since the vehicle was near
+  bool said_far_ = false;
   std::uint64_t count_ = 0, not_finite_ = 0, old_ = 0;
 };
 

@@ -5,6 +5,7 @@
 
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/live/session_impl.hpp"
+#include "canyon/output/epoch_values.hpp"
 
 namespace canyon::live {
 namespace {
@@ -28,7 +29,7 @@ double Latencies::quantile(double p) const {
   for (std::size_t i = 0; i < counts_.size(); ++i) {
     seen += counts_[i];
     if (seen < wanted || seen == 0) continue;
-    return i + 1 == counts_.size() ? greatest_s_ : static_cast<double>(i + 1) * 1e-4;
+    return i + 1 == counts_.size() ? greatest_s_ : std::min(static_cast<double>(i + 1) * 1e-4, greatest_s_);
   }
   return 0;
 }
@@ -47,6 +48,28 @@ void Session::Impl::begin_clock() {
     }
   }
   next_second = Clock::now() + std::chrono::seconds(1);
+}
+
+void Session::Impl::resume(const Vehicle& vehicle) {
+  const std::optional<double> stamp_s = vehicle.source->last_stamp_s();
+  if (!options.resume || !stamp_s || std::exchange(resumed, true)) return;
+  constexpr double kLongest_s = 1e9;  // beyond, stamps are dates
+  if (!(*stamp_s >= 0 && *stamp_s < kLongest_s)) {
+    note(fmt::format("live.resume has no effect: a pose's stamp of {:.0f} s is no time of a run", *stamp_s));
+    return;
+  }
+  const std::int64_t stamp_ns = std::llround(*stamp_s * 1e9);
+  if (!by_stamps()) wall_begin -= std::chrono::nanoseconds(stamp_ns - now_ns());
+  std::int64_t left_out = 0;
+  for (Vehicle& each : vehicles) {
+    for (Schedule& schedule : each.receivers) {
+      const std::int64_t next = std::max<std::int64_t>(0, (stamp_ns - schedule.offset_ns) / interval_ns);
+      left_out = next - std::exchange(schedule.next, next);
+    }
+  }
+  if (last != std::numeric_limits<std::int64_t>::max()) last += left_out;
+  note(fmt::format("the time is {:.1f} s ({}), by the first pose's stamp", *stamp_s,
+                   geodesy::format_gpst(start + *stamp_s, 1)));
 }
 
 std::int64_t Session::Impl::now_ns() const {
@@ -198,6 +221,12 @@ void Session::Impl::compute_and_write() {
     out.arrival = &epoch.step->arrival;
     ++figures.epochs;
     if (out.observed.fix.solved()) ++figures.fixes;
+    if (!out.observed.fix.solved()) {
+      figures.no_fix = fmt::format("{}: {}", names[epoch.receiver],
+                                   output::no_fix_reason(out.observed.fix, out.placement));
+    } else if (figures.no_fix.starts_with(names[epoch.receiver] + ": ")) {
+      figures.no_fix.clear();
+    }
     if (!epoch.antenna) ++figures.no_truth;
     for (const auto& stream : streams) stream->write(out);
     for (simulation::EpochSink* sink : *sinks) sink->write(out);
@@ -239,7 +268,15 @@ void Session::Impl::once_a_second() {
     for (const std::string& line : vehicle.source->take_notes()) {
       note(fmt::format("poses from {}: {}", vehicle.source->options().from, line));
     }
-    if (std::exchange(vehicle.asked_at_count, vehicle.source->count()) != vehicle.source->count()) continue;
+    const bool silent =
+        std::exchange(vehicle.asked_at_count, vehicle.source->count()) == vehicle.source->count();
+    vehicle.silent_s = silent ? vehicle.silent_s + 1 : 0;
+    if (constexpr int kLong_s = 5; vehicle.link && vehicle.silent_s == kLong_s) {
+      note(fmt::format("poses from {}: none has come {}", vehicle.source->options().from,
+                       vehicle.source->count() == 0 ? "yet: check the address, and who sends there"
+                                                    : fmt::format("for {} s", kLong_s)));
+    }
+    if (!silent) continue;
     if (const std::string request = vehicle.source->request(); vehicle.link && !request.empty()) {
       vehicle.link->transport().send(request);
     }

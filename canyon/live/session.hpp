@@ -20,7 +20,8 @@ class Latencies {
  public:
   void add(double seconds);
   [[nodiscard]] std::uint64_t count() const { return count_; }
-  /// [s], to the upper end of the tenth of a millisecond; above 100 ms the greatest. 0 without any.
+  /// [s], to the upper end of the tenth of a millisecond, at most the greatest; above 100 ms the greatest. 0
+  /// without any.
   [[nodiscard]] double quantile(double p) const;
   [[nodiscard]] double greatest_s() const { return greatest_s_; }
 
@@ -38,6 +39,8 @@ struct Figures {
   std::uint64_t no_truth = 0;  ///< of them without a pose in time
   std::uint64_t missed = 0;    ///< left out because the machine was too slow
   std::uint64_t poses = 0;
+  std::string
+      no_fix;  ///< "rover: too few satellites": of the latest epoch without a fix; empty: all have one
   Latencies latency;
 };
 

@@ -14,6 +14,7 @@
 #include "canyon/live/commands.hpp"
 #include "canyon/live/pose_source.hpp"
 #include "canyon/live/session.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
@@ -60,6 +61,7 @@ struct Vehicle {
   std::vector<Schedule> receivers;
   std::optional<double> first_stamp_s;  ///< of a log, and where stamps are the clock
   std::uint64_t asked_at_count = 0;     ///< poses when it was last asked for some
+  int silent_s = 0;                     ///< seconds without a pose
 };
 
 /// One epoch of one receiver that is due.
@@ -77,6 +79,7 @@ struct Session::Impl {
         options(scenario.live.value_or(simulation::LiveOptions{})),
         scene(std::move(city)) {
     if (!scene) throw InputError("a live session needs a scene");
+    options::check(options, "live.");
     for (auto& receiver : scenario.receivers) {
       names.push_back(receiver.options.name);
       if (receiver.fixed) receiver.fixed->settle(scene->city.frame);
@@ -99,6 +102,8 @@ struct Session::Impl {
   }
 
   void begin_clock();
+  /// With LiveOptions::resume, at a vehicle's pose: moves the run's time to the stamp of the first of all.
+  void resume(const Vehicle& vehicle);
   [[nodiscard]] std::int64_t now_ns() const;
   [[nodiscard]] std::int64_t instant_ns(const Schedule& schedule) const {
     return schedule.next * interval_ns + schedule.offset_ns;
@@ -136,6 +141,7 @@ struct Session::Impl {
   std::int64_t interval_ns = 0;
   std::int64_t last = std::numeric_limits<std::int64_t>::max();  // number of the last epoch
   bool now_starts = false;                                       // at the next full second
+  bool resumed = false;
   std::vector<std::shared_ptr<const propagation::Propagator>>
       propagators;  // one for each distinct set of options
   std::vector<LiveReceiver> receivers;

@@ -130,14 +130,23 @@ void Session::Impl::make_vehicles() {
       vehicle.log->text = TextFile(source.from.substr(kFile.size())).text();
       continue;
     }
+    const bool shared = std::any_of(options.streams.begin(), options.streams.end(),
+                                    [&](const auto& stream) { return stream.address == source.from; });
+    if (source.from.starts_with("udp://") && !shared && vehicle.source->request().empty()) {
+      throw error(
+          fmt::format("live.poses: '{}' is an address to send to, and no pose comes from there", source.from),
+          "write udp-listen://127.0.0.1:PORT, and send the poses to that port");
+    }
     vehicle.link = link_of(source.from);
     vehicle.listener = vehicle.link->listen([this, i](const transport::Received& received) {
       Vehicle& self = vehicles[i];
       if (!by_stamps()) {
-        self.source->receive(received.reader, received.bytes, now_ns());
+        self.source->receive(received.reader, received.bytes, now_ns(), [&] { resume(self); });
         return;
       }
+      if (options.resume) self.first_stamp_s = 0;
       self.source->receive_log(received.bytes, self.first_stamp_s, [&](std::int64_t now) {
+        resume(self);
         gather(self, now);
         compute_and_write();
       });

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/ubx/frame.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
@@ -287,6 +288,120 @@ TEST(Session, RefusesSourcesThatDoNotFit) {
   EXPECT_THAT(problem("live: {poses: [{from: 'elsewhere'}]}\n"), HasSubstr("is no address"));
 }
 
+TEST(Session, RefusesSpeedsThatLeadNowhere) {
+  for (const double speed : {-3.0, 0.0, std::nan("")}) {
+    Scenario s = scenario("", kDrive);
+    s.live.emplace().speed = speed;
+    EXPECT_THAT(test::refusal([&] { const Session session(s, city_of(s)); }), HasSubstr("live.speed"))
+        << speed;
+  }
+}
+
+TEST(Session, RefusesPosesFromWhereNoneCome) {
+  const auto problem = [](const std::string& live) -> std::string {
+    return test::refusal([&] {
+      const Scenario s = scenario(live);
+      const Session session(s, city_of(s));
+    });
+  };
+  EXPECT_THAT(problem("live: {poses: [{from: 'udp://127.0.0.1:9001'}]}\n"),
+              HasSubstr("an address to send to"));
+  // An autopilot is asked over such an address, and answers; as does who gets a stream there.
+  const std::string port = std::to_string(test::free_port());
+  const auto opens = [](const std::string& live) {
+    const Scenario s = scenario(live);
+    const Session session(s, city_of(s));
+  };
+  EXPECT_NO_THROW(opens("live: {poses: [{from: 'udp://127.0.0.1:" + port + "', format: mavlink}]}\n"));
+  EXPECT_NO_THROW(opens("live: {poses: [{from: 'udp://127.0.0.1:" + port +
+                        "'}], streams: [{format: nmea, to: 'udp://127.0.0.1:" + port + "'}]}\n"));
+}
+
+TEST(Session, SaysThatNoPoseHasComeAndWhyThereIsNoFix) {
+  const int control = test::free_port();
+  const Scenario s = scenario(
+      "live: {control: 'tcp://127.0.0.1:" + std::to_string(control) +
+          "', poses: [{from: 'udp-listen://127.0.0.1:" + std::to_string(test::free_port()) + "'}]}\n",
+      "rate_hz: 10\nduration_s: 5.5\n");
+  Kept kept;
+  std::vector<std::string> notes;
+  Figures figures;
+  Session session(s, city_of(s));
+  std::thread server([&] {
+    RunOptions options;
+    options.note = [&](const std::string& line) { notes.push_back(line); };
+    figures = session.run({&kept}, options);
+  });
+  {
+    test::LocalConnection commands(control);
+    // Each kind of a broken command says what is wrong with it.
+    for (const auto& [line, what] : {std::pair("{", "is no JSON"), std::pair("[1]", "is no JSON object"),
+                                     std::pair("{\"comand\": \"status\"}", "has no key 'command'"),
+                                     std::pair("{\"command\": 3}", "'command' is no text")}) {
+      commands.say(std::string(line) + "\n");
+      EXPECT_THAT(commands.read_some(), HasSubstr(what)) << line;
+    }
+    std::string status;
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+    while (status.find("reason") == std::string::npos && std::chrono::steady_clock::now() < deadline) {
+      commands.say("{\"command\": \"status\"}\n");
+      status = commands.read_some();
+    }
+    EXPECT_THAT(status, HasSubstr("\"reason\":\"no pose: the antenna's place is not known\""));
+  }
+  server.join();
+  EXPECT_THAT(notes, ::testing::Contains(HasSubstr("none has come yet")));
+  EXPECT_EQ(figures.no_fix, "rover: no pose: the antenna's place is not known");
+}
+
+TEST(Session, SaysThatPosesLieFarFromTheCity) {
+  const test::TemporaryFolder folder;
+  const std::string log = (folder / "log.jsonl").string();
+  {
+    std::ofstream file(log);
+    for (int i = 0; i <= 20; ++i) {
+      file << nlohmann::json{{"time_s", 0.01 * i},
+                             {"latitude_deg", 47.4},
+                             {"longitude_deg", 8.55},
+                             {"height_m", 500}}
+                  .dump()
+           << "\n";
+    }
+  }
+  Kept kept;
+  std::vector<std::string> notes;
+  (void)run(scenario("live: {clock: stamps, poses: [{from: 'file:" + log + "'}]}\n"), kept, &notes);
+  EXPECT_THAT(notes, ::testing::Contains(HasSubstr("km from the city's origin")));
+}
+
+// A run that is begun anew goes on in time with a vehicle that flies on.
+TEST(Session, ResumesAtThePosesStamp) {
+  const int port = test::free_port();
+  const Scenario s = scenario(
+      "live: {resume: true, poses: [{from: 'udp-listen://127.0.0.1:" + std::to_string(port) + "'}]}\n",
+      "rate_hz: 10\nduration_s: 1.5\n");
+  Kept kept;
+  std::vector<std::string> notes;
+  std::atomic<bool> over{false};
+  std::thread driver([&] {
+    const auto out = transport::open_transport("udp://127.0.0.1:" + std::to_string(port));
+    const auto begin = std::chrono::steady_clock::now();
+    for (int i = 0; !over; ++i) {
+      out->send(pose_line(1000 + 0.01 * i, 1));
+      std::this_thread::sleep_until(begin + std::chrono::milliseconds(10 * (i + 1)));
+    }
+  });
+  (void)run(s, kept, &notes);
+  over = true;
+  driver.join();
+  const geodesy::GpsTime start = geodesy::parse_time("2026-06-01T12:00:00Z");
+  EXPECT_GE(kept.epochs.size(), 10U);
+  EXPECT_GE(kept.epochs.back().observed.time - start, 1000);
+  EXPECT_LT(kept.epochs.back().observed.time - start, 1002);
+  EXPECT_THAT(notes, ::testing::Contains(HasSubstr("by the first pose's stamp")));
+  EXPECT_FALSE(std::isnan(kept.epochs.back().truth.position.latitude_rad));
+}
+
 TEST(Session, StaggeredReceiversHaveInstantsOfTheirOwn) {
   const Scenario s = scenario("live: {speed: 20, stagger: true}\n", kDrive,
                               "receivers: [{name: a, profile: ideal}, {name: b, profile: ideal}]\n");
@@ -362,6 +477,9 @@ TEST(Latencies, QuantilesAreWithinATenthOfAMillisecond) {
   EXPECT_NEAR(latencies.quantile(0.99), 0.099, 1e-4);
   latencies.add(3);
   EXPECT_EQ(latencies.quantile(1), 3);
+  Latencies one;
+  one.add(5.33e-3);
+  EXPECT_EQ(one.quantile(0.99), 5.33e-3);  // no more than the greatest
   EXPECT_EQ(latencies.greatest_s(), 3);
 }
 

@@ -171,14 +171,17 @@ struct PreciseSky::Table {
       if (!records[i].good_position) b.missing = "has a position marked as bad next to that time";
       if (!records[i].good_clock) b.missing = "has a clock marked as bad next to that time";
     }
-    if (b.missing.empty() && !joined(records[b.low], records[b.high])) b.missing = "has a gap at that time";
+    if (b.low != b.high && records[b.high].clock_event) b.missing = "has a jump of its clock at that time";
+    if (b.missing.empty() && !joined(records[b.low], records[b.high])) {
+      b.missing = "has a gap or a maneuver at that time";
+    }
     if (b.missing.empty()) b.series = &found->second;
     return b;
   }
 
-  /// True where nothing but a short gap lies between neighbours.
+  /// True where nothing but a short gap lies between neighbours, or none for one record.
   [[nodiscard]] bool joined(const Sp3Record& a, const Sp3Record& b) const {
-    return b.t - a.t <= kMaxGap * spacing_s * (1 + 1e-9);
+    return &a == &b || (!b.maneuver && b.t - a.t <= kMaxGap * spacing_s * (1 + 1e-9));
   }
 
   /// First of the 11 records of the polynomial; empty where too few follow one another.
@@ -238,9 +241,10 @@ std::optional<SatelliteState> PreciseSky::state(gnss::SatelliteId id, GpsTime t)
   const Sp3Record* to = &high;
   if (b.low == b.high) {
     const auto usable = [&](std::size_t i) { return i < records.size() && records[i].good_clock; };
-    if (usable(b.high + 1) && table_->joined(high, records[b.high + 1])) {
+    if (usable(b.high + 1) && !records[b.high + 1].clock_event && table_->joined(high, records[b.high + 1])) {
       to = &records[b.high + 1];
-    } else if (b.low > 0 && usable(b.low - 1) && table_->joined(records[b.low - 1], low)) {
+    } else if (b.low > 0 && usable(b.low - 1) && !low.clock_event &&
+               table_->joined(records[b.low - 1], low)) {
       from = &records[b.low - 1];
     }
   }

@@ -16,7 +16,8 @@ namespace canyon::orbit {
 /// 15-minute file gives the left-out ones back within 5 cm, the eccentric Galileo satellites included; at the
 /// very ends of the file, where the 11 records lie on one side, the error grows to decimetres.
 ///
-/// No answer beyond the file's first and last epoch, in gaps of more than `kMaxGap` records, next to records
+/// No answer beyond the file's first and last epoch, in gaps of more than `kMaxGap` records, between two
+/// records with a maneuver (flag M) or a jump of the clock (E) between them, next to records
 /// that the file marks as bad in position (0.000000) or clock (999999.999999), and where fewer than 11
 /// records follow one another. Positions refer to the centre of mass. The group delay is 0, and GLONASS
 /// frequencies, which SP3 does not have, are those of the nominal constellation.

@@ -135,6 +135,25 @@ TEST(PreciseSky, DoesNotAnswerNextToBadRecords) {
   EXPECT_LT((sky.state(kG07, kFirst + 6.5 * 900)->position_m - circle(6.5 * 900)).norm(), 0.1);
 }
 
+// SP3-c and -d: column 75 E, a clock that jumped, and column 79 M, a maneuver, each since the record before.
+TEST(PreciseSky, DoesNotAnswerAcrossManeuversAndJumpsOfClocks) {
+  MadeUp file;
+  const auto clock = [](int k, double jump_us) { return fmt::format("{:14.6f}", 100 + 0.9 * k + jump_us); };
+  for (int k = 15; k < 40; ++k) file.clock[k] = clock(k, 500);
+  file.clock[15] += std::string(14, ' ') + "E";
+  file.clock[28] += std::string(18, ' ') + "M";
+  const PreciseSky sky = file.sky();
+  EXPECT_FALSE(sky.state(kG07, kFirst + 14.5 * 900));
+  EXPECT_THAT(sky.source(kG07, kFirst + 14.5 * 900), HasSubstr("a jump of its clock"));
+  EXPECT_NEAR(sky.state(kG07, kFirst + 14 * 900.0)->clock_drift, 1e-9, 1e-15);
+  EXPECT_NEAR(sky.state(kG07, kFirst + 15 * 900.0)->clock_bias_s, 613.5e-6, 1e-12);
+  EXPECT_FALSE(sky.state(kG07, kFirst + 27.5 * 900));
+  EXPECT_THAT(sky.source(kG07, kFirst + 27.5 * 900), HasSubstr("a gap or a maneuver"));
+  // Polynomials end on either side of it.
+  EXPECT_LT((sky.state(kG07, kFirst + 26.5 * 900)->position_m - circle(26.5 * 900)).norm(), 0.1);
+  EXPECT_LT((sky.state(kG07, kFirst + 28.5 * 900)->position_m - circle(28.5 * 900)).norm(), 0.1);
+}
+
 TEST(PreciseSky, BridgesOneMissingRecordButNotTwo) {
   MadeUp file;
   file.missing[12] = true;

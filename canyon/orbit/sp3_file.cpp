@@ -123,6 +123,8 @@ class Reader {
     const double clock_us = number(line, 46, "clock");
     record.good_clock = std::abs(clock_us) < kBadClock_us;
     record.clock_bias_s = clock_us * 1e-6;
+    record.clock_event = column(line, 74, 1) == "E";
+    record.maneuver = column(line, 78, 1) == "M";
     std::vector<Sp3Record>& records = result_.records[*id];
     if (!records.empty() && records.back().t == *t_) {
       throw file_.error(fmt::format("{} stands twice in one epoch", to_string(*id)));

@@ -18,6 +18,8 @@ struct Sp3Record {
   double clock_bias_s = 0;                               ///< without the periodic relativity
   bool good_position = true;
   bool good_clock = true;
+  /// Since the record before, or at this one (flags M and E).
+  bool maneuver = false, clock_event = false;
 };
 
 /// An SP3-c or SP3-d file ("The Extended Standard Product 3 Orbit Format", IGS 2016) as it is written.

@@ -268,7 +268,8 @@ constexpr std::array kEpochColumns{
         .in_studies("used_of_epoch"),
     text("reason", "why there is no fix, as `too few satellites`", "fix",
          [](const Row& r) {
-           return fix_of(r).solved() ? std::string() : std::string(positioning::reason(fix_of(r).status));
+           return fix_of(r).solved() ? std::string()
+                                     : std::string(no_fix_reason(fix_of(r), r.epoch.placement));
          }),
     word(
         "placement", "`free`, `inside building` or `under terrain`; `unknown` where a live run has no truth",

@@ -9,6 +9,13 @@
 
 namespace canyon::output {
 
+std::string_view no_fix_reason(const positioning::Fix& fix, raytrace::Placement placement) {
+  if (fix.status == positioning::FixStatus::NoSignal && placement == raytrace::Placement::Unknown) {
+    return "no pose: the antenna's place is not known";
+  }
+  return positioning::reason(fix.status);
+}
+
 std::string_view placement_word(raytrace::Placement placement) {
   switch (placement) {
     case raytrace::Placement::Free:

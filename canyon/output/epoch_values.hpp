@@ -19,6 +19,9 @@ namespace canyon::output {
   return positioning::name(fix.status);
 }
 
+/// Why there is no fix, for people: "too few satellites". @param placement of the antenna
+[[nodiscard]] std::string_view no_fix_reason(const positioning::Fix& fix, raytrace::Placement placement);
+
 /// Satellites in the position: 0 without one.
 [[nodiscard]] inline std::size_t used_count(const positioning::Fix& fix) {
   return fix.solved() ? fix.used.size() : 0;

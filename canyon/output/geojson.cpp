@@ -48,7 +48,7 @@ class GeoJson final : public Encoder {
       properties["used"] = used_count(seen.fix);
       properties["marker-color"] = colour(error_classes()[error_class(horizontal_m(epoch.error_enu_m))].rgb);
     } else {
-      properties["reason"] = positioning::reason(seen.fix.status);
+      properties["reason"] = no_fix_reason(seen.fix, epoch.placement);
       properties["marker-color"] = colour(kOutageRgb);
     }
     properties["visible"] = seen.visible;

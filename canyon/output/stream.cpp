@@ -111,7 +111,7 @@ StreamRequest parse_stream(std::string_view text) {
   }
   if (request.format.empty() || request.address.empty()) {
     throw InputError(fmt::format("'{}' is no stream", text),
-                     "write FORMAT=ADDRESS, such as nmea=tcp://127.0.0.1:2947; with several receivers "
+                     "write FORMAT=ADDRESS, such as nmea=tcp://127.0.0.1:10110; with several receivers "
                      "RECEIVER/FORMAT=ADDRESS");
   }
   return request;

@@ -21,7 +21,7 @@ namespace canyon::output {
 using simulation::StreamOptions;
 using simulation::StreamRequest;
 
-/// "nmea=tcp://127.0.0.1:2947", with several receivers "rover/nmea=...", with options
+/// "nmea=tcp://127.0.0.1:10110", with several receivers "rover/nmea=...", with options
 /// "nmea=pty:?rate_hz=5&latency_s=0.1". Throws InputError for what is no request.
 [[nodiscard]] StreamRequest parse_stream(std::string_view text);
 

@@ -284,6 +284,12 @@ TEST(UbxDevice, TellsJammingAndSpoofing) {
   EXPECT_EQ(hardware.u(18, 2), 4096U);
   EXPECT_EQ(hardware.u(22, 1) >> 2 & 3, 2U);
   EXPECT_EQ(hardware.u(45, 1), 51U);
+  // Two signs of spoofing are "multiple indications", and "affirmed".
+  e.observed.time = e.observed.time + 1;
+  e.observed.spoofing = receiver::SpoofingState::Multiple;
+  const auto both = f9.encode(e);
+  EXPECT_EQ(find(both, 0x0103).u(7, 1), 3U << 3);
+  EXPECT_EQ(find(both, 0x2709).u(8, 1), 1U | 3U << 1);
   // Without the monitor nothing is said.
   EXPECT_TRUE(f9.accepts(0x068A, Payload().u1(0).u1(1).u2(0).u4(ubx::kJammingMonitor).u1(0).bytes()));
   e.observed.time = e.observed.time + 1;

@@ -79,9 +79,10 @@ struct BandState {
 
 /// What a receiver thinks of the authenticity of its signals.
 enum class SpoofingState : std::uint8_t {
-  Unknown,   ///< it does not look
-  None,      ///< nothing suspicious
-  Indicated  ///< at least one of its checks failed
+  Unknown,    ///< it does not look
+  None,       ///< nothing suspicious
+  Indicated,  ///< one of its checks failed
+  Multiple    ///< both did
 };
 
 struct ReceiverEpoch {

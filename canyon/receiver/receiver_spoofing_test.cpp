@@ -400,6 +400,16 @@ TEST(ReceiverSpoofing, ReceiversNoticeAJumpOfTheirClock) {
   epoch.fix.position_ecef += kEcefFromEnu * Eigen::Vector3d(200, 0, 0);
   epoch.fix.clock_bias_s[System::GPS] += 1e-6;
   EXPECT_EQ(check.update(epoch), SpoofingState::Indicated);
+  // And the gain gives way to something that weakens no signal: two signs.
+  SatelliteObservation satellite;
+  satellite.signal = &gnss::signals_of(System::GPS).front();
+  satellite.measurement.emplace().cn0_dbhz = 45;
+  epoch.satellites = {satellite};
+  epoch.bands = {{gnss::kL1_hz, 0, 0}};
+  EXPECT_EQ(check.update(epoch), SpoofingState::Indicated);
+  epoch.time = kTime + 102.0;
+  epoch.bands.front().interference_ratio = 9;
+  EXPECT_EQ(check.update(epoch), SpoofingState::Multiple);
 }
 
 TEST(ReceiverSpoofing, PowerRampsUpAndTheTransmitterHasOneDirection) {

@@ -60,13 +60,18 @@ bool SpoofingCheck::jumped(const ReceiverEpoch& epoch) const {
 }
 
 SpoofingState SpoofingCheck::update(const ReceiverEpoch& epoch) {
-  const bool gain = gain_without_loss(epoch);
-  if (gain || (epoch.fix.solved() && jumped(epoch))) failed_ = epoch.time;
+  if (gain_without_loss(epoch)) gain_failed_ = epoch.time;
+  if (epoch.fix.solved() && jumped(epoch)) jump_failed_ = epoch.time;
   if (epoch.fix.solved()) {
     fix_ = epoch.fix;
     fix_time_ = epoch.time;
   }
-  return failed_ && epoch.time - *failed_ <= options_.hold_s ? SpoofingState::Indicated : SpoofingState::None;
+  const auto counts = [&](const std::optional<geodesy::GpsTime>& failed) {
+    return failed && epoch.time - *failed <= options_.hold_s;
+  };
+  const bool gain = counts(gain_failed_), jump = counts(jump_failed_);
+  if (gain && jump) return SpoofingState::Multiple;
+  return gain || jump ? SpoofingState::Indicated : SpoofingState::None;
 }
 
 }  // namespace canyon::receiver

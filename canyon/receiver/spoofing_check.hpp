@@ -19,7 +19,7 @@ class SpoofingCheck {
  public:
   explicit SpoofingCheck(const SpoofingCheckOptions& options) : options_(options) {}
 
-  /// Epochs in order of time. Indicated for hold_s after the last check that failed.
+  /// Epochs in order of time. Each check counts for hold_s after it failed.
   [[nodiscard]] SpoofingState update(const ReceiverEpoch& epoch);
 
  private:
@@ -34,7 +34,7 @@ class SpoofingCheck {
   std::map<double, Strength> strengths_;  // by carrier
   std::optional<positioning::Fix> fix_;
   geodesy::GpsTime fix_time_;
-  std::optional<geodesy::GpsTime> failed_;
+  std::optional<geodesy::GpsTime> gain_failed_, jump_failed_;
 };
 
 }  // namespace canyon::receiver

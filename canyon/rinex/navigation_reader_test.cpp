@@ -6,6 +6,8 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
 #include <sstream>
 
 #include "canyon/geodesy/time_scales.hpp"
@@ -260,13 +262,76 @@ TEST(RinexNavigation, GlonassExtras) {
   // Unknown fields of RINEX 3.05.
   const std::string unknown = "                         .999999999999e+09 1.500000000000e+01\n";
   EXPECT_EQ(read(kRinex3Header + kR07 + unknown).glonass.front().group_delay_difference_s, 0);
-  // l(3) set: unfit, whatever Bn says.
-  const std::string unfit = replaced(fifth, " 0.000000000000e+00", " 1.000000000000e+00");
-  EXPECT_FALSE(is_healthy(read(kRinex3Header + kR07 + unfit).glonass.front()));
   // A channel written as an unsigned byte.
   const gnss::NavigationData data =
       read(kRinex3Header + replaced(kR07, " 5.000000000000e+00", " 2.530000000000e+02"));
   EXPECT_EQ(data.glonass.front().channel, -3);
+}
+
+// RINEX 3.05, table A10, and ICD GLONASS 5.1, table 5.1: bit 2 is l(3) of GLONASS-M and K (status bits 7 and
+// 8 01), bit 1 says that bit 0 is Cn, whose 1 is operable.
+TEST(RinexNavigation, GlonassHealthFlags) {
+  const auto healthy = [](int status, int flags, int bn = 0) {
+    const std::string fifth = fmt::format("    {:19.12e}-2.793967723846e-09 3.000000000000e+00{:19.12e}\n",
+                                          static_cast<double>(status), static_cast<double>(flags));
+    std::string record = kR07;
+    if (bn != 0) {
+      const std::size_t end_of_x = record.find('\n', record.find('\n') + 1);
+      record.replace(end_of_x - 19, 19, fmt::format("{:19.12e}", static_cast<double>(bn)));
+    }
+    return is_healthy(read(kRinex3Header + record + fifth).glonass.front());
+  };
+  constexpr int kM = 183, kFirst = 55;
+  EXPECT_TRUE(healthy(kM, 0b000));
+  EXPECT_TRUE(healthy(kM, 0b011));   // operable by the almanac, as every file of today says
+  EXPECT_TRUE(healthy(kM, 0b001));   // Cn is not given
+  EXPECT_FALSE(healthy(kM, 0b010));  // out of order by the almanac
+  EXPECT_FALSE(healthy(kM, 0b100));
+  EXPECT_FALSE(healthy(kM, 0b111));
+  EXPECT_TRUE(healthy(kFirst, 0b111));  // l(3) is nothing of the first satellites'
+  EXPECT_FALSE(healthy(kM, 0b011, 1));
+  // As unknown as the standard writes it.
+  const std::string unknown = "                         .999999999999e+09 1.500000000000e+01\n";
+  EXPECT_TRUE(is_healthy(read(kRinex3Header + kR07 + unknown).glonass.front()));
+}
+
+/// "R 23 of 23, S 0 of 5": satellites with a healthy record, and all.
+std::string healthy_satellites(const gnss::NavigationData& data) {
+  std::map<gnss::System, std::pair<std::set<gnss::SatelliteId>, std::set<gnss::SatelliteId>>> found;
+  const auto count = [&](const auto& records) {
+    for (const auto& e : records) {
+      found[e.id.system].second.insert(e.id);
+      if (is_healthy(e)) found[e.id.system].first.insert(e.id);
+    }
+  };
+  count(data.kepler);
+  count(data.glonass);
+  count(data.sbas);
+  std::string text;
+  for (const auto& [system, sets] : found) {
+    text += fmt::format("{}{} {} of {}", text.empty() ? "" : ", ", name(system), sets.first.size(),
+                        sets.second.size());
+  }
+  return text;
+}
+
+// Counted by a script of its own (columns cut by the standards' tables). Unhealthy are: G24 and G27 of 2012
+// (63), E14 and E18 (HS of E1-B), of 2022 E10 (DVS) and E12 (no accuracy), of 2024 C56, C58 and C62 (SatH1),
+// R02 and R10 (Bn), E18, and SBAS in test.
+TEST(RinexNavigation, HealthySatellitesOfRealDays) {
+  const std::pair<const char*, const char*> days[] = {
+      {"orbits/brdc3050.12n", "GPS 30 of 32"},
+      {"orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz",
+       "GPS 31 of 31, GLONASS 23 of 23, Galileo 22 of 24, BeiDou 29 of 29, QZSS 3 of 3, SBAS 0 of 5"},
+      {"orbits/KMS300DNK_R_20221591000_01H_MN.rnx.gz",
+       "GPS 21 of 21, GLONASS 10 of 10, Galileo 15 of 18, BeiDou 23 of 23, QZSS 1 of 1, SBAS 0 of 8"},
+      {"rtk-nagoya-20240624/base.nav",
+       "GPS 13 of 13, GLONASS 8 of 10, Galileo 13 of 14, BeiDou 29 of 32, QZSS 3 of 3"},
+      {"berlin-potsdamer-platz/brdc1580.16g", "GLONASS 24 of 25"}};
+  for (const auto& [file, counts] : days) {
+    CANYON_SHARED_DATA(path, file);
+    EXPECT_EQ(healthy_satellites(read_rinex_navigation(path)), counts) << file;
+  }
 }
 
 TEST(RinexNavigation, Version2Gps) {

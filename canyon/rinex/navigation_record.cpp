@@ -140,6 +140,18 @@ void check_week(const CheckedFields& f, gnss::System system, GpsTime toe_on_syst
       fmt::format("week number {} does not go with the clock epoch (GPS week {})", week, gps_week)};
 }
 
+/// What RINEX 3.05 and later add to Bn (table A10, broadcast orbit 4): status bits 7 and 8 are 01 for
+/// GLONASS-M and K, the only ones with l(3), bit 2 of the health flags. Bit 1 says that bit 0 is the
+/// almanac's Cn; a satellite that Cn calls out of order (0) is not to be used whatever Bn says (ICD
+/// GLONASS 5.1, table 5.1).
+bool calls_unfit(const CheckedFields& f) {
+  const double flags = f.optional(18), status = f.optional(15, 1 << 7);
+  if (!(flags > 0 && flags < 8)) return false;
+  const int bits = static_cast<int>(flags);
+  const bool has_l3 = !(status >= 0 && status < 512) || (static_cast<int>(status) >> 7) == 1;
+  return (has_l3 && (bits & 0b100) != 0) || (bits & 0b011) == 0b010;
+}
+
 }  // namespace
 
 GpsTime parse_epoch(std::string_view line, Layout layout) {
@@ -329,10 +341,7 @@ gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<st
   e.age_days = f.optional(14, "age of operation", 1000);
   // RINEX 3.05 and later, a fifth line: status, L2 minus L1 delay, accuracy index, health flags.
   if (std::abs(f.optional(16)) < kUnknown) e.group_delay_difference_s = f.optional(16, "group delay", 1e-6);
-  const double flags = f.optional(18);
-  if (flags >= 0 && flags < 8 && (static_cast<int>(flags) & 1) != 0 && e.health == 0) {
-    e.health = 1;  // l(3): unfit for navigation
-  }
+  if (e.health == 0 && calls_unfit(f)) e.health = 1;
 
   // Message frame time: seconds of the UTC day (RINEX 2) or week (RINEX 3); the day suffices, since a
   // message is sent within hours of its tb.

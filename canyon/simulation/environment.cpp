@@ -98,13 +98,32 @@ propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Ve
   return arrival;
 }
 
+namespace {
+
+/// Of an antenna up to 0.5 m under the terrain: 1 cm above it. Simulators' vehicles sink into the ground.
+std::optional<Eigen::Vector3d> lifted_onto_terrain(const raytrace::RayScene& scene,
+                                                   const Eigen::Vector3d& antenna_enu) {
+  constexpr double kDeepest_m = 0.5, kClearance_m = 0.01;
+  const std::optional<double> terrain_m = scene.terrain_height(antenna_enu.x(), antenna_enu.y());
+  if (!terrain_m || *terrain_m - antenna_enu.z() > kDeepest_m) return std::nullopt;
+  return Eigen::Vector3d(antenna_enu.x(), antenna_enu.y(), *terrain_m + kClearance_m);
+}
+
+}  // namespace
+
 propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::SatelliteId> satellites,
                                   const raytrace::RayScene& scene, const Standpoint& standpoint,
                                   const Tracer& trace) {
   propagation::Arrival arrival;
   arrival.ecef_from_enu = standpoint.ecef_from_enu;
   arrival.antenna_enu = standpoint.antenna_enu;
-  arrival.placement = scene.placement(standpoint.antenna_enu);
+  arrival.placement = scene.placement(arrival.antenna_enu);
+  if (arrival.placement == raytrace::Placement::UnderTerrain) {
+    if (const auto lifted = lifted_onto_terrain(scene, arrival.antenna_enu)) {
+      arrival.antenna_enu = *lifted;
+      arrival.placement = scene.placement(arrival.antenna_enu);
+    }
+  }
   const orbit::Observer observer(standpoint.antenna_ecef);
   arrival.views.reserve(satellites.size());
   std::vector<Eigen::Vector3d> directions;
@@ -124,7 +143,7 @@ propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::S
   if (arrival.placement != raytrace::Placement::Free) return arrival;
 
   std::vector<propagation::SatellitePaths> paths(directions.size());
-  trace(standpoint.antenna_enu, directions, paths);
+  trace(arrival.antenna_enu, directions, paths);
   for (std::size_t i = 0; i < paths.size(); ++i) arrival.views[i].paths = std::move(paths[i]);
   return arrival;
 }

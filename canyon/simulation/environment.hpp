@@ -35,7 +35,8 @@ struct Standpoint {
 
 /// What arrives: `satellites` (ascending) of the sky that stand above the antenna's horizon (elevation > 0),
 /// with the paths that `trace` finds in the city. Inside a building or under terrain nothing is traced, and
-/// every satellite is blocked; else `trace` is called once. The antenna must be finite (InputError).
+/// every satellite is blocked; else `trace` is called once. Up to 0.5 m under the terrain rays start 1 cm
+/// above it. The antenna must be finite (InputError).
 [[nodiscard]] propagation::Arrival make_arrival(const orbit::Sky& sky,
                                                 std::span<const gnss::SatelliteId> satellites,
                                                 const raytrace::RayScene& scene, const Standpoint& standpoint,

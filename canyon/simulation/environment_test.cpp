@@ -87,6 +87,25 @@ TEST(Environment, InsideABuildingEverySatelliteIsBlocked) {
   }
 }
 
+// Vehicles of simulators rest some centimetres in the ground.
+TEST(Environment, AntennasJustUnderTheTerrainStandOnIt) {
+  const Environment environment(one_building(), sky());
+  const auto propagator = environment.make_propagator({});
+  const propagation::Arrival on = environment.arrival(kTime, {0, 0, 0.01}, propagator);
+  for (const double up_m : {-0.04, -0.49}) {
+    const propagation::Arrival sunk = environment.arrival(kTime, {0, 0, up_m}, propagator);
+    EXPECT_EQ(sunk.placement, raytrace::Placement::Free) << up_m;
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_EQ(sunk.views[i].paths.visibility, on.views[i].paths.visibility) << up_m;
+      EXPECT_EQ(sunk.views[i].paths.paths.size(), on.views[i].paths.paths.size()) << up_m;
+    }
+  }
+  EXPECT_EQ(environment.arrival(kTime, {0, 0, -0.51}, propagator).placement,
+            raytrace::Placement::UnderTerrain);
+  // A cellar is no ground contact.
+  EXPECT_NE(environment.arrival(kTime, {0, -40, -0.1}, propagator).placement, raytrace::Placement::Free);
+}
+
 TEST(Environment, RefusesWhatIsNoPlace) {
   const Environment environment(one_building(), sky());
   const auto propagator = environment.make_propagator({});

@@ -333,6 +333,8 @@ TEST(FaultTimeline, ChangesWhileAReceiverRuns) {
   EXPECT_TRUE(host.step(2).observed.fix.solved());
   EXPECT_NEAR(host.step(5).observed.clock_bias_s, 1e-3, 1e-12);
   EXPECT_THAT(error_of([&] { live.end_fault("outage 1"); }).what(), HasSubstr("there are later"));
+  EXPECT_THAT(error_of([&] { live.add_fault("{from_s: 1, duration_s: 2, outage: {}}"); }).what(),
+              AllOf(HasSubstr("it ends at 3 s, and it is 5.0 s"), HasSubstr("leave from_s out")));
   EXPECT_THAT(error_of([&] { live.add_fault("clock: {jump_s: 3}", "socket"); }).what(),
               HasSubstr("socket:1: jump_s: 3 is out of range"));
   EXPECT_THAT(error_of([&] { live.add_fault("outage: {satellites: J02}", "socket"); }).what(),

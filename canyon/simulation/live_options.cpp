@@ -66,6 +66,11 @@ void visit(options::Visitor& v, LiveOptions& o) {
            o.wait_s, {0, 1});
   v.boolean({"stagger", "", "epochs of the receivers lie evenly over the interval, not all at one instant"},
             o.stagger);
+  v.boolean(
+      {"resume", "",
+       "seconds of the run, its GPS time and faults count by the poses' stamps: what is begun anew goes "
+       "on in time with the vehicle"},
+      o.resume);
   v.text({"control", "", "an address that takes commands, such as tcp://127.0.0.1:7878"}, o.control);
   v.boolean({"changes", "", "commands may change the simulation"}, o.changes);
 }

@@ -74,6 +74,9 @@ struct LiveOptions {
   /// Epochs of the receivers lie evenly over the interval, not all at one instant: a machine that computes
   /// them one after the other sends each sooner.
   bool stagger = false;
+  /// The run begins at the stamp of the first pose instead of 0 s: one that is begun anew goes on in time
+  /// with a vehicle that flies on.
+  bool resume = false;
   std::string control;   ///< address that takes commands; empty: none
   bool changes = false;  ///< commands may change the simulation
 };

@@ -233,6 +233,11 @@ void LiveReceiver::set_config(LiveConfig config) {
 std::string LiveReceiver::add_fault(const std::string& text, const std::string& source) {
   disturbance::Fault fault =
       disturbance::parse_fault(text, source, impl_->now_s(), impl_->faults->next_number());
+  if (fault.until_s && *fault.until_s < impl_->now_s()) {
+    throw InputError(fmt::format("fault '{}' would be over: it ends at {:g} s, and it is {:.1f} s",
+                                 fault.name, *fault.until_s, impl_->now_s()),
+                     "leave from_s out, for a fault from now on");
+  }
   std::string name = fault.name;
   if (impl_->base) impl_->base->impl_->faults->add(fault);
   impl_->faults->add(std::move(fault));

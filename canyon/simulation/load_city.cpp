@@ -120,15 +120,15 @@ CityConfig city_config(const std::filesystem::path& file, const std::optional<ge
   return config;
 }
 
-city::City load_city_source(const CityConfig& config) {
+namespace {
+
+buildings::BuiltCity load_for_run(const CityConfig& config) {
   CityConfig source = config;
   if (source.map && config.facades.drawn() && config.facades.keeps_named(true)) {
     source.map->build.untagged_facade = city::Material::Unknown;
   }
-  return load_city_with_report(source).city;
+  return load_city_with_report(source);
 }
-
-namespace {
 
 city::City draw_facades(city::City city, const CityConfig& config, std::uint64_t seed) {
   const bool keep = config.facades.keeps_named(config.map.has_value());
@@ -138,6 +138,10 @@ city::City draw_facades(city::City city, const CityConfig& config, std::uint64_t
 }
 
 }  // namespace
+
+city::City load_city_source(const CityConfig& config) {
+  return load_for_run(config).city;
+}
 
 city::City load_city(const CityConfig& config, std::uint64_t seed) {
   return draw_facades(load_city_source(config), config, seed);
@@ -153,7 +157,9 @@ city::City draw_city(city::City source, const Scenario& scenario, std::vector<st
 }
 
 city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings) {
-  return draw_city(load_city_source(scenario.city), scenario, warnings);
+  buildings::BuiltCity source = load_for_run(scenario.city);
+  warnings.insert(warnings.end(), source.report.cautions.begin(), source.report.cautions.end());
+  return draw_city(std::move(source.city), scenario, warnings);
 }
 
 }  // namespace canyon::simulation

@@ -25,7 +25,7 @@ namespace canyon::simulation {
 /// The city of one run: load_city() by the scenario's seed, moved as the georeference and that seed say. What
 /// was done is added to `warnings`, one line each: "facades drawn: 62 coated_glass, 38 concrete", "city moved
 /// by east 2.1 m, north -0.4 m, turned 0.20 deg (georeference)". Facades as given and a
-/// place whose standard deviations are all 0 are not touched.
+/// place whose standard deviations are all 0 are not touched. A map's cautions (BuildReport) come first.
 [[nodiscard]] city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings);
 
 /// The two halves of load_city(), for many runs over one source: what is read once, and what each run draws

@@ -1,6 +1,7 @@
 #include "canyon/simulation/load_city.hpp"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -88,7 +89,7 @@ TEST(LoadCity, FacadesKeepTheTagsOfAMap) {
   };
   std::vector<std::string> warnings;
   const city::City plain = load(", facades: {mix: as_given}", warnings);
-  EXPECT_TRUE(warnings.empty());
+  EXPECT_THAT(warnings, testing::ElementsAre(testing::HasSubstr("40 of 40 heights are guesses")));
   EXPECT_EQ(count(plain, city::Material::Unknown), 0);
   EXPECT_EQ(count(plain, city::Material::Brick), 10 * 10);  // 8 triangles of walls and 2 of the floor
 
@@ -108,7 +109,6 @@ TEST(LoadCity, FacadesKeepTheTagsOfAMap) {
   const city::City of_scenario = load(", facades: {mix: urban_stock}", warnings);
   EXPECT_EQ(alone.mesh.materials, of_scenario.mesh.materials);
   EXPECT_EQ(alone.notes, of_scenario.notes);
-  EXPECT_TRUE(warnings.empty());
   EXPECT_NE(alone.mesh.materials, load_city(config, 6).mesh.materials);
 }
 

@@ -52,7 +52,7 @@ void put_on_terrain(Scenario& scenario, const CityScene& scene) {
     if (!height_m) continue;
     Pose pose;
     pose.position = config.waypoints[i];
-    if (!clamp_to_terrain(pose, scene.city.frame, scene.scene, *height_m)) {
+    if (!clamp_to_terrain(pose, scene.city, scene.scene, *height_m)) {
       throw scenario_error(
           scenario, fmt::format("waypoint {}: height_above_terrain_m, and no terrain lies there", i + 1),
           "use a mesh with terrain there (see city.terrain_names), or give height_m");

@@ -180,6 +180,7 @@ struct Simulation::Impl {
 
   void check_places();
   void check_masks();
+  [[nodiscard]] std::size_t count_above(const Geodetic& place, double elevation_rad) const;
   void check_faults();
   void make_propagators();
   void check_near(const Geodetic& place, const std::string& what, GpsTime t) const;
@@ -239,9 +240,26 @@ void Simulation::Impl::check_places() {
   }
 }
 
+std::size_t Simulation::Impl::count_above(const Geodetic& place, double elevation_rad) const {
+  const std::vector<gnss::SatelliteId> ids = sky.sky->satellites();
+  return static_cast<std::size_t>(std::count_if(ids.begin(), ids.end(), [&](gnss::SatelliteId id) {
+    const auto line = orbit::line_of_sight(*sky.sky, id, plan.begin, geodesy::ecef_from_geodetic(place));
+    return line && line->elevation_rad >= elevation_rad;
+  }));
+}
+
 void Simulation::Impl::check_masks() {
   for (const ReceiverConfig& receiver : scenario.receivers) {
     const double mask_rad = receiver.options.fix.elevation_mask_rad;
+    const Geodetic place = receiver.fixed ? receiver.fixed->place : plan.trajectory.at(plan.begin).position;
+    const std::size_t above = count_above(place, 0), left = count_above(place, mask_rad);
+    constexpr std::size_t kForAFix = 4;
+    if (left < kForAFix && above >= kForAFix) {
+      warnings.push_back(
+          fmt::format("{}: elevation_mask_deg {:.3g} leaves {} of the {} satellites above the horizon at the "
+                      "start: no fix",
+                      receiver.options.name, geodesy::degrees(mask_rad), left, above));
+    }
     if (!(mask_rad > 0 && mask_rad < geodesy::radians(kLeastMask_deg))) continue;
     warnings.push_back(fmt::format(
         "{}: elevation_mask_deg is {:.3g} deg; were radians meant? They would be {:.3g} deg",
@@ -251,6 +269,12 @@ void Simulation::Impl::check_masks() {
 
 void Simulation::Impl::check_faults() {
   for (const disturbance::Fault& fault : scenario.faults) {
+    const std::optional<double> own_s = fault.settings->duration_s();
+    if (own_s && fault.until_s && std::abs(*fault.until_s - fault.from_s - *own_s) > 1e-6) {
+      warnings.push_back(fmt::format(
+          "fault '{}' ends at {} s in tables alone: the receiver takes {} s, by search_s and ephemeris_s",
+          fault.name, *fault.until_s, *own_s));
+    }
     if (plan.at(plan.epochs - 1) >= plan.begin + fault.from_s) continue;
     warnings.push_back(
         fmt::format("fault '{}' begins after {} s, when the run has ended", fault.name, fault.from_s));
@@ -285,7 +309,7 @@ void Simulation::Impl::make_propagators() {
 Pose Simulation::Impl::vehicle_pose(GpsTime t) const {
   Pose pose = plan.trajectory.at(t);
   const std::optional<double>& height_m = scenario.trajectory.height_above_terrain_m;
-  if (height_m && !clamp_to_terrain(pose, environment.city().frame, environment.scene(), *height_m)) {
+  if (height_m && !clamp_to_terrain(pose, environment.city(), environment.scene(), *height_m)) {
     throw scenario_error(
         scenario,
         fmt::format("height_above_terrain_m: no terrain lies at latitude {:.6f}, longitude {:.6f} ({})",

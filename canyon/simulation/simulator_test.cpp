@@ -1,5 +1,6 @@
 #include "canyon/simulation/simulator.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -342,8 +343,15 @@ TEST(Simulation, ClampFollowsTheTerrainAndItsSlope) {
 }
 
 TEST(Simulation, ClampWithoutTerrainIsAnError) {
-  EXPECT_THAT(fault(kOpen + "start: 2026-06-01T08:00:00Z\ntrajectory: {position: {east_m: 0, north_m: 0}, "
-                            "height_above_terrain_m: 2}\nduration_s: 1\n"),
+  Scenario scenario =
+      parse_scenario(kOpen +
+                         "start: 2026-06-01T08:00:00Z\ntrajectory: {position: {east_m: 0, north_m: 0}, "
+                         "height_above_terrain_m: 2}\nduration_s: 1\n",
+                     "s.yaml");
+  city::City city = open_field(scenario.city.import.origin);
+  city::append_box(city.mesh, "house", city::Surface::Building, city::Material::Concrete, {20, 20, 0},
+                   {30, 30, 9});
+  EXPECT_THAT(error_of([&] { const Simulation simulation(std::move(scenario), std::move(city)); }).what(),
               AllOf(HasSubstr("s.yaml: "), HasSubstr("no terrain lies at latitude 22.300000")));
 }
 
@@ -499,6 +507,63 @@ TEST(BuildSky, UnhealthySatellitesInTheSkyAreSaid) {
       built.warnings,
       Contains(AllOf(HasSubstr(std::to_string(above - healthy_above) + " satellites above the horizon"),
                      HasSubstr("unhealthy"))));
+}
+
+// Each satellite with its own health, not all with the first one's.
+TEST(BuildSky, UnhealthySatellitesAreSaidByTheirHealth) {
+  const GpsTime begin = geodesy::parse_time("2026-06-01T08:00:00Z");
+  const Geodetic place = Geodetic::from_degrees(22.3, 114.17, 2);
+  gnss::NavigationData data = orbit::nominal_constellation(begin, begin + 7200.0, {gnss::System::GPS});
+  for (auto& e : data.kepler) e.health = e.id.number % 2 == 0 ? 63 : 28;
+  data.kepler.front().health = 0;  // one that is there at all
+  const TemporaryFolder folder;
+  rinex::write_rinex_navigation(folder / "sky.nav", data);
+  SkyConfig config;
+  config.navigation = {folder / "sky.nav"};
+  const BuiltSky built = build_sky(config, begin, begin + 60.0, place);
+  EXPECT_THAT(built.warnings, Contains(AllOf(HasSubstr(": unhealthy (health 28); G"),
+                                             HasSubstr(": unhealthy (health 63))"))));
+}
+
+TEST(Simulation, AMaskThatLeavesNoSatelliteIsSaid) {
+  const auto warnings = [](int mask_deg) {
+    return simulation_of(kOpen +
+                         fmt::format("start: 2026-06-01T08:00:00Z\nduration_s: 1\ntrajectory: {{position: "
+                                     "{{east_m: 0, north_m: 0, up_m: 2}}}}\nreceivers: [{{name: rover, "
+                                     "elevation_mask_deg: {}}}]\n",
+                                     mask_deg))
+        .warnings();
+  };
+  EXPECT_THAT(warnings(89), Contains(HasSubstr("rover: elevation_mask_deg 89 leaves ")));
+  EXPECT_THAT(warnings(10), IsEmpty());
+}
+
+// An end does not shorten a restart.
+TEST(Simulation, AnEndOfARestartIsSaidToHaveNoEffect) {
+  const auto warnings = [](const std::string& end) {
+    return simulation_of(kOpen +
+                         "start: 2026-06-01T08:00:00Z\nduration_s: 30\ntrajectory: {position: {east_m: 0, "
+                         "north_m: 0, up_m: 2}}\nfaults: [{from_s: 1, " +
+                         end + "restart: {kind: cold}}]\n")
+        .warnings();
+  };
+  EXPECT_THAT(warnings("until_s: 4, "),
+              Contains(HasSubstr("fault 'restart 1' ends at 4 s in tables alone: the receiver takes 26 s")));
+  EXPECT_THAT(warnings(""), IsEmpty());
+}
+
+// The ground of an open field lies level at its origin's height.
+TEST(Simulation, AnOpenFieldHasGround) {
+  const Simulation simulation = simulation_of(
+      "city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 40}}\n"
+      "start: 2026-06-01T08:00:00Z\ntrajectory: {waypoints: [{east_m: 0, north_m: 0}, {east_m: 3000, "
+      "north_m: 0}], "
+      "height_above_terrain_m: 1.5}\n");
+  for (const double seconds : {0.0, 100.0, 190.0}) {
+    const Pose pose = simulation.antenna_pose(0, simulation.begin() + seconds);
+    EXPECT_NEAR(pose.position.height_m, 41.5, 1e-9);
+    EXPECT_EQ(pose.velocity_enu_mps.z(), 0);
+  }
 }
 
 TEST(BuildSky, MissingSystemsAreSaid) {

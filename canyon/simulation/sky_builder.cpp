@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -87,8 +88,20 @@ void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, Gp
     if (line && line->elevation_rad > kWellAboveHorizon_rad) silent.push_back(id);
   }
   if (silent.empty()) return;
-  warnings.push_back(fmt::format("{} satellites above the horizon at the start are left out ({}: {})",
-                                 silent.size(), list_text(silent), sky.source(silent.front(), begin)));
+  // By what is wrong: "unhealthy (health 63)" of each, else an example.
+  std::map<std::string, std::vector<gnss::SatelliteId>> by_reason;
+  for (const gnss::SatelliteId id : silent) {
+    const std::string source = sky.source(id, begin);
+    const std::size_t at = source.rfind("unhealthy (");
+    by_reason[at == std::string::npos ? std::string() : source.substr(at)].push_back(id);
+  }
+  std::vector<std::string> groups;
+  for (const auto& [reason, ids] : by_reason) {
+    groups.push_back(
+        fmt::format("{}: {}", list_text(ids), reason.empty() ? sky.source(ids.front(), begin) : reason));
+  }
+  warnings.push_back(fmt::format("{} satellites above the horizon at the start are left out ({})",
+                                 silent.size(), fmt::join(groups, "; ")));
 }
 
 void check_systems(const orbit::Sky& sky, const std::set<gnss::System>& wanted,

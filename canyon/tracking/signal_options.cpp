@@ -1,5 +1,8 @@
 #include "canyon/tracking/signal_options.hpp"
 
+#include <fmt/format.h>
+
+#include "canyon/base/input_error.hpp"
 #include "canyon/options/values.hpp"
 
 namespace canyon::tracking {
@@ -33,6 +36,13 @@ class AntennaRows final : public options::NamedRows {
     std::vector<PatternPoint> points;
     points.reserve(rows.size());
     for (const std::vector<double>& row : rows) points.push_back({row[0], row[1], row[2]});
+    constexpr double kHighest_deg = 80;
+    if (points.size() > 1 && points.back().elevation_deg < kHighest_deg) {
+      throw InputError(
+          fmt::format("the antenna's rows end at {:g} deg: nothing says what it receives from above",
+                      points.back().elevation_deg),
+          "add rows up to 90 deg; one row alone holds for all elevations");
+    }
     const std::string name(kRows);
     pattern_ = band_ == Band::Upper ? AntennaPattern(name, std::move(points))
                                     : AntennaPattern(name, pattern_.points(Band::Upper), std::move(points));

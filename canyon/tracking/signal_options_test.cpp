@@ -9,6 +9,9 @@
 #include <string>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/options/describe.hpp"
+#include "canyon/options/read.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/spoiled_options.hpp"
 
 namespace canyon::tracking {
@@ -29,6 +32,21 @@ TEST(CorrelationOf, TakesTheBranchOfTheFrontEnd) {
       EXPECT_NO_THROW(correlation.validate()) << signal.name;
     }
   }
+}
+
+TEST(SignalOptions, RefusesAPatternThatSaysNothingOfTheSkyAbove) {
+  const auto refusal = [](const std::string& rows) {
+    return test::refusal([&] {
+      SignalOptions signal;
+      options::Document document;
+      document.kind = "signal";
+      document.known = options::describe(signal).paths();
+      options::read(options::parse_yaml("antenna_rows: " + rows + "\n", document, ""), document, signal);
+    });
+  };
+  EXPECT_THAT(refusal("[[-90, -10, -10], [0, -6, -6]]"), testing::HasSubstr("rows end at 0 deg"));
+  EXPECT_EQ(refusal("[[-90, -10, -10], [0, -6, -6], [85, 3, -10]]"), "");
+  EXPECT_EQ(refusal("[[0, -5, -5]]"), "");
 }
 
 TEST(SignalOptions, NamesTheFieldThatIsOutOfRange) {

@@ -9,6 +9,7 @@
 #include <boost/asio.hpp>
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -99,14 +100,15 @@ struct HostPort {
 [[nodiscard]] std::unique_ptr<Transport> make_tcp_client(const HostPort& to);
 [[nodiscard]] std::unique_ptr<Transport> make_udp(const HostPort& to);
 [[nodiscard]] std::unique_ptr<Transport> make_udp_listener(const HostPort& at);
-/// @param link becomes a link to it; empty: none
-[[nodiscard]] std::unique_ptr<Transport> make_pseudo_terminal(const std::string& link);
+/// @param link becomes a link to it; empty: none @param baud of the line that it stands for; empty: no limit
+[[nodiscard]] std::unique_ptr<Transport> make_pseudo_terminal(const std::string& link,
+                                                              std::optional<int> baud);
 [[nodiscard]] std::unique_ptr<Transport> make_serial(const std::string& device, int baud);
 [[nodiscard]] std::unique_ptr<Transport> make_standard_input();
 
 /// An address to listen at. Throws InputError for what is none of this machine's form.
 [[nodiscard]] asio::ip::address_v4 listening_address(const HostPort& at);
-/// "port 2947 of 127.0.0.1 cannot be had: ..."
+/// "port 10110 of 127.0.0.1 cannot be had: ..."
 [[noreturn]] void refuse_port(const HostPort& at, const error_code& error);
 
 }  // namespace canyon::transport

@@ -21,13 +21,13 @@ class File final : public Transport {
   OutputFile file_;
 };
 
-/// "127.0.0.1:2947" as host and port.
+/// "127.0.0.1:10110" as host and port.
 HostPort host_and_port(std::string_view rest, std::string_view address) {
   const std::size_t colon = rest.rfind(':');
   const auto port = colon == std::string_view::npos ? std::nullopt : parse_integer(rest.substr(colon + 1));
   if (!port || *port < 1 || *port > 65535 || colon == 0) {
     throw InputError(fmt::format("'{}' has no host and port", address),
-                     "write HOST:PORT, such as 127.0.0.1:2947, with a port of 1 to 65535");
+                     "write HOST:PORT, such as 127.0.0.1:10110, with a port of 1 to 65535");
   }
   return {std::string(rest.substr(0, colon)), static_cast<int>(*port)};
 }
@@ -50,7 +50,7 @@ bool is_input_address(std::string_view address) {
 
 const char* address_forms() {
   return "tcp://127.0.0.1:PORT (a server), tcp-connect://HOST:PORT, udp://HOST:PORT, "
-         "udp-listen://127.0.0.1:PORT, pty:, pty:LINK, serial:DEVICE@BAUD, file:PATH";
+         "udp-listen://127.0.0.1:PORT, pty:, pty:LINK[@BAUD], serial:DEVICE@BAUD, file:PATH";
 }
 
 std::unique_ptr<Transport> open_transport(std::string_view address) {
@@ -65,16 +65,25 @@ std::unique_ptr<Transport> open_transport(std::string_view address) {
   for (const auto& [start, make] : kHosts) {
     if (const auto rest = behind(address, start)) return make(host_and_port(*rest, address));
   }
-  if (const auto link = behind(address, "pty:")) return make_pseudo_terminal(std::string(*link));
+  const auto baud_behind = [](std::string_view text, std::size_t at) -> std::optional<int> {
+    const auto baud = at == std::string_view::npos ? std::nullopt : parse_integer(text.substr(at + 1));
+    if (!baud || *baud < 1 || *baud > 4'000'000) return std::nullopt;
+    return static_cast<int>(*baud);
+  };
+  if (const auto rest = behind(address, "pty:")) {
+    const std::size_t at = rest->rfind('@');
+    const auto baud = baud_behind(*rest, at);
+    return make_pseudo_terminal(std::string(baud ? rest->substr(0, at) : *rest), baud);
+  }
   if (address == "stdin:") return make_standard_input();
   if (const auto rest = behind(address, "serial:")) {
     const std::size_t at = rest->rfind('@');
-    const auto baud = at == std::string_view::npos ? std::nullopt : parse_integer(rest->substr(at + 1));
-    if (!baud || *baud < 1 || *baud > 4'000'000 || at == 0) {
+    const auto baud = baud_behind(*rest, at);
+    if (!baud || at == 0) {
       throw InputError(fmt::format("'{}' has no device and baud rate", address),
                        "write serial:DEVICE@BAUD, such as serial:/dev/ttyUSB0@115200");
     }
-    return make_serial(std::string(rest->substr(0, at)), static_cast<int>(*baud));
+    return make_serial(std::string(rest->substr(0, at)), *baud);
   }
   throw InputError(fmt::format("'{}' is no address", address), fmt::format("write {}", address_forms()));
 }

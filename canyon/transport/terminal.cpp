@@ -4,7 +4,9 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <filesystem>
 #include <optional>
 #include <system_error>
@@ -24,6 +26,12 @@ class Terminal : public Transport {
  public:
   void send(std::string_view bytes) override {
     if (!device_.is_open()) return;
+    if (line_ && backlog_.size() + bytes.size() > line_->buffer()) {
+      if (!std::exchange(behind_, true)) {
+        notes_.push_back(fmt::format("{} baud are too few: messages are left out", line_->baud));
+      }
+      return serve();
+    }
     if (backlog_.size() + bytes.size() > kMaxBacklog) {
       if (!std::exchange(behind_, true)) notes_.emplace_back("nobody reads: bytes are thrown away");
       backlog_.clear();
@@ -33,7 +41,7 @@ class Terminal : public Transport {
   }
   void serve() override {
     if (!device_.is_open()) return;
-    if (listen(device_, 0, received_) != Line::Open || !flush(device_, backlog_)) {
+    if (listen(device_, 0, received_) != Line::Open || !drain()) {
       backlog_.clear();
       lost();
     }
@@ -47,29 +55,70 @@ class Terminal : public Transport {
   }
   void finish(const std::optional<Correction>&) override {
     if (!device_.is_open()) return;
-    asio::async_write(device_, asio::buffer(backlog_), [](const error_code&, std::size_t) {});
-    io_.run_for(kPatience);
+    const Clock::time_point end = Clock::now() + kPatience;
+    while (!backlog_.empty() && Clock::now() < std::min(end, patience_ends(end))) {
+      constexpr int kNap_ms = 10;
+      pollfd wait{device_.native_handle(), POLLOUT, 0};
+      if (line_ || poll(&wait, 1, kNap_ms) == 0) poll(nullptr, 0, kNap_ms);
+      if (!drain()) break;
+    }
     device_.close();
   }
   [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
 
  protected:
+  using Clock = std::chrono::steady_clock;
+  /// Ten bits a byte. What does not fit into its buffer is left out, as receivers do.
+  struct PacedLine {
+    int baud;
+    double due = 0;  ///< bytes that may go by now
+    Clock::time_point at = Clock::now();
+
+    [[nodiscard]] std::size_t buffer() const { return static_cast<std::size_t>(std::max(4096, baud / 10)); }
+    std::size_t take_due() {
+      constexpr double kBurst_s = 0.1;
+      const auto now = Clock::now();
+      const double rate = baud / 10.0;
+      due = std::min(due + rate * std::chrono::duration<double>(now - std::exchange(at, now)).count(),
+                     std::max(1.0, rate * kBurst_s));
+      return static_cast<std::size_t>(due);
+    }
+  };
+
   /// The device has ended or broken.
   virtual void lost() {}
+  /// When the end of a run waits no longer for a reader. @param latest of all
+  [[nodiscard]] virtual Clock::time_point patience_ends(Clock::time_point latest) const { return latest; }
 
+  std::optional<PacedLine> line_;             ///< empty: as fast as it is read
+  Clock::time_point read_at_ = Clock::now();  ///< bytes were last taken, or there were none
   asio::io_context io_;
   asio::posix::stream_descriptor device_{io_};
   std::string backlog_;
   std::vector<std::string> notes_;
 
  private:
+  /// Sends what may go now of the backlog; false where the device is gone.
+  bool drain() {
+    const std::size_t before = backlog_.size();
+    std::string later;
+    if (line_) later = backlog_.substr(std::min(before, line_->take_due()));
+    backlog_.resize(before - later.size());
+    const bool open = flush(device_, backlog_);
+    backlog_ += later;
+    if (line_) line_->due -= static_cast<double>(before - backlog_.size());
+    if (backlog_.empty() || backlog_.size() < before) read_at_ = Clock::now();
+    return open;
+  }
+
   Inbox received_;
   bool behind_ = false;  ///< said so already
 };
 
 class PseudoTerminal final : public Terminal {
  public:
-  explicit PseudoTerminal(const std::string& link) {
+  PseudoTerminal(const std::string& link, std::optional<int> baud) {
+    if (baud) line_ = PacedLine{*baud};
     const int master = posix_openpt(O_RDWR | O_NOCTTY);
     std::array<char, 256> name{};
     if (master < 0 || grantpt(master) != 0 || unlockpt(master) != 0 ||
@@ -93,6 +142,9 @@ class PseudoTerminal final : public Terminal {
     std::error_code ignored;
     if (!link_.empty()) std::filesystem::remove(link_, ignored);
   }
+  void set_baud(int baud) override {
+    if (line_ && baud > 0) line_->baud = baud;
+  }
   PseudoTerminal(const PseudoTerminal&) = delete;
   PseudoTerminal& operator=(const PseudoTerminal&) = delete;
 
@@ -108,6 +160,11 @@ class PseudoTerminal final : public Terminal {
           "give a name that is free in a folder that you may write to");
     }
     link_ = link;
+  }
+
+  /// A terminal that nobody reads stays full.
+  [[nodiscard]] Clock::time_point patience_ends(Clock::time_point) const override {
+    return read_at_ + std::chrono::milliseconds(500);
   }
 
   asio::posix::stream_descriptor other_end_{io_};
@@ -143,8 +200,6 @@ class SerialPort final : public Terminal {
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   error_code open_port() {
     asio::serial_port port(io_);
     error_code error;
@@ -193,8 +248,8 @@ class StandardInput final : public Transport {
 
 }  // namespace
 
-std::unique_ptr<Transport> make_pseudo_terminal(const std::string& link) {
-  return std::make_unique<PseudoTerminal>(link);
+std::unique_ptr<Transport> make_pseudo_terminal(const std::string& link, std::optional<int> baud) {
+  return std::make_unique<PseudoTerminal>(link, baud);
 }
 std::unique_ptr<Transport> make_serial(const std::string& device, int baud) {
   return std::make_unique<SerialPort>(device, baud);

@@ -48,7 +48,7 @@ class Transport {
   virtual void serve() {}
   /// What was received until the last serve().
   [[nodiscard]] virtual std::vector<Received> take_received() { return {}; }
-  /// Of a serial port, behind what was sent so far; others have none.
+  /// Of a serial port or a pseudo-terminal with a baud rate, behind what was sent so far; others have none.
   virtual void set_baud(int /*baud*/) {}
   /// Adds the descriptors that become readable when there is something for serve() to do; they hold until its
   /// next call.
@@ -56,7 +56,8 @@ class Transport {
   /// Nothing more can come: the standard input has ended.
   [[nodiscard]] virtual bool ended() const { return false; }
   /// After the last byte. A file appears under its name, corrected; other transports leave a correction out,
-  /// and give readers that are behind up to two seconds.
+  /// and give readers that are behind up to two seconds; one of a pseudo-terminal that has read nothing for
+  /// half a second gets none.
   virtual void finish(const std::optional<Correction>& correction) = 0;
   /// What there is to say since the last call, one line each: readers dropped, a pseudo-terminal's name.
   [[nodiscard]] virtual std::vector<std::string> take_notes() { return {}; }
@@ -71,8 +72,10 @@ class Transport {
 ///   udp://HOST:PORT                datagrams of up to kLargestDatagram bytes that end with a line
 ///   udp-listen://HOST:PORT         a port that waits for datagrams, and sends to those who sent some within
 ///                                  10 s; HOST as for tcp://
-///   pty:, pty:PATH                 a pseudo-terminal; take_notes() has its name, and PATH becomes a link to
-///   it serial:/dev/ttyX@BAUD          a serial port, 8N1; tried again every second where it was unplugged
+///   pty:, pty:PATH, pty:PATH@BAUD  a pseudo-terminal; take_notes() has its name, and PATH becomes a link to
+///                                  it; with a baud rate bytes pass as on such a line (BAUD / 10 a second),
+///                                  and what does not fit is left out
+///   serial:/dev/ttyX@BAUD          a serial port, 8N1; tried again every second where it was unplugged
 ///   stdin:                         what comes on the standard input; nothing can be sent there
 /// Throws InputError for what is no address, and where it cannot be opened.
 [[nodiscard]] std::unique_ptr<Transport> open_transport(std::string_view address);

@@ -274,6 +274,47 @@ TEST(Transport, PseudoTerminalGoesOnWithoutReaders) {
   EXPECT_THAT(transport->take_notes(), ElementsAre(HasSubstr("nobody reads")));
 }
 
+// Nobody reads: no reader is waited for at the end of a run.
+TEST(Transport, UnreadPseudoTerminalEndsAtOnce) {
+  const auto transport = open_transport("pty:");
+  for (int i = 0; i < 100; ++i) transport->send(std::string(1000, 'x'));
+  const auto unread = std::chrono::steady_clock::now() + std::chrono::milliseconds(600);
+  while (std::chrono::steady_clock::now() < unread) transport->serve();
+  const auto begin = std::chrono::steady_clock::now();
+  transport->finish({});
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(500));
+}
+
+// 9,600 baud are 960 bytes a second; 115,200 from then on.
+TEST(Transport, PseudoTerminalWithABaudRateIsPaced) {
+  const test::TemporaryFolder folder;
+  const std::string link = (folder / "gps").string();
+  const auto transport = open_transport("pty:" + link + "@9600");
+  const int reader = open(link.c_str(), O_RDONLY | O_NOCTTY | O_NONBLOCK);
+  ASSERT_GE(reader, 0) << link;
+  const auto bytes_of = [&](double seconds) {
+    std::size_t size = 0;
+    std::array<char, 4096> buffer;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+    while (std::chrono::steady_clock::now() < end) {
+      transport->serve();
+      if (const ssize_t n = read(reader, buffer.data(), buffer.size()); n > 0)
+        size += static_cast<std::size_t>(n);
+      pollfd wait{reader, POLLIN, 0};
+      poll(&wait, 1, 2);
+    }
+    return size;
+  };
+  transport->send(std::string(4000, 'x'));
+  EXPECT_NEAR(static_cast<double>(bytes_of(0.5)), 480, 150);
+  EXPECT_THAT(transport->take_notes(), ElementsAre(HasSubstr("the pseudo-terminal is")));
+  transport->send(std::string(4000, 'y'));  // the buffer is full
+  EXPECT_THAT(transport->take_notes(), ElementsAre(HasSubstr("9600 baud are too few")));
+  transport->set_baud(115200);
+  EXPECT_GT(bytes_of(0.5), 3000U);
+  close(reader);
+}
+
 TEST(Transport, SerialPortSpeaksWithTheOtherEnd) {
   // A serial port without hardware: one end of a pseudo-terminal.
   const int other_end = posix_openpt(O_RDWR | O_NOCTTY);

@@ -156,7 +156,7 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
   if (height_m) recording.antenna_above_terrain_m = *height_m + lever_arm_m.z();
   for (const ResidualEpoch& epoch : residuals.epochs) {
     simulation::Pose pose = path.trajectory.at(epoch.reception);
-    if (height_m && !simulation::clamp_to_terrain(pose, frame, environment.scene(), *height_m)) {
+    if (height_m && !simulation::clamp_to_terrain(pose, environment.city(), environment.scene(), *height_m)) {
       throw InputError(
           scenario.file, 0,
           fmt::format("height_above_terrain_m: no terrain lies at latitude {:.6f}, longitude {:.6f} ({})",

@@ -19,6 +19,11 @@ from __future__ import annotations
 
 from typing import Dict, Tuple
 
+try:
+    import numpy as _numpy  # noqa: F401  _canyon needs it, and says less where it is missing
+except ImportError as error:
+    raise ImportError("canyon needs NumPy: 'pip install numpy', or your system's package python3-numpy") from error
+
 from . import _canyon
 from ._canyon import Encoder, Epoch, __version__
 from .city import PLACEMENTS, City, CityObject

@@ -80,12 +80,12 @@ void bind_epochs(py::module_& m) {
       .def_property_readonly("solved", [](const KeptEpoch& e) { return e.epoch.observed.fix.solved(); })
       .def_property_readonly(
           "status", [](const KeptEpoch& e) { return std::string(output::status_word(e.epoch.observed.fix)); })
-      .def_property_readonly("reason",
-                             [](const KeptEpoch& e) {
-                               const positioning::Fix& fix = e.epoch.observed.fix;
-                               return fix.solved() ? std::string()
-                                                   : std::string(positioning::reason(fix.status));
-                             })
+      .def_property_readonly(
+          "reason",
+          [](const KeptEpoch& e) {
+            const positioning::Fix& fix = e.epoch.observed.fix;
+            return fix.solved() ? std::string() : std::string(output::no_fix_reason(fix, e.epoch.placement));
+          })
       .def_property_readonly("truth", [](const KeptEpoch& e) { return degrees_of(e.epoch.truth.position); })
       .def_property_readonly("position",
                              [](const KeptEpoch& e) -> py::object {

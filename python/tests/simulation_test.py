@@ -17,6 +17,13 @@ import canyon
 DRIVE = "examples/synthetic_drive.yaml"
 
 
+class Import(unittest.TestCase):
+    def test_without_numpy_it_says_so(self):
+        code = "import sys; sys.modules['numpy'] = None; import canyon"
+        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        self.assertIn("ImportError: canyon needs NumPy", run.stderr)
+
+
 class Run(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

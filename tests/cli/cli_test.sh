@@ -141,6 +141,13 @@ many)
   [ "$(ls res/*/track.png | wc -l)" -eq 16 ] || fail "$(ls res/*/track.png | wc -l) pictures instead of 16"
   says err "pictures    of the first 16 of 40 receivers"; says out "and 24 more receivers" r16
   grep -q r17 out && fail "more than 16 receivers in the table"
+  # The same folder again with fewer receivers: what the run before wrote goes, and nothing else.
+  echo mine >res/r3/notes.txt; echo changed >>res/r4/epochs.csv; touch -d '+2 seconds' res/r4/epochs.csv
+  sed '/name: r[^12]/d; /name: r[12][0-9]/d' small.yaml >two.yaml
+  runs 0 "$canyon" simulate two.yaml --out res --duration 2
+  [ "$(ls res | tr '\n' ' ')" = "r1 r2 r3 r4 sky.nav " ] || fail "res holds $(ls res)"
+  [ "$(ls res/r3 res/r4 | tr '\n' ' ')" = "res/r3: notes.txt  res/r4: epochs.csv " ] || fail "left are $(ls res/r3 res/r4)"
+  says err "files that the run before had left in res"
   # An end that is asked for comes soon: no picture is drawn any more.
   sed -i 's/speed_mps.*/speed_mps: 0.001/' small.yaml
   "$canyon" simulate small.yaml --out long >out 2>err &
@@ -227,6 +234,18 @@ stream)
     tail -c "$size" res4/base/receiver.rtcm3 | cmp - heard.rtcm3 || fail "str2str heard something else"
     [ "$(head -c 1 heard.rtcm3 | od -An -tx1)" = " d3" ] || fail "str2str's first frame is cut"
   fi ;;
+live)
+  for speed in -3 0 nan; do
+    runs 2 "$canyon" live small.yaml --speed $speed; one_line; says err live.speed
+  done
+  runs 2 "$canyon" live small.yaml --poses udp://127.0.0.1:9001; one_line; says err "an address to send to" udp-listen://
+  # Why there is no fix stands in the last line; a terminal that nobody reads holds nothing up.
+  sed '/speed_mps/d; s/waypoints.*/position: {east_m: 0, north_m: 0, up_m: -5}/' small.yaml >under.yaml
+  runs 0 "$canyon" live under.yaml --duration 1.5 --stream nmea=pty:
+  says err "0 with a fix; now none: rover: antenna inside a building or under the terrain"
+  begin=$(date +%s%N)
+  runs 0 "$canyon" live small.yaml --speed 20 --stream paths_csv=pty:
+  [ $(($(date +%s%N) - begin)) -lt 2900000000 ] || fail "$(($(date +%s%N) - begin)) ns for a drive of 1 s" ;;
 pictures)
   sed -i 's/outputs:.*/outputs: {pictures: true}/' small.yaml
   runs 0 "$canyon" simulate small.yaml --out res
@@ -609,6 +628,8 @@ city_build)
   block_osm >block.osm
   runs 0 "$canyon" city build block.osm -o city.canyon -o city.glb -o city.obj -o city.dae -o map.geojson -o town.world -o model/
   says out "buildings   2" "1 tagged, 0 from levels, 1 by default" "triangles"
+  runs 0 "$canyon" city build block.osm -o type.canyon --height hous=7
+  says err "the map has no building of type 'hous'; did you mean 'house'?"
   grep -q '"height_source":"default"' map.geojson || fail "map.geojson does not say where heights come from"
   grep -q spherical_coordinates town.world || fail "town.world has no spherical_coordinates"
   [ -s model/model.sdf ] && [ -s model/model.config ] || fail "no Gazebo model"
@@ -629,6 +650,8 @@ city_simulate)
   block_osm >block.osm
   sed 's/^city.*/city: {osm: block.osm, origin: {latitude_deg: 48, longitude_deg: 11}}/' small.yaml >map.yaml
   runs 0 "$canyon" simulate map.yaml --out map --quiet
+  sed 's/"30"/"x"/' block.osm >guess.osm; sed 's/block.osm/guess.osm/' map.yaml >guess.yaml
+  runs 0 "$canyon" simulate guess.yaml --out guess; says err "2 of 2 heights are guesses"
   runs 0 "$canyon" city build block.osm -o block.canyon --origin 48,11,0 --quiet
   for city in 'file: block.canyon' 'mesh: block.canyon' 'file: block.osm, origin: {latitude_deg: 48, longitude_deg: 11}'; do
     sed "s/^city.*/city: {$city}/" small.yaml >file.yaml

@@ -191,7 +191,7 @@ void fill_satellite(const receiver::SatelliteObservation& seen, const receiver::
 void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
   const positioning::Fix& fix = epoch.observed.fix;
   message.set_status(status_of(fix.status));
-  message.set_reason(std::string(positioning::reason(fix.status)));
+  message.set_reason(std::string(output::no_fix_reason(fix, epoch.placement)));
   message.set_kind(kind_of(fix.kind()));
   if (corrected(fix.kind())) {
     if (fix.correction_age_s) message.set_correction_age_s(*fix.correction_age_s);
@@ -246,7 +246,7 @@ void fill_gnss_message(const ReceiverIdentity& identity, const ReceiverReport& r
   const receiver::ReceiverEpoch& seen = epoch.observed;
   const bool solved = seen.fix.solved();
   message.set_state(solved ? msgs::GnssReceiver::FIX : msgs::GnssReceiver::NO_FIX);
-  if (!solved) message.set_reason(std::string(positioning::reason(seen.fix.status)));
+  if (!solved) message.set_reason(std::string(output::no_fix_reason(seen.fix, epoch.placement)));
   message.set_gps_week(seen.time.week());
   message.set_gps_time_of_week_ns(seen.time.nanosecond_of_week());
 

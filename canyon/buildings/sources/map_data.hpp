@@ -53,6 +53,7 @@ struct MapData {
   std::string source;  ///< file names, joined by ", "
   std::vector<MapFeature> features;
   std::vector<std::string> warnings;  ///< one line each, with ids; repeated kinds are counted
+  std::size_t foliage_left_out = 0;   ///< trees, tree rows and woods that were not asked for
   /// Bounds of all features [deg]; min > max when there is none.
   LonLat min = LonLat::Constant(1e9);
   LonLat max = LonLat::Constant(-1e9);

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <fstream>
 #include <new>
 #include <osmium/io/any_compression.hpp>
@@ -46,6 +48,36 @@ std::string sniff_format(const std::filesystem::path& path) {
                    "give an extract as .osm, .osm.gz, .osm.bz2 or .osm.pbf");
 }
 
+/// Throws osmium::pbf_error for a blob without a type: libosmium compares it by a null pointer.
+void check_blob_types(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::array<unsigned char, 4> length{};
+  std::string header;
+  while (in.read(reinterpret_cast<char*>(length.data()), length.size())) {
+    const std::uint32_t size = std::uint32_t{length[0]} << 24 | std::uint32_t{length[1]} << 16 |
+                               std::uint32_t{length[2]} << 8 | length[3];
+    if (size > static_cast<std::uint32_t>(osmium::io::detail::max_blob_header_size))
+      return;  // libosmium says so
+    header.resize(size);
+    if (!in.read(header.data(), size)) return;
+    constexpr int kType = 1, kDataSize = 3;  // fileformat.proto
+    bool typed = false;
+    std::int32_t data_size = 0;
+    for (protozero::pbf_reader blob(header); blob.next();) {
+      if (blob.tag() == kType && blob.wire_type() == protozero::pbf_wire_type::length_delimited) {
+        typed = blob.get_view().size() > 0;
+      } else if (blob.tag() == kDataSize && blob.wire_type() == protozero::pbf_wire_type::varint) {
+        data_size = blob.get_int32();
+      } else {
+        blob.skip();
+      }
+    }
+    if (!typed) throw osmium::pbf_error("a blob has no type");
+    if (data_size < 0) return;
+    in.seekg(data_size, std::ios::cur);
+  }
+}
+
 /// Calls `use` with each object of the kinds `bits` in each file.
 template <typename Use>
 void for_each_object(const std::vector<std::filesystem::path>& paths, osmium::osm_entity_bits::type bits,
@@ -53,6 +85,7 @@ void for_each_object(const std::vector<std::filesystem::path>& paths, osmium::os
   for (const auto& path : paths) {
     const std::string format = sniff_format(path);
     try {
+      if (format == "pbf") check_blob_types(path);
       // An absolute path, since libosmium reads "-" and "http:" as something else.
       osmium::io::Reader reader{osmium::io::File{std::filesystem::absolute(path).string(), format}, bits};
       while (const osmium::memory::Buffer buffer = reader.read()) {
@@ -137,6 +170,11 @@ class ObjectReader {
   }
 
  private:
+  [[nodiscard]] bool is_foliage_left_out(const osmium::TagList& tags) const {
+    return !options_.foliage && (tags.has_tag("natural", "tree") || tags.has_tag("natural", "tree_row") ||
+                                 tags.has_tag("natural", "wood") || tags.has_tag("landuse", "forest"));
+  }
+
   void read_relations() {
     for_each_object(paths_, osmium::osm_entity_bits::relation,
                     [&](const std::filesystem::path&, const osmium::OSMObject& object) {
@@ -194,12 +232,13 @@ class ObjectReader {
 
   void add_way(const osmium::Way& way) {
     const bool member = contains(member_ways_, way.id());
-    if (!member && !tags_matter(way.tags(), options_.foliage)) return;
+    const bool foliage = is_foliage_left_out(way.tags());
+    if (!member && !foliage && !tags_matter(way.tags(), options_.foliage)) return;
     OsmWay fresh;
     fresh.version = way.version();
     fresh.tags = tag_map(way.tags());
     fresh.kind = classify(fresh.tags, options_.foliage);
-    if (!member && !fresh.kind.kind) return;
+    if (!member && !foliage && !fresh.kind.kind) return;
     for (const osmium::NodeRef& node : way.nodes()) {
       fresh.nodes.push_back(node.ref());
       // "out geom" of Overpass and osmium's add-locations-to-ways put the places here.
@@ -209,6 +248,10 @@ class ObjectReader {
           fresh.near_box || contains(nodes_in_box_, node.ref()) || (placed && in_wide_box(node.location()));
     }
     if (options_.box && !member && !fresh.near_box) return;
+    if (foliage && !fresh.kind.kind) {
+      ++objects_.foliage_left_out;
+      if (!member) return;
+    }
     OsmWay* place = place_for(objects_.ways, way.id(), way.version());
     if (place != nullptr) *place = std::move(fresh);
   }
@@ -256,6 +299,10 @@ class ObjectReader {
     const auto found = std::lower_bound(wanted_.begin(), wanted_.end(), node.id());
     const bool wanted = found != wanted_.end() && *found == node.id();
     const bool tagged = !node.tags().empty() && tags_matter(node.tags(), options_.foliage);
+    if (is_foliage_left_out(node.tags()) && node.location().valid() &&
+        (!options_.box || in_wide_box(node.location()))) {
+      ++objects_.foliage_left_out;
+    }
     if ((!wanted && !tagged) || node.location().is_undefined()) return;
     if (!node.location().valid()) {
       throw InputError(

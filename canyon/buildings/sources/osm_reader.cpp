@@ -123,6 +123,7 @@ class FeatureMaker {
     map.min = bounds.min;
     map.max = bounds.max;
     map.warnings = tally_.lines();
+    map.foliage_left_out = objects_.foliage_left_out;
     return map;
   }
 

@@ -378,6 +378,36 @@ TEST_F(OsmReader, ReadsEveryCompressionByContent) {
   }
 }
 
+// A blob header of a length alone: libosmium would compare its type by a null pointer, and take it.
+TEST_F(OsmReader, PbfBlobsWithoutATypeAreRefused) {
+  const auto path = folder_ / "map.pbf";
+  {
+    osmium::io::Reader reader{
+        OsmText().square(1, 10, 50, 0.001, kBuilding).write(folder_ / "map.osm").string()};
+    osmium::io::Writer writer{osmium::io::File{path.string(), "pbf"}, osmium::io::overwrite::allow};
+    while (osmium::memory::Buffer buffer = reader.read()) writer(std::move(buffer));
+    writer.close();
+  }
+  std::string bytes = test::read_bytes(path);
+  EXPECT_THAT(ids(read_osm({path})), ElementsAre("way/1"));
+  const std::size_t at = bytes.find("\n\x07OSMData");  // field 1, 7 bytes
+  ASSERT_NE(at, std::string::npos);
+  bytes[at - 1] = static_cast<char>(bytes[at - 1] - 9);  // the header's length
+  bytes.erase(at, 9);
+  EXPECT_THAT(problem_of_text(bytes, "untyped"), HasSubstr("a blob has no type"));
+}
+
+TEST_F(OsmReader, FoliageThatIsNotAskedForIsCounted) {
+  OsmText text;
+  text.square(1, 10, 50, 0.001, kBuilding);
+  text.node(50, 10.002, 50, {{"natural", "tree"}}).node(51, 10.003, 50, {{"natural", "tree"}});
+  text.way(60, {50, 51}, {{"natural", "tree_row"}});
+  EXPECT_EQ(read(text).foliage_left_out, 3U);
+  OsmReadOptions options;
+  options.foliage = true;
+  EXPECT_EQ(read(text, options).foliage_left_out, 0U);
+}
+
 TEST_F(OsmReader, BadFilesGiveOneClearError) {
   EXPECT_THAT(problem(folder_ / "nowhere.osm"), HasSubstr("nowhere.osm: does not exist"));
   EXPECT_THAT(problem(folder_.path()), HasSubstr("is a folder"));

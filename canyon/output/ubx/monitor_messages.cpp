@@ -84,13 +84,11 @@ std::string mon_rf(const Epoch& epoch) {
 std::string sec_sig(const Epoch& epoch) {
   std::uint64_t jamming = 0;
   for (const int block : {0, 1}) jamming = std::max(jamming, jamming_state(epoch, band(epoch, block)));
-  const bool looks = epoch.seen.spoofing != receiver::SpoofingState::Unknown;
-  const std::uint64_t spoofing = !looks                                                      ? 0
-                                 : epoch.seen.spoofing == receiver::SpoofingState::Indicated ? 2
-                                                                                             : 1;
+  // spoofingState: 0 unknown, 1 none, 2 indicated, 3 affirmed.
+  const auto spoofing = static_cast<std::uint64_t>(epoch.seen.spoofing);
   Payload p;
   p.u1(1).zeros(3).u1((jamming != 0 ? 1 : 0) | jamming << 1).zeros(3);
-  return p.u1((looks ? 1 : 0) | spoofing << 1).zeros(3).bytes();
+  return p.u1((spoofing != 0 ? 1 : 0) | spoofing << 1).zeros(3).bytes();
 }
 
 // 32.16.12, 3.14.13

@@ -112,9 +112,8 @@ std::string pvt(const Epoch& epoch) {
 // NAV-STATUS, 3.15.18.
 std::string status(const Epoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
-  std::uint64_t spoofing = 0;
-  if (epoch.seen.spoofing == receiver::SpoofingState::None) spoofing = 1;
-  if (epoch.seen.spoofing == receiver::SpoofingState::Indicated) spoofing = 2;
+  // spoofDetState: 0 unknown, 1 none, 2 indicated, 3 multiple indications, as the states count.
+  const auto spoofing = static_cast<std::uint64_t>(epoch.seen.spoofing);
   Payload p;
   const FixCodes& codes = codes_of(fix.kind());
   const std::uint64_t carrier = codes.ubx_flags & (kUbxFloat | kUbxFixed);

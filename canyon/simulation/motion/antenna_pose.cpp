@@ -7,8 +7,13 @@
 
 namespace canyon::simulation {
 
-bool clamp_to_terrain(Pose& pose, const geodesy::LocalFrame& frame, const raytrace::RayScene& scene,
-                      double height_m) {
+bool clamp_to_terrain(Pose& pose, const city::City& city, const raytrace::RayScene& scene, double height_m) {
+  const geodesy::LocalFrame& frame = city.frame;
+  if (city.mesh.triangles.empty()) {
+    pose.position.height_m = frame.origin().height_m + height_m;
+    pose.velocity_enu_mps.z() = 0;
+    return true;
+  }
   Eigen::Vector3d at = frame.local_from_geodetic(pose.position);
   const std::optional<double> terrain = scene.terrain_height(at.x(), at.y());
   if (!terrain) return false;

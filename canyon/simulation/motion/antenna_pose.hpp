@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/propagation/arrival.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
@@ -10,11 +11,12 @@
 namespace canyon::simulation {
 
 /// Puts a vehicle on the terrain: its reference point `height_m` above the highest sheet there, its climb
-/// that of the terrain along its way. Horizontal place and velocity stay (in the city's frame). False, and
-/// the pose as it was, where no terrain lies.
-/// @param frame of the city that `scene` was built from
-[[nodiscard]] bool clamp_to_terrain(Pose& pose, const geodesy::LocalFrame& frame,
-                                    const raytrace::RayScene& scene, double height_m);
+/// that of the terrain along its way. Horizontal place and velocity stay (in the city's frame). In an open
+/// field the ground lies level at the height of the city's origin. False, and the pose as it was, where no
+/// terrain lies.
+/// @param scene of `city`
+[[nodiscard]] bool clamp_to_terrain(Pose& pose, const city::City& city, const raytrace::RayScene& scene,
+                                    double height_m);
 
 /// The pose of an antenna that is mounted at `lever_arm_m` (forward, left, up) from the vehicle's reference
 /// point and turns with it. Its velocity has the yaw rate's part; roll and pitch count as slow.
