@@ -70,8 +70,9 @@ std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiv
                                                     double interval_s) {
   const simulation::LiveConfig& config = receiver.config();
   const simulation::BuiltSky& sky = receiver.sky();
+  const auto errors = simulation::make_space_errors(config.sky, sky, config.seed);
   const auto describe = [&](simulation::ReceiverConfig each) {
-    each.options.decide(config.sky.errors.enabled, !sky.navigation.klobuchar.empty());
+    simulation::decide(each.options, errors.get());
     return describe_receiver(each, *sky.sky, sky.navigation, receiver.start(), interval_s);
   };
   std::vector<ReceiverDescription> descriptions{describe(config.receiver)};

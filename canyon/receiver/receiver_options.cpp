@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/values.hpp"
@@ -19,17 +18,8 @@ void NoiseOptions::validate() const {
 }
 
 void visit(options::Visitor& v, NoiseOptions& o) {
-  // Who describes the noise wants it.
-  static constexpr std::array<const char*, 5> kKeys{"theta_per_s", "mu_m", "sigma_m_per_sqrt_s",
-                                                    "doppler_sigma_hz", "drift"};
-  if (v.reads() && std::any_of(kKeys.begin(), kKeys.end(), [&](const char* key) { return v.has(key); })) {
-    o.enabled = true;
-  }
-  options::visit_switch(v,
-                        {"enabled", "",
-                         "noise on pseudoranges and Doppler; left out: false under sky.errors, unless "
-                         "another key of the noise is there"},
-                        o.enabled);
+  options::visit_switch(
+      v, {"enabled", "", "noise on pseudoranges and Doppler; left out: false under sky.errors"}, o.enabled);
   visit(v, o.ou);
   v.number({"doppler_sigma_hz", "Hz", "standard deviation of white noise on Doppler"}, o.doppler_sigma_hz,
            {0, 1e6});

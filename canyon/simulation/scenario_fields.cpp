@@ -253,10 +253,7 @@ void visit(Visitor& v, SkyConfig& sky) {
     v.boolean({"allow_stale", "", "use ephemerides older than their system allows (and say so)"},
               sky.allow_stale);
   }
-  if (v.wants(!frozen)) {
-    v.part("errors", sky.errors);
-    if (v.reads()) sky.errors.enabled.set_default(!sky.navigation.empty());
-  }
+  if (v.wants(!frozen)) v.part("errors", sky.errors);
 }
 
 // --- time

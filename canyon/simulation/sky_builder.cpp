@@ -200,7 +200,8 @@ void require_satellites(const orbit::Sky& sky, std::span<const GpsTime> times) {
 
 std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& config, const BuiltSky& sky,
                                                              std::uint64_t seed) {
-  if (!config.errors.enabled) return nullptr;
+  const options::Switch& enabled = config.errors.enabled;
+  if (enabled.is_set() ? !enabled : config.navigation.empty()) return nullptr;
   errors::SpaceErrorOptions options = config.errors;
   // Precise orbits are what receivers go by as well.
   if (config.sp3) options.orbit_clock_m.clear();

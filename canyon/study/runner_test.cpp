@@ -192,10 +192,10 @@ TEST(StudyRuns, ProblemsStayWithTheirRuns) {
   sky: {nominal: true}
   start: 2026-06-01T08:00:00Z
   duration_s: 1
-  trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}
+  trajectory: {position: {east_m: 3000, north_m: 0, up_m: 2}}
 axes:
   - {key: trajectory.height_above_terrain_m, values: [1]}
-  - {key: city, values: [{open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}, {synthetic: {}, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}]}
+  - {key: city, values: [{synthetic: {}, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}, {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}]}
 )",
                                           "study.yaml");
   const RunMaker maker(plan);

@@ -258,7 +258,7 @@ TEST(FurtherSignals, ResidualsKnowGroupDelaysAndTheIonosphereOfTheirCarriers) {
   const test::TemporaryFolder folder;
   const auto simulation = test::prepare(R"(
 city: {open: true, origin: {latitude_deg: 22.298, longitude_deg: 114.178, height_m: 10}}
-sky: {navigation: [hksc1180.19n], systems: [GPS]}
+sky: {navigation: [hksc1180.19n], systems: [GPS], errors: {enabled: false}}
 start: 2019-04-28T12:58:03Z
 duration_s: 60
 trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}

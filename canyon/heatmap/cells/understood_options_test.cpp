@@ -102,6 +102,7 @@ TEST(UnderstoodOptions, OfSteadyReceiversChangeTheMap) {
       {{System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}});
   simulation::ReceiverConfig receiver =
       simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m8t").text), "p").receiver;
+  receiver.options.name = "car";
   receiver.options.filter = {};
   receiver.options.signal.shadowing.blockage.share = 0.2;
   const propagation::Propagator propagator = environment.make_propagator(receiver.propagation);
