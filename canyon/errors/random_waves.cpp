@@ -9,7 +9,7 @@ namespace canyon::errors {
 RandomWaves::RandomWaves(RandomStream stream, double time_s, double length_m) {
   for (Wave& wave : waves_) {
     wave.frequency_radps = stream.normal() / time_s;
-    for (double& component : wave.vector_radpm) component = stream.normal() / length_m;
+    for (int axis = 0; axis < 3; ++axis) wave.vector_radpm[axis] = stream.normal() / length_m;
     wave.phase_rad = 2 * geodesy::kPi * stream.uniform();
   }
 }

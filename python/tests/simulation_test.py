@@ -148,7 +148,7 @@ class BadInput(unittest.TestCase):
         run = canyon.simulate(canyon.Scenario.load(DRIVE, duration_s=1))
         self.wrong("no table 'satelites'", "satellites", lambda: run.table("satelites"))
         self.wrong("no receiver 'bus'", "car", lambda: run.table("epochs", "bus"))
-        self.wrong("tells no format", "nmea", lambda: run.write("somewhere.xyz"))
+        self.wrong("has no format's ending", "nmea", lambda: run.write("somewhere.xyz"))
         self.wrong("nmae", "nmea", lambda: run.write("somewhere.xyz", "nmae"))
 
 

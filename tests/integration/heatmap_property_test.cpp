@@ -166,6 +166,7 @@ Case draw_case(int number, const std::filesystem::path& folder) {
   rinex::write_rinex_navigation(folder / "sky.rnx", drawn.navigation);
   scenario.sky.navigation = {folder / "sky.rnx"};
   scenario.sky.systems = systems;
+  scenario.sky.errors.enabled = false;
 
   const std::uint32_t across = 4;
   const double spacing_m = dice.between(0.5, 1.5);

@@ -194,9 +194,9 @@ trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}
 duration_s: 30
 rate_hz: 1
 receivers:
-  - {name: a, profile: ublox-m8t}
-  - {name: b, profile: ublox-m8t, min_satellites: 5}
-  - {name: c, profile: ublox-m8t, own_draws: true}
+  - {name: a, profile: ublox-m8t, own_draws: false}
+  - {name: b, profile: ublox-m8t, min_satellites: 5, own_draws: false}
+  - {name: c, profile: ublox-m8t}
 )");
   double apart = 0;
   for (std::size_t k = 0; k < receivers[0].size(); ++k) {

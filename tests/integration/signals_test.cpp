@@ -150,7 +150,8 @@ TEST(Signals, LeaveTheFirstOneAsItIs) {
           "city: {synthetic: {blocks_east: 4, blocks_north: 4, seed: 5}}\n" + kNominal +
               "trajectory: {waypoints: [{east_m: -76, north_m: 0}, {east_m: 76, north_m: 0}], speed_mps: 8, "
               "height_above_terrain_m: 1.5}\nrate_hz: 2\n"
-              "receivers: [{name: one, profile: ublox-f9p, tracks: [L1CA, E1, B1I, G1]}, {name: many, "
+              "receivers: [{name: one, own_draws: false, profile: ublox-f9p, tracks: [L1CA, E1, B1I, G1]}, "
+              "{name: many, own_draws: false, "
               "profile: ublox-f9p, tracks: [L1CA, "
               "L2C, L5, E1, E5b, B1I, B2I, B3I, G1, G2]}]\noutputs: {pictures: false}\n",
           folder.path()),

@@ -43,10 +43,11 @@ trajectory:
               {east_m: 152, north_m: 152}, {east_m: 152, north_m: 0}]
   speed_mps: 6
   height_above_terrain_m: 1.5
-receivers: [{name: car, own_draws: false, profile: ideal, elevation_mask_deg: 10}]
+receivers: [{name: car, profile: ideal, elevation_mask_deg: 10}]
 )",
                                                                folder_ / "scenario.yaml");
     if (change) change(scenario.receivers.front());
+    scenario.receivers.front().options.own_draws = false;
     const city::City map = city::synthetic_city(*scenario.city.synthetic);
     city::City truth = map;
     const Eigen::Rotation2Dd turn(moved.heading_rad);

@@ -102,7 +102,6 @@ TEST(UnderstoodOptions, OfSteadyReceiversChangeTheMap) {
       {{System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}});
   simulation::ReceiverConfig receiver =
       simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m8t").text), "p").receiver;
-  receiver.options.name = "car";
   receiver.options.filter = {};
   receiver.options.signal.shadowing.blockage.share = 0.2;
   const propagation::Propagator propagator = environment.make_propagator(receiver.propagation);
@@ -125,12 +124,12 @@ TEST(UnderstoodOptions, OfSteadyReceiversChangeTheMap) {
         .solve(cells, test::CircularSky::kEpoch + std::chrono::hours(5), kLayers, spans);
     return maps;
   };
-  // Carriers, epochs that follow, Doppler and warnings; then what is switched off here, what the clock of a
-  // system takes, the band that is not tracked, motion, foliage, and a threshold below all signals of these
-  // cells.
+  // The name, which is none; carriers, epochs that follow, Doppler and warnings; then what is switched off
+  // here, what the clock of a system takes, the band that is not tracked, motion, foliage, and a threshold
+  // below all signals of these cells.
   change_each(
       receiver.options, fits, solve,
-      "clock. spoofing_check. signal.pll. signal.fll. signal.phase_threshold_dbhz "
+      "own_draws clock. spoofing_check. signal.pll. signal.fll. signal.phase_threshold_dbhz "
       "signal.dll.peak_check_s signal.lock.cold_acquisition_s signal.lock.reacquisition_s "
       "signal.lock.hold_s signal.lock.memory_s signal.lock.warm_start noise.doppler_sigma_hz smoothing. "
       "max_iterations convergence_m biases.drift_time_s position_filter. raim. noise.drift. "
