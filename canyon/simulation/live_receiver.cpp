@@ -49,7 +49,8 @@ struct LiveReceiver::Impl {
                                                    ? config.receiver.disturbances
                                                    : with_streets(config.receiver, scene->city, road);
     sources.push_back(disturbance::FaultTimeline::source(faults));
-    return {config.receiver.options, config.seed, sources, config.receiver.models};
+    return {with_surroundings(config.receiver.options, scene->scene, scene->city), config.seed, sources,
+            config.receiver.models};
   }
   [[nodiscard]] std::shared_ptr<disturbance::FaultTimeline> make_faults() const {
     return std::make_shared<disturbance::FaultTimeline>(start, config.faults, config.receiver.options.name);

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "canyon/disturbance/streets.hpp"
+#include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/simulation/scenario.hpp"
 
 namespace canyon::simulation {
@@ -19,5 +22,19 @@ namespace canyon::simulation {
 [[nodiscard]] std::vector<disturbance::Source> with_streets(const ReceiverConfig& receiver,
                                                             const city::City& city,
                                                             std::shared_ptr<const disturbance::Road> road);
+
+/// Share of the sky from 15 to 60 deg that the city hides, the mean over up to 64 of these antennas (ENU, m);
+/// 0 without any. Sixty-four rays each.
+[[nodiscard]] double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector3d> antennas);
+/// Places 2 m above the ground, outside of buildings, on a grid over a city: where antennas are not known
+/// beforehand. Empty for a city without triangles.
+[[nodiscard]] std::vector<Eigen::Vector3d> open_places(const raytrace::RayScene& scene,
+                                                       const city::City& city);
+/// ShadowingEnvironment::Auto of these options made definite, by closed_sky(). @param antennas where this
+/// receiver's will be; none: open_places()
+[[nodiscard]] receiver::ReceiverOptions with_surroundings(receiver::ReceiverOptions options,
+                                                          const raytrace::RayScene& scene,
+                                                          const city::City& city,
+                                                          std::span<const Eigen::Vector3d> antennas = {});
 
 }  // namespace canyon::simulation
