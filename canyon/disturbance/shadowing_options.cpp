@@ -87,8 +87,9 @@ void ShadowingOptions::validate() const {
 }
 
 void visit(options::Visitor& v, BlockageOptions& o) {
-  v.number({"share", "", "of the way on which what no map has blocks the direct signal; 0: none",
-            "0.2 in dense surroundings, else 0"},
+  v.number({"share", "",
+            "of the way on which what no map has blocks the direct signal; 0: none; left out: 0.2 in dense "
+            "surroundings, else 0"},
            o.share, {0, 0.9});
   v.number({"length_m", "m", "mean length of a blockage"}, o.length_m, {0.1, 10e3});
   v.number({"mean_db", "dB", "mean level behind it"}, o.mean_db, {-60, 0});
@@ -102,7 +103,7 @@ void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvir
   v.choice({key, "",
             "whose shadows: urban, suburban, dense (urban, and a fifth of the way blocked), open (none) or "
             "custom; "
-            "auto: open, suburban or urban by the city about the antenna"},
+            "auto: open, suburban or urban by the city"},
            environment, kEnvironments);
 }
 

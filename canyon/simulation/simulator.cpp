@@ -266,15 +266,8 @@ std::vector<receiver::Receiver> Simulation::Impl::make_receivers() const {
         std::make_shared<disturbance::FaultTimeline>(plan.begin, scenario.faults, config.options.name);
     faults->set_surroundings(surroundings(city_scene, sky.sky));
     if (!faults->empty()) sources.push_back(disturbance::FaultTimeline::source(faults));
-    std::vector<Eigen::Vector3d> antennas;
-    constexpr std::size_t kMost = 64;
-    for (std::size_t k = 0; k < plan.epochs; k += std::max<std::size_t>(1, plan.epochs / kMost)) {
-      const Pose antenna = antenna_pose(receivers.size(), plan.at(k));
-      antennas.push_back(environment.city().frame.local_from_geodetic(antenna.position));
-    }
-    receivers.emplace_back(
-        with_surroundings(config.options, environment.scene(), environment.city(), antennas), scenario.seed,
-        sources, config.models);
+    receivers.emplace_back(with_surroundings(config.options, environment.scene(), environment.city()),
+                           scenario.seed, sources, config.models);
   }
   return receivers;
 }

@@ -23,18 +23,14 @@ namespace canyon::simulation {
                                                             const city::City& city,
                                                             std::shared_ptr<const disturbance::Road> road);
 
-/// Share of the sky from 15 to 60 deg that the city hides, the mean over up to 64 of these antennas (ENU, m);
-/// 0 without any. Sixty-four rays each.
+/// Share of the sky from 15 to 60 deg that the city hides, the mean over antennas (ENU, m) that are not
+/// inside something; 0 without any. Sixty-four rays each.
 [[nodiscard]] double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector3d> antennas);
-/// Places 2 m above the ground, outside of buildings, on a grid over a city: where antennas are not known
-/// beforehand. Empty for a city without triangles.
-[[nodiscard]] std::vector<Eigen::Vector3d> open_places(const raytrace::RayScene& scene,
-                                                       const city::City& city);
-/// ShadowingEnvironment::Auto of these options made definite, by closed_sky(). @param antennas where this
-/// receiver's will be; none: open_places()
+/// ShadowingEnvironment::Auto of these options made definite, by closed_sky() 2 m above the ground on a grid
+/// of ten by ten places over the city. All hosts call this, so that all have the same; where the antenna is
+/// does not count.
 [[nodiscard]] receiver::ReceiverOptions with_surroundings(receiver::ReceiverOptions options,
                                                           const raytrace::RayScene& scene,
-                                                          const city::City& city,
-                                                          std::span<const Eigen::Vector3d> antennas = {});
+                                                          const city::City& city);
 
 }  // namespace canyon::simulation

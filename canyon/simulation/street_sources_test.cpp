@@ -181,15 +181,18 @@ TEST(Surroundings, AreThoseOfTheCityAboutTheAntenna) {
   EXPECT_EQ(closed_sky(scene, above), 0);
   EXPECT_EQ(closed_sky(scene, {}), 0);
 
+  using disturbance::ShadowingEnvironment;
   receiver::ReceiverOptions options;
-  options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
-  const auto of = [&](const std::vector<Eigen::Vector3d>& antennas) {
-    return with_surroundings(options, scene, city, antennas).signal.shadowing.environment;
+  options.signal.shadowing.enabled = true;
+  const auto of = [&](const raytrace::RayScene& rays, const city::City& about) {
+    return with_surroundings(options, rays, about).signal.shadowing.environment;
   };
-  EXPECT_EQ(of(street), disturbance::ShadowingEnvironment::Urban);
-  EXPECT_EQ(of(above), disturbance::ShadowingEnvironment::Open);
-  options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Dense;
-  EXPECT_EQ(of(above), disturbance::ShadowingEnvironment::Dense);
+  options.signal.shadowing.environment = ShadowingEnvironment::Auto;
+  EXPECT_EQ(of(scene, city), ShadowingEnvironment::Urban);
+  const city::City field;
+  EXPECT_EQ(of(raytrace::RayScene(field.mesh), field), ShadowingEnvironment::Open);
+  options.signal.shadowing.environment = ShadowingEnvironment::Dense;
+  EXPECT_EQ(of(scene, city), ShadowingEnvironment::Dense);
 }
 
 }  // namespace canyon::simulation::street_sources_test

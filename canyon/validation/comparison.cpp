@@ -58,8 +58,9 @@ class Comparer {
       : recording_(recording),
         environment_(environment),
         registration_(registration),
-        options_(long_since_on(in_surroundings(recording, receiver, environment, registration),
-                               options.position_filter)),
+        options_(long_since_on(
+            simulation::with_surroundings(receiver.options, environment.scene(), environment.city()),
+            options.position_filter)),
         propagator_(environment.make_propagator(receiver.propagation)),
         receiver_(options_, seed, simulation::with_streets(receiver, environment.city(), road()),
                   receiver.models),
@@ -163,16 +164,6 @@ class Comparer {
   }
 
  private:
-  static receiver::ReceiverOptions in_surroundings(const Recording& recording,
-                                                   const simulation::ReceiverConfig& receiver,
-                                                   const simulation::Environment& environment,
-                                                   const Registration& registration) {
-    std::vector<Eigen::Vector3d> antennas;
-    for (std::size_t e = 0; e < recording.places.size(); ++e) {
-      antennas.push_back(place_in_moved_city(recording, environment.scene(), registration, e));
-    }
-    return simulation::with_surroundings(receiver.options, environment.scene(), environment.city(), antennas);
-  }
   static receiver::ReceiverOptions long_since_on(receiver::ReceiverOptions options, bool position_filter) {
     options.signal.lock.warm_start = true;
     options.filter.enabled = position_filter;
