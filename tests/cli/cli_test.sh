@@ -492,7 +492,7 @@ validate_real)
   needs_data urbannav-tst-20190428/COM3_190428_124409.obs
   drive=$data/urbannav-tst-20190428
   # Without what the map lacks: the figures of docs/accuracy.md.
-  sed -e "s#hongkong/#$data/hongkong/#; s#urbannav-tst-20190428/#$drive/#g; /^shadowing:/d" "$root/examples/urbannav_tst_m8t.yaml" >tst.yaml
+  sed -e "s#hongkong/#$data/hongkong/#; s#urbannav-tst-20190428/#$drive/#g; /^surroundings:/d" "$root/examples/urbannav_tst_m8t.yaml" >tst.yaml
   runs 0 "$canyon" validate tst.yaml --obs "$drive/COM3_190428_124409.obs" --align --models mirror,specular --report rep --json figures.json
   says out "city moved by" "first half" "second half" "242 epochs" reflected
   python3 - <<'P' || fail "the drive's figures are not those of docs/recordings.md"
