@@ -12,6 +12,7 @@
 #include "canyon/validation/models.hpp"
 #include "canyon/validation/recording_table.hpp"
 #include "canyon/validation/report/report.hpp"
+#include "canyon/validation/score_card.hpp"
 #include "canyon/view/comparison_view.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
@@ -69,7 +70,7 @@ class Judge : public RecordedDrive {
   /// What terminals are told of one recording.
   [[nodiscard]] std::string text() const {
     return (alignment_ ? alignment_text() + "\n" : "") + validation::to_text(figures_.front()) +
-           (several_models() ? "\n" + markdown() : "");
+           (several_models() ? "\n" + markdown() : "") + "\n" + validation::score_card({row()});
   }
   [[nodiscard]] bool several_models() const { return figures_.size() > 1; }
   [[nodiscard]] std::string markdown() const { return validation::to_markdown(figures_); }
@@ -80,7 +81,8 @@ class Judge : public RecordedDrive {
   }
   /// In a table of several.
   [[nodiscard]] validation::RecordingRow row() const {
-    validation::RecordingRow row = row_of(recorded_.name, figures_.front(), own_, runs_of_own_);
+    validation::RecordingRow row = row_of(prefix_.empty() ? "simulated (recorded)" : recorded_.name,
+                                          figures_.front(), own_, runs_of_own_);
     if (!arguments_.report.empty()) row.report = recorded_.name + "/report.html";
     row.figures_json = json();
     return row;
@@ -221,7 +223,8 @@ void write(const ValidateArguments& arguments, const std::vector<std::unique_ptr
     for (const auto& judge : judges) rows.push_back(judge->row());
     for (validation::RecordingRow& row : pooled_rows(judges)) rows.push_back(std::move(row));
   }
-  std::string markdown = listed ? validation::to_markdown(rows) : one.markdown();
+  std::string markdown =
+      listed ? validation::to_markdown(rows) + "\n" + validation::score_card(rows) : one.markdown();
   for (const auto& judge : judges) {
     if (listed && judge->several_models()) {
       markdown += fmt::format("\nModels, {}:\n\n{}", judge->recorded().name, judge->markdown());

@@ -112,6 +112,7 @@ TEST(Calibrate, KnownDelaysComeBack) {
   const auto without_edges = [](simulation::ReceiverConfig& receiver) {
     plain_receiver(receiver);
     receiver.propagation.diffraction = false;
+    receiver.options.signal.lock.tracking_threshold_dbhz = 14;  // so that signals are lost and found again
   };
   const test::SimulatedRecording recorded({}, [&](simulation::ReceiverConfig& receiver) {
     without_edges(receiver);

@@ -90,6 +90,26 @@ const FacadeType& draw(const std::map<std::string, double>& shares, double unifo
   return *last;  // shares add up to 1
 }
 
+// Chosen on recordings, one left out at a time (docs/city.md, docs/realism.md).
+constexpr double kLow_m = 15, kTall_m = 40;
+
+FacadeMix mix_of(FacadeMix mix, double height_m) {
+  if (mix != FacadeMix::ByBuilding) return mix;
+  if (height_m < kLow_m) return FacadeMix::Traditional;
+  return height_m < kTall_m ? FacadeMix::UrbanStock : FacadeMix::ThermallyEfficient;
+}
+
+double height_of(const Mesh& mesh, const Unit& unit) {
+  Box box;
+  for (const std::uint32_t triangle : unit.triangles) {
+    for (const std::uint32_t vertex : mesh.triangles[triangle]) {
+      box.min = box.min.cwiseMin(mesh.vertices[vertex]);
+      box.max = box.max.cwiseMax(mesh.vertices[vertex]);
+    }
+  }
+  return box.max.z() - box.min.z();
+}
+
 }  // namespace
 
 std::span<const FacadeType> facade_types() {
@@ -114,12 +134,12 @@ void FacadeOptions::validate() const {
 }
 
 void visit(options::Visitor& v, FacadeOptions& o) {
-  static constexpr std::string_view kMixes[]{"as_given",    "traditional", "thermally_efficient",
-                                             "urban_stock", "europe",      "east_asia"};
+  static constexpr std::string_view kMixes[]{"as_given", "traditional", "thermally_efficient", "urban_stock",
+                                             "europe",   "east_asia",   "by_building"};
   static constexpr std::string_view kNamed[]{"by_source", "keep", "redraw"};
   v.choice({"mix", "",
-            "of what the facades are, drawn for each building by the seed: traditional, thermally_efficient, "
-            "urban_stock, europe, east_asia; as_given draws nothing"},
+            "of what the facades are, drawn for each building by the seed: by_building (by its height), "
+            "traditional, thermally_efficient, urban_stock, europe, east_asia; as_given draws nothing"},
            o.mix, kMixes);
   v.named_numbers(
       {"shares", "", "instead of a mix, over their sum: [coated_glass=30, concrete=50, brick=20]"}, o.shares,
@@ -130,7 +150,7 @@ void visit(options::Visitor& v, FacadeOptions& o) {
            o.named, kNamed);
 }
 
-std::map<std::string, double> facade_shares(const FacadeOptions& options) {
+std::map<std::string, double> facade_shares(const FacadeOptions& options, double height_m) {
   if (!options.shares.empty()) {
     double sum = 0;
     for (const auto& [name, share] : options.shares) sum += share;
@@ -138,8 +158,9 @@ std::map<std::string, double> facade_shares(const FacadeOptions& options) {
     for (auto& [name, share] : shares) share /= sum;
     return shares;
   }
-  switch (options.mix) {
+  switch (mix_of(options.mix, height_m)) {
     case FacadeMix::AsGiven:
+    case FacadeMix::ByBuilding:
       break;
     case FacadeMix::Traditional:
       return {{"glass", 0.3}, {"concrete", 0.7}};
@@ -160,12 +181,12 @@ std::map<std::string, double> facade_shares(const FacadeOptions& options) {
 std::string dress_facades(City& city, const FacadeOptions& options, bool keep_named, std::uint64_t seed) {
   options.validate();
   if (!options.drawn()) return {};
-  const std::map<std::string, double> shares = facade_shares(options);
   Mesh& mesh = city.mesh;
   std::array<std::size_t, kTypes.size()> counts{};
   std::size_t kept = 0, buildings = 0;
   for (const Unit& unit : buildings_of(mesh)) {
-    const FacadeType& type = draw(shares, RandomStream(seed, "facades/" + unit.key).uniform());
+    const FacadeType& type = draw(facade_shares(options, height_of(mesh, unit)),
+                                  RandomStream(seed, "facades/" + unit.key).uniform());
     std::size_t walls = 0, dressed = 0;
     for (const std::uint32_t triangle : unit.triangles) {
       if (!is_wall(mesh, triangle)) continue;

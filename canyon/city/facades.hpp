@@ -27,7 +27,8 @@ enum class FacadeMix : std::uint8_t {
   ThermallyEfficient,  ///< the same, high-loss model: coated glazing
   UrbanStock,          ///< four buildings of five Traditional, one ThermallyEfficient (ITU-R M.2412)
   Europe,              ///< assumed
-  EastAsia             ///< assumed
+  EastAsia,            ///< assumed
+  ByBuilding           ///< each building one of the first three, by its height
 };
 
 /// Of what the walls of a city are, where its source does not say so.
@@ -37,7 +38,7 @@ struct FacadeOptions {
     Keep,
     Redraw
   };
-  FacadeMix mix = FacadeMix::ThermallyEfficient;
+  FacadeMix mix = FacadeMix::ByBuilding;
   std::map<std::string, double> shares;  ///< instead of the mix: by facade type, [0, 100], over their sum
   Named named = Named::BySource;         ///< materials that the source names
 
@@ -53,8 +54,9 @@ struct FacadeOptions {
 /// Its fields.
 void visit(options::Visitor& v, FacadeOptions& o);
 
-/// The shares that are drawn from, by facade type, 1 in all; empty where nothing is drawn.
-[[nodiscard]] std::map<std::string, double> facade_shares(const FacadeOptions& options);
+/// The shares that a building draws from, by facade type, 1 in all; empty where nothing is drawn.
+/// @param height_m of the building, from its lowest to its highest point: for FacadeMix::ByBuilding
+[[nodiscard]] std::map<std::string, double> facade_shares(const FacadeOptions& options, double height_m = 0);
 
 /// Draws one facade type for each building and gives its material to the building's walls: the triangles of
 /// Surface::Building steeper than 60 deg. Roofs, floors, ground, foliage and vehicles stay. A building is an

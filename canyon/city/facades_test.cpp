@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -62,6 +63,22 @@ TEST(Facades, AsGivenTouchesNothing) {
   City city = row_of_boxes(3, Material::Stone);
   EXPECT_EQ(dress_facades(city, of(FacadeMix::AsGiven), false, 1), "");
   EXPECT_EQ(city.mesh.materials, row_of_boxes(3, Material::Stone).mesh.materials);
+}
+
+TEST(Facades, ByDefaultAreThoseOfTheBuildingsHeight) {
+  constexpr int kCount = 1000;
+  City city;
+  for (int i = 0; i < 2 * kCount; ++i) {
+    append_box(city.mesh, fmt::format("way/{}", i), Surface::Building, Material::Unknown, {20.0 * i, 0, 50},
+               {20.0 * i + 10, 10, i < kCount ? 60.0 : 110.0});
+  }
+  (void)dress_facades(city, {}, false, 1);
+  std::array<int, 2> metal{};
+  for (std::size_t i = 0; i < city.mesh.objects.size(); ++i) {
+    metal.at(i / kCount) += wall_material(city.mesh, city.mesh.objects[i]) == Material::Metal;
+  }
+  EXPECT_EQ(metal[0], 0) << "10 m: traditional, whatever the ground's height";
+  EXPECT_NEAR(metal[1], 0.7 * kCount, 4 * std::sqrt(0.7 * 0.3 * kCount)) << "60 m";
 }
 
 // TR 38.901: 70 % of the high-loss facade are coated glazing; deviation of a share of n draws,
@@ -182,7 +199,9 @@ TEST(Facades, EveryMixIsWhole) {
   EXPECT_NEAR(own.at("tile"), 0.75, 1e-12);
   EXPECT_NEAR(sum(own), 1, 1e-12);
   EXPECT_THAT(facade_shares(of(FacadeMix::AsGiven)), IsEmpty());
-  EXPECT_EQ(facade_shares({}), facade_shares(of(FacadeMix::ThermallyEfficient)));
+  EXPECT_EQ(facade_shares({}, 14.9), facade_shares(of(FacadeMix::Traditional)));
+  EXPECT_EQ(facade_shares({}, 15), facade_shares(of(FacadeMix::UrbanStock)));
+  EXPECT_EQ(facade_shares({}, 40), facade_shares(of(FacadeMix::ThermallyEfficient)));
   // One high-loss building in five (ITU-R M.2412): 0.2 x 0.7 coated, 0.8 x 0.3 plain glass.
   const auto stock = facade_shares(of(FacadeMix::UrbanStock));
   EXPECT_NEAR(stock.at("coated_glass"), 0.2 * 0.7, 1e-12);

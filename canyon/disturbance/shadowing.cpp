@@ -15,7 +15,8 @@ Shadowing::Shadowing(const ShadowingOptions& options, std::uint64_t seed, const 
       levels_(nodes_.size()) {
   const BlockageOptions& blockage = options_.blockage;
   block_.leave = options_.frame_m / blockage.length_m;
-  block_.enter = block_.leave * blockage.share / (1 - blockage.share);
+  blocked_share_ = options_.blockage_share();
+  block_.enter = block_.leave * blocked_share_ / (1 - blocked_share_);
   SkyNodes::draw(levels_stream_, levels_);
   RandomStream stream(seed, key + "/shadow place");
   origin_m_ = stream.uniform() * options_.frame_m;
@@ -47,7 +48,7 @@ double Shadowing::passed(FrameStates::States states, double into_m) const {
 
 Shadowing::Blockage Shadowing::blockage(const Place& here) {
   const BlockageOptions& o = options_.blockage;
-  if (o.share == 0) return {};
+  if (blocked_share_ == 0) return {};
   const FrameStates::States states = blockages_.at(here.frame, shares_, block_);
   return {passed(states, here.into_m), o.mean_db + o.sigma_db * SkyNodes::blend(shares_, levels_),
           states.now};
@@ -67,7 +68,7 @@ Shadowing::Shadow Shadowing::of(const Eigen::Vector3d& direction) {
 }
 
 double Shadowing::path_level_db(const Eigen::Vector3d& direction) {
-  if (options_.blockage.share == 0) return 0;
+  if (blocked_share_ == 0) return 0;
   nodes_.shares(direction, shares_);
   const Blockage behind = blockage(place(direction));
   return behind.share * behind.level_db;

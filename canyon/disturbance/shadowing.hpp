@@ -58,6 +58,7 @@ class Shadowing {
   ShadowingOptions options_;
   SkyNodes nodes_;
   FrameStates shadows_, blockages_;
+  double blocked_share_ = 0;
   FrameStates::Steps block_;
   RandomStream levels_stream_;
   std::vector<double> levels_;  // of the nodes, unit variance

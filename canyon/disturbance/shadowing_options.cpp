@@ -62,8 +62,13 @@ ShadowingParameters interpolated(std::span<const Row> rows, double elevation_deg
 ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double elevation_rad) {
   const double elevation_deg = geodesy::degrees(elevation_rad);
   if (options.environment == ShadowingEnvironment::Custom) return options.custom;
-  const bool urban = options.environment == ShadowingEnvironment::Urban;
-  return urban ? interpolated(kUrban, elevation_deg) : interpolated(kSuburban, elevation_deg);
+  const bool suburban = options.environment == ShadowingEnvironment::Suburban;
+  return suburban ? interpolated(kSuburban, elevation_deg) : interpolated(kUrban, elevation_deg);
+}
+
+ShadowingEnvironment of_surroundings(double closed_sky) {
+  if (closed_sky < 0.02) return ShadowingEnvironment::Open;
+  return closed_sky < 0.07 ? ShadowingEnvironment::Suburban : ShadowingEnvironment::Urban;
 }
 
 void ShadowingOptions::validate() const {
@@ -73,17 +78,19 @@ void ShadowingOptions::validate() const {
                      fmt::format("it must be 0 m to a frame, {:g} m", frame_m));
   }
   // Of a share above a half frames between blockages are rarer than blockages.
-  const double shortest_m = frame_m * std::max(1.0, blockage.share / (1 - blockage.share));
-  if (blockage.share > 0 && blockage.length_m < shortest_m * (1 - 1e-9)) {
+  const double share = blockage_share(), shortest_m = frame_m * std::max(1.0, share / (1 - share));
+  if (share > 0 && blockage.length_m < shortest_m * (1 - 1e-9)) {
     throw InputError(fmt::format("length_m of the blockage is {}", blockage.length_m),
                      fmt::format("with its share of {:g} and frames of {:g} m it must be {:g} m or more",
-                                 blockage.share, frame_m, shortest_m));
+                                 share, frame_m, shortest_m));
   }
 }
 
 void visit(options::Visitor& v, BlockageOptions& o) {
-  v.number({"share", "", "of the way on which what no map has blocks the direct signal; 0: none"}, o.share,
-           {0, 0.9});
+  v.number({"share", "",
+            "of the way on which what no map has blocks the direct signal; 0: none; left out: 0.2 in dense "
+            "surroundings, else 0"},
+           o.share, {0, 0.9});
   v.number({"length_m", "m", "mean length of a blockage"}, o.length_m, {0.1, 10e3});
   v.number({"mean_db", "dB", "mean level behind it"}, o.mean_db, {-60, 0});
   v.number({"sigma_db", "dB", "its standard deviation"}, o.sigma_db, {0, 20});
@@ -91,11 +98,19 @@ void visit(options::Visitor& v, BlockageOptions& o) {
            o.shared_by_all, {0, 1});
 }
 
+void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment) {
+  static constexpr std::string_view kEnvironments[]{"urban", "suburban", "custom", "dense", "open", "auto"};
+  v.choice({key, "",
+            "whose shadows: urban, suburban, dense (urban, and a fifth of the way blocked), open (none) or "
+            "custom; "
+            "auto: open, suburban or urban by the city"},
+           environment, kEnvironments);
+}
+
 void visit(options::Visitor& v, ShadowingOptions& o) {
-  static constexpr std::string_view kEnvironments[]{"urban", "suburban", "custom"};
   v.boolean({"enabled", "", "shadow on the direct signal by what no map has: vehicles, trees, signs"},
             o.enabled);
-  v.choice({"environment", "", "whose numbers: urban, suburban or custom"}, o.environment, kEnvironments);
+  visit_environment(v, "environment", o.environment);
   v.section("custom", [&] {
     v.number({"clear_mean_db", "dB", "custom: mean level in the clear"}, o.custom.clear_mean_db, {-40, 10});
     v.number({"clear_sigma_db", "dB", "its standard deviation"}, o.custom.clear_sigma_db, {0, 20});

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <string_view>
+
 #include "canyon/options/fwd.hpp"
 
 namespace canyon::disturbance {
@@ -9,6 +12,9 @@ enum class ShadowingEnvironment {
   Urban,     ///< as published for streets of a city
   Suburban,  ///< as published for low houses with trees
   Custom,    ///< ShadowingOptions::custom
+  Dense,     ///< Urban, and a fifth of the way behind what the map lacks (BlockageOptions)
+  Open,      ///< nothing casts a shadow
+  Auto,      ///< Open, Suburban or Urban by the city, see of_surroundings(); Urban where nobody looks
 };
 
 /// Level of the direct signal [dB] against a clear line of sight, log-normal in each of two states, and the
@@ -30,7 +36,8 @@ struct ShadowingParameters {
 /// from its direction. Defaults are fitted to a recording in which a fifth of all satellites in line of sight
 /// is missing (docs/shadowing.md).
 struct BlockageOptions {
-  double share = 0;      ///< of the way, [0, 0.9]; 0: nothing is missing
+  /// Of the way, [0, 0.9]; 0: nothing is missing. Empty: as ShadowingOptions::blockage_share() has it.
+  std::optional<double> share;
   double length_m = 50;  ///< mean length, a frame or more, up to 10,000 [m]
   double mean_db = -40;  ///< [-60, 0]
   double sigma_db = 12;  ///< [0, 20]
@@ -69,10 +76,21 @@ struct ShadowingOptions {
   /// vehicles) to 1 (traffic).
   double obstacle_speed_mps = 0.1;
 
+  /// Whether anything is ever shadowed.
+  [[nodiscard]] bool active() const { return enabled && environment != ShadowingEnvironment::Open; }
+  /// BlockageOptions::share; where it is empty 0.2 in dense surroundings, else 0.
+  [[nodiscard]] double blockage_share() const {
+    return blockage.share.value_or(environment == ShadowingEnvironment::Dense ? 0.2 : 0);
+  }
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Their fields.
+/// ShadowingEnvironment::Auto made definite.
+/// @param closed_sky share of directions from 15 to 60 deg that the city hides, [0, 1]: below 0.02 open,
+/// below 0.07 suburban, else urban; Dense must be said (docs/shadowing.md)
+[[nodiscard]] ShadowingEnvironment of_surroundings(double closed_sky);
+/// Their fields. The environment is one of a scenario as well, by the key `surroundings`.
+void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment);
 void visit(options::Visitor& v, BlockageOptions& o);
 void visit(options::Visitor& v, ShadowingOptions& o);
 

@@ -52,6 +52,22 @@ class One {
   Shadowing::Shadow last_;
 };
 
+TEST(ShadowingOptions, SurroundingsSetShadowsAndBlockages) {
+  using E = ShadowingEnvironment;
+  EXPECT_EQ(of_surroundings(0), E::Open);
+  EXPECT_EQ(of_surroundings(0.05), E::Suburban);
+  EXPECT_EQ(of_surroundings(0.3), E::Urban);
+  ShadowingOptions options;
+  options.enabled = true;
+  EXPECT_EQ(options.blockage_share(), 0);
+  options.environment = E::Dense;
+  EXPECT_EQ(options.blockage_share(), 0.2);
+  options.blockage.share = 0.1;
+  EXPECT_EQ(options.blockage_share(), 0.1);
+  options.environment = E::Open;
+  EXPECT_FALSE(options.active());
+}
+
 // Perez-Fontan et al. 1998 as docs/shadowing.md has it; P12 / (P11 + P12) and P21 / (P21 + P22) by hand.
 TEST(ShadowingParameters, AreThePublishedOnesWithoutDeepShadow) {
   ShadowingOptions options;

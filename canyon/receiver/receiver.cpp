@@ -77,7 +77,7 @@ struct Receiver::State {
     if (options.signal.enabled) {
       signals.emplace(options.signal, seed, options.name, draws);
       const disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
-      if (shadowing.enabled) {
+      if (shadowing.active()) {
         disturbances.push_back(std::make_unique<disturbance::DirectShadowing>(shadowing, seed, around));
       }
     }

@@ -35,6 +35,27 @@ TEST(ReceiverSignal, ClearSkyHasTheLinkBudgetsStrengthAndNoError) {
   EXPECT_EQ(seen.measurement->doppler_sigma_hz, 0.1);
 }
 
+TEST(ReceiverSignal, AnInstallationMovesAllSignalsAlike) {
+  const std::vector<SatelliteView> views = open_sky(four_systems(), kTime, kAntenna);
+  ReceiverOptions options = plain();
+  Receiver nominal(options, 1);
+  options.signal.installation = tracking::Installation::RoofWithSplitter;
+  Receiver splitter(options, 1);
+  options.signal.installation_sigma_db = 4;
+  Receiver drawn(options, 1), other_seed(options, 2);
+  const ReceiverEpoch a = observe(nominal, four_systems(), kTime, views);
+  const ReceiverEpoch b = observe(splitter, four_systems(), kTime, views);
+  const ReceiverEpoch c = observe(drawn, four_systems(), kTime, views);
+  const ReceiverEpoch d = observe(other_seed, four_systems(), kTime, views);
+  const double own_db = *c.satellites[0].cn0_dbhz - *b.satellites[0].cn0_dbhz;
+  EXPECT_NE(own_db, 0);
+  EXPECT_NE(*d.satellites[0].cn0_dbhz, *c.satellites[0].cn0_dbhz);
+  for (std::size_t i = 0; i < a.satellites.size(); ++i) {
+    EXPECT_NEAR(*b.satellites[i].cn0_dbhz - *a.satellites[i].cn0_dbhz, -9, 1e-9);
+    EXPECT_NEAR(*c.satellites[i].cn0_dbhz - *b.satellites[i].cn0_dbhz, own_db, 1e-9);
+  }
+}
+
 TEST(ReceiverSignal, SystemsAndSatellitesDifferAsAsked) {
   const std::vector<SatelliteView> views = open_sky(four_systems(), kTime, kAntenna);
   ReceiverOptions options = plain();

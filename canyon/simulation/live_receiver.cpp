@@ -51,7 +51,7 @@ struct LiveReceiver::Impl {
                                                    ? config.receiver.disturbances
                                                    : with_streets(config.receiver, scene->city, road);
     sources.push_back(disturbance::FaultTimeline::source(faults));
-    receiver::ReceiverOptions options = config.receiver.options;
+    receiver::ReceiverOptions options = with_surroundings(config.receiver.options, scene->scene, scene->city);
     decide(options, make_space_errors(config.sky, *sky, config.seed).get());
     return {std::move(options), config.seed, sources, config.receiver.models};
   }

@@ -349,6 +349,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
     for (ReceiverConfig& config : receivers) {
       v.part("propagation", config.propagation);
       v.part("noise", config.options.noise);
+      disturbance::visit_environment(v, "surroundings", config.options.signal.shadowing.environment);
       v.part("shadowing", config.options.signal.shadowing);
     }
   }
@@ -375,6 +376,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
     ReceiverConfig defaults;
     v.part("propagation", defaults.propagation);
     v.part("noise", defaults.options.noise);
+    disturbance::visit_environment(v, "surroundings", defaults.options.signal.shadowing.environment);
     v.part("shadowing", defaults.options.signal.shadowing);
   }
 }

@@ -91,7 +91,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "clock: stamps, speed: 2, wait_s: 0.1, stagger: true, resume: true, control: 'tcp://127.0.0.1:7878', "
       "changes: true}\n"
       "propagation: " +
-          propagation + "\nnoise: " + noise + "\nshadowing: " + shadowing + "\n",
+          propagation + "\nnoise: " + noise + "\nshadowing: " + shadowing + "\nsurroundings: dense\n",
       "streets: {enabled: true, region: east_asia, class: arterial, lanes: 2, vehicles_per_km: 30, "
       "vehicle_shares: [car=80, bus=20], speed_mps: 9, cycle_s: 80, red_s: 30, trees_per_km: 10, "
       "signs_per_km: "
@@ -125,7 +125,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "link: "
       "{above_minimum_db: 2, "
       "antenna_temperature_k: 200, noise_figure_db: 3, implementation_loss_db: 2}, offset_db: "
-      "[GPS=1, BeiDou-2&BeiDou-GEO=-4], satellite_sigma_db: 1, strength: {slabs: false, "
+      "[GPS=1, BeiDou-2&BeiDou-GEO=-4], installation: roof, installation_sigma_db: 2, satellite_sigma_db: 1, "
+      "strength: {slabs: false, "
       "roughness_m: 0.1, foliage: slant_path}, shadowing: " +
           shadowing +
           ", "
@@ -362,14 +363,17 @@ TEST(ScenarioKeys, HelpTextNamesEveryKeyUnitAndDefault) {
 // The examples of the repository beside the files that they name, all empty; a scenario of each profile; and
 // those with every key.
 std::map<std::string, std::string> all_scenarios(const TemporaryFolder& folder) {
-  for (const char* sub : {"hongkong", "urbannav-tst-20190428", "berlin-potsdamer-platz"}) {
+  for (const char* sub :
+       {"hongkong", "urbannav-tst-20190428", "urbannav-tst-20210517", "berlin-potsdamer-platz"}) {
     std::filesystem::create_directories(folder / sub);
   }
   for (const char* name :
        {"f", "c.canyon", "hongkong/buildings.dae", "urbannav-tst-20190428/hksc1180.19n",
         "urbannav-tst-20190428/hksc1180.19b", "urbannav-tst-20190428/groundTruth_TST.csv",
-        "berlin-potsdamer-platz/buildings.city.json", "berlin-potsdamer-platz/brdc1580.16n",
-        "berlin-potsdamer-platz/brdc1580.16g", "berlin-potsdamer-platz/truth.csv"}) {
+        "urbannav-tst-20210517/hksc137c.21n", "urbannav-tst-20210517/hksc137c.21f",
+        "urbannav-tst-20210517/UrbanNav_TST_GT.txt", "berlin-potsdamer-platz/buildings.city.json",
+        "berlin-potsdamer-platz/brdc1580.16n", "berlin-potsdamer-platz/brdc1580.16g",
+        "berlin-potsdamer-platz/truth.csv"}) {
     (void)folder.write(name, "");
   }
   std::map<std::string, std::string> texts;

@@ -292,7 +292,8 @@ std::vector<receiver::Receiver> Simulation::Impl::make_receivers() const {
         std::make_shared<disturbance::FaultTimeline>(plan.begin, scenario.faults, config.options.name);
     faults->set_surroundings(surroundings(city_scene, sky.sky));
     if (!faults->empty()) sources.push_back(disturbance::FaultTimeline::source(faults));
-    receivers.emplace_back(config.options, scenario.seed, sources, config.models);
+    receivers.emplace_back(with_surroundings(config.options, environment.scene(), environment.city()),
+                           scenario.seed, sources, config.models);
   }
   return receivers;
 }

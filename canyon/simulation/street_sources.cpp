@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "canyon/city/city.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/frames.hpp"
 
 namespace canyon::simulation {
 
@@ -27,6 +29,40 @@ std::vector<disturbance::Source> with_streets(const ReceiverConfig& receiver, co
     sources.insert(sources.begin(), disturbance::streets_source(*streets));
   }
   return sources;
+}
+
+double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector3d> antennas) {
+  constexpr int kAzimuths = 16;
+  std::size_t rays = 0, hidden = 0;
+  for (const Eigen::Vector3d& antenna : antennas) {
+    if (scene.placement(antenna) != raytrace::Placement::Free) continue;
+    for (const double elevation_deg : {15, 30, 45, 60}) {
+      for (int k = 0; k < kAzimuths; ++k) {
+        ++rays;
+        hidden +=
+            scene.occluded({antenna, geodesy::enu_from_azimuth_elevation(2 * geodesy::kPi * k / kAzimuths,
+                                                                         geodesy::radians(elevation_deg))});
+      }
+    }
+  }
+  return rays > 0 ? static_cast<double>(hidden) / static_cast<double>(rays) : 0;
+}
+
+receiver::ReceiverOptions with_surroundings(receiver::ReceiverOptions options,
+                                            const raytrace::RayScene& scene, const city::City& city) {
+  disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
+  if (!shadowing.enabled || shadowing.environment != disturbance::ShadowingEnvironment::Auto) return options;
+  constexpr int kSide = 10;
+  std::vector<Eigen::Vector3d> places;
+  const city::Box box = city.bounds();
+  for (int i = 0; i < (city.mesh.triangles.empty() ? 0 : kSide * kSide); ++i) {
+    const int row = i / kSide;
+    const Eigen::Vector2d share((i % kSide + 0.5) / kSide, (row + 0.5) / kSide);
+    const Eigen::Vector2d at = box.min.head<2>() + share.cwiseProduct((box.max - box.min).head<2>());
+    places.emplace_back(at.x(), at.y(), scene.terrain_height(at.x(), at.y()).value_or(box.min.z()) + 2);
+  }
+  shadowing.environment = disturbance::of_surroundings(closed_sky(scene, places));
+  return options;
 }
 
 }  // namespace canyon::simulation

@@ -161,4 +161,38 @@ streets: {enabled: true}
 }
 
 }  // namespace
+// Two long walls of 30 m, 30 m apart, an antenna in their middle at 0 m: of an azimuth a from across the
+// street they hide what is below atan(30 cos(a) / 15).
+TEST(Surroundings, AreThoseOfTheCityAboutTheAntenna) {
+  city::City city;
+  for (const double west : {-25.0, 15.0}) {
+    city::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete, {west, -5000, -10},
+                     {west + 10, 5000, 30});
+  }
+  const raytrace::RayScene scene(city.mesh);
+  int hidden = 0;
+  for (const double elevation_deg : {15, 30, 45, 60}) {
+    for (int k = 0; k < 16; ++k) {
+      hidden += std::tan(elevation_deg * M_PI / 180) < 2 * std::abs(std::sin(2 * M_PI * k / 16)) - 1e-9;
+    }
+  }
+  const std::vector<Eigen::Vector3d> street{{0, 0, 0}, {0, 7, 0}}, above{{0, 0, 40}};
+  EXPECT_DOUBLE_EQ(closed_sky(scene, street), hidden / 64.0);
+  EXPECT_EQ(closed_sky(scene, above), 0);
+  EXPECT_EQ(closed_sky(scene, {}), 0);
+
+  using disturbance::ShadowingEnvironment;
+  receiver::ReceiverOptions options;
+  options.signal.shadowing.enabled = true;
+  const auto of = [&](const raytrace::RayScene& rays, const city::City& about) {
+    return with_surroundings(options, rays, about).signal.shadowing.environment;
+  };
+  options.signal.shadowing.environment = ShadowingEnvironment::Auto;
+  EXPECT_EQ(of(scene, city), ShadowingEnvironment::Urban);
+  const city::City field;
+  EXPECT_EQ(of(raytrace::RayScene(field.mesh), field), ShadowingEnvironment::Open);
+  options.signal.shadowing.environment = ShadowingEnvironment::Dense;
+  EXPECT_EQ(of(scene, city), ShadowingEnvironment::Dense);
+}
+
 }  // namespace canyon::simulation::street_sources_test

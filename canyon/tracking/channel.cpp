@@ -87,7 +87,11 @@ ChannelModel::Kind& ChannelModel::mutable_kind(const gnss::Signal& signal) {
 
 double ChannelModel::offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
                                geodesy::GpsTime time) const {
-  double offset_db = gnss::sum_of(options_.offset_db, id, signal, time);
+  double offset_db =
+      gnss::sum_of(options_.offset_db, id, signal, time) + installation_db(options_.installation);
+  if (options_.installation_sigma_db > 0) {
+    offset_db += options_.installation_sigma_db * RandomStream(seed_, receiver_ + "/installation").normal();
+  }
   if (options_.satellite_sigma_db > 0) {
     offset_db += options_.satellite_sigma_db * RandomStream(seed_, gnss::to_string(id) + "/power").normal();
   }

@@ -54,7 +54,8 @@ class ChannelModel {
     return signal::los_cn0_dbhz(signal, elevation_rad, options_.antenna, options_.link) + offset_db;
   }
   /// What a satellite's signal has over the link budget in a clear line of sight [dB]:
-  /// SignalOptions::offset_db, and N(0, satellite_sigma_db) by seed and satellite.
+  /// SignalOptions::offset_db and installation, N(0, installation_sigma_db) by seed and receiver, and N(0,
+  /// satellite_sigma_db) by seed and satellite.
   [[nodiscard]] double offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
                                  geodesy::GpsTime time) const;
   /// What interferes behind this receiver's antenna. @param received replaced; it keeps its memory

@@ -62,6 +62,22 @@ CorrelationOptions correlation_of(const gnss::Signal& signal, const SignalOption
       signal.chip_rate_hz > kWide_hz ? options.wide_front_end_bandwidth_hz : options.front_end_bandwidth_hz};
 }
 
+double installation_db(Installation installation) {
+  switch (installation) {
+    case Installation::Nominal:
+    case Installation::Drone:
+      break;
+    case Installation::Roof:
+      return -1;
+    case Installation::RoofWithSplitter:
+    case Installation::Dashboard:
+      return -9;
+    case Installation::Handheld:
+      return -3;
+  }
+  return 0;
+}
+
 void SignalOptions::validate() const {
   link.validate();
   strength.validate();
@@ -88,6 +104,18 @@ void visit(options::Visitor& v, SignalOptions& o) {
           "likewise of the lower band, 1164 to 1300 MHz; left out: as `antenna` has it"},
          std::span(&kAsNamed, 1), 3, lower);
   v.part("link", o.link);
+  static constexpr std::string_view kInstallations[]{"nominal",   "roof",     "roof_with_splitter",
+                                                     "dashboard", "handheld", "drone"};
+  v.choice(
+      {"installation", "",
+       "of the antenna, added to the link budget: roof -1, roof_with_splitter -9, dashboard -9, handheld "
+       "-3 dB; nominal and drone 0"},
+      o.installation, kInstallations);
+  v.number(
+      {"installation_sigma_db", "dB",
+       "standard deviation of what one installation has beside that, drawn by the seed; recorded: 4 on a "
+       "roof"},
+      o.installation_sigma_db, {0, 20});
   gnss::visit_group_values(
       v, {"offset_db", "dB", "added to the C/N0 of groups of signals: [BeiDou=1.5, BeiDou-GEO=-3]"},
       o.offset_db, {-30, 30});

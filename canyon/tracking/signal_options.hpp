@@ -14,12 +14,22 @@
 
 namespace canyon::tracking {
 
+/// Where the antenna is mounted: what its surroundings take from the link budget [dB], by calibrations of
+/// recordings (docs/profiles.md).
+enum class Installation { Nominal, Roof, RoofWithSplitter, Dashboard, Handheld, Drone };
+/// Added to the C/N0 of all signals [dB].
+[[nodiscard]] double installation_db(Installation installation);
+
 /// Strength and tracking of signals. Off: whatever arrives is tracked at once, at the shortest path's excess,
 /// and has no C/N0 (the paper's receiver).
 struct SignalOptions {
   bool enabled = false;
   signal::AntennaPattern antenna = signal::patch_antenna();
   signal::LinkBudgetOptions link;
+  Installation installation = Installation::Nominal;
+  /// Standard deviation [dB] of what one installation has over installation_db(), drawn by seed and receiver;
+  /// [0, 20].
+  double installation_sigma_db = 0;
   /// Added to the link budget's C/N0 of groups of signals [dB], [-30, 30]: satellites differ from the minimum
   /// that their interface documents promise, and receivers between bands.
   gnss::GroupValues offset_db;

@@ -511,7 +511,7 @@ validate_real)
   needs_data urbannav-tst-20190428/COM3_190428_124409.obs
   drive=$data/urbannav-tst-20190428
   # Without what the map lacks: the figures of docs/accuracy.md.
-  sed -e "s#hongkong/#$data/hongkong/#; s#urbannav-tst-20190428/#$drive/#g; /^shadowing:/d" "$root/examples/urbannav_tst_m8t.yaml" >tst.yaml
+  sed -e "s#hongkong/#$data/hongkong/#; s#urbannav-tst-20190428/#$drive/#g; /^surroundings:/d" "$root/examples/urbannav_tst_m8t.yaml" >tst.yaml
   runs 0 "$canyon" validate tst.yaml --obs "$drive/COM3_190428_124409.obs" --align --models mirror,specular --report rep --json figures.json
   says out "city moved by" "first half" "second half" "242 epochs" reflected
   python3 - <<'P' || fail "the drive's figures are not those of docs/recordings.md"
@@ -536,15 +536,15 @@ P
   says err "does not tell where the city stands" --reach
   # Both drives beside each other, where they stand as the scenarios say.
   [ -e "$data/berlin-potsdamer-platz/truth.csv" ] || { echo "without Berlin: it is not in ../shared/data"; exit $failed; }
-  for folder in hongkong urbannav-tst-20190428 berlin-potsdamer-platz; do ln -s "$data/$folder" .; done
-  cp "$root"/examples/{urbannav_tst_m8t,berlin_m8}.yaml .
+  for folder in hongkong urbannav-tst-20190428 urbannav-tst-20210517 berlin-potsdamer-platz; do ln -s "$data/$folder" .; done
+  cp "$root"/examples/{urbannav_tst_m8t,urbannav_tst_2021,berlin_m8}.yaml .
   grep -v align: "$root/examples/recordings.yaml" >recordings.yaml
   runs 0 "$canyon" validate recordings.yaml --part rest --json figures.json
   says out "| tst |" "| berlin |" "| all mass market |" "687 epochs"
   python3 - <<'P' || fail "the drives are not those of docs/accuracy.md"
 import json
 f = json.load(open("figures.json"))
-tst, berlin = (r["headlines"] for r in f["recordings"])
+tst, berlin, *other_day = (r["headlines"] for r in f["recordings"])
 # Of the recordings alone: no model of ours.
 assert abs(tst["horizontal_p50_m"]["measured"] - 8.5) < 2 and abs(berlin["horizontal_p50_m"]["measured"] - 31) < 5
 assert abs(tst["cn0_los_dbhz"]["measured"] - 36) <= 1 and abs(berlin["cn0_los_dbhz"]["measured"] - 45) <= 1
@@ -553,7 +553,8 @@ for h in tst, berlin:
   assert abs(h["tracked_los"]["measured"] - h["tracked_los"]["simulated"]) < 0.1, h
 # Facades, scattering and edges make echoes as weak beside the clear as recorded (docs/realism.md).
   assert abs(h["cn0_los_less_nlos_db"]["measured"] - h["cn0_los_less_nlos_db"]["simulated"]) <= 3, h
-assert all(not r["models"][0]["never_tracked"] for r in f["recordings"])
+assert all(not r["models"][0]["never_tracked"] for r in f["recordings"][:2])
+assert len(other_day) == 3, len(other_day)
 pooled = f["classes"][0]["headlines"]
 for key in "horizontal_p50_m", "cn0_los_dbhz", "tracked_los":
     between = sorted(h[key]["measured"] for h in (tst, berlin))

@@ -81,7 +81,7 @@ void CellReceivers::solve_without_noise(const propagation::Antenna& antenna,
                                         const propagation::Arrival& arrival, CellValues& values) const {
   receiver::ReceiverOptions quiet = options_;
   quiet.signal.cn0_sigma_db = 0;
-  quiet.signal.satellite_sigma_db = 0;
+  quiet.signal.satellite_sigma_db = quiet.signal.installation_sigma_db = 0;
   quiet.signal.shadowing.enabled = false;
   receiver::ReceiverEpoch epoch = observe(quiet, 0, disturbances_, antenna, arrival);
   std::vector<positioning::Measurement> measurements;

@@ -50,12 +50,12 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   for (int d = 0; d < models; ++d) {
     seeds.push_back(seed_of(draws, time, d));
     models_.emplace_back(options.signal, seeds.back(), options.name, key);
-    if (options.signal.shadowing.enabled) {
+    if (options.signal.shadowing.active()) {
       shadowings_.emplace_back(options.signal.shadowing, seeds.back(), key);
       shadowings_.back().go_to(0);
     }
   }
-  has_blockages_ = options.signal.shadowing.enabled && options.signal.shadowing.blockage.share > 0;
+  has_blockages_ = options.signal.shadowing.active() && options.signal.shadowing.blockage_share() > 0;
 
   const Input input{environment, options, seeds, time, place, local_from_ecef};
   std::vector<std::shared_ptr<const tracking::LaneCodeLock>> locks;

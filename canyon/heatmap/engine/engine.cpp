@@ -21,6 +21,7 @@
 #include "canyon/heatmap/engine/engine_key.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/simulation/street_sources.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -243,6 +244,8 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
     throw InputError("a heat map takes no weights and positions of a program's own",
                      "run the receiver at places of interest instead");
   }
+  receiver.options =
+      simulation::with_surroundings(std::move(receiver.options), environment.scene(), environment.city());
   receiver.options.filter = {};  // each cell stands by itself, without an epoch before
   positioning::Weighting& weighting = receiver.options.fix.weights.weighting;
   if (weighting == positioning::Weighting::Cn0 && !receiver.options.signal.enabled) {

@@ -215,13 +215,33 @@ TrajectoryFile read_csv(TextFile& file, GpsTime start) {
 
 // --- urbannav ----------------------------------------------------------------------------------------------
 
+// "22 18 04.31949" in degrees; the sign of the degrees is that of all three.
+std::string degrees_of(const TextFile& file, std::string_view degrees, std::string_view minutes,
+                       std::string_view seconds) {
+  const double d = to_number(file, degrees, "degrees");
+  const double m = to_number(file, minutes, "minutes"), s = to_number(file, seconds, "seconds");
+  if (!(m >= 0 && m < 60 && s >= 0 && s < 60)) {
+    throw file.error(
+        fmt::format("'{} {} {}' are not degrees, minutes and seconds", degrees, minutes, seconds),
+        "minutes and seconds run from 0 to 60");
+  }
+  return fmt::format("{:.12f}", std::copysign(std::abs(d) + m / 60 + s / 3600, degrees[0] == '-' ? -1 : 1));
+}
+
 TrajectoryFile read_urbannav(TextFile& file) {
   Samples samples;
   bool first = true;
+  std::string latitude, longitude;
   while (const auto line = file.next_line()) {
     if (is_skipped(*line)) continue;
-    const std::vector<std::string_view> fields = split(*line, ',');
+    std::vector<std::string_view> fields = split(*line, ',');
     if (std::exchange(first, false) && !trim(fields.front()).empty() && is_csv_header(fields)) continue;
+    // The drives of 2021: UNIX time, week, time of week, two angles in degrees, minutes, seconds, height, ...
+    if (const auto words = split_blanks(*line); fields.size() == 1 && words.size() >= 10) {
+      latitude = degrees_of(file, words[3], words[4], words[5]);
+      longitude = degrees_of(file, words[6], words[7], words[8]);
+      fields = {words[1], words[2], latitude, longitude, words[9]};
+    }
     if (fields.size() < 5) {
       throw file.error(fmt::format("{} columns where 5 are needed", fields.size()),
                        "columns are GPS week, time of week, latitude, longitude, height");

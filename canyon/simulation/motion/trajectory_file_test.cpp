@@ -129,6 +129,20 @@ TEST(TrajectoryUrbanNav, ReadsAndChecks) {
 }
 
 // Facts of the file: 485 epochs, tow 46701 to 47185 of week 2051 (head and tail of it).
+TEST(TrajectoryUrbanNav, ReadsDegreesMinutesAndSecondsBetweenBlanks) {
+  const std::string line =
+      "1621218775.00 2158.00000  95593.00   -22 18 04.31949  114 10 44.60559  3.472 -0.0\n";
+  const Trajectory t =
+      read(line + "1621218776.00 2158 95594.00 -22 18 05.4 114 10 44.6 3.4 0.0\n", "urbannav").trajectory;
+  EXPECT_EQ(t.begin(), GpsTime::from_week(2158, 95593));
+  EXPECT_NEAR(geodesy::degrees(t.at(t.begin()).position.latitude_rad), -(22 + 18 / 60.0 + 4.31949 / 3600),
+              1e-11);
+  EXPECT_NEAR(geodesy::degrees(t.at(t.begin()).position.longitude_rad), 114 + 10 / 60.0 + 44.60559 / 3600,
+              1e-11);
+  EXPECT_DOUBLE_EQ(t.at(t.begin()).position.height_m, 3.472);
+  EXPECT_THAT(fault("1 2158 95593 22 18 64 114 10 44 3 0\n", "urbannav"), HasSubstr("'22 18 64' are not"));
+}
+
 TEST(TrajectoryUrbanNav, ReadsTheRealDrive) {
   CANYON_SHARED_DATA(path, "urbannav-tst-20190428/groundTruth_TST.csv");
   const Trajectory t = read_trajectory(path, "urbannav", GpsTime{});

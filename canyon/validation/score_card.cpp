@@ -1,0 +1,99 @@
+#include "canyon/validation/score_card.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+namespace canyon::validation {
+namespace {
+
+struct Range {
+  std::string_view key, text;
+  enum class Of { Difference, Ratio, Value } of;
+  double low, high;
+};
+using Of = Range::Of;
+constexpr double kNone = 1e300;
+constexpr std::array<Range, 12> kRanges{{{"horizontal_p50_m", "0.7 to 1.4 of recorded", Of::Ratio, 0.7, 1.4},
+                                         {"horizontal_p95_m", "0.7 to 1.4 of recorded", Of::Ratio, 0.7, 1.4},
+                                         {"tracked_los", "within 0.1", Of::Difference, -0.1, 0.1},
+                                         {"tracked_nlos", "within 0.1", Of::Difference, -0.1, 0.1},
+                                         {"cn0_los_less_nlos_db", "within 2", Of::Difference, -2, 2},
+                                         {"ks_cn0_los", "at most 0.2", Of::Value, -kNone, 0.2},
+                                         {"ks_cn0_nlos", "at most 0.2", Of::Value, -kNone, 0.2},
+                                         {"ks_error_los", "at most 0.2", Of::Value, -kNone, 0.2},
+                                         {"ks_error_nlos", "at most 0.2", Of::Value, -kNone, 0.2},
+                                         {"satellites_used", "within 1", Of::Difference, -1, 1},
+                                         {"spearman", "at least 0.6", Of::Value, 0.6, kNone},
+                                         {"median_difference_m", "at most 10", Of::Value, -kNone, 10}}};
+
+const Range* range_of(std::string_view key) {
+  const auto at =
+      std::find_if(kRanges.begin(), kRanges.end(), [key](const Range& r) { return r.key == key; });
+  return at != kRanges.end() ? &*at : nullptr;
+}
+
+}  // namespace
+
+std::optional<bool> within_range(const Headline& h) {
+  const Range* range = range_of(h.key);
+  if (range == nullptr || !h.simulated || (range->of != Of::Value && !h.measured)) return std::nullopt;
+  double value = *h.simulated;
+  if (range->of == Of::Difference) value -= *h.measured;
+  if (range->of == Of::Ratio) value /= *h.measured;
+  const double rounding = 1e-9;
+  return value >= range->low - rounding && value <= range->high + rounding;
+}
+
+Score score_of(const std::vector<Headline>& headlines) {
+  Score score;
+  for (const Headline& h : headlines) {
+    const std::optional<bool> within = within_range(h);
+    score.of += within.has_value();
+    score.within += within.value_or(false);
+  }
+  return score;
+}
+
+std::string score_card(const std::vector<RecordingRow>& rows) {
+  std::vector<const RecordingRow*> recordings;
+  for (const RecordingRow& row : rows) {
+    if (row.pooled.empty()) recordings.push_back(&row);
+  }
+  std::string text = "| figure | range |", rule = "|---|---|", sums = "| within their ranges | |";
+  Score all;
+  for (const RecordingRow* row : recordings) {
+    text += fmt::format(" {} |", markdown_cell(row->name));
+    rule += "---|";
+    const Score score = score_of(row->headlines);
+    sums += fmt::format(" {} of {} |", score.within, score.of);
+    all.within += score.within;
+    all.of += score.of;
+  }
+  text += "\n" + rule + "\n";
+  for (const Range& range : kRanges) {
+    std::string title, cells;
+    for (const RecordingRow* row : recordings) {
+      const auto h = std::find_if(row->headlines.begin(), row->headlines.end(),
+                                  [&range](const Headline& each) { return each.key == range.key; });
+      const auto within = h != row->headlines.end() ? within_range(*h) : std::nullopt;
+      if (!within) {
+        cells += " - |";
+        continue;
+      }
+      title = h->title;
+      cells += " " + value_text(*h);
+      if (const auto& i = h->simulated_interval) {
+        cells += fmt::format(", {:.{}f} to {:.{}f}", i->low, h->decimals, i->high, h->decimals);
+      }
+      cells += *within ? ": yes |" : ": no |";
+    }
+    if (!title.empty()) text += fmt::format("| {} | {} |{}\n", title, range.text, cells);
+  }
+  return text + sums + fmt::format("\n\nScore: {} of {} figures within their ranges.\n", all.within, all.of);
+}
+
+}  // namespace canyon::validation

@@ -1,0 +1,49 @@
+#include "canyon/validation/score_card.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace canyon::validation {
+namespace {
+
+using ::testing::HasSubstr;
+
+Headline headline(const char* key, std::optional<double> measured, std::optional<double> simulated) {
+  return {key, key, 2, true, measured, simulated, {}, {}};
+}
+
+TEST(ScoreCard, RangesAreThoseOfTheDocs) {
+  const auto within = [](const char* key, std::optional<double> measured, std::optional<double> simulated) {
+    return within_range(headline(key, measured, simulated));
+  };
+  EXPECT_EQ(within("tracked_nlos", 0.5, 0.6), true);
+  EXPECT_EQ(within("tracked_nlos", 0.5, 0.39), false);
+  EXPECT_EQ(within("cn0_los_less_nlos_db", 12.0, 10.0), true);
+  EXPECT_EQ(within("satellites_used", 12.0, 13.1), false);
+  EXPECT_EQ(within("horizontal_p50_m", 10.0, 7.0), true);
+  EXPECT_EQ(within("horizontal_p95_m", 10.0, 14.1), false);
+  EXPECT_EQ(within("ks_error_los", {}, 0.2), true);
+  EXPECT_EQ(within("spearman", {}, 0.59), false);
+  EXPECT_EQ(within("median_difference_m", {}, 10.1), false);
+  EXPECT_EQ(within("cn0_los_dbhz", 40.0, 40.0), std::nullopt) << "has no range";
+  EXPECT_EQ(within("tracked_los", {}, 1.0), std::nullopt) << "not recorded";
+}
+
+TEST(ScoreCard, CountsRecordingsAndLeavesPooledRowsOut) {
+  RecordingRow a, b, pooled;
+  a.name = "a|b";
+  a.headlines = {headline("tracked_los", 0.8, 0.85), headline("ks_cn0_los", {}, 0.3)};
+  a.headlines[0].simulated_interval = Interval{0.7, 0.9};
+  b.name = "b";
+  b.headlines = {headline("tracked_los", 0.8, 0.5)};
+  pooled = a;
+  pooled.pooled = {"a|b", "b"};
+  const std::string card = score_card({a, b, pooled});
+  EXPECT_THAT(card, HasSubstr("| figure | range | a\\|b | b |\n|---|---|---|---|\n"));
+  EXPECT_THAT(card,
+              HasSubstr("| tracked_los | within 0.1 | 0.85 (0.80), 0.70 to 0.90: yes | 0.50 (0.80): no |\n"));
+  EXPECT_THAT(card, HasSubstr("| within their ranges | | 1 of 2 | 0 of 1 |\n\nScore: 1 of 3 figures"));
+}
+
+}  // namespace
+}  // namespace canyon::validation
