@@ -29,6 +29,7 @@ struct CityBuildArguments {
   std::string origin;
   std::vector<std::string> terrain;
   simulation::MapCityConfig map;  ///< its numbers; the rest is made of the others
+  buildings::TerrainOptions sea_level;
   bool utm = false;
   std::string overpass;
   std::string place;
@@ -129,16 +130,19 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
       throw InputError(fmt::format("{} is no map, and stands beside other input", input),
                        "several inputs are for maps; convert other cities one by one");
     }
-    for (const char* option : {"--bbox", "--terrain", "--geoid-undulation", "--level-height",
-                               "--default-height", "--height", "--foliage", "--utm"}) {
+    for (const char* option :
+         {"--bbox", "--terrain", "--level-height", "--default-height", "--height", "--foliage", "--utm"}) {
       if (command.given(option)) {
         throw InputError(fmt::format("{} has no effect on {}, which is no map", option, input),
                          "leave it out");
       }
     }
-    return city_config(input, arguments.origin);
+    simulation::CityConfig config = city_config(input, arguments.origin);
+    config.sea_level = arguments.sea_level;
+    return config;
   }
   simulation::CityConfig config;
+  config.sea_level = arguments.sea_level;
   simulation::MapCityConfig& map = config.map.emplace(arguments.map);
   for (const std::string& input : arguments.inputs) {
     if (!is_map(input)) {
@@ -148,10 +152,6 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
     map.files.emplace_back(input);
   }
   map.terrain.assign(arguments.terrain.begin(), arguments.terrain.end());
-  if (map.terrain_options.geoid_undulation_m && !map.has_surveyed_heights()) {
-    throw InputError("--geoid-undulation without --terrain",
-                     "it is added to the heights of terrain and CityJSON");
-  }
   if (!arguments.bbox.empty()) map.bbox_deg = parse_bbox(arguments.bbox, "--bbox");
   if (!arguments.origin.empty()) map.build.origin = parse_place(arguments.origin, "--origin");
   if (arguments.utm) map.build.grid = buildings::Grid::Utm;
@@ -288,7 +288,8 @@ void add_city_build(Command& city) {
   build.add_option("--origin", arguments->origin, "LAT,LON,HEIGHT",
                    "where the city's zero lies (the middle of the map)");
   build.add_option("--terrain", arguments->terrain, "FILE", "height rasters (GeoTIFF, SRTM HGT, ...)");
-  add_field(build, "--geoid-undulation", arguments->map.terrain_options, "geoid_undulation_m");
+  add_field(build, "--geoid-undulation", arguments->sea_level, "geoid_undulation_m");
+  add_field(build, "--geoid", arguments->sea_level, "geoid");
   add_field(build, "--level-height", arguments->map.build, "level_height_m");
   add_field(build, "--default-height", arguments->map.build, "default_height_m");
   add_field(build, "--height", arguments->map.build, "heights").value = "TYPE=M";

@@ -75,6 +75,13 @@ class Builder {
   BuiltCity run() {
     result_.city.name = map_.source;
     result_.city.frame = map_frame_.frame();
+    std::optional<double> undulation_m;
+    if (terrain_ != nullptr) {
+      const Eigen::Vector3d origin = map_frame_.map_from_mesh(Eigen::Vector3d::Zero());
+      undulation_m = terrain_->geoid_undulation_m(origin.head<2>());
+    }
+    if (!undulation_m) undulation_m = map_.geoid_undulation_m;
+    result_.city.geoid_undulation_m = undulation_m.value_or(0);
     result_.features.resize(map_.features.size());
     for (std::size_t i = 0; i < map_.features.size(); ++i) {
       place(i);

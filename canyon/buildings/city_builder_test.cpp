@@ -444,6 +444,21 @@ TEST(CityBuilder, OnATerrainBuildingsStandOnTheLowestGroundAlongThem) {
   EXPECT_THROW((void)build_city(beyond.map(), &terrain, {}), InputError);
 }
 
+TEST(CityBuilder, TheCityKnowsWhereTheMapsMeanSeaLevelIs) {
+  const test::TemporaryFolder folder;
+  TerrainOptions options;
+  options.geoid_undulation_m = 46.5;
+  const Terrain terrain({write_slope(folder)}, options);
+  Sketch sketch(48.5, 11.5);
+  sketch.building("way/1", {{"building", "yes"}}, sketch.box(-31, -10, 31, 10));
+  MapData map = sketch.map();
+  EXPECT_EQ(build_city(map, nullptr, {}).city.geoid_undulation_m, 0);
+  EXPECT_EQ(build_city(map, &terrain, {}).city.geoid_undulation_m, 46.5);
+  map.geoid_undulation_m = 46.75;  // CityJSON's
+  EXPECT_EQ(build_city(map, nullptr, {}).city.geoid_undulation_m, 46.75);
+  EXPECT_EQ(build_city(map, &terrain, {}).city.geoid_undulation_m, 46.5);
+}
+
 TEST(CityBuilder, SurfacesAreTakenAsTheyAre) {
   Sketch sketch;
   MapFeature& feature = sketch.add("GUID_1", FeatureKind::Building, {}, {});

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <string>
@@ -22,9 +23,9 @@
 //   blocks    "INFO", "VERT", "TRIS", "MATS", each: tag 4 bytes, u64 bytes unpacked, u64 bytes packed, u32
 //   CRC-32
 //             (zlib's, of the 20 bytes before it and of the packed bytes), the packed bytes (zlib stream)
-// INFO  u64 vertices, u64 triangles, f64 latitude, longitude [rad], height [m], heading [rad], name,
-//       u32 notes and each note, u32 objects and of each: name, u8 surface, u32 triangles.
-//       A text is u32 bytes and its bytes.
+// INFO  u64 vertices, u64 triangles, f64 latitude, longitude [rad], height [m], heading [rad],
+//       from version 2 on f64 geoid undulation [m], name, u32 notes and each note, u32 objects and of each:
+//       name, u8 surface, u32 triangles. A text is u32 bytes and its bytes.
 // VERT  f64 x y z of each vertex [m]; byte planes: all first bytes of the 3 n numbers, all second bytes, ...
 // TRIS  u32 a b c of each triangle, each number less the one before it (modulo 2^32); byte planes
 // MATS  u8 material of each triangle
@@ -37,7 +38,8 @@ constexpr std::string_view kMagic{
     "\x89"
     "CANYON\n",
     8};
-constexpr std::uint32_t kVersion = 1;
+/// Cities without an undulation are written as version 1, which older programs read.
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kBlockHeader = 24;
 /// A zlib stream unpacks to at most this many bytes for each byte (zlib's documentation: 1032).
 constexpr std::uint64_t kMostUnpacked = 1040;
@@ -124,6 +126,7 @@ std::string info_block(const City& city) {
   put(info, city.frame.origin().longitude_rad);
   put(info, city.frame.origin().height_m);
   put(info, city.frame.heading_rad());
+  if (city.geoid_undulation_m != 0) put(info, city.geoid_undulation_m);
   put_text(info, city.name);
   put(info, static_cast<std::uint32_t>(city.notes.size()));
   for (const std::string& note : city.notes) put_text(info, note);
@@ -185,14 +188,14 @@ class CityFileReader {
     }
     rest_.remove_prefix(kMagic.size());
     if (rest_.size() < 4) throw InputError(path_, 0, "is cut short before its version", kCopyAgain);
-    const auto version = get<std::uint32_t>(rest_);
+    version_ = get<std::uint32_t>(rest_);
     rest_.remove_prefix(4);
-    if (version > kVersion) {
+    if (version_ > kVersion) {
       throw InputError(path_, 0,
-                       fmt::format("is of version {}, this Canyon reads up to {}", version, kVersion),
+                       fmt::format("is of version {}, this Canyon reads up to {}", version_, kVersion),
                        "update Canyon, or build the city again with this one");
     }
-    if (version == 0) throw InputError(path_, 0, "is of version 0, which never was", kCopyAgain);
+    if (version_ == 0) throw InputError(path_, 0, "is of version 0, which never was", kCopyAgain);
   }
 
   std::string block(std::string_view tag, std::string_view name) {
@@ -265,6 +268,11 @@ class CityFileReader {
     } catch (const InputError& error) {
       damaged("header", error.problem());
     }
+    if (version_ >= 2) {
+      city.geoid_undulation_m = take<double>(from);
+      if (!(std::abs(city.geoid_undulation_m) <= 1000))
+        damaged("header", "its geoid undulation is impossible");
+    }
     city.name = take_text(from);
     const std::uint32_t notes = take_count(from, 4);
     city.notes.reserve(notes);
@@ -331,6 +339,7 @@ class CityFileReader {
   std::filesystem::path path_;
   std::string bytes_;
   std::string_view rest_;
+  std::uint32_t version_ = 0;
   std::uint64_t vertices_ = 0;
   std::uint64_t triangles_ = 0;
 };
@@ -342,7 +351,7 @@ void write_city_file(const std::filesystem::path& path, const City& city) {
   check_mesh(mesh, city.name);
   OutputFile file(path);
   std::string header(kMagic);
-  put(header, kVersion);
+  put(header, city.geoid_undulation_m != 0 ? kVersion : kVersion - 1);
   file.write(header);
   write_block(file, "INFO", info_block(city));
   write_block(file, "VERT", planes_of<double>(3 * mesh.vertices.size(), [&](std::size_t i) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -45,6 +46,7 @@ void expect_equal(const City& a, const City& b) {
   EXPECT_EQ(a.frame.origin().longitude_rad, b.frame.origin().longitude_rad);
   EXPECT_EQ(a.frame.origin().height_m, b.frame.origin().height_m);
   EXPECT_EQ(a.frame.heading_rad(), b.frame.heading_rad());
+  EXPECT_EQ(a.geoid_undulation_m, b.geoid_undulation_m);
   EXPECT_TRUE(a.mesh.vertices == b.mesh.vertices);
   EXPECT_TRUE(a.mesh.triangles == b.mesh.triangles);
   EXPECT_TRUE(a.mesh.materials == b.mesh.materials);
@@ -115,6 +117,21 @@ TEST(CityFile, GivesBackExactlyWhatWasWritten) {
   expect_equal(city, read_city_file(folder / "c.canyon"));
 }
 
+// Version 2; without an undulation version 1, which programs before it read.
+TEST(CityFile, HoldsTheGeoidUndulation) {
+  const TemporaryFolder folder;
+  City city = small_city();
+  write_city_file(folder / "a.canyon", city);
+  EXPECT_EQ(read_bytes(folder / "a.canyon")[8], 1);
+  city.geoid_undulation_m = -2.375;
+  write_city_file(folder / "b.canyon", city);
+  EXPECT_EQ(read_bytes(folder / "b.canyon")[8], 2);
+  expect_equal(city, read_city_file(folder / "b.canyon"));
+  city.geoid_undulation_m = std::nan("");
+  write_city_file(folder / "c.canyon", city);
+  EXPECT_THAT(error_of(folder / "d.canyon", read_bytes(folder / "c.canyon")), HasSubstr("undulation"));
+}
+
 TEST(CityFile, HoldsAnEmptyCity) {
   const TemporaryFolder folder;
   write_city_file(folder / "c.canyon", City{});
@@ -145,9 +162,9 @@ TEST(CityFile, RefusesANewerVersionWithTheCure) {
   const TemporaryFolder folder;
   write_city_file(folder / "c.canyon", small_city());
   std::string bytes = read_bytes(folder / "c.canyon");
-  bytes[8] = 2;
+  bytes[8] = 3;
   EXPECT_THAT(error_of(folder / "n.canyon", bytes),
-              HasSubstr("version 2, this Canyon reads up to 1; update"));
+              HasSubstr("version 3, this Canyon reads up to 2; update"));
   bytes[8] = 0;
   EXPECT_THAT(error_of(folder / "n.canyon", bytes), HasSubstr("version 0"));
 }

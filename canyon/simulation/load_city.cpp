@@ -4,11 +4,13 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/buildings/sources/cityjson_reader.hpp"
+#include "canyon/buildings/sources/geoid.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/scenario.hpp"
 
@@ -28,7 +30,7 @@ bool touches(const buildings::MapFeature& feature, const buildings::LonLatBox& b
   return low.x() <= box.east && high.x() >= box.west && low.y() <= box.north && high.y() >= box.south;
 }
 
-buildings::MapData read_maps(const MapCityConfig& config) {
+buildings::MapData read_maps(const MapCityConfig& config, const buildings::TerrainOptions& heights) {
   std::optional<buildings::LonLatBox> box;
   if (config.bbox_deg) {
     const auto& [west, south, east, north] = *config.bbox_deg;
@@ -48,8 +50,8 @@ buildings::MapData read_maps(const MapCityConfig& config) {
   }
   for (const auto& path : config.files) {
     if (!is_cityjson(path)) continue;
-    buildings::MapData next =
-        buildings::read_cityjson(path, kMaxLod, config.terrain_options.geoid_undulation_m);
+    buildings::MapData next = buildings::read_cityjson(path, kMaxLod, heights);
+    if (!map.geoid_undulation_m) map.geoid_undulation_m = next.geoid_undulation_m;
     map.source += (map.source.empty() ? "" : ", ") + next.source;
     map.min = map.min.cwiseMin(next.min);
     map.max = map.max.cwiseMax(next.max);
@@ -65,24 +67,27 @@ buildings::MapData read_maps(const MapCityConfig& config) {
   return map;
 }
 
-buildings::BuiltCity build(const MapCityConfig& config,
+buildings::BuiltCity build(const MapCityConfig& config, const buildings::TerrainOptions& heights,
                            const std::function<void(std::size_t, std::size_t)>& progress) {
   // The rasters first: a wrong one is found before minutes of reading.
   std::optional<buildings::Terrain> terrain;
   if (!config.terrain.empty()) {
-    terrain.emplace(config.terrain, config.terrain_options);
+    terrain.emplace(config.terrain, heights);
   }
   config.build.validate();
-  return buildings::build_city(read_maps(config), terrain ? &*terrain : nullptr, config.build, progress);
+  return buildings::build_city(read_maps(config, heights), terrain ? &*terrain : nullptr, config.build,
+                               progress);
 }
 
 }  // namespace
 
 buildings::BuiltCity load_city_with_report(const CityConfig& config,
                                            const std::function<void(std::size_t, std::size_t)>& progress) {
-  if (config.map) return build(*config.map, progress);
   buildings::BuiltCity loaded;
-  if (config.file) {
+  config.sea_level.validate();
+  if (config.map) {
+    loaded = build(*config.map, config.sea_level, progress);
+  } else if (config.file) {
     loaded.city = city_file_kind(*config.file) == CityFileKind::Gazebo ? city::read_gazebo_world(*config.file)
                                                                        : city::read_city_file(*config.file);
   } else if (config.mesh) {
@@ -93,6 +98,14 @@ buildings::BuiltCity load_city_with_report(const CityConfig& config,
     loaded.city.name = "open field";
     config.import.validate();
     loaded.city.frame = geodesy::LocalFrame(config.import.origin);
+  }
+  const geodesy::Geodetic& origin = loaded.city.frame.origin();
+  if (config.sea_level.geoid_undulation_m) {
+    loaded.city.geoid_undulation_m = *config.sea_level.geoid_undulation_m;
+  } else if (config.sea_level.geoid != buildings::GeoidModel::ByFile) {
+    loaded.city.geoid_undulation_m = buildings::geoid_undulation_m(
+        config.sea_level.geoid,
+        {geodesy::degrees(origin.longitude_rad), geodesy::degrees(origin.latitude_rad)});
   }
   return loaded;
 }

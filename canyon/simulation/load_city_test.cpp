@@ -5,14 +5,20 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/city_file.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace canyon::simulation {
 namespace {
+
+using ::testing::HasSubstr;
 
 TEST(LoadCity, OpenFieldAboutTheImportsOrigin) {
   CityConfig config;
@@ -43,6 +49,52 @@ TEST(LoadCity, KindsOfFilesByTheirNames) {
   EXPECT_EQ(city_config("a.world").file, "a.world");
   EXPECT_THROW((void)city_config("a.canyon", origin), InputError);
   EXPECT_THROW((void)city_config("a.xyz"), InputError);
+}
+
+// By the number, by a grid of the user's, by the city's own file; 0 where nothing is known.
+TEST(LoadCity, MeanSeaLevelByTheConfigurationOrTheFile) {
+  const test::TemporaryFolder folder;
+  CityConfig config;
+  config.open = true;
+  config.import.origin = geodesy::Geodetic::from_degrees(22.3, 114.17, 5);
+  EXPECT_EQ(load_city(config).geoid_undulation_m, 0);
+  config.sea_level.geoid_undulation_m = 39.6;
+  const city::City city = load_city(config);
+  EXPECT_EQ(city.geoid_undulation_m, 39.6);
+  EXPECT_EQ(city.frame.origin().height_m, 5);
+  city::write_city_file(folder / "c.canyon", city);
+  CityConfig file = city_config(folder / "c.canyon");
+  EXPECT_EQ(load_city(file).geoid_undulation_m, 39.6);
+  file.sea_level.geoid_undulation_m = -2.5;
+  EXPECT_EQ(load_city(file).geoid_undulation_m, -2.5);
+  config.sea_level.geoid_undulation_m = std::nan("");
+  EXPECT_THROW((void)load_city(config), InputError);
+}
+
+// A geoid file of GeographicLib's: raw value 35,000 * 0.003 m - 108 m = -3 m everywhere.
+TEST(LoadCity, MeanSeaLevelByAGeoidsGrid) {
+  const test::TemporaryFolder folder;
+  std::string grid = "P5\n# Offset -108\n# Scale 0.003\n36 19\n65535\n";
+  for (int i = 0; i < 36 * 19; ++i) {
+    grid += static_cast<char>(35000 >> 8);
+    grid += static_cast<char>(35000 & 0xff);
+  }
+  (void)folder.write("egm84-15.pgm", grid);
+  CityConfig config;
+  config.open = true;
+  config.import.origin = geodesy::Geodetic::from_degrees(22.3, 114.17, 5);
+  config.sea_level.geoid = buildings::GeoidModel::EGM84;
+  ASSERT_EQ(setenv("GEOGRAPHICLIB_GEOID_PATH", folder.path().c_str(), 1), 0);
+  EXPECT_NEAR(load_city(config).geoid_undulation_m, -3, 1e-9);
+  unsetenv("GEOGRAPHICLIB_GEOID_PATH");
+  config.sea_level.geoid = buildings::GeoidModel::EGM96;
+  try {
+    // gdaltransform -s_srs EPSG:4326+5773 -t_srs EPSG:4979 (PROJ 9.1.1) makes -2.167 m of "114.17 22.3 0".
+    EXPECT_NEAR(load_city(config).geoid_undulation_m, -2.167, 0.1);
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("no geoid grid for it is installed"));
+    EXPECT_THAT(e.cure(), HasSubstr("geoid_undulation_m"));
+  }
 }
 
 TEST(LoadCity, MissingMesh) {

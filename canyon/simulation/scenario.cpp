@@ -106,10 +106,6 @@ bool is_cityjson(const std::filesystem::path& path) {
   return ending == ".json" || ending == ".JSON";
 }
 
-bool MapCityConfig::has_surveyed_heights() const {
-  return !terrain.empty() || std::any_of(files.begin(), files.end(), is_cityjson);
-}
-
 std::string scenario_yaml(const Scenario& scenario) {
   return options::yaml(scenario);
 }

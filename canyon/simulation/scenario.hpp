@@ -43,12 +43,8 @@ enum class CityFileKind : std::uint8_t {
 struct MapCityConfig {
   std::vector<std::filesystem::path> files;  ///< OpenStreetMap and CityJSON
   std::vector<std::filesystem::path> terrain;
-  buildings::TerrainOptions terrain_options;      ///< of terrain and CityJSON
   std::optional<std::array<double, 4>> bbox_deg;  ///< west, south, east, north
   buildings::BuildOptions build;  ///< its Grid::Utm is for files of other tools, not for simulation
-
-  /// Whether anything here brings heights above a geoid: rasters, or CityJSON among the files.
-  [[nodiscard]] bool has_surveyed_heights() const;
 };
 
 /// By its name: CityJSON ends in .json.
@@ -68,6 +64,8 @@ struct CityConfig {
   std::optional<MapCityConfig> map;
   std::optional<city::SyntheticCityOptions> synthetic;
   bool open = false;  ///< no buildings: open sky about `import.origin`
+  /// Of any city: where mean sea level is, if not as the city's file says.
+  buildings::TerrainOptions sea_level;
   city::FacadeOptions facades;
   Georeference georeference;
 

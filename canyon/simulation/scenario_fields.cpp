@@ -51,11 +51,6 @@ void visit_map(Visitor& v, MapCityConfig& map) {
   v.files(
       {"terrain", "", "height rasters under a map, one or a list: GeoTIFF, SRTM HGT, anything GDAL reads"},
       map.terrain);
-  if (v.has("geoid_undulation_m") && !map.has_surveyed_heights()) {
-    throw v.fault("geoid_undulation_m", "there is no terrain to add it to",
-                  "give terrain, or CityJSON, as well");
-  }
-  visit(v, map.terrain_options);
   std::vector<double> box;
   if (map.bbox_deg) box.assign(map.bbox_deg->begin(), map.bbox_deg->end());
   v.numbers(
@@ -146,6 +141,8 @@ void visit(Visitor& v, CityConfig& city) {
   if (v.wants(v.reads() ? !city.file : origin.has_value())) {
     v.section("origin", [&] { visit_origin(v, origin); });
   }
+  visit(v, city.sea_level);
+  v.validate(city.sea_level);
   if (v.wants(city.open || v.has("open"))) {
     v.boolean({"open", "", "true: no buildings at all, open sky about the origin"}, city.open);
     if (v.reads() && !city.open) throw v.fault({}, "city has no content", kCityCure);

@@ -154,7 +154,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "default_height_m: 9, heights: [house=7], foliage: true, terrain_margin_m: 100, "
       "terrain_spacing_m: 10, tree_height_m: 9, tree_crown_m: 4, wood_height_m: 10}\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
-      "city: {file: c.canyon}\ntrajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
+      "city: {file: c.canyon, geoid: EGM96}\ntrajectory: {position: {latitude_deg: 1, longitude_deg: 2, "
+      "height_m: 3}}\n",
       "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n"
       "faults: [{jamming: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}, beam: {width_deg: 60, "

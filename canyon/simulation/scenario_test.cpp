@@ -416,7 +416,14 @@ TEST(Scenario, CitiesOfMapsAndFiles) {
   EXPECT_THAT(wrong("file: c.canyon, scale: 2"), HasSubstr("scale"));
   EXPECT_THAT(wrong("osm: a.osm.pbf, bbox: [2, 1, 1, 2]"), HasSubstr("is not a box"));
   EXPECT_THAT(wrong("osm: a.osm.pbf, heights: [house]"), HasSubstr("TYPE=METRES"));
-  EXPECT_THAT(wrong("osm: a.osm.pbf, geoid_undulation_m: 3"), HasSubstr("no terrain"));
+  EXPECT_EQ(read("osm: a.osm.pbf, geoid_undulation_m: 3").sea_level.geoid_undulation_m, 3);
+  EXPECT_EQ(read("file: c.canyon, geoid: EGM96").sea_level.geoid, buildings::GeoidModel::EGM96);
+  for (const char* bad : {".nan", "1e9", "-151", "sea", "[1]"}) {
+    EXPECT_THAT(wrong(fmt::format("file: c.canyon, geoid_undulation_m: {}", bad)),
+                AllOf(StartsWith((folder / "s.yaml").string() + ":1: "), HasSubstr("geoid_undulation_m: ")));
+  }
+  EXPECT_THAT(wrong("file: c.canyon, geoid: EGM69"), HasSubstr("EGM96"));
+  EXPECT_THAT(wrong("file: c.canyon, geoid: EGM96, geoid_undulation_m: -2"), HasSubstr("keep one of them"));
   EXPECT_THAT(wrong("osm: a.osm.pbf, level_height_m: 0"), HasSubstr("level_height_m"));
   EXPECT_THAT(wrong("osm: absent.osm"), HasSubstr("there is no file"));
 }

@@ -43,8 +43,8 @@ std::string text_of(const Json& value) {
 
 class Reader {
  public:
-  Reader(const std::filesystem::path& path, double max_lod, std::optional<double> geoid_undulation_m)
-      : path_(path), max_lod_(max_lod), geoid_undulation_m_(geoid_undulation_m) {}
+  Reader(const std::filesystem::path& path, double max_lod, const TerrainOptions& heights)
+      : path_(path), max_lod_(max_lod), heights_(heights) {}
 
   MapData read();
 
@@ -74,7 +74,7 @@ class Reader {
 
   std::filesystem::path path_;
   double max_lod_;
-  std::optional<double> geoid_undulation_m_;
+  TerrainOptions heights_;
   int line_ = 0;
   std::optional<ReferenceSystem> system_;
   Eigen::Vector3d scale_ = Eigen::Vector3d::Ones();
@@ -139,7 +139,7 @@ void Reader::read_header(const Json& root) {
     fail(fmt::format("reference system \"{}\" is not one of EPSG or OGC's CRS84", reference.text()),
          "name its EPSG code, e.g. with cjio's crs_assign");
   }
-  system_.emplace(path_, name, geoid_undulation_m_);
+  system_.emplace(path_, name, heights_);
   data_.warnings.insert(data_.warnings.end(), system_->notes().begin(), system_->notes().end());
 }
 
@@ -390,6 +390,9 @@ void Reader::finish() {
       for (const auto& point : made.outer) widen(point.head<2>());
     }
   }
+  if (system_->geoid().above_sea_level()) {
+    data_.geoid_undulation_m = system_->geoid().undulation_m(0.5 * (data_.min + data_.max));
+  }
 }
 
 MapData Reader::read() {
@@ -427,11 +430,10 @@ MapData Reader::read() {
 
 }  // namespace
 
-MapData read_cityjson(const std::filesystem::path& path, double max_lod,
-                      std::optional<double> geoid_undulation_m) {
-  TerrainOptions{geoid_undulation_m}.validate();
+MapData read_cityjson(const std::filesystem::path& path, double max_lod, const TerrainOptions& heights) {
+  heights.validate();
   if (!(max_lod >= 0)) throw InputError(fmt::format("max LoD {} is not at least 0", max_lod));
-  return Reader(path, max_lod, geoid_undulation_m).read();
+  return Reader(path, max_lod, heights).read();
 }
 
 }  // namespace canyon::buildings

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 
 #include "canyon/buildings/sources/map_data.hpp"
+#include "canyon/buildings/sources/map_options.hpp"
 
 namespace canyon::buildings {
 
@@ -22,12 +22,12 @@ namespace canyon::buildings {
 /// metadata.referenceSystem (EPSG, also compound, and OGC's CRS84) is transformed through GDAL's PROJ; x is
 /// east or longitude and y north or latitude whatever the axis order of the authority, as CityJSON's software
 /// writes them. (EPSG's own order for 4326 and 4979 is the other one: latitudes beyond +-90 are an error that
-/// says so.) Heights become ellipsoidal with `geoid_undulation_m` if given, else by the geoid of the vertical
-/// datum where its grid is installed; where it is not, they are taken as they are and a warning says so.
+/// says so.) Heights become ellipsoidal as Geoid has it; where the grid of a vertical datum is not installed
+/// they are taken as they are and a warning says so.
 ///
 /// Throws InputError: not CityJSON (with the line), unknown version, no or unknown reference system, a bad
 /// transform, an index out of range or a geometry of the wrong shape (with the object's key), no building.
 [[nodiscard]] MapData read_cityjson(const std::filesystem::path& path, double max_lod = 2.3,
-                                    std::optional<double> geoid_undulation_m = {});
+                                    const TerrainOptions& heights = {});
 
 }  // namespace canyon::buildings

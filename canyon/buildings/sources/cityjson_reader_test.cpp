@@ -50,7 +50,7 @@ class CityJsonTest : public ::testing::Test {
     return folder_ / name;
   }
   MapData read(const std::string& text, double max_lod = 2.3, std::optional<double> undulation = {}) const {
-    return read_cityjson(write(text), max_lod, undulation);
+    return read_cityjson(write(text), max_lod, {undulation});
   }
   std::string error_of(const std::string& text) const {
     try {
@@ -127,6 +127,7 @@ TEST_F(CityJsonTest, DutchGridKeepsItsDatumShift) {
     EXPECT_NEAR(corner.y(), 52.15517, 1e-5) << reference;
     EXPECT_NEAR(corner.z(), 45.2, 1e-9) << reference;
     EXPECT_TRUE(any_contains(data.warnings, "43.200 m added"));
+    EXPECT_EQ(data.geoid_undulation_m, 43.2);
   }
   const MapData data =
       read(cityjson(cityjson_building("house", kHouseSolid), "EPSG/0/7415", "155000,463000,2"));
@@ -135,6 +136,7 @@ TEST_F(CityJsonTest, DutchGridKeepsItsDatumShift) {
   if (any_contains(data.warnings, "no geoid grid")) {
     EXPECT_NEAR(height, 2, 1e-9);
     EXPECT_TRUE(any_contains(data.warnings, "--geoid-undulation"));
+    EXPECT_FALSE(data.geoid_undulation_m);
   } else {
     EXPECT_NEAR(height, 45.3, 1);  // NAP at Amersfoort lies some 43 m above the ellipsoid
   }

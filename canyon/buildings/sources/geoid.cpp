@@ -20,9 +20,20 @@ struct KnownGeoid {
 };
 /// EPSG's codes beside the names of GeographicLib's data sets (its documentation of the class Geoid). The
 /// 1' grid of EGM2008 comes last: it takes long to open and differs from 5' by millimetres to centimetres.
-constexpr std::array<KnownGeoid, 3> kKnownGeoids{{{5773, {"egm96-5", "egm96-15", ""}},
-                                                  {3855, {"egm2008-2_5", "egm2008-5", "egm2008-1"}},
-                                                  {5798, {"egm84-15", "egm84-30", ""}}}};
+/// In the order of GeoidModel, behind ByFile.
+constexpr std::array<KnownGeoid, 3> kKnownGeoids{{{5798, {"egm84-15", "egm84-30", ""}},
+                                                  {5773, {"egm96-5", "egm96-15", ""}},
+                                                  {3855, {"egm2008-2_5", "egm2008-5", "egm2008-1"}}}};
+
+constexpr const char* kGridCure =
+    "give the geoid's undulation at the place in metres (geoid_undulation_m, --geoid-undulation), or install "
+    "the grid (Debian: proj-data for EGM96; others: geographiclib-get-geoids or projsync)";
+
+/// A compound system for GDAL; empty for ByFile.
+std::string compound_name(GeoidModel model) {
+  if (model == GeoidModel::ByFile) return {};
+  return fmt::format("EPSG:4326+{}", kKnownGeoids.at(static_cast<std::size_t>(model) - 1).epsg);
+}
 
 std::unique_ptr<GeographicLib::Geoid> geographiclib_geoid(int epsg) {
   for (const KnownGeoid& known : kKnownGeoids) {
@@ -58,7 +69,7 @@ int vertical_epsg(OGRSpatialReferenceH reference) {
 
 struct Geoid::Grid {
   std::filesystem::path file;
-  std::string name, cure;
+  std::string name;
   gdal::Transformation compound_from_wgs84;             ///< PROJ's way, or
   std::unique_ptr<GeographicLib::Geoid> geographiclib;  ///< GeographicLib's
   std::mutex mutex;                                     ///< neither may be used by two threads at a time
@@ -73,9 +84,11 @@ Geoid::Geoid(const Heights& heights) {
   if (heights.reference != nullptr) reference.reset(OSRClone(heights.reference));
   const bool compound = reference && OSRIsCompound(reference.get()) != 0;
   const bool ellipsoidal = reference && !compound && OSRGetAxesCount(reference.get()) == 3;
+  const bool by_user = !compound && !ellipsoidal && heights.prescribed.empty();
+  const std::string datum = by_user ? compound_name(heights.options.geoid) : heights.prescribed;
   bool prescribed = false;
-  if (!compound && !ellipsoidal && !heights.prescribed.empty()) {
-    reference = gdal::spatial_reference(heights.prescribed);
+  if (!compound && !ellipsoidal && !datum.empty()) {
+    reference = gdal::spatial_reference(datum);
     prescribed = true;
   }
   const bool above_datum = (compound || prescribed) && reference;
@@ -90,8 +103,9 @@ Geoid::Geoid(const Heights& heights) {
                        "turn them to heights first");
     }
   }
-  if (heights.undulation_m) {
-    constant_m_ = *heights.undulation_m;
+  if (heights.options.geoid_undulation_m) {
+    constant_m_ = *heights.options.geoid_undulation_m;
+    above_sea_level_ = true;
     note_ = fmt::format("{}: {:.3f} m added to heights (geoid undulation as given)", file, constant_m_);
     return;
   }
@@ -102,7 +116,6 @@ Geoid::Geoid(const Heights& heights) {
   }
   auto grid = std::make_unique<Grid>();
   grid->file = heights.file;
-  grid->cure = heights.cure;
   const gdal::SpatialReference wgs84 = gdal::spatial_reference("EPSG:4979");
   if (ellipsoidal) {
     // Of another datum perhaps: the difference is some metres and PROJ's Helmert transformation knows it.
@@ -114,30 +127,32 @@ Geoid::Geoid(const Heights& heights) {
     return;
   }
   grid->name = vertical_name(reference.get());
-  const std::string why = prescribed ? grid->name + ", as its format prescribes" : grid->name;
+  const std::string why =
+      !prescribed ? grid->name : grid->name + (by_user ? ", as given" : ", as its format prescribes");
   grid->compound_from_wgs84 = gdal::transformation(wgs84.get(), reference.get(), false);
   if (grid->compound_from_wgs84) {
     note_ = fmt::format("{}: heights above {}; geoid added by PROJ's grid", file, why);
   } else {
     grid->geographiclib = geographiclib_geoid(vertical_epsg(reference.get()));
-    if (!grid->geographiclib && !heights.required) {
+    if (!grid->geographiclib && !heights.required && !by_user) {
       missing_ = true;
       note_ = fmt::format(
           "{}: heights above {} are taken as ellipsoidal (tens of metres off in many places), since no geoid "
           "grid "
           "for it is installed; {}",
-          file, why, heights.cure);
+          file, why, kGridCure);
       return;
     }
     if (!grid->geographiclib) {
       throw InputError(heights.file, 0,
                        fmt::format("heights are above {}, and no geoid grid for it is installed", why),
-                       heights.cure);
+                       kGridCure);
     }
     note_ = fmt::format("{}: heights above {}; geoid added by GeographicLib's {}", file, why,
                         grid->geographiclib->GeoidName());
   }
   grid_ = std::move(grid);
+  above_sea_level_ = true;
 }
 
 double Geoid::undulation_m(const LonLat& place) const {
@@ -147,7 +162,7 @@ double Geoid::undulation_m(const LonLat& place) const {
     try {
       return (*grid_->geographiclib)(place.y(), place.x());
     } catch (const GeographicLib::GeographicErr& e) {
-      throw InputError(grid_->file, 0, fmt::format("geoid of {}: {}", grid_->name, e.what()), grid_->cure);
+      throw InputError(grid_->file, 0, fmt::format("geoid of {}: {}", grid_->name, e.what()), kGridCure);
     }
   }
   // A point on the ellipsoid lies N below the geoid. Foot systems answer in feet.
@@ -161,9 +176,16 @@ double Geoid::undulation_m(const LonLat& place) const {
     throw InputError(grid_->file, 0,
                      fmt::format("the grid of {} does not reach longitude {:.5f}, latitude {:.5f}",
                                  grid_->name, place.x(), place.y()),
-                     grid_->cure);
+                     kGridCure);
   }
   return -z * metres_per_unit_;
+}
+
+double geoid_undulation_m(GeoidModel model, const LonLat& place) {
+  Geoid::Heights heights;
+  heights.file = "geoid";
+  heights.options.geoid = model;
+  return Geoid(heights).undulation_m(place);
 }
 
 }  // namespace canyon::buildings

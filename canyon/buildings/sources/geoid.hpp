@@ -7,13 +7,15 @@
 
 #include "canyon/buildings/sources/gdal.hpp"
 #include "canyon/buildings/sources/map_data.hpp"
+#include "canyon/buildings/sources/map_options.hpp"
 
 namespace canyon::buildings {
 
 /// Turns a file's heights into ellipsoidal ones (WGS 84): h = H + N. N comes, in this order, from the
-/// user's number, from the vertical datum that the file's reference system names (or its format prescribes)
-/// by PROJ's grids, and by GeographicLib's geoid files (EGM84, EGM96, EGM2008; $GEOGRAPHICLIB_GEOID_PATH).
-/// Reference systems with ellipsoidal heights, and those that say nothing of heights, add nothing.
+/// user's number, from the vertical datum that the file's reference system names (or its format prescribes,
+/// or the user names) by PROJ's grids, and by GeographicLib's geoid files (EGM84, EGM96, EGM2008;
+/// $GEOGRAPHICLIB_GEOID_PATH). Reference systems with ellipsoidal heights, and those that say nothing of
+/// heights where the user says nothing either, add nothing.
 class Geoid {
  public:
   struct Heights {
@@ -22,10 +24,9 @@ class Geoid {
     /// A compound system ("EPSG:4326+5773") that the file's format prescribes where `reference` has no
     /// vertical part.
     std::string prescribed;
-    std::optional<double> undulation_m;  ///< the user's
-    std::string cure;                    ///< how the user gives one
+    TerrainOptions options;  ///< the user's
     /// Whether a named datum without a grid is an error; if not, heights are taken as ellipsoidal and the
-    /// note says so.
+    /// note says so. A geoid that the user names is required.
     bool required = true;
   };
 
@@ -39,6 +40,8 @@ class Geoid {
   /// decimetres in mountains). Throws InputError where the grid does not reach. Any thread.
   [[nodiscard]] double undulation_m(const LonLat& place) const;
 
+  /// Whether undulation_m() is that of mean sea level: false where heights are taken as ellipsoidal.
+  [[nodiscard]] bool above_sea_level() const { return above_sea_level_; }
   /// One line for people: which geoid was added and why, or that heights were taken as ellipsoidal.
   [[nodiscard]] const std::string& note() const { return note_; }
   /// Whether the heights' datum is named but its geoid is not at hand.
@@ -51,8 +54,12 @@ class Geoid {
   std::unique_ptr<Grid> grid_;
   double constant_m_ = 0;
   double metres_per_unit_ = 1;
-  bool missing_ = false;
+  bool missing_ = false, above_sea_level_ = false;
   std::string note_;
 };
+
+/// N [m] of a geoid of that name at a place. Throws InputError where its grid is not installed. Precondition:
+/// `model` is not ByFile.
+[[nodiscard]] double geoid_undulation_m(GeoidModel model, const LonLat& place);
 
 }  // namespace canyon::buildings

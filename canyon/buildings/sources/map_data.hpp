@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,9 @@ struct MapData {
   /// Bounds of all features [deg]; min > max when there is none.
   LonLat min = LonLat::Constant(1e9);
   LonLat max = LonLat::Constant(-1e9);
+  /// Ellipsoidal height of mean sea level in the middle of the bounds [m], where the file says what its
+  /// heights are above.
+  std::optional<double> geoid_undulation_m;
 };
 
 /// West, south, east, north [deg].

@@ -1,5 +1,6 @@
 #include "canyon/buildings/sources/map_options.hpp"
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/options/values.hpp"
 
 namespace canyon::buildings {
@@ -19,14 +20,23 @@ void visit(options::Visitor& v, HeightDefaults& o) {
 
 void TerrainOptions::validate() const {
   options::check(*this, "terrain");
+  if (geoid_undulation_m && geoid != GeoidModel::ByFile) {
+    throw InputError("geoid stands beside geoid_undulation_m", "keep one of them");
+  }
 }
 
 void visit(options::Visitor& v, TerrainOptions& o) {
+  static constexpr std::string_view kGeoids[]{"by_file", "EGM84", "EGM96", "EGM2008"};
   // Geoid undulations lie within -107 and +86 m (EGM2008).
-  v.number(
-      {"geoid_undulation_m", "m", "added to the heights of terrain and CityJSON to make them ellipsoidal",
-       "by the raster's vertical datum"},
-      o.geoid_undulation_m, {-150, 150});
+  v.number({"geoid_undulation_m", "m",
+            "height of mean sea level above the ellipsoid: added to the heights of terrain and CityJSON, "
+            "subtracted in NMEA, UBX, MAVLink and GPX",
+            "by geoid"},
+           o.geoid_undulation_m, {-150, 150});
+  v.choice({"geoid", "",
+            "instead: a geoid whose grid is installed, of heights without a vertical datum and of sea level; "
+            "by_file: the datum that terrain or CityJSON names, sea level is the ellipsoid without one"},
+           o.geoid, kGeoids);
 }
 
 void BuildOptions::validate() const {

@@ -34,12 +34,18 @@ struct HeightDefaults {
 /// Its fields.
 void visit(options::Visitor& v, HeightDefaults& o);
 
+enum class GeoidModel : std::uint8_t { ByFile, EGM84, EGM96, EGM2008 };
+
+/// What the heights of rasters and CityJSON are above, and where mean sea level is in a city.
 struct TerrainOptions {
-  /// Added to the raster's heights to make them ellipsoidal: empty takes the geoid from the raster's vertical
-  /// datum where it names one (SRTM .hgt and DTED are EGM96 by their formats); a number [m], within +-150, is
-  /// used as it is.
+  /// Ellipsoidal height less height above mean sea level [m], within +-150, used as it is for all heights.
+  /// Empty: by `geoid`.
   std::optional<double> geoid_undulation_m;
-  /// Throws InputError naming the bound.
+  /// Of heights whose file names no vertical datum (SRTM .hgt and DTED are EGM96 by their formats), and of
+  /// mean sea level in the city; its grid must be installed. ByFile: heights without a datum are ellipsoidal,
+  /// and mean sea level is what the files' heights are above.
+  GeoidModel geoid = GeoidModel::ByFile;
+  /// Throws InputError naming the bound, and where both are given.
   void validate() const;
 };
 /// Its fields.

@@ -163,10 +163,7 @@ void Raster::Impl::georeference(const TerrainOptions& options) {
   // SRTM: heights above EGM96 (USGS, SRTM collection user guide, section 3.0); DTED: above mean sea level as
   // EGM96 gives it (MIL-PRF-89020B, 3.5).
   if (driver == "SRTMHGT" || driver == "DTED") heights.prescribed = "EPSG:4326+5773";
-  heights.undulation_m = options.geoid_undulation_m;
-  heights.cure =
-      "give the geoid's undulation at the place in metres (--geoid-undulation), or install the grid "
-      "(Debian: proj-data for EGM96; others: geographiclib-get-geoids or projsync)";
+  heights.options = options;
   geoid.emplace(heights);
   notes.push_back(geoid->note());
 
@@ -234,6 +231,11 @@ Raster::Raster(Raster&&) noexcept = default;
 
 const std::vector<std::string>& Raster::notes() const {
   return impl_->notes;
+}
+
+std::optional<double> Raster::geoid_undulation_m(const LonLat& place) const {
+  if (!impl_->geoid->above_sea_level()) return std::nullopt;
+  return impl_->geoid->undulation_m(place);
 }
 
 std::optional<double> Raster::height_m(const LonLat& place) const {

@@ -23,6 +23,8 @@ class Raster {
   /// the outermost half pixel. Empty outside the raster and where one of the pixels that count is no-data.
   /// Throws InputError for a damaged file.
   [[nodiscard]] std::optional<double> height_m(const LonLat& place) const;
+  /// Where height_m() answers: ellipsoidal height of mean sea level [m]; empty where heights are ellipsoidal.
+  [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& place) const;
   [[nodiscard]] const std::vector<std::string>& notes() const;
 
  private:

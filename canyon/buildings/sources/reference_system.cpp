@@ -33,7 +33,7 @@ std::string reference_name(std::string_view ogc_name) {
 }
 
 ReferenceSystem::ReferenceSystem(const std::filesystem::path& file, const std::string& name,
-                                 std::optional<double> geoid_undulation_m) {
+                                 const TerrainOptions& options) {
   const gdal::Quiet quiet;
   const gdal::SpatialReference whole = gdal::spatial_reference(name);
   if (!whole) {
@@ -66,9 +66,7 @@ ReferenceSystem::ReferenceSystem(const std::filesystem::path& file, const std::s
   Geoid::Heights heights;
   heights.file = file;
   heights.reference = whole.get();
-  heights.undulation_m = geoid_undulation_m;
-  heights.cure =
-      "give the geoid's undulation at the place in metres (--geoid-undulation), or install its grid for PROJ";
+  heights.options = options;
   heights.required = false;
   geoid_.emplace(heights);
   notes_.push_back(geoid_->note());

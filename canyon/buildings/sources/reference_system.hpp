@@ -25,13 +25,13 @@ class ReferenceSystem {
   /// Heights: through Geoid, and as ellipsoidal where their geoid is not at hand (notes() say so); without a
   /// vertical part they are in the unit of a projected system, else in metres. Throws InputError for a system
   /// that PROJ does not know or that is neither projected nor geographic.
-  ReferenceSystem(const std::filesystem::path& file, const std::string& name,
-                  std::optional<double> geoid_undulation_m);
+  ReferenceSystem(const std::filesystem::path& file, const std::string& name, const TerrainOptions& options);
 
   /// In place: x, y, z to longitude, latitude [deg] and ellipsoidal height [m]; NaN where PROJ has no answer
   /// (beyond the projection's reach).
   void to_wgs84(std::vector<Eigen::Vector3d>& points) const;
 
+  [[nodiscard]] const Geoid& geoid() const { return *geoid_; }
   [[nodiscard]] bool geographic() const { return geographic_; }
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 

@@ -45,6 +45,13 @@ std::optional<double> Terrain::height_m(const LonLat& place) const {
   return std::nullopt;
 }
 
+std::optional<double> Terrain::geoid_undulation_m(const LonLat& place) const {
+  for (const Raster& raster : impl_->rasters) {
+    if (raster.height_m(place)) return raster.geoid_undulation_m(place);
+  }
+  return std::nullopt;
+}
+
 std::optional<double> Terrain::local_height_m(const geodesy::LocalFrame& frame,
                                               const Eigen::Vector2d& place) const {
   // Away from the origin the frame's vertical leans from the ellipsoid's normal (1.6 mrad at 10 km), so that

@@ -31,6 +31,9 @@ class Terrain {
   /// curvature included. Empty likewise.
   [[nodiscard]] std::optional<double> local_height_m(const geodesy::LocalFrame& frame,
                                                      const Eigen::Vector2d& place) const;
+  /// Ellipsoidal height of mean sea level [m], of the raster that answers; empty where none does, and where
+  /// its heights are ellipsoidal or taken as such.
+  [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& place) const;
   /// Lines for people: which geoid was added and why, or that heights were taken as ellipsoidal.
   [[nodiscard]] const std::vector<std::string>& notes() const;
 

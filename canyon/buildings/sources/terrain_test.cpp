@@ -198,6 +198,8 @@ TEST_F(TerrainTest, GeoidByNumberIsAddedWhateverTheDatum) {
     const Terrain terrain({folder_ / name}, options);
     EXPECT_NEAR(terrain.height_m({114.1, 22.4}).value(), plane(114.1, 22.4) - 2.5, 1e-9);
     EXPECT_TRUE(contains(terrain.notes().at(0), "-2.500 m added")) << terrain.notes()[0];
+    EXPECT_EQ(terrain.geoid_undulation_m({114.1, 22.4}), -2.5);
+    EXPECT_FALSE(terrain.geoid_undulation_m({0, 0}));
   }
   options.geoid_undulation_m = 151;
   EXPECT_TRUE(contains(error_of([&] { options.validate(); }), "151"));
@@ -212,6 +214,7 @@ TEST_F(TerrainTest, EllipsoidalReferenceSystemAddsNothing) {
   const Terrain terrain({folder_ / "ellipsoidal.tif"});
   EXPECT_NEAR(terrain.height_m({114.1, 22.4}).value(), plane(114.1, 22.4), 1e-6);
   EXPECT_TRUE(contains(terrain.notes().at(0), "ellipsoidal")) << terrain.notes()[0];
+  EXPECT_FALSE(terrain.geoid_undulation_m({114.1, 22.4}));
 }
 
 /// EGM96 undulation at (114.17, 22.3) from PROJ's egm96_15.gtx:
@@ -269,10 +272,18 @@ TEST_F(TerrainTest, GeographicLibsGeoidFilesAreUsedWherePROJHasNoGrid) {
   make_raster(folder_ / "egm2008.tif", made, plane);
   ASSERT_EQ(setenv("GEOGRAPHICLIB_GEOID_PATH", folder_.path().c_str(), 1), 0);
   const Terrain terrain({folder_ / "egm2008.tif"});
+  // The user names the datum of a raster that names none.
+  make_raster(folder_ / "plain.tif", {}, plane);
+  TerrainOptions named;
+  named.geoid = GeoidModel::EGM2008;
+  const Terrain plain({folder_ / "plain.tif"}, named);
   unsetenv("GEOGRAPHICLIB_GEOID_PATH");
   if (contains(terrain.notes().at(0), "PROJ's grid")) GTEST_SKIP() << "SKIPPED: PROJ has EGM2008's grid here";
   EXPECT_TRUE(contains(terrain.notes().at(0), "egm2008-2_5")) << terrain.notes()[0];
   EXPECT_NEAR(terrain.height_m({114.1, 22.4}).value(), plane(114.1, 22.4) + 3, 1e-6);
+  EXPECT_NEAR(terrain.geoid_undulation_m({114.1, 22.4}).value(), 3, 1e-9);
+  EXPECT_NEAR(plain.height_m({114.1, 22.4}).value(), plane(114.1, 22.4) + 3, 1e-6);
+  EXPECT_TRUE(contains(plain.notes().at(0), "(EPSG:3855), as given")) << plain.notes()[0];
 }
 
 TEST_F(TerrainTest, SrtmTileIsReadAndIsEgm96) {
