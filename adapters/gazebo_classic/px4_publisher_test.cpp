@@ -57,8 +57,11 @@ TEST(SitlGps, TakesFixAndItsAccuracy) {
   EXPECT_DOUBLE_EQ(gps->longitude_deg, geodesy::degrees(fix.position.longitude_rad));
   EXPECT_DOUBLE_EQ(gps->altitude_m, fix.position.height_m);
   EXPECT_NEAR(gps->altitude_m, 12.345 + 3.75, 1e-5);  // the truth's height and the error up
-  EXPECT_DOUBLE_EQ(gps->eph_m, 2.5);                  // sqrt(4 + 2.25)
-  EXPECT_DOUBLE_EQ(gps->epv_m, 3);                    // sqrt(9)
+  SampleReport hong_kong;
+  hong_kong.step.epoch.geoid_undulation_m = -2.5;
+  EXPECT_DOUBLE_EQ(sitl_gps_of(hong_kong.report)->altitude_m, fix.position.height_m + 2.5);
+  EXPECT_DOUBLE_EQ(gps->eph_m, 2.5);  // sqrt(4 + 2.25)
+  EXPECT_DOUBLE_EQ(gps->epv_m, 3);    // sqrt(9)
   EXPECT_DOUBLE_EQ(gps->velocity_mps, std::sqrt(3.1 * 3.1 + 4.2 * 4.2));
   EXPECT_EQ(gps->velocity_east_mps, 3.1);
   EXPECT_EQ(gps->velocity_north_mps, -4.2);

@@ -102,7 +102,7 @@ std::optional<SitlGps> sitl_gps_of(const ReceiverReport& report) {
       seen.time.nanoseconds() / 1000 + (kGpsEpochUnix_s - geodesy::leap_seconds(seen.time)) * kMicroseconds);
   gps.latitude_deg = geodesy::degrees(fix.position.latitude_rad);
   gps.longitude_deg = geodesy::degrees(fix.position.longitude_rad);
-  gps.altitude_m = fix.position.height_m;
+  gps.altitude_m = report.step->epoch.altitude_m();
   gps.eph_m = std::sqrt(fix.covariance_enu(0, 0) + fix.covariance_enu(1, 1));
   gps.epv_m = std::sqrt(fix.covariance_enu(2, 2));
   const Eigen::Vector3d& velocity = *fix.velocity_enu_mps;

@@ -20,7 +20,7 @@ struct SitlGps {
   std::uint64_t time_utc_usec = 0;  ///< of reception, UTC, since 1970-01-01 [us]
   double latitude_deg = 0;
   double longitude_deg = 0;
-  double altitude_m = 0;    ///< above the WGS 84 ellipsoid; PX4 takes it for one above mean sea level
+  double altitude_m = 0;    ///< above mean sea level
   double eph_m = 0;         ///< horizontal: root of the summed variances of east and north
   double epv_m = 0;         ///< vertical: root of the variance
   double velocity_mps = 0;  ///< over ground

@@ -227,6 +227,28 @@ TEST(MavlinkPoses, ComeInTheirOwnFrames) {
   expect_near(*reports[2].position_m, {2, 1, 3});
 }
 
+// MAVLink's altitudes are above mean sea level; heights of other poses are above the ellipsoid.
+TEST(MavlinkPoses, AltitudesAreAboveMeanSeaLevel) {
+  const geodesy::LocalFrame frame_of_city(geodesy::Geodetic::from_degrees(52.5, 13.4, 74.5));
+  mavlink::HilStateQuaternion state;
+  state.time_us = 1;
+  state.ned_from_frd = to_mavlink(skew());
+  state.latitude_deg = 52.5;
+  state.longitude_deg = 13.4;
+  state.altitude_m = 37;
+  PoseSource source(options(PoseFormat::MAVLink), frame_of_city, 39.5);
+  source.receive(0, frame(state), 0);
+  std::string reason;
+  const auto at = source.track().at(0, reason);
+  ASSERT_TRUE(at) << reason;
+  EXPECT_NEAR(at->pose.position_m.z(), 2, 1e-3);
+  PoseSource json(options(PoseFormat::Json), frame_of_city, 39.5);
+  json.receive(0, "{\"latitude_deg\": 52.5, \"longitude_deg\": 13.4, \"height_m\": 76.5}\n", 0);
+  const auto other = json.track().at(0, reason);
+  ASSERT_TRUE(other) << reason;
+  EXPECT_NEAR(other->pose.position_m.z(), 2, 1e-3);
+}
+
 // As PX4 and ArduPilot send a vehicle that stands: without times, several messages read at once.
 TEST(MavlinkPoses, WithoutTimesAVehicleMayStand) {
   const geodesy::LocalFrame frame_of_city(geodesy::Geodetic::from_degrees(22.3, 114.2, 0));

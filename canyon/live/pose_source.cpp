@@ -13,9 +13,11 @@ namespace canyon::live {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-PoseSource::PoseSource(const simulation::PoseSourceOptions& options, const geodesy::LocalFrame& frame)
+PoseSource::PoseSource(const simulation::PoseSourceOptions& options, const geodesy::LocalFrame& frame,
+                       double geoid_undulation_m)
     : options_(options),
       frame_(frame),
+      sent_zero_m_(options.format == simulation::PoseFormat::MAVLink ? geoid_undulation_m : 0),
       decoder_(make_decoder(options)),
       track_(options.from, options.track) {}
 
@@ -30,7 +32,9 @@ std::optional<simulation::ToldPose> PoseSource::in_city(const PoseReport& report
       sent.pose.position_m.setConstant(report.place->height_m);
       return sent;
     }
-    sent.pose.position_m = frame_.local_from_geodetic(*report.place);
+    geodesy::Geodetic place = *report.place;
+    place.height_m += sent_zero_m_;
+    sent.pose.position_m = frame_.local_from_geodetic(place);
     turn = frame_.ecef_from_local_rotation().transpose() *
            geodesy::enu_from_ecef_rotation(*report.place).transpose();
   } else {

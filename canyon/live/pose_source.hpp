@@ -24,8 +24,10 @@ namespace canyon::live {
 class PoseSource {
  public:
   /// @param frame of the city
+  /// @param geoid_undulation_m of the city: MAVLink's altitudes are above mean sea level
   /// Throws InputError where make_decoder() does.
-  PoseSource(const simulation::PoseSourceOptions& options, const geodesy::LocalFrame& frame);
+  PoseSource(const simulation::PoseSourceOptions& options, const geodesy::LocalFrame& frame,
+             double geoid_undulation_m = 0);
 
   /// Bytes that come at `now_ns` of the host's time; `taken` is called behind each pose that is.
   void receive(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
@@ -52,6 +54,7 @@ class PoseSource {
 
   simulation::PoseSourceOptions options_;
   const geodesy::LocalFrame& frame_;
+  double sent_zero_m_;  // ellipsoidal height of the senders' height 0
   std::unique_ptr<PoseDecoder> decoder_;
   simulation::PoseTrack track_;
   Eigen::Quaterniond attitude_ = Eigen::Quaterniond::Identity();  // of the last motion

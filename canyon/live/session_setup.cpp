@@ -124,7 +124,7 @@ void Session::Impl::make_vehicles() {
       }
     }
     if (source.from == kTrajectory) continue;
-    vehicle.source = std::make_unique<PoseSource>(source, scene->city.frame);
+    vehicle.source = std::make_unique<PoseSource>(source, scene->city.frame, scene->city.geoid_undulation_m);
     if (source.from.starts_with(kFile)) {
       vehicle.log.emplace();
       vehicle.log->text = TextFile(source.from.substr(kFile.size())).text();

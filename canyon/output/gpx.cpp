@@ -32,8 +32,11 @@ class Gpx final : public Encoder {
     open_ = true;
     text += fmt::format("<trkpt lat=\"{}\" lon=\"{}\"><ele>{}</ele><time>{}</time>",
                         fixed(geodesy::degrees(fix.position.latitude_rad), 9),
-                        fixed(geodesy::degrees(fix.position.longitude_rad), 9),
-                        fixed(fix.position.height_m, 3), geodesy::format_utc(epoch.observed.time));
+                        fixed(geodesy::degrees(fix.position.longitude_rad), 9), fixed(epoch.altitude_m(), 3),
+                        geodesy::format_utc(epoch.observed.time));
+    if (epoch.geoid_undulation_m != 0) {
+      text += fmt::format("<geoidheight>{}</geoidheight>", fixed(epoch.geoid_undulation_m, 3));
+    }
     text += fmt::format("<fix>{}</fix><sat>{}</sat>", fix.used.empty() ? "none" : "3d", used_count(fix));
     if (fix.dop) {
       text += fmt::format("<hdop>{}</hdop><vdop>{}</vdop><pdop>{}</pdop>", fixed(fix.dop->hdop, 3),

@@ -113,10 +113,11 @@ class MavlinkStream : public Encoder {
 
 /// Where a fix is, and how well it says so: alike in all messages.
 template <typename Message>
-void put_place(const positioning::Fix& fix, Message& m) {
+void put_place(const simulation::Epoch& epoch, Message& m) {
+  const positioning::Fix& fix = epoch.observed.fix;
   m.latitude_deg = degrees(fix.position.latitude_rad);
   m.longitude_deg = degrees(fix.position.longitude_rad);
-  m.altitude_m = fix.position.height_m;
+  m.altitude_m = epoch.altitude_m();
   m.horizontal_accuracy_m = horizontal_sigma_m(fix);
   m.vertical_accuracy_m = vertical_sigma_m(fix);
 }
@@ -165,7 +166,7 @@ mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
                GpsInput::kVerticalAccuracy;
     return m;
   }
-  put_place(fix, m);
+  put_place(epoch, m);
   m.velocity_ned_mps = ned(*fix.velocity_enu_mps);
   if (fix.dop) {
     m.hdop = fix.dop->hdop;
@@ -189,7 +190,7 @@ mavlink::HilGps hil_gps(const simulation::Epoch& epoch) {
   m.fix_type = fix_type(kNoFix);
   if (!fix.measured() || !fix.velocity_enu_mps) return m;
   m.fix_type = fix_type(fix.kind());
-  put_place(fix, m);
+  put_place(epoch, m);
   m.velocity_ned_mps = ned(*fix.velocity_enu_mps);
   m.speed_mps = fix.velocity_enu_mps->head<2>().norm();
   m.course_deg = course_deg(*fix.velocity_enu_mps);
@@ -204,7 +205,7 @@ mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
   m.fix_type = fix_type(kNoFix);
   if (!fix.measured()) return m;
   m.fix_type = fix_type(fix.kind());
-  put_place(fix, m);
+  put_place(epoch, m);
   m.ellipsoidal_height_m = fix.position.height_m;
   if (fix.dop) {
     m.hdop = fix.dop->hdop;

@@ -7,8 +7,7 @@ namespace canyon::output {
 
 // Messages to autopilots and ground stations about one epoch. Without a fix the type is 1 (no fix), and
 // latitude and longitude, which no MAVLink message can leave out, are 0.
-// Altitudes are heights above the ellipsoid: there is no geoid model at hand. Satellites are those in the
-// fix.
+// Altitudes are heights above mean sea level (Epoch::altitude_m()). Satellites are those in the fix.
 
 /// What ArduPilot reads with GPS1_TYPE 14. It goes on with the last velocity where a message says to ignore
 /// it: a fix without velocity is sent as no fix.

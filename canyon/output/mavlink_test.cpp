@@ -57,6 +57,16 @@ TEST(Mavlink, HilGps) {
       "fd240000ff01dc710000501ddfb79687050064714a0d6c4b0e443a300000fa002c010a025cfe3601d8ff1538030997f6");
 }
 
+// common.xml: GPS_INPUT.alt, HIL_GPS.alt and GPS_RAW_INT.alt are above mean sea level, alt_ellipsoid is not.
+TEST(Mavlink, AltitudesAreAboveMeanSeaLevel) {
+  simulation::Epoch now = epoch();
+  now.geoid_undulation_m = -2.375;
+  EXPECT_DOUBLE_EQ(gps_input(now).altitude_m, 12.3456 + 2.375);
+  EXPECT_DOUBLE_EQ(hil_gps(now).altitude_m, 12.3456 + 2.375);
+  EXPECT_DOUBLE_EQ(gps_raw_int(now).altitude_m, 12.3456 + 2.375);
+  EXPECT_DOUBLE_EQ(gps_raw_int(now).ellipsoidal_height_m, 12.3456);
+}
+
 TEST(Mavlink, WithoutAFixThereIsNoPosition) {
   for (const simulation::Epoch& lost : {epoch(false), without_velocity()}) {
     const mavlink::GpsInput input = gps_input(lost);
@@ -136,9 +146,11 @@ TEST(Mavlink, StreamsCountTheirFramesAndBeatOnceASecond) {
 TEST(Mavlink, AnotherDecoderReadsTheStreams) {
   CANYON_NEEDS_NODE_MAVLINK();
   std::string bytes;
+  simulation::Epoch seen = epoch();
+  seen.geoid_undulation_m = -2.375;
   for (const char* format : {"gps_input", "hil_gps", "gps_raw_int"}) {
     const auto encoder = format_named(format).make(rover());
-    bytes += encoder->encode(epoch());
+    bytes += encoder->encode(seen);
     bytes += encoder->encode(epoch(false));
   }
   std::vector<std::string> names;
@@ -172,7 +184,7 @@ TEST(Mavlink, AnotherDecoderReadsTheStreams) {
   EXPECT_EQ(raw[0].count("time_usec"), 1556456283.25e6);
   EXPECT_EQ(raw[0].count("fix_type"), 3);
   EXPECT_EQ(raw[0].count("lat"), 222982500);
-  EXPECT_EQ(raw[0].count("alt"), 12346);
+  EXPECT_EQ(raw[0].count("alt"), 14721);
   EXPECT_EQ(raw[0].count("alt_ellipsoid"), 12346);
   EXPECT_EQ(raw[0].count("eph"), 125);
   EXPECT_EQ(raw[0].count("epv"), 169);

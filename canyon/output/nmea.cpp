@@ -119,10 +119,13 @@ std::string rmc(const receiver::ReceiverEpoch& seen, std::string_view talker, co
                                    clock.date, codes_of(fix.kind()).nmea_mode));
 }
 
-std::string gga(const receiver::ReceiverEpoch& seen, std::string_view talker, const Clock& clock) {
-  const positioning::Fix& fix = seen.fix;
-  // No geoid model: the height is ellipsoidal and the separation 0, so that their sum is right.
-  const std::string height = fix.solved() ? fixed(fix.position.height_m, 3) + ",M,0.0,M" : ",M,,M";
+std::string gga(const simulation::Epoch& epoch, std::string_view talker, const Clock& clock) {
+  const positioning::Fix& fix = epoch.observed.fix;
+  // As it is written, so that the sum of both is the ellipsoidal height; 0 where sea level is not known.
+  const double separation_m = std::round(epoch.geoid_undulation_m * 1e3) / 1e3;
+  const std::string height = fix.solved() ? fixed(fix.position.height_m - separation_m, 3) + ",M," +
+                                                fixed(separation_m, separation_m == 0 ? 1 : 3) + ",M"
+                                          : ",M,,M";
   return nmea_sentence(fmt::format("{}GGA,{},{},{},{:02d},{},{},{}", talker, clock.time, position_fields(fix),
                                    codes_of(fix.kind()).gga_quality, used_count(fix),
                                    dop_field(fix, &positioning::Dop::hdop), height, correction_fields(fix)));
@@ -261,7 +264,7 @@ std::string nmea_epoch(const simulation::Epoch& epoch) {
   const receiver::ReceiverEpoch& seen = epoch.observed;
   const std::string_view talker = solution_talker(seen);
   const Clock clock = utc_clock(seen.stated_utc());
-  return rmc(seen, talker, clock) + gga(seen, talker, clock) + gsa(seen, talker) + gst(seen, talker, clock) +
+  return rmc(seen, talker, clock) + gga(epoch, talker, clock) + gsa(seen, talker) + gst(seen, talker, clock) +
          gsv(seen);
 }
 

@@ -78,6 +78,17 @@ TEST(Nmea, SouthWestAndRoundingToAWholeDegree) {
               ElementsAre("GNGGA,125803.00,3400.000000,S,07050.000000,W,1,09,1.25,-5.000,M,0.0,M,,"));
 }
 
+// The altitude is above mean sea level, and sea level and the altitude together give the ellipsoidal height.
+TEST(Nmea, SaysWhereMeanSeaLevelIs) {
+  simulation::Epoch epoch = epoch_at(0);
+  epoch.observed.fix.position = geodesy::Geodetic::from_degrees(22.29825, 114.17875, 12.3456);
+  epoch.geoid_undulation_m = -2.375;
+  EXPECT_THAT(bodies(nmea_epoch(epoch), "GGA"),
+              ElementsAre("GNGGA,125803.00,2217.895000,N,11410.725000,E,1,09,1.25,14.721,M,-2.375,M,,"));
+  epoch.observed.fix.status = positioning::FixStatus::NoSignal;
+  EXPECT_THAT(bodies(nmea_epoch(epoch), "GGA"), ElementsAre("GNGGA,125803.00,,,,,0,00,,,M,,M,,"));
+}
+
 // Quality 6, mode E, status A and GSA's 2 of a dead reckoning fix: the table of position fix flags in
 // u-blox's interface descriptions (UBX-18010854, 4.1.6).
 TEST(Nmea, APredictionIsEstimated) {
@@ -260,8 +271,8 @@ TEST_F(GpsdDecode, ReadsTheSameFixes) {
     place.latitude_rad += 1.2345e-7 * i * i;
     place.longitude_rad -= 2.3456e-7 * i;
     const bool fix = i < 8 || i > 10;
-    const auto epoch =
-        test::sample_epoch(test::sample_time() + 0.1 * i, place, {0.1 * i, 2.0 - i, 0.5 * i}, fix);
+    auto epoch = test::sample_epoch(test::sample_time() + 0.1 * i, place, {0.1 * i, 2.0 - i, 0.5 * i}, fix);
+    epoch.geoid_undulation_m = 39.62549;
     sink->write(epoch);
     by_time[geodesy::format_utc(epoch.observed.time)] = epoch;
   }
@@ -285,6 +296,8 @@ TEST_F(GpsdDecode, ReadsTheSameFixes) {
       const auto decoded = geodesy::Geodetic::from_degrees(report.at("lat"), report.at("lon"),
                                                            report.at("altHAE").get<double>());
       worst_m = std::max(worst_m, (geodesy::ecef_from_geodetic(decoded) - fix.position_ecef).norm());
+      EXPECT_NEAR(report.at("altMSL").get<double>(), fix.position.height_m - 39.62549, 1.1e-3);
+      EXPECT_NEAR(report.at("geoidSep").get<double>(), 39.625, 1e-3);
       EXPECT_NEAR(report.at("speed").get<double>(), std::hypot(3.1, 4.2), 1e-3);
       EXPECT_NEAR(report.at("track").get<double>(), 143.57, 0.01);
     } else if (report.at("class") == "GST" && report.contains("rms")) {

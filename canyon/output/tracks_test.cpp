@@ -190,6 +190,16 @@ TEST(Gpx, HoldsFixesAndASegmentForEachStretch) {
   EXPECT_NEAR(geodesy::degrees(place.longitude_rad), 114.178761, 1e-9);
 }
 
+// GPX 1.1: geoidheight is the height of the geoid above the ellipsoid, and stands behind the time.
+TEST(Gpx, SaysWhereMeanSeaLevelIs) {
+  simulation::Epoch epoch = sample_run().front();
+  epoch.observed.fix.position.height_m = 12.3456;
+  epoch.geoid_undulation_m = -2.375;
+  EXPECT_THAT(format_named("gpx").make({"rover"})->encode(epoch),
+              HasSubstr("<ele>14.721</ele><time>2019-04-28T12:58:03.000Z</time>"
+                        "<geoidheight>-2.375</geoidheight><fix>"));
+}
+
 TEST(Gpx, GdalReadsIt) {
   CANYON_NEEDS_PROGRAM("ogrinfo");
   const test::TemporaryFolder folder;

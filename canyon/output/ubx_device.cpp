@@ -128,10 +128,10 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
       raw.push_back({o.id, o.signal, o.measurement, o.pseudorange_m, o.carrier_phase_cycles, o.locked_s});
     }
     return ubx::payload(
-        id,
-        {seen, round_to(seen.stated_time(), kMillisecond), generation_, first_fix_.has_value(),
-         first_fix_ ? *first_fix_ - begin_ : 0, seen.time - begin_,
-         commands_.configuration().value(ubx::kJammingMonitor).value_or(0) != 0, raw_.tag, raw, channels_});
+        id, {seen, round_to(seen.stated_time(), kMillisecond), generation_, first_fix_.has_value(),
+             first_fix_ ? *first_fix_ - begin_ : 0, seen.time - begin_,
+             commands_.configuration().value(ubx::kJammingMonitor).value_or(0) != 0, raw_.tag, raw, channels_,
+             last_->geoid_undulation_m});
   }
 
   /// Whether an epoch is the first at or behind the next multiple of the asked interval of GPS time.

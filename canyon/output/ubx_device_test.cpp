@@ -25,6 +25,25 @@ TEST(UbxDevice, SendsTheMessagesOfItsGeneration) {
               ElementsAre(0x0107, 0x0103, 0x0104, 0x0120, 0x0135, 0x0161, 0x0215, 0x0A09));
 }
 
+// height and hMSL of NAV-PVT, NAV-POSLLH and NAV-HPPOSLLH (tenths of a millimetre behind them).
+TEST(UbxDevice, HeightsAreAboveTheEllipsoidAndAboveMeanSeaLevel) {
+  auto e = ubx_epoch();
+  e.observed.fix.position.height_m = 12.3456;
+  e.geoid_undulation_m = 39.625;
+  Device device(encode_ubx);
+  const auto messages = device.encode(e);
+  EXPECT_EQ(find(messages, 0x0107).i4(32), 12346);
+  EXPECT_EQ(find(messages, 0x0107).i4(36), -27279);
+  const auto low = device.send(0x0102), high = device.send(0x0114);
+  EXPECT_EQ(find(low, 0x0102).i4(12), 12346);
+  EXPECT_EQ(find(low, 0x0102).i4(16), -27279);
+  const Message& precise = find(high, 0x0114);
+  EXPECT_EQ(precise.i4(16) * 10 + static_cast<std::int8_t>(precise.u(26, 1)), 123456);
+  EXPECT_EQ(precise.i4(20) * 10 + static_cast<std::int8_t>(precise.u(27, 1)), -272794);
+  e.observed.fix.status = positioning::FixStatus::NoSignal;
+  EXPECT_EQ(find(Device(encode_ubx).encode(e), 0x0107).i4(36), 0);
+}
+
 TEST(UbxDevice, TellsTheFix) {
   const auto e = ubx_epoch();
   const auto messages = Device(encode_ubx).encode(e);

@@ -29,6 +29,11 @@ struct Epoch {
   const gnss::NavigationData* navigation = nullptr;
   /// Fix minus truth in ENU at the truth [m]; NaN without fix.
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  /// Height of mean sea level above the ellipsoid as the receiver has it [m]; 0 where none is known.
+  double geoid_undulation_m = 0;
+
+  /// Of the fix above mean sea level [m]. Precondition: observed.fix.solved().
+  [[nodiscard]] double altitude_m() const { return observed.fix.position.height_m - geoid_undulation_m; }
 };
 
 /// Takes epochs in order: by time, then by receiver.

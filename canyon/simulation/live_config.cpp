@@ -87,6 +87,11 @@ void visit(options::Visitor& v, LiveConfig& config) {
   visit_start(v, config.start);
   visit_rate(v, config.rate_hz);
   visit_seed(v, config.seed);
+  v.number(
+      {"geoid_undulation_m", "m",
+       "height of mean sea level above the ellipsoid in the world, subtracted in NMEA, UBX, MAVLink and GPX",
+       "the city's, else 0"},
+      config.geoid_undulation_m, {-150, 150});
   visit_name_and_profile(v, config.receiver, false);
   // A host's receivers may be on several vehicles, whose errors are not alike.
   if (v.reads() || v.describes()) config.receiver.options.own_draws = true;
@@ -151,7 +156,7 @@ LiveConfig changed_live_config(const LiveConfig& config, const std::string& text
   document.known = running_description().paths();
   const options::Node root =
       options::without_dots(options::parse_yaml(text, document, "write KEY: VALUE"), document);
-  for (const char* fixed : {"name", "sky", "start", "base"}) {
+  for (const char* fixed : {"name", "sky", "start", "base", "geoid_undulation_m"}) {
     const options::Node::Entry* entry = root.find(fixed);
     if (entry == nullptr) continue;
     throw InputError(name, entry->line, fmt::format("{}: stays as it was when the receiver began", fixed),

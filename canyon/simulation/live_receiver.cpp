@@ -144,6 +144,7 @@ Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arriv
   const auto given = std::exchange(corrections, nullptr);
   Epoch epoch = observe_epoch(receiver, truth, arrival, *environment, given.get());
   epoch.navigation = arrival.messages.get();
+  epoch.geoid_undulation_m = config.geoid_undulation_m.value_or(epoch.geoid_undulation_m);
   return epoch;
 }
 

@@ -23,6 +23,8 @@ struct LiveConfig {
   SkyConfig sky;
   std::optional<geodesy::GpsTime> start;  ///< of the host's time 0; empty: the host knows
   std::optional<double> rate_hz;          ///< empty: the host's own
+  /// City::geoid_undulation_m of the host's world; empty: what its scene says.
+  std::optional<double> geoid_undulation_m;
   ReceiverConfig receiver;
   std::uint64_t seed = 1;
   std::vector<disturbance::Fault> faults;  ///< their times count from the host's time 0

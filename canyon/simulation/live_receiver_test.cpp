@@ -107,6 +107,29 @@ seed: 9
   }
 }
 
+// Of the host's configuration, else of the city; alike in a run of a scenario.
+TEST(LiveReceiver, EpochsSayWhereMeanSeaLevelIs) {
+  const auto scene = downtown();
+  scene->city.geoid_undulation_m = -2.375;
+  AntennaState antenna;
+  antenna.position_enu_m = {0, 0, 200};
+  LiveConfig config = live_config();
+  const Epoch of_city = LiveReceiver(config, scene, *config.start).observe(0, antenna).epoch;
+  EXPECT_EQ(of_city.geoid_undulation_m, -2.375);
+  EXPECT_EQ(of_city.altitude_m(), of_city.observed.fix.position.height_m + 2.375);
+  config.geoid_undulation_m = 39.6;
+  EXPECT_EQ(LiveReceiver(config, scene, *config.start).observe(0, antenna).epoch.geoid_undulation_m, 39.6);
+  const Simulation simulation(
+      parse_scenario("city: {synthetic: {}}\nstart: 2026-06-01T08:00:00Z\nduration_s: 0\ntrajectory: "
+                     "{position: {east_m: "
+                     "0, north_m: 0, up_m: 200}}\n",
+                     "scenario.yaml"),
+      scene);
+  Collector batch;
+  (void)simulation.run({&batch});
+  EXPECT_EQ(batch.epochs.at(0).geoid_undulation_m, -2.375);
+}
+
 TEST(LiveReceiver, BeginsAnewWhenTimeJumpsBack) {
   LiveReceiver live(live_config(), downtown(), *live_config().start);
   const AntennaState antenna{{0, 0, 1.5}, Eigen::Vector3d::Zero()};
@@ -295,6 +318,7 @@ sky: {nominal: true, systems: [BeiDou]}
 start: {week: 2051, tow: 46701}
 rate_hz: 5
 seed: 42
+geoid_undulation_m: -2.5
 name: left
 profile: paper
 elevation_mask_deg: 12
@@ -307,6 +331,7 @@ noise: {sigma_m_per_sqrt_s: 0.7}
   EXPECT_EQ(config.start, GpsTime::from_week(2051, 46701));
   EXPECT_EQ(config.rate_hz, 5.0);
   EXPECT_EQ(config.seed, 42U);
+  EXPECT_EQ(config.geoid_undulation_m, -2.5);
   EXPECT_EQ(config.receiver.options.name, "left");
   EXPECT_NEAR(config.receiver.options.fix.elevation_mask_rad, geodesy::radians(12), 1e-12);
   EXPECT_EQ(config.receiver.options.fix.min_satellites, 5);  // the paper's

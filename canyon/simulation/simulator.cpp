@@ -374,6 +374,7 @@ Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation
   epoch.truth = truth;
   epoch.truth_ecef = geodesy::ecef_from_geodetic(truth.position);
   epoch.placement = arrival.placement;
+  epoch.geoid_undulation_m = environment.city().geoid_undulation_m;
   epoch.observed =
       receiver.observe({{truth.time, epoch.truth_ecef, enu_from_ecef.transpose() * truth.velocity_enu_mps},
                         arrival,

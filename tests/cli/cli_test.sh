@@ -175,6 +175,13 @@ simulate)
   [ "$(ls listed | tr '\n' ' ')" = "receiver.nmea track.gpx " ] || fail "listed holds $(ls listed)"
   sed 's/outputs:.*/outputs: [nmae]/' small.yaml >unknown.yaml
   runs 2 "$canyon" simulate unknown.yaml --out unknown; one_line; says err "'nmae' is unknown" "did you mean 'nmea'"
+  # Where mean sea level is shows in what receivers state, and in no figure of the run.
+  sed 's/seed: 2}/&, geoid_undulation_m: 39.625/' small.yaml >sea.yaml
+  runs 0 "$canyon" simulate sea.yaml --out sea --quiet
+  cmp res/epochs.csv sea/epochs.csv || fail "another sea level, other epochs"
+  [ "$(grep -c 'GGA,.*,M,39.625,M,' sea/receiver.nmea)" -eq "$(grep -c 'GGA,.*,M,0.0,M,' res/receiver.nmea)" ] || fail "sentences without the separation"
+  sed 's/seed: 2}/&, geoid_undulation_m: 1e9/' small.yaml >deep.yaml
+  runs 2 "$canyon" simulate deep.yaml --out deep; one_line; says err deep.yaml:1: geoid_undulation_m
   runs 0 "$canyon" simulate small.yaml --out res3 --quiet --seed 9 --duration 5 --rate 2 --threads 1
   [ "$(wc -l <res3/epochs.csv)" -eq 12 ] || fail "--duration 5 --rate 2 is not 11 epochs" ;;
 scenario)

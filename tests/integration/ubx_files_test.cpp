@@ -348,6 +348,7 @@ TEST_P(UbxForGpsd, IsRead) {
       simulation::Epoch epoch =
           test::sample_signal_epoch(time, test::sample_time(), {0.1 * i, 2.0 - i, 0.5 * i});
       if (i > 7 && i < 12) epoch = test::sample_epoch(time, test::sample_place(), {0, 0, 0}, false);
+      epoch.geoid_undulation_m = 39.625;
       sink->write(epoch);
       by_second[i] = epoch;
     }
@@ -377,6 +378,7 @@ TEST_P(UbxForGpsd, IsRead) {
       const auto decoded = geodesy::Geodetic::from_degrees(report.at("lat"), report.at("lon"),
                                                            report.at("altHAE").get<double>());
       worst_m = std::max(worst_m, (geodesy::ecef_from_geodetic(decoded) - seen.fix.position_ecef).norm());
+      EXPECT_NEAR(report.at("altMSL").get<double>(), seen.fix.position.height_m - 39.625, 1e-3);
       EXPECT_NEAR(report.at("speed").get<double>(), std::hypot(3.1, 4.2), 1e-3);
       EXPECT_NEAR(report.at("track").get<double>(), 143.57, 0.01);
       EXPECT_NEAR(report.at("eph").get<double>(), 2.5, 1e-3);

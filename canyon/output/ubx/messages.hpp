@@ -38,6 +38,7 @@ struct Epoch {
   geodesy::GpsTime tag;                  ///< receiver's clock, as measurements refer to it
   std::span<const RawMeasurement> raw;
   const std::map<gnss::SatelliteId, int>& glonass_channels;
+  double geoid_undulation_m = 0;  ///< of the place of the fix
 };
 
 /// The payload of an output message. Precondition: `id` is one of messages() that is made in each epoch.

@@ -49,8 +49,11 @@ Quality quality_of(const positioning::Fix& fix) {
 double degrees_of(const positioning::Fix& fix, double geodesy::Geodetic::*angle) {
   return fix.solved() ? geodesy::degrees(fix.position.*angle) : 0;
 }
-double height_of(const positioning::Fix& fix) {
-  return fix.solved() ? fix.position.height_m : 0;
+/// Above the ellipsoid, and above mean sea level.
+std::array<double, 2> heights_of(const Epoch& epoch) {
+  const positioning::Fix& fix = epoch.seen.fix;
+  if (!fix.solved()) return {0, 0};
+  return {fix.position.height_m, fix.position.height_m - epoch.geoid_undulation_m};
 }
 
 /// lastCorrectionAge: 0 not known, n from the n-1st of these ages on.
@@ -98,8 +101,7 @@ std::string pvt(const Epoch& epoch) {
   p.u1(codes.ubx_type).u1(codes.ubx_flags).u1(epoch.time_known ? 0b11100000 : 0).u1(used(fix));
   p.signed_field(degrees_of(fix, &geodesy::Geodetic::longitude_rad), 1e-7, 4);
   p.signed_field(degrees_of(fix, &geodesy::Geodetic::latitude_rad), 1e-7, 4);
-  // No geoid model: as in NMEA, the height above mean sea level is that above the ellipsoid.
-  p.signed_field(height_of(fix), 1e-3, 4).signed_field(height_of(fix), 1e-3, 4);
+  for (const double height_m : heights_of(epoch)) p.signed_field(height_m, 1e-3, 4);
   p.unsigned_field(q.horizontal_m, 1e-3, 4).unsigned_field(q.vertical_m, 1e-3, 4);
   p.signed_field(q.north_mps, 1e-3, 4).signed_field(q.east_mps, 1e-3, 4).signed_field(q.down_mps, 1e-3, 4);
   p.signed_field(q.ground_mps, 1e-3, 4).signed_field(q.motion_deg, 1e-5, 4);
@@ -167,7 +169,7 @@ std::string position(const Epoch& epoch) {
   Payload p;
   p.u4(itow(epoch)).signed_field(degrees_of(fix, &geodesy::Geodetic::longitude_rad), 1e-7, 4);
   p.signed_field(degrees_of(fix, &geodesy::Geodetic::latitude_rad), 1e-7, 4);
-  p.signed_field(height_of(fix), 1e-3, 4).signed_field(height_of(fix), 1e-3, 4);
+  for (const double height_m : heights_of(epoch)) p.signed_field(height_m, 1e-3, 4);
   return p.unsigned_field(q.horizontal_m, 1e-3, 4).unsigned_field(q.vertical_m, 1e-3, 4).bytes();
 }
 
@@ -179,8 +181,8 @@ std::string precise_position(const Epoch& epoch) {
   const auto hundredths = [](double value, double step) { return std::llround(value / step * 100); };
   const std::int64_t values[]{hundredths(degrees_of(fix, &geodesy::Geodetic::longitude_rad), 1e-7),
                               hundredths(degrees_of(fix, &geodesy::Geodetic::latitude_rad), 1e-7),
-                              std::llround(height_of(fix) * 1e4) * 10,
-                              std::llround(height_of(fix) * 1e4) * 10};
+                              std::llround(heights_of(epoch)[0] * 1e4) * 10,
+                              std::llround(heights_of(epoch)[1] * 1e4) * 10};
   Payload p;
   p.u1(0).zeros(2).u1(fix.solved() ? 0 : 1).u4(itow(epoch));
   for (const std::int64_t value : values) p.u4(static_cast<std::uint64_t>(value / 100));
