@@ -16,6 +16,7 @@ namespace canyon::adapters {
 namespace {
 
 using Eigen::Vector3d;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -95,7 +96,7 @@ class Host {
         return std::nullopt;
       }
       TruePose truth;
-      truth.pose.position_m = {0, 0, 1.5};
+      truth.pose.position_m = place;
       return truth;
     });
   }
@@ -104,6 +105,7 @@ class Host {
   std::vector<Collector::Seen> seen;
   int resets = 0;
   bool lost = false, broken = false;
+  Vector3d place{0, 0, 1.5};
   std::optional<HostedReceiver> receiver;
 };
 
@@ -178,6 +180,16 @@ TEST(HostedReceiver, BeginsAnewWhereTimeGoesBack) {
   for (std::size_t i = 0; i < host.seen[0].satellites.size(); ++i) {
     EXPECT_EQ(host.seen[3].satellites[i].excess_m, host.seen[0].satellites[i].excess_m);
   }
+}
+
+TEST(HostedReceiver, SaysThatItWasPutElsewhere) {
+  Host host;
+  for (int ms = 0; ms <= 2000; ms += 100) {
+    if (ms == 1000) host.place.y() = 40;
+    host.update(ms);
+  }
+  EXPECT_THAT(host.lines, ElementsAre(AllOf(HasSubstr("plugin 'gnss' of model 'car': "),
+                                            HasSubstr("was put 40 m away at 1.0 s"))));
 }
 
 TEST(HostedReceiver, WarnsOfAWorldThatLiesNowhere) {
