@@ -273,6 +273,7 @@ void LiveReceiver::set_scene(std::shared_ptr<CityScene> scene) {
   if (scene == impl_->scene) return;
   impl_->scene = checked(std::move(scene));
   impl_->make_environment();
+  if (std::isinf(impl_->last_s)) impl_->receiver = impl_->make_receiver();
   if (impl_->base) impl_->base->set_scene(impl_->scene);
 }
 

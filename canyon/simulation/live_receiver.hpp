@@ -82,7 +82,8 @@ class LiveReceiver {
   /// For further receivers under it.
   [[nodiscard]] std::shared_ptr<const BuiltSky> shared_sky() const;
 
-  /// The host rebuilt its world: rays go through this one from now on.
+  /// The host rebuilt its world: rays go through this one from now on. Before the first step the receiver is
+  /// made for it (ShadowingEnvironment::Auto, streets).
   void set_scene(std::shared_ptr<CityScene> scene);
   /// Rays of the host's own instead of the scene's; empty: back to the scene's.
   void set_tracer(Tracer tracer);

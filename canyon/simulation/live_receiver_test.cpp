@@ -190,6 +190,22 @@ TEST(LiveReceiver, TakesNoVehicleForAJump) {
   EXPECT_EQ(live.take_warnings().size(), 1U);
 }
 
+// Hosts make receivers before they know their world.
+TEST(LiveReceiver, IsMadeForTheSceneOfItsFirstStep) {
+  const LiveConfig config = parse_live_config(std::string(kLive) + "profile: ublox-m10\n", "plugin");
+  city::City field;
+  field.frame = downtown()->city.frame;
+  LiveReceiver late(config, std::make_shared<CityScene>(field), *live_config().start);
+  late.set_scene(downtown());
+  LiveReceiver made(config, downtown(), *live_config().start);
+  AntennaState antenna;
+  antenna.position_enu_m = {0, 0, 1.5};
+  for (double t = 0; t < 40; t += 1) {
+    antenna.position_enu_m.x() = t;
+    expect_same(made.observe(t, antenna).epoch, late.observe(t, antenna).epoch);
+  }
+}
+
 TEST(LiveReceiver, HasNominalOrbitsAnyTimeOn) {
   LiveReceiver live(live_config(), wall(), *live_config().start);
   const AntennaState antenna{{-500, 0, 150}, Eigen::Vector3d::Zero()};
