@@ -51,6 +51,12 @@ WorldFrame world_frame(const std::optional<HostOrigin>& host, const HostSettings
   return frame;
 }
 
+WorldScene::Options scene_options(const std::string& world, const HostSettings& settings,
+                                  const WorldFrame& frame) {
+  return {world, settings.visual_geometry, frame, settings.facades,
+          settings.facades.drawn() ? settings.live.seed : 1};
+}
+
 GpsTime start_of_world(const void* world, const std::string& name, std::int64_t sim_time_ns) {
   static std::mutex mutex;
   static std::map<std::string, std::pair<const void*, GpsTime>> starts;

@@ -26,6 +26,10 @@ namespace canyon::adapters {
 [[nodiscard]] WorldFrame world_frame(const std::optional<HostOrigin>& host, const HostSettings& settings,
                                      std::vector<std::string>& warnings);
 
+/// The scene that a receiver of these settings sees of the world of this name.
+[[nodiscard]] WorldScene::Options scene_options(const std::string& world, const HostSettings& settings,
+                                                const WorldFrame& frame);
+
 /// GPS time of a world's time 0 where nobody says it: the machine's when its first receiver was loaded, the
 /// same for all. `world`: any address that stands for the world of this name; `sim_time_ns` is its time now.
 [[nodiscard]] geodesy::GpsTime start_of_world(const void* world, const std::string& name,

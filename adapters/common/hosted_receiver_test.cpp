@@ -192,6 +192,19 @@ TEST(HostedReceiver, SaysThatItWasPutElsewhere) {
                                             HasSubstr("was put 40 m away at 1.0 s"))));
 }
 
+// What one receiver's settings ask for is what receivers with the same ones see.
+TEST(HostedReceiver, ItsSettingsChooseTheScene) {
+  HostSettings settings;
+  const WorldScene::Options first = scene_options("street", settings, {});
+  settings.live.seed = 2;
+  EXPECT_FALSE(scene_options("street", settings, {}) == first) << "other facades";
+  settings.facades.mix = city::FacadeMix::AsGiven;
+  const WorldScene::Options plain = scene_options("street", settings, {});
+  settings.live.seed = 1;
+  EXPECT_TRUE(scene_options("street", settings, {}) == plain);
+  EXPECT_FALSE(plain == first);
+}
+
 TEST(HostedReceiver, WarnsOfAWorldThatLiesNowhere) {
   HostSettings settings;
   std::vector<std::string> warnings;

@@ -130,10 +130,9 @@ HostSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentit
 }  // namespace
 
 struct GnssWorld::Impl {
-  /// Receivers of one kind of geometry and frame see one scene.
+  /// Receivers of the same options see one scene.
   struct Scene {
-    bool visual = false;
-    WorldFrame frame;
+    WorldScene::Options options;
     GzHostWorld* world = nullptr;  // the scene's own
     std::weak_ptr<WorldScene> scene;
   };
@@ -171,7 +170,7 @@ struct GnssWorld::Impl {
   void follow_origin(const Ecm& ecm);
   void look(const Ecm& ecm);
   void wait();
-  std::shared_ptr<WorldScene> scene_of(bool visual, const WorldFrame& frame, const std::string& name);
+  std::shared_ptr<WorldScene> scene_of(const WorldScene::Options& options);
   std::optional<TruePose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
                                 std::string& reason) const;
 
@@ -347,15 +346,14 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   });
 }
 
-std::shared_ptr<WorldScene> GnssWorld::Impl::scene_of(bool visual, const WorldFrame& frame,
-                                                      const std::string& name) {
+std::shared_ptr<WorldScene> GnssWorld::Impl::scene_of(const WorldScene::Options& wanted) {
   std::erase_if(scenes, [](const Scene& scene) { return scene.scene.expired(); });
   for (const Scene& known : scenes) {
-    if (known.visual == visual && known.frame == frame) return known.scene.lock();
+    if (known.options == wanted) return known.scene.lock();
   }
-  auto world = std::make_unique<GzHostWorld>(visual);
-  Scene made{visual, frame, world.get(), {}};
-  const auto scene = std::make_shared<WorldScene>(std::move(world), WorldScene::Options{name, visual, frame});
+  auto world = std::make_unique<GzHostWorld>(wanted.visual);
+  Scene made{wanted, world.get(), {}};
+  const auto scene = std::make_shared<WorldScene>(std::move(world), wanted);
   made.scene = scene;
   scenes.push_back(std::move(made));
   return scene;
@@ -458,8 +456,8 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
   for (Impl::Receiver* receiver : due) {
     HostedReceiver& hosted = *receiver->hosted;
     if (std::exchange(receiver->scene_is_due, false)) {
-      hosted.set_scene(impl_->scene_of(hosted.settings().visual_geometry, hosted.frame(),
-                                       name_of(gz::sim::worldEntity(ecm), ecm)),
+      hosted.set_scene(impl_->scene_of(scene_options(name_of(gz::sim::worldEntity(ecm), ecm),
+                                                     hosted.settings(), hosted.frame())),
                        receiver->own_model);
       impl_->look(ecm);
     }
