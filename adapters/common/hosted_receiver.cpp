@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "adapters/common/stream_publisher.hpp"
+#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
 
@@ -87,7 +88,15 @@ HostedReceiver::HostedReceiver(HostSettings settings, const ReceiverIdentity& id
         fmt::format("{}/{}/{}", identity.link, identity.sensor, identity.plugin);
   }
   for (const std::string& line : std::exchange(settings_.warnings, {})) this->say(Tone::Warning, line);
-  start_receiver();
+  try {
+    start_receiver();
+    open_streams();
+  } catch (const InputError& e) {  // of a file or an address: say whose
+    throw InputError(fmt::format("{}: {}", name_, e.what()));
+  }
+}
+
+void HostedReceiver::open_streams() {
   const auto descriptions = output::describe_receivers(*receiver_, schedule_.interval_s());
   if (settings_.nmea_port != 0) {
     add(make_stream_publisher("nmea_port", fmt::format("nmea=tcp://127.0.0.1:{}", settings_.nmea_port),
@@ -141,7 +150,7 @@ void HostedReceiver::set_tracer(simulation::Tracer tracer, std::function<std::ve
 AdjustableReceiver HostedReceiver::adjustable(const std::string& name) {
   return {name, &*receiver_, [this] {
             settings_.live = receiver_->config();
-            schedule_ = UpdateSchedule(rate_hz());
+            schedule_.set_rate(rate_hz());
           }};
 }
 

@@ -47,7 +47,8 @@ class HostedReceiver {
 
   /// @param settings whose warnings are said now
   /// @param sensor_rate_hz of the sensor that carries it; 0: none
-  /// Throws InputError as LiveReceiver does and where a stream cannot be opened.
+  /// Throws InputError, whose text begins with place_name(), as LiveReceiver does and where a stream cannot
+  /// be opened.
   HostedReceiver(HostSettings settings, const ReceiverIdentity& identity, const WorldFrame& frame,
                  geodesy::GpsTime start_of_world, double sensor_rate_hz, Say say);
   ~HostedReceiver();
@@ -91,6 +92,7 @@ class HostedReceiver {
 
  private:
   void start_receiver();
+  void open_streams();
   void observe(const TruePose& truth, ReceiverReport& report);
   [[nodiscard]] std::vector<double> scan(const Eigen::Vector3d& antenna_enu) const;
   [[nodiscard]] double rate_hz() const;

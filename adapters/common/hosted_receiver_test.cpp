@@ -5,12 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "adapters/common/testing/box_world.hpp"
 #include "adapters/common/testing/street.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/read.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters {
 namespace {
@@ -190,6 +192,39 @@ TEST(HostedReceiver, SaysThatItWasPutElsewhere) {
   }
   EXPECT_THAT(host.lines, ElementsAre(AllOf(HasSubstr("plugin 'gnss' of model 'car': "),
                                             HasSubstr("was put 40 m away at 1.0 s"))));
+}
+
+// 5 Hz on the world's grid, then 2 Hz on it from 0.7 s on.
+TEST(HostedReceiver, ChangesItsRateOnTheGrid) {
+  Host host;
+  for (int ms = 0; ms <= 2500; ms += 50) {
+    host.update(ms);
+    if (ms != 700 && ms != 1200) continue;
+    const OptionsRequest request{OptionsRequest::Kind::Set, "",
+                                 ms == 700 ? "rate_hz: 2" : "elevation_mask_deg: 7"};
+    EXPECT_THAT(answer(request, {host.receiver->adjustable("car")}), HasSubstr("set car: "));
+  }
+  std::vector<std::int64_t> times_ms;
+  for (const Collector::Seen& seen : host.seen) times_ms.push_back(seen.sim_time_ns / 1'000'000);
+  EXPECT_THAT(times_ms, ElementsAre(0, 200, 400, 600, 1000, 1500, 2000, 2500));
+}
+
+TEST(HostedReceiver, NamesItsModelWhereAFileIsWrong) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "sky.nav") << "no navigation file\n";
+  HostSettings settings;
+  settings.live.sky.nominal = false;
+  settings.live.sky.navigation = {folder / "sky.nav"};
+  ReceiverIdentity identity;
+  identity.model = "car";
+  identity.plugin = "gnss";
+  try {
+    const HostedReceiver receiver(settings, identity, {}, geodesy::GpsTime::from_week(2300, 0), 0,
+                                  [](HostedReceiver::Tone, const std::string&) {});
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), AllOf(testing::StartsWith("plugin 'gnss' of model 'car': "), HasSubstr("sky.nav")));
+  }
 }
 
 // What one receiver's settings ask for is what receivers with the same ones see.

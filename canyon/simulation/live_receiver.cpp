@@ -295,6 +295,10 @@ void LiveReceiver::set_config(LiveConfig config) {
   impl_->make_environment();
 }
 
+void LiveReceiver::set_rate(double rate_hz) {
+  impl_->config.rate_hz = rate_hz;
+}
+
 std::string LiveReceiver::add_fault(const std::string& text, const std::string& source) {
   disturbance::Fault fault =
       disturbance::parse_fault(text, source, impl_->now_s(), impl_->faults->next_number());
