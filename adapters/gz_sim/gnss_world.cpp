@@ -289,6 +289,7 @@ void GnssWorld::Impl::start_due(Ecm& ecm) {
 void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element,
                             Ecm& ecm) {
   const ReceiverIdentity identity = identify(entity, ecm);
+  check_sensor(sensor.Element(), place_name(identity));
   HostSettings settings = read_settings(element, identity, ecm);
   if (has_noise(sensor)) {
     settings.warnings.emplace_back(
@@ -323,7 +324,8 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   ecm.CreateComponent(entity, components::SensorTopic(topic));
   receiver.hosted = std::make_unique<HostedReceiver>(
       settings, identity, frame, start_of_world(&ecm, identity.world, 0), sensor.UpdateRate(), say);
-  receiver.hosted->add(make_navsat_publisher(topic, receiver.name));
+  receiver.hosted->add(make_navsat_publisher(topic, frame_of(sensor.Element(), receiver.name)));
+  std::string gnss_topic;
   if (settings.publish_gazebo) {
     receiver.hosted->add(make_gnss_publisher(identity, gnss_topic_beside(topic, own_topic)));
   }
