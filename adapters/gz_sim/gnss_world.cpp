@@ -141,6 +141,7 @@ struct GnssWorld::Impl {
     Entity link = gz::sim::kNullEntity;
     std::string link_name;
     std::string name;  // "iris::base_link::gps"
+    std::string topic;
     std::optional<HostWorld::Id> own_model;
     bool scene_is_due = true;
     EngineMotion motion;
@@ -321,13 +322,20 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   const bool own_topic = !sensor.Topic().empty();
   const std::string topic =
       gz::sim::validTopic({own_topic ? sensor.Topic() : gz::sim::scopedName(entity, ecm) + "/navsat"});
+  for (const auto& [other, known] : receivers) {
+    if (known.topic != topic) continue;
+    settings.warnings.push_back(fmt::format(
+        "the topic '{}' is that of {}, too: give one of the sensors another <topic>", topic, known.name));
+  }
+  receiver.topic = topic;
   ecm.CreateComponent(entity, components::SensorTopic(topic));
   receiver.hosted = std::make_unique<HostedReceiver>(
       settings, identity, frame, start_of_world(&ecm, identity.world, 0), sensor.UpdateRate(), say);
   receiver.hosted->add(make_navsat_publisher(topic, frame_of(sensor.Element(), receiver.name)));
   std::string gnss_topic;
   if (settings.publish_gazebo) {
-    receiver.hosted->add(make_gnss_publisher(identity, gnss_topic_beside(topic, own_topic)));
+    gnss_topic = gnss_topic_beside(topic, own_topic);
+    receiver.hosted->add(make_gnss_publisher(identity, gnss_topic));
   }
 #ifdef CANYON_WITH_ROS2
   if (settings.publish_ros) {
@@ -338,9 +346,12 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   if (settings.show_rays || settings.show_bubble) {
     receiver.hosted->add(make_markers(identity, settings));
   }
-  options->add(receiver.name);
-  gzmsg << "[canyon] " << receiver.name << " publishes on " << (topic.starts_with('/') ? "" : "/") << topic
-        << " every " << receiver.hosted->interval_s() << " s\n";
+  const std::string services = options->add(receiver.name, topic);
+  const auto rooted = [](const std::string& name) { return name.starts_with('/') ? name : "/" + name; };
+  gzmsg << "[canyon] " << receiver.name << " publishes on " << rooted(topic)
+        << (gnss_topic.empty() ? "" : " and " + rooted(gnss_topic)) << " every "
+        << receiver.hosted->interval_s() << " s; services " << rooted(topic) << "/set_rate and "
+        << rooted(services) << "/get_options, set_options, get_faults, add_fault, end_fault\n";
   Receiver& kept = receivers[entity] = std::move(receiver);
   kept.hosted->on_reset([&kept] {
     kept.motion.reset();
