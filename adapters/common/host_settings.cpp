@@ -153,6 +153,7 @@ void visit(Visitor& v, HostSettings& settings) {
             "Gazebo Sim's system only: the navsat sensors that have a <canyon> element, or all of them"},
            settings.serve_all, kServed);
   v.choice({"geometry", "", "what embree rays meet"}, settings.visual_geometry, kGeometries);
+  v.part("facades", settings.facades);
   v.boolean({"vehicle_blocks", "", "rays meet the receiver's own model"}, settings.vehicle_blocks);
   visit_outputs(v, settings);
   visit(v, settings.live);

@@ -7,6 +7,7 @@
 
 #include "adapters/common/ray_visuals.hpp"
 #include "adapters/common/ros_names.hpp"
+#include "canyon/city/facades.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 
@@ -29,6 +30,7 @@ struct HostSettings : RosSettings, VisualSettings {
 
   RayEngine ray_engine = RayEngine::Embree;  ///< ray_engine: physics or embree
   bool visual_geometry = false;              ///< geometry: collision or visual
+  city::FacadeOptions facades;               ///< facades, as a scenario's city.facades
   bool vehicle_blocks = false;               ///< vehicle_blocks: rays meet the receiver's own model
   std::string link;                          ///< link; the plugin of a model reads it for itself
   bool serve_all = false;                    ///< serve: marked or all

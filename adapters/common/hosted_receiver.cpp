@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "adapters/common/stream_publisher.hpp"
+#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
 
@@ -51,6 +52,12 @@ WorldFrame world_frame(const std::optional<HostOrigin>& host, const HostSettings
   return frame;
 }
 
+WorldScene::Options scene_options(const std::string& world, const HostSettings& settings,
+                                  const WorldFrame& frame) {
+  return {world, settings.visual_geometry, frame, settings.facades,
+          settings.facades.drawn() ? settings.live.seed : 1};
+}
+
 GpsTime start_of_world(const void* world, const std::string& name, std::int64_t sim_time_ns) {
   static std::mutex mutex;
   static std::map<std::string, std::pair<const void*, GpsTime>> starts;
@@ -81,7 +88,15 @@ HostedReceiver::HostedReceiver(HostSettings settings, const ReceiverIdentity& id
         fmt::format("{}/{}/{}", identity.link, identity.sensor, identity.plugin);
   }
   for (const std::string& line : std::exchange(settings_.warnings, {})) this->say(Tone::Warning, line);
-  start_receiver();
+  try {
+    start_receiver();
+    open_streams();
+  } catch (const InputError& e) {  // of a file or an address: say whose
+    throw InputError(fmt::format("{}: {}", name_, e.what()));
+  }
+}
+
+void HostedReceiver::open_streams() {
   const auto descriptions = output::describe_receivers(*receiver_, schedule_.interval_s());
   if (settings_.nmea_port != 0) {
     add(make_stream_publisher("nmea_port", fmt::format("nmea=tcp://127.0.0.1:{}", settings_.nmea_port),
@@ -135,7 +150,7 @@ void HostedReceiver::set_tracer(simulation::Tracer tracer, std::function<std::ve
 AdjustableReceiver HostedReceiver::adjustable(const std::string& name) {
   return {name, &*receiver_, [this] {
             settings_.live = receiver_->config();
-            schedule_ = UpdateSchedule(rate_hz());
+            schedule_.set_rate(rate_hz());
           }};
 }
 

@@ -26,6 +26,10 @@ namespace canyon::adapters {
 [[nodiscard]] WorldFrame world_frame(const std::optional<HostOrigin>& host, const HostSettings& settings,
                                      std::vector<std::string>& warnings);
 
+/// The scene that a receiver of these settings sees of the world of this name.
+[[nodiscard]] WorldScene::Options scene_options(const std::string& world, const HostSettings& settings,
+                                                const WorldFrame& frame);
+
 /// GPS time of a world's time 0 where nobody says it: the machine's when its first receiver was loaded, the
 /// same for all. `world`: any address that stands for the world of this name; `sim_time_ns` is its time now.
 [[nodiscard]] geodesy::GpsTime start_of_world(const void* world, const std::string& name,
@@ -43,7 +47,8 @@ class HostedReceiver {
 
   /// @param settings whose warnings are said now
   /// @param sensor_rate_hz of the sensor that carries it; 0: none
-  /// Throws InputError as LiveReceiver does and where a stream cannot be opened.
+  /// Throws InputError, whose text begins with place_name(), as LiveReceiver does and where a stream cannot
+  /// be opened.
   HostedReceiver(HostSettings settings, const ReceiverIdentity& identity, const WorldFrame& frame,
                  geodesy::GpsTime start_of_world, double sensor_rate_hz, Say say);
   ~HostedReceiver();
@@ -87,6 +92,7 @@ class HostedReceiver {
 
  private:
   void start_receiver();
+  void open_streams();
   void observe(const TruePose& truth, ReceiverReport& report);
   [[nodiscard]] std::vector<double> scan(const Eigen::Vector3d& antenna_enu) const;
   [[nodiscard]] double rate_hz() const;

@@ -5,17 +5,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "adapters/common/testing/box_world.hpp"
 #include "adapters/common/testing/street.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/read.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters {
 namespace {
 
 using Eigen::Vector3d;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -95,7 +98,7 @@ class Host {
         return std::nullopt;
       }
       TruePose truth;
-      truth.pose.position_m = {0, 0, 1.5};
+      truth.pose.position_m = place;
       return truth;
     });
   }
@@ -104,6 +107,7 @@ class Host {
   std::vector<Collector::Seen> seen;
   int resets = 0;
   bool lost = false, broken = false;
+  Vector3d place{0, 0, 1.5};
   std::optional<HostedReceiver> receiver;
 };
 
@@ -178,6 +182,62 @@ TEST(HostedReceiver, BeginsAnewWhereTimeGoesBack) {
   for (std::size_t i = 0; i < host.seen[0].satellites.size(); ++i) {
     EXPECT_EQ(host.seen[3].satellites[i].excess_m, host.seen[0].satellites[i].excess_m);
   }
+}
+
+TEST(HostedReceiver, SaysThatItWasPutElsewhere) {
+  Host host;
+  for (int ms = 0; ms <= 2000; ms += 100) {
+    if (ms == 1000) host.place.y() = 40;
+    host.update(ms);
+  }
+  EXPECT_THAT(host.lines, ElementsAre(AllOf(HasSubstr("plugin 'gnss' of model 'car': "),
+                                            HasSubstr("was put 40 m away at 1.0 s"))));
+}
+
+// 5 Hz on the world's grid, then 2 Hz on it from 0.7 s on.
+TEST(HostedReceiver, ChangesItsRateOnTheGrid) {
+  Host host;
+  for (int ms = 0; ms <= 2500; ms += 50) {
+    host.update(ms);
+    if (ms != 700 && ms != 1200) continue;
+    const OptionsRequest request{OptionsRequest::Kind::Set, "",
+                                 ms == 700 ? "rate_hz: 2" : "elevation_mask_deg: 7"};
+    EXPECT_THAT(answer(request, {host.receiver->adjustable("car")}), HasSubstr("set car: "));
+  }
+  std::vector<std::int64_t> times_ms;
+  for (const Collector::Seen& seen : host.seen) times_ms.push_back(seen.sim_time_ns / 1'000'000);
+  EXPECT_THAT(times_ms, ElementsAre(0, 200, 400, 600, 1000, 1500, 2000, 2500));
+}
+
+TEST(HostedReceiver, NamesItsModelWhereAFileIsWrong) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "sky.nav") << "no navigation file\n";
+  HostSettings settings;
+  settings.live.sky.nominal = false;
+  settings.live.sky.navigation = {folder / "sky.nav"};
+  ReceiverIdentity identity;
+  identity.model = "car";
+  identity.plugin = "gnss";
+  try {
+    const HostedReceiver receiver(settings, identity, {}, geodesy::GpsTime::from_week(2300, 0), 0,
+                                  [](HostedReceiver::Tone, const std::string&) {});
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), AllOf(testing::StartsWith("plugin 'gnss' of model 'car': "), HasSubstr("sky.nav")));
+  }
+}
+
+// What one receiver's settings ask for is what receivers with the same ones see.
+TEST(HostedReceiver, ItsSettingsChooseTheScene) {
+  HostSettings settings;
+  const WorldScene::Options first = scene_options("street", settings, {});
+  settings.live.seed = 2;
+  EXPECT_FALSE(scene_options("street", settings, {}) == first) << "other facades";
+  settings.facades.mix = city::FacadeMix::AsGiven;
+  const WorldScene::Options plain = scene_options("street", settings, {});
+  settings.live.seed = 1;
+  EXPECT_TRUE(scene_options("street", settings, {}) == plain);
+  EXPECT_FALSE(plain == first);
 }
 
 TEST(HostedReceiver, WarnsOfAWorldThatLiesNowhere) {

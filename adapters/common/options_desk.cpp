@@ -98,6 +98,7 @@ std::string set(const OptionsRequest& request, const Receivers& receivers) {
   struct Change {
     const AdjustableReceiver* of;
     simulation::LiveConfig config;
+    bool rate_alone;
   };
   std::vector<Change> changes;
   std::string text;
@@ -108,11 +109,18 @@ std::string set(const OptionsRequest& request, const Receivers& receivers) {
     const std::string said = differences(each.name, now, config);
     if (said.empty()) continue;
     text += said;
-    changes.push_back({&each, std::move(config)});
+    simulation::LiveConfig at_old_rate = config;
+    at_old_rate.rate_hz = now.rate_hz;
+    const bool rate_alone = config.rate_hz && differences(each.name, now, at_old_rate).empty();
+    changes.push_back({&each, std::move(config), rate_alone});
   }
   if (changes.empty()) return "unchanged: every value is what it was";
   for (Change& change : changes) {
-    change.of->receiver->set_config(std::move(change.config));
+    if (change.rate_alone) {
+      change.of->receiver->set_rate(*change.config.rate_hz);
+    } else {
+      change.of->receiver->set_config(std::move(change.config));
+    }
     if (change.of->changed) change.of->changed();
   }
   text.pop_back();

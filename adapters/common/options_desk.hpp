@@ -38,7 +38,7 @@ struct AdjustableReceiver {
 /// The answer, for people and programs: several lines without one at the end.
 ///  - Get, of one receiver: "key: value" a line, which Set takes; of all: sections of such lines by receiver.
 ///  - Set: "set NAME: key: old -> new" for each change, or "unchanged: ..."; all receivers that are asked for
-///  take their change, and begin anew, or none does.
+///  take their change, and begin anew (but for rate_hz alone), or none does.
 ///  - Faults: "NAME: FAULT (KIND) from 3 s until 23 s, at work" a line; "none".
 ///  - AddFault, EndFault: "added NAME: FAULT", "ended NAME: FAULT" for each receiver; they go on.
 ///  - "refused: why; cure", and nothing has changed.

@@ -111,6 +111,23 @@ TEST_F(OptionsDeskTest, AChangedReceiverIsThatOfItsOptions) {
   EXPECT_GT(compared, 10);
 }
 
+// Its epochs come at other times, and nothing else has changed.
+TEST_F(OptionsDeskTest, AnotherRateAloneLeavesTheReceiverAsItIs) {
+  const std::string text = "noise: {enabled: true}\nclock: {bias_s: 1.0e-4}";
+  simulation::LiveReceiver kept = receiver(text), other = receiver(text);
+  const simulation::AntennaState at{{0, 0, 2}};
+  const std::vector<AdjustableReceiver> one{{"car", &other, [this] { ++changed_; }}};
+  (void)kept.observe(0, at);
+  (void)other.observe(0, at);
+  EXPECT_EQ(answer({Kind::Set, "", "rate_hz: 7"}, one), "set car: rate_hz: (none) -> 7");
+  EXPECT_EQ(changed_, 1);
+  EXPECT_EQ(other.config().rate_hz, 7);
+  const auto a = kept.observe(1, at).epoch.observed.satellites,
+             b = other.observe(1, at).epoch.observed.satellites;
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i].noise_m, b[i].noise_m);
+}
+
 TEST_F(OptionsDeskTest, AnswersFromTheHostsThread) {
   OptionsDesk desk;
   auto asked = std::async(std::launch::async, [&] {

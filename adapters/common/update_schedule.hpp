@@ -10,8 +10,13 @@ namespace canyon::adapters {
 class UpdateSchedule {
  public:
   /// @param rate_hz > 0; rates above the world's give an epoch at each update
-  explicit UpdateSchedule(double rate_hz)
-      : interval_ns_(rate_hz >= 1e9 ? 1 : std::int64_t{std::llround(1e9 / rate_hz)}) {}
+  explicit UpdateSchedule(double rate_hz) : interval_ns_(interval_ns(rate_hz)) {}
+
+  /// Another rate, likewise, from the first multiple of its interval on that has not been.
+  void set_rate(double rate_hz) {
+    interval_ns_ = interval_ns(rate_hz);
+    if (next_ns_ > 0) next_ns_ = (last_ns_ / interval_ns_ + 1) * interval_ns_;
+  }
 
   [[nodiscard]] double interval_s() const { return static_cast<double>(interval_ns_) * 1e-9; }
 
@@ -26,6 +31,10 @@ class UpdateSchedule {
   }
 
  private:
+  static std::int64_t interval_ns(double rate_hz) {
+    return rate_hz >= 1e9 ? 1 : std::int64_t{std::llround(1e9 / rate_hz)};
+  }
+
   std::int64_t interval_ns_;
   std::int64_t next_ns_ = 0;
   std::int64_t last_ns_ = 0;

@@ -71,6 +71,7 @@ struct TrackedLink {
 struct TrackedModel {
   Id id = 0;
   std::string name;
+  bool vehicle = false;   ///< the host may move it
   bool movable = false;   ///< instances; else in the static mesh
   bool skipped = false;   ///< no geometry of the city by its name
   unsigned reshaped = 0;  ///< how often its shapes changed while it was static
@@ -92,8 +93,9 @@ void append_mesh(city::Mesh& mesh, const city::Mesh& part, const Eigen::Isometry
 }
 
 std::shared_ptr<simulation::CityScene> make_scene(const std::string& name, const geodesy::LocalFrame& frame,
-                                                  city::Mesh mesh) {
+                                                  city::Mesh mesh, std::string facades = {}) {
   city::City city;
+  if (!facades.empty()) city.notes.push_back(std::move(facades));
   city.name = name;
   city.frame = frame;
   city.mesh = std::move(mesh);
@@ -186,7 +188,8 @@ struct WorldScene::Impl {
     tracked.id = id;
     tracked.name = world->name(id);
     // A new static city costs more than some instances, so that latecomers are these.
-    tracked.movable = !world->is_static(id) || generation > 0;
+    tracked.vehicle = !world->is_static(id);
+    tracked.movable = tracked.vehicle || generation > 0;
     if (tracked.name == city::kGroundPlaneModel) {
       tracked.skipped = true;
       note(fmt::format("'{}', the ground under a city without terrain, is no part of it", tracked.name));
@@ -217,24 +220,48 @@ struct WorldScene::Impl {
     std::vector<std::string> remarks;
     std::vector<Id> links;
     world->links(tracked.id, links);
-    const bool vehicle = !world->is_static(tracked.id);
+    tracked.vehicle = !world->is_static(tracked.id);
     for (const Id link : links) {
       TrackedLink part;
       part.id = link;
       part.mesh = world->mesh(link, remarks);
       const std::optional<RigidPose> pose = world->pose(link);
       if (part.mesh.triangles.empty() || !pose) continue;
-      if (vehicle) {
+      if (tracked.vehicle) {
         // What moves through a city is no building, though it reflects like one.
         for (city::Object& object : part.mesh.objects) {
           if (object.surface == city::Surface::Building) object.surface = city::Surface::Vehicle;
         }
       }
       part.pose = numbers_of(*pose);
-      if (tracked.movable && generation > 0) add(tracked, part);
       tracked.links.push_back(std::move(part));
     }
     for (std::string& remark : remarks) note(std::move(remark));
+    if (!tracked.movable || generation == 0) return;
+    (void)dress({&tracked});
+    for (TrackedLink& part : tracked.links) add(tracked, part);
+  }
+
+  /// Draws the facades of those models that are no vehicles; what dress_facades() says of it.
+  std::string dress(const std::vector<TrackedModel*>& among) const {
+    city::City city;
+    std::vector<city::Mesh*> parts;
+    for (TrackedModel* model : among) {
+      for (TrackedLink& part : model->links) {
+        if (model->vehicle || !is_finite(part.pose)) continue;
+        append_mesh(city.mesh, part.mesh, enu_from_world * isometry(part.pose));
+        parts.push_back(&part.mesh);
+      }
+    }
+    std::string summary =
+        city::dress_facades(city, options.facades, options.facades.keeps_named(false), options.seed);
+    auto drawn = city.mesh.materials.cbegin();
+    for (city::Mesh* part : parts) {
+      const auto end = drawn + static_cast<std::ptrdiff_t>(part->materials.size());
+      part->materials.assign(drawn, end);
+      drawn = end;
+    }
+    return summary;
   }
 
   void follow(TrackedModel& tracked, bool check_shapes, bool check_poses) {
@@ -309,6 +336,9 @@ struct WorldScene::Impl {
 
   /// A new scene: the static mesh and every instance.
   void build() {
+    std::vector<TrackedModel*> all;
+    for (TrackedModel& model : models) all.push_back(&model);
+    std::string facades = dress(all);
     city::Mesh mesh;
     bool any = false;
     for (const TrackedModel& model : models) {
@@ -329,7 +359,7 @@ struct WorldScene::Impl {
       note(fmt::format("world '{}' holds no {} geometry: every satellite is in sight", options.name,
                        options.visual ? "visual" : "collision"));
     }
-    scene = make_scene(options.name, options.frame.enu, std::move(mesh));
+    scene = make_scene(options.name, options.frame.enu, std::move(mesh), std::move(facades));
     ++generation;
     stale = false;
     const city::Box bounds = scene->city.bounds();
@@ -399,6 +429,11 @@ std::vector<std::string> WorldScene::take_notes() {
 bool operator==(const HostOrigin& a, const HostOrigin& b) {
   return a.origin.latitude_rad == b.origin.latitude_rad && a.origin.longitude_rad == b.origin.longitude_rad &&
          a.origin.height_m == b.origin.height_m && a.heading_rad == b.heading_rad;
+}
+
+bool operator==(const WorldScene::Options& a, const WorldScene::Options& b) {
+  return a.name == b.name && a.visual == b.visual && a.frame == b.frame && a.facades.mix == b.facades.mix &&
+         a.facades.shares == b.facades.shares && a.facades.named == b.facades.named && a.seed == b.seed;
 }
 
 bool operator==(const WorldFrame& a, const WorldFrame& b) {

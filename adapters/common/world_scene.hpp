@@ -10,6 +10,7 @@
 
 #include "adapters/common/pose_motion.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/city/facades.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/simulation/environment.hpp"
 
@@ -78,7 +79,9 @@ class WorldScene {
     std::string name;     ///< of the world, for messages
     bool visual = false;  ///< visual instead of collision geometry, for messages and to distinguish scenes
     WorldFrame frame;
-    friend bool operator==(const Options&, const Options&) = default;
+    city::FacadeOptions facades = {};  ///< of what stands still, as of a city that is read from a file
+    std::uint64_t seed = 1;            ///< that draws them
+    friend bool operator==(const Options& a, const Options& b);
   };
   explicit WorldScene(std::unique_ptr<HostWorld> world, Options options);
   /// The scene that others in this world (any address that stands for it) use already with these options, or

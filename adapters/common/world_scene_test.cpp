@@ -1,9 +1,11 @@
 // The scene that follows a world, over a world made by hand.
 #include "adapters/common/world_scene.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -16,6 +18,9 @@ namespace {
 
 using Eigen::Vector3d;
 using test::BoxWorld;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -139,6 +144,64 @@ TEST_F(WorldSceneTest, TurnsWithTheWorldsHeading) {
   scene->update({});
   EXPECT_NEAR(range({0, 0, 0}, {0, 1, 0}), 9, 1e-9);
   EXPECT_EQ(range({0, 0, 0}, {1, 0, 0}), kNothing);
+}
+
+/// The mesh of a world's city by what is drawn on it.
+city::Mesh drawn(const std::vector<BoxWorld::Box>& boxes, const city::FacadeOptions& facades) {
+  auto made = std::make_unique<BoxWorld>();
+  for (std::size_t i = 0; i < boxes.size(); ++i) made->boxes[i + 1] = boxes[i];
+  WorldScene::Options options{"street", false, {}};
+  options.facades = facades;
+  WorldScene scene(std::move(made), options);
+  scene.update({});
+  return scene.scene()->city.mesh;
+}
+
+// Low, middle and tall buildings, and a car that moves.
+std::vector<BoxWorld::Box> district() {
+  std::vector<BoxWorld::Box> boxes;
+  for (int i = 0; i < 30; ++i) {
+    const double height_m = 10 + 20 * (i % 3);
+    boxes.push_back({true, {40.0 * i, 0, height_m / 2}, {20, 20, height_m}, fmt::format("house {}", i)});
+  }
+  boxes.push_back({false, {0, 40, 1}, {4, 2, 2}, "car"});
+  return boxes;
+}
+
+// The same facades as of the same city read from a file.
+TEST(WorldScene, DrawsFacadesAsCanyonSimulateDoes) {
+  city::FacadeOptions as_given;
+  as_given.mix = city::FacadeMix::AsGiven;
+  const city::Mesh plain = drawn(district(), as_given);
+  ASSERT_EQ(plain.triangles.size(), 30U * 12U);
+  EXPECT_THAT(plain.materials, Each(city::Material::Unknown));
+  city::City city;
+  city.mesh = plain;
+  (void)city::dress_facades(city, {}, false, 1);
+  const city::Mesh dressed = drawn(district(), {});
+  EXPECT_EQ(dressed.materials, city.mesh.materials);
+  EXPECT_THAT(dressed.materials, AllOf(Contains(city::Material::Metal), Contains(city::Material::Glass)));
+}
+
+// One that was moved, and one that came later, are instances.
+TEST(WorldScene, BuildingsThatBecomeInstancesKeepTheirFacades) {
+  auto made = std::make_unique<BoxWorld>();
+  BoxWorld* world = made.get();
+  WorldScene::Options options{"street", false, {}};
+  options.facades.shares = {{"coated_glass", 1}};
+  WorldScene scene(std::move(made), options);
+  world->boxes = {{1, {true, {10, 0, 0}}}, {2, {true, {30, 0, 0}}}};
+  scene.update({});
+  world->boxes[1].centre = {0, 10, 0};
+  world->boxes[3] = {true, {0, -10, 0}};
+  scene.update({});
+  EXPECT_EQ(scene.scene()->city.mesh.triangles.size(), 12U);
+  const auto& placed = scene.scene()->scene.placed_instances();
+  ASSERT_EQ(placed.size(), 2U);
+  for (const raytrace::PlacedInstance& each : placed) {
+    EXPECT_EQ(std::count(each.mesh->materials.begin(), each.mesh->materials.end(), city::Material::Metal), 8)
+        << "four walls";
+  }
 }
 
 TEST(WorldScene, IsSharedByWorldAndOptions) {

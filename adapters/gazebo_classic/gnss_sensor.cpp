@@ -98,7 +98,7 @@ GnssSensor::Impl::Impl(const Attachment& attachment) : at(attachment) {
         },
         [this] { return ranges; }, kPhysicsReach_m);
   } else {
-    receiver->set_scene(scene_of(at.world, settings.visual_geometry, frame),
+    receiver->set_scene(scene_of(at.world, scene_options(at.world->Name(), settings, frame)),
                         left_out ? std::optional(topmost_id(left_out)) : std::nullopt);
   }
 

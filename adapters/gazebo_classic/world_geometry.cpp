@@ -115,10 +115,10 @@ class GazeboWorld final : public HostWorld {
 
 }  // namespace
 
-std::shared_ptr<WorldScene> scene_of(const gazebo::physics::WorldPtr& world, bool visual,
-                                     const WorldFrame& frame) {
-  return WorldScene::of(world.get(), {world->Name(), visual, frame},
-                        [&] { return std::make_unique<GazeboWorld>(world, visual); });
+std::shared_ptr<WorldScene> scene_of(const gazebo::physics::WorldPtr& world,
+                                     const WorldScene::Options& options) {
+  return WorldScene::of(world.get(), options,
+                        [&] { return std::make_unique<GazeboWorld>(world, options.visual); });
 }
 
 std::optional<HostOrigin> origin_of(const gazebo::physics::World& world) {

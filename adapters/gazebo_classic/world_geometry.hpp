@@ -9,8 +9,8 @@
 namespace canyon::adapters::gazebo_classic {
 
 /// The scene of a Gazebo world that its receivers share. It holds the world weakly.
-[[nodiscard]] std::shared_ptr<WorldScene> scene_of(const gazebo::physics::WorldPtr& world, bool visual,
-                                                   const WorldFrame& frame);
+[[nodiscard]] std::shared_ptr<WorldScene> scene_of(const gazebo::physics::WorldPtr& world,
+                                                   const WorldScene::Options& options);
 
 /// Empty where the world has no spherical_coordinates.
 [[nodiscard]] std::optional<HostOrigin> origin_of(const gazebo::physics::World& world);

@@ -81,7 +81,9 @@ class WorldGeometryTest : public ::testing::Test {
   static std::shared_ptr<WorldScene> of(const WorldPtr& world, bool visual = false, double heading_rad = 0) {
     WorldFrame frame;
     frame.heading_rad = heading_rad;
-    return scene_of(world, visual, frame);
+    WorldScene::Options options{world->Name(), visual, frame};
+    options.facades.mix = city::FacadeMix::AsGiven;
+    return scene_of(world, options);
   }
   static std::shared_ptr<WorldScene> updated(const WorldPtr& world, bool visual = false,
                                              double heading_rad = 0) {

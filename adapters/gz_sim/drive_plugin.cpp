@@ -8,8 +8,10 @@
 #include <gz/sim/Util.hh>
 #include <gz/sim/components/AngularVelocity.hh>
 #include <gz/sim/components/LinearVelocity.hh>
+#include <gz/sim/components/Model.hh>
 #include <gz/sim/components/Pose.hh>
 #include <optional>
+#include <sdf/Model.hh>
 #include <string>
 
 #include "adapters/common/sdf/drive_settings.hpp"
@@ -38,15 +40,18 @@ class DriveSystem final : public gz::sim::System,
     model_ = gz::sim::Model(entity);
     const std::string name = "plugin 'canyon::DriveSystem' of model '" + model_.Name(ecm) + "'";
     try {
-      const auto folder = std::filesystem::path(element->FilePath()).parent_path();
-      settings_ = read_drive_settings(element->Clone(), name, folder, gazebos_paths(),
+      // The plugin's own element does not know its file, and the world's SDF comes after its models.
+      const auto* of_model = ecm.Component<components::ModelSdf>(entity);
+      const sdf::ElementPtr model = of_model == nullptr ? nullptr : of_model->Data().Element();
+      const std::filesystem::path file(model ? model->FilePath() : element->FilePath());
+      settings_ = read_drive_settings(element->Clone(), name, file.parent_path(), gazebos_paths(),
                                       origin_of(ecm).value_or(HostOrigin{}).frame());
     } catch (const std::exception& error) {
       gzerr << "[canyon] " << error.what() << "\n[canyon] the model stays where it is\n";
       return;
     }
     for (const std::string& warning : settings_->warnings)
-      gzwarn << "[canyon] " << name << ": " << warning << "\n";
+      gzerr << "[canyon] warning: " << name << ": " << warning << "\n";
     given_attitude_ = gz::sim::worldPose(entity, ecm).Rot();
     for (const gz::sim::Entity link : model_.Links(ecm)) {
       gz::sim::enableComponent<components::WorldLinearVelocity>(ecm, link);

@@ -130,10 +130,9 @@ HostSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentit
 }  // namespace
 
 struct GnssWorld::Impl {
-  /// Receivers of one kind of geometry and frame see one scene.
+  /// Receivers of the same options see one scene.
   struct Scene {
-    bool visual = false;
-    WorldFrame frame;
+    WorldScene::Options options;
     GzHostWorld* world = nullptr;  // the scene's own
     std::weak_ptr<WorldScene> scene;
   };
@@ -142,6 +141,7 @@ struct GnssWorld::Impl {
     Entity link = gz::sim::kNullEntity;
     std::string link_name;
     std::string name;  // "iris::base_link::gps"
+    std::string topic;
     std::optional<HostWorld::Id> own_model;
     bool scene_is_due = true;
     EngineMotion motion;
@@ -171,7 +171,7 @@ struct GnssWorld::Impl {
   void follow_origin(const Ecm& ecm);
   void look(const Ecm& ecm);
   void wait();
-  std::shared_ptr<WorldScene> scene_of(bool visual, const WorldFrame& frame, const std::string& name);
+  std::shared_ptr<WorldScene> scene_of(const WorldScene::Options& options);
   std::optional<TruePose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
                                 std::string& reason) const;
 
@@ -290,6 +290,7 @@ void GnssWorld::Impl::start_due(Ecm& ecm) {
 void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element,
                             Ecm& ecm) {
   const ReceiverIdentity identity = identify(entity, ecm);
+  check_sensor(sensor.Element(), place_name(identity));
   HostSettings settings = read_settings(element, identity, ecm);
   if (has_noise(sensor)) {
     settings.warnings.emplace_back(
@@ -321,12 +322,20 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   const bool own_topic = !sensor.Topic().empty();
   const std::string topic =
       gz::sim::validTopic({own_topic ? sensor.Topic() : gz::sim::scopedName(entity, ecm) + "/navsat"});
+  for (const auto& [other, known] : receivers) {
+    if (known.topic != topic) continue;
+    settings.warnings.push_back(fmt::format(
+        "the topic '{}' is that of {}, too: give one of the sensors another <topic>", topic, known.name));
+  }
+  receiver.topic = topic;
   ecm.CreateComponent(entity, components::SensorTopic(topic));
   receiver.hosted = std::make_unique<HostedReceiver>(
       settings, identity, frame, start_of_world(&ecm, identity.world, 0), sensor.UpdateRate(), say);
-  receiver.hosted->add(make_navsat_publisher(topic, receiver.name));
+  receiver.hosted->add(make_navsat_publisher(topic, frame_of(sensor.Element(), receiver.name)));
+  std::string gnss_topic;
   if (settings.publish_gazebo) {
-    receiver.hosted->add(make_gnss_publisher(identity, gnss_topic_beside(topic, own_topic)));
+    gnss_topic = gnss_topic_beside(topic, own_topic);
+    receiver.hosted->add(make_gnss_publisher(identity, gnss_topic));
   }
 #ifdef CANYON_WITH_ROS2
   if (settings.publish_ros) {
@@ -337,9 +346,12 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   if (settings.show_rays || settings.show_bubble) {
     receiver.hosted->add(make_markers(identity, settings));
   }
-  options->add(receiver.name);
-  gzmsg << "[canyon] " << receiver.name << " publishes on " << (topic.starts_with('/') ? "" : "/") << topic
-        << " every " << receiver.hosted->interval_s() << " s\n";
+  const std::string services = options->add(receiver.name, topic);
+  const auto rooted = [](const std::string& name) { return name.starts_with('/') ? name : "/" + name; };
+  gzmsg << "[canyon] " << receiver.name << " publishes on " << rooted(topic)
+        << (gnss_topic.empty() ? "" : " and " + rooted(gnss_topic)) << " every "
+        << receiver.hosted->interval_s() << " s; services " << rooted(topic) << "/set_rate and "
+        << rooted(services) << "/get_options, set_options, get_faults, add_fault, end_fault\n";
   Receiver& kept = receivers[entity] = std::move(receiver);
   kept.hosted->on_reset([&kept] {
     kept.motion.reset();
@@ -347,15 +359,14 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   });
 }
 
-std::shared_ptr<WorldScene> GnssWorld::Impl::scene_of(bool visual, const WorldFrame& frame,
-                                                      const std::string& name) {
+std::shared_ptr<WorldScene> GnssWorld::Impl::scene_of(const WorldScene::Options& wanted) {
   std::erase_if(scenes, [](const Scene& scene) { return scene.scene.expired(); });
   for (const Scene& known : scenes) {
-    if (known.visual == visual && known.frame == frame) return known.scene.lock();
+    if (known.options == wanted) return known.scene.lock();
   }
-  auto world = std::make_unique<GzHostWorld>(visual);
-  Scene made{visual, frame, world.get(), {}};
-  const auto scene = std::make_shared<WorldScene>(std::move(world), WorldScene::Options{name, visual, frame});
+  auto world = std::make_unique<GzHostWorld>(wanted.visual);
+  Scene made{wanted, world.get(), {}};
+  const auto scene = std::make_shared<WorldScene>(std::move(world), wanted);
   made.scene = scene;
   scenes.push_back(std::move(made));
   return scene;
@@ -458,8 +469,8 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
   for (Impl::Receiver* receiver : due) {
     HostedReceiver& hosted = *receiver->hosted;
     if (std::exchange(receiver->scene_is_due, false)) {
-      hosted.set_scene(impl_->scene_of(hosted.settings().visual_geometry, hosted.frame(),
-                                       name_of(gz::sim::worldEntity(ecm), ecm)),
+      hosted.set_scene(impl_->scene_of(scene_options(name_of(gz::sim::worldEntity(ecm), ecm),
+                                                     hosted.settings(), hosted.frame())),
                        receiver->own_model);
       impl_->look(ecm);
     }

@@ -1,11 +1,14 @@
 #include "adapters/gz_sim/options_service.hpp"
 
 #include <fmt/format.h>
+#include <gz/msgs/double.pb.h>
 #include <gz/msgs/stringmsg.pb.h>
 
 #include <chrono>
+#include <gz/common/Console.hh>
 #include <gz/transport/Node.hh>
 #include <gz/transport/TopicUtils.hh>
+#include <map>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -44,6 +47,13 @@ struct OptionsService::Impl {
 
   void offer(const std::string& receiver) {
     for (const Service& service : kServices) {
+      const std::string name = topic(receiver, service);
+      const auto [known, added] = offered.emplace(name, receiver);
+      if (!added) {
+        throw InputError(fmt::format("the service '{}' of receiver '{}' is that of receiver '{}' already",
+                                     name, receiver, known->second),
+                         "names that differ in blanks alone are one name to Gazebo's topics: rename one");
+      }
       // A call that is under way may outlive this object.
       std::function<bool(const gz::msgs::StringMsg&, gz::msgs::StringMsg&)> call =
           [desk = desk, receiver, kind = service.kind](const gz::msgs::StringMsg& request,
@@ -51,7 +61,6 @@ struct OptionsService::Impl {
             reply.set_data(desk->ask({kind, receiver, request.data()}, kPatience));
             return true;
           };
-      const std::string name = topic(receiver, service);
       if (!node.Advertise(name, call)) {
         throw InputError(fmt::format("the service '{}' cannot be offered", name),
                          "names of worlds and models should have letters, digits and '_' alone");
@@ -59,7 +68,20 @@ struct OptionsService::Impl {
     }
   }
 
+  void offer_rate(const std::string& receiver, const std::string& sensor_topic) {
+    std::function<void(const gz::msgs::Double&)> call = [desk = desk,
+                                                         receiver](const gz::msgs::Double& rate) {
+      const std::string said = desk->ask(
+          {OptionsRequest::Kind::Set, receiver, fmt::format("rate_hz: {}", rate.data())}, kPatience);
+      if (said.starts_with("refused")) gzerr << "[canyon] " << receiver << ": set_rate: " << said << "\n";
+    };
+    // Of two sensors with one topic the first has it.
+    if (node.Advertise(sensor_topic + "/set_rate", call)) rates[receiver] = sensor_topic + "/set_rate";
+  }
+
   std::string world;
+  std::map<std::string, std::string> offered;  // services, and whose they are
+  std::map<std::string, std::string> rates;    // of receivers: the service beside their topic
   std::shared_ptr<OptionsDesk> desk = std::make_shared<OptionsDesk>();
   gz::transport::Node node;  // the last: its services end first
 };
@@ -67,12 +89,22 @@ struct OptionsService::Impl {
 OptionsService::OptionsService(const std::string& world) : impl_(std::make_unique<Impl>(world)) {}
 OptionsService::~OptionsService() = default;
 
-void OptionsService::add(const std::string& receiver) {
+std::string OptionsService::add(const std::string& receiver, const std::string& topic) {
   impl_->offer(receiver);
+  impl_->offer_rate(receiver, topic);
+  const std::string first = impl_->topic(receiver, kServices[0]);
+  return first.substr(0, first.rfind('/'));
 }
 
 void OptionsService::remove(const std::string& receiver) {
-  for (const Service& service : kServices) (void)impl_->node.UnadvertiseSrv(impl_->topic(receiver, service));
+  for (const Service& service : kServices) {
+    (void)impl_->node.UnadvertiseSrv(impl_->topic(receiver, service));
+    impl_->offered.erase(impl_->topic(receiver, service));
+  }
+  if (const auto rate = impl_->rates.find(receiver); rate != impl_->rates.end()) {
+    (void)impl_->node.UnadvertiseSrv(rate->second);
+    impl_->rates.erase(rate);
+  }
 }
 
 std::shared_ptr<OptionsDesk> OptionsService::desk() const {

@@ -16,7 +16,8 @@ namespace canyon::adapters::gz_sim {
 ///     /world/WORLD/canyon/add_fault               YAML or JSON of one fault (docs/faults.md)
 ///     /world/WORLD/canyon/end_fault               its name
 ///     /world/WORLD/canyon/RECEIVER/get_options    and so on: of one
-/// RECEIVER is the receiver's name with '/' for '::'. A request waits for serve(), one second at most.
+/// RECEIVER is the receiver's name with '/' for '::'. Beside a sensor's topic stands TOPIC/set_rate of
+/// Gazebo's own sensors: gz.msgs.Double in [Hz], no answer. A request waits for serve(), one second at most.
 class OptionsService {
  public:
   explicit OptionsService(const std::string& world);
@@ -25,7 +26,9 @@ class OptionsService {
   OptionsService& operator=(const OptionsService&) = delete;
 
   /// Offers the services of a receiver, "iris::base_link::gps", which serve() then has under that name.
-  void add(const std::string& receiver);
+  /// @param topic of its sensor. Returns RECEIVER's services' common part. Throws InputError where Gazebo or
+  /// another receiver has a name already.
+  std::string add(const std::string& receiver, const std::string& topic);
   void remove(const std::string& receiver);
   /// For other transports that ask serve().
   [[nodiscard]] std::shared_ptr<OptionsDesk> desk() const;

@@ -210,9 +210,9 @@ template <class Satellite>
 
 /// sensor_msgs/NavSatFix: degrees, metres above the ellipsoid, covariance in ENU [m^2], known. A QZSS signal
 /// has no bit of its own in `service`. With a base's corrections, of codes or phases, the status is GBAS_FIX,
-/// the message has no finer words; dead reckoning is FIX. Without a fix: status NO_FIX, service 0, NaN
-/// position and covariance, covariance of unknown type. @param epoch null where the truth has not come: no
-/// fix.
+/// the message has no finer words; dead reckoning is NO_FIX beside its position and covariance, as drivers of
+/// real receivers have it. Without a fix: status NO_FIX, service 0, NaN position and covariance, covariance
+/// of unknown type. @param epoch null where the truth has not come: no fix.
 template <class NavSatFix>
 [[nodiscard]] NavSatFix fix_message(const Head& head, const simulation::Epoch* epoch) {
   using Status = std::remove_reference_t<decltype(std::declval<NavSatFix&>().status)>;
@@ -227,7 +227,9 @@ template <class NavSatFix>
     return message;
   }
   const positioning::Fix& fix = epoch->observed.fix;
-  message.status.status = corrected(fix.kind()) ? Status::STATUS_GBAS_FIX : Status::STATUS_FIX;
+  message.status.status = corrected(fix.kind()) ? Status::STATUS_GBAS_FIX
+                          : fix.measured()      ? Status::STATUS_FIX
+                                                : Status::STATUS_NO_FIX;
   int service = 0;
   for (const gnss::SatelliteId id : fix.used) {
     if (id.system == gnss::System::GPS) service |= Status::SERVICE_GPS;

@@ -412,7 +412,11 @@ TYPED_TEST(Conversions, SayWhatKindOfFixItIs) {
     expect(code++, 2, true);
   }
   epoch.observed.fix.used.clear();
-  expect(5, 0, false);
+  expect(5, -1, false);
+  const NavSatFix prediction = fix_message<NavSatFix>(sample_head(), &epoch);
+  EXPECT_EQ(prediction.latitude, 22.25);
+  EXPECT_EQ(prediction.position_covariance[0], 11);
+  EXPECT_EQ(static_cast<int>(prediction.status.service), 0);
   epoch.observed.fix.status = positioning::FixStatus::WeakGeometry;
   expect(0, -1, false);
 }

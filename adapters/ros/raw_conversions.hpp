@@ -119,8 +119,10 @@ template <class DiagnosticArray>
     say(Status::ERROR, health.reason);
   } else {
     const positioning::Fix& fix = epoch->observed.fix;
-    if (fix.solved()) {
+    if (fix.measured()) {
       say(Status::OK, "fix");
+    } else if (fix.solved()) {
+      say(Status::WARN, "prediction: no satellite is used");
     } else {
       say(Status::WARN, "no fix: " + std::string(output::no_fix_reason(fix, epoch->placement)));
     }

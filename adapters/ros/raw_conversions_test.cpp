@@ -181,6 +181,10 @@ TYPED_TEST(Raw, DiagnosticsSayHowItIs) {
     if (value.key == "horizontal error [m]") error = value.value;
   }
   EXPECT_EQ(error, "5");  // of 3 and 4
+  auto prediction = fix;
+  prediction.observed.fix.used.clear();
+  EXPECT_EQ(said(&prediction).level, 1);
+  EXPECT_EQ(said(&prediction).message, "prediction: no satellite is used");
   EXPECT_EQ(said(&none).level, 1);
   EXPECT_THAT(std::string(said(&none).message), testing::StartsWith("no fix: "));
   EXPECT_EQ(said(nullptr).level, 2);

@@ -73,7 +73,9 @@ void ReceiverTopics::publish(const ReceiverReport& report, const std::string& fr
     }
   }
   // Once a second, and where something has changed.
-  const int state = health.finished ? 3 : epoch == nullptr ? 2 : epoch->observed.fix.solved() ? 1 : 0;
+  const int state = health.finished    ? 3
+                    : epoch == nullptr ? 2
+                                       : 4 + static_cast<int>(epoch->observed.fix.kind());
   if (state != diagnosed_state_ || stamp_ns < diagnosed_ns_ || stamp_ns - diagnosed_ns_ >= kSecond_ns) {
     diagnosed_state_ = state;
     diagnosed_ns_ = stamp_ns;

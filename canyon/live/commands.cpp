@@ -92,6 +92,7 @@ struct Commands::Impl {
         const Latest& now = *latest[r];
         each["gpst"] = geodesy::format_gpst(now.time, 3);
         each["fix"] = now.fix.solved();
+        each["kind"] = positioning::name(now.fix.kind());
         each["visible"] = now.visible;
         if (!now.fix.solved()) each["reason"] = now.no_fix;
         if (now.fix.solved()) {

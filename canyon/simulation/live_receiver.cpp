@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/disturbance/faults/receiver_faults.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
@@ -21,6 +22,35 @@ using geodesy::GpsTime;
 
 // Nominal orbits are written for so long, and again when that has passed.
 constexpr double kSkySpan_s = 86400;
+
+// Of observe(): what no vehicle does.
+constexpr double kSlack_m = 10;
+constexpr double kHardest_mps2 = 200;
+
+/// Restarts a receiver hot at an instant that its host says.
+class HotRestart final : public disturbance::Disturbance {
+ public:
+  /// @param at the latest one; empty: none so far
+  explicit HotRestart(std::shared_ptr<const std::optional<GpsTime>> at) : at_(std::move(at)) {}
+
+  void happen(const propagation::Antenna& /*antenna*/, disturbance::ReceiverEvents& events) override {
+    if (!*at_ || (events.restart && events.restart->at >= **at_)) return;
+    if (!restart_ || restart_->at != **at_) {
+      disturbance::RestartOptions hot;
+      hot.kind = disturbance::RestartKind::Hot;
+      restart_ = disturbance::Restart{**at_, hot.search(), hot.ephemeris()};
+      if (events.restart) {  // what a fault takes from it is still missing
+        restart_->search_s = std::max(restart_->search_s, events.restart->search_s);
+        restart_->ephemeris_s = std::max(restart_->ephemeris_s, events.restart->ephemeris_s);
+      }
+    }
+    events.restart = restart_;
+  }
+
+ private:
+  std::shared_ptr<const std::optional<GpsTime>> at_;
+  std::optional<disturbance::Restart> restart_;
+};
 
 std::shared_ptr<CityScene> checked(std::shared_ptr<CityScene> scene) {
   if (!scene) throw InputError("a live receiver needs a scene");
@@ -51,6 +81,9 @@ struct LiveReceiver::Impl {
                                                    ? config.receiver.disturbances
                                                    : with_streets(config.receiver, scene->city, road);
     sources.push_back(disturbance::FaultTimeline::source(faults));
+    sources.push_back({"put elsewhere", [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
+                         return std::make_unique<HotRestart>(at);
+                       }});
     receiver::ReceiverOptions options = with_surroundings(config.receiver.options, scene->scene, scene->city);
     decide(options, make_space_errors(config.sky, *sky, config.seed).get());
     return {std::move(options), config.seed, sources, config.receiver.models};
@@ -70,9 +103,18 @@ struct LiveReceiver::Impl {
   Epoch observe(const Pose& truth, propagation::Arrival& arrival);
   void make_environment();
   GpsTime go_to(double seconds);
+  /// Whether the host put the antenna elsewhere since the step before.
+  void look_for_jump(GpsTime t, const AntennaState& antenna);
   void restart();
   void begin_anew();
   void bring_sky_to(GpsTime t);
+
+  /// Where the antenna was at a step.
+  struct Place {
+    GpsTime time;
+    Eigen::Vector3d enu_m;
+    double speed_mps;
+  };
 
   LiveConfig config;
   std::shared_ptr<CityScene> scene;
@@ -81,11 +123,13 @@ struct LiveReceiver::Impl {
   GpsTime sky_begin;
   std::shared_ptr<disturbance::Road> road = std::make_shared<disturbance::Road>();  // driven so far
   std::shared_ptr<disturbance::FaultTimeline> faults;
+  std::shared_ptr<std::optional<GpsTime>> put_elsewhere = std::make_shared<std::optional<GpsTime>>();  // last
   receiver::Receiver receiver;
   Tracer tracer;
   std::optional<Environment> environment;
   std::optional<propagation::Propagator> propagator;  // made where no tracer stands in for it
   std::optional<Pose> last_truth;
+  std::optional<Place> last_place;
   double last_s = -std::numeric_limits<double>::infinity();
   bool said_empty = false;
   std::vector<std::string> warnings;
@@ -151,6 +195,8 @@ Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arriv
 void LiveReceiver::Impl::begin_anew() {
   road->clear();
   corrections.reset();
+  put_elsewhere->reset();
+  last_place.reset();
   receiver = make_receiver();
   last_s = -std::numeric_limits<double>::infinity();
   said_empty = false;
@@ -179,6 +225,24 @@ GpsTime LiveReceiver::Impl::go_to(double seconds) {
   bring_sky_to(t);
   last_s = seconds;
   return t;
+}
+
+void LiveReceiver::Impl::look_for_jump(GpsTime t, const AntennaState& antenna) {
+  const double stated_mps = antenna.velocity_enu_mps.norm();
+  const auto before =
+      std::exchange(last_place, Place{t, antenna.position_enu_m, std::max(stated_mps, kTeleport_mps / 2)});
+  if (!before) return;
+  const double step_s = t - before->time;
+  const double way_m = (antenna.position_enu_m - before->enu_m).norm();
+  last_place->speed_mps = step_s > 0 ? std::max(stated_mps, way_m / step_s) : before->speed_mps;
+  const double reach_m = kSlack_m + 2 * before->speed_mps * step_s +
+                         std::min(kHardest_mps2 * step_s / 2, kTeleport_mps) * step_s;
+  if (antenna.continuous || way_m <= reach_m) return;
+  *put_elsewhere = t;
+  road->clear();
+  warnings.push_back(fmt::format(
+      "the antenna was put {:.0f} m away at {:.1f} s: the receiver begins anew, as by a hot start", way_m,
+      t - start));
 }
 
 // Only nominal orbits can be made for any time; files say what they say.
@@ -210,6 +274,7 @@ void LiveReceiver::set_scene(std::shared_ptr<CityScene> scene) {
   if (scene == impl_->scene) return;
   impl_->scene = checked(std::move(scene));
   impl_->make_environment();
+  if (std::isinf(impl_->last_s)) impl_->receiver = impl_->make_receiver();
   if (impl_->base) impl_->base->set_scene(impl_->scene);
 }
 
@@ -229,6 +294,10 @@ void LiveReceiver::set_config(LiveConfig config) {
   impl_->config = std::move(config);
   impl_->begin_anew();
   impl_->make_environment();
+}
+
+void LiveReceiver::set_rate(double rate_hz) {
+  impl_->config.rate_hz = rate_hz;
 }
 
 std::string LiveReceiver::add_fault(const std::string& text, const std::string& source) {
@@ -274,6 +343,7 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
                      "check what moves the vehicle");
   }
   const GpsTime t = impl.go_to(seconds);
+  impl.look_for_jump(t, antenna);
   if (impl.config.receiver.streets.enabled) {
     impl.road->face({std::cos(antenna.yaw_rad), std::sin(antenna.yaw_rad)});
     impl.road->add(t, antenna.position_enu_m.head<2>());

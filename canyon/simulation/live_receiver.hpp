@@ -84,7 +84,8 @@ class LiveReceiver {
   /// For further receivers under it.
   [[nodiscard]] std::shared_ptr<const BuiltSky> shared_sky() const;
 
-  /// The host rebuilt its world: rays go through this one from now on.
+  /// The host rebuilt its world: rays go through this one from now on. Before the first step the receiver is
+  /// made for it (ShadowingEnvironment::Auto, streets).
   void set_scene(std::shared_ptr<CityScene> scene);
   /// Rays of the host's own instead of the scene's; empty: back to the scene's.
   void set_tracer(Tracer tracer);
@@ -93,6 +94,8 @@ class LiveReceiver {
   /// `config` says of them. The receiver begins anew, as constructed: noise, clock, tracking and filter have
   /// no memory of before. Throws InputError where check() does; then nothing has changed.
   void set_config(LiveConfig config);
+  /// LiveConfig::rate_hz alone, of which the host makes its steps: the receiver goes on.
+  void set_rate(double rate_hz);
   /// Throws InputError for options out of range, and where `config` needs coefficients of the ionosphere that
   /// the sky does not have.
   void check(const LiveConfig& config) const;
@@ -106,6 +109,13 @@ class LiveReceiver {
   /// One epoch `seconds` of host time after `start`. A time before the last step's begins anew, as
   /// constructed: a world that was reset gives the same numbers again. Throws InputError for a state that is
   /// not finite.
+  ///
+  /// An antenna that is not AntennaState::continuous and moves farther in one step of dt than
+  ///     10 m + 2 v dt + min(a dt^2 / 2, kTeleport_mps dt), a = 200 m/s^2 (20 g),
+  /// v the greater of its stated speed and that of the step before (unknown in the first step: kTeleport_mps
+  /// / 2), was put elsewhere: the receiver restarts hot, with a warning. Receivers of vehicles work up to 4 g
+  /// and 500 m/s (data sheet of u-blox M8 modules, UBX-15031506); 10 m and the factor of 2 are for poses that
+  /// are measured or late (assumed).
   [[nodiscard]] Step observe(double seconds, const AntennaState& antenna);
 
   /// Corrections that came since the last step, of a receiver elsewhere or of a stream; used by the next one.

@@ -140,6 +140,95 @@ TEST(LiveReceiver, BeginsAnewWhenTimeJumpsBack) {
     expect_same(first[static_cast<std::size_t>(k)], live.observe(0.1 * k, antenna).epoch);
 }
 
+/// A receiver with a navigation filter in the open, twice a second, which is put 60 m away at 60 s.
+struct Jump {
+  explicit Jump(bool continuous) {
+    live.emplace(parse_live_config(std::string(kLive) + "profile: ublox-m10\n", "plugin"), wall(),
+                 *live_config().start);
+    antenna.position_enu_m = {-500, 0, 2};
+    antenna.continuous = continuous;
+  }
+  receiver::ReceiverEpoch to(double seconds) {
+    if (seconds == 60) antenna.position_enu_m.y() += 60;
+    Epoch epoch = live->observe(seconds, antenna).epoch;
+    error_m = epoch.error_enu_m.head<2>().norm();
+    return epoch.observed;
+  }
+  std::optional<LiveReceiver> live;
+  AntennaState antenna;
+  double error_m = 0;
+};
+
+TEST(LiveReceiver, BeginsAnewWhereItsHostPutsItElsewhere) {
+  Jump jump(false);
+  for (double t = 0; t < 60; t += 0.5) (void)jump.to(t);
+  EXPECT_TRUE(jump.live->take_warnings().empty());
+  int without = 0, with = 0;
+  for (double t = 60; t < 70; t += 0.5) {
+    const positioning::Fix fix = jump.to(t).fix;
+    ++(fix.solved() ? with : without);
+    EXPECT_TRUE(fix.solved() == (with > 0)) << t;
+    if (!fix.solved()) continue;
+    EXPECT_LT(jump.error_m, 15) << t;
+  }
+  EXPECT_GE(without, 2) << "a second of search";
+  EXPECT_LE(without, 6);
+  EXPECT_THAT(jump.live->take_warnings(), testing::ElementsAre(HasSubstr("was put 60 m away at 60.0 s")));
+
+  // Along a trajectory nobody says so: what the filter thinks of its measurements is its own affair.
+  Jump untold(true);
+  for (double t = 0; t <= 61; t += 0.5) (void)untold.to(t);
+  EXPECT_GT(untold.error_m, 40);
+  EXPECT_TRUE(untold.live->take_warnings().empty());
+}
+
+TEST(LiveReceiver, WhatARestartTookIsStillMissingBehindAJump) {
+  Jump jump(false);
+  for (double t = 0; t < 50; t += 0.5) (void)jump.to(t);
+  jump.live->add_fault("restart: {kind: cold}");
+  for (double t = 50; t < 80; t += 0.5) EXPECT_FALSE(jump.to(t).fix.solved()) << t;
+  double first = 80;
+  while (first < 120 && !jump.to(first).fix.solved()) first += 0.5;
+  EXPECT_NEAR(first, 86, 4);
+}
+
+// From standstill to 100 m/s within an epoch, poses 3 m beside the way, a gap of a minute.
+TEST(LiveReceiver, TakesNoVehicleForAJump) {
+  LiveReceiver live(live_config(), wall(), *live_config().start);
+  AntennaState antenna;
+  antenna.position_enu_m = {-500, 0, 2};
+  double t = 0;
+  const auto step = [&](double dt, const Eigen::Vector3d& by) {
+    t += dt;
+    antenna.position_enu_m += by;
+    (void)live.observe(t, antenna);
+  };
+  for (int k = 0; k < 5; ++k) step(0.1, {0, 0, 0});
+  for (int k = 0; k < 20; ++k) step(0.1, {k == 0 ? 3.0 : k % 2 == 0 ? 6.0 : -6.0, 10, 0});
+  (void)live.lose(t + 60);
+  step(61, {1500, 0, 0});
+  for (int k = 0; k < 5; ++k) step(1, {0, 30, 0});
+  EXPECT_TRUE(live.take_warnings().empty());
+  step(0.1, {0, 90, 0});
+  EXPECT_EQ(live.take_warnings().size(), 1U);
+}
+
+// Hosts make receivers before they know their world.
+TEST(LiveReceiver, IsMadeForTheSceneOfItsFirstStep) {
+  const LiveConfig config = parse_live_config(std::string(kLive) + "profile: ublox-m10\n", "plugin");
+  city::City field;
+  field.frame = downtown()->city.frame;
+  LiveReceiver late(config, std::make_shared<CityScene>(field), *live_config().start);
+  late.set_scene(downtown());
+  LiveReceiver made(config, downtown(), *live_config().start);
+  AntennaState antenna;
+  antenna.position_enu_m = {0, 0, 1.5};
+  for (double t = 0; t < 40; t += 1) {
+    antenna.position_enu_m.x() = t;
+    expect_same(made.observe(t, antenna).epoch, late.observe(t, antenna).epoch);
+  }
+}
+
 TEST(LiveReceiver, HasNominalOrbitsAnyTimeOn) {
   LiveReceiver live(live_config(), wall(), *live_config().start);
   const AntennaState antenna{{-500, 0, 150}, Eigen::Vector3d::Zero()};

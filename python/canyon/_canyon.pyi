@@ -173,7 +173,8 @@ class LiveReceiver:
         """One epoch `seconds` of the caller's time after the start.
 
         `position` is the antenna's, east, north, up [m] of the city, `velocity` likewise [m/s], `yaw` [rad] from
-        east counter-clockwise, `yaw_rate` [rad/s]. A time before the last one begins anew.
+        east counter-clockwise, `yaw_rate` [rad/s]. A time before the last one begins anew; a place that no vehicle
+        gets to in one step restarts the receiver hot, with a warning.
         """
     def lose(self, seconds: float) -> Epoch: ...
     def restart(self) -> None: ...

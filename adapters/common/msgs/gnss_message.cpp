@@ -244,9 +244,15 @@ void fill_gnss_message(const ReceiverIdentity& identity, const ReceiverReport& r
   }
   const simulation::Epoch& epoch = report.step->epoch;
   const receiver::ReceiverEpoch& seen = epoch.observed;
-  const bool solved = seen.fix.solved();
-  message.set_state(solved ? msgs::GnssReceiver::FIX : msgs::GnssReceiver::NO_FIX);
-  if (!solved) message.set_reason(std::string(output::no_fix_reason(seen.fix, epoch.placement)));
+  if (seen.fix.measured()) {
+    message.set_state(msgs::GnssReceiver::FIX);
+  } else if (seen.fix.solved()) {
+    message.set_state(msgs::GnssReceiver::PREDICTION);
+    message.set_reason("prediction: no satellite is used");
+  } else {
+    message.set_state(msgs::GnssReceiver::NO_FIX);
+    message.set_reason(std::string(output::no_fix_reason(seen.fix, epoch.placement)));
+  }
   message.set_gps_week(seen.time.week());
   message.set_gps_time_of_week_ns(seen.time.nanosecond_of_week());
 

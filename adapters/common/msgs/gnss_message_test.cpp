@@ -372,6 +372,8 @@ TEST(GnssMessage, SaysWhatTheCorrectionsMadeOfTheFix) {
   }
   fix.used.clear();
   fill_gnss_message(sample_identity(), sample.report, message);
+  EXPECT_EQ(message.state(), msgs::GnssReceiver::PREDICTION);
+  EXPECT_EQ(message.reason(), "prediction: no satellite is used");
   EXPECT_EQ(message.fix().kind(), msgs::GnssFix::DEAD_RECKONING);
   EXPECT_FALSE(message.fix().has_correction_age_s() || message.fix().has_correction_station());
 }

@@ -48,7 +48,9 @@ PluginElements::PluginElements(const sdf::ElementPtr& plugin, std::string plugin
   document_.page = "docs/gazebo.md";
   document_.digits_are_booleans = true;
   root_.kind = Node::Kind::Mapping;
-  if (plugin) convert(plugin, "", "", root_);
+  if (!plugin) return;
+  warn_attributes(plugin, "");
+  convert(plugin, "", "", root_);
 }
 
 InputError PluginElements::error(const std::string& tag, std::string_view problem,
@@ -68,6 +70,7 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
     const std::string tag = fmt::format("{}<{}>", tags, name);
     const std::string text = text_of(child);
     const bool has_children = child->GetFirstElement() != nullptr;
+    warn_attributes(child, tag);
     const auto key =
         std::find_if(known_.begin(), known_.end(), [&](const Key& each) { return each.path == child_path; });
     const bool leaf = key != known_.end();
@@ -111,6 +114,19 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
       value.kind = Node::Kind::Mapping;
       convert(child, child_path + ".", tag, value);
     }
+  }
+}
+
+void PluginElements::warn_attributes(const sdf::ElementPtr& element, const std::string& tags) {
+  for (std::size_t i = 0; i < element->GetAttributeCount(); ++i) {
+    const sdf::ParamPtr attribute = element->GetAttribute(static_cast<unsigned int>(i));
+    const std::string& key = attribute->GetKey();
+    const bool of_plugin = element->GetName() == "plugin" && (key == "name" || key == "filename");
+    if (of_plugin || !attribute->GetSet() || key.find(':') != std::string::npos) continue;
+    warnings_.push_back(
+        fmt::format("the attribute {0}=\"{1}\" of <{2}> has no effect; write {3}<{0}>{1}</{0}>", key,
+                    attribute->GetAsString(), element->GetName(),
+                    tags.empty() ? fmt::format("<{}>", element->GetName()) : tags));
   }
 }
 

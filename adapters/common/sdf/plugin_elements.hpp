@@ -19,7 +19,8 @@ namespace canyon::adapters {
 class PluginElements {
  public:
   /// `known`: every element by its dotted path ("noise.enabled"); those of several texts or files may be
-  /// repeated. Others become warnings. Throws InputError for an element that stands twice and may not, is
+  /// repeated. Others become warnings, and so do attributes, but a plugin's name and file and those with a
+  /// namespace. Throws InputError for an element that stands twice and may not, is
   /// empty, or has text where elements belong or the other way round.
   PluginElements(const sdf::ElementPtr& plugin, std::string plugin_name, std::vector<options::Key> known);
 
@@ -46,6 +47,7 @@ class PluginElements {
  private:
   void convert(const sdf::ElementPtr& parent, const std::string& path, const std::string& tags,
                options::Node& to);
+  void warn_attributes(const sdf::ElementPtr& element, const std::string& tags);
   void warn_unknown(const std::string& name, const std::string& path, const std::string& tags);
   [[nodiscard]] const options::Node::Entry* find(std::string_view path) const;
   [[nodiscard]] options::Document document(const std::vector<std::filesystem::path>& folders,

@@ -145,6 +145,24 @@ bool take_other_names(PluginElements& elements) {
 
 }  // namespace
 
+void check_sensor(const sdf::ElementPtr& sensor, const std::string& name) {
+  if (!sensor->HasElement("canyon")) return;
+  const sdf::ElementPtr own = sensor->GetElement("canyon");
+  if (own->GetNextElement("canyon")) {
+    throw InputError(name + ": <canyon> stands twice in <sensor>", "put what is in both into one");
+  }
+  if (own->HasElement("serve")) {
+    throw InputError(name + ": <serve> stands in <canyon>", "it belongs into the system's <plugin>");
+  }
+}
+
+std::string frame_of(const sdf::ElementPtr& sensor, const std::string& otherwise) {
+  for (const char* name : {"gz_frame_id", "ignition_frame_id"}) {
+    if (sensor->HasElement(name)) return sensor->Get<std::string>(name);
+  }
+  return otherwise;
+}
+
 sdf::ElementPtr with_defaults(const sdf::ElementPtr& own, const sdf::ElementPtr& defaults) {
   sdf::ElementPtr both = own ? own->Clone() : std::make_shared<sdf::Element>();
   if (!own && defaults) both->SetFilePath(defaults->FilePath());

@@ -29,6 +29,12 @@ struct PluginPlace {
 /// not there, and ray_engine physics with the specular model. A null element has nothing but defaults.
 [[nodiscard]] HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place);
 
+/// Throws InputError, whose text begins with `name`, for a <sensor> with two <canyon> elements, and for
+/// <serve> in one, which is the plugin's.
+void check_sensor(const sdf::ElementPtr& sensor, const std::string& name);
+/// The <gz_frame_id> of a <sensor>, or ignition_frame_id; `otherwise` where it has neither.
+[[nodiscard]] std::string frame_of(const sdf::ElementPtr& sensor, const std::string& otherwise);
+
 /// `own` with those children of `defaults` whose names it does not have; either may be null. A new element.
 [[nodiscard]] sdf::ElementPtr with_defaults(const sdf::ElementPtr& own, const sdf::ElementPtr& defaults);
 

@@ -42,8 +42,8 @@ const std::string kPaper = R"(
     <satElevation>0.78 0.32 1.02 0.90 0.47 0.26 1.09 0.38</satElevation>
 )";
 
-// The element as Gazebo hands it to a plugin: out of a whole world.
-sdf::ElementPtr plugin(const std::string& children) {
+// A sensor out of a whole world, as Gazebo has it.
+sdf::ElementPtr sensor(const std::string& children) {
   static const sdf::ElementPtr description = [] {
     auto sdf = std::make_shared<sdf::SDF>();
     sdf::init(sdf);  // slow: reads the whole description of the format
@@ -52,14 +52,15 @@ sdf::ElementPtr plugin(const std::string& children) {
   auto sdf = std::make_shared<sdf::SDF>();
   sdf->Root()->Copy(description);
   const std::string world = R"(<sdf version="1.6"><world name="w"><model name="car"><link name="base">
-      <sensor name="rays" type="ray"><plugin name="gnss" filename="libMultipathSensorPlugin.so">)" +
-                            children + "</plugin></sensor></link></model></world></sdf>";
+      <sensor name="rays" type="ray">)" +
+                            children + "</sensor></link></model></world></sdf>";
   if (!sdf::readString(world, sdf)) throw std::runtime_error("not SDF: " + children);
-  return sdf->Root()
-      ->GetElement("world")
-      ->GetElement("model")
-      ->GetElement("link")
-      ->GetElement("sensor")
+  return sdf->Root()->GetElement("world")->GetElement("model")->GetElement("link")->GetElement("sensor");
+}
+
+// The element as Gazebo hands it to a plugin.
+sdf::ElementPtr plugin(const std::string& children) {
+  return sensor("<plugin name='gnss' filename='libMultipathSensorPlugin.so'>" + children + "</plugin>")
       ->GetElement("plugin");
 }
 
@@ -473,6 +474,39 @@ struct Wrong {
   const char* problem;
   const char* cure;
 };
+
+TEST(HostSettings, AttributesWarnAndStopNothing) {
+  const HostSettings settings =
+      read("<noise enabled='false'><theta_per_s unit='1/s'>0.1</theta_per_s></noise><name>roof</name>");
+  EXPECT_EQ(settings.live.receiver.options.noise.ou.theta_per_s, 0.1);
+  EXPECT_THAT(settings.warnings,
+              ElementsAre("the attribute enabled=\"false\" of <noise> has no effect; write "
+                          "<noise><enabled>false</enabled>",
+                          AllOf(HasSubstr("unit"), HasSubstr("<noise><theta_per_s>"))));
+  const sdf::ElementPtr own = sensor("<canyon profile='ideal'/>")->GetElement("canyon");
+  EXPECT_THAT(read_plugin_settings(own, {false, kName, {}, gazebos_paths()}).warnings,
+              ElementsAre(HasSubstr("write <canyon><profile>ideal</profile>")));
+}
+
+TEST(HostSettings, WhatASensorSaysOfCanyonIsChecked) {
+  const auto refusal = [](const std::string& children) -> std::string {
+    try {
+      check_sensor(sensor(children), kName);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(""), "");
+  EXPECT_EQ(refusal("<canyon><profile>ideal</profile></canyon>"), "");
+  EXPECT_THAT(refusal("<canyon/><canyon><profile>ideal</profile></canyon>"),
+              AllOf(HasSubstr(kName), HasSubstr("twice")));
+  EXPECT_THAT(refusal("<canyon><serve>all</serve></canyon>"),
+              AllOf(HasSubstr("<serve>"), HasSubstr("<plugin>")));
+  EXPECT_EQ(frame_of(sensor(""), "car::base::gps"), "car::base::gps");
+  EXPECT_EQ(frame_of(sensor("<gz_frame_id>gps_link</gz_frame_id>"), "car::base::gps"), "gps_link");
+  EXPECT_EQ(frame_of(sensor("<ignition_frame_id>old</ignition_frame_id>"), "car::base::gps"), "old");
+}
 
 TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
   const std::vector<Wrong> cases{

@@ -52,6 +52,7 @@ AntennaState antenna_state(const Pose& antenna, const geodesy::LocalFrame& frame
       (geodesy::enu_from_ecef_rotation(antenna.position).transpose() * antenna.velocity_enu_mps);
   state.yaw_rad = antenna.yaw_rad;
   state.yaw_rate_radps = antenna.yaw_rate_radps;
+  state.continuous = true;
   return state;
 }
 

@@ -17,6 +17,8 @@ struct AntennaState {
   Eigen::Vector3d velocity_enu_mps = Eigen::Vector3d::Zero();
   double yaw_rad = 0;         ///< ENU yaw of the vehicle
   double yaw_rate_radps = 0;  ///< counter-clockwise
+  /// Of a trajectory or a fixed place: it is never put elsewhere (LiveReceiver::observe()).
+  bool continuous = false;
 };
 
 struct RigidPose {
@@ -43,7 +45,7 @@ struct TruePose {
 [[nodiscard]] AntennaState antenna_of(const TruePose& body, const Eigen::Vector3d& lever_arm_m,
                                       double heading_rad, const Eigen::Vector3d& origin_enu_m);
 
-/// The same antenna in the city's frame.
+/// The same antenna in the city's frame; continuous.
 [[nodiscard]] AntennaState antenna_state(const Pose& antenna, const geodesy::LocalFrame& frame);
 
 /// Faster than this between two poses is no motion but a jump: a model put elsewhere.
