@@ -23,7 +23,8 @@
 //   CRC-32
 //             (zlib's, of the 20 bytes before it and of the packed bytes), the packed bytes (zlib stream)
 // INFO  u64 vertices, u64 triangles, f64 latitude, longitude [rad], height [m], heading [rad], name,
-//       u32 notes and each note, u32 objects and of each: name, u8 surface, u32 triangles.
+//       u32 notes and each note, u32 objects and of each: name, u8 surface, u32 triangles;
+//       version 2: u8 facades of each object. Version 1 is written where no object has any.
 //       A text is u32 bytes and its bytes.
 // VERT  f64 x y z of each vertex [m]; byte planes: all first bytes of the 3 n numbers, all second bytes, ...
 // TRIS  u32 a b c of each triangle, each number less the one before it (modulo 2^32); byte planes
@@ -37,7 +38,7 @@ constexpr std::string_view kMagic{
     "\x89"
     "CANYON\n",
     8};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kBlockHeader = 24;
 /// A zlib stream unpacks to at most this many bytes for each byte (zlib's documentation: 1032).
 constexpr std::uint64_t kMostUnpacked = 1040;
@@ -45,6 +46,7 @@ constexpr std::string_view kCopyAgain = "copy it again, or build the city again"
 
 constexpr auto kLastSurface = static_cast<std::uint8_t>(Surface::Vehicle);
 constexpr auto kLastMaterial = static_cast<std::uint8_t>(Material::Foliage);
+constexpr auto kLastMix = static_cast<std::uint8_t>(FacadeMix::ByBuilding);
 
 template <typename Number>
 void put(std::string& out, Number value) {
@@ -116,6 +118,11 @@ void write_block(OutputFile& file, std::string_view tag, const std::string& raw)
   file.write(packed);
 }
 
+std::uint32_t version_of(const City& city) {
+  const auto named = [](const Object& object) { return object.facades != FacadeMix::ByBuilding; };
+  return std::any_of(city.mesh.objects.begin(), city.mesh.objects.end(), named) ? 2 : 1;
+}
+
 std::string info_block(const City& city) {
   std::string info;
   put(info, static_cast<std::uint64_t>(city.mesh.vertices.size()));
@@ -132,6 +139,9 @@ std::string info_block(const City& city) {
     put_text(info, object.name);
     put(info, static_cast<std::uint8_t>(object.surface));
     put(info, object.triangle_count);
+  }
+  if (version_of(city) > 1) {
+    for (const Object& object : city.mesh.objects) put(info, static_cast<std::uint8_t>(object.facades));
   }
   return info;
 }
@@ -192,6 +202,7 @@ class CityFileReader {
                        fmt::format("is of version {}, this Canyon reads up to {}", version, kVersion),
                        "update Canyon, or build the city again with this one");
     }
+    version_ = version;
     if (version == 0) throw InputError(path_, 0, "is of version 0, which never was", kCopyAgain);
   }
 
@@ -285,6 +296,11 @@ class CityFileReader {
       city.mesh.objects.push_back(std::move(object));
     }
     if (next != triangles_) damaged("header", "its objects do not cover the city's triangles");
+    for (std::uint32_t i = 0; version_ > 1 && i < objects; ++i) {
+      const auto mix = take<std::uint8_t>(from);
+      if (mix > kLastMix) damaged("header", fmt::format("object {} has facades {}", i, mix));
+      city.mesh.objects[i].facades = static_cast<FacadeMix>(mix);
+    }
     if (!from.empty()) damaged("header", "it goes on after its end");
     return city;
   }
@@ -331,6 +347,7 @@ class CityFileReader {
   std::filesystem::path path_;
   std::string bytes_;
   std::string_view rest_;
+  std::uint32_t version_ = 0;
   std::uint64_t vertices_ = 0;
   std::uint64_t triangles_ = 0;
 };
@@ -342,7 +359,7 @@ void write_city_file(const std::filesystem::path& path, const City& city) {
   check_mesh(mesh, city.name);
   OutputFile file(path);
   std::string header(kMagic);
-  put(header, kVersion);
+  put(header, version_of(city));
   file.write(header);
   write_block(file, "INFO", info_block(city));
   write_block(file, "VERT", planes_of<double>(3 * mesh.vertices.size(), [&](std::size_t i) {
