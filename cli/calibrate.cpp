@@ -12,6 +12,7 @@
 #include "canyon/simulation/profile.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/recording_table.hpp"
+#include "canyon/validation/score_card.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/recorded_drive.hpp"
@@ -85,10 +86,12 @@ class CalibrationDrive : public RecordedDrive {
           recorded_.scenario->string(), at->line, key)});
     }
   }
-  /// Figures of the part that calibrated nothing, as `canyon validate` has them.
-  [[nodiscard]] validation::RecordingRow validate(const std::string& called,
-                                                  const calibration::Calibration* calibrated, int threads,
-                                                  bool quiet) {
+  /// Figures of the part that calibrated and of the one that did not, as `canyon validate` has them.
+  struct Rows {
+    validation::RecordingRow fitted, held_out;
+  };
+  [[nodiscard]] Rows validate(const std::string& called, const calibration::Calibration* calibrated,
+                              int threads, bool quiet) {
     simulation::ReceiverConfig receiver = scenario_.receivers.front();
     std::unique_ptr<simulation::Environment> dressed;
     if (calibrated != nullptr) {
@@ -116,20 +119,27 @@ class CalibrationDrive : public RecordedDrive {
       for (const validation::NeverTracked& s : *never_) options.leave_out.insert(s.id);
       if (!never_->empty()) comparison = compare();
     }
-    validation::Figures figures =
-        validation::figures(comparison, part_.first, part_.count,
-                            validation::describe_part(comparison, part_.first, part_.count, part_.name));
-    figures.never_tracked = *never_;
-    figures.left_out = true;
+    const auto figures_of = [&](const Part& part) {
+      validation::Figures figures =
+          validation::figures(comparison, part.first, part.count,
+                              validation::describe_part(comparison, part.first, part.count, part.name));
+      figures.never_tracked = *never_;
+      figures.left_out = true;
+      return figures;
+    };
+    Rows rows;
+    rows.fitted.name = prefix_ + "calibrated by";
+    rows.fitted.headlines = validation::headlines(figures_of(first_part_));
+    validation::Figures figures = figures_of(part_);
     if (recorded_.nmea) {
       options.position_filter = true;
       figures.own_fixes = validation::own_fix_figures(
           validation::own_fixes_of(recording_, comparison, part_.first, part_.count), compare(), part_.first,
           part_.count);
     }
-    validation::RecordingRow row = row_of(prefix_ + called, figures, comparison, {});
-    row.figures_json = validation::to_json({figures}, std::nullopt);
-    return row;
+    rows.held_out = row_of(prefix_ + called, figures, comparison, {});
+    rows.held_out.figures_json = validation::to_json({figures}, std::nullopt);
+    return rows;
   }
   [[nodiscard]] std::string calibrated_by(bool whole) const {
     const std::string part = whole ? "whole recording" : first_part_.name;
@@ -141,15 +151,39 @@ class CalibrationDrive : public RecordedDrive {
   std::optional<std::vector<validation::NeverTracked>> never_;  ///< by the profile as it was
 };
 
+std::vector<validation::RecordingRow> alternately(const std::vector<validation::RecordingRow>& before,
+                                                  const std::vector<validation::RecordingRow>& after) {
+  std::vector<validation::RecordingRow> rows;
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    rows.push_back(before[i]);
+    rows.push_back(after[i]);
+  }
+  return rows;
+}
+
+/// What the part that calibrated lets expect of the one held out, before that is looked at.
+std::string expectation_of(const std::vector<validation::RecordingRow>& fitted) {
+  validation::Score score;
+  for (const validation::RecordingRow& row : fitted) score += validation::score_of(row.headlines);
+  return fmt::format(
+      "{} of {} figures lie within their ranges on what calibrated; expect no more of what was held out",
+      score.within, score.of);
+}
+
 std::string report_of(const calibration::Calibration& result,
-                      const std::vector<validation::RecordingRow>& rows) {
+                      const std::vector<validation::RecordingRow>& fitted,
+                      const std::vector<validation::RecordingRow>& before,
+                      const std::vector<validation::RecordingRow>& after) {
   std::string text = "Receiver:\n\n" + calibration::to_markdown(result.estimates);
   if (!result.environment.empty())
     text += "\nSurroundings:\n\n" + calibration::to_markdown(result.environment);
   if (!result.notes.empty()) text += "\n";
   for (const std::string& note : result.notes) text += fmt::format("- {}.\n", note);
-  if (rows.empty()) return text + "\nNothing was held out: figures of what calibrated would prove nothing.\n";
-  return text + "\nJudged by what calibrated nothing:\n\n" + validation::to_markdown(rows);
+  if (after.empty())
+    return text + "\nNothing was held out: figures of what calibrated would prove nothing.\n";
+  return fmt::format("{}\nExpected: {}.\n\n{}\nBy what calibrated nothing:\n\n{}\n{}", text,
+                     expectation_of(fitted), validation::score_card(fitted),
+                     validation::to_markdown(alternately(before, after)), validation::score_card(after));
 }
 
 std::string json_of(const calibration::Calibration& result,
@@ -231,13 +265,16 @@ int calibrate(const CalibrateArguments& given) {
   };
   const calibration::Calibration result = calibration::calibrate(parts, options);
 
-  std::vector<validation::RecordingRow> rows;
+  std::vector<validation::RecordingRow> fitted, before, after;
   for (const auto& drive : drives) {
     drive->warn_of_overrides(result.values);
     if (whole) continue;
-    rows.push_back(drive->validate("before", nullptr, arguments.threads, arguments.quiet));
-    rows.push_back(drive->validate("calibrated", &result, arguments.threads, arguments.quiet));
+    before.push_back(drive->validate("before", nullptr, arguments.threads, arguments.quiet).held_out);
+    CalibrationDrive::Rows rows = drive->validate("calibrated", &result, arguments.threads, arguments.quiet);
+    fitted.push_back(std::move(rows.fitted));
+    after.push_back(std::move(rows.held_out));
   }
+  if (!fitted.empty()) note(arguments.quiet, "expected    " + expectation_of(fitted));
 
   simulation::Profile profile{"calibrated", parts.front().receiver};
   profile.receiver.options.name = simulation::ReceiverConfig().options.name;
@@ -257,13 +294,13 @@ int calibrate(const CalibrateArguments& given) {
     fragment->write(result.fragment);
     fragment->commit();
   }
-  const std::string report = report_of(result, rows);
+  const std::string report = report_of(result, fitted, before, after);
   if (!arguments.markdown.empty()) write_file(arguments.markdown, report);
   if (arguments.json == "-") {
-    fmt::print("{}", json_of(result, rows));
+    fmt::print("{}", json_of(result, alternately(before, after)));
     return kOk;
   }
-  if (!arguments.json.empty()) write_file(arguments.json, json_of(result, rows));
+  if (!arguments.json.empty()) write_file(arguments.json, json_of(result, alternately(before, after)));
   if (arguments.quiet) return kOk;
   for (const auto& drive : drives) fmt::print("{}", drive->alignment_line());
   fmt::print("\n{}", report);

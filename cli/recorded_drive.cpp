@@ -203,6 +203,10 @@ void RecordedDrive::read() {
   warn(sky.warnings);
   sky_ = sky.sky;
   environment_ = std::make_unique<simulation::Environment>(std::move(city), sky_, sky.navigation.klobuchar);
+  environment_->set_errors(simulation::make_space_errors(scenario_.sky, sky, scenario_.seed));
+  for (simulation::ReceiverConfig& receiver : scenario_.receivers) {
+    simulation::decide(receiver.options, environment_->errors().get());
+  }
 
   validation::RecordingOptions options;
   options.ionosphere = options.troposphere = !arguments_.no_atmosphere;

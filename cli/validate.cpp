@@ -25,6 +25,7 @@ struct ValidateArguments : DriveArguments {
   std::string report, models, json, markdown;
   bool ladder = false, all_satellites = false, view = false;
   std::optional<int> runs;
+  int seeds = 1;
 };
 
 /// One recording, judged. Keeps all that is told of it: everything is written at the end.
@@ -183,8 +184,10 @@ class Judge : public RecordedDrive {
   std::vector<validation::Comparison> runs_of_own_;
 };
 
+using Judges = std::vector<std::unique_ptr<Judge>>;
+
 /// Classes of several recordings, observations of all of them together.
-std::vector<validation::RecordingRow> pooled_rows(const std::vector<std::unique_ptr<Judge>>& judges) {
+std::vector<validation::RecordingRow> pooled_rows(const Judges& judges) {
   std::vector<validation::RecordingRow> rows;
   for (const auto& one : judges) {
     const std::string& of = one->recorded().receiver_class;
@@ -214,17 +217,44 @@ std::vector<validation::RecordingRow> pooled_rows(const std::vector<std::unique_
   return rows;
 }
 
+std::vector<validation::RecordingRow> rows_of(const Judges& judges) {
+  std::vector<validation::RecordingRow> rows;
+  for (const auto& judge : judges) rows.push_back(judge->row());
+  return rows;
+}
+
+/// The scores of further seeds behind those of the first; empty where there are none.
+std::string scores_by_seed(const ValidateArguments& arguments, const Judges& first, bool listed) {
+  if (arguments.seeds < 2) return {};
+  std::vector<validation::SeedRows> seeds{{*arguments.seed, rows_of(first)}};
+  for (int k = 1; k < arguments.seeds; ++k) {
+    ValidateArguments again = arguments;
+    again.seed = *arguments.seed + static_cast<std::uint64_t>(k);
+    again.ladder = false;
+    again.models.clear();
+    note(arguments.quiet, fmt::format("seed        {} ({} of {})", *again.seed, k + 1, arguments.seeds));
+    Judges judges;
+    for (const validation::ListedRecording& recording : recordings_of(again, listed)) {
+      judges.push_back(std::make_unique<Judge>(again, recording, listed));
+      judges.back()->run();
+    }
+    seeds.push_back({*again.seed, rows_of(judges)});
+  }
+  return "\n" + validation::seed_scores(seeds);
+}
+
 /// Everything at the end: an interrupted run leaves nothing.
-void write(const ValidateArguments& arguments, const std::vector<std::unique_ptr<Judge>>& judges,
-           bool listed) {
+void write(const ValidateArguments& arguments, const Judges& judges, bool listed) {
   const Judge& one = *judges.front();
+  const std::string by_seed = scores_by_seed(arguments, judges, listed);
   std::vector<validation::RecordingRow> rows;
   if (listed) {
-    for (const auto& judge : judges) rows.push_back(judge->row());
+    rows = rows_of(judges);
     for (validation::RecordingRow& row : pooled_rows(judges)) rows.push_back(std::move(row));
   }
   std::string markdown =
-      listed ? validation::to_markdown(rows) + "\n" + validation::score_card(rows) : one.markdown();
+      (listed ? validation::to_markdown(rows) + "\n" + validation::score_card(rows) : one.markdown()) +
+      by_seed;
   for (const auto& judge : judges) {
     if (listed && judge->several_models()) {
       markdown += fmt::format("\nModels, {}:\n\n{}", judge->recorded().name, judge->markdown());
@@ -250,20 +280,22 @@ void write(const ValidateArguments& arguments, const std::vector<std::unique_ptr
   if (!arguments.json.empty()) write_file(arguments.json, json());
   if (arguments.quiet) return;
   if (!listed) {
-    fmt::print("{}", one.text());
+    fmt::print("{}{}", one.text(), by_seed);
     return;
   }
   for (const auto& judge : judges) fmt::print("{}", judge->alignment_line());
   fmt::print("\n{}", markdown);
 }
 
-int run_validate(const ValidateArguments& arguments) {
+int run_validate(const ValidateArguments& given) {
+  ValidateArguments arguments = given;
+  if (arguments.seeds > 1 && !arguments.seed) arguments.seed = 1;
   if (arguments.view && arguments.report.empty()) {
     throw InputError("--view without --report", "give --report DIR: the view goes to DIR/view");
   }
   return unless_interrupted([&] {
     const bool listed = validation::is_recording_list(arguments.scenario);
-    std::vector<std::unique_ptr<Judge>> judges;
+    Judges judges;
     for (const validation::ListedRecording& recording : recordings_of(arguments, listed)) {
       judges.push_back(std::make_unique<Judge>(arguments, recording, listed));
     }
@@ -311,6 +343,10 @@ void add_validate(Command& app) {
       .add_option(
           "--runs", arguments.runs, "N",
           "cities drawn by the scenario's city.georeference, whose simulated values are taken together (10)")
+      .within(1, 1000);
+  command
+      .add_option("--seeds", arguments.seeds, "N",
+                  "simulate by N seeds, from --seed (1) on, and add their scores; all else is of the first")
       .within(1, 1000);
   command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
   command.footer =

@@ -59,6 +59,7 @@ void inherit(std::map<std::string, std::string>& tags, const std::map<std::strin
 constexpr auto kHeightKeys = {"height", "building:height", "est_height", "building:levels"};
 constexpr auto kFacadeKeys = {"building:facade:material", "facade:material", "building:material",
                               "building:cladding"};
+constexpr auto kUseKeys = {"building", "function", "start_date"};
 constexpr auto kRoofKeys = {"roof:material", "building:roof:material"};
 
 class Builder {
@@ -264,6 +265,10 @@ class Builder {
     }
     built.object_count = static_cast<std::uint32_t>(mesh().objects.size()) - built.first_object;
     built.built = built.object_count > 0;
+    const city::FacadeMix facades = facades_of(i);
+    for (std::uint32_t k = 0; k < built.object_count; ++k) {
+      mesh().objects[built.first_object + k].facades = facades;
+    }
   }
 
   // Tags of a part, with what it takes from its building.
@@ -279,6 +284,14 @@ class Builder {
     inherit(tags, from, kFacadeKeys);
     inherit(tags, from, kRoofKeys);
     return tags;
+  }
+
+  [[nodiscard]] city::FacadeMix facades_of(std::size_t i) const {
+    std::map<std::string, std::string> tags = map_.features[i].tags;
+    if (placed_[i].building) {
+      for (const char* key : kUseKeys) inherit(tags, map_.features[*placed_[i].building].tags, {key});
+    }
+    return facades_from_tags(tags);
   }
 
   [[nodiscard]] Shape part_shape(std::size_t i) const {

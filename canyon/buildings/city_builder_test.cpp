@@ -132,6 +132,17 @@ double volume_of(const BuiltCity& built, const std::string& name) {
   return check_solid(built.city.mesh, *object).volume_m3;
 }
 
+TEST(CityBuilder, ObjectsHaveWhatTagsSayOfTheirFacades) {
+  Sketch sketch;
+  sketch.building("way/1", {{"building", "church"}, {"height", "12"}}, sketch.box(10, 20, 40, 35));
+  sketch.building("way/2", {{"building", "yes"}, {"height", "12"}}, sketch.box(60, 20, 90, 35));
+  const BuiltCity built = sketch.build();
+  ASSERT_NE(find(built, "way/1"), nullptr);
+  ASSERT_NE(find(built, "way/2"), nullptr);
+  EXPECT_EQ(find(built, "way/1")->facades, city::FacadeMix::Traditional);
+  EXPECT_EQ(find(built, "way/2")->facades, city::FacadeMix::ByBuilding);
+}
+
 TEST(CityBuilder, ABlockStandsWhereItIsDrawn) {
   Sketch sketch;
   sketch.building("way/1", {{"building", "yes"}, {"height", "12"}, {"building:material", "glass"}},

@@ -52,7 +52,9 @@ simulation::ReceiverConfig reference_of(const Drive& drive) {
   receiver.options.tracks = all_signals(drive);
   receiver.options.leaves_out.clear();
   receiver.options.ranging.uses.clear();
-  receiver.options.noise.enabled = false;
+  receiver.options.noise.enabled = receiver.options.orbit_errors = false;
+  receiver.options.ionosphere = receiver.options.troposphere = false;
+  receiver.options.fix.correct_ionosphere = receiver.options.fix.correct_troposphere = false;
   tracking::SignalOptions& signal = receiver.options.signal;
   signal.satellite_sigma_db = signal.cn0_sigma_db = signal.cn0_step_db = 0;
   signal.shadowing.enabled = false;
@@ -144,7 +146,9 @@ simulation::Environment with_facades(const Drive& drive, const std::map<std::str
   city::FacadeOptions facades;
   facades.shares = shares;
   (void)city::dress_facades(city, facades, false, drive.seed);
-  return {std::move(city), drive.sky, drive.environment->klobuchar()};
+  simulation::Environment environment(std::move(city), drive.sky, drive.environment->klobuchar());
+  environment.set_errors(drive.environment->errors());
+  return environment;
 }
 
 Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& options) {

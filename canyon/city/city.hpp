@@ -17,6 +17,9 @@ struct Object {
   Surface surface = Surface::Building;
   std::uint32_t first_triangle = 0;
   std::uint32_t triangle_count = 0;
+  /// The mix that a building's facade is drawn from, by what a map says of the building. ByBuilding: the map
+  /// says nothing.
+  FacadeMix facades = FacadeMix::ByBuilding;
 };
 
 /// A triangle mesh in a local frame [m], z up; counter-clockwise triangles seen from their front (outside).

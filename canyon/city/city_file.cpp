@@ -25,7 +25,8 @@
 //             (zlib's, of the 20 bytes before it and of the packed bytes), the packed bytes (zlib stream)
 // INFO  u64 vertices, u64 triangles, f64 latitude, longitude [rad], height [m], heading [rad],
 //       from version 2 on f64 geoid undulation [m], name, u32 notes and each note, u32 objects and of each:
-//       name, u8 surface, u32 triangles. A text is u32 bytes and its bytes.
+//       name, u8 surface, u32 triangles; from version 2 on u8 facades of each object. A text is u32 bytes and
+//       its bytes.
 // VERT  f64 x y z of each vertex [m]; byte planes: all first bytes of the 3 n numbers, all second bytes, ...
 // TRIS  u32 a b c of each triangle, each number less the one before it (modulo 2^32); byte planes
 // MATS  u8 material of each triangle
@@ -38,7 +39,7 @@ constexpr std::string_view kMagic{
     "\x89"
     "CANYON\n",
     8};
-/// Cities without an undulation are written as version 1, which older programs read.
+/// Cities without an undulation and without facades are written as version 1, which older programs read.
 constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kBlockHeader = 24;
 /// A zlib stream unpacks to at most this many bytes for each byte (zlib's documentation: 1032).
@@ -47,6 +48,7 @@ constexpr std::string_view kCopyAgain = "copy it again, or build the city again"
 
 constexpr auto kLastSurface = static_cast<std::uint8_t>(Surface::Vehicle);
 constexpr auto kLastMaterial = static_cast<std::uint8_t>(Material::Foliage);
+constexpr auto kLastMix = static_cast<std::uint8_t>(FacadeMix::ByBuilding);
 
 template <typename Number>
 void put(std::string& out, Number value) {
@@ -118,6 +120,12 @@ void write_block(OutputFile& file, std::string_view tag, const std::string& raw)
   file.write(packed);
 }
 
+std::uint32_t version_of(const City& city) {
+  const auto named = [](const Object& object) { return object.facades != FacadeMix::ByBuilding; };
+  const bool any = std::any_of(city.mesh.objects.begin(), city.mesh.objects.end(), named);
+  return city.geoid_undulation_m != 0 || any ? 2 : 1;
+}
+
 std::string info_block(const City& city) {
   std::string info;
   put(info, static_cast<std::uint64_t>(city.mesh.vertices.size()));
@@ -126,7 +134,7 @@ std::string info_block(const City& city) {
   put(info, city.frame.origin().longitude_rad);
   put(info, city.frame.origin().height_m);
   put(info, city.frame.heading_rad());
-  if (city.geoid_undulation_m != 0) put(info, city.geoid_undulation_m);
+  if (version_of(city) > 1) put(info, city.geoid_undulation_m);
   put_text(info, city.name);
   put(info, static_cast<std::uint32_t>(city.notes.size()));
   for (const std::string& note : city.notes) put_text(info, note);
@@ -135,6 +143,9 @@ std::string info_block(const City& city) {
     put_text(info, object.name);
     put(info, static_cast<std::uint8_t>(object.surface));
     put(info, object.triangle_count);
+  }
+  if (version_of(city) > 1) {
+    for (const Object& object : city.mesh.objects) put(info, static_cast<std::uint8_t>(object.facades));
   }
   return info;
 }
@@ -293,6 +304,11 @@ class CityFileReader {
       city.mesh.objects.push_back(std::move(object));
     }
     if (next != triangles_) damaged("header", "its objects do not cover the city's triangles");
+    for (std::uint32_t i = 0; version_ > 1 && i < objects; ++i) {
+      const auto mix = take<std::uint8_t>(from);
+      if (mix > kLastMix) damaged("header", fmt::format("object {} has facades {}", i, mix));
+      city.mesh.objects[i].facades = static_cast<FacadeMix>(mix);
+    }
     if (!from.empty()) damaged("header", "it goes on after its end");
     return city;
   }
@@ -351,7 +367,7 @@ void write_city_file(const std::filesystem::path& path, const City& city) {
   check_mesh(mesh, city.name);
   OutputFile file(path);
   std::string header(kMagic);
-  put(header, city.geoid_undulation_m != 0 ? kVersion : kVersion - 1);
+  put(header, version_of(city));
   file.write(header);
   write_block(file, "INFO", info_block(city));
   write_block(file, "VERT", planes_of<double>(3 * mesh.vertices.size(), [&](std::size_t i) {

@@ -132,6 +132,24 @@ TEST(CityFile, HoldsTheGeoidUndulation) {
   EXPECT_THAT(error_of(folder / "d.canyon", read_bytes(folder / "c.canyon")), HasSubstr("undulation"));
 }
 
+// Cities without what a map says of facades stay files that an older Canyon reads.
+TEST(CityFile, VersionTwoHoldsWhatAMapSaysOfFacades) {
+  const TemporaryFolder folder;
+  City city = small_city();
+  write_city_file(folder / "one.canyon", city);
+  EXPECT_EQ(read_bytes(folder / "one.canyon")[8], 1);
+  city.mesh.objects.back().facades = FacadeMix::Traditional;
+  write_city_file(folder / "two.canyon", city);
+  EXPECT_EQ(read_bytes(folder / "two.canyon")[8], 2);
+  const City again = read_city_file(folder / "two.canyon");
+  expect_equal(city, again);
+  EXPECT_EQ(again.mesh.objects.back().facades, FacadeMix::Traditional);
+  EXPECT_EQ(again.mesh.objects.front().facades, FacadeMix::ByBuilding);
+  const std::string wrong =
+      with_block(read_bytes(folder / "two.canyon"), 0, [](std::string& raw) { raw.back() = 99; });
+  EXPECT_THAT(error_of(folder / "n.canyon", wrong), HasSubstr("has facades 99"));
+}
+
 TEST(CityFile, HoldsAnEmptyCity) {
   const TemporaryFolder folder;
   write_city_file(folder / "c.canyon", City{});

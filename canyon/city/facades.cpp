@@ -41,6 +41,7 @@ bool is_wall(const Mesh& mesh, std::uint32_t triangle) {
 /// A building and its triangles.
 struct Unit {
   std::string key;
+  FacadeMix facades;
   std::vector<std::uint32_t> triangles;
 };
 
@@ -52,7 +53,7 @@ std::vector<Unit> units_of_parts(const Mesh& mesh, const Object& object) {
   std::vector<Unit> units;
   for (std::vector<std::uint32_t>& part : connected_components(triangles, mesh.vertices.size())) {
     for (std::uint32_t& triangle : part) triangle += object.first_triangle;
-    units.push_back({fmt::format("{}#{}", object.name, units.size() + 1), std::move(part)});
+    units.push_back({fmt::format("{}#{}", object.name, units.size() + 1), object.facades, std::move(part)});
   }
   return units;
 }
@@ -66,7 +67,7 @@ std::vector<Unit> buildings_of(const Mesh& mesh) {
   std::vector<Unit> units;
   std::unordered_map<std::string, int> seen;
   for (const Object* object : objects) {
-    Unit unit{object->name, {}};
+    Unit unit{object->name, object->facades, {}};
     const int number = ++seen[object->name];
     if (number > 1) unit.key += fmt::format("#{}", number);
     for (std::uint32_t t = 0; t < object->triangle_count; ++t) {
@@ -90,13 +91,13 @@ const FacadeType& draw(const std::map<std::string, double>& shares, double unifo
   return *last;  // shares add up to 1
 }
 
-// Chosen on recordings, one left out at a time (docs/city.md, docs/realism.md).
-constexpr double kLow_m = 15, kTall_m = 40;
+// Assumed; docs/realism.md has what recordings say of it.
+constexpr double kLow_m = 15;
 
-FacadeMix mix_of(FacadeMix mix, double height_m) {
+FacadeMix mix_of(FacadeMix mix, double height_m, FacadeMix named) {
   if (mix != FacadeMix::ByBuilding) return mix;
-  if (height_m < kLow_m) return FacadeMix::Traditional;
-  return height_m < kTall_m ? FacadeMix::UrbanStock : FacadeMix::ThermallyEfficient;
+  if (named != FacadeMix::ByBuilding) return named;
+  return height_m < kLow_m ? FacadeMix::Traditional : FacadeMix::UrbanStock;
 }
 
 double height_of(const Mesh& mesh, const Unit& unit) {
@@ -137,10 +138,11 @@ void visit(options::Visitor& v, FacadeOptions& o) {
   static constexpr std::string_view kMixes[]{"as_given", "traditional", "thermally_efficient", "urban_stock",
                                              "europe",   "east_asia",   "by_building"};
   static constexpr std::string_view kNamed[]{"by_source", "keep", "redraw"};
-  v.choice({"mix", "",
-            "of what the facades are, drawn for each building by the seed: by_building (by its height), "
-            "traditional, thermally_efficient, urban_stock, europe, east_asia; as_given draws nothing"},
-           o.mix, kMixes);
+  v.choice(
+      {"mix", "",
+       "of what the facades are, drawn for each building by the seed: by_building (by its tags and height), "
+       "traditional, thermally_efficient, urban_stock, europe, east_asia; as_given draws nothing"},
+      o.mix, kMixes);
   v.named_numbers(
       {"shares", "", "instead of a mix, over their sum: [coated_glass=30, concrete=50, brick=20]"}, o.shares,
       {0, 100}, "FACADE=SHARE");
@@ -150,7 +152,7 @@ void visit(options::Visitor& v, FacadeOptions& o) {
            o.named, kNamed);
 }
 
-std::map<std::string, double> facade_shares(const FacadeOptions& options, double height_m) {
+std::map<std::string, double> facade_shares(const FacadeOptions& options, double height_m, FacadeMix named) {
   if (!options.shares.empty()) {
     double sum = 0;
     for (const auto& [name, share] : options.shares) sum += share;
@@ -158,7 +160,7 @@ std::map<std::string, double> facade_shares(const FacadeOptions& options, double
     for (auto& [name, share] : shares) share /= sum;
     return shares;
   }
-  switch (mix_of(options.mix, height_m)) {
+  switch (mix_of(options.mix, height_m, named)) {
     case FacadeMix::AsGiven:
     case FacadeMix::ByBuilding:
       break;
@@ -185,7 +187,7 @@ std::string dress_facades(City& city, const FacadeOptions& options, bool keep_na
   std::array<std::size_t, kTypes.size()> counts{};
   std::size_t kept = 0, buildings = 0;
   for (const Unit& unit : buildings_of(mesh)) {
-    const FacadeType& type = draw(facade_shares(options, height_of(mesh, unit)),
+    const FacadeType& type = draw(facade_shares(options, height_of(mesh, unit), unit.facades),
                                   RandomStream(seed, "facades/" + unit.key).uniform());
     std::size_t walls = 0, dressed = 0;
     for (const std::uint32_t triangle : unit.triangles) {

@@ -20,17 +20,6 @@ struct FacadeType {
 /// waves and so Material::Metal; tile is a thin skin on reinforced concrete, render one on brickwork.
 [[nodiscard]] std::span<const FacadeType> facade_types();
 
-/// Shares of facade types among the buildings of a district. docs/city.md has the numbers and their sources.
-enum class FacadeMix : std::uint8_t {
-  AsGiven,             ///< what the source says
-  Traditional,         ///< 3GPP TR 38.901, 7.4.3: the building of its low-loss model
-  ThermallyEfficient,  ///< the same, high-loss model: coated glazing
-  UrbanStock,          ///< four buildings of five Traditional, one ThermallyEfficient (ITU-R M.2412)
-  Europe,              ///< assumed
-  EastAsia,            ///< assumed
-  ByBuilding           ///< each building one of the first three, by its height
-};
-
 /// Of what the walls of a city are, where its source does not say so.
 struct FacadeOptions {
   enum class Named : std::uint8_t {
@@ -56,7 +45,9 @@ void visit(options::Visitor& v, FacadeOptions& o);
 
 /// The shares that a building draws from, by facade type, 1 in all; empty where nothing is drawn.
 /// @param height_m of the building, from its lowest to its highest point: for FacadeMix::ByBuilding
-[[nodiscard]] std::map<std::string, double> facade_shares(const FacadeOptions& options, double height_m = 0);
+/// @param named Object::facades of the building: likewise
+[[nodiscard]] std::map<std::string, double> facade_shares(const FacadeOptions& options, double height_m = 0,
+                                                          FacadeMix named = FacadeMix::ByBuilding);
 
 /// Draws one facade type for each building and gives its material to the building's walls: the triangles of
 /// Surface::Building steeper than 60 deg. Roofs, floors, ground, foliage and vehicles stay. A building is an

@@ -20,6 +20,17 @@ enum class Material : std::uint8_t {
   Foliage
 };
 
+/// Shares of facade types among the buildings of a district. docs/city.md has the numbers and their sources.
+enum class FacadeMix : std::uint8_t {
+  AsGiven,             ///< what the source says
+  Traditional,         ///< 3GPP TR 38.901, 7.4.3: the building of its low-loss model
+  ThermallyEfficient,  ///< the same, high-loss model: coated glazing
+  UrbanStock,          ///< four buildings of five Traditional, one ThermallyEfficient (ITU-R M.2412)
+  Europe,              ///< assumed
+  EastAsia,            ///< assumed
+  ByBuilding  ///< each building Traditional, UrbanStock or ThermallyEfficient: by its tags, else height
+};
+
 struct Mesh;
 struct Object;
 struct City;

@@ -15,9 +15,9 @@ class Switch {
     set_ = true;
     return *this;
   }
-  /// Sets it where nobody did.
+  /// Its value where nobody sets it.
   constexpr void set_default(bool value) {
-    if (!set_) *this = value;
+    if (!set_) value_ = value;
   }
   [[nodiscard]] constexpr bool is_set() const { return set_; }
 

@@ -61,8 +61,15 @@ const raytrace::RayScene& Environment::scene() const {
 void Environment::set_errors(std::shared_ptr<const errors::SpaceErrors> errors) {
   impl_->errors = std::move(errors);
 }
-const errors::SpaceErrors* Environment::errors() const {
-  return impl_->errors.get();
+const std::shared_ptr<const errors::SpaceErrors>& Environment::errors() const {
+  return impl_->errors;
+}
+void Environment::add_errors(propagation::Arrival& arrival, geodesy::GpsTime time,
+                             const Eigen::Vector3d& antenna_ecef) const {
+  if (!impl_->errors) return;
+  for (propagation::SatelliteView& view : arrival.views) {
+    view.space = impl_->errors->at(view.line, time, antenna_ecef);
+  }
 }
 
 Environment Environment::under(std::shared_ptr<const orbit::Sky> sky,
@@ -90,11 +97,7 @@ propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Ve
   propagation::Arrival arrival =
       make_arrival(*impl_->sky, impl_->satellites, scene(),
                    {time, antenna_ecef, antenna_enu, frame.ecef_from_local_rotation()}, trace);
-  if (impl_->errors) {
-    for (propagation::SatelliteView& view : arrival.views) {
-      view.space = impl_->errors->at(view.line, time, antenna_ecef);
-    }
-  }
+  add_errors(arrival, time, antenna_ecef);
   return arrival;
 }
 

@@ -61,7 +61,11 @@ class Environment {
   [[nodiscard]] const raytrace::RayScene& scene() const;
   /// What arrives carries these from then on (SatelliteView::space). Null: none, as at first and under().
   void set_errors(std::shared_ptr<const errors::SpaceErrors> errors);
-  [[nodiscard]] const errors::SpaceErrors* errors() const;
+  [[nodiscard]] const std::shared_ptr<const errors::SpaceErrors>& errors() const;
+  /// Sets SatelliteView::space of what arrives at a place, where there are errors; for arrivals that
+  /// make_arrival() made.
+  void add_errors(propagation::Arrival& arrival, geodesy::GpsTime time,
+                  const Eigen::Vector3d& antenna_ecef) const;
   /// The same city under another sky; nothing of the city is copied or built.
   [[nodiscard]] Environment under(std::shared_ptr<const orbit::Sky> sky,
                                   std::map<gnss::System, gnss::Klobuchar> klobuchar = {}) const;

@@ -102,9 +102,11 @@ class Comparer {
       for (Eigen::Vector3d& direction : unit) direction.normalize();
       propagator_.trace(antenna, unit, result);
     };
-    return simulation::make_arrival(environment_.sky(), satellites_, environment_.scene(),
-                                    {epoch.reception, epoch.antenna_ecef, place(e), ecef_from_map_},
-                                    trace_unit);
+    propagation::Arrival arrival =
+        simulation::make_arrival(environment_.sky(), satellites_, environment_.scene(),
+                                 {epoch.reception, epoch.antenna_ecef, place(e), ecef_from_map_}, trace_unit);
+    environment_.add_errors(arrival, epoch.reception, epoch.antenna_ecef);
+    return arrival;
   }
 
   /// The part with memory: epochs in order.

@@ -58,6 +58,29 @@ Score score_of(const std::vector<Headline>& headlines) {
   return score;
 }
 
+std::string seed_scores(const std::vector<SeedRows>& seeds) {
+  std::string text = "| seed |", rule = "|---|", lines;
+  Score sum;
+  for (const SeedRows& each : seeds) {
+    Score all;
+    lines += fmt::format("| {} |", each.seed);
+    for (const RecordingRow& row : each.rows) {
+      if (!row.pooled.empty()) continue;
+      const Score score = score_of(row.headlines);
+      lines += fmt::format(" {} of {} |", score.within, score.of);
+      all += score;
+      if (&each != &seeds.front()) continue;
+      text += fmt::format(" {} |", markdown_cell(row.name));
+      rule += "---|";
+    }
+    lines += fmt::format(" {} of {} |\n", all.within, all.of);
+    sum += all;
+  }
+  const double mean = sum.of > 0 ? 100.0 * static_cast<double>(sum.within) / static_cast<double>(sum.of) : 0;
+  return fmt::format("{} all |\n{}---|\n{}\nMean of {} seeds: {:.0f} % of the figures within their ranges.\n",
+                     text, rule, lines, seeds.size(), mean);
+}
+
 std::string score_card(const std::vector<RecordingRow>& rows) {
   std::vector<const RecordingRow*> recordings;
   for (const RecordingRow& row : rows) {
@@ -70,8 +93,7 @@ std::string score_card(const std::vector<RecordingRow>& rows) {
     rule += "---|";
     const Score score = score_of(row->headlines);
     sums += fmt::format(" {} of {} |", score.within, score.of);
-    all.within += score.within;
-    all.of += score.of;
+    all += score;
   }
   text += "\n" + rule + "\n";
   for (const Range& range : kRanges) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,8 +20,23 @@ namespace canyon::validation {
 
 struct Score {
   std::size_t within = 0, of = 0;  ///< headlines in their range, and that have one
+
+  Score& operator+=(const Score& other) {
+    within += other.within;
+    of += other.of;
+    return *this;
+  }
 };
 [[nodiscard]] Score score_of(const std::vector<Headline>& headlines);
+
+/// The same recordings simulated by several seeds.
+struct SeedRows {
+  std::uint64_t seed = 0;
+  std::vector<RecordingRow> rows;
+};
+/// A Markdown table: a line for each seed, a column for each recording with how many figures lie within their
+/// ranges, and one of all; the mean of all seeds below.
+[[nodiscard]] std::string seed_scores(const std::vector<SeedRows>& seeds);
 
 /// A Markdown table: a line for each figure with a range, a column for each recording (pooled rows are left
 /// out) with the simulated value, the recorded one in brackets, the 95 % interval of the simulated one where

@@ -45,5 +45,15 @@ TEST(ScoreCard, CountsRecordingsAndLeavesPooledRowsOut) {
   EXPECT_THAT(card, HasSubstr("| within their ranges | | 1 of 2 | 0 of 1 |\n\nScore: 1 of 3 figures"));
 }
 
+TEST(ScoreCard, SeedsStandBelowEachOther) {
+  RecordingRow good, bad;
+  good.name = bad.name = "drive";
+  good.headlines = {headline("tracked_los", 0.8, 0.85)};
+  bad.headlines = {headline("tracked_los", 0.8, 0.5)};
+  EXPECT_EQ(seed_scores({{3, {good}}, {4, {bad}}}),
+            "| seed | drive | all |\n|---|---|---|\n| 3 | 1 of 1 | 1 of 1 |\n| 4 | 0 of 1 | 0 of 1 |\n\n"
+            "Mean of 2 seeds: 50 % of the figures within their ranges.\n");
+}
+
 }  // namespace
 }  // namespace canyon::validation

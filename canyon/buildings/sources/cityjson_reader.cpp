@@ -304,7 +304,7 @@ void Reader::read_attributes(const Json& object, MapFeature& feature) const {
     if (!text.empty()) feature.tags[name] = text;
   }
   // Names of CityJSON's (CityGML's) attributes and of common exports, beside the tags that Canyon reads.
-  constexpr std::array<std::pair<const char*, const char*>, 8> kSame{
+  constexpr std::array<std::pair<const char*, const char*>, 10> kSame{
       {{"measuredHeight", "height"},
        {"storeysAboveGround", "building:levels"},
        {"material", "building:material"},
@@ -312,7 +312,9 @@ void Reader::read_attributes(const Json& object, MapFeature& feature) const {
        {"facadeMaterial", "building:material"},
        {"wallMaterial", "building:material"},
        {"roofMaterial", "roof:material"},
-       {"roof_material", "roof:material"}}};
+       {"roof_material", "roof:material"},
+       {"yearOfConstruction", "start_date"},
+       {"oorspronkelijkbouwjaar", "start_date"}}};
   for (const auto& [from, to] : kSame) {
     const auto found = feature.tags.find(from);
     if (found != feature.tags.end()) feature.tags.emplace(to, found->second);

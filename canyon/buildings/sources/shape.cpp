@@ -125,6 +125,13 @@ city::Material first_material(const Tags& tags, std::initializer_list<const char
   return city::Material::Concrete;
 }
 
+// Commercial buildings only where they are new; see facades_from_tags().
+const auto kFacadesOfUses = dictionary<city::FacadeMix>(
+    {{"house|detached|semidetached_house|terrace|bungalow|cabin|hut|farm|church|chapel|cathedral|mosque|"
+      "temple|shrine|synagogue|monastery|castle|garage|garages|shed|barn|stable",
+      city::FacadeMix::Traditional},
+     {"office|commercial|hotel|retail|mall", city::FacadeMix::ThermallyEfficient}});
+
 /// "apartments" of building=apartments or building:part=apartments; empty for plain yes.
 std::string building_type(const Tags& tags) {
   for (const char* key : {"building", "building:part"}) {
@@ -296,6 +303,32 @@ Shape shape_from_tags(const std::map<std::string, std::string>& raw, const Heigh
       tags, {"building:facade:material", "facade:material", "building:material", "building:cladding"});
   shape.roof_material = first_material(tags, {"roof:material", "building:roof:material"});
   return shape;
+}
+
+city::FacadeMix facades_from_tags(const std::map<std::string, std::string>& tags) {
+  using city::FacadeMix;
+  // Coated glass came to buildings about 1980 and has been usual in new ones since about 1995.
+  constexpr int kFirstCoated = 1980, kUsuallyCoated = 1995;
+  const auto text = [&tags](const char* key) {
+    const auto found = tags.find(key);
+    return found != tags.end() ? lower_case(found->second) : std::string();
+  };
+  std::string use = text("building");
+  if (use.empty() || use == "yes") use = text("building:part");
+  // 31001_2020: the class of buildings, and their function.
+  const std::string function = text("function"), code = function.substr(function.find('_') + 1);
+  if (code.size() == 4 && parse_double(code)) {
+    if (code == "2020") use = "office";
+    if (code == "3041" || code == "3042") use = "church";
+  } else if (!function.empty() && (use.empty() || use == "yes")) {
+    use = function;
+  }
+  const std::optional<double> year = parse_double(text("start_date").substr(0, 4));
+  if (year && *year > 1000 && *year < kFirstCoated) return FacadeMix::Traditional;
+  const auto known = kFacadesOfUses.find(use);
+  if (known == kFacadesOfUses.end()) return FacadeMix::ByBuilding;
+  const bool fits = known->second != FacadeMix::ThermallyEfficient || (year && *year >= kUsuallyCoated);
+  return fits ? known->second : FacadeMix::ByBuilding;
 }
 
 }  // namespace canyon::buildings

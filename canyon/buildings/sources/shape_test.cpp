@@ -114,6 +114,28 @@ TEST(MaterialFromTag, KnowsTheCommonValues) {
   for (const auto& [text, material] : cases) EXPECT_EQ(material_from_tag(text), material) << text;
 }
 
+TEST(FacadesFromTags, GoByUseAndYear) {
+  using city::FacadeMix;
+  const auto of = [](const std::map<std::string, std::string>& tags) { return facades_from_tags(tags); };
+  EXPECT_EQ(of({}), FacadeMix::ByBuilding);
+  EXPECT_EQ(of({{"building", "yes"}}), FacadeMix::ByBuilding);
+  EXPECT_EQ(of({{"building", "church"}}), FacadeMix::Traditional);
+  EXPECT_EQ(of({{"building:part", "House"}}), FacadeMix::Traditional);
+  EXPECT_EQ(of({{"building", "yes"}, {"building:part", "chapel"}}), FacadeMix::Traditional);
+  EXPECT_EQ(of({{"building", "apartments"}}), FacadeMix::ByBuilding);
+  EXPECT_EQ(of({{"building", "office"}}), FacadeMix::ByBuilding);
+  EXPECT_EQ(of({{"building", "office"}, {"start_date", "1979"}}), FacadeMix::Traditional);
+  EXPECT_EQ(of({{"building", "office"}, {"start_date", "1987"}}), FacadeMix::ByBuilding);
+  EXPECT_EQ(of({{"building", "office"}, {"start_date", "2004-05-01"}}), FacadeMix::ThermallyEfficient);
+  EXPECT_EQ(of({{"building", "yes"}, {"start_date", "2004"}}), FacadeMix::ByBuilding);
+  EXPECT_EQ(of({{"start_date", "C19"}}), FacadeMix::ByBuilding);
+  EXPECT_EQ(of({{"start_date", "5"}}), FacadeMix::ByBuilding);
+  EXPECT_EQ(of({{"function", "31001_1010"}}), FacadeMix::ByBuilding);
+  EXPECT_EQ(of({{"function", "3041"}}), FacadeMix::Traditional);
+  EXPECT_EQ(of({{"function", "31001_2020"}, {"start_date", "1999"}}), FacadeMix::ThermallyEfficient);
+  EXPECT_EQ(of({{"function", "Hotel"}, {"start_date", "1999"}}), FacadeMix::ThermallyEfficient);
+}
+
 TEST(Names, AreTheMapsWords) {
   EXPECT_EQ(name(RoofShape::Flat), "flat");
   EXPECT_EQ(name(RoofShape::Mansard), "mansard");
