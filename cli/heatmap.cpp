@@ -13,6 +13,7 @@
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/engine/store_slices.hpp"
+#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/require_satellites.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -186,7 +187,8 @@ class MapRun {
                                                                         std::vector<std::string>& drawn) {
     const bool last = scenario.seed + 1 == scenario_.seed + static_cast<std::uint64_t>(arguments_.runs);
     city::City city = simulation::draw_city(last ? std::move(city_) : city::City(city_), scenario, drawn);
-    return std::make_unique<simulation::Environment>(std::move(city), sky_.sky, sky_.navigation.klobuchar);
+    return std::make_unique<simulation::Environment>(simulation::make_environment(
+        std::make_shared<simulation::CityScene>(std::move(city)), sky_, scenario.sky, scenario.seed));
   }
 
   void check_times(const orbit::Sky& sky) const {

@@ -8,6 +8,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/rinex/observation_reader.hpp"
+#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -202,8 +203,8 @@ void RecordedDrive::read() {
   simulation::BuiltSky sky = simulation::build_sky(scenario_.sky, first, last, city.frame.origin());
   warn(sky.warnings);
   sky_ = sky.sky;
-  environment_ = std::make_unique<simulation::Environment>(std::move(city), sky_, sky.navigation.klobuchar);
-  environment_->set_errors(simulation::make_space_errors(scenario_.sky, sky, scenario_.seed));
+  environment_ = std::make_unique<simulation::Environment>(simulation::make_environment(
+      std::make_shared<simulation::CityScene>(std::move(city)), sky, scenario_.sky, scenario_.seed));
   for (simulation::ReceiverConfig& receiver : scenario_.receivers) {
     simulation::decide(receiver.options, environment_->errors().get());
   }

@@ -80,6 +80,12 @@ SpaceErrors::SpaceErrors(const SpaceErrorOptions& options, std::uint64_t seed,
   klobuchar_ = of_gps != klobuchar.end() ? of_gps->second : klobuchar.begin()->second;
 }
 
+SpaceErrors SpaceErrors::drawn_by(std::uint64_t seed, std::span<const gnss::SatelliteId> satellites) const {
+  std::map<gnss::System, gnss::Klobuchar> klobuchar;
+  if (klobuchar_) klobuchar.emplace(gnss::System::GPS, *klobuchar_);
+  return {options_, seed, satellites, klobuchar};
+}
+
 double SpaceErrors::orbit_clock_m(const orbit::LineOfSight& line, GpsTime reception) const {
   const auto found = satellites_.find(line.id);
   if (found == satellites_.end() || found->second.range_m == 0) return 0;

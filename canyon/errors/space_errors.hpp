@@ -59,6 +59,10 @@ class SpaceErrors {
               std::span<const gnss::SatelliteId> satellites,
               const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
 
+  /// The same budget drawn by another seed, of some of the satellites.
+  [[nodiscard]] SpaceErrors drawn_by(std::uint64_t seed, std::span<const gnss::SatelliteId> satellites) const;
+
+  [[nodiscard]] const SpaceErrorOptions& options() const { return options_; }
   [[nodiscard]] bool has_ionosphere() const { return klobuchar_.has_value(); }
   /// @param line of a satellite at reception; @param receiver_ecef [m]
   [[nodiscard]] SpaceDelays at(const orbit::LineOfSight& line, geodesy::GpsTime reception,

@@ -127,7 +127,7 @@ void ReceiverOptions::validate() const {
 
 positioning::CodeNoise ReceiverOptions::slow_error() const {
   if (noise.enabled) return {noise.ou.standard_deviation_m(), noise.ou.theta_per_s};
-  return {orbit_errors ? 1.0 : 0.0, 1.0 / 3600};
+  return {orbit_errors ? kSpaceSigma_m : 0, 1.0 / 3600};
 }
 
 void ReceiverOptions::decide(bool space, bool with_ionosphere) {

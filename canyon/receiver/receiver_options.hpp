@@ -82,6 +82,9 @@ void visit(options::Visitor& v, CorrectionOptions& o);
 /// A receiver without a name.
 inline constexpr std::string_view kReceiver = "receiver";
 
+/// Standard deviation that receivers take errors from space to have [m]; assumed.
+inline constexpr double kSpaceSigma_m = 1;
+
 struct ReceiverOptions {
   std::string name{kReceiver};
   /// Names of gnss::signals_of(), of any system: these are tracked, of systems without any nothing. Empty: of
@@ -109,7 +112,7 @@ struct ReceiverOptions {
   /// orbits and clocks. Left out: as the environment has them.
   options::Switch ionosphere = false, troposphere = false, orbit_errors = false;
   /// What a receiver takes the errors of its codes to be beside those of its loops: the noise process where
-  /// that is on; under errors of space 1 m (assumed) that changes over an hour.
+  /// that is on; under errors of space kSpaceSigma_m that changes over an hour.
   [[nodiscard]] positioning::CodeNoise slow_error() const;
   /// Decides what the options leave out. @param space whether the environment has errors of space
   /// @param with_ionosphere whether these have an ionosphere

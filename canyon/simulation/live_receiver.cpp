@@ -204,8 +204,7 @@ void LiveReceiver::Impl::begin_anew() {
 
 void LiveReceiver::Impl::make_environment() {
   propagator.reset();
-  environment.emplace(scene, sky->sky, sky->navigation.klobuchar);
-  environment->set_errors(make_space_errors(config.sky, *sky, config.seed));
+  environment.emplace(simulation::make_environment(scene, *sky, config.sky, config.seed));
   faults->set_surroundings(surroundings(scene, sky->sky));
 }
 

@@ -164,11 +164,10 @@ struct Simulation::Impl {
         plan(std::move(p)),
         sky(build(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position)),
         city_scene(scene),
-        environment(std::move(scene), sky.sky, sky.navigation.klobuchar) {
+        environment(make_environment(std::move(scene), sky, scenario.sky, scenario.seed)) {
     warnings = scenario.warnings;
     warnings.insert(warnings.end(), plan.warnings.begin(), plan.warnings.end());
     warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
-    environment.set_errors(make_space_errors(scenario.sky, sky, scenario.seed));
     for (ReceiverConfig& receiver : scenario.receivers) decide(receiver.options, environment.errors().get());
     check_ionosphere(scenario, sky);
     (void)CorrectionLinks(scenario.receivers);

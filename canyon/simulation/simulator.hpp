@@ -58,6 +58,9 @@ struct BuiltSky {
 [[nodiscard]] std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& config,
                                                                            const BuiltSky& sky,
                                                                            std::uint64_t seed);
+/// A city under a built sky, with these errors.
+[[nodiscard]] Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& sky,
+                                           const SkyConfig& config, std::uint64_t seed);
 /// A receiver's options with what they leave out decided by these.
 void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors);
 /// Stands for build_sky() where skies are shared.

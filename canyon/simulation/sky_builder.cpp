@@ -209,6 +209,13 @@ std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& co
                                                      sky.navigation.klobuchar);
 }
 
+Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& sky, const SkyConfig& config,
+                             std::uint64_t seed) {
+  Environment environment(std::move(scene), sky.sky, sky.navigation.klobuchar);
+  environment.set_errors(make_space_errors(config, sky, seed));
+  return environment;
+}
+
 void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors) {
   options.decide(errors != nullptr, errors != nullptr && errors->has_ionosphere());
 }

@@ -93,7 +93,8 @@ class Map {
     if (receiver_.options.ionosphere || receiver_.options.fix.correct_ionosphere)
       simulation::require_ionosphere(sky_);
     simulation::require_satellites(*sky_.sky, request_.times);
-    environment_ = std::make_unique<simulation::Environment>(city_, sky_.sky, sky_.navigation.klobuchar);
+    environment_ = std::make_unique<simulation::Environment>(
+        simulation::make_environment(city_, sky_, scenario_.sky, scenario_.seed));
     heatmap_ = std::make_unique<heatmap::Heatmap>(*environment_, receiver_, request_,
                                                   heatmap::input_key(*environment_, request_.times));
   }

@@ -5,6 +5,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/calibration/calibrate.hpp"
 #include "canyon/rinex/observation_reader.hpp"
+#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "canyon/validation/alignment.hpp"
@@ -59,7 +60,11 @@ class Recorded {
     warnings_ = scenario_.warnings;
     warnings_.insert(warnings_.end(), sky.warnings.begin(), sky.warnings.end());
     sky_ = sky.sky;
-    environment_ = std::make_unique<simulation::Environment>(std::move(city), sky_, sky.navigation.klobuchar);
+    environment_ = std::make_unique<simulation::Environment>(simulation::make_environment(
+        std::make_shared<simulation::CityScene>(std::move(city)), sky, scenario_.sky, scenario_.seed));
+    for (simulation::ReceiverConfig& receiver : scenario_.receivers) {
+      simulation::decide(receiver.options, environment_->errors().get());
+    }
     validation::RecordingOptions options;
     options.ionosphere = options.troposphere = atmosphere;
     if (!nmea.empty()) options.nmea = nmea;

@@ -39,6 +39,16 @@ void leave_out_unused_signals(receiver::ReceiverOptions& options) {
   });
 }
 
+/// A copy with the errors of one draw; without any where `space` is empty.
+propagation::Arrival with_space(propagation::Arrival arrival, std::span<const errors::SpaceErrors> space,
+                                std::size_t draw, const propagation::Antenna& antenna) {
+  for (propagation::SatelliteView& view : arrival.views) {
+    view.space.reset();
+    if (!space.empty()) view.space = space[draw].at(view.line, antenna.time, antenna.position_ecef);
+  }
+  return arrival;
+}
+
 /// East, north, up [m].
 Vector3d error_of(const positioning::Fix& fix, const Vector3d& truth_ecef) {
   return geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(truth_ecef)) *
@@ -49,6 +59,18 @@ Vector3d error_of(const positioning::Fix& fix, const Vector3d& truth_ecef) {
 
 std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw) {
   return RandomStream(draws.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
+}
+
+std::vector<errors::SpaceErrors> space_of_draws(const simulation::Environment& environment,
+                                                const DrawOptions& draws, geodesy::GpsTime time, int count,
+                                                std::span<const gnss::SatelliteId> satellites) {
+  std::vector<errors::SpaceErrors> space;
+  if (!environment.errors()) return space;
+  space.reserve(static_cast<std::size_t>(count));
+  for (int d = 0; d < count; ++d) {
+    space.push_back(environment.errors()->drawn_by(seed_of(draws, time, d), satellites));
+  }
+  return space;
 }
 
 CellReceivers::CellReceivers(const simulation::Environment& environment,
@@ -83,7 +105,8 @@ void CellReceivers::solve_without_noise(const propagation::Antenna& antenna,
   quiet.signal.cn0_sigma_db = 0;
   quiet.signal.satellite_sigma_db = quiet.signal.installation_sigma_db = 0;
   quiet.signal.shadowing.enabled = false;
-  receiver::ReceiverEpoch epoch = observe(quiet, 0, disturbances_, antenna, arrival);
+  receiver::ReceiverEpoch epoch =
+      observe(quiet, 0, disturbances_, antenna, with_space(arrival, {}, 0, antenna));
   std::vector<positioning::Measurement> measurements;
   receiver::Ranging ranging(quiet);
   int los = 0, nlos = 0;
@@ -148,11 +171,13 @@ std::vector<disturbance::Source> CellReceivers::disturbances_at(const Vector3d& 
 }
 
 void CellReceivers::draw(const propagation::Antenna& antenna, const propagation::Arrival& arrival,
-                         bool statistics, CellValues& values) const {
+                         std::span<const errors::SpaceErrors> space, bool statistics,
+                         CellValues& values) const {
   DrawnFixes fixes;
   const std::vector<disturbance::Source> disturbances = disturbances_at(arrival.antenna_enu);
   for (int d = 0; d < draws_.draws; ++d) {
-    const receiver::ReceiverEpoch epoch = observe(options_, d, disturbances, antenna, arrival);
+    const receiver::ReceiverEpoch epoch = observe(
+        options_, d, disturbances, antenna, with_space(arrival, space, static_cast<std::size_t>(d), antenna));
     if (!epoch.fix.solved()) continue;
     fixes.add(error_of(epoch.fix, antenna.position_ecef), epoch.fix.covariance_enu, limits_);
   }
@@ -162,7 +187,8 @@ void CellReceivers::draw(const propagation::Antenna& antenna, const propagation:
   if (statistics) fixes.describe(limits_, draws_.draws, values);
 }
 
-double CellReceivers::first_fix_at(geodesy::GpsTime time, const Vector3d& place) const {
+double CellReceivers::first_fix_at(geodesy::GpsTime time, const Vector3d& place,
+                                   std::span<const errors::SpaceErrors> space) const {
   receiver::ReceiverOptions options = options_;
   tracking::SignalLockOptions& lock = options.signal.lock;
   lock.warm_start = false;
@@ -181,9 +207,10 @@ double CellReceivers::first_fix_at(geodesy::GpsTime time, const Vector3d& place)
     const propagation::Arrival arrival = environment_->arrival(now, place, *propagator_);
     const propagation::Antenna antenna{now, environment_->city().frame.ecef_from_local(place),
                                        Vector3d::Zero()};
-    for (std::unique_ptr<receiver::Receiver>& one : starting) {
+    for (std::size_t d = 0; d < starting.size(); ++d) {
+      std::unique_ptr<receiver::Receiver>& one = starting[d];
       if (!one) continue;
-      propagation::Arrival own = arrival;
+      propagation::Arrival own = with_space(arrival, space, d, antenna);
       if (!one->observe({antenna, own, environment_->sky(), environment_->klobuchar()}).fix.solved())
         continue;
       times_s.push_back(second);
@@ -197,11 +224,13 @@ double CellReceivers::first_fix_at(geodesy::GpsTime time, const Vector3d& place)
 
 void CellReceivers::first_fix(const TileCells& cells, geodesy::GpsTime time, std::span<float> seconds,
                               const std::function<bool()>& stop) const {
+  const auto space =
+      space_of_draws(*environment_, draws_, time, draws_.draws, environment_->sky().satellites());
   spread(cells.tile.rows, [&](std::size_t row) {
     if (stop()) return;
     for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
       if (cells.state[i] != CellState::Computed) continue;
-      seconds[i] = static_cast<float>(first_fix_at(time, cells.place(i)));
+      seconds[i] = static_cast<float>(first_fix_at(time, cells.place(i), space));
     }
   });
 }
@@ -214,6 +243,8 @@ void CellReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::sp
   const bool draws =
       statistics || (options_.signal.enabled &&
                      std::find(wanted.begin(), wanted.end(), Layer::Availability) != wanted.end());
+  const auto space =
+      space_of_draws(*environment_, draws_, time, draws ? draws_.draws : 0, environment_->sky().satellites());
   spread(cells.tile.rows, [&](std::size_t row) {
     for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
       CellValues values;
@@ -223,7 +254,7 @@ void CellReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::sp
         const propagation::Antenna antenna{time, environment_->city().frame.ecef_from_local(place),
                                            Vector3d::Zero()};
         solve_without_noise(antenna, arrival, values);
-        if (draws) draw(antenna, arrival, statistics, values);
+        if (draws) draw(antenna, arrival, space, statistics, values);
       }
       for (std::size_t k = 0; k < wanted.size(); ++k) {
         if (of_solver(wanted[k])) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];

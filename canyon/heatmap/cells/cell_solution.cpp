@@ -166,13 +166,17 @@ void TileSolutions::draw_noise(std::uint64_t seed) {
   const receiver::NoiseOptions& noise = options_.noise;
   const std::size_t n = satellites_.size(), draws = static_cast<std::size_t>(draws_);
   noise_m_.assign(2 * n * draws, 0);
-  if (!noise.enabled) return;
+  // Here errors from space are each satellite's own.
+  const double sigma_m = std::hypot(noise.enabled ? noise.ou.standard_deviation_m() : 0,
+                                    options_.orbit_errors ? receiver::kSpaceSigma_m : 0);
+  if (sigma_m == 0 && !noise.enabled) return;
   for (std::size_t i = 0; i < n; ++i) {
     const std::string key = fmt::format("heatmap/{}/{}", gnss::to_string(lines_[i].id), time_.nanoseconds());
     RandomStream code(seed, key + "/code"), mean(seed, key + "/mean");
     for (std::size_t draw = 0; draw < draws; ++draw) {
-      noise_m_[i * draws + draw] = noise.ou.standard_deviation_m() * code.normal();
-      if (noise.drift_enabled) noise_m_[(n + i) * draws + draw] = noise.drift_mu_sigma_m * mean.normal();
+      noise_m_[i * draws + draw] = sigma_m * code.normal();
+      if (noise.enabled && noise.drift_enabled)
+        noise_m_[(n + i) * draws + draw] = noise.drift_mu_sigma_m * mean.normal();
     }
   }
 }

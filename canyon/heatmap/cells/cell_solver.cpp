@@ -262,7 +262,7 @@ bool CellSolver::fits(const receiver::ReceiverOptions& receiver) {
   static constexpr std::string_view kUnderstood =
       "elevation_mask_deg min_satellites max_pdop max_iterations convergence_m correct_ionosphere "
       "correct_troposphere weights.weighting weights.elevation_a_m weights.elevation_b_m ionosphere "
-      "troposphere noise.enabled noise.theta_per_s noise.mu_m noise.sigma_m_per_sqrt_s "
+      "troposphere orbit_errors noise.enabled noise.theta_per_s noise.mu_m noise.sigma_m_per_sqrt_s "
       "noise.drift.enabled noise.drift.below_speed_mps noise.drift.below_los noise.drift.mu_sigma_m";
   // Signals have no strength here; Heatmap looks at covariance_by_residuals.
   static constexpr std::string_view kElsewhere =

@@ -8,6 +8,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/gnss/signals.hpp"
+#include "canyon/heatmap/cells/cell_receivers.hpp"
 #include "canyon/heatmap/cells/cell_values.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
@@ -57,12 +58,19 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   }
   has_blockages_ = options.signal.shadowing.active() && options.signal.shadowing.blockage_share() > 0;
 
-  const Input input{environment, options, seeds, time, place, local_from_ecef};
-  std::vector<std::shared_ptr<const tracking::LaneCodeLock>> locks;
-  std::vector<const gnss::Signal*> wanted;
+  std::vector<gnss::SatelliteId> above;
   for (const gnss::SatelliteId id : environment.sky().satellites()) {
     const auto line = orbit::line_of_sight(environment.sky(), id, time, observer);
-    if (!line || !(line->elevation_rad > 0) || line->elevation_rad < options.fix.elevation_mask_rad) continue;
+    if (line && line->elevation_rad > 0) above.push_back(id);
+  }
+  const std::vector<errors::SpaceErrors> space = space_of_draws(environment, draws, time, lanes - 1, above);
+
+  const Input input{environment, options, seeds, space, time, place, centre_ecef, local_from_ecef};
+  std::vector<std::shared_ptr<const tracking::LaneCodeLock>> locks;
+  std::vector<const gnss::Signal*> wanted;
+  for (const gnss::SatelliteId id : above) {
+    const auto line = orbit::line_of_sight(environment.sky(), id, time, observer);
+    if (line->elevation_rad < options.fix.elevation_mask_rad) continue;
     receiver::signals_to_track(options, id, time, wanted);
     if (wanted.empty()) continue;
     SteadySatellite s = satellite_of(input, *line, *wanted.front());
@@ -111,6 +119,21 @@ SteadySatellite SteadySky::satellite_of(const Input& input, const orbit::LineOfS
   return s;
 }
 
+/// Of the pseudorange, beside the models of the atmosphere.
+double SteadySky::error_m(const errors::SpaceDelays& space, const Input& input,
+                          const orbit::LineOfSight& line, const SteadySatellite& s) {
+  const receiver::ReceiverOptions& options = input.options;
+  const auto beside_model = [&](bool ionosphere, double delay_m) {
+    return delay_m - positioning::atmosphere_m(ionosphere, !ionosphere, input.environment.klobuchar(),
+                                               line.id.system, s.carrier_hz, input.time, input.place,
+                                               {line.azimuth_rad, line.elevation_rad});
+  };
+  const double rate = std::pow(gnss::kL1_hz / s.carrier_hz, 2);
+  return (options.orbit_errors ? space.orbit_clock_m : 0) +
+         (options.ionosphere ? beside_model(true, rate * space.ionosphere_m) : 0) +
+         (options.troposphere ? beside_model(false, space.troposphere_m) : 0);
+}
+
 /// What the receiver of each lane draws.
 void SteadySky::fill_lanes(const Input& input, std::size_t bundles, SteadySatellite& s) {
   const receiver::ReceiverOptions& options = input.options;
@@ -134,6 +157,9 @@ void SteadySky::fill_lanes(const Input& input, std::size_t bundles, SteadySatell
       s.error_m[i] += quiet ? options.noise.ou.mu_m
                             : receiver::pseudorange_noise(options, input.seeds[d], line.id, *s.signal)
                                   .advance(0, options.noise.ou.mu_m);
+    }
+    if (!quiet && !input.space.empty()) {
+      s.error_m[i] += error_m(input.space[d].at(line, input.time, input.centre_ecef), input, line, s);
     }
     if (options.biases.drift_sigma_m > 0) {
       s.error_m[i] += receiver::bias_drift(options, input.seeds[d], *s.signal).advance(0);

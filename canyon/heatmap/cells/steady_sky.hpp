@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "canyon/disturbance/shadowing.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/receiver/receiver.hpp"
@@ -63,13 +64,17 @@ class SteadySky {
   struct Input {
     const simulation::Environment& environment;
     const receiver::ReceiverOptions& options;
-    const std::vector<std::uint64_t>& seeds;  ///< [draw]
+    const std::vector<std::uint64_t>& seeds;        ///< [draw]
+    const std::vector<errors::SpaceErrors>& space;  ///< [draw], or empty
     geodesy::GpsTime time;
     const geodesy::Geodetic& place;  ///< the tile's centre
+    const Eigen::Vector3d& centre_ecef;
     const Eigen::Matrix3d& local_from_ecef;
   };
   [[nodiscard]] SteadySatellite satellite_of(const Input& input, const orbit::LineOfSight& line,
                                              const gnss::Signal& signal) const;
+  [[nodiscard]] static double error_m(const errors::SpaceDelays& space, const Input& input,
+                                      const orbit::LineOfSight& line, const SteadySatellite& s);
   void fill_lanes(const Input& input, std::size_t bundles, SteadySatellite& s);
 
   int lanes_;

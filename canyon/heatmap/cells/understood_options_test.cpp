@@ -96,10 +96,12 @@ TEST(UnderstoodOptions, RefusesEveryFieldThatIsNotListed) {
 
 // Every field of a receiver is refused, changes the map, or is named here. @see SteadyReceivers::fits()
 TEST(UnderstoodOptions, OfSteadyReceiversChangeTheMap) {
-  const simulation::Environment environment(
+  simulation::Environment environment(
       city::synthetic_city({}),
       std::make_shared<test::CircularSky>(std::vector{System::GPS, System::GLONASS, System::Galileo}),
       {{System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}});
+  environment.set_errors(std::make_shared<errors::SpaceErrors>(
+      errors::SpaceErrorOptions(), 1, environment.sky().satellites(), environment.klobuchar()));
   simulation::ReceiverConfig receiver =
       simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m8t").text), "p").receiver;
   receiver.options.filter = {};

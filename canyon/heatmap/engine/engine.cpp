@@ -21,6 +21,7 @@
 #include "canyon/heatmap/engine/engine_key.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/street_sources.hpp"
 
 namespace canyon::heatmap {
@@ -246,6 +247,7 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
   }
   receiver.options =
       simulation::with_surroundings(std::move(receiver.options), environment.scene(), environment.city());
+  simulation::decide(receiver.options, environment.errors().get());
   receiver.options.filter = {};  // each cell stands by itself, without an epoch before
   positioning::Weighting& weighting = receiver.options.fix.weights.weighting;
   if (weighting == positioning::Weighting::Cn0 && !receiver.options.signal.enabled) {
@@ -271,9 +273,11 @@ std::size_t Heatmap::unit_of(std::size_t tile, std::size_t time) const {
 }
 
 std::string Heatmap::key() const {
-  return hash_text(fmt::format("values: {}\ntimes per unit: {}\ninput: {}\n", kValuesVersion,
-                               impl_->times_per_unit, impl_->input_key) +
-                   canonical_text(impl_->request, impl_->receiver, impl_->environment->klobuchar()));
+  return hash_text(
+      fmt::format("values: {}\ntimes per unit: {}\ninput: {}\n", kValuesVersion, impl_->times_per_unit,
+                  impl_->input_key) +
+      canonical_text(impl_->request, impl_->receiver, impl_->environment->klobuchar()) +
+      (impl_->environment->errors() ? options::exact_text(impl_->environment->errors()->options()) : ""));
 }
 
 /// All times of a unit at one altitude. Ends early where `go_on`, asked after each finished time, says so,
