@@ -23,8 +23,6 @@ struct LiveConfig {
   SkyConfig sky;
   std::optional<geodesy::GpsTime> start;  ///< of the host's time 0; empty: the host knows
   std::optional<double> rate_hz;          ///< empty: the host's own
-  /// City::geoid_undulation_m of the host's world; empty: what its scene says.
-  std::optional<double> geoid_undulation_m;
   ReceiverConfig receiver;
   std::uint64_t seed = 1;
   std::vector<disturbance::Fault> faults;  ///< their times count from the host's time 0
@@ -32,6 +30,8 @@ struct LiveConfig {
   /// (LiveReceiver::Step::base), which takes its corrections where receiver.options.corrections.from names
   /// it.
   std::optional<ReceiverConfig> base;
+  /// City::geoid_undulation_m of the host's world; empty: what its scene says.
+  std::optional<double> geoid_undulation_m = {};
 };
 
 /// Reads YAML with the scenario's keys `sky`, `start`, `rate_hz`, `seed`, `faults` and, beside them, those of
