@@ -136,6 +136,37 @@ TEST(SteadyReceivers, HoldTheirBoundsBetweenNodes) {
   }
 }
 
+// Under an open sky errors from space are what is left, and those of the data sheet; receivers that run have
+// the same draws.
+TEST(SteadyReceivers, HaveErrorsFromSpaceInEachDraw) {
+  simulation::Environment environment(city::City{},
+                                      std::make_shared<CircularSky>(std::vector{
+                                          gnss::System::GPS, gnss::System::Galileo, gnss::System::BeiDou}),
+                                      {{gnss::System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}});
+  ReceiverConfig receiver = sold("ublox-m10");
+  Request request;
+  request.grid = Grid::covering(0, 0, 2, 2, 2);
+  request.times = {kTime};
+  request.altitudes_m = {2};
+  request.altitude_kind = AltitudeKind::Ellipsoid;
+  request.draws.draws = 64;
+  request.layers = {Layer::HorizontalError, Layer::HorizontalErrorP50};
+  const auto map = [&](ReceiverModel model) {
+    request.receivers = {model, 0};
+    return Heatmap(environment, receiver, request, "").compute(0).values;
+  };
+  environment.set_errors(std::make_shared<errors::SpaceErrors>(
+      errors::SpaceErrorOptions(), 1, environment.sky().satellites(), environment.klobuchar()));
+  const std::vector<float> steady = map(ReceiverModel::SteadyState), run = map(ReceiverModel::Run);
+  EXPECT_NEAR(steady[0], 0, 1e-3);
+  EXPECT_NEAR(run[0], 0, 1e-3);
+  EXPECT_NEAR(steady[1], run[1], 0.01);
+  EXPECT_GT(steady[1], 0.7);
+  EXPECT_LT(steady[1], 3);
+  environment.set_errors(nullptr);
+  EXPECT_LT(map(ReceiverModel::SteadyState)[1], 0.7F * steady[1]);
+}
+
 TEST(SteadyReceivers, AreTheSameOnAnyNumberOfThreads) {
   Request request;
   request.grid = Grid::covering(-40, -40, 40, 40, 2);
