@@ -131,7 +131,7 @@ std::vector<std::string> scenarios_with_every_key() {
           shadowing +
           ", "
           "front_end_bandwidth_hz: "
-          "4e6, wide_front_end_bandwidth_hz: 30e6, dll: {discriminator: "
+          "4e6, wide_front_end_bandwidth_hz: 30e6, front_end_compression_dbm: -20, dll: {discriminator: "
           "dot_product, "
           "spacing_chips: 0.2, loop_bandwidth_hz: 0.5, integration_s: 0.01, peak_check_s: 2}, pll: "
           "{loop_bandwidth_hz: 10, "

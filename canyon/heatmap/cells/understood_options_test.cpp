@@ -136,7 +136,8 @@ TEST(UnderstoodOptions, OfSteadyReceiversChangeTheMap) {
       "max_iterations convergence_m biases.drift_time_s position_filter. raim. noise.drift. "
       "ionosphere_sigma_m weights.elevation_a_m weights.elevation_b_m signal.shadowing.custom. "
       "biases.code_m biases.drift_sigma_m signal.antenna_lower_rows "
-      "signal.wide_front_end_bandwidth_hz noise.mu_m signal.shadowing.correlation_m "
+      "signal.wide_front_end_bandwidth_hz signal.front_end_compression_dbm noise.mu_m "
+      "signal.shadowing.correlation_m "
       "signal.shadowing.obstacle_speed_mps signal.strength.foliage signal.lock.tracking_threshold_dbhz");
 }
 
