@@ -141,6 +141,9 @@ class Channel {
 
   [[nodiscard]] const gnss::Signal& signal() const { return *signal_; }
 
+  /// As SignalLock::search_for().
+  void search_for(double seconds) { lock_.search_for(seconds); }
+
   /// What arrives at motion.time, after the last call. Needs the paths of this channel's satellite.
   [[nodiscard]] Reception receive(ChannelModel& model, const AntennaMotion& motion,
                                   const propagation::SatelliteView& view);
