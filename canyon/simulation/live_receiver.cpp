@@ -52,7 +52,7 @@ struct LiveReceiver::Impl {
                                                    : with_streets(config.receiver, scene->city, road);
     sources.push_back(disturbance::FaultTimeline::source(faults));
     receiver::ReceiverOptions options = with_surroundings(config.receiver.options, scene->scene, scene->city);
-    decide(options, make_space_errors(config.sky, *sky, config.seed).get());
+    decide(options, make_space_errors(config.sky, *sky, config.seed).get(), *sky->sky);
     return {std::move(options), config.seed, sources, config.receiver.models};
   }
   [[nodiscard]] std::shared_ptr<disturbance::FaultTimeline> make_faults() const {

@@ -169,7 +169,8 @@ struct Simulation::Impl {
     warnings.insert(warnings.end(), plan.warnings.begin(), plan.warnings.end());
     warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
     environment.set_errors(make_space_errors(scenario.sky, sky, scenario.seed));
-    for (ReceiverConfig& receiver : scenario.receivers) decide(receiver.options, environment.errors());
+    for (ReceiverConfig& receiver : scenario.receivers)
+      decide(receiver.options, environment.errors(), *sky.sky);
     check_ionosphere(scenario, sky);
     (void)CorrectionLinks(scenario.receivers);
     check_places();

@@ -58,8 +58,8 @@ struct BuiltSky {
 [[nodiscard]] std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& config,
                                                                            const BuiltSky& sky,
                                                                            std::uint64_t seed);
-/// A receiver's options with what they leave out decided by these.
-void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors);
+/// A receiver's options with what they leave out decided by these and the sky.
+void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors, const orbit::Sky& sky);
 /// Stands for build_sky() where skies are shared.
 using SkyBuilder =
     std::function<BuiltSky(const SkyConfig&, geodesy::GpsTime, geodesy::GpsTime, const geodesy::Geodetic&)>;

@@ -209,8 +209,9 @@ std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& co
                                                      sky.navigation.klobuchar);
 }
 
-void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors) {
+void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors, const orbit::Sky& sky) {
   options.decide(errors != nullptr, errors != nullptr && errors->has_ionosphere());
+  options.choose_signals(sky.satellites());
 }
 
 void require_ionosphere(const BuiltSky& sky) {

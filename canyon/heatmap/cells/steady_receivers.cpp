@@ -19,7 +19,8 @@ using propagation::KnownEdge;
 
 /// Fields of a receiver's options that these computations follow.
 constexpr std::string_view kUnderstood =
-    "own_draws tracks leaves_out sigma_factor elevation_mask_deg cn0_mask_dbhz min_satellites max_pdop "
+    "own_draws tracks leaves_out at_once sigma_factor elevation_mask_deg cn0_mask_dbhz min_satellites "
+    "max_pdop "
     "correct_ionosphere correct_troposphere covariance_by_residuals weights.weighting "
     "weights.elevation_a_m weights.elevation_b_m weights.cn0_floor_m2 weights.cn0_scale_m2_hz "
     "ionosphere troposphere biases.code_m biases.glonass_channel_m biases.drift_sigma_m "

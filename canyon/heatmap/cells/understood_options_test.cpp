@@ -130,7 +130,7 @@ TEST(UnderstoodOptions, OfSteadyReceiversChangeTheMap) {
   // below all signals of these cells.
   change_each(
       receiver.options, fits, solve,
-      "own_draws clock. spoofing_check. signal.pll. signal.fll. signal.phase_threshold_dbhz "
+      "own_draws at_once clock. spoofing_check. signal.pll. signal.fll. signal.phase_threshold_dbhz "
       "signal.dll.peak_check_s signal.lock.cold_acquisition_s signal.lock.reacquisition_s "
       "signal.lock.hold_s signal.lock.memory_s signal.lock.warm_start noise.doppler_sigma_hz smoothing. "
       "max_iterations convergence_m biases.drift_time_s position_filter. raim. noise.drift. "

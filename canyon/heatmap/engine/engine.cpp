@@ -246,6 +246,7 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
   }
   receiver.options =
       simulation::with_surroundings(std::move(receiver.options), environment.scene(), environment.city());
+  receiver.options.choose_signals(environment.sky().satellites());
   receiver.options.filter = {};  // each cell stands by itself, without an epoch before
   positioning::Weighting& weighting = receiver.options.fix.weights.weighting;
   if (weighting == positioning::Weighting::Cn0 && !receiver.options.signal.enabled) {
