@@ -326,5 +326,38 @@ TEST_F(Sent, ChangesTheEphemerisWithTheFrame) {
   EXPECT_EQ(issue, 78);
 }
 
+// Closed forms: where the messages of an ephemeris end that a receiver reads from an instant of the GPS week
+// on (frames of GPS begin at 0, of Galileo at 1 s with words 2 and 4, the others of BeiDou at 14 s, of
+// GLONASS 18 s after, by 18 leap seconds).
+TEST(UnsentEphemeris, IsSentWithTheFrames) {
+  const geodesy::GpsTime week = geodesy::GpsTime::from_week(2421, 0);
+  const auto complete_after_s = [&](const char* satellite, double from_s, const char* signal = "") {
+    const gnss::SatelliteId id = *gnss::parse_satellite(satellite);
+    const auto signals = gnss::signals_of(id.system);
+    const auto named =
+        std::find_if(signals.begin(), signals.end(), [&](const auto& each) { return each.name == signal; });
+    const gnss::Signal& read = named == signals.end() ? signals.front() : *named;
+    for (int k = 0; k < 2000; ++k) {
+      if (unsent_ephemeris(id, read, week + from_s, week + (from_s + 0.1 * k)) == 0) return 0.1 * k;
+    }
+    return 1e9;
+  };
+  EXPECT_NEAR(complete_after_s("G05", 0), 18, 0.1);
+  EXPECT_NEAR(complete_after_s("G05", 0.1), 35.9, 0.1) << "subframe 1 of the next frame";
+  EXPECT_NEAR(complete_after_s("G05", 12.5), 35.5, 0.1) << "all but a bit of subframe 3";
+  EXPECT_NEAR(complete_after_s("G05", 18), 30, 0.1);
+  EXPECT_NEAR(complete_after_s("J02", 30), 18, 0.1);
+  EXPECT_NEAR(complete_after_s("E05", 1), 26, 0.1);
+  EXPECT_NEAR(complete_after_s("E05", 5), 30, 0.1) << "1, 3, 5, then 2, 4";
+  EXPECT_NEAR(complete_after_s("C20", 14), 18, 0.1);
+  EXPECT_NEAR(complete_after_s("C20", 14, "B1C"), 18, 0.1);
+  EXPECT_NEAR(complete_after_s("C20", 15, "B1C"), 35, 0.1);
+  EXPECT_NEAR(complete_after_s("C03", 14), 27.6, 0.1) << "ten pages";
+  EXPECT_NEAR(complete_after_s("R05", 18), 8, 0.1);
+  EXPECT_NEAR(complete_after_s("R05", 19), 31, 0.1);
+  EXPECT_NEAR(complete_after_s("S23", 0), 1, 0.1);
+  EXPECT_NEAR(complete_after_s("S23", 1), 120, 0.1);
+}
+
 }  // namespace
 }  // namespace canyon::broadcast

@@ -99,6 +99,34 @@ std::vector<std::uint32_t> words_of(const gnss::KeplerEphemeris& e, const gnss::
 
 }  // namespace
 
+std::uint32_t unsent_ephemeris(gnss::SatelliteId id, const gnss::Signal& signal, GpsTime from, GpsTime to) {
+  Pace pace = pace_of(id, to);
+  std::uint32_t needed = 0b111;
+  if (signal.name == "B1C" || signal.name == "L1C") {
+    pace.period = pace.duration = 18 * kSecond;
+    pace.of_frame = 1;
+    needed = 1;
+  } else if (id.system == System::Galileo) {
+    needed = 0b1'1100'0000'0011;
+  } else if (id.system == System::GLONASS) {
+    needed = 0b1111;
+  } else if (id.system == System::SBAS) {
+    pace = {0, kSecond, kSecond, 120};
+    needed = 1;
+  } else if (gnss::is_beidou_geo(id)) {
+    needed = 0b11'1111'1111;
+  }
+  std::uint32_t unsent = 0;
+  for (std::int64_t k = 0; needed >> k != 0; ++k) {
+    if ((needed >> k & 1U) == 0) continue;
+    // The last one that has ended.
+    const std::int64_t first = pace.offset + k * pace.period, frame = pace.of_frame * pace.period;
+    const std::int64_t start = first + floor_div(to.nanoseconds() - first - pace.duration, frame) * frame;
+    if (start < from.nanoseconds()) unsent |= 1U << k;
+  }
+  return unsent;
+}
+
 std::vector<SentMessage> Schedule::sent(const gnss::NavigationData& navigation, gnss::SatelliteId id,
                                         GpsTime from, GpsTime to) {
   std::vector<SentMessage> messages;

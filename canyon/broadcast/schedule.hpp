@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "canyon/gnss/navigation_data.hpp"
+#include "canyon/gnss/signals.hpp"
 
 namespace canyon::broadcast {
 
@@ -39,5 +40,13 @@ class Schedule {
   };
   std::map<gnss::SatelliteId, Current> current_;
 };
+
+/// Messages of a satellite's ephemeris that it does not send from the first to the last bit within [from,
+/// to], by their places in the frame, one bit each; 0: all are sent. LNAV: subframes 1 to 3. D1: likewise;
+/// D2: ten pages. I/NAV: words 1 to 5. GLONASS: strings 1 to 4, the immediate data. SBAS: message 9, once in
+/// 120 s (RTCA DO-229, A.4.4). L1C and B1C: a frame of 18 s (IS-GPS-800 3.5.2, BDS-SIS-ICD-B1C-1.0 6.2.1).
+/// @param signal whose messages are read
+[[nodiscard]] std::uint32_t unsent_ephemeris(gnss::SatelliteId id, const gnss::Signal& signal,
+                                             geodesy::GpsTime from, geodesy::GpsTime to);
 
 }  // namespace canyon::broadcast

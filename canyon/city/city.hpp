@@ -43,10 +43,10 @@ struct Box {
 struct City {
   std::string name;
   geodesy::LocalFrame frame;  ///< ENU: heading 0 (an import's heading is applied to the vertices)
-  /// Ellipsoidal height of mean sea level in the city [m]; 0 where nothing is known of it.
-  double geoid_undulation_m = 0;
   Mesh mesh;
   std::vector<std::string> notes;  ///< what the import dropped, guessed or repaired, one line each
+  /// Ellipsoidal height of mean sea level in the city [m]; 0 where nothing is known of it.
+  double geoid_undulation_m = 0;
 
   [[nodiscard]] Box bounds() const;
 };

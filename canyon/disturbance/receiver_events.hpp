@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,11 +9,15 @@
 
 namespace canyon::disturbance {
 
+/// What a receiver that begins anew still knows: all; time and place, no ephemerides; nothing.
+enum class RestartKind : std::uint8_t { Hot, Warm, Cold };
+
 /// A receiver that begins anew.
 struct Restart {
-  geodesy::GpsTime at;     ///< one instant is one restart
-  double search_s = 0;     ///< from a signal's presence to its first measurement
-  double ephemeris_s = 0;  ///< for so long a satellite must be tracked before the fix uses it
+  geodesy::GpsTime at;  ///< one instant is one restart
+  RestartKind kind = RestartKind::Cold;
+  std::optional<double> search_s{};     ///< from a signal's presence to its first measurement; empty: its own
+  std::optional<double> ephemeris_s{};  ///< a satellite is tracked for so long before its use; empty: its own
 };
 
 /// What happens to a receiver itself at one epoch, whatever arrives at its antenna.

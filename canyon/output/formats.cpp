@@ -8,6 +8,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/receiver/receiver_draws.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario.hpp"
 
@@ -54,8 +55,10 @@ ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver
   for (const auto& record : navigation.glonass) description.glonass_channels[record.id] = record.channel;
   const double first_hz = gnss::l1_frequency_hz(gnss::System::GLONASS, 0);
   const double step_hz = gnss::l1_frequency_hz(gnss::System::GLONASS, 1) - first_hz;
+  std::vector<const gnss::Signal*> tracked;
   for (const gnss::SatelliteId id : sky.satellites()) {
-    if (receiver::tracked_signals(options.tracks, id.system).empty()) continue;
+    receiver::signals_to_track(options, id, begin, tracked);
+    if (tracked.empty()) continue;
     description.systems.insert(id.system);
     if (id.system != gnss::System::GLONASS || description.glonass_channels.count(id) > 0) continue;
     if (const auto state = sky.state(id, begin)) {
@@ -72,7 +75,7 @@ std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiv
   const simulation::BuiltSky& sky = receiver.sky();
   const auto errors = simulation::make_space_errors(config.sky, sky, config.seed);
   const auto describe = [&](simulation::ReceiverConfig each) {
-    simulation::decide(each.options, errors.get());
+    simulation::decide(each.options, errors.get(), *sky.sky);
     return describe_receiver(each, *sky.sky, sky.navigation, receiver.start(), interval_s);
   };
   std::vector<ReceiverDescription> descriptions{describe(config.receiver)};

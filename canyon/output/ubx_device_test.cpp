@@ -251,7 +251,7 @@ TEST(UbxDevice, TellsSatellitesAndRawMeasurements) {
 TEST(UbxDevice, CountsFromTheReceiversRestart) {
   Device device(encode_ubx);
   (void)device.encode(ubx_epoch());
-  const disturbance::Restart restart{test::sample_time() + 5, 2, 24};
+  const disturbance::Restart restart{test::sample_time() + 5};
   auto e = test::sample_epoch(test::sample_time() + 6, test::sample_place(), {0, 0, 0}, false);
   e.observed.events.restart = restart;
   const auto lost = find(device.encode(e), 0x0103);

@@ -1,45 +1,95 @@
 #pragma once
 
-#include <map>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "canyon/base/random.hpp"
+#include "canyon/broadcast/schedule.hpp"
 #include "canyon/disturbance/receiver_events.hpp"
 #include "canyon/gnss/satellite_id.hpp"
-#include "canyon/tracking/signal_options.hpp"
-
-// What a restart takes from a receiver.
+#include "canyon/tracking/signal_lock.hpp"
 
 namespace canyon::receiver {
 
-/// Options of channels that search for everything.
-[[nodiscard]] inline tracking::SignalOptions searching_anew(tracking::SignalOptions options,
-                                                            const disturbance::Restart& restart) {
-  options.lock.cold_acquisition_s = restart.search_s;
-  options.lock.warm_start = false;
-  return options;
-}
-
-/// Whose ephemerides a receiver has read since it began anew.
+/// What a receiver that began anew finds again, satellite by satellite: how long it searches for each, and
+/// whose ephemerides it has read since.
+///
+/// Hot: each is searched for SignalLockOptions::reacquisition_s, and its ephemeris is known. Warm: likewise,
+/// and its ephemeris is read: all of its messages (broadcast::unsent_ephemeris()), while it is tracked
+/// without a break at the acquisition threshold or above. Cold: searched for a time of its own, uniform from
+/// 0.4 to 2.25 (T - 20 s), then read; T is SignalLockOptions::cold_acquisition_s, which so is the median of
+/// the times to the first fix of receivers of several systems under an open sky (a test: within 3 s). A
+/// receiver with T below 18 s, in which no GPS satellite sends its ephemeris, has it from a network: searched
+/// for 0.8 to 1.6 T. The search's distribution is assumed.
 class KnownEphemerides {
  public:
-  /// @param needed_s a satellite must be tracked for so long; 0: all are known
-  explicit KnownEphemerides(double needed_s = 0) : needed_s_(needed_s) {}
+  /// All are known.
+  KnownEphemerides() = default;
+  /// @param channels_search whether the receiver's channels search for search_s(); else a satellite is found
+  /// so long after it appears
+  /// @param draws what sets its random draws apart
+  KnownEphemerides(const disturbance::Restart& restart, const tracking::SignalLockOptions& lock,
+                   bool channels_search, std::uint64_t seed, std::string draws)
+      : restart_(restart),
+        lock_(lock),
+        channels_search_(channels_search),
+        seed_(seed),
+        draws_(std::move(draws)) {}
 
-  /// Once an epoch. @param tracking it now @param step_s since the epoch before
-  [[nodiscard]] bool read(gnss::SatelliteId id, bool tracking, double step_s) {
-    if (needed_s_ == 0) return true;
-    Tracked& tracked = tracked_[id];
-    if (tracking && tracked.before) tracked.so_far_s += step_s;
-    tracked.before = tracking;
-    return tracked.so_far_s >= needed_s_;
+  /// [s], >= 0.
+  [[nodiscard]] double search_s(gnss::SatelliteId id) const {
+    if (restart_->search_s) return *restart_->search_s;
+    if (restart_->kind != disturbance::RestartKind::Cold) return lock_.reacquisition_s;
+    const double uniform = RandomStream(seed_, fmt::format("{}/{}/search/{}", draws_, gnss::to_string(id),
+                                                           restart_->at.nanoseconds()))
+                               .uniform();
+    const double cold_s = lock_.cold_acquisition_s;
+    if (by_network()) return (0.8 + 0.8 * uniform) * cold_s;
+    return (0.4 + 1.85 * uniform) * std::max(1.0, cold_s - 20);
+  }
+
+  /// Once an epoch, of each satellite. @param readable it is tracked and strong enough
+  [[nodiscard]] bool read(gnss::SatelliteId id, const gnss::Signal& signal, bool readable,
+                          geodesy::GpsTime now) {
+    if (!restart_) return true;
+    Satellite& satellite = satellites_[id];
+    if (satellite.unread == 0) return true;
+    if (!readable) {
+      satellite.since.reset();
+      return false;
+    }
+    if (!satellite.since) satellite.since = now + (channels_search_ ? 0 : search_s(id));
+    if (now < *satellite.since) return false;
+    if (restart_->ephemeris_s) {
+      if (now - *satellite.since >= *restart_->ephemeris_s) satellite.unread = 0;
+    } else if (restart_->kind == disturbance::RestartKind::Hot || by_network()) {
+      satellite.unread = 0;
+    } else {
+      satellite.unread &= broadcast::unsent_ephemeris(id, signal, *satellite.since, now);
+    }
+    return satellite.unread == 0;
   }
 
  private:
-  struct Tracked {
-    double so_far_s = 0;
-    bool before = false;  // at the epoch before
+  struct Satellite {
+    std::optional<geodesy::GpsTime> since;  // readable without a break
+    std::uint32_t unread = ~0U;             // messages
   };
-  double needed_s_;
-  std::map<gnss::SatelliteId, Tracked> tracked_;
+  [[nodiscard]] bool by_network() const {
+    constexpr double kSubframes1To3_s = 18;
+    return lock_.cold_acquisition_s < kSubframes1To3_s;
+  }
+
+  std::optional<disturbance::Restart> restart_;
+  tracking::SignalLockOptions lock_;
+  bool channels_search_ = false;
+  std::uint64_t seed_ = 0;
+  std::string draws_;
+  std::map<gnss::SatelliteId, Satellite> satellites_;
 };
 
 }  // namespace canyon::receiver

@@ -136,14 +136,17 @@ struct Receiver::State {
   void restart_as(const std::optional<disturbance::Restart>& restart) {
     if (!restart || (restarted && restarted->at == restart->at)) return;
     restarted = restart;
-    // Signals without strength need no search.
-    known = KnownEphemerides(restart->ephemeris_s + (signals ? 0 : restart->search_s));
+    known = KnownEphemerides(*restart, options.signal.lock, signals.has_value(), seed, draws);
     channels.clear();
     ranging = Ranging(options);
     corrections = CodeCorrections(options.corrections);
     if (filter) filter.emplace(options.filter, options.fix);
     if (check) check.emplace(options.spoofing_check);
-    if (signals) signals.emplace(searching_anew(options.signal, *restart), seed, options.name, draws);
+    if (signals) {
+      tracking::SignalOptions searching = options.signal;
+      searching.lock.warm_start = false;
+      signals.emplace(std::move(searching), seed, options.name, draws);
+    }
     motion.first_epoch = now;
     motion.epoch_before.reset();
   }
@@ -251,6 +254,7 @@ struct Receiver::State {
       of_satellite.reserve(tracks[static_cast<std::size_t>(signal.system)].size());  // pointers stay
       of_satellite.emplace_back(*signals, view.line.id, signal, motion);
       found = of_satellite.end() - 1;
+      if (restarted) found->search_for(known.search_s(view.line.id));
     }
     Tracked tracked{&*found, {}};
     tracked.reception = free ? found->receive(*signals, motion, view) : found->miss(now);
@@ -498,7 +502,6 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   }
   const CodeCorrections* corrections =
       state.corrections.age_s(epoch.receiver_time) ? &state.corrections : nullptr;
-  const double step_s = state.motion.epoch_before ? time - *state.motion.epoch_before : 0;
   std::size_t next = 0;
   for (std::size_t i = 0; i < view_of.size(); ++i) {
     SatelliteObservation& satellite = epoch.satellites[i];
@@ -513,8 +516,10 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     const bool modelled =
         options.fix.correct_ionosphere && options.ranging.combination == Combination::Uncombined;
     const double model_m = state.atmosphere_m(modelled, false, view.line, gnss::kL1_hz);
-    const bool known =
-        state.known.read(satellite.id, satellite.lock == tracking::LockState::Tracking, step_s);
+    const bool readable =
+        satellite.lock == tracking::LockState::Tracking &&
+        (!satellite.cn0_dbhz || *satellite.cn0_dbhz >= options.signal.lock.acquisition_threshold_dbhz);
+    const bool known = state.known.read(satellite.id, *satellite.signal, readable, time);
     const auto ranged = state.ranging.next(satellite, view.line.state, time, model_m, corrections);
     if (!ranged || !known) continue;
     measurements.push_back(ranged->measurement);

@@ -91,6 +91,7 @@ class EffectiveCn0 : public ::testing::Test {
   EffectiveCn0() {
     options.signal.front_end_bandwidth_hz = 8e6;
     options.signal.link.implementation_loss_db = 0;  // S / N0 is then C / N0
+    options.signal.front_end_compression_dbm = std::numeric_limits<double>::infinity();
   }
   ReceiverOptions options = plain();
 };
@@ -181,6 +182,7 @@ TEST(ReceiverInterference, GainControlAndBands) {
   ReceiverOptions options = plain();
   options.signal.antenna = signal::AntennaPattern("both", {{0, 0, 0}}, {{0, 0, 0}});
   options.signal.front_end_bandwidth_hz = 8e6;
+  options.signal.front_end_compression_dbm = std::numeric_limits<double>::infinity();
   options.tracks = {"L1CA", "E1", "L2C", "G1"};
   Receiver receiver(options, 1);
   // 20 MHz of noise on L1, three times the receiver's own within its 8 MHz; beside it a tone as strong as
@@ -221,6 +223,36 @@ TEST(ReceiverInterference, OfSystemsThatAreNotThere) {
   const ReceiverEpoch epoch =
       observe_amid(receiver, one_satellite(), 0, {wave(Shape::Band, 1575.42e6, -130, 20e6)});
   EXPECT_GT(epoch.bands.size(), 1U);
+}
+
+// Beside the jammed 20 MHz the filter lets nothing through: there the saturation of the stages before it is
+// what jams. Razavi's formula as it stands here.
+TEST(ReceiverInterference, AStrongJammerSaturatesTheFrontEnd) {
+  const double high = geodesy::radians(40);
+  const orbit::FrozenSky sky(kPlace, {0, 1.5, 3, 4.5}, {high, high, high, high});
+  ReceiverOptions options = plain();
+  options.tracks = {"L1CA", "L5"};
+  options.signal.antenna = signal::AntennaPattern("both", {{0, 0, 0}}, {{0, 0, 0}});
+  options.signal.front_end_bandwidth_hz = 4e6;
+  const auto lost_db = [&](double power_dbm, double centre_hz, std::size_t signal) {
+    const auto cn0_dbhz = [&](std::vector<Interference> waves) {
+      Receiver receiver(options, 1);
+      const SatelliteObservation seen = observe_amid(receiver, sky, 0, std::move(waves)).satellites.back();
+      return signal == 0 ? *seen.cn0_dbhz : *seen.more.front().cn0_dbhz;
+    };
+    return cn0_dbhz({}) - cn0_dbhz({wave(Shape::Band, centre_hz, power_dbm - 30, 20e6)});
+  };
+  constexpr double kBeside_hz = 1595e6;
+  for (const double over_db : {-20.0, -6.0, 0.0, 6.0}) {
+    const double left = 1 - 0.2175 * std::pow(10, over_db / 10);
+    EXPECT_NEAR(lost_db(options.signal.front_end_compression_dbm + over_db, kBeside_hz, 0),
+                -20 * std::log10(left), 1e-3)
+        << over_db;
+  }
+  EXPECT_GT(lost_db(options.signal.front_end_compression_dbm + 6.7, kBeside_hz, 0), 50);
+  EXPECT_NEAR(lost_db(0, kBeside_hz, 1), 0, 1e-9) << "the other band has an amplifier of its own";
+  options.signal.front_end_compression_dbm = std::numeric_limits<double>::infinity();
+  EXPECT_NEAR(lost_db(0, kBeside_hz, 0), 0, 1e-9);
 }
 
 // C/N0 alone decides: lost below the tracking threshold, found again when the jammer is gone.

@@ -71,6 +71,10 @@ bool is_tracked(const ReceiverOptions& o, std::string_view signal_name) {
   });
 }
 
+bool is_among(const std::vector<std::string>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 }  // namespace
 
 void SpoofingCheckOptions::validate() const {
@@ -100,6 +104,12 @@ void ReceiverOptions::validate() const {
   try {
     gnss::check_signals(tracks);
     for (const std::string& group : leaves_out) gnss::check_group(group);
+    for (const char* other : {"G1", "B1C"}) {
+      if (at_once == AtOnce::All || !is_among(tracks, "B1I") || !is_among(tracks, other)) continue;
+      throw InputError(
+          fmt::format("it tracks B1I and {}, which its hardware does not receive at once", other),
+          "leave one of them out, or say `at_once: all` of another receiver");
+    }
     if (const gnss::Signal* deaf_to = unheard(*this); deaf_to != nullptr && signal.enabled) {
       throw InputError(fmt::format("it tracks {}, and its antenna '{}' has no pattern for {:.2f} MHz",
                                    deaf_to->name, signal.antenna.name(), deaf_to->carrier_hz / 1e6),
@@ -130,6 +140,17 @@ positioning::CodeNoise ReceiverOptions::slow_error() const {
   return {orbit_errors ? kSpaceSigma_m : 0, 1.0 / 3600};
 }
 
+void ReceiverOptions::choose_signals(std::span<const gnss::SatelliteId> sky) {
+  if (!tracks.empty() || at_once == AtOnce::All) return;
+  if (at_once == AtOnce::BeiDouByB1C) {
+    tracks = {"L1CA", "G1", "E1", "B1C"};
+    return;
+  }
+  const bool glonass = std::any_of(sky.begin(), sky.end(),
+                                   [](gnss::SatelliteId id) { return id.system == gnss::System::GLONASS; });
+  if (glonass && !is_among(leaves_out, "B1I")) leaves_out.emplace_back("B1I");
+}
+
 void ReceiverOptions::decide(bool space, bool with_ionosphere) {
   orbit_errors.set_default(space);
   troposphere.set_default(space);
@@ -145,7 +166,7 @@ std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>&
   if (tracks.empty()) return {&all.front()};
   std::vector<const gnss::Signal*> found;
   for (const gnss::Signal& signal : all) {
-    if (std::find(tracks.begin(), tracks.end(), signal.name) != tracks.end()) found.push_back(&signal);
+    if (is_among(tracks, signal.name)) found.push_back(&signal);
   }
   return found;
 }
@@ -162,6 +183,11 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
   gnss::visit_groups(
       v, {"leaves_out", "", "groups of signals that it does not track all the same: [BeiDou-GEO]"},
       o.leaves_out);
+  static constexpr std::string_view kAtOnce[]{"all", "glonass_or_beidou", "beidou_by_b1c"};
+  v.choice({"at_once", "",
+            "what the hardware receives at once near L1, where `tracks` is left out: all; glonass_or_beidou, "
+            "B1I under a sky without GLONASS alone; beidou_by_b1c, BeiDou's B1C instead"},
+           o.at_once, kAtOnce);
   visit(v, o.ranging);
   visit(v, o.fix);
   options::visit_switch(

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -85,6 +87,13 @@ inline constexpr std::string_view kReceiver = "receiver";
 /// Standard deviation that receivers take errors from space to have [m]; assumed.
 inline constexpr double kSpaceSigma_m = 1;
 
+/// Systems that the radio of a receiver has at once near L1, where `tracks` is left out.
+enum class AtOnce : std::uint8_t {
+  All,
+  GlonassOrBeiDou,  ///< one band beside 1575.42 MHz: B1I rests under a sky that has GLONASS (u-blox M8)
+  BeiDouByB1C,      ///< likewise, and BeiDou's signal is B1C (u-blox M10)
+};
+
 struct ReceiverOptions {
   std::string name{kReceiver};
   /// Names of gnss::signals_of(), of any system: these are tracked, of systems without any nothing. Empty: of
@@ -93,6 +102,8 @@ struct ReceiverOptions {
   /// Groups of signals that it does not track all the same: satellites that its firmware leaves out
   /// ("BeiDou-GEO").
   std::vector<std::string> leaves_out;
+  /// What the hardware receives at once near L1.
+  AtOnce at_once = AtOnce::All;
   RangingOptions ranging;
   BiasOptions biases;
   /// Whether what is drawn depends on the receiver's name, beside seed and satellite. Left out: noise, clock
@@ -117,6 +128,9 @@ struct ReceiverOptions {
   /// Decides what the options leave out. @param space whether the environment has errors of space
   /// @param with_ionosphere whether these have an ionosphere
   void decide(bool space, bool with_ionosphere);
+  /// Sets `tracks` or `leaves_out` to what `at_once` receives of these satellites; nothing where `tracks`
+  /// says it.
+  void choose_signals(std::span<const gnss::SatelliteId> sky);
   /// Throws InputError naming receiver and field that are out of range.
   void validate() const;
 };

@@ -6,8 +6,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 
+#include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -243,22 +245,127 @@ TEST(AntennaFault, TakesSoMuchOfTheStrengthOrAll) {
   EXPECT_FALSE(seen[6].epoch.observed.fix.solved());
 }
 
-// Times to first fix: search and ephemeris together, by the option's own numbers.
-TEST(Restart, TakesTheTimesOfItsKind) {
+// Times to first fix: search and ephemeris together, by the option's own numbers; hot: by the receiver's.
+TEST(Restart, TakesTheTimesThatItIsGiven) {
   for (const std::string& receiver : {std::string(), kStrength}) {
-    const std::map<std::string, int> first_fix{{"hot", 1}, {"warm", 26}, {"cold", 26}};
-    for (const auto& [kind, after_s] : first_fix) {
-      std::string text = text_of(fmt::format("{{from_s: 3, restart: {{kind: {}}}}}", kind), receiver);
+    const std::map<std::string, int> first_fix{
+        {"kind: hot", 1},
+        {"kind: warm, search_s: 1, ephemeris_s: 25", 26},
+        {"kind: cold, search_s: 2, ephemeris_s: 24", 26},
+    };
+    for (const auto& [restart, after_s] : first_fix) {
+      std::string text = text_of(fmt::format("{{from_s: 3, restart: {{{}}}}}", restart), receiver);
       text.replace(text.find("duration_s: 10"), 14, "duration_s: 40");
       const auto seen = run(text);
       for (int k = 0; k <= 40; ++k) {
         const Seen& each = seen[static_cast<std::size_t>(k)];
         EXPECT_EQ(each.epoch.observed.fix.solved(), k < 3 || k >= 3 + after_s)
-            << kind << " at " << k << receiver;
-        EXPECT_EQ(each.epoch.faults.empty(), k < 3 || k >= 3 + after_s) << kind << " at " << k;
+            << restart << " at " << k << receiver;
+        EXPECT_EQ(each.epoch.faults.empty(), k < 3 || k >= 3 + after_s) << restart << " at " << k;
       }
     }
   }
+}
+
+/// The first fix of a receiver after a restart.
+struct FirstFix {
+  double after_s = 1e9;
+  std::size_t used = 0, used_20_s_later = 0;
+};
+
+/// Of receivers with these profiles, at one start.
+std::map<std::string, FirstFix> first_fixes(const std::vector<std::string>& profiles, const std::string& kind,
+                                            int start_s) {
+  std::string text = fmt::format(
+      "city: {{open: true, origin: {{latitude_deg: 22.3, longitude_deg: 114.17, height_m: 0}}}}\n"
+      "sky: {{nominal: true}}\nstart: 2026-06-01T08:00:{:02d}Z\nduration_s: 90\nrate_hz: 1\n"
+      "trajectory: {{position: {{east_m: 0, north_m: 0, up_m: 2}}}}\n"
+      "faults: [{{from_s: 0, restart: {{kind: {}}}}}]\nreceivers:\n",
+      start_s, kind);
+  for (const std::string& profile : profiles) {
+    text += fmt::format("  - {{name: {0}, profile: {0}}}\n", profile);
+  }
+  const Scenario scenario = parse_scenario(text, "s.yaml");
+  struct Sink final : EpochSink {
+    explicit Sink(std::size_t receivers) : fixes(receivers) {}
+    void write(const Epoch& epoch) override {
+      if (!start) start = epoch.observed.time;
+      FirstFix& fix = fixes.at(epoch.receiver);
+      const double after_s = epoch.observed.time - *start;
+      const std::size_t used = epoch.observed.fix.used.size();
+      if (fix.after_s > 1e8 && epoch.observed.fix.solved()) {
+        fix.after_s = after_s;
+        fix.used = used;
+      }
+      if (after_s <= fix.after_s + 20) fix.used_20_s_later = used;
+    }
+    void finish() override {}
+    std::vector<FirstFix> fixes;
+    std::optional<geodesy::GpsTime> start;
+  };
+  Sink sink(profiles.size());
+  (void)Simulation(scenario, open_field(scenario)).run({&sink});
+  std::map<std::string, FirstFix> result;
+  for (std::size_t i = 0; i < profiles.size(); ++i) result[profiles[i]] = sink.fixes[i];
+  return result;
+}
+
+// A cold start takes what the profile's data sheet says, in the median of starts over a frame of 30 s; each
+// start is a draw of its own. The first fix has few satellites, and more come with the frames.
+TEST(Restart, TakesTheTimeOfEachProfile) {
+  const std::vector<std::string> profiles{"ublox-m10", "ublox-f9p", "ublox-m8t", "survey", "phone"};
+  const std::map<std::string, double> documented_s{
+      {"ublox-m10", 23}, {"ublox-f9p", 24}, {"ublox-m8t", 26}, {"survey", 39}, {"phone", 5}};
+  std::map<std::string, std::vector<double>> after_s, used, gained;
+  for (int start_s = 0; start_s < 60; start_s += 5) {
+    for (const auto& [profile, fix] : first_fixes(profiles, "cold", start_s)) {
+      after_s[profile].push_back(fix.after_s);
+      used[profile].push_back(static_cast<double>(fix.used));
+      gained[profile].push_back(static_cast<double>(fix.used_20_s_later) - static_cast<double>(fix.used));
+    }
+  }
+  for (const auto& [profile, expected_s] : documented_s) {
+    std::printf("%s: first fix after %.0f s (documented %.0f), %.0f satellites, %.0f more 20 s later\n",
+                profile.c_str(), *median(after_s[profile]), expected_s, *median(used[profile]),
+                *median(gained[profile]));
+    EXPECT_NEAR(*median(after_s[profile]), expected_s, 3) << profile;
+    EXPECT_GE(*median(used[profile]), 4) << profile;
+    EXPECT_LE(*median(used[profile]), 10) << profile;
+    EXPECT_GE(*median(gained[profile]), 8) << profile;
+  }
+}
+
+TEST(Restart, IsHotAtOnceAndWarmByTheFrames) {
+  for (const auto& [profile, fix] : first_fixes({"ublox-m10", "survey"}, "hot", 0)) {
+    EXPECT_EQ(fix.after_s, 1) << profile;
+  }
+  const auto warm = first_fixes({"ublox-m10", "phone"}, "warm", 0);
+  EXPECT_GE(warm.at("ublox-m10").after_s, 12) << "four strings of GLONASS, the fastest ephemeris";
+  EXPECT_LE(warm.at("ublox-m10").after_s, 36);
+  EXPECT_LE(warm.at("phone").after_s, 1) << "its ephemerides come by the network";
+}
+
+// 1 W at 1 m: GLONASS and BeiDou's B1I, beside the jammed 20 MHz, are lost as well.
+TEST(Jamming, SaturatesWhatStandsBesideIt) {
+  const auto tracked = [](double away_m, double power_dbm) {
+    const Scenario scenario = parse_scenario(
+        fmt::format(
+            "city: {{open: true, origin: {{latitude_deg: 22.3, longitude_deg: 114.17, height_m: 0}}}}\n"
+            "sky: {{nominal: true}}\nstart: 2026-06-01T08:00:00Z\nduration_s: 6\n"
+            "trajectory: {{position: {{east_m: 0, north_m: 0, up_m: 2}}}}\n"
+            "receivers: [{{name: f9p, profile: ublox-f9p, tracks: [L1CA, G1, E1, B1I]}}]\n"
+            "faults: [{{jamming: {{position: {{east_m: {}, north_m: 0, up_m: 2}}, emissions: [{{shape: "
+            "chirp, power_dbm: {}}}]}}}}]\n",
+            away_m, power_dbm),
+        "s.yaml");
+    Collector collector;
+    (void)Simulation(scenario, open_field(scenario)).run({&collector});
+    return collector.all.back().epoch.observed.visible;
+  };
+  EXPECT_EQ(tracked(1, 30), 0);
+  const int beside = tracked(100, 30);
+  EXPECT_GT(beside, 4) << "GLONASS and BeiDou";
+  EXPECT_GT(tracked(1e6, -60), beside + 10);
 }
 
 // --- the timeline

@@ -85,7 +85,7 @@ struct LiveReceiver::Impl {
                          return std::make_unique<HotRestart>(at);
                        }});
     receiver::ReceiverOptions options = with_surroundings(config.receiver.options, scene->scene, scene->city);
-    decide(options, make_space_errors(config.sky, *sky, config.seed).get());
+    decide(options, make_space_errors(config.sky, *sky, config.seed).get(), *sky->sky);
     return {std::move(options), config.seed, sources, config.receiver.models};
   }
   [[nodiscard]] std::shared_ptr<disturbance::FaultTimeline> make_faults() const {

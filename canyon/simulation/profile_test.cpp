@@ -118,6 +118,36 @@ TEST(Profile, ReceiversWithoutOneAreACommonModule) {
             module);
 }
 
+// Systems that the hardware receives at once (docs/profiles.md).
+TEST(Profile, TracksWhatTheHardwareReceivesAtOnce) {
+  const receiver::ReceiverOptions m10 = built_in("ublox-m10").receiver.options;
+  receiver::ReceiverOptions chosen = m10;
+  chosen.choose_signals({});
+  const auto of_beidou = receiver::tracked_signals(chosen.tracks, gnss::System::BeiDou);
+  ASSERT_EQ(of_beidou.size(), 1U);
+  EXPECT_EQ(of_beidou.front()->name, "B1C");
+
+  const receiver::ReceiverOptions m8t = built_in("ublox-m8t").receiver.options;
+  const gnss::SatelliteId gps{gnss::System::GPS, 5}, glonass{gnss::System::GLONASS, 3},
+      beidou{gnss::System::BeiDou, 20};
+  const auto left_out = [&](const std::vector<gnss::SatelliteId>& sky) {
+    receiver::ReceiverOptions options = m8t;
+    options.choose_signals(sky);
+    options.choose_signals(sky);
+    return options.leaves_out;
+  };
+  EXPECT_THAT(left_out({gps, beidou}), ::testing::IsEmpty());
+  EXPECT_THAT(left_out({gps, glonass, beidou}), ElementsAre("B1I"));
+
+  for (receiver::ReceiverOptions options : {m10, m8t}) {
+    options.tracks = {"L1CA", "E1", "B1I"};
+    EXPECT_NO_THROW(options.validate());
+    options.tracks.emplace_back("G1");
+    EXPECT_THAT(error_of([&] { options.validate(); }).what(),
+                HasSubstr("it tracks B1I and G1, which its hardware does not receive at once"));
+  }
+}
+
 // What a product gives out are the fixes of its navigation engine; the ideal and the paper's receiver have
 // none.
 TEST(Profile, RealReceiversFilterTheirFixes) {

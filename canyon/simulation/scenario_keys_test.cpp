@@ -109,7 +109,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "height_above_terrain_m: 4, speed_mps: 5, hold_s: 6}, {east_m: 1, north_m: 2, up_m: 3}], "
       "speed_mps: 3, hold_s: 1, acceleration_mps2: 2}\n"
       "receivers: [{name: a, profile: paper, own_draws: true, tracks: [L1CA, E5a], leaves_out: "
-      "[GPS-IIR], uses: [E5a], ionosphere_sigma_m: 4, sigma_factor: [GLONASS=2], smoothing: {method: hatch, "
+      "[GPS-IIR], at_once: beidou_by_b1c, uses: [E5a], ionosphere_sigma_m: 4, sigma_factor: [GLONASS=2], "
+      "smoothing: {method: hatch, "
       "window_s: 60}, biases: {code_m: [GLONASS=3], glonass_channel_m: 0.1, drift_sigma_m: 0.2, "
       "drift_time_s: "
       "600}, spoofing_check: {enabled: true, gain_db: 2, jump_m: 100, hold_s: 10}, combination: "
@@ -131,7 +132,7 @@ std::vector<std::string> scenarios_with_every_key() {
           shadowing +
           ", "
           "front_end_bandwidth_hz: "
-          "4e6, wide_front_end_bandwidth_hz: 30e6, dll: {discriminator: "
+          "4e6, wide_front_end_bandwidth_hz: 30e6, front_end_compression_dbm: -20, dll: {discriminator: "
           "dot_product, "
           "spacing_chips: 0.2, loop_bandwidth_hz: 0.5, integration_s: 0.01, peak_check_s: 2}, pll: "
           "{loop_bandwidth_hz: 10, "

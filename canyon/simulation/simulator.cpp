@@ -168,7 +168,7 @@ struct Simulation::Impl {
     warnings = scenario.warnings;
     warnings.insert(warnings.end(), plan.warnings.begin(), plan.warnings.end());
     warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
-    for (ReceiverConfig& receiver : scenario.receivers) decide(receiver.options, environment.errors().get());
+    for (ReceiverConfig& receiver : scenario.receivers) decide(receiver.options, environment);
     check_ionosphere(scenario, sky);
     (void)CorrectionLinks(scenario.receivers);
     check_places();
@@ -270,9 +270,10 @@ void Simulation::Impl::check_faults() {
   for (const disturbance::Fault& fault : scenario.faults) {
     const std::optional<double> own_s = fault.settings->duration_s();
     if (own_s && fault.until_s && std::abs(*fault.until_s - fault.from_s - *own_s) > 1e-6) {
-      warnings.push_back(fmt::format(
-          "fault '{}' ends at {} s in tables alone: the receiver takes {} s, by search_s and ephemeris_s",
-          fault.name, *fault.until_s, *own_s));
+      warnings.push_back(
+          fmt::format("fault '{}' ends at {} s in tables alone: the receiver takes some {} s, or search_s "
+                      "and ephemeris_s",
+                      fault.name, *fault.until_s, *own_s));
     }
     if (plan.at(plan.epochs - 1) >= plan.begin + fault.from_s) continue;
     warnings.push_back(

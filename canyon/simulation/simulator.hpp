@@ -61,8 +61,11 @@ struct BuiltSky {
 /// A city under a built sky, with these errors.
 [[nodiscard]] Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& sky,
                                            const SkyConfig& config, std::uint64_t seed);
-/// A receiver's options with what they leave out decided by these.
-void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors);
+/// A receiver's options with what they leave out decided by the errors and the sky.
+void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors, const orbit::Sky& sky);
+inline void decide(receiver::ReceiverOptions& options, const Environment& environment) {
+  decide(options, environment.errors().get(), environment.sky());
+}
 /// Stands for build_sky() where skies are shared.
 using SkyBuilder =
     std::function<BuiltSky(const SkyConfig&, geodesy::GpsTime, geodesy::GpsTime, const geodesy::Geodetic&)>;

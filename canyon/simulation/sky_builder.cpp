@@ -216,8 +216,9 @@ Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& s
   return environment;
 }
 
-void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors) {
+void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors, const orbit::Sky& sky) {
   options.decide(errors != nullptr, errors != nullptr && errors->has_ionosphere());
+  options.choose_signals(sky.satellites());
 }
 
 void require_ionosphere(const BuiltSky& sky) {

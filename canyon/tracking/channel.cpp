@@ -67,6 +67,7 @@ ChannelModel::ChannelModel(SignalOptions options, std::uint64_t seed, std::strin
       phases_(seed_, draws_) {
   options_.validate();
   noise_dbw_per_hz_ = signal::noise_density_dbw_per_hz(options_.link);
+  compression_hz_ = std::pow(10, (options_.front_end_compression_dbm - 30 - noise_dbw_per_hz_) / 10);
 }
 
 ChannelModel::Kind& ChannelModel::mutable_kind(const gnss::Signal& signal) {
@@ -117,8 +118,11 @@ double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId 
   const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
   Kind& kind = mutable_kind(signal);
   const Correlation& correlation = kind.tracker.correlation();
-  double sum = 0;
+  double sum = 0, before_filter_hz = 0;
   for (const ReceivedWave& wave : waves) {
+    if (signal::band_of(wave.spectrum.centre_hz) == signal::band_of(signal.carrier_hz)) {
+      before_filter_hz += wave.over_noise_hz[band];
+    }
     if (wave.copy_of == id) continue;
     double separation = 0;
     if (wave.spectrum.shape == propagation::Spectrum::Shape::Tone) {
@@ -133,7 +137,8 @@ double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId 
     }
     sum += wave.over_noise_hz[band] * separation;
   }
-  return 1 + sum / std::sqrt(kind.peak_power);
+  const double gain = small_signal_gain(before_filter_hz / compression_hz_);
+  return (1 + sum / std::sqrt(kind.peak_power)) / (gain * gain);
 }
 
 ChannelModel::FrontEndLoad ChannelModel::front_end_load(const gnss::Signal& signal,

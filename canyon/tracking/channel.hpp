@@ -61,7 +61,8 @@ class ChannelModel {
   /// What interferes behind this receiver's antenna. @param received replaced; it keeps its memory
   void receive(std::span<const propagation::Interference> waves, std::vector<ReceivedWave>& received) const;
   /// Power of noise and interference together over noise alone behind a correlator [1], >= 1: 1 + sum of (I /
-  /// N0) kappa / R(0) (spectral_separation_per_hz(); J. W. Betz, Navigation 48(4), 2001), so that C/N0 less
+  /// N0) kappa / R(0) (spectral_separation_per_hz(); J. W. Betz, Navigation 48(4), 2001), over the power gain
+  /// that is left beside what saturates the stages before the filter (small_signal_gain()), so that C/N0 less
   /// this is the effective C/N0. @param id whose copies do not count
   /// @param carrier_hz of the satellite; @param received_hz the same as it arrives
   [[nodiscard]] double noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
@@ -84,6 +85,7 @@ class ChannelModel {
 
   SignalOptions options_;
   double noise_dbw_per_hz_ = 0;
+  double compression_hz_ = 0;  // SignalOptions::front_end_compression_dbm over the noise's density
   std::uint64_t seed_;
   std::string receiver_, draws_;
   PathPhases phases_;
@@ -138,6 +140,9 @@ class Channel {
           const AntennaMotion& motion);
 
   [[nodiscard]] const gnss::Signal& signal() const { return *signal_; }
+
+  /// As SignalLock::search_for().
+  void search_for(double seconds) { lock_.search_for(seconds); }
 
   /// What arrives at motion.time, after the last call. Needs the paths of this channel's satellite.
   [[nodiscard]] Reception receive(ChannelModel& model, const AntennaMotion& motion,

@@ -92,6 +92,11 @@ double share_within(const Spectrum& s, double centre_hz, double bandwidth_hz) {
   return std::max(0.0, std::min(high, half) - std::max(low, -half)) / s.width_hz;
 }
 
+double small_signal_gain(double over_compression) {
+  constexpr double kBlocked = 1e-3;
+  return std::max(kBlocked, 1 - 1.5 * 0.145 * over_compression);
+}
+
 double gain_for(const signal::AntennaPattern& antenna, const propagation::Interference& wave,
                 signal::Band band) {
   const double in_band_hz = band == signal::Band::Lower ? 1.2e9 : gnss::kL1_hz;

@@ -28,6 +28,13 @@ namespace canyon::tracking {
 [[nodiscard]] double share_within(const propagation::Spectrum& interference, double centre_hz,
                                   double bandwidth_hz);
 
+/// Amplitude gain (0, 1] that a stage of the third order leaves to weak signals beside a strong one: y = a1 x
+/// + a3 x^3 has a1 + 3/2 a3 A^2 left beside the amplitude A, and compresses a single one by 1 dB where A^2 =
+/// 0.145 |a1 / a3| (B. Razavi, RF Microelectronics, 2nd ed. 2012, 2.2.1: desensitisation), so that 1 - 0.2175
+/// P / P1dB is left. From 4.6 P1dB on signals are blocked: 1e-3 is left.
+/// @param over_compression power of the strong one over that of 1 dB of compression, >= 0
+[[nodiscard]] double small_signal_gain(double over_compression);
+
 /// Gain of an antenna for a wave [1, power] over an isotropic one of the wave's own polarisation; half of a
 /// linear one's power is in each hand. @param band that the antenna receives
 [[nodiscard]] double gain_for(const signal::AntennaPattern& antenna, const propagation::Interference& wave,

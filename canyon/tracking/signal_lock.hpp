@@ -67,6 +67,9 @@ class SignalLock {
   /// that is not finite.
   LockState update(geodesy::GpsTime time, std::optional<double> cn0_dbhz);
 
+  /// Instead of SignalLockOptions::cold_acquisition_s. @param seconds [0, 1e8]
+  void search_for(double seconds) { options_.cold_acquisition_s = seconds; }
+
   [[nodiscard]] LockState state() const { return state_; }
   /// Since when it has tracked without a break; empty unless Tracking. Carrier phase is continuous since then
   /// (RINEX's loss-of-lock indicator is due where this is later than the epoch before).

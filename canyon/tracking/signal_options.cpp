@@ -128,6 +128,9 @@ void visit(options::Visitor& v, SignalOptions& o) {
            o.front_end_bandwidth_hz, options::or_none({1.023e6, 511e6}));
   v.number({"wide_front_end_bandwidth_hz", "Hz", "the same for signals of 10.23 Mchip/s"},
            o.wide_front_end_bandwidth_hz, options::or_none({10.23e6, 511e6}));
+  v.number({"front_end_compression_dbm", "dBm",
+            "interference that takes 1 dB of gain from the stages before the filter; none: they are linear"},
+           o.front_end_compression_dbm, options::or_none({-80, 20}));
   v.part("dll", o.dll);
   v.part("pll", o.pll);
   v.part("fll", o.fll);

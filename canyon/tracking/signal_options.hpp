@@ -43,6 +43,11 @@ struct SignalOptions {
   double front_end_bandwidth_hz = std::numeric_limits<double>::infinity();
   /// The same for signals of 10.23 Mchip/s, whose branch of a front end is wider [10.23e6, 511e6].
   double wide_front_end_bandwidth_hz = 20.46e6;
+  /// Power of interference behind the antenna, anywhere in its band, that compresses the gain of the stages
+  /// before the filter by 1 dB [dBm], [-80, 20]; infinite: they are linear. Default: LNA and mixer of a GPS
+  /// receiver (TI TRF5001, input 1 dB compression point); LNAs alone are 20 dB above it, and an active
+  /// antenna puts its gain before it.
+  double front_end_compression_dbm = -36;
   DllOptions dll;
   PllOptions pll;
   FllOptions fll;

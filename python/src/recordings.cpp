@@ -63,7 +63,7 @@ class Recorded {
     environment_ = std::make_unique<simulation::Environment>(simulation::make_environment(
         std::make_shared<simulation::CityScene>(std::move(city)), sky, scenario_.sky, scenario_.seed));
     for (simulation::ReceiverConfig& receiver : scenario_.receivers) {
-      simulation::decide(receiver.options, environment_->errors().get());
+      simulation::decide(receiver.options, *environment_);
     }
     validation::RecordingOptions options;
     options.ionosphere = options.troposphere = atmosphere;

@@ -132,7 +132,7 @@ namespace {
 struct RestartTimes {
   double search_s, ephemeris_s;
 };
-constexpr std::array<RestartTimes, 3> kRestarts{{{1, 0}, {1, 25}, {2, 24}}};
+constexpr std::array<RestartTimes, 3> kUsual{{{1, 0}, {1, 19}, {2, 24}}};
 constexpr std::string_view kRestartNames[]{"hot", "warm", "cold"};
 
 }  // namespace
@@ -141,26 +141,23 @@ std::string_view name(RestartKind kind) {
   return kRestartNames[static_cast<std::size_t>(kind)];
 }
 
-double RestartOptions::search() const {
-  return search_s.value_or(kRestarts[static_cast<std::size_t>(kind)].search_s);
-}
-
-double RestartOptions::ephemeris() const {
-  return ephemeris_s.value_or(kRestarts[static_cast<std::size_t>(kind)].ephemeris_s);
+double RestartOptions::duration_s() const {
+  const RestartTimes& usual = kUsual[static_cast<std::size_t>(kind)];
+  return search_s.value_or(usual.search_s) + ephemeris_s.value_or(usual.ephemeris_s);
 }
 
 void visit(options::Visitor& v, RestartOptions& o) {
   v.choice({"kind", "", "what the receiver still knows: all; time and place, no ephemerides; nothing"},
            o.kind, kRestartNames);
-  v.number({"search_s", "s", "until signals are measured again", "1 hot and warm, 2 cold"}, o.search_s,
+  v.number({"search_s", "s", "until signals are measured again", "by the receiver's profile"}, o.search_s,
            {0, 1e4});
-  v.number(
-      {"ephemeris_s", "s", "then, of each satellite, until its ephemeris is read", "0 hot, 25 warm, 24 cold"},
-      o.ephemeris_s, {0, 1e4});
+  v.number({"ephemeris_s", "s", "then, of each satellite, until its ephemeris is read",
+            "by what satellites send when"},
+           o.ephemeris_s, {0, 1e4});
 }
 
 RestartFault::RestartFault(const RestartOptions& options, const FaultContext& context)
-    : restart_{context.begin, options.search(), options.ephemeris()} {}
+    : restart_{context.begin, options.kind, options.search_s, options.ephemeris_s} {}
 
 void RestartFault::happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& events) {
   events.restart = restart_;

@@ -48,22 +48,17 @@ struct AntennaFaultOptions {
 };
 void visit(options::Visitor& v, AntennaFaultOptions& o);
 
-enum class RestartKind : std::uint8_t { Hot, Warm, Cold };
 /// "hot", "warm", "cold".
 [[nodiscard]] std::string_view name(RestartKind kind);
 /// A receiver that begins anew at the fault's begin.
 struct RestartOptions {
   RestartKind kind = RestartKind::Cold;
-  /// Empty: by kind. Hot: 1 s and 0 s; warm: 1 s and 25 s; cold: 2 s and 24 s. Time to first fix then is 1 s
-  /// hot and 26 s cold, as the data sheet of u-blox M8 modules has it (UBX-15031506); F9: 2 s and 24 s, M10:
-  /// 1 s and 24 s (their data sheets). The share of the search is assumed. Each GPS satellite repeats its
-  /// ephemeris every 30 s, in 18 s of it (IS-GPS-200 20.3.2).
-  std::optional<double> search_s, ephemeris_s;  ///< [0, 1e4]
+  /// Instead of the receiver's own times (receiver::KnownEphemerides): until signals are measured again, and
+  /// how long a satellite is then tracked before the fix uses it [s], [0, 1e4].
+  std::optional<double> search_s, ephemeris_s;
 
-  [[nodiscard]] double search() const;
-  [[nodiscard]] double ephemeris() const;
-  /// Until the first fix under a free sky.
-  [[nodiscard]] double duration_s() const { return search() + ephemeris(); }
+  /// For which tables name it: both times, or what is usual of the kind (1, 20 and 26 s in all).
+  [[nodiscard]] double duration_s() const;
 };
 void visit(options::Visitor& v, RestartOptions& o);
 

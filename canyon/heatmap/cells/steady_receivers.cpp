@@ -19,7 +19,8 @@ using propagation::KnownEdge;
 
 /// Fields of a receiver's options that these computations follow.
 constexpr std::string_view kUnderstood =
-    "own_draws tracks leaves_out sigma_factor elevation_mask_deg cn0_mask_dbhz min_satellites max_pdop "
+    "own_draws tracks leaves_out at_once sigma_factor elevation_mask_deg cn0_mask_dbhz min_satellites "
+    "max_pdop "
     "correct_ionosphere correct_troposphere covariance_by_residuals weights.weighting "
     "weights.elevation_a_m weights.elevation_b_m weights.cn0_floor_m2 weights.cn0_scale_m2_hz "
     "ionosphere troposphere orbit_errors biases.code_m biases.glonass_channel_m biases.drift_sigma_m "
@@ -32,14 +33,15 @@ constexpr std::string_view kUnderstood =
     "signal.cn0_sigma_db signal.cn0_step_db signal.loop_noise noise.enabled noise.theta_per_s "
     "noise.mu_m noise.sigma_m_per_sqrt_s";
 // Of an epoch that follows another, of carriers, of an iteration, of several signals in the fix, of
-// drifting noise.
+// drifting noise, of interference.
 constexpr std::string_view kOfNoFirstEpoch =
     "smoothing.method smoothing.window_s ionosphere_sigma_m max_iterations convergence_m "
     "biases.drift_time_s signal.dll.peak_check_s signal.pll.loop_bandwidth_hz "
     "signal.pll.integration_s signal.fll.loop_bandwidth_hz signal.fll.integration_s "
     "signal.fll.noise_factor signal.phase_threshold_dbhz signal.lock.cold_acquisition_s "
     "signal.lock.reacquisition_s signal.lock.hold_s signal.lock.memory_s signal.lock.warm_start "
-    "noise.drift.below_speed_mps noise.drift.below_los noise.drift.mu_sigma_m";
+    "noise.drift.below_speed_mps noise.drift.below_los noise.drift.mu_sigma_m "
+    "signal.front_end_compression_dbm";
 
 /// A tile's blocks of cells, each with a node at the computed cell next to its middle.
 struct Blocks {

@@ -132,13 +132,14 @@ TEST(UnderstoodOptions, OfSteadyReceiversChangeTheMap) {
   // below all signals of these cells.
   change_each(
       receiver.options, fits, solve,
-      "own_draws clock. spoofing_check. signal.pll. signal.fll. signal.phase_threshold_dbhz "
+      "own_draws at_once clock. spoofing_check. signal.pll. signal.fll. signal.phase_threshold_dbhz "
       "signal.dll.peak_check_s signal.lock.cold_acquisition_s signal.lock.reacquisition_s "
       "signal.lock.hold_s signal.lock.memory_s signal.lock.warm_start noise.doppler_sigma_hz smoothing. "
       "max_iterations convergence_m biases.drift_time_s position_filter. raim. noise.drift. "
       "ionosphere_sigma_m weights.elevation_a_m weights.elevation_b_m signal.shadowing.custom. "
       "biases.code_m biases.drift_sigma_m signal.antenna_lower_rows "
-      "signal.wide_front_end_bandwidth_hz noise.mu_m signal.shadowing.correlation_m "
+      "signal.wide_front_end_bandwidth_hz signal.front_end_compression_dbm noise.mu_m "
+      "signal.shadowing.correlation_m "
       "signal.shadowing.obstacle_speed_mps signal.strength.foliage signal.lock.tracking_threshold_dbhz");
 }
 

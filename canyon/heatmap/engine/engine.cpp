@@ -247,7 +247,7 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
   }
   receiver.options =
       simulation::with_surroundings(std::move(receiver.options), environment.scene(), environment.city());
-  simulation::decide(receiver.options, environment.errors().get());
+  simulation::decide(receiver.options, environment);
   receiver.options.filter = {};  // each cell stands by itself, without an epoch before
   positioning::Weighting& weighting = receiver.options.fix.weights.weighting;
   if (weighting == positioning::Weighting::Cn0 && !receiver.options.signal.enabled) {
