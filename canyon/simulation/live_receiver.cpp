@@ -36,13 +36,9 @@ class HotRestart final : public disturbance::Disturbance {
   void happen(const propagation::Antenna& /*antenna*/, disturbance::ReceiverEvents& events) override {
     if (!*at_ || (events.restart && events.restart->at >= **at_)) return;
     if (!restart_ || restart_->at != **at_) {
-      disturbance::RestartOptions hot;
-      hot.kind = disturbance::RestartKind::Hot;
-      restart_ = disturbance::Restart{**at_, hot.search(), hot.ephemeris()};
-      if (events.restart) {  // what a fault takes from it is still missing
-        restart_->search_s = std::max(restart_->search_s, events.restart->search_s);
-        restart_->ephemeris_s = std::max(restart_->ephemeris_s, events.restart->ephemeris_s);
-      }
+      // What a fault takes from it is still missing.
+      restart_ = events.restart.value_or(disturbance::Restart{**at_, disturbance::RestartKind::Hot});
+      restart_->at = **at_;
     }
     events.restart = restart_;
   }
