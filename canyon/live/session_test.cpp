@@ -204,8 +204,8 @@ TEST(Session, SendsStreamsAndTakesCommands) {
   EXPECT_EQ(figures.epochs, kept.epochs.size());
 }
 
-// CFG-RST, a cold start: ephemerides are read anew, which takes four strings of GLONASS at the least and little
-// more than a frame after the search at the most (KnownEphemerides).
+// CFG-RST, a cold start: ephemerides are read anew, which takes four strings of GLONASS at the least and
+// little more than a frame after the search at the most (KnownEphemerides).
 TEST(Session, UbxRestartsTheReceiver) {
   const int ubx = test::free_port();
   const Scenario s = scenario(

@@ -547,8 +547,9 @@ TEST(Simulation, AnEndOfARestartIsSaidToHaveNoEffect) {
                          end + "restart: {kind: cold}}]\n")
         .warnings();
   };
-  EXPECT_THAT(warnings("until_s: 4, "),
-              Contains(HasSubstr("fault 'restart 1' ends at 4 s in tables alone: the receiver takes some 26 s")));
+  EXPECT_THAT(
+      warnings("until_s: 4, "),
+      Contains(HasSubstr("fault 'restart 1' ends at 4 s in tables alone: the receiver takes some 26 s")));
   EXPECT_THAT(warnings(""), IsEmpty());
 }
 

@@ -74,8 +74,8 @@ struct Shape {
 [[nodiscard]] city::Material material_from_tag(std::string_view value);
 
 /// What tags say of a building's facades, for city::Object::facades: `building` (or `building:part`, or a
-/// `function` of CityJSON as AdV codes it) and the year of `start_date`. docs/city.md has the rules. ByBuilding
-/// where they say nothing.
+/// `function` of CityJSON as AdV codes it) and the year of `start_date`. docs/city.md has the rules.
+/// ByBuilding where they say nothing.
 [[nodiscard]] city::FacadeMix facades_from_tags(const std::map<std::string, std::string>& tags);
 
 }  // namespace canyon::buildings
