@@ -205,8 +205,9 @@ void RecordedDrive::read() {
   sky_ = sky.sky;
   environment_ = std::make_unique<simulation::Environment>(simulation::make_environment(
       std::make_shared<simulation::CityScene>(std::move(city)), sky, scenario_.sky, scenario_.seed));
+  // What was recorded says which systems the radio had.
   for (simulation::ReceiverConfig& receiver : scenario_.receivers) {
-    simulation::decide(receiver.options, *environment_);
+    simulation::decide(receiver.options, environment_->errors().get());
   }
 
   validation::RecordingOptions options;

@@ -61,7 +61,9 @@ struct BuiltSky {
 /// A city under a built sky, with these errors.
 [[nodiscard]] Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& sky,
                                            const SkyConfig& config, std::uint64_t seed);
-/// A receiver's options with what they leave out decided by the errors and the sky.
+/// A receiver's options with what they leave out decided by the errors; and by the sky, whose systems choose
+/// signals of a radio that has not all at once.
+void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors);
 void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors, const orbit::Sky& sky);
 inline void decide(receiver::ReceiverOptions& options, const Environment& environment) {
   decide(options, environment.errors().get(), environment.sky());

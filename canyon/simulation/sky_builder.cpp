@@ -216,8 +216,12 @@ Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& s
   return environment;
 }
 
-void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors, const orbit::Sky& sky) {
+void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors) {
   options.decide(errors != nullptr, errors != nullptr && errors->has_ionosphere());
+}
+
+void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors, const orbit::Sky& sky) {
+  decide(options, errors);
   options.choose_signals(sky.satellites());
 }
 
