@@ -24,13 +24,17 @@ struct CalibrateArguments : DriveArguments {
   std::string out, profile, environment, calibrate_by = "first", json, markdown;
 };
 
-/// What a scenario's file says of its first receiver; empty where it says nothing.
-options::Node first_receiver(const std::filesystem::path& scenario) {
+options::Node tree_of(const std::filesystem::path& scenario) {
   constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
   const TextFile file(scenario, kMaxBytes);
   options::Document document;
   document.file = scenario;
-  const options::Node root = options::parse_yaml(std::string(file.text()), document, "a scenario");
+  return options::parse_yaml(std::string(file.text()), document, "a scenario");
+}
+
+/// What a scenario's file says of its first receiver; empty where it says nothing.
+options::Node first_receiver(const std::filesystem::path& scenario) {
+  const options::Node root = tree_of(scenario);
   const options::Node::Entry* receivers = root.find("receivers");
   if (receivers == nullptr || receivers->value.items.empty()) return {};
   return receivers->value.items.front();
@@ -71,6 +75,12 @@ class CalibrationDrive : public RecordedDrive {
   }
   /// Keys of `values` that the scenario sets itself, where a profile's would have no effect.
   void warn_of_overrides(const calibration::Values& values) {
+    const options::Node root = tree_of(*recorded_.scenario);
+    if (const auto* around = root.find("surroundings");
+        around != nullptr && values.count("signal.shadowing.environment") > 0) {
+      warn({fmt::format("{}:{}: surroundings override the calibrated profile's shadows: remove them there",
+                        recorded_.scenario->string(), around->value.line)});
+    }
     const options::Node receiver = first_receiver(*recorded_.scenario);
     for (const auto& [key, value] : values) {
       const options::Node* at = &receiver;

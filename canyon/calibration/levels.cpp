@@ -197,6 +197,11 @@ class Shadows {
     add(levels, "signal.shadowing.environment",
         before_.environment == disturbance::ShadowingEnvironment::Custom ? "custom" : "published", "custom",
         {}, "this street's numbers, at every elevation");
+    if (const double share = before_.blockage_share(); share > 0) {
+      const std::string text = fmt::format("{:g}", share);
+      add(levels, "signal.shadowing.blockage.share", text, text, {},
+          "not estimated: that of the surroundings");
+    }
     const auto number = [&](const char* key, double before, double after, const Spread& s, double scale,
                             const char* basis) {
       add(levels, std::string("signal.shadowing.custom.") + key, rounded(before, 0.01 * scale),
