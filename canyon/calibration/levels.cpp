@@ -282,6 +282,7 @@ Levels estimate_levels(std::span<const LevelEvidence> evidence, const simulation
   std::vector<SatelliteLevel> known;
   for (std::size_t s = 0; s < chains.satellites.size(); ++s) {
     std::vector<double> drawn;
+    drawn.reserve(resampled.size());
     for (const ShadowFit& f : resampled) drawn.push_back(f.own_db[s]);
     SatelliteLevel& level = chains.satellites[s];
     if (!std::isfinite(fit.satellite_db[s])) continue;
