@@ -126,7 +126,7 @@ std::uint32_t version_of(const City& city) {
   return city.geoid_undulation_m != 0 || any ? 2 : 1;
 }
 
-std::string info_block(const City& city) {
+std::string info_block(const City& city, std::uint32_t version) {
   std::string info;
   put(info, static_cast<std::uint64_t>(city.mesh.vertices.size()));
   put(info, static_cast<std::uint64_t>(city.mesh.triangles.size()));
@@ -134,7 +134,7 @@ std::string info_block(const City& city) {
   put(info, city.frame.origin().longitude_rad);
   put(info, city.frame.origin().height_m);
   put(info, city.frame.heading_rad());
-  if (version_of(city) > 1) put(info, city.geoid_undulation_m);
+  if (version > 1) put(info, city.geoid_undulation_m);
   put_text(info, city.name);
   put(info, static_cast<std::uint32_t>(city.notes.size()));
   for (const std::string& note : city.notes) put_text(info, note);
@@ -144,7 +144,7 @@ std::string info_block(const City& city) {
     put(info, static_cast<std::uint8_t>(object.surface));
     put(info, object.triangle_count);
   }
-  if (version_of(city) > 1) {
+  if (version > 1) {
     for (const Object& object : city.mesh.objects) put(info, static_cast<std::uint8_t>(object.facades));
   }
   return info;
@@ -367,9 +367,10 @@ void write_city_file(const std::filesystem::path& path, const City& city) {
   check_mesh(mesh, city.name);
   OutputFile file(path);
   std::string header(kMagic);
-  put(header, version_of(city));
+  const std::uint32_t version = version_of(city);
+  put(header, version);
   file.write(header);
-  write_block(file, "INFO", info_block(city));
+  write_block(file, "INFO", info_block(city, version));
   write_block(file, "VERT", planes_of<double>(3 * mesh.vertices.size(), [&](std::size_t i) {
                 return mesh.vertices[i / 3][static_cast<Eigen::Index>(i % 3)];
               }));

@@ -9,12 +9,6 @@
 #include "canyon/gnss/satellite_id.hpp"
 #include "tests/support/rtklib.hpp"
 
-extern "C" {
-double ionmodel(RtklibTime time, const double* alpha_beta, const double* position,
-                const double* azimuth_elevation);
-double tropmodel(RtklibTime time, const double* position, const double* azimuth_elevation, double humidity);
-}
-
 namespace canyon::errors {
 namespace {
 

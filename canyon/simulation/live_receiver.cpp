@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/disturbance/faults/receiver_faults.hpp"
+#include "canyon/disturbance/receiver_events.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"

@@ -23,9 +23,6 @@ void satposs(RtklibTime time, const canyon::test::RtklibObservation* observation
 double geodist(const double* satellite, const double* receiver, double* direction);
 void ecef2pos(const double* ecef, double* position);
 double satazel(const double* position, const double* direction, double* azimuth_elevation);
-double ionmodel(RtklibTime time, const double* alpha_beta, const double* position,
-                const double* azimuth_elevation);
-double tropmodel(RtklibTime time, const double* position, const double* azimuth_elevation, double humidity);
 }
 
 namespace canyon::validation {
@@ -87,7 +84,7 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
       const auto at = index.find({epoch.receiver_time.nanoseconds(), satellite});
       ASSERT_NE(at, index.end());
       const test::RtklibObservation& raw = *at->second;
-      double state[6], clock[2], variance, direction[3], azel[2];
+      double state[6], clock[2], variance = 0, direction[3], azel[2];
       int health = 0;
       satposs(raw.time, &raw, 1, navigation.get(), 0, state, clock, &variance, &health);
       const double range = geodist(state, antenna, direction);

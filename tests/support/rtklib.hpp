@@ -25,6 +25,11 @@ __attribute__((weak)) int showmsg(const char*, ...) {
 __attribute__((weak)) void settspan(RtklibTime, RtklibTime) {}
 __attribute__((weak)) void settime(RtklibTime) {}
 
+/// Delays at L1 [m]. @param position latitude, longitude [rad], height [m]
+double ionmodel(RtklibTime time, const double* alpha_beta, const double* position,
+                const double* azimuth_elevation);
+double tropmodel(RtklibTime time, const double* position, const double* azimuth_elevation, double humidity);
+
 struct RtklibEphemeris {
   int sat;
   int iode, iodc;

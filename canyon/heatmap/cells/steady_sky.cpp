@@ -59,21 +59,22 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   has_blockages_ = options.signal.shadowing.active() && options.signal.shadowing.blockage_share() > 0;
 
   std::vector<gnss::SatelliteId> above;
+  std::vector<orbit::LineOfSight> lines;
   for (const gnss::SatelliteId id : environment.sky().satellites()) {
     const auto line = orbit::line_of_sight(environment.sky(), id, time, observer);
-    if (line && line->elevation_rad > 0) above.push_back(id);
+    if (!line || !(line->elevation_rad > 0) || line->elevation_rad < options.fix.elevation_mask_rad) continue;
+    above.push_back(id);
+    lines.push_back(*line);
   }
   const std::vector<errors::SpaceErrors> space = space_of_draws(environment, draws, time, lanes - 1, above);
 
   const Input input{environment, options, seeds, space, time, place, centre_ecef, local_from_ecef};
   std::vector<std::shared_ptr<const tracking::LaneCodeLock>> locks;
   std::vector<const gnss::Signal*> wanted;
-  for (const gnss::SatelliteId id : above) {
-    const auto line = orbit::line_of_sight(environment.sky(), id, time, observer);
-    if (line->elevation_rad < options.fix.elevation_mask_rad) continue;
-    receiver::signals_to_track(options, id, time, wanted);
+  for (const orbit::LineOfSight& line : lines) {
+    receiver::signals_to_track(options, line.id, time, wanted);
     if (wanted.empty()) continue;
-    SteadySatellite s = satellite_of(input, *line, *wanted.front());
+    SteadySatellite s = satellite_of(input, line, *wanted.front());
     const tracking::ChannelModel::Kind& kind = models_.front().kind(*s.signal);
     s.code = lane_lock_of(kind, locks);
     s.peak_power = kind.peak_power;
