@@ -36,6 +36,8 @@ struct Measurement {
   double carrier_phase_sigma_cycles = 0;  ///< standard deviation
   /// Since when the phase is continuous; a later instant than at the epoch before is a cycle slip.
   std::optional<geodesy::GpsTime> phase_since;
+  /// The phase may be off by half a cycle: the channel has not found the sign of the carrier yet.
+  bool half_cycle = false;
   /// How much of the ionosphere's delay at carrier_frequency_hz is in the pseudorange: 1 in one signal, 0 in
   /// the ionosphere-free combination of two, between in others.
   double ionosphere_share = 1;
@@ -85,6 +87,11 @@ struct [[nodiscard]] Fix {
   std::optional<double> correction_age_s;
   /// Reference station id (RTCM DF003, 0 to 4095) of the base; likewise, and empty where it is not known.
   std::optional<int> correction_station;
+  /// Antenna of the base as its corrections state it, ECEF [m]; likewise, of Float and Fixed alone.
+  std::optional<Eigen::Vector3d> base_ecef;
+  /// Squared distance of the second best whole numbers to the real ones over that of the best, 1 or more
+  /// (relative::RtkOptions::ratio); of Float and Fixed, where a search was made.
+  std::optional<double> ambiguity_ratio;
   /// NaN unless solved.
   Eigen::Vector3d position_ecef = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   geodesy::Geodetic position{std::numeric_limits<double>::quiet_NaN(),

@@ -13,6 +13,7 @@ namespace canyon::receiver {
 
 using geodesy::kSpeedOfLight;
 using positioning::Measurement;
+using relative::Corrections;
 
 std::shared_ptr<const Corrections> corrections_of(const ReceiverEpoch& station,
                                                   const Eigen::Vector3d& station_ecef) {
@@ -42,7 +43,7 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
 
   // Signals of a satellite leave it within nanoseconds: one state serves them.
   std::vector<Measurement> firsts;
-  for (const Corrections::Observation& seen : corrections.observations) {
+  for (const relative::SignalMeasurement& seen : corrections.observations) {
     if (firsts.empty() || firsts.back().id != seen.measurement.id) firsts.push_back(seen.measurement);
   }
   std::vector<positioning::RangedSatellite> satellites =
@@ -61,7 +62,7 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
   const auto clock_of = [&](gnss::SatelliteId id) -> Mean& {
     return clocks[static_cast<std::size_t>(gnss::clock_system(id.system))];
   };
-  for (const Corrections::Observation& seen : corrections.observations) {
+  for (const relative::SignalMeasurement& seen : corrections.observations) {
     const Measurement& m = seen.measurement;
     const auto found = satellite_of.find(m.id);
     if (found == satellite_of.end()) continue;

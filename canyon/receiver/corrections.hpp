@@ -5,36 +5,21 @@
 #include <memory>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/receiver/receiver_options.hpp"
+#include "canyon/relative/corrections.hpp"
 
 namespace canyon::receiver {
 
 struct ReceiverEpoch;
 
-/// What a receiver is given of a reference station, beside what arrives at its own antenna: one epoch of the
-/// station as RTCM 3 has it (messages 1005 and MSM7).
-struct Corrections {
-  int station = 0;  ///< its identification, [0, 4095]; 0 is what the RTCM of a run says
-  Eigen::Vector3d station_ecef = Eigen::Vector3d::Zero();  ///< its antenna, as the station states it [m]
-  /// What the station's clock showed; the pseudoranges hold its error.
-  geodesy::GpsTime receiver_time;
-  struct Observation {
-    const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
-    positioning::Measurement measurement;
-  };
-  /// Those of a satellite stand together.
-  std::vector<Observation> observations;
-};
-
 /// An epoch as a station at `station_ecef` gives it; null where it measured nothing.
-[[nodiscard]] std::shared_ptr<const Corrections> corrections_of(const ReceiverEpoch& station,
-                                                                const Eigen::Vector3d& station_ecef);
+[[nodiscard]] std::shared_ptr<const relative::Corrections> corrections_of(
+    const ReceiverEpoch& station, const Eigen::Vector3d& station_ecef);
 
 /// Corrections of pseudoranges by the latest epoch of a reference station: what its place and the ephemerides
 /// say of a signal, less what it measured. What errors of orbits, satellite clocks and atmosphere station and
@@ -54,8 +39,8 @@ class CodeCorrections {
   /// @param fix the models of the atmosphere that the receiver's fix applies are taken off here, so that they
   /// bridge the places
   /// Throws InputError as positioning::solve_fix() does.
-  void take(const Corrections& corrections, const orbit::Sky& sky, const positioning::FixOptions& fix,
-            const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
+  void take(const relative::Corrections& corrections, const orbit::Sky& sky,
+            const positioning::FixOptions& fix, const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
   /// How old the corrections are [s], >= 0; empty where there are none that may be used: older than
   /// CorrectionOptions::max_age_s, or more than a second ahead of `receiver_time`.
   [[nodiscard]] std::optional<double> age_s(geodesy::GpsTime receiver_time) const;

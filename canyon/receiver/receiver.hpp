@@ -20,6 +20,10 @@
 #include "canyon/tracking/signal_lock.hpp"
 #include "canyon/tracking/signal_options.hpp"
 
+namespace canyon::relative {
+struct Corrections;
+}
+
 namespace canyon::receiver {
 
 /// One signal of a satellite at one epoch.
@@ -109,8 +113,6 @@ struct ReceiverEpoch {
   [[nodiscard]] geodesy::GpsTime stated_utc() const;
 };
 
-struct Corrections;
-
 /// What a receiver is given of an epoch.
 struct EpochContext {
   propagation::Antenna antenna;
@@ -119,7 +121,7 @@ struct EpochContext {
   /// Needed where ReceiverOptions::ionosphere or FixOptions::correct_ionosphere is on.
   const std::map<gnss::System, gnss::Klobuchar>& klobuchar;
   /// Of a reference station, that came since the epoch before; null: none did.
-  const Corrections* corrections = nullptr;
+  const relative::Corrections* corrections = nullptr;
 };
 
 /// The part with memory: disturbances, clock, noise and channels of one antenna, and its position filter.

@@ -72,7 +72,7 @@ CorrectionLinks::CorrectionLinks(const std::vector<ReceiverConfig>& receivers)
 }
 
 void CorrectionLinks::send(const Epoch& epoch) {
-  std::shared_ptr<const receiver::Corrections> corrections;
+  std::shared_ptr<const relative::Corrections> corrections;
   for (std::size_t r = 0; r < base_.size(); ++r) {
     if (base_[r] != epoch.receiver) continue;
     if (!corrections) corrections = receiver::corrections_of(epoch.observed, epoch.truth_ecef);
@@ -81,10 +81,10 @@ void CorrectionLinks::send(const Epoch& epoch) {
   }
 }
 
-std::shared_ptr<const receiver::Corrections> CorrectionLinks::take(std::size_t receiver,
+std::shared_ptr<const relative::Corrections> CorrectionLinks::take(std::size_t receiver,
                                                                    geodesy::GpsTime time) {
   std::deque<Sent>& coming = on_their_way_[receiver];
-  std::shared_ptr<const receiver::Corrections> latest;
+  std::shared_ptr<const relative::Corrections> latest;
   for (; !coming.empty() && coming.front().time <= time; coming.pop_front()) {
     latest = std::move(coming.front().corrections);
   }

@@ -29,13 +29,13 @@ class CorrectionLinks {
   /// An epoch of Epoch::receiver was made: its corrections are on their way to those that take them.
   void send(const Epoch& epoch);
   /// The latest that has come for a receiver by `time` since the last call; null: none.
-  [[nodiscard]] std::shared_ptr<const receiver::Corrections> take(std::size_t receiver,
+  [[nodiscard]] std::shared_ptr<const relative::Corrections> take(std::size_t receiver,
                                                                   geodesy::GpsTime time);
 
  private:
   struct Sent {
     geodesy::GpsTime time;
-    std::shared_ptr<const receiver::Corrections> corrections;
+    std::shared_ptr<const relative::Corrections> corrections;
   };
   std::vector<std::optional<std::size_t>> base_;
   std::vector<std::size_t> order_;

@@ -173,7 +173,7 @@ TEST(Corrections, OfTheFutureOrTooOldAreNone) {
   receiver::CodeCorrections corrections(options);
   const geodesy::GpsTime now = geodesy::GpsTime::from_week(2300, 1000);
   EXPECT_FALSE(corrections.age_s(now));
-  receiver::Corrections epoch;
+  relative::Corrections epoch;
   epoch.station = 17;
   epoch.station_ecef = {-2.4e6, 5.4e6, 2.4e6};
   epoch.receiver_time = now;

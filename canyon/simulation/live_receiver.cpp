@@ -130,7 +130,7 @@ struct LiveReceiver::Impl {
   bool said_empty = false;
   std::vector<std::string> warnings;
   std::unique_ptr<LiveReceiver> base;
-  std::shared_ptr<const receiver::Corrections> corrections;  // that came since the last step
+  std::shared_ptr<const relative::Corrections> corrections;  // that came since the last step
 };
 
 std::shared_ptr<const BuiltSky> LiveReceiver::Impl::make_sky(GpsTime from) const {
@@ -371,7 +371,7 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   return step;
 }
 
-void LiveReceiver::give(std::shared_ptr<const receiver::Corrections> corrections) {
+void LiveReceiver::give(std::shared_ptr<const relative::Corrections> corrections) {
   impl_->corrections = std::move(corrections);
 }
 

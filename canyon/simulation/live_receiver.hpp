@@ -119,7 +119,7 @@ class LiveReceiver {
   [[nodiscard]] Step observe(double seconds, const AntennaState& antenna);
 
   /// Corrections that came since the last step, of a receiver elsewhere or of a stream; used by the next one.
-  void give(std::shared_ptr<const receiver::Corrections> corrections);
+  void give(std::shared_ptr<const relative::Corrections> corrections);
 
   /// One epoch of an antenna that nobody knows the place of: nothing arrives, no fix; placement is Unknown,
   /// the true place NaN.

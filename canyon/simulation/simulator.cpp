@@ -368,7 +368,7 @@ std::vector<std::string> Simulation::Impl::placement_warnings(
 }
 
 Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::Arrival& arrival,
-                    const Environment& environment, const receiver::Corrections* corrections) {
+                    const Environment& environment, const relative::Corrections* corrections) {
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth.position);
   Epoch epoch;
   epoch.truth = truth;

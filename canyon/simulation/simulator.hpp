@@ -21,7 +21,7 @@ struct CityScene;
 /// @param corrections that came since the receiver's epoch before; null: none did
 [[nodiscard]] Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth,
                                   propagation::Arrival& arrival, const Environment& environment,
-                                  const receiver::Corrections* corrections = nullptr);
+                                  const relative::Corrections* corrections = nullptr);
 
 struct RunOptions {
   int threads = 0;                          ///< 0: as many as cores; never more than those

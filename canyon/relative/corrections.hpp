@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/gnss/signals.hpp"
+#include "canyon/positioning/fix.hpp"
+
+namespace canyon::relative {
+
+/// What a receiver measured of one signal.
+struct SignalMeasurement {
+  const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
+  positioning::Measurement measurement;
+};
+
+/// What a receiver is given of a reference station, beside what arrives at its own antenna: one epoch of the
+/// station as RTCM 3 has it (messages 1005 and MSM).
+struct Corrections {
+  int station = 0;  ///< its identification, [0, 4095]; 0 is what the RTCM of a run says
+  Eigen::Vector3d station_ecef = Eigen::Vector3d::Zero();  ///< its antenna, as the station states it [m]
+  /// What the station's clock showed; the pseudoranges hold its error.
+  geodesy::GpsTime receiver_time;
+  /// Those of a satellite stand together.
+  std::vector<SignalMeasurement> observations;
+};
+
+}  // namespace canyon::relative
