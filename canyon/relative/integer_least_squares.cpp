@@ -1,6 +1,7 @@
 #include "canyon/relative/integer_least_squares.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -56,6 +57,105 @@ struct Level {
   }
 };
 
+/// Depth first, from the last and best known variable down.
+class Search {
+ public:
+  Search(const VectorXd& z, const MatrixXd& l, const VectorXd& d)
+      : z_(z), l_(l), d_(d), n_(z.size()), shifts_(MatrixXd::Zero(n_ + 1, n_)), whole_(n_) {
+    levels_.resize(static_cast<std::size_t>(n_));
+  }
+
+  /// Rounding one after the other, and the same with one of the numbers next to it: among these the two
+  /// nearest are seldom beaten.
+  void begin() {
+    for (Index other = -1; other < n_; ++other) {
+      Index k = other < 0 ? n_ - 1 : other;
+      if (other < 0) {
+        level(k).begin(z_(k));
+      } else {
+        // Levels above have the numbers of rounding.
+        level(k).begin(z_(k) + shifts_(k + 1, k));
+        level(k).next();
+      }
+      for (;; --k) {
+        if (reached(k) >= distance[1]) break;
+        whole_(k) = level(k).whole;
+        if (k == 0) {
+          keep(reached(0));
+          break;
+        }
+        descend(k);
+      }
+      if (other < 0) continue;
+      // Back to rounding at this level, for those above it.
+      level(other).begin(z_(other) + shifts_(other + 1, other));
+      whole_(other) = level(other).whole;
+      descend(other);
+    }
+  }
+
+  /// All within the second best distance, and within `ratio_limit` times the best; false after `max_nodes`.
+  bool run(int max_nodes, double ratio_limit) {
+    distance[1] = std::min(distance[1], ratio_limit * distance[0]);
+    Index k = n_ - 1;
+    level(k).distance = 0;
+    level(k).begin(z_(k));
+    for (int nodes = 0; nodes < max_nodes; ++nodes) {
+      if (reached(k) < distance[1]) {
+        whole_(k) = level(k).whole;
+        if (k > 0) {
+          descend(k);
+          --k;
+          continue;
+        }
+        keep(reached(0));
+        level(0).next();
+      } else {
+        if (++k == n_) return true;
+        level(k).next();
+      }
+    }
+    return false;
+  }
+
+  VectorXd found[2];
+  double distance[2] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+
+ private:
+  Level& level(Index k) { return levels_[static_cast<std::size_t>(k)]; }
+  double reached(Index k) {
+    const double error = level(k).centre - level(k).whole;
+    return level(k).distance + error * error / d_(k);
+  }
+  /// Begins the level below k.
+  void descend(Index k) {
+    if (k == 0) return;
+    const double error = level(k).centre - level(k).whole;
+    shifts_.row(k).head(k) = shifts_.row(k + 1).head(k) - error * l_.row(k).head(k);
+    level(k - 1).distance = reached(k);
+    level(k - 1).begin(z_(k - 1) + shifts_(k, k - 1));
+  }
+  void keep(double at) {
+    if (found[0].size() != 0 && (whole_ == found[0] || (found[1].size() != 0 && whole_ == found[1]))) return;
+    const bool nearest = at < distance[0];
+    if (nearest) {
+      found[1].swap(found[0]);
+      distance[1] = distance[0];
+    }
+    found[nearest ? 0 : 1] = whole_;
+    distance[nearest ? 0 : 1] = at;
+  }
+
+  const VectorXd& z_;
+  const MatrixXd& l_;
+  const VectorXd& d_;
+  Index n_;
+  // Row k: what the errors of the levels from k on shift the means of those below by.
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> shifts_;
+  std::vector<Level> levels_;
+  VectorXd whole_;
+};
+
 }  // namespace
 
 double IntegerSolution::ratio() const {
@@ -85,19 +185,17 @@ std::optional<Decorrelation> decorrelate(const MatrixXd& covariance) {
   if (!factors) return std::nullopt;
   const Index n = covariance.rows();
   MatrixXd z = MatrixXd::Identity(n, n);
-  Index j = n - 2, reduced = n - 2;
-  while (j >= 0) {
-    if (j <= reduced) {
-      for (Index i = j + 1; i < n; ++i) reduce(factors->l, z, i, j);
-    }
-    const double swapped = factors->d(j) + std::pow(factors->l(j + 1, j), 2) * factors->d(j + 1);
-    if (swapped * (1 + 1e-9) < factors->d(j + 1)) {
-      exchange(*factors, z, j, swapped);
-      reduced = j;
-      j = n - 2;
-    } else {
+  for (Index j = n - 2; j >= 0;) {
+    const double apart = factors->l(j + 1, j) - std::round(factors->l(j + 1, j));
+    double swapped = factors->d(j) + apart * apart * factors->d(j + 1);
+    if (swapped * (1 + 1e-9) >= factors->d(j + 1)) {
       --j;
+      continue;
     }
+    for (Index i = j + 1; i < n; ++i) reduce(factors->l, z, i, j);
+    swapped = factors->d(j) + std::pow(factors->l(j + 1, j), 2) * factors->d(j + 1);
+    exchange(*factors, z, j, swapped);
+    j = std::min(j + 1, n - 2);
   }
   return Decorrelation{std::move(*factors), z.transpose()};
 }
@@ -109,9 +207,9 @@ double bootstrapped_success(const Triangular& factors) {
 }
 
 std::optional<IntegerSolution> integer_least_squares(const VectorXd& real, const MatrixXd& covariance,
-                                                     int max_nodes) {
+                                                     double ratio_limit, int max_nodes) {
   constexpr double kLargest = 1e12;  // beyond, doubles lose what is behind the point
-  if (!covariance.allFinite() || !(real.cwiseAbs().maxCoeff() < kLargest)) return std::nullopt;
+  if (!covariance.allFinite() || !real.allFinite() || real.cwiseAbs().maxCoeff() >= kLargest) return {};
   const std::optional<Decorrelation> by = decorrelate(covariance);
   if (!by) return std::nullopt;
   // The whole part changes nothing, and keeps what is behind the point.
@@ -119,49 +217,16 @@ std::optional<IntegerSolution> integer_least_squares(const VectorXd& real, const
   const VectorXd z = by->z_from_a * (real - offset);
   const MatrixXd& l = by->factors.l;
   const VectorXd& d = by->factors.d;
-  const Index n = real.size();
 
-  std::vector<Level> levels(static_cast<std::size_t>(n));
-  const auto level = [&](Index k) -> Level& { return levels[static_cast<std::size_t>(k)]; };
-  // Row k: what the errors of the levels above k shift the means of those below it by.
-  MatrixXd shifts = MatrixXd::Zero(n + 1, n);
-  VectorXd whole(n), found[2];
-  double distance[2] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-  Index k = n - 1;
-  level(k).begin(z(k));
-  for (int nodes = 0;; ++nodes) {
-    if (nodes >= max_nodes) return std::nullopt;
-    Level& here = level(k);
-    const double error = here.centre - here.whole;
-    const double reached = here.distance + error * error / d(k);
-    if (reached < distance[1]) {
-      whole(k) = here.whole;
-      if (k > 0) {
-        // Those above k that came before, and k itself.
-        shifts.row(k).head(k) = shifts.row(k + 1).head(k) - error * l.row(k).head(k);
-        --k;
-        level(k).distance = reached;
-        level(k).begin(z(k) + shifts(k + 1, k));
-        continue;
-      }
-      const bool nearest = reached < distance[0];
-      if (nearest) {
-        found[1].swap(found[0]);
-        distance[1] = distance[0];
-      }
-      found[nearest ? 0 : 1] = whole;
-      distance[nearest ? 0 : 1] = reached;
-      here.next();
-      continue;
-    }
-    if (++k == n) break;
-    level(k).next();
-  }
+  Search search(z, l, d);
+  search.begin();
+  if (!search.run(max_nodes, ratio_limit)) return std::nullopt;
   const Eigen::PartialPivLU<MatrixXd> back(by->z_from_a);
   const auto a_of = [&](const VectorXd& of_z) -> VectorXd {
     return offset + back.solve(of_z).array().round().matrix();
   };
-  return IntegerSolution{a_of(found[0]), a_of(found[1]), distance[0], distance[1]};
+  return IntegerSolution{a_of(search.found[0]), a_of(search.found[1]), search.distance[0], search.distance[1],
+                         bootstrapped_success(by->factors)};
 }
 
 }  // namespace canyon::relative

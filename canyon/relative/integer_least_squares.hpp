@@ -10,6 +10,7 @@ struct IntegerSolution {
   Eigen::VectorXd best, second;
   /// (a - best)^T Q^-1 (a - best), and of the second best, which is no less.
   double best_distance = 0, second_distance = 0;
+  double success = 0;  ///< bootstrapped_success()
   /// second over best, 1 or more; infinite where the real numbers are whole ones.
   [[nodiscard]] double ratio() const;
 };
@@ -38,10 +39,13 @@ struct Decorrelation {
 
 /// The two nearest whole vectors by depth-first search in shrinking ellipsoids behind decorrelate().
 /// @param real [n], n >= 1 @param covariance [n, n], symmetric
+/// @param ratio_limit above 1: a second vector beyond so many times the best distance is not searched for;
+/// second_distance then is that bound, and `second` one of the vectors beyond
 /// Empty where the covariance is not positive definite, values are not finite or beyond 1e12, or the search
 /// takes more than `max_nodes` steps: the numbers are then too uncertain to be found.
 [[nodiscard]] std::optional<IntegerSolution> integer_least_squares(const Eigen::VectorXd& real,
                                                                    const Eigen::MatrixXd& covariance,
-                                                                   int max_nodes = 50'000);
+                                                                   double ratio_limit = 10,
+                                                                   int max_nodes = 20'000);
 
 }  // namespace canyon::relative

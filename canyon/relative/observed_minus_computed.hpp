@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/orbit/sky.hpp"
+#include "canyon/positioning/positioning_options.hpp"
+#include "canyon/relative/corrections.hpp"
+
+namespace canyon::relative {
+
+/// One signal at one antenna: what was measured, less what a place and the ephemerides say of it.
+struct ObservedMinusComputed {
+  gnss::SatelliteId id;
+  const gnss::Signal* signal = nullptr;
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, ECEF, antenna to satellite
+  double elevation_rad = 0;
+  double wavelength_m = 0;
+  double code_m = 0;              ///< holds the receiver's clock, the ionosphere and all errors
+  std::optional<double> phase_m;  ///< likewise, and the ambiguity; empty without a phase
+  /// 1 + 1 / sin(elevation)^2 + 10^((45 - C/N0) / 10): a variance over that at the zenith.
+  double variance = 1;
+  std::optional<double> doppler_mps;  ///< range rate, positive when receding
+  std::optional<geodesy::GpsTime> phase_since;
+  bool half_cycle = false;
+};
+
+/// Of satellites that the sky knows, at or above the mask of elevation and C/N0, ascending by satellite and
+/// signal. @param place of the antenna, ECEF [m]
+/// Throws InputError for measurements that are not numbers.
+[[nodiscard]] std::vector<ObservedMinusComputed> observed_minus_computed(
+    geodesy::GpsTime receiver_time, std::span<const SignalMeasurement> observations, const orbit::Sky& sky,
+    const positioning::FixOptions& masks, const Eigen::Vector3d& place);
+
+/// Whether `a` stands before `b` in its order.
+[[nodiscard]] bool before(const ObservedMinusComputed& a, const ObservedMinusComputed& b);
+
+}  // namespace canyon::relative

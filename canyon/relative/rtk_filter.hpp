@@ -1,0 +1,62 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/orbit/sky.hpp"
+#include "canyon/positioning/fix.hpp"
+#include "canyon/relative/corrections.hpp"
+#include "canyon/relative/rtk_options.hpp"
+
+namespace canyon::relative {
+
+/// One rover's filter: position relative to a base from differences of code and phase, and whole numbers of
+/// cycles among these. Same inputs, same answers. Epochs in order of time.
+///
+/// Observations are those of all signals that base and rover both measure, rover minus base, each less range,
+/// satellite clock and Saastamoinen's troposphere at its own instant:
+///   code_s  = -e.dx + c_s + I_s + m dZ           phase_s = -e.dx + b_s - I_s + m dZ + lambda N_s
+/// with dx the position's correction, c_s and b_s a clock for each signal of each system, unknown at each
+/// epoch (which is the same as double differences with their correlations), I_s the ionosphere's difference
+/// at that carrier, m dZ the troposphere's, and N_s the ambiguity. Differences of N_s within a signal are
+/// whole.
+///
+/// An extended Kalman filter has position, velocity, N and, over longer baselines, I and dZ. Observations are
+/// taken one by one, nearest to the median innovation of their signal first. A phase slips where its channel
+/// says so (phase_since), where two carriers of a satellite part, where it contradicts the Doppler, and where
+/// its innovation fails the gate: its N begins anew.
+class RtkFilter {
+ public:
+  /// @param fix the elevation mask and C/N0 mask. Throws InputError for options out of range.
+  RtkFilter(const RtkOptions& options, const positioning::FixOptions& fix);
+  ~RtkFilter();
+  RtkFilter(RtkFilter&&) noexcept;
+  RtkFilter& operator=(RtkFilter&&) noexcept;
+
+  /// The base's epoch, in the place of the one before. @param sky the rover's ephemerides
+  void take(const Corrections& base, const orbit::Sky& sky);
+
+  /// @param receiver_time the rover's own clock reading at reception
+  /// @param rover what it measured, those of a satellite together
+  /// @param age_s of the base's epoch that take() was given last; empty: too old, no answer
+  /// @param alone the fix of these measurements without phases (single or differential): begins the filter,
+  /// and has its velocity, clocks and count of satellites
+  ///
+  /// A Float or Fixed fix with status Fix, its covariance that of the filter times max(1, s^2), s^2 the mean
+  /// square of normalised innovations of the last epochs. `used` are satellites with a phase in it,
+  /// `residuals_m` those of their first phase. Empty with fewer than four such satellites, without a base's
+  /// epoch, and before there was a solved fix. Throws InputError for time that runs backwards and for
+  /// measurements that are not numbers.
+  [[nodiscard]] std::optional<positioning::Fix> update(geodesy::GpsTime receiver_time,
+                                                       std::span<const SignalMeasurement> rover,
+                                                       const orbit::Sky& sky, std::optional<double> age_s,
+                                                       const positioning::Fix& alone);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace canyon::relative
