@@ -47,7 +47,7 @@ void Session::Impl::set_time() {
 }
 
 void Session::Impl::make_receivers() {
-  corrections.emplace(scenario.receivers);
+  corrections.emplace(scenario.receivers, scenario.seed);
   std::shared_ptr<const simulation::BuiltSky> sky;
   for (const auto& receiver : scenario.receivers) {
     simulation::LiveConfig config;

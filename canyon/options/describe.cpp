@@ -205,7 +205,10 @@ std::string json_schema(const Description& description, std::string_view title) 
     if (!key.unit.empty()) about += " [" + key.unit + "]";
     if (!key.default_value.empty()) about += "; default: " + key.default_value;
     schema["description"] = about;
-    section["properties"][key.path.substr(dot == std::string::npos ? 0 : dot + 1)] = schema;
+    const std::string name = key.path.substr(dot == std::string::npos ? 0 : dot + 1);
+    section["properties"][name] = schema;
+    // Reader takes a word in its place.
+    if (name == "enabled") section["type"] = Json::array({"object", "boolean", "null"});
   }
   for (const auto& [section, keys] : description.required_sections) {
     if (!keys.empty()) section_at(root, section)["required"] = keys;

@@ -98,7 +98,17 @@ void Reader::field(const Field& field, Value& value) {
 bool Reader::begin(std::string_view name) {
   const Node::Entry* entry = take(name);
   if (entry == nullptr) return false;
-  enter(entry->value, path_of(name), entry->line);
+  const Node* node = &entry->value;
+  const std::string path = path_of(name);
+  const std::vector<std::string> known = document_.keys_of(path);
+  if (node->kind == Node::Kind::Scalar && std::find(known.begin(), known.end(), "enabled") != known.end()) {
+    Node section;
+    section.kind = Node::Kind::Mapping;
+    section.line = entry->line;
+    section.entries.push_back({"enabled", entry->line, *node});
+    node = &switches_.emplace_back(std::move(section));
+  }
+  enter(*node, path, entry->line);
   return true;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <set>
 #include <string>
 #include <vector>
@@ -11,7 +12,8 @@ namespace canyon::options {
 
 /// Fills structs from a tree. Keys that are absent leave their fields as they are, so that several trees can
 /// be read over each other. Refuses, naming file and line: keys that the document does not know, repeated
-/// ones, values of the wrong type or out of range; in finish() keys that no field asked for.
+/// ones, values of the wrong type or out of range; in finish() keys that no field asked for. A section with a
+/// key `enabled` may be a word in its place: "rtk: true" is "rtk: {enabled: true}".
 class Reader final : public Visitor {
  public:
   /// Both must outlive the reader. Throws InputError for a tree that is no mapping.
@@ -50,6 +52,7 @@ class Reader final : public Visitor {
   std::vector<Section> sections_;
   std::vector<Section> entered_;  // each once, in the order of reading
   std::set<const Node::Entry*> used_;
+  std::deque<Node> switches_;  // sections that stand as one word
 };
 
 /// Reads a whole tree into one struct.

@@ -72,6 +72,10 @@ constexpr Column word(const char* name, const char* help, const char* empty, Enu
 const positioning::Fix& fix_of(const Row& row) {
   return row.epoch.observed.fix;
 }
+double baseline(const Row& row, Eigen::Index axis) {
+  const auto& of_fix = fix_of(row).baseline;
+  return of_fix ? of_fix->vector_enu(axis) : kNone;
+}
 double solved(const Row& row, double value) {
   return fix_of(row).solved() ? value : kNone;
 }
@@ -341,15 +345,59 @@ constexpr std::array kEpochColumns{
         positioning::FixKind::DeadReckoning,
         [](const Row& r) { return static_cast<std::int64_t>(fix_of(r).kind()); },
         [](std::int64_t i) { return positioning::name(static_cast<positioning::FixKind>(i)); })
-        .not_in_csv()
         .in_view(U8),
     number("correction_age_s", "s", 2, "age of the corrections in the fix", "no corrections in it",
            [](const Row& r) {
              const auto& fix = fix_of(r);
              return positioning::corrected(fix.kind()) ? fix.correction_age_s.value_or(kNone) : kNone;
            })
-        .not_in_csv()
         .in_view(F64),
+    word(
+        "baseline_kind", "how the vector from the base is known: `float` or `fixed`",
+        "no carrier phases of a base", positioning::FixKind::DeadReckoning,
+        [](const Row& r) {
+          const auto& baseline = fix_of(r).baseline;
+          return baseline ? static_cast<std::int64_t>(baseline->kind) : -1;
+        },
+        [](std::int64_t i) { return positioning::name(static_cast<positioning::FixKind>(i)); })
+        .in_view(U8),
+    number(
+        "ambiguity_ratio", "", 2,
+        "squared distance of the second best whole numbers of cycles over that of the best, 10 at most",
+        "no search for them",
+        [](const Row& r) { return fix_of(r).baseline ? fix_of(r).baseline->ratio.value_or(kNone) : kNone; })
+        .in_view(F32),
+    number("baseline_east_m", "m", 4, "antenna minus the base's, as its corrections state it",
+           "no such vector", [](const Row& r) { return baseline(r, 0); })
+        .in_view(F64),
+    number("baseline_north_m", "m", 4, "likewise", "no such vector",
+           [](const Row& r) { return baseline(r, 1); })
+        .in_view(F64),
+    number("baseline_up_m", "m", 4, "likewise", "no such vector", [](const Row& r) { return baseline(r, 2); })
+        .in_view(F64),
+    number("heading_deg", "deg", 4, "of the vector from a moving base, from north, clockwise, 0 to 360",
+           "no such vector, or the base stands still",
+           [](const Row& r) {
+             const auto& b = fix_of(r).baseline;
+             return b && b->moving_base ? wrapped_azimuth_deg(b->heading_rad(), 4) : kNone;
+           })
+        .in_view(F64),
+    number("heading_sigma_deg", "deg", 4, "its standard deviation", "likewise",
+           [](const Row& r) {
+             const auto& b = fix_of(r).baseline;
+             return b && b->moving_base ? degrees(b->heading_sigma_rad()) : kNone;
+           })
+        .in_view(F32),
+    number(
+        "wrong_fix", "", 0,
+        "1 where a fixed position is off by more than 0.1 m horizontally or 0.2 m vertically, and 1 mm and "
+        "2 mm more for each kilometre of the baseline; else 0",
+        "not fixed",
+        [](const Row& r) {
+          const std::optional<bool> wrong = wrong_fix(r.epoch);
+          return wrong ? (*wrong ? 1.0 : 0.0) : kNone;
+        })
+        .in_view(F32),
 };
 
 constexpr std::array kSatelliteColumns{

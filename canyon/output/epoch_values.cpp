@@ -35,6 +35,14 @@ bool measured(const receiver::SatelliteObservation& satellite) {
                                               [](const auto& s) { return s.measurement.has_value(); });
 }
 
+std::optional<bool> wrong_fix(const simulation::Epoch& epoch) {
+  const positioning::Fix& fix = epoch.observed.fix;
+  if (fix.kind() != positioning::FixKind::Fixed) return std::nullopt;
+  const double km = fix.baseline ? fix.baseline->length_m() / 1e3 : 0;
+  return horizontal_m(epoch.error_enu_m) > 0.1 + 1e-3 * km ||
+         std::abs(epoch.error_enu_m.z()) > 0.2 + 2e-3 * km;
+}
+
 double wrapped_azimuth_deg(double azimuth_rad, int decimals) {
   double deg = std::fmod(geodesy::degrees(azimuth_rad), 360.0);
   if (deg < 0) deg += 360.0;

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/simulation/epoch.hpp"
 
 namespace canyon::output {
 
@@ -41,6 +43,11 @@ namespace canyon::output {
 
 /// Whether the receiver measured any of its signals.
 [[nodiscard]] bool measured(const receiver::SatelliteObservation& satellite);
+
+/// Whether a fixed position is off by more than 0.1 m horizontally or 0.2 m vertically, plus 1 and 2 ppm of
+/// the baseline: half a wavelength and more, so that some of its whole numbers must be wrong. Empty where the
+/// position is not a fixed one.
+[[nodiscard]] std::optional<bool> wrong_fix(const simulation::Epoch& epoch);
 
 /// Degrees of an azimuth [rad], in [0, 360) also after rounding to `decimals`.
 [[nodiscard]] double wrapped_azimuth_deg(double azimuth_rad, int decimals);

@@ -16,6 +16,10 @@ struct RunSummary {
   std::string receiver;
   std::size_t epochs = 0;
   std::size_t fixes = 0;
+  std::size_t by_fixed = 0, by_float = 0, by_differential = 0;  ///< epochs with a fix of that kind
+  std::size_t wrong_fixes = 0;                                  ///< of the fixed ones (wrong_fix())
+  double fixed_p95_m = 0;                                       ///< horizontal error while fixed; NaN without
+  double first_fixed_s = 0;  ///< from the first epoch to the first fixed one; NaN without
   double horizontal_p50_m = 0, horizontal_p95_m = 0, horizontal_max_m = 0;  ///< NaN without fix
   double vertical_p50_m = 0, vertical_p95_m = 0;
   double mean_visible = 0, mean_blocked = 0,

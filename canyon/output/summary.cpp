@@ -37,6 +37,10 @@ struct Tally {
   std::array<std::size_t, 4> by_visibility{};
   MeanOf cn0_los_dbhz, cn0_nlos_dbhz;
   std::size_t exclusions = 0, raim_tested = 0, inconsistent = 0;
+  std::array<std::size_t, 6> by_kind{};  // FixKind
+  std::size_t wrong_fixes = 0;
+  std::vector<double> fixed_m;
+  std::optional<geodesy::GpsTime> first, first_fixed;
   double longest_outage_s = 0;
   std::optional<geodesy::GpsTime> outage_began;
   std::optional<geodesy::GpsTime> last, last_but_one;
@@ -76,6 +80,13 @@ void SummarySink::write(const simulation::Epoch& epoch) {
   Tally& tally = state_->tallies.at(epoch.receiver);
   const receiver::ReceiverEpoch& seen = epoch.observed;
   ++tally.epochs;
+  if (!tally.first) tally.first = seen.time;
+  ++tally.by_kind.at(static_cast<std::size_t>(seen.fix.kind()));
+  if (const std::optional<bool> wrong = wrong_fix(epoch)) {
+    if (!tally.first_fixed) tally.first_fixed = seen.time;
+    tally.wrong_fixes += *wrong ? 1 : 0;
+    tally.fixed_m.push_back(output::horizontal_m(epoch.error_enu_m));
+  }
   if (seen.fix.solved()) {
     ++tally.fixes;
     tally.horizontal_m.push_back(output::horizontal_m(epoch.error_enu_m));
@@ -126,6 +137,15 @@ std::vector<RunSummary> SummarySink::summaries() const {
     s.receiver = state_->names[i];
     s.epochs = tally.epochs;
     s.fixes = tally.fixes;
+    const auto of_kind = [&](positioning::FixKind kind) {
+      return tally.by_kind[static_cast<std::size_t>(kind)];
+    };
+    s.by_fixed = of_kind(positioning::FixKind::Fixed);
+    s.by_float = of_kind(positioning::FixKind::Float);
+    s.by_differential = of_kind(positioning::FixKind::Differential);
+    s.wrong_fixes = tally.wrong_fixes;
+    s.fixed_p95_m = quantile(tally.fixed_m, 0.95).value_or(kNan);
+    s.first_fixed_s = tally.first_fixed ? *tally.first_fixed - *tally.first : kNan;
     s.horizontal_p50_m = quantile(tally.horizontal_m, 0.50).value_or(kNan);
     s.horizontal_p95_m = quantile(tally.horizontal_m, 0.95).value_or(kNan);
     s.horizontal_max_m = quantile(tally.horizontal_m, 1.0).value_or(kNan);
@@ -197,6 +217,22 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
   };
   // What only some receivers have.
   const auto any = [&](auto has) { return std::any_of(summaries.begin(), summaries.end(), has); };
+  const auto share = [](std::size_t RunSummary::*member) {
+    return [=](const RunSummary& s) {
+      if (s.by_fixed + s.by_float + s.by_differential == 0) return std::string("-");
+      return fmt::format("{:.1f}", 100.0 * static_cast<double>(s.*member) / static_cast<double>(s.epochs));
+    };
+  };
+  if (any([](const RunSummary& s) { return s.by_fixed + s.by_float + s.by_differential > 0; })) {
+    lines.push_back({"fixed [% of epochs]", share(&RunSummary::by_fixed)});
+    lines.push_back({"float [%]", share(&RunSummary::by_float)});
+    lines.push_back({"differential [%]", share(&RunSummary::by_differential)});
+  }
+  if (any([](const RunSummary& s) { return s.by_fixed > 0; })) {
+    lines.push_back({"wrongly fixed [%]", share(&RunSummary::wrong_fixes)});
+    lines.push_back({"horizontal error while fixed, 95 % [m]", number(&RunSummary::fixed_p95_m, 3)});
+    lines.push_back({"time to the first fixed position [s]", number(&RunSummary::first_fixed_s, 1)});
+  }
   if (any([](const RunSummary& s) {
         return std::isfinite(s.mean_cn0_los_dbhz) || std::isfinite(s.mean_cn0_nlos_dbhz);
       })) {

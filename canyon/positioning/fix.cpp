@@ -358,6 +358,31 @@ std::string_view name(FixKind kind) {
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
+double Baseline::heading_rad() const {
+  const double azimuth = std::atan2(vector_enu.x(), vector_enu.y());
+  return azimuth < 0 ? azimuth + 2 * geodesy::kPi : azimuth;
+}
+
+double Baseline::pitch_rad() const {
+  return std::atan2(vector_enu.z(), vector_enu.head<2>().norm());
+}
+
+double Baseline::heading_sigma_rad() const {
+  const double length_m = vector_enu.head<2>().norm();
+  const Eigen::Vector2d across = Eigen::Vector2d(vector_enu.y(), -vector_enu.x()) / length_m;
+  const double variance = across.dot(covariance_enu.topLeftCorner<2, 2>() * across);
+  return length_m > 0 ? std::sqrt(variance) / length_m : std::numeric_limits<double>::infinity();
+}
+
+double Baseline::pitch_sigma_rad() const {
+  const double whole_m = vector_enu.norm();
+  const double level_m = vector_enu.head<2>().norm();
+  if (!(level_m > 0)) return std::numeric_limits<double>::infinity();
+  const Eigen::Vector3d across(-vector_enu.x() * vector_enu.z() / level_m,
+                               -vector_enu.y() * vector_enu.z() / level_m, level_m);
+  return std::sqrt(across.dot(covariance_enu * across)) / (whole_m * whole_m);
+}
+
 const gnss::Klobuchar& klobuchar_of(const std::map<System, gnss::Klobuchar>& klobuchar, System system) {
   auto found = klobuchar.find(system);
   if (found == klobuchar.end()) found = klobuchar.find(System::GPS);

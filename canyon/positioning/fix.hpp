@@ -76,6 +76,27 @@ enum class FixKind : std::uint8_t {
   return kind == FixKind::Differential || kind == FixKind::Float || kind == FixKind::Fixed;
 }
 
+/// Where a receiver's antenna is relative to a base's, by their carrier phases.
+struct Baseline {
+  FixKind kind = FixKind::Float;                         ///< Float or Fixed
+  bool moving_base = false;                              ///< the base's place is its own fix of this epoch
+  Eigen::Vector3d base_ecef = Eigen::Vector3d::Zero();   ///< as its corrections state it [m]
+  Eigen::Vector3d vector_enu = Eigen::Vector3d::Zero();  ///< from base to receiver, axes at the receiver [m]
+  Eigen::Matrix3d covariance_enu = Eigen::Matrix3d::Zero();  ///< [m^2]
+  /// Squared distance of the second best whole numbers to the real ones over that of the best, 1 or more
+  /// (relative::RtkOptions::ratio); empty where no search was made.
+  std::optional<double> ratio;
+  std::vector<gnss::SatelliteId> used;  ///< ascending
+
+  [[nodiscard]] double length_m() const { return vector_enu.norm(); }
+  /// Of the vector, from north clockwise, [0, 2 pi); and upwards [rad].
+  [[nodiscard]] double heading_rad() const;
+  [[nodiscard]] double pitch_rad() const;
+  /// Their standard deviations, to first order [rad]; of a length of 0 infinite.
+  [[nodiscard]] double heading_sigma_rad() const;
+  [[nodiscard]] double pitch_sigma_rad() const;
+};
+
 /// A position solution. Covariance, DOP and counts all come from the system that made the position.
 struct [[nodiscard]] Fix {
   FixStatus status = FixStatus::NotSolved;
@@ -87,11 +108,9 @@ struct [[nodiscard]] Fix {
   std::optional<double> correction_age_s;
   /// Reference station id (RTCM DF003, 0 to 4095) of the base; likewise, and empty where it is not known.
   std::optional<int> correction_station;
-  /// Antenna of the base as its corrections state it, ECEF [m]; likewise, of Float and Fixed alone.
-  std::optional<Eigen::Vector3d> base_ecef;
-  /// Squared distance of the second best whole numbers to the real ones over that of the best, 1 or more
-  /// (relative::RtkOptions::ratio); of Float and Fixed, where a search was made.
-  std::optional<double> ambiguity_ratio;
+  /// By carrier phases, where the receiver has corrections for them. A moving base gives no position: the fix
+  /// then is Single or Differential beside it.
+  std::optional<Baseline> baseline;
   /// NaN unless solved.
   Eigen::Vector3d position_ecef = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   geodesy::Geodetic position{std::numeric_limits<double>::quiet_NaN(),

@@ -16,9 +16,11 @@ using positioning::Measurement;
 using relative::Corrections;
 
 std::shared_ptr<const Corrections> corrections_of(const ReceiverEpoch& station,
-                                                  const Eigen::Vector3d& station_ecef) {
+                                                  const std::optional<Eigen::Vector3d>& place_ecef) {
+  if (!place_ecef && !station.fix.solved()) return nullptr;
   Corrections corrections;
-  corrections.station_ecef = station_ecef;
+  corrections.moving = !place_ecef;
+  corrections.station_ecef = place_ecef.value_or(station.fix.position_ecef);
   corrections.receiver_time = station.receiver_time;
   const auto add = [&](const SignalObservation& seen) {
     if (seen.measurement) corrections.observations.push_back({seen.signal, *seen.measurement});

@@ -17,9 +17,10 @@ namespace canyon::receiver {
 
 struct ReceiverEpoch;
 
-/// An epoch as a station at `station_ecef` gives it; null where it measured nothing.
+/// An epoch as a station gives it; null where it measured nothing. @param place_ecef of its antenna as it
+/// states it [m]; empty: it moves, and states its own fix of the epoch, without one nothing
 [[nodiscard]] std::shared_ptr<const relative::Corrections> corrections_of(
-    const ReceiverEpoch& station, const Eigen::Vector3d& station_ecef);
+    const ReceiverEpoch& station, const std::optional<Eigen::Vector3d>& place_ecef);
 
 /// Corrections of pseudoranges by the latest epoch of a reference station: what its place and the ephemerides
 /// say of a signal, less what it measured. What errors of orbits, satellite clocks and atmosphere station and
@@ -31,7 +32,7 @@ class CodeCorrections {
     double sigma_m = 0;  ///< of the station's code
   };
 
-  explicit CodeCorrections(const CorrectionOptions& options) : max_age_s_(options.max_age_s) {}
+  explicit CodeCorrections(const relative::CorrectionOptions& options) : max_age_s_(options.max_age_s) {}
 
   /// The station's epoch in the place of the one before. Its clock, as the mean over the satellites of each
   /// constellation, is taken off: corrections of a drifting clock would contradict the Doppler.
@@ -42,7 +43,7 @@ class CodeCorrections {
   void take(const relative::Corrections& corrections, const orbit::Sky& sky,
             const positioning::FixOptions& fix, const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
   /// How old the corrections are [s], >= 0; empty where there are none that may be used: older than
-  /// CorrectionOptions::max_age_s, or more than a second ahead of `receiver_time`.
+  /// relative::CorrectionOptions::max_age_s, or more than a second ahead of `receiver_time`.
   [[nodiscard]] std::optional<double> age_s(geodesy::GpsTime receiver_time) const;
   /// Null where the station did not measure the signal.
   [[nodiscard]] const Correction* of(gnss::SatelliteId id, const gnss::Signal& signal) const;

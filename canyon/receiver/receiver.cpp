@@ -18,6 +18,7 @@
 #include "canyon/receiver/known_ephemerides.hpp"
 #include "canyon/receiver/receiver_draws.hpp"
 #include "canyon/receiver/spoofing_check.hpp"
+#include "canyon/relative/rtk_filter.hpp"
 #include "canyon/tracking/channel.hpp"
 #include "canyon/tracking/channel_rate.hpp"
 
@@ -93,6 +94,7 @@ struct Receiver::State {
     if (models.sigma_m) options.fix.weights.weighting = positioning::Weighting::Sigma;
     if (models.solve) options.filter.enabled = false;
     if (options.filter.enabled) filter.emplace(options.filter, options.fix);
+    if (options.rtk.enabled) rtk.emplace(options.rtk, options.fix, options.corrections.max_age_s);
     if (options.spoofing_check.enabled) check.emplace(options.spoofing_check);
   }
 
@@ -115,7 +117,8 @@ struct Receiver::State {
 
   /// The position of an epoch: of its corrected measurements where they have a solution, else of all.
   [[nodiscard]] positioning::Fix solve(geodesy::GpsTime receiver_time, const Measurements& measurements,
-                                       const Measurements& corrected, const orbit::Sky& sky) {
+                                       const Measurements& corrected, const orbit::Sky& sky,
+                                       const std::vector<relative::SignalMeasurement>& of_signals) {
     positioning::Fix fix;
     if (!corrected.empty()) fix = solve_alone(receiver_time, corrected, sky);
     const bool differential = fix.solved();
@@ -126,9 +129,15 @@ struct Receiver::State {
     } else {
       fix = solve_alone(receiver_time, measurements, sky);
     }
+    const positioning::Fix alone = fix;
     if (filter) {
       fix = filter->update(receiver_time, differential ? corrected : measurements, sky, fix, *klobuchar);
     }
+    if (!rtk) return fix;
+    auto relative = rtk->update(receiver_time, of_signals, sky, alone);
+    if (!relative) return fix;
+    if (!relative->baseline->moving_base) return *relative;
+    fix.baseline = std::move(relative->baseline);
     return fix;
   }
 
@@ -141,6 +150,7 @@ struct Receiver::State {
     ranging = Ranging(options);
     corrections = CodeCorrections(options.corrections);
     if (filter) filter.emplace(options.filter, options.fix);
+    if (rtk) rtk.emplace(options.rtk, options.fix, options.corrections.max_age_s);
     if (check) check.emplace(options.spoofing_check);
     if (signals) {
       tracking::SignalOptions searching = options.signal;
@@ -398,6 +408,7 @@ struct Receiver::State {
   Ranging ranging;
   CodeCorrections corrections;
   std::optional<positioning::PositionFilter> filter;
+  std::optional<relative::RtkFilter> rtk;
   std::optional<SpoofingCheck> check;
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
@@ -496,9 +507,13 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
 
   const bool drifting = options.noise.drifts(antenna.velocity_ecef.norm(), los);
   Measurements measurements, corrected;
+  std::vector<relative::SignalMeasurement> of_signals;  // for the filter of phases alone
   measurements.reserve(views.size());
   if (context.corrections != nullptr) {
-    state.corrections.take(*context.corrections, sky, options.fix, context.klobuchar);
+    if (!context.corrections->moving) {
+      state.corrections.take(*context.corrections, sky, options.fix, context.klobuchar);
+    }
+    if (state.rtk) state.rtk->take(*context.corrections, sky);
   }
   const CodeCorrections* corrections =
       state.corrections.age_s(epoch.receiver_time) ? &state.corrections : nullptr;
@@ -521,6 +536,13 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
         (!satellite.cn0_dbhz || *satellite.cn0_dbhz >= options.signal.lock.acquisition_threshold_dbhz);
     const bool known = state.known.read(satellite.id, *satellite.signal, readable, time);
     const auto ranged = state.ranging.next(satellite, view.line.state, time, model_m, corrections);
+    if (state.rtk && known) {
+      const auto give = [&](const SignalObservation& signal) {
+        if (signal.measurement) of_signals.push_back({signal.signal, *signal.measurement});
+      };
+      give(satellite);
+      for (const SignalObservation& signal : satellite.more) give(signal);
+    }
     if (!ranged || !known) continue;
     measurements.push_back(ranged->measurement);
     state.weigh(measurements.back(), satellite.elevation_rad);
@@ -538,7 +560,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
     if (state.check) epoch.spoofing = state.check->update(epoch);
     return epoch;
   }
-  epoch.fix = state.solve(epoch.receiver_time, measurements, corrected, sky);
+  epoch.fix = state.solve(epoch.receiver_time, measurements, corrected, sky, of_signals);
   for (SatelliteObservation& observation : epoch.satellites) {
     observation.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), observation.id);
   }

@@ -89,16 +89,6 @@ void visit(options::Visitor& v, SpoofingCheckOptions& o) {
   v.number({"hold_s", "s", "for which it says so after the last sign"}, o.hold_s, {0, 1e5});
 }
 
-void CorrectionOptions::validate() const {
-  options::check(*this, "corrections");
-}
-
-void visit(options::Visitor& v, CorrectionOptions& o) {
-  v.text({"from", "", "name of a receiver with a fixed place, whose measurements correct this one's codes"},
-         o.from);
-  v.number({"max_age_s", "s", "corrections that are older are not used"}, o.max_age_s, {0, 3600, true});
-}
-
 void ReceiverOptions::validate() const {
   if (name.empty()) throw InputError("a receiver has no name", "give every receiver a name of its own");
   try {
@@ -130,6 +120,11 @@ void ReceiverOptions::validate() const {
     signal.validate();
     filter.validate();
     corrections.validate();
+    rtk.validate();
+    if (rtk.enabled && !signal.enabled) {
+      throw InputError("rtk has no carrier phases without strengths of signals",
+                       "give signal: {enabled: true}, or a profile that has it");
+    }
   } catch (const InputError& error) {
     throw InputError(fmt::format("receiver '{}': {}", name, error.problem()), error.cure());
   }
@@ -210,6 +205,7 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
       o.orbit_errors);
   v.part("position_filter", o.filter);
   v.part("corrections", o.corrections);
+  v.part("rtk", o.rtk);
   v.part("clock", o.clock);
   v.part("biases", o.biases);
   v.part("signal", o.signal);

@@ -10,6 +10,8 @@
 #include "canyon/options/switch.hpp"
 #include "canyon/positioning/positioning_options.hpp"
 #include "canyon/receiver/ranging.hpp"
+#include "canyon/relative/correction_link.hpp"
+#include "canyon/relative/rtk_options.hpp"
 #include "canyon/tracking/clock.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "canyon/tracking/signal_options.hpp"
@@ -69,18 +71,6 @@ struct SpoofingCheckOptions {
 /// Its fields.
 void visit(options::Visitor& v, SpoofingCheckOptions& o);
 
-/// Whose corrections a receiver takes (docs/corrections.md).
-struct CorrectionOptions {
-  std::string from;  ///< name of a reference station of the same run; empty: none
-  /// Older ones are not used [s], (0, 3600]. Default: that of u-blox F9 receivers (HPG interface description,
-  /// CFG-NAVSPG-CONSTR_DGNSSTO).
-  double max_age_s = 60;
-  /// Throws InputError naming the field that is out of range.
-  void validate() const;
-};
-/// Its fields.
-void visit(options::Visitor& v, CorrectionOptions& o);
-
 /// A receiver without a name.
 inline constexpr std::string_view kReceiver = "receiver";
 
@@ -118,7 +108,9 @@ struct ReceiverOptions {
   tracking::SignalOptions signal;
   /// Position filter behind the fix; off: each epoch's fix stands alone, as in the paper.
   positioning::PositionFilterOptions filter;
-  CorrectionOptions corrections;
+  relative::CorrectionOptions corrections;
+  /// Float and fixed solutions by carrier phases beside those of the corrections.
+  relative::RtkOptions rtk;
   /// Delays are in the signal (the fix corrects them where FixOptions says so), and errors of broadcast
   /// orbits and clocks. Left out: as the environment has them.
   options::Switch ionosphere = false, troposphere = false, orbit_errors = false;

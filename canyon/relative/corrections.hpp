@@ -20,6 +20,8 @@ struct SignalMeasurement {
 struct Corrections {
   int station = 0;  ///< its identification, [0, 4095]; 0 is what the RTCM of a run says
   Eigen::Vector3d station_ecef = Eigen::Vector3d::Zero();  ///< its antenna, as the station states it [m]
+  /// The station moves: its place is its own fix of this epoch.
+  bool moving = false;
   /// What the station's clock showed; the pseudoranges hold its error.
   geodesy::GpsTime receiver_time;
   /// Those of a satellite stand together.

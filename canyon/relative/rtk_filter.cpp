@@ -26,6 +26,10 @@ constexpr double kUnknownPosition_m = 30, kUnknownClock_m = 100, kUnknownAmbigui
 constexpr double kLostPosition_m = 100;
 /// A phase that was not measured for so long has slipped [s].
 constexpr double kPhaseGap_s = 5;
+/// Clocks of receivers differ by milliseconds [s].
+constexpr double kAhead_s = 1;
+/// A moving base must have measured at the rover's epoch [s].
+constexpr double kSameEpoch_s = 0.02;
 /// Satellite clocks and ionosphere move apart by so much over the age of the base's epoch [m/s]: RTKLIB's
 /// stats-clkstab, 5e-12 s/s.
 constexpr double kAgeing_mps = 1.5e-3;
@@ -78,7 +82,8 @@ double median(std::vector<double> values) {
 }  // namespace
 
 struct RtkFilter::State {
-  State(const RtkOptions& rtk, const positioning::FixOptions& fix) : options(rtk), masks(fix) {
+  State(const RtkOptions& rtk, const positioning::FixOptions& fix, double longest_s)
+      : options(rtk), masks(fix), max_age_s(longest_s) {
     options.validate();
   }
 
@@ -109,9 +114,9 @@ struct RtkFilter::State {
       if (lost || astray) begun = false;
     }
     if (!begun) {
-      if (!alone.solved()) return false;
+      if (!alone.solved() && !moving) return false;
       state = BaselineState();
-      position = alone.position_ecef;
+      position = moving ? base_place : alone.position_ecef;
       for (Index i = 0; i < 3; ++i) {
         state.reset(BaselineState::kPosition + i, 0, kUnknownPosition_m * kUnknownPosition_m);
         state.reset(BaselineState::kVelocity + i, 0, kUnknownPosition_m * kUnknownPosition_m);
@@ -514,6 +519,7 @@ struct RtkFilter::State {
 
   RtkOptions options;
   positioning::FixOptions masks;
+  double max_age_s;
   bool begun = false, astray = false;
   std::optional<geodesy::GpsTime> astray_since;
   geodesy::GpsTime time;
@@ -531,6 +537,8 @@ struct RtkFilter::State {
   std::vector<std::pair<gnss::SatelliteId, const gnss::Signal*>> slipped;
 
   Eigen::Vector3d base_place = Eigen::Vector3d::Zero();
+  bool moving = false;
+  geodesy::GpsTime base_time;  // by its clock
   std::optional<int> station;
   std::vector<ObservedMinusComputed> base;
 
@@ -539,8 +547,8 @@ struct RtkFilter::State {
   Groups groups;
 };
 
-RtkFilter::RtkFilter(const RtkOptions& options, const positioning::FixOptions& fix)
-    : state_(std::make_unique<State>(options, fix)) {}
+RtkFilter::RtkFilter(const RtkOptions& options, const positioning::FixOptions& fix, double max_age_s)
+    : state_(std::make_unique<State>(options, fix, max_age_s)) {}
 RtkFilter::~RtkFilter() = default;
 RtkFilter::RtkFilter(RtkFilter&&) noexcept = default;
 RtkFilter& RtkFilter::operator=(RtkFilter&&) noexcept = default;
@@ -550,21 +558,28 @@ void RtkFilter::take(const Corrections& base, const orbit::Sky& sky) {
   positioning::FixOptions masks = s.masks;
   masks.elevation_mask_rad = 0;  // the rover's mask counts
   s.base = observed_minus_computed(base.receiver_time, base.observations, sky, masks, base.station_ecef);
+  // Beside a moving base the filter follows the baseline: the place goes along with the base's.
+  if (s.begun && base.moving) s.position += base.station_ecef - s.base_place;
+  if (base.moving != s.moving) s.begun = false;
+  s.moving = base.moving;
   s.base_place = base.station_ecef;
   s.station = base.station;
+  s.base_time = base.receiver_time;
 }
 
 std::optional<Fix> RtkFilter::update(geodesy::GpsTime receiver_time, std::span<const SignalMeasurement> rover,
-                                     const orbit::Sky& sky, std::optional<double> age_s, const Fix& alone) {
+                                     const orbit::Sky& sky, const Fix& alone) {
   State& s = *state_;
-  if (!age_s || s.base.empty()) return std::nullopt;
+  if (s.base.empty()) return std::nullopt;
+  const double age_s = receiver_time - s.base_time;
+  if (age_s > (s.moving ? kSameEpoch_s : s.max_age_s) || age_s < -kAhead_s) return std::nullopt;
   if (!s.go_to(receiver_time, alone)) return std::nullopt;
   const auto computed = observed_minus_computed(receiver_time, rover, sky, s.masks, s.position);
-  s.pair(computed, *age_s);
+  s.pair(computed, std::max(age_s, 0.0));
   s.compare_with_doppler(computed, rover);
   s.mind_slips();
   s.mind_delays();
-  s.take_velocity(alone);
+  if (!s.moving) s.take_velocity(alone);
   s.take_codes();
   s.take_phases();
 
@@ -586,10 +601,8 @@ std::optional<Fix> RtkFilter::update(geodesy::GpsTime receiver_time, std::span<c
   s.fixed_in_a_row = is_fixed ? s.fixed_in_a_row + 1 : 0;
   fix.status = positioning::FixStatus::Fix;
   fix.solution = is_fixed ? FixKind::Fixed : FixKind::Float;
-  fix.correction_age_s = age_s;
+  fix.correction_age_s = std::max(age_s, 0.0);
   fix.correction_station = s.station;
-  fix.base_ecef = s.base_place;
-  if (fixed && fixed->ratio > 0) fix.ambiguity_ratio = fixed->ratio;
   const Eigen::Vector3d error =
       is_fixed ? fixed->position_error : s.state.x.segment<3>(BaselineState::kPosition);
   const Eigen::Matrix3d covariance = is_fixed ? fixed->covariance : s.state.p.topLeftCorner<3, 3>();
@@ -597,6 +610,14 @@ std::optional<Fix> RtkFilter::update(geodesy::GpsTime receiver_time, std::span<c
   fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
   const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(fix.position);
   fix.covariance_enu = std::max(1.0, s.squares) * (enu * covariance * enu.transpose());
+  positioning::Baseline& baseline = fix.baseline.emplace();
+  baseline.kind = fix.solution;
+  baseline.moving_base = s.moving;
+  baseline.base_ecef = s.base_place;
+  baseline.vector_enu = enu * (fix.position_ecef - s.base_place);
+  baseline.covariance_enu = fix.covariance_enu;
+  if (fixed && fixed->ratio > 0) baseline.ratio = fixed->ratio;
+  baseline.used = fix.used;
   if (!fix.velocity_enu_mps) {
     fix.velocity_enu_mps = enu * s.state.x.segment<3>(BaselineState::kVelocity);
     fix.velocity_covariance_enu =

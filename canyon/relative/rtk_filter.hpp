@@ -29,8 +29,9 @@ namespace canyon::relative {
 /// its innovation fails the gate: its N begins anew.
 class RtkFilter {
  public:
-  /// @param fix the elevation mask and C/N0 mask. Throws InputError for options out of range.
-  RtkFilter(const RtkOptions& options, const positioning::FixOptions& fix);
+  /// @param fix the elevation mask and C/N0 mask @param max_age_s of a base's epoch that is used [s]. Throws
+  /// InputError for options out of range.
+  RtkFilter(const RtkOptions& options, const positioning::FixOptions& fix, double max_age_s);
   ~RtkFilter();
   RtkFilter(RtkFilter&&) noexcept;
   RtkFilter& operator=(RtkFilter&&) noexcept;
@@ -40,19 +41,18 @@ class RtkFilter {
 
   /// @param receiver_time the rover's own clock reading at reception
   /// @param rover what it measured, those of a satellite together
-  /// @param age_s of the base's epoch that take() was given last; empty: too old, no answer
   /// @param alone the fix of these measurements without phases (single or differential): begins the filter,
   /// and has its velocity, clocks and count of satellites
   ///
   /// A Float or Fixed fix with status Fix, its covariance that of the filter times max(1, s^2), s^2 the mean
-  /// square of normalised innovations of the last epochs. `used` are satellites with a phase in it,
-  /// `residuals_m` those of their first phase. Empty with fewer than four such satellites, without a base's
-  /// epoch, and before there was a solved fix. Throws InputError for time that runs backwards and for
-  /// measurements that are not numbers.
+  /// square of normalised innovations of the last epochs, and its Fix::baseline. Beside a moving base, whose
+  /// epoch must be the rover's own, the position is that of the base's fix and the baseline. `used` are
+  /// satellites with a phase in it, `residuals_m` those of their first phase. Empty with fewer than four such
+  /// satellites, without a base's epoch of max_age_s or less, and before there was a solved fix. Throws
+  /// InputError for time that runs backwards and for measurements that are not numbers.
   [[nodiscard]] std::optional<positioning::Fix> update(geodesy::GpsTime receiver_time,
                                                        std::span<const SignalMeasurement> rover,
-                                                       const orbit::Sky& sky, std::optional<double> age_s,
-                                                       const positioning::Fix& alone);
+                                                       const orbit::Sky& sky, const positioning::Fix& alone);
 
  private:
   struct State;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/receiver/corrections.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -44,8 +45,10 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
     next = base_of(receivers, *next);
     if (next == index) refuse("which needs its own in turn", "leave one of them out");
   }
-  if (!receivers[*base].fixed) {
-    refuse("whose place nobody knows", "give that receiver fixed: {latitude_deg: ..., longitude_deg: ...}");
+  if (!receivers[*base].fixed && !options.rtk.enabled) {
+    refuse("whose place nobody knows",
+           "give that receiver fixed: {latitude_deg: ..., longitude_deg: ...}, or this one rtk: true for the "
+           "heading of two antennas");
   }
   if (!options.own_draws && !receivers[*base].options.own_draws) {
     refuse("and both draw the same noise, which would vanish in the difference",
@@ -53,11 +56,13 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
   }
 }
 
-CorrectionLinks::CorrectionLinks(const std::vector<ReceiverConfig>& receivers)
-    : on_their_way_(receivers.size()) {
+CorrectionLinks::CorrectionLinks(const std::vector<ReceiverConfig>& receivers, std::uint64_t seed)
+    : links_(receivers.size()), places_(receivers.size()) {
   for (std::size_t r = 0; r < receivers.size(); ++r) {
     check_corrections(receivers, r);
     base_.push_back(simulation::base_of(receivers, r));
+    fixed_.push_back(receivers[r].fixed.has_value());
+    if (base_.back()) links_[r].emplace(receivers[r].options.corrections, seed, receivers[r].options.name);
   }
   std::vector<bool> placed(receivers.size());
   while (order_.size() < receivers.size()) {
@@ -72,23 +77,24 @@ CorrectionLinks::CorrectionLinks(const std::vector<ReceiverConfig>& receivers)
 }
 
 void CorrectionLinks::send(const Epoch& epoch) {
+  places_[epoch.receiver] = epoch.truth_ecef;
   std::shared_ptr<const relative::Corrections> corrections;
   for (std::size_t r = 0; r < base_.size(); ++r) {
     if (base_[r] != epoch.receiver) continue;
-    if (!corrections) corrections = receiver::corrections_of(epoch.observed, epoch.truth_ecef);
+    if (!corrections) {
+      std::optional<Eigen::Vector3d> place;
+      if (fixed_[epoch.receiver]) place = epoch.truth_ecef;
+      corrections = receiver::corrections_of(epoch.observed, place);
+    }
     if (!corrections) return;
-    on_their_way_[r].push_back({epoch.observed.time, corrections});
+    // Where it was at its epoch before: it comes behind its base.
+    links_[r]->send(epoch.observed.time, corrections, places_[r]);
   }
 }
 
 std::shared_ptr<const relative::Corrections> CorrectionLinks::take(std::size_t receiver,
                                                                    geodesy::GpsTime time) {
-  std::deque<Sent>& coming = on_their_way_[receiver];
-  std::shared_ptr<const relative::Corrections> latest;
-  for (; !coming.empty() && coming.front().time <= time; coming.pop_front()) {
-    latest = std::move(coming.front().corrections);
-  }
-  return latest;
+  return links_[receiver] ? links_[receiver]->take(time) : nullptr;
 }
 
 }  // namespace canyon::simulation

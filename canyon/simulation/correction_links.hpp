@@ -1,11 +1,10 @@
 #pragma once
 
-#include <deque>
 #include <memory>
 #include <optional>
 #include <vector>
 
-#include "canyon/receiver/corrections.hpp"
+#include "canyon/relative/correction_link.hpp"
 #include "canyon/simulation/epoch.hpp"
 #include "canyon/simulation/scenario.hpp"
 
@@ -20,7 +19,7 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
 class CorrectionLinks {
  public:
   /// Throws as check_corrections(). Call FixedPlace::settle() of fixed places first.
-  explicit CorrectionLinks(const std::vector<ReceiverConfig>& receivers);
+  CorrectionLinks(const std::vector<ReceiverConfig>& receivers, std::uint64_t seed);
 
   /// The order of computing an epoch: a receiver behind that whose corrections it takes, else as they stand.
   [[nodiscard]] const std::vector<std::size_t>& order() const { return order_; }
@@ -33,13 +32,11 @@ class CorrectionLinks {
                                                                   geodesy::GpsTime time);
 
  private:
-  struct Sent {
-    geodesy::GpsTime time;
-    std::shared_ptr<const relative::Corrections> corrections;
-  };
   std::vector<std::optional<std::size_t>> base_;
+  std::vector<bool> fixed_;  // has a place
   std::vector<std::size_t> order_;
-  std::vector<std::deque<Sent>> on_their_way_;  // to each receiver, in order of time
+  std::vector<std::optional<relative::CorrectionLink>> links_;  // to each receiver that takes any
+  std::vector<std::optional<Eigen::Vector3d>> places_;          // ECEF, of each receiver's latest epoch [m]
 };
 
 }  // namespace canyon::simulation

@@ -168,7 +168,7 @@ TEST(Corrections, AreNotUsedWhenTheyAreOld) {
 }
 
 TEST(Corrections, OfTheFutureOrTooOldAreNone) {
-  receiver::CorrectionOptions options;
+  relative::CorrectionOptions options;
   options.max_age_s = 5;
   receiver::CodeCorrections corrections(options);
   const geodesy::GpsTime now = geodesy::GpsTime::from_week(2300, 1000);
@@ -234,12 +234,12 @@ TEST(Corrections, OrderIsThatOfNeed) {
     receivers[i].options.own_draws = true;
     receivers[i].fixed.emplace();
   }
-  EXPECT_EQ(CorrectionLinks(receivers).order(), (std::vector<std::size_t>{0, 1, 2, 3}));
+  EXPECT_EQ(CorrectionLinks(receivers, 1).order(), (std::vector<std::size_t>{0, 1, 2, 3}));
   receivers[0].options.corrections.from = "c";
   receivers[2].options.corrections.from = "d";
-  EXPECT_EQ(CorrectionLinks(receivers).order(), (std::vector<std::size_t>{1, 3, 2, 0}));
-  EXPECT_EQ(CorrectionLinks(receivers).base_of(0), 2U);
-  EXPECT_FALSE(CorrectionLinks(receivers).base_of(1));
+  EXPECT_EQ(CorrectionLinks(receivers, 1).order(), (std::vector<std::size_t>{1, 3, 2, 0}));
+  EXPECT_EQ(CorrectionLinks(receivers, 1).base_of(0), 2U);
+  EXPECT_FALSE(CorrectionLinks(receivers, 1).base_of(1));
 }
 
 TEST(Corrections, RefuseWhatCannotBe) {

@@ -131,6 +131,8 @@ struct LiveReceiver::Impl {
   std::vector<std::string> warnings;
   std::unique_ptr<LiveReceiver> base;
   std::shared_ptr<const relative::Corrections> corrections;  // that came since the last step
+  std::optional<relative::CorrectionLink> link;              // from the base
+  std::optional<Eigen::Vector3d> place_ecef;                 // of the last step
 };
 
 std::shared_ptr<const BuiltSky> LiveReceiver::Impl::make_sky(GpsTime from) const {
@@ -171,7 +173,14 @@ void LiveReceiver::Impl::observe_base(double seconds, Step& step) {
   Step of_base = base->observe(seconds, antenna_state({t, config.base->fixed->place}, scene->city.frame));
   of_base.epoch.receiver = 1;
   if (config.receiver.options.corrections.from == config.base->options.name) {
-    corrections = receiver::corrections_of(of_base.epoch.observed, of_base.epoch.truth_ecef);
+    if (!link) {
+      const receiver::ReceiverOptions& rover = config.receiver.options;
+      link.emplace(rover.corrections, config.seed, rover.name);
+    }
+    if (auto sent = receiver::corrections_of(of_base.epoch.observed, of_base.epoch.truth_ecef)) {
+      link->send(t, std::move(sent), place_ecef);
+    }
+    corrections = link->take(t);
   }
   for (std::string& line : base->take_warnings()) {
     warnings.push_back(fmt::format("{}: {}", config.base->options.name, line));
@@ -183,6 +192,7 @@ Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arriv
   arrival.messages = unowned(sky->navigation);
   const auto given = std::exchange(corrections, nullptr);
   Epoch epoch = observe_epoch(receiver, truth, arrival, *environment, given.get());
+  place_ecef = epoch.truth_ecef;
   epoch.navigation = arrival.messages.get();
   epoch.geoid_undulation_m = config.geoid_undulation_m.value_or(epoch.geoid_undulation_m);
   return epoch;
@@ -191,6 +201,7 @@ Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arriv
 void LiveReceiver::Impl::begin_anew() {
   road->clear();
   corrections.reset();
+  link.reset();
   put_elsewhere->reset();
   last_place.reset();
   receiver = make_receiver();

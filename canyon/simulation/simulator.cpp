@@ -170,7 +170,7 @@ struct Simulation::Impl {
     warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
     for (ReceiverConfig& receiver : scenario.receivers) decide(receiver.options, environment);
     check_ionosphere(scenario, sky);
-    (void)CorrectionLinks(scenario.receivers);
+    (void)CorrectionLinks(scenario.receivers, scenario.seed);
     check_places();
     check_masks();
     check_faults();
@@ -234,9 +234,7 @@ void Simulation::Impl::check_places() {
     check_near(pose.position, "the trajectory", plan.at(k));
     if (scenario.trajectory.height_above_terrain_m) (void)vehicle_pose(plan.at(k));
   }
-  for (const ReceiverConfig& receiver : scenario.receivers) {
-    if (receiver.fixed) check_near(receiver.fixed->place, receiver.options.name, plan.begin);
-  }
+  // A base may stand anywhere: beyond the city it has an open sky.
 }
 
 std::size_t Simulation::Impl::count_above(const Geodetic& place, double elevation_rad) const {
@@ -448,7 +446,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   result.planned = impl.plan.epochs;
 
   std::vector<receiver::Receiver> receivers = impl.make_receivers();
-  CorrectionLinks links(impl.scenario.receivers);
+  CorrectionLinks links(impl.scenario.receivers, impl.scenario.seed);
   std::vector<std::array<std::size_t, 3>> placements(receiver_count);
   Progress progress(options.progress, result.planned);
   const EpochSink* broken = nullptr;

@@ -1,0 +1,76 @@
+#include "canyon/relative/correction_link.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/options/values.hpp"
+
+namespace canyon::relative {
+
+void CorrectionOptions::validate() const {
+  options::check(*this, "corrections");
+  for (const CorrectionOutage& outage : outages) {
+    if (outage.from_s < outage.until_s) continue;
+    throw InputError(fmt::format("an outage of corrections ends at {} s and begins at {} s", outage.until_s,
+                                 outage.from_s),
+                     "give until_s after from_s");
+  }
+}
+
+void visit(options::Visitor& v, CorrectionOptions& o) {
+  v.text({"from", "", "name of a receiver with a fixed place, whose measurements correct this one's"},
+         o.from);
+  v.number({"max_age_s", "s", "corrections that are older are not used"}, o.max_age_s, {0, 3600, true});
+  v.number({"rate_hz", "Hz", "epochs that the base sends; 0: all"}, o.rate_hz, {0, 100});
+  v.number({"latency_s", "s", "from the base's epoch until they come"}, o.latency_s, {0, 600});
+  v.number({"jitter_s", "s", "they come later by so much at most, evenly"}, o.jitter_s, {0, 600});
+  v.number({"loss", "", "share of epochs that never come"}, o.loss, {0, 1});
+  v.number({"range_m", "m", "nothing comes from a base that is farther away; 0: no limit"}, o.range_m,
+           {0, 1e7});
+  v.list("outages", o.outages, [&](CorrectionOutage& outage) {
+    v.number({"from_s", "s", "no corrections are sent from here on; from the beginning of the run"},
+             outage.from_s, {0, 1e9});
+    v.number({"until_s", "s", "until here"}, outage.until_s, {0, 1e9});
+  });
+}
+
+CorrectionLink::CorrectionLink(CorrectionOptions options, std::uint64_t seed, const std::string& name)
+    : options_(std::move(options)), random_(seed, name + "/corrections") {}
+
+void CorrectionLink::send(geodesy::GpsTime time, std::shared_ptr<const Corrections> corrections,
+                          const std::optional<Eigen::Vector3d>& receiver_ecef) {
+  if (!begin_) begin_ = time;
+  constexpr double kOnTime_s = 1e-6;
+  if (options_.rate_hz > 0 && sent_ && time - *sent_ < 1 / options_.rate_hz - kOnTime_s) return;
+  sent_ = time;
+  // Drawn for each epoch, so that outages and range do not move the losses.
+  const double lost = random_.uniform(), late = random_.uniform();
+  const double at_s = time - *begin_;
+  const bool out = std::any_of(options_.outages.begin(), options_.outages.end(), [&](const auto& outage) {
+    return at_s >= outage.from_s && at_s < outage.until_s;
+  });
+  const bool far = options_.range_m > 0 && receiver_ecef &&
+                   (*receiver_ecef - corrections->station_ecef).norm() > options_.range_m;
+  if (lost < options_.loss || out || far) return;
+  Sent sent{time + (options_.latency_s + late * options_.jitter_s), std::move(corrections)};
+  const auto behind = std::upper_bound(on_their_way_.begin(), on_their_way_.end(), sent,
+                                       [](const Sent& a, const Sent& b) { return a.due < b.due; });
+  on_their_way_.insert(behind, std::move(sent));
+}
+
+std::shared_ptr<const Corrections> CorrectionLink::take(geodesy::GpsTime time) {
+  std::shared_ptr<const Corrections> latest;
+  for (; !on_their_way_.empty() && on_their_way_.front().due <= time; on_their_way_.pop_front()) {
+    std::shared_ptr<const Corrections>& next = on_their_way_.front().corrections;
+    if (given_ && next->receiver_time <= *given_) continue;  // overtaken
+    given_ = next->receiver_time;
+    latest = std::move(next);
+  }
+  return latest;
+}
+
+}  // namespace canyon::relative

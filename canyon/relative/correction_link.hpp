@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/base/random.hpp"
+#include "canyon/options/fwd.hpp"
+#include "canyon/relative/corrections.hpp"
+
+namespace canyon::relative {
+
+/// A time in which no corrections come, from the beginning of the run [s].
+struct CorrectionOutage {
+  double from_s = 0, until_s = 0;
+};
+
+/// Whose corrections a receiver takes, and what the way of these does to them (docs/corrections.md).
+struct CorrectionOptions {
+  std::string from;  ///< name of a reference station of the same run; empty: none
+  /// Older ones are not used [s], (0, 3600]. Default: that of u-blox F9 receivers (HPG interface description,
+  /// CFG-NAVSPG-CONSTR_DGNSSTO).
+  double max_age_s = 60;
+  double rate_hz = 0;    ///< epochs that the base sends, [0, 100]; 0: all
+  double latency_s = 0;  ///< from the base's epoch to their use, [0, 600]
+  double jitter_s = 0;   ///< and more, evenly from 0 to this, [0, 600]; those that overtake others count
+  double loss = 0;       ///< share of epochs that never come, [0, 1]
+  double range_m = 0;    ///< radio: nothing comes from farther away; 0: no limit
+  std::vector<CorrectionOutage> outages;
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, CorrectionOptions& o);
+
+/// The way of corrections from a base to one receiver. Same options and seed, same losses.
+class CorrectionLink {
+ public:
+  /// @param name of the receiver, that sets its random draws apart
+  CorrectionLink(CorrectionOptions options, std::uint64_t seed, const std::string& name);
+
+  /// The base measured at `time`. @param receiver_ecef where the receiver is then [m]; empty: not known, in
+  /// range
+  void send(geodesy::GpsTime time, std::shared_ptr<const Corrections> corrections,
+            const std::optional<Eigen::Vector3d>& receiver_ecef);
+  /// The newest that has come by `time`, and was not given before; null: none.
+  [[nodiscard]] std::shared_ptr<const Corrections> take(geodesy::GpsTime time);
+
+ private:
+  struct Sent {
+    geodesy::GpsTime due;
+    std::shared_ptr<const Corrections> corrections;
+  };
+  CorrectionOptions options_;
+  RandomStream random_;
+  std::optional<geodesy::GpsTime> begin_, sent_, given_;  // of the run, of the base's epochs
+  std::deque<Sent> on_their_way_;                         // by `due`
+};
+
+}  // namespace canyon::relative
