@@ -32,6 +32,7 @@ void add_calibrate(Command& app);
 void add_heatmap(Command& app);
 void add_heatmap_query(Command& heatmap);
 void add_heatmap_judge(Command& heatmap);
+void add_rtk(Command& app);
 void add_study(Command& app);
 void add_view(Command& app);
 

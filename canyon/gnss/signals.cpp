@@ -22,6 +22,7 @@ constexpr double kL1 = kL1_hz, kL2 = 1227.6e6, kL5 = 1176.45e6, kE5b = 1207.14e6
 // One row a signal: system, name, code, codes also read; carrier, step of channels, modulation, chips, least
 // power; blocks, group delay; MSM, UBX (of geostationary satellites); lines.
 
+// P(Y) of L2 is read, not simulated: receivers track it with losses that no model here has.
 // IS-GPS-200 table 3-Va, IS-GPS-800 3.2.1.9, IS-GPS-705 table 3-III (Q5); L2C of IIR-M and IIF: CL, half of
 // -160.
 constexpr Signal kGps[]{
@@ -30,6 +31,8 @@ constexpr Signal kGps[]{
     {System::GPS, "L1C", "1L", "1X 1S", kL1, 0, TMBOC, 1.023e6, -158.25, III, Tgd, 31},
     {System::GPS, "L2C", "2L", "2S 2X", kL2, 0, BPSK, 1.023e6, -163, IIRM | IIF | III, Tgd, 16, 3},
     {System::GPS, "L5", "5Q", "5X 5I", kL5, 0, BPSK, 10.23e6, -157.9, IIF | III, Tgd, 23, 7},
+    {System::GPS, kEncrypted, "2W", "2P 2Y 2D", kL2, 0, BPSK, 10.23e6, -161.5, IIR | IIRM | IIF | III, Tgd,
+     10},
 };
 // IS-QZSS-PNT table 3.1.1-1 and 3.1.5-1: as GPS.
 constexpr Signal kQzss[]{

@@ -83,6 +83,9 @@ struct Signal {
 /// Carrier of GPS L1, which delays of the ionosphere refer to unless said otherwise [Hz].
 inline constexpr double kL1_hz = 1575.42e6;
 
+/// Name of GPS's P(Y) on L2, which recordings have: no receiver here tracks it.
+inline constexpr std::string_view kEncrypted = "L2P";
+
 /// The signals of a system; the first is the one near L1 that all of its satellites send.
 [[nodiscard]] std::span<const Signal> signals_of(System system);
 /// Place among signals_of() its system.

@@ -93,6 +93,10 @@ void ReceiverOptions::validate() const {
   if (name.empty()) throw InputError("a receiver has no name", "give every receiver a name of its own");
   try {
     gnss::check_signals(tracks);
+    if (is_among(tracks, gnss::kEncrypted)) {
+      throw InputError(fmt::format("it tracks {}, which is encrypted", gnss::kEncrypted),
+                       "take L2C; recordings alone have it");
+    }
     for (const std::string& group : leaves_out) gnss::check_group(group);
     for (const char* other : {"G1", "B1C"}) {
       if (at_once == AtOnce::All || !is_among(tracks, "B1I") || !is_among(tracks, other)) continue;

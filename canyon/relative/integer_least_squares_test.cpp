@@ -131,7 +131,7 @@ TEST(IntegerLeastSquares, SucceedsAtLeastAsOftenAsTheBootstrappedBound) {
 TEST(IntegerLeastSquares, SixtyAmbiguitiesAtOnce) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
-  const MatrixXd q = random_covariance(random, 60, 20, 0.02);
+  const MatrixXd q = random_covariance(random, 60, 20, 0.01);
   const MatrixXd root = q.llt().matrixL();
   VectorXd noise(60);
   for (int i = 0; i < 60; ++i) noise(i) = normal(random);

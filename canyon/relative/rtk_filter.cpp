@@ -1,6 +1,7 @@
 #include "canyon/relative/rtk_filter.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -46,6 +47,8 @@ constexpr double kIonosphereTime_s = 1200, kTroposphereTime_s = 7200;
 /// The filter is sure of whole numbers that it holds [cycles], after so many fixed epochs in a row.
 constexpr double kHeld_cycles = 1e-3;
 constexpr int kHoldAfter = 10;
+/// Echoes of a moving antenna last about so long [s].
+constexpr double kEchoTime_s = 10;
 /// Weight of an epoch in the mean square of innovations.
 constexpr double kSquaresWeight = 0.1;
 
@@ -124,7 +127,7 @@ struct RtkFilter::State {
       begun = true;
       astray = false;
       dt_s = 0;
-      squares = 1;
+      squares = code_squares = 1;
       fixed_in_a_row = 0;
     }
     time = to;
@@ -150,11 +153,9 @@ struct RtkFilter::State {
   void pair(std::span<const ObservedMinusComputed> rover, double age_s) {
     differences.clear();
     groups.clear();
-    auto b = base.begin();
     for (const ObservedMinusComputed& r : rover) {
-      while (b != base.end() && before(*b, r)) ++b;
-      if (b == base.end()) break;
-      if (before(r, *b)) continue;
+      const ObservedMinusComputed* const b = partner(r, rover);
+      if (b == nullptr) continue;
       Difference d;
       d.rover = &r;
       d.code_m = r.code_m - b->code_m;
@@ -171,6 +172,21 @@ struct RtkFilter::State {
     for (auto group = groups.begin(); group != groups.end();) {
       group = group->second.size() < 2 ? groups.erase(group) : std::next(group);
     }
+  }
+
+  /// The base's observation of the same signal; else of another component on that carrier, whose phase files
+  /// and RTCM align (RINEX 3.04, 5.2.16), unless the rover has that one as well. Null without.
+  [[nodiscard]] const ObservedMinusComputed* partner(const ObservedMinusComputed& r,
+                                                     std::span<const ObservedMinusComputed> rover) const {
+    const auto same = std::lower_bound(base.begin(), base.end(), r, before);
+    if (same != base.end() && !before(r, *same)) return &*same;
+    const auto of_carrier = [&](const ObservedMinusComputed& o) {
+      return o.id == r.id && o.signal->carrier_hz == r.signal->carrier_hz;
+    };
+    // A carrier counts once.
+    const bool several = std::count_if(rover.begin(), rover.end(), of_carrier) > 1;
+    const auto other = std::find_if(base.begin(), base.end(), of_carrier);
+    return several || other == base.end() ? nullptr : &*other;
   }
 
   /// The rover's phases that do not follow from those of the epoch before and their Doppler.
@@ -314,18 +330,36 @@ struct RtkFilter::State {
 
   void take_codes() {
     int considered = 0, failed = 0;
+    double sum = 0;
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
     for (const auto& [signal, group] : groups) {
+      Eigen::Matrix3d squares_of = Eigen::Matrix3d::Zero();
+      Eigen::Vector3d sum_of = Eigen::Vector3d::Zero();
+      double weights = 0;
       for (const std::size_t i : ordered(group, false, [](const Difference& d) { return d.code_m; })) {
         const Difference& d = differences[i];
         const SparseRow row = row_of(d, false);
-        const double variance = d.variance * options.code_ratio * options.code_ratio + d.age_variance;
+        const double noise = d.variance * options.code_ratio * options.code_ratio + d.age_variance;
+        const double normalised = std::abs(state.innovation(row, d.code_m, noise).normalised());
         ++considered;
-        if (std::abs(state.innovation(row, d.code_m, variance).normalised()) > options.gate_sigmas) {
+        sum += std::min(normalised * normalised, 25.0);
+        if (normalised > options.gate_sigmas) {
           ++failed;
           continue;
         }
-        state.take(row, d.code_m, variance);
+        state.take(row, d.code_m, noise);
+        const Eigen::Vector3d& e = d.rover->direction;
+        weights += 1 / noise;
+        sum_of += e / noise;
+        squares_of += e * e.transpose() / noise;
       }
+      if (weights > 0) information += squares_of - sum_of * sum_of.transpose() / weights;
+    }
+    code_covariance.setZero();
+    if (information.determinant() > 1e-9) code_covariance = information.inverse();
+    const auto redundant = considered - static_cast<int>(groups.size()) - 3;
+    if (redundant > 3) {
+      code_squares += kSquaresWeight * (std::max(1.0, sum / redundant) - code_squares);
     }
     if (2 * failed > considered && considered > 4) {
       if (!astray_since) astray_since = time;
@@ -505,6 +539,17 @@ struct RtkFilter::State {
 
   // --- the answer
 
+  /// What the filter's covariance lacks while its position follows from codes: their echoes last, and average
+  /// out as slowly as the ambiguities grow old.
+  [[nodiscard]] Eigen::Matrix3d covariance_of_echoes() const {
+    std::vector<double> ages_s;
+    for (const Difference& d : differences) {
+      if (d.used) ages_s.push_back(time - state.slots[*d.slot].begun);
+    }
+    const double age_s = ages_s.empty() ? 0 : median(ages_s);
+    return code_squares * kEchoTime_s / (kEchoTime_s + age_s) * code_covariance;
+  }
+
   [[nodiscard]] std::optional<positioning::Dop> dop_of(const std::vector<gnss::SatelliteId>& used,
                                                        const Eigen::Matrix3d& enu) const {
     std::vector<Eigen::Vector3d> directions;
@@ -526,7 +571,9 @@ struct RtkFilter::State {
   double dt_s = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   BaselineState state;
-  double squares = 1;  // mean of normalised innovations' squares
+  double squares = 1;       // mean of normalised innovations' squares, of phases
+  double code_squares = 1;  // and of codes, 1 or more
+  Eigen::Matrix3d code_covariance = Eigen::Matrix3d::Zero();  // of the codes of the epoch alone
   int fixed_in_a_row = 0;
   double ionosphere_sigma_m = 0, troposphere_sigma_m = 0;
 
@@ -609,7 +656,9 @@ std::optional<Fix> RtkFilter::update(geodesy::GpsTime receiver_time, std::span<c
   fix.position_ecef = s.position + error;
   fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
   const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(fix.position);
-  fix.covariance_enu = std::max(1.0, s.squares) * (enu * covariance * enu.transpose());
+  fix.covariance_enu =
+      enu * (is_fixed ? covariance : covariance + s.covariance_of_echoes()) * enu.transpose();
+  fix.covariance_enu *= std::max(1.0, s.squares);
   positioning::Baseline& baseline = fix.baseline.emplace();
   baseline.kind = fix.solution;
   baseline.moving_base = s.moving;

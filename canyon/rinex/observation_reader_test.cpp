@@ -228,14 +228,14 @@ TEST(RinexObservation, EverySignalHasItsCodes) {
       ++signals;
     }
   }
-  EXPECT_EQ(signals, 20U);
+  EXPECT_EQ(signals, 21U);
   EXPECT_THAT(default_codes(System::GPS, 3.04), ElementsAre("1C", "1S", "1L", "1X", "1P", "1W", "1Y"));
   const gnss::Signal& b1c = gnss::signals_of(System::BeiDou)[1];
   EXPECT_THAT(signal_codes(b1c, 3.02), IsEmpty()) << "1X is B1I's there";
   EXPECT_THAT(signal_codes(b1c, 3.03), ElementsAre("1P", "1X", "1D"));
 }
 
-// Codes of real receivers: every pseudorange of their headers is a signal's, but for encrypted P(Y) on L2.
+// Codes of real receivers: every pseudorange of their headers is a signal's.
 TEST(RinexObservation, RealHeadersAreKnownSignals) {
   std::set<std::string> names;
   for (const char* file : {"rtk-nagoya-20240624/rover.obs",
@@ -251,10 +251,7 @@ TEST(RinexObservation, RealHeadersAreKnownSignals) {
         names.insert(fmt::format("{} {}", gnss::name(signal.id.system), signal.signal->name));
       }
     }
-    for (const auto& [system, codes] : reader.report().unknown_codes) {
-      EXPECT_EQ(system, 'G');
-      EXPECT_THAT(codes, ElementsAre("2W"));
-    }
+    EXPECT_THAT(reader.report().unknown_codes, IsEmpty());
   }
   EXPECT_THAT(names, testing::IsSupersetOf({"GPS L1CA", "GPS L2C", "GPS L5", "GLONASS G1", "GLONASS G2",
                                             "Galileo E1", "Galileo E5a", "Galileo E5b", "BeiDou B1I",
@@ -274,17 +271,18 @@ TEST(RinexObservation, AllSignals) {
                            "E08" + field(8) + field(5) + "\n";
   const auto file = read(text, all_signals());
   EXPECT_THAT(names_of(file.epochs.at(0)),
-              ElementsAre("G05 L1CA 1C 1", "G05 L1C 1L 11", "G05 L2C 2X 2", "G05 L5 5X 5", "G06 L1C 1L 11",
-                          "C06 B1I 2I 1", "C06 B3I 6I 6", "C06 B2b 7D 7", "E08 E5a 5Q 5"));
+              ElementsAre("G05 L1CA 1C 1", "G05 L1C 1L 11", "G05 L2C 2X 2", "G05 L5 5X 5", "G05 L2P 2W 20",
+                          "G06 L1C 1L 11", "G06 L2P 2W 20", "C06 B1I 2I 1", "C06 B3I 6I 6", "C06 B2b 7D 7",
+                          "E08 E5a 5Q 5"));
   const auto& signals = file.epochs[0].signals;
   EXPECT_EQ(signals[3].carrier_phase_cycles, 55);
   EXPECT_EQ(signals[3].loss_of_lock, 1);
   EXPECT_TRUE(signals[0].first());
   EXPECT_FALSE(signals[1].first());
-  EXPECT_FALSE(signals[4].first()) << "L1C does not stand in for C/A where it is read itself";
-  EXPECT_EQ(file.report.observations, 9U);
+  EXPECT_FALSE(signals[5].first()) << "L1C does not stand in for C/A where it is read itself";
+  EXPECT_EQ(file.report.observations, 11U);
   EXPECT_THAT(file.report.warnings(),
-              ElementsAre("1 codes of E not known: 8X", "2 codes of G not known: 2W 9Z"));
+              ElementsAre("1 codes of E not known: 8X", "1 codes of G not known: 9Z"));
 
   // One of each satellite as before.
   const auto one = read(text);

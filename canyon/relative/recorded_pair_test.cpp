@@ -1,0 +1,238 @@
+// A recorded pair of receivers one metre apart: two Septentrio mosaic-X5, 301 epochs, five systems, three
+// bands (rtk-nagoya-20240624), beside its survey and beside RTKLIB's solution of the same files.
+#include "canyon/relative/recorded_pair.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/orbit/broadcast_sky.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
+#include "tests/support/shared_data.hpp"
+
+namespace canyon::relative {
+namespace {
+
+using geodesy::Geodetic;
+using gnss::System;
+using ::testing::HasSubstr;
+
+/// base_position.txt and rover_position.txt.
+const Geodetic kBase = Geodetic::from_degrees(35.134707705, 136.977577939, 104.853);
+const Geodetic kRover = Geodetic::from_degrees(35.13469901, 136.97757549, 104.8626);
+
+class RecordedPair : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    CANYON_SHARED_DATA(folder, "rtk-nagoya-20240624");
+    navigation = rinex::read_rinex_navigation({folder / "base.nav"});
+    sky = std::make_unique<orbit::BroadcastSky>(navigation);
+    rinex::ObservationOptions wanted;
+    wanted.all_signals = true;
+    rover = rinex::read_rinex_observations(folder / "rover.obs", wanted).epochs;
+    recorded_base = rinex::read_rinex_observations(folder / "base.obs", wanted).epochs;
+    options.fix.elevation_mask_rad = geodesy::radians(15);
+    options.fix.correct_troposphere = true;
+  }
+
+  [[nodiscard]] BaseEpochs base(const Geodetic& place = kBase) const {
+    return base_epochs(recorded_base, geodesy::ecef_from_geodetic(place), *sky);
+  }
+  [[nodiscard]] std::vector<PairEpoch> solve(const BaseEpochs& of_base) const {
+    return solve_pair(rover, of_base, *sky, navigation.klobuchar, options);
+  }
+  /// Leaves satellites of these systems alone.
+  void keep(std::initializer_list<System> systems) {
+    for (auto* epochs : {&rover, &recorded_base}) {
+      for (rinex::ObservationEpoch& epoch : *epochs) {
+        std::erase_if(epoch.signals, [&](const rinex::ObservedSignal& s) {
+          return std::find(systems.begin(), systems.end(), s.id.system) == systems.end();
+        });
+      }
+    }
+  }
+
+  gnss::NavigationData navigation;
+  std::unique_ptr<orbit::BroadcastSky> sky;
+  std::vector<rinex::ObservationEpoch> rover, recorded_base;
+  PairOptions options;
+};
+
+Eigen::Vector3d error_enu(const positioning::Fix& fix, const Geodetic& place = kRover) {
+  return geodesy::enu_from_ecef_rotation(place) * (fix.position_ecef - geodesy::ecef_from_geodetic(place));
+}
+
+struct Outcome {
+  double fixed = 0;                  // share of epochs
+  double median_m = 0, worst_m = 0;  // error while fixed
+};
+Outcome outcome(const std::vector<PairEpoch>& epochs, const Geodetic& place = kRover) {
+  std::vector<double> errors;
+  for (const PairEpoch& epoch : epochs) {
+    if (epoch.fix.kind() != positioning::FixKind::Fixed) continue;
+    errors.push_back(error_enu(epoch.fix, place).norm());
+  }
+  std::sort(errors.begin(), errors.end());
+  if (errors.empty()) return {};
+  return {static_cast<double>(errors.size()) / static_cast<double>(epochs.size()), errors[errors.size() / 2],
+          errors.back()};
+}
+
+TEST_F(RecordedPair, AllSystemsOfOneToThreeBands) {
+  for (const std::vector<std::string>& signals :
+       {std::vector<std::string>{"L1CA", "E1", "G1", "B1I"},
+        {"L1CA", "E1", "G1", "B1I", "L2C", "E5b", "G2", "B2I", "B3I"},
+        {}}) {
+    options.signals = signals;
+    const Outcome found = outcome(solve(base()));
+    EXPECT_GE(found.fixed, 0.95) << signals.size();
+    EXPECT_LT(found.median_m, 0.003) << signals.size();
+    EXPECT_LT(found.worst_m, 0.015) << signals.size();
+  }
+}
+
+TEST_F(RecordedPair, GpsAloneOfOneToThreeBands) {
+  keep({System::GPS});
+  for (const std::vector<std::string>& signals :
+       {std::vector<std::string>{"L1CA"}, {"L1CA", "L2C"}, {"L1CA", "L2P"}, {}}) {
+    options.signals = signals;
+    const Outcome found = outcome(solve(base()));
+    EXPECT_GE(found.fixed, 0.95) << signals.size();
+    EXPECT_LT(found.median_m, 0.006) << signals.size();
+    EXPECT_LT(found.worst_m, 0.015) << signals.size();
+  }
+}
+
+// Components of one carrier stand in for each other: their phases are aligned.
+TEST_F(RecordedPair, P2OfTheBaseBesideL2COfTheRover) {
+  keep({System::GPS});
+  for (rinex::ObservationEpoch& epoch : rover) {
+    std::erase_if(epoch.signals,
+                  [](const auto& s) { return s.signal->name == "L2P" || s.signal->name == "L5"; });
+  }
+  for (rinex::ObservationEpoch& epoch : recorded_base) {
+    std::erase_if(epoch.signals,
+                  [](const auto& s) { return s.signal->name == "L2C" || s.signal->name == "L5"; });
+  }
+  const Outcome found = outcome(solve(base()));
+  EXPECT_GE(found.fixed, 0.95);
+  EXPECT_LT(found.worst_m, 0.015);
+}
+
+// Cold starts all over the file.
+TEST_F(RecordedPair, FixesAtOnceWhereverItBegins) {
+  const std::vector<rinex::ObservationEpoch> whole = rover;
+  int at_once = 0, starts = 0;
+  for (std::size_t begin = 0; begin + 5 < whole.size(); begin += 20, ++starts) {
+    rover.assign(whole.begin() + static_cast<std::ptrdiff_t>(begin),
+                 whole.begin() + static_cast<std::ptrdiff_t>(begin + 5));
+    const auto epochs = solve(base());
+    at_once += epochs.front().fix.kind() == positioning::FixKind::Fixed ? 1 : 0;
+    EXPECT_LT(outcome(epochs).worst_m, 0.02) << begin;
+  }
+  EXPECT_GE(at_once, starts - 1);
+}
+
+// rover_rtk.pos: RTKPOST 2.4.3 b34, kinematic, instantaneous, L1 and L2, GLONASS's integers on.
+TEST_F(RecordedPair, AgreesWithRtklib) {
+  CANYON_SHARED_DATA(path, "rtk-nagoya-20240624/rover_rtk.pos");
+  options.rtk.fix_glonass = true;
+  const auto epochs = solve(base());
+  std::ifstream file(path);
+  std::size_t next = 0, compared = 0;
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty() || line.front() == '%') continue;
+    const auto fields = split_blanks(line);
+    ASSERT_GT(fields.size(), 5U);
+    const Geodetic theirs =
+        Geodetic::from_degrees(*parse_double(fields[2]), *parse_double(fields[3]), *parse_double(fields[4]));
+    ASSERT_LT(next, epochs.size());
+    const Eigen::Vector3d apart = error_enu(epochs[next++].fix, theirs);
+    EXPECT_LT(apart.head<2>().norm(), 0.005) << line;
+    EXPECT_LT(std::abs(apart.z()), 0.012) << line;
+    ++compared;
+  }
+  EXPECT_EQ(compared, 301U);
+}
+
+TEST_F(RecordedPair, StatesWhatItErrs) {
+  keep({System::GPS, System::Galileo});
+  const auto epochs = solve(base());
+  double squares = 0, stated = 0;
+  for (const PairEpoch& epoch : epochs) {
+    squares += error_enu(epoch.fix).squaredNorm();
+    stated += epoch.fix.covariance_enu.trace();
+  }
+  EXPECT_GT(stated, 0.5 * squares);
+  EXPECT_LT(stated, 60 * squares);
+}
+
+// A base whose stated place is wrong by metres moves the rover by as much.
+TEST_F(RecordedPair, AWrongPlaceOfTheBaseIsInTheFix) {
+  const Eigen::Vector3d wrong_enu(20, -10, 5);
+  const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(kBase);
+  const Geodetic place =
+      geodesy::geodetic_from_ecef(geodesy::ecef_from_geodetic(kBase) + enu.transpose() * wrong_enu);
+  const auto epochs = solve(base(place));
+  EXPECT_LT((error_enu(epochs.back().fix) - wrong_enu).norm(), 0.05);
+}
+
+// Clocks a millisecond apart, and a base that sends every fifth epoch.
+TEST_F(RecordedPair, ClocksApartAndASlowBase) {
+  BaseEpochs slow;
+  for (const auto& epoch : base()) {
+    Corrections late = *epoch;
+    late.receiver_time = late.receiver_time + 1e-3;
+    for (SignalMeasurement& m : late.observations) {
+      m.measurement.pseudorange_m += 1e-3 * geodesy::kSpeedOfLight;
+      if (m.measurement.carrier_phase_cycles) {
+        *m.measurement.carrier_phase_cycles += 1e-3 * m.measurement.carrier_frequency_hz;
+      }
+      m.measurement.phase_since = rover.front().receiver_time;
+    }
+    if (slow.empty() || late.receiver_time - slow.back()->receiver_time > 4.5) {
+      slow.push_back(std::make_shared<const Corrections>(std::move(late)));
+    }
+  }
+  const auto epochs = solve(slow);
+  const Outcome found = outcome(epochs);
+  EXPECT_GE(found.fixed, 0.95);
+  EXPECT_LT(found.median_m, 0.012);
+  double oldest_s = 0;
+  for (const PairEpoch& epoch : epochs) oldest_s = std::max(oldest_s, epoch.fix.correction_age_s.value_or(0));
+  EXPECT_NEAR(oldest_s, 4, 0.01);
+}
+
+TEST_F(RecordedPair, RefusesWhatHasNothingInCommon) {
+  const auto problem = [&](const auto& call) -> std::string {
+    try {
+      (void)call();
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  BaseEpochs elsewhen;
+  for (const auto& epoch : base()) {
+    Corrections other = *epoch;
+    other.receiver_time = other.receiver_time + 86'400.0;
+    elsewhen.push_back(std::make_shared<const Corrections>(std::move(other)));
+  }
+  EXPECT_THAT(problem([&] { return solve(elsewhen); }), HasSubstr("share no time"));
+  EXPECT_THAT(problem([&] { return solve({}); }), HasSubstr("the base has no epoch"));
+  for (rinex::ObservationEpoch& epoch : recorded_base) {
+    std::erase_if(epoch.signals, [](const auto& s) { return s.id.system != System::GPS; });
+  }
+  const BaseEpochs gps = base();
+  keep({System::Galileo});
+  EXPECT_THAT(problem([&] { return solve(gps); }), HasSubstr("same systems and bands"));
+}
+
+}  // namespace
+}  // namespace canyon::relative

@@ -1,0 +1,191 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/base/statistics.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/relative/recorded_pair.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "cli/commands.hpp"
+#include "cli/field_option.hpp"
+#include "cli/progress.hpp"
+
+namespace canyon::cli {
+namespace {
+
+using geodesy::Geodetic;
+using positioning::FixKind;
+
+struct RtkArguments {
+  std::string rover, base, base_place, truth, truth_format = "csv", systems, out;
+  std::vector<std::string> navigation, signals;
+  relative::PairOptions options;
+  bool allow_stale = false, quiet = false;
+};
+
+/// The place of the base's antenna: as given, else that of the file's header.
+Eigen::Vector3d place_of_base(const RtkArguments& arguments, const rinex::ObservationHeader& header) {
+  if (!arguments.base_place.empty()) {
+    return geodesy::ecef_from_geodetic(parse_place(arguments.base_place, "--base-position"));
+  }
+  if (!header.approximate_position_ecef) {
+    throw InputError(arguments.base, 0, "the header has no position of the base's antenna",
+                     "give --base-position LATITUDE,LONGITUDE,HEIGHT");
+  }
+  Eigen::Vector3d place = *header.approximate_position_ecef;
+  if (header.antenna_delta_hen) {
+    const Eigen::Vector3d& hen = *header.antenna_delta_hen;
+    const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(place));
+    place += enu.transpose() * Eigen::Vector3d(hen.y(), hen.z(), hen.x());
+  }
+  const Geodetic at = geodesy::geodetic_from_ecef(place);
+  print_warnings(
+      {fmt::format("the base stands where its file's header says, {:.9f},{:.9f},{:.4f}: errors of "
+                   "that are errors of the rover; --base-position gives a surveyed place",
+                   geodesy::degrees(at.latitude_rad), geodesy::degrees(at.longitude_rad), at.height_m)});
+  return place;
+}
+
+rinex::RinexObservations read(const std::string& path, const RtkArguments& arguments) {
+  rinex::ObservationOptions wanted;
+  wanted.all_signals = true;
+  if (!arguments.systems.empty()) wanted.systems = parse_systems(arguments.systems);
+  rinex::RinexObservations recorded = rinex::read_rinex_observations(path, wanted);
+  print_warnings(recorded.report.warnings());
+  return recorded;
+}
+
+/// Where the rover truly was: at one place, or along a trajectory.
+std::function<std::optional<Geodetic>(geodesy::GpsTime)> read_truth(const RtkArguments& arguments,
+                                                                    geodesy::GpsTime start) {
+  if (arguments.truth.empty()) return [](geodesy::GpsTime) { return std::nullopt; };
+  if (parse_numbers(arguments.truth).size() == 3) {
+    const Geodetic place = parse_place(arguments.truth, "--truth");
+    return [place](geodesy::GpsTime) { return std::optional(place); };
+  }
+  check_trajectory_format(arguments.truth_format);
+  auto path = simulation::read_trajectory(arguments.truth, arguments.truth_format, start);
+  return [path](geodesy::GpsTime time) -> std::optional<Geodetic> {
+    if (time < path.begin() || time > path.end()) return std::nullopt;
+    return path.at(time).position;
+  };
+}
+
+/// Errors of one kind of fix [m].
+struct Errors {
+  std::size_t count = 0;
+  std::vector<double> horizontal, vertical;
+};
+
+void print_kinds(const std::vector<relative::PairEpoch>& epochs,
+                 const std::function<std::optional<Geodetic>(geodesy::GpsTime)>& truth) {
+  constexpr std::array kKinds{FixKind::Fixed, FixKind::Float, FixKind::Differential, FixKind::Single,
+                              FixKind::None};
+  std::map<FixKind, Errors> by_kind;
+  for (const relative::PairEpoch& epoch : epochs) {
+    Errors& errors = by_kind[epoch.fix.kind()];
+    ++errors.count;
+    if (!epoch.fix.solved()) continue;
+    const auto place = truth(epoch.receiver_time);
+    if (!place) continue;
+    const Eigen::Vector3d error = geodesy::enu_from_ecef_rotation(*place) *
+                                  (epoch.fix.position_ecef - geodesy::ecef_from_geodetic(*place));
+    errors.horizontal.push_back(error.head<2>().norm());
+    errors.vertical.push_back(std::abs(error.z()));
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const FixKind kind : kKinds) {
+    const Errors& errors = by_kind[kind];
+    if (errors.count == 0) continue;
+    const auto figure = [](const std::vector<double>& values, double p) {
+      const std::optional<double> at = quantile(values, p);
+      return at ? fmt::format("{:.4f}", *at) : std::string("-");
+    };
+    rows.push_back({std::string(positioning::name(kind)), std::to_string(errors.count),
+                    fmt::format("{:.1f}", 100.0 * static_cast<double>(errors.count) /
+                                              static_cast<double>(epochs.size())),
+                    figure(errors.horizontal, 0.5), figure(errors.horizontal, 0.95),
+                    figure(errors.vertical, 0.5), figure(errors.vertical, 0.95)});
+  }
+  print_table({"fix", "epochs", "[%]", "horizontal p50 [m]", "p95 [m]", "vertical p50 [m]", "p95 [m]"}, rows);
+}
+
+int run_rtk(const RtkArguments& arguments) {
+  const rinex::RinexObservations rover = read(arguments.rover, arguments);
+  const geodesy::GpsTime first = rover.epochs.front().receiver_time;
+  simulation::SkyConfig config;
+  config.navigation.assign(arguments.navigation.begin(), arguments.navigation.end());
+  config.allow_stale = arguments.allow_stale;
+  config.systems = arguments.systems.empty()
+                       ? std::set(gnss::kConstellations.begin(), gnss::kConstellations.end())
+                       : parse_systems(arguments.systems);
+  const rinex::RinexObservations base_file = read(arguments.base, arguments);
+  const Eigen::Vector3d place = place_of_base(arguments, base_file.header);
+  const simulation::BuiltSky sky = simulation::build_sky(config, first, rover.epochs.back().receiver_time,
+                                                         geodesy::geodetic_from_ecef(place));
+  print_warnings(sky.warnings);
+  const relative::BaseEpochs base = relative::base_epochs(base_file.epochs, place, *sky.sky);
+  const auto truth = read_truth(arguments, first);
+
+  std::vector<relative::PairEpoch> epochs;
+  {
+    Progress progress("epochs", arguments.quiet);
+    epochs = relative::solve_pair(rover.epochs, base, *sky.sky, sky.navigation.klobuchar, arguments.options,
+                                  progress.callback());
+  }
+  print_kinds(epochs, truth);
+  const auto fixed = std::find_if(epochs.begin(), epochs.end(), [](const relative::PairEpoch& epoch) {
+    return epoch.fix.kind() == FixKind::Fixed;
+  });
+  if (fixed != epochs.end()) {
+    const positioning::Baseline& baseline = *fixed->fix.baseline;
+    fmt::print("\nfirst fixed after {:.1f} s; {} satellites; baseline {:.3f} m\n",
+               fixed->receiver_time - first, fixed->fix.used.size(), baseline.length_m());
+  }
+  if (!arguments.out.empty()) {
+    write_file(arguments.out, relative::rtklib_solutions(epochs, "canyon " CANYON_VERSION));
+    fmt::print("{} written\n", arguments.out);
+  }
+  return kOk;
+}
+
+}  // namespace
+
+void add_rtk(Command& app) {
+  Command& command =
+      app.add_command("rtk", "solve a recorded rover beside a recorded base: float and fixed positions");
+  command.footer =
+      "canyon rtk rover.obs base.obs --nav base.nav --base-position 35.134707705,136.977577939,104.853";
+  RtkArguments& arguments = command.run_with(run_rtk);
+  relative::PairOptions& options = arguments.options;
+  options.fix.correct_troposphere = true;
+  command.add_option("rover", arguments.rover, "ROVER", "RINEX observations of the rover (2, 3, 4; .gz too)")
+      .required();
+  command.add_option("base", arguments.base, "BASE", "RINEX observations of the base").required();
+  command.add_option("--nav", arguments.navigation, "FILE", "RINEX navigation files").required();
+  command.add_option("--base-position", arguments.base_place, "LAT,LON,HEIGHT",
+                     "antenna of the base, degrees and metres (its file's header)");
+  command.add_option("--truth", arguments.truth, "PLACE|FILE",
+                     "where the rover was: LAT,LON,HEIGHT, or a trajectory; errors are printed");
+  command.add_option("--format", arguments.truth_format, "F", "of the trajectory (csv)");
+  command.add_option("--systems", arguments.systems, "LIST", "only these: GPS,GLONASS,Galileo,BeiDou,QZSS");
+  command
+      .add_option("--signals", options.signals, "NAME",
+                  "only these: L1CA L2C E1 E5b ...; `canyon profiles signals` lists all")
+      .repeated();
+  add_field(command, "--mask", options.fix, "elevation_mask_deg");
+  add_field(command, "--integers", options.rtk, "integers");
+  add_field(command, "--ratio", options.rtk, "ratio");
+  add_field(command, "--fix-glonass", options.rtk, "fix_glonass");
+  command.add_option("--max-age", options.max_age_s, "S", "base epochs that are older are not used [s] (60)")
+      .within(0, 3600);
+  command.add_flag("--allow-stale", arguments.allow_stale, "take ephemerides older than their system allows");
+  command.add_option("--out", arguments.out, "FILE", "write the solutions as RTKLIB does (.pos)");
+  command.add_flag("--quiet", arguments.quiet, "no progress");
+}
+
+}  // namespace canyon::cli
