@@ -96,6 +96,57 @@ struct HostPort {
   int port;
 };
 
+/// A connection to a server, taken up again where it is lost.
+class TcpClient final : public Transport {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// Looks the host up, which waits for the system's resolver. The first serve() connects. After a failure it
+  /// waits for `first_pause`, each further time twice as long, up to `longest_pause`.
+  /// Throws InputError for an unknown host.
+  explicit TcpClient(const HostPort& to, Clock::duration first_pause = kRetry,
+                     Clock::duration longest_pause = kRetry);
+
+  /// What each connection sends first.
+  void begin(std::string_view bytes) override { first_ = bytes; }
+  void send(std::string_view bytes) override;
+  void serve() override;
+  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
+  void add_handles(std::vector<int>& handles) const override;
+  void finish(const std::optional<Correction>& correction) override;
+  [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
+
+  /// Neither connected nor about to be.
+  [[nodiscard]] bool away() const { return state_ == State::Away; }
+  [[nodiscard]] std::uint64_t connections() const { return connections_; }  ///< made so far
+  [[nodiscard]] std::uint64_t failures() const { return failures_; }        ///< to connect, so far
+  /// Lets go of the server until the pause is over.
+  void leave();
+  /// The server is a good one: the next pause is the first one again.
+  void reset_pause() { pause_ = first_pause_; }
+
+ private:
+  enum class State { Away, Connecting, Connected };
+  static constexpr auto kLongestConnect = std::chrono::seconds(10);
+
+  void connect();
+  void see_whether_connected();
+  void fail();
+
+  std::string name_;
+  asio::io_context io_;
+  asio::ip::tcp::endpoint server_;
+  asio::ip::tcp::socket socket_{io_};
+  State state_ = State::Away;
+  Clock::duration first_pause_, longest_pause_, pause_;
+  Clock::time_point next_try_, given_up_;
+  std::uint64_t connections_ = 0, failures_ = 0;
+  Inbox received_;
+  std::string first_, backlog_;
+  std::vector<std::string> notes_;
+  bool said_away_ = false;
+};
+
 [[nodiscard]] std::unique_ptr<Transport> make_tcp_server(const HostPort& at);
 [[nodiscard]] std::unique_ptr<Transport> make_tcp_client(const HostPort& to);
 [[nodiscard]] std::unique_ptr<Transport> make_udp(const HostPort& to);
