@@ -96,6 +96,15 @@ struct HostPort {
   int port;
 };
 
+struct NtripAddress {
+  HostPort at;
+  std::string user, password;  ///< both empty: the mount point is open
+  std::string mount;           ///< letters, digits and . _ - + alone
+
+  /// What Authorization has behind "Basic" (RFC 7617); empty where the mount point is open.
+  [[nodiscard]] std::string credentials() const;
+};
+
 /// A connection to a server, taken up again where it is lost.
 class TcpClient final : public Transport {
  public:
@@ -156,6 +165,14 @@ class TcpClient final : public Transport {
                                                               std::optional<int> baud);
 [[nodiscard]] std::unique_ptr<Transport> make_serial(const std::string& device, int baud);
 [[nodiscard]] std::unique_ptr<Transport> make_standard_input();
+[[nodiscard]] std::unique_ptr<Transport> make_ntrip_mount(const NtripAddress& at);
+
+/// "127.0.0.1:10110" as host and port. Throws InputError, naming the whole address, for anything else.
+[[nodiscard]] HostPort host_and_port(std::string_view rest, std::string_view address);
+/// "ntrip://USER:PASSWORD@HOST:PORT/MOUNT", by any scheme. Throws InputError for anything else.
+[[nodiscard]] NtripAddress ntrip_address(std::string_view address);
+/// Bytes as one chunk of HTTP/1.1; none are the last chunk (RFC 9112, section 7.1).
+[[nodiscard]] std::string http_chunk(std::string_view bytes);
 
 /// An address to listen at. Throws InputError for what is none of this machine's form.
 [[nodiscard]] asio::ip::address_v4 listening_address(const HostPort& at);
