@@ -90,7 +90,7 @@ int run_live(const LiveArguments& arguments) {
   for (const auto& source : session.scenario().live->poses) note("poses       from " + source.from);
   for (const auto& stream : session.scenario().live->streams) {
     note(fmt::format("stream      {}{}{} to {}", stream.receiver, stream.receiver.empty() ? "" : "/",
-                     stream.format, stream.address));
+                     stream.format, transport::hide_password(stream.address)));
   }
 
   const std::atomic<bool>& stop = catch_interrupts();

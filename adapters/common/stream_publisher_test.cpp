@@ -6,10 +6,10 @@
 #include <future>
 
 #include "adapters/common/stream_publisher.hpp"
-#include "adapters/common/testing/child_process.hpp"
 #include "adapters/common/testing/sample_report.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/output/nmea.hpp"
+#include "tests/support/child_process.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/local_connection.hpp"
 #include "tests/support/program.hpp"

@@ -9,10 +9,10 @@
 #include <optional>
 
 #include "adapters/common/msgs/gnss_message.hpp"
-#include "adapters/common/testing/child_process.hpp"
 #include "adapters/common/testing/sample_report.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
+#include "tests/support/child_process.hpp"
 #include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 

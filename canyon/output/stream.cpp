@@ -9,11 +9,30 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/simulation/scenario.hpp"
 
 namespace canyon::output {
+namespace {
+
+transport::StreamDescription stream_description(const Format& format, const ReceiverDescription& receiver) {
+  transport::StreamDescription stream{
+      receiver.name, format.name == "rtcm" ? "RTCM 3.3" : std::string(format.name), {}, {}, {}};
+  for (const gnss::System system : receiver.systems) {
+    stream.systems += fmt::format("{}{}", stream.systems.empty() ? "" : "+", gnss::name(system));
+  }
+  if (receiver.station_ecef) {
+    const geodesy::Geodetic place = geodesy::geodetic_from_ecef(*receiver.station_ecef);
+    stream.latitude_deg = geodesy::degrees(place.latitude_rad);
+    stream.longitude_deg = geodesy::degrees(place.longitude_rad);
+  }
+  return stream;
+}
+
+}  // namespace
 
 EncodedStream::EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<transport::Link> link,
                              std::size_t receiver, const StreamOptions& options, std::uint64_t seed)
@@ -123,13 +142,14 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
   const Format& format = format_named(request.format);
   if (!format.live && !transport::is_file_address(request.address)) {
     throw InputError(fmt::format("{} is whole only at the end of a run and cannot go to '{}'", format.name,
-                                 request.address),
+                                 transport::hide_password(request.address)),
                      fmt::format("write it to a file, {}=file:{}", format.name, format.file));
   }
   if (transport::is_input_address(request.address)) {
-    throw InputError(fmt::format("nothing can be sent to '{}'", request.address),
+    throw InputError(fmt::format("nothing can be sent to '{}'", transport::hide_password(request.address)),
                      fmt::format("write {}", transport::address_forms()));
   }
+  link->transport().describe(stream_description(format, description));
   return std::make_unique<EncodedStream>(format.make(description), std::move(link), receiver,
                                          request.options);
 }
@@ -147,8 +167,8 @@ std::size_t find_receiver(const StreamRequest& request, const std::vector<std::s
     throw InputError(request.receiver.empty()
                          ? fmt::format("the stream '{}' does not say of which receiver", request.format)
                          : fmt::format("the scenario has no receiver '{}'", request.receiver),
-                     fmt::format("write RECEIVER/{}={}; receivers: {}", request.format, request.address,
-                                 fmt::join(names, ", ")));
+                     fmt::format("write RECEIVER/{}={}; receivers: {}", request.format,
+                                 transport::hide_password(request.address), fmt::join(names, ", ")));
   }
   return static_cast<std::size_t>(at - names.begin());
 }

@@ -81,6 +81,23 @@ TEST(Stream, TakesOneReceiversEpochsToATcpClient) {
   EXPECT_EQ(client.read(expected.size() + 1), expected);
 }
 
+TEST(Stream, TellsAnNtripCasterWhatItSends) {
+  const int port = test::free_port();
+  ReceiverDescription description{"base"};
+  description.systems = {gnss::System::GPS, gnss::System::Galileo};
+  description.station_ecef = geodesy::ecef_from_geodetic(geodesy::Geodetic::from_degrees(-22.3, 114.17, 5));
+  const auto stream = open_stream(
+      parse_stream("base/rtcm=ntrip-caster://127.0.0.1:" + std::to_string(port) + "/BASE"), 0, description);
+  test::LocalConnection client(port);
+  client.say("GET / HTTP/1.0\r\n\r\n");
+  for (int step = 0; step < 3; ++step) stream->serve();  // it is accepted, answered, and gets the end
+  EXPECT_THAT(client.read(10'000), HasSubstr("\r\nSTR;BASE;base;RTCM 3.3;;;GPS+Galileo;;;-22.30;114.17;"));
+  const auto open = [] { (void)open_stream(parse_stream("rtcm=ntrip://a:secret@127.0.0.1:1/C"), 0, {}); };
+  const InputError sent = error_of(open);
+  EXPECT_THAT(sent.problem(), HasSubstr("nothing can be sent to 'ntrip://a:...@127.0.0.1:1/C'"));
+  EXPECT_THAT(sent.cure(), HasSubstr("ntrip-source://"));
+}
+
 /// Says back what it receives, and asks for a baud rate.
 class Echo final : public Encoder {
   std::string encode(const simulation::Epoch&) override { return "e"; }

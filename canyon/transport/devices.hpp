@@ -96,6 +96,66 @@ struct HostPort {
   int port;
 };
 
+struct NtripAddress {
+  HostPort at;
+  std::string user, password;  ///< both empty: the mount point is open
+  std::string mount;           ///< letters, digits and . _ - + alone
+
+  /// What Authorization has behind "Basic" (RFC 7617); empty where the mount point is open.
+  [[nodiscard]] std::string credentials() const;
+};
+
+/// A connection to a server, taken up again where it is lost.
+class TcpClient final : public Transport {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// Looks the host up, which waits for the system's resolver. The first serve() connects. After a failure it
+  /// waits for `first_pause`, each further time twice as long, up to `longest_pause`.
+  /// Throws InputError for an unknown host.
+  explicit TcpClient(const HostPort& to, Clock::duration first_pause = kRetry,
+                     Clock::duration longest_pause = kRetry);
+
+  /// What each connection sends first.
+  void begin(std::string_view bytes) override { first_ = bytes; }
+  void send(std::string_view bytes) override;
+  void serve() override;
+  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
+  void add_handles(std::vector<int>& handles) const override;
+  void finish(const std::optional<Correction>& correction) override;
+  [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
+
+  /// Neither connected nor about to be.
+  [[nodiscard]] bool away() const { return state_ == State::Away; }
+  [[nodiscard]] std::uint64_t connections() const { return connections_; }  ///< made so far
+  [[nodiscard]] std::uint64_t failures() const { return failures_; }        ///< to connect, so far
+  /// Lets go of the server until the pause is over.
+  void leave();
+  /// The server is a good one: the next pause is the first one again.
+  void reset_pause() { pause_ = first_pause_; }
+
+ private:
+  enum class State { Away, Connecting, Connected };
+  static constexpr auto kLongestConnect = std::chrono::seconds(10);
+
+  void connect();
+  void see_whether_connected();
+  void fail();
+
+  std::string name_;
+  asio::io_context io_;
+  asio::ip::tcp::endpoint server_;
+  asio::ip::tcp::socket socket_{io_};
+  State state_ = State::Away;
+  Clock::duration first_pause_, longest_pause_, pause_;
+  Clock::time_point next_try_, given_up_;
+  std::uint64_t connections_ = 0, failures_ = 0;
+  Inbox received_;
+  std::string first_, backlog_;
+  std::vector<std::string> notes_;
+  bool said_away_ = false;
+};
+
 [[nodiscard]] std::unique_ptr<Transport> make_tcp_server(const HostPort& at);
 [[nodiscard]] std::unique_ptr<Transport> make_tcp_client(const HostPort& to);
 [[nodiscard]] std::unique_ptr<Transport> make_udp(const HostPort& to);
@@ -105,6 +165,14 @@ struct HostPort {
                                                               std::optional<int> baud);
 [[nodiscard]] std::unique_ptr<Transport> make_serial(const std::string& device, int baud);
 [[nodiscard]] std::unique_ptr<Transport> make_standard_input();
+[[nodiscard]] std::unique_ptr<Transport> make_ntrip_mount(const NtripAddress& at);
+
+/// "127.0.0.1:10110" as host and port. Throws InputError, naming the whole address, for anything else.
+[[nodiscard]] HostPort host_and_port(std::string_view rest, std::string_view address);
+/// "ntrip://USER:PASSWORD@HOST:PORT/MOUNT", by any scheme. Throws InputError for anything else.
+[[nodiscard]] NtripAddress ntrip_address(std::string_view address);
+/// Bytes as one chunk of HTTP/1.1; none are the last chunk (RFC 9112, section 7.1).
+[[nodiscard]] std::string http_chunk(std::string_view bytes);
 
 /// An address to listen at. Throws InputError for what is none of this machine's form.
 [[nodiscard]] asio::ip::address_v4 listening_address(const HostPort& at);

@@ -4,6 +4,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/transport/devices.hpp"
+#include "canyon/transport/ntrip.hpp"
 
 namespace canyon::transport {
 namespace {
@@ -21,17 +22,6 @@ class File final : public Transport {
   OutputFile file_;
 };
 
-/// "127.0.0.1:10110" as host and port.
-HostPort host_and_port(std::string_view rest, std::string_view address) {
-  const std::size_t colon = rest.rfind(':');
-  const auto port = colon == std::string_view::npos ? std::nullopt : parse_integer(rest.substr(colon + 1));
-  if (!port || *port < 1 || *port > 65535 || colon == 0) {
-    throw InputError(fmt::format("'{}' has no host and port", address),
-                     "write HOST:PORT, such as 127.0.0.1:10110, with a port of 1 to 65535");
-  }
-  return {std::string(rest.substr(0, colon)), static_cast<int>(*port)};
-}
-
 /// What follows `start` in `text`; empty for other texts.
 std::optional<std::string_view> behind(std::string_view text, std::string_view start) {
   if (text.substr(0, start.size()) != start) return std::nullopt;
@@ -40,17 +30,38 @@ std::optional<std::string_view> behind(std::string_view text, std::string_view s
 
 }  // namespace
 
+HostPort host_and_port(std::string_view rest, std::string_view address) {
+  const std::size_t colon = rest.rfind(':');
+  const auto port = colon == std::string_view::npos ? std::nullopt : parse_integer(rest.substr(colon + 1));
+  if (!port || *port < 1 || *port > 65535 || colon == 0) {
+    throw InputError(fmt::format("'{}' has no host and port", hide_password(address)),
+                     "write HOST:PORT, such as 127.0.0.1:10110, with a port of 1 to 65535");
+  }
+  return {std::string(rest.substr(0, colon)), static_cast<int>(*port)};
+}
+
 bool is_file_address(std::string_view address) {
   return behind(address, "file:").has_value();
 }
 
 bool is_input_address(std::string_view address) {
-  return address == "stdin:";
+  return address == "stdin:" || behind(address, "ntrip://");
+}
+
+std::string hide_password(std::string_view text) {
+  const std::size_t begin = text.find("://"), end = text.rfind('@');
+  if (begin == std::string_view::npos || end == std::string_view::npos || end < begin) {
+    return std::string(text);
+  }
+  const std::size_t colon = std::min(text.find(':', begin + 3), end);
+  return fmt::format("{}:...{}", text.substr(0, colon), text.substr(end));
 }
 
 const char* address_forms() {
   return "tcp://127.0.0.1:PORT (a server), tcp-connect://HOST:PORT, udp://HOST:PORT, "
-         "udp-listen://127.0.0.1:PORT, pty:, pty:LINK[@BAUD], serial:DEVICE@BAUD, file:PATH";
+         "udp-listen://127.0.0.1:PORT, pty:, pty:LINK[@BAUD], serial:DEVICE@BAUD, "
+         "ntrip-caster://[USER:PASSWORD@]127.0.0.1:PORT/MOUNT, ntrip-source://USER:PASSWORD@HOST:PORT/MOUNT, "
+         "file:PATH";
 }
 
 std::unique_ptr<Transport> open_transport(std::string_view address) {
@@ -64,6 +75,10 @@ std::unique_ptr<Transport> open_transport(std::string_view address) {
                                                                {"udp-listen://", make_udp_listener}};
   for (const auto& [start, make] : kHosts) {
     if (const auto rest = behind(address, start)) return make(host_and_port(*rest, address));
+  }
+  if (behind(address, "ntrip-caster://")) return make_ntrip_mount(ntrip_address(address));
+  if (behind(address, "ntrip://") || behind(address, "ntrip-source://")) {
+    return std::make_unique<NtripClient>(address);
   }
   const auto baud_behind = [](std::string_view text, std::size_t at) -> std::optional<int> {
     const auto baud = at == std::string_view::npos ? std::nullopt : parse_integer(text.substr(at + 1));
@@ -85,7 +100,8 @@ std::unique_ptr<Transport> open_transport(std::string_view address) {
     }
     return make_serial(std::string(rest->substr(0, at)), *baud);
   }
-  throw InputError(fmt::format("'{}' is no address", address), fmt::format("write {}", address_forms()));
+  throw InputError(fmt::format("'{}' is no address", hide_password(address)),
+                   fmt::format("write {}", address_forms()));
 }
 
 }  // namespace canyon::transport

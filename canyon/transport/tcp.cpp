@@ -61,6 +61,7 @@ struct Client {
   /// It closed its side: it has no more to say but may still read (`nc` whose input has ended); a send finds
   /// out. The first to go where there is no room.
   bool silent = false;
+  bool leaving = false;  ///< close() was called: it gets its backlog, then the end of the stream
 };
 
 }  // namespace
@@ -68,6 +69,7 @@ struct Client {
 struct TcpServer::Impl {
   asio::io_context io;
   tcp::acceptor acceptor;
+  std::size_t most;
   std::vector<Client> clients;
   std::uint64_t accepted = 0;
   Inbox received;
@@ -75,7 +77,7 @@ struct TcpServer::Impl {
   std::vector<std::string> notes;
   bool full = false;  ///< said so already
 
-  explicit Impl(const HostPort& at) : acceptor(listen_on(io, at)) {
+  Impl(const HostPort& at, std::size_t most_clients) : acceptor(listen_on(io, at)), most(most_clients) {
     if (!listening_address(at).is_loopback()) {
       notes.push_back(fmt::format("port {} is open to other machines", at.port));
     }
@@ -93,19 +95,19 @@ struct TcpServer::Impl {
 
   void accept_clients() {
     // At most as many in one call as may be held, so that one who connects in a loop cannot keep us here.
-    for (std::size_t i = 0; i < kMaxClients; ++i) {
+    for (std::size_t i = 0; i < most; ++i) {
       tcp::socket socket(io);
       error_code error;
       acceptor.accept(socket, error);
       if (error) return;
-      if (clients.size() == kMaxClients) {
-        const auto silent =
-            std::find_if(clients.begin(), clients.end(), [](const Client& client) { return client.silent; });
-        if (silent != clients.end()) clients.erase(silent);
+      if (clients.size() == most) {
+        const auto gone = std::find_if(clients.begin(), clients.end(), [](const Client& client) {
+          return client.silent || (client.leaving && client.backlog.empty());
+        });
+        if (gone != clients.end()) clients.erase(gone);
       }
-      if (clients.size() == kMaxClients) {
-        if (!full)
-          notes.push_back(fmt::format("more than {} clients: the rest are turned away", kMaxClients));
+      if (clients.size() == most) {
+        if (!full) notes.push_back(fmt::format("more than {} clients: the rest are turned away", most));
         full = true;
         continue;
       }
@@ -118,19 +120,39 @@ struct TcpServer::Impl {
   }
 };
 
-TcpServer::TcpServer(int port, const std::string& host)
-    : impl_(std::make_unique<Impl>(HostPort{host, port})) {}
+TcpServer::TcpServer(int port, const std::string& host, std::size_t most)
+    : impl_(std::make_unique<Impl>(HostPort{host, port}, most)) {}
 TcpServer::~TcpServer() = default;
 
 std::size_t TcpServer::clients() const {
   return impl_->clients.size();
 }
 
+std::vector<std::uint64_t> TcpServer::readers() const {
+  std::vector<std::uint64_t> numbers;
+  for (const Client& client : impl_->clients) {
+    if (!client.leaving) numbers.push_back(client.number);
+  }
+  return numbers;
+}
+
+void TcpServer::close(std::uint64_t reader) {
+  for (Client& client : impl_->clients) client.leaving = client.leaving || client.number == reader;
+}
+
 void TcpServer::serve() {
   std::erase_if(impl_->clients, [this](Client& client) {
-    const Line line = client.silent ? Line::Ended : listen(client.socket, client.number, impl_->received);
+    Inbox nobody;
+    const Line line = client.silent
+                          ? Line::Ended
+                          : listen(client.socket, client.number, client.leaving ? nobody : impl_->received);
     client.silent = line == Line::Ended;
-    return line == Line::Broken || !flush(client.socket, client.backlog);
+    if (line == Line::Broken || !flush(client.socket, client.backlog)) return true;
+    if (!client.leaving || !client.backlog.empty()) return false;
+    // A socket that is closed with bytes unread takes back what the other end has not read yet.
+    error_code error;
+    client.socket.shutdown(tcp::socket::shutdown_send, error);
+    return client.silent;
   });
   impl_->accept_clients();
 }
@@ -172,117 +194,111 @@ std::vector<std::string> TcpServer::take_notes() {
   return std::exchange(impl_->notes, {});
 }
 
-namespace {
-
-class TcpClient final : public Transport {
- public:
-  explicit TcpClient(const HostPort& to) : name_(fmt::format("{}:{}", to.host, to.port)) {
-    error_code error;
-    const auto found = tcp::resolver(io_).resolve(tcp::v4(), to.host, std::to_string(to.port), error);
-    if (error) {
-      throw InputError(fmt::format("'{}' is no host: {}", to.host, error.message()),
-                       "write tcp-connect://HOST:PORT with a host that this machine knows");
-    }
-    server_ = found.begin()->endpoint();
-    serve();
+TcpClient::TcpClient(const HostPort& to, Clock::duration first_pause, Clock::duration longest_pause)
+    : name_(fmt::format("{}:{}", to.host, to.port)),
+      first_pause_(first_pause),
+      longest_pause_(longest_pause),
+      pause_(first_pause) {
+  error_code error;
+  const auto found = tcp::resolver(io_).resolve(tcp::v4(), to.host, std::to_string(to.port), error);
+  if (error) {
+    throw InputError(fmt::format("'{}' is no host: {}", to.host, error.message()),
+                     "write HOST:PORT with a host that this machine knows");
   }
+  server_ = found.begin()->endpoint();
+}
 
-  void begin(std::string_view bytes) override { first_ = bytes; }
-  void send(std::string_view bytes) override {
-    if (state_ == State::Away) return;
-    if (backlog_.size() + bytes.size() > kMaxBacklog) {
-      notes_.push_back(fmt::format("{} does not read: connected anew", name_));
-      leave();
-      return;
-    }
-    backlog_ += bytes;
-    serve();
-  }
-  void serve() override {
-    if (state_ == State::Away) connect();
-    if (state_ == State::Connecting) see_whether_connected();
-    if (state_ != State::Connected) return;
-    if (listen(socket_, 0, received_) == Line::Open && flush(socket_, backlog_)) return;
-    notes_.push_back(fmt::format("{} is gone: tried again every second", name_));
+void TcpClient::send(std::string_view bytes) {
+  if (state_ == State::Away) return;
+  if (backlog_.size() + bytes.size() > kMaxBacklog) {
+    notes_.push_back(fmt::format("{} does not read: connected anew", name_));
     leave();
+    return;
   }
-  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
-  void add_handles(std::vector<int>& handles) const override {
-    if (state_ == State::Connected) handles.push_back(const_cast<tcp::socket&>(socket_).native_handle());
-  }
-  void finish(const std::optional<Correction>&) override {
-    if (state_ != State::Connected) return;
-    asio::async_write(socket_, asio::buffer(backlog_), [](const error_code&, std::size_t) {});
-    io_.run_for(kPatience);
-  }
-  [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
+  backlog_ += bytes;
+  serve();
+}
 
- private:
-  enum class State { Away, Connecting, Connected };
-  using Clock = std::chrono::steady_clock;
+void TcpClient::serve() {
+  if (state_ == State::Away) connect();
+  if (state_ == State::Connecting) see_whether_connected();
+  if (state_ != State::Connected) return;
+  if (listen(socket_, 0, received_) == Line::Open && flush(socket_, backlog_)) return;
+  notes_.push_back(fmt::format("{} is gone: tried again every second", name_));
+  leave();
+}
 
-  void connect() {
-    if (Clock::now() < next_try_) return;
-    next_try_ = Clock::now() + kRetry;
-    socket_ = tcp::socket(io_, tcp::v4());
-    make_our_own(socket_);
-    set_up(socket_);
-    // Asio's own call waits for non-blocking sockets too.
-    if (::connect(socket_.native_handle(), server_.data(), static_cast<socklen_t>(server_.size())) == 0 ||
-        errno == EINPROGRESS) {
-      state_ = State::Connecting;
-    } else {
-      away();
-    }
+void TcpClient::add_handles(std::vector<int>& handles) const {
+  if (state_ == State::Connected) handles.push_back(const_cast<tcp::socket&>(socket_).native_handle());
+}
+
+void TcpClient::finish(const std::optional<Correction>&) {
+  if (state_ != State::Connected) return;
+  asio::async_write(socket_, asio::buffer(backlog_), [](const error_code&, std::size_t) {});
+  io_.run_for(kPatience);
+}
+
+void TcpClient::connect() {
+  if (Clock::now() < next_try_) return;
+  given_up_ = Clock::now() + kLongestConnect;
+  socket_ = tcp::socket(io_, tcp::v4());
+  make_our_own(socket_);
+  set_up(socket_);
+  // Asio's own call waits for non-blocking sockets too.
+  if (::connect(socket_.native_handle(), server_.data(), static_cast<socklen_t>(server_.size())) == 0 ||
+      errno == EINPROGRESS) {
+    state_ = State::Connecting;
+  } else {
+    fail();
   }
-  void see_whether_connected() {
-    pollfd wait{socket_.native_handle(), POLLOUT, 0};
-    if (poll(&wait, 1, 0) != 1) return;
-    int failure = 0;
+}
+
+void TcpClient::see_whether_connected() {
+  pollfd wait{socket_.native_handle(), POLLOUT, 0};
+  int failure = 0;
+  if (poll(&wait, 1, 0) == 1) {
     socklen_t size = sizeof failure;
     getsockopt(socket_.native_handle(), SOL_SOCKET, SO_ERROR, &failure, &size);
-    if (failure != 0) {
-      away();
-      return;
-    }
-    state_ = State::Connected;
-    if (std::exchange(said_away_, false)) notes_.push_back(fmt::format("connected to {}", name_));
-    backlog_ = first_;
+  } else if (Clock::now() < given_up_) {
+    return;
+  } else {
+    failure = ETIMEDOUT;
   }
-  void away() {
-    if (!std::exchange(said_away_, true)) {
-      notes_.push_back(fmt::format("{} does not answer: tried again every second", name_));
-    }
-    leave();
+  if (failure != 0) {
+    fail();
+    return;
   }
-  void leave() {
-    error_code error;
-    socket_.close(error);
-    backlog_.clear();
-    state_ = State::Away;
-    said_away_ = true;
-    next_try_ = Clock::now() + kRetry;
-  }
+  state_ = State::Connected;
+  ++connections_;
+  if (std::exchange(said_away_, false)) notes_.push_back(fmt::format("connected to {}", name_));
+  backlog_ = first_;
+}
 
-  std::string name_;
-  asio::io_context io_;
-  tcp::endpoint server_;
-  tcp::socket socket_{io_};
-  State state_ = State::Away;
-  Clock::time_point next_try_;
-  Inbox received_;
-  std::string first_, backlog_;
-  std::vector<std::string> notes_;
-  bool said_away_ = false;
-};
+void TcpClient::fail() {
+  if (!std::exchange(said_away_, true)) {
+    notes_.push_back(fmt::format("{} does not answer: tried again every second", name_));
+  }
+  ++failures_;
+  leave();
+}
 
-}  // namespace
+void TcpClient::leave() {
+  error_code error;
+  socket_.close(error);
+  backlog_.clear();
+  state_ = State::Away;
+  said_away_ = true;
+  next_try_ = Clock::now() + pause_;
+  pause_ = std::min(2 * pause_, longest_pause_);
+}
 
 std::unique_ptr<Transport> make_tcp_server(const HostPort& at) {
   return std::make_unique<TcpServer>(at.port, at.host);
 }
 std::unique_ptr<Transport> make_tcp_client(const HostPort& to) {
-  return std::make_unique<TcpClient>(to);
+  auto client = std::make_unique<TcpClient>(to);
+  client->serve();
+  return client;
 }
 
 }  // namespace canyon::transport

@@ -11,7 +11,8 @@ class TcpServer final : public Transport {
  public:
   /// Listens. Throws InputError for a port outside 1 to 65535, what is no address of this machine, and where
   /// the system refuses it (in use, reserved).
-  explicit TcpServer(int port, const std::string& host = "127.0.0.1");
+  /// @param most clients at a time
+  explicit TcpServer(int port, const std::string& host = "127.0.0.1", std::size_t most = kMaxClients);
   ~TcpServer() override;
 
   void begin(std::string_view bytes) override;
@@ -24,6 +25,10 @@ class TcpServer final : public Transport {
   void finish(const std::optional<Correction>& correction) override;
   [[nodiscard]] std::vector<std::string> take_notes() override;
   [[nodiscard]] std::size_t clients() const;
+  /// Those that are connected, without those that close() was called for.
+  [[nodiscard]] std::vector<std::uint64_t> readers() const;
+  /// One client gets what was sent to it so far, then the end of the stream; what it says is thrown away.
+  void close(std::uint64_t reader);
 
  private:
   struct Impl;

@@ -23,6 +23,14 @@ struct Received {
   std::string bytes;         ///< cut anywhere, but datagrams are whole
 };
 
+/// What is sent, for those that ask before they read.
+struct StreamDescription {
+  std::string name;                                   ///< of the receiver, UTF-8
+  std::string format;                                 ///< "RTCM 3.3"
+  std::string systems;                                ///< "GPS+Galileo"
+  std::optional<double> latitude_deg, longitude_deg;  ///< of an antenna that stands for good
+};
+
 inline constexpr std::size_t kLargestDatagram = 1400;  ///< bytes that are sent; within an Ethernet frame
 /// Bytes kept for a reader that does not read as fast as they come, beside the system's own buffers (about as
 /// much again). Ten seconds of NMEA at 10 Hz.
@@ -40,6 +48,8 @@ class Transport {
   virtual ~Transport() = default;
   /// Bytes that every reader gets first, also one that comes later. At most once, before send().
   virtual void begin(std::string_view bytes) { send(bytes); }
+  /// An NTRIP caster's source table says it; others ignore it.
+  virtual void describe(const StreamDescription& /*stream*/) {}
   /// The bytes of one epoch, to all. Files throw InputError where the disk does not take them.
   virtual void send(std::string_view bytes) = 0;
   /// To one that sent something; nothing where it is gone.
@@ -66,8 +76,7 @@ class Transport {
 /// Opens the way to an address:
 ///   file:PATH                      a file that appears whole at finish(), or not at all
 ///   tcp://HOST:PORT                a server for up to kMaxClients clients; HOST is 127.0.0.1, or an address
-///   of
-///                                  this machine (0.0.0.0: all of them), which take_notes() then says
+///                                  of this machine (0.0.0.0: all of them), which take_notes() then says
 ///   tcp-connect://HOST:PORT        a client that connects, and again every second where the server is gone
 ///   udp://HOST:PORT                datagrams of up to kLargestDatagram bytes that end with a line
 ///   udp-listen://HOST:PORT         a port that waits for datagrams, and sends to those who sent some within
@@ -76,12 +85,21 @@ class Transport {
 ///                                  it; with a baud rate bytes pass as on such a line (BAUD / 10 a second),
 ///                                  and what does not fit is left out
 ///   serial:/dev/ttyX@BAUD          a serial port, 8N1; tried again every second where it was unplugged
+///   ntrip-caster://[USER:PASSWORD@]HOST:PORT/MOUNT
+///                                  an NTRIP caster, revisions 1 and 2, with a mount point; several of one
+///                                  HOST:PORT share the caster. take_received() has what clients send: their
+///                                  GGA sentences. HOST as for tcp://
+///   ntrip://[USER:PASSWORD@]HOST:PORT/MOUNT, ntrip-source://USER:PASSWORD@HOST:PORT/MOUNT
+///                                  NtripClient: what a caster sends, or a stream to one
 ///   stdin:                         what comes on the standard input; nothing can be sent there
 /// Throws InputError for what is no address, and where it cannot be opened.
 [[nodiscard]] std::unique_ptr<Transport> open_transport(std::string_view address);
 /// Whether an address names a file: only there a format may wait for the end.
 [[nodiscard]] bool is_file_address(std::string_view address);
+/// Whether an address is one that no stream can be sent to.
 [[nodiscard]] bool is_input_address(std::string_view address);
+/// A text with an address in it, for messages: "ntrip://user:...@host:2101/MOUNT".
+[[nodiscard]] std::string hide_password(std::string_view text);
 /// The forms that open_transport() knows, for messages and help.
 [[nodiscard]] const char* address_forms();
 

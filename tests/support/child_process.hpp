@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace canyon::test {
@@ -32,14 +33,21 @@ class ChildProcess {
     posix_spawn_file_actions_destroy(&actions);
     if (error != 0) throw std::runtime_error("cannot run " + words[0]);
   }
-  ~ChildProcess() {
-    kill(pid_, SIGKILL);
-    waitpid(pid_, nullptr, 0);
-  }
+  ~ChildProcess() { end(SIGKILL); }
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
+  /// Asks it to end, and waits until it has.
+  void stop() { end(SIGTERM); }
+  /// Waits until it has ended.
+  void wait() { end(0); }
 
  private:
+  void end(int signal) {
+    if (pid_ <= 0) return;
+    kill(pid_, signal);
+    waitpid(std::exchange(pid_, -1), nullptr, 0);
+  }
+
   pid_t pid_ = -1;
 };
 
