@@ -13,13 +13,15 @@ namespace {
 
 using output::RunSummary;
 
+double share(std::size_t epochs, const RunSummary& s) {
+  return s.epochs > 0 ? static_cast<double>(epochs) / static_cast<double>(s.epochs)
+                      : std::numeric_limits<double>::quiet_NaN();
+}
+
 constexpr std::array kFigures{
     Figure{"epochs", "1", "epochs", [](const RunSummary& s) { return static_cast<double>(s.epochs); }},
     Figure{"fix_share", "1", "share of epochs with a fix",
-           [](const RunSummary& s) {
-             return s.epochs > 0 ? static_cast<double>(s.fixes) / static_cast<double>(s.epochs)
-                                 : std::numeric_limits<double>::quiet_NaN();
-           }},
+           [](const RunSummary& s) { return share(s.fixes, s); }},
     Figure{"longest_outage", "s", "longest time without a fix",
            [](const RunSummary& s) { return s.longest_outage_s; }},
     Figure{"horizontal_error_p50", "m", "median of the horizontal error",
@@ -56,6 +58,16 @@ constexpr std::array kFigures{
            [](const RunSummary& s) { return static_cast<double>(s.exclusions); }},
     Figure{"raim_failures", "1", "epochs that failed RAIM",
            [](const RunSummary& s) { return static_cast<double>(s.inconsistent); }},
+    Figure{"fixed_share", "1", "share of epochs with a fixed position (RTK)",
+           [](const RunSummary& s) { return share(s.by_fixed, s); }},
+    Figure{"float_share", "1", "share of epochs with a float position",
+           [](const RunSummary& s) { return share(s.by_float, s); }},
+    Figure{"wrong_fix_share", "1", "share of epochs with a fixed position that is wrong",
+           [](const RunSummary& s) { return share(s.wrong_fixes, s); }},
+    Figure{"fixed_error_p95", "m", "95 % of the horizontal error while fixed",
+           [](const RunSummary& s) { return s.fixed_p95_m; }},
+    Figure{"time_to_first_fixed", "s", "from the first epoch to the first fixed position",
+           [](const RunSummary& s) { return s.first_fixed_s; }},
 };
 
 /// Counts as [index, count, index, count, ...] of those that are not 0.

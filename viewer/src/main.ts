@@ -8,7 +8,7 @@ import { Live } from './live';
 import { MapPanel } from './mappanel';
 import { outline } from './lines';
 import { Connection, type Message } from './messages';
-import { kErrorColour, kPaint, receiverColour, receiverShape, visibilityColour } from './palette';
+import { kErrorColour, kindColour, kPaint, receiverColour, receiverShape, visibilityColour } from './palette';
 import { Details, EpochTable, Readout, SatelliteTable, summaryHtml } from './panels';
 import { Probe } from './probe';
 import { SceneView } from './scene';
@@ -469,7 +469,8 @@ class App {
     };
     this.store.header.words.visibility.forEach((word, i) =>
       add(word, (c) => mark(c, i, 8, 7, 5, visibilityColour(i, this.state.theme), '#0000')));
-    add('truth', line(kPaint[this.state.theme].truth));
+    if (this.store.corrected(0)) ['fixed', 'float', 'differential', 'single'].forEach((kind) => add(kind, line(kindColour(kind))));
+    else add('truth', line(kPaint[this.state.theme].truth));
     const { receivers } = this.store.header;
     receivers.forEach((receiver, i) => add(receivers.length > 1 ? `fix, ${receiver.name}` : 'fix, 95 %', (c) => {
       c.fillStyle = receiverColour(i, this.state.theme);

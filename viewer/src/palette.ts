@@ -8,6 +8,12 @@ const kVisibilityOnDark = ['#1FC298', '#4FB0EC', '#F0B32E', '#9AA0A6'] as const;
 export const kFixColour = '#CC79A7';
 export const kErrorColour = '#D55E00';
 
+/** By the word of fix_kind, of a receiver with corrections. */
+const kKindColours: Readonly<Record<string, string>> = {
+  fixed: '#009E73', float: '#E69F00', differential: '#0072B2', single: '#7A7A7A', 'dead reckoning': '#7A7A7A',
+};
+export const kindColour = (kind: string): string => kKindColours[kind] ?? kErrorColour;
+
 /** Of receivers beside each other; shapes differ as well. The first is that of a single one's fixes. */
 const kReceiverColours = [kFixColour, '#56B4E9', '#8A6A00', '#7B4BB3'] as const;
 const kReceiverOnDark = [kFixColour, '#56B4E9', '#F0E442', '#B79BE8'] as const;

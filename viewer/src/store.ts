@@ -348,6 +348,19 @@ export class Store {
   }
 
   /** Names of the faults at work. Of views written before epochs had them by the times in the header. */
+  /** How a fix was made; empty in views that do not say it. */
+  kind(receiver: number, epoch: number): string {
+    const kinds = this.header.words.fix_kind;
+    return kinds?.[this.tracks[receiver]?.epochs.at('fix_kind', epoch) ?? -1] ?? '';
+  }
+  /** Whether a receiver had corrections at some epoch. */
+  corrected(receiver: number): boolean {
+    const size = this.tracks[receiver]?.size ?? 0;
+    for (let i = 0; i < size; ++i) {
+      if (['differential', 'float', 'fixed'].includes(this.kind(receiver, i))) return true;
+    }
+    return false;
+  }
   faults(receiver: number, epoch: number): string {
     const track = this.tracks[receiver];
     if (!track) return '';

@@ -2,7 +2,7 @@
 
 import { Group } from 'three';
 import { Segments } from './lines';
-import { kErrorColour, kPaint, receiverColour } from './palette';
+import { kErrorColour, kindColour, kPaint, receiverColour } from './palette';
 import type { Place } from './place';
 import type { State } from './state';
 import type { Store, Track } from './store';
@@ -106,8 +106,9 @@ export class Tracks {
       }
     };
     if (withTruth) {
+      const corrected = this.store.corrected(receiver);
       pieces(this.truth, (i) => [track.east[i] ?? 0, track.north[i] ?? 0, (track.up[i] ?? 0) - 1],
-        (i) => (track.fixed(i) ? ink : kErrorColour));
+        (i) => (!track.fixed(i) ? kErrorColour : corrected ? kindColour(this.store.kind(receiver, i)) : ink));
     }
     // On the ground: heights of fixes scatter more than a street is wide, and would hide where they are.
     const colour = receiverColour(receiver, theme);
