@@ -25,6 +25,7 @@
 #include "canyon/output/sinks.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
+#include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/profile.hpp"

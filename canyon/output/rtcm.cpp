@@ -52,17 +52,6 @@ class Rtcm final : public Encoder {
 
 namespace rtcm {
 
-std::string frame(const Bits& message) {
-  const std::size_t bytes = (message.size() + 7) / 8;
-  Bits all;
-  all.put(0xD3, 8).put(0, 6).put(bytes, 10).append(message).put(0,
-                                                                static_cast<int>(8 * bytes - message.size()));
-  all.put(broadcast::crc24q(all), 24);
-  std::string text;
-  for (std::size_t i = 0; i < all.size(); i += 8) text += static_cast<char>(all.number(i, 8));
-  return text;
-}
-
 Bits station(const Eigen::Vector3d& antenna_ecef) {
   Bits bits;
   // DF003 station 0; DF021 year of the frame, not given; DF022 to DF024 it serves GPS, GLONASS, Galileo;

@@ -8,6 +8,7 @@
 
 #include "canyon/broadcast/bits.hpp"
 #include "canyon/output/raw_observations.hpp"
+#include "canyon/rtcm/frames.hpp"
 #include "canyon/simulation/epoch.hpp"
 
 // RTCM 10403.3, Differential GNSS Services, version 3. Signs, fields and tables are named by its DF numbers
@@ -15,12 +16,7 @@
 
 namespace canyon::output::rtcm {
 
-/// A message as it is sent (4.2): preamble D3, 6 reserved bits, length, the message filled to whole bytes,
-/// CRC-24Q. Precondition: at most 1,023 bytes.
-[[nodiscard]] std::string frame(const broadcast::Bits& message);
-
-/// DF407 of a phase that has been continuous for so long [s], >= 0 (table 3.5-75): 0 to 704.
-[[nodiscard]] int lock_time_indicator(double seconds);
+using canyon::rtcm::frame;
 
 /// Message 1005: where a station's antenna is [m, ECEF].
 [[nodiscard]] broadcast::Bits station(const Eigen::Vector3d& antenna_ecef);

@@ -9,22 +9,22 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/output/rtcm.hpp"
+#include "canyon/rtcm/msm.hpp"
 
 namespace canyon::output::rtcm {
 
 using broadcast::Bits;
+using canyon::rtcm::kMillisecond_m;
+using canyon::rtcm::kMsmSystems;
 using geodesy::GpsTime;
 using gnss::System;
 
 namespace {
 
-constexpr double kMillisecond_m = geodesy::kSpeedOfLight * 1e-3;
 constexpr std::int64_t kMillisecond_ns = 1'000'000;
 constexpr std::size_t kMostCells = 64;
 constexpr int kRoughSteps = 1024;   ///< of a millisecond: DF398
 constexpr int kNoRoughRange = 255;  ///< ms, DF397
-constexpr std::array kSystems{System::GPS,  System::GLONASS, System::Galileo,
-                              System::SBAS, System::QZSS,    System::BeiDou};
 
 /// A signed field's value, or its mark for "none" (the most negative one) beyond its range.
 std::int64_t or_none(double value, int width) {
@@ -34,26 +34,6 @@ std::int64_t or_none(double value, int width) {
 }
 std::int64_t none(int width) {
   return or_none(std::ldexp(1.0, width), width);
-}
-
-/// Place in the mask of satellites (DF394), 1 to 64; 0: none.
-int mask_number(gnss::SatelliteId id) {
-  const int n = id.number;
-  switch (id.system) {
-    case System::GPS:
-      return n <= 63 ? n : 0;
-    case System::GLONASS:
-      return n <= 24 ? n : 0;
-    case System::Galileo:
-      return n <= 50 ? n : 0;
-    case System::SBAS:
-      return n >= 20 && n <= 58 ? n - 19 : 0;  // PRN 120 is 1
-    case System::QZSS:
-      return n <= 10 ? n : 0;
-    case System::BeiDou:
-      return n <= 63 ? n : 0;
-  }
-  return 0;
 }
 
 /// DF004, DF416 with DF034, DF248, DF427, DF428: 30 bits.
@@ -85,13 +65,6 @@ struct Observations::Satellite {
   std::vector<Cell> cells;  ///< by signal
 };
 
-int lock_time_indicator(double seconds) {
-  const double ms = std::clamp(std::floor(seconds * 1e3 + 1e-6), 0.0, std::ldexp(1.0, 26));
-  // Segment k has 32 steps of 2^k ms, the first one 64 of 1 ms.
-  const int k = ms < 64 ? 0 : std::ilogb(ms) - 5;
-  return static_cast<int>(std::ldexp(ms, -k)) + 32 * k;
-}
-
 std::vector<Observations::Satellite> Observations::satellites_of(const RawEpoch& raw, System system) const {
   std::vector<Satellite> satellites;
   for (auto o = raw.observations.begin(); o != raw.observations.end();) {
@@ -101,7 +74,7 @@ std::vector<Observations::Satellite> Observations::satellites_of(const RawEpoch&
       continue;
     }
     Satellite satellite;
-    satellite.number = mask_number(id);
+    satellite.number = canyon::rtcm::mask_number(id);
     for (; o != raw.observations.end() && o->id == id; ++o) {
       const positioning::Measurement& m = *o->measurement;
       const double wavelength_m = geodesy::kSpeedOfLight / m.carrier_frequency_hz;
@@ -152,7 +125,7 @@ std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen) {
     std::vector<Satellite> satellites;
   };
   std::vector<Part> parts;
-  for (const System system : kSystems) {
+  for (const System system : kMsmSystems) {
     std::set<int> signals;
     std::vector<Satellite> all = satellites_of(raw, system);
     for (const Satellite& satellite : all) {
@@ -170,7 +143,7 @@ std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen) {
   for (const Part& part : parts) {
     // 1077 GPS, 1087 GLONASS, 1097 Galileo, 1107 SBAS, 1117 QZSS, 1127 BeiDou.
     const auto number =
-        1077 + 10 * (std::find(kSystems.begin(), kSystems.end(), part.system) - kSystems.begin());
+        1077 + 10 * (std::find(kMsmSystems.begin(), kMsmSystems.end(), part.system) - kMsmSystems.begin());
     Bits bits;
     bits.put(static_cast<std::uint64_t>(number), 12).put(0, 12).put(epoch_time(part.system, tag), 30);
     bits.put(messages.size() + 1 < parts.size() ? 1 : 0, 1);  // more of this epoch follow
@@ -214,7 +187,7 @@ std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen) {
                       24);
     });
     each_cell([&](const Satellite&, const Cell& c, double) {
-      bits.put(static_cast<std::uint64_t>(lock_time_indicator(c.lock_s)), 10);
+      bits.put(static_cast<std::uint64_t>(canyon::rtcm::lock_time_indicator(c.lock_s)), 10);
     });
     each_cell([&](const Satellite&, const Cell&, double) { bits.put(0, 1); });  // no half cycles
     each_cell(

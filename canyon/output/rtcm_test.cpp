@@ -48,20 +48,6 @@ TEST(Rtcm, FrameOfTheStandardsExample) {
   for (const std::size_t at : {34U, 74U, 114U}) EXPECT_EQ(ours.number(at, 38), message.number(at, 38));
 }
 
-// Table 3.5-75: indicator, least lock time.
-TEST(Rtcm, LockTimeIndicator) {
-  const std::vector<std::pair<int, double>> table{{0, 0},     {63, 63},     {64, 64},        {95, 126},
-                                                  {96, 128},  {127, 252},   {128, 256},      {159, 504},
-                                                  {160, 512}, {352, 32768}, {703, 66060288}, {704, 67108864}};
-  for (const auto& [indicator, ms] : table) {
-    EXPECT_EQ(rtcm::lock_time_indicator(ms * 1e-3), indicator);
-    if (ms > 0) {
-      EXPECT_EQ(rtcm::lock_time_indicator((ms - 0.5) * 1e-3), indicator - 1);
-    }
-  }
-  EXPECT_EQ(rtcm::lock_time_indicator(1e9), 704);
-}
-
 TEST(Rtcm, EverySignalHasANumber) {
   for (const gnss::System system : gnss::kAllSystems) {
     for (const gnss::Signal& signal : gnss::signals_of(system)) {

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "canyon/geodesy/gps_time.hpp"
@@ -26,6 +29,11 @@ struct Corrections {
   geodesy::GpsTime receiver_time;
   /// Those of a satellite stand together.
   std::vector<SignalMeasurement> observations;
+  /// What has to be added to GLONASS phases of L1 C/A, L1 P, L2 C/A, L2 P [m] so that they refer to the
+  /// instant of the codes (message 1230); NaN: not stated for this signal. Empty: not stated.
+  std::optional<std::array<double, 4>> glonass_bias_m = std::nullopt;
+  /// As the station names them (messages 1007, 1008, 1033); empty: not known.
+  std::string antenna_name = {}, receiver_name = {};
 };
 
 }  // namespace canyon::relative

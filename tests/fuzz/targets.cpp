@@ -31,6 +31,7 @@
 #include "canyon/output/ubx/frame.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
+#include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -362,6 +363,13 @@ std::string ubx_frame(output::ubx::MessageId id, std::initializer_list<unsigned>
   return output::ubx::frame(id, bytes);
 }
 
+std::string rtcm_stream() {
+  const simulation::Epoch epoch = test::sample_signal_epoch(test::sample_time(), test::sample_time() - 9);
+  output::ReceiverDescription base{.name = "base", .begin = test::sample_time()};
+  base.station_ecef = epoch.truth_ecef;
+  return output::format_named("rtcm").make(base)->encode(epoch);
+}
+
 /// Of each command one.
 std::vector<std::string> ubx_seeds() {
   return {ubx_frame(0x0A04, {}) + ubx_frame(0x0107, {}) + ubx_frame(0x0135, {}) + ubx_frame(0x0215, {}),
@@ -392,6 +400,10 @@ const std::vector<Target>& targets() {
        },
        {observations3(), observations2()}},
       {"ubx", "commands.ubx", receive_ubx, ubx_seeds()},
+      {"rtcm",
+       "base.rtcm3",
+       [](const fs::path& path) { (void)rtcm::read_rtcm_corrections(path, test::sample_time()); },
+       {rtcm_stream()}},
       {"sp3", "some.sp3", read_sp3, {sp3()}},
       {"osm_xml",
        "map.osm",

@@ -1,0 +1,74 @@
+// What a receiver's own stream of RTCM comes back as, by CorrectionsDecoder.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "canyon/output/encoder.hpp"
+#include "canyon/output/raw_observations.hpp"
+#include "canyon/rtcm/msm.hpp"
+#include "canyon/rtcm/rtcm_decoder.hpp"
+#include "tests/support/sample_signals.hpp"
+
+namespace canyon::output {
+namespace {
+
+TEST(RtcmCorrections, OwnStreamComesBackToItsResolution) {
+  const geodesy::GpsTime begin = test::sample_time();
+  simulation::Epoch epoch = test::sample_signal_epoch(begin, begin - 100);
+  ReceiverDescription description{.name = "base", .systems = {gnss::System::GPS}, .begin = begin};
+  description.station_ecef = epoch.truth_ecef;
+  for (const auto& s : epoch.observed.satellites) {
+    if (s.id.system == gnss::System::GLONASS) description.glonass_channels[s.id] = 1;
+  }
+  const auto encoder = format_named("rtcm").make(description);
+  canyon::rtcm::CorrectionsDecoder decoder;
+  RawObservations raw(1'000'000);
+  std::size_t compared = 0, phases = 0;
+  std::map<gnss::SatelliteId, geodesy::GpsTime> since;
+  for (int k = 0; k < 40; ++k) {
+    const geodesy::GpsTime time = begin + 0.2 * k;
+    // All phases slip at the 20th epoch.
+    epoch = test::sample_signal_epoch(time, k < 20 ? begin - 100 : begin + 3.95);
+    const auto decoded = decoder.feed(encoder->encode(epoch), time + 3000);
+    const RawEpoch expected = raw.next(epoch.observed);
+    ASSERT_EQ(decoded.size(), 1U);
+    EXPECT_EQ(decoded[0]->receiver_time, expected.tag);
+    EXPECT_EQ(decoded[0]->receiver_name, "Canyon");
+    EXPECT_EQ(decoded[0]->antenna_name, "ADVNULLANTENNA");
+    EXPECT_LT((decoded[0]->station_ecef - *description.station_ecef).norm(), 1e-4);
+    ASSERT_EQ(decoded[0]->observations.size(), expected.observations.size());
+    for (const RawObservation& o : expected.observations) {
+      const auto at =
+          std::find_if(decoded[0]->observations.begin(), decoded[0]->observations.end(),
+                       [&](const auto& d) { return d.measurement.id == o.id && d.signal == o.signal; });
+      ASSERT_NE(at, decoded[0]->observations.end()) << to_string(o.id);
+      const positioning::Measurement& m = at->measurement;
+      EXPECT_NEAR(m.pseudorange_m, o.pseudorange_m, canyon::rtcm::kMillisecond_m * 0x1p-30 + 1e-6);
+      EXPECT_NEAR(m.cn0_dbhz.value(), o.measurement->cn0_dbhz.value(), 0x1.01p-5);
+      EXPECT_EQ(m.doppler_hz.has_value(), o.measurement->doppler_hz.has_value());
+      if (m.doppler_hz) {
+        EXPECT_NEAR(*m.doppler_hz, *o.measurement->doppler_hz, 0.0003 + 1e-9);
+      }
+      ASSERT_EQ(m.carrier_phase_cycles.has_value(), o.carrier_phase_cycles.has_value());
+      ++compared;
+      if (!m.carrier_phase_cycles) continue;
+      ++phases;
+      const double wavelength_m = geodesy::kSpeedOfLight / m.carrier_frequency_hz;
+      EXPECT_NEAR(*m.carrier_phase_cycles * wavelength_m, *o.carrier_phase_cycles * wavelength_m,
+                  canyon::rtcm::kMillisecond_m * 0x1p-32 + 1e-6)
+          << to_string(o.id);
+      const auto [arc, first] = since.try_emplace(o.id, *m.phase_since);
+      EXPECT_EQ(*m.phase_since > arc->second, !first && k == 20) << to_string(o.id) << ' ' << k;
+      arc->second = *m.phase_since;
+    }
+  }
+  EXPECT_GE(compared, 40U * 5);
+  EXPECT_GE(phases, 40U * 4);
+  EXPECT_TRUE(decoder.status().problems.empty());
+  EXPECT_EQ(decoder.status().checksum_errors, 0U);
+}
+
+}  // namespace
+}  // namespace canyon::output

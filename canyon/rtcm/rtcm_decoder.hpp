@@ -1,0 +1,120 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "canyon/relative/corrections.hpp"
+#include "canyon/rtcm/frames.hpp"
+
+namespace canyon::rtcm {
+
+/// What a decoder has found so far.
+struct DecoderStatus {
+  std::map<int, std::uint64_t> messages;          ///< by number, with a right checksum
+  std::map<int, std::uint64_t> messages_unread;   ///< of these, those that the decoder does not read
+  std::map<std::string, std::uint64_t> problems;  ///< one sentence each: messages or fields left out
+  /// Observations left out, as no signal of gnss::signals_of() has their RINEX code: "G 2W".
+  std::map<std::string, std::uint64_t> unknown_codes;
+  std::uint64_t checksum_errors = 0;           ///< what began like a frame, with a wrong checksum
+  std::uint64_t bytes_passed_over = 0;         ///< that belonged to no frame
+  std::uint64_t epochs = 0;                    ///< given
+  std::uint64_t epochs_held_back = 0;          ///< not given, as the place of the station was not known yet
+  std::optional<int> station;                  ///< of the last message that names one, [0, 4095]
+  std::optional<geodesy::GpsTime> last_epoch;  ///< of the last observations, also of those not given
+};
+
+/// RTCM 3 of a base, in pieces of any size, into epochs of corrections. Reads the messages
+///   1005, 1006   place of the antenna reference point; the antenna's height of 1006 is that over a marker
+///                and no part of it
+///   1007, 1008, 1033   names of antenna and receiver
+///   1230         GLONASS code-phase biases
+///   1020         GLONASS frequency channels
+///   1004, 1012   observations of GPS and GLONASS, L1 and L2
+///   1074 to 1077, 1084 to 1087, ..., 1124 to 1127   MSM4 to MSM7 of GPS, GLONASS, Galileo, SBAS, QZSS,
+///   BeiDou
+/// and counts all others. Whatever the bytes are, it throws nothing and its memory is bounded.
+///
+/// Measurements have the default standard deviations: RTCM has none. A satellite's code that is read as a
+/// signal is the best one that it has, in the order of rinex::signal_codes(). Measurement::phase_since is
+/// later than at the epoch before where the lock time fell, or is shorter than the time between the two
+/// epochs; of MSM4 and MSM5, whose lock times are coarse, also where that is not certain.
+class CorrectionsDecoder {
+ public:
+  using Epochs = std::vector<std::shared_ptr<const relative::Corrections>>;
+  /// Frequency channel of a GLONASS satellite, [-7, 6].
+  using ChannelTable = std::function<std::optional<int>(gnss::SatelliteId)>;
+
+  /// @param glonass_channel asked where neither MSM5, MSM7, 1012 nor 1020 has stated the channel. Without
+  ///   one, phase and Doppler are left out, and the carrier frequency is that of channel 0.
+  explicit CorrectionsDecoder(ChannelTable glonass_channel = {});
+
+  /// Epochs that are complete with these bytes, in their order: the last message of an epoch says that no
+  /// more follow (DF393, DF005), or one of another time has come. Where more of an epoch comes behind its
+  /// last message, the epoch is given again with all of it.
+  /// @param now any time within half a week of the messages (half a day where GLONASS does not state the day)
+  [[nodiscard]] Epochs feed(std::string_view bytes, geodesy::GpsTime now);
+  /// The epoch whose last message has not come, where there is one.
+  [[nodiscard]] Epochs finish();
+
+  [[nodiscard]] const DecoderStatus& status() const { return status_; }
+
+ private:
+  class Fields;
+  struct Observation;
+  using SignalKey = std::pair<gnss::SatelliteId, std::size_t>;  ///< index_of() the signal
+  struct Epoch {
+    geodesy::GpsTime time;
+    std::map<SignalKey, relative::SignalMeasurement> observations;
+    bool news = false;  ///< since it was given
+  };
+  struct Arc {
+    geodesy::GpsTime at;      ///< of its last phase
+    double least_ms = 0;      ///< lock time
+    std::string_view code;    ///< RINEX
+    geodesy::GpsTime since;   ///< Measurement::phase_since
+    double ahead_cycles = 0;  ///< 1004, 1012: phase less pseudorange, as sent and turns of 1,500 cycles
+  };
+
+  void read(const broadcast::Bits& message, geodesy::GpsTime now, Epochs& complete);
+  void read_place(Fields& fields);
+  void read_names(Fields& fields);
+  void read_biases(Fields& fields);
+  void read_msm(Fields& fields, geodesy::GpsTime now, Epochs& complete);
+  void read_legacy(Fields& fields, geodesy::GpsTime now, Epochs& complete);
+  void add(const Observation& observation);
+  void problem(const Fields& fields, std::string_view what);
+  void use_station(int id);
+  void begin(geodesy::GpsTime time, Epochs& complete);
+  void give(Epochs& complete);
+  [[nodiscard]] std::optional<int> channel(gnss::SatelliteId id) const;
+
+  ChannelTable glonass_channel_;
+  FrameParser frames_;
+  DecoderStatus status_;
+  relative::Corrections station_;  ///< without time and observations
+  bool place_known_ = false;
+  std::map<gnss::SatelliteId, int> channels_;
+  std::map<SignalKey, Arc> arcs_;
+  std::optional<Epoch> epoch_;
+};
+
+/// A whole file.
+struct RtcmCorrections {
+  CorrectionsDecoder::Epochs epochs;
+  DecoderStatus status;
+};
+/// A stream that was recorded, plain or gzip-compressed. Throws InputError where the file cannot be read, and
+/// where no epoch is in it.
+/// @param now a time within half a week of the first messages
+[[nodiscard]] RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, geodesy::GpsTime now,
+                                                    CorrectionsDecoder::ChannelTable glonass_channel = {});
+
+}  // namespace canyon::rtcm
