@@ -203,7 +203,12 @@ void Session::Impl::compute_and_write() {
       const std::optional<std::size_t> base = corrections->base_of(r);
       if (seen[r] || (base && seen[*base])) break;
       seen[r] = true;
-      if (base) receivers[r].give(corrections->take(r, start + due[end].host_s));
+      if (base) {
+        if (auto came = corrections->take(r, start + due[end].host_s)) receivers[r].give(std::move(came));
+      }
+      if (auto& input = inputs[r]) {
+        if (auto came = input->link.take(start + due[end].host_s)) receivers[r].give(std::move(came));
+      }
     }
     if (end - begin == 1) {
       observe(begin);
@@ -245,6 +250,9 @@ void Session::Impl::serve() {
   for (const auto& [address, link] : links) link->serve();
   for (const auto& stream : streams) {
     stream->send_due();
+    if (auto came = stream->take_corrections(); !came.empty()) {
+      receivers[stream->receiver()].give(std::move(came.back()));
+    }
     const auto kind = stream->take_restart();
     if (!kind) continue;
     try {

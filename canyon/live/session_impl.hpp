@@ -16,6 +16,7 @@
 #include "canyon/live/session.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/output/stream.hpp"
+#include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -73,6 +74,14 @@ struct Due {
   std::optional<LiveReceiver::Step> step;
 };
 
+/// Corrections of one receiver that come by a stream of RTCM 3.
+struct CorrectionInput {
+  CorrectionInput(const receiver::ReceiverOptions& options, std::uint64_t seed)
+      : link(options.corrections, seed, options.name) {}
+  rtcm::CorrectionsDecoder decoder;
+  relative::CorrectionLink link;
+};
+
 struct Session::Impl {
   Impl(simulation::Scenario s, std::shared_ptr<simulation::CityScene> city)
       : scenario(std::move(s)),
@@ -87,6 +96,7 @@ struct Session::Impl {
     if (options.poses.empty()) options.poses.emplace_back();
     set_time();
     make_receivers();
+    make_inputs();
     make_vehicles();
     open_streams();
   }
@@ -94,6 +104,7 @@ struct Session::Impl {
   void set_time();
   void make_receivers();
   void share_propagator(LiveReceiver& receiver);
+  void make_inputs();
   void make_vehicles();
   void open_streams();
   [[nodiscard]] std::shared_ptr<transport::Link> link_of(const std::string& address);
@@ -146,6 +157,7 @@ struct Session::Impl {
       propagators;  // one for each distinct set of options
   std::vector<LiveReceiver> receivers;
   std::optional<simulation::CorrectionLinks> corrections;
+  std::vector<std::unique_ptr<CorrectionInput>> inputs;  // by receiver; null: none
   std::map<std::string, std::shared_ptr<transport::Link>> links;
   std::vector<Vehicle> vehicles;
   std::vector<std::unique_ptr<output::EncodedStream>> streams;

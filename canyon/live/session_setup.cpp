@@ -21,7 +21,11 @@ void Session::Impl::set_time() {
     now_starts = !by_stamps();
   }
   if (moved) {
-    trajectory = std::make_unique<simulation::Simulation>(scenario, scene);
+    simulation::Scenario of_trajectory = scenario;
+    for (simulation::ReceiverConfig& receiver : of_trajectory.receivers) {
+      if (relative::is_stream(receiver.options.corrections.from)) receiver.options.corrections.from.clear();
+    }
+    trajectory = std::make_unique<simulation::Simulation>(std::move(of_trajectory), scene);
     start = trajectory->begin();
     interval_ns = std::llround(trajectory->interval_s() * 1e9);
     last = static_cast<std::int64_t>(trajectory->epoch_count()) - 1;
@@ -85,6 +89,22 @@ std::shared_ptr<transport::Link> Session::Impl::link_of(const std::string& addre
   std::shared_ptr<transport::Link>& link = links[address];
   if (!link) link = std::make_shared<transport::Link>(address);
   return link;
+}
+
+void Session::Impl::make_inputs() {
+  inputs.resize(receivers.size());
+  for (std::size_t r = 0; r < receivers.size(); ++r) {
+    const receiver::ReceiverOptions& receiver_options = scenario.receivers[r].options;
+    const std::string& address = receiver_options.corrections.from;
+    if (!relative::is_stream(address)) continue;
+    inputs[r] = std::make_unique<CorrectionInput>(receiver_options, scenario.seed);
+    (void)link_of(address)->listen([this, r](const transport::Received& received) {
+      const GpsTime now = start + seconds(now_ns());
+      for (auto& epoch : inputs[r]->decoder.feed(received.bytes, now)) {
+        inputs[r]->link.send(now, std::move(epoch), std::nullopt);
+      }
+    });
+  }
 }
 
 void Session::Impl::make_vehicles() {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "canyon/disturbance/faults/receiver_faults.hpp"
+#include "canyon/relative/corrections.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/tracking/signal_options.hpp"
 #include "canyon/transport/transport.hpp"
@@ -71,6 +72,10 @@ class Encoder {
   }
   /// The rate that the other end asked for since the last call, in use behind the answer [baud].
   [[nodiscard]] virtual std::optional<int> take_baud() { return std::nullopt; }
+  /// Epochs of a base that the other end gave the receiver as RTCM 3 since the last call.
+  [[nodiscard]] virtual std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() {
+    return {};
+  }
   /// How the other end asked the receiver to restart since the last call. The caller restarts it.
   [[nodiscard]] virtual std::optional<disturbance::RestartKind> take_restart() { return std::nullopt; }
 };

@@ -11,6 +11,7 @@
 #include "canyon/output/ubx/commands.hpp"
 #include "canyon/output/ubx/messages.hpp"
 #include "canyon/output/ubx/satellite_names.hpp"
+#include "canyon/rtcm/rtcm_decoder.hpp"
 
 namespace canyon::output {
 namespace {
@@ -60,6 +61,10 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
  public:
   UbxDevice(const ReceiverDescription& receiver, ubx::Generation generation)
       : channels_(receiver.glonass_channels),
+        decoder_([this](gnss::SatelliteId id) -> std::optional<int> {
+          const auto found = channels_.find(id);
+          return found == channels_.end() ? std::nullopt : std::optional(found->second);
+        }),
         begin_(receiver.begin),
         commands_(generation, static_cast<int>(std::floor(receiver.interval_s * 1e3 + 1e-6)),
                   receiver.systems, *this),
@@ -95,7 +100,13 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   }
 
   std::string receive(std::uint64_t reader, std::string_view bytes) override {
+    for (auto& epoch : decoder_.feed(bytes, last_ ? last_->observed.receiver_time : begin_)) {
+      corrections_.push_back(std::move(epoch));
+    }
     return commands_.receive(reader, bytes);
+  }
+  std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() override {
+    return std::exchange(corrections_, {});
   }
   std::optional<int> take_baud() override { return commands_.take_baud(); }
   std::optional<disturbance::RestartKind> take_restart() override { return commands_.take_restart(); }
@@ -162,6 +173,8 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   }
 
   std::map<gnss::SatelliteId, int> channels_;
+  canyon::rtcm::CorrectionsDecoder decoder_;
+  std::vector<std::shared_ptr<const relative::Corrections>> corrections_;
   GpsTime begin_;
   ubx::Commands commands_;
   ubx::Generation generation_;

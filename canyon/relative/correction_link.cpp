@@ -22,8 +22,11 @@ void CorrectionOptions::validate() const {
 }
 
 void visit(options::Visitor& v, CorrectionOptions& o) {
-  v.text({"from", "", "name of a receiver with a fixed place, whose measurements correct this one's"},
-         o.from);
+  v.text(
+      {"from", "",
+       "name of a receiver with a fixed place, whose measurements correct this one's; canyon live: also the "
+       "address of a stream of RTCM 3, ntrip://USER:PASSWORD@HOST:PORT/MOUNT"},
+      o.from);
   v.number({"max_age_s", "s", "corrections that are older are not used"}, o.max_age_s, {0, 3600, true});
   v.number({"rate_hz", "Hz", "epochs that the base sends; 0: all"}, o.rate_hz, {0, 100});
   v.number({"latency_s", "s", "from the base's epoch until they come"}, o.latency_s, {0, 600});
@@ -36,6 +39,10 @@ void visit(options::Visitor& v, CorrectionOptions& o) {
              outage.from_s, {0, 1e9});
     v.number({"until_s", "s", "until here"}, outage.until_s, {0, 1e9});
   });
+}
+
+bool is_stream(const std::string& from) {
+  return from.find("://") != std::string::npos || from.starts_with("serial:") || from.starts_with("pty:");
 }
 
 CorrectionLink::CorrectionLink(CorrectionOptions options, std::uint64_t seed, const std::string& name)

@@ -20,7 +20,9 @@ struct CorrectionOutage {
 
 /// Whose corrections a receiver takes, and what the way of these does to them (docs/corrections.md).
 struct CorrectionOptions {
-  std::string from;  ///< name of a reference station of the same run; empty: none
+  /// Name of a reference station of the same run, or the address of a stream of RTCM 3 (is_stream()), which
+  /// `canyon live` reads; empty: none.
+  std::string from;
   /// Older ones are not used [s], (0, 3600]. Default: that of u-blox F9 receivers (HPG interface description,
   /// CFG-NAVSPG-CONSTR_DGNSSTO).
   double max_age_s = 60;
@@ -35,6 +37,8 @@ struct CorrectionOptions {
 };
 /// Its fields.
 void visit(options::Visitor& v, CorrectionOptions& o);
+/// Whether CorrectionOptions::from is an address: "ntrip://...", "tcp-connect://...", "serial:...".
+[[nodiscard]] bool is_stream(const std::string& from);
 
 /// The way of corrections from a base to one receiver. Same options and seed, same losses.
 class CorrectionLink {

@@ -607,7 +607,7 @@ void RtkFilter::take(const Corrections& base, const orbit::Sky& sky) {
   s.base = observed_minus_computed(base.receiver_time, base.observations, sky, masks, base.station_ecef);
   // Beside a moving base the filter follows the baseline: the place goes along with the base's.
   if (s.begun && base.moving) s.position += base.station_ecef - s.base_place;
-  if (base.moving != s.moving) s.begun = false;
+  if (base.moving != s.moving || (s.station && *s.station != base.station)) s.begun = false;
   s.moving = base.moving;
   s.base_place = base.station_ecef;
   s.station = base.station;

@@ -28,7 +28,7 @@ std::optional<std::size_t> base_of(const std::vector<ReceiverConfig>& receivers,
 void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t index) {
   const receiver::ReceiverOptions& options = receivers[index].options;
   const std::string& from = options.corrections.from;
-  if (from.empty()) return;
+  if (from.empty() || relative::is_stream(from)) return;
   const auto refuse = [&](std::string_view problem, std::string_view cure) {
     throw InputError(
         fmt::format("receiver '{}' takes corrections from '{}', {}", options.name, from, problem), cure);

@@ -102,7 +102,9 @@ TEST(Rtk, AgeAndOutages) {
       EXPECT_EQ(fix.kind(), FixKind::Fixed) << k;
       // Sent at even seconds, here 0.8 s later: used from the next epoch on.
       ASSERT_TRUE(fix.correction_age_s);
-      if (k < 20 || k > 42) EXPECT_NEAR(*fix.correction_age_s, k % 2 == 0 ? 2 : 1, 1e-4) << k;
+      if (k < 20 || k > 42) {
+        EXPECT_NEAR(*fix.correction_age_s, k % 2 == 0 ? 2 : 1, 1e-4) << k;
+      }
     }
   }
   EXPECT_EQ(single, 11U);

@@ -170,6 +170,13 @@ struct Simulation::Impl {
     warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
     for (ReceiverConfig& receiver : scenario.receivers) decide(receiver.options, environment);
     check_ionosphere(scenario, sky);
+    for (const ReceiverConfig& receiver : scenario.receivers) {
+      if (!relative::is_stream(receiver.options.corrections.from)) continue;
+      throw scenario_error(scenario,
+                           fmt::format("receiver '{}' takes corrections from '{}', a stream",
+                                       receiver.options.name, receiver.options.corrections.from),
+                           "run it by canyon live, or name a base of the scenario");
+    }
     (void)CorrectionLinks(scenario.receivers, scenario.seed);
     check_places();
     check_masks();
