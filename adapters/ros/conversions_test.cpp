@@ -480,7 +480,15 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
                                     "clock_qzss_s",
                                     "excluded",
                                     "consistent",
-                                    "error_horizontal_m"};
+                                    "error_horizontal_m",
+                                    "baseline_kind",
+                                    "ambiguity_ratio",
+                                    "baseline_east_m",
+                                    "baseline_north_m",
+                                    "baseline_up_m",
+                                    "heading_deg",
+                                    "heading_sigma_deg",
+                                    "wrong_fix"};
   simulation::Epoch epoch = distinct_epoch();
   epoch.observed.fix.solution = positioning::FixKind::Differential;
   epoch.observed.fix.correction_age_s = 1.5;

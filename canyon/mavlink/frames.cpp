@@ -241,6 +241,10 @@ std::string encode(const Message& message, std::uint8_t sequence, Sender sender,
   return frame;
 }
 
+std::size_t frame_bytes(std::string_view bytes) {
+  return (bytes[0] == kMagic2 ? kHeader2 : kHeader1) + byte_at(bytes, 1) + kChecksum;
+}
+
 void Parser::receive(std::string_view bytes, const std::function<void(const Frame&)>& each) {
   constexpr std::size_t kStep = 512;  // so that hardly more than a frame is held, whatever comes at once
   while (!bytes.empty()) {

@@ -40,6 +40,9 @@ enum class Version : std::uint8_t { V1 = 1, V2 = 2 };
 [[nodiscard]] std::string encode(const Message& message, std::uint8_t sequence, Sender sender = {},
                                  Version version = Version::V2);
 
+/// Bytes of the frame that begins `bytes`, as encode() made it. Precondition: it is there.
+[[nodiscard]] std::size_t frame_bytes(std::string_view bytes);
+
 struct Frame {
   Version version = Version::V2;
   std::uint8_t sequence = 0;

@@ -137,6 +137,20 @@ void visit(Fields& f, HilGps& m) {
   f.number(Wire::U16, "yaw", m.yaw_deg, kCenti, 0);
 }
 
+void visit(Fields& f, GpsRtk& m) {
+  f.number(Wire::U32, "time_last_baseline_ms", m.boot_s, kMilli);
+  f.whole("rtk_receiver_id", m.receiver_id);
+  f.whole("wn", m.week);
+  f.number(Wire::U32, "tow", m.time_of_week_s, kMilli);
+  f.whole("rtk_health", m.health);
+  f.whole("rtk_rate", m.rate_hz);
+  f.whole("nsats", m.satellites);
+  f.whole("baseline_coords_type", m.frame);
+  f.vector(Wire::I32, {"baseline_a_mm", "baseline_b_mm", "baseline_c_mm"}, m.baseline_m, kMilli);
+  f.number(Wire::U32, "accuracy", m.accuracy_m, kMilli);
+  f.number(Wire::I32, "iar_num_hypotheses", m.hypotheses_count);
+}
+
 void visit(Fields& f, HilStateQuaternion& m) {
   f.whole("time_usec", m.time_us);
   f.array("attitude_quaternion", m.ned_from_frd);
@@ -175,6 +189,12 @@ void visit(Fields& f, GpsInput& m) {
   f.whole("satellites_visible", m.satellites);
   f.extensions();
   f.number(Wire::U16, "yaw", m.yaw_deg, kCenti, 0);
+}
+
+void visit(Fields& f, GpsRtcmData& m) {
+  f.whole("flags", m.flags);
+  f.whole("len", m.length);
+  f.array("data", m.data);
 }
 
 void visit(Fields& f, Odometry& m) {

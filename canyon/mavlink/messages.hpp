@@ -153,6 +153,23 @@ struct HilGps {
   double yaw_deg = kUnknown;  ///< (0, 360]
 };
 
+/// The baseline of an RTK receiver, from base to antenna.
+struct GpsRtk {
+  static constexpr std::uint32_t kId = 127;
+  static constexpr std::string_view kName = "GPS_RTK";
+  double boot_s = 0;  ///< of the corrections in use
+  std::uint8_t receiver_id = 0;
+  std::uint16_t week = 0;  ///< of GPS
+  double time_of_week_s = 0;
+  std::uint8_t health = 0;   ///< the receiver's own scale
+  std::uint8_t rate_hz = 0;  ///< of corrections received; 0: not known
+  std::uint8_t satellites = 0;
+  std::uint8_t frame = 1;  ///< RTK_BASELINE_COORDINATE_SYSTEM: 0 ECEF, 1 NED
+  Eigen::Vector3d baseline_m = Eigen::Vector3d::Zero();
+  double accuracy_m = 0;        ///< the definition states no unit; millimetres on the wire, as the baseline
+  double hypotheses_count = 0;  ///< of whole ambiguities; 1: fixed
+};
+
 struct HilStateQuaternion {
   static constexpr std::uint32_t kId = 115;
   static constexpr std::string_view kName = "HIL_STATE_QUATERNION";
@@ -203,6 +220,15 @@ struct GpsInput {
   double yaw_deg = kUnknown;  ///< (0, 360]
 };
 
+/// RTCM 3 for a vehicle's receivers, a message or a part of one; rtcm_data.hpp makes and joins parts.
+struct GpsRtcmData {
+  static constexpr std::uint32_t kId = 233;
+  static constexpr std::string_view kName = "GPS_RTCM_DATA";
+  std::uint8_t flags = 0;  ///< bit 0: a part; bits 1 and 2: its number; bits 3 to 7: number of the message
+  std::uint8_t length = 0;
+  std::array<std::uint8_t, 180> data{};
+};
+
 struct Odometry {
   static constexpr std::uint32_t kId = 331;
   static constexpr std::string_view kName = "ODOMETRY";
@@ -240,14 +266,17 @@ void visit(Fields& f, GlobalPositionInt& m);
 void visit(Fields& f, VisionPositionEstimate& m);
 void visit(Fields& f, SimState& m);
 void visit(Fields& f, HilGps& m);
+void visit(Fields& f, GpsRtk& m);
 void visit(Fields& f, HilStateQuaternion& m);
 void visit(Fields& f, AttPosMocap& m);
 void visit(Fields& f, GpsInput& m);
+void visit(Fields& f, GpsRtcmData& m);
 void visit(Fields& f, Odometry& m);
 void visit(Fields& f, CommandLong& m);
 
-using Message = std::variant<Heartbeat, SystemTime, GpsRawInt, GpsStatus, Attitude, AttitudeQuaternion,
-                             LocalPositionNed, GlobalPositionInt, VisionPositionEstimate, SimState, HilGps,
-                             HilStateQuaternion, AttPosMocap, GpsInput, Odometry, CommandLong>;
+using Message =
+    std::variant<Heartbeat, SystemTime, GpsRawInt, GpsStatus, Attitude, AttitudeQuaternion, LocalPositionNed,
+                 GlobalPositionInt, VisionPositionEstimate, SimState, HilGps, GpsRtk, HilStateQuaternion,
+                 AttPosMocap, GpsInput, GpsRtcmData, Odometry, CommandLong>;
 
 }  // namespace canyon::mavlink

@@ -31,6 +31,7 @@ struct ReceiverDescription {
   std::map<gnss::SatelliteId, int> glonass_channels = {};  ///< frequency numbers
   double interval_s = 1;
   tracking::SignalOptions signal = {};  ///< `enabled`: signals have strength and phase
+  bool rtk = false;                     ///< it computes a baseline from a base (Fix::baseline)
   geodesy::GpsTime begin = {};          ///< of the run
   /// Antenna of a receiver that stands for good, a base station's [m, ECEF].
   std::optional<Eigen::Vector3d> station_ecef = {};
@@ -64,6 +65,9 @@ class Encoder {
   /// Bytes behind the last epoch. Nothing is called afterwards but correction().
   [[nodiscard]] virtual std::string end() { return {}; }
   [[nodiscard]] virtual std::optional<Correction> correction() { return std::nullopt; }
+
+  /// How many of the `bytes` that encode() made make a datagram, where there are datagrams; at least 1.
+  [[nodiscard]] virtual std::size_t datagram(std::string_view bytes) const { return bytes.size(); }
 
   /// Bytes that came from the other end, cut anywhere; returns what is to be answered at once.
   /// @param reader tells those at the other end apart, where there are several

@@ -43,6 +43,14 @@ std::optional<bool> wrong_fix(const simulation::Epoch& epoch) {
          std::abs(epoch.error_enu_m.z()) > 0.2 + 2e-3 * km;
 }
 
+std::optional<double> heading_deg(const positioning::Fix& fix, int decimals) {
+  const auto& baseline = fix.baseline;
+  if (!baseline || !baseline->moving_base || baseline->kind != positioning::FixKind::Fixed) {
+    return std::nullopt;
+  }
+  return wrapped_azimuth_deg(baseline->heading_rad(), decimals);
+}
+
 double wrapped_azimuth_deg(double azimuth_rad, int decimals) {
   double deg = std::fmod(geodesy::degrees(azimuth_rad), 360.0);
   if (deg < 0) deg += 360.0;

@@ -45,6 +45,7 @@ ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver
   description.name = options.name;
   description.tracks = options.tracks;
   description.signal = options.signal;
+  description.rtk = options.rtk.enabled;
   description.interval_s = interval_s;
   description.begin = begin;
   description.elevation_mask_rad = options.fix.elevation_mask_rad;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 
 #include "canyon/base/utf8.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -13,7 +14,17 @@
 namespace canyon::output {
 namespace {
 
-constexpr std::string_view kFixRgb = "999999", kFaultRgb = "cc79a7";
+constexpr std::string_view kFaultRgb = "cc79a7";
+
+/// How lines of fixes look by kind; dead reckoning goes on as the kind before it.
+struct KindStyle {
+  positioning::FixKind kind;
+  std::string_view id, rgb;
+};
+constexpr std::array kKinds{KindStyle{positioning::FixKind::Single, "fix", "999999"},
+                            KindStyle{positioning::FixKind::Differential, "fix_differential", "56b4e9"},
+                            KindStyle{positioning::FixKind::Float, "fix_float", "e69f00"},
+                            KindStyle{positioning::FixKind::Fixed, "fix_fixed", "009e73"}};
 
 /// KML writes colours as alpha, blue, green, red.
 std::string kml_colour(std::string_view rgb) {
@@ -85,13 +96,14 @@ class Kml final : public Encoder {
     }
     if (fix.solved()) {
       ++fixes_;
-      fix_line_.add(fix.position);
+      add_to_line(fix);
       outages_.interrupt();
       Stretches& points = points_[error_class(horizontal_m(epoch.error_enu_m))];
       points.interrupt();
       points.add(fix.position);
     } else {
-      fix_line_.interrupt();
+      fix_lines_[kind_].interrupt();
+      last_fix_.reset();
       outages_.add(epoch.truth.position);
     }
     return {};
@@ -114,13 +126,18 @@ class Kml final : public Encoder {
                       epochs_ - fixes_));
     }
     put(style("truth", kTruthRgb, 4));
-    put(style("fix", kFixRgb, 1.5));
+    for (std::size_t i = 0; i < kKinds.size(); ++i) {
+      if (i == 0 || !fix_lines_[i].empty()) put(style(kKinds[i].id, kKinds[i].rgb, i == 0 ? 1.5 : 3));
+    }
     put(style("outage", kOutageRgb, 6));
     if (!faults_.empty()) put(style("fault", kFaultRgb, 8));
     for (const ErrorClass& c : error_classes()) put(style(c.id, c.rgb, 2));
     placemark("True track", "truth", truth_);
     placemark("Without fix (true place)", "outage", outages_);
-    placemark("Fixes, connected", "fix", fix_line_);
+    for (std::size_t i = 0; i < kKinds.size(); ++i) {
+      const std::string kind = i == 0 ? "" : fmt::format(": {}", name(kKinds[i].kind));
+      placemark("Fixes, connected" + kind, kKinds[i].id, fix_lines_[i]);
+    }
     for (const auto& [name, stretches] : faults_) {
       placemark(fmt::format("Fault {} (true place)", xml_escaped(name)), "fault", stretches);
     }
@@ -134,10 +151,27 @@ class Kml final : public Encoder {
   }
 
  private:
+  /// A line of another kind begins where that before it ended.
+  void add_to_line(const positioning::Fix& fix) {
+    const auto* const found =
+        std::find_if(kKinds.begin(), kKinds.end(), [&](const KindStyle& k) { return k.kind == fix.kind(); });
+    const std::size_t kind = found == kKinds.end() ? kind_ : static_cast<std::size_t>(found - kKinds.begin());
+    if (kind != kind_) {
+      fix_lines_[kind_].interrupt();
+      kind_ = kind;
+      if (last_fix_) fix_lines_[kind].add(*last_fix_);
+    }
+    fix_lines_[kind].add(fix.position);
+    last_fix_ = fix.position;
+  }
+
   std::string name_;
+  std::size_t kind_ = 0;  ///< of the last fix, among kKinds
+  std::optional<geodesy::Geodetic> last_fix_;
   std::size_t epochs_ = 0, fixes_ = 0;
   geodesy::GpsTime begin_, end_;
-  Stretches truth_, fix_line_, outages_;
+  Stretches truth_, outages_;
+  std::array<Stretches, kKinds.size()> fix_lines_;
   std::map<std::string, Stretches> faults_;  // by name
   std::array<Stretches, kErrorClassCount> points_;
 };

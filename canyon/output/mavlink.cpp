@@ -8,6 +8,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/mavlink/frames.hpp"
+#include "canyon/mavlink/rtcm_data.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/ubx/fix_codes.hpp"
@@ -47,6 +48,12 @@ Eigen::Vector3d ned(const Eigen::Vector3d& enu) {
 /// [0, 360), also in hundredths.
 double course_deg(const Eigen::Vector3d& velocity_enu) {
   return wrapped_azimuth_deg(std::atan2(velocity_enu.x(), velocity_enu.y()), 2);
+}
+
+/// (0, 360], as 0 is the word for "not known".
+double yaw_deg(const positioning::Fix& fix) {
+  const double yaw = heading_deg(fix, 2).value_or(mavlink::kUnknown);
+  return yaw < 0.005 ? 360 : yaw;
 }
 
 std::uint8_t eight_bits(double value) {
@@ -93,14 +100,20 @@ class MavlinkStream : public Encoder {
       bytes += frame(mavlink::Heartbeat{});
       for (const mavlink::Message& message : each_second(epoch)) bytes += frame(message);
     }
-    return bytes + frame(each_epoch(epoch));
+    for (const mavlink::Message& message : each_epoch(epoch)) bytes += frame(message);
+    return bytes;
+  }
+
+  /// A datagram holds one frame.
+  [[nodiscard]] std::size_t datagram(std::string_view bytes) const final {
+    return mavlink::frame_bytes(bytes);
   }
 
  protected:
   [[nodiscard]] geodesy::GpsTime begin_of_run() const { return begin_; }
 
  private:
-  [[nodiscard]] virtual mavlink::Message each_epoch(const simulation::Epoch& epoch) const = 0;
+  [[nodiscard]] virtual std::vector<mavlink::Message> each_epoch(const simulation::Epoch& epoch) = 0;
   [[nodiscard]] virtual std::vector<mavlink::Message> each_second(const simulation::Epoch& /*epoch*/) const {
     return {};
   }
@@ -124,26 +137,57 @@ void put_place(const simulation::Epoch& epoch, Message& m) {
 
 class GpsInputStream final : public MavlinkStream {
   using MavlinkStream::MavlinkStream;
-  [[nodiscard]] mavlink::Message each_epoch(const simulation::Epoch& epoch) const override {
-    return gps_input(epoch);
+  [[nodiscard]] std::vector<mavlink::Message> each_epoch(const simulation::Epoch& epoch) override {
+    return {gps_input(epoch)};
   }
 };
 
 class HilGpsStream final : public MavlinkStream {
   using MavlinkStream::MavlinkStream;
-  [[nodiscard]] mavlink::Message each_epoch(const simulation::Epoch& epoch) const override {
-    return hil_gps(epoch);
+  [[nodiscard]] std::vector<mavlink::Message> each_epoch(const simulation::Epoch& epoch) override {
+    return {hil_gps(epoch)};
   }
 };
 
 class GpsRawIntStream final : public MavlinkStream {
   using MavlinkStream::MavlinkStream;
-  [[nodiscard]] mavlink::Message each_epoch(const simulation::Epoch& epoch) const override {
-    return gps_raw_int(epoch);
+  [[nodiscard]] std::vector<mavlink::Message> each_epoch(const simulation::Epoch& epoch) override {
+    std::vector<mavlink::Message> messages{gps_raw_int(epoch)};
+    if (const auto rtk = gps_rtk(epoch, begin_of_run())) messages.emplace_back(*rtk);
+    return messages;
   }
   [[nodiscard]] std::vector<mavlink::Message> each_second(const simulation::Epoch& epoch) const override {
     return {system_time(epoch, begin_of_run()), gps_status(epoch)};
   }
+};
+
+/// Bytes of the message of RTCM 3 that begins `bytes`: header and checksum are three each.
+std::size_t rtcm_bytes(std::string_view bytes) {
+  const auto byte = [&](std::size_t i) { return unsigned{static_cast<unsigned char>(bytes[i])}; };
+  return 6 + ((byte(1) & 3U) << 8U | byte(2));
+}
+
+class GpsRtcmDataStream final : public MavlinkStream {
+ public:
+  explicit GpsRtcmDataStream(const ReceiverDescription& receiver)
+      : MavlinkStream(receiver), rtcm_(encode_rtcm(receiver)) {}
+
+ private:
+  [[nodiscard]] std::vector<mavlink::Message> each_epoch(const simulation::Epoch& epoch) override {
+    std::vector<mavlink::Message> messages;
+    const std::string bytes = rtcm_->encode(epoch);
+    for (std::string_view rest = bytes; !rest.empty();) {
+      const std::size_t size = rtcm_bytes(rest);
+      for (const mavlink::GpsRtcmData& part : mavlink::rtcm_data(rest.substr(0, size), number_++)) {
+        messages.emplace_back(part);
+      }
+      rest.remove_prefix(size);
+    }
+    return messages;
+  }
+
+  std::unique_ptr<Encoder> rtcm_;
+  std::uint8_t number_ = 0;
 };
 
 }  // namespace
@@ -167,6 +211,7 @@ mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
     return m;
   }
   put_place(epoch, m);
+  m.yaw_deg = yaw_deg(fix);
   m.velocity_ned_mps = ned(*fix.velocity_enu_mps);
   if (fix.dop) {
     m.hdop = fix.dop->hdop;
@@ -191,6 +236,7 @@ mavlink::HilGps hil_gps(const simulation::Epoch& epoch) {
   if (!fix.measured() || !fix.velocity_enu_mps) return m;
   m.fix_type = fix_type(fix.kind());
   put_place(epoch, m);
+  m.yaw_deg = yaw_deg(fix);
   m.velocity_ned_mps = ned(*fix.velocity_enu_mps);
   m.speed_mps = fix.velocity_enu_mps->head<2>().norm();
   m.course_deg = course_deg(*fix.velocity_enu_mps);
@@ -206,6 +252,7 @@ mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
   if (!fix.measured()) return m;
   m.fix_type = fix_type(fix.kind());
   put_place(epoch, m);
+  m.yaw_deg = yaw_deg(fix);
   m.ellipsoidal_height_m = fix.position.height_m;
   if (fix.dop) {
     m.hdop = fix.dop->hdop;
@@ -222,6 +269,21 @@ mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
         std::sqrt(across.dot(fix.velocity_covariance_enu->topLeftCorner<2, 2>() * across));
     m.course_accuracy_deg = std::min(180.0, degrees(across_mps / m.speed_mps));
   }
+  return m;
+}
+
+std::optional<mavlink::GpsRtk> gps_rtk(const simulation::Epoch& epoch, geodesy::GpsTime begin) {
+  const receiver::ReceiverEpoch& seen = epoch.observed;
+  const auto& baseline = seen.fix.baseline;
+  if (!seen.fix.solved() || !baseline) return std::nullopt;
+  mavlink::GpsRtk m;
+  m.boot_s = std::max(0.0, seen.time - begin - seen.fix.correction_age_s.value_or(0));
+  m.week = static_cast<std::uint16_t>(seen.stated_time().week());
+  m.time_of_week_s = seen.stated_time().seconds_of_week();
+  m.satellites = eight_bits(static_cast<double>(baseline->used.size()));
+  m.baseline_m = ned(baseline->vector_enu);
+  m.accuracy_m = std::sqrt(baseline->covariance_enu.trace());
+  m.hypotheses_count = baseline->kind == positioning::FixKind::Fixed ? 1 : 0;
   return m;
 }
 
@@ -257,6 +319,9 @@ std::unique_ptr<Encoder> encode_hil_gps(const ReceiverDescription& receiver) {
 }
 std::unique_ptr<Encoder> encode_gps_raw_int(const ReceiverDescription& receiver) {
   return std::make_unique<GpsRawIntStream>(receiver);
+}
+std::unique_ptr<Encoder> encode_gps_rtcm_data(const ReceiverDescription& receiver) {
+  return std::make_unique<GpsRtcmDataStream>(receiver);
 }
 
 }  // namespace canyon::output

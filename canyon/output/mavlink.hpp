@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "canyon/mavlink/messages.hpp"
 #include "canyon/simulation/epoch.hpp"
 
@@ -7,6 +9,7 @@ namespace canyon::output {
 
 // Messages to autopilots and ground stations about one epoch. Without a fix the type is 1 (no fix), and
 // latitude and longitude, which no MAVLink message can leave out, are 0.
+// The yaw is the heading_deg() of two antennas, 360 for north.
 // Altitudes are heights above mean sea level (Epoch::altitude_m()). Satellites are those in the fix.
 
 /// What ArduPilot reads with GPS1_TYPE 14. It goes on with the last velocity where a message says to ignore
@@ -19,6 +22,10 @@ namespace canyon::output {
 
 /// What ground stations show of a vehicle's GPS. A fix without velocity has no speed and no course.
 [[nodiscard]] mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch);
+
+/// The baseline, from the base, axes north, east, down at the antenna; empty where there is none.
+/// @param begin of the run
+[[nodiscard]] std::optional<mavlink::GpsRtk> gps_rtk(const simulation::Epoch& epoch, geodesy::GpsTime begin);
 
 /// Of the satellites that the receiver tracks, those in the fix first, as many as there is room for. Numbers
 /// are u-blox's single ones (UBX-22008968, 1.5.2, "Satellite numbering"): GPS 1 to 32, SBAS 120 to 158,

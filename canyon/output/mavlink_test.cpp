@@ -1,12 +1,14 @@
 #include "canyon/output/mavlink.hpp"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "canyon/mavlink/frames.hpp"
+#include "canyon/mavlink/rtcm_data.hpp"
 #include "canyon/output/encoder.hpp"
 #include "tests/support/node_mavlink.hpp"
-#include "tests/support/sample_epochs.hpp"
+#include "tests/support/sample_signals.hpp"
 
 namespace canyon::output {
 namespace {
@@ -113,6 +115,95 @@ TEST(Mavlink, SaysWhatTheCorrectionsMadeOfTheFix) {
     EXPECT_EQ(gps_raw_int(now).fix_type, type);
   }
   EXPECT_EQ(gps_raw_int(test::corrected(epoch(false), FixKind::Fixed)).fix_type, 1);
+}
+
+// GPS_INPUT, HIL_GPS and GPS_RAW_INT: yaw 0 is "not known", 360 is north.
+TEST(Mavlink, YawIsTheFixedHeadingOfTwoAntennas) {
+  using positioning::FixKind;
+  const auto yaw = [](FixKind kind, bool moving_base, const Eigen::Vector3d& vector_enu) {
+    const simulation::Epoch now = test::with_baseline(epoch(), kind, moving_base, vector_enu);
+    const double yaw_deg = gps_raw_int(now).yaw_deg;
+    EXPECT_THAT(gps_input(now).yaw_deg, testing::NanSensitiveDoubleEq(yaw_deg));
+    EXPECT_THAT(hil_gps(now).yaw_deg, testing::NanSensitiveDoubleEq(yaw_deg));
+    EXPECT_EQ(gps_raw_int(now).fix_type, 3);
+    return yaw_deg;
+  };
+  EXPECT_NEAR(yaw(FixKind::Fixed, true, {-0.6, 0.8, 0.1}), 323.1301, 1e-4);
+  EXPECT_EQ(yaw(FixKind::Fixed, true, {0, 1, 0}), 360);
+  EXPECT_EQ(yaw(FixKind::Fixed, true, {5e-5, 1, 0}), 360);  // 0.0029 deg
+  EXPECT_TRUE(std::isnan(yaw(FixKind::Float, true, {-0.6, 0.8, 0.1})));
+  EXPECT_TRUE(std::isnan(yaw(FixKind::Fixed, false, {-0.6, 0.8, 0.1})));
+}
+
+TEST(Mavlink, GpsRtkHasTheBaseline) {
+  EXPECT_FALSE(gps_rtk(epoch(), test::sample_time()));
+  simulation::Epoch now = test::corrected(epoch(), positioning::FixKind::Fixed);
+  now = test::with_baseline(now, positioning::FixKind::Fixed, false, {300, -400, 12});
+  const auto rtk = gps_rtk(now, test::sample_time() - 10);
+  ASSERT_TRUE(rtk);
+  EXPECT_NEAR(rtk->boot_s, 10.25 - 1.6, 1e-9);
+  EXPECT_EQ(rtk->week, 2051);
+  EXPECT_EQ(rtk->time_of_week_s, 46701.25);
+  EXPECT_EQ(rtk->satellites, 9);
+  EXPECT_EQ(rtk->frame, 1);
+  EXPECT_EQ(rtk->baseline_m, Eigen::Vector3d(-400, 300, -12));
+  EXPECT_NEAR(rtk->accuracy_m, std::sqrt(4e-6 + 9e-6 + 2.5e-5), 1e-12);
+  EXPECT_EQ(rtk->hypotheses_count, 1);
+}
+
+/// Epochs with measurements of many signals, so that messages of RTCM are longer than 180 bytes.
+std::string rtcm_data_stream(Encoder& encoder) {
+  std::string bytes;
+  for (int second = 0; second < 3; ++second) {
+    bytes += encoder.encode(test::sample_signal_epoch(test::sample_time() + second, test::sample_time()));
+  }
+  return bytes;
+}
+
+TEST(Mavlink, RtcmOfABaseArrivesWhole) {
+  const auto plain = format_named("rtcm").make(rover()), data = format_named("gps_rtcm_data").make(rover());
+  const std::string bytes = rtcm_data_stream(*data);
+  mavlink::RtcmParts parts;
+  std::string joined;
+  std::size_t frames = 0;
+  for (std::string_view rest = bytes; !rest.empty();) {
+    // Each datagram is a frame of its own.
+    const std::size_t size = data->datagram(rest);
+    mavlink::Parser().receive(rest.substr(0, size), [&](const mavlink::Frame& frame) {
+      EXPECT_EQ(frame.sequence, frames++ % 256);
+      const auto* const part = std::get_if<mavlink::GpsRtcmData>(&frame.message);
+      if (part != nullptr) joined += parts.receive(*part);
+    });
+    rest.remove_prefix(size);
+  }
+  EXPECT_GT(frames, 12U);
+  EXPECT_EQ(joined, rtcm_data_stream(*plain));
+}
+
+TEST(Mavlink, AnotherDecoderReadsRtcmAndTheBaseline) {
+  CANYON_NEEDS_NODE_MAVLINK();
+  const auto data = format_named("gps_rtcm_data").make(rover()), plain = format_named("rtcm").make(rover());
+  std::string joined;
+  for (const auto& message : test::judge_mavlink(rtcm_data_stream(*data)).messages) {
+    if (message.name != "GPS_RTCM_DATA") continue;
+    const auto& counts = message.fields.at("data");
+    for (std::size_t i = 0; i < static_cast<std::size_t>(message.count("len")); ++i) {
+      joined += static_cast<char>(static_cast<unsigned char>(counts.at(i)));
+    }
+  }
+  EXPECT_EQ(joined, rtcm_data_stream(*plain));
+
+  simulation::Epoch now = test::with_baseline(epoch(), positioning::FixKind::Fixed, true);
+  const auto messages = test::judge_mavlink(format_named("gps_raw_int").make(rover())->encode(now)).messages;
+  ASSERT_EQ(messages.size(), 5U);
+  EXPECT_EQ(messages[3].name, "GPS_RAW_INT");
+  EXPECT_EQ(messages[4].name, "GPS_RTK");
+  EXPECT_EQ(messages[4].count("baseline_a_mm"), 805);
+  EXPECT_EQ(messages[4].count("baseline_b_mm"), -601);
+  EXPECT_EQ(messages[4].count("baseline_c_mm"), 123);
+  EXPECT_EQ(messages[4].count("baseline_coords_type"), 1);
+  EXPECT_EQ(messages[4].count("accuracy"), 6);
+  EXPECT_EQ(messages[4].count("tow"), 46701250);
 }
 
 TEST(Mavlink, CourseAccuracyIsThatAcrossTheWay) {

@@ -188,6 +188,12 @@ std::string gst(const receiver::ReceiverEpoch& seen, std::string_view talker, co
       fixed(std::sqrt(p(0, 0)), 3), fixed(std::sqrt(p(2, 2)), 3)));
 }
 
+/// HDT and not THS: gpsd and ArduPilot read both, PX4 and nmea_navsat_driver HDT alone.
+std::string hdt(const positioning::Fix& fix, std::string_view talker) {
+  const std::optional<double> heading = heading_deg(fix, 2);
+  return heading ? nmea_sentence(fmt::format("{}HDT,{},T", talker, fixed(*heading, 2))) : "";
+}
+
 std::string gsv(const receiver::ReceiverEpoch& seen) {
   constexpr std::size_t kPerSentence = 4;
   std::map<System, std::vector<std::string>> in_view;
@@ -265,7 +271,7 @@ std::string nmea_epoch(const simulation::Epoch& epoch) {
   const std::string_view talker = solution_talker(seen);
   const Clock clock = utc_clock(seen.stated_utc());
   return rmc(seen, talker, clock) + gga(epoch, talker, clock) + gsa(seen, talker) + gst(seen, talker, clock) +
-         gsv(seen);
+         hdt(seen.fix, talker) + gsv(seen);
 }
 
 std::unique_ptr<Encoder> encode_nmea(const ReceiverDescription&) {

@@ -126,6 +126,18 @@ TEST(Nmea, SaysWhatTheCorrectionsMadeOfTheFix) {
   EXPECT_THAT(nmea_epoch(prediction), testing::HasSubstr(",0.0,M,,*"));
 }
 
+// True heading, of fixed ambiguities between two antennas alone.
+TEST(Nmea, SaysWhereTwoAntennasPoint) {
+  using positioning::FixKind;
+  const auto headings = [](FixKind kind, bool moving_base, const Eigen::Vector3d& vector_enu) {
+    return bodies(nmea_epoch(test::with_baseline(epoch_at(0), kind, moving_base, vector_enu)), "HDT");
+  };
+  EXPECT_THAT(headings(FixKind::Fixed, true, {-0.6, 0.8, 0.1}), ElementsAre("GNHDT,323.13,T"));
+  EXPECT_THAT(headings(FixKind::Fixed, true, {-1e-5, 1, 0}), ElementsAre("GNHDT,0.00,T"));
+  EXPECT_THAT(headings(FixKind::Float, true, {-0.6, 0.8, 0.1}), ElementsAre());
+  EXPECT_THAT(headings(FixKind::Fixed, false, {-0.6, 0.8, 0.1}), ElementsAre());
+}
+
 // 1024 weeks before 2019-04-28 it was 1999-09-12.
 TEST(Nmea, StatesTheDateThatTheReceiverBelieves) {
   simulation::Epoch epoch = epoch_at(0, false);

@@ -67,7 +67,7 @@ void EncodedStream::write(const simulation::Epoch& epoch) {
   if (!wanted(epoch.observed.time)) return;
   std::string bytes = encoder_->encode(epoch);
   if (options_.latency_s == 0 && options_.jitter_s == 0) {
-    link_->transport().send(bytes);
+    send(bytes);
     return;
   }
   const double delay_s = std::max(0.0, options_.latency_s + options_.jitter_s * delays_.normal());
@@ -77,6 +77,14 @@ void EncodedStream::write(const simulation::Epoch& epoch) {
   waiting_.push_back({due, std::move(bytes)});
 }
 
+void EncodedStream::send(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const std::size_t size = encoder_->datagram(bytes);
+    link_->transport().send(bytes.substr(0, size));
+    bytes.remove_prefix(size);
+  }
+}
+
 void EncodedStream::serve() {
   link_->serve();
   send_due();
@@ -84,7 +92,7 @@ void EncodedStream::serve() {
 
 void EncodedStream::send_due() {
   while (!waiting_.empty() && waiting_.front().due <= Clock::now()) {
-    link_->transport().send(waiting_.front().bytes);
+    send(waiting_.front().bytes);
     waiting_.pop_front();
   }
 }
@@ -96,7 +104,7 @@ std::optional<EncodedStream::Clock::time_point> EncodedStream::next_due() const 
 
 void EncodedStream::finish() {
   if (std::exchange(finished_, true)) return;
-  for (const Waiting& each : waiting_) link_->transport().send(each.bytes);
+  for (const Waiting& each : waiting_) send(each.bytes);
   waiting_.clear();
   link_->transport().send(encoder_->end());
   link_->finish(listener_, encoder_->correction());

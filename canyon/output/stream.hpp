@@ -62,6 +62,7 @@ class EncodedStream final : public simulation::EpochSink {
     std::string bytes;
   };
   [[nodiscard]] bool wanted(geodesy::GpsTime time);
+  void send(std::string_view bytes);
 
   std::unique_ptr<Encoder> encoder_;
   std::shared_ptr<transport::Link> link_;

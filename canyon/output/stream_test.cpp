@@ -12,7 +12,7 @@
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::output {
+namespace canyon::output::stream_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -208,4 +208,4 @@ TEST(RealTimePacer, TakesAsMuchTimeAsTheEpochsAndNoMoreWhereStopped) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::output::stream_test

@@ -84,6 +84,27 @@ TEST(Kml, CoordinatesAreLongitudeLatitudeHeight) {
   EXPECT_EQ(text.find("nan"), std::string::npos);
 }
 
+// The line of another kind begins where that before it ended, but behind an outage at the fix itself.
+TEST(Kml, ColoursFixesByTheirKind) {
+  using positioning::FixKind;
+  const test::TemporaryFolder folder;
+  auto epochs = sample_run();
+  for (const std::size_t i : {1, 2}) epochs[i] = test::corrected(epochs[i], FixKind::Fixed);
+  epochs[5] = test::corrected(epochs[5], FixKind::Float);
+  feed(*open_file("kml", folder / "track.kml", 0, {"rover"}), epochs);
+  const std::string text = test::read_bytes(folder / "track.kml");
+  const auto places = [&](const std::string& name) {
+    const std::size_t from = text.find("<name>" + name + "</name>");
+    return occurrences(text.substr(from, text.find("</Placemark>", from) - from), ",11.345\n");
+  };
+  EXPECT_EQ(places("Fixes, connected"), 2U) << "seconds 0 and 7";
+  EXPECT_EQ(places("Fixes, connected: fixed"), 3U) << "0 to 2";
+  EXPECT_EQ(places("Fixes, connected: float"), 1U) << "5";
+  EXPECT_EQ(occurrences(text, "<Style id=\"fix_fixed\">"), 1U);
+  EXPECT_EQ(occurrences(text, "<styleUrl>#fix_float</styleUrl>"), 1U);
+  EXPECT_EQ(occurrences(text, "fix_differential"), 0U);
+}
+
 TEST(Kml, EmptyRun) {
   const test::TemporaryFolder folder;
   feed(*open_file("kml", folder / "track.kml", 0, {"rover"}), {});

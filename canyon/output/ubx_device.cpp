@@ -66,8 +66,11 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
           return found == channels_.end() ? std::nullopt : std::optional(found->second);
         }),
         begin_(receiver.begin),
-        commands_(generation, static_cast<int>(std::floor(receiver.interval_s * 1e3 + 1e-6)),
-                  receiver.systems, *this),
+        commands_(
+            generation,
+            ubx::Configuration(generation, static_cast<int>(std::floor(receiver.interval_s * 1e3 + 1e-6)),
+                               receiver.rtk),
+            receiver.systems, *this),
         generation_(generation) {}
 
   std::string encode(const simulation::Epoch& epoch) override {

@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "canyon/output/ubx/messages.hpp"
+#include "tests/support/shared_data.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/support/ubx_device.hpp"
 
 namespace canyon::output::ubx_device_test {
@@ -122,8 +125,7 @@ TEST(UbxDevice, APredictionIsDeadReckoning) {
 }
 
 // UBX-22008968: NAV-PVT flags and flags3 (3.15.13), NAV-STATUS (3.15.18), NAV-SAT (3.15.16), NAV-SIG
-// (3.15.17). A walk with a real receiver and a base (ubx-longmont-20250828) has the same NAV-PVT: fix type 3
-// and flags 67 in its 187 float epochs, 131 in its 349 fixed ones, ages of codes 1 and 2.
+// (3.15.17).
 TEST(UbxDevice, SaysWhatTheCorrectionsMadeOfTheFix) {
   const auto expect = [](positioning::FixKind kind, std::uint64_t pvt_flags, std::uint64_t status,
                          std::uint64_t satellite, std::uint64_t signal) {
@@ -155,6 +157,102 @@ TEST(UbxDevice, SaysWhatTheCorrectionsMadeOfTheFix) {
   expect(FixKind::Differential, 3, 0x00010F03, kCode, 1 << 6);
   expect(FixKind::Float, 67, 0x40030F03, kPhase, 3 << 6);
   expect(FixKind::Fixed, 131, 0x80030F03, kPhase, 3 << 6);
+}
+
+// A walk with a real F9 and a base (ubx-longmont-20250828) has the NAV-PVT that we send: fix type, flags,
+// confirmed times and the age of corrections.
+TEST(UbxDevice, SaysOfCorrectionsWhatARealReceiverSays) {
+  CANYON_SHARED_DATA(path, "ubx-longmont-20250828/gnss_1730.ubx");
+  std::map<std::uint64_t, int> epochs;
+  const auto compare = [&](ubx::MessageId id, std::string_view payload) {
+    if (id != 0x0107) return;
+    const Message real{id, std::string(payload)};
+    ++epochs[real.u(21, 1)];
+    const auto kind = real.u(21, 1) == 131 ? positioning::FixKind::Fixed : positioning::FixKind::Float;
+    const auto messages = Device(encode_ubx).encode(test::corrected(ubx_epoch(), kind));
+    const Message& ours = find(messages, 0x0107);
+    EXPECT_EQ(real.u(20, 2), ours.u(20, 2));
+    EXPECT_EQ(real.u(11, 1) & 7, ours.u(11, 1) & 7);
+    EXPECT_EQ(real.u(22, 1) & 0xE0, ours.u(22, 1));
+    EXPECT_LE(real.u(78, 2), ours.u(78, 2)) << "ages below 2 s: codes 1 and 2";
+    EXPECT_GE(real.u(40, 4), 14U) << "10 mm on each axis, float or fixed";
+    EXPECT_GE(real.u(44, 4), 10U);
+  };
+  ubx::Parser().receive(test::read_bytes(path), {compare, [](std::string_view) {}});
+  EXPECT_EQ(epochs, (std::map<std::uint64_t, int>{{67, 187}, {131, 349}}));
+}
+
+/// NAV-RELPOSNED of an epoch; offsets as UBX-22008968, 3.15.15, has them.
+Message relative_position(const simulation::Epoch& epoch) {
+  const auto messages = Device(encode_ubx, 0.1, true).encode(epoch);
+  const Message& message = find(messages, 0x013C);
+  EXPECT_EQ(message.payload.size(), 64U);
+  EXPECT_EQ(message.u(0, 1), 1U);
+  return message;
+}
+
+TEST(UbxDevice, StatesTheVectorBetweenTwoAntennas) {
+  const auto e = test::with_baseline(ubx_epoch(), positioning::FixKind::Fixed, true);
+  const Message m = relative_position(e);
+  const auto i1 = [&](std::size_t offset) {
+    return static_cast<int>(static_cast<std::int8_t>(m.u(offset, 1)));
+  };
+  EXPECT_EQ(m.u(4, 4), 46701125U);
+  EXPECT_EQ(m.i4(8), 80);  // 0.80456 m north
+  EXPECT_EQ(i1(32), 46);
+  EXPECT_EQ(m.i4(12), -60);  // -0.6012 m east
+  EXPECT_EQ(i1(33), -12);
+  EXPECT_EQ(m.i4(16), 12);  // 0.1234 m down
+  EXPECT_EQ(i1(34), 34);
+  EXPECT_EQ(m.i4(20) * 100 + i1(35), std::lround(std::hypot(0.80456, 0.6012, 0.1234) * 1e4));
+  EXPECT_NEAR(static_cast<double>(m.i4(24)) * 1e-5, 360 - 36.7686, 1e-4);  // atan(0.6012 / 0.80456)
+  EXPECT_EQ(m.u(36, 4), 30U);
+  EXPECT_EQ(m.u(40, 4), 20U);
+  EXPECT_EQ(m.u(44, 4), 50U);
+  // Along: 3 mm of 0.80456, 2 mm of 0.6012 and 5 mm of 0.1234, over the length. Across: the axes swapped.
+  EXPECT_EQ(m.u(48, 4), std::lround(10 * std::hypot(3 * 0.80456, 2 * 0.6012, 5 * 0.1234) / 1.01193));
+  const double level = std::hypot(0.80456, 0.6012);
+  EXPECT_NEAR(static_cast<double>(m.u(52, 4)) * 1e-5,
+              geodesy::degrees(std::hypot(2e-3 * 0.80456, 3e-3 * 0.6012) / level / level), 1e-5);
+  // gnssFixOK, diffSoln, relPosValid, fixed, isMoving, relPosHeadingValid: as ArduPilot's driver asks.
+  EXPECT_EQ(m.u(60, 4), 0x137U);
+
+  const auto messages = Device(encode_ubx, 0.1, true).encode(e);
+  EXPECT_THAT(ids(messages), ElementsAre(0x0107, 0x0103, 0x0104, 0x0120, 0x0136, 0x0135, 0x0143, 0x013C,
+                                         0x0161, 0x0215, 0x0A38, 0x2709));
+  EXPECT_EQ(find(messages, 0x0107).u(20, 2), 131U << 8 | 3) << "though the position is single";
+  EXPECT_EQ(find(messages, 0x0103).u(4, 4) & 0xC0FFFFFFU, 0x80030F03U);
+}
+
+TEST(UbxDevice, StatesTheVectorFromABase) {
+  // 50 km away the axes of base and rover differ by half a degree.
+  auto e = test::corrected(ubx_epoch(), positioning::FixKind::Float);
+  e = test::with_baseline(e, positioning::FixKind::Float, false, {30'000, 40'000, 20});
+  const Eigen::Vector3d base = e.observed.fix.baseline->base_ecef;
+  const geodesy::LocalFrame frame(geodesy::geodetic_from_ecef(base));
+  const Eigen::Vector3d rover = frame.local_from_geodetic(e.observed.fix.position);
+  const Message m = relative_position(e);
+  EXPECT_EQ(m.u(2, 2), 7U);
+  EXPECT_NEAR(static_cast<double>(m.i4(8)), 100 * rover.y(), 1);
+  EXPECT_NEAR(static_cast<double>(m.i4(12)), 100 * rover.x(), 1);
+  EXPECT_NEAR(static_cast<double>(m.i4(16)), -100 * rover.z(), 1);
+  EXPECT_LT(rover.z(), -150);
+  EXPECT_EQ(m.u(60, 4), 0x10FU);
+  // A heading that is known to 20 degrees is none.
+  e = test::with_baseline(e, positioning::FixKind::Float, false);
+  e.observed.fix.baseline->covariance_enu.setIdentity() *= 0.36 * 0.36;
+  EXPECT_EQ(relative_position(e).u(60, 4), 0x00FU);
+  const Message none = relative_position(ubx_epoch());
+  EXPECT_EQ(none.u(60, 4), 1U);
+  EXPECT_EQ(none.u(8, 8) + none.u(16, 8) + none.u(24, 8) + none.u(32, 8) + none.u(40, 8) + none.u(48, 8), 0U);
+}
+
+// UBX-22008968, 3.17.6: bit 0 of the flags crcFailed, bits 1 and 2 msgUsed (1 not used, 2 used).
+TEST(UbxDevice, AcknowledgesRtcm) {
+  EXPECT_EQ(ubx::rtcm_payload({1077, false, true, 7}), std::string("\2\4\0\0\7\0\x35\4", 8));
+  EXPECT_EQ(ubx::rtcm_payload({1230, true, std::nullopt, std::nullopt}),
+            std::string("\2\1\0\0\xFF\xFF\xCE\4", 8));
+  EXPECT_EQ(ubx::rtcm_payload({1005, false, false, 4095}), std::string("\2\2\0\0\xFF\x0F\xED\3", 8));
 }
 
 TEST(UbxDevice, AgeOfCorrections) {

@@ -109,6 +109,22 @@ inline simulation::Epoch corrected(simulation::Epoch epoch, positioning::FixKind
   return epoch;
 }
 
+/// With a vector from a base by carrier phases [m]; standard deviations of 2 mm east, 3 mm north, 5 mm up.
+inline simulation::Epoch with_baseline(simulation::Epoch epoch, positioning::FixKind kind, bool moving_base,
+                                       const Eigen::Vector3d& vector_enu = {-0.6012, 0.80456, -0.1234}) {
+  positioning::Fix& fix = epoch.observed.fix;
+  positioning::Baseline& baseline = fix.baseline.emplace();
+  baseline.kind = kind;
+  baseline.moving_base = moving_base;
+  baseline.vector_enu = vector_enu;
+  baseline.base_ecef =
+      fix.position_ecef - geodesy::enu_from_ecef_rotation(fix.position).transpose() * vector_enu;
+  baseline.covariance_enu = Eigen::Vector3d(4e-6, 9e-6, 2.5e-5).asDiagonal();
+  baseline.ratio = 4.5;
+  baseline.used = fix.used;
+  return epoch;
+}
+
 inline geodesy::Geodetic sample_place() {
   return geodesy::Geodetic::from_degrees(22.298251, 114.178761, 12.345);
 }

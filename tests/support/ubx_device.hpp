@@ -71,9 +71,11 @@ inline std::vector<MessageId> ids(const std::vector<Message>& messages) {
 /// A device of a receiver at 10 Hz, and one who talks with it.
 class UbxDevice {
  public:
-  explicit UbxDevice(std::unique_ptr<Encoder> (*make)(const ReceiverDescription&), double interval_s = 0.1) {
+  explicit UbxDevice(std::unique_ptr<Encoder> (*make)(const ReceiverDescription&), double interval_s = 0.1,
+                     bool rtk = false) {
     ReceiverDescription receiver{"rover"};
     receiver.interval_s = interval_s;
+    receiver.rtk = rtk;
     receiver.begin = sample_time();
     receiver.systems = {gnss::System::GPS, gnss::System::Galileo};
     receiver.glonass_channels = {{*gnss::parse_satellite("R01"), 1}, {*gnss::parse_satellite("R24"), -7}};

@@ -188,6 +188,17 @@ void fill_satellite(const receiver::SatelliteObservation& seen, const receiver::
   if (seen.measurement->phase_since) message.set_phase_lock_s(epoch.time - *seen.measurement->phase_since);
 }
 
+void fill_baseline(const positioning::Baseline& baseline, msgs::GnssBaseline& message) {
+  message.set_fixed(baseline.kind == positioning::FixKind::Fixed);
+  message.set_moving_base(baseline.moving_base);
+  fill_enu(baseline.vector_enu, *message.mutable_vector_enu_m());
+  fill_rows(baseline.covariance_enu, *message.mutable_covariance_enu_m2());
+  if (baseline.ratio) message.set_ambiguity_ratio(*baseline.ratio);
+  if (!baseline.moving_base) return;
+  message.set_heading_rad(baseline.heading_rad());
+  message.set_heading_sigma_rad(baseline.heading_sigma_rad());
+}
+
 void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
   const positioning::Fix& fix = epoch.observed.fix;
   message.set_status(status_of(fix.status));
@@ -226,6 +237,8 @@ void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
   for (const auto id : fix.used) message.add_used(gnss::to_string(id));
   for (const double residual : fix.residuals_m) message.add_residuals_m(residual);
   fill_enu(epoch.error_enu_m, *message.mutable_error_enu_m());
+  if (fix.baseline) fill_baseline(*fix.baseline, *message.mutable_baseline());
+  if (const std::optional<bool> wrong = output::wrong_fix(epoch)) message.set_wrong_fix(*wrong);
 }
 
 }  // namespace

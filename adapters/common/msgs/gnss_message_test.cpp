@@ -50,8 +50,14 @@ TEST(GnssMessage, FillsEveryFieldButTheDocumentedOnes) {
   std::set<std::string> all, seen;
   note_fields(message, all, seen);
   for (const auto& name : seen) all.erase(name);
-  EXPECT_THAT(all, ElementsAre("canyon.msgs.GnssFix.correction_age_s",
-                               "canyon.msgs.GnssFix.correction_station", "canyon.msgs.GnssReceiver.reason"));
+  EXPECT_THAT(
+      all,
+      ElementsAre("canyon.msgs.GnssBaseline.ambiguity_ratio", "canyon.msgs.GnssBaseline.covariance_enu_m2",
+                  "canyon.msgs.GnssBaseline.fixed", "canyon.msgs.GnssBaseline.heading_rad",
+                  "canyon.msgs.GnssBaseline.heading_sigma_rad", "canyon.msgs.GnssBaseline.moving_base",
+                  "canyon.msgs.GnssBaseline.vector_enu_m", "canyon.msgs.GnssFix.baseline",
+                  "canyon.msgs.GnssFix.correction_age_s", "canyon.msgs.GnssFix.correction_station",
+                  "canyon.msgs.GnssFix.wrong_fix", "canyon.msgs.GnssReceiver.reason"));
 }
 
 double clock_bias(const msgs::GnssReceiver& message, msgs::GnssSystem system) {
@@ -118,11 +124,25 @@ TEST(GnssMessage, SaysWhatItLacksOfEpochs) {
       {"clock_drift", [](const M& m) -> test::Said { return m.clock_drift(); }},
       {"fix_kind", [](const M& m) -> test::Said { return static_cast<double>(m.fix().kind()); }},
       {"correction_age_s", [](const M& m) -> test::Said { return m.fix().correction_age_s(); }},
+      {"baseline_kind",
+       [](const M& m) -> test::Said {
+         return static_cast<double>(m.fix().baseline().fixed() ? msgs::GnssFix::FIXED : msgs::GnssFix::FLOAT);
+       }},
+      {"ambiguity_ratio", [](const M& m) -> test::Said { return m.fix().baseline().ambiguity_ratio(); }},
+      {"baseline_east_m", [](const M& m) -> test::Said { return m.fix().baseline().vector_enu_m().east(); }},
+      {"baseline_north_m",
+       [](const M& m) -> test::Said { return m.fix().baseline().vector_enu_m().north(); }},
+      {"baseline_up_m", [](const M& m) -> test::Said { return m.fix().baseline().vector_enu_m().up(); }},
+      {"heading_deg",
+       [](const M& m) -> test::Said { return geodesy::degrees(m.fix().baseline().heading_rad()); }},
+      {"heading_sigma_deg",
+       [](const M& m) -> test::Said { return geodesy::degrees(m.fix().baseline().heading_sigma_rad()); }},
+      {"wrong_fix", [](const M& m) -> test::Said { return m.fix().wrong_fix() ? 1.0 : 0.0; }},
   };
   const std::set<std::string> lacks{"rating", "error_horizontal_m"};
   SampleReport sample;
-  sample.step.epoch.observed.fix.solution = positioning::FixKind::Differential;
-  sample.step.epoch.observed.fix.correction_age_s = 1.5;
+  sample.step.epoch = test::with_baseline(test::corrected(sample.step.epoch, positioning::FixKind::Fixed),
+                                          positioning::FixKind::Fixed, true);
   M message;
   fill_gnss_message(sample_identity(), sample.report, message);
   test::expect_carried(output::TableKind::Epochs, sample.step.epoch, message, carried, lacks);

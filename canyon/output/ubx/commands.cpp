@@ -71,12 +71,11 @@ constexpr std::uint64_t kRam = 1, kBattery = 2, kFlash = 4;
 
 }  // namespace
 
-Commands::Commands(Generation generation, int interval_ms, const std::set<gnss::System>& systems,
+Commands::Commands(Generation generation, const Configuration& factory, const std::set<gnss::System>& systems,
                    const Outputs& outputs)
     : generation_(generation),
       outputs_(outputs),
-      settings_{Configuration(generation, interval_ms), Configuration(generation, interval_ms),
-                Configuration(generation, interval_ms)},
+      settings_{factory, factory, factory},
       systems_(gnss_blocks(systems)),
       reported_baud_(*settings_.current.value(kBaud)) {}
 

@@ -31,8 +31,8 @@ class Commands {
   /// Answers of one call are cut off behind as many bytes, as a sending buffer that is full.
   static constexpr std::size_t kMostAnswer = 64 << 10;
 
-  /// @param interval_ms of the epochs; @param systems that CFG-GNSS calls enabled
-  Commands(Generation generation, int interval_ms, const std::set<gnss::System>& systems,
+  /// @param factory settings from the start; @param systems that CFG-GNSS calls enabled
+  Commands(Generation generation, const Configuration& factory, const std::set<gnss::System>& systems,
            const Outputs& outputs);
 
   [[nodiscard]] std::string receive(std::uint64_t reader, std::string_view bytes);

@@ -21,6 +21,7 @@ constexpr std::array kMessages{
     MessageInfo{0x0135, 0x20910015, true, true, 1},                // NAV-SAT
     MessageInfo{0x0130, 0, true, false, 0},                        // NAV-SVINFO
     MessageInfo{0x0143, 0x20910345, false, true, 1},               // NAV-SIG
+    MessageInfo{kRelativePosition, 0x2091008d, false, true, 0},    // NAV-RELPOSNED
     MessageInfo{0x0161, 0x2091015f, true, true, 1},                // NAV-EOE
     MessageInfo{0x0215, 0x209102a4, true, true, 1},                // RXM-RAWX
     MessageInfo{0x0213, 0x20910231, true, true, 1, Sent::Events},  // RXM-SFRBX
@@ -33,14 +34,13 @@ constexpr std::array kMessages{
     MessageInfo{0xF002, 0x209100bf, true, true, 0},                // GSA
     MessageInfo{0xF007, 0x209100d3, true, true, 0},                // GST
     MessageInfo{0xF003, 0x209100c4, true, true, 0},                // GSV
-    // No corrections come in, no edges of a time mark.
+    // No RTCM comes in, no edges of a time mark.
     MessageInfo{0x0D03, 0x20910178, true, true, 0, Sent::Events},   // TIM-TM2
     MessageInfo{0x0232, 0x20910268, false, true, 0, Sent::Events},  // RXM-RTCM
     MessageInfo{0xF001, 0x209100c9, true, true, 0, Sent::Never},    // GLL
     MessageInfo{0xF005, 0x209100b0, true, true, 0, Sent::Never},    // VTG
     MessageInfo{0xF008, 0x209100d8, true, true, 0, Sent::Never},    // ZDA
     MessageInfo{0x013B, 0x20910088, false, true, 0, Sent::Never},   // NAV-SVIN
-    MessageInfo{0x013C, 0x2091008d, false, true, 0, Sent::Never},   // NAV-RELPOSNED
     MessageInfo{0xF505, 0x209102bd, false, true, 0, Sent::Never},   // RTCM 1005, 1074, 1077, ...
     MessageInfo{0xF54A, 0x2091035e, false, true, 0, Sent::Never},
     MessageInfo{0xF54D, 0x209102cc, false, true, 0, Sent::Never},
@@ -187,7 +187,7 @@ int value_size(std::uint32_t key) {
   return key < kOwnRate ? kSizes[key >> 28 & 7] : 0;
 }
 
-Configuration::Configuration(Generation generation, int period_ms) : generation_(generation) {
+Configuration::Configuration(Generation generation, int period_ms, bool rtk) : generation_(generation) {
   for (const KeyDefault& key : kKeys) values_[key.key] = key.value;
   values_[kRateMeasurement] = static_cast<std::uint64_t>(std::clamp(period_ms, 1, 0xFFFF));
   values_[kBaud] = generation == Generation::M8 ? 9600 : 38400;
@@ -199,6 +199,7 @@ Configuration::Configuration(Generation generation, int period_ms) : generation_
     }
   }
   if (generation == Generation::M8) values_[*rate_key(0x0A09, kOwnPort)] = 1;  // has no MON-RF
+  if (rtk && generation == Generation::F9) values_[*rate_key(kRelativePosition, kOwnPort)] = 1;
   // Blocks with their defaults: dynModel and fixMode come from the keys.
   blocks_[0x0624] = Payload()
                         .u2(0xFFFF)

@@ -35,6 +35,8 @@ struct MessageInfo {
 
   [[nodiscard]] bool known(Generation generation) const { return generation == Generation::M8 ? m8 : f9; }
 };
+/// NAV-RELPOSNED: from the start of receivers with RTK alone.
+inline constexpr MessageId kRelativePosition = 0x013C;
 /// In the order in which the messages of an epoch are sent.
 [[nodiscard]] std::span<const MessageInfo> messages();
 
@@ -53,8 +55,8 @@ inline constexpr std::uint32_t kJammingMonitor = 0x1041000d;  ///< CFG-ITFM-ENAB
 /// to the same values, or blocks of bytes of their own. Nothing can be added to it: it does not grow.
 class Configuration {
  public:
-  /// @param period_ms default of CFG-RATE-MEAS, at least 1
-  Configuration(Generation generation, int period_ms);
+  /// @param period_ms default of CFG-RATE-MEAS, at least 1; @param rtk NAV-RELPOSNED is sent from the start
+  Configuration(Generation generation, int period_ms, bool rtk = false);
 
   [[nodiscard]] std::optional<std::uint64_t> value(std::uint32_t key) const;
   /// False, and nothing changed, for an unknown key and a value that the device does not take.

@@ -47,6 +47,15 @@ struct Epoch {
 /// RXM-SFRBX (0x0213).
 [[nodiscard]] std::string subframe_payload(const broadcast::SentMessage& message, Generation generation,
                                            const std::map<gnss::SatelliteId, int>& glonass_channels);
+/// A message of RTCM 3 that came in.
+struct ReceivedRtcm {
+  int type = 0;  ///< DF002
+  bool crc_failed = false;
+  std::optional<bool> used;    ///< in the fix; empty: not known
+  std::optional<int> station;  ///< DF003, of messages that have one
+};
+/// RXM-RTCM (0x0232).
+[[nodiscard]] std::string rtcm_payload(const ReceivedRtcm& received);
 /// MON-VER (0x0A04): names the protocol spoken, and Canyon as firmware.
 [[nodiscard]] std::string version_payload(Generation generation);
 

@@ -56,6 +56,13 @@ std::array<double, 2> heights_of(const Epoch& epoch) {
   return {fix.position.height_m, fix.position.height_m - epoch.geoid_undulation_m};
 }
 
+/// Position fix flags. A rover of a moving base states how the vector from it was made, though its position
+/// is single (ZED-F9P Integration Manual, "RTK rover mode output in messages").
+std::uint8_t flags_of(const positioning::Fix& fix) {
+  const bool of_vector = fix.measured() && fix.baseline && fix.baseline->moving_base;
+  return codes_of(of_vector ? fix.baseline->kind : fix.kind()).ubx_flags;
+}
+
 /// lastCorrectionAge: 0 not known, n from the n-1st of these ages on.
 std::uint64_t correction_age(const positioning::Fix& fix) {
   constexpr std::array kFrom_s{1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 120.0};
@@ -81,7 +88,7 @@ double horizontal_dop(const positioning::Fix& fix, int axis) {
 
 /// flags of NAV-STATUS and NAV-SOL: gpsFixOk, diffSoln, wknSet, towSet.
 std::uint64_t solution_flags(const Epoch& epoch) {
-  const std::uint64_t fix = codes_of(epoch.seen.fix.kind()).ubx_flags & (kUbxFixOk | kUbxDifferential);
+  const std::uint64_t fix = flags_of(epoch.seen.fix) & (kUbxFixOk | kUbxDifferential);
   return fix | (epoch.time_known ? 0b1100 : 0);
 }
 
@@ -89,7 +96,6 @@ std::uint64_t solution_flags(const Epoch& epoch) {
 std::string pvt(const Epoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
-  const FixCodes& codes = codes_of(fix.kind());
   const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc());
   Payload p;
   p.u4(itow(epoch)).u2(static_cast<std::uint64_t>(utc.year)).u1(static_cast<std::uint64_t>(utc.month));
@@ -98,7 +104,7 @@ std::string pvt(const Epoch& epoch) {
   p.u1(epoch.time_known ? 0b111 : 0)
       .unsigned_field(q.time_s, 1e-9, 4)
       .u4(static_cast<std::uint64_t>(utc.nanosecond));
-  p.u1(codes.ubx_type).u1(codes.ubx_flags).u1(epoch.time_known ? 0b11100000 : 0).u1(used(fix));
+  p.u1(codes_of(fix.kind()).ubx_type).u1(flags_of(fix)).u1(epoch.time_known ? 0b11100000 : 0).u1(used(fix));
   p.signed_field(degrees_of(fix, &geodesy::Geodetic::longitude_rad), 1e-7, 4);
   p.signed_field(degrees_of(fix, &geodesy::Geodetic::latitude_rad), 1e-7, 4);
   for (const double height_m : heights_of(epoch)) p.signed_field(height_m, 1e-3, 4);
@@ -117,10 +123,9 @@ std::string status(const Epoch& epoch) {
   // spoofDetState: 0 unknown, 1 none, 2 indicated, 3 multiple indications, as the states count.
   const auto spoofing = static_cast<std::uint64_t>(epoch.seen.spoofing);
   Payload p;
-  const FixCodes& codes = codes_of(fix.kind());
-  const std::uint64_t carrier = codes.ubx_flags & (kUbxFloat | kUbxFixed);
-  p.u4(itow(epoch)).u1(codes.ubx_type).u1(solution_flags(epoch));
-  p.u1((corrected(fix.kind()) ? 1 : 0) | (carrier != 0 ? 2 : 0)).u1(spoofing << 3 | carrier);
+  const std::uint64_t flags = flags_of(fix), carrier = flags & (kUbxFloat | kUbxFixed);
+  p.u4(itow(epoch)).u1(codes_of(fix.kind()).ubx_type).u1(solution_flags(epoch));
+  p.u1(((flags & kUbxDifferential) != 0 ? 1 : 0) | (carrier != 0 ? 2 : 0)).u1(spoofing << 3 | carrier);
   return p.unsigned_field(epoch.first_fix_s, 1e-3, 4).unsigned_field(epoch.uptime_s, 1e-3, 4).bytes();
 }
 
@@ -245,7 +250,56 @@ std::string covariance(const Epoch& epoch) {
   return p.bytes();
 }
 
+// NAV-RELPOSNED, 3.15.15, version 1: axes at the base, lengths in centimetres and tenths of a millimetre.
+std::string relative_position(const Epoch& epoch) {
+  const positioning::Fix& fix = epoch.seen.fix;
+  const std::optional<positioning::Baseline> baseline = fix.solved() ? fix.baseline : std::nullopt;
+  positioning::Baseline b = baseline.value_or(positioning::Baseline());
+  std::uint64_t flags = flags_of(fix) & (kUbxFixOk | kUbxDifferential);
+  double heading_deg = 0, heading_sigma_deg = 0, length_sigma_m = 0;
+  if (baseline) {
+    flags |= 1 << 2;  // relPosValid
+    flags |= (b.kind == positioning::FixKind::Fixed ? 2 : 1) << 3;
+    flags |= (b.moving_base ? 1 : 0) << 5;
+    const Eigen::Matrix3d turn = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(b.base_ecef)) *
+                                 geodesy::enu_from_ecef_rotation(fix.position).transpose();
+    b.vector_enu = turn * b.vector_enu;
+    b.covariance_enu = turn * b.covariance_enu * turn.transpose();
+    const Eigen::Vector3d along = b.vector_enu.normalized();  // of no length: 0
+    length_sigma_m = std::sqrt(along.dot(b.covariance_enu * along));
+    heading_deg = geodesy::degrees(b.heading_rad());
+    heading_sigma_deg = std::min(180.0, geodesy::degrees(b.heading_sigma_rad()));
+    constexpr double kReliable_deg = 5;  // u-blox states no figure
+    flags |= (heading_sigma_deg <= kReliable_deg ? 1 : 0) << 8;
+  }
+  const Eigen::Vector3d& v = b.vector_enu;
+  Payload p;
+  p.u1(1).u1(0).u2(static_cast<std::uint64_t>(fix.correction_station.value_or(0))).u4(itow(epoch));
+  std::array<std::int64_t, 4> tenths_mm{};
+  const std::array metres{v.y(), v.x(), -v.z(), b.length_m()};
+  for (std::size_t i = 0; i < metres.size(); ++i) {
+    tenths_mm[i] = std::llround(metres[i] * 1e4);
+    p.u4(static_cast<std::uint64_t>(tenths_mm[i] / 100));
+  }
+  p.signed_field(heading_deg, 1e-5, 4).zeros(4);
+  for (const std::int64_t value : tenths_mm) p.u1(static_cast<std::uint64_t>(value % 100));
+  for (const Eigen::Index axis : {1, 0, 2}) {
+    p.unsigned_field(std::sqrt(b.covariance_enu(axis, axis)), 1e-4, 4);
+  }
+  p.unsigned_field(length_sigma_m, 1e-4, 4).unsigned_field(heading_sigma_deg, 1e-5, 4);
+  return p.zeros(4).u4(flags).bytes();
+}
+
 }  // namespace
+
+// RXM-RTCM, 3.17.6, version 2. 65535: the message names no station.
+std::string rtcm_payload(const ReceivedRtcm& received) {
+  const int used = received.used ? (*received.used ? 2 : 1) : 0;
+  Payload p;
+  p.u1(2).u1(static_cast<std::uint64_t>((received.crc_failed ? 1 : 0) | used << 1)).u2(0);
+  p.u2(static_cast<std::uint64_t>(received.station.value_or(0xFFFF)));
+  return p.u2(static_cast<std::uint64_t>(received.type)).bytes();
+}
 
 std::uint32_t itow(const Epoch& epoch) {
   return static_cast<std::uint32_t>(epoch.nearest_ms.nanosecond_of_week() / 1'000'000);
@@ -273,6 +327,8 @@ std::string payload(MessageId id, const Epoch& epoch) {
       return precise_position(epoch);
     case 0x0136:
       return covariance(epoch);
+    case kRelativePosition:
+      return relative_position(epoch);
     case 0x0135:
       return nav_sat(epoch);
     case 0x0130:
