@@ -452,6 +452,63 @@ TEST(Session, CorrectionsAreThoseOfTheSameInstant) {
   EXPECT_GE(differential, 5);
 }
 
+/// A rover and a base in an open field, whose RTCM goes to a port.
+Scenario rtk_field(int port, const std::string& rover, const std::string& streams) {
+  return simulation::parse_scenario(
+      "city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\n"
+      "sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-06-01T12:00:00Z\nrate_hz: 5\nduration_s: "
+      "4\n"
+      "trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 200, north_m: 3, up_m: 2}]}\n"
+      "receivers:\n  - {name: rover, profile: ublox-f9p, rtk: true" +
+          rover +
+          "}\n  - {name: base, profile: survey, fixed: {east_m: 400, north_m: 300, up_m: 2}}\n"
+          "live: {speed: 4, streams: [{receiver: base, format: rtcm, to: 'tcp://127.0.0.1:" +
+          std::to_string(port) + "'}" + streams + "]}\n",
+      "test.yaml", {false});
+}
+
+int fixed_epochs(const Kept& kept) {
+  return static_cast<int>(std::count_if(kept.epochs.begin(), kept.epochs.end(), [](const Epoch& epoch) {
+    return epoch.receiver == 0 && epoch.observed.fix.kind() == positioning::FixKind::Fixed;
+  }));
+}
+
+// Corrections by an address: the rover reads the port of the base's RTCM, whose place comes every 10 s.
+TEST(Session, ARoverReadsAStreamOfRtcm) {
+  const int port = canyon::test::free_port();
+  Kept kept;
+  (void)run(
+      rtk_field(port, ", corrections: {from: 'tcp-connect://127.0.0.1:" + std::to_string(port) + "'}", ""),
+      kept);
+  EXPECT_GE(fixed_epochs(kept), 10);
+}
+
+// A flight stack hands the base's RTCM on to its receiver's UBX line: without it no RTK.
+TEST(Session, RtcmComesOverTheUbxLine) {
+  const int port = canyon::test::free_port(), ubx_port = canyon::test::free_port();
+  const std::string ubx =
+      ", {receiver: rover, format: ubx, to: 'tcp://127.0.0.1:" + std::to_string(ubx_port) + "'}";
+  Kept without;
+  (void)run(rtk_field(port, "", ubx), without);
+  EXPECT_EQ(fixed_epochs(without), 0);
+  Kept kept;
+  std::atomic<bool> over = false;
+  std::thread stack([&] {
+    const auto from = transport::open_transport("tcp-connect://127.0.0.1:" + std::to_string(port));
+    const auto to = transport::open_transport("tcp-connect://127.0.0.1:" + std::to_string(ubx_port));
+    while (!over) {
+      from->serve();
+      to->serve();
+      for (const transport::Received& received : from->take_received()) to->send(received.bytes);
+      std::this_thread::yield();
+    }
+  });
+  (void)run(rtk_field(port, "", ubx), kept);
+  over = true;
+  stack.join();
+  EXPECT_GE(fixed_epochs(kept), 8);
+}
+
 // By stamps a base goes along with the poses, and no further.
 TEST(Session, ByStampsABaseGoesAlongWithThePoses) {
   const test::TemporaryFolder folder;

@@ -7,6 +7,7 @@
 
 #include "canyon/output/encoder.hpp"
 #include "canyon/output/raw_observations.hpp"
+#include "canyon/output/ubx/frame.hpp"
 #include "canyon/rtcm/msm.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "tests/support/sample_signals.hpp"
@@ -68,6 +69,37 @@ TEST(RtcmCorrections, OwnStreamComesBackToItsResolution) {
   EXPECT_GE(phases, 40U * 4);
   EXPECT_TRUE(decoder.status().problems.empty());
   EXPECT_EQ(decoder.status().checksum_errors, 0U);
+}
+
+// RTCM among commands on a receiver's UBX line: RXM-RTCM says of each message that it came (UBX-22008968,
+// 3.17.10), and of each broken one.
+TEST(RtcmCorrections, ComeOverAUbxLine) {
+  const geodesy::GpsTime begin = test::sample_time();
+  simulation::Epoch epoch = test::sample_signal_epoch(begin, begin - 100);
+  ReceiverDescription description{.name = "base", .systems = {gnss::System::GPS}, .begin = begin};
+  description.station_ecef = epoch.truth_ecef;
+  const std::string bytes = format_named("rtcm").make(description)->encode(epoch);
+  const auto device = format_named("ubx").make({.name = "rover", .begin = begin});
+  // CFG-VALSET, RAM: CFG-MSGOUT-UBX_RXM_RTCM_UART1 (0x20910269) and USB (0x2091026b) of each message.
+  std::string settings("\x00\x01\x00\x00", 4);
+  for (const char port : {'\x68', '\x69', '\x6a', '\x6b', '\x6c'})
+    settings += std::string{port, 2, '\x91', 0x20, 1};
+  (void)device->receive(0, ubx::frame(0x068A, settings));
+  (void)device->encode(epoch);
+  std::string said = device->receive(0, bytes.substr(0, 40));
+  said += device->receive(0, bytes.substr(40));
+  const auto came = device->take_corrections();
+  ASSERT_EQ(came.size(), 1U);
+  EXPECT_LT((came[0]->station_ecef - *description.station_ecef).norm(), 1e-4);
+  EXPECT_TRUE(device->take_corrections().empty());
+  std::size_t messages = 0;
+  const std::string header{'\xb5', '\x62', '\x02', '\x32', 8, 0};
+  for (std::size_t at = said.find(header); at != std::string::npos; at = said.find(header, at + 1))
+    ++messages;
+  EXPECT_GE(messages, 3U);  // 1005, 1033 and MSM7 of each system
+  std::string broken = bytes;
+  broken[broken.size() - 10] ^= 1;
+  EXPECT_NE(device->receive(0, broken).find(header), std::string::npos);
 }
 
 }  // namespace

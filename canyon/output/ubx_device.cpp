@@ -103,10 +103,11 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   }
 
   std::string receive(std::uint64_t reader, std::string_view bytes) override {
+    const canyon::rtcm::DecoderStatus before = decoder_.status();
     for (auto& epoch : decoder_.feed(bytes, last_ ? last_->observed.receiver_time : begin_)) {
       corrections_.push_back(std::move(epoch));
     }
-    return commands_.receive(reader, bytes);
+    return commands_.receive(reader, bytes) + received_rtcm(before);
   }
   std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() override {
     return std::exchange(corrections_, {});
@@ -115,11 +116,33 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   std::optional<disturbance::RestartKind> take_restart() override { return commands_.take_restart(); }
 
  private:
-  static constexpr ubx::MessageId kSubframes = 0x0213;
+  static constexpr ubx::MessageId kSubframes = 0x0213, kReceivedRtcm = 0x0232;
 
   static bool of_epochs(const ubx::MessageInfo& info) {
     constexpr ubx::MessageId kNmea = 0xF000;
     return info.sent == ubx::Sent::Epochs && info.id < kNmea;
+  }
+
+  /// RXM-RTCM of each message that the decoder has found since.
+  [[nodiscard]] std::string received_rtcm(const canyon::rtcm::DecoderStatus& before) const {
+    const ubx::Configuration& settings = commands_.configuration();
+    const bool wanted = settings.rate(kReceivedRtcm) > 0 && settings.value(ubx::kOutputUbx).value_or(0) != 0;
+    if (!wanted || !commands_.running()) return {};
+    const canyon::rtcm::DecoderStatus& now = decoder_.status();
+    std::string text;
+    for (const auto& [type, count] : now.messages) {
+      const auto had = before.messages.find(type);
+      const auto unread = now.messages_unread.find(type);
+      for (std::uint64_t k = had == before.messages.end() ? 0 : had->second; k < count; ++k) {
+        text +=
+            ubx::frame(kReceivedRtcm,
+                       ubx::rtcm_payload({type, false, unread == now.messages_unread.end(), now.station}));
+      }
+    }
+    for (std::uint64_t k = before.checksum_errors; k < now.checksum_errors; ++k) {
+      text += ubx::frame(kReceivedRtcm, ubx::rtcm_payload({0, true, false, std::nullopt}));
+    }
+    return text;
   }
 
   /// Whoever asked for it: the time to the first fix counts from there.

@@ -129,14 +129,21 @@ struct Receiver::State {
     } else {
       fix = solve_alone(receiver_time, measurements, sky);
     }
-    const positioning::Fix alone = fix;
+    const positioning::Fix of_epoch = fix;
     if (filter) {
       fix = filter->update(receiver_time, differential ? corrected : measurements, sky, fix, *klobuchar);
     }
     if (!rtk) return fix;
-    auto relative = rtk->update(receiver_time, of_signals, sky, alone);
+    // Its place is the best to begin from; the epoch's own velocity is new to the filter of phases.
+    positioning::Fix begin = fix;
+    begin.velocity_enu_mps = of_epoch.velocity_enu_mps;
+    begin.velocity_covariance_enu = of_epoch.velocity_covariance_enu;
+    auto relative = rtk->update(receiver_time, of_signals, sky, begin);
     if (!relative) return fix;
-    if (!relative->baseline->moving_base) return *relative;
+    // Among echoes a float position may be worse than that of codes.
+    const bool better = relative->kind() == positioning::FixKind::Fixed || !fix.measured() ||
+                        relative->covariance_enu.trace() < fix.covariance_enu.trace();
+    if (!relative->baseline->moving_base && better) return *relative;
     fix.baseline = std::move(relative->baseline);
     return fix;
   }

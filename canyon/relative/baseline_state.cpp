@@ -1,5 +1,7 @@
 #include "canyon/relative/baseline_state.hpp"
 
+#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 namespace canyon::relative {
@@ -65,19 +67,66 @@ BaselineState::Innovation BaselineState::innovation(const SparseRow& row, double
     const auto& [state, gradient] = row.terms[i];
     result.value -= gradient * x(state);
     for (std::size_t j = 0; j < row.count; ++j) {
-      result.variance += gradient * row.terms[j].second * p(state, row.terms[j].first);
+      const Index other = row.terms[j].first;
+      result.variance += gradient * row.terms[j].second * p(std::max(state, other), std::min(state, other));
     }
   }
   return result;
 }
 
+BaselineState BaselineState::without_ambiguities() const {
+  BaselineState part;
+  std::vector<Index> states(kFirstSlot);
+  for (Index i = 0; i < kFirstSlot; ++i) states[static_cast<std::size_t>(i)] = i;
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    if (slots[i].signal != nullptr) continue;
+    part.slots.push_back(slots[i]);
+    states.push_back(index(i));
+  }
+  part.x = x(states);
+  part.p = p(states, states);
+  return part;
+}
+
+void BaselineState::learn(const BaselineState& other) {
+  // Those that are known to some extent: the clock is a new one for each signal.
+  std::vector<Index> here, there;
+  const auto add = [&](Index at, Index in_other) {
+    if (p(at, at) <= 0) return;
+    here.push_back(at);
+    there.push_back(in_other);
+  };
+  for (Index i = 0; i < kFirstSlot; ++i) {
+    if (i != kClock) add(i, i);
+  }
+  std::size_t in_other = 0;
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    if (slots[i].signal == nullptr) add(index(i), index(in_other++));
+  }
+  // Everything else follows by its covariance with them.
+  const Eigen::MatrixXd before = p(here, here);
+  const Eigen::MatrixXd gain = before.ldlt().solve(p(here, Eigen::all)).transpose();
+  x += gain * (other.x(there) - x(here));
+  p += gain * (other.p(there, there) - before) * gain.transpose();
+  p = (0.5 * (p + p.transpose())).eval();
+}
+
 void BaselineState::take(const SparseRow& row, double value, double variance) {
   const Innovation by = innovation(row, value, variance);
   gain_.setZero(x.size());
-  for (std::size_t i = 0; i < row.count; ++i) gain_ += row.terms[i].second * p.col(row.terms[i].first);
+  const Index n = x.size();
+  for (std::size_t i = 0; i < row.count; ++i) {
+    const auto& [state, gradient] = row.terms[i];
+    gain_.head(state) += gradient * p.row(state).head(state).transpose();
+    gain_.tail(n - state) += gradient * p.col(state).tail(n - state);
+  }
   x += gain_ * (by.value / by.variance);
   gain_ /= std::sqrt(by.variance);
-  p.noalias() -= gain_ * gain_.transpose();
+  for (Index j = 0; j < n; ++j) p.col(j).tail(n - j) -= gain_(j) * gain_.tail(n - j);
+}
+
+void BaselineState::mirror() {
+  p.triangularView<Eigen::StrictlyUpper>() = p.transpose();
 }
 
 }  // namespace canyon::relative

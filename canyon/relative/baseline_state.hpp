@@ -56,9 +56,17 @@ class BaselineState {
     double value = 0, variance = 0;
     [[nodiscard]] double normalised() const;
   };
+  /// Reads the lower triangle of `p`.
   [[nodiscard]] Innovation innovation(const SparseRow& row, double value, double variance) const;
-  /// Takes it.
+  /// The state without ambiguities: what codes see.
+  [[nodiscard]] BaselineState without_ambiguities() const;
+  /// Takes what `other`, a part of this that has taken observations since without_ambiguities(), knows of
+  /// position, velocity, zenith delay and ionosphere.
+  void learn(const BaselineState& other);
+  /// Takes it, into the lower triangle of `p` alone: call mirror() behind the last of several.
   void take(const SparseRow& row, double value, double variance);
+  /// The lower triangle of `p` into the upper one.
+  void mirror();
 
  private:
   Eigen::VectorXd gain_;  // kept for its memory

@@ -14,6 +14,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+/// With this success rate, and within so many steps for each variable, the search goes without decorrelation.
+constexpr double kSure = 0.999;
+constexpr Index kShortSearch = 20;
+
 /// Takes whole multiples of column i off column j, so that |L(i, j)| <= 1/2.
 void reduce(MatrixXd& l, MatrixXd& z, Index i, Index j) {
   const double multiple = std::round(l(i, j));
@@ -60,8 +64,13 @@ struct Level {
 /// Depth first, from the last and best known variable down.
 class Search {
  public:
-  Search(const VectorXd& z, const MatrixXd& l, const VectorXd& d)
-      : z_(z), l_(l), d_(d), n_(z.size()), shifts_(MatrixXd::Zero(n_ + 1, n_)), whole_(n_) {
+  Search(VectorXd z, const Triangular& factors)
+      : z_(std::move(z)),
+        l_(factors.l),
+        d_(factors.d),
+        n_(z_.size()),
+        shifts_(MatrixXd::Zero(n_ + 1, n_)),
+        whole_(n_) {
     levels_.resize(static_cast<std::size_t>(n_));
   }
 
@@ -146,7 +155,7 @@ class Search {
     distance[nearest ? 0 : 1] = at;
   }
 
-  const VectorXd& z_;
+  VectorXd z_;
   const MatrixXd& l_;
   const VectorXd& d_;
   Index n_;
@@ -210,15 +219,28 @@ std::optional<IntegerSolution> integer_least_squares(const VectorXd& real, const
                                                      double ratio_limit, int max_nodes) {
   constexpr double kLargest = 1e12;  // beyond, doubles lose what is behind the point
   if (!covariance.allFinite() || !real.allFinite() || real.cwiseAbs().maxCoeff() >= kLargest) return {};
-  const std::optional<Decorrelation> by = decorrelate(covariance);
-  if (!by) return std::nullopt;
   // The whole part changes nothing, and keeps what is behind the point.
   const VectorXd offset = real.array().round();
-  const VectorXd z = by->z_from_a * (real - offset);
-  const MatrixXd& l = by->factors.l;
-  const VectorXd& d = by->factors.d;
+  const Index n = real.size();
 
-  Search search(z, l, d);
+  // Where all are known well, the search is short without decorrelation: the best known last.
+  Eigen::PermutationMatrix<Eigen::Dynamic> order(n);
+  order.setIdentity();
+  std::sort(order.indices().begin(), order.indices().end(),
+            [&](int a, int b) { return covariance(a, a) > covariance(b, b); });
+  const std::optional<Triangular> plain = triangular(order.transpose() * covariance * order);
+  if (!plain) return std::nullopt;
+  if (const double success = bootstrapped_success(*plain); success > kSure) {
+    Search search(order.transpose() * (real - offset), *plain);
+    search.begin();
+    if (search.run(static_cast<int>(kShortSearch * n), ratio_limit)) {
+      return IntegerSolution{offset + order * search.found[0], offset + order * search.found[1],
+                             search.distance[0], search.distance[1], success};
+    }
+  }
+  const std::optional<Decorrelation> by = decorrelate(covariance);
+  if (!by) return std::nullopt;
+  Search search(by->z_from_a * (real - offset), by->factors);
   search.begin();
   if (!search.run(max_nodes, ratio_limit)) return std::nullopt;
   const Eigen::PartialPivLU<MatrixXd> back(by->z_from_a);

@@ -49,6 +49,10 @@ constexpr double kHeld_cycles = 1e-3;
 constexpr int kHoldAfter = 10;
 /// Echoes of a moving antenna last about so long [s].
 constexpr double kEchoTime_s = 10;
+/// The second filter begins anew after so long, and takes over when it has been fixed for so many epochs in a
+/// row, so long after its beginning [s], and no more standard deviations away.
+constexpr double kSecondFor_s = 10, kSecondLeast_s = 2, kSecondApart = 5;
+constexpr int kSecondFixed = 3;
 /// Weight of an epoch in the mean square of innovations.
 constexpr double kSquaresWeight = 0.1;
 
@@ -85,6 +89,11 @@ double median(std::vector<double> values) {
 }  // namespace
 
 struct RtkFilter::State {
+  void take(const Corrections& corrections, const orbit::Sky& sky);
+  [[nodiscard]] std::optional<Fix> update(geodesy::GpsTime receiver_time,
+                                          std::span<const SignalMeasurement> rover, const orbit::Sky& sky,
+                                          const Fix& alone);
+
   State(const RtkOptions& rtk, const positioning::FixOptions& fix, double longest_s)
       : options(rtk), masks(fix), max_age_s(longest_s) {
     options.validate();
@@ -127,7 +136,7 @@ struct RtkFilter::State {
       begun = true;
       astray = false;
       dt_s = 0;
-      squares = code_squares = 1;
+      // How large echoes are here is not forgotten.
       fixed_in_a_row = 0;
     }
     time = to;
@@ -290,15 +299,15 @@ struct RtkFilter::State {
 
   // --- observations
 
-  SparseRow row_of(const Difference& d, bool phase) const {
+  SparseRow row_of(const BaselineState& of, const Difference& d, bool phase) const {
     SparseRow row;
     for (Index i = 0; i < 3; ++i) row.add(BaselineState::kPosition + i, -d.rover->direction(i));
     row.add(BaselineState::kClock, 1);
-    if (state.p(BaselineState::kZenith, BaselineState::kZenith) > 0) {
+    if (of.p(BaselineState::kZenith, BaselineState::kZenith) > 0) {
       row.add(BaselineState::kZenith, 1 / std::max(0.05, std::sin(d.rover->elevation_rad)));
     }
     if (ionosphere_sigma_m > 0) {
-      if (const auto slot = state.find(d.id(), nullptr)) {
+      if (const auto slot = of.find(d.id(), nullptr)) {
         row.add(BaselineState::index(*slot), (phase ? -1 : 1) * d.ionosphere_rate());
       }
     }
@@ -308,21 +317,22 @@ struct RtkFilter::State {
 
   /// Innovations of a group around their median, which becomes the clock: nearest first.
   template <typename Value>
-  std::vector<std::size_t> ordered(const std::vector<std::size_t>& group, bool phase, Value value) {
-    state.reset(BaselineState::kClock, 0, 0);
+  std::vector<std::size_t> ordered(BaselineState& of, const std::vector<std::size_t>& group, bool phase,
+                                   Value value) {
+    of.reset(BaselineState::kClock, 0, 0);
     std::vector<std::pair<double, std::size_t>> innovations;
     std::vector<double> values;
     for (const std::size_t i : group) {
       const Difference& d = differences[i];
       if (phase && !d.slot) continue;
-      innovations.emplace_back(state.innovation(row_of(d, phase), value(d), 0).value, i);
+      innovations.emplace_back(of.innovation(row_of(of, d, phase), value(d), 0).value, i);
       values.push_back(innovations.back().first);
     }
     if (innovations.size() < 2) return {};
     const double middle = median(values);
     for (auto& [innovation, i] : innovations) innovation = std::abs(innovation - middle);
     std::sort(innovations.begin(), innovations.end());
-    state.reset(BaselineState::kClock, middle, kUnknownClock_m * kUnknownClock_m);
+    of.reset(BaselineState::kClock, middle, kUnknownClock_m * kUnknownClock_m);
     std::vector<std::size_t> order;
     for (const auto& [innovation, i] : innovations) order.push_back(i);
     return order;
@@ -331,23 +341,24 @@ struct RtkFilter::State {
   void take_codes() {
     int considered = 0, failed = 0;
     double sum = 0;
+    BaselineState part = state.without_ambiguities();
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
     for (const auto& [signal, group] : groups) {
       Eigen::Matrix3d squares_of = Eigen::Matrix3d::Zero();
       Eigen::Vector3d sum_of = Eigen::Vector3d::Zero();
       double weights = 0;
-      for (const std::size_t i : ordered(group, false, [](const Difference& d) { return d.code_m; })) {
+      for (const std::size_t i : ordered(part, group, false, [](const Difference& d) { return d.code_m; })) {
         const Difference& d = differences[i];
-        const SparseRow row = row_of(d, false);
+        const SparseRow row = row_of(part, d, false);
         const double noise = d.variance * options.code_ratio * options.code_ratio + d.age_variance;
-        const double normalised = std::abs(state.innovation(row, d.code_m, noise).normalised());
+        const double normalised = std::abs(part.innovation(row, d.code_m, noise).normalised());
         ++considered;
         sum += std::min(normalised * normalised, 25.0);
         if (normalised > options.gate_sigmas) {
           ++failed;
           continue;
         }
-        state.take(row, d.code_m, noise);
+        part.take(row, d.code_m, noise);
         const Eigen::Vector3d& e = d.rover->direction;
         weights += 1 / noise;
         sum_of += e / noise;
@@ -355,6 +366,8 @@ struct RtkFilter::State {
       }
       if (weights > 0) information += squares_of - sum_of * sum_of.transpose() / weights;
     }
+    part.mirror();
+    state.learn(part);
     code_covariance.setZero();
     if (information.determinant() > 1e-9) code_covariance = information.inverse();
     const auto redundant = considered - static_cast<int>(groups.size()) - 3;
@@ -389,9 +402,9 @@ struct RtkFilter::State {
     for (auto& [signal, group] : groups) {
       begin_ambiguities(group);
       bool first = true;
-      for (const std::size_t i : ordered(group, true, [](const Difference& d) { return d.phase_m; })) {
+      for (const std::size_t i : ordered(state, group, true, [](const Difference& d) { return d.phase_m; })) {
         Difference& d = differences[i];
-        const SparseRow row = row_of(d, true);
+        const SparseRow row = row_of(state, d, true);
         double variance = d.variance + d.age_variance;
         const auto innovation = state.innovation(row, d.phase_m, variance);
         const double normalised = std::abs(innovation.normalised());
@@ -424,9 +437,10 @@ struct RtkFilter::State {
       for (const std::size_t i : group) {
         Difference& d = differences[i];
         if (!d.used) continue;
-        d.residual_m = d.phase_m - (d.phase_m - state.innovation(row_of(d, true), d.phase_m, 0).value);
+        d.residual_m = state.innovation(row_of(state, d, true), d.phase_m, 0).value;
       }
     }
+    state.mirror();
     if (count > 4) squares += kSquaresWeight * (sum / count - squares);
   }
 
@@ -441,6 +455,7 @@ struct RtkFilter::State {
       if (std::abs(state.innovation(row, value, variance).normalised()) > options.gate_sigmas) continue;
       state.take(row, value, variance);
     }
+    state.mirror();
   }
 
   // --- whole numbers
@@ -514,6 +529,7 @@ struct RtkFilter::State {
         row.add(pairs[static_cast<std::size_t>(i)].second, -1);
         state.take(row, found->best(i), kHeld_cycles * kHeld_cycles);
       }
+      state.mirror();
     }
     return fixed;
   }
@@ -600,23 +616,25 @@ RtkFilter::~RtkFilter() = default;
 RtkFilter::RtkFilter(RtkFilter&&) noexcept = default;
 RtkFilter& RtkFilter::operator=(RtkFilter&&) noexcept = default;
 
-void RtkFilter::take(const Corrections& base, const orbit::Sky& sky) {
-  State& s = *state_;
-  positioning::FixOptions masks = s.masks;
-  masks.elevation_mask_rad = 0;  // the rover's mask counts
-  s.base = observed_minus_computed(base.receiver_time, base.observations, sky, masks, base.station_ecef);
+void RtkFilter::State::take(const Corrections& corrections, const orbit::Sky& sky) {
+  State& s = *this;
+  positioning::FixOptions all = s.masks;
+  all.elevation_mask_rad = 0;  // the rover's mask counts
+  s.base = observed_minus_computed(corrections.receiver_time, corrections.observations, sky, all,
+                                   corrections.station_ecef);
   // Beside a moving base the filter follows the baseline: the place goes along with the base's.
-  if (s.begun && base.moving) s.position += base.station_ecef - s.base_place;
-  if (base.moving != s.moving || (s.station && *s.station != base.station)) s.begun = false;
-  s.moving = base.moving;
-  s.base_place = base.station_ecef;
-  s.station = base.station;
-  s.base_time = base.receiver_time;
+  if (s.begun && corrections.moving) s.position += corrections.station_ecef - s.base_place;
+  if (corrections.moving != s.moving || (s.station && *s.station != corrections.station)) s.begun = false;
+  s.moving = corrections.moving;
+  s.base_place = corrections.station_ecef;
+  s.station = corrections.station;
+  s.base_time = corrections.receiver_time;
 }
 
-std::optional<Fix> RtkFilter::update(geodesy::GpsTime receiver_time, std::span<const SignalMeasurement> rover,
-                                     const orbit::Sky& sky, const Fix& alone) {
-  State& s = *state_;
+std::optional<Fix> RtkFilter::State::update(geodesy::GpsTime receiver_time,
+                                            std::span<const SignalMeasurement> rover, const orbit::Sky& sky,
+                                            const Fix& alone) {
+  State& s = *this;
   if (s.base.empty()) return std::nullopt;
   const double age_s = receiver_time - s.base_time;
   if (age_s > (s.moving ? kSameEpoch_s : s.max_age_s) || age_s < -kAhead_s) return std::nullopt;
@@ -667,7 +685,7 @@ std::optional<Fix> RtkFilter::update(geodesy::GpsTime receiver_time, std::span<c
   baseline.covariance_enu = fix.covariance_enu;
   if (fixed && fixed->ratio > 0) baseline.ratio = fixed->ratio;
   baseline.used = fix.used;
-  if (!fix.velocity_enu_mps) {
+  if (!s.moving) {
     fix.velocity_enu_mps = enu * s.state.x.segment<3>(BaselineState::kVelocity);
     fix.velocity_covariance_enu =
         enu * s.state.p.block<3, 3>(BaselineState::kVelocity, BaselineState::kVelocity) * enu.transpose();
@@ -676,6 +694,37 @@ std::optional<Fix> RtkFilter::update(geodesy::GpsTime receiver_time, std::span<c
   fix.consistent.reset();
   s.settle_position();
   return fix;
+}
+
+void RtkFilter::take(const Corrections& base, const orbit::Sky& sky) {
+  state_->take(base, sky);
+  if (second_) second_->take(base, sky);
+}
+
+std::optional<Fix> RtkFilter::update(geodesy::GpsTime receiver_time, std::span<const SignalMeasurement> rover,
+                                     const orbit::Sky& sky, const Fix& alone) {
+  std::optional<Fix> fix = state_->update(receiver_time, rover, sky, alone);
+  if (!fix || fix->kind() == FixKind::Fixed || state_->options.integers == Integers::Instantaneous) {
+    second_.reset();
+    return fix;
+  }
+  // While it is float, echoes of the past may hold it: one that knows nothing of them tries beside it.
+  if (!second_ || receiver_time - second_began_ > kSecondFor_s) {
+    second_ = std::make_unique<State>(*state_);
+    second_->begun = false;
+    second_began_ = receiver_time;
+  }
+  std::optional<Fix> other = second_->update(receiver_time, rover, sky, alone);
+  const bool sure = other && other->kind() == FixKind::Fixed && second_->fixed_in_a_row >= kSecondFixed &&
+                    receiver_time - second_began_ >= kSecondLeast_s;
+  if (!sure) return fix;
+  const Eigen::Vector3d apart_enu =
+      geodesy::enu_from_ecef_rotation(fix->position) * (other->position_ecef - fix->position_ecef);
+  const bool agrees =
+      apart_enu.dot(fix->covariance_enu.ldlt().solve(apart_enu)) < kSecondApart * kSecondApart;
+  if (!agrees) return fix;
+  state_ = std::move(second_);
+  return other;
 }
 
 }  // namespace canyon::relative

@@ -27,6 +27,9 @@ namespace canyon::relative {
 /// taken one by one, nearest to the median innovation of their signal first. A phase slips where its channel
 /// says so (phase_since), where two carriers of a satellite part, where it contradicts the Doppler, and where
 /// its innovation fails the gate: its N begins anew.
+///
+/// While the filter is float, a second one that has begun in the last ten seconds runs beside it, and takes
+/// over once it is fixed: what echoes have done to ambiguities does not outlast them.
 class RtkFilter {
  public:
   /// @param fix the elevation mask and C/N0 mask @param max_age_s of a base's epoch that is used [s]. Throws
@@ -41,8 +44,8 @@ class RtkFilter {
 
   /// @param receiver_time the rover's own clock reading at reception
   /// @param rover what it measured, those of a satellite together
-  /// @param alone the fix of these measurements without phases (single or differential): begins the filter,
-  /// and has its velocity, clocks and count of satellites
+  /// @param alone the fix without phases (single or differential): its place begins the filter, its velocity is
+  /// an observation, and clocks and the count of satellites are its
   ///
   /// A Float or Fixed fix with status Fix, its covariance that of the filter times max(1, s^2), s^2 the mean
   /// square of normalised innovations of the last epochs, and its Fix::baseline. Beside a moving base, whose
@@ -57,6 +60,8 @@ class RtkFilter {
  private:
   struct State;
   std::unique_ptr<State> state_;
+  std::unique_ptr<State> second_;  // while the first is float
+  geodesy::GpsTime second_began_;
 };
 
 }  // namespace canyon::relative

@@ -21,7 +21,7 @@ const geodesy::Geodetic kBase = geodesy::Geodetic::from_degrees(48.009, 11, 505)
 
 const orbit::BroadcastSky& sky() {
   static const orbit::BroadcastSky nominal(orbit::nominal_constellation(
-      kTime - 7200.0, kTime + 7200.0, {System::GPS, System::Galileo, System::BeiDou}));
+      kTime - 7200.0, kTime + 7200.0, {System::GPS, System::GLONASS, System::Galileo, System::BeiDou}));
   return nominal;
 }
 
@@ -39,11 +39,12 @@ std::vector<SignalMeasurement> measure(const geodesy::Geodetic& place, geodesy::
       if (taken++ >= bands) break;
       SignalMeasurement m{&signal, {}};
       m.measurement.id = id;
-      m.measurement.carrier_frequency_hz = signal.carrier_hz;
+      m.measurement.carrier_frequency_hz = gnss::carrier_hz(signal, line->state.carrier_frequency_hz);
       m.measurement.cn0_dbhz = 45;
       const double metres = line->range_m - geodesy::kSpeedOfLight * line->state.clock_bias_s;
       m.measurement.pseudorange_m = metres + geodesy::kSpeedOfLight * line->state.group_delay_of(signal);
-      m.measurement.carrier_phase_cycles = metres * signal.carrier_hz / geodesy::kSpeedOfLight;
+      m.measurement.carrier_phase_cycles =
+          metres * m.measurement.carrier_frequency_hz / geodesy::kSpeedOfLight;
       m.measurement.phase_since = kTime;
       result.push_back(m);
     }
@@ -59,7 +60,7 @@ void solve_rtk_epoch(benchmark::State& state) {
   RtkFilter filter({}, masks, 60);
   std::vector<std::vector<SignalMeasurement>> rover;
   std::vector<Corrections> base;
-  for (int k = 0; k < 10; ++k) {
+  for (int k = 0; k < 120; ++k) {
     rover.push_back(measure(kRover, kTime + static_cast<double>(k), satellites, bands));
     Corrections c;
     c.station_ecef = geodesy::ecef_from_geodetic(kBase);
@@ -91,3 +92,5 @@ BENCHMARK(solve_rtk_epoch)
 
 }  // namespace
 }  // namespace canyon::relative
+
+BENCHMARK_MAIN();
