@@ -74,10 +74,7 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
     const auto key =
         std::find_if(known_.begin(), known_.end(), [&](const Key& each) { return each.path == child_path; });
     const bool leaf = key != known_.end();
-    const std::string item_path = child_path + "[]";  // of a list of sections
-    std::vector<std::string> inside = document_.keys_of(item_path);
-    const bool sections = !inside.empty();
-    if (!sections) inside = document_.keys_of(child_path);
+    const std::vector<std::string> inside = document_.keys_of(child_path);
     if (!leaf && inside.empty()) {
       warn_unknown(name, path, tags);
       continue;
@@ -97,23 +94,25 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
       if (may_be_empty(child_path)) continue;
       throw error(tag, "has no value", "write one between its tags, or remove it");
     }
-    const bool list = sections || (!section && (key->type == Type::Texts || key->type == Type::Files));
-    auto entry = std::find_if(to.entries.begin(), to.entries.end(),
-                              [&](const Node::Entry& each) { return each.key == name; });
-    if (entry == to.entries.end()) {
-      tags_.push_back(tag);
-      entry = to.entries.insert(entry, {name, static_cast<int>(tags_.size()), scalar(text)});
-    } else if (!list) {
-      throw error(tag, "stands twice", section ? "put what is in both into one" : "keep one");
+    const bool list = !section && (key->type == Type::Texts || key->type == Type::Files);
+    const auto earlier = std::find_if(to.entries.begin(), to.entries.end(),
+                                      [&](const Node::Entry& entry) { return entry.key == name; });
+    if (earlier != to.entries.end()) {
+      if (!list) {
+        throw error(tag, "stands twice", section ? "put what is in both into one" : "keep one");
+      }
+      earlier->value.items.push_back(scalar(text));
+      continue;
     }
-    Node* value = &entry->value;
+    tags_.push_back(tag);
+    to.entries.push_back({name, static_cast<int>(tags_.size()), scalar(text)});
+    Node& value = to.entries.back().value;
     if (list) {
-      value->kind = Node::Kind::List;
-      value = &value->items.emplace_back(scalar(text));
-    }
-    if (section) {
-      value->kind = Node::Kind::Mapping;
-      convert(child, (sections ? item_path : child_path) + ".", tag, *value);
+      value.kind = Node::Kind::List;
+      value.items.push_back(scalar(text));
+    } else if (section) {
+      value.kind = Node::Kind::Mapping;
+      convert(child, child_path + ".", tag, value);
     }
   }
 }

@@ -18,10 +18,10 @@ namespace canyon::adapters {
 /// plugin and element as its author wrote it: "plugin 'gnss': <noise><enabled>: ...".
 class PluginElements {
  public:
-  /// `known`: every element by its dotted path ("noise.enabled"); those of several texts or files, and
-  /// of lists ("corrections.outages[].from_s"), may be repeated. Others become warnings, and so do
-  /// attributes, but a plugin's name and file and those with a namespace. Throws InputError for an element
-  /// that stands twice and may not, is empty, or has text where elements belong or the other way round.
+  /// `known`: every element by its dotted path ("noise.enabled"); those of several texts or files may be
+  /// repeated. Others become warnings, and so do attributes, but a plugin's name and file and those with a
+  /// namespace. Throws InputError for an element that stands twice and may not, is
+  /// empty, or has text where elements belong or the other way round.
   PluginElements(const sdf::ElementPtr& plugin, std::string plugin_name, std::vector<options::Key> known);
 
   [[nodiscard]] bool has(std::string_view path) const { return find(path) != nullptr; }

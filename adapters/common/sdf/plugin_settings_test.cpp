@@ -603,18 +603,6 @@ TEST(HostSettings, EmptyNamespacesAreTheDefault) {
   EXPECT_EQ(read("<ros/>").ros_namespace, "");
 }
 
-TEST(HostSettings, ListsAreRepeatedElements) {
-  const HostSettings s = read(
-      "<corrections><outages><from_s>1</from_s><until_s>2</until_s></outages>"
-      "<outages><from_s>5</from_s><until_s>8</until_s></outages></corrections>");
-  const auto& outages = s.live.receiver.options.corrections.outages;
-  ASSERT_EQ(outages.size(), 2U);
-  EXPECT_EQ(outages[0].until_s, 2);
-  EXPECT_EQ(outages[1].from_s, 5);
-  EXPECT_THAT(error_of("<corrections><outages>1</outages></corrections>"),
-              HasSubstr("<corrections><outages>: the text '1' stands where elements belong"));
-}
-
 TEST(HostSettings, AnOriginWithoutAltitudeLiesOnTheEllipsoid) {
   const HostSettings s =
       read("<origin_latitude>22.3</origin_latitude><origin_longitude>114.18</origin_longitude>");
@@ -633,17 +621,10 @@ TEST(HostSettings, ValuesAreTextWhateverIsInThem) {
 // --- the table
 // -------------------------------------------------------------------------------------------------
 
-// Names of the elements around a value: a list's are repeated elements.
-std::vector<std::string> elements_of(const options::Key& key) {
-  std::vector<std::string> names;
-  for (const std::string_view name : split(key.path, '.')) names.emplace_back(name.substr(0, name.find('[')));
-  return names;
-}
-
 // "<noise><enabled>"
 std::string tag_of(const options::Key& key) {
   std::string tag;
-  for (const std::string& name : elements_of(key)) tag += "<" + name + ">";
+  for (const std::string_view name : split(key.path, '.')) tag += "<" + std::string(name) + ">";
   return tag;
 }
 
@@ -651,9 +632,9 @@ std::string tag_of(const options::Key& key) {
 sdf::ElementPtr plugin(const options::Key& key, const std::string& value) {
   auto root = std::make_shared<sdf::Element>();
   sdf::ElementPtr parent = root;
-  for (const std::string& name : elements_of(key)) {
+  for (const std::string_view name : split(key.path, '.')) {
     auto child = std::make_shared<sdf::Element>();
-    child->SetName(name);
+    child->SetName(std::string(name));
     parent->InsertElement(child);
     parent = child;
   }
