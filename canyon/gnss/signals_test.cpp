@@ -57,13 +57,13 @@ TEST(Signals, HaveTheCodesOfWhatIsTracked) {
     const char *name, *code;
   };
   const Row rows[]{
-      {System::GPS, "L1CA", "1C"},    {System::GPS, "L1C", "1L"},    {System::GPS, "L2C", "2L"},
-      {System::GPS, "L5", "5Q"},      {System::QZSS, "L1CA", "1C"},  {System::QZSS, "L1C", "1L"},
-      {System::QZSS, "L2C", "2L"},    {System::QZSS, "L5", "5Q"},    {System::GLONASS, "G1", "1C"},
-      {System::GLONASS, "G2", "2C"},  {System::Galileo, "E1", "1X"}, {System::Galileo, "E5a", "5X"},
-      {System::Galileo, "E5b", "7X"}, {System::BeiDou, "B1I", "2I"}, {System::BeiDou, "B1C", "1P"},
-      {System::BeiDou, "B2I", "7I"},  {System::BeiDou, "B2a", "5P"}, {System::BeiDou, "B3I", "6I"},
-      {System::BeiDou, "B2b", "7D"},  {System::SBAS, "L1CA", "1C"},
+      {System::GPS, "L1CA", "1C"},    {System::GPS, "L1C", "1L"},     {System::GPS, "L2C", "2L"},
+      {System::GPS, "L5", "5Q"},      {System::GPS, "L2P", "2W"},     {System::QZSS, "L1CA", "1C"},
+      {System::QZSS, "L1C", "1L"},    {System::QZSS, "L2C", "2L"},    {System::QZSS, "L5", "5Q"},
+      {System::GLONASS, "G1", "1C"},  {System::GLONASS, "G2", "2C"},  {System::Galileo, "E1", "1X"},
+      {System::Galileo, "E5a", "5X"}, {System::Galileo, "E5b", "7X"}, {System::BeiDou, "B1I", "2I"},
+      {System::BeiDou, "B1C", "1P"},  {System::BeiDou, "B2I", "7I"},  {System::BeiDou, "B2a", "5P"},
+      {System::BeiDou, "B3I", "6I"},  {System::BeiDou, "B2b", "7D"},  {System::SBAS, "L1CA", "1C"},
   };
   std::size_t signals = 0;
   for (const System system : kAllSystems) signals += signals_of(system).size();
@@ -82,14 +82,15 @@ TEST(Signals, HaveTheNumbersOfRtcmAndUbx) {
   const Row rows[]{
       {System::GPS, "1C", 2, 0, -1},      {System::GPS, "1L", 31, -1, -1},
       {System::GPS, "2L", 16, 3, -1},     {System::GPS, "5Q", 23, 7, -1},
-      {System::QZSS, "1C", 2, 0, -1},     {System::QZSS, "1L", 31, -1, -1},
-      {System::QZSS, "2L", 16, 5, -1},    {System::QZSS, "5Q", 23, 9, -1},
-      {System::GLONASS, "1C", 2, 0, -1},  {System::GLONASS, "2C", 8, 2, -1},
-      {System::Galileo, "1X", 5, 0, -1},  {System::Galileo, "5X", 24, 4, -1},
-      {System::Galileo, "7X", 16, 6, -1}, {System::BeiDou, "2I", 2, 0, 1},
-      {System::BeiDou, "1P", 31, 5, -1},  {System::BeiDou, "7I", 14, 2, 3},
-      {System::BeiDou, "5P", 23, 7, -1},  {System::BeiDou, "6I", 8, 4, 10},
-      {System::BeiDou, "7D", 25, -1, -1}, {System::SBAS, "1C", 2, 0, -1},
+      {System::GPS, "2W", 10, -1, -1},    {System::QZSS, "1C", 2, 0, -1},
+      {System::QZSS, "1L", 31, -1, -1},   {System::QZSS, "2L", 16, 5, -1},
+      {System::QZSS, "5Q", 23, 9, -1},    {System::GLONASS, "1C", 2, 0, -1},
+      {System::GLONASS, "2C", 8, 2, -1},  {System::Galileo, "1X", 5, 0, -1},
+      {System::Galileo, "5X", 24, 4, -1}, {System::Galileo, "7X", 16, 6, -1},
+      {System::BeiDou, "2I", 2, 0, 1},    {System::BeiDou, "1P", 31, 5, -1},
+      {System::BeiDou, "7I", 14, 2, 3},   {System::BeiDou, "5P", 23, 7, -1},
+      {System::BeiDou, "6I", 8, 4, 10},   {System::BeiDou, "7D", 25, -1, -1},
+      {System::SBAS, "1C", 2, 0, -1},
   };
   std::size_t signals = 0;
   for (const System system : kAllSystems) signals += signals_of(system).size();

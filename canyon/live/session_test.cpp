@@ -457,7 +457,7 @@ Scenario rtk_field(int port, const std::string& rover, const std::string& stream
   return simulation::parse_scenario(
       "city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\n"
       "sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-06-01T12:00:00Z\nrate_hz: 5\nduration_s: "
-      "4\n"
+      "18\n"
       "trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 200, north_m: 3, up_m: 2}]}\n"
       "receivers:\n  - {name: rover, profile: ublox-f9p, rtk: true" +
           rover +

@@ -44,7 +44,7 @@ void expect_delays(const SatelliteState& state, gnss::System system, const std::
 // L5, (154/115)^2 = 1.793270, in place of its inter-signal correction. TGD of -24 and 11 steps of 2^-31 s.
 TEST(GroupDelaysInMetres, GpsAndQzss) {
   expect_delays(propagate(kepler(gnss::System::GPS, -24 * 0x1p-31, 0), kTime), gnss::System::GPS,
-                {{"L1CA", -3.3504}, {"L1C", -3.3504}, {"L2C", -5.5180}, {"L5", -6.0082}});
+                {{"L1CA", -3.3504}, {"L1C", -3.3504}, {"L2C", -5.5180}, {"L5", -6.0082}, {"L2P", -5.5180}});
   expect_delays(propagate(kepler(gnss::System::QZSS, 11 * 0x1p-31, 0), kTime), gnss::System::QZSS,
                 {{"L1CA", 1.5356}, {"L1C", 1.5356}, {"L2C", 2.5291}, {"L5", 2.7538}});
 }

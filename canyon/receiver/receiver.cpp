@@ -140,9 +140,11 @@ struct Receiver::State {
     begin.velocity_covariance_enu = of_epoch.velocity_covariance_enu;
     auto relative = rtk->update(receiver_time, of_signals, sky, begin);
     if (!relative) return fix;
-    // Among echoes a float position may be worse than that of codes.
+    // Among echoes a float position may be worse than that of codes: by twice the deviation, so that the two
+    // do not take turns.
+    constexpr double kWorse = 4;
     const bool better = relative->kind() == positioning::FixKind::Fixed || !fix.measured() ||
-                        relative->covariance_enu.trace() < fix.covariance_enu.trace();
+                        relative->covariance_enu.trace() < kWorse * fix.covariance_enu.trace();
     if (!relative->baseline->moving_base && better) return *relative;
     fix.baseline = std::move(relative->baseline);
     return fix;

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <functional>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -13,11 +13,10 @@ namespace canyon::relative {
 
 void CorrectionOptions::validate() const {
   options::check(*this, "corrections");
-  for (const CorrectionOutage& outage : outages) {
-    if (outage.from_s < outage.until_s) continue;
-    throw InputError(fmt::format("an outage of corrections ends at {} s and begins at {} s", outage.until_s,
-                                 outage.from_s),
-                     "give until_s after from_s");
+  if (outages_s.size() % 2 != 0 ||
+      std::adjacent_find(outages_s.begin(), outages_s.end(), std::greater_equal<>()) != outages_s.end()) {
+    throw InputError("outages_s: not beginnings and ends in turn, ascending",
+                     "write [20, 40, 100, 110]: from 20 s to 40 s, and from 100 s to 110 s");
   }
 }
 
@@ -34,11 +33,10 @@ void visit(options::Visitor& v, CorrectionOptions& o) {
   v.number({"loss", "", "share of epochs that never come"}, o.loss, {0, 1});
   v.number({"range_m", "m", "nothing comes from a base that is farther away; 0: no limit"}, o.range_m,
            {0, 1e7});
-  v.list("outages", o.outages, [&](CorrectionOutage& outage) {
-    v.number({"from_s", "s", "no corrections are sent from here on; from the beginning of the run"},
-             outage.from_s, {0, 1e9});
-    v.number({"until_s", "s", "until here"}, outage.until_s, {0, 1e9});
-  });
+  v.numbers(
+      {"outages_s", "s",
+       "beginnings and ends of times in which nothing is sent, from the run's beginning: [20, 40, 100, 110]"},
+      o.outages_s, {0, 1e9});
 }
 
 bool is_stream(const std::string& from) {
@@ -57,9 +55,9 @@ void CorrectionLink::send(geodesy::GpsTime time, std::shared_ptr<const Correctio
   // Drawn for each epoch, so that outages and range do not move the losses.
   const double lost = random_.uniform(), late = random_.uniform();
   const double at_s = time - *begin_;
-  const bool out = std::any_of(options_.outages.begin(), options_.outages.end(), [&](const auto& outage) {
-    return at_s >= outage.from_s && at_s < outage.until_s;
-  });
+  // An odd number of ends and beginnings lies behind.
+  const auto next = std::upper_bound(options_.outages_s.begin(), options_.outages_s.end(), at_s);
+  const bool out = (next - options_.outages_s.begin()) % 2 != 0;
   const bool far = options_.range_m > 0 && receiver_ecef &&
                    (*receiver_ecef - corrections->station_ecef).norm() > options_.range_m;
   if (lost < options_.loss || out || far) return;

@@ -13,11 +13,6 @@
 
 namespace canyon::relative {
 
-/// A time in which no corrections come, from the beginning of the run [s].
-struct CorrectionOutage {
-  double from_s = 0, until_s = 0;
-};
-
 /// Whose corrections a receiver takes, and what the way of these does to them (docs/corrections.md).
 struct CorrectionOptions {
   /// Name of a reference station of the same run, or the address of a stream of RTCM 3 (is_stream()), which
@@ -31,7 +26,8 @@ struct CorrectionOptions {
   double jitter_s = 0;   ///< and more, evenly from 0 to this, [0, 600]; those that overtake others count
   double loss = 0;       ///< share of epochs that never come, [0, 1]
   double range_m = 0;    ///< radio: nothing comes from farther away; 0: no limit
-  std::vector<CorrectionOutage> outages;
+  /// Beginnings and ends of times in which nothing is sent, from the beginning of the run [s], ascending.
+  std::vector<double> outages_s;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };

@@ -44,8 +44,8 @@ class RtkFilter {
 
   /// @param receiver_time the rover's own clock reading at reception
   /// @param rover what it measured, those of a satellite together
-  /// @param alone the fix without phases (single or differential): its place begins the filter, its velocity is
-  /// an observation, and clocks and the count of satellites are its
+  /// @param alone the fix without phases (single or differential): its place begins the filter, its velocity
+  /// is an observation, and clocks and the count of satellites are its
   ///
   /// A Float or Fixed fix with status Fix, its covariance that of the filter times max(1, s^2), s^2 the mean
   /// square of normalised innovations of the last epochs, and its Fix::baseline. Beside a moving base, whose

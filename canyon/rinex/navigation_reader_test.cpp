@@ -455,8 +455,8 @@ TEST(RinexNavigation, Version4TellsDelaysOfSignals) {
     return std::vector<double>(begin, begin + signals);
   };
   constexpr double kNone = std::numeric_limits<double>::infinity();
-  EXPECT_THAT(delays_of(cnav), ElementsAre(near(-9e-9), kNone, near(-6e-9), near(-12e-9)));
-  EXPECT_THAT(delays_of(cnv2), ElementsAre(near(-9e-9), near(-14e-9), near(-6e-9), near(-12e-9)));
+  EXPECT_THAT(delays_of(cnav), ElementsAre(near(-9e-9), kNone, near(-6e-9), near(-12e-9), kNone));
+  EXPECT_THAT(delays_of(cnv2), ElementsAre(near(-9e-9), near(-14e-9), near(-6e-9), near(-12e-9), kNone));
   EXPECT_THAT(delays_of(cnv1), ElementsAre(kNone, near(9e-9), kNone, near(1e-8), kNone, kNone));
   EXPECT_THAT(delays_of(data.signal_delays[3]), ElementsAre(kNone, kNone, kNone, kNone, kNone, near(-5e-9)));
   EXPECT_EQ(cnav.toc, parse_time("2022-06-08T10:00:00 GPST"));

@@ -310,10 +310,10 @@ TEST(RtcmDecoder, BestCodeOfASignalIsTaken) {
   const auto epochs =
       decode(decoder, frame(place()) + frame(msm(System::GPS, 7, kTime, {encrypted, data, both})));
   ASSERT_EQ(epochs.size(), 1U);
-  ASSERT_EQ(epochs[0]->observations.size(), 1U);
+  ASSERT_EQ(epochs[0]->observations.size(), 2U);
   EXPECT_EQ(epochs[0]->observations[0].signal->name, "L2C");
   EXPECT_NEAR(epochs[0]->observations[0].measurement.pseudorange_m, data.range_m, 0.001);
-  EXPECT_EQ(decoder.status().unknown_codes.at("G 2W"), 1U);
+  EXPECT_EQ(epochs[0]->observations[1].signal->name, "L2P");
   // Galileo's 1X is better than 1C, which stands before it. From one code to the other the phase begins anew.
   Cell pilot = some_cell("E07", "1C"), joint = some_cell("E07", "1X");
   joint.range_m += 10;
@@ -768,7 +768,8 @@ TEST(RtcmDecoder, LegacyMessagesOfARecordedBaseAsRtklibReadsThem) {
       std::map<gnss::SatelliteId, std::vector<Cell>> satellites;
       for (const Cell& cell : base.epochs[k].at(system)) {
         if (cell.code == "1C") satellites[cell.id].push_back(cell);
-        if (cell.code.front() == '2' && satellites.count(cell.id) > 0 && cell.phase_m)
+        // One of L2 has a place: P(Y) is left out.
+        if (cell.code.front() == '2' && cell.code != "2W" && satellites.count(cell.id) > 0 && cell.phase_m)
           satellites[cell.id].push_back(cell);
       }
       for (const auto& [id, cells] : satellites) signals += cells.size();

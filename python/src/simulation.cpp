@@ -61,9 +61,9 @@ py::dict summary_of(const output::RunSummary& s) {
                   "blocked_share"_a = s.blocked_share, "median_hdop"_a = s.median_hdop,
                   "mean_cn0_los_dbhz"_a = s.mean_cn0_los_dbhz, "mean_cn0_nlos_dbhz"_a = s.mean_cn0_nlos_dbhz,
                   "exclusions"_a = s.exclusions, "longest_outage_s"_a = s.longest_outage_s,
-                  "by_fixed"_a = s.by_fixed, "by_float"_a = s.by_float, "by_differential"_a = s.by_differential,
-                  "wrong_fixes"_a = s.wrong_fixes, "fixed_p95_m"_a = s.fixed_p95_m,
-                  "first_fixed_s"_a = s.first_fixed_s);
+                  "by_fixed"_a = s.by_fixed, "by_float"_a = s.by_float,
+                  "by_differential"_a = s.by_differential, "wrong_fixes"_a = s.wrong_fixes,
+                  "fixed_p95_m"_a = s.fixed_p95_m, "first_fixed_s"_a = s.first_fixed_s);
 }
 
 std::vector<std::string> names_of(const Simulation& simulation) {

@@ -269,6 +269,22 @@ sky)
   runs 2 "$canyon" sky --at 22.3,114.17,10 --time yesterday; one_line; says err yesterday 2019-04-28
   runs 2 "$canyon" sky --at 22.3,114.17,10 --time 2026-03-01T10:00:00Z --systems GSP; one_line; says err GSP
   runs 2 "$canyon" sky --nav absent.20n --at 22.3,114.17,10 --time 2026-03-01T10:00:00Z; one_line; says err absent.20n ;;
+rtk)
+  needs_data rtk-nagoya-20240624
+  pair=$data/rtk-nagoya-20240624
+  runs 0 "$canyon" rtk "$pair/rover.obs" "$pair/base.obs" --nav "$pair/base.nav" --quiet --out r.pos \
+    --base-position 35.134707705,136.977577939,104.853 --truth 35.13469901,136.97757549,104.8626
+  says out 'fixed     301  100.0' 'first fixed after 0.0 s' 'r.pos written'
+  [ "$(grep -vc '^%' r.pos)" -eq 301 ] || fail "r.pos has not 301 solutions"
+  runs 0 "$canyon" rtk "$pair/rover.obs" "$pair/base.obs" --nav "$pair/base.nav" --systems GPS --signals L1CA --quiet
+  says err "the base stands where its file's header says"
+  says out 'fixed' 'float'
+  runs 2 "$canyon" rtk "$pair/rover.obs" "$data/urbannav-tst-20190428/COM3_190428_124409.obs" --nav "$pair/base.nav" --quiet
+  says err 'share no time'; one_line
+  runs 2 "$canyon" rtk "$pair/rover.obs" "$pair/base.nav" --nav "$pair/base.nav"; one_line
+  runs 2 "$canyon" rtk "$pair/rover.obs" "$pair/base.obs" --nav "$pair/base.nav" --base-position here
+  says err "--base-position 'here' is not a place"; one_line
+  ;;
 sky_real)
   needs_data urbannav-tst-20190428/hksc1180.19n
   runs 0 "$canyon" sky --nav "$data/urbannav-tst-20190428/hksc1180.19n" "$data/urbannav-tst-20190428/hksc1180.19b" \
