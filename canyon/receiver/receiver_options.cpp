@@ -125,10 +125,6 @@ void ReceiverOptions::validate() const {
     filter.validate();
     corrections.validate();
     rtk.validate();
-    if (rtk.enabled && !signal.enabled) {
-      throw InputError("rtk has no carrier phases without strengths of signals",
-                       "give signal: {enabled: true}, or a profile that has it");
-    }
   } catch (const InputError& error) {
     throw InputError(fmt::format("receiver '{}': {}", name, error.problem()), error.cure());
   }

@@ -13,8 +13,7 @@ namespace canyon::relative {
 
 void CorrectionOptions::validate() const {
   options::check(*this, "corrections");
-  if (outages_s.size() % 2 != 0 ||
-      std::adjacent_find(outages_s.begin(), outages_s.end(), std::greater_equal<>()) != outages_s.end()) {
+  if (std::adjacent_find(outages_s.begin(), outages_s.end(), std::greater_equal<>()) != outages_s.end()) {
     throw InputError("outages_s: not beginnings and ends in turn, ascending",
                      "write [20, 40, 100, 110]: from 20 s to 40 s, and from 100 s to 110 s");
   }
@@ -33,10 +32,11 @@ void visit(options::Visitor& v, CorrectionOptions& o) {
   v.number({"loss", "", "share of epochs that never come"}, o.loss, {0, 1});
   v.number({"range_m", "m", "nothing comes from a base that is farther away; 0: no limit"}, o.range_m,
            {0, 1e7});
-  v.numbers(
-      {"outages_s", "s",
-       "beginnings and ends of times in which nothing is sent, from the run's beginning: [20, 40, 100, 110]"},
-      o.outages_s, {0, 1e9});
+  v.numbers({"outages_s", "s",
+             "beginnings and ends of times in which nothing is sent, from the run's beginning: [20, 40, 100, "
+             "110]; the "
+             "last end may be left out"},
+            o.outages_s, {0, 1e9});
 }
 
 bool is_stream(const std::string& from) {

@@ -26,7 +26,8 @@ struct CorrectionOptions {
   double jitter_s = 0;   ///< and more, evenly from 0 to this, [0, 600]; those that overtake others count
   double loss = 0;       ///< share of epochs that never come, [0, 1]
   double range_m = 0;    ///< radio: nothing comes from farther away; 0: no limit
-  /// Beginnings and ends of times in which nothing is sent, from the beginning of the run [s], ascending.
+  /// Beginnings and ends of times in which nothing is sent, from the beginning of the run [s], ascending;
+  /// without the last end it lasts.
   std::vector<double> outages_s;
   /// Throws InputError naming the field that is out of range.
   void validate() const;

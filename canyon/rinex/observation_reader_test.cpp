@@ -346,8 +346,9 @@ TEST(RinexObservation, AllSignalsOfVersion2) {
   };
   const auto older = of("2.11", "C1 L1 P1 C2 P2 L2 C5 S5 C7");
   EXPECT_THAT(names_of(older.epochs.at(0)),
-              ElementsAre("G05 L1CA 1C 1", "G05 L2C 2X 4", "G05 L5 5X 7", "R06 G1 1C 1", "R06 G2 2C 4",
-                          "E07 E1 1C 1", "E07 E5a 5X 7", "E07 E5b 7X 9", "C08 B1I 2I 1", "C08 B2I 7I 9"));
+              ElementsAre("G05 L1CA 1C 1", "G05 L2C 2X 4", "G05 L5 5X 7", "G05 L2P 2W 5", "R06 G1 1C 1",
+                          "R06 G2 2C 4", "E07 E1 1C 1", "E07 E5a 5X 7", "E07 E5b 7X 9", "C08 B1I 2I 1",
+                          "C08 B2I 7I 9"));
   EXPECT_EQ(older.epochs[0].signals[0].carrier_phase_cycles, 2);
   EXPECT_EQ(older.epochs[0].signals[1].carrier_phase_cycles, 6);
   EXPECT_EQ(older.epochs[0].signals[2].cn0_dbhz, 8);

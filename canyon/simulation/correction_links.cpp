@@ -28,6 +28,11 @@ std::optional<std::size_t> base_of(const std::vector<ReceiverConfig>& receivers,
 void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t index) {
   const receiver::ReceiverOptions& options = receivers[index].options;
   const std::string& from = options.corrections.from;
+  if (options.rtk.enabled && !options.signal.enabled) {
+    throw InputError(
+        fmt::format("receiver '{}': rtk has no carrier phases without strengths of signals", options.name),
+        "give signal: {enabled: true}, or a profile that has it");
+  }
   if (from.empty() || relative::is_stream(from)) return;
   const auto refuse = [&](std::string_view problem, std::string_view cure) {
     throw InputError(
