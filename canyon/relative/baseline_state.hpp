@@ -20,6 +20,8 @@ struct Slot {
   bool half_cycle = false;
   int epochs = 0;      ///< that its phase was taken
   double phase_m = 0;  ///< difference of the phases at the epoch before
+  /// Its whole number in the last fixed position, from an origin that its signal's ambiguities share.
+  std::optional<double> whole{};
 };
 
 /// Gradient of an observation that is not zero at few states.

@@ -47,6 +47,10 @@ constexpr double kIonosphereTime_s = 1200, kTroposphereTime_s = 7200;
 /// The filter is sure of whole numbers that it holds [cycles], after so many fixed epochs in a row.
 constexpr double kHeld_cycles = 1e-3;
 constexpr int kHoldAfter = 10;
+/// After so many fixed epochs in a row the same whole numbers need no more than this ratio, where so large a
+/// share of them is known from before.
+constexpr int kKeptAfter = 5;
+constexpr double kKeptRatio = 1.5, kKeptShare = 0.75;
 /// Echoes of a moving antenna last about so long [s].
 constexpr double kEchoTime_s = 10;
 /// The second filter begins anew after so long, and takes over when it has been fixed for so many epochs in a
@@ -416,6 +420,7 @@ struct RtkFilter::State {
                       std::pow(kUnknownAmbiguity_m / d.rover->wavelength_m, 2));
           slot.begun = time;
           slot.epochs = 0;
+          slot.whole.reset();
         } else if (beyond) {
           // An echo: it counts as little as it fits.
           variance += std::pow(innovation.value / options.gate_sigmas, 2);
@@ -484,17 +489,48 @@ struct RtkFilter::State {
     return result;
   }
 
+  /// Whether whole numbers are those of the last fixed position, as far as that had them, and that is most.
+  [[nodiscard]] static bool are_kept(const std::vector<std::pair<Slot*, Slot*>>& slots,
+                                     const Eigen::VectorXd& whole) {
+    std::size_t known = 0;
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+      const auto& [slot, reference] = slots[i];
+      if (!slot->whole || !reference->whole) continue;
+      if (*slot->whole - *reference->whole != whole(static_cast<Index>(i))) return false;
+      ++known;
+    }
+    return known >= kKeptShare * static_cast<double>(slots.size());
+  }
+
+  void keep(const std::vector<std::pair<Slot*, Slot*>>& slots, const Eigen::VectorXd& whole) {
+    if (!are_kept(slots, whole)) {
+      for (Slot& slot : state.slots) slot.whole.reset();
+    }
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+      const auto& [slot, reference] = slots[i];
+      if (!reference->whole && slot->whole) reference->whole = *slot->whole - whole(static_cast<Index>(i));
+    }
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+      const auto& [slot, reference] = slots[i];
+      if (!reference->whole) reference->whole = 0;
+      slot->whole = *reference->whole + whole(static_cast<Index>(i));
+    }
+  }
+
   /// One search among these differences; empty where there are too few.
   std::optional<Fixed> search(const std::vector<std::size_t>& among) {
     std::map<const gnss::Signal*, std::size_t> reference;
     std::vector<std::pair<Index, Index>> pairs;  // of states: an ambiguity and its signal's reference
+    std::vector<std::pair<Slot*, Slot*>> slots;  // the same
     std::vector<gnss::SatelliteId> satellites;
     for (const std::size_t i : among) {
       const Difference& d = differences[i];
       satellites.push_back(d.id());
       const auto [at, is_new] = reference.emplace(d.rover->signal, i);
       if (is_new) continue;
-      pairs.emplace_back(BaselineState::index(*d.slot), BaselineState::index(*differences[at->second].slot));
+      const std::size_t other = *differences[at->second].slot;
+      pairs.emplace_back(BaselineState::index(*d.slot), BaselineState::index(other));
+      slots.emplace_back(&state.slots[*d.slot], &state.slots[other]);
     }
     std::sort(satellites.begin(), satellites.end());
     satellites.erase(std::unique(satellites.begin(), satellites.end()), satellites.end());
@@ -515,8 +551,11 @@ struct RtkFilter::State {
     if (!found) return Fixed{};
     Fixed fixed;
     fixed.ratio = found->ratio();
-    fixed.accepted = fixed.ratio >= options.ratio && found->success >= options.min_success;
+    const bool proven = fixed.ratio >= options.ratio && found->success >= options.min_success;
+    fixed.accepted =
+        proven || (fixed_in_a_row >= kKeptAfter && fixed.ratio >= kKeptRatio && are_kept(slots, found->best));
     if (!fixed.accepted) return fixed;
+    keep(slots, found->best);
     const Eigen::LDLT<Eigen::MatrixXd> factors(q);
     const Eigen::VectorXd weights = factors.solve(real - found->best);
     fixed.position_error = state.x.segment<3>(BaselineState::kPosition) - with_position * weights;
