@@ -39,7 +39,7 @@ void visit(options::Visitor& v, SpaceErrorOptions& o) {
                         {"enabled", "",
                          "orbits, clocks and an atmosphere that the broadcast models do not know, the same "
                          "for all receivers",
-                         "true with navigation files"},
+                         "true with navigation files or corrections"},
                         o.enabled);
   gnss::visit_group_values(v, {"orbit_clock_m", "m", "error of ranges by broadcast orbits and clocks, rms"},
                            o.orbit_clock_m, {0, 1e4});

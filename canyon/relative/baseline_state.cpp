@@ -3,10 +3,30 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 namespace canyon::relative {
 
 using Eigen::Index;
+
+namespace {
+
+// Eigen 3.3 has no lists of indices.
+Eigen::MatrixXd at(const Eigen::MatrixXd& from, const std::vector<Index>& rows,
+                   const std::vector<Index>& columns) {
+  return Eigen::MatrixXd::NullaryExpr(
+      static_cast<Index>(rows.size()), static_cast<Index>(columns.size()), [&](Index i, Index j) {
+        return from(rows[static_cast<std::size_t>(i)], columns[static_cast<std::size_t>(j)]);
+      });
+}
+
+Eigen::VectorXd at(const Eigen::VectorXd& from, const std::vector<Index>& rows) {
+  return Eigen::VectorXd::NullaryExpr(static_cast<Index>(rows.size()),
+                                      [&](Index i) { return from(rows[static_cast<std::size_t>(i)]); });
+}
+
+}  // namespace
 
 std::optional<std::size_t> BaselineState::find(gnss::SatelliteId id, const gnss::Signal* signal) const {
   for (std::size_t i = 0; i < slots.size(); ++i) {
@@ -77,23 +97,23 @@ BaselineState::Innovation BaselineState::innovation(const SparseRow& row, double
 BaselineState BaselineState::without_ambiguities() const {
   BaselineState part;
   std::vector<Index> states(kFirstSlot);
-  for (Index i = 0; i < kFirstSlot; ++i) states[static_cast<std::size_t>(i)] = i;
+  std::iota(states.begin(), states.end(), Index{0});
   for (std::size_t i = 0; i < slots.size(); ++i) {
     if (slots[i].signal != nullptr) continue;
     part.slots.push_back(slots[i]);
     states.push_back(index(i));
   }
-  part.x = x(states);
-  part.p = p(states, states);
+  part.x = at(x, states);
+  part.p = at(p, states, states);
   return part;
 }
 
 void BaselineState::learn(const BaselineState& other) {
   // Those that are known to some extent: the clock is a new one for each signal.
   std::vector<Index> here, there;
-  const auto add = [&](Index at, Index in_other) {
-    if (p(at, at) <= 0) return;
-    here.push_back(at);
+  const auto add = [&](Index state, Index in_other) {
+    if (p(state, state) <= 0) return;
+    here.push_back(state);
     there.push_back(in_other);
   };
   for (Index i = 0; i < kFirstSlot; ++i) {
@@ -104,10 +124,12 @@ void BaselineState::learn(const BaselineState& other) {
     if (slots[i].signal == nullptr) add(index(i), index(in_other++));
   }
   // Everything else follows by its covariance with them.
-  const Eigen::MatrixXd before = p(here, here);
-  const Eigen::MatrixXd gain = before.ldlt().solve(p(here, Eigen::all)).transpose();
-  x += gain * (other.x(there) - x(here));
-  p += gain * (other.p(there, there) - before) * gain.transpose();
+  std::vector<Index> all(static_cast<std::size_t>(x.size()));
+  std::iota(all.begin(), all.end(), Index{0});
+  const Eigen::MatrixXd before = at(p, here, here);
+  const Eigen::MatrixXd gain = before.ldlt().solve(at(p, here, all)).transpose();
+  x += gain * (at(other.x, there) - at(x, here));
+  p += gain * (at(other.p, there, there) - before) * gain.transpose();
   p = (0.5 * (p + p.transpose())).eval();
 }
 

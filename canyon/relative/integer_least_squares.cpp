@@ -226,7 +226,7 @@ std::optional<IntegerSolution> integer_least_squares(const VectorXd& real, const
   // Where all are known well, the search is short without decorrelation: the best known last.
   Eigen::PermutationMatrix<Eigen::Dynamic> order(n);
   order.setIdentity();
-  std::sort(order.indices().begin(), order.indices().end(),
+  std::sort(order.indices().data(), order.indices().data() + n,
             [&](int a, int b) { return covariance(a, a) > covariance(b, b); });
   const std::optional<Triangular> plain = triangular(order.transpose() * covariance * order);
   if (!plain) return std::nullopt;

@@ -51,6 +51,8 @@ constexpr int kHoldAfter = 10;
 /// share of them is known from before.
 constexpr int kKeptAfter = 5;
 constexpr double kKeptRatio = 1.5, kKeptShare = 0.75;
+/// Errors of codes are the same for so long [s]: more epochs in that time know no more.
+constexpr double kCodeTime_s = 1;
 /// Echoes of a moving antenna last about so long [s].
 constexpr double kEchoTime_s = 10;
 /// The second filter begins anew after so long, and takes over when it has been fixed for so many epochs in a
@@ -347,6 +349,7 @@ struct RtkFilter::State {
     double sum = 0;
     BaselineState part = state.without_ambiguities();
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    const double repeats = dt_s > 0 ? std::max(1.0, kCodeTime_s / dt_s) : 1;
     for (const auto& [signal, group] : groups) {
       Eigen::Matrix3d squares_of = Eigen::Matrix3d::Zero();
       Eigen::Vector3d sum_of = Eigen::Vector3d::Zero();
@@ -362,7 +365,7 @@ struct RtkFilter::State {
           ++failed;
           continue;
         }
-        part.take(row, d.code_m, noise);
+        part.take(row, d.code_m, repeats * noise);
         const Eigen::Vector3d& e = d.rover->direction;
         weights += 1 / noise;
         sum_of += e / noise;

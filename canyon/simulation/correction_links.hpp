@@ -15,6 +15,11 @@ namespace canyon::simulation {
 /// same noise.
 void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t index);
 
+/// Whether a receiver compares what it measures with a base.
+[[nodiscard]] inline bool has_base(const receiver::ReceiverOptions& options) {
+  return options.rtk.enabled || !options.corrections.from.empty();
+}
+
 /// What receivers of a run are given of each other.
 class CorrectionLinks {
  public:

@@ -98,6 +98,7 @@ void visit(options::Visitor& v, LiveConfig& config) {
   visit(v, config.receiver);
   v.part("streets", config.receiver.streets);
   visit_base(v, config);
+  if (v.reads() && has_base(config.receiver.options)) config.sky.errors.enabled.set_default(true);
   v.validate(config.receiver.options);
   check_base(v, config);
 }

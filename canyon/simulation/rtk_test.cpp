@@ -77,6 +77,33 @@ TEST(Rtk, FixesWithinCentimetres) {
   }
 }
 
+// Errors of codes last: five epochs in a second know as much as one.
+TEST(Rtk, FixesAgainAfterABridgeAtAnyRate) {
+  const std::string bridge =
+      "faults: [{from_s: 20, until_s: 24, receivers: [rover], antenna: {elevation_from_deg: 0, "
+      "elevation_to_deg: 90, loss_db: 60}}]\n";
+  const std::string base =
+      "  - {name: base, profile: ublox-f9p, fixed: {east_m: 8000, north_m: 300, up_m: 5}}\n";
+  for (const std::string rate : {"1", "5"}) {
+    std::string text = field(rover() + base, 60, bridge);
+    text.replace(text.find("rate_hz: 1"), 10, "rate_hz: " + rate);
+    text.replace(text.find("[GPS, Galileo]"), 14, "[GPS, Galileo, BeiDou, GLONASS]");
+    double lost = 0, fixed = 0, after = 0;
+    const auto epochs = run(text).at(0);
+    for (const Epoch& epoch : epochs) {
+      const double t = epoch.observed.time - epochs.front().observed.time;
+      const bool is_fixed = epoch.observed.fix.kind() == FixKind::Fixed;
+      if (t > 20.5 && t < 24) lost += is_fixed ? 0 : 1;
+      if (t >= 30) {
+        ++after;
+        fixed += is_fixed ? 1 : 0;
+      }
+    }
+    EXPECT_GT(lost, 2) << rate << " Hz";
+    EXPECT_GT(fixed / after, 0.9) << rate << " Hz";
+  }
+}
+
 TEST(Rtk, NothingChangesWithoutIt) {
   const auto epochs = run(field(rover("from: base", "rtk: false") + kBase)).at(0);
   EXPECT_EQ(share(epochs, FixKind::Differential), 1);

@@ -441,6 +441,10 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
   v.section("trajectory", [&] { visit_trajectory(v, scenario.trajectory, scenario.city); });
   visit_receivers(v, scenario.receivers, scenario.city);
   visit_streets(v, scenario);
+  if (v.reads() && std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
+                               [](const ReceiverConfig& receiver) { return has_base(receiver.options); })) {
+    scenario.sky.errors.enabled.set_default(true);
+  }
   std::vector<std::string> names;
   for (const ReceiverConfig& receiver : scenario.receivers) names.push_back(receiver.options.name);
   disturbance::visit_faults(v, scenario.faults, names);

@@ -201,7 +201,7 @@ void require_satellites(const orbit::Sky& sky, std::span<const GpsTime> times) {
 std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& config, const BuiltSky& sky,
                                                              std::uint64_t seed) {
   const options::Switch& enabled = config.errors.enabled;
-  if (enabled.is_set() ? !enabled : config.navigation.empty()) return nullptr;
+  if (!enabled && (enabled.is_set() || config.navigation.empty())) return nullptr;
   errors::SpaceErrorOptions options = config.errors;
   // Precise orbits are what receivers go by as well.
   if (config.sp3) options.orbit_clock_m.clear();

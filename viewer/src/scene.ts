@@ -10,7 +10,7 @@ import type { Rows } from './format';
 import type { HeatMap } from './heatmap';
 import { light } from './light';
 import { Marks, Segments } from './lines';
-import { kErrorColour, kPaint, kShapes, kVisibilityShapes, receiverColour, receiverShape, visibilityColour, type Shape } from './palette';
+import { kErrorColour, kindColour, kPaint, kShapes, kVisibilityShapes, receiverColour, receiverShape, visibilityColour, type Shape } from './palette';
 import type { Place } from './place';
 import type { State } from './state';
 import type { SatelliteRow, Store, Track } from './store';
@@ -413,6 +413,10 @@ export class SceneView {
     this.error.add(at, fix, this.store.tracks.length > 1 ? colour : kErrorColour);
     this.fixMarks[receiverShape(receiver)].add(fix, colour);
     if (chosen) this.drawEllipse(fix, e, i, colour);
+    if (!chosen || !e.has('baseline_east_m')) return;
+    // The vector from its base, in the colour of its kind.
+    const base: Place = [fix[0] - e.at('baseline_east_m', i), fix[1] - e.at('baseline_north_m', i), fix[2] - e.at('baseline_up_m', i)];
+    if (base.every(Number.isFinite)) this.error.add(fix, base, kindColour(this.store.kind(receiver, i)));
   }
 
   private drawEllipse(fix: Place, e: Rows, i: number, colour: string): void {
