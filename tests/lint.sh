@@ -3,6 +3,7 @@
 # usage: tests/lint.sh [ROOT]
 set -u
 export LC_ALL=C
+links=$(cd "$(dirname "$0")" && pwd)/links.py
 cd "${1:-$(dirname "$0")/..}" || exit 2
 breaches=0
 breach() { echo "lint: $*"; breaches=$((breaches + 1)); }
@@ -96,6 +97,9 @@ for source in $(printf '%s\n' "${sources[@]}" | grep '^canyon/.*\.cpp$'); do
 done
 grep_each "not ASCII" '[^ -~	]' $(printf '%s\n' "${sources[@]}")
 grep_each "a test may not sleep" 'sleep_for|usleep\(|[^_a-z]sleep\(' $(printf '%s\n' "${sources[@]}" | grep '_test\.cpp$')
+
+# 6. Links of the documentation.
+while IFS= read -r hit; do breach "$hit"; done < <(python3 "$links")
 
 [ "$breaches" -eq 0 ] && echo "lint: ${#sources[@]} files, no breach"
 [ "$breaches" -eq 0 ]

@@ -45,6 +45,8 @@ plant canyon/city/planted_test.cpp 'std::this_thread::sleep_for(1s);'
 plant canyon/city/planted.cpp '#include "canyon/canyon.hpp"'
 plant adapters/common/planted.hpp '#include <sdf/sdf.hh>'
 plant adapters/common/planted.cpp '#include "adapters/common/sdf/plugin_settings.hpp"'
+plant canyon/planted.md '[a page](absent.md)'
+plant canyon/planted.md '[a heading](#absent)'
 # add FILE TEXT NAMED: a line more in a file that is there; the lint must name NAMED.
 add() {
   printf '%s\n' "$2" >>"$copy/$1"
