@@ -18,6 +18,7 @@ namespace canyon::cli {
 [[nodiscard]] ExitCode exit_code(const InputError& error);
 
 /// Each adds a command to the program, or to the command that its argument names.
+void add_demo(Command& app);
 void add_simulate(Command& app);
 void add_live(Command& app);
 void add_sky(Command& app);

@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
   Command program{"canyon", "Canyon: what a GNSS receiver sees in a city"};
   program.footer =
       "Each command has its own --help. Exit status: 0 done, 2 bad input, 130 interrupted, 1 anything else.";
+  add_demo(program);
   add_simulate(program);
   add_live(program);
   add_sky(program);

@@ -269,6 +269,14 @@ sky)
   runs 2 "$canyon" sky --at 22.3,114.17,10 --time yesterday; one_line; says err yesterday 2019-04-28
   runs 2 "$canyon" sky --at 22.3,114.17,10 --time 2026-03-01T10:00:00Z --systems GSP; one_line; says err GSP
   runs 2 "$canyon" sky --nav absent.20n --at 22.3,114.17,10 --time 2026-03-01T10:00:00Z; one_line; says err absent.20n ;;
+demo)
+  runs 0 "$canyon" demo --out here
+  says out "horizontal error, median [m]" "canyon simulate here/demo.yaml --out here/mine"
+  for file in demo.yaml epochs.csv track.png heatmap/map.nc; do [ -s "here/$file" ] || fail "no here/$file"; done
+  cmp -s here/demo.yaml "$root/examples/synthetic_drive.yaml" || fail "demo.yaml is not the example"
+  runs 0 "$canyon" simulate here/demo.yaml --out here/mine
+  cmp -s here/epochs.csv here/mine/epochs.csv || fail "what it says next gives another drive"
+  : >file; runs 1 "$canyon" demo --out file/here; one_line ;;
 rtk)
   needs_data rtk-nagoya-20240624
   pair=$data/rtk-nagoya-20240624

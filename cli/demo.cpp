@@ -1,0 +1,69 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <vector>
+
+#include "canyon/base/output_file.hpp"
+#include "canyon/view/page.hpp"
+#include "cli/commands.hpp"
+#include "cli/program.hpp"
+
+namespace canyon::cli {
+
+/// examples/synthetic_drive.yaml; cli/CMakeLists.txt defines it.
+extern const char* const demo_scenario;
+
+namespace {
+
+bool has_page() {
+  try {
+    return !view::find_page().empty();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+int run_demo(const std::string& out) {
+  const std::filesystem::path folder = out;
+  make_output_folder(folder);
+  const std::string scenario = (folder / "demo.yaml").string();
+  const std::string map = (folder / "heatmap").string();
+  const std::string page = (folder / "demo.html").string();
+  write_file(scenario, demo_scenario);
+  const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
+  std::vector<std::vector<std::string>> steps{{self, "simulate", scenario, "--out", out},
+                                              {self, "heatmap", scenario, "--spacing", "6", "--out", map}};
+  const bool with_page = has_page();
+  if (with_page) steps.push_back({self, "view", scenario, "--export", page});
+  for (const std::vector<std::string>& step : steps) {
+    if (const int status = run_program(step); status != kOk) return status;
+  }
+  fmt::print("\nPictures: {0}/track.png, {0}/timeline.png, {0}/skyplot.png and those in {1}.\n", out, map);
+  if (with_page) {
+    fmt::print("In three dimensions: open {} in a browser.\n", page);
+  } else {
+    fmt::print("In three dimensions: `./run view` builds the viewer's page, which is not here.\n");
+  }
+  fmt::print(
+      "\nTry next:\n"
+      "  {0} holds the city, the sky, the drive and the receiver. Change `profile`, `systems` or `seed`, "
+      "and\n"
+      "    canyon simulate {0} --out {1}/mine\n"
+      "  a city of your own:  canyon city build extract.osm.pbf -o city.canyon\n"
+      "  other receivers:     canyon profiles\n"
+      "  all commands:        canyon --help\n",
+      scenario, out);
+  return kOk;
+}
+
+}  // namespace
+
+void add_demo(Command& app) {
+  Command& command = app.add_command(
+      "demo", "a car through a made-up downtown: a drive, a heat map, pictures, a page for browsers");
+  std::string& out = command.run_with(run_demo);
+  out = "canyon-demo";
+  command.add_option("-o,--out", out, "DIR", "folder for the results (canyon-demo)");
+}
+
+}  // namespace canyon::cli
