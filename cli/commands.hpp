@@ -36,6 +36,9 @@ void add_heatmap_judge(Command& heatmap);
 void add_rtk(Command& app);
 void add_study(Command& app);
 void add_view(Command& app);
+void add_completion(Command& app);
+/// @param version what the pages name
+void add_manual(Command& app, const std::string& version);
 
 /// "22.3,114.17,10" -> position (degrees, degrees, metres; the height may be left out). Throws InputError
 /// naming the option.

@@ -26,6 +26,8 @@ int main(int argc, char** argv) {
   add_rtk(program);
   add_study(program);
   add_view(program);
+  add_completion(program);
+  add_manual(program, "canyon " CANYON_VERSION);
   try {
     return run(program, "canyon " CANYON_VERSION, argc, argv);
   } catch (const canyon::InputError& error) {

@@ -1,5 +1,6 @@
 # The installed package: find_package(canyon) gives canyon::canyon and, where built, canyon::io.
 include(CMakePackageConfigHelpers)
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
 set(targets canyon)
 if(CANYON_BUILD_IO)
   list(APPEND targets canyon_io)
@@ -25,3 +26,9 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/canyonConfig.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/canyonConfigVersion.cmake cmake/CanyonDependencies.cmake
               cmake/CanyonIoDependencies.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/canyon)
+get_filename_component(CANYON_EMBREE_NAME ${CANYON_EMBREE_LIBRARY} NAME_WE)
+string(REGEX REPLACE "^lib" "" CANYON_EMBREE_NAME ${CANYON_EMBREE_NAME})
+foreach(target IN LISTS targets)
+  configure_file(cmake/${target}.pc.in ${CMAKE_CURRENT_BINARY_DIR}/${target}.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${target}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endforeach()

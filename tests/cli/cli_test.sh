@@ -276,7 +276,26 @@ demo)
   cmp -s here/demo.yaml "$root/examples/synthetic_drive.yaml" || fail "demo.yaml is not the example"
   runs 0 "$canyon" simulate here/demo.yaml --out here/mine
   cmp -s here/epochs.csv here/mine/epochs.csv || fail "what it says next gives another drive"
-  : >file; runs 1 "$canyon" demo --out file/here; one_line ;;
+  : >file; runs 2 "$canyon" demo --out file/here; one_line ;;
+reference)
+  for shell in bash zsh fish; do runs 0 "$canyon" completion $shell; cp out "$shell"; done
+  says zsh "#compdef canyon" "_canyon()"
+  says fish "complete -c canyon -n '__fish_use_subcommand' -a simulate" "-l threads"
+  # completes WORD... WANTED: what bash offers for these words, the last one being typed.
+  completes() {
+    local got
+    got=$(bash -c 'source ./bash; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _canyon; echo "${COMPREPLY[@]}"' - "${@:1:$#-1}")
+    [ "$got" = "${!#}" ] || fail "completion of '${*:1:$#-1}' is '$got' instead of '${!#}'"
+  }
+  completes canyon si simulate
+  completes canyon heatmap ju judge
+  completes canyon simulate drive.yaml --thr --threads
+  completes canyon -x heatmap query map.nc --at --at
+  completes canyon simulate ./dr ""
+  runs 0 "$canyon" manual --out man
+  [ "$(ls man | wc -l)" -gt 25 ] || fail "not a page for each command"
+  says man/canyon-heatmap-query.1 '.TH "canyon-heatmap-query" 1' '\-\-at'
+  runs 2 "$canyon" completion tcsh; says err "bash,zsh,fish" ;;
 rtk)
   needs_data rtk-nagoya-20240624
   pair=$data/rtk-nagoya-20240624
