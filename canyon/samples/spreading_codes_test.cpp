@@ -72,7 +72,7 @@ TEST(SpreadingCodes, EverySignalHasItsPeriodsRatesAndShares) {
       {System::Galileo, "E5a", 50, {10230, 10230}, {100, 20}},
       {System::Galileo, "E5b", 50, {10230, 10230}, {100, 4}},
       {System::BeiDou, "B1I", 63, {2046}, {20}},
-      {System::BeiDou, "B1C", 63, {10230, 10230}, {1800, 1}},
+      {System::BeiDou, "B1C", 63, {10230, 10230, 10230}, {1800, 1800, 1}},
       {System::BeiDou, "B2I", 63, {2046}, {20}},
       {System::BeiDou, "B2a", 63, {10230, 10230}, {100, 5}},
       {System::BeiDou, "B3I", 63, {10230}, {20}},
@@ -141,25 +141,25 @@ TEST(SpreadingCodes, FirstChipsAreThoseOfTheDocuments) {
     std::string_view first, last;  // 24 chips; empty: not listed
   };
   const Listed listed[]{
-      {System::GPS, 1, "L1C", 0, "05752067", "20173742"},  // IS-GPS-800 table 3.2-2
+      {System::GPS, 1, "L1C", 0, "05752067", "20173742"},  // IS-GPS-800, 3.2.2.1
       {System::GPS, 2, "L1C", 0, "70146401", "35437154"},
       {System::GPS, 3, "L1C", 0, "32066222", "00161056"},
       {System::GPS, 1, "L1C", 1, "77001425", "52231646"},
       {System::GPS, 2, "L1C", 1, "23342754", "46703351"},
       {System::GPS, 3, "L1C", 1, "30523404", "00145161"},
-      {System::BeiDou, 1, "B1C", 0, "71676756", "13053205"},  // BDS-SIS-ICD-B1C-1.0 tables 5-2 and 5-3
+      {System::BeiDou, 1, "B1C", 0, "71676756", "13053205"},  // BDS-SIS-ICD-B1C-1.0
       {System::BeiDou, 63, "B1C", 0, "03210227", "56250500"},
-      {System::BeiDou, 1, "B1C", 1, "53773116", "42711657"},
-      {System::BeiDou, 2, "B1C", 1, "32235341", "17306122"},
-      {System::BeiDou, 63, "B1C", 1, "27571255", "47160627"},
-      {System::BeiDou, 1, "B2a", 0, "26772435", "05133452"},  // B2a-1.0 tables 5-2 and 5-3
+      {System::BeiDou, 1, "B1C", 2, "53773116", "42711657"},
+      {System::BeiDou, 2, "B1C", 2, "32235341", "17306122"},
+      {System::BeiDou, 63, "B1C", 2, "27571255", "47160627"},
+      {System::BeiDou, 1, "B2a", 0, "26772435", "05133452"},  // BDS-SIS-ICD-B2a-1.0
       {System::BeiDou, 1, "B2a", 1, "26771056", "42646672"},
-      {System::BeiDou, 1, "B2b", 0, "26773275", "01362377"},  // B2b-1.0 table 5-1
-      {System::Galileo, 1, "E5a", 1, "17165235", ""},         // 3CEA9D: OS SIS ICD 2.1 tables 15 to 18
+      {System::BeiDou, 1, "B2b", 0, "26773275", "01362377"},  // BDS-SIS-ICD-B2b-1.0
+      {System::Galileo, 1, "E5a", 1, "17165235", ""},         // 3CEA9D: OS SIS ICD 2.1, 3.4.1
       {System::Galileo, 2, "E5a", 1, "47306361", ""},         // 9D8CF1
       {System::Galileo, 1, "E5a", 0, "24252467", ""},         // 515537
       {System::Galileo, 1, "E5b", 1, "61337241", ""},         // C5BEA1
-      {System::Galileo, 1, "E1", 1, "75353420", ""},          // F5D710, annex C.7.1
+      {System::Galileo, 1, "E1", 1, "75353420", ""},          // F5D710, annex C
       {System::GLONASS, 1, "G1", 0, "77407574", ""},          // nine ones, read at stage 7
   };
   for (const Listed& l : listed) {
@@ -172,7 +172,7 @@ TEST(SpreadingCodes, FirstChipsAreThoseOfTheDocuments) {
 }
 
 TEST(SpreadingCodes, L5BeginsWithTheListedStateOfXb) {
-  // IS-GPS-705 table 3-I. XA begins with 13 ones, so that 0 is sent where XB's stages 13 to 1 hold 1.
+  // IS-GPS-705, 3.2.1.1. XA begins with 13 ones, so that 0 is sent where XB's stages 13 to 1 hold 1.
   const auto state = [](int prn, std::size_t component) {
     const std::vector<std::int8_t> chips = sent(System::GPS, prn, "L5")[component].chips;
     std::string text;
@@ -280,8 +280,8 @@ TEST(SpreadingCodes, CodesOfOtherSatellitesAreFarBelowThePeak) {
       EXPECT_LT(worst_db(one[i].chips, one[i].chips, 1), bound.db) << bound.signal << " " << i;
       EXPECT_LT(worst_db(one[i].chips, other[i].chips, 0), bound.db) << bound.signal << " " << i;
     }
-    if (one.size() == 2) {
-      EXPECT_LT(worst_db(one[0].chips, one[1].chips, 0), bound.db) << bound.signal;
+    if (one.size() > 1) {
+      EXPECT_LT(worst_db(one.front().chips, one.back().chips, 0), bound.db) << bound.signal;
     }
   }
 }
@@ -309,7 +309,7 @@ TEST(SpreadingCodes, SecondaryCodesAreThoseOfTheDocuments) {
   EXPECT_EQ(secondary(System::Galileo, 1, "E5a", 0).substr(88), "101100011100");
   EXPECT_EQ(secondary(System::Galileo, 1, "E5b", 0).substr(0, 12), "110011111111");
   EXPECT_EQ(secondary(System::Galileo, 1, "E5b", 0).substr(88), "110010010100");
-  // IS-GPS-800 table 3.2-2: first and last 11 chips of the overlay of PRN 1.
+  // IS-GPS-800, 3.2.2.1.2: first and last 11 chips of the overlay of PRN 1.
   EXPECT_EQ(secondary(System::GPS, 1, "L1C", 0).substr(0, 11), "11010110110");
   EXPECT_EQ(secondary(System::GPS, 1, "L1C", 0).substr(1789), "00100001000");
 }
@@ -323,7 +323,8 @@ TEST(SpreadingCodes, SubcarriersHaveTheirCorrelation) {
   };
   // The next chip is neither like nor unlike this one on average in E1's codes, nearly so in the others.
   for (const Case& c : {Case{System::GPS, "L1CA", 0, 2e-3}, Case{System::GPS, "L1C", 0, 0.015},
-                        Case{System::GPS, "L1C", 1, 0.015}, Case{System::Galileo, "E1", 0, 1e-12},
+                        Case{System::GPS, "L1C", 1, 0.015}, Case{System::BeiDou, "B1C", 0, 0.015},
+                        Case{System::BeiDou, "B1C", 1, 0.015}, Case{System::Galileo, "E1", 0, 1e-12},
                         Case{System::Galileo, "E1", 1, 1e-12}}) {
     const Component component = sent(c.system, 11, c.signal)[c.component];
     constexpr std::size_t kCells = 12;
