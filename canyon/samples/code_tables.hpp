@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 /// What the interface documents list for each satellite's spreading codes. Octal and hexadecimal numbers
@@ -13,8 +12,7 @@ struct WeilCode {
   std::uint16_t shift, point;
 };
 
-/// IS-GPS-200 tables 3-Ia, 3-II and 6-I, IS-GPS-705 tables 3-I and 6-I, IS-GPS-800 tables 3.2-2 and 6.3-1;
-/// IS-QZSS-PNT tables 3.2.2-1 and following have QZSS's.
+/// IS-GPS-200 (C/A, L2C), IS-GPS-705 (L5) and IS-GPS-800 (L1C); PRN 193 to 202 are QZSS's (IS-QZSS-PNT).
 struct GpsCodes {
   std::uint8_t prn;
   std::uint16_t ca_delay;       ///< of G2 [chips]
@@ -101,12 +99,12 @@ inline constexpr GpsCodes kGpsCodes[]{
     {202, 900, {4211, 132}, {3473, 512}, 06501, 0714, 02104, 0613700455, 0645230164, 3589, 862},
 };
 
-/// RTCA DO-229, table A-1 (IS-GPS-200 table 6-I): delays of G2 of PRN 120 to 158.
+/// RTCA DO-229, appendix A (IS-GPS-200 table 6-I): delays of G2 of PRN 120 to 158.
 inline constexpr std::uint16_t kSbasDelays[]{
     145, 175, 52,  21,  237, 235, 886, 657, 634, 762, 355, 1012, 176, 603, 130, 359,  595, 68,  386, 797,
     456, 499, 883, 307, 127, 211, 121, 118, 163, 628, 853, 484,  289, 811, 202, 1021, 463, 568, 904};
 
-/// Galileo OS SIS ICD 2.1, tables 15 to 18 (start of register 2) and 20 (secondary codes of E5a-Q and E5b-Q).
+/// Galileo OS SIS ICD 2.1, 3.4.1 (start of register 2) and 3.5.1 (secondary codes of E5a-Q and E5b-Q).
 struct GalileoCodes {
   std::uint16_t e5a_i, e5a_q, e5b_i, e5b_q;
   const char *e5a_secondary, *e5b_secondary;  ///< 100 chips
@@ -164,8 +162,8 @@ inline constexpr GalileoCodes kGalileoCodes[]{
     {013277, 025411, 012017, 031024, "9810A7A898961263A0F749F56", "64310BAD8EB5B36E38646AF01"},
 };
 
-/// BDS-SIS-ICD-B1I-3.0 table 4-1, B1C-1.0 tables 5-2 to 5-4, B2a-1.0 tables 5-2 to 5-4, B2b-1.0 table 5-1,
-/// B3I-1.0 table 4-1. Starts of register 2: the leftmost bit is stage 1.
+/// BDS-SIS-ICD-B1I-3.0, B1C-1.0, B2a-1.0, B2b-1.0 and B3I-1.0. Starts of register 2: the leftmost bit is
+/// stage 1.
 struct BeiDouCodes {
   std::uint8_t b1i[3];  ///< stages of G2 that are added; 0: none
   WeilCode b1c_data, b1c_pilot, b1c_secondary;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <string_view>
+#include <utility>
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
@@ -187,7 +188,7 @@ std::vector<Component> gps_components(int prn, std::string_view signal) {
                                   [&](const GpsCodes& c) { return c.prn == prn; });
   if (codes == std::end(kGpsCodes)) return {};
   if (signal == "L1CA") return {data_alone(ca(codes->ca_delay), 1.023e6)};
-  // IS-GPS-800, 3.2.1.6.1: both in phase.
+  // IS-GPS-800, 3.2.1.6: both in phase.
   if (signal == "L1C") {
     return {{l1c(codes->pilot), 1.023e6, overlay(*codes), Modulation::TMBOC, 0.75, 0, false},
             {l1c(codes->data), 1.023e6, {1}, Modulation::BOC11, 0.25, 0, true}};
@@ -235,10 +236,21 @@ std::vector<Component> beidou_components(gnss::SatelliteId id, std::string_view 
     return {
         data_alone(b2b3(powers({1, 3, 4, 13}), powers({1, 5, 6, 7, 9, 10, 12, 13}), codes.b3i), 10.23e6, d1)};
   }
-  // B1C-1.0, 4.2.1: data + i pilot.
+  // B1C-1.0, 4.2.1 and 4.2.3: 1/2 data + i sqrt(29/44) pilot of BOC(1,1) + sqrt(1/11) pilot of BOC(6,1).
   if (signal == "B1C") {
-    return {{truncated_weil(10243, codes.b1c_pilot, 10230), 1.023e6,
-             truncated_weil(3607, codes.b1c_secondary, 1800), Modulation::TMBOC, 0.75, 0, false},
+    Component pilot{truncated_weil(10243, codes.b1c_pilot, 10230),
+                    1.023e6,
+                    truncated_weil(3607, codes.b1c_secondary, 1800),
+                    Modulation::BOC11,
+                    29.0 / 44,
+                    0,
+                    false};
+    Component second = pilot;
+    second.modulation = Modulation::BOC61;
+    second.power_share = 4.0 / 44;
+    second.phase_rad = -kPi / 2;
+    return {std::move(pilot),
+            std::move(second),
             {truncated_weil(10243, codes.b1c_data, 10230),
              1.023e6,
              {1},
@@ -310,6 +322,8 @@ double subcarrier(Modulation modulation, double fraction, std::size_t chip) {
       const std::size_t place = chip % 33;
       return place == 0 || place == 4 || place == 6 || place == 29 ? boc61 : boc11;
     }
+    case Modulation::BOC61:
+      return boc61;
   }
   assert(false);
   return 0;
